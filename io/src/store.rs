@@ -1,0 +1,10 @@
+//! A [`State`] in one HDF5 file: written aside and renamed, so that a name never stands for half a state; checked in
+//! whole when read, so that a run never goes on from a damaged one. [`schema`](crate::schema) draws the inside.
+
+mod folder;
+mod read;
+mod write;
+
+pub use folder::{file_name, latest_good, newest, prune};
+pub use read::read;
+pub use write::write;

@@ -1,0 +1,72 @@
+//! A folder of checkpoints, `step-<12 digits>.h5`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::read;
+use crate::column::State;
+use crate::error::Error;
+use crate::system::{PARTIAL, refused};
+
+const DIGITS: usize = 12;
+
+/// The file name of the checkpoint taken at `step`. Panics beyond twelve digits.
+pub fn file_name(step: u64) -> String {
+    assert!(step < 10_u64.pow(DIGITS as u32), "step {step} has more than {DIGITS} digits");
+    format!("step-{step:012}.h5")
+}
+
+/// The checkpoints of a folder with their steps, newest first. Other files are passed over.
+pub fn newest(dir: &Path) -> Result<Vec<(u64, PathBuf)>, Error> {
+    list(dir, ".h5")
+}
+
+/// The newest checkpoint that can be read in whole, and the errors of the damaged newer ones, which are to be reported.
+///
+/// Only damage sends the search to an older file: any other failure (no permission, another schema) is returned as it is.
+/// [`Error::NoCheckpoint`] for a folder without any, [`Error::AllDamaged`] for one without a good one.
+pub fn latest_good(dir: &Path) -> Result<(PathBuf, State, Vec<Error>), Error> {
+    let mut damaged = Vec::new();
+    for (_, path) in newest(dir)? {
+        match read(&path) {
+            Ok(state) => return Ok((path, state, damaged)),
+            Err(error) if error.is_damage() => damaged.push(error),
+            Err(error) => return Err(error),
+        }
+    }
+    let dir = dir.to_owned();
+    Err(if damaged.is_empty() { Error::NoCheckpoint { dir } } else { Error::AllDamaged { dir, damaged } })
+}
+
+/// Removes all but the newest `keep` checkpoints, and what interrupted writes left behind; returns what was removed.
+/// Call it after a write, never during one. Panics if `keep` is 0.
+pub fn prune(dir: &Path, keep: usize) -> Result<Vec<PathBuf>, Error> {
+    assert!(keep > 0, "pruning must leave a checkpoint");
+    let old = newest(dir)?.into_iter().skip(keep);
+    let mut removed = Vec::new();
+    for (_, path) in old.chain(list(dir, &format!(".h5{PARTIAL}"))?) {
+        fs::remove_file(&path).map_err(refused("remove", &path))?;
+        removed.push(path);
+    }
+    Ok(removed)
+}
+
+/// Files named `step-<12 digits><ending>`, highest step first.
+fn list(dir: &Path, ending: &str) -> Result<Vec<(u64, PathBuf)>, Error> {
+    let refused = refused("list", dir);
+    let mut found = Vec::new();
+    for entry in fs::read_dir(dir).map_err(&refused)? {
+        let entry = entry.map_err(&refused)?;
+        if let Some(step) = entry.file_name().to_str().and_then(|name| step_of(name, ending)) {
+            found.push((step, entry.path()));
+        }
+    }
+    found.sort_by(|left, right| right.cmp(left));
+    Ok(found)
+}
+
+fn step_of(name: &str, ending: &str) -> Option<u64> {
+    let digits = name.strip_prefix("step-")?.strip_suffix(ending)?;
+    let all_digits = digits.len() == DIGITS && digits.bytes().all(|byte| byte.is_ascii_digit());
+    all_digits.then(|| digits.parse().ok()).flatten()
+}

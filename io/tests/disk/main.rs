@@ -1,0 +1,10 @@
+//! What this crate promises, one claim per test.
+
+mod digest;
+mod folder;
+mod frames;
+mod full_disk;
+mod paraview;
+mod sample;
+mod series;
+mod store;

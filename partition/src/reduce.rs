@@ -1,0 +1,275 @@
+//! Sums of floating-point numbers that come out the same in any order and on any number of ranks.
+
+use crate::transport::Transport;
+use std::array;
+use thiserror::Error;
+
+/// Binary digits after the point: one quantum is 2^-80, about 8e-25.
+const QUANTUM_BITS: i32 = 80;
+/// Largest exponent of an addend: below 2^40, about 1e12.
+const ADDEND_BITS: i32 = 40;
+/// Bound on a sum of magnitudes. Below it the i128 has a bit to spare, so a sum in range was never
+/// wrapped.
+const LOAD_MAX: u64 = 1 << 46;
+const LIMB_BITS: u32 = 44;
+const LIMBS: usize = 3;
+/// With more ranks the sum of their capped loads could leave i64.
+const RANKS_MAX: usize = 1 << 16;
+
+/// `N` sums in fixed point.
+///
+/// An addend is cut to a whole number of quanta (2^-80, towards zero), which its own bits decide;
+/// whole numbers add exactly, so neither order nor partition can show. Use it for totals, not in
+/// inner loops.
+///
+/// Range: an addend below 2^40 in magnitude, and magnitudes that together (each rounded up to the
+/// next integer) stay below 2^46. What leaves it, or is not finite, spoils its slot for good. The
+/// test looks at magnitudes, not at running sums, so that it too has the same outcome in any order.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ExactSum<const N: usize> {
+    quanta: [i128; N],
+    load: [u64; N],
+}
+
+/// A sum left the range in which it is exact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error(
+    "sum {slot} left its exact range: an addend is not finite or reaches 2^40, or the magnitudes together reach 2^46; \
+     look for a value that blew up, or sum in larger units"
+)]
+pub struct SumError {
+    /// The first slot that is spoiled.
+    pub slot: usize,
+}
+
+impl<const N: usize> Default for ExactSum<N> {
+    fn default() -> Self {
+        Self {
+            quanta: [0; N],
+            load: [0; N],
+        }
+    }
+}
+
+impl<const N: usize> ExactSum<N> {
+    /// Sums of nothing.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds `value` to the sum in `slot`.
+    pub fn add(&mut self, slot: usize, value: f64) {
+        match to_quanta(value) {
+            Some(quanta) => {
+                self.quanta[slot] = self.quanta[slot].wrapping_add(quanta);
+                self.burden(slot, (quanta.unsigned_abs() >> QUANTUM_BITS) as u64 + 1);
+            }
+            None => self.burden(slot, LOAD_MAX),
+        }
+    }
+
+    /// Adds every sum of `other` to its slot here.
+    pub fn merge(&mut self, other: &Self) {
+        for slot in 0..N {
+            self.quanta[slot] = self.quanta[slot].wrapping_add(other.quanta[slot]);
+            self.burden(slot, other.load[slot]);
+        }
+    }
+
+    /// The sum in `slot`, rounded once to the nearest double; NaN when the slot is spoiled.
+    pub fn value(&self, slot: usize) -> f64 {
+        if self.load[slot] < LOAD_MAX {
+            to_f64(self.quanta[slot])
+        } else {
+            f64::NAN
+        }
+    }
+
+    /// The sums over all ranks, the same bits on each. Collective, one message.
+    ///
+    /// # Errors
+    /// When a slot is spoiled on any rank or by the total; all ranks then fail alike.
+    pub fn reduce(self, transport: &dyn Transport) -> Result<[f64; N], SumError> {
+        assert!(
+            transport.size() <= RANKS_MAX,
+            "exact sums hold for at most {RANKS_MAX} ranks"
+        );
+        let mut parts: [_; N] = array::from_fn(|slot| split(self.quanta[slot], self.load[slot]));
+        transport.sum(parts.as_flattened_mut());
+        let totals = parts.map(join);
+        match totals.iter().position(|(_, load)| *load >= LOAD_MAX) {
+            Some(slot) => Err(SumError { slot }),
+            None => Ok(totals.map(|(quanta, _)| to_f64(quanta))),
+        }
+    }
+
+    /// Capped, so that it can only stay spoiled, and fits the total over ranks.
+    fn burden(&mut self, slot: usize, magnitude: u64) {
+        self.load[slot] = (self.load[slot] + magnitude).min(LOAD_MAX);
+    }
+}
+
+/// Whole quanta in `value`, cut towards zero; `None` outside the range.
+fn to_quanta(value: f64) -> Option<i128> {
+    // |value| = mantissa * 2^(exponent - 1075), subnormals with exponent 1 and no implied bit.
+    let bits = value.to_bits();
+    let field = (bits >> 52 & 0x7ff) as i32;
+    let fraction = bits & ((1 << 52) - 1);
+    let (mantissa, exponent) = if field == 0 {
+        (fraction, 1)
+    } else {
+        (fraction | 1 << 52, field)
+    };
+    if exponent >= 1023 + ADDEND_BITS {
+        return None;
+    }
+    let shift = exponent - 1075 + QUANTUM_BITS;
+    let magnitude = if shift >= 0 {
+        i128::from(mantissa) << shift
+    } else {
+        i128::from(mantissa.checked_shr(shift.unsigned_abs()).unwrap_or(0))
+    };
+    Some(if value.is_sign_negative() {
+        -magnitude
+    } else {
+        magnitude
+    })
+}
+
+/// Rounds once: the power of two scales without rounding, as no sum is small enough to be
+/// subnormal.
+fn to_f64(quanta: i128) -> f64 {
+    const QUANTUM: f64 = f64::from_bits(((1023 - QUANTUM_BITS) as u64) << 52);
+    quanta as f64 * QUANTUM
+}
+
+/// Limbs of 44 bits, lowest first, the top one signed, and the load: with up to 2^16 ranks none of
+/// their sums leaves i64.
+fn split(quanta: i128, load: u64) -> [i64; LIMBS + 1] {
+    let low = |value: i128| (value & ((1 << LIMB_BITS) - 1)) as i64;
+    [
+        low(quanta),
+        low(quanta >> LIMB_BITS),
+        (quanta >> (2 * LIMB_BITS)) as i64,
+        load as i64,
+    ]
+}
+
+/// Undoes [`split`] for a sum of split values. Wraps only where the load says that the sum is
+/// spoiled.
+fn join([low, middle, high, load]: [i64; LIMBS + 1]) -> (i128, u64) {
+    let middle = i128::from(middle) << LIMB_BITS;
+    let high = i128::from(high).wrapping_shl(2 * LIMB_BITS);
+    (
+        i128::from(low).wrapping_add(middle).wrapping_add(high),
+        load.unsigned_abs(),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transport::{Solo, threads};
+    use proptest::prelude::*;
+
+    fn local(values: &[f64]) -> f64 {
+        let mut sum = ExactSum::<1>::new();
+        values.iter().for_each(|&value| sum.add(0, value));
+        sum.value(0)
+    }
+
+    #[test]
+    fn representable_values_come_back_whole() {
+        let quantum = 2.0_f64.powi(-80);
+        let large = 2.0_f64.powi(40);
+        for value in [
+            0.0,
+            1.0,
+            -1.0,
+            0.1,
+            -1e-5,
+            quantum,
+            -quantum,
+            large - 1.0,
+            1.0 - large,
+            1e11 / 3.0,
+        ] {
+            assert_eq!(local(&[value]), value);
+        }
+        assert_eq!(local(&[quantum * 1.75]), quantum);
+        assert_eq!(local(&[quantum * -1.75]), -quantum);
+        assert_eq!(
+            local(&[quantum / 2.0, f64::MIN_POSITIVE, 5e-324, -0.0]),
+            0.0
+        );
+        assert_eq!(local(&[1e11, 1e-9, -1e11]), local(&[1e-9]));
+    }
+
+    #[test]
+    fn what_leaves_the_range_spoils_its_slot_only() {
+        for bad in [
+            f64::NAN,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            2.0_f64.powi(40),
+            -1e300,
+        ] {
+            let mut sum = ExactSum::<2>::new();
+            sum.add(0, 1.5);
+            sum.add(1, bad);
+            sum.add(1, 1.0);
+            assert_eq!(sum.value(0), 1.5);
+            assert!(sum.value(1).is_nan());
+            assert_eq!(sum.reduce(&Solo), Err(SumError { slot: 1 }));
+        }
+    }
+
+    #[test]
+    fn too_much_in_all_is_noticed_even_if_it_cancels_and_lies_on_many_ranks() {
+        let outcomes = threads::run(4, |ranks| {
+            let mut sum = ExactSum::<1>::new();
+            let sign = if ranks.rank() % 2 == 0 { 1.0 } else { -1.0 };
+            (0..20).for_each(|_| sum.add(0, sign * 1e12));
+            assert!(sum.value(0).is_finite());
+            sum.reduce(&ranks)
+        });
+        assert_eq!(outcomes, [Err(SumError { slot: 0 }); 4]);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+        #[test]
+        fn the_same_bits_for_any_order_and_any_partition(
+            // The position in the shuffled list stands for the order, the number beside it for the
+            // owner.
+            (values, shuffled) in prop::collection::vec((finite(), 0_usize..4), 0..60)
+                .prop_flat_map(|values| (Just(values.clone()), Just(values).prop_shuffle())),
+            size in 1_usize..5,
+        ) {
+            let expected = local(&values.iter().map(|pair| pair.0).collect::<Vec<_>>());
+            let totals = threads::run(size, |ranks| {
+                let (mut sum, mut other) = (ExactSum::<2>::new(), ExactSum::<2>::new());
+                for (k, (value, owner)) in shuffled.iter().enumerate() {
+                    if owner % size == ranks.rank() {
+                        if k % 2 == 0 { sum.add(1, *value) } else { other.add(1, *value) }
+                    }
+                }
+                sum.merge(&other);
+                sum.reduce(&ranks).unwrap()
+            });
+            for total in totals {
+                prop_assert_eq!(total.map(f64::to_bits), [0.0, expected].map(f64::to_bits));
+            }
+        }
+
+        #[test]
+        fn agrees_with_integers(values in prop::collection::vec(-(1_i64 << 39)..1 << 39, 0..60)) {
+            let floats: Vec<f64> = values.iter().map(|&value| value as f64).collect();
+            prop_assert_eq!(local(&floats), values.iter().sum::<i64>() as f64);
+        }
+    }
+
+    fn finite() -> impl Strategy<Value = f64> {
+        prop_oneof![-1e11..1e11, -1.0..1.0, -1e-15..1e-15, -1e-23..1e-23]
+    }
+}

@@ -1,0 +1,207 @@
+//! A run as tables and back (invariant 3): everything the next step reads, and nothing about who computed it.
+
+use std::path::{Path, PathBuf};
+
+use scree_io::column::{State, Table};
+use scree_io::{digest, store};
+
+use crate::body::Plate;
+use crate::error::Error;
+use crate::hybrid::oracle::{LOOKS, Memory};
+use crate::hybrid::track::Instants;
+use crate::packing::Grain;
+use crate::record::{Record, Visitor, to_table};
+use crate::space::Plane;
+use crate::tables;
+use crate::transfer::Cargo;
+
+/// Material points of the jobs of this program.
+pub type PlanarPoint = crate::mpm::points::Point<Plane, crate::law::material::CriticalMemory>;
+
+/// What a run remembers beside grains, points and plates; the same on every rank.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Progress {
+    /// Steps done.
+    pub step: u64,
+    /// Distance of the plates' faces at the start, m, and packing fraction there.
+    pub height_start: f64,
+    pub fraction_start: f64,
+    /// Rows of the series and frames written so far, and the step of the last row.
+    pub series_rows: u64,
+    pub frames: u64,
+    pub series_step: u64,
+    /// Step after which grains replaced points; zero before.
+    pub enriched_step: u64,
+    pub oracle: Memory,
+    pub instants: Instants,
+}
+
+impl Record for Progress {
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        visitor.u64("step", &mut self.step);
+        visitor.f64s("height_start", std::slice::from_mut(&mut self.height_start));
+        visitor.f64s("fraction_start", std::slice::from_mut(&mut self.fraction_start));
+        visitor.u64("series_rows", &mut self.series_rows);
+        visitor.u64("frames", &mut self.frames);
+        visitor.u64("series_step", &mut self.series_step);
+        visitor.u64("enriched_step", &mut self.enriched_step);
+        visitor.f64s("oracle_clock", std::slice::from_mut(&mut self.oracle.clock));
+        visitor.u64("oracle_looks", &mut self.oracle.looks);
+        visitor.f64s("oracle_clocks", &mut self.oracle.clocks[..LOOKS]);
+        visitor.f64s("oracle_unchanged_since", std::slice::from_mut(&mut self.oracle.unchanged_since));
+        visitor.u64("track_every", &mut self.instants.every);
+    }
+}
+
+/// A list of whole numbers or of times as rows.
+#[derive(Clone, Debug, Default)]
+struct Flag(u64);
+#[derive(Clone, Debug, Default)]
+struct Instant(f64);
+
+impl Record for Flag {
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        visitor.u64("node", &mut self.0);
+    }
+}
+
+impl Record for Instant {
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        visitor.f64s("time", std::slice::from_mut(&mut self.0));
+    }
+}
+
+/// Everything of a run on one rank.
+#[derive(Clone, Debug)]
+pub struct Snapshot {
+    /// The resolved job.
+    pub scenario: String,
+    pub progress: Progress,
+    pub plates: Vec<Plate<Plane>>,
+    pub grains: Vec<Grain>,
+    pub points: Vec<PlanarPoint>,
+}
+
+impl Snapshot {
+    pub fn to_state(mut self) -> State {
+        let progress = &mut self.progress;
+        let mut flags: Vec<Flag> = progress.oracle.flagged.iter().copied().map(Flag).collect();
+        let mut times: Vec<Instant> = progress.instants.times.iter().copied().map(Instant).collect();
+        let mut run = [progress.clone()];
+        let mut tables: Vec<Table> = vec![
+            to_table("run", &mut run, &mut Progress::default()),
+            to_table("flagged", &mut flags, &mut Flag::default()),
+            to_table("instants", &mut times, &mut Instant::default()),
+            to_table("plates", &mut self.plates, &mut Plate::blank()),
+        ];
+        tables.extend(tables::of_grains(&mut self.grains));
+        tables.push(to_table("points", &mut self.points, &mut PlanarPoint::blank()));
+        let attributes = [
+            ("scenario".to_string(), self.scenario),
+            ("program".to_string(), concat!("scree ", env!("CARGO_PKG_VERSION")).to_string()),
+        ];
+        State { attributes: attributes.into(), tables }
+    }
+
+    pub fn from_state(state: &State) -> Result<Self, Error> {
+        let runs: Vec<Progress> = tables::rows(state, "run", &Progress::default())?;
+        let [mut progress] = <[Progress; 1]>::try_from(runs)
+            .map_err(|runs| Error::User(format!("table `run` has {} rows, one is wanted", runs.len())))?;
+        let flags: Vec<Flag> = tables::rows(state, "flagged", &Flag::default())?;
+        let times: Vec<Instant> = tables::rows(state, "instants", &Instant::default())?;
+        progress.oracle.flagged = flags.into_iter().map(|flag| flag.0).collect();
+        progress.instants.times = times.into_iter().map(|time| time.0).collect();
+        let scenario = state
+            .attributes
+            .get("scenario")
+            .cloned()
+            .ok_or_else(|| Error::User("the checkpoint carries no scenario".into()))?;
+        Ok(Self {
+            scenario,
+            progress,
+            plates: tables::rows(state, "plates", &Plate::blank())?,
+            grains: tables::to_grains(state)?,
+            points: tables::rows(state, "points", &PlanarPoint::blank())?,
+        })
+    }
+}
+
+/// Folder of a run's checkpoints.
+pub fn folder(dir: &Path) -> PathBuf {
+    dir.join("checkpoints")
+}
+
+/// The newest good checkpoint of a run directory; damaged newer ones are reported.
+pub fn latest(dir: &Path) -> Result<(PathBuf, Snapshot), Error> {
+    let (path, state) = latest_state(dir)?;
+    Ok((path, Snapshot::from_state(&state)?))
+}
+
+fn latest_state(dir: &Path) -> Result<(PathBuf, State), Error> {
+    if !dir.is_dir() {
+        return Err(Error::User(format!("{}: there is no such run directory", dir.display())));
+    }
+    let (path, state, damaged) =
+        store::latest_good(&folder(dir)).map_err(|error| Error::User(error.to_string()))?;
+    for damage in damaged {
+        tracing::warn!("{damage}; going back to {}", path.display());
+    }
+    Ok((path, state))
+}
+
+/// Digest of a checkpoint, or of the newest good one of a run directory.
+pub fn digest_of(path: &Path) -> Result<String, Error> {
+    let state = if path.is_dir() {
+        latest_state(path)?.1
+    } else {
+        store::read(path).map_err(|error| Error::User(error.to_string()))?
+    };
+    Ok(digest::digest(&state))
+}
+
+/// Writes the grains of a checkpoint as CSV, 17 significant digits: the newest of the run, or that nearest to `at`
+/// seconds. Velocities are those of half a step before the time of the positions.
+pub fn export_grains(dir: &Path, file: &Path, at: Option<f64>) -> Result<(), Error> {
+    let snapshot = match at {
+        None => latest(dir)?.1,
+        Some(at) => nearest(dir, at)?,
+    };
+    let mut grains = snapshot.grains;
+    if grains.is_empty() {
+        return Err(Error::User(format!(
+            "{}: this state has no grains; a hybrid run has them after enrichment only",
+            dir.display()
+        )));
+    }
+    grains.sort_unstable_by_key(|grain| grain.cold.id);
+    let mut text = String::from("id,x,y,radius,vx,vy,spin\n");
+    for grain in &grains {
+        let hot = &grain.hot;
+        let numbers =
+            [hot.position[0], hot.position[1], hot.radius, hot.velocity[0], hot.velocity[1], hot.spin[0]];
+        text.push_str(&grain.cold.id.0.to_string());
+        for number in numbers {
+            text.push_str(&format!(",{number:.16e}"));
+        }
+        text.push('\n');
+    }
+    std::fs::write(file, text).map_err(|error| Error::Run(format!("{}: {error}", file.display())))
+}
+
+/// The kept checkpoint nearest in time.
+fn nearest(dir: &Path, at: f64) -> Result<Snapshot, Error> {
+    let folder = folder(dir);
+    let kept = store::newest(&folder).map_err(|error| Error::User(error.to_string()))?;
+    let mut best: Option<(f64, Snapshot)> = None;
+    for (_, path) in kept {
+        let state = store::read(&path).map_err(|error| Error::User(error.to_string()))?;
+        let snapshot = Snapshot::from_state(&state)?;
+        let scenario = crate::scenario::Scenario::parse(&snapshot.scenario, &path.display().to_string(), &[])?;
+        let distance = (snapshot.progress.step as f64 * scenario.time.step - at).abs();
+        if best.as_ref().is_none_or(|(least, _)| distance < *least) {
+            best = Some((distance, snapshot));
+        }
+    }
+    best.map(|(_, snapshot)| snapshot)
+        .ok_or_else(|| Error::User(format!("{}: there is no checkpoint", folder.display())))
+}

@@ -1,0 +1,25 @@
+//! `scree export`: a state for other codes.
+
+use std::path::Path;
+
+use super::resume::refuse_no_run;
+use crate::checkpoint;
+use crate::error::Error;
+use crate::scenario::units::{Dimension, quantity};
+
+pub(super) fn command(dir: &Path, file: &Path, at: Option<&str>) -> Result<String, Error> {
+    refuse_no_run(dir)?;
+    let at = at.map(time).transpose()?;
+    checkpoint::export_grains(dir, file, at)?;
+    Ok(format!("The grains are in {}\n", file.display()))
+}
+
+/// Seconds, or a time with its unit.
+fn time(text: &str) -> Result<f64, Error> {
+    let plain = text.parse().ok();
+    plain.or_else(|| quantity(text, Dimension::TIME).ok()).filter(|time: &f64| time.is_finite()).ok_or_else(|| {
+        Error::User(format!(
+            "--at {text} is not a time. Write seconds or a unit, for example --at 0.02 or --at \"20 ms\"."
+        ))
+    })
+}

@@ -1,0 +1,313 @@
+//! The command line: one file per subcommand, and what they share: ranks, threads, one voice, one exit code.
+//!
+//! Exit codes: 0 done; 2 the operator's mistake; 3 the run stopped itself; 4 stopped on request with a checkpoint.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::{Arc, Weak};
+use std::time::Duration;
+
+use clap::{Parser, Subcommand};
+use scree_partition::transport::{Solo, Transport};
+
+use crate::error::Error;
+use crate::run::Outcome;
+
+mod check;
+mod digest;
+mod export;
+pub mod report;
+mod resume;
+mod run;
+
+/// The run stopped itself, or the program has a defect.
+const CODE_FAILED: u8 = 3;
+/// Stopped on request, with a checkpoint to go on from.
+const CODE_STOPPED: u8 = 4;
+/// A rank that fails alone lets rank 0 speak first, in case that all fail alike.
+const PATIENCE: Duration = Duration::from_secs(2);
+/// One of these is set when a launcher started this process as one of several ranks.
+const LAUNCHER_VARIABLES: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"];
+/// How many ranks share this machine, by Open MPI and by MPICH.
+const LOCAL_SIZE_VARIABLES: [&str; 2] = ["OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS"];
+
+/// Granular matter under mpirun: grains, continuum, and the two coupled where shear localises.
+#[derive(Parser)]
+#[command(version, arg_required_else_help = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Read a job, refuse what is wrong with it and print what follows from it; start nothing.
+    Check {
+        /// The job, a TOML file.
+        job: PathBuf,
+        /// Override one key, for example --set loading.speed="5 cm/s". May be repeated.
+        #[arg(long, value_name = "KEY.PATH=VALUE")]
+        set: Vec<String>,
+    },
+    /// Run a job.
+    Run {
+        /// The job, a TOML file.
+        job: PathBuf,
+        /// Folder of the run; it must not hold a run yet. Default: runs/<job name>.
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Threads of each rank. Default: the cores of this machine over the ranks on it.
+        #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+        threads: Option<u16>,
+        /// Override one key, for example --set method=dem. May be repeated.
+        #[arg(long, value_name = "KEY.PATH=VALUE")]
+        set: Vec<String>,
+    },
+    /// Go on from the newest good checkpoint of a run, on any number of ranks and threads.
+    Resume {
+        /// Folder of the run.
+        dir: PathBuf,
+        /// Threads of each rank. Default: the cores of this machine over the ranks on it.
+        #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+        threads: Option<u16>,
+    },
+    /// Print a hash of the complete state, equal for equal states however many ranks wrote them.
+    Digest {
+        /// Folder of a run (its newest checkpoint), or one checkpoint.
+        path: PathBuf,
+    },
+    /// Write one HTML page with the curves and pictures of one or more runs.
+    Report {
+        /// Folders of runs.
+        #[arg(required = true, value_name = "DIR")]
+        dirs: Vec<PathBuf>,
+        /// The page. Default: report.html in the first folder.
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+    },
+    /// Write the grains of a checkpoint as CSV: id,x,y,radius,vx,vy,spin with 17 significant digits.
+    Export {
+        /// Folder of the run.
+        dir: PathBuf,
+        /// The CSV file to write.
+        #[arg(long, value_name = "FILE")]
+        grains: PathBuf,
+        /// The checkpoint nearest to this time, for example 0.02 or "20 ms". Default: the newest.
+        #[arg(long, value_name = "TIME")]
+        at: Option<String>,
+    },
+}
+
+/// The whole program.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let transport = match start_transport() {
+        Ok(transport) => transport,
+        Err(error) => {
+            complain(&error);
+            return ExitCode::from(error.exit_code());
+        }
+    };
+    end_all_ranks_on_panic(&transport);
+    ExitCode::from(dispatch(arguments.command, &*transport))
+}
+
+fn dispatch(command: Command, transport: &dyn Transport) -> u8 {
+    match command {
+        Command::Run { job, out, threads, set } => {
+            finish(run::command(&job, out, threads_wanted(threads), &set, transport), transport)
+        }
+        Command::Resume { dir, threads } => {
+            finish(resume::command(&dir, threads_wanted(threads), transport), transport)
+        }
+        alone => on_rank_zero(transport, || match alone {
+            Command::Check { job, set } => check::command(&job, &set),
+            Command::Digest { path } => digest::command(&path),
+            Command::Report { dirs, out } => {
+                let page = report::write(&dirs, out.as_deref())?;
+                Ok(format!("The report is {}\n", page.display()))
+            }
+            Command::Export { dir, grains, at } => export::command(&dir, &grains, at.as_deref()),
+            Command::Run { .. } | Command::Resume { .. } => {
+                unreachable!("runs are dispatched above")
+            }
+        }),
+    }
+}
+
+/// How a run ended on this rank.
+enum Ending {
+    /// Every rank knows that this is how it ended.
+    Agreed(Result<Outcome, Error>),
+    /// This rank failed and cannot know about the others.
+    Failed(Error),
+}
+
+fn finish(ending: Ending, transport: &dyn Transport) -> u8 {
+    let first = transport.rank() == 0;
+    match ending {
+        Ending::Agreed(Ok(Outcome::Done(closing))) => {
+            if first {
+                say(&with_newline(closing));
+            }
+            0
+        }
+        Ending::Agreed(Ok(Outcome::Stopped(closing))) => {
+            if first {
+                say(&with_newline(closing));
+            }
+            CODE_STOPPED
+        }
+        Ending::Agreed(Err(error)) => {
+            if first {
+                complain(&error);
+            }
+            error.exit_code()
+        }
+        Ending::Failed(error) => {
+            if !first {
+                std::thread::sleep(PATIENCE);
+            }
+            complain(&error);
+            transport.abort(i32::from(error.exit_code()))
+        }
+    }
+}
+
+/// What needs no company: rank 0 does it, and all ranks leave with its exit code.
+fn on_rank_zero(transport: &dyn Transport, work: impl FnOnce() -> Result<String, Error>) -> u8 {
+    let code = match transport.rank() {
+        0 => match work() {
+            Ok(text) => {
+                say(&text);
+                0
+            }
+            Err(error) => {
+                complain(&error);
+                error.exit_code()
+            }
+        },
+        _ => 0,
+    };
+    transport.broadcast(vec![code])[0]
+}
+
+/// Rank 0 does it, and every rank gets its text or its error.
+fn agreed(transport: &dyn Transport, work: impl FnOnce() -> Result<String, Error>) -> Result<String, Error> {
+    let mine = match transport.rank() {
+        0 => match work() {
+            Ok(text) => tagged(0, &text),
+            Err(error) => tagged(error.exit_code(), &error.to_string()),
+        },
+        _ => Vec::new(),
+    };
+    let theirs = transport.broadcast(mine);
+    let (code, text) = theirs.split_first().expect("a broadcast keeps its tag");
+    let text = String::from_utf8_lossy(text).into_owned();
+    match *code {
+        0 => Ok(text),
+        CODE_FAILED => Err(Error::Run(text)),
+        _ => Err(Error::User(text)),
+    }
+}
+
+fn tagged(code: u8, text: &str) -> Vec<u8> {
+    let mut bytes = vec![code];
+    bytes.extend_from_slice(text.as_bytes());
+    bytes
+}
+
+/// Ranks under a launcher, one rank otherwise.
+fn start_transport() -> Result<Arc<dyn Transport>, Error> {
+    let launched = LAUNCHER_VARIABLES.iter().any(|variable| std::env::var_os(variable).is_some());
+    if !launched {
+        return Ok(Arc::new(Solo));
+    }
+    start_mpi()
+}
+
+#[cfg(feature = "mpi")]
+fn start_mpi() -> Result<Arc<dyn Transport>, Error> {
+    Ok(Arc::new(scree_partition::transport::Mpi::start()))
+}
+
+/// Several processes that know nothing of each other would each do the whole run into the same folder.
+#[cfg(not(feature = "mpi"))]
+fn start_mpi() -> Result<Arc<dyn Transport>, Error> {
+    match number_in_environment("OMPI_COMM_WORLD_SIZE") {
+        Some(1) => Ok(Arc::new(Solo)),
+        _ => Err(Error::User(
+            "This scree was built without MPI and cannot be one rank of several. Build it with `cargo build --release` (default features), or start it without mpirun and use --threads.".to_string(),
+        )),
+    }
+}
+
+/// A panic is a defect of the program: say so once, and end every rank, since the others would wait for ever.
+fn end_all_ranks_on_panic(transport: &Arc<dyn Transport>) {
+    let transport: Weak<dyn Transport> = Arc::downgrade(transport);
+    let speaker = std::sync::Once::new();
+    std::panic::set_hook(Box::new(move |panic| {
+        speaker.call_once(|| {
+            let transport = transport.upgrade();
+            let rank = transport.as_ref().map_or(0, |transport| transport.rank());
+            let mut stderr = std::io::stderr().lock();
+            // Nothing is left to tell it to if stderr is gone.
+            let _ = writeln!(
+                stderr,
+                "scree stopped because of a defect in the program, on rank {rank}: {panic}. The last good checkpoint is not touched; `scree resume DIR` goes on from it. Please report these lines.\n{}",
+                std::backtrace::Backtrace::capture()
+            );
+            match transport {
+                Some(transport) => transport.abort(i32::from(CODE_FAILED)),
+                None => std::process::exit(i32::from(CODE_FAILED)),
+            }
+        });
+    }));
+}
+
+/// Threads of each rank: as asked, or an equal share of the cores.
+fn threads_wanted(asked: Option<u16>) -> usize {
+    if let Some(threads) = asked {
+        return usize::from(threads);
+    }
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let ranks_here = LOCAL_SIZE_VARIABLES.iter().find_map(|variable| number_in_environment(variable)).unwrap_or(1);
+    (cores / ranks_here.max(1)).max(1)
+}
+
+fn number_in_environment(variable: &str) -> Option<usize> {
+    std::env::var(variable).ok()?.parse().ok()
+}
+
+/// The pool that every parallel loop of this rank uses. The main thread, which alone speaks to MPI, is one of them, so
+/// that a rank of one thread starts no other.
+fn start_threads(threads: usize) -> Result<(), Error> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .use_current_thread()
+        .thread_name(|index| format!("scree-{index}"))
+        .build_global()
+        .map_err(|error| {
+            Error::Run(format!("{threads} threads could not be started: {error}. Ask for fewer with --threads."))
+        })
+}
+
+fn with_newline(mut text: String) -> String {
+    if !text.ends_with('\n') {
+        text.push('\n');
+    }
+    text
+}
+
+/// To stdout. A reader that has gone away, as in `scree check job.toml | head`, is no error.
+fn say(text: &str) {
+    let mut stdout = std::io::stdout().lock();
+    let _ = stdout.write_all(text.as_bytes());
+    let _ = stdout.flush();
+}
+
+fn complain(error: &Error) {
+    let mut stderr = std::io::stderr().lock();
+    let _ = writeln!(stderr, "{error}");
+}

@@ -1,0 +1,95 @@
+//! `scree report DIR...`: one HTML file that opens without a network, and its drawings as SVG files beside it.
+//!
+//! Everything comes from what the runs left on disk. Several directories make a comparison: curves over each other, the
+//! specimens below each other at equal strains.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+
+mod chart;
+mod colour;
+mod contour;
+mod figures;
+mod findings;
+mod load;
+mod page;
+mod panels;
+mod scenes;
+mod svg;
+#[cfg(test)]
+mod tests;
+mod words;
+
+use figures::Found;
+use findings::Findings;
+use load::Run;
+use page::Drawings;
+use panels::Told;
+use scenes::{Scenes, Timing, enriched_frame};
+use words::Story;
+
+/// Width of every drawing, pixels.
+const WIDTH: f64 = 900.0;
+
+/// Writes the report on the runs in `dirs` to `out`, or to `report.html` in the first of them; returns where it is.
+/// The drawings go to `figures/` beside it, and the paragraph that says what happened to a text file of the same name.
+pub fn write(dirs: &[PathBuf], out: Option<&Path>) -> Result<PathBuf, Error> {
+    let Some(first) = dirs.first() else {
+        return Err(Error::User("A report needs the directory of a run: `scree report runs/NAME`.".to_owned()));
+    };
+    let mut runs = dirs.iter().map(|directory| Run::read(directory)).collect::<Result<Vec<_>, _>>()?;
+    tell_apart(&mut runs);
+    let findings: Vec<Findings> = runs.iter().map(Findings::of).collect();
+    let enriched = runs.iter().map(enriched_frame).collect::<Result<Vec<_>, _>>()?;
+    let pairs: Vec<(&Run, Option<usize>)> = runs.iter().zip(enriched).collect();
+    let timing = Timing::of(&pairs);
+    let scenes = pairs.iter().map(|&(run, frame)| Scenes::of(run, &timing, frame)).collect::<Result<Vec<_>, _>>()?;
+
+    let found: Vec<Found> = runs.iter().zip(&findings).map(|(run, findings)| Found { run, findings }).collect();
+    let told: Vec<Told> = runs.iter().zip(&scenes).map(|(run, scenes)| Told { run, scenes }).collect();
+    let drawings = Drawings {
+        shear_stress: figures::shear_stress(&found, WIDTH),
+        volume: figures::volume(&found, WIDTH),
+        specimen: panels::draw(&told, WIDTH),
+        energies: figures::energies(&found, WIDTH),
+    };
+    let stories: Vec<Story> = runs
+        .iter()
+        .zip(&findings)
+        .zip(&scenes)
+        .map(|((run, findings), scenes)| Story { run, findings, scenes })
+        .collect();
+
+    let path = out.map_or_else(|| first.join("report.html"), Path::to_owned);
+    let folder = path.parent().unwrap_or(Path::new("")).join("figures");
+    fs::create_dir_all(&folder).map_err(|error| unwritable(&folder, &error))?;
+    for (name, drawing) in drawings.files() {
+        put(&folder.join(name), drawing)?;
+    }
+    put(&path.with_extension("txt"), &words::plain_text(&stories))?;
+    put(&path, &page::page(&stories, &drawings))?;
+    Ok(path)
+}
+
+/// Runs of the same name are told apart by their directories.
+fn tell_apart(runs: &mut [Run]) {
+    let names: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
+    for run in runs {
+        if names.iter().filter(|name| **name == run.name).count() > 1 {
+            run.name = run.directory.file_name().map_or_else(
+                || run.directory.display().to_string(),
+                |name| name.to_string_lossy().into_owned(),
+            );
+        }
+    }
+}
+
+fn put(path: &Path, text: &str) -> Result<(), Error> {
+    fs::write(path, text).map_err(|error| unwritable(path, &error))
+}
+
+fn unwritable(path: &Path, error: &std::io::Error) -> Error {
+    Error::User(format!("{} cannot be written: {error}. Give another place with `--out FILE`.", path.display()))
+}

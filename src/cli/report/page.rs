@@ -1,0 +1,180 @@
+//! The page that holds everything: one file, no script, nothing fetched.
+
+use std::fmt::Write as _;
+
+use super::figures::label;
+use super::findings::{STRAIN_DISTURBED, WINDOW};
+use super::svg::{FONT, escape};
+use super::words::{self, Story, Table};
+
+/// The drawings of a report, by the names of their files.
+pub struct Drawings {
+    pub shear_stress: String,
+    pub volume: String,
+    pub specimen: String,
+    pub energies: String,
+}
+
+impl Drawings {
+    /// Each drawing with the name of its file.
+    pub fn files(&self) -> [(&'static str, &str); 4] {
+        [
+            ("shear_stress.svg", &self.shear_stress),
+            ("volume.svg", &self.volume),
+            ("specimen.svg", &self.specimen),
+            ("energies.svg", &self.energies),
+        ]
+    }
+}
+
+/// The whole page.
+pub fn page(stories: &[Story], drawings: &Drawings) -> String {
+    let title = escape(&words::title(stories));
+    let mut body = format!("<h1>{title}</h1>\n");
+    for story in stories {
+        let _ = match stories {
+            [_] => writeln!(body, "<p class=\"lead\">{}</p>", escape(&story.paragraph())),
+            _ => {
+                writeln!(body, "<p class=\"lead\"><b>{}.</b> {}</p>", escape(&label(story.run)), escape(&story.paragraph()))
+            }
+        };
+    }
+    figure(&mut body, 1, &drawings.shear_stress, &stress_caption(stories));
+    figure(
+        &mut body,
+        2,
+        &drawings.volume,
+        "(a) Volume strain, positive in dilation, and (b) normal stress on the upper plate, against horizontal strain; single \
+         rows faint, their moving average on top.",
+    );
+    figure(&mut body, 3, &drawings.specimen, &specimen_caption(stories));
+    figure(
+        &mut body,
+        4,
+        &drawings.energies,
+        "Energies against horizontal strain: elastic energy of the contacts (grains) and of the continuum (points), and kinetic \
+         energy. What is zero has no place on this scale.",
+    );
+    table(&mut body, "What was measured", stories, &words::findings(stories));
+    table(&mut body, "Scenario", stories, &words::scenario(stories));
+    table(&mut body, "Summary of the run", stories, &words::summary(stories));
+    made(&mut body, stories);
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
+         <style>{}</style>\n</head>\n<body>\n<main>\n{body}</main>\n</body>\n</html>\n",
+        style()
+    )
+}
+
+fn style() -> String {
+    format!(
+        "\n:root {{ color-scheme: light; }}\n\
+         body {{ margin: 0; background: #fff; color: #222; font: 16px/1.5 {FONT}; }}\n\
+         main {{ max-width: 920px; margin: 0 auto; padding: 28px 20px 60px; }}\n\
+         h1 {{ font-size: 27px; line-height: 1.25; margin: 0 0 14px; }}\n\
+         h2 {{ font-size: 19px; margin: 38px 0 8px; }}\n\
+         .lead {{ margin: 0 0 14px; }}\n\
+         figure {{ margin: 34px 0 0; }}\n\
+         figure svg {{ display: block; width: 100%; height: auto; }}\n\
+         figcaption {{ font-size: 14px; line-height: 1.45; color: #444; margin: 8px 0 0; max-width: 820px; }}\n\
+         .scroll {{ overflow-x: auto; }}\n\
+         table {{ border-collapse: collapse; font-size: 14px; }}\n\
+         th, td {{ text-align: left; padding: 4px 22px 4px 0; border-bottom: 1px solid #e4e4e4; vertical-align: top; }}\n\
+         td {{ font-variant-numeric: tabular-nums; }}\n\
+         th {{ font-weight: 600; }}\n\
+         tbody th {{ font-weight: normal; color: #444; }}\n\
+         pre {{ font-size: 13px; line-height: 1.4; background: #f6f6f6; padding: 12px; overflow-x: auto; }}\n\
+         code {{ font-size: 14px; }}\n\
+         summary {{ cursor: pointer; margin: 12px 0 0; }}\n\
+         @media print {{ main {{ max-width: none; padding: 0; }} figure {{ break-inside: avoid; }} }}\n"
+    )
+}
+
+fn figure(body: &mut String, number: usize, drawing: &str, caption: &str) {
+    let _ = writeln!(
+        body,
+        "<figure>\n{drawing}<figcaption><b>Figure {number}.</b> {}</figcaption>\n</figure>",
+        escape(caption)
+    );
+}
+
+fn stress_caption(stories: &[Story]) -> String {
+    let mut caption = format!(
+        "Shear stress (tangential force on the upper plate over its area) against horizontal strain (displacement of the upper plate \
+         over the specimen's width). Faint: rows of series.csv, each the mean over its interval; full: their moving average \
+         over {WINDOW} rows"
+    );
+    if stories.iter().any(|story| story.findings.enrichment.is_some()) {
+        let _ = write!(
+            caption,
+            ", which does not look across the enrichment (dashed). (b) shows the enrichment closely; dotted: the mean of the {WINDOW} rows \
+             before it. Recovery is judged over {:.0}\u{2009}% of strain",
+            100.0 * STRAIN_DISTURBED
+        );
+    }
+    caption + "."
+}
+
+fn specimen_caption(stories: &[Story]) -> String {
+    let mut caption = "The specimen, periodic in the horizontal direction, at three moments. Grains are discs in their true size, points \
+                       are squares of their area"
+        .to_owned();
+    let rim = |story: &Story| story.scenes.scenes.iter().any(|scene| scene.bodies.iter().any(|row| row.body.weight < 1.0));
+    if stories.iter().any(rim) {
+        caption += "; in the outlined rim both live and share the mass";
+    }
+    caption += ". Colour: magnitude |e\u{2032}| = \u{221a}(e\u{2032}:e\u{2032}) of the deviatoric part of the best-fit strain over \
+                Delaunay neighbours (simple shear by \u{3b3} has \u{3b3}/\u{221a}2), points and grains fitted apart; in the last panel it \
+                counts from the strain given there, body by body, and bodies that were not there yet are grey";
+    if stories.iter().any(|story| story.scenes.band.is_some()) {
+        caption += ". Dashed box: the band, that is the smallest box around the most strained 2\u{2009}% of the material (98th percentile by \
+                    area) without outliers beyond two standard deviations; its thickness stands beside it";
+    }
+    caption + ". After Chen et al. (2021), figures 9 and 11 and appendix A."
+}
+
+fn table(body: &mut String, title: &str, stories: &[Story], table: &Table) {
+    if table.rows.is_empty() {
+        return;
+    }
+    let _ = writeln!(body, "<h2>{}</h2>\n<div class=\"scroll\"><table>", escape(title));
+    if stories.len() > 1 {
+        body.push_str("<thead><tr><th></th>");
+        for story in stories {
+            let _ = write!(body, "<th>{}</th>", escape(&label(story.run)));
+        }
+        body.push_str("</tr></thead>\n");
+    }
+    body.push_str("<tbody>\n");
+    for (name, cells) in &table.rows {
+        let _ = write!(body, "<tr><th>{}</th>", escape(name));
+        for cell in cells {
+            let _ = write!(body, "<td>{}</td>", escape(cell));
+        }
+        body.push_str("</tr>\n");
+    }
+    body.push_str("</tbody></table></div>\n");
+}
+
+/// How to make it again.
+fn made(body: &mut String, stories: &[Story]) {
+    body.push_str("<h2>How this was made</h2>\n");
+    let directories: Vec<String> = stories.iter().map(|story| story.run.directory.display().to_string()).collect();
+    let _ = writeln!(
+        body,
+        "<p>By scree {} with <code>scree report {}</code>, from each directory's <code>scenario.toml</code>, \
+         <code>summary.json</code>, <code>series.csv</code> and <code>frames.vtkhdf</code>. The drawings lie beside this page in \
+         <code>figures/</code>, as SVG.</p>",
+        env!("CARGO_PKG_VERSION"),
+        escape(&directories.join(" "))
+    );
+    for story in stories {
+        let _ = writeln!(
+            body,
+            "<details><summary>The complete scenario of {}</summary>\n<pre>{}</pre>\n</details>",
+            escape(&label(story.run)),
+            escape(&story.run.scenario_text)
+        );
+    }
+}

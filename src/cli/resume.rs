@@ -1,0 +1,43 @@
+//! `scree resume`: on from the newest good checkpoint.
+
+use std::path::Path;
+
+use scree_partition::transport::Transport;
+
+use super::{Ending, agreed, start_threads};
+use crate::error::Error;
+use crate::run::{self, Options};
+
+pub(super) fn command(dir: &Path, threads: usize, transport: &dyn Transport) -> Ending {
+    let found = agreed(transport, || {
+        refuse_no_run(dir)?;
+        Ok(String::new())
+    });
+    if let Err(error) = found {
+        return Ending::Agreed(Err(error));
+    }
+    if let Err(error) = start_threads(threads) {
+        return Ending::Failed(error);
+    }
+    let options = Options { out: dir.to_path_buf(), threads };
+    match run::resume(dir, &options, transport) {
+        Ok(outcome) => Ending::Agreed(Ok(outcome)),
+        Err(error) => Ending::Failed(error),
+    }
+}
+
+/// What is no run cannot be gone on with.
+pub(super) fn refuse_no_run(dir: &Path) -> Result<(), Error> {
+    let shown = dir.display();
+    if !dir.is_dir() {
+        return Err(Error::User(format!(
+            "There is no folder {shown}. Give the folder of a run, for example runs/quickstart."
+        )));
+    }
+    if !dir.join("scenario.toml").is_file() {
+        return Err(Error::User(format!(
+            "{shown} holds no run: its scenario.toml is missing. Give the folder that `scree run` wrote, for example runs/quickstart."
+        )));
+    }
+    Ok(())
+}

@@ -1,0 +1,89 @@
+//! `scree run`: from a job to a new run folder.
+
+use std::path::{Path, PathBuf};
+
+use scree_partition::transport::Transport;
+
+use super::{Ending, agreed, start_threads};
+use crate::error::Error;
+use crate::run::{self, Options};
+use crate::scenario::Scenario;
+
+/// Where runs go that are not told otherwise, below the current folder.
+const RUNS: &str = "runs";
+
+pub(super) fn command(
+    job: &Path,
+    out: Option<PathBuf>,
+    threads: usize,
+    sets: &[String],
+    transport: &dyn Transport,
+) -> Ending {
+    let (scenario, options) = match prepare(job, out, threads, sets, transport) {
+        Ok(prepared) => prepared,
+        Err(error) => return Ending::Agreed(Err(error)),
+    };
+    if let Err(error) = start_threads(threads) {
+        return Ending::Failed(error);
+    }
+    match run::start(&scenario, &options, transport) {
+        Ok(outcome) => Ending::Agreed(Ok(outcome)),
+        Err(error) => Ending::Failed(error),
+    }
+}
+
+/// Rank 0 reads and checks the job; the others take the resolved text, so that no two ranks can mean different things.
+fn prepare(
+    job: &Path,
+    out: Option<PathBuf>,
+    threads: usize,
+    sets: &[String],
+    transport: &dyn Transport,
+) -> Result<(Scenario, Options), Error> {
+    let resolved = agreed(transport, || {
+        let scenario = Scenario::load(job, sets)?;
+        refuse_missing_grains(&scenario)?;
+        refuse_existing_run(&folder(&out, &scenario))?;
+        Ok(scenario.to_toml())
+    })?;
+    let scenario = Scenario::parse(&resolved, &job.display().to_string(), &[])?;
+    let out = folder(&out, &scenario);
+    Ok((scenario, Options { out, threads }))
+}
+
+fn folder(out: &Option<PathBuf>, scenario: &Scenario) -> PathBuf {
+    match out {
+        Some(out) => out.clone(),
+        None => Path::new(RUNS).join(&scenario.name),
+    }
+}
+
+/// The file that grains are read from must exist before anything is started.
+pub(super) fn refuse_missing_grains(scenario: &Scenario) -> Result<(), Error> {
+    match &scenario.grains.file {
+        Some(file) if !file.is_file() => Err(Error::User(format!(
+            "grains.file: there is no file {}. Give a path that starts from the job's folder, or remove the key to make a packing.",
+            file.display()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn refuse_existing_run(out: &Path) -> Result<(), Error> {
+    let shown = out.display();
+    let occupied = match std::fs::read_dir(out) {
+        Ok(mut entries) => entries.next().is_some(),
+        Err(_) => out.exists(),
+    };
+    if !occupied {
+        return Ok(());
+    }
+    Err(Error::User(match out.join("scenario.toml").exists() {
+        true => format!(
+            "{shown} already holds a run, and a run is never overwritten. Go on with it by `scree resume {shown}`, or start a new one elsewhere with --out DIR."
+        ),
+        false => format!(
+            "{shown} exists and is no run of scree, so nothing is written there. Choose another folder with --out DIR."
+        ),
+    }))
+}

@@ -1,0 +1,435 @@
+//! Watching for a shear band and replacing it by grains: the world's side of seed 000, sections 3 and 4.
+
+use std::path::Path;
+
+use scree_partition::{ExactSum, Reader, Writer};
+
+use crate::dem::grains::Mover;
+use crate::error::Error;
+use crate::hybrid::motion::{Moved, MotionField};
+use crate::hybrid::oracle::{Memory, NodeFields};
+use crate::hybrid::select::{Candidate, select};
+use crate::hybrid::track::Instants;
+use crate::hybrid::zone::{CellGrid, Label, Zone};
+use crate::law::material::MaterialMemory;
+use crate::mpm::points::Point;
+use crate::mpm::scatter::scatter_fields;
+use crate::observe::phases::Phase;
+use crate::packing::{self, Grain, PlanarWorld, settings_for};
+use crate::parallel::over_blocks;
+use crate::rebuild::Parts;
+use crate::scenario::{self, Scenario};
+use crate::space::{Linear, Plane, Space};
+use crate::transfer;
+
+type Vector = <Plane as Space>::Vector;
+type PlanarPoint = Point<Plane, crate::law::material::CriticalMemory>;
+
+/// What an enrichment did, for the log and the summary.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Enriched {
+    pub grains: u64,
+    pub grains_rim: u64,
+    pub points_removed: u64,
+    pub points_rim: u64,
+    /// kg, before and after.
+    pub mass_before: f64,
+    pub mass_after: f64,
+    /// N s in x and y, before and after.
+    pub momentum_before: [f64; 2],
+    pub momentum_after: [f64; 2],
+    /// Mean Cauchy stress (xx, yy, xy) of the points that were replaced and of the grains that replaced them, Pa.
+    pub stress_points: [f64; 3],
+    pub stress_grains: [f64; 3],
+    /// Kinetic over elastic energy at the end of training.
+    pub training_energy_ratio: f64,
+    pub training_steps: u64,
+}
+
+/// The cells of the world's domain.
+pub fn cell_grid(world: &PlanarWorld) -> CellGrid {
+    let layout = &world.layout;
+    CellGrid { counts: [layout.cells[0], layout.cells[1]], cell: layout.cell, lower: layout.corner[1] }
+}
+
+/// Displacement of a point since the start, across periods, m.
+fn displacement(point: &PlanarPoint, period: f64) -> Vector {
+    let mut moved = point.position - point.origin;
+    moved[0] += point.image as f64 * period;
+    moved
+}
+
+/// Takes the tracks of all points at their instants; `instants` says which steps these are.
+pub fn track(world: &mut PlanarWorld, instants: &mut Instants) {
+    if instants.every == 0 || !world.step.is_multiple_of(instants.every) {
+        return;
+    }
+    if instants.full() {
+        instants.thin();
+        world.points.iter_mut().for_each(|point| point.track.thin());
+        if !world.step.is_multiple_of(instants.every) {
+            return;
+        }
+    }
+    let slot = instants.times.len();
+    instants.times.push(world.time());
+    let period = world.layout.period();
+    for point in &mut world.points {
+        point.track.displacements[slot] = displacement(point, period);
+    }
+}
+
+/// One look of the oracle (Algorithm 1): true when a persistent band has been found.
+pub fn watch(
+    world: &mut PlanarWorld,
+    memory: &mut Memory,
+    settings: &scenario::Oracle,
+    diameter: f64,
+) -> Result<bool, Error> {
+    let timer = world.phases.start();
+    let last = memory.slot_last();
+    let since = |point: &PlanarPoint, slot: Option<usize>| {
+        point.memory.plastic_strain() - slot.map_or(0.0, |slot| point.window.samples[slot])
+    };
+    let mut most = [world.points.iter().map(|point| since(point, last)).fold(0.0, f64::max)];
+    world.transport.max(&mut most);
+    if !memory.due(most[0], settings) {
+        return Ok(false);
+    }
+    let (slot, begin) = memory.look(most[0], settings);
+    let mut found = false;
+    if let Some(begin) = begin {
+        let fields = node_fields(world, |point| [since(point, last), since(point, Some(begin))])?;
+        let flagged = fields.flagged(settings, world.layout.cell, diameter);
+        found = memory.persists(flagged, settings);
+    }
+    for point in &mut world.points {
+        point.window.samples[slot] = point.memory.plastic_strain();
+    }
+    world.phases.stop(Phase::Oracle, timer);
+    Ok(found)
+}
+
+/// Two fields of points as mass-weighted means on the nodes of the whole domain, on every rank.
+fn node_fields(
+    world: &mut PlanarWorld,
+    fields: impl Fn(&PlanarPoint) -> [f64; 2] + Sync,
+) -> Result<NodeFields, Error> {
+    const WORDS: usize = 3;
+    let mosaic = &world.nodes.mosaic;
+    let mut rows = vec![[0.0; WORDS]; mosaic.rows() + mosaic.rows_received];
+    let frames = &world.frames;
+    over_blocks(
+        &world.point_ranges,
+        &mut world.points,
+        mosaic.nodes_per_tile,
+        &mut rows[..mosaic.rows()],
+        &|block, _, points, tile| scatter_fields(&frames[block], points, &fields, tile),
+    );
+    let halo = &world.nodes.gathered;
+    halo.pack::<WORDS>(&mut world.buffers, |row| rows[row as usize]);
+    halo.exchange::<WORDS>(world.transport, &mut world.buffers, &mut || {});
+    halo.unpack::<WORDS>(&world.buffers, |row, words| rows[row as usize] = words);
+    let sums = mosaic.sum(&rows, [0.0; WORDS], |sum, row| {
+        for (sum, row) in sum.iter_mut().zip(row) {
+            *sum += row;
+        }
+    });
+
+    let grid = cell_grid(world);
+    let mut mine = Writer::new();
+    for (node, sum) in mosaic.owned.iter().zip(&sums).filter(|(_, sum)| sum[0] > 0.0) {
+        mine.u64(node.place[1] as u64 * grid.counts[0] as u64 + node.place[0] as u64);
+        mine.f64(sum[1] / sum[0]);
+        mine.f64(sum[2] / sum[0]);
+    }
+    let mut whole = NodeFields::empty([grid.counts[0], grid.counts[1] + 1]);
+    for bytes in world.transport.all_gather(mine.as_bytes()) {
+        let mut reader = Reader::plain(&bytes);
+        while reader.left() > 0 {
+            let torn = |error: scree_partition::ParcelError| Error::Run(error.to_string());
+            let node = reader.u64().map_err(torn)? as usize;
+            whole.present[node] = true;
+            whole.rate[node] = reader.f64().map_err(torn)?;
+            whole.recent[node] = reader.f64().map_err(torn)?;
+        }
+    }
+    Ok(whole)
+}
+
+/// Replaces the points around the flagged nodes by trained grains of the packing in `packing_file`.
+pub fn enrich(
+    world: &mut PlanarWorld,
+    scenario: &Scenario,
+    flagged: &[u64],
+    instants: &Instants,
+    packing_file: &Path,
+) -> Result<Enriched, Error> {
+    let settings = &scenario.enrichment;
+    let zone = Zone::around(flagged, cell_grid(world), settings);
+    let mut points = transfer::gather_everywhere(world.transport, world.points.clone())?;
+    points.sort_unstable_by_key(|point| point.id);
+    let label = |point: &PlanarPoint| zone.at(point.position[0], point.position[1]);
+    let mass_of = |wanted: Label| -> f64 {
+        points.iter().filter(|point| label(point) == wanted).map(|point| point.mass).sum()
+    };
+    let (core, rim) = (mass_of(Label::Grains), mass_of(Label::Rim));
+    if core == 0.0 || rim == 0.0 {
+        return Err(Error::Run(
+            "the zone around the shear band has no core or no rim; `enrichment.distance` must exceed a cell, and the band must leave continuum beside it".into(),
+        ));
+    }
+
+    let motion = Motion::of(world, &points, instants, settings.training);
+    let packing = read_packing(world, packing_file)?;
+    let chosen = choose(scenario, &zone, &motion, &packing, core, rim)?;
+    let before = world.ledger()?;
+    let mut enriched = Enriched {
+        mass_before: before.mass,
+        momentum_before: [before.momentum[0], before.momentum[1]],
+        stress_points: mean_stress(points.iter().filter(|point| label(point) == Label::Grains)),
+        grains_rim: chosen.rim.len() as u64,
+        ..Enriched::default()
+    };
+    let mut grains = train(world, scenario, &motion, chosen.grains, &chosen.rim, &mut enriched)?;
+    for grain in &mut grains {
+        grain.cold.mover = Mover::Free;
+        grain.cold.script = Vector::zero();
+        let in_rim = chosen.rim.binary_search(&grain.cold.id.0).is_ok();
+        grain.hot.weight = if in_rim { settings.weight } else { 1.0 };
+        grain.hot.spin = <Plane as Space>::Spin::zero();
+        grain.hot.velocity = motion.velocity(&grain.cold.origin);
+    }
+
+    let mut kept = Vec::with_capacity(world.points.len());
+    let mut lost = ExactSum::<4>::new();
+    for point in &world.points {
+        let mut point = *point;
+        let freed = match label(&point) {
+            Label::Continuum => 0.0,
+            Label::Grains => point.weight,
+            Label::Rim => point.weight - chosen.point_weight,
+        };
+        lost.add(0, freed * point.mass);
+        lost.add(1, freed * point.mass * point.velocity[0]);
+        lost.add(2, freed * point.mass * point.velocity[1]);
+        match label(&point) {
+            Label::Continuum => kept.push(point),
+            Label::Grains => lost.add(3, 1.0),
+            Label::Rim => {
+                point.weight = chosen.point_weight;
+                kept.push(point);
+            }
+        }
+    }
+    let [_, lost_x, lost_y, removed] = world.reduce(lost)?;
+    correct_momentum(world, &mut grains, [lost_x, lost_y])?;
+    enriched.points_removed = removed as u64;
+    world.replace(grains, kept)?;
+
+    let after = world.ledger()?;
+    enriched.mass_after = after.mass;
+    enriched.momentum_after = [after.momentum[0], after.momentum[1]];
+    enriched.grains = world.grains_total;
+    enriched.points_rim = points.iter().filter(|point| label(point) == Label::Rim).count() as u64;
+    Ok(enriched)
+}
+
+fn read_packing(world: &PlanarWorld, file: &Path) -> Result<Vec<Grain>, Error> {
+    let root = world.transport.rank() == 0;
+    let read = if root { packing::read(file).map(|(grains, _)| grains) } else { Ok(Vec::new()) };
+    transfer::broadcast(world.transport, transfer::agree(world.transport, read)?)
+}
+
+/// One rigid correction gives the grains exactly the momentum that the points gave up.
+fn correct_momentum(world: &PlanarWorld, grains: &mut [Grain], wanted: [f64; 2]) -> Result<(), Error> {
+    let mut sums = ExactSum::<3>::new();
+    for grain in grains.iter() {
+        let mass = grain.hot.weight * grain.cold.mass;
+        sums.add(0, mass);
+        sums.add(1, mass * grain.hot.velocity[0]);
+        sums.add(2, mass * grain.hot.velocity[1]);
+    }
+    let [mass, x, y] = world.reduce(sums)?;
+    let correction = Vector::new((wanted[0] - x) / mass, (wanted[1] - y) / mass);
+    for grain in grains {
+        grain.hot.velocity += correction;
+    }
+    Ok(())
+}
+
+/// Volume mean of the Cauchy stress, Pa.
+fn mean_stress<'a>(points: impl Iterator<Item = &'a PlanarPoint>) -> [f64; 3] {
+    let (mut sum, mut volume) = ([0.0; 3], 0.0);
+    for point in points {
+        // tau V0 = sigma V
+        for (sum, component) in sum.iter_mut().zip([point.stress[0], point.stress[3], point.stress[2]]) {
+            *sum += component * point.volume;
+        }
+        volume += point.volume * point.volume_ratio;
+    }
+    sum.map(|sum| sum / volume)
+}
+
+/// The continuum's motion since the start, as training repeats it: displacements at rising times, and velocity now.
+struct Motion {
+    field: MotionField,
+    /// Seconds, rising, the first being zero.
+    times: Vec<f64>,
+}
+
+impl Motion {
+    /// `points` in the order of their ids; `share` of the motion is kept.
+    fn of(world: &PlanarWorld, points: &[PlanarPoint], instants: &Instants, share: f64) -> Self {
+        let period = world.layout.period();
+        let moved = |point: &PlanarPoint| {
+            let mut path = vec![Vector::zero()];
+            path.extend(&point.track.displacements[..instants.times.len()]);
+            path.push(displacement(point, period));
+            let mut path: Vec<[f64; 2]> = path.iter().map(|moved| [share * moved[0], share * moved[1]]).collect();
+            path.push([point.velocity[0], point.velocity[1]]);
+            Moved { origin: [point.origin[0], point.origin[1]], mass: point.mass, displacements: path }
+        };
+        let moved: Vec<Moved> = points.iter().map(moved).collect();
+        let mut times = vec![0.0];
+        times.extend(&instants.times);
+        times.push(world.time());
+        Self { field: MotionField::new(cell_grid(world), &moved), times }
+    }
+
+    /// Displacement at the i-th time; zero where there was no material.
+    fn displacement(&self, time: usize, origin: &Vector) -> Vector {
+        let moved = self.field.at(time, [origin[0], origin[1]]).unwrap_or_default();
+        Vector::new(moved[0], moved[1])
+    }
+
+    fn velocity(&self, origin: &Vector) -> Vector {
+        self.displacement(self.times.len(), origin)
+    }
+}
+
+struct Chosen {
+    grains: Vec<Grain>,
+    /// Ids of rim grains, rising.
+    rim: Vec<u64>,
+    point_weight: f64,
+}
+
+/// Grains of the packing that the continuum's motion has brought into the zone.
+fn choose(
+    scenario: &Scenario,
+    zone: &Zone,
+    motion: &Motion,
+    packing: &[Grain],
+    core: f64,
+    rim: f64,
+) -> Result<Chosen, Error> {
+    let now = motion.times.len() - 1;
+    let reach = scenario.enrichment.distance + 1.5 * zone.grid.cell;
+    let mut candidates = Vec::new();
+    for (row, grain) in packing.iter().enumerate() {
+        let place = grain.cold.origin + motion.displacement(now, &grain.cold.origin);
+        let place = [place[0], place[1]];
+        if zone.distance(place) > reach && zone.at(place[0], place[1]) == Label::Continuum {
+            continue;
+        }
+        if grain.cold.mover != Mover::Free {
+            return Err(Error::Run(
+                "the zone around the shear band reaches a plate, which grains of a zone cannot touch yet; lower `enrichment.distance` or move the weak region away from the plates".into(),
+            ));
+        }
+        candidates.push(Candidate { row, id: grain.cold.id.0, mass: grain.cold.mass, place });
+    }
+    let selection = select(zone, &candidates, core, rim, scenario.enrichment.weight);
+    let mut rim: Vec<u64> = Vec::new();
+    let mut grains = Vec::with_capacity(selection.chosen.len());
+    for (row, in_rim) in selection.chosen {
+        grains.push(packing[row].clone());
+        if in_rim {
+            rim.push(packing[row].cold.id.0);
+        }
+    }
+    rim.sort_unstable();
+    if grains.is_empty() || rim.is_empty() {
+        return Err(Error::Run(
+            "the packing has no grains for the zone around the shear band; its height or width differ from the specimen's".into(),
+        ));
+    }
+    Ok(Chosen { grains, rim, point_weight: selection.point_weight })
+}
+
+/// Kinematic training (seed 000, 4.1.1): a world of the chosen grains alone, its rim moved along the continuum's path,
+/// everything inside free. Rows of this rank's blocks come back.
+fn train(
+    world: &PlanarWorld,
+    scenario: &Scenario,
+    motion: &Motion,
+    mut grains: Vec<Grain>,
+    rim: &[u64],
+    enriched: &mut Enriched,
+) -> Result<Vec<Grain>, Error> {
+    for grain in &mut grains {
+        if rim.binary_search(&grain.cold.id.0).is_ok() {
+            grain.cold.mover = Mover::Script;
+        }
+    }
+    let grains = if world.transport.rank() == 0 { grains } else { Vec::new() };
+    let settings = settings_for(scenario, scenario.contact.friction, world.settings.radius_max);
+    let parts = Parts { grains, points: Vec::new(), plates: Vec::new() };
+    let mut training = PlanarWorld::new(settings, world.layout.clone(), world.transport, 0, parts)?;
+
+    let dt = scenario.time.step;
+    for leg in 0..motion.times.len() - 1 {
+        let duration = (motion.times[leg + 1] - motion.times[leg]) / scenario.enrichment.training_speed;
+        let steps = (duration / dt).round().max(1.0);
+        follow(&mut training, |origin| {
+            let way = motion.displacement(leg + 1, origin) - motion.displacement(leg, origin);
+            way * (1.0 / (steps * dt))
+        });
+        run_steps(&mut training, steps as u64)?;
+    }
+    let rest = (scenario.enrichment.training_rest * training.step as f64).round();
+    follow(&mut training, |_| Vector::zero());
+    run_steps(&mut training, rest as u64)?;
+    let energies = training.energies()?;
+    enriched.training_energy_ratio = energies.kinetic_grains / energies.elastic_grains;
+    enriched.training_steps = training.step;
+    enriched.stress_grains = grain_stress(&training, scenario.specimen.depth)?;
+    training.rebuild()?;
+    Ok(training.rows().0)
+}
+
+fn follow(training: &mut PlanarWorld, velocity: impl Fn(&Vector) -> Vector) {
+    for cold in &mut training.grains.cold {
+        if cold.mover == Mover::Script {
+            cold.script = velocity(&cold.origin);
+        }
+    }
+}
+
+fn run_steps(world: &mut PlanarWorld, steps: u64) -> Result<(), Error> {
+    for _ in 0..steps {
+        world.advance()?;
+    }
+    Ok(())
+}
+
+/// Packing fraction by which a grain's share of space follows from its own volume where no better is known.
+const FRACTION_NOMINAL: f64 = 0.84;
+
+/// Mean Love-Weber stress of the free grains, Pa: xx, yy, xy.
+pub fn grain_stress(world: &PlanarWorld, depth: f64) -> Result<[f64; 3], Error> {
+    let mut sums = ExactSum::<4>::new();
+    for (row, (hot, cold)) in world.grains.hot[..world.grains.owned].iter().zip(&world.grains.cold).enumerate() {
+        if cold.mover == Mover::Free {
+            let moment = world.contacts.moment(&world.grains, row);
+            sums.add(0, moment[0]);
+            sums.add(1, moment[3]);
+            sums.add(2, 0.5 * (moment[1] + moment[2]));
+            sums.add(3, Plane::grain_volume(hot.radius, depth));
+        }
+    }
+    let [xx, yy, xy, volume] = world.reduce(sums)?;
+    let space = volume / FRACTION_NOMINAL;
+    Ok([xx / space, yy / space, xy / space])
+}

@@ -1,0 +1,21 @@
+//! What can go wrong, by who can mend it. Messages speak to the operator: one short paragraph with the remedy.
+
+/// An error and the exit code it ends the program with.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The operator's mistake: a bad job, an existing run, a bad checkpoint. Exit code 2.
+    #[error("{0}")]
+    User(String),
+    /// The run stopped itself: unstable, a lost grain, a full disk. Exit code 3.
+    #[error("{0}")]
+    Run(String),
+}
+
+impl Error {
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Error::User(_) => 2,
+            Error::Run(_) => 3,
+        }
+    }
+}

@@ -1,0 +1,8 @@
+//! Grains where the continuum shears itself into a band: where ([`oracle`], [`zone`]), from what ([`motion`], [`select`]).
+//! Coupling itself happens on the nodes: [`crate::mpm::nodes::advance`].
+
+pub mod motion;
+pub mod oracle;
+pub mod select;
+pub mod track;
+pub mod zone;

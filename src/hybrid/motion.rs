@@ -1,0 +1,106 @@
+//! The continuum's motion as a field over the place where things began, so that a packing can be moved along it.
+
+use crate::hybrid::zone::CellGrid;
+
+/// One point's contribution: where it began, its mass, and its displacements at the instants of the field, m.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moved {
+    pub origin: [f64; 2],
+    pub mass: f64,
+    pub displacements: Vec<[f64; 2]>,
+}
+
+/// Displacement on the nodes of the background grid laid over the *initial* configuration, at several instants: the
+/// mass-weighted mean of the points around, linear in between.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotionField {
+    grid: CellGrid,
+    /// Per instant and node.
+    nodes: Vec<Vec<Option<[f64; 2]>>>,
+}
+
+impl MotionField {
+    /// `points` in the order of their ids, which fixes the order of the sums.
+    pub fn new(grid: CellGrid, points: &[Moved]) -> Self {
+        let instants = points.first().map_or(0, |point| point.displacements.len());
+        let count = grid.counts[0] * (grid.counts[1] + 1);
+        let mut mass = vec![0.0; count];
+        let mut sums = vec![vec![[0.0f64; 2]; count]; instants];
+        for point in points {
+            for (node, share) in corners(&grid, point.origin).into_iter().flatten() {
+                mass[node] += share * point.mass;
+                for (sum, displacement) in sums.iter_mut().zip(&point.displacements) {
+                    for (sum, displacement) in sum[node].iter_mut().zip(displacement) {
+                        *sum += share * point.mass * displacement;
+                    }
+                }
+            }
+        }
+        let mean = |sum: Vec<[f64; 2]>| {
+            sum.iter().zip(&mass).map(|(sum, mass)| (*mass > 0.0).then(|| sum.map(|sum| sum / mass))).collect()
+        };
+        Self { grid, nodes: sums.into_iter().map(mean).collect() }
+    }
+
+    pub fn instants(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Displacement at an instant of what began at `origin`; of the nearest material's where the corners carry none on
+    /// one side, none where there is no material at all.
+    pub fn at(&self, instant: usize, origin: [f64; 2]) -> Option<[f64; 2]> {
+        let (mut sum, mut total) = ([0.0; 2], 0.0);
+        for (node, share) in corners(&self.grid, origin).into_iter().flatten() {
+            if let Some(displacement) = self.nodes[instant][node] {
+                total += share;
+                sum[0] += share * displacement[0];
+                sum[1] += share * displacement[1];
+            }
+        }
+        (total > 0.0).then(|| [sum[0] / total, sum[1] / total])
+    }
+}
+
+/// The four nodes around a place with their linear shares.
+fn corners(grid: &CellGrid, place: [f64; 2]) -> [Option<(usize, f64)>; 4] {
+    let (x, y) = (place[0] / grid.cell, (place[1] - grid.lower) / grid.cell);
+    let (column, row) = (x.floor(), y.floor());
+    let (fx, fy) = (x - column, y - row);
+    let node = |i: f64, j: f64, share: f64| {
+        let row = row + j;
+        let inside = row >= 0.0 && row <= grid.counts[1] as f64;
+        let column = (column + i).rem_euclid(grid.counts[0] as f64);
+        inside.then(|| (row as usize * grid.counts[0] + column as usize, share))
+    };
+    [
+        node(0.0, 0.0, (1.0 - fx) * (1.0 - fy)),
+        node(1.0, 0.0, fx * (1.0 - fy)),
+        node(0.0, 1.0, (1.0 - fx) * fy),
+        node(1.0, 1.0, fx * fy),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_linear_motion_is_followed_exactly_inside() {
+        let grid = CellGrid { counts: [4, 6], cell: 0.5, lower: -1.0 };
+        let shear = |origin: [f64; 2]| [0.1 * origin[1] + 0.02, -0.05];
+        let mut points = Vec::new();
+        for j in 0..12 {
+            for i in 0..8 {
+                let origin = [0.125 + 0.25 * f64::from(i), -0.875 + 0.25 * f64::from(j)];
+                points.push(Moved { origin, mass: 2.0, displacements: vec![[0.0; 2], shear(origin)] });
+            }
+        }
+        let field = MotionField::new(grid, &points);
+        for origin in [[0.3, 0.2], [1.9, 0.7], [0.01, 1.3]] {
+            let found = field.at(1, origin).unwrap();
+            let wanted = shear(origin);
+            assert!((found[0] - wanted[0]).abs() < 1e-14 && (found[1] - wanted[1]).abs() < 1e-14, "{found:?} {wanted:?}");
+        }
+        assert_eq!(field.at(0, [0.3, 0.2]), Some([0.0, 0.0]));
+    }
+}

@@ -1,0 +1,12 @@
+//! Ids, rows and places are different things and different types (STYLE.md, habit 8).
+
+/// Names a grain for the whole run, on every rank and across restarts. Grains glued to plates share this space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct GrainId(pub u64);
+
+/// Names a material point for the whole run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct PointId(pub u64);
+
+/// Where a grain or point stands in the arrays of this rank until the next rebuild.
+pub type Row = u32;

@@ -1,0 +1,40 @@
+//! scree: granular matter under `mpirun`, as grains, as a continuum, and as both where shear localises.
+//!
+//! Crate map, from the operator inwards; imports run one way.
+//!
+//! * [`cli`]: one file per subcommand; [`scenario`]: the job, checked once.
+//! * [`run`]: the loop of step, observe, save, stop; [`checkpoint`]: a world as tables.
+//! * [`world`]: the state in blocks and the step as a table of contents; [`rebuild`] and [`layout`]: who holds what;
+//!   [`enrichment`]: grains for points. These alone call the partition.
+//! * [`dem`], [`mpm`], [`hybrid`]: grains, continuum, and what couples them. They do not know ranks.
+//! * [`law`]: forces and stresses; [`space`], [`math`], [`ids`]: the ground.
+//!
+//! One word, one thing: a *block* owns *cells*, a *tile* holds its *nodes*; a *grain* is DEM, a *point* is MPM, a *contact* a
+//! touching pair with memory; a *ghost* is a copy of a row another rank owns; a *zone* is where grains replaced points and
+//! its *rim* the reconciliation zone where both live.
+
+pub mod body;
+pub mod checkpoint;
+pub mod cli;
+pub mod dem;
+pub mod enrichment;
+pub mod error;
+pub mod hybrid;
+pub mod ids;
+pub mod law;
+pub mod layout;
+pub mod math;
+pub mod mpm;
+pub mod observe;
+pub mod output;
+pub mod packing;
+pub mod parallel;
+pub mod rebuild;
+pub mod record;
+pub mod run;
+pub mod scenario;
+pub mod space;
+pub mod specimen;
+pub mod tables;
+pub mod transfer;
+pub mod world;

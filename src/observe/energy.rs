@@ -1,0 +1,83 @@
+//! Energies of the whole world, exact sums over all ranks.
+
+use scree_partition::ExactSum;
+
+use crate::dem::grains::Mover;
+use crate::error::Error;
+use crate::law::contact::ContactLaw;
+use crate::law::material::MaterialLaw;
+use crate::space::{Linear, Space};
+use crate::world::World;
+
+/// J; every grain, point and contact with its weight in the mixture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energies {
+    /// Translation and rotation of free grains.
+    pub kinetic_grains: f64,
+    /// Springs of contacts.
+    pub elastic_grains: f64,
+    pub kinetic_points: f64,
+    pub elastic_points: f64,
+}
+
+/// Mass and momentum of everything that moves by its own forces, kg and N s, weighted.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ledger {
+    pub mass: f64,
+    pub momentum: [f64; 3],
+}
+
+impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+    pub fn energies(&self) -> Result<Energies, Error> {
+        let mut sums = ExactSum::<4>::new();
+        for (hot, cold) in self.grains.hot[..self.grains.owned].iter().zip(&self.grains.cold) {
+            if cold.mover == Mover::Free {
+                let mass = hot.weight * cold.mass;
+                let inertia = S::grain_inertia(mass, hot.radius);
+                sums.add(
+                    0,
+                    0.5 * mass * hot.velocity.dot(&hot.velocity) + 0.5 * inertia * hot.spin.dot(&hot.spin),
+                );
+            }
+        }
+        for energy in self.contacts.elastic_energies(&self.settings.contact, &self.grains) {
+            sums.add(1, energy);
+        }
+        for point in &self.points {
+            sums.add(2, 0.5 * point.weight * point.mass * point.velocity.dot(&point.velocity));
+            sums.add(3, point.weight * point.volume * self.settings.material.elastic_energy(&point.memory));
+        }
+        let [kinetic_grains, elastic_grains, kinetic_points, elastic_points] = self.reduce(sums)?;
+        Ok(Energies { kinetic_grains, elastic_grains, kinetic_points, elastic_points })
+    }
+
+    pub fn ledger(&self) -> Result<Ledger, Error> {
+        let mut sums = ExactSum::<4>::new();
+        let mut add = |mass: f64, velocity: &S::Vector| {
+            sums.add(0, mass);
+            for axis in 0..S::DIMENSION {
+                sums.add(1 + axis, mass * velocity[axis]);
+            }
+        };
+        for (hot, cold) in self.grains.hot[..self.grains.owned].iter().zip(&self.grains.cold) {
+            if cold.mover == Mover::Free {
+                add(hot.weight * cold.mass, &hot.velocity);
+            }
+        }
+        for point in &self.points {
+            add(point.weight * point.mass, &point.velocity);
+        }
+        let [mass, x, y, z] = self.reduce(sums)?;
+        Ok(Ledger { mass, momentum: [x, y, z] })
+    }
+
+    /// Exact sums over all ranks; what is not finite stops the run.
+    pub fn reduce<const N: usize>(&self, sums: ExactSum<N>) -> Result<[f64; N], Error> {
+        sums.reduce(self.transport).map_err(|error| {
+            Error::Run(format!(
+                "step {}: energy or momentum is not finite or beyond reason ({error}); the run is unstable: check `time.step` and the last frames",
+                self.step
+            ))
+        })
+    }
+}

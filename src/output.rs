@@ -1,0 +1,209 @@
+//! A run directory: what rank 0 writes and what a person reads.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File, OpenOptions};
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use scree_io::frames::{Frame, FrameFile};
+use scree_io::series::Series;
+use serde_json::{Value, json};
+
+use crate::checkpoint::Progress;
+use crate::error::Error;
+
+/// Columns of `series.csv`.
+pub const SERIES_HEADER: [&str; 12] = [
+    "step",
+    "time",
+    "strain",
+    "shear_stress",
+    "normal_stress",
+    "volume_strain",
+    "grains",
+    "points",
+    "kinetic_grains",
+    "elastic_grains",
+    "kinetic_points",
+    "elastic_points",
+];
+
+/// Open files of a run, on rank 0.
+pub struct Outputs {
+    dir: PathBuf,
+    series: Series,
+    frames: Option<FrameFile>,
+    log: File,
+    /// Figures for `summary.json`.
+    summary: BTreeMap<String, Value>,
+    meter: Meter,
+}
+
+/// Names in a run directory.
+pub fn packing_file(dir: &Path) -> PathBuf {
+    dir.join("packing.h5")
+}
+fn summary_file(dir: &Path) -> PathBuf {
+    dir.join("summary.json")
+}
+fn frames_file(dir: &Path) -> PathBuf {
+    dir.join("frames.vtkhdf")
+}
+fn series_file(dir: &Path) -> PathBuf {
+    dir.join("series.csv")
+}
+
+fn failed(path: &Path, error: &dyn std::fmt::Display) -> Error {
+    Error::Run(format!("{}: {error}; the run has stopped, resume it from its last checkpoint", path.display()))
+}
+
+/// Makes a fresh run directory; one that holds a run is never overwritten.
+pub fn claim(dir: &Path, scenario: &str) -> Result<(), Error> {
+    if dir.join("scenario.toml").exists() {
+        return Err(Error::User(format!(
+            "{0}: this directory holds a run already. Continue it with `scree resume {0}`, or give another with --out.",
+            dir.display()
+        )));
+    }
+    let refused = |error: std::io::Error| {
+        Error::User(format!("{}: cannot make the run directory: {error}; give another with --out", dir.display()))
+    };
+    fs::create_dir_all(crate::checkpoint::folder(dir)).map_err(refused)?;
+    fs::write(dir.join("scenario.toml"), scenario).map_err(refused)
+}
+
+impl Outputs {
+    pub fn create(dir: &Path, steps: u64) -> Result<Self, Error> {
+        let path = series_file(dir);
+        let series = Series::create(&path, &SERIES_HEADER).map_err(|error| failed(&path, &error))?;
+        Self::open(dir, series, None, 0, steps)
+    }
+
+    /// Cuts series and frames back to what `progress` had written.
+    pub fn resume(dir: &Path, progress: &Progress, steps: u64) -> Result<Self, Error> {
+        let path = series_file(dir);
+        let series = Series::resume(&path, &SERIES_HEADER, progress.series_rows as usize)
+            .map_err(|error| failed(&path, &error))?;
+        let path = frames_file(dir);
+        let frames =
+            FrameFile::open_and_cut(&path, progress.frames as usize).map_err(|error| failed(&path, &error))?;
+        let mut outputs = Self::open(dir, series, Some(frames), progress.step, steps)?;
+        if let Ok(text) = fs::read_to_string(summary_file(dir)) {
+            outputs.summary = serde_json::from_str(&text).unwrap_or_default();
+        }
+        Ok(outputs)
+    }
+
+    fn open(
+        dir: &Path,
+        series: Series,
+        frames: Option<FrameFile>,
+        step: u64,
+        steps: u64,
+    ) -> Result<Self, Error> {
+        let path = dir.join("log.jsonl");
+        let log = OpenOptions::new().create(true).append(true).open(&path).map_err(|error| failed(&path, &error))?;
+        let meter = Meter::new(step, steps);
+        Ok(Self { dir: dir.to_path_buf(), series, frames, log, summary: BTreeMap::new(), meter })
+    }
+
+    pub fn row(&mut self, values: &[f64]) -> Result<(), Error> {
+        self.series.push(values).map_err(|error| failed(self.series.path(), &error))
+    }
+
+    pub fn frame(&mut self, frame: &Frame) -> Result<(), Error> {
+        let path = frames_file(&self.dir);
+        match &mut self.frames {
+            Some(frames) => frames.append(frame).map_err(|error| failed(&path, &error)),
+            None => {
+                let mut frames = FrameFile::create(&path, frame).map_err(|error| failed(&path, &error))?;
+                if frames.frames() == 0 {
+                    frames.append(frame).map_err(|error| failed(&path, &error))?;
+                }
+                self.frames = Some(frames);
+                Ok(())
+            }
+        }
+    }
+
+    /// One line in `log.jsonl`.
+    pub fn log(&mut self, event: &str, step: u64, mut fields: Value) -> Result<(), Error> {
+        fields["event"] = json!(event);
+        fields["step"] = json!(step);
+        writeln!(self.log, "{fields}").map_err(|error| failed(&self.dir.join("log.jsonl"), &error))
+    }
+
+    /// Figures that `summary.json` shows.
+    pub fn note(&mut self, figures: Value) {
+        if let Value::Object(figures) = figures {
+            self.summary.extend(figures);
+        }
+    }
+
+    pub fn write_summary(&mut self) -> Result<(), Error> {
+        let path = summary_file(&self.dir);
+        let text = serde_json::to_string_pretty(&self.summary).map_err(|error| failed(&path, &error))?;
+        fs::write(&path, text + "\n").map_err(|error| failed(&path, &error))
+    }
+
+    /// Shows how far the run is.
+    pub fn show(&mut self, step: u64, words: impl FnOnce() -> String) {
+        self.meter.show(step, words);
+    }
+
+    pub fn finish(&mut self) {
+        self.meter.finish();
+    }
+}
+
+/// A progress bar on a terminal, plain lines in a batch log.
+enum Meter {
+    Bar(ProgressBar),
+    Lines { started: Instant, last: Instant, first_step: u64, steps: u64 },
+}
+
+/// Time between two lines of a batch log.
+const LINE_EVERY: Duration = Duration::from_secs(20);
+
+impl Meter {
+    fn new(step: u64, steps: u64) -> Self {
+        if std::io::stderr().is_terminal() {
+            let bar = ProgressBar::new(steps);
+            let style = ProgressStyle::with_template("{bar:30} {percent:>3} % {eta} left  {msg}")
+                .unwrap_or_else(|_| ProgressStyle::default_bar());
+            bar.set_style(style);
+            bar.set_position(step);
+            bar.reset_eta();
+            Self::Bar(bar)
+        } else {
+            let now = Instant::now();
+            Self::Lines { started: now, last: now, first_step: step, steps }
+        }
+    }
+
+    fn show(&mut self, step: u64, words: impl FnOnce() -> String) {
+        match self {
+            Self::Bar(bar) => {
+                bar.set_position(step);
+                bar.set_message(words());
+            }
+            Self::Lines { started, last, first_step, steps } => {
+                if last.elapsed() < LINE_EVERY {
+                    return;
+                }
+                *last = Instant::now();
+                let done = (step - *first_step).max(1) as f64;
+                let left = started.elapsed().as_secs_f64() * (*steps - step) as f64 / done;
+                eprintln!("step {step} of {steps}, {:.0} s left: {}", left, words());
+            }
+        }
+    }
+
+    fn finish(&mut self) {
+        if let Self::Bar(bar) = self {
+            bar.finish_and_clear();
+        }
+    }
+}

@@ -1,0 +1,300 @@
+//! Packings made ahead: thrown, compressed under low friction, kept in a file named by everything that shaped them.
+
+use std::path::{Path, PathBuf};
+
+use scree_io::column::State;
+use scree_io::store;
+use scree_partition::Transport;
+use sha2::{Digest, Sha256};
+
+use crate::body::{Drive, Plate, Side};
+use crate::dem::grains::{GrainRow, Mover};
+use crate::dem::packing::{LOWER, UPPER, mass_of, throw};
+use crate::error::Error;
+use crate::ids::GrainId;
+use crate::law::contact::LinearSpringDashpot;
+use crate::law::material::CriticalDruckerPrager;
+use crate::layout::Layout;
+use crate::rebuild::{Parts, is_glued};
+use crate::scenario::Scenario;
+use crate::space::{Linear, Plane, Space};
+use crate::world::{Settings, World};
+use crate::{tables, transfer};
+
+/// The world that jobs of this program run in.
+pub type PlanarWorld<'t> = World<'t, Plane, LinearSpringDashpot, CriticalDruckerPrager>;
+/// Its grains.
+pub type Grain = GrainRow<Plane, <Plane as Space>::Tangent>;
+
+/// A finished packing: rows on rank 0 only, in canonical order; the rest everywhere.
+pub struct Packing {
+    pub grains: Vec<Grain>,
+    /// Distance of the plates' faces, m.
+    pub height: f64,
+    /// Mass of the free grains, kg, and their packing fraction between the faces.
+    pub mass: f64,
+    pub fraction: f64,
+}
+
+/// Cells beyond the plates' faces on either side; a multiple of the block, and more than splines and glued rows reach.
+fn margin_cells(scenario: &Scenario) -> usize {
+    let block = scenario.decomposition.cells_per_block;
+    4usize.div_ceil(block) * block
+}
+
+/// The domain for material of `height` m between the faces: the lower face at y = 0 on a line of nodes, room for
+/// dilation above.
+pub fn layout_for(scenario: &Scenario, height: f64) -> Result<Layout, Error> {
+    let cell = scenario.continuum.cell;
+    let block = scenario.decomposition.cells_per_block;
+    let margin = margin_cells(scenario);
+    let columns = (scenario.specimen.width / cell).round() as usize;
+    let rows = ((height / cell).ceil() as usize + 2 * margin + 2).div_ceil(block) * block;
+    Layout::plane([columns, rows], block, cell, [0.0, -(margin as f64) * cell]).map_err(Error::User)
+}
+
+/// Settings of a world of this job, with a contact friction of its own.
+pub fn settings_for(
+    scenario: &Scenario,
+    friction: f64,
+    radius_max: f64,
+) -> Settings<LinearSpringDashpot, CriticalDruckerPrager> {
+    let mut constants = scenario.contact;
+    constants.friction = friction;
+    Settings {
+        dt: scenario.time.step,
+        skin: scenario.decomposition.skin,
+        radius_max,
+        flip: scenario.continuum.flip,
+        contact: LinearSpringDashpot { constants },
+        material: CriticalDruckerPrager::new(&scenario.continuum),
+    }
+}
+
+/// The job's packing: read from its grain file, from the cache, or made now and cached.
+pub fn prepare(scenario: &Scenario, transport: &dyn Transport) -> Result<Packing, Error> {
+    if let Some(file) = &scenario.grains.file {
+        let grains = transfer::agree(transport, on_root(transport, || read_grain_file(scenario, file)))?;
+        return measured(scenario, transport, grains.unwrap_or_default(), scenario.specimen.height);
+    }
+    let file = scenario.packing.cache.join(format!("packing-{}.h5", key(scenario)));
+    let cached = on_root(transport, || if file.exists() { read(&file).map(Some) } else { Ok(None) });
+    let cached = transfer::agree(transport, cached)?.flatten();
+    let found = transport.broadcast(vec![u8::from(cached.is_some())])[0] == 1;
+    let (grains, height) = if found {
+        let (grains, height) = cached.unwrap_or_default();
+        (grains, share(transport, height))
+    } else {
+        let (mut grains, height) = make(scenario, transport)?;
+        let written = on_root(transport, || write(&file, &mut grains, height));
+        transfer::agree(transport, written)?;
+        (grains, height)
+    };
+    measured(scenario, transport, grains, height)
+}
+
+/// Runs on rank 0 only.
+fn on_root<T>(
+    transport: &dyn Transport,
+    work: impl FnOnce() -> Result<T, Error>,
+) -> Result<Option<T>, Error> {
+    if transport.rank() == 0 { work().map(Some) } else { Ok(None) }
+}
+
+/// Rank 0's number, on every rank.
+fn share(transport: &dyn Transport, number: f64) -> f64 {
+    let bytes = transport.broadcast(number.to_le_bytes().to_vec());
+    f64::from_le_bytes(bytes.try_into().expect("eight bytes were sent"))
+}
+
+fn measured(
+    scenario: &Scenario,
+    transport: &dyn Transport,
+    grains: Vec<Grain>,
+    height: f64,
+) -> Result<Packing, Error> {
+    let mass = share(transport, grains.iter().filter(|grain| !is_glued(grain)).map(|grain| grain.cold.mass).sum());
+    let volume = scenario.specimen.width * height * scenario.specimen.depth;
+    Ok(Packing { grains, height, mass, fraction: mass / (scenario.grains.density * volume) })
+}
+
+/// Names everything that shapes a packing.
+fn key(scenario: &Scenario) -> String {
+    let specimen = &scenario.specimen;
+    let text = format!(
+        "packing 1 seed {} specimen {:?} {:?} {:?} grains {:?} {:?} {:?} contact {:?} friction {:?} start {:?} stress {:?} ratio {:?} step {:?} cell {:?}",
+        scenario.seed,
+        specimen.width,
+        specimen.height,
+        specimen.depth,
+        scenario.grains.diameter_mean,
+        scenario.grains.diameter_deviation,
+        scenario.grains.density,
+        scenario.contact,
+        scenario.packing.friction,
+        scenario.packing.fraction_start,
+        scenario.packing.stress,
+        scenario.packing.energy_ratio_max,
+        scenario.time.step,
+        scenario.continuum.cell,
+    );
+    Sha256::digest(text.as_bytes())[..8].iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Inertial number that the compressing plate keeps below, I = (v/H) d sqrt(rho/P).
+const INERTIAL_NUMBER: f64 = 1e-3;
+/// Steps between two looks at whether the packing is at rest.
+const LOOK_EVERY: u64 = 1000;
+/// Steps after which a packing that has not come to rest is given up.
+const STEPS_MAX: u64 = 20_000_000;
+
+/// Throws and compresses. Rows on rank 0.
+fn make(scenario: &Scenario, transport: &dyn Transport) -> Result<(Vec<Grain>, f64), Error> {
+    let thrown = throw(scenario)?;
+    tracing::info!(grains = thrown.grains.len(), "making a packing");
+    let radius_max = thrown.grains.iter().map(|grain| grain.hot.radius).fold(0.0, f64::max);
+    let stress = scenario.packing.stress;
+    let area = scenario.specimen.width * scenario.specimen.depth;
+    let speed_max = INERTIAL_NUMBER * scenario.specimen.height / scenario.grains.diameter_mean
+        * (stress / scenario.grains.density).sqrt();
+    let servo = Drive::Servo {
+        stress,
+        area,
+        speed: 0.0,
+        ramp: 0.0,
+        mass: scenario.loading.plate_mass,
+        damping: scenario.loading.plate_damping,
+        speed_max,
+    };
+    let plates =
+        vec![Plate::new(Drive::Fixed, Side::Below, 0.0), Plate::new(servo, Side::Above, thrown.height)];
+    let layout = layout_for(scenario, thrown.height)?;
+    let settings = settings_for(scenario, scenario.packing.friction, radius_max);
+    let grains = if transport.rank() == 0 { thrown.grains } else { Vec::new() };
+    let parts = Parts { grains, points: Vec::new(), plates };
+    let mut world = PlanarWorld::new(settings, layout, transport, 0, parts)?;
+
+    let load = stress * area;
+    let mut looks = 0;
+    loop {
+        for _ in 0..LOOK_EVERY {
+            world.advance()?;
+        }
+        looks += 1;
+        let energies = world.energies()?;
+        let plate = &mut world.plates[UPPER as usize];
+        let force = plate.impulse[1] / (LOOK_EVERY as f64 * scenario.time.step);
+        plate.impulse = <Plane as Space>::Vector::zero();
+        let at_load = (force / load - 1.0).abs() < 0.01;
+        let at_rest = energies.kinetic_grains < scenario.packing.energy_ratio_max * energies.elastic_grains;
+        if at_load && at_rest {
+            break;
+        }
+        if world.step > STEPS_MAX {
+            return Err(Error::Run(format!(
+                "the packing has not come to rest after {} steps: kinetic/elastic energy {:.1e} (wanted {:.1e}), load {:.3} of the target; raise `packing.energy_ratio_max` or check `contact` and `time.step`",
+                world.step,
+                energies.kinetic_grains / energies.elastic_grains,
+                scenario.packing.energy_ratio_max,
+                force / load
+            )));
+        }
+        if looks % 50 == 0 {
+            tracing::debug!(step = world.step, height = world.plates[1].face, load = force / load, "compressing");
+        }
+    }
+    world.rebuild()?;
+    let height = world.plates[UPPER as usize].face;
+    let (rows, _) = world.rows();
+    let mut rows = transfer::gather(transport, rows)?.unwrap_or_default();
+    rows.iter_mut().for_each(settle_origin);
+    Ok((rows, height))
+}
+
+/// A grain of a finished packing is at rest, and its origin is where it is.
+fn settle_origin(grain: &mut Grain) {
+    grain.hot.velocity = <Plane as Space>::Vector::zero();
+    grain.hot.spin = <Plane as Space>::Spin::zero();
+    grain.cold.origin = grain.hot.position;
+    grain.cold.home = grain.hot.position;
+    grain.cold.image = 0;
+}
+
+/// Writes a packing as a file of its own.
+pub fn write(file: &Path, grains: &mut [Grain], height: f64) -> Result<(), Error> {
+    if let Some(folder) = file.parent() {
+        std::fs::create_dir_all(folder).map_err(|error| {
+            Error::User(format!("{}: cannot make the folder for packings: {error}; set `packing.cache`", folder.display()))
+        })?;
+    }
+    let attributes = [("state.height".to_string(), format!("{height:?}"))].into();
+    let state = State { attributes, tables: tables::of_grains(grains).into() };
+    store::write(file, &state).map_err(|error| Error::Run(error.to_string()))
+}
+
+/// Reads what [`write`] wrote: grains and height.
+pub fn read(file: &Path) -> Result<(Vec<Grain>, f64), Error> {
+    let remedy = |error: &dyn std::fmt::Display| {
+        Error::User(format!("{error}; delete {} and it is made again", file.display()))
+    };
+    let state = store::read(file).map_err(|error| remedy(&error))?;
+    let height = state.attributes.get("state.height").and_then(|height| height.parse().ok());
+    let height = height.ok_or_else(|| remedy(&"the packing's height is missing"))?;
+    Ok((tables::to_grains(&state)?, height))
+}
+
+/// Grains of a CSV file `id,x,y,radius,vx,vy,spin`. Centres below y = 0 are glued to the lower plate, centres above
+/// `specimen.height` to the upper one.
+fn read_grain_file(scenario: &Scenario, file: &PathBuf) -> Result<Vec<Grain>, Error> {
+    let bad = |line: usize, what: String| Error::User(format!("{}:{line}: {what}", file.display()));
+    let text = std::fs::read_to_string(file).map_err(|error| {
+        Error::User(format!("{}: {error}; `grains.file` must name a CSV file of grains", file.display()))
+    })?;
+    const HEADER: &str = "id,x,y,radius,vx,vy,spin";
+    let mut lines = text.lines().enumerate();
+    if lines.next().map(|(_, header)| header.trim()) != Some(HEADER) {
+        return Err(bad(1, format!("the first line must be `{HEADER}`")));
+    }
+    let mut grains: Vec<Grain> = Vec::new();
+    for (index, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
+        let number = index + 1;
+        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+        if cells.len() != 7 {
+            return Err(bad(number, format!("{} values, 7 are wanted ({HEADER})", cells.len())));
+        }
+        let id: u64 = cells[0].parse().map_err(|_| bad(number, format!("`{}` is not an id", cells[0])))?;
+        let mut values = [0.0f64; 6];
+        for (value, cell) in values.iter_mut().zip(&cells[1..]) {
+            *value = cell.parse().map_err(|_| bad(number, format!("`{cell}` is not a number")))?;
+            if !value.is_finite() {
+                return Err(bad(number, format!("`{cell}` is not finite")));
+            }
+        }
+        let [x, y, radius, vx, vy, spin] = values;
+        if radius <= 0.0 || !(0.0..scenario.specimen.width).contains(&x) {
+            return Err(bad(number, format!("radius must be positive and x within 0 and {} m", scenario.specimen.width)));
+        }
+        let mover = if y < 0.0 {
+            Mover::Body(LOWER)
+        } else if y > scenario.specimen.height {
+            Mover::Body(UPPER)
+        } else {
+            Mover::Free
+        };
+        let mut grain = Grain::resting(
+            GrainId(id),
+            <Plane as Space>::Vector::new(x, y),
+            radius,
+            mass_of(scenario, radius),
+            mover,
+        );
+        grain.hot.velocity = <Plane as Space>::Vector::new(vx, vy);
+        grain.hot.spin = <Plane as Space>::Spin::new(spin);
+        grains.push(grain);
+    }
+    grains.sort_unstable_by_key(|grain| grain.cold.id);
+    if let Some(twice) = grains.windows(2).find(|pair| pair[0].cold.id == pair[1].cold.id) {
+        return Err(bad(1, format!("id {} stands twice; ids must be unique", twice[0].cold.id.0)));
+    }
+    Ok(grains)
+}

@@ -1,0 +1,39 @@
+//! Work over blocks on the threads of a rank, without allocation: halves of halves, so that each task holds its own rows
+//! and tiles. Nothing depends on which thread runs what.
+
+use std::ops::Range;
+
+/// Calls `work(block, rows, tile)` for every block; `ranges` are its rows, and each block has `tile_len` entries of `tiles`.
+/// `ranges` must be contiguous and start where `rows` starts.
+pub fn over_blocks<A: Send, B: Send>(
+    ranges: &[Range<usize>],
+    rows: &mut [A],
+    tile_len: usize,
+    tiles: &mut [B],
+    work: &(impl Fn(usize, Range<usize>, &mut [A], &mut [B]) + Sync),
+) {
+    if !ranges.is_empty() {
+        halve(0, ranges, rows, tile_len, tiles, work);
+    }
+}
+
+fn halve<A: Send, B: Send>(
+    first: usize,
+    ranges: &[Range<usize>],
+    rows: &mut [A],
+    tile_len: usize,
+    tiles: &mut [B],
+    work: &(impl Fn(usize, Range<usize>, &mut [A], &mut [B]) + Sync),
+) {
+    if ranges.len() == 1 {
+        return work(first, ranges[0].clone(), rows, tiles);
+    }
+    let middle = ranges.len() / 2;
+    let (ranges_left, ranges_right) = ranges.split_at(middle);
+    let (rows_left, rows_right) = rows.split_at_mut(ranges_right[0].start - ranges[0].start);
+    let (tiles_left, tiles_right) = tiles.split_at_mut(middle * tile_len);
+    rayon::join(
+        || halve(first, ranges_left, rows_left, tile_len, tiles_left, work),
+        || halve(first + middle, ranges_right, rows_right, tile_len, tiles_right, work),
+    );
+}

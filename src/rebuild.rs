@@ -1,0 +1,332 @@
+//! Rebuilds: everything goes to the block it lies in, lists are made anew, contact memories move along, and nothing may
+//! be missing afterwards (invariant 4).
+
+use std::ops::Range;
+
+use scree_partition::{Halo, HaloBuffers, Transport, cut};
+
+use crate::body::Plate;
+use crate::dem::contacts::{Contacts, whole_row};
+use crate::dem::grains::{GrainRow, Grains, Mover};
+use crate::error::Error;
+use crate::layout::{Deal, Layout};
+use crate::law::contact::ContactLaw;
+use crate::law::material::MaterialLaw;
+use crate::mpm::points::Point;
+use crate::mpm::tile::Tiles;
+use crate::observe::phases::{Phase, Phases};
+use crate::space::{Linear, Space};
+use crate::transfer;
+use crate::world::{Settings, World};
+
+/// What a world is made of, before it has blocks.
+pub struct Parts<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
+    pub grains: Vec<GrainRow<S, C::Memory>>,
+    pub points: Vec<Point<S, L::Memory>>,
+    pub plates: Vec<Plate<S>>,
+}
+
+/// Cost of a point against a grain when blocks are dealt.
+const POINT_WEIGHT: i64 = 4;
+
+impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
+    /// A world at `step` from parts that the ranks hold in any split (every row on one rank). Homes are taken as they
+    /// are: fresh rows have their position there, rows of a checkpoint the place of their last rebuild.
+    pub fn new(
+        settings: Settings<C, L>,
+        layout: Layout,
+        transport: &'t dyn Transport,
+        step: u64,
+        parts: Parts<S, C, L>,
+    ) -> Result<Self, Error> {
+        let ranks = transport.size();
+        let deal = Deal { ranges: cut(&vec![1; layout.block_count()], ranks), rank: transport.rank() };
+        let nodes = layout.node_rows(&deal);
+        let mut world = Self {
+            transport,
+            settings,
+            layout,
+            deal,
+            step,
+            plates: parts.plates,
+            grains: Grains::default(),
+            contacts: Contacts::default(),
+            ghosts: Halo::default(),
+            points: Vec::new(),
+            grain_ranges: Vec::new(),
+            point_ranges: Vec::new(),
+            coupled: Vec::new(),
+            tiles: Tiles::lay(&nodes.mosaic),
+            nodes,
+            frames: Vec::new(),
+            grains_total: 0,
+            points_total: 0,
+            stop_wanted: false,
+            stop_agreed: false,
+            rebuilds: 0,
+            phases: Phases::default(),
+            buffers: HaloBuffers::default(),
+        };
+        world.replace(parts.grains, parts.points)?;
+        Ok(world)
+    }
+
+    /// Takes other rows in place of all that there are (every row on one rank), and deals the blocks anew.
+    pub fn replace(
+        &mut self,
+        grains: Vec<GrainRow<S, C::Memory>>,
+        points: Vec<Point<S, L::Memory>>,
+    ) -> Result<(), Error> {
+        let mut counts = [grains.len() as i64, points.len() as i64];
+        self.transport.sum(&mut counts);
+        (self.grains_total, self.points_total) = (counts[0] as u64, counts[1] as u64);
+        self.deal_blocks(&grains, &points)?;
+        self.settle(grains, points)
+    }
+
+    /// All rows of this rank with their contacts, in block order: along the ranks they are in the order of the curve.
+    pub fn rows(&self) -> (Vec<GrainRow<S, C::Memory>>, Vec<Point<S, L::Memory>>) {
+        let grains = (0..self.grains.owned).map(|row| whole_row(&self.grains, &self.contacts, row)).collect();
+        (grains, self.points.clone())
+    }
+
+    /// Sends everything home: position of now becomes home, wrapped into the period.
+    pub fn rebuild(&mut self) -> Result<(), Error> {
+        let timer = self.phases.start();
+        let (mut grains, mut points) = self.rows();
+        let period = self.layout.period();
+        for grain in &mut grains {
+            grain.cold.image += wrap::<S>(&mut grain.hot.position, period);
+            grain.cold.home = grain.hot.position;
+        }
+        for point in &mut points {
+            point.image += wrap::<S>(&mut point.position, period);
+            point.home = point.position;
+        }
+        self.rebuilds += 1;
+        let outcome = self.settle(grains, points);
+        self.phases.stop(Phase::Rebuild, timer);
+        outcome
+    }
+
+    /// Cuts the curve by the weight of what lies in the blocks, and lays the tiles of the new stretch.
+    fn deal_blocks(
+        &mut self,
+        grains: &[GrainRow<S, C::Memory>],
+        points: &[Point<S, L::Memory>],
+    ) -> Result<(), Error> {
+        let count = || -> Result<Vec<i64>, Error> {
+            let mut weights = vec![0i64; self.layout.block_count()];
+            for grain in grains {
+                weights[self.block_of_grain(grain)?.0] += 1;
+            }
+            for point in points {
+                weights[self.block_of_point(point)?.0] += POINT_WEIGHT;
+            }
+            Ok(weights)
+        };
+        let mut weights = transfer::agree(self.transport, count())?;
+        self.transport.sum(&mut weights);
+        let weights: Vec<u64> = weights.into_iter().map(i64::unsigned_abs).collect();
+        self.deal = Deal { ranges: cut(&weights, self.transport.size()), rank: self.transport.rank() };
+        self.nodes = self.layout.node_rows(&self.deal);
+        self.tiles = Tiles::lay(&self.nodes.mosaic);
+        self.frames = self.deal.held().map(|block| self.layout.frame(block)).collect();
+        Ok(())
+    }
+
+    /// Brings rows to the ranks that own their blocks, in the one order that fixes every sum, and makes the lists.
+    fn settle(
+        &mut self,
+        grains: Vec<GrainRow<S, C::Memory>>,
+        points: Vec<Point<S, L::Memory>>,
+    ) -> Result<(), Error> {
+        let ranks = self.transport.size();
+        let sorted = || {
+            let mut to_ranks = (vec![Vec::new(); ranks], vec![Vec::new(); ranks]);
+            for grain in grains {
+                to_ranks.0[self.deal.owner(self.block_of_grain(&grain)?.0)].push(grain);
+            }
+            for point in points {
+                to_ranks.1[self.deal.owner(self.block_of_point(&point)?.0)].push(point);
+            }
+            Ok(to_ranks)
+        };
+        let (grains, points) = transfer::agree(self.transport, sorted())?;
+        let grains = self.migrate(grains)?;
+        let points = self.migrate(points)?;
+        self.check_counts(grains.len(), points.len())?;
+
+        let mut grains = self.with_places(grains, Self::block_of_grain)?;
+        grains.sort_unstable_by_key(|(place, grain)| (*place, grain.cold.id));
+        self.grain_ranges = self.ranges(&grains);
+        let mut points = self.with_places(points, Self::block_of_point)?;
+        points.sort_unstable_by_key(|(place, point)| (*place, point.id));
+        self.point_ranges = self.ranges(&points);
+        self.points = points.into_iter().map(|(_, point)| point).collect();
+
+        self.grains = Grains::default();
+        let mut carried = Vec::with_capacity(grains.len());
+        for (_, grain) in grains {
+            self.grains.hot.push(grain.hot);
+            self.grains.cold.push(grain.cold);
+            carried.push(grain.contacts);
+        }
+        self.grains.owned = self.grains.hot.len();
+        self.grains.reset_forces();
+        self.fetch_ghosts()?;
+        self.contacts.rebuild(&self.grains, &carried, self.layout.period(), self.settings.skin);
+        self.mark_coupled();
+        Ok(())
+    }
+
+    /// Rows that stay are not packed; the others travel in parcels.
+    fn migrate<T: transfer::Cargo>(&self, mut to_ranks: Vec<Vec<T>>) -> Result<Vec<T>, Error> {
+        let mut rows = std::mem::take(&mut to_ranks[self.transport.rank()]);
+        for arrived in transfer::exchange(self.transport, to_ranks)? {
+            rows.extend(arrived);
+        }
+        Ok(rows)
+    }
+
+    fn check_counts(&self, grains: usize, points: usize) -> Result<(), Error> {
+        let mut counts = [grains as i64, points as i64];
+        self.transport.sum(&mut counts);
+        for (found, expected, what) in
+            [(counts[0], self.grains_total, "grains"), (counts[1], self.points_total, "points")]
+        {
+            if found as u64 != expected {
+                return Err(Error::Run(format!(
+                    "step {}: {expected} {what} before the rebuild, {found} after it; some were lost, which must not happen: resume from the last checkpoint and report this",
+                    self.step
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    fn with_places<T>(
+        &self,
+        rows: Vec<T>,
+        place: impl Fn(&Self, &T) -> Result<(usize, u32), Error>,
+    ) -> Result<Vec<((usize, u32), T)>, Error> {
+        rows.into_iter().map(|row| Ok((place(self, &row)?, row))).collect()
+    }
+
+    fn ranges<T>(&self, rows: &[((usize, u32), T)]) -> Vec<Range<usize>> {
+        let start = |block: usize| rows.partition_point(|((at, _), _)| *at < block);
+        self.deal.held().map(|block| start(block)..start(block + 1)).collect()
+    }
+
+    fn block_of_grain(&self, grain: &GrainRow<S, C::Memory>) -> Result<(usize, u32), Error> {
+        self.block_of(&grain.cold.home, "grain", grain.cold.id.0)
+    }
+
+    fn block_of_point(&self, point: &Point<S, L::Memory>) -> Result<(usize, u32), Error> {
+        self.block_of(&point.home, "point", point.id.0)
+    }
+
+    /// Block and cell of a place. Two cells from the border of the domain it ends: beyond them splines would reach
+    /// nodes that nobody sums.
+    fn block_of(&self, home: &S::Vector, what: &str, id: u64) -> Result<(usize, u32), Error> {
+        let rim = 2.0 * self.layout.cell;
+        let lower = self.layout.corner[1] + rim;
+        let upper = self.layout.corner[1] + self.layout.cells[1] as f64 * self.layout.cell - rim;
+        let inside = home.is_finite() && home[1] >= lower && home[1] <= upper;
+        inside.then(|| self.layout.place::<S>(home)).flatten().ok_or_else(|| {
+            Error::Run(format!(
+                "step {}: {what} {id} on rank {} is at ({:.6e}, {:.6e}) m, outside the domain's y from {lower:.6e} to {upper:.6e} m; the run is unstable or the domain too low: check `time.step` and the last frames, and resume from the last checkpoint",
+                self.step,
+                self.transport.rank(),
+                home[0],
+                home[1],
+            ))
+        })
+    }
+
+    /// Copies of other ranks' grains within reach of blocks held here, behind the owned rows.
+    fn fetch_ghosts(&mut self) -> Result<(), Error> {
+        let reach = 2.0 * self.settings.radius_max + self.settings.skin;
+        let mut rows_to: Vec<Vec<u32>> = vec![Vec::new(); self.transport.size()];
+        for (block, range) in self.deal.held().zip(&self.grain_ranges) {
+            let around: Vec<(usize, usize)> = self
+                .layout
+                .around(block)
+                .into_iter()
+                .map(|neighbour| (self.deal.owner(neighbour), neighbour))
+                .filter(|(owner, _)| *owner != self.deal.rank)
+                .collect();
+            if around.is_empty() {
+                continue;
+            }
+            for row in range.clone() {
+                let home = self.grains.cold[row].home;
+                for (owner, neighbour) in &around {
+                    let near = self.layout.distance::<S>(&home, *neighbour) <= reach;
+                    if near && rows_to[*owner].last() != Some(&(row as u32)) {
+                        rows_to[*owner].push(row as u32);
+                    }
+                }
+            }
+        }
+        let copy = |row: &u32| GrainRow {
+            hot: self.grains.hot[*row as usize],
+            cold: self.grains.cold[*row as usize],
+            contacts: Vec::<(_, C::Memory)>::new(),
+        };
+        // `around` is sorted by block, so an owner may come up again after another: rows must be unique per receiver.
+        for rows in &mut rows_to {
+            rows.sort_unstable();
+            rows.dedup();
+        }
+        let outgoing = rows_to.iter().map(|rows| rows.iter().map(copy).collect()).collect();
+        let incoming = transfer::exchange::<GrainRow<S, C::Memory>>(self.transport, outgoing)?;
+        self.ghosts = Halo::default();
+        self.ghosts.sends =
+            rows_to.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()).collect::<Vec<_>>();
+        for (peer, rows) in incoming.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()) {
+            let first = self.grains.hot.len() as u32;
+            for row in &rows {
+                self.grains.hot.push(row.hot);
+                self.grains.cold.push(row.cold);
+            }
+            self.ghosts.receives.push((peer, first..first + rows.len() as u32));
+        }
+        Ok(())
+    }
+
+    /// Blocks whose grains may share nodes with points: those with points of the reconciliation zone in or beside them.
+    fn mark_coupled(&mut self) {
+        let mut rim = vec![0i64; self.layout.block_count()];
+        for (block, range) in self.deal.held().zip(&self.point_ranges) {
+            rim[block] = i64::from(self.points[range.clone()].iter().any(|point| point.weight < 1.0));
+        }
+        self.transport.sum(&mut rim);
+        let beside = |block: usize| self.layout.around(block).into_iter().any(|neighbour| rim[neighbour] > 0);
+        self.coupled = self.deal.held().map(|block| rim[block] > 0 || beside(block)).collect();
+    }
+
+    /// Largest grain radius on any rank, m.
+    pub fn radius_max(transport: &dyn Transport, grains: &[GrainRow<S, C::Memory>]) -> f64 {
+        let mut radius = [grains.iter().map(|grain| grain.hot.radius).fold(0.0, f64::max)];
+        transport.max(&mut radius);
+        radius[0]
+    }
+}
+
+/// Wraps a place into the period; returns the periods it had gone.
+pub fn wrap<S: Space>(position: &mut S::Vector, period: f64) -> i64 {
+    let image = (position[0] / period).floor();
+    position[0] -= image * period;
+    // A tiny negative place may round up to the period itself.
+    if position[0] >= period {
+        position[0] = 0.0;
+        return image as i64 + 1;
+    }
+    image as i64
+}
+
+/// Whether a grain is glued to a plate.
+pub fn is_glued<S: Space, M>(grain: &GrainRow<S, M>) -> bool {
+    matches!(grain.cold.mover, Mover::Body(_))
+}

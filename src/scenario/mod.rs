@@ -1,0 +1,258 @@
+//! What is to be simulated, checked once and trusted afterwards (invariant 5).
+//!
+//! Two stages: [`raw`] is what the operator typed, positions and units included; [`Scenario`] is what it means, in SI
+//! units, with every default filled in. Nothing after this module sees a string, an option or a sentinel.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+
+pub mod derived;
+pub mod raw;
+mod resolve;
+pub mod schema;
+mod tree;
+pub mod units;
+mod write;
+
+/// Which parts of the program are awake.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Continuum first; grains where the oracle finds a persistent shear band (Chen et al. 2021).
+    Hybrid,
+    /// Grains alone: the ground truth.
+    Dem,
+    /// Continuum alone: the mesh-dependent baseline.
+    Mpm,
+}
+
+impl Method {
+    /// As it is written in a job.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Hybrid => "hybrid",
+            Self::Dem => "dem",
+            Self::Mpm => "mpm",
+        }
+    }
+
+    pub fn has_grains(self) -> bool {
+        matches!(self, Self::Hybrid | Self::Dem)
+    }
+
+    pub fn has_points(self) -> bool {
+        matches!(self, Self::Hybrid | Self::Mpm)
+    }
+}
+
+/// The checked job. All quantities in SI units, angles in radians.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenario {
+    /// Job name; the default run directory is `runs/<name>`.
+    pub name: String,
+    pub method: Method,
+    /// Seed of every random number of the job.
+    pub seed: u64,
+    pub specimen: Specimen,
+    pub grains: Grains,
+    pub contact: Contact,
+    pub packing: Packing,
+    pub continuum: Continuum,
+    pub loading: Loading,
+    pub oracle: Oracle,
+    pub enrichment: Enrichment,
+    pub time: Time,
+    pub decomposition: Decomposition,
+    pub output: Output,
+}
+
+impl Scenario {
+    /// Reads a job, lays the `key.path=value` overrides over it and checks the whole.
+    pub fn load(path: &Path, sets: &[String]) -> Result<Self, Error> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            Error::User(format!(
+                "{file}: this job cannot be read: {error}. Give the path of a job, for example jobs/quickstart.toml."
+            ))
+        })?;
+        Self::parse(&text, &file, sets)
+    }
+
+    /// The same from text; `file` names it in messages, and relative paths in it start from its folder.
+    pub fn parse(text: &str, file: &str, sets: &[String]) -> Result<Self, Error> {
+        resolve::scenario(&raw::Job::parse(text, file, sets)?, file)
+    }
+
+    /// The job in SI numbers with nothing left to a default. It parses back to an equal scenario.
+    pub fn to_toml(&self) -> String {
+        write::toml(self)
+    }
+}
+
+/// The box of material: periodic in x, between a lower and an upper plate in y.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Specimen {
+    /// Period in x, m.
+    pub width: f64,
+    /// Distance of the plates' faces that the packing aims at, m; the packing's own height is what is used.
+    pub height: f64,
+    /// Out-of-plane depth of the 2D material, m.
+    pub depth: f64,
+}
+
+/// Sizes and matter of the grains (seed 000, Table 1).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grains {
+    /// Mean diameter D50, m.
+    pub diameter_mean: f64,
+    /// Standard deviation of the normal distribution of diameters, m; cut at three deviations.
+    pub diameter_deviation: f64,
+    /// Density of the solid, kg/m3.
+    pub density: f64,
+    /// Grains read from a CSV file (`id,x,y,radius,vx,vy,spin`) instead of a generated packing.
+    pub file: Option<PathBuf>,
+}
+
+/// Linear spring-dashpot with tangential memory and Coulomb limit (Cundall & Strack 1979; seed 000, 2.1).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// k_n, N/m.
+    pub stiffness_normal: f64,
+    /// k_t, N/m.
+    pub stiffness_tangential: f64,
+    /// gamma_n, N s/m.
+    pub damping_normal: f64,
+    /// gamma_t, N s/m.
+    pub damping_tangential: f64,
+    /// mu, the Coulomb coefficient.
+    pub friction: f64,
+}
+
+/// How the packing is made: thrown loosely, compressed by the upper plate under low friction, left to rest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Packing {
+    /// Friction coefficient while the packing is made (Cundall 1989: 0.01).
+    pub friction: f64,
+    /// Packing fraction of the loose start, 0.4 to 0.7.
+    pub fraction_start: f64,
+    /// Normal stress that the packing is brought to, Pa.
+    pub stress: f64,
+    /// Compression ends when kinetic energy is below this share of elastic energy.
+    pub energy_ratio_max: f64,
+    /// Folder of finished packings, reused by key.
+    pub cache: PathBuf,
+}
+
+/// Critical-state Drucker-Prager continuum on a background grid (seed 000, 2.2).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Continuum {
+    /// K, Pa.
+    pub bulk_modulus: f64,
+    /// G, Pa.
+    pub shear_modulus: f64,
+    /// phi_cs, rad.
+    pub friction_angle_critical: f64,
+    /// Phi_cs.
+    pub fraction_critical: f64,
+    /// chi of tan(psi) = chi (Phi - Phi_cs).
+    pub dilation_factor: f64,
+    /// xi of dPhi/dt = -(Phi - Phi_cs) Phi xi |deps_p/dt|.
+    pub softening_rate: f64,
+    /// c, Pa.
+    pub cohesion: f64,
+    /// Packing fraction the material starts with; none: that of the packing.
+    pub fraction_start: Option<f64>,
+    /// Edge of a grid cell, m.
+    pub cell: f64,
+    /// Material points per cell and axis.
+    pub points_per_cell: usize,
+    /// Share of FLIP in the velocity update, 0 (PIC) to 1 (FLIP).
+    pub flip: f64,
+    /// Regions that start with another packing fraction, so that shear has a place to begin (seed 000, 6.1).
+    pub weak: Vec<WeakRegion>,
+}
+
+/// A rectangle of points whose law starts from a lower packing fraction; mass is not changed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WeakRegion {
+    /// Lower left corner, m from the left edge and above the face of the lower plate.
+    pub lower: [f64; 2],
+    /// Upper right corner, m.
+    pub upper: [f64; 2],
+    /// Subtracted from the packing fraction there.
+    pub fraction_deficit: f64,
+}
+
+/// Planar shear between rough plates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loading {
+    /// Normal stress the upper plate is held at, Pa (compression positive here).
+    pub stress_normal: f64,
+    /// Horizontal speed of the upper plate, m/s.
+    pub speed: f64,
+    /// The speed rises linearly from zero over this time, s.
+    pub speed_ramp: f64,
+    /// The run ends at this horizontal strain (plate displacement over specimen width).
+    pub strain_end: f64,
+    /// Mass of the upper plate, kg.
+    pub plate_mass: f64,
+    /// Viscous damping of the plate's vertical motion, N s/m.
+    pub plate_damping: f64,
+}
+
+/// Shear band detection (seed 000, section 3, Algorithm 1).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Oracle {
+    /// c_0: threshold of the Laplacian.
+    pub laplacian: f64,
+    /// c_1: plastic strain within the recent window.
+    pub recent_strain: f64,
+    /// c_l: length of the recent window in strain of the fastest point.
+    pub window: f64,
+    /// c_g: strain of the fastest point over which the flagged set must stay as it is.
+    pub persistence: f64,
+    /// Steps between two looks.
+    pub every: u64,
+}
+
+/// Grains for points (seed 000, section 4).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Enrichment {
+    /// phi_0, m.
+    pub distance: f64,
+    /// w of the reconciliation zone: the grains' share.
+    pub weight: f64,
+    /// Share of the continuum's motion that the packing is trained with, 0 to 1.
+    pub training: f64,
+    /// Training runs this many times faster than the motion it repeats.
+    pub training_speed: f64,
+    /// Rest after training with the rim held, in multiples of the training's own duration.
+    pub training_rest: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Time {
+    /// Time step of grains and continuum, s.
+    pub step: f64,
+}
+
+/// How the domain is cut; results do not depend on it (invariant 2), except through `cells_per_block`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Decomposition {
+    /// Edge of a block in cells.
+    pub cells_per_block: usize,
+    /// Reach of the neighbour list beyond contact, m.
+    pub skin: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Output {
+    /// Simulated time between rows of `series.csv`, s.
+    pub series_interval: f64,
+    /// Simulated time between frames of `frames.vtkhdf`, s.
+    pub frame_interval: f64,
+    /// Simulated time between checkpoints, s.
+    pub checkpoint_interval: f64,
+    /// Checkpoints kept.
+    pub checkpoints_kept: usize,
+}

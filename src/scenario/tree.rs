@@ -1,0 +1,253 @@
+//! The job as a tree of values that remember where they were typed, and the `--set` overrides laid over it.
+
+use std::ops::Range as Span;
+
+use toml::de::{DeTable, DeValue};
+
+use super::schema::{TABLES, WEAK};
+use super::units::nearest;
+use crate::error::Error;
+
+/// Where a value was typed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    Line(usize),
+    /// On the command line, by `--set`.
+    Set,
+}
+
+#[derive(Clone, Debug)]
+pub struct Node {
+    pub value: Value,
+    pub place: Place,
+    /// The source text, for messages.
+    pub typed: String,
+}
+
+#[derive(Clone, Debug)]
+pub enum Value {
+    Text(String),
+    Integer(i64),
+    Float(f64),
+    List(Vec<Node>),
+    Table(Vec<Entry>),
+    /// A TOML value that no key of a job takes; with its article.
+    Other(&'static str),
+}
+
+#[derive(Clone, Debug)]
+pub struct Entry {
+    pub key: String,
+    pub place: Place,
+    pub node: Node,
+}
+
+impl Node {
+    /// Reads TOML and lays the overrides over it.
+    pub fn parse(text: &str, file: &str, sets: &[String]) -> Result<Self, Error> {
+        let document = DeTable::parse(text).map_err(|error| {
+            let place = match error.span() {
+                Some(span) => format!("{file}:{}", line_of(text, span.start)),
+                None => file.to_string(),
+            };
+            let message = error.message().trim().replace('\n', ", ");
+            Error::User(format!(
+                "{place}: this is not TOML: {message}. Text and quantities with a unit go in quotes, as in width = \"6 cm\"."
+            ))
+        })?;
+        let mut root =
+            Self { value: entries(document.into_inner(), text), place: Place::Line(1), typed: String::new() };
+        for set in sets {
+            apply_set(&mut root, set)?;
+        }
+        Ok(root)
+    }
+
+    pub fn get(&self, key: &str) -> Option<&Entry> {
+        self.entries().iter().find(|entry| entry.key == key)
+    }
+
+    pub fn entries(&self) -> &[Entry] {
+        match &self.value {
+            Value::Table(entries) => entries,
+            _ => &[],
+        }
+    }
+
+    pub fn list(&self) -> &[Node] {
+        match &self.value {
+            Value::List(nodes) => nodes,
+            _ => &[],
+        }
+    }
+}
+
+impl Value {
+    /// With its article, for a sentence.
+    pub fn words(&self) -> &'static str {
+        match self {
+            Self::Text(_) => "text",
+            Self::Integer(_) | Self::Float(_) => "a number",
+            Self::List(_) => "a list",
+            Self::Table(_) => "a table",
+            Self::Other(words) => words,
+        }
+    }
+}
+
+fn line_of(text: &str, offset: usize) -> usize {
+    let offset = offset.min(text.len());
+    1 + text.as_bytes()[..offset].iter().filter(|byte| **byte == b'\n').count()
+}
+
+/// The source between two offsets on one line, cut where a message would grow long.
+fn typed(text: &str, span: Span<usize>) -> String {
+    let source = text.get(span).unwrap_or_default();
+    let line = source.split_whitespace().collect::<Vec<_>>().join(" ");
+    if line.chars().count() <= 60 {
+        return line;
+    }
+    let head: String = line.chars().take(57).collect();
+    format!("{head}...")
+}
+
+fn entries(table: DeTable<'_>, text: &str) -> Value {
+    let entries = table
+        .into_iter()
+        .map(|(key, value)| Entry {
+            place: Place::Line(line_of(text, key.span().start)),
+            key: key.into_inner().into_owned(),
+            node: node(value, text),
+        })
+        .collect();
+    Value::Table(entries)
+}
+
+fn node(value: toml::Spanned<DeValue<'_>>, text: &str) -> Node {
+    let span = value.span();
+    let place = Place::Line(line_of(text, span.start));
+    let typed = typed(text, span);
+    let value = match value.into_inner() {
+        DeValue::String(text) => Value::Text(text.into_owned()),
+        DeValue::Integer(digits) => match i64::from_str_radix(digits.as_str(), digits.radix()) {
+            Ok(value) => Value::Integer(value),
+            Err(_) => Value::Other("a whole number beyond 64 bits"),
+        },
+        DeValue::Float(digits) => match digits.as_str().parse() {
+            Ok(value) => Value::Float(value),
+            Err(_) => Value::Other("a number that cannot be read"),
+        },
+        DeValue::Boolean(_) => Value::Other("a truth value"),
+        DeValue::Datetime(_) => Value::Other("a date"),
+        DeValue::Array(items) => Value::List(items.into_iter().map(|item| node(item, text)).collect()),
+        DeValue::Table(table) => entries(table, text),
+    };
+    Node { value, place, typed }
+}
+
+/// Lays one `key.path=value` over the tree. The value is TOML where it parses as TOML, and text otherwise.
+fn apply_set(root: &mut Node, set: &str) -> Result<(), Error> {
+    let Some((path, text)) = set.split_once('=') else {
+        return Err(Error::User(format!(
+            "--set {set}: there is no equals sign. Write for example --set loading.speed=\"5 cm/s\"."
+        )));
+    };
+    let (path, text) = (path.trim(), text.trim());
+    if text.is_empty() {
+        return Err(Error::User(format!(
+            "--set {set}: there is nothing behind the equals sign. Write for example --set loading.speed=\"5 cm/s\"."
+        )));
+    }
+    let parts: Vec<&str> = path.split('.').collect();
+    refuse_unknown_path(set, &parts)?;
+    let mut value = match DeValue::parse(text) {
+        Ok(value) => node(value, text),
+        Err(_) => Node { value: Value::Text(text.to_string()), place: Place::Set, typed: format!("\"{text}\"") },
+    };
+    value.mark_as_set();
+    insert(root, &parts, value, set)
+}
+
+impl Node {
+    fn mark_as_set(&mut self) {
+        self.place = Place::Set;
+        match &mut self.value {
+            Value::List(nodes) => nodes.iter_mut().for_each(Self::mark_as_set),
+            Value::Table(entries) => {
+                for entry in entries {
+                    entry.place = Place::Set;
+                    entry.node.mark_as_set();
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// The parts must lead to a key of the schema; `continuum.weak.0.lower` reaches into the first region.
+fn refuse_unknown_path(set: &str, parts: &[&str]) -> Result<(), Error> {
+    let known = match parts {
+        [key] => TABLES[0].key(key).is_some(),
+        ["continuum", "weak", index, key] => index.parse::<usize>().is_ok() && WEAK.key(key).is_some(),
+        [table, key] => {
+            TABLES.iter().any(|known| !known.name.is_empty() && known.name == *table && known.key(key).is_some())
+        }
+        _ => false,
+    };
+    if known {
+        return Ok(());
+    }
+    let paths: Vec<String> =
+        TABLES.iter().flat_map(|table| table.keys.iter().map(|key| table.path(key.name))).collect();
+    let typed = parts.join(".");
+    let same_key = || {
+        let last = parts.last().copied().unwrap_or_default();
+        let suffix = format!(".{last}");
+        paths.iter().find(|path| path.ends_with(&suffix))
+    };
+    let whole = || nearest(&typed, paths.iter().map(String::as_str)).map(str::to_string);
+    let advice = match same_key().cloned().or_else(whole) {
+        Some(path) => format!("Did you mean {path}?"),
+        None => "A path is table.key, for example loading.speed.".to_string(),
+    };
+    Err(Error::User(format!("--set {set}: a job has no {typed}. {advice}")))
+}
+
+fn insert(node: &mut Node, parts: &[&str], value: Node, set: &str) -> Result<(), Error> {
+    let [first, rest @ ..] = parts else {
+        *node = value;
+        return Ok(());
+    };
+    match &mut node.value {
+        Value::Table(entries) => {
+            let at = match entries.iter().position(|entry| entry.key == *first) {
+                Some(at) => at,
+                None => {
+                    entries.push(Entry {
+                        key: (*first).to_string(),
+                        place: Place::Set,
+                        node: Node { value: Value::Table(Vec::new()), place: Place::Set, typed: String::new() },
+                    });
+                    entries.len() - 1
+                }
+            };
+            if rest.is_empty() {
+                entries[at].place = Place::Set;
+            }
+            insert(&mut entries[at].node, rest, value, set)
+        }
+        Value::List(nodes) => {
+            let count = nodes.len();
+            let index = first.parse::<usize>().unwrap_or(usize::MAX);
+            match nodes.get_mut(index) {
+                Some(node) => insert(node, rest, value, set),
+                None => Err(Error::User(format!(
+                    "--set {set}: weak regions are counted from 0, and the job has {count} of them. Give the whole list to add one."
+                ))),
+            }
+        }
+        _ => Err(Error::User(format!(
+            "--set {set}: {first} lies in something that is no table in the job. Mend the job first."
+        ))),
+    }
+}

@@ -1,0 +1,112 @@
+//! The specimen of a job at time zero: plates, and grains or points between them.
+
+use scree_partition::Transport;
+
+use crate::body::{Drive, Plate, Side};
+use crate::checkpoint::PlanarPoint;
+use crate::error::Error;
+use crate::ids::PointId;
+use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
+use crate::packing::{self, Packing, PlanarWorld, layout_for, settings_for};
+use crate::rebuild::Parts;
+use crate::scenario::{Method, Scenario};
+use crate::space::{Linear, Plane, Space};
+
+type Vector = <Plane as Space>::Vector;
+
+/// Fastest vertical motion of the servo, as a multiple of the shearing speed.
+const SERVO_SPEED: f64 = 10.0;
+
+/// Lower plate fixed, upper plate sheared under constant normal stress.
+pub fn plates(scenario: &Scenario, height: f64) -> Vec<Plate<Plane>> {
+    let loading = &scenario.loading;
+    let servo = Drive::Servo {
+        stress: loading.stress_normal,
+        area: scenario.specimen.width * scenario.specimen.depth,
+        speed: loading.speed,
+        ramp: loading.speed_ramp,
+        mass: loading.plate_mass,
+        damping: loading.plate_damping,
+        speed_max: SERVO_SPEED * loading.speed,
+    };
+    vec![Plate::new(Drive::Fixed, Side::Below, 0.0), Plate::new(servo, Side::Above, height)]
+}
+
+/// What the material of a job starts from.
+pub struct Start {
+    pub packing: Packing,
+    /// Packing fraction that the continuum's law starts with.
+    pub fraction: f64,
+}
+
+/// The packing, or for a continuum alone with a stated packing fraction the specimen as it is drawn.
+pub fn prepare(scenario: &Scenario, transport: &dyn Transport) -> Result<Start, Error> {
+    let stated = scenario.continuum.fraction_start;
+    let packing = match (scenario.method, stated) {
+        (Method::Mpm, Some(fraction)) => {
+            let specimen = &scenario.specimen;
+            let mass = scenario.grains.density * fraction * specimen.width * specimen.height * specimen.depth;
+            Packing { grains: Vec::new(), height: specimen.height, mass, fraction }
+        }
+        _ => packing::prepare(scenario, transport)?,
+    };
+    let fraction = stated.unwrap_or(packing.fraction);
+    Ok(Start { packing, fraction })
+}
+
+/// The world at time zero.
+pub fn world<'t>(
+    scenario: &Scenario,
+    transport: &'t dyn Transport,
+    start: Start,
+) -> Result<PlanarWorld<'t>, Error> {
+    let height = start.packing.height;
+    let radius_max = PlanarWorld::radius_max(transport, &start.packing.grains);
+    let points = if scenario.method.has_points() { points(scenario, transport, &start) } else { Vec::new() };
+    let grains = if scenario.method == Method::Dem { start.packing.grains } else { Vec::new() };
+    let settings = settings_for(scenario, scenario.contact.friction, radius_max);
+    let parts = Parts { grains, points, plates: plates(scenario, height) };
+    PlanarWorld::new(settings, layout_for(scenario, height)?, transport, 0, parts)
+}
+
+/// Material points on a regular grid between the faces, under the isotropic stress that the packing was made with. Each
+/// rank makes some of the rows.
+fn points(scenario: &Scenario, transport: &dyn Transport, start: &Start) -> Vec<PlanarPoint> {
+    let (width, height) = (scenario.specimen.width, start.packing.height);
+    let continuum = &scenario.continuum;
+    let spacing = continuum.cell / continuum.points_per_cell as f64;
+    let columns = (width / spacing).round() as usize;
+    let rows = (height / spacing).round() as usize;
+    let step = [width / columns as f64, height / rows as f64];
+    let volume = step[0] * step[1] * scenario.specimen.depth;
+    let mass = start.packing.mass / (columns * rows) as f64;
+    let law = CriticalDruckerPrager::new(continuum);
+    let mut points = Vec::new();
+    for row in (0..rows).filter(|row| row % transport.size() == transport.rank()) {
+        for column in 0..columns {
+            let place = [(column as f64 + 0.5) * step[0], (row as f64 + 0.5) * step[1]];
+            let id = PointId((row * columns + column) as u64);
+            let mut point = PlanarPoint::resting(id, Vector::new(place[0], place[1]), mass, volume);
+            let deficit = deficit_at(scenario, place);
+            point.memory = MaterialLaw::<Plane>::start(&law, scenario.packing.stress, start.fraction - deficit);
+            point.stress = law.stress(&point.memory);
+            debug_assert!(point.stress.is_finite());
+            points.push(point);
+        }
+    }
+    points
+}
+
+/// What the weak regions take from the packing fraction at a place.
+fn deficit_at(scenario: &Scenario, place: [f64; 2]) -> f64 {
+    let inside = |axis: usize, region: &crate::scenario::WeakRegion| {
+        region.lower[axis] <= place[axis] && place[axis] <= region.upper[axis]
+    };
+    scenario
+        .continuum
+        .weak
+        .iter()
+        .filter(|region| inside(0, region) && inside(1, region))
+        .map(|region| region.fraction_deficit)
+        .sum()
+}

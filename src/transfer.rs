@@ -1,0 +1,130 @@
+//! Rows as parcels: how grains and points travel between ranks, and how ranks agree on a failure.
+
+use scree_partition::{ParcelError, Reader, Transport, Writer, exchange_rows};
+
+use crate::dem::grains::{GrainRow, Mover};
+use crate::error::Error;
+use crate::ids::{GrainId, PointId};
+use crate::law::material::MaterialMemory;
+use crate::mpm::points::Point;
+use crate::record::{FromParcel, Record, ToParcel};
+use crate::space::{Linear, Space};
+
+/// A kind of row that can be put into a parcel whole.
+pub trait Cargo: Record + Clone {
+    fn blank() -> Self;
+    /// Fields beside those of the record.
+    fn pack_rest(&mut self, _: &mut Writer) {}
+    fn unpack_rest(&mut self, _: &mut Reader) -> Result<(), ParcelError> {
+        Ok(())
+    }
+}
+
+impl<S: Space, M: Linear> Cargo for GrainRow<S, M> {
+    fn blank() -> Self {
+        Self::resting(GrainId(0), S::Vector::zero(), 0.0, 0.0, Mover::Free)
+    }
+    fn pack_rest(&mut self, to: &mut Writer) {
+        to.u64(self.contacts.len() as u64);
+        for (partner, memory) in &self.contacts {
+            to.u64(partner.0);
+            for component in 0..M::COMPONENTS {
+                to.f64(memory[component]);
+            }
+        }
+    }
+    fn unpack_rest(&mut self, from: &mut Reader) -> Result<(), ParcelError> {
+        for _ in 0..from.u64()? {
+            let partner = GrainId(from.u64()?);
+            let mut memory = M::zero();
+            for component in 0..M::COMPONENTS {
+                memory[component] = from.f64()?;
+            }
+            self.contacts.push((partner, memory));
+        }
+        Ok(())
+    }
+}
+
+impl<S: Space, M: MaterialMemory> Cargo for Point<S, M> {
+    fn blank() -> Self {
+        Self::resting(PointId(0), S::Vector::zero(), 0.0, 0.0)
+    }
+}
+
+/// A sealed parcel of rows.
+pub fn pack<T: Cargo>(rows: &mut [T]) -> Vec<u8> {
+    let mut writer = Writer::new();
+    for row in rows.iter_mut() {
+        row.visit(&mut ToParcel(&mut writer));
+        row.pack_rest(&mut writer);
+    }
+    writer.finish(rows.len() as u64)
+}
+
+/// The rows of a sealed parcel; no bytes are no rows.
+pub fn unpack<T: Cargo>(parcel: &[u8]) -> Result<Vec<T>, ParcelError> {
+    if parcel.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (mut reader, count) = Reader::open(parcel)?;
+    let mut rows = Vec::with_capacity(count as usize);
+    for _ in 0..count {
+        let mut row = T::blank();
+        let mut from = FromParcel { reader: &mut reader, failure: None };
+        row.visit(&mut from);
+        if let Some(failure) = from.failure {
+            return Err(failure);
+        }
+        row.unpack_rest(&mut reader)?;
+        rows.push(row);
+    }
+    reader.finish()?;
+    Ok(rows)
+}
+
+/// Hands `outgoing[r]` to rank r and returns what came, by sender.
+pub fn exchange<T: Cargo>(transport: &dyn Transport, outgoing: Vec<Vec<T>>) -> Result<Vec<Vec<T>>, Error> {
+    let parcels =
+        outgoing.into_iter().map(|mut rows| if rows.is_empty() { Vec::new() } else { pack(&mut rows) }).collect();
+    let incoming = exchange_rows(transport, parcels).map_err(|error| Error::Run(error.to_string()))?;
+    incoming.iter().map(|parcel| unpack(parcel).map_err(|error| Error::Run(error.to_string()))).collect()
+}
+
+/// All rows of all ranks in rank order, on rank 0.
+pub fn gather<T: Cargo>(transport: &dyn Transport, mut rows: Vec<T>) -> Result<Option<Vec<T>>, Error> {
+    let Some(parcels) = transport.gather(&pack(&mut rows)) else { return Ok(None) };
+    let mut all = Vec::new();
+    for parcel in parcels {
+        all.extend(unpack(&parcel).map_err(|error| Error::Run(error.to_string()))?);
+    }
+    Ok(Some(all))
+}
+
+/// All rows of all ranks in rank order, on every rank.
+pub fn gather_everywhere<T: Cargo>(transport: &dyn Transport, mut rows: Vec<T>) -> Result<Vec<T>, Error> {
+    let mut all = Vec::new();
+    for parcel in transport.all_gather(&pack(&mut rows)) {
+        all.extend(unpack(&parcel).map_err(|error| Error::Run(error.to_string()))?);
+    }
+    Ok(all)
+}
+
+/// Rows that rank 0 holds, on every rank.
+pub fn broadcast<T: Cargo>(transport: &dyn Transport, mut rows: Vec<T>) -> Result<Vec<T>, Error> {
+    let bytes = if transport.rank() == 0 { pack(&mut rows) } else { Vec::new() };
+    unpack(&transport.broadcast(bytes)).map_err(|error| Error::Run(error.to_string()))
+}
+
+/// Ranks agree on the outcome of something each did for itself: where any failed, all return the failure of the lowest.
+/// Codes tell whose mistake it was.
+pub fn agree<T>(transport: &dyn Transport, outcome: Result<T, Error>) -> Result<T, Error> {
+    let mine = match &outcome {
+        Ok(_) => Vec::new(),
+        Err(error) => [&[error.exit_code()], error.to_string().as_bytes()].concat(),
+    };
+    let failures = transport.all_gather(&mine);
+    let Some(first) = failures.into_iter().find(|failure| !failure.is_empty()) else { return outcome };
+    let message = String::from_utf8_lossy(&first[1..]).into_owned();
+    Err(if first[0] == 2 { Error::User(message) } else { Error::Run(message) })
+}

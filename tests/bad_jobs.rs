@@ -1,0 +1,355 @@
+//! Wrong jobs and what the operator is told. The whole message is compared: it is the interface.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use scree::scenario::Scenario;
+
+/// A job that is right; every test below breaks it in one place.
+const GOOD: &str = r#"name = "good"
+method = "hybrid"
+
+[specimen]
+width = "24 mm"
+height = "72 mm"
+
+[grains]
+diameter_mean = "1 mm"
+diameter_deviation = "0.08 mm"
+density = "2530 kg/m3"
+
+[contact]
+stiffness_normal = 1772093.8
+stiffness_tangential = 886046.9
+damping_normal = "3.5 N s/m"
+damping_tangential = "3.5 N s/m"
+friction = 0.5
+
+[continuum]
+bulk_modulus = "100 MPa"
+shear_modulus = "60 MPa"
+friction_angle_critical = "15.5 deg"
+fraction_critical = 0.815
+dilation_factor = 7
+softening_rate = 1
+cell = "3 mm"
+
+[[continuum.weak]]
+lower = ["0 mm", "33 mm"]
+upper = ["24 mm", "39 mm"]
+fraction_deficit = 0.01
+
+[loading]
+stress_normal = "400 kPa"
+speed = "10 cm/s"
+speed_ramp = "1 ms"
+strain_end = 0.12
+
+[oracle]
+laplacian = 1e-6
+recent_strain = 1e-4
+window = 8e-4
+persistence = 1.2e-3
+
+[enrichment]
+distance = "1.5 cm"
+
+[time]
+step = "0.4 us"
+"#;
+
+/// The message that the good job with `right` replaced by `wrong` is refused with.
+#[track_caller]
+fn refused(right: &str, wrong: &str, message: &str) {
+    assert_eq!(GOOD.matches(right).count(), 1, "the good job has {right} once");
+    refused_text(&GOOD.replace(right, wrong), &[], message);
+}
+
+#[track_caller]
+fn refused_set(set: &str, message: &str) {
+    refused_text(GOOD, &[set.to_string()], message);
+}
+
+#[track_caller]
+fn refused_text(text: &str, sets: &[String], message: &str) {
+    let error = Scenario::parse(text, "job.toml", sets).expect_err("the job is wrong");
+    assert_eq!(error.exit_code(), 2);
+    assert_eq!(error.to_string(), message);
+}
+
+#[test]
+fn the_good_job_is_good() {
+    Scenario::parse(GOOD, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+}
+
+#[test]
+fn a_misspelt_key() {
+    refused(
+        "stiffness_normal =",
+        "stifness_normal =",
+        "job.toml:14: [contact] has no key stifness_normal. Did you mean stiffness_normal?",
+    );
+}
+
+#[test]
+fn a_key_in_the_wrong_table() {
+    refused(
+        "step = \"0.4 us\"",
+        "step = \"0.4 us\"\nskin = \"0.1 mm\"",
+        "job.toml:51: [time] has no key skin. There is one in [decomposition].",
+    );
+}
+
+#[test]
+fn a_misspelt_table() {
+    refused("[oracle]", "[oracel]", "job.toml:40: there is no table [oracel]. Did you mean [oracle]?");
+}
+
+#[test]
+fn a_missing_key() {
+    refused(
+        "height = \"72 mm\"\n",
+        "",
+        "job.toml:4: [specimen] has no height, the distance of the plates. Add for example height = \"12 cm\".",
+    );
+}
+
+#[test]
+fn a_missing_table() {
+    refused(
+        "[enrichment]\ndistance = \"1.5 cm\"\n",
+        "",
+        "job.toml: method = \"hybrid\" needs the table [enrichment] (grains for points), and the job has none. Add it with the keys distance, weight, training, training_speed, training_rest; jobs/planar_shear.toml shows one.",
+    );
+}
+
+#[test]
+fn a_speed_for_a_length() {
+    refused(
+        "width = \"24 mm\"",
+        "width = \"2 cm/s\"",
+        "job.toml:5: specimen.width = \"2 cm/s\" is a speed, but a length (m) is wanted. Write for example width = \"6 cm\".",
+    );
+}
+
+#[test]
+fn a_unit_that_does_not_exist() {
+    refused(
+        "\"400 kPa\"",
+        "\"400 kpa\"",
+        "job.toml:35: loading.stress_normal = \"400 kpa\" has no known unit: there is no \"kpa\"; did you mean \"kPa\"? Write for example stress_normal = \"400 kPa\".",
+    );
+}
+
+#[test]
+fn a_quoted_number_without_its_unit() {
+    refused(
+        "\"3 mm\"",
+        "\"3\"",
+        "job.toml:27: continuum.cell = \"3\" has no unit: without quotes a number is taken in m, in quotes it must say its unit. Write for example cell = \"7.5 mm\".",
+    );
+}
+
+#[test]
+fn a_unit_without_quotes() {
+    refused(
+        "\"10 cm/s\"",
+        "10 cm/s",
+        "job.toml:36: this is not TOML: string values must be quoted, expected literal string. Text and quantities with a unit go in quotes, as in width = \"6 cm\".",
+    );
+}
+
+#[test]
+fn degrees_that_are_read_as_radians() {
+    refused(
+        "\"15.5 deg\"",
+        "15.5",
+        "job.toml:23: continuum.friction_angle_critical = 15.5 is out of range: it must be between 0 and 1.5708 rad, both excluded. Write for example friction_angle_critical = \"15.5 deg\".",
+    );
+}
+
+#[test]
+fn a_method_that_does_not_exist() {
+    refused(
+        "\"hybrid\"",
+        "\"fem\"",
+        "job.toml:2: method = \"fem\" is no method: write \"hybrid\", \"dem\" or \"mpm\".",
+    );
+}
+
+#[test]
+fn a_number_that_is_not_positive() {
+    refused(
+        "strain_end = 0.12",
+        "strain_end = 0",
+        "job.toml:38: loading.strain_end = 0 is out of range: it must be more than 0 and at most 100. Write for example strain_end = 0.57.",
+    );
+    refused(
+        "\"2530 kg/m3\"",
+        "nan",
+        "job.toml:11: grains.density = nan is out of range: it must be finite and more than 0 kg/m3. Write for example density = \"2530 kg/m3\".",
+    );
+}
+
+#[test]
+fn sizes_so_wide_that_some_would_vanish() {
+    refused(
+        "\"0.08 mm\"",
+        "\"0.3 mm\"",
+        "job.toml:10: grains.diameter_deviation = \"0.3 mm\" is too wide: sizes are cut at three deviations, and the smallest must keep a quarter of the mean. Write at most \"0.25 mm\".",
+    );
+}
+
+#[test]
+fn cells_that_do_not_fill_the_width() {
+    refused(
+        "\"3 mm\"",
+        "\"3.2 mm\"",
+        "job.toml:27: continuum.cell = \"3.2 mm\" does not fit: blocks of 2 cells (decomposition.cells_per_block) must fill specimen.width = 24 mm exactly, at least two of them. Write \"4 mm\" (6 cells) or \"3 mm\" (8 cells).",
+    );
+}
+
+#[test]
+fn blocks_smaller_than_two_grains() {
+    refused(
+        "\"3 mm\"",
+        "\"1 mm\"",
+        "job.toml:27: continuum.cell = \"1 mm\" makes blocks of 2 mm, but two of the largest grains and the skin need 2.58 mm. Take larger cells, more decomposition.cells_per_block, or smaller grains.",
+    );
+}
+
+#[test]
+fn a_weak_region_outside_of_the_specimen() {
+    refused(
+        "[\"24 mm\", \"39 mm\"]",
+        "[\"24 mm\", \"39 cm\"]",
+        "job.toml:31: continuum.weak.upper = [\"24 mm\", \"39 cm\"] lies outside of the specimen, whose upper right corner is [0.024, 0.072] in m. Move it inside.",
+    );
+}
+
+#[test]
+fn a_zone_that_leaves_no_continuum() {
+    refused(
+        "\"1.5 cm\"",
+        "\"4 cm\"",
+        "job.toml:47: enrichment.distance = \"4 cm\" leaves no continuum: twice this distance and twice a cell must be less than specimen.height = 72 mm, so less than 33 mm is allowed. For grains everywhere write method = \"dem\".",
+    );
+}
+
+/// Table 1 of the paper as printed: its damping with its step loses friction (DESIGN, section 6).
+#[test]
+fn the_papers_time_step_with_its_damping() {
+    let printed = GOOD.replace("\"3.5 N s/m\"", "\"7.0 N s/m\"").replace("\"0.4 us\"", "5.0e-7");
+    refused_text(
+        &printed,
+        &[],
+        "job.toml:50: time.step = 5.0e-7 is unstable: at most 2.33e-7 s is allowed (tangential springs and dashpots, mean grain spinning: 2/(sqrt(w^2 + b^2) + b), b = 12 gamma_t/m). Beyond it rotations flip at every step and friction is lost; shorten the step, or lower contact.damping_tangential.",
+    );
+}
+
+/// A continuum alone is bound by its waves.
+#[test]
+fn a_time_step_that_waves_outrun() {
+    let text = GOOD.replace("\"hybrid\"", "\"mpm\"").replace("\"0.4 us\"", "\"6 us\"");
+    let text = text.replace("cell = \"3 mm\"", "cell = \"3 mm\"\nfraction_start = 0.85");
+    refused_text(
+        &text,
+        &[],
+        "job.toml:51: time.step = \"6 us\" is unstable: at most 5.49e-6 s is allowed (P wave through a cell: 0.5 cell/sqrt((K + G)/rho)). Beyond it the grid blows up; shorten the step, or take larger cells or a softer material.",
+    );
+}
+
+#[test]
+fn a_name_that_is_a_path() {
+    refused(
+        "\"good\"",
+        "\"../good\"",
+        "job.toml:1: name = \"../good\" is refused: it names the run's folder, so write letters, digits, \"_\", \"-\" and \".\" only, a letter first.",
+    );
+}
+
+#[test]
+fn an_override_of_what_does_not_exist() {
+    refused_set("loading.sped=1", "--set loading.sped=1: a job has no loading.sped. Did you mean loading.speed?");
+    refused_set("speed=1", "--set speed=1: a job has no speed. Did you mean loading.speed?");
+}
+
+#[test]
+fn an_override_with_the_wrong_value() {
+    refused_set(
+        "loading.speed=5 cm",
+        "--set: loading.speed = \"5 cm\" is a length, but a speed (m/s) is wanted. Write for example speed = \"2 cm/s\".",
+    );
+}
+
+fn scree(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_scree"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .expect("the program can be started")
+}
+
+/// Exit code 2, nothing on stdout, the message on stderr.
+#[track_caller]
+fn told(output: &Output, message: &str) {
+    assert_eq!(String::from_utf8_lossy(&output.stderr).trim_end(), message);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(output.stdout.is_empty());
+}
+
+#[test]
+fn a_job_that_is_not_there() {
+    let folder = tempfile::tempdir().expect("a folder to work in");
+    told(
+        &scree(&["run", "nowhere.toml"], folder.path()),
+        "nowhere.toml: this job cannot be read: No such file or directory (os error 2). Give the path of a job, for example jobs/quickstart.toml.",
+    );
+}
+
+/// A run that exists is never written over.
+#[test]
+fn a_run_that_exists() {
+    let folder = tempfile::tempdir().expect("a folder to work in");
+    let run = folder.path().join("runs/good");
+    fs::create_dir_all(&run).expect("a run to stand in the way");
+    fs::write(folder.path().join("job.toml"), GOOD).expect("the job is written");
+    fs::write(run.join("scenario.toml"), GOOD).expect("the run has its scenario");
+    told(
+        &scree(&["run", "job.toml"], folder.path()),
+        "runs/good already holds a run, and a run is never overwritten. Go on with it by `scree resume runs/good`, or start a new one elsewhere with --out DIR.",
+    );
+    let untouched = fs::read_to_string(run.join("scenario.toml")).expect("the run is still there");
+    assert_eq!(untouched, GOOD);
+}
+
+#[test]
+fn a_folder_that_is_no_run() {
+    let folder = tempfile::tempdir().expect("a folder to work in");
+    told(
+        &scree(&["resume", "."], folder.path()),
+        ". holds no run: its scenario.toml is missing. Give the folder that `scree run` wrote, for example runs/quickstart.",
+    );
+}
+
+/// What is no checkpoint is called so, by its name, and never read as an empty state.
+#[test]
+fn a_checkpoint_of_garbage() {
+    let folder = tempfile::tempdir().expect("a folder to work in");
+    fs::write(folder.path().join("garbage.h5"), b"not HDF5 at all").expect("the garbage is written");
+    let output = scree(&["digest", "garbage.h5"], folder.path());
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("garbage.h5"), "{message}");
+    assert!(output.stdout.is_empty());
+}
+
+/// A wrong option is the operator's mistake as well.
+#[test]
+fn an_option_that_does_not_exist() {
+    let folder = tempfile::tempdir().expect("a folder to work in");
+    let output = scree(&["run", "job.toml", "--thread", "2"], folder.path());
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("--threads"));
+}

@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# All tests: format, lints, and every test of the workspace, those of MPI under real mpirun. Sets up what is missing.
+#
+#     bash tests/run.sh
+set -euo pipefail
+cd "$(dirname "$0")/.."
+# shellcheck source=tests/setup
+. tests/setup
+
+started=$SECONDS
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+
+fail() {
+    echo "FAILED: $1, after $((SECONDS - started)) s." >&2
+    exit 1
+}
+
+echo "== Format"
+cargo fmt --all --check || fail "the format; run cargo fmt --all"
+
+# Release throughout, so that build scripts and macros are compiled once.
+echo "== Lints, with MPI"
+cargo clippy --release --workspace --all-targets -- -D warnings || fail "a lint"
+echo "== Lints, without MPI"
+cargo clippy --release --workspace --all-targets --no-default-features -- -D warnings || fail "a lint without MPI"
+
+echo "== Tests"
+cargo test --release --workspace 2>&1 | tee "$log" || fail "a test"
+
+passed=$(awk '/^test result: ok/ { sum += $4 } END { print sum + 0 }' "$log")
+[ "$passed" -gt 0 ] || fail "the tests; none was run"
+echo "All good: format and lints are clean, $passed tests passed, in $((SECONDS - started)) s."
