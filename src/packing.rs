@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 
 use crate::body::{Drive, Plate, Side};
 use crate::dem::grains::{GrainRow, Mover};
-use crate::dem::packing::{LOWER, UPPER, mass_of, throw};
+use crate::dem::packing::{LOWER, UPPER, glue_layers, glued_reach, mass_of, throw};
 use crate::error::Error;
 use crate::ids::GrainId;
 use crate::law::contact::LinearSpringDashpot;
@@ -39,7 +39,9 @@ pub struct Packing {
 /// Cells beyond the plates' faces on either side; a multiple of the block, and more than splines and glued rows reach.
 fn margin_cells(scenario: &Scenario) -> usize {
     let block = scenario.decomposition.cells_per_block;
-    4usize.div_ceil(block) * block
+    // Two cells that nothing may enter, and room for the layers glued to the plates.
+    let glued = (glued_reach(scenario) / scenario.continuum.cell).ceil() as usize;
+    (2 + glued.max(2)).div_ceil(block) * block
 }
 
 /// The domain for material of `height` m between the faces: the lower face at y = 0 on a line of nodes, room for
@@ -122,7 +124,7 @@ fn measured(
 fn key(scenario: &Scenario) -> String {
     let specimen = &scenario.specimen;
     let text = format!(
-        "packing 1 seed {} specimen {:?} {:?} {:?} grains {:?} {:?} {:?} contact {:?} friction {:?} start {:?} stress {:?} ratio {:?} step {:?} cell {:?}",
+        "packing 2 seed {} specimen {:?} {:?} {:?} grains {:?} {:?} {:?} contact {:?} friction {:?} start {:?} stress {:?} ratio {:?} step {:?} cell {:?}",
         scenario.seed,
         specimen.width,
         specimen.height,
@@ -207,6 +209,7 @@ fn make(scenario: &Scenario, transport: &dyn Transport) -> Result<(Vec<Grain>, f
     let height = world.plates[UPPER as usize].face;
     let (rows, _) = world.rows();
     let mut rows = transfer::gather(transport, rows)?.unwrap_or_default();
+    let height = glue_layers(scenario, height, &mut rows);
     rows.iter_mut().for_each(settle_origin);
     Ok((rows, height))
 }

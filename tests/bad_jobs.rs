@@ -265,7 +265,7 @@ fn a_name_that_is_a_path() {
     refused(
         "\"good\"",
         "\"../good\"",
-        "job.toml:1: name = \"../good\" is refused: it names the run's folder, so write letters, digits, \"_\", \"-\" and \".\" only, a letter first.",
+        "job.toml:1: name = \"../good\" is refused: it names the run's folder, so write letters, digits, \"_\", \"-\" and \".\" only, a letter or digit first.",
     );
 }
 
@@ -313,9 +313,14 @@ fn a_job_that_is_not_there() {
 fn a_run_that_exists() {
     let folder = tempfile::tempdir().expect("a folder to work in");
     let run = folder.path().join("runs/good");
-    fs::create_dir_all(&run).expect("a run to stand in the way");
+    fs::create_dir_all(run.join("checkpoints")).expect("a run to stand in the way");
     fs::write(folder.path().join("job.toml"), GOOD).expect("the job is written");
     fs::write(run.join("scenario.toml"), GOOD).expect("the run has its scenario");
+    told(
+        &scree(&["run", "job.toml"], folder.path()),
+        "runs/good holds a run that ended before its first checkpoint, or is still on its way there. If it has ended, remove it with `rm -r runs/good`; or start a new one elsewhere with --out DIR.",
+    );
+    fs::write(run.join("checkpoints/any"), "").expect("the run has a checkpoint");
     told(
         &scree(&["run", "job.toml"], folder.path()),
         "runs/good already holds a run, and a run is never overwritten. Go on with it by `scree resume runs/good`, or start a new one elsewhere with --out DIR.",

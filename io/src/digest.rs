@@ -6,9 +6,9 @@ use crate::column::{STATE_PREFIX, State, Values};
 
 /// SHA-256 over a canonical encoding of the state, as 64 lower-case hex digits.
 ///
-/// In the given order: every table's name and row count, every column's name, width, type and little-endian data, and the
-/// attributes whose key begins with `state.`. All lengths are written ahead of what they measure, so no two states share
-/// an encoding. Bits count: -0.0 differs from 0.0, and one NaN from another.
+/// In the given order: every table's name and row count, every column's name, width, type and little-endian data, and
+/// the attributes whose key begins with `state.`. All lengths are written ahead of what they measure, so no two states
+/// share an encoding. Bits count: -0.0 differs from 0.0, and one NaN from another.
 pub fn digest(state: &State) -> String {
     let mut hash = Sha256::new();
     hash.update(b"scree state 1");

@@ -16,8 +16,8 @@ use crate::system::refused;
 /// Bytes in a chunk at most: it is compressed and checked as a whole, and fits the library's cache.
 const CHUNK_BYTES_MAX: usize = 1 << 20;
 
-/// Options for every file. The format is the one whose metadata all carry checksums. Locks are off: cluster file systems
-/// may have none, and a viewer that holds a frame file open must not stop a run.
+/// Options for every file. The format is the one whose metadata all carry checksums. Locks are off: cluster file
+/// systems may have none, and a viewer that holds a frame file open must not stop a run.
 fn options() -> FileBuilder {
     let mut builder = File::with_options();
     builder.with_fapl(|access| access.libver_v110().file_locking(false).fclose_degree(FileCloseDegree::Strong));

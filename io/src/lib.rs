@@ -5,7 +5,7 @@
 //! | [`store`] | a [`State`] in one HDF5 file, checked when read | yes |
 //! | [`frames`] | points with fields, a frame per time, for ParaView | no |
 //! | [`series`] | rows of numbers in a CSV file | no |
-//! | [`digest`] | 64 hex digits that stand for a [`State`] | |
+//! | [`digest()`] | 64 hex digits that stand for a [`State`] | |
 //!
 //! Everything here is written by one process; gathering is the caller's task. The HDF5 library must be 1.10.7 or newer
 //! (1.12.0 excepted): older ones cannot switch file locks off, and many cluster file systems have none.

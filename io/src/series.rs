@@ -32,8 +32,8 @@ impl Series {
 
     /// Opens the file again and cuts it back to its first `rows` rows; what follows, torn or whole, is dropped.
     ///
-    /// [`Error::SeriesHeader`] if it has other columns, [`Error::TooFewRows`] if it ends earlier, [`Error::SeriesRow`] if
-    /// one of the rows kept is not `header.len()` numbers.
+    /// [`Error::SeriesHeader`] if it has other columns, [`Error::TooFewRows`] if it ends earlier, [`Error::SeriesRow`]
+    /// if one of the rows kept is not `header.len()` numbers.
     pub fn resume(path: &Path, header: &[&str], rows: usize) -> Result<Series, Error> {
         let mut lines = Lines::open(path)?;
         let expected = header_line(header);

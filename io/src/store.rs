@@ -1,5 +1,6 @@
-//! A [`State`] in one HDF5 file: written aside and renamed, so that a name never stands for half a state; checked in
-//! whole when read, so that a run never goes on from a damaged one. [`schema`](crate::schema) draws the inside.
+//! A [`State`](crate::State) in one HDF5 file: written aside and renamed, so that a name never stands for half a state;
+//! checked in whole when read, so that a run never goes on from a damaged one. [`schema`](crate::schema) draws the
+//! inside.
 
 mod folder;
 mod read;

@@ -28,8 +28,9 @@ pub(crate) fn sync(path: &Path) -> Result<(), Error> {
     File::open(path).and_then(|file| file.sync_all()).map_err(refused("write to disk", path))
 }
 
-/// Lets `write` make a file aside and, once it is whole and on disk, gives it its name. On an error whatever had that name
-/// is as it was. The order makes all of it outlast a power cut: bytes first, then the name, then the folder's entry.
+/// Lets `write` make a file aside and, once it is whole and on disk, gives it its name. On an error whatever had that
+/// name is as it was. The order makes all of it outlast a power cut: bytes first, then the name, then the folder's
+/// entry.
 pub(crate) fn write_aside(path: &Path, write: impl FnOnce(&Path) -> Result<(), Error>) -> Result<(), Error> {
     let mut name = path.as_os_str().to_owned();
     name.push(PARTIAL);

@@ -159,9 +159,10 @@ fn cost(page: &mut Page, scenario: &Scenario) {
         );
     }
     page.row("memory", &format!("{} MB", whole(1e-6 * derived::memory(scenario))), "all ranks together, roughly");
+    let seconds = derived::wall_time(scenario);
     page.row(
         "time to run",
-        &format!("{} h", figures(derived::wall_time(scenario) / 3600.0)),
+        &format!("{} h ({} s)", figures(seconds / 3600.0), figures(seconds)),
         &format!(
             "on one core, without the packing, at {} ns a grain and {} ns a point and step",
             whole(1e9 * derived::COST_GRAIN),

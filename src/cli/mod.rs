@@ -2,10 +2,11 @@
 //!
 //! Exit codes: 0 done; 2 the operator's mistake; 3 the run stopped itself; 4 stopped on request with a checkpoint.
 
-use std::io::Write;
+use std::backtrace::{Backtrace, BacktraceStatus};
+use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::{Arc, Weak};
+use std::sync::{Arc, Once, Weak};
 use std::time::Duration;
 
 use clap::{Parser, Subcommand};
@@ -110,6 +111,9 @@ pub fn main() -> ExitCode {
         }
     };
     end_all_ranks_on_panic(&transport);
+    if transport.rank() == 0 {
+        show_events();
+    }
     ExitCode::from(dispatch(arguments.command, &*transport))
 }
 
@@ -238,27 +242,44 @@ fn start_mpi() -> Result<Arc<dyn Transport>, Error> {
     match number_in_environment("OMPI_COMM_WORLD_SIZE") {
         Some(1) => Ok(Arc::new(Solo)),
         _ => Err(Error::User(
-            "This scree was built without MPI and cannot be one rank of several. Build it with `cargo build --release` (default features), or start it without mpirun and use --threads.".to_string(),
+            "This scree was built without MPI and cannot be one rank of several. Build it with default features, or start it without mpirun and use --threads.".to_string(),
         )),
     }
 }
 
+/// What happens on the way, as plain lines on stderr.
+fn show_events() {
+    tracing_subscriber::fmt()
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
+        .with_max_level(tracing::Level::INFO)
+        .with_target(false)
+        .with_level(false)
+        .without_time()
+        .init();
+}
+
 /// A panic is a defect of the program: say so once, and end every rank, since the others would wait for ever.
 fn end_all_ranks_on_panic(transport: &Arc<dyn Transport>) {
+    let rank = transport.rank();
     let transport: Weak<dyn Transport> = Arc::downgrade(transport);
-    let speaker = std::sync::Once::new();
+    let speaker = Once::new();
     std::panic::set_hook(Box::new(move |panic| {
         speaker.call_once(|| {
-            let transport = transport.upgrade();
-            let rank = transport.as_ref().map_or(0, |transport| transport.rank());
-            let mut stderr = std::io::stderr().lock();
+            if rank != 0 {
+                std::thread::sleep(PATIENCE);
+            }
+            let backtrace = Backtrace::capture();
+            let trace = match backtrace.status() {
+                BacktraceStatus::Captured => format!("\n{backtrace}"),
+                _ => String::new(),
+            };
             // Nothing is left to tell it to if stderr is gone.
             let _ = writeln!(
-                stderr,
-                "scree stopped because of a defect in the program, on rank {rank}: {panic}. The last good checkpoint is not touched; `scree resume DIR` goes on from it. Please report these lines.\n{}",
-                std::backtrace::Backtrace::capture()
+                std::io::stderr().lock(),
+                "scree stopped because of a defect in the program, on rank {rank}: {panic}\nCheckpoints already written are not touched: `scree resume DIR` goes on from the last. Please report these lines.{trace}"
             );
-            match transport {
+            match transport.upgrade() {
                 Some(transport) => transport.abort(i32::from(CODE_FAILED)),
                 None => std::process::exit(i32::from(CODE_FAILED)),
             }

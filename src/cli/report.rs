@@ -78,10 +78,10 @@ fn tell_apart(runs: &mut [Run]) {
     let names: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
     for run in runs {
         if names.iter().filter(|name| **name == run.name).count() > 1 {
-            run.name = run.directory.file_name().map_or_else(
-                || run.directory.display().to_string(),
-                |name| name.to_string_lossy().into_owned(),
-            );
+            run.name = run
+                .directory
+                .file_name()
+                .map_or_else(|| run.directory.display().to_string(), |name| name.to_string_lossy().into_owned());
         }
     }
 }

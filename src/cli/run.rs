@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use scree_partition::transport::Transport;
 
 use super::{Ending, agreed, start_threads};
+use crate::checkpoint;
 use crate::error::Error;
 use crate::run::{self, Options};
 use crate::scenario::Scenario;
@@ -78,11 +79,15 @@ fn refuse_existing_run(out: &Path) -> Result<(), Error> {
     if !occupied {
         return Ok(());
     }
-    Err(Error::User(match out.join("scenario.toml").exists() {
-        true => format!(
+    let unfinished = std::fs::read_dir(checkpoint::folder(out)).map_or(true, |mut kept| kept.next().is_none());
+    Err(Error::User(match (out.join("scenario.toml").exists(), unfinished) {
+        (true, false) => format!(
             "{shown} already holds a run, and a run is never overwritten. Go on with it by `scree resume {shown}`, or start a new one elsewhere with --out DIR."
         ),
-        false => format!(
+        (true, true) => format!(
+            "{shown} holds a run that ended before its first checkpoint, or is still on its way there. If it has ended, remove it with `rm -r {shown}`; or start a new one elsewhere with --out DIR."
+        ),
+        (false, _) => format!(
             "{shown} exists and is no run of scree, so nothing is written there. Choose another folder with --out DIR."
         ),
     }))

@@ -17,6 +17,9 @@ pub const UPPER: u8 = 1;
 
 /// Packing fraction that the number of grains is reckoned with.
 const FRACTION_EXPECTED: f64 = 0.845;
+/// Depth of the layer of the finished packing that is glued to each plate, in mean diameters. A single flat row would
+/// order the grains beside it into a smooth, weak interface along which the specimen slips instead of shearing.
+const GLUED_LAYER: f64 = 3.0;
 /// Throws per grain before the start counts as too dense.
 const THROWS_MAX: usize = 20_000;
 
@@ -24,6 +27,21 @@ const THROWS_MAX: usize = 20_000;
 pub struct Thrown<M> {
     pub grains: Vec<GrainRow<Plane, M>>,
     pub height: f64,
+}
+
+/// Glues the outer layers of a packing between faces at 0 and `height` to the plates, and lowers everything so that the
+/// lower face is at y = 0 again; returns the height between the new faces, m.
+pub fn glue_layers<M>(scenario: &Scenario, height: f64, grains: &mut [GrainRow<Plane, M>]) -> f64 {
+    let depth = glued_depth(scenario);
+    for grain in grains.iter_mut() {
+        if grain.hot.position[1] < depth {
+            grain.cold.mover = Mover::Body(LOWER);
+        } else if grain.hot.position[1] > height - depth {
+            grain.cold.mover = Mover::Body(UPPER);
+        }
+        grain.hot.position[1] -= depth;
+    }
+    height - 2.0 * depth
 }
 
 /// Random numbers of one grain: from (job seed, id) alone.
@@ -43,11 +61,22 @@ pub fn mass_of(scenario: &Scenario, radius: f64) -> f64 {
     scenario.grains.density * Plane::grain_volume(radius, scenario.specimen.depth)
 }
 
-/// Free grains that fill the specimen at the expected packing fraction.
+/// Depth of the layer glued to each plate once the packing is made, m.
+fn glued_depth(scenario: &Scenario) -> f64 {
+    GLUED_LAYER * scenario.grains.diameter_mean
+}
+
+/// How far glued grains reach beyond a plate's face: the layer and the row behind it, m.
+pub fn glued_reach(scenario: &Scenario) -> f64 {
+    glued_depth(scenario) + 1.5 * scenario.grains.diameter_mean
+}
+
+/// Grains that fill the specimen and the layers to be glued at the expected packing fraction.
 pub fn count_of(scenario: &Scenario) -> usize {
     let (mean, deviation) = (scenario.grains.diameter_mean, scenario.grains.diameter_deviation);
     let area = 0.25 * PI * (mean * mean + deviation * deviation);
-    (FRACTION_EXPECTED * scenario.specimen.width * scenario.specimen.height / area).round() as usize
+    let height = scenario.specimen.height + 2.0 * glued_depth(scenario);
+    (FRACTION_EXPECTED * scenario.specimen.width * height / area).round() as usize
 }
 
 /// Throws the grains: free ones at random places without overlap, row by row the glued ones of both plates.

@@ -1,18 +1,18 @@
 //! Thickness of a shear band: Chen et al. (2021), appendix A.
 //!
 //! 1. *Candidates*: the rows whose strain is beyond the 98th percentile. The paper counts grains of a fully discrete
-//!    specimen; here rows count by the area they stand for, so that a specimen of points and grains, or of points alone, is
-//!    measured by the same rule: the most strained 2 % of the material.
+//!    specimen; here rows count by the area they stand for, so that a specimen of points and grains, or of points
+//!    alone, is measured by the same rule: the most strained 2 % of the material.
 //! 2. *Outliers*: candidates farther from the centre line of the band than two standard deviations of that distance are
 //!    dropped, once.
 //! 3. *Thickness*: of the minimum-area box around the centres of what is left, the side across the band. Half a row on
 //!    either side is not added.
 //!
-//! In a domain that is periodic in x the candidates are cut open at the widest gap between them along x. Where even that
-//! gap is below a quarter of the period, the band closes on itself round the period: it can only lie along x, and so do
-//! its centre line and its box, or both would depend on the place of the cut. Elsewhere the line follows the principal axis of
-//! the candidates. "Across" is the side of the box nearer to the normal of that line, which need not be the shorter one
-//! in a narrow specimen.
+//! In a domain that is periodic in x the candidates are cut open at the widest gap between them along x. Where even
+//! that gap is below a quarter of the period, the band closes on itself round the period: it can only lie along x, and
+//! so do its centre line and its box, or both would depend on the place of the cut. Elsewhere the line follows the
+//! principal axis of the candidates. "Across" is the side of the box nearer to the normal of that line, which need not
+//! be the shorter one in a narrow specimen.
 
 use crate::math;
 
@@ -204,10 +204,10 @@ fn box_along(places: &[[f64; 2]], axis: [f64; 2]) -> Band {
 }
 
 fn extent(places: &[[f64; 2]], axis: [f64; 2]) -> (f64, f64) {
-    places.iter().map(|place| place[0] * axis[0] + place[1] * axis[1]).fold(
-        (f64::INFINITY, f64::NEG_INFINITY),
-        |(lower, upper), along| (lower.min(along), upper.max(along)),
-    )
+    places
+        .iter()
+        .map(|place| place[0] * axis[0] + place[1] * axis[1])
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(lower, upper), along| (lower.min(along), upper.max(along)))
 }
 
 /// Corners of the convex hull, counter-clockwise (monotone chain, Andrew 1979); empty where the places lie on a line.

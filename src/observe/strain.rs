@@ -49,9 +49,11 @@ pub fn best_fit_gradient(d_reference: &[[f64; 2]], d_displacement: &[[f64; 2]]) 
     if determinant.is_nan() || determinant <= SINGULAR * trace * trace {
         return None;
     }
-    Some(mixed.map(|[x, y]| {
-        [(x * moment[2] - y * moment[1]) / determinant, (y * moment[0] - x * moment[1]) / determinant]
-    }))
+    Some(
+        mixed.map(|[x, y]| {
+            [(x * moment[2] - y * moment[1]) / determinant, (y * moment[0] - x * moment[1]) / determinant]
+        }),
+    )
 }
 
 /// |e_d| = sqrt(e_d : e_d) of the small strain of a displacement gradient, in the plane.
@@ -63,10 +65,10 @@ pub fn deviatoric_norm(gradient: &Gradient) -> f64 {
 
 /// Deviatoric magnitude |e_d| of the best-fit strain at every row.
 ///
-/// `positions` (m) are places after the deformation, x in [0, `period`); `displacements` (m) are not wrapped and lead to
-/// them, so the reference place is position - displacement. Neighbours are those of the Delaunay triangulation of
-/// `positions`, joined across the seam where `period` (m) is positive; edges longer than `edge_max` (m) do not count, so
-/// that nothing is fitted across a void. NaN where the neighbours do not span the plane.
+/// `positions` (m) are places after the deformation, x in [0, `period`); `displacements` (m) are not wrapped and lead
+/// to them, so the reference place is position - displacement. Neighbours are those of the Delaunay triangulation of
+/// `positions`, joined across the seam where `period` (m) is positive; edges longer than `edge_max` (m) do not count,
+/// so that nothing is fitted across a void. NaN where the neighbours do not span the plane.
 ///
 /// The sum of a row runs over its neighbours in ascending order of row: give rows in an order that ids alone fix, and
 /// every bit is fixed.
@@ -293,9 +295,8 @@ mod tests {
     fn a_shift_along_the_period_changes_nothing() {
         let period = 16.0;
         let reference = lattice(16, 12);
-        let u = |place: &[f64; 2]| {
-            [0.8 * math::atan(place[1] - 6.0), 0.1 * math::sin(2.0 * math::PI * place[0] / period)]
-        };
+        let u =
+            |place: &[f64; 2]| [0.8 * math::atan(place[1] - 6.0), 0.1 * math::sin(2.0 * math::PI * place[0] / period)];
         let strains = |shift: f64| {
             let moved: Vec<_> = reference.iter().map(u).collect();
             let places: Vec<_> = reference

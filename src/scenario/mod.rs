@@ -133,7 +133,7 @@ pub struct Contact {
 pub struct Packing {
     /// Friction coefficient while the packing is made (Cundall 1989: 0.01).
     pub friction: f64,
-    /// Packing fraction of the loose start, 0.4 to 0.7.
+    /// Packing fraction of the loose start, 0.2 to 0.5.
     pub fraction_start: f64,
     /// Normal stress that the packing is brought to, Pa.
     pub stress: f64,

@@ -146,7 +146,7 @@ pub const TABLES: [Table; 12] = [
     ] },
     Table { name: "packing", about: "how the packing is made", needed_by: &[], keys: &[
         number("friction", "friction while the packing is made", RATIO, Range::closed(0.0, 5.0), "0.01"),
-        number("fraction_start", "the packing fraction of the loose start", RATIO, Range::closed(0.4, 0.7), "0.6"),
+        number("fraction_start", "the packing fraction of the loose start", RATIO, Range::closed(0.2, 0.5), "0.45"),
         number("stress", "the normal stress of the packing", STRESS, POSITIVE, "\"400 kPa\""),
         number("energy_ratio_max", "kinetic over elastic energy at rest", RATIO, Range::new(0.0, 0.1, true, false), "1e-4"),
         text("cache", "the folder of finished packings", "\"cache\""),

@@ -19,8 +19,9 @@ pub struct FrameFile {
 }
 
 impl FrameFile {
-    /// Creates the file with `first` in it; all later frames must have the same fields. A file already there is refused.
-    /// Panics, as [`append`](FrameFile::append) does, if a field is neither `f64` nor `i64` or lacks a row per point.
+    /// Creates the file with `first` in it; all later frames must have the same fields. A file already there is
+    /// refused. Panics, as [`append`](FrameFile::append) does, if a field is neither `f64` nor `i64` or lacks a row per
+    /// point.
     pub fn create(path: &Path, first: &Frame) -> Result<FrameFile, Error> {
         let fields = layout::fields_of(first);
         if fs::exists(path).unwrap_or(true) {
@@ -50,8 +51,8 @@ impl FrameFile {
 
     /// Adds a frame and returns once it is safely on disk.
     ///
-    /// [`Error::FrameFields`] if the fields are not, in this order, those of the first frame. After any error the file is
-    /// as it was, and the append may be tried again.
+    /// [`Error::FrameFields`] if the fields are not, in this order, those of the first frame. After any error the file
+    /// is as it was, and the append may be tried again.
     pub fn append(&mut self, frame: &Frame) -> Result<(), Error> {
         let fields = layout::fields_of(frame);
         if fields != self.fields {

@@ -1,7 +1,7 @@
 //! The inside of a VTKHDF file: which datasets there are, and how long each is after so many frames.
 //!
-//! Every dataset grows along its first axis and is checked by sums. Those with a row per point are compressed; those with a
-//! row per frame are not, so that their chunks keep their size and their place.
+//! Every dataset grows along its first axis and is checked by sums. Those with a row per point are compressed; those
+//! with a row per frame are not, so that their chunks keep their size and their place.
 
 use hdf5::plist::dataset_create::FillTime;
 use hdf5::types::FixedAscii;

@@ -23,8 +23,8 @@ pub fn newest(dir: &Path) -> Result<Vec<(u64, PathBuf)>, Error> {
 
 /// The newest checkpoint that can be read in whole, and the errors of the damaged newer ones, which are to be reported.
 ///
-/// Only damage sends the search to an older file: any other failure (no permission, another schema) is returned as it is.
-/// [`Error::NoCheckpoint`] for a folder without any, [`Error::AllDamaged`] for one without a good one.
+/// Only damage sends the search to an older file: any other failure (no permission, another schema) is returned as it
+/// is. [`Error::NoCheckpoint`] for a folder without any, [`Error::AllDamaged`] for one without a good one.
 pub fn latest_good(dir: &Path) -> Result<(PathBuf, State, Vec<Error>), Error> {
     let mut damaged = Vec::new();
     for (_, path) in newest(dir)? {

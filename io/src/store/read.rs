@@ -14,8 +14,8 @@ use crate::error::Error;
 use crate::h5;
 use crate::schema;
 
-/// Reads a state back, exactly as it was written, or fails: [`Error::System`], or with [`Error::is_damage`] if the file is
-/// not whole, or [`Error::Schema`] if another version of the program wrote it.
+/// Reads a state back, exactly as it was written, or fails: [`Error::System`], or with [`Error::is_damage`] if the file
+/// is not whole, or [`Error::Schema`] if another version of the program wrote it.
 pub fn read(path: &Path) -> Result<State, Error> {
     let file = h5::open(path, false)?;
     check_schema(&file, path)?;

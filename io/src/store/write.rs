@@ -16,11 +16,11 @@ use crate::system::write_aside;
 /// Bytes of the longest text that is kept as an attribute. HDF5 bounds attributes, and only datasets are compressed.
 pub(super) const ATTRIBUTE_BYTES_MAX: usize = 1024;
 
-/// Writes the state to `path` and returns once it is safely on disk. A file already there is replaced as a whole, or, on
-/// an error, left as it was. Equal states give equal bytes.
+/// Writes the state to `path` and returns once it is safely on disk. A file already there is replaced as a whole, or,
+/// on an error, left as it was. Equal states give equal bytes.
 ///
-/// Panics if a column's length is not rows times width, if a name is empty, repeated or has a `/`, or if an attribute has
-/// one of the names in [`schema`](crate::schema).
+/// Panics if a column's length is not rows times width, if a name is empty, repeated or has a `/`, or if an attribute
+/// has one of the names in [`schema`](crate::schema).
 pub fn write(path: &Path, state: &State) -> Result<(), Error> {
     state.assert_shape();
     for name in schema::RESERVED_ATTRIBUTES {

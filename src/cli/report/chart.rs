@@ -286,7 +286,7 @@ pub fn significant(value: f64, digits: usize) -> String {
         return if value == 0.0 { "0".to_owned() } else { "\u{2013}".to_owned() };
     }
     let power = exponent(value.abs());
-    if !(-4..7).contains(&power) {
+    if !(-4..6).contains(&power) {
         let text = format!("{value:.*e}", digits.saturating_sub(1));
         let (mantissa, _) = text.split_once('e').expect("scientific notation has an exponent");
         let power = exponent(text.parse::<f64>().expect("a number").abs());
@@ -352,7 +352,8 @@ mod tests {
 
     #[test]
     fn ticks_are_round_and_inside() {
-        let ticks = |lower, upper| linear_ticks(lower, upper, 5).into_iter().map(|(_, words)| words).collect::<Vec<_>>();
+        let ticks =
+            |lower, upper| linear_ticks(lower, upper, 5).into_iter().map(|(_, words)| words).collect::<Vec<_>>();
         assert_eq!(ticks(0.0, 10.0), ["0", "2", "4", "6", "8", "10"]);
         assert_eq!(ticks(-0.2, 0.3), ["\u{2212}0.2", "\u{2212}0.1", "0.0", "0.1", "0.2", "0.3"]);
         assert_eq!(ticks(0.0, 160.0), ["0", "50", "100", "150"]);

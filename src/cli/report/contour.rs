@@ -30,17 +30,12 @@ struct Grid {
 impl Grid {
     fn around(places: &[[f64; 2]], reach: f64, period: f64) -> Self {
         let cell = reach / CELLS_PER_REACH;
-        let (bottom, top) = places
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(lower, upper), place| (lower.min(place[1]), upper.max(place[1])));
+        let (bottom, top) = places.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lower, upper), place| {
+            (lower.min(place[1]), upper.max(place[1]))
+        });
         let lower = [-cell, bottom - reach - 2.0 * cell];
         let count = |length: f64| (length / cell).ceil() as usize + 1;
-        Self {
-            cell,
-            lower,
-            columns: count(period + 2.0 * cell),
-            rows: count(top + reach + 2.0 * cell - lower[1]),
-        }
+        Self { cell, lower, columns: count(period + 2.0 * cell), rows: count(top + reach + 2.0 * cell - lower[1]) }
     }
 
     fn node(&self, column: usize, row: usize) -> [f64; 2] {

@@ -32,6 +32,12 @@ impl Found<'_> {
         self.run.series.strain.iter().zip(values).map(|(strain, value)| [100.0 * strain, value / unit]).collect()
     }
 
+    /// Elastic energy of grains and points, kinetic energy of grains and points, J.
+    fn energies(&self) -> [&[f64]; 4] {
+        let series = &self.run.series;
+        [&series.elastic_grains, &series.elastic_points, &series.kinetic_grains, &series.kinetic_points]
+    }
+
     /// A smoothed column as one curve, or as two that do not touch at the enrichment.
     fn smooth(&self, values: &[f64], unit: f64) -> Vec<[f64; 2]> {
         let mut places = self.against_strain(values, unit);
@@ -156,22 +162,19 @@ pub fn energies(found: &[Found], width: f64) -> String {
         ("kinetic, points", colour::LINES[2]),
     ];
     let stroke = |(_, colour): (&str, &'static str)| Stroke::new(colour, 1.3);
-    let entries: Vec<Entry> =
-        names.iter().map(|&name| Entry { words: name.0.to_owned(), stroke: stroke(name) }).collect();
+    let shown = |index: usize| found.iter().any(|found| found.energies()[index].iter().any(|&energy| energy > 0.0));
+    let entry = |index: usize| Entry { words: names[index].0.to_owned(), stroke: stroke(names[index]) };
+    let entries: Vec<Entry> = (0..names.len()).filter(|&index| shown(index)).map(entry).collect();
     legend(&mut svg, [super::chart::MARGIN_LEFT, 18.0], width - super::chart::MARGIN_LEFT, &entries);
-
-    let all = |found: &Found| {
-        let series = &found.run.series;
-        [&series.elastic_grains, &series.elastic_points, &series.kinetic_grains, &series.kinetic_points].map(Vec::clone)
-    };
-    let y = Axis::decades("energy (J)", found.iter().flat_map(|found| all(found).concat()), DECADES);
+    let y = Axis::decades("energy (J)", found.iter().flat_map(|found| found.energies().concat()), DECADES);
     for (index, found) in found.iter().enumerate() {
         let top = 24.0 + (index / COLUMNS) as f64 * row_height + HEAD;
         let frame = side_by_side(columns, width, top, HEIGHT)[index % COLUMNS];
-        let curves = all(found).into_iter().zip(names).map(|(values, name)| Curve {
-            places: found.against_strain(&values, 1.0),
-            stroke: stroke(name),
-        });
+        let curves = found
+            .energies()
+            .into_iter()
+            .zip(names)
+            .map(|(values, name)| Curve { places: found.against_strain(values, 1.0), stroke: stroke(name) });
         let curves: Vec<Curve> = curves.collect();
         if curves.iter().flat_map(|curve| &curve.places).all(|place| place[1] <= 0.0) {
             empty(&mut svg, frame, "no energies in series.csv");
@@ -216,7 +219,10 @@ fn averaged(found: &[Found]) -> Vec<Entry<'static>> {
 }
 
 /// Single rows of all runs, faint (Pa, in kPa), and their averages on top of them.
-fn raw_and_smooth<'a>(found: &'a [Found], pick: impl Fn(&'a Found<'a>) -> (&'a [f64], &'a [f64])) -> Vec<Curve<'static>> {
+fn raw_and_smooth<'a>(
+    found: &'a [Found],
+    pick: impl Fn(&'a Found<'a>) -> (&'a [f64], &'a [f64]),
+) -> Vec<Curve<'static>> {
     let columns = || found.iter().enumerate().map(|(index, found)| (colour::line(index), found, pick(found)));
     let raw = columns().map(|(colour, found, (raw, _))| Curve {
         places: found.against_strain(raw, 1e3),

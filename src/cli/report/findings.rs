@@ -47,8 +47,8 @@ pub struct Enrichment {
     pub highest: f64,
     /// Mean between [`STRAIN_DISTURBED`] and [`STRAIN_SETTLED`] after, Pa; none if the run ends before.
     pub settled: Option<f64>,
-    /// Strain from enrichment to recovery: from the lowest point on, the moving average is at [`RECOVERED`] of the settled
-    /// level. Zero if it never was below.
+    /// Strain from enrichment to recovery: from its lowest point on, the moving average first reaches [`RECOVERED`] of
+    /// the settled level. Zero if it never was below.
     pub recovery: Option<f64>,
 }
 
@@ -83,12 +83,14 @@ impl Enrichment {
         let time = run.summary_figure("enriched_at_time").unwrap_or(series.time[row]);
         let strain = run.summary_figure("enriched_at_strain").unwrap_or_else(|| series.strain_at(time));
         let within = |from: f64, to: f64| {
-            (row..series.rows()).filter(move |&row| series.strain[row] >= strain + from && series.strain[row] <= strain + to)
+            (row..series.rows())
+                .filter(move |&row| series.strain[row] >= strain + from && series.strain[row] <= strain + to)
         };
-        let lowest_row = within(0.0, STRAIN_DISTURBED).chain([row]).fold(row, |best, row| {
-            if shear_smooth[row] < shear_smooth[best] { row } else { best }
-        });
-        let highest = within(0.0, STRAIN_DISTURBED).map(|row| series.shear_stress[row]).fold(series.shear_stress[row], f64::max);
+        let lowest_row = within(0.0, STRAIN_DISTURBED)
+            .chain([row])
+            .fold(row, |best, row| if shear_smooth[row] < shear_smooth[best] { row } else { best });
+        let highest =
+            within(0.0, STRAIN_DISTURBED).map(|row| series.shear_stress[row]).fold(series.shear_stress[row], f64::max);
         let later: Vec<f64> = within(STRAIN_DISTURBED, STRAIN_SETTLED).map(|row| series.shear_stress[row]).collect();
         let settled = (later.len() >= WINDOW).then(|| mean(&later));
         let recovery = settled.and_then(|level| {

@@ -125,7 +125,11 @@ impl Run {
         })?;
         let summary_path = directory.join("summary.json");
         let summary = serde_json::from_str(&text(&summary_path)?).map_err(|error| {
-            broken(&summary_path, &format!("is not a JSON object: {error}"), "Resume the run; its end writes the file anew")
+            broken(
+                &summary_path,
+                &format!("is not a JSON object: {error}"),
+                "Resume the run; its end writes the file anew",
+            )
         })?;
         let frames_path = directory.join("frames.vtkhdf");
         present(&frames_path)?;
@@ -141,7 +145,8 @@ impl Run {
                 broken(&scenario_path, &format!("has no positive number `{path}`"), "Copy it back from the run's job")
             })
         };
-        let fallback = directory.file_name().map_or_else(|| "run".to_owned(), |name| name.to_string_lossy().into_owned());
+        let fallback =
+            directory.file_name().map_or_else(|| "run".to_owned(), |name| name.to_string_lossy().into_owned());
         Ok(Self {
             directory: directory.to_owned(),
             name: words("name").unwrap_or(fallback),
@@ -208,8 +213,9 @@ impl Run {
             });
         }
         bodies.sort_by_key(|body| (body.kind.is_grain(), body.id));
-        if let Some(twins) =
-            bodies.windows(2).find(|pair| (pair[0].kind.is_grain(), pair[0].id) == (pair[1].kind.is_grain(), pair[1].id))
+        if let Some(twins) = bodies
+            .windows(2)
+            .find(|pair| (pair[0].kind.is_grain(), pair[0].id) == (pair[1].kind.is_grain(), pair[1].id))
         {
             let noun = if twins[0].kind.is_grain() { "grain" } else { "point" };
             return Err(torn(&format!("{noun} {} is there twice", twins[0].id)));
@@ -289,7 +295,11 @@ fn unreadable(error: scree_io::Error) -> Error {
 }
 
 fn torn_frames(path: &Path, what: &str) -> Error {
-    broken(path, &format!("cannot be drawn: {what}"), "Resume the run from its last checkpoint to write the frames anew")
+    broken(
+        path,
+        &format!("cannot be drawn: {what}"),
+        "Resume the run from its last checkpoint to write the frames anew",
+    )
 }
 
 fn broken(path: &Path, what: &str, remedy: &str) -> Error {

@@ -35,7 +35,12 @@ pub fn page(stories: &[Story], drawings: &Drawings) -> String {
         let _ = match stories {
             [_] => writeln!(body, "<p class=\"lead\">{}</p>", escape(&story.paragraph())),
             _ => {
-                writeln!(body, "<p class=\"lead\"><b>{}.</b> {}</p>", escape(&label(story.run)), escape(&story.paragraph()))
+                writeln!(
+                    body,
+                    "<p class=\"lead\"><b>{}.</b> {}</p>",
+                    escape(&label(story.run)),
+                    escape(&story.paragraph())
+                )
             }
         };
     }
@@ -44,16 +49,16 @@ pub fn page(stories: &[Story], drawings: &Drawings) -> String {
         &mut body,
         2,
         &drawings.volume,
-        "(a) Volume strain, positive in dilation, and (b) normal stress on the upper plate, against horizontal strain; single \
-         rows faint, their moving average on top.",
+        "(a) Volume strain, positive in dilation, and (b) normal stress on the upper plate, against horizontal \
+         strain; single rows faint, their moving average on top.",
     );
     figure(&mut body, 3, &drawings.specimen, &specimen_caption(stories));
     figure(
         &mut body,
         4,
         &drawings.energies,
-        "Energies against horizontal strain: elastic energy of the contacts (grains) and of the continuum (points), and kinetic \
-         energy. What is zero has no place on this scale.",
+        "Energies against horizontal strain: elastic energy of the contacts (grains) and of the continuum (points), \
+         and kinetic energy. What is zero has no place on this scale.",
     );
     table(&mut body, "What was measured", stories, &words::findings(stories));
     table(&mut body, "Scenario", stories, &words::scenario(stories));
@@ -80,7 +85,8 @@ fn style() -> String {
          figcaption {{ font-size: 14px; line-height: 1.45; color: #444; margin: 8px 0 0; max-width: 820px; }}\n\
          .scroll {{ overflow-x: auto; }}\n\
          table {{ border-collapse: collapse; font-size: 14px; }}\n\
-         th, td {{ text-align: left; padding: 4px 22px 4px 0; border-bottom: 1px solid #e4e4e4; vertical-align: top; }}\n\
+         th, td {{ text-align: left; vertical-align: top; padding: 4px 22px 4px 0; }}\n\
+         th, td {{ border-bottom: 1px solid #e4e4e4; }}\n\
          td {{ font-variant-numeric: tabular-nums; }}\n\
          th {{ font-weight: 600; }}\n\
          tbody th {{ font-weight: normal; color: #444; }}\n\
@@ -101,15 +107,15 @@ fn figure(body: &mut String, number: usize, drawing: &str, caption: &str) {
 
 fn stress_caption(stories: &[Story]) -> String {
     let mut caption = format!(
-        "Shear stress (tangential force on the upper plate over its area) against horizontal strain (displacement of the upper plate \
-         over the specimen's width). Faint: rows of series.csv, each the mean over its interval; full: their moving average \
-         over {WINDOW} rows"
+        "Shear stress (tangential force on the upper plate over its area) against horizontal strain (displacement of \
+         the upper plate over the specimen's width). Faint: rows of series.csv, each the mean over its interval; full: \
+         their moving average over {WINDOW} rows"
     );
     if stories.iter().any(|story| story.findings.enrichment.is_some()) {
         let _ = write!(
             caption,
-            ", which does not look across the enrichment (dashed). (b) shows the enrichment closely; dotted: the mean of the {WINDOW} rows \
-             before it. Recovery is judged over {:.0}\u{2009}% of strain",
+            ", which does not look across the enrichment (dashed). (b) shows the enrichment closely; dotted: the mean \
+             of the {WINDOW} rows before it. Dip and spike are looked for within {:.0}\u{2009}% of strain after it",
             100.0 * STRAIN_DISTURBED
         );
     }
@@ -117,19 +123,22 @@ fn stress_caption(stories: &[Story]) -> String {
 }
 
 fn specimen_caption(stories: &[Story]) -> String {
-    let mut caption = "The specimen, periodic in the horizontal direction, at three moments. Grains are discs in their true size, points \
-                       are squares of their area"
+    let mut caption = "The specimen, periodic in the horizontal direction, at the strains given. Grains are discs in \
+                       their true size, points are squares of their area"
         .to_owned();
-    let rim = |story: &Story| story.scenes.scenes.iter().any(|scene| scene.bodies.iter().any(|row| row.body.weight < 1.0));
+    let rim =
+        |story: &Story| story.scenes.scenes.iter().any(|scene| scene.bodies.iter().any(|row| row.body.weight < 1.0));
     if stories.iter().any(rim) {
         caption += "; in the outlined rim both live and share the mass";
     }
-    caption += ". Colour: magnitude |e\u{2032}| = \u{221a}(e\u{2032}:e\u{2032}) of the deviatoric part of the best-fit strain over \
-                Delaunay neighbours (simple shear by \u{3b3} has \u{3b3}/\u{221a}2), points and grains fitted apart; in the last panel it \
-                counts from the strain given there, body by body, and bodies that were not there yet are grey";
+    caption += ". Colour: magnitude |e\u{2032}| = \u{221a}(e\u{2032}:e\u{2032}) of the deviatoric part of the best-fit \
+                strain over Delaunay neighbours (simple shear by \u{3b3} has \u{3b3}/\u{221a}2), points and grains \
+                fitted apart; in the last panel it counts from the strain given there, body by body, and bodies that \
+                were not there yet are grey";
     if stories.iter().any(|story| story.scenes.band.is_some()) {
-        caption += ". Dashed box: the band, that is the smallest box around the most strained 2\u{2009}% of the material (98th percentile by \
-                    area) without outliers beyond two standard deviations; its thickness stands beside it";
+        caption += ". Dashed: the band, that is the smallest box around the most strained 2\u{2009}% of the material \
+                    (98th percentile by area) without outliers beyond two standard deviations, level and without ends \
+                    where it closes round the period; its thickness stands beside it";
     }
     caption + ". After Chen et al. (2021), figures 9 and 11 and appendix A."
 }
@@ -164,8 +173,8 @@ fn made(body: &mut String, stories: &[Story]) {
     let _ = writeln!(
         body,
         "<p>By scree {} with <code>scree report {}</code>, from each directory's <code>scenario.toml</code>, \
-         <code>summary.json</code>, <code>series.csv</code> and <code>frames.vtkhdf</code>. The drawings lie beside this page in \
-         <code>figures/</code>, as SVG.</p>",
+         <code>summary.json</code>, <code>series.csv</code> and <code>frames.vtkhdf</code>. The drawings lie beside \
+         this page in <code>figures/</code>, as SVG.</p>",
         env!("CARGO_PKG_VERSION"),
         escape(&directories.join(" "))
     );

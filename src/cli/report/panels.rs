@@ -15,7 +15,7 @@ const MARGIN_LEFT: f64 = 22.0;
 const MARGIN_RIGHT: f64 = 92.0;
 const GAP: f64 = 26.0;
 const HEIGHT_MAX: f64 = 500.0;
-const TITLES: f64 = 44.0;
+const TITLES: f64 = 46.0;
 const LEGEND: f64 = 92.0;
 /// Columns of panels.
 const COLUMNS: usize = 3;
@@ -87,18 +87,15 @@ struct Panel<'a> {
 
 impl Panel<'_> {
     fn place(&self, position: [f64; 2]) -> [f64; 2] {
-        [
-            self.frame.left + position[0] * self.scale,
-            self.frame.bottom() - (position[1] - self.bottom) * self.scale,
-        ]
+        [self.frame.left + position[0] * self.scale, self.frame.bottom() - (position[1] - self.bottom) * self.scale]
     }
 
     fn titles(&self, svg: &mut Svg, scene: &Scene, column: usize) {
         let letter = ["a", "b", "c"][column.min(2)];
         let words = format!("({letter}) {}", scene.title);
-        svg.text([self.frame.left, self.frame.top - 24.0], &words, Letters::new(13.0, Anchor::Start).bold());
+        svg.text([self.frame.left, self.frame.top - 26.0], &words, Letters::new(13.0, Anchor::Start).bold());
         let words = format!("strain {}", percent(scene.strain));
-        svg.text([self.frame.left, self.frame.top - 8.0], &words, Letters::new(12.0, Anchor::Start));
+        svg.text([self.frame.left, self.frame.top - 10.0], &words, Letters::new(12.0, Anchor::Start));
     }
 
     /// Points as squares, grains as discs over them, plates in grey, the rim with its outline.
@@ -210,7 +207,8 @@ impl Panel<'_> {
         let length = across * self.run.diameter * self.scale;
         let (x, y) = (self.frame.left, self.frame.bottom() + 15.0);
         svg.line([x, y], [x + length, y], Stroke::new(INK, 2.0));
-        let words = format!("{across:.0} D\u{2085}\u{2080} = {}\u{2009}mm", significant(across * self.run.diameter * 1e3, 2));
+        let words =
+            format!("{across:.0} D\u{2085}\u{2080} = {}\u{2009}mm", significant(across * self.run.diameter * 1e3, 2));
         svg.text([x + length + 8.0, y + 4.0], &words, Letters::new(12.0, Anchor::Start));
     }
 }

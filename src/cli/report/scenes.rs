@@ -72,7 +72,9 @@ impl Scenes {
             scenes.push(Scene {
                 title,
                 strain: run.series.strain_at(snapshot.time),
-                since: earlier.as_ref().map_or(Since::Origin, |earlier| Since::Frame(run.series.strain_at(earlier.time))),
+                since: earlier
+                    .as_ref()
+                    .map_or(Since::Origin, |earlier| Since::Frame(run.series.strain_at(earlier.time))),
                 bodies: strained(&snapshot, earlier.as_ref(), run),
             });
         }
@@ -80,7 +82,8 @@ impl Scenes {
         let heights = heights.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or([0.0, 1.0]);
         let last = scenes.last().filter(|scene| scene.since != Since::Origin);
         let band = last.and_then(|scene| measured(scene, run.width));
-        let inside = last.zip(band.as_ref()).filter(|_| run.method == "hybrid").and_then(|(scene, band)| inside(scene, band));
+        let inside =
+            last.zip(band.as_ref()).filter(|_| run.method == "hybrid").and_then(|(scene, band)| inside(scene, band));
         Ok(Self { scenes, band, inside, heights })
     }
 }
@@ -171,8 +174,7 @@ pub fn enriched_frame(run: &Run) -> Result<Option<usize>, Error> {
 ///
 /// Points and grains are fitted apart: in the rim, where both live, they share their motion only on the average.
 fn strained(snapshot: &Snapshot, earlier: Option<&Snapshot>, run: &Run) -> Vec<Strain> {
-    let mut result: Vec<Strain> =
-        snapshot.bodies.iter().map(|&body| Strain { body, value: f64::NAN }).collect();
+    let mut result: Vec<Strain> = snapshot.bodies.iter().map(|&body| Strain { body, value: f64::NAN }).collect();
     for grains in [false, true] {
         let mut rows = Vec::new();
         let mut positions = Vec::new();
@@ -225,7 +227,8 @@ fn measured(scene: &Scene, period: f64) -> Option<Band> {
 /// Share of the band's members between the lowest and the highest free grain.
 fn inside(scene: &Scene, band: &Band) -> Option<f64> {
     let grains = scene.bodies.iter().filter(|row| row.body.kind == Kind::Grain).map(|row| row.body.position[1]);
-    let (lower, upper) = grains.fold((f64::INFINITY, f64::NEG_INFINITY), |(lower, upper), y| (lower.min(y), upper.max(y)));
+    let (lower, upper) =
+        grains.fold((f64::INFINITY, f64::NEG_INFINITY), |(lower, upper), y| (lower.min(y), upper.max(y)));
     let heights: Vec<f64> = scene.free().map(|row| row.body.position[1]).collect();
     let within = band.members.iter().filter(|&&row| (lower..=upper).contains(&heights[row])).count();
     (lower <= upper).then(|| within as f64 / band.members.len() as f64)

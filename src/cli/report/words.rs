@@ -42,13 +42,14 @@ impl Story<'_> {
         match &self.findings.enrichment {
             Some(enrichment) => words += &self.enrichment(enrichment),
             None if self.run.method == "hybrid" => {
-                words += " No persistent shear band was found, so no grains were inserted: the specimen stayed a continuum.";
+                words +=
+                    " No persistent shear band was found, so no grains were inserted: the specimen stayed a continuum.";
             }
             None => {}
         }
         words += &format!(
-            " The moving average of shear stress peaked at {} at a strain of {}; the run ended at a strain of {} with {} and a \
-             volume strain of {}.",
+            " The moving average of shear stress peaked at {} at a strain of {}; the run ended at a strain of {} \
+             with {} and a volume strain of {}.",
             kilopascal(self.findings.peak.1),
             percent(self.findings.peak.0),
             percent(self.findings.strain_end),
@@ -62,20 +63,19 @@ impl Story<'_> {
 
     fn beginning(&self) -> String {
         let first = self.scenes.scenes.first();
-        let count = |kind: Kind| {
-            first.map_or(0, |scene| scene.bodies.iter().filter(|row| row.body.kind == kind).count())
-        };
+        let count =
+            |kind: Kind| first.map_or(0, |scene| scene.bodies.iter().filter(|row| row.body.kind == kind).count());
         let material = match (count(Kind::Point), count(Kind::Grain)) {
             (0, grains) => format!("{grains} grains"),
             (points, 0) => format!("a continuum of {points} points"),
             (points, grains) => format!("{points} points and {grains} grains"),
         };
-        let speed = figure(&self.run.scenario, "loading.speed").map_or_else(String::new, |speed| {
-            format!(" at {}{THIN}cm/s", plain(100.0 * speed, 3))
-        });
-        let stress = self.run.stress_normal.map_or_else(String::new, |stress| {
-            format!(" under a normal stress of {}", kilopascal(stress))
-        });
+        let speed = figure(&self.run.scenario, "loading.speed")
+            .map_or_else(String::new, |speed| format!(" at {}{THIN}cm/s", plain(100.0 * speed, 3)));
+        let stress = self
+            .run
+            .stress_normal
+            .map_or_else(String::new, |stress| format!(" under a normal stress of {}", kilopascal(stress)));
         format!("The specimen began as {material} between rough plates and was sheared{speed}{stress}.")
     }
 
@@ -83,9 +83,9 @@ impl Story<'_> {
         let series = &self.run.series;
         let grains = series.grains[enrichment.row] - series.grains[0];
         let mut words = format!(
-            " At a horizontal strain of {} (t = {}{THIN}s) a persistent shear band was found and {grains:.0} grains took the place \
-             of points in and around it. Shear stress was {} in the {WINDOW} rows before. Over the next {} of strain its moving \
-             average did not fall below {} ({}) and no single row was above {} ({}).",
+            " At a horizontal strain of {} (t = {}{THIN}s) a persistent shear band was found and {grains:.0} grains \
+             took the place of points in and around it. Shear stress was {} in the {WINDOW} rows before. Over the \
+             next {} of strain its moving average did not fall below {} ({}) and no single row was above {} ({}).",
             percent(enrichment.strain),
             plain(enrichment.time, 3),
             kilopascal(enrichment.before),
@@ -105,7 +105,10 @@ impl Story<'_> {
             );
             words += &match enrichment.recovery {
                 Some(0.0) => " The average never fell below 90\u{2009}% of that level.".to_owned(),
-                Some(strain) => format!(" After its dip the average was back at 90\u{2009}% of that level {} of strain after enrichment.", percent(strain)),
+                Some(strain) => format!(
+                    " After its dip the average was back at 90\u{2009}% of that level {} of strain after enrichment.",
+                    percent(strain)
+                ),
                 None => " After its dip the average did not come back to 90\u{2009}% of that level.".to_owned(),
             };
         }
@@ -115,9 +118,8 @@ impl Story<'_> {
     fn normal(&self) -> String {
         let findings = self.findings;
         format!(
-            " Over the second half of the run the normal stress was {} \u{b1} {} (mean and standard deviation of the rows).",
-            kilopascal(findings.normal_mean),
-            kilopascal(findings.normal_deviation),
+            " Over the second half of the run the normal stress was {} (mean and standard deviation of the rows).",
+            spread(findings.normal_mean, findings.normal_deviation),
         )
     }
 
@@ -129,7 +131,8 @@ impl Story<'_> {
         let height = self.scenes.heights[1] - self.scenes.heights[0];
         if band.thickness > LOCALISED * height {
             return format!(
-                " {interval} the most strained 2\u{2009}% of the material were spread over {} {D50} of the specimen's {} {D50}: not a band.",
+                " {interval} the most strained 2\u{2009}% of the material were spread over {} {D50} of the specimen's \
+                 {} {D50}: not a band.",
                 plain(band.thickness / self.run.diameter, 2),
                 plain(height / self.run.diameter, 2),
             );
@@ -138,7 +141,8 @@ impl Story<'_> {
             format!("; {} of its members lie between the lowest and the highest inserted grain", percent(share))
         });
         format!(
-            " {interval} strain gathered in a band {} {D50} ({}{THIN}mm) thick, centred {} {D50} above the specimen's lower edge{inside}.",
+            " {interval} strain gathered in a band {} {D50} ({}{THIN}mm) thick, centred {} {D50} above the specimen's \
+             lower edge{inside}.",
             plain(band.thickness / self.run.diameter, 2),
             plain(1e3 * band.thickness, 2),
             plain((band.centre[1] - self.scenes.heights[0]) / self.run.diameter, 2),
@@ -173,7 +177,7 @@ pub fn findings(stories: &[Story]) -> Table {
     });
     row("Normal stress, second half", &|story| {
         let findings = story.findings;
-        Some(format!("{} \u{b1} {}", kilopascal(findings.normal_mean), kilopascal(findings.normal_deviation)))
+        Some(spread(findings.normal_mean, findings.normal_deviation))
     });
     row("Volume strain at the end", &|story| Some(signed_percent(story.findings.volume_strain_end)));
     table.row(
@@ -227,7 +231,7 @@ pub fn findings(stories: &[Story]) -> Table {
         let angle = story.scenes.band.as_ref()?.angle;
         Some(format!("{:.1}\u{b0}", angle * 180.0 / crate::math::PI).replace('-', "\u{2212}"))
     });
-    row("Members of the band inside the zone", &|story| story.scenes.inside.map(|share| percent(share)));
+    row("Members of the band inside the zone", &|story| story.scenes.inside.map(percent));
     table
 }
 
@@ -304,7 +308,14 @@ pub fn plain_text(stories: &[Story]) -> String {
         _ => format!("{}. {}\n", label(story.run), story.paragraph()),
     };
     // Terminals show plain spaces and digits best.
-    stories.iter().map(tell).collect::<Vec<_>>().join("\n").replace(THIN, " ").replace(D50, "D50").replace('\u{2212}', "-")
+    stories
+        .iter()
+        .map(tell)
+        .collect::<Vec<_>>()
+        .join("\n")
+        .replace(THIN, " ")
+        .replace(D50, "D50")
+        .replace('\u{2212}', "-")
 }
 
 /// The title of a report.
@@ -332,6 +343,11 @@ fn plain(value: f64, digits: usize) -> String {
 
 fn kilopascal(stress: f64) -> String {
     format!("{}{THIN}kPa", significant(stress / 1e3, 3))
+}
+
+/// A stress with its standard deviation.
+fn spread(mean: f64, deviation: f64) -> String {
+    format!("({} \u{b1} {}){THIN}kPa", significant(mean / 1e3, 3), plain(deviation / 1e3, 2))
 }
 
 fn signed_percent(share: f64) -> String {
