@@ -124,8 +124,10 @@ fn measured(
 fn key(scenario: &Scenario) -> String {
     let specimen = &scenario.specimen;
     let text = format!(
-        "packing 2 seed {} specimen {:?} {:?} {:?} grains {:?} {:?} {:?} contact {:?} friction {:?} start {:?} stress {:?} ratio {:?} step {:?} cell {:?}",
+        "packing 3 seed {} plate {:?} {:?} specimen {:?} {:?} {:?} grains {:?} {:?} {:?} contact {:?} friction {:?} start {:?} stress {:?} ratio {:?} step {:?} cell {:?}",
         scenario.seed,
+        scenario.loading.plate_mass,
+        scenario.loading.plate_damping,
         specimen.width,
         specimen.height,
         specimen.depth,
