@@ -141,8 +141,7 @@ fn latest_state(dir: &Path) -> Result<(PathBuf, State), Error> {
     if !dir.is_dir() {
         return Err(Error::User(format!("{}: there is no such run directory", dir.display())));
     }
-    let (path, state, damaged) =
-        store::latest_good(&folder(dir)).map_err(|error| Error::User(error.to_string()))?;
+    let (path, state, damaged) = store::latest_good(&folder(dir)).map_err(|error| Error::User(error.to_string()))?;
     for damage in damaged {
         tracing::warn!("{damage}; going back to {}", path.display());
     }
@@ -177,8 +176,7 @@ pub fn export_grains(dir: &Path, file: &Path, at: Option<f64>) -> Result<(), Err
     let mut text = String::from("id,x,y,radius,vx,vy,spin\n");
     for grain in &grains {
         let hot = &grain.hot;
-        let numbers =
-            [hot.position[0], hot.position[1], hot.radius, hot.velocity[0], hot.velocity[1], hot.spin[0]];
+        let numbers = [hot.position[0], hot.position[1], hot.radius, hot.velocity[0], hot.velocity[1], hot.spin[0]];
         text.push_str(&grain.cold.id.0.to_string());
         for number in numbers {
             text.push_str(&format!(",{number:.16e}"));

@@ -6,7 +6,7 @@ use scree_partition::{ExactSum, Reader, Writer};
 
 use crate::dem::grains::Mover;
 use crate::error::Error;
-use crate::hybrid::motion::{Moved, MotionField};
+use crate::hybrid::motion::{MotionField, Moved};
 use crate::hybrid::oracle::{Memory, NodeFields};
 use crate::hybrid::select::{Candidate, select};
 use crate::hybrid::track::Instants;
@@ -111,10 +111,7 @@ pub fn watch(
 }
 
 /// Two fields of points as mass-weighted means on the nodes of the whole domain, on every rank.
-fn node_fields(
-    world: &mut PlanarWorld,
-    fields: impl Fn(&PlanarPoint) -> [f64; 2] + Sync,
-) -> Result<NodeFields, Error> {
+fn node_fields(world: &mut PlanarWorld, fields: impl Fn(&PlanarPoint) -> [f64; 2] + Sync) -> Result<NodeFields, Error> {
     const WORDS: usize = 3;
     let mosaic = &world.nodes.mosaic;
     let mut rows = vec![[0.0; WORDS]; mosaic.rows() + mosaic.rows_received];
@@ -170,9 +167,8 @@ pub fn enrich(
     let mut points = transfer::gather_everywhere(world.transport, world.points.clone())?;
     points.sort_unstable_by_key(|point| point.id);
     let label = |point: &PlanarPoint| zone.at(point.position[0], point.position[1]);
-    let mass_of = |wanted: Label| -> f64 {
-        points.iter().filter(|point| label(point) == wanted).map(|point| point.mass).sum()
-    };
+    let mass_of =
+        |wanted: Label| -> f64 { points.iter().filter(|point| label(point) == wanted).map(|point| point.mass).sum() };
     let (core, rim) = (mass_of(Label::Grains), mass_of(Label::Rim));
     if core == 0.0 || rim == 0.0 {
         return Err(Error::Run(
@@ -394,7 +390,7 @@ fn train(
     let energies = training.energies()?;
     enriched.training_energy_ratio = energies.kinetic_grains / energies.elastic_grains;
     enriched.training_steps = training.step;
-    enriched.stress_grains = grain_stress(&training, scenario.specimen.depth)?;
+    enriched.stress_grains = grain_stress(&mut training, scenario.specimen.depth)?;
     training.rebuild()?;
     Ok(training.rows().0)
 }
@@ -418,7 +414,8 @@ fn run_steps(world: &mut PlanarWorld, steps: u64) -> Result<(), Error> {
 const FRACTION_NOMINAL: f64 = 0.84;
 
 /// Mean Love-Weber stress of the free grains, Pa: xx, yy, xy.
-pub fn grain_stress(world: &PlanarWorld, depth: f64) -> Result<[f64; 3], Error> {
+pub fn grain_stress(world: &mut PlanarWorld, depth: f64) -> Result<[f64; 3], Error> {
+    world.refresh_ghosts();
     let mut sums = ExactSum::<4>::new();
     for (row, (hot, cold)) in world.grains.hot[..world.grains.owned].iter().zip(&world.grains.cold).enumerate() {
         if cold.mover == Mover::Free {

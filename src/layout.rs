@@ -59,8 +59,7 @@ pub struct NodeRows {
 impl Layout {
     /// A domain in the plane of `cells` square cells from `corner`, periodic in x. `cells` must be whole blocks.
     pub fn plane(cells: [usize; 2], cells_per_block: usize, cell: f64, corner: [f64; 2]) -> Result<Self, String> {
-        let lattice =
-            Lattice::<2>::new(cells, cells_per_block, [true, false]).map_err(|error| error.to_string())?;
+        let lattice = Lattice::<2>::new(cells, cells_per_block, [true, false]).map_err(|error| error.to_string())?;
         let curve = Curve::new(&lattice);
         let blocks = lattice.blocks();
         let coordinates: Vec<[i32; 3]> = (0..curve.len())

@@ -87,8 +87,7 @@ impl Outputs {
         let series = Series::resume(&path, &SERIES_HEADER, progress.series_rows as usize)
             .map_err(|error| failed(&path, &error))?;
         let path = frames_file(dir);
-        let frames =
-            FrameFile::open_and_cut(&path, progress.frames as usize).map_err(|error| failed(&path, &error))?;
+        let frames = FrameFile::open_and_cut(&path, progress.frames as usize).map_err(|error| failed(&path, &error))?;
         let mut outputs = Self::open(dir, series, Some(frames), progress.step, steps)?;
         if let Ok(text) = fs::read_to_string(summary_file(dir)) {
             outputs.summary = serde_json::from_str(&text).unwrap_or_default();
@@ -96,13 +95,7 @@ impl Outputs {
         Ok(outputs)
     }
 
-    fn open(
-        dir: &Path,
-        series: Series,
-        frames: Option<FrameFile>,
-        step: u64,
-        steps: u64,
-    ) -> Result<Self, Error> {
+    fn open(dir: &Path, series: Series, frames: Option<FrameFile>, step: u64, steps: u64) -> Result<Self, Error> {
         let path = dir.join("log.jsonl");
         let log = OpenOptions::new().create(true).append(true).open(&path).map_err(|error| failed(&path, &error))?;
         let meter = Meter::new(step, steps);

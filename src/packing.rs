@@ -96,10 +96,7 @@ pub fn prepare(scenario: &Scenario, transport: &dyn Transport) -> Result<Packing
 }
 
 /// Runs on rank 0 only.
-fn on_root<T>(
-    transport: &dyn Transport,
-    work: impl FnOnce() -> Result<T, Error>,
-) -> Result<Option<T>, Error> {
+fn on_root<T>(transport: &dyn Transport, work: impl FnOnce() -> Result<T, Error>) -> Result<Option<T>, Error> {
     if transport.rank() == 0 { work().map(Some) } else { Ok(None) }
 }
 
@@ -109,12 +106,7 @@ fn share(transport: &dyn Transport, number: f64) -> f64 {
     f64::from_le_bytes(bytes.try_into().expect("eight bytes were sent"))
 }
 
-fn measured(
-    scenario: &Scenario,
-    transport: &dyn Transport,
-    grains: Vec<Grain>,
-    height: f64,
-) -> Result<Packing, Error> {
+fn measured(scenario: &Scenario, transport: &dyn Transport, grains: Vec<Grain>, height: f64) -> Result<Packing, Error> {
     let mass = share(transport, grains.iter().filter(|grain| !is_glued(grain)).map(|grain| grain.cold.mass).sum());
     let volume = scenario.specimen.width * height * scenario.specimen.depth;
     Ok(Packing { grains, height, mass, fraction: mass / (scenario.grains.density * volume) })
@@ -170,8 +162,7 @@ fn make(scenario: &Scenario, transport: &dyn Transport) -> Result<(Vec<Grain>, f
         damping: scenario.loading.plate_damping,
         speed_max,
     };
-    let plates =
-        vec![Plate::new(Drive::Fixed, Side::Below, 0.0), Plate::new(servo, Side::Above, thrown.height)];
+    let plates = vec![Plate::new(Drive::Fixed, Side::Below, 0.0), Plate::new(servo, Side::Above, thrown.height)];
     let layout = layout_for(scenario, thrown.height)?;
     let settings = settings_for(scenario, scenario.packing.friction, radius_max);
     let grains = if transport.rank() == 0 { thrown.grains } else { Vec::new() };
@@ -229,7 +220,10 @@ fn settle_origin(grain: &mut Grain) {
 pub fn write(file: &Path, grains: &mut [Grain], height: f64) -> Result<(), Error> {
     if let Some(folder) = file.parent() {
         std::fs::create_dir_all(folder).map_err(|error| {
-            Error::User(format!("{}: cannot make the folder for packings: {error}; set `packing.cache`", folder.display()))
+            Error::User(format!(
+                "{}: cannot make the folder for packings: {error}; set `packing.cache`",
+                folder.display()
+            ))
         })?;
     }
     let attributes = [("state.height".to_string(), format!("{height:?}"))].into();
@@ -239,9 +233,8 @@ pub fn write(file: &Path, grains: &mut [Grain], height: f64) -> Result<(), Error
 
 /// Reads what [`write`] wrote: grains and height.
 pub fn read(file: &Path) -> Result<(Vec<Grain>, f64), Error> {
-    let remedy = |error: &dyn std::fmt::Display| {
-        Error::User(format!("{error}; delete {} and it is made again", file.display()))
-    };
+    let remedy =
+        |error: &dyn std::fmt::Display| Error::User(format!("{error}; delete {} and it is made again", file.display()));
     let state = store::read(file).map_err(|error| remedy(&error))?;
     let height = state.attributes.get("state.height").and_then(|height| height.parse().ok());
     let height = height.ok_or_else(|| remedy(&"the packing's height is missing"))?;
@@ -277,7 +270,10 @@ fn read_grain_file(scenario: &Scenario, file: &PathBuf) -> Result<Vec<Grain>, Er
         }
         let [x, y, radius, vx, vy, spin] = values;
         if radius <= 0.0 || !(0.0..scenario.specimen.width).contains(&x) {
-            return Err(bad(number, format!("radius must be positive and x within 0 and {} m", scenario.specimen.width)));
+            return Err(bad(
+                number,
+                format!("radius must be positive and x within 0 and {} m", scenario.specimen.width),
+            ));
         }
         let mover = if y < 0.0 {
             Mover::Body(LOWER)
@@ -286,13 +282,8 @@ fn read_grain_file(scenario: &Scenario, file: &PathBuf) -> Result<Vec<Grain>, Er
         } else {
             Mover::Free
         };
-        let mut grain = Grain::resting(
-            GrainId(id),
-            <Plane as Space>::Vector::new(x, y),
-            radius,
-            mass_of(scenario, radius),
-            mover,
-        );
+        let mut grain =
+            Grain::resting(GrainId(id), <Plane as Space>::Vector::new(x, y), radius, mass_of(scenario, radius), mover);
         grain.hot.velocity = <Plane as Space>::Vector::new(vx, vy);
         grain.hot.spin = <Plane as Space>::Spin::new(spin);
         grains.push(grain);

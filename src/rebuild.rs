@@ -9,9 +9,9 @@ use crate::body::Plate;
 use crate::dem::contacts::{Contacts, whole_row};
 use crate::dem::grains::{GrainRow, Grains, Mover};
 use crate::error::Error;
-use crate::layout::{Deal, Layout};
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
+use crate::layout::{Deal, Layout};
 use crate::mpm::points::Point;
 use crate::mpm::tile::Tiles;
 use crate::observe::phases::{Phase, Phases};
@@ -25,6 +25,11 @@ pub struct Parts<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub points: Vec<Point<S, L::Memory>>,
     pub plates: Vec<Plate<S>>,
 }
+
+/// Grains and points of a rank.
+pub type Rows<S, C, L> = (Vec<GrainRow<S, <C as ContactLaw<S>>::Memory>>, Vec<Point<S, <L as MaterialLaw<S>>::Memory>>);
+/// A row with the block and the cell it lies in.
+type Placed<T> = ((usize, u32), T);
 
 /// Cost of a point against a grain when blocks are dealt.
 const POINT_WEIGHT: i64 = 4;
@@ -85,7 +90,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     }
 
     /// All rows of this rank with their contacts, in block order: along the ranks they are in the order of the curve.
-    pub fn rows(&self) -> (Vec<GrainRow<S, C::Memory>>, Vec<Point<S, L::Memory>>) {
+    pub fn rows(&self) -> Rows<S, C, L> {
         let grains = (0..self.grains.owned).map(|row| whole_row(&self.grains, &self.contacts, row)).collect();
         (grains, self.points.clone())
     }
@@ -110,11 +115,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     }
 
     /// Cuts the curve by the weight of what lies in the blocks, and lays the tiles of the new stretch.
-    fn deal_blocks(
-        &mut self,
-        grains: &[GrainRow<S, C::Memory>],
-        points: &[Point<S, L::Memory>],
-    ) -> Result<(), Error> {
+    fn deal_blocks(&mut self, grains: &[GrainRow<S, C::Memory>], points: &[Point<S, L::Memory>]) -> Result<(), Error> {
         let count = || -> Result<Vec<i64>, Error> {
             let mut weights = vec![0i64; self.layout.block_count()];
             for grain in grains {
@@ -136,11 +137,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     }
 
     /// Brings rows to the ranks that own their blocks, in the one order that fixes every sum, and makes the lists.
-    fn settle(
-        &mut self,
-        grains: Vec<GrainRow<S, C::Memory>>,
-        points: Vec<Point<S, L::Memory>>,
-    ) -> Result<(), Error> {
+    fn settle(&mut self, grains: Vec<GrainRow<S, C::Memory>>, points: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
         let ranks = self.transport.size();
         let sorted = || {
             let mut to_ranks = (vec![Vec::new(); ranks], vec![Vec::new(); ranks]);
@@ -209,11 +206,11 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         &self,
         rows: Vec<T>,
         place: impl Fn(&Self, &T) -> Result<(usize, u32), Error>,
-    ) -> Result<Vec<((usize, u32), T)>, Error> {
+    ) -> Result<Vec<Placed<T>>, Error> {
         rows.into_iter().map(|row| Ok((place(self, &row)?, row))).collect()
     }
 
-    fn ranges<T>(&self, rows: &[((usize, u32), T)]) -> Vec<Range<usize>> {
+    fn ranges<T>(&self, rows: &[Placed<T>]) -> Vec<Range<usize>> {
         let start = |block: usize| rows.partition_point(|((at, _), _)| *at < block);
         self.deal.held().map(|block| start(block)..start(block + 1)).collect()
     }
@@ -282,8 +279,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let outgoing = rows_to.iter().map(|rows| rows.iter().map(copy).collect()).collect();
         let incoming = transfer::exchange::<GrainRow<S, C::Memory>>(self.transport, outgoing)?;
         self.ghosts = Halo::default();
-        self.ghosts.sends =
-            rows_to.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()).collect::<Vec<_>>();
+        self.ghosts.sends = rows_to.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()).collect::<Vec<_>>();
         for (peer, rows) in incoming.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()) {
             let first = self.grains.hot.len() as u32;
             for row in &rows {

@@ -208,8 +208,7 @@ impl<'s, 't> Run<'s, 't> {
         let file = output::packing_file(&self.options.out);
         let flagged = &self.progress.oracle.flagged;
         let started = Instant::now();
-        let enriched =
-            enrichment::enrich(&mut self.world, self.scenario, flagged, &self.progress.instants, &file)?;
+        let enriched = enrichment::enrich(&mut self.world, self.scenario, flagged, &self.progress.instants, &file)?;
         self.progress.enriched_step = self.world.step;
         let seconds = started.elapsed().as_secs_f64();
         self.record_enrichment(&enriched, strain, seconds)?;
@@ -305,7 +304,7 @@ impl<'s, 't> Run<'s, 't> {
 
     fn write_frame(&mut self) -> Result<(), Error> {
         let timer = self.world.phases.start();
-        let made = frame(&self.world, self.scenario.specimen.depth, self.progress.fraction_start)?;
+        let made = frame(&mut self.world, self.scenario.specimen.depth, self.progress.fraction_start)?;
         self.progress.frames += 1;
         let outcome = self.on_root(|outputs| made.map_or(Ok(()), |frame| outputs.frame(&frame)));
         self.world.phases.stop(Phase::Output, timer);
@@ -339,8 +338,7 @@ impl<'s, 't> Run<'s, 't> {
         let folder = checkpoint::folder(&self.options.out);
         let path = folder.join(store::file_name(self.world.step));
         store::write(&path, &snapshot.to_state()).map_err(|error| Error::Run(error.to_string()))?;
-        store::prune(&folder, self.scenario.output.checkpoints_kept)
-            .map_err(|error| Error::Run(error.to_string()))?;
+        store::prune(&folder, self.scenario.output.checkpoints_kept).map_err(|error| Error::Run(error.to_string()))?;
         Ok(())
     }
 

@@ -55,11 +55,7 @@ pub fn prepare(scenario: &Scenario, transport: &dyn Transport) -> Result<Start, 
 }
 
 /// The world at time zero.
-pub fn world<'t>(
-    scenario: &Scenario,
-    transport: &'t dyn Transport,
-    start: Start,
-) -> Result<PlanarWorld<'t>, Error> {
+pub fn world<'t>(scenario: &Scenario, transport: &'t dyn Transport, start: Start) -> Result<PlanarWorld<'t>, Error> {
     let height = start.packing.height;
     let radius_max = PlanarWorld::radius_max(transport, &start.packing.grains);
     let points = if scenario.method.has_points() { points(scenario, transport, &start) } else { Vec::new() };

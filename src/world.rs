@@ -10,9 +10,9 @@ use crate::dem::contacts::Contacts;
 use crate::dem::grains::Grains;
 use crate::dem::motion;
 use crate::error::Error;
-use crate::layout::{Deal, Layout, NodeRows};
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
+use crate::layout::{Deal, Layout, NodeRows};
 use crate::mpm::gather::{correct_grains, gather_points};
 use crate::mpm::nodes;
 use crate::mpm::points::Point;
@@ -115,7 +115,9 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.has_points() && self.has_grains()
     }
 
-    fn refresh_ghosts(&mut self) {
+    /// Gives copies of other ranks' grains the state of now. Whatever looks at contacts between steps must call this
+    /// first: since the last step's drift the copies lag behind.
+    pub fn refresh_ghosts(&mut self) {
         if !self.has_grains() {
             return;
         }

@@ -329,6 +329,27 @@ fn a_run_that_exists() {
     assert_eq!(untouched, GOOD);
 }
 
+/// Two ranks that find the same mistake say so once, and mpirun ends with its code.
+#[cfg(feature = "mpi")]
+#[test]
+fn ranks_speak_with_one_voice() {
+    let folder = tempfile::tempdir().expect("a folder to work in");
+    let output = Command::new("mpirun")
+        .args(["--oversubscribe", "--bind-to", "none", "--timeout", "60", "-n", "2", env!("CARGO_BIN_EXE_scree")])
+        .args(["run", "nowhere.toml"])
+        .envs([
+            ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+            ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+            ("OMPI_MCA_btl", "self,vader"),
+        ])
+        .current_dir(folder.path())
+        .output()
+        .expect("mpirun is installed; bash tests/run.sh sees to it");
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(told.matches("nowhere.toml: this job cannot be read").count(), 1, "{told}");
+    assert_eq!(output.status.code(), Some(2), "{told}");
+}
+
 #[test]
 fn a_folder_that_is_no_run() {
     let folder = tempfile::tempdir().expect("a folder to work in");

@@ -4,5 +4,11 @@
 mod bad_jobs;
 /// Every job in `jobs/` is read, and its resolved form means the same.
 mod jobs;
+/// The quickstart has the same digest and curve on 1 to 4 ranks, 1 and 2 threads, and through SIGTERM and resume.
+mod mpirun;
 /// The style that no compiler holds: one door to inexact mathematics, no ranks in physics, short files.
 mod tidy;
+/// Two grains: the damped oscillator's closed form, linear and angular momentum, and LAMMPS' record of two collisions.
+mod two_grains;
+/// Small worlds and short jobs that the tests below share; it claims nothing itself.
+mod worlds;

@@ -29,18 +29,11 @@ impl<const D: usize> Curve<D> {
         for (place, &index) in order.iter().enumerate() {
             places[index] = place;
         }
-        Self {
-            lattice: lattice.clone(),
-            order,
-            places,
-        }
+        Self { lattice: lattice.clone(), order, places }
     }
 
     /// Blocks on the curve: all of the lattice.
-    #[allow(
-        clippy::len_without_is_empty,
-        reason = "a lattice has at least one block"
-    )]
+    #[allow(clippy::len_without_is_empty, reason = "a lattice has at least one block")]
     pub fn len(&self) -> usize {
         self.order.len()
     }

@@ -16,9 +16,7 @@ pub fn cut(weights: &[u64], parts: usize) -> Vec<Range<usize>> {
     assert!(parts > 0, "blocks cannot be dealt to 0 parts");
     let blocks = weights.len();
     if blocks <= parts {
-        return (0..parts)
-            .map(|part| part.min(blocks)..(part + 1).min(blocks))
-            .collect();
+        return (0..parts).map(|part| part.min(blocks)..(part + 1).min(blocks)).collect();
     }
     let load = Load::new(weights);
     let bound = load.bottleneck(parts);
@@ -30,12 +28,7 @@ pub fn cut(weights: &[u64], parts: usize) -> Vec<Range<usize>> {
         // The rest must fit `left` parts under the bound, and leave each of them a block.
         let end_max = load.reach(start, bound).min(blocks - left);
         let end_min = (start + 1) + needed[start + 1..].partition_point(|&parts| parts > left);
-        let end = load.nearest(
-            start,
-            load.between(start, blocks) / (left as u128 + 1),
-            end_min,
-            end_max,
-        );
+        let end = load.nearest(start, load.between(start, blocks) / (left as u128 + 1), end_min, end_max);
         ranges.push(start..end);
         start = end;
     }
@@ -78,20 +71,13 @@ impl Load {
 
     /// The smallest load of the heaviest part over all cuts into `parts`.
     fn bottleneck(&self, parts: usize) -> u128 {
-        let heaviest = (0..self.blocks())
-            .map(|k| self.between(k, k + 1))
-            .max()
-            .unwrap_or(0);
+        let heaviest = (0..self.blocks()).map(|k| self.between(k, k + 1)).max().unwrap_or(0);
         let mean = self.between(0, self.blocks()).div_ceil(parts as u128);
         // Filling each part up to mean + heaviest always suffices.
         let (mut low, mut high) = (heaviest.max(mean), heaviest + mean);
         while low < high {
             let middle = low + (high - low) / 2;
-            if self.fits(parts, middle) {
-                high = middle
-            } else {
-                low = middle + 1
-            }
+            if self.fits(parts, middle) { high = middle } else { low = middle + 1 }
         }
         low
     }
@@ -113,17 +99,13 @@ impl Load {
     /// one of two.
     fn nearest(&self, start: usize, target: u128, end_min: usize, end_max: usize) -> usize {
         debug_assert!(end_min <= end_max, "a feasible bound leaves a feasible end");
-        let over = end_min
-            + self.before[end_min..end_max]
-                .partition_point(|&total| total < self.before[start] + target);
+        let over =
+            end_min + self.before[end_min..end_max].partition_point(|&total| total < self.before[start] + target);
         if over == end_min {
             return over;
         }
         let under = over - 1;
-        let (short, long) = (
-            target.abs_diff(self.between(start, under)),
-            target.abs_diff(self.between(start, over)),
-        );
+        let (short, long) = (target.abs_diff(self.between(start, under)), target.abs_diff(self.between(start, over)));
         if short <= long { under } else { over }
     }
 }
@@ -134,11 +116,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn heaviest(weights: &[u64], ranges: &[Range<usize>]) -> u64 {
-        ranges
-            .iter()
-            .map(|range| weights[range.clone()].iter().sum())
-            .max()
-            .unwrap()
+        ranges.iter().map(|range| weights[range.clone()].iter().sum()).max().unwrap()
     }
 
     /// The lightest possible heaviest part, by trying every cut.
@@ -147,12 +125,7 @@ mod tests {
             return weights.iter().sum();
         }
         (0..=weights.len())
-            .map(|end| {
-                weights[..end]
-                    .iter()
-                    .sum::<u64>()
-                    .max(heaviest_by_force(&weights[end..], parts - 1))
-            })
+            .map(|end| weights[..end].iter().sum::<u64>().max(heaviest_by_force(&weights[end..], parts - 1)))
             .min()
             .unwrap()
     }
@@ -171,9 +144,7 @@ mod tests {
         for (blocks, parts) in [(12, 4), (13, 4), (100, 7), (7, 7)] {
             let ranges = cut(&vec![0; blocks], parts);
             covers(&ranges, blocks, parts);
-            assert!(ranges.iter().all(
-                |range| range.len() == blocks / parts || range.len() == blocks.div_ceil(parts)
-            ));
+            assert!(ranges.iter().all(|range| range.len() == blocks / parts || range.len() == blocks.div_ceil(parts)));
         }
     }
 

@@ -81,22 +81,13 @@ impl Halo {
         buffers: &mut HaloBuffers,
         meanwhile: &mut dyn FnMut(),
     ) {
-        let HaloBuffers {
-            outgoing,
-            incoming,
-            send_list,
-            receive_list,
-        } = buffers;
+        let HaloBuffers { outgoing, incoming, send_list, receive_list } = buffers;
         assert_eq!(outgoing.len(), self.sends.len(), "the halo was not packed");
         incoming.resize_with(self.receives.len(), Vec::new);
 
         let mut sends: Vec<(usize, &[u8])> = recycled(mem::take(send_list));
         for (bytes, (peer, rows)) in outgoing.iter().zip(&self.sends) {
-            assert_eq!(
-                bytes.len(),
-                rows.len() * row_bytes::<W>(),
-                "the halo was packed with rows of another width"
-            );
+            assert_eq!(bytes.len(), rows.len() * row_bytes::<W>(), "the halo was packed with rows of another width");
             sends.push((*peer, bytes));
         }
         let mut receives: Vec<(usize, &mut [u8])> = recycled(mem::take(receive_list));
@@ -113,22 +104,10 @@ impl Halo {
     ///
     /// # Panics
     /// When `buffers` were not exchanged for this halo with rows of `W` numbers.
-    pub fn unpack<const W: usize>(
-        &self,
-        buffers: &HaloBuffers,
-        mut unpack: impl FnMut(u32, [f64; W]),
-    ) {
-        assert_eq!(
-            buffers.incoming.len(),
-            self.receives.len(),
-            "the halo was not exchanged"
-        );
+    pub fn unpack<const W: usize>(&self, buffers: &HaloBuffers, mut unpack: impl FnMut(u32, [f64; W])) {
+        assert_eq!(buffers.incoming.len(), self.receives.len(), "the halo was not exchanged");
         for (bytes, (_, rows)) in buffers.incoming.iter().zip(&self.receives) {
-            assert_eq!(
-                bytes.len(),
-                rows.len() * row_bytes::<W>(),
-                "the halo was exchanged with rows of another width"
-            );
+            assert_eq!(bytes.len(), rows.len() * row_bytes::<W>(), "the halo was exchanged with rows of another width");
             let (values, _) = bytes.as_chunks();
             let (values, _) = values.as_chunks::<W>();
             for (row, values) in rows.clone().zip(values) {
@@ -140,10 +119,7 @@ impl Halo {
     /// Messages and bytes that one renewal with rows of `W` numbers sends from this rank.
     pub fn counts<const W: usize>(&self) -> HaloCounts {
         let rows: usize = self.sends.iter().map(|(_, rows)| rows.len()).sum();
-        HaloCounts {
-            messages: self.sends.len() as u64,
-            bytes: (rows * row_bytes::<W>()) as u64,
-        }
+        HaloCounts { messages: self.sends.len() as u64, bytes: (rows * row_bytes::<W>()) as u64 }
     }
 }
 
@@ -156,9 +132,7 @@ const fn row_bytes<const W: usize>() -> usize {
 /// in place moves nothing and allocates nothing, and the borrows of one step do not outlive it.
 fn recycled<From, To>(mut list: Vec<From>) -> Vec<To> {
     list.clear();
-    list.into_iter()
-        .map(|_| unreachable!("the list was cleared"))
-        .collect()
+    list.into_iter().map(|_| unreachable!("the list was cleared")).collect()
 }
 
 #[cfg(test)]
@@ -170,10 +144,7 @@ mod tests {
     /// from row 4 on.
     fn ring(rank: usize, size: usize) -> Halo {
         let (before, after) = ((rank + size - 1) % size, (rank + 1) % size);
-        Halo {
-            sends: vec![(before, vec![0, 2]), (after, vec![3, 1])],
-            receives: vec![(before, 4..6), (after, 6..8)],
-        }
+        Halo { sends: vec![(before, vec![0, 2]), (after, vec![3, 1])], receives: vec![(before, 4..6), (after, 6..8)] }
     }
 
     #[test]
@@ -185,51 +156,24 @@ mod tests {
                 let mut buffers = HaloBuffers::default();
                 let mut memory = None;
                 for step in 0..3 {
-                    let value = |rank: usize, row: u32| {
-                        [rank as f64, f64::from(row) + 100.0 * f64::from(step)]
-                    };
+                    let value = |rank: usize, row: u32| [rank as f64, f64::from(row) + 100.0 * f64::from(step)];
                     let mut ghosts = [[f64::NAN; 2]; 8];
                     let mut ran = 0;
                     let write = |row: u32, values| ghosts[row as usize] = values;
-                    halo.refresh(
-                        &ranks,
-                        &mut buffers,
-                        |row| value(rank, row),
-                        write,
-                        &mut || ran += 1,
-                    );
+                    halo.refresh(&ranks, &mut buffers, |row| value(rank, row), write, &mut || ran += 1);
                     let (before, after) = ((rank + size - 1) % size, (rank + 1) % size);
-                    let expected = [
-                        value(before, 3),
-                        value(before, 1),
-                        value(after, 0),
-                        value(after, 2),
-                    ];
+                    let expected = [value(before, 3), value(before, 1), value(after, 0), value(after, 2)];
                     assert_eq!(ghosts[4..], expected);
                     assert_eq!(ran, 1);
 
                     let places = |buffers: &HaloBuffers| {
-                        let bytes = buffers
-                            .outgoing
-                            .iter()
-                            .chain(&buffers.incoming)
-                            .map(|bytes| bytes.as_ptr());
-                        (
-                            bytes.collect::<Vec<_>>(),
-                            buffers.send_list.as_ptr(),
-                            buffers.receive_list.as_ptr(),
-                        )
+                        let bytes = buffers.outgoing.iter().chain(&buffers.incoming).map(|bytes| bytes.as_ptr());
+                        (bytes.collect::<Vec<_>>(), buffers.send_list.as_ptr(), buffers.receive_list.as_ptr())
                     };
                     let now = places(&buffers);
                     assert_eq!(*memory.get_or_insert_with(|| now.clone()), now);
                 }
-                assert_eq!(
-                    halo.counts::<2>(),
-                    HaloCounts {
-                        messages: 2,
-                        bytes: 4 * 16
-                    }
-                );
+                assert_eq!(halo.counts::<2>(), HaloCounts { messages: 2, bytes: 4 * 16 });
             });
         }
     }

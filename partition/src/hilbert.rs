@@ -9,14 +9,8 @@
 /// # Panics
 /// When the key would not fit 64 bits or the point lies outside the cube.
 pub fn key<const D: usize>(point: [usize; D], bits: u32) -> u64 {
-    assert!(
-        D as u32 * bits <= 64,
-        "a Hilbert key of {D} axes with {bits} bits each does not fit 64 bits"
-    );
-    assert!(
-        point.iter().all(|&x| (x as u64) >> bits == 0),
-        "{point:?} lies outside a cube of side 2^{bits}"
-    );
+    assert!(D as u32 * bits <= 64, "a Hilbert key of {D} axes with {bits} bits each does not fit 64 bits");
+    assert!(point.iter().all(|&x| (x as u64) >> bits == 0), "{point:?} lies outside a cube of side 2^{bits}");
     if bits == 0 {
         return 0;
     }
@@ -43,15 +37,10 @@ fn transpose<const D: usize>(mut x: [u64; D], bits: u32) -> [u64; D] {
     for axis in 1..D {
         x[axis] ^= x[axis - 1];
     }
-    let flips = (1..bits)
-        .filter(|level| x[D - 1] >> level & 1 != 0)
-        .fold(0, |flips, level| flips ^ ((1 << level) - 1));
+    let flips = (1..bits).filter(|level| x[D - 1] >> level & 1 != 0).fold(0, |flips, level| flips ^ ((1 << level) - 1));
     x.map(|axis| axis ^ flips)
 }
 
 fn interleave<const D: usize>(x: [u64; D], bits: u32) -> u64 {
-    (0..bits).rev().fold(0, |key, level| {
-        x.iter()
-            .fold(key, |key, axis| key << 1 | (axis >> level & 1))
-    })
+    (0..bits).rev().fold(0, |key, level| x.iter().fold(key, |key, axis| key << 1 | (axis >> level & 1)))
 }

@@ -46,37 +46,18 @@ impl<const D: usize> Lattice<D> {
     /// # Errors
     /// When the block is empty, when an axis is not a positive multiple of it, or when there are
     /// too many blocks.
-    pub fn new(
-        cells: [usize; D],
-        cells_per_block: usize,
-        periodic: [bool; D],
-    ) -> Result<Self, LatticeError> {
+    pub fn new(cells: [usize; D], cells_per_block: usize, periodic: [bool; D]) -> Result<Self, LatticeError> {
         if cells_per_block == 0 {
             return Err(LatticeError::EmptyBlock);
         }
         for (axis, &count) in cells.iter().enumerate() {
             if count == 0 || count % cells_per_block != 0 {
-                let suggestion = count
-                    .div_ceil(cells_per_block)
-                    .max(1)
-                    .saturating_mul(cells_per_block);
-                return Err(LatticeError::NotMultiple {
-                    axis,
-                    cells: count,
-                    cells_per_block,
-                    suggestion,
-                });
+                let suggestion = count.div_ceil(cells_per_block).max(1).saturating_mul(cells_per_block);
+                return Err(LatticeError::NotMultiple { axis, cells: count, cells_per_block, suggestion });
             }
         }
-        let lattice = Self {
-            cells,
-            cells_per_block,
-            periodic,
-        };
-        let blocks = lattice
-            .blocks()
-            .iter()
-            .try_fold(1_usize, |product, &n| product.checked_mul(n));
+        let lattice = Self { cells, cells_per_block, periodic };
+        let blocks = lattice.blocks().iter().try_fold(1_usize, |product, &n| product.checked_mul(n));
         match blocks {
             Some(count) if count <= 1 << 62 => Ok(lattice),
             _ => Err(LatticeError::TooMany),
@@ -115,10 +96,7 @@ impl<const D: usize> Lattice<D> {
     pub fn index(&self, block: [usize; D]) -> usize {
         let blocks = self.blocks();
         (0..D).rev().fold(0, |index, axis| {
-            assert!(
-                block[axis] < blocks[axis],
-                "block {block:?} lies outside a lattice of {blocks:?} blocks"
-            );
+            assert!(block[axis] < blocks[axis], "block {block:?} lies outside a lattice of {blocks:?} blocks");
             index * blocks[axis] + block[axis]
         })
     }
@@ -128,11 +106,7 @@ impl<const D: usize> Lattice<D> {
     /// # Panics
     /// When there is no such block.
     pub fn block(&self, index: usize) -> [usize; D] {
-        assert!(
-            index < self.block_count(),
-            "block {index} of {}",
-            self.block_count()
-        );
+        assert!(index < self.block_count(), "block {index} of {}", self.block_count());
         let mut rest = index;
         self.blocks().map(|count| {
             let coordinate = rest % count;
@@ -153,11 +127,7 @@ impl<const D: usize> Lattice<D> {
             // At most 2^62 blocks, so neither the coordinate nor the sum can leave i64.
             let count = blocks[axis] as i64;
             let moved = block[axis] as i64 + i64::from(offset[axis]);
-            let wrapped = if self.periodic[axis] {
-                moved.rem_euclid(count)
-            } else {
-                moved
-            };
+            let wrapped = if self.periodic[axis] { moved.rem_euclid(count) } else { moved };
             if !(0..count).contains(&wrapped) {
                 return None;
             }
@@ -188,28 +158,14 @@ mod tests {
 
     #[test]
     fn refuses_boxes_that_blocks_do_not_tile() {
-        assert_eq!(
-            Lattice::new([8, 8], 0, [false; 2]),
-            Err(LatticeError::EmptyBlock)
-        );
+        assert_eq!(Lattice::new([8, 8], 0, [false; 2]), Err(LatticeError::EmptyBlock));
         assert_eq!(
             Lattice::new([8, 10], 4, [false; 2]),
-            Err(LatticeError::NotMultiple {
-                axis: 1,
-                cells: 10,
-                cells_per_block: 4,
-                suggestion: 12
-            })
+            Err(LatticeError::NotMultiple { axis: 1, cells: 10, cells_per_block: 4, suggestion: 12 })
         );
-        assert!(matches!(
-            Lattice::new([0, 4], 4, [false; 2]),
-            Err(LatticeError::NotMultiple { suggestion: 4, .. })
-        ));
+        assert!(matches!(Lattice::new([0, 4], 4, [false; 2]), Err(LatticeError::NotMultiple { suggestion: 4, .. })));
         let side = usize::MAX / 2;
-        assert_eq!(
-            Lattice::new([side, side], 1, [false; 2]),
-            Err(LatticeError::TooMany)
-        );
+        assert_eq!(Lattice::new([side, side], 1, [false; 2]), Err(LatticeError::TooMany));
     }
 
     #[test]

@@ -12,10 +12,7 @@ use crate::transport::Transport;
 /// # Errors
 /// When a parcel arrived damaged, here or elsewhere, or when the ranks together received more or
 /// fewer rows than they sent.
-pub fn exchange_rows(
-    transport: &dyn Transport,
-    outgoing: Vec<Vec<u8>>,
-) -> Result<Vec<Vec<u8>>, ParcelError> {
+pub fn exchange_rows(transport: &dyn Transport, outgoing: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>, ParcelError> {
     let receiver = transport.rank();
     let mut tally = Tally::default();
     for (to, parcel) in outgoing.iter().enumerate() {
@@ -31,9 +28,7 @@ pub fn exchange_rows(
     let [sent, received, bad] = totals;
     match tally.first {
         Some(error) => Err(error),
-        None if bad > 0 => Err(ParcelError::Elsewhere {
-            parcels: bad.unsigned_abs(),
-        }),
+        None if bad > 0 => Err(ParcelError::Elsewhere { parcels: bad.unsigned_abs() }),
         None if sent != received => Err(ParcelError::Rows { sent, received }),
         None => Ok(incoming),
     }
@@ -57,11 +52,7 @@ impl Tally {
             Ok((_, rows)) => rows as i64,
             Err(error) => {
                 self.bad += 1;
-                self.first.get_or_insert(ParcelError::Between {
-                    sender,
-                    receiver,
-                    error: Box::new(error),
-                });
+                self.first.get_or_insert(ParcelError::Between { sender, receiver, error: Box::new(error) });
                 0
             }
         }
@@ -88,18 +79,10 @@ mod tests {
             threads::run(size, |ranks| {
                 // Rank 1 sends nothing to anyone, not even an empty parcel.
                 let rows = |from: usize, to: usize| {
-                    if from == 1 {
-                        0
-                    } else {
-                        (10 * from + to) as u64
-                    }
+                    if from == 1 { 0 } else { (10 * from + to) as u64 }
                 };
                 let pack = |to| {
-                    if ranks.rank() == 1 {
-                        Vec::new()
-                    } else {
-                        parcel(rows(ranks.rank(), to))
-                    }
+                    if ranks.rank() == 1 { Vec::new() } else { parcel(rows(ranks.rank(), to)) }
                 };
                 let incoming = exchange_rows(&ranks, (0..size).map(pack).collect()).unwrap();
                 for (from, bytes) in incoming.iter().enumerate() {
@@ -122,17 +105,7 @@ mod tests {
             exchange_rows(&ranks, outgoing).unwrap_err()
         });
         for rank in [0, 2] {
-            assert!(
-                matches!(
-                    outcomes[rank],
-                    ParcelError::Between {
-                        sender: 2,
-                        receiver: 0,
-                        ..
-                    }
-                ),
-                "{outcomes:?}"
-            );
+            assert!(matches!(outcomes[rank], ParcelError::Between { sender: 2, receiver: 0, .. }), "{outcomes:?}");
         }
         // Counted once where it left and once where it arrived.
         assert_eq!(outcomes[1], ParcelError::Elsewhere { parcels: 2 });

@@ -198,10 +198,7 @@ impl<'a> Reader<'a> {
             return Err(ParcelError::Unsealed);
         }
         if length != content as u64 {
-            return Err(ParcelError::Length {
-                sealed: length,
-                found: content as u64,
-            });
+            return Err(ParcelError::Length { sealed: length, found: content as u64 });
         }
         let found = checksum(&bytes[..content + 16]);
         if sum != found {
@@ -232,13 +229,8 @@ impl<'a> Reader<'a> {
     }
 
     fn take<const N: usize>(&mut self) -> Result<[u8; N], ParcelError> {
-        let (taken, rest) = self
-            .bytes
-            .split_first_chunk()
-            .ok_or(ParcelError::Exhausted {
-                wanted: N,
-                left: self.left(),
-            })?;
+        let (taken, rest) =
+            self.bytes.split_first_chunk().ok_or(ParcelError::Exhausted { wanted: N, left: self.left() })?;
         self.bytes = rest;
         Ok(*taken)
     }
@@ -247,13 +239,8 @@ impl<'a> Reader<'a> {
     fn counted(&mut self, item_bytes: usize) -> Result<&'a [u8], ParcelError> {
         let count = usize::try_from(self.u64()?).unwrap_or(usize::MAX);
         let wanted = count.saturating_mul(item_bytes);
-        let (taken, rest) = self
-            .bytes
-            .split_at_checked(wanted)
-            .ok_or(ParcelError::Exhausted {
-                wanted,
-                left: self.left(),
-            })?;
+        let (taken, rest) =
+            self.bytes.split_at_checked(wanted).ok_or(ParcelError::Exhausted { wanted, left: self.left() })?;
         self.bytes = rest;
         Ok(taken)
     }
@@ -290,15 +277,9 @@ mod tests {
         assert_eq!(reader.f64().map(f64::to_bits), Ok((-0.0_f64).to_bits()));
         assert_eq!(reader.f64_array(), Ok([1.5, f64::INFINITY]));
         assert_eq!(reader.u32_slice(), Ok(vec![3, 4, 5]));
-        assert_eq!(
-            reader.clone().finish(),
-            Err(ParcelError::LeftOver { bytes: 8 })
-        );
+        assert_eq!(reader.clone().finish(), Err(ParcelError::LeftOver { bytes: 8 }));
         assert_eq!(reader.f64_slice(), Ok(vec![]));
-        assert_eq!(
-            reader.u8(),
-            Err(ParcelError::Exhausted { wanted: 1, left: 0 })
-        );
+        assert_eq!(reader.u8(), Err(ParcelError::Exhausted { wanted: 1, left: 0 }));
         assert_eq!(reader.finish(), Ok(()));
     }
 
@@ -311,14 +292,8 @@ mod tests {
             assert!(Reader::open(&damaged).is_err(), "bit {bit}");
         }
         for length in 0..bytes.len() {
-            assert!(
-                Reader::open(&bytes[..length]).is_err(),
-                "the first {length} bytes"
-            );
-            assert!(
-                Reader::open(&bytes[bytes.len() - length..]).is_err(),
-                "the last {length} bytes"
-            );
+            assert!(Reader::open(&bytes[..length]).is_err(), "the first {length} bytes");
+            assert!(Reader::open(&bytes[bytes.len() - length..]).is_err(), "the last {length} bytes");
         }
     }
 
@@ -328,10 +303,7 @@ mod tests {
         writer.u64(u64::MAX);
         assert_eq!(
             Reader::plain(writer.as_bytes()).f64_slice(),
-            Err(ParcelError::Exhausted {
-                wanted: usize::MAX,
-                left: 0
-            })
+            Err(ParcelError::Exhausted { wanted: usize::MAX, left: 0 })
         );
     }
 }

@@ -44,10 +44,7 @@ pub struct SumError {
 
 impl<const N: usize> Default for ExactSum<N> {
     fn default() -> Self {
-        Self {
-            quanta: [0; N],
-            load: [0; N],
-        }
+        Self { quanta: [0; N], load: [0; N] }
     }
 }
 
@@ -78,11 +75,7 @@ impl<const N: usize> ExactSum<N> {
 
     /// The sum in `slot`, rounded once to the nearest double; NaN when the slot is spoiled.
     pub fn value(&self, slot: usize) -> f64 {
-        if self.load[slot] < LOAD_MAX {
-            to_f64(self.quanta[slot])
-        } else {
-            f64::NAN
-        }
+        if self.load[slot] < LOAD_MAX { to_f64(self.quanta[slot]) } else { f64::NAN }
     }
 
     /// The sums over all ranks, the same bits on each. Collective, one message.
@@ -90,10 +83,7 @@ impl<const N: usize> ExactSum<N> {
     /// # Errors
     /// When a slot is spoiled on any rank or by the total; all ranks then fail alike.
     pub fn reduce(self, transport: &dyn Transport) -> Result<[f64; N], SumError> {
-        assert!(
-            transport.size() <= RANKS_MAX,
-            "exact sums hold for at most {RANKS_MAX} ranks"
-        );
+        assert!(transport.size() <= RANKS_MAX, "exact sums hold for at most {RANKS_MAX} ranks");
         let mut parts: [_; N] = array::from_fn(|slot| split(self.quanta[slot], self.load[slot]));
         transport.sum(parts.as_flattened_mut());
         let totals = parts.map(join);
@@ -115,11 +105,7 @@ fn to_quanta(value: f64) -> Option<i128> {
     let bits = value.to_bits();
     let field = (bits >> 52 & 0x7ff) as i32;
     let fraction = bits & ((1 << 52) - 1);
-    let (mantissa, exponent) = if field == 0 {
-        (fraction, 1)
-    } else {
-        (fraction | 1 << 52, field)
-    };
+    let (mantissa, exponent) = if field == 0 { (fraction, 1) } else { (fraction | 1 << 52, field) };
     if exponent >= 1023 + ADDEND_BITS {
         return None;
     }
@@ -129,11 +115,7 @@ fn to_quanta(value: f64) -> Option<i128> {
     } else {
         i128::from(mantissa.checked_shr(shift.unsigned_abs()).unwrap_or(0))
     };
-    Some(if value.is_sign_negative() {
-        -magnitude
-    } else {
-        magnitude
-    })
+    Some(if value.is_sign_negative() { -magnitude } else { magnitude })
 }
 
 /// Rounds once: the power of two scales without rounding, as no sum is small enough to be
@@ -147,12 +129,7 @@ fn to_f64(quanta: i128) -> f64 {
 /// their sums leaves i64.
 fn split(quanta: i128, load: u64) -> [i64; LIMBS + 1] {
     let low = |value: i128| (value & ((1 << LIMB_BITS) - 1)) as i64;
-    [
-        low(quanta),
-        low(quanta >> LIMB_BITS),
-        (quanta >> (2 * LIMB_BITS)) as i64,
-        load as i64,
-    ]
+    [low(quanta), low(quanta >> LIMB_BITS), (quanta >> (2 * LIMB_BITS)) as i64, load as i64]
 }
 
 /// Undoes [`split`] for a sum of split values. Wraps only where the load says that the sum is
@@ -160,10 +137,7 @@ fn split(quanta: i128, load: u64) -> [i64; LIMBS + 1] {
 fn join([low, middle, high, load]: [i64; LIMBS + 1]) -> (i128, u64) {
     let middle = i128::from(middle) << LIMB_BITS;
     let high = i128::from(high).wrapping_shl(2 * LIMB_BITS);
-    (
-        i128::from(low).wrapping_add(middle).wrapping_add(high),
-        load.unsigned_abs(),
-    )
+    (i128::from(low).wrapping_add(middle).wrapping_add(high), load.unsigned_abs())
 }
 
 #[cfg(test)]
@@ -182,38 +156,18 @@ mod tests {
     fn representable_values_come_back_whole() {
         let quantum = 2.0_f64.powi(-80);
         let large = 2.0_f64.powi(40);
-        for value in [
-            0.0,
-            1.0,
-            -1.0,
-            0.1,
-            -1e-5,
-            quantum,
-            -quantum,
-            large - 1.0,
-            1.0 - large,
-            1e11 / 3.0,
-        ] {
+        for value in [0.0, 1.0, -1.0, 0.1, -1e-5, quantum, -quantum, large - 1.0, 1.0 - large, 1e11 / 3.0] {
             assert_eq!(local(&[value]), value);
         }
         assert_eq!(local(&[quantum * 1.75]), quantum);
         assert_eq!(local(&[quantum * -1.75]), -quantum);
-        assert_eq!(
-            local(&[quantum / 2.0, f64::MIN_POSITIVE, 5e-324, -0.0]),
-            0.0
-        );
+        assert_eq!(local(&[quantum / 2.0, f64::MIN_POSITIVE, 5e-324, -0.0]), 0.0);
         assert_eq!(local(&[1e11, 1e-9, -1e11]), local(&[1e-9]));
     }
 
     #[test]
     fn what_leaves_the_range_spoils_its_slot_only() {
-        for bad in [
-            f64::NAN,
-            f64::INFINITY,
-            f64::NEG_INFINITY,
-            2.0_f64.powi(40),
-            -1e300,
-        ] {
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 2.0_f64.powi(40), -1e300] {
             let mut sum = ExactSum::<2>::new();
             sum.add(0, 1.5);
             sum.add(1, bad);

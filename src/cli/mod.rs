@@ -30,6 +30,8 @@ const CODE_STOPPED: u8 = 4;
 const PATIENCE: Duration = Duration::from_secs(2);
 /// One of these is set when a launcher started this process as one of several ranks.
 const LAUNCHER_VARIABLES: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"];
+/// The number of this rank, by the same launchers.
+const RANK_VARIABLES: [&str; 3] = ["OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"];
 /// How many ranks share this machine, by Open MPI and by MPICH.
 const LOCAL_SIZE_VARIABLES: [&str; 2] = ["OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS"];
 
@@ -106,7 +108,9 @@ pub fn main() -> ExitCode {
     let transport = match start_transport() {
         Ok(transport) => transport,
         Err(error) => {
-            complain(&error);
+            if number_in_environment(&RANK_VARIABLES).unwrap_or(0) == 0 {
+                complain(&error);
+            }
             return ExitCode::from(error.exit_code());
         }
     };
@@ -239,7 +243,7 @@ fn start_mpi() -> Result<Arc<dyn Transport>, Error> {
 /// Several processes that know nothing of each other would each do the whole run into the same folder.
 #[cfg(not(feature = "mpi"))]
 fn start_mpi() -> Result<Arc<dyn Transport>, Error> {
-    match number_in_environment("OMPI_COMM_WORLD_SIZE") {
+    match number_in_environment(&LAUNCHER_VARIABLES[..1]) {
         Some(1) => Ok(Arc::new(Solo)),
         _ => Err(Error::User(
             "This scree was built without MPI and cannot be one rank of several. Build it with default features, or start it without mpirun and use --threads.".to_string(),
@@ -293,12 +297,13 @@ fn threads_wanted(asked: Option<u16>) -> usize {
         return usize::from(threads);
     }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let ranks_here = LOCAL_SIZE_VARIABLES.iter().find_map(|variable| number_in_environment(variable)).unwrap_or(1);
+    let ranks_here = number_in_environment(&LOCAL_SIZE_VARIABLES).unwrap_or(1);
     (cores / ranks_here.max(1)).max(1)
 }
 
-fn number_in_environment(variable: &str) -> Option<usize> {
-    std::env::var(variable).ok()?.parse().ok()
+/// The first of some variables that holds a number.
+fn number_in_environment(variables: &[&str]) -> Option<usize> {
+    variables.iter().find_map(|variable| std::env::var(variable).ok()?.parse().ok())
 }
 
 /// The pool that every parallel loop of this rank uses. The main thread, which alone speaks to MPI, is one of them, so

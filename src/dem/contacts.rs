@@ -64,8 +64,8 @@ impl<S: Space, C: ContactLaw<S>> Contacts<S, C> {
         self.forces.clear();
         self.forces.resize(pairs.len(), PairForce::none());
         for (row, memories) in carried.iter().enumerate() {
-            let terms = &self.neighbours.terms
-                [self.neighbours.starts[row] as usize..self.neighbours.starts[row + 1] as usize];
+            let terms =
+                &self.neighbours.terms[self.neighbours.starts[row] as usize..self.neighbours.starts[row + 1] as usize];
             // Both run in the order of partner ids: memories are moved along, not searched for.
             let mut carried = memories.iter().peekable();
             for term in terms {
@@ -112,15 +112,12 @@ impl<S: Space, C: ContactLaw<S>> Contacts<S, C> {
 
     fn grain_pass(&self, grains: &mut Grains<S>) {
         let neighbours = &self.neighbours;
-        (grains.force.par_chunks_mut(CHUNK), grains.torque.par_chunks_mut(CHUNK))
-            .into_par_iter()
-            .enumerate()
-            .for_each(|(chunk, (forces, torques))| {
+        (grains.force.par_chunks_mut(CHUNK), grains.torque.par_chunks_mut(CHUNK)).into_par_iter().enumerate().for_each(
+            |(chunk, (forces, torques))| {
                 for (offset, (force, torque)) in forces.iter_mut().zip(torques).enumerate() {
                     let row = chunk * CHUNK + offset;
                     let (mut sum, mut turn) = (S::Vector::zero(), S::Spin::zero());
-                    for term in
-                        &neighbours.terms[neighbours.starts[row] as usize..neighbours.starts[row + 1] as usize]
+                    for term in &neighbours.terms[neighbours.starts[row] as usize..neighbours.starts[row + 1] as usize]
                     {
                         let pair = &self.forces[term.pair as usize];
                         if term.is_a {
@@ -133,7 +130,8 @@ impl<S: Space, C: ContactLaw<S>> Contacts<S, C> {
                     }
                     (*force, *torque) = (sum, turn);
                 }
-            });
+            },
+        );
     }
 
     /// Elastic energy of the contacts that this rank accounts for (those whose lower id it owns), weighted, J.
@@ -158,8 +156,8 @@ impl<S: Space, C: ContactLaw<S>> Contacts<S, C> {
                 let reach = grains.hot[pair.a as usize].radius + grains.hot[pair.b as usize].radius;
                 let half_branch = normal * (0.5 * (reach - overlap));
                 // Branch and force both change sign for `b`, so the product does not.
-                sum -= S::outer(&self.forces[term.pair as usize].force, &half_branch)
-                    * (1.0 / pair_weight(grains, pair));
+                sum -=
+                    S::outer(&self.forces[term.pair as usize].force, &half_branch) * (1.0 / pair_weight(grains, pair));
             }
         }
         sum

@@ -111,14 +111,7 @@ impl<S: Space> Neighbours<S> {
 }
 
 /// Pairs of an owned row: with owned rows once (from the lower id), with copies always.
-fn list_row<S: Space>(
-    grains: &Grains<S>,
-    bins: &Bins,
-    period: f64,
-    skin: f64,
-    row: usize,
-    pairs: &mut Vec<Pair<S>>,
-) {
+fn list_row<S: Space>(grains: &Grains<S>, bins: &Bins, period: f64, skin: f64, row: usize, pairs: &mut Vec<Pair<S>>) {
     let (hot, cold) = (&grains.hot[row], &grains.cold[row]);
     let layer = bins.layer(cold.home[1]);
     for layer in layer.saturating_sub(1)..=(layer + 1).min(bins.counts[1] - 1) {

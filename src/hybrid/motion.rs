@@ -99,7 +99,10 @@ mod tests {
         for origin in [[0.3, 0.2], [1.9, 0.7], [0.01, 1.3]] {
             let found = field.at(1, origin).unwrap();
             let wanted = shear(origin);
-            assert!((found[0] - wanted[0]).abs() < 1e-14 && (found[1] - wanted[1]).abs() < 1e-14, "{found:?} {wanted:?}");
+            assert!(
+                (found[0] - wanted[0]).abs() < 1e-14 && (found[1] - wanted[1]).abs() < 1e-14,
+                "{found:?} {wanted:?}"
+            );
         }
         assert_eq!(field.at(0, [0.3, 0.2]), Some([0.0, 0.0]));
     }

@@ -18,8 +18,7 @@ pub fn gather_points<S: Space, L: MaterialLaw<S>>(
     points: &mut [Point<S, L::Memory>],
 ) {
     for point in points {
-        let (mut velocity, mut change, mut gradient) =
-            (S::Vector::zero(), S::Vector::zero(), S::Tensor::zero());
+        let (mut velocity, mut change, mut gradient) = (S::Vector::zero(), S::Vector::zero(), S::Tensor::zero());
         frame.spline(&point.position).for_each(frame.edge, |node, value, slope| {
             let node = &tile[node];
             velocity += node.velocity * value;

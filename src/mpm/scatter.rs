@@ -41,12 +41,7 @@ pub fn scatter_points<S: Space, M>(frame: &TileFrame<S>, points: &[Point<S, M>],
 }
 
 /// Weighted mass and momentum of the block's free grains, at their positions before the step.
-pub fn scatter_grains<S: Space>(
-    frame: &TileFrame<S>,
-    hot: &[Hot<S>],
-    cold: &[Cold<S>],
-    tile: &mut [Gathered<S>],
-) {
+pub fn scatter_grains<S: Space>(frame: &TileFrame<S>, hot: &[Hot<S>], cold: &[Cold<S>], tile: &mut [Gathered<S>]) {
     for (hot, cold) in hot.iter().zip(cold).filter(|(_, cold)| cold.mover == Mover::Free) {
         let mass = hot.weight * cold.mass;
         let momentum = hot.velocity * mass;

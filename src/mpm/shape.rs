@@ -23,12 +23,8 @@ impl<S: Space> Spline<S> {
     /// `place` is measured in cells from the tile's first node.
     #[inline(always)]
     pub fn new(place: S::Vector, cell_inverse: f64) -> Self {
-        let mut spline = Self {
-            base: [0; 3],
-            values: [[1.0, 0.0, 0.0]; 3],
-            slopes: [[0.0; 3]; 3],
-            space: std::marker::PhantomData,
-        };
+        let mut spline =
+            Self { base: [0; 3], values: [[1.0, 0.0, 0.0]; 3], slopes: [[0.0; 3]; 3], space: std::marker::PhantomData };
         for axis in 0..S::DIMENSION {
             let base = (place[axis] - 0.5).floor();
             let x = place[axis] - base;

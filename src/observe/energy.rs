@@ -28,16 +28,15 @@ pub struct Ledger {
 }
 
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
-    pub fn energies(&self) -> Result<Energies, Error> {
+    /// Energies at the positions of now.
+    pub fn energies(&mut self) -> Result<Energies, Error> {
+        self.refresh_ghosts();
         let mut sums = ExactSum::<4>::new();
         for (hot, cold) in self.grains.hot[..self.grains.owned].iter().zip(&self.grains.cold) {
             if cold.mover == Mover::Free {
                 let mass = hot.weight * cold.mass;
                 let inertia = S::grain_inertia(mass, hot.radius);
-                sums.add(
-                    0,
-                    0.5 * mass * hot.velocity.dot(&hot.velocity) + 0.5 * inertia * hot.spin.dot(&hot.spin),
-                );
+                sums.add(0, 0.5 * mass * hot.velocity.dot(&hot.velocity) + 0.5 * inertia * hot.spin.dot(&hot.spin));
             }
         }
         for energy in self.contacts.elastic_energies(&self.settings.contact, &self.grains) {

@@ -70,7 +70,8 @@ fn displacement(position: &Vector, origin: &Vector, image: i64, period: f64) -> 
 }
 
 /// The world as it is; `depth` in m, `fraction` the packing fraction that gives a grain its share of space.
-pub fn frame(world: &PlanarWorld, depth: f64, fraction: f64) -> Result<Option<Frame>, Error> {
+pub fn frame(world: &mut PlanarWorld, depth: f64, fraction: f64) -> Result<Option<Frame>, Error> {
+    world.refresh_ghosts();
     let mut rows = grain_rows(world, depth, fraction);
     rows.extend(point_rows(world, depth));
     let Some(rows) = transfer::gather(world.transport, rows)? else { return Ok(None) };

@@ -34,12 +34,7 @@ pub trait Transport: Send + Sync {
     ///
     /// # Panics
     /// When a message is not as long as its receiver expects.
-    fn exchange(
-        &self,
-        sends: &[(usize, &[u8])],
-        receives: &mut [(usize, &mut [u8])],
-        meanwhile: &mut dyn FnMut(),
-    );
+    fn exchange(&self, sends: &[(usize, &[u8])], receives: &mut [(usize, &mut [u8])], meanwhile: &mut dyn FnMut());
 
     /// Hands `outgoing[r]` to rank `r`, of any length, and returns what came from each rank. The
     /// own entry is handed back.
@@ -80,11 +75,7 @@ pub trait Transport: Send + Sync {
 }
 
 /// The part of `exchange`'s contract that one rank can see.
-fn check_peers(
-    transport: &dyn Transport,
-    sends: &[(usize, &[u8])],
-    receives: &[(usize, &mut [u8])],
-) {
+fn check_peers(transport: &dyn Transport, sends: &[(usize, &[u8])], receives: &[(usize, &mut [u8])]) {
     debug_assert!(
         are_peers(transport, sends.iter().map(|send| send.0))
             && are_peers(transport, receives.iter().map(|receive| receive.0)),

@@ -55,8 +55,8 @@ impl Mpi {
     /// When MPI was started before in this process, or when the library cannot serve a process with
     /// several threads.
     pub fn start() -> Self {
-        let (universe, provided) = mpi::initialize_with_threading(Threading::Funneled)
-            .expect("MPI is started once per process");
+        let (universe, provided) =
+            mpi::initialize_with_threading(Threading::Funneled).expect("MPI is started once per process");
         assert!(
             provided >= Threading::Funneled,
             "the MPI library provides thread support {provided:?}, the program needs Funneled; \
@@ -70,20 +70,11 @@ impl Mpi {
             ffi::MPI_Comm_size(ffi::RSMPI_COMM_WORLD, &mut size);
         }
         let natural = |number: c_int| usize::try_from(number).expect("MPI numbers ranks from 0");
-        Self {
-            rank: natural(rank),
-            size: natural(size),
-            thread: thread::current().id(),
-            _universe: universe,
-        }
+        Self { rank: natural(rank), size: natural(size), thread: thread::current().id(), _universe: universe }
     }
 
     fn world(&self) -> MPI_Comm {
-        assert_eq!(
-            thread::current().id(),
-            self.thread,
-            "only the thread that started MPI may call it"
-        );
+        assert_eq!(thread::current().id(), self.thread, "only the thread that started MPI may call it");
         // SAFETY: a constant of the library.
         unsafe { ffi::RSMPI_COMM_WORLD }
     }
@@ -112,15 +103,7 @@ impl Mpi {
         // SAFETY: one u64 per rank in either buffer.
         unsafe {
             let u64_type = ffi::RSMPI_UINT64_T;
-            ffi::MPI_Alltoall(
-                pointer(lengths),
-                1,
-                u64_type,
-                pointer_mut(&mut theirs),
-                1,
-                u64_type,
-                self.world(),
-            );
+            ffi::MPI_Alltoall(pointer(lengths), 1, u64_type, pointer_mut(&mut theirs), 1, u64_type, self.world());
         }
         theirs
     }
@@ -131,15 +114,7 @@ impl Mpi {
         // SAFETY: one u64 from here, one u64 per rank in `all`.
         unsafe {
             let u64_type = ffi::RSMPI_UINT64_T;
-            ffi::MPI_Allgather(
-                pointer(&[mine]),
-                1,
-                u64_type,
-                pointer_mut(&mut all),
-                1,
-                u64_type,
-                self.world(),
-            );
+            ffi::MPI_Allgather(pointer(&[mine]), 1, u64_type, pointer_mut(&mut all), 1, u64_type, self.world());
         }
         all
     }
@@ -149,13 +124,7 @@ impl Mpi {
         // SAFETY: one buffer of `bytes.len()` bytes.
         unsafe {
             let length = count(bytes.len());
-            ffi::MPI_Bcast(
-                pointer_mut(bytes),
-                length,
-                ffi::RSMPI_UINT8_T,
-                0,
-                self.world(),
-            );
+            ffi::MPI_Bcast(pointer_mut(bytes), length, ffi::RSMPI_UINT8_T, 0, self.world());
         }
     }
 }
@@ -176,12 +145,7 @@ impl Transport for Mpi {
         self.size
     }
 
-    fn exchange(
-        &self,
-        sends: &[(usize, &[u8])],
-        receives: &mut [(usize, &mut [u8])],
-        meanwhile: &mut dyn FnMut(),
-    ) {
+    fn exchange(&self, sends: &[(usize, &[u8])], receives: &mut [(usize, &mut [u8])], meanwhile: &mut dyn FnMut()) {
         check_peers(self, sends, receives);
         let mut flight = InFlight::new(self.world(), sends.len() + receives.len());
         for (sender, into) in receives {
@@ -201,11 +165,7 @@ impl Transport for Mpi {
         let mut incoming: Vec<Vec<u8>> = self.transposed(&lengths).into_iter().map(zeros).collect();
         incoming[self.rank] = mem::take(&mut outgoing[self.rank]);
         let mut flight = InFlight::new(self.world(), 0);
-        for (sender, into) in incoming
-            .iter_mut()
-            .enumerate()
-            .filter(|(sender, _)| *sender != self.rank)
-        {
+        for (sender, into) in incoming.iter_mut().enumerate().filter(|(sender, _)| *sender != self.rank) {
             flight.receive(sender, into);
         }
         // Mine was taken, and no bytes are no message.
@@ -221,15 +181,10 @@ impl Transport for Mpi {
     fn all_gather(&self, mine: &[u8]) -> Vec<Vec<u8>> {
         let lengths = self.all_numbers(mine.len() as u64);
         let total: u64 = lengths.iter().sum();
-        assert!(
-            total <= c_int::MAX as u64,
-            "{total} bytes are too many to be gathered on all ranks"
-        );
+        assert!(total <= c_int::MAX as u64, "{total} bytes are too many to be gathered on all ranks");
         let counts: Vec<c_int> = lengths.iter().map(|&length| length as c_int).collect();
-        let starts: Vec<c_int> = counts
-            .iter()
-            .scan(0, |next, length| Some(mem::replace(next, *next + length)))
-            .collect();
+        let starts: Vec<c_int> =
+            counts.iter().scan(0, |next, length| Some(mem::replace(next, *next + length))).collect();
         let mut all = zeros(total);
         // SAFETY: `all` holds the sum of `counts`, whose pieces start at their running sums.
         unsafe {
@@ -244,8 +199,7 @@ impl Transport for Mpi {
                 self.world(),
             );
         }
-        let piece =
-            |(start, length): (&c_int, &c_int)| all[*start as usize..][..*length as usize].to_vec();
+        let piece = |(start, length): (&c_int, &c_int)| all[*start as usize..][..*length as usize].to_vec();
         starts.iter().zip(&counts).map(piece).collect()
     }
 
@@ -325,26 +279,14 @@ impl<'a> InFlight<'a> {
     }
 
     fn receive(&mut self, sender: usize, into: &'a mut [u8]) {
-        assert_eq!(
-            self.requests.len(),
-            self.expected.len(),
-            "receives are posted before sends"
-        );
+        assert_eq!(self.requests.len(), self.expected.len(), "receives are posted before sends");
         for piece in into.chunks_mut(PIECE_BYTES_MAX) {
             let length = count(piece.len());
             // SAFETY: `piece` is borrowed for 'a, which outlives the request.
             let request = unsafe {
                 let mut request = ffi::RSMPI_REQUEST_NULL;
                 let (bytes, u8_type) = (pointer_mut(piece), ffi::RSMPI_UINT8_T);
-                ffi::MPI_Irecv(
-                    bytes,
-                    length,
-                    u8_type,
-                    count(sender),
-                    TAG,
-                    self.world,
-                    &mut request,
-                );
+                ffi::MPI_Irecv(bytes, length, u8_type, count(sender), TAG, self.world, &mut request);
                 request
             };
             self.requests.push(request);
@@ -359,15 +301,7 @@ impl<'a> InFlight<'a> {
                 let mut request = ffi::RSMPI_REQUEST_NULL;
                 let (bytes, u8_type) = (pointer(piece), ffi::RSMPI_UINT8_T);
                 let length = count(piece.len());
-                ffi::MPI_Isend(
-                    bytes,
-                    length,
-                    u8_type,
-                    count(receiver),
-                    TAG,
-                    self.world,
-                    &mut request,
-                );
+                ffi::MPI_Isend(bytes, length, u8_type, count(receiver), TAG, self.world, &mut request);
                 request
             };
             self.requests.push(request);
@@ -379,11 +313,7 @@ impl<'a> InFlight<'a> {
         let mut statuses: Vec<MPI_Status> = vec![unsafe { mem::zeroed() }; self.requests.len()];
         // SAFETY: one request and one status per message; afterwards MPI has let go of the buffers.
         unsafe {
-            ffi::MPI_Waitall(
-                count(self.requests.len()),
-                self.requests.as_mut_ptr(),
-                statuses.as_mut_ptr(),
-            );
+            ffi::MPI_Waitall(count(self.requests.len()), self.requests.as_mut_ptr(), statuses.as_mut_ptr());
         }
         self.requests.clear();
         // Too long a message is an error to MPI, too short a one is not.
@@ -393,10 +323,7 @@ impl<'a> InFlight<'a> {
             unsafe {
                 ffi::MPI_Get_count(status, ffi::RSMPI_UINT8_T, &mut arrived);
             }
-            assert_eq!(
-                arrived, *length,
-                "bytes that arrived from rank {sender}, and bytes expected"
-            );
+            assert_eq!(arrived, *length, "bytes that arrived from rank {sender}, and bytes expected");
         }
     }
 }
@@ -434,8 +361,7 @@ fn end_all_ranks(code: c_int) -> ! {
 }
 
 fn count(items: usize) -> c_int {
-    c_int::try_from(items)
-        .unwrap_or_else(|_| panic!("{items} items are more than one MPI call can move"))
+    c_int::try_from(items).unwrap_or_else(|_| panic!("{items} items are more than one MPI call can move"))
 }
 
 fn zeros(length: u64) -> Vec<u8> {
@@ -446,18 +372,10 @@ fn zeros(length: u64) -> Vec<u8> {
 /// in-place marker of some libraries: they are shown null instead, which every library takes where
 /// the count is 0.
 fn pointer<T>(values: &[T]) -> *const c_void {
-    if values.is_empty() {
-        ptr::null()
-    } else {
-        values.as_ptr().cast()
-    }
+    if values.is_empty() { ptr::null() } else { values.as_ptr().cast() }
 }
 
 /// As [`pointer`].
 fn pointer_mut<T>(values: &mut [T]) -> *mut c_void {
-    if values.is_empty() {
-        ptr::null_mut()
-    } else {
-        values.as_mut_ptr().cast()
-    }
+    if values.is_empty() { ptr::null_mut() } else { values.as_mut_ptr().cast() }
 }

@@ -15,17 +15,9 @@ impl Transport for Solo {
         1
     }
 
-    fn exchange(
-        &self,
-        sends: &[(usize, &[u8])],
-        receives: &mut [(usize, &mut [u8])],
-        meanwhile: &mut dyn FnMut(),
-    ) {
+    fn exchange(&self, sends: &[(usize, &[u8])], receives: &mut [(usize, &mut [u8])], meanwhile: &mut dyn FnMut()) {
         check_peers(self, sends, receives);
-        assert!(
-            sends.is_empty() && receives.is_empty(),
-            "a single rank has no peers"
-        );
+        assert!(sends.is_empty() && receives.is_empty(), "a single rank has no peers");
         meanwhile();
     }
 

@@ -53,19 +53,12 @@ pub fn run<R: Send>(size: usize, body: impl Fn(Threads) -> R + Sync) -> Vec<R> {
     let outcomes: Vec<_> = thread::scope(|scope| {
         let start = |rank| {
             let hub = hub.clone();
-            thread::Builder::new()
-                .name(format!("rank {rank}"))
-                .spawn_scoped(scope, move || {
-                    let _watch = Watch { hub: &hub, rank };
-                    body(Threads {
-                        rank,
-                        hub: hub.clone(),
-                    })
-                })
+            thread::Builder::new().name(format!("rank {rank}")).spawn_scoped(scope, move || {
+                let _watch = Watch { hub: &hub, rank };
+                body(Threads { rank, hub: hub.clone() })
+            })
         };
-        let handles: Vec<_> = (0..size)
-            .map(|rank| start(rank).expect("the system starts a thread per rank"))
-            .collect();
+        let handles: Vec<_> = (0..size).map(|rank| start(rank).expect("the system starts a thread per rank")).collect();
         handles.into_iter().map(ScopedJoinHandle::join).collect()
     });
 
@@ -108,10 +101,7 @@ impl Drop for Watch<'_> {
 
 impl Hub {
     fn new(size: usize) -> Self {
-        let inbox = || Inbox {
-            queues: Mutex::new((0..size).map(|_| VecDeque::new()).collect()),
-            ..Inbox::default()
-        };
+        let inbox = || Inbox { queues: Mutex::new((0..size).map(|_| VecDeque::new()).collect()), ..Inbox::default() };
         Self {
             inboxes: (0..size).map(|_| inbox()).collect(),
             left: (0..size).map(|_| AtomicBool::new(false)).collect(),
@@ -123,10 +113,7 @@ impl Hub {
         for (receiver, inbox) in self.inboxes.iter().enumerate() {
             for (sender, queue) in inbox.lock().iter().enumerate() {
                 if let Some(message) = queue.front() {
-                    panic!(
-                        "rank {receiver} never read a message of rank {sender} ({})",
-                        message.operation
-                    );
+                    panic!("rank {receiver} never read a message of rank {sender} ({})", message.operation);
                 }
             }
         }
@@ -164,17 +151,10 @@ impl Threads {
                 "rank {} waits in {operation} for rank {sender}, which has ended",
                 self.rank
             );
-            queues = inbox
-                .arrived
-                .wait(queues)
-                .unwrap_or_else(PoisonError::into_inner);
+            queues = inbox.arrived.wait(queues).unwrap_or_else(PoisonError::into_inner);
         };
         drop(queues);
-        assert_eq!(
-            message.operation, operation,
-            "ranks {sender} and {} are out of step",
-            self.rank
-        );
+        assert_eq!(message.operation, operation, "ranks {sender} and {} are out of step", self.rank);
         message.bytes
     }
 
@@ -186,15 +166,9 @@ impl Threads {
     fn collect(&self, operation: &'static str, mine: Vec<u8>) -> Vec<Vec<u8>> {
         let mut mine = Some(mine);
         let mut from = |sender| {
-            if sender == self.rank {
-                mine.take()
-            } else {
-                None
-            }
+            if sender == self.rank { mine.take() } else { None }
         };
-        (0..self.size())
-            .map(|sender| from(sender).unwrap_or_else(|| self.receive(operation, sender)))
-            .collect()
+        (0..self.size()).map(|sender| from(sender).unwrap_or_else(|| self.receive(operation, sender))).collect()
     }
 
     fn everyones(&self, operation: &'static str, mine: &[u8]) -> Vec<Vec<u8>> {
@@ -205,19 +179,12 @@ impl Threads {
     }
 
     fn fold(&self, operation: &'static str, values: &mut [i64], combine: impl Fn(i64, i64) -> i64) {
-        let mine: Vec<u8> = values
-            .iter()
-            .flat_map(|value| value.to_le_bytes())
-            .collect();
+        let mine: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
         let mut others = self.everyones(operation, &mine);
         others.swap_remove(self.rank);
         for other in others {
             let (other, _) = other.as_chunks();
-            assert_eq!(
-                values.len(),
-                other.len(),
-                "ranks are out of step in {operation}"
-            );
+            assert_eq!(values.len(), other.len(), "ranks are out of step in {operation}");
             for (value, other) in values.iter_mut().zip(other) {
                 *value = combine(*value, i64::from_le_bytes(*other));
             }
@@ -234,12 +201,7 @@ impl Transport for Threads {
         self.hub.inboxes.len()
     }
 
-    fn exchange(
-        &self,
-        sends: &[(usize, &[u8])],
-        receives: &mut [(usize, &mut [u8])],
-        meanwhile: &mut dyn FnMut(),
-    ) {
+    fn exchange(&self, sends: &[(usize, &[u8])], receives: &mut [(usize, &mut [u8])], meanwhile: &mut dyn FnMut()) {
         check_peers(self, sends, receives);
         for (receiver, bytes) in sends {
             self.send("exchange", *receiver, bytes.to_vec());
@@ -247,12 +209,7 @@ impl Transport for Threads {
         meanwhile();
         for (sender, into) in receives {
             let bytes = self.receive("exchange", *sender);
-            assert_eq!(
-                bytes.len(),
-                into.len(),
-                "bytes from rank {sender} to rank {}",
-                self.rank
-            );
+            assert_eq!(bytes.len(), into.len(), "bytes from rank {sender} to rank {}", self.rank);
             into.copy_from_slice(&bytes);
         }
     }
@@ -293,9 +250,7 @@ impl Transport for Threads {
     }
 
     fn sum(&self, values: &mut [i64]) {
-        self.fold("sum", values, |a, b| {
-            a.checked_add(b).expect("a sum over ranks fits i64")
-        });
+        self.fold("sum", values, |a, b| a.checked_add(b).expect("a sum over ranks fits i64"));
     }
 
     fn max_integer(&self, values: &mut [i64]) {

@@ -17,10 +17,7 @@ fn mpirun(size: usize, name: &str) -> Output {
     let mut command = Command::new("mpirun");
     // What an enclosing mpirun left behind would confuse this one.
     for (variable, _) in env::vars_os() {
-        if ["OMPI_", "PMIX_"]
-            .iter()
-            .any(|prefix| variable.to_string_lossy().starts_with(prefix))
-        {
+        if ["OMPI_", "PMIX_"].iter().any(|prefix| variable.to_string_lossy().starts_with(prefix)) {
             command.env_remove(variable);
         }
     }
@@ -30,15 +27,7 @@ fn mpirun(size: usize, name: &str) -> Output {
         .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
         .env("OMPI_MCA_btl", "self,vader")
         .env("OMPI_MCA_btl_vader_single_copy_mechanism", "none")
-        .args([
-            "--oversubscribe",
-            "--bind-to",
-            "none",
-            "--timeout",
-            "60",
-            "-n",
-            &size.to_string(),
-        ])
+        .args(["--oversubscribe", "--bind-to", "none", "--timeout", "60", "-n", &size.to_string()])
         .arg(env::current_exe().expect("a test knows its executable"))
         .args([name, "--exact", "--nocapture", "--test-threads=1"])
         .output()
@@ -50,16 +39,9 @@ fn mpirun_whole(size: usize, name: &str) {
     let output = mpirun(size, name);
     let stdout = String::from_utf8_lossy(&output.stdout);
     let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(
-        output.status.success(),
-        "{}\n{stdout}\n{stderr}",
-        output.status
-    );
+    assert!(output.status.success(), "{}\n{stdout}\n{stderr}", output.status);
     for rank in 0..size {
-        assert!(
-            stdout.contains(&marker(rank, size)),
-            "rank {rank} of {size} left no mark\n{stdout}\n{stderr}"
-        );
+        assert!(stdout.contains(&marker(rank, size)), "rank {rank} of {size} left no mark\n{stdout}\n{stderr}");
     }
 }
 
@@ -90,12 +72,7 @@ fn abort_ends_all_ranks_with_its_code() {
         ranks.barrier();
         return;
     }
-    assert_eq!(
-        mpirun(2, "mpi::abort_ends_all_ranks_with_its_code")
-            .status
-            .code(),
-        Some(43)
-    );
+    assert_eq!(mpirun(2, "mpi::abort_ends_all_ranks_with_its_code").status.code(), Some(43));
 }
 
 #[test]

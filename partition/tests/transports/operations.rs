@@ -23,38 +23,21 @@ pub fn check_all(ranks: &dyn Transport) {
 }
 
 fn message(from: usize, to: usize, length: usize) -> Vec<u8> {
-    (0..length)
-        .map(|k| (k * (from + 1) + 7 * to) as u8)
-        .collect()
+    (0..length).map(|k| (k * (from + 1) + 7 * to) as u8).collect()
 }
 
 fn others(ranks: &dyn Transport) -> Vec<usize> {
-    (0..ranks.size())
-        .filter(|&other| other != ranks.rank())
-        .collect()
+    (0..ranks.size()).filter(|&other| other != ranks.rank()).collect()
 }
 
 fn exchange_of_length(ranks: &dyn Transport, length: impl Fn(usize, usize) -> usize) {
     let me = ranks.rank();
     let others = others(ranks);
-    let outgoing: Vec<_> = others
-        .iter()
-        .map(|&to| message(me, to, length(me, to)))
-        .collect();
-    let mut incoming: Vec<_> = others
-        .iter()
-        .map(|&from| vec![0; length(from, me)])
-        .collect();
-    let sends: Vec<(usize, &[u8])> = others
-        .iter()
-        .copied()
-        .zip(outgoing.iter().map(Vec::as_slice))
-        .collect();
-    let mut receives: Vec<(usize, &mut [u8])> = others
-        .iter()
-        .copied()
-        .zip(incoming.iter_mut().map(Vec::as_mut_slice))
-        .collect();
+    let outgoing: Vec<_> = others.iter().map(|&to| message(me, to, length(me, to))).collect();
+    let mut incoming: Vec<_> = others.iter().map(|&from| vec![0; length(from, me)]).collect();
+    let sends: Vec<(usize, &[u8])> = others.iter().copied().zip(outgoing.iter().map(Vec::as_slice)).collect();
+    let mut receives: Vec<(usize, &mut [u8])> =
+        others.iter().copied().zip(incoming.iter_mut().map(Vec::as_mut_slice)).collect();
     let mut ran = 0;
     ranks.exchange(&sends, &mut receives, &mut || ran += 1);
     assert_eq!(ran, 1);
@@ -74,28 +57,16 @@ fn exchange_of_long_and_empty_messages(ranks: &dyn Transport) {
 fn all_to_all(ranks: &dyn Transport) {
     let me = ranks.rank();
     let length = |from: usize, to: usize| {
-        if (from + to) % 3 == 1 {
-            0
-        } else {
-            100_000 * from + to
-        }
+        if (from + to) % 3 == 1 { 0 } else { 100_000 * from + to }
     };
-    let incoming = ranks.all_to_all(
-        (0..ranks.size())
-            .map(|to| message(me, to, length(me, to)))
-            .collect(),
-    );
-    let expected: Vec<_> = (0..ranks.size())
-        .map(|from| message(from, me, length(from, me)))
-        .collect();
+    let incoming = ranks.all_to_all((0..ranks.size()).map(|to| message(me, to, length(me, to))).collect());
+    let expected: Vec<_> = (0..ranks.size()).map(|from| message(from, me, length(from, me))).collect();
     assert_eq!(incoming, expected);
 }
 
 fn everyones(ranks: &dyn Transport) -> Vec<Vec<u8>> {
     // Rank 0 has nothing, every other rank a different length.
-    (0..ranks.size())
-        .map(|from| message(from, 0, 1000 * from))
-        .collect()
+    (0..ranks.size()).map(|from| message(from, 0, 1000 * from)).collect()
 }
 
 fn all_gather(ranks: &dyn Transport) {
@@ -111,11 +82,7 @@ fn gather(ranks: &dyn Transport) {
 
 fn broadcast(ranks: &dyn Transport) {
     for length in [0, 1, 100_000] {
-        let bytes = if ranks.rank() == 0 {
-            message(0, 0, length)
-        } else {
-            vec![9; 5]
-        };
+        let bytes = if ranks.rank() == 0 { message(0, 0, length) } else { vec![9; 5] };
         assert_eq!(ranks.broadcast(bytes), message(0, 0, length));
     }
 }
@@ -124,10 +91,7 @@ fn sum(ranks: &dyn Transport) {
     let (me, size) = (ranks.rank() as i64, ranks.size() as i64);
     let mut values = [me, -1, i64::MAX / size, 0];
     ranks.sum(&mut values);
-    assert_eq!(
-        values,
-        [size * (size - 1) / 2, -size, i64::MAX / size * size, 0]
-    );
+    assert_eq!(values, [size * (size - 1) / 2, -size, i64::MAX / size * size, 0]);
     ranks.sum(&mut []);
 }
 
@@ -135,13 +99,7 @@ fn max(ranks: &dyn Transport) {
     let (me, last) = (ranks.rank() as f64, ranks.size() as f64 - 1.0);
     let only_first = |value: f64, other: f64| if ranks.rank() == 0 { value } else { other };
     // -me is -0 on rank 0, the largest of all.
-    let mut values = [
-        me,
-        -me,
-        only_first(-f64::NAN, f64::INFINITY),
-        only_first(0.0, -0.0),
-        f64::NEG_INFINITY,
-    ];
+    let mut values = [me, -me, only_first(-f64::NAN, f64::INFINITY), only_first(0.0, -0.0), f64::NEG_INFINITY];
     ranks.max(&mut values);
     let expected = [last, -0.0, f64::NAN, 0.0, f64::NEG_INFINITY];
     assert_eq!(values.map(f64::to_bits), expected.map(f64::to_bits));
@@ -156,10 +114,7 @@ fn halo(ranks: &dyn Transport) {
     let others = others(ranks);
     let halo = Halo {
         sends: others.iter().map(|&to| (to, vec![0])).collect(),
-        receives: (1..)
-            .zip(&others)
-            .map(|(row, &from)| (from, row..row + 1))
-            .collect(),
+        receives: (1..).zip(&others).map(|(row, &from)| (from, row..row + 1)).collect(),
     };
     let mut rows = vec![[f64::NAN; 3]; ranks.size()];
     let mine = |rank: usize| [rank as f64, -0.0, 1e-300];
@@ -183,16 +138,11 @@ fn migration(ranks: &dyn Transport) {
         writer.u64_array([from as u64, to as u64]);
         writer.finish(1)
     };
-    let outgoing = (0..ranks.size())
-        .map(|to| parcel(ranks.rank(), to))
-        .collect();
+    let outgoing = (0..ranks.size()).map(|to| parcel(ranks.rank(), to)).collect();
     for (from, bytes) in exchange_rows(ranks, outgoing).unwrap().iter().enumerate() {
         let (mut reader, rows) = Reader::open(bytes).unwrap();
         assert_eq!(rows, 1);
-        assert_eq!(
-            reader.u64_array().unwrap(),
-            [from as u64, ranks.rank() as u64]
-        );
+        assert_eq!(reader.u64_array().unwrap(), [from as u64, ranks.rank() as u64]);
         reader.finish().unwrap();
     }
 }
@@ -207,8 +157,5 @@ fn exact_sum(ranks: &dyn Transport) {
             here.add(0, term(k));
         }
     }
-    assert_eq!(
-        here.reduce(ranks).unwrap()[0].to_bits(),
-        alone.value(0).to_bits()
-    );
+    assert_eq!(here.reduce(ranks).unwrap()[0].to_bits(), alone.value(0).to_bits());
 }
