@@ -419,7 +419,7 @@ pub fn grain_stress(world: &mut PlanarWorld, depth: f64) -> Result<[f64; 3], Err
     let mut sums = ExactSum::<4>::new();
     for (row, (hot, cold)) in world.grains.hot[..world.grains.owned].iter().zip(&world.grains.cold).enumerate() {
         if cold.mover == Mover::Free {
-            let moment = world.contacts.moment(&world.grains, row);
+            let moment = world.contacts.moment(&world.settings.contact, &world.grains, row);
             sums.add(0, moment[0]);
             sums.add(1, moment[3]);
             sums.add(2, 0.5 * (moment[1] + moment[2]));

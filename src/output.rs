@@ -106,16 +106,17 @@ impl Outputs {
         self.series.push(values).map_err(|error| failed(self.series.path(), &error))
     }
 
+    /// Rows written so far are on disk afterwards.
+    pub fn sync(&self) -> Result<(), Error> {
+        self.series.sync().map_err(|error| failed(self.series.path(), &error))
+    }
+
     pub fn frame(&mut self, frame: &Frame) -> Result<(), Error> {
         let path = frames_file(&self.dir);
         match &mut self.frames {
             Some(frames) => frames.append(frame).map_err(|error| failed(&path, &error)),
             None => {
-                let mut frames = FrameFile::create(&path, frame).map_err(|error| failed(&path, &error))?;
-                if frames.frames() == 0 {
-                    frames.append(frame).map_err(|error| failed(&path, &error))?;
-                }
-                self.frames = Some(frames);
+                self.frames = Some(FrameFile::create(&path, frame).map_err(|error| failed(&path, &error))?);
                 Ok(())
             }
         }

@@ -314,6 +314,8 @@ impl<'s, 't> Run<'s, 't> {
     /// Writes a checkpoint of the state as it is.
     fn save(&mut self) -> Result<(), Error> {
         let timer = self.world.phases.start();
+        // The checkpoint counts rows; they must be on disk before it is.
+        self.on_root(|outputs| outputs.sync())?;
         self.progress.step = self.world.step;
         let (grains, points) = self.world.rows();
         let grains = transfer::gather(self.world.transport, grains)?;

@@ -2,10 +2,16 @@
 
 /// Wrong jobs are refused before any work, with file, line, value and remedy; exit code 2.
 mod bad_jobs;
+/// Grains and points that share nodes keep their momentum to round-off, leave with one velocity, and translate rigidly.
+mod coupling;
 /// Every job in `jobs/` is read, and its resolved form means the same.
 mod jobs;
+/// The continuum's law on uniaxial, shear and separating paths against closed forms, and under superposed rotation.
+mod material;
 /// The quickstart has the same digest and curve on 1 to 4 ranks, 1 and 2 threads, and through SIGTERM and resume.
 mod mpirun;
+/// The oracle of shear bands.
+mod oracle;
 /// The style that no compiler holds: one door to inexact mathematics, no ranks in physics, short files.
 mod tidy;
 /// Two grains: the damped oscillator's closed form, linear and angular momentum, and LAMMPS' record of two collisions.

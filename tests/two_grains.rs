@@ -93,7 +93,7 @@ fn errors(contact: Contact, steps: u32, mass_of: impl Fn(f64) -> f64) -> [f64; 2
 /// Orders of convergence of overlap and velocity over three halvings of the step.
 fn orders(contact: Contact, mass_of: impl Fn(f64) -> f64 + Copy) -> Vec<f64> {
     let runs: Vec<[f64; 2]> = [100, 200, 400, 800].iter().map(|steps| errors(contact, *steps, mass_of)).collect();
-    let order = |pair: &[[f64; 2]], which: usize| (pair[0][which] / pair[1][which]).log2();
+    let order = |pair: &[[f64; 2]], which: usize| math::ln(pair[0][which] / pair[1][which]) / math::ln(2.0);
     runs.windows(2).flat_map(|pair| [order(pair, 0), order(pair, 1)]).collect()
 }
 
@@ -178,7 +178,7 @@ fn an_oblique_collision_keeps_linear_and_angular_momentum() {
         for (centre, before) in centres.iter().zip(&before) {
             for (now, before) in momentum(&world, *centre).iter().zip(before) {
                 let scale = before[1].max(now[1]);
-                assert!((now[0] - before[0]).abs() < 1e-13 * scale, "{centre:?}: {before:?} became {now:?}");
+                assert!((now[0] - before[0]).abs() < 3e-13 * scale, "{centre:?}: {before:?} became {now:?}");
             }
         }
     }

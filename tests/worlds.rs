@@ -75,3 +75,48 @@ pub fn open_world<'t>(
 pub fn row_of(world: &PlanarWorld, id: u64) -> usize {
     world.grains.cold[..world.grains.owned].iter().position(|cold| cold.id == GrainId(id)).expect("the grain is here")
 }
+
+/// Numbers that look random and are the same in every run (SplitMix64).
+pub struct Random(pub u64);
+
+impl Random {
+    /// Uniform in [-1, 1).
+    pub fn signed(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut word = self.0;
+        word = (word ^ (word >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        word = (word ^ (word >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((word ^ (word >> 31)) >> 11) as f64 * 0.5f64.powi(52) - 1.0
+    }
+}
+
+/// The quickstart cut down to some five hundred grains, with overrides of its own.
+pub fn job(sets: &[&str]) -> Scenario {
+    let sets: Vec<String> = REDUCED.iter().chain(sets).map(|set| (*set).to_string()).collect();
+    Scenario::parse(include_str!("../jobs/quickstart.toml"), "jobs/quickstart.toml", &sets)
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Everything that the outcome of these tests hangs on, so that the quickstart itself may change.
+const REDUCED: [&str; 20] = [
+    "specimen.width=12 mm",
+    "specimen.height=36 mm",
+    "continuum.cell=3 mm",
+    "continuum.bulk_modulus=100 MPa",
+    "continuum.shear_modulus=60 MPa",
+    "continuum.dilation_factor=11",
+    "continuum.softening_rate=3",
+    "continuum.weak.0.lower=[0.0, 0.015]",
+    "continuum.weak.0.upper=[0.012, 0.021]",
+    "continuum.weak.0.fraction_deficit=0.018",
+    "loading.speed=10 cm/s",
+    "loading.speed_ramp=1 ms",
+    "oracle.laplacian=0.05",
+    "oracle.recent_strain=2e-3",
+    "oracle.window=8e-3",
+    "oracle.persistence=8e-3",
+    "enrichment.distance=6 mm",
+    "enrichment.training_speed=1",
+    "time.step=0.4 us",
+    "packing.energy_ratio_max=1e-3",
+];

@@ -145,43 +145,24 @@ impl<S: Space, C: ContactLaw<S>> Contacts<S, C> {
         })
     }
 
-    /// Love-Weber sum over the contacts of an owned row: force times half of the branch, J; divided by the grain's cell
-    /// volume it is its mean stress, tension positive.
-    pub fn moment(&self, grains: &Grains<S>, row: usize) -> S::Tensor {
+    /// Love-Weber sum over the contacts of an owned row, unweighted: force times half of the branch, J; divided by the
+    /// grain's share of space it is its mean stress, tension positive. Forces are those of the positions and velocities
+    /// of now, reckoned on copies of the memories: looking changes nothing.
+    pub fn moment(&self, law: &C, grains: &Grains<S>, row: usize) -> S::Tensor {
         let neighbours = &self.neighbours;
         let mut sum = S::Tensor::zero();
         for term in &neighbours.terms[neighbours.starts[row] as usize..neighbours.starts[row + 1] as usize] {
             let pair = &neighbours.pairs[term.pair as usize];
             if let Some((normal, overlap)) = geometry(grains, pair) {
+                let mut memory = self.memory[term.pair as usize];
+                let force = pair_force(law, grains, pair, &mut memory, 0.0).force;
                 let reach = grains.hot[pair.a as usize].radius + grains.hot[pair.b as usize].radius;
                 let half_branch = normal * (0.5 * (reach - overlap));
                 // Branch and force both change sign for `b`, so the product does not.
-                sum -=
-                    S::outer(&self.forces[term.pair as usize].force, &half_branch) * (1.0 / pair_weight(grains, pair));
+                sum -= S::outer(&force, &half_branch) * (1.0 / pair_weight(grains, pair));
             }
         }
         sum
-    }
-
-    /// Largest overlap as a share of the smaller radius, and the pair that has it.
-    pub fn overlap_max(&self, grains: &Grains<S>) -> Option<(f64, GrainId, GrainId)> {
-        let mut worst: Option<(f64, GrainId, GrainId)> = None;
-        for pair in &self.neighbours.pairs {
-            if let Some((_, overlap)) = geometry(grains, pair) {
-                let (a, b) = (pair.a as usize, pair.b as usize);
-                let share = overlap / grains.hot[a].radius.min(grains.hot[b].radius);
-                if worst.is_none_or(|(most, _, _)| share > most) {
-                    worst = Some((share, grains.cold[a].id, grains.cold[b].id));
-                }
-            }
-        }
-        worst
-    }
-
-    /// Number of touching contacts that this rank accounts for.
-    pub fn touching(&self, grains: &Grains<S>) -> usize {
-        let ours = |pair: &&Pair<S>| (pair.a as usize) < grains.owned && geometry(grains, pair).is_some();
-        self.neighbours.pairs.iter().filter(ours).count()
     }
 }
 

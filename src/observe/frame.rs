@@ -106,7 +106,7 @@ pub fn frame(world: &mut PlanarWorld, depth: f64, fraction: f64) -> Result<Optio
 fn grain_rows(world: &PlanarWorld, depth: f64, fraction: f64) -> Vec<Row> {
     let grains = &world.grains;
     let row = |(row, (hot, cold)): (usize, (&crate::dem::grains::Hot<Plane>, &crate::dem::grains::Cold<Plane>))| {
-        let moment = world.contacts.moment(grains, row);
+        let moment = world.contacts.moment(&world.settings.contact, grains, row);
         let space = Plane::grain_volume(hot.radius, depth) / fraction;
         Row {
             kind: if matches!(cold.mover, Mover::Body(_)) { Kind::Glued } else { Kind::Grain } as i64,

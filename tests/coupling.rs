@@ -1,0 +1,215 @@
+//! Grains and points on the same nodes: momentum is kept, velocities are shared, and a rigid motion stays one.
+
+use scree::checkpoint::PlanarPoint;
+use scree::ids::PointId;
+use scree::law::material::MaterialLaw;
+use scree::mpm::nodes;
+use scree::mpm::tile::Gathered;
+use scree::packing::{Grain, PlanarWorld};
+use scree::space::Plane;
+use scree_partition::{Solo, Transport};
+
+use crate::worlds::{Random, Vector, contact, grain, material, open_world, settings};
+
+const CELL: f64 = 3e-3;
+const WIDTH: f64 = 16.0 * CELL;
+const DEPTH: f64 = 0.01;
+const DENSITY: f64 = 2530.0;
+const DT: f64 = 4e-7;
+
+/// Columns of grains a millimetre apart; radii beyond half of that make them touch.
+fn grain_rows(rows: std::ops::Range<i32>, radius: f64, weight: impl Fn(f64) -> f64) -> Vec<Grain> {
+    let mass = DENSITY * scree::math::PI * radius * radius * DEPTH;
+    let mut grains = Vec::new();
+    for row in rows {
+        for column in 0..48 {
+            let place = [(f64::from(column) + 0.5) * 1e-3, (f64::from(row) + 0.5) * 1e-3];
+            let mut grain = grain(grains.len() as u64, place, radius, mass);
+            grain.hot.weight = weight(place[1]);
+            grains.push(grain);
+        }
+    }
+    grains
+}
+
+/// Points on a grid of half cells under an isotropic pressure.
+fn point_rows(rows: std::ops::Range<i32>, pressure: f64, weight: impl Fn(f64) -> f64) -> Vec<PlanarPoint> {
+    let law = material();
+    let volume = 0.25 * CELL * CELL * DEPTH;
+    let mut points = Vec::new();
+    for row in rows {
+        for column in 0..32 {
+            let place = Vector::new((f64::from(column) + 0.5) * 0.5 * CELL, (f64::from(row) + 0.5) * 0.5 * CELL);
+            let weight = weight(place[1]);
+            if weight > 0.0 {
+                let id = PointId(points.len() as u64);
+                let mut point = PlanarPoint::resting(id, place, 0.85 * DENSITY * volume, volume);
+                point.weight = weight;
+                point.memory = MaterialLaw::<Plane>::start(&law, pressure, 0.85);
+                point.stress = law.stress(&point.memory);
+                points.push(point);
+            }
+        }
+    }
+    points
+}
+
+fn coupled_world(transport: &dyn Transport, grains: Vec<Grain>, points: Vec<PlanarPoint>) -> PlanarWorld<'_> {
+    let radius_max = grains[0].hot.radius;
+    open_world(transport, CELL, settings(DT, contact(3.5), radius_max), grains, points)
+}
+
+/// Sum of the magnitudes of all momenta, N s: what round-off is measured against.
+fn momentum_scale(world: &PlanarWorld) -> f64 {
+    let grains: f64 = world
+        .grains
+        .hot
+        .iter()
+        .zip(&world.grains.cold)
+        .map(|(hot, cold)| hot.weight * cold.mass * hot.velocity.norm())
+        .sum();
+    let points: f64 = world.points.iter().map(|point| point.weight * point.mass * point.velocity.norm()).sum();
+    grains + points
+}
+
+/// Momentum of the grains alone along x, N s.
+fn grain_momentum(world: &PlanarWorld) -> f64 {
+    let of = |(hot, cold): (&scree::dem::grains::Hot<Plane>, &scree::dem::grains::Cold<Plane>)| {
+        hot.weight * cold.mass * hot.velocity[0]
+    };
+    world.grains.hot.iter().zip(&world.grains.cold).map(of).sum()
+}
+
+/// A slab of continuum over a layer of touching grains, both with weight 1/2 where they overlap, everything moving at
+/// random and nothing pulling from outside.
+fn shaken(transport: &dyn Transport) -> PlanarWorld<'_> {
+    let mut random = Random(1);
+    let half = |y: f64| if y < 0.0 { 0.5 } else { 1.0 };
+    let mut points = point_rows(-5..4, 300e3, half);
+    let mut grains = grain_rows(-12..0, 0.501e-3, |y| if y > -7.5e-3 { 0.5 } else { 1.0 });
+    for point in &mut points {
+        point.velocity = Vector::new(0.2 * random.signed(), 0.2 * random.signed());
+    }
+    for grain in &mut grains {
+        grain.hot.velocity = Vector::new(0.5 + 0.3 * random.signed(), 0.3 * random.signed());
+        grain.hot.spin[0] = 200.0 * random.signed();
+    }
+    coupled_world(transport, grains, points)
+}
+
+#[test]
+fn a_step_keeps_the_momentum_of_grains_and_points() {
+    let mut world = shaken(&Solo);
+    let before = world.ledger().unwrap();
+    let grains_before = grain_momentum(&world);
+    let mut worst = 0.0f64;
+    for step in 0..200 {
+        let scale = momentum_scale(&world);
+        let one = world.ledger().unwrap();
+        world.advance().unwrap();
+        if step == 100 {
+            world.rebuild().unwrap();
+        }
+        let now = world.ledger().unwrap();
+        assert_eq!(now.mass, before.mass, "step {step}");
+        for axis in 0..2 {
+            let change = (now.momentum[axis] - one.momentum[axis]).abs() / scale;
+            worst = worst.max(change);
+            assert!(change < 1e-14, "step {step}, axis {axis}: {change:.1e} of all momenta");
+            let change = (now.momentum[axis] - before.momentum[axis]).abs() / scale;
+            assert!(change < 1e-13, "after {step} steps, axis {axis}: {change:.1e} of all momenta");
+        }
+    }
+    println!("momentum per step: {worst:.1e}");
+    // The layers started half a metre per second apart, so a good part must have gone over.
+    let given = 1.0 - grain_momentum(&world) / grains_before;
+    assert!(given > 0.05, "the grains gave only {given} of their momentum to the points");
+}
+
+/// At every node of a real step that both sides reach: one velocity, and the momentum of both before.
+#[test]
+fn both_sides_leave_a_node_with_one_velocity() {
+    let mut world = shaken(&Solo);
+    for _ in 0..5 {
+        world.advance().unwrap();
+    }
+    let (mut shared, mut apart) = (0, 0.0f64);
+    for (node, sum) in world.nodes.mosaic.owned.iter().zip(&world.tiles.sums) {
+        let advanced = &world.tiles.advanced[node.row as usize];
+        if sum.mass == 0.0 || sum.grain_mass == 0.0 {
+            assert_eq!(advanced.grain_change, Vector::zeros());
+            continue;
+        }
+        shared += 1;
+        let grains = sum.grain_momentum * (1.0 / sum.grain_mass);
+        let points = (sum.momentum + sum.force * DT) * (1.0 / sum.mass);
+        apart = apart.max((grains - points).norm());
+        let scale = grains.norm() + points.norm();
+        assert!((grains + advanced.grain_change - advanced.velocity).norm() < 1e-14 * scale, "{sum:?}");
+        let wanted = sum.grain_momentum + sum.momentum + sum.force * DT;
+        let found = advanced.velocity * (sum.mass + sum.grain_mass);
+        assert!((found - wanted).norm() < 1e-14 * scale * (sum.mass + sum.grain_mass), "{sum:?}");
+    }
+    assert!(shared > 40 && apart > 0.2, "{shared} nodes are shared, velocities at most {apart} m/s apart");
+}
+
+/// Over many orders of magnitude of the two masses, the lighter side taking the heavier one's velocity; where a body holds
+/// the node, both take the body's.
+#[test]
+fn sharing_is_exact_for_any_masses() {
+    let mut random = Random(2);
+    for round in 0..2000 {
+        let magnitude = |random: &mut Random| scree::math::exp(20.0 * random.signed());
+        let (mass, grain_mass) = (1e-5 * magnitude(&mut random), 1e-5 * magnitude(&mut random));
+        let mut velocity = || Vector::new(random.signed(), random.signed());
+        let (points, grains, push, body) = (velocity(), velocity(), velocity(), velocity());
+        let force = push * (mass / DT);
+        let node: Gathered<Plane> =
+            Gathered { mass, momentum: points * mass, force, grain_mass, grain_momentum: grains * grain_mass };
+        let shared = nodes::advance(&node, None, DT);
+        let wanted = (node.momentum + force * DT + node.grain_momentum) * (1.0 / (mass + grain_mass));
+        assert!((shared.velocity - wanted).norm() < 1e-14, "round {round}: {node:?}");
+        assert!((grains + shared.grain_change - wanted).norm() < 1e-14, "round {round}: {node:?}");
+        assert!((points + shared.velocity_change - wanted).norm() < 1e-14, "round {round}: {node:?}");
+        let held = nodes::advance(&node, Some(&body), DT);
+        assert_eq!(held.velocity, body);
+        assert!((grains + held.grain_change - body).norm() < 1e-15, "round {round}: {node:?}");
+    }
+}
+
+/// Continuum above and below a layer of grains with rims of one weight half on either side, all of one velocity: nothing
+/// may bend, also across the period and through rebuilds.
+#[test]
+fn a_rigid_translation_stays_rigid() {
+    let rim = |y: f64| y.abs() > 6e-3;
+    // No points within, both in the rims, and where the grains end the continuum is whole again.
+    let share = |y: f64| if y.abs() > 9e-3 { 1.0 } else { 0.5 };
+    let mut points = point_rows(-7..7, 0.0, |y| if rim(y) { share(y) } else { 0.0 });
+    let mut grains = grain_rows(-9..9, 0.49e-3, |y| if rim(y) { 0.5 } else { 1.0 });
+    let velocity = Vector::new(7.0, 0.8);
+    grains.iter_mut().for_each(|grain| grain.hot.velocity = velocity);
+    points.iter_mut().for_each(|point| point.velocity = velocity);
+    let mut world = coupled_world(&Solo, grains, points);
+    let steps = 5000;
+    for _ in 0..steps {
+        world.advance().unwrap();
+    }
+    assert!(world.rebuilds > 10 && world.points.iter().any(|point| point.image == 1), "it should cross the period");
+    let way = velocity * (f64::from(steps) * DT);
+    let period = Vector::new(WIDTH, 0.0);
+    let mut worst = [0.0f64; 3];
+    for (hot, cold) in world.grains.hot.iter().zip(&world.grains.cold) {
+        let moved = hot.position - cold.origin + period * cold.image as f64;
+        worst[0] = worst[0].max((hot.velocity - velocity).norm() / velocity.norm());
+        worst[1] = worst[1].max((moved - way).norm() / way.norm());
+        assert_eq!(hot.spin[0], 0.0);
+    }
+    for point in &world.points {
+        let moved = point.position - point.origin + period * point.image as f64;
+        worst[0] = worst[0].max((point.velocity - velocity).norm() / velocity.norm());
+        worst[1] = worst[1].max((moved - way).norm() / way.norm());
+        worst[2] = worst[2].max(point.stress.norm() / material().bulk_modulus);
+    }
+    println!("rigid translation: velocity {:.1e}, way {:.1e}, strain {:.1e}", worst[0], worst[1], worst[2]);
+    assert!(worst[0] < 1e-11 && worst[1] < 1e-11 && worst[2] < 1e-11, "velocity, way, strain: {worst:?}");
+}
