@@ -135,7 +135,17 @@ fn node_fields(world: &mut PlanarWorld, fields: impl Fn(&PlanarPoint) -> [f64; 2
 
     let grid = cell_grid(world);
     let mut mine = Writer::new();
-    for (node, sum) in mosaic.owned.iter().zip(&sums).filter(|(_, sum)| sum[0] > 0.0) {
+    // A plate slows the strain of the cell beside it, in a flow without a band as well: its nodes and those next to them
+    // are not looked at.
+    let free = |place: [i32; 3]| {
+        let y = world.node_height(place);
+        world
+            .plates
+            .iter()
+            .all(|plate| [-1.0, 0.0, 1.0].iter().all(|away| !plate.holds(y + away * grid.cell, grid.cell)))
+    };
+    let looked_at = mosaic.owned.iter().zip(&sums).filter(|(node, sum)| sum[0] > 0.0 && free(node.place));
+    for (node, sum) in looked_at {
         mine.u64(node.place[1] as u64 * grid.counts[0] as u64 + node.place[0] as u64);
         mine.f64(sum[1] / sum[0]);
         mine.f64(sum[2] / sum[0]);

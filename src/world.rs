@@ -218,7 +218,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     }
 
     /// Height of a node, m.
-    fn node_height(&self, place: [i32; 3]) -> f64 {
+    pub(crate) fn node_height(&self, place: [i32; 3]) -> f64 {
         self.layout.corner[1] + f64::from(place[1]) * self.layout.cell
     }
 

@@ -98,6 +98,8 @@ fn assert_same(out: &str) {
     let (digest_wanted, series_wanted) = reference();
     assert_eq!(&digest(out), digest_wanted, "{out}: another state");
     assert!(&read(out, "series.csv") == series_wanted, "{out}: another curve");
+    let frames = |out: &str| scree_io::frames::read(&folder().join(out).join("frames.vtkhdf")).unwrap();
+    assert!(frames(out) == frames("reference"), "{out}: other frames");
 }
 
 fn grains_in_last_row(out: &str) -> Option<String> {

@@ -1,76 +1,305 @@
-//! scratch
-use crate::worlds::job;
+//! The oracle of seed 000, section 3: where a persistent shear band is, and where there is none.
+
+use std::collections::BTreeSet;
+
 use scree::enrichment;
-use scree::hybrid::oracle::Memory;
-use scree::scenario::derived;
+use scree::hybrid::oracle::{LOOKS, Memory, NodeFields};
+use scree::math;
+use scree::scenario::{Oracle, Scenario, derived};
 use scree::specimen;
 use scree_partition::Solo;
 
-fn explore(sets: &[&str]) {
-    let mut all = vec!["method=mpm"];
-    all.extend(sets);
-    let s = job(&all);
-    let start = specimen::prepare(&s, &Solo).unwrap();
-    let mut world = specimen::world(&s, &Solo, start).unwrap();
-    let mut memory = Memory::default();
-    let t = std::time::Instant::now();
-    let mut looks = 0;
-    for _ in 0..derived::steps(&s) {
-        world.advance().unwrap();
-        if world.step.is_multiple_of(s.oracle.every) {
-            let found = enrichment::watch(&mut world, &mut memory, &s.oracle, s.grains.diameter_mean).unwrap();
-            if memory.looks != looks {
-                looks = memory.looks;
-                let strain = world.plates[1].displacement[0] / s.specimen.width;
-                let rows: Vec<u64> = memory.flagged.iter().map(|n| n / 4).collect();
-                println!(
-                    "look {looks} strain {strain:.4} clock {:.4} since {:.4} flagged {} {:?}",
-                    memory.clock,
-                    memory.unchanged_since,
-                    rows.len(),
-                    rows
-                );
-            }
-            if found {
-                println!("FOUND {:?} at strain {}", memory.flagged, world.plates[1].displacement[0] / s.specimen.width);
-                break;
-            }
-        }
-    }
-    let mut rows = std::collections::BTreeMap::new();
-    for p in &world.points {
-        let e = rows.entry((p.origin[1] * 1e5) as i64).or_insert((
-            0.0,
-            p.position[1],
-            p.memory.fraction,
-            p.stress[0],
-            p.stress[3],
-            p.stress[1],
-            0.0,
-        ));
-        e.0 += p.memory.plastic_strain / 8.0;
-        e.6 += (p.memory.plastic_strain - p.window.samples[memory.slot_last().unwrap_or(0)]) / 8.0;
-    }
-    for (k, v) in rows {
-        println!("{k} {v:?}");
-    }
-    println!("{:?} steps {} every {} {:?}", t.elapsed(), world.step, s.oracle.every, sets);
+use crate::worlds::{Random, job};
+
+/// What the oracle said over a run.
+struct Story {
+    /// Strain, strain clock and looks when it fired.
+    fired: Option<(f64, f64, u64)>,
+    /// Flagged nodes when it fired, or at the end.
+    flagged: Vec<u64>,
+    /// Rows of nodes that were ever flagged.
+    rows_ever: BTreeSet<u64>,
+    /// Largest plastic strain of any point at the end.
+    plastic_max: f64,
 }
 
+/// A continuum alone, watched to the end of the run or until the oracle fires.
+fn watched(sets: &[&str]) -> Story {
+    let scenario = job(&[&["method=mpm"], sets].concat());
+    let start = specimen::prepare(&scenario, &Solo).unwrap();
+    let mut world = specimen::world(&scenario, &Solo, start).unwrap();
+    let mut memory = Memory::default();
+    let mut story = Story { fired: None, flagged: Vec::new(), rows_ever: BTreeSet::new(), plastic_max: 0.0 };
+    while story.fired.is_none() && world.step < derived::steps(&scenario) {
+        world.advance().unwrap();
+        if !world.step.is_multiple_of(scenario.oracle.every) {
+            continue;
+        }
+        let diameter = scenario.grains.diameter_mean;
+        if enrichment::watch(&mut world, &mut memory, &scenario.oracle, diameter).unwrap() {
+            let strain = world.plates[1].displacement[0] / scenario.specimen.width;
+            story.fired = Some((strain, memory.clock, memory.looks));
+        }
+        story.rows_ever.extend(memory.flagged.iter().map(|node| row_of(&scenario, *node)));
+    }
+    story.flagged = memory.flagged;
+    story.plastic_max = world.points.iter().map(|point| point.memory.plastic_strain).fold(0.0, f64::max);
+    story
+}
+
+fn row_of(scenario: &Scenario, node: u64) -> u64 {
+    node / derived::cells_x(scenario) as u64
+}
+
+/// Rows of nodes between two heights above the lower face; the face lies on row 4, below it is the domain's margin.
+fn rows_between(lower: f64, upper: f64) -> BTreeSet<u64> {
+    let row = |y: f64| 4 + (y / 3e-3).round() as u64;
+    (row(lower)..=row(upper)).collect()
+}
+
+const DENSE: &str = "continuum.fraction_start=0.85";
+const LOOSE: &str = "continuum.fraction_start=0.79";
+const CRITICAL: &str = "continuum.fraction_critical=0.815";
+
+/// Seed 000, figure 5, first row: the weak region between 15 and 21 mm becomes the band, and nothing else is flagged.
 #[test]
-fn explore_all() {
-    explore(&[
-        "continuum.fraction_start=0.79",
-        "continuum.fraction_critical=0.815",
-        "loading.strain_end=0.05",
-        "continuum.dilation_factor=7",
-        "continuum.weak.0.fraction_deficit=0",
-    ]);
-    explore(&[
-        "continuum.fraction_start=0.79",
-        "continuum.fraction_critical=0.815",
-        "loading.strain_end=0.05",
-        "continuum.dilation_factor=3",
-        "continuum.weak.0.fraction_deficit=0",
-    ]);
+fn an_over_consolidated_specimen_shows_its_band() {
+    let story = watched(&[DENSE, CRITICAL, "loading.strain_end=0.1"]);
+    let (strain, ..) = story.fired.expect("the oracle stayed silent");
+    assert!((0.015..0.04).contains(&strain), "it fired at strain {strain}");
+    let rows: BTreeSet<u64> = story.flagged.iter().map(|node| node / 4).collect();
+    assert!(!rows.is_empty() && rows.is_subset(&rows_between(15e-3, 21e-3)), "flagged rows {rows:?}");
+    assert_eq!(story.flagged.len(), 4 * rows.len(), "a band across the period has all nodes of its rows");
+    assert_eq!(story.rows_ever, rows, "nothing else was flagged on the way");
+}
+
+/// Figure 5, second row: a loose specimen hardens where it flows, so all of it flows. Strained much, flagged nowhere, and
+/// not beside the plates, which slow the flow there.
+#[test]
+fn an_under_consolidated_specimen_keeps_the_oracle_silent() {
+    let even = ["continuum.dilation_factor=7", "continuum.weak.0.fraction_deficit=0"];
+    let story = watched(&[&[LOOSE, CRITICAL, "loading.strain_end=0.1"], &even[..]].concat());
+    assert_eq!((story.fired, story.rows_ever), (None, BTreeSet::new()));
+    assert!(story.plastic_max > 0.02, "it should have flowed: {}", story.plastic_max);
+}
+
+/// With one and the same weak region the dense specimen softens into a band there, while in the loose one it hardens until
+/// it is like the rest: what is flagged on the way does not persist.
+#[test]
+fn a_weak_region_makes_a_band_in_a_dense_specimen_and_heals_in_a_loose_one() {
+    let weak = [CRITICAL, "continuum.dilation_factor=7", "continuum.weak.0.fraction_deficit=0.002"];
+    let both = [&weak[..], &["continuum.softening_rate=20", "loading.strain_end=0.1"]].concat();
+    let dense = watched(&[&[DENSE], &both[..]].concat());
+    assert!(dense.fired.is_some());
+    let rows: BTreeSet<u64> = dense.flagged.iter().map(|node| node / 4).collect();
+    assert!(rows.is_subset(&rows_between(15e-3, 21e-3)), "flagged rows {rows:?}");
+    let loose = watched(&[&[LOOSE], &both[..]].concat());
+    assert_eq!((loose.fired, &loose.flagged[..]), (None, &[][..]));
+    assert!(!loose.rows_ever.is_empty(), "the weak region should have shown for a while");
+}
+
+/// Both windows are measured in strain: at twice the speed the oracle fires at the same strain within one look.
+#[test]
+fn detection_does_not_depend_on_the_rate() {
+    let at = |speed: &str, ramp: &str| {
+        let story = watched(&[DENSE, CRITICAL, "loading.strain_end=0.05", speed, ramp]);
+        (story.fired.expect("the oracle stayed silent"), story.flagged)
+    };
+    let ((strain, clock, looks), flagged) = at("loading.speed=5 cm/s", "loading.speed_ramp=2 ms");
+    let ((strain_fast, clock_fast, looks_fast), flagged_fast) = at("loading.speed=10 cm/s", "loading.speed_ramp=1 ms");
+    let look = [strain, clock].map(|whole| whole / looks as f64);
+    assert!((strain_fast - strain).abs() < look[0], "strain {strain_fast} and {strain}, a look is {}", look[0]);
+    assert!((clock_fast - clock).abs() < look[1], "clock {clock_fast} and {clock}, a look is {}", look[1]);
+    assert!(looks_fast.abs_diff(looks) <= 1, "{looks_fast} and {looks} looks");
+    assert_eq!(flagged_fast, flagged);
+}
+
+const CELL: f64 = 3e-3;
+const DIAMETER: f64 = 1e-3;
+const SETTINGS: Oracle = Oracle { laplacian: 0.08, recent_strain: 1e-3, window: 8e-3, persistence: 8e-3, every: 1 };
+
+/// A column of nodes, 3 wide and periodic, with a Gaussian rate of `width` cells about the middle row; the recent strain is
+/// the rate times `recent`.
+fn gaussian(width: f64, recent: f64) -> NodeFields {
+    let mut fields = NodeFields::empty([3, 61]);
+    for row in 0..61 {
+        let place = (f64::from(row) - 30.0) / width;
+        let rate = math::exp(-0.5 * place * place);
+        for column in 0..3 {
+            let node = row as usize * 3 + column;
+            (fields.present[node], fields.rate[node], fields.recent[node]) = (true, rate, recent * rate);
+        }
+    }
+    fields
+}
+
+fn flagged_rows(fields: &NodeFields, settings: &Oracle, cell: f64) -> Vec<i64> {
+    let nodes = fields.flagged(settings, cell, DIAMETER);
+    let rows: Vec<i64> = nodes.iter().map(|node| (node / 3) as i64 - 30).collect();
+    assert!(rows.chunks(3).all(|row| row.len() == 3 && row[0] == row[2]), "whole rows: {nodes:?}");
+    rows.into_iter().step_by(3).collect()
+}
+
+/// Figure 3 in one dimension. For a Gaussian of s cells lap e/e = ((y/s)^2 - 1)/s^2, so the boundary of the band stands out:
+/// between the threshold's reach on either flank nothing is flagged, and the tails drop out for want of recent strain.
+#[test]
+fn the_flanks_of_a_gaussian_band_are_flagged_and_nothing_else() {
+    let width = 4.0;
+    let fields = gaussian(width, 0.05);
+    let rows = flagged_rows(&fields, &SETTINGS, CELL);
+    let (inner, outer) = (rows.iter().map(|row| row.abs()).min(), rows.iter().map(|row| row.abs()).max());
+    // |lap e|/max e around > 0.08 from y = 1.8 s on, recent strain > 1e-3 up to y = 2.8 s.
+    assert_eq!((inner, outer), (Some(7), Some(11)), "{rows:?}");
+    let mirrored: Vec<i64> = rows.iter().rev().map(|row| -row).collect();
+    assert_eq!(rows, mirrored);
+    let upper: Vec<i64> = rows.iter().copied().filter(|row| *row > 0).collect();
+    assert_eq!(upper, (7..=11).collect::<Vec<i64>>());
+    // At a lower threshold the core bends enough as well, and only the inflection at y = s stays out.
+    let low = Oracle { laplacian: 0.01, ..SETTINGS };
+    let rows = flagged_rows(&fields, &low, CELL);
+    assert!(rows.contains(&0) && !rows.contains(&4) && !rows.contains(&-4) && rows.contains(&8), "{rows:?}");
+    // Twice the work flags more of the tail, none flags nothing.
+    assert!(flagged_rows(&gaussian(width, 0.1), &SETTINGS, CELL).contains(&12));
+    assert!(flagged_rows(&gaussian(width, 1e-4), &SETTINGS, CELL).is_empty());
+}
+
+/// Only the shape of the rate counts, not its magnitude.
+#[test]
+fn the_rate_has_no_scale() {
+    let fields = gaussian(4.0, 0.05);
+    let wanted = fields.flagged(&SETTINGS, CELL, DIAMETER);
+    for scale in [1e-12, 3.0, 1e9] {
+        let mut scaled = fields.clone();
+        scaled.rate.iter_mut().for_each(|rate| *rate *= scale);
+        assert_eq!(scaled.flagged(&SETTINGS, CELL, DIAMETER), wanted);
+    }
+    let mut still = fields;
+    still.rate.fill(0.0);
+    assert!(still.flagged(&SETTINGS, CELL, DIAMETER).is_empty());
+}
+
+/// The threshold is the lower of c0/D50^2 and c0/dX^2: cells larger than grains do not raise it, smaller ones lower what
+/// is seen per cell.
+#[test]
+fn the_threshold_knows_grains_and_cells() {
+    let fields = gaussian(4.0, 0.05);
+    let coarse = flagged_rows(&fields, &SETTINGS, 2.0 * DIAMETER);
+    assert_eq!(coarse, flagged_rows(&fields, &SETTINGS, 5.0 * DIAMETER));
+    // Of a cell of half a grain a quarter of the bend per cell is asked.
+    let quarter = Oracle { laplacian: 0.25 * SETTINGS.laplacian, ..SETTINGS };
+    assert_eq!(flagged_rows(&fields, &SETTINGS, 0.5 * DIAMETER), flagged_rows(&fields, &quarter, DIAMETER));
+    assert_ne!(flagged_rows(&fields, &SETTINGS, 0.5 * DIAMETER), coarse);
+}
+
+/// Even flow bends nowhere, and neither does its edge: beyond the material the rate goes on level.
+#[test]
+fn even_flow_is_no_band() {
+    let mut fields = NodeFields::empty([4, 9]);
+    for node in 8..28 {
+        (fields.present[node], fields.rate[node], fields.recent[node]) = (true, 0.7, 1.0);
+    }
+    let settings = Oracle { laplacian: 1e-9, ..SETTINGS };
+    assert!(fields.flagged(&settings, CELL, DIAMETER).is_empty());
+    // A bend across the period is seen from both sides of it.
+    fields.rate[16] = 1.4;
+    let flagged = fields.flagged(&settings, CELL, DIAMETER);
+    assert_eq!(flagged, [12, 16, 17, 19, 20]);
+}
+
+/// The clock is the sum of the fastest point's strain; a look's window begins at the last look at least a window ago.
+#[test]
+fn the_strain_clock_keeps_its_window() {
+    let mut random = Random(5);
+    let mut memory = Memory::default();
+    let (mut clock, mut history): (f64, Vec<f64>) = (0.0, Vec::new());
+    assert_eq!(memory.slot_last(), None);
+    assert!(!memory.due(0.99 * SETTINGS.window / 8.0, &SETTINGS) && memory.due(SETTINGS.window / 8.0, &SETTINGS));
+    for look in 0..200 {
+        // From just due to beyond the whole window.
+        let increment =
+            SETTINGS.window / 8.0 * (1.0 + 4.0 * (random.signed() + 1.0) * f64::from(u8::from(look % 3 == 0)));
+        let (slot, begin) = memory.look(increment, &SETTINGS);
+        clock += increment;
+        assert_eq!((slot, memory.slot_last()), (look % LOOKS, Some(slot)));
+        assert!((memory.clock - clock).abs() < 1e-12);
+        let wanted = history.iter().rposition(|then| *then <= memory.clock - SETTINGS.window);
+        assert_eq!(begin, wanted.map(|look| look % LOOKS), "look {look}");
+        assert!(wanted.is_none_or(|wanted| look - wanted <= LOOKS), "the window reaches further than the memory");
+        history.push(memory.clock);
+    }
+}
+
+/// A flagged set is a band once it has stayed as it is for c_g on the strain clock; any change begins anew.
+#[test]
+fn a_band_must_persist() {
+    let mut memory = Memory::default();
+    let mut look = |flagged: &[u64]| {
+        memory.look(SETTINGS.persistence / 4.0, &SETTINGS);
+        memory.persists(flagged.to_vec(), &SETTINGS)
+    };
+    let said: Vec<bool> = [
+        &[][..],
+        &[],
+        &[],
+        &[],
+        &[],
+        &[], // never without a flagged node
+        &[3, 4],
+        &[3, 4],
+        &[3, 4],
+        &[3, 4], // not yet
+        &[3, 4, 5],
+        &[3, 4, 5],
+        &[3, 4, 5],
+        &[3, 4, 5], // one more node: from the beginning
+        &[3, 4, 5],
+        &[3, 4, 5], // a window after the change
+        &[],
+        &[3, 4, 5],
+        &[3, 4, 5], // gone for one look
+    ]
+    .into_iter()
+    .map(&mut look)
+    .collect();
+    let fired: Vec<usize> = said.iter().enumerate().filter(|(_, said)| **said).map(|(look, _)| look).collect();
+    assert_eq!(fired, [14, 15]);
+}
+#[test]
+fn scratch() {
+    use crate::worlds::packed_job;
+    let t = std::time::Instant::now();
+    let s = packed_job(&[]);
+    println!("packing {:?}", t.elapsed());
+    let start = specimen::prepare(&s, &Solo).unwrap();
+    println!("{} {} {}", start.packing.grains.len(), start.packing.height, start.fraction);
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("p.h5");
+    let mut start = start;
+    scree::packing::write(&file, &mut start.packing.grains, start.packing.height).unwrap();
+    let mut world = specimen::world(&s, &Solo, start).unwrap();
+    let mut memory = Memory::default();
+    let mut instants = scree::hybrid::track::Instants { times: vec![], every: 256 };
+    loop {
+        world.advance().unwrap();
+        enrichment::track(&mut world, &mut instants);
+        if world.step.is_multiple_of(s.oracle.every)
+            && enrichment::watch(&mut world, &mut memory, &s.oracle, 1e-3).unwrap()
+        {
+            break;
+        }
+        if world.step > 40000 {
+            println!("no {:?}", memory.flagged);
+            return;
+        }
+    }
+    println!("found {:?} step {} {:?}", t.elapsed(), world.step, memory.flagged);
+    let e = enrichment::enrich(&mut world, &s, &memory.flagged, &instants, &file).unwrap();
+    println!("{:?} {e:?}", t.elapsed());
+    println!("{:?} {:?}", world.ledger().unwrap(), world.energies().unwrap());
+    for k in 0..10 {
+        for _ in 0..500 {
+            world.advance().unwrap();
+        }
+        println!("{k} {:?} {:?}", t.elapsed(), world.energies().unwrap());
+    }
 }

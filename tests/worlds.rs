@@ -1,6 +1,5 @@
 //! Small worlds and short jobs that the tests build theirs from.
 
-use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use scree::checkpoint::PlanarPoint;
@@ -14,7 +13,7 @@ use scree::rebuild::Parts;
 use scree::scenario::{Contact, Scenario};
 use scree::space::{Plane, Space};
 use scree::world::Settings;
-use scree_partition::Transport;
+use scree_partition::{Solo, Transport};
 
 pub type Vector = <Plane as Space>::Vector;
 pub type Tensor = <Plane as Space>::Tensor;
@@ -92,9 +91,21 @@ impl Random {
 
 /// The quickstart cut down to some five hundred grains, with overrides of its own.
 pub fn job(sets: &[&str]) -> Scenario {
-    let sets: Vec<String> = REDUCED.iter().chain(sets).map(|set| (*set).to_string()).collect();
+    static FOLDER: OnceLock<tempfile::TempDir> = OnceLock::new();
+    let folder = FOLDER.get_or_init(|| tempfile::Builder::new().prefix("scree-packings-").tempdir().unwrap());
+    let cache = format!("packing.cache={}", folder.path().display());
+    let sets = REDUCED.iter().chain(sets).map(|set| (*set).to_string()).chain([cache]).collect::<Vec<String>>();
     Scenario::parse(include_str!("../jobs/quickstart.toml"), "jobs/quickstart.toml", &sets)
         .unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The same with its packing in the cache: made by whoever asks first, for all tests with grains.
+pub fn packed_job(sets: &[&str]) -> Scenario {
+    static MADE: OnceLock<()> = OnceLock::new();
+    MADE.get_or_init(|| {
+        scree::packing::prepare(&job(&[]), &Solo).unwrap_or_else(|error| panic!("{error}"));
+    });
+    job(sets)
 }
 
 /// Everything that the outcome of these tests hangs on, so that the quickstart itself may change.

@@ -72,9 +72,11 @@ fn displacement(position: &Vector, origin: &Vector, image: i64, period: f64) -> 
 /// The world as it is; `depth` in m, `fraction` the packing fraction that gives a grain its share of space.
 pub fn frame(world: &mut PlanarWorld, depth: f64, fraction: f64) -> Result<Option<Frame>, Error> {
     world.refresh_ghosts();
-    let mut rows = grain_rows(world, depth, fraction);
-    rows.extend(point_rows(world, depth));
-    let Some(rows) = transfer::gather(world.transport, rows)? else { return Ok(None) };
+    // Grains and points apart: along the ranks either is in the order of the curve, the two mixed would not be.
+    let grains = transfer::gather(world.transport, grain_rows(world, depth, fraction))?;
+    let points = transfer::gather(world.transport, point_rows(world, depth))?;
+    let (Some(mut rows), Some(points)) = (grains, points) else { return Ok(None) };
+    rows.extend(points);
     let wrapped = |row: &Row| {
         let mut position = Vector::new(row.position[0], row.position[1]);
         crate::rebuild::wrap::<Plane>(&mut position, world.layout.period());
