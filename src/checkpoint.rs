@@ -10,7 +10,9 @@ use crate::error::Error;
 use crate::hybrid::oracle::{LOOKS, Memory};
 use crate::hybrid::track::Instants;
 use crate::packing::Grain;
+use crate::rebuild::wrap;
 use crate::record::{Record, Visitor, to_table};
+use crate::scenario::Scenario;
 use crate::space::Plane;
 use crate::tables;
 use crate::transfer::Cargo;
@@ -165,6 +167,7 @@ pub fn export_grains(dir: &Path, file: &Path, at: Option<f64>) -> Result<(), Err
         None => latest(dir)?.1,
         Some(at) => nearest(dir, at)?,
     };
+    let scenario = Scenario::parse(&snapshot.scenario, &dir.display().to_string(), &[])?;
     let mut grains = snapshot.grains;
     if grains.is_empty() {
         return Err(Error::User(format!(
@@ -175,7 +178,8 @@ pub fn export_grains(dir: &Path, file: &Path, at: Option<f64>) -> Result<(), Err
     grains.sort_unstable_by_key(|grain| grain.cold.id);
     let mut text = String::from("id,x,y,radius,vx,vy,spin\n");
     for grain in &grains {
-        let hot = &grain.hot;
+        let mut hot = grain.hot;
+        wrap::<Plane>(&mut hot.position, scenario.specimen.width);
         let numbers = [hot.position[0], hot.position[1], hot.radius, hot.velocity[0], hot.velocity[1], hot.spin[0]];
         text.push_str(&grain.cold.id.0.to_string());
         for number in numbers {
@@ -194,7 +198,7 @@ fn nearest(dir: &Path, at: f64) -> Result<Snapshot, Error> {
     for (_, path) in kept {
         let state = store::read(&path).map_err(|error| Error::User(error.to_string()))?;
         let snapshot = Snapshot::from_state(&state)?;
-        let scenario = crate::scenario::Scenario::parse(&snapshot.scenario, &path.display().to_string(), &[])?;
+        let scenario = Scenario::parse(&snapshot.scenario, &path.display().to_string(), &[])?;
         let distance = (snapshot.progress.step as f64 * scenario.time.step - at).abs();
         if best.as_ref().is_none_or(|(least, _)| distance < *least) {
             best = Some((distance, snapshot));

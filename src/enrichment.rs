@@ -237,8 +237,26 @@ pub fn enrich(
     enriched.mass_after = after.mass;
     enriched.momentum_after = [after.momentum[0], after.momentum[1]];
     enriched.grains = world.grains_total;
+    check_ledger(world, &enriched)?;
     enriched.points_rim = points.iter().filter(|point| label(point) == Label::Rim).count() as u64;
     Ok(enriched)
+}
+
+/// Mass and momentum of the whole world must be what they were, to round-off.
+fn check_ledger(world: &PlanarWorld, enriched: &Enriched) -> Result<(), Error> {
+    const ROUND_OFF: f64 = 1e-10;
+    let mass = (enriched.mass_after - enriched.mass_before).abs();
+    // Momentum is measured against what the mass would carry at the plate's speed.
+    let speed = world.plates.iter().map(|plate| plate.velocity.norm()).fold(f64::MIN_POSITIVE, f64::max);
+    let momentum =
+        (0..2).map(|axis| (enriched.momentum_after[axis] - enriched.momentum_before[axis]).abs()).fold(0.0, f64::max);
+    if mass <= ROUND_OFF * enriched.mass_before && momentum <= ROUND_OFF * speed * enriched.mass_before {
+        return Ok(());
+    }
+    Err(Error::Run(format!(
+        "step {}: enrichment changed the mass from {:e} to {:e} kg or the momentum from {:?} to {:?} N s, which must not happen; resume from the last checkpoint and report this",
+        world.step, enriched.mass_before, enriched.mass_after, enriched.momentum_before, enriched.momentum_after
+    )))
 }
 
 fn read_packing(world: &PlanarWorld, file: &Path) -> Result<Vec<Grain>, Error> {
@@ -328,7 +346,7 @@ fn choose(
     motion: &Motion,
     packing: &[Grain],
     core: f64,
-    rim: f64,
+    rim_mass: f64,
 ) -> Result<Chosen, Error> {
     let now = motion.times.len() - 1;
     let reach = scenario.enrichment.distance + 1.5 * zone.grid.cell;
@@ -346,7 +364,7 @@ fn choose(
         }
         candidates.push(Candidate { row, id: grain.cold.id.0, mass: grain.cold.mass, place });
     }
-    let selection = select(zone, &candidates, core, rim, scenario.enrichment.weight);
+    let selection = select(zone, &candidates, core, rim_mass, scenario.enrichment.weight);
     let mut rim: Vec<u64> = Vec::new();
     let mut grains = Vec::with_capacity(selection.chosen.len());
     for (row, in_rim) in selection.chosen {
@@ -356,6 +374,13 @@ fn choose(
         }
     }
     rim.sort_unstable();
+    let heaviest = grains.iter().map(|grain| grain.cold.mass).fold(0.0, f64::max);
+    let off = (selection.point_weight - (1.0 - scenario.enrichment.weight)) * rim_mass;
+    if off.abs() > heaviest {
+        return Err(Error::Run(format!(
+            "the grains of the packing cannot replace the points of the zone: masses differ by {off:e} kg, a grain weighs {heaviest:e} kg; `continuum.fraction_start` must be near the packing's own fraction, and the zone must lie within the packing"
+        )));
+    }
     if grains.is_empty() || rim.is_empty() {
         return Err(Error::Run(
             "the packing has no grains for the zone around the shear band; its height or width differ from the specimen's".into(),
@@ -380,7 +405,7 @@ fn train(
         }
     }
     let grains = if world.transport.rank() == 0 { grains } else { Vec::new() };
-    let settings = settings_for(scenario, scenario.contact.friction, world.settings.radius_max);
+    let settings = settings_for(scenario, scenario.contact.friction);
     let parts = Parts { grains, points: Vec::new(), plates: Vec::new() };
     let mut training = PlanarWorld::new(settings, world.layout.clone(), world.transport, 0, parts)?;
 

@@ -56,17 +56,12 @@ pub fn layout_for(scenario: &Scenario, height: f64) -> Result<Layout, Error> {
 }
 
 /// Settings of a world of this job, with a contact friction of its own.
-pub fn settings_for(
-    scenario: &Scenario,
-    friction: f64,
-    radius_max: f64,
-) -> Settings<LinearSpringDashpot, CriticalDruckerPrager> {
+pub fn settings_for(scenario: &Scenario, friction: f64) -> Settings<LinearSpringDashpot, CriticalDruckerPrager> {
     let mut constants = scenario.contact;
     constants.friction = friction;
     Settings {
         dt: scenario.time.step,
         skin: scenario.decomposition.skin,
-        radius_max,
         flip: scenario.continuum.flip,
         contact: LinearSpringDashpot { constants },
         material: CriticalDruckerPrager::new(&scenario.continuum),
@@ -116,7 +111,7 @@ fn measured(scenario: &Scenario, transport: &dyn Transport, grains: Vec<Grain>, 
 fn key(scenario: &Scenario) -> String {
     let specimen = &scenario.specimen;
     let text = format!(
-        "packing 3 seed {} plate {:?} {:?} specimen {:?} {:?} {:?} grains {:?} {:?} {:?} contact {:?} friction {:?} start {:?} stress {:?} ratio {:?} step {:?} cell {:?}",
+        "packing 3 seed {} plate {:?} {:?} specimen {:?} {:?} {:?} grains {:?} {:?} {:?} contact {:?} friction {:?} start {:?} stress {:?} ratio {:?} step {:?} cell {:?} block {:?} skin {:?} glued {:?}",
         scenario.seed,
         scenario.loading.plate_mass,
         scenario.loading.plate_damping,
@@ -133,6 +128,9 @@ fn key(scenario: &Scenario) -> String {
         scenario.packing.energy_ratio_max,
         scenario.time.step,
         scenario.continuum.cell,
+        scenario.decomposition.cells_per_block,
+        scenario.decomposition.skin,
+        glued_reach(scenario),
     );
     Sha256::digest(text.as_bytes())[..8].iter().map(|byte| format!("{byte:02x}")).collect()
 }
@@ -148,7 +146,6 @@ const STEPS_MAX: u64 = 20_000_000;
 fn make(scenario: &Scenario, transport: &dyn Transport) -> Result<(Vec<Grain>, f64), Error> {
     let thrown = throw(scenario)?;
     tracing::info!(grains = thrown.grains.len(), "making a packing");
-    let radius_max = thrown.grains.iter().map(|grain| grain.hot.radius).fold(0.0, f64::max);
     let stress = scenario.packing.stress;
     let area = scenario.specimen.width * scenario.specimen.depth;
     let speed_max = INERTIAL_NUMBER * scenario.specimen.height / scenario.grains.diameter_mean
@@ -164,7 +161,7 @@ fn make(scenario: &Scenario, transport: &dyn Transport) -> Result<(Vec<Grain>, f
     };
     let plates = vec![Plate::new(Drive::Fixed, Side::Below, 0.0), Plate::new(servo, Side::Above, thrown.height)];
     let layout = layout_for(scenario, thrown.height)?;
-    let settings = settings_for(scenario, scenario.packing.friction, radius_max);
+    let settings = settings_for(scenario, scenario.packing.friction);
     let grains = if transport.rank() == 0 { thrown.grains } else { Vec::new() };
     let parts = Parts { grains, points: Vec::new(), plates };
     let mut world = PlanarWorld::new(settings, layout, transport, 0, parts)?;

@@ -31,6 +31,9 @@ pub type Rows<S, C, L> = (Vec<GrainRow<S, <C as ContactLaw<S>>::Memory>>, Vec<Po
 /// A row with the block and the cell it lies in.
 type Placed<T> = ((usize, u32), T);
 
+/// Cells between a point and a grain that may still share a node: 1.5 cells of spline and half a cell of drift on either
+/// side.
+const COUPLED_CELLS: usize = 4;
 /// Cost of a point against a grain when blocks are dealt.
 const POINT_WEIGHT: i64 = 4;
 
@@ -64,6 +67,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             tiles: Tiles::lay(&nodes.mosaic),
             nodes,
             frames: Vec::new(),
+            radius_max: 0.0,
             grains_total: 0,
             points_total: 0,
             stop_wanted: false,
@@ -85,6 +89,9 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let mut counts = [grains.len() as i64, points.len() as i64];
         self.transport.sum(&mut counts);
         (self.grains_total, self.points_total) = (counts[0] as u64, counts[1] as u64);
+        let mut radius_max = [grains.iter().map(|grain| grain.hot.radius).fold(0.0, f64::max)];
+        self.transport.max(&mut radius_max);
+        self.radius_max = radius_max[0];
         self.deal_blocks(&grains, &points)?;
         self.settle(grains, points)
     }
@@ -243,7 +250,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// Copies of other ranks' grains within reach of blocks held here, behind the owned rows.
     fn fetch_ghosts(&mut self) -> Result<(), Error> {
-        let reach = 2.0 * self.settings.radius_max + self.settings.skin;
+        let reach = 2.0 * self.radius_max + self.settings.skin;
         let mut rows_to: Vec<Vec<u32>> = vec![Vec::new(); self.transport.size()];
         for (block, range) in self.deal.held().zip(&self.grain_ranges) {
             let around: Vec<(usize, usize)> = self
@@ -291,22 +298,18 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         Ok(())
     }
 
-    /// Blocks whose grains may share nodes with points: those with points of the reconciliation zone in or beside them.
+    /// Blocks whose grains may share nodes with points: those within reach of points of the reconciliation zone.
     fn mark_coupled(&mut self) {
         let mut rim = vec![0i64; self.layout.block_count()];
         for (block, range) in self.deal.held().zip(&self.point_ranges) {
             rim[block] = i64::from(self.points[range.clone()].iter().any(|point| point.weight < 1.0));
         }
         self.transport.sum(&mut rim);
-        let beside = |block: usize| self.layout.around(block).into_iter().any(|neighbour| rim[neighbour] > 0);
-        self.coupled = self.deal.held().map(|block| rim[block] > 0 || beside(block)).collect();
-    }
-
-    /// Largest grain radius on any rank, m.
-    pub fn radius_max(transport: &dyn Transport, grains: &[GrainRow<S, C::Memory>]) -> f64 {
-        let mut radius = [grains.iter().map(|grain| grain.hot.radius).fold(0.0, f64::max)];
-        transport.max(&mut radius);
-        radius[0]
+        for _ in 0..COUPLED_CELLS.div_ceil(self.layout.cells_per_block) {
+            let beside = |block: usize| self.layout.around(block).into_iter().any(|neighbour| rim[neighbour] > 0);
+            rim = (0..rim.len()).map(|block| i64::from(rim[block] > 0 || beside(block))).collect();
+        }
+        self.coupled = self.deal.held().map(|block| rim[block] > 0).collect();
     }
 }
 

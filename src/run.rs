@@ -82,13 +82,15 @@ pub fn resume(dir: &Path, options: &Options, transport: &dyn Transport) -> Resul
     };
     let progress = transfer::broadcast(transport, progress)?.remove(0);
     let saved = transfer::broadcast(transport, saved)?;
+    if progress.step >= derived::steps(&scenario) {
+        return Ok(Outcome::Done(format!("{}: this run is done already; nothing was changed.", dir.display())));
+    }
     let mut plates = specimen::plates(&scenario, progress.height_start);
     for (plate, saved) in plates.iter_mut().zip(saved) {
         plate.take_motion_of(&saved);
     }
-    let packing_radius = PlanarWorld::radius_max(transport, &grains);
     let layout = layout_for(&scenario, progress.height_start)?;
-    let settings = settings_for(&scenario, scenario.contact.friction, packing_radius);
+    let settings = settings_for(&scenario, scenario.contact.friction);
     let parts = Parts { grains, points, plates };
     let world = PlanarWorld::new(settings, layout, transport, progress.step, parts)?;
     let steps = derived::steps(&scenario);
@@ -99,7 +101,7 @@ pub fn resume(dir: &Path, options: &Options, transport: &dyn Transport) -> Resul
 
 /// Tracks taken over a whole run before they are thinned.
 const TRACKS: u64 = 256;
-/// Seconds between two looks at the progress display.
+/// Steps between two looks at the progress display.
 const SHOW_EVERY: u64 = 2000;
 
 impl Cargo for Progress {

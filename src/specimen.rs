@@ -57,10 +57,9 @@ pub fn prepare(scenario: &Scenario, transport: &dyn Transport) -> Result<Start, 
 /// The world at time zero.
 pub fn world<'t>(scenario: &Scenario, transport: &'t dyn Transport, start: Start) -> Result<PlanarWorld<'t>, Error> {
     let height = start.packing.height;
-    let radius_max = PlanarWorld::radius_max(transport, &start.packing.grains);
     let points = if scenario.method.has_points() { points(scenario, transport, &start) } else { Vec::new() };
     let grains = if scenario.method == Method::Dem { start.packing.grains } else { Vec::new() };
-    let settings = settings_for(scenario, scenario.contact.friction, radius_max);
+    let settings = settings_for(scenario, scenario.contact.friction);
     let parts = Parts { grains, points, plates: plates(scenario, height) };
     PlanarWorld::new(settings, layout_for(scenario, height)?, transport, 0, parts)
 }

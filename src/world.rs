@@ -30,8 +30,6 @@ pub struct Settings<C, L> {
     pub dt: f64,
     /// Reach of the neighbour list beyond contact, m.
     pub skin: f64,
-    /// Largest radius of any grain, m.
-    pub radius_max: f64,
     /// Share of FLIP.
     pub flip: f64,
     pub contact: C,
@@ -60,6 +58,8 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub nodes: NodeRows,
     pub tiles: Tiles<S>,
     pub frames: Vec<TileFrame<S>>,
+    /// Largest radius of any grain of the world, m.
+    pub radius_max: f64,
     /// Grains and points in the whole world; whatever changes them on purpose says so here, everything else is a loss.
     pub grains_total: u64,
     pub points_total: u64,
@@ -352,9 +352,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let mut square = 0.0f64;
         for (hot, cold) in self.grains.hot[..self.grains.owned].iter().zip(&self.grains.cold) {
             let moved = hot.position - cold.home;
-            // A sum that is not a number must not look like standing still.
-            let moved = moved.dot(&moved);
-            square = if moved <= square { square } else { moved };
+            square = larger(square, moved.dot(&moved));
         }
         // Two grains may close half the skin each.
         let grains = square.sqrt() / (0.5 * self.settings.skin);
@@ -362,12 +360,11 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         for point in &self.points {
             let moved = point.position - point.home;
             for axis in 0..S::DIMENSION {
-                let moved = moved[axis].abs();
-                points = if moved <= points { points } else { moved };
+                points = larger(points, moved[axis].abs());
             }
         }
         let points = points / (DRIFT_MAX * self.layout.cell);
-        if grains <= points { points } else { grains }
+        larger(grains, points)
     }
 
     fn rebuild_if_due(&mut self) -> Result<(), Error> {
@@ -379,4 +376,9 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.phases.stop(Phase::Agree, timer);
         if share < 1.0 { Ok(()) } else { self.rebuild() }
     }
+}
+
+/// The larger of two numbers; what is not a number stays so, since it must not look like standing still.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a >= b { a } else { b }
 }

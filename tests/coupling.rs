@@ -55,8 +55,7 @@ fn point_rows(rows: std::ops::Range<i32>, pressure: f64, weight: impl Fn(f64) ->
 }
 
 fn coupled_world(transport: &dyn Transport, grains: Vec<Grain>, points: Vec<PlanarPoint>) -> PlanarWorld<'_> {
-    let radius_max = grains[0].hot.radius;
-    open_world(transport, CELL, settings(DT, contact(3.5), radius_max), grains, points)
+    open_world(transport, CELL, settings(DT, contact(3.5)), grains, points)
 }
 
 /// Sum of the magnitudes of all momenta, N s: what round-off is measured against.

@@ -4,13 +4,18 @@
 mod bad_jobs;
 /// Grains and points that share nodes keep their momentum to round-off, leave with one velocity, and translate rigidly.
 mod coupling;
+/// Enrichment keeps mass and momentum to round-off; zones, rims and the choice of grains are what they are said to be.
+mod enrichment;
+/// Grains, continuum and hybrid end in the same bits on 1 to 4 ranks in one process, and from any of their checkpoints.
+mod invariance;
 /// Every job in `jobs/` is read, and its resolved form means the same.
 mod jobs;
 /// The continuum's law on uniaxial, shear and separating paths against closed forms, and under superposed rotation.
 mod material;
 /// The quickstart has the same digest and curve on 1 to 4 ranks, 1 and 2 threads, and through SIGTERM and resume.
 mod mpirun;
-/// The oracle of shear bands.
+/// The oracle fires on an over-consolidated specimen, in its band only, and at the same strain at twice the speed; it
+/// is silent on an under-consolidated one, beside plates, and on bands that do not persist.
 mod oracle;
 /// The style that no compiler holds: one door to inexact mathematics, no ranks in physics, short files.
 mod tidy;

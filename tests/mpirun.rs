@@ -38,6 +38,8 @@ fn scree(ranks: usize, arguments: &[&str]) -> Command {
         .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
         .env("OMPI_MCA_btl", "self,vader")
         .env("OMPI_MCA_btl_vader_single_copy_mechanism", "none")
+        // A longer time before SIGKILL is also waited before SIGTERM is passed on.
+        .env_remove("OMPI_MCA_odls_base_sigkill_timeout")
         .current_dir(folder())
         .stdin(Stdio::null())
         .stdout(Stdio::piped())

@@ -15,8 +15,7 @@ const MASS: f64 = 1.987_057_353_395_544_3e-5;
 const SPEED: f64 = 0.1;
 
 fn pair_world(transport: &dyn Transport, dt: f64, contact: Contact, pair: [Grain; 2]) -> PlanarWorld<'_> {
-    let radius_max = pair[0].hot.radius.max(pair[1].hot.radius);
-    open_world(transport, 1e-3, settings(dt, contact, radius_max), pair.into(), Vec::new())
+    open_world(transport, 1e-3, settings(dt, contact), pair.into(), Vec::new())
 }
 
 /// Overlap of a head-on collision, `m d'' + gamma d' + k d = 0` with the reduced mass m:

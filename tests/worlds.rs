@@ -47,15 +47,8 @@ pub fn grain(id: u64, position: [f64; 2], radius: f64, mass: f64) -> Grain {
     Grain::resting(GrainId(id), Vector::new(position[0], position[1]), radius, mass, Mover::Free)
 }
 
-pub fn settings(dt: f64, contact: Contact, radius_max: f64) -> Settings<LinearSpringDashpot, CriticalDruckerPrager> {
-    Settings {
-        dt,
-        skin: 2e-4,
-        radius_max,
-        flip: 0.95,
-        contact: LinearSpringDashpot { constants: contact },
-        material: material(),
-    }
+pub fn settings(dt: f64, contact: Contact) -> Settings<LinearSpringDashpot, CriticalDruckerPrager> {
+    Settings { dt, skin: 2e-4, flip: 0.95, contact: LinearSpringDashpot { constants: contact }, material: material() }
 }
 
 /// A world without plates, 16 by 16 cells of `cell` m in blocks of 2, with y = 0 in the middle.
@@ -109,7 +102,7 @@ pub fn packed_job(sets: &[&str]) -> Scenario {
 }
 
 /// Everything that the outcome of these tests hangs on, so that the quickstart itself may change.
-const REDUCED: [&str; 20] = [
+const REDUCED: [&str; 22] = [
     "specimen.width=12 mm",
     "specimen.height=36 mm",
     "continuum.cell=3 mm",
@@ -127,6 +120,8 @@ const REDUCED: [&str; 20] = [
     "oracle.window=8e-3",
     "oracle.persistence=8e-3",
     "enrichment.distance=6 mm",
+    "enrichment.weight=0.5",
+    "enrichment.training=1",
     "enrichment.training_speed=1",
     "time.step=0.4 us",
     "packing.energy_ratio_max=1e-3",

@@ -366,7 +366,7 @@ pub fn point_bound(scenario: &Scenario) -> Bound {
 /// Every bound that this method is held to.
 pub fn bounds(scenario: &Scenario) -> Vec<Bound> {
     let mut bounds = Vec::new();
-    if scenario.method.has_grains() {
+    if scenario.moves_grains() {
         bounds.extend(grain_bounds(scenario));
     }
     if scenario.method.has_points() {

@@ -83,6 +83,11 @@ impl Scenario {
         resolve::scenario(&raw::Job::parse(text, file, sets)?, file)
     }
 
+    /// Whether grains are simulated at any time: in the run itself, or to make the packing that a continuum starts from.
+    pub fn moves_grains(&self) -> bool {
+        self.method.has_grains() || self.continuum.fraction_start.is_none()
+    }
+
     /// The job in SI numbers with nothing left to a default. It parses back to an equal scenario.
     pub fn to_toml(&self) -> String {
         write::toml(self)

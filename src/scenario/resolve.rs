@@ -324,7 +324,7 @@ fn fill_output(scenario: &mut Scenario, table: &Reader<'_>) -> Result<(), Error>
 /// What no single key can tell.
 fn check_together(scenario: &Scenario, job: &Job) -> Result<(), Error> {
     check_height(scenario, job)?;
-    if scenario.method.has_grains() {
+    if scenario.moves_grains() {
         check_block_edge(scenario, job)?;
     }
     if scenario.method == Method::Hybrid {

@@ -1,0 +1,313 @@
+//! Grains for points: what enters, what stays, and that nothing is made or lost on the way.
+
+use proptest::prelude::*;
+use scree::dem::grains::Mover;
+use scree::enrichment::{self, Enriched, cell_grid};
+use scree::hybrid::oracle::Memory;
+use scree::hybrid::select::{Candidate, Selection, select};
+use scree::hybrid::track::Instants;
+use scree::hybrid::zone::{CellGrid, Label, Zone};
+use scree::packing::{self, PlanarWorld};
+use scree::scenario::{Enrichment, Scenario};
+use scree::specimen;
+use scree_partition::{Solo, Transport};
+
+use crate::worlds::{Random, packed_job};
+
+fn settings(distance: f64) -> Enrichment {
+    Enrichment { distance, weight: 0.5, training: 1.0, training_speed: 1.0, training_rest: 0.5 }
+}
+
+/// Mass, momentum along x and y, and the sum of the momenta's magnitudes, of everything with its weight.
+fn sums(world: &PlanarWorld) -> [f64; 4] {
+    let grains = world.grains.hot[..world.grains.owned].iter().zip(&world.grains.cold);
+    let grains = grains.map(|(hot, cold)| (hot.weight * cold.mass, hot.velocity));
+    let points = world.points.iter().map(|point| (point.weight * point.mass, point.velocity));
+    grains.chain(points).fold([0.0; 4], |[mass, x, y, scale], (more, velocity)| {
+        [mass + more, x + more * velocity[0], y + more * velocity[1], scale + more * velocity.norm()]
+    })
+}
+
+/// A hybrid run up to the moment when the oracle fires.
+fn up_to_the_band<'t>(
+    scenario: &Scenario,
+    transport: &'t dyn Transport,
+    packing_file: &std::path::Path,
+) -> (PlanarWorld<'t>, Vec<u64>, Instants) {
+    let mut start = specimen::prepare(scenario, transport).unwrap();
+    packing::write(packing_file, &mut start.packing.grains, start.packing.height).unwrap();
+    let mut world = specimen::world(scenario, transport, start).unwrap();
+    let (mut memory, mut instants) = (Memory::default(), Instants { times: Vec::new(), every: 300 });
+    loop {
+        world.advance().unwrap();
+        assert!(world.step < 20_000, "the oracle stays silent");
+        enrichment::track(&mut world, &mut instants);
+        let due = world.step.is_multiple_of(scenario.oracle.every);
+        let diameter = scenario.grains.diameter_mean;
+        if due && enrichment::watch(&mut world, &mut memory, &scenario.oracle, diameter).unwrap() {
+            return (world, memory.flagged, instants);
+        }
+    }
+}
+
+#[test]
+fn enrichment_keeps_mass_and_momentum_to_round_off() {
+    let scenario = packed_job(&[]);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("packing.h5");
+    let (mut world, flagged, instants) = up_to_the_band(&scenario, &Solo, &file);
+    assert!(instants.times.len() > 3, "a path to train along: {:?}", instants.times);
+    let zone = Zone::around(&flagged, cell_grid(&world), &scenario.enrichment);
+    let (before, points_before) = (sums(&world), world.points.clone());
+    let energy_before = world.energies().unwrap();
+
+    let enriched = enrichment::enrich(&mut world, &scenario, &flagged, &instants, &file).unwrap();
+    let after = sums(&world);
+    println!(
+        "enrichment: mass {:.1e}, momentum {:.1e}, {:.1e}",
+        after[0] / before[0] - 1.0,
+        (after[1] - before[1]) / before[3],
+        (after[2] - before[2]) / before[3]
+    );
+    assert!((after[0] / before[0] - 1.0).abs() < 1e-14, "mass {} became {}", before[0], after[0]);
+    for axis in [1, 2] {
+        assert!((after[axis] - before[axis]).abs() < 1e-14 * before[3], "momentum {before:?} became {after:?}");
+    }
+    assert!(before[1] > 0.1 * before[3], "the specimen should be moving: {before:?}");
+    reported_as_it_is(&enriched, before, after);
+
+    // Points: none left in the core, one weight in the rim, untouched elsewhere.
+    let weight = world.points.iter().map(|point| point.weight).fold(1.0, f64::min);
+    assert!((weight - 0.5).abs() < 0.05, "rim points keep {weight}");
+    for point in &world.points {
+        let was = points_before.iter().find(|was| was.id == point.id).expect("no new points");
+        let wanted = match zone.at(point.position[0], point.position[1]) {
+            Label::Continuum => 1.0,
+            Label::Rim => weight,
+            Label::Grains => panic!("point {} is in the core", point.id.0),
+        };
+        let mut point = *point;
+        assert_eq!(point.weight, wanted);
+        point.weight = was.weight;
+        (point.home, point.position, point.image) = (was.home, was.position, was.image);
+        assert_eq!(point, *was);
+    }
+    assert_eq!(points_before.len() as u64 - enriched.points_removed, world.points_total);
+
+    // Grains: free, each once, w in the rim, whole in the core, and moving as the points did.
+    let mut ids: Vec<u64> = world.grains.cold.iter().map(|cold| cold.id.0).collect();
+    ids.sort_unstable();
+    ids.dedup();
+    assert_eq!(ids.len() as u64, enriched.grains);
+    assert!(world.grains.cold.iter().all(|cold| cold.mover == Mover::Free));
+    let rim = world.grains.hot.iter().filter(|hot| hot.weight == 0.5).count() as u64;
+    let core = world.grains.hot.iter().filter(|hot| hot.weight == 1.0).count() as u64;
+    assert_eq!((rim, rim + core), (enriched.grains_rim, enriched.grains));
+    assert!(rim > 30 && core > 60, "{rim} grains in the rim, {core} in the core");
+    let kinetic = world.energies().unwrap();
+    let kinetic = kinetic.kinetic_points + kinetic.kinetic_grains;
+    assert!((kinetic / energy_before.kinetic_points - 1.0).abs() < 0.1, "{kinetic} J of motion after enrichment");
+
+    // And so it goes on.
+    for _ in 0..500 {
+        world.advance().unwrap();
+    }
+    world.rebuild().unwrap();
+    assert!((sums(&world)[0] / before[0] - 1.0).abs() < 1e-14);
+    assert_eq!(world.grains_total, enriched.grains);
+}
+
+fn reported_as_it_is(enriched: &Enriched, before: [f64; 4], after: [f64; 4]) {
+    for (sums, mass, momentum) in [
+        (before, enriched.mass_before, enriched.momentum_before),
+        (after, enriched.mass_after, enriched.momentum_after),
+    ] {
+        assert!((mass / sums[0] - 1.0).abs() < 1e-13, "{enriched:?}");
+        assert!((momentum[0] - sums[1]).abs() + (momentum[1] - sums[2]).abs() < 1e-13 * sums[3], "{enriched:?}");
+    }
+    let ratio = enriched.training_energy_ratio;
+    assert!(enriched.training_steps > 1000 && ratio > 0.0 && ratio < 1e-2, "{enriched:?}");
+    assert!(enriched.stress_points[1] < 0.0 && enriched.stress_grains[1] < 0.0, "both are compressed: {enriched:?}");
+}
+
+/// Grains glued to a plate cannot enter a zone.
+#[test]
+fn a_zone_that_reaches_a_plate_is_refused() {
+    let scenario = packed_job(&["enrichment.distance=14 mm"]);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("packing.h5");
+    let (mut world, flagged, instants) = up_to_the_band(&scenario, &Solo, &file);
+    let error = enrichment::enrich(&mut world, &scenario, &flagged, &instants, &file).unwrap_err();
+    assert!(error.to_string().contains("reaches a plate"), "{error}");
+}
+
+const CELL: f64 = 2.0;
+const GRID: CellGrid = CellGrid { counts: [8, 24], cell: CELL, lower: -6.0 };
+
+/// Label of a cell from the nearest flagged node, looked for in three periods.
+fn label_by_hand(flagged: &[u64], column: usize, row: usize, distance: f64) -> Label {
+    let centre = [(column as f64 + 0.5) * CELL, (row as f64 + 0.5) * CELL];
+    let mut least = f64::INFINITY;
+    for node in flagged {
+        for image in [-1.0, 0.0, 1.0] {
+            let x = ((node % 8) as f64 + 8.0 * image) * CELL - centre[0];
+            let y = (node / 8) as f64 * CELL - centre[1];
+            least = least.min((x * x + y * y).sqrt());
+        }
+    }
+    match least {
+        near if near <= distance - 0.5 * CELL => Label::Grains,
+        near if near <= distance + 0.5 * CELL => Label::Rim,
+        _ => Label::Continuum,
+    }
+}
+
+/// Labels row by row as letters: `.` continuum, `+` rim, `o` grains.
+fn drawn(zone: &Zone) -> Vec<String> {
+    let letter = |label: &Label| match label {
+        Label::Continuum => '.',
+        Label::Rim => '+',
+        Label::Grains => 'o',
+    };
+    zone.labels.chunks(8).map(|row| row.iter().map(letter).collect()).collect()
+}
+
+/// A flat band: whole rows, two of grains and one of rim on either side, mirrored about the band.
+#[test]
+fn a_flat_band_makes_flat_layers() {
+    let flagged: Vec<u64> = (0..8).map(|column| 12 * 8 + column).collect();
+    // Centres lie 0.71, 1.58, 2.55 and 3.54 cells from the nearest node.
+    let rows = drawn(&Zone::around(&flagged, GRID, &settings(2.2 * CELL)));
+    let wanted: Vec<&str> = (0..24)
+        .map(|row| match row {
+            10..14 => "oooooooo",
+            9 | 14 => "++++++++",
+            _ => "........",
+        })
+        .collect();
+    assert_eq!(rows, wanted);
+}
+
+/// A diagonal band that leaves through the period: the same picture wherever the period is cut.
+#[test]
+fn a_diagonal_band_goes_on_across_the_period() {
+    let around = |shift: u64| {
+        let flagged: Vec<u64> = (0..6).map(|step| (8 + step) * 8 + (5 + step + shift) % 8).collect();
+        let zone = Zone::around(&flagged, GRID, &settings(2.2 * CELL));
+        for (cell, label) in zone.labels.iter().enumerate() {
+            assert_eq!(*label, label_by_hand(&flagged, cell % 8, cell / 8, 2.2 * CELL), "cell {cell}, shift {shift}");
+        }
+        zone
+    };
+    let wanted = drawn(&around(0));
+    assert!(wanted[8].contains("oo") && wanted[13].starts_with("oo"), "{wanted:#?}");
+    for shift in 1..8 {
+        for (row, wanted) in drawn(&around(shift)).iter().zip(&wanted) {
+            let turned: String = (0..8).map(|column| row.as_bytes()[(column + shift as usize) % 8] as char).collect();
+            assert_eq!(turned, *wanted, "shift {shift}");
+        }
+    }
+    // A place is looked up across the period as well, and is continuum outside the grid.
+    let zone = around(0);
+    for y in [-5.0, 3.0, 11.0, 21.0, 40.0] {
+        assert_eq!(zone.at(0.3, y), zone.at(16.3, y));
+        assert_eq!(zone.at(-0.3, y), zone.at(15.7, y));
+        assert_eq!(zone.distance([0.3, y]), zone.distance([16.3, y]));
+    }
+    assert_eq!((zone.at(3.0, -6.1), zone.at(3.0, 42.1)), (Label::Continuum, Label::Continuum));
+}
+
+/// Flagged nodes in the middle rows of the grid.
+fn flagged_nodes() -> impl Strategy<Value = Vec<u64>> {
+    prop::collection::btree_set(9 * 8u64..15 * 8, 1..25).prop_map(|nodes| nodes.into_iter().collect())
+}
+
+/// Grains all over the grid, jittered about a lattice of `spacing`, that weigh one unit per area on the average.
+fn candidates(seed: u64, spacing: f64) -> Vec<Candidate> {
+    let mut random = Random(seed);
+    let mut candidates = Vec::new();
+    let counts = [(16.0 / spacing).round() as usize, (48.0 / spacing).round() as usize];
+    for row in 0..counts[1] {
+        for column in 0..counts[0] {
+            let place = [
+                (column as f64 + 0.5 + 0.4 * random.signed()) * 16.0 / counts[0] as f64,
+                (row as f64 + 0.5 + 0.4 * random.signed()) * 48.0 / counts[1] as f64 - 6.0,
+            ];
+            let number = candidates.len();
+            let mass = spacing * spacing * (1.0 + 0.3 * random.signed());
+            candidates.push(Candidate { row: number, id: 7 * number as u64 % 100_003, mass, place });
+        }
+    }
+    candidates
+}
+
+/// What must hold of any choice: core whole, rim from the inside out, each grain once, masses equal.
+fn check(zone: &Zone, candidates: &[Candidate], masses: [f64; 2], weight: f64, chosen: &Selection) {
+    let [core, rim] = masses;
+    let role = |row: usize| chosen.chosen.iter().find(|(at, _)| *at == row).map(|(_, in_rim)| *in_rim);
+    let (mut inside, mut nearest_out, mut farthest_in, mut heaviest) = (0.0, f64::INFINITY, 0.0f64, 0.0f64);
+    for candidate in candidates {
+        let distance = zone.distance(candidate.place);
+        heaviest = heaviest.max(candidate.mass);
+        match (zone.at(candidate.place[0], candidate.place[1]), role(candidate.row)) {
+            (Label::Grains, role) => {
+                assert_eq!(role, Some(false), "all of the core enters");
+                inside += candidate.mass;
+            }
+            (_, Some(in_rim)) => {
+                assert!(in_rim, "what is not in the core is in the rim");
+                inside += weight * candidate.mass;
+                farthest_in = farthest_in.max(distance);
+            }
+            (_, None) => nearest_out = nearest_out.min(distance),
+        }
+    }
+    assert!(farthest_in <= nearest_out, "the rim fills from the inside: {farthest_in} and {nearest_out}");
+    let ids: Vec<u64> = chosen.chosen.iter().map(|(row, _)| candidates[*row].id).collect();
+    assert!(ids.windows(2).all(|pair| pair[0] < pair[1]), "by id, each once");
+    assert!((inside - chosen.mass).abs() < 1e-12 * inside);
+    let left_over = core + weight * rim - chosen.mass;
+    assert!(left_over.abs() <= 0.5 * weight * heaviest * (1.0 + 1e-12), "{left_over} left over, a grain is {heaviest}");
+    let whole = chosen.mass + chosen.point_weight * rim;
+    assert!((whole / (core + rim) - 1.0).abs() < 1e-14, "{} became {whole}", core + rim);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// The rim parts core from continuum: no cell of grains shares an edge with one of continuum.
+    #[test]
+    fn any_rim_is_closed(flagged in flagged_nodes(), distance in 1.5f64..4.0) {
+        let zone = Zone::around(&flagged, GRID, &settings(distance * CELL));
+        for row in 0..24 {
+            for column in 0..8 {
+                let here = zone.labels[row * 8 + column];
+                prop_assert_eq!(here, label_by_hand(&flagged, column, row, distance * CELL));
+                let beside = [(row * 8) + (column + 1) % 8, (row + 1).min(23) * 8 + column];
+                for other in beside.map(|cell| zone.labels[cell]) {
+                    let jump = [here, other].contains(&Label::Grains) && [here, other].contains(&Label::Continuum);
+                    prop_assert!(!jump, "no rim at row {}, column {}: {:#?}", row, column, drawn(&zone));
+                }
+            }
+        }
+    }
+
+    /// Whatever the zone, the grains and the weight: less than half a weighted grain is left over, and points carry it.
+    #[test]
+    fn chosen_grains_weigh_what_points_give_up(
+        flagged in flagged_nodes(),
+        (distance, spacing) in (1.5f64..4.0, 0.4f64..1.0),
+        (seed, weight, density) in (any::<u64>(), 0.2f64..0.8, 0.97f64..1.03),
+    ) {
+        let zone = Zone::around(&flagged, GRID, &settings(distance * CELL));
+        let area = |wanted: Label| {
+            CELL * CELL * zone.labels.iter().filter(|label| **label == wanted).count() as f64
+        };
+        let masses = [Label::Grains, Label::Rim].map(|label| density * area(label));
+        prop_assume!(masses[0] > 0.0);
+        let candidates = candidates(seed, spacing);
+        let chosen = select(&zone, &candidates, masses[0], masses[1], weight);
+        check(&zone, &candidates, masses, weight, &chosen);
+        prop_assert!((chosen.point_weight - (1.0 - weight)).abs() * masses[1] < weight * 2.0 * spacing * spacing);
+    }
+}

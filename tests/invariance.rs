@@ -1,0 +1,130 @@
+//! The same bits on any number of ranks, the ranks being threads of this process (invariants 2 and 3).
+
+use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use scree::checkpoint;
+use scree::run::{self, Options, Outcome};
+use scree::scenario::Scenario;
+use scree_partition::transport::threads;
+
+use crate::worlds::packed_job;
+
+/// Runs one at a time: ranks that wait for each other should not wait for another test's as well.
+fn turn() -> MutexGuard<'static, ()> {
+    static TURN: Mutex<()> = Mutex::new(());
+    TURN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn options(out: &Path) -> Options {
+    Options { out: out.to_path_buf(), threads: 1 }
+}
+
+/// Runs a job on `ranks` ranks; digest of its last checkpoint, and its curve.
+fn ran(scenario: &Scenario, ranks: usize, out: &Path) -> (String, String) {
+    threads::run(ranks, |rank| match run::start(scenario, &options(out), &rank) {
+        Ok(Outcome::Done(_)) => {}
+        other => panic!("{other:?}"),
+    });
+    result(out)
+}
+
+fn result(out: &Path) -> (String, String) {
+    let series = std::fs::read_to_string(out.join("series.csv")).unwrap();
+    (checkpoint::digest_of(out).unwrap(), series)
+}
+
+/// Rows of a curve: grains and points of each.
+fn populations(series: &str) -> Vec<[u64; 2]> {
+    let row = |line: &str| {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        [cells[6] as u64, cells[7] as u64]
+    };
+    series.lines().filter(|line| line.starts_with(|first: char| first.is_ascii_digit())).map(row).collect()
+}
+
+/// Runs a job on one to four ranks and returns the curve that all of them must draw.
+fn same_on_any_ranks(scenario: &Scenario, folder: &Path) -> String {
+    let (digest, series) = ran(scenario, 1, &folder.join("1"));
+    for ranks in 2..=4 {
+        let (found, curve) = ran(scenario, ranks, &folder.join(ranks.to_string()));
+        assert_eq!(found, digest, "{ranks} ranks: another state");
+        assert_eq!(curve, series, "{ranks} ranks: another curve");
+    }
+    series
+}
+
+#[test]
+fn grains_end_in_the_same_bits_on_any_ranks() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    // A thin skin, so that grains change house often.
+    let scenario = packed_job(&["method=dem", "decomposition.skin=0.02 mm", "loading.strain_end=0.01"]);
+    let series = same_on_any_ranks(&scenario, folder.path());
+    assert!(populations(&series).iter().all(|[grains, points]| *grains > 500 && *points == 0));
+    let summary = std::fs::read_to_string(folder.path().join("4/summary.json")).unwrap();
+    let rebuilds = summary.split("\"rebuilds\":").nth(1).and_then(|rest| rest.split(',').next());
+    let rebuilds: u64 = rebuilds.unwrap().trim().parse().unwrap();
+    assert!(rebuilds > 8, "{rebuilds} rebuilds");
+}
+
+#[test]
+fn a_continuum_ends_in_the_same_bits_on_any_ranks() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = packed_job(&["method=mpm", "loading.strain_end=0.02"]);
+    let series = same_on_any_ranks(&scenario, folder.path());
+    assert!(populations(&series).iter().all(|[grains, points]| *grains == 0 && *points > 150));
+}
+
+/// Through detection, training and enrichment, and from every checkpoint on either side of it.
+#[test]
+fn a_hybrid_ends_in_the_same_bits_on_any_ranks_and_from_any_checkpoint() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = packed_job(&[
+        "loading.speed=20 cm/s",
+        "loading.speed_ramp=0.5 ms",
+        "loading.strain_end=0.035",
+        "enrichment.training_speed=4",
+        "output.checkpoint_interval=0.5 ms",
+        "output.checkpoints_kept=9",
+    ]);
+    let series = same_on_any_ranks(&scenario, folder.path());
+    let populations = populations(&series);
+    let (first, last) = (populations[0], populations[populations.len() - 1]);
+    assert!(first[0] == 0 && last[0] > 100 && last[1] < first[1], "no enrichment: {first:?} to {last:?}");
+
+    let whole = folder.path().join("1");
+    let wanted = result(&whole);
+    let mut kept: Vec<_> = std::fs::read_dir(checkpoint::folder(&whole))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    kept.sort();
+    // Before enrichment, and after it.
+    for (from, ranks) in [(1, 2), (kept.len() - 2, 3)] {
+        let out = folder.path().join(format!("from-{from}"));
+        copy(&whole, &out);
+        for later in &kept[from + 1..] {
+            std::fs::remove_file(checkpoint::folder(&out).join(later)).unwrap();
+        }
+        let (_, snapshot) = checkpoint::latest(&out).unwrap();
+        assert_eq!(snapshot.progress.enriched_step > 0, from != 1, "{} of {kept:?}", kept[from]);
+        threads::run(ranks, |rank| run::resume(&out, &options(&out), &rank).unwrap());
+        assert!(result(&out) == wanted, "resumed from {} on {ranks} ranks: another end", kept[from]);
+    }
+}
+
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let target = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy(&entry.path(), &target);
+        } else {
+            std::fs::copy(entry.path(), target).unwrap();
+        }
+    }
+}
