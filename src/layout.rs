@@ -99,6 +99,13 @@ impl Layout {
         self.cells_per_block as f64 * self.cell
     }
 
+    /// Lowest and highest y that anything may have, m. Two cells from the border of the domain it ends: beyond them splines
+    /// would reach nodes that nobody sums.
+    pub fn heights(&self) -> [f64; 2] {
+        let rim = 2.0 * self.cell;
+        [self.corner[1] + rim, self.corner[1] + self.cells[1] as f64 * self.cell - rim]
+    }
+
     pub fn offsets(&self) -> &[[i32; 3]] {
         &self.offsets
     }

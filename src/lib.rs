@@ -19,6 +19,7 @@ pub mod cli;
 pub mod dem;
 pub mod enrichment;
 pub mod error;
+pub mod grain_file;
 pub mod hybrid;
 pub mod ids;
 pub mod law;

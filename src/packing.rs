@@ -1,6 +1,6 @@
 //! Packings made ahead: thrown, compressed under low friction, kept in a file named by everything that shaped them.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use scree_io::column::State;
 use scree_io::store;
@@ -8,10 +8,9 @@ use scree_partition::Transport;
 use sha2::{Digest, Sha256};
 
 use crate::body::{Drive, Plate, Side};
-use crate::dem::grains::{GrainRow, Mover};
-use crate::dem::packing::{LOWER, UPPER, glue_layers, glued_reach, mass_of, throw};
+use crate::dem::grains::GrainRow;
+use crate::dem::packing::{UPPER, glue_layers, glued_reach, throw};
 use crate::error::Error;
-use crate::ids::GrainId;
 use crate::law::contact::LinearSpringDashpot;
 use crate::law::material::CriticalDruckerPrager;
 use crate::layout::Layout;
@@ -19,7 +18,7 @@ use crate::rebuild::{Parts, is_glued};
 use crate::scenario::Scenario;
 use crate::space::{Linear, Plane, Space};
 use crate::world::{Settings, World};
-use crate::{tables, transfer};
+use crate::{grain_file, tables, transfer};
 
 /// The world that jobs of this program run in.
 pub type PlanarWorld<'t> = World<'t, Plane, LinearSpringDashpot, CriticalDruckerPrager>;
@@ -71,7 +70,7 @@ pub fn settings_for(scenario: &Scenario, friction: f64) -> Settings<LinearSpring
 /// The job's packing: read from its grain file, from the cache, or made now and cached.
 pub fn prepare(scenario: &Scenario, transport: &dyn Transport) -> Result<Packing, Error> {
     if let Some(file) = &scenario.grains.file {
-        let grains = transfer::agree(transport, on_root(transport, || read_grain_file(scenario, file)))?;
+        let grains = transfer::agree(transport, on_root(transport, || grain_file::read(scenario, file)))?;
         return measured(scenario, transport, grains.unwrap_or_default(), scenario.specimen.height);
     }
     let file = scenario.packing.cache.join(format!("packing-{}.h5", key(scenario)));
@@ -236,58 +235,4 @@ pub fn read(file: &Path) -> Result<(Vec<Grain>, f64), Error> {
     let height = state.attributes.get("state.height").and_then(|height| height.parse().ok());
     let height = height.ok_or_else(|| remedy(&"the packing's height is missing"))?;
     Ok((tables::to_grains(&state)?, height))
-}
-
-/// Grains of a CSV file `id,x,y,radius,vx,vy,spin`. Centres below y = 0 are glued to the lower plate, centres above
-/// `specimen.height` to the upper one.
-fn read_grain_file(scenario: &Scenario, file: &PathBuf) -> Result<Vec<Grain>, Error> {
-    let bad = |line: usize, what: String| Error::User(format!("{}:{line}: {what}", file.display()));
-    let text = std::fs::read_to_string(file).map_err(|error| {
-        Error::User(format!("{}: {error}; `grains.file` must name a CSV file of grains", file.display()))
-    })?;
-    const HEADER: &str = "id,x,y,radius,vx,vy,spin";
-    let mut lines = text.lines().enumerate();
-    if lines.next().map(|(_, header)| header.trim()) != Some(HEADER) {
-        return Err(bad(1, format!("the first line must be `{HEADER}`")));
-    }
-    let mut grains: Vec<Grain> = Vec::new();
-    for (index, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
-        let number = index + 1;
-        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-        if cells.len() != 7 {
-            return Err(bad(number, format!("{} values, 7 are wanted ({HEADER})", cells.len())));
-        }
-        let id: u64 = cells[0].parse().map_err(|_| bad(number, format!("`{}` is not an id", cells[0])))?;
-        let mut values = [0.0f64; 6];
-        for (value, cell) in values.iter_mut().zip(&cells[1..]) {
-            *value = cell.parse().map_err(|_| bad(number, format!("`{cell}` is not a number")))?;
-            if !value.is_finite() {
-                return Err(bad(number, format!("`{cell}` is not finite")));
-            }
-        }
-        let [x, y, radius, vx, vy, spin] = values;
-        if radius <= 0.0 || !(0.0..scenario.specimen.width).contains(&x) {
-            return Err(bad(
-                number,
-                format!("radius must be positive and x within 0 and {} m", scenario.specimen.width),
-            ));
-        }
-        let mover = if y < 0.0 {
-            Mover::Body(LOWER)
-        } else if y > scenario.specimen.height {
-            Mover::Body(UPPER)
-        } else {
-            Mover::Free
-        };
-        let mut grain =
-            Grain::resting(GrainId(id), <Plane as Space>::Vector::new(x, y), radius, mass_of(scenario, radius), mover);
-        grain.hot.velocity = <Plane as Space>::Vector::new(vx, vy);
-        grain.hot.spin = <Plane as Space>::Spin::new(spin);
-        grains.push(grain);
-    }
-    grains.sort_unstable_by_key(|grain| grain.cold.id);
-    if let Some(twice) = grains.windows(2).find(|pair| pair[0].cold.id == pair[1].cold.id) {
-        return Err(bad(1, format!("id {} stands twice; ids must be unique", twice[0].cold.id.0)));
-    }
-    Ok(grains)
 }

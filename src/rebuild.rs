@@ -230,12 +230,9 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.block_of(&point.home, "point", point.id.0)
     }
 
-    /// Block and cell of a place. Two cells from the border of the domain it ends: beyond them splines would reach
-    /// nodes that nobody sums.
+    /// Block and cell of a place.
     fn block_of(&self, home: &S::Vector, what: &str, id: u64) -> Result<(usize, u32), Error> {
-        let rim = 2.0 * self.layout.cell;
-        let lower = self.layout.corner[1] + rim;
-        let upper = self.layout.corner[1] + self.layout.cells[1] as f64 * self.layout.cell - rim;
+        let [lower, upper] = self.layout.heights();
         let inside = home.is_finite() && home[1] >= lower && home[1] <= upper;
         inside.then(|| self.layout.place::<S>(home)).flatten().ok_or_else(|| {
             Error::Run(format!(

@@ -271,3 +271,108 @@ fn a_collision_computed_by_another_program_is_repeated() {
         println!("replay: {worst:e}");
     }
 }
+
+/// The rules of the law and of the scheme written out for two discs, apart from the program's own words: forces from the
+/// places of now and the velocities of half a step ago; returns places, velocities and spins of both.
+struct Rules {
+    contact: Contact,
+    dt: f64,
+    radii: [f64; 2],
+    masses: [f64; 2],
+    places: [[f64; 2]; 2],
+    velocities: [[f64; 2]; 2],
+    spins: [f64; 2],
+    spring: f64,
+    first: bool,
+    /// Steps in which the tangential force was cut to the cone.
+    slid: u32,
+}
+
+impl Rules {
+    fn step(&mut self) {
+        let [a, b] = self.places;
+        let apart = [a[0] - b[0], a[1] - b[1]];
+        let distance = (apart[0] * apart[0] + apart[1] * apart[1]).sqrt();
+        let overlap = self.radii[0] + self.radii[1] - distance;
+        let n = [apart[0] / distance, apart[1] / distance];
+        let t = [-n[1], n[0]];
+        let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        let relative = [0, 1].map(|axis| self.velocities[0][axis] - self.velocities[1][axis]);
+        let turning = self.radii[0] * self.spins[0] + self.radii[1] * self.spins[1];
+        let (opening, sliding) = (dot(relative, n), dot(relative, t) - turning);
+        let (mut normal, mut tangential) = (0.0, 0.0);
+        if overlap > 0.0 {
+            normal = self.contact.stiffness_normal * overlap - self.contact.damping_normal * opening;
+            self.spring += if self.first { 0.0 } else { sliding * self.dt };
+            let dashpot = self.contact.damping_tangential * sliding;
+            tangential = -self.contact.stiffness_tangential * self.spring - dashpot;
+            let limit = self.contact.friction * normal.abs();
+            if tangential.abs() > limit {
+                self.slid += 1;
+                tangential = if self.spring == 0.0 { 0.0 } else { limit.copysign(tangential) };
+                if self.spring != 0.0 {
+                    self.spring = -(tangential + dashpot) / self.contact.stiffness_tangential;
+                }
+            }
+        } else {
+            self.spring = 0.0;
+        }
+        let kick = if self.first { 0.5 * self.dt } else { self.dt };
+        for (disc, side) in [(0, 1.0), (1, -1.0)] {
+            let (mass, radius) = (self.masses[disc], self.radii[disc]);
+            for axis in 0..2 {
+                let force = side * (normal * n[axis] + tangential * t[axis]);
+                self.velocities[disc][axis] += kick * force / mass;
+                self.places[disc][axis] += self.dt * self.velocities[disc][axis];
+            }
+            let torque = -(radius - 0.5 * overlap) * tangential;
+            self.spins[disc] += kick * torque / (0.5 * mass * radius * radius);
+        }
+        self.first = false;
+    }
+}
+
+/// Two discs that touch already when the run begins, and slide, stick and part: what the records above leave out.
+#[test]
+fn a_sliding_contact_follows_the_rules() {
+    for (spin, friction) in [(0.0, 0.5), (400.0, 0.5), (-900.0, 0.2), (0.0, 0.0)] {
+        let contact = Contact { friction, ..contact(3.5) };
+        let mut rules = Rules {
+            contact,
+            dt: 1e-7,
+            radii: [5e-4, 4e-4],
+            masses: [MASS, 0.64 * MASS],
+            places: [[8e-4, 4.11e-4], [0.0, 0.0]],
+            velocities: [[-0.2, 0.35], [0.02, 0.01]],
+            spins: [spin, -120.0],
+            spring: 0.0,
+            first: true,
+            slid: 0,
+        };
+        let pair = [0, 1].map(|disc| {
+            let mut body = grain(disc as u64, rules.places[disc], rules.radii[disc], rules.masses[disc]);
+            (body.hot.velocity[0], body.hot.velocity[1]) = (rules.velocities[disc][0], rules.velocities[disc][1]);
+            body.hot.spin[0] = rules.spins[disc];
+            body
+        });
+        let mut world = pair_world(&Solo, rules.dt, contact, pair);
+        for step in 0..150 {
+            rules.step();
+            world.advance().unwrap();
+            for disc in 0..2 {
+                let hot = &world.grains.hot[row_of(&world, disc as u64)];
+                for axis in 0..2 {
+                    let (place, velocity) = (rules.places[disc][axis], rules.velocities[disc][axis]);
+                    assert!((hot.position[axis] - place).abs() < 1e-15, "step {step}: {} for {place}", hot.position);
+                    assert!(
+                        (hot.velocity[axis] - velocity).abs() < 1e-11,
+                        "step {step}: {} for {velocity}",
+                        hot.velocity
+                    );
+                }
+                assert!((hot.spin[0] - rules.spins[disc]).abs() < 1e-8, "step {step}: {}", hot.spin[0]);
+            }
+        }
+        assert!(rules.slid > 10 && rules.spring == 0.0, "it slid for {} steps", rules.slid);
+    }
+}

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use super::run::refuse_missing_grains;
+use super::run::refuse_bad_grains;
 use crate::error::Error;
 use crate::scenario::{Method, Scenario, derived};
 
@@ -25,7 +25,7 @@ const STEP_SHARE_MIN: f64 = 0.1;
 
 pub(super) fn command(job: &Path, sets: &[String]) -> Result<String, Error> {
     let scenario = Scenario::load(job, sets)?;
-    refuse_missing_grains(&scenario)?;
+    refuse_bad_grains(&scenario)?;
     Ok(page(&scenario))
 }
 

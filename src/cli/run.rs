@@ -43,7 +43,7 @@ fn prepare(
 ) -> Result<(Scenario, Options), Error> {
     let resolved = agreed(transport, || {
         let scenario = Scenario::load(job, sets)?;
-        refuse_missing_grains(&scenario)?;
+        refuse_bad_grains(&scenario)?;
         refuse_existing_run(&folder(&out, &scenario))?;
         Ok(scenario.to_toml())
     })?;
@@ -59,14 +59,15 @@ fn folder(out: &Option<PathBuf>, scenario: &Scenario) -> PathBuf {
     }
 }
 
-/// The file that grains are read from must exist before anything is started.
-pub(super) fn refuse_missing_grains(scenario: &Scenario) -> Result<(), Error> {
+/// The file that grains are read from must exist and hold good grains before anything is started.
+pub(super) fn refuse_bad_grains(scenario: &Scenario) -> Result<(), Error> {
     match &scenario.grains.file {
         Some(file) if !file.is_file() => Err(Error::User(format!(
             "grains.file: there is no file {}. Give a path that starts from the job's folder, or remove the key to make a packing.",
             file.display()
         ))),
-        _ => Ok(()),
+        Some(file) => crate::grain_file::read(scenario, file).map(|_| ()),
+        None => Ok(()),
     }
 }
 
