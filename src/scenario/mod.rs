@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::Error;
 
+pub mod assembly;
 pub mod derived;
 pub mod raw;
 mod resolve;
@@ -118,19 +119,101 @@ pub struct Grains {
     pub file: Option<PathBuf>,
 }
 
+/// The contact law with its constants; each law's file under `law/contact/` has its equations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Contact {
+    /// `law = "linear"`.
+    Linear(Linear),
+    /// `law = "linear_cohesive"`.
+    LinearCohesive(LinearCohesive),
+    /// `law = "elastic_rolling"`.
+    ElasticRolling(ElasticRolling),
+    /// `law = "hertz_mindlin"`.
+    HertzMindlin(HertzMindlin),
+}
+
 /// Linear spring-dashpot with tangential memory and Coulomb limit (Cundall & Strack 1979; seed 000, 2.1).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
+pub struct Linear {
     /// k_n, N/m.
     pub stiffness_normal: f64,
     /// k_t, N/m.
     pub stiffness_tangential: f64,
-    /// gamma_n, N s/m.
+    /// gamma_n, N s/m; in a job either this or `restitution` of two mean grains.
     pub damping_normal: f64,
     /// gamma_t, N s/m.
     pub damping_tangential: f64,
     /// mu, the Coulomb coefficient.
     pub friction: f64,
+}
+
+/// The same with cohesion (seed 000, 2.1).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearCohesive {
+    pub linear: Linear,
+    /// e_n, N: a contact made once holds until k_n d < -e_n.
+    pub cohesion_normal: f64,
+    /// e_t, N: |F_t| <= mu |F_n| + e_t.
+    pub cohesion_tangential: f64,
+}
+
+/// Stiffness from Young's modulus by harmonic means, rolling resistance (seed 002, eq. 20 to 28); no dashpot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ElasticRolling {
+    /// E, Pa.
+    pub young_modulus: f64,
+    /// Stiffness ratio k_t/k_n, which the paper calls nu.
+    pub stiffness_ratio: f64,
+    pub friction: f64,
+    /// beta: k_r = beta k_t r_i r_j; zero: grains roll freely.
+    pub rolling_stiffness: f64,
+    /// eta: |M| <= eta min(r_i, r_j) F_n.
+    pub rolling_limit: f64,
+    /// What slides: the surfaces as they are, or with the translational part scaled by (r_i + r_j)/(r_i + r_j - d).
+    pub sliding: Sliding,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sliding {
+    #[default]
+    Surface,
+    Scaled,
+}
+
+/// Hertz normal force, incremental Mindlin tangential force (seed 001, eq. 53 to 56).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HertzMindlin {
+    /// G_g, Pa.
+    pub shear_modulus: f64,
+    /// nu.
+    pub poisson_ratio: f64,
+    pub friction: f64,
+    /// Viscosity of contacts, N s/m.
+    pub damping_normal: f64,
+    pub damping_tangential: f64,
+}
+
+impl Contact {
+    /// mu.
+    pub fn friction(&self) -> f64 {
+        match self {
+            Self::Linear(law) => law.friction,
+            Self::LinearCohesive(law) => law.linear.friction,
+            Self::ElasticRolling(law) => law.friction,
+            Self::HertzMindlin(law) => law.friction,
+        }
+    }
+
+    /// The same law with another friction coefficient.
+    pub fn with_friction(mut self, friction: f64) -> Self {
+        match &mut self {
+            Self::Linear(law) => law.friction = friction,
+            Self::LinearCohesive(law) => law.linear.friction = friction,
+            Self::ElasticRolling(law) => law.friction = friction,
+            Self::HertzMindlin(law) => law.friction = friction,
+        }
+        self
+    }
 }
 
 /// How the packing is made: thrown loosely, compressed by the upper plate under low friction, left to rest.
