@@ -5,22 +5,24 @@ use std::path::{Path, PathBuf};
 use scree_io::column::{State, Table};
 use scree_io::{digest, store};
 
-use crate::body::Plate;
+use crate::body::Body;
+use crate::dem::cell::Cell;
+use crate::dem::grains::GrainRow;
 use crate::error::Error;
 use crate::hybrid::oracle::{LOOKS, Memory};
 use crate::hybrid::track::Instants;
-use crate::packing::Grain;
-use crate::rebuild::wrap;
+use crate::law::material::{CriticalMemory, MaterialMemory};
+use crate::mpm::points::Point;
 use crate::record::{Record, Visitor, to_table};
-use crate::scenario::Scenario;
-use crate::space::Plane;
+use crate::scenario::Job;
+use crate::space::{Plane, Space, Words};
 use crate::tables;
 use crate::transfer::Cargo;
 
 /// Material points of the jobs of this program.
-pub type PlanarPoint = crate::mpm::points::Point<Plane, crate::law::material::CriticalMemory>;
+pub type PlanarPoint = Point<Plane, CriticalMemory>;
 
-/// What a run remembers beside grains, points and plates; the same on every rank.
+/// What a run remembers beside grains, points, bodies and cell; the same on every rank.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Progress {
     /// Steps done.
@@ -75,16 +77,17 @@ impl Record for Instant {
 
 /// Everything of a run on one rank.
 #[derive(Clone, Debug)]
-pub struct Snapshot {
+pub struct Snapshot<S: Space, M, P> {
     /// The resolved job.
     pub scenario: String,
     pub progress: Progress,
-    pub plates: Vec<Plate<Plane>>,
-    pub grains: Vec<Grain>,
-    pub points: Vec<PlanarPoint>,
+    pub cell: Cell<S>,
+    pub bodies: Vec<Body<S>>,
+    pub grains: Vec<GrainRow<S, M>>,
+    pub points: Vec<Point<S, P>>,
 }
 
-impl Snapshot {
+impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
     pub fn to_state(mut self) -> State {
         let progress = &mut self.progress;
         let mut flags: Vec<Flag> = progress.oracle.flagged.iter().copied().map(Flag).collect();
@@ -94,10 +97,11 @@ impl Snapshot {
             to_table("run", &mut run, &mut Progress::default()),
             to_table("flagged", &mut flags, &mut Flag::default()),
             to_table("instants", &mut times, &mut Instant::default()),
-            to_table("plates", &mut self.plates, &mut Plate::blank()),
+            to_table("cell", &mut [self.cell], &mut Cell::blank()),
+            to_table("bodies", &mut self.bodies, &mut Body::blank()),
         ];
         tables.extend(tables::of_grains(&mut self.grains));
-        tables.push(to_table("points", &mut self.points, &mut PlanarPoint::blank()));
+        tables.push(to_table("points", &mut self.points, &mut Point::<S, P>::blank()));
         let attributes = [
             ("scenario".to_string(), self.scenario),
             ("program".to_string(), concat!("scree ", env!("CARGO_PKG_VERSION")).to_string()),
@@ -106,26 +110,34 @@ impl Snapshot {
     }
 
     pub fn from_state(state: &State) -> Result<Self, Error> {
-        let runs: Vec<Progress> = tables::rows(state, "run", &Progress::default())?;
-        let [mut progress] = <[Progress; 1]>::try_from(runs)
-            .map_err(|runs| Error::User(format!("table `run` has {} rows, one is wanted", runs.len())))?;
         let flags: Vec<Flag> = tables::rows(state, "flagged", &Flag::default())?;
         let times: Vec<Instant> = tables::rows(state, "instants", &Instant::default())?;
+        let mut progress = only(tables::rows(state, "run", &Progress::default())?, "run")?;
         progress.oracle.flagged = flags.into_iter().map(|flag| flag.0).collect();
         progress.instants.times = times.into_iter().map(|time| time.0).collect();
-        let scenario = state
-            .attributes
-            .get("scenario")
-            .cloned()
-            .ok_or_else(|| Error::User("the checkpoint carries no scenario".into()))?;
         Ok(Self {
-            scenario,
+            scenario: scenario_of(state)?,
             progress,
-            plates: tables::rows(state, "plates", &Plate::blank())?,
+            cell: only(tables::rows(state, "cell", &Cell::blank())?, "cell")?,
+            bodies: tables::rows(state, "bodies", &Body::blank())?,
             grains: tables::to_grains(state)?,
-            points: tables::rows(state, "points", &PlanarPoint::blank())?,
+            points: tables::rows(state, "points", &Point::<S, P>::blank())?,
         })
     }
+}
+
+/// The row of a table that has one.
+fn only<R>(mut rows: Vec<R>, table: &str) -> Result<R, Error> {
+    match (rows.pop(), rows.len()) {
+        (Some(row), 0) => Ok(row),
+        (_, rest) => Err(Error::User(format!("table `{table}` has {} rows, one is wanted", rest + 1))),
+    }
+}
+
+/// The resolved job that a checkpoint carries.
+pub fn scenario_of(state: &State) -> Result<String, Error> {
+    let text = state.attributes.get("scenario").cloned();
+    text.ok_or_else(|| Error::User("the checkpoint carries no scenario".into()))
 }
 
 /// Folder of a run's checkpoints.
@@ -134,12 +146,13 @@ pub fn folder(dir: &Path) -> PathBuf {
 }
 
 /// The newest good checkpoint of a run directory; damaged newer ones are reported.
-pub fn latest(dir: &Path) -> Result<(PathBuf, Snapshot), Error> {
+pub fn latest<S: Space, M: Words<f64>, P: MaterialMemory>(dir: &Path) -> Result<(PathBuf, Snapshot<S, M, P>), Error> {
     let (path, state) = latest_state(dir)?;
     Ok((path, Snapshot::from_state(&state)?))
 }
 
-fn latest_state(dir: &Path) -> Result<(PathBuf, State), Error> {
+/// The same before it is read as a state of one kind of job.
+pub fn latest_state(dir: &Path) -> Result<(PathBuf, State), Error> {
     if !dir.is_dir() {
         return Err(Error::User(format!("{}: there is no such run directory", dir.display())));
     }
@@ -160,50 +173,28 @@ pub fn digest_of(path: &Path) -> Result<String, Error> {
     Ok(digest::digest(&state))
 }
 
-/// Writes the grains of a checkpoint as CSV, 17 significant digits: the newest of the run, or that nearest to `at`
-/// seconds. Velocities are those of half a step before the time of the positions.
-pub fn export_grains(dir: &Path, file: &Path, at: Option<f64>) -> Result<(), Error> {
-    let snapshot = match at {
-        None => latest(dir)?.1,
-        Some(at) => nearest(dir, at)?,
-    };
-    let scenario = Scenario::parse(&snapshot.scenario, &dir.display().to_string(), &[])?;
-    let mut grains = snapshot.grains;
-    if grains.is_empty() {
-        return Err(Error::User(format!(
-            "{}: this state has no grains; a hybrid run has them after enrichment only",
-            dir.display()
-        )));
+/// The state of the newest good checkpoint, or of the kept one nearest to `at` seconds.
+pub fn state_at(dir: &Path, at: Option<f64>) -> Result<State, Error> {
+    match at {
+        None => Ok(latest_state(dir)?.1),
+        Some(at) => nearest(dir, at),
     }
-    grains.sort_unstable_by_key(|grain| grain.cold.id);
-    let mut text = String::from("id,x,y,radius,vx,vy,spin\n");
-    for grain in &grains {
-        let mut hot = grain.hot;
-        wrap::<Plane>(&mut hot.position, scenario.specimen.width);
-        let numbers = [hot.position[0], hot.position[1], hot.radius, hot.velocity[0], hot.velocity[1], hot.spin[0]];
-        text.push_str(&grain.cold.id.0.to_string());
-        for number in numbers {
-            text.push_str(&format!(",{number:.16e}"));
-        }
-        text.push('\n');
-    }
-    std::fs::write(file, text).map_err(|error| Error::Run(format!("{}: {error}", file.display())))
 }
 
 /// The kept checkpoint nearest in time.
-fn nearest(dir: &Path, at: f64) -> Result<Snapshot, Error> {
+fn nearest(dir: &Path, at: f64) -> Result<State, Error> {
     let folder = folder(dir);
     let kept = store::newest(&folder).map_err(|error| Error::User(error.to_string()))?;
-    let mut best: Option<(f64, Snapshot)> = None;
+    let mut best: Option<(f64, State)> = None;
     for (_, path) in kept {
         let state = store::read(&path).map_err(|error| Error::User(error.to_string()))?;
-        let snapshot = Snapshot::from_state(&state)?;
-        let scenario = Scenario::parse(&snapshot.scenario, &path.display().to_string(), &[])?;
-        let distance = (snapshot.progress.step as f64 * scenario.time.step - at).abs();
+        let progress = only(tables::rows(&state, "run", &Progress::default())?, "run")?;
+        let job = Job::parse(&scenario_of(&state)?, &path.display().to_string(), &[])?;
+        let distance = (progress.step as f64 * job.step() - at).abs();
         if best.as_ref().is_none_or(|(least, _)| distance < *least) {
-            best = Some((distance, snapshot));
+            best = Some((distance, state));
         }
     }
-    best.map(|(_, snapshot)| snapshot)
+    best.map(|(_, state)| state)
         .ok_or_else(|| Error::User(format!("{}: there is no checkpoint", folder.display())))
 }

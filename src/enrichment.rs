@@ -4,6 +4,7 @@ use std::path::Path;
 
 use scree_partition::{ExactSum, Reader, Writer};
 
+use crate::dem::cell::Cell;
 use crate::dem::grains::Mover;
 use crate::error::Error;
 use crate::hybrid::motion::{MotionField, Moved};
@@ -11,6 +12,7 @@ use crate::hybrid::oracle::{Memory, NodeFields};
 use crate::hybrid::select::{Candidate, select};
 use crate::hybrid::track::Instants;
 use crate::hybrid::zone::{CellGrid, Label, Zone};
+use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialMemory;
 use crate::mpm::points::Point;
 use crate::mpm::scatter::scatter_fields;
@@ -47,20 +49,18 @@ pub struct Enriched {
 }
 
 /// The cells of the world's domain.
-pub fn cell_grid(world: &PlanarWorld) -> CellGrid {
+pub fn cell_grid<C: ContactLaw<Plane>>(world: &PlanarWorld<C>) -> CellGrid {
     let layout = &world.layout;
     CellGrid { counts: [layout.cells[0], layout.cells[1]], cell: layout.cell, lower: layout.corner[1] }
 }
 
 /// Displacement of a point since the start, across periods, m.
-fn displacement(point: &PlanarPoint, period: f64) -> Vector {
-    let mut moved = point.position - point.origin;
-    moved[0] += point.image as f64 * period;
-    moved
+fn displacement(point: &PlanarPoint, cell: &Cell<Plane>) -> Vector {
+    point.position - point.origin + cell.shift(point.image)
 }
 
 /// Takes the tracks of all points at their instants; `instants` says which steps these are.
-pub fn track(world: &mut PlanarWorld, instants: &mut Instants) {
+pub fn track<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, instants: &mut Instants) {
     if instants.every == 0 || !world.step.is_multiple_of(instants.every) {
         return;
     }
@@ -73,15 +73,15 @@ pub fn track(world: &mut PlanarWorld, instants: &mut Instants) {
     }
     let slot = instants.times.len();
     instants.times.push(world.time());
-    let period = world.layout.period();
+    let cell = world.cell;
     for point in &mut world.points {
-        point.track.displacements[slot] = displacement(point, period);
+        point.track.displacements[slot] = displacement(point, &cell);
     }
 }
 
 /// One look of the oracle (Algorithm 1): true when a persistent band has been found.
-pub fn watch(
-    world: &mut PlanarWorld,
+pub fn watch<C: ContactLaw<Plane>>(
+    world: &mut PlanarWorld<C>,
     memory: &mut Memory,
     settings: &scenario::Oracle,
     diameter: f64,
@@ -111,7 +111,7 @@ pub fn watch(
 }
 
 /// Two fields of points as mass-weighted means on the nodes of the whole domain, on every rank.
-fn node_fields(world: &mut PlanarWorld, fields: impl Fn(&PlanarPoint) -> [f64; 2] + Sync) -> Result<NodeFields, Error> {
+fn node_fields<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, fields: impl Fn(&PlanarPoint) -> [f64; 2] + Sync) -> Result<NodeFields, Error> {
     const WORDS: usize = 3;
     let mosaic = &world.nodes.mosaic;
     let mut rows = vec![[0.0; WORDS]; mosaic.rows() + mosaic.rows_received];
@@ -140,7 +140,7 @@ fn node_fields(world: &mut PlanarWorld, fields: impl Fn(&PlanarPoint) -> [f64; 2
     let free = |place: [i32; 3]| {
         let y = world.node_height(place);
         world
-            .plates
+            .bodies
             .iter()
             .all(|plate| [-1.0, 0.0, 1.0].iter().all(|away| !plate.holds(y + away * grid.cell, grid.cell)))
     };
@@ -165,8 +165,8 @@ fn node_fields(world: &mut PlanarWorld, fields: impl Fn(&PlanarPoint) -> [f64; 2
 }
 
 /// Replaces the points around the flagged nodes by trained grains of the packing in `packing_file`.
-pub fn enrich(
-    world: &mut PlanarWorld,
+pub fn enrich<C: ContactLaw<Plane>>(
+    world: &mut PlanarWorld<C>,
     scenario: &Scenario,
     flagged: &[u64],
     instants: &Instants,
@@ -188,7 +188,7 @@ pub fn enrich(
 
     let motion = Motion::of(world, &points, instants, settings.training);
     let packing = read_packing(world, packing_file)?;
-    let chosen = choose(scenario, &zone, &motion, &packing, core, rim)?;
+    let chosen = choose::<C>(scenario, &zone, &motion, &packing, core, rim)?;
     let before = world.ledger()?;
     let mut enriched = Enriched {
         mass_before: before.mass,
@@ -243,11 +243,11 @@ pub fn enrich(
 }
 
 /// Mass and momentum of the whole world must be what they were, to round-off.
-fn check_ledger(world: &PlanarWorld, enriched: &Enriched) -> Result<(), Error> {
+fn check_ledger<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, enriched: &Enriched) -> Result<(), Error> {
     const ROUND_OFF: f64 = 1e-10;
     let mass = (enriched.mass_after - enriched.mass_before).abs();
     // Momentum is measured against what the mass would carry at the plate's speed.
-    let speed = world.plates.iter().map(|plate| plate.velocity.norm()).fold(f64::MIN_POSITIVE, f64::max);
+    let speed = world.bodies.iter().map(|body| body.velocity.norm()).fold(f64::MIN_POSITIVE, f64::max);
     let momentum =
         (0..2).map(|axis| (enriched.momentum_after[axis] - enriched.momentum_before[axis]).abs()).fold(0.0, f64::max);
     if mass <= ROUND_OFF * enriched.mass_before && momentum <= ROUND_OFF * speed * enriched.mass_before {
@@ -259,17 +259,17 @@ fn check_ledger(world: &PlanarWorld, enriched: &Enriched) -> Result<(), Error> {
     )))
 }
 
-fn read_packing(world: &PlanarWorld, file: &Path) -> Result<Vec<Grain>, Error> {
+fn read_packing<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, file: &Path) -> Result<Vec<Grain<C>>, Error> {
     let root = world.transport.rank() == 0;
     let read = if root { packing::read(file).map(|(grains, _)| grains) } else { Ok(Vec::new()) };
     transfer::broadcast(world.transport, transfer::agree(world.transport, read)?)
 }
 
 /// One rigid correction gives the grains exactly the momentum that the points gave up.
-fn correct_momentum(world: &PlanarWorld, grains: &mut [Grain], wanted: [f64; 2]) -> Result<(), Error> {
+fn correct_momentum<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, grains: &mut [Grain<C>], wanted: [f64; 2]) -> Result<(), Error> {
     let mut sums = ExactSum::<3>::new();
     for grain in grains.iter() {
-        let mass = grain.hot.weight * grain.cold.mass;
+        let mass = grain.hot.weight * grain.hot.mass;
         sums.add(0, mass);
         sums.add(1, mass * grain.hot.velocity[0]);
         sums.add(2, mass * grain.hot.velocity[1]);
@@ -304,12 +304,11 @@ struct Motion {
 
 impl Motion {
     /// `points` in the order of their ids; `share` of the motion is kept.
-    fn of(world: &PlanarWorld, points: &[PlanarPoint], instants: &Instants, share: f64) -> Self {
-        let period = world.layout.period();
+    fn of<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, points: &[PlanarPoint], instants: &Instants, share: f64) -> Self {
         let moved = |point: &PlanarPoint| {
             let mut path = vec![Vector::zero()];
             path.extend(&point.track.displacements[..instants.times.len()]);
-            path.push(displacement(point, period));
+            path.push(displacement(point, &world.cell));
             let mut path: Vec<[f64; 2]> = path.iter().map(|moved| [share * moved[0], share * moved[1]]).collect();
             path.push([point.velocity[0], point.velocity[1]]);
             Moved { origin: [point.origin[0], point.origin[1]], mass: point.mass, displacements: path }
@@ -332,22 +331,22 @@ impl Motion {
     }
 }
 
-struct Chosen {
-    grains: Vec<Grain>,
+struct Chosen<C: ContactLaw<Plane>> {
+    grains: Vec<Grain<C>>,
     /// Ids of rim grains, rising.
     rim: Vec<u64>,
     point_weight: f64,
 }
 
 /// Grains of the packing that the continuum's motion has brought into the zone.
-fn choose(
+fn choose<C: ContactLaw<Plane>>(
     scenario: &Scenario,
     zone: &Zone,
     motion: &Motion,
-    packing: &[Grain],
+    packing: &[Grain<C>],
     core: f64,
     rim_mass: f64,
-) -> Result<Chosen, Error> {
+) -> Result<Chosen<C>, Error> {
     let now = motion.times.len() - 1;
     let reach = scenario.enrichment.distance + 1.5 * zone.grid.cell;
     let mut candidates = Vec::new();
@@ -362,7 +361,7 @@ fn choose(
                 "the zone around the shear band reaches a plate, which grains of a zone cannot touch yet; lower `enrichment.distance` or move the weak region away from the plates".into(),
             ));
         }
-        candidates.push(Candidate { row, id: grain.cold.id.0, mass: grain.cold.mass, place });
+        candidates.push(Candidate { row, id: grain.cold.id.0, mass: grain.hot.mass, place });
     }
     let selection = select(zone, &candidates, core, rim_mass, scenario.enrichment.weight);
     let mut rim: Vec<u64> = Vec::new();
@@ -374,7 +373,7 @@ fn choose(
         }
     }
     rim.sort_unstable();
-    let heaviest = grains.iter().map(|grain| grain.cold.mass).fold(0.0, f64::max);
+    let heaviest = grains.iter().map(|grain| grain.hot.mass).fold(0.0, f64::max);
     let off = (selection.point_weight - (1.0 - scenario.enrichment.weight)) * rim_mass;
     if off.abs() > heaviest {
         return Err(Error::Run(format!(
@@ -391,23 +390,23 @@ fn choose(
 
 /// Kinematic training (seed 000, 4.1.1): a world of the chosen grains alone, its rim moved along the continuum's path,
 /// everything inside free. Rows of this rank's blocks come back.
-fn train(
-    world: &PlanarWorld,
+fn train<C: ContactLaw<Plane>>(
+    world: &PlanarWorld<C>,
     scenario: &Scenario,
     motion: &Motion,
-    mut grains: Vec<Grain>,
+    mut grains: Vec<Grain<C>>,
     rim: &[u64],
     enriched: &mut Enriched,
-) -> Result<Vec<Grain>, Error> {
+) -> Result<Vec<Grain<C>>, Error> {
     for grain in &mut grains {
         if rim.binary_search(&grain.cold.id.0).is_ok() {
             grain.cold.mover = Mover::Script;
         }
     }
     let grains = if world.transport.rank() == 0 { grains } else { Vec::new() };
-    let settings = settings_for(scenario, scenario.contact.friction);
-    let parts = Parts { grains, points: Vec::new(), plates: Vec::new() };
-    let mut training = PlanarWorld::new(settings, world.layout.clone(), world.transport, 0, parts)?;
+    let settings = settings_for(scenario, scenario.contact.friction());
+    let parts = Parts { grains, points: Vec::new(), bodies: Vec::new(), cell: world.cell };
+    let mut training = PlanarWorld::<C>::new(settings, world.layout.clone(), world.transport, 0, parts)?;
 
     let dt = scenario.time.step;
     for leg in 0..motion.times.len() - 1 {
@@ -430,7 +429,7 @@ fn train(
     Ok(training.rows().0)
 }
 
-fn follow(training: &mut PlanarWorld, velocity: impl Fn(&Vector) -> Vector) {
+fn follow<C: ContactLaw<Plane>>(training: &mut PlanarWorld<C>, velocity: impl Fn(&Vector) -> Vector) {
     for cold in &mut training.grains.cold {
         if cold.mover == Mover::Script {
             cold.script = velocity(&cold.origin);
@@ -438,7 +437,7 @@ fn follow(training: &mut PlanarWorld, velocity: impl Fn(&Vector) -> Vector) {
     }
 }
 
-fn run_steps(world: &mut PlanarWorld, steps: u64) -> Result<(), Error> {
+fn run_steps<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, steps: u64) -> Result<(), Error> {
     for _ in 0..steps {
         world.advance()?;
     }
@@ -449,7 +448,7 @@ fn run_steps(world: &mut PlanarWorld, steps: u64) -> Result<(), Error> {
 const FRACTION_NOMINAL: f64 = 0.84;
 
 /// Mean Love-Weber stress of the free grains, Pa: xx, yy, xy.
-pub fn grain_stress(world: &mut PlanarWorld, depth: f64) -> Result<[f64; 3], Error> {
+pub fn grain_stress<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, depth: f64) -> Result<[f64; 3], Error> {
     world.refresh_ghosts();
     let mut sums = ExactSum::<4>::new();
     for (row, (hot, cold)) in world.grains.hot[..world.grains.owned].iter().zip(&world.grains.cold).enumerate() {

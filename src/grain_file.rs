@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use crate::dem::grains::{Grains, Mover};
+use crate::dem::grains::{GrainRow, Grains, Mover};
 use crate::dem::neighbours::Neighbours;
 use crate::dem::packing::{LOWER, UPPER, mass_of};
 use crate::error::Error;
 use crate::ids::GrainId;
-use crate::packing::{Grain, layout_for};
+use crate::packing::{cell_of, layout_for};
 use crate::scenario::{Scenario, derived};
-use crate::space::{Plane, Space};
+use crate::space::{Linear, Plane, Space, Words};
 
 const HEADER: &str = "id,x,y,radius,vx,vy,spin";
 /// Deepest overlap that a start may have, as a share of the smaller radius.
@@ -29,7 +29,7 @@ impl Source<'_> {
 
 /// Grains of `id,x,y,radius,vx,vy,spin` in SI units, in the order of their ids. Centres below y = 0 are glued to the
 /// lower plate, centres above `specimen.height` to the upper one.
-pub fn read(scenario: &Scenario, file: &Path) -> Result<Vec<Grain>, Error> {
+pub fn read<M: Words<f64>>(scenario: &Scenario, file: &Path) -> Result<Vec<GrainRow<Plane, M>>, Error> {
     let text = std::fs::read_to_string(file).map_err(|error| {
         Error::User(format!("{}: {error}; `grains.file` must name a CSV file of grains", file.display()))
     })?;
@@ -45,7 +45,7 @@ pub fn read(scenario: &Scenario, file: &Path) -> Result<Vec<Grain>, Error> {
     }
     grains.sort_by_key(|(grain, _)| grain.cold.id);
     source.lines = grains.iter().map(|(_, line)| *line).collect();
-    let grains: Vec<Grain> = grains.into_iter().map(|(grain, _)| grain).collect();
+    let grains: Vec<GrainRow<Plane, M>> = grains.into_iter().map(|(grain, _)| grain).collect();
     if !grains.iter().any(|grain| grain.cold.mover == Mover::Free) {
         return Err(
             source.bad(1, "there is no free grain in this file; export one from a run, or remove `grains.file`")
@@ -58,7 +58,7 @@ pub fn read(scenario: &Scenario, file: &Path) -> Result<Vec<Grain>, Error> {
     Ok(grains)
 }
 
-fn parse(scenario: &Scenario, line: &str) -> Result<Grain, String> {
+fn parse<M: Words<f64>>(scenario: &Scenario, line: &str) -> Result<GrainRow<Plane, M>, String> {
     let cells: Vec<&str> = line.split(',').map(str::trim).collect();
     if cells.len() != 7 {
         return Err(format!("{} values, 7 are wanted ({HEADER})", cells.len()));
@@ -88,13 +88,13 @@ fn parse(scenario: &Scenario, line: &str) -> Result<Grain, String> {
         Mover::Free
     };
     let place = <Plane as Space>::Vector::new(x, y);
-    let mut grain = Grain::resting(GrainId(id), place, radius, mass_of(scenario, radius), mover);
+    let mut grain = GrainRow::resting(GrainId(id), place, radius, mass_of(scenario, radius), mover);
     grain.hot.velocity = <Plane as Space>::Vector::new(vx, vy);
     grain.hot.spin = <Plane as Space>::Spin::new(spin);
     Ok(grain)
 }
 
-fn refuse_repeated_ids(source: &Source, grains: &[Grain]) -> Result<(), Error> {
+fn refuse_repeated_ids<M: Words<f64>>(source: &Source, grains: &[GrainRow<Plane, M>]) -> Result<(), Error> {
     match grains.windows(2).position(|pair| pair[0].cold.id == pair[1].cold.id) {
         Some(at) => Err(source.bad(
             source.lines[at + 1],
@@ -104,9 +104,9 @@ fn refuse_repeated_ids(source: &Source, grains: &[Grain]) -> Result<(), Error> {
     }
 }
 
-fn refuse_heights(scenario: &Scenario, source: &Source, grains: &[Grain]) -> Result<(), Error> {
+fn refuse_heights<M: Words<f64>>(scenario: &Scenario, source: &Source, grains: &[GrainRow<Plane, M>]) -> Result<(), Error> {
     let [lower, upper] = layout_for(scenario, scenario.specimen.height)?.heights();
-    let outside = |grain: &Grain| !(lower..=upper).contains(&grain.hot.position[1]);
+    let outside = |grain: &GrainRow<Plane, M>| !(lower..=upper).contains(&grain.hot.position[1]);
     match grains.iter().position(outside) {
         Some(at) => Err(source.bad(
             source.lines[at],
@@ -120,7 +120,7 @@ fn refuse_heights(scenario: &Scenario, source: &Source, grains: &[Grain]) -> Res
 }
 
 /// Blocks must be wider than a contact reaches, and the step stable for the lightest grain.
-fn refuse_sizes(scenario: &Scenario, source: &Source, grains: &[Grain]) -> Result<(), Error> {
+fn refuse_sizes<M: Words<f64>>(scenario: &Scenario, source: &Source, grains: &[GrainRow<Plane, M>]) -> Result<(), Error> {
     let by_radius = |a: &(usize, f64), b: &(usize, f64)| a.1.total_cmp(&b.1);
     let radii = || grains.iter().map(|grain| grain.hot.radius).enumerate();
     let (Some(smallest), Some(largest)) = (radii().min_by(by_radius), radii().max_by(by_radius)) else {
@@ -154,20 +154,24 @@ fn refuse_sizes(scenario: &Scenario, source: &Source, grains: &[Grain]) -> Resul
     Ok(())
 }
 
-fn refuse_overlaps(scenario: &Scenario, source: &Source, grains: &[Grain]) -> Result<(), Error> {
+fn refuse_overlaps<M: Words<f64>>(scenario: &Scenario, source: &Source, grains: &[GrainRow<Plane, M>]) -> Result<(), Error> {
     let all = Grains::<Plane> {
         hot: grains.iter().map(|grain| grain.hot).collect(),
         cold: grains.iter().map(|grain| grain.cold).collect(),
         owned: grains.len(),
         ..Grains::default()
     };
-    for pair in Neighbours::build(&all, scenario.specimen.width, 0.0).pairs {
-        let (a, b) = (&all.hot[pair.a as usize], &all.hot[pair.b as usize]);
-        let overlap = a.radius + b.radius - (a.position - b.position + pair.shift).norm();
+    let cell = cell_of(&layout_for(scenario, scenario.specimen.height)?);
+    let mut neighbours = Neighbours::default();
+    neighbours.build(&all, &cell, 0.0);
+    for (_, pair) in neighbours.real_pairs() {
+        let (a, b) = (&all.hot[pair.a as usize], &all.hot[pair.b() as usize]);
+        let separation = a.position - b.position + cell.shift(pair.image().image());
+        let overlap = a.radius + b.radius - separation.norm();
         let share = overlap / a.radius.min(b.radius);
         if share > OVERLAP_MAX {
             return Err(source.bad(
-                source.lines[pair.b as usize],
+                source.lines[pair.b() as usize],
                 &format!(
                     "this grain overlaps the one in line {} by {:.0} % of the smaller radius; at most {:.0} % can be started from",
                     source.lines[pair.a as usize],
@@ -180,6 +184,37 @@ fn refuse_overlaps(scenario: &Scenario, source: &Source, grains: &[Grain]) -> Re
     Ok(())
 }
 
+/// stub
+pub fn read_assembly<S: Space, M: Words<f64>>(
+    job: &crate::scenario::assembly::Assembly,
+    file: &Path,
+) -> Result<Vec<GrainRow<S, M>>, Error> {
+    let text = std::fs::read_to_string(file).map_err(|error| {
+        Error::User(format!("{}: {error}; `grains.file` must name a CSV file of grains", file.display()))
+    })?;
+    let mut grains = Vec::new();
+    for line in text.lines().skip(1).filter(|line| !line.trim().is_empty()) {
+        let v: Vec<f64> = line.split(',').map(|cell| cell.trim().parse().unwrap()).collect();
+        let d = S::DIMENSION;
+        let mut position = S::Vector::zero();
+        for axis in 0..d {
+            position[axis] = v[1 + axis];
+        }
+        let radius = v[1 + d];
+        let mass = job.matter.density * S::grain_volume(radius, job.cell.depth);
+        let mut row = GrainRow::<S, M>::resting(GrainId(v[0] as u64), position, radius, mass, Mover::Free);
+        for axis in 0..d {
+            row.hot.velocity[axis] = v[2 + d + axis];
+        }
+        for axis in 0..S::Spin::COMPONENTS {
+            row.hot.spin[axis] = v[2 + 2 * d + axis];
+        }
+        grains.push(row);
+    }
+    grains.sort_by_key(|grain| grain.cold.id);
+    Ok(grains)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -190,7 +225,7 @@ mod tests {
         std::fs::write(&file, format!("{HEADER}\n{rows}")).unwrap();
         let job = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/quickstart.toml");
         let scenario = Scenario::load(&job, &["method=dem".into()]).unwrap();
-        let message = read(&scenario, &file).map(|grains| format!("{} grains", grains.len())).unwrap_or_else(|error| {
+        let message = read::<crate::space::Components<f64, 1>>(&scenario, &file).map(|grains| format!("{} grains", grains.len())).unwrap_or_else(|error| {
             assert_eq!(error.exit_code(), 2);
             error.to_string()
         });

@@ -8,19 +8,27 @@ use scree_partition::{Curve, Halo, Lattice};
 use crate::mpm::scatter::TileFrame;
 use crate::mpm::shape::MARGIN_LOWER;
 use crate::mpm::tile::{Mosaic, OwnedNode};
-use crate::space::{Linear, Space};
+use crate::space::{Linear, Plane, Space};
 
-/// The domain: cells, blocks and the curve; the same on every rank. The first axis is periodic.
+/// Cells along a closed border that nothing may enter where there are splines.
+pub const RIM_CELLS: usize = 2;
+
+/// The domain: cells, blocks and the curve; the same on every rank. Places in it are shares of its edges, so that it may
+/// deform.
 #[derive(Clone, Debug)]
 pub struct Layout {
     dimension: usize,
     /// Cells per axis (one in axes that do not exist).
     pub cells: [usize; 3],
     pub cells_per_block: usize,
-    /// Edge of a cell, m.
+    /// Edge of a grid cell of the continuum, m.
     pub cell: f64,
     /// Lower corner of the domain, m.
     pub corner: [f64; 3],
+    pub periodic: [bool; 3],
+    /// Cells along the border of an axis that is not periodic which nothing may enter: splines there would reach nodes
+    /// that nobody sums.
+    pub rim: usize,
     /// Blocks per axis.
     blocks: [i32; 3],
     /// Lattice coordinates of the blocks along the curve, and back.
@@ -28,6 +36,19 @@ pub struct Layout {
     positions: Vec<u32>,
     /// Offsets to the neighbours of a block, itself included, in the order of every sum over tiles.
     offsets: Vec<[i32; 3]>,
+}
+
+/// What a [`Layout`] is laid from.
+#[derive(Clone, Copy, Debug)]
+pub struct Ground {
+    /// Whole blocks of cells per axis.
+    pub cells: [usize; 3],
+    pub cells_per_block: usize,
+    /// Edge of a grid cell of the continuum, m.
+    pub cell: f64,
+    pub corner: [f64; 3],
+    pub periodic: [bool; 3],
+    pub rim: usize,
 }
 
 /// Which stretch of the curve each rank holds.
@@ -48,6 +69,7 @@ impl Deal {
 }
 
 /// Node rows and the halos that renew them.
+#[derive(Default)]
 pub struct NodeRows {
     pub mosaic: Mosaic,
     /// Tile rows to the owners of their nodes, before summing.
@@ -59,30 +81,41 @@ pub struct NodeRows {
 impl Layout {
     /// A domain in the plane of `cells` square cells from `corner`, periodic in x. `cells` must be whole blocks.
     pub fn plane(cells: [usize; 2], cells_per_block: usize, cell: f64, corner: [f64; 2]) -> Result<Self, String> {
-        let lattice = Lattice::<2>::new(cells, cells_per_block, [true, false]).map_err(|error| error.to_string())?;
-        let curve = Curve::new(&lattice);
-        let blocks = lattice.blocks();
-        let coordinates: Vec<[i32; 3]> = (0..curve.len())
-            .map(|k| {
-                let [x, y] = curve.coordinates(k);
-                [x as i32, y as i32, 0]
-            })
-            .collect();
-        let mut positions = vec![0; coordinates.len()];
-        for (k, [x, y, _]) in coordinates.iter().enumerate() {
-            positions[*y as usize * blocks[0] + *x as usize] = k as u32;
+        let (cells, corner) = ([cells[0], cells[1], 1], [corner[0], corner[1], 0.0]);
+        let periodic = [true, false, false];
+        Self::new::<Plane>(Ground { cells, cells_per_block, cell, corner, periodic, rim: RIM_CELLS })
+    }
+
+    pub fn new<S: Space>(ground: Ground) -> Result<Self, String> {
+        match S::DIMENSION {
+            2 => Self::laid::<2>(ground),
+            _ => Self::laid::<3>(ground),
         }
-        Ok(Self {
-            dimension: 2,
-            cells: [cells[0], cells[1], 1],
-            cells_per_block,
-            cell,
-            corner: [corner[0], corner[1], 0.0],
-            blocks: [blocks[0] as i32, blocks[1] as i32, 1],
-            coordinates,
-            positions,
-            offsets: scree_partition::offsets::<2>().into_iter().map(|[x, y]| [x, y, 0]).collect(),
-        })
+    }
+
+    fn laid<const D: usize>(ground: Ground) -> Result<Self, String> {
+        let Ground { mut cells, cells_per_block, cell, corner, mut periodic, rim } = ground;
+        cells[D..].fill(1);
+        periodic[D..].fill(false);
+        let axes = |values: [usize; 3]| -> [usize; D] { std::array::from_fn(|axis| values[axis]) };
+        let wraps: [bool; D] = std::array::from_fn(|axis| periodic[axis]);
+        let lattice =
+            Lattice::<D>::new(axes(cells), cells_per_block, wraps).map_err(|error| error.to_string())?;
+        let curve = Curve::new(&lattice);
+        let padded = |axes: [usize; D], rest: i32| -> [i32; 3] {
+            std::array::from_fn(|axis| if axis < D { axes[axis] as i32 } else { rest })
+        };
+        let blocks = padded(lattice.blocks(), 1);
+        let coordinates: Vec<[i32; 3]> = (0..curve.len()).map(|k| padded(curve.coordinates(k), 0)).collect();
+        let mut positions = vec![0; coordinates.len()];
+        for (k, [x, y, z]) in coordinates.iter().enumerate() {
+            positions[((z * blocks[1] + y) * blocks[0] + x) as usize] = k as u32;
+        }
+        let offsets = scree_partition::offsets::<D>().into_iter().map(|offset| {
+            std::array::from_fn(|axis| if axis < D { offset[axis] } else { 0 })
+        });
+        let offsets = offsets.collect();
+        Ok(Self { dimension: D, cells, cells_per_block, cell, corner, periodic, rim, blocks, coordinates, positions, offsets })
     }
 
     pub fn block_count(&self) -> usize {
@@ -99,39 +132,49 @@ impl Layout {
         self.cells_per_block as f64 * self.cell
     }
 
-    /// Lowest and highest y that anything may have, m. Two cells from the border of the domain it ends: beyond them splines
-    /// would reach nodes that nobody sums.
+    /// Lowest and highest y that anything may have where y is not periodic, m.
     pub fn heights(&self) -> [f64; 2] {
-        let rim = 2.0 * self.cell;
+        let rim = self.rim as f64 * self.cell;
         [self.corner[1] + rim, self.corner[1] + self.cells[1] as f64 * self.cell - rim]
+    }
+
+    /// Shares of an axis that anything may be at.
+    fn bounds(&self, axis: usize) -> [f64; 2] {
+        let rim = if self.periodic[axis] { 0.0 } else { self.rim as f64 / self.cells[axis] as f64 };
+        [rim, 1.0 - rim]
     }
 
     pub fn offsets(&self) -> &[[i32; 3]] {
         &self.offsets
     }
 
-    /// The block beside `block`, across the period on the first axis; none outside.
+    /// The block beside `block`, across the periods; none outside.
     pub fn neighbour(&self, block: usize, offset: [i32; 3]) -> Option<usize> {
-        let at = self.coordinates[block];
-        let x = (at[0] + offset[0]).rem_euclid(self.blocks[0]);
-        let (y, z) = (at[1] + offset[1], at[2] + offset[2]);
-        let inside = y >= 0 && y < self.blocks[1] && z >= 0 && z < self.blocks[2];
-        inside.then(|| self.positions[((z * self.blocks[1] + y) * self.blocks[0] + x) as usize] as usize)
+        let mut at = self.coordinates[block];
+        for axis in 0..3 {
+            at[axis] += offset[axis];
+            if self.periodic[axis] {
+                at[axis] = at[axis].rem_euclid(self.blocks[axis]);
+            } else if at[axis] < 0 || at[axis] >= self.blocks[axis] {
+                return None;
+            }
+        }
+        Some(self.positions[((at[2] * self.blocks[1] + at[1]) * self.blocks[0] + at[0]) as usize] as usize)
     }
 
-    /// Block and cell within it of a place wrapped into the period; none outside the domain.
-    pub fn place<S: Space>(&self, position: &S::Vector) -> Option<(usize, u32)> {
+    /// Block and cell within it of a place given by its shares of the edges, wrapped into the periods; none outside the
+    /// domain or within its rim.
+    pub fn place<S: Space>(&self, fraction: &S::Vector) -> Option<(usize, u32)> {
         let mut block = [0i32; 3];
         let mut cell_in_block = 0;
         for axis in (0..self.dimension).rev() {
-            let cell = ((position[axis] - self.corner[axis]) / self.cell).floor();
-            let top = (self.cells[axis] - 1) as f64;
+            let [lower, upper] = self.bounds(axis);
             // A place wrapped to just below the period may round to it.
-            let cell = if axis == 0 { cell.clamp(0.0, top) } else { cell };
-            if !(0.0..=top).contains(&cell) {
+            if !self.periodic[axis] && !(lower..=upper).contains(&fraction[axis]) || !fraction[axis].is_finite() {
                 return None;
             }
-            let cell = cell as usize;
+            let top = (self.cells[axis] - 1) as f64;
+            let cell = (fraction[axis] * self.cells[axis] as f64).floor().clamp(0.0, top) as usize;
             block[axis] = (cell / self.cells_per_block) as i32;
             cell_in_block = cell_in_block * self.cells_per_block + cell % self.cells_per_block;
         }
@@ -149,19 +192,26 @@ impl Layout {
         TileFrame { corner, cell_inverse: 1.0 / self.cell, edge: Mosaic::edge_of(self.cells_per_block) }
     }
 
-    /// Distance of a place from a block, across the period, m.
-    pub fn distance<S: Space>(&self, position: &S::Vector, block: usize) -> f64 {
-        let mut square = 0.0;
+    /// A lower bound of the distance of a place from a block across the periods, m; exact beside a face. `heights` are the
+    /// distances of the domain's faces.
+    pub fn distance<S: Space>(&self, fraction: &S::Vector, block: usize, heights: &[f64; 3]) -> f64 {
+        let mut most = 0.0f64;
         for axis in 0..self.dimension {
-            let lower = self.corner[axis] + f64::from(self.coordinates[block][axis]) * self.block_edge();
-            let outside = |x: f64| (lower - x).max(x - lower - self.block_edge()).max(0.0);
-            let mut gap = outside(position[axis]);
-            if axis == 0 {
-                gap = gap.min(outside(position[axis] + self.period())).min(outside(position[axis] - self.period()));
+            let count = f64::from(self.blocks[axis]);
+            let lower = f64::from(self.coordinates[block][axis]) / count;
+            let outside = |share: f64| (lower - share).max(share - lower - 1.0 / count).max(0.0);
+            let mut gap = outside(fraction[axis]);
+            if self.periodic[axis] {
+                gap = gap.min(outside(fraction[axis] + 1.0)).min(outside(fraction[axis] - 1.0));
             }
-            square += gap * gap;
+            most = most.max(gap * heights[axis]);
         }
-        square.sqrt()
+        most
+    }
+
+    /// Blocks per axis.
+    pub fn blocks(&self) -> [usize; 3] {
+        self.blocks.map(|count| count as usize)
     }
 
     /// Blocks around `block`, itself excluded, each once.

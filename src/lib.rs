@@ -7,21 +7,24 @@
 //! * [`world`]: the state in blocks and the step as a table of contents; [`rebuild`] and [`layout`]: who holds what;
 //!   [`enrichment`]: grains for points. These alone call the partition.
 //! * [`dem`], [`mpm`], [`hybrid`]: grains, continuum, and what couples them. They do not know ranks.
-//! * [`law`]: forces and stresses; [`space`], [`math`], [`ids`]: the ground.
+//! * [`law`]: forces and stresses; [`space`], [`lane`], [`math`], [`ids`]: the ground.
 //!
 //! One word, one thing: a *block* owns *cells*, a *tile* holds its *nodes*; a *grain* is DEM, a *point* is MPM, a *contact* a
 //! touching pair with memory; a *ghost* is a copy of a row another rank owns; a *zone* is where grains replaced points and
 //! its *rim* the reconciliation zone where both live.
 
+pub mod assembly;
 pub mod body;
 pub mod checkpoint;
 pub mod cli;
 pub mod dem;
 pub mod enrichment;
 pub mod error;
+pub mod grain_export;
 pub mod grain_file;
 pub mod hybrid;
 pub mod ids;
+pub mod lane;
 pub mod law;
 pub mod layout;
 pub mod math;
@@ -30,12 +33,15 @@ pub mod observe;
 pub mod output;
 pub mod packing;
 pub mod parallel;
+pub mod planar_shear;
 pub mod rebuild;
 pub mod record;
 pub mod run;
 pub mod scenario;
+pub mod servo;
 pub mod space;
 pub mod specimen;
+pub mod start;
 pub mod tables;
 pub mod transfer;
 pub mod world;

@@ -29,4 +29,8 @@ pub fn ln(x: f64) -> f64 {
     libm::log(x)
 }
 
+pub fn cbrt(x: f64) -> f64 {
+    libm::cbrt(x)
+}
+
 pub use std::f64::consts::PI;

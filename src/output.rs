@@ -13,22 +13,7 @@ use serde_json::{Value, json};
 
 use crate::checkpoint::Progress;
 use crate::error::Error;
-
-/// Columns of `series.csv`.
-pub const SERIES_HEADER: [&str; 12] = [
-    "step",
-    "time",
-    "strain",
-    "shear_stress",
-    "normal_stress",
-    "volume_strain",
-    "grains",
-    "points",
-    "kinetic_grains",
-    "elastic_grains",
-    "kinetic_points",
-    "elastic_points",
-];
+use crate::run::Experiment;
 
 /// Open files of a run, on rank 0.
 pub struct Outputs {
@@ -75,20 +60,24 @@ pub fn claim(dir: &Path, scenario: &str) -> Result<(), Error> {
 }
 
 impl Outputs {
-    pub fn create(dir: &Path, steps: u64) -> Result<Self, Error> {
+    pub fn create(dir: &Path, experiment: &impl Experiment) -> Result<Self, Error> {
         let path = series_file(dir);
-        let series = Series::create(&path, &SERIES_HEADER).map_err(|error| failed(&path, &error))?;
-        Self::open(dir, series, None, 0, steps)
+        let header = experiment.header();
+        let names: Vec<&str> = header.iter().map(String::as_str).collect();
+        let series = Series::create(&path, &names).map_err(|error| failed(&path, &error))?;
+        Self::open(dir, series, None, 0, experiment.steps())
     }
 
     /// Cuts series and frames back to what `progress` had written.
-    pub fn resume(dir: &Path, progress: &Progress, steps: u64) -> Result<Self, Error> {
+    pub fn resume(dir: &Path, progress: &Progress, experiment: &impl Experiment) -> Result<Self, Error> {
         let path = series_file(dir);
-        let series = Series::resume(&path, &SERIES_HEADER, progress.series_rows as usize)
+        let header = experiment.header();
+        let names: Vec<&str> = header.iter().map(String::as_str).collect();
+        let series = Series::resume(&path, &names, progress.series_rows as usize)
             .map_err(|error| failed(&path, &error))?;
         let path = frames_file(dir);
         let frames = FrameFile::open_and_cut(&path, progress.frames as usize).map_err(|error| failed(&path, &error))?;
-        let mut outputs = Self::open(dir, series, Some(frames), progress.step, steps)?;
+        let mut outputs = Self::open(dir, series, Some(frames), progress.step, experiment.steps())?;
         if let Ok(text) = fs::read_to_string(summary_file(dir)) {
             outputs.summary = serde_json::from_str(&text).unwrap_or_default();
         }

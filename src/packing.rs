@@ -7,27 +7,32 @@ use scree_io::store;
 use scree_partition::Transport;
 use sha2::{Digest, Sha256};
 
-use crate::body::{Drive, Plate, Side};
+use crate::body::{Body, Servo, Shape, Side};
+use crate::dem::cell::Cell;
 use crate::dem::grains::GrainRow;
+use crate::dem::motion::Field;
 use crate::dem::packing::{UPPER, glue_layers, glued_reach, throw};
 use crate::error::Error;
-use crate::law::contact::LinearSpringDashpot;
+use crate::law::contact::ContactLaw;
 use crate::law::material::CriticalDruckerPrager;
 use crate::layout::Layout;
-use crate::rebuild::{Parts, is_glued};
+use crate::rebuild::{self, Parts, is_glued};
 use crate::scenario::Scenario;
-use crate::space::{Linear, Plane, Space};
+use crate::space::{Linear, Plane, Space, Words};
+use crate::servo::CellDrive;
 use crate::world::{Settings, World};
 use crate::{grain_file, tables, transfer};
 
-/// The world that jobs of this program run in.
-pub type PlanarWorld<'t> = World<'t, Plane, LinearSpringDashpot, CriticalDruckerPrager>;
+/// The world that jobs between plates run in.
+pub type PlanarWorld<'t, C> = World<'t, Plane, C, CriticalDruckerPrager>;
 /// Its grains.
-pub type Grain = GrainRow<Plane, <Plane as Space>::Tangent>;
+pub type Grain<C> = rebuild::Row<Plane, C>;
+
+type Vector = <Plane as Space>::Vector;
 
 /// A finished packing: rows on rank 0 only, in canonical order; the rest everywhere.
-pub struct Packing {
-    pub grains: Vec<Grain>,
+pub struct Packing<C: ContactLaw<Plane>> {
+    pub grains: Vec<Grain<C>>,
     /// Distance of the plates' faces, m.
     pub height: f64,
     /// Mass of the free grains, kg, and their packing fraction between the faces.
@@ -55,20 +60,36 @@ pub fn layout_for(scenario: &Scenario, height: f64) -> Result<Layout, Error> {
 }
 
 /// Settings of a world of this job, with a contact friction of its own.
-pub fn settings_for(scenario: &Scenario, friction: f64) -> Settings<LinearSpringDashpot, CriticalDruckerPrager> {
-    let mut constants = scenario.contact;
-    constants.friction = friction;
+pub fn settings_for<C: ContactLaw<Plane>>(
+    scenario: &Scenario,
+    friction: f64,
+) -> Settings<Plane, C, CriticalDruckerPrager> {
+    let contact = scenario.contact.with_friction(friction);
     Settings {
         dt: scenario.time.step,
         skin: scenario.decomposition.skin,
         flip: scenario.continuum.flip,
-        contact: LinearSpringDashpot { constants },
+        contact: C::from_job(&contact).expect("the run was given the job's law"),
         material: CriticalDruckerPrager::new(&scenario.continuum),
+        field: Field::default(),
+        drive: CellDrive::default(),
+        first_kick: 0.5,
     }
 }
 
+/// The cell of a layout that does not deform.
+pub fn cell_of(layout: &Layout) -> Cell<Plane> {
+    let mut corner = Vector::zero();
+    let mut lengths = Vector::zero();
+    for axis in 0..Plane::DIMENSION {
+        corner[axis] = layout.corner[axis];
+        lengths[axis] = layout.cells[axis] as f64 * layout.cell;
+    }
+    Cell::cuboid(corner, lengths, layout.periodic)
+}
+
 /// The job's packing: read from its grain file, from the cache, or made now and cached.
-pub fn prepare(scenario: &Scenario, transport: &dyn Transport) -> Result<Packing, Error> {
+pub fn prepare<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport) -> Result<Packing<C>, Error> {
     if let Some(file) = &scenario.grains.file {
         let grains = transfer::agree(transport, on_root(transport, || grain_file::read(scenario, file)))?;
         return measured(scenario, transport, grains.unwrap_or_default(), scenario.specimen.height);
@@ -81,7 +102,7 @@ pub fn prepare(scenario: &Scenario, transport: &dyn Transport) -> Result<Packing
         let (grains, height) = cached.unwrap_or_default();
         (grains, share(transport, height))
     } else {
-        let (mut grains, height) = make(scenario, transport)?;
+        let (mut grains, height) = make::<C>(scenario, transport)?;
         let written = on_root(transport, || write(&file, &mut grains, height));
         transfer::agree(transport, written)?;
         (grains, height)
@@ -100,8 +121,13 @@ fn share(transport: &dyn Transport, number: f64) -> f64 {
     f64::from_le_bytes(bytes.try_into().expect("eight bytes were sent"))
 }
 
-fn measured(scenario: &Scenario, transport: &dyn Transport, grains: Vec<Grain>, height: f64) -> Result<Packing, Error> {
-    let mass = share(transport, grains.iter().filter(|grain| !is_glued(grain)).map(|grain| grain.cold.mass).sum());
+fn measured<C: ContactLaw<Plane>>(
+    scenario: &Scenario,
+    transport: &dyn Transport,
+    grains: Vec<Grain<C>>,
+    height: f64,
+) -> Result<Packing<C>, Error> {
+    let mass = share(transport, grains.iter().filter(|grain| !is_glued(grain)).map(|grain| grain.hot.mass).sum());
     let volume = scenario.specimen.width * height * scenario.specimen.depth;
     Ok(Packing { grains, height, mass, fraction: mass / (scenario.grains.density * volume) })
 }
@@ -110,7 +136,7 @@ fn measured(scenario: &Scenario, transport: &dyn Transport, grains: Vec<Grain>, 
 fn key(scenario: &Scenario) -> String {
     let specimen = &scenario.specimen;
     let text = format!(
-        "packing 3 seed {} plate {:?} {:?} specimen {:?} {:?} {:?} grains {:?} {:?} {:?} contact {:?} friction {:?} start {:?} stress {:?} ratio {:?} step {:?} cell {:?} block {:?} skin {:?} glued {:?}",
+        "packing 4 seed {} plate {:?} {:?} specimen {:?} {:?} {:?} grains {:?} {:?} {:?} contact {:?} friction {:?} start {:?} stress {:?} ratio {:?} step {:?} cell {:?} block {:?} skin {:?} glued {:?}",
         scenario.seed,
         scenario.loading.plate_mass,
         scenario.loading.plate_damping,
@@ -142,28 +168,28 @@ const LOOK_EVERY: u64 = 1000;
 const STEPS_MAX: u64 = 20_000_000;
 
 /// Throws and compresses. Rows on rank 0.
-fn make(scenario: &Scenario, transport: &dyn Transport) -> Result<(Vec<Grain>, f64), Error> {
+fn make<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport) -> Result<(Vec<Grain<C>>, f64), Error> {
     let thrown = throw(scenario)?;
     tracing::info!(grains = thrown.grains.len(), "making a packing");
     let stress = scenario.packing.stress;
     let area = scenario.specimen.width * scenario.specimen.depth;
     let speed_max = INERTIAL_NUMBER * scenario.specimen.height / scenario.grains.diameter_mean
         * (stress / scenario.grains.density).sqrt();
-    let servo = Drive::Servo {
-        stress,
-        area,
-        speed: 0.0,
-        ramp: 0.0,
+    let servo = Servo {
+        direction: Vector::new(0.0, 1.0),
+        force: stress * area,
         mass: scenario.loading.plate_mass,
         damping: scenario.loading.plate_damping,
         speed_max,
     };
-    let plates = vec![Plate::new(Drive::Fixed, Side::Below, 0.0), Plate::new(servo, Side::Above, thrown.height)];
+    let lower = Body::new("lower", Shape::Plate { side: Side::Below, face: 0.0 });
+    let upper = Body::new("upper", Shape::Plate { side: Side::Above, face: thrown.height });
+    let bodies = vec![lower, Body { servo: Some(servo), ..upper }];
     let layout = layout_for(scenario, thrown.height)?;
     let settings = settings_for(scenario, scenario.packing.friction);
     let grains = if transport.rank() == 0 { thrown.grains } else { Vec::new() };
-    let parts = Parts { grains, points: Vec::new(), plates };
-    let mut world = PlanarWorld::new(settings, layout, transport, 0, parts)?;
+    let parts = Parts { grains, points: Vec::new(), bodies, cell: cell_of(&layout) };
+    let mut world = PlanarWorld::<C>::new(settings, layout, transport, 0, parts)?;
 
     let load = stress * area;
     let mut looks = 0;
@@ -173,9 +199,9 @@ fn make(scenario: &Scenario, transport: &dyn Transport) -> Result<(Vec<Grain>, f
         }
         looks += 1;
         let energies = world.energies()?;
-        let plate = &mut world.plates[UPPER as usize];
+        let plate = &mut world.bodies[UPPER as usize];
         let force = plate.impulse[1] / (LOOK_EVERY as f64 * scenario.time.step);
-        plate.impulse = <Plane as Space>::Vector::zero();
+        plate.impulse = Vector::zero();
         let at_load = (force / load - 1.0).abs() < 0.01;
         let at_rest = energies.kinetic_grains < scenario.packing.energy_ratio_max * energies.elastic_grains;
         if at_load && at_rest {
@@ -191,29 +217,29 @@ fn make(scenario: &Scenario, transport: &dyn Transport) -> Result<(Vec<Grain>, f
             )));
         }
         if looks % 50 == 0 {
-            tracing::debug!(step = world.step, height = world.plates[1].face, load = force / load, "compressing");
+            tracing::debug!(step = world.step, height = world.bodies[1].face(), load = force / load, "compressing");
         }
     }
     world.rebuild()?;
-    let height = world.plates[UPPER as usize].face;
+    let height = world.bodies[UPPER as usize].face();
     let (rows, _) = world.rows();
     let mut rows = transfer::gather(transport, rows)?.unwrap_or_default();
     let height = glue_layers(scenario, height, &mut rows);
-    rows.iter_mut().for_each(settle_origin);
+    rows.iter_mut().for_each(settle_origin::<C>);
     Ok((rows, height))
 }
 
 /// A grain of a finished packing is at rest, and its origin is where it is.
-fn settle_origin(grain: &mut Grain) {
-    grain.hot.velocity = <Plane as Space>::Vector::zero();
+fn settle_origin<C: ContactLaw<Plane>>(grain: &mut Grain<C>) {
+    grain.hot.velocity = Vector::zero();
     grain.hot.spin = <Plane as Space>::Spin::zero();
     grain.cold.origin = grain.hot.position;
     grain.cold.home = grain.hot.position;
-    grain.cold.image = 0;
+    grain.cold.image = [0; 3];
 }
 
 /// Writes a packing as a file of its own.
-pub fn write(file: &Path, grains: &mut [Grain], height: f64) -> Result<(), Error> {
+pub fn write<M: Words<f64>>(file: &Path, grains: &mut [GrainRow<Plane, M>], height: f64) -> Result<(), Error> {
     if let Some(folder) = file.parent() {
         std::fs::create_dir_all(folder).map_err(|error| {
             Error::User(format!(
@@ -228,7 +254,7 @@ pub fn write(file: &Path, grains: &mut [Grain], height: f64) -> Result<(), Error
 }
 
 /// Reads what [`write`] wrote: grains and height.
-pub fn read(file: &Path) -> Result<(Vec<Grain>, f64), Error> {
+pub fn read<M: Words<f64>>(file: &Path) -> Result<(Vec<GrainRow<Plane, M>>, f64), Error> {
     let remedy =
         |error: &dyn std::fmt::Display| Error::User(format!("{error}; delete {} and it is made again", file.display()));
     let state = store::read(file).map_err(|error| remedy(&error))?;

@@ -5,29 +5,35 @@ use std::ops::Range;
 
 use scree_partition::{Halo, HaloBuffers, Transport, cut};
 
-use crate::body::Plate;
-use crate::dem::contacts::{Contacts, whole_row};
+use crate::body::Body;
+use crate::dem::cell::{Cell, Image};
+use crate::dem::contacts::{Carried, Contacts, whole_row};
 use crate::dem::grains::{GrainRow, Grains, Mover};
+use crate::dem::walls::Walls;
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
-use crate::layout::{Deal, Layout};
+use crate::layout::{Deal, Layout, NodeRows};
 use crate::mpm::points::Point;
 use crate::mpm::tile::Tiles;
 use crate::observe::phases::{Phase, Phases};
-use crate::space::{Linear, Space};
+use crate::space::Space;
 use crate::transfer;
 use crate::world::{Settings, World};
 
 /// What a world is made of, before it has blocks.
 pub struct Parts<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
-    pub grains: Vec<GrainRow<S, C::Memory>>,
+    pub grains: Vec<Row<S, C>>,
     pub points: Vec<Point<S, L::Memory>>,
-    pub plates: Vec<Plate<S>>,
+    pub bodies: Vec<Body<S>>,
+    pub cell: Cell<S>,
 }
 
+/// A grain with the memories of a law.
+pub type Row<S, C> = GrainRow<S, <C as ContactLaw<S>>::Memory<f64>>;
+
 /// Grains and points of a rank.
-pub type Rows<S, C, L> = (Vec<GrainRow<S, <C as ContactLaw<S>>::Memory>>, Vec<Point<S, <L as MaterialLaw<S>>::Memory>>);
+pub type Rows<S, C, L> = (Vec<Row<S, C>>, Vec<Point<S, <L as MaterialLaw<S>>::Memory>>);
 /// A row with the block and the cell it lies in.
 type Placed<T> = ((usize, u32), T);
 
@@ -41,7 +47,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     /// A world at `step` from parts that the ranks hold in any split (every row on one rank). Homes are taken as they
     /// are: fresh rows have their position there, rows of a checkpoint the place of their last rebuild.
     pub fn new(
-        settings: Settings<C, L>,
+        settings: Settings<S, C, L>,
         layout: Layout,
         transport: &'t dyn Transport,
         step: u64,
@@ -49,23 +55,26 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     ) -> Result<Self, Error> {
         let ranks = transport.size();
         let deal = Deal { ranges: cut(&vec![1; layout.block_count()], ranks), rank: transport.rank() };
-        let nodes = layout.node_rows(&deal);
         let mut world = Self {
             transport,
             settings,
             layout,
             deal,
             step,
-            plates: parts.plates,
+            contacts: Contacts::new(&parts.cell),
+            walls: Walls::default(),
+            bodies_home: Vec::new(),
+            cell_home: parts.cell,
+            cell: parts.cell,
+            bodies: parts.bodies,
             grains: Grains::default(),
-            contacts: Contacts::default(),
             ghosts: Halo::default(),
             points: Vec::new(),
             grain_ranges: Vec::new(),
             point_ranges: Vec::new(),
             coupled: Vec::new(),
-            tiles: Tiles::lay(&nodes.mosaic),
-            nodes,
+            tiles: Tiles::default(),
+            nodes: NodeRows::default(),
             frames: Vec::new(),
             radius_max: 0.0,
             grains_total: 0,
@@ -83,7 +92,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     /// Takes other rows in place of all that there are (every row on one rank), and deals the blocks anew.
     pub fn replace(
         &mut self,
-        grains: Vec<GrainRow<S, C::Memory>>,
+        grains: Vec<Row<S, C>>,
         points: Vec<Point<S, L::Memory>>,
     ) -> Result<(), Error> {
         let mut counts = [grains.len() as i64, points.len() as i64];
@@ -98,21 +107,27 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// All rows of this rank with their contacts, in block order: along the ranks they are in the order of the curve.
     pub fn rows(&self) -> Rows<S, C, L> {
-        let grains = (0..self.grains.owned).map(|row| whole_row(&self.grains, &self.contacts, row)).collect();
+        let grains = (0..self.grains.owned).map(|row| self.whole_row(row)).collect();
         (grains, self.points.clone())
+    }
+
+    fn whole_row(&self, row: usize) -> Row<S, C> {
+        let mut grain = whole_row::<S, C>(&self.grains, &self.contacts, row);
+        grain.contacts.extend(self.walls.carried_by(row));
+        grain
     }
 
     /// Sends everything home: position of now becomes home, wrapped into the period.
     pub fn rebuild(&mut self) -> Result<(), Error> {
         let timer = self.phases.start();
         let (mut grains, mut points) = self.rows();
-        let period = self.layout.period();
         for grain in &mut grains {
-            grain.cold.image += wrap::<S>(&mut grain.hot.position, period);
+            let image = self.cell.wrap(&mut grain.hot.position, &mut grain.hot.velocity);
+            add_image(&mut grain.cold.image, image);
             grain.cold.home = grain.hot.position;
         }
         for point in &mut points {
-            point.image += wrap::<S>(&mut point.position, period);
+            add_image(&mut point.image, self.cell.wrap(&mut point.position, &mut point.velocity));
             point.home = point.position;
         }
         self.rebuilds += 1;
@@ -122,7 +137,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     }
 
     /// Cuts the curve by the weight of what lies in the blocks, and lays the tiles of the new stretch.
-    fn deal_blocks(&mut self, grains: &[GrainRow<S, C::Memory>], points: &[Point<S, L::Memory>]) -> Result<(), Error> {
+    fn deal_blocks(&mut self, grains: &[Row<S, C>], points: &[Point<S, L::Memory>]) -> Result<(), Error> {
         let count = || -> Result<Vec<i64>, Error> {
             let mut weights = vec![0i64; self.layout.block_count()];
             for grain in grains {
@@ -137,14 +152,14 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.transport.sum(&mut weights);
         let weights: Vec<u64> = weights.into_iter().map(i64::unsigned_abs).collect();
         self.deal = Deal { ranges: cut(&weights, self.transport.size()), rank: self.transport.rank() };
-        self.nodes = self.layout.node_rows(&self.deal);
+        self.nodes = if self.points_total > 0 { self.layout.node_rows(&self.deal) } else { NodeRows::default() };
         self.tiles = Tiles::lay(&self.nodes.mosaic);
         self.frames = self.deal.held().map(|block| self.layout.frame(block)).collect();
         Ok(())
     }
 
     /// Brings rows to the ranks that own their blocks, in the one order that fixes every sum, and makes the lists.
-    fn settle(&mut self, grains: Vec<GrainRow<S, C::Memory>>, points: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
+    fn settle(&mut self, grains: Vec<Row<S, C>>, points: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
         let ranks = self.transport.size();
         let sorted = || {
             let mut to_ranks = (vec![Vec::new(); ranks], vec![Vec::new(); ranks]);
@@ -170,7 +185,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.points = points.into_iter().map(|(_, point)| point).collect();
 
         self.grains = Grains::default();
-        let mut carried = Vec::with_capacity(grains.len());
+        let mut carried: Vec<Carried<C::Memory<f64>>> = Vec::with_capacity(grains.len());
         for (_, grain) in grains {
             self.grains.hot.push(grain.hot);
             self.grains.cold.push(grain.cold);
@@ -179,7 +194,12 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.grains.owned = self.grains.hot.len();
         self.grains.reset_forces();
         self.fetch_ghosts()?;
-        self.contacts.rebuild(&self.grains, &carried, self.layout.period(), self.settings.skin);
+        let margin = self.settings.skin + self.settings.contact.reach();
+        self.contacts.rebuild::<C>(&self.grains, &self.cell, &carried, margin);
+        self.walls.rebuild(&self.grains, &self.bodies, &carried, margin);
+        self.bodies_home.clear();
+        self.bodies_home.extend(self.bodies.iter().map(|body| body.displacement));
+        self.cell_home = self.cell;
         self.mark_coupled();
         Ok(())
     }
@@ -222,7 +242,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.deal.held().map(|block| start(block)..start(block + 1)).collect()
     }
 
-    fn block_of_grain(&self, grain: &GrainRow<S, C::Memory>) -> Result<(usize, u32), Error> {
+    fn block_of_grain(&self, grain: &Row<S, C>) -> Result<(usize, u32), Error> {
         self.block_of(&grain.cold.home, "grain", grain.cold.id.0)
     }
 
@@ -232,22 +252,24 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// Block and cell of a place.
     fn block_of(&self, home: &S::Vector, what: &str, id: u64) -> Result<(usize, u32), Error> {
-        let [lower, upper] = self.layout.heights();
-        let inside = home.is_finite() && home[1] >= lower && home[1] <= upper;
-        inside.then(|| self.layout.place::<S>(home)).flatten().ok_or_else(|| {
+        self.layout.place::<S>(&self.cell.fraction(home)).ok_or_else(|| {
+            let place: Vec<String> = (0..S::DIMENSION).map(|axis| format!("{:.6e}", home[axis])).collect();
             Error::Run(format!(
-                "step {}: {what} {id} on rank {} is at ({:.6e}, {:.6e}) m, outside the domain's y from {lower:.6e} to {upper:.6e} m; the run is unstable or the domain too low: check `time.step` and the last frames, and resume from the last checkpoint",
+                "step {}: {what} {id} on rank {} is at ({}) m, outside the domain; the run is unstable or the domain too small: check `time.step` and the last frames, and resume from the last checkpoint",
                 self.step,
                 self.transport.rank(),
-                home[0],
-                home[1],
+                place.join(", "),
             ))
         })
     }
 
     /// Copies of other ranks' grains within reach of blocks held here, behind the owned rows.
     fn fetch_ghosts(&mut self) -> Result<(), Error> {
-        let reach = 2.0 * self.radius_max + self.settings.skin;
+        let reach = 2.0 * self.radius_max + self.settings.skin + self.settings.contact.reach();
+        let mut heights = [0.0; 3];
+        for (axis, height) in heights.iter_mut().enumerate().take(S::DIMENSION) {
+            *height = self.cell.height(axis);
+        }
         let mut rows_to: Vec<Vec<u32>> = vec![Vec::new(); self.transport.size()];
         for (block, range) in self.deal.held().zip(&self.grain_ranges) {
             let around: Vec<(usize, usize)> = self
@@ -261,9 +283,9 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
                 continue;
             }
             for row in range.clone() {
-                let home = self.grains.cold[row].home;
+                let fraction = self.cell.fraction(&self.grains.cold[row].home);
                 for (owner, neighbour) in &around {
-                    let near = self.layout.distance::<S>(&home, *neighbour) <= reach;
+                    let near = self.layout.distance::<S>(&fraction, *neighbour, &heights) <= reach;
                     if near && rows_to[*owner].last() != Some(&(row as u32)) {
                         rows_to[*owner].push(row as u32);
                     }
@@ -273,7 +295,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let copy = |row: &u32| GrainRow {
             hot: self.grains.hot[*row as usize],
             cold: self.grains.cold[*row as usize],
-            contacts: Vec::<(_, C::Memory)>::new(),
+            contacts: Vec::<(_, C::Memory<f64>)>::new(),
         };
         // `around` is sorted by block, so an owner may come up again after another: rows must be unique per receiver.
         for rows in &mut rows_to {
@@ -281,7 +303,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             rows.dedup();
         }
         let outgoing = rows_to.iter().map(|rows| rows.iter().map(copy).collect()).collect();
-        let incoming = transfer::exchange::<GrainRow<S, C::Memory>>(self.transport, outgoing)?;
+        let incoming = transfer::exchange::<Row<S, C>>(self.transport, outgoing)?;
         self.ghosts = Halo::default();
         self.ghosts.sends = rows_to.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()).collect::<Vec<_>>();
         for (peer, rows) in incoming.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()) {
@@ -310,16 +332,10 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     }
 }
 
-/// Wraps a place into the period; returns the periods it had gone.
-pub fn wrap<S: Space>(position: &mut S::Vector, period: f64) -> i64 {
-    let image = (position[0] / period).floor();
-    position[0] -= image * period;
-    // A tiny negative place may round up to the period itself.
-    if position[0] >= period {
-        position[0] = 0.0;
-        return image as i64 + 1;
+fn add_image(image: &mut Image, more: Image) {
+    for (image, more) in image.iter_mut().zip(more) {
+        *image += more;
     }
-    image as i64
 }
 
 /// Whether a grain is glued to a plate.

@@ -1,9 +1,12 @@
-//! Dimension lives here (invariant 7): [`Plane`] and a solid space differ only in what this trait says.
+//! Dimension lives here (invariant 7): [`Plane`] and [`Solid`] differ only in what this trait says.
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Index, IndexMut, Mul, Neg, Sub, SubAssign};
 
 use nalgebra::{SMatrix, SVector};
+
+use crate::lane::Real;
+use crate::math::PI;
 
 /// What the physics does with vectors, tensors and spins: linear arithmetic, component by component.
 pub trait Linear:
@@ -56,31 +59,162 @@ impl<const R: usize, const C: usize> Linear for SMatrix<f64, R, C> {
     }
 }
 
+/// `N` components in lanes: the vectors of the kernels of contacts.
+#[derive(Clone, Copy, Debug)]
+pub struct Components<R, const N: usize>(pub [R; N]);
+
+/// Linear arithmetic over lanes, component by component.
+pub trait Lanewise<R: Real>: Words<R> + Add<Output = Self> + Sub<Output = Self> + Neg<Output = Self> + Mul<R, Output = Self> {
+    /// Sum of the products of components, from the first on.
+    #[inline(always)]
+    fn dot(&self, other: &Self) -> R {
+        let mut sum = self.word(0) * other.word(0);
+        for component in 1..Self::COUNT {
+            sum = sum + self.word(component) * other.word(component);
+        }
+        sum
+    }
+    fn norm(&self) -> R;
+}
+
+/// Numbers that can be told off one by one: memories of contacts, vectors.
+pub trait Words<R: Real>: Copy + Debug + Send + Sync + 'static {
+    const COUNT: usize;
+    fn zero() -> Self;
+    fn word(&self, index: usize) -> R;
+    fn set_word(&mut self, index: usize, value: R);
+
+    /// `yes` where the mask holds, `no` elsewhere.
+    #[inline(always)]
+    fn choose(mask: R::Mask, yes: &Self, no: &Self) -> Self {
+        let mut chosen = *no;
+        for index in 0..Self::COUNT {
+            chosen.set_word(index, R::choose(mask, yes.word(index), no.word(index)));
+        }
+        chosen
+    }
+}
+
+impl<R: Real, const N: usize> Words<R> for Components<R, N> {
+    const COUNT: usize = N;
+    #[inline(always)]
+    fn zero() -> Self {
+        Self([R::splat(0.0); N])
+    }
+    #[inline(always)]
+    fn word(&self, index: usize) -> R {
+        self.0[index]
+    }
+    #[inline(always)]
+    fn set_word(&mut self, index: usize, value: R) {
+        self.0[index] = value;
+    }
+}
+
+/// Two groups of words, one after the other.
+impl<R: Real, A: Words<R>, B: Words<R>> Words<R> for (A, B) {
+    const COUNT: usize = A::COUNT + B::COUNT;
+    #[inline(always)]
+    fn zero() -> Self {
+        (A::zero(), B::zero())
+    }
+    #[inline(always)]
+    fn word(&self, index: usize) -> R {
+        if index < A::COUNT { self.0.word(index) } else { self.1.word(index - A::COUNT) }
+    }
+    #[inline(always)]
+    fn set_word(&mut self, index: usize, value: R) {
+        if index < A::COUNT { self.0.set_word(index, value) } else { self.1.set_word(index - A::COUNT, value) }
+    }
+}
+
+impl<R: Real, const N: usize> Add for Components<R, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self(std::array::from_fn(|i| self.0[i] + other.0[i]))
+    }
+}
+impl<R: Real, const N: usize> Sub for Components<R, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(std::array::from_fn(|i| self.0[i] - other.0[i]))
+    }
+}
+impl<R: Real, const N: usize> Neg for Components<R, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(std::array::from_fn(|i| -self.0[i]))
+    }
+}
+impl<R: Real, const N: usize> Mul<R> for Components<R, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, factor: R) -> Self {
+        Self(std::array::from_fn(|i| self.0[i] * factor))
+    }
+}
+impl<R: Real, const N: usize> Lanewise<R> for Components<R, N> {
+    #[inline(always)]
+    fn norm(&self) -> R {
+        // The root of a square is the number itself, to the bit.
+        if N == 1 { self.0[0].abs() } else { self.dot(self).sqrt() }
+    }
+}
+
 /// A space of two or three dimensions.
 pub trait Space: Copy + Clone + Debug + Default + Send + Sync + 'static {
     const DIMENSION: usize;
+    /// As it is written in a job.
+    const NAME: &'static str;
     type Vector: Linear;
     type Tensor: Linear + Mul<Self::Tensor, Output = Self::Tensor> + Mul<Self::Vector, Output = Self::Vector>;
     /// Angular velocity and torque.
     type Spin: Linear;
-    /// A vector in the tangent plane of a contact, in a frame that turns with the contact.
-    type Tangent: Linear;
+    /// What a grain's record needs to fill whole vector registers.
+    type Spare: Copy + Debug + Default + PartialEq + Send + Sync;
+
+    /// The same in lanes.
+    type VectorOf<R: Real>: Lanewise<R>;
+    type SpinOf<R: Real>: Lanewise<R>;
+    /// A vector in the tangent plane of a contact. In the plane it is one number along t = (-n_y, n_x) and turns with the
+    /// contact by itself; in space it is a vector of space that [`Space::carry`] turns.
+    type TangentOf<R: Real>: Lanewise<R>;
 
     fn identity() -> Self::Tensor;
     fn transpose(tensor: &Self::Tensor) -> Self::Tensor;
     fn trace(tensor: &Self::Tensor) -> f64;
     fn determinant(tensor: &Self::Tensor) -> f64;
+    /// None where the determinant is zero.
+    fn inverse(tensor: &Self::Tensor) -> Option<Self::Tensor>;
     /// `a b^T`.
     fn outer(a: &Self::Vector, b: &Self::Vector) -> Self::Tensor;
+    /// Half of the rotation of a velocity gradient: the spin of its rigid part.
+    fn vorticity(gradient: &Self::Tensor) -> Self::Spin;
+    /// `spin x arm`.
+    fn cross(spin: &Self::Spin, arm: &Self::Vector) -> Self::Vector;
+    /// `arm x force`.
+    fn moment(arm: &Self::Vector, force: &Self::Vector) -> Self::Spin;
 
     /// The part of `velocity` in the tangent plane of the unit `normal`.
-    fn tangential(normal: &Self::Vector, velocity: &Self::Vector) -> Self::Tangent;
+    fn tangential<R: Real>(normal: &Self::VectorOf<R>, velocity: &Self::VectorOf<R>) -> Self::TangentOf<R>;
     /// `spin x normal`: velocity that a spin gives to the surface, per unit of lever arm along the normal.
-    fn surface(normal: &Self::Vector, spin: &Self::Spin) -> Self::Tangent;
+    fn surface<R: Real>(normal: &Self::VectorOf<R>, spin: &Self::SpinOf<R>) -> Self::TangentOf<R>;
     /// The tangent vector as a vector of space.
-    fn embed(normal: &Self::Vector, tangent: &Self::Tangent) -> Self::Vector;
+    fn embed<R: Real>(normal: &Self::VectorOf<R>, tangent: &Self::TangentOf<R>) -> Self::VectorOf<R>;
     /// `normal x tangent`: torque of a tangential force per unit of lever arm along the normal.
-    fn torque(normal: &Self::Vector, tangent: &Self::Tangent) -> Self::Spin;
+    fn torque<R: Real>(normal: &Self::VectorOf<R>, tangent: &Self::TangentOf<R>) -> Self::SpinOf<R>;
+    /// The part of a spin that turns `normal`; the rest spins about it.
+    fn rolling<R: Real>(normal: &Self::VectorOf<R>, spin: &Self::SpinOf<R>) -> Self::SpinOf<R>;
+    /// The part of a spin about `normal`, rad/s.
+    fn twist<R: Real>(normal: &Self::VectorOf<R>, spin: &Self::SpinOf<R>) -> R;
+    /// A tangent vector of the last step in the tangent plane of now: turned by `angle` about the normal, laid into the
+    /// plane, its length kept.
+    fn carry<R: Real>(normal: &Self::VectorOf<R>, angle: R, tangent: &Self::TangentOf<R>) -> Self::TangentOf<R>;
+    /// The same for the moment arm of rolling.
+    fn carry_spin<R: Real>(normal: &Self::VectorOf<R>, angle: R, spin: &Self::SpinOf<R>) -> Self::SpinOf<R>;
 
     /// Volume of a grain, m3 (of a disc: with its out-of-plane depth).
     fn grain_volume(radius: f64, depth: f64) -> f64;
@@ -94,10 +228,14 @@ pub struct Plane;
 
 impl Space for Plane {
     const DIMENSION: usize = 2;
+    const NAME: &'static str = "plane";
     type Vector = SVector<f64, 2>;
     type Tensor = SMatrix<f64, 2, 2>;
     type Spin = SVector<f64, 1>;
-    type Tangent = SVector<f64, 1>;
+    type Spare = [f64; 0];
+    type VectorOf<R: Real> = Components<R, 2>;
+    type SpinOf<R: Real> = Components<R, 1>;
+    type TangentOf<R: Real> = Components<R, 1>;
 
     fn identity() -> Self::Tensor {
         Self::Tensor::identity()
@@ -111,28 +249,163 @@ impl Space for Plane {
     fn determinant(tensor: &Self::Tensor) -> f64 {
         tensor[0] * tensor[3] - tensor[1] * tensor[2]
     }
+    fn inverse(tensor: &Self::Tensor) -> Option<Self::Tensor> {
+        let determinant = Self::determinant(tensor);
+        let adjugate = Self::Tensor::new(tensor[3], -tensor[2], -tensor[1], tensor[0]);
+        (determinant != 0.0).then(|| adjugate * (1.0 / determinant))
+    }
     fn outer(a: &Self::Vector, b: &Self::Vector) -> Self::Tensor {
         Self::Tensor::new(a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1])
     }
-
-    // The tangent is t = (-n_y, n_x): the contact's own frame, so a tangent needs one number and turns by itself.
-    fn tangential(normal: &Self::Vector, velocity: &Self::Vector) -> Self::Tangent {
-        Self::Tangent::new(velocity[1] * normal[0] - velocity[0] * normal[1])
+    fn vorticity(gradient: &Self::Tensor) -> Self::Spin {
+        Self::Spin::new(0.5 * (gradient[(1, 0)] - gradient[(0, 1)]))
     }
-    fn surface(_normal: &Self::Vector, spin: &Self::Spin) -> Self::Tangent {
+    fn cross(spin: &Self::Spin, arm: &Self::Vector) -> Self::Vector {
+        Self::Vector::new(-spin[0] * arm[1], spin[0] * arm[0])
+    }
+    fn moment(arm: &Self::Vector, force: &Self::Vector) -> Self::Spin {
+        Self::Spin::new(arm[0] * force[1] - arm[1] * force[0])
+    }
+
+    #[inline(always)]
+    fn tangential<R: Real>(normal: &Self::VectorOf<R>, velocity: &Self::VectorOf<R>) -> Self::TangentOf<R> {
+        Components([velocity.0[1] * normal.0[0] - velocity.0[0] * normal.0[1]])
+    }
+    #[inline(always)]
+    fn surface<R: Real>(_normal: &Self::VectorOf<R>, spin: &Self::SpinOf<R>) -> Self::TangentOf<R> {
         *spin
     }
-    fn embed(normal: &Self::Vector, tangent: &Self::Tangent) -> Self::Vector {
-        Self::Vector::new(-normal[1] * tangent[0], normal[0] * tangent[0])
+    #[inline(always)]
+    fn embed<R: Real>(normal: &Self::VectorOf<R>, tangent: &Self::TangentOf<R>) -> Self::VectorOf<R> {
+        Components([-normal.0[1] * tangent.0[0], normal.0[0] * tangent.0[0]])
     }
-    fn torque(_normal: &Self::Vector, tangent: &Self::Tangent) -> Self::Spin {
+    #[inline(always)]
+    fn torque<R: Real>(_normal: &Self::VectorOf<R>, tangent: &Self::TangentOf<R>) -> Self::SpinOf<R> {
         *tangent
+    }
+    #[inline(always)]
+    fn rolling<R: Real>(_normal: &Self::VectorOf<R>, spin: &Self::SpinOf<R>) -> Self::SpinOf<R> {
+        *spin
+    }
+    #[inline(always)]
+    fn twist<R: Real>(_normal: &Self::VectorOf<R>, _spin: &Self::SpinOf<R>) -> R {
+        R::splat(0.0)
+    }
+    #[inline(always)]
+    fn carry<R: Real>(_normal: &Self::VectorOf<R>, _angle: R, tangent: &Self::TangentOf<R>) -> Self::TangentOf<R> {
+        *tangent
+    }
+    #[inline(always)]
+    fn carry_spin<R: Real>(_normal: &Self::VectorOf<R>, _angle: R, spin: &Self::SpinOf<R>) -> Self::SpinOf<R> {
+        *spin
     }
 
     fn grain_volume(radius: f64, depth: f64) -> f64 {
-        crate::math::PI * radius * radius * depth
+        PI * radius * radius * depth
     }
     fn grain_inertia(mass: f64, radius: f64) -> f64 {
         0.5 * mass * radius * radius
+    }
+}
+
+/// Three dimensions; grains are spheres.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Solid;
+
+#[inline(always)]
+fn cross<R: Real>(a: &Components<R, 3>, b: &Components<R, 3>) -> Components<R, 3> {
+    let ([ax, ay, az], [bx, by, bz]) = (a.0, b.0);
+    Components([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+}
+
+impl Space for Solid {
+    const DIMENSION: usize = 3;
+    const NAME: &'static str = "solid";
+    type Vector = SVector<f64, 3>;
+    type Tensor = SMatrix<f64, 3, 3>;
+    type Spin = SVector<f64, 3>;
+    type Spare = [f64; 4];
+    type VectorOf<R: Real> = Components<R, 3>;
+    type SpinOf<R: Real> = Components<R, 3>;
+    type TangentOf<R: Real> = Components<R, 3>;
+
+    fn identity() -> Self::Tensor {
+        Self::Tensor::identity()
+    }
+    fn transpose(tensor: &Self::Tensor) -> Self::Tensor {
+        tensor.transpose()
+    }
+    fn trace(tensor: &Self::Tensor) -> f64 {
+        tensor[0] + tensor[4] + tensor[8]
+    }
+    fn determinant(tensor: &Self::Tensor) -> f64 {
+        let t = tensor;
+        t[0] * (t[4] * t[8] - t[7] * t[5]) - t[3] * (t[1] * t[8] - t[7] * t[2]) + t[6] * (t[1] * t[5] - t[4] * t[2])
+    }
+    fn inverse(tensor: &Self::Tensor) -> Option<Self::Tensor> {
+        let determinant = Self::determinant(tensor);
+        let t = |row: usize, column: usize| tensor[(row % 3, column % 3)];
+        // Entry (i, j) of the inverse is the cofactor of (j, i) over the determinant.
+        let cofactor = |i: usize, j: usize| t(j + 1, i + 1) * t(j + 2, i + 2) - t(j + 1, i + 2) * t(j + 2, i + 1);
+        (determinant != 0.0).then(|| Self::Tensor::from_fn(cofactor) * (1.0 / determinant))
+    }
+    fn outer(a: &Self::Vector, b: &Self::Vector) -> Self::Tensor {
+        Self::Tensor::from_fn(|row, column| a[row] * b[column])
+    }
+    fn vorticity(gradient: &Self::Tensor) -> Self::Spin {
+        let l = gradient;
+        Self::Spin::new(l[(2, 1)] - l[(1, 2)], l[(0, 2)] - l[(2, 0)], l[(1, 0)] - l[(0, 1)]) * 0.5
+    }
+    fn cross(spin: &Self::Spin, arm: &Self::Vector) -> Self::Vector {
+        spin.cross(arm)
+    }
+    fn moment(arm: &Self::Vector, force: &Self::Vector) -> Self::Spin {
+        arm.cross(force)
+    }
+
+    #[inline(always)]
+    fn tangential<R: Real>(normal: &Self::VectorOf<R>, velocity: &Self::VectorOf<R>) -> Self::TangentOf<R> {
+        *velocity - *normal * velocity.dot(normal)
+    }
+    #[inline(always)]
+    fn surface<R: Real>(normal: &Self::VectorOf<R>, spin: &Self::SpinOf<R>) -> Self::TangentOf<R> {
+        cross(spin, normal)
+    }
+    #[inline(always)]
+    fn embed<R: Real>(_normal: &Self::VectorOf<R>, tangent: &Self::TangentOf<R>) -> Self::VectorOf<R> {
+        *tangent
+    }
+    #[inline(always)]
+    fn torque<R: Real>(normal: &Self::VectorOf<R>, tangent: &Self::TangentOf<R>) -> Self::SpinOf<R> {
+        cross(normal, tangent)
+    }
+    #[inline(always)]
+    fn rolling<R: Real>(normal: &Self::VectorOf<R>, spin: &Self::SpinOf<R>) -> Self::SpinOf<R> {
+        *spin - *normal * spin.dot(normal)
+    }
+    #[inline(always)]
+    fn twist<R: Real>(normal: &Self::VectorOf<R>, spin: &Self::SpinOf<R>) -> R {
+        spin.dot(normal)
+    }
+    #[inline(always)]
+    fn carry<R: Real>(normal: &Self::VectorOf<R>, angle: R, tangent: &Self::TangentOf<R>) -> Self::TangentOf<R> {
+        let turned = *tangent + cross(normal, tangent) * angle;
+        let laid = turned - *normal * turned.dot(normal);
+        let (before, after) = (tangent.dot(tangent), laid.dot(&laid));
+        let zero = R::splat(0.0);
+        let scale = R::choose(after.above(zero), (before / after).sqrt(), zero);
+        laid * scale
+    }
+    #[inline(always)]
+    fn carry_spin<R: Real>(normal: &Self::VectorOf<R>, angle: R, spin: &Self::SpinOf<R>) -> Self::SpinOf<R> {
+        Self::carry(normal, angle, spin)
+    }
+
+    /// A sphere needs no depth.
+    fn grain_volume(radius: f64, _depth: f64) -> f64 {
+        4.0 / 3.0 * PI * radius * radius * radius
+    }
+    fn grain_inertia(mass: f64, radius: f64) -> f64 {
+        0.4 * mass * radius * radius
     }
 }

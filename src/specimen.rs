@@ -2,12 +2,13 @@
 
 use scree_partition::Transport;
 
-use crate::body::{Drive, Plate, Side};
+use crate::body::{Body, Instant, Servo, Shape, Side};
 use crate::checkpoint::PlanarPoint;
 use crate::error::Error;
 use crate::ids::PointId;
+use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
-use crate::packing::{self, Packing, PlanarWorld, layout_for, settings_for};
+use crate::packing::{self, Packing, PlanarWorld, cell_of, layout_for, settings_for};
 use crate::rebuild::Parts;
 use crate::scenario::{Method, Scenario};
 use crate::space::{Linear, Plane, Space};
@@ -18,29 +19,34 @@ type Vector = <Plane as Space>::Vector;
 const SERVO_SPEED: f64 = 10.0;
 
 /// Lower plate fixed, upper plate sheared under constant normal stress.
-pub fn plates(scenario: &Scenario, height: f64) -> Vec<Plate<Plane>> {
+pub fn bodies(scenario: &Scenario, height: f64) -> Vec<Body<Plane>> {
     let loading = &scenario.loading;
-    let servo = Drive::Servo {
-        stress: loading.stress_normal,
-        area: scenario.specimen.width * scenario.specimen.depth,
-        speed: loading.speed,
-        ramp: loading.speed_ramp,
+    let lower = Body::new("lower", Shape::Plate { side: Side::Below, face: 0.0 });
+    let mut upper = Body::new("upper", Shape::Plate { side: Side::Above, face: height });
+    let instant = |time: f64, speed: f64| Instant { time, velocity: Vector::new(speed, 0.0), spin: Linear::zero() };
+    upper.path = match loading.speed_ramp > 0.0 {
+        true => vec![instant(0.0, 0.0), instant(loading.speed_ramp, loading.speed)],
+        false => vec![instant(0.0, loading.speed)],
+    };
+    upper.servo = Some(Servo {
+        direction: Vector::new(0.0, 1.0),
+        force: loading.stress_normal * scenario.specimen.width * scenario.specimen.depth,
         mass: loading.plate_mass,
         damping: loading.plate_damping,
         speed_max: SERVO_SPEED * loading.speed,
-    };
-    vec![Plate::new(Drive::Fixed, Side::Below, 0.0), Plate::new(servo, Side::Above, height)]
+    });
+    vec![lower, upper]
 }
 
 /// What the material of a job starts from.
-pub struct Start {
-    pub packing: Packing,
+pub struct Start<C: ContactLaw<Plane>> {
+    pub packing: Packing<C>,
     /// Packing fraction that the continuum's law starts with.
     pub fraction: f64,
 }
 
 /// The packing, or for a continuum alone with a stated packing fraction the specimen as it is drawn.
-pub fn prepare(scenario: &Scenario, transport: &dyn Transport) -> Result<Start, Error> {
+pub fn prepare<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport) -> Result<Start<C>, Error> {
     let stated = scenario.continuum.fraction_start;
     let packing = match (scenario.method, stated) {
         (Method::Mpm, Some(fraction)) => {
@@ -55,18 +61,27 @@ pub fn prepare(scenario: &Scenario, transport: &dyn Transport) -> Result<Start, 
 }
 
 /// The world at time zero.
-pub fn world<'t>(scenario: &Scenario, transport: &'t dyn Transport, start: Start) -> Result<PlanarWorld<'t>, Error> {
+pub fn world<'t, C: ContactLaw<Plane>>(
+    scenario: &Scenario,
+    transport: &'t dyn Transport,
+    start: Start<C>,
+) -> Result<PlanarWorld<'t, C>, Error> {
     let height = start.packing.height;
     let points = if scenario.method.has_points() { points(scenario, transport, &start) } else { Vec::new() };
     let grains = if scenario.method == Method::Dem { start.packing.grains } else { Vec::new() };
-    let settings = settings_for(scenario, scenario.contact.friction);
-    let parts = Parts { grains, points, plates: plates(scenario, height) };
-    PlanarWorld::new(settings, layout_for(scenario, height)?, transport, 0, parts)
+    let settings = settings_for(scenario, scenario.contact.friction());
+    let layout = layout_for(scenario, height)?;
+    let parts = Parts { grains, points, bodies: bodies(scenario, height), cell: cell_of(&layout) };
+    PlanarWorld::new(settings, layout, transport, 0, parts)
 }
 
 /// Material points on a regular grid between the faces, under the isotropic stress that the packing was made with. Each
 /// rank makes some of the rows.
-fn points(scenario: &Scenario, transport: &dyn Transport, start: &Start) -> Vec<PlanarPoint> {
+fn points<C: ContactLaw<Plane>>(
+    scenario: &Scenario,
+    transport: &dyn Transport,
+    start: &Start<C>,
+) -> Vec<PlanarPoint> {
     let (width, height) = (scenario.specimen.width, start.packing.height);
     let continuum = &scenario.continuum;
     let spacing = continuum.cell / continuum.points_per_cell as f64;

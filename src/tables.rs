@@ -6,11 +6,11 @@ use crate::dem::grains::{ContactRow, GrainRow};
 use crate::error::Error;
 use crate::ids::GrainId;
 use crate::record::{from_table, to_table};
-use crate::space::{Linear, Space};
+use crate::space::{Space, Words};
 use crate::transfer::Cargo;
 
 /// Tables `grains` and `contacts` of rows in canonical order. A contact stands once, with the grain of the lower id.
-pub fn of_grains<S: Space, M: Linear>(rows: &mut [GrainRow<S, M>]) -> [Table; 2] {
+pub fn of_grains<S: Space, M: Words<f64>>(rows: &mut [GrainRow<S, M>]) -> [Table; 2] {
     let mut contacts: Vec<ContactRow<M>> = Vec::new();
     for row in rows.iter() {
         let lower = row.cold.id;
@@ -22,7 +22,7 @@ pub fn of_grains<S: Space, M: Linear>(rows: &mut [GrainRow<S, M>]) -> [Table; 2]
 }
 
 /// Rows of the tables that [`of_grains`] made, in their order.
-pub fn to_grains<S: Space, M: Linear>(state: &State) -> Result<Vec<GrainRow<S, M>>, Error> {
+pub fn to_grains<S: Space, M: Words<f64>>(state: &State) -> Result<Vec<GrainRow<S, M>>, Error> {
     let blank = ContactRow { lower: GrainId(0), higher: GrainId(0), memory: M::zero() };
     let mut rows: Vec<GrainRow<S, M>> = rows(state, "grains", &GrainRow::blank())?;
     let contacts: Vec<ContactRow<M>> = self::rows(state, "contacts", &blank)?;

@@ -8,7 +8,7 @@ use crate::ids::{GrainId, PointId};
 use crate::law::material::MaterialMemory;
 use crate::mpm::points::Point;
 use crate::record::{FromParcel, Record, ToParcel};
-use crate::space::{Linear, Space};
+use crate::space::{Linear, Space, Words};
 
 /// A kind of row that can be put into a parcel whole.
 pub trait Cargo: Record + Clone {
@@ -20,7 +20,7 @@ pub trait Cargo: Record + Clone {
     }
 }
 
-impl<S: Space, M: Linear> Cargo for GrainRow<S, M> {
+impl<S: Space, M: Words<f64>> Cargo for GrainRow<S, M> {
     fn blank() -> Self {
         Self::resting(GrainId(0), S::Vector::zero(), 0.0, 0.0, Mover::Free)
     }
@@ -28,8 +28,8 @@ impl<S: Space, M: Linear> Cargo for GrainRow<S, M> {
         to.u64(self.contacts.len() as u64);
         for (partner, memory) in &self.contacts {
             to.u64(partner.0);
-            for component in 0..M::COMPONENTS {
-                to.f64(memory[component]);
+            for word in 0..M::COUNT {
+                to.f64(memory.word(word));
             }
         }
     }
@@ -37,8 +37,8 @@ impl<S: Space, M: Linear> Cargo for GrainRow<S, M> {
         for _ in 0..from.u64()? {
             let partner = GrainId(from.u64()?);
             let mut memory = M::zero();
-            for component in 0..M::COMPONENTS {
-                memory[component] = from.f64()?;
+            for word in 0..M::COUNT {
+                memory.set_word(word, from.f64()?);
             }
             self.contacts.push((partner, memory));
         }

@@ -5,10 +5,12 @@ use std::ops::Range;
 
 use scree_partition::{ExactSum, Halo, HaloBuffers, Transport};
 
-use crate::body::{Burden, Plate};
-use crate::dem::contacts::Contacts;
-use crate::dem::grains::Grains;
-use crate::dem::motion;
+use crate::body::{BODIES_MAX, Body, Burden};
+use crate::dem::cell::Cell;
+use crate::dem::contacts::{Contacts, Part};
+use crate::dem::grains::{Grains, Mover};
+use crate::dem::motion::{self, Field};
+use crate::dem::walls::Walls;
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
@@ -21,11 +23,12 @@ use crate::mpm::shape::DRIFT_MAX;
 use crate::mpm::tile::{Advanced, Gathered, Tiles};
 use crate::observe::phases::{Phase, Phases};
 use crate::parallel::over_blocks;
+use crate::servo::CellDrive;
 use crate::space::{Linear, Space};
 
 /// Constants of a world that no step changes.
 #[derive(Clone, Debug)]
-pub struct Settings<C, L> {
+pub struct Settings<S: Space, C, L> {
     /// Time step of grains and continuum, s.
     pub dt: f64,
     /// Reach of the neighbour list beyond contact, m.
@@ -34,19 +37,29 @@ pub struct Settings<C, L> {
     pub flip: f64,
     pub contact: C,
     pub material: L,
+    /// Forces on grains beside those of contacts.
+    pub field: Field<S>,
+    /// What deforms the cell.
+    pub drive: CellDrive<S>,
+    /// Share of the step by which the very first kick of a run moves velocities: a half where those of the start are of
+    /// time zero, all of it where they are half a step behind already.
+    pub first_kick: f64,
 }
 
 /// The world as this rank holds it.
 pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub transport: &'t dyn Transport,
-    pub settings: Settings<C, L>,
+    pub settings: Settings<S, C, L>,
     pub layout: Layout,
     pub deal: Deal,
     /// Steps done.
     pub step: u64,
-    pub plates: Vec<Plate<S>>,
+    pub cell: Cell<S>,
+    pub bodies: Vec<Body<S>>,
     pub grains: Grains<S>,
-    pub contacts: Contacts<S, C>,
+    pub contacts: Contacts<S>,
+    /// Contacts of grains with bodies.
+    pub walls: Walls<S, C>,
     /// Copies of other ranks' grains.
     pub ghosts: Halo,
     pub points: Vec<Point<S, L::Memory>>,
@@ -69,14 +82,20 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub rebuilds: u64,
     pub phases: Phases,
     pub(crate) buffers: HaloBuffers,
+    /// Displacement of each body at the last rebuild, m.
+    pub(crate) bodies_home: Vec<S::Vector>,
+    /// The cell at the last rebuild.
+    pub(crate) cell_home: Cell<S>,
 }
 
-/// Numbers per row in the messages of a step; wide enough for three dimensions.
-const GRAIN_WORDS: usize = 9;
+/// Numbers per row in the messages of a step: position, velocity and spin of a grain in the plane and in space; of a node
+/// wide enough for both.
+const GRAIN_WORDS_PLANE: usize = 5;
+const GRAIN_WORDS_SOLID: usize = 9;
 const GATHERED_WORDS: usize = 11;
 const ADVANCED_WORDS: usize = 9;
-/// Slots of the sums over plates: two plates with force, momentum (three components each) and mass.
-const PLATE_SLOTS: usize = 14;
+/// Sums over a body: force, torque and momentum of nodes (three components each) and mass of nodes.
+const BODY_SLOTS: usize = 10;
 
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Simulated time at the end of the steps done, s.
@@ -86,17 +105,17 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// One step of DESIGN.md's list.
     pub fn advance(&mut self) -> Result<(), Error> {
-        self.refresh_ghosts();
         self.scatter_points();
         self.evaluate_contacts();
         self.kick_grains();
         self.scatter_grains();
         self.sum_tiles();
-        self.accelerate_plates()?;
+        self.accelerate_bodies()?;
         self.advance_nodes();
         self.spread_tiles();
         self.correct_grains();
         self.gather_points();
+        self.drive_cell()?;
         self.drift();
         self.step += 1;
         self.rebuild_if_due()
@@ -118,35 +137,45 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Gives copies of other ranks' grains the state of now. Whatever looks at contacts between steps must call this
     /// first: since the last step's drift the copies lag behind.
     pub fn refresh_ghosts(&mut self) {
-        if !self.has_grains() {
-            return;
+        if self.has_grains() {
+            self.renew_ghosts(|_, _| {});
         }
+    }
+
+    /// Renews copies and images; `meanwhile` runs while the messages travel and may not look at copies.
+    fn renew_ghosts(&mut self, meanwhile: impl FnMut(&mut Contacts<S>, &Grains<S>)) {
         let timer = self.phases.start();
-        let grains = &mut self.grains;
-        self.ghosts.pack::<GRAIN_WORDS>(&mut self.buffers, |row| {
-            let hot = &grains.hot[row as usize];
-            let mut words = [0.0; GRAIN_WORDS];
-            for axis in 0..S::DIMENSION {
-                words[axis] = hot.position[axis];
-                words[3 + axis] = hot.velocity[axis];
-            }
-            for axis in 0..S::Spin::COMPONENTS {
-                words[6 + axis] = hot.spin[axis];
-            }
-            words
+        let before = self.phases.seconds[Phase::Contacts as usize];
+        match S::DIMENSION {
+            2 => self.renew::<GRAIN_WORDS_PLANE>(meanwhile),
+            _ => self.renew::<GRAIN_WORDS_SOLID>(meanwhile),
+        }
+        self.phases.stop(Phase::Halo, timer);
+        self.phases.seconds[Phase::Halo as usize] -= self.phases.seconds[Phase::Contacts as usize] - before;
+    }
+
+    fn renew<const W: usize>(&mut self, mut meanwhile: impl FnMut(&mut Contacts<S>, &Grains<S>)) {
+        self.contacts.settle_images(&self.cell);
+        let (grains, contacts, phases) = (&mut self.grains, &mut self.contacts, &mut self.phases);
+        // The words of a record begin with those that travel.
+        self.ghosts.pack::<W>(&mut self.buffers, |row| {
+            std::array::from_fn(|word| grains.hot[row as usize].words()[word])
         });
-        self.ghosts.exchange::<GRAIN_WORDS>(self.transport, &mut self.buffers, &mut || {});
-        self.ghosts.unpack::<GRAIN_WORDS>(&self.buffers, |row, words| {
+        self.ghosts.exchange::<W>(self.transport, &mut self.buffers, &mut || {
+            let timer = phases.start();
+            meanwhile(contacts, grains);
+            phases.stop(Phase::Contacts, timer);
+        });
+        self.ghosts.unpack::<W>(&self.buffers, |row, words| {
             let hot = &mut grains.hot[row as usize];
             for axis in 0..S::DIMENSION {
                 hot.position[axis] = words[axis];
-                hot.velocity[axis] = words[3 + axis];
+                hot.velocity[axis] = words[S::DIMENSION + axis];
             }
             for axis in 0..S::Spin::COMPONENTS {
-                hot.spin[axis] = words[6 + axis];
+                hot.spin[axis] = words[2 * S::DIMENSION + axis];
             }
         });
-        self.phases.stop(Phase::Halo, timer);
     }
 
     fn scatter_points(&mut self) {
@@ -168,17 +197,22 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if !self.has_grains() {
             return;
         }
-        let timer = self.phases.start();
         // At the very first evaluation nothing has slid yet.
-        let advance = if self.step == 0 { 0.0 } else { self.settings.dt };
-        self.contacts.evaluate(&self.settings.contact, &mut self.grains, advance);
+        let dt = self.settings.dt;
+        let times = if self.step == 0 { [0.0, 0.0] } else { [dt, dt] };
+        let law = self.settings.contact;
+        self.renew_ghosts(|contacts, grains| contacts.pair_pass(&law, grains, Part::Interior, times));
+        let timer = self.phases.start();
+        self.contacts.pair_pass(&law, &self.grains, Part::Border, times);
+        self.contacts.grain_pass(&mut self.grains);
+        self.walls.evaluate(&law, &mut self.grains, &self.bodies, times);
         self.phases.stop(Phase::Contacts, timer);
     }
 
     fn kick_grains(&mut self) {
         let timer = self.phases.start();
-        let share = if self.step == 0 { 0.5 } else { 1.0 };
-        motion::kick(&mut self.grains, share * self.settings.dt);
+        let share = if self.step == 0 { self.settings.first_kick } else { 1.0 };
+        motion::kick(&mut self.grains, &self.settings.field, &self.cell, share * self.settings.dt);
         self.phases.stop(Phase::Motion, timer);
     }
 
@@ -222,51 +256,72 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.layout.corner[1] + f64::from(place[1]) * self.layout.cell
     }
 
-    /// The plate that holds a node at height `y`.
-    fn holder(plates: &[Plate<S>], y: f64, cell: f64) -> Option<usize> {
-        plates.iter().position(|plate| plate.holds(y, cell))
+    /// The body that holds a node at height `y`.
+    fn holder(bodies: &[Body<S>], y: f64, cell: f64) -> Option<usize> {
+        bodies.iter().position(|body| body.holds(y, cell))
     }
 
-    fn accelerate_plates(&mut self) -> Result<(), Error> {
-        if self.plates.is_empty() {
-            return Ok(());
-        }
+    fn accelerate_bodies(&mut self) -> Result<(), Error> {
         let timer = self.phases.start();
-        let mut sums = ExactSum::<PLATE_SLOTS>::new();
+        let outcome = match self.bodies.len() {
+            0 => Ok(()),
+            1..=2 => self.accelerate::<{ 2 * BODY_SLOTS }>(),
+            _ => self.accelerate::<{ BODIES_MAX * BODY_SLOTS }>(),
+        };
+        self.phases.stop(Phase::Bodies, timer);
+        outcome
+    }
+
+    fn accelerate<const SLOTS: usize>(&mut self) -> Result<(), Error> {
+        let mut sums = ExactSum::<SLOTS>::new();
+        let mut add = |body: usize, force: S::Vector, torque: S::Spin| {
+            for axis in 0..S::DIMENSION {
+                sums.add(BODY_SLOTS * body + axis, force[axis]);
+            }
+            for axis in 0..S::Spin::COMPONENTS {
+                sums.add(BODY_SLOTS * body + 3 + axis, torque[axis]);
+            }
+        };
         for (row, cold) in self.grains.cold[..self.grains.owned].iter().enumerate() {
-            if let crate::dem::grains::Mover::Body(plate) = cold.mover {
-                for axis in 0..S::DIMENSION {
-                    sums.add(7 * plate as usize + axis, self.grains.force[row][axis]);
-                }
+            if let Mover::Body(body) = cold.mover {
+                let arm = self.grains.hot[row].position - self.bodies[body as usize].origin();
+                let force = self.grains.force[row];
+                add(body as usize, force, self.grains.torque[row] + S::moment(&arm, &force));
             }
         }
+        self.walls.burdens(&self.bodies, &mut add);
         if self.has_points() {
             for (node, sum) in self.nodes.mosaic.owned.iter().zip(&self.tiles.sums) {
-                let holder = Self::holder(&self.plates, self.node_height(node.place), self.layout.cell);
-                if let (Some(plate), true) = (holder, sum.mass > 0.0) {
+                let holder = Self::holder(&self.bodies, self.node_height(node.place), self.layout.cell);
+                if let (Some(body), true) = (holder, sum.mass > 0.0) {
                     let momentum = nodes::momentum_of_held(sum, self.settings.dt);
                     for axis in 0..S::DIMENSION {
-                        sums.add(7 * plate + 3 + axis, momentum[axis]);
+                        sums.add(BODY_SLOTS * body + 6 + axis, momentum[axis]);
                     }
-                    sums.add(7 * plate + 6, sum.mass);
+                    sums.add(BODY_SLOTS * body + 9, sum.mass);
                 }
             }
         }
         let sums = sums.reduce(self.transport).map_err(|error| {
-            Error::Run(format!("step {}: the forces on the plates are not finite or beyond reason ({error}); the run is unstable: check the time step and the last frames", self.step))
+            Error::Run(format!("step {}: the forces on the bodies are not finite or beyond reason ({error}); the run is unstable: check the time step and the last frames", self.step))
         })?;
         let time = self.time();
-        for (index, plate) in self.plates.iter_mut().enumerate() {
-            let slots = &sums[7 * index..7 * index + 7];
-            let mut burden: Burden<S> =
-                Burden { grain_force: S::Vector::zero(), node_mass: slots[6], node_momentum: S::Vector::zero() };
+        for (body, slots) in self.bodies.iter_mut().zip(sums.chunks_exact(BODY_SLOTS)) {
+            let mut burden: Burden<S> = Burden {
+                force: S::Vector::zero(),
+                torque: S::Spin::zero(),
+                node_mass: slots[9],
+                node_momentum: S::Vector::zero(),
+            };
             for axis in 0..S::DIMENSION {
-                burden.grain_force[axis] = slots[axis];
-                burden.node_momentum[axis] = slots[3 + axis];
+                burden.force[axis] = slots[axis];
+                burden.node_momentum[axis] = slots[6 + axis];
             }
-            plate.accelerate(&burden, time, self.settings.dt);
+            for axis in 0..S::Spin::COMPONENTS {
+                burden.torque[axis] = slots[3 + axis];
+            }
+            body.accelerate(&burden, time, self.settings.dt);
         }
-        self.phases.stop(Phase::Plates, timer);
         Ok(())
     }
 
@@ -278,7 +333,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let cell = self.layout.cell;
         for (node, sum) in self.nodes.mosaic.owned.iter().zip(&self.tiles.sums) {
             let y = self.layout.corner[1] + f64::from(node.place[1]) * cell;
-            let held = Self::holder(&self.plates, y, cell).map(|plate| &self.plates[plate].velocity);
+            let held = Self::holder(&self.bodies, y, cell).map(|body| &self.bodies[body].velocity);
             self.tiles.advanced[node.row as usize] = nodes::advance(sum, held, self.settings.dt);
         }
         self.phases.stop(Phase::Nodes, timer);
@@ -333,29 +388,62 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.phases.stop(Phase::Gather, timer);
     }
 
+    /// The cell's velocity gradient over the coming drift; grains follow a change of it.
+    fn drive_cell(&mut self) -> Result<(), Error> {
+        if self.settings.drive.is_at_rest() {
+            return Ok(());
+        }
+        let timer = self.phases.start();
+        let gradient = self.gradient_wanted()?;
+        let change = gradient - self.cell.gradient;
+        if change != S::Tensor::zero() {
+            motion::follow_gradient(&mut self.grains, &self.cell, &change);
+        }
+        self.cell.gradient = gradient;
+        self.phases.stop(Phase::Motion, timer);
+        Ok(())
+    }
+
     fn drift(&mut self) {
         let timer = self.phases.start();
-        let still = S::Vector::zero();
-        let mut velocities = [still; 8];
-        for (velocity, plate) in velocities.iter_mut().zip(&self.plates) {
-            *velocity = plate.velocity;
+        motion::drift(&mut self.grains, &self.bodies, self.settings.dt);
+        for body in &mut self.bodies {
+            body.drift(self.settings.dt);
         }
-        motion::drift(&mut self.grains, &velocities, self.settings.dt);
-        for plate in &mut self.plates {
-            plate.drift(self.settings.dt);
+        if !self.settings.drive.is_at_rest() {
+            self.cell.deform(self.cell.gradient, self.settings.dt);
         }
         self.phases.stop(Phase::Motion, timer);
     }
 
-    /// How far grains and points of this rank have come since the last rebuild, as a share of what their lists allow.
+    /// How far grains, points and bodies of this rank have come since the last rebuild, as a share of what their lists
+    /// allow.
     fn drift_share(&self) -> f64 {
+        let touched = self.bodies.iter().any(Body::is_touched);
         let mut square = 0.0f64;
-        for (hot, cold) in self.grains.hot[..self.grains.owned].iter().zip(&self.grains.cold) {
-            let moved = hot.position - cold.home;
+        let mut stretch = 0.0;
+        if self.settings.drive.is_at_rest() || touched {
+            for (hot, cold) in self.grains.hot[..self.grains.owned].iter().zip(&self.grains.cold) {
+                let moved = hot.position - cold.home;
+                square = larger(square, moved.dot(&moved));
+            }
+        } else {
+            // Against the mean field, which itself brings a pair nearer by its stretch.
+            let field = self.cell_home.deformation_to(&self.cell);
+            stretch = (field - S::identity()).norm();
+            let corner = self.cell.corner;
+            for (hot, cold) in self.grains.hot[..self.grains.owned].iter().zip(&self.grains.cold) {
+                let moved = hot.position - corner - field * (cold.home - corner);
+                square = larger(square, moved.dot(&moved));
+            }
+        }
+        for (body, home) in self.bodies.iter().zip(&self.bodies_home).filter(|(body, _)| body.is_touched()) {
+            let moved = body.displacement - *home;
             square = larger(square, moved.dot(&moved));
         }
         // Two grains may close half the skin each.
-        let grains = square.sqrt() / (0.5 * self.settings.skin);
+        let closed = 2.0 * square.sqrt() + stretch * (2.0 * self.radius_max + self.settings.skin);
+        let grains = closed / self.settings.skin;
         let mut points = 0.0f64;
         for point in &self.points {
             let moved = point.position - point.home;

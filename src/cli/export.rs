@@ -5,12 +5,13 @@ use std::path::Path;
 use super::resume::refuse_no_run;
 use crate::checkpoint;
 use crate::error::Error;
+use crate::grain_export;
 use crate::scenario::units::{Dimension, quantity};
 
 pub(super) fn command(dir: &Path, file: &Path, at: Option<&str>) -> Result<String, Error> {
     refuse_no_run(dir)?;
     let at = at.map(time).transpose()?;
-    checkpoint::export_grains(dir, file, at)?;
+    grain_export::write(&checkpoint::state_at(dir, at)?, dir, file)?;
     Ok(format!("The grains are in {}\n", file.display()))
 }
 

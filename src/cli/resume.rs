@@ -6,7 +6,8 @@ use scree_partition::transport::Transport;
 
 use super::{Ending, agreed, start_threads};
 use crate::error::Error;
-use crate::run::{self, Options};
+use crate::run::Options;
+use crate::start;
 
 pub(super) fn command(dir: &Path, threads: usize, transport: &dyn Transport) -> Ending {
     let found = agreed(transport, || {
@@ -20,7 +21,7 @@ pub(super) fn command(dir: &Path, threads: usize, transport: &dyn Transport) -> 
         return Ending::Failed(error);
     }
     let options = Options { out: dir.to_path_buf(), threads };
-    match run::resume(dir, &options, transport) {
+    match start::resume(dir, &options, transport) {
         Ok(outcome) => Ending::Agreed(Ok(outcome)),
         Err(error) => Ending::Failed(error),
     }

@@ -7,8 +7,10 @@ use scree_partition::transport::Transport;
 use super::{Ending, agreed, start_threads};
 use crate::checkpoint;
 use crate::error::Error;
-use crate::run::{self, Options};
-use crate::scenario::Scenario;
+use crate::run::Options;
+use crate::start;
+use crate::scenario::{Job, Scenario};
+use crate::space::Components;
 
 /// Where runs go that are not told otherwise, below the current folder.
 const RUNS: &str = "runs";
@@ -20,14 +22,14 @@ pub(super) fn command(
     sets: &[String],
     transport: &dyn Transport,
 ) -> Ending {
-    let (scenario, options) = match prepare(job, out, threads, sets, transport) {
+    let (job, options) = match prepare(job, out, threads, sets, transport) {
         Ok(prepared) => prepared,
         Err(error) => return Ending::Agreed(Err(error)),
     };
     if let Err(error) = start_threads(threads) {
         return Ending::Failed(error);
     }
-    match run::start(&scenario, &options, transport) {
+    match start::start(&job, &options, transport) {
         Ok(outcome) => Ending::Agreed(Ok(outcome)),
         Err(error) => Ending::Failed(error),
     }
@@ -40,22 +42,24 @@ fn prepare(
     threads: usize,
     sets: &[String],
     transport: &dyn Transport,
-) -> Result<(Scenario, Options), Error> {
+) -> Result<(Job, Options), Error> {
     let resolved = agreed(transport, || {
-        let scenario = Scenario::load(job, sets)?;
-        refuse_bad_grains(&scenario)?;
-        refuse_existing_run(&folder(&out, &scenario))?;
-        Ok(scenario.to_toml())
+        let job = Job::load(job, sets)?;
+        if let Job::Shear(scenario) = &job {
+            refuse_bad_grains(scenario)?;
+        }
+        refuse_existing_run(&folder(&out, &job))?;
+        Ok(job.to_toml())
     })?;
-    let scenario = Scenario::parse(&resolved, &job.display().to_string(), &[])?;
-    let out = folder(&out, &scenario);
-    Ok((scenario, Options { out, threads }))
+    let job = Job::parse(&resolved, &job.display().to_string(), &[])?;
+    let out = folder(&out, &job);
+    Ok((job, Options { out, threads }))
 }
 
-fn folder(out: &Option<PathBuf>, scenario: &Scenario) -> PathBuf {
+fn folder(out: &Option<PathBuf>, job: &Job) -> PathBuf {
     match out {
         Some(out) => out.clone(),
-        None => Path::new(RUNS).join(&scenario.name),
+        None => Path::new(RUNS).join(job.name()),
     }
 }
 
@@ -66,7 +70,7 @@ pub(super) fn refuse_bad_grains(scenario: &Scenario) -> Result<(), Error> {
             "grains.file: there is no file {}. Give a path that starts from the job's folder, or remove the key to make a packing.",
             file.display()
         ))),
-        Some(file) => crate::grain_file::read(scenario, file).map(|_| ()),
+        Some(file) => crate::grain_file::read::<Components<f64, 1>>(scenario, file).map(|_| ()),
         None => Ok(()),
     }
 }

@@ -3,218 +3,260 @@
 
 use rayon::prelude::*;
 
-use crate::dem::grains::{GrainRow, Grains, Mover};
-use crate::dem::neighbours::{Neighbours, Pair};
+use crate::dem::cell::{Cell, Shifts};
+use crate::dem::grains::{GrainRow, Grains, is_body, lanes, vector};
+use crate::dem::kernel::{Pass, Side, force_words, give, pair_pass, pair_weight, spin_words, touch};
+use crate::dem::neighbours::{Neighbours, Pair, Term};
 use crate::ids::GrainId;
+use crate::lane::{Instructions, LANES};
 use crate::law::contact::{ContactLaw, Touch};
-use crate::space::{Linear, Space};
+use crate::space::{Linear, Space, Words};
 
-/// What a pair gives to its two grains. Force on `b` is the opposite of that on `a`; torques are per grain.
-#[derive(Clone, Copy, Debug)]
-pub struct PairForce<S: Space> {
-    pub force: S::Vector,
-    pub torque_a: S::Spin,
-    pub torque_b: S::Spin,
-}
-
-impl<S: Space> PairForce<S> {
-    fn none() -> Self {
-        Self { force: S::Vector::zero(), torque_a: S::Spin::zero(), torque_b: S::Spin::zero() }
-    }
-}
+/// Memories that a row brings along: partner and memory, in the order of partners.
+pub type Carried<M> = Vec<(GrainId, M)>;
 
 /// Listed pairs with their memories and forces.
 #[derive(Clone, Debug)]
-pub struct Contacts<S: Space, C: ContactLaw<S>> {
-    pub neighbours: Neighbours<S>,
-    /// Blank where the pair does not touch.
-    pub memory: Vec<C::Memory>,
-    pub forces: Vec<PairForce<S>>,
+pub struct Contacts<S: Space> {
+    pub neighbours: Neighbours,
+    /// `[pack][word][lane]`; zero where the pair does not touch.
+    memory: Vec<f64>,
+    /// `[pair][word]`.
+    forces: Vec<f64>,
+    shifts: Shifts<S>,
+    instructions: Instructions,
 }
 
-impl<S: Space, C: ContactLaw<S>> Default for Contacts<S, C> {
-    fn default() -> Self {
-        Self { neighbours: Neighbours::default(), memory: Vec::new(), forces: Vec::new() }
-    }
-}
-
-/// Rows of pairs or grains that one task handles; a constant, so that nothing depends on the number of threads.
+/// Rows of grains that one task handles; a constant, so that nothing depends on the number of threads.
 const CHUNK: usize = 1024;
 
-/// Separation of a pair: unit normal from `b` to `a`, distance of centres and overlap.
-fn geometry<S: Space>(grains: &Grains<S>, pair: &Pair<S>) -> Option<(S::Vector, f64)> {
-    let (a, b) = (&grains.hot[pair.a as usize], &grains.hot[pair.b as usize]);
-    let separation = a.position - b.position + pair.shift;
-    let reach = a.radius + b.radius;
-    let square = separation.dot(&separation);
-    if square >= reach * reach {
-        return None;
-    }
-    let distance = square.sqrt();
-    Some((separation * (1.0 / distance), reach - distance))
+/// Which part of the list: what owned rows alone decide, or what copies and images have a part in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    Interior,
+    Border,
 }
 
-impl<S: Space, C: ContactLaw<S>> Contacts<S, C> {
+impl<S: Space> Contacts<S> {
+    pub fn new(cell: &Cell<S>) -> Self {
+        Self {
+            neighbours: Neighbours::default(),
+            memory: Vec::new(),
+            forces: Vec::new(),
+            shifts: Shifts::of(cell),
+            instructions: Instructions::best(),
+        }
+    }
+
+    /// Uses other instructions; the bits do not change.
+    pub fn use_instructions(&mut self, instructions: Instructions) {
+        self.instructions = instructions;
+    }
+
     /// New list for `grains`; the memories that owned rows carry find their pairs.
-    pub fn rebuild(&mut self, grains: &Grains<S>, carried: &[Vec<(GrainId, C::Memory)>], period: f64, skin: f64) {
-        self.neighbours = Neighbours::build(grains, period, skin);
-        let pairs = &self.neighbours.pairs;
+    pub fn rebuild<C: ContactLaw<S>>(
+        &mut self,
+        grains: &Grains<S>,
+        cell: &Cell<S>,
+        carried: &[Carried<C::Memory<f64>>],
+        margin: f64,
+    ) {
+        self.neighbours.build(grains, cell, margin);
         self.memory.clear();
-        self.memory.resize(pairs.len(), C::Memory::zero());
+        self.memory.resize(self.neighbours.pairs.len() * <C::Memory<f64> as Words<f64>>::COUNT, 0.0);
         self.forces.clear();
-        self.forces.resize(pairs.len(), PairForce::none());
+        self.forces.resize(self.neighbours.pairs.len() * force_words::<S>(), 0.0);
         for (row, memories) in carried.iter().enumerate() {
-            let terms =
-                &self.neighbours.terms[self.neighbours.starts[row] as usize..self.neighbours.starts[row + 1] as usize];
             // Both run in the order of partner ids: memories are moved along, not searched for.
-            let mut carried = memories.iter().peekable();
-            for term in terms {
-                let pair = &pairs[term.pair as usize];
-                let partner = grains.cold[if term.is_a { pair.b } else { pair.a } as usize].id;
-                while carried.next_if(|(id, _)| *id < partner).is_some() {}
-                if let Some((_, memory)) = carried.next_if(|(id, _)| *id == partner) {
-                    self.memory[term.pair as usize] = *memory;
+            let mut memories = memories.iter().peekable();
+            for at in self.neighbours.starts[row]..self.neighbours.starts[row + 1] {
+                let term = self.neighbours.terms[at as usize];
+                let partner = grains.cold[self.neighbours.partner(term) as usize].id;
+                while memories.next_if(|(id, _)| *id < partner).is_some() {}
+                if let Some((_, memory)) = memories.next_if(|(id, _)| *id == partner) {
+                    self.remember::<C>(term.pair(), memory);
                 }
             }
         }
     }
 
+    fn remember<C: ContactLaw<S>>(&mut self, pair: usize, memory: &C::Memory<f64>) {
+        let count = <C::Memory<f64> as Words<f64>>::COUNT;
+        for word in 0..count {
+            self.memory[(pair / LANES * count + word) * LANES + pair % LANES] = memory.word(word);
+        }
+    }
+
+    fn recall<C: ContactLaw<S>>(&self, pair: usize) -> C::Memory<f64> {
+        let count = <C::Memory<f64> as Words<f64>>::COUNT;
+        let mut memory = C::Memory::<f64>::zero();
+        for word in 0..count {
+            memory.set_word(word, self.memory[(pair / LANES * count + word) * LANES + pair % LANES]);
+        }
+        memory
+    }
+
     /// Memories of the touching contacts of an owned row, in the order of partner ids.
-    pub fn carried_by(&self, grains: &Grains<S>, row: usize) -> Vec<(GrainId, C::Memory)> {
-        let neighbours = &self.neighbours;
-        neighbours.terms[neighbours.starts[row] as usize..neighbours.starts[row + 1] as usize]
-            .iter()
-            .filter(|term| self.memory[term.pair as usize] != C::Memory::zero())
-            .map(|term| {
-                let pair = &neighbours.pairs[term.pair as usize];
-                let partner = if term.is_a { pair.b } else { pair.a };
-                (grains.cold[partner as usize].id, self.memory[term.pair as usize])
-            })
-            .collect()
+    pub fn carried_by<C: ContactLaw<S>>(&self, grains: &Grains<S>, row: usize) -> Carried<C::Memory<f64>> {
+        let remembered = |term: &Term| {
+            let memory = self.recall::<C>(term.pair());
+            let blank = (0..<C::Memory<f64> as Words<f64>>::COUNT).all(|word| memory.word(word) == 0.0);
+            let partner = grains.cold[self.neighbours.partner(*term) as usize].id;
+            (!blank).then_some((partner, memory))
+        };
+        self.neighbours.terms_of(row).iter().filter_map(remembered).collect()
     }
 
-    /// Pair pass and grain pass. Memories advance by `advance` seconds (zero at the very first evaluation of a run).
-    pub fn evaluate(&mut self, law: &C, grains: &mut Grains<S>, advance: f64) {
-        self.pair_pass(law, grains, advance);
-        self.grain_pass(grains);
+    /// The images of now, before the passes of a step.
+    pub fn settle_images(&mut self, cell: &Cell<S>) {
+        self.shifts = Shifts::of(cell);
     }
 
-    fn pair_pass(&mut self, law: &C, grains: &Grains<S>, advance: f64) {
-        let pairs = &self.neighbours.pairs;
-        (pairs.par_chunks(CHUNK), self.memory.par_chunks_mut(CHUNK), self.forces.par_chunks_mut(CHUNK))
-            .into_par_iter()
-            .for_each(|(pairs, memories, forces)| {
-                for ((pair, memory), force) in pairs.iter().zip(memories).zip(forces) {
-                    *force = pair_force(law, grains, pair, memory, advance);
-                }
-            });
+    /// Pair pass over a part of the list. Memories advance by `advance` seconds (zero at the very first evaluation).
+    pub fn pair_pass<C: ContactLaw<S>>(&mut self, law: &C, grains: &Grains<S>, part: Part, [advance, dt]: [f64; 2]) {
+        let pass =
+            Pass { law, hot: &grains.hot, shifts: &self.shifts, advance, dt, instructions: self.instructions };
+        let interior = self.neighbours.interior;
+        let words = <C::Memory<f64> as Words<f64>>::COUNT;
+        let (pairs_in, pairs_out) = self.neighbours.pairs.split_at(interior);
+        let (memory_in, memory_out) = self.memory.split_at_mut(interior * words);
+        let (forces_in, forces_out) = self.forces.split_at_mut(interior * force_words::<S>());
+        match part {
+            Part::Interior => pair_pass(pass, false, pairs_in, memory_in, forces_in),
+            Part::Border => pair_pass(pass, true, pairs_out, memory_out, forces_out),
+        }
     }
 
-    fn grain_pass(&self, grains: &mut Grains<S>) {
-        let neighbours = &self.neighbours;
-        (grains.force.par_chunks_mut(CHUNK), grains.torque.par_chunks_mut(CHUNK)).into_par_iter().enumerate().for_each(
+    /// Every owned grain sums its pairs in the order of its partners' ids.
+    pub fn grain_pass(&self, grains: &mut Grains<S>) {
+        let Grains { force, torque, .. } = grains;
+        (force.par_chunks_mut(CHUNK), torque.par_chunks_mut(CHUNK)).into_par_iter().enumerate().for_each(
             |(chunk, (forces, torques))| {
                 for (offset, (force, torque)) in forces.iter_mut().zip(torques).enumerate() {
-                    let row = chunk * CHUNK + offset;
-                    let (mut sum, mut turn) = (S::Vector::zero(), S::Spin::zero());
-                    for term in &neighbours.terms[neighbours.starts[row] as usize..neighbours.starts[row + 1] as usize]
-                    {
-                        let pair = &self.forces[term.pair as usize];
-                        if term.is_a {
-                            sum += pair.force;
-                            turn += pair.torque_a;
-                        } else {
-                            sum -= pair.force;
-                            turn += pair.torque_b;
-                        }
-                    }
-                    (*force, *torque) = (sum, turn);
+                    (*force, *torque) = self.sum_of(chunk * CHUNK + offset);
                 }
             },
         );
     }
 
+    #[inline(always)]
+    fn sum_of(&self, row: usize) -> (S::Vector, S::Spin) {
+        let (mut sum, mut turn) = (S::Vector::zero(), S::Spin::zero());
+        for term in self.neighbours.terms_of(row) {
+            let words = &self.forces[term.pair() * force_words::<S>()..(term.pair() + 1) * force_words::<S>()];
+            let sign = if term.is_b() { -1.0 } else { 1.0 };
+            for axis in 0..S::DIMENSION {
+                sum[axis] += sign * words[axis];
+            }
+            let first = S::DIMENSION + usize::from(term.is_b()) * spin_words::<S>();
+            for axis in 0..spin_words::<S>() {
+                turn[axis] += words[first + axis];
+            }
+        }
+        (sum, turn)
+    }
+
+    /// Half of force times branch over an owned row's contacts, J, with the forces of the last evaluation: two rows that
+    /// share a contact make up the whole.
+    pub fn branch_sum(&self, grains: &Grains<S>, row: usize) -> S::Tensor {
+        let mut sum = S::Tensor::zero();
+        for term in self.neighbours.terms_of(row) {
+            let pair = &self.neighbours.pairs[term.pair()];
+            let (a, b) = (&grains.hot[pair.a as usize], &grains.hot[pair.b() as usize]);
+            let branch = a.position - b.position + self.shifts.0[pair.image().0 as usize].0;
+            let words = &self.forces[term.pair() * force_words::<S>()..];
+            let mut force = S::Vector::zero();
+            for axis in 0..S::DIMENSION {
+                force[axis] = words[axis];
+            }
+            sum += S::outer(&force, &branch) * 0.5;
+        }
+        sum
+    }
+
+    /// The two grains of a pair as the law sees them, with velocities of now and no time passed.
+    fn touch_of(&self, grains: &Grains<S>, pair: &Pair) -> Touch<S, f64> {
+        let (a, b) = (&grains.hot[pair.a as usize], &grains.hot[pair.b() as usize]);
+        let (shift, rate) = &self.shifts.0[pair.image().0 as usize];
+        let separation = lanes(&(a.position - b.position + *shift));
+        let relative = lanes(&(a.velocity - b.velocity + *rate));
+        touch(&Side::scalar(a), &Side::scalar(b), separation, relative, [0.0, 0.0])
+    }
+
+    fn weight_of(grains: &Grains<S>, pair: &Pair) -> f64 {
+        pair_weight(grains.hot[pair.a as usize].weight, grains.hot[pair.b() as usize].weight)
+    }
+
     /// Elastic energy of the contacts that this rank accounts for (those whose lower id it owns), weighted, J.
-    pub fn elastic_energies<'a>(&'a self, law: &'a C, grains: &'a Grains<S>) -> impl Iterator<Item = f64> + 'a {
-        self.neighbours.pairs.iter().zip(&self.memory).filter_map(move |(pair, memory)| {
+    pub fn elastic_energies<'a, C: ContactLaw<S>>(
+        &'a self,
+        law: &'a C,
+        grains: &'a Grains<S>,
+    ) -> impl Iterator<Item = f64> + 'a {
+        self.neighbours.real_pairs().filter_map(move |(index, pair)| {
             if pair.a as usize >= grains.owned {
                 return None;
             }
-            let (_, overlap) = geometry(grains, pair)?;
-            Some(pair_weight(grains, pair) * law.elastic_energy(overlap, memory))
+            let touch = self.touch_of(grains, pair);
+            let memory = self.recall::<C>(index);
+            let holds = law.holds(&touch, &memory);
+            holds.then(|| Self::weight_of(grains, pair) * law.elastic_energy(&touch, &memory))
         })
     }
 
     /// Love-Weber sum over the contacts of an owned row, unweighted: force times half of the branch, J; divided by the
     /// grain's share of space it is its mean stress, tension positive. Forces are those of the positions and velocities
     /// of now, reckoned on copies of the memories: looking changes nothing.
-    pub fn moment(&self, law: &C, grains: &Grains<S>, row: usize) -> S::Tensor {
-        let neighbours = &self.neighbours;
+    pub fn moment<C: ContactLaw<S>>(&self, law: &C, grains: &Grains<S>, row: usize) -> S::Tensor {
         let mut sum = S::Tensor::zero();
-        for term in &neighbours.terms[neighbours.starts[row] as usize..neighbours.starts[row + 1] as usize] {
-            let pair = &neighbours.pairs[term.pair as usize];
-            if let Some((normal, overlap)) = geometry(grains, pair) {
-                let mut memory = self.memory[term.pair as usize];
-                let force = pair_force(law, grains, pair, &mut memory, 0.0).force;
-                let reach = grains.hot[pair.a as usize].radius + grains.hot[pair.b as usize].radius;
-                let half_branch = normal * (0.5 * (reach - overlap));
-                // Branch and force both change sign for `b`, so the product does not.
-                sum -= S::outer(&force, &half_branch) * (1.0 / pair_weight(grains, pair));
-            }
+        for term in self.neighbours.terms_of(row) {
+            let pair = &self.neighbours.pairs[term.pair()];
+            let touch = self.touch_of(grains, pair);
+            let mut memory = self.recall::<C>(term.pair());
+            let force: S::Vector = vector(&give(law, &touch, 1.0, [0.0, 0.0], &mut memory).force);
+            let reach = grains.hot[pair.a as usize].radius + grains.hot[pair.b() as usize].radius;
+            let normal: S::Vector = vector(&touch.normal);
+            let half_branch = normal * (0.5 * (reach - touch.overlap));
+            // Branch and force both change sign for `b`, so the product does not.
+            sum -= S::outer(&force, &half_branch);
         }
         sum
     }
-}
 
-/// Weight of a contact in the coupled mixture: the mean of its grains', or the free grain's own against a wall.
-fn pair_weight<S: Space>(grains: &Grains<S>, pair: &Pair<S>) -> f64 {
-    let (a, b) = (pair.a as usize, pair.b as usize);
-    match (grains.cold[a].mover, grains.cold[b].mover) {
-        (Mover::Body(_), _) => grains.hot[b].weight,
-        (_, Mover::Body(_)) => grains.hot[a].weight,
-        _ => 0.5 * (grains.hot[a].weight + grains.hot[b].weight),
+    /// The deepest overlap of a pair that this rank holds, as a share of the smaller radius, with its ids.
+    pub fn deepest(&self, grains: &Grains<S>) -> Option<(f64, [GrainId; 2])> {
+        let share = |pair: &Pair| {
+            let (a, b) = (&grains.hot[pair.a as usize], &grains.hot[pair.b() as usize]);
+            let ids = [grains.cold[pair.a as usize].id, grains.cold[pair.b() as usize].id];
+            (self.touch_of(grains, pair).overlap / a.radius.min(b.radius), ids)
+        };
+        self.neighbours.real_pairs().map(|(_, pair)| share(pair)).max_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// Contacts of this rank's account that hold now.
+    pub fn count<C: ContactLaw<S>>(&self, law: &C, grains: &Grains<S>) -> usize {
+        let holds = |(index, pair): &(usize, &Pair)| {
+            (pair.a as usize) < grains.owned && law.holds(&self.touch_of(grains, pair), &self.recall::<C>(*index))
+        };
+        self.neighbours.real_pairs().filter(holds).count()
+    }
+
+    /// Bytes that the arrays hold.
+    pub fn bytes(&self) -> usize {
+        self.neighbours.bytes() + (self.memory.capacity() + self.forces.capacity()) * size_of::<f64>()
     }
 }
 
-#[inline(always)]
-fn pair_force<S: Space, C: ContactLaw<S>>(
-    law: &C,
-    grains: &Grains<S>,
-    pair: &Pair<S>,
-    memory: &mut C::Memory,
-    advance: f64,
-) -> PairForce<S> {
-    let Some((normal, overlap)) = geometry(grains, pair) else {
-        *memory = C::Memory::zero();
-        return PairForce::none();
-    };
-    let (a, b) = (&grains.hot[pair.a as usize], &grains.hot[pair.b as usize]);
-    let relative = a.velocity - b.velocity;
-    let spin = a.spin * a.radius + b.spin * b.radius;
-    let touch = Touch {
-        normal,
-        overlap,
-        velocity_normal: relative.dot(&normal),
-        velocity_tangential: S::tangential(&normal, &relative) - S::surface(&normal, &spin),
-        advance,
-    };
-    let answer = law.force(&touch, memory);
-
-    let weight = if a.weight == 1.0 && b.weight == 1.0 { 1.0 } else { pair_weight(grains, pair) };
-    let tangential = answer.tangential * weight;
-    let turn = S::torque(&normal, &tangential);
-    PairForce {
-        force: normal * (answer.normal * weight) + S::embed(&normal, &tangential),
-        torque_a: turn * -(a.radius - 0.5 * overlap),
-        torque_b: turn * -(b.radius - 0.5 * overlap),
-    }
-}
-
-/// A row with its contacts, ready to travel.
+/// A row with its contacts with grains, ready to travel.
 pub fn whole_row<S: Space, C: ContactLaw<S>>(
     grains: &Grains<S>,
-    contacts: &Contacts<S, C>,
+    contacts: &Contacts<S>,
     row: usize,
-) -> GrainRow<S, C::Memory> {
-    GrainRow { hot: grains.hot[row], cold: grains.cold[row], contacts: contacts.carried_by(grains, row) }
+) -> GrainRow<S, C::Memory<f64>> {
+    GrainRow { hot: grains.hot[row], cold: grains.cold[row], contacts: contacts.carried_by::<C>(grains, row) }
+}
+
+/// Where the contacts with bodies begin in a row's memories.
+pub fn first_of_bodies<M>(carried: &[(GrainId, M)]) -> usize {
+    carried.partition_point(|(partner, _)| !is_body(*partner))
 }

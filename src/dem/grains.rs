@@ -1,22 +1,46 @@
 //! Grains as rows: what a contact reads every step apart from what is needed now and then.
 
+use crate::dem::cell::{Image, visit_image};
 use crate::ids::GrainId;
 use crate::record::{Record, Visitor};
-use crate::space::{Linear, Space};
+use crate::space::{Linear, Space, Words};
 
-/// The part of a grain that a contact reads.
+/// The part of a grain that a contact and its own motion read: whole vector registers of `f64` without a gap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(64))]
 pub struct Hot<S: Space> {
-    /// Centre, m. Wrapped into the period at rebuilds only.
+    /// Centre, m. Wrapped into the cell at rebuilds only.
     pub position: S::Vector,
     /// Velocity, half a step behind the position, m/s.
     pub velocity: S::Vector,
     /// Angular velocity, rad/s.
     pub spin: S::Spin,
     pub radius: f64,
-    /// Share of the grain in the coupled mixture: 1, or w in the reconciliation zone.
+    /// Share of the grain in the coupled mixture: 1, or w in the reconciliation zone. A grain that a body moves has no
+    /// share of its own: 0.
     pub weight: f64,
+    /// kg; full, never weighted.
+    pub mass: f64,
+    pub spare: S::Spare,
+}
+
+impl<S: Space> Hot<S> {
+    pub const WORDS: usize = size_of::<Self>() / size_of::<f64>();
+    /// No padding: the fields fill the record.
+    const WHOLE: () = assert!(
+        2 * size_of::<S::Vector>() + size_of::<S::Spin>() + 3 * size_of::<f64>() + size_of::<S::Spare>()
+            == size_of::<Self>()
+    );
+
+    /// The record as numbers: position, velocity, spin, radius, weight, mass.
+    #[inline(always)]
+    #[allow(unsafe_code, reason = "a record of f64 without padding is an array of f64")]
+    pub fn words(&self) -> &[f64] {
+        const { Self::WHOLE };
+        // SAFETY: every field consists of `f64` (nalgebra's static vectors are arrays of them), the layout is C's and
+        // has no padding, as `WHOLE` proves; so the record is `WORDS` initialised numbers.
+        unsafe { std::slice::from_raw_parts(std::ptr::from_ref(self).cast(), Self::WORDS) }
+    }
 }
 
 /// Who decides a grain's motion.
@@ -30,17 +54,15 @@ pub enum Mover {
     Script,
 }
 
-/// The part of a grain that is read at rebuilds, in its own motion and for output.
+/// The part of a grain that is read at rebuilds and for output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cold<S: Space> {
     pub id: GrainId,
-    /// kg; full, never weighted.
-    pub mass: f64,
     pub mover: Mover,
     /// Place in the packing it came from, m.
     pub origin: S::Vector,
     /// Periods crossed since then.
-    pub image: i64,
+    pub image: Image,
     /// Position at the last rebuild, m: block, lists and their age follow from it.
     pub home: S::Vector,
     /// Prescribed velocity of a scripted grain, m/s.
@@ -66,7 +88,7 @@ impl<S: Space> Default for Grains<S> {
 }
 
 /// A whole grain with the memories of its contacts, as it travels, rests on disk or is handed to a new world.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct GrainRow<S: Space, M> {
     pub hot: Hot<S>,
     pub cold: Cold<S>,
@@ -100,17 +122,34 @@ impl<S: Space> Grains<S> {
         self.torque.clear();
         self.torque.resize(self.owned, S::Spin::zero());
     }
+
+    /// Bytes that the arrays hold.
+    pub fn bytes(&self) -> usize {
+        self.hot.capacity() * size_of::<Hot<S>>()
+            + self.cold.capacity() * size_of::<Cold<S>>()
+            + self.force.capacity() * size_of::<S::Vector>()
+            + self.torque.capacity() * size_of::<S::Spin>()
+    }
 }
 
-impl<S: Space, M: Linear> GrainRow<S, M> {
+impl<S: Space, M: Words<f64>> GrainRow<S, M> {
     /// A grain at rest at `position`, with nothing remembered.
     pub fn resting(id: GrainId, position: S::Vector, radius: f64, mass: f64, mover: Mover) -> Self {
         let zero = S::Vector::zero();
-        Self {
-            hot: Hot { position, velocity: zero, spin: S::Spin::zero(), radius, weight: 1.0 },
-            cold: Cold { id, mass, mover, origin: position, image: 0, home: position, script: zero },
+        let spare = S::Spare::default();
+        let mut row = Self {
+            hot: Hot { position, velocity: zero, spin: S::Spin::zero(), radius, weight: 1.0, mass, spare },
+            cold: Cold { id, mover, origin: position, image: [0; 3], home: position, script: zero },
             contacts: Vec::new(),
-        }
+        };
+        row.hand_to(mover);
+        row
+    }
+
+    /// Who moves the grain from now on.
+    pub fn hand_to(&mut self, mover: Mover) {
+        self.cold.mover = mover;
+        self.hot.weight = if matches!(mover, Mover::Body(_)) { 0.0 } else { 1.0 };
     }
 }
 
@@ -124,29 +163,66 @@ impl<S: Space, M> Record for GrainRow<S, M> {
         visitor.f64s("spin", hot.spin.as_mut_slice());
         visitor.f64s("radius", std::slice::from_mut(&mut hot.radius));
         visitor.f64s("weight", std::slice::from_mut(&mut hot.weight));
-        visitor.f64s("mass", std::slice::from_mut(&mut cold.mass));
+        visitor.f64s("mass", std::slice::from_mut(&mut hot.mass));
         let mut mover = cold.mover.code();
         visitor.u8("mover", &mut mover);
         cold.mover = Mover::from_code(mover);
         visitor.f64s("origin", cold.origin.as_mut_slice());
-        visitor.i64("image", &mut cold.image);
+        visit_image::<S>(&mut cold.image, visitor);
         visitor.f64s("home", cold.home.as_mut_slice());
         visitor.f64s("script", cold.script.as_mut_slice());
     }
 }
 
+/// Partners from here on are bodies: contacts of grains with them are kept beside those with grains.
+const FIRST_BODY: u64 = u64::MAX - 255;
+
+/// The name of body `body` as a partner; above every grain's, so that sums over partners end with the bodies.
+pub fn body_partner(body: u8) -> GrainId {
+    GrainId(FIRST_BODY + u64::from(body))
+}
+
+/// Whether a partner is a body.
+pub fn is_body(partner: GrainId) -> bool {
+    partner.0 >= FIRST_BODY
+}
+
 /// A touching contact as it rests on disk.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct ContactRow<M> {
     pub lower: GrainId,
     pub higher: GrainId,
     pub memory: M,
 }
 
-impl<M: Linear> Record for ContactRow<M> {
+impl<M: Words<f64>> Record for ContactRow<M> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
         visitor.u64("lower", &mut self.lower.0);
         visitor.u64("higher", &mut self.higher.0);
-        visitor.f64s("memory", self.memory.as_mut_slice());
+        let mut words: Vec<f64> = (0..M::COUNT).map(|index| self.memory.word(index)).collect();
+        visitor.f64s("memory", &mut words);
+        for (index, word) in words.into_iter().enumerate() {
+            self.memory.set_word(index, word);
+        }
     }
+}
+
+/// A number per axis as lanes of one.
+#[inline(always)]
+pub fn lanes<V: Linear, C: Words<f64>>(vector: &V) -> C {
+    let mut components = C::zero();
+    for index in 0..C::COUNT {
+        components.set_word(index, vector[index]);
+    }
+    components
+}
+
+/// And back.
+#[inline(always)]
+pub fn vector<V: Linear, C: Words<f64>>(components: &C) -> V {
+    let mut vector = V::zero();
+    for index in 0..C::COUNT {
+        vector[index] = components.word(index);
+    }
+    vector
 }

@@ -1,8 +1,11 @@
 //! The grain engine: grains, the pairs that may touch, forces with memory, motion. It does not know ranks: rows beyond
 //! [`grains::Grains::owned`] are copies whose positions and velocities somebody else keeps fresh.
 
+pub mod cell;
 pub mod contacts;
 pub mod grains;
+pub mod kernel;
 pub mod motion;
 pub mod neighbours;
 pub mod packing;
+pub mod walls;

@@ -1,32 +1,135 @@
 //! Motion of grains: leapfrog. Velocities live half a step behind positions, so that force at the position and
 //! velocity known now kicks the velocity over the position (velocity Verlet with the forces' velocities lagging).
 
-use crate::dem::grains::{Grains, Mover};
-use crate::space::Space;
+use rayon::prelude::*;
 
-/// `v(n+1/2) = v(n-1/2) + f/(w m) dt` for free grains; `dt` is halved in the very first step of a run, whose velocities
-/// are those of time zero.
-pub fn kick<S: Space>(grains: &mut Grains<S>, dt: f64) {
-    for row in 0..grains.owned {
-        let cold = &grains.cold[row];
-        if cold.mover != Mover::Free {
-            continue;
-        }
-        let hot = &mut grains.hot[row];
-        let mass = hot.weight * cold.mass;
-        hot.velocity += grains.force[row] * (dt / mass);
-        hot.spin += grains.torque[row] * (dt / S::grain_inertia(mass, hot.radius));
+use crate::body::Body;
+use crate::dem::cell::Cell;
+use crate::dem::grains::{Grains, Hot, Mover};
+use crate::scenario::assembly::{Damping, DampingForm};
+use crate::space::{Linear, Space};
+
+/// Forces on grains beside those of contacts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Field<S: Space> {
+    /// m/s2.
+    pub gravity: S::Vector,
+    pub damping: Damping,
+}
+
+impl<S: Space> Default for Field<S> {
+    fn default() -> Self {
+        Self { gravity: S::Vector::zero(), damping: Damping::default() }
     }
 }
 
-/// `x(n+1) = x(n) + v(n+1/2) dt`; glued grains take their body's velocity, scripted ones their script's.
-pub fn drift<S: Space>(grains: &mut Grains<S>, body_velocity: &[S::Vector], dt: f64) {
-    for (hot, cold) in grains.hot[..grains.owned].iter_mut().zip(&grains.cold) {
-        match cold.mover {
-            Mover::Free => {}
-            Mover::Body(body) => hot.velocity = body_velocity[body as usize],
-            Mover::Script => hot.velocity = cold.script,
+/// Rows that one task handles; a constant, so that nothing depends on the number of threads.
+const CHUNK: usize = 1024;
+
+/// `v(n+1/2) = v(n-1/2) + a dt` for free grains, `a = f/(w m) + g`; `dt` is halved in the very first step of a run, whose
+/// velocities are those of time zero. In a cell that deforms with the gradient L, a grain that stays where it is in the
+/// cell accelerates by L v as well, and damping acts on the velocity against the mean field L x.
+pub fn kick<S: Space>(grains: &mut Grains<S>, field: &Field<S>, cell: &Cell<S>, dt: f64) {
+    let plain = field.damping.local == 0.0 && field.damping.mass == 0.0 && cell.gradient == S::Tensor::zero();
+    let owned = grains.owned;
+    let Grains { hot, cold, force, torque, .. } = grains;
+    (
+        hot[..owned].par_chunks_mut(CHUNK),
+        cold[..owned].par_chunks(CHUNK),
+        force.par_chunks(CHUNK),
+        torque.par_chunks(CHUNK),
+    )
+        .into_par_iter()
+        .for_each(|(hot, cold, force, torque)| {
+            for (((hot, cold), force), torque) in hot.iter_mut().zip(cold).zip(force).zip(torque) {
+                if cold.mover != Mover::Free {
+                    continue;
+                }
+                let mass = hot.weight * hot.mass;
+                let inertia = S::grain_inertia(mass, hot.radius);
+                if plain {
+                    hot.velocity += *force * (dt / mass) + field.gravity * dt;
+                    hot.spin += *torque * (dt / inertia);
+                } else {
+                    let linear = *force * (1.0 / mass) + field.gravity;
+                    damped_kick(hot, (linear, *torque * (1.0 / inertia)), &field.damping, cell, dt);
+                }
+            }
+        });
+}
+
+fn damped_kick<S: Space>(
+    hot: &mut Hot<S>,
+    (mut linear, mut angular): (S::Vector, S::Spin),
+    damping: &Damping,
+    cell: &Cell<S>,
+    dt: f64,
+) {
+    // The mean field at the middle of the step, when the velocity is known.
+    let fluctuation = hot.velocity - cell.gradient * (hot.position - cell.corner);
+    let spin = hot.spin;
+    match damping.form {
+        DampingForm::Component => {
+            oppose_by_component(&mut linear, &fluctuation, damping.local, dt);
+            oppose_by_component(&mut angular, &spin, damping.local, dt);
         }
-        hot.position += hot.velocity * dt;
+        DampingForm::Vector => {
+            oppose_by_vector(&mut linear, &fluctuation, damping.local);
+            oppose_by_vector(&mut angular, &spin, damping.local);
+        }
     }
+    linear -= fluctuation * damping.mass;
+    angular -= spin * damping.mass;
+    hot.velocity += (linear + cell.gradient * hot.velocity) * dt;
+    hot.spin += angular * dt;
+}
+
+/// Each component of acceleration scaled by 1 - damping sign(a (u + dt a/2)): less where it adds to the motion, more where
+/// it takes from it (Cundall 1987, by components).
+fn oppose_by_component<V: Linear>(acceleration: &mut V, velocity: &V, share: f64, dt: f64) {
+    for axis in 0..V::COMPONENTS {
+        let a = acceleration[axis];
+        let power = a * (velocity[axis] + 0.5 * dt * a);
+        let sign = if power > 0.0 { 1.0 } else { -f64::from(u8::from(power < 0.0)) };
+        acceleration[axis] = a * (1.0 - share * sign);
+    }
+}
+
+/// f_damp = -alpha |f| v/|v| (Liang & Zhao 2019, eq. 29).
+fn oppose_by_vector<V: Linear>(acceleration: &mut V, velocity: &V, share: f64) {
+    let speed = velocity.norm();
+    if speed > 0.0 {
+        *acceleration -= *velocity * (share * acceleration.norm() / speed);
+    }
+}
+
+/// `v += dL x`: the mean field follows a change of the cell's velocity gradient at once, and every spin its vorticity.
+pub fn follow_gradient<S: Space>(grains: &mut Grains<S>, cell: &Cell<S>, change: &S::Tensor) {
+    let spin = S::vorticity(change);
+    for (hot, cold) in grains.hot[..grains.owned].iter_mut().zip(&grains.cold) {
+        if cold.mover == Mover::Free {
+            hot.velocity += *change * (hot.position - cell.corner);
+            hot.spin += spin;
+        }
+    }
+}
+
+/// `x(n+1) = x(n) + v(n+1/2) dt`; glued grains move with their body, scripted ones by their script.
+pub fn drift<S: Space>(grains: &mut Grains<S>, bodies: &[Body<S>], dt: f64) {
+    let owned = grains.owned;
+    let Grains { hot, cold, .. } = grains;
+    (hot[..owned].par_chunks_mut(CHUNK), cold[..owned].par_chunks(CHUNK)).into_par_iter().for_each(|(hot, cold)| {
+        for (hot, cold) in hot.iter_mut().zip(cold) {
+            match cold.mover {
+                Mover::Free => {}
+                Mover::Body(body) => {
+                    let body = &bodies[body as usize];
+                    hot.velocity = body.velocity_at(&hot.position);
+                    hot.spin = body.spin;
+                }
+                Mover::Script => hot.velocity = cold.script,
+            }
+            hot.position += hot.velocity * dt;
+        }
+    });
 }

@@ -1,177 +1,272 @@
 //! Which pairs of grains may touch before the next rebuild, and which pairs each grain sums over.
 
+use crate::dem::cell::{Cell, ImageCode};
 use crate::dem::grains::{Grains, Mover};
 use crate::ids::Row;
+use crate::lane::LANES;
 use crate::space::{Linear, Space};
 
-/// A pair that may touch: `a` has the lower id. Separation is `x_a - x_b + shift`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pair<S: Space> {
+/// A pair that may touch: `a` has the lower id. Separation is `x_a - x_b + shift(image)`, the image a small integer that
+/// is the same on every rank, so that the bits are the same too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pair {
     pub a: Row,
-    pub b: Row,
-    /// Whole periods between the two as listed, m: the same integer image on every rank, so the same bits.
-    pub shift: S::Vector,
+    /// Row of `b` below, the image's code in the upper five bits.
+    b_and_image: u32,
 }
 
-/// One term of a grain's sum.
+const IMAGE_BITS: u32 = 5;
+/// Rows that a rank can hold.
+pub const ROWS_MAX: usize = 1 << (32 - IMAGE_BITS);
+
+impl Pair {
+    fn new(a: Row, b: Row, image: ImageCode) -> Self {
+        Self { a, b_and_image: b | u32::from(image.0) << (32 - IMAGE_BITS) }
+    }
+    #[inline(always)]
+    pub fn b(self) -> Row {
+        self.b_and_image & (ROWS_MAX as u32 - 1)
+    }
+    #[inline(always)]
+    pub fn image(self) -> ImageCode {
+        ImageCode((self.b_and_image >> (32 - IMAGE_BITS)) as u8)
+    }
+}
+
+/// One term of a grain's sum: a pair, and whether the grain is its `b`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Term {
-    pub pair: u32,
-    /// The grain is the pair's `a` (force as computed) or `b` (force negated).
-    pub is_a: bool,
+pub struct Term(u32);
+
+impl Term {
+    #[inline(always)]
+    pub fn pair(self) -> usize {
+        (self.0 >> 1) as usize
+    }
+    #[inline(always)]
+    pub fn is_b(self) -> bool {
+        self.0 & 1 == 1
+    }
 }
 
 /// Pairs of this rank, and for every owned row its terms in the order of the partners' ids (invariant 2).
-#[derive(Clone, Debug)]
-pub struct Neighbours<S: Space> {
-    pub pairs: Vec<Pair<S>>,
+#[derive(Clone, Debug, Default)]
+pub struct Neighbours {
+    /// Pairs of owned rows in one image first, then the others; either part is a whole number of packs, filled up with
+    /// copies of its last pair that nobody sums.
+    pub pairs: Vec<Pair>,
+    /// Pairs of the first part.
+    pub interior: usize,
     /// Terms of row i are `terms[starts[i]..starts[i + 1]]`.
     pub starts: Vec<u32>,
     pub terms: Vec<Term>,
 }
 
-impl<S: Space> Default for Neighbours<S> {
-    fn default() -> Self {
-        Self { pairs: Vec::new(), starts: vec![0], terms: Vec::new() }
-    }
-}
-
-/// Bins over home positions, by counting sort: `rows[starts[bin]..starts[bin + 1]]`.
+/// Bins over the cell by counting sort: `rows[starts[bin]..starts[bin + 1]]`.
 struct Bins {
-    counts: [usize; 2],
-    lower: f64,
-    edge: [f64; 2],
+    counts: [usize; 3],
+    periodic: [bool; 3],
+    /// Up to this distance no other image is nearer than the one at hand, m.
+    far: f64,
     starts: Vec<u32>,
     rows: Vec<Row>,
 }
 
 impl Bins {
-    fn new<S: Space>(grains: &Grains<S>, period: f64, reach: f64) -> Self {
-        let (mut lower, mut upper) = (f64::INFINITY, f64::NEG_INFINITY);
-        for cold in &grains.cold {
-            lower = lower.min(cold.home[1]);
-            upper = upper.max(cold.home[1]);
+    fn new<S: Space>(grains: &Grains<S>, cell: &Cell<S>, reach: f64) -> Self {
+        let mut counts = [1; 3];
+        for (axis, count) in counts.iter_mut().enumerate().take(S::DIMENSION) {
+            *count = ((cell.height(axis) / reach) as usize).max(1);
         }
-        let count = |length: f64| ((length / reach) as usize).max(1);
-        let counts = [count(period), count(upper - lower)];
-        let edge = [period / counts[0] as f64, ((upper - lower) / counts[1] as f64).max(reach)];
-        let mut bins = Self { counts, lower, edge, starts: vec![0; counts[0] * counts[1] + 1], rows: Vec::new() };
-        let places: Vec<usize> = grains.cold.iter().map(|cold| bins.place(cold.home[0], cold.home[1])).collect();
+        let total = counts.iter().product::<usize>();
+        let heights = (0..S::DIMENSION).filter(|axis| cell.periodic[*axis]).map(|axis| cell.height(axis));
+        let far = 0.5 * heights.fold(f64::INFINITY, f64::min);
+        let mut bins = Self { counts, periodic: cell.periodic, far, starts: vec![0; total + 1], rows: Vec::new() };
+        let places: Vec<u32> = grains.cold.iter().map(|cold| bins.index(bins.place(cell, &cold.home)) as u32).collect();
         for &place in &places {
-            bins.starts[place + 1] += 1;
+            bins.starts[place as usize + 1] += 1;
         }
-        for bin in 0..bins.starts.len() - 1 {
+        for bin in 0..total {
             bins.starts[bin + 1] += bins.starts[bin];
         }
         let mut next = bins.starts.clone();
         bins.rows = vec![0; places.len()];
         for (row, &place) in places.iter().enumerate() {
-            bins.rows[next[place] as usize] = row as Row;
-            next[place] += 1;
+            bins.rows[next[place as usize] as usize] = row as Row;
+            next[place as usize] += 1;
         }
         bins
     }
 
-    fn column(&self, x: f64) -> usize {
-        ((x / self.edge[0]) as usize).min(self.counts[0] - 1)
+    fn place<S: Space>(&self, cell: &Cell<S>, home: &S::Vector) -> [usize; 3] {
+        let fraction = cell.fraction(home);
+        let mut place = [0; 3];
+        for axis in 0..S::DIMENSION {
+            let at = (fraction[axis] * self.counts[axis] as f64).max(0.0) as usize;
+            place[axis] = at.min(self.counts[axis] - 1);
+        }
+        place
     }
 
-    fn layer(&self, y: f64) -> usize {
-        (((y - self.lower) / self.edge[1]) as usize).min(self.counts[1] - 1)
+    fn index(&self, place: [usize; 3]) -> usize {
+        (place[2] * self.counts[1] + place[1]) * self.counts[0] + place[0]
     }
 
-    fn place(&self, x: f64, y: f64) -> usize {
-        self.layer(y) * self.counts[0] + self.column(x)
+    /// Places beside and at `at` along an axis, each once.
+    fn beside(&self, axis: usize, at: usize) -> ([usize; 3], usize) {
+        let count = self.counts[axis];
+        if self.periodic[axis] && count >= 3 {
+            return ([(at + count - 1) % count, at, (at + 1) % count], 3);
+        }
+        let (first, last) = (at.saturating_sub(1), (at + 1).min(count - 1));
+        ([first, first + 1, last], last - first + 1)
     }
 
-    /// Columns beside and at `column` across the period, each once.
-    fn columns(&self, column: usize) -> impl Iterator<Item = usize> + use<> {
-        let count = self.counts[0];
-        let (first, number) = if count >= 3 { (column + count - 1, 3) } else { (0, count) };
-        (first..first + number).map(move |wanted| wanted % count)
+    /// Calls `visit` with every row of the bins around a place.
+    fn around(&self, place: [usize; 3], mut visit: impl FnMut(Row)) {
+        let [(xs, nx), (ys, ny), (zs, nz)] = [0, 1, 2].map(|axis| self.beside(axis, place[axis]));
+        for &z in &zs[..nz] {
+            for &y in &ys[..ny] {
+                for &x in &xs[..nx] {
+                    let bin = self.index([x, y, z]);
+                    let rows = self.starts[bin] as usize..self.starts[bin + 1] as usize;
+                    self.rows[rows].iter().for_each(|row| visit(*row));
+                }
+            }
+        }
     }
 }
 
-impl<S: Space> Neighbours<S> {
-    /// Lists every pair closer than contact plus `skin` at the home positions, of which at least one is owned.
-    /// `period` is the length of the periodic x axis, m.
-    pub fn build(grains: &Grains<S>, period: f64, skin: f64) -> Self {
-        let radius_max = grains.hot.iter().map(|hot| hot.radius).fold(0.0, f64::max);
-        let reach = 2.0 * radius_max + skin;
-        let mut pairs = Vec::with_capacity(4 * grains.owned);
+impl Neighbours {
+    /// Lists every pair closer than contact plus `margin` at the home positions, of which at least one is owned.
+    pub fn build<S: Space>(&mut self, grains: &Grains<S>, cell: &Cell<S>, margin: f64) {
+        assert!(grains.hot.len() < ROWS_MAX, "a rank holds at most {ROWS_MAX} grains and copies; use more ranks");
+        self.pairs.clear();
+        let mut others = Vec::new();
         if !grains.cold.is_empty() {
-            let bins = Bins::new(grains, period, reach);
+            let radius_max = grains.hot.iter().map(|hot| hot.radius).fold(0.0, f64::max);
+            let bins = Bins::new(grains, cell, 2.0 * radius_max + margin);
             for row in 0..grains.owned {
-                list_row(grains, &bins, period, skin, row, &mut pairs);
+                list_row(grains, cell, &bins, margin, row, (&mut self.pairs, &mut others));
             }
         }
-        let (starts, terms) = terms_by_partner(grains, &pairs);
-        Self { pairs, starts, terms }
+        fill(&mut self.pairs);
+        self.interior = self.pairs.len();
+        fill(&mut others);
+        self.pairs.extend(others);
+        self.list_terms(grains);
     }
+
+    fn list_terms<S: Space>(&mut self, grains: &Grains<S>) {
+        let pairs = &self.pairs;
+        self.starts.clear();
+        self.starts.resize(grains.owned + 1, 0);
+        for pair in real(pairs, self.interior) {
+            for row in [pair.1.a, pair.1.b()] {
+                if (row as usize) < grains.owned {
+                    self.starts[row as usize + 1] += 1;
+                }
+            }
+        }
+        for row in 0..grains.owned {
+            self.starts[row + 1] += self.starts[row];
+        }
+        let mut next = self.starts.clone();
+        self.terms.clear();
+        self.terms.resize(self.starts[grains.owned] as usize, Term(0));
+        for (index, pair) in real(pairs, self.interior) {
+            for (row, side) in [(pair.a, 0), (pair.b(), 1)] {
+                if (row as usize) < grains.owned {
+                    self.terms[next[row as usize] as usize] = Term((index as u32) << 1 | side);
+                    next[row as usize] += 1;
+                }
+            }
+        }
+        for row in 0..grains.owned {
+            let terms = &mut self.terms[self.starts[row] as usize..self.starts[row + 1] as usize];
+            terms.sort_unstable_by_key(|term| grains.cold[partner(pairs, *term) as usize].id);
+        }
+    }
+
+    /// Terms of an owned row.
+    #[inline(always)]
+    pub fn terms_of(&self, row: usize) -> &[Term] {
+        &self.terms[self.starts[row] as usize..self.starts[row + 1] as usize]
+    }
+
+    /// The row on the other side of a term.
+    pub fn partner(&self, term: Term) -> Row {
+        partner(&self.pairs, term)
+    }
+
+    /// Pairs with their index, copies left out.
+    pub fn real_pairs(&self) -> impl Iterator<Item = (usize, &Pair)> {
+        real(&self.pairs, self.interior)
+    }
+
+    pub fn bytes(&self) -> usize {
+        self.pairs.capacity() * size_of::<Pair>()
+            + self.starts.capacity() * size_of::<u32>()
+            + self.terms.capacity() * size_of::<Term>()
+    }
+}
+
+fn partner(pairs: &[Pair], term: Term) -> Row {
+    let pair = pairs[term.pair()];
+    if term.is_b() { pair.a } else { pair.b() }
+}
+
+/// Fills up to whole packs.
+fn fill(pairs: &mut Vec<Pair>) {
+    if let Some(last) = pairs.last().copied() {
+        pairs.resize(pairs.len().next_multiple_of(LANES), last);
+    }
+}
+
+/// Every pair once: a copy that fills a pack repeats the pair before it.
+fn real(pairs: &[Pair], interior: usize) -> impl Iterator<Item = (usize, &Pair)> {
+    let first = move |index: usize| index == 0 || index == interior || pairs[index - 1] != pairs[index];
+    pairs.iter().enumerate().filter(move |(index, _)| first(*index))
 }
 
 /// Pairs of an owned row: with owned rows once (from the lower id), with copies always.
-fn list_row<S: Space>(grains: &Grains<S>, bins: &Bins, period: f64, skin: f64, row: usize, pairs: &mut Vec<Pair<S>>) {
+fn list_row<S: Space>(
+    grains: &Grains<S>,
+    cell: &Cell<S>,
+    bins: &Bins,
+    margin: f64,
+    row: usize,
+    (interior, others): (&mut Vec<Pair>, &mut Vec<Pair>),
+) {
     let (hot, cold) = (&grains.hot[row], &grains.cold[row]);
-    let layer = bins.layer(cold.home[1]);
-    for layer in layer.saturating_sub(1)..=(layer + 1).min(bins.counts[1] - 1) {
-        for column in bins.columns(bins.column(cold.home[0])) {
-            let bin = layer * bins.counts[0] + column;
-            for &other in &bins.rows[bins.starts[bin] as usize..bins.starts[bin + 1] as usize] {
-                let (other_hot, other_cold) = (&grains.hot[other as usize], &grains.cold[other as usize]);
-                let lower = cold.id < other_cold.id;
-                if cold.id == other_cold.id || (!lower && (other as usize) < grains.owned) {
-                    continue;
-                }
-                if cold.mover != Mover::Free && other_cold.mover != Mover::Free {
-                    continue;
-                }
-                let (a, b) = if lower { (cold, other_cold) } else { (other_cold, cold) };
-                let mut separation = a.home - b.home;
-                let mut shift = S::Vector::zero();
-                if separation[0] > 0.5 * period {
-                    shift[0] = -period;
-                } else if separation[0] < -0.5 * period {
-                    shift[0] = period;
-                }
-                separation += shift;
-                let limit = hot.radius + other_hot.radius + skin;
-                if separation.dot(&separation) < limit * limit {
-                    let (a, b) = if lower { (row as Row, other) } else { (other, row as Row) };
-                    pairs.push(Pair { a, b, shift });
-                }
-            }
+    let far = bins.far;
+    bins.around(bins.place(cell, &cold.home), |other| {
+        let (other_hot, other_cold) = (&grains.hot[other as usize], &grains.cold[other as usize]);
+        let lower = cold.id < other_cold.id;
+        let owned = (other as usize) < grains.owned;
+        if cold.id == other_cold.id || (!lower && owned) {
+            return;
         }
-    }
-}
-
-fn terms_by_partner<S: Space>(grains: &Grains<S>, pairs: &[Pair<S>]) -> (Vec<u32>, Vec<Term>) {
-    let mut starts = vec![0u32; grains.owned + 1];
-    for pair in pairs {
-        for row in [pair.a, pair.b] {
-            if (row as usize) < grains.owned {
-                starts[row as usize + 1] += 1;
-            }
+        if cold.mover != Mover::Free && other_cold.mover != Mover::Free {
+            return;
         }
-    }
-    for row in 0..grains.owned {
-        starts[row + 1] += starts[row];
-    }
-    let mut next = starts.clone();
-    let mut terms = vec![Term { pair: 0, is_a: true }; starts[grains.owned] as usize];
-    for (index, pair) in pairs.iter().enumerate() {
-        for (row, is_a) in [(pair.a, true), (pair.b, false)] {
-            if (row as usize) < grains.owned {
-                terms[next[row as usize] as usize] = Term { pair: index as u32, is_a };
-                next[row as usize] += 1;
+        let (a, b) = if lower { (cold, other_cold) } else { (other_cold, cold) };
+        let mut separation = a.home - b.home;
+        let mut code = ImageCode::NONE;
+        // Only across the cell can another image be nearer.
+        if separation.dot(&separation) > far * far {
+            let apart = cell.fraction(&a.home) - cell.fraction(&b.home);
+            let mut image = [0; 3];
+            for axis in (0..S::DIMENSION).filter(|axis| cell.periodic[*axis]) {
+                image[axis] = if apart[axis] > 0.5 { -1 } else { i32::from(apart[axis] < -0.5) };
             }
+            separation += cell.shift(image);
+            code = ImageCode::of(image);
         }
-    }
-    for row in 0..grains.owned {
-        terms[starts[row] as usize..starts[row + 1] as usize].sort_unstable_by_key(|term| {
-            let pair = &pairs[term.pair as usize];
-            grains.cold[if term.is_a { pair.b } else { pair.a } as usize].id
-        });
-    }
-    (starts, terms)
+        let limit = hot.radius + other_hot.radius + margin;
+        if separation.dot(&separation) < limit * limit {
+            let (a, b) = if lower { (row as Row, other) } else { (other, row as Row) };
+            let pairs = if owned && code == ImageCode::NONE { &mut *interior } else { &mut *others };
+            pairs.push(Pair::new(a, b, code));
+        }
+    });
 }

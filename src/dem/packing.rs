@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::ids::GrainId;
 use crate::math::PI;
 use crate::scenario::Scenario;
-use crate::space::{Linear, Plane, Space};
+use crate::space::{Plane, Space, Words};
 
 /// Plates by their index in a world.
 pub const LOWER: u8 = 0;
@@ -31,13 +31,13 @@ pub struct Thrown<M> {
 
 /// Glues the outer layers of a packing between faces at 0 and `height` to the plates, and lowers everything so that the
 /// lower face is at y = 0 again; returns the height between the new faces, m.
-pub fn glue_layers<M>(scenario: &Scenario, height: f64, grains: &mut [GrainRow<Plane, M>]) -> f64 {
+pub fn glue_layers<M: Words<f64>>(scenario: &Scenario, height: f64, grains: &mut [GrainRow<Plane, M>]) -> f64 {
     let depth = glued_depth(scenario);
     for grain in grains.iter_mut() {
         if grain.hot.position[1] < depth {
-            grain.cold.mover = Mover::Body(LOWER);
+            grain.hand_to(Mover::Body(LOWER));
         } else if grain.hot.position[1] > height - depth {
-            grain.cold.mover = Mover::Body(UPPER);
+            grain.hand_to(Mover::Body(UPPER));
         }
         grain.hot.position[1] -= depth;
     }
@@ -80,7 +80,7 @@ pub fn count_of(scenario: &Scenario) -> usize {
 }
 
 /// Throws the grains: free ones at random places without overlap, row by row the glued ones of both plates.
-pub fn throw<M: Linear>(scenario: &Scenario) -> Result<Thrown<M>, Error> {
+pub fn throw<M: Words<f64>>(scenario: &Scenario) -> Result<Thrown<M>, Error> {
     let width = scenario.specimen.width;
     let count = count_of(scenario);
     let mut randoms: Vec<ChaCha8Rng> = (0..count as u64).map(|id| random_of(scenario.seed, id)).collect();
@@ -120,7 +120,7 @@ fn radius_of(scenario: &Scenario, random: &mut ChaCha8Rng) -> f64 {
 }
 
 /// One row of mean grains, shoulder to shoulder, makes each plate rough; its outermost points lie on the plate's face.
-fn glue_rows<M: Linear>(scenario: &Scenario, height: f64, grains: &mut Vec<GrainRow<Plane, M>>) {
+fn glue_rows<M: Words<f64>>(scenario: &Scenario, height: f64, grains: &mut Vec<GrainRow<Plane, M>>) {
     let width = scenario.specimen.width;
     let number = (width / scenario.grains.diameter_mean).floor().max(1.0) as usize;
     let radius = 0.5 * width / number as f64;

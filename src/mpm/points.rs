@@ -1,5 +1,6 @@
 //! Material points.
 
+use crate::dem::cell::Image;
 use crate::hybrid::oracle::Window;
 use crate::hybrid::track::Track;
 use crate::ids::PointId;
@@ -21,7 +22,7 @@ pub struct Point<S: Space, M> {
     /// Place at the start of the run, m.
     pub origin: S::Vector,
     /// Periods crossed since then.
-    pub image: i64,
+    pub image: Image,
     /// kg; full, never weighted.
     pub mass: f64,
     /// Volume at the start, m3; Kirchhoff stress is per this volume.
@@ -49,7 +50,7 @@ impl<S: Space, M: MaterialMemory> Point<S, M> {
             velocity: S::Vector::zero(),
             home: position,
             origin: position,
-            image: 0,
+            image: [0; 3],
             mass,
             volume,
             weight: 1.0,
@@ -69,7 +70,7 @@ impl<S: Space, M: MaterialMemory> Record for Point<S, M> {
         visitor.f64s("velocity", self.velocity.as_mut_slice());
         visitor.f64s("home", self.home.as_mut_slice());
         visitor.f64s("origin", self.origin.as_mut_slice());
-        visitor.i64("image", &mut self.image);
+        crate::dem::cell::visit_image::<S>(&mut self.image, visitor);
         visitor.f64s("mass", std::slice::from_mut(&mut self.mass));
         visitor.f64s("volume", std::slice::from_mut(&mut self.volume));
         visitor.f64s("weight", std::slice::from_mut(&mut self.weight));

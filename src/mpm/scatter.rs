@@ -42,8 +42,8 @@ pub fn scatter_points<S: Space, M>(frame: &TileFrame<S>, points: &[Point<S, M>],
 
 /// Weighted mass and momentum of the block's free grains, at their positions before the step.
 pub fn scatter_grains<S: Space>(frame: &TileFrame<S>, hot: &[Hot<S>], cold: &[Cold<S>], tile: &mut [Gathered<S>]) {
-    for (hot, cold) in hot.iter().zip(cold).filter(|(_, cold)| cold.mover == Mover::Free) {
-        let mass = hot.weight * cold.mass;
+    for (hot, _) in hot.iter().zip(cold).filter(|(_, cold)| cold.mover == Mover::Free) {
+        let mass = hot.weight * hot.mass;
         let momentum = hot.velocity * mass;
         frame.spline(&hot.position).for_each(frame.edge, |node, value, _| {
             let node = &mut tile[node];

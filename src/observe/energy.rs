@@ -14,6 +14,8 @@ use crate::world::World;
 pub struct Energies {
     /// Translation and rotation of free grains.
     pub kinetic_grains: f64,
+    /// Of these, rotation.
+    pub kinetic_rotation: f64,
     /// Springs of contacts.
     pub elastic_grains: f64,
     pub kinetic_points: f64,
@@ -31,23 +33,28 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Energies at the positions of now.
     pub fn energies(&mut self) -> Result<Energies, Error> {
         self.refresh_ghosts();
-        let mut sums = ExactSum::<4>::new();
+        let mut sums = ExactSum::<5>::new();
         for (hot, cold) in self.grains.hot[..self.grains.owned].iter().zip(&self.grains.cold) {
             if cold.mover == Mover::Free {
-                let mass = hot.weight * cold.mass;
+                let mass = hot.weight * hot.mass;
                 let inertia = S::grain_inertia(mass, hot.radius);
-                sums.add(0, 0.5 * mass * hot.velocity.dot(&hot.velocity) + 0.5 * inertia * hot.spin.dot(&hot.spin));
+                let rotation = 0.5 * inertia * hot.spin.dot(&hot.spin);
+                sums.add(0, 0.5 * mass * hot.velocity.dot(&hot.velocity) + rotation);
+                sums.add(4, rotation);
             }
         }
-        for energy in self.contacts.elastic_energies(&self.settings.contact, &self.grains) {
+        for energy in self.contacts.elastic_energies::<C>(&self.settings.contact, &self.grains) {
+            sums.add(1, energy);
+        }
+        for energy in self.walls.elastic_energies(&self.settings.contact, &self.grains, &self.bodies) {
             sums.add(1, energy);
         }
         for point in &self.points {
             sums.add(2, 0.5 * point.weight * point.mass * point.velocity.dot(&point.velocity));
             sums.add(3, point.weight * point.volume * self.settings.material.elastic_energy(&point.memory));
         }
-        let [kinetic_grains, elastic_grains, kinetic_points, elastic_points] = self.reduce(sums)?;
-        Ok(Energies { kinetic_grains, elastic_grains, kinetic_points, elastic_points })
+        let [kinetic_grains, elastic_grains, kinetic_points, elastic_points, kinetic_rotation] = self.reduce(sums)?;
+        Ok(Energies { kinetic_grains, kinetic_rotation, elastic_grains, kinetic_points, elastic_points })
     }
 
     pub fn ledger(&self) -> Result<Ledger, Error> {
@@ -60,7 +67,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         };
         for (hot, cold) in self.grains.hot[..self.grains.owned].iter().zip(&self.grains.cold) {
             if cold.mover == Mover::Free {
-                add(hot.weight * cold.mass, &hot.velocity);
+                add(hot.weight * hot.mass, &hot.velocity);
             }
         }
         for point in &self.points {

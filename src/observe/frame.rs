@@ -3,14 +3,17 @@
 use scree_io::column::{Column, Values};
 use scree_io::frames::Frame;
 
+use crate::dem::cell::{Cell, Image};
 use crate::dem::grains::Mover;
 use crate::error::Error;
-use crate::law::material::MaterialMemory;
-use crate::math::PI;
-use crate::packing::PlanarWorld;
+use crate::law::contact::ContactLaw;
+use crate::law::material::{MaterialLaw, MaterialMemory};
+use crate::math;
+use crate::mpm::points::Point;
 use crate::record::{Record, Visitor};
-use crate::space::{Plane, Space};
+use crate::space::{Linear, Space};
 use crate::transfer::{self, Cargo};
+use crate::world::World;
 
 /// What a row of a frame is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,8 +35,10 @@ struct Row {
     weight: f64,
     displacement: [f64; 3],
     velocity: [f64; 3],
-    /// Cauchy stress xx, yy, xy, Pa; of a grain its Love-Weber mean over its share of space.
-    stress: [f64; 3],
+    /// rad/s.
+    spin: [f64; 3],
+    /// Cauchy stress xx, yy, xy and in space zz, yz, xz, Pa; of a grain its Love-Weber mean over its share of space.
+    stress: [f64; 6],
     plastic_strain: f64,
 }
 
@@ -46,6 +51,7 @@ impl Record for Row {
         visitor.f64s("weight", std::slice::from_mut(&mut self.weight));
         visitor.f64s("displacement", &mut self.displacement);
         visitor.f64s("velocity", &mut self.velocity);
+        visitor.f64s("spin", &mut self.spin);
         visitor.f64s("stress", &mut self.stress);
         visitor.f64s("plastic_strain", std::slice::from_mut(&mut self.plastic_strain));
     }
@@ -57,20 +63,35 @@ impl Cargo for Row {
     }
 }
 
-type Vector = <Plane as Space>::Vector;
+fn spread<V: Linear>(vector: &V) -> [f64; 3] {
+    std::array::from_fn(|axis| if axis < V::COMPONENTS { vector[axis] } else { 0.0 })
+}
 
-fn spread(vector: &Vector) -> [f64; 3] {
-    [vector[0], vector[1], 0.0]
+/// About z in the plane.
+fn spread_spin<V: Linear>(spin: &V) -> [f64; 3] {
+    if V::COMPONENTS == 1 { [0.0, 0.0, spin[0]] } else { spread(spin) }
+}
+
+/// Components in the order of a [`Row`], the shear ones of the symmetric part.
+fn symmetric<S: Space>(tensor: &S::Tensor) -> [f64; 6] {
+    let entry = |i: usize, j: usize| {
+        let inside = i < S::DIMENSION && j < S::DIMENSION;
+        let at = |row: usize, column: usize| tensor[column * S::DIMENSION + row];
+        if inside { 0.5 * (at(i, j) + at(j, i)) } else { 0.0 }
+    };
+    [entry(0, 0), entry(1, 1), entry(0, 1), entry(2, 2), entry(1, 2), entry(0, 2)]
 }
 
 /// Displacement across periods, m.
-fn displacement(position: &Vector, origin: &Vector, image: i64, period: f64) -> [f64; 3] {
-    let moved = *position - *origin;
-    [moved[0] + image as f64 * period, moved[1], 0.0]
+fn displacement<S: Space>(position: &S::Vector, origin: &S::Vector, image: Image, cell: &Cell<S>) -> [f64; 3] {
+    spread(&(*position - *origin + cell.shift(image)))
 }
 
 /// The world as it is; `depth` in m, `fraction` the packing fraction that gives a grain its share of space.
-pub fn frame(world: &mut PlanarWorld, depth: f64, fraction: f64) -> Result<Option<Frame>, Error> {
+pub fn frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+    world: &mut World<S, C, L>, depth: f64,
+    fraction: f64,
+) -> Result<Option<Frame>, Error> {
     world.refresh_ghosts();
     // Grains and points apart: along the ranks either is in the order of the curve, the two mixed would not be.
     let grains = transfer::gather(world.transport, grain_rows(world, depth, fraction))?;
@@ -78,8 +99,11 @@ pub fn frame(world: &mut PlanarWorld, depth: f64, fraction: f64) -> Result<Optio
     let (Some(mut rows), Some(points)) = (grains, points) else { return Ok(None) };
     rows.extend(points);
     let wrapped = |row: &Row| {
-        let mut position = Vector::new(row.position[0], row.position[1]);
-        crate::rebuild::wrap::<Plane>(&mut position, world.layout.period());
+        let mut position = S::Vector::zero();
+        for axis in 0..S::DIMENSION {
+            position[axis] = row.position[axis];
+        }
+        world.cell.wrap(&mut position, &mut S::Vector::zero());
         spread(&position)
     };
     let numbers = |width: usize, name: &str, get: &dyn Fn(&Row) -> Vec<f64>| Column {
@@ -92,6 +116,7 @@ pub fn frame(world: &mut PlanarWorld, depth: f64, fraction: f64) -> Result<Optio
         width: 1,
         values: Values::I64(rows.iter().map(get).collect()),
     };
+    let stresses = if S::DIMENSION == 2 { 3 } else { 6 };
     let fields = vec![
         whole("kind", &|row| row.kind),
         whole("id", &|row| row.id as i64),
@@ -99,42 +124,51 @@ pub fn frame(world: &mut PlanarWorld, depth: f64, fraction: f64) -> Result<Optio
         numbers(1, "weight", &|row| vec![row.weight]),
         numbers(3, "displacement", &|row| row.displacement.to_vec()),
         numbers(3, "velocity", &|row| row.velocity.to_vec()),
-        numbers(3, "stress", &|row| row.stress.to_vec()),
+        numbers(3, "spin", &|row| row.spin.to_vec()),
+        numbers(stresses, "stress", &|row| row.stress[..stresses].to_vec()),
         numbers(1, "plastic_strain", &|row| vec![row.plastic_strain]),
     ];
     Ok(Some(Frame { time: world.time(), positions: rows.iter().map(wrapped).collect(), fields }))
 }
 
-fn grain_rows(world: &PlanarWorld, depth: f64, fraction: f64) -> Vec<Row> {
+fn grain_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>, depth: f64, fraction: f64) -> Vec<Row> {
     let grains = &world.grains;
-    let row = |(row, (hot, cold)): (usize, (&crate::dem::grains::Hot<Plane>, &crate::dem::grains::Cold<Plane>))| {
+    let row = |row: usize| {
+        let (hot, cold) = (&grains.hot[row], &grains.cold[row]);
         let moment = world.contacts.moment(&world.settings.contact, grains, row);
-        let space = Plane::grain_volume(hot.radius, depth) / fraction;
+        let space = S::grain_volume(hot.radius, depth) / fraction;
+        let glued = matches!(cold.mover, Mover::Body(_));
         Row {
-            kind: if matches!(cold.mover, Mover::Body(_)) { Kind::Glued } else { Kind::Grain } as i64,
+            kind: if glued { Kind::Glued } else { Kind::Grain } as i64,
             id: cold.id.0,
             position: spread(&hot.position),
             radius: hot.radius,
-            weight: hot.weight,
-            displacement: displacement(&hot.position, &cold.origin, cold.image, world.layout.period()),
+            weight: if glued { 1.0 } else { hot.weight },
+            displacement: displacement(&hot.position, &cold.origin, cold.image, &world.cell),
             velocity: spread(&hot.velocity),
-            stress: [moment[0] / space, moment[3] / space, 0.5 * (moment[1] + moment[2]) / space],
+            spin: spread_spin(&hot.spin),
+            stress: symmetric::<S>(&(moment * (1.0 / space))),
             plastic_strain: 0.0,
         }
     };
-    grains.hot[..grains.owned].iter().zip(&grains.cold).enumerate().map(row).collect()
+    (0..grains.owned).map(row).collect()
 }
 
-fn point_rows(world: &PlanarWorld, depth: f64) -> Vec<Row> {
-    let row = |point: &crate::checkpoint::PlanarPoint| Row {
+fn point_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>, depth: f64) -> Vec<Row> {
+    let row = |point: &Point<S, L::Memory>| Row {
         kind: Kind::Point as i64,
         id: point.id.0,
         position: spread(&point.position),
-        radius: (point.volume * point.volume_ratio / (PI * depth)).sqrt(),
+        // The disc or sphere of the point's volume; `grain_volume` grows with the radius to the power of the dimension.
+        radius: {
+            let share = point.volume * point.volume_ratio / S::grain_volume(1.0, depth);
+            if S::DIMENSION == 2 { share.sqrt() } else { math::cbrt(share) }
+        },
         weight: point.weight,
-        displacement: displacement(&point.position, &point.origin, point.image, world.layout.period()),
+        displacement: displacement(&point.position, &point.origin, point.image, &world.cell),
         velocity: spread(&point.velocity),
-        stress: [point.stress[0], point.stress[3], point.stress[2]].map(|tau| tau / point.volume_ratio),
+        spin: [0.0; 3],
+        stress: symmetric::<S>(&(point.stress * (1.0 / point.volume_ratio))),
         plastic_strain: point.memory.plastic_strain(),
     };
     world.points.iter().map(row).collect()

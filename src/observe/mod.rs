@@ -3,5 +3,6 @@
 pub mod band;
 pub mod energy;
 pub mod frame;
+pub mod guard;
 pub mod phases;
 pub mod strain;

@@ -10,7 +10,7 @@ pub enum Phase {
     Scatter,
     Contacts,
     Motion,
-    Plates,
+    Bodies,
     Nodes,
     Gather,
     Agree,
@@ -21,7 +21,7 @@ pub enum Phase {
 
 /// Names for tables, in the order of [`Phase`].
 pub const NAMES: [&str; 11] =
-    ["halo", "scatter", "contacts", "motion", "plates", "nodes", "gather", "agree", "rebuild", "oracle", "output"];
+    ["halo", "scatter", "contacts", "motion", "bodies", "nodes", "gather", "agree", "rebuild", "oracle", "output"];
 
 /// Seconds spent in each phase by this rank. Not state: it never enters a checkpoint or a decision.
 #[derive(Clone, Debug, Default)]

@@ -11,46 +11,71 @@
 //! ```
 //!
 //! Damping is absolute (N s/m) and enters in full, as in Table 1 of the paper. The spring is forgotten at the first step
-//! without overlap. Stable only for time steps below [`crate::scenario::derived`]'s bounds, which include the damping.
+//! without overlap. Stable only for time steps below the bounds of [`crate::scenario`], which include the damping.
 
-use super::{Answer, ContactLaw, Touch};
+use super::{Answer, ContactLaw, FromJob, Touch};
+use crate::lane::Real;
 use crate::scenario;
-use crate::space::{Linear, Space};
+use crate::space::{Lanewise, Space, Words};
 
-/// The law with its constants; units as in [`scenario::Contact`].
+/// The law with its constants; units as in [`scenario::Linear`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearSpringDashpot {
-    pub constants: scenario::Contact,
+    pub constants: scenario::Linear,
+}
+
+impl FromJob for LinearSpringDashpot {
+    fn from_job(contact: &scenario::Contact) -> Option<Self> {
+        match contact {
+            scenario::Contact::Linear(constants) => Some(Self { constants: *constants }),
+            _ => None,
+        }
+    }
 }
 
 impl<S: Space> ContactLaw<S> for LinearSpringDashpot {
     /// The tangential spring s, m.
-    type Memory = S::Tangent;
+    type Memory<R: Real> = S::TangentOf<R>;
 
     #[inline(always)]
-    fn force(&self, touch: &Touch<S>, spring: &mut S::Tangent) -> Answer<S> {
+    fn force<R: Real>(&self, touch: &Touch<S, R>, spring: &mut S::TangentOf<R>) -> Answer<S, R> {
         let law = &self.constants;
-        let normal = law.stiffness_normal * touch.overlap - law.damping_normal * touch.velocity_normal;
-        *spring += touch.velocity_tangential * touch.advance;
-        let damping = touch.velocity_tangential * law.damping_tangential;
-        let mut tangential = -(*spring * law.stiffness_tangential) - damping;
-
-        let limit = law.friction * normal.abs();
-        let magnitude = tangential.norm();
-        if magnitude > limit {
-            // A contact without a spring yet has no direction to slide in; it starts free of tangential force.
-            if *spring == S::Tangent::zero() {
-                tangential = S::Tangent::zero();
-            } else {
-                tangential = tangential * (limit / magnitude);
-                *spring = (tangential + damping) * (-1.0 / law.stiffness_tangential);
-            }
-        }
-        Answer { normal, tangential }
+        let normal = touch.overlap * R::splat(law.stiffness_normal)
+            - touch.velocity_normal * R::splat(law.damping_normal);
+        let limit = normal.abs() * R::splat(law.friction);
+        let tangential = slide(law, touch, limit, spring);
+        Answer { normal, tangential, moment: Words::zero() }
     }
 
-    fn elastic_energy(&self, overlap: f64, spring: &S::Tangent) -> f64 {
+    fn elastic_energy(&self, touch: &Touch<S, f64>, spring: &S::TangentOf<f64>) -> f64 {
         let law = &self.constants;
-        0.5 * law.stiffness_normal * overlap * overlap + 0.5 * law.stiffness_tangential * spring.dot(spring)
+        0.5 * law.stiffness_normal * touch.overlap * touch.overlap
+            + 0.5 * law.stiffness_tangential * spring.dot(spring)
     }
+}
+
+/// Advances the tangential spring and returns its force with the dashpot's, cut to `limit` (N).
+#[inline(always)]
+pub(super) fn slide<S: Space, R: Real>(
+    law: &scenario::Linear,
+    touch: &Touch<S, R>,
+    limit: R,
+    spring: &mut S::TangentOf<R>,
+) -> S::TangentOf<R> {
+    let zero = R::splat(0.0);
+    // Without stiffness the spring carries nothing and may stay as it is.
+    let compliance = if law.stiffness_tangential > 0.0 { 1.0 / law.stiffness_tangential } else { 0.0 };
+    let stretched = S::carry(&touch.normal, touch.twist, spring) + touch.velocity_tangential * touch.advance;
+    let damping = touch.velocity_tangential * R::splat(law.damping_tangential);
+    let trial = -(stretched * R::splat(law.stiffness_tangential)) - damping;
+
+    let magnitude = trial.norm();
+    let slides = magnitude.above(limit);
+    // A contact without a spring yet has no direction to slide in; it starts free of tangential force.
+    let stretches = stretched.dot(&stretched).above(zero);
+    let share = R::choose(stretches, limit / magnitude, zero);
+    let cut = trial * R::choose(slides, share, R::splat(1.0));
+    let relaxed = (cut + damping) * R::splat(-compliance);
+    *spring = Words::choose(R::both(slides, stretches), &relaxed, &stretched);
+    cut
 }

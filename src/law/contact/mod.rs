@@ -1,40 +1,101 @@
-//! Forces between two touching grains.
+//! Forces between two touching grains. A law is one file here and one line in [`crate::scenario::Contact`]'s dispatch; it
+//! is written once over [`Real`], chosen once per run, and never branches in the step.
 
-use crate::space::{Linear, Space};
+use std::fmt::Debug;
 
+use crate::lane::Real;
+use crate::scenario;
+use crate::space::{Plane, Solid, Space, Words};
+
+mod elastic_rolling;
+mod hertz_mindlin;
+mod linear_cohesive;
 mod linear_spring_dashpot;
+
+pub use elastic_rolling::ElasticRolling;
+pub use hertz_mindlin::HertzMindlin;
+pub use linear_cohesive::LinearCohesive;
 pub use linear_spring_dashpot::LinearSpringDashpot;
 
-/// Two overlapping grains as a law sees them: `a` has the lower id, the normal points from `b` to `a`.
+/// Two grains near each other as a law sees them: `a` has the lower id, the normal points from `b` to `a`. Against a body
+/// `b` is the body.
 #[derive(Clone, Copy, Debug)]
-pub struct Touch<S: Space> {
+pub struct Touch<S: Space, R: Real> {
     /// Unit normal from `b` to `a`.
-    pub normal: S::Vector,
-    /// Overlap d > 0, m.
-    pub overlap: f64,
+    pub normal: S::VectorOf<R>,
+    /// Overlap d, m; negative where the two are apart.
+    pub overlap: R,
+    /// m; of a flat body beyond all bounds ([`FLAT`]).
+    pub radius_a: R,
+    pub radius_b: R,
     /// (v_a - v_b).n, m/s: positive while the contact opens.
-    pub velocity_normal: f64,
-    /// Velocity of a's surface against b's in the tangent plane, m/s.
-    pub velocity_tangential: S::Tangent,
+    pub velocity_normal: R,
+    /// Velocity of a's centre against b's in the tangent plane, m/s.
+    pub velocity_centres: S::TangentOf<R>,
+    /// Velocity of a's surface against b's in the tangent plane, with full radii, m/s.
+    pub velocity_tangential: S::TangentOf<R>,
+    /// Spin of `a` against `b`, rad/s.
+    pub spin_relative: S::SpinOf<R>,
+    /// Angle about the normal that both turned through together since the last step, rad.
+    pub twist: R,
     /// Time over which memory advances: the step, or zero at the very first evaluation of a run, s.
-    pub advance: f64,
+    pub advance: R,
 }
 
-/// What a law answers: the force on `a`, as a normal number and a tangential vector, N.
+/// Radius that stands for a flat body, m: so large that a harmonic mean with it rounds to twice the other radius.
+pub const FLAT: f64 = 1e30;
+
+/// What a law answers for `a`; `b` gets the opposite.
 #[derive(Clone, Copy, Debug)]
-pub struct Answer<S: Space> {
-    pub normal: f64,
-    pub tangential: S::Tangent,
+pub struct Answer<S: Space, R: Real> {
+    /// N; repulsive positive.
+    pub normal: R,
+    pub tangential: S::TangentOf<R>,
+    /// Resistance to rolling, N m, beside the torque of the tangential force.
+    pub moment: S::SpinOf<R>,
+}
+
+/// How a law is made from a job.
+pub trait FromJob: Sized {
+    /// None where the job names another law.
+    fn from_job(contact: &scenario::Contact) -> Option<Self>;
+}
+
+/// Work that does not care which law it is done with.
+pub trait ForAnyLaw {
+    type Outcome;
+    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome;
+}
+
+/// Does the work with the law that a job names: the one place where laws are told apart.
+pub fn with_law_of<W: ForAnyLaw>(contact: &scenario::Contact, work: W) -> W::Outcome {
+    match contact {
+        scenario::Contact::Linear(_) => work.with::<LinearSpringDashpot>(),
+        scenario::Contact::LinearCohesive(_) => work.with::<LinearCohesive>(),
+        scenario::Contact::ElasticRolling(_) => work.with::<ElasticRolling>(),
+        scenario::Contact::HertzMindlin(_) => work.with::<HertzMindlin>(),
+    }
 }
 
 /// A contact law with memory.
-pub trait ContactLaw<S: Space>: Copy + Send + Sync + 'static {
-    /// What a contact remembers, blank where grains do not touch; a vector so that it can travel and be stored as numbers.
-    type Memory: Linear;
+pub trait ContactLaw<S: Space>: FromJob + Copy + Debug + Send + Sync + 'static {
+    /// What a contact remembers, zero where grains do not touch.
+    type Memory<R: Real>: Words<R>;
 
-    /// Force of `b` on `a`, and the memory after it.
-    fn force(&self, touch: &Touch<S>, memory: &mut Self::Memory) -> Answer<S>;
+    /// How far apart surfaces may be and still hold on to each other, m.
+    fn reach(&self) -> f64 {
+        0.0
+    }
 
-    /// Elastic energy stored in the contact, J.
-    fn elastic_energy(&self, overlap: f64, memory: &Self::Memory) -> f64;
+    /// Whether the contact exists; where it does not, there is no force and nothing is remembered.
+    #[inline(always)]
+    fn holds<R: Real>(&self, touch: &Touch<S, R>, _memory: &Self::Memory<R>) -> R::Mask {
+        touch.overlap.above(R::splat(0.0))
+    }
+
+    /// Force of `b` on `a`, and the memory after it. Numbers where the contact does not hold are thrown away.
+    fn force<R: Real>(&self, touch: &Touch<S, R>, memory: &mut Self::Memory<R>) -> Answer<S, R>;
+
+    /// Elastic energy stored in a contact that holds, J.
+    fn elastic_energy(&self, touch: &Touch<S, f64>, memory: &Self::Memory<f64>) -> f64;
 }

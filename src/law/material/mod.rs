@@ -3,7 +3,9 @@
 use crate::record::Record;
 use crate::space::Space;
 
+mod absent;
 mod critical_drucker_prager;
+pub use absent::{Absent, Nothing};
 pub use critical_drucker_prager::{CriticalDruckerPrager, CriticalMemory};
 
 /// A material law with a memory per material point, so that an assembly of grains can be one as well.

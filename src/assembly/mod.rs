@@ -1,0 +1,158 @@
+//! Grains in a cell: element tests, collisions, pours (`[cell]` in a job).
+
+use scree_io::frames::Frame;
+use scree_partition::Transport;
+use serde_json::{Value, json};
+
+use crate::checkpoint::{Progress, Snapshot};
+use crate::error::Error;
+use crate::law::contact::ContactLaw;
+use crate::law::material::{Absent, Nothing};
+use crate::observe::frame::frame;
+use crate::output::{self, Outputs};
+use crate::rebuild::Row;
+use crate::run::{Core, Experiment, Options, Outcome, Run};
+use crate::scenario::Output;
+use crate::scenario::assembly::Assembly;
+use crate::space::{Linear, Space};
+use crate::transfer;
+use crate::world::World;
+
+mod packed;
+pub mod setup;
+
+/// The job, with its space and contact law.
+pub struct Element<'s, S, C> {
+    job: &'s Assembly,
+    kinds: std::marker::PhantomData<(S, C)>,
+}
+
+/// A world of grains alone.
+pub type GrainWorld<'t, S, C> = World<'t, S, C, Absent>;
+type GrainCore<'t, S, C> = Core<'t, S, C, Absent>;
+/// A run's state with the memories of a law.
+pub type GrainSnapshot<S, C> = Snapshot<S, <C as ContactLaw<S>>::Memory<f64>, Nothing>;
+
+/// Runs a job from its start.
+pub fn start<S: Space, C: ContactLaw<S>>(
+    job: &Assembly,
+    options: &Options,
+    transport: &dyn Transport,
+) -> Result<Outcome, Error> {
+    let root = transport.rank() == 0;
+    let claimed = if root { output::claim(&options.out, &crate::scenario::Job::Assembly(job.clone()).to_toml()) } else { Ok(()) };
+    transfer::agree(transport, claimed)?;
+    let world = setup::world::<S, C>(job, transport)?;
+    let progress = Progress { fraction_start: setup::fraction(&world, job)?, ..Progress::default() };
+    let experiment = Element { job, kinds: std::marker::PhantomData::<(S, C)> };
+    let outputs = if root { Outputs::create(&options.out, &experiment).map(Some) } else { Ok(None) };
+    let outputs = transfer::agree(transport, outputs)?;
+    Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
+}
+
+/// Continues a run from a snapshot that rank 0 holds.
+pub fn resume<S: Space, C: ContactLaw<S>>(
+    job: &Assembly,
+    snapshot: Option<GrainSnapshot<S, C>>,
+    options: &Options,
+    transport: &dyn Transport,
+) -> Result<Outcome, Error> {
+    let root = transport.rank() == 0;
+    let (progress, cell, saved, grains): (_, _, _, Vec<Row<S, C>>) = match snapshot {
+        Some(snapshot) => (vec![snapshot.progress], vec![snapshot.cell], snapshot.bodies, snapshot.grains),
+        None => Default::default(),
+    };
+    let progress = transfer::broadcast(transport, progress)?.remove(0);
+    let moved = transfer::broadcast(transport, cell)?.remove(0);
+    let saved = transfer::broadcast(transport, saved)?;
+    let experiment = Element { job, kinds: std::marker::PhantomData::<(S, C)> };
+    if progress.step >= experiment.steps() {
+        let out = options.out.display();
+        return Ok(Outcome::Done(format!("{out}: this run is done already; nothing was changed.")));
+    }
+    let world = setup::world_at::<S, C>(job, transport, progress.step, grains, (moved, saved))?;
+    let outputs = if root { Outputs::resume(&options.out, &progress, &experiment).map(Some) } else { Ok(None) };
+    let outputs = transfer::agree(transport, outputs)?;
+    Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
+    type Space = S;
+    type Contact = C;
+    type Material = Absent;
+
+    fn job(&self) -> String {
+        crate::scenario::Job::Assembly(self.job.clone()).to_toml()
+    }
+
+    fn output(&self) -> &Output {
+        &self.job.output
+    }
+
+    fn steps(&self) -> u64 {
+        (self.job.end / self.job.step).round().max(1.0) as u64
+    }
+
+    fn header(&self) -> Vec<String> {
+        let mut names: Vec<String> = ["step", "time", "grains", "contacts", "fraction"].map(String::from).into();
+        let axes = &AXES[..S::DIMENSION];
+        let pairs = |name: &str| -> Vec<String> {
+            axes.iter().flat_map(|i| axes.iter().map(move |j| format!("{name}_{i}{j}"))).collect()
+        };
+        names.extend(pairs("stress"));
+        names.extend(pairs("edge"));
+        names.extend(["kinetic_translation", "kinetic_rotation", "elastic"].map(String::from));
+        for body in &self.job.bodies {
+            let spins: &[&str] = if S::DIMENSION == 2 { &AXES[2..] } else { &AXES };
+            names.extend(axes.iter().map(|axis| format!("{}_force_{axis}", body.name)));
+            names.extend(spins.iter().map(|axis| format!("{}_torque_{axis}", body.name)));
+            names.extend(axes.iter().map(|axis| format!("{}_displacement_{axis}", body.name)));
+        }
+        names
+    }
+
+    fn watch(&mut self, _: &mut GrainCore<S, C>) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// Mean stress of the contacts (tension positive, Pa), edges of the cell (m), energies (J), and of every body the mean
+    /// force (N) and torque (N m) of the grains on it since the last row and its displacement (m).
+    fn row(&mut self, core: &mut GrainCore<S, C>) -> Result<Vec<f64>, Error> {
+        let world = &mut core.world;
+        let energies = world.energies()?;
+        let contacts = world.contact_count();
+        let moment = world.contact_moment()?;
+        let volume = setup::volume(&world.cell, self.job);
+        let solid = setup::solid_volume(world, self.job)?;
+        let mut row = vec![world.step as f64, world.time(), world.grains_total as f64, contacts as f64, solid / volume];
+        for (tensor, scale) in [(moment, 1.0 / volume), (world.cell.edges, 1.0)] {
+            for i in 0..S::DIMENSION {
+                row.extend((0..S::DIMENSION).map(|j| tensor[j * S::DIMENSION + i] * scale));
+            }
+        }
+        row.extend([energies.kinetic_grains - energies.kinetic_rotation, energies.kinetic_rotation, energies.elastic_grains]);
+        let duration = (world.step - core.progress.series_step) as f64 * self.job.step;
+        for body in &mut world.bodies {
+            let impulse = std::mem::replace(&mut body.impulse, S::Vector::zero());
+            let turn = std::mem::replace(&mut body.impulse_angular, S::Spin::zero());
+            row.extend((0..S::DIMENSION).map(|axis| impulse[axis] / duration));
+            row.extend((0..S::Spin::COMPONENTS).map(|axis| turn[axis] / duration));
+            row.extend((0..S::DIMENSION).map(|axis| body.displacement[axis]));
+        }
+        Ok(row)
+    }
+
+    fn frame(&mut self, core: &mut GrainCore<S, C>) -> Result<Option<Frame>, Error> {
+        frame(&mut core.world, self.job.cell.depth, core.progress.fraction_start)
+    }
+
+    fn words(&self, core: &GrainCore<S, C>) -> String {
+        format!("time {:.4e} s, {} grains", core.world.time(), core.world.grains_total)
+    }
+
+    fn figures(&self, _: &GrainCore<S, C>) -> Value {
+        json!({})
+    }
+}

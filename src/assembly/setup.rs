@@ -1,0 +1,199 @@
+//! The world of an assembly at time zero, or at a checkpoint.
+
+use scree_partition::{ExactSum, Transport};
+
+use super::GrainWorld;
+use crate::body::{self, Body};
+use crate::dem::cell::Cell;
+use crate::dem::grains::{GrainRow, Mover};
+use crate::dem::motion::Field;
+use crate::error::Error;
+use crate::grain_file;
+use crate::law::contact::ContactLaw;
+use crate::law::material::Absent;
+use crate::layout::{Ground, Layout};
+use crate::rebuild::{Parts, Row};
+use crate::scenario::assembly::{Assembly, Shape, Source};
+use crate::scenario::figures;
+use crate::servo::{CellDrive, StressServo};
+use crate::space::{Linear, Space, Words};
+use crate::transfer;
+use crate::world::{Settings, World};
+
+/// Grid cells per block and axis: grains of a block stand in the order of its cells, for the sake of the caches.
+const CELLS_PER_BLOCK: usize = 4;
+
+/// The world at time zero.
+pub fn world<'t, S: Space, C: ContactLaw<S>>(
+    job: &Assembly,
+    transport: &'t dyn Transport,
+) -> Result<GrainWorld<'t, S, C>, Error> {
+    let grains: Vec<Row<S, C>> = match &job.source {
+        Source::File(file) => {
+            let read = if transport.rank() == 0 { grain_file::read_assembly(job, file) } else { Ok(Vec::new()) };
+            transfer::agree(transport, read)?
+        }
+        Source::Packed(packed) => super::packed::make::<S, C>(job, packed, transport)?,
+    };
+    let cell = cell_of(job);
+    let mut grains = grains;
+    for (index, body) in job.bodies.iter().enumerate() {
+        if let Shape::Layer { lower, upper } = &body.shape {
+            glue(&mut grains, index as u8, lower, upper);
+        }
+    }
+    let bodies = job.bodies.iter().map(body_of).collect();
+    world_at(job, transport, 0, grains, (cell, bodies))
+}
+
+/// The world at a step, from rows that rank 0 holds and the cell and bodies as they were.
+pub fn world_at<'t, S: Space, C: ContactLaw<S>>(
+    job: &Assembly,
+    transport: &'t dyn Transport,
+    step: u64,
+    grains: Vec<Row<S, C>>,
+    (moved, saved): (Cell<S>, Vec<Body<S>>),
+) -> Result<GrainWorld<'t, S, C>, Error> {
+    let mut cell = cell_of::<S>(job);
+    cell.take_motion_of(&moved);
+    let mut bodies: Vec<Body<S>> = job.bodies.iter().map(body_of).collect();
+    for (body, saved) in bodies.iter_mut().zip(&saved) {
+        body.take_motion_of(saved);
+    }
+    let parts = Parts { grains, points: Vec::new(), bodies, cell };
+    World::new(settings::<S, C>(job), layout::<S>(job)?, transport, step, parts)
+}
+
+/// The cell as drawn.
+pub fn cell_of<S: Space>(job: &Assembly) -> Cell<S> {
+    let (lower, upper) = (vector::<S>(&job.cell.lower), vector::<S>(&job.cell.upper));
+    Cell::cuboid(lower, upper - lower, job.cell.periodic)
+}
+
+/// Blocks near the wanted edge, as many as fill the cell.
+fn layout<S: Space>(job: &Assembly) -> Result<Layout, Error> {
+    let mut cells = [1; 3];
+    for (axis, cells) in cells.iter_mut().enumerate().take(S::DIMENSION) {
+        let length = job.cell.upper[axis] - job.cell.lower[axis];
+        *cells = CELLS_PER_BLOCK * ((length / job.block).floor() as usize).max(1);
+    }
+    let ground = Ground {
+        cells,
+        cells_per_block: CELLS_PER_BLOCK,
+        cell: job.block / CELLS_PER_BLOCK as f64,
+        corner: job.cell.lower,
+        periodic: job.cell.periodic,
+        rim: 0,
+    };
+    Layout::new::<S>(ground).map_err(Error::User)
+}
+
+fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent> {
+    let mut gradient = S::Tensor::zero();
+    for i in 0..S::DIMENSION {
+        for j in 0..S::DIMENSION {
+            gradient[j * S::DIMENSION + i] = job.cell.gradient[i][j];
+        }
+    }
+    let servo = job.cell.servo.as_ref().map(|servo| StressServo {
+        stress: servo.stress,
+        viscosity: viscosity::<S>(job),
+        rate_max: servo.rate_max,
+        depth: depth_of::<S>(job),
+    });
+    Settings {
+        dt: job.step,
+        skin: job.skin,
+        flip: 0.0,
+        contact: C::from_job(&job.contact).expect("the run was given the job's law"),
+        material: Absent,
+        field: Field { gravity: vector::<S>(&job.gravity), damping: job.damping },
+        drive: CellDrive { gradient, servo },
+        first_kick: 0.5,
+    }
+}
+
+/// Viscosity of the stress control, Pa s: the modulus of the contacts times the time that a wave takes across the cell, so
+/// that stress follows within a few crossings and no faster than it can spread.
+fn viscosity<S: Space>(job: &Assembly) -> f64 {
+    let stiffness = figures::springs_mean(job).normal;
+    let modulus = stiffness / if S::DIMENSION == 2 { job.cell.depth } else { job.matter.diameter_mean };
+    let lengths = (0..S::DIMENSION).map(|axis| job.cell.upper[axis] - job.cell.lower[axis]);
+    let crossing = lengths.fold(0.0, f64::max) * (job.matter.density / modulus).sqrt();
+    modulus * crossing
+}
+
+/// What the space's measure is multiplied with to give m3.
+fn depth_of<S: Space>(job: &Assembly) -> f64 {
+    if S::DIMENSION == 2 { job.cell.depth } else { 1.0 }
+}
+
+/// Volume of the cell, m3.
+pub fn volume<S: Space>(cell: &Cell<S>, job: &Assembly) -> f64 {
+    cell.volume() * depth_of::<S>(job)
+}
+
+/// Volume of all grains, m3.
+pub fn solid_volume<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, job: &Assembly) -> Result<f64, Error> {
+    let mut sum = ExactSum::<1>::new();
+    for hot in &world.grains.hot[..world.grains.owned] {
+        sum.add(0, S::grain_volume(hot.radius, job.cell.depth));
+    }
+    Ok(world.reduce(sum)?[0])
+}
+
+/// Packing fraction of the cell as it is.
+pub fn fraction<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, job: &Assembly) -> Result<f64, Error> {
+    Ok(solid_volume(world, job)? / volume(&world.cell, job))
+}
+
+fn vector<S: Space>(components: &[f64; 3]) -> S::Vector {
+    let mut vector = S::Vector::zero();
+    for axis in 0..S::DIMENSION {
+        vector[axis] = components[axis];
+    }
+    vector
+}
+
+fn spin<S: Space>(components: &[f64; 3]) -> S::Spin {
+    let mut spin = S::Spin::zero();
+    for axis in 0..S::Spin::COMPONENTS {
+        spin[axis] = components[3 - S::Spin::COMPONENTS + axis];
+    }
+    spin
+}
+
+fn body_of<S: Space>(body: &crate::scenario::assembly::Body) -> Body<S> {
+    let shape = match &body.shape {
+        Shape::Layer { .. } => body::Shape::Layer,
+        Shape::Plane { point, normal } => body::Shape::Plane { point: vector::<S>(point), normal: vector::<S>(normal) },
+        Shape::Box { lower, upper } => body::Shape::Box { lower: vector::<S>(lower), upper: vector::<S>(upper) },
+        Shape::Cylinder { centre, radius, axis } => {
+            body::Shape::Cylinder { centre: vector::<S>(centre), axis: vector::<S>(axis), radius: *radius }
+        }
+    };
+    let mut made = Body::new(&body.name, shape);
+    made.path = body
+        .motion
+        .path
+        .iter()
+        .map(|at| body::Instant { time: at.time, velocity: vector::<S>(&at.velocity), spin: spin::<S>(&at.spin) })
+        .collect();
+    made.servo = body.motion.servo.map(|servo| body::Servo {
+        direction: vector::<S>(&servo.direction),
+        force: servo.force,
+        mass: servo.mass,
+        damping: servo.damping,
+        speed_max: servo.speed_max,
+    });
+    made
+}
+
+fn glue<S: Space, M: Words<f64>>(grains: &mut [GrainRow<S, M>], body: u8, lower: &[f64; 3], upper: &[f64; 3]) {
+    for grain in grains {
+        let inside = (0..S::DIMENSION).all(|axis| (lower[axis]..=upper[axis]).contains(&grain.hot.position[axis]));
+        if inside {
+            grain.hand_to(Mover::Body(body));
+        }
+    }
+}

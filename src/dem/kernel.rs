@@ -1,0 +1,290 @@
+//! The pass over pairs: eight at a time, from the records of their grains to their forces. Written once over [`Pack`];
+//! [`pair_pass`] picks the widest registers the processor has, and every width gives the same bits.
+
+use rayon::prelude::*;
+
+use crate::dem::cell::{ImageCode, Shifts};
+use crate::dem::grains::Hot;
+use crate::dem::neighbours::Pair;
+use crate::lane::{Instructions, LANES, Pack, Real};
+use crate::law::contact::{Answer, ContactLaw, Touch};
+use crate::space::{Lanewise, Space, Words};
+
+/// Pairs that one task handles; a constant and a whole number of packs, so that nothing depends on threads.
+const CHUNK: usize = 1024;
+
+/// Words of a pair's forces: force on `a` (on `b` it is the opposite), torque on `a`, torque on `b`.
+pub const fn force_words<S: Space>() -> usize {
+    S::DIMENSION + 2 * spin_words::<S>()
+}
+
+pub const fn spin_words<S: Space>() -> usize {
+    <S::SpinOf<f64> as Words<f64>>::COUNT
+}
+
+/// What all pairs of a pass share.
+#[derive(Clone, Copy)]
+pub struct Pass<'a, S: Space, C> {
+    pub law: &'a C,
+    pub hot: &'a [Hot<S>],
+    pub shifts: &'a Shifts<S>,
+    /// Time over which memories advance, s, and the step that twists are reckoned over.
+    pub advance: f64,
+    pub dt: f64,
+    pub instructions: Instructions,
+}
+
+/// Evaluates whole packs of `pairs`. `memory` holds `[pack][word][lane]`, `forces` `[pair][word]`; `across` tells that
+/// pairs may lie in different images.
+pub fn pair_pass<S: Space, C: ContactLaw<S>>(
+    pass: Pass<S, C>,
+    across: bool,
+    pairs: &[Pair],
+    memory: &mut [f64],
+    forces: &mut [f64],
+) {
+    let words = <C::Memory<f64> as Words<f64>>::COUNT;
+    debug_assert!(pairs.len().is_multiple_of(LANES) && memory.len() == pairs.len() * words);
+    (
+        pairs.par_chunks(CHUNK),
+        memory.par_chunks_mut(CHUNK * words),
+        forces.par_chunks_mut(CHUNK * force_words::<S>()),
+    )
+        .into_par_iter()
+        .for_each(|(pairs, memory, forces)| match across {
+            true => dispatch::<S, C, true>(&pass, pairs, memory, forces),
+            false => dispatch::<S, C, false>(&pass, pairs, memory, forces),
+        });
+}
+
+fn dispatch<S: Space, C: ContactLaw<S>, const ACROSS: bool>(
+    pass: &Pass<S, C>,
+    pairs: &[Pair],
+    memory: &mut [f64],
+    forces: &mut [f64],
+) {
+    match pass.instructions {
+        Instructions::Portable => packs::<S, C, crate::lane::Eight, ACROSS>(pass, pairs, memory, forces),
+        // SAFETY: `Instructions` names only what the processor was found to have.
+        #[cfg(target_arch = "x86_64")]
+        #[allow(unsafe_code, reason = "the processor has these instructions")]
+        Instructions::Avx2 => unsafe { avx2::<S, C, ACROSS>(pass, pairs, memory, forces) },
+        #[cfg(target_arch = "x86_64")]
+        #[allow(unsafe_code, reason = "the processor has these instructions")]
+        Instructions::Avx512 => unsafe { avx512::<S, C, ACROSS>(pass, pairs, memory, forces) },
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq,avx512vl")]
+fn avx512<S: Space, C: ContactLaw<S>, const ACROSS: bool>(
+    pass: &Pass<S, C>,
+    pairs: &[Pair],
+    memory: &mut [f64],
+    forces: &mut [f64],
+) {
+    packs::<S, C, crate::lane::Avx512, ACROSS>(pass, pairs, memory, forces);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn avx2<S: Space, C: ContactLaw<S>, const ACROSS: bool>(
+    pass: &Pass<S, C>,
+    pairs: &[Pair],
+    memory: &mut [f64],
+    forces: &mut [f64],
+) {
+    packs::<S, C, crate::lane::Avx2, ACROSS>(pass, pairs, memory, forces);
+}
+
+#[inline(always)]
+fn packs<S: Space, C: ContactLaw<S>, P: Pack, const ACROSS: bool>(
+    pass: &Pass<S, C>,
+    pairs: &[Pair],
+    memory: &mut [f64],
+    forces: &mut [f64],
+) {
+    let memory_words = <C::Memory<P> as Words<P>>::COUNT;
+    let (pairs, _) = pairs.as_chunks::<LANES>();
+    let (memory, _) = memory.as_chunks_mut::<LANES>();
+    for (pack, pairs) in pairs.iter().enumerate() {
+        let memory = &mut memory[pack * memory_words..(pack + 1) * memory_words];
+        let forces = &mut forces[pack * LANES * force_words::<S>()..(pack + 1) * LANES * force_words::<S>()];
+        let (a, b) = (read::<S, P>(pass.hot, pairs, |pair| pair.a), read::<S, P>(pass.hot, pairs, Pair::b));
+        let (shift, rate) =
+            if ACROSS { shifts::<S, P>(pass.shifts, pairs) } else { (Words::zero(), Words::zero()) };
+        let mut recalled = C::Memory::<P>::zero();
+        for (word, lanes) in memory.iter().enumerate() {
+            recalled.set_word(word, P::load(lanes));
+        }
+        let moved = [P::splat(pass.advance), P::splat(pass.dt)];
+        let given = if ACROSS {
+            contact(pass.law, &a, &b, a.position - b.position + shift, a.velocity - b.velocity + rate, moved, &mut recalled)
+        } else {
+            contact(pass.law, &a, &b, a.position - b.position, a.velocity - b.velocity, moved, &mut recalled)
+        };
+        for (word, lanes) in memory.iter_mut().enumerate() {
+            recalled.word(word).store(lanes);
+        }
+        write::<S, P>(&given, forces);
+    }
+}
+
+/// The records of one side of a pack.
+#[inline(always)]
+fn read<S: Space, P: Pack>(hot: &[Hot<S>], pairs: &[Pair; LANES], side: impl Fn(Pair) -> u32) -> Side<S, P> {
+    let rows: [&[f64]; LANES] = std::array::from_fn(|lane| hot[side(pairs[lane]) as usize].words());
+    let low = P::records(&rows, 0);
+    let high = if Hot::<S>::WORDS > LANES { P::records(&rows, LANES) } else { low };
+    Side::of(|word| if word < LANES { low[word] } else { high[word - LANES] })
+}
+
+#[inline(always)]
+fn shifts<S: Space, P: Pack>(shifts: &Shifts<S>, pairs: &[Pair; LANES]) -> (S::VectorOf<P>, S::VectorOf<P>) {
+    let mut both = (S::VectorOf::<P>::zero(), S::VectorOf::<P>::zero());
+    for axis in 0..S::DIMENSION {
+        let at = |lane: usize| &shifts.0[pairs[lane].image().0 as usize % ImageCode::COUNT];
+        both.0.set_word(axis, P::load(&std::array::from_fn(|lane| at(lane).0[axis])));
+        both.1.set_word(axis, P::load(&std::array::from_fn(|lane| at(lane).1[axis])));
+    }
+    both
+}
+
+/// From `[word][lane]` to `[pair][word]`.
+#[inline(always)]
+fn write<S: Space, P: Pack>(given: &Given<S, P>, forces: &mut [f64]) {
+    const WORDS_MAX: usize = 9;
+    let mut lanes = [[0.0; LANES]; WORDS_MAX];
+    let (dimension, spin) = (S::DIMENSION, spin_words::<S>());
+    for word in 0..dimension {
+        given.force.word(word).store(&mut lanes[word]);
+    }
+    for word in 0..spin {
+        given.torque_a.word(word).store(&mut lanes[dimension + word]);
+        given.torque_b.word(word).store(&mut lanes[dimension + spin + word]);
+    }
+    for (lane, force) in forces.chunks_exact_mut(force_words::<S>()).enumerate() {
+        for (word, value) in force.iter_mut().enumerate() {
+            *value = lanes[word][lane];
+        }
+    }
+}
+
+/// One side of a contact in lanes.
+#[derive(Clone, Copy)]
+pub struct Side<S: Space, R: Real> {
+    pub position: S::VectorOf<R>,
+    pub velocity: S::VectorOf<R>,
+    pub spin: S::SpinOf<R>,
+    pub radius: R,
+    pub weight: R,
+}
+
+impl<S: Space, R: Real> Side<S, R> {
+    /// From the words of a record, in the order of [`Hot`].
+    #[inline(always)]
+    fn of(word: impl Fn(usize) -> R) -> Self {
+        let mut side =
+            Self { position: Words::zero(), velocity: Words::zero(), spin: Words::zero(), radius: word(0), weight: word(0) };
+        for axis in 0..S::DIMENSION {
+            side.position.set_word(axis, word(axis));
+            side.velocity.set_word(axis, word(S::DIMENSION + axis));
+        }
+        let spin = <S::SpinOf<R> as Words<R>>::COUNT;
+        for axis in 0..spin {
+            side.spin.set_word(axis, word(2 * S::DIMENSION + axis));
+        }
+        side.radius = word(2 * S::DIMENSION + spin);
+        side.weight = word(2 * S::DIMENSION + spin + 1);
+        side
+    }
+}
+
+impl<S: Space> Side<S, f64> {
+    pub fn scalar(hot: &Hot<S>) -> Self {
+        let words = hot.words();
+        Self::of(|word| words[word])
+    }
+}
+
+/// What a pair gives to its two grains.
+#[derive(Clone, Copy)]
+pub struct Given<S: Space, R: Real> {
+    pub force: S::VectorOf<R>,
+    pub torque_a: S::SpinOf<R>,
+    pub torque_b: S::SpinOf<R>,
+}
+
+/// The two sides as the law sees them; `separation` is x_a - x_b in the pair's image, `relative` v_a - v_b.
+#[inline(always)]
+pub fn touch<S: Space, R: Real>(
+    a: &Side<S, R>,
+    b: &Side<S, R>,
+    separation: S::VectorOf<R>,
+    relative: S::VectorOf<R>,
+    [advance, dt]: [R; 2],
+) -> Touch<S, R> {
+    let distance = separation.norm();
+    let normal = separation * (R::splat(1.0) / distance);
+    let velocity_centres = S::tangential(&normal, &relative);
+    let spin_full = a.spin * a.radius + b.spin * b.radius;
+    Touch {
+        normal,
+        overlap: a.radius + b.radius - distance,
+        radius_a: a.radius,
+        radius_b: b.radius,
+        velocity_normal: relative.dot(&normal),
+        velocity_centres,
+        velocity_tangential: velocity_centres - S::surface(&normal, &spin_full),
+        spin_relative: a.spin - b.spin,
+        twist: S::twist(&normal, &(a.spin + b.spin)) * (R::splat(0.5) * dt),
+        advance,
+    }
+}
+
+/// Weight of a contact in the coupled mixture: the mean of its grains', or a grain's own against one that a body moves,
+/// whose weight is zero.
+#[inline(always)]
+pub fn pair_weight<R: Real>(a: R, b: R) -> R {
+    let sum = a + b;
+    R::choose(R::min(a, b).above(R::splat(0.0)), sum * R::splat(0.5), sum)
+}
+
+#[inline(always)]
+fn contact<S: Space, C: ContactLaw<S>, R: Real>(
+    law: &C,
+    a: &Side<S, R>,
+    b: &Side<S, R>,
+    separation: S::VectorOf<R>,
+    relative: S::VectorOf<R>,
+    moved: [R; 2],
+    memory: &mut C::Memory<R>,
+) -> Given<S, R> {
+    let touch = touch(a, b, separation, relative, moved);
+    let half = touch.overlap * R::splat(0.5);
+    give(law, &touch, pair_weight(a.weight, b.weight), [a.radius - half, b.radius - half], memory)
+}
+
+/// Forces of a contact with `weight`, their torques by the lever arms of both sides, m; nothing where it does not hold.
+#[inline(always)]
+pub fn give<S: Space, C: ContactLaw<S>, R: Real>(
+    law: &C,
+    touch: &Touch<S, R>,
+    weight: R,
+    [arm_a, arm_b]: [R; 2],
+    memory: &mut C::Memory<R>,
+) -> Given<S, R> {
+    let holds = law.holds(touch, memory);
+    let Answer { normal, tangential, moment } = law.force(touch, memory);
+    let zero = R::splat(0.0);
+    *memory = Words::choose(holds, memory, &Words::zero());
+    let normal = R::choose(holds, normal * weight, zero);
+    let tangential = Words::choose(holds, &(tangential * weight), &Words::zero());
+    let moment: S::SpinOf<R> = Words::choose(holds, &(moment * weight), &Words::zero());
+    let turn = S::torque(&touch.normal, &tangential);
+    Given {
+        force: touch.normal * normal + S::embed(&touch.normal, &tangential),
+        torque_a: moment - turn * arm_a,
+        torque_b: -moment - turn * arm_b,
+    }
+}

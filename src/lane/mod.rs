@@ -1,0 +1,137 @@
+//! Numbers as the kernels of contacts see them: one `f64`, or eight side by side in whatever registers the processor has.
+//! A law is written once over [`Real`]; every width rounds alike, lane by lane, so all of them give the same bits
+//! (invariant 2). No fused products anywhere.
+
+use std::fmt::Debug;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+mod eight;
+#[cfg(target_arch = "x86_64")]
+#[allow(unsafe_code, reason = "vector instructions, each used only where the processor has it")]
+mod x86;
+
+pub use eight::Eight;
+#[cfg(target_arch = "x86_64")]
+pub use x86::{Avx2, Avx512};
+
+/// Lanes of a [`Pack`].
+pub const LANES: usize = 8;
+
+/// A number, or several in step.
+pub trait Real:
+    Copy
+    + Debug
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// The outcome of a comparison, lane by lane.
+    type Mask: Copy;
+
+    fn splat(value: f64) -> Self;
+    fn sqrt(self) -> Self;
+    fn abs(self) -> Self;
+    /// The smaller of two ordered numbers; where one is no number, `other`.
+    fn min(self, other: Self) -> Self;
+    fn max(self, other: Self) -> Self;
+    /// `self > other`.
+    fn above(self, other: Self) -> Self::Mask;
+    fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// `yes` where the mask holds, `no` elsewhere.
+    fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self;
+}
+
+/// Eight numbers in step that can be brought from memory and back.
+pub trait Pack: Real {
+    fn load(from: &[f64; LANES]) -> Self;
+    fn store(self, to: &mut [f64; LANES]);
+    /// Eight words of each of eight records, word by word: result `w` holds word `first + w` of every record.
+    fn records(rows: &[&[f64]; LANES], first: usize) -> [Self; LANES];
+}
+
+impl Real for f64 {
+    type Mask = bool;
+
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+    #[inline(always)]
+    fn above(self, other: Self) -> bool {
+        self > other
+    }
+    #[inline(always)]
+    fn both(a: bool, b: bool) -> bool {
+        a & b
+    }
+    #[inline(always)]
+    fn either(a: bool, b: bool) -> bool {
+        a | b
+    }
+    #[inline(always)]
+    fn choose(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+}
+
+/// Which instructions the kernels of this process use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Instructions {
+    /// Eight at a time, left to the compiler.
+    Portable,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+impl Instructions {
+    /// The widest that this processor has; `SCREE_INSTRUCTIONS` (`portable`, `avx2`, `avx512`) asks for a narrower one.
+    pub fn best() -> Self {
+        let wanted = std::env::var("SCREE_INSTRUCTIONS").unwrap_or_default();
+        #[cfg(target_arch = "x86_64")]
+        {
+            let narrow = ["portable", "avx2"].contains(&wanted.as_str());
+            if !narrow && is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
+                return Self::Avx512;
+            }
+            if wanted != "portable" && is_x86_feature_detected!("avx2") {
+                return Self::Avx2;
+            }
+        }
+        let _ = wanted;
+        Self::Portable
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Portable => "portable",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => "avx512",
+        }
+    }
+}

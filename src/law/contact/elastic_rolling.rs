@@ -1,0 +1,101 @@
+//! Elastic contact with stiffness from Young's modulus, Coulomb friction and rolling resistance: Liang & Zhao (2019),
+//! eq. 20 to 28. There is no dashpot; the assembly is damped by [`crate::dem::motion`].
+//!
+//! ```text
+//! k_n = 2 (E r_i)(E r_j)/(E r_i + E r_j) = E r*,   k_t = nu k_n,   k_r = beta k_t r_i r_j     (22, 23, 25)
+//! F_n = k_n d >= 0                                                                            (20)
+//! s  += v_t dt;  F_t = -k_t s,  |F_t| <= mu F_n, s cut with it                                (21)
+//! theta += (w_i - w_j) dt;  M = -k_r theta,  |M| <= eta min(r_i, r_j) F_n, theta cut with it   (24)
+//! ```
+//!
+//! What slides is the surfaces with full radii; with [`Sliding::Scaled`] the translational part of v_t is scaled by
+//! (r_i + r_j)/(r_i + r_j - d), so that a contact that rolls without slip around another builds up no spring. Twist about
+//! the normal is not resisted. Against a flat body r_j is without bounds: k_n = 2 E r_i, and rolling is resisted as by a
+//! grain of the same size.
+
+use super::{Answer, ContactLaw, FLAT, FromJob, Touch};
+use crate::lane::Real;
+use crate::scenario::{self, Sliding};
+use crate::space::{Lanewise, Space};
+
+/// The law with its constants; units as in [`scenario::ElasticRolling`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ElasticRolling {
+    pub constants: scenario::ElasticRolling,
+}
+
+/// k_n, k_t and k_r of a contact.
+struct Stiffness<R> {
+    normal: R,
+    tangential: R,
+    rolling: R,
+}
+
+impl ElasticRolling {
+    #[inline(always)]
+    fn stiffness<R: Real>(&self, radius_a: R, radius_b: R) -> Stiffness<R> {
+        let law = &self.constants;
+        let modulus = R::splat(law.young_modulus);
+        let (a, b) = (modulus * radius_a, modulus * radius_b);
+        let normal = R::splat(2.0) * a * b / (a + b);
+        let tangential = normal * R::splat(law.stiffness_ratio);
+        let partner = R::choose(radius_b.above(R::splat(0.5 * FLAT)), radius_a, radius_b);
+        let rolling = tangential * radius_a * partner * R::splat(law.rolling_stiffness);
+        Stiffness { normal, tangential, rolling }
+    }
+}
+
+impl FromJob for ElasticRolling {
+    fn from_job(contact: &scenario::Contact) -> Option<Self> {
+        match contact {
+            scenario::Contact::ElasticRolling(constants) => Some(Self { constants: *constants }),
+            _ => None,
+        }
+    }
+}
+
+/// What an elastic spring gives when it may carry at most `limit`; beyond it the spring is cut.
+#[inline(always)]
+fn cut<R: Real, V: Lanewise<R>>(spring: &mut V, stiffness: R, limit: R) -> V {
+    let trial = -(*spring * stiffness);
+    let magnitude = trial.norm();
+    let share = R::choose(magnitude.above(limit), limit / magnitude, R::splat(1.0));
+    *spring = *spring * share;
+    trial * share
+}
+
+impl<S: Space> ContactLaw<S> for ElasticRolling {
+    /// The tangential spring s, m, and the angle rolled theta, rad.
+    type Memory<R: Real> = (S::TangentOf<R>, S::SpinOf<R>);
+
+    #[inline(always)]
+    fn force<R: Real>(&self, touch: &Touch<S, R>, memory: &mut Self::Memory<R>) -> Answer<S, R> {
+        let law = &self.constants;
+        let stiffness = self.stiffness(touch.radius_a, touch.radius_b);
+        let normal = touch.overlap * stiffness.normal;
+        let sliding = match law.sliding {
+            Sliding::Surface => touch.velocity_tangential,
+            Sliding::Scaled => {
+                let reach = touch.radius_a + touch.radius_b;
+                let excess = touch.overlap / (reach - touch.overlap);
+                touch.velocity_tangential + touch.velocity_centres * excess
+            }
+        };
+        let (spring, rolled) = memory;
+        *spring = S::carry(&touch.normal, touch.twist, spring) + sliding * touch.advance;
+        let tangential = cut(spring, stiffness.tangential, normal * R::splat(law.friction));
+
+        let rolling = S::rolling(&touch.normal, &touch.spin_relative);
+        *rolled = S::carry_spin(&touch.normal, touch.twist, rolled) + rolling * touch.advance;
+        let radius_min = R::min(touch.radius_a, touch.radius_b);
+        let moment = cut(rolled, stiffness.rolling, normal * radius_min * R::splat(law.rolling_limit));
+        Answer { normal, tangential, moment }
+    }
+
+    fn elastic_energy(&self, touch: &Touch<S, f64>, (spring, rolled): &Self::Memory<f64>) -> f64 {
+        let stiffness = self.stiffness(touch.radius_a, touch.radius_b);
+        0.5 * stiffness.normal * touch.overlap * touch.overlap
+            + 0.5 * stiffness.tangential * spring.dot(spring)
+            + 0.5 * stiffness.rolling * rolled.dot(rolled)
+    }
+}

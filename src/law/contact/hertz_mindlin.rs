@@ -1,0 +1,82 @@
+//! Hertz's normal force with an incremental tangential force after Mindlin and Coulomb friction: Liu et al. (2016),
+//! eq. 53 to 56.
+//!
+//! ```text
+//! dF_n = k_n dd,  k_n = sqrt(2) G sqrt(R_e)/(1 - nu) sqrt(d)            (53)   so F_n = 2/3 k_n d
+//! dF_t = k_t ds,  k_t = 2 sqrt(2) G sqrt(R_e)/(2 - nu) sqrt(d)          (54)   |F_t| <= mu F_n
+//! R_e  = 2 R_1 R_2/(R_1 + R_2)                                          (55)
+//! dashpots  -C_n v_n and -C_t v_t beside the springs                    (56)
+//! ```
+//!
+//! The normal increments integrate to Hertz's closed form, which is what is computed. The tangential force remembers its
+//! elastic part and is cut with its dashpot to the cone of the elastic normal force. The normal dashpot may pull while a
+//! contact opens. Against a flat body R_2 is without bounds.
+
+use super::{Answer, ContactLaw, FromJob, Touch};
+use crate::lane::Real;
+use crate::scenario;
+use crate::space::{Lanewise, Space, Words};
+
+/// The law with its constants; units as in [`scenario::HertzMindlin`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HertzMindlin {
+    pub constants: scenario::HertzMindlin,
+}
+
+impl HertzMindlin {
+    /// k_n and k_t at an overlap.
+    #[inline(always)]
+    fn stiffness<R: Real>(&self, radius_a: R, radius_b: R, overlap: R) -> [R; 2] {
+        let law = &self.constants;
+        let root_two = std::f64::consts::SQRT_2;
+        let radius = R::splat(2.0) * radius_a * radius_b / (radius_a + radius_b);
+        let root = (radius * R::max(overlap, R::splat(0.0))).sqrt();
+        let normal = root_two * law.shear_modulus / (1.0 - law.poisson_ratio);
+        let tangential = 2.0 * root_two * law.shear_modulus / (2.0 - law.poisson_ratio);
+        [root * R::splat(normal), root * R::splat(tangential)]
+    }
+}
+
+impl FromJob for HertzMindlin {
+    fn from_job(contact: &scenario::Contact) -> Option<Self> {
+        match contact {
+            scenario::Contact::HertzMindlin(constants) => Some(Self { constants: *constants }),
+            _ => None,
+        }
+    }
+}
+
+impl<S: Space> ContactLaw<S> for HertzMindlin {
+    /// The elastic part of the tangential force, N.
+    type Memory<R: Real> = S::TangentOf<R>;
+
+    #[inline(always)]
+    fn force<R: Real>(&self, touch: &Touch<S, R>, elastic: &mut S::TangentOf<R>) -> Answer<S, R> {
+        let law = &self.constants;
+        let zero = R::splat(0.0);
+        let [stiffness_normal, stiffness_tangential] = self.stiffness(touch.radius_a, touch.radius_b, touch.overlap);
+        let spring = stiffness_normal * touch.overlap * R::splat(2.0 / 3.0);
+        let normal = spring - touch.velocity_normal * R::splat(law.damping_normal);
+
+        let slid = touch.velocity_tangential * touch.advance;
+        let trial_elastic = S::carry(&touch.normal, touch.twist, elastic) - slid * stiffness_tangential;
+        let dashpot = -(touch.velocity_tangential * R::splat(law.damping_tangential));
+        let trial = trial_elastic + dashpot;
+        let limit = spring * R::splat(law.friction);
+        let magnitude = trial.norm();
+        let slides = magnitude.above(limit);
+        // As for the linear law: without an elastic part yet there is no direction to slide in.
+        let stretches = trial_elastic.dot(&trial_elastic).above(zero);
+        let share = R::choose(stretches, limit / magnitude, zero);
+        let tangential = trial * R::choose(slides, share, R::splat(1.0));
+        *elastic = Words::choose(R::both(slides, stretches), &(tangential - dashpot), &trial_elastic);
+        Answer { normal, tangential, moment: Words::zero() }
+    }
+
+    /// Hertz's energy, and that of the tangential spring at the stiffness of now.
+    fn elastic_energy(&self, touch: &Touch<S, f64>, elastic: &S::TangentOf<f64>) -> f64 {
+        let [normal, tangential] = self.stiffness(touch.radius_a, touch.radius_b, touch.overlap);
+        let stored = if tangential > 0.0 { 0.5 * elastic.dot(elastic) / tangential } else { 0.0 };
+        4.0 / 15.0 * normal * touch.overlap * touch.overlap + stored
+    }
+}

@@ -1,0 +1,66 @@
+//! Linear spring and dashpot with cohesion: Chen et al. (2021), section 2.1.
+//!
+//! ```text
+//! F_n = k_n d - gamma_n v_n                      also in tension, once the grains have touched
+//! the contact ends when k_n d < -e_n             e_n, N: pull-off force
+//! |F_t| <= mu |F_n| + e_t                        e_t, N; spring and cut as in the law without cohesion
+//! ```
+//!
+//! A contact that has ended must be made again by touching before it holds in tension. With e_n = e_t = 0 this is
+//! [`super::LinearSpringDashpot`] to the bit.
+
+use super::linear_spring_dashpot::slide;
+use super::{Answer, ContactLaw, FromJob, Touch};
+use crate::lane::Real;
+use crate::scenario;
+use crate::space::{Components, Lanewise, Space, Words};
+
+/// The law with its constants; units as in [`scenario::LinearCohesive`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearCohesive {
+    pub constants: scenario::LinearCohesive,
+}
+
+impl FromJob for LinearCohesive {
+    fn from_job(contact: &scenario::Contact) -> Option<Self> {
+        match contact {
+            scenario::Contact::LinearCohesive(constants) => Some(Self { constants: *constants }),
+            _ => None,
+        }
+    }
+}
+
+impl<S: Space> ContactLaw<S> for LinearCohesive {
+    /// The tangential spring s, m, and 1 where the contact has been made.
+    type Memory<R: Real> = (S::TangentOf<R>, Components<R, 1>);
+
+    fn reach(&self) -> f64 {
+        self.constants.cohesion_normal / self.constants.linear.stiffness_normal
+    }
+
+    #[inline(always)]
+    fn holds<R: Real>(&self, touch: &Touch<S, R>, memory: &Self::Memory<R>) -> R::Mask {
+        let zero = R::splat(0.0);
+        let pull = touch.overlap * R::splat(self.constants.linear.stiffness_normal);
+        let made = memory.1.word(0).above(zero);
+        let kept = pull.above(R::splat(-self.constants.cohesion_normal));
+        R::either(touch.overlap.above(zero), R::both(made, kept))
+    }
+
+    #[inline(always)]
+    fn force<R: Real>(&self, touch: &Touch<S, R>, memory: &mut Self::Memory<R>) -> Answer<S, R> {
+        let law = &self.constants.linear;
+        let normal = touch.overlap * R::splat(law.stiffness_normal)
+            - touch.velocity_normal * R::splat(law.damping_normal);
+        let limit = normal.abs() * R::splat(law.friction) + R::splat(self.constants.cohesion_tangential);
+        let tangential = slide(law, touch, limit, &mut memory.0);
+        memory.1.set_word(0, R::splat(1.0));
+        Answer { normal, tangential, moment: Words::zero() }
+    }
+
+    fn elastic_energy(&self, touch: &Touch<S, f64>, memory: &Self::Memory<f64>) -> f64 {
+        let law = &self.constants.linear;
+        0.5 * law.stiffness_normal * touch.overlap * touch.overlap
+            + 0.5 * law.stiffness_tangential * memory.0.dot(&memory.0)
+    }
+}

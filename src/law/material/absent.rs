@@ -1,0 +1,42 @@
+//! No continuum: the material of worlds that consist of grains alone.
+
+use super::{MaterialLaw, MaterialMemory};
+use crate::record::{Record, Visitor};
+use crate::space::{Linear, Space};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Absent;
+
+/// Nothing to remember.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Nothing;
+
+impl Record for Nothing {
+    fn visit(&mut self, _: &mut dyn Visitor) {}
+}
+
+impl MaterialMemory for Nothing {
+    fn plastic_strain(&self) -> f64 {
+        0.0
+    }
+    fn fraction(&self) -> f64 {
+        0.0
+    }
+}
+
+impl<S: Space> MaterialLaw<S> for Absent {
+    type Memory = Nothing;
+
+    fn start(&self, _: f64, _: f64) -> Nothing {
+        Nothing
+    }
+    fn update(&self, _: &S::Tensor, _: f64, _: &mut Nothing) -> S::Tensor {
+        S::Tensor::zero()
+    }
+    fn stress(&self, _: &Nothing) -> S::Tensor {
+        S::Tensor::zero()
+    }
+    fn elastic_energy(&self, _: &Nothing) -> f64 {
+        0.0
+    }
+}
