@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::body::Body;
 use crate::dem::cell::Cell;
-use crate::dem::grains::{Grains, Hot, Mover};
+use crate::dem::grains::{Cold, Grains, Hot, Mover};
 use crate::scenario::assembly::{Damping, DampingForm};
 use crate::space::{Linear, Space};
 
@@ -114,22 +114,35 @@ pub fn follow_gradient<S: Space>(grains: &mut Grains<S>, cell: &Cell<S>, change:
     }
 }
 
-/// `x(n+1) = x(n) + v(n+1/2) dt`; glued grains move with their body, scripted ones by their script.
-pub fn drift<S: Space>(grains: &mut Grains<S>, bodies: &[Body<S>], dt: f64) {
+/// `x(n+1) = x(n) + v(n+1/2) dt`; glued grains move with their body, scripted ones by their script. Returns the square
+/// of the longest way that a grain has come from home, m2; what is not a number stays so.
+pub fn drift<S: Space>(grains: &mut Grains<S>, bodies: &[Body<S>], dt: f64) -> f64 {
     let owned = grains.owned;
     let Grains { hot, cold, .. } = grains;
-    (hot[..owned].par_chunks_mut(CHUNK), cold[..owned].par_chunks(CHUNK)).into_par_iter().for_each(|(hot, cold)| {
-        for (hot, cold) in hot.iter_mut().zip(cold) {
-            match cold.mover {
-                Mover::Free => {}
-                Mover::Body(body) => {
-                    let body = &bodies[body as usize];
-                    hot.velocity = body.velocity_at(&hot.position);
-                    hot.spin = body.spin;
-                }
-                Mover::Script => hot.velocity = cold.script,
+    let drift = |hot: &mut Hot<S>, cold: &Cold<S>| {
+        match cold.mover {
+            Mover::Free => {}
+            Mover::Body(body) => {
+                let body = &bodies[body as usize];
+                hot.velocity = body.velocity_at(&hot.position);
+                hot.spin = body.spin;
             }
-            hot.position += hot.velocity * dt;
+            Mover::Script => hot.velocity = cold.script,
         }
-    });
+        hot.position += hot.velocity * dt;
+        let moved = hot.position - cold.home;
+        moved.dot(&moved)
+    };
+    let chunk = |(hot, cold): (&mut [Hot<S>], &[Cold<S>])| {
+        hot.iter_mut().zip(cold).fold(0.0, |most, (hot, cold)| larger(most, drift(hot, cold)))
+    };
+    (hot[..owned].par_chunks_mut(CHUNK), cold[..owned].par_chunks(CHUNK))
+        .into_par_iter()
+        .map(chunk)
+        .reduce(|| 0.0, larger)
+}
+
+/// The larger of two numbers; what is not a number stays so, since it must not look like standing still.
+pub fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a >= b { a } else { b }
 }
