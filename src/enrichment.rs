@@ -405,7 +405,7 @@ fn train(
         }
     }
     let grains = if world.transport.rank() == 0 { grains } else { Vec::new() };
-    let settings = settings_for(scenario, scenario.contact.friction);
+    let settings = settings_for(scenario, scenario.contact.friction());
     let parts = Parts { grains, points: Vec::new(), plates: Vec::new() };
     let mut training = PlanarWorld::new(settings, world.layout.clone(), world.transport, 0, parts)?;
 

@@ -15,7 +15,7 @@ use crate::law::contact::LinearSpringDashpot;
 use crate::law::material::CriticalDruckerPrager;
 use crate::layout::Layout;
 use crate::rebuild::{Parts, is_glued};
-use crate::scenario::Scenario;
+use crate::scenario::{Contact, Scenario};
 use crate::space::{Linear, Plane, Space};
 use crate::world::{Settings, World};
 use crate::{grain_file, tables, transfer};
@@ -56,8 +56,9 @@ pub fn layout_for(scenario: &Scenario, height: f64) -> Result<Layout, Error> {
 
 /// Settings of a world of this job, with a contact friction of its own.
 pub fn settings_for(scenario: &Scenario, friction: f64) -> Settings<LinearSpringDashpot, CriticalDruckerPrager> {
-    let mut constants = scenario.contact;
-    constants.friction = friction;
+    let Contact::Linear(constants) = scenario.contact.with_friction(friction) else {
+        unimplemented_law();
+    };
     Settings {
         dt: scenario.time.step,
         skin: scenario.decomposition.skin,
@@ -65,6 +66,10 @@ pub fn settings_for(scenario: &Scenario, friction: f64) -> Settings<LinearSpring
         contact: LinearSpringDashpot { constants },
         material: CriticalDruckerPrager::new(&scenario.continuum),
     }
+}
+
+fn unimplemented_law() -> ! {
+    panic!("only the linear law is there yet")
 }
 
 /// The job's packing: read from its grain file, from the cache, or made now and cached.

@@ -90,7 +90,7 @@ pub fn resume(dir: &Path, options: &Options, transport: &dyn Transport) -> Resul
         plate.take_motion_of(&saved);
     }
     let layout = layout_for(&scenario, progress.height_start)?;
-    let settings = settings_for(&scenario, scenario.contact.friction);
+    let settings = settings_for(&scenario, scenario.contact.friction());
     let parts = Parts { grains, points, plates };
     let world = PlanarWorld::new(settings, layout, transport, progress.step, parts)?;
     let steps = derived::steps(&scenario);

@@ -59,7 +59,7 @@ pub fn world<'t>(scenario: &Scenario, transport: &'t dyn Transport, start: Start
     let height = start.packing.height;
     let points = if scenario.method.has_points() { points(scenario, transport, &start) } else { Vec::new() };
     let grains = if scenario.method == Method::Dem { start.packing.grains } else { Vec::new() };
-    let settings = settings_for(scenario, scenario.contact.friction);
+    let settings = settings_for(scenario, scenario.contact.friction());
     let parts = Parts { grains, points, plates: plates(scenario, height) };
     PlanarWorld::new(settings, layout_for(scenario, height)?, transport, 0, parts)
 }

@@ -25,8 +25,11 @@ pub struct Assembly {
     pub step: f64,
     /// Simulated time at which the run ends, s.
     pub end: f64,
+    /// The step may be longer than the stable one: a run known to be unstable is repeated on purpose.
+    pub allow_unstable: bool,
+    /// Reach of the neighbour list beyond contact, m.
     pub skin: f64,
-    /// Grains that a block aims at along each axis times their mean diameter, m; blocks fill the cell exactly.
+    /// Edge that blocks aim at, m; they fill the cell exactly.
     pub block: f64,
     pub output: Output,
 }
@@ -41,7 +44,7 @@ pub struct Cell {
     pub upper: [f64; 3],
     /// Along an axis that is not periodic the cell only bounds where grains may go; walls are bodies.
     pub periodic: [bool; 3],
-    /// Out-of-plane depth in two dimensions, m.
+    /// Out-of-plane depth in two dimensions, m; 1 in three, where nothing looks at it.
     pub depth: f64,
     /// Velocity gradient L of a periodic cell, 1/s: the edges follow dh/dt = L h.
     pub gradient: [[f64; 3]; 3],
@@ -63,6 +66,8 @@ pub struct CellServo {
 pub struct Matter {
     /// Density of the solid, kg/m3.
     pub density: f64,
+    /// Mean diameter, m: of the sizes that grains are made with, or what the job says of those in its file.
+    pub diameter_mean: f64,
 }
 
 /// Where the grains come from.
@@ -102,9 +107,15 @@ pub enum Preparation {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Sizes {
     /// Normal, cut at three deviations.
-    Normal { mean: f64, deviation: f64 },
-    Uniform { min: f64, max: f64 },
-    /// Diameters with their shares of the number of grains.
+    Normal {
+        mean: f64,
+        deviation: f64,
+    },
+    Uniform {
+        min: f64,
+        max: f64,
+    },
+    /// Diameters with their shares of the number of grains, which add up to 1.
     List(Vec<(f64, f64)>),
 }
 

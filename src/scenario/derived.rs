@@ -4,14 +4,14 @@
 
 use std::f64::consts::PI;
 
+use super::stable::{self, GrainScale, HERTZ_OVERLAP, Springs};
+pub use super::stable::{Bound, governing, oscillator_step_max};
 use super::{Contact, Method, Scenario};
 
 /// Packing fraction assumed where only the packing itself will tell (dense discs of this spread: 0.84 to 0.86).
 pub const FRACTION_DENSE: f64 = 0.85;
 /// Contacts of a disc in a dense frictional packing, for the affine estimates.
 pub const COORDINATION_DENSE: f64 = 4.0;
-/// Contacts that discs of one size can have at most, for the bounds on the time step.
-pub const COORDINATION_MAX: f64 = 6.0;
 /// Standard deviations at which the normal distribution of diameters is cut.
 pub const DIAMETER_CUT: f64 = 3.0;
 /// Share of sigma^2 that is left of a normal distribution cut at three deviations.
@@ -43,21 +43,16 @@ pub fn diameter_max(scenario: &Scenario) -> f64 {
     scenario.grains.diameter_mean + DIAMETER_CUT * scenario.grains.diameter_deviation
 }
 
-/// Mass of a disc, kg: rho pi r^2 depth.
-pub fn disc_mass(density: f64, radius: f64, depth: f64) -> f64 {
-    density * PI * radius * radius * depth
-}
-
 /// Mass of the grain of mean diameter, kg. Table 1 of seed 000 with a depth of 1 cm: 1.987e-5 kg.
 pub fn grain_mass_mean(scenario: &Scenario) -> f64 {
     let radius = 0.5 * scenario.grains.diameter_mean;
-    disc_mass(scenario.grains.density, radius, scenario.specimen.depth)
+    stable::grain_mass(scenario.grains.density, radius, scenario.specimen.depth, 2)
 }
 
 /// Mass of the lightest grain that can be drawn, kg.
 pub fn grain_mass_min(scenario: &Scenario) -> f64 {
     let radius = 0.5 * diameter_min(scenario);
-    disc_mass(scenario.grains.density, radius, scenario.specimen.depth)
+    stable::grain_mass(scenario.grains.density, radius, scenario.specimen.depth, 2)
 }
 
 /// Mean area of a grain's disc, m2: pi (mean^2 + variance) / 4.
@@ -102,17 +97,23 @@ pub struct Moduli {
 /// ```
 ///
 /// Grains that may also move against the mean are softer, so these are upper bounds (Kruyt & Rothenburg 1998).
-pub fn moduli_affine(contact: &Contact, fraction: f64, depth: f64) -> Moduli {
+pub fn moduli_affine(springs: &Springs, fraction: f64, depth: f64) -> Moduli {
     let contacts = COORDINATION_DENSE * fraction;
     Moduli {
-        bulk: contacts * contact.stiffness_normal / (2.0 * PI * depth),
-        shear: contacts * (contact.stiffness_normal + contact.stiffness_tangential) / (4.0 * PI * depth),
+        bulk: contacts * springs.normal / (2.0 * PI * depth),
+        shear: contacts * (springs.normal + springs.tangential) / (4.0 * PI * depth),
     }
+}
+
+/// Springs between two mean grains.
+pub fn springs_mean(contact: &Contact, diameter_mean: f64) -> Springs {
+    Springs::of(contact, 0.5 * diameter_mean, 0.5 * diameter_mean, HERTZ_OVERLAP)
 }
 
 /// The affine estimate for this scenario's contact law.
 pub fn moduli_of_grains(scenario: &Scenario) -> Moduli {
-    moduli_affine(&scenario.contact, fraction_start(scenario), scenario.specimen.depth)
+    let springs = springs_mean(&scenario.contact, scenario.grains.diameter_mean);
+    moduli_affine(&springs, fraction_start(scenario), scenario.specimen.depth)
 }
 
 /// Speed of a P wave, m/s: sqrt((K + G) / rho) in plane strain.
@@ -182,7 +183,8 @@ pub fn shear_rate_band(scenario: &Scenario) -> f64 {
 
 /// k_n / (P depth): the reciprocal of the mean overlap in diameters.
 pub fn stiffness_number(scenario: &Scenario) -> f64 {
-    scenario.contact.stiffness_normal / (scenario.loading.stress_normal * scenario.specimen.depth)
+    let springs = springs_mean(&scenario.contact, scenario.grains.diameter_mean);
+    springs.normal / (scenario.loading.stress_normal * scenario.specimen.depth)
 }
 
 // Sizes
@@ -276,79 +278,12 @@ pub fn speed_up(scenario: &Scenario) -> f64 {
 
 // Stable time steps
 
-/// One reason why a time step cannot be longer.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Bound {
-    pub cause: &'static str,
-    /// How it is computed.
-    pub formula: &'static str,
-    /// What happens beyond it, and what else than the step could be changed.
-    pub remedy: &'static str,
-    /// The longest stable step, s.
-    pub step: f64,
-}
-
-/// The longest stable step of a damped oscillator `x'' = -omega^2 x - rate x'` when the damping force takes its velocity
-/// half a step late, as the leapfrog here does: 2 / (sqrt(omega^2 + (rate/2)^2) + rate/2).
-///
-/// Without damping it is 2/omega, without a spring 2/rate.
-pub fn oscillator_step_max(omega_squared: f64, rate: f64) -> f64 {
-    let half_rate = 0.5 * rate;
-    2.0 / ((omega_squared + half_rate * half_rate).sqrt() + half_rate)
-}
-
-const STIFF: &str =
-    "Beyond it contacts feed energy into the grains; shorten the step, or take softer contacts or heavier grains.";
-
-/// What bounds the step of the grains: springs and dashpots, in translation and in rotation.
-///
-/// For a disc of mass m and z contacts whose neighbours move against it (or all spin with it, which slides every contact
-/// by twice r w), with I = m r^2 / 2:
-///
-/// ```text
-/// translation: omega^2 = z (k_n + k_t) / m,  rate = z (gamma_n + gamma_t) / m
-/// rotation:    omega^2 = 4 z k_t / m,        rate = 4 z gamma_t / m
-/// ```
-///
-/// A dashpot alone thus bounds rotation by m / (2 z gamma_t). Springs are taken with the lightest grain; with dashpots the
-/// mean grain is, because a light grain cannot have six contacts with larger ones. Measured in a dense packing of Table 1
-/// (m = 1.987e-5 kg): gamma = 7 N s/m is clean at 2e-7 s and chatters at 5e-7 s; gamma = 3.5 N s/m is clean at 4.5e-7 s and
-/// one grain in ten chatters at 5e-7 s. Here: 2.33e-7 s and 4.47e-7 s.
-pub fn grain_bounds(scenario: &Scenario) -> [Bound; 4] {
-    let contact = &scenario.contact;
-    let z = COORDINATION_MAX;
-    let lightest = grain_mass_min(scenario);
-    let mean = grain_mass_mean(scenario);
-    let spring = contact.stiffness_normal + contact.stiffness_tangential;
-    let dashpot = contact.damping_normal + contact.damping_tangential;
-    let spin_spring = 4.0 * contact.stiffness_tangential;
-    let spin_dashpot = 4.0 * contact.damping_tangential;
-    [
-        Bound {
-            cause: "contact springs, lightest grain moving",
-            formula: "2/w, w^2 = 6 (k_n + k_t)/m",
-            remedy: STIFF,
-            step: oscillator_step_max(z * spring / lightest, 0.0),
-        },
-        Bound {
-            cause: "tangential springs, lightest grain spinning",
-            formula: "2/w, w^2 = 24 k_t/m",
-            remedy: STIFF,
-            step: oscillator_step_max(z * spin_spring / lightest, 0.0),
-        },
-        Bound {
-            cause: "springs and dashpots, mean grain moving",
-            formula: "2/(sqrt(w^2 + b^2) + b), b = 3 (gamma_n + gamma_t)/m",
-            remedy: "Beyond it damping feeds energy into the grains; shorten the step, or lower contact.damping_normal and contact.damping_tangential.",
-            step: oscillator_step_max(z * spring / mean, z * dashpot / mean),
-        },
-        Bound {
-            cause: "tangential springs and dashpots, mean grain spinning",
-            formula: "2/(sqrt(w^2 + b^2) + b), b = 12 gamma_t/m",
-            remedy: "Beyond it rotations flip at every step and friction is lost; shorten the step, or lower contact.damping_tangential.",
-            step: oscillator_step_max(z * spin_spring / mean, z * spin_dashpot / mean),
-        },
-    ]
+/// What bounds the step of the grains: [`stable::bounds`] with the lightest and the mean disc of this scenario.
+pub fn grain_bounds(scenario: &Scenario) -> Vec<Bound> {
+    let radius = 0.5 * scenario.grains.diameter_mean;
+    let lightest = GrainScale { radius: 0.5 * diameter_min(scenario), mass: grain_mass_min(scenario), dimension: 2 };
+    let mean = GrainScale { radius, mass: grain_mass_mean(scenario), dimension: 2 };
+    stable::bounds(&scenario.contact, &lightest, &mean)
 }
 
 /// What bounds the step of the continuum: a P wave may cross half a cell.
@@ -373,11 +308,6 @@ pub fn bounds(scenario: &Scenario) -> Vec<Bound> {
         bounds.push(point_bound(scenario));
     }
     bounds
-}
-
-/// The tightest of some bounds.
-pub fn governing(bounds: &[Bound]) -> &Bound {
-    bounds.iter().min_by(|a, b| a.step.total_cmp(&b.step)).expect("every method has at least one bound")
 }
 
 #[cfg(test)]
@@ -423,13 +353,6 @@ mod tests {
             }
             assert_eq!(planar_shear(&sets).is_ok(), stable, "{sets:?}");
         }
-    }
-
-    /// Without a dashpot the bound is 2/omega, without a spring 2/rate.
-    #[test]
-    fn limits_of_the_damped_oscillator() {
-        assert_eq!(oscillator_step_max(4.0, 0.0), 1.0);
-        assert_eq!(oscillator_step_max(0.0, 4.0), 0.5);
     }
 
     /// While the plate still gathers speed it covers half of what it would at full speed.

@@ -1,7 +1,8 @@
 //! What is to be simulated, checked once and trusted afterwards (invariant 5).
 //!
-//! Two stages: [`raw`] is what the operator typed, positions and units included; [`Scenario`] is what it means, in SI
-//! units, with every default filled in. Nothing after this module sees a string, an option or a sentinel.
+//! Two stages: [`raw`] is what the operator typed, positions and units included; [`Job`] is what it means, in SI units,
+//! with every default filled in: a [`Scenario`] of planar shear, or an [`Assembly`] of grains in a cell. Nothing after this
+//! module sees a string, an option or a sentinel.
 
 use std::path::{Path, PathBuf};
 
@@ -9,12 +10,18 @@ use crate::error::Error;
 
 pub mod assembly;
 pub mod derived;
+pub mod figures;
+mod job;
 pub mod raw;
 mod resolve;
 pub mod schema;
+pub mod stable;
 mod tree;
 pub mod units;
 mod write;
+
+pub use assembly::Assembly;
+pub use job::Job;
 
 /// Which parts of the program are awake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,20 +75,19 @@ pub struct Scenario {
 }
 
 impl Scenario {
-    /// Reads a job, lays the `key.path=value` overrides over it and checks the whole.
+    /// Reads a job of planar shear, lays the `key.path=value` overrides over it and checks the whole.
     pub fn load(path: &Path, sets: &[String]) -> Result<Self, Error> {
-        let file = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|error| {
-            Error::User(format!(
-                "{file}: this job cannot be read: {error}. Give the path of a job, for example jobs/quickstart.toml."
-            ))
-        })?;
-        Self::parse(&text, &file, sets)
+        Self::parse(&job::read(path)?, &path.display().to_string(), sets)
     }
 
     /// The same from text; `file` names it in messages, and relative paths in it start from its folder.
     pub fn parse(text: &str, file: &str, sets: &[String]) -> Result<Self, Error> {
-        resolve::scenario(&raw::Job::parse(text, file, sets)?, file)
+        match Job::parse(text, file, sets)? {
+            Job::Shear(scenario) => Ok(scenario),
+            Job::Assembly(_) => Err(Error::User(format!(
+                "{file}: this job is an assembly of grains, because it has a table [cell], and a job of planar shear is wanted here."
+            ))),
+        }
     }
 
     /// Whether grains are simulated at any time: in the run itself, or to make the packing that a continuum starts from.
@@ -91,7 +97,7 @@ impl Scenario {
 
     /// The job in SI numbers with nothing left to a default. It parses back to an equal scenario.
     pub fn to_toml(&self) -> String {
-        write::toml(self)
+        write::shear(self)
     }
 }
 

@@ -4,7 +4,7 @@ use std::ops::Range as Span;
 
 use toml::de::{DeTable, DeValue};
 
-use super::schema::{TABLES, WEAK};
+use super::schema::Kind;
 use super::units::nearest;
 use crate::error::Error;
 
@@ -29,6 +29,7 @@ pub enum Value {
     Text(String),
     Integer(i64),
     Float(f64),
+    Flag(bool),
     List(Vec<Node>),
     Table(Vec<Entry>),
     /// A TOML value that no key of a job takes; with its article.
@@ -43,8 +44,8 @@ pub struct Entry {
 }
 
 impl Node {
-    /// Reads TOML and lays the overrides over it.
-    pub fn parse(text: &str, file: &str, sets: &[String]) -> Result<Self, Error> {
+    /// Reads TOML, sees which kind of job it is, and lays the overrides over it.
+    pub fn parse(text: &str, file: &str, sets: &[String]) -> Result<(Self, Kind), Error> {
         let document = DeTable::parse(text).map_err(|error| {
             let place = match error.span() {
                 Some(span) => format!("{file}:{}", line_of(text, span.start)),
@@ -57,10 +58,15 @@ impl Node {
         })?;
         let mut root =
             Self { value: entries(document.into_inner(), text), place: Place::Line(1), typed: String::new() };
+        // The file alone decides, so that no override can turn a job into one of the other kind.
+        let kind = match root.get("cell").map(|entry| &entry.node.value) {
+            Some(Value::Table(_)) => Kind::Assembly,
+            _ => Kind::Shear,
+        };
         for set in sets {
-            apply_set(&mut root, set)?;
+            apply_set(&mut root, kind, set)?;
         }
-        Ok(root)
+        Ok((root, kind))
     }
 
     pub fn get(&self, key: &str) -> Option<&Entry> {
@@ -88,6 +94,7 @@ impl Value {
         match self {
             Self::Text(_) => "text",
             Self::Integer(_) | Self::Float(_) => "a number",
+            Self::Flag(_) => "a truth value",
             Self::List(_) => "a list",
             Self::Table(_) => "a table",
             Self::Other(words) => words,
@@ -137,7 +144,7 @@ fn node(value: toml::Spanned<DeValue<'_>>, text: &str) -> Node {
             Ok(value) => Value::Float(value),
             Err(_) => Value::Other("a number that cannot be read"),
         },
-        DeValue::Boolean(_) => Value::Other("a truth value"),
+        DeValue::Boolean(value) => Value::Flag(value),
         DeValue::Datetime(_) => Value::Other("a date"),
         DeValue::Array(items) => Value::List(items.into_iter().map(|item| node(item, text)).collect()),
         DeValue::Table(table) => entries(table, text),
@@ -146,7 +153,7 @@ fn node(value: toml::Spanned<DeValue<'_>>, text: &str) -> Node {
 }
 
 /// Lays one `key.path=value` over the tree. The value is TOML where it parses as TOML, and text otherwise.
-fn apply_set(root: &mut Node, set: &str) -> Result<(), Error> {
+fn apply_set(root: &mut Node, kind: Kind, set: &str) -> Result<(), Error> {
     let Some((path, text)) = set.split_once('=') else {
         return Err(Error::User(format!(
             "--set {set}: there is no equals sign. Write for example --set loading.speed=\"5 cm/s\"."
@@ -159,7 +166,7 @@ fn apply_set(root: &mut Node, set: &str) -> Result<(), Error> {
         )));
     }
     let parts: Vec<&str> = path.split('.').collect();
-    refuse_unknown_path(set, &parts)?;
+    refuse_unknown_path(set, kind, &parts)?;
     let mut value = match DeValue::parse(text) {
         Ok(value) => node(value, text),
         Err(_) => Node { value: Value::Text(text.to_string()), place: Place::Set, typed: format!("\"{text}\"") },
@@ -185,21 +192,15 @@ impl Node {
 }
 
 /// The parts must lead to a key of the schema; `continuum.weak.0.lower` reaches into the first region.
-fn refuse_unknown_path(set: &str, parts: &[&str]) -> Result<(), Error> {
-    let known = match parts {
-        [key] => TABLES[0].key(key).is_some(),
-        ["continuum", "weak", index, key] => index.parse::<usize>().is_ok() && WEAK.key(key).is_some(),
-        [table, key] => {
-            TABLES.iter().any(|known| !known.name.is_empty() && known.name == *table && known.key(key).is_some())
-        }
-        _ => false,
-    };
-    if known {
+fn refuse_unknown_path(set: &str, kind: Kind, parts: &[&str]) -> Result<(), Error> {
+    if kind.leads_to_a_key(parts) {
         return Ok(());
     }
-    let paths: Vec<String> =
-        TABLES.iter().flat_map(|table| table.keys.iter().map(|key| table.path(key.name))).collect();
     let typed = parts.join(".");
+    if kind.other().leads_to_a_key(parts) {
+        return Err(Error::User(format!("--set {set}: a job has no {typed}. {}", belongs_to_the_other(kind))));
+    }
+    let paths = kind.paths();
     let same_key = || {
         let last = parts.last().copied().unwrap_or_default();
         let suffix = format!(".{last}");
@@ -211,6 +212,16 @@ fn refuse_unknown_path(set: &str, parts: &[&str]) -> Result<(), Error> {
         None => "A path is table.key, for example loading.speed.".to_string(),
     };
     Err(Error::User(format!("--set {set}: a job has no {typed}. {advice}")))
+}
+
+/// Of a key or table that jobs of this kind do not have, and jobs of the other kind do.
+pub fn belongs_to_the_other(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Shear => "It belongs to assemblies of grains, jobs with a table [cell], and this job has none.",
+        Kind::Assembly => {
+            "It belongs to jobs of planar shear, and this job is an assembly of grains because it has a table [cell]. Remove one of the two."
+        }
+    }
 }
 
 fn insert(node: &mut Node, parts: &[&str], value: Node, set: &str) -> Result<(), Error> {
@@ -242,7 +253,7 @@ fn insert(node: &mut Node, parts: &[&str], value: Node, set: &str) -> Result<(),
             match nodes.get_mut(index) {
                 Some(node) => insert(node, rest, value, set),
                 None => Err(Error::User(format!(
-                    "--set {set}: weak regions are counted from 0, and the job has {count} of them. Give the whole list to add one."
+                    "--set {set}: lists are counted from 0, and this one in the job has {count}. Give the whole list to add one."
                 ))),
             }
         }

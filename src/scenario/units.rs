@@ -22,6 +22,11 @@ impl Dimension {
     pub const DENSITY: Self = Self::new(-3, 1, 0, 0);
     pub const STIFFNESS: Self = Self::new(0, 1, -2, 0);
     pub const DAMPING: Self = Self::new(0, 1, -1, 0);
+    pub const FORCE: Self = Self::new(1, 1, -2, 0);
+    pub const AREA: Self = Self::new(2, 0, 0, 0);
+    pub const ACCELERATION: Self = Self::new(1, 0, -2, 0);
+    pub const RATE: Self = Self::new(0, 0, -1, 0);
+    pub const SPIN: Self = Self::new(0, 0, -1, 1);
 
     const fn new(metre: i8, kilogram: i8, second: i8, radian: i8) -> Self {
         Self { metre, kilogram, second, radian }
@@ -68,7 +73,7 @@ impl Dimension {
 }
 
 /// What a dimension is called and the unit it is kept in.
-const NAMED: [(Dimension, &str, &str); 13] = [
+const NAMED: [(Dimension, &str, &str); 16] = [
     (Dimension::RATIO, "a pure number", ""),
     (Dimension::ANGLE, "an angle", "rad"),
     (Dimension::LENGTH, "a length", "m"),
@@ -79,9 +84,12 @@ const NAMED: [(Dimension, &str, &str); 13] = [
     (Dimension::DENSITY, "a density", "kg/m3"),
     (Dimension::STIFFNESS, "a stiffness", "N/m"),
     (Dimension::DAMPING, "a damping", "N s/m"),
-    (Dimension::new(1, 1, -2, 0), "a force", "N"),
+    (Dimension::FORCE, "a force", "N"),
     (Dimension::new(2, 1, -2, 0), "an energy", "J"),
-    (Dimension::new(0, 0, -1, 0), "a rate", "1/s"),
+    (Dimension::AREA, "an area", "m2"),
+    (Dimension::ACCELERATION, "an acceleration", "m/s2"),
+    (Dimension::RATE, "a rate", "1/s"),
+    (Dimension::SPIN, "a spin", "rad/s"),
 ];
 
 /// Symbol, power of ten, factor that is no power of ten, dimension.
@@ -92,7 +100,7 @@ const UNITS: [(&str, i32, f64, Dimension); 13] = [
     ("s", 0, 1.0, Dimension::TIME),
     ("min", 0, 60.0, Dimension::TIME),
     ("h", 0, 3600.0, Dimension::TIME),
-    ("N", 0, 1.0, Dimension::new(1, 1, -2, 0)),
+    ("N", 0, 1.0, Dimension::FORCE),
     ("Pa", 0, 1.0, Dimension::STRESS),
     ("bar", 5, 1.0, Dimension::STRESS),
     ("J", 0, 1.0, Dimension::new(2, 1, -2, 0)),
@@ -275,6 +283,10 @@ mod tests {
             ("0.5", Dimension::RATIO, 0.5),
             ("-1_000 m", Dimension::LENGTH, -1000.0),
             ("20 g", Dimension::MASS, 0.02),
+            ("9.81 m/s2", Dimension::ACCELERATION, 9.81),
+            ("0.02 1/s", Dimension::RATE, 0.02),
+            ("4 cm2", Dimension::AREA, 4e-4),
+            ("3 rad/s", Dimension::SPIN, 3.0),
         ];
         for (text, dimension, value) in cases {
             assert_eq!(quantity(text, dimension), Ok(value), "{text}");

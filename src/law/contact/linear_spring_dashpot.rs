@@ -17,10 +17,10 @@ use super::{Answer, ContactLaw, Touch};
 use crate::scenario;
 use crate::space::{Linear, Space};
 
-/// The law with its constants; units as in [`scenario::Contact`].
+/// The law with its constants; units as in [`scenario::Linear`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearSpringDashpot {
-    pub constants: scenario::Contact,
+    pub constants: scenario::Linear,
 }
 
 impl<S: Space> ContactLaw<S> for LinearSpringDashpot {

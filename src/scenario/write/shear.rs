@@ -1,13 +1,10 @@
-//! The resolved job as TOML: SI numbers in their shortest exact form, no default left open.
+//! Planar shear.
 
-use std::fmt::Write;
-use std::path::Path;
+use super::Page;
+use crate::scenario::Scenario;
 
-use super::Scenario;
-
-pub fn toml(scenario: &Scenario) -> String {
-    let mut page = Page(String::new());
-    page.line("# Resolved by scree: SI units, angles in rad, every default written out.");
+pub fn shear(scenario: &Scenario) -> String {
+    let mut page = Page::new();
     page.text("name", &scenario.name);
     page.text("method", scenario.method.name());
     page.count("seed", scenario.seed);
@@ -26,13 +23,7 @@ pub fn toml(scenario: &Scenario) -> String {
         page.path("file", file);
     }
 
-    let contact = &scenario.contact;
-    page.table("contact");
-    page.number("stiffness_normal", contact.stiffness_normal);
-    page.number("stiffness_tangential", contact.stiffness_tangential);
-    page.number("damping_normal", contact.damping_normal);
-    page.number("damping_tangential", contact.damping_tangential);
-    page.number("friction", contact.friction);
+    page.contact(&scenario.contact);
 
     let packing = &scenario.packing;
     page.table("packing");
@@ -59,8 +50,8 @@ pub fn toml(scenario: &Scenario) -> String {
     page.number("flip", continuum.flip);
     for region in &continuum.weak {
         page.line("\n[[continuum.weak]]");
-        page.corner("lower", region.lower);
-        page.corner("upper", region.upper);
+        page.numbers("lower", &region.lower);
+        page.numbers("upper", &region.upper);
         page.number("fraction_deficit", region.fraction_deficit);
     }
 
@@ -97,55 +88,6 @@ pub fn toml(scenario: &Scenario) -> String {
     page.count("cells_per_block", decomposition.cells_per_block as u64);
     page.number("skin", decomposition.skin);
 
-    let output = &scenario.output;
-    page.table("output");
-    page.number("series_interval", output.series_interval);
-    page.number("frame_interval", output.frame_interval);
-    page.number("checkpoint_interval", output.checkpoint_interval);
-    page.count("checkpoints_kept", output.checkpoints_kept as u64);
-    page.0
-}
-
-struct Page(String);
-
-impl Page {
-    fn line(&mut self, line: &str) {
-        self.0.push_str(line);
-        self.0.push('\n');
-    }
-
-    fn table(&mut self, name: &str) {
-        self.line(&format!("\n[{name}]"));
-    }
-
-    fn number(&mut self, key: &str, value: f64) {
-        self.line(&format!("{key} = {value:?}"));
-    }
-
-    fn count(&mut self, key: &str, value: u64) {
-        self.line(&format!("{key} = {value}"));
-    }
-
-    fn corner(&mut self, key: &str, [x, y]: [f64; 2]) {
-        self.line(&format!("{key} = [{x:?}, {y:?}]"));
-    }
-
-    fn path(&mut self, key: &str, path: &Path) {
-        self.text(key, &path.display().to_string());
-    }
-
-    fn text(&mut self, key: &str, text: &str) {
-        let mut quoted = String::new();
-        for c in text.chars() {
-            match c {
-                '"' => quoted.push_str("\\\""),
-                '\\' => quoted.push_str("\\\\"),
-                c if c.is_control() => {
-                    write!(quoted, "\\u{:04X}", c as u32).expect("a string takes every write");
-                }
-                c => quoted.push(c),
-            }
-        }
-        self.line(&format!("{key} = \"{quoted}\""));
-    }
+    page.output(&scenario.output);
+    page.text_of_all()
 }

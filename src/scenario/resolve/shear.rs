@@ -1,67 +1,60 @@
-//! From what was typed to what it means: defaults filled in, every number within its range, and the checks that need more
-//! than one key. Tables that the method leaves asleep take the values of seed 000, so that nothing later is optional.
+//! Planar shear. Tables that the method leaves asleep take the values of seed 000, so that nothing later is optional.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use super::raw::{Job, Reader};
+use super::contact::contact;
 use super::{
-    Contact, Continuum, Decomposition, Enrichment, Grains, Loading, Method, Oracle, Output, Packing, Scenario,
-    Specimen, Time, WeakRegion, derived,
+    DEPTH_DEFAULT, PACKING_ENERGY_RATIO_DEFAULT, PACKING_FRACTION_DEFAULT, PACKING_FRICTION_DEFAULT, SKIN_DEFAULT,
+    digits, folder_of, name, output, refuse_unstable, refuse_wide_sizes,
 };
 use crate::error::Error;
+use crate::scenario::raw::{Reader, Typed};
+use crate::scenario::{
+    Contact, Continuum, Decomposition, Enrichment, Grains, Loading, Method, Oracle, Output, Packing, Scenario,
+    Specimen, Time, WeakRegion, derived, stable,
+};
 
-const DEPTH_DEFAULT: f64 = 0.01;
-/// Cundall 1989.
-const PACKING_FRICTION_DEFAULT: f64 = 0.01;
-/// Thrown without overlap one after the other, discs jam at 0.547.
-const PACKING_FRACTION_DEFAULT: f64 = 0.45;
-const PACKING_ENERGY_RATIO_DEFAULT: f64 = 1e-4;
 const FLIP_DEFAULT: f64 = 0.95;
-/// Skin of the neighbour list in mean diameters.
-const SKIN_DEFAULT: f64 = 0.1;
 /// Edge of a block in mean diameters where only grains ask for blocks.
 const BLOCK_OF_GRAINS: f64 = 12.0;
 /// Looks of the oracle within its recent window when a band one cell thick takes the whole speed.
 const LOOKS_PER_WINDOW: f64 = 16.0;
-/// Rows, frames and checkpoints of a run.
-const ROWS_DEFAULT: f64 = 500.0;
-const FRAMES_DEFAULT: f64 = 20.0;
-const CHECKPOINTS_DEFAULT: f64 = 10.0;
 /// How exactly the cells must fill the width.
 const FIT_TOLERANCE: f64 = 1e-9;
 
 /// The checked scenario of a job; `file` is the job's path, whose folder relative paths start from.
-pub fn scenario(job: &Job, file: &str) -> Result<Scenario, Error> {
-    let top = job.table("", true, "a job")?;
-    let method = method(&top)?;
+pub fn scenario(typed: &Typed, file: &str) -> Result<Scenario, Error> {
+    let top = typed.table("", true, "a job")?;
+    let method = method(&top, typed)?;
     let why = format!("method = \"{}\"", method.name());
     let folder = folder_of(file);
 
-    let specimen = specimen(&job.table("specimen", true, &why)?)?;
-    let grains = grains(&job.table("grains", true, &why)?, &folder)?;
-    let loading_table = job.table("loading", true, &why)?;
+    let specimen = specimen(&typed.table("specimen", true, &why)?)?;
+    let grains = grains(&typed.table("grains", true, &why)?, &folder)?;
+    let loading_table = typed.table("loading", true, &why)?;
     let stress_normal = loading_table.number("stress_normal")?;
     let speed = loading_table.number("speed")?;
-    let step = job.table("time", true, &why)?.number("step")?;
+    let step = typed.table("time", true, &why)?.number("step")?;
 
-    let fraction_start = job.table("continuum", method.has_points(), &why)?.number_if_given("fraction_start")?;
+    let fraction_start = typed.table("continuum", method.has_points(), &why)?.number_if_given("fraction_start")?;
     let packed = method.has_grains() || fraction_start.is_none();
     let why_packed = match method.has_grains() {
         true => why.clone(),
         false => format!("{why} without continuum.fraction_start makes a packing, which"),
     };
-    let contact = contact(&job.table("contact", packed, &why_packed)?)?;
-    let packing = packing(&job.table("packing", false, &why)?, stress_normal, &folder)?;
-    let cut = job.table("decomposition", false, &why)?;
+    let mass_mean = stable::grain_mass(grains.density, 0.5 * grains.diameter_mean, specimen.depth, 2);
+    let contact = contact(&typed.table("contact", packed, &why_packed)?, mass_mean)?;
+    let packing = packing(&typed.table("packing", false, &why)?, stress_normal, &folder)?;
+    let cut = typed.table("decomposition", false, &why)?;
     let decomposition = Decomposition {
         cells_per_block: cut.count_or("cells_per_block", 2)? as usize,
         skin: cut.number_or("skin", SKIN_DEFAULT * grains.diameter_mean)?,
     };
     let continuum =
-        continuum(&job.table("continuum", method.has_points(), &why)?, &specimen, &grains, &contact, &decomposition)?;
-    let oracle = oracle(&job.table("oracle", method == Method::Hybrid, &why)?, continuum.cell / (speed * step))?;
+        continuum(&typed.table("continuum", method.has_points(), &why)?, &specimen, &grains, &contact, &decomposition)?;
+    let oracle = oracle(&typed.table("oracle", method == Method::Hybrid, &why)?, continuum.cell / (speed * step))?;
     let enrichment =
-        enrichment(&job.table("enrichment", method == Method::Hybrid, &why)?, 22.0 * grains.diameter_mean)?;
+        enrichment(&typed.table("enrichment", method == Method::Hybrid, &why)?, 22.0 * grains.diameter_mean)?;
 
     let mut scenario = Scenario {
         name: name(&top)?,
@@ -87,40 +80,19 @@ pub fn scenario(job: &Job, file: &str) -> Result<Scenario, Error> {
         output: Output { series_interval: 0.0, frame_interval: 0.0, checkpoint_interval: 0.0, checkpoints_kept: 0 },
     };
     fill_plate(&mut scenario, &loading_table)?;
-    fill_output(&mut scenario, &job.table("output", false, &why)?)?;
-    check_together(&scenario, job)?;
+    let duration = derived::duration(&scenario);
+    scenario.output = output(&typed.table("output", false, &why)?, duration, step)?;
+    check_together(&scenario, typed)?;
     Ok(scenario)
 }
 
-fn method(top: &Reader<'_>) -> Result<Method, Error> {
-    match top.text("method")? {
-        "hybrid" => Ok(Method::Hybrid),
-        "dem" => Ok(Method::Dem),
-        "mpm" => Ok(Method::Mpm),
-        _ => Err(top.refusal("method", "is no method: write \"hybrid\", \"dem\" or \"mpm\".")),
-    }
-}
-
-/// The name becomes a folder, so it keeps to letters that every file system takes.
-fn name(top: &Reader<'_>) -> Result<String, Error> {
-    let name = top.text("name")?;
-    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
-    if name.chars().all(plain) && name.starts_with(|c: char| c.is_ascii_alphanumeric()) && name.len() <= 100 {
-        return Ok(name.to_string());
-    }
-    Err(top.refusal(
-        "name",
-        "is refused: it names the run's folder, so write letters, digits, \"_\", \"-\" and \".\" only, a letter or digit first.",
-    ))
-}
-
-fn folder_of(file: &str) -> PathBuf {
-    let folder = Path::new(file).parent().unwrap_or(Path::new(""));
-    let folder = match folder.as_os_str().is_empty() {
-        true => Path::new("."),
-        false => folder,
-    };
-    std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf())
+fn method(top: &Reader<'_>, typed: &Typed) -> Result<Method, Error> {
+    let methods = [("hybrid", Method::Hybrid), ("dem", Method::Dem), ("mpm", Method::Mpm)];
+    top.choice("method", "method", &methods)?.ok_or_else(|| {
+        typed.refusal_of_all(
+            "the job says neither how to shear a specimen nor what grains are in a cell. Add method = \"hybrid\", \"dem\" or \"mpm\" above the first table for planar shear, or a table [cell] for an assembly of grains.",
+        )
+    })
 }
 
 fn specimen(table: &Reader<'_>) -> Result<Specimen, Error> {
@@ -138,27 +110,8 @@ fn grains(table: &Reader<'_>, folder: &Path) -> Result<Grains, Error> {
         density: table.number("density")?,
         file: table.text_if_given("file")?.map(|path| folder.join(path)),
     };
-    if grains.diameter_deviation > 0.25 * grains.diameter_mean {
-        return Err(table.refusal(
-            "diameter_deviation",
-            &format!(
-                "is too wide: sizes are cut at three deviations, and the smallest must keep a quarter of the mean. Write at most \"{} mm\".",
-                digits(250.0 * grains.diameter_mean)
-            ),
-        ));
-    }
+    refuse_wide_sizes(table, grains.diameter_mean, grains.diameter_deviation)?;
     Ok(grains)
-}
-
-/// Asleep: Table 1 of seed 000, with the damping that is stable.
-fn contact(table: &Reader<'_>) -> Result<Contact, Error> {
-    Ok(Contact {
-        stiffness_normal: table.number_awake("stiffness_normal", 1_772_093.8)?,
-        stiffness_tangential: table.number_awake("stiffness_tangential", 886_046.9)?,
-        damping_normal: table.number_awake("damping_normal", 3.5)?,
-        damping_tangential: table.number_awake("damping_tangential", 3.5)?,
-        friction: table.number_awake("friction", 0.5)?,
-    })
 }
 
 fn packing(table: &Reader<'_>, stress: f64, folder: &Path) -> Result<Packing, Error> {
@@ -182,7 +135,8 @@ fn continuum(
 ) -> Result<Continuum, Error> {
     let fraction_start = table.number_if_given("fraction_start")?;
     let fraction = fraction_start.unwrap_or(derived::FRACTION_DENSE);
-    let moduli = derived::moduli_affine(contact, fraction, specimen.depth);
+    let springs = derived::springs_mean(contact, grains.diameter_mean);
+    let moduli = derived::moduli_affine(&springs, fraction, specimen.depth);
     let cells_per_block = decomposition.cells_per_block as f64;
     let blocks = (specimen.width / (BLOCK_OF_GRAINS * grains.diameter_mean)).floor();
     let cell_of_grains = specimen.width / (blocks.max(2.0) * cells_per_block);
@@ -231,13 +185,14 @@ fn fitted_cell(table: &Reader<'_>, cell: f64, width: f64, cells_per_block: usize
 }
 
 fn weak_regions(table: &Reader<'_>, specimen: &Specimen) -> Result<Vec<WeakRegion>, Error> {
-    let regions = table.regions("weak")?;
+    let regions = table.tables("weak")?;
     regions
         .iter()
         .map(|region| {
+            let corner = |key: &str| region.vector(key).map(|[x, y, _]| [x, y]);
             let weak = WeakRegion {
-                lower: region.corner("lower")?,
-                upper: region.corner("upper")?,
+                lower: corner("lower")?,
+                upper: corner("upper")?,
                 fraction_deficit: region.number("fraction_deficit")?,
             };
             let size = [specimen.width, specimen.height];
@@ -301,39 +256,19 @@ fn fill_plate(scenario: &mut Scenario, table: &Reader<'_>) -> Result<(), Error> 
     Ok(())
 }
 
-fn fill_output(scenario: &mut Scenario, table: &Reader<'_>) -> Result<(), Error> {
-    let duration = derived::duration(scenario);
-    let step = scenario.time.step;
-    let interval = |key: &str, count: f64| -> Result<f64, Error> {
-        let interval = table.number_or(key, (duration / count).max(step))?;
-        if interval < step {
-            let problem = format!("is shorter than one time step. Write at least time.step = {} s.", digits(step));
-            return Err(table.refusal(key, &problem));
-        }
-        Ok(interval)
-    };
-    scenario.output = Output {
-        series_interval: interval("series_interval", ROWS_DEFAULT)?,
-        frame_interval: interval("frame_interval", FRAMES_DEFAULT)?,
-        checkpoint_interval: interval("checkpoint_interval", CHECKPOINTS_DEFAULT)?,
-        checkpoints_kept: table.count_or("checkpoints_kept", 2)? as usize,
-    };
-    Ok(())
-}
-
 /// What no single key can tell.
-fn check_together(scenario: &Scenario, job: &Job) -> Result<(), Error> {
-    check_height(scenario, job)?;
+fn check_together(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
+    check_height(scenario, typed)?;
     if scenario.moves_grains() {
-        check_block_edge(scenario, job)?;
+        check_block_edge(scenario, typed)?;
     }
     if scenario.method == Method::Hybrid {
-        check_zone(scenario, job)?;
+        check_zone(scenario, typed)?;
     }
-    check_step(scenario, job)
+    refuse_unstable(typed, scenario.time.step, &derived::bounds(scenario))
 }
 
-fn check_height(scenario: &Scenario, job: &Job) -> Result<(), Error> {
+fn check_height(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     let block = derived::block_edge(scenario);
     if scenario.specimen.height >= block {
         return Ok(());
@@ -344,11 +279,11 @@ fn check_height(scenario: &Scenario, job: &Job) -> Result<(), Error> {
         scenario.decomposition.cells_per_block,
         digits(1e3 * scenario.continuum.cell)
     );
-    Err(job.refusal("specimen", "height", &message))
+    Err(typed.refusal("specimen", "height", &message))
 }
 
 /// A block's ghosts come from its neighbours alone, so a contact must not reach across one.
-fn check_block_edge(scenario: &Scenario, job: &Job) -> Result<(), Error> {
+fn check_block_edge(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     let edge = derived::block_edge(scenario);
     let edge_min = 2.0 * derived::diameter_max(scenario) + scenario.decomposition.skin;
     if edge >= edge_min {
@@ -359,10 +294,10 @@ fn check_block_edge(scenario: &Scenario, job: &Job) -> Result<(), Error> {
         digits(1e3 * edge),
         digits(1e3 * edge_min)
     );
-    Err(job.refusal("continuum", "cell", &message))
+    Err(typed.refusal("continuum", "cell", &message))
 }
 
-fn check_zone(scenario: &Scenario, job: &Job) -> Result<(), Error> {
+fn check_zone(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     let cell = scenario.continuum.cell;
     let height = scenario.specimen.height;
     if 2.0 * (scenario.enrichment.distance + cell) < height {
@@ -373,45 +308,7 @@ fn check_zone(scenario: &Scenario, job: &Job) -> Result<(), Error> {
         digits(1e3 * height),
         digits(1e3 * (0.5 * height - cell).max(0.0))
     );
-    Err(job.refusal("enrichment", "distance", &message))
-}
-
-fn check_step(scenario: &Scenario, job: &Job) -> Result<(), Error> {
-    let bounds = derived::bounds(scenario);
-    let governing = derived::governing(&bounds);
-    if scenario.time.step <= governing.step {
-        return Ok(());
-    }
-    let message = format!(
-        "is unstable: at most {} s is allowed ({}: {}). {}",
-        digits_below(governing.step),
-        governing.cause,
-        governing.formula,
-        governing.remedy
-    );
-    Err(job.refusal("time", "step", &message))
-}
-
-/// A number for a sentence, without the noise of binary fractions.
-pub fn digits(value: f64) -> String {
-    significant(value, 10)
-}
-
-/// Three digits, cut and not rounded, so that a limit copied from a message is within the limit.
-pub fn digits_below(value: f64) -> String {
-    let exact = format!("{value:.16e}");
-    let (mantissa, exponent) = exact.split_once('e').expect("scientific notation has an e");
-    let cut: f64 = format!("{}e{exponent}", &mantissa[..4]).parse().expect("a shortened number parses");
-    significant(cut, 3)
-}
-
-/// At most `count` digits, trailing zeros dropped.
-fn significant(value: f64, count: usize) -> String {
-    let rounded: f64 = format!("{value:.*e}", count - 1).parse().expect("a formatted number parses");
-    match (1e-3..1e7).contains(&rounded.abs()) || rounded == 0.0 {
-        true => format!("{rounded}"),
-        false => format!("{rounded:e}"),
-    }
+    Err(typed.refusal("enrichment", "distance", &message))
 }
 
 #[cfg(test)]
@@ -500,13 +397,5 @@ mod tests {
         let text = format!("{HEAD}{CONTACT}");
         let scenario = Scenario::parse(&text, "/jobs/small.toml", &[]).unwrap();
         assert_eq!(scenario.packing.cache, Path::new("/jobs/cache"));
-    }
-
-    /// Limits in messages are cut, so that they can be copied.
-    #[test]
-    fn a_limit_in_a_message_is_within_the_limit() {
-        assert_eq!(digits_below(4.479_9e-7), "4.47e-7");
-        assert_eq!(digits_below(0.999_99), "0.999");
-        assert_eq!(digits(7.499_999_999_999_999), "7.5");
     }
 }

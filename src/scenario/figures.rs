@@ -1,0 +1,231 @@
+//! Figures that follow from an assembly of grains; [`super::derived`] has those of planar shear.
+
+use std::path::Path;
+
+use super::assembly::{Assembly, Sizes, Source};
+use super::derived::DIAMETER_CUT;
+use super::stable::{self, Bound, GrainScale, Springs, governing};
+
+/// Share of sigma^2 that is left of a normal distribution cut at three deviations.
+const VARIANCE_CUT: f64 = 0.973_3;
+/// Cost of one sphere over one step on one core, s; it has three times the contacts of a disc.
+const COST_SPHERE: f64 = 150e-9;
+
+impl Sizes {
+    /// Mean diameter, m.
+    pub fn mean(&self) -> f64 {
+        match self {
+            Self::Normal { mean, .. } => *mean,
+            Self::Uniform { min, max } => 0.5 * (min + max),
+            Self::List(list) => list.iter().map(|(diameter, share)| diameter * share).sum(),
+        }
+    }
+
+    /// Smallest diameter that can be drawn, m.
+    pub fn min(&self) -> f64 {
+        match self {
+            Self::Normal { mean, deviation } => mean - DIAMETER_CUT * deviation,
+            Self::Uniform { min, .. } => *min,
+            Self::List(list) => list.iter().map(|(diameter, _)| *diameter).fold(f64::INFINITY, f64::min),
+        }
+    }
+
+    /// Largest diameter that can be drawn, m.
+    pub fn max(&self) -> f64 {
+        match self {
+            Self::Normal { mean, deviation } => mean + DIAMETER_CUT * deviation,
+            Self::Uniform { max, .. } => *max,
+            Self::List(list) => list.iter().map(|(diameter, _)| *diameter).fold(0.0, f64::max),
+        }
+    }
+
+    /// Mean of d^2 (m2) or d^3 (m3).
+    pub fn power_mean(&self, power: usize) -> f64 {
+        let square = power == 2;
+        match self {
+            Self::Normal { mean, deviation } => {
+                let variance = VARIANCE_CUT * deviation * deviation;
+                if square { mean * mean + variance } else { mean * (mean * mean + 3.0 * variance) }
+            }
+            Self::Uniform { min, max } if square => (min * min + min * max + max * max) / 3.0,
+            Self::Uniform { min, max } => (min + max) * (min * min + max * max) / 4.0,
+            Self::List(list) => {
+                let raised = |diameter: f64| if square { diameter * diameter } else { diameter * diameter * diameter };
+                list.iter().map(|(diameter, share)| raised(*diameter) * share).sum()
+            }
+        }
+    }
+}
+
+// Sizes
+
+/// Sizes of grains to be made; those of a file are known to the file alone.
+pub fn sizes(assembly: &Assembly) -> Option<&Sizes> {
+    match &assembly.source {
+        Source::Packed(packed) => Some(&packed.sizes),
+        Source::File(_) => None,
+    }
+}
+
+/// The largest diameter, or what the job calls the mean of those in its file, m.
+pub fn diameter_max(assembly: &Assembly) -> f64 {
+    sizes(assembly).map_or(assembly.matter.diameter_mean, Sizes::max)
+}
+
+/// A grain of this assembly with that diameter.
+pub fn grain(assembly: &Assembly, diameter: f64) -> GrainScale {
+    GrainScale::of(0.5 * diameter, assembly.matter.density, assembly.cell.depth, assembly.cell.dimension)
+}
+
+/// Area (m2) or volume (m3) of the cell as the job gives it.
+pub fn cell_measure(assembly: &Assembly) -> f64 {
+    let cell = &assembly.cell;
+    (0..cell.dimension).map(|axis| cell.upper[axis] - cell.lower[axis]).product()
+}
+
+/// Share of the cell as the job gives it that the grains to be made fill.
+pub fn fraction_in_cell(assembly: &Assembly) -> Option<f64> {
+    let Source::Packed(packed) = &assembly.source else {
+        return None;
+    };
+    let dimension = assembly.cell.dimension;
+    let sphere = if dimension == 2 { 4.0 } else { 6.0 };
+    let grain = crate::math::PI / sphere * packed.sizes.power_mean(dimension);
+    Some(packed.count as f64 * grain / cell_measure(assembly))
+}
+
+/// Number of grains, as far as it is known: from the job, or from a look at the file.
+pub fn grains(assembly: &Assembly) -> Option<u64> {
+    match &assembly.source {
+        Source::Packed(packed) => Some(packed.count),
+        Source::File(file) => grains_in_file(file),
+    }
+}
+
+/// Rows of a CSV file below its header, or what the head of a LAMMPS data file says.
+fn grains_in_file(file: &Path) -> Option<u64> {
+    let text = std::fs::read_to_string(file).ok()?;
+    if file.extension().is_some_and(|extension| extension == "csv") {
+        return Some(text.lines().skip(1).filter(|line| !line.trim().is_empty()).count() as u64);
+    }
+    let line = text.lines().find(|line| line.split_whitespace().nth(1) == Some("atoms"))?;
+    line.split_whitespace().next()?.parse().ok()
+}
+
+// The run
+
+/// Steps of the whole run.
+pub fn steps(assembly: &Assembly) -> u64 {
+    (assembly.end / assembly.step).ceil() as u64
+}
+
+/// Wall time of that many grains on one core, s, without the making of the packing.
+pub fn wall_time(assembly: &Assembly, grains: u64) -> f64 {
+    steps(assembly) as f64 * grains as f64 * cost_of_grain(assembly)
+}
+
+/// Cost of one grain over one step on one core, s.
+pub fn cost_of_grain(assembly: &Assembly) -> f64 {
+    if assembly.cell.dimension == 2 { super::derived::COST_GRAIN } else { COST_SPHERE }
+}
+
+/// Mean stress that the cell or its packing is held at, Pa, compression positive.
+pub fn pressure(assembly: &Assembly) -> Option<f64> {
+    use super::assembly::Preparation;
+    let held: Vec<f64> =
+        assembly.cell.servo.iter().flat_map(|servo| servo.stress).flatten().map(|stress| -stress).collect();
+    let mean = held.iter().sum::<f64>() / held.len() as f64;
+    match &assembly.source {
+        _ if mean > 0.0 => Some(mean),
+        Source::Packed(packed) => match packed.preparation {
+            Preparation::Compress { stress, .. } => Some(stress),
+            Preparation::Pour => None,
+        },
+        Source::File(_) => None,
+    }
+}
+
+/// Largest entry of the velocity gradient, 1/s.
+pub fn rate_max(assembly: &Assembly) -> f64 {
+    assembly.cell.gradient.iter().flatten().fold(0.0, |rate, entry| rate.max(entry.abs()))
+}
+
+/// I = rate d sqrt(rho/p), where both rate and stress are known.
+pub fn inertial_number(assembly: &Assembly) -> Option<f64> {
+    let rate = rate_max(assembly);
+    let pressure = pressure(assembly)?;
+    (rate > 0.0).then(|| rate * assembly.matter.diameter_mean * (assembly.matter.density / pressure).sqrt())
+}
+
+// Stable time steps
+
+/// Springs between two mean grains.
+pub fn springs_mean(assembly: &Assembly) -> Springs {
+    super::derived::springs_mean(&assembly.contact, assembly.matter.diameter_mean)
+}
+
+/// What bounds the step: the contacts of grains, damping in proportion to mass, and the servos of bodies.
+///
+/// Of grains in a file only the mean is known here; who reads the file asks [`stable::bounds`] again with its lightest.
+pub fn bounds(assembly: &Assembly) -> Vec<Bound> {
+    let mut bounds = bounds_of_grains(assembly);
+    if assembly.damping.mass > 0.0 {
+        bounds.push(Bound {
+            cause: "damping in proportion to mass",
+            formula: "2/c",
+            remedy: "Beyond it the damping turns velocities round at every step; shorten the step, or lower damping.mass.",
+            step: 2.0 / assembly.damping.mass,
+        });
+    }
+    let servos = assembly.bodies.iter().filter_map(|body| body.motion.servo.as_ref());
+    let slack = servos.filter(|servo| servo.damping > 0.0).map(|servo| 2.0 * servo.mass / servo.damping);
+    if let Some(step) = slack.min_by(f64::total_cmp) {
+        bounds.push(Bound {
+            cause: "damping of a body's servo",
+            formula: "2 M/damping",
+            remedy: "Beyond it the body turns round at every step; shorten the step, lower the servo's damping, or raise its mass.",
+            step,
+        });
+    }
+    bounds
+}
+
+/// Sizes in classes can gather into clusters of their own, so each class is asked for alone.
+fn bounds_of_grains(assembly: &Assembly) -> Vec<Bound> {
+    let of = |lightest: f64, mean: f64| {
+        stable::bounds(&assembly.contact, &grain(assembly, lightest), &grain(assembly, mean))
+    };
+    let mean = assembly.matter.diameter_mean;
+    match sizes(assembly) {
+        None => of(mean, mean),
+        Some(Sizes::List(list)) => list
+            .iter()
+            .map(|(diameter, _)| of(*diameter, *diameter))
+            .min_by(|a, b| governing(a).step.total_cmp(&governing(b).step))
+            .expect("a list of sizes is not empty"),
+        Some(sizes) => of(sizes.min(), mean),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Moments of a uniform distribution by the sum over many of its diameters, and a list that is one.
+    #[test]
+    fn moments_of_sizes() {
+        let uniform = Sizes::Uniform { min: 6e-3, max: 14e-3 };
+        let classes = 10_000;
+        let list = (0..classes)
+            .map(|class| (6e-3 + 8e-3 * (f64::from(class) + 0.5) / f64::from(classes), 1.0 / f64::from(classes)))
+            .collect();
+        let list = Sizes::List(list);
+        assert!((list.mean() / uniform.mean() - 1.0).abs() < 1e-9);
+        for power in [2, 3] {
+            assert!((list.power_mean(power) / uniform.power_mean(power) - 1.0).abs() < 1e-6);
+        }
+        let narrow = Sizes::Normal { mean: 1e-3, deviation: 0.0 };
+        assert!((narrow.power_mean(3) / 1e-9 - 1.0).abs() < 1e-12);
+        assert_eq!((narrow.min(), narrow.max()), (1e-3, 1e-3));
+    }
+}

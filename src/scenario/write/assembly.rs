@@ -1,0 +1,160 @@
+//! Grains in a cell.
+
+use super::{Page, list};
+use crate::scenario::assembly::{
+    Assembly, Body, BodyServo, Cell, DampingForm, Packed, PathPoint, Preparation, Shape, Sizes, Source,
+};
+
+pub fn assembly(assembly: &Assembly) -> String {
+    let mut page = Page::new();
+    let axes = assembly.cell.dimension;
+    page.text("name", &assembly.name);
+    page.count("seed", assembly.seed);
+    cell(&mut page, &assembly.cell);
+    page.numbers("gravity", &assembly.gravity[..axes]);
+
+    page.table("grains");
+    page.number("density", assembly.matter.density);
+    match &assembly.source {
+        Source::File(file) => {
+            page.path("file", file);
+            page.number("diameter_mean", assembly.matter.diameter_mean);
+        }
+        Source::Packed(packed) => made(&mut page, packed),
+    }
+
+    page.contact(&assembly.contact);
+    page.table("damping");
+    page.number("local", assembly.damping.local);
+    page.text(
+        "form",
+        match assembly.damping.form {
+            DampingForm::Vector => "vector",
+            DampingForm::Component => "component",
+        },
+    );
+    page.number("mass", assembly.damping.mass);
+
+    page.table("time");
+    page.number("step", assembly.step);
+    page.number("end", assembly.end);
+    page.flag("allow_unstable", assembly.allow_unstable);
+    page.table("decomposition");
+    page.number("skin", assembly.skin);
+    page.number("block", assembly.block);
+    page.output(&assembly.output);
+    for one in &assembly.bodies {
+        body(&mut page, one, axes);
+    }
+    page.text_of_all()
+}
+
+fn cell(page: &mut Page, cell: &Cell) {
+    let axes = cell.dimension;
+    page.table("cell");
+    page.text("space", if axes == 2 { "plane" } else { "solid" });
+    page.numbers("lower", &cell.lower[..axes]);
+    page.numbers("upper", &cell.upper[..axes]);
+    page.line(&format!("periodic = {:?}", &cell.periodic[..axes]));
+    if axes == 2 {
+        page.number("depth", cell.depth);
+    }
+    let rows: Vec<String> = cell.gradient[..axes].iter().map(|row| list(&row[..axes])).collect();
+    page.line(&format!("velocity_gradient = [{}]", rows.join(", ")));
+    if let Some(servo) = &cell.servo {
+        let held: Vec<String> = servo.stress[..axes]
+            .iter()
+            .map(|stress| stress.map_or("\"free\"".to_string(), |stress| format!("{stress:?}")))
+            .collect();
+        page.line(&format!("stress = [{}]", held.join(", ")));
+        page.number("rate_max", servo.rate_max);
+    }
+}
+
+/// The rest of `[grains]`, and `[packing]`.
+fn made(page: &mut Page, packed: &Packed) {
+    page.count("count", packed.count);
+    match &packed.sizes {
+        Sizes::Normal { mean, deviation } => {
+            page.text("distribution", "normal");
+            page.number("diameter_mean", *mean);
+            page.number("diameter_deviation", *deviation);
+        }
+        Sizes::Uniform { min, max } => {
+            page.text("distribution", "uniform");
+            page.number("diameter_min", *min);
+            page.number("diameter_max", *max);
+        }
+        Sizes::List(sizes) => {
+            page.text("distribution", "list");
+            let pairs: Vec<String> = sizes.iter().map(|(diameter, share)| list(&[*diameter, *share])).collect();
+            page.line(&format!("diameters = [{}]", pairs.join(", ")));
+        }
+    }
+    page.table("packing");
+    match packed.preparation {
+        Preparation::Compress { stress, fraction } => {
+            page.text("preparation", "compress");
+            page.number("stress", stress);
+            if let Some(fraction) = fraction {
+                page.number("fraction", fraction);
+            }
+        }
+        Preparation::Pour => page.text("preparation", "pour"),
+    }
+    page.number("friction", packed.friction);
+    page.number("fraction_start", packed.fraction_start);
+    page.number("energy_ratio_max", packed.energy_ratio_max);
+    page.path("cache", &packed.cache);
+}
+
+fn body(page: &mut Page, body: &Body, axes: usize) {
+    page.line("\n[[body]]");
+    page.text("name", &body.name);
+    match &body.shape {
+        Shape::Plane { point, normal } => {
+            page.text("shape", "plane");
+            page.numbers("point", &point[..axes]);
+            page.numbers("normal", &normal[..axes]);
+        }
+        Shape::Box { lower, upper } => {
+            page.text("shape", "box");
+            page.numbers("lower", &lower[..axes]);
+            page.numbers("upper", &upper[..axes]);
+        }
+        Shape::Cylinder { centre, radius, axis } => {
+            page.text("shape", "cylinder");
+            page.numbers("centre", &centre[..axes]);
+            page.number("radius", *radius);
+            if axes == 3 {
+                page.numbers("axis", axis);
+            }
+        }
+        Shape::Layer { lower, upper } => {
+            page.text("shape", "layer");
+            page.numbers("lower", &lower[..axes]);
+            page.numbers("upper", &upper[..axes]);
+        }
+    }
+    if !body.motion.path.is_empty() {
+        let points: Vec<String> = body.motion.path.iter().map(|point| path_point(point, axes)).collect();
+        page.line(&format!("path = [{}]", points.join(", ")));
+    }
+    if let Some(held) = &body.motion.servo {
+        servo(page, held, axes);
+    }
+}
+
+fn path_point(point: &PathPoint, axes: usize) -> String {
+    let spin = if axes == 2 { format!("{:?}", point.spin[2]) } else { list(&point.spin) };
+    format!("{{time = {:?}, velocity = {}, spin = {spin}}}", point.time, list(&point.velocity[..axes]))
+}
+
+fn servo(page: &mut Page, servo: &BodyServo, axes: usize) {
+    page.line("[body.servo]");
+    page.numbers("direction", &servo.direction[..axes]);
+    page.number("force", servo.force);
+    page.number("mass", servo.mass);
+    page.number("damping", servo.damping);
+    page.number("speed_max", servo.speed_max);
+}
