@@ -2,7 +2,7 @@
 
 use scree::math;
 use scree::packing::{Grain, PlanarWorld};
-use scree::scenario::Contact;
+use scree::scenario::Linear as Contact;
 use scree::space::{Plane, Space};
 use scree_partition::{Solo, Transport};
 

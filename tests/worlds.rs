@@ -10,7 +10,7 @@ use scree::law::material::CriticalDruckerPrager;
 use scree::layout::Layout;
 use scree::packing::{Grain, PlanarWorld};
 use scree::rebuild::Parts;
-use scree::scenario::{Contact, Scenario};
+use scree::scenario::{Linear as Contact, Scenario};
 use scree::space::{Plane, Space};
 use scree::world::Settings;
 use scree_partition::{Solo, Transport};
