@@ -13,7 +13,7 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::Absent;
 use crate::layout::{Ground, Layout};
 use crate::rebuild::{Parts, Row};
-use crate::scenario::assembly::{Assembly, Shape, Source};
+use crate::scenario::assembly::{Assembly, Shape, Source, Velocities};
 use crate::scenario::figures;
 use crate::servo::{CellDrive, StressServo};
 use crate::space::{Linear, Space, Words};
@@ -109,7 +109,10 @@ fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent
         material: Absent,
         field: Field { gravity: vector::<S>(&job.gravity), damping: job.damping },
         drive: CellDrive { gradient, servo },
-        first_kick: 0.5,
+        first_kick: match job.velocities {
+            Velocities::Now => 0.5,
+            Velocities::HalfStepBefore => 1.0,
+        },
     }
 }
 

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::error::Error;
 use crate::scenario::assembly::{
-    Assembly, Cell, CellServo, Damping, DampingForm, Matter, Packed, Preparation, Sizes, Source,
+    Assembly, Cell, CellServo, Damping, DampingForm, Velocities, Matter, Packed, Preparation, Sizes, Source,
 };
 use crate::scenario::raw::{Reader, Typed};
 use crate::scenario::stable;
@@ -64,6 +64,7 @@ pub fn assembly(typed: &Typed, file: &str) -> Result<Assembly, Error> {
         bodies: bodies(&top.with_axes(cell.dimension), &cell)?,
         step,
         end,
+        velocities: time.choice_or("velocities", "time of velocities", &VELOCITIES, Velocities::Now)?,
         allow_unstable: time.flag_or("allow_unstable", false)?,
         skin: cut.number_or("skin", SKIN_DEFAULT * matter.diameter_mean)?,
         block: cut.number_or("block", block * matter.diameter_mean)?,
@@ -192,6 +193,9 @@ fn packed(table: &Reader<'_>, sizes: Sizes, count: u64, cell: &Cell, folder: &Pa
         cache: folder.join(table.text_if_given("cache")?.unwrap_or("cache")),
     })
 }
+
+const VELOCITIES: [(&str, Velocities); 2] =
+    [("now", Velocities::Now), ("half_step_before", Velocities::HalfStepBefore)];
 
 fn damping(table: &Reader<'_>) -> Result<Damping, Error> {
     let forms = [("vector", DampingForm::Vector), ("component", DampingForm::Component)];
