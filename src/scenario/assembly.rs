@@ -1,6 +1,6 @@
 //! Grains in a cell: element tests, collisions, pours and packings. What `[cell]` in a job means, in SI units.
 //!
-//! Vectors and tensors carry three components; in the plane those of z are zero.
+//! Vectors and tensors carry three components; in the plane those of z are zero, and z is not periodic.
 
 use std::path::PathBuf;
 

@@ -303,7 +303,7 @@ mod tests {
     #[test]
     fn defaults_in_the_plane() {
         let assembly = assembly_of(PLANE, &[]);
-        assert_eq!((assembly.cell.depth, assembly.cell.periodic, assembly.seed), (0.01, [true; 3], 1));
+        assert_eq!((assembly.cell.depth, assembly.cell.periodic, assembly.seed), (0.01, [true, true, false], 1));
         assert_eq!((assembly.cell.lower, assembly.cell.gradient), ([0.0; 3], [[0.0; 3]; 3]));
         assert_eq!((assembly.skin, assembly.block, assembly.damping), (1e-4, 0.012, Damping::default()));
         assert!(!assembly.allow_unstable && assembly.bodies.is_empty() && assembly.gravity == [0.0; 3]);
