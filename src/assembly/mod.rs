@@ -12,7 +12,7 @@ use crate::observe::frame::frame;
 use crate::output::{self, Outputs};
 use crate::rebuild::Row;
 use crate::run::{Core, Experiment, Options, Outcome, Run};
-use crate::scenario::Output;
+use crate::scenario::{Output, figures};
 use crate::scenario::assembly::Assembly;
 use crate::space::{Linear, Space};
 use crate::transfer;
@@ -92,7 +92,7 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
     }
 
     fn steps(&self) -> u64 {
-        (self.job.end / self.job.step).round().max(1.0) as u64
+        figures::steps(self.job)
     }
 
     fn header(&self) -> Vec<String> {
