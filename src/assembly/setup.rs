@@ -60,8 +60,10 @@ pub fn world_at<'t, S: Space, C: ContactLaw<S>>(
     for (body, saved) in bodies.iter_mut().zip(&saved) {
         body.take_motion_of(saved);
     }
+    // The blocks are those of the cell as drawn, however it has deformed since.
+    let layout = layout_of::<S>(job, &cell_of(job))?;
     let parts = Parts { grains, points: Vec::new(), bodies, cell };
-    World::new(settings::<S, C>(job), layout::<S>(job)?, transport, step, parts)
+    World::new(settings::<S, C>(job), layout, transport, step, parts)
 }
 
 /// The cell as drawn.
@@ -71,18 +73,18 @@ pub fn cell_of<S: Space>(job: &Assembly) -> Cell<S> {
 }
 
 /// Blocks near the wanted edge, as many as fill the cell.
-fn layout<S: Space>(job: &Assembly) -> Result<Layout, Error> {
-    let mut cells = [1; 3];
-    for (axis, cells) in cells.iter_mut().enumerate().take(S::DIMENSION) {
-        let length = job.cell.upper[axis] - job.cell.lower[axis];
-        *cells = CELLS_PER_BLOCK * ((length / job.block).floor() as usize).max(1);
+pub fn layout_of<S: Space>(job: &Assembly, cell: &Cell<S>) -> Result<Layout, Error> {
+    let (mut cells, mut corner) = ([1; 3], [0.0; 3]);
+    for axis in 0..S::DIMENSION {
+        cells[axis] = CELLS_PER_BLOCK * ((cell.height(axis) / job.block).floor() as usize).max(1);
+        corner[axis] = cell.corner[axis];
     }
     let ground = Ground {
         cells,
         cells_per_block: CELLS_PER_BLOCK,
         cell: job.block / CELLS_PER_BLOCK as f64,
-        corner: job.cell.lower,
-        periodic: job.cell.periodic,
+        corner,
+        periodic: cell.periodic,
         rim: 0,
     };
     Layout::new::<S>(ground).map_err(Error::User)
@@ -95,12 +97,19 @@ fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent
             gradient[j * S::DIMENSION + i] = job.cell.gradient[i][j];
         }
     }
+    let [viscosity, memory] = servo_times::<S>(job);
     let servo = job.cell.servo.as_ref().map(|servo| StressServo {
         stress: servo.stress,
-        viscosity: viscosity::<S>(job),
+        viscosity,
+        memory,
         rate_max: servo.rate_max,
         depth: depth_of::<S>(job),
     });
+    settings_in(job, CellDrive { gradient, servo })
+}
+
+/// Settings of a world of this job whose cell is driven otherwise.
+pub fn settings_in<S: Space, C: ContactLaw<S>>(job: &Assembly, drive: CellDrive<S>) -> Settings<S, C, Absent> {
     Settings {
         dt: job.step,
         skin: job.skin,
@@ -108,7 +117,7 @@ fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent
         contact: C::from_job(&job.contact).expect("the run was given the job's law"),
         material: Absent,
         field: Field { gravity: vector::<S>(&job.gravity), damping: job.damping },
-        drive: CellDrive { gradient, servo },
+        drive,
         first_kick: match job.velocities {
             Velocities::Now => 0.5,
             Velocities::HalfStepBefore => 1.0,
@@ -116,14 +125,15 @@ fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent
     }
 }
 
-/// Viscosity of the stress control, Pa s: the modulus of the contacts times the time that a wave takes across the cell, so
-/// that stress follows within a few crossings and no faster than it can spread.
-fn viscosity<S: Space>(job: &Assembly) -> f64 {
+/// Viscosity (Pa s) and memory (s) of the stress control: the modulus of the contacts times the time that a wave takes
+/// across the cell, so that stress follows within a few crossings and no faster than it can spread; ten crossings of
+/// memory, so that what is learnt does not ring.
+pub fn servo_times<S: Space>(job: &Assembly) -> [f64; 2] {
     let stiffness = figures::springs_mean(job).normal;
     let modulus = stiffness / if S::DIMENSION == 2 { job.cell.depth } else { job.matter.diameter_mean };
     let lengths = (0..S::DIMENSION).map(|axis| job.cell.upper[axis] - job.cell.lower[axis]);
     let crossing = lengths.fold(0.0, f64::max) * (job.matter.density / modulus).sqrt();
-    modulus * crossing
+    [modulus * crossing, 10.0 * crossing]
 }
 
 /// What the space's measure is multiplied with to give m3.

@@ -18,6 +18,8 @@ pub struct Cell<S: Space> {
     pub gradient: S::Tensor,
     /// dh/dt over the last step, m/s: velocity of an image against its original.
     pub rate: S::Tensor,
+    /// Rate of stretch per axis that a stress control has learnt to need, 1/s.
+    pub learnt: S::Vector,
     inverse: S::Tensor,
 }
 
@@ -31,7 +33,7 @@ impl<S: Space> Cell<S> {
             inverse[axis * S::DIMENSION + axis] = 1.0 / lengths[axis];
         }
         let zero = S::Tensor::zero();
-        Self { corner, edges, periodic, gradient: zero, rate: zero, inverse }
+        Self { corner, edges, periodic, gradient: zero, rate: zero, learnt: S::Vector::zero(), inverse }
     }
 
     /// Share of each edge at which a place lies, 0 to 1 inside.
@@ -97,6 +99,7 @@ impl<S: Space> Cell<S> {
     /// Takes the state of motion of another cell, as a checkpoint kept it.
     pub fn take_motion_of(&mut self, other: &Self) {
         (self.edges, self.gradient, self.rate) = (other.edges, other.gradient, other.rate);
+        self.learnt = other.learnt;
         self.settle();
     }
 }
@@ -115,6 +118,7 @@ impl<S: Space> Record for Cell<S> {
         visitor.f64s("edges", self.edges.as_mut_slice());
         visitor.f64s("gradient", self.gradient.as_mut_slice());
         visitor.f64s("rate", self.rate.as_mut_slice());
+        visitor.f64s("learnt", self.learnt.as_mut_slice());
     }
 }
 

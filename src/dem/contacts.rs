@@ -50,6 +50,10 @@ impl<S: Space> Contacts<S> {
         self.instructions = instructions;
     }
 
+    pub fn instructions(&self) -> Instructions {
+        self.instructions
+    }
+
     /// Gives its arrays back to the system: their memories have been taken, and others are about to be made.
     pub fn clear(&mut self) {
         self.neighbours = Neighbours::default();

@@ -107,6 +107,28 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
         })
     }
 
+    /// Love-Weber moments of the contacts, J, tension positive, with the forces of the positions and velocities of now.
+    pub fn moments<'a>(
+        &'a self,
+        law: &'a C,
+        grains: &'a Grains<S>,
+        bodies: &'a [Body<S>],
+    ) -> impl Iterator<Item = S::Tensor> + 'a {
+        self.list.iter().filter_map(move |wall| {
+            let hot = &grains.hot[wall.row as usize];
+            let nearest = bodies[wall.body as usize].nearest(&hot.position)?;
+            let touch = touch_of(hot, &bodies[wall.body as usize], &nearest, [0.0, 0.0]);
+            let mut memory = wall.memory;
+            let force: S::Vector = vector(&give(law, &touch, hot.weight, [0.0, 0.0], &mut memory).force);
+            Some(-S::outer(&force, &(hot.position - nearest.point)))
+        })
+    }
+
+    /// Bytes that the list holds.
+    pub fn bytes(&self) -> usize {
+        self.list.capacity() * size_of::<Wall<S, C::Memory<f64>>>()
+    }
+
     /// Force and torque (about the body's origin) of the grains on each body, one addend a contact.
     pub fn burdens(&self, bodies: &[Body<S>], mut add: impl FnMut(usize, S::Vector, S::Spin)) {
         let mut origins = [S::Vector::zero(); BODIES_MAX];
