@@ -132,6 +132,11 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     /// Sends everything home: position of now becomes home, wrapped into the cell.
     pub fn rebuild(&mut self) -> Result<(), Error> {
         let timer = self.phases.start();
+        for (i, j, times) in self.cell.shorten() {
+            for cold in &mut self.grains.cold[..self.grains.owned] {
+                cold.image[i] += times * cold.image[j];
+            }
+        }
         for (hot, cold) in self.grains.hot[..self.grains.owned].iter_mut().zip(&mut self.grains.cold) {
             add_image(&mut cold.image, self.cell.wrap(&mut hot.position, &mut hot.velocity));
             cold.home = hot.position;
@@ -207,6 +212,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             here.chain(fresh.iter().map(|row| &row.cold)).map(|cold| self.block_of_grain(cold)).collect()
         };
         let places = transfer::agree(self.transport, places())?;
+        self.refuse_thin_blocks()?;
         let mut memories = Memories::default();
         let mut to_ranks: Vec<Vec<Row<S, C>>> = vec![Vec::new(); self.transport.size()];
         let mut order: Vec<Standing> = Vec::with_capacity(places.len());
@@ -258,6 +264,24 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.bodies_home.clear();
         self.bodies_home.extend(self.bodies.iter().map(|body| body.displacement));
         self.cell_home = self.cell;
+        Ok(())
+    }
+
+    /// A block's copies come from its neighbours alone, so a contact must not reach across one.
+    fn refuse_thin_blocks(&self) -> Result<(), Error> {
+        let reach = 2.0 * self.radius_max + self.settings.skin + self.settings.contact.reach();
+        let blocks = self.layout.blocks();
+        for axis in 0..S::DIMENSION {
+            let height = self.cell.height(axis);
+            // One or two blocks are neighbours of everything; a pair's nearest image must then be the only one in reach.
+            let thinnest = if blocks[axis] > 2 { height / blocks[axis] as f64 } else { 0.5 * height };
+            if self.grains_total > 0 && self.cell.periodic[axis] && thinnest < reach {
+                return Err(Error::Run(format!(
+                    "step {}: along axis {axis} the cell is {height:.3e} m thick with {} blocks; contacts reach {reach:.3e} m, which needs thicker ones: take larger `decomposition.block`, or a larger cell for so much deformation",
+                    self.step, blocks[axis]
+                )));
+            }
+        }
         Ok(())
     }
 
