@@ -8,4 +8,5 @@ pub mod kernel;
 pub mod motion;
 pub mod neighbours;
 pub mod packing;
+pub mod throw;
 pub mod walls;
