@@ -30,14 +30,14 @@ pub struct Cell<S: Space> {
 impl<S: Space> Cell<S> {
     /// A box with edges along the axes.
     pub fn cuboid(corner: S::Vector, lengths: S::Vector, periodic: [bool; 3]) -> Self {
-        let mut edges = S::Tensor::zero();
-        let mut inverse = S::Tensor::zero();
-        for axis in 0..S::DIMENSION {
-            edges[axis * S::DIMENSION + axis] = lengths[axis];
-            inverse[axis * S::DIMENSION + axis] = 1.0 / lengths[axis];
-        }
         let zero = S::Tensor::zero();
-        Self { corner, edges, periodic, gradient: zero, rate: zero, learnt: S::Vector::zero(), inverse }
+        let mut cell = Self { corner, edges: zero, periodic, gradient: zero, rate: zero, learnt: S::Vector::zero(), inverse: zero };
+        for axis in 0..S::DIMENSION {
+            cell.edges[axis * S::DIMENSION + axis] = lengths[axis];
+        }
+        // As a resumed run reckons it, to the bit.
+        cell.settle();
+        cell
     }
 
     /// Share of each edge at which a place lies, 0 to 1 inside.
