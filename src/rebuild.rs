@@ -250,7 +250,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             .map(|source| pick(source).map_or_else(|| self.grains.cold[*source as usize], |number| arrived[number].cold))
             .collect();
         self.grains.owned = sources.len();
-        self.grains.reset_forces();
+        self.grains.settle();
         self.moved = 0.0;
         self.fetch_ghosts()?;
 
@@ -385,6 +385,10 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         }
         let outgoing = rows_to.iter().map(|rows| rows.iter().map(copy).collect()).collect();
         let incoming = transfer::exchange::<Row<S, C>>(self.transport, outgoing)?;
+        // Exactly, since growing would double the arrays of owned rows as well.
+        let copies = incoming.iter().map(Vec::len).sum();
+        self.grains.hot.reserve_exact(copies);
+        self.grains.cold.reserve_exact(copies);
         self.ghosts = Halo::default();
         self.ghosts.sends = rows_to.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()).collect::<Vec<_>>();
         for (peer, rows) in incoming.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()) {

@@ -284,8 +284,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 sums.add(BODY_SLOTS * body + 3 + axis, torque[axis]);
             }
         };
-        for (row, cold) in self.grains.cold[..self.grains.owned].iter().enumerate() {
-            if let Mover::Body(body) = cold.mover {
+        for row in self.grains.glued.iter().map(|row| *row as usize) {
+            if let Mover::Body(body) = self.grains.movers[row] {
                 let arm = self.grains.hot[row].position - self.bodies[body as usize].origin();
                 let force = self.grains.force[row];
                 add(body as usize, force, self.grains.torque[row] + S::moment(&arm, &force));
