@@ -160,9 +160,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.contacts.settle_images(&self.cell);
         let (grains, contacts, phases) = (&mut self.grains, &mut self.contacts, &mut self.phases);
         // The words of a record begin with those that travel.
-        self.ghosts.pack::<W>(&mut self.buffers, |row| {
-            std::array::from_fn(|word| grains.hot[row as usize].words()[word])
-        });
+        self.ghosts
+            .pack::<W>(&mut self.buffers, |row| std::array::from_fn(|word| grains.hot[row as usize].words()[word]));
         self.ghosts.exchange::<W>(self.transport, &mut self.buffers, &mut || {
             let timer = phases.start();
             meanwhile(contacts, grains);

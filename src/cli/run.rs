@@ -9,9 +9,9 @@ use super::{Ending, agreed, start_threads};
 use crate::checkpoint;
 use crate::error::Error;
 use crate::run::Options;
-use crate::start;
 use crate::scenario::{Job, Scenario};
 use crate::space::Components;
+use crate::start;
 
 /// Where runs go that are not told otherwise, below the current folder.
 const RUNS: &str = "runs";
