@@ -8,6 +8,8 @@ mod bad_jobs;
 mod coupling;
 /// Enrichment keeps mass and momentum to round-off; zones, rims and the choice of grains are what they are said to be.
 mod enrichment;
+/// Worlds of a few grains alone that the tests of the grain engine share; it claims nothing itself.
+mod few;
 /// Grains, continuum and hybrid end in the same bits on 1 to 4 ranks in one process, and from any of their checkpoints.
 mod invariance;
 /// Every job in `jobs/` is read, and its resolved form means the same.
@@ -19,6 +21,8 @@ mod mpirun;
 /// The oracle fires on an over-consolidated specimen, in its band only, and at the same strain at twice the speed; it
 /// is silent on an under-consolidated one, beside plates, and on bands that do not persist.
 mod oracle;
+/// Records of LAMMPS and YADE are repeated to round-off: collisions, a relaxing packing, a sheared cell.
+mod replay;
 /// The style that no compiler holds: one door to inexact mathematics, no ranks in physics, short files.
 mod tidy;
 /// Two grains: the damped oscillator's closed form, linear and angular momentum, and LAMMPS' record of two collisions.
