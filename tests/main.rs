@@ -4,6 +4,9 @@
 mod bad_assemblies;
 /// Wrong jobs are refused before any work, with file, line, value and remedy; exit code 2.
 mod bad_jobs;
+/// A free cluster keeps momentum and angular momentum, and every width of registers gives the same bits, under every law
+/// in both spaces.
+mod clusters;
 /// Grains and points that share nodes keep their momentum to round-off, leave with one velocity, and translate rigidly.
 mod coupling;
 /// Enrichment keeps mass and momentum to round-off; zones, rims and the choice of grains are what they are said to be.
