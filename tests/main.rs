@@ -7,6 +7,8 @@ mod bad_jobs;
 /// A free cluster keeps momentum and angular momentum, and every width of registers gives the same bits, under every law
 /// in both spaces.
 mod clusters;
+/// Collisions and pull-off under every law: restitution, Hertz' duration and depth, cohesion, to closed forms.
+mod collisions;
 /// Grains and points that share nodes keep their momentum to round-off, leave with one velocity, and translate rigidly.
 mod coupling;
 /// Enrichment keeps mass and momentum to round-off; zones, rims and the choice of grains are what they are said to be.
