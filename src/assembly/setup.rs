@@ -12,8 +12,9 @@ use crate::grain_file;
 use crate::law::contact::ContactLaw;
 use crate::law::material::Absent;
 use crate::layout::{Ground, Layout};
+use crate::math;
 use crate::rebuild::{Parts, Row};
-use crate::scenario::assembly::{Assembly, Shape, Source};
+use crate::scenario::assembly::{Assembly, Packed, Preparation, Shape, Source};
 use crate::scenario::figures;
 use crate::servo::{CellDrive, StressServo};
 use crate::space::{Linear, Space, Words};
@@ -28,15 +29,16 @@ pub fn world<'t, S: Space, C: ContactLaw<S>>(
     job: &Assembly,
     transport: &'t dyn Transport,
 ) -> Result<GrainWorld<'t, S, C>, Error> {
-    let grains: Vec<Row<S, C>> = match &job.source {
+    let (mut grains, cell): (Vec<Row<S, C>>, Cell<S>) = match &job.source {
         Source::File(file) => {
             let read = if transport.rank() == 0 { grain_file::read_assembly(job, file) } else { Ok(Vec::new()) };
-            transfer::agree(transport, read)?
+            (transfer::agree(transport, read)?, cell_of(job))
         }
-        Source::Packed(packed) => super::packed::make::<S, C>(job, packed, transport)?,
+        Source::Packed(packed) => {
+            let packing = super::packed::make::<S, C>(job, packed, transport)?;
+            (packing.grains, packing.cell)
+        }
     };
-    let cell = cell_of(job);
-    let mut grains = grains;
     for (index, body) in job.bodies.iter().enumerate() {
         if let Shape::Layer { lower, upper } = &body.shape {
             glue(&mut grains, index as u8, lower, upper);
@@ -70,11 +72,32 @@ pub fn cell_of<S: Space>(job: &Assembly) -> Cell<S> {
     Cell::cuboid(lower, upper - lower, job.cell.periodic)
 }
 
-/// Blocks near the wanted edge, as many as fill the cell.
-fn layout<S: Space>(job: &Assembly) -> Result<Layout, Error> {
+/// Packing fractions that discs and spheres do not exceed.
+const FRACTION_MAX: [f64; 2] = [0.92, 0.76];
+
+/// Length by which the job's cell shrinks, as a share, until grains compressed in it fill it to a packing fraction; one
+/// where they are not compressed.
+pub(super) fn shrinkage<S: Space>(job: &Assembly, fraction: f64) -> f64 {
+    match (&job.source, figures::fraction_in_cell(job)) {
+        (Source::Packed(Packed { preparation: Preparation::Compress { .. }, .. }), Some(filled)) => {
+            root::<S>(filled / fraction)
+        }
+        _ => 1.0,
+    }
+}
+
+/// Edge of a square or cube of that measure.
+pub(super) fn root<S: Space>(measure: f64) -> f64 {
+    if S::DIMENSION == 2 { measure.sqrt() } else { math::cbrt(measure) }
+}
+
+/// Blocks near the wanted edge, as many as fill the cell. Grains that are compressed decide its lengths themselves: it is
+/// cut for the smallest that these can be, and by the job alone, so that a resumed run is cut alike.
+pub(super) fn layout<S: Space>(job: &Assembly) -> Result<Layout, Error> {
     let mut cells = [1; 3];
+    let share = shrinkage::<S>(job, FRACTION_MAX[S::DIMENSION - 2]);
     for (axis, cells) in cells.iter_mut().enumerate().take(S::DIMENSION) {
-        let length = job.cell.upper[axis] - job.cell.lower[axis];
+        let length = share * (job.cell.upper[axis] - job.cell.lower[axis]);
         *cells = CELLS_PER_BLOCK * ((length / job.block).floor() as usize).max(1);
     }
     let ground = Ground {
@@ -88,7 +111,7 @@ fn layout<S: Space>(job: &Assembly) -> Result<Layout, Error> {
     Layout::new::<S>(ground).map_err(Error::User)
 }
 
-fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent> {
+pub(super) fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent> {
     let mut gradient = S::Tensor::zero();
     for i in 0..S::DIMENSION {
         for j in 0..S::DIMENSION {
@@ -97,7 +120,7 @@ fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent
     }
     let servo = job.cell.servo.as_ref().map(|servo| StressServo {
         stress: servo.stress,
-        viscosity: viscosity::<S>(job),
+        viscosity: viscosity::<S>(job, length_max::<S>(job)),
         rate_max: servo.rate_max,
         depth: depth_of::<S>(job),
     });
@@ -115,16 +138,19 @@ fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent
 
 /// Viscosity of the stress control, Pa s: the modulus of the contacts times the time that a wave takes across the cell, so
 /// that stress follows within a few crossings and no faster than it can spread.
-fn viscosity<S: Space>(job: &Assembly) -> f64 {
+pub(super) fn viscosity<S: Space>(job: &Assembly, length: f64) -> f64 {
     let stiffness = figures::springs_mean(job).normal;
     let modulus = stiffness / if S::DIMENSION == 2 { job.cell.depth } else { job.matter.diameter_mean };
-    let lengths = (0..S::DIMENSION).map(|axis| job.cell.upper[axis] - job.cell.lower[axis]);
-    let crossing = lengths.fold(0.0, f64::max) * (job.matter.density / modulus).sqrt();
+    let crossing = length * (job.matter.density / modulus).sqrt();
     modulus * crossing
 }
 
+fn length_max<S: Space>(job: &Assembly) -> f64 {
+    (0..S::DIMENSION).map(|axis| job.cell.upper[axis] - job.cell.lower[axis]).fold(0.0, f64::max)
+}
+
 /// What the space's measure is multiplied with to give m3.
-fn depth_of<S: Space>(job: &Assembly) -> f64 {
+pub(super) fn depth_of<S: Space>(job: &Assembly) -> f64 {
     if S::DIMENSION == 2 { job.cell.depth } else { 1.0 }
 }
 
@@ -147,7 +173,7 @@ pub fn fraction<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, job: &Asse
     Ok(solid_volume(world, job)? / volume(&world.cell, job))
 }
 
-fn vector<S: Space>(components: &[f64; 3]) -> S::Vector {
+pub(crate) fn vector<S: Space>(components: &[f64; 3]) -> S::Vector {
     let mut vector = S::Vector::zero();
     for axis in 0..S::DIMENSION {
         vector[axis] = components[axis];
@@ -163,7 +189,7 @@ fn spin<S: Space>(components: &[f64; 3]) -> S::Spin {
     spin
 }
 
-fn body_of<S: Space>(body: &crate::scenario::assembly::Body) -> Body<S> {
+pub(crate) fn body_of<S: Space>(body: &crate::scenario::assembly::Body) -> Body<S> {
     let shape = match &body.shape {
         Shape::Layer { .. } => body::Shape::Layer,
         Shape::Plane { point, normal } => body::Shape::Plane { point: vector::<S>(point), normal: vector::<S>(normal) },
