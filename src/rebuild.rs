@@ -7,10 +7,12 @@ use scree_partition::{Halo, HaloBuffers, Transport, cut};
 
 use crate::body::Body;
 use crate::dem::cell::{Cell, Image};
-use crate::dem::contacts::{Carried, Contacts, whole_row};
-use crate::dem::grains::{GrainRow, Grains, Mover};
+use crate::dem::contacts::Contacts;
+use crate::dem::grains::{Cold, GrainRow, Grains, Mover};
+use crate::dem::memories::Memories;
 use crate::dem::walls::Walls;
 use crate::error::Error;
+use crate::ids::GrainId;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::layout::{Deal, Layout, NodeRows};
@@ -36,6 +38,8 @@ pub type Row<S, C> = GrainRow<S, <C as ContactLaw<S>>::Memory<f64>>;
 pub type Rows<S, C, L> = (Vec<Row<S, C>>, Vec<Point<S, <L as MaterialLaw<S>>::Memory>>);
 /// A row with the block and the cell it lies in.
 type Placed<T> = ((usize, u32), T);
+/// Where a grain stands in the order of rows, and the row it comes from: among those here, or behind them arrived ones.
+type Standing = ((usize, u32), GrainId, u32);
 
 /// Cells between a point and a grain that may still share a node: 1.5 cells of spline and half a cell of drift on either
 /// side.
@@ -64,6 +68,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             contacts: Contacts::new(&parts.cell),
             walls: Walls::default(),
             bodies_home: Vec::new(),
+            moved: 0.0,
             cell_home: parts.cell,
             cell: parts.cell,
             bodies: parts.bodies,
@@ -102,36 +107,46 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.transport.max(&mut radius_max);
         self.radius_max = radius_max[0];
         self.deal_blocks(&grains, &points)?;
+        self.grains = Grains::default();
+        self.points = Vec::new();
+        self.contacts.clear();
+        self.walls = Walls::default();
         self.settle(grains, points)
     }
 
     /// All rows of this rank with their contacts, in block order: along the ranks they are in the order of the curve.
     pub fn rows(&self) -> Rows<S, C, L> {
-        let grains = (0..self.grains.owned).map(|row| self.whole_row(row)).collect();
-        (grains, self.points.clone())
+        ((0..self.grains.owned).map(|row| self.whole_row(row)).collect(), self.points.clone())
     }
 
     fn whole_row(&self, row: usize) -> Row<S, C> {
-        let mut grain = whole_row::<S, C>(&self.grains, &self.contacts, row);
-        grain.contacts.extend(self.walls.carried_by(row));
-        grain
+        let contacts = self.carried_by(row).collect();
+        GrainRow { hot: self.grains.hot[row], cold: self.grains.cold[row], contacts }
     }
 
-    /// Sends everything home: position of now becomes home, wrapped into the period.
+    /// Memories of a row's contacts with grains, then with bodies.
+    fn carried_by(&self, row: usize) -> impl Iterator<Item = (GrainId, C::Memory<f64>)> {
+        self.contacts.carried_by::<C>(&self.grains, row).chain(self.walls.carried_by(row))
+    }
+
+    /// Sends everything home: position of now becomes home, wrapped into the cell.
     pub fn rebuild(&mut self) -> Result<(), Error> {
         let timer = self.phases.start();
-        let (mut grains, mut points) = self.rows();
-        for grain in &mut grains {
-            let image = self.cell.wrap(&mut grain.hot.position, &mut grain.hot.velocity);
-            add_image(&mut grain.cold.image, image);
-            grain.cold.home = grain.hot.position;
+        for (i, j, times) in self.cell.shorten() {
+            for cold in &mut self.grains.cold[..self.grains.owned] {
+                cold.image[i] += times * cold.image[j];
+            }
         }
-        for point in &mut points {
+        for (hot, cold) in self.grains.hot[..self.grains.owned].iter_mut().zip(&mut self.grains.cold) {
+            add_image(&mut cold.image, self.cell.wrap(&mut hot.position, &mut hot.velocity));
+            cold.home = hot.position;
+        }
+        for point in &mut self.points {
             add_image(&mut point.image, self.cell.wrap(&mut point.position, &mut point.velocity));
             point.home = point.position;
         }
         self.rebuilds += 1;
-        let outcome = self.settle(grains, points);
+        let outcome = self.settle(Vec::new(), Vec::new());
         self.phases.stop(Phase::Rebuild, timer);
         outcome
     }
@@ -141,7 +156,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let count = || -> Result<Vec<i64>, Error> {
             let mut weights = vec![0i64; self.layout.block_count()];
             for grain in grains {
-                weights[self.block_of_grain(grain)?.0] += 1;
+                weights[self.block_of_grain(&grain.cold)?.0] += 1;
             }
             for point in points {
                 weights[self.block_of_point(point)?.0] += POINT_WEIGHT;
@@ -158,49 +173,115 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         Ok(())
     }
 
-    /// Brings rows to the ranks that own their blocks, in the one order that fixes every sum, and makes the lists.
-    fn settle(&mut self, grains: Vec<Row<S, C>>, points: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
-        let ranks = self.transport.size();
+    /// Brings the rows that are here and `fresh` ones to the ranks that own their blocks, in the one order that fixes every
+    /// sum, and makes the lists.
+    fn settle(&mut self, fresh: Vec<Row<S, C>>, fresh_points: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
+        self.settle_points(fresh_points)?;
+        self.settle_grains(fresh)?;
+        self.check_counts()?;
+        self.mark_coupled();
+        Ok(())
+    }
+
+    fn settle_points(&mut self, fresh: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
+        let mut points = std::mem::take(&mut self.points);
+        points.extend(fresh);
         let sorted = || {
-            let mut to_ranks = (vec![Vec::new(); ranks], vec![Vec::new(); ranks]);
-            for grain in grains {
-                to_ranks.0[self.deal.owner(self.block_of_grain(&grain)?.0)].push(grain);
-            }
+            let mut to_ranks = vec![Vec::new(); self.transport.size()];
             for point in points {
-                to_ranks.1[self.deal.owner(self.block_of_point(&point)?.0)].push(point);
+                to_ranks[self.deal.owner(self.block_of_point(&point)?.0)].push(point);
             }
             Ok(to_ranks)
         };
-        let (grains, points) = transfer::agree(self.transport, sorted())?;
-        let grains = self.migrate(grains)?;
-        let points = self.migrate(points)?;
-        self.check_counts(grains.len(), points.len())?;
-
-        let mut grains = self.with_places(grains, Self::block_of_grain)?;
-        grains.sort_unstable_by_key(|(place, grain)| (*place, grain.cold.id));
-        self.grain_ranges = self.ranges(&grains);
-        let mut points = self.with_places(points, Self::block_of_point)?;
+        let to_ranks = transfer::agree(self.transport, sorted())?;
+        let points = self.migrate(to_ranks)?;
+        let mut points = points
+            .into_iter()
+            .map(|point| Ok((self.block_of_point(&point)?, point)))
+            .collect::<Result<Vec<Placed<_>>, Error>>()?;
         points.sort_unstable_by_key(|(place, point)| (*place, point.id));
-        self.point_ranges = self.ranges(&points);
+        self.point_ranges = self.ranges(points.len(), |row| points[row].0.0);
         self.points = points.into_iter().map(|(_, point)| point).collect();
+        Ok(())
+    }
 
-        self.grains = Grains::default();
-        let mut carried: Vec<Carried<C::Memory<f64>>> = Vec::with_capacity(grains.len());
-        for (_, grain) in grains {
-            self.grains.hot.push(grain.hot);
-            self.grains.cold.push(grain.cold);
-            carried.push(grain.contacts);
+    /// Rows that stay are moved once, into their new order; only those that leave become parcels.
+    fn settle_grains(&mut self, fresh: Vec<Row<S, C>>) -> Result<(), Error> {
+        let places = || -> Result<Vec<(usize, u32)>, Error> {
+            let here = self.grains.cold[..self.grains.owned].iter();
+            here.chain(fresh.iter().map(|row| &row.cold)).map(|cold| self.block_of_grain(cold)).collect()
+        };
+        let places = transfer::agree(self.transport, places())?;
+        self.refuse_thin_blocks()?;
+        let mut memories = Memories::default();
+        let mut to_ranks: Vec<Vec<Row<S, C>>> = vec![Vec::new(); self.transport.size()];
+        let mut order: Vec<Standing> = Vec::with_capacity(places.len());
+        for row in 0..self.grains.owned {
+            let owner = self.deal.owner(places[row].0);
+            if owner == self.deal.rank {
+                memories.push(self.carried_by(row));
+                order.push((places[row], self.grains.cold[row].id, row as u32));
+            } else {
+                memories.push(std::iter::empty());
+                to_ranks[owner].push(self.whole_row(row));
+            }
         }
-        self.grains.owned = self.grains.hot.len();
-        self.grains.reset_forces();
+        let owned = self.grains.owned;
+        for (row, place) in fresh.into_iter().zip(&places[owned..]) {
+            to_ranks[self.deal.owner(place.0)].push(row);
+        }
+        drop(places);
+        self.contacts.clear();
+
+        let arrived = self.migrate(to_ranks)?;
+        for (number, row) in arrived.iter().enumerate() {
+            order.push((self.block_of_grain(&row.cold)?, row.cold.id, (owned + number) as u32));
+        }
+        order.sort_unstable();
+        self.grain_ranges = self.ranges(order.len(), |row| order[row].0.0);
+        let sources: Vec<u32> = order.into_iter().map(|(_, _, source)| source).collect();
+        let pick = |source: &u32| (*source as usize).checked_sub(owned);
+        self.grains.hot = sources
+            .iter()
+            .map(|source| pick(source).map_or_else(|| self.grains.hot[*source as usize], |number| arrived[number].hot))
+            .collect();
+        self.grains.cold = sources
+            .iter()
+            .map(|source| pick(source).map_or_else(|| self.grains.cold[*source as usize], |number| arrived[number].cold))
+            .collect();
+        self.grains.owned = sources.len();
+        self.grains.settle();
+        self.moved = 0.0;
         self.fetch_ghosts()?;
+
+        let carried = |row: usize| match pick(&sources[row]) {
+            None => memories.of(sources[row] as usize),
+            Some(number) => &arrived[number].contacts,
+        };
         let margin = self.settings.skin + self.settings.contact.reach();
-        self.contacts.rebuild::<C>(&self.grains, &self.cell, &carried, margin);
-        self.walls.rebuild(&self.grains, &self.bodies, &carried, margin);
+        self.contacts.rebuild::<C>(&self.grains, &self.cell, carried, margin);
+        self.walls.rebuild(&self.grains, &self.bodies, carried, margin);
         self.bodies_home.clear();
         self.bodies_home.extend(self.bodies.iter().map(|body| body.displacement));
         self.cell_home = self.cell;
-        self.mark_coupled();
+        Ok(())
+    }
+
+    /// A block's copies come from its neighbours alone, so a contact must not reach across one.
+    fn refuse_thin_blocks(&self) -> Result<(), Error> {
+        let reach = 2.0 * self.radius_max + self.settings.skin + self.settings.contact.reach();
+        let blocks = self.layout.blocks();
+        for axis in 0..S::DIMENSION {
+            let height = self.cell.height(axis);
+            // One or two blocks are neighbours of everything; a pair's nearest image must then be the only one in reach.
+            let thinnest = if blocks[axis] > 2 { height / blocks[axis] as f64 } else { 0.5 * height };
+            if self.grains_total > 0 && self.cell.periodic[axis] && thinnest < reach {
+                return Err(Error::Run(format!(
+                    "step {}: along axis {axis} the cell is {height:.3e} m thick with {} blocks; contacts reach {reach:.3e} m, which needs thicker ones: take larger `decomposition.block`, or a larger cell for so much deformation",
+                    self.step, blocks[axis]
+                )));
+            }
+        }
         Ok(())
     }
 
@@ -213,8 +294,8 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         Ok(rows)
     }
 
-    fn check_counts(&self, grains: usize, points: usize) -> Result<(), Error> {
-        let mut counts = [grains as i64, points as i64];
+    fn check_counts(&self) -> Result<(), Error> {
+        let mut counts = [self.grains.owned as i64, self.points.len() as i64];
         self.transport.sum(&mut counts);
         for (found, expected, what) in
             [(counts[0], self.grains_total, "grains"), (counts[1], self.points_total, "points")]
@@ -229,21 +310,21 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         Ok(())
     }
 
-    fn with_places<T>(
-        &self,
-        rows: Vec<T>,
-        place: impl Fn(&Self, &T) -> Result<(usize, u32), Error>,
-    ) -> Result<Vec<Placed<T>>, Error> {
-        rows.into_iter().map(|row| Ok((place(self, &row)?, row))).collect()
+    /// Rows of each block held here, from the block of every row.
+    fn ranges(&self, rows: usize, block_of: impl Fn(usize) -> usize) -> Vec<Range<usize>> {
+        let mut next = 0;
+        let mut range_of = |block: usize| {
+            let start = next;
+            while next < rows && block_of(next) == block {
+                next += 1;
+            }
+            start..next
+        };
+        self.deal.held().map(&mut range_of).collect()
     }
 
-    fn ranges<T>(&self, rows: &[Placed<T>]) -> Vec<Range<usize>> {
-        let start = |block: usize| rows.partition_point(|((at, _), _)| *at < block);
-        self.deal.held().map(|block| start(block)..start(block + 1)).collect()
-    }
-
-    fn block_of_grain(&self, grain: &Row<S, C>) -> Result<(usize, u32), Error> {
-        self.block_of(&grain.cold.home, "grain", grain.cold.id.0)
+    fn block_of_grain(&self, cold: &Cold<S>) -> Result<(usize, u32), Error> {
+        self.block_of(&cold.home, "grain", cold.id.0)
     }
 
     fn block_of_point(&self, point: &Point<S, L::Memory>) -> Result<(usize, u32), Error> {
@@ -304,6 +385,10 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         }
         let outgoing = rows_to.iter().map(|rows| rows.iter().map(copy).collect()).collect();
         let incoming = transfer::exchange::<Row<S, C>>(self.transport, outgoing)?;
+        // Exactly, since growing would double the arrays of owned rows as well.
+        let copies = incoming.iter().map(Vec::len).sum();
+        self.grains.hot.reserve_exact(copies);
+        self.grains.cold.reserve_exact(copies);
         self.ghosts = Halo::default();
         self.ghosts.sends = rows_to.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()).collect::<Vec<_>>();
         for (peer, rows) in incoming.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()) {

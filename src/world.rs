@@ -9,7 +9,7 @@ use crate::body::{BODIES_MAX, Body, Burden};
 use crate::dem::cell::Cell;
 use crate::dem::contacts::{Contacts, Part};
 use crate::dem::grains::{Grains, Mover};
-use crate::dem::motion::{self, Field};
+use crate::dem::motion::{self, Field, larger};
 use crate::dem::walls::Walls;
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
@@ -84,6 +84,8 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub(crate) buffers: HaloBuffers,
     /// Displacement of each body at the last rebuild, m.
     pub(crate) bodies_home: Vec<S::Vector>,
+    /// The longest way that a grain of this rank has come from home, m.
+    pub(crate) moved: f64,
     /// The cell at the last rebuild.
     pub(crate) cell_home: Cell<S>,
 }
@@ -282,8 +284,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 sums.add(BODY_SLOTS * body + 3 + axis, torque[axis]);
             }
         };
-        for (row, cold) in self.grains.cold[..self.grains.owned].iter().enumerate() {
-            if let Mover::Body(body) = cold.mover {
+        for row in self.grains.glued.iter().map(|row| *row as usize) {
+            if let Mover::Body(body) = self.grains.movers[row] {
                 let arm = self.grains.hot[row].position - self.bodies[body as usize].origin();
                 let force = self.grains.force[row];
                 add(body as usize, force, self.grains.torque[row] + S::moment(&arm, &force));
@@ -406,7 +408,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn drift(&mut self) {
         let timer = self.phases.start();
-        motion::drift(&mut self.grains, &self.bodies, self.settings.dt);
+        self.moved = motion::drift(&mut self.grains, &self.bodies, self.settings.dt).sqrt();
         for body in &mut self.bodies {
             body.drift(self.settings.dt);
         }
@@ -420,29 +422,25 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// allow.
     fn drift_share(&self) -> f64 {
         let touched = self.bodies.iter().any(Body::is_touched);
-        let mut square = 0.0f64;
+        let mut moved = self.moved;
         let mut stretch = 0.0;
-        if self.settings.drive.is_at_rest() || touched {
-            for (hot, cold) in self.grains.hot[..self.grains.owned].iter().zip(&self.grains.cold) {
-                let moved = hot.position - cold.home;
-                square = larger(square, moved.dot(&moved));
-            }
-        } else {
+        if !self.settings.drive.is_at_rest() && !touched {
             // Against the mean field, which itself brings a pair nearer by its stretch.
             let field = self.cell_home.deformation_to(&self.cell);
             stretch = (field - S::identity()).norm();
             let corner = self.cell.corner;
+            let mut square = 0.0;
             for (hot, cold) in self.grains.hot[..self.grains.owned].iter().zip(&self.grains.cold) {
                 let moved = hot.position - corner - field * (cold.home - corner);
                 square = larger(square, moved.dot(&moved));
             }
+            moved = square.sqrt();
         }
         for (body, home) in self.bodies.iter().zip(&self.bodies_home).filter(|(body, _)| body.is_touched()) {
-            let moved = body.displacement - *home;
-            square = larger(square, moved.dot(&moved));
+            moved = larger(moved, (body.displacement - *home).norm());
         }
         // Two grains may close half the skin each.
-        let closed = 2.0 * square.sqrt() + stretch * (2.0 * self.radius_max + self.settings.skin);
+        let closed = 2.0 * moved + stretch * (2.0 * self.radius_max + self.settings.skin);
         let grains = closed / self.settings.skin;
         let mut points = 0.0f64;
         for point in &self.points {
@@ -464,9 +462,4 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.phases.stop(Phase::Agree, timer);
         if share < 1.0 { Ok(()) } else { self.rebuild() }
     }
-}
-
-/// The larger of two numbers; what is not a number stays so, since it must not look like standing still.
-fn larger(a: f64, b: f64) -> f64 {
-    if a.is_nan() || a >= b { a } else { b }
 }

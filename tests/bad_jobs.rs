@@ -260,6 +260,78 @@ fn a_time_step_that_waves_outrun() {
     );
 }
 
+/// Every key of a law that the job does not have is named with its owner.
+#[test]
+fn a_key_of_another_contact_law() {
+    refused(
+        "friction = 0.5",
+        "friction = 0.5\nrolling_limit = 0.05",
+        "job.toml:19: contact.rolling_limit = 0.05 belongs to law = \"elastic_rolling\", and here law is \"linear\", by default. Remove the line, or change law.",
+    );
+    refused(
+        "friction = 0.5",
+        "friction = 0.5\nlaw = \"elastic_rolling\"",
+        "job.toml:14: contact.stiffness_normal = 1772093.8 belongs to law = \"linear\" or \"linear_cohesive\", and here law is \"elastic_rolling\". Remove the line, or change law.",
+    );
+    refused(
+        "friction = 0.5",
+        "friction = 0.5\nlaw = \"hertz\"",
+        "job.toml:19: contact.law = \"hertz\" is no contact law: write \"linear\", \"linear_cohesive\", \"elastic_rolling\" or \"hertz_mindlin\".",
+    );
+}
+
+#[test]
+fn damping_said_twice_or_not_at_all() {
+    refused(
+        "friction = 0.5",
+        "friction = 0.5\nrestitution = 0.1",
+        "job.toml:19: contact.restitution = 0.1 stands beside contact.damping_normal, and each says how contacts are damped. Keep restitution, or damping_normal and damping_tangential.",
+    );
+    refused(
+        "damping_normal = \"3.5 N s/m\"\ndamping_tangential = \"3.5 N s/m\"\n",
+        "",
+        "job.toml:13: [contact] does not say how contacts are damped. Add restitution, for example restitution = 0.5, or both damping_normal and damping_tangential, for example \"3.5 N s/m\".",
+    );
+    refused(
+        "damping_normal = \"3.5 N s/m\"\ndamping_tangential = \"3.5 N s/m\"\n",
+        "restitution = 1\n",
+        "job.toml:16: contact.restitution = 1 is out of range: it must be between 0 and 1, both excluded. Write for example restitution = 0.1.",
+    );
+}
+
+#[test]
+fn friction_said_twice() {
+    refused(
+        "friction = 0.5",
+        "friction = 0.5\nfriction_angle = \"26 deg\"",
+        "job.toml:19: contact.friction_angle = \"26 deg\" stands beside contact.friction, and each says how rough grains are. Keep one of them.",
+    );
+}
+
+/// The table `[cell]` tells the two kinds of jobs apart.
+#[test]
+fn a_table_or_a_key_of_an_assembly() {
+    refused(
+        "[time]",
+        "[damping]\nlocal = 0.1\n\n[time]",
+        "job.toml:49: there is no table [damping]. It belongs to assemblies of grains, jobs with a table [cell], and this job has none.",
+    );
+    refused(
+        "step = \"0.4 us\"",
+        "step = \"0.4 us\"\nend = 1",
+        "job.toml:51: [time] has no key end. It belongs to assemblies of grains, jobs with a table [cell], and this job has none.",
+    );
+    refused_set(
+        "cell.depth=1",
+        "--set cell.depth=1: a job has no cell.depth. It belongs to assemblies of grains, jobs with a table [cell], and this job has none.",
+    );
+    refused(
+        "method = \"hybrid\"\n",
+        "",
+        "job.toml: the job says neither how to shear a specimen nor what grains are in a cell. Add method = \"hybrid\", \"dem\" or \"mpm\" above the first table for planar shear, or a table [cell] for an assembly of grains.",
+    );
+}
+
 #[test]
 fn a_name_that_is_a_path() {
     refused(

@@ -7,12 +7,12 @@ use scree::hybrid::oracle::Memory;
 use scree::hybrid::select::{Candidate, Selection, select};
 use scree::hybrid::track::Instants;
 use scree::hybrid::zone::{CellGrid, Label, Zone};
-use scree::packing::{self, PlanarWorld};
+use scree::packing;
 use scree::scenario::{Enrichment, Scenario};
 use scree::specimen;
 use scree_partition::{Solo, Transport};
 
-use crate::worlds::{Random, packed_job};
+use crate::worlds::{Law, PlanarWorld, Random, packed_job};
 
 fn settings(distance: f64) -> Enrichment {
     Enrichment { distance, weight: 0.5, training: 1.0, training_speed: 1.0, training_rest: 0.5 }
@@ -20,8 +20,8 @@ fn settings(distance: f64) -> Enrichment {
 
 /// Mass, momentum along x and y, and the sum of the momenta's magnitudes, of everything with its weight.
 fn sums(world: &PlanarWorld) -> [f64; 4] {
-    let grains = world.grains.hot[..world.grains.owned].iter().zip(&world.grains.cold);
-    let grains = grains.map(|(hot, cold)| (hot.weight * cold.mass, hot.velocity));
+    let grains = world.grains.hot[..world.grains.owned].iter();
+    let grains = grains.map(|hot| (hot.weight * hot.mass, hot.velocity));
     let points = world.points.iter().map(|point| (point.weight * point.mass, point.velocity));
     grains.chain(points).fold([0.0; 4], |[mass, x, y, scale], (more, velocity)| {
         [mass + more, x + more * velocity[0], y + more * velocity[1], scale + more * velocity.norm()]
@@ -34,7 +34,7 @@ fn up_to_the_band<'t>(
     transport: &'t dyn Transport,
     packing_file: &std::path::Path,
 ) -> (PlanarWorld<'t>, Vec<u64>, Instants) {
-    let mut start = specimen::prepare(scenario, transport).unwrap();
+    let mut start = specimen::prepare::<Law>(scenario, transport).unwrap();
     packing::write(packing_file, &mut start.packing.grains, start.packing.height).unwrap();
     let mut world = specimen::world(scenario, transport, start).unwrap();
     let (mut memory, mut instants) = (Memory::default(), Instants { times: Vec::new(), every: 300 });

@@ -4,11 +4,13 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use scree::checkpoint;
-use scree::run::{self, Options, Outcome};
-use scree::scenario::Scenario;
+use scree::planar_shear::PlanarSnapshot;
+use scree::run::{Options, Outcome};
+use scree::scenario::{Job, Scenario};
+use scree::start;
 use scree_partition::transport::threads;
 
-use crate::worlds::packed_job;
+use crate::worlds::{Law, packed_job};
 
 /// Runs one at a time: ranks that wait for each other should not wait for another test's as well.
 fn turn() -> MutexGuard<'static, ()> {
@@ -22,7 +24,8 @@ fn options(out: &Path) -> Options {
 
 /// Runs a job on `ranks` ranks; digest of its last checkpoint, and its curve.
 fn ran(scenario: &Scenario, ranks: usize, out: &Path) -> (String, String) {
-    threads::run(ranks, |rank| match run::start(scenario, &options(out), &rank) {
+    let job = Job::Shear(scenario.clone());
+    threads::run(ranks, |rank| match start::start(&job, &options(out), &rank) {
         Ok(Outcome::Done(_)) => {}
         other => panic!("{other:?}"),
     });
@@ -109,9 +112,9 @@ fn a_hybrid_ends_in_the_same_bits_on_any_ranks_and_from_any_checkpoint() {
         for later in &kept[from + 1..] {
             std::fs::remove_file(checkpoint::folder(&out).join(later)).unwrap();
         }
-        let (_, snapshot) = checkpoint::latest(&out).unwrap();
+        let (_, snapshot): (_, PlanarSnapshot<Law>) = checkpoint::latest(&out).unwrap();
         assert_eq!(snapshot.progress.enriched_step > 0, from != 1, "{} of {kept:?}", kept[from]);
-        threads::run(ranks, |rank| run::resume(&out, &options(&out), &rank).unwrap());
+        threads::run(ranks, |rank| start::resume(&out, &options(&out), &rank).unwrap());
         assert!(result(&out) == wanted, "resumed from {} on {ranks} ranks: another end", kept[from]);
     }
 }

@@ -2,35 +2,52 @@
 
 use std::path::{Path, PathBuf};
 
-use scree::scenario::{Method, Scenario};
+use scree::scenario::{Job, Method, Scenario};
 
-fn jobs() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs");
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs")
+}
+
+fn jobs_in(folder: &Path) -> Vec<PathBuf> {
     let mut jobs: Vec<PathBuf> = std::fs::read_dir(folder)
         .expect("jobs/ is part of the project")
         .map(|entry| entry.expect("jobs/ can be listed").path())
         .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
         .collect();
     jobs.sort();
+    jobs
+}
+
+/// Planar shear.
+fn jobs_of_shear() -> Vec<PathBuf> {
+    let jobs = jobs_in(&folder());
     assert!(jobs.len() >= 2, "quickstart and planar shear at least: {jobs:?}");
+    jobs
+}
+
+/// Grains in a cell.
+fn jobs_of_elements() -> Vec<PathBuf> {
+    let jobs = jobs_in(&folder().join("element"));
+    assert!(jobs.len() >= 7, "{jobs:?}");
     jobs
 }
 
 #[test]
 fn every_job_is_read_and_its_resolved_form_means_the_same() {
-    for path in jobs() {
-        let scenario = Scenario::load(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
-        let resolved = scenario.to_toml();
-        let back = Scenario::parse(&resolved, "elsewhere/scenario.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!(back, scenario, "{}", path.display());
+    for path in [jobs_of_shear(), jobs_of_elements()].concat() {
+        let job = Job::load(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let resolved = job.to_toml();
+        let back = Job::parse(&resolved, "elsewhere/scenario.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(back, job, "{}", path.display());
         assert_eq!(back.to_toml(), resolved, "{}", path.display());
+        assert_eq!(job.name(), path.file_stem().expect("a job has a name").to_string_lossy());
     }
 }
 
 /// A hybrid is compared with grains alone and continuum alone, so its twins must be one override away.
 #[test]
 fn every_job_has_its_twins() {
-    for path in jobs() {
+    for path in jobs_of_shear() {
         for method in [Method::Hybrid, Method::Dem, Method::Mpm] {
             let set = format!("method={}", method.name());
             let twin = Scenario::load(&path, &[set]).unwrap_or_else(|error| panic!("{error}"));
@@ -39,12 +56,19 @@ fn every_job_has_its_twins() {
     }
 }
 
+#[test]
+fn elements_are_assemblies() {
+    for path in jobs_of_elements() {
+        let job = Job::load(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
+        assert!(matches!(job, Job::Assembly(_)), "{}", path.display());
+    }
+}
+
 /// A job that the table of `jobs/README.md` does not name would not be found.
 #[test]
 fn every_job_is_in_the_readme_of_jobs() {
-    let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/README.md"))
-        .expect("jobs/ has a README");
-    for path in jobs() {
+    let page = std::fs::read_to_string(folder().join("README.md")).expect("jobs/ has a README");
+    for path in [jobs_of_shear(), jobs_of_elements()].concat() {
         let name = path.file_name().expect("a job has a name").to_string_lossy();
         assert!(page.contains(&*name), "jobs/README.md does not name {name}");
     }

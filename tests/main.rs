@@ -1,5 +1,7 @@
 //! The index of what is claimed about the program, one line a claim. One binary, so that linking is paid once.
 
+/// Wrong assemblies of grains are refused before any work, each with what is allowed and what to do.
+mod bad_assemblies;
 /// Wrong jobs are refused before any work, with file, line, value and remedy; exit code 2.
 mod bad_jobs;
 /// Grains and points that share nodes keep their momentum to round-off, leave with one velocity, and translate rigidly.

@@ -9,7 +9,7 @@ use scree::scenario::{Oracle, Scenario, derived};
 use scree::specimen;
 use scree_partition::Solo;
 
-use crate::worlds::{Random, job};
+use crate::worlds::{Law, Random, job};
 
 /// What the oracle said over a run.
 struct Story {
@@ -26,7 +26,7 @@ struct Story {
 /// A continuum alone, watched to the end of the run or until the oracle fires.
 fn watched(sets: &[&str]) -> Story {
     let scenario = job(&[&["method=mpm"], sets].concat());
-    let start = specimen::prepare(&scenario, &Solo).unwrap();
+    let start = specimen::prepare::<Law>(&scenario, &Solo).unwrap();
     let mut world = specimen::world(&scenario, &Solo, start).unwrap();
     let mut memory = Memory::default();
     let mut story = Story { fired: None, flagged: Vec::new(), rows_ever: BTreeSet::new(), plastic_max: 0.0 };
@@ -37,7 +37,7 @@ fn watched(sets: &[&str]) -> Story {
         }
         let diameter = scenario.grains.diameter_mean;
         if enrichment::watch(&mut world, &mut memory, &scenario.oracle, diameter).unwrap() {
-            let strain = world.plates[1].displacement[0] / scenario.specimen.width;
+            let strain = world.bodies[1].displacement[0] / scenario.specimen.width;
             story.fired = Some((strain, memory.clock, memory.looks));
         }
         story.rows_ever.extend(memory.flagged.iter().map(|node| row_of(&scenario, *node)));

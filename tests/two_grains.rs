@@ -1,12 +1,11 @@
 //! Two grains against what is known of them: the damped oscillator, the conservation laws, and another program's record.
 
 use scree::math;
-use scree::packing::{Grain, PlanarWorld};
-use scree::scenario::Contact;
+use scree::scenario::Linear;
 use scree::space::{Plane, Space};
 use scree_partition::{Solo, Transport};
 
-use crate::worlds::{Vector, contact, grain, open_world, row_of, settings};
+use crate::worlds::{Grain, PlanarWorld, Vector, contact, grain, open_world, row_of, settings};
 
 /// Mean grain of Table 1, a disc 1 cm deep.
 const RADIUS: f64 = 5e-4;
@@ -14,7 +13,7 @@ const MASS: f64 = 1.987_057_353_395_544_3e-5;
 /// Speed at which grains close, m/s.
 const SPEED: f64 = 0.1;
 
-fn pair_world(transport: &dyn Transport, dt: f64, contact: Contact, pair: [Grain; 2]) -> PlanarWorld<'_> {
+fn pair_world(transport: &dyn Transport, dt: f64, contact: Linear, pair: [Grain; 2]) -> PlanarWorld<'_> {
     open_world(transport, 1e-3, settings(dt, contact), pair.into(), Vec::new())
 }
 
@@ -27,7 +26,7 @@ struct Oscillator {
 }
 
 impl Oscillator {
-    fn new(contact: &Contact, mass: f64) -> Self {
+    fn new(contact: &Linear, mass: f64) -> Self {
         let decay = contact.damping_normal / (2.0 * mass);
         Self { decay, frequency: (contact.stiffness_normal / mass - decay * decay).sqrt() }
     }
@@ -71,7 +70,7 @@ fn overlap_of(world: &PlanarWorld) -> [f64; 2] {
 }
 
 /// Largest errors of overlap and velocity over the contact, as shares of the undamped collision's scales.
-fn errors(contact: Contact, steps: u32, mass_of: impl Fn(f64) -> f64) -> [f64; 2] {
+fn errors(contact: Linear, steps: u32, mass_of: impl Fn(f64) -> f64) -> [f64; 2] {
     let start = [1e-8, SPEED];
     // Up to nine tenths of the contact, so that its end plays no part.
     let dt = 0.9 * Oscillator::new(&contact, 0.5 * MASS).duration() / f64::from(steps);
@@ -90,7 +89,7 @@ fn errors(contact: Contact, steps: u32, mass_of: impl Fn(f64) -> f64) -> [f64; 2
 }
 
 /// Orders of convergence of overlap and velocity over three halvings of the step.
-fn orders(contact: Contact, mass_of: impl Fn(f64) -> f64 + Copy) -> Vec<f64> {
+fn orders(contact: Linear, mass_of: impl Fn(f64) -> f64 + Copy) -> Vec<f64> {
     let runs: Vec<[f64; 2]> = [100, 200, 400, 800].iter().map(|steps| errors(contact, *steps, mass_of)).collect();
     let order = |pair: &[[f64; 2]], which: usize| math::ln(pair[0][which] / pair[1][which]) / math::ln(2.0);
     runs.windows(2).flat_map(|pair| [order(pair, 0), order(pair, 1)]).collect()
@@ -140,14 +139,14 @@ fn restitution_and_duration_follow_the_damping() {
 /// Momentum of a world: x, y, and angular about `centre`, each with the sum of the magnitudes that went into it.
 fn momentum(world: &PlanarWorld, centre: [f64; 2]) -> [[f64; 2]; 3] {
     let mut sums = [[0.0; 2]; 3];
-    for (hot, cold) in world.grains.hot.iter().zip(&world.grains.cold) {
+    for hot in &world.grains.hot {
         let arm = [hot.position[0] - centre[0], hot.position[1] - centre[1]];
-        let inertia = Plane::grain_inertia(cold.mass, hot.radius);
+        let inertia = Plane::grain_inertia(hot.mass, hot.radius);
         let terms = [
-            cold.mass * hot.velocity[0],
-            cold.mass * hot.velocity[1],
-            cold.mass * arm[0] * hot.velocity[1],
-            -cold.mass * arm[1] * hot.velocity[0],
+            hot.mass * hot.velocity[0],
+            hot.mass * hot.velocity[1],
+            hot.mass * arm[0] * hot.velocity[1],
+            -hot.mass * arm[1] * hot.velocity[0],
             inertia * hot.spin[0],
         ];
         for (term, which) in terms.into_iter().zip([0, 1, 2, 2, 2]) {
@@ -170,7 +169,7 @@ fn an_oblique_collision_keeps_linear_and_angular_momentum() {
     let centres = [[0.0, 0.0], [8e-3, 0.0], [-0.02, 0.013]];
     let mut world = pair_world(&Solo, 5e-8, contact(3.5), [a, b]);
     let before = centres.map(|centre| momentum(&world, centre));
-    let touching = |world: &PlanarWorld| world.contacts.forces.iter().any(|pair| pair.force != Vector::zeros());
+    let touching = |world: &PlanarWorld| world.grains.force.iter().any(|force| *force != Vector::zeros());
     let (spin_before, mut touched) = (world.grains.hot[row_of(&world, 4)].spin[0], 0);
     for _ in 0..400 {
         world.advance().unwrap();
@@ -233,10 +232,10 @@ impl Record {
             world.advance().unwrap();
             let mut values = [0.0; 16];
             for (disc, row) in rows.into_iter().enumerate() {
-                let (hot, mass) = (&world.grains.hot[row], world.grains.cold[row].mass);
+                let hot = &world.grains.hot[row];
                 let (force, torque) = (world.grains.force[row], world.grains.torque[row]);
-                let velocity = hot.velocity - force * (0.5 * self.dt / mass);
-                let spin = hot.spin - torque * (0.5 * self.dt / Plane::grain_inertia(mass, hot.radius));
+                let velocity = hot.velocity - force * (0.5 * self.dt / hot.mass);
+                let spin = hot.spin - torque * (0.5 * self.dt / Plane::grain_inertia(hot.mass, hot.radius));
                 let state = [places[disc][0], places[disc][1], velocity[0], velocity[1], spin[0]];
                 values[5 * disc..5 * disc + 5].copy_from_slice(&state);
                 values[10 + 3 * disc..13 + 3 * disc].copy_from_slice(&[force[0], force[1], torque[0]]);

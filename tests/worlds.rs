@@ -4,23 +4,29 @@ use std::sync::OnceLock;
 
 use scree::checkpoint::PlanarPoint;
 use scree::dem::grains::Mover;
+use scree::dem::motion::Field;
 use scree::ids::GrainId;
 use scree::law::contact::LinearSpringDashpot;
 use scree::law::material::CriticalDruckerPrager;
 use scree::layout::Layout;
-use scree::packing::{Grain, PlanarWorld};
+use scree::packing::{self, cell_of};
 use scree::rebuild::Parts;
-use scree::scenario::{Contact, Scenario};
+use scree::scenario::{Linear, Scenario};
+use scree::servo::CellDrive;
 use scree::space::{Plane, Space};
 use scree::world::Settings;
 use scree_partition::{Solo, Transport};
 
 pub type Vector = <Plane as Space>::Vector;
 pub type Tensor = <Plane as Space>::Tensor;
+/// The law of Table 1, in the worlds of jobs between plates.
+pub type Law = LinearSpringDashpot;
+pub type PlanarWorld<'t> = packing::PlanarWorld<'t, Law>;
+pub type Grain = packing::Grain<Law>;
 
 /// Table 1 of seed 000, with a damping to choose.
-pub fn contact(damping: f64) -> Contact {
-    Contact {
+pub fn contact(damping: f64) -> Linear {
+    Linear {
         stiffness_normal: 1_772_093.8,
         stiffness_tangential: 886_046.9,
         damping_normal: damping,
@@ -47,20 +53,30 @@ pub fn grain(id: u64, position: [f64; 2], radius: f64, mass: f64) -> Grain {
     Grain::resting(GrainId(id), Vector::new(position[0], position[1]), radius, mass, Mover::Free)
 }
 
-pub fn settings(dt: f64, contact: Contact) -> Settings<LinearSpringDashpot, CriticalDruckerPrager> {
-    Settings { dt, skin: 2e-4, flip: 0.95, contact: LinearSpringDashpot { constants: contact }, material: material() }
+pub fn settings(dt: f64, contact: Linear) -> Settings<Plane, Law, CriticalDruckerPrager> {
+    Settings {
+        dt,
+        skin: 2e-4,
+        flip: 0.95,
+        contact: LinearSpringDashpot { constants: contact },
+        material: material(),
+        field: Field::default(),
+        drive: CellDrive::default(),
+        first_kick: 0.5,
+    }
 }
 
 /// A world without plates, 16 by 16 cells of `cell` m in blocks of 2, with y = 0 in the middle.
 pub fn open_world<'t>(
     transport: &'t dyn Transport,
     cell: f64,
-    settings: Settings<LinearSpringDashpot, CriticalDruckerPrager>,
+    settings: Settings<Plane, Law, CriticalDruckerPrager>,
     grains: Vec<Grain>,
     points: Vec<PlanarPoint>,
 ) -> PlanarWorld<'t> {
     let layout = Layout::plane([16, 16], 2, cell, [0.0, -8.0 * cell]).unwrap();
-    PlanarWorld::new(settings, layout, transport, 0, Parts { grains, points, plates: Vec::new() }).unwrap()
+    let cell = cell_of(&layout);
+    PlanarWorld::new(settings, layout, transport, 0, Parts { grains, points, bodies: Vec::new(), cell }).unwrap()
 }
 
 /// Row of a grain that this rank owns.
@@ -96,7 +112,7 @@ pub fn job(sets: &[&str]) -> Scenario {
 pub fn packed_job(sets: &[&str]) -> Scenario {
     static MADE: OnceLock<()> = OnceLock::new();
     MADE.get_or_init(|| {
-        scree::packing::prepare(&job(&[]), &Solo).unwrap_or_else(|error| panic!("{error}"));
+        packing::prepare::<Law>(&job(&[]), &Solo).unwrap_or_else(|error| panic!("{error}"));
     });
     job(sets)
 }

@@ -12,7 +12,7 @@ use crate::observe::frame::frame;
 use crate::output::{self, Outputs};
 use crate::rebuild::Row;
 use crate::run::{Core, Experiment, Options, Outcome, Run};
-use crate::scenario::Output;
+use crate::scenario::{Output, figures};
 use crate::scenario::assembly::Assembly;
 use crate::space::{Linear, Space};
 use crate::transfer;
@@ -92,7 +92,7 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
     }
 
     fn steps(&self) -> u64 {
-        (self.job.end / self.job.step).round().max(1.0) as u64
+        figures::steps(self.job)
     }
 
     fn header(&self) -> Vec<String> {
@@ -123,7 +123,7 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
         let world = &mut core.world;
         let energies = world.energies()?;
         let contacts = world.contact_count();
-        let moment = world.contact_moment()?;
+        let moment = world.contact_moment_now()?;
         let volume = setup::volume(&world.cell, self.job);
         let solid = setup::solid_volume(world, self.job)?;
         let mut row = vec![world.step as f64, world.time(), world.grains_total as f64, contacts as f64, solid / volume];

@@ -14,7 +14,7 @@ use crate::law::material::Absent;
 use crate::layout::{Ground, Layout};
 use crate::math;
 use crate::rebuild::{Parts, Row};
-use crate::scenario::assembly::{Assembly, Packed, Preparation, Shape, Source};
+use crate::scenario::assembly::{Assembly, Packed, Preparation, Shape, Source, Velocities};
 use crate::scenario::figures;
 use crate::servo::{CellDrive, StressServo};
 use crate::space::{Linear, Space, Words};
@@ -68,62 +68,74 @@ pub fn world_at<'t, S: Space, C: ContactLaw<S>>(
 
 /// The cell as drawn.
 pub fn cell_of<S: Space>(job: &Assembly) -> Cell<S> {
-    let (lower, upper) = (vector::<S>(&job.cell.lower), vector::<S>(&job.cell.upper));
-    Cell::cuboid(lower, upper - lower, job.cell.periodic)
+    scaled_cell(job, 1.0)
 }
 
 /// Packing fractions that discs and spheres do not exceed.
 const FRACTION_MAX: [f64; 2] = [0.92, 0.76];
 
-/// Length by which the job's cell shrinks, as a share, until grains compressed in it fill it to a packing fraction; one
+/// Share by which the lengths of the job's cell change until grains compressed in it fill it to a packing fraction; one
 /// where they are not compressed.
 pub(super) fn shrinkage<S: Space>(job: &Assembly, fraction: f64) -> f64 {
     match (&job.source, figures::fraction_in_cell(job)) {
         (Source::Packed(Packed { preparation: Preparation::Compress { .. }, .. }), Some(filled)) => {
-            root::<S>(filled / fraction)
+            let share = filled / fraction;
+            if S::DIMENSION == 2 { share.sqrt() } else { math::cbrt(share) }
         }
         _ => 1.0,
     }
 }
 
-/// Edge of a square or cube of that measure.
-pub(super) fn root<S: Space>(measure: f64) -> f64 {
-    if S::DIMENSION == 2 { measure.sqrt() } else { math::cbrt(measure) }
+/// The cell as drawn with its lengths changed by a share.
+pub(super) fn scaled_cell<S: Space>(job: &Assembly, share: f64) -> Cell<S> {
+    let (lower, upper) = (vector::<S>(&job.cell.lower), vector::<S>(&job.cell.upper));
+    Cell::cuboid(lower, (upper - lower) * share, job.cell.periodic)
 }
 
-/// Blocks near the wanted edge, as many as fill the cell. Grains that are compressed decide its lengths themselves: it is
-/// cut for the smallest that these can be, and by the job alone, so that a resumed run is cut alike.
+/// Blocks of the job's cell, however it has deformed. Grains that are compressed decide its lengths themselves: it is cut
+/// for the smallest that these can be, and by the job alone, so that a resumed run is cut alike.
 pub(super) fn layout<S: Space>(job: &Assembly) -> Result<Layout, Error> {
-    let mut cells = [1; 3];
-    let share = shrinkage::<S>(job, FRACTION_MAX[S::DIMENSION - 2]);
-    for (axis, cells) in cells.iter_mut().enumerate().take(S::DIMENSION) {
-        let length = share * (job.cell.upper[axis] - job.cell.lower[axis]);
-        *cells = CELLS_PER_BLOCK * ((length / job.block).floor() as usize).max(1);
+    layout_of(job, &scaled_cell::<S>(job, shrinkage::<S>(job, FRACTION_MAX[S::DIMENSION - 2])))
+}
+
+/// Blocks near the wanted edge, as many as fill the cell.
+pub fn layout_of<S: Space>(job: &Assembly, cell: &Cell<S>) -> Result<Layout, Error> {
+    let (mut cells, mut corner) = ([1; 3], [0.0; 3]);
+    for axis in 0..S::DIMENSION {
+        cells[axis] = CELLS_PER_BLOCK * ((cell.height(axis) / job.block).floor() as usize).max(1);
+        corner[axis] = cell.corner[axis];
     }
     let ground = Ground {
         cells,
         cells_per_block: CELLS_PER_BLOCK,
         cell: job.block / CELLS_PER_BLOCK as f64,
-        corner: job.cell.lower,
-        periodic: job.cell.periodic,
+        corner,
+        periodic: cell.periodic,
         rim: 0,
     };
     Layout::new::<S>(ground).map_err(Error::User)
 }
 
-pub(super) fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent> {
+fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent> {
     let mut gradient = S::Tensor::zero();
     for i in 0..S::DIMENSION {
         for j in 0..S::DIMENSION {
             gradient[j * S::DIMENSION + i] = job.cell.gradient[i][j];
         }
     }
+    let [viscosity, memory] = servo_times::<S>(job);
     let servo = job.cell.servo.as_ref().map(|servo| StressServo {
         stress: servo.stress,
-        viscosity: viscosity::<S>(job, length_max::<S>(job)),
+        viscosity,
+        memory,
         rate_max: servo.rate_max,
         depth: depth_of::<S>(job),
     });
+    settings_in(job, CellDrive { gradient, servo })
+}
+
+/// Settings of a world of this job whose cell is driven otherwise.
+pub fn settings_in<S: Space, C: ContactLaw<S>>(job: &Assembly, drive: CellDrive<S>) -> Settings<S, C, Absent> {
     Settings {
         dt: job.step,
         skin: job.skin,
@@ -131,22 +143,23 @@ pub(super) fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S
         contact: C::from_job(&job.contact).expect("the run was given the job's law"),
         material: Absent,
         field: Field { gravity: vector::<S>(&job.gravity), damping: job.damping },
-        drive: CellDrive { gradient, servo },
-        first_kick: 0.5,
+        drive,
+        first_kick: match job.velocities {
+            Velocities::Now => 0.5,
+            Velocities::HalfStepBefore => 1.0,
+        },
     }
 }
 
-/// Viscosity of the stress control, Pa s: the modulus of the contacts times the time that a wave takes across the cell, so
-/// that stress follows within a few crossings and no faster than it can spread.
-pub(super) fn viscosity<S: Space>(job: &Assembly, length: f64) -> f64 {
+/// Viscosity (Pa s) and memory (s) of the stress control: the modulus of the contacts times the time that a wave takes
+/// across the cell, so that stress follows within a few crossings and no faster than it can spread; ten crossings of
+/// memory, so that what is learnt does not ring.
+pub fn servo_times<S: Space>(job: &Assembly) -> [f64; 2] {
     let stiffness = figures::springs_mean(job).normal;
     let modulus = stiffness / if S::DIMENSION == 2 { job.cell.depth } else { job.matter.diameter_mean };
-    let crossing = length * (job.matter.density / modulus).sqrt();
-    modulus * crossing
-}
-
-fn length_max<S: Space>(job: &Assembly) -> f64 {
-    (0..S::DIMENSION).map(|axis| job.cell.upper[axis] - job.cell.lower[axis]).fold(0.0, f64::max)
+    let lengths = (0..S::DIMENSION).map(|axis| job.cell.upper[axis] - job.cell.lower[axis]);
+    let crossing = lengths.fold(0.0, f64::max) * (job.matter.density / modulus).sqrt();
+    [modulus * crossing, 10.0 * crossing]
 }
 
 /// What the space's measure is multiplied with to give m3.

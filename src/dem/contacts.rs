@@ -4,16 +4,13 @@
 use rayon::prelude::*;
 
 use crate::dem::cell::{Cell, Shifts};
-use crate::dem::grains::{GrainRow, Grains, is_body, lanes, vector};
+use crate::dem::grains::{Grains, is_body, lanes, vector};
 use crate::dem::kernel::{Pass, Side, force_words, give, pair_pass, pair_weight, spin_words, touch};
-use crate::dem::neighbours::{Neighbours, Pair, Term};
+use crate::dem::neighbours::{Neighbours, Pair};
 use crate::ids::GrainId;
 use crate::lane::{Instructions, LANES};
 use crate::law::contact::{ContactLaw, Touch};
 use crate::space::{Linear, Space, Words};
-
-/// Memories that a row brings along: partner and memory, in the order of partners.
-pub type Carried<M> = Vec<(GrainId, M)>;
 
 /// Listed pairs with their memories and forces.
 #[derive(Clone, Debug)]
@@ -53,22 +50,30 @@ impl<S: Space> Contacts<S> {
         self.instructions = instructions;
     }
 
+    pub fn instructions(&self) -> Instructions {
+        self.instructions
+    }
+
+    /// Gives its arrays back to the system: their memories have been taken, and others are about to be made.
+    pub fn clear(&mut self) {
+        self.neighbours = Neighbours::default();
+        (self.memory, self.forces) = (Vec::new(), Vec::new());
+    }
+
     /// New list for `grains`; the memories that owned rows carry find their pairs.
-    pub fn rebuild<C: ContactLaw<S>>(
+    pub fn rebuild<'m, C: ContactLaw<S>>(
         &mut self,
         grains: &Grains<S>,
         cell: &Cell<S>,
-        carried: &[Carried<C::Memory<f64>>],
+        carried: impl Fn(usize) -> &'m [(GrainId, C::Memory<f64>)],
         margin: f64,
     ) {
         self.neighbours.build(grains, cell, margin);
-        self.memory.clear();
-        self.memory.resize(self.neighbours.pairs.len() * <C::Memory<f64> as Words<f64>>::COUNT, 0.0);
-        self.forces.clear();
-        self.forces.resize(self.neighbours.pairs.len() * force_words::<S>(), 0.0);
-        for (row, memories) in carried.iter().enumerate() {
+        self.memory = vec![0.0; self.neighbours.pairs.len() * <C::Memory<f64> as Words<f64>>::COUNT];
+        self.forces = vec![0.0; self.neighbours.pairs.len() * force_words::<S>()];
+        for row in 0..grains.owned {
             // Both run in the order of partner ids: memories are moved along, not searched for.
-            let mut memories = memories.iter().peekable();
+            let mut memories = carried(row).iter().peekable();
             for at in self.neighbours.starts[row]..self.neighbours.starts[row + 1] {
                 let term = self.neighbours.terms[at as usize];
                 let partner = grains.cold[self.neighbours.partner(term) as usize].id;
@@ -97,14 +102,17 @@ impl<S: Space> Contacts<S> {
     }
 
     /// Memories of the touching contacts of an owned row, in the order of partner ids.
-    pub fn carried_by<C: ContactLaw<S>>(&self, grains: &Grains<S>, row: usize) -> Carried<C::Memory<f64>> {
-        let remembered = |term: &Term| {
+    pub fn carried_by<C: ContactLaw<S>>(
+        &self,
+        grains: &Grains<S>,
+        row: usize,
+    ) -> impl Iterator<Item = (GrainId, C::Memory<f64>)> {
+        self.neighbours.terms_of(row).iter().filter_map(move |term| {
             let memory = self.recall::<C>(term.pair());
             let blank = (0..<C::Memory<f64> as Words<f64>>::COUNT).all(|word| memory.word(word) == 0.0);
             let partner = grains.cold[self.neighbours.partner(*term) as usize].id;
             (!blank).then_some((partner, memory))
-        };
-        self.neighbours.terms_of(row).iter().filter_map(remembered).collect()
+        })
     }
 
     /// The images of now, before the passes of a step.
@@ -245,15 +253,6 @@ impl<S: Space> Contacts<S> {
     pub fn bytes(&self) -> usize {
         self.neighbours.bytes() + (self.memory.capacity() + self.forces.capacity()) * size_of::<f64>()
     }
-}
-
-/// A row with its contacts with grains, ready to travel.
-pub fn whole_row<S: Space, C: ContactLaw<S>>(
-    grains: &Grains<S>,
-    contacts: &Contacts<S>,
-    row: usize,
-) -> GrainRow<S, C::Memory<f64>> {
-    GrainRow { hot: grains.hot[row], cold: grains.cold[row], contacts: contacts.carried_by::<C>(grains, row) }
 }
 
 /// Where the contacts with bodies begin in a row's memories.

@@ -5,6 +5,7 @@ pub mod cell;
 pub mod contacts;
 pub mod grains;
 pub mod kernel;
+pub mod memories;
 pub mod motion;
 pub mod neighbours;
 pub mod packing;

@@ -1,7 +1,7 @@
 //! Contacts of grains with bodies: the same law, one grain at a time. They are few.
 
 use crate::body::{BODIES_MAX, Body, Nearest};
-use crate::dem::contacts::{Carried, first_of_bodies};
+use crate::dem::contacts::first_of_bodies;
 use crate::dem::grains::{Grains, Hot, Mover, body_partner, lanes, vector};
 use crate::dem::kernel::{Given, give};
 use crate::ids::{GrainId, Row};
@@ -36,18 +36,18 @@ impl<S: Space, C: ContactLaw<S>> Default for Walls<S, C> {
 
 impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
     /// Lists the free owned grains closer to a body than contact plus `margin`; memories are moved along.
-    pub fn rebuild(
+    pub fn rebuild<'m>(
         &mut self,
         grains: &Grains<S>,
         bodies: &[Body<S>],
-        carried: &[Carried<C::Memory<f64>>],
+        carried: impl Fn(usize) -> &'m [(GrainId, C::Memory<f64>)],
         margin: f64,
     ) {
         self.list.clear();
         if !bodies.iter().any(Body::is_touched) {
             return;
         }
-        for (row, carried) in carried.iter().enumerate() {
+        for row in 0..grains.owned {
             let (hot, cold) = (&grains.hot[row], &grains.cold[row]);
             if cold.mover != Mover::Free {
                 continue;
@@ -55,7 +55,8 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
             for (body, nearest) in bodies.iter().enumerate().map(|(index, body)| (index as u8, body.nearest(&cold.home)))
             {
                 if nearest.is_some_and(|nearest| nearest.distance < hot.radius + margin) {
-                    let memories = &carried[first_of_bodies(carried)..];
+                    let memories = carried(row);
+                    let memories = &memories[first_of_bodies(memories)..];
                     let memory = memories.iter().find(|(partner, _)| *partner == body_partner(body));
                     let memory = memory.map_or_else(Words::zero, |(_, memory)| *memory);
                     let zero = S::Vector::zero();
@@ -104,6 +105,28 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
             let touch = touch_of(hot, body, &body.nearest(&hot.position)?, [0.0, 0.0]);
             law.holds(&touch, &wall.memory).then(|| hot.weight * law.elastic_energy(&touch, &wall.memory))
         })
+    }
+
+    /// Love-Weber moments of the contacts, J, tension positive, with the forces of the positions and velocities of now.
+    pub fn moments<'a>(
+        &'a self,
+        law: &'a C,
+        grains: &'a Grains<S>,
+        bodies: &'a [Body<S>],
+    ) -> impl Iterator<Item = S::Tensor> + 'a {
+        self.list.iter().filter_map(move |wall| {
+            let hot = &grains.hot[wall.row as usize];
+            let nearest = bodies[wall.body as usize].nearest(&hot.position)?;
+            let touch = touch_of(hot, &bodies[wall.body as usize], &nearest, [0.0, 0.0]);
+            let mut memory = wall.memory;
+            let force: S::Vector = vector(&give(law, &touch, hot.weight, [0.0, 0.0], &mut memory).force);
+            Some(-S::outer(&force, &(hot.position - nearest.point)))
+        })
+    }
+
+    /// Bytes that the list holds.
+    pub fn bytes(&self) -> usize {
+        self.list.capacity() * size_of::<Wall<S, C::Memory<f64>>>()
     }
 
     /// Force and torque (about the body's origin) of the grains on each body, one addend a contact.

@@ -112,32 +112,40 @@ impl Pack for Avx512 {
     fn store(self, to: &mut [f64; LANES]) {
         unsafe { _mm512_storeu_pd(to.as_mut_ptr(), self.0) }
     }
-    /// An 8 by 8 transposition: neighbours within 128 bits, then within 256, then across.
+    /// An 8 by 8 transposition: neighbours within 128 bits, then across.
     #[inline(always)]
     fn records(rows: &[&[f64]; LANES], first: usize) -> [Self; LANES] {
-        unsafe {
-            let r: [__m512d; LANES] = std::array::from_fn(|lane| _mm512_loadu_pd(rows[lane][first..first + LANES].as_ptr()));
-            let low = |i: usize| _mm512_unpacklo_pd(r[i], r[i + 1]);
-            let high = |i: usize| _mm512_unpackhi_pd(r[i], r[i + 1]);
-            // Of rows i, i + 1: words 0, 2, 4, 6 (low) and 1, 3, 5, 7 (high), one pair per 128 bits.
-            let (l01, l23, l45, l67) = (low(0), low(2), low(4), low(6));
-            let (h01, h23, h45, h67) = (high(0), high(2), high(4), high(6));
-            let quarter = |a: __m512d, b: __m512d, c: __m512d, d: __m512d| {
-                let first = _mm512_shuffle_f64x2::<0b10_00_10_00>(a, b);
-                let second = _mm512_shuffle_f64x2::<0b10_00_10_00>(c, d);
-                let third = _mm512_shuffle_f64x2::<0b11_01_11_01>(a, b);
-                let fourth = _mm512_shuffle_f64x2::<0b11_01_11_01>(c, d);
-                [
-                    Self(_mm512_shuffle_f64x2::<0b10_00_10_00>(first, second)),
-                    Self(_mm512_shuffle_f64x2::<0b10_00_10_00>(third, fourth)),
-                    Self(_mm512_shuffle_f64x2::<0b11_01_11_01>(first, second)),
-                    Self(_mm512_shuffle_f64x2::<0b11_01_11_01>(third, fourth)),
-                ]
+        // No closures here: they would not be inlined into the kernel, and so not have its instructions.
+        macro_rules! row {
+            ($lane:literal) => {
+                _mm512_loadu_pd(rows[$lane][first..first + LANES].as_ptr())
             };
-            let [w0, w2, w4, w6] = quarter(l01, l23, l45, l67);
-            let [w1, w3, w5, w7] = quarter(h01, h23, h45, h67);
+        }
+        unsafe {
+            let (r0, r1, r2, r3) = (row!(0), row!(1), row!(2), row!(3));
+            let (r4, r5, r6, r7) = (row!(4), row!(5), row!(6), row!(7));
+            // Words 0, 2, 4, 6 of two rows, one pair per 128 bits; below words 1, 3, 5, 7.
+            let low = [_mm512_unpacklo_pd(r0, r1), _mm512_unpacklo_pd(r2, r3), _mm512_unpacklo_pd(r4, r5), _mm512_unpacklo_pd(r6, r7)];
+            let high = [_mm512_unpackhi_pd(r0, r1), _mm512_unpackhi_pd(r2, r3), _mm512_unpackhi_pd(r4, r5), _mm512_unpackhi_pd(r6, r7)];
+            let [w0, w2, w4, w6] = quarters(low);
+            let [w1, w3, w5, w7] = quarters(high);
             [w0, w1, w2, w3, w4, w5, w6, w7]
         }
+    }
+}
+
+/// From four registers of four quarters each (128 bits), those that hold all first, all second, ... quarters.
+#[inline(always)]
+unsafe fn quarters([a, b, c, d]: [__m512d; 4]) -> [Avx512; 4] {
+    unsafe {
+        let (even_ab, even_cd) = (_mm512_shuffle_f64x2::<0b10_00_10_00>(a, b), _mm512_shuffle_f64x2::<0b10_00_10_00>(c, d));
+        let (odd_ab, odd_cd) = (_mm512_shuffle_f64x2::<0b11_01_11_01>(a, b), _mm512_shuffle_f64x2::<0b11_01_11_01>(c, d));
+        [
+            Avx512(_mm512_shuffle_f64x2::<0b10_00_10_00>(even_ab, even_cd)),
+            Avx512(_mm512_shuffle_f64x2::<0b10_00_10_00>(odd_ab, odd_cd)),
+            Avx512(_mm512_shuffle_f64x2::<0b11_01_11_01>(even_ab, even_cd)),
+            Avx512(_mm512_shuffle_f64x2::<0b11_01_11_01>(odd_ab, odd_cd)),
+        ]
     }
 }
 
@@ -205,22 +213,39 @@ impl Pack for Avx2 {
     #[inline(always)]
     fn records(rows: &[&[f64]; LANES], first: usize) -> [Self; LANES] {
         unsafe {
-            let square = |row: usize, word: usize| -> [__m256d; 4] {
-                let r: [__m256d; 4] = std::array::from_fn(|i| _mm256_loadu_pd(rows[row + i][first + word..first + word + 4].as_ptr()));
-                let (l01, h01) = (_mm256_unpacklo_pd(r[0], r[1]), _mm256_unpackhi_pd(r[0], r[1]));
-                let (l23, h23) = (_mm256_unpacklo_pd(r[2], r[3]), _mm256_unpackhi_pd(r[2], r[3]));
-                [
-                    _mm256_permute2f128_pd::<0x20>(l01, l23),
-                    _mm256_permute2f128_pd::<0x20>(h01, h23),
-                    _mm256_permute2f128_pd::<0x31>(l01, l23),
-                    _mm256_permute2f128_pd::<0x31>(h01, h23),
-                ]
-            };
-            let (a, b) = (square(0, 0), square(4, 0));
-            let (c, d) = (square(0, 4), square(4, 4));
-            std::array::from_fn(|word| {
-                if word < 4 { Self(a[word], b[word]) } else { Self(c[word - 4], d[word - 4]) }
-            })
+            let ([a0, a1, a2, a3], [b0, b1, b2, b3]) = (square(rows, 0, first), square(rows, 4, first));
+            let ([c0, c1, c2, c3], [d0, d1, d2, d3]) = (square(rows, 0, first + 4), square(rows, 4, first + 4));
+            [
+                Self(a0, b0),
+                Self(a1, b1),
+                Self(a2, b2),
+                Self(a3, b3),
+                Self(c0, d0),
+                Self(c1, d1),
+                Self(c2, d2),
+                Self(c3, d3),
+            ]
         }
+    }
+}
+
+/// Four words from `word` on of four rows from `row` on, word by word.
+#[inline(always)]
+unsafe fn square(rows: &[&[f64]; LANES], row: usize, word: usize) -> [__m256d; 4] {
+    macro_rules! row {
+        ($lane:literal) => {
+            _mm256_loadu_pd(rows[row + $lane][word..word + 4].as_ptr())
+        };
+    }
+    unsafe {
+        let (r0, r1, r2, r3) = (row!(0), row!(1), row!(2), row!(3));
+        let (low, high) = (_mm256_unpacklo_pd(r0, r1), _mm256_unpackhi_pd(r0, r1));
+        let (low_behind, high_behind) = (_mm256_unpacklo_pd(r2, r3), _mm256_unpackhi_pd(r2, r3));
+        [
+            _mm256_permute2f128_pd::<0x20>(low, low_behind),
+            _mm256_permute2f128_pd::<0x20>(high, high_behind),
+            _mm256_permute2f128_pd::<0x31>(low, low_behind),
+            _mm256_permute2f128_pd::<0x31>(high, high_behind),
+        ]
     }
 }

@@ -1,6 +1,6 @@
 //! Grains in a cell: element tests, collisions, pours and packings. What `[cell]` in a job means, in SI units.
 //!
-//! Vectors and tensors carry three components; in the plane those of z are zero.
+//! Vectors and tensors carry three components; in the plane those of z are zero, and z is not periodic.
 
 use std::path::PathBuf;
 
@@ -25,6 +25,7 @@ pub struct Assembly {
     pub step: f64,
     /// Simulated time at which the run ends, s.
     pub end: f64,
+    pub velocities: Velocities,
     /// The step may be longer than the stable one: a run known to be unstable is repeated on purpose.
     pub allow_unstable: bool,
     /// Reach of the neighbour list beyond contact, m.
@@ -127,6 +128,16 @@ pub struct Damping {
     pub form: DampingForm,
     /// Mass-proportional damping c of -c m v, 1/s (Liu et al. 2016, 2.3.1).
     pub mass: f64,
+}
+
+/// Leapfrog velocities stand half a step before positions; those of a start may be of either time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Velocities {
+    /// Of the time of the positions: the first kick lasts half a step.
+    #[default]
+    Now,
+    /// Half a step before already: the first kick is whole.
+    HalfStepBefore,
 }
 
 /// Two laws go by the name of local damping.

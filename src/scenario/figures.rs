@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::assembly::{Assembly, Sizes, Source};
+use super::Contact;
+use super::assembly::{Assembly, Preparation, Sizes, Source};
 use super::derived::DIAMETER_CUT;
 use super::stable::{self, Bound, GrainScale, Springs, governing};
 
@@ -114,9 +115,10 @@ fn grains_in_file(file: &Path) -> Option<u64> {
 
 // The run
 
-/// Steps of the whole run.
+/// Steps of the whole run. An end that is a whole number of steps but for rounding takes no step more.
 pub fn steps(assembly: &Assembly) -> u64 {
-    (assembly.end / assembly.step).ceil() as u64
+    let steps = assembly.end / assembly.step;
+    (steps * (1.0 - 1e-12)).ceil() as u64
 }
 
 /// Wall time of that many grains on one core, s, without the making of the packing.
@@ -131,7 +133,6 @@ pub fn cost_of_grain(assembly: &Assembly) -> f64 {
 
 /// Mean stress that the cell or its packing is held at, Pa, compression positive.
 pub fn pressure(assembly: &Assembly) -> Option<f64> {
-    use super::assembly::Preparation;
     let held: Vec<f64> =
         assembly.cell.servo.iter().flat_map(|servo| servo.stress).flatten().map(|stress| -stress).collect();
     let mean = held.iter().sum::<f64>() / held.len() as f64;
@@ -143,6 +144,16 @@ pub fn pressure(assembly: &Assembly) -> Option<f64> {
         },
         Source::File(_) => None,
     }
+}
+
+/// Stiffness of contacts against the load across a grain, k_n/(p depth) or k_n/(p d): the reciprocal of the mean overlap in
+/// diameters, where the stress is known. None of Hertz contacts, which stiffen as they are loaded.
+pub fn stiffness_number(assembly: &Assembly) -> Option<f64> {
+    if matches!(assembly.contact, Contact::HertzMindlin(_)) {
+        return None;
+    }
+    let across = if assembly.cell.dimension == 2 { assembly.cell.depth } else { assembly.matter.diameter_mean };
+    pressure(assembly).map(|pressure| springs_mean(assembly).normal / (pressure * across))
 }
 
 /// Largest entry of the velocity gradient, 1/s.

@@ -161,8 +161,7 @@ impl Press<'_> {
     /// Thrown grains in the cell that is to shrink.
     fn loose<S: Space, C: ContactLaw<S>>(&self, hot: bool) -> Result<GrainWorld<'_, S, C>, Error> {
         let share = setup::shrinkage::<S>(self.job, self.packed.fraction_start);
-        let (lower, upper) = (setup::vector::<S>(&self.job.cell.lower), setup::vector::<S>(&self.job.cell.upper));
-        let cell = Cell::cuboid(lower, (upper - lower) * share, self.job.cell.periodic);
+        let cell = setup::scaled_cell::<S>(self.job, share);
         let made = on_root(self.transport, || {
             let mut grains = thrown::<S, C>(self.job, self.packed, &cell, &[])?;
             if hot {
@@ -171,7 +170,7 @@ impl Press<'_> {
             Ok(grains)
         });
         let grains = transfer::agree(self.transport, made)?.unwrap_or_default();
-        let settings = setup::settings::<S, C>(self.job);
+        let settings = setup::settings_in(self.job, self.servo(&cell, LOOSE, self.stress));
         let parts = Parts { grains, points: Vec::new(), bodies: Vec::new(), cell };
         World::new(settings, setup::layout::<S>(self.job)?, self.transport, 0, parts)
     }
@@ -214,6 +213,8 @@ impl Press<'_> {
         let servo = StressServo {
             stress: [Some(-self.stress); 3],
             viscosity: length * (self.job.matter.density * modulus).sqrt(),
+            // Nothing flows for long: there is no rate to learn.
+            memory: f64::INFINITY,
             rate_max: inertial / self.time(),
             depth: setup::depth_of::<S>(self.job),
         };
@@ -258,7 +259,7 @@ impl Press<'_> {
                 world.advance()?;
             }
             let energies = world.energies()?;
-            let moment = world.contact_moment()?;
+            let moment = world.contact_moment_now()?;
             let volume = setup::volume(&world.cell, self.job);
             // As shares of the wanted stress.
             let mut stresses = [1.0; 3];

@@ -45,11 +45,10 @@ pub fn make<S: Space, C: ContactLaw<S>>(
         form: DampingForm::Component,
         mass: DAMPING_MASS * (gravity.norm() / job.matter.diameter_mean).sqrt(),
     };
-    let mut settings = setup::settings::<S, C>(job);
+    let mut settings = setup::settings_in::<S, C>(job, CellDrive::default());
     settings.contact =
         C::from_job(&job.contact.with_friction(packed.friction)).expect("the run was given the job's law");
     settings.field = Field { gravity, damping };
-    settings.drive = CellDrive::default();
     let parts = Parts { grains: grains.unwrap_or_default(), points: Vec::new(), bodies, cell };
     let mut world: GrainWorld<S, C> = World::new(settings, setup::layout::<S>(job)?, transport, 0, parts)?;
     settle(job, packed, &mut world)?;

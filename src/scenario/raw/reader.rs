@@ -170,9 +170,10 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// A truth value for each axis; beyond them `default`.
+    /// A truth value for each axis; beyond them false.
     pub fn flags_or(&self, key: &str, default: bool) -> Result<[bool; 3], Error> {
-        let mut flags = [default; 3];
+        let mut flags = [false; 3];
+        flags[..self.axes].fill(default);
         if let Some(entry) = self.find(key) {
             let known = self.known(key);
             for (flag, node) in flags.iter_mut().zip(self.items(known, &entry.node, "a truth value")?) {
@@ -229,6 +230,9 @@ impl<'a> Reader<'a> {
         for (stress, node) in stresses.iter_mut().zip(self.items(known, &entry.node, "a stress (Pa) or \"free\"")?) {
             *stress = match &node.value {
                 Value::Text(word) if word == "free" => None,
+                Value::Text(word) if word.starts_with(char::is_alphabetic) => {
+                    return Err(self.refuse(known, node, "is neither a stress nor \"free\"."));
+                }
                 _ => Some(self.finite(known, node, Dimension::STRESS)?),
             };
         }

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::error::Error;
 use crate::scenario::assembly::{
-    Assembly, Cell, CellServo, Damping, DampingForm, Matter, Packed, Preparation, Sizes, Source,
+    Assembly, Cell, CellServo, Damping, DampingForm, Velocities, Matter, Packed, Preparation, Sizes, Source,
 };
 use crate::scenario::raw::{Reader, Typed};
 use crate::scenario::stable;
@@ -64,6 +64,7 @@ pub fn assembly(typed: &Typed, file: &str) -> Result<Assembly, Error> {
         bodies: bodies(&top.with_axes(cell.dimension), &cell)?,
         step,
         end,
+        velocities: time.choice_or("velocities", "time of velocities", &VELOCITIES, Velocities::Now)?,
         allow_unstable: time.flag_or("allow_unstable", false)?,
         skin: cut.number_or("skin", SKIN_DEFAULT * matter.diameter_mean)?,
         block: cut.number_or("block", block * matter.diameter_mean)?,
@@ -193,6 +194,9 @@ fn packed(table: &Reader<'_>, sizes: Sizes, count: u64, cell: &Cell, folder: &Pa
     })
 }
 
+const VELOCITIES: [(&str, Velocities); 2] =
+    [("now", Velocities::Now), ("half_step_before", Velocities::HalfStepBefore)];
+
 fn damping(table: &Reader<'_>) -> Result<Damping, Error> {
     let forms = [("vector", DampingForm::Vector), ("component", DampingForm::Component)];
     Ok(Damping {
@@ -200,4 +204,175 @@ fn damping(table: &Reader<'_>) -> Result<Damping, Error> {
         form: table.choice_or("form", "form of local damping", &forms, DampingForm::Vector)?,
         mass: table.number_or("mass", 0.0)?,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::assembly::{BodyServo, PathPoint, Shape};
+    use crate::scenario::{Contact, Job};
+
+    const PLANE: &str = r#"
+        name = "small"
+        [cell]
+        space = "plane"
+        upper = ["2 cm", "3 cm"]
+        [grains]
+        density = 2500
+        count = 300
+        diameter_mean = "1 mm"
+        diameter_deviation = "0.1 mm"
+        [packing]
+        preparation = "compress"
+        stress = "100 kPa"
+        [contact]
+        stiffness_normal = 1e6
+        stiffness_tangential = 5e5
+        restitution = 0.3
+        friction = 0.5
+        [time]
+        step = "0.2 us"
+        end = "10 ms"
+    "#;
+    const SOLID: &str = r#"
+        name = "small"
+        [cell]
+        space = "solid"
+        lower = [-0.1, -0.1, 0]
+        upper = [0.1, 0.1, 0.5]
+        periodic = [true, true, false]
+        gravity = [0, "9.81 m/s2", "-9.81 m/s2"]
+        [grains]
+        density = 2500
+        count = 300
+        distribution = "list"
+        diameters = [["4 mm", 0.3], ["5 mm", 0.7]]
+        [packing]
+        preparation = "pour"
+        [contact]
+        law = "hertz_mindlin"
+        shear_modulus = "100 MPa"
+        poisson_ratio = 0.2
+        friction = 0.5
+        [damping]
+        local = 0.2
+        [time]
+        step = "2 us"
+        end = 1
+        [[body]]
+        name = "floor"
+        shape = "plane"
+        point = [0, 0, 0]
+        normal = [0, 0, 2]
+        [[body]]
+        name = "rod"
+        shape = "cylinder"
+        centre = [0, 0, "10 cm"]
+        radius = "2 cm"
+        axis = [1, 1, 0]
+        spin = [3, 3, 0]
+        ramp = "0.1 s"
+        [[body]]
+        name = "lid"
+        shape = "box"
+        lower = [-0.1, -0.1, 0.4]
+        upper = [0.1, 0.1, 0.45]
+        path = [{time = 0}, {time = 0.5, velocity = ["1 cm/s", 0, 0]}]
+        [body.servo]
+        direction = [0, 0, 3]
+        stress = "1 kPa"
+        area = "400 cm2"
+        mass = "2 kg"
+        damping = "50 N s/m"
+        speed_max = "5 cm/s"
+    "#;
+
+    /// Resolved twice, so that every test of a good job is one of its written form.
+    fn assembly_of(text: &str, sets: &[&str]) -> Assembly {
+        let sets: Vec<String> = sets.iter().map(|set| (*set).to_string()).collect();
+        let job = Job::parse(text, "/jobs/small.toml", &sets).unwrap_or_else(|error| panic!("{error}"));
+        let back = Job::parse(&job.to_toml(), "elsewhere/job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(back, job);
+        assert_eq!(back.to_toml(), job.to_toml());
+        match job {
+            Job::Assembly(assembly) => assembly,
+            Job::Shear(_) => panic!("it has a cell"),
+        }
+    }
+
+    #[test]
+    fn defaults_in_the_plane() {
+        let assembly = assembly_of(PLANE, &[]);
+        assert_eq!((assembly.cell.depth, assembly.cell.periodic, assembly.seed), (0.01, [true, true, false], 1));
+        assert_eq!((assembly.cell.lower, assembly.cell.gradient), ([0.0; 3], [[0.0; 3]; 3]));
+        assert_eq!((assembly.skin, assembly.block, assembly.damping), (1e-4, 0.012, Damping::default()));
+        assert!(!assembly.allow_unstable && assembly.bodies.is_empty() && assembly.gravity == [0.0; 3]);
+        let Source::Packed(packed) = &assembly.source else { panic!("as it was asked for") };
+        assert_eq!((packed.fraction_start, packed.friction), (0.45, 0.01));
+        assert_eq!(packed.cache, Path::new("/jobs/cache"));
+        assert_eq!(assembly.output.series_interval, 0.01 / 500.0);
+    }
+
+    #[test]
+    fn a_cell_that_deforms() {
+        let sets = [
+            "cell.velocity_gradient=[[0, \"2 1/s\"], [0, -0.1]]",
+            "cell.stress=[\"-50 kPa\", \"free\"]",
+            "cell.rate_max=3",
+        ];
+        let assembly = assembly_of(PLANE, &sets);
+        assert_eq!(assembly.cell.gradient[0], [0.0, 2.0, 0.0]);
+        let servo = CellServo { stress: [Some(-50e3), None, None], rate_max: 3.0 };
+        assert_eq!(assembly.cell.servo, Some(servo));
+    }
+
+    #[test]
+    fn bodies_and_gravity_in_space() {
+        let assembly = assembly_of(SOLID, &["body.0.velocity=[0, \"1 m/s\", 0]"]);
+        assert_eq!(assembly.gravity, [0.0, 9.81, -9.81]);
+        assert!((assembly.matter.diameter_mean - 4.7e-3).abs() < 1e-18);
+        let [floor, rod, lid] = assembly.bodies.as_slice() else { panic!("three bodies") };
+        assert_eq!(floor.shape, Shape::Plane { point: [0.0; 3], normal: [0.0, 0.0, 1.0] });
+        assert_eq!(floor.motion.path, [PathPoint { time: 0.0, velocity: [0.0, 1.0, 0.0], spin: [0.0; 3] }]);
+        let Shape::Cylinder { axis, .. } = rod.shape else { panic!("as it was asked for") };
+        assert_eq!(axis, [1.0 / 2.0f64.sqrt(), 1.0 / 2.0f64.sqrt(), 0.0]);
+        let [rest, full] = rod.motion.path.as_slice() else { panic!("a ramp has two ends") };
+        assert_eq!((rest.spin, full.time, full.spin), ([0.0; 3], 0.1, [3.0, 3.0, 0.0]));
+        assert_eq!(lid.motion.path[1].velocity, [0.01, 0.0, 0.0]);
+        let servo = BodyServo { direction: [0.0, 0.0, 1.0], force: 40.0, mass: 2.0, damping: 50.0, speed_max: 0.05 };
+        assert_eq!(lid.motion.servo, Some(servo));
+    }
+
+    #[test]
+    fn a_layer_and_a_disc_in_the_plane() {
+        let bodies = "body=[{name = \"rough\", shape = \"layer\", lower = [0, 0], upper = [0.02, 0.003], velocity = [1, 0]}, {name = \"drum\", shape = \"cylinder\", centre = [0.01, 0.02], radius = \"2 mm\", spin = \"-3 rad/s\"}]";
+        let assembly = assembly_of(PLANE, &[bodies]);
+        assert_eq!(assembly.bodies[1].motion.path[0].spin, [0.0, 0.0, -3.0]);
+        assert_eq!(
+            assembly.bodies[1].shape,
+            Shape::Cylinder { centre: [0.01, 0.02, 0.0], radius: 2e-3, axis: [0.0, 0.0, 1.0] }
+        );
+    }
+
+    /// A file's grains are not known here, so the job says how large they are in the mean.
+    #[test]
+    fn grains_from_a_file() {
+        let text = PLANE.replace("count = 300", "file = \"g.csv\"").replace("diameter_deviation = \"0.1 mm\"", "");
+        let text = text.replace("[packing]\n        preparation = \"compress\"\n        stress = \"100 kPa\"", "");
+        let assembly = assembly_of(&text, &[]);
+        assert_eq!(assembly.source, Source::File("/jobs/g.csv".into()));
+        let Contact::Linear(law) = assembly.contact else { panic!("by default") };
+        assert!(law.damping_normal > 0.0);
+        assert_eq!(assembly.matter.diameter_mean, 1e-3);
+    }
+
+    #[test]
+    fn uniform_sizes_and_an_unstable_step() {
+        let text = PLANE
+            .replace("diameter_mean = \"1 mm\"", "distribution = \"uniform\"\ndiameter_min = 8e-4")
+            .replace("diameter_deviation = \"0.1 mm\"", "diameter_max = \"1.2 mm\"");
+        let assembly = assembly_of(&text, &["time.step=\"2 us\"", "time.allow_unstable=true", "packing.fraction=0.85"]);
+        assert_eq!(assembly.matter.diameter_mean, 1e-3);
+        assert!(assembly.allow_unstable);
+    }
 }

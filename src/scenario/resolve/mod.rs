@@ -88,13 +88,14 @@ fn output(table: &Reader<'_>, duration: f64, step: f64) -> Result<Output, Error>
     })
 }
 
-fn refuse_unstable(typed: &Typed, step: f64, bounds: &[Bound]) -> Result<(), Error> {
+/// `bypass`: what else can be done where the job's kind allows it.
+fn refuse_unstable(typed: &Typed, step: f64, bounds: &[Bound], bypass: &str) -> Result<(), Error> {
     let governing = governing(bounds);
     if step <= governing.step {
         return Ok(());
     }
     let message = format!(
-        "is unstable: at most {} s is allowed ({}: {}). {}",
+        "is unstable: at most {} s is allowed ({}: {}). {}{bypass}",
         digits_below(governing.step),
         governing.cause,
         governing.formula,

@@ -265,7 +265,7 @@ fn check_together(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     if scenario.method == Method::Hybrid {
         check_zone(scenario, typed)?;
     }
-    refuse_unstable(typed, scenario.time.step, &derived::bounds(scenario))
+    refuse_unstable(typed, scenario.time.step, &derived::bounds(scenario), "")
 }
 
 fn check_height(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {

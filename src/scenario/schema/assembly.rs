@@ -53,6 +53,7 @@ pub static TABLES: [Table; 9] = [
     table("time", "the time step and the end", &[
         number("step", "the time step", TIME, POSITIVE, "\"0.4 us\""),
         number("end", "the simulated time at which the run ends", TIME, POSITIVE, "\"0.5 s\""),
+        text("velocities", "what time the velocities of the start belong to: now, or half_step_before", "\"now\""),
         key("allow_unstable", "lets a step pass that is longer than the stable one", Wants::Flag, "true"),
     ]),
     table("decomposition", "how the domain is cut", &[

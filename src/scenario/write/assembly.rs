@@ -2,7 +2,7 @@
 
 use super::{Page, list};
 use crate::scenario::assembly::{
-    Assembly, Body, BodyServo, Cell, DampingForm, Packed, PathPoint, Preparation, Shape, Sizes, Source,
+    Assembly, Body, BodyServo, Cell, DampingForm, Packed, PathPoint, Preparation, Shape, Sizes, Source, Velocities,
 };
 
 pub fn assembly(assembly: &Assembly) -> String {
@@ -38,6 +38,13 @@ pub fn assembly(assembly: &Assembly) -> String {
     page.table("time");
     page.number("step", assembly.step);
     page.number("end", assembly.end);
+    page.text(
+        "velocities",
+        match assembly.velocities {
+            Velocities::Now => "now",
+            Velocities::HalfStepBefore => "half_step_before",
+        },
+    );
     page.flag("allow_unstable", assembly.allow_unstable);
     page.table("decomposition");
     page.number("skin", assembly.skin);

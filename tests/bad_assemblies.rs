@@ -1,0 +1,345 @@
+//! Wrong assemblies of grains and what the operator is told. The whole message is compared: it is the interface.
+
+use scree::scenario::{Job, Scenario};
+
+/// A job that is right; every test below breaks it in one place.
+const GOOD: &str = r#"name = "good"
+
+[cell]
+space = "plane"
+upper = ["20 mm", "20 mm"]
+periodic = [true, false]
+velocity_gradient = [[0.1, 0], [0, 0]]
+gravity = [0, "-9.81 m/s2"]
+
+[grains]
+density = "2530 kg/m3"
+count = 100
+distribution = "uniform"
+diameter_min = "0.8 mm"
+diameter_max = "1.2 mm"
+
+[packing]
+preparation = "pour"
+
+[contact]
+law = "elastic_rolling"
+young_modulus = "600 MPa"
+stiffness_ratio = 0.8
+friction_angle = "28.6 deg"
+
+[damping]
+local = 0.1
+
+[time]
+step = "1 us"
+end = "10 ms"
+
+[[body]]
+name = "floor"
+shape = "plane"
+point = [0, 0]
+normal = [0, 1]
+
+[[body]]
+name = "lid"
+shape = "box"
+lower = [0, "18 mm"]
+upper = ["20 mm", "20 mm"]
+velocity = ["1 cm/s", 0]
+servo = {direction = [0, 1], force = "5 N", mass = "10 g", speed_max = "1 cm/s"}
+"#;
+
+/// The message that the good job with `right` replaced by `wrong` is refused with.
+#[track_caller]
+fn refused(right: &str, wrong: &str, message: &str) {
+    assert_eq!(GOOD.matches(right).count(), 1, "the good job has {right} once");
+    refused_text(&GOOD.replace(right, wrong), &[], message);
+}
+
+#[track_caller]
+fn refused_set(set: &str, message: &str) {
+    refused_text(GOOD, &[set.to_string()], message);
+}
+
+#[track_caller]
+fn refused_text(text: &str, sets: &[String], message: &str) {
+    let error = Job::parse(text, "job.toml", sets).expect_err("the job is wrong");
+    assert_eq!(error.exit_code(), 2);
+    assert_eq!(error.to_string(), message);
+}
+
+#[test]
+fn the_good_job_is_good() {
+    Job::parse(GOOD, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+}
+
+/// What wants planar shear says that it got grains in a cell.
+#[test]
+fn an_assembly_where_planar_shear_is_wanted() {
+    let error = Scenario::parse(GOOD, "job.toml", &[]).expect_err("it has a cell");
+    assert_eq!(
+        error.to_string(),
+        "job.toml: this job is an assembly of grains, because it has a table [cell], and a job of planar shear is wanted here."
+    );
+}
+
+#[test]
+fn tables_of_planar_shear() {
+    refused(
+        "[damping]",
+        "[loading]\nspeed = 1\n\n[damping]",
+        "job.toml:26: there is no table [loading]. It belongs to jobs of planar shear, and this job is an assembly of grains because it has a table [cell]. Remove one of the two.",
+    );
+}
+
+#[test]
+fn keys_of_planar_shear() {
+    refused(
+        "name = \"good\"",
+        "name = \"good\"\nmethod = \"dem\"",
+        "job.toml:2: the job's top level has no key method. It belongs to jobs of planar shear, and this job is an assembly of grains because it has a table [cell]. Remove one of the two.",
+    );
+    refused_set(
+        "decomposition.cells_per_block=2",
+        "--set decomposition.cells_per_block=2: a job has no decomposition.cells_per_block. It belongs to jobs of planar shear, and this job is an assembly of grains because it has a table [cell]. Remove one of the two.",
+    );
+}
+
+#[test]
+fn a_misspelt_key_of_a_body() {
+    refused("velocity = [", "velocty = [", "job.toml:44: [[body]] has no key velocty. Did you mean velocity?");
+}
+
+#[test]
+fn a_body_that_is_no_list() {
+    let head = GOOD.find("[[body]]").expect("it has bodies");
+    refused_text(
+        &format!("{}[body]\nname = \"lid\"\n", &GOOD[..head]),
+        &[],
+        "job.toml:33: body is a table, but a list of tables is wanted. Write [[body]] on a line of its own, and name, shape, point, normal, lower, upper, centre, radius, axis, velocity, spin, ramp, path, servo below.",
+    );
+}
+
+#[test]
+fn a_space_that_does_not_exist() {
+    refused(
+        "\"plane\"\nupper",
+        "\"2D\"\nupper",
+        "job.toml:4: cell.space = \"2D\" is no space: write \"plane\" or \"solid\".",
+    );
+}
+
+#[test]
+fn a_vector_of_another_space() {
+    refused(
+        "gravity = [0, \"-9.81 m/s2\"]",
+        "gravity = [0, 0, \"-9.81 m/s2\"]",
+        "job.toml:8: cell.gravity = [0, 0, \"-9.81 m/s2\"] is refused: a list of two is wanted, each an acceleration (m/s2). Write for example gravity = [\"-9.81 m/s2\", \"-9.81 m/s2\"].",
+    );
+    refused(
+        "upper = [\"20 mm\", \"20 mm\"]\nperiodic",
+        "upper = \"20 mm\"\nperiodic",
+        "job.toml:5: cell.upper = \"20 mm\" is refused: a list of two is wanted, each a length (m). Write for example upper = [\"9 cm\", \"9 cm\"].",
+    );
+}
+
+#[test]
+fn a_truth_value_in_quotes() {
+    refused(
+        "[true, false]",
+        "[\"yes\", false]",
+        "job.toml:6: cell.periodic = \"yes\" is text, but true or false is wanted. Write for example periodic = [true, true].",
+    );
+}
+
+#[test]
+fn a_cell_that_deforms_where_it_is_not_periodic() {
+    refused(
+        "[[0.1, 0], [0, 0]]",
+        "[[0, 0.1], [0, 0]]",
+        "job.toml:7: cell.velocity_gradient = [[0, 0.1], [0, 0]] deforms the cell along y, which is not periodic. Set cell.periodic to true along y, or move bodies instead.",
+    );
+    refused(
+        "velocity_gradient = [[0.1, 0], [0, 0]]",
+        "stress = [\"free\", \"-1 kPa\"]\nrate_max = 1",
+        "job.toml:7: cell.stress = [\"free\", \"-1 kPa\"] deforms the cell along y, which is not periodic. Set cell.periodic to true along y, or move bodies instead.",
+    );
+}
+
+#[test]
+fn an_axis_with_two_masters() {
+    refused(
+        "gravity =",
+        "stress = [\"-1 kPa\", \"free\"]\nrate_max = 1\ngravity =",
+        "job.toml:8: cell.stress = [\"-1 kPa\", \"free\"] holds x at a stress, and cell.velocity_gradient stretches x at a rate. Write \"free\" here, or 0 there.",
+    );
+}
+
+#[test]
+fn a_stress_that_is_a_word() {
+    refused(
+        "gravity =",
+        "stress = [\"-1 kPa\", \"fre\"]\nrate_max = 1\ngravity =",
+        "job.toml:8: cell.stress = \"fre\" is neither a stress nor \"free\". Write for example stress = [\"-100 kPa\", \"-100 kPa\"].",
+    );
+}
+
+#[test]
+fn a_cell_too_short_for_its_grains() {
+    refused_set(
+        "grains.diameter_max=6 mm",
+        "job.toml:5: cell.upper = [\"20 mm\", \"20 mm\"] makes the cell 20 mm long along x, where it is periodic, but four of the largest grains and the skin need 24.34 mm. Take a larger cell or smaller grains.",
+    );
+}
+
+#[test]
+fn grains_that_are_neither_read_nor_made() {
+    refused(
+        "count = 100\n",
+        "",
+        "job.toml:10: [grains] says neither where grains are read from nor how many are made. Add file = \"grains.csv\", or count = 400.",
+    );
+    refused(
+        "count = 100",
+        "file = \"g.csv\"",
+        "job.toml:13: grains.distribution = \"uniform\" is for grains to be made, and grains.file says that they are read. Remove one of the two.",
+    );
+}
+
+#[test]
+fn sizes_of_another_distribution() {
+    refused(
+        "diameter_min = \"0.8 mm\"",
+        "diameter_mean = \"0.8 mm\"",
+        "job.toml:14: grains.diameter_mean = \"0.8 mm\" belongs to distribution = \"normal\", and here distribution is \"uniform\". Remove the line, or change distribution.",
+    );
+    refused(
+        "distribution = \"uniform\"\ndiameter_min = \"0.8 mm\"\ndiameter_max = \"1.2 mm\"",
+        "distribution = \"list\"\ndiameters = [[\"1 mm\", 0.4], [\"2 mm\", 0.5]]",
+        "job.toml:14: grains.diameters = [[\"1 mm\", 0.4], [\"2 mm\", 0.5]] does not add up: the shares of all diameters make 0.9, and 1 is wanted.",
+    );
+}
+
+#[test]
+fn a_packing_that_cannot_be_made() {
+    refused(
+        "preparation = \"pour\"",
+        "preparation = \"compress\"\nstress = \"10 kPa\"",
+        "job.toml:18: packing.preparation = \"compress\" compresses a cell that is periodic along every axis, and y is not. Set cell.periodic to true there, or write \"pour\".",
+    );
+    refused(
+        "gravity = [0, \"-9.81 m/s2\"]\n",
+        "",
+        "job.toml:17: packing.preparation = \"pour\" lets grains fall, and there is no gravity. Add for example cell.gravity = [0, \"-9.81 m/s2\"].",
+    );
+    refused_set(
+        "grains.count=400",
+        "--set: grains.count = 400 fills 0.795 of the cell, and packing.fraction_start lets loose grains fill 0.45 of it. Take fewer grains or a larger cell.",
+    );
+    refused(
+        "preparation = \"pour\"",
+        "preparation = \"pour\"\nstress = \"10 kPa\"",
+        "job.toml:19: packing.stress = \"10 kPa\" belongs to preparation = \"compress\", and here preparation is \"pour\". Remove the line, or change preparation.",
+    );
+}
+
+#[test]
+fn a_body_outside_of_the_cell() {
+    refused(
+        "lower = [0, \"18 mm\"]",
+        "lower = [0, \"-1 mm\"]",
+        "job.toml:42: body.lower = [0, \"-1 mm\"] lies outside of the cell, which reaches from 0 to 0.02 m along y. Move it inside.",
+    );
+    refused(
+        "normal = [0, 1]",
+        "normal = [1, 1]",
+        "job.toml:37: body.normal = [1, 1] leans along x, and the cell is periodic there, so the half space would meet its own images. Turn it, or set cell.periodic to false along x.",
+    );
+    refused(
+        "normal = [0, 1]",
+        "normal = [0, 0]",
+        "job.toml:37: body.normal = [0, 0] points nowhere. Write a direction of any length but zero.",
+    );
+}
+
+#[test]
+fn a_key_of_another_shape() {
+    refused(
+        "normal = [0, 1]\n",
+        "normal = [0, 1]\nradius = \"1 mm\"\n",
+        "job.toml:38: body.radius = \"1 mm\" belongs to shape = \"cylinder\", and here shape is \"plane\". Remove the line, or change shape.",
+    );
+}
+
+#[test]
+fn a_motion_that_contradicts_itself() {
+    refused(
+        "velocity = [\"1 cm/s\", 0]",
+        "velocity = [0, \"1 cm/s\"]",
+        "job.toml:44: body.velocity = [0, \"1 cm/s\"] moves the body along the direction of its servo, which moves it there by itself. Remove that component.",
+    );
+    refused(
+        "velocity = [\"1 cm/s\", 0]",
+        "velocity = [\"1 cm/s\", 0]\nspin = \"3 rad/s\"",
+        "job.toml:45: body.spin = \"3 rad/s\" turns a body that cannot turn: only a cylinder spins, and in space a plane about its normal. Remove the spin.",
+    );
+    refused(
+        "velocity = [\"1 cm/s\", 0]",
+        "path = [{time = 0}, {time = \"1 s\"}, {time = 0.5}]",
+        "job.toml:44: body.path.time = 0.5 does not come after the time before it. Put the path in order.",
+    );
+    refused(
+        "force = \"5 N\"",
+        "force = \"5 N\", stress = \"1 kPa\"",
+        "job.toml:45: body.servo.force = \"5 N\" stands beside a stress or an area, and each says what the body is held at. Keep force, or stress and area.",
+    );
+}
+
+#[test]
+fn bodies_of_one_name() {
+    refused(
+        "name = \"lid\"",
+        "name = \"floor\"",
+        "job.toml:40: body.name = \"floor\" names another body already. Give each a name of its own.",
+    );
+}
+
+#[test]
+fn too_many_bodies() {
+    let stones: String = (0..7)
+        .map(|stone| {
+            format!(
+                "\n[[body]]\nname = \"stone{stone}\"\nshape = \"cylinder\"\ncentre = [0.01, 0.01]\nradius = 0.001\n"
+            )
+        })
+        .collect();
+    refused_text(
+        &format!("{GOOD}{stones}"),
+        &[],
+        "job.toml:83: [[body]] is one too many: a job may have 8 bodies, and this one has 9. Remove some.",
+    );
+}
+
+/// The bound of the law that the job has.
+#[test]
+fn an_unstable_step() {
+    refused(
+        "step = \"1 us\"",
+        "step = \"20 us\"",
+        "job.toml:30: time.step = \"20 us\" is unstable: at most 3.51e-6 s is allowed (tangential and rolling springs, lightest grain spinning: 2/w, w^2 = 2 z (k_t + k_r/r^2)/m of it and of a mean grain together). Beyond it contacts feed energy into the grains; shorten the step, or take softer contacts or heavier grains. Only to repeat an unstable run on purpose, write time.allow_unstable = true.",
+    );
+    refused_set(
+        "damping.mass=4e6",
+        "job.toml:30: time.step = \"1 us\" is unstable: at most 4.99e-7 s is allowed (damping in proportion to mass: 2/c). Beyond it the damping turns velocities round at every step; shorten the step, or lower damping.mass. Only to repeat an unstable run on purpose, write time.allow_unstable = true.",
+    );
+}
+
+#[test]
+fn an_end_before_the_first_step() {
+    refused(
+        "end = \"10 ms\"",
+        "end = \"10 ns\"",
+        "job.toml:31: time.end = \"10 ns\" is shorter than one time step. Write at least time.step = 1e-6 s.",
+    );
+}
