@@ -18,7 +18,7 @@ use crate::space::{Linear, Space};
 use crate::transfer;
 use crate::world::World;
 
-mod packed;
+pub mod packed;
 pub mod setup;
 
 /// The job, with its space and contact law.
