@@ -118,6 +118,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             step,
             contacts: Contacts::new(&parts.cell),
             walls: Walls::default(),
+            moment_kept: None,
             moved: 0.0,
             cell_home: parts.home.cell,
             bodies_home: parts.home.bodies,
@@ -184,6 +185,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     /// Sends everything home: position of now becomes home, wrapped into the cell.
     pub fn rebuild(&mut self) -> Result<(), Error> {
         let timer = self.phases.start();
+        self.moment_kept = Some(self.contact_moment()?);
         for (i, j, times) in self.cell.shorten() {
             for cold in &mut self.grains.cold[..self.grains.owned] {
                 cold.image[i] += times * cold.image[j];

@@ -127,7 +127,7 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
         let world = &mut core.world;
         let energies = world.energies()?;
         let contacts = world.contact_count();
-        let moment = world.contact_moment_now()?;
+        let moment = world.contact_moment()?;
         let volume = setup::volume(&world.cell, self.job);
         let solid = setup::solid_volume(world, self.job)?;
         let mut row = vec![world.step as f64, world.time(), world.grains_total as f64, contacts as f64, solid / volume];

@@ -153,7 +153,9 @@ impl Press<'_> {
         let grains = gathered(&mut world)?;
         let mut cell = world.cell;
         (cell.gradient, cell.rate) = (S::Tensor::zero(), S::Tensor::zero());
-        if std::env::var("PROBE").is_ok() { eprintln!("cooling {cooling:?} fraction {fraction:.4} steps {}", world.step); }
+        if std::env::var("PROBE").is_ok() {
+            eprintln!("cooling {cooling:?} fraction {fraction:.4} steps {}", world.step);
+        }
         tracing::info!(steps = world.step, fraction, cooling, "a packing is at rest");
         Ok(Pressed { packing: Packing { grains, cell }, fraction })
     }
@@ -247,8 +249,7 @@ impl Press<'_> {
     /// Compresses under friction and damping until everything rests under the stress.
     fn bring_to_rest<S: Space, C: ContactLaw<S>>(&self, world: &mut GrainWorld<S, C>) -> Result<(), Error> {
         world.settings.contact = law(&self.job.contact.with_friction(self.packed.friction));
-        let damping =
-            Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
+        let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
         world.settings.field = Field { gravity: S::Vector::zero(), damping };
         world.settings.drive = self.servo(&world.cell, LOOSE, self.stress);
         // The reach of the law may be another.
@@ -273,7 +274,14 @@ impl Press<'_> {
             let at_stress = stresses.iter().all(|stress| (stress - 1.0).abs() < STRESS_TOLERANCE);
             let at_rest = energies.kinetic_grains < self.packed.energy_ratio_max * energies.elastic_grains;
             calm = if at_stress && at_rest { calm + 1 } else { 0 };
-            if std::env::var("PROBE").is_ok() && world.step % 4000 == 0 { eprintln!("{} {stresses:?} {:.2e} {:.4}", world.step, energies.kinetic_grains/energies.elastic_grains, setup::fraction(world, self.job)?); }
+            if std::env::var("PROBE").is_ok() && world.step % 4000 == 0 {
+                eprintln!(
+                    "{} {stresses:?} {:.2e} {:.4}",
+                    world.step,
+                    energies.kinetic_grains / energies.elastic_grains,
+                    setup::fraction(world, self.job)?
+                );
+            }
             self.refuse_endless(world, [energies.kinetic_grains, energies.elastic_grains])?;
         }
         Ok(())

@@ -70,7 +70,7 @@ fn probe() {
         }
     }
     fn go<S: Space, C: ContactLaw<S>>(job: &Assembly, start: std::time::Instant) {
-    let Source::Packed(packed) = &job.source else { panic!("the job makes its grains") };
+        let Source::Packed(packed) = &job.source else { panic!("the job makes its grains") };
         match make::<S, C>(job, packed, &Solo) {
             Ok(packing) => {
                 let world = setup::world::<S, C>(job, &Solo).unwrap();
