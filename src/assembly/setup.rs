@@ -96,10 +96,15 @@ pub(super) fn scaled_cell<S: Space>(job: &Assembly, share: f64) -> Cell<S> {
     Cell::cuboid(lower, (upper - lower) * share, job.cell.periodic)
 }
 
-/// Blocks of the job's cell, however it has deformed. Grains that are compressed decide its lengths themselves: it is cut
-/// for the smallest that these can be, and by the job alone, so that a resumed run is cut alike.
+/// The cell as drawn, or the smallest that grains which are compressed in it could fill.
+pub(super) fn densest_cell<S: Space>(job: &Assembly) -> Cell<S> {
+    scaled_cell(job, shrinkage::<S>(job, FRACTION_MAX[S::DIMENSION - 2]))
+}
+
+/// Blocks of the job's cell, however it has deformed: those of the smallest that it can start as. By the job alone, so that
+/// a resumed run is cut alike.
 pub(super) fn layout<S: Space>(job: &Assembly) -> Result<Layout, Error> {
-    layout_of(job, &scaled_cell::<S>(job, shrinkage::<S>(job, FRACTION_MAX[S::DIMENSION - 2])))
+    layout_of(job, &densest_cell::<S>(job))
 }
 
 /// Blocks near the wanted edge, as many as fill the cell.

@@ -89,13 +89,16 @@ enum Command {
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
     },
-    /// Write the grains of a checkpoint as CSV: id,x,y,radius,vx,vy,spin with 17 significant digits.
+    /// Write the grains of a checkpoint as CSV or as a LAMMPS data file, and its contacts, with 17 significant digits.
     Export {
         /// Folder of the run.
         dir: PathBuf,
-        /// The CSV file to write.
+        /// The file of grains to write: comma-separated values (.csv) or a LAMMPS data file (.data, .lmp).
+        #[arg(long, value_name = "FILE", required_unless_present = "contacts")]
+        grains: Option<PathBuf>,
+        /// The CSV file of contacts to write: lower and higher id (or a body's name), and the law's memory.
         #[arg(long, value_name = "FILE")]
-        grains: PathBuf,
+        contacts: Option<PathBuf>,
         /// The checkpoint nearest to this time, for example 0.02 or "20 ms". Default: the newest.
         #[arg(long, value_name = "TIME")]
         at: Option<String>,
@@ -136,7 +139,9 @@ fn dispatch(command: Command, transport: &dyn Transport) -> u8 {
                 let page = report::write(&dirs, out.as_deref())?;
                 Ok(format!("The report is {}\n", page.display()))
             }
-            Command::Export { dir, grains, at } => export::command(&dir, &grains, at.as_deref()),
+            Command::Export { dir, grains, contacts, at } => {
+                export::command(&dir, grains.as_deref(), contacts.as_deref(), at.as_deref())
+            }
             Command::Run { .. } | Command::Resume { .. } => {
                 unreachable!("runs are dispatched above")
             }

@@ -10,4 +10,5 @@ pub mod motion;
 pub mod neighbours;
 pub mod packing;
 pub mod throw;
+pub mod tile;
 pub mod walls;

@@ -13,6 +13,7 @@
 use scree_partition::Transport;
 
 use super::{GrainWorld, Packing, gathered, setup, thrown};
+use crate::assembly::AXES;
 use crate::dem::cell::Cell;
 use crate::dem::grains::GrainRow;
 use crate::dem::motion::Field;
@@ -24,6 +25,7 @@ use crate::packing::on_root;
 use crate::rebuild::Parts;
 use crate::scenario::Contact;
 use crate::scenario::assembly::{Assembly, Damping, DampingForm, Packed};
+use crate::scenario::figures;
 use crate::scenario::stable::{HERTZ_OVERLAP, Springs};
 use crate::servo::{CellDrive, StressServo};
 use crate::space::{Linear, Space};
@@ -54,6 +56,8 @@ const LOOK_EVERY: u64 = 200;
 const CALM_LOOKS: u32 = 2;
 /// Steps after which a packing that has not come to rest is given up.
 const STEPS_MAX: u64 = 20_000_000;
+/// Length of the cell in largest diameters, as of any periodic axis.
+const PERIOD_IN_DIAMETERS: f64 = 4.0;
 /// Random numbers of a grain beside those of its size and place: another stream.
 const VELOCITIES: u64 = 1 << 63;
 
@@ -80,6 +84,7 @@ pub fn make<S: Space, C: ContactLaw<S>>(
     transport: &dyn Transport,
 ) -> Result<Packing<S, C>, Error> {
     refuse_bodies::<S>(job)?;
+    refuse_narrow::<S>(job, packed)?;
     let press = Press { job, packed, stress, transport };
     let plain = press.compress::<S, C>(None)?;
     let Some(wanted) = wanted else { return Ok(plain.packing) };
@@ -102,6 +107,21 @@ fn refuse_bodies<S: Space>(job: &Assembly) -> Result<(), Error> {
         Some(body) => Err(Error::User(format!(
             "packing.preparation = \"compress\" fills the whole cell with grains, and body `{}` stands in it. Write \"pour\", remove the body, or read grains.file.",
             body.name
+        ))),
+    }
+}
+
+/// A grain must not reach its own image or two images of another. As dense as can be, the cell is smallest.
+fn refuse_narrow<S: Space>(job: &Assembly, packed: &Packed) -> Result<(), Error> {
+    let reach = PERIOD_IN_DIAMETERS * figures::diameter_max(job) + job.skin;
+    let cell = setup::densest_cell::<S>(job);
+    match (0..S::DIMENSION).find(|axis| cell.height(*axis) < reach) {
+        None => Ok(()),
+        Some(axis) => Err(Error::User(format!(
+            "grains.count = {} grains fill a cell that is only {:.4e} m long along {}; four of the largest grains and the skin need {reach:.4e} m. Take more grains, or give cell.upper another shape.",
+            packed.count,
+            cell.height(axis),
+            AXES[axis]
         ))),
     }
 }
@@ -153,9 +173,6 @@ impl Press<'_> {
         let grains = gathered(&mut world)?;
         let mut cell = world.cell;
         (cell.gradient, cell.rate) = (S::Tensor::zero(), S::Tensor::zero());
-        if std::env::var("PROBE").is_ok() {
-            eprintln!("cooling {cooling:?} fraction {fraction:.4} steps {}", world.step);
-        }
         tracing::info!(steps = world.step, fraction, cooling, "a packing is at rest");
         Ok(Pressed { packing: Packing { grains, cell }, fraction })
     }
@@ -249,7 +266,8 @@ impl Press<'_> {
     /// Compresses under friction and damping until everything rests under the stress.
     fn bring_to_rest<S: Space, C: ContactLaw<S>>(&self, world: &mut GrainWorld<S, C>) -> Result<(), Error> {
         world.settings.contact = law(&self.job.contact.with_friction(self.packed.friction));
-        let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
+        let damping =
+            Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
         world.settings.field = Field { gravity: S::Vector::zero(), damping };
         world.settings.drive = self.servo(&world.cell, LOOSE, self.stress);
         // The reach of the law may be another.
@@ -274,14 +292,6 @@ impl Press<'_> {
             let at_stress = stresses.iter().all(|stress| (stress - 1.0).abs() < STRESS_TOLERANCE);
             let at_rest = energies.kinetic_grains < self.packed.energy_ratio_max * energies.elastic_grains;
             calm = if at_stress && at_rest { calm + 1 } else { 0 };
-            if std::env::var("PROBE").is_ok() && world.step % 4000 == 0 {
-                eprintln!(
-                    "{} {stresses:?} {:.2e} {:.4}",
-                    world.step,
-                    energies.kinetic_grains / energies.elastic_grains,
-                    setup::fraction(world, self.job)?
-                );
-            }
             self.refuse_endless(world, [energies.kinetic_grains, energies.elastic_grains])?;
         }
         Ok(())

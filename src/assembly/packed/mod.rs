@@ -56,7 +56,6 @@ pub fn make<S: Space, C: ContactLaw<S>>(
         Preparation::Compress { stress, fraction } => compress::make(job, packed, (stress, fraction), transport)?,
         Preparation::Pour => pour::make(job, packed, transport)?,
     };
-    refuse_narrow(job, &packing.cell)?;
     let written = on_root(transport, || write(&file, &mut packing));
     transfer::agree(transport, written)?;
     Ok(packing)
@@ -145,17 +144,4 @@ fn gathered<S: Space, C: ContactLaw<S>>(world: &mut GrainWorld<S, C>) -> Result<
     rows.sort_unstable_by_key(|row| row.cold.id);
     rows.iter_mut().for_each(settle);
     Ok(rows)
-}
-
-/// A grain must not reach its own image or two images of another.
-fn refuse_narrow<S: Space>(job: &Assembly, cell: &Cell<S>) -> Result<(), Error> {
-    let reach = 4.0 * crate::scenario::figures::diameter_max(job) + job.skin;
-    match (0..S::DIMENSION).find(|axis| cell.periodic[*axis] && cell.height(*axis) < reach) {
-        None => Ok(()),
-        Some(axis) => Err(Error::User(format!(
-            "the grains of grains.count fill a cell that is only {:.4e} m long along {}, where it is periodic, and four of the largest grains and the skin need {reach:.4e} m. Take more grains, or another shape of the cell.",
-            cell.height(axis),
-            super::AXES[axis]
-        ))),
-    }
 }

@@ -84,9 +84,6 @@ fn settle<S: Space, C: ContactLaw<S>>(
         let carried = carried(world)? / weight;
         let at_rest = kinetic < energy_max && (carried - 1.0).abs() < WEIGHT_TOLERANCE;
         calm = if at_rest { calm + 1 } else { 0 };
-        if std::env::var("PROBE").is_ok() && world.step % 4000 == 0 {
-            eprintln!("{} {carried:.4} {:.2e} max {steps_max}", world.step, kinetic / energy_max);
-        }
         if world.step > steps_max {
             return Err(Error::Run(format!(
                 "the poured grains have not come to rest after {} steps: the bodies carry {carried:.3} of their weight, and their kinetic energy is {:.1e} of m g d (wanted {:.1e}); see whether the bodies hold them from all sides, raise packing.energy_ratio_max, or check contact and time.step",
