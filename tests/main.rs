@@ -15,6 +15,8 @@ mod coupling;
 mod enrichment;
 /// Worlds of a few grains alone that the tests of the grain engine share; it claims nothing itself.
 mod few;
+/// Discs and spheres roll, slide and come to rest on planes as closed forms say, under every law.
+mod inclines;
 /// Grains, continuum and hybrid end in the same bits on 1 to 4 ranks in one process, and from any of their checkpoints.
 mod invariance;
 /// Every job in `jobs/` is read, and its resolved form means the same.
