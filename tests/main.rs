@@ -4,6 +4,8 @@
 mod bad_assemblies;
 /// Wrong jobs are refused before any work, with file, line, value and remedy; exit code 2.
 mod bad_jobs;
+/// Grains and rigid bodies: balances to round-off, mirrored bounces, held forces, paths, and spins that drive.
+mod bodies;
 /// A free cluster keeps momentum and angular momentum, and every width of registers gives the same bits, under every law
 /// in both spaces.
 mod clusters;
