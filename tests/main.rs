@@ -17,6 +17,8 @@ mod coupling;
 mod enrichment;
 /// Worlds of a few grains alone that the tests of the grain engine share; it claims nothing itself.
 mod few;
+/// A loaded contact that is carried along by a rigid motion keeps its force in the moving frame, under every law.
+mod frames;
 /// Discs and spheres roll, slide and come to rest on planes as closed forms say, under every law.
 mod inclines;
 /// Grains, continuum and hybrid end in the same bits on 1 to 4 ranks in one process, and from any of their checkpoints.
