@@ -104,7 +104,11 @@ fn refuse_repeated_ids<M: Words<f64>>(source: &Source, grains: &[GrainRow<Plane,
     }
 }
 
-fn refuse_heights<M: Words<f64>>(scenario: &Scenario, source: &Source, grains: &[GrainRow<Plane, M>]) -> Result<(), Error> {
+fn refuse_heights<M: Words<f64>>(
+    scenario: &Scenario,
+    source: &Source,
+    grains: &[GrainRow<Plane, M>],
+) -> Result<(), Error> {
     let [lower, upper] = layout_for(scenario, scenario.specimen.height)?.heights();
     let outside = |grain: &GrainRow<Plane, M>| !(lower..=upper).contains(&grain.hot.position[1]);
     match grains.iter().position(outside) {
@@ -120,7 +124,11 @@ fn refuse_heights<M: Words<f64>>(scenario: &Scenario, source: &Source, grains: &
 }
 
 /// Blocks must be wider than a contact reaches, and the step stable for the lightest grain.
-fn refuse_sizes<M: Words<f64>>(scenario: &Scenario, source: &Source, grains: &[GrainRow<Plane, M>]) -> Result<(), Error> {
+fn refuse_sizes<M: Words<f64>>(
+    scenario: &Scenario,
+    source: &Source,
+    grains: &[GrainRow<Plane, M>],
+) -> Result<(), Error> {
     let by_radius = |a: &(usize, f64), b: &(usize, f64)| a.1.total_cmp(&b.1);
     let radii = || grains.iter().map(|grain| grain.hot.radius).enumerate();
     let (Some(smallest), Some(largest)) = (radii().min_by(by_radius), radii().max_by(by_radius)) else {
@@ -154,7 +162,11 @@ fn refuse_sizes<M: Words<f64>>(scenario: &Scenario, source: &Source, grains: &[G
     Ok(())
 }
 
-fn refuse_overlaps<M: Words<f64>>(scenario: &Scenario, source: &Source, grains: &[GrainRow<Plane, M>]) -> Result<(), Error> {
+fn refuse_overlaps<M: Words<f64>>(
+    scenario: &Scenario,
+    source: &Source,
+    grains: &[GrainRow<Plane, M>],
+) -> Result<(), Error> {
     let all = Grains::<Plane> {
         hot: grains.iter().map(|grain| grain.hot).collect(),
         cold: grains.iter().map(|grain| grain.cold).collect(),
@@ -225,10 +237,12 @@ mod tests {
         std::fs::write(&file, format!("{HEADER}\n{rows}")).unwrap();
         let job = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/quickstart.toml");
         let scenario = Scenario::load(&job, &["method=dem".into()]).unwrap();
-        let message = read::<crate::space::Components<f64, 1>>(&scenario, &file).map(|grains| format!("{} grains", grains.len())).unwrap_or_else(|error| {
-            assert_eq!(error.exit_code(), 2);
-            error.to_string()
-        });
+        let message = read::<crate::space::Components<f64, 1>>(&scenario, &file)
+            .map(|grains| format!("{} grains", grains.len()))
+            .unwrap_or_else(|error| {
+                assert_eq!(error.exit_code(), 2);
+                error.to_string()
+            });
         message.replace(&format!("{}:", file.display()), "")
     }
 

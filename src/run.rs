@@ -14,6 +14,7 @@ use crate::checkpoint::{self, Progress, Snapshot};
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
+use crate::observe::guard::EnergyGuard;
 use crate::observe::phases::{self, Phase};
 use crate::output::Outputs;
 use crate::rebuild::Row;
@@ -129,6 +130,7 @@ pub struct Run<'t, E: Experiment> {
     core: CoreOf<'t, E>,
     steps: u64,
     cadence: Cadence,
+    energy_guard: EnergyGuard,
     stop: Arc<AtomicBool>,
     started: Instant,
     first_step: u64,
@@ -150,7 +152,8 @@ impl<'t, E: Experiment> Run<'t, E> {
             checkpoint: every(output.checkpoint_interval),
         };
         let (first_step, steps) = (core.world.step, experiment.steps());
-        Ok(Self { experiment, core, steps, cadence, stop, started: Instant::now(), first_step })
+        let energy_guard = EnergyGuard::default();
+        Ok(Self { experiment, core, steps, cadence, energy_guard, stop, started: Instant::now(), first_step })
     }
 
     /// Goes on to the end of the run.
@@ -175,6 +178,7 @@ impl<'t, E: Experiment> Run<'t, E> {
         let step = self.core.world.step;
         if step.is_multiple_of(GUARD_EVERY) || step == self.steps {
             self.core.world.refuse_deep_overlaps(OVERLAP_MAX)?;
+            self.energy_guard.look(&mut self.core.world)?;
         }
         if step.is_multiple_of(self.cadence.series) || step == self.steps {
             self.write_row()?;
@@ -229,6 +233,7 @@ impl<'t, E: Experiment> Run<'t, E> {
                     progress: core.progress.clone(),
                     cell: core.world.cell,
                     bodies: core.world.bodies.clone(),
+                    home: core.world.home(),
                     grains,
                     points,
                 };

@@ -19,14 +19,23 @@ pub struct CellDrive<S: Space> {
     pub servo: Option<StressServo>,
 }
 
-/// Along an axis with a target the rate of stretch is (target - stress)/viscosity, within a limit: the stress relaxes to
-/// the target as that of a Kelvin body would.
+/// Along an axis with a target the rate of stretch follows the missing stress e = target - stress in proportion and by its
+/// integral, within a limit:
+///
+/// ```text
+/// L = e/viscosity + learnt,  d learnt/dt = e/(viscosity memory)
+/// ```
+///
+/// The first brings the stress to the target as a Kelvin body would, the second keeps it there while the material flows.
+/// At the limit nothing is learnt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StressServo {
     /// Normal stress per axis, Pa, tension positive.
     pub stress: [Option<f64>; 3],
     /// Pa s.
     pub viscosity: f64,
+    /// s.
+    pub memory: f64,
     /// 1/s.
     pub rate_max: f64,
     /// Volume that the space's measure of the cell is multiplied with: the depth in the plane, one in space.
@@ -46,9 +55,9 @@ impl<S: Space> CellDrive<S> {
 }
 
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
-    pub(crate) fn gradient_wanted(&self) -> Result<S::Tensor, Error> {
-        let drive = &self.settings.drive;
-        let Some(servo) = &drive.servo else { return Ok(drive.gradient) };
+    pub(crate) fn gradient_wanted(&mut self) -> Result<S::Tensor, Error> {
+        let drive = self.settings.drive;
+        let Some(servo) = drive.servo else { return Ok(drive.gradient) };
         if !self.step.is_multiple_of(LOOK_EVERY) {
             return Ok(self.cell.gradient);
         }
@@ -58,7 +67,11 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             if let Some(target) = servo.stress[axis] {
                 let diagonal = axis * S::DIMENSION + axis;
                 let rate = (target - stress[diagonal]) / servo.viscosity;
-                gradient[diagonal] = rate.clamp(-servo.rate_max, servo.rate_max);
+                let wanted = rate + self.cell.learnt[axis];
+                gradient[diagonal] = wanted.clamp(-servo.rate_max, servo.rate_max);
+                if gradient[diagonal] == wanted {
+                    self.cell.learnt[axis] += rate * LOOK_EVERY as f64 * self.settings.dt / servo.memory;
+                }
             }
         }
         Ok(gradient)
@@ -68,23 +81,43 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// and the positions of now. Over the volume it is the mean stress, tension positive. Within a block rows are summed
     /// in their order, blocks exactly.
     pub fn contact_moment(&self) -> Result<S::Tensor, Error> {
+        if let Some(kept) = self.moment_kept {
+            return Ok(kept);
+        }
+        let walls = self.walls.list.iter().map(|wall| {
+            let branch = self.grains.hot[wall.row as usize].position - wall.point;
+            -S::outer(&wall.force, &branch)
+        });
+        self.sum_moments(|row| -self.contacts.branch_sum(&self.grains, row), walls)
+    }
+
+    /// The same with the forces of the positions and velocities of now: what an observer sees between steps.
+    pub fn contact_moment_now(&mut self) -> Result<S::Tensor, Error> {
+        self.refresh_ghosts();
+        let law = &self.settings.contact;
+        let walls = self.walls.moments(law, &self.grains, &self.bodies);
+        self.sum_moments(|row| self.contacts.moment(law, &self.grains, row), walls)
+    }
+
+    fn sum_moments(
+        &self,
+        of_row: impl Fn(usize) -> S::Tensor,
+        of_walls: impl Iterator<Item = S::Tensor>,
+    ) -> Result<S::Tensor, Error> {
         let mut sums = ExactSum::<9>::new();
+        let mut add = |moment: &S::Tensor| {
+            for component in 0..S::Tensor::COMPONENTS {
+                sums.add(component, moment[component]);
+            }
+        };
         for range in &self.grain_ranges {
             let mut block = S::Tensor::zero();
             for row in range.clone() {
-                block += self.contacts.branch_sum(&self.grains, row);
+                block += of_row(row);
             }
-            for component in 0..S::Tensor::COMPONENTS {
-                sums.add(component, -block[component]);
-            }
+            add(&block);
         }
-        for wall in &self.walls.list {
-            let branch = self.grains.hot[wall.row as usize].position - wall.point;
-            let moment = S::outer(&wall.force, &branch);
-            for component in 0..S::Tensor::COMPONENTS {
-                sums.add(component, -moment[component]);
-            }
-        }
+        of_walls.for_each(|moment| add(&moment));
         let total = self.reduce(sums)?;
         let mut moment = S::Tensor::zero();
         for component in 0..S::Tensor::COMPONENTS {

@@ -2,7 +2,7 @@
 
 use scree_io::column::{State, Table};
 
-use crate::dem::grains::{ContactRow, GrainRow};
+use crate::dem::grains::{ContactRow, GrainRow, is_body};
 use crate::error::Error;
 use crate::ids::GrainId;
 use crate::record::{from_table, to_table};
@@ -34,9 +34,11 @@ pub fn to_grains<S: Space, M: Words<f64>>(state: &State) -> Result<Vec<GrainRow<
             .map_err(|_| Error::User(format!("table `contacts` names grain {}, which table `grains` lacks", id.0)))
     };
     for contact in contacts {
-        let (lower, higher) = (find(contact.lower)?, find(contact.higher)?);
-        rows[lower].contacts.push((contact.higher, contact.memory));
-        rows[higher].contacts.push((contact.lower, contact.memory));
+        rows[find(contact.lower)?].contacts.push((contact.higher, contact.memory));
+        // A body is in no table of grains and keeps nothing itself.
+        if !is_body(contact.higher) {
+            rows[find(contact.higher)?].contacts.push((contact.lower, contact.memory));
+        }
     }
     for row in &mut rows {
         row.contacts.sort_unstable_by_key(|(partner, _)| *partner);
@@ -52,4 +54,27 @@ pub fn rows<R: crate::record::Record + Clone>(state: &State, name: &str, blank: 
         .find(|table| table.name == name)
         .ok_or_else(|| Error::User(format!("there is no table `{name}`; the file is not of this kind")))?;
     from_table(table, blank).map_err(Error::User)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dem::grains::{Mover, body_partner};
+    use crate::space::{Components, Linear, Plane};
+
+    type Memory = Components<f64, 1>;
+
+    #[test]
+    fn contacts_with_grains_and_with_bodies_come_back() {
+        let grain = |id: u64| GrainRow::<Plane, Memory>::resting(GrainId(id), Linear::zero(), 1e-3, 1e-5, Mover::Free);
+        let mut rows = [grain(3), grain(8)];
+        let memory = |number: f64| Components([number]);
+        rows[0].contacts = vec![(GrainId(8), memory(1.0)), (body_partner(0), memory(2.0))];
+        rows[1].contacts = vec![(GrainId(3), memory(1.0))];
+        let state = State { attributes: Default::default(), tables: of_grains(&mut rows).into() };
+        let read: Vec<GrainRow<Plane, Memory>> = to_grains(&state).unwrap();
+        for (read, row) in read.iter().zip(&rows) {
+            assert_eq!(format!("{:?}", read.contacts), format!("{:?}", row.contacts));
+        }
+    }
 }

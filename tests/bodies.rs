@@ -5,7 +5,9 @@ use scree::law::contact::ContactLaw;
 use scree::math;
 use scree::space::{Linear, Plane, Solid, Space};
 
-use crate::few::{Claim, Few, GrainWorld, MASS, RADIUS, elastic, for_every_law, hertz, hot_of, linear, load_on, spin, steps, vector};
+use crate::few::{
+    Claim, Few, GrainWorld, MASS, RADIUS, elastic, for_every_law, hertz, hot_of, linear, load_on, spin, steps, vector,
+};
 
 /// A body, the place of a grain that just does not touch it and the way from the one to the other, m and a unit vector.
 struct Meeting<S: Space> {
@@ -22,7 +24,8 @@ fn meetings<S: Space>(gap: f64) -> Vec<Meeting<S>> {
     };
     let zero = vector::<S>([0.0; 3]);
     let reach = RADIUS + gap;
-    let meet = |shape: Shape<S>, point: S::Vector, normal: S::Vector| Meeting { shape, place: point + normal * reach, normal };
+    let meet =
+        |shape: Shape<S>, point: S::Vector, normal: S::Vector| Meeting { shape, place: point + normal * reach, normal };
     let (slant, beside) = (unit([1.0, 2.0, -0.5]), vector::<S>([2e-4, -1e-4, 4e-4]));
     let corner = vector::<S>([1e-3, 5e-4, 8e-4]);
     let block = Shape::Box { lower: vector::<S>([-2e-3; 3]), upper: corner };
@@ -177,7 +180,8 @@ fn a_servo_comes_to_the_force_it_holds() {
 fn follows_its_path<S: Space>() {
     let dt = 1e-5;
     let mut few = Few::<S, _>::new(linear(), dt, 24.0 * RADIUS);
-    let mut body = Body::new("body", Shape::Plane { point: vector::<S>([0.0; 3]), normal: vector::<S>([1.0, 0.0, 0.0]) });
+    let mut body =
+        Body::new("body", Shape::Plane { point: vector::<S>([0.0; 3]), normal: vector::<S>([1.0, 0.0, 0.0]) });
     let (fast, slow) = (vector::<S>([0.3, -0.2, 0.1]), vector::<S>([-0.1, 0.0, 0.2]));
     let turn = spin::<S>([1.0, -2.0, 5.0]);
     let zero = vector::<S>([0.0; 3]);

@@ -269,14 +269,20 @@ fn a_stress_servo_brings_a_packing_to_its_target() {
     few.settings.field.damping = Damping { local: 0.3, form: DampingForm::Vector, mass: 0.0 };
     let target = [Some(-100e3), Some(-130e3), None];
     let modulus = law.constants.stiffness_normal / depth;
-    let wave = (2500.0 / modulus).sqrt();
-    few.settings.drive.servo =
-        Some(StressServo { stress: target, viscosity: 10.0 * modulus * 8.0 * spacing * wave, rate_max: 5.0, depth });
+    let crossing = 8.0 * spacing * (2500.0 / modulus).sqrt();
+    few.settings.drive.servo = Some(StressServo {
+        stress: target,
+        viscosity: 10.0 * modulus * crossing,
+        memory: 50.0 * crossing,
+        rate_max: 5.0,
+        depth,
+    });
     let mut random = Random(41);
     for place in 0..64 {
         let mut jitter = || 1e-3 * RADIUS * random.signed();
         let shift = 0.5 * f64::from(place / 8 % 2);
-        let at = [(f64::from(place % 8) + shift) * spacing + jitter(), (f64::from(place / 8) + 0.5) * row + jitter(), 0.0];
+        let at =
+            [(f64::from(place % 8) + shift) * spacing + jitter(), (f64::from(place / 8) + 0.5) * row + jitter(), 0.0];
         few.add(at, RADIUS + jitter(), MASS);
     }
     let mut world = few.world();

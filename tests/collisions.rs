@@ -6,7 +6,9 @@ use scree::math;
 use scree::scenario;
 use scree::space::{Linear, Plane, Solid, Space};
 
-use crate::few::{Few, GrainWorld, MASS, RADIUS, cohesive, elastic, hertz, hot_of, linear, load_on, row_of, spin, steps, vector};
+use crate::few::{
+    Few, GrainWorld, MASS, RADIUS, cohesive, elastic, hertz, hot_of, linear, load_on, row_of, spin, steps, vector,
+};
 
 /// Speed at which grains close, m/s.
 const SPEED: f64 = 0.1;
@@ -21,7 +23,12 @@ struct Seen {
 }
 
 /// Two grains closing along a diagonal of the space, `duration` being what the contact is expected to last, s.
-fn head_on<S: Space, C: ContactLaw<S>>(law: C, [radii, masses]: [[f64; 2]; 2], duration: f64, steps_wanted: u32) -> Seen {
+fn head_on<S: Space, C: ContactLaw<S>>(
+    law: C,
+    [radii, masses]: [[f64; 2]; 2],
+    duration: f64,
+    steps_wanted: u32,
+) -> Seen {
     let dt = duration / f64::from(steps_wanted);
     let mut few = Few::<S, C>::new(law, dt, 24.0 * RADIUS);
     let along = vector::<S>([2.0, -1.0, 2.0]);
@@ -49,7 +56,13 @@ fn head_on<S: Space, C: ContactLaw<S>>(law: C, [radii, masses]: [[f64; 2]; 2], d
         seen.touching += match (last > 0.0, overlap > 0.0) {
             (false, false) => 0.0,
             (true, true) => 1.0,
-            (was, _) => if was { last / (last - overlap) } else { overlap / (overlap - last) },
+            (was, _) => {
+                if was {
+                    last / (last - overlap)
+                } else {
+                    overlap / (overlap - last)
+                }
+            }
         };
         seen.overlap = seen.overlap.max(overlap);
         seen.restitution = (a.velocity - b.velocity).dot(&along) / SPEED;

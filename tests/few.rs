@@ -153,7 +153,7 @@ impl<S: Space, C: ContactLaw<S>> Few<S, C> {
         let ground =
             Ground { cells: [8; 3], cells_per_block: 4, cell: edge / 8.0, corner, periodic: cell.periodic, rim: 0 };
         let layout = Layout::new::<S>(ground).unwrap();
-        World::new(settings, layout, transport, 0, Parts { grains, points: Vec::new(), bodies, cell }).unwrap()
+        World::new(settings, layout, transport, 0, Parts::fresh(grains, Vec::new(), bodies, cell)).unwrap()
     }
 }
 

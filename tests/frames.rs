@@ -146,7 +146,8 @@ fn every_law<S: Space>(check: impl Check<S>) {
         lengthens: false,
     });
     let mut rolling = elastic();
-    (rolling.constants.friction, rolling.constants.rolling_limit, rolling.constants.sliding) = (1e3, 1e3, Sliding::Surface);
+    (rolling.constants.friction, rolling.constants.rolling_limit, rolling.constants.sliding) =
+        (1e3, 1e3, Sliding::Surface);
     check.of(&Known {
         law: rolling,
         stiffness_tangential: 0.8 * rolling.constants.young_modulus * RADIUS,
@@ -181,7 +182,11 @@ impl Check<Plane> for Exact {
     fn of<C: ContactLaw<Plane>>(&self, known: &Known<Plane, C>) {
         for axis in [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]] {
             let errors = errors(known, axis, 500);
-            assert!(errors.iter().all(|error| *error < 1e-9), "force and torque off by {errors:?} under {:?}", known.law);
+            assert!(
+                errors.iter().all(|error| *error < 1e-9),
+                "force and torque off by {errors:?} under {:?}",
+                known.law
+            );
         }
     }
 }

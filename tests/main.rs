@@ -36,6 +36,8 @@ mod mpirun;
 mod oracle;
 /// Records of LAMMPS and YADE are repeated to round-off: collisions, a relaxing packing, a sheared cell.
 mod replay;
+/// Every contact law, in the plane and in space, has the same bits on 1 to 4 ranks, 1 and 2 threads, and after resume.
+mod same_bits;
 /// The style that no compiler holds: one door to inexact mathematics, no ranks in physics, short files.
 mod tidy;
 /// Two grains: the damped oscillator's closed form, linear and angular momentum, and LAMMPS' record of two collisions.

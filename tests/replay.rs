@@ -17,12 +17,7 @@ fn rows_of(text: &str) -> Vec<Vec<f64>> {
 }
 
 /// How far the world's grains, by id, are from displacements recorded in `unit` m, in two columns from `first`.
-fn way_off<C: ContactLaw<Plane>>(
-    world: &GrainWorld<Plane, C>,
-    later: &[Vec<f64>],
-    first: usize,
-    unit: f64,
-) -> f64 {
+fn way_off<C: ContactLaw<Plane>>(world: &GrainWorld<Plane, C>, later: &[Vec<f64>], first: usize, unit: f64) -> f64 {
     let mut worst = 0.0f64;
     for (hot, cold) in world.grains.hot.iter().zip(&world.grains.cold) {
         let row = &later[cold.id.0 as usize];
@@ -140,11 +135,13 @@ fn two_discs_collide_as_in_yade() {
 fn a_cell_is_sheared_as_in_yade() {
     const EDGES: [f64; 3] = [0.195_509_936_514_439_93, 0.199_597_894_608_101_43, 1.0];
     /// Pa, after 500 steps: xx, xy, yx, yy.
-    const STRESS: [f64; 4] = [-129_790.209_831_670_76, 62_086.588_161_690_743, 62_070.142_443_940_211, -130_944.094_929_315_56];
+    const STRESS: [f64; 4] =
+        [-129_790.209_831_670_76, 62_086.588_161_690_743, 62_070.142_443_940_211, -130_944.094_929_315_56];
     let start = rows_of(include_str!("data/rve_shear/start.csv"));
     let later = rows_of(include_str!("data/rve_shear/later.csv"));
     assert!(start.len() == 400 && later.len() == 400);
-    let mut few = Few::<Plane, _>::periodic(elastic(FRICTION_ANGLE, false), 3.160_231_572_372_892_6e-5, [0.0; 3], EDGES);
+    let mut few =
+        Few::<Plane, _>::periodic(elastic(FRICTION_ANGLE, false), 3.160_231_572_372_892_6e-5, [0.0; 3], EDGES);
     few.settings.skin = 4e-4;
     few.settings.first_kick = 1.0;
     few.settings.drive.gradient = Tensor::new(0.0, 1.0, 0.0, 0.0);

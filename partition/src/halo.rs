@@ -27,6 +27,13 @@ pub struct HaloBuffers {
     receive_list: Vec<(usize, &'static mut [u8])>,
 }
 
+impl HaloBuffers {
+    /// Memory that the messages take, bytes.
+    pub fn bytes(&self) -> usize {
+        self.outgoing.iter().chain(&self.incoming).map(Vec::capacity).sum()
+    }
+}
+
 /// What one renewal of a halo sends from this rank.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HaloCounts {

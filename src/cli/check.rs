@@ -7,6 +7,7 @@ use crate::error::Error;
 use crate::scenario::Job;
 
 mod assembly;
+pub(super) use assembly::refuse_missing_file;
 mod page;
 mod shear;
 

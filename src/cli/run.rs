@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use scree_partition::transport::Transport;
 
+use super::check::refuse_missing_file;
 use super::{Ending, agreed, start_threads};
 use crate::checkpoint;
 use crate::error::Error;
 use crate::run::Options;
-use crate::start;
 use crate::scenario::{Job, Scenario};
 use crate::space::Components;
+use crate::start;
 
 /// Where runs go that are not told otherwise, below the current folder.
 const RUNS: &str = "runs";
@@ -45,8 +46,9 @@ fn prepare(
 ) -> Result<(Job, Options), Error> {
     let resolved = agreed(transport, || {
         let job = Job::load(job, sets)?;
-        if let Job::Shear(scenario) = &job {
-            refuse_bad_grains(scenario)?;
+        match &job {
+            Job::Shear(scenario) => refuse_bad_grains(scenario)?,
+            Job::Assembly(assembly) => refuse_missing_file(assembly)?,
         }
         refuse_existing_run(&folder(&out, &job))?;
         Ok(job.to_toml())

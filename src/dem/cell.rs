@@ -3,6 +3,10 @@
 use crate::record::{Record, Visitor};
 use crate::space::{Linear, Space};
 
+/// How far an edge may lean along another, as a share of it, before a shorter one takes its place. Beyond a half there is
+/// one; a little more, so that a cell sheared back and forth does not turn at every rebuild.
+const LEAN_MAX: f64 = 0.6;
+
 /// How many periods something lies away along each edge.
 pub type Image = [i32; 3];
 
@@ -18,20 +22,30 @@ pub struct Cell<S: Space> {
     pub gradient: S::Tensor,
     /// dh/dt over the last step, m/s: velocity of an image against its original.
     pub rate: S::Tensor,
+    /// Rate of stretch per axis that a stress control has learnt to need, 1/s.
+    pub learnt: S::Vector,
     inverse: S::Tensor,
 }
 
 impl<S: Space> Cell<S> {
     /// A box with edges along the axes.
     pub fn cuboid(corner: S::Vector, lengths: S::Vector, periodic: [bool; 3]) -> Self {
-        let mut edges = S::Tensor::zero();
-        let mut inverse = S::Tensor::zero();
-        for axis in 0..S::DIMENSION {
-            edges[axis * S::DIMENSION + axis] = lengths[axis];
-            inverse[axis * S::DIMENSION + axis] = 1.0 / lengths[axis];
-        }
         let zero = S::Tensor::zero();
-        Self { corner, edges, periodic, gradient: zero, rate: zero, inverse }
+        let mut cell = Self {
+            corner,
+            edges: zero,
+            periodic,
+            gradient: zero,
+            rate: zero,
+            learnt: S::Vector::zero(),
+            inverse: zero,
+        };
+        for axis in 0..S::DIMENSION {
+            cell.edges[axis * S::DIMENSION + axis] = lengths[axis];
+        }
+        // As a resumed run reckons it, to the bit.
+        cell.settle();
+        cell
     }
 
     /// Share of each edge at which a place lies, 0 to 1 inside.
@@ -84,6 +98,40 @@ impl<S: Space> Cell<S> {
         change
     }
 
+    /// Replaces edges that lean far over another by shorter ones that span the same lattice: h_j - m h_i for h_j. Returns
+    /// every (i, j, m): an image that lay k_j edges away along j lies m k_j more along i.
+    pub fn shorten(&mut self) -> Vec<(usize, usize, i32)> {
+        let mut turns = Vec::new();
+        let edge = |tensor: &S::Tensor, column: usize, row: usize| tensor[column * S::DIMENSION + row];
+        // The longest first: it has the most to gain.
+        let length = |column: usize| -> f64 {
+            (0..S::DIMENSION).map(|row| edge(&self.edges, column, row) * edge(&self.edges, column, row)).sum()
+        };
+        let mut columns: Vec<usize> = (0..S::DIMENSION).filter(|j| self.periodic[*j]).collect();
+        columns.sort_by(|a, b| length(*b).total_cmp(&length(*a)));
+        for j in columns {
+            for i in (0..S::DIMENSION).filter(|i| *i != j && self.periodic[*i]) {
+                let rows = 0..S::DIMENSION;
+                let along: f64 = rows.clone().map(|row| edge(&self.edges, i, row) * edge(&self.edges, j, row)).sum();
+                let square: f64 = rows.clone().map(|row| edge(&self.edges, i, row) * edge(&self.edges, i, row)).sum();
+                if (along / square).abs() <= LEAN_MAX {
+                    continue;
+                }
+                let times = (along / square).round();
+                for tensor in [&mut self.edges, &mut self.rate] {
+                    for row in rows.clone() {
+                        tensor[j * S::DIMENSION + row] -= times * tensor[i * S::DIMENSION + row];
+                    }
+                }
+                turns.push((i, j, times as i32));
+            }
+        }
+        if !turns.is_empty() {
+            self.settle();
+        }
+        turns
+    }
+
     /// The uniform deformation F that takes this cell's edges to those of `later`.
     pub fn deformation_to(&self, later: &Self) -> S::Tensor {
         later.edges * self.inverse
@@ -97,6 +145,7 @@ impl<S: Space> Cell<S> {
     /// Takes the state of motion of another cell, as a checkpoint kept it.
     pub fn take_motion_of(&mut self, other: &Self) {
         (self.edges, self.gradient, self.rate) = (other.edges, other.gradient, other.rate);
+        self.learnt = other.learnt;
         self.settle();
     }
 }
@@ -115,6 +164,7 @@ impl<S: Space> Record for Cell<S> {
         visitor.f64s("edges", self.edges.as_mut_slice());
         visitor.f64s("gradient", self.gradient.as_mut_slice());
         visitor.f64s("rate", self.rate.as_mut_slice());
+        visitor.f64s("learnt", self.learnt.as_mut_slice());
     }
 }
 
@@ -161,5 +211,63 @@ impl<S: Space> Shifts<S> {
             let image = ImageCode(code as u8).image();
             (cell.shift(image), cell.rate * whole::<S>(image))
         }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::space::Plane;
+
+    type Vector = <Plane as Space>::Vector;
+    type Tensor = <Plane as Space>::Tensor;
+
+    fn sheared(gamma: f64) -> Cell<Plane> {
+        let mut cell = Cell::cuboid(Vector::new(1.0, -2.0), Vector::new(3.0, 2.0), [true, true, false]);
+        cell.deform(Tensor::new(0.0, gamma, 0.0, 0.0), 1.0);
+        cell
+    }
+
+    /// Where an image lies and how fast it moves must not depend on which edges span the lattice.
+    #[test]
+    fn shorter_edges_span_the_same_lattice() {
+        for gamma in [0.5, 1.2, -1.4, 7.3, -20.1] {
+            let before = sheared(gamma);
+            let mut after = before;
+            let turns = after.shorten();
+            assert_eq!(turns.is_empty(), (2.0 * gamma / 3.0).abs() <= LEAN_MAX);
+            for image in [[1, 0, 0], [0, 1, 0], [-2, 3, 0]] {
+                let mut turned = image;
+                for (i, j, times) in &turns {
+                    turned[*i] += times * turned[*j];
+                }
+                assert!((before.shift(image) - after.shift(turned)).norm() < 1e-12, "{gamma}");
+                let rate = before.rate * whole::<Plane>(image) - after.rate * whole::<Plane>(turned);
+                assert!(rate.norm() < 1e-12, "{gamma}");
+            }
+            assert!((before.volume() - after.volume()).abs() < 1e-12);
+            assert!(after.height(0) > 2.4, "{gamma}: {}", after.height(0));
+        }
+    }
+
+    /// A place and its image are one place with the velocities of the mean field at either.
+    #[test]
+    fn wrapping_changes_velocity_by_the_field() {
+        let cell = sheared(0.4);
+        let mean = |place: &Vector| cell.gradient * (*place - cell.corner);
+        let (mut place, mut velocity) = (Vector::new(0.3, 1.1), Vector::zero());
+        velocity += mean(&place);
+        let image = cell.wrap(&mut place, &mut velocity);
+        assert_eq!(image, [-1, 1, 0]);
+        // The rate is that over the last step, whose edges were those before it; here they have no slope in y.
+        assert!((velocity - mean(&place)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn codes_name_their_images() {
+        for code in 0..ImageCode::COUNT as u8 {
+            assert_eq!(ImageCode::of(ImageCode(code).image()), ImageCode(code));
+        }
+        assert_eq!(ImageCode::of([0; 3]), ImageCode::NONE);
     }
 }

@@ -9,4 +9,5 @@ pub mod memories;
 pub mod motion;
 pub mod neighbours;
 pub mod packing;
+pub mod throw;
 pub mod walls;

@@ -52,7 +52,8 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
             if cold.mover != Mover::Free {
                 continue;
             }
-            for (body, nearest) in bodies.iter().enumerate().map(|(index, body)| (index as u8, body.nearest(&cold.home)))
+            for (body, nearest) in
+                bodies.iter().enumerate().map(|(index, body)| (index as u8, body.nearest(&cold.home)))
             {
                 if nearest.is_some_and(|nearest| nearest.distance < hot.radius + margin) {
                     let memories = carried(row);
@@ -60,7 +61,14 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
                     let memory = memories.iter().find(|(partner, _)| *partner == body_partner(body));
                     let memory = memory.map_or_else(Words::zero, |(_, memory)| *memory);
                     let zero = S::Vector::zero();
-                    self.list.push(Wall { row: row as Row, body, memory, force: zero, point: zero, moment: S::Spin::zero() });
+                    self.list.push(Wall {
+                        row: row as Row,
+                        body,
+                        memory,
+                        force: zero,
+                        point: zero,
+                        moment: S::Spin::zero(),
+                    });
                 }
             }
         }
@@ -70,7 +78,8 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
     pub fn carried_by(&self, row: usize) -> impl Iterator<Item = (GrainId, C::Memory<f64>)> + '_ {
         let first = self.list.partition_point(|wall| (wall.row as usize) < row);
         let ours = self.list[first..].iter().take_while(move |wall| wall.row as usize == row);
-        let remembered = ours.filter(|wall| (0..<C::Memory<f64> as Words<f64>>::COUNT).any(|word| wall.memory.word(word) != 0.0));
+        let remembered =
+            ours.filter(|wall| (0..<C::Memory<f64> as Words<f64>>::COUNT).any(|word| wall.memory.word(word) != 0.0));
         remembered.map(|wall| (body_partner(wall.body), wall.memory))
     }
 
@@ -106,6 +115,28 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
             let touch = touch_of(hot, body, &body.nearest(&hot.position)?, [0.0, 0.0]);
             law.holds(&touch, &wall.memory).then(|| hot.weight * law.elastic_energy(&touch, &wall.memory))
         })
+    }
+
+    /// Love-Weber moments of the contacts, J, tension positive, with the forces of the positions and velocities of now.
+    pub fn moments<'a>(
+        &'a self,
+        law: &'a C,
+        grains: &'a Grains<S>,
+        bodies: &'a [Body<S>],
+    ) -> impl Iterator<Item = S::Tensor> + 'a {
+        self.list.iter().filter_map(move |wall| {
+            let hot = &grains.hot[wall.row as usize];
+            let nearest = bodies[wall.body as usize].nearest(&hot.position)?;
+            let touch = touch_of(hot, &bodies[wall.body as usize], &nearest, [0.0, 0.0]);
+            let mut memory = wall.memory;
+            let force: S::Vector = vector(&give(law, &touch, hot.weight, [0.0, 0.0], &mut memory).force);
+            Some(-S::outer(&force, &(hot.position - nearest.point)))
+        })
+    }
+
+    /// Bytes that the list holds.
+    pub fn bytes(&self) -> usize {
+        self.list.capacity() * size_of::<Wall<S, C::Memory<f64>>>()
     }
 
     /// Force and torque (about the body's origin) of the grains on each body, one addend a contact.

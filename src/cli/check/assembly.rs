@@ -11,7 +11,7 @@ use crate::scenario::{Contact, Linear, Sliding, figures as of};
 const STRAIN_OF_STEP_MAX: f64 = 1e-4;
 
 /// The file that grains are read from must exist before anything is started; what it holds is for its reader to judge.
-pub fn refuse_missing_file(assembly: &Assembly) -> Result<(), Error> {
+pub(in crate::cli) fn refuse_missing_file(assembly: &Assembly) -> Result<(), Error> {
     match &assembly.source {
         Source::File(file) if !file.is_file() => Err(Error::User(format!(
             "grains.file: there is no file {}. Give a path that starts from the job's folder, for example --set grains.file=\"grains.csv\".",
