@@ -309,7 +309,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let sums = sums.reduce(self.transport).map_err(|error| {
             Error::Run(format!("step {}: the forces on the bodies are not finite or beyond reason ({error}); the run is unstable: check the time step and the last frames", self.step))
         })?;
-        let time = self.time();
+        // Velocities are those of the middle of the step, so that the way of a body is the integral of its path.
+        let time = self.time() + 0.5 * self.settings.dt;
         for (body, slots) in self.bodies.iter_mut().zip(sums.chunks_exact(BODY_SLOTS)) {
             let mut burden: Burden<S> = Burden {
                 force: S::Vector::zero(),

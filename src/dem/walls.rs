@@ -95,7 +95,8 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
             wall.force = vector(&given.force);
             // Without an arm the body's side holds the resistance to rolling alone.
             wall.moment = -vector::<S::Spin, _>(&given.torque_b);
-            wall.point = nearest.point;
+            // In the middle of the overlap, as the grain's arm has it: else the couple of the two would make angular momentum.
+            wall.point = nearest.point - nearest.normal * (0.5 * touch.overlap);
             grains.force[row] += wall.force;
             grains.torque[row] += vector::<S::Spin, _>(&given.torque_a);
         }
