@@ -17,7 +17,7 @@ use crate::scenario::raw::{Reader, Typed};
 use crate::scenario::stable;
 
 /// Packing fraction of a loose start of spheres; thrown one after the other they jam at 0.38.
-const PACKING_FRACTION_SPHERES: f64 = 0.3;
+const PACKING_FRACTION_SPHERES: f64 = 0.25;
 /// Edge of a block in mean diameters: in space fewer, so that a block holds some hundred grains in both.
 const BLOCK_OF_DISCS: f64 = 12.0;
 const BLOCK_OF_SPHERES: f64 = 6.0;
