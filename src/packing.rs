@@ -18,8 +18,8 @@ use crate::law::material::CriticalDruckerPrager;
 use crate::layout::Layout;
 use crate::rebuild::{self, Parts, is_glued};
 use crate::scenario::Scenario;
-use crate::space::{Linear, Plane, Space, Words};
 use crate::servo::CellDrive;
+use crate::space::{Linear, Plane, Space, Words};
 use crate::world::{Settings, World};
 use crate::{grain_file, tables, transfer};
 
@@ -188,7 +188,8 @@ fn make<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport) ->
     let layout = layout_for(scenario, thrown.height)?;
     let settings = settings_for(scenario, scenario.packing.friction);
     let grains = if transport.rank() == 0 { thrown.grains } else { Vec::new() };
-    let parts = Parts { grains, points: Vec::new(), bodies, cell: cell_of(&layout) };
+    let cell = cell_of(&layout);
+    let parts = Parts::fresh(grains, Vec::new(), bodies, cell);
     let mut world = PlanarWorld::<C>::new(settings, layout, transport, 0, parts)?;
 
     let load = stress * area;

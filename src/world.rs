@@ -84,6 +84,8 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub(crate) buffers: HaloBuffers,
     /// Displacement of each body at the last rebuild, m.
     pub(crate) bodies_home: Vec<S::Vector>,
+    /// Moment of the contacts of the last evaluation, where a rebuild has put their forces away since.
+    pub(crate) moment_kept: Option<S::Tensor>,
     /// The longest way that a grain of this rank has come from home, m.
     pub(crate) moved: f64,
     /// The cell at the last rebuild.
@@ -160,9 +162,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.contacts.settle_images(&self.cell);
         let (grains, contacts, phases) = (&mut self.grains, &mut self.contacts, &mut self.phases);
         // The words of a record begin with those that travel.
-        self.ghosts.pack::<W>(&mut self.buffers, |row| {
-            std::array::from_fn(|word| grains.hot[row as usize].words()[word])
-        });
+        self.ghosts
+            .pack::<W>(&mut self.buffers, |row| std::array::from_fn(|word| grains.hot[row as usize].words()[word]));
         self.ghosts.exchange::<W>(self.transport, &mut self.buffers, &mut || {
             let timer = phases.start();
             meanwhile(contacts, grains);
@@ -199,6 +200,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if !self.has_grains() {
             return;
         }
+        self.moment_kept = None;
         // At the very first evaluation nothing has slid yet.
         let dt = self.settings.dt;
         let times = if self.step == 0 { [0.0, 0.0] } else { [dt, dt] };

@@ -13,7 +13,7 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::Absent;
 use crate::layout::{Ground, Layout};
 use crate::math;
-use crate::rebuild::{Parts, Row};
+use crate::rebuild::{Home, Parts, Row};
 use crate::scenario::assembly::{Assembly, Packed, Preparation, Shape, Source, Velocities};
 use crate::scenario::figures;
 use crate::servo::{CellDrive, StressServo};
@@ -44,17 +44,19 @@ pub fn world<'t, S: Space, C: ContactLaw<S>>(
             glue(&mut grains, index as u8, lower, upper);
         }
     }
-    let bodies = job.bodies.iter().map(body_of).collect();
-    world_at(job, transport, 0, grains, (cell, bodies))
+    let bodies: Vec<Body<S>> = job.bodies.iter().map(body_of).collect();
+    let home = Parts::<S, C, Absent>::fresh(Vec::new(), Vec::new(), bodies.clone(), cell).home;
+    world_at(job, transport, 0, grains, (cell, bodies, home))
 }
 
-/// The world at a step, from rows that rank 0 holds and the cell and bodies as they were.
+/// The world at a step, from rows that rank 0 holds and the cell and bodies as they were, then and at the last
+/// rebuild.
 pub fn world_at<'t, S: Space, C: ContactLaw<S>>(
     job: &Assembly,
     transport: &'t dyn Transport,
     step: u64,
     grains: Vec<Row<S, C>>,
-    (moved, saved): (Cell<S>, Vec<Body<S>>),
+    (moved, saved, at_home): (Cell<S>, Vec<Body<S>>, Home<S>),
 ) -> Result<GrainWorld<'t, S, C>, Error> {
     let mut cell = cell_of::<S>(job);
     cell.take_motion_of(&moved);
@@ -62,7 +64,9 @@ pub fn world_at<'t, S: Space, C: ContactLaw<S>>(
     for (body, saved) in bodies.iter_mut().zip(&saved) {
         body.take_motion_of(saved);
     }
-    let parts = Parts { grains, points: Vec::new(), bodies, cell };
+    let mut home = Home { cell: cell_of::<S>(job), bodies: at_home.bodies };
+    home.cell.take_motion_of(&at_home.cell);
+    let parts = Parts { grains, points: Vec::new(), bodies, cell, home };
     World::new(settings::<S, C>(job), layout::<S>(job)?, transport, step, parts)
 }
 

@@ -33,12 +33,7 @@ pub fn kick<S: Space>(grains: &mut Grains<S>, field: &Field<S>, cell: &Cell<S>, 
     let plain = field.damping.local == 0.0 && field.damping.mass == 0.0 && cell.gradient == S::Tensor::zero();
     let owned = grains.owned;
     let Grains { hot, movers, force, torque, .. } = grains;
-    (
-        hot[..owned].par_chunks_mut(CHUNK),
-        movers.par_chunks(CHUNK),
-        force.par_chunks(CHUNK),
-        torque.par_chunks(CHUNK),
-    )
+    (hot[..owned].par_chunks_mut(CHUNK), movers.par_chunks(CHUNK), force.par_chunks(CHUNK), torque.par_chunks(CHUNK))
         .into_par_iter()
         .for_each(|(hot, movers, force, torque)| {
             for (((hot, mover), force), torque) in hot.iter_mut().zip(movers).zip(force).zip(torque) {

@@ -190,7 +190,7 @@ impl Press<'_> {
         });
         let grains = transfer::agree(self.transport, made)?.unwrap_or_default();
         let settings = setup::settings_in(self.job, self.servo(&cell, LOOSE, self.stress));
-        let parts = Parts { grains, points: Vec::new(), bodies: Vec::new(), cell };
+        let parts = Parts::fresh(grains, Vec::new(), Vec::new(), cell);
         World::new(settings, setup::layout::<S>(self.job)?, self.transport, 0, parts)
     }
 
@@ -266,8 +266,7 @@ impl Press<'_> {
     /// Compresses under friction and damping until everything rests under the stress.
     fn bring_to_rest<S: Space, C: ContactLaw<S>>(&self, world: &mut GrainWorld<S, C>) -> Result<(), Error> {
         world.settings.contact = law(&self.job.contact.with_friction(self.packed.friction));
-        let damping =
-            Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
+        let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
         world.settings.field = Field { gravity: S::Vector::zero(), damping };
         world.settings.drive = self.servo(&world.cell, LOOSE, self.stress);
         // The reach of the law may be another.

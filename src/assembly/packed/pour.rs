@@ -49,7 +49,7 @@ pub fn make<S: Space, C: ContactLaw<S>>(
     settings.contact =
         C::from_job(&job.contact.with_friction(packed.friction)).expect("the run was given the job's law");
     settings.field = Field { gravity, damping };
-    let parts = Parts { grains: grains.unwrap_or_default(), points: Vec::new(), bodies, cell };
+    let parts = Parts::fresh(grains.unwrap_or_default(), Vec::new(), bodies, cell);
     let mut world: GrainWorld<S, C> = World::new(settings, setup::layout::<S>(job)?, transport, 0, parts)?;
     settle(job, packed, &mut world)?;
     tracing::info!(steps = world.step, "the grains are at rest");

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::error::Error;
 use crate::scenario::assembly::{
-    Assembly, Cell, CellServo, Damping, DampingForm, Velocities, Matter, Packed, Preparation, Sizes, Source,
+    Assembly, Cell, CellServo, Damping, DampingForm, Matter, Packed, Preparation, Sizes, Source, Velocities,
 };
 use crate::scenario::raw::{Reader, Typed};
 use crate::scenario::stable;
