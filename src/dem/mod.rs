@@ -11,3 +11,4 @@ pub mod neighbours;
 pub mod packing;
 pub mod throw;
 pub mod walls;
+pub mod work;
