@@ -267,7 +267,6 @@ fn state<S: Space>(job: &Assembly, cell: Cell<S>) -> (scree_io::column::State, V
         bodies: Vec::new(),
         grains: moved,
         points: Vec::new(),
-        home: crate::rebuild::Home { cell, bodies: Vec::new() },
     };
     (snapshot.to_state(), rows)
 }

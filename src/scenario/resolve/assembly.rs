@@ -51,6 +51,7 @@ pub fn assembly(typed: &Typed, file: &str) -> Result<Assembly, Error> {
     let step = time.number("step")?;
     let end = time.number("end")?;
     let cut = typed.table("decomposition", false, why)?;
+    let shown = typed.table("output", false, why)?;
     let block = if cell.dimension == 2 { BLOCK_OF_DISCS } else { BLOCK_OF_SPHERES };
 
     let assembly = Assembly {
@@ -68,7 +69,8 @@ pub fn assembly(typed: &Typed, file: &str) -> Result<Assembly, Error> {
         allow_unstable: time.flag_or("allow_unstable", false)?,
         skin: cut.number_or("skin", SKIN_DEFAULT * matter.diameter_mean)?,
         block: cut.number_or("block", block * matter.diameter_mean)?,
-        output: output(&typed.table("output", false, why)?, end, step)?,
+        output: output(&shown, end, step)?,
+        ledger: shown.flag_or("ledger", false)?,
         cell,
     };
     check(&assembly, typed)?;
