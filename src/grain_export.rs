@@ -177,7 +177,8 @@ fn bounds<S: Space>(cell: &Cell<S>) -> Result<String, Error> {
     }
     let tilts = [edge(0, 1), edge(0, 2), edge(1, 2)];
     if tilts != [0.0; 3] {
-        writeln!(text, "{:.16e} {:.16e} {:.16e} xy xz yz", tilts[0], tilts[1], tilts[2]).expect("text takes what is written");
+        writeln!(text, "{:.16e} {:.16e} {:.16e} xy xz yz", tilts[0], tilts[1], tilts[2])
+            .expect("text takes what is written");
     }
     Ok(text)
 }

@@ -33,10 +33,8 @@ pub fn refuse_radius<S: Space>(source: &Source, entry: &Entry<S>) -> Result<(), 
 /// Ids in their order.
 pub fn refuse_repeated_ids<S: Space>(source: &Source, entries: &[Entry<S>]) -> Result<(), Error> {
     match entries.windows(2).find(|pair| pair[0].id == pair[1].id) {
-        Some([first, second]) => Err(source.bad(
-            second.line,
-            &format!("id {} stands in line {} already; ids must be unique", first.id, first.line),
-        )),
+        Some([first, second]) => Err(source
+            .bad(second.line, &format!("id {} stands in line {} already; ids must be unique", first.id, first.line))),
         _ => Ok(()),
     }
 }
@@ -190,12 +188,7 @@ pub fn refuse_sizes(scenario: &Scenario, source: &Source, entries: &[Entry<Plane
     refuse_step(source, smallest, scenario.time.step, derived::governing(&bounds[..2]))
 }
 
-fn refuse_step<S: Space>(
-    source: &Source,
-    smallest: &Entry<S>,
-    step: f64,
-    bound: &stable::Bound,
-) -> Result<(), Error> {
+fn refuse_step<S: Space>(source: &Source, smallest: &Entry<S>, step: f64, bound: &stable::Bound) -> Result<(), Error> {
     match step <= bound.step {
         true => Ok(()),
         false => Err(source.bad(
@@ -227,11 +220,7 @@ pub fn refuse_outside<S: Space>(source: &Source, job: &Assembly, entry: &Entry<S
 }
 
 /// Blocks and periods must be wider than contacts reach, and the step stable for the lightest grain.
-pub fn refuse_sizes_of_assembly<S: Space>(
-    job: &Assembly,
-    source: &Source,
-    entries: &[Entry<S>],
-) -> Result<(), Error> {
+pub fn refuse_sizes_of_assembly<S: Space>(job: &Assembly, source: &Source, entries: &[Entry<S>]) -> Result<(), Error> {
     let Some([smallest, largest]) = extremes(entries) else { return Ok(()) };
     let reach = 2.0 * largest.radius + job.skin;
     let radius = largest.radius;

@@ -48,13 +48,8 @@ struct Reading<S: Space> {
 
 /// The grains of a file in its order, and its box.
 pub fn parse<S: Space>(source: &Source, text: &str) -> Result<Listing<S>, Error> {
-    let mut reading = Reading {
-        atoms: None,
-        atoms_line: 1,
-        bounds: Bounds::default(),
-        entries: Vec::new(),
-        motions: Motions::new(),
-    };
+    let mut reading =
+        Reading { atoms: None, atoms_line: 1, bounds: Bounds::default(), entries: Vec::new(), motions: Motions::new() };
     let mut section = Section::Head;
     // The first line is a title whatever it says.
     for (index, whole) in text.lines().enumerate().skip(1) {
@@ -83,7 +78,9 @@ impl<S: Space> Reading<S> {
             ["Atoms"] => {
                 let style = comment.split_whitespace().next().unwrap_or("sphere");
                 if style != "sphere" {
-                    return Err(format!("atoms of style `{style}`; grains are of style sphere (id type diameter density x y z)"));
+                    return Err(format!(
+                        "atoms of style `{style}`; grains are of style sphere (id type diameter density x y z)"
+                    ));
                 }
                 self.atoms_line = line;
                 Ok(Section::Atoms)
@@ -177,9 +174,7 @@ impl<S: Space> Reading<S> {
             }
         }
         match self.motions.first_key_value() {
-            Some((id, (line, ..))) => {
-                Err(source.bad(*line, &format!("there is no atom {} in section Atoms", id + 1)))
-            }
+            Some((id, (line, ..))) => Err(source.bad(*line, &format!("there is no atom {} in section Atoms", id + 1))),
             None => Ok(Listing { entries: self.entries, bounds: Some(self.bounds) }),
         }
     }
@@ -187,13 +182,18 @@ impl<S: Space> Reading<S> {
 
 /// The grain of an atom.
 fn grain(word: &str) -> Result<u64, String> {
-    super::id(word).ok().and_then(|atom| atom.checked_sub(1)).ok_or_else(|| format!("`{word}` is not an atom; whole numbers from 1 on are"))
+    super::id(word)
+        .ok()
+        .and_then(|atom| atom.checked_sub(1))
+        .ok_or_else(|| format!("`{word}` is not an atom; whole numbers from 1 on are"))
 }
 
 /// Discs stay in their plane.
 fn refuse_off_plane<S: Space>(name: &str, value: f64, unit: &str) -> Result<(), String> {
     if S::DIMENSION == 2 && value != 0.0 {
-        return Err(format!("{name} = {value} {unit}, and the job's grains are discs in the plane z = 0; write 0, or cell.space = \"solid\""));
+        return Err(format!(
+            "{name} = {value} {unit}, and the job's grains are discs in the plane z = 0; write 0, or cell.space = \"solid\""
+        ));
     }
     Ok(())
 }

@@ -10,6 +10,7 @@ use crate::dem::packing::{LOWER, UPPER, mass_of};
 use crate::error::Error;
 use crate::ids::GrainId;
 use crate::packing::{cell_of, layout_for};
+use crate::scenario::assembly::Source as SourceOfGrains;
 use crate::scenario::{Assembly, Scenario};
 use crate::space::{Components, Linear, Plane, Solid, Space, Words};
 
@@ -129,24 +130,28 @@ pub fn read_assembly<S: Space, M: Words<f64>>(job: &Assembly, file: &Path) -> Re
         checks::refuse_radius(&source, entry)?;
     }
     if entries.is_empty() {
-        return Err(source.bad(1, "there is no grain in this file; export one from a run, or make grains by grains.count"));
+        return Err(
+            source.bad(1, "there is no grain in this file; export one from a run, or make grains by grains.count")
+        );
     }
     checks::refuse_other_masses(&source, &entries, mass)?;
     entries.sort_by_key(|entry| entry.id);
     checks::refuse_repeated_ids(&source, &entries)?;
     checks::refuse_sizes_of_assembly(job, &source, &entries)?;
-    let grains: Vec<GrainRow<S, M>> =
-        entries.iter().map(|entry| row(entry, mass(entry.radius), Mover::Free)).collect();
+    let grains: Vec<GrainRow<S, M>> = entries.iter().map(|entry| row(entry, mass(entry.radius), Mover::Free)).collect();
     checks::refuse_overlaps(&source, &entries, &grains, &cell)?;
     checks::refuse_overlaps_with_bodies(job, &source, &entries)?;
     Ok(grains)
 }
 
-/// Refuses a file of grains that [`read_assembly`] would refuse.
-pub fn refuse_bad(job: &Assembly, file: &Path) -> Result<(), Error> {
-    match job.cell.dimension {
-        2 => read_assembly::<Plane, Components<f64, 1>>(job, file).map(|_| ()),
-        _ => read_assembly::<Solid, Components<f64, 1>>(job, file).map(|_| ()),
+/// Refuses what [`read_assembly`] would refuse, before anything is started.
+pub fn refuse_bad(job: &Assembly) -> Result<(), Error> {
+    match &job.source {
+        SourceOfGrains::Packed(_) => Ok(()),
+        SourceOfGrains::File(file) if job.cell.dimension == 2 => {
+            read_assembly::<Plane, Components<f64, 1>>(job, file).map(|_| ())
+        }
+        SourceOfGrains::File(file) => read_assembly::<Solid, Components<f64, 1>>(job, file).map(|_| ()),
     }
 }
 

@@ -8,6 +8,7 @@ use crate::dem::cell::Cell;
 use crate::dem::grains::body_partner;
 use crate::grain_export;
 use crate::law::material::Nothing;
+use crate::rebuild::Home;
 use crate::scenario::Job;
 
 type Memory = Components<f64, 1>;
@@ -94,8 +95,7 @@ fn check(cases: &[(&str, &str)], said: impl Fn(&str) -> String) {
 fn what_a_job_may_not_say_a_grain_file_may_not_either() {
     let job = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/quickstart.toml");
     let scenario = Scenario::load(&job, &["method=dem".into()]).unwrap();
-    let refusal =
-        |rows: &str| said("grains.csv", &format!("{HEADER}\n{rows}"), |file| read::<Memory>(&scenario, file));
+    let refusal = |rows: &str| said("grains.csv", &format!("{HEADER}\n{rows}"), |file| read::<Memory>(&scenario, file));
     check(
         &[
             ("0,0.01,0.02,0.0005,0,0,0\n1,0.012,-0.001,0.0005,0,0,0\n", "2 grains"),
@@ -142,7 +142,10 @@ fn grains_of_an_assembly_are_held_to_its_bounds() {
         places,
     );
     let other = said("grains.csv", "id,x,y,radius\n", |file| read_assembly::<Solid, Memory>(&spheres, file));
-    assert!(other.starts_with("1: the first line must be `id,x,y,z,radius,vx,vy,vz,wx,wy,wz` or `id,x,y,z,radius`"), "{other}");
+    assert!(
+        other.starts_with("1: the first line must be `id,x,y,z,radius,vx,vy,vz,wx,wy,wz` or `id,x,y,z,radius`"),
+        "{other}"
+    );
 }
 
 const HEAD: &str = "two spheres
@@ -167,7 +170,11 @@ fn lammps_files_are_read_or_refused_by_line() {
         ("2 atoms\n", "3 atoms\n", "9: 2 atoms, and the head promises 3"),
         ("2 atoms\n", "two atoms\n", "9: 2 atoms, and"),
         ("-2e-3 2e-3 xlo xhi", "", "1: the head has no line `xlo xhi`"),
-        ("-2e-3 2e-3 xlo", "-2e-3 2.1e-3 xlo", "5: the box reaches from -0.002 to 0.0021 m along x, and the job's cell from -0.002 to 0.002 m"),
+        (
+            "-2e-3 2e-3 xlo",
+            "-2e-3 2.1e-3 xlo",
+            "5: the box reaches from -0.002 to 0.0021 m along x, and the job's cell from -0.002 to 0.002 m",
+        ),
         ("zlo zhi\n", "zlo zhi\n1e-4 0 0 xy xz yz\n", "8: the box is tilted by [0.0001, 0.0, 0.0] m"),
         ("zlo zhi\n", "zlo zhi\n1 0 0 avec\n", "8: a box of edges in any direction is not read"),
         ("zlo zhi\n", "zlo zhi\n1 0 0\n", "8: `1 0 0` is neither a line of the head nor a section"),
@@ -177,10 +184,18 @@ fn lammps_files_are_read_or_refused_by_line() {
         ("2 1 8e-4", "1 1 8e-4", "12: id 0 stands in line 11 already"),
         ("2 1 8e-4", "2 1 inf", "12: `inf` is not a finite number"),
         ("8e-4 2500 1e-3", "8e-4 -1 1e-3", "12: density = -1 must be positive"),
-        ("8e-4 2500 1e-3", "8e-4 2501 1e-3", "12: density = 2501 makes a sphere of 6.704745e-7 kg, and the job's grains.density one of 6.702064e-7 kg"),
+        (
+            "8e-4 2500 1e-3",
+            "8e-4 2501 1e-3",
+            "12: density = 2501 makes a sphere of 6.704745e-7 kg, and the job's grains.density one of 6.702064e-7 kg",
+        ),
     ] {
         assert!(whole.contains(from), "{from}");
-        let found = refusal(&if from == "2 atoms\n" && to == "two atoms\n" { whole.replace(from, "3 atoms\n") } else { whole.replace(from, to) });
+        let found = refusal(&if from == "2 atoms\n" && to == "two atoms\n" {
+            whole.replace(from, "3 atoms\n")
+        } else {
+            whole.replace(from, to)
+        });
         assert!(found.starts_with(wanted), "{to:?}: {found}");
     }
     for (motion, wanted) in [
@@ -207,9 +222,17 @@ fn masses_of_discs_stand_in_two_ways() {
     assert_eq!(refusal([25.0, 25.0], "0"), "2 grains");
     assert_eq!(refusal([25.0 / (4.0 / 3.0 * 4e-4), 25.0 / (4.0 / 3.0 * 5e-4)], "0"), "2 grains");
     let found = refusal([25.0, 25.3], "0");
-    assert!(found.starts_with("7: density = 25 makes a disc of 6.702064e-9 kg as LAMMPS stores it, or of 1.256637e-5 kg as kg/m2"), "{found}");
+    assert!(
+        found.starts_with(
+            "7: density = 25 makes a disc of 6.702064e-9 kg as LAMMPS stores it, or of 1.256637e-5 kg as kg/m2"
+        ),
+        "{found}"
+    );
     let found = refusal([25.3, 25.3], "0");
-    assert!(found.contains("1.271717e-5 kg as kg/m2, and the job's grains.density and the depth one of 1.256637e-5 kg"), "{found}");
+    assert!(
+        found.contains("1.271717e-5 kg as kg/m2, and the job's grains.density and the depth one of 1.256637e-5 kg"),
+        "{found}"
+    );
     assert!(refusal([25.0, 25.0], "1e-4").starts_with("7: z = 0.0001 m, and the job's grains are discs"));
 }
 
@@ -240,10 +263,10 @@ fn state<S: Space>(job: &Assembly, cell: Cell<S>) -> (scree_io::column::State, V
         scenario: Job::Assembly(job.clone()).to_toml(),
         progress: Progress::default(),
         cell,
+        home: Home { cell, bodies: Vec::new() },
         bodies: Vec::new(),
         grains: moved,
         points: Vec::new(),
-        home: crate::rebuild::Home { cell, bodies: Vec::new() },
     };
     (snapshot.to_state(), rows)
 }
@@ -284,7 +307,10 @@ fn exports_say_what_they_cannot_write() {
     grain_export::write_contacts(&upright, folder.path(), &at("contacts.csv")).unwrap();
     let text = std::fs::read_to_string(at("contacts.csv")).unwrap();
     let lines: Vec<&str> = text.lines().collect();
-    assert_eq!(lines, ["lower,higher,memory_0", "0,2,1.0000000000000001e-1", "0,18446744073709551360,6.9999999999999996e-1"]);
+    assert_eq!(
+        lines,
+        ["lower,higher,memory_0", "0,2,1.0000000000000001e-1", "0,18446744073709551360,6.9999999999999996e-1"]
+    );
 
     cell.edges[2] = 0.3e-3;
     let (leaning, _) = state(&discs, cell);

@@ -162,7 +162,8 @@ where
     let cached = made::<S>(&alone, &Solo).unwrap();
     assert!((text_of(&cached.grains), cached.cell.edges) == wanted, "from the cache");
     let shared = job(text, &[], folders[1].path());
-    let mut ranks = threads::run(3, |rank| made::<S>(&shared, &rank).map(|made| (text_of(&made.grains), made.cell.edges)).unwrap());
+    let mut ranks =
+        threads::run(3, |rank| made::<S>(&shared, &rank).map(|made| (text_of(&made.grains), made.cell.edges)).unwrap());
     assert!(ranks.iter().all(|(_, edges)| *edges == wanted.1));
     assert!(ranks.swap_remove(0) == wanted, "made on three ranks");
 }
@@ -215,7 +216,8 @@ fn poured_grains_rest_on_the_bodies() {
     let folder = tempfile::tempdir().unwrap();
     let job = job(POUR, &[], folder.path());
     let packing = made::<Plane>(&job, &Solo).unwrap();
-    let with_body = |row: &&Row<Plane, Law>| row.contacts.iter().any(|(partner, _)| crate::dem::grains::is_body(*partner));
+    let with_body =
+        |row: &&Row<Plane, Law>| row.contacts.iter().any(|(partner, _)| crate::dem::grains::is_body(*partner));
     assert!(packing.grains.iter().filter(with_body).count() > 8);
     assert!(packing.grains.iter().all(|row| row.hot.position[1] > 1.4e-3 && row.hot.position[1] < 20e-3));
     let mut world = setup::world::<Plane, Law>(&job, &Solo).unwrap();
