@@ -186,6 +186,8 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     /// Sends everything home: position of now becomes home, wrapped into the cell.
     pub fn rebuild(&mut self) -> Result<(), Error> {
         let timer = self.phases.start();
+        // Copies lag behind since the drift, and branches that end at them with it.
+        self.refresh_ghosts();
         self.moment_kept = Some(self.contact_moment()?);
         for (i, j, times) in self.cell.shorten() {
             for cold in &mut self.grains.cold[..self.grains.owned] {
