@@ -152,7 +152,12 @@ impl<S: Space> Body<S> {
 
     /// Velocity of the body's matter at a place, m/s.
     pub fn velocity_at(&self, place: &S::Vector) -> S::Vector {
-        self.velocity + S::cross(&self.spin, &(*place - self.origin()))
+        self.velocity_in(&(self.velocity, self.spin), place)
+    }
+
+    /// The same with another velocity and spin of the body.
+    pub fn velocity_in(&self, (velocity, spin): &(S::Vector, S::Spin), place: &S::Vector) -> S::Vector {
+        *velocity + S::cross(spin, &(*place - self.origin()))
     }
 
     /// The nearest point of the surface; none for shapes that are not touched.
@@ -181,7 +186,7 @@ impl<S: Space> Body<S> {
     /// New velocity under `burden`, and the impulse that the material gave. Held nodes are part of the moving mass, so that
     /// a light plate on a heavy continuum is stable.
     pub fn accelerate(&mut self, burden: &Burden<S>, time: f64, dt: f64) {
-        let before = self.velocity;
+        let (before, spin_before) = (self.velocity, self.spin);
         let instant = self.path_at(time);
         self.velocity = instant.velocity;
         self.spin = instant.spin;
@@ -198,7 +203,8 @@ impl<S: Space> Body<S> {
         let turn = burden.torque * dt;
         self.impulse += impulse;
         self.impulse_angular += turn;
-        self.work -= impulse.dot(&self.velocity) + turn.dot(&self.spin);
+        // By the mean of the velocities on either side of the force: the work that changes kinetic energies by as much.
+        self.work -= 0.5 * (impulse.dot(&(before + self.velocity)) + turn.dot(&(spin_before + self.spin)));
     }
 
     pub fn drift(&mut self, dt: f64) {

@@ -13,6 +13,7 @@ use crate::hybrid::oracle::{LOOKS, Memory};
 use crate::hybrid::track::Instants;
 use crate::law::material::{CriticalMemory, MaterialMemory};
 use crate::mpm::points::Point;
+use crate::observe::ledger::Entry;
 use crate::rebuild::Home;
 use crate::record::{Record, Visitor, to_table};
 use crate::scenario::Job;
@@ -39,6 +40,8 @@ pub struct Progress {
     pub enriched_step: u64,
     pub oracle: Memory,
     pub instants: Instants,
+    /// The account of energy; empty where none is kept.
+    pub ledger: Vec<Entry>,
 }
 
 impl Record for Progress {
@@ -107,6 +110,10 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
             to_table("bodies_home", &mut at_home, &mut Body::blank()),
         ];
         tables.extend(tables::of_grains(&mut self.grains));
+        // A run without an account has no table of it.
+        if !progress.ledger.is_empty() {
+            tables.push(to_table("ledger", &mut progress.ledger, &mut Entry::default()));
+        }
         tables.push(to_table("points", &mut self.points, &mut Point::<S, P>::blank()));
         let attributes = [
             ("scenario".to_string(), self.scenario),
@@ -121,6 +128,9 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
         let mut progress = only(tables::rows(state, "run", &Progress::default())?, "run")?;
         let at_home: Vec<Body<S>> = tables::rows(state, "bodies_home", &Body::blank())?;
         progress.oracle.flagged = flags.into_iter().map(|flag| flag.0).collect();
+        if state.tables.iter().any(|table| table.name == "ledger") {
+            progress.ledger = tables::rows(state, "ledger", &Entry::default())?;
+        }
         progress.instants.times = times.into_iter().map(|time| time.0).collect();
         Ok(Self {
             scenario: scenario_of(state)?,

@@ -140,6 +140,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             stop_agreed: false,
             rebuilds: 0,
             phases: Phases::default(),
+            ledger: None,
             buffers: HaloBuffers::default(),
         };
         world.replace(parts.grains, parts.points)?;

@@ -15,9 +15,11 @@ use crate::error::Error;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::observe::guard::EnergyGuard;
+use crate::observe::ledger::Entry;
 use crate::observe::phases::{self, Phase};
 use crate::output::Outputs;
 use crate::rebuild::Row;
+use crate::record::{FromParcel, Record, ToParcel};
 use crate::scenario::Output;
 use crate::space::Space;
 use crate::transfer::{self, Cargo};
@@ -102,11 +104,16 @@ impl Cargo for Progress {
     fn pack_rest(&mut self, to: &mut Writer) {
         to.u64_slice(&self.oracle.flagged);
         to.f64_slice(&self.instants.times);
+        to.u64(self.ledger.len() as u64);
+        self.ledger.iter_mut().for_each(|entry| entry.visit(&mut ToParcel(to)));
     }
     fn unpack_rest(&mut self, from: &mut Reader) -> Result<(), scree_partition::ParcelError> {
         self.oracle.flagged = from.u64_slice()?;
         self.instants.times = from.f64_slice()?;
-        Ok(())
+        self.ledger = vec![Entry::default(); from.u64()? as usize];
+        let mut from = FromParcel { reader: from, failure: None };
+        self.ledger.iter_mut().for_each(|entry| entry.visit(&mut from));
+        from.failure.map_or(Ok(()), Err)
     }
 }
 
@@ -223,6 +230,7 @@ impl<'t, E: Experiment> Run<'t, E> {
         // The checkpoint counts rows; they must be on disk before it is.
         core.on_root(|outputs| outputs.sync())?;
         core.progress.step = core.world.step;
+        core.progress.ledger = core.world.ledger_entries()?;
         let (grains, points) = core.world.rows();
         let grains: Option<Vec<Row<E::Space, E::Contact>>> = transfer::gather(core.world.transport, grains)?;
         let points = transfer::gather(core.world.transport, points)?;

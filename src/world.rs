@@ -21,6 +21,7 @@ use crate::mpm::points::Point;
 use crate::mpm::scatter::{TileFrame, scatter_grains, scatter_points};
 use crate::mpm::shape::DRIFT_MAX;
 use crate::mpm::tile::{Advanced, Gathered, Tiles};
+use crate::observe::ledger::EnergyLedger;
 use crate::observe::phases::{Phase, Phases};
 use crate::parallel::over_blocks;
 use crate::servo::CellDrive;
@@ -81,6 +82,8 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub stop_agreed: bool,
     pub rebuilds: u64,
     pub phases: Phases,
+    /// Where the work goes, if that is to be known.
+    pub(crate) ledger: Option<Box<EnergyLedger<S, C>>>,
     pub(crate) buffers: HaloBuffers,
     /// Displacement of each body at the last rebuild, m.
     pub(crate) bodies_home: Vec<S::Vector>,
@@ -109,6 +112,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// One step of DESIGN.md's list.
     pub fn advance(&mut self) -> Result<(), Error> {
+        self.open_page();
         self.scatter_points();
         self.evaluate_contacts();
         self.kick_grains();
@@ -120,6 +124,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.correct_grains();
         self.gather_points();
         self.drive_cell()?;
+        self.close_page();
         self.drift();
         self.step += 1;
         self.rebuild_if_due()
@@ -213,10 +218,15 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.phases.stop(Phase::Contacts, timer);
     }
 
+    /// Share of the step by which this step's kick moves velocities.
+    pub(crate) fn kick_share(&self) -> f64 {
+        if self.step == 0 { self.settings.first_kick } else { 1.0 }
+    }
+
     fn kick_grains(&mut self) {
         let timer = self.phases.start();
-        let share = if self.step == 0 { self.settings.first_kick } else { 1.0 };
-        motion::kick(&mut self.grains, &self.settings.field, &self.cell, share * self.settings.dt);
+        let dt = self.kick_share() * self.settings.dt;
+        motion::kick(&mut self.grains, &self.settings.field, &self.cell, dt);
         self.phases.stop(Phase::Motion, timer);
     }
 
@@ -309,7 +319,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let sums = sums.reduce(self.transport).map_err(|error| {
             Error::Run(format!("step {}: the forces on the bodies are not finite or beyond reason ({error}); the run is unstable: check the time step and the last frames", self.step))
         })?;
-        let time = self.time();
+        // Velocities are those of the middle of the step, so that the way of a body is the integral of its path.
+        let time = self.time() + 0.5 * self.settings.dt;
         for (body, slots) in self.bodies.iter_mut().zip(sums.chunks_exact(BODY_SLOTS)) {
             let mut burden: Burden<S> = Burden {
                 force: S::Vector::zero(),

@@ -7,7 +7,7 @@ use scree::scenario;
 use scree::space::{Linear, Plane, Solid, Space};
 
 use crate::few::{
-    Few, GrainWorld, MASS, RADIUS, cohesive, elastic, hertz, hot_of, linear, load_on, spin, steps, vector,
+    Few, GrainWorld, MASS, RADIUS, cohesive, elastic, hertz, hot_of, linear, load_on, row_of, spin, steps, vector,
 };
 
 /// Speed at which grains close, m/s.
@@ -156,7 +156,7 @@ fn heavy_pair<S: Space>(law: LinearCohesive, dt: f64, overlap: f64) -> GrainWorl
 }
 
 fn set_velocity<S: Space>(world: &mut GrainWorld<S, LinearCohesive>, velocity: [f64; 3]) {
-    let row = crate::few::row_of(world, 0);
+    let row = row_of(world, 0);
     world.grains.hot[row].velocity = vector::<S>(velocity);
 }
 
@@ -212,7 +212,7 @@ fn a_pair_slides_at_its_shear_strength<S: Space>() {
         // Touching first, then drawn to the wanted force, then slid along y by far more than the spring's reach.
         let mut world = heavy_pair::<S>(law, 1e-7, 1e-9);
         steps(&mut world, 1);
-        let row = crate::few::row_of(&world, 0);
+        let row = row_of(&world, 0);
         world.grains.hot[row].position[0] = 2.0 * RADIUS - normal / linear.stiffness_normal;
         set_velocity(&mut world, [0.0, 0.01, 0.0]);
         steps(&mut world, 999);

@@ -4,6 +4,10 @@
 mod bad_assemblies;
 /// Wrong jobs are refused before any work, with file, line, value and remedy; exit code 2.
 mod bad_jobs;
+/// Grains and rigid bodies: balances to round-off, mirrored bounces, held forces, paths, and spins that drive.
+mod bodies;
+/// Cells that are periodic and deform: mean stress, affine motion, images across sheared faces, control of stress.
+mod cells;
 /// A free cluster keeps momentum and angular momentum, and every width of registers gives the same bits, under every law
 /// in both spaces.
 mod clusters;
@@ -15,6 +19,10 @@ mod coupling;
 mod enrichment;
 /// Worlds of a few grains alone that the tests of the grain engine share; it claims nothing itself.
 mod few;
+/// A loaded contact that is carried along by a rigid motion keeps its force in the moving frame, under every law.
+mod frames;
+/// Discs and spheres roll, slide and come to rest on planes as closed forms say, under every law.
+mod inclines;
 /// Grains, continuum and hybrid end in the same bits on 1 to 4 ranks in one process, and from any of their checkpoints.
 mod invariance;
 /// Every job in `jobs/` is read, and its resolved form means the same.

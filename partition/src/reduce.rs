@@ -83,14 +83,37 @@ impl<const N: usize> ExactSum<N> {
     /// # Errors
     /// When a slot is spoiled on any rank or by the total; all ranks then fail alike.
     pub fn reduce(self, transport: &dyn Transport) -> Result<[f64; N], SumError> {
+        Ok(self.totals(transport)?.map(|(quanta, _)| to_f64(quanta)))
+    }
+
+    fn totals(self, transport: &dyn Transport) -> Result<[(i128, u64); N], SumError> {
         assert!(transport.size() <= RANKS_MAX, "exact sums hold for at most {RANKS_MAX} ranks");
         let mut parts: [_; N] = array::from_fn(|slot| split(self.quanta[slot], self.load[slot]));
         transport.sum(parts.as_flattened_mut());
         let totals = parts.map(join);
         match totals.iter().position(|(_, load)| *load >= LOAD_MAX) {
             Some(slot) => Err(SumError { slot }),
-            None => Ok(totals.map(|(quanta, _)| to_f64(quanta))),
+            None => Ok(totals),
         }
+    }
+
+    /// The same sums over all ranks, exact still. Collective, one message.
+    ///
+    /// # Errors
+    /// As of [`Self::reduce`].
+    pub fn total(self, transport: &dyn Transport) -> Result<Self, SumError> {
+        let totals = self.totals(transport)?;
+        Ok(Self { quanta: totals.map(|(quanta, _)| quanta), load: totals.map(|(_, load)| load) })
+    }
+
+    /// A sum as whole numbers, to be stored: its quanta, and the bound on its magnitudes.
+    pub fn parts(&self, slot: usize) -> (i128, u64) {
+        (self.quanta[slot], self.load[slot])
+    }
+
+    /// Goes on from what [`Self::parts`] gave.
+    pub fn set_parts(&mut self, slot: usize, (quanta, load): (i128, u64)) {
+        (self.quanta[slot], self.load[slot]) = (quanta, load.min(LOAD_MAX));
     }
 
     /// Capped, so that it can only stay spoiled, and fits the total over ranks.
@@ -221,6 +244,22 @@ mod tests {
             let floats: Vec<f64> = values.iter().map(|&value| value as f64).collect();
             prop_assert_eq!(local(&floats), values.iter().sum::<i64>() as f64);
         }
+    }
+
+    /// A sum that is stored and gone on with has the bits of one that was never interrupted.
+    #[test]
+    fn totals_are_gone_on_with_from_their_parts() {
+        let outcomes = threads::run(3, |ranks| {
+            let mut sum = ExactSum::<2>::new();
+            sum.add(1, 0.1 * (1 + ranks.rank()) as f64);
+            let total = sum.total(&ranks).unwrap();
+            let mut stored = ExactSum::<2>::new();
+            stored.set_parts(1, total.parts(1));
+            (total == stored, stored.value(1))
+        });
+        let mut whole = ExactSum::<1>::new();
+        [0.1 * 1.0, 0.1 * 2.0, 0.1 * 3.0].into_iter().for_each(|value| whole.add(0, value));
+        assert_eq!(outcomes, [(true, whole.value(0)); 3]);
     }
 
     fn finite() -> impl Strategy<Value = f64> {

@@ -43,7 +43,10 @@ pub fn start<S: Space, C: ContactLaw<S>>(
     let claimed =
         if root { output::claim(&options.out, &crate::scenario::Job::Assembly(job.clone()).to_toml()) } else { Ok(()) };
     transfer::agree(transport, claimed)?;
-    let world = setup::world::<S, C>(job, transport)?;
+    let mut world = setup::world::<S, C>(job, transport)?;
+    if job.ledger {
+        world.open_ledger();
+    }
     let progress = Progress { fraction_start: setup::fraction(&world, job)?, ..Progress::default() };
     let experiment = Element { job, kinds: std::marker::PhantomData::<(S, C)> };
     let outputs = if root { Outputs::create(&options.out, &experiment).map(Some) } else { Ok(None) };
@@ -74,12 +77,27 @@ pub fn resume<S: Space, C: ContactLaw<S>>(
         let out = options.out.display();
         return Ok(Outcome::Done(format!("{out}: this run is done already; nothing was changed.")));
     }
-    let world = setup::world_at::<S, C>(job, transport, progress.step, grains, (moved, saved, at_home))?;
+    let mut world = setup::world_at::<S, C>(job, transport, progress.step, grains, (moved, saved, at_home))?;
+    if job.ledger {
+        world.resume_ledger(&progress.ledger);
+    }
     let outputs = if root { Outputs::resume(&options.out, &progress, &experiment).map(Some) } else { Ok(None) };
     let outputs = transfer::agree(transport, outputs)?;
     Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
 }
 
+/// Columns of the account of energy; residual in shares of the work done, the others in J.
+const LEDGER: [&str; 9] = [
+    "work_bodies",
+    "work_gravity",
+    "work_cell",
+    "energy_stored",
+    "dissipated_viscous",
+    "dissipated_friction",
+    "dissipated_damping",
+    "dissipated_levers",
+    "ledger_residual",
+];
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
@@ -114,6 +132,9 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
             names.extend(spins.iter().map(|axis| format!("{}_torque_{axis}", body.name)));
             names.extend(axes.iter().map(|axis| format!("{}_displacement_{axis}", body.name)));
         }
+        if self.job.ledger {
+            names.extend(LEDGER.map(String::from));
+        }
         names
     }
 
@@ -122,7 +143,8 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
     }
 
     /// Mean stress of the contacts (tension positive, Pa), edges of the cell (m), energies (J), and of every body the mean
-    /// force (N) and torque (N m) of the grains on it since the last row and its displacement (m).
+    /// force (N) and torque (N m) of the grains on it since the last row and its displacement (m); last, where it is kept,
+    /// the account of energy ([`crate::observe::ledger`]).
     fn row(&mut self, core: &mut GrainCore<S, C>) -> Result<Vec<f64>, Error> {
         let world = &mut core.world;
         let energies = world.energies()?;
@@ -148,6 +170,11 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
             row.extend((0..S::DIMENSION).map(|axis| impulse[axis] / duration));
             row.extend((0..S::Spin::COMPONENTS).map(|axis| turn[axis] / duration));
             row.extend((0..S::DIMENSION).map(|axis| body.displacement[axis]));
+        }
+        if self.job.ledger {
+            let balance = world.balance()?;
+            row.extend([balance.work_bodies, balance.work_gravity, balance.work_cell, balance.stored()]);
+            row.extend([balance.viscous, balance.friction, balance.damping, balance.levers, balance.residual()]);
         }
         Ok(row)
     }

@@ -15,6 +15,7 @@ use scree_partition::transport::{Solo, Transport};
 use crate::error::Error;
 use crate::run::Outcome;
 
+mod bench;
 mod check;
 mod digest;
 mod export;
@@ -75,6 +76,11 @@ enum Command {
         #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
         threads: Option<u16>,
     },
+    /// Measure how fast this machine is.
+    Bench {
+        #[command(subcommand)]
+        what: bench::Bench,
+    },
     /// Print a hash of the complete state, equal for equal states however many ranks wrote them.
     Digest {
         /// Folder of a run (its newest checkpoint), or one checkpoint.
@@ -132,6 +138,7 @@ fn dispatch(command: Command, transport: &dyn Transport) -> u8 {
         Command::Resume { dir, threads } => {
             finish(resume::command(&dir, threads_wanted(threads), transport), transport)
         }
+        Command::Bench { what } => finish(bench::command(&what, transport), transport),
         alone => on_rank_zero(transport, || match alone {
             Command::Check { job, set } => check::command(&job, &set),
             Command::Digest { path } => digest::command(&path),
@@ -142,7 +149,7 @@ fn dispatch(command: Command, transport: &dyn Transport) -> u8 {
             Command::Export { dir, grains, contacts, at } => {
                 export::command(&dir, grains.as_deref(), contacts.as_deref(), at.as_deref())
             }
-            Command::Run { .. } | Command::Resume { .. } => {
+            Command::Run { .. } | Command::Resume { .. } | Command::Bench { .. } => {
                 unreachable!("runs are dispatched above")
             }
         }),

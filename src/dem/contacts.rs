@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::dem::cell::{Cell, Shifts};
 use crate::dem::grains::{Grains, is_body, lanes, vector};
-use crate::dem::kernel::{Pass, Side, force_words, give, pair_pass, pair_weight, spin_words, touch};
+use crate::dem::kernel::{Given, Pass, Side, force_words, give, pair_pass, pair_weight, spin_words, touch};
 use crate::dem::neighbours::{Neighbours, Pair};
 use crate::ids::GrainId;
 use crate::lane::{Instructions, LANES};
@@ -92,13 +92,30 @@ impl<S: Space> Contacts<S> {
         }
     }
 
-    fn recall<C: ContactLaw<S>>(&self, pair: usize) -> C::Memory<f64> {
-        let count = <C::Memory<f64> as Words<f64>>::COUNT;
-        let mut memory = C::Memory::<f64>::zero();
-        for word in 0..count {
-            memory.set_word(word, self.memory[(pair / LANES * count + word) * LANES + pair % LANES]);
-        }
-        memory
+    /// What a pair remembers.
+    pub fn recall<C: ContactLaw<S>>(&self, pair: usize) -> C::Memory<f64> {
+        recall_from::<S, C>(&self.memory, pair)
+    }
+
+    /// All memories, for [`recall_from`].
+    pub fn memories(&self) -> &[f64] {
+        &self.memory
+    }
+
+    /// What the last evaluation gave to the two grains of a pair, weighted.
+    pub fn given(&self, pair: usize) -> Given<S, f64> {
+        let words = &self.forces[pair * force_words::<S>()..(pair + 1) * force_words::<S>()];
+        let (dimension, spin) = (S::DIMENSION, spin_words::<S>());
+        let mut given: Given<S, f64> = Given { force: Words::zero(), torque_a: Words::zero(), torque_b: Words::zero() };
+        (0..dimension).for_each(|word| given.force.set_word(word, words[word]));
+        (0..spin).for_each(|word| given.torque_a.set_word(word, words[dimension + word]));
+        (0..spin).for_each(|word| given.torque_b.set_word(word, words[dimension + spin + word]));
+        given
+    }
+
+    /// What the images of a pair add to the separation of its grains (m) and to their relative velocity (m/s).
+    pub fn shift(&self, pair: &Pair) -> &(S::Vector, S::Vector) {
+        &self.shifts.0[pair.image().0 as usize]
     }
 
     /// Memories of the touching contacts of an owned row, in the order of partner ids.
@@ -252,6 +269,16 @@ impl<S: Space> Contacts<S> {
     pub fn bytes(&self) -> usize {
         self.neighbours.bytes() + (self.memory.capacity() + self.forces.capacity()) * size_of::<f64>()
     }
+}
+
+/// The memory of a pair among those of all.
+pub fn recall_from<S: Space, C: ContactLaw<S>>(memories: &[f64], pair: usize) -> C::Memory<f64> {
+    let count = <C::Memory<f64> as Words<f64>>::COUNT;
+    let mut memory = C::Memory::<f64>::zero();
+    for word in 0..count {
+        memory.set_word(word, memories[(pair / LANES * count + word) * LANES + pair % LANES]);
+    }
+    memory
 }
 
 /// Where the contacts with bodies begin in a row's memories.

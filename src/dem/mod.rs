@@ -12,3 +12,4 @@ pub mod packing;
 pub mod throw;
 pub mod tile;
 pub mod walls;
+pub mod work;

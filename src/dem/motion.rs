@@ -55,11 +55,24 @@ pub fn kick<S: Space>(grains: &mut Grains<S>, field: &Field<S>, cell: &Cell<S>, 
 
 fn damped_kick<S: Space>(
     hot: &mut Hot<S>,
-    (mut linear, mut angular): (S::Vector, S::Spin),
+    undamped: (S::Vector, S::Spin),
     damping: &Damping,
     cell: &Cell<S>,
     dt: f64,
 ) {
+    let (linear, angular) = damped(hot, undamped, damping, cell, dt);
+    hot.velocity += (linear + cell.gradient * hot.velocity) * dt;
+    hot.spin += angular * dt;
+}
+
+/// Accelerations (m/s2, rad/s2) with damping, from those without it, in a kick over `dt`.
+pub fn damped<S: Space>(
+    hot: &Hot<S>,
+    (mut linear, mut angular): (S::Vector, S::Spin),
+    damping: &Damping,
+    cell: &Cell<S>,
+    dt: f64,
+) -> (S::Vector, S::Spin) {
     // The mean field at the middle of the step, when the velocity is known.
     let fluctuation = hot.velocity - cell.gradient * (hot.position - cell.corner);
     let spin = hot.spin;
@@ -75,8 +88,7 @@ fn damped_kick<S: Space>(
     }
     linear -= fluctuation * damping.mass;
     angular -= spin * damping.mass;
-    hot.velocity += (linear + cell.gradient * hot.velocity) * dt;
-    hot.spin += angular * dt;
+    (linear, angular)
 }
 
 /// Each component of acceleration scaled by 1 - damping sign(a (u + dt a/2)): less where it adds to the motion, more where

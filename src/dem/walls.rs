@@ -89,13 +89,14 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
             let (row, body) = (wall.row as usize, &bodies[wall.body as usize]);
             let hot = &grains.hot[row];
             let Some(nearest) = body.nearest(&hot.position) else { continue };
-            let touch = touch_of(hot, body, &nearest, [advance, dt]);
+            let touch = touch_of(hot, body, (body.velocity, body.spin), &nearest, [advance, dt]);
             let arm = hot.radius - 0.5 * touch.overlap;
             let given: Given<S, f64> = give(law, &touch, hot.weight, [arm, 0.0], &mut wall.memory);
             wall.force = vector(&given.force);
             // Without an arm the body's side holds the resistance to rolling alone.
             wall.moment = -vector::<S::Spin, _>(&given.torque_b);
-            wall.point = nearest.point;
+            // In the middle of the overlap, as the grain's arm has it: else the couple of the two would make angular momentum.
+            wall.point = nearest.point - nearest.normal * (0.5 * touch.overlap);
             grains.force[row] += wall.force;
             grains.torque[row] += vector::<S::Spin, _>(&given.torque_a);
         }
@@ -111,7 +112,7 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
         self.list.iter().filter_map(move |wall| {
             let hot = &grains.hot[wall.row as usize];
             let body = &bodies[wall.body as usize];
-            let touch = touch_of(hot, body, &body.nearest(&hot.position)?, [0.0, 0.0]);
+            let touch = touch_of(hot, body, (body.velocity, body.spin), &body.nearest(&hot.position)?, [0.0, 0.0]);
             law.holds(&touch, &wall.memory).then(|| hot.weight * law.elastic_energy(&touch, &wall.memory))
         })
     }
@@ -125,8 +126,9 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
     ) -> impl Iterator<Item = S::Tensor> + 'a {
         self.list.iter().filter_map(move |wall| {
             let hot = &grains.hot[wall.row as usize];
-            let nearest = bodies[wall.body as usize].nearest(&hot.position)?;
-            let touch = touch_of(hot, &bodies[wall.body as usize], &nearest, [0.0, 0.0]);
+            let body = &bodies[wall.body as usize];
+            let nearest = body.nearest(&hot.position)?;
+            let touch = touch_of(hot, body, (body.velocity, body.spin), &nearest, [0.0, 0.0]);
             let mut memory = wall.memory;
             let force: S::Vector = vector(&give(law, &touch, hot.weight, [0.0, 0.0], &mut memory).force);
             Some(-S::outer(&force, &(hot.position - nearest.point)))
@@ -152,10 +154,17 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
     }
 }
 
-fn touch_of<S: Space>(hot: &Hot<S>, body: &Body<S>, nearest: &Nearest<S>, [advance, dt]: [f64; 2]) -> Touch<S, f64> {
+/// A grain and a body, which moves with `motion` (velocity and spin), as the law sees them.
+pub fn touch_of<S: Space>(
+    hot: &Hot<S>,
+    body: &Body<S>,
+    motion: (S::Vector, S::Spin),
+    nearest: &Nearest<S>,
+    [advance, dt]: [f64; 2],
+) -> Touch<S, f64> {
     let normal: S::VectorOf<f64> = lanes(&nearest.normal);
-    let relative: S::VectorOf<f64> = lanes(&(hot.velocity - body.velocity_at(&nearest.point)));
-    let (spin, spin_body): (S::SpinOf<f64>, S::SpinOf<f64>) = (lanes(&hot.spin), lanes(&body.spin));
+    let relative: S::VectorOf<f64> = lanes(&(hot.velocity - body.velocity_in(&motion, &nearest.point)));
+    let (spin, spin_body): (S::SpinOf<f64>, S::SpinOf<f64>) = (lanes(&hot.spin), lanes(&motion.1));
     let velocity_centres = S::tangential(&normal, &relative);
     use crate::space::Lanewise;
     Touch {

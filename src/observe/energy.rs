@@ -1,6 +1,6 @@
 //! Energies of the whole world, exact sums over all ranks.
 
-use scree_partition::ExactSum;
+use scree_partition::{ExactSum, SumError};
 
 use crate::dem::grains::Mover;
 use crate::error::Error;
@@ -79,11 +79,13 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Exact sums over all ranks; what is not finite stops the run.
     pub fn reduce<const N: usize>(&self, sums: ExactSum<N>) -> Result<[f64; N], Error> {
-        sums.reduce(self.transport).map_err(|error| {
-            Error::Run(format!(
-                "step {}: energy or momentum is not finite or beyond reason ({error}); the run is unstable: check `time.step` and the last frames",
-                self.step
-            ))
-        })
+        sums.reduce(self.transport).map_err(|error| self.out_of_range(&error))
+    }
+
+    pub(crate) fn out_of_range(&self, error: &SumError) -> Error {
+        Error::Run(format!(
+            "step {}: energy or momentum is not finite or beyond reason ({error}); the run is unstable: check `time.step` and the last frames",
+            self.step
+        ))
     }
 }

@@ -4,5 +4,6 @@ pub mod band;
 pub mod energy;
 pub mod frame;
 pub mod guard;
+pub mod ledger;
 pub mod phases;
 pub mod strain;

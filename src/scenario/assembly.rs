@@ -33,6 +33,8 @@ pub struct Assembly {
     /// Edge that blocks aim at, m; they fill the cell exactly.
     pub block: f64,
     pub output: Output,
+    /// An account of work and energy is kept, in columns of its own.
+    pub ledger: bool,
 }
 
 /// The domain: a box, periodic along some axes, that may deform.

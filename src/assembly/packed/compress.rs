@@ -269,7 +269,8 @@ impl Press<'_> {
     /// Compresses under friction and damping until everything rests under the stress.
     fn bring_to_rest<S: Space, C: ContactLaw<S>>(&self, world: &mut GrainWorld<S, C>) -> Result<(), Error> {
         world.settings.contact = law(&self.job.contact.with_friction(self.packed.friction));
-        let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
+        let damping =
+            Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
         world.settings.field = Field { gravity: S::Vector::zero(), damping };
         world.settings.drive = self.servo(&world.cell, LOOSE, self.stress);
         // The reach of the law may be another.

@@ -125,7 +125,7 @@ fn thrown<S: Space, C: ContactLaw<S>>(
     };
     let places = places(cell, &packed.sizes, job.seed, &radii, outside).map_err(|full| {
         Error::User(format!(
-            "packing.fraction_start = {} is too dense to throw {} grains without overlap: there was no room for grain {}. Discs need 0.45 or less, spheres 0.3, and less where bodies take up room; or take a larger cell.",
+            "packing.fraction_start = {} is too dense to throw {} grains without overlap: there was no room for grain {}. Discs need 0.45 or less, spheres 0.25, and less where bodies take up room; or take a larger cell.",
             packed.fraction_start, packed.count, full.grain
         ))
     })?;

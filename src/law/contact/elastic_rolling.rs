@@ -83,13 +83,12 @@ impl<S: Space> ContactLaw<S> for ElasticRolling {
         let law = &self.constants;
         let stiffness = self.stiffness(touch.radius_a, touch.radius_b);
         let normal = touch.overlap * stiffness.normal;
+        let sliding = <Self as ContactLaw<S>>::sliding(self, touch);
         let (spring, rolled) = memory;
         *spring = S::carry(&touch.normal, touch.twist, spring);
-        let mut sliding = touch.velocity_tangential;
         if law.sliding == Sliding::Scaled {
             let distance = touch.radius_a + touch.radius_b - touch.overlap;
             *spring = *spring + lengthening(touch, distance, spring);
-            sliding = sliding + touch.velocity_centres * (touch.overlap / distance);
         }
         *spring = *spring + sliding * touch.advance;
         let tangential = cut(spring, stiffness.tangential, normal * R::splat(law.friction));
@@ -99,6 +98,28 @@ impl<S: Space> ContactLaw<S> for ElasticRolling {
         let radius_min = R::min(touch.radius_a, touch.radius_b);
         let moment = cut(rolled, stiffness.rolling, normal * radius_min * R::splat(law.rolling_limit));
         Answer { normal, tangential, moment }
+    }
+
+    #[inline(always)]
+    fn sliding<R: Real>(&self, touch: &Touch<S, R>) -> S::TangentOf<R> {
+        match self.constants.sliding {
+            Sliding::Surface => touch.velocity_tangential,
+            Sliding::Scaled => {
+                let reach = touch.radius_a + touch.radius_b;
+                let excess = touch.overlap / (reach - touch.overlap);
+                touch.velocity_tangential + touch.velocity_centres * excess
+            }
+        }
+    }
+
+    fn springs(&self, touch: &Touch<S, f64>, (spring, rolled): &Self::Memory<f64>) -> Answer<S, f64> {
+        let stiffness = self.stiffness(touch.radius_a, touch.radius_b);
+        let (tangential, moment) = (*spring * -stiffness.tangential, *rolled * -stiffness.rolling);
+        Answer { normal: touch.overlap * stiffness.normal, tangential, moment }
+    }
+
+    fn friction_limit(&self, _: &Touch<S, f64>, normal: f64) -> f64 {
+        normal * self.constants.friction
     }
 
     fn elastic_energy(&self, touch: &Touch<S, f64>, (spring, rolled): &Self::Memory<f64>) -> f64 {

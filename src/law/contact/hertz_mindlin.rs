@@ -73,6 +73,16 @@ impl<S: Space> ContactLaw<S> for HertzMindlin {
         Answer { normal, tangential, moment: Words::zero() }
     }
 
+    fn springs(&self, touch: &Touch<S, f64>, elastic: &S::TangentOf<f64>) -> Answer<S, f64> {
+        let [stiffness, _] = self.stiffness(touch.radius_a, touch.radius_b, touch.overlap);
+        Answer { normal: stiffness * touch.overlap * (2.0 / 3.0), tangential: *elastic, moment: Words::zero() }
+    }
+
+    fn friction_limit(&self, touch: &Touch<S, f64>, _: f64) -> f64 {
+        let [stiffness, _] = self.stiffness(touch.radius_a, touch.radius_b, touch.overlap);
+        stiffness * touch.overlap * (2.0 / 3.0) * self.constants.friction
+    }
+
     /// Hertz's energy, and that of the tangential spring at the stiffness of now.
     fn elastic_energy(&self, touch: &Touch<S, f64>, elastic: &S::TangentOf<f64>) -> f64 {
         let [normal, tangential] = self.stiffness(touch.radius_a, touch.radius_b, touch.overlap);

@@ -58,6 +58,16 @@ impl<S: Space> ContactLaw<S> for LinearCohesive {
         Answer { normal, tangential, moment: Words::zero() }
     }
 
+    fn springs(&self, touch: &Touch<S, f64>, memory: &Self::Memory<f64>) -> Answer<S, f64> {
+        let law = &self.constants.linear;
+        let tangential = memory.0 * -law.stiffness_tangential;
+        Answer { normal: touch.overlap * law.stiffness_normal, tangential, moment: Words::zero() }
+    }
+
+    fn friction_limit(&self, _: &Touch<S, f64>, normal: f64) -> f64 {
+        normal.abs() * self.constants.linear.friction + self.constants.cohesion_tangential
+    }
+
     fn elastic_energy(&self, touch: &Touch<S, f64>, memory: &Self::Memory<f64>) -> f64 {
         let law = &self.constants.linear;
         0.5 * law.stiffness_normal * touch.overlap * touch.overlap

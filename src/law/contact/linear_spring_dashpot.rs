@@ -47,6 +47,16 @@ impl<S: Space> ContactLaw<S> for LinearSpringDashpot {
         Answer { normal, tangential, moment: Words::zero() }
     }
 
+    fn springs(&self, touch: &Touch<S, f64>, spring: &S::TangentOf<f64>) -> Answer<S, f64> {
+        let law = &self.constants;
+        let tangential = *spring * -law.stiffness_tangential;
+        Answer { normal: touch.overlap * law.stiffness_normal, tangential, moment: Words::zero() }
+    }
+
+    fn friction_limit(&self, _: &Touch<S, f64>, normal: f64) -> f64 {
+        normal.abs() * self.constants.friction
+    }
+
     fn elastic_energy(&self, touch: &Touch<S, f64>, spring: &S::TangentOf<f64>) -> f64 {
         let law = &self.constants;
         0.5 * law.stiffness_normal * touch.overlap * touch.overlap + 0.5 * law.stiffness_tangential * spring.dot(spring)

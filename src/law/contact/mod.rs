@@ -96,6 +96,18 @@ pub trait ContactLaw<S: Space>: FromJob + Copy + Debug + Send + Sync + 'static {
     /// Force of `b` on `a`, and the memory after it. Numbers where the contact does not hold are thrown away.
     fn force<R: Real>(&self, touch: &Touch<S, R>, memory: &mut Self::Memory<R>) -> Answer<S, R>;
 
-    /// Elastic energy stored in a contact that holds, J.
+    /// Velocity at which the tangential spring stretches, m/s; linear in the velocities of the touch.
+    #[inline(always)]
+    fn sliding<R: Real>(&self, touch: &Touch<S, R>) -> S::TangentOf<R> {
+        touch.velocity_tangential
+    }
+
+    /// What the springs alone answer in a contact that holds, by its memory after the evaluation: the rest is dashpots.
+    fn springs(&self, touch: &Touch<S, f64>, memory: &Self::Memory<f64>) -> Answer<S, f64>;
+
+    /// The most that spring and dashpot may carry along the surface together, N, at a normal force (N).
+    fn friction_limit(&self, touch: &Touch<S, f64>, normal: f64) -> f64;
+
+    /// Elastic energy stored in a contact that holds, J; with a blank memory, that of the normal spring alone.
     fn elastic_energy(&self, touch: &Touch<S, f64>, memory: &Self::Memory<f64>) -> f64;
 }

@@ -17,7 +17,7 @@ use crate::scenario::raw::{Reader, Typed};
 use crate::scenario::stable;
 
 /// Packing fraction of a loose start of spheres; thrown one after the other they jam at 0.38.
-const PACKING_FRACTION_SPHERES: f64 = 0.3;
+const PACKING_FRACTION_SPHERES: f64 = 0.25;
 /// Edge of a block in mean diameters: in space fewer, so that a block holds some hundred grains in both.
 const BLOCK_OF_DISCS: f64 = 12.0;
 const BLOCK_OF_SPHERES: f64 = 6.0;
@@ -51,6 +51,7 @@ pub fn assembly(typed: &Typed, file: &str) -> Result<Assembly, Error> {
     let step = time.number("step")?;
     let end = time.number("end")?;
     let cut = typed.table("decomposition", false, why)?;
+    let shown = typed.table("output", false, why)?;
     let block = if cell.dimension == 2 { BLOCK_OF_DISCS } else { BLOCK_OF_SPHERES };
 
     let assembly = Assembly {
@@ -68,7 +69,8 @@ pub fn assembly(typed: &Typed, file: &str) -> Result<Assembly, Error> {
         allow_unstable: time.flag_or("allow_unstable", false)?,
         skin: cut.number_or("skin", SKIN_DEFAULT * matter.diameter_mean)?,
         block: cut.number_or("block", block * matter.diameter_mean)?,
-        output: output(&typed.table("output", false, why)?, end, step)?,
+        output: output(&shown, end, step)?,
+        ledger: shown.flag_or("ledger", false)?,
         cell,
     };
     check(&assembly, typed)?;

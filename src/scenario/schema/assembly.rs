@@ -2,7 +2,7 @@
 
 use super::super::units::Dimension;
 use super::{
-    DAMPING, LENGTH, NOT_NEGATIVE, OUTPUT, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, contact, count, key,
+    DAMPING, Key, LENGTH, NOT_NEGATIVE, OUTPUT, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, contact, count, key,
     number, table, text, vector,
 };
 
@@ -60,8 +60,15 @@ pub static TABLES: [Table; 9] = [
         number("skin", "the reach of the neighbour list beyond contact", LENGTH, POSITIVE, "\"0.1 mm\""),
         number("block", "the edge that blocks aim at", LENGTH, POSITIVE, "\"12 mm\""),
     ]),
-    table("output", "what is written and when", OUTPUT),
+    table("output", "what is written and when", &OUTPUT_OF_GRAINS),
 ];
+
+/// `[output]` of both kinds, and the account of energy.
+const OUTPUT_OF_GRAINS: [Key; 5] = {
+    let [series, frames, checkpoints, kept] = OUTPUT;
+    let about = "adds columns of work done, energy stored and energy lost to series.csv";
+    [series, frames, checkpoints, kept, key("ledger", about, Wants::Flag, "true")]
+};
 
 /// One `[[body]]`.
 #[rustfmt::skip]

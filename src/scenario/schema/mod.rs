@@ -222,7 +222,7 @@ const NOT_NEGATIVE: Range = Range::NOT_NEGATIVE;
 
 /// `[output]` of both kinds.
 #[rustfmt::skip]
-const OUTPUT: &[Key] = &[
+const OUTPUT: [Key; 4] = [
     number("series_interval", "time between rows of series.csv", TIME, POSITIVE, "\"3 ms\""),
     number("frame_interval", "time between frames", TIME, POSITIVE, "\"80 ms\""),
     number("checkpoint_interval", "time between checkpoints", TIME, POSITIVE, "\"0.2 s\""),

@@ -75,7 +75,7 @@ pub static TABLES: [Table; 12] = [
         count("cells_per_block", "the edge of a block in cells", (2, 64), "2"),
         number("skin", "the reach of the neighbour list beyond contact", LENGTH, POSITIVE, "\"0.1 mm\""),
     ]),
-    table("output", "what is written and when", OUTPUT),
+    table("output", "what is written and when", &OUTPUT),
 ];
 
 /// One `[[continuum.weak]]`.
