@@ -16,6 +16,7 @@
 pub mod assembly;
 pub mod bench;
 pub mod body;
+pub mod burden;
 pub mod checkpoint;
 pub mod cli;
 pub mod dem;

@@ -3,12 +3,12 @@
 
 use std::ops::Range;
 
-use scree_partition::{ExactSum, Halo, HaloBuffers, Transport};
+use scree_partition::{Halo, HaloBuffers, Transport};
 
-use crate::body::{BODIES_MAX, Body, Burden};
+use crate::body::Body;
 use crate::dem::cell::Cell;
 use crate::dem::contacts::{Contacts, Part};
-use crate::dem::grains::{Grains, Mover};
+use crate::dem::grains::Grains;
 use crate::dem::motion::{self, Field, larger};
 use crate::dem::walls::Walls;
 use crate::error::Error;
@@ -101,8 +101,6 @@ const GRAIN_WORDS_PLANE: usize = 5;
 const GRAIN_WORDS_SOLID: usize = 9;
 const GATHERED_WORDS: usize = 11;
 const ADVANCED_WORDS: usize = 9;
-/// Sums over a body: force, torque and momentum of nodes (three components each) and mass of nodes.
-const BODY_SLOTS: usize = 10;
 
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Simulated time at the end of the steps done, s.
@@ -110,8 +108,49 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.step as f64 * self.settings.dt
     }
 
-    /// One step of DESIGN.md's list.
+    /// One step.
     pub fn advance(&mut self) -> Result<(), Error> {
+        if self.is_plain() {
+            self.step_of_grains_alone()?
+        } else {
+            self.step_of_all()?
+        }
+        self.step += 1;
+        self.rebuild_if_due()
+    }
+
+    /// Whether nothing stands between the forces on a grain and its motion: no continuum, no touched body, no cell that
+    /// deforms, no damping against its field, no account of energy.
+    fn is_plain(&self) -> bool {
+        !self.has_points()
+            && self.walls.list.is_empty()
+            && self.settings.drive.is_at_rest()
+            && self.settings.field.is_plain()
+            && self.ledger.is_none()
+    }
+
+    /// The same to the bit as the whole list, with every grain's record read once.
+    fn step_of_grains_alone(&mut self) -> Result<(), Error> {
+        self.evaluate_pairs();
+        for row in self.grains.glued.iter().map(|row| *row as usize) {
+            (self.grains.force[row], self.grains.torque[row]) = self.contacts.sum_of(row);
+        }
+        self.accelerate_bodies()?;
+        let timer = self.phases.start();
+        let dt = self.settings.dt;
+        let kick = self.kick_share() * dt;
+        let gravity = &self.settings.field.gravity;
+        let square = motion::sum_kick_and_drift(&mut self.grains, &self.contacts, &self.bodies, gravity, [kick, dt]);
+        self.moved = square.sqrt();
+        for body in &mut self.bodies {
+            body.drift(dt);
+        }
+        self.phases.stop(Phase::Motion, timer);
+        Ok(())
+    }
+
+    /// DESIGN.md's list.
+    fn step_of_all(&mut self) -> Result<(), Error> {
         self.open_page();
         self.scatter_points();
         self.evaluate_contacts();
@@ -126,11 +165,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.drive_cell()?;
         self.close_page();
         self.drift();
-        self.step += 1;
-        self.rebuild_if_due()
+        Ok(())
     }
 
-    fn has_points(&self) -> bool {
+    pub(crate) fn has_points(&self) -> bool {
         self.points_total > 0
     }
 
@@ -201,20 +239,30 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.phases.stop(Phase::Scatter, timer);
     }
 
-    fn evaluate_contacts(&mut self) {
+    /// Time over which contacts advance, and the step: at the very first evaluation nothing has slid yet.
+    fn contact_times(&self) -> [f64; 2] {
+        if self.step == 0 { [0.0, 0.0] } else { [self.settings.dt; 2] }
+    }
+
+    /// The pass over pairs, those that need no copies while copies travel.
+    fn evaluate_pairs(&mut self) {
         if !self.has_grains() {
             return;
         }
         self.moment_kept = None;
-        // At the very first evaluation nothing has slid yet.
-        let dt = self.settings.dt;
-        let times = if self.step == 0 { [0.0, 0.0] } else { [dt, dt] };
-        let law = self.settings.contact;
+        let (law, times) = (self.settings.contact, self.contact_times());
         self.renew_ghosts(|contacts, grains| contacts.pair_pass(&law, grains, Part::Interior, times));
         let timer = self.phases.start();
         self.contacts.pair_pass(&law, &self.grains, Part::Border, times);
+        self.phases.stop(Phase::Contacts, timer);
+    }
+
+    fn evaluate_contacts(&mut self) {
+        self.evaluate_pairs();
+        let timer = self.phases.start();
+        let times = self.contact_times();
         self.contacts.grain_pass(&mut self.grains);
-        self.walls.evaluate(&law, &mut self.grains, &self.bodies, times);
+        self.walls.evaluate(&self.settings.contact, &mut self.grains, &self.bodies, times);
         self.phases.stop(Phase::Contacts, timer);
     }
 
@@ -268,76 +316,6 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Height of a node, m.
     pub(crate) fn node_height(&self, place: [i32; 3]) -> f64 {
         self.layout.corner[1] + f64::from(place[1]) * self.layout.cell
-    }
-
-    /// The body that holds a node at height `y`.
-    fn holder(bodies: &[Body<S>], y: f64, cell: f64) -> Option<usize> {
-        bodies.iter().position(|body| body.holds(y, cell))
-    }
-
-    fn accelerate_bodies(&mut self) -> Result<(), Error> {
-        let timer = self.phases.start();
-        let outcome = match self.bodies.len() {
-            0 => Ok(()),
-            1..=2 => self.accelerate::<{ 2 * BODY_SLOTS }>(),
-            _ => self.accelerate::<{ BODIES_MAX * BODY_SLOTS }>(),
-        };
-        self.phases.stop(Phase::Bodies, timer);
-        outcome
-    }
-
-    fn accelerate<const SLOTS: usize>(&mut self) -> Result<(), Error> {
-        let mut sums = ExactSum::<SLOTS>::new();
-        let mut add = |body: usize, force: S::Vector, torque: S::Spin| {
-            for axis in 0..S::DIMENSION {
-                sums.add(BODY_SLOTS * body + axis, force[axis]);
-            }
-            for axis in 0..S::Spin::COMPONENTS {
-                sums.add(BODY_SLOTS * body + 3 + axis, torque[axis]);
-            }
-        };
-        for row in self.grains.glued.iter().map(|row| *row as usize) {
-            if let Mover::Body(body) = self.grains.movers[row] {
-                let arm = self.grains.hot[row].position - self.bodies[body as usize].origin();
-                let force = self.grains.force[row];
-                add(body as usize, force, self.grains.torque[row] + S::moment(&arm, &force));
-            }
-        }
-        self.walls.burdens(&self.bodies, &mut add);
-        if self.has_points() {
-            for (node, sum) in self.nodes.mosaic.owned.iter().zip(&self.tiles.sums) {
-                let holder = Self::holder(&self.bodies, self.node_height(node.place), self.layout.cell);
-                if let (Some(body), true) = (holder, sum.mass > 0.0) {
-                    let momentum = nodes::momentum_of_held(sum, self.settings.dt);
-                    for axis in 0..S::DIMENSION {
-                        sums.add(BODY_SLOTS * body + 6 + axis, momentum[axis]);
-                    }
-                    sums.add(BODY_SLOTS * body + 9, sum.mass);
-                }
-            }
-        }
-        let sums = sums.reduce(self.transport).map_err(|error| {
-            Error::Run(format!("step {}: the forces on the bodies are not finite or beyond reason ({error}); the run is unstable: check the time step and the last frames", self.step))
-        })?;
-        // Velocities are those of the middle of the step, so that the way of a body is the integral of its path.
-        let time = self.time() + 0.5 * self.settings.dt;
-        for (body, slots) in self.bodies.iter_mut().zip(sums.chunks_exact(BODY_SLOTS)) {
-            let mut burden: Burden<S> = Burden {
-                force: S::Vector::zero(),
-                torque: S::Spin::zero(),
-                node_mass: slots[9],
-                node_momentum: S::Vector::zero(),
-            };
-            for axis in 0..S::DIMENSION {
-                burden.force[axis] = slots[axis];
-                burden.node_momentum[axis] = slots[6 + axis];
-            }
-            for axis in 0..S::Spin::COMPONENTS {
-                burden.torque[axis] = slots[3 + axis];
-            }
-            body.accelerate(&burden, time, self.settings.dt);
-        }
-        Ok(())
     }
 
     fn advance_nodes(&mut self) {

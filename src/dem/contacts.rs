@@ -163,8 +163,9 @@ impl<S: Space> Contacts<S> {
         );
     }
 
+    /// Sum over an owned row's pairs: force and torque on it, N and N m.
     #[inline(always)]
-    fn sum_of(&self, row: usize) -> (S::Vector, S::Spin) {
+    pub fn sum_of(&self, row: usize) -> (S::Vector, S::Spin) {
         let (mut sum, mut turn) = (S::Vector::zero(), S::Spin::zero());
         for term in self.neighbours.terms_of(row) {
             let words = &self.forces[term.pair() * force_words::<S>()..(term.pair() + 1) * force_words::<S>()];

@@ -1,0 +1,88 @@
+//! What the material does to the bodies within a step, summed over all ranks, and how they move on under it.
+
+use scree_partition::ExactSum;
+
+use crate::body::{BODIES_MAX, Body, Burden};
+use crate::dem::grains::Mover;
+use crate::error::Error;
+use crate::law::contact::ContactLaw;
+use crate::law::material::MaterialLaw;
+use crate::mpm::nodes;
+use crate::observe::phases::Phase;
+use crate::space::{Linear, Space};
+use crate::world::World;
+
+/// Sums over a body: force, torque and momentum of nodes (three components each) and mass of nodes.
+const BODY_SLOTS: usize = 10;
+
+impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+    /// The body that holds a node at height `y`.
+    pub(crate) fn holder(bodies: &[Body<S>], y: f64, cell: f64) -> Option<usize> {
+        bodies.iter().position(|body| body.holds(y, cell))
+    }
+
+    pub(crate) fn accelerate_bodies(&mut self) -> Result<(), Error> {
+        let timer = self.phases.start();
+        let outcome = match self.bodies.len() {
+            0 => Ok(()),
+            1..=2 => self.accelerate::<{ 2 * BODY_SLOTS }>(),
+            _ => self.accelerate::<{ BODIES_MAX * BODY_SLOTS }>(),
+        };
+        self.phases.stop(Phase::Bodies, timer);
+        outcome
+    }
+
+    fn accelerate<const SLOTS: usize>(&mut self) -> Result<(), Error> {
+        let mut sums = ExactSum::<SLOTS>::new();
+        let mut add = |body: usize, force: S::Vector, torque: S::Spin| {
+            for axis in 0..S::DIMENSION {
+                sums.add(BODY_SLOTS * body + axis, force[axis]);
+            }
+            for axis in 0..S::Spin::COMPONENTS {
+                sums.add(BODY_SLOTS * body + 3 + axis, torque[axis]);
+            }
+        };
+        for row in self.grains.glued.iter().map(|row| *row as usize) {
+            if let Mover::Body(body) = self.grains.movers[row] {
+                let arm = self.grains.hot[row].position - self.bodies[body as usize].origin();
+                let force = self.grains.force[row];
+                add(body as usize, force, self.grains.torque[row] + S::moment(&arm, &force));
+            }
+        }
+        self.walls.burdens(&self.bodies, &mut add);
+        if self.has_points() {
+            for (node, sum) in self.nodes.mosaic.owned.iter().zip(&self.tiles.sums) {
+                let holder = Self::holder(&self.bodies, self.node_height(node.place), self.layout.cell);
+                if let (Some(body), true) = (holder, sum.mass > 0.0) {
+                    let momentum = nodes::momentum_of_held(sum, self.settings.dt);
+                    for axis in 0..S::DIMENSION {
+                        sums.add(BODY_SLOTS * body + 6 + axis, momentum[axis]);
+                    }
+                    sums.add(BODY_SLOTS * body + 9, sum.mass);
+                }
+            }
+        }
+        let sums = sums.reduce(self.transport).map_err(|error| {
+            Error::Run(format!("step {}: the forces on the bodies are not finite or beyond reason ({error}); the run is unstable: check the time step and the last frames", self.step))
+        })?;
+        // Velocities are those of the middle of the step, so that the way of a body is the integral of its path.
+        let time = self.time() + 0.5 * self.settings.dt;
+        for (body, slots) in self.bodies.iter_mut().zip(sums.chunks_exact(BODY_SLOTS)) {
+            let mut burden: Burden<S> = Burden {
+                force: S::Vector::zero(),
+                torque: S::Spin::zero(),
+                node_mass: slots[9],
+                node_momentum: S::Vector::zero(),
+            };
+            for axis in 0..S::DIMENSION {
+                burden.force[axis] = slots[axis];
+                burden.node_momentum[axis] = slots[6 + axis];
+            }
+            for axis in 0..S::Spin::COMPONENTS {
+                burden.torque[axis] = slots[3 + axis];
+            }
+            body.accelerate(&burden, time, self.settings.dt);
+        }
+        Ok(())
+    }
+}
