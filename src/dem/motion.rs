@@ -53,13 +53,7 @@ pub fn kick<S: Space>(grains: &mut Grains<S>, field: &Field<S>, cell: &Cell<S>, 
         });
 }
 
-fn damped_kick<S: Space>(
-    hot: &mut Hot<S>,
-    undamped: (S::Vector, S::Spin),
-    damping: &Damping,
-    cell: &Cell<S>,
-    dt: f64,
-) {
+fn damped_kick<S: Space>(hot: &mut Hot<S>, undamped: (S::Vector, S::Spin), damping: &Damping, cell: &Cell<S>, dt: f64) {
     let (linear, angular) = damped(hot, undamped, damping, cell, dt);
     hot.velocity += (linear + cell.gradient * hot.velocity) * dt;
     hot.spin += angular * dt;
