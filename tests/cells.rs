@@ -286,7 +286,7 @@ fn a_stress_servo_brings_a_packing_to_its_target() {
         few.add(at, RADIUS + jitter(), MASS);
     }
     let mut world = few.world();
-    steps(&mut world, 20_000);
+    steps(&mut world, 60_000);
     let stress = world.contact_moment().unwrap() * (1.0 / (world.cell.volume() * depth));
     println!("servo: {stress:?} Pa, gradient {:?}", world.cell.gradient);
     for (axis, wanted) in [(0, -100e3), (1, -130e3)] {

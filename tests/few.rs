@@ -145,10 +145,7 @@ impl<S: Space, C: ContactLaw<S>> Few<S, C> {
 
     pub fn world_on(self, transport: &dyn Transport) -> GrainWorld<'_, S, C> {
         let Self { grains, bodies, cell, settings } = self;
-        let mut corner = [0.0; 3];
-        for axis in 0..S::DIMENSION {
-            corner[axis] = cell.corner[axis];
-        }
+        let corner = std::array::from_fn(|axis| if axis < S::DIMENSION { cell.corner[axis] } else { 0.0 });
         let edge = cell.edges[0];
         let ground =
             Ground { cells: [8; 3], cells_per_block: 4, cell: edge / 8.0, corner, periodic: cell.periodic, rim: 0 };

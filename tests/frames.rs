@@ -17,12 +17,15 @@ const OVERLAP: f64 = 1e-6;
 const FORCE: f64 = 0.5;
 const MOMENT: f64 = 1e-4;
 
+/// Memory of a contact that holds a tangential force and a moment.
+type Holding<S, C> =
+    fn(&C, <S as Space>::TangentOf<f64>, <S as Space>::SpinOf<f64>) -> <C as ContactLaw<S>>::Memory<f64>;
+
 /// A law and what is known of its contact at [`OVERLAP`].
 struct Known<S: Space, C: ContactLaw<S>> {
     law: C,
     stiffness_tangential: f64,
-    /// Memory that holds a tangential force and a moment.
-    memory: fn(&C, S::TangentOf<f64>, S::SpinOf<f64>) -> C::Memory<f64>,
+    memory: Holding<S, C>,
     /// Whether it resists rolling.
     rolling: bool,
     /// Whether turning counts as no sliding, but lengthens the spring.

@@ -10,6 +10,9 @@ use crate::few::{Few, GrainWorld, MASS, RADIUS, cohesive, elastic, hertz, hot_of
 
 const GRAVITY: f64 = 9.81;
 
+/// Memory of a contact of an overlap (m) that holds a tangential force.
+type Holding<S, C> = fn(&C, f64, <S as Space>::TangentOf<f64>) -> <C as ContactLaw<S>>::Memory<f64>;
+
 /// What is known beforehand of a law's contact with a plane.
 struct Known<S: Space, C: ContactLaw<S>> {
     law: C,
@@ -18,8 +21,7 @@ struct Known<S: Space, C: ContactLaw<S>> {
     shear_strength: f64,
     /// Overlap under a normal force, m.
     overlap: fn(&C, f64) -> f64,
-    /// Memory of a contact of an overlap that holds a tangential force.
-    memory: fn(&C, f64, S::TangentOf<f64>) -> C::Memory<f64>,
+    memory: Holding<S, C>,
 }
 
 /// A slope that rises along `uphill`.

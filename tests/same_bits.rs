@@ -192,7 +192,7 @@ fn among_bodies(dimension: usize, law: (&str, &str), file: &Path) -> Job {
         gravity = list(["0", "-9.81", "0"]),
         zero = list(["0", "0", "0"]),
         up = list(["0", "1", "0"]),
-        centre = list(["0.004", "-0.0015", "0"]),
+        centre = list(["0.004", "-0.0019", "0"]),
         spin = if dimension == 2 { "50.0" } else { "[0, 0, 50.0]" },
         lid = if dimension == 2 { "[0, 0.018]" } else { "[0, 0.006, 0]" },
         slide = list(["0.1", "0", "0"]),

@@ -95,8 +95,7 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
             wall.force = vector(&given.force);
             // Without an arm the body's side holds the resistance to rolling alone.
             wall.moment = -vector::<S::Spin, _>(&given.torque_b);
-            // In the middle of the overlap, as the grain's arm has it: else the couple of the two would make angular momentum.
-            wall.point = nearest.point - nearest.normal * (0.5 * touch.overlap);
+            wall.point = middle(&nearest, touch.overlap);
             grains.force[row] += wall.force;
             grains.torque[row] += vector::<S::Spin, _>(&given.torque_a);
         }
@@ -131,7 +130,7 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
             let touch = touch_of(hot, body, (body.velocity, body.spin), &nearest, [0.0, 0.0]);
             let mut memory = wall.memory;
             let force: S::Vector = vector(&give(law, &touch, hot.weight, [0.0, 0.0], &mut memory).force);
-            Some(-S::outer(&force, &(hot.position - nearest.point)))
+            Some(-S::outer(&force, &(hot.position - middle(&nearest, touch.overlap))))
         })
     }
 
@@ -152,6 +151,12 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
             add(body, force, S::moment(&(wall.point - origins[body]), &force) - wall.moment);
         }
     }
+}
+
+/// Where a contact's force acts: in the middle of the overlap, as the grain's arm has it; else the couple of the two sides
+/// would make angular momentum.
+fn middle<S: Space>(nearest: &Nearest<S>, overlap: f64) -> S::Vector {
+    nearest.point - nearest.normal * (0.5 * overlap)
 }
 
 /// A grain and a body, which moves with `motion` (velocity and spin), as the law sees them.

@@ -10,10 +10,10 @@
 //!
 //! What slides is the surfaces with full radii; with [`Sliding::Scaled`] the translational part of v_t is scaled by
 //! (r_i + r_j)/(r_i + r_j - d), so that a contact that rolls without slip around another builds up no spring. That is how
-//! YADE (2023.02a) reckons, and with it goes how it turns the spring with the contact: to first order, s -= s x (n x n'), which
-//! lengthens it by half the square of the angle. In a step the share is some 1e-11, but it is what its records differ by
-//! from a spring that keeps its length. Twist about the normal is not resisted. Against a flat body r_j is without bounds: k_n = 2 E r_i, and rolling is resisted as by a
-//! grain of the same size.
+//! YADE (2023.02a) reckons, and with it goes how it turns the spring with the contact: to first order, s -= s x (n x n'),
+//! which lengthens it by half the square of the angle. In a step the share is some 1e-11, but it is what its records differ
+//! by from a spring that keeps its length. Twist about the normal is not resisted. Against a flat body r_j is without
+//! bounds: k_n = 2 E r_i, and rolling is resisted as by a grain of the same size.
 
 use super::{Answer, ContactLaw, FLAT, FromJob, Touch};
 use crate::lane::Real;
