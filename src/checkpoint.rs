@@ -14,6 +14,7 @@ use crate::hybrid::track::Instants;
 use crate::law::material::{CriticalMemory, MaterialMemory};
 use crate::mpm::points::Point;
 use crate::observe::ledger::Entry;
+use crate::rebuild::Home;
 use crate::record::{Record, Visitor, to_table};
 use crate::scenario::Job;
 use crate::space::{Plane, Space, Words};
@@ -86,6 +87,7 @@ pub struct Snapshot<S: Space, M, P> {
     pub progress: Progress,
     pub cell: Cell<S>,
     pub bodies: Vec<Body<S>>,
+    pub home: Home<S>,
     pub grains: Vec<GrainRow<S, M>>,
     pub points: Vec<Point<S, P>>,
 }
@@ -96,12 +98,16 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
         let mut flags: Vec<Flag> = progress.oracle.flagged.iter().copied().map(Flag).collect();
         let mut times: Vec<Instant> = progress.instants.times.iter().copied().map(Instant).collect();
         let mut run = [progress.clone()];
+        let at_home = |displacement: &S::Vector| Body { displacement: *displacement, ..Body::blank() };
+        let mut at_home: Vec<Body<S>> = self.home.bodies.iter().map(at_home).collect();
         let mut tables: Vec<Table> = vec![
             to_table("run", &mut run, &mut Progress::default()),
             to_table("flagged", &mut flags, &mut Flag::default()),
             to_table("instants", &mut times, &mut Instant::default()),
             to_table("cell", &mut [self.cell], &mut Cell::blank()),
+            to_table("cell_home", &mut [self.home.cell], &mut Cell::blank()),
             to_table("bodies", &mut self.bodies, &mut Body::blank()),
+            to_table("bodies_home", &mut at_home, &mut Body::blank()),
         ];
         tables.extend(tables::of_grains(&mut self.grains));
         // A run without an account has no table of it.
@@ -120,6 +126,7 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
         let flags: Vec<Flag> = tables::rows(state, "flagged", &Flag::default())?;
         let times: Vec<Instant> = tables::rows(state, "instants", &Instant::default())?;
         let mut progress = only(tables::rows(state, "run", &Progress::default())?, "run")?;
+        let at_home: Vec<Body<S>> = tables::rows(state, "bodies_home", &Body::blank())?;
         progress.oracle.flagged = flags.into_iter().map(|flag| flag.0).collect();
         if state.tables.iter().any(|table| table.name == "ledger") {
             progress.ledger = tables::rows(state, "ledger", &Entry::default())?;
@@ -130,6 +137,10 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
             progress,
             cell: only(tables::rows(state, "cell", &Cell::blank())?, "cell")?,
             bodies: tables::rows(state, "bodies", &Body::blank())?,
+            home: Home {
+                cell: only(tables::rows(state, "cell_home", &Cell::blank())?, "cell_home")?,
+                bodies: at_home.into_iter().map(|body| body.displacement).collect(),
+            },
             grains: tables::to_grains(state)?,
             points: tables::rows(state, "points", &Point::<S, P>::blank())?,
         })
@@ -205,6 +216,5 @@ fn nearest(dir: &Path, at: f64) -> Result<State, Error> {
             best = Some((distance, state));
         }
     }
-    best.map(|(_, state)| state)
-        .ok_or_else(|| Error::User(format!("{}: there is no checkpoint", folder.display())))
+    best.map(|(_, state)| state).ok_or_else(|| Error::User(format!("{}: there is no checkpoint", folder.display())))
 }

@@ -111,7 +111,10 @@ pub fn watch<C: ContactLaw<Plane>>(
 }
 
 /// Two fields of points as mass-weighted means on the nodes of the whole domain, on every rank.
-fn node_fields<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, fields: impl Fn(&PlanarPoint) -> [f64; 2] + Sync) -> Result<NodeFields, Error> {
+fn node_fields<C: ContactLaw<Plane>>(
+    world: &mut PlanarWorld<C>,
+    fields: impl Fn(&PlanarPoint) -> [f64; 2] + Sync,
+) -> Result<NodeFields, Error> {
     const WORDS: usize = 3;
     let mosaic = &world.nodes.mosaic;
     let mut rows = vec![[0.0; WORDS]; mosaic.rows() + mosaic.rows_received];
@@ -266,7 +269,11 @@ fn read_packing<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, file: &Path) -> Re
 }
 
 /// One rigid correction gives the grains exactly the momentum that the points gave up.
-fn correct_momentum<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, grains: &mut [Grain<C>], wanted: [f64; 2]) -> Result<(), Error> {
+fn correct_momentum<C: ContactLaw<Plane>>(
+    world: &PlanarWorld<C>,
+    grains: &mut [Grain<C>],
+    wanted: [f64; 2],
+) -> Result<(), Error> {
     let mut sums = ExactSum::<3>::new();
     for grain in grains.iter() {
         let mass = grain.hot.weight * grain.hot.mass;
@@ -304,7 +311,12 @@ struct Motion {
 
 impl Motion {
     /// `points` in the order of their ids; `share` of the motion is kept.
-    fn of<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, points: &[PlanarPoint], instants: &Instants, share: f64) -> Self {
+    fn of<C: ContactLaw<Plane>>(
+        world: &PlanarWorld<C>,
+        points: &[PlanarPoint],
+        instants: &Instants,
+        share: f64,
+    ) -> Self {
         let moved = |point: &PlanarPoint| {
             let mut path = vec![Vector::zero()];
             path.extend(&point.track.displacements[..instants.times.len()]);
@@ -405,7 +417,7 @@ fn train<C: ContactLaw<Plane>>(
     }
     let grains = if world.transport.rank() == 0 { grains } else { Vec::new() };
     let settings = settings_for(scenario, scenario.contact.friction());
-    let parts = Parts { grains, points: Vec::new(), bodies: Vec::new(), cell: world.cell };
+    let parts = Parts::fresh(grains, Vec::new(), Vec::new(), world.cell);
     let mut training = PlanarWorld::<C>::new(settings, world.layout.clone(), world.transport, 0, parts)?;
 
     let dt = scenario.time.step;

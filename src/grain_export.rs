@@ -1,30 +1,64 @@
-//! Grains of a state as text for other programs.
+//! Grains of a state as text for other programs: comma-separated values, or where the name ends in `data` or `lmp` a LAMMPS
+//! data file, and contacts with their memories. Numbers carry 17 significant digits and read back to the same bits.
+//! Velocities are those of half a step before the time of the positions.
 
+use std::fmt::Write;
 use std::path::Path;
 
-use scree_io::column::State;
+use scree_io::column::{State, Table, Values};
 
 use crate::checkpoint::scenario_of;
 use crate::dem::cell::Cell;
-use crate::dem::grains::GrainRow;
+use crate::dem::grains::{GrainRow, body_partner};
 use crate::error::Error;
+use crate::grain_file::is_lammps;
+use crate::math::PI;
 use crate::scenario::Job;
 use crate::space::{Components, Linear, Plane, Solid, Space};
 use crate::transfer::Cargo;
 use crate::{assembly, packing, tables};
 
-/// Writes the grains of a state as CSV, 17 significant digits. Velocities are those of half a step before the time of the
-/// positions.
+/// A grain without its contacts.
+type Row<S> = GrainRow<S, Components<f64, 1>>;
+
+/// Writes the grains of a state in the format that the file's name asks for.
 pub fn write(state: &State, dir: &Path, file: &Path) -> Result<(), Error> {
-    let job = Job::parse(&scenario_of(state)?, &dir.display().to_string(), &[])?;
+    let is_csv = file.extension().is_some_and(|extension| extension == "csv");
+    if !is_csv && !is_lammps(file) {
+        return Err(Error::User(format!(
+            "{}: the name does not tell the format. End it in .csv for comma-separated values, or in .data or .lmp for a LAMMPS data file.",
+            file.display()
+        )));
+    }
+    let job = job_of(state, dir)?;
     let text = match &job {
         Job::Shear(scenario) => {
             let layout = packing::layout_for(scenario, scenario.specimen.height)?;
-            csv::<Plane>(state, &packing::cell_of(&layout), dir)?
+            text::<Plane>(state, &packing::cell_of(&layout), dir, is_csv)?
         }
-        Job::Assembly(job) if job.cell.dimension == 2 => csv(state, &cell::<Plane>(state, job)?, dir)?,
-        Job::Assembly(job) => csv(state, &cell::<Solid>(state, job)?, dir)?,
+        Job::Assembly(job) if job.cell.dimension == 2 => text(state, &cell::<Plane>(state, job)?, dir, is_csv)?,
+        Job::Assembly(job) => text(state, &cell::<Solid>(state, job)?, dir, is_csv)?,
     };
+    save(file, &text)
+}
+
+/// Writes the contacts of a state: the two grains, the lower id first, or a grain and a body by its name, and the memory
+/// of the contact law word by word.
+pub fn write_contacts(state: &State, dir: &Path, file: &Path) -> Result<(), Error> {
+    let bodies: Vec<String> = match job_of(state, dir)? {
+        Job::Shear(_) => Vec::new(),
+        Job::Assembly(job) => job.bodies.into_iter().map(|body| body.name).collect(),
+    };
+    let missing = || Error::User(format!("{}: this state has no contacts", dir.display()));
+    let table = state.tables.iter().find(|table| table.name == "contacts").ok_or_else(missing)?;
+    save(file, &contacts(table, &bodies).ok_or_else(missing)?)
+}
+
+fn job_of(state: &State, dir: &Path) -> Result<Job, Error> {
+    Job::parse(&scenario_of(state)?, &dir.display().to_string(), &[])
+}
+
+fn save(file: &Path, text: &str) -> Result<(), Error> {
     std::fs::write(file, text).map_err(|error| Error::Run(format!("{}: {error}", file.display())))
 }
 
@@ -37,8 +71,8 @@ fn cell<S: Space>(state: &State, job: &crate::scenario::Assembly) -> Result<Cell
     Ok(cell)
 }
 
-fn csv<S: Space>(state: &State, cell: &Cell<S>, dir: &Path) -> Result<String, Error> {
-    let mut grains: Vec<GrainRow<S, Components<f64, 1>>> = tables::rows(state, "grains", &GrainRow::blank())?;
+fn text<S: Space>(state: &State, cell: &Cell<S>, dir: &Path, is_csv: bool) -> Result<String, Error> {
+    let mut grains: Vec<Row<S>> = tables::rows(state, "grains", &GrainRow::blank())?;
     if grains.is_empty() {
         return Err(Error::User(format!(
             "{}: this state has no grains; a hybrid run has them after enrichment only",
@@ -46,21 +80,10 @@ fn csv<S: Space>(state: &State, cell: &Cell<S>, dir: &Path) -> Result<String, Er
         )));
     }
     grains.sort_unstable_by_key(|grain| grain.cold.id);
-    let mut text = String::from(header::<S>());
-    text.push('\n');
     for grain in &mut grains {
-        let hot = &mut grain.hot;
-        cell.wrap(&mut hot.position, &mut hot.velocity);
-        let place = (0..S::DIMENSION).map(|axis| hot.position[axis]);
-        let motion = (0..S::DIMENSION).map(|axis| hot.velocity[axis]);
-        let spin = (0..S::Spin::COMPONENTS).map(|axis| hot.spin[axis]);
-        text.push_str(&grain.cold.id.0.to_string());
-        for number in place.chain([hot.radius]).chain(motion).chain(spin) {
-            text.push_str(&format!(",{number:.16e}"));
-        }
-        text.push('\n');
+        cell.wrap(&mut grain.hot.position, &mut grain.hot.velocity);
     }
-    Ok(text)
+    if is_csv { Ok(csv(&grains)) } else { data(&grains, cell) }
 }
 
 /// First line of a CSV file of grains.
@@ -69,4 +92,111 @@ pub fn header<S: Space>() -> &'static str {
         2 => "id,x,y,radius,vx,vy,spin",
         _ => "id,x,y,z,radius,vx,vy,vz,wx,wy,wz",
     }
+}
+
+/// The same without velocities.
+pub fn header_of_places<S: Space>() -> &'static str {
+    match S::DIMENSION {
+        2 => "id,x,y,radius",
+        _ => "id,x,y,z,radius",
+    }
+}
+
+fn csv<S: Space>(grains: &[Row<S>]) -> String {
+    let mut text = String::from(header::<S>());
+    text.push('\n');
+    for grain in grains {
+        let hot = &grain.hot;
+        let place = (0..S::DIMENSION).map(|axis| hot.position[axis]);
+        let motion = (0..S::DIMENSION).map(|axis| hot.velocity[axis]);
+        let spin = (0..S::Spin::COMPONENTS).map(|axis| hot.spin[axis]);
+        push(&mut text, grain.cold.id.0, ',', place.chain([hot.radius]).chain(motion).chain(spin));
+    }
+    text
+}
+
+/// One line: what names the row, then its numbers.
+fn push(text: &mut String, name: impl std::fmt::Display, between: char, numbers: impl Iterator<Item = f64>) {
+    write!(text, "{name}").expect("text takes what is written");
+    for number in numbers {
+        write!(text, "{between}{number:.16e}").expect("text takes what is written");
+    }
+    text.push('\n');
+}
+
+/// Atom style sphere. Atoms count from 1, grains from 0. Type 1 moves by itself, type 2 + n is glued to body n. LAMMPS takes
+/// the density of a data file as that of spheres; for discs it is the one that gives their mass.
+fn data<S: Space>(grains: &[Row<S>], cell: &Cell<S>) -> Result<String, Error> {
+    let kind = |grain: &Row<S>| u64::from(grain.cold.mover.code()) + 1;
+    let kinds = grains.iter().map(kind).max().unwrap_or(1);
+    let mut text = format!(
+        "Grains of scree, atom style sphere, units si\n\n{} atoms\n{kinds} atom types\n\n{}\nAtoms # sphere\n\n",
+        grains.len(),
+        bounds(cell)?
+    );
+    for grain in grains {
+        let hot = &grain.hot;
+        let density = hot.mass / (4.0 / 3.0 * PI * hot.radius * hot.radius * hot.radius);
+        let numbers = [2.0 * hot.radius, density].into_iter().chain(in_space(&hot.position));
+        push(&mut text, format!("{} {}", grain.cold.id.0 + 1, kind(grain)), ' ', numbers);
+    }
+    text.push_str("\nVelocities\n\n");
+    for grain in grains {
+        let mut spin = [0.0; 3];
+        for axis in 0..S::Spin::COMPONENTS {
+            spin[3 - S::Spin::COMPONENTS + axis] = grain.hot.spin[axis];
+        }
+        push(&mut text, grain.cold.id.0 + 1, ' ', in_space(&grain.hot.velocity).into_iter().chain(spin));
+    }
+    Ok(text)
+}
+
+fn in_space<V: Linear>(vector: &V) -> [f64; 3] {
+    std::array::from_fn(|axis| if axis < V::COMPONENTS { vector[axis] } else { 0.0 })
+}
+
+/// The box, with tilts where it leans. LAMMPS wants the first edge along x and the second in the plane of x and y; discs lie
+/// in the middle of a box as thick as their plane wants.
+fn bounds<S: Space>(cell: &Cell<S>) -> Result<String, Error> {
+    let edge = |row: usize, column: usize| match row.max(column) < S::DIMENSION {
+        true => cell.edges[column * S::DIMENSION + row],
+        false => 0.0,
+    };
+    if (0..3).any(|row| (0..row).any(|column| edge(row, column) != 0.0)) {
+        return Err(Error::User(
+            "the edges of this cell have turned: the first is not along x, or the second not in the plane of x and y, which LAMMPS data files need. Write .csv instead.".into(),
+        ));
+    }
+    let mut text = String::new();
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        let (lower, upper) = match axis < S::DIMENSION {
+            true => (cell.corner[axis], cell.corner[axis] + edge(axis, axis)),
+            false => (-0.5, 0.5),
+        };
+        writeln!(text, "{lower:.16e} {upper:.16e} {name}lo {name}hi").expect("text takes what is written");
+    }
+    let tilts = [edge(0, 1), edge(0, 2), edge(1, 2)];
+    if tilts != [0.0; 3] {
+        writeln!(text, "{:.16e} {:.16e} {:.16e} xy xz yz", tilts[0], tilts[1], tilts[2])
+            .expect("text takes what is written");
+    }
+    Ok(text)
+}
+
+fn contacts(table: &Table, bodies: &[String]) -> Option<String> {
+    let column = |name: &str| table.columns.iter().find(|column| column.name == name);
+    let (lower, higher, memory) = (column("lower")?, column("higher")?, column("memory")?);
+    let (Values::U64(lower), Values::U64(higher), Values::F64(words)) = (&lower.values, &higher.values, &memory.values)
+    else {
+        return None;
+    };
+    let mut text = String::from("lower,higher");
+    (0..memory.width).for_each(|word| write!(text, ",memory_{word}").expect("text takes what is written"));
+    text.push('\n');
+    for ((lower, higher), words) in lower.iter().zip(higher).zip(words.chunks_exact(memory.width)) {
+        let body = bodies.iter().enumerate().find(|(at, _)| body_partner(*at as u8).0 == *higher);
+        let partner = body.map_or_else(|| higher.to_string(), |(_, name)| name.clone());
+        push(&mut text, format!("{lower},{partner}"), ',', words.iter().copied());
+    }
+    Some(text)
 }

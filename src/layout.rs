@@ -99,8 +99,7 @@ impl Layout {
         periodic[D..].fill(false);
         let axes = |values: [usize; 3]| -> [usize; D] { std::array::from_fn(|axis| values[axis]) };
         let wraps: [bool; D] = std::array::from_fn(|axis| periodic[axis]);
-        let lattice =
-            Lattice::<D>::new(axes(cells), cells_per_block, wraps).map_err(|error| error.to_string())?;
+        let lattice = Lattice::<D>::new(axes(cells), cells_per_block, wraps).map_err(|error| error.to_string())?;
         let curve = Curve::new(&lattice);
         let padded = |axes: [usize; D], rest: i32| -> [i32; 3] {
             std::array::from_fn(|axis| if axis < D { axes[axis] as i32 } else { rest })
@@ -111,11 +110,23 @@ impl Layout {
         for (k, [x, y, z]) in coordinates.iter().enumerate() {
             positions[((z * blocks[1] + y) * blocks[0] + x) as usize] = k as u32;
         }
-        let offsets = scree_partition::offsets::<D>().into_iter().map(|offset| {
-            std::array::from_fn(|axis| if axis < D { offset[axis] } else { 0 })
-        });
+        let offsets = scree_partition::offsets::<D>()
+            .into_iter()
+            .map(|offset| std::array::from_fn(|axis| if axis < D { offset[axis] } else { 0 }));
         let offsets = offsets.collect();
-        Ok(Self { dimension: D, cells, cells_per_block, cell, corner, periodic, rim, blocks, coordinates, positions, offsets })
+        Ok(Self {
+            dimension: D,
+            cells,
+            cells_per_block,
+            cell,
+            corner,
+            periodic,
+            rim,
+            blocks,
+            coordinates,
+            positions,
+            offsets,
+        })
     }
 
     pub fn block_count(&self) -> usize {

@@ -14,6 +14,7 @@
 //! its *rim* the reconciliation zone where both live.
 
 pub mod assembly;
+pub mod bench;
 pub mod body;
 pub mod checkpoint;
 pub mod cli;

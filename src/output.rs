@@ -73,8 +73,8 @@ impl Outputs {
         let path = series_file(dir);
         let header = experiment.header();
         let names: Vec<&str> = header.iter().map(String::as_str).collect();
-        let series = Series::resume(&path, &names, progress.series_rows as usize)
-            .map_err(|error| failed(&path, &error))?;
+        let series =
+            Series::resume(&path, &names, progress.series_rows as usize).map_err(|error| failed(&path, &error))?;
         let path = frames_file(dir);
         let frames = FrameFile::open_and_cut(&path, progress.frames as usize).map_err(|error| failed(&path, &error))?;
         let mut outputs = Self::open(dir, series, Some(frames), progress.step, experiment.steps())?;

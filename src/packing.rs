@@ -18,8 +18,8 @@ use crate::law::material::CriticalDruckerPrager;
 use crate::layout::Layout;
 use crate::rebuild::{self, Parts, is_glued};
 use crate::scenario::Scenario;
-use crate::space::{Linear, Plane, Space, Words};
 use crate::servo::CellDrive;
+use crate::space::{Linear, Plane, Space, Words};
 use crate::world::{Settings, World};
 use crate::{grain_file, tables, transfer};
 
@@ -111,7 +111,7 @@ pub fn prepare<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transp
 }
 
 /// Runs on rank 0 only.
-fn on_root<T>(transport: &dyn Transport, work: impl FnOnce() -> Result<T, Error>) -> Result<Option<T>, Error> {
+pub fn on_root<T>(transport: &dyn Transport, work: impl FnOnce() -> Result<T, Error>) -> Result<Option<T>, Error> {
     if transport.rank() == 0 { work().map(Some) } else { Ok(None) }
 }
 
@@ -157,7 +157,7 @@ fn key(scenario: &Scenario) -> String {
         scenario.decomposition.skin,
         glued_reach(scenario),
     );
-    Sha256::digest(text.as_bytes())[..8].iter().map(|byte| format!("{byte:02x}")).collect()
+    name_of(&text)
 }
 
 /// Inertial number that the compressing plate keeps below, I = (v/H) d sqrt(rho/P).
@@ -188,7 +188,8 @@ fn make<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport) ->
     let layout = layout_for(scenario, thrown.height)?;
     let settings = settings_for(scenario, scenario.packing.friction);
     let grains = if transport.rank() == 0 { thrown.grains } else { Vec::new() };
-    let parts = Parts { grains, points: Vec::new(), bodies, cell: cell_of(&layout) };
+    let cell = cell_of(&layout);
+    let parts = Parts::fresh(grains, Vec::new(), bodies, cell);
     let mut world = PlanarWorld::<C>::new(settings, layout, transport, 0, parts)?;
 
     let load = stress * area;
@@ -225,14 +226,14 @@ fn make<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport) ->
     let (rows, _) = world.rows();
     let mut rows = transfer::gather(transport, rows)?.unwrap_or_default();
     let height = glue_layers(scenario, height, &mut rows);
-    rows.iter_mut().for_each(settle_origin::<C>);
+    rows.iter_mut().for_each(settle);
     Ok((rows, height))
 }
 
 /// A grain of a finished packing is at rest, and its origin is where it is.
-fn settle_origin<C: ContactLaw<Plane>>(grain: &mut Grain<C>) {
-    grain.hot.velocity = Vector::zero();
-    grain.hot.spin = <Plane as Space>::Spin::zero();
+pub fn settle<S: Space, M>(grain: &mut GrainRow<S, M>) {
+    grain.hot.velocity = S::Vector::zero();
+    grain.hot.spin = S::Spin::zero();
     grain.cold.origin = grain.hot.position;
     grain.cold.home = grain.hot.position;
     grain.cold.image = [0; 3];
@@ -240,6 +241,20 @@ fn settle_origin<C: ContactLaw<Plane>>(grain: &mut Grain<C>) {
 
 /// Writes a packing as a file of its own.
 pub fn write<M: Words<f64>>(file: &Path, grains: &mut [GrainRow<Plane, M>], height: f64) -> Result<(), Error> {
+    let attributes = [("state.height".to_string(), format!("{height:?}"))].into();
+    write_state(file, &State { attributes, tables: tables::of_grains(grains).into() })
+}
+
+/// Reads what [`write`] wrote: grains and height.
+pub fn read<M: Words<f64>>(file: &Path) -> Result<(Vec<GrainRow<Plane, M>>, f64), Error> {
+    let state = read_state(file)?;
+    let height = state.attributes.get("state.height").and_then(|height| height.parse().ok());
+    let height = height.ok_or_else(|| made_again(file, &"the packing's height is missing"))?;
+    Ok((tables::to_grains(&state)?, height))
+}
+
+/// Writes the state of a packing, its folder with it.
+pub fn write_state(file: &Path, state: &State) -> Result<(), Error> {
     if let Some(folder) = file.parent() {
         std::fs::create_dir_all(folder).map_err(|error| {
             Error::User(format!(
@@ -248,17 +263,19 @@ pub fn write<M: Words<f64>>(file: &Path, grains: &mut [GrainRow<Plane, M>], heig
             ))
         })?;
     }
-    let attributes = [("state.height".to_string(), format!("{height:?}"))].into();
-    let state = State { attributes, tables: tables::of_grains(grains).into() };
-    store::write(file, &state).map_err(|error| Error::Run(error.to_string()))
+    store::write(file, state).map_err(|error| Error::Run(error.to_string()))
 }
 
-/// Reads what [`write`] wrote: grains and height.
-pub fn read<M: Words<f64>>(file: &Path) -> Result<(Vec<GrainRow<Plane, M>>, f64), Error> {
-    let remedy =
-        |error: &dyn std::fmt::Display| Error::User(format!("{error}; delete {} and it is made again", file.display()));
-    let state = store::read(file).map_err(|error| remedy(&error))?;
-    let height = state.attributes.get("state.height").and_then(|height| height.parse().ok());
-    let height = height.ok_or_else(|| remedy(&"the packing's height is missing"))?;
-    Ok((tables::to_grains(&state)?, height))
+/// Reads the state of a packing.
+pub fn read_state(file: &Path) -> Result<State, Error> {
+    store::read(file).map_err(|error| made_again(file, &error))
+}
+
+fn made_again(file: &Path, error: &dyn std::fmt::Display) -> Error {
+    Error::User(format!("{error}; delete {} and it is made again", file.display()))
+}
+
+/// The name of everything that shaped a packing, as it stands in a file's name.
+pub fn name_of(text: &str) -> String {
+    Sha256::digest(text.as_bytes())[..8].iter().map(|byte| format!("{byte:02x}")).collect()
 }

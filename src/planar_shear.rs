@@ -16,7 +16,7 @@ use crate::law::material::{CriticalDruckerPrager, CriticalMemory};
 use crate::observe::frame::frame;
 use crate::output::{self, Outputs};
 use crate::packing::{self, PlanarWorld, cell_of, layout_for, settings_for};
-use crate::rebuild::Parts;
+use crate::rebuild::{Home, Parts};
 use crate::run::{Core, Experiment, Options, Outcome, Run};
 use crate::scenario::{Method, Output, Scenario, derived};
 use crate::space::{Linear, Plane};
@@ -88,12 +88,15 @@ pub fn resume<C: ContactLaw<Plane>>(
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
     let root = transport.rank() == 0;
-    let (progress, saved, grains, points) = match snapshot {
-        Some(snapshot) => (vec![snapshot.progress], snapshot.bodies, snapshot.grains, snapshot.points),
+    let (progress, saved, at_home, grains, points) = match snapshot {
+        Some(snapshot) => {
+            (vec![snapshot.progress], snapshot.bodies, vec![snapshot.home], snapshot.grains, snapshot.points)
+        }
         None => Default::default(),
     };
     let progress = transfer::broadcast(transport, progress)?.remove(0);
     let saved = transfer::broadcast(transport, saved)?;
+    let at_home = transfer::broadcast(transport, at_home)?.remove(0);
     if progress.step >= derived::steps(scenario) {
         let out = options.out.display();
         return Ok(Outcome::Done(format!("{out}: this run is done already; nothing was changed.")));
@@ -104,7 +107,9 @@ pub fn resume<C: ContactLaw<Plane>>(
     }
     let layout = layout_for(scenario, progress.height_start)?;
     let settings = settings_for(scenario, scenario.contact.friction());
-    let parts = Parts { grains, points, bodies, cell: cell_of(&layout) };
+    let cell = cell_of(&layout);
+    let home = Home { cell, bodies: at_home.bodies };
+    let parts = Parts { grains, points, bodies, cell, home };
     let world = PlanarWorld::<C>::new(settings, layout, transport, progress.step, parts)?;
     let experiment = PlanarShear { scenario, law: std::marker::PhantomData::<C> };
     let outputs = if root { Outputs::resume(&options.out, &progress, &experiment).map(Some) } else { Ok(None) };

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use scree_partition::{Halo, HaloBuffers, Transport, cut};
+use scree_partition::{Halo, HaloBuffers, ParcelError, Reader, Transport, Writer, cut};
 
 use crate::body::Body;
 use crate::dem::cell::{Cell, Image};
@@ -19,7 +19,8 @@ use crate::layout::{Deal, Layout, NodeRows};
 use crate::mpm::points::Point;
 use crate::mpm::tile::Tiles;
 use crate::observe::phases::{Phase, Phases};
-use crate::space::Space;
+use crate::record::{Record, Visitor};
+use crate::space::{Linear, Space};
 use crate::transfer;
 use crate::world::{Settings, World};
 
@@ -29,6 +30,56 @@ pub struct Parts<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub points: Vec<Point<S, L::Memory>>,
     pub bodies: Vec<Body<S>>,
     pub cell: Cell<S>,
+    pub home: Home<S>,
+}
+
+impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> Parts<S, C, L> {
+    /// Of a world that begins: everything is at home.
+    pub fn fresh(
+        grains: Vec<Row<S, C>>,
+        points: Vec<Point<S, L::Memory>>,
+        bodies: Vec<Body<S>>,
+        cell: Cell<S>,
+    ) -> Self {
+        let home = Home { cell, bodies: bodies.iter().map(|body| body.displacement).collect() };
+        Self { grains, points, bodies, cell, home }
+    }
+}
+
+/// Cell and bodies at the last rebuild: lists and their age follow from them, as from the homes of grains.
+#[derive(Clone, Debug)]
+pub struct Home<S: Space> {
+    pub cell: Cell<S>,
+    /// Displacements, m.
+    pub bodies: Vec<S::Vector>,
+}
+
+impl<S: Space> Record for Home<S> {
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        self.cell.visit(visitor);
+    }
+}
+
+impl<S: Space> transfer::Cargo for Home<S> {
+    fn blank() -> Self {
+        Self { cell: Cell::blank(), bodies: Vec::new() }
+    }
+    fn pack_rest(&mut self, to: &mut Writer) {
+        to.u64(self.bodies.len() as u64);
+        for displacement in &mut self.bodies {
+            displacement.as_mut_slice().iter().for_each(|component| to.f64(*component));
+        }
+    }
+    fn unpack_rest(&mut self, from: &mut Reader) -> Result<(), ParcelError> {
+        for _ in 0..from.u64()? {
+            let mut displacement = S::Vector::zero();
+            for component in displacement.as_mut_slice() {
+                *component = from.f64()?;
+            }
+            self.bodies.push(displacement);
+        }
+        Ok(())
+    }
 }
 
 /// A grain with the memories of a law.
@@ -67,9 +118,10 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             step,
             contacts: Contacts::new(&parts.cell),
             walls: Walls::default(),
-            bodies_home: Vec::new(),
+            moment_kept: None,
             moved: 0.0,
-            cell_home: parts.cell,
+            cell_home: parts.home.cell,
+            bodies_home: parts.home.bodies,
             cell: parts.cell,
             bodies: parts.bodies,
             grains: Grains::default(),
@@ -96,11 +148,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     }
 
     /// Takes other rows in place of all that there are (every row on one rank), and deals the blocks anew.
-    pub fn replace(
-        &mut self,
-        grains: Vec<Row<S, C>>,
-        points: Vec<Point<S, L::Memory>>,
-    ) -> Result<(), Error> {
+    pub fn replace(&mut self, grains: Vec<Row<S, C>>, points: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
         let mut counts = [grains.len() as i64, points.len() as i64];
         self.transport.sum(&mut counts);
         (self.grains_total, self.points_total) = (counts[0] as u64, counts[1] as u64);
@@ -120,6 +168,11 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         ((0..self.grains.owned).map(|row| self.whole_row(row)).collect(), self.points.clone())
     }
 
+    /// Cell and bodies at the last rebuild.
+    pub fn home(&self) -> Home<S> {
+        Home { cell: self.cell_home, bodies: self.bodies_home.clone() }
+    }
+
     fn whole_row(&self, row: usize) -> Row<S, C> {
         let contacts = self.carried_by(row).collect();
         GrainRow { hot: self.grains.hot[row], cold: self.grains.cold[row], contacts }
@@ -133,6 +186,9 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     /// Sends everything home: position of now becomes home, wrapped into the cell.
     pub fn rebuild(&mut self) -> Result<(), Error> {
         let timer = self.phases.start();
+        // Copies lag behind since the drift, and branches that end at them with it.
+        self.refresh_ghosts();
+        self.moment_kept = Some(self.contact_moment()?);
         for (i, j, times) in self.cell.shorten() {
             for cold in &mut self.grains.cold[..self.grains.owned] {
                 cold.image[i] += times * cold.image[j];
@@ -147,6 +203,9 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             point.home = point.position;
         }
         self.rebuilds += 1;
+        self.cell_home = self.cell;
+        self.bodies_home.clear();
+        self.bodies_home.extend(self.bodies.iter().map(|body| body.displacement));
         let outcome = self.settle(Vec::new(), Vec::new());
         self.phases.stop(Phase::Rebuild, timer);
         outcome
@@ -248,10 +307,12 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             .collect();
         self.grains.cold = sources
             .iter()
-            .map(|source| pick(source).map_or_else(|| self.grains.cold[*source as usize], |number| arrived[number].cold))
+            .map(|source| {
+                pick(source).map_or_else(|| self.grains.cold[*source as usize], |number| arrived[number].cold)
+            })
             .collect();
         self.grains.owned = sources.len();
-        self.grains.reset_forces();
+        self.grains.settle();
         self.moved = 0.0;
         self.fetch_ghosts()?;
 
@@ -260,11 +321,8 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             Some(number) => &arrived[number].contacts,
         };
         let margin = self.settings.skin + self.settings.contact.reach();
-        self.contacts.rebuild::<C>(&self.grains, &self.cell, carried, margin);
+        self.contacts.rebuild::<C>(&self.grains, &self.cell_home, carried, margin);
         self.walls.rebuild(&self.grains, &self.bodies, carried, margin);
-        self.bodies_home.clear();
-        self.bodies_home.extend(self.bodies.iter().map(|body| body.displacement));
-        self.cell_home = self.cell;
         Ok(())
     }
 
@@ -273,7 +331,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let reach = 2.0 * self.radius_max + self.settings.skin + self.settings.contact.reach();
         let blocks = self.layout.blocks();
         for axis in 0..S::DIMENSION {
-            let height = self.cell.height(axis);
+            let height = self.cell_home.height(axis);
             // One or two blocks are neighbours of everything; a pair's nearest image must then be the only one in reach.
             let thinnest = if blocks[axis] > 2 { height / blocks[axis] as f64 } else { 0.5 * height };
             if self.grains_total > 0 && self.cell.periodic[axis] && thinnest < reach {
@@ -334,7 +392,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// Block and cell of a place.
     fn block_of(&self, home: &S::Vector, what: &str, id: u64) -> Result<(usize, u32), Error> {
-        self.layout.place::<S>(&self.cell.fraction(home)).ok_or_else(|| {
+        self.layout.place::<S>(&self.cell_home.fraction(home)).ok_or_else(|| {
             let place: Vec<String> = (0..S::DIMENSION).map(|axis| format!("{:.6e}", home[axis])).collect();
             Error::Run(format!(
                 "step {}: {what} {id} on rank {} is at ({}) m, outside the domain; the run is unstable or the domain too small: check `time.step` and the last frames, and resume from the last checkpoint",
@@ -350,7 +408,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let reach = 2.0 * self.radius_max + self.settings.skin + self.settings.contact.reach();
         let mut heights = [0.0; 3];
         for (axis, height) in heights.iter_mut().enumerate().take(S::DIMENSION) {
-            *height = self.cell.height(axis);
+            *height = self.cell_home.height(axis);
         }
         let mut rows_to: Vec<Vec<u32>> = vec![Vec::new(); self.transport.size()];
         for (block, range) in self.deal.held().zip(&self.grain_ranges) {
@@ -365,7 +423,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
                 continue;
             }
             for row in range.clone() {
-                let fraction = self.cell.fraction(&self.grains.cold[row].home);
+                let fraction = self.cell_home.fraction(&self.grains.cold[row].home);
                 for (owner, neighbour) in &around {
                     let near = self.layout.distance::<S>(&fraction, *neighbour, &heights) <= reach;
                     if near && rows_to[*owner].last() != Some(&(row as u32)) {
@@ -386,6 +444,10 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         }
         let outgoing = rows_to.iter().map(|rows| rows.iter().map(copy).collect()).collect();
         let incoming = transfer::exchange::<Row<S, C>>(self.transport, outgoing)?;
+        // Exactly, since growing would double the arrays of owned rows as well.
+        let copies = incoming.iter().map(Vec::len).sum();
+        self.grains.hot.reserve_exact(copies);
+        self.grains.cold.reserve_exact(copies);
         self.ghosts = Halo::default();
         self.ghosts.sends = rows_to.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()).collect::<Vec<_>>();
         for (peer, rows) in incoming.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()) {

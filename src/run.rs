@@ -241,6 +241,7 @@ impl<'t, E: Experiment> Run<'t, E> {
                     progress: core.progress.clone(),
                     cell: core.world.cell,
                     bodies: core.world.bodies.clone(),
+                    home: core.world.home(),
                     grains,
                     points,
                 };

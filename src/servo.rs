@@ -77,10 +77,13 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         Ok(gradient)
     }
 
-    /// Love-Weber sum over all contacts of the world, J: minus force times branch, with forces and positions of the
-    /// evaluation just done. Over the volume it is the mean stress, tension positive. Within a block rows are summed in
-    /// their order, blocks exactly.
-    fn contact_moment(&self) -> Result<S::Tensor, Error> {
+    /// Love-Weber sum over all contacts of the world, J: minus force times branch, with the forces of the last evaluation
+    /// and the positions of now. Over the volume it is the mean stress, tension positive. Within a block rows are summed
+    /// in their order, blocks exactly.
+    pub fn contact_moment(&self) -> Result<S::Tensor, Error> {
+        if let Some(kept) = self.moment_kept {
+            return Ok(kept);
+        }
         let walls = self.walls.list.iter().map(|wall| {
             let branch = self.grains.hot[wall.row as usize].position - wall.point;
             -S::outer(&wall.force, &branch)

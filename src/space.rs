@@ -64,7 +64,9 @@ impl<const R: usize, const C: usize> Linear for SMatrix<f64, R, C> {
 pub struct Components<R, const N: usize>(pub [R; N]);
 
 /// Linear arithmetic over lanes, component by component.
-pub trait Lanewise<R: Real>: Words<R> + Add<Output = Self> + Sub<Output = Self> + Neg<Output = Self> + Mul<R, Output = Self> {
+pub trait Lanewise<R: Real>:
+    Words<R> + Add<Output = Self> + Sub<Output = Self> + Neg<Output = Self> + Mul<R, Output = Self>
+{
     /// Sum of the products of components, from the first on.
     #[inline(always)]
     fn dot(&self, other: &Self) -> R {

@@ -71,17 +71,14 @@ pub fn world<'t, C: ContactLaw<Plane>>(
     let grains = if scenario.method == Method::Dem { start.packing.grains } else { Vec::new() };
     let settings = settings_for(scenario, scenario.contact.friction());
     let layout = layout_for(scenario, height)?;
-    let parts = Parts { grains, points, bodies: bodies(scenario, height), cell: cell_of(&layout) };
+    let (cell, bodies) = (cell_of(&layout), bodies(scenario, height));
+    let parts = Parts::fresh(grains, points, bodies, cell);
     PlanarWorld::new(settings, layout, transport, 0, parts)
 }
 
 /// Material points on a regular grid between the faces, under the isotropic stress that the packing was made with. Each
 /// rank makes some of the rows.
-fn points<C: ContactLaw<Plane>>(
-    scenario: &Scenario,
-    transport: &dyn Transport,
-    start: &Start<C>,
-) -> Vec<PlanarPoint> {
+fn points<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport, start: &Start<C>) -> Vec<PlanarPoint> {
     let (width, height) = (scenario.specimen.width, start.packing.height);
     let continuum = &scenario.continuum;
     let spacing = continuum.cell / continuum.points_per_cell as f64;

@@ -87,6 +87,8 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub(crate) buffers: HaloBuffers,
     /// Displacement of each body at the last rebuild, m.
     pub(crate) bodies_home: Vec<S::Vector>,
+    /// Moment of the contacts of the last evaluation, where a rebuild has put their forces away since.
+    pub(crate) moment_kept: Option<S::Tensor>,
     /// The longest way that a grain of this rank has come from home, m.
     pub(crate) moved: f64,
     /// The cell at the last rebuild.
@@ -165,9 +167,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.contacts.settle_images(&self.cell);
         let (grains, contacts, phases) = (&mut self.grains, &mut self.contacts, &mut self.phases);
         // The words of a record begin with those that travel.
-        self.ghosts.pack::<W>(&mut self.buffers, |row| {
-            std::array::from_fn(|word| grains.hot[row as usize].words()[word])
-        });
+        self.ghosts
+            .pack::<W>(&mut self.buffers, |row| std::array::from_fn(|word| grains.hot[row as usize].words()[word]));
         self.ghosts.exchange::<W>(self.transport, &mut self.buffers, &mut || {
             let timer = phases.start();
             meanwhile(contacts, grains);
@@ -204,6 +205,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if !self.has_grains() {
             return;
         }
+        self.moment_kept = None;
         // At the very first evaluation nothing has slid yet.
         let dt = self.settings.dt;
         let times = if self.step == 0 { [0.0, 0.0] } else { [dt, dt] };
@@ -294,8 +296,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 sums.add(BODY_SLOTS * body + 3 + axis, torque[axis]);
             }
         };
-        for (row, cold) in self.grains.cold[..self.grains.owned].iter().enumerate() {
-            if let Mover::Body(body) = cold.mover {
+        for row in self.grains.glued.iter().map(|row| *row as usize) {
+            if let Mover::Body(body) = self.grains.movers[row] {
                 let arm = self.grains.hot[row].position - self.bodies[body as usize].origin();
                 let force = self.grains.force[row];
                 add(body as usize, force, self.grains.torque[row] + S::moment(&arm, &force));
@@ -317,7 +319,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let sums = sums.reduce(self.transport).map_err(|error| {
             Error::Run(format!("step {}: the forces on the bodies are not finite or beyond reason ({error}); the run is unstable: check the time step and the last frames", self.step))
         })?;
-        let time = self.time();
+        // Velocities are those of the middle of the step, so that the way of a body is the integral of its path.
+        let time = self.time() + 0.5 * self.settings.dt;
         for (body, slots) in self.bodies.iter_mut().zip(sums.chunks_exact(BODY_SLOTS)) {
             let mut burden: Burden<S> = Burden {
                 force: S::Vector::zero(),

@@ -183,7 +183,10 @@ fn a_rigid_translation_stays_rigid() {
     for _ in 0..steps {
         world.advance().unwrap();
     }
-    assert!(world.rebuilds > 10 && world.points.iter().any(|point| point.image == [1, 0, 0]), "it should cross the period");
+    assert!(
+        world.rebuilds > 10 && world.points.iter().any(|point| point.image == [1, 0, 0]),
+        "it should cross the period"
+    );
     let way = velocity * (f64::from(steps) * DT);
     let period = Vector::new(WIDTH, 0.0);
     let mut worst = [0.0f64; 3];

@@ -4,10 +4,25 @@
 mod bad_assemblies;
 /// Wrong jobs are refused before any work, with file, line, value and remedy; exit code 2.
 mod bad_jobs;
+/// Grains and rigid bodies: balances to round-off, mirrored bounces, held forces, paths, and spins that drive.
+mod bodies;
+/// Cells that are periodic and deform: mean stress, affine motion, images across sheared faces, control of stress.
+mod cells;
+/// A free cluster keeps momentum and angular momentum, and every width of registers gives the same bits, under every law
+/// in both spaces.
+mod clusters;
+/// Collisions and pull-off under every law: restitution, Hertz' duration and depth, cohesion, to closed forms.
+mod collisions;
 /// Grains and points that share nodes keep their momentum to round-off, leave with one velocity, and translate rigidly.
 mod coupling;
 /// Enrichment keeps mass and momentum to round-off; zones, rims and the choice of grains are what they are said to be.
 mod enrichment;
+/// Worlds of a few grains alone that the tests of the grain engine share; it claims nothing itself.
+mod few;
+/// A loaded contact that is carried along by a rigid motion keeps its force in the moving frame, under every law.
+mod frames;
+/// Discs and spheres roll, slide and come to rest on planes as closed forms say, under every law.
+mod inclines;
 /// Grains, continuum and hybrid end in the same bits on 1 to 4 ranks in one process, and from any of their checkpoints.
 mod invariance;
 /// Every job in `jobs/` is read, and its resolved form means the same.
@@ -19,6 +34,10 @@ mod mpirun;
 /// The oracle fires on an over-consolidated specimen, in its band only, and at the same strain at twice the speed; it
 /// is silent on an under-consolidated one, beside plates, and on bands that do not persist.
 mod oracle;
+/// Records of LAMMPS and YADE are repeated to round-off: collisions, a relaxing packing, a sheared cell.
+mod replay;
+/// Every contact law, in the plane and in space, has the same bits on 1 to 4 ranks, 1 and 2 threads, and after resume.
+mod same_bits;
 /// The style that no compiler holds: one door to inexact mathematics, no ranks in physics, short files.
 mod tidy;
 /// Two grains: the damped oscillator's closed form, linear and angular momentum, and LAMMPS' record of two collisions.

@@ -76,7 +76,7 @@ pub fn open_world<'t>(
 ) -> PlanarWorld<'t> {
     let layout = Layout::plane([16, 16], 2, cell, [0.0, -8.0 * cell]).unwrap();
     let cell = cell_of(&layout);
-    PlanarWorld::new(settings, layout, transport, 0, Parts { grains, points, bodies: Vec::new(), cell }).unwrap()
+    PlanarWorld::new(settings, layout, transport, 0, Parts::fresh(grains, points, Vec::new(), cell)).unwrap()
 }
 
 /// Row of a grain that this rank owns.

@@ -12,13 +12,13 @@ use crate::observe::frame::frame;
 use crate::output::{self, Outputs};
 use crate::rebuild::Row;
 use crate::run::{Core, Experiment, Options, Outcome, Run};
-use crate::scenario::{Output, figures};
 use crate::scenario::assembly::Assembly;
+use crate::scenario::{Output, figures};
 use crate::space::{Linear, Space};
 use crate::transfer;
 use crate::world::World;
 
-mod packed;
+pub mod packed;
 pub mod setup;
 
 /// The job, with its space and contact law.
@@ -40,7 +40,8 @@ pub fn start<S: Space, C: ContactLaw<S>>(
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
     let root = transport.rank() == 0;
-    let claimed = if root { output::claim(&options.out, &crate::scenario::Job::Assembly(job.clone()).to_toml()) } else { Ok(()) };
+    let claimed =
+        if root { output::claim(&options.out, &crate::scenario::Job::Assembly(job.clone()).to_toml()) } else { Ok(()) };
     transfer::agree(transport, claimed)?;
     let mut world = setup::world::<S, C>(job, transport)?;
     if job.ledger {
@@ -61,19 +62,22 @@ pub fn resume<S: Space, C: ContactLaw<S>>(
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
     let root = transport.rank() == 0;
-    let (progress, cell, saved, grains): (_, _, _, Vec<Row<S, C>>) = match snapshot {
-        Some(snapshot) => (vec![snapshot.progress], vec![snapshot.cell], snapshot.bodies, snapshot.grains),
+    let (progress, cell, saved, at_home, grains): (_, _, _, _, Vec<Row<S, C>>) = match snapshot {
+        Some(snapshot) => {
+            (vec![snapshot.progress], vec![snapshot.cell], snapshot.bodies, vec![snapshot.home], snapshot.grains)
+        }
         None => Default::default(),
     };
     let progress = transfer::broadcast(transport, progress)?.remove(0);
     let moved = transfer::broadcast(transport, cell)?.remove(0);
     let saved = transfer::broadcast(transport, saved)?;
+    let at_home = transfer::broadcast(transport, at_home)?.remove(0);
     let experiment = Element { job, kinds: std::marker::PhantomData::<(S, C)> };
     if progress.step >= experiment.steps() {
         let out = options.out.display();
         return Ok(Outcome::Done(format!("{out}: this run is done already; nothing was changed.")));
     }
-    let mut world = setup::world_at::<S, C>(job, transport, progress.step, grains, (moved, saved))?;
+    let mut world = setup::world_at::<S, C>(job, transport, progress.step, grains, (moved, saved, at_home))?;
     if job.ledger {
         world.resume_ledger(&progress.ledger);
     }
@@ -145,7 +149,7 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
         let world = &mut core.world;
         let energies = world.energies()?;
         let contacts = world.contact_count();
-        let moment = world.contact_moment_now()?;
+        let moment = world.contact_moment()?;
         let volume = setup::volume(&world.cell, self.job);
         let solid = setup::solid_volume(world, self.job)?;
         let mut row = vec![world.step as f64, world.time(), world.grains_total as f64, contacts as f64, solid / volume];
@@ -154,7 +158,11 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
                 row.extend((0..S::DIMENSION).map(|j| tensor[j * S::DIMENSION + i] * scale));
             }
         }
-        row.extend([energies.kinetic_grains - energies.kinetic_rotation, energies.kinetic_rotation, energies.elastic_grains]);
+        row.extend([
+            energies.kinetic_grains - energies.kinetic_rotation,
+            energies.kinetic_rotation,
+            energies.elastic_grains,
+        ]);
         let duration = (world.step - core.progress.series_step) as f64 * self.job.step;
         for body in &mut world.bodies {
             let impulse = std::mem::replace(&mut body.impulse, S::Vector::zero());

@@ -12,8 +12,9 @@ use crate::grain_file;
 use crate::law::contact::ContactLaw;
 use crate::law::material::Absent;
 use crate::layout::{Ground, Layout};
-use crate::rebuild::{Parts, Row};
-use crate::scenario::assembly::{Assembly, Shape, Source, Velocities};
+use crate::math;
+use crate::rebuild::{Home, Parts, Row};
+use crate::scenario::assembly::{Assembly, Packed, Preparation, Shape, Source, Velocities};
 use crate::scenario::figures;
 use crate::servo::{CellDrive, StressServo};
 use crate::space::{Linear, Space, Words};
@@ -28,31 +29,34 @@ pub fn world<'t, S: Space, C: ContactLaw<S>>(
     job: &Assembly,
     transport: &'t dyn Transport,
 ) -> Result<GrainWorld<'t, S, C>, Error> {
-    let grains: Vec<Row<S, C>> = match &job.source {
+    let (mut grains, cell): (Vec<Row<S, C>>, Cell<S>) = match &job.source {
         Source::File(file) => {
             let read = if transport.rank() == 0 { grain_file::read_assembly(job, file) } else { Ok(Vec::new()) };
-            transfer::agree(transport, read)?
+            (transfer::agree(transport, read)?, cell_of(job))
         }
-        Source::Packed(packed) => super::packed::make::<S, C>(job, packed, transport)?,
+        Source::Packed(packed) => {
+            let packing = super::packed::make::<S, C>(job, packed, transport)?;
+            (packing.grains, packing.cell)
+        }
     };
-    let cell = cell_of(job);
-    let mut grains = grains;
     for (index, body) in job.bodies.iter().enumerate() {
         if let Shape::Layer { lower, upper } = &body.shape {
             glue(&mut grains, index as u8, lower, upper);
         }
     }
-    let bodies = job.bodies.iter().map(body_of).collect();
-    world_at(job, transport, 0, grains, (cell, bodies))
+    let bodies: Vec<Body<S>> = job.bodies.iter().map(body_of).collect();
+    let home = Parts::<S, C, Absent>::fresh(Vec::new(), Vec::new(), bodies.clone(), cell).home;
+    world_at(job, transport, 0, grains, (cell, bodies, home))
 }
 
-/// The world at a step, from rows that rank 0 holds and the cell and bodies as they were.
+/// The world at a step, from rows that rank 0 holds and the cell and bodies as they were, then and at the last
+/// rebuild.
 pub fn world_at<'t, S: Space, C: ContactLaw<S>>(
     job: &Assembly,
     transport: &'t dyn Transport,
     step: u64,
     grains: Vec<Row<S, C>>,
-    (moved, saved): (Cell<S>, Vec<Body<S>>),
+    (moved, saved, at_home): (Cell<S>, Vec<Body<S>>, Home<S>),
 ) -> Result<GrainWorld<'t, S, C>, Error> {
     let mut cell = cell_of::<S>(job);
     cell.take_motion_of(&moved);
@@ -60,16 +64,47 @@ pub fn world_at<'t, S: Space, C: ContactLaw<S>>(
     for (body, saved) in bodies.iter_mut().zip(&saved) {
         body.take_motion_of(saved);
     }
-    // The blocks are those of the cell as drawn, however it has deformed since.
-    let layout = layout_of::<S>(job, &cell_of(job))?;
-    let parts = Parts { grains, points: Vec::new(), bodies, cell };
-    World::new(settings::<S, C>(job), layout, transport, step, parts)
+    let mut home = Home { cell: cell_of::<S>(job), bodies: at_home.bodies };
+    home.cell.take_motion_of(&at_home.cell);
+    let parts = Parts { grains, points: Vec::new(), bodies, cell, home };
+    World::new(settings::<S, C>(job), layout::<S>(job)?, transport, step, parts)
 }
 
 /// The cell as drawn.
 pub fn cell_of<S: Space>(job: &Assembly) -> Cell<S> {
+    scaled_cell(job, 1.0)
+}
+
+/// Packing fractions that discs and spheres do not exceed.
+const FRACTION_MAX: [f64; 2] = [0.92, 0.76];
+
+/// Share by which the lengths of the job's cell change until grains compressed in it fill it to a packing fraction; one
+/// where they are not compressed.
+pub(super) fn shrinkage<S: Space>(job: &Assembly, fraction: f64) -> f64 {
+    match (&job.source, figures::fraction_in_cell(job)) {
+        (Source::Packed(Packed { preparation: Preparation::Compress { .. }, .. }), Some(filled)) => {
+            let share = filled / fraction;
+            if S::DIMENSION == 2 { share.sqrt() } else { math::cbrt(share) }
+        }
+        _ => 1.0,
+    }
+}
+
+/// The cell as drawn with its lengths changed by a share.
+pub(super) fn scaled_cell<S: Space>(job: &Assembly, share: f64) -> Cell<S> {
     let (lower, upper) = (vector::<S>(&job.cell.lower), vector::<S>(&job.cell.upper));
-    Cell::cuboid(lower, upper - lower, job.cell.periodic)
+    Cell::cuboid(lower, (upper - lower) * share, job.cell.periodic)
+}
+
+/// The cell as drawn, or the smallest that grains which are compressed in it could fill.
+pub(super) fn densest_cell<S: Space>(job: &Assembly) -> Cell<S> {
+    scaled_cell(job, shrinkage::<S>(job, FRACTION_MAX[S::DIMENSION - 2]))
+}
+
+/// Blocks of the job's cell, however it has deformed: those of the smallest that it can start as. By the job alone, so that
+/// a resumed run is cut alike.
+pub(super) fn layout<S: Space>(job: &Assembly) -> Result<Layout, Error> {
+    layout_of(job, &densest_cell::<S>(job))
 }
 
 /// Blocks near the wanted edge, as many as fill the cell.
@@ -137,7 +172,7 @@ pub fn servo_times<S: Space>(job: &Assembly) -> [f64; 2] {
 }
 
 /// What the space's measure is multiplied with to give m3.
-fn depth_of<S: Space>(job: &Assembly) -> f64 {
+pub(super) fn depth_of<S: Space>(job: &Assembly) -> f64 {
     if S::DIMENSION == 2 { job.cell.depth } else { 1.0 }
 }
 
@@ -160,7 +195,7 @@ pub fn fraction<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, job: &Asse
     Ok(solid_volume(world, job)? / volume(&world.cell, job))
 }
 
-fn vector<S: Space>(components: &[f64; 3]) -> S::Vector {
+pub(crate) fn vector<S: Space>(components: &[f64; 3]) -> S::Vector {
     let mut vector = S::Vector::zero();
     for axis in 0..S::DIMENSION {
         vector[axis] = components[axis];
@@ -176,7 +211,7 @@ fn spin<S: Space>(components: &[f64; 3]) -> S::Spin {
     spin
 }
 
-fn body_of<S: Space>(body: &crate::scenario::assembly::Body) -> Body<S> {
+pub(crate) fn body_of<S: Space>(body: &crate::scenario::assembly::Body) -> Body<S> {
     let shape = match &body.shape {
         Shape::Layer { .. } => body::Shape::Layer,
         Shape::Plane { point, normal } => body::Shape::Plane { point: vector::<S>(point), normal: vector::<S>(normal) },

@@ -26,6 +26,7 @@ pub(super) fn command(job: &Path, sets: &[String]) -> Result<String, Error> {
         }
         Job::Assembly(assembly) => {
             assembly::refuse_missing_file(&assembly)?;
+            crate::grain_file::refuse_bad(&assembly)?;
             Ok(assembly::page(&assembly))
         }
     }

@@ -8,11 +8,25 @@ use crate::error::Error;
 use crate::grain_export;
 use crate::scenario::units::{Dimension, quantity};
 
-pub(super) fn command(dir: &Path, file: &Path, at: Option<&str>) -> Result<String, Error> {
+pub(super) fn command(
+    dir: &Path,
+    grains: Option<&Path>,
+    contacts: Option<&Path>,
+    at: Option<&str>,
+) -> Result<String, Error> {
     refuse_no_run(dir)?;
     let at = at.map(time).transpose()?;
-    grain_export::write(&checkpoint::state_at(dir, at)?, dir, file)?;
-    Ok(format!("The grains are in {}\n", file.display()))
+    let state = checkpoint::state_at(dir, at)?;
+    let mut told = String::new();
+    if let Some(file) = grains {
+        grain_export::write(&state, dir, file)?;
+        told += &format!("The grains are in {}\n", file.display());
+    }
+    if let Some(file) = contacts {
+        grain_export::write_contacts(&state, dir, file)?;
+        told += &format!("The contacts are in {}\n", file.display());
+    }
+    Ok(told)
 }
 
 /// Seconds, or a time with its unit.

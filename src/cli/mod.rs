@@ -15,6 +15,7 @@ use scree_partition::transport::{Solo, Transport};
 use crate::error::Error;
 use crate::run::Outcome;
 
+mod bench;
 mod check;
 mod digest;
 mod export;
@@ -75,6 +76,11 @@ enum Command {
         #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
         threads: Option<u16>,
     },
+    /// Measure how fast this machine is.
+    Bench {
+        #[command(subcommand)]
+        what: bench::Bench,
+    },
     /// Print a hash of the complete state, equal for equal states however many ranks wrote them.
     Digest {
         /// Folder of a run (its newest checkpoint), or one checkpoint.
@@ -89,13 +95,16 @@ enum Command {
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
     },
-    /// Write the grains of a checkpoint as CSV: id,x,y,radius,vx,vy,spin with 17 significant digits.
+    /// Write the grains of a checkpoint as CSV or as a LAMMPS data file, and its contacts, with 17 significant digits.
     Export {
         /// Folder of the run.
         dir: PathBuf,
-        /// The CSV file to write.
+        /// The file of grains to write: comma-separated values (.csv) or a LAMMPS data file (.data, .lmp).
+        #[arg(long, value_name = "FILE", required_unless_present = "contacts")]
+        grains: Option<PathBuf>,
+        /// The CSV file of contacts to write: lower and higher id (or a body's name), and the law's memory.
         #[arg(long, value_name = "FILE")]
-        grains: PathBuf,
+        contacts: Option<PathBuf>,
         /// The checkpoint nearest to this time, for example 0.02 or "20 ms". Default: the newest.
         #[arg(long, value_name = "TIME")]
         at: Option<String>,
@@ -129,6 +138,7 @@ fn dispatch(command: Command, transport: &dyn Transport) -> u8 {
         Command::Resume { dir, threads } => {
             finish(resume::command(&dir, threads_wanted(threads), transport), transport)
         }
+        Command::Bench { what } => finish(bench::command(&what, transport), transport),
         alone => on_rank_zero(transport, || match alone {
             Command::Check { job, set } => check::command(&job, &set),
             Command::Digest { path } => digest::command(&path),
@@ -136,8 +146,10 @@ fn dispatch(command: Command, transport: &dyn Transport) -> u8 {
                 let page = report::write(&dirs, out.as_deref())?;
                 Ok(format!("The report is {}\n", page.display()))
             }
-            Command::Export { dir, grains, at } => export::command(&dir, &grains, at.as_deref()),
-            Command::Run { .. } | Command::Resume { .. } => {
+            Command::Export { dir, grains, contacts, at } => {
+                export::command(&dir, grains.as_deref(), contacts.as_deref(), at.as_deref())
+            }
+            Command::Run { .. } | Command::Resume { .. } | Command::Bench { .. } => {
                 unreachable!("runs are dispatched above")
             }
         }),

@@ -8,10 +8,11 @@ use super::check::refuse_missing_file;
 use super::{Ending, agreed, start_threads};
 use crate::checkpoint;
 use crate::error::Error;
+use crate::grain_file;
 use crate::run::Options;
-use crate::start;
 use crate::scenario::{Job, Scenario};
 use crate::space::Components;
+use crate::start;
 
 /// Where runs go that are not told otherwise, below the current folder.
 const RUNS: &str = "runs";
@@ -48,7 +49,10 @@ fn prepare(
         let job = Job::load(job, sets)?;
         match &job {
             Job::Shear(scenario) => refuse_bad_grains(scenario)?,
-            Job::Assembly(assembly) => refuse_missing_file(assembly)?,
+            Job::Assembly(assembly) => {
+                refuse_missing_file(assembly)?;
+                grain_file::refuse_bad(assembly)?;
+            }
         }
         refuse_existing_run(&folder(&out, &job))?;
         Ok(job.to_toml())
@@ -72,7 +76,7 @@ pub(super) fn refuse_bad_grains(scenario: &Scenario) -> Result<(), Error> {
             "grains.file: there is no file {}. Give a path that starts from the job's folder, or remove the key to make a packing.",
             file.display()
         ))),
-        Some(file) => crate::grain_file::read::<Components<f64, 1>>(scenario, file).map(|_| ()),
+        Some(file) => grain_file::read::<Components<f64, 1>>(scenario, file).map(|_| ()),
         None => Ok(()),
     }
 }

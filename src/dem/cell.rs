@@ -31,7 +31,15 @@ impl<S: Space> Cell<S> {
     /// A box with edges along the axes.
     pub fn cuboid(corner: S::Vector, lengths: S::Vector, periodic: [bool; 3]) -> Self {
         let zero = S::Tensor::zero();
-        let mut cell = Self { corner, edges: zero, periodic, gradient: zero, rate: zero, learnt: S::Vector::zero(), inverse: zero };
+        let mut cell = Self {
+            corner,
+            edges: zero,
+            periodic,
+            gradient: zero,
+            rate: zero,
+            learnt: S::Vector::zero(),
+            inverse: zero,
+        };
         for axis in 0..S::DIMENSION {
             cell.edges[axis * S::DIMENSION + axis] = lengths[axis];
         }

@@ -139,8 +139,7 @@ impl<S: Space> Contacts<S> {
 
     /// Pair pass over a part of the list. Memories advance by `advance` seconds (zero at the very first evaluation).
     pub fn pair_pass<C: ContactLaw<S>>(&mut self, law: &C, grains: &Grains<S>, part: Part, [advance, dt]: [f64; 2]) {
-        let pass =
-            Pass { law, hot: &grains.hot, shifts: &self.shifts, advance, dt, instructions: self.instructions };
+        let pass = Pass { law, hot: &grains.hot, shifts: &self.shifts, advance, dt, instructions: self.instructions };
         let interior = self.neighbours.interior;
         let words = <C::Memory<f64> as Words<f64>>::COUNT;
         let (pairs_in, pairs_out) = self.neighbours.pairs.split_at(interior);

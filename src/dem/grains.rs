@@ -1,7 +1,7 @@
 //! Grains as rows: what a contact reads every step apart from what is needed now and then.
 
 use crate::dem::cell::{Image, visit_image};
-use crate::ids::GrainId;
+use crate::ids::{GrainId, Row};
 use crate::record::{Record, Visitor};
 use crate::space::{Linear, Space, Words};
 
@@ -76,6 +76,11 @@ pub struct Grains<S: Space> {
     pub cold: Vec<Cold<S>>,
     /// Rows `0..owned` are ours; `cold` of a copy is as it was at the last rebuild.
     pub owned: usize,
+    /// Of owned rows, what a step reads of `cold`, apart from the rest for the sake of the caches.
+    pub movers: Vec<Mover>,
+    pub homes: Vec<S::Vector>,
+    /// Owned rows that are glued to bodies.
+    pub glued: Vec<Row>,
     /// Force and torque on owned rows, N and N m; weighted as the contacts are.
     pub force: Vec<S::Vector>,
     pub torque: Vec<S::Spin>,
@@ -83,7 +88,16 @@ pub struct Grains<S: Space> {
 
 impl<S: Space> Default for Grains<S> {
     fn default() -> Self {
-        Self { hot: Vec::new(), cold: Vec::new(), owned: 0, force: Vec::new(), torque: Vec::new() }
+        Self {
+            hot: Vec::new(),
+            cold: Vec::new(),
+            owned: 0,
+            movers: Vec::new(),
+            homes: Vec::new(),
+            glued: Vec::new(),
+            force: Vec::new(),
+            torque: Vec::new(),
+        }
     }
 }
 
@@ -115,11 +129,18 @@ impl Mover {
 }
 
 impl<S: Space> Grains<S> {
-    /// Sizes the force arrays after rows have changed.
-    pub fn reset_forces(&mut self) {
+    /// Lays the arrays of a step after rows have changed.
+    pub fn settle(&mut self) {
+        let owned = &self.cold[..self.owned];
+        self.movers = owned.iter().map(|cold| cold.mover).collect();
+        self.homes = owned.iter().map(|cold| cold.home).collect();
+        let glued = |(row, cold): (usize, &Cold<S>)| matches!(cold.mover, Mover::Body(_)).then_some(row as Row);
+        self.glued = owned.iter().enumerate().filter_map(glued).collect();
         self.force.clear();
+        self.force.reserve_exact(self.owned);
         self.force.resize(self.owned, S::Vector::zero());
         self.torque.clear();
+        self.torque.reserve_exact(self.owned);
         self.torque.resize(self.owned, S::Spin::zero());
     }
 
@@ -127,6 +148,9 @@ impl<S: Space> Grains<S> {
     pub fn bytes(&self) -> usize {
         self.hot.capacity() * size_of::<Hot<S>>()
             + self.cold.capacity() * size_of::<Cold<S>>()
+            + self.movers.capacity() * size_of::<Mover>()
+            + self.glued.capacity() * size_of::<Row>()
+            + self.homes.capacity() * size_of::<S::Vector>()
             + self.force.capacity() * size_of::<S::Vector>()
             + self.torque.capacity() * size_of::<S::Spin>()
     }

@@ -45,11 +45,7 @@ pub fn pair_pass<S: Space, C: ContactLaw<S>>(
 ) {
     let words = <C::Memory<f64> as Words<f64>>::COUNT;
     debug_assert!(pairs.len().is_multiple_of(LANES) && memory.len() == pairs.len() * words);
-    (
-        pairs.par_chunks(CHUNK),
-        memory.par_chunks_mut(CHUNK * words),
-        forces.par_chunks_mut(CHUNK * force_words::<S>()),
-    )
+    (pairs.par_chunks(CHUNK), memory.par_chunks_mut(CHUNK * words), forces.par_chunks_mut(CHUNK * force_words::<S>()))
         .into_par_iter()
         .for_each(|(pairs, memory, forces)| match across {
             true => dispatch::<S, C, true>(&pass, pairs, memory, forces),
@@ -111,15 +107,22 @@ fn packs<S: Space, C: ContactLaw<S>, P: Pack, const ACROSS: bool>(
         let memory = &mut memory[pack * memory_words..(pack + 1) * memory_words];
         let forces = &mut forces[pack * LANES * force_words::<S>()..(pack + 1) * LANES * force_words::<S>()];
         let (a, b) = (read::<S, P>(pass.hot, pairs, |pair| pair.a), read::<S, P>(pass.hot, pairs, Pair::b));
-        let (shift, rate) =
-            if ACROSS { shifts::<S, P>(pass.shifts, pairs) } else { (Words::zero(), Words::zero()) };
+        let (shift, rate) = if ACROSS { shifts::<S, P>(pass.shifts, pairs) } else { (Words::zero(), Words::zero()) };
         let mut recalled = C::Memory::<P>::zero();
         for (word, lanes) in memory.iter().enumerate() {
             recalled.set_word(word, P::load(lanes));
         }
         let moved = [P::splat(pass.advance), P::splat(pass.dt)];
         let given = if ACROSS {
-            contact(pass.law, &a, &b, a.position - b.position + shift, a.velocity - b.velocity + rate, moved, &mut recalled)
+            contact(
+                pass.law,
+                &a,
+                &b,
+                a.position - b.position + shift,
+                a.velocity - b.velocity + rate,
+                moved,
+                &mut recalled,
+            )
         } else {
             contact(pass.law, &a, &b, a.position - b.position, a.velocity - b.velocity, moved, &mut recalled)
         };
@@ -184,8 +187,13 @@ impl<S: Space, R: Real> Side<S, R> {
     /// From the words of a record, in the order of [`Hot`].
     #[inline(always)]
     fn of(word: impl Fn(usize) -> R) -> Self {
-        let mut side =
-            Self { position: Words::zero(), velocity: Words::zero(), spin: Words::zero(), radius: word(0), weight: word(0) };
+        let mut side = Self {
+            position: Words::zero(),
+            velocity: Words::zero(),
+            spin: Words::zero(),
+            radius: word(0),
+            weight: word(0),
+        };
         for axis in 0..S::DIMENSION {
             side.position.set_word(axis, word(axis));
             side.velocity.set_word(axis, word(S::DIMENSION + axis));

@@ -10,5 +10,6 @@ pub mod motion;
 pub mod neighbours;
 pub mod packing;
 pub mod throw;
+pub mod tile;
 pub mod walls;
 pub mod work;

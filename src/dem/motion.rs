@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::body::Body;
 use crate::dem::cell::Cell;
-use crate::dem::grains::{Cold, Grains, Hot, Mover};
+use crate::dem::grains::{Grains, Hot, Mover};
 use crate::scenario::assembly::{Damping, DampingForm};
 use crate::space::{Linear, Space};
 
@@ -32,17 +32,12 @@ const CHUNK: usize = 1024;
 pub fn kick<S: Space>(grains: &mut Grains<S>, field: &Field<S>, cell: &Cell<S>, dt: f64) {
     let plain = field.damping.local == 0.0 && field.damping.mass == 0.0 && cell.gradient == S::Tensor::zero();
     let owned = grains.owned;
-    let Grains { hot, cold, force, torque, .. } = grains;
-    (
-        hot[..owned].par_chunks_mut(CHUNK),
-        cold[..owned].par_chunks(CHUNK),
-        force.par_chunks(CHUNK),
-        torque.par_chunks(CHUNK),
-    )
+    let Grains { hot, movers, force, torque, .. } = grains;
+    (hot[..owned].par_chunks_mut(CHUNK), movers.par_chunks(CHUNK), force.par_chunks(CHUNK), torque.par_chunks(CHUNK))
         .into_par_iter()
-        .for_each(|(hot, cold, force, torque)| {
-            for (((hot, cold), force), torque) in hot.iter_mut().zip(cold).zip(force).zip(torque) {
-                if cold.mover != Mover::Free {
+        .for_each(|(hot, movers, force, torque)| {
+            for (((hot, mover), force), torque) in hot.iter_mut().zip(movers).zip(force).zip(torque) {
+                if *mover != Mover::Free {
                     continue;
                 }
                 let mass = hot.weight * hot.mass;
@@ -58,13 +53,7 @@ pub fn kick<S: Space>(grains: &mut Grains<S>, field: &Field<S>, cell: &Cell<S>, 
         });
 }
 
-fn damped_kick<S: Space>(
-    hot: &mut Hot<S>,
-    undamped: (S::Vector, S::Spin),
-    damping: &Damping,
-    cell: &Cell<S>,
-    dt: f64,
-) {
+fn damped_kick<S: Space>(hot: &mut Hot<S>, undamped: (S::Vector, S::Spin), damping: &Damping, cell: &Cell<S>, dt: f64) {
     let (linear, angular) = damped(hot, undamped, damping, cell, dt);
     hot.velocity += (linear + cell.gradient * hot.velocity) * dt;
     hot.spin += angular * dt;
@@ -130,28 +119,27 @@ pub fn follow_gradient<S: Space>(grains: &mut Grains<S>, cell: &Cell<S>, change:
 /// of the longest way that a grain has come from home, m2; what is not a number stays so.
 pub fn drift<S: Space>(grains: &mut Grains<S>, bodies: &[Body<S>], dt: f64) -> f64 {
     let owned = grains.owned;
-    let Grains { hot, cold, .. } = grains;
-    let drift = |hot: &mut Hot<S>, cold: &Cold<S>| {
-        match cold.mover {
+    let Grains { hot, cold, movers, homes, .. } = grains;
+    let cold = &cold[..owned];
+    let drift = |row: usize, hot: &mut Hot<S>| {
+        match movers[row] {
             Mover::Free => {}
             Mover::Body(body) => {
                 let body = &bodies[body as usize];
                 hot.velocity = body.velocity_at(&hot.position);
                 hot.spin = body.spin;
             }
-            Mover::Script => hot.velocity = cold.script,
+            Mover::Script => hot.velocity = cold[row].script,
         }
         hot.position += hot.velocity * dt;
-        let moved = hot.position - cold.home;
+        let moved = hot.position - homes[row];
         moved.dot(&moved)
     };
-    let chunk = |(hot, cold): (&mut [Hot<S>], &[Cold<S>])| {
-        hot.iter_mut().zip(cold).fold(0.0, |most, (hot, cold)| larger(most, drift(hot, cold)))
+    let chunk = |(chunk, rows): (usize, &mut [Hot<S>])| {
+        let first = chunk * CHUNK;
+        rows.iter_mut().enumerate().fold(0.0, |most, (offset, hot)| larger(most, drift(first + offset, hot)))
     };
-    (hot[..owned].par_chunks_mut(CHUNK), cold[..owned].par_chunks(CHUNK))
-        .into_par_iter()
-        .map(chunk)
-        .reduce(|| 0.0, larger)
+    hot[..owned].par_chunks_mut(CHUNK).enumerate().map(chunk).reduce(|| 0.0, larger)
 }
 
 /// The larger of two numbers; what is not a number stays so, since it must not look like standing still.

@@ -152,7 +152,9 @@ impl Neighbours {
         fill(&mut self.pairs);
         self.interior = self.pairs.len();
         fill(&mut others);
+        self.pairs.reserve_exact(others.len());
         self.pairs.extend(others);
+        self.pairs.shrink_to_fit();
         self.list_terms(grains);
     }
 

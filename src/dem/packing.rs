@@ -72,7 +72,8 @@ pub fn throw<M: Words<f64>>(scenario: &Scenario) -> Result<Thrown<M>, Error> {
     let radii = radii(&sizes, scenario.seed, count_of(scenario) as u64);
     let area: f64 = radii.iter().map(|radius| PI * radius * radius).sum();
     let height = area / (width * scenario.packing.fraction_start);
-    let room = Cell::<Plane>::cuboid(Linear::zero(), <Plane as Space>::Vector::new(width, height), [true, false, false]);
+    let room =
+        Cell::<Plane>::cuboid(Linear::zero(), <Plane as Space>::Vector::new(width, height), [true, false, false]);
     let places = places(&room, &sizes, scenario.seed, &radii, |_, _| true).map_err(|_| {
         Error::User(format!(
             "`packing.fraction_start` = {} is too dense to throw {} grains without overlap; use 0.45 or less",

@@ -52,7 +52,8 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
             if cold.mover != Mover::Free {
                 continue;
             }
-            for (body, nearest) in bodies.iter().enumerate().map(|(index, body)| (index as u8, body.nearest(&cold.home)))
+            for (body, nearest) in
+                bodies.iter().enumerate().map(|(index, body)| (index as u8, body.nearest(&cold.home)))
             {
                 if nearest.is_some_and(|nearest| nearest.distance < hot.radius + margin) {
                     let memories = carried(row);
@@ -60,7 +61,14 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
                     let memory = memories.iter().find(|(partner, _)| *partner == body_partner(body));
                     let memory = memory.map_or_else(Words::zero, |(_, memory)| *memory);
                     let zero = S::Vector::zero();
-                    self.list.push(Wall { row: row as Row, body, memory, force: zero, point: zero, moment: S::Spin::zero() });
+                    self.list.push(Wall {
+                        row: row as Row,
+                        body,
+                        memory,
+                        force: zero,
+                        point: zero,
+                        moment: S::Spin::zero(),
+                    });
                 }
             }
         }
@@ -70,7 +78,8 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
     pub fn carried_by(&self, row: usize) -> impl Iterator<Item = (GrainId, C::Memory<f64>)> + '_ {
         let first = self.list.partition_point(|wall| (wall.row as usize) < row);
         let ours = self.list[first..].iter().take_while(move |wall| wall.row as usize == row);
-        let remembered = ours.filter(|wall| (0..<C::Memory<f64> as Words<f64>>::COUNT).any(|word| wall.memory.word(word) != 0.0));
+        let remembered =
+            ours.filter(|wall| (0..<C::Memory<f64> as Words<f64>>::COUNT).any(|word| wall.memory.word(word) != 0.0));
         remembered.map(|wall| (body_partner(wall.body), wall.memory))
     }
 
@@ -86,7 +95,8 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
             wall.force = vector(&given.force);
             // Without an arm the body's side holds the resistance to rolling alone.
             wall.moment = -vector::<S::Spin, _>(&given.torque_b);
-            wall.point = nearest.point;
+            // In the middle of the overlap, as the grain's arm has it: else the couple of the two would make angular momentum.
+            wall.point = nearest.point - nearest.normal * (0.5 * touch.overlap);
             grains.force[row] += wall.force;
             grains.torque[row] += vector::<S::Spin, _>(&given.torque_a);
         }

@@ -65,8 +65,7 @@ impl<S: Space> Parted<S> {
     pub fn losses<C: ContactLaw<S>>(&self, law: &C, touch: &Touch<S, f64>, turning: &S::SpinOf<f64>) -> Losses {
         let moved = touch.velocity_tangential + S::surface(&touch.normal, turning) * (0.5 * self.overlap);
         let along = -self.dashpots.tangential.dot(&moved);
-        let others =
-            -self.dashpots.normal * touch.velocity_normal - self.dashpots.moment.dot(&touch.spin_relative);
+        let others = -self.dashpots.normal * touch.velocity_normal - self.dashpots.moment.dot(&touch.spin_relative);
         let (viscous, sliding) = if self.slides { (others, along) } else { (others + along, 0.0) };
         Losses { viscous, sliding, levers: -self.springs.tangential.dot(&(moved - law.sliding(touch))) }
     }

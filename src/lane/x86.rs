@@ -125,8 +125,18 @@ impl Pack for Avx512 {
             let (r0, r1, r2, r3) = (row!(0), row!(1), row!(2), row!(3));
             let (r4, r5, r6, r7) = (row!(4), row!(5), row!(6), row!(7));
             // Words 0, 2, 4, 6 of two rows, one pair per 128 bits; below words 1, 3, 5, 7.
-            let low = [_mm512_unpacklo_pd(r0, r1), _mm512_unpacklo_pd(r2, r3), _mm512_unpacklo_pd(r4, r5), _mm512_unpacklo_pd(r6, r7)];
-            let high = [_mm512_unpackhi_pd(r0, r1), _mm512_unpackhi_pd(r2, r3), _mm512_unpackhi_pd(r4, r5), _mm512_unpackhi_pd(r6, r7)];
+            let low = [
+                _mm512_unpacklo_pd(r0, r1),
+                _mm512_unpacklo_pd(r2, r3),
+                _mm512_unpacklo_pd(r4, r5),
+                _mm512_unpacklo_pd(r6, r7),
+            ];
+            let high = [
+                _mm512_unpackhi_pd(r0, r1),
+                _mm512_unpackhi_pd(r2, r3),
+                _mm512_unpackhi_pd(r4, r5),
+                _mm512_unpackhi_pd(r6, r7),
+            ];
             let [w0, w2, w4, w6] = quarters(low);
             let [w1, w3, w5, w7] = quarters(high);
             [w0, w1, w2, w3, w4, w5, w6, w7]
@@ -138,8 +148,10 @@ impl Pack for Avx512 {
 #[inline(always)]
 unsafe fn quarters([a, b, c, d]: [__m512d; 4]) -> [Avx512; 4] {
     unsafe {
-        let (even_ab, even_cd) = (_mm512_shuffle_f64x2::<0b10_00_10_00>(a, b), _mm512_shuffle_f64x2::<0b10_00_10_00>(c, d));
-        let (odd_ab, odd_cd) = (_mm512_shuffle_f64x2::<0b11_01_11_01>(a, b), _mm512_shuffle_f64x2::<0b11_01_11_01>(c, d));
+        let (even_ab, even_cd) =
+            (_mm512_shuffle_f64x2::<0b10_00_10_00>(a, b), _mm512_shuffle_f64x2::<0b10_00_10_00>(c, d));
+        let (odd_ab, odd_cd) =
+            (_mm512_shuffle_f64x2::<0b11_01_11_01>(a, b), _mm512_shuffle_f64x2::<0b11_01_11_01>(c, d));
         [
             Avx512(_mm512_shuffle_f64x2::<0b10_00_10_00>(even_ab, even_cd)),
             Avx512(_mm512_shuffle_f64x2::<0b10_00_10_00>(odd_ab, odd_cd)),
@@ -179,9 +191,7 @@ impl Real for Avx2 {
     }
     #[inline(always)]
     fn above(self, other: Self) -> Self::Mask {
-        unsafe {
-            (_mm256_cmp_pd::<_CMP_GT_OQ>(self.0, other.0), _mm256_cmp_pd::<_CMP_GT_OQ>(self.1, other.1))
-        }
+        unsafe { (_mm256_cmp_pd::<_CMP_GT_OQ>(self.0, other.0), _mm256_cmp_pd::<_CMP_GT_OQ>(self.1, other.1)) }
     }
     #[inline(always)]
     fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask {

@@ -89,7 +89,8 @@ fn displacement<S: Space>(position: &S::Vector, origin: &S::Vector, image: Image
 
 /// The world as it is; `depth` in m, `fraction` the packing fraction that gives a grain its share of space.
 pub fn frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-    world: &mut World<S, C, L>, depth: f64,
+    world: &mut World<S, C, L>,
+    depth: f64,
     fraction: f64,
 ) -> Result<Option<Frame>, Error> {
     world.refresh_ghosts();
@@ -131,7 +132,11 @@ pub fn frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     Ok(Some(Frame { time: world.time(), positions: rows.iter().map(wrapped).collect(), fields }))
 }
 
-fn grain_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>, depth: f64, fraction: f64) -> Vec<Row> {
+fn grain_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+    world: &World<S, C, L>,
+    depth: f64,
+    fraction: f64,
+) -> Vec<Row> {
     let grains = &world.grains;
     let row = |row: usize| {
         let (hot, cold) = (&grains.hot[row], &grains.cold[row]);

@@ -205,7 +205,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// The account so far, the same on every rank. Collective.
     pub fn balance(&self) -> Result<Balance, Error> {
-        let sums = self.ledger.as_ref().and_then(|ledger| Some((ledger, ledger.start.clone()?, ledger.stored.clone()?)));
+        let sums =
+            self.ledger.as_ref().and_then(|ledger| Some((ledger, ledger.start.clone()?, ledger.stored.clone()?)));
         let Some((ledger, start, stored)) = sums else {
             return Err(Error::Run(format!("step {}: no step has been booked in a ledger of energy", self.step)));
         };

@@ -50,8 +50,8 @@ impl<S: Space> ContactLaw<S> for LinearCohesive {
     #[inline(always)]
     fn force<R: Real>(&self, touch: &Touch<S, R>, memory: &mut Self::Memory<R>) -> Answer<S, R> {
         let law = &self.constants.linear;
-        let normal = touch.overlap * R::splat(law.stiffness_normal)
-            - touch.velocity_normal * R::splat(law.damping_normal);
+        let normal =
+            touch.overlap * R::splat(law.stiffness_normal) - touch.velocity_normal * R::splat(law.damping_normal);
         let limit = normal.abs() * R::splat(law.friction) + R::splat(self.constants.cohesion_tangential);
         let tangential = slide(law, touch, limit, &mut memory.0);
         memory.1.set_word(0, R::splat(1.0));

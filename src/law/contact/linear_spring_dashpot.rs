@@ -40,8 +40,8 @@ impl<S: Space> ContactLaw<S> for LinearSpringDashpot {
     #[inline(always)]
     fn force<R: Real>(&self, touch: &Touch<S, R>, spring: &mut S::TangentOf<R>) -> Answer<S, R> {
         let law = &self.constants;
-        let normal = touch.overlap * R::splat(law.stiffness_normal)
-            - touch.velocity_normal * R::splat(law.damping_normal);
+        let normal =
+            touch.overlap * R::splat(law.stiffness_normal) - touch.velocity_normal * R::splat(law.damping_normal);
         let limit = normal.abs() * R::splat(law.friction);
         let tangential = slide(law, touch, limit, spring);
         Answer { normal, tangential, moment: Words::zero() }
@@ -59,8 +59,7 @@ impl<S: Space> ContactLaw<S> for LinearSpringDashpot {
 
     fn elastic_energy(&self, touch: &Touch<S, f64>, spring: &S::TangentOf<f64>) -> f64 {
         let law = &self.constants;
-        0.5 * law.stiffness_normal * touch.overlap * touch.overlap
-            + 0.5 * law.stiffness_tangential * spring.dot(spring)
+        0.5 * law.stiffness_normal * touch.overlap * touch.overlap + 0.5 * law.stiffness_tangential * spring.dot(spring)
     }
 }
 

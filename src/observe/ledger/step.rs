@@ -242,13 +242,7 @@ impl<S: Space, C: ContactLaw<S>> Step<'_, S, C> {
         lines
     }
 
-    fn lose(
-        &self,
-        parted: &Parted<S>,
-        touch: &Touch<S, f64>,
-        turning: &S::Spin,
-        (drift, lines): (usize, &mut Lines),
-    ) {
+    fn lose(&self, parted: &Parted<S>, touch: &Touch<S, f64>, turning: &S::Spin, (drift, lines): (usize, &mut Lines)) {
         let lost = parted.losses(self.law, touch, &lanes(turning));
         lines.add(drift, Item::Viscous, 0.5 * self.dt * lost.viscous);
         lines.add(drift, Item::Slip, 0.5 * self.dt * lost.sliding);

@@ -18,7 +18,6 @@ use crate::servo::CellDrive;
 use crate::space::{Plane, Solid};
 use crate::world::Settings;
 
-
 const DENSITY: f64 = 2650.0;
 const DEPTH: f64 = 0.01;
 const MEAN_RADIUS: f64 = 5e-4;
@@ -70,7 +69,7 @@ fn world<S: Space, C: ContactLaw<S>>(
     let ground = Ground { cells, cells_per_block: 2, cell: 1.5e-3, corner: [0.0; 3], periodic, rim: 0 };
     let layout = Layout::new::<S>(ground).unwrap();
     let cell = Cell::cuboid(S::Vector::zero(), vector::<S>(lengths), periodic);
-    World::new(settings, layout, transport, 0, Parts { grains, points: Vec::new(), bodies, cell }).unwrap()
+    World::new(settings, layout, transport, 0, Parts::fresh(grains, Vec::new(), bodies, cell)).unwrap()
 }
 
 fn run<S: Space, C: ContactLaw<S>>(world: &mut World<'_, S, C, Absent>, steps: usize) {
@@ -257,8 +256,16 @@ fn velocity<S: Space, C: ContactLaw<S>>(mut row: Row<S, C>, velocity: [f64; 3], 
 fn two_discs_collide() {
     let collide = |law: LinearSpringDashpot, dt: f64| {
         let grains = vec![
-            velocity::<Plane, LinearSpringDashpot>(grain::<Plane, LinearSpringDashpot>(0, [4e-3, 4e-3, 0.0], 5e-4), [0.3, 0.0, 0.0], 200.0),
-            velocity::<Plane, LinearSpringDashpot>(grain::<Plane, LinearSpringDashpot>(1, [5.02e-3, 4.3e-3, 0.0], 4e-4), [-0.4, 0.1, 0.0], 50.0),
+            velocity::<Plane, LinearSpringDashpot>(
+                grain::<Plane, LinearSpringDashpot>(0, [4e-3, 4e-3, 0.0], 5e-4),
+                [0.3, 0.0, 0.0],
+                200.0,
+            ),
+            velocity::<Plane, LinearSpringDashpot>(
+                grain::<Plane, LinearSpringDashpot>(1, [5.02e-3, 4.3e-3, 0.0], 4e-4),
+                [-0.4, 0.1, 0.0],
+                50.0,
+            ),
         ];
         let mut world = world(&Solo, (law, dt), ([8e-3, 8e-3, 0.0], [true, true, false]), grains, Vec::new());
         world.open_ledger();
@@ -286,7 +293,8 @@ fn two_discs_collide() {
 /// A disc that slides on a plane until it rolls: by then friction has taken a third of its energy, whatever mu is.
 #[test]
 fn a_disc_slides_until_it_rolls() {
-    let floor = Body::new("floor", Shape::Plane { point: vector::<Plane>([0.0; 3]), normal: vector::<Plane>([0.0, 1.0, 0.0]) });
+    let floor =
+        Body::new("floor", Shape::Plane { point: vector::<Plane>([0.0; 3]), normal: vector::<Plane>([0.0, 1.0, 0.0]) });
     let law = springs(2e5, 0.5, 0.4);
     let mut disc = grain::<Plane, LinearSpringDashpot>(0, [1e-3, 0.0, 0.0], 5e-4);
     disc.hot.position[1] = 5e-4 - disc.hot.mass * 9.81 / 2e5;
@@ -311,7 +319,8 @@ fn grains_fall_on_a_plane() {
     };
     let fall = |refinement: usize| {
         let slope = wall("slope", [2e-3, 0.0, 0.0], [0.8, 0.0, 0.6]);
-        let bodies = vec![wall("floor", [0.0; 3], [0.0, 0.0, 1.0]), slope, wall("side", [6e-3, 0.0, 0.0], [-1.0, 0.0, 0.0])];
+        let bodies =
+            vec![wall("floor", [0.0; 3], [0.0, 0.0, 1.0]), slope, wall("side", [6e-3, 0.0, 0.0], [-1.0, 0.0, 0.0])];
         let mut random = Random(3);
         let mut grains = Vec::new();
         for number in 0..24u64 {
@@ -351,7 +360,12 @@ fn a_cylinder_drags_grains() {
     let centre = vector::<Plane>([middle, middle, 0.0]);
     let (rows, _) = rest.rows();
     let rows = rows.into_iter().filter(|row| (row.hot.position - centre).norm() > radius + 0.6 * row.hot.radius);
-    let rows: Vec<_> = rows.map(|mut row| { row.contacts.clear(); row }).collect();
+    let rows: Vec<_> = rows
+        .map(|mut row| {
+            row.contacts.clear();
+            row
+        })
+        .collect();
     let shape = Shape::Cylinder { centre, axis: vector::<Plane>([0.0; 3]), radius };
     let mut drum = Body::new("drum", shape);
     let turn = |time: f64, spin: f64| {
@@ -430,7 +444,7 @@ fn ranks_and_interruptions_do_not_show() {
             let entries = world.ledger_entries().unwrap();
             let saved = crate::transfer::gather(transport, world.rows().0).unwrap().unwrap_or_default();
             let (settings, layout) = (world.settings.clone(), world.layout.clone());
-            let parts = Parts { grains: saved, points: Vec::new(), bodies: Vec::new(), cell: world.cell };
+            let parts = Parts::fresh(saved, Vec::new(), Vec::new(), world.cell);
             world = World::new(settings, layout, transport, 400, parts).unwrap();
             world.resume_ledger(&entries);
         }

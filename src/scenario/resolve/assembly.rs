@@ -11,13 +11,13 @@ use super::{
 };
 use crate::error::Error;
 use crate::scenario::assembly::{
-    Assembly, Cell, CellServo, Damping, DampingForm, Velocities, Matter, Packed, Preparation, Sizes, Source,
+    Assembly, Cell, CellServo, Damping, DampingForm, Matter, Packed, Preparation, Sizes, Source, Velocities,
 };
 use crate::scenario::raw::{Reader, Typed};
 use crate::scenario::stable;
 
 /// Packing fraction of a loose start of spheres; thrown one after the other they jam at 0.38.
-const PACKING_FRACTION_SPHERES: f64 = 0.3;
+const PACKING_FRACTION_SPHERES: f64 = 0.25;
 /// Edge of a block in mean diameters: in space fewer, so that a block holds some hundred grains in both.
 const BLOCK_OF_DISCS: f64 = 12.0;
 const BLOCK_OF_SPHERES: f64 = 6.0;

@@ -2,8 +2,8 @@
 
 use super::super::units::Dimension;
 use super::{
-    DAMPING, Key, LENGTH, NOT_NEGATIVE, OUTPUT, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, contact, count, key,
-    number, table, text, vector,
+    DAMPING, Key, LENGTH, NOT_NEGATIVE, OUTPUT, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, contact, count,
+    key, number, table, text, vector,
 };
 
 #[rustfmt::skip]

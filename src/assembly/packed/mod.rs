@@ -1,0 +1,147 @@
+//! Packings of grains in a cell: thrown loosely, compressed or poured, and kept in a file named by everything that shaped
+//! them.
+
+use std::path::Path;
+
+use scree_io::column::State;
+use scree_partition::Transport;
+
+use super::GrainWorld;
+use super::setup;
+use crate::dem::cell::Cell;
+use crate::dem::grains::{GrainRow, Mover};
+use crate::dem::throw::{places, radii};
+use crate::error::Error;
+use crate::ids::GrainId;
+use crate::law::contact::ContactLaw;
+use crate::packing::{name_of, on_root, read_state, settle, write_state};
+use crate::rebuild::Row;
+use crate::record::to_table;
+use crate::scenario::assembly::{Assembly, Packed, Preparation};
+use crate::space::Space;
+use crate::transfer::Cargo;
+use crate::{body, tables, transfer};
+
+mod compress;
+mod pour;
+#[cfg(test)]
+mod tests;
+
+/// Grains of a finished packing, at rest, and the cell that holds them.
+pub struct Packing<S: Space, C: ContactLaw<S>> {
+    /// On rank 0 only, in the order of their ids; contacts with their memories.
+    pub grains: Vec<Row<S, C>>,
+    /// On every rank; its lower corner is that of the job.
+    pub cell: Cell<S>,
+}
+
+/// The packing that a job wants: from the cache, or made now and cached.
+pub fn make<S: Space, C: ContactLaw<S>>(
+    job: &Assembly,
+    packed: &Packed,
+    transport: &dyn Transport,
+) -> Result<Packing<S, C>, Error> {
+    let file = packed.cache.join(format!("assembly-{}.h5", name_of(&key(job, packed))));
+    let cached = on_root(transport, || if file.exists() { read::<S, C>(job, &file).map(Some) } else { Ok(None) });
+    let cached = transfer::agree(transport, cached)?.flatten();
+    if transport.broadcast(vec![u8::from(cached.is_some())])[0] == 1 {
+        let (grains, cell) = match cached {
+            Some(packing) => (packing.grains, vec![packing.cell]),
+            None => (Vec::new(), Vec::new()),
+        };
+        return Ok(Packing { grains, cell: same_cell(job, cell, transport)? });
+    }
+    tracing::info!(grains = packed.count, "making a packing");
+    let mut packing = match packed.preparation {
+        Preparation::Compress { stress, fraction } => compress::make(job, packed, (stress, fraction), transport)?,
+        Preparation::Pour => pour::make(job, packed, transport)?,
+    };
+    let written = on_root(transport, || write(&file, &mut packing));
+    transfer::agree(transport, written)?;
+    Ok(packing)
+}
+
+/// Everything that shapes a packing.
+fn key(job: &Assembly, packed: &Packed) -> String {
+    let cell = &job.cell;
+    let falls = matches!(packed.preparation, Preparation::Pour);
+    let shapes: Vec<_> = job.bodies.iter().filter(|_| falls).map(|body| &body.shape).collect();
+    format!(
+        "assembly 1 seed {} cell {} {:?} {:?} {:?} {:?} density {:?} sizes {:?} count {} preparation {:?} friction {:?} start {:?} ratio {:?} contact {:?} gravity {:?} bodies {:?} step {:?} skin {:?} block {:?}",
+        job.seed,
+        cell.dimension,
+        cell.lower,
+        cell.upper,
+        cell.periodic,
+        cell.depth,
+        job.matter.density,
+        packed.sizes,
+        packed.count,
+        packed.preparation,
+        packed.friction,
+        packed.fraction_start,
+        packed.energy_ratio_max,
+        job.contact,
+        if falls { job.gravity } else { [0.0; 3] },
+        shapes,
+        job.step,
+        job.skin,
+        job.block,
+    )
+}
+
+fn write<S: Space, C: ContactLaw<S>>(file: &Path, packing: &mut Packing<S, C>) -> Result<(), Error> {
+    let mut tables = Vec::from(tables::of_grains(&mut packing.grains));
+    tables.push(to_table("cell", &mut [packing.cell], &mut Cell::blank()));
+    write_state(file, &State { attributes: Default::default(), tables })
+}
+
+fn read<S: Space, C: ContactLaw<S>>(job: &Assembly, file: &Path) -> Result<Packing<S, C>, Error> {
+    let state = read_state(file)?;
+    let mut cell = setup::cell_of(job);
+    let moved: Vec<Cell<S>> = tables::rows(&state, "cell", &cell)?;
+    moved.iter().for_each(|moved| cell.take_motion_of(moved));
+    Ok(Packing { grains: tables::to_grains(&state)?, cell })
+}
+
+/// The cell that rank 0 holds, at rest, on every rank.
+fn same_cell<S: Space>(job: &Assembly, cell: Vec<Cell<S>>, transport: &dyn Transport) -> Result<Cell<S>, Error> {
+    let shared = transfer::broadcast(transport, cell)?;
+    let mut cell = setup::cell_of(job);
+    shared.iter().for_each(|shared| cell.take_motion_of(shared));
+    Ok(cell)
+}
+
+/// Grains at rest at random places of a box, on rank 0 only.
+fn thrown<S: Space, C: ContactLaw<S>>(
+    job: &Assembly,
+    packed: &Packed,
+    cell: &Cell<S>,
+    bodies: &[body::Body<S>],
+) -> Result<Vec<Row<S, C>>, Error> {
+    let radii = radii(&packed.sizes, job.seed, packed.count);
+    let outside = |place: &S::Vector, radius: f64| {
+        bodies.iter().filter_map(|body| body.nearest(place)).all(|nearest| nearest.distance >= radius)
+    };
+    let places = places(cell, &packed.sizes, job.seed, &radii, outside).map_err(|full| {
+        Error::User(format!(
+            "packing.fraction_start = {} is too dense to throw {} grains without overlap: there was no room for grain {}. Discs need 0.45 or less, spheres 0.25, and less where bodies take up room; or take a larger cell.",
+            packed.fraction_start, packed.count, full.grain
+        ))
+    })?;
+    let grain = |(id, (place, radius)): (usize, (&S::Vector, &f64))| {
+        let mass = job.matter.density * S::grain_volume(*radius, job.cell.depth);
+        GrainRow::resting(GrainId(id as u64), *place, *radius, mass, Mover::Free)
+    };
+    Ok(places.iter().zip(&radii).enumerate().map(grain).collect())
+}
+
+/// All grains of a world at rest, on rank 0 in the order of their ids.
+fn gathered<S: Space, C: ContactLaw<S>>(world: &mut GrainWorld<S, C>) -> Result<Vec<Row<S, C>>, Error> {
+    world.rebuild()?;
+    let (rows, _) = world.rows();
+    let mut rows = transfer::gather(world.transport, rows)?.unwrap_or_default();
+    rows.sort_unstable_by_key(|row| row.cold.id);
+    rows.iter_mut().for_each(settle);
+    Ok(rows)
+}

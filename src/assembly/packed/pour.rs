@@ -1,0 +1,107 @@
+//! Grains that fall from where they were thrown, under the job's gravity, onto its bodies, which stand still meanwhile.
+//!
+//! They rest when their kinetic energy is below `packing.energy_ratio_max` of m g d each in the mean, and the bodies carry
+//! their weight to 1 %. Falling is damped at the rate 0.1 sqrt(g/d), which bounds the speed by 10 sqrt(g d) so that no grain
+//! hits the others hard, and forces by local damping; neither carries weight once grains are at rest.
+
+use scree_partition::{ExactSum, Transport};
+
+use super::{GrainWorld, Packing, gathered, setup, thrown};
+use crate::body::Body;
+use crate::dem::motion::Field;
+use crate::error::Error;
+use crate::law::contact::ContactLaw;
+use crate::packing::on_root;
+use crate::rebuild::Parts;
+use crate::scenario::assembly::{Assembly, Damping, DampingForm, Packed};
+use crate::servo::CellDrive;
+use crate::space::{Linear, Space};
+use crate::transfer;
+use crate::world::World;
+
+/// Damping of velocity in sqrt(g/d), and local damping.
+const DAMPING_MASS: f64 = 0.1;
+const DAMPING_LOCAL: f64 = 0.3;
+/// How exactly the bodies must carry the weight.
+const WEIGHT_TOLERANCE: f64 = 0.01;
+/// Steps between two looks at whether the grains are at rest, and looks in a row that must find them so.
+const LOOK_EVERY: u64 = 200;
+const CALM_LOOKS: u32 = 2;
+/// Time after which grains that have not come to rest are given up, in falls through the whole cell.
+const FALLS_MAX: f64 = 300.0;
+
+/// Throws the grains into the cell and lets them fall.
+pub fn make<S: Space, C: ContactLaw<S>>(
+    job: &Assembly,
+    packed: &Packed,
+    transport: &dyn Transport,
+) -> Result<Packing<S, C>, Error> {
+    let cell = setup::cell_of::<S>(job);
+    let bodies: Vec<Body<S>> = job.bodies.iter().map(|body| still(setup::body_of(body))).collect();
+    let grains = transfer::agree(transport, on_root(transport, || thrown::<S, C>(job, packed, &cell, &bodies)))?;
+    let gravity = setup::vector::<S>(&job.gravity);
+    let damping = Damping {
+        local: DAMPING_LOCAL,
+        form: DampingForm::Component,
+        mass: DAMPING_MASS * (gravity.norm() / job.matter.diameter_mean).sqrt(),
+    };
+    let mut settings = setup::settings_in::<S, C>(job, CellDrive::default());
+    settings.contact =
+        C::from_job(&job.contact.with_friction(packed.friction)).expect("the run was given the job's law");
+    settings.field = Field { gravity, damping };
+    let parts = Parts::fresh(grains.unwrap_or_default(), Vec::new(), bodies, cell);
+    let mut world: GrainWorld<S, C> = World::new(settings, setup::layout::<S>(job)?, transport, 0, parts)?;
+    settle(job, packed, &mut world)?;
+    tracing::info!(steps = world.step, "the grains are at rest");
+    Ok(Packing { grains: gathered(&mut world)?, cell })
+}
+
+/// The body where it is at the start of the run.
+fn still<S: Space>(mut body: Body<S>) -> Body<S> {
+    body.path.clear();
+    body.servo = None;
+    body
+}
+
+fn settle<S: Space, C: ContactLaw<S>>(
+    job: &Assembly,
+    packed: &Packed,
+    world: &mut GrainWorld<S, C>,
+) -> Result<(), Error> {
+    let gravity = world.settings.field.gravity;
+    let weight = world.ledger()?.mass * gravity.norm();
+    let energy_max = packed.energy_ratio_max * weight * job.matter.diameter_mean;
+    let height = (0..S::DIMENSION).map(|axis| world.cell.height(axis)).fold(0.0, f64::max);
+    // From rest, with what damping leaves of gravity.
+    let fall = (2.0 * height / ((1.0 - DAMPING_LOCAL) * gravity.norm())).sqrt();
+    let steps_max = (FALLS_MAX * fall / job.step) as u64;
+    let mut calm = 0;
+    while calm < CALM_LOOKS {
+        for _ in 0..LOOK_EVERY {
+            world.advance()?;
+        }
+        let kinetic = world.energies()?.kinetic_grains;
+        let carried = carried(world)? / weight;
+        let at_rest = kinetic < energy_max && (carried - 1.0).abs() < WEIGHT_TOLERANCE;
+        calm = if at_rest { calm + 1 } else { 0 };
+        if world.step > steps_max {
+            return Err(Error::Run(format!(
+                "the poured grains have not come to rest after {} steps: the bodies carry {carried:.3} of their weight, and their kinetic energy is {:.1e} of m g d (wanted {:.1e}); see whether the bodies hold them from all sides, raise packing.energy_ratio_max, or check contact and time.step",
+                world.step,
+                kinetic / (weight * job.matter.diameter_mean),
+                packed.energy_ratio_max
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Force of the bodies on the grains against gravity, N, of the last step.
+fn carried<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>) -> Result<f64, Error> {
+    let gravity = world.settings.field.gravity;
+    let mut sum = ExactSum::<1>::new();
+    for wall in &world.walls.list {
+        sum.add(0, -wall.force.dot(&gravity) / gravity.norm());
+    }
+    Ok(world.reduce(sum)?[0])
+}

@@ -1,0 +1,300 @@
+//! How long a grain-step takes: a dense packing between two rough layers, sheared under constant normal stress, the
+//! whole step with its rebuilds, messages and servo.
+
+use std::time::Instant;
+
+use scree_partition::Transport;
+
+use crate::assembly::{self, GrainWorld, setup};
+use crate::body::{self, Body, Servo, Shape};
+use crate::dem::cell::Cell;
+use crate::dem::grains::Mover;
+use crate::dem::tile::tile;
+use crate::error::Error;
+use crate::law::contact::{ContactLaw, HertzMindlin, LinearSpringDashpot};
+use crate::observe::phases::NAMES;
+use crate::rebuild::{Parts, Row};
+use crate::scenario::assembly::Source;
+use crate::scenario::{Assembly, Job};
+use crate::servo::CellDrive;
+use crate::space::{Linear, Plane, Solid, Space};
+use crate::world::World;
+
+/// What is measured.
+#[derive(Clone, Copy, Debug)]
+pub struct Wanted {
+    pub grains: u64,
+    /// In space instead of the plane.
+    pub solid: bool,
+    /// Stretches of steps; the median of their times counts.
+    pub stretches: usize,
+    pub steps: u64,
+}
+
+/// What came out. Times are of the slowest rank where ranks differ.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    pub law: &'static str,
+    pub space: &'static str,
+    pub instructions: &'static str,
+    pub grains: u64,
+    pub ranks: usize,
+    pub steps: u64,
+    /// Wall time of a grain's step, every stretch, ns.
+    pub stretches: Vec<f64>,
+    pub rebuilds: u64,
+    pub contacts_per_grain: f64,
+    pub pairs_per_grain: f64,
+    /// Of the arrays of all ranks, and of their resident memory beyond what the program took before.
+    pub bytes_per_grain: f64,
+    pub bytes_resident_per_grain: f64,
+    /// Name, ns per grain-step as the mean over ranks, and the slowest rank over that mean.
+    pub phases: Vec<(&'static str, f64, f64)>,
+    /// Most grains on a rank over their mean.
+    pub imbalance: f64,
+    /// Shear stress over normal stress of the upper layer at the end: a sheared packing, not a chattering one.
+    pub stress_ratio: f64,
+}
+
+impl Measured {
+    /// Median stretch, ns per grain-step.
+    pub fn nanoseconds(&self) -> f64 {
+        let mut sorted = self.stretches.clone();
+        sorted.sort_by(f64::total_cmp);
+        sorted[sorted.len() / 2]
+    }
+}
+
+/// Layers glued to the bodies, in mean diameters.
+const GLUED: f64 = 3.0;
+/// Steps before the first stretch, so that the start is forgotten.
+const WARM_UP: u64 = 2000;
+const LOWER: u8 = 0;
+const UPPER: u8 = 1;
+
+/// Runs the measurement on all ranks.
+pub fn measure(wanted: &Wanted, transport: &dyn Transport) -> Result<Measured, Error> {
+    match wanted.solid {
+        false => measured::<Plane, LinearSpringDashpot>(wanted, "linear", transport),
+        true => measured::<Solid, HertzMindlin>(wanted, "hertz_mindlin", transport),
+    }
+}
+
+/// Tiles of the packing along each axis, and grains in one: twice as high as wide, as the shear test of seed 000.
+fn tiles<S: Space>(grains: u64) -> ([usize; 3], u64) {
+    let (base, height) = if S::DIMENSION == 2 { (764.0, 2.0) } else { (1000.0, 1.0) };
+    let whole = grains as f64 / base;
+    let along = if S::DIMENSION == 2 { (whole / height).sqrt() } else { crate::math::cbrt(whole) };
+    let along = along.round().max(1.0);
+    let layer = if S::DIMENSION == 2 { along } else { along * along };
+    let up = (whole / layer).round().max(1.0);
+    let base = (grains as f64 / (layer * up)).round().max(100.0) as u64;
+    let depth = if S::DIMENSION == 2 { 1 } else { along as usize };
+    ([along as usize, up as usize, depth], base)
+}
+
+/// The packing that is tiled: Table 1 of seed 000 with the damping that is stable, or spheres of Table I of seed 001
+/// made softer, so that the step is that of a sheared packing and not of quartz.
+fn job<S: Space>(base: u64) -> Result<Assembly, Error> {
+    let text = if S::DIMENSION == 2 {
+        format!(
+            r#"
+            name = "bench"
+            [cell]
+            space = "plane"
+            upper = [{edge:?}, {edge:?}]
+            depth = "1 cm"
+            [grains]
+            density = "2530 kg/m3"
+            count = {base}
+            distribution = "normal"
+            diameter_mean = "1 mm"
+            diameter_deviation = "0.08 mm"
+            [packing]
+            preparation = "compress"
+            stress = "400 kPa"
+            energy_ratio_max = 1e-3
+            [contact]
+            stiffness_normal = 1772093.8
+            stiffness_tangential = 886046.9
+            damping_normal = 3.5
+            damping_tangential = 3.5
+            friction = 0.5
+            [time]
+            step = "0.4 us"
+            end = "1 s"
+            "#,
+            edge = 1e-3 * (base as f64 * 0.92).sqrt()
+        )
+    } else {
+        format!(
+            r#"
+            name = "bench"
+            [cell]
+            space = "solid"
+            upper = [{edge:?}, {edge:?}, {edge:?}]
+            [grains]
+            density = "2650 kg/m3"
+            count = {base}
+            distribution = "uniform"
+            diameter_min = "0.8 mm"
+            diameter_max = "1.2 mm"
+            [packing]
+            preparation = "compress"
+            stress = "100 kPa"
+            energy_ratio_max = 1e-3
+            [contact]
+            law = "hertz_mindlin"
+            shear_modulus = "290 MPa"
+            poisson_ratio = 0.15
+            friction = 0.5
+            damping_normal = 0.01
+            damping_tangential = 0.01
+            [time]
+            step = "0.8 us"
+            end = "1 s"
+            "#,
+            edge = 1e-3 * crate::math::cbrt(base as f64 * 0.87)
+        )
+    };
+    match Job::parse(&text, "bench", &[])? {
+        Job::Assembly(job) => Ok(job),
+        Job::Shear(_) => unreachable!("the text has a [cell]"),
+    }
+}
+
+/// The sheared world: periodic along all axes but y, where the outer layers are glued together.
+fn world<'t, S: Space, C: ContactLaw<S>>(
+    wanted: &Wanted,
+    transport: &'t dyn Transport,
+) -> Result<GrainWorld<'t, S, C>, Error> {
+    let (counts, base) = tiles::<S>(wanted.grains);
+    let mut job = job::<S>(base)?;
+    let Source::Packed(packed) = &mut job.source else { unreachable!("grains are made") };
+    packed.cache = std::env::temp_dir().join("scree-bench");
+    let packed = packed.clone();
+    let packing = assembly::packed::make::<S, C>(&job, &packed, transport)?;
+    let edges = packing.cell.edges;
+    let mut grains: Vec<Row<S, C>> = tile(packing.grains, &edges, counts);
+
+    let diameter = job.matter.diameter_mean;
+    let mut lengths = S::Vector::zero();
+    for axis in 0..S::DIMENSION {
+        lengths[axis] = edges[axis * S::DIMENSION + axis] * counts[axis] as f64;
+    }
+    let (height, room) = (lengths[1], 4.0 * diameter);
+    for grain in &mut grains {
+        let y = grain.hot.position[1];
+        if y < GLUED * diameter {
+            grain.hand_to(Mover::Body(LOWER));
+        } else if y > height - GLUED * diameter {
+            grain.hand_to(Mover::Body(UPPER));
+        }
+    }
+    let mut corner = S::Vector::zero();
+    corner[1] = -room;
+    lengths[1] = height + 2.0 * room;
+    let cell = Cell::cuboid(corner, lengths, [true, false, true]);
+    let settings = setup::settings_in::<S, C>(&job, CellDrive::default());
+    let layout = setup::layout_of::<S>(&job, &cell)?;
+    let bodies = bodies::<S>(&job, &lengths);
+    World::new(settings, layout, transport, 0, Parts::fresh(grains, Vec::new(), bodies, cell))
+}
+
+fn bodies<S: Space>(job: &Assembly, lengths: &S::Vector) -> Vec<Body<S>> {
+    let mut area = if S::DIMENSION == 2 { job.cell.depth } else { 1.0 };
+    for axis in (0..S::DIMENSION).filter(|axis| *axis != 1) {
+        area *= lengths[axis];
+    }
+    let stress = if S::DIMENSION == 2 { 400e3 } else { 100e3 };
+    let mut upper = Body::new("upper", Shape::Layer);
+    let (mut velocity, mut direction) = (S::Vector::zero(), S::Vector::zero());
+    (velocity[0], direction[1]) = (0.02, 1.0);
+    upper.path = vec![body::Instant { time: 0.0, velocity, spin: S::Spin::zero() }];
+    let mass = 0.1 * job.matter.density * area * lengths[1];
+    upper.servo = Some(Servo { direction, force: stress * area, mass, damping: 1e3 * mass, speed_max: 0.2 });
+    vec![Body::new("lower", Shape::Layer), upper]
+}
+
+fn measured<S: Space, C: ContactLaw<S>>(
+    wanted: &Wanted,
+    law: &'static str,
+    transport: &dyn Transport,
+) -> Result<Measured, Error> {
+    let resident = resident_bytes();
+    let mut world = world::<S, C>(wanted, transport)?;
+    for _ in 0..WARM_UP.min(wanted.steps) {
+        world.advance()?;
+    }
+    let rebuilds = world.rebuilds;
+    world.phases.seconds = Default::default();
+    world.bodies[UPPER as usize].impulse = S::Vector::zero();
+    let grains = world.grains_total;
+    let mut stretches = Vec::with_capacity(wanted.stretches);
+    for _ in 0..wanted.stretches {
+        transport.barrier();
+        let started = Instant::now();
+        for _ in 0..wanted.steps {
+            world.advance()?;
+        }
+        let mut seconds = [started.elapsed().as_secs_f64()];
+        transport.max(&mut seconds);
+        stretches.push(1e9 * seconds[0] / (wanted.steps * grains) as f64);
+    }
+    let steps = wanted.steps * wanted.stretches as u64;
+    let scale = 1e9 / (steps * grains) as f64;
+    let phases = phases(&world.phases.seconds, transport);
+    let phases = phases.into_iter().map(|(name, mean, most)| (name, mean * scale, most)).collect();
+    let impulse = world.bodies[UPPER as usize].impulse;
+    let rebuilds = world.rebuilds - rebuilds;
+    let contacts = world.contact_count();
+    let bytes = world.bytes();
+    let pairs = world.contacts.neighbours.real_pairs().count();
+    let mut sums = [bytes as i64, (resident_bytes() - resident).max(0), pairs as i64];
+    transport.sum(&mut sums);
+    let mut most = [world.grains.owned as i64];
+    transport.max_integer(&mut most);
+    let per_grain = |sum: i64| sum as f64 / grains as f64;
+    Ok(Measured {
+        law,
+        space: S::NAME,
+        instructions: world.contacts.instructions().name(),
+        grains,
+        ranks: transport.size(),
+        steps,
+        stretches,
+        rebuilds,
+        contacts_per_grain: contacts as f64 / grains as f64,
+        pairs_per_grain: per_grain(sums[2]),
+        bytes_per_grain: per_grain(sums[0]),
+        bytes_resident_per_grain: per_grain(sums[1]),
+        phases,
+        imbalance: most[0] as f64 * transport.size() as f64 / grains as f64,
+        stress_ratio: -impulse[0] / impulse[1],
+    })
+}
+
+/// Mean over ranks of every phase, s, and the slowest rank over it.
+fn phases(seconds: &[f64], transport: &dyn Transport) -> Vec<(&'static str, f64, f64)> {
+    let mine: Vec<u8> = seconds.iter().flat_map(|seconds| seconds.to_le_bytes()).collect();
+    let all: Vec<Vec<f64>> = transport
+        .all_gather(&mine)
+        .iter()
+        .map(|bytes| bytes.as_chunks().0.iter().map(|chunk| f64::from_le_bytes(*chunk)).collect())
+        .collect();
+    let figures = |phase: usize| {
+        let of = all.iter().map(|rank| rank[phase]);
+        let mean = of.clone().sum::<f64>() / all.len() as f64;
+        (mean, of.fold(0.0, f64::max) / mean)
+    };
+    let named = NAMES.iter().enumerate().map(|(phase, name)| (*name, figures(phase)));
+    named.filter(|(_, (mean, _))| *mean > 0.0).map(|(name, (mean, most))| (name, mean, most)).collect()
+}
+
+/// Memory of this process that lies in the machine's, bytes; zero where the system does not tell.
+fn resident_bytes() -> i64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let kilobytes = line.and_then(|rest| rest.split_whitespace().next()?.parse::<i64>().ok());
+    1024 * kilobytes.unwrap_or(0)
+}

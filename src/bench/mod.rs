@@ -1,0 +1,3 @@
+//! Measurements of speed, for `scree bench`.
+
+pub mod dem;

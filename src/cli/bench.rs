@@ -1,0 +1,144 @@
+//! `scree bench`: what a step costs on this machine.
+
+use std::fmt::Write;
+use std::process::Command;
+
+use clap::Subcommand;
+use scree_partition::transport::Transport;
+use serde_json::json;
+
+use super::{Ending, LAUNCHER_VARIABLES, start_threads};
+use crate::bench::dem::{self, Measured, Wanted};
+use crate::error::Error;
+use crate::run::Outcome;
+
+#[derive(Subcommand)]
+pub(super) enum Bench {
+    /// A sheared dense packing of grains: the whole step with rebuilds, messages and servo.
+    Dem {
+        /// Grains, about: the packing is made of equal tiles.
+        #[arg(long, default_value_t = 7640)]
+        grains: u64,
+        /// Ranks; more than one are started by mpirun.
+        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+        ranks: u16,
+        /// Discs of seed 000, Table 1 (plane), or Hertz-Mindlin spheres (solid).
+        #[arg(long, default_value = "plane", value_parser = ["plane", "solid"])]
+        space: String,
+        /// Steps of each of the five stretches whose median counts. Default: about two seconds' worth.
+        #[arg(long)]
+        steps: Option<u64>,
+        /// Threads of each rank.
+        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+        threads: u16,
+        /// End with one line of JSON.
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// Stretches whose median counts.
+const STRETCHES: usize = 5;
+/// Grain-steps of a stretch by default.
+const WORK: u64 = 60_000_000;
+const STEPS_MIN: u64 = 500;
+
+pub(super) fn command(what: &Bench, transport: &dyn Transport) -> Ending {
+    let Bench::Dem { grains, ranks, space, steps, threads, json } = what;
+    let ranks = usize::from(*ranks);
+    if ranks > 1 && transport.size() == 1 && !is_launched() {
+        return Ending::Agreed(launch(ranks));
+    }
+    if transport.size() != ranks && transport.size() > 1 && ranks > 1 {
+        return Ending::Agreed(Err(Error::User(format!(
+            "--ranks {ranks}, but mpirun started {} ranks. Leave out one of the two.",
+            transport.size()
+        ))));
+    }
+    if *grains < 500 {
+        return Ending::Agreed(Err(Error::User(format!(
+            "--grains {grains} is too few to be sheared between rough layers. Take 500 or more."
+        ))));
+    }
+    if let Err(error) = start_threads(usize::from(*threads)) {
+        return Ending::Failed(error);
+    }
+    let steps = steps.unwrap_or((WORK / grains).max(STEPS_MIN));
+    let wanted = Wanted { grains: *grains, solid: space == "solid", stretches: STRETCHES, steps };
+    match dem::measure(&wanted, transport) {
+        Ok(measured) => Ending::Agreed(Ok(Outcome::Done(page(&measured, usize::from(*threads), *json)))),
+        Err(error) => Ending::Failed(error),
+    }
+}
+
+fn is_launched() -> bool {
+    LAUNCHER_VARIABLES.iter().any(|variable| std::env::var_os(variable).is_some())
+}
+
+/// The same command on several ranks.
+fn launch(ranks: usize) -> Result<Outcome, Error> {
+    let program = std::env::current_exe().map_err(|error| Error::Run(format!("where is this program? {error}")))?;
+    let status = Command::new("mpirun")
+        .args(["-n", &ranks.to_string()])
+        .arg(program)
+        .args(std::env::args_os().skip(1))
+        .status()
+        .map_err(|error| {
+            Error::User(format!("mpirun cannot be started ({error}); install Open MPI, or measure with --ranks 1"))
+        })?;
+    match status.success() {
+        true => Ok(Outcome::Done(String::new())),
+        false => Err(Error::Run(format!("mpirun -n {ranks} ended with {status}; its words are above"))),
+    }
+}
+
+fn page(measured: &Measured, threads: usize, json: bool) -> String {
+    let mut page = String::new();
+    let mut line = |text: String| writeln!(page, "{text}").expect("a string takes every line");
+    line(format!(
+        "{} grains in the {}, law {}, {} ranks of {threads} threads, {} instructions",
+        measured.grains, measured.space, measured.law, measured.ranks, measured.instructions
+    ));
+    line(format!("{} steps in {} stretches, {} rebuilds", measured.steps, measured.stretches.len(), measured.rebuilds));
+    let stretches: Vec<String> = measured.stretches.iter().map(|stretch| format!("{stretch:.1}")).collect();
+    line(format!("{:.1} ns per grain-step, the median of {}", measured.nanoseconds(), stretches.join(" ")));
+    line("phase      ns per grain-step   slowest rank over mean".into());
+    for (name, mean, most) in &measured.phases {
+        line(format!("  {name:<10} {mean:>10.2} {most:>17.2}"));
+    }
+    line(format!(
+        "{:.2} contacts and {:.2} listed pairs per grain; imbalance of grains {:.3}; tau/p {:.3}",
+        measured.contacts_per_grain, measured.pairs_per_grain, measured.imbalance, measured.stress_ratio
+    ));
+    line(format!(
+        "{:.0} bytes per grain in arrays, {:.0} resident",
+        measured.bytes_per_grain, measured.bytes_resident_per_grain
+    ));
+    if json {
+        let phases: serde_json::Map<String, serde_json::Value> =
+            measured.phases.iter().map(|(name, mean, _)| ((*name).to_string(), json!(mean))).collect();
+        line(
+            json!({
+                "grains": measured.grains,
+                "ranks": measured.ranks,
+                "threads": threads,
+                "space": measured.space,
+                "law": measured.law,
+                "instructions": measured.instructions,
+                "steps": measured.steps,
+                "rebuilds": measured.rebuilds,
+                "ns_per_grain_step": measured.nanoseconds(),
+                "stretches": measured.stretches,
+                "bytes_per_grain": measured.bytes_per_grain,
+                "bytes_resident_per_grain": measured.bytes_resident_per_grain,
+                "contacts_per_grain": measured.contacts_per_grain,
+                "pairs_per_grain": measured.pairs_per_grain,
+                "imbalance": measured.imbalance,
+                "stress_ratio": measured.stress_ratio,
+                "phases": phases,
+            })
+            .to_string(),
+        );
+    }
+    page
+}

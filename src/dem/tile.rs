@@ -1,0 +1,89 @@
+//! A periodic packing repeated along its edges: a large packing from a small one, in the same balance of forces.
+//!
+//! Copy t of grain i is grain i T + t of T copies: among copies of two grains the order of ids is that of the two, which
+//! the memory of their contact is oriented by.
+
+use crate::dem::cell::Cell;
+use crate::dem::grains::{GrainRow, is_body};
+use crate::ids::GrainId;
+use crate::space::{Linear, Space, Words};
+
+/// Repeats the grains of a cell `counts` times along its edges (columns, m), along which it must be periodic where the
+/// count is not one. A contact across a face between copies joins neighbours. The rows come in the order of their ids.
+pub fn tile<S: Space, M: Words<f64>>(
+    mut rows: Vec<GrainRow<S, M>>,
+    edges: &S::Tensor,
+    counts: [usize; 3],
+) -> Vec<GrainRow<S, M>> {
+    let counts: [usize; 3] = std::array::from_fn(|axis| if axis < S::DIMENSION { counts[axis].max(1) } else { 1 });
+    let copies = counts.iter().product::<usize>();
+    let inverse = S::inverse(edges).expect("the edges of a cell span it");
+    rows.sort_unstable_by_key(|row| row.cold.id);
+    let find = |id: GrainId| {
+        let at = rows.binary_search_by_key(&id, |row| row.cold.id);
+        &rows[at.expect("a packing holds the partners of its grains")]
+    };
+    let mut tiled = Vec::with_capacity(copies * rows.len());
+    for row in &rows {
+        // How many edges each partner's nearest image lies away from the partner itself.
+        let apart = row.contacts.iter().map(|(partner, _)| match is_body(*partner) {
+            true => [0; 3],
+            false => periods::<S>(&(inverse * (row.hot.position - find(*partner).hot.position))),
+        });
+        let apart: Vec<[i64; 3]> = apart.collect();
+        for copy in 0..copies {
+            let at = [copy % counts[0], copy / counts[0] % counts[1], copy / counts[0] / counts[1]];
+            let mut made = row.clone();
+            made.cold.id = named(row.cold.id, copies, copy);
+            let shift = *edges * vector::<S>(&at);
+            made.hot.position += shift;
+            made.cold.home += shift;
+            made.cold.origin += shift;
+            for ((partner, _), apart) in made.contacts.iter_mut().zip(&apart) {
+                if !is_body(*partner) {
+                    let beside: [usize; 3] = std::array::from_fn(|axis| {
+                        (at[axis] as i64 + apart[axis]).rem_euclid(counts[axis] as i64) as usize
+                    });
+                    *partner = named(*partner, copies, (beside[2] * counts[1] + beside[1]) * counts[0] + beside[0]);
+                }
+            }
+            tiled.push(made);
+        }
+    }
+    tiled
+}
+
+/// The cell of a tiled packing.
+pub fn tiled_cell<S: Space>(cell: &Cell<S>, counts: [usize; 3]) -> Cell<S> {
+    let mut longer = *cell;
+    for (axis, count) in counts.iter().enumerate().take(S::DIMENSION) {
+        for row in 0..S::DIMENSION {
+            longer.edges[axis * S::DIMENSION + row] *= *count as f64;
+            longer.rate[axis * S::DIMENSION + row] *= *count as f64;
+        }
+    }
+    let mut tiled = *cell;
+    tiled.take_motion_of(&longer);
+    tiled
+}
+
+fn named(id: GrainId, copies: usize, copy: usize) -> GrainId {
+    GrainId(id.0 * copies as u64 + copy as u64)
+}
+
+/// The whole periods nearest to shares of the edges.
+fn periods<S: Space>(shares: &S::Vector) -> [i64; 3] {
+    let mut periods = [0; 3];
+    for axis in 0..S::DIMENSION {
+        periods[axis] = shares[axis].round() as i64;
+    }
+    periods
+}
+
+fn vector<S: Space>(counts: &[usize; 3]) -> S::Vector {
+    let mut vector = S::Vector::zero();
+    for axis in 0..S::DIMENSION {
+        vector[axis] = counts[axis] as f64;
+    }
+    vector
+}

@@ -1,0 +1,279 @@
+//! What every grain of a file is held to, whatever the format.
+
+use super::lammps::Bounds;
+use super::{Entry, Source};
+use crate::assembly::setup;
+use crate::dem::cell::Cell;
+use crate::dem::grains::{GrainRow, Grains};
+use crate::dem::neighbours::Neighbours;
+use crate::error::Error;
+use crate::math::PI;
+use crate::packing::layout_for;
+use crate::scenario::stable::{self, governing};
+use crate::scenario::{Assembly, Scenario, derived, figures};
+use crate::space::{Linear, Plane, Space};
+
+/// Deepest overlap that a start may have, as a share of the smaller radius.
+const OVERLAP_MAX: f64 = 0.5;
+/// How exactly the box of a file must be the job's, as a share of its length, and a mass.
+const BOX_TOLERANCE: f64 = 1e-9;
+const MASS_TOLERANCE: f64 = 1e-6;
+/// Length of a periodic axis in contact reaches: a grain must not touch two images of another.
+const PERIOD_IN_REACHES: f64 = 2.0;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+pub fn refuse_radius<S: Space>(source: &Source, entry: &Entry<S>) -> Result<(), Error> {
+    match entry.radius > 0.0 {
+        true => Ok(()),
+        false => Err(source.bad(entry.line, &format!("radius = {} m must be positive", entry.radius))),
+    }
+}
+
+/// Ids in their order.
+pub fn refuse_repeated_ids<S: Space>(source: &Source, entries: &[Entry<S>]) -> Result<(), Error> {
+    match entries.windows(2).find(|pair| pair[0].id == pair[1].id) {
+        Some([first, second]) => Err(source
+            .bad(second.line, &format!("id {} stands in line {} already; ids must be unique", first.id, first.line))),
+        _ => Ok(()),
+    }
+}
+
+/// The box of a LAMMPS file against the cell, along some axes.
+pub fn refuse_other_box<S: Space>(
+    source: &Source,
+    bounds: &Bounds,
+    cell: &Cell<S>,
+    axes: &[usize],
+) -> Result<(), Error> {
+    for &axis in axes {
+        let name = AXES[axis];
+        let lower = cell.corner[axis];
+        let length = cell.edges[axis * S::DIMENSION + axis];
+        let upper = lower + length;
+        let Some(([found_lower, found_upper], line)) = bounds.ends[axis] else {
+            return Err(source.bad(1, &format!("the head has no line `{name}lo {name}hi`")));
+        };
+        let apart = (found_lower - lower).abs().max((found_upper - upper).abs());
+        if apart > BOX_TOLERANCE * length {
+            return Err(source.bad(
+                line,
+                &format!(
+                    "the box reaches from {found_lower} to {found_upper} m along {name}, and the job's cell from {lower} to {upper} m; make the two the same"
+                ),
+            ));
+        }
+        if let Some((tilts, line)) = bounds.tilts
+            && tilts.iter().any(|tilt| tilt.abs() > BOX_TOLERANCE * length)
+        {
+            return Err(source.bad(
+                line,
+                &format!("the box is tilted by {tilts:?} m (xy xz yz), and a job's cell starts upright; take a file of an upright box"),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Masses of a LAMMPS file against the job's. LAMMPS stores rho = m/(4/3 pi r^3) also of discs (atom style sphere); files
+/// by other hands have rho = m/(pi r^2) there, as `set density/disc` takes it.
+pub fn refuse_other_masses<S: Space>(
+    source: &Source,
+    entries: &[Entry<S>],
+    wanted: impl Fn(f64) -> f64,
+) -> Result<(), Error> {
+    let sphere = |entry: &Entry<S>, density: f64| density * 4.0 / 3.0 * PI * entry.radius * entry.radius * entry.radius;
+    let disc = |entry: &Entry<S>, density: f64| density * PI * entry.radius * entry.radius;
+    let agrees = |entry: &Entry<S>, mass: f64| (mass / wanted(entry.radius) - 1.0).abs() <= MASS_TOLERANCE;
+    let dense = || entries.iter().filter_map(|entry| entry.density.map(|density| (entry, density)));
+    let Some((other, density)) = dense().find(|(entry, density)| !agrees(entry, sphere(entry, *density))) else {
+        return Ok(());
+    };
+    if S::DIMENSION == 2 && dense().all(|(entry, density)| agrees(entry, disc(entry, density))) {
+        return Ok(());
+    }
+    let masses = match S::DIMENSION {
+        2 => format!(
+            "a disc of {:.6e} kg as LAMMPS stores it, or of {:.6e} kg as kg/m2",
+            sphere(other, density),
+            disc(other, density)
+        ),
+        _ => format!("a sphere of {:.6e} kg", sphere(other, density)),
+    };
+    let depth = if S::DIMENSION == 2 { " and the depth" } else { "" };
+    Err(source.bad(
+        other.line,
+        &format!(
+            "density = {density} makes {masses}, and the job's grains.density{depth} one of {:.6e} kg; make the two the same",
+            wanted(other.radius)
+        ),
+    ))
+}
+
+/// Deep overlaps of rows in the order of `entries`.
+pub fn refuse_overlaps<S: Space, M>(
+    source: &Source,
+    entries: &[Entry<S>],
+    rows: &[GrainRow<S, M>],
+    cell: &Cell<S>,
+) -> Result<(), Error> {
+    let all = Grains::<S> {
+        hot: rows.iter().map(|grain| grain.hot).collect(),
+        cold: rows.iter().map(|grain| grain.cold).collect(),
+        owned: rows.len(),
+        ..Grains::default()
+    };
+    let mut neighbours = Neighbours::default();
+    neighbours.build(&all, cell, 0.0);
+    for (_, pair) in neighbours.real_pairs() {
+        let (a, b) = (&all.hot[pair.a as usize], &all.hot[pair.b() as usize]);
+        let separation = a.position - b.position + cell.shift(pair.image().image());
+        let overlap = a.radius + b.radius - separation.norm();
+        let share = overlap / a.radius.min(b.radius);
+        if share > OVERLAP_MAX {
+            return Err(source.bad(
+                entries[pair.b() as usize].line,
+                &format!(
+                    "this grain overlaps the one in line {} by {:.0} % of the smaller radius; at most {:.0} % can be started from",
+                    entries[pair.a as usize].line,
+                    100.0 * share,
+                    100.0 * OVERLAP_MAX
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The lines of the smallest and of the largest grain.
+fn extremes<S: Space>(entries: &[Entry<S>]) -> Option<[&Entry<S>; 2]> {
+    let by_radius = |a: &&Entry<S>, b: &&Entry<S>| a.radius.total_cmp(&b.radius);
+    Some([entries.iter().min_by(by_radius)?, entries.iter().max_by(by_radius)?])
+}
+
+// Between plates
+
+pub fn refuse_heights(scenario: &Scenario, source: &Source, entries: &[Entry<Plane>]) -> Result<(), Error> {
+    let [lower, upper] = layout_for(scenario, scenario.specimen.height)?.heights();
+    match entries.iter().find(|entry| !(lower..=upper).contains(&entry.position[1])) {
+        Some(entry) => Err(source.bad(
+            entry.line,
+            &format!(
+                "y = {} m lies outside the domain, which reaches from {lower:.4e} to {upper:.4e} m about plates at 0 and specimen.height = {} m",
+                entry.position[1], scenario.specimen.height
+            ),
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Blocks must be wider than a contact reaches, and the step stable for the lightest grain.
+pub fn refuse_sizes(scenario: &Scenario, source: &Source, entries: &[Entry<Plane>]) -> Result<(), Error> {
+    let Some([smallest, largest]) = extremes(entries) else { return Ok(()) };
+    let block = scenario.decomposition.cells_per_block as f64 * scenario.continuum.cell;
+    let reach = 2.0 * largest.radius + scenario.decomposition.skin;
+    if reach > block {
+        return Err(source.bad(
+            largest.line,
+            &format!(
+                "radius = {} m reaches {reach} m with its neighbours, but a block is {block} m wide; take larger continuum.cell or decomposition.cells_per_block",
+                largest.radius
+            ),
+        ));
+    }
+    let mut alike = scenario.clone();
+    (alike.grains.diameter_mean, alike.grains.diameter_deviation) = (2.0 * smallest.radius, 0.0);
+    // Springs are taken with the lightest grain; a light grain cannot have six contacts, so dashpots are not.
+    let bounds = derived::grain_bounds(&alike);
+    refuse_step(source, smallest, scenario.time.step, derived::governing(&bounds[..2]))
+}
+
+fn refuse_step<S: Space>(source: &Source, smallest: &Entry<S>, step: f64, bound: &stable::Bound) -> Result<(), Error> {
+    match step <= bound.step {
+        true => Ok(()),
+        false => Err(source.bad(
+            smallest.line,
+            &format!(
+                "a grain with radius = {} m is unstable with time.step = {step} s; at most {:.3e} s ({})",
+                smallest.radius, bound.step, bound.cause
+            ),
+        )),
+    }
+}
+
+// In a cell
+
+pub fn refuse_outside<S: Space>(source: &Source, job: &Assembly, entry: &Entry<S>) -> Result<(), Error> {
+    for (axis, name) in AXES.iter().enumerate().take(S::DIMENSION) {
+        let (lower, upper) = (job.cell.lower[axis], job.cell.upper[axis]);
+        if !(lower..=upper).contains(&entry.position[axis]) {
+            return Err(source.bad(
+                entry.line,
+                &format!(
+                    "{name} = {} m lies outside the cell, which reaches from cell.lower = {lower} to cell.upper = {upper} m",
+                    entry.position[axis]
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Blocks and periods must be wider than contacts reach, and the step stable for the lightest grain.
+pub fn refuse_sizes_of_assembly<S: Space>(job: &Assembly, source: &Source, entries: &[Entry<S>]) -> Result<(), Error> {
+    let Some([smallest, largest]) = extremes(entries) else { return Ok(()) };
+    let reach = 2.0 * largest.radius + job.skin;
+    let radius = largest.radius;
+    if reach > job.block {
+        return Err(source.bad(
+            largest.line,
+            &format!(
+                "radius = {radius} m reaches {reach} m with its neighbours, but a block is {} m wide; take a larger decomposition.block",
+                job.block
+            ),
+        ));
+    }
+    for axis in (0..S::DIMENSION).filter(|axis| job.cell.periodic[*axis]) {
+        let length = job.cell.upper[axis] - job.cell.lower[axis];
+        if PERIOD_IN_REACHES * reach > length {
+            return Err(source.bad(
+                largest.line,
+                &format!(
+                    "radius = {radius} m reaches {reach} m with its neighbours, and the period of {length} m along {} is shorter than two of that; take a larger cell",
+                    AXES[axis]
+                ),
+            ));
+        }
+    }
+    if job.allow_unstable {
+        return Ok(());
+    }
+    let (lightest, mean) = (figures::grain(job, 2.0 * smallest.radius), figures::grain(job, job.matter.diameter_mean));
+    refuse_step(source, smallest, job.step, governing(&stable::bounds(&job.contact, &lightest, &mean)))
+}
+
+pub fn refuse_overlaps_with_bodies<S: Space>(
+    job: &Assembly,
+    source: &Source,
+    entries: &[Entry<S>],
+) -> Result<(), Error> {
+    for body in &job.bodies {
+        let made = setup::body_of::<S>(body);
+        for entry in entries {
+            let Some(nearest) = made.nearest(&entry.position) else { continue };
+            let share = 1.0 - nearest.distance / entry.radius;
+            if share > OVERLAP_MAX {
+                return Err(source.bad(
+                    entry.line,
+                    &format!(
+                        "this grain overlaps body `{}` by {:.0} % of its radius; at most {:.0} % can be started from",
+                        body.name,
+                        100.0 * share,
+                        100.0 * OVERLAP_MAX
+                    ),
+                ));
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,148 @@
+//! Many contacts at once, under every law in both spaces: what a free cluster keeps, and what no width of registers may
+//! change.
+
+use scree::dem::grains::Hot;
+use scree::lane::Instructions;
+use scree::law::contact::ContactLaw;
+use scree::space::{Linear, Space};
+
+use crate::few::{Claim, Few, GrainWorld, MASS, RADIUS, for_every_law, hot_of, spin, steps, vector};
+use crate::worlds::Random;
+
+/// Jittered places on a square or cubic lattice that make neighbours overlap a little here and there.
+fn lattice<S: Space>(per_axis: usize, random: &mut Random) -> Vec<[f64; 3]> {
+    let spacing = 1.99 * RADIUS;
+    let layers = if S::DIMENSION == 2 { 1 } else { per_axis };
+    let mut places = Vec::new();
+    for z in 0..layers {
+        for y in 0..per_axis {
+            for x in 0..per_axis {
+                let place = [x, y, z].map(|at| (at as f64 + 0.5) * spacing);
+                places.push(place.map(|at| at + 0.02 * RADIUS * random.signed()));
+            }
+        }
+    }
+    places
+}
+
+/// A cluster with sizes, velocities and spins of its own, about the middle of the world.
+fn cluster<S: Space, C: ContactLaw<S>>(few: &mut Few<S, C>, per_axis: usize, corner: f64, seed: u64) {
+    let mut random = Random(seed);
+    for place in lattice::<S>(per_axis, &mut random) {
+        let share = 1.0 + 0.02 * random.signed();
+        let mut three = |scale: f64| [0; 3].map(|_| scale * random.signed());
+        let (velocity, turn) = (three(0.5), three(300.0));
+        let hot = &mut few.add(place.map(|at| at + corner), share * RADIUS, share * share * MASS).hot;
+        (hot.velocity, hot.spin) = (vector::<S>(velocity), spin::<S>(turn));
+    }
+}
+
+/// Momentum, and angular momentum about `centre`, each with the sum of the magnitudes that went into it.
+fn momenta<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, centre: &S::Vector) -> ([S::Vector; 2], [S::Spin; 2]) {
+    let (zero, still) = (S::Vector::zero(), S::Spin::zero());
+    let (mut linear, mut angular) = ([zero; 2], [still; 2]);
+    for hot in &world.grains.hot {
+        let momentum = hot.velocity * hot.mass;
+        let orbital = S::moment(&(hot.position - *centre), &momentum);
+        let own = hot.spin * S::grain_inertia(hot.mass, hot.radius);
+        linear[0] += momentum;
+        angular[0] += orbital + own;
+        linear[1][0] += momentum.norm();
+        angular[1][0] += orbital.norm() + own.norm();
+    }
+    (linear, angular)
+}
+
+struct Keeps;
+
+impl Claim for Keeps {
+    fn hold<S: Space, C: ContactLaw<S>>(law: C) {
+        let mut few = Few::<S, C>::new(law, 2e-7, 24.0 * RADIUS);
+        // Thirty-six discs, twenty-seven spheres.
+        let per_axis = if S::DIMENSION == 2 { 6 } else { 3 };
+        cluster(&mut few, per_axis, -3.0 * RADIUS, 11);
+        let centres = [vector::<S>([0.0; 3]), vector::<S>([-0.02, 0.013, 0.03])];
+        let mut world = few.world();
+        let before = centres.map(|centre| momenta(&world, &centre));
+        let spins: Vec<S::Spin> = (0..20).map(|id| hot_of(&world, id).spin).collect();
+        let touching = world.contacts.count(&law, &world.grains);
+        assert!(touching > 15, "{touching} contacts");
+        for step in 0..300 {
+            steps(&mut world, 1);
+            for (centre, (linear_before, angular_before)) in centres.iter().zip(&before) {
+                let (linear, angular) = momenta(&world, centre);
+                let change = (linear[0] - linear_before[0]).norm() / linear_before[1][0];
+                let turned = (angular[0] - angular_before[0]).norm() / angular_before[1][0];
+                assert!(change < 1e-13, "step {step}: {change:e} of all momenta under {law:?} in {}", S::NAME);
+                assert!(turned < 1e-13, "step {step}: {turned:e} of all turns under {law:?} in {}", S::NAME);
+            }
+        }
+        let turned = spins.iter().enumerate().map(|(id, spin)| (hot_of(&world, id as u64).spin - *spin).norm());
+        let turned: f64 = turned.sum::<f64>() / spins.len() as f64;
+        assert!(turned > 10.0, "friction did nothing: {turned} rad/s under {law:?} in {}", S::NAME);
+    }
+}
+
+/// Forces are equal and opposite, and the arms of their torques add up to the distance of the centres: nothing is made or
+/// lost, about whatever point.
+#[test]
+fn a_free_cluster_keeps_momentum_and_angular_momentum() {
+    for_every_law::<Keeps>();
+}
+
+/// What this processor has.
+fn instructions() -> Vec<Instructions> {
+    #[allow(unused_mut, reason = "other processors have one kind only")]
+    let mut known = vec![Instructions::Portable];
+    #[cfg(target_arch = "x86_64")]
+    {
+        if is_x86_feature_detected!("avx2") {
+            known.push(Instructions::Avx2);
+        }
+        if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
+            known.push(Instructions::Avx512);
+        }
+    }
+    known
+}
+
+/// Positions, velocities and spins as bits, by id.
+fn bits<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>) -> Vec<u64> {
+    let mut rows: Vec<(u64, Hot<S>)> =
+        world.grains.cold.iter().zip(&world.grains.hot).map(|(cold, hot)| (cold.id.0, *hot)).collect();
+    rows.sort_unstable_by_key(|(id, _)| *id);
+    rows.iter().flat_map(|(_, hot)| hot.words().iter().map(|word| word.to_bits())).collect()
+}
+
+struct SameBits;
+
+impl Claim for SameBits {
+    fn hold<S: Space, C: ContactLaw<S>>(law: C) {
+        let per_axis = if S::DIMENSION == 2 { 8 } else { 4 };
+        let edge = 1.99 * RADIUS * per_axis as f64;
+        // Periodic and sheared, so that pairs in one image and across images have a part in it.
+        let mut few = Few::<S, C>::periodic(law, 2e-7, [0.0; 3], [edge; 3]);
+        few.settings.skin = 0.05 * RADIUS;
+        few.settings.drive.gradient[S::DIMENSION] = 50.0;
+        cluster(&mut few, per_axis, 0.0, 23);
+        let run = |instructions: Instructions| {
+            let mut world = few.clone().world();
+            world.contacts.use_instructions(instructions);
+            steps(&mut world, 200);
+            assert!(world.rebuilds > 2 && world.contacts.count(&law, &world.grains) > 30);
+            bits(&world)
+        };
+        let found = instructions().into_iter().map(|instructions| (instructions, run(instructions)));
+        let found: Vec<(Instructions, Vec<u64>)> = found.collect();
+        for (wider, bits) in &found[1..] {
+            assert!(*bits == found[0].1, "{wider:?} gives other bits under {law:?} in {}", S::NAME);
+        }
+    }
+}
+
+/// Invariant 2: one semantics of lanes for every width.
+#[test]
+fn every_width_of_registers_gives_the_same_bits() {
+    println!("instructions: {:?}", instructions());
+    for_every_law::<SameBits>();
+}

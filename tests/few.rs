@@ -1,0 +1,179 @@
+//! Worlds of a few grains alone, in any space and under any law, that the tests of the grain engine build theirs from.
+
+use scree::assembly;
+use scree::body::Body;
+use scree::dem::cell::Cell;
+use scree::dem::grains::{Hot, Mover};
+use scree::dem::motion::Field;
+use scree::ids::GrainId;
+use scree::law::contact::{ContactLaw, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot};
+use scree::law::material::Absent;
+use scree::layout::{Ground, Layout};
+use scree::rebuild::{Parts, Row};
+use scree::scenario::{self, Linear, Sliding};
+use scree::servo::CellDrive;
+use scree::space::{Linear as _, Plane, Solid, Space};
+use scree::world::{Settings, World};
+use scree_partition::{Solo, Transport};
+
+pub type GrainWorld<'t, S, C> = assembly::GrainWorld<'t, S, C>;
+
+/// Radius (m) and mass (kg) of a grain that fits the laws below.
+pub const RADIUS: f64 = 5e-4;
+pub const MASS: f64 = 2e-5;
+
+/// Table 1 of seed 000 at half its damping.
+pub fn linear() -> LinearSpringDashpot {
+    let constants = Linear {
+        stiffness_normal: 1_772_093.8,
+        stiffness_tangential: 886_046.9,
+        damping_normal: 3.5,
+        damping_tangential: 3.5,
+        friction: 0.5,
+    };
+    LinearSpringDashpot { constants }
+}
+
+/// The same with a pull-off force of 0.4 N and a shear strength of 0.2 N.
+pub fn cohesive() -> LinearCohesive {
+    let linear = linear().constants;
+    LinearCohesive { constants: scenario::LinearCohesive { linear, cohesion_normal: 0.4, cohesion_tangential: 0.2 } }
+}
+
+/// Of the stiffness of the linear law between two grains of [`RADIUS`].
+pub fn elastic() -> ElasticRolling {
+    let constants = scenario::ElasticRolling {
+        young_modulus: 3.5e9,
+        stiffness_ratio: 0.8,
+        friction: 0.5,
+        rolling_stiffness: 1.0,
+        rolling_limit: 0.05,
+        sliding: Sliding::Scaled,
+    };
+    ElasticRolling { constants }
+}
+
+/// As stiff as the others at an overlap of a micrometre.
+pub fn hertz() -> HertzMindlin {
+    let constants = scenario::HertzMindlin {
+        shear_modulus: 3e10,
+        poisson_ratio: 0.2,
+        friction: 0.5,
+        damping_normal: 2.0,
+        damping_tangential: 2.0,
+    };
+    HertzMindlin { constants }
+}
+
+/// What is claimed of every law in every space.
+pub trait Claim {
+    fn hold<S: Space, C: ContactLaw<S>>(law: C);
+}
+
+pub fn for_every_law<T: Claim>() {
+    in_space::<T, Plane>();
+    in_space::<T, Solid>();
+}
+
+fn in_space<T: Claim, S: Space>() {
+    T::hold::<S, _>(linear());
+    T::hold::<S, _>(cohesive());
+    T::hold::<S, _>(elastic());
+    T::hold::<S, _>(hertz());
+}
+
+/// The components of three that a space has.
+pub fn vector<S: Space>(components: [f64; 3]) -> S::Vector {
+    let mut vector = S::Vector::zero();
+    for axis in 0..S::DIMENSION {
+        vector[axis] = components[axis];
+    }
+    vector
+}
+
+/// A spin about the axes that a space has: in the plane about z.
+pub fn spin<S: Space>(components: [f64; 3]) -> S::Spin {
+    let mut spin = S::Spin::zero();
+    for axis in 0..S::Spin::COMPONENTS {
+        spin[axis] = components[3 - S::Spin::COMPONENTS + axis];
+    }
+    spin
+}
+
+/// What a world of grains alone is made from.
+#[derive(Clone)]
+pub struct Few<S: Space, C: ContactLaw<S>> {
+    pub grains: Vec<Row<S, C>>,
+    pub bodies: Vec<Body<S>>,
+    pub cell: Cell<S>,
+    pub settings: Settings<S, C, Absent>,
+}
+
+impl<S: Space, C: ContactLaw<S>> Few<S, C> {
+    /// No grains yet, in an open cube of `edge` m about the origin.
+    pub fn new(contact: C, dt: f64, edge: f64) -> Self {
+        let cell = Cell::cuboid(vector::<S>([-0.5 * edge; 3]), vector::<S>([edge; 3]), [false; 3]);
+        let settings = Settings {
+            dt,
+            skin: 0.02 * edge,
+            flip: 0.0,
+            contact,
+            material: Absent,
+            field: Field::default(),
+            drive: CellDrive::default(),
+            first_kick: 0.5,
+        };
+        Self { grains: Vec::new(), bodies: Vec::new(), cell, settings }
+    }
+
+    /// The same in a box that is periodic along every axis.
+    pub fn periodic(contact: C, dt: f64, corner: [f64; 3], lengths: [f64; 3]) -> Self {
+        let cell = Cell::cuboid(vector::<S>(corner), vector::<S>(lengths), [true; 3]);
+        Self { cell, ..Self::new(contact, dt, lengths[0]) }
+    }
+
+    /// A free grain at rest; ids count up from 0.
+    pub fn add(&mut self, position: [f64; 3], radius: f64, mass: f64) -> &mut Row<S, C> {
+        let id = GrainId(self.grains.len() as u64);
+        self.grains.push(Row::<S, C>::resting(id, vector::<S>(position), radius, mass, Mover::Free));
+        self.grains.last_mut().expect("one was added")
+    }
+
+    pub fn world(self) -> GrainWorld<'static, S, C> {
+        self.world_on(&Solo)
+    }
+
+    pub fn world_on(self, transport: &dyn Transport) -> GrainWorld<'_, S, C> {
+        let Self { grains, bodies, cell, settings } = self;
+        let mut corner = [0.0; 3];
+        for axis in 0..S::DIMENSION {
+            corner[axis] = cell.corner[axis];
+        }
+        let edge = cell.edges[0];
+        let ground =
+            Ground { cells: [8; 3], cells_per_block: 4, cell: edge / 8.0, corner, periodic: cell.periodic, rim: 0 };
+        let layout = Layout::new::<S>(ground).unwrap();
+        World::new(settings, layout, transport, 0, Parts::fresh(grains, Vec::new(), bodies, cell)).unwrap()
+    }
+}
+
+/// Row of a grain in a world on one rank.
+pub fn row_of<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, id: u64) -> usize {
+    world.grains.cold.iter().position(|cold| cold.id == GrainId(id)).expect("the grain is here")
+}
+
+pub fn hot_of<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, id: u64) -> Hot<S> {
+    world.grains.hot[row_of(world, id)]
+}
+
+/// Force and torque of the last evaluation on a grain; gone at a rebuild.
+pub fn load_on<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, id: u64) -> (S::Vector, S::Spin) {
+    let row = row_of(world, id);
+    (world.grains.force[row], world.grains.torque[row])
+}
+
+pub fn steps<S: Space, C: ContactLaw<S>>(world: &mut GrainWorld<S, C>, count: usize) {
+    for _ in 0..count {
+        world.advance().unwrap();
+    }
+}
