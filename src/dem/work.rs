@@ -56,7 +56,8 @@ impl<S: Space> Parted<S> {
     }
 
     /// What the motion in `touch` loses. Linear in the motion, so that it may be that of one side alone. `turning` is the
-    /// sum of the spins of those sides whose torque has the lever r - d/2 while the law lets r slide.
+    /// sum of the spins of these sides: forces act in the middle of the overlap, half of it off the points whose
+    /// velocities the law takes.
     ///
     /// ```text
     /// u = v_t + (w_a + w_b) x n d/2        what the tangential force works on

@@ -35,6 +35,7 @@ use crate::dem::cell::Shifts;
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
+use crate::observe::phases::Phase;
 use crate::record::{Record, Visitor};
 use crate::space::{Linear, Space};
 use crate::world::World;
@@ -274,6 +275,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// After the kicks of a step, before its drift: books the work of its forces.
     pub(crate) fn close_page(&mut self) {
         let Some(mut ledger) = self.ledger.take() else { return };
+        let timer = self.phases.start();
         let (mut cell_before, mut cell_after) = (self.cell, self.cell);
         cell_before.gradient = ledger.page.gradient;
         cell_after.rate = self.cell.gradient * self.cell.edges;
@@ -301,5 +303,6 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         }
         (ledger.ahead, ledger.stored) = (ahead, Some(stored));
         self.ledger = Some(ledger);
+        self.phases.stop(Phase::Output, timer);
     }
 }

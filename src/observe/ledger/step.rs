@@ -234,8 +234,9 @@ impl<S: Space, C: ContactLaw<S>> Step<'_, S, C> {
         let Some(parted) = parted else { return lines };
         for drift in [BEHIND, AHEAD] {
             let touch = touch_of(&sides[drift], body, motions[drift], &nearest, [0.0, 0.0]);
-            self.lose(&parted, &touch, &sides[drift].spin, (drift, &mut lines));
-            let velocity = body.velocity_in(&motions[drift], &nearest.point);
+            // Both sides have the force in the middle of the overlap.
+            self.lose(&parted, &touch, &(sides[drift].spin + motions[drift].1), (drift, &mut lines));
+            let velocity = body.velocity_in(&motions[drift], &wall.point);
             let power = wall.force.dot(&velocity) + wall.moment.dot(&motions[drift].1);
             lines.add(drift, Item::Bodies, 0.5 * self.dt * power);
         }
