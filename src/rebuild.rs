@@ -276,11 +276,11 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let mut memories = Memories::default();
         let mut to_ranks: Vec<Vec<Row<S, C>>> = vec![Vec::new(); self.transport.size()];
         let mut order: Vec<Standing> = Vec::with_capacity(places.len());
-        for row in 0..self.grains.owned {
-            let owner = self.deal.owner(places[row].0);
+        for (row, place) in places[..self.grains.owned].iter().enumerate() {
+            let owner = self.deal.owner(place.0);
             if owner == self.deal.rank {
                 memories.push(self.carried_by(row));
-                order.push((places[row], self.grains.cold[row].id, row as u32));
+                order.push((*place, self.grains.cold[row].id, row as u32));
             } else {
                 memories.push(std::iter::empty());
                 to_ranks[owner].push(self.whole_row(row));
@@ -330,14 +330,14 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     fn refuse_thin_blocks(&self) -> Result<(), Error> {
         let reach = 2.0 * self.radius_max + self.settings.skin + self.settings.contact.reach();
         let blocks = self.layout.blocks();
-        for axis in 0..S::DIMENSION {
+        for (axis, count) in blocks.into_iter().enumerate().take(S::DIMENSION) {
             let height = self.cell_home.height(axis);
             // One or two blocks are neighbours of everything; a pair's nearest image must then be the only one in reach.
-            let thinnest = if blocks[axis] > 2 { height / blocks[axis] as f64 } else { 0.5 * height };
+            let thinnest = if count > 2 { height / count as f64 } else { 0.5 * height };
             if self.grains_total > 0 && self.cell.periodic[axis] && thinnest < reach {
                 return Err(Error::Run(format!(
                     "step {}: along axis {axis} the cell is {height:.3e} m thick with {} blocks; contacts reach {reach:.3e} m, which needs thicker ones: take larger `decomposition.block`, or a larger cell for so much deformation",
-                    self.step, blocks[axis]
+                    self.step, count
                 )));
             }
         }

@@ -159,8 +159,8 @@ fn write<S: Space, P: Pack>(given: &Given<S, P>, forces: &mut [f64]) {
     const WORDS_MAX: usize = 9;
     let mut lanes = [[0.0; LANES]; WORDS_MAX];
     let (dimension, spin) = (S::DIMENSION, spin_words::<S>());
-    for word in 0..dimension {
-        given.force.word(word).store(&mut lanes[word]);
+    for (word, lanes) in lanes.iter_mut().enumerate().take(dimension) {
+        given.force.word(word).store(lanes);
     }
     for word in 0..spin {
         given.torque_a.word(word).store(&mut lanes[dimension + word]);

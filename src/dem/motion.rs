@@ -78,7 +78,7 @@ pub fn sum_kick_and_drift<S: Space>(
 ) -> f64 {
     let owned = grains.owned;
     let Grains { hot, cold, movers, homes, force, torque, .. } = grains;
-    let chunk = |(chunk, (hot, force, torque)): (usize, (&mut [Hot<S>], &mut [S::Vector], &mut [S::Spin]))| {
+    let chunk = |(chunk, (hot, force, torque)): (usize, Moved<S>)| {
         let mut most = 0.0;
         for (offset, ((hot, force), torque)) in hot.iter_mut().zip(force).zip(torque).enumerate() {
             let row = chunk * CHUNK + offset;
@@ -100,6 +100,9 @@ pub fn sum_kick_and_drift<S: Space>(
         .map(chunk)
         .reduce(|| 0.0, larger)
 }
+
+/// Records of a chunk of rows, with their forces and torques.
+type Moved<'a, S> = (&'a mut [Hot<S>], &'a mut [<S as Space>::Vector], &'a mut [<S as Space>::Spin]);
 
 /// A glued grain moves as its body does there.
 #[inline(always)]
