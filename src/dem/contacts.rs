@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::dem::cell::{Cell, Shifts};
 use crate::dem::grains::{Grains, is_body, lanes, vector};
-use crate::dem::kernel::{Given, Pass, Side, force_words, give, pair_pass, pair_weight, spin_words, touch};
+use crate::dem::kernel::{Given, Pass, Side, give, pair_pass, pair_weight, row_words, side_of_row, touch};
 use crate::dem::neighbours::{Neighbours, Pair};
 use crate::ids::GrainId;
 use crate::lane::{Instructions, LANES};
@@ -18,14 +18,20 @@ pub struct Contacts<S: Space> {
     pub neighbours: Neighbours,
     /// `[pack][word][lane]`; zero where the pair does not touch.
     memory: Vec<f64>,
-    /// `[pair][word]`.
+    /// `[pair][word]`, from the first line of the cache on: a row in space is a line, one in the plane half of one.
     forces: Vec<f64>,
+    forces_first: usize,
+    /// Words of a row.
+    row: usize,
     shifts: Shifts<S>,
     instructions: Instructions,
 }
 
 /// Rows of grains that one task handles; a constant, so that nothing depends on the number of threads.
 const CHUNK: usize = 1024;
+
+/// Numbers in a line of the cache.
+const LINE: usize = 8;
 
 /// Which part of the list: what owned rows alone decide, or what copies and images have a part in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +46,8 @@ impl<S: Space> Contacts<S> {
             neighbours: Neighbours::default(),
             memory: Vec::new(),
             forces: Vec::new(),
+            forces_first: 0,
+            row: 0,
             shifts: Shifts::of(cell),
             instructions: Instructions::best(),
         }
@@ -70,7 +78,9 @@ impl<S: Space> Contacts<S> {
     ) {
         self.neighbours.build(grains, cell, margin);
         self.memory = vec![0.0; self.neighbours.pairs.len() * <C::Memory<f64> as Words<f64>>::COUNT];
-        self.forces = vec![0.0; self.neighbours.pairs.len() * force_words::<S>()];
+        self.row = row_words::<S, C>();
+        self.forces = vec![0.0; self.neighbours.pairs.len() * self.row + LINE];
+        self.forces_first = self.forces.as_ptr().align_offset(LINE * size_of::<f64>()).min(LINE);
         for row in 0..grains.owned {
             // Both run in the order of partner ids: memories are moved along, not searched for.
             let mut memories = carried(row).iter().peekable();
@@ -104,13 +114,16 @@ impl<S: Space> Contacts<S> {
 
     /// What the last evaluation gave to the two grains of a pair, weighted.
     pub fn given(&self, pair: usize) -> Given<S, f64> {
-        let words = &self.forces[pair * force_words::<S>()..(pair + 1) * force_words::<S>()];
-        let (dimension, spin) = (S::DIMENSION, spin_words::<S>());
-        let mut given: Given<S, f64> = Given { force: Words::zero(), torque_a: Words::zero(), torque_b: Words::zero() };
-        (0..dimension).for_each(|word| given.force.set_word(word, words[word]));
-        (0..spin).for_each(|word| given.torque_a.set_word(word, words[dimension + word]));
-        (0..spin).for_each(|word| given.torque_b.set_word(word, words[dimension + spin + word]));
-        given
+        let [(force, torque_a), (_, torque_b)] = [false, true].map(|is_b| side_of_row::<S>(self.row_of(pair), is_b));
+        Given { force: lanes(&force), torque_a: lanes(&torque_a), torque_b: lanes(&torque_b) }
+    }
+
+    /// Forces of a pair, of the last evaluation.
+    #[inline(always)]
+    fn row_of(&self, pair: usize) -> &[f64] {
+        let row = if S::DIMENSION == 2 { 4 } else { self.row };
+        let first = self.forces_first + pair * row;
+        &self.forces[first..first + row]
     }
 
     /// What the images of a pair add to the separation of its grains (m) and to their relative velocity (m/s).
@@ -144,7 +157,8 @@ impl<S: Space> Contacts<S> {
         let words = <C::Memory<f64> as Words<f64>>::COUNT;
         let (pairs_in, pairs_out) = self.neighbours.pairs.split_at(interior);
         let (memory_in, memory_out) = self.memory.split_at_mut(interior * words);
-        let (forces_in, forces_out) = self.forces.split_at_mut(interior * force_words::<S>());
+        let forces = &mut self.forces[self.forces_first..self.forces_first + self.neighbours.pairs.len() * self.row];
+        let (forces_in, forces_out) = forces.split_at_mut(interior * self.row);
         match part {
             Part::Interior => pair_pass(pass, false, pairs_in, memory_in, forces_in),
             Part::Border => pair_pass(pass, true, pairs_out, memory_out, forces_out),
@@ -168,15 +182,9 @@ impl<S: Space> Contacts<S> {
     pub fn sum_of(&self, row: usize) -> (S::Vector, S::Spin) {
         let (mut sum, mut turn) = (S::Vector::zero(), S::Spin::zero());
         for term in self.neighbours.terms_of(row) {
-            let words = &self.forces[term.pair() * force_words::<S>()..(term.pair() + 1) * force_words::<S>()];
-            let sign = if term.is_b() { -1.0 } else { 1.0 };
-            for axis in 0..S::DIMENSION {
-                sum[axis] += sign * words[axis];
-            }
-            let first = S::DIMENSION + usize::from(term.is_b()) * spin_words::<S>();
-            for axis in 0..spin_words::<S>() {
-                turn[axis] += words[first + axis];
-            }
+            let (force, torque) = side_of_row::<S>(self.row_of(term.pair()), term.is_b());
+            sum += force;
+            turn += torque;
         }
         (sum, turn)
     }
@@ -189,7 +197,7 @@ impl<S: Space> Contacts<S> {
             let pair = &self.neighbours.pairs[term.pair()];
             let (a, b) = (&grains.hot[pair.a as usize], &grains.hot[pair.b() as usize]);
             let branch = a.position - b.position + self.shifts.0[pair.image().0 as usize].0;
-            let words = &self.forces[term.pair() * force_words::<S>()..];
+            let words = self.row_of(term.pair());
             let mut force = S::Vector::zero();
             for axis in 0..S::DIMENSION {
                 force[axis] = words[axis];

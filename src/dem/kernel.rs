@@ -8,18 +8,40 @@ use crate::dem::grains::Hot;
 use crate::dem::neighbours::Pair;
 use crate::lane::{Instructions, LANES, Pack, Real};
 use crate::law::contact::{Answer, ContactLaw, Touch};
-use crate::space::{Lanewise, Space, Words};
+use crate::space::{Lanewise, Linear, Space, Words};
 
 /// Pairs that one task handles; a constant and a whole number of packs, so that nothing depends on threads.
 const CHUNK: usize = 1024;
 
-/// Words of a pair's forces: force on `a` (on `b` it is the opposite), torque on `a`, torque on `b`.
-pub const fn force_words<S: Space>() -> usize {
-    S::DIMENSION + 2 * spin_words::<S>()
+/// Words of a pair's row of forces. In the plane: force on `a` (on `b` it is the opposite), torque on `a`, torque on `b`.
+/// In space, where two torques would not fit a line of the cache: force on `a`, the turn normal x tangential force, the
+/// lever arms of `a` and `b`, and where the law resists rolling its moment on `a`.
+pub const fn row_words<S: Space, C: ContactLaw<S>>() -> usize {
+    match (S::DIMENSION, C::ROLLS) {
+        (2, _) => 4,
+        (_, false) => 8,
+        (_, true) => 11,
+    }
 }
 
-pub const fn spin_words<S: Space>() -> usize {
-    <S::SpinOf<f64> as Words<f64>>::COUNT
+/// Force and torque that a row holds for one side: on `a`, or on `b`.
+#[inline(always)]
+pub fn side_of_row<S: Space>(row: &[f64], is_b: bool) -> (S::Vector, S::Spin) {
+    let (mut force, mut torque) = (S::Vector::zero(), S::Spin::zero());
+    let sign = if is_b { -1.0 } else { 1.0 };
+    for axis in 0..S::DIMENSION {
+        force[axis] = sign * row[axis];
+    }
+    if S::DIMENSION == 2 {
+        torque[0] = row[2 + usize::from(is_b)];
+        return (force, torque);
+    }
+    let arm = row[6 + usize::from(is_b)];
+    for axis in 0..S::Spin::COMPONENTS {
+        let rolling = if row.len() > 8 { sign * row[8 + axis] } else { 0.0 };
+        torque[axis] = rolling - row[3 + axis] * arm;
+    }
+    (force, torque)
 }
 
 /// What all pairs of a pass share.
@@ -45,7 +67,8 @@ pub fn pair_pass<S: Space, C: ContactLaw<S>>(
 ) {
     let words = <C::Memory<f64> as Words<f64>>::COUNT;
     debug_assert!(pairs.len().is_multiple_of(LANES) && memory.len() == pairs.len() * words);
-    (pairs.par_chunks(CHUNK), memory.par_chunks_mut(CHUNK * words), forces.par_chunks_mut(CHUNK * force_words::<S>()))
+    let row = row_words::<S, C>();
+    (pairs.par_chunks(CHUNK), memory.par_chunks_mut(CHUNK * words), forces.par_chunks_mut(CHUNK * row))
         .into_par_iter()
         .for_each(|(pairs, memory, forces)| match across {
             true => dispatch::<S, C, true>(&pass, pairs, memory, forces),
@@ -105,7 +128,7 @@ fn packs<S: Space, C: ContactLaw<S>, P: Pack, const ACROSS: bool>(
     let (memory, _) = memory.as_chunks_mut::<LANES>();
     for (pack, pairs) in pairs.iter().enumerate() {
         let memory = &mut memory[pack * memory_words..(pack + 1) * memory_words];
-        let forces = &mut forces[pack * LANES * force_words::<S>()..(pack + 1) * LANES * force_words::<S>()];
+        let forces = &mut forces[pack * LANES * row_words::<S, C>()..(pack + 1) * LANES * row_words::<S, C>()];
         let (a, b) = (read::<S, P>(pass.hot, pairs, |pair| pair.a), read::<S, P>(pass.hot, pairs, Pair::b));
         let (shift, rate) = if ACROSS { shifts::<S, P>(pass.shifts, pairs) } else { (Words::zero(), Words::zero()) };
         let mut recalled = C::Memory::<P>::zero();
@@ -129,7 +152,7 @@ fn packs<S: Space, C: ContactLaw<S>, P: Pack, const ACROSS: bool>(
         for (word, lanes) in memory.iter_mut().enumerate() {
             recalled.word(word).store(lanes);
         }
-        write::<S, P>(&given, forces);
+        write::<S, C, P>(&given, forces);
     }
 }
 
@@ -155,18 +178,13 @@ fn shifts<S: Space, P: Pack>(shifts: &Shifts<S>, pairs: &[Pair; LANES]) -> (S::V
 
 /// From `[word][lane]` to `[pair][word]`.
 #[inline(always)]
-fn write<S: Space, P: Pack>(given: &Given<S, P>, forces: &mut [f64]) {
-    const WORDS_MAX: usize = 9;
+fn write<S: Space, C: ContactLaw<S>, P: Pack>(parts: &Parts<S, P>, forces: &mut [f64]) {
+    const WORDS_MAX: usize = 11;
     let mut lanes = [[0.0; LANES]; WORDS_MAX];
-    let (dimension, spin) = (S::DIMENSION, spin_words::<S>());
-    for (word, lanes) in lanes.iter_mut().enumerate().take(dimension) {
-        given.force.word(word).store(lanes);
+    for (word, lanes) in lanes.iter_mut().enumerate().take(row_words::<S, C>()) {
+        parts.word::<C>(word).store(lanes);
     }
-    for word in 0..spin {
-        given.torque_a.word(word).store(&mut lanes[dimension + word]);
-        given.torque_b.word(word).store(&mut lanes[dimension + spin + word]);
-    }
-    for (lane, force) in forces.chunks_exact_mut(force_words::<S>()).enumerate() {
+    for (lane, force) in forces.chunks_exact_mut(row_words::<S, C>()).enumerate() {
         for (word, value) in force.iter_mut().enumerate() {
             *value = lanes[word][lane];
         }
@@ -223,6 +241,43 @@ pub struct Given<S: Space, R: Real> {
     pub torque_b: S::SpinOf<R>,
 }
 
+/// The same in parts.
+#[derive(Clone, Copy)]
+struct Parts<S: Space, R: Real> {
+    force: S::VectorOf<R>,
+    /// Normal x tangential force, N.
+    turn: S::SpinOf<R>,
+    /// Lever arms of both sides, m.
+    arms: [R; 2],
+    /// Resistance to rolling on `a`, N m.
+    moment: S::SpinOf<R>,
+}
+
+impl<S: Space, R: Real> Parts<S, R> {
+    #[inline(always)]
+    fn torque_a(&self) -> S::SpinOf<R> {
+        self.moment - self.turn * self.arms[0]
+    }
+
+    #[inline(always)]
+    fn torque_b(&self) -> S::SpinOf<R> {
+        -self.moment - self.turn * self.arms[1]
+    }
+
+    /// A word of the pair's row, as [`row_words`] orders them.
+    #[inline(always)]
+    fn word<C: ContactLaw<S>>(&self, word: usize) -> R {
+        match (S::DIMENSION, word) {
+            (2, 0..=1) | (3, 0..=2) => self.force.word(word),
+            (2, 2) => self.torque_a().word(0),
+            (2, _) => self.torque_b().word(0),
+            (_, 3..=5) => self.turn.word(word - 3),
+            (_, 6..=7) => self.arms[word - 6],
+            _ => self.moment.word(word - 8),
+        }
+    }
+}
+
 /// The two sides as the law sees them; `separation` is x_a - x_b in the pair's image, `relative` v_a - v_b.
 #[inline(always)]
 pub fn touch<S: Space, R: Real>(
@@ -267,10 +322,10 @@ fn contact<S: Space, C: ContactLaw<S>, R: Real>(
     relative: S::VectorOf<R>,
     moved: [R; 2],
     memory: &mut C::Memory<R>,
-) -> Given<S, R> {
+) -> Parts<S, R> {
     let touch = touch(a, b, separation, relative, moved);
     let half = touch.overlap * R::splat(0.5);
-    give(law, &touch, pair_weight(a.weight, b.weight), [a.radius - half, b.radius - half], memory)
+    parts_of(law, &touch, pair_weight(a.weight, b.weight), [a.radius - half, b.radius - half], memory)
 }
 
 /// Forces of a contact with `weight`, their torques by the lever arms of both sides, m; nothing where it does not hold.
@@ -279,9 +334,21 @@ pub fn give<S: Space, C: ContactLaw<S>, R: Real>(
     law: &C,
     touch: &Touch<S, R>,
     weight: R,
-    [arm_a, arm_b]: [R; 2],
+    arms: [R; 2],
     memory: &mut C::Memory<R>,
 ) -> Given<S, R> {
+    let parts = parts_of(law, touch, weight, arms, memory);
+    Given { force: parts.force, torque_a: parts.torque_a(), torque_b: parts.torque_b() }
+}
+
+#[inline(always)]
+fn parts_of<S: Space, C: ContactLaw<S>, R: Real>(
+    law: &C,
+    touch: &Touch<S, R>,
+    weight: R,
+    arms: [R; 2],
+    memory: &mut C::Memory<R>,
+) -> Parts<S, R> {
     let holds = law.holds(touch, memory);
     let Answer { normal, tangential, moment } = law.force(touch, memory);
     let zero = R::splat(0.0);
@@ -290,9 +357,5 @@ pub fn give<S: Space, C: ContactLaw<S>, R: Real>(
     let tangential = Words::choose(holds, &(tangential * weight), &Words::zero());
     let moment: S::SpinOf<R> = Words::choose(holds, &(moment * weight), &Words::zero());
     let turn = S::torque(&touch.normal, &tangential);
-    Given {
-        force: touch.normal * normal + S::embed(&touch.normal, &tangential),
-        torque_a: moment - turn * arm_a,
-        torque_b: -moment - turn * arm_b,
-    }
+    Parts { force: touch.normal * normal + S::embed(&touch.normal, &tangential), turn, arms, moment }
 }

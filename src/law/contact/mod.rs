@@ -81,6 +81,8 @@ pub fn with_law_of<W: ForAnyLaw>(contact: &scenario::Contact, work: W) -> W::Out
 pub trait ContactLaw<S: Space>: FromJob + Copy + Debug + Send + Sync + 'static {
     /// What a contact remembers, zero where grains do not touch.
     type Memory<R: Real>: Words<R>;
+    /// Whether rolling is resisted: [`Answer::moment`] is not always zero.
+    const ROLLS: bool = false;
 
     /// How far apart surfaces may be and still hold on to each other, m.
     fn reach(&self) -> f64 {
