@@ -118,6 +118,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             step,
             contacts: Contacts::new(&parts.cell),
             walls: Walls::default(),
+            forces_wanted: false,
             moment_kept: None,
             moved: 0.0,
             cell_home: parts.home.cell,
@@ -188,7 +189,9 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let timer = self.phases.start();
         // Copies lag behind since the drift, and branches that end at them with it.
         self.refresh_ghosts();
-        self.moment_kept = Some(self.contact_moment()?);
+        if self.contacts.keeps_forces() {
+            self.moment_kept = Some(self.contact_moment()?);
+        }
         for (i, j, times) in self.cell.shorten() {
             for cold in &mut self.grains.cold[..self.grains.owned] {
                 cold.image[i] += times * cold.image[j];

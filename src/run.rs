@@ -170,6 +170,7 @@ impl<'t, E: Experiment> Run<'t, E> {
         }
         while self.core.world.step < self.steps {
             self.core.world.stop_wanted = self.stop.load(Ordering::Relaxed);
+            self.core.world.forces_wanted = self.row_due(self.core.world.step + 1);
             self.core.world.advance()?;
             self.experiment.watch(&mut self.core)?;
             self.observe()?;
@@ -180,6 +181,10 @@ impl<'t, E: Experiment> Run<'t, E> {
         self.done()
     }
 
+    fn row_due(&self, step: u64) -> bool {
+        step.is_multiple_of(self.cadence.series) || step == self.steps
+    }
+
     /// Rows, frames and checkpoints that are due.
     fn observe(&mut self) -> Result<(), Error> {
         let step = self.core.world.step;
@@ -187,7 +192,7 @@ impl<'t, E: Experiment> Run<'t, E> {
             self.core.world.refuse_deep_overlaps(OVERLAP_MAX)?;
             self.energy_guard.look(&mut self.core.world)?;
         }
-        if step.is_multiple_of(self.cadence.series) || step == self.steps {
+        if self.row_due(step) {
             self.write_row()?;
         }
         if step.is_multiple_of(self.cadence.frame) || step == self.steps {

@@ -79,11 +79,12 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Love-Weber sum over all contacts of the world, J: minus force times branch, with the forces of the last evaluation
     /// and the positions of now. Over the volume it is the mean stress, tension positive. Within a block rows are summed
-    /// in their order, blocks exactly.
+    /// in their order, blocks exactly. Before the last step it must have been said that [`World::forces_wanted`].
     pub fn contact_moment(&self) -> Result<S::Tensor, Error> {
         if let Some(kept) = self.moment_kept {
             return Ok(kept);
         }
+        assert!(self.step == 0 || self.contacts.keeps_forces(), "the forces of the last step were not wanted");
         let walls = self.walls.list.iter().map(|wall| {
             let branch = self.grains.hot[wall.row as usize].position - wall.point;
             -S::outer(&wall.force, &branch)

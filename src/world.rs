@@ -2,6 +2,7 @@
 //! partition; the physics below is called block by block and row by row.
 
 use std::ops::Range;
+use std::time::Instant;
 
 use scree_partition::{Halo, HaloBuffers, Transport};
 
@@ -9,7 +10,8 @@ use crate::body::Body;
 use crate::dem::cell::Cell;
 use crate::dem::contacts::{Contacts, Part};
 use crate::dem::grains::Grains;
-use crate::dem::motion::{self, Field, larger};
+use crate::dem::motion::{self, Field, KickAndDrift};
+use crate::dem::segments::{Finish, Passed, Segments, Wait, larger};
 use crate::dem::walls::Walls;
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
@@ -87,6 +89,8 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub(crate) buffers: HaloBuffers,
     /// Displacement of each body at the last rebuild, m.
     pub(crate) bodies_home: Vec<S::Vector>,
+    /// Whether [`World::contact_moment`] will be asked for after the coming step.
+    pub forces_wanted: bool,
     /// Moment of the contacts of the last evaluation, where a rebuild has put their forces away since.
     pub(crate) moment_kept: Option<S::Tensor>,
     /// The longest way that a grain of this rank has come from home, m.
@@ -129,19 +133,14 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             && self.ledger.is_none()
     }
 
-    /// The same to the bit as the whole list, with every grain's record read once.
+    /// The same to the bit as the whole list, with every grain's record touched once.
     fn step_of_grains_alone(&mut self) -> Result<(), Error> {
-        self.evaluate_pairs();
-        for row in self.grains.glued.iter().map(|row| *row as usize) {
-            (self.grains.force[row], self.grains.torque[row]) = self.contacts.sum_of(row);
-        }
+        let dt = self.settings.dt;
+        let gravity = self.settings.field.gravity;
+        let farthest = self.evaluate_pairs(&KickAndDrift { gravity, dt_kick: self.kick_share() * dt, dt });
         self.accelerate_bodies()?;
         let timer = self.phases.start();
-        let dt = self.settings.dt;
-        let kick = self.kick_share() * dt;
-        let gravity = &self.settings.field.gravity;
-        let square = motion::sum_kick_and_drift(&mut self.grains, &self.contacts, &self.bodies, gravity, [kick, dt]);
-        self.moved = square.sqrt();
+        self.moved = larger(farthest, motion::follow_and_drift(&mut self.grains, &self.bodies, dt)).sqrt();
         for body in &mut self.bodies {
             body.drift(dt);
         }
@@ -185,32 +184,33 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// first: since the last step's drift the copies lag behind.
     pub fn refresh_ghosts(&mut self) {
         if self.has_grains() {
-            self.renew_ghosts(|_, _| {});
+            self.renew_ghosts(|_, _| Passed::default());
         }
     }
 
     /// Renews copies and images; `meanwhile` runs while the messages travel and may not look at copies.
-    fn renew_ghosts(&mut self, meanwhile: impl FnMut(&mut Contacts<S>, &Grains<S>)) {
-        let timer = self.phases.start();
-        let before = self.phases.seconds[Phase::Contacts as usize];
+    fn renew_ghosts(&mut self, meanwhile: impl FnMut(&mut Contacts<S>, &mut Grains<S>) -> Passed) -> Passed {
         match S::DIMENSION {
             2 => self.renew::<GRAIN_WORDS_PLANE>(meanwhile),
             _ => self.renew::<GRAIN_WORDS_SOLID>(meanwhile),
         }
-        self.phases.stop(Phase::Halo, timer);
-        self.phases.seconds[Phase::Halo as usize] -= self.phases.seconds[Phase::Contacts as usize] - before;
     }
 
-    fn renew<const W: usize>(&mut self, mut meanwhile: impl FnMut(&mut Contacts<S>, &Grains<S>)) {
+    fn renew<const W: usize>(
+        &mut self,
+        mut meanwhile: impl FnMut(&mut Contacts<S>, &mut Grains<S>) -> Passed,
+    ) -> Passed {
+        let timer = self.phases.start();
         self.contacts.settle_images(&self.cell);
-        let (grains, contacts, phases) = (&mut self.grains, &mut self.contacts, &mut self.phases);
+        let (grains, contacts) = (&mut self.grains, &mut self.contacts);
         // The words of a record begin with those that travel.
         self.ghosts
             .pack::<W>(&mut self.buffers, |row| std::array::from_fn(|word| grains.hot[row as usize].words()[word]));
+        let (mut passed, mut busy) = (Passed::default(), 0.0);
         self.ghosts.exchange::<W>(self.transport, &mut self.buffers, &mut || {
-            let timer = phases.start();
-            meanwhile(contacts, grains);
-            phases.stop(Phase::Contacts, timer);
+            let timer = Instant::now();
+            passed = meanwhile(contacts, grains);
+            busy = timer.elapsed().as_secs_f64();
         });
         self.ghosts.unpack::<W>(&self.buffers, |row, words| {
             let hot = &mut grains.hot[row as usize];
@@ -222,6 +222,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 hot.spin[axis] = words[2 * S::DIMENSION + axis];
             }
         });
+        self.phases.stop(Phase::Halo, timer);
+        self.phases.seconds[Phase::Halo as usize] -= busy;
+        self.phases.split(busy, &passed);
+        passed
     }
 
     fn scatter_points(&mut self) {
@@ -244,24 +248,31 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if self.step == 0 { [0.0, 0.0] } else { [self.settings.dt; 2] }
     }
 
-    /// The pass over pairs, those that need no copies while copies travel.
-    fn evaluate_pairs(&mut self) {
+    /// The passes over pairs and segments, those that need no copies while copies travel; `finish` is done for every grain
+    /// once its forces are known. Returns the largest that it returned.
+    fn evaluate_pairs(&mut self, finish: &impl Finish<S>) -> f64 {
         if !self.has_grains() {
-            return;
+            return 0.0;
         }
         self.moment_kept = None;
+        let keeps = self.forces_wanted || self.ledger.is_some() || self.settings.drive.servo.is_some();
+        self.contacts.keep_forces(keeps);
         let (law, times) = (self.settings.contact, self.contact_times());
-        self.renew_ghosts(|contacts, grains| contacts.pair_pass(&law, grains, Part::Interior, times));
+        let inner = self.renew_ghosts(|contacts, grains| {
+            contacts.pair_pass(&law, grains, Part::Across, times);
+            contacts.segment_pass(&law, grains, Segments::Inner, times, finish)
+        });
         let timer = self.phases.start();
         self.contacts.pair_pass(&law, &self.grains, Part::Border, times);
-        self.phases.stop(Phase::Contacts, timer);
+        let border = self.contacts.segment_pass(&law, &mut self.grains, Segments::Border, times, finish);
+        self.phases.split(timer.elapsed().as_secs_f64(), &border);
+        larger(inner.farthest, border.farthest)
     }
 
     fn evaluate_contacts(&mut self) {
-        self.evaluate_pairs();
+        self.evaluate_pairs(&Wait);
         let timer = self.phases.start();
         let times = self.contact_times();
-        self.contacts.grain_pass(&mut self.grains);
         self.walls.evaluate(&self.settings.contact, &mut self.grains, &self.bodies, times);
         self.phases.stop(Phase::Contacts, timer);
     }

@@ -2,9 +2,13 @@
 //! change.
 
 use scree::dem::grains::Hot;
+use scree::dem::neighbours::SEGMENT;
+use scree::ids::GrainId;
 use scree::lane::Instructions;
 use scree::law::contact::ContactLaw;
 use scree::space::{Linear, Space};
+use scree_partition::Transport;
+use scree_partition::transport::threads;
 
 use crate::few::{Claim, Few, GrainWorld, MASS, RADIUS, for_every_law, hot_of, spin, steps, vector};
 use crate::worlds::Random;
@@ -145,4 +149,53 @@ impl Claim for SameBits {
 fn every_width_of_registers_gives_the_same_bits() {
     println!("instructions: {:?}", instructions());
     for_every_law::<SameBits>();
+}
+
+struct SameSegments;
+
+impl Claim for SameSegments {
+    fn hold<S: Space, C: ContactLaw<S>>(law: C) {
+        // Several segments, the last of them not full; a rigid box that does not deform, so that grains move on at once.
+        let per_axis = if S::DIMENSION == 2 { 52 } else { 14 };
+        let edge = 1.99 * RADIUS * per_axis as f64;
+        let mut few = Few::<S, C>::periodic(law, 2e-7, [0.0; 3], [edge; 3]);
+        few.settings.skin = 0.05 * RADIUS;
+        cluster(&mut few, per_axis, 0.0, 29);
+        let grains = few.grains.len();
+        assert!(grains > 2 * SEGMENT && !grains.is_multiple_of(SEGMENT));
+        let run = |ranks: usize, threads: usize, kept: bool| {
+            let ended = threads::run(ranks, |transport| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                let mut few = few.clone();
+                few.grains.retain(|row| row.cold.id.0 as usize % ranks == transport.rank());
+                pool.install(|| {
+                    let mut world = few.world_on(&transport);
+                    for _ in 0..60 {
+                        world.forces_wanted = kept;
+                        world.advance().unwrap();
+                    }
+                    assert!(world.rebuilds > 0);
+                    let owned = world.grains.owned;
+                    let rows = world.grains.cold[..owned].iter().zip(&world.grains.hot);
+                    let bits = |hot: &Hot<S>| hot.words().iter().map(|word| word.to_bits()).collect();
+                    rows.map(|(cold, hot)| (cold.id, bits(hot))).collect::<Vec<(GrainId, Vec<u64>)>>()
+                })
+            });
+            let mut rows: Vec<(GrainId, Vec<u64>)> = ended.into_iter().flatten().collect();
+            rows.sort_unstable();
+            assert_eq!(rows.len(), grains);
+            rows
+        };
+        let one = run(1, 1, false);
+        for (ranks, threads, kept) in [(1, 1, true), (1, 3, false), (1, 2, true), (2, 1, false), (3, 2, true)] {
+            let other = run(ranks, threads, kept);
+            assert!(one == other, "{ranks} ranks of {threads} threads, forces kept {kept}: other bits under {law:?}");
+        }
+    }
+}
+
+/// What a thread takes at a time, which rank holds it and whether forces are looked at afterwards shows nowhere.
+#[test]
+fn segments_ranks_and_threads_give_the_same_bits() {
+    for_every_law::<SameSegments>();
 }

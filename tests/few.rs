@@ -169,8 +169,10 @@ pub fn load_on<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, id: u64) ->
     (world.grains.force[row], world.grains.torque[row])
 }
 
+/// After the last of them the forces may be asked for.
 pub fn steps<S: Space, C: ContactLaw<S>>(world: &mut GrainWorld<S, C>, count: usize) {
-    for _ in 0..count {
+    for step in 0..count {
+        world.forces_wanted = step + 1 == count;
         world.advance().unwrap();
     }
 }

@@ -1,12 +1,13 @@
 //! Forces: one pass over pairs that writes per pair, one pass over grains that sums its pairs. Apart, because then no
 //! two threads write to one place and every sum has one order.
 
-use rayon::prelude::*;
+use std::time::Instant;
 
 use crate::dem::cell::{Cell, Shifts};
 use crate::dem::grains::{Grains, is_body, lanes, vector};
 use crate::dem::kernel::{Given, Pass, Side, give, pair_pass, pair_weight, row_words, side_of_row, touch};
 use crate::dem::neighbours::{Neighbours, Pair};
+use crate::dem::segments::{Finish, Passed, Resting, Segments, Shared, Stretch, row_of};
 use crate::ids::GrainId;
 use crate::lane::{Instructions, LANES};
 use crate::law::contact::{ContactLaw, Touch};
@@ -18,25 +19,49 @@ pub struct Contacts<S: Space> {
     pub neighbours: Neighbours,
     /// `[pack][word][lane]`; zero where the pair does not touch.
     memory: Vec<f64>,
-    /// `[pair][word]`, from the first line of the cache on: a row in space is a line, one in the plane half of one.
-    forces: Vec<f64>,
-    forces_first: usize,
-    /// Words of a row.
+    /// `[pair][word]` of pairs that no segment holds alone.
+    outer: Lines,
+    /// The same of the others, where they are kept; else a room for each task, in which one segment's follow another's.
+    inner: Lines,
+    /// Whether forces are looked at after the step that they move.
+    keeps: bool,
+    /// Tasks of a pass over segments, and numbers of a room.
+    tasks: usize,
+    room: usize,
+    /// Words of a pair's row of forces.
     row: usize,
     shifts: Shifts<S>,
     instructions: Instructions,
 }
 
-/// Rows of grains that one task handles; a constant, so that nothing depends on the number of threads.
-const CHUNK: usize = 1024;
+/// Tasks that a thread finds in a pass over segments, so that none waits long for another.
+const TASKS_PER_THREAD: usize = 4;
 
 /// Numbers in a line of the cache.
 const LINE: usize = 8;
 
-/// Which part of the list: what owned rows alone decide, or what copies and images have a part in.
+/// Numbers that begin with a line of the cache: a pair's row in space is a line, one in the plane half of one.
+#[derive(Clone, Debug, Default)]
+struct Lines(Vec<f64>, usize);
+
+impl Lines {
+    fn new(count: usize) -> Self {
+        let numbers = vec![0.0; count + LINE];
+        let first = numbers.as_ptr().align_offset(LINE * size_of::<f64>()).min(LINE);
+        Self(numbers, first)
+    }
+    fn numbers(&self) -> &[f64] {
+        &self.0[self.1..]
+    }
+    fn numbers_mut(&mut self) -> &mut [f64] {
+        &mut self.0[self.1..]
+    }
+}
+
+/// Which part of the list that no segment holds alone: pairs of owned rows, or those with copies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    Interior,
+    Across,
     Border,
 }
 
@@ -45,8 +70,11 @@ impl<S: Space> Contacts<S> {
         Self {
             neighbours: Neighbours::default(),
             memory: Vec::new(),
-            forces: Vec::new(),
-            forces_first: 0,
+            outer: Lines::default(),
+            inner: Lines::default(),
+            keeps: false,
+            tasks: 1,
+            room: 0,
             row: 0,
             shifts: Shifts::of(cell),
             instructions: Instructions::best(),
@@ -65,7 +93,8 @@ impl<S: Space> Contacts<S> {
     /// Gives its arrays back to the system: their memories have been taken, and others are about to be made.
     pub fn clear(&mut self) {
         self.neighbours = Neighbours::default();
-        (self.memory, self.forces) = (Vec::new(), Vec::new());
+        self.memory = Vec::new();
+        (self.inner, self.outer) = (Lines::default(), Lines::default());
     }
 
     /// New list for `grains`; the memories that owned rows carry find their pairs.
@@ -79,8 +108,7 @@ impl<S: Space> Contacts<S> {
         self.neighbours.build(grains, cell, margin);
         self.memory = vec![0.0; self.neighbours.pairs.len() * <C::Memory<f64> as Words<f64>>::COUNT];
         self.row = row_words::<S, C>();
-        self.forces = vec![0.0; self.neighbours.pairs.len() * self.row + LINE];
-        self.forces_first = self.forces.as_ptr().align_offset(LINE * size_of::<f64>()).min(LINE);
+        self.lay_forces();
         for row in 0..grains.owned {
             // Both run in the order of partner ids: memories are moved along, not searched for.
             let mut memories = carried(row).iter().peekable();
@@ -93,6 +121,29 @@ impl<S: Space> Contacts<S> {
                 }
             }
         }
+    }
+
+    fn lay_forces(&mut self) {
+        let within = self.neighbours.within();
+        self.outer = Lines::new((self.neighbours.pairs.len() - within) * self.row);
+        self.tasks = match rayon::current_num_threads() {
+            1 => 1,
+            threads => threads * TASKS_PER_THREAD,
+        };
+        self.room = (self.neighbours.segment_most() * self.row).next_multiple_of(LINE);
+        self.inner = Lines::new(if self.keeps { within * self.row } else { self.tasks * self.room });
+    }
+
+    /// Whether the forces of all pairs can be asked for after the next evaluation.
+    pub fn keep_forces(&mut self, keeps: bool) {
+        if self.keeps != keeps {
+            self.keeps = keeps;
+            self.lay_forces();
+        }
+    }
+
+    pub fn keeps_forces(&self) -> bool {
+        self.keeps
     }
 
     fn remember<C: ContactLaw<S>>(&mut self, pair: usize, memory: &C::Memory<f64>) {
@@ -118,12 +169,14 @@ impl<S: Space> Contacts<S> {
         Given { force: lanes(&force), torque_a: lanes(&torque_a), torque_b: lanes(&torque_b) }
     }
 
-    /// Forces of a pair, of the last evaluation.
-    #[inline(always)]
+    /// Forces of a pair, of the last evaluation; they must have been kept.
     fn row_of(&self, pair: usize) -> &[f64] {
-        let row = if S::DIMENSION == 2 { 4 } else { self.row };
-        let first = self.forces_first + pair * row;
-        &self.forces[first..first + row]
+        debug_assert!(self.keeps);
+        let within = self.neighbours.within();
+        match pair < within {
+            true => row_of::<S>(self.inner.numbers(), pair, self.row),
+            false => row_of::<S>(self.outer.numbers(), pair - within, self.row),
+        }
     }
 
     /// What the images of a pair add to the separation of its grains (m) and to their relative velocity (m/s).
@@ -150,43 +203,61 @@ impl<S: Space> Contacts<S> {
         self.shifts = Shifts::of(cell);
     }
 
-    /// Pair pass over a part of the list. Memories advance by `advance` seconds (zero at the very first evaluation).
+    /// Pair pass over a part of the list that no segment holds alone. Memories advance by `advance` seconds (zero at the
+    /// very first evaluation).
     pub fn pair_pass<C: ContactLaw<S>>(&mut self, law: &C, grains: &Grains<S>, part: Part, [advance, dt]: [f64; 2]) {
-        let pass = Pass { law, hot: &grains.hot, shifts: &self.shifts, advance, dt, instructions: self.instructions };
-        let interior = self.neighbours.interior;
+        let hot = &grains.hot;
+        let pass = Pass { law, hot, first: 0, shifts: &self.shifts, advance, dt, instructions: self.instructions };
+        let (within, border) = (self.neighbours.within(), self.neighbours.border);
+        let pairs = match part {
+            Part::Across => within..border,
+            Part::Border => border..self.neighbours.pairs.len(),
+        };
         let words = <C::Memory<f64> as Words<f64>>::COUNT;
-        let (pairs_in, pairs_out) = self.neighbours.pairs.split_at(interior);
-        let (memory_in, memory_out) = self.memory.split_at_mut(interior * words);
-        let forces = &mut self.forces[self.forces_first..self.forces_first + self.neighbours.pairs.len() * self.row];
-        let (forces_in, forces_out) = forces.split_at_mut(interior * self.row);
-        match part {
-            Part::Interior => pair_pass(pass, false, pairs_in, memory_in, forces_in),
-            Part::Border => pair_pass(pass, true, pairs_out, memory_out, forces_out),
-        }
+        let memory = &mut self.memory[pairs.start * words..pairs.end * words];
+        let forces = &mut self.outer.numbers_mut()[(pairs.start - within) * self.row..(pairs.end - within) * self.row];
+        pair_pass(pass, &self.neighbours.pairs[pairs], memory, forces);
     }
 
-    /// Every owned grain sums its pairs in the order of its partners' ids.
-    pub fn grain_pass(&self, grains: &mut Grains<S>) {
-        let Grains { force, torque, .. } = grains;
-        (force.par_chunks_mut(CHUNK), torque.par_chunks_mut(CHUNK)).into_par_iter().enumerate().for_each(
-            |(chunk, (forces, torques))| {
-                for (offset, (force, torque)) in forces.iter_mut().zip(torques).enumerate() {
-                    (*force, *torque) = self.sum_of(chunk * CHUNK + offset);
-                }
-            },
-        );
-    }
-
-    /// Sum over an owned row's pairs: force and torque on it, N and N m.
-    #[inline(always)]
-    pub fn sum_of(&self, row: usize) -> (S::Vector, S::Spin) {
-        let (mut sum, mut turn) = (S::Vector::zero(), S::Spin::zero());
-        for term in self.neighbours.terms_of(row) {
-            let (force, torque) = side_of_row::<S>(self.row_of(term.pair()), term.is_b());
-            sum += force;
-            turn += torque;
-        }
-        (sum, turn)
+    /// The pairs of every segment, and what follows for its grains: those that need no copies, or the others. Pairs that
+    /// such a segment shares must have been evaluated.
+    pub fn segment_pass<C: ContactLaw<S>>(
+        &mut self,
+        law: &C,
+        grains: &mut Grains<S>,
+        which: Segments,
+        times: [f64; 2],
+        finish: &impl Finish<S>,
+    ) -> Passed {
+        let (neighbours, owned) = (&self.neighbours, grains.owned);
+        let Grains { hot, cold, movers, homes, force, torque, .. } = grains;
+        let shared = Shared {
+            law,
+            shifts: &self.shifts,
+            times,
+            instructions: self.instructions,
+            neighbours,
+            outer: self.outer.numbers(),
+            row: self.row,
+            room: (!self.keeps).then_some(self.room),
+            which,
+            resting: Resting { movers, homes, cold },
+            finish,
+        };
+        let stretch = Stretch {
+            first: 0,
+            start: 0,
+            ends: &neighbours.segment_ends,
+            pairs: &neighbours.pairs[..neighbours.within()],
+            memory: &mut self.memory[..neighbours.within() * <C::Memory<f64> as Words<f64>>::COUNT],
+            forces: self.inner.numbers_mut(),
+            hot: &mut hot[..owned],
+            force,
+            torque,
+        };
+        let begun = Instant::now();
+        let passed = shared.run(stretch, self.tasks);
+        passed.within(begun.elapsed().as_secs_f64())
     }
 
     /// Half of force times branch over an owned row's contacts, J, with the forces of the last evaluation: two rows that
@@ -276,7 +347,8 @@ impl<S: Space> Contacts<S> {
 
     /// Bytes that the arrays hold.
     pub fn bytes(&self) -> usize {
-        self.neighbours.bytes() + (self.memory.capacity() + self.forces.capacity()) * size_of::<f64>()
+        self.neighbours.bytes()
+            + (self.memory.capacity() + self.inner.0.capacity() + self.outer.0.capacity()) * size_of::<f64>()
     }
 }
 

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::dem::cell::{ImageCode, Shifts};
 use crate::dem::grains::Hot;
 use crate::dem::neighbours::Pair;
+use crate::ids::Row;
 use crate::lane::{Instructions, LANES, Pack, Real};
 use crate::law::contact::{Answer, ContactLaw, Touch};
 use crate::space::{Lanewise, Linear, Space, Words};
@@ -48,7 +49,9 @@ pub fn side_of_row<S: Space>(row: &[f64], is_b: bool) -> (S::Vector, S::Spin) {
 #[derive(Clone, Copy)]
 pub struct Pass<'a, S: Space, C> {
     pub law: &'a C,
+    /// Records from row `first` on.
     pub hot: &'a [Hot<S>],
+    pub first: Row,
     pub shifts: &'a Shifts<S>,
     /// Time over which memories advance, s, and the step that twists are reckoned over.
     pub advance: f64,
@@ -56,27 +59,19 @@ pub struct Pass<'a, S: Space, C> {
     pub instructions: Instructions,
 }
 
-/// Evaluates whole packs of `pairs`. `memory` holds `[pack][word][lane]`, `forces` `[pair][word]`; `across` tells that
-/// pairs may lie in different images.
-pub fn pair_pass<S: Space, C: ContactLaw<S>>(
-    pass: Pass<S, C>,
-    across: bool,
-    pairs: &[Pair],
-    memory: &mut [f64],
-    forces: &mut [f64],
-) {
+/// Evaluates whole packs of `pairs`, which may lie in different images, on all threads. `memory` holds
+/// `[pack][word][lane]`, `forces` `[pair][word]`.
+pub fn pair_pass<S: Space, C: ContactLaw<S>>(pass: Pass<S, C>, pairs: &[Pair], memory: &mut [f64], forces: &mut [f64]) {
     let words = <C::Memory<f64> as Words<f64>>::COUNT;
     debug_assert!(pairs.len().is_multiple_of(LANES) && memory.len() == pairs.len() * words);
     let row = row_words::<S, C>();
     (pairs.par_chunks(CHUNK), memory.par_chunks_mut(CHUNK * words), forces.par_chunks_mut(CHUNK * row))
         .into_par_iter()
-        .for_each(|(pairs, memory, forces)| match across {
-            true => dispatch::<S, C, true>(&pass, pairs, memory, forces),
-            false => dispatch::<S, C, false>(&pass, pairs, memory, forces),
-        });
+        .for_each(|(pairs, memory, forces)| evaluate::<S, C, true>(&pass, pairs, memory, forces));
 }
 
-fn dispatch<S: Space, C: ContactLaw<S>, const ACROSS: bool>(
+/// The same on this thread; `ACROSS` tells that pairs may lie in different images.
+pub fn evaluate<S: Space, C: ContactLaw<S>, const ACROSS: bool>(
     pass: &Pass<S, C>,
     pairs: &[Pair],
     memory: &mut [f64],
@@ -129,7 +124,7 @@ fn packs<S: Space, C: ContactLaw<S>, P: Pack, const ACROSS: bool>(
     for (pack, pairs) in pairs.iter().enumerate() {
         let memory = &mut memory[pack * memory_words..(pack + 1) * memory_words];
         let forces = &mut forces[pack * LANES * row_words::<S, C>()..(pack + 1) * LANES * row_words::<S, C>()];
-        let (a, b) = (read::<S, P>(pass.hot, pairs, |pair| pair.a), read::<S, P>(pass.hot, pairs, Pair::b));
+        let (a, b) = (read::<S, C, P>(pass, pairs, |pair| pair.a), read::<S, C, P>(pass, pairs, Pair::b));
         let (shift, rate) = if ACROSS { shifts::<S, P>(pass.shifts, pairs) } else { (Words::zero(), Words::zero()) };
         let mut recalled = C::Memory::<P>::zero();
         for (word, lanes) in memory.iter().enumerate() {
@@ -158,8 +153,9 @@ fn packs<S: Space, C: ContactLaw<S>, P: Pack, const ACROSS: bool>(
 
 /// The records of one side of a pack.
 #[inline(always)]
-fn read<S: Space, P: Pack>(hot: &[Hot<S>], pairs: &[Pair; LANES], side: impl Fn(Pair) -> u32) -> Side<S, P> {
-    let rows: [&[f64]; LANES] = std::array::from_fn(|lane| hot[side(pairs[lane]) as usize].words());
+fn read<S: Space, C, P: Pack>(pass: &Pass<S, C>, pairs: &[Pair; LANES], side: impl Fn(Pair) -> Row) -> Side<S, P> {
+    let record = |lane: usize| &pass.hot[(side(pairs[lane]) - pass.first) as usize];
+    let rows: [&[f64]; LANES] = std::array::from_fn(|lane| record(lane).words());
     let low = P::records(&rows, 0);
     let high = if Hot::<S>::WORDS > LANES { P::records(&rows, LANES) } else { low };
     Side::of(|word| if word < LANES { low[word] } else { high[word - LANES] })

@@ -9,6 +9,7 @@ pub mod memories;
 pub mod motion;
 pub mod neighbours;
 pub mod packing;
+pub mod segments;
 pub mod throw;
 pub mod tile;
 pub mod walls;

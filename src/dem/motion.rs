@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use crate::body::Body;
 use crate::dem::cell::Cell;
-use crate::dem::contacts::Contacts;
 use crate::dem::grains::{Grains, Hot, Mover};
+use crate::dem::segments::{Finish, Resting, larger};
 use crate::scenario::assembly::{Damping, DampingForm};
 use crate::space::{Linear, Space};
 
@@ -67,42 +67,44 @@ fn plain_kick<S: Space>(hot: &mut Hot<S>, (force, torque): (&S::Vector, &S::Spin
     hot.spin += *torque * (dt / S::grain_inertia(mass, hot.radius));
 }
 
-/// Where nothing stands between the sum of a grain's forces, its kick and its drift: all three in one pass, so that its
-/// record is read once. To the bit what the three passes do. Bodies have moved on already. Returns as [`drift`] does.
-pub fn sum_kick_and_drift<S: Space>(
-    grains: &mut Grains<S>,
-    contacts: &Contacts<S>,
-    bodies: &[Body<S>],
-    gravity: &S::Vector,
-    [dt_kick, dt]: [f64; 2],
-) -> f64 {
-    let owned = grains.owned;
-    let Grains { hot, cold, movers, homes, force, torque, .. } = grains;
-    let chunk = |(chunk, (hot, force, torque)): (usize, Moved<S>)| {
-        let mut most = 0.0;
-        for (offset, ((hot, force), torque)) in hot.iter_mut().zip(force).zip(torque).enumerate() {
-            let row = chunk * CHUNK + offset;
-            (*force, *torque) = contacts.sum_of(row);
-            match movers[row] {
-                Mover::Free => plain_kick(hot, (force, torque), gravity, dt_kick),
-                Mover::Body(body) => follow(hot, &bodies[body as usize]),
-                Mover::Script => hot.velocity = cold[row].script,
-            }
-            hot.position += hot.velocity * dt;
-            let moved = hot.position - homes[row];
-            most = larger(most, moved.dot(&moved));
-        }
-        most
-    };
-    (hot[..owned].par_chunks_mut(CHUNK), force.par_chunks_mut(CHUNK), torque.par_chunks_mut(CHUNK))
-        .into_par_iter()
-        .enumerate()
-        .map(chunk)
-        .reduce(|| 0.0, larger)
+/// Where nothing stands between the sum of a grain's forces, its kick and its drift, they follow at once, so that its
+/// record is touched once. To the bit what the passes do one after the other. Glued grains wait for their bodies.
+pub struct KickAndDrift<S: Space> {
+    pub gravity: S::Vector,
+    pub dt_kick: f64,
+    pub dt: f64,
 }
 
-/// Records of a chunk of rows, with their forces and torques.
-type Moved<'a, S> = (&'a mut [Hot<S>], &'a mut [<S as Space>::Vector], &'a mut [<S as Space>::Spin]);
+impl<S: Space> Finish<S> for KickAndDrift<S> {
+    #[inline(always)]
+    fn finish(&self, row: usize, hot: &mut Hot<S>, given: (&S::Vector, &S::Spin), resting: &Resting<S>) -> f64 {
+        match resting.movers[row] {
+            Mover::Free => plain_kick(hot, given, &self.gravity, self.dt_kick),
+            Mover::Body(_) => return 0.0,
+            Mover::Script => hot.velocity = resting.cold[row].script,
+        }
+        drifted(hot, &resting.homes[row], self.dt)
+    }
+}
+
+/// Glued grains go on with their bodies; returns as [`drift`] does.
+pub fn follow_and_drift<S: Space>(grains: &mut Grains<S>, bodies: &[Body<S>], dt: f64) -> f64 {
+    let Grains { hot, movers, homes, glued, .. } = grains;
+    glued.iter().map(|row| *row as usize).fold(0.0, |most, row| {
+        if let Mover::Body(body) = movers[row] {
+            follow(&mut hot[row], &bodies[body as usize]);
+        }
+        larger(most, drifted(&mut hot[row], &homes[row], dt))
+    })
+}
+
+/// Drifts; the square of the way from home, m2.
+#[inline(always)]
+fn drifted<S: Space>(hot: &mut Hot<S>, home: &S::Vector, dt: f64) -> f64 {
+    hot.position += hot.velocity * dt;
+    let moved = hot.position - *home;
+    moved.dot(&moved)
+}
 
 /// A glued grain moves as its body does there.
 #[inline(always)]
@@ -185,18 +187,11 @@ pub fn drift<S: Space>(grains: &mut Grains<S>, bodies: &[Body<S>], dt: f64) -> f
             Mover::Body(body) => follow(hot, &bodies[body as usize]),
             Mover::Script => hot.velocity = cold[row].script,
         }
-        hot.position += hot.velocity * dt;
-        let moved = hot.position - homes[row];
-        moved.dot(&moved)
+        drifted(hot, &homes[row], dt)
     };
     let chunk = |(chunk, rows): (usize, &mut [Hot<S>])| {
         let first = chunk * CHUNK;
         rows.iter_mut().enumerate().fold(0.0, |most, (offset, hot)| larger(most, drift(first + offset, hot)))
     };
     hot[..owned].par_chunks_mut(CHUNK).enumerate().map(chunk).reduce(|| 0.0, larger)
-}
-
-/// The larger of two numbers; what is not a number stays so, since it must not look like standing still.
-pub fn larger(a: f64, b: f64) -> f64 {
-    if a.is_nan() || a >= b { a } else { b }
 }

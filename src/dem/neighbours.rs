@@ -51,15 +51,23 @@ impl Term {
 /// Pairs of this rank, and for every owned row its terms in the order of the partners' ids (invariant 2).
 #[derive(Clone, Debug, Default)]
 pub struct Neighbours {
-    /// Pairs of owned rows in one image first, then the others; either part is a whole number of packs, filled up with
-    /// copies of its last pair that nobody sums.
+    /// Pairs within the segments, segment by segment, then pairs across owned rows, then those with copies. Every segment
+    /// and part is a whole number of packs, filled up with copies of its last pair that nobody sums.
     pub pairs: Vec<Pair>,
-    /// Pairs of the first part.
-    pub interior: usize,
+    /// Pairs before the end of each segment.
+    pub segment_ends: Vec<u32>,
+    /// Whether a row of the segment has a pair with a copy.
+    pub on_border: Vec<bool>,
+    /// Pairs before the first that needs a copy.
+    pub border: usize,
     /// Terms of row i are `terms[starts[i]..starts[i + 1]]`.
     pub starts: Vec<u32>,
     pub terms: Vec<Term>,
 }
+
+/// Rows of a segment: what its pairs, forces and grains take fits a second-level cache. A constant, so that nothing
+/// depends on the number of threads.
+pub const SEGMENT: usize = 1024;
 
 /// Bins over the cell by counting sort: `rows[starts[bin]..starts[bin + 1]]`.
 struct Bins {
@@ -140,29 +148,52 @@ impl Neighbours {
     /// Lists every pair closer than contact plus `margin` at the home positions, of which at least one is owned.
     pub fn build<S: Space>(&mut self, grains: &Grains<S>, cell: &Cell<S>, margin: f64) {
         assert!(grains.hot.len() < ROWS_MAX, "a rank holds at most {ROWS_MAX} grains and copies; use more ranks");
-        self.pairs.clear();
-        let mut others = Vec::new();
+        let segments = grains.owned.div_ceil(SEGMENT);
+        self.segment_ends.clear();
+        self.on_border = vec![false; segments];
+        let mut listed = Listed::default();
         if !grains.cold.is_empty() {
             let radius_max = grains.hot.iter().map(|hot| hot.radius).fold(0.0, f64::max);
             let bins = Bins::new(grains, cell, 2.0 * radius_max + margin);
-            for row in 0..grains.owned {
-                list_row(grains, cell, &bins, margin, row, (&mut self.pairs, &mut others));
+            for segment in 0..segments {
+                for row in segment * SEGMENT..((segment + 1) * SEGMENT).min(grains.owned) {
+                    list_row(grains, cell, &bins, margin, row, &mut listed);
+                }
+                fill(&mut listed.within);
+                self.segment_ends.push(listed.within.len() as u32);
             }
         }
-        fill(&mut self.pairs);
-        self.interior = self.pairs.len();
-        fill(&mut others);
-        self.pairs.reserve_exact(others.len());
-        self.pairs.extend(others);
+        let owned = |row: Row| (row as usize) < grains.owned;
+        for row in listed.border.iter().flat_map(|pair| [pair.a, pair.b()]).filter(|row| owned(*row)) {
+            self.on_border[row as usize / SEGMENT] = true;
+        }
+        fill(&mut listed.across);
+        fill(&mut listed.border);
+        self.pairs = listed.within;
+        self.pairs.reserve_exact(listed.across.len() + listed.border.len());
+        self.pairs.extend(listed.across);
+        self.border = self.pairs.len();
+        self.pairs.extend(listed.border);
         self.pairs.shrink_to_fit();
         self.list_terms(grains);
+    }
+
+    /// Pairs within segments.
+    pub fn within(&self) -> usize {
+        self.segment_ends.last().map_or(0, |end| *end as usize)
+    }
+
+    /// Most pairs of a segment.
+    pub fn segment_most(&self) -> usize {
+        let starts = std::iter::once(&0).chain(&self.segment_ends);
+        self.segment_ends.iter().zip(starts).map(|(end, start)| (end - start) as usize).max().unwrap_or(0)
     }
 
     fn list_terms<S: Space>(&mut self, grains: &Grains<S>) {
         let pairs = &self.pairs;
         self.starts.clear();
         self.starts.resize(grains.owned + 1, 0);
-        for pair in real(pairs, self.interior) {
+        for pair in real(pairs) {
             for row in [pair.1.a, pair.1.b()] {
                 if (row as usize) < grains.owned {
                     self.starts[row as usize + 1] += 1;
@@ -175,7 +206,7 @@ impl Neighbours {
         let mut next = self.starts.clone();
         self.terms.clear();
         self.terms.resize(self.starts[grains.owned] as usize, Term(0));
-        for (index, pair) in real(pairs, self.interior) {
+        for (index, pair) in real(pairs) {
             for (row, side) in [(pair.a, 0), (pair.b(), 1)] {
                 if (row as usize) < grains.owned {
                     self.terms[next[row as usize] as usize] = Term((index as u32) << 1 | side);
@@ -202,7 +233,7 @@ impl Neighbours {
 
     /// Pairs with their index, copies left out.
     pub fn real_pairs(&self) -> impl Iterator<Item = (usize, &Pair)> {
-        real(&self.pairs, self.interior)
+        real(&self.pairs)
     }
 
     pub fn bytes(&self) -> usize {
@@ -217,6 +248,14 @@ fn partner(pairs: &[Pair], term: Term) -> Row {
     if term.is_b() { pair.a } else { pair.b() }
 }
 
+/// Pairs by the parts of the list.
+#[derive(Default)]
+struct Listed {
+    within: Vec<Pair>,
+    across: Vec<Pair>,
+    border: Vec<Pair>,
+}
+
 /// Fills up to whole packs.
 fn fill(pairs: &mut Vec<Pair>) {
     if let Some(last) = pairs.last().copied() {
@@ -224,21 +263,14 @@ fn fill(pairs: &mut Vec<Pair>) {
     }
 }
 
-/// Every pair once: a copy that fills a pack repeats the pair before it.
-fn real(pairs: &[Pair], interior: usize) -> impl Iterator<Item = (usize, &Pair)> {
-    let first = move |index: usize| index == 0 || index == interior || pairs[index - 1] != pairs[index];
+/// Every pair once: a copy that fills a pack repeats the pair before it, and no pair is in two parts.
+fn real(pairs: &[Pair]) -> impl Iterator<Item = (usize, &Pair)> {
+    let first = |index: usize| index == 0 || pairs[index - 1] != pairs[index];
     pairs.iter().enumerate().filter(move |(index, _)| first(*index))
 }
 
 /// Pairs of an owned row: with owned rows once (from the lower id), with copies always.
-fn list_row<S: Space>(
-    grains: &Grains<S>,
-    cell: &Cell<S>,
-    bins: &Bins,
-    margin: f64,
-    row: usize,
-    (interior, others): (&mut Vec<Pair>, &mut Vec<Pair>),
-) {
+fn list_row<S: Space>(grains: &Grains<S>, cell: &Cell<S>, bins: &Bins, margin: f64, row: usize, listed: &mut Listed) {
     let (hot, cold) = (&grains.hot[row], &grains.cold[row]);
     let far = bins.far;
     bins.around(bins.place(cell, &cold.home), |other| {
@@ -267,7 +299,12 @@ fn list_row<S: Space>(
         let limit = hot.radius + other_hot.radius + margin;
         if separation.dot(&separation) < limit * limit {
             let (a, b) = if lower { (row as Row, other) } else { (other, row as Row) };
-            let pairs = if owned && code == ImageCode::NONE { &mut *interior } else { &mut *others };
+            let together = code == ImageCode::NONE && row / SEGMENT == other as usize / SEGMENT;
+            let pairs = match (owned, together) {
+                (true, true) => &mut listed.within,
+                (true, false) => &mut listed.across,
+                (false, _) => &mut listed.border,
+            };
             pairs.push(Pair::new(a, b, code));
         }
     });

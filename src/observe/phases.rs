@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use crate::dem::segments::Passed;
+
 /// Parts of a step and what happens between steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(usize)]
@@ -32,6 +34,12 @@ pub struct Phases {
 impl Phases {
     pub fn start(&self) -> Instant {
         Instant::now()
+    }
+
+    /// Books `seconds` of passes over pairs and segments: the grains' part of them is motion.
+    pub fn split(&mut self, seconds: f64, passed: &Passed) {
+        self.seconds[Phase::Contacts as usize] += seconds - passed.grains;
+        self.seconds[Phase::Motion as usize] += passed.grains;
     }
 
     pub fn stop(&mut self, phase: Phase, since: Instant) {

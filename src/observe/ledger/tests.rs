@@ -460,3 +460,24 @@ fn ranks_and_interruptions_do_not_show() {
         assert!(outcomes.iter().all(|outcome| *outcome == (moved, balance)), "{ranks} ranks: {outcomes:?}");
     }
 }
+
+/// Grains alone, with nothing else to do, step in one pass where no account is kept: the same bits all the same.
+#[test]
+fn an_account_changes_nothing() {
+    let positions = |kept: bool| {
+        let mut random = Random(5);
+        let grains = (0..64u64).map(|number| {
+            let [x, y, z] = [number % 4, number / 4 % 4, number / 16].map(|at| (at as f64 + 0.5) * 0.95e-3);
+            let speed = [0; 3].map(|_| 0.1 * random.signed());
+            velocity::<Solid, HertzMindlin>(grain::<Solid, HertzMindlin>(number, [x, y, z], MEAN_RADIUS), speed, 30.0)
+        });
+        let box_of = ([3.8e-3; 3], [true; 3]);
+        let mut world = world(&Solo, (hertz(3e8, 0.1, 0.5), 2e-7), box_of, grains.collect(), Vec::new());
+        if kept {
+            world.open_ledger();
+        }
+        run(&mut world, 1000);
+        world.grains.hot
+    };
+    assert_eq!(positions(true), positions(false));
+}
