@@ -12,6 +12,7 @@ pub mod assembly;
 pub mod derived;
 pub mod figures;
 mod job;
+pub mod mpm;
 pub mod raw;
 mod resolve;
 pub mod schema;
@@ -22,6 +23,7 @@ mod write;
 
 pub use assembly::Assembly;
 pub use job::Job;
+pub use mpm::Mpm;
 
 /// Which parts of the program are awake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

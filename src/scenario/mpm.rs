@@ -1,0 +1,456 @@
+//! A continuum of material points on a grid: what `[grid]` in a job means, in SI units.
+//!
+//! Vectors carry three components; in the plane those of z are zero. Tension is positive in stresses, pressure positive in
+//! compression.
+
+use super::Output;
+use super::assembly::Body;
+use crate::math::{PI, sin};
+
+/// The checked job of a continuum.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mpm {
+    /// Job name; the default run directory is `runs/<name>`.
+    pub name: String,
+    pub grid: Grid,
+    pub scheme: Scheme,
+    pub material: Material,
+    /// Where material is at the start; of regions that overlap the first one in the job has the point.
+    pub regions: Vec<Region>,
+    pub stress: InitialStress,
+    pub gravity: Gravity,
+    /// Per axis its lower and its upper face. Both are [`Boundary::Periodic`] where the grid is, and [`Boundary::Free`]
+    /// beyond its axes.
+    pub boundaries: [[Boundary; 2]; 3],
+    pub loads: Vec<Load>,
+    pub bodies: Vec<RigidBody>,
+    pub follow: Vec<Followed>,
+    /// Time step, s.
+    pub step: f64,
+    /// Simulated time at which the run ends, s.
+    pub end: f64,
+    /// Edge of a block in cells; divides the cells along every periodic axis.
+    pub cells_per_block: usize,
+    pub output: Output,
+}
+
+/// The domain, between walls or periodic, and its cells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    /// 2 (plane strain) or 3.
+    pub dimension: usize,
+    /// The walls, m. Cells of the job lie between them; what a method needs beyond is its own.
+    pub lower: [f64; 3],
+    pub upper: [f64; 3],
+    /// Edge of a cell, m.
+    pub cell: f64,
+    /// Whole cells between the walls; 1 beyond the grid's axes.
+    pub cells: [usize; 3],
+    pub periodic: [bool; 3],
+    /// Out-of-plane depth in two dimensions, m; 1 in three, where nothing looks at it.
+    pub depth: f64,
+}
+
+/// How points and nodes exchange what they carry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scheme {
+    pub shape: ShapeFunction,
+    pub update: StressUpdate,
+    pub transfer: Transfer,
+    /// Points per cell and axis at the start.
+    pub points_per_cell: usize,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShapeFunction {
+    /// Hats over one cell to each side.
+    Linear,
+    /// Hats averaged over a point's box, whose edges keep their length (uGIMP; Bardenhagen & Kober 2004).
+    Generalised,
+    /// Quadratic B-splines, changed beside walls so that their sum stays 1.
+    Quadratic,
+    /// Cubic B-splines, the same.
+    Cubic,
+}
+
+/// When in a step stresses follow the strain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StressUpdate {
+    /// Before the forces, from the velocities that points brought to the nodes (USF).
+    First,
+    /// After the nodes have moved, from their velocities (USL).
+    Last,
+    /// After them, from the new velocities of points brought to the nodes once more (MUSL).
+    ModifiedLast,
+}
+
+/// What a point takes from the nodes' velocities.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Transfer {
+    /// The share `flip` (0 to 1) by increments (FLIP), the rest by values (PIC). Liang & Zhao (2019), eq. 17 to 19, call
+    /// 1 - flip alpha_PIC.
+    Blend { flip: f64 },
+    /// Values with their affine field (APIC).
+    Affine,
+}
+
+/// What the points are made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// Density of the material with its pores at the start, kg/m3, whatever the packing fraction.
+    pub density: f64,
+    pub law: MaterialLaw,
+}
+
+/// The law with its constants; each law's file under `law/material/` has its equations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MaterialLaw {
+    /// Isotropic and linear in an objective rate.
+    LinearElastic(Elastic),
+    /// Isotropic and linear between Kirchhoff stress and logarithmic strain.
+    Hencky(Elastic),
+    /// Chen et al. (2021), 2.2.
+    CriticalDruckerPrager(CriticalDruckerPrager),
+}
+
+/// Moduli of a solid. In the plane strain out of it is zero, so K of `tau = K tr(eps) 1 + 2 G dev(eps)` with the plane's
+/// deviator is [`Self::bulk_modulus_in`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Elastic {
+    /// K of the solid in space, Pa.
+    pub bulk_modulus: f64,
+    /// G, Pa.
+    pub shear_modulus: f64,
+}
+
+impl Elastic {
+    /// K, Pa, where the mean stress is the mean over that many axes: lambda + 2 G/axes.
+    pub fn bulk_modulus_in(&self, axes: usize) -> f64 {
+        match axes {
+            2 => self.bulk_modulus + self.shear_modulus / 3.0,
+            _ => self.bulk_modulus,
+        }
+    }
+}
+
+/// Critical-state Drucker-Prager plasticity (Chen et al. 2021, eq. 4 to 8).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CriticalDruckerPrager {
+    /// K, Pa: in the plane that of p = tr(tau)/2, in space that of p = tr(tau)/3.
+    pub bulk_modulus: f64,
+    /// G, Pa.
+    pub shear_modulus: f64,
+    /// phi_cs, rad.
+    pub friction_angle_critical: f64,
+    /// Phi_cs.
+    pub fraction_critical: f64,
+    /// Phi that points start with, unless their region has its own.
+    pub fraction: f64,
+    /// chi of tan(psi) = chi (Phi - Phi_cs), tan(phi) = tan(phi_cs) + chi (Phi - Phi_cs).
+    pub dilation_factor: f64,
+    /// xi of dPhi/dt = -(Phi - Phi_cs) Phi xi |deps_p/dt|.
+    pub softening_rate: f64,
+    /// c, Pa.
+    pub cohesion: f64,
+    /// A constant psi of plastic flow, rad, in place of that of chi; phi follows chi nevertheless.
+    pub dilation_angle: Option<f64>,
+}
+
+impl MaterialLaw {
+    /// Modulus of one-dimensional strain, Pa, which carries the fastest wave: lambda + 2 G.
+    pub fn modulus_longitudinal(&self, axes: usize) -> f64 {
+        let shear = self.shear_modulus();
+        let bulk = match self {
+            Self::LinearElastic(elastic) | Self::Hencky(elastic) => elastic.bulk_modulus_in(axes),
+            Self::CriticalDruckerPrager(law) => law.bulk_modulus,
+        };
+        bulk + 2.0 * (1.0 - 1.0 / axes as f64) * shear
+    }
+
+    /// G, Pa.
+    pub fn shear_modulus(&self) -> f64 {
+        match self {
+            Self::LinearElastic(elastic) | Self::Hencky(elastic) => elastic.shear_modulus,
+            Self::CriticalDruckerPrager(law) => law.shear_modulus,
+        }
+    }
+
+    /// Packing fraction that points start with; of laws without one 1.
+    pub fn fraction(&self) -> f64 {
+        match self {
+            Self::LinearElastic(_) | Self::Hencky(_) => 1.0,
+            Self::CriticalDruckerPrager(law) => law.fraction,
+        }
+    }
+}
+
+/// Material at the start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Region {
+    pub shape: RegionShape,
+    /// Packing fraction that its points start with. Mass does not follow it.
+    pub fraction: f64,
+    /// m/s, rad/s.
+    pub velocity: [f64; 3],
+    /// About the region's [`Region::centre`].
+    pub spin: [f64; 3],
+    /// Added to the velocity.
+    pub waves: Vec<Wave>,
+}
+
+/// A place on the lower or left border of a box belongs to it, one on the upper or right border does not.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RegionShape {
+    Box {
+        lower: [f64; 3],
+        upper: [f64; 3],
+    },
+    /// A disc in the plane.
+    Ball {
+        centre: [f64; 3],
+        radius: f64,
+    },
+    /// A simple polygon in the plane, in either sense.
+    Polygon {
+        vertices: Vec<[f64; 2]>,
+    },
+}
+
+/// `amplitude sin(2 pi direction.(x - origin)/length)` of the velocity at the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wave {
+    /// Unit vector.
+    pub direction: [f64; 3],
+    /// m.
+    pub length: f64,
+    /// A place where it vanishes, m.
+    pub origin: [f64; 3],
+    /// m/s.
+    pub amplitude: [f64; 3],
+}
+
+/// Cauchy stress at the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum InitialStress {
+    None,
+    /// Pa.
+    Isotropic {
+        pressure: f64,
+    },
+    /// Under gravity, which is along `axis`: `-(surcharge + density |g| depth)` along that axis, k0 times it across, with
+    /// the depth below `surface`; no stress above it.
+    Geostatic {
+        axis: usize,
+        /// 1 where gravity points to lower coordinates, -1 where to higher ones: the way up.
+        up: f64,
+        /// Coordinate of the surface along the axis, m.
+        surface: f64,
+        k0: f64,
+        /// Pressure on the surface, Pa.
+        surcharge: f64,
+    },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gravity {
+    /// m/s2.
+    pub acceleration: [f64; 3],
+    /// It rises linearly from zero over this time, s; 0: it is there from the start.
+    pub ramp: f64,
+}
+
+/// What happens at a face of the domain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Boundary {
+    Periodic,
+    /// No motion.
+    Fixed,
+    /// No motion along the normal.
+    Roller,
+    /// No motion into the wall; along it Coulomb friction against what presses.
+    Friction {
+        coefficient: f64,
+    },
+    /// Dashpots `density c` along and across the normal (Lysmer & Kuhlemeyer 1969).
+    Absorbing,
+    /// Nothing: what leaves ends the run.
+    Free,
+}
+
+/// A face of the domain, or the side of material that looks that way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Face {
+    pub axis: usize,
+    pub upper: bool,
+}
+
+/// A load on the surface of the material.
+///
+/// A point bears it where at the start no point is one spacing beyond it across `face`, and its place lies in the window. It
+/// bears the area of its side of that face (spacing, times spacing or depth).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Load {
+    pub face: Face,
+    /// Corners of the window, m.
+    pub lower: [f64; 3],
+    pub upper: [f64; 3],
+    pub kind: LoadKind,
+    /// It rises linearly from zero over this time, s.
+    pub ramp: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LoadKind {
+    /// Force per area of the start, Pa; neither turns nor grows with the surface.
+    Traction([f64; 3]),
+    /// Pa, against the surface's normal, on its area as it is (Nanson: `n a = J F^-T N A`).
+    Pressure(f64),
+}
+
+/// A rigid body that the material touches. A plane's normal points towards the material; no body is a layer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigidBody {
+    pub body: Body,
+    pub contact: BodyContact,
+    /// Material may part from it; otherwise it is held along the normal in both senses.
+    pub separates: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BodyContact {
+    /// Material moves with the body.
+    Rough,
+    /// Material slides freely.
+    Smooth,
+    /// mu.
+    Coulomb { friction: f64 },
+}
+
+/// The point nearest to a place at the start (of several the one of lowest id) has columns of its own in the series.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Followed {
+    pub name: String,
+    /// m.
+    pub place: [f64; 3],
+}
+
+impl Grid {
+    /// Extent along an axis, m.
+    pub fn extent(&self, axis: usize) -> f64 {
+        self.upper[axis] - self.lower[axis]
+    }
+}
+
+impl RegionShape {
+    pub fn contains(&self, place: &[f64; 3]) -> bool {
+        match self {
+            Self::Box { lower, upper } => (0..3).all(|axis| {
+                // In the plane both corners are at z = 0.
+                lower[axis] == upper[axis] || (lower[axis]..upper[axis]).contains(&place[axis])
+            }),
+            Self::Ball { centre, radius } => {
+                let arm: [f64; 3] = std::array::from_fn(|axis| place[axis] - centre[axis]);
+                arm[0] * arm[0] + arm[1] * arm[1] + arm[2] * arm[2] <= radius * radius
+            }
+            Self::Polygon { vertices } => polygon_contains(vertices, place),
+        }
+    }
+
+    /// Centre of the box or ball, centroid of the polygon, m.
+    pub fn centre(&self) -> [f64; 3] {
+        match self {
+            Self::Box { lower, upper } => std::array::from_fn(|axis| 0.5 * (lower[axis] + upper[axis])),
+            Self::Ball { centre, .. } => *centre,
+            Self::Polygon { vertices } => polygon_centre(vertices),
+        }
+    }
+}
+
+/// Pairs of vertices one after the other, the last with the first.
+fn edges(vertices: &[[f64; 2]]) -> impl Iterator<Item = ([f64; 2], [f64; 2])> {
+    (0..vertices.len()).map(|at| (vertices[at], vertices[(at + 1) % vertices.len()]))
+}
+
+/// A ray to the right crosses the border an odd number of times.
+fn polygon_contains(vertices: &[[f64; 2]], place: &[f64; 3]) -> bool {
+    let crossed = edges(vertices).filter(|(from, to)| {
+        (from[1] > place[1]) != (to[1] > place[1])
+            && place[0] < from[0] + (to[0] - from[0]) * (place[1] - from[1]) / (to[1] - from[1])
+    });
+    crossed.count() % 2 == 1
+}
+
+/// Area with its sign: positive where the vertices go round against the clock, m2.
+pub fn polygon_area(vertices: &[[f64; 2]]) -> f64 {
+    edges(vertices).map(|(from, to)| 0.5 * (from[0] * to[1] - to[0] * from[1])).sum()
+}
+
+fn polygon_centre(vertices: &[[f64; 2]]) -> [f64; 3] {
+    let area = polygon_area(vertices);
+    let moment = |axis: usize| -> f64 {
+        edges(vertices).map(|(from, to)| (from[axis] + to[axis]) * (from[0] * to[1] - to[0] * from[1]) / 6.0).sum()
+    };
+    [moment(0) / area, moment(1) / area, 0.0]
+}
+
+impl Region {
+    /// Velocity at a place at the start, m/s.
+    pub fn velocity_at(&self, place: &[f64; 3]) -> [f64; 3] {
+        let centre = self.shape.centre();
+        let arm: [f64; 3] = std::array::from_fn(|axis| place[axis] - centre[axis]);
+        let mut velocity = self.velocity;
+        for axis in 0..3 {
+            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+            velocity[axis] += self.spin[next] * arm[last] - self.spin[last] * arm[next];
+        }
+        for wave in &self.waves {
+            let mut along = 0.0;
+            for axis in 0..3 {
+                along += wave.direction[axis] * (place[axis] - wave.origin[axis]);
+            }
+            let share = sin(2.0 * PI * along / wave.length);
+            for axis in 0..3 {
+                velocity[axis] += share * wave.amplitude[axis];
+            }
+        }
+        velocity
+    }
+}
+
+impl Mpm {
+    /// Distance of neighbouring points at the start, m.
+    pub fn spacing(&self) -> f64 {
+        self.grid.cell / self.scheme.points_per_cell as f64
+    }
+
+    /// Places of the start along each axis: points may be in the middle of each; 1 beyond the grid's axes.
+    pub fn places(&self) -> [usize; 3] {
+        std::array::from_fn(|axis| match axis < self.grid.dimension {
+            true => self.grid.cells[axis] * self.scheme.points_per_cell,
+            false => 1,
+        })
+    }
+
+    /// The place with that index along each axis, m.
+    pub fn place(&self, index: [usize; 3]) -> [f64; 3] {
+        let per_cell = self.scheme.points_per_cell as f64;
+        std::array::from_fn(|axis| match axis < self.grid.dimension {
+            true => self.grid.lower[axis] + self.grid.cell * ((index[axis] as f64 + 0.5) / per_cell),
+            false => 0.0,
+        })
+    }
+
+    /// The region that has the material at a place of the start, if there is any.
+    pub fn region_at(&self, place: &[f64; 3]) -> Option<usize> {
+        self.regions.iter().position(|region| region.shape.contains(place))
+    }
+
+    /// Volume of a point at the start, m3.
+    pub fn point_volume(&self) -> f64 {
+        let spacing = self.spacing();
+        match self.grid.dimension {
+            2 => spacing * spacing * self.grid.depth,
+            _ => spacing * spacing * spacing,
+        }
+    }
+}
