@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use scree::checkpoint::PlanarPoint;
 use scree::dem::grains::Mover;
 use scree::dem::motion::Field;
+use scree::grid::Grid;
 use scree::ids::GrainId;
 use scree::law::contact::LinearSpringDashpot;
 use scree::law::material::CriticalDruckerPrager;
@@ -57,7 +58,7 @@ pub fn settings(dt: f64, contact: Linear) -> Settings<Plane, Law, CriticalDrucke
     Settings {
         dt,
         skin: 2e-4,
-        flip: 0.95,
+        grid: Grid::blend(0.95),
         contact: LinearSpringDashpot { constants: contact },
         material: material(),
         field: Field::default(),
