@@ -95,8 +95,12 @@ fn points<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport, 
             let id = PointId((row * columns + column) as u64);
             let mut point = PlanarPoint::resting(id, Vector::new(place[0], place[1]), mass, volume);
             let deficit = deficit_at(scenario, place);
-            point.memory = MaterialLaw::<Plane>::start(&law, scenario.packing.stress, start.fraction - deficit);
-            point.stress = law.stress(&point.memory);
+            point.memory = MaterialLaw::<Plane>::start(
+                &law,
+                &(Plane::identity() * -scenario.packing.stress),
+                start.fraction - deficit,
+            );
+            point.stress = MaterialLaw::<Plane>::stress(&law, &point.memory);
             debug_assert!(point.stress.is_finite());
             points.push(point);
         }

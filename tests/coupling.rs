@@ -5,7 +5,7 @@ use scree::ids::PointId;
 use scree::law::material::MaterialLaw;
 use scree::mpm::nodes;
 use scree::mpm::tile::Gathered;
-use scree::space::Plane;
+use scree::space::{Plane, Space};
 use scree_partition::{Solo, Transport};
 
 use crate::worlds::{Grain, PlanarWorld, Random, Vector, contact, grain, material, open_world, settings};
@@ -44,8 +44,8 @@ fn point_rows(rows: std::ops::Range<i32>, pressure: f64, weight: impl Fn(f64) ->
                 let id = PointId(points.len() as u64);
                 let mut point = PlanarPoint::resting(id, place, 0.85 * DENSITY * volume, volume);
                 point.weight = weight;
-                point.memory = MaterialLaw::<Plane>::start(&law, pressure, 0.85);
-                point.stress = law.stress(&point.memory);
+                point.memory = MaterialLaw::<Plane>::start(&law, &(Plane::identity() * -pressure), 0.85);
+                point.stress = MaterialLaw::<Plane>::stress(&law, &point.memory);
                 points.push(point);
             }
         }
