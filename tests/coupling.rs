@@ -5,7 +5,7 @@ use scree::ids::PointId;
 use scree::law::material::MaterialLaw;
 use scree::mpm::nodes;
 use scree::mpm::tile::{Gathered, GrainNode};
-use scree::space::Plane;
+use scree::space::{Plane, Space};
 use scree_partition::{Solo, Transport};
 
 use crate::worlds::{Grain, PlanarWorld, Random, Vector, contact, grain, material, open_world, settings};
@@ -44,8 +44,8 @@ fn point_rows(rows: std::ops::Range<i32>, pressure: f64, weight: impl Fn(f64) ->
                 let id = PointId(points.len() as u64);
                 let mut point = PlanarPoint::resting(id, place, 0.85 * DENSITY * volume, volume);
                 point.hot.weight = weight;
-                point.hot.memory = MaterialLaw::<Plane>::start(&law, pressure, 0.85);
-                point.hot.stress = law.stress(&point.hot.memory);
+                point.hot.memory = MaterialLaw::<Plane>::start(&law, &(Plane::identity() * -pressure), 0.85);
+                point.hot.stress = MaterialLaw::<Plane>::stress(&law, &point.hot.memory);
                 points.push(point);
             }
         }

@@ -44,6 +44,7 @@ pub fn material() -> CriticalDruckerPrager {
         friction_critical: scree::math::tan(0.27),
         fraction_critical: 0.815,
         dilation_factor: 11.0,
+        dilation: 0.0,
         softening_rate: 3.0,
         cohesion: 0.0,
     }
