@@ -38,6 +38,7 @@ pub fn write(state: &State, dir: &Path, file: &Path) -> Result<(), Error> {
         }
         Job::Assembly(job) if job.cell.dimension == 2 => text(state, &cell::<Plane>(state, job)?, dir, is_csv)?,
         Job::Assembly(job) => text(state, &cell::<Solid>(state, job)?, dir, is_csv)?,
+        Job::Mpm(_) => return Err(no_grains(dir)),
     };
     save(file, &text)
 }
@@ -48,10 +49,18 @@ pub fn write_contacts(state: &State, dir: &Path, file: &Path) -> Result<(), Erro
     let bodies: Vec<String> = match job_of(state, dir)? {
         Job::Shear(_) => Vec::new(),
         Job::Assembly(job) => job.bodies.into_iter().map(|body| body.name).collect(),
+        Job::Mpm(_) => return Err(no_grains(dir)),
     };
     let missing = || Error::User(format!("{}: this state has no contacts", dir.display()));
     let table = state.tables.iter().find(|table| table.name == "contacts").ok_or_else(missing)?;
     save(file, &contacts(table, &bodies).ok_or_else(missing)?)
+}
+
+fn no_grains(dir: &Path) -> Error {
+    Error::User(format!(
+        "{}: this run is a continuum on a grid and has no grains to export. Its points are in frames.vtkhdf.",
+        dir.display()
+    ))
 }
 
 fn job_of(state: &State, dir: &Path) -> Result<Job, Error> {

@@ -19,6 +19,7 @@ pub mod body;
 pub mod burden;
 pub mod checkpoint;
 pub mod cli;
+pub mod continuum;
 pub mod dem;
 pub mod enrichment;
 pub mod error;

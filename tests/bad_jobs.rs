@@ -328,7 +328,7 @@ fn a_table_or_a_key_of_an_assembly() {
     refused(
         "method = \"hybrid\"\n",
         "",
-        "job.toml: the job says neither how to shear a specimen nor what grains are in a cell. Add method = \"hybrid\", \"dem\" or \"mpm\" above the first table for planar shear, or a table [cell] for an assembly of grains.",
+        "job.toml: the job does not say what it is. Add method = \"hybrid\", \"dem\" or \"mpm\" above the first table for planar shear, a table [cell] for an assembly of grains, or a table [grid] for a continuum.",
     );
 }
 

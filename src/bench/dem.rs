@@ -159,7 +159,7 @@ fn job<S: Space>(base: u64) -> Result<Assembly, Error> {
     };
     match Job::parse(&text, "bench", &[])? {
         Job::Assembly(job) => Ok(job),
-        Job::Shear(_) => unreachable!("the text has a [cell]"),
+        Job::Shear(_) | Job::Mpm(_) => unreachable!("the text has a [cell]"),
     }
 }
 

@@ -8,6 +8,7 @@ use crate::scenario::Job;
 
 mod assembly;
 pub(super) use assembly::refuse_missing_file;
+mod mpm;
 mod page;
 mod shear;
 
@@ -29,6 +30,7 @@ pub(super) fn command(job: &Path, sets: &[String]) -> Result<String, Error> {
             crate::grain_file::refuse_bad(&assembly)?;
             Ok(assembly::page(&assembly))
         }
+        Job::Mpm(job) => Ok(mpm::page(&job)),
     }
 }
 

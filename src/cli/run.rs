@@ -53,6 +53,7 @@ fn prepare(
                 refuse_missing_file(assembly)?;
                 grain_file::refuse_bad(assembly)?;
             }
+            Job::Mpm(_) => {}
         }
         refuse_existing_run(&folder(&out, &job))?;
         Ok(job.to_toml())

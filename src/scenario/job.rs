@@ -1,19 +1,21 @@
-//! A job of either kind.
+//! A job of any kind.
 
 use std::path::Path;
 
 use super::raw::Typed;
 use super::schema::Kind;
-use super::{Assembly, Contact, Scenario, resolve, write};
+use super::{Assembly, Mpm, Scenario, resolve, write};
 use crate::error::Error;
 
-/// What a job asks for; the table `[cell]` makes it an assembly.
+/// What a job asks for; the table `[cell]` makes it an assembly, `[grid]` a continuum.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Job {
     /// Planar shear between rough plates: grains, continuum, or both.
     Shear(Scenario),
     /// Grains in a cell.
     Assembly(Assembly),
+    /// A continuum of material points on a grid.
+    Mpm(Mpm),
 }
 
 impl Job {
@@ -28,6 +30,7 @@ impl Job {
         match typed.kind {
             Kind::Shear => resolve::scenario(&typed, file).map(Self::Shear),
             Kind::Assembly => resolve::assembly(&typed, file).map(Self::Assembly),
+            Kind::Mpm => resolve::mpm(&typed).map(Self::Mpm),
         }
     }
 
@@ -36,13 +39,7 @@ impl Job {
         match self {
             Self::Shear(scenario) => &scenario.name,
             Self::Assembly(assembly) => &assembly.name,
-        }
-    }
-
-    pub fn contact(&self) -> &Contact {
-        match self {
-            Self::Shear(scenario) => &scenario.contact,
-            Self::Assembly(assembly) => &assembly.contact,
+            Self::Mpm(job) => &job.name,
         }
     }
 
@@ -51,6 +48,7 @@ impl Job {
         match self {
             Self::Shear(scenario) => scenario.time.step,
             Self::Assembly(assembly) => assembly.step,
+            Self::Mpm(job) => job.step,
         }
     }
 
@@ -59,6 +57,7 @@ impl Job {
         match self {
             Self::Shear(scenario) => scenario.to_toml(),
             Self::Assembly(assembly) => assembly.to_toml(),
+            Self::Mpm(job) => job.to_toml(),
         }
     }
 }
@@ -67,6 +66,13 @@ impl Assembly {
     /// The job in SI numbers with nothing left to a default. It parses back to an equal assembly.
     pub fn to_toml(&self) -> String {
         write::assembly(self)
+    }
+}
+
+impl Mpm {
+    /// The job in SI numbers with nothing left to a default. It parses back to an equal continuum.
+    pub fn to_toml(&self) -> String {
+        write::mpm(self)
     }
 }
 

@@ -1,7 +1,7 @@
 //! What is to be simulated, checked once and trusted afterwards (invariant 5).
 //!
 //! Two stages: [`raw`] is what the operator typed, positions and units included; [`Job`] is what it means, in SI units,
-//! with every default filled in: a [`Scenario`] of planar shear, or an [`Assembly`] of grains in a cell. Nothing after this
+//! with every default filled in: a [`Scenario`] of planar shear, an [`Assembly`] of grains in a cell, or a continuum on a grid ([`Mpm`]). Nothing after this
 //! module sees a string, an option or a sentinel.
 
 use std::path::{Path, PathBuf};
@@ -88,6 +88,9 @@ impl Scenario {
             Job::Shear(scenario) => Ok(scenario),
             Job::Assembly(_) => Err(Error::User(format!(
                 "{file}: this job is an assembly of grains, because it has a table [cell], and a job of planar shear is wanted here."
+            ))),
+            Job::Mpm(_) => Err(Error::User(format!(
+                "{file}: this job is a continuum on a grid, because it has a table [grid], and a job of planar shear is wanted here."
             ))),
         }
     }

@@ -7,6 +7,8 @@ use super::Output;
 use super::assembly::Body;
 use crate::math::{PI, sin};
 
+pub mod figures;
+
 /// The checked job of a continuum.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mpm {
@@ -334,6 +336,19 @@ pub struct Followed {
     pub place: [f64; 3],
 }
 
+impl Face {
+    /// As it is written in a job.
+    pub fn name(self) -> String {
+        let axis = ["x", "y", "z"][self.axis];
+        format!("{axis}_{}", if self.upper { "upper" } else { "lower" })
+    }
+
+    /// Every face of a domain of that many axes.
+    pub fn all(axes: usize) -> impl Iterator<Item = Self> {
+        (0..axes).flat_map(|axis| [false, true].map(|upper| Self { axis, upper }))
+    }
+}
+
 impl Grid {
     /// Extent along an axis, m.
     pub fn extent(&self, axis: usize) -> f64 {
@@ -398,22 +413,22 @@ impl Region {
     pub fn velocity_at(&self, place: &[f64; 3]) -> [f64; 3] {
         let centre = self.shape.centre();
         let arm: [f64; 3] = std::array::from_fn(|axis| place[axis] - centre[axis]);
-        let mut velocity = self.velocity;
-        for axis in 0..3 {
+        let turned = |axis: usize| {
             let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            velocity[axis] += self.spin[next] * arm[last] - self.spin[last] * arm[next];
-        }
-        for wave in &self.waves {
-            let mut along = 0.0;
-            for axis in 0..3 {
-                along += wave.direction[axis] * (place[axis] - wave.origin[axis]);
-            }
-            let share = sin(2.0 * PI * along / wave.length);
-            for axis in 0..3 {
-                velocity[axis] += share * wave.amplitude[axis];
-            }
-        }
-        velocity
+            self.spin[next] * arm[last] - self.spin[last] * arm[next]
+        };
+        std::array::from_fn(|axis| {
+            let waves = self.waves.iter().map(|wave| wave.share_at(place) * wave.amplitude[axis]);
+            waves.fold(self.velocity[axis] + turned(axis), |sum, wave| sum + wave)
+        })
+    }
+}
+
+impl Wave {
+    /// The sine at a place.
+    fn share_at(&self, place: &[f64; 3]) -> f64 {
+        let along = |axis: usize| self.direction[axis] * (place[axis] - self.origin[axis]);
+        sin(2.0 * PI * (along(0) + along(1) + along(2)) / self.length)
     }
 }
 
@@ -452,5 +467,28 @@ impl Mpm {
             2 => spacing * spacing * self.grid.depth,
             _ => spacing * spacing * spacing,
         }
+    }
+
+    /// Whether the point of the start at that index bears a load.
+    pub fn bears(&self, load: &Load, index: [usize; 3]) -> bool {
+        let place = self.place(index);
+        let inside = (0..self.grid.dimension).all(|axis| (load.lower[axis]..=load.upper[axis]).contains(&place[axis]));
+        inside && self.region_at(&place).is_some() && !self.has_point_beyond(index, load.face)
+    }
+
+    /// Whether there is a point one spacing beyond that of an index, across the periods.
+    fn has_point_beyond(&self, mut index: [usize; 3], face: Face) -> bool {
+        let (axis, count) = (face.axis, self.places()[face.axis]);
+        let at_end = index[axis] == if face.upper { count - 1 } else { 0 };
+        if at_end && !self.grid.periodic[axis] {
+            return false;
+        }
+        index[axis] = if face.upper { (index[axis] + 1) % count } else { (index[axis] + count - 1) % count };
+        self.region_at(&self.place(index)).is_some()
+    }
+
+    /// Area that a point bears at the start, m2.
+    pub fn point_area(&self) -> f64 {
+        self.point_volume() / self.spacing()
     }
 }

@@ -59,10 +59,9 @@ impl Node {
         let mut root =
             Self { value: entries(document.into_inner(), text), place: Place::Line(1), typed: String::new() };
         // The file alone decides, so that no override can turn a job into one of the other kind.
-        let kind = match root.get("cell").map(|entry| &entry.node.value) {
-            Some(Value::Table(_)) => Kind::Assembly,
-            _ => Kind::Shear,
-        };
+        let has = |table: &str| root.get(table).is_some_and(|entry| matches!(entry.node.value, Value::Table(_)));
+        let marked = [Kind::Assembly, Kind::Mpm].into_iter().find(|kind| kind.mark().is_some_and(has));
+        let kind = marked.unwrap_or(Kind::Shear);
         for set in sets {
             apply_set(&mut root, kind, set)?;
         }
@@ -197,8 +196,8 @@ fn refuse_unknown_path(set: &str, kind: Kind, parts: &[&str]) -> Result<(), Erro
         return Ok(());
     }
     let typed = parts.join(".");
-    if kind.other().leads_to_a_key(parts) {
-        return Err(Error::User(format!("--set {set}: a job has no {typed}. {}", belongs_to_the_other(kind))));
+    if let Some(advice) = kind.belongs_elsewhere(|other| other.leads_to_a_key(parts)) {
+        return Err(Error::User(format!("--set {set}: a job has no {typed}. {advice}")));
     }
     let paths = kind.paths();
     let same_key = || {
@@ -212,16 +211,6 @@ fn refuse_unknown_path(set: &str, kind: Kind, parts: &[&str]) -> Result<(), Erro
         None => "A path is table.key, for example loading.speed.".to_string(),
     };
     Err(Error::User(format!("--set {set}: a job has no {typed}. {advice}")))
-}
-
-/// Of a key or table that jobs of this kind do not have, and jobs of the other kind do.
-pub fn belongs_to_the_other(kind: Kind) -> &'static str {
-    match kind {
-        Kind::Shear => "It belongs to assemblies of grains, jobs with a table [cell], and this job has none.",
-        Kind::Assembly => {
-            "It belongs to jobs of planar shear, and this job is an assembly of grains because it has a table [cell]. Remove one of the two."
-        }
-    }
 }
 
 fn insert(node: &mut Node, parts: &[&str], value: Node, set: &str) -> Result<(), Error> {

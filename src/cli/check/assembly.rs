@@ -200,7 +200,7 @@ fn bodies(page: &mut Page, assembly: &Assembly) {
     }
 }
 
-fn motion(body: &Body) -> String {
+pub(super) fn motion(body: &Body) -> String {
     let path = match body.motion.path.as_slice() {
         [] => None,
         [_] => Some("moves at one velocity".to_string()),

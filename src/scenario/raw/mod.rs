@@ -1,7 +1,7 @@
 //! The job as typed: every key known, and readers that take one key at a time and refuse it in a sentence.
 
 use super::schema::{Kind, Table, Wants};
-use super::tree::{Entry, Node, Place, Value, belongs_to_the_other};
+use super::tree::{Entry, Node, Place, Value};
 use super::units::nearest;
 use crate::error::Error;
 
@@ -36,6 +36,7 @@ impl Typed {
             let shown = match self.kind {
                 Kind::Shear => "jobs/planar_shear.toml",
                 Kind::Assembly => "jobs/element/uniaxial.toml",
+                Kind::Mpm => "jobs/continuum/column_collapse.toml",
             };
             return Err(Error::User(format!(
                 "{}: {why} needs the table [{name}] ({}), and the job has none. Add it with the keys {}; {shown} shows one.",
@@ -122,11 +123,12 @@ impl Typed {
 
     fn unknown_key(&self, table: &Table, entry: &Entry) -> Error {
         let key = &entry.key;
-        let of_other = self.kind.other().table_if_known(table.name).is_some_and(|twin| twin.key(key).is_some());
-        let advice = match nearest(key, table.keys.iter().map(|known| known.name)) {
-            _ if of_other => belongs_to_the_other(self.kind).to_string(),
-            Some(known) => format!("Did you mean {known}?"),
-            None => match self.homes(key).as_slice() {
+        let has = |kind: Kind| kind.table_if_known(table.name).is_some_and(|twin| twin.key(key).is_some());
+        let elsewhere = self.kind.belongs_elsewhere(has);
+        let advice = match (elsewhere, nearest(key, table.keys.iter().map(|known| known.name))) {
+            (Some(elsewhere), _) => elsewhere,
+            (None, Some(known)) => format!("Did you mean {known}?"),
+            (None, None) => match self.homes(key).as_slice() {
                 [] => format!("Remove the line, or use one of: {}.", table.key_list()),
                 homes => format!("There is one in {}.", homes.join(" and in ")),
             },
@@ -138,26 +140,30 @@ impl Typed {
         let key = &entry.key;
         let place = at(&self.file, Some(entry.place));
         let tables = self.kind.tables().iter().map(|table| table.name).filter(|name| !name.is_empty());
-        let names = tables.clone().chain((self.kind == Kind::Shear).then_some("cell"));
-        let other = self.kind.other();
+        let marks = ["cell", "grid"].into_iter().filter(|_| self.kind == Kind::Shear);
+        let names = tables.clone().chain(marks);
+        let elsewhere = self.kind.belongs_elsewhere(|kind| match entry.node.value {
+            Value::Table(_) => kind.table_if_known(key).is_some(),
+            _ => kind.top().key(key).is_some(),
+        });
         if matches!(entry.node.value, Value::Table(_)) {
-            let advice = match nearest(key, names) {
-                _ if other.table_if_known(key).is_some() => belongs_to_the_other(self.kind).to_string(),
-                Some(name) => format!("Did you mean [{name}]?"),
-                None => format!("The tables of a job are: {}.", tables.collect::<Vec<_>>().join(", ")),
+            let advice = match (elsewhere, nearest(key, names)) {
+                (Some(elsewhere), _) => elsewhere,
+                (None, Some(name)) => format!("Did you mean [{name}]?"),
+                (None, None) => format!("The tables of a job are: {}.", tables.collect::<Vec<_>>().join(", ")),
             };
             return Error::User(format!("{place}: there is no table [{key}]. {advice}"));
         }
-        let advice = match self.homes(key).as_slice() {
-            _ if other.top().key(key).is_some() => belongs_to_the_other(self.kind).to_string(),
-            [] => {
+        let advice = match (elsewhere, self.homes(key).as_slice()) {
+            (Some(elsewhere), _) => elsewhere,
+            (None, []) => {
                 let known = self.kind.top().keys.iter().map(|known| known.name);
                 match nearest(key, known.chain(names)) {
                     Some(name) => format!("Did you mean {name}?"),
                     None => format!("Above the first table a job has: {}.", self.kind.top().key_list()),
                 }
             }
-            homes => format!("It belongs in {}.", homes.join(" or in ")),
+            (None, homes) => format!("It belongs in {}.", homes.join(" or in ")),
         };
         Error::User(format!("{place}: the job's top level has no key {key}. {advice}"))
     }

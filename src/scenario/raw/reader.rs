@@ -262,6 +262,25 @@ impl<'a> Reader<'a> {
             .collect()
     }
 
+    /// Corners of a polygon in the plane.
+    pub fn polygon(&self, key: &str) -> Result<Vec<[f64; 2]>, Error> {
+        let known = self.known(key);
+        let entry = self.find(key).ok_or_else(|| self.missing(key))?;
+        let wanted = "is refused: a list of three or more points is wanted, each two lengths (m).";
+        let refused = || self.refuse(known, &entry.node, wanted);
+        if entry.node.list().len() < 3 {
+            return Err(refused());
+        }
+        let corners = entry.node.list().iter().map(|point| match point.list() {
+            [x, y] => {
+                let length = |node| self.finite(known, node, Dimension::LENGTH);
+                Ok([length(x)?, length(y)?])
+            }
+            _ => Err(refused()),
+        });
+        corners.collect()
+    }
+
     /// A reader of the table that a key holds, such as `servo = { ... }`.
     pub fn inner(&self, key: &str) -> Result<Option<Reader<'a>>, Error> {
         let known = self.known(key);

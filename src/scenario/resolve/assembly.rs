@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::body::bodies;
+use super::body::{Domain, bodies};
 use super::checks::check;
 use super::contact::contact;
 use super::{
@@ -39,6 +39,7 @@ const OF_PREPARATION: [(&str, &[&str]); 2] = [("compress", &["stress", "fraction
 pub fn assembly(typed: &Typed, file: &str) -> Result<Assembly, Error> {
     let why = "an assembly of grains";
     let top = typed.table("", true, why)?;
+    let (name, seed) = (name(&top)?, top.count_or("seed", 1)?);
     let folder = folder_of(file);
 
     let (cell, gravity) = cell(typed.table("cell", true, why)?)?;
@@ -54,15 +55,24 @@ pub fn assembly(typed: &Typed, file: &str) -> Result<Assembly, Error> {
     let shown = typed.table("output", false, why)?;
     let block = if cell.dimension == 2 { BLOCK_OF_DISCS } else { BLOCK_OF_SPHERES };
 
+    let domain = Domain {
+        name: "cell",
+        dimension: cell.dimension,
+        lower: cell.lower,
+        upper: cell.upper,
+        periodic: cell.periodic,
+    };
+    let bodies = bodies(&top.with_axes(cell.dimension), &domain)?.into_iter().map(|(body, _)| body).collect();
+
     let assembly = Assembly {
-        name: name(&top)?,
-        seed: top.count_or("seed", 1)?,
+        name,
+        seed,
         matter,
         source,
         contact,
         damping: damping(&typed.table("damping", false, why)?)?,
         gravity,
-        bodies: bodies(&top.with_axes(cell.dimension), &cell)?,
+        bodies,
         step,
         end,
         velocities: time.choice_or("velocities", "time of velocities", &VELOCITIES, Velocities::Now)?,
@@ -298,7 +308,7 @@ mod tests {
         assert_eq!(back.to_toml(), job.to_toml());
         match job {
             Job::Assembly(assembly) => assembly,
-            Job::Shear(_) => panic!("it has a cell"),
+            Job::Shear(_) | Job::Mpm(_) => panic!("it has a cell"),
         }
     }
 

@@ -1,8 +1,8 @@
-//! `[[body]]`: rigid bodies among the grains of an assembly.
+//! `[[body]]`: rigid bodies among grains or in a continuum.
 
 use super::is_plain;
 use crate::error::Error;
-use crate::scenario::assembly::{Body, BodyServo, Cell, Motion, PathPoint, Shape};
+use crate::scenario::assembly::{Body, BodyServo, Motion, PathPoint, Shape};
 use crate::scenario::raw::Reader;
 
 /// Bodies that a job may have.
@@ -12,15 +12,34 @@ const UNIT_TOLERANCE: f64 = 1e-12;
 /// Sine of the angle within which two directions count as the same.
 const PARALLEL_TOLERANCE: f64 = 1e-9;
 
-/// The keys of each shape.
-const OF_SHAPE: [(&str, &[&str]); 4] = [
-    ("plane", &["point", "normal"]),
-    ("box", &["lower", "upper"]),
-    ("cylinder", &["centre", "radius", "axis"]),
-    ("layer", &["lower", "upper"]),
-];
+type Owners = &'static [(&'static str, &'static [&'static str])];
 
-pub fn bodies(top: &Reader<'_>, cell: &Cell) -> Result<Vec<Body>, Error> {
+const PLANE: (&str, &[&str]) = ("plane", &["point", "normal"]);
+const BOX: (&str, &[&str]) = ("box", &["lower", "upper"]);
+const CYLINDER: (&str, &[&str]) = ("cylinder", &["centre", "radius", "axis"]);
+const LAYER: (&str, &[&str]) = ("layer", &["lower", "upper"]);
+/// The keys of each shape; a layer is made of grains.
+const OF_SHAPE_AMONG_GRAINS: Owners = &[PLANE, BOX, CYLINDER, LAYER];
+const OF_SHAPE: Owners = &[PLANE, BOX, CYLINDER];
+
+/// Where bodies may be.
+pub struct Domain {
+    /// `cell` or `grid`.
+    pub name: &'static str,
+    pub dimension: usize,
+    pub lower: [f64; 3],
+    pub upper: [f64; 3],
+    pub periodic: [bool; 3],
+}
+
+impl Domain {
+    fn shapes(&self) -> Owners {
+        if self.name == "cell" { OF_SHAPE_AMONG_GRAINS } else { OF_SHAPE }
+    }
+}
+
+/// The bodies of a job with the tables that they were typed in.
+pub fn bodies<'a>(top: &Reader<'a>, cell: &Domain) -> Result<Vec<(Body, Reader<'a>)>, Error> {
     let tables = top.tables("body")?;
     if let Some(table) = tables.get(BODIES_MAX) {
         return Err(table.refusal_of_table(&format!(
@@ -28,18 +47,18 @@ pub fn bodies(top: &Reader<'_>, cell: &Cell) -> Result<Vec<Body>, Error> {
             tables.len()
         )));
     }
-    let mut bodies: Vec<Body> = Vec::new();
-    for table in &tables {
-        let body = body(table, cell)?;
-        if bodies.iter().any(|other| other.name == body.name) {
+    let mut bodies: Vec<(Body, Reader<'a>)> = Vec::new();
+    for table in tables {
+        let body = body(&table, cell)?;
+        if bodies.iter().any(|(other, _)| other.name == body.name) {
             return Err(table.refusal("name", "names another body already. Give each a name of its own."));
         }
-        bodies.push(body);
+        bodies.push((body, table));
     }
     Ok(bodies)
 }
 
-fn body(table: &Reader<'_>, cell: &Cell) -> Result<Body, Error> {
+fn body(table: &Reader<'_>, cell: &Domain) -> Result<Body, Error> {
     let name = table.text("name")?;
     if !is_plain(name) {
         return Err(table.refusal(
@@ -54,9 +73,10 @@ fn body(table: &Reader<'_>, cell: &Cell) -> Result<Body, Error> {
     Ok(Body { name: name.to_string(), shape, motion })
 }
 
-fn shape(table: &Reader<'_>, cell: &Cell) -> Result<Shape, Error> {
-    let name = table.choose("shape", "shape", &OF_SHAPE.map(|(name, _)| (name, name)))?;
-    table.refuse_keys_of_others("shape", name, &OF_SHAPE)?;
+fn shape(table: &Reader<'_>, cell: &Domain) -> Result<Shape, Error> {
+    let names: Vec<(&str, &str)> = cell.shapes().iter().map(|(name, _)| (*name, *name)).collect();
+    let name = table.choose("shape", "shape", &names)?;
+    table.refuse_keys_of_others("shape", name, cell.shapes())?;
     Ok(match name {
         "plane" => {
             let point = inside(table, "point", cell)?;
@@ -65,8 +85,8 @@ fn shape(table: &Reader<'_>, cell: &Cell) -> Result<Shape, Error> {
                 return Err(table.refusal(
                     "normal",
                     &format!(
-                        "leans along {}, and the cell is periodic there, so the half space would meet its own images. Turn it, or set cell.periodic to false along {0}.",
-                        AXES[axis]
+                        "leans along {}, and the {} is periodic there, so the half space would meet its own images. Turn it, or set {1}.periodic to false along {0}.",
+                        AXES[axis], cell.name
                     ),
                 ));
             }
@@ -84,7 +104,7 @@ fn shape(table: &Reader<'_>, cell: &Cell) -> Result<Shape, Error> {
     })
 }
 
-fn cylinder(table: &Reader<'_>, cell: &Cell) -> Result<Shape, Error> {
+fn cylinder(table: &Reader<'_>, cell: &Domain) -> Result<Shape, Error> {
     let axis = match cell.dimension {
         2 if table.has("axis") => {
             return Err(table
@@ -100,8 +120,8 @@ fn cylinder(table: &Reader<'_>, cell: &Cell) -> Result<Shape, Error> {
             return Err(table.refusal(
                 "radius",
                 &format!(
-                    "reaches beyond the cell along {}, where it is periodic. Make it smaller, or move its centre inwards.",
-                    AXES[along]
+                    "reaches beyond the {} along {}, where it is periodic. Make it smaller, or move its centre inwards.",
+                    cell.name, AXES[along]
                 ),
             ));
         }
@@ -112,15 +132,16 @@ fn cylinder(table: &Reader<'_>, cell: &Cell) -> Result<Shape, Error> {
 /// As axes are called in messages.
 pub const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// A point of the cell, its faces included.
-fn inside(table: &Reader<'_>, key: &str, cell: &Cell) -> Result<[f64; 3], Error> {
+/// A point of the domain, its faces included.
+pub fn inside(table: &Reader<'_>, key: &str, cell: &Domain) -> Result<[f64; 3], Error> {
     let point = table.vector(key)?;
     match (0..cell.dimension).find(|axis| !(cell.lower[*axis]..=cell.upper[*axis]).contains(&point[*axis])) {
         None => Ok(point),
         Some(axis) => Err(table.refusal(
             key,
             &format!(
-                "lies outside of the cell, which reaches from {} to {} m along {}. Move it inside.",
+                "lies outside of the {}, which reaches from {} to {} m along {}. Move it inside.",
+                cell.name,
                 super::digits(cell.lower[axis]),
                 super::digits(cell.upper[axis]),
                 AXES[axis]
@@ -129,7 +150,8 @@ fn inside(table: &Reader<'_>, key: &str, cell: &Cell) -> Result<[f64; 3], Error>
     }
 }
 
-fn corners(table: &Reader<'_>, cell: &Cell) -> Result<([f64; 3], [f64; 3]), Error> {
+/// Two corners of a box in the domain.
+pub fn corners(table: &Reader<'_>, cell: &Domain) -> Result<([f64; 3], [f64; 3]), Error> {
     let (lower, upper) = (inside(table, "lower", cell)?, inside(table, "upper", cell)?);
     match (0..cell.dimension).all(|axis| lower[axis] < upper[axis]) {
         true => Ok((lower, upper)),
@@ -138,7 +160,7 @@ fn corners(table: &Reader<'_>, cell: &Cell) -> Result<([f64; 3], [f64; 3]), Erro
 }
 
 /// A direction, brought to length 1.
-fn direction(table: &Reader<'_>, key: &str) -> Result<[f64; 3], Error> {
+pub fn direction(table: &Reader<'_>, key: &str) -> Result<[f64; 3], Error> {
     let typed = table.vector(key)?;
     let length = norm(typed);
     if (length - 1.0).abs() <= UNIT_TOLERANCE {
@@ -150,7 +172,7 @@ fn direction(table: &Reader<'_>, key: &str) -> Result<[f64; 3], Error> {
     }
 }
 
-fn norm(vector: [f64; 3]) -> f64 {
+pub fn norm(vector: [f64; 3]) -> f64 {
     dot(vector, vector).sqrt()
 }
 
@@ -231,7 +253,7 @@ fn servo(table: &Reader<'_>) -> Result<Option<BodyServo>, Error> {
 }
 
 /// A spin must leave the shape where it is, or nothing says about which point it turns.
-fn refuse_spin(table: &Reader<'_>, cell: &Cell, shape: &Shape, motion: &Motion) -> Result<(), Error> {
+fn refuse_spin(table: &Reader<'_>, cell: &Domain, shape: &Shape, motion: &Motion) -> Result<(), Error> {
     let key = if table.has("path") { "path" } else { "spin" };
     let about = match shape {
         Shape::Cylinder { axis, .. } => Some(*axis),

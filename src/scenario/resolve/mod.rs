@@ -12,9 +12,12 @@ mod assembly;
 mod body;
 mod checks;
 mod contact;
+mod mpm;
+mod mpm_checks;
 mod shear;
 
 pub use assembly::assembly;
+pub use mpm::mpm;
 pub use shear::scenario;
 
 const DEPTH_DEFAULT: f64 = 0.01;

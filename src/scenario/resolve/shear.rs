@@ -90,7 +90,7 @@ fn method(top: &Reader<'_>, typed: &Typed) -> Result<Method, Error> {
     let methods = [("hybrid", Method::Hybrid), ("dem", Method::Dem), ("mpm", Method::Mpm)];
     top.choice("method", "method", &methods)?.ok_or_else(|| {
         typed.refusal_of_all(
-            "the job says neither how to shear a specimen nor what grains are in a cell. Add method = \"hybrid\", \"dem\" or \"mpm\" above the first table for planar shear, or a table [cell] for an assembly of grains.",
+            "the job does not say what it is. Add method = \"hybrid\", \"dem\" or \"mpm\" above the first table for planar shear, a table [cell] for an assembly of grains, or a table [grid] for a continuum.",
         )
     })
 }

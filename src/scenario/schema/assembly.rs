@@ -71,12 +71,15 @@ const OUTPUT_OF_GRAINS: [Key; 5] = {
 };
 
 /// One `[[body]]`.
+static BODY: Table = Table { name: "body", about: "a rigid body", many: true, keys: &KEYS_OF_BODY };
+
+/// The keys that bodies have in every job.
 #[rustfmt::skip]
-static BODY: Table = Table { name: "body", about: "a rigid body", many: true, keys: &[
+pub const KEYS_OF_BODY: [Key; 14] = [
     text("name", "the body's name", "\"lid\""),
-    text("shape", "plane, box, cylinder or layer", "\"plane\""),
+    text("shape", "the body's shape", "\"plane\""),
     vector("point", "a point of the plane", LENGTH, "\"0 cm\""),
-    vector("normal", "the direction from the plane towards the grains", RATIO, "1.0"),
+    vector("normal", "the direction from the plane towards what it holds", RATIO, "1.0"),
     vector("lower", "the lower corner", LENGTH, "\"1 cm\""),
     vector("upper", "the upper corner", LENGTH, "\"2 cm\""),
     vector("centre", "the centre, or a point of the axis", LENGTH, "\"1 cm\""),
@@ -87,7 +90,7 @@ static BODY: Table = Table { name: "body", about: "a rigid body", many: true, ke
     number("ramp", "the time over which velocity and spin rise from zero", TIME, NOT_NEGATIVE, "\"10 ms\""),
     key("path", "velocity and spin at given times, in place of velocity, spin and ramp", Wants::Tables(&PATH), "[{time = 0, velocity = [0, 0]}]"),
     key("servo", "the force or stress that the body is held at", Wants::Table(&SERVO), "{direction = [0, 1], force = \"5 N\", mass = \"10 g\", speed_max = \"1 cm/s\"}"),
-] };
+];
 
 #[rustfmt::skip]
 static PATH: Table = Table { name: "body.path", about: "velocity and spin at a time", many: true, keys: &[
@@ -98,8 +101,8 @@ static PATH: Table = Table { name: "body.path", about: "velocity and spin at a t
 
 #[rustfmt::skip]
 static SERVO: Table = Table { name: "body.servo", about: "the force or stress that a body is held at", many: false, keys: &[
-    vector("direction", "the direction that the grains push the body in", RATIO, "1.0"),
-    number("force", "the grains' force along that direction", Dimension::FORCE, NOT_NEGATIVE, "\"5 N\""),
+    vector("direction", "the direction that the body is pushed in", RATIO, "1.0"),
+    number("force", "the force on the body along that direction", Dimension::FORCE, NOT_NEGATIVE, "\"5 N\""),
     number("stress", "the force over the area, in place of force", STRESS, NOT_NEGATIVE, "\"100 kPa\""),
     number("area", "the area of stress", Dimension::AREA, POSITIVE, "\"4 cm2\""),
     number("mass", "the mass that the servo moves", Dimension::MASS, POSITIVE, "\"10 g\""),

@@ -4,32 +4,65 @@ use super::units::Dimension;
 
 mod assembly;
 mod contact;
+mod mpm;
 pub use contact::OF_LAW;
 mod shear;
 
-/// The two kinds of jobs, told apart by the table `[cell]`.
+/// The kinds of jobs: a table `[cell]` makes an assembly, a table `[grid]` a continuum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Planar shear of a specimen between plates: grains, continuum, or both.
     Shear,
     /// Grains in a cell.
     Assembly,
+    /// A continuum of material points on a grid.
+    Mpm,
 }
 
 impl Kind {
+    const ALL: [Self; 3] = [Self::Shear, Self::Assembly, Self::Mpm];
+
     /// The job's top level, then its tables in the order they are written in.
     pub fn tables(self) -> &'static [Table] {
         match self {
             Self::Shear => &shear::TABLES,
             Self::Assembly => &assembly::TABLES,
+            Self::Mpm => &mpm::TABLES,
         }
     }
 
-    pub fn other(self) -> Self {
+    /// The table that makes a job one of this kind; without any it is of planar shear.
+    pub fn mark(self) -> Option<&'static str> {
         match self {
-            Self::Shear => Self::Assembly,
-            Self::Assembly => Self::Shear,
+            Self::Shear => None,
+            Self::Assembly => Some("cell"),
+            Self::Mpm => Some("grid"),
         }
+    }
+
+    /// What jobs of this kind are called, with an article for one.
+    pub fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Shear => ("jobs of planar shear", "a job of planar shear"),
+            Self::Assembly => ("assemblies of grains", "an assembly of grains"),
+            Self::Mpm => ("continua on a grid", "a continuum on a grid"),
+        }
+    }
+
+    /// Of something that this kind of job does not have, and the first other kind for which `has` holds does.
+    pub fn belongs_elsewhere(self, has: impl Fn(Self) -> bool) -> Option<String> {
+        let owner = Self::ALL.into_iter().find(|kind| *kind != self && has(*kind))?;
+        let owners = match owner.mark() {
+            Some(table) if self == Self::Shear => format!("{}, jobs with a table [{table}]", owner.words().0),
+            _ => owner.words().0.to_string(),
+        };
+        Some(match self.mark() {
+            Some(mark) => format!(
+                "It belongs to {owners}, and this job is {} because it has a table [{mark}]. Remove one of the two.",
+                self.words().1
+            ),
+            None => format!("It belongs to {owners}, and this job has none."),
+        })
     }
 
     /// The table of that name; asking for one that does not exist is a slip in this program.
@@ -115,6 +148,8 @@ pub enum Wants {
     Stresses,
     /// Pairs of a length and a share.
     Shares,
+    /// Three or more points of the plane.
+    Polygon,
     /// One table with keys of its own.
     Table(&'static Table),
     /// Any number of them.
@@ -166,7 +201,7 @@ impl Range {
                 false => format!("finite and {}{unit} or more", self.min),
             };
         }
-        let (min, max) = (self.min, round(self.max));
+        let (min, max) = (round(self.min), round(self.max));
         match (self.min_open, self.max_open) {
             (true, true) => format!("between {min} and {max}{unit}, both excluded"),
             (true, false) => format!("more than {min} and at most {max}{unit}"),
@@ -220,7 +255,7 @@ const DAMPING: Dimension = Dimension::DAMPING;
 const POSITIVE: Range = Range::POSITIVE;
 const NOT_NEGATIVE: Range = Range::NOT_NEGATIVE;
 
-/// `[output]` of both kinds.
+/// `[output]` of every kind.
 #[rustfmt::skip]
 const OUTPUT: [Key; 4] = [
     number("series_interval", "time between rows of series.csv", TIME, POSITIVE, "\"3 ms\""),
@@ -329,7 +364,7 @@ mod tests {
 
     #[test]
     fn every_key_says_what_it_is() {
-        for kind in [Kind::Shear, Kind::Assembly] {
+        for kind in Kind::ALL {
             for table in kind.tables_of_all_depths() {
                 for key in table.keys {
                     assert!(!key.about.is_empty() && !key.example.is_empty(), "{}", table.path(key.name));

@@ -52,7 +52,9 @@ pub fn assembly(assembly: &Assembly) -> String {
     page.output(&assembly.output);
     page.flag("ledger", assembly.ledger);
     for one in &assembly.bodies {
+        page.line("\n[[body]]");
         body(&mut page, one, axes);
+        servo(&mut page, one.motion.servo.as_ref(), axes);
     }
     page.text_of_all()
 }
@@ -116,8 +118,8 @@ fn made(page: &mut Page, packed: &Packed) {
     page.path("cache", &packed.cache);
 }
 
-fn body(page: &mut Page, body: &Body, axes: usize) {
-    page.line("\n[[body]]");
+/// A body within `[[body]]`, but for its servo.
+pub fn body(page: &mut Page, body: &Body, axes: usize) {
     page.text("name", &body.name);
     match &body.shape {
         Shape::Plane { point, normal } => {
@@ -148,9 +150,6 @@ fn body(page: &mut Page, body: &Body, axes: usize) {
         let points: Vec<String> = body.motion.path.iter().map(|point| path_point(point, axes)).collect();
         page.line(&format!("path = [{}]", points.join(", ")));
     }
-    if let Some(held) = &body.motion.servo {
-        servo(page, held, axes);
-    }
 }
 
 fn path_point(point: &PathPoint, axes: usize) -> String {
@@ -158,7 +157,9 @@ fn path_point(point: &PathPoint, axes: usize) -> String {
     format!("{{time = {:?}, velocity = {}, spin = {spin}}}", point.time, list(&point.velocity[..axes]))
 }
 
-fn servo(page: &mut Page, servo: &BodyServo, axes: usize) {
+/// The table within a body, so the last of it.
+pub fn servo(page: &mut Page, servo: Option<&BodyServo>, axes: usize) {
+    let Some(servo) = servo else { return };
     page.line("[body.servo]");
     page.numbers("direction", &servo.direction[..axes]);
     page.number("force", servo.force);

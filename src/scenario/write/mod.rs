@@ -6,9 +6,11 @@ use std::path::Path;
 use super::{Contact, Linear, Output, Sliding};
 
 mod assembly;
+mod mpm;
 mod shear;
 
 pub use assembly::assembly;
+pub use mpm::mpm;
 pub use shear::shear;
 
 struct Page(String);

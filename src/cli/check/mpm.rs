@@ -1,0 +1,303 @@
+//! A continuum of material points on a grid.
+
+use super::STEP_SHARE_MIN;
+use super::assembly::motion;
+use super::page::{Page, figures, megapascals, whole};
+use crate::math::PI;
+use crate::scenario::assembly::Shape;
+use crate::scenario::mpm::{
+    BodyContact, Boundary, Face, InitialStress, LoadKind, MaterialLaw, Mpm, RegionShape, ShapeFunction, StressUpdate,
+    Transfer, figures as of,
+};
+use crate::scenario::stable::governing;
+
+/// Above this share of the wave speed motion is no longer slow against waves.
+const MACH_MAX: f64 = 0.3;
+/// How far the points' volume may be from the region's before it is worth a word.
+const VOLUME_TOLERANCE: f64 = 0.01;
+
+/// The whole printout.
+pub fn page(job: &Mpm) -> String {
+    let mut page = Page(String::new());
+    let space = if job.grid.dimension == 2 { "plane strain" } else { "in space" };
+    page.line(&format!("{}: a continuum on a grid, {space}", job.name));
+    let counts = of::points_of_regions(job);
+    grid(&mut page, job);
+    scheme(&mut page, job);
+    material(&mut page, job);
+    regions(&mut page, job, &counts);
+    boundaries(&mut page, job);
+    loads(&mut page, job);
+    bodies(&mut page, job);
+    steps(&mut page, job);
+    cost(&mut page, job, counts.iter().sum());
+    for warning in warnings(job, &counts) {
+        page.line(&format!("\nwarning: {warning}"));
+    }
+    page.line("\nThe job is good. Nothing was started.");
+    page.0
+}
+
+/// `1 x 2 x 3`, of the grid's axes.
+fn times(job: &Mpm, of: impl Fn(usize) -> String) -> String {
+    (0..job.grid.dimension).map(of).collect::<Vec<_>>().join(" x ")
+}
+
+/// `1, 2, 3`, of the grid's axes.
+fn components(job: &Mpm, vector: &[f64; 3]) -> String {
+    vector[..job.grid.dimension].iter().map(|component| figures(*component)).collect::<Vec<_>>().join(", ")
+}
+
+fn grid(page: &mut Page, job: &Mpm) {
+    let grid = &job.grid;
+    page.section("Grid");
+    page.row("extent", &format!("{} m", times(job, |axis| figures(grid.extent(axis)))), "between the walls");
+    page.row(
+        "cells",
+        &times(job, |axis| whole(grid.cells[axis] as f64)),
+        &format!("{} mm each", figures(1e3 * grid.cell)),
+    );
+    if grid.dimension == 2 {
+        page.row("depth", &format!("{} mm", figures(1e3 * grid.depth)), "out of the plane");
+    }
+    let blocks = of::blocks(job);
+    page.row(
+        "blocks",
+        &times(job, |axis| whole(blocks[axis] as f64)),
+        &format!("{} cells along each edge, at least", job.cells_per_block),
+    );
+}
+
+fn scheme(page: &mut Page, job: &Mpm) {
+    page.section("Scheme");
+    page.row(
+        "shape functions",
+        match job.scheme.shape {
+            ShapeFunction::Linear => "linear",
+            ShapeFunction::Generalised => "generalised (uGIMP)",
+            ShapeFunction::Quadratic => "quadratic B-splines",
+            ShapeFunction::Cubic => "cubic B-splines",
+        },
+        "",
+    );
+    page.row(
+        "stress follows strain",
+        match job.scheme.update {
+            StressUpdate::First => "first (USF)",
+            StressUpdate::Last => "last (USL)",
+            StressUpdate::ModifiedLast => "modified last (MUSL)",
+        },
+        "",
+    );
+    match job.scheme.transfer {
+        Transfer::Blend { flip } => page.row("velocities", &format!("{} FLIP", figures(flip)), "the rest PIC"),
+        Transfer::Affine => page.row("velocities", "affine (APIC)", ""),
+    }
+}
+
+fn material(page: &mut Page, job: &Mpm) {
+    page.section("Material");
+    let axes = job.grid.dimension;
+    let moduli = |page: &mut Page, bulk: f64, shear: f64| {
+        page.row("K and G", &megapascals(bulk, shear), if axes == 2 { "K of the mean of two axes" } else { "" });
+    };
+    match &job.material.law {
+        MaterialLaw::LinearElastic(law) => {
+            page.row("law", "linear_elastic", "");
+            moduli(page, law.bulk_modulus_in(axes), law.shear_modulus);
+        }
+        MaterialLaw::Hencky(law) => {
+            page.row("law", "hencky", "");
+            moduli(page, law.bulk_modulus_in(axes), law.shear_modulus);
+        }
+        MaterialLaw::CriticalDruckerPrager(law) => {
+            page.row("law", "critical_drucker_prager", "");
+            moduli(page, law.bulk_modulus, law.shear_modulus);
+            let degrees = |angle: f64| format!("{} deg", figures(angle * 180.0 / PI));
+            page.row("phi_cs", &degrees(law.friction_angle_critical), "");
+            page.row(
+                "Phi and Phi_cs",
+                &format!("{} and {}", figures(law.fraction), figures(law.fraction_critical)),
+                "",
+            );
+            let rates = format!("{} and {}", figures(law.dilation_factor), figures(law.softening_rate));
+            page.row("chi and xi", &rates, "");
+            page.row("cohesion", &format!("{} kPa", figures(1e-3 * law.cohesion)), "");
+            if let Some(angle) = law.dilation_angle {
+                page.row("psi", &degrees(angle), "constant");
+            }
+        }
+    }
+    page.row("density", &format!("{} kg/m3", figures(job.material.density)), "");
+    let (along, across) = of::wave_speeds(job);
+    page.row("wave speeds", &format!("{} and {} m/s", figures(along), figures(across)), "along and across");
+}
+
+fn regions(page: &mut Page, job: &Mpm, counts: &[u64]) {
+    page.section("Material at the start");
+    for (region, count) in job.regions.iter().zip(counts) {
+        let shape = match region.shape {
+            RegionShape::Box { .. } => "box",
+            RegionShape::Ball { .. } if job.grid.dimension == 2 => "disc",
+            RegionShape::Ball { .. } => "ball",
+            RegionShape::Polygon { .. } => "polygon",
+        };
+        page.row(
+            shape,
+            &format!("{} points", whole(*count as f64)),
+            if region.waves.is_empty() { "" } else { "waves" },
+        );
+    }
+    let points: u64 = counts.iter().sum();
+    page.row(
+        "points",
+        &whole(points as f64),
+        &format!("{} mm apart, {} per cell", figures(1e3 * job.spacing()), {
+            job.scheme.points_per_cell.pow(job.grid.dimension as u32)
+        }),
+    );
+    page.row("mass", &format!("{} kg", figures(of::mass(job, points))), "");
+    match &job.stress {
+        InitialStress::None => page.row("stress", "none", ""),
+        InitialStress::Isotropic { pressure } => {
+            page.row("stress", &format!("{} kPa", figures(1e-3 * pressure)), "isotropic pressure");
+        }
+        InitialStress::Geostatic { surface, k0, surcharge, .. } => page.row(
+            "stress",
+            "geostatic",
+            &format!(
+                "below {} m, k0 = {}, {} kPa on the surface",
+                figures(*surface),
+                figures(*k0),
+                figures(1e-3 * surcharge)
+            ),
+        ),
+    }
+    if job.gravity.acceleration != [0.0; 3] {
+        let note =
+            if job.gravity.ramp > 0.0 { format!("after {} s", figures(job.gravity.ramp)) } else { String::new() };
+        page.row("gravity", &format!("{} m/s2", components(job, &job.gravity.acceleration)), &note);
+    }
+}
+
+fn boundaries(page: &mut Page, job: &Mpm) {
+    page.section("Faces of the grid (roller where the job says nothing)");
+    for face in Face::all(job.grid.dimension) {
+        let kind = match job.boundaries[face.axis][usize::from(face.upper)] {
+            Boundary::Periodic => "periodic".to_string(),
+            Boundary::Fixed => "fixed".to_string(),
+            Boundary::Roller => "roller".to_string(),
+            Boundary::Friction { coefficient } => format!("friction {}", figures(coefficient)),
+            Boundary::Absorbing => "absorbing".to_string(),
+            Boundary::Free => "free".to_string(),
+        };
+        page.row(&face.name(), &kind, "");
+    }
+}
+
+fn loads(page: &mut Page, job: &Mpm) {
+    if job.loads.is_empty() {
+        return;
+    }
+    page.section("Loads");
+    for load in &job.loads {
+        let points = of::points_loaded(job, load);
+        let value = match &load.kind {
+            LoadKind::Traction(traction) => {
+                format!("{} Pa", components(job, traction))
+            }
+            LoadKind::Pressure(pressure) => format!("{} Pa", figures(*pressure)),
+        };
+        let kind = match load.kind {
+            LoadKind::Traction(_) => "dead traction",
+            LoadKind::Pressure(_) => "pressure that follows the surface",
+        };
+        page.row(
+            &load.face.name(),
+            &value,
+            &format!("{kind} on {} points, {} m2", whole(points as f64), figures(points as f64 * job.point_area())),
+        );
+    }
+}
+
+fn bodies(page: &mut Page, job: &Mpm) {
+    if job.bodies.is_empty() {
+        return;
+    }
+    page.section("Bodies");
+    for body in &job.bodies {
+        let shape = match &body.body.shape {
+            Shape::Plane { .. } => "plane",
+            Shape::Box { .. } => "box",
+            Shape::Cylinder { .. } => "cylinder",
+            Shape::Layer { .. } => "layer",
+        };
+        let contact = match body.contact {
+            BodyContact::Rough => "rough".to_string(),
+            BodyContact::Smooth => "smooth".to_string(),
+            BodyContact::Coulomb { friction } => format!("friction {}", figures(friction)),
+        };
+        let held = if body.separates { "" } else { ", never parts" };
+        page.row(&body.body.name, &format!("{shape}, {contact}{held}"), &motion(&body.body));
+    }
+}
+
+fn steps(page: &mut Page, job: &Mpm) {
+    page.section("Time step");
+    page.row("step of the job", &format!("{} s", figures(job.step)), "");
+    page.bounds("stable step", &of::bounds(job));
+}
+
+fn cost(page: &mut Page, job: &Mpm, points: u64) {
+    page.section("Cost");
+    page.row("simulated time", &format!("{} s", figures(job.end)), "");
+    page.row("steps", &whole(of::steps(job) as f64), "");
+    page.row("memory", &format!("{} MB", figures(1e-6 * of::memory(job, points))), "of all ranks together, about");
+    let seconds = of::wall_time(job, points);
+    page.row(
+        "time to run",
+        &format!("{} h ({} s)", figures(seconds / 3600.0), figures(seconds)),
+        &format!("on one core, at {} ns a point and step", whole(1e9 * of::cost_of_point(job))),
+    );
+}
+
+/// What is allowed, but probably not meant.
+fn warnings(job: &Mpm, counts: &[u64]) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let stable = governing(&of::bounds(job)).step;
+    if job.step < STEP_SHARE_MIN * stable {
+        warnings.push(format!(
+            "the time step is {} of the stable one, {} s. A longer time.step would save time.",
+            figures(job.step / stable),
+            figures(stable)
+        ));
+    }
+    let share = of::speed_max(job) / of::wave_speeds(job).0;
+    if share > MACH_MAX {
+        warnings.push(format!(
+            "the job moves material at {} of the speed of its waves; above {MACH_MAX} it is a blow, not a load.",
+            figures(share)
+        ));
+    }
+    for (number, (region, count)) in job.regions.iter().zip(counts).enumerate() {
+        let RegionShape::Box { lower, upper } = &region.shape else { continue };
+        let depth = if job.grid.dimension == 2 { job.grid.depth } else { 1.0 };
+        let volume: f64 = (0..job.grid.dimension).map(|axis| upper[axis] - lower[axis]).product::<f64>() * depth;
+        let filled = *count as f64 * job.point_volume() / volume;
+        if (filled - 1.0).abs() > VOLUME_TOLERANCE {
+            warnings.push(format!(
+                "the points of region {} fill {} of its box: its edges do not lie between places of points, which are {} mm apart, or it overlaps a region before it.",
+                number + 1,
+                figures(filled),
+                figures(1e3 * job.spacing())
+            ));
+        }
+    }
+    if job.scheme.shape == ShapeFunction::Linear {
+        warnings.push(
+            "with linear shape functions points that cross from cell to cell make their stresses jump. Quadratic ones do not."
+                .to_string(),
+        );
+    }
+    warnings
+}

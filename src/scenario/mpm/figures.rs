@@ -1,0 +1,229 @@
+//! Figures that follow from a continuum: points, waves, stable steps, cost.
+
+use std::ops::Range;
+
+use super::{Boundary, Load, Mpm, Region, RegionShape, ShapeFunction};
+use crate::scenario::stable::{Bound, oscillator_step_max};
+
+/// Bytes that one point takes with what is sorted beside it, in the plane and in space.
+const BYTES_OF_POINT: [f64; 2] = [420.0, 720.0];
+/// Bytes that one node takes.
+const BYTES_OF_NODE: [f64; 2] = [80.0, 110.0];
+/// Nodes of a tile beyond its block, along each axis.
+const MARGIN: usize = 4;
+/// Cost of one point over one step on one core, s, in the plane and in space.
+const COST_OF_POINT: [f64; 2] = [100e-9, 350e-9];
+
+/// Index of the plane or of space in the tables above.
+fn space(job: &Mpm) -> usize {
+    usize::from(job.grid.dimension == 3)
+}
+
+// Points
+
+/// Ranges of places, along each axis, that can lie in a region.
+pub fn places_of(job: &Mpm, region: &Region) -> [Range<usize>; 3] {
+    let (lower, upper) = bounding_box(&region.shape);
+    let (places, spacing) = (job.places(), job.spacing());
+    std::array::from_fn(|axis| {
+        if axis >= job.grid.dimension {
+            return 0..1;
+        }
+        // One to each side, for rounding; the shape itself decides.
+        let first = ((lower[axis] - job.grid.lower[axis]) / spacing).floor() - 1.0;
+        let last = ((upper[axis] - job.grid.lower[axis]) / spacing).ceil() + 1.0;
+        let within = |value: f64| (value.max(0.0) as usize).min(places[axis]);
+        within(first)..within(last)
+    })
+}
+
+fn bounding_box(shape: &RegionShape) -> ([f64; 3], [f64; 3]) {
+    match shape {
+        RegionShape::Box { lower, upper } => (*lower, *upper),
+        RegionShape::Ball { centre, radius } => (centre.map(|x| x - radius), centre.map(|x| x + radius)),
+        RegionShape::Polygon { vertices } => {
+            let extreme = |axis: usize, pick: fn(f64, f64) -> f64| {
+                vertices.iter().map(|vertex| vertex[axis]).reduce(pick).expect("a polygon has corners")
+            };
+            ([extreme(0, f64::min), extreme(1, f64::min), 0.0], [extreme(0, f64::max), extreme(1, f64::max), 0.0])
+        }
+    }
+}
+
+/// Indices of some ranges of places, x fastest.
+pub fn indices([x, y, z]: [Range<usize>; 3]) -> impl Iterator<Item = [usize; 3]> {
+    z.flat_map(move |z| {
+        let x = x.clone();
+        y.clone().flat_map(move |y| x.clone().map(move |x| [x, y, z]))
+    })
+}
+
+/// Points of every region.
+pub fn points_of_regions(job: &Mpm) -> Vec<u64> {
+    let count = |(number, region): (usize, &Region)| {
+        let inside = |index: &[usize; 3]| job.region_at(&job.place(*index)) == Some(number);
+        indices(places_of(job, region)).filter(inside).count() as u64
+    };
+    job.regions.iter().enumerate().map(count).collect()
+}
+
+pub fn points(job: &Mpm) -> u64 {
+    points_of_regions(job).iter().sum()
+}
+
+/// The most points that the regions can have, from their outlines alone.
+pub fn points_max(job: &Mpm) -> f64 {
+    let of = |region: &Region| places_of(job, region).iter().map(|range| range.len() as f64).product::<f64>();
+    job.regions.iter().map(of).sum()
+}
+
+/// Points that bear a load.
+pub fn points_loaded(job: &Mpm, load: &Load) -> u64 {
+    let whole = |region: &Region| {
+        let ranges = places_of(job, region);
+        std::array::from_fn(|axis| {
+            if axis >= job.grid.dimension {
+                return 0..1;
+            }
+            let at = |corner: f64| (corner - job.grid.lower[axis]) / job.spacing();
+            let first = (at(load.lower[axis]) - 1.0).max(0.0) as usize;
+            let last = (at(load.upper[axis]) + 1.0).max(0.0) as usize;
+            ranges[axis].start.max(first)..ranges[axis].end.min(last.saturating_add(1))
+        })
+    };
+    let mut count = 0;
+    for (number, region) in job.regions.iter().enumerate() {
+        let bears = |index: &[usize; 3]| job.region_at(&job.place(*index)) == Some(number) && job.bears(load, *index);
+        count += indices(whole(region)).filter(bears).count() as u64;
+    }
+    count
+}
+
+/// Distance of a place from the nearest point of the start, m, if it is within two cells.
+pub fn nearest_point(job: &Mpm, place: &[f64; 3]) -> Option<f64> {
+    let reach = 2 * job.scheme.points_per_cell + 1;
+    let places = job.places();
+    let around: [Range<usize>; 3] = std::array::from_fn(|axis| {
+        if axis >= job.grid.dimension {
+            return 0..1;
+        }
+        let at = ((place[axis] - job.grid.lower[axis]) / job.spacing()).max(0.0) as usize;
+        at.saturating_sub(reach)..(at + reach + 1).min(places[axis])
+    });
+    indices(around)
+        .map(|index| job.place(index))
+        .filter(|at| job.region_at(at).is_some())
+        .map(|at| (0..3).map(|axis| (at[axis] - place[axis]) * (at[axis] - place[axis])).sum::<f64>().sqrt())
+        .filter(|distance| *distance <= 2.0 * job.grid.cell)
+        .min_by(f64::total_cmp)
+}
+
+// Waves and steps
+
+/// Speed of waves along and across their direction at the start, m/s.
+pub fn wave_speeds(job: &Mpm) -> (f64, f64) {
+    let law = &job.material.law;
+    let along = law.modulus_longitudinal(job.grid.dimension);
+    ((along / job.material.density).sqrt(), (law.shear_modulus() / job.material.density).sqrt())
+}
+
+fn norm(vector: &[f64; 3]) -> f64 {
+    (vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]).sqrt()
+}
+
+/// An upper bound of the speeds that the job itself gives to regions and bodies, m/s.
+pub fn speed_max(job: &Mpm) -> f64 {
+    let of_regions = job.regions.iter().map(|region| {
+        let (lower, upper) = bounding_box(&region.shape);
+        let reach = norm(&std::array::from_fn(|axis| {
+            let centre = region.shape.centre()[axis];
+            if axis < job.grid.dimension { (upper[axis] - centre).max(centre - lower[axis]) } else { 0.0 }
+        }));
+        let waves: f64 = region.waves.iter().map(|wave| norm(&wave.amplitude)).sum();
+        norm(&region.velocity) + norm(&region.spin) * reach + waves
+    });
+    let of_bodies = job.bodies.iter().map(|body| {
+        let motion = &body.body.motion;
+        let radius = match body.body.shape {
+            crate::scenario::assembly::Shape::Cylinder { radius, .. } => radius,
+            _ => 0.0,
+        };
+        let path = motion.path.iter().map(|point| norm(&point.velocity) + norm(&point.spin) * radius);
+        path.fold(0.0, f64::max) + motion.servo.as_ref().map_or(0.0, |servo| servo.speed_max)
+    });
+    of_regions.chain(of_bodies).fold(0.0, f64::max)
+}
+
+/// What bounds the step.
+pub fn bounds(job: &Mpm) -> Vec<Bound> {
+    let (speed, cell) = (wave_speeds(job).0, job.grid.cell);
+    let mut bounds = vec![Bound {
+        cause: "waves and motion through a cell",
+        formula: "cell/(c + v), c^2 = M/density, v of regions and bodies",
+        remedy: "Beyond it the grid blows up; shorten the step, or take larger cells or a softer material.",
+        step: cell / (speed + speed_max(job)),
+    }];
+    if job.boundaries.iter().flatten().any(|boundary| *boundary == Boundary::Absorbing) {
+        // The mass that a node on the wall has, in cells, against a dashpot of density c.
+        let share = match job.scheme.shape {
+            ShapeFunction::Linear | ShapeFunction::Generalised => 1.0 / 2.0,
+            ShapeFunction::Quadratic => 1.0 / 3.0,
+            ShapeFunction::Cubic => 1.0 / 4.0,
+        };
+        let rate = speed / cell;
+        bounds.push(Bound {
+            cause: "dashpots of absorbing faces",
+            formula: "2/(sqrt(w^2 + (g/2)^2) + g/2), w = 2 c/cell, g = c/(cell times a wall node's share)",
+            remedy: "Beyond it the dashpots turn velocities round; shorten the step, or take larger cells or a softer material.",
+            step: oscillator_step_max(4.0 * rate * rate, rate / share),
+        });
+    }
+    let servos = job.bodies.iter().filter_map(|body| body.body.motion.servo.as_ref());
+    let slack = servos.filter(|servo| servo.damping > 0.0).map(|servo| 2.0 * servo.mass / servo.damping);
+    if let Some(step) = slack.min_by(f64::total_cmp) {
+        bounds.push(Bound {
+            cause: "damping of a body's servo",
+            formula: "2 M/damping",
+            remedy: "Beyond it the body turns round at every step; shorten the step, lower the servo's damping, or raise its mass.",
+            step,
+        });
+    }
+    bounds
+}
+
+// The run
+
+/// Steps of the whole run. An end that is a whole number of steps but for rounding takes no step more.
+pub fn steps(job: &Mpm) -> u64 {
+    ((job.end / job.step) * (1.0 - 1e-12)).ceil() as u64
+}
+
+/// Blocks along each axis that cover the grid between its walls.
+pub fn blocks(job: &Mpm) -> [usize; 3] {
+    std::array::from_fn(|axis| match axis < job.grid.dimension {
+        true => job.grid.cells[axis].div_ceil(job.cells_per_block),
+        false => 1,
+    })
+}
+
+/// Mass of all points, kg.
+pub fn mass(job: &Mpm, points: u64) -> f64 {
+    points as f64 * job.point_volume() * job.material.density
+}
+
+/// An estimate of what all ranks together hold in memory, bytes.
+pub fn memory(job: &Mpm, points: u64) -> f64 {
+    let tile = (job.cells_per_block + MARGIN).pow(job.grid.dimension as u32) as f64;
+    let blocks: f64 = blocks(job).iter().map(|count| *count as f64).product();
+    BYTES_OF_POINT[space(job)] * points as f64 + BYTES_OF_NODE[space(job)] * tile * blocks
+}
+
+/// Wall time of that many points on one core, s.
+pub fn wall_time(job: &Mpm, points: u64) -> f64 {
+    steps(job) as f64 * points as f64 * cost_of_point(job)
+}
+
+/// Cost of one point over one step on one core, s.
+pub fn cost_of_point(job: &Mpm) -> f64 {
+    COST_OF_POINT[space(job)]
+}

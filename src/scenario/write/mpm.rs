@@ -1,0 +1,228 @@
+//! A continuum of material points on a grid.
+
+use super::assembly::{body, servo};
+use super::{Page, list};
+use crate::scenario::mpm::{
+    BodyContact, Boundary, Elastic, Face, InitialStress, Load, LoadKind, MaterialLaw, Mpm, Region, RegionShape,
+    ShapeFunction, StressUpdate, Transfer, Wave,
+};
+
+pub fn mpm(job: &Mpm) -> String {
+    let mut page = Page::new();
+    let axes = job.grid.dimension;
+    page.text("name", &job.name);
+    grid(&mut page, job);
+    scheme(&mut page, job);
+    material(&mut page, job);
+    stress(&mut page, &job.stress);
+    page.table("gravity");
+    page.numbers("acceleration", &job.gravity.acceleration[..axes]);
+    page.number("ramp", job.gravity.ramp);
+    page.table("time");
+    page.number("step", job.step);
+    page.number("end", job.end);
+    page.table("decomposition");
+    page.count("cells_per_block", job.cells_per_block as u64);
+    page.output(&job.output);
+    for one in &job.regions {
+        region(&mut page, one, job);
+    }
+    for face in Face::all(axes) {
+        boundary(&mut page, face, &job.boundaries[face.axis][usize::from(face.upper)]);
+    }
+    for one in &job.loads {
+        load(&mut page, one, axes);
+    }
+    for one in &job.bodies {
+        page.line("\n[[body]]");
+        body(&mut page, &one.body, axes);
+        match one.contact {
+            BodyContact::Rough => page.text("contact", "rough"),
+            BodyContact::Smooth => page.text("contact", "smooth"),
+            BodyContact::Coulomb { friction } => {
+                page.text("contact", "coulomb");
+                page.number("friction", friction);
+            }
+        }
+        page.flag("separates", one.separates);
+        servo(&mut page, one.body.motion.servo.as_ref(), axes);
+    }
+    for one in &job.follow {
+        page.line("\n[[follow]]");
+        page.text("name", &one.name);
+        page.numbers("place", &one.place[..axes]);
+    }
+    page.text_of_all()
+}
+
+fn grid(page: &mut Page, job: &Mpm) {
+    let (grid, axes) = (&job.grid, job.grid.dimension);
+    page.table("grid");
+    page.text("space", if axes == 2 { "plane" } else { "solid" });
+    page.numbers("lower", &grid.lower[..axes]);
+    page.numbers("upper", &grid.upper[..axes]);
+    page.number("cell", grid.cell);
+    if axes == 2 {
+        page.number("depth", grid.depth);
+    }
+    page.line(&format!("periodic = {:?}", &grid.periodic[..axes]));
+}
+
+fn scheme(page: &mut Page, job: &Mpm) {
+    page.table("scheme");
+    page.text(
+        "shape",
+        match job.scheme.shape {
+            ShapeFunction::Linear => "linear",
+            ShapeFunction::Generalised => "generalised",
+            ShapeFunction::Quadratic => "quadratic",
+            ShapeFunction::Cubic => "cubic",
+        },
+    );
+    page.text(
+        "update",
+        match job.scheme.update {
+            StressUpdate::First => "first",
+            StressUpdate::Last => "last",
+            StressUpdate::ModifiedLast => "modified_last",
+        },
+    );
+    match job.scheme.transfer {
+        Transfer::Blend { flip } => {
+            page.text("transfer", "blend");
+            page.number("flip", flip);
+        }
+        Transfer::Affine => page.text("transfer", "affine"),
+    }
+    page.count("points_per_cell", job.scheme.points_per_cell as u64);
+}
+
+fn material(page: &mut Page, job: &Mpm) {
+    page.table("material");
+    match &job.material.law {
+        MaterialLaw::LinearElastic(law) => {
+            page.text("law", "linear_elastic");
+            moduli(page, law);
+        }
+        MaterialLaw::Hencky(law) => {
+            page.text("law", "hencky");
+            moduli(page, law);
+        }
+        MaterialLaw::CriticalDruckerPrager(law) => {
+            page.text("law", "critical_drucker_prager");
+            page.number("bulk_modulus", law.bulk_modulus);
+            page.number("shear_modulus", law.shear_modulus);
+            page.number("friction_angle_critical", law.friction_angle_critical);
+            page.number("fraction_critical", law.fraction_critical);
+            page.number("fraction", law.fraction);
+            page.number("dilation_factor", law.dilation_factor);
+            page.number("softening_rate", law.softening_rate);
+            page.number("cohesion", law.cohesion);
+            if let Some(angle) = law.dilation_angle {
+                page.number("dilation_angle", angle);
+            }
+        }
+    }
+    page.number("density", job.material.density);
+}
+
+fn moduli(page: &mut Page, law: &Elastic) {
+    page.number("bulk_modulus", law.bulk_modulus);
+    page.number("shear_modulus", law.shear_modulus);
+}
+
+fn stress(page: &mut Page, stress: &InitialStress) {
+    page.table("stress");
+    match stress {
+        InitialStress::None => page.text("kind", "none"),
+        InitialStress::Isotropic { pressure } => {
+            page.text("kind", "isotropic");
+            page.number("pressure", *pressure);
+        }
+        InitialStress::Geostatic { surface, k0, surcharge, .. } => {
+            page.text("kind", "geostatic");
+            page.number("surface", *surface);
+            page.number("k0", *k0);
+            page.number("surcharge", *surcharge);
+        }
+    }
+}
+
+fn region(page: &mut Page, region: &Region, job: &Mpm) {
+    let axes = job.grid.dimension;
+    page.line("\n[[region]]");
+    match &region.shape {
+        RegionShape::Box { lower, upper } => {
+            page.text("shape", "box");
+            page.numbers("lower", &lower[..axes]);
+            page.numbers("upper", &upper[..axes]);
+        }
+        RegionShape::Ball { centre, radius } => {
+            page.text("shape", "ball");
+            page.numbers("centre", &centre[..axes]);
+            page.number("radius", *radius);
+        }
+        RegionShape::Polygon { vertices } => {
+            page.text("shape", "polygon");
+            let corners: Vec<String> = vertices.iter().map(|vertex| list(vertex)).collect();
+            page.line(&format!("vertices = [{}]", corners.join(", ")));
+        }
+    }
+    if matches!(job.material.law, MaterialLaw::CriticalDruckerPrager(_)) {
+        page.number("fraction", region.fraction);
+    }
+    page.numbers("velocity", &region.velocity[..axes]);
+    match axes {
+        2 => page.number("spin", region.spin[2]),
+        _ => page.numbers("spin", &region.spin),
+    }
+    if !region.waves.is_empty() {
+        let waves: Vec<String> = region.waves.iter().map(|one| wave(one, axes)).collect();
+        page.line(&format!("wave = [{}]", waves.join(", ")));
+    }
+}
+
+fn wave(wave: &Wave, axes: usize) -> String {
+    format!(
+        "{{direction = {}, length = {:?}, origin = {}, amplitude = {}}}",
+        list(&wave.direction[..axes]),
+        wave.length,
+        list(&wave.origin[..axes]),
+        list(&wave.amplitude[..axes])
+    )
+}
+
+fn boundary(page: &mut Page, face: Face, boundary: &Boundary) {
+    let kind = match boundary {
+        Boundary::Periodic => return,
+        Boundary::Fixed => "fixed",
+        Boundary::Roller => "roller",
+        Boundary::Friction { .. } => "friction",
+        Boundary::Absorbing => "absorbing",
+        Boundary::Free => "free",
+    };
+    page.line("\n[[boundary]]");
+    page.text("face", &face.name());
+    page.text("kind", kind);
+    if let Boundary::Friction { coefficient } = boundary {
+        page.number("coefficient", *coefficient);
+    }
+}
+
+fn load(page: &mut Page, load: &Load, axes: usize) {
+    page.line("\n[[load]]");
+    page.text("face", &load.face.name());
+    page.numbers("lower", &load.lower[..axes]);
+    page.numbers("upper", &load.upper[..axes]);
+    match &load.kind {
+        LoadKind::Traction(traction) => {
+            page.text("kind", "traction");
+            page.numbers("traction", &traction[..axes]);
+        }
+        LoadKind::Pressure(pressure) => {
+            page.text("kind", "pressure");
+            page.number("pressure", *pressure);
+        }
+    }
+    page.number("ramp", load.ramp);
+}
