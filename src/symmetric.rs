@@ -73,8 +73,10 @@ pub trait Symmetric:
     fn contract(&self, other: &Self) -> f64;
     /// Product of two that commute.
     fn times(&self, other: &Self) -> Self;
-    /// Of a tensor with a determinant.
+    /// Of a tensor with a determinant, by cofactors: quick, right to the last places near a multiple of I.
     fn inverse(&self) -> Self;
+    /// Of a positive tensor, its error no larger than the last place of its largest over its smallest stretch.
+    fn inverse_positive(&self) -> Self;
     /// I1, I2 and I3 of the characteristic polynomial; I3 is 0 in the plane, where `x^3 = I1 x^2 - I2 x`.
     fn characteristic(&self) -> [f64; 3];
     /// `(I + h)(I + c)(I + h)^T - I` of a strain c: what an increment of deformation h makes of it.
@@ -185,7 +187,7 @@ fn half_logarithm_far<T: Symmetric>(strain: &T) -> T {
         isotropic += factor * 0.5 * math::ln(mean);
         stretch = stretch * (1.0 / mean);
         let left = stretch - identity;
-        let z = left.times(&(stretch + identity).inverse());
+        let z = left.times(&(stretch + identity).inverse_positive());
         if z.square() <= NEAR {
             return left.half_logarithm() * factor + T::isotropic(isotropic);
         }
@@ -200,8 +202,8 @@ fn half_logarithm_far<T: Symmetric>(strain: &T) -> T {
 fn root<T: Symmetric>(b: &T) -> T {
     let (mut y, mut z) = (*b, T::isotropic(1.0));
     for _ in 0..64 {
-        let next = (y + z.inverse()) * 0.5;
-        z = (z + y.inverse()) * 0.5;
+        let next = (y + z.inverse_positive()) * 0.5;
+        z = (z + y.inverse_positive()) * 0.5;
         let change = (next - y).square();
         y = next;
         // The error squares with each iteration.
@@ -293,6 +295,9 @@ impl Symmetric for PlaneSymmetric {
         let [xx, yy, xy] = self.0;
         Self([yy, xx, -xy]) * (1.0 / (xx * yy - xy * xy))
     }
+    fn inverse_positive(&self) -> Self {
+        self.inverse()
+    }
     #[inline(always)]
     fn characteristic(&self) -> [f64; 3] {
         let [xx, yy, xy] = self.0;
@@ -369,6 +374,25 @@ impl Symmetric for SolidSymmetric {
         let (a, b, c) = (yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy);
         let scale = 1.0 / (xx * a + xy * b + xz * c);
         Self([a, xx * zz - xz * xz, xx * yy - xy * xy, b, c, xy * xz - xx * yz]) * scale
+    }
+    /// From `L D L^T`: cofactors would lose the square of the ratio of stretches.
+    fn inverse_positive(&self) -> Self {
+        let [xx, yy, zz, xy, xz, yz] = self.0;
+        let (l_yx, l_zx) = (xy / xx, xz / xx);
+        let (d_y, left) = (yy - l_yx * xy, yz - l_yx * xz);
+        let l_zy = left / d_y;
+        let d_z = zz - l_zx * xz - l_zy * left;
+        // L^-1 has -l_yx, -l_zy and this below its diagonal.
+        let m = l_yx * l_zy - l_zx;
+        let (by_x, by_y, by_z) = (1.0 / xx, 1.0 / d_y, 1.0 / d_z);
+        Self([
+            by_x + l_yx * l_yx * by_y + m * m * by_z,
+            by_y + l_zy * l_zy * by_z,
+            by_z,
+            -(l_yx * by_y + m * l_zy * by_z),
+            m * by_z,
+            -(l_zy * by_z),
+        ])
     }
     #[inline(always)]
     fn characteristic(&self) -> [f64; 3] {
