@@ -410,18 +410,6 @@ fn without_friction_there_is_no_apex() {
         assert!(plane.plastic_strain > 0.05 && solid.plastic_strain > 0.05);
         assert!(plane.gap == 0.0 && solid.gap == 0.0);
     }
-    // With next to no cohesion q may come back a last place below zero: that is no apex.
-    let mut random = Random(17);
-    for _ in 0..20_000 {
-        let shear_modulus = random.magnitude(5.0, 9.0);
-        let law = CriticalDruckerPrager { dilation_factor: 0.0, shear_modulus, ..critical(0.0, 1e-14) };
-        let mut memory = MaterialLaw::<Solid>::start(&law, &(SolidTensor::identity() * -1e5), 0.6);
-        let (shear, pull) = (1e-4 * random.signed(), 1e-4 * random.signed());
-        let increment = SolidTensor::new(pull, shear, 0.0, 0.0, -pull, 0.0, 0.0, 0.0, 0.0);
-        let found = StressInvariants::of::<Solid>(&carry::<Solid, _>(&law, &mut memory, &increment));
-        close(found.mean, -1e5, 1e5, 1e-4);
-        close(found.deviatoric, 0.0, 1e5, 1e-12);
-    }
 }
 
 /// Plane strain in space is the plane's law with `K = K_body + G/3`, its stress across the plane included.
@@ -639,7 +627,8 @@ fn speed() {
     fn measure<S: Space, L: MaterialLaw<S>>(name: &str, law: &L, size: f64) {
         const POINTS: usize = 4096;
         let mut random = Random(1);
-        let mut memories = vec![law.start(&(S::identity() * -4e5), 0.65); POINTS];
+        let start = S::identity() * -4e5;
+        let mut memories: Vec<L::Memory> = (0..POINTS).map(|_| law.start(&start, 0.65)).collect();
         let mut gradients: Vec<S::Tensor> = (0..POINTS).map(|_| random.tensor::<S>(size)).collect();
         for gradient in &mut gradients {
             let trace = S::trace(gradient) / S::DIMENSION as f64;
