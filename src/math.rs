@@ -25,6 +25,16 @@ pub fn exp(x: f64) -> f64 {
     libm::exp(x)
 }
 
+/// `exp(x) - 1`, to full precision where x is small.
+pub fn exp_minus_one(x: f64) -> f64 {
+    libm::expm1(x)
+}
+
+/// `ln(1 + x)`, to full precision where x is small.
+pub fn ln_one_plus(x: f64) -> f64 {
+    libm::log1p(x)
+}
+
 pub fn ln(x: f64) -> f64 {
     libm::log(x)
 }

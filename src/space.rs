@@ -6,7 +6,8 @@ use std::ops::{Add, AddAssign, Index, IndexMut, Mul, Neg, Sub, SubAssign};
 use nalgebra::{SMatrix, SVector};
 
 use crate::lane::Real;
-use crate::math::PI;
+use crate::math::{self, PI};
+use crate::symmetric::{PlaneSymmetric, SolidSymmetric, Symmetric};
 
 /// What the physics does with vectors, tensors and spins: linear arithmetic, component by component.
 pub trait Linear:
@@ -167,12 +168,14 @@ impl<R: Real, const N: usize> Lanewise<R> for Components<R, N> {
 }
 
 /// A space of two or three dimensions.
-pub trait Space: Copy + Clone + Debug + Default + Send + Sync + 'static {
+pub trait Space: Copy + Clone + Debug + Default + PartialEq + Send + Sync + 'static {
     const DIMENSION: usize;
     /// As it is written in a job.
     const NAME: &'static str;
     type Vector: Linear;
     type Tensor: Linear + Mul<Self::Tensor, Output = Self::Tensor> + Mul<Self::Vector, Output = Self::Vector>;
+    /// A symmetric tensor: stress, strain.
+    type Symmetric: Symmetric<Tensor = Self::Tensor>;
     /// Angular velocity and torque.
     type Spin: Linear;
     /// What a grain's record needs to fill whole vector registers.
@@ -191,6 +194,10 @@ pub trait Space: Copy + Clone + Debug + Default + Send + Sync + 'static {
     fn determinant(tensor: &Self::Tensor) -> f64;
     /// None where the determinant is zero.
     fn inverse(tensor: &Self::Tensor) -> Option<Self::Tensor>;
+    /// R of the polar decomposition `F = R U` of a tensor with a positive determinant.
+    fn rotation(tensor: &Self::Tensor) -> Self::Tensor;
+    /// Angle of a rotation, rad: in the plane counterclockwise, in (-pi, pi]; in space about its axis, in [0, pi].
+    fn angle(rotation: &Self::Tensor) -> f64;
     /// `a b^T`.
     fn outer(a: &Self::Vector, b: &Self::Vector) -> Self::Tensor;
     /// Half of the rotation of a velocity gradient: the spin of its rigid part.
@@ -233,28 +240,43 @@ impl Space for Plane {
     const NAME: &'static str = "plane";
     type Vector = SVector<f64, 2>;
     type Tensor = SMatrix<f64, 2, 2>;
+    type Symmetric = PlaneSymmetric;
     type Spin = SVector<f64, 1>;
     type Spare = [f64; 0];
     type VectorOf<R: Real> = Components<R, 2>;
     type SpinOf<R: Real> = Components<R, 1>;
     type TangentOf<R: Real> = Components<R, 1>;
 
+    #[inline]
     fn identity() -> Self::Tensor {
         Self::Tensor::identity()
     }
+    #[inline]
     fn transpose(tensor: &Self::Tensor) -> Self::Tensor {
         tensor.transpose()
     }
+    #[inline]
     fn trace(tensor: &Self::Tensor) -> f64 {
         tensor[0] + tensor[3]
     }
+    #[inline]
     fn determinant(tensor: &Self::Tensor) -> f64 {
         tensor[0] * tensor[3] - tensor[1] * tensor[2]
     }
+    #[inline]
     fn inverse(tensor: &Self::Tensor) -> Option<Self::Tensor> {
         let determinant = Self::determinant(tensor);
         let adjugate = Self::Tensor::new(tensor[3], -tensor[2], -tensor[1], tensor[0]);
         (determinant != 0.0).then(|| adjugate * (1.0 / determinant))
+    }
+    fn rotation(tensor: &Self::Tensor) -> Self::Tensor {
+        let (cosine, sine) = (tensor[0] + tensor[3], tensor[1] - tensor[2]);
+        let scale = 1.0 / (cosine * cosine + sine * sine).sqrt();
+        let (cosine, sine) = (cosine * scale, sine * scale);
+        Self::Tensor::new(cosine, -sine, sine, cosine)
+    }
+    fn angle(rotation: &Self::Tensor) -> f64 {
+        math::atan2(rotation[1] - rotation[2], rotation[0] + rotation[3])
     }
     fn outer(a: &Self::Vector, b: &Self::Vector) -> Self::Tensor {
         Self::Tensor::new(a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1])
@@ -325,31 +347,56 @@ impl Space for Solid {
     const NAME: &'static str = "solid";
     type Vector = SVector<f64, 3>;
     type Tensor = SMatrix<f64, 3, 3>;
+    type Symmetric = SolidSymmetric;
     type Spin = SVector<f64, 3>;
     type Spare = [f64; 4];
     type VectorOf<R: Real> = Components<R, 3>;
     type SpinOf<R: Real> = Components<R, 3>;
     type TangentOf<R: Real> = Components<R, 3>;
 
+    #[inline]
     fn identity() -> Self::Tensor {
         Self::Tensor::identity()
     }
+    #[inline]
     fn transpose(tensor: &Self::Tensor) -> Self::Tensor {
         tensor.transpose()
     }
+    #[inline]
     fn trace(tensor: &Self::Tensor) -> f64 {
         tensor[0] + tensor[4] + tensor[8]
     }
+    #[inline]
     fn determinant(tensor: &Self::Tensor) -> f64 {
         let t = tensor;
         t[0] * (t[4] * t[8] - t[7] * t[5]) - t[3] * (t[1] * t[8] - t[7] * t[2]) + t[6] * (t[1] * t[5] - t[4] * t[2])
     }
+    #[inline]
     fn inverse(tensor: &Self::Tensor) -> Option<Self::Tensor> {
         let determinant = Self::determinant(tensor);
         let t = |row: usize, column: usize| tensor[(row % 3, column % 3)];
         // Entry (i, j) of the inverse is the cofactor of (j, i) over the determinant.
         let cofactor = |i: usize, j: usize| t(j + 1, i + 1) * t(j + 2, i + 2) - t(j + 1, i + 2) * t(j + 2, i + 1);
         (determinant != 0.0).then(|| Self::Tensor::from_fn(cofactor) * (1.0 / determinant))
+    }
+    /// `R <- (s R + R^-T/s)/2` from F, by Higham (1986); s makes the norms of the two equal.
+    fn rotation(tensor: &Self::Tensor) -> Self::Tensor {
+        let mut rotation = *tensor;
+        for _ in 0..64 {
+            let Some(inverse) = Self::inverse(&rotation) else { break };
+            let scale = (inverse.norm() / rotation.norm()).sqrt();
+            let next = (rotation * scale + inverse.transpose() * (1.0 / scale)) * 0.5;
+            let change = (next - rotation).norm();
+            rotation = next;
+            // The error squares with each iteration.
+            if change <= 1e-9 {
+                break;
+            }
+        }
+        rotation
+    }
+    fn angle(rotation: &Self::Tensor) -> f64 {
+        math::atan2(2.0 * Self::vorticity(rotation).norm(), Self::trace(rotation) - 1.0)
     }
     fn outer(a: &Self::Vector, b: &Self::Vector) -> Self::Tensor {
         Self::Tensor::from_fn(|row, column| a[row] * b[column])

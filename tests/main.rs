@@ -27,6 +27,8 @@ mod inclines;
 mod invariance;
 /// Every job in `jobs/` is read, and its resolved form means the same.
 mod jobs;
+/// Every material law in both spaces: many turns, large stretch, returns from random states, energies, starts, speed.
+mod laws;
 /// The continuum's law on uniaxial, shear and separating paths against closed forms, and under superposed rotation.
 mod material;
 /// The quickstart has the same digest and curve on 1 to 4 ranks, 1 and 2 threads, and through SIGTERM and resume.

@@ -2,4 +2,5 @@
 //! ([`material`]). A law is a type behind a trait, chosen once per run; the step never branches on it.
 
 pub mod contact;
+pub mod invariants;
 pub mod material;

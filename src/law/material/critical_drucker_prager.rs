@@ -1,26 +1,40 @@
-//! Critical-state Drucker-Prager plasticity with Hencky elasticity in plane strain: Chen et al. (2021), section 2.2.
+//! Critical-state Drucker-Prager plasticity with Hencky elasticity: in plane strain that of Chen et al. (2021), section
+//! 2.2, and its counterpart in space.
 //!
-//! Tension positive; tau is the Kirchhoff stress, eps = ln(b_e)/2 the elastic logarithmic strain.
+//! Tension positive; tau is the Kirchhoff stress, eps = ln(b_e)/2 the elastic logarithmic strain, d the dimension.
 //!
 //! ```text
 //! tau = K tr(eps) I + 2 G dev(eps)                                                              (4)
-//! p = tr(tau)/2,  q = sqrt(J2),  f = q + eta p - zeta c,  g = q + etabar p                      (5, 6)
-//! eta = sin(phi), zeta = cos(phi), etabar = sin(psi)
-//! tan(psi) = chi (Phi - Phi_cs),  tan(phi) = tan(phi_cs) + tan(psi)                              (7)
+//! p = tr(tau)/d,  q = sqrt(J2),  f = q + eta p - zeta c,  g = q + etabar p                      (5, 6)
+//! in the plane  eta = sin(phi),        zeta = cos(phi),        etabar = sin(psi)
+//! in space      eta = 6 sin(phi)/n,    zeta = 6 cos(phi)/n,    n = sqrt(3) (3 - sin(phi)),
+//!               etabar = 6 sin(psi)/(sqrt(3) (3 - sin(psi)))
+//! tan(psi) = tan(psi_0) + chi (Phi - Phi_cs),  tan(phi) = tan(phi_cs) + chi (Phi - Phi_cs)      (7)
 //! dPhi/dt = -(Phi - Phi_cs) Phi xi |deps_p/dt|                                                   (8)
 //! ```
 //!
+//! In the plane the cone is Mohr-Coulomb's wedge itself, flow has no part across the plane, and the stress there is
+//! `(K - G) tr(eps)`, between the other two. In space the cone goes through the edges of Mohr-Coulomb's pyramid where it
+//! is compressed triaxially; it is stronger than the pyramid elsewhere, for instance in plane strain, where without
+//! dilation it comes to bear what the plane's law does of `sin(phi_plane) = eta`.
+//! psi_0 is 0 in the paper. With chi = 0 friction and dilation are constant: Mohr-Coulomb (Drucker-Prager in space) with
+//! phi_cs, psi_0 and c; with phi_cs = 0 as well, a cohesive material (Tresca's in the plane) that has no apex.
+//!
 //! In Hencky strain the return is closed form. f is linear in (q, p), and plastic flow moves q by -G dlambda and p by
-//! -K etabar dlambda, so `dlambda = f_trial/(G + K eta etabar)`. Where that would carry q below zero the stress returns
-//! to the apex of the cone, `q = 0, p = zeta c/eta` (stress free without cohesion). Expansion beyond the apex opens a
-//! gap, remembered as volume strain, and must be closed before the material bears pressure again.
-//! |deps_p| is the Frobenius norm: `dlambda sqrt((1 + etabar^2)/2)` on the cone.
+//! -K etabar dlambda, so `dlambda = f_trial/(G + K eta etabar)`; a loose material needs that to be positive. Where that
+//! would carry q below zero the stress returns to the apex of the cone, `q = 0, p = zeta c/eta` (stress free without
+//! cohesion). Expansion beyond the apex opens a gap, remembered as volume strain, and must be closed before the material
+//! bears pressure again.
+//! |deps_p| is the Frobenius norm: `dlambda sqrt(1/2 + etabar^2/d)` on the cone. The plane's memory is b_e, space's is
+//! `b_e - I`, which keeps the digits of small strains and needs no exponential in an elastic step.
 
+use super::hencky::{isotropic_strain, isotropic_stress, p_wave_modulus};
 use super::{MaterialLaw, MaterialMemory};
 use crate::math;
 use crate::record::{Record, Visitor};
 use crate::scenario;
-use crate::space::{Plane, Space};
+use crate::space::{Plane, Solid, Space};
+use crate::symmetric::{SolidSymmetric, Symmetric};
 
 type Tensor = <Plane as Space>::Tensor;
 
@@ -45,7 +59,7 @@ pub struct CriticalDruckerPrager {
     pub cohesion: f64,
 }
 
-/// State of a point.
+/// State of a point in the plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CriticalMemory {
     /// Elastic left Cauchy-Green strain b_e: xx, yy, xy.
@@ -76,12 +90,53 @@ impl MaterialMemory for CriticalMemory {
     }
 }
 
+/// State of a point in space.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CriticalSolidMemory {
+    /// Elastic strain `b_e - I`.
+    pub strain: SolidSymmetric,
+    /// Phi.
+    pub fraction: f64,
+    /// Integral of |deps_p/dt|.
+    pub plastic_strain: f64,
+    /// Volume strain gained by separation and not yet closed, >= 0.
+    pub gap: f64,
+}
+
+impl Record for CriticalSolidMemory {
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        visitor.f64s("strain", self.strain.as_mut_slice());
+        visitor.f64s("fraction", std::slice::from_mut(&mut self.fraction));
+        visitor.f64s("plastic_strain", std::slice::from_mut(&mut self.plastic_strain));
+        visitor.f64s("gap", std::slice::from_mut(&mut self.gap));
+    }
+}
+
+impl MaterialMemory for CriticalSolidMemory {
+    fn plastic_strain(&self) -> f64 {
+        self.plastic_strain
+    }
+    fn fraction(&self) -> f64 {
+        self.fraction
+    }
+}
+
 /// Friction and dilation at a packing fraction, equation (7).
 #[derive(Clone, Copy, Debug)]
 struct Cone {
     eta: f64,
     eta_bar: f64,
     zeta: f64,
+}
+
+impl Cone {
+    /// From the plane's to that of space.
+    fn in_space(self) -> Self {
+        // 6/sqrt(3).
+        let factor = 3.464_101_615_137_754_6;
+        let (friction, dilation) = (factor / (3.0 - self.eta), factor / (3.0 - self.eta_bar));
+        Self { eta: self.eta * friction, eta_bar: self.eta_bar * dilation, zeta: self.zeta * friction }
+    }
 }
 
 /// Invariants of an elastic logarithmic strain: all that the return needs.
@@ -262,6 +317,94 @@ impl MaterialLaw<Plane> for CriticalDruckerPrager {
 
     fn p_wave_modulus(&self) -> f64 {
         self.bulk_modulus + self.shear_modulus
+    }
+
+    fn shear_modulus(&self) -> f64 {
+        self.shear_modulus
+    }
+}
+
+/// A logarithmic strain in space, taken apart.
+#[derive(Clone, Copy, Debug)]
+struct Parts {
+    measures: Measures,
+    deviator: SolidSymmetric,
+}
+
+impl Parts {
+    fn of(strain: &SolidSymmetric) -> Self {
+        let deviator = strain.deviator();
+        let measures = Measures { volume: strain.trace(), shear: (0.5 * deviator.square()).sqrt() };
+        Self { measures, deviator }
+    }
+
+    /// The strain with other invariants.
+    fn after(&self, returned: &Return) -> SolidSymmetric {
+        let Measures { volume, shear } = returned.strain;
+        let isotropic = SolidSymmetric::isotropic(volume / 3.0);
+        if shear > 0.0 { self.deviator * (shear / self.measures.shear) + isotropic } else { isotropic }
+    }
+}
+
+impl MaterialLaw<Solid> for CriticalDruckerPrager {
+    type Memory = CriticalSolidMemory;
+
+    fn start(&self, stress: &<Solid as Space>::Tensor, fraction: f64) -> CriticalSolidMemory {
+        let strain = isotropic_strain(self.bulk_modulus, self.shear_modulus, &SolidSymmetric::of(stress));
+        let trial = Parts::of(&strain);
+        let returned = self.return_to_cone(&self.cone(fraction).in_space(), 2.0 / 3.0, trial.measures);
+        let strain = if returned.plastic > 0.0 { trial.after(&returned) } else { strain };
+        CriticalSolidMemory { strain: (strain * 2.0).exponential(), fraction, plastic_strain: 0.0, gap: 0.0 }
+    }
+
+    fn update_counted(
+        &self,
+        gradient: &<Solid as Space>::Tensor,
+        dt: f64,
+        memory: &mut CriticalSolidMemory,
+        work: &mut f64,
+    ) -> <Solid as Space>::Tensor {
+        let (bulk, shear) = (self.bulk_modulus, self.shear_modulus);
+        memory.strain = memory.strain.pushed(&(gradient * dt));
+        let mut strain = memory.strain.half_logarithm();
+
+        let separated = memory.gap > 0.0;
+        if separated {
+            // Separated grains bear nothing until the gap is closed.
+            let left = memory.gap + strain.trace();
+            memory.gap = left.max(0.0);
+            strain = SolidSymmetric::isotropic(left.min(0.0) / 3.0);
+        }
+        let trial = Parts::of(&strain);
+        let returned = self.return_to_cone(&self.cone(memory.fraction).in_space(), 2.0 / 3.0, trial.measures);
+        if returned.plastic > 0.0 {
+            strain = trial.after(&returned);
+            *work += returned.work;
+            memory.gap += returned.opened.max(0.0);
+            memory.plastic_strain += returned.plastic;
+            memory.fraction = self.softened(memory.fraction, returned.plastic);
+        }
+        if separated || returned.plastic > 0.0 {
+            memory.strain = (strain * 2.0).exponential();
+        }
+        isotropic_stress(bulk, shear, &strain).tensor()
+    }
+
+    fn stress(&self, memory: &CriticalSolidMemory) -> <Solid as Space>::Tensor {
+        isotropic_stress(self.bulk_modulus, self.shear_modulus, &memory.strain.half_logarithm()).tensor()
+    }
+
+    fn out_of_plane(&self, _: &CriticalSolidMemory) -> f64 {
+        0.0
+    }
+
+    fn elastic_energy(&self, memory: &CriticalSolidMemory) -> f64 {
+        let Measures { volume, shear } = Parts::of(&memory.strain.half_logarithm()).measures;
+        0.5 * self.bulk_modulus * volume * volume + 2.0 * self.shear_modulus * shear * shear
+    }
+
+    fn p_wave_modulus(&self) -> f64 {
+        p_wave_modulus::<Solid>(self.bulk_modulus, self.shear_modulus)
     }
 
     fn shear_modulus(&self) -> f64 {

@@ -6,9 +6,13 @@ use crate::space::Space;
 mod absent;
 mod counted;
 mod critical_drucker_prager;
+mod hencky;
+mod linear_elastic;
 pub use absent::{Absent, Nothing};
 pub use counted::{Counted, CountedMemory};
-pub use critical_drucker_prager::{CriticalDruckerPrager, CriticalMemory};
+pub use critical_drucker_prager::{CriticalDruckerPrager, CriticalMemory, CriticalSolidMemory};
+pub use hencky::{Hencky, HenckyMemory};
+pub use linear_elastic::{LinearElastic, LinearMemory};
 
 /// A material law with a memory per material point, so that an assembly of grains can be one as well.
 ///

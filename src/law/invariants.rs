@@ -1,0 +1,68 @@
+//! What is reported of stress and deformation: Liang and Zhao (2019), section 2.2.2.
+//!
+//! Tension positive, d the dimension; F is the deformation gradient since the start.
+//!
+//! ```text
+//! p = tr(sigma)/d,  s = sigma - p I,  q = sqrt(s:s/2)                                           (31 to 33)
+//! eps = ln(F F^T)/2,  eps_v = tr(eps) = ln(det F),  e = dev(eps),  eps_q = sqrt(2 e:e)          (34, 35)
+//! F = R U,  theta: angle of R                                                                   (36 to 40)
+//! ```
+//!
+//! In simple shear q is the shear stress and eps_q, to first order, the engineering shear strain, in the plane as in
+//! space. The paper does not say which strain; the logarithmic one is that of the laws.
+
+use crate::space::Space;
+use crate::symmetric::Symmetric;
+
+/// Mean and deviatoric stress, Pa.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StressInvariants {
+    /// p, negative in compression.
+    pub mean: f64,
+    /// q >= 0.
+    pub deviatoric: f64,
+}
+
+impl StressInvariants {
+    /// Of the stress in the plane, or in space.
+    pub fn of<S: Space>(stress: &S::Tensor) -> Self {
+        let stress = S::Symmetric::of(stress);
+        let mean = stress.trace() / S::DIMENSION as f64;
+        Self { mean, deviatoric: (0.5 * stress.deviator().square()).sqrt() }
+    }
+
+    /// Of all three axes: in the plane with the stress across it, as plane strain has it; in space the same as `of`.
+    pub fn of_body<S: Space>(stress: &S::Tensor, out_of_plane: f64) -> Self {
+        let inside = Self::of::<S>(stress);
+        if S::DIMENSION == 3 {
+            return inside;
+        }
+        // Of diag(p, p, n) with the plane's p: s:s/2 = (n - p)^2/3.
+        let beyond = out_of_plane - inside.mean;
+        let deviatoric = (inside.deviatoric * inside.deviatoric + beyond * beyond / 3.0).sqrt();
+        Self { mean: inside.mean + beyond / 3.0, deviatoric }
+    }
+}
+
+/// What a deformation gradient amounts to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deformation {
+    /// eps_v.
+    pub volumetric: f64,
+    /// eps_q >= 0.
+    pub deviatoric: f64,
+    /// theta, rad: see [`Space::angle`].
+    pub rotation_angle: f64,
+}
+
+impl Deformation {
+    /// Of a gradient with a positive determinant; others have no logarithm.
+    pub fn of<S: Space>(gradient: &S::Tensor) -> Self {
+        let strain = S::Symmetric::isotropic(0.0).pushed(&(*gradient - S::identity())).half_logarithm();
+        Self {
+            volumetric: strain.trace(),
+            deviatoric: (2.0 * strain.deviator().square()).sqrt(),
+            rotation_angle: S::angle(&S::rotation(gradient)),
+        }
+    }
+}
