@@ -42,6 +42,8 @@ pub struct Progress {
     pub instants: Instants,
     /// The account of energy; empty where none is kept.
     pub ledger: Vec<Entry>,
+    /// Impulses on what holds nodes since the last row; empty where nothing does.
+    pub reactions: Vec<Entry>,
 }
 
 impl Record for Progress {
@@ -114,6 +116,9 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
         if !progress.ledger.is_empty() {
             tables.push(to_table("ledger", &mut progress.ledger, &mut Entry::default()));
         }
+        if !progress.reactions.is_empty() {
+            tables.push(to_table("reactions", &mut progress.reactions, &mut Entry::default()));
+        }
         tables.push(to_table("points", &mut self.points, &mut Point::<S, P>::blank()));
         let attributes = [
             ("scenario".to_string(), self.scenario),
@@ -130,6 +135,9 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
         progress.oracle.flagged = flags.into_iter().map(|flag| flag.0).collect();
         if state.tables.iter().any(|table| table.name == "ledger") {
             progress.ledger = tables::rows(state, "ledger", &Entry::default())?;
+        }
+        if state.tables.iter().any(|table| table.name == "reactions") {
+            progress.reactions = tables::rows(state, "reactions", &Entry::default())?;
         }
         progress.instants.times = times.into_iter().map(|time| time.0).collect();
         Ok(Self {

@@ -12,6 +12,7 @@ use crate::mpm::gather::{Taken, Taking, correct_grains, gather_points};
 use crate::mpm::nodes;
 use crate::mpm::scatter::{Brought, scatter_grains, scatter_points};
 use crate::mpm::tile::{Advanced, Gathered, GrainNode, NODE_WORDS, OwnedNode};
+use crate::observe::ledger::Entry;
 use crate::observe::phases::Phase;
 use crate::parallel::{over_blocks, over_rows};
 use crate::scenario::mpm::{Boundary, ShapeFunction, StressUpdate, Transfer};
@@ -79,6 +80,18 @@ impl Reactions {
     }
 }
 
+/// Impulse on a face among those of [`World::take_reactions`], N s.
+pub fn face_impulse(reactions: &[f64; REACTIONS], axis: usize, upper: bool) -> [f64; 3] {
+    std::array::from_fn(|component| reactions[3 * (2 * axis + usize::from(upper)) + component])
+}
+
+/// Impulse (N s) and angular impulse (N m s) on a body among them.
+pub fn body_impulse(reactions: &[f64; REACTIONS], body: usize) -> ([f64; 3], [f64; 3]) {
+    let first = 3 * FACES + PER_BODY * body;
+    let three = |first: usize| std::array::from_fn(|component| reactions[first + component]);
+    (three(first), three(first + 3))
+}
+
 /// What a phase does with the velocities of nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Moment {
@@ -128,7 +141,23 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     pub(crate) fn scatter_all(&mut self) {
         if self.has_points() {
+            self.push_loaded();
             self.scatter_points(Brought::All);
+        }
+    }
+
+    /// What loads are on their points now.
+    fn push_loaded(&mut self) {
+        let time = self.time() + 0.5 * self.settings.dt;
+        let (points, loads) = (&mut self.points, &self.settings.loads);
+        for row in points.loaded.iter().map(|row| *row as usize) {
+            let (hot, mut borne) = (&mut points.hot[row], points.cold[row].loads);
+            hot.push = S::Vector::zero();
+            while borne != 0 {
+                hot.push += loads[borne.trailing_zeros() as usize].on(&hot.deformation, time);
+                borne &= borne - 1;
+            }
+            hot.push = hot.push * hot.weight;
         }
     }
 
@@ -296,6 +325,21 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             );
         });
         self.phases.stop(Phase::Gather, timer);
+    }
+
+    /// The same as they are stored, and left where they are; the same on every rank. Collective.
+    pub fn reaction_entries(&self) -> Result<Vec<Entry>, Error> {
+        if !self.has_points() {
+            return Ok(Vec::new());
+        }
+        Ok(Entry::all_of(&self.total(self.reactions.sums.clone())?).collect())
+    }
+
+    /// Goes on with impulses that were stored: one rank keeps what all have so far.
+    pub fn resume_reactions(&mut self, entries: &[Entry]) {
+        if self.transport.rank() == 0 && entries.len() == REACTIONS {
+            self.reactions.sums = Entry::take_all(&mut entries.iter().copied());
+        }
     }
 
     /// Impulses on faces and bodies through nodes since they were last taken, of all ranks: per face (lower and upper of

@@ -70,6 +70,7 @@ pub fn settings_for<C: ContactLaw<Plane>>(
         dt: scenario.time.step,
         skin: scenario.decomposition.skin,
         grid: Grid::blend(scenario.continuum.flip),
+        loads: Vec::new(),
         contact: C::from_job(&contact).expect("the run was given the job's law"),
         material: CriticalDruckerPrager::new(&scenario.continuum),
         field: Field::default(),

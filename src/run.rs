@@ -104,16 +104,21 @@ impl Cargo for Progress {
     fn pack_rest(&mut self, to: &mut Writer) {
         to.u64_slice(&self.oracle.flagged);
         to.f64_slice(&self.instants.times);
-        to.u64(self.ledger.len() as u64);
-        self.ledger.iter_mut().for_each(|entry| entry.visit(&mut ToParcel(to)));
+        for entries in [&mut self.ledger, &mut self.reactions] {
+            to.u64(entries.len() as u64);
+            entries.iter_mut().for_each(|entry| entry.visit(&mut ToParcel(to)));
+        }
     }
     fn unpack_rest(&mut self, from: &mut Reader) -> Result<(), scree_partition::ParcelError> {
         self.oracle.flagged = from.u64_slice()?;
         self.instants.times = from.f64_slice()?;
-        self.ledger = vec![Entry::default(); from.u64()? as usize];
-        let mut from = FromParcel { reader: from, failure: None };
-        self.ledger.iter_mut().for_each(|entry| entry.visit(&mut from));
-        from.failure.map_or(Ok(()), Err)
+        for entries in [&mut self.ledger, &mut self.reactions] {
+            *entries = vec![Entry::default(); from.u64()? as usize];
+            let mut from = FromParcel { reader: from, failure: None };
+            entries.iter_mut().for_each(|entry| entry.visit(&mut from));
+            from.failure.map_or(Ok(()), Err)?;
+        }
+        Ok(())
     }
 }
 
@@ -236,6 +241,7 @@ impl<'t, E: Experiment> Run<'t, E> {
         core.on_root(|outputs| outputs.sync())?;
         core.progress.step = core.world.step;
         core.progress.ledger = core.world.ledger_entries()?;
+        core.progress.reactions = core.world.reaction_entries()?;
         let (grains, points) = core.world.rows();
         let grains: Option<Vec<Row<E::Space, E::Contact>>> = transfer::gather(core.world.transport, grains)?;
         let points = transfer::gather(core.world.transport, points)?;

@@ -18,6 +18,7 @@ use crate::grid::{Grid, Reactions};
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::layout::{Deal, Layout, NodeRows};
+use crate::mpm::load::Load;
 use crate::mpm::points::Points;
 use crate::mpm::scatter::TileFrame;
 use crate::mpm::shape::DRIFT_MAX;
@@ -35,6 +36,8 @@ pub struct Settings<S: Space, C, L> {
     /// Reach of the neighbour list beyond contact, m.
     pub skin: f64,
     pub grid: Grid,
+    /// Loads that points bear by their number.
+    pub loads: Vec<Load<S>>,
     pub contact: C,
     pub material: L,
     /// Forces on grains beside those of contacts.

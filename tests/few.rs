@@ -118,6 +118,7 @@ impl<S: Space, C: ContactLaw<S>> Few<S, C> {
             dt,
             skin: 0.02 * edge,
             grid: Grid::blend(0.0),
+            loads: Vec::new(),
             contact,
             material: Absent,
             field: Field::default(),

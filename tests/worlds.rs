@@ -60,6 +60,7 @@ pub fn settings(dt: f64, contact: Linear) -> Settings<Plane, Law, CriticalDrucke
         dt,
         skin: 2e-4,
         grid: Grid::blend(0.95),
+        loads: Vec::new(),
         contact: LinearSpringDashpot { constants: contact },
         material: material(),
         field: Field::default(),

@@ -1,26 +1,352 @@
 //! A continuum of material points on a grid (`[grid]` in a job).
 
 use scree_io::column::State;
-use scree_partition::Transport;
+use scree_io::frames::Frame;
+use scree_partition::{ExactSum, Transport};
+use serde_json::{Value, json};
 
+use crate::checkpoint::{Progress, Snapshot};
 use crate::error::Error;
-use crate::run::{Options, Outcome};
-use crate::scenario::Mpm;
-use crate::space::Space;
+use crate::grid::{self, REACTIONS};
+use crate::ids::PointId;
+use crate::law::contact::Absent;
+use crate::law::invariants::{Deformation, StressInvariants};
+use crate::law::material::{
+    Counted, CountedMemory, CriticalDruckerPrager, Hencky, LinearElastic, MaterialLaw, MaterialMemory,
+};
+use crate::mpm::points::Hot;
+use crate::observe::frame::frame;
+use crate::output::{self, Outputs};
+use crate::run::{Core, Experiment, Options, Outcome, Run};
+use crate::scenario::mpm::{self, Mpm};
+use crate::scenario::{Job, Output};
+use crate::space::{Linear, Space};
+use crate::transfer;
+use crate::world::World;
+
+pub mod setup;
+
+/// A world of points alone, of a law with its dissipation.
+pub type PointWorld<'t, S, L> = World<'t, S, Absent, Counted<L>>;
+type PointCore<'t, S, L> = Core<'t, S, Absent, Counted<L>>;
+type PointSnapshot<S, L> = Snapshot<
+    S,
+    <Absent as crate::law::contact::ContactLaw<S>>::Memory<f64>,
+    CountedMemory<<L as MaterialLaw<S>>::Memory>,
+>;
+
+/// The job, with its space and material law.
+pub struct Continuum<'s, S: Space, L> {
+    job: &'s Mpm,
+    /// Points followed through time.
+    followed: Vec<PointId>,
+    kinds: std::marker::PhantomData<(S, L)>,
+}
+
+/// Work that does not care which law it is done with.
+trait ForAnyMaterial<S: Space> {
+    fn with<L: MaterialLaw<S>>(self, law: L) -> Result<Outcome, Error>;
+}
+
+/// Does the work with the law that a job names: the one place where laws are told apart.
+fn with_material_of<S: Space>(law: &mpm::MaterialLaw, work: impl ForAnyMaterial<S>) -> Result<Outcome, Error>
+where
+    CriticalDruckerPrager: MaterialLaw<S>,
+{
+    match law {
+        mpm::MaterialLaw::LinearElastic(law) => {
+            let bulk_modulus = law.bulk_modulus_in(S::DIMENSION);
+            work.with(LinearElastic { bulk_modulus, shear_modulus: law.shear_modulus })
+        }
+        mpm::MaterialLaw::Hencky(law) => {
+            let bulk_modulus = law.bulk_modulus_in(S::DIMENSION);
+            work.with(Hencky { bulk_modulus, shear_modulus: law.shear_modulus })
+        }
+        mpm::MaterialLaw::CriticalDruckerPrager(law) => work.with(CriticalDruckerPrager::of_job(law)),
+    }
+}
+
+struct Start<'a> {
+    job: &'a Mpm,
+    options: &'a Options,
+    transport: &'a dyn Transport,
+}
 
 /// Runs a job from its start.
-pub fn start<S: Space>(job: &Mpm, _: &Options, _: &dyn Transport) -> Result<Outcome, Error> {
-    Err(no_engine(job))
+pub fn start<S: Space>(job: &Mpm, options: &Options, transport: &dyn Transport) -> Result<Outcome, Error>
+where
+    CriticalDruckerPrager: MaterialLaw<S>,
+{
+    with_material_of::<S>(&job.material.law, Start { job, options, transport })
+}
+
+impl<S: Space> ForAnyMaterial<S> for Start<'_> {
+    fn with<L: MaterialLaw<S>>(self, law: L) -> Result<Outcome, Error> {
+        let Self { job, options, transport } = self;
+        let root = transport.rank() == 0;
+        let world = setup::world::<S, L>(job, &law, transport)?;
+        let experiment = Continuum::new(job);
+        let claimed = if root { output::claim(&options.out, &experiment.job()) } else { Ok(()) };
+        transfer::agree(transport, claimed)?;
+        let outputs = if root { Outputs::create(&options.out, &experiment).map(Some) } else { Ok(None) };
+        let outputs = transfer::agree(transport, outputs)?;
+        Run::new(experiment, Core::new(world, Progress::default(), options, outputs))?.go()
+    }
+}
+
+struct Resume<'a> {
+    job: &'a Mpm,
+    /// On rank 0.
+    state: Option<State>,
+    options: &'a Options,
+    transport: &'a dyn Transport,
 }
 
 /// Continues a run from a state that rank 0 holds.
-pub fn resume<S: Space>(job: &Mpm, _: Option<State>, _: &Options, _: &dyn Transport) -> Result<Outcome, Error> {
-    Err(no_engine(job))
+pub fn resume<S: Space>(
+    job: &Mpm,
+    state: Option<State>,
+    options: &Options,
+    transport: &dyn Transport,
+) -> Result<Outcome, Error>
+where
+    CriticalDruckerPrager: MaterialLaw<S>,
+{
+    with_material_of::<S>(&job.material.law, Resume { job, state, options, transport })
 }
 
-fn no_engine(job: &Mpm) -> Error {
-    Error::User(format!(
-        "{}: this build of scree checks continua on a grid and has no engine to run them. Take a newer build.",
-        job.name
-    ))
+impl<S: Space> ForAnyMaterial<S> for Resume<'_> {
+    fn with<L: MaterialLaw<S>>(self, law: L) -> Result<Outcome, Error> {
+        let Self { job, state, options, transport } = self;
+        let root = transport.rank() == 0;
+        let snapshot: Option<PointSnapshot<S, L>> =
+            transfer::agree(transport, state.as_ref().map(Snapshot::from_state).transpose())?;
+        let (progress, saved, at_home, points) = match snapshot {
+            Some(snapshot) => (vec![snapshot.progress], snapshot.bodies, vec![snapshot.home], snapshot.points),
+            None => Default::default(),
+        };
+        let progress = transfer::broadcast(transport, progress)?.remove(0);
+        let saved = transfer::broadcast(transport, saved)?;
+        let at_home = transfer::broadcast(transport, at_home)?.remove(0);
+        let experiment = Continuum::<S, L>::new(job);
+        if progress.step >= experiment.steps() {
+            let out = options.out.display();
+            return Ok(Outcome::Done(format!("{out}: this run is done already; nothing was changed.")));
+        }
+        let bodies = (saved, at_home.bodies);
+        let mut world = setup::world_at::<S, L>(job, &law, transport, progress.step, points, bodies)?;
+        world.resume_reactions(&progress.reactions);
+        let outputs = if root { Outputs::resume(&options.out, &progress, &experiment).map(Some) } else { Ok(None) };
+        let outputs = transfer::agree(transport, outputs)?;
+        Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
+    }
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+const FACES: [&str; 2] = ["lower", "upper"];
+
+/// Numbers of a followed point beside its place, displacement and velocity.
+const FOLLOWED: [&str; 7] =
+    ["p", "q", "volumetric_strain", "deviatoric_strain", "rotation", "fraction", "plastic_strain"];
+
+impl<'s, S: Space, L: MaterialLaw<S>> Continuum<'s, S, L> {
+    fn new(job: &'s Mpm) -> Self {
+        Self {
+            job,
+            followed: job.follow.iter().map(|follow| nearest(job, follow.place)).collect(),
+            kinds: std::marker::PhantomData,
+        }
+    }
+
+    /// Faces that hold what they are reached by.
+    fn holding_faces(&self) -> impl Iterator<Item = (usize, usize)> {
+        let job = self.job;
+        (0..S::DIMENSION).flat_map(|axis| [0, 1].map(|upper| (axis, upper))).filter(move |(axis, upper)| {
+            !matches!(job.boundaries[*axis][*upper], mpm::Boundary::Periodic | mpm::Boundary::Free)
+        })
+    }
+
+    /// Exact sums over points: mass, mass times place, momentum, volume as it is, volume times stress, potential and
+    /// dissipated energy.
+    fn sums(&self, world: &PointWorld<S, L>) -> Result<[f64; SUMS], Error> {
+        let mut sums = ExactSum::<SUMS>::new();
+        let gravity = world.settings.field.gravity;
+        for (hot, cold) in world.points.hot.iter().zip(&world.points.cold) {
+            let place = hot.position + world.cell.shift(cold.image);
+            sums.add(0, hot.mass);
+            for axis in 0..S::DIMENSION {
+                sums.add(1 + axis, hot.mass * place[axis]);
+                sums.add(4 + axis, hot.mass * hot.velocity[axis]);
+            }
+            sums.add(7, hot.volume * hot.volume_ratio());
+            for component in 0..S::Tensor::COMPONENTS {
+                sums.add(8 + component, hot.volume * hot.stress[component]);
+            }
+            sums.add(17, -hot.mass * gravity.dot(&place));
+            sums.add(18, hot.volume * hot.memory.plastic_work());
+        }
+        world.reduce(sums)
+    }
+
+    /// Lowest and highest coordinate of the points along each axis, m.
+    fn extents(world: &PointWorld<S, L>) -> [f64; 6] {
+        let mut extents = [f64::NEG_INFINITY; 6];
+        for hot in &world.points.hot {
+            for axis in 0..S::DIMENSION {
+                extents[2 * axis] = extents[2 * axis].max(-hot.position[axis]);
+                extents[2 * axis + 1] = extents[2 * axis + 1].max(hot.position[axis]);
+            }
+        }
+        world.transport.max(&mut extents);
+        extents
+    }
+
+    /// What is told of a point wherever it is; the same on every rank.
+    fn follow(&self, world: &PointWorld<S, L>, id: PointId) -> Vec<f64> {
+        let mut told = vec![0.0; 3 * S::DIMENSION + FOLLOWED.len()];
+        if let Some(row) = world.points.cold.iter().position(|cold| cold.id == id) {
+            let (hot, cold) = (&world.points.hot[row], &world.points.cold[row]);
+            let place = hot.position + world.cell.shift(cold.image);
+            for axis in 0..S::DIMENSION {
+                told[axis] = place[axis];
+                told[S::DIMENSION + axis] = place[axis] - cold.origin[axis];
+                told[2 * S::DIMENSION + axis] = hot.velocity[axis];
+            }
+            told[3 * S::DIMENSION..].copy_from_slice(&observed(&world.settings.material, hot));
+        }
+        // One rank has the point, the others add nothing.
+        let mut bits: Vec<i64> = told.iter().map(|number| number.to_bits() as i64).collect();
+        world.transport.sum(&mut bits);
+        bits.into_iter().map(|bits| f64::from_bits(bits as u64)).collect()
+    }
+}
+
+/// Slots of [`Continuum::sums`].
+const SUMS: usize = 19;
+
+/// What [`FOLLOWED`] names.
+fn observed<S: Space, L: MaterialLaw<S>>(law: &L, hot: &Hot<S, L::Memory>) -> [f64; FOLLOWED.len()] {
+    let ratio = 1.0 / hot.volume_ratio();
+    let stress = StressInvariants::of_body::<S>(&(hot.stress * ratio), law.out_of_plane(&hot.memory) * ratio);
+    let strain = Deformation::of::<S>(&hot.deformation);
+    [
+        stress.mean,
+        stress.deviatoric,
+        strain.volumetric,
+        strain.deviatoric,
+        strain.rotation_angle,
+        hot.memory.fraction(),
+        hot.memory.plastic_strain(),
+    ]
+}
+
+/// The point nearest to a place at the start; of several the one of lowest id.
+fn nearest(job: &Mpm, wanted: [f64; 3]) -> PointId {
+    let places = job.places();
+    let mut best = (f64::INFINITY, 0);
+    for number in 0..places[0] * places[1] * places[2] {
+        let place = job.place([number % places[0], number / places[0] % places[1], number / (places[0] * places[1])]);
+        let away: f64 =
+            (0..job.grid.dimension).map(|axis| (place[axis] - wanted[axis]) * (place[axis] - wanted[axis])).sum();
+        if away < best.0 && job.region_at(&place).is_some() {
+            best = (away, number as u64);
+        }
+    }
+    PointId(best.1)
+}
+
+impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
+    type Space = S;
+    type Contact = Absent;
+    type Material = Counted<L>;
+
+    fn job(&self) -> String {
+        Job::Mpm(self.job.clone()).to_toml()
+    }
+
+    fn output(&self) -> &Output {
+        &self.job.output
+    }
+
+    fn steps(&self) -> u64 {
+        (self.job.end / self.job.step).round() as u64
+    }
+
+    fn header(&self) -> Vec<String> {
+        let axes = &AXES[..S::DIMENSION];
+        let of = |name: &str| -> Vec<String> { axes.iter().map(|axis| format!("{name}_{axis}")).collect() };
+        let mut names: Vec<String> = ["step", "time", "points", "mass", "volume"].map(String::from).into();
+        names.extend(of("centre"));
+        names.extend(of("momentum"));
+        names.extend(axes.iter().flat_map(|i| axes.iter().map(move |j| format!("stress_{i}{j}"))));
+        names.extend(["kinetic", "elastic", "potential", "dissipated"].map(String::from));
+        names.extend(axes.iter().flat_map(|axis| FACES.map(|end| format!("{end}_{axis}"))));
+        for (axis, upper) in self.holding_faces() {
+            names.extend(of(&format!("{}_{}_force", AXES[axis], FACES[upper])));
+        }
+        for body in &self.job.bodies {
+            let spins: &[&str] = if S::DIMENSION == 2 { &AXES[2..] } else { &AXES };
+            names.extend(of(&format!("{}_force", body.body.name)));
+            names.extend(spins.iter().map(|axis| format!("{}_torque_{axis}", body.body.name)));
+            names.extend(of(&format!("{}_displacement", body.body.name)));
+        }
+        for follow in &self.job.follow {
+            for what in ["place", "displacement", "velocity"] {
+                names.extend(of(&format!("{}_{what}", follow.name)));
+            }
+            names.extend(FOLLOWED.iter().map(|what| format!("{}_{what}", follow.name)));
+        }
+        names
+    }
+
+    fn watch(&mut self, _: &mut PointCore<S, L>) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// Mass (kg), volume (m3), centre of mass (m), momentum (N s), volume mean of the Cauchy stress (Pa), energies (J),
+    /// extents of the points (m), mean forces (N) and torques (N m) since the last row, and followed points.
+    fn row(&mut self, core: &mut PointCore<S, L>) -> Result<Vec<f64>, Error> {
+        let world = &mut core.world;
+        let energies = world.energies()?;
+        let sums = self.sums(world)?;
+        let (mass, volume) = (sums[0], sums[7]);
+        let mut row = vec![world.step as f64, world.time(), world.points_total as f64, mass, volume];
+        row.extend((0..S::DIMENSION).map(|axis| sums[1 + axis] / mass));
+        row.extend((0..S::DIMENSION).map(|axis| sums[4 + axis]));
+        for i in 0..S::DIMENSION {
+            row.extend((0..S::DIMENSION).map(|j| sums[8 + j * S::DIMENSION + i] / volume));
+        }
+        row.extend([energies.kinetic_points, energies.elastic_points, sums[17], sums[18]]);
+        let extents = Self::extents(world);
+        row.extend((0..S::DIMENSION).flat_map(|axis| [-extents[2 * axis], extents[2 * axis + 1]]));
+
+        let reactions: [f64; REACTIONS] = world.take_reactions()?;
+        let duration = (world.step - core.progress.series_step) as f64 * self.job.step;
+        for (axis, upper) in self.holding_faces() {
+            let face = grid::face_impulse(&reactions, axis, upper == 1);
+            row.extend((0..S::DIMENSION).map(|component| face[component] / duration));
+        }
+        for (number, body) in world.bodies.iter().enumerate() {
+            let (impulse, turn) = grid::body_impulse(&reactions, number);
+            row.extend((0..S::DIMENSION).map(|axis| impulse[axis] / duration));
+            row.extend((0..S::Spin::COMPONENTS).map(|axis| turn[axis] / duration));
+            row.extend((0..S::DIMENSION).map(|axis| body.displacement[axis]));
+        }
+        for id in &self.followed {
+            row.extend(self.follow(world, *id));
+        }
+        Ok(row)
+    }
+
+    fn frame(&mut self, core: &mut PointCore<S, L>) -> Result<Option<Frame>, Error> {
+        frame(&mut core.world, self.job.grid.depth, 1.0)
+    }
+
+    fn words(&self, core: &PointCore<S, L>) -> String {
+        format!("time {:.4e} s, {} points", core.world.time(), core.world.points_total)
+    }
+
+    fn figures(&self, _: &PointCore<S, L>) -> Value {
+        json!({})
+    }
 }

@@ -6,6 +6,7 @@
 
 pub mod boundary;
 pub mod gather;
+pub mod load;
 pub mod nodes;
 pub mod points;
 pub mod scatter;

@@ -3,7 +3,7 @@
 use crate::dem::cell::{Image, visit_image};
 use crate::hybrid::oracle::Window;
 use crate::hybrid::track::Track;
-use crate::ids::PointId;
+use crate::ids::{PointId, Row};
 use crate::law::material::MaterialMemory;
 use crate::record::{Record, Visitor};
 use crate::space::{Linear, Space};
@@ -29,6 +29,8 @@ pub struct Hot<S: Space, M> {
     pub affine: S::Tensor,
     /// Memory of the material law.
     pub memory: M,
+    /// Force from without on a point that bears a load, N; of the step, not of the state.
+    pub push: S::Vector,
 }
 
 /// The part of a point that is read at rebuilds and for output.
@@ -41,6 +43,8 @@ pub struct Cold<S: Space> {
     pub origin: S::Vector,
     /// Periods crossed since then.
     pub image: Image,
+    /// Loads that it bears: bit n is the job's n-th.
+    pub loads: u64,
     /// Plastic strain at the oracle's recent looks.
     pub window: Window,
     /// Where it has been, for training.
@@ -60,11 +64,13 @@ pub struct Point<S: Space, M> {
 pub struct Points<S: Space, M> {
     pub hot: Vec<Hot<S, M>>,
     pub cold: Vec<Cold<S>>,
+    /// Rows that bear a load.
+    pub loaded: Vec<Row>,
 }
 
 impl<S: Space, M> Default for Points<S, M> {
     fn default() -> Self {
-        Self { hot: Vec::new(), cold: Vec::new() }
+        Self { hot: Vec::new(), cold: Vec::new(), loaded: Vec::new() }
     }
 }
 
@@ -85,8 +91,10 @@ impl<S: Space, M: MaterialMemory> Points<S, M> {
 
 impl<S: Space, M> FromIterator<Point<S, M>> for Points<S, M> {
     fn from_iter<I: IntoIterator<Item = Point<S, M>>>(rows: I) -> Self {
-        let (hot, cold) = rows.into_iter().map(|point| (point.hot, point.cold)).unzip();
-        Self { hot, cold }
+        let (hot, cold): (_, Vec<Cold<S>>) = rows.into_iter().map(|point| (point.hot, point.cold)).unzip();
+        let bears = |(row, cold): (usize, &Cold<S>)| (cold.loads != 0).then_some(row as Row);
+        let loaded = cold.iter().enumerate().filter_map(bears).collect();
+        Self { hot, cold, loaded }
     }
 }
 
@@ -111,12 +119,14 @@ impl<S: Space, M: MaterialMemory> Point<S, M> {
                 deformation: S::identity(),
                 affine: S::Tensor::zero(),
                 memory: M::default(),
+                push: S::Vector::zero(),
             },
             cold: Cold {
                 id,
                 home: position,
                 origin: position,
                 image: [0; 3],
+                loads: 0,
                 window: Window::default(),
                 track: Track::default(),
             },
@@ -133,6 +143,7 @@ impl<S: Space, M: MaterialMemory> Record for Point<S, M> {
         visitor.f64s("home", cold.home.as_mut_slice());
         visitor.f64s("origin", cold.origin.as_mut_slice());
         visit_image::<S>(&mut cold.image, visitor);
+        visitor.u64("loads", &mut cold.loads);
         visitor.f64s("mass", std::slice::from_mut(&mut hot.mass));
         visitor.f64s("volume", std::slice::from_mut(&mut hot.volume));
         visitor.f64s("weight", std::slice::from_mut(&mut hot.weight));

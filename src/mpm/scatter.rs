@@ -52,7 +52,7 @@ impl<S: Space> TileFrame<S> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Brought {
     /// `m_i = sum w m N_i`, `p_i = sum w m v N_i`, with the affine field `p_i = sum w m (v + C (x_i - x)) N_i`, and
-    /// `f_i = -sum w V0 tau grad N_i`.
+    /// `f_i = -sum w V0 tau grad N_i + sum N_i t`, t the load that a point bears.
     All,
     /// Mass and momentum alone.
     Motion,
@@ -116,6 +116,7 @@ impl<S: Space, M, F: Shape<N>, const N: usize, const AFFINE: bool> Compiled for 
             let stress = point.stress * (point.weight * point.volume * forces);
             for axis in 0..S::DIMENSION {
                 value[1 + axis] = point.velocity[axis] * mass;
+                value[1 + S::DIMENSION + axis] = point.push[axis] * forces;
                 for along in 0..S::DIMENSION {
                     slope[along][1 + S::DIMENSION + axis] = -stress[along * S::DIMENSION + axis];
                     if AFFINE {

@@ -160,14 +160,14 @@ impl Record for Entry {
 }
 
 impl Entry {
-    fn all_of<const N: usize>(sums: &ExactSum<N>) -> impl Iterator<Item = Self> + '_ {
+    pub(crate) fn all_of<const N: usize>(sums: &ExactSum<N>) -> impl Iterator<Item = Self> + '_ {
         (0..N).map(|slot| {
             let (quanta, load) = sums.parts(slot);
             Self { quanta_low: quanta as u64, quanta_high: (quanta >> 64) as i64, load }
         })
     }
 
-    fn take_all<const N: usize>(entries: &mut impl Iterator<Item = Self>) -> ExactSum<N> {
+    pub(crate) fn take_all<const N: usize>(entries: &mut impl Iterator<Item = Self>) -> ExactSum<N> {
         let mut sums = ExactSum::new();
         for (slot, entry) in (0..N).zip(entries) {
             let quanta = i128::from(entry.quanta_high) << 64 | i128::from(entry.quanta_low);
@@ -252,7 +252,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         ledger.start = Some(Entry::take_all(&mut entries));
     }
 
-    fn total<const N: usize>(&self, sums: ExactSum<N>) -> Result<ExactSum<N>, Error> {
+    pub(crate) fn total<const N: usize>(&self, sums: ExactSum<N>) -> Result<ExactSum<N>, Error> {
         sums.total(self.transport).map_err(|error| self.out_of_range(&error))
     }
 

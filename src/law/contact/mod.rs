@@ -7,11 +7,13 @@ use crate::lane::Real;
 use crate::scenario;
 use crate::space::{Plane, Solid, Space, Words};
 
+mod absent;
 mod elastic_rolling;
 mod hertz_mindlin;
 mod linear_cohesive;
 mod linear_spring_dashpot;
 
+pub use absent::Absent;
 pub use elastic_rolling::ElasticRolling;
 pub use hertz_mindlin::HertzMindlin;
 pub use linear_cohesive::LinearCohesive;

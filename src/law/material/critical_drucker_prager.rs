@@ -202,6 +202,24 @@ impl Hencky {
 }
 
 impl CriticalDruckerPrager {
+    pub fn of_job(law: &scenario::mpm::CriticalDruckerPrager) -> Self {
+        // A constant dilation takes the place of chi's.
+        let (factor, dilation) = match law.dilation_angle {
+            Some(angle) => (0.0, math::tan(angle)),
+            None => (law.dilation_factor, 0.0),
+        };
+        Self {
+            bulk_modulus: law.bulk_modulus,
+            shear_modulus: law.shear_modulus,
+            friction_critical: math::tan(law.friction_angle_critical),
+            fraction_critical: law.fraction_critical,
+            dilation_factor: factor,
+            dilation,
+            softening_rate: law.softening_rate,
+            cohesion: law.cohesion,
+        }
+    }
+
     pub fn new(continuum: &scenario::Continuum) -> Self {
         Self {
             bulk_modulus: continuum.bulk_modulus,

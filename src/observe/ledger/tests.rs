@@ -59,6 +59,7 @@ fn world<S: Space, C: ContactLaw<S>>(
         dt,
         skin: 2e-4,
         grid: Grid::blend(0.0),
+        loads: Vec::new(),
         contact: law,
         material: Absent,
         field: Field::default(),

@@ -1,0 +1,214 @@
+//! The world of a continuum at time zero, or at a checkpoint.
+
+use scree_partition::Transport;
+
+use super::PointWorld;
+use crate::assembly::setup::{body_of, vector};
+use crate::body::Body;
+use crate::dem::cell::Cell;
+use crate::dem::motion::Field;
+use crate::error::Error;
+use crate::grid::Grid;
+use crate::ids::PointId;
+use crate::law::contact::Absent;
+use crate::law::material::{Counted, CountedMemory, MaterialLaw};
+use crate::layout::{Ground, Layout};
+use crate::mpm::boundary::Grip;
+use crate::mpm::load::{Kind, Load};
+use crate::mpm::points::Point;
+use crate::rebuild::{Home, Parts};
+use crate::scenario::assembly::Damping;
+use crate::scenario::mpm::{self, BodyContact, Face, InitialStress, LoadKind, Mpm};
+use crate::servo::CellDrive;
+use crate::space::{Linear, Space};
+use crate::world::{Settings, World};
+
+/// Cells behind the walls, at least: nodes there belong to functions of points beside a wall.
+const RIM: usize = 2;
+
+/// A material point of a continuum.
+pub type PointOf<S, L> = Point<S, CountedMemory<<L as MaterialLaw<S>>::Memory>>;
+
+/// The world at time zero. Each rank makes some of the points.
+pub fn world<'t, S: Space, L: MaterialLaw<S>>(
+    job: &Mpm,
+    law: &L,
+    transport: &'t dyn Transport,
+) -> Result<PointWorld<'t, S, L>, Error> {
+    let layout = layout::<S>(job)?;
+    let (cell, bodies) = (cell::<S>(&layout), bodies(job));
+    let home = Parts::<S, Absent, Counted<L>>::fresh(Vec::new(), Vec::new(), bodies.clone(), cell).home;
+    world_at(job, law, transport, 0, points(job, law, transport), (bodies, home.bodies))
+}
+
+/// The world at a step, from points that ranks hold in any split and the bodies as they were, then and at the last rebuild.
+pub fn world_at<'t, S: Space, L: MaterialLaw<S>>(
+    job: &Mpm,
+    law: &L,
+    transport: &'t dyn Transport,
+    step: u64,
+    points: Vec<PointOf<S, L>>,
+    (saved, at_home): (Vec<Body<S>>, Vec<S::Vector>),
+) -> Result<PointWorld<'t, S, L>, Error> {
+    let layout = layout::<S>(job)?;
+    let cell = cell::<S>(&layout);
+    let mut bodies = bodies(job);
+    for (body, saved) in bodies.iter_mut().zip(&saved) {
+        body.take_motion_of(saved);
+    }
+    let home = Home { cell, bodies: at_home };
+    let parts = Parts { grains: Vec::new(), points, bodies, cell, home };
+    World::new(settings(job, law), layout, transport, step, parts)
+}
+
+/// Whole blocks around the domain between its walls.
+pub fn layout<S: Space>(job: &Mpm) -> Result<Layout, Error> {
+    let per_block = job.cells_per_block;
+    let (mut cells, mut rim, mut corner) = ([1; 3], [[0; 2]; 3], [0.0; 3]);
+    for axis in 0..S::DIMENSION {
+        cells[axis] = job.grid.cells[axis];
+        corner[axis] = job.grid.lower[axis];
+        if !job.grid.periodic[axis] {
+            let whole = (job.grid.cells[axis] + 2 * RIM).next_multiple_of(per_block);
+            rim[axis] = [RIM, whole - job.grid.cells[axis] - RIM];
+            cells[axis] = whole;
+            corner[axis] -= RIM as f64 * job.grid.cell;
+        }
+    }
+    let ground = Ground {
+        cells,
+        cells_per_block: per_block,
+        cell: job.grid.cell,
+        corner,
+        periodic: job.grid.periodic,
+        rim,
+        shape: job.scheme.shape,
+        walled: true,
+    };
+    Layout::new::<S>(ground).map_err(Error::User)
+}
+
+fn cell<S: Space>(layout: &Layout) -> Cell<S> {
+    let (mut corner, mut lengths) = (S::Vector::zero(), S::Vector::zero());
+    for axis in 0..S::DIMENSION {
+        corner[axis] = layout.corner[axis];
+        lengths[axis] = layout.cells[axis] as f64 * layout.cell;
+    }
+    Cell::cuboid(corner, lengths, layout.periodic)
+}
+
+fn bodies<S: Space>(job: &Mpm) -> Vec<Body<S>> {
+    let made = |rigid: &mpm::RigidBody| {
+        let mut body = body_of::<S>(&rigid.body);
+        let grip = match rigid.contact {
+            BodyContact::Rough => Grip::Rough,
+            BodyContact::Smooth => Grip::Smooth,
+            BodyContact::Coulomb { friction } => Grip::Coulomb(friction),
+        };
+        body.grip = Some((grip, rigid.separates));
+        body
+    };
+    job.bodies.iter().map(made).collect()
+}
+
+fn settings<S: Space, L: MaterialLaw<S>>(job: &Mpm, law: &L) -> Settings<S, Absent, Counted<L>> {
+    let density = job.material.density;
+    let impedance = [law.p_wave_modulus(), law.shear_modulus()].map(|modulus| (modulus * density).sqrt());
+    Settings {
+        dt: job.step,
+        // Lists of pairs there are none; bodies must not come far between two rebuilds all the same.
+        skin: job.grid.cell,
+        grid: Grid {
+            shape: job.scheme.shape,
+            update: job.scheme.update,
+            transfer: job.scheme.transfer,
+            faces: job.boundaries,
+            impedance,
+            depth: if S::DIMENSION == 2 { job.grid.depth } else { 1.0 },
+            gravity_ramp: job.gravity.ramp,
+        },
+        loads: job.loads.iter().map(|load| load_of::<S>(job, load)).collect(),
+        contact: Absent,
+        material: Counted(law.clone()),
+        field: Field { gravity: vector::<S>(&job.gravity.acceleration), damping: Damping::default() },
+        drive: CellDrive::default(),
+        first_kick: 1.0,
+    }
+}
+
+/// The loads of a point have the area of its side.
+fn load_of<S: Space>(job: &Mpm, load: &mpm::Load) -> Load<S> {
+    let spacing = job.spacing();
+    let across = if S::DIMENSION == 2 { job.grid.depth } else { spacing };
+    let mut area = S::Vector::zero();
+    area[load.face.axis] = if load.face.upper { spacing * across } else { -spacing * across };
+    let kind = match load.kind {
+        LoadKind::Traction(traction) => Kind::Traction(vector::<S>(&traction)),
+        LoadKind::Pressure(pressure) => Kind::Pressure(pressure),
+    };
+    Load { area, kind, ramp: load.ramp }
+}
+
+/// Points in the regions, in the middle of their places; ids count places.
+fn points<S: Space, L: MaterialLaw<S>>(job: &Mpm, law: &L, transport: &dyn Transport) -> Vec<PointOf<S, L>> {
+    let places = job.places();
+    let volume = job.point_volume();
+    let mass = volume * job.material.density;
+    let law = Counted(law.clone());
+    let mut points = Vec::new();
+    let layers = (0..places[2]).flat_map(|z| (0..places[1]).map(move |y| [y, z]));
+    for (number, [y, z]) in layers.enumerate() {
+        if number % transport.size() != transport.rank() {
+            continue;
+        }
+        for x in 0..places[0] {
+            let index = [x, y, z];
+            let place = job.place(index);
+            let Some(region) = job.region_at(&place).map(|region| &job.regions[region]) else { continue };
+            let id = PointId((number * places[0] + x) as u64);
+            let mut point = PointOf::<S, L>::resting(id, vector::<S>(&place), mass, volume);
+            point.hot.velocity = vector::<S>(&region.velocity_at(&place));
+            point.hot.memory = law.start(&stress_at::<S>(job, &place), region.fraction);
+            point.hot.stress = law.stress(&point.hot.memory);
+            for (load, _) in job.loads.iter().enumerate().filter(|(_, load)| bears(job, load, index, &place)) {
+                point.cold.loads |= 1 << load;
+            }
+            points.push(point);
+        }
+    }
+    points
+}
+
+/// Cauchy stress at the start, Pa.
+fn stress_at<S: Space>(job: &Mpm, place: &[f64; 3]) -> S::Tensor {
+    match job.stress {
+        InitialStress::None => S::Tensor::zero(),
+        InitialStress::Isotropic { pressure } => S::identity() * -pressure,
+        InitialStress::Geostatic { axis, up, surface, k0, surcharge } => {
+            let gravity = job.gravity.acceleration.iter().map(|g| g * g).sum::<f64>().sqrt();
+            let depth = up * (surface - place[axis]);
+            let vertical = if depth > 0.0 { surcharge + job.material.density * gravity * depth } else { 0.0 };
+            let mut stress = S::identity() * (-k0 * vertical);
+            stress[axis * S::DIMENSION + axis] = -vertical;
+            stress
+        }
+    }
+}
+
+/// Whether the point at that index bears the load: nothing is one spacing beyond it, and it lies in the window.
+fn bears(job: &Mpm, load: &mpm::Load, index: [usize; 3], place: &[f64; 3]) -> bool {
+    let Face { axis, upper } = load.face;
+    let mut beyond = index;
+    let there = match upper {
+        true => {
+            beyond[axis] += 1;
+            beyond[axis] < job.places()[axis]
+        }
+        false => {
+            beyond[axis] = beyond[axis].wrapping_sub(1);
+            index[axis] > 0
+        }
+    };
+    let inside = (0..job.grid.dimension).all(|axis| (load.lower[axis]..=load.upper[axis]).contains(&place[axis]));
+    inside && !(there && job.region_at(&job.place(beyond)).is_some())
+}

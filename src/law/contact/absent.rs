@@ -1,0 +1,33 @@
+//! No contact: the law of worlds that consist of points alone.
+
+use super::{Answer, ContactLaw, FromJob, Touch};
+use crate::lane::Real;
+use crate::scenario;
+use crate::space::{Components, Space, Words};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Absent;
+
+impl FromJob for Absent {
+    fn from_job(_: &scenario::Contact) -> Option<Self> {
+        None
+    }
+}
+
+impl<S: Space> ContactLaw<S> for Absent {
+    type Memory<R: Real> = Components<R, 0>;
+
+    #[inline(always)]
+    fn force<R: Real>(&self, _: &Touch<S, R>, _: &mut Self::Memory<R>) -> Answer<S, R> {
+        Answer { normal: R::splat(0.0), tangential: Words::zero(), moment: Words::zero() }
+    }
+    fn springs(&self, touch: &Touch<S, f64>, memory: &Self::Memory<f64>) -> Answer<S, f64> {
+        self.force(touch, &mut memory.clone())
+    }
+    fn friction_limit(&self, _: &Touch<S, f64>, _: f64) -> f64 {
+        0.0
+    }
+    fn elastic_energy(&self, _: &Touch<S, f64>, _: &Self::Memory<f64>) -> f64 {
+        0.0
+    }
+}
