@@ -1,6 +1,7 @@
 //! Rigid bodies among the material: what they are, what moves them, and what the material does to them. The same on every
 //! rank.
 
+use crate::mpm::boundary::Grip;
 use crate::record::{Record, Visitor};
 use crate::space::{Linear, Space};
 
@@ -58,6 +59,9 @@ pub struct Body<S: Space> {
     /// In the order of time, linear in between, the last kept on; empty: at rest.
     pub path: Vec<Instant<S>>,
     pub servo: Option<Servo<S>>,
+    /// How it holds the nodes of a continuum that lie in it, and whether what moves away is let go; none where it touches
+    /// grains alone.
+    pub grip: Option<(Grip, bool)>,
     pub displacement: S::Vector,
     pub velocity: S::Vector,
     pub spin: S::Spin,
@@ -101,6 +105,7 @@ impl<S: Space> Body<S> {
             shape,
             path: Vec::new(),
             servo: None,
+            grip: None,
             displacement: zero,
             velocity: zero,
             spin: S::Spin::zero(),
@@ -205,6 +210,24 @@ impl<S: Space> Body<S> {
         self.impulse_angular += turn;
         // By the mean of the velocities on either side of the force: the work that changes kinetic energies by as much.
         self.work -= 0.5 * (impulse.dot(&(before + self.velocity)) + turn.dot(&(spin_before + self.spin)));
+    }
+
+    /// Momentum (N s) and mass (kg) of a node that a servo moves with the body: all of a node that it holds rough; else
+    /// what its normal has along the servo's direction, without friction. None where it does not hold the node.
+    pub fn carried(&self, place: &S::Vector, momentum: &S::Vector, mass: f64) -> Option<(S::Vector, f64)> {
+        let ((grip, separates), servo) = (self.grip?, self.servo.as_ref()?);
+        let nearest = self.nearest(place).filter(|nearest| nearest.distance <= 0.0)?;
+        let opening = (*momentum * (1.0 / mass) - self.velocity_at(place)).dot(&nearest.normal);
+        if separates && opening > 0.0 {
+            return None;
+        }
+        Some(match grip {
+            Grip::Rough => (*momentum, mass),
+            Grip::Smooth | Grip::Coulomb(_) => {
+                let along = nearest.normal.dot(&servo.direction);
+                (servo.direction * (momentum.dot(&nearest.normal) * along), mass * along * along)
+            }
+        })
     }
 
     pub fn drift(&mut self, dt: f64) {

@@ -7,7 +7,6 @@ use crate::dem::grains::Mover;
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
-use crate::mpm::nodes;
 use crate::observe::phases::Phase;
 use crate::space::{Linear, Space};
 use crate::world::World;
@@ -50,15 +49,30 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             }
         }
         self.walls.burdens(&self.bodies, &mut add);
+        let gravity = self.gravity_now();
+        let mut add_node = |body: usize, momentum: &S::Vector, mass: f64| {
+            for axis in 0..S::DIMENSION {
+                sums.add(BODY_SLOTS * body + 6 + axis, momentum[axis]);
+            }
+            sums.add(BODY_SLOTS * body + 9, mass);
+        };
         if self.has_points() {
             for (node, sum) in self.nodes.mosaic.owned.iter().zip(&self.tiles.sums) {
                 let holder = Self::holder(&self.bodies, self.node_height(node.place), self.layout.cell);
-                if let (Some(body), true) = (holder, sum.mass > 0.0) {
-                    let momentum = nodes::momentum_of_held(sum, self.settings.dt);
-                    for axis in 0..S::DIMENSION {
-                        sums.add(BODY_SLOTS * body + 6 + axis, momentum[axis]);
+                if sum.mass() <= 0.0 {
+                    continue;
+                }
+                let momentum =
+                    sum.momentum() + sum.force() * self.settings.dt + gravity * (sum.mass() * self.settings.dt);
+                if let Some(body) = holder {
+                    add_node(body, &momentum, sum.mass());
+                } else {
+                    let place: S::Vector = self.layout.node_at(node.place);
+                    for (body, held) in self.bodies.iter().enumerate() {
+                        if let Some((momentum, mass)) = held.carried(&place, &momentum, sum.mass()) {
+                            add_node(body, &momentum, mass);
+                        }
                     }
-                    sums.add(BODY_SLOTS * body + 9, sum.mass);
                 }
             }
         }

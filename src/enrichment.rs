@@ -14,7 +14,7 @@ use crate::hybrid::track::Instants;
 use crate::hybrid::zone::{CellGrid, Label, Zone};
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialMemory;
-use crate::mpm::points::Point;
+use crate::mpm::points::{Cold, Hot, Point};
 use crate::mpm::scatter::scatter_fields;
 use crate::observe::phases::Phase;
 use crate::packing::{self, Grain, PlanarWorld, settings_for};
@@ -25,6 +25,7 @@ use crate::space::{Linear, Plane, Space};
 use crate::transfer;
 
 type Vector = <Plane as Space>::Vector;
+type PlanarHot = Hot<Plane, crate::law::material::CriticalMemory>;
 type PlanarPoint = Point<Plane, crate::law::material::CriticalMemory>;
 
 /// What an enrichment did, for the log and the summary.
@@ -55,8 +56,8 @@ pub fn cell_grid<C: ContactLaw<Plane>>(world: &PlanarWorld<C>) -> CellGrid {
 }
 
 /// Displacement of a point since the start, across periods, m.
-fn displacement(point: &PlanarPoint, cell: &Cell<Plane>) -> Vector {
-    point.position - point.origin + cell.shift(point.image)
+fn displacement(position: &Vector, cold: &Cold<Plane>, cell: &Cell<Plane>) -> Vector {
+    *position - cold.origin + cell.shift(cold.image)
 }
 
 /// Takes the tracks of all points at their instants; `instants` says which steps these are.
@@ -66,7 +67,7 @@ pub fn track<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, instants: &mut In
     }
     if instants.full() {
         instants.thin();
-        world.points.iter_mut().for_each(|point| point.track.thin());
+        world.points.cold.iter_mut().for_each(|cold| cold.track.thin());
         if !world.step.is_multiple_of(instants.every) {
             return;
         }
@@ -74,8 +75,8 @@ pub fn track<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, instants: &mut In
     let slot = instants.times.len();
     instants.times.push(world.time());
     let cell = world.cell;
-    for point in &mut world.points {
-        point.track.displacements[slot] = displacement(point, &cell);
+    for (hot, cold) in world.points.hot.iter().zip(&mut world.points.cold) {
+        cold.track.displacements[slot] = displacement(&hot.position, cold, &cell);
     }
 }
 
@@ -88,10 +89,11 @@ pub fn watch<C: ContactLaw<Plane>>(
 ) -> Result<bool, Error> {
     let timer = world.phases.start();
     let last = memory.slot_last();
-    let since = |point: &PlanarPoint, slot: Option<usize>| {
-        point.memory.plastic_strain() - slot.map_or(0.0, |slot| point.window.samples[slot])
+    let since = |hot: &PlanarHot, cold: &Cold<Plane>, slot: Option<usize>| {
+        hot.memory.plastic_strain() - slot.map_or(0.0, |slot| cold.window.samples[slot])
     };
-    let mut most = [world.points.iter().map(|point| since(point, last)).fold(0.0, f64::max)];
+    let rows = world.points.hot.iter().zip(&world.points.cold);
+    let mut most = [rows.map(|(hot, cold)| since(hot, cold, last)).fold(0.0, f64::max)];
     world.transport.max(&mut most);
     if !memory.due(most[0], settings) {
         return Ok(false);
@@ -99,12 +101,12 @@ pub fn watch<C: ContactLaw<Plane>>(
     let (slot, begin) = memory.look(most[0], settings);
     let mut found = false;
     if let Some(begin) = begin {
-        let fields = node_fields(world, |point| [since(point, last), since(point, Some(begin))])?;
+        let fields = node_fields(world, |hot, cold| [since(hot, cold, last), since(hot, cold, Some(begin))])?;
         let flagged = fields.flagged(settings, world.layout.cell, diameter);
         found = memory.persists(flagged, settings);
     }
-    for point in &mut world.points {
-        point.window.samples[slot] = point.memory.plastic_strain();
+    for (hot, cold) in world.points.hot.iter().zip(&mut world.points.cold) {
+        cold.window.samples[slot] = hot.memory.plastic_strain();
     }
     world.phases.stop(Phase::Oracle, timer);
     Ok(found)
@@ -113,18 +115,22 @@ pub fn watch<C: ContactLaw<Plane>>(
 /// Two fields of points as mass-weighted means on the nodes of the whole domain, on every rank.
 fn node_fields<C: ContactLaw<Plane>>(
     world: &mut PlanarWorld<C>,
-    fields: impl Fn(&PlanarPoint) -> [f64; 2] + Sync,
+    fields: impl Fn(&PlanarHot, &Cold<Plane>) -> [f64; 2] + Sync,
 ) -> Result<NodeFields, Error> {
     const WORDS: usize = 3;
     let mosaic = &world.nodes.mosaic;
     let mut rows = vec![[0.0; WORDS]; mosaic.rows() + mosaic.rows_received];
     let frames = &world.frames;
+    let cold = &world.points.cold;
     over_blocks(
         &world.point_ranges,
-        &mut world.points,
+        &mut world.points.hot,
         mosaic.nodes_per_tile,
         &mut rows[..mosaic.rows()],
-        &|block, _, points, tile| scatter_fields(&frames[block], points, &fields, tile),
+        &|block, range, points, tile| {
+            let of_row = |row: usize, hot: &PlanarHot| fields(hot, &cold[range.start + row]);
+            scatter_fields(&frames[block], points, of_row, tile);
+        },
     );
     let halo = &world.nodes.gathered;
     halo.pack::<WORDS>(&mut world.buffers, |row| rows[row as usize]);
@@ -177,11 +183,12 @@ pub fn enrich<C: ContactLaw<Plane>>(
 ) -> Result<Enriched, Error> {
     let settings = &scenario.enrichment;
     let zone = Zone::around(flagged, cell_grid(world), settings);
-    let mut points = transfer::gather_everywhere(world.transport, world.points.clone())?;
-    points.sort_unstable_by_key(|point| point.id);
-    let label = |point: &PlanarPoint| zone.at(point.position[0], point.position[1]);
-    let mass_of =
-        |wanted: Label| -> f64 { points.iter().filter(|point| label(point) == wanted).map(|point| point.mass).sum() };
+    let mut points = transfer::gather_everywhere(world.transport, world.points.rows().collect())?;
+    points.sort_unstable_by_key(|point| point.cold.id);
+    let label = |point: &PlanarPoint| zone.at(point.hot.position[0], point.hot.position[1]);
+    let mass_of = |wanted: Label| -> f64 {
+        points.iter().filter(|point| label(point) == wanted).map(|point| point.hot.mass).sum()
+    };
     let (core, rim) = (mass_of(Label::Grains), mass_of(Label::Rim));
     if core == 0.0 || rim == 0.0 {
         return Err(Error::Run(
@@ -212,21 +219,20 @@ pub fn enrich<C: ContactLaw<Plane>>(
 
     let mut kept = Vec::with_capacity(world.points.len());
     let mut lost = ExactSum::<4>::new();
-    for point in &world.points {
-        let mut point = *point;
+    for mut point in world.points.rows() {
         let freed = match label(&point) {
             Label::Continuum => 0.0,
-            Label::Grains => point.weight,
-            Label::Rim => point.weight - chosen.point_weight,
+            Label::Grains => point.hot.weight,
+            Label::Rim => point.hot.weight - chosen.point_weight,
         };
-        lost.add(0, freed * point.mass);
-        lost.add(1, freed * point.mass * point.velocity[0]);
-        lost.add(2, freed * point.mass * point.velocity[1]);
+        lost.add(0, freed * point.hot.mass);
+        lost.add(1, freed * point.hot.mass * point.hot.velocity[0]);
+        lost.add(2, freed * point.hot.mass * point.hot.velocity[1]);
         match label(&point) {
             Label::Continuum => kept.push(point),
             Label::Grains => lost.add(3, 1.0),
             Label::Rim => {
-                point.weight = chosen.point_weight;
+                point.hot.weight = chosen.point_weight;
                 kept.push(point);
             }
         }
@@ -294,10 +300,10 @@ fn mean_stress<'a>(points: impl Iterator<Item = &'a PlanarPoint>) -> [f64; 3] {
     let (mut sum, mut volume) = ([0.0; 3], 0.0);
     for point in points {
         // tau V0 = sigma V
-        for (sum, component) in sum.iter_mut().zip([point.stress[0], point.stress[3], point.stress[2]]) {
-            *sum += component * point.volume;
+        for (sum, component) in sum.iter_mut().zip([point.hot.stress[0], point.hot.stress[3], point.hot.stress[2]]) {
+            *sum += component * point.hot.volume;
         }
-        volume += point.volume * point.volume_ratio;
+        volume += point.hot.volume * point.hot.volume_ratio();
     }
     sum.map(|sum| sum / volume)
 }
@@ -319,11 +325,11 @@ impl Motion {
     ) -> Self {
         let moved = |point: &PlanarPoint| {
             let mut path = vec![Vector::zero()];
-            path.extend(&point.track.displacements[..instants.times.len()]);
-            path.push(displacement(point, &world.cell));
+            path.extend(&point.cold.track.displacements[..instants.times.len()]);
+            path.push(displacement(&point.hot.position, &point.cold, &world.cell));
             let mut path: Vec<[f64; 2]> = path.iter().map(|moved| [share * moved[0], share * moved[1]]).collect();
-            path.push([point.velocity[0], point.velocity[1]]);
-            Moved { origin: [point.origin[0], point.origin[1]], mass: point.mass, displacements: path }
+            path.push([point.hot.velocity[0], point.hot.velocity[1]]);
+            Moved { origin: [point.cold.origin[0], point.cold.origin[1]], mass: point.hot.mass, displacements: path }
         };
         let moved: Vec<Moved> = points.iter().map(moved).collect();
         let mut times = vec![0.0];

@@ -6,8 +6,9 @@ use std::ops::Range;
 use scree_partition::{Curve, Halo, Lattice};
 
 use crate::mpm::scatter::TileFrame;
-use crate::mpm::shape::MARGIN_LOWER;
+use crate::mpm::shape::{Axis, margins};
 use crate::mpm::tile::{Mosaic, OwnedNode};
+use crate::scenario::mpm::ShapeFunction;
 use crate::space::{Linear, Plane, Space};
 
 /// Cells along a closed border that nothing may enter where there are splines.
@@ -26,9 +27,12 @@ pub struct Layout {
     /// Lower corner of the domain, m.
     pub corner: [f64; 3],
     pub periodic: [bool; 3],
-    /// Cells along the border of an axis that is not periodic which nothing may enter: splines there would reach nodes
-    /// that nobody sums.
-    pub rim: usize,
+    /// Cells along the lower and the upper border of an axis that is not periodic which nothing may enter: functions there
+    /// would reach nodes that nobody sums.
+    pub rim: [[usize; 2]; 3],
+    /// Functions of the grid; they end at the rim where it is a wall.
+    shape: ShapeFunction,
+    walled: bool,
     /// Blocks per axis.
     blocks: [i32; 3],
     /// Lattice coordinates of the blocks along the curve, and back.
@@ -48,7 +52,19 @@ pub struct Ground {
     pub cell: f64,
     pub corner: [f64; 3],
     pub periodic: [bool; 3],
-    pub rim: usize,
+    /// Cells along the lower and the upper border of axes that are not periodic which nothing may enter.
+    pub rim: [[usize; 2]; 3],
+    pub shape: ShapeFunction,
+    /// Whether the rim is a wall, at which functions end.
+    pub walled: bool,
+}
+
+impl Ground {
+    /// Without points: no rim.
+    pub fn open(cells: [usize; 3], cells_per_block: usize, cell: f64, corner: [f64; 3], periodic: [bool; 3]) -> Self {
+        let shape = ShapeFunction::Quadratic;
+        Self { cells, cells_per_block, cell, corner, periodic, rim: [[0; 2]; 3], shape, walled: false }
+    }
 }
 
 /// Which stretch of the curve each rank holds.
@@ -83,7 +99,8 @@ impl Layout {
     pub fn plane(cells: [usize; 2], cells_per_block: usize, cell: f64, corner: [f64; 2]) -> Result<Self, String> {
         let (cells, corner) = ([cells[0], cells[1], 1], [corner[0], corner[1], 0.0]);
         let periodic = [true, false, false];
-        Self::new::<Plane>(Ground { cells, cells_per_block, cell, corner, periodic, rim: RIM_CELLS })
+        let ground = Ground::open(cells, cells_per_block, cell, corner, periodic);
+        Self::new::<Plane>(Ground { rim: [[RIM_CELLS; 2]; 3], ..ground })
     }
 
     pub fn new<S: Space>(ground: Ground) -> Result<Self, String> {
@@ -94,7 +111,7 @@ impl Layout {
     }
 
     fn laid<const D: usize>(ground: Ground) -> Result<Self, String> {
-        let Ground { mut cells, cells_per_block, cell, corner, mut periodic, rim } = ground;
+        let Ground { mut cells, cells_per_block, cell, corner, mut periodic, rim, shape, walled } = ground;
         cells[D..].fill(1);
         periodic[D..].fill(false);
         let axes = |values: [usize; 3]| -> [usize; D] { std::array::from_fn(|axis| values[axis]) };
@@ -122,6 +139,8 @@ impl Layout {
             corner,
             periodic,
             rim,
+            shape,
+            walled,
             blocks,
             coordinates,
             positions,
@@ -145,14 +164,17 @@ impl Layout {
 
     /// Lowest and highest y that anything may have where y is not periodic, m.
     pub fn heights(&self) -> [f64; 2] {
-        let rim = self.rim as f64 * self.cell;
-        [self.corner[1] + rim, self.corner[1] + self.cells[1] as f64 * self.cell - rim]
+        let rim = self.rim[1].map(|cells| cells as f64 * self.cell);
+        [self.corner[1] + rim[0], self.corner[1] + self.cells[1] as f64 * self.cell - rim[1]]
     }
 
     /// Shares of an axis that anything may be at.
     fn bounds(&self, axis: usize) -> [f64; 2] {
-        let rim = if self.periodic[axis] { 0.0 } else { self.rim as f64 / self.cells[axis] as f64 };
-        [rim, 1.0 - rim]
+        if self.periodic[axis] {
+            return [0.0, 1.0];
+        }
+        let [lower, upper] = self.rim[axis].map(|cells| cells as f64 / self.cells[axis] as f64);
+        [lower, 1.0 - upper]
     }
 
     pub fn offsets(&self) -> &[[i32; 3]] {
@@ -196,11 +218,54 @@ impl Layout {
     /// Frame of a block's tile.
     pub fn frame<S: Space>(&self, block: usize) -> TileFrame<S> {
         let mut corner = S::Vector::zero();
+        let mut axes = [Axis::default(); 3];
         for axis in 0..self.dimension {
-            let first = self.coordinates[block][axis] * self.cells_per_block as i32 - MARGIN_LOWER as i32;
+            let first = self.coordinates[block][axis] * self.cells_per_block as i32 - self.margin() as i32;
             corner[axis] = self.corner[axis] + f64::from(first) * self.cell;
+            if self.walled && !self.periodic[axis] {
+                let [lower, upper] = self.rim[axis];
+                axes[axis].walls = [lower as i32 - first, (self.cells[axis] - upper) as i32 - first].map(f64::from);
+            }
         }
-        TileFrame { corner, cell_inverse: 1.0 / self.cell, edge: Mosaic::edge_of(self.cells_per_block) }
+        TileFrame { corner, cell: self.cell, cell_inverse: 1.0 / self.cell, edge: self.tile_edge(), axes }
+    }
+
+    /// Where a node is, m.
+    pub fn node_at<V: Linear>(&self, place: [i32; 3]) -> V {
+        let mut at = V::zero();
+        for axis in 0..V::COMPONENTS {
+            at[axis] = self.corner[axis] + f64::from(place[axis]) * self.cell;
+        }
+        at
+    }
+
+    /// Whether a node lies on a face of the room between the rims, or behind it.
+    pub fn is_behind(&self, place: [i32; 3], axis: usize, upper: bool) -> bool {
+        let [lower_rim, upper_rim] = self.rim[axis];
+        match upper {
+            false => place[axis] <= lower_rim as i32,
+            true => place[axis] >= (self.cells[axis] - upper_rim) as i32,
+        }
+    }
+
+    /// Share of a face across `axis` that belongs to a node on it: half of one at its edges. In the plane a length, m.
+    pub fn node_area(&self, place: [i32; 3], axis: usize) -> f64 {
+        let mut area = 1.0;
+        for other in (0..self.dimension).filter(|other| *other != axis) {
+            let at_edge = [false, true].into_iter().any(|upper| self.is_behind(place, other, upper));
+            area *= if at_edge && !self.periodic[other] { 0.5 * self.cell } else { self.cell };
+        }
+        area
+    }
+
+    /// Nodes of a tile below its block's own first node.
+    fn margin(&self) -> usize {
+        margins(self.shape)[0]
+    }
+
+    /// Nodes of a tile per axis.
+    pub fn tile_edge(&self) -> usize {
+        self.cells_per_block + margins(self.shape).iter().sum::<usize>()
     }
 
     /// A lower bound of the distance of a place from a block across the periods, m; exact beside a face. `heights` are the
@@ -241,7 +306,7 @@ impl Layout {
     /// Rows of nodes under a deal. Both sides of a message list its rows by walking the same blocks, offsets and nodes in
     /// the same order.
     pub fn node_rows(&self, deal: &Deal) -> NodeRows {
-        let edge = Mosaic::edge_of(self.cells_per_block);
+        let edge = self.tile_edge();
         let nodes_per_tile = edge.pow(self.dimension as u32);
         let held = deal.held();
         let mut mosaic = Mosaic { edge, nodes_per_tile, tiles: held.len(), ..Mosaic::default() };
@@ -268,7 +333,7 @@ impl Layout {
                 if receiver == deal.rank {
                     mosaic.source_starts.push(sources.len() as u32);
                     mosaic.owned.push(OwnedNode {
-                        row: row_here(block, shifted(node, self.dimension)),
+                        row: row_here(block, self.shifted(node)),
                         place: self.node_place(block, node),
                     });
                 }
@@ -277,10 +342,11 @@ impl Layout {
 
         let mut advanced = Exchange::new(deal);
         let (mut margins, mut owners) = (Vec::new(), Vec::new());
-        let beyond = (edge - MARGIN_LOWER) as i32;
+        let margin = self.margin() as i32;
+        let beyond = edge as i32 - margin;
         for block in 0..self.block_count() {
             let receiver = deal.owner(block);
-            for node in self.nodes(-(MARGIN_LOWER as i32), beyond) {
+            for node in self.nodes(-margin, beyond) {
                 let Some((source, place)) = self.owner_node(block, node) else { continue };
                 let sender = deal.owner(source);
                 if sender != receiver && sender == deal.rank {
@@ -289,7 +355,7 @@ impl Layout {
                 if receiver == deal.rank {
                     let here = sender == deal.rank;
                     owners.push(if here { Source::Here(row_here(source, place)) } else { advanced.receive(sender) });
-                    margins.push(row_here(block, shifted(node, self.dimension)));
+                    margins.push(row_here(block, self.shifted(node)));
                 }
             }
         }
@@ -317,9 +383,14 @@ impl Layout {
         nodes
     }
 
+    /// Tile coordinates of a node given relative to the block's own first node.
+    fn shifted(&self, node: [i32; 3]) -> [i32; 3] {
+        std::array::from_fn(|axis| if axis < self.dimension { node[axis] + self.margin() as i32 } else { 0 })
+    }
+
     /// Index in a tile of a node given by its tile coordinates.
     fn node(&self, place: [i32; 3]) -> usize {
-        let edge = Mosaic::edge_of(self.cells_per_block) as i32;
+        let edge = self.tile_edge() as i32;
         ((place[2] * edge + place[1]) * edge + place[0]) as usize
     }
 
@@ -331,10 +402,10 @@ impl Layout {
 
     /// The tile beside `block` at `offset`, if it exists and contains the block's own `node`, and the node's place in it.
     fn tile_node(&self, block: usize, offset: [i32; 3], node: [i32; 3]) -> Option<(usize, [i32; 3])> {
-        let edge = Mosaic::edge_of(self.cells_per_block) as i32;
+        let edge = self.tile_edge() as i32;
         let mut place = [0; 3];
         for axis in 0..self.dimension {
-            place[axis] = node[axis] - offset[axis] * self.cells_per_block as i32 + MARGIN_LOWER as i32;
+            place[axis] = node[axis] - offset[axis] * self.cells_per_block as i32 + self.margin() as i32;
             if !(0..edge).contains(&place[axis]) {
                 return None;
             }
@@ -349,15 +420,10 @@ impl Layout {
         let mut place = [0; 3];
         for axis in 0..self.dimension {
             offset[axis] = node[axis].div_euclid(cells);
-            place[axis] = node[axis].rem_euclid(cells) + MARGIN_LOWER as i32;
+            place[axis] = node[axis].rem_euclid(cells) + self.margin() as i32;
         }
         if offset == [0; 3] { None } else { Some((self.neighbour(block, offset)?, place)) }
     }
-}
-
-/// Tile coordinates of a node given relative to the block's own first node.
-fn shifted(node: [i32; 3], dimension: usize) -> [i32; 3] {
-    std::array::from_fn(|axis| if axis < dimension { node[axis] + MARGIN_LOWER as i32 } else { 0 })
 }
 
 /// Where a node's row comes from: a row of this rank, or the n-th row that a rank sends.

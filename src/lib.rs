@@ -25,6 +25,7 @@ pub mod enrichment;
 pub mod error;
 pub mod grain_export;
 pub mod grain_file;
+pub mod grid;
 pub mod hybrid;
 pub mod ids;
 pub mod lane;

@@ -13,6 +13,7 @@ use crate::dem::grains::GrainRow;
 use crate::dem::motion::Field;
 use crate::dem::packing::{UPPER, glue_layers, glued_reach, throw};
 use crate::error::Error;
+use crate::grid::Grid;
 use crate::law::contact::ContactLaw;
 use crate::law::material::CriticalDruckerPrager;
 use crate::layout::Layout;
@@ -68,7 +69,7 @@ pub fn settings_for<C: ContactLaw<Plane>>(
     Settings {
         dt: scenario.time.step,
         skin: scenario.decomposition.skin,
-        flip: scenario.continuum.flip,
+        grid: Grid::blend(scenario.continuum.flip),
         contact: C::from_job(&contact).expect("the run was given the job's law"),
         material: CriticalDruckerPrager::new(&scenario.continuum),
         field: Field::default(),

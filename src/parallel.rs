@@ -37,3 +37,36 @@ fn halve<A: Send, B: Send>(
         || halve(first + middle, ranges_right, rows_right, tile_len, tiles_right, work),
     );
 }
+
+/// Calls `work(block, rows, beside)` for every block, where `beside` has an entry for every row, or none at all.
+pub fn over_rows<A: Send, B: Send>(
+    ranges: &[Range<usize>],
+    rows: &mut [A],
+    beside: &mut [B],
+    work: &(impl Fn(usize, &mut [A], &mut [B]) + Sync),
+) {
+    if !ranges.is_empty() {
+        halve_rows(0, ranges, rows, beside, work);
+    }
+}
+
+fn halve_rows<A: Send, B: Send>(
+    first: usize,
+    ranges: &[Range<usize>],
+    rows: &mut [A],
+    beside: &mut [B],
+    work: &(impl Fn(usize, &mut [A], &mut [B]) + Sync),
+) {
+    if ranges.len() == 1 {
+        return work(first, rows, beside);
+    }
+    let middle = ranges.len() / 2;
+    let (ranges_left, ranges_right) = ranges.split_at(middle);
+    let split = ranges_right[0].start - ranges[0].start;
+    let (rows_left, rows_right) = rows.split_at_mut(split);
+    let (beside_left, beside_right) = beside.split_at_mut(if beside.is_empty() { 0 } else { split });
+    rayon::join(
+        || halve_rows(first, ranges_left, rows_left, beside_left, work),
+        || halve_rows(first + middle, ranges_right, rows_right, beside_right, work),
+    );
+}

@@ -12,11 +12,12 @@ use crate::dem::grains::{Cold, GrainRow, Grains, Mover};
 use crate::dem::memories::Memories;
 use crate::dem::walls::Walls;
 use crate::error::Error;
+use crate::grid::Reactions;
 use crate::ids::GrainId;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::layout::{Deal, Layout, NodeRows};
-use crate::mpm::points::Point;
+use crate::mpm::points::{Cold as PointCold, Point, Points};
 use crate::mpm::tile::Tiles;
 use crate::observe::phases::{Phase, Phases};
 use crate::record::{Record, Visitor};
@@ -127,7 +128,9 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             bodies: parts.bodies,
             grains: Grains::default(),
             ghosts: Halo::default(),
-            points: Vec::new(),
+            points: Points::default(),
+            reactions: Reactions::default(),
+            ways: Vec::new(),
             grain_ranges: Vec::new(),
             point_ranges: Vec::new(),
             coupled: Vec::new(),
@@ -158,7 +161,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.radius_max = radius_max[0];
         self.deal_blocks(&grains, &points)?;
         self.grains = Grains::default();
-        self.points = Vec::new();
+        self.points = Points::default();
         self.contacts.clear();
         self.walls = Walls::default();
         self.settle(grains, points)
@@ -166,7 +169,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// All rows of this rank with their contacts, in block order: along the ranks they are in the order of the curve.
     pub fn rows(&self) -> Rows<S, C, L> {
-        ((0..self.grains.owned).map(|row| self.whole_row(row)).collect(), self.points.clone())
+        ((0..self.grains.owned).map(|row| self.whole_row(row)).collect(), self.points.rows().collect())
     }
 
     /// Cell and bodies at the last rebuild.
@@ -201,9 +204,9 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             add_image(&mut cold.image, self.cell.wrap(&mut hot.position, &mut hot.velocity));
             cold.home = hot.position;
         }
-        for point in &mut self.points {
-            add_image(&mut point.image, self.cell.wrap(&mut point.position, &mut point.velocity));
-            point.home = point.position;
+        for (hot, cold) in self.points.hot.iter_mut().zip(&mut self.points.cold) {
+            add_image(&mut cold.image, self.cell.wrap(&mut hot.position, &mut hot.velocity));
+            cold.home = hot.position;
         }
         self.rebuilds += 1;
         self.cell_home = self.cell;
@@ -222,7 +225,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
                 weights[self.block_of_grain(&grain.cold)?.0] += 1;
             }
             for point in points {
-                weights[self.block_of_point(point)?.0] += POINT_WEIGHT;
+                weights[self.block_of_point(&point.cold)?.0] += POINT_WEIGHT;
             }
             Ok(weights)
         };
@@ -231,7 +234,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let weights: Vec<u64> = weights.into_iter().map(i64::unsigned_abs).collect();
         self.deal = Deal { ranges: cut(&weights, self.transport.size()), rank: self.transport.rank() };
         self.nodes = if self.points_total > 0 { self.layout.node_rows(&self.deal) } else { NodeRows::default() };
-        self.tiles = Tiles::lay(&self.nodes.mosaic);
+        self.tiles = Tiles::lay(&self.nodes.mosaic, self.is_coupled());
         self.frames = self.deal.held().map(|block| self.layout.frame(block)).collect();
         Ok(())
     }
@@ -247,12 +250,13 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     }
 
     fn settle_points(&mut self, fresh: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
-        let mut points = std::mem::take(&mut self.points);
-        points.extend(fresh);
+        let held = std::mem::take(&mut self.points);
+        let points: Vec<Point<S, L::Memory>> = held.rows().chain(fresh).collect();
+        drop(held);
         let sorted = || {
             let mut to_ranks = vec![Vec::new(); self.transport.size()];
             for point in points {
-                to_ranks[self.deal.owner(self.block_of_point(&point)?.0)].push(point);
+                to_ranks[self.deal.owner(self.block_of_point(&point.cold)?.0)].push(point);
             }
             Ok(to_ranks)
         };
@@ -260,9 +264,9 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let points = self.migrate(to_ranks)?;
         let mut points = points
             .into_iter()
-            .map(|point| Ok((self.block_of_point(&point)?, point)))
+            .map(|point| Ok((self.block_of_point(&point.cold)?, point)))
             .collect::<Result<Vec<Placed<_>>, Error>>()?;
-        points.sort_unstable_by_key(|(place, point)| (*place, point.id));
+        points.sort_unstable_by_key(|(place, point)| (*place, point.cold.id));
         self.point_ranges = self.ranges(points.len(), |row| points[row].0.0);
         self.points = points.into_iter().map(|(_, point)| point).collect();
         Ok(())
@@ -389,8 +393,8 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.block_of(&cold.home, "grain", cold.id.0)
     }
 
-    fn block_of_point(&self, point: &Point<S, L::Memory>) -> Result<(usize, u32), Error> {
-        self.block_of(&point.home, "point", point.id.0)
+    fn block_of_point(&self, cold: &PointCold<S>) -> Result<(usize, u32), Error> {
+        self.block_of(&cold.home, "point", cold.id.0)
     }
 
     /// Block and cell of a place.
@@ -468,7 +472,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     fn mark_coupled(&mut self) {
         let mut rim = vec![0i64; self.layout.block_count()];
         for (block, range) in self.deal.held().zip(&self.point_ranges) {
-            rim[block] = i64::from(self.points[range.clone()].iter().any(|point| point.weight < 1.0));
+            rim[block] = i64::from(self.points.hot[range.clone()].iter().any(|point| point.weight < 1.0));
         }
         self.transport.sum(&mut rim);
         for _ in 0..COUPLED_CELLS.div_ceil(self.layout.cells_per_block) {

@@ -95,9 +95,13 @@ fn points<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport, 
             let id = PointId((row * columns + column) as u64);
             let mut point = PlanarPoint::resting(id, Vector::new(place[0], place[1]), mass, volume);
             let deficit = deficit_at(scenario, place);
-            point.memory = MaterialLaw::<Plane>::start(&law, scenario.packing.stress, start.fraction - deficit);
-            point.stress = law.stress(&point.memory);
-            debug_assert!(point.stress.is_finite());
+            point.hot.memory = MaterialLaw::<Plane>::start(
+                &law,
+                &(Plane::identity() * -scenario.packing.stress),
+                start.fraction - deficit,
+            );
+            point.hot.stress = MaterialLaw::<Plane>::stress(&law, &point.hot.memory);
+            debug_assert!(point.hot.stress.is_finite());
             points.push(point);
         }
     }

@@ -14,18 +14,16 @@ use crate::dem::motion::{self, Field, KickAndDrift};
 use crate::dem::segments::{Finish, Passed, Segments, Wait, larger};
 use crate::dem::walls::Walls;
 use crate::error::Error;
+use crate::grid::{Grid, Reactions};
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::layout::{Deal, Layout, NodeRows};
-use crate::mpm::gather::{correct_grains, gather_points};
-use crate::mpm::nodes;
-use crate::mpm::points::Point;
-use crate::mpm::scatter::{TileFrame, scatter_grains, scatter_points};
+use crate::mpm::points::Points;
+use crate::mpm::scatter::TileFrame;
 use crate::mpm::shape::DRIFT_MAX;
-use crate::mpm::tile::{Advanced, Gathered, Tiles};
+use crate::mpm::tile::Tiles;
 use crate::observe::ledger::EnergyLedger;
 use crate::observe::phases::{Phase, Phases};
-use crate::parallel::over_blocks;
 use crate::servo::CellDrive;
 use crate::space::{Linear, Space};
 
@@ -36,8 +34,7 @@ pub struct Settings<S: Space, C, L> {
     pub dt: f64,
     /// Reach of the neighbour list beyond contact, m.
     pub skin: f64,
-    /// Share of FLIP.
-    pub flip: f64,
+    pub grid: Grid,
     pub contact: C,
     pub material: L,
     /// Forces on grains beside those of contacts.
@@ -65,7 +62,7 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub walls: Walls<S, C>,
     /// Copies of other ranks' grains.
     pub ghosts: Halo,
-    pub points: Vec<Point<S, L::Memory>>,
+    pub points: Points<S, L::Memory>,
     /// Rows of the blocks held here.
     pub grain_ranges: Vec<Range<usize>>,
     pub point_ranges: Vec<Range<usize>>,
@@ -86,6 +83,10 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub phases: Phases,
     /// Where the work goes, if that is to be known.
     pub(crate) ledger: Option<Box<EnergyLedger<S, C>>>,
+    /// Impulses on what holds nodes.
+    pub reactions: Reactions,
+    /// Ways of points to places that wait for their strain, m.
+    pub(crate) ways: Vec<S::Vector>,
     pub(crate) buffers: HaloBuffers,
     /// Displacement of each body at the last rebuild, m.
     pub(crate) bodies_home: Vec<S::Vector>,
@@ -99,12 +100,9 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub(crate) cell_home: Cell<S>,
 }
 
-/// Numbers per row in the messages of a step: position, velocity and spin of a grain in the plane and in space; of a node
-/// wide enough for both.
+/// Numbers per row in the messages of a step: position, velocity and spin of a grain in the plane and in space.
 const GRAIN_WORDS_PLANE: usize = 5;
 const GRAIN_WORDS_SOLID: usize = 9;
-const GATHERED_WORDS: usize = 11;
-const ADVANCED_WORDS: usize = 9;
 
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Simulated time at the end of the steps done, s.
@@ -151,16 +149,17 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// DESIGN.md's list.
     fn step_of_all(&mut self) -> Result<(), Error> {
         self.open_page();
-        self.scatter_points();
+        self.strain_first();
+        self.scatter_all();
         self.evaluate_contacts();
         self.kick_grains();
         self.scatter_grains();
         self.sum_tiles();
         self.accelerate_bodies()?;
-        self.advance_nodes();
+        self.step_nodes();
         self.spread_tiles();
         self.correct_grains();
-        self.gather_points();
+        self.take_from_grid();
         self.drive_cell()?;
         self.close_page();
         self.drift();
@@ -171,13 +170,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.points_total > 0
     }
 
-    fn has_grains(&self) -> bool {
+    pub(crate) fn has_grains(&self) -> bool {
         self.grains_total > 0
-    }
-
-    /// Whether grains and continuum share nodes.
-    fn is_coupled(&self) -> bool {
-        self.has_points() && self.has_grains()
     }
 
     /// Gives copies of other ranks' grains the state of now. Whatever looks at contacts between steps must call this
@@ -228,21 +222,6 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         passed
     }
 
-    fn scatter_points(&mut self) {
-        if !self.has_points() {
-            return;
-        }
-        let timer = self.phases.start();
-        let len = self.nodes.mosaic.nodes_per_tile;
-        let rows = self.nodes.mosaic.rows();
-        let (frames, tiles) = (&self.frames, &mut self.tiles.gathered[..rows]);
-        over_blocks(&self.point_ranges, &mut self.points, len, tiles, &|block, _, points, tile| {
-            tile.fill(Gathered::zero());
-            scatter_points(&frames[block], points, tile);
-        });
-        self.phases.stop(Phase::Scatter, timer);
-    }
-
     /// Time over which contacts advance, and the step: at the very first evaluation nothing has slid yet.
     fn contact_times(&self) -> [f64; 2] {
         if self.step == 0 { [0.0, 0.0] } else { [self.settings.dt; 2] }
@@ -289,107 +268,9 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.phases.stop(Phase::Motion, timer);
     }
 
-    fn scatter_grains(&mut self) {
-        if !self.is_coupled() {
-            return;
-        }
-        let timer = self.phases.start();
-        let len = self.nodes.mosaic.nodes_per_tile;
-        let rows = self.nodes.mosaic.rows();
-        let (frames, coupled, cold) = (&self.frames, &self.coupled, &self.grains.cold);
-        let (hot, tiles) = (&mut self.grains.hot[..self.grains.owned], &mut self.tiles.gathered[..rows]);
-        over_blocks(&self.grain_ranges, hot, len, tiles, &|block, range, hot, tile| {
-            if coupled[block] {
-                scatter_grains(&frames[block], hot, &cold[range], tile);
-            }
-        });
-        self.phases.stop(Phase::Scatter, timer);
-    }
-
-    fn sum_tiles(&mut self) {
-        if !self.has_points() {
-            return;
-        }
-        let timer = self.phases.start();
-        let gathered = &mut self.tiles.gathered;
-        let halo = &self.nodes.gathered;
-        halo.pack::<GATHERED_WORDS>(&mut self.buffers, |row| {
-            let mut words = [0.0; GATHERED_WORDS];
-            gathered[row as usize].pack(&mut words);
-            words
-        });
-        halo.exchange::<GATHERED_WORDS>(self.transport, &mut self.buffers, &mut || {});
-        halo.unpack::<GATHERED_WORDS>(&self.buffers, |row, words| gathered[row as usize] = Gathered::unpack(&words));
-        self.tiles.sum(&self.nodes.mosaic);
-        self.phases.stop(Phase::Halo, timer);
-    }
-
     /// Height of a node, m.
     pub(crate) fn node_height(&self, place: [i32; 3]) -> f64 {
         self.layout.corner[1] + f64::from(place[1]) * self.layout.cell
-    }
-
-    fn advance_nodes(&mut self) {
-        if !self.has_points() {
-            return;
-        }
-        let timer = self.phases.start();
-        let cell = self.layout.cell;
-        for (node, sum) in self.nodes.mosaic.owned.iter().zip(&self.tiles.sums) {
-            let y = self.layout.corner[1] + f64::from(node.place[1]) * cell;
-            let held = Self::holder(&self.bodies, y, cell).map(|body| &self.bodies[body].velocity);
-            self.tiles.advanced[node.row as usize] = nodes::advance(sum, held, self.settings.dt);
-        }
-        self.phases.stop(Phase::Nodes, timer);
-    }
-
-    fn spread_tiles(&mut self) {
-        if !self.has_points() {
-            return;
-        }
-        let timer = self.phases.start();
-        let advanced = &mut self.tiles.advanced;
-        let halo = &self.nodes.advanced;
-        halo.pack::<ADVANCED_WORDS>(&mut self.buffers, |row| {
-            let mut words = [0.0; ADVANCED_WORDS];
-            advanced[row as usize].pack(&mut words);
-            words
-        });
-        halo.exchange::<ADVANCED_WORDS>(self.transport, &mut self.buffers, &mut || {});
-        halo.unpack::<ADVANCED_WORDS>(&self.buffers, |row, words| advanced[row as usize] = Advanced::unpack(&words));
-        self.tiles.copy_margins(&self.nodes.mosaic);
-        self.phases.stop(Phase::Halo, timer);
-    }
-
-    fn correct_grains(&mut self) {
-        if !self.is_coupled() {
-            return;
-        }
-        let timer = self.phases.start();
-        let len = self.nodes.mosaic.nodes_per_tile;
-        let rows = self.nodes.mosaic.rows();
-        let (frames, coupled, cold) = (&self.frames, &self.coupled, &self.grains.cold);
-        let (hot, tiles) = (&mut self.grains.hot[..self.grains.owned], &mut self.tiles.advanced[..rows]);
-        over_blocks(&self.grain_ranges, hot, len, tiles, &|block, range, hot, tile| {
-            if coupled[block] {
-                correct_grains(&frames[block], tile, hot, &cold[range]);
-            }
-        });
-        self.phases.stop(Phase::Gather, timer);
-    }
-
-    fn gather_points(&mut self) {
-        if !self.has_points() {
-            return;
-        }
-        let timer = self.phases.start();
-        let len = self.nodes.mosaic.nodes_per_tile;
-        let rows = self.nodes.mosaic.rows();
-        let (frames, tiles, settings) = (&self.frames, &mut self.tiles.advanced[..rows], &self.settings);
-        over_blocks(&self.point_ranges, &mut self.points, len, tiles, &|block, _, points, tile| {
-            gather_points(&frames[block], &settings.material, settings.flip, settings.dt, tile, points);
-        });
-        self.phases.stop(Phase::Gather, timer);
     }
 
     /// The cell's velocity gradient over the coming drift; grains follow a change of it.
@@ -445,8 +326,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let closed = 2.0 * moved + stretch * (2.0 * self.radius_max + self.settings.skin);
         let grains = closed / self.settings.skin;
         let mut points = 0.0f64;
-        for point in &self.points {
-            let moved = point.position - point.home;
+        for (hot, cold) in self.points.hot.iter().zip(&self.points.cold) {
+            let moved = hot.position - cold.home;
             for axis in 0..S::DIMENSION {
                 points = larger(points, moved[axis].abs());
             }

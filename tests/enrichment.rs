@@ -22,7 +22,7 @@ fn settings(distance: f64) -> Enrichment {
 fn sums(world: &PlanarWorld) -> [f64; 4] {
     let grains = world.grains.hot[..world.grains.owned].iter();
     let grains = grains.map(|hot| (hot.weight * hot.mass, hot.velocity));
-    let points = world.points.iter().map(|point| (point.weight * point.mass, point.velocity));
+    let points = world.points.rows().map(|point| (point.hot.weight * point.hot.mass, point.hot.velocity));
     grains.chain(points).fold([0.0; 4], |[mass, x, y, scale], (more, velocity)| {
         [mass + more, x + more * velocity[0], y + more * velocity[1], scale + more * velocity.norm()]
     })
@@ -58,7 +58,7 @@ fn enrichment_keeps_mass_and_momentum_to_round_off() {
     let (mut world, flagged, instants) = up_to_the_band(&scenario, &Solo, &file);
     assert!(instants.times.len() > 3, "a path to train along: {:?}", instants.times);
     let zone = Zone::around(&flagged, cell_grid(&world), &scenario.enrichment);
-    let (before, points_before) = (sums(&world), world.points.clone());
+    let (before, points_before) = (sums(&world), world.points.rows().collect::<Vec<_>>());
     let energy_before = world.energies().unwrap();
 
     let enriched = enrichment::enrich(&mut world, &scenario, &flagged, &instants, &file).unwrap();
@@ -77,19 +77,18 @@ fn enrichment_keeps_mass_and_momentum_to_round_off() {
     reported_as_it_is(&enriched, before, after);
 
     // Points: none left in the core, one weight in the rim, untouched elsewhere.
-    let weight = world.points.iter().map(|point| point.weight).fold(1.0, f64::min);
+    let weight = world.points.rows().map(|point| point.hot.weight).fold(1.0, f64::min);
     assert!((weight - 0.5).abs() < 0.05, "rim points keep {weight}");
-    for point in &world.points {
-        let was = points_before.iter().find(|was| was.id == point.id).expect("no new points");
-        let wanted = match zone.at(point.position[0], point.position[1]) {
+    for mut point in world.points.rows() {
+        let was = points_before.iter().find(|was| was.cold.id == point.cold.id).expect("no new points");
+        let wanted = match zone.at(point.hot.position[0], point.hot.position[1]) {
             Label::Continuum => 1.0,
             Label::Rim => weight,
-            Label::Grains => panic!("point {} is in the core", point.id.0),
+            Label::Grains => panic!("point {} is in the core", point.cold.id.0),
         };
-        let mut point = *point;
-        assert_eq!(point.weight, wanted);
-        point.weight = was.weight;
-        (point.home, point.position, point.image) = (was.home, was.position, was.image);
+        assert_eq!(point.hot.weight, wanted);
+        point.hot.weight = was.hot.weight;
+        (point.cold.home, point.hot.position, point.cold.image) = (was.cold.home, was.hot.position, was.cold.image);
         assert_eq!(point, *was);
     }
     assert_eq!(points_before.len() as u64 - enriched.points_removed, world.points_total);

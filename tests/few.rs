@@ -5,6 +5,7 @@ use scree::body::Body;
 use scree::dem::cell::Cell;
 use scree::dem::grains::{Hot, Mover};
 use scree::dem::motion::Field;
+use scree::grid::Grid;
 use scree::ids::GrainId;
 use scree::law::contact::{ContactLaw, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot};
 use scree::law::material::Absent;
@@ -116,7 +117,7 @@ impl<S: Space, C: ContactLaw<S>> Few<S, C> {
         let settings = Settings {
             dt,
             skin: 0.02 * edge,
-            flip: 0.0,
+            grid: Grid::blend(0.0),
             contact,
             material: Absent,
             field: Field::default(),
@@ -147,8 +148,7 @@ impl<S: Space, C: ContactLaw<S>> Few<S, C> {
         let Self { grains, bodies, cell, settings } = self;
         let corner = std::array::from_fn(|axis| if axis < S::DIMENSION { cell.corner[axis] } else { 0.0 });
         let edge = cell.edges[0];
-        let ground =
-            Ground { cells: [8; 3], cells_per_block: 4, cell: edge / 8.0, corner, periodic: cell.periodic, rim: 0 };
+        let ground = Ground::open([8; 3], 4, edge / 8.0, corner, cell.periodic);
         let layout = Layout::new::<S>(ground).unwrap();
         World::new(settings, layout, transport, 0, Parts::fresh(grains, Vec::new(), bodies, cell)).unwrap()
     }

@@ -43,7 +43,7 @@ fn watched(sets: &[&str]) -> Story {
         story.rows_ever.extend(memory.flagged.iter().map(|node| row_of(&scenario, *node)));
     }
     story.flagged = memory.flagged;
-    story.plastic_max = world.points.iter().map(|point| point.memory.plastic_strain).fold(0.0, f64::max);
+    story.plastic_max = world.points.rows().map(|point| point.hot.memory.plastic_strain).fold(0.0, f64::max);
     story
 }
 

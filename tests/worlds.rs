@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use scree::checkpoint::PlanarPoint;
 use scree::dem::grains::Mover;
 use scree::dem::motion::Field;
+use scree::grid::Grid;
 use scree::ids::GrainId;
 use scree::law::contact::LinearSpringDashpot;
 use scree::law::material::CriticalDruckerPrager;
@@ -43,6 +44,7 @@ pub fn material() -> CriticalDruckerPrager {
         friction_critical: scree::math::tan(0.27),
         fraction_critical: 0.815,
         dilation_factor: 11.0,
+        dilation: 0.0,
         softening_rate: 3.0,
         cohesion: 0.0,
     }
@@ -57,7 +59,7 @@ pub fn settings(dt: f64, contact: Linear) -> Settings<Plane, Law, CriticalDrucke
     Settings {
         dt,
         skin: 2e-4,
-        flip: 0.95,
+        grid: Grid::blend(0.95),
         contact: LinearSpringDashpot { constants: contact },
         material: material(),
         field: Field::default(),

@@ -9,6 +9,7 @@ use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::motion::Field;
 use crate::error::Error;
 use crate::grain_file;
+use crate::grid::Grid;
 use crate::law::contact::ContactLaw;
 use crate::law::material::Absent;
 use crate::layout::{Ground, Layout};
@@ -114,14 +115,8 @@ pub fn layout_of<S: Space>(job: &Assembly, cell: &Cell<S>) -> Result<Layout, Err
         cells[axis] = CELLS_PER_BLOCK * ((cell.height(axis) / job.block).floor() as usize).max(1);
         corner[axis] = cell.corner[axis];
     }
-    let ground = Ground {
-        cells,
-        cells_per_block: CELLS_PER_BLOCK,
-        cell: job.block / CELLS_PER_BLOCK as f64,
-        corner,
-        periodic: cell.periodic,
-        rim: 0,
-    };
+    let cell_edge = job.block / CELLS_PER_BLOCK as f64;
+    let ground = Ground::open(cells, CELLS_PER_BLOCK, cell_edge, corner, cell.periodic);
     Layout::new::<S>(ground).map_err(Error::User)
 }
 
@@ -148,7 +143,7 @@ pub fn settings_in<S: Space, C: ContactLaw<S>>(job: &Assembly, drive: CellDrive<
     Settings {
         dt: job.step,
         skin: job.skin,
-        flip: 0.0,
+        grid: Grid::blend(0.0),
         contact: C::from_job(&job.contact).expect("the run was given the job's law"),
         material: Absent,
         field: Field { gravity: vector::<S>(&job.gravity), damping: job.damping },

@@ -17,6 +17,24 @@ pub use x86::{Avx2, Avx512};
 /// Lanes of a [`Pack`].
 pub const LANES: usize = 8;
 
+/// Work that may be compiled for wider registers; all that it calls must be inlined into it.
+pub trait Compiled {
+    type Outcome;
+    fn run(self) -> Self::Outcome;
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq,avx512vl")]
+fn in_avx512<W: Compiled>(work: W) -> W::Outcome {
+    work.run()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn in_avx2<W: Compiled>(work: W) -> W::Outcome {
+    work.run()
+}
+
 /// A number, or several in step.
 pub trait Real:
     Copy
@@ -123,6 +141,21 @@ impl Instructions {
         }
         let _ = wanted;
         Self::Portable
+    }
+
+    /// Does the work compiled for these instructions: the compiler may use their registers, and nothing else changes.
+    #[inline]
+    pub fn run<W: Compiled>(self, work: W) -> W::Outcome {
+        match self {
+            Self::Portable => work.run(),
+            // SAFETY: `Instructions` names only what the processor was found to have.
+            #[cfg(target_arch = "x86_64")]
+            #[allow(unsafe_code, reason = "the processor has these instructions")]
+            Self::Avx2 => unsafe { in_avx2(work) },
+            #[cfg(target_arch = "x86_64")]
+            #[allow(unsafe_code, reason = "the processor has these instructions")]
+            Self::Avx512 => unsafe { in_avx512(work) },
+        }
     }
 
     pub fn name(self) -> &'static str {

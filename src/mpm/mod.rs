@@ -1,8 +1,10 @@
-//! The continuum engine: explicit material point method with quadratic B-splines and a FLIP/PIC blend.
+//! The continuum engine: explicit material point method.
 //!
-//! One step is scatter (points to tiles), sum of tiles, [`nodes::advance`], spread of tiles, gather (tiles to points, stress
-//! update last). Which nodes another rank sums is not known here: [`tile::Tiles`] has rows for them.
+//! One step is scatter (points to tiles), sum of tiles, [`nodes::advance`], spread of tiles, gather (tiles to points), in the
+//! order that the job's [`crate::scenario::mpm::Scheme`] says. Which nodes another rank sums is not known here: [`tile::Tiles`] has rows for
+//! them.
 
+pub mod boundary;
 pub mod gather;
 pub mod nodes;
 pub mod points;

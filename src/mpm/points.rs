@@ -1,6 +1,6 @@
-//! Material points.
+//! Material points as rows: what a step reads and writes apart from what is needed now and then.
 
-use crate::dem::cell::Image;
+use crate::dem::cell::{Image, visit_image};
 use crate::hybrid::oracle::Window;
 use crate::hybrid::track::Track;
 use crate::ids::PointId;
@@ -8,21 +8,13 @@ use crate::law::material::MaterialMemory;
 use crate::record::{Record, Visitor};
 use crate::space::{Linear, Space};
 
-/// A material point. It stands in block order, within a block by (cell, id) of the last rebuild: the order of every
-/// sum over points.
+/// The part of a point that every step reads and writes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point<S: Space, M> {
-    pub id: PointId,
+pub struct Hot<S: Space, M> {
     /// m; wrapped into the period at rebuilds only.
     pub position: S::Vector,
     /// Velocity half a step behind the position, m/s.
     pub velocity: S::Vector,
-    /// Position at the last rebuild, m.
-    pub home: S::Vector,
-    /// Place at the start of the run, m.
-    pub origin: S::Vector,
-    /// Periods crossed since then.
-    pub image: Image,
     /// kg; full, never weighted.
     pub mass: f64,
     /// Volume at the start, m3; Kirchhoff stress is per this volume.
@@ -31,53 +23,124 @@ pub struct Point<S: Space, M> {
     pub weight: f64,
     /// Kirchhoff stress, Pa, tension positive.
     pub stress: S::Tensor,
+    /// Deformation gradient F since the start.
+    pub deformation: S::Tensor,
+    /// Gradient of the affine velocity field about the point, 1/s; zero where the scheme has none.
+    pub affine: S::Tensor,
     /// Memory of the material law.
     pub memory: M,
-    /// det F since the start.
-    pub volume_ratio: f64,
+}
+
+/// The part of a point that is read at rebuilds and for output.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cold<S: Space> {
+    pub id: PointId,
+    /// Position at the last rebuild, m.
+    pub home: S::Vector,
+    /// Place at the start of the run, m.
+    pub origin: S::Vector,
+    /// Periods crossed since then.
+    pub image: Image,
     /// Plastic strain at the oracle's recent looks.
     pub window: Window,
     /// Where it has been, for training.
     pub track: Track<S>,
 }
 
+/// A whole material point, as it travels, rests on disk or is handed to a new world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point<S: Space, M> {
+    pub hot: Hot<S, M>,
+    pub cold: Cold<S>,
+}
+
+/// Points of this rank in block order, within a block by (cell, id) of the last rebuild: the order of every sum over
+/// points.
+#[derive(Clone, Debug)]
+pub struct Points<S: Space, M> {
+    pub hot: Vec<Hot<S, M>>,
+    pub cold: Vec<Cold<S>>,
+}
+
+impl<S: Space, M> Default for Points<S, M> {
+    fn default() -> Self {
+        Self { hot: Vec::new(), cold: Vec::new() }
+    }
+}
+
+impl<S: Space, M: MaterialMemory> Points<S, M> {
+    pub fn len(&self) -> usize {
+        self.hot.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.hot.is_empty()
+    }
+
+    /// Whole rows, in their order.
+    pub fn rows(&self) -> impl Iterator<Item = Point<S, M>> {
+        self.hot.iter().zip(&self.cold).map(|(hot, cold)| Point { hot: *hot, cold: *cold })
+    }
+}
+
+impl<S: Space, M> FromIterator<Point<S, M>> for Points<S, M> {
+    fn from_iter<I: IntoIterator<Item = Point<S, M>>>(rows: I) -> Self {
+        let (hot, cold) = rows.into_iter().map(|point| (point.hot, point.cold)).unzip();
+        Self { hot, cold }
+    }
+}
+
+impl<S: Space, M> Hot<S, M> {
+    /// det F since the start.
+    pub fn volume_ratio(&self) -> f64 {
+        S::determinant(&self.deformation)
+    }
+}
+
 impl<S: Space, M: MaterialMemory> Point<S, M> {
     /// A point at rest at `position`, its first memory and stress to be given by its law.
     pub fn resting(id: PointId, position: S::Vector, mass: f64, volume: f64) -> Self {
         Self {
-            id,
-            position,
-            velocity: S::Vector::zero(),
-            home: position,
-            origin: position,
-            image: [0; 3],
-            mass,
-            volume,
-            weight: 1.0,
-            stress: S::Tensor::zero(),
-            memory: M::default(),
-            volume_ratio: 1.0,
-            window: Window::default(),
-            track: Track::default(),
+            hot: Hot {
+                position,
+                velocity: S::Vector::zero(),
+                mass,
+                volume,
+                weight: 1.0,
+                stress: S::Tensor::zero(),
+                deformation: S::identity(),
+                affine: S::Tensor::zero(),
+                memory: M::default(),
+            },
+            cold: Cold {
+                id,
+                home: position,
+                origin: position,
+                image: [0; 3],
+                window: Window::default(),
+                track: Track::default(),
+            },
         }
     }
 }
 
 impl<S: Space, M: MaterialMemory> Record for Point<S, M> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
-        visitor.u64("id", &mut self.id.0);
-        visitor.f64s("position", self.position.as_mut_slice());
-        visitor.f64s("velocity", self.velocity.as_mut_slice());
-        visitor.f64s("home", self.home.as_mut_slice());
-        visitor.f64s("origin", self.origin.as_mut_slice());
-        crate::dem::cell::visit_image::<S>(&mut self.image, visitor);
-        visitor.f64s("mass", std::slice::from_mut(&mut self.mass));
-        visitor.f64s("volume", std::slice::from_mut(&mut self.volume));
-        visitor.f64s("weight", std::slice::from_mut(&mut self.weight));
-        visitor.f64s("stress", self.stress.as_mut_slice());
-        self.memory.visit(visitor);
-        visitor.f64s("volume_ratio", std::slice::from_mut(&mut self.volume_ratio));
-        visitor.f64s("window", &mut self.window.samples);
-        self.track.visit(visitor);
+        let Self { hot, cold } = self;
+        visitor.u64("id", &mut cold.id.0);
+        visitor.f64s("position", hot.position.as_mut_slice());
+        visitor.f64s("velocity", hot.velocity.as_mut_slice());
+        visitor.f64s("home", cold.home.as_mut_slice());
+        visitor.f64s("origin", cold.origin.as_mut_slice());
+        visit_image::<S>(&mut cold.image, visitor);
+        visitor.f64s("mass", std::slice::from_mut(&mut hot.mass));
+        visitor.f64s("volume", std::slice::from_mut(&mut hot.volume));
+        visitor.f64s("weight", std::slice::from_mut(&mut hot.weight));
+        visitor.f64s("stress", hot.stress.as_mut_slice());
+        visitor.f64s("deformation", hot.deformation.as_mut_slice());
+        visitor.f64s("affine", hot.affine.as_mut_slice());
+        hot.memory.visit(visitor);
+        visitor.f64s("window", &mut cold.window.samples);
+        cold.track.visit(visitor);
     }
 }

@@ -1,59 +1,369 @@
-//! Quadratic B-spline shape functions (Steffen, Kirby & Berzins 2008): smooth gradients, three nodes per axis.
+//! Shape functions of the background grid: linear, uGIMP, quadratic and cubic B-splines, axis by axis.
+//!
+//! B-splines that reach a wall are those of an open knot vector (Steffen, Kirby & Berzins 2008): none reaches behind the
+//! wall, the one on it takes its value there alone, and they still sum to one.
 
-use crate::space::{Linear, Space};
+use crate::scenario::mpm::ShapeFunction;
+use crate::space::Space;
 
-/// Nodes that reach beyond a block's own on its lower side, and on its upper side. A point or grain may drift half a cell
-/// out of its block before it must move house ([`DRIFT_MAX`]); its spline then still lies within this margin.
-pub const MARGIN_LOWER: usize = 1;
-pub const MARGIN_UPPER: usize = 2;
-
-/// Drift from home in cells and per axis at which a rebuild is due, below the half cell that the margin allows.
+/// Drift from home in cells and per axis at which a rebuild is due, below the half cell that the margins allow.
 pub const DRIFT_MAX: f64 = 0.45;
 
-/// The spline of one place in a tile: values and slopes per axis.
+/// Nodes of a tile below the block's own first node and above its own last. A point or grain may drift half a cell out of
+/// its block before it must move house ([`DRIFT_MAX`]); its functions still lie within these margins.
+pub fn margins(shape: ShapeFunction) -> [usize; 2] {
+    match shape {
+        ShapeFunction::Linear | ShapeFunction::Generalised | ShapeFunction::Quadratic => [1, 2],
+        ShapeFunction::Cubic => [2, 3],
+    }
+}
+
+/// What a place along an axis needs to know beside itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axis {
+    /// Where the walls are, in cells from the tile's first node; infinitely far where there is none to be felt.
+    pub walls: [f64; 2],
+    /// Half of a point's edge in cells, for functions that ask.
+    pub half: f64,
+}
+
+impl Default for Axis {
+    fn default() -> Self {
+        Self { walls: [f64::NEG_INFINITY, f64::INFINITY], half: 0.25 }
+    }
+}
+
+/// Functions at one place along an axis, the place and their slopes measured in cells.
 #[derive(Clone, Copy, Debug)]
-pub struct Spline<S: Space> {
-    base: [usize; 3],
-    values: [[f64; 3]; 3],
-    slopes: [[f64; 3]; 3],
+pub struct Along<const N: usize> {
+    pub base: usize,
+    pub values: [f64; N],
+    pub slopes: [f64; N],
+}
+
+/// Shape functions along an axis; `N` of them reach a place.
+pub trait Shape<const N: usize>: Copy + Send + Sync + 'static {
+    /// At `place`, in cells from the tile's first node.
+    fn along(place: f64, axis: &Axis) -> Along<N>;
+    /// Where function `node` stands for a field that is linear, in cells: its node, or its Greville abscissa near a wall.
+    fn stand(node: usize, _axis: &Axis) -> f64 {
+        node as f64
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct LinearHat;
+#[derive(Clone, Copy, Debug)]
+pub struct Generalised;
+#[derive(Clone, Copy, Debug)]
+pub struct Quadratic;
+#[derive(Clone, Copy, Debug)]
+pub struct Cubic;
+
+impl Shape<3> for LinearHat {
+    #[inline(always)]
+    fn along(place: f64, _: &Axis) -> Along<3> {
+        let (cell, base) = (place.floor(), (place - 0.5).floor());
+        let x = place - cell;
+        // The cell's two nodes are the first two of the three, or the last two.
+        match cell == base {
+            true => Along { base: base as usize, values: [1.0 - x, x, 0.0], slopes: [-1.0, 1.0, 0.0] },
+            false => Along { base: base as usize, values: [0.0, 1.0 - x, x], slopes: [0.0, -1.0, 1.0] },
+        }
+    }
+}
+
+impl Shape<3> for Generalised {
+    #[inline(always)]
+    fn along(place: f64, axis: &Axis) -> Along<3> {
+        let base = (place - 0.5).floor();
+        let mut along = Along { base: base as usize, values: [0.0; 3], slopes: [0.0; 3] };
+        for node in 0..3 {
+            let apart = place - base - node as f64;
+            (along.values[node], along.slopes[node]) = generalised(apart, axis.half);
+        }
+        along
+    }
+}
+
+/// The hat of a node seen by a point of half length `half`, at `apart` cells from it, and its slope.
+#[inline(always)]
+fn generalised(apart: f64, half: f64) -> (f64, f64) {
+    let (distance, side) = (apart.abs(), if apart < 0.0 { -1.0 } else { 1.0 });
+    if distance < half {
+        (1.0 - (distance * distance + half * half) / (2.0 * half), -apart / half)
+    } else if distance < 1.0 - half {
+        (1.0 - distance, -side)
+    } else if distance < 1.0 + half {
+        let left = 1.0 + half - distance;
+        (left * left / (4.0 * half), -side * left / (2.0 * half))
+    } else {
+        (0.0, 0.0)
+    }
+}
+
+impl Shape<3> for Quadratic {
+    #[inline(always)]
+    fn along(place: f64, axis: &Axis) -> Along<3> {
+        if Knots::<3>::feels(place, axis) {
+            return Knots::<3>::of(axis).along(place);
+        }
+        let base = (place - 0.5).floor();
+        let x = place - base;
+        Along {
+            base: base as usize,
+            values: [0.5 * (1.5 - x) * (1.5 - x), 0.75 - (x - 1.0) * (x - 1.0), 0.5 * (x - 0.5) * (x - 0.5)],
+            slopes: [x - 1.5, -2.0 * (x - 1.0), x - 0.5],
+        }
+    }
+    fn stand(node: usize, axis: &Axis) -> f64 {
+        Knots::<3>::stand(node, axis)
+    }
+}
+
+impl Shape<4> for Cubic {
+    #[inline(always)]
+    fn along(place: f64, axis: &Axis) -> Along<4> {
+        if Knots::<4>::feels(place, axis) {
+            return Knots::<4>::of(axis).along(place);
+        }
+        let base = place.floor() - 1.0;
+        let x = place - base - 1.0;
+        let y = 1.0 - x;
+        const SIXTH: f64 = 1.0 / 6.0;
+        Along {
+            base: base as usize,
+            values: [
+                SIXTH * y * y * y,
+                SIXTH * (4.0 - 6.0 * x * x + 3.0 * x * x * x),
+                SIXTH * (4.0 - 6.0 * y * y + 3.0 * y * y * y),
+                SIXTH * x * x * x,
+            ],
+            slopes: [-0.5 * y * y, x * (1.5 * x - 2.0), -y * (1.5 * y - 2.0), 0.5 * x * x],
+        }
+    }
+    fn stand(node: usize, axis: &Axis) -> f64 {
+        Knots::<4>::stand(node, axis)
+    }
+}
+
+/// The open knot vector of splines of degree N - 1 between two walls that are whole cells apart: as many functions as there
+/// are nodes. Inner knots lie where those of the splines far from walls do.
+struct Knots<const N: usize> {
+    /// Place of the lower wall, and cells between the walls.
+    wall: f64,
+    cells: i64,
+}
+
+impl<const N: usize> Knots<N> {
+    const DEGREE: i64 = N as i64 - 1;
+    /// The first inner knot; within its reach and that of the splines that it belongs to nothing is as far from walls.
+    const FIRST: f64 = 0.5 * N as f64;
+    const FELT: f64 = match N {
+        3 => 2.5,
+        _ => 4.0,
+    };
+    /// Cells between walls of which one is not felt: far enough that the other's knots are not either.
+    const FAR: i64 = 64;
+
+    #[inline(always)]
+    fn feels(place: f64, axis: &Axis) -> bool {
+        place < axis.walls[0] + Self::FELT || place > axis.walls[1] - Self::FELT
+    }
+
+    /// A wall that is not there is put far behind the other.
+    fn of(axis: &Axis) -> Self {
+        let [lower, upper] = axis.walls;
+        match (lower.is_finite(), upper.is_finite()) {
+            (true, true) => Self { wall: lower, cells: (upper - lower) as i64 },
+            (true, false) => Self { wall: lower, cells: Self::FAR },
+            _ => Self { wall: upper - Self::FAR as f64, cells: Self::FAR },
+        }
+    }
+
+    fn knot(&self, index: i64) -> f64 {
+        if index <= Self::DEGREE {
+            0.0
+        } else if index > self.cells {
+            self.cells as f64
+        } else {
+            Self::FIRST + (index - Self::DEGREE - 1) as f64
+        }
+    }
+
+    /// Cox and de Boor's recurrence.
+    fn along(&self, place: f64) -> Along<N> {
+        let t = place - self.wall;
+        let span = (Self::DEGREE + 1 + (t - Self::FIRST).floor() as i64).clamp(Self::DEGREE, self.cells);
+        let (mut values, mut lower) = ([0.0; N], [0.0; N]);
+        values[0] = 1.0;
+        for degree in 1..N {
+            lower = values;
+            let mut saved = 0.0;
+            for function in 0..degree {
+                let right = self.knot(span + 1 + function as i64);
+                let left = self.knot(span + 1 + function as i64 - degree as i64);
+                let share = lower[function] / (right - left);
+                values[function] = saved + (right - t) * share;
+                saved = (t - left) * share;
+            }
+            values[degree] = saved;
+        }
+        let mut slopes = [0.0; N];
+        for (function, slope) in slopes.iter_mut().enumerate() {
+            let first = span - Self::DEGREE + function as i64;
+            let per = |value: f64, from: i64| {
+                value * Self::DEGREE as f64 / (self.knot(from + Self::DEGREE) - self.knot(from))
+            };
+            let rising = if function > 0 { per(lower[function - 1], first) } else { 0.0 };
+            let falling = if function + 1 < N { per(lower[function], first + 1) } else { 0.0 };
+            *slope = rising - falling;
+        }
+        Along { base: (self.wall as i64 + span - Self::DEGREE) as usize, values, slopes }
+    }
+
+    /// Greville's abscissa: the mean of a function's inner knots.
+    fn stand(node: usize, axis: &Axis) -> f64 {
+        if !Self::feels(node as f64, axis) {
+            return node as f64;
+        }
+        let knots = Self::of(axis);
+        let first = node as i64 - knots.wall as i64;
+        let sum = (1..=Self::DEGREE).map(|inner| knots.knot(first + inner)).sum::<f64>();
+        knots.wall + sum / Self::DEGREE as f64
+    }
+}
+
+/// The functions at one place of a tile, along all axes. Slopes are per m.
+#[derive(Clone, Copy, Debug)]
+pub struct Stencil<S: Space, const N: usize> {
+    pub base: [usize; 3],
+    pub values: [[f64; N]; 3],
+    pub slopes: [[f64; N]; 3],
     space: std::marker::PhantomData<S>,
 }
 
-impl<S: Space> Spline<S> {
+impl<S: Space, const N: usize> Stencil<S, N> {
+    /// Nodes along the third axis.
+    pub const LAYERS: usize = if S::DIMENSION == 3 { N } else { 1 };
+
     /// `place` is measured in cells from the tile's first node.
     #[inline(always)]
-    pub fn new(place: S::Vector, cell_inverse: f64) -> Self {
-        let mut spline =
-            Self { base: [0; 3], values: [[1.0, 0.0, 0.0]; 3], slopes: [[0.0; 3]; 3], space: std::marker::PhantomData };
+    pub fn new<F: Shape<N>>(place: &S::Vector, axes: &[Axis; 3], cell_inverse: f64) -> Self {
+        let mut one = [0.0; N];
+        one[0] = 1.0;
+        let mut stencil =
+            Self { base: [0; 3], values: [one; 3], slopes: [[0.0; N]; 3], space: std::marker::PhantomData };
         for axis in 0..S::DIMENSION {
-            let base = (place[axis] - 0.5).floor();
-            let x = place[axis] - base;
-            spline.base[axis] = base as usize;
-            spline.values[axis] =
-                [0.5 * (1.5 - x) * (1.5 - x), 0.75 - (x - 1.0) * (x - 1.0), 0.5 * (x - 0.5) * (x - 0.5)];
-            spline.slopes[axis] = [(x - 1.5) * cell_inverse, -2.0 * (x - 1.0) * cell_inverse, (x - 0.5) * cell_inverse];
+            let along = F::along(place[axis], &axes[axis]);
+            stencil.base[axis] = along.base;
+            stencil.values[axis] = along.values;
+            stencil.slopes[axis] = along.slopes.map(|slope| slope * cell_inverse);
         }
-        spline
+        stencil
     }
 
-    /// Calls `visit(node, N, grad N)` for every node in reach, in lexical order; `edge` is the tile's nodes per axis.
+    /// First node of a row of `N` along x, in a tile with `edge` nodes per axis.
     #[inline(always)]
-    pub fn for_each(&self, edge: usize, mut visit: impl FnMut(usize, f64, S::Vector)) {
-        let layers = if S::DIMENSION == 3 { 3 } else { 1 };
-        for k in 0..layers {
-            for j in 0..3 {
-                for i in 0..3 {
-                    let node = ((self.base[2] + k) * edge + self.base[1] + j) * edge + self.base[0] + i;
-                    let (x, y, z) = (self.values[0][i], self.values[1][j], self.values[2][k]);
-                    let mut gradient = S::Vector::zero();
-                    gradient[0] = self.slopes[0][i] * y * z;
-                    gradient[1] = x * self.slopes[1][j] * z;
-                    if S::DIMENSION == 3 {
-                        gradient[2] = x * y * self.slopes[2][k];
-                    }
-                    visit(node, x * y * z, gradient);
+    pub fn row(&self, edge: usize, j: usize, k: usize) -> usize {
+        ((self.base[2] + k) * edge + self.base[1] + j) * edge + self.base[0]
+    }
+
+    /// Value and gradient at node (i, j, k) of the stencil.
+    #[inline(always)]
+    pub fn at(&self, i: usize, j: usize, k: usize) -> (f64, [f64; 3]) {
+        let (x, y, z) = (self.values[0][i], self.values[1][j], self.values[2][k]);
+        let gradient = [self.slopes[0][i] * y * z, x * self.slopes[1][j] * z, x * y * self.slopes[2][k]];
+        (x * y * z, gradient)
+    }
+
+    /// Calls `visit(node, N)` for every node in reach, in lexical order.
+    #[inline(always)]
+    pub fn for_each(&self, edge: usize, mut visit: impl FnMut(usize, f64)) {
+        for k in 0..Self::LAYERS {
+            for j in 0..N {
+                let row = self.row(edge, j, k);
+                for i in 0..N {
+                    visit(row + i, self.at(i, j, k).0);
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WALLED: Axis = Axis { walls: [2.0, 14.0], half: 0.25 };
+
+    fn claims<const N: usize, F: Shape<N>>(name: &str) {
+        let axes = [
+            WALLED,
+            Axis::default(),
+            Axis { walls: [2.0, f64::INFINITY], half: 0.5 },
+            Axis { walls: [f64::NEG_INFINITY, 14.0], half: 0.1 },
+        ];
+        for axis in axes {
+            for step in 0..=1200 {
+                let place = 2.0 + 0.01 * f64::from(step);
+                let at = F::along(place, &axis);
+                let sum: f64 = at.values.iter().sum();
+                assert!((sum - 1.0).abs() < 1e-14, "{name} at {place}: sum {sum}");
+                assert!(at.slopes.iter().sum::<f64>().abs() < 1e-13, "{name} at {place}: slopes");
+                let stand = |i: usize| F::stand(at.base + i, &axis);
+                let field: f64 = (0..N).map(|i| at.values[i] * stand(i)).sum();
+                let slope: f64 = (0..N).map(|i| at.slopes[i] * stand(i)).sum();
+                // A linear field is met: by uGIMP where no point's edge reaches behind the wall.
+                assert!((field - place).abs() < 1e-12, "{name} at {place}: {field} {axis:?}");
+                assert!((slope - 1.0).abs() < 1e-12, "{name} at {place}: slope {slope}");
+                assert!(at.values.iter().all(|value| *value >= -1e-15), "{name} at {place}: {:?}", at.values);
+            }
+        }
+    }
+
+    #[test]
+    fn functions_sum_to_one_and_meet_linear_fields() {
+        claims::<3, LinearHat>("linear");
+        claims::<3, Generalised>("uGIMP");
+        claims::<3, Quadratic>("quadratic");
+        claims::<4, Cubic>("cubic");
+    }
+
+    #[test]
+    fn no_spline_reaches_behind_a_wall_and_the_first_stands_on_it() {
+        let at = Quadratic::along(2.0, &WALLED);
+        assert_eq!((at.base, at.values), (2, [1.0, 0.0, 0.0]));
+        let at = Cubic::along(2.0, &WALLED);
+        assert_eq!((at.base, at.values), (2, [1.0, 0.0, 0.0, 0.0]));
+        let at = Quadratic::along(14.0, &WALLED);
+        assert_eq!((at.base, at.values), (12, [0.0, 0.0, 1.0]));
+        let at = Cubic::along(14.0, &WALLED);
+        assert_eq!((at.base, at.values), (11, [0.0, 0.0, 0.0, 1.0]));
+    }
+
+    #[test]
+    fn slopes_are_those_of_the_values_and_continuous() {
+        fn check<const N: usize, F: Shape<N>>(limit: f64) {
+            let spread = |place: f64| -> [f64; 20] {
+                let at = F::along(place, &WALLED);
+                let mut all = [0.0; 20];
+                (0..N).for_each(|i| all[at.base + i] = at.values[i]);
+                all
+            };
+            for step in 1..1199 {
+                let place = 2.0 + 0.01 * f64::from(step) + 0.0033;
+                let (before, after) = (spread(place - 1e-6), spread(place + 1e-6));
+                let at = F::along(place, &WALLED);
+                for i in 0..N {
+                    let wanted = (after[at.base + i] - before[at.base + i]) / 2e-6;
+                    assert!((at.slopes[i] - wanted).abs() < limit, "{place} {i}: {} {wanted}", at.slopes[i]);
+                }
+            }
+        }
+        check::<3, LinearHat>(1e-9);
+        check::<3, Generalised>(1e-5);
+        check::<3, Quadratic>(1e-5);
+        check::<4, Cubic>(1e-5);
     }
 }

@@ -4,94 +4,100 @@
 use rayon::prelude::*;
 
 use crate::ids::Row;
-use crate::mpm::shape::{MARGIN_LOWER, MARGIN_UPPER};
 use crate::space::{Linear, Space};
 
-/// What points and grains bring to a node.
+/// Words of a node's row: a line of the cache, changed all in step.
+pub const NODE_WORDS: usize = 8;
+
+/// What points bring to a node, weighted: mass (kg), momentum (N s), and internal and external force (N), in this order;
+/// the other words are zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gathered<S: Space> {
-    /// Weighted mass of points, kg, their momentum, N s, and the internal and external force on it, N.
+#[repr(align(64))]
+pub struct Gathered<S: Space>(pub [f64; NODE_WORDS], std::marker::PhantomData<S>);
+
+/// What grains bring to a node: weighted mass, kg, and momentum after their own kick, N s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GrainNode<S: Space> {
     pub mass: f64,
     pub momentum: S::Vector,
-    pub force: S::Vector,
-    /// Weighted mass of grains, kg, and their momentum after their own kick, N s.
-    pub grain_mass: f64,
-    pub grain_momentum: S::Vector,
 }
 
-/// What a node gives back.
+/// What a node gives back to points: its velocity after the step (m/s) and the change of it, in this order.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Advanced<S: Space> {
-    /// Velocity after the step, m/s: FLIP takes its change, PIC itself.
-    pub velocity: S::Vector,
-    pub velocity_change: S::Vector,
-    /// Correction of grain velocities, m/s.
-    pub grain_change: S::Vector,
+#[repr(align(64))]
+pub struct Advanced<S: Space>(pub [f64; NODE_WORDS], std::marker::PhantomData<S>);
+
+/// What a node gives back to grains: correction of their velocities, m/s.
+pub type GrainChange<S> = <S as Space>::Vector;
+
+fn vector_at<S: Space>(words: &[f64; NODE_WORDS], first: usize) -> S::Vector {
+    let mut vector = S::Vector::zero();
+    for axis in 0..S::DIMENSION {
+        vector[axis] = words[first + axis];
+    }
+    vector
 }
 
 impl<S: Space> Gathered<S> {
-    /// Numbers in a message.
-    pub const WIDTH: usize = 2 + 3 * S::DIMENSION;
+    pub const fn zero() -> Self {
+        Self([0.0; NODE_WORDS], std::marker::PhantomData)
+    }
 
+    pub fn of(words: [f64; NODE_WORDS]) -> Self {
+        Self(words, std::marker::PhantomData)
+    }
+
+    pub fn mass(&self) -> f64 {
+        self.0[0]
+    }
+
+    pub fn momentum(&self) -> S::Vector {
+        vector_at::<S>(&self.0, 1)
+    }
+
+    pub fn force(&self) -> S::Vector {
+        vector_at::<S>(&self.0, 1 + S::DIMENSION)
+    }
+
+    fn add(&mut self, other: &Self) {
+        for (word, more) in self.0.iter_mut().zip(other.0) {
+            *word += more;
+        }
+    }
+}
+
+impl<S: Space> GrainNode<S> {
     pub fn zero() -> Self {
-        let zero = S::Vector::zero();
-        Self { mass: 0.0, momentum: zero, force: zero, grain_mass: 0.0, grain_momentum: zero }
+        Self { mass: 0.0, momentum: S::Vector::zero() }
     }
 
     fn add(&mut self, other: &Self) {
         self.mass += other.mass;
         self.momentum += other.momentum;
-        self.force += other.force;
-        self.grain_mass += other.grain_mass;
-        self.grain_momentum += other.grain_momentum;
-    }
-
-    pub fn pack(&self, out: &mut [f64]) {
-        out[0] = self.mass;
-        out[1] = self.grain_mass;
-        pack_vectors::<S>([&self.momentum, &self.force, &self.grain_momentum], &mut out[2..]);
-    }
-
-    pub fn unpack(words: &[f64]) -> Self {
-        let [momentum, force, grain_momentum] = unpack_vectors::<S>(&words[2..]);
-        Self { mass: words[0], momentum, force, grain_mass: words[1], grain_momentum }
     }
 }
 
 impl<S: Space> Advanced<S> {
-    pub const WIDTH: usize = 3 * S::DIMENSION;
-
-    pub fn zero() -> Self {
-        let zero = S::Vector::zero();
-        Self { velocity: zero, velocity_change: zero, grain_change: zero }
+    pub const fn zero() -> Self {
+        Self([0.0; NODE_WORDS], std::marker::PhantomData)
     }
 
-    pub fn pack(&self, out: &mut [f64]) {
-        pack_vectors::<S>([&self.velocity, &self.velocity_change, &self.grain_change], out);
+    pub fn of(words: [f64; NODE_WORDS]) -> Self {
+        Self(words, std::marker::PhantomData)
     }
 
-    pub fn unpack(words: &[f64]) -> Self {
-        let [velocity, velocity_change, grain_change] = unpack_vectors::<S>(words);
-        Self { velocity, velocity_change, grain_change }
-    }
-}
-
-fn pack_vectors<S: Space>(vectors: [&S::Vector; 3], out: &mut [f64]) {
-    for (vector, out) in vectors.into_iter().zip(out.chunks_exact_mut(S::DIMENSION)) {
-        for (axis, word) in out.iter_mut().enumerate() {
-            *word = vector[axis];
+    pub fn new(velocity: &S::Vector, change: &S::Vector) -> Self {
+        let mut words = [0.0; NODE_WORDS];
+        for axis in 0..S::DIMENSION {
+            words[axis] = velocity[axis];
+            words[S::DIMENSION + axis] = change[axis];
         }
+        Self::of(words)
     }
-}
 
-fn unpack_vectors<S: Space>(words: &[f64]) -> [S::Vector; 3] {
-    let mut vectors = [S::Vector::zero(); 3];
-    for (vector, words) in vectors.iter_mut().zip(words.chunks_exact(S::DIMENSION)) {
-        for (axis, word) in words.iter().enumerate() {
-            vector[axis] = *word;
-        }
+    pub fn velocity(&self) -> S::Vector {
+        vector_at::<S>(&self.0, 0)
     }
-    vectors
 }
 
 /// Where the tiles of this rank lie and which rows make up which node. Laid once per deal of blocks to ranks.
@@ -123,10 +129,6 @@ pub struct OwnedNode {
 }
 
 impl Mosaic {
-    pub fn edge_of(cells_per_block: usize) -> usize {
-        cells_per_block + MARGIN_LOWER + MARGIN_UPPER
-    }
-
     /// Rows of tiles and of what other ranks send before summing.
     pub fn rows(&self) -> usize {
         self.tiles * self.nodes_per_tile
@@ -156,37 +158,60 @@ impl Mosaic {
     }
 }
 
-/// Node rows of this rank.
+/// Node rows of this rank. Rows of grains are laid where grains and points share nodes.
 #[derive(Clone, Debug)]
 pub struct Tiles<S: Space> {
     pub gathered: Vec<Gathered<S>>,
     pub sums: Vec<Gathered<S>>,
     pub advanced: Vec<Advanced<S>>,
+    pub grains: Vec<GrainNode<S>>,
+    pub grain_sums: Vec<GrainNode<S>>,
+    pub grain_changes: Vec<GrainChange<S>>,
 }
 
 impl<S: Space> Default for Tiles<S> {
     fn default() -> Self {
-        Self { gathered: Vec::new(), sums: Vec::new(), advanced: Vec::new() }
+        Self {
+            gathered: Vec::new(),
+            sums: Vec::new(),
+            advanced: Vec::new(),
+            grains: Vec::new(),
+            grain_sums: Vec::new(),
+            grain_changes: Vec::new(),
+        }
     }
 }
 
 impl<S: Space> Tiles<S> {
-    pub fn lay(mosaic: &Mosaic) -> Self {
+    pub fn lay(mosaic: &Mosaic, coupled: bool) -> Self {
+        let (gathered, advanced) = (mosaic.rows() + mosaic.rows_received, mosaic.rows() + mosaic.rows_spread);
+        let of_grains = |rows: usize| if coupled { rows } else { 0 };
         Self {
-            gathered: vec![Gathered::zero(); mosaic.rows() + mosaic.rows_received],
+            gathered: vec![Gathered::zero(); gathered],
             sums: vec![Gathered::zero(); mosaic.owned.len()],
-            advanced: vec![Advanced::zero(); mosaic.rows() + mosaic.rows_spread],
+            advanced: vec![Advanced::zero(); advanced],
+            grains: vec![GrainNode::zero(); of_grains(gathered)],
+            grain_sums: vec![GrainNode::zero(); of_grains(mosaic.owned.len())],
+            grain_changes: vec![S::Vector::zero(); of_grains(advanced)],
         }
     }
 
     pub fn sum(&mut self, mosaic: &Mosaic) {
         mosaic.sum_into(&self.gathered, Gathered::zero(), Gathered::add, &mut self.sums);
+        if !self.grains.is_empty() {
+            mosaic.sum_into(&self.grains, GrainNode::zero(), GrainNode::add, &mut self.grain_sums);
+        }
     }
 
     /// Fills the margins from the owners' rows.
     pub fn copy_margins(&mut self, mosaic: &Mosaic) {
         for &(to, from) in &mosaic.copies {
             self.advanced[to as usize] = self.advanced[from as usize];
+        }
+        if !self.grain_changes.is_empty() {
+            for &(to, from) in &mosaic.copies {
+                self.grain_changes[to as usize] = self.grain_changes[from as usize];
+            }
         }
     }
 }

@@ -49,7 +49,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         for energy in self.walls.elastic_energies(&self.settings.contact, &self.grains, &self.bodies) {
             sums.add(1, energy);
         }
-        for point in &self.points {
+        for point in &self.points.hot {
             sums.add(2, 0.5 * point.weight * point.mass * point.velocity.dot(&point.velocity));
             sums.add(3, point.weight * point.volume * self.settings.material.elastic_energy(&point.memory));
         }
@@ -70,7 +70,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 add(hot.weight * hot.mass, &hot.velocity);
             }
         }
-        for point in &self.points {
+        for point in &self.points.hot {
             add(point.weight * point.mass, &point.velocity);
         }
         let [mass, x, y, z] = self.reduce(sums)?;

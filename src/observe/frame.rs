@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::law::contact::ContactLaw;
 use crate::law::material::{MaterialLaw, MaterialMemory};
 use crate::math;
-use crate::mpm::points::Point;
+use crate::mpm::points::{Cold, Hot};
 use crate::record::{Record, Visitor};
 use crate::space::{Linear, Space};
 use crate::transfer::{self, Cargo};
@@ -160,21 +160,21 @@ fn grain_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
 }
 
 fn point_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>, depth: f64) -> Vec<Row> {
-    let row = |point: &Point<S, L::Memory>| Row {
+    let row = |(hot, cold): (&Hot<S, L::Memory>, &Cold<S>)| Row {
         kind: Kind::Point as i64,
-        id: point.id.0,
-        position: spread(&point.position),
+        id: cold.id.0,
+        position: spread(&hot.position),
         // The disc or sphere of the point's volume; `grain_volume` grows with the radius to the power of the dimension.
         radius: {
-            let share = point.volume * point.volume_ratio / S::grain_volume(1.0, depth);
+            let share = hot.volume * hot.volume_ratio() / S::grain_volume(1.0, depth);
             if S::DIMENSION == 2 { share.sqrt() } else { math::cbrt(share) }
         },
-        weight: point.weight,
-        displacement: displacement(&point.position, &point.origin, point.image, &world.cell),
-        velocity: spread(&point.velocity),
+        weight: hot.weight,
+        displacement: displacement(&hot.position, &cold.origin, cold.image, &world.cell),
+        velocity: spread(&hot.velocity),
         spin: [0.0; 3],
-        stress: symmetric::<S>(&(point.stress * (1.0 / point.volume_ratio))),
-        plastic_strain: point.memory.plastic_strain(),
+        stress: symmetric::<S>(&(hot.stress * (1.0 / hot.volume_ratio()))),
+        plastic_strain: hot.memory.plastic_strain(),
     };
-    world.points.iter().map(row).collect()
+    world.points.hot.iter().zip(&world.points.cold).map(row).collect()
 }

@@ -27,16 +27,25 @@ impl MaterialMemory for Nothing {
 impl<S: Space> MaterialLaw<S> for Absent {
     type Memory = Nothing;
 
-    fn start(&self, _: f64, _: f64) -> Nothing {
+    fn start(&self, _: &S::Tensor, _: f64) -> Nothing {
         Nothing
     }
-    fn update(&self, _: &S::Tensor, _: f64, _: &mut Nothing) -> S::Tensor {
+    fn update_counted(&self, _: &S::Tensor, _: f64, _: &mut Nothing, _: &mut f64) -> S::Tensor {
         S::Tensor::zero()
     }
     fn stress(&self, _: &Nothing) -> S::Tensor {
         S::Tensor::zero()
     }
+    fn out_of_plane(&self, _: &Nothing) -> f64 {
+        0.0
+    }
     fn elastic_energy(&self, _: &Nothing) -> f64 {
+        0.0
+    }
+    fn p_wave_modulus(&self) -> f64 {
+        0.0
+    }
+    fn shear_modulus(&self) -> f64 {
         0.0
     }
 }

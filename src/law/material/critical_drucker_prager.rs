@@ -37,6 +37,8 @@ pub struct CriticalDruckerPrager {
     pub fraction_critical: f64,
     /// chi.
     pub dilation_factor: f64,
+    /// Constant part of tan(psi), without a part in tan(phi); 0 in the critical-state law.
+    pub dilation: f64,
     /// xi.
     pub softening_rate: f64,
     /// c, Pa.
@@ -82,13 +84,32 @@ struct Cone {
     zeta: f64,
 }
 
+/// Invariants of an elastic logarithmic strain: all that the return needs.
+#[derive(Clone, Copy, Debug)]
+struct Measures {
+    /// tr(eps).
+    volume: f64,
+    /// sqrt(dev(eps):dev(eps)/2) >= 0; in the plane half of the difference of the principal strains.
+    shear: f64,
+}
+
+/// What the return makes of a trial strain.
+#[derive(Clone, Copy, Debug)]
+struct Return {
+    strain: Measures,
+    at_apex: bool,
+    /// |deps_p|.
+    plastic: f64,
+    /// Volume strain beyond the apex.
+    opened: f64,
+    /// tau:deps_p with the returned stress, J/m3.
+    work: f64,
+}
+
 /// Logarithmic strain ln(b)/2 of a symmetric tensor by its invariants, without eigenvectors.
 #[derive(Clone, Copy, Debug)]
 struct Hencky {
-    /// tr(eps).
-    volume: f64,
-    /// sqrt(dev(eps):dev(eps)/2) >= 0, half of the difference of the principal strains.
-    shear: f64,
+    measures: Measures,
     /// Unit direction of the deviator, (xx - yy)/2 and xy; zero where there is none.
     direction: [f64; 2],
 }
@@ -100,12 +121,26 @@ impl Hencky {
         let radius = (deviator[0] * deviator[0] + deviator[1] * deviator[1]).sqrt();
         let (major, minor) = (math::ln(mean + radius), math::ln(mean - radius));
         let direction = if radius > 0.0 { [deviator[0] / radius, deviator[1] / radius] } else { [0.0, 0.0] };
-        Self { volume: 0.5 * (major + minor), shear: 0.25 * (major - minor), direction }
+        let measures = Measures { volume: 0.5 * (major + minor), shear: 0.25 * (major - minor) };
+        Self { measures, direction }
+    }
+
+    /// Volume strain alone.
+    fn isotropic(volume: f64) -> Self {
+        Self { measures: Measures { volume, shear: 0.0 }, direction: [0.0, 0.0] }
+    }
+
+    fn after(self, returned: &Return) -> Self {
+        if returned.at_apex {
+            return Self::isotropic(returned.strain.volume);
+        }
+        Self { measures: returned.strain, ..self }
     }
 
     fn to_elastic(self) -> [f64; 3] {
-        let major = math::exp(self.volume + 2.0 * self.shear);
-        let minor = math::exp(self.volume - 2.0 * self.shear);
+        let Measures { volume, shear } = self.measures;
+        let major = math::exp(volume + 2.0 * shear);
+        let minor = math::exp(volume - 2.0 * shear);
         let (mean, radius) = (0.5 * (major + minor), 0.5 * (major - minor));
         [mean + radius * self.direction[0], mean - radius * self.direction[0], radius * self.direction[1]]
     }
@@ -119,46 +154,56 @@ impl CriticalDruckerPrager {
             friction_critical: math::tan(continuum.friction_angle_critical),
             fraction_critical: continuum.fraction_critical,
             dilation_factor: continuum.dilation_factor,
+            dilation: 0.0,
             softening_rate: continuum.softening_rate,
             cohesion: continuum.cohesion,
         }
     }
 
     fn cone(&self, fraction: f64) -> Cone {
-        let tan_psi = self.dilation_factor * (fraction - self.fraction_critical);
-        let tan_phi = self.friction_critical + tan_psi;
+        let change = self.dilation_factor * (fraction - self.fraction_critical);
+        let (tan_psi, tan_phi) = (self.dilation + change, (self.friction_critical + change).max(0.0));
         let zeta = 1.0 / (1.0 + tan_phi * tan_phi).sqrt();
         Cone { eta: tan_phi * zeta, eta_bar: tan_psi / (1.0 + tan_psi * tan_psi).sqrt(), zeta }
     }
 
-    /// Plastic strain increment |deps_p| and the strain after the return.
-    fn return_to_cone(&self, cone: &Cone, trial: Hencky) -> (f64, Hencky, f64) {
+    /// Packing fraction after plastic flow, equation (8).
+    fn softened(&self, fraction: f64, plastic: f64) -> f64 {
+        fraction - (fraction - self.fraction_critical) * fraction * self.softening_rate * plastic
+    }
+
+    /// `share` is 2/d: 1 in the plane, 2/3 in space.
+    fn return_to_cone(&self, cone: &Cone, share: f64, trial: Measures) -> Return {
         let (bulk, shear) = (self.bulk_modulus, self.shear_modulus);
         let pressure = bulk * trial.volume;
         let q = 2.0 * shear * trial.shear;
         let excess = q + cone.eta * pressure - cone.zeta * self.cohesion;
         if excess <= 0.0 {
-            return (0.0, trial, 0.0);
+            return Return { strain: trial, at_apex: false, plastic: 0.0, opened: 0.0, work: 0.0 };
         }
         let multiplier = excess / (shear + bulk * cone.eta * cone.eta_bar);
         let q_returned = q - shear * multiplier;
-        if q_returned >= 0.0 {
-            let returned = Hencky {
-                volume: trial.volume - cone.eta_bar * multiplier,
-                shear: q_returned / (2.0 * shear),
-                direction: trial.direction,
+        if q_returned >= 0.0 || cone.eta == 0.0 {
+            let q_returned = q_returned.max(0.0);
+            let volume = trial.volume - cone.eta_bar * multiplier;
+            return Return {
+                strain: Measures { volume, shear: q_returned / (2.0 * shear) },
+                at_apex: false,
+                plastic: multiplier * (0.5 * (1.0 + share * cone.eta_bar * cone.eta_bar)).sqrt(),
+                opened: 0.0,
+                work: multiplier * (q_returned + cone.eta_bar * (bulk * volume)),
             };
-            return (multiplier * (0.5 * (1.0 + cone.eta_bar * cone.eta_bar)).sqrt(), returned, 0.0);
         }
-        let apex = if cone.eta > 0.0 { cone.zeta * self.cohesion / (cone.eta * bulk) } else { 0.0 };
+        let apex = cone.zeta * self.cohesion / (cone.eta * bulk);
         let opened = trial.volume - apex;
-        let strain = (2.0 * trial.shear * trial.shear + 0.5 * opened * opened).sqrt();
-        (strain, Hencky { volume: apex, shear: 0.0, direction: [0.0, 0.0] }, opened)
+        let plastic = (2.0 * trial.shear * trial.shear + 0.5 * share * opened * opened).sqrt();
+        let strain = Measures { volume: apex, shear: 0.0 };
+        Return { strain, at_apex: true, plastic, opened, work: bulk * apex * opened }
     }
 
     fn kirchhoff(&self, strain: &Hencky) -> Tensor {
-        let pressure = self.bulk_modulus * strain.volume;
-        let q = 2.0 * self.shear_modulus * strain.shear;
+        let pressure = self.bulk_modulus * strain.measures.volume;
+        let q = 2.0 * self.shear_modulus * strain.measures.shear;
         let (x, xy) = (q * strain.direction[0], q * strain.direction[1]);
         Tensor::new(pressure + x, xy, xy, pressure - x)
     }
@@ -167,12 +212,18 @@ impl CriticalDruckerPrager {
 impl MaterialLaw<Plane> for CriticalDruckerPrager {
     type Memory = CriticalMemory;
 
-    fn start(&self, pressure: f64, fraction: f64) -> CriticalMemory {
-        let stretch = math::exp(-pressure / self.bulk_modulus);
-        CriticalMemory { elastic: [stretch, stretch, 0.0], fraction, plastic_strain: 0.0, gap: 0.0 }
+    fn start(&self, stress: &Tensor, fraction: f64) -> CriticalMemory {
+        let half = 0.5 * (stress[(0, 0)] - stress[(1, 1)]);
+        let off = 0.5 * (stress[(0, 1)] + stress[(1, 0)]);
+        let q = (half * half + off * off).sqrt();
+        let volume = 0.5 * (stress[(0, 0)] + stress[(1, 1)]) / self.bulk_modulus;
+        let direction = if q > 0.0 { [half / q, off / q] } else { [0.0, 0.0] };
+        let strain = Hencky { measures: Measures { volume, shear: q / (2.0 * self.shear_modulus) }, direction };
+        let returned = self.return_to_cone(&self.cone(fraction), 1.0, strain.measures);
+        CriticalMemory { elastic: strain.after(&returned).to_elastic(), fraction, plastic_strain: 0.0, gap: 0.0 }
     }
 
-    fn update(&self, gradient: &Tensor, dt: f64, memory: &mut CriticalMemory) -> Tensor {
+    fn update_counted(&self, gradient: &Tensor, dt: f64, memory: &mut CriticalMemory, work: &mut f64) -> Tensor {
         let step = Plane::identity() + gradient * dt;
         let [xx, yy, xy] = memory.elastic;
         let trial = step * Tensor::new(xx, xy, xy, yy) * step.transpose();
@@ -180,25 +231,40 @@ impl MaterialLaw<Plane> for CriticalDruckerPrager {
 
         if memory.gap > 0.0 {
             // Separated grains bear nothing until the gap is closed.
-            let left = memory.gap + strain.volume;
+            let left = memory.gap + strain.measures.volume;
             memory.gap = left.max(0.0);
-            strain = Hencky { volume: left.min(0.0), shear: 0.0, direction: [0.0, 0.0] };
+            strain = Hencky::isotropic(left.min(0.0));
         }
         let cone = self.cone(memory.fraction);
-        let (plastic, returned, opened) = self.return_to_cone(&cone, strain);
-        memory.gap += opened.max(0.0);
-        memory.plastic_strain += plastic;
-        memory.fraction -= (memory.fraction - self.fraction_critical) * memory.fraction * self.softening_rate * plastic;
-        memory.elastic = returned.to_elastic();
-        self.kirchhoff(&returned)
+        let returned = self.return_to_cone(&cone, 1.0, strain.measures);
+        *work += returned.work;
+        memory.gap += returned.opened.max(0.0);
+        memory.plastic_strain += returned.plastic;
+        memory.fraction = self.softened(memory.fraction, returned.plastic);
+        let strain = strain.after(&returned);
+        memory.elastic = strain.to_elastic();
+        self.kirchhoff(&strain)
     }
 
     fn stress(&self, memory: &CriticalMemory) -> Tensor {
         self.kirchhoff(&Hencky::of(&memory.elastic))
     }
 
+    /// Elastic strain and flow have no part along the normal: `(K - G) tr(eps)`.
+    fn out_of_plane(&self, memory: &CriticalMemory) -> f64 {
+        (self.bulk_modulus - self.shear_modulus) * Hencky::of(&memory.elastic).measures.volume
+    }
+
     fn elastic_energy(&self, memory: &CriticalMemory) -> f64 {
-        let strain = Hencky::of(&memory.elastic);
-        0.5 * self.bulk_modulus * strain.volume * strain.volume + 2.0 * self.shear_modulus * strain.shear * strain.shear
+        let Measures { volume, shear } = Hencky::of(&memory.elastic).measures;
+        0.5 * self.bulk_modulus * volume * volume + 2.0 * self.shear_modulus * shear * shear
+    }
+
+    fn p_wave_modulus(&self) -> f64 {
+        self.bulk_modulus + self.shear_modulus
+    }
+
+    fn shear_modulus(&self) -> f64 {
+        self.shear_modulus
     }
 }

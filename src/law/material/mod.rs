@@ -4,26 +4,48 @@ use crate::record::Record;
 use crate::space::Space;
 
 mod absent;
+mod counted;
 mod critical_drucker_prager;
 pub use absent::{Absent, Nothing};
+pub use counted::{Counted, CountedMemory};
 pub use critical_drucker_prager::{CriticalDruckerPrager, CriticalMemory};
 
 /// A material law with a memory per material point, so that an assembly of grains can be one as well.
+///
+/// In the plane a law's bulk modulus is the plane's, `p = tr(tau)/2 = K tr(eps)`: that of a body in plane strain,
+/// `K = K_body + G/3`, with the same shear modulus and the same `K - G = lambda`.
 pub trait MaterialLaw<S: Space>: Clone + Send + Sync + 'static {
     type Memory: MaterialMemory;
 
-    /// Memory of a point at isotropic pressure `pressure` (Pa, positive in compression) and packing fraction `fraction`.
-    fn start(&self, pressure: f64, fraction: f64) -> Self::Memory;
+    /// Memory of a point whose Kirchhoff stress is the symmetric tensor `stress` (Pa, tension positive) at packing
+    /// fraction `fraction`; of a stress that the law does not bear, the one that it returns it to.
+    fn start(&self, stress: &S::Tensor, fraction: f64) -> Self::Memory;
 
     /// Carries the memory over one step with velocity gradient `gradient` (1/s) and returns the Kirchhoff stress, Pa,
     /// tension positive.
-    fn update(&self, gradient: &S::Tensor, dt: f64, memory: &mut Self::Memory) -> S::Tensor;
+    fn update(&self, gradient: &S::Tensor, dt: f64, memory: &mut Self::Memory) -> S::Tensor {
+        self.update_counted(gradient, dt, memory, &mut 0.0)
+    }
+
+    /// The same, and adds to `work` what the step dissipated: stress at its end times plastic strain increment, J per
+    /// initial volume (m3).
+    fn update_counted(&self, gradient: &S::Tensor, dt: f64, memory: &mut Self::Memory, work: &mut f64) -> S::Tensor;
 
     /// Kirchhoff stress of a memory as it is, Pa.
     fn stress(&self, memory: &Self::Memory) -> S::Tensor;
 
+    /// In the plane the Kirchhoff stress normal to it, Pa; 0 in space, and where a law has none.
+    fn out_of_plane(&self, memory: &Self::Memory) -> f64;
+
     /// Elastic energy per initial volume, J/m3.
     fn elastic_energy(&self, memory: &Self::Memory) -> f64;
+
+    /// Stiffness against uniaxial strain, Pa: `K + G` in the plane, `K + 4 G/3` in space. Over the density it is the
+    /// square of the speed of the fastest wave.
+    fn p_wave_modulus(&self) -> f64;
+
+    /// G, Pa; over the density the square of the speed of shear waves.
+    fn shear_modulus(&self) -> f64;
 }
 
 /// What every material memory can say of itself; as a [`Record`] it travels and is stored.
@@ -32,4 +54,8 @@ pub trait MaterialMemory: Record + Copy + Default + Send + Sync + std::fmt::Debu
     fn plastic_strain(&self) -> f64;
     /// Packing fraction that the law works with.
     fn fraction(&self) -> f64;
+    /// Energy dissipated since the start, J per initial volume (m3), where it is [`Counted`]; 0 elsewhere.
+    fn plastic_work(&self) -> f64 {
+        0.0
+    }
 }

@@ -7,6 +7,7 @@ use crate::body::{Body, Instant, Servo, Shape};
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::motion::Field;
+use crate::grid::Grid;
 use crate::ids::GrainId;
 use crate::law::contact::{ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot};
 use crate::law::material::Absent;
@@ -57,7 +58,7 @@ fn world<S: Space, C: ContactLaw<S>>(
     let settings = Settings {
         dt,
         skin: 2e-4,
-        flip: 0.0,
+        grid: Grid::blend(0.0),
         contact: law,
         material: Absent,
         field: Field::default(),
@@ -66,7 +67,7 @@ fn world<S: Space, C: ContactLaw<S>>(
     };
     let mut cells = [1; 3];
     (0..S::DIMENSION).for_each(|axis| cells[axis] = 2 * ((lengths[axis] / 3e-3) as usize).max(1));
-    let ground = Ground { cells, cells_per_block: 2, cell: 1.5e-3, corner: [0.0; 3], periodic, rim: 0 };
+    let ground = Ground::open(cells, 2, 1.5e-3, [0.0; 3], periodic);
     let layout = Layout::new::<S>(ground).unwrap();
     let cell = Cell::cuboid(S::Vector::zero(), vector::<S>(lengths), periodic);
     World::new(settings, layout, transport, 0, Parts::fresh(grains, Vec::new(), bodies, cell)).unwrap()

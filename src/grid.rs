@@ -1,0 +1,388 @@
+//! The continuum's part of a step: points to the grid, the grid's own step with what holds it, and back to points.
+
+use scree_partition::ExactSum;
+
+use crate::body::{BODIES_MAX, Body};
+use crate::error::Error;
+use crate::law::contact::ContactLaw;
+use crate::law::material::MaterialLaw;
+use crate::layout::Layout;
+use crate::mpm::boundary::{Grip, Hold, absorb};
+use crate::mpm::gather::{Taken, Taking, correct_grains, gather_points};
+use crate::mpm::nodes;
+use crate::mpm::scatter::{Brought, scatter_grains, scatter_points};
+use crate::mpm::tile::{Advanced, Gathered, GrainNode, NODE_WORDS, OwnedNode};
+use crate::observe::phases::Phase;
+use crate::parallel::{over_blocks, over_rows};
+use crate::scenario::mpm::{Boundary, ShapeFunction, StressUpdate, Transfer};
+use crate::space::{Linear, Space};
+use crate::world::World;
+
+/// How the grid of a world works; chosen per job.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    pub shape: ShapeFunction,
+    pub update: StressUpdate,
+    pub transfer: Transfer,
+    /// Lower and upper face of each axis.
+    pub faces: [[Boundary; 2]; 3],
+    /// Impedance of the material along a wave's way and across it, Pa s/m.
+    pub impedance: [f64; 2],
+    /// Out-of-plane depth, m; one in space.
+    pub depth: f64,
+    /// Gravity rises from zero over this time, s.
+    pub gravity_ramp: f64,
+}
+
+impl Grid {
+    /// The scheme of Chen et al. (2021, section 5), nothing held at the faces of the domain.
+    pub fn blend(flip: f64) -> Self {
+        Self {
+            shape: ShapeFunction::Quadratic,
+            update: StressUpdate::Last,
+            transfer: Transfer::Blend { flip },
+            faces: [[Boundary::Free; 2]; 3],
+            impedance: [0.0; 2],
+            depth: 1.0,
+            gravity_ramp: 0.0,
+        }
+    }
+}
+
+/// Impulses (N s) and angular impulses about the bodies' origins (N m s) that the material gave to faces and bodies through
+/// nodes since they were last taken; this rank's share. Exact, so that no order and no rank shows.
+#[derive(Clone, Debug, Default)]
+pub struct Reactions {
+    sums: ExactSum<REACTIONS>,
+}
+
+const FACES: usize = 6;
+const PER_BODY: usize = 6;
+/// Slots of [`Reactions`].
+pub const REACTIONS: usize = 3 * FACES + PER_BODY * BODIES_MAX;
+
+impl Reactions {
+    fn on_face<S: Space>(&mut self, axis: usize, upper: bool, impulse: &S::Vector) {
+        for component in 0..S::DIMENSION {
+            self.sums.add(3 * (2 * axis + usize::from(upper)) + component, impulse[component]);
+        }
+    }
+
+    fn on_body<S: Space>(&mut self, body: usize, impulse: &S::Vector, turn: &S::Spin) {
+        let first = 3 * FACES + PER_BODY * body;
+        for component in 0..S::DIMENSION {
+            self.sums.add(first + component, impulse[component]);
+        }
+        for component in 0..S::Spin::COMPONENTS {
+            self.sums.add(first + 3 + component, turn[component]);
+        }
+    }
+}
+
+/// What a phase does with the velocities of nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Moment {
+    /// Forces act.
+    Step,
+    /// The velocities that points brought, held where they are held.
+    Look,
+}
+
+impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+    /// Whether grains and continuum share nodes.
+    pub(crate) fn is_coupled(&self) -> bool {
+        self.has_points() && self.has_grains()
+    }
+
+    /// Before the forces of the step: stresses, where they are updated first.
+    pub(crate) fn strain_first(&mut self) {
+        if self.has_points() && self.settings.grid.update == StressUpdate::First {
+            self.strain_by_points(Taken::Strain);
+        }
+    }
+
+    /// After the grid's step: motion of points, and their strain where it has not been taken yet.
+    pub(crate) fn take_from_grid(&mut self) {
+        if !self.has_points() {
+            return;
+        }
+        match self.settings.grid.update {
+            StressUpdate::First => self.gather_points(Taken::Motion),
+            StressUpdate::Last => self.gather_points(Taken::All),
+            StressUpdate::ModifiedLast => {
+                self.ways.resize(self.points.len(), S::Vector::zero());
+                self.gather_points(Taken::Velocity);
+                self.strain_by_points(Taken::StrainThenPlace);
+            }
+        }
+    }
+
+    /// Strain of the grid with the velocities of points as they are.
+    fn strain_by_points(&mut self, taken: Taken) {
+        self.scatter_points(Brought::Motion);
+        self.sum_tiles();
+        self.advance_nodes(Moment::Look);
+        self.spread_tiles();
+        self.gather_points(taken);
+    }
+
+    pub(crate) fn scatter_all(&mut self) {
+        if self.has_points() {
+            self.scatter_points(Brought::All);
+        }
+    }
+
+    fn scatter_points(&mut self, brought: Brought) {
+        let timer = self.phases.start();
+        let len = self.nodes.mosaic.nodes_per_tile;
+        let rows = self.nodes.mosaic.rows();
+        let grid = &self.settings.grid;
+        let how = (grid.shape, grid.transfer == Transfer::Affine, self.contacts.instructions());
+        let (frames, tiles) = (&self.frames, &mut self.tiles.gathered[..rows]);
+        over_blocks(&self.point_ranges, &mut self.points.hot, len, tiles, &|block, _, points, tile| {
+            tile.fill(Gathered::zero());
+            scatter_points(&frames[block], how, brought, points, tile);
+        });
+        self.phases.stop(Phase::Scatter, timer);
+    }
+
+    pub(crate) fn scatter_grains(&mut self) {
+        if !self.is_coupled() {
+            return;
+        }
+        let timer = self.phases.start();
+        let len = self.nodes.mosaic.nodes_per_tile;
+        let rows = self.nodes.mosaic.rows();
+        let (frames, coupled, cold) = (&self.frames, &self.coupled, &self.grains.cold);
+        let (hot, tiles) = (&mut self.grains.hot[..self.grains.owned], &mut self.tiles.grains[..rows]);
+        over_blocks(&self.grain_ranges, hot, len, tiles, &|block, range, hot, tile| {
+            tile.fill(GrainNode::zero());
+            if coupled[block] {
+                scatter_grains(&frames[block], hot, &cold[range], tile);
+            }
+        });
+        self.phases.stop(Phase::Scatter, timer);
+    }
+
+    pub(crate) fn sum_tiles(&mut self) {
+        if !self.has_points() {
+            return;
+        }
+        let timer = self.phases.start();
+        let halo = &self.nodes.gathered;
+        let gathered = &mut self.tiles.gathered;
+        halo.pack::<NODE_WORDS>(&mut self.buffers, |row| gathered[row as usize].0);
+        halo.exchange::<NODE_WORDS>(self.transport, &mut self.buffers, &mut || {});
+        halo.unpack::<NODE_WORDS>(&self.buffers, |row, words| gathered[row as usize] = Gathered::of(words));
+        if self.is_coupled() {
+            let grains = &mut self.tiles.grains;
+            halo.pack::<GRAIN_WORDS>(&mut self.buffers, |row| {
+                packed::<S>(grains[row as usize].mass, &grains[row as usize].momentum)
+            });
+            halo.exchange::<GRAIN_WORDS>(self.transport, &mut self.buffers, &mut || {});
+            halo.unpack::<GRAIN_WORDS>(&self.buffers, |row, words| {
+                let (mass, momentum) = unpacked::<S>(&words);
+                grains[row as usize] = GrainNode { mass, momentum };
+            });
+        }
+        self.tiles.sum(&self.nodes.mosaic);
+        self.phases.stop(Phase::Halo, timer);
+    }
+
+    /// The equation of motion of nodes.
+    pub(crate) fn step_nodes(&mut self) {
+        if self.has_points() {
+            self.advance_nodes(Moment::Step);
+        }
+    }
+
+    fn advance_nodes(&mut self, moment: Moment) {
+        let timer = self.phases.start();
+        let (coupled, cell) = (self.is_coupled(), self.layout.cell);
+        let dt = if moment == Moment::Step { self.settings.dt } else { 0.0 };
+        let gravity = self.gravity_now();
+        let Self { nodes, tiles, bodies, layout, settings, reactions, .. } = self;
+        for (number, (node, sum)) in nodes.mosaic.owned.iter().zip(&tiles.sums).enumerate() {
+            let row = node.row as usize;
+            if sum.mass() <= 0.0 {
+                tiles.advanced[row] = Advanced::zero();
+                if coupled {
+                    tiles.grain_changes[row] = S::Vector::zero();
+                }
+                continue;
+            }
+            let grains = if coupled { tiles.grain_sums[number] } else { GrainNode::zero() };
+            let mass = sum.mass() + grains.mass;
+            let place: S::Vector = layout.node_at(node.place);
+            let holder = bodies.iter().position(|body| body.holds(place[1], cell));
+            let mut booked = if moment == Moment::Step { Some(&mut *reactions) } else { None };
+            let hold = |free: S::Vector| match holder {
+                Some(body) => bodies[body].velocity,
+                None => {
+                    let free = held_by_bodies(free, bodies, &place, mass, booked.as_deref_mut());
+                    held_by_faces::<S>(free, &settings.grid, layout, node, (mass, dt), booked)
+                }
+            };
+            let (advanced, change) = nodes::advance(sum, &grains, &gravity, dt, hold);
+            tiles.advanced[row] = advanced;
+            if coupled {
+                tiles.grain_changes[row] = change;
+            }
+        }
+        self.phases.stop(Phase::Nodes, timer);
+    }
+
+    /// Gravity over this step, m/s2.
+    pub(crate) fn gravity_now(&self) -> S::Vector {
+        let (gravity, ramp) = (self.settings.field.gravity, self.settings.grid.gravity_ramp);
+        let time = self.time() + 0.5 * self.settings.dt;
+        if time < ramp { gravity * (time / ramp) } else { gravity }
+    }
+
+    pub(crate) fn spread_tiles(&mut self) {
+        if !self.has_points() {
+            return;
+        }
+        let timer = self.phases.start();
+        let halo = &self.nodes.advanced;
+        let advanced = &mut self.tiles.advanced;
+        halo.pack::<NODE_WORDS>(&mut self.buffers, |row| advanced[row as usize].0);
+        halo.exchange::<NODE_WORDS>(self.transport, &mut self.buffers, &mut || {});
+        halo.unpack::<NODE_WORDS>(&self.buffers, |row, words| advanced[row as usize] = Advanced::of(words));
+        if self.is_coupled() {
+            let changes = &mut self.tiles.grain_changes;
+            halo.pack::<GRAIN_WORDS>(&mut self.buffers, |row| packed::<S>(0.0, &changes[row as usize]));
+            halo.exchange::<GRAIN_WORDS>(self.transport, &mut self.buffers, &mut || {});
+            halo.unpack::<GRAIN_WORDS>(&self.buffers, |row, words| changes[row as usize] = unpacked::<S>(&words).1);
+        }
+        self.tiles.copy_margins(&self.nodes.mosaic);
+        self.phases.stop(Phase::Halo, timer);
+    }
+
+    pub(crate) fn correct_grains(&mut self) {
+        if !self.is_coupled() {
+            return;
+        }
+        let timer = self.phases.start();
+        let len = self.nodes.mosaic.nodes_per_tile;
+        let rows = self.nodes.mosaic.rows();
+        let (frames, coupled, cold) = (&self.frames, &self.coupled, &self.grains.cold);
+        let (hot, tiles) = (&mut self.grains.hot[..self.grains.owned], &mut self.tiles.grain_changes[..rows]);
+        over_blocks(&self.grain_ranges, hot, len, tiles, &|block, range, hot, tile| {
+            if coupled[block] {
+                correct_grains(&frames[block], tile, hot, &cold[range]);
+            }
+        });
+        self.phases.stop(Phase::Gather, timer);
+    }
+
+    fn gather_points(&mut self, taken: Taken) {
+        let timer = self.phases.start();
+        let (len, settings) = (self.nodes.mosaic.nodes_per_tile, &self.settings);
+        let Grid { shape, transfer, .. } = settings.grid;
+        let taking = Taking { shape, transfer, taken, dt: settings.dt, instructions: self.contacts.instructions() };
+        let (frames, tiles) = (&self.frames, &self.tiles.advanced);
+        // Ways are there only while places wait for the strain.
+        let waits = matches!(taken, Taken::Velocity | Taken::StrainThenPlace);
+        let ways = if waits { &mut self.ways[..] } else { &mut [] };
+        over_rows(&self.point_ranges, &mut self.points.hot, ways, &|block, points, ways| {
+            gather_points(
+                &frames[block],
+                &settings.material,
+                taking,
+                &tiles[block * len..(block + 1) * len],
+                points,
+                ways,
+            );
+        });
+        self.phases.stop(Phase::Gather, timer);
+    }
+
+    /// Impulses on faces and bodies through nodes since they were last taken, of all ranks: per face (lower and upper of
+    /// each axis) three components, then per body three of impulse and three of angular impulse. Collective.
+    pub fn take_reactions(&mut self) -> Result<[f64; REACTIONS], Error> {
+        let sums = std::mem::take(&mut self.reactions).sums;
+        self.reduce(sums)
+    }
+}
+
+/// Numbers of a grain's node in a message.
+const GRAIN_WORDS: usize = 4;
+
+fn packed<S: Space>(number: f64, vector: &S::Vector) -> [f64; GRAIN_WORDS] {
+    std::array::from_fn(|word| match word {
+        0 => number,
+        word if word <= S::DIMENSION => vector[word - 1],
+        _ => 0.0,
+    })
+}
+
+fn unpacked<S: Space>(words: &[f64; GRAIN_WORDS]) -> (f64, S::Vector) {
+    let mut vector = S::Vector::zero();
+    for axis in 0..S::DIMENSION {
+        vector[axis] = words[1 + axis];
+    }
+    (words[0], vector)
+}
+
+/// Velocity of a node after every body that it lies in has held it, in their order; `mass` is the node's.
+fn held_by_bodies<S: Space>(
+    mut velocity: S::Vector,
+    bodies: &[Body<S>],
+    place: &S::Vector,
+    mass: f64,
+    mut reactions: Option<&mut Reactions>,
+) -> S::Vector {
+    for (number, body) in bodies.iter().enumerate() {
+        let Some((grip, separates)) = body.grip else { continue };
+        let Some(nearest) = body.nearest(place).filter(|nearest| nearest.distance <= 0.0) else { continue };
+        let hold: Hold<S> = Hold { grip, separates, normal: nearest.normal, velocity: body.velocity_at(place) };
+        let after = hold.on(&velocity);
+        if let Some(reactions) = &mut reactions {
+            let impulse = (velocity - after) * mass;
+            let arm = *place - body.origin();
+            reactions.on_body::<S>(number, &impulse, &S::moment(&arm, &impulse));
+        }
+        velocity = after;
+    }
+    velocity
+}
+
+/// Velocity of a node after every face of the domain at or behind which it lies has held it, axis by axis.
+fn held_by_faces<S: Space>(
+    mut velocity: S::Vector,
+    grid: &Grid,
+    layout: &Layout,
+    node: &OwnedNode,
+    (mass, dt): (f64, f64),
+    mut reactions: Option<&mut Reactions>,
+) -> S::Vector {
+    for axis in 0..S::DIMENSION {
+        for upper in [false, true] {
+            let boundary = grid.faces[axis][usize::from(upper)];
+            if matches!(boundary, Boundary::Periodic | Boundary::Free) || !layout.is_behind(node.place, axis, upper) {
+                continue;
+            }
+            let mut normal = S::Vector::zero();
+            normal[axis] = if upper { -1.0 } else { 1.0 };
+            let hold = |grip: Grip, separates: bool| -> Hold<S> {
+                Hold { grip, separates, normal, velocity: S::Vector::zero() }
+            };
+            let after = match boundary {
+                Boundary::Periodic | Boundary::Free => velocity,
+                Boundary::Fixed => S::Vector::zero(),
+                Boundary::Roller => hold(Grip::Smooth, false).on(&velocity),
+                Boundary::Friction { coefficient } => hold(Grip::Coulomb(coefficient), true).on(&velocity),
+                Boundary::Absorbing => {
+                    let area = layout.node_area(node.place, axis) * grid.depth;
+                    absorb::<S>(&velocity, axis, grid.impedance.map(|impedance| impedance * area), mass, dt)
+                }
+            };
+            if let Some(reactions) = &mut reactions {
+                reactions.on_face::<S>(axis, upper, &((velocity - after) * mass));
+            }
+            velocity = after;
+        }
+    }
+    velocity
+}

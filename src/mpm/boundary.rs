@@ -1,0 +1,94 @@
+//! What holds a node: walls of the domain and rigid bodies. Each acts on the velocity that the node would have, and what it
+//! takes from it is its reaction.
+
+use crate::space::{Linear, Space};
+
+/// How a surface holds what presses on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Grip {
+    /// Nothing moves along it.
+    Rough,
+    /// Everything may.
+    Smooth,
+    /// Friction up to this times what presses.
+    Coulomb(f64),
+}
+
+/// A surface at a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hold<S: Space> {
+    pub grip: Grip,
+    /// Whether what moves away is let go; otherwise it is held along the normal in both senses.
+    pub separates: bool,
+    /// Unit, from the surface into the material.
+    pub normal: S::Vector,
+    /// Of the surface, m/s.
+    pub velocity: S::Vector,
+}
+
+impl<S: Space> Hold<S> {
+    /// The velocity that a node of velocity `free` is left with.
+    pub fn on(&self, free: &S::Vector) -> S::Vector {
+        let relative = *free - self.velocity;
+        let opening = relative.dot(&self.normal);
+        if self.separates && opening > 0.0 {
+            return *free;
+        }
+        let along = relative - self.normal * opening;
+        match self.grip {
+            Grip::Rough => self.velocity,
+            Grip::Smooth => self.velocity + along,
+            Grip::Coulomb(friction) => {
+                let speed = along.norm();
+                let stopped = friction * (-opening).max(0.0);
+                let left = if speed > stopped { 1.0 - stopped / speed } else { 0.0 };
+                self.velocity + along * left
+            }
+        }
+    }
+}
+
+/// Dashpots of Lysmer & Kuhlemeyer (1969) at a node: `c_n` and `c_t` (N s/m) against the motion along the normal and across
+/// it, implicit in the new velocity, so that no step is too long for them.
+pub fn absorb<S: Space>(free: &S::Vector, axis: usize, dashpots: [f64; 2], mass: f64, dt: f64) -> S::Vector {
+    let mut velocity = *free;
+    for component in 0..S::DIMENSION {
+        let dashpot = dashpots[usize::from(component != axis)];
+        velocity[component] *= mass / (mass + dashpot * dt);
+    }
+    velocity
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::space::Plane;
+
+    type Vector = <Plane as Space>::Vector;
+
+    fn hold(grip: Grip, separates: bool) -> Hold<Plane> {
+        Hold { grip, separates, normal: Vector::new(0.0, 1.0), velocity: Vector::new(1.0, 0.0) }
+    }
+
+    #[test]
+    fn what_presses_is_held_and_what_leaves_is_let_go() {
+        let (pressing, leaving) = (Vector::new(3.0, -1.0), Vector::new(3.0, 1.0));
+        assert_eq!(hold(Grip::Rough, true).on(&pressing), Vector::new(1.0, 0.0));
+        assert_eq!(hold(Grip::Smooth, true).on(&pressing), Vector::new(3.0, 0.0));
+        assert_eq!(hold(Grip::Coulomb(0.5), true).on(&pressing), Vector::new(2.5, 0.0));
+        assert_eq!(hold(Grip::Coulomb(4.0), true).on(&pressing), Vector::new(1.0, 0.0));
+        for grip in [Grip::Rough, Grip::Smooth, Grip::Coulomb(0.5)] {
+            assert_eq!(hold(grip, true).on(&leaving), leaving);
+            assert_eq!(hold(grip, false).on(&leaving)[1], 0.0);
+        }
+        // Nothing presses, so nothing rubs.
+        assert_eq!(hold(Grip::Coulomb(0.5), false).on(&leaving), Vector::new(3.0, 0.0));
+    }
+
+    #[test]
+    fn dashpots_take_momentum_and_never_turn_it_round() {
+        let free = Vector::new(2.0, 2.0);
+        let after = absorb::<Plane>(&free, 0, [3.0, 1.0], 1.0, 1.0);
+        assert_eq!(after, Vector::new(0.5, 1.0));
+    }
+}
