@@ -32,9 +32,16 @@ fn jobs_of_elements() -> Vec<PathBuf> {
     jobs
 }
 
+/// Continua on a grid.
+fn jobs_of_continua() -> Vec<PathBuf> {
+    let jobs = jobs_in(&folder().join("continuum"));
+    assert!(jobs.len() >= 7, "{jobs:?}");
+    jobs
+}
+
 #[test]
 fn every_job_is_read_and_its_resolved_form_means_the_same() {
-    for path in [jobs_of_shear(), jobs_of_elements()].concat() {
+    for path in [jobs_of_shear(), jobs_of_elements(), jobs_of_continua()].concat() {
         let job = Job::load(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
         let resolved = job.to_toml();
         let back = Job::parse(&resolved, "elsewhere/scenario.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
@@ -64,11 +71,19 @@ fn elements_are_assemblies() {
     }
 }
 
+#[test]
+fn continua_are_continua() {
+    for path in jobs_of_continua() {
+        let job = Job::load(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
+        assert!(matches!(job, Job::Mpm(_)), "{}", path.display());
+    }
+}
+
 /// A job that the table of `jobs/README.md` does not name would not be found.
 #[test]
 fn every_job_is_in_the_readme_of_jobs() {
     let page = std::fs::read_to_string(folder().join("README.md")).expect("jobs/ has a README");
-    for path in [jobs_of_shear(), jobs_of_elements()].concat() {
+    for path in [jobs_of_shear(), jobs_of_elements(), jobs_of_continua()].concat() {
         let name = path.file_name().expect("a job has a name").to_string_lossy();
         assert!(page.contains(&*name), "jobs/README.md does not name {name}");
     }

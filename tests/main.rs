@@ -2,6 +2,8 @@
 
 /// Wrong assemblies of grains are refused before any work, each with what is allowed and what to do.
 mod bad_assemblies;
+/// Wrong continua are refused before any work, each with what is allowed and what to do.
+mod bad_continua;
 /// Wrong jobs are refused before any work, with file, line, value and remedy; exit code 2.
 mod bad_jobs;
 /// Grains and rigid bodies: balances to round-off, mirrored bounces, held forces, paths, and spins that drive.
@@ -13,6 +15,8 @@ mod cells;
 mod clusters;
 /// Collisions and pull-off under every law: restitution, Hertz' duration and depth, cohesion, to closed forms.
 mod collisions;
+/// What jobs of continua mean, key by key, and that writing and reading them again changes nothing.
+mod continua;
 /// Grains and points that share nodes keep their momentum to round-off, leave with one velocity, and translate rigidly.
 mod coupling;
 /// Enrichment keeps mass and momentum to round-off; zones, rims and the choice of grains are what they are said to be.

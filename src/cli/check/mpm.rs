@@ -31,7 +31,7 @@ pub fn page(job: &Mpm) -> String {
     bodies(&mut page, job);
     steps(&mut page, job);
     cost(&mut page, job, counts.iter().sum());
-    for warning in warnings(job, &counts) {
+    for warning in warnings(job) {
         page.line(&format!("\nwarning: {warning}"));
     }
     page.line("\nThe job is good. Nothing was started.");
@@ -90,7 +90,7 @@ fn scheme(page: &mut Page, job: &Mpm) {
         "",
     );
     match job.scheme.transfer {
-        Transfer::Blend { flip } => page.row("velocities", &format!("{} FLIP", figures(flip)), "the rest PIC"),
+        Transfer::Blend { flip } => page.row("velocities", &format!("{flip} FLIP"), "the rest PIC"),
         Transfer::Affine => page.row("velocities", "affine (APIC)", ""),
     }
 }
@@ -262,7 +262,7 @@ fn cost(page: &mut Page, job: &Mpm, points: u64) {
 }
 
 /// What is allowed, but probably not meant.
-fn warnings(job: &Mpm, counts: &[u64]) -> Vec<String> {
+fn warnings(job: &Mpm) -> Vec<String> {
     let mut warnings = Vec::new();
     let stable = governing(&of::bounds(job)).step;
     if job.step < STEP_SHARE_MIN * stable {
@@ -279,14 +279,16 @@ fn warnings(job: &Mpm, counts: &[u64]) -> Vec<String> {
             figures(share)
         ));
     }
-    for (number, (region, count)) in job.regions.iter().zip(counts).enumerate() {
+    for (number, region) in job.regions.iter().enumerate() {
         let RegionShape::Box { lower, upper } = &region.shape else { continue };
+        let inside = |index: &[usize; 3]| region.shape.contains(&job.place(*index));
+        let count = of::indices(of::places_of(job, region)).filter(inside).count();
         let depth = if job.grid.dimension == 2 { job.grid.depth } else { 1.0 };
         let volume: f64 = (0..job.grid.dimension).map(|axis| upper[axis] - lower[axis]).product::<f64>() * depth;
-        let filled = *count as f64 * job.point_volume() / volume;
+        let filled = count as f64 * job.point_volume() / volume;
         if (filled - 1.0).abs() > VOLUME_TOLERANCE {
             warnings.push(format!(
-                "the points of region {} fill {} of its box: its edges do not lie between places of points, which are {} mm apart, or it overlaps a region before it.",
+                "the points of region {} fill {} of its box: its edges do not lie midway between places of points, which are {} mm apart.",
                 number + 1,
                 figures(filled),
                 figures(1e3 * job.spacing())

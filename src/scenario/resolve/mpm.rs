@@ -163,7 +163,7 @@ fn whole_cells(table: &Reader<'_>, grid: &Grid, axis: usize) -> Result<usize, Er
     Err(table.refusal(
         "cell",
         &format!(
-            "does not fit: whole cells must fill the {} m of the grid along {}. Write \"{} m\" ({} cells) or \"{} m\" ({} cells).",
+            "does not fit: whole cells must fill the {} m of the grid along {}. Write \"{} m\" to have {} there, or \"{} m\" to have {}.",
             digits(extent),
             AXES[axis],
             digits(extent / fewer),

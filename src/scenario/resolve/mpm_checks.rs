@@ -47,8 +47,8 @@ fn check_critical(job: &Mpm, law: &CriticalDruckerPrager, typed: &Typed, top: &R
         if friction < 0.0 {
             return Err(refused(&format!(
                 "makes the friction angle negative: tan(phi) = tan(phi_cs) + chi (Phi - Phi_cs) is {}. Write a fraction of at least {}.",
-                digits(friction),
-                digits(law.fraction_critical - tan(law.friction_angle_critical) / law.dilation_factor)
+                digits_below(friction),
+                digits((1e4 * (region.fraction - friction / law.dilation_factor)).ceil() / 1e4)
             )));
         }
         if dilation <= friction {
