@@ -18,7 +18,7 @@ use crate::mpm::load::{Kind, Load};
 use crate::mpm::points::Point;
 use crate::rebuild::{Home, Parts};
 use crate::scenario::assembly::Damping;
-use crate::scenario::mpm::{self, BodyContact, Face, InitialStress, LoadKind, Mpm};
+use crate::scenario::mpm::{self, BodyContact, InitialStress, LoadKind, Mpm};
 use crate::servo::CellDrive;
 use crate::space::{Linear, Space};
 use crate::world::{Settings, World};
@@ -138,10 +138,8 @@ fn settings<S: Space, L: MaterialLaw<S>>(job: &Mpm, law: &L) -> Settings<S, Abse
 
 /// The loads of a point have the area of its side.
 fn load_of<S: Space>(job: &Mpm, load: &mpm::Load) -> Load<S> {
-    let spacing = job.spacing();
-    let across = if S::DIMENSION == 2 { job.grid.depth } else { spacing };
     let mut area = S::Vector::zero();
-    area[load.face.axis] = if load.face.upper { spacing * across } else { -spacing * across };
+    area[load.face.axis] = if load.face.upper { job.point_area() } else { -job.point_area() };
     let kind = match load.kind {
         LoadKind::Traction(traction) => Kind::Traction(vector::<S>(&traction)),
         LoadKind::Pressure(pressure) => Kind::Pressure(pressure),
@@ -170,7 +168,7 @@ fn points<S: Space, L: MaterialLaw<S>>(job: &Mpm, law: &L, transport: &dyn Trans
             point.hot.velocity = vector::<S>(&region.velocity_at(&place));
             point.hot.memory = law.start(&stress_at::<S>(job, &place), region.fraction);
             point.hot.stress = law.stress(&point.hot.memory);
-            for (load, _) in job.loads.iter().enumerate().filter(|(_, load)| bears(job, load, index, &place)) {
+            for (load, _) in job.loads.iter().enumerate().filter(|(_, load)| job.bears(load, index)) {
                 point.cold.loads |= 1 << load;
             }
             points.push(point);
@@ -193,22 +191,4 @@ fn stress_at<S: Space>(job: &Mpm, place: &[f64; 3]) -> S::Tensor {
             stress
         }
     }
-}
-
-/// Whether the point at that index bears the load: nothing is one spacing beyond it, and it lies in the window.
-fn bears(job: &Mpm, load: &mpm::Load, index: [usize; 3], place: &[f64; 3]) -> bool {
-    let Face { axis, upper } = load.face;
-    let mut beyond = index;
-    let there = match upper {
-        true => {
-            beyond[axis] += 1;
-            beyond[axis] < job.places()[axis]
-        }
-        false => {
-            beyond[axis] = beyond[axis].wrapping_sub(1);
-            index[axis] > 0
-        }
-    };
-    let inside = (0..job.grid.dimension).all(|axis| (load.lower[axis]..=load.upper[axis]).contains(&place[axis]));
-    inside && !(there && job.region_at(&job.place(beyond)).is_some())
 }

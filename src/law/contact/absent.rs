@@ -15,7 +15,8 @@ impl FromJob for Absent {
 }
 
 impl<S: Space> ContactLaw<S> for Absent {
-    type Memory<R: Real> = Components<R, 0>;
+    /// Always zero; tables want a width.
+    type Memory<R: Real> = Components<R, 1>;
 
     #[inline(always)]
     fn force<R: Real>(&self, _: &Touch<S, R>, _: &mut Self::Memory<R>) -> Answer<S, R> {
