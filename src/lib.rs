@@ -23,6 +23,7 @@ pub mod continuum;
 pub mod dem;
 pub mod enrichment;
 pub mod error;
+pub mod full_step;
 pub mod grain_export;
 pub mod grain_file;
 pub mod grid;
