@@ -47,6 +47,7 @@ pub mod servo;
 pub mod space;
 pub mod specimen;
 pub mod start;
+pub mod stop;
 pub mod symmetric;
 pub mod tables;
 pub mod transfer;

@@ -1,6 +1,6 @@
 //! The command line: one file per subcommand, and what they share: ranks, threads, one voice, one exit code.
 //!
-//! Exit codes: 0 done; 2 the operator's mistake; 3 the run stopped itself; 4 stopped on request with a checkpoint.
+//! Exit codes: 0 done; 2 the operator's mistake; 3 the run stopped itself; 4 stopped on request.
 
 use std::backtrace::{Backtrace, BacktraceStatus};
 use std::io::{IsTerminal, Write};
@@ -26,7 +26,7 @@ mod run;
 
 /// The run stopped itself, or the program has a defect.
 const CODE_FAILED: u8 = 3;
-/// Stopped on request, with a checkpoint to go on from.
+/// Stopped on request.
 const CODE_STOPPED: u8 = 4;
 /// A rank that fails alone lets rank 0 speak first, in case that all fail alike.
 const PATIENCE: Duration = Duration::from_secs(2);

@@ -23,7 +23,7 @@ use crate::dem::motion::Field;
 use crate::dem::throw::{normal, random_of};
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
-use crate::packing::on_root;
+use crate::packing::{is_told, on_root, steps};
 use crate::rebuild::Parts;
 use crate::scenario::Contact;
 use crate::scenario::assembly::{Assembly, Damping, DampingForm, Packed};
@@ -236,9 +236,7 @@ impl Press<'_> {
         let damping = Damping { mass: cooling / self.time(), ..Damping::default() };
         world.settings.field = Field { gravity: S::Vector::zero(), damping };
         loop {
-            for _ in 0..LOOK_EVERY {
-                world.advance()?;
-            }
+            steps(world, LOOK_EVERY)?;
             let energies = world.energies()?;
             if energies.kinetic_grains < COLD * energies.elastic_grains {
                 return Ok(());
@@ -248,6 +246,7 @@ impl Press<'_> {
             let compressibility = self.stress * setup::volume(&world.cell, self.job) / energy;
             let modulus = (self.stress * (1.0 + compressibility)).min(figures::modulus_under(self.job, self.stress));
             world.settings.drive = self.servo(&world.cell, HOT, modulus);
+            self.tell(world, "cooling a gas")?;
             self.refuse_endless(world, [energies.kinetic_grains, energies.elastic_grains])?;
         }
     }
@@ -262,18 +261,9 @@ impl Press<'_> {
         world.rebuild()?;
         let mut calm = 0;
         while calm < CALM_LOOKS {
-            for _ in 0..LOOK_EVERY {
-                world.advance()?;
-            }
+            steps(world, LOOK_EVERY)?;
             let energies = world.energies()?;
-            let moment = world.contact_moment_now()?;
-            let volume = setup::volume(&world.cell, self.job);
-            // As shares of the wanted stress.
-            let mut stresses = [1.0; 3];
-            for (axis, stress) in stresses.iter_mut().enumerate().take(S::DIMENSION) {
-                *stress = -moment[axis * S::DIMENSION + axis] / (volume * self.stress);
-            }
-            let carried = stresses[..S::DIMENSION].iter().sum::<f64>() / S::DIMENSION as f64;
+            let (stresses, carried) = self.stresses(world)?;
             let [inertial, modulus] = if carried < CARRIES {
                 [LOOSE, self.stress]
             } else {
@@ -283,7 +273,29 @@ impl Press<'_> {
             let at_stress = stresses.iter().all(|stress| (stress - 1.0).abs() < STRESS_TOLERANCE);
             let at_rest = energies.kinetic_grains < self.packed.energy_ratio_max * energies.elastic_grains;
             calm = if at_stress && at_rest { calm + 1 } else { 0 };
+            self.tell(world, "compressing")?;
             self.refuse_endless(world, [energies.kinetic_grains, energies.elastic_grains])?;
+        }
+        Ok(())
+    }
+
+    /// Normal stresses of the contacts as shares of the wanted stress (one along axes that there are not), and their mean.
+    fn stresses<S: Space, C: ContactLaw<S>>(&self, world: &mut GrainWorld<S, C>) -> Result<([f64; 3], f64), Error> {
+        let moment = world.contact_moment_now()?;
+        let volume = setup::volume(&world.cell, self.job);
+        let mut stresses = [1.0; 3];
+        for (axis, stress) in stresses.iter_mut().enumerate().take(S::DIMENSION) {
+            *stress = -moment[axis * S::DIMENSION + axis] / (volume * self.stress);
+        }
+        Ok((stresses, stresses[..S::DIMENSION].iter().sum::<f64>() / S::DIMENSION as f64))
+    }
+
+    /// Now and then, how far the packing is.
+    fn tell<S: Space, C: ContactLaw<S>>(&self, world: &mut GrainWorld<S, C>, stage: &str) -> Result<(), Error> {
+        if is_told(world.step, LOOK_EVERY, world.grains_total) {
+            let (_, stress) = self.stresses(world)?;
+            let fraction = setup::fraction(world, self.job)?;
+            tracing::info!(step = world.step, stress, fraction, "{stage}: share of the stress, and packing fraction");
         }
         Ok(())
     }
