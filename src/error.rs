@@ -9,6 +9,9 @@ pub enum Error {
     /// The run stopped itself: unstable, a lost grain, a full disk. Exit code 3.
     #[error("{0}")]
     Run(String),
+    /// All ranks were asked to stop while a packing was made, after that many steps of it. Exit code 4.
+    #[error("stopped on request while a packing was made, after {0} steps")]
+    Stopped(u64),
 }
 
 impl Error {
@@ -16,6 +19,7 @@ impl Error {
         match self {
             Error::User(_) => 2,
             Error::Run(_) => 3,
+            Error::Stopped(_) => 4,
         }
     }
 }

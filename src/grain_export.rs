@@ -1,28 +1,41 @@
 //! Grains of a state as text for other programs: comma-separated values, or where the name ends in `data` or `lmp` a LAMMPS
 //! data file, and contacts with their memories. Numbers carry 17 significant digits and read back to the same bits.
-//! Velocities are those of half a step before the time of the positions.
+//! Velocities are those of half a step before the time of the positions, as the state has them, or of that time.
 
 use std::fmt::Write;
 use std::path::Path;
 
 use scree_io::column::{State, Table, Values};
+use scree_partition::Solo;
 
-use crate::checkpoint::scenario_of;
+use crate::checkpoint::{Snapshot, scenario_of};
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, body_partner};
 use crate::error::Error;
+use crate::full_step::{FullStep, full_step};
 use crate::grain_file::is_lammps;
+use crate::law::contact::{ContactLaw, ForAnyLaw, with_law_of};
 use crate::math::PI;
-use crate::scenario::Job;
+use crate::scenario::{Assembly, Job, Scenario};
 use crate::space::{Components, Linear, Plane, Solid, Space};
 use crate::transfer::Cargo;
-use crate::{assembly, packing, tables};
+use crate::{assembly, packing, planar_shear, tables};
 
 /// A grain without its contacts.
 type Row<S> = GrainRow<S, Components<f64, 1>>;
 
+/// What is written of a grain beside its place and its size: by default its velocities as they are in the state, half a
+/// step before the positions, with which a run goes on as if it had not been interrupted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wanted {
+    /// Velocities of the time of the positions.
+    pub velocities_now: bool,
+    /// Forces and torques of its contacts.
+    pub forces: bool,
+}
+
 /// Writes the grains of a state in the format that the file's name asks for.
-pub fn write(state: &State, dir: &Path, file: &Path) -> Result<(), Error> {
+pub fn write(state: &State, dir: &Path, file: &Path, wanted: Wanted) -> Result<(), Error> {
     let is_csv = file.extension().is_some_and(|extension| extension == "csv");
     if !is_csv && !is_lammps(file) {
         return Err(Error::User(format!(
@@ -30,17 +43,91 @@ pub fn write(state: &State, dir: &Path, file: &Path) -> Result<(), Error> {
             file.display()
         )));
     }
-    let job = job_of(state, dir)?;
-    let text = match &job {
-        Job::Shear(scenario) => {
-            let layout = packing::layout_for(scenario, scenario.specimen.height)?;
-            text::<Plane>(state, &packing::cell_of(&layout), dir, is_csv)?
-        }
-        Job::Assembly(job) if job.cell.dimension == 2 => text(state, &cell::<Plane>(state, job)?, dir, is_csv)?,
-        Job::Assembly(job) => text(state, &cell::<Solid>(state, job)?, dir, is_csv)?,
+    if wanted.forces && !is_csv {
+        return Err(Error::User(format!(
+            "{}: LAMMPS data files have no room for forces. Write .csv, or leave --forces out.",
+            file.display()
+        )));
+    }
+    let text = match &job_of(state, dir)? {
+        Job::Shear(job) => with_law_of(&job.contact, Export { job, state, dir, is_csv, wanted })?,
+        Job::Assembly(job) => with_law_of(&job.contact, Export { job, state, dir, is_csv, wanted })?,
         Job::Mpm(_) => return Err(no_grains(dir)),
     };
     save(file, &text)
+}
+
+/// A state on its way to text.
+struct Export<'a, J> {
+    job: &'a J,
+    state: &'a State,
+    dir: &'a Path,
+    is_csv: bool,
+    wanted: Wanted,
+}
+
+impl ForAnyLaw for Export<'_, Scenario> {
+    type Outcome = Result<String, Error>;
+
+    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
+        let layout = packing::layout_for(self.job, self.job.specimen.height)?;
+        self.text::<Plane>(packing::cell_of(&layout), || {
+            let snapshot = Snapshot::from_state(self.state)?;
+            full_step(planar_shear::world_of::<C>(self.job, Some(snapshot), &Solo)?.0)
+        })
+    }
+}
+
+impl ForAnyLaw for Export<'_, Assembly> {
+    type Outcome = Result<String, Error>;
+
+    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
+        match self.job.cell.dimension {
+            2 => self.in_cell::<Plane, C>(),
+            _ => self.in_cell::<Solid, C>(),
+        }
+    }
+}
+
+impl Export<'_, Assembly> {
+    fn in_cell<S: Space, C: ContactLaw<S>>(&self) -> Result<String, Error> {
+        self.text::<S>(cell(self.state, self.job)?, || {
+            let snapshot = Snapshot::from_state(self.state)?;
+            full_step(assembly::world_of::<S, C>(self.job, Some(snapshot), &Solo)?.0)
+        })
+    }
+}
+
+impl<J> Export<'_, J> {
+    /// `now`: the full step of the state, which is reckoned only where it is wanted.
+    fn text<S: Space>(
+        &self,
+        mut cell: Cell<S>,
+        now: impl FnOnce() -> Result<FullStep<S>, Error>,
+    ) -> Result<String, Error> {
+        let mut grains: Vec<Row<S>> = tables::rows(self.state, "grains", &GrainRow::blank())?;
+        if grains.is_empty() {
+            return Err(Error::User(format!(
+                "{}: this state has no grains; a hybrid run has them after enrichment only",
+                self.dir.display()
+            )));
+        }
+        grains.sort_unstable_by_key(|grain| grain.cold.id);
+        let now = if self.wanted == Wanted::default() { None } else { Some(now()?) };
+        if let (true, Some(now)) = (self.wanted.velocities_now, &now) {
+            cell.rate = now.rate;
+            for (grain, now) in grains.iter_mut().zip(&now.grains) {
+                (grain.hot.velocity, grain.hot.spin) = (now.velocity, now.spin);
+            }
+        }
+        for grain in &mut grains {
+            cell.wrap(&mut grain.hot.position, &mut grain.hot.velocity);
+        }
+        match self.is_csv {
+            true => Ok(csv(&grains, now.as_ref().filter(|_| self.wanted.forces))),
+            false => data(&grains, &cell),
+        }
+    }
 }
 
 /// Writes the contacts of a state: the two grains, the lower id first, or a grain and a body by its name, and the memory
@@ -72,27 +159,12 @@ fn save(file: &Path, text: &str) -> Result<(), Error> {
 }
 
 /// The cell as the state left it.
-fn cell<S: Space>(state: &State, job: &crate::scenario::Assembly) -> Result<Cell<S>, Error> {
+fn cell<S: Space>(state: &State, job: &Assembly) -> Result<Cell<S>, Error> {
     let mut cell = assembly::setup::cell_of::<S>(job);
     if let [moved] = &tables::rows(state, "cell", &cell)?[..] {
         cell.take_motion_of(moved);
     }
     Ok(cell)
-}
-
-fn text<S: Space>(state: &State, cell: &Cell<S>, dir: &Path, is_csv: bool) -> Result<String, Error> {
-    let mut grains: Vec<Row<S>> = tables::rows(state, "grains", &GrainRow::blank())?;
-    if grains.is_empty() {
-        return Err(Error::User(format!(
-            "{}: this state has no grains; a hybrid run has them after enrichment only",
-            dir.display()
-        )));
-    }
-    grains.sort_unstable_by_key(|grain| grain.cold.id);
-    for grain in &mut grains {
-        cell.wrap(&mut grain.hot.position, &mut grain.hot.velocity);
-    }
-    if is_csv { Ok(csv(&grains)) } else { data(&grains, cell) }
 }
 
 /// First line of a CSV file of grains.
@@ -111,17 +183,32 @@ pub fn header_of_places<S: Space>() -> &'static str {
     }
 }
 
-fn csv<S: Space>(grains: &[Row<S>]) -> String {
+/// What follows where forces are written as well.
+fn header_of_forces<S: Space>() -> &'static str {
+    match S::DIMENSION {
+        2 => ",fx,fy,torque",
+        _ => ",fx,fy,fz,tx,ty,tz",
+    }
+}
+
+/// `forces`: the full step whose forces are written.
+fn csv<S: Space>(grains: &[Row<S>], forces: Option<&FullStep<S>>) -> String {
     let mut text = String::from(header::<S>());
+    text.push_str(forces.map_or("", |_| header_of_forces::<S>()));
     text.push('\n');
-    for grain in grains {
+    for (at, grain) in grains.iter().enumerate() {
         let hot = &grain.hot;
-        let place = (0..S::DIMENSION).map(|axis| hot.position[axis]);
-        let motion = (0..S::DIMENSION).map(|axis| hot.velocity[axis]);
-        let spin = (0..S::Spin::COMPONENTS).map(|axis| hot.spin[axis]);
-        push(&mut text, grain.cold.id.0, ',', place.chain([hot.radius]).chain(motion).chain(spin));
+        let numbers = components(&hot.position).chain([hot.radius]);
+        let numbers = numbers.chain(components(&hot.velocity)).chain(components(&hot.spin));
+        let load = forces.map(|now| &now.grains[at]);
+        let load = load.into_iter().flat_map(|now| components(&now.force).chain(components(&now.torque)));
+        push(&mut text, grain.cold.id.0, ',', numbers.chain(load));
     }
     text
+}
+
+fn components<V: Linear>(vector: &V) -> impl Iterator<Item = f64> {
+    (0..V::COMPONENTS).map(|axis| vector[axis])
 }
 
 /// One line: what names the row, then its numbers.

@@ -15,14 +15,14 @@ use crate::dem::packing::{UPPER, glue_layers, glued_reach, throw};
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::law::contact::ContactLaw;
-use crate::law::material::CriticalDruckerPrager;
+use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
 use crate::layout::Layout;
 use crate::rebuild::{self, Parts, is_glued};
 use crate::scenario::Scenario;
 use crate::servo::CellDrive;
 use crate::space::{Linear, Plane, Space, Words};
 use crate::world::{Settings, World};
-use crate::{grain_file, tables, transfer};
+use crate::{grain_file, stop, tables, transfer};
 
 /// The world that jobs between plates run in.
 pub type PlanarWorld<'t, C> = World<'t, Plane, C, CriticalDruckerPrager>;
@@ -112,6 +112,30 @@ pub fn prepare<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transp
     measured(scenario, transport, grains, height)
 }
 
+/// That many steps of a packing in the making, unless any rank is asked to stop.
+pub fn steps<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+    world: &mut World<'_, S, C, L>,
+    count: u64,
+) -> Result<(), Error> {
+    for _ in 0..count {
+        world.stop_wanted = stop::wanted();
+        world.advance()?;
+        if world.stop_agreed {
+            return Err(Error::Stopped(world.step));
+        }
+    }
+    Ok(())
+}
+
+/// Grain-steps between two words on how far a packing is: some seconds of one core.
+const TELL_EVERY: u64 = 50_000_000;
+
+/// Whether a look after every so many steps of a packing is one of those that are told.
+pub fn is_told(step: u64, look_every: u64, grains: u64) -> bool {
+    let looks = TELL_EVERY / (look_every * grains).max(1);
+    (step / look_every).is_multiple_of(looks.max(1))
+}
+
 /// Runs on rank 0 only.
 pub fn on_root<T>(transport: &dyn Transport, work: impl FnOnce() -> Result<T, Error>) -> Result<Option<T>, Error> {
     if transport.rank() == 0 { work().map(Some) } else { Ok(None) }
@@ -195,12 +219,8 @@ fn make<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport) ->
     let mut world = PlanarWorld::<C>::new(settings, layout, transport, 0, parts)?;
 
     let load = stress * area;
-    let mut looks = 0;
     loop {
-        for _ in 0..LOOK_EVERY {
-            world.advance()?;
-        }
-        looks += 1;
+        steps(&mut world, LOOK_EVERY)?;
         let energies = world.energies()?;
         let plate = &mut world.bodies[UPPER as usize];
         let force = plate.impulse[1] / (LOOK_EVERY as f64 * scenario.time.step);
@@ -219,8 +239,8 @@ fn make<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport) ->
                 force / load
             )));
         }
-        if looks % 50 == 0 {
-            tracing::debug!(step = world.step, height = world.bodies[1].face(), load = force / load, "compressing");
+        if is_told(world.step, LOOK_EVERY, world.grains_total) {
+            tracing::info!(step = world.step, height = world.bodies[1].face(), load = force / load, "compressing");
         }
     }
     world.rebuild()?;

@@ -88,6 +88,23 @@ pub fn resume<C: ContactLaw<Plane>>(
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
     let root = transport.rank() == 0;
+    let (world, progress) = world_of(scenario, snapshot, transport)?;
+    if progress.step >= derived::steps(scenario) {
+        let out = options.out.display();
+        return Ok(Outcome::Done(format!("{out}: this run is done already; nothing was changed.")));
+    }
+    let experiment = PlanarShear { scenario, law: std::marker::PhantomData::<C> };
+    let outputs = if root { Outputs::resume(&options.out, &progress, &experiment).map(Some) } else { Ok(None) };
+    let outputs = transfer::agree(transport, outputs)?;
+    Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
+}
+
+/// The world of a snapshot that rank 0 holds, and how far its run is.
+pub fn world_of<'t, C: ContactLaw<Plane>>(
+    scenario: &Scenario,
+    snapshot: Option<PlanarSnapshot<C>>,
+    transport: &'t dyn Transport,
+) -> Result<(PlanarWorld<'t, C>, Progress), Error> {
     let (progress, saved, at_home, grains, points) = match snapshot {
         Some(snapshot) => {
             (vec![snapshot.progress], snapshot.bodies, vec![snapshot.home], snapshot.grains, snapshot.points)
@@ -97,10 +114,6 @@ pub fn resume<C: ContactLaw<Plane>>(
     let progress = transfer::broadcast(transport, progress)?.remove(0);
     let saved = transfer::broadcast(transport, saved)?;
     let at_home = transfer::broadcast(transport, at_home)?.remove(0);
-    if progress.step >= derived::steps(scenario) {
-        let out = options.out.display();
-        return Ok(Outcome::Done(format!("{out}: this run is done already; nothing was changed.")));
-    }
     let mut bodies = specimen::bodies(scenario, progress.height_start);
     for (body, saved) in bodies.iter_mut().zip(saved) {
         body.take_motion_of(&saved);
@@ -110,11 +123,7 @@ pub fn resume<C: ContactLaw<Plane>>(
     let cell = cell_of(&layout);
     let home = Home { cell, bodies: at_home.bodies };
     let parts = Parts { grains, points, bodies, cell, home };
-    let world = PlanarWorld::<C>::new(settings, layout, transport, progress.step, parts)?;
-    let experiment = PlanarShear { scenario, law: std::marker::PhantomData::<C> };
-    let outputs = if root { Outputs::resume(&options.out, &progress, &experiment).map(Some) } else { Ok(None) };
-    let outputs = transfer::agree(transport, outputs)?;
-    Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
+    Ok((PlanarWorld::new(settings, layout, transport, progress.step, parts)?, progress))
 }
 
 impl<C: ContactLaw<Plane>> PlanarShear<'_, C> {

@@ -1,8 +1,6 @@
 //! The loop: step, watch, observe, save, stop. What is simulated is an [`Experiment`]; everything here is the same for all.
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use scree_io::frames::Frame;
@@ -22,6 +20,7 @@ use crate::rebuild::Row;
 use crate::record::{FromParcel, Record, ToParcel};
 use crate::scenario::Output;
 use crate::space::Space;
+use crate::stop;
 use crate::transfer::{self, Cargo};
 use crate::world::World;
 
@@ -38,7 +37,7 @@ pub struct Options {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
     Done(String),
-    /// Stopped on request with a checkpoint written.
+    /// Stopped on request, with a checkpoint written unless its packing was still being made.
     Stopped(String),
 }
 
@@ -143,7 +142,6 @@ pub struct Run<'t, E: Experiment> {
     steps: u64,
     cadence: Cadence,
     energy_guard: EnergyGuard,
-    stop: Arc<AtomicBool>,
     started: Instant,
     first_step: u64,
 }
@@ -152,11 +150,6 @@ impl<'t, E: Experiment> Run<'t, E> {
     pub fn new(experiment: E, core: CoreOf<'t, E>) -> Result<Self, Error> {
         let step = core.world.settings.dt;
         let every = |interval: f64| ((interval / step).round() as u64).max(1);
-        let stop = Arc::new(AtomicBool::new(false));
-        for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
-            signal_hook::flag::register(signal, Arc::clone(&stop))
-                .map_err(|error| Error::Run(format!("cannot listen for signals: {error}")))?;
-        }
         let output = experiment.output();
         let cadence = Cadence {
             series: every(output.series_interval),
@@ -165,7 +158,7 @@ impl<'t, E: Experiment> Run<'t, E> {
         };
         let (first_step, steps) = (core.world.step, experiment.steps());
         let energy_guard = EnergyGuard::default();
-        Ok(Self { experiment, core, steps, cadence, energy_guard, stop, started: Instant::now(), first_step })
+        Ok(Self { experiment, core, steps, cadence, energy_guard, started: Instant::now(), first_step })
     }
 
     /// Goes on to the end of the run.
@@ -174,7 +167,7 @@ impl<'t, E: Experiment> Run<'t, E> {
             self.write_frame()?;
         }
         while self.core.world.step < self.steps {
-            self.core.world.stop_wanted = self.stop.load(Ordering::Relaxed);
+            self.core.world.stop_wanted = stop::wanted();
             self.core.world.forces_wanted = self.row_due(self.core.world.step + 1);
             self.core.world.advance()?;
             self.experiment.watch(&mut self.core)?;

@@ -14,20 +14,30 @@ use crate::planar_shear;
 use crate::run::{Options, Outcome};
 use crate::scenario::{Assembly, Job, Scenario};
 use crate::space::{Plane, Solid};
+use crate::stop;
 use crate::transfer;
 
 /// Runs a job from its start.
 pub fn start(job: &Job, options: &Options, transport: &dyn Transport) -> Result<Outcome, Error> {
-    match job {
+    stop::listen()?;
+    let ended = match job {
         Job::Shear(job) => with_law_of(&job.contact, Start { job, options, transport }),
         Job::Assembly(job) => with_law_of(&job.contact, Start { job, options, transport }),
         Job::Mpm(job) if job.grid.dimension == 2 => continuum::start::<Plane>(job, options, transport),
         Job::Mpm(job) => continuum::start::<Solid>(job, options, transport),
+    };
+    match ended {
+        Err(Error::Stopped(step)) => Ok(Outcome::Stopped(format!(
+            "Stopped on request while the packing was made, after {step} steps of it. Nothing of it is kept: remove {} and start the run again.",
+            options.out.display()
+        ))),
+        ended => ended,
     }
 }
 
 /// Continues a run from its newest good checkpoint, on any number of ranks and threads.
 pub fn resume(dir: &Path, options: &Options, transport: &dyn Transport) -> Result<Outcome, Error> {
+    stop::listen()?;
     let read = if transport.rank() == 0 { checkpoint::latest_state(dir).map(Some) } else { Ok(None) };
     let state = transfer::agree(transport, read)?.map(|(_, state)| state);
     let text = state.as_ref().map(checkpoint::scenario_of).transpose();

@@ -115,13 +115,14 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// One step.
     pub fn advance(&mut self) -> Result<(), Error> {
-        if self.is_plain() {
-            self.step_of_grains_alone()?
-        } else {
-            self.step_of_all()?
-        }
+        self.take_step()?;
         self.step += 1;
         self.rebuild_if_due()
+    }
+
+    /// The step itself: afterwards every row still lies where it lay, and forces are those of its start.
+    pub(crate) fn take_step(&mut self) -> Result<(), Error> {
+        if self.is_plain() { self.step_of_grains_alone() } else { self.step_of_all() }
     }
 
     /// Whether nothing stands between the forces on a grain and its motion: no continuum, no touched body, no cell that

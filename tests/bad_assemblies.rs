@@ -343,3 +343,15 @@ fn an_end_before_the_first_step() {
         "job.toml:31: time.end = \"10 ns\" is shorter than one time step. Write at least time.step = 1e-6 s.",
     );
 }
+
+/// A step of seventeen digits: what the message proposes is taken when it is copied.
+#[test]
+fn an_interval_as_long_as_the_message_says_is_taken() {
+    let step = String::from("time.step=3.1602315723728926e-7");
+    let parse =
+        |interval: &str| Job::parse(GOOD, "job.toml", &[step.clone(), format!("output.series_interval={interval}")]);
+    let message = parse("1e-9").expect_err("it is shorter than the step").to_string();
+    let proposed = message.split_once("time.step = ").unwrap().1.split(' ').next().unwrap();
+    assert_eq!(proposed, "3.160231573e-7");
+    parse(proposed).unwrap_or_else(|error| panic!("{error}"));
+}

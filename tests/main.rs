@@ -44,6 +44,8 @@ mod oracle;
 mod replay;
 /// Every contact law, in the plane and in space, has the same bits on 1 to 4 ranks, 1 and 2 threads, and after resume.
 mod same_bits;
+/// A packing in the making says how far it is, and stops when asked to, on one rank as on two.
+mod stops;
 /// The style that no compiler holds: one door to inexact mathematics, no ranks in physics, short files.
 mod tidy;
 /// Two grains: the damped oscillator's closed form, linear and angular momentum, and LAMMPS' record of two collisions.

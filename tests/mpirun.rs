@@ -6,13 +6,13 @@ use std::process::{Child, Command, Output, Stdio};
 use std::sync::{Mutex, MutexGuard, OnceLock};
 use std::time::{Duration, Instant};
 
-const SCREE: &str = env!("CARGO_BIN_EXE_scree");
+pub const SCREE: &str = env!("CARGO_BIN_EXE_scree");
 const JOB: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/quickstart.toml");
 /// Nothing here takes a tenth of this; a hang must not take the suite with it.
 const PATIENCE: Duration = Duration::from_secs(300);
 
 /// Runs one at a time: they share two cores.
-fn turn() -> MutexGuard<'static, ()> {
+pub fn turn() -> MutexGuard<'static, ()> {
     static TURN: Mutex<()> = Mutex::new(());
     TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
@@ -24,7 +24,7 @@ fn folder() -> &'static Path {
 }
 
 /// `scree` on `ranks` ranks, with the environment that a launcher above this test may have left removed.
-fn scree(ranks: usize, arguments: &[&str]) -> Command {
+pub fn scree(ranks: usize, arguments: &[&str]) -> Command {
     let mut command = Command::new("mpirun");
     command.args(["--oversubscribe", "--bind-to", "none", "-n", &ranks.to_string(), SCREE]).args(arguments);
     for (name, _) in std::env::vars_os() {
@@ -70,7 +70,7 @@ fn completed(mut command: Command) {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-fn signal(process: u32, name: &str) {
+pub fn signal(process: u32, name: &str) {
     let status = Command::new("kill").args([&format!("-{name}"), &process.to_string()]).status().unwrap();
     assert!(status.success());
 }

@@ -1,8 +1,15 @@
 //! Two grains against what is known of them: the damped oscillator, the conservation laws, and another program's record.
 
+use std::path::Path;
+
+use scree::checkpoint;
+use scree::grain_export::{self, Wanted};
 use scree::math;
-use scree::scenario::Linear;
+use scree::run::Options;
+use scree::scenario::{Job, Linear};
 use scree::space::{Plane, Space};
+use scree::start;
+use scree_io::store;
 use scree_partition::{Solo, Transport};
 
 use crate::worlds::{Grain, PlanarWorld, Vector, contact, grain, open_world, row_of, settings};
@@ -269,4 +276,130 @@ fn a_collision_computed_by_another_program_is_repeated() {
         }
         println!("replay: {worst:e}");
     }
+}
+
+/// Runs a job with a checkpoint at every step.
+fn run_by_steps(text: &str, sets: &[String], out: &Path) -> f64 {
+    let kept = ["output.checkpoint_interval=0.5 us", "output.checkpoints_kept=1000"].map(String::from);
+    let job = Job::parse(text, "jobs/element/job.toml", &[&kept, sets].concat()).unwrap();
+    start::start(&job, &Options { out: out.to_path_buf(), threads: 1 }, &Solo).unwrap();
+    job.step()
+}
+
+/// Rows of numbers of the grains exported after a step, by id.
+fn exported(out: &Path, step: u64, wanted: Wanted) -> Vec<Vec<f64>> {
+    let state = store::read(&checkpoint::folder(out).join(store::file_name(step))).unwrap();
+    let file = out.join("exported.csv");
+    grain_export::write(&state, out, &file, wanted).unwrap();
+    let text = std::fs::read_to_string(file).unwrap();
+    text.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect()
+}
+
+const FULL: Wanted = Wanted { velocities_now: true, forces: true };
+
+/// The same record met by what a user can get at: a run from a file, and exports of its checkpoints.
+#[test]
+fn exports_at_full_steps_are_those_of_another_program() {
+    for text in [include_str!("data/two_discs_equal_nospin.csv"), include_str!("data/two_discs_unequal_spin.csv")] {
+        let record = Record::parse(text);
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("discs.csv");
+        let mut grains = String::from("id,x,y,radius,vx,vy,spin\n");
+        for disc in [0, 1] {
+            let row = &record.rows[0][1 + 5 * disc..];
+            let [x, y, vx, vy, spin] = [row[0], row[1], row[2], row[3], row[4]];
+            grains += &format!("{},{x:e},{y:e},{:e},{vx:e},{vy:e},{spin:e}\n", disc + 1, record.radii[disc]);
+        }
+        std::fs::write(&file, grains).unwrap();
+        let end = (record.rows.len() - 1) as f64 * record.dt;
+        let sets = [format!("grains.file={}", file.display()), format!("time.end={end:e}")];
+        let out = folder.path().join("run");
+        run_by_steps(include_str!("../jobs/element/two_discs.toml"), &sets, &out);
+        let mut worst = 0.0f64;
+        for row in &record.rows[1..] {
+            let found = exported(&out, row[0] as u64, FULL);
+            for (disc, found) in found.iter().enumerate() {
+                let found = [&found[1..3], &found[4..10]].concat();
+                let columns = (1 + 5 * disc..6 + 5 * disc).chain(11 + 3 * disc..14 + 3 * disc);
+                for (column, found) in columns.zip(found) {
+                    let scale = record.rows.iter().map(|row| row[column].abs()).fold(0.0, f64::max);
+                    worst = worst.max((found - row[column]).abs() / scale.max(f64::MIN_POSITIVE));
+                }
+            }
+        }
+        println!("exports: {worst:e}");
+        assert!(worst < 1e-12, "{worst:e}");
+    }
+}
+
+/// Under gravity, on a floor, beside glued grains and across the period: what the exports of two steps differ by is what
+/// the forces of the first and gravity did, and full steps lie midway between the half steps.
+#[test]
+fn exported_forces_are_what_moves_grains() {
+    const JOB: &str = r#"
+name = "floor"
+[cell]
+space = "plane"
+upper = ["3 mm", "6 mm"]
+periodic = [true, false]
+gravity = ["2 m/s2", "-9.81 m/s2"]
+[grains]
+density = "2530 kg/m3"
+file = "FILE"
+diameter_mean = "1 mm"
+[contact]
+law = "linear"
+stiffness_normal = 1772093.8
+stiffness_tangential = 886046.9
+damping_normal = "3 N s/m"
+damping_tangential = "3 N s/m"
+friction = 0.5
+[time]
+step = "0.5 us"
+end = "30 us"
+allow_unstable = true
+[[body]]
+name = "floor"
+shape = "plane"
+point = [0, "1 mm"]
+normal = [0, 1]
+[[body]]
+name = "lid"
+shape = "layer"
+lower = [0, "4 mm"]
+upper = ["3 mm", "5 mm"]
+path = [{ time = 0, velocity = ["0.1 m/s", 0] }, { time = "30 us", velocity = ["0.4 m/s", 0] }]
+"#;
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("grains.csv");
+    let grains = "id,x,y,radius,vx,vy,spin\n\
+        0,2.9999e-3,1.500001e-3,5e-4,0.5,-0.3,90\n1,0.92e-3,1.9e-3,5e-4,-0.4,-0.1,0\n2,1e-3,4.5e-3,5e-4,0,0,0\n";
+    std::fs::write(&file, grains).unwrap();
+    let out = folder.path().join("run");
+    let dt = run_by_steps(&JOB.replace("FILE", &file.display().to_string()), &[], &out);
+    let (mut pushed, mut crossed) = ([0; 2], 0);
+    for step in 1..59 {
+        let [half, now] = [Wanted::default(), FULL].map(|wanted| exported(&out, step, wanted));
+        let next = exported(&out, step + 1, Wanted::default());
+        for (id, now) in now.iter().enumerate() {
+            let (half, next) = (&half[id][4..7], &next[id][4..7]);
+            for axis in 0..3 {
+                assert!((now[4 + axis] - 0.5 * (half[axis] + next[axis])).abs() < 1e-13, "step {step}, grain {id}");
+            }
+            if id == 2 {
+                continue;
+            }
+            let mass = 25.3 * math::PI * 25e-8;
+            let inertia = Plane::grain_inertia(mass, 5e-4);
+            let push = [mass * 2.0, mass * -9.81, 0.0];
+            for axis in 0..3 {
+                let change = (next[axis] - half[axis]) * [mass, mass, inertia][axis] / dt;
+                let wanted = now[7 + axis] + push[axis];
+                assert!((change - wanted).abs() < 1e-8 * [1.0, 1.0, 1e-3][axis], "step {step}: {change} {wanted}");
+            }
+            pushed[id] += i32::from(now[8] > 1e-3);
+        }
+        crossed += i32::from(now[0][1] < 1e-3);
+    }
+    assert!(pushed.iter().all(|steps| *steps > 5) && crossed > 5, "{pushed:?} {crossed}");
 }

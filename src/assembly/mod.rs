@@ -62,6 +62,26 @@ pub fn resume<S: Space, C: ContactLaw<S>>(
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
     let root = transport.rank() == 0;
+    let (mut world, progress) = world_of::<S, C>(job, snapshot, transport)?;
+    let experiment = Element { job, kinds: std::marker::PhantomData::<(S, C)> };
+    if progress.step >= experiment.steps() {
+        let out = options.out.display();
+        return Ok(Outcome::Done(format!("{out}: this run is done already; nothing was changed.")));
+    }
+    if job.ledger {
+        world.resume_ledger(&progress.ledger);
+    }
+    let outputs = if root { Outputs::resume(&options.out, &progress, &experiment).map(Some) } else { Ok(None) };
+    let outputs = transfer::agree(transport, outputs)?;
+    Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
+}
+
+/// The world of a snapshot that rank 0 holds, and how far its run is.
+pub fn world_of<'t, S: Space, C: ContactLaw<S>>(
+    job: &Assembly,
+    snapshot: Option<GrainSnapshot<S, C>>,
+    transport: &'t dyn Transport,
+) -> Result<(GrainWorld<'t, S, C>, Progress), Error> {
     let (progress, cell, saved, at_home, grains): (_, _, _, _, Vec<Row<S, C>>) = match snapshot {
         Some(snapshot) => {
             (vec![snapshot.progress], vec![snapshot.cell], snapshot.bodies, vec![snapshot.home], snapshot.grains)
@@ -72,18 +92,8 @@ pub fn resume<S: Space, C: ContactLaw<S>>(
     let moved = transfer::broadcast(transport, cell)?.remove(0);
     let saved = transfer::broadcast(transport, saved)?;
     let at_home = transfer::broadcast(transport, at_home)?.remove(0);
-    let experiment = Element { job, kinds: std::marker::PhantomData::<(S, C)> };
-    if progress.step >= experiment.steps() {
-        let out = options.out.display();
-        return Ok(Outcome::Done(format!("{out}: this run is done already; nothing was changed.")));
-    }
-    let mut world = setup::world_at::<S, C>(job, transport, progress.step, grains, (moved, saved, at_home))?;
-    if job.ledger {
-        world.resume_ledger(&progress.ledger);
-    }
-    let outputs = if root { Outputs::resume(&options.out, &progress, &experiment).map(Some) } else { Ok(None) };
-    let outputs = transfer::agree(transport, outputs)?;
-    Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
+    let world = setup::world_at::<S, C>(job, transport, progress.step, grains, (moved, saved, at_home))?;
+    Ok((world, progress))
 }
 
 /// Columns of the account of energy; residual in shares of the work done, the others in J.

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::resume::refuse_no_run;
 use crate::checkpoint;
 use crate::error::Error;
-use crate::grain_export;
+use crate::grain_export::{self, Wanted};
 use crate::scenario::units::{Dimension, quantity};
 
 pub(super) fn command(
@@ -13,13 +13,14 @@ pub(super) fn command(
     grains: Option<&Path>,
     contacts: Option<&Path>,
     at: Option<&str>,
+    wanted: Wanted,
 ) -> Result<String, Error> {
     refuse_no_run(dir)?;
     let at = at.map(time).transpose()?;
     let state = checkpoint::state_at(dir, at)?;
     let mut told = String::new();
     if let Some(file) = grains {
-        grain_export::write(&state, dir, file)?;
+        grain_export::write(&state, dir, file, wanted)?;
         told += &format!("The grains are in {}\n", file.display());
     }
     if let Some(file) = contacts {

@@ -1,6 +1,6 @@
 //! The command line: one file per subcommand, and what they share: ranks, threads, one voice, one exit code.
 //!
-//! Exit codes: 0 done; 2 the operator's mistake; 3 the run stopped itself; 4 stopped on request with a checkpoint.
+//! Exit codes: 0 done; 2 the operator's mistake; 3 the run stopped itself; 4 stopped on request.
 
 use std::backtrace::{Backtrace, BacktraceStatus};
 use std::io::{IsTerminal, Write};
@@ -13,6 +13,7 @@ use clap::{Parser, Subcommand};
 use scree_partition::transport::{Solo, Transport};
 
 use crate::error::Error;
+use crate::grain_export::Wanted;
 use crate::run::Outcome;
 
 mod bench;
@@ -25,7 +26,7 @@ mod run;
 
 /// The run stopped itself, or the program has a defect.
 const CODE_FAILED: u8 = 3;
-/// Stopped on request, with a checkpoint to go on from.
+/// Stopped on request.
 const CODE_STOPPED: u8 = 4;
 /// A rank that fails alone lets rank 0 speak first, in case that all fail alike.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -35,6 +36,9 @@ const LAUNCHER_VARIABLES: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI
 const RANK_VARIABLES: [&str; 3] = ["OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"];
 /// How many ranks share this machine, by Open MPI and by MPICH.
 const LOCAL_SIZE_VARIABLES: [&str; 2] = ["OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS"];
+
+/// What velocities an export may have, as `[time] velocities` of a job calls them.
+const VELOCITIES: [&str; 2] = ["half_step_before", "now"];
 
 /// Granular matter under mpirun: grains, continuum, and the two coupled where shear localises.
 #[derive(Parser)]
@@ -108,6 +112,12 @@ enum Command {
         /// The checkpoint nearest to this time, for example 0.02 or "20 ms". Default: the newest.
         #[arg(long, value_name = "TIME")]
         at: Option<String>,
+        /// The time of the velocities: that of the positions, or half a step before as the run keeps them.
+        #[arg(long, value_parser = VELOCITIES, default_value = VELOCITIES[0], requires = "grains")]
+        velocities: String,
+        /// Write the forces and torques of the grains' contacts as well (.csv).
+        #[arg(long, requires = "grains")]
+        forces: bool,
     },
 }
 
@@ -146,8 +156,9 @@ fn dispatch(command: Command, transport: &dyn Transport) -> u8 {
                 let page = report::write(&dirs, out.as_deref())?;
                 Ok(format!("The report is {}\n", page.display()))
             }
-            Command::Export { dir, grains, contacts, at } => {
-                export::command(&dir, grains.as_deref(), contacts.as_deref(), at.as_deref())
+            Command::Export { dir, grains, contacts, at, velocities, forces } => {
+                let wanted = Wanted { velocities_now: velocities == VELOCITIES[1], forces };
+                export::command(&dir, grains.as_deref(), contacts.as_deref(), at.as_deref(), wanted)
             }
             Command::Run { .. } | Command::Resume { .. } | Command::Bench { .. } => {
                 unreachable!("runs are dispatched above")

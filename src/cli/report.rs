@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::Error;
 
+mod assembly;
 mod chart;
 mod colour;
 mod contour;
@@ -39,6 +40,9 @@ pub fn write(dirs: &[PathBuf], out: Option<&Path>) -> Result<PathBuf, Error> {
     let Some(first) = dirs.first() else {
         return Err(Error::User("A report needs the directory of a run: `scree report runs/NAME`.".to_owned()));
     };
+    if dirs.iter().any(|directory| assembly::is_assembly(directory)) {
+        return write_assemblies(dirs, first, out);
+    }
     let mut runs = dirs.iter().map(|directory| Run::read(directory)).collect::<Result<Vec<_>, _>>()?;
     tell_apart(&mut runs);
     let findings: Vec<Findings> = runs.iter().map(Findings::of).collect();
@@ -62,15 +66,47 @@ pub fn write(dirs: &[PathBuf], out: Option<&Path>) -> Result<PathBuf, Error> {
         .map(|((run, findings), scenes)| Story { run, findings, scenes })
         .collect();
 
-    let path = out.map_or_else(|| first.join("report.html"), Path::to_owned);
-    let folder = path.parent().unwrap_or(Path::new("")).join("figures");
-    fs::create_dir_all(&folder).map_err(|error| unwritable(&folder, &error))?;
+    let (path, folder) = places(first, out)?;
     for (name, drawing) in drawings.files() {
         put(&folder.join(name), drawing)?;
     }
     put(&path.with_extension("txt"), &words::plain_text(&stories))?;
     put(&path, &page::page(&stories, &drawings))?;
     Ok(path)
+}
+
+/// The same of grains in cells: every run has its own pictures and curves, below each other.
+fn write_assemblies(dirs: &[PathBuf], first: &Path, out: Option<&Path>) -> Result<PathBuf, Error> {
+    if let Some(other) = dirs.iter().find(|directory| !assembly::is_assembly(directory)) {
+        return Err(Error::User(format!(
+            "{} is no run of grains in a cell, and another of these directories is; make a report of either kind by itself.",
+            other.display()
+        )));
+    }
+    let runs = dirs.iter().map(|directory| assembly::Run::read(directory)).collect::<Result<Vec<_>, _>>()?;
+    let (path, folder) = places(first, out)?;
+    let mut sections = Vec::new();
+    for (index, run) in runs.iter().enumerate() {
+        let mut figures = vec![("grains", run.picture()?, page::GRAINS_CAPTION)];
+        figures.extend(run.curves());
+        let number = if runs.len() > 1 { format!("_{}", index + 1) } else { String::new() };
+        for (name, drawing, _) in &figures {
+            put(&folder.join(format!("{name}{number}.svg")), drawing)?;
+        }
+        sections.push((run, figures));
+    }
+    let told: Vec<String> = runs.iter().map(|run| format!("{}: {}", run.name, run.words())).collect();
+    put(&path.with_extension("txt"), &(told.join("\n\n") + "\n"))?;
+    put(&path, &page::assemblies(&sections))?;
+    Ok(path)
+}
+
+/// The page, and the folder of its drawings, which is made.
+fn places(first: &Path, out: Option<&Path>) -> Result<(PathBuf, PathBuf), Error> {
+    let path = out.map_or_else(|| first.join("report.html"), Path::to_owned);
+    let folder = path.parent().unwrap_or(Path::new("")).join("figures");
+    fs::create_dir_all(&folder).map_err(|error| unwritable(&folder, &error))?;
+    Ok((path, folder))
 }
 
 /// Runs of the same name are told apart by their directories.

@@ -178,7 +178,7 @@ fn write<S: Space, C: ContactLaw<S>, P: Pack>(parts: &Parts<S, P>, forces: &mut 
     const WORDS_MAX: usize = 11;
     let mut lanes = [[0.0; LANES]; WORDS_MAX];
     for (word, lanes) in lanes.iter_mut().enumerate().take(row_words::<S, C>()) {
-        parts.word::<C>(word).store(lanes);
+        parts.word(word).store(lanes);
     }
     for (lane, force) in forces.chunks_exact_mut(row_words::<S, C>()).enumerate() {
         for (word, value) in force.iter_mut().enumerate() {
@@ -262,7 +262,7 @@ impl<S: Space, R: Real> Parts<S, R> {
 
     /// A word of the pair's row, as [`row_words`] orders them.
     #[inline(always)]
-    fn word<C: ContactLaw<S>>(&self, word: usize) -> R {
+    fn word(&self, word: usize) -> R {
         match (S::DIMENSION, word) {
             (2, 0..=1) | (3, 0..=2) => self.force.word(word),
             (2, 2) => self.torque_a().word(0),

@@ -6,7 +6,7 @@ use super::*;
 use crate::checkpoint::{Progress, Snapshot};
 use crate::dem::cell::Cell;
 use crate::dem::grains::body_partner;
-use crate::grain_export;
+use crate::grain_export::{self, Wanted};
 use crate::law::material::Nothing;
 use crate::rebuild::Home;
 use crate::scenario::Job;
@@ -276,7 +276,7 @@ fn come_back<S: Space>(job: &Assembly) {
     let (state, rows) = state(job, setup::cell_of::<S>(job));
     for name in ["grains.csv", "grains.data"] {
         let file = folder.path().join(name);
-        grain_export::write(&state, folder.path(), &file).unwrap();
+        grain_export::write(&state, folder.path(), &file, Wanted::default()).unwrap();
         let read = read_assembly::<S, Memory>(job, &file).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(read.len(), rows.len());
         for (read, row) in read.iter().zip(&rows) {
@@ -302,7 +302,8 @@ fn exports_say_what_they_cannot_write() {
     let discs = job(DISCS);
     let mut cell = setup::cell_of::<Plane>(&discs);
     let (upright, _) = state(&discs, cell);
-    let found = grain_export::write(&upright, folder.path(), &at("grains.txt")).unwrap_err().to_string();
+    let found =
+        grain_export::write(&upright, folder.path(), &at("grains.txt"), Wanted::default()).unwrap_err().to_string();
     assert!(found.contains("End it in .csv"), "{found}");
     grain_export::write_contacts(&upright, folder.path(), &at("contacts.csv")).unwrap();
     let text = std::fs::read_to_string(at("contacts.csv")).unwrap();
@@ -314,13 +315,14 @@ fn exports_say_what_they_cannot_write() {
 
     cell.edges[2] = 0.3e-3;
     let (leaning, _) = state(&discs, cell);
-    grain_export::write(&leaning, folder.path(), &at("grains.data")).unwrap();
+    grain_export::write(&leaning, folder.path(), &at("grains.data"), Wanted::default()).unwrap();
     let text = std::fs::read_to_string(at("grains.data")).unwrap();
     assert!(text.contains("2.9999999999999997e-4 0.0000000000000000e0 0.0000000000000000e0 xy xz yz\n"), "{text}");
     let found = read_assembly::<Plane, Memory>(&discs, &at("grains.data")).unwrap_err().to_string();
     assert!(found.contains(":9: the box is tilted by [0.0003"), "{found}");
     cell.edges[1] = 0.1e-3;
     let (turned, _) = state(&discs, cell);
-    let found = grain_export::write(&turned, folder.path(), &at("grains.data")).unwrap_err().to_string();
+    let found =
+        grain_export::write(&turned, folder.path(), &at("grains.data"), Wanted::default()).unwrap_err().to_string();
     assert!(found.starts_with("the edges of this cell have turned"), "{found}");
 }

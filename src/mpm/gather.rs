@@ -169,8 +169,8 @@ impl<S: Space, L: MaterialLaw<S>, F: Shape<N>, const N: usize, const AFFINE: boo
                             moment += n * arm * arm;
                         }
                         let inverse = 1.0 / moment.max(MOMENT_LEAST * frame.cell * frame.cell);
-                        for axis in 0..S::DIMENSION {
-                            point.affine[along * S::DIMENSION + axis] = arm[along][axis] * inverse;
+                        for (axis, arm) in arm[along].iter().enumerate().take(S::DIMENSION) {
+                            point.affine[along * S::DIMENSION + axis] = arm * inverse;
                         }
                     }
                 }

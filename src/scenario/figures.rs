@@ -5,7 +5,7 @@ use std::path::Path;
 use super::Contact;
 use super::assembly::{Assembly, Preparation, Sizes, Source};
 use super::derived::DIAMETER_CUT;
-use super::stable::{self, Bound, GrainScale, Springs, governing};
+use super::stable::{self, Bound, GrainScale, HERTZ_OVERLAP, Springs, governing};
 
 /// Share of sigma^2 that is left of a normal distribution cut at three deviations.
 const VARIANCE_CUT: f64 = 0.973_3;
@@ -152,8 +152,29 @@ pub fn stiffness_number(assembly: &Assembly) -> Option<f64> {
     if matches!(assembly.contact, Contact::HertzMindlin(_)) {
         return None;
     }
-    let across = if assembly.cell.dimension == 2 { assembly.cell.depth } else { assembly.matter.diameter_mean };
-    pressure(assembly).map(|pressure| springs_mean(assembly).normal / (pressure * across))
+    pressure(assembly).map(|pressure| springs_mean(assembly).normal / (pressure * thickness(assembly)))
+}
+
+/// Stiffness of mean contacts as a modulus, Pa, under a mean stress (Pa): Hertz contacts stiffen as they are loaded.
+pub fn modulus_under(assembly: &Assembly, stress: f64) -> f64 {
+    let radius = 0.5 * assembly.matter.diameter_mean;
+    let springs = |overlap: f64| Springs::of(&assembly.contact, radius, radius, overlap).normal;
+    let thickness = thickness(assembly);
+    let force = stress * 2.0 * radius * thickness;
+    // F is 2/3 k d with k as the root of d.
+    let share = force / (2.0 / 3.0 * springs(HERTZ_OVERLAP) * HERTZ_OVERLAP * radius);
+    let root = crate::math::cbrt(share);
+    springs(HERTZ_OVERLAP * root * root) / thickness
+}
+
+/// The same where the stress is not known: of the deepest overlaps that contacts are reckoned with.
+pub fn modulus_at_most(assembly: &Assembly) -> f64 {
+    springs_mean(assembly).normal / thickness(assembly)
+}
+
+/// What a grain is thick across the plane of a section, m: the depth of discs, the mean diameter of spheres.
+fn thickness(assembly: &Assembly) -> f64 {
+    if assembly.cell.dimension == 2 { assembly.cell.depth } else { assembly.matter.diameter_mean }
 }
 
 /// Largest entry of the velocity gradient, 1/s.

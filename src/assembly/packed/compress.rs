@@ -23,13 +23,11 @@ use crate::dem::motion::Field;
 use crate::dem::throw::{normal, random_of};
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
-use crate::math;
-use crate::packing::on_root;
+use crate::packing::{is_told, on_root, steps};
 use crate::rebuild::Parts;
 use crate::scenario::Contact;
 use crate::scenario::assembly::{Assembly, Damping, DampingForm, Packed};
 use crate::scenario::figures;
-use crate::scenario::stable::{HERTZ_OVERLAP, Springs};
 use crate::servo::{CellDrive, StressServo};
 use crate::space::{Linear, Space};
 use crate::transfer;
@@ -216,18 +214,6 @@ impl Press<'_> {
         }
     }
 
-    /// Stiffness of mean contacts under the stress as a modulus, Pa. Hertz contacts stiffen as they are loaded.
-    fn modulus<S: Space>(&self) -> f64 {
-        let radius = 0.5 * self.job.matter.diameter_mean;
-        let springs = |overlap: f64| Springs::of(&self.job.contact, radius, radius, overlap).normal;
-        let thickness = if S::DIMENSION == 2 { self.job.cell.depth } else { 2.0 * radius };
-        let force = self.stress * 2.0 * radius * thickness;
-        // F is 2/3 k d with k as the root of d.
-        let share = force / (2.0 / 3.0 * springs(HERTZ_OVERLAP) * HERTZ_OVERLAP * radius);
-        let root = math::cbrt(share);
-        springs(HERTZ_OVERLAP * root * root) / thickness
-    }
-
     /// The stress on all axes. The servo's viscosity is the modulus that the grains have times the time that a wave takes
     /// across the cell: stress follows no faster than it can spread.
     fn servo<S: Space>(&self, cell: &Cell<S>, inertial: f64, modulus: f64) -> CellDrive<S> {
@@ -250,9 +236,7 @@ impl Press<'_> {
         let damping = Damping { mass: cooling / self.time(), ..Damping::default() };
         world.settings.field = Field { gravity: S::Vector::zero(), damping };
         loop {
-            for _ in 0..LOOK_EVERY {
-                world.advance()?;
-            }
+            steps(world, LOOK_EVERY)?;
             let energies = world.energies()?;
             if energies.kinetic_grains < COLD * energies.elastic_grains {
                 return Ok(());
@@ -260,8 +244,9 @@ impl Press<'_> {
             // Z = p V/(N kT) rises from about one to the modulus of the contacts over p.
             let energy = 2.0 * energies.kinetic_grains / S::DIMENSION as f64;
             let compressibility = self.stress * setup::volume(&world.cell, self.job) / energy;
-            let modulus = (self.stress * (1.0 + compressibility)).min(self.modulus::<S>());
+            let modulus = (self.stress * (1.0 + compressibility)).min(figures::modulus_under(self.job, self.stress));
             world.settings.drive = self.servo(&world.cell, HOT, modulus);
+            self.tell(world, "cooling a gas")?;
             self.refuse_endless(world, [energies.kinetic_grains, energies.elastic_grains])?;
         }
     }
@@ -276,25 +261,41 @@ impl Press<'_> {
         world.rebuild()?;
         let mut calm = 0;
         while calm < CALM_LOOKS {
-            for _ in 0..LOOK_EVERY {
-                world.advance()?;
-            }
+            steps(world, LOOK_EVERY)?;
             let energies = world.energies()?;
-            let moment = world.contact_moment_now()?;
-            let volume = setup::volume(&world.cell, self.job);
-            // As shares of the wanted stress.
-            let mut stresses = [1.0; 3];
-            for (axis, stress) in stresses.iter_mut().enumerate().take(S::DIMENSION) {
-                *stress = -moment[axis * S::DIMENSION + axis] / (volume * self.stress);
-            }
-            let carried = stresses[..S::DIMENSION].iter().sum::<f64>() / S::DIMENSION as f64;
-            let [inertial, modulus] =
-                if carried < CARRIES { [LOOSE, self.stress] } else { [CARRYING, self.modulus::<S>()] };
+            let (stresses, carried) = self.stresses(world)?;
+            let [inertial, modulus] = if carried < CARRIES {
+                [LOOSE, self.stress]
+            } else {
+                [CARRYING, figures::modulus_under(self.job, self.stress)]
+            };
             world.settings.drive = self.servo(&world.cell, inertial, modulus);
             let at_stress = stresses.iter().all(|stress| (stress - 1.0).abs() < STRESS_TOLERANCE);
             let at_rest = energies.kinetic_grains < self.packed.energy_ratio_max * energies.elastic_grains;
             calm = if at_stress && at_rest { calm + 1 } else { 0 };
+            self.tell(world, "compressing")?;
             self.refuse_endless(world, [energies.kinetic_grains, energies.elastic_grains])?;
+        }
+        Ok(())
+    }
+
+    /// Normal stresses of the contacts as shares of the wanted stress (one along axes that there are not), and their mean.
+    fn stresses<S: Space, C: ContactLaw<S>>(&self, world: &mut GrainWorld<S, C>) -> Result<([f64; 3], f64), Error> {
+        let moment = world.contact_moment_now()?;
+        let volume = setup::volume(&world.cell, self.job);
+        let mut stresses = [1.0; 3];
+        for (axis, stress) in stresses.iter_mut().enumerate().take(S::DIMENSION) {
+            *stress = -moment[axis * S::DIMENSION + axis] / (volume * self.stress);
+        }
+        Ok((stresses, stresses[..S::DIMENSION].iter().sum::<f64>() / S::DIMENSION as f64))
+    }
+
+    /// Now and then, how far the packing is.
+    fn tell<S: Space, C: ContactLaw<S>>(&self, world: &mut GrainWorld<S, C>, stage: &str) -> Result<(), Error> {
+        if is_told(world.step, LOOK_EVERY, world.grains_total) {
+            let (_, stress) = self.stresses(world)?;
+            let fraction = setup::fraction(world, self.job)?;
+            tracing::info!(step = world.step, stress, fraction, "{stage}: share of the stress, and packing fraction");
         }
         Ok(())
     }

@@ -11,7 +11,7 @@ use crate::body::Body;
 use crate::dem::motion::Field;
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
-use crate::packing::on_root;
+use crate::packing::{is_told, on_root, steps};
 use crate::rebuild::Parts;
 use crate::scenario::assembly::{Assembly, Damping, DampingForm, Packed};
 use crate::servo::CellDrive;
@@ -77,13 +77,20 @@ fn settle<S: Space, C: ContactLaw<S>>(
     let steps_max = (FALLS_MAX * fall / job.step) as u64;
     let mut calm = 0;
     while calm < CALM_LOOKS {
-        for _ in 0..LOOK_EVERY {
-            world.advance()?;
-        }
+        steps(world, LOOK_EVERY)?;
         let kinetic = world.energies()?.kinetic_grains;
         let carried = carried(world)? / weight;
         let at_rest = kinetic < energy_max && (carried - 1.0).abs() < WEIGHT_TOLERANCE;
         calm = if at_rest { calm + 1 } else { 0 };
+        if is_told(world.step, LOOK_EVERY, world.grains_total) {
+            let energy = kinetic / energy_max;
+            tracing::info!(
+                step = world.step,
+                weight = carried,
+                energy,
+                "pouring: shares of the weight and of the energy at rest"
+            );
+        }
         if world.step > steps_max {
             return Err(Error::Run(format!(
                 "the poured grains have not come to rest after {} steps: the bodies carry {carried:.3} of their weight, and their kinetic energy is {:.1e} of m g d (wanted {:.1e}); see whether the bodies hold them from all sides, raise packing.energy_ratio_max, or check contact and time.step",

@@ -272,12 +272,12 @@ fn read_series(path: &Path) -> Result<Series, Error> {
     })
 }
 
-fn text(path: &Path) -> Result<String, Error> {
+pub fn text(path: &Path) -> Result<String, Error> {
     present(path)?;
     std::fs::read_to_string(path).map_err(|error| broken(path, &format!("cannot be read: {error}"), "Check the file"))
 }
 
-fn present(path: &Path) -> Result<(), Error> {
+pub fn present(path: &Path) -> Result<(), Error> {
     if path.is_file() {
         return Ok(());
     }
@@ -290,11 +290,11 @@ fn present(path: &Path) -> Result<(), Error> {
 }
 
 /// The library of files names the file and says what to do by itself.
-fn unreadable(error: scree_io::Error) -> Error {
+pub fn unreadable(error: scree_io::Error) -> Error {
     Error::User(error.to_string())
 }
 
-fn torn_frames(path: &Path, what: &str) -> Error {
+pub fn torn_frames(path: &Path, what: &str) -> Error {
     broken(
         path,
         &format!("cannot be drawn: {what}"),
@@ -302,7 +302,7 @@ fn torn_frames(path: &Path, what: &str) -> Error {
     )
 }
 
-fn broken(path: &Path, what: &str, remedy: &str) -> Error {
+pub fn broken(path: &Path, what: &str, remedy: &str) -> Error {
     Error::User(format!("{} {what}. {remedy}.", path.display()))
 }
 

@@ -1,7 +1,9 @@
 //! The page that holds everything: one file, no script, nothing fetched.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
+use super::assembly;
 use super::figures::label;
 use super::findings::{STRAIN_DISTURBED, WINDOW};
 use super::svg::{FONT, escape};
@@ -60,10 +62,48 @@ pub fn page(stories: &[Story], drawings: &Drawings) -> String {
         "Energies against horizontal strain: elastic energy of the contacts (grains) and of the continuum (points), \
          and kinetic energy. What is zero has no place on this scale.",
     );
-    table(&mut body, "What was measured", stories, &words::findings(stories));
-    table(&mut body, "Scenario", stories, &words::scenario(stories));
-    table(&mut body, "Summary of the run", stories, &words::summary(stories));
-    made(&mut body, stories);
+    let names: Vec<String> = stories.iter().map(|story| label(story.run)).collect();
+    table(&mut body, "What was measured", &names, &words::findings(stories));
+    table(&mut body, "Scenario", &names, &words::scenario(stories));
+    table(&mut body, "Summary of the run", &names, &words::summary(stories));
+    let sources: Vec<Source> =
+        stories.iter().map(|story| (label(story.run), &*story.run.directory, &*story.run.scenario_text)).collect();
+    made(&mut body, &sources);
+    whole(&title, &body)
+}
+
+/// What the pictures of an assembly show.
+pub const GRAINS_CAPTION: &str = "The grains in their true size, spheres seen along y, coloured by the mean stress of \
+     their contacts, compression positive; grey: glued to a body; dashed: the cell.";
+
+/// A run with its drawings, each with a name and a caption.
+type Section<'a> = (&'a assembly::Run, Vec<(&'static str, String, &'static str)>);
+
+/// The page of runs of grains in cells, one below the other.
+pub fn assemblies(sections: &[Section]) -> String {
+    let names: Vec<&str> = sections.iter().map(|(run, _)| run.name.as_str()).collect();
+    let title = escape(&names.join(", "));
+    let mut body = format!("<h1>{title}</h1>\n");
+    let mut figures = 0;
+    for (run, drawings) in sections {
+        if sections.len() > 1 {
+            let _ = writeln!(body, "<h2>{} ({})</h2>", escape(&run.name), escape(&run.directory.display().to_string()));
+        }
+        let _ = writeln!(body, "<p class=\"lead\">{}</p>", escape(&run.words()));
+        for (_, drawing, caption) in drawings {
+            figures += 1;
+            figure(&mut body, figures, drawing, caption);
+        }
+    }
+    let summaries: Vec<_> = sections.iter().map(|(run, _)| &run.summary).collect();
+    table(&mut body, "Summary of the run", &names, &words::summaries(&summaries));
+    let sources: Vec<Source> =
+        sections.iter().map(|(run, _)| (run.name.clone(), &*run.directory, &*run.scenario_text)).collect();
+    made(&mut body, &sources);
+    whole(&title, &body)
+}
+
+fn whole(title: &str, body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
@@ -143,15 +183,15 @@ fn specimen_caption(stories: &[Story]) -> String {
     caption + ". After Chen et al. (2021), figures 9 and 11 and appendix A."
 }
 
-fn table(body: &mut String, title: &str, stories: &[Story], table: &Table) {
+fn table(body: &mut String, title: &str, runs: &[impl AsRef<str>], table: &Table) {
     if table.rows.is_empty() {
         return;
     }
     let _ = writeln!(body, "<h2>{}</h2>\n<div class=\"scroll\"><table>", escape(title));
-    if stories.len() > 1 {
+    if runs.len() > 1 {
         body.push_str("<thead><tr><th></th>");
-        for story in stories {
-            let _ = write!(body, "<th>{}</th>", escape(&label(story.run)));
+        for run in runs {
+            let _ = write!(body, "<th>{}</th>", escape(run.as_ref()));
         }
         body.push_str("</tr></thead>\n");
     }
@@ -166,10 +206,13 @@ fn table(body: &mut String, title: &str, stories: &[Story], table: &Table) {
     body.push_str("</tbody></table></div>\n");
 }
 
+/// Name, directory and scenario of a run.
+type Source<'a> = (String, &'a Path, &'a str);
+
 /// How to make it again.
-fn made(body: &mut String, stories: &[Story]) {
+fn made(body: &mut String, sources: &[Source]) {
     body.push_str("<h2>How this was made</h2>\n");
-    let directories: Vec<String> = stories.iter().map(|story| story.run.directory.display().to_string()).collect();
+    let directories: Vec<String> = sources.iter().map(|(_, directory, _)| directory.display().to_string()).collect();
     let _ = writeln!(
         body,
         "<p>By scree {} with <code>scree report {}</code>, from each directory's <code>scenario.toml</code>, \
@@ -178,12 +221,12 @@ fn made(body: &mut String, stories: &[Story]) {
         env!("CARGO_PKG_VERSION"),
         escape(&directories.join(" "))
     );
-    for story in stories {
+    for (name, _, scenario) in sources {
         let _ = writeln!(
             body,
             "<details><summary>The complete scenario of {}</summary>\n<pre>{}</pre>\n</details>",
-            escape(&label(story.run)),
-            escape(&story.run.scenario_text)
+            escape(name),
+            escape(scenario)
         );
     }
 }

@@ -291,7 +291,7 @@ impl Colours {
 }
 
 /// The next of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten.
-fn round_up(value: f64) -> f64 {
+pub fn round_up(value: f64) -> f64 {
     if value <= 1e-12 {
         return 1e-3;
     }
@@ -300,7 +300,7 @@ fn round_up(value: f64) -> f64 {
     factor.unwrap_or(10.0) * decade
 }
 
-fn colour_bar(svg: &mut Svg, place: [f64; 2], width: f64, upper: f64, words: &str) {
+pub fn colour_bar(svg: &mut Svg, place: [f64; 2], width: f64, upper: f64, words: &str) {
     let step = width / colour::STEPS as f64;
     for index in 0..colour::STEPS {
         let left = place[0] + index as f64 * step;

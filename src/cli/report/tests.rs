@@ -208,3 +208,83 @@ fn what_is_missing_or_torn_is_named() {
 fn a_report_on_nothing_is_refused() {
     assert_eq!(write(&[], None).unwrap_err().exit_code(), 2);
 }
+
+/// Runs three grains over a floor in a cell, one of them glued to a lid, and draws them.
+fn assembly(folder: &Path, space: &str) -> (String, String) {
+    const JOB: &str = r#"
+name = "few"
+[cell]
+space = "SPACE"
+lower = [0, 0, 0]
+upper = ["3 mm", "3 mm", "6 mm"]
+periodic = [true, true, false]
+gravity = [0, 0, "-9.81 m/s2"]
+[grains]
+density = "2530 kg/m3"
+file = "FILE"
+diameter_mean = "1 mm"
+[contact]
+law = "linear"
+stiffness_normal = 1e5
+stiffness_tangential = 5e4
+damping_normal = "0.1 N s/m"
+damping_tangential = "0.1 N s/m"
+friction = 0.5
+[time]
+step = "0.5 us"
+end = "0.5 ms"
+[[body]]
+name = "floor"
+shape = "plane"
+point = [0, 0, "1 mm"]
+normal = [0, 0, 1]
+[[body]]
+name = "lid"
+shape = "layer"
+lower = [0, 0, "4 mm"]
+upper = ["3 mm", "3 mm", "5 mm"]
+"#;
+    let file = folder.join(format!("{space}.csv"));
+    let (header, places) = match space {
+        "plane" => ("id,x,y,radius", ["2.9e-3,1.49e-3", "0.89e-3,1.49e-3", "1e-3,4.5e-3"]),
+        _ => ("id,x,y,z,radius", ["2.9e-3,1e-3,1.49e-3", "0.89e-3,1e-3,1.49e-3", "1e-3,1e-3,4.5e-3"]),
+    };
+    let rows: Vec<String> = places.iter().enumerate().map(|(id, place)| format!("{id},{place},5e-4\n")).collect();
+    fs::write(&file, format!("{header}\n{}", rows.concat())).unwrap();
+    let mut text = JOB.replace("SPACE", space).replace("FILE", &file.display().to_string());
+    if space == "plane" {
+        for axes in ["[0, 0, 0]", "[true, true, false]", "[0, 0, 1]"] {
+            text = text.replace(axes, &axes.replacen(", 0", "", 1).replacen(", true", "", 1));
+        }
+        text = text.replace("\"3 mm\", \"3 mm\", ", "\"3 mm\", ").replace("[0, 0, ", "[0, ");
+    }
+    let job = crate::scenario::Job::parse(&text, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+    let out = folder.join(format!("run_{space}"));
+    let options = crate::run::Options { out: out.clone(), threads: 1 };
+    crate::start::start(&job, &options, &scree_partition::Solo).unwrap();
+    let page = write(std::slice::from_ref(&out), None).unwrap();
+    (fs::read_to_string(page).unwrap(), fs::read_to_string(out.join("figures/bodies.svg")).unwrap())
+}
+
+#[test]
+fn grains_in_a_cell_are_drawn_with_their_curves() {
+    let folder = tempfile::tempdir().unwrap();
+    for (space, kind, normal) in [("plane", "discs", "\u{2212}yy"), ("solid", "spheres", "\u{2212}zz")] {
+        let (html, bodies) = assembly(folder.path(), space);
+        assert_eq!((count(&html, "<svg "), count(&html, "<figcaption>")), (4, 4));
+        assert!(html.contains(&format!("3 {kind} in a cell for 0.500\u{2009}ms. At the end")), "{html}");
+        // Three grains at three moments, one of them glued.
+        assert_eq!((count(&html, "<circle "), count(&html, super::colour::PLATE)), (9, 3));
+        assert!(html.contains(normal) && html.contains("packing fraction") && html.contains("mean stress of a grain"));
+        assert!(bodies.contains(">floor<") && bodies.contains(">lid<"));
+        assert!(!html.contains("NaN") && !html.contains("inf "));
+    }
+    // Either kind by itself.
+    let shear = folder.path().join("shear");
+    run(&shear, "dem");
+    let error = write(&[folder.path().join("run_plane"), shear.clone()], None).unwrap_err().to_string();
+    assert!(error.starts_with(&format!("{} is no run of grains in a cell", shear.display())), "{error}");
+    let both = ["run_plane", "run_solid"].map(|name| folder.path().join(name));
+    let page = fs::read_to_string(write(&both, Some(&folder.path().join("both.html"))).unwrap()).unwrap();
+    assert_eq!((count(&page, "<svg "), count(&page, "<b>Figure 8.</b>")), (8, 1));
+}

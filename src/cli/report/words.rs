@@ -282,15 +282,20 @@ pub fn scenario(stories: &[Story]) -> Table {
 
 /// All of the summaries, a column for every run.
 pub fn summary(stories: &[Story]) -> Table {
+    summaries(&stories.iter().map(|story| &story.run.summary).collect::<Vec<_>>())
+}
+
+/// The same of summaries by themselves.
+pub fn summaries(summaries: &[&serde_json::Map<String, serde_json::Value>]) -> Table {
     let mut keys: Vec<&String> = Vec::new();
-    for key in stories.iter().flat_map(|story| story.run.summary.keys()) {
+    for key in summaries.iter().flat_map(|summary| summary.keys()) {
         if !keys.contains(&key) {
             keys.push(key);
         }
     }
     let mut table = Table::default();
     for key in keys {
-        let cells = stories.iter().map(|story| match story.run.summary.get(key)? {
+        let cells = summaries.iter().map(|summary| match summary.get(key)? {
             serde_json::Value::String(words) => Some(words.clone()),
             serde_json::Value::Number(number) if number.is_f64() => Some(plain(number.as_f64()?, 5)),
             serde_json::Value::Null => None,

@@ -1,7 +1,7 @@
 //! What no single key of an assembly can tell.
 
 use super::body::AXES;
-use super::{digits, digits_below, refuse_unstable};
+use super::{digits, digits_above, digits_below, refuse_unstable};
 use crate::error::Error;
 use crate::scenario::assembly::{Assembly, Packed, Preparation, Source};
 use crate::scenario::figures;
@@ -159,7 +159,8 @@ fn check_pour(assembly: &Assembly, packed: &Packed, typed: &Typed) -> Result<(),
 
 fn check_time(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
     if assembly.end < assembly.step {
-        let message = format!("is shorter than one time step. Write at least time.step = {} s.", digits(assembly.step));
+        let message =
+            format!("is shorter than one time step. Write at least time.step = {} s.", digits_above(assembly.step));
         return Err(typed.refusal("time", "end", &message));
     }
     match assembly.allow_unstable {

@@ -78,7 +78,8 @@ fn output(table: &Reader<'_>, duration: f64, step: f64) -> Result<Output, Error>
     let interval = |key: &str, count: f64| -> Result<f64, Error> {
         let interval = table.number_or(key, (duration / count).max(step))?;
         if interval < step {
-            let problem = format!("is shorter than one time step. Write at least time.step = {} s.", digits(step));
+            let problem =
+                format!("is shorter than one time step. Write at least time.step = {} s.", digits_above(step));
             return Err(table.refusal(key, &problem));
         }
         Ok(interval)
@@ -112,6 +113,17 @@ fn digits(value: f64) -> String {
     significant(value, 10)
 }
 
+/// Ten digits, never less than the value, so that a least value copied from a message is enough.
+fn digits_above(value: f64) -> String {
+    let rounded = format!("{value:.9e}");
+    if rounded.parse().is_ok_and(|rounded: f64| rounded >= value) {
+        return digits(value);
+    }
+    let (_, exponent) = rounded.split_once('e').expect("scientific notation has an e");
+    let last: f64 = format!("0.000000001e{exponent}").parse().expect("a power of ten parses");
+    digits(value + last)
+}
+
 /// Three digits, cut and not rounded, so that a limit copied from a message is within the limit.
 fn digits_below(value: f64) -> String {
     let exact = format!("{value:.16e}");
@@ -139,5 +151,8 @@ mod tests {
         assert_eq!(digits_below(4.479_9e-7), "4.47e-7");
         assert_eq!(digits_below(0.999_99), "0.999");
         assert_eq!(digits(7.499_999_999_999_999), "7.5");
+        assert_eq!(digits_above(4e-7), "4e-7");
+        assert_eq!(digits_above(3.160_231_572_372_892_6e-5), "3.160231573e-5");
+        assert_eq!(digits_above(9.999_999_999_4e-6), "1e-5");
     }
 }

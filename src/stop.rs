@@ -1,0 +1,23 @@
+//! The operator's wish that the program stop: SIGTERM or SIGINT.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock};
+
+use crate::error::Error;
+
+/// One for the process, as signals are.
+static WANTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
+
+/// From now on the two signals end nothing by themselves; who takes steps asks [`wanted`].
+pub fn listen() -> Result<(), Error> {
+    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
+        signal_hook::flag::register(signal, Arc::clone(&WANTED))
+            .map_err(|error| Error::Run(format!("cannot listen for signals: {error}")))?;
+    }
+    Ok(())
+}
+
+/// Whether this rank has been asked to stop.
+pub fn wanted() -> bool {
+    WANTED.load(Ordering::Relaxed)
+}
