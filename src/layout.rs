@@ -14,6 +14,10 @@ use crate::space::{Linear, Plane, Space};
 /// Cells along a closed border that nothing may enter where there are splines.
 pub const RIM_CELLS: usize = 2;
 
+/// Share of a cell by which a point may lie behind a wall: velocities vanish there, and what integration carries a little
+/// too far comes back by itself.
+const WALL_SLACK: f64 = 0.05;
+
 /// The domain: cells, blocks and the curve; the same on every rank. Places in it are shares of its edges, so that it may
 /// deform.
 #[derive(Clone, Debug)]
@@ -173,7 +177,8 @@ impl Layout {
         if self.periodic[axis] {
             return [0.0, 1.0];
         }
-        let [lower, upper] = self.rim[axis].map(|cells| cells as f64 / self.cells[axis] as f64);
+        let slack = if self.walled { WALL_SLACK } else { 0.0 };
+        let [lower, upper] = self.rim[axis].map(|cells| (cells as f64 - slack) / self.cells[axis] as f64);
         [lower, 1.0 - upper]
     }
 
