@@ -275,7 +275,7 @@ fn measured<S: Space, C: ContactLaw<S>>(
 }
 
 /// Mean over ranks of every phase, s, and the slowest rank over it.
-fn phases(seconds: &[f64], transport: &dyn Transport) -> Vec<(&'static str, f64, f64)> {
+pub(super) fn phases(seconds: &[f64], transport: &dyn Transport) -> Vec<(&'static str, f64, f64)> {
     let mine: Vec<u8> = seconds.iter().flat_map(|seconds| seconds.to_le_bytes()).collect();
     let all: Vec<Vec<f64>> = transport
         .all_gather(&mine)
@@ -292,7 +292,7 @@ fn phases(seconds: &[f64], transport: &dyn Transport) -> Vec<(&'static str, f64,
 }
 
 /// Memory of this process that lies in the machine's, bytes; zero where the system does not tell.
-fn resident_bytes() -> i64 {
+pub(super) fn resident_bytes() -> i64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
     let kilobytes = line.and_then(|rest| rest.split_whitespace().next()?.parse::<i64>().ok());

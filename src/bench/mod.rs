@@ -1,3 +1,4 @@
 //! Measurements of speed, for `scree bench`.
 
 pub mod dem;
+pub mod mpm;

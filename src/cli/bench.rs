@@ -9,6 +9,7 @@ use serde_json::json;
 
 use super::{Ending, LAUNCHER_VARIABLES, start_threads};
 use crate::bench::dem::{self, Measured, Wanted};
+use crate::bench::mpm;
 use crate::error::Error;
 use crate::run::Outcome;
 
@@ -35,6 +36,33 @@ pub(super) enum Bench {
         #[arg(long)]
         json: bool,
     },
+    /// A yielding block of material points: the whole step with rebuilds and messages.
+    Mpm {
+        /// Points, about: whole blocks of cells are filled.
+        #[arg(long, default_value_t = 100_000)]
+        points: u64,
+        /// Ranks; more than one are started by mpirun.
+        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+        ranks: u16,
+        /// Plane strain, or space.
+        #[arg(long, default_value = "plane", value_parser = ["plane", "solid"])]
+        space: String,
+        #[arg(long, default_value = "quadratic", value_parser = ["linear", "generalised", "quadratic", "cubic"])]
+        shape: String,
+        #[arg(long, default_value = "last", value_parser = ["first", "last", "modified_last"])]
+        update: String,
+        #[arg(long, default_value = "blend", value_parser = ["blend", "affine"])]
+        transfer: String,
+        /// Steps of each of the five stretches whose median counts. Default: about two seconds' worth.
+        #[arg(long)]
+        steps: Option<u64>,
+        /// Threads of each rank.
+        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+        threads: u16,
+        /// End with one line of JSON.
+        #[arg(long)]
+        json: bool,
+    },
 }
 
 /// Stretches whose median counts.
@@ -43,9 +71,15 @@ const STRETCHES: usize = 5;
 const WORK: u64 = 60_000_000;
 const STEPS_MIN: u64 = 500;
 
+/// Point-steps of a stretch by default.
+const POINT_WORK: u64 = 15_000_000;
+const POINT_STEPS_MIN: u64 = 20;
+
 pub(super) fn command(what: &Bench, transport: &dyn Transport) -> Ending {
-    let Bench::Dem { grains, ranks, space, steps, threads, json } = what;
-    let ranks = usize::from(*ranks);
+    let (ranks, threads) = match what {
+        Bench::Dem { ranks, threads, .. } | Bench::Mpm { ranks, threads, .. } => (*ranks, *threads),
+    };
+    let ranks = usize::from(ranks);
     if ranks > 1 && transport.size() == 1 && !is_launched() {
         return Ending::Agreed(launch(ranks));
     }
@@ -55,18 +89,35 @@ pub(super) fn command(what: &Bench, transport: &dyn Transport) -> Ending {
             transport.size()
         ))));
     }
-    if *grains < 500 {
-        return Ending::Agreed(Err(Error::User(format!(
-            "--grains {grains} is too few to be sheared between rough layers. Take 500 or more."
-        ))));
+    if let Bench::Dem { grains: ..500, .. } = what {
+        return Ending::Agreed(Err(Error::User(
+            "fewer than 500 grains cannot be sheared between rough layers. Take --grains 500 or more.".into(),
+        )));
     }
-    if let Err(error) = start_threads(usize::from(*threads)) {
+    if let Err(error) = start_threads(usize::from(threads)) {
         return Ending::Failed(error);
     }
-    let steps = steps.unwrap_or((WORK / grains).max(STEPS_MIN));
-    let wanted = Wanted { grains: *grains, solid: space == "solid", stretches: STRETCHES, steps };
-    match dem::measure(&wanted, transport) {
-        Ok(measured) => Ending::Agreed(Ok(Outcome::Done(page(&measured, usize::from(*threads), *json)))),
+    let page = match what {
+        Bench::Dem { grains, space, steps, json, .. } => {
+            let steps = steps.unwrap_or((WORK / grains).max(STEPS_MIN));
+            let wanted = Wanted { grains: *grains, solid: space == "solid", stretches: STRETCHES, steps };
+            dem::measure(&wanted, transport).map(|measured| page(&measured, usize::from(threads), *json))
+        }
+        Bench::Mpm { points, space, shape, update, transfer, steps, json, .. } => {
+            let wanted = mpm::Wanted {
+                points: *points,
+                solid: space == "solid",
+                shape: shape.clone(),
+                update: update.clone(),
+                transfer: transfer.clone(),
+                stretches: STRETCHES,
+                steps: steps.unwrap_or((POINT_WORK / points).max(POINT_STEPS_MIN)),
+            };
+            mpm::measure(&wanted, transport).map(|measured| page_of_points(&wanted, &measured, usize::from(threads), *json))
+        }
+    };
+    match page {
+        Ok(page) => Ending::Agreed(Ok(Outcome::Done(page))),
         Err(error) => Ending::Failed(error),
     }
 }
@@ -135,6 +186,50 @@ fn page(measured: &Measured, threads: usize, json: bool) -> String {
                 "pairs_per_grain": measured.pairs_per_grain,
                 "imbalance": measured.imbalance,
                 "stress_ratio": measured.stress_ratio,
+                "phases": phases,
+            })
+            .to_string(),
+        );
+    }
+    page
+}
+
+fn page_of_points(wanted: &mpm::Wanted, measured: &mpm::Measured, threads: usize, json: bool) -> String {
+    let mut page = String::new();
+    let mut line = |text: String| writeln!(page, "{text}").expect("a string takes every line");
+    line(format!(
+        "{} points in the {}, {} functions, stress {}, {}, {} ranks of {threads} threads, {} instructions",
+        measured.points, measured.space, wanted.shape, wanted.update, wanted.transfer, measured.ranks, measured.instructions
+    ));
+    line(format!("{} steps in {} stretches, {} rebuilds", measured.steps, measured.stretches.len(), measured.rebuilds));
+    let stretches: Vec<String> = measured.stretches.iter().map(|stretch| format!("{stretch:.1}")).collect();
+    line(format!("{:.1} ns per point-step, the median of {}", measured.nanoseconds(), stretches.join(" ")));
+    line("phase      ns per point-step   slowest rank over mean".into());
+    for (name, mean, most) in &measured.phases {
+        line(format!("  {name:<10} {mean:>10.2} {most:>17.2}"));
+    }
+    line(format!(
+        "imbalance of points {:.3}; mean plastic strain {:.4}; {:.0} bytes per point resident",
+        measured.imbalance, measured.plastic_strain, measured.bytes_resident_per_point
+    ));
+    if json {
+        let phases: serde_json::Map<String, serde_json::Value> =
+            measured.phases.iter().map(|(name, mean, _)| ((*name).to_string(), json!(mean))).collect();
+        line(
+            json!({
+                "points": measured.points,
+                "ranks": measured.ranks,
+                "threads": threads,
+                "space": measured.space,
+                "shape": wanted.shape,
+                "update": wanted.update,
+                "transfer": wanted.transfer,
+                "instructions": measured.instructions,
+                "steps": measured.steps,
+                "rebuilds": measured.rebuilds,
+                "ns_per_point_step": measured.nanoseconds(),
+                "bytes_per_point": measured.bytes_resident_per_point,
+                "imbalance": measured.imbalance,
                 "phases": phases,
             })
             .to_string(),
