@@ -22,7 +22,7 @@ use crate::tables;
 use crate::transfer::Cargo;
 
 /// Material points of the jobs of this program.
-pub type PlanarPoint = Point<Plane, CriticalMemory>;
+pub type PlanarPoint = Point<Plane, CriticalMemory<Plane>>;
 
 /// What a run remembers beside grains, points, bodies and cell; the same on every rank.
 #[derive(Clone, Debug, Default, PartialEq)]

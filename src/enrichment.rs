@@ -25,8 +25,8 @@ use crate::space::{Linear, Plane, Space};
 use crate::transfer;
 
 type Vector = <Plane as Space>::Vector;
-type PlanarHot = Hot<Plane, crate::law::material::CriticalMemory>;
-type PlanarPoint = Point<Plane, crate::law::material::CriticalMemory>;
+type PlanarHot = Hot<Plane, crate::law::material::CriticalMemory<Plane>>;
+type PlanarPoint = Point<Plane, crate::law::material::CriticalMemory<Plane>>;
 
 /// What an enrichment did, for the log and the summary.
 #[derive(Clone, Debug, Default, PartialEq)]

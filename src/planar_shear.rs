@@ -50,7 +50,7 @@ pub struct PlanarShear<'s, C> {
 
 type PlanarCore<'t, C> = Core<'t, Plane, C, CriticalDruckerPrager>;
 /// A run's state with the memories of a law.
-pub type PlanarSnapshot<C> = Snapshot<Plane, <C as ContactLaw<Plane>>::Memory<f64>, CriticalMemory>;
+pub type PlanarSnapshot<C> = Snapshot<Plane, <C as ContactLaw<Plane>>::Memory<f64>, CriticalMemory<Plane>>;
 
 /// Runs a job from its start.
 pub fn start<C: ContactLaw<Plane>>(

@@ -4,6 +4,7 @@
 use scree::law::material::{CriticalDruckerPrager, CriticalMemory, MaterialLaw};
 use scree::math;
 use scree::space::Plane;
+use scree::symmetric::Symmetric;
 
 use crate::worlds::{Tensor, material};
 
@@ -15,7 +16,7 @@ fn elastic() -> CriticalDruckerPrager {
     CriticalDruckerPrager { cohesion: 1e12, ..material() }
 }
 
-fn start(law: &CriticalDruckerPrager, pressure: f64, fraction: f64) -> CriticalMemory {
+fn start(law: &CriticalDruckerPrager, pressure: f64, fraction: f64) -> CriticalMemory<Plane> {
     MaterialLaw::<Plane>::start(law, &(Tensor::identity() * -pressure), fraction)
 }
 
@@ -25,7 +26,7 @@ fn ln_one_plus(x: f64) -> f64 {
 }
 
 /// Carries a memory over one increment of deformation `F = I + increment`.
-fn carry(law: &CriticalDruckerPrager, memory: &mut CriticalMemory, increment: Tensor) -> Tensor {
+fn carry(law: &CriticalDruckerPrager, memory: &mut CriticalMemory<Plane>, increment: Tensor) -> Tensor {
     MaterialLaw::<Plane>::update(law, &(increment * (1.0 / DT)), DT, memory)
 }
 
@@ -52,10 +53,10 @@ fn cone(law: &CriticalDruckerPrager, fraction: f64) -> [f64; 3] {
 }
 
 /// Invariants of the stress that a memory would have, were the increment elastic; through eigenvalues, unlike the law.
-fn trial(law: &CriticalDruckerPrager, memory: &CriticalMemory, increment: &Tensor) -> [f64; 2] {
-    let [xx, yy, xy] = memory.elastic;
+fn trial(law: &CriticalDruckerPrager, memory: &CriticalMemory<Plane>, increment: &Tensor) -> [f64; 2] {
+    let elastic = memory.strain.tensor() + Tensor::identity();
     let step = Tensor::identity() + increment;
-    let stretches = (step * Tensor::new(xx, xy, xy, yy) * step.transpose()).symmetric_eigenvalues();
+    let stretches = (step * elastic * step.transpose()).symmetric_eigenvalues();
     let [a, b] = [0.5 * math::ln(stretches[0]), 0.5 * math::ln(stretches[1])];
     [law.bulk_modulus * (a + b), law.shear_modulus * (a - b).abs()]
 }

@@ -80,7 +80,9 @@ fn job<S: Space>(wanted: &Wanted) -> Result<Mpm, Error> {
     let cells = ((edge / PER_CELL / block as f64).round() as u64).max(2) * block;
     let all = |value: &str| format!("[{}]", vec![value; S::DIMENSION].join(", "));
     let length = format!("\"{cells} cm\"");
-    let along = |first: &str, second: &str| if dimension == 2.0 { format!("[{first}, {second}]") } else { format!("[{first}, {second}, 0]") };
+    let along = |first: &str, second: &str| {
+        if dimension == 2.0 { format!("[{first}, {second}]") } else { format!("[{first}, {second}, 0]") }
+    };
     let text = format!(
         r#"
         name = "bench"

@@ -113,7 +113,8 @@ pub(super) fn command(what: &Bench, transport: &dyn Transport) -> Ending {
                 stretches: STRETCHES,
                 steps: steps.unwrap_or((POINT_WORK / points).max(POINT_STEPS_MIN)),
             };
-            mpm::measure(&wanted, transport).map(|measured| page_of_points(&wanted, &measured, usize::from(threads), *json))
+            mpm::measure(&wanted, transport)
+                .map(|measured| page_of_points(&wanted, &measured, usize::from(threads), *json))
         }
     };
     match page {
@@ -199,7 +200,13 @@ fn page_of_points(wanted: &mpm::Wanted, measured: &mpm::Measured, threads: usize
     let mut line = |text: String| writeln!(page, "{text}").expect("a string takes every line");
     line(format!(
         "{} points in the {}, {} functions, stress {}, {}, {} ranks of {threads} threads, {} instructions",
-        measured.points, measured.space, wanted.shape, wanted.update, wanted.transfer, measured.ranks, measured.instructions
+        measured.points,
+        measured.space,
+        wanted.shape,
+        wanted.update,
+        wanted.transfer,
+        measured.ranks,
+        measured.instructions
     ));
     line(format!("{} steps in {} stretches, {} rebuilds", measured.steps, measured.stretches.len(), measured.rebuilds));
     let stretches: Vec<String> = measured.stretches.iter().map(|stretch| format!("{stretch:.1}")).collect();

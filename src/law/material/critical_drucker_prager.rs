@@ -25,7 +25,7 @@
 //! would carry q below zero the stress returns to the apex of the cone, `q = 0, p = zeta c/eta` (stress free without
 //! cohesion). Expansion beyond the apex opens a gap, remembered as volume strain, and must be closed before the material
 //! bears pressure again.
-//! |deps_p| is the Frobenius norm: `dlambda sqrt(1/2 + etabar^2/d)` on the cone. The plane's memory is b_e, space's is
+//! |deps_p| is the Frobenius norm: `dlambda sqrt(1/2 + etabar^2/d)` on the cone. The memory is
 //! `b_e - I`, which keeps the digits of small strains and needs no exponential in an elastic step.
 
 use super::hencky::{isotropic_strain, isotropic_stress, p_wave_modulus};
@@ -33,10 +33,8 @@ use super::{MaterialLaw, MaterialMemory};
 use crate::math;
 use crate::record::{Record, Visitor};
 use crate::scenario;
-use crate::space::{Plane, Solid, Space};
-use crate::symmetric::{SolidSymmetric, Symmetric};
-
-type Tensor = <Plane as Space>::Tensor;
+use crate::space::Space;
+use crate::symmetric::Symmetric;
 
 /// The law with its constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,42 +57,11 @@ pub struct CriticalDruckerPrager {
     pub cohesion: f64,
 }
 
-/// State of a point in the plane.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CriticalMemory {
-    /// Elastic left Cauchy-Green strain b_e: xx, yy, xy.
-    pub elastic: [f64; 3],
-    /// Phi.
-    pub fraction: f64,
-    /// Integral of |deps_p/dt|.
-    pub plastic_strain: f64,
-    /// Volume strain gained by separation and not yet closed, >= 0.
-    pub gap: f64,
-}
-
-impl Record for CriticalMemory {
-    fn visit(&mut self, visitor: &mut dyn Visitor) {
-        visitor.f64s("elastic", &mut self.elastic);
-        visitor.f64s("fraction", std::slice::from_mut(&mut self.fraction));
-        visitor.f64s("plastic_strain", std::slice::from_mut(&mut self.plastic_strain));
-        visitor.f64s("gap", std::slice::from_mut(&mut self.gap));
-    }
-}
-
-impl MaterialMemory for CriticalMemory {
-    fn plastic_strain(&self) -> f64 {
-        self.plastic_strain
-    }
-    fn fraction(&self) -> f64 {
-        self.fraction
-    }
-}
-
-/// State of a point in space.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CriticalSolidMemory {
+/// State of a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CriticalMemory<S: Space> {
     /// Elastic strain `b_e - I`.
-    pub strain: SolidSymmetric,
+    pub strain: S::Symmetric,
     /// Phi.
     pub fraction: f64,
     /// Integral of |deps_p/dt|.
@@ -103,7 +70,13 @@ pub struct CriticalSolidMemory {
     pub gap: f64,
 }
 
-impl Record for CriticalSolidMemory {
+impl<S: Space> Default for CriticalMemory<S> {
+    fn default() -> Self {
+        Self { strain: S::Symmetric::isotropic(0.0), fraction: 0.0, plastic_strain: 0.0, gap: 0.0 }
+    }
+}
+
+impl<S: Space> Record for CriticalMemory<S> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
         visitor.f64s("strain", self.strain.as_mut_slice());
         visitor.f64s("fraction", std::slice::from_mut(&mut self.fraction));
@@ -112,7 +85,7 @@ impl Record for CriticalSolidMemory {
     }
 }
 
-impl MaterialMemory for CriticalSolidMemory {
+impl<S: Space> MaterialMemory for CriticalMemory<S> {
     fn plastic_strain(&self) -> f64 {
         self.plastic_strain
     }
@@ -129,16 +102,6 @@ struct Cone {
     zeta: f64,
 }
 
-impl Cone {
-    /// From the plane's to that of space.
-    fn in_space(self) -> Self {
-        // 6/sqrt(3).
-        let factor = 3.464_101_615_137_754_6;
-        let (friction, dilation) = (factor / (3.0 - self.eta), factor / (3.0 - self.eta_bar));
-        Self { eta: self.eta * friction, eta_bar: self.eta_bar * dilation, zeta: self.zeta * friction }
-    }
-}
-
 /// Invariants of an elastic logarithmic strain: all that the return needs.
 #[derive(Clone, Copy, Debug)]
 struct Measures {
@@ -152,7 +115,6 @@ struct Measures {
 #[derive(Clone, Copy, Debug)]
 struct Return {
     strain: Measures,
-    at_apex: bool,
     /// |deps_p|.
     plastic: f64,
     /// Volume strain beyond the apex.
@@ -161,43 +123,27 @@ struct Return {
     work: f64,
 }
 
-/// Logarithmic strain ln(b)/2 of a symmetric tensor by its invariants, without eigenvectors.
+/// A logarithmic strain, taken apart.
 #[derive(Clone, Copy, Debug)]
-struct Hencky {
+struct Parts<S: Space> {
     measures: Measures,
-    /// Unit direction of the deviator, (xx - yy)/2 and xy; zero where there is none.
-    direction: [f64; 2],
+    deviator: S::Symmetric,
 }
 
-impl Hencky {
-    fn of(elastic: &[f64; 3]) -> Self {
-        let mean = 0.5 * (elastic[0] + elastic[1]);
-        let deviator = [0.5 * (elastic[0] - elastic[1]), elastic[2]];
-        let radius = (deviator[0] * deviator[0] + deviator[1] * deviator[1]).sqrt();
-        let (major, minor) = (math::ln(mean + radius), math::ln(mean - radius));
-        let direction = if radius > 0.0 { [deviator[0] / radius, deviator[1] / radius] } else { [0.0, 0.0] };
-        let measures = Measures { volume: 0.5 * (major + minor), shear: 0.25 * (major - minor) };
-        Self { measures, direction }
+impl<S: Space> Parts<S> {
+    #[inline(always)]
+    fn of(strain: &S::Symmetric) -> Self {
+        let deviator = strain.deviator();
+        let measures = Measures { volume: strain.trace(), shear: (0.5 * deviator.square()).sqrt() };
+        Self { measures, deviator }
     }
 
-    /// Volume strain alone.
-    fn isotropic(volume: f64) -> Self {
-        Self { measures: Measures { volume, shear: 0.0 }, direction: [0.0, 0.0] }
-    }
-
-    fn after(self, returned: &Return) -> Self {
-        if returned.at_apex {
-            return Self::isotropic(returned.strain.volume);
-        }
-        Self { measures: returned.strain, ..self }
-    }
-
-    fn to_elastic(self) -> [f64; 3] {
-        let Measures { volume, shear } = self.measures;
-        let major = math::exp(volume + 2.0 * shear);
-        let minor = math::exp(volume - 2.0 * shear);
-        let (mean, radius) = (0.5 * (major + minor), 0.5 * (major - minor));
-        [mean + radius * self.direction[0], mean - radius * self.direction[0], radius * self.direction[1]]
+    /// The strain with other invariants.
+    #[inline(always)]
+    fn after(&self, returned: &Return) -> S::Symmetric {
+        let Measures { volume, shear } = returned.strain;
+        let isotropic = S::Symmetric::isotropic(volume / S::DIMENSION as f64);
+        if shear > 0.0 { self.deviator * (shear / self.measures.shear) + isotropic } else { isotropic }
     }
 }
 
@@ -233,11 +179,20 @@ impl CriticalDruckerPrager {
         }
     }
 
-    fn cone(&self, fraction: f64) -> Cone {
+    /// In space the cone through the corners of triaxial compression of the Mohr-Coulomb pyramid, which the plane's is.
+    #[inline(always)]
+    fn cone<S: Space>(&self, fraction: f64) -> Cone {
         let change = self.dilation_factor * (fraction - self.fraction_critical);
         let (tan_psi, tan_phi) = (self.dilation + change, (self.friction_critical + change).max(0.0));
         let zeta = 1.0 / (1.0 + tan_phi * tan_phi).sqrt();
-        Cone { eta: tan_phi * zeta, eta_bar: tan_psi / (1.0 + tan_psi * tan_psi).sqrt(), zeta }
+        let (eta, eta_bar) = (tan_phi * zeta, tan_psi / (1.0 + tan_psi * tan_psi).sqrt());
+        if S::DIMENSION == 2 {
+            return Cone { eta, eta_bar, zeta };
+        }
+        // 6/sqrt(3).
+        let factor = 3.464_101_615_137_754_6;
+        let (friction, dilation) = (factor / (3.0 - eta), factor / (3.0 - eta_bar));
+        Cone { eta: eta * friction, eta_bar: eta_bar * dilation, zeta: zeta * friction }
     }
 
     /// Packing fraction after plastic flow, equation (8).
@@ -245,14 +200,15 @@ impl CriticalDruckerPrager {
         fraction - (fraction - self.fraction_critical) * fraction * self.softening_rate * plastic
     }
 
-    /// `share` is 2/d: 1 in the plane, 2/3 in space.
-    fn return_to_cone(&self, cone: &Cone, share: f64, trial: Measures) -> Return {
+    #[inline(always)]
+    fn return_to_cone<S: Space>(&self, cone: &Cone, trial: Measures) -> Return {
+        let share = 2.0 / S::DIMENSION as f64;
         let (bulk, shear) = (self.bulk_modulus, self.shear_modulus);
         let pressure = bulk * trial.volume;
         let q = 2.0 * shear * trial.shear;
         let excess = q + cone.eta * pressure - cone.zeta * self.cohesion;
         if excess <= 0.0 {
-            return Return { strain: trial, at_apex: false, plastic: 0.0, opened: 0.0, work: 0.0 };
+            return Return { strain: trial, plastic: 0.0, opened: 0.0, work: 0.0 };
         }
         let multiplier = excess / (shear + bulk * cone.eta * cone.eta_bar);
         let q_returned = q - shear * multiplier;
@@ -261,7 +217,6 @@ impl CriticalDruckerPrager {
             let volume = trial.volume - cone.eta_bar * multiplier;
             return Return {
                 strain: Measures { volume, shear: q_returned / (2.0 * shear) },
-                at_apex: false,
                 plastic: multiplier * (0.5 * (1.0 + share * cone.eta_bar * cone.eta_bar)).sqrt(),
                 opened: 0.0,
                 work: multiplier * (q_returned + cone.eta_bar * (bulk * volume)),
@@ -271,119 +226,31 @@ impl CriticalDruckerPrager {
         let opened = trial.volume - apex;
         let plastic = (2.0 * trial.shear * trial.shear + 0.5 * share * opened * opened).sqrt();
         let strain = Measures { volume: apex, shear: 0.0 };
-        Return { strain, at_apex: true, plastic, opened, work: bulk * apex * opened }
-    }
-
-    fn kirchhoff(&self, strain: &Hencky) -> Tensor {
-        let pressure = self.bulk_modulus * strain.measures.volume;
-        let q = 2.0 * self.shear_modulus * strain.measures.shear;
-        let (x, xy) = (q * strain.direction[0], q * strain.direction[1]);
-        Tensor::new(pressure + x, xy, xy, pressure - x)
+        Return { strain, plastic, opened, work: bulk * apex * opened }
     }
 }
 
-impl MaterialLaw<Plane> for CriticalDruckerPrager {
-    type Memory = CriticalMemory;
+impl<S: Space> MaterialLaw<S> for CriticalDruckerPrager {
+    type Memory = CriticalMemory<S>;
 
-    fn start(&self, stress: &Tensor, fraction: f64) -> CriticalMemory {
-        let half = 0.5 * (stress[(0, 0)] - stress[(1, 1)]);
-        let off = 0.5 * (stress[(0, 1)] + stress[(1, 0)]);
-        let q = (half * half + off * off).sqrt();
-        let volume = 0.5 * (stress[(0, 0)] + stress[(1, 1)]) / self.bulk_modulus;
-        let direction = if q > 0.0 { [half / q, off / q] } else { [0.0, 0.0] };
-        let strain = Hencky { measures: Measures { volume, shear: q / (2.0 * self.shear_modulus) }, direction };
-        let returned = self.return_to_cone(&self.cone(fraction), 1.0, strain.measures);
-        CriticalMemory { elastic: strain.after(&returned).to_elastic(), fraction, plastic_strain: 0.0, gap: 0.0 }
-    }
-
-    fn update_counted(&self, gradient: &Tensor, dt: f64, memory: &mut CriticalMemory, work: &mut f64) -> Tensor {
-        let step = Plane::identity() + gradient * dt;
-        let [xx, yy, xy] = memory.elastic;
-        let trial = step * Tensor::new(xx, xy, xy, yy) * step.transpose();
-        let mut strain = Hencky::of(&[trial[(0, 0)], trial[(1, 1)], 0.5 * (trial[(0, 1)] + trial[(1, 0)])]);
-
-        if memory.gap > 0.0 {
-            // Separated grains bear nothing until the gap is closed.
-            let left = memory.gap + strain.measures.volume;
-            memory.gap = left.max(0.0);
-            strain = Hencky::isotropic(left.min(0.0));
-        }
-        let cone = self.cone(memory.fraction);
-        let returned = self.return_to_cone(&cone, 1.0, strain.measures);
-        *work += returned.work;
-        memory.gap += returned.opened.max(0.0);
-        memory.plastic_strain += returned.plastic;
-        memory.fraction = self.softened(memory.fraction, returned.plastic);
-        let strain = strain.after(&returned);
-        memory.elastic = strain.to_elastic();
-        self.kirchhoff(&strain)
-    }
-
-    fn stress(&self, memory: &CriticalMemory) -> Tensor {
-        self.kirchhoff(&Hencky::of(&memory.elastic))
-    }
-
-    /// Elastic strain and flow have no part along the normal: `(K - G) tr(eps)`.
-    fn out_of_plane(&self, memory: &CriticalMemory) -> f64 {
-        (self.bulk_modulus - self.shear_modulus) * Hencky::of(&memory.elastic).measures.volume
-    }
-
-    fn elastic_energy(&self, memory: &CriticalMemory) -> f64 {
-        let Measures { volume, shear } = Hencky::of(&memory.elastic).measures;
-        0.5 * self.bulk_modulus * volume * volume + 2.0 * self.shear_modulus * shear * shear
-    }
-
-    fn p_wave_modulus(&self) -> f64 {
-        self.bulk_modulus + self.shear_modulus
-    }
-
-    fn shear_modulus(&self) -> f64 {
-        self.shear_modulus
-    }
-}
-
-/// A logarithmic strain in space, taken apart.
-#[derive(Clone, Copy, Debug)]
-struct Parts {
-    measures: Measures,
-    deviator: SolidSymmetric,
-}
-
-impl Parts {
-    fn of(strain: &SolidSymmetric) -> Self {
-        let deviator = strain.deviator();
-        let measures = Measures { volume: strain.trace(), shear: (0.5 * deviator.square()).sqrt() };
-        Self { measures, deviator }
-    }
-
-    /// The strain with other invariants.
-    fn after(&self, returned: &Return) -> SolidSymmetric {
-        let Measures { volume, shear } = returned.strain;
-        let isotropic = SolidSymmetric::isotropic(volume / 3.0);
-        if shear > 0.0 { self.deviator * (shear / self.measures.shear) + isotropic } else { isotropic }
-    }
-}
-
-impl MaterialLaw<Solid> for CriticalDruckerPrager {
-    type Memory = CriticalSolidMemory;
-
-    fn start(&self, stress: &<Solid as Space>::Tensor, fraction: f64) -> CriticalSolidMemory {
-        let strain = isotropic_strain(self.bulk_modulus, self.shear_modulus, &SolidSymmetric::of(stress));
-        let trial = Parts::of(&strain);
-        let returned = self.return_to_cone(&self.cone(fraction).in_space(), 2.0 / 3.0, trial.measures);
+    fn start(&self, stress: &S::Tensor, fraction: f64) -> CriticalMemory<S> {
+        let strain = isotropic_strain(self.bulk_modulus, self.shear_modulus, &S::Symmetric::of(stress));
+        let trial = Parts::<S>::of(&strain);
+        let returned = self.return_to_cone::<S>(&self.cone::<S>(fraction), trial.measures);
         let strain = if returned.plastic > 0.0 { trial.after(&returned) } else { strain };
-        CriticalSolidMemory { strain: (strain * 2.0).exponential(), fraction, plastic_strain: 0.0, gap: 0.0 }
+        CriticalMemory { strain: (strain * 2.0).exponential(), fraction, plastic_strain: 0.0, gap: 0.0 }
     }
 
+    #[inline(always)]
     fn update_counted(
         &self,
-        gradient: &<Solid as Space>::Tensor,
+        gradient: &S::Tensor,
         dt: f64,
-        memory: &mut CriticalSolidMemory,
+        memory: &mut CriticalMemory<S>,
         work: &mut f64,
-    ) -> <Solid as Space>::Tensor {
+    ) -> S::Tensor {
         let (bulk, shear) = (self.bulk_modulus, self.shear_modulus);
-        memory.strain = memory.strain.pushed(&(gradient * dt));
+        memory.strain = memory.strain.pushed(&(*gradient * dt));
         let mut strain = memory.strain.half_logarithm();
 
         let separated = memory.gap > 0.0;
@@ -391,10 +258,10 @@ impl MaterialLaw<Solid> for CriticalDruckerPrager {
             // Separated grains bear nothing until the gap is closed.
             let left = memory.gap + strain.trace();
             memory.gap = left.max(0.0);
-            strain = SolidSymmetric::isotropic(left.min(0.0) / 3.0);
+            strain = S::Symmetric::isotropic(left.min(0.0) / S::DIMENSION as f64);
         }
-        let trial = Parts::of(&strain);
-        let returned = self.return_to_cone(&self.cone(memory.fraction).in_space(), 2.0 / 3.0, trial.measures);
+        let trial = Parts::<S>::of(&strain);
+        let returned = self.return_to_cone::<S>(&self.cone::<S>(memory.fraction), trial.measures);
         if returned.plastic > 0.0 {
             strain = trial.after(&returned);
             *work += returned.work;
@@ -408,21 +275,25 @@ impl MaterialLaw<Solid> for CriticalDruckerPrager {
         isotropic_stress(bulk, shear, &strain).tensor()
     }
 
-    fn stress(&self, memory: &CriticalSolidMemory) -> <Solid as Space>::Tensor {
+    fn stress(&self, memory: &CriticalMemory<S>) -> S::Tensor {
         isotropic_stress(self.bulk_modulus, self.shear_modulus, &memory.strain.half_logarithm()).tensor()
     }
 
-    fn out_of_plane(&self, _: &CriticalSolidMemory) -> f64 {
-        0.0
+    /// Elastic strain and flow have no part along the normal of the plane: `(K - G) tr(eps)`.
+    fn out_of_plane(&self, memory: &CriticalMemory<S>) -> f64 {
+        match S::DIMENSION {
+            2 => (self.bulk_modulus - self.shear_modulus) * memory.strain.half_logarithm().trace(),
+            _ => 0.0,
+        }
     }
 
-    fn elastic_energy(&self, memory: &CriticalSolidMemory) -> f64 {
-        let Measures { volume, shear } = Parts::of(&memory.strain.half_logarithm()).measures;
+    fn elastic_energy(&self, memory: &CriticalMemory<S>) -> f64 {
+        let Measures { volume, shear } = Parts::<S>::of(&memory.strain.half_logarithm()).measures;
         0.5 * self.bulk_modulus * volume * volume + 2.0 * self.shear_modulus * shear * shear
     }
 
     fn p_wave_modulus(&self) -> f64 {
-        p_wave_modulus::<Solid>(self.bulk_modulus, self.shear_modulus)
+        p_wave_modulus::<S>(self.bulk_modulus, self.shear_modulus)
     }
 
     fn shear_modulus(&self) -> f64 {

@@ -10,7 +10,7 @@ mod hencky;
 mod linear_elastic;
 pub use absent::{Absent, Nothing};
 pub use counted::{Counted, CountedMemory};
-pub use critical_drucker_prager::{CriticalDruckerPrager, CriticalMemory, CriticalSolidMemory};
+pub use critical_drucker_prager::{CriticalDruckerPrager, CriticalMemory};
 pub use hencky::{Hencky, HenckyMemory};
 pub use linear_elastic::{LinearElastic, LinearMemory};
 
