@@ -193,6 +193,27 @@ fn a_cell_too_short_for_its_grains() {
     );
 }
 
+/// Grains that have touched hold on to each other 3 mm apart, which lists, blocks and periods must reach.
+#[test]
+fn a_cohesion_that_reaches_across_blocks() {
+    let (from, to) = (GOOD.find("law =").expect("a law"), GOOD.find("\n[damping]").expect("a table behind it"));
+    let cohesive = format!(
+        "{}law = \"linear_cohesive\"\nstiffness_normal = 1000\nstiffness_tangential = 500\ndamping_normal = 0\ndamping_tangential = 0\nfriction = 0.5\ncohesion_normal = 3\ncohesion_tangential = 0\n{}",
+        &GOOD[..from],
+        &GOOD[to..]
+    );
+    refused_text(
+        &cohesive,
+        &["decomposition.block=2.6 mm".to_string()],
+        "--set: decomposition.block = \"2.6 mm\" is shorter than two of the largest grains and the skin with the reach of cohesion, which need 5.5 mm. Take larger blocks.",
+    );
+    refused_text(
+        &cohesive,
+        &["contact.cohesion_normal=16".to_string(), "decomposition.block=20 mm".to_string()],
+        "job.toml:5: cell.upper = [\"20 mm\", \"20 mm\"] makes the cell 20 mm long along x, where it is periodic, but four of the largest grains and the skin with the reach of cohesion need 20.9 mm. Take a larger cell or smaller grains.",
+    );
+}
+
 #[test]
 fn grains_that_are_neither_read_nor_made() {
     refused(

@@ -171,7 +171,7 @@ pub fn refuse_heights(scenario: &Scenario, source: &Source, entries: &[Entry<Pla
 pub fn refuse_sizes(scenario: &Scenario, source: &Source, entries: &[Entry<Plane>]) -> Result<(), Error> {
     let Some([smallest, largest]) = extremes(entries) else { return Ok(()) };
     let block = scenario.decomposition.cells_per_block as f64 * scenario.continuum.cell;
-    let reach = 2.0 * largest.radius + scenario.decomposition.skin;
+    let reach = 2.0 * largest.radius + scenario.decomposition.skin + scenario.contact.reach();
     if reach > block {
         return Err(source.bad(
             largest.line,
@@ -222,7 +222,7 @@ pub fn refuse_outside<S: Space>(source: &Source, job: &Assembly, entry: &Entry<S
 /// Blocks and periods must be wider than contacts reach, and the step stable for the lightest grain.
 pub fn refuse_sizes_of_assembly<S: Space>(job: &Assembly, source: &Source, entries: &[Entry<S>]) -> Result<(), Error> {
     let Some([smallest, largest]) = extremes(entries) else { return Ok(()) };
-    let reach = 2.0 * largest.radius + job.skin;
+    let reach = 2.0 * largest.radius + figures::margin(job);
     let radius = largest.radius;
     if reach > job.block {
         return Err(source.bad(

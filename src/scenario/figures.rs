@@ -73,6 +73,11 @@ pub fn diameter_max(assembly: &Assembly) -> f64 {
     sizes(assembly).map_or(assembly.matter.diameter_mean, Sizes::max)
 }
 
+/// What lists reach beyond grains in touch, m: the skin, and as far as grains that have touched hold on to each other.
+pub fn margin(assembly: &Assembly) -> f64 {
+    assembly.skin + assembly.contact.reach()
+}
+
 /// A grain of this assembly with that diameter.
 pub fn grain(assembly: &Assembly, diameter: f64) -> GrainScale {
     GrainScale::of(0.5 * diameter, assembly.matter.density, assembly.cell.depth, assembly.cell.dimension)
