@@ -5,7 +5,7 @@ use std::path::Path;
 use super::Contact;
 use super::assembly::{Assembly, Preparation, Sizes, Source};
 use super::derived::DIAMETER_CUT;
-use super::stable::{self, Bound, GrainScale, HERTZ_OVERLAP, Springs, governing};
+use super::stable::{self, Bound, GrainScale, HERTZ_OVERLAP, Springs};
 
 /// Share of sigma^2 that is left of a normal distribution cut at three deviations.
 const VARIANCE_CUT: f64 = 0.973_3;
@@ -203,7 +203,8 @@ pub fn springs_mean(assembly: &Assembly) -> Springs {
 
 /// What bounds the step: the contacts of grains, damping in proportion to mass, and the servos of bodies.
 ///
-/// Of grains in a file only the mean is known here; who reads the file asks [`stable::bounds`] again with its lightest.
+/// Of grains in a file only the mean that the job states is known here; who reads the file asks [`bounds_of_sizes`] with what
+/// it holds.
 pub fn bounds(assembly: &Assembly) -> Vec<Bound> {
     let mut bounds = bounds_of_grains(assembly);
     if assembly.damping.mass > 0.0 {
@@ -227,21 +228,21 @@ pub fn bounds(assembly: &Assembly) -> Vec<Bound> {
     bounds
 }
 
-/// Sizes in classes can gather into clusters of their own, so each class is asked for alone.
 fn bounds_of_grains(assembly: &Assembly) -> Vec<Bound> {
-    let of = |lightest: f64, mean: f64| {
-        stable::bounds(&assembly.contact, &grain(assembly, lightest), &grain(assembly, mean))
-    };
     let mean = assembly.matter.diameter_mean;
-    match sizes(assembly) {
-        None => of(mean, mean),
-        Some(Sizes::List(list)) => list
-            .iter()
-            .map(|(diameter, _)| of(*diameter, *diameter))
-            .min_by(|a, b| governing(a).step.total_cmp(&governing(b).step))
-            .expect("a list of sizes is not empty"),
-        Some(sizes) => of(sizes.min(), mean),
-    }
+    let (lightest, classes) = match sizes(assembly) {
+        None => (mean, Vec::new()),
+        Some(Sizes::List(list)) => (mean, list.iter().map(|(diameter, _)| *diameter).collect()),
+        Some(sizes) => (sizes.min(), Vec::new()),
+    };
+    bounds_of_sizes(assembly, [lightest, mean], &classes)
+}
+
+/// [`stable::bounds_of_sizes`] of diameters, m: the smallest and the mean one, and those of classes.
+pub fn bounds_of_sizes(assembly: &Assembly, sizes: [f64; 2], classes: &[f64]) -> Vec<Bound> {
+    let [lightest, mean] = sizes.map(|diameter| grain(assembly, diameter));
+    let classes: Vec<GrainScale> = classes.iter().map(|diameter| grain(assembly, *diameter)).collect();
+    stable::bounds_of_sizes(&assembly.contact, &lightest, &mean, &classes)
 }
 
 #[cfg(test)]

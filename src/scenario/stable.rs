@@ -194,6 +194,20 @@ pub fn bounds(contact: &Contact, lightest: &GrainScale, mean: &GrainScale) -> Ve
     bounds
 }
 
+/// The tightest [`bounds`] of grains of many sizes: of the lightest among mean ones, and of each class among its like, since
+/// grains of one size can gather.
+pub fn bounds_of_sizes(
+    contact: &Contact,
+    lightest: &GrainScale,
+    mean: &GrainScale,
+    classes: &[GrainScale],
+) -> Vec<Bound> {
+    classes.iter().fold(bounds(contact, lightest, mean), |tightest, class| {
+        let alike = bounds(contact, class, class);
+        if governing(&alike).step < governing(&tightest).step { alike } else { tightest }
+    })
+}
+
 /// Springs between grains that are all as light as the lightest.
 fn bounds_of_equals(contact: &Contact, grain: &GrainScale) -> [Bound; 2] {
     let springs = Springs::of(contact, grain.radius, grain.radius, HERTZ_OVERLAP);
