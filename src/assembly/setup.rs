@@ -143,10 +143,14 @@ fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent
         rate_max: servo.rate_max,
         depth: depth_of::<S>(job),
     });
-    settings_in(job, CellDrive { gradient, servo })
+    let first_kick = match job.velocities {
+        Velocities::Now => 0.5,
+        Velocities::HalfStepBefore => 1.0,
+    };
+    Settings { first_kick, ..settings_in(job, CellDrive { gradient, servo }) }
 }
 
-/// Settings of a world of this job whose cell is driven otherwise.
+/// Settings of a world of this job whose cell is driven otherwise, and whose grains start from velocities of time zero.
 pub fn settings_in<S: Space, C: ContactLaw<S>>(job: &Assembly, drive: CellDrive<S>) -> Settings<S, C, Absent> {
     Settings {
         dt: job.step,
@@ -157,10 +161,7 @@ pub fn settings_in<S: Space, C: ContactLaw<S>>(job: &Assembly, drive: CellDrive<
         material: Absent,
         field: Field { gravity: vector::<S>(&job.gravity), damping: job.damping },
         drive,
-        first_kick: match job.velocities {
-            Velocities::Now => 0.5,
-            Velocities::HalfStepBefore => 1.0,
-        },
+        first_kick: 0.5,
     }
 }
 

@@ -269,6 +269,17 @@ fn poured_grains_rest_on_the_bodies() {
     assert!(kinetic < 1e-4 * weight * 1e-3, "{kinetic}");
 }
 
+/// What time the velocities of a run belong to is no part of a packing's key, so it must not shape the packing either.
+#[test]
+fn a_packing_starts_from_velocities_of_its_own() {
+    let text_of = |velocities: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let small = ["grains.count=60", "packing.energy_ratio_max=1e-3", velocities];
+        format!("{:?}", made::<Plane>(&job(DISCS, &small, folder.path()), &Solo).unwrap().grains)
+    };
+    assert!(text_of("time.velocities=now") == text_of("time.velocities=half_step_before"));
+}
+
 /// A compressed cell shrinks away from a region at its upper edge.
 #[test]
 fn a_layer_that_catches_no_grain_is_refused() {
