@@ -23,8 +23,9 @@ pub struct Contacts<S: Space> {
     outer: Lines,
     /// The same of the others, where they are kept; else a room for each task, in which one segment's follow another's.
     inner: Lines,
-    /// Whether forces are looked at after the step that they move.
+    /// Whether forces are looked at after the step that they move, and whether they have ever been.
     keeps: bool,
+    kept: bool,
     /// Tasks of a pass over segments, and numbers of a room.
     tasks: usize,
     room: usize,
@@ -73,6 +74,7 @@ impl<S: Space> Contacts<S> {
             outer: Lines::default(),
             inner: Lines::default(),
             keeps: false,
+            kept: false,
             tasks: 1,
             room: 0,
             row: 0,
@@ -124,21 +126,32 @@ impl<S: Space> Contacts<S> {
     }
 
     fn lay_forces(&mut self) {
-        let within = self.neighbours.within();
-        self.outer = Lines::new((self.neighbours.pairs.len() - within) * self.row);
+        self.outer = Lines::new((self.neighbours.pairs.len() - self.neighbours.within()) * self.row);
         self.tasks = match rayon::current_num_threads() {
             1 => 1,
             threads => threads * TASKS_PER_THREAD,
         };
         self.room = (self.neighbours.segment_most() * self.row).next_multiple_of(LINE);
-        self.inner = Lines::new(if self.keeps { within * self.row } else { self.tasks * self.room });
+        self.inner = Lines::default();
+        self.lay_inner();
+    }
+
+    /// Room for the forces of a step. Where they have once been looked at they will be again: there is room for all from then
+    /// on, so that steps with and without a look allocate nothing.
+    fn lay_inner(&mut self) {
+        let all = if self.kept { self.neighbours.within() * self.row } else { 0 };
+        let count = all.max(self.tasks * self.room);
+        if self.inner.numbers().len() < count {
+            self.inner = Lines::new(count);
+        }
     }
 
     /// Whether the forces of all pairs can be asked for after the next evaluation.
     pub fn keep_forces(&mut self, keeps: bool) {
-        if self.keeps != keeps {
-            self.keeps = keeps;
-            self.lay_forces();
+        self.keeps = keeps;
+        if keeps && !self.kept {
+            self.kept = true;
+            self.lay_inner();
         }
     }
 
