@@ -356,6 +356,18 @@ fn an_unstable_step() {
     );
 }
 
+/// A servo's own dashpot is implicit and bounds nothing, however strong; the contacts under a light body do.
+#[test]
+fn an_unstable_step_of_a_light_body() {
+    let damped = GOOD.replace("mass = \"10 g\"", "mass = \"10 g\", damping = 1e6");
+    assert!(Job::parse(&damped, "job.toml", &[]).is_ok(), "damping does not shorten the step");
+    refused(
+        "mass = \"10 g\"",
+        "mass = \"1 mg\"",
+        "job.toml:30: time.step = \"1 us\" is unstable: at most 5.73e-7 s is allowed (grains on a body that its servo moves: 2/(sqrt(w^2 + b^2) + b), w^2 = N k_n/M + that of a grain, 2 b = N gamma_n/M + that of a grain). Beyond it the body bounces off its grains at every step; shorten the step, or raise the servo's mass. Only to repeat an unstable run on purpose, write time.allow_unstable = true.",
+    );
+}
+
 #[test]
 fn an_end_before_the_first_step() {
     refused(

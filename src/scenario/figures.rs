@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::Contact;
-use super::assembly::{Assembly, Preparation, Sizes, Source};
+use super::assembly::{Assembly, Preparation, Shape, Sizes, Source};
 use super::derived::DIAMETER_CUT;
 use super::stable::{self, Bound, GrainScale, HERTZ_OVERLAP, Springs};
 
@@ -201,7 +201,7 @@ pub fn springs_mean(assembly: &Assembly) -> Springs {
     super::derived::springs_mean(&assembly.contact, assembly.matter.diameter_mean)
 }
 
-/// What bounds the step: the contacts of grains, damping in proportion to mass, and the servos of bodies.
+/// What bounds the step: the contacts of grains, damping in proportion to mass, and bodies that servos move.
 ///
 /// Of grains in a file only the mean that the job states is known here; who reads the file asks [`bounds_of_sizes`] with what
 /// it holds.
@@ -215,19 +215,36 @@ pub fn bounds(assembly: &Assembly) -> Vec<Bound> {
             step: 2.0 / assembly.damping.mass,
         });
     }
-    let servos = assembly.bodies.iter().filter_map(|body| body.motion.servo.as_ref());
-    let slack = servos.filter(|servo| servo.damping > 0.0).map(|servo| 2.0 * servo.mass / servo.damping);
-    if let Some(step) = slack.min_by(f64::total_cmp) {
-        bounds.push(Bound {
-            cause: "damping of a body's servo",
-            formula: "2 M/damping",
-            remedy: "Beyond it the body turns round at every step; shorten the step, lower the servo's damping, or raise its mass.",
-            step,
-        });
-    }
+    let mean = grain(assembly, assembly.matter.diameter_mean);
+    let held = assembly.bodies.iter().filter_map(|body| Some((&body.shape, body.motion.servo.as_ref()?)));
+    let held = held.map(|(shape, servo)| {
+        let count = contacts_along(assembly, shape, &servo.direction);
+        stable::bound_of_servo(&assembly.contact, &mean, count, servo.mass)
+    });
+    bounds.extend(held.min_by(|a, b| a.step.total_cmp(&b.step)));
     bounds
 }
 
+/// Contacts that can press on a body along a direction: of as many mean grains as find room side by side in its shadow, two
+/// of each where the body is itself a layer of grains.
+fn contacts_along(assembly: &Assembly, shape: &Shape, direction: &[f64; 3]) -> f64 {
+    let cell = &assembly.cell;
+    let length = |axis: usize| cell.upper[axis] - cell.lower[axis];
+    let extent = |axis: usize| match shape {
+        Shape::Plane { .. } => length(axis),
+        Shape::Box { lower, upper } | Shape::Layer { lower, upper } => upper[axis] - lower[axis],
+        Shape::Cylinder { radius, axis: along, .. } => (2.0 * radius).max(along[axis].abs() * length(axis)),
+    };
+    let side_by_side = |axis: usize| extent(axis) / assembly.matter.diameter_mean;
+    let shadow = |axis: usize| -> f64 {
+        let across: f64 = (0..cell.dimension).filter(|other| *other != axis).map(side_by_side).product();
+        direction[axis].abs() * across
+    };
+    let grains = (0..cell.dimension).map(shadow).sum::<f64>().max(1.0);
+    if matches!(shape, Shape::Layer { .. }) { 2.0 * grains } else { grains }
+}
+
+/// Sizes in classes can gather into clusters of their own, so each class is asked for alone.
 fn bounds_of_grains(assembly: &Assembly) -> Vec<Bound> {
     let mean = assembly.matter.diameter_mean;
     let (lightest, classes) = match sizes(assembly) {

@@ -362,6 +362,24 @@ fn bounds_among_mean_grains(contact: &Contact, lightest: &GrainScale, mean: &Gra
     ]
 }
 
+/// A body that a servo moves on the contacts of `count` grains, which all press along the direction it moves in. The two sides
+/// of a contact add up as those of two grains do, and the servo's own dashpot is implicit: it bounds nothing.
+pub fn bound_of_servo(contact: &Contact, mean: &GrainScale, count: f64, mass: f64) -> Bound {
+    // Against a flat face the harmonic mean of the radii is twice the grain's.
+    let springs = Springs::of(contact, 2.0 * mean.radius, 2.0 * mean.radius, HERTZ_OVERLAP);
+    let contacts = mean.contacts_of_equals();
+    let both = |normal: f64, tangential: f64| mean.moving(contacts, normal, tangential) + count * normal / mass;
+    Bound {
+        cause: "grains on a body that its servo moves",
+        formula: "2/(sqrt(w^2 + b^2) + b), w^2 = N k_n/M + that of a grain, 2 b = N gamma_n/M + that of a grain",
+        remedy: "Beyond it the body bounces off its grains at every step; shorten the step, or raise the servo's mass.",
+        step: oscillator_step_max(
+            both(springs.normal, springs.tangential),
+            both(springs.damping_normal, springs.damping_tangential),
+        ),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{ElasticRolling, HertzMindlin, Linear, LinearCohesive, Sliding};
@@ -435,6 +453,21 @@ mod tests {
             governing(&bounds(&free, &mean, &mean)).cause,
             "tangential springs and dashpots, mean grain spinning"
         );
+    }
+
+    /// A weight on springs alone has 2/w; grains that are light against it have their own bound, and a heavy body no part in it.
+    #[test]
+    fn a_light_body_on_many_contacts_is_bounded_by_them() {
+        let heavy = GrainScale { mass: 1e9, ..disc(0.5e-3) };
+        let mut springs = table_1(0.0);
+        let bound = bound_of_servo(&springs, &heavy, 20.0, 1e-6).step;
+        assert!((bound / (2.0 / (20.0f64 * 1_772_093.8 / 1e-6).sqrt()) - 1.0).abs() < 1e-12, "{bound}");
+        if let Contact::Linear(law) = &mut springs {
+            law.damping_normal = 3.5;
+        }
+        assert!(bound_of_servo(&springs, &heavy, 20.0, 1e-6).step < bound);
+        let mean = disc(0.5e-3);
+        assert!(bound_of_servo(&springs, &mean, 20.0, 1.0).step > step(&springs, &mean, &mean));
     }
 
     /// YADE ran these discs at 3.16e-5 s (reference/dem/rve_yade); a grain alone among its like would not be let to.
