@@ -6,6 +6,7 @@ use crate::assembly::setup;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Grains};
 use crate::dem::neighbours::Neighbours;
+use crate::dem::walls;
 use crate::error::Error;
 use crate::math::PI;
 use crate::packing::layout_for;
@@ -299,10 +300,11 @@ pub fn refuse_overlaps_with_bodies<S: Space>(
     source: &Source,
     entries: &[Entry<S>],
 ) -> Result<(), Error> {
+    let cell = setup::cell_of::<S>(job);
     for body in &job.bodies {
         let made = setup::body_of::<S>(body);
         for entry in entries {
-            let Some(nearest) = made.nearest(&entry.position) else { continue };
+            let Some(nearest) = walls::nearest(&made, &cell, &entry.position) else { continue };
             let share = 1.0 - nearest.distance / entry.radius;
             if share > OVERLAP_MAX {
                 return Err(source.bad(
