@@ -1,6 +1,7 @@
 //! Forces: one pass over pairs that writes per pair, one pass over grains that sums its pairs. Apart, because then no
 //! two threads write to one place and every sum has one order.
 
+use std::cmp::Ordering;
 use std::time::Instant;
 
 use crate::dem::cell::{Cell, Shifts};
@@ -347,7 +348,7 @@ impl<S: Space> Contacts<S> {
             let ids = [grains.cold[pair.a as usize].id, grains.cold[pair.b() as usize].id];
             (self.touch_of(grains, pair).overlap / a.radius.min(b.radius), ids)
         };
-        self.neighbours.real_pairs().map(|(_, pair)| share(pair)).max_by(|a, b| a.0.total_cmp(&b.0))
+        self.neighbours.real_pairs().map(|(_, pair)| share(pair)).max_by(deeper)
     }
 
     /// Contacts of this rank's account that hold now.
@@ -373,6 +374,11 @@ pub fn recall_from<S: Space, C: ContactLaw<S>>(memories: &[f64], pair: usize) ->
         memory.set_word(word, memories[(pair / LANES * count + word) * LANES + pair % LANES]);
     }
     memory
+}
+
+/// Which of two overlaps is deeper; of equal ones that of lower ids, whoever finds it.
+pub fn deeper(a: &(f64, [GrainId; 2]), b: &(f64, [GrainId; 2])) -> Ordering {
+    a.0.total_cmp(&b.0).then(b.1.cmp(&a.1))
 }
 
 /// Where the contacts with bodies begin in a row's memories.

@@ -2,7 +2,7 @@
 
 use crate::body::{BODIES_MAX, Body, Nearest};
 use crate::dem::cell::{Cell, Image};
-use crate::dem::contacts::first_of_bodies;
+use crate::dem::contacts::{deeper, first_of_bodies};
 use crate::dem::grains::{Grains, Hot, Mover, body_partner, lanes, vector};
 use crate::dem::kernel::{Given, give};
 use crate::ids::{GrainId, Row};
@@ -142,6 +142,17 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
             let force: S::Vector = vector(&give(law, &touch, hot.weight, [0.0, 0.0], &mut memory).force);
             Some(-S::outer(&force, &(hot.position - middle(&nearest, touch.overlap))))
         })
+    }
+
+    /// The deepest overlap of a grain with a body, as a share of its radius, with its id and the body's.
+    pub fn deepest(&self, grains: &Grains<S>, (bodies, cell): (&[Body<S>], &Cell<S>)) -> Option<(f64, [GrainId; 2])> {
+        let shares = self.list.iter().filter_map(|wall| {
+            let (row, body) = (wall.row as usize, &bodies[wall.body as usize]);
+            let (hot, _) = beside(body, cell, &grains.hot[row]);
+            let overlap = hot.radius - body.nearest(&hot.position)?.distance;
+            Some((overlap / hot.radius, [grains.cold[row].id, body_partner(wall.body)]))
+        });
+        shares.max_by(deeper)
     }
 
     /// Bytes that the list holds.
