@@ -187,7 +187,8 @@ impl<'t, E: Experiment> Run<'t, E> {
         step.is_multiple_of(self.cadence.series) || step == self.steps
     }
 
-    /// Stops the run where it has left physics.
+    /// Stops the run where it has left physics. Energies are compared from the first step of a run or its resumption on,
+    /// after which grains move as cell and bodies do.
     fn guard(&mut self) -> Result<(), Error> {
         let world = &mut self.core.world;
         let step = world.step;
@@ -198,7 +199,7 @@ impl<'t, E: Experiment> Run<'t, E> {
             self.rebuilds = world.rebuilds;
             world.refuse_deep_overlaps(OVERLAP_MAX)?;
         }
-        if due {
+        if due || step == self.first_step + 1 {
             self.energy_guard.look(world)?;
         }
         Ok(())
