@@ -144,6 +144,11 @@ impl<S: Space> Body<S> {
         matches!(self.shape, Shape::Plane { .. } | Shape::Box { .. } | Shape::Cylinder { .. })
     }
 
+    /// Whether it has images across periodic faces; a plane and plates run through them.
+    pub fn is_bounded(&self) -> bool {
+        matches!(self.shape, Shape::Box { .. } | Shape::Cylinder { .. })
+    }
+
     /// The point that the body turns about and torques refer to, m.
     pub fn origin(&self) -> S::Vector {
         let start = match self.shape {

@@ -329,19 +329,28 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         };
         let margin = self.settings.skin + self.settings.contact.reach();
         self.contacts.rebuild::<C>(&self.grains, &self.cell_home, carried, margin);
-        self.walls.rebuild(&self.grains, &self.bodies, carried, margin);
+        self.walls.rebuild(&self.grains, (&self.bodies, &self.cell_home), carried, margin);
         Ok(())
+    }
+
+    /// How far apart the centres of two grains may be and still be listed as a pair, m.
+    fn reach(&self) -> f64 {
+        2.0 * self.radius_max + self.settings.skin + self.settings.contact.reach()
     }
 
     /// A block's copies come from its neighbours alone, so a contact must not reach across one.
     fn refuse_thin_blocks(&self) -> Result<(), Error> {
-        let reach = 2.0 * self.radius_max + self.settings.skin + self.settings.contact.reach();
+        let reach = self.reach();
         let blocks = self.layout.blocks();
         for (axis, count) in blocks.into_iter().enumerate().take(S::DIMENSION) {
             let height = self.cell_home.height(axis);
             // One or two blocks are neighbours of everything; a pair's nearest image must then be the only one in reach.
-            let thinnest = if count > 2 { height / count as f64 } else { 0.5 * height };
-            if self.grains_total > 0 && self.cell.periodic[axis] && thinnest < reach {
+            let thinnest = match (count > 2, self.cell.periodic[axis]) {
+                (true, _) => height / count as f64,
+                (false, true) => 0.5 * height,
+                (false, false) => f64::INFINITY,
+            };
+            if self.grains_total > 0 && thinnest < reach {
                 return Err(Error::Run(format!(
                     "step {}: along axis {axis} the cell is {height:.3e} m thick with {} blocks; contacts reach {reach:.3e} m, which needs thicker ones: take larger `decomposition.block`, or a larger cell for so much deformation",
                     self.step, count
@@ -412,7 +421,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// Copies of other ranks' grains within reach of blocks held here, behind the owned rows.
     fn fetch_ghosts(&mut self) -> Result<(), Error> {
-        let reach = 2.0 * self.radius_max + self.settings.skin + self.settings.contact.reach();
+        let reach = self.reach();
         let mut heights = [0.0; 3];
         for (axis, height) in heights.iter_mut().enumerate().take(S::DIMENSION) {
             *height = self.cell_home.height(axis);

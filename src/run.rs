@@ -123,8 +123,9 @@ impl Cargo for Progress {
 
 /// Steps between two looks at the progress display.
 const SHOW_EVERY: u64 = 2000;
-/// Steps between two looks at the overlaps of contacts, and the deepest one that is still physics, as a share of the
-/// smaller radius.
+/// Steps between two looks at energy and overlaps, and the deepest overlap that is still physics, as a share of the smaller
+/// radius. Overlaps are looked at whenever lists have been made anew as well: in between nothing comes nearer by more than
+/// the skin, so nothing passes through anything unseen.
 const GUARD_EVERY: u64 = 1000;
 const OVERLAP_MAX: f64 = 0.5;
 
@@ -142,6 +143,8 @@ pub struct Run<'t, E: Experiment> {
     steps: u64,
     cadence: Cadence,
     energy_guard: EnergyGuard,
+    /// Rebuilds at the last look at overlaps.
+    rebuilds: u64,
     started: Instant,
     first_step: u64,
 }
@@ -158,7 +161,8 @@ impl<'t, E: Experiment> Run<'t, E> {
         };
         let (first_step, steps) = (core.world.step, experiment.steps());
         let energy_guard = EnergyGuard::default();
-        Ok(Self { experiment, core, steps, cadence, energy_guard, started: Instant::now(), first_step })
+        let rebuilds = core.world.rebuilds;
+        Ok(Self { experiment, core, steps, cadence, energy_guard, rebuilds, started: Instant::now(), first_step })
     }
 
     /// Goes on to the end of the run.
@@ -183,13 +187,28 @@ impl<'t, E: Experiment> Run<'t, E> {
         step.is_multiple_of(self.cadence.series) || step == self.steps
     }
 
+    /// Stops the run where it has left physics. Energies are compared from the first step of a run or its resumption on,
+    /// after which grains move as cell and bodies do.
+    fn guard(&mut self) -> Result<(), Error> {
+        let world = &mut self.core.world;
+        let step = world.step;
+        let due = step.is_multiple_of(GUARD_EVERY) || step == self.steps;
+        let written =
+            [self.cadence.series, self.cadence.checkpoint].into_iter().any(|every| step.is_multiple_of(every));
+        if due || written || world.rebuilds != self.rebuilds {
+            self.rebuilds = world.rebuilds;
+            world.refuse_deep_overlaps(OVERLAP_MAX)?;
+        }
+        if due || step == self.first_step + 1 {
+            self.energy_guard.look(world)?;
+        }
+        Ok(())
+    }
+
     /// Rows, frames and checkpoints that are due.
     fn observe(&mut self) -> Result<(), Error> {
         let step = self.core.world.step;
-        if step.is_multiple_of(GUARD_EVERY) || step == self.steps {
-            self.core.world.refuse_deep_overlaps(OVERLAP_MAX)?;
-            self.energy_guard.look(&mut self.core.world)?;
-        }
+        self.guard()?;
         if self.row_due(step) {
             self.write_row()?;
         }

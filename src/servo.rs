@@ -86,7 +86,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         }
         assert!(self.step == 0 || self.contacts.keeps_forces(), "the forces of the last step were not wanted");
         let walls = self.walls.list.iter().map(|wall| {
-            let branch = self.grains.hot[wall.row as usize].position - wall.point;
+            let branch = self.grains.hot[wall.row as usize].position - wall.shift - wall.point;
             -S::outer(&wall.force, &branch)
         });
         self.sum_moments(|row| -self.contacts.branch_sum(&self.grains, row), walls)
@@ -96,7 +96,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     pub fn contact_moment_now(&mut self) -> Result<S::Tensor, Error> {
         self.refresh_ghosts();
         let law = &self.settings.contact;
-        let walls = self.walls.moments(law, &self.grains, &self.bodies);
+        let walls = self.walls.moments(law, &self.grains, (&self.bodies, &self.cell));
         self.sum_moments(|row| self.contacts.moment(law, &self.grains, row), walls)
     }
 

@@ -256,7 +256,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.evaluate_pairs(&Wait);
         let timer = self.phases.start();
         let times = self.contact_times();
-        self.walls.evaluate(&self.settings.contact, &mut self.grains, &self.bodies, times);
+        self.walls.evaluate(&self.settings.contact, &mut self.grains, (&self.bodies, &self.cell), times);
         self.phases.stop(Phase::Contacts, timer);
     }
 

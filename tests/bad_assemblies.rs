@@ -193,6 +193,27 @@ fn a_cell_too_short_for_its_grains() {
     );
 }
 
+/// Grains that have touched hold on to each other 3 mm apart, which lists, blocks and periods must reach.
+#[test]
+fn a_cohesion_that_reaches_across_blocks() {
+    let (from, to) = (GOOD.find("law =").expect("a law"), GOOD.find("\n[damping]").expect("a table behind it"));
+    let cohesive = format!(
+        "{}law = \"linear_cohesive\"\nstiffness_normal = 1000\nstiffness_tangential = 500\ndamping_normal = 0\ndamping_tangential = 0\nfriction = 0.5\ncohesion_normal = 3\ncohesion_tangential = 0\n{}",
+        &GOOD[..from],
+        &GOOD[to..]
+    );
+    refused_text(
+        &cohesive,
+        &["decomposition.block=2.6 mm".to_string()],
+        "--set: decomposition.block = \"2.6 mm\" is shorter than two of the largest grains and the skin with the reach of cohesion, which need 5.5 mm. Take larger blocks.",
+    );
+    refused_text(
+        &cohesive,
+        &["contact.cohesion_normal=16".to_string(), "decomposition.block=20 mm".to_string()],
+        "job.toml:5: cell.upper = [\"20 mm\", \"20 mm\"] makes the cell 20 mm long along x, where it is periodic, but four of the largest grains and the skin with the reach of cohesion need 20.9 mm. Take a larger cell or smaller grains.",
+    );
+}
+
 #[test]
 fn grains_that_are_neither_read_nor_made() {
     refused(
@@ -332,6 +353,18 @@ fn an_unstable_step() {
     refused_set(
         "damping.mass=4e6",
         "job.toml:30: time.step = \"1 us\" is unstable: at most 4.99e-7 s is allowed (damping in proportion to mass: 2/c). Beyond it the damping turns velocities round at every step; shorten the step, or lower damping.mass. Only to repeat an unstable run on purpose, write time.allow_unstable = true.",
+    );
+}
+
+/// A servo's own dashpot is implicit and bounds nothing, however strong; the contacts under a light body do.
+#[test]
+fn an_unstable_step_of_a_light_body() {
+    let damped = GOOD.replace("mass = \"10 g\"", "mass = \"10 g\", damping = 1e6");
+    assert!(Job::parse(&damped, "job.toml", &[]).is_ok(), "damping does not shorten the step");
+    refused(
+        "mass = \"10 g\"",
+        "mass = \"1 mg\"",
+        "job.toml:30: time.step = \"1 us\" is unstable: at most 5.73e-7 s is allowed (grains on a body that its servo moves: 2/(sqrt(w^2 + b^2) + b), w^2 = N k_n/M + that of a grain, 2 b = N gamma_n/M + that of a grain). Beyond it the body bounces off its grains at every step; shorten the step, or raise the servo's mass. Only to repeat an unstable run on purpose, write time.allow_unstable = true.",
     );
 }
 

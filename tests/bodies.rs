@@ -267,3 +267,58 @@ fn a_spinning_cylinder_drives_a_grain_by_friction() {
     drives_a_grain_under_every_law::<Plane>();
     drives_a_grain_under_every_law::<Solid>();
 }
+
+/// A grain that falls on a body from across a periodic face, through the face or beside the next image of the body, bounces
+/// off as it would from the body itself, and the moment of the contact is that of the branch between the two.
+fn is_felt_across_faces<S: Space>(shape: Shape<S>, offset: f64) {
+    let law = elastic();
+    let edge = 24.0 * RADIUS;
+    let run = |periods: f64| {
+        let mut few = Few::<S, _>::periodic(law, 2e-8, [-0.5 * edge; 3], [edge; 3]);
+        few.settings.skin = 0.2 * RADIUS;
+        let mut body = Body::new("body", shape);
+        // Into the face, and for another run two periods on.
+        body.displacement[0] = 0.5 * edge - offset;
+        few.bodies.push(body);
+        let mut place = [0.0; 3];
+        (place[0], place[1]) = (0.5 * edge - offset + periods, 2.0 * RADIUS + 1e-7);
+        let mut world = {
+            let hot = &mut few.add(place, RADIUS, MASS).hot;
+            hot.velocity = vector::<S>([0.05, -0.2, 0.0]);
+            few.world()
+        };
+        let (mut moment, mut torque) = (S::Tensor::zero(), S::Spin::zero());
+        for _ in 0..1500 {
+            steps(&mut world, 1);
+            moment += world.contact_moment().unwrap();
+        }
+        torque += world.bodies[0].impulse_angular;
+        (hot_of(&world, 0).velocity, world.bodies[0].impulse, torque, moment)
+    };
+    let (velocity, impulse, torque, moment) = run(0.0);
+    assert!(velocity[1] > 0.1 && impulse.norm() > 0.3 * MASS * 0.2, "it went through: {velocity:?} in {}", S::NAME);
+    let across = run(-edge);
+    let near = |off: f64, scale: f64| assert!(off < 1e-9 * scale, "off by {off:e} of {scale:e} in {}", S::NAME);
+    near((across.0 - velocity).norm(), velocity.norm());
+    near((across.1 - impulse).norm(), impulse.norm());
+    near((across.2 - torque).norm(), torque.norm());
+    near((across.3 - moment).norm(), moment.norm());
+}
+
+#[test]
+fn bodies_feel_grains_across_periodic_faces() {
+    let corner = |sign: f64, axis: usize| if axis == 1 { sign * RADIUS } else { sign * 3.0 * RADIUS };
+    fn in_space<S: Space>(corner: impl Fn(f64, usize) -> f64) {
+        let ends = [-1.0, 1.0].map(|sign| vector::<S>(std::array::from_fn(|axis| corner(sign, axis))));
+        let block = Shape::Box { lower: ends[0], upper: ends[1] };
+        let axis = if S::DIMENSION == 2 { vector::<S>([0.0; 3]) } else { vector::<S>([0.0, 0.0, 1.0]) };
+        let round = Shape::Cylinder { centre: vector::<S>([0.0; 3]), axis, radius: RADIUS };
+        for shape in [block, round] {
+            for offset in [-0.3 * RADIUS, 0.2 * RADIUS] {
+                is_felt_across_faces::<S>(shape, offset);
+            }
+        }
+    }
+    in_space::<Plane>(corner);
+    in_space::<Solid>(corner);
+}

@@ -3,11 +3,17 @@
 use scree::dem::cell::Cell;
 use scree::ids::GrainId;
 use scree::law::contact::{ContactLaw, LinearSpringDashpot};
+use scree::layout::{Ground, Layout};
+use scree::rebuild::Parts;
 use scree::scenario::assembly::{Damping, DampingForm};
 use scree::servo::StressServo;
 use scree::space::{Linear, Plane, Solid, Space};
+use scree::world::World;
+use scree_partition::Solo;
 
-use crate::few::{Claim, Few, GrainWorld, MASS, RADIUS, for_every_law, linear, load_on, row_of, spin, steps, vector};
+use crate::few::{
+    Claim, Few, GrainWorld, MASS, RADIUS, cohesive, for_every_law, linear, load_on, row_of, spin, steps, vector,
+};
 use crate::worlds::Random;
 
 /// A length for the axes that a space has, one m along others.
@@ -254,6 +260,36 @@ fn finds_its_pairs<S: Space>() {
 fn a_sheared_cell_finds_every_pair_across_its_faces() {
     finds_its_pairs::<Plane>();
     finds_its_pairs::<Solid>();
+}
+
+/// Copies come from neighbouring blocks alone, so a contact that reaches across a whole one would be lost on several ranks:
+/// periodic or not, such blocks are refused. Cohesion holds on over 3 mm here.
+fn refuses_thin_blocks<S: Space>(periodic: bool) {
+    let mut law = cohesive();
+    (law.constants.linear.stiffness_normal, law.constants.cohesion_normal) = (1000.0, 3.0);
+    let edge = 48.0 * RADIUS;
+    let mut few = Few::<S, _>::new(law, 1e-6, edge);
+    few.cell.periodic = [periodic; 3];
+    few.settings.skin = 0.1 * RADIUS;
+    few.add([0.0; 3], RADIUS, MASS);
+    let laid = |blocks: usize| {
+        let Few { grains, bodies, cell, settings } = few.clone();
+        let corner = std::array::from_fn(|axis| if axis < S::DIMENSION { cell.corner[axis] } else { 0.0 });
+        let ground = Ground::open([4 * blocks; 3], 4, edge / (4 * blocks) as f64, corner, cell.periodic);
+        let layout = Layout::new::<S>(ground).unwrap();
+        World::new(settings, layout, &Solo, 0, Parts::fresh(grains, Vec::new(), bodies, cell)).map(|_| ())
+    };
+    assert!(laid(5).is_ok(), "blocks of 4.8 mm reach far enough");
+    let refusal = laid(8).expect_err("blocks of 3 mm do not").to_string();
+    assert!(refusal.contains("contacts reach 4.050e-3 m, which needs thicker ones"), "{refusal}");
+}
+
+#[test]
+fn blocks_thinner_than_contacts_reach_are_refused_in_open_cells_too() {
+    for periodic in [false, true] {
+        refuses_thin_blocks::<Plane>(periodic);
+        refuses_thin_blocks::<Solid>(periodic);
+    }
 }
 
 /// Sixty-four damped discs without friction on a perturbed triangular lattice that just do not touch are brought to a target stress, in compression

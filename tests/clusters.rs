@@ -6,11 +6,11 @@ use scree::dem::neighbours::SEGMENT;
 use scree::ids::GrainId;
 use scree::lane::Instructions;
 use scree::law::contact::ContactLaw;
-use scree::space::{Linear, Space};
+use scree::space::{Linear, Plane, Space};
 use scree_partition::Transport;
 use scree_partition::transport::threads;
 
-use crate::few::{Claim, Few, GrainWorld, MASS, RADIUS, for_every_law, hot_of, spin, steps, vector};
+use crate::few::{Claim, Few, GrainWorld, MASS, RADIUS, for_every_law, hot_of, linear, spin, steps, vector};
 use crate::worlds::Random;
 
 /// Jittered places on a square or cubic lattice that make neighbours overlap a little here and there.
@@ -198,4 +198,27 @@ impl Claim for SameSegments {
 #[test]
 fn segments_ranks_and_threads_give_the_same_bits() {
     for_every_law::<SameSegments>();
+}
+
+/// A row of the series looks at the forces of one step in many: arrays laid for that stay, in place of being laid anew for
+/// every row and put away after it.
+#[test]
+fn looking_at_forces_now_and_then_lays_no_arrays() {
+    let per_axis = 40;
+    let mut few = Few::<Plane, _>::periodic(linear(), 2e-7, [0.0; 3], [1.99 * RADIUS * per_axis as f64; 3]);
+    cluster(&mut few, per_axis, 0.0, 31);
+    // On one thread there is one such room.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    pool.install(|| {
+        let mut world = few.world();
+        let mut bytes_after = |look: bool| {
+            world.forces_wanted = look;
+            world.advance().unwrap();
+            assert_eq!(world.rebuilds, 0);
+            world.contacts.bytes()
+        };
+        let (before, looked) = (bytes_after(false), bytes_after(true));
+        assert!(looked > before, "room for one segment after the other: {before} bytes, for all: {looked}");
+        assert_eq!([false, true, false].map(bytes_after), [looked; 3]);
+    });
 }

@@ -25,6 +25,8 @@ mod enrichment;
 mod few;
 /// A loaded contact that is carried along by a rigid motion keeps its force in the moving frame, under every law.
 mod frames;
+/// A run that has left physics stops and names the two that show it: grains, or a grain and a body.
+mod guard;
 /// Discs and spheres roll, slide and come to rest on planes as closed forms say, under every law.
 mod inclines;
 /// Grains, continuum and hybrid end in the same bits on 1 to 4 ranks in one process, and from any of their checkpoints.

@@ -2,7 +2,7 @@
 
 use scree_partition::{ExactSum, Transport};
 
-use super::GrainWorld;
+use super::{AXES, GrainWorld};
 use crate::body::{self, Body};
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
@@ -40,11 +40,8 @@ pub fn world<'t, S: Space, C: ContactLaw<S>>(
             (packing.grains, packing.cell)
         }
     };
-    for (index, body) in job.bodies.iter().enumerate() {
-        if let Shape::Layer { lower, upper } = &body.shape {
-            glue(&mut grains, index as u8, lower, upper);
-        }
-    }
+    let glued = if transport.rank() == 0 { glue_layers(job, &mut grains, &cell) } else { Ok(()) };
+    transfer::agree(transport, glued)?;
     let bodies: Vec<Body<S>> = job.bodies.iter().map(body_of).collect();
     let home = Parts::<S, C, Absent>::fresh(Vec::new(), Vec::new(), bodies.clone(), cell).home;
     world_at(job, transport, 0, grains, (cell, bodies, home))
@@ -146,10 +143,14 @@ fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent
         rate_max: servo.rate_max,
         depth: depth_of::<S>(job),
     });
-    settings_in(job, CellDrive { gradient, servo })
+    let first_kick = match job.velocities {
+        Velocities::Now => 0.5,
+        Velocities::HalfStepBefore => 1.0,
+    };
+    Settings { first_kick, ..settings_in(job, CellDrive { gradient, servo }) }
 }
 
-/// Settings of a world of this job whose cell is driven otherwise.
+/// Settings of a world of this job whose cell is driven otherwise, and whose grains start from velocities of time zero.
 pub fn settings_in<S: Space, C: ContactLaw<S>>(job: &Assembly, drive: CellDrive<S>) -> Settings<S, C, Absent> {
     Settings {
         dt: job.step,
@@ -160,10 +161,7 @@ pub fn settings_in<S: Space, C: ContactLaw<S>>(job: &Assembly, drive: CellDrive<
         material: Absent,
         field: Field { gravity: vector::<S>(&job.gravity), damping: job.damping },
         drive,
-        first_kick: match job.velocities {
-            Velocities::Now => 0.5,
-            Velocities::HalfStepBefore => 1.0,
-        },
+        first_kick: 0.5,
     }
 }
 
@@ -246,11 +244,40 @@ pub(crate) fn body_of<S: Space>(body: &crate::scenario::assembly::Body) -> Body<
     made
 }
 
-fn glue<S: Space, M: Words<f64>>(grains: &mut [GrainRow<S, M>], body: u8, lower: &[f64; 3], upper: &[f64; 3]) {
+/// Hands the grains in their regions to layers; a layer without grains would move nothing and feel nothing.
+fn glue_layers<S: Space, M: Words<f64>>(
+    job: &Assembly,
+    grains: &mut [GrainRow<S, M>],
+    cell: &Cell<S>,
+) -> Result<(), Error> {
+    for (index, body) in job.bodies.iter().enumerate() {
+        let Shape::Layer { lower, upper } = &body.shape else { continue };
+        if glue(grains, index as u8, lower, upper) > 0 {
+            continue;
+        }
+        let ends = |axis: usize| {
+            let edge = cell.corner[axis] + cell.edges[axis * S::DIMENSION + axis];
+            format!("{:.4e} to {edge:.4e} m along {}", cell.corner[axis], AXES[axis])
+        };
+        let reaches: Vec<String> = (0..S::DIMENSION).map(ends).collect();
+        return Err(Error::User(format!(
+            "body `{}` holds no grain: none has its centre between body.lower and body.upper when the run starts, with the cell reaching from {}; a packing that is compressed has shrunk towards cell.lower by then. Move the region to where grains are.",
+            body.name,
+            reaches.join(", ")
+        )));
+    }
+    Ok(())
+}
+
+/// Hands the grains in a box to a body; returns how many there are.
+fn glue<S: Space, M: Words<f64>>(grains: &mut [GrainRow<S, M>], body: u8, lower: &[f64; 3], upper: &[f64; 3]) -> usize {
+    let mut count = 0;
     for grain in grains {
         let inside = (0..S::DIMENSION).all(|axis| (lower[axis]..=upper[axis]).contains(&grain.hot.position[axis]));
         if inside {
             grain.hand_to(Mover::Body(body));
+            count += 1;
         }
     }
+    count
 }

@@ -88,6 +88,20 @@ impl<S: Space> Cell<S> {
         image
     }
 
+    /// The image of `place` that lies nearest to another: how many periods it lies away. Exact where the two come nearer than
+    /// half of every period, and in an upright cell always.
+    pub fn image_towards(&self, other: &S::Vector, place: &S::Vector) -> Image {
+        let apart = self.inverse * (*place - *other);
+        std::array::from_fn(
+            |axis| if axis < S::DIMENSION && self.periodic[axis] { apart[axis].round() as i32 } else { 0 },
+        )
+    }
+
+    /// Velocity of an image against its original, m/s.
+    pub fn shift_rate(&self, image: Image) -> S::Vector {
+        self.rate * whole::<S>(image)
+    }
+
     /// Deforms the cell over `dt` by the velocity gradient `gradient`: h += L h dt. Returns what the gradient changed by.
     pub fn deform(&mut self, gradient: S::Tensor, dt: f64) -> S::Tensor {
         let change = gradient - self.gradient;

@@ -1,6 +1,7 @@
 //! Forces: one pass over pairs that writes per pair, one pass over grains that sums its pairs. Apart, because then no
 //! two threads write to one place and every sum has one order.
 
+use std::cmp::Ordering;
 use std::time::Instant;
 
 use crate::dem::cell::{Cell, Shifts};
@@ -23,8 +24,9 @@ pub struct Contacts<S: Space> {
     outer: Lines,
     /// The same of the others, where they are kept; else a room for each task, in which one segment's follow another's.
     inner: Lines,
-    /// Whether forces are looked at after the step that they move.
+    /// Whether forces are looked at after the step that they move, and whether they have ever been.
     keeps: bool,
+    kept: bool,
     /// Tasks of a pass over segments, and numbers of a room.
     tasks: usize,
     room: usize,
@@ -73,6 +75,7 @@ impl<S: Space> Contacts<S> {
             outer: Lines::default(),
             inner: Lines::default(),
             keeps: false,
+            kept: false,
             tasks: 1,
             room: 0,
             row: 0,
@@ -124,21 +127,32 @@ impl<S: Space> Contacts<S> {
     }
 
     fn lay_forces(&mut self) {
-        let within = self.neighbours.within();
-        self.outer = Lines::new((self.neighbours.pairs.len() - within) * self.row);
+        self.outer = Lines::new((self.neighbours.pairs.len() - self.neighbours.within()) * self.row);
         self.tasks = match rayon::current_num_threads() {
             1 => 1,
             threads => threads * TASKS_PER_THREAD,
         };
         self.room = (self.neighbours.segment_most() * self.row).next_multiple_of(LINE);
-        self.inner = Lines::new(if self.keeps { within * self.row } else { self.tasks * self.room });
+        self.inner = Lines::default();
+        self.lay_inner();
+    }
+
+    /// Room for the forces of a step. Where they have once been looked at they will be again: there is room for all from then
+    /// on, so that steps with and without a look allocate nothing.
+    fn lay_inner(&mut self) {
+        let all = if self.kept { self.neighbours.within() * self.row } else { 0 };
+        let count = all.max(self.tasks * self.room);
+        if self.inner.numbers().len() < count {
+            self.inner = Lines::new(count);
+        }
     }
 
     /// Whether the forces of all pairs can be asked for after the next evaluation.
     pub fn keep_forces(&mut self, keeps: bool) {
-        if self.keeps != keeps {
-            self.keeps = keeps;
-            self.lay_forces();
+        self.keeps = keeps;
+        if keeps && !self.kept {
+            self.kept = true;
+            self.lay_inner();
         }
     }
 
@@ -334,7 +348,7 @@ impl<S: Space> Contacts<S> {
             let ids = [grains.cold[pair.a as usize].id, grains.cold[pair.b() as usize].id];
             (self.touch_of(grains, pair).overlap / a.radius.min(b.radius), ids)
         };
-        self.neighbours.real_pairs().map(|(_, pair)| share(pair)).max_by(|a, b| a.0.total_cmp(&b.0))
+        self.neighbours.real_pairs().map(|(_, pair)| share(pair)).max_by(deeper)
     }
 
     /// Contacts of this rank's account that hold now.
@@ -360,6 +374,11 @@ pub fn recall_from<S: Space, C: ContactLaw<S>>(memories: &[f64], pair: usize) ->
         memory.set_word(word, memories[(pair / LANES * count + word) * LANES + pair % LANES]);
     }
     memory
+}
+
+/// Which of two overlaps is deeper; of equal ones that of lower ids, whoever finds it.
+pub fn deeper(a: &(f64, [GrainId; 2]), b: &(f64, [GrainId; 2])) -> Ordering {
+    a.0.total_cmp(&b.0).then(b.1.cmp(&a.1))
 }
 
 /// Where the contacts with bodies begin in a row's memories.

@@ -211,6 +211,11 @@ pub fn is_body(partner: GrainId) -> bool {
     partner.0 >= FIRST_BODY
 }
 
+/// Which body a partner is.
+pub fn body_of_partner(partner: GrainId) -> Option<usize> {
+    partner.0.checked_sub(FIRST_BODY).map(|body| body as usize)
+}
+
 /// A touching contact as it rests on disk.
 #[derive(Clone, Debug)]
 pub struct ContactRow<M> {

@@ -1,7 +1,8 @@
 //! Contacts of grains with bodies: the same law, one grain at a time. They are few.
 
 use crate::body::{BODIES_MAX, Body, Nearest};
-use crate::dem::contacts::first_of_bodies;
+use crate::dem::cell::{Cell, Image};
+use crate::dem::contacts::{deeper, first_of_bodies};
 use crate::dem::grains::{Grains, Hot, Mover, body_partner, lanes, vector};
 use crate::dem::kernel::{Given, give};
 use crate::ids::{GrainId, Row};
@@ -15,9 +16,11 @@ pub struct Wall<S: Space, M> {
     pub row: Row,
     pub body: u8,
     pub memory: M,
-    /// Force on the grain and where it acts, of the last evaluation, N and m.
+    /// Force on the grain and where it acts on the body, of the last evaluation, N and m; and where the grain stands against
+    /// its image beside the body, m.
     pub force: S::Vector,
     pub point: S::Vector,
+    pub shift: S::Vector,
     /// Resistance to rolling on the grain, N m.
     pub moment: S::Spin,
 }
@@ -39,7 +42,7 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
     pub fn rebuild<'m>(
         &mut self,
         grains: &Grains<S>,
-        bodies: &[Body<S>],
+        (bodies, cell): (&[Body<S>], &Cell<S>),
         carried: impl Fn(usize) -> &'m [(GrainId, C::Memory<f64>)],
         margin: f64,
     ) {
@@ -53,7 +56,7 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
                 continue;
             }
             for (body, nearest) in
-                bodies.iter().enumerate().map(|(index, body)| (index as u8, body.nearest(&cold.home)))
+                bodies.iter().enumerate().map(|(index, body)| (index as u8, nearest(body, cell, &cold.home)))
             {
                 if nearest.is_some_and(|nearest| nearest.distance < hot.radius + margin) {
                     let memories = carried(row);
@@ -67,6 +70,7 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
                         memory,
                         force: zero,
                         point: zero,
+                        shift: zero,
                         moment: S::Spin::zero(),
                     });
                 }
@@ -84,18 +88,24 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
     }
 
     /// Evaluates every contact and adds its force to the grain's; after the grains' own sums.
-    pub fn evaluate(&mut self, law: &C, grains: &mut Grains<S>, bodies: &[Body<S>], [advance, dt]: [f64; 2]) {
+    pub fn evaluate(
+        &mut self,
+        law: &C,
+        grains: &mut Grains<S>,
+        (bodies, cell): (&[Body<S>], &Cell<S>),
+        [advance, dt]: [f64; 2],
+    ) {
         for wall in &mut self.list {
             let (row, body) = (wall.row as usize, &bodies[wall.body as usize]);
-            let hot = &grains.hot[row];
+            let (hot, shift) = beside(body, cell, &grains.hot[row]);
             let Some(nearest) = body.nearest(&hot.position) else { continue };
-            let touch = touch_of(hot, body, (body.velocity, body.spin), &nearest, [advance, dt]);
+            let touch = touch_of(&hot, body, (body.velocity, body.spin), &nearest, [advance, dt]);
             let arm = hot.radius - 0.5 * touch.overlap;
             let given: Given<S, f64> = give(law, &touch, hot.weight, [arm, 0.0], &mut wall.memory);
             wall.force = vector(&given.force);
             // Without an arm the body's side holds the resistance to rolling alone.
             wall.moment = -vector::<S::Spin, _>(&given.torque_b);
-            wall.point = middle(&nearest, touch.overlap);
+            (wall.point, wall.shift) = (middle(&nearest, touch.overlap), shift);
             grains.force[row] += wall.force;
             grains.torque[row] += vector::<S::Spin, _>(&given.torque_a);
         }
@@ -106,12 +116,12 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
         &'a self,
         law: &'a C,
         grains: &'a Grains<S>,
-        bodies: &'a [Body<S>],
+        (bodies, cell): (&'a [Body<S>], &'a Cell<S>),
     ) -> impl Iterator<Item = f64> + 'a {
         self.list.iter().filter_map(move |wall| {
-            let hot = &grains.hot[wall.row as usize];
             let body = &bodies[wall.body as usize];
-            let touch = touch_of(hot, body, (body.velocity, body.spin), &body.nearest(&hot.position)?, [0.0, 0.0]);
+            let (hot, _) = beside(body, cell, &grains.hot[wall.row as usize]);
+            let touch = touch_of(&hot, body, (body.velocity, body.spin), &body.nearest(&hot.position)?, [0.0, 0.0]);
             law.holds(&touch, &wall.memory).then(|| hot.weight * law.elastic_energy(&touch, &wall.memory))
         })
     }
@@ -121,17 +131,28 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
         &'a self,
         law: &'a C,
         grains: &'a Grains<S>,
-        bodies: &'a [Body<S>],
+        (bodies, cell): (&'a [Body<S>], &'a Cell<S>),
     ) -> impl Iterator<Item = S::Tensor> + 'a {
         self.list.iter().filter_map(move |wall| {
-            let hot = &grains.hot[wall.row as usize];
             let body = &bodies[wall.body as usize];
+            let (hot, _) = beside(body, cell, &grains.hot[wall.row as usize]);
             let nearest = body.nearest(&hot.position)?;
-            let touch = touch_of(hot, body, (body.velocity, body.spin), &nearest, [0.0, 0.0]);
+            let touch = touch_of(&hot, body, (body.velocity, body.spin), &nearest, [0.0, 0.0]);
             let mut memory = wall.memory;
             let force: S::Vector = vector(&give(law, &touch, hot.weight, [0.0, 0.0], &mut memory).force);
             Some(-S::outer(&force, &(hot.position - middle(&nearest, touch.overlap))))
         })
+    }
+
+    /// The deepest overlap of a grain with a body, as a share of its radius, with its id and the body's.
+    pub fn deepest(&self, grains: &Grains<S>, (bodies, cell): (&[Body<S>], &Cell<S>)) -> Option<(f64, [GrainId; 2])> {
+        let shares = self.list.iter().filter_map(|wall| {
+            let (row, body) = (wall.row as usize, &bodies[wall.body as usize]);
+            let (hot, _) = beside(body, cell, &grains.hot[row]);
+            let overlap = hot.radius - body.nearest(&hot.position)?.distance;
+            Some((overlap / hot.radius, [grains.cold[row].id, body_partner(wall.body)]))
+        });
+        shares.max_by(deeper)
     }
 
     /// Bytes that the list holds.
@@ -151,6 +172,24 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
             add(body, force, S::moment(&(wall.point - origins[body]), &force) - wall.moment);
         }
     }
+}
+
+/// Where a body has its image nearest to a place, the point of its surface nearest to that, both beside the body itself.
+pub fn nearest<S: Space>(body: &Body<S>, cell: &Cell<S>, place: &S::Vector) -> Option<Nearest<S>> {
+    body.nearest(&(*place - cell.shift(image_beside(body, cell, place))))
+}
+
+/// A grain as its image beside a body stands and moves, and what the grain itself lies away from it, m.
+pub fn beside<S: Space>(body: &Body<S>, cell: &Cell<S>, hot: &Hot<S>) -> (Hot<S>, S::Vector) {
+    let image = image_beside(body, cell, &hot.position);
+    let (mut moved, shift) = (*hot, cell.shift(image));
+    moved.position -= shift;
+    moved.velocity -= cell.shift_rate(image);
+    (moved, shift)
+}
+
+fn image_beside<S: Space>(body: &Body<S>, cell: &Cell<S>, place: &S::Vector) -> Image {
+    if body.is_bounded() { cell.image_towards(&body.origin(), place) } else { [0; 3] }
 }
 
 /// Where a contact's force acts: in the middle of the overlap, as the grain's arm has it; else the couple of the two sides

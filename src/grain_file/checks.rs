@@ -6,11 +6,12 @@ use crate::assembly::setup;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Grains};
 use crate::dem::neighbours::Neighbours;
+use crate::dem::walls;
 use crate::error::Error;
 use crate::math::PI;
 use crate::packing::layout_for;
-use crate::scenario::stable::{self, governing};
-use crate::scenario::{Assembly, Scenario, derived, figures};
+use crate::scenario::stable::{self, GrainScale, governing};
+use crate::scenario::{Assembly, Scenario, figures};
 use crate::space::{Linear, Plane, Space};
 
 /// Deepest overlap that a start may have, as a share of the smaller radius.
@@ -20,6 +21,11 @@ const BOX_TOLERANCE: f64 = 1e-9;
 const MASS_TOLERANCE: f64 = 1e-6;
 /// Length of a periodic axis in contact reaches: a grain must not touch two images of another.
 const PERIOD_IN_REACHES: f64 = 2.0;
+/// Times that the mean diameter a job states may be off.
+const MEAN_RATIO_MAX: f64 = 1.5;
+/// Grains of one size are a class from a ring around one of them on, and where there are no more classes than these.
+const CLASS_MIN: usize = 7;
+const CLASSES_MAX: usize = 10;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -145,10 +151,55 @@ pub fn refuse_overlaps<S: Space, M>(
     Ok(())
 }
 
-/// The lines of the smallest and of the largest grain.
-fn extremes<S: Space>(entries: &[Entry<S>]) -> Option<[&Entry<S>; 2]> {
-    let by_radius = |a: &&Entry<S>, b: &&Entry<S>| a.radius.total_cmp(&b.radius);
-    Some([entries.iter().min_by(by_radius)?, entries.iter().max_by(by_radius)?])
+/// Sizes of a file's grains, whatever the job says of them.
+struct Sizes<'e, S: Space> {
+    smallest: &'e Entry<S>,
+    largest: &'e Entry<S>,
+    /// Mean diameter, m.
+    mean: f64,
+    /// Diameters that so many grains share that they can gather, m.
+    classes: Vec<f64>,
+}
+
+impl<'e, S: Space> Sizes<'e, S> {
+    /// None of no grains.
+    fn of(entries: &'e [Entry<S>]) -> Option<Self> {
+        let mut by_radius: Vec<&Entry<S>> = entries.iter().collect();
+        by_radius.sort_by(|a, b| a.radius.total_cmp(&b.radius));
+        let mean = 2.0 * by_radius.iter().map(|entry| entry.radius).sum::<f64>() / entries.len() as f64;
+        let class = CLASS_MIN.max(entries.len() / CLASSES_MAX);
+        let alike = by_radius.chunk_by(|a, b| a.radius == b.radius).filter(|alike| alike.len() >= class);
+        let classes = alike.map(|alike| 2.0 * alike[0].radius).collect();
+        Some(Self { smallest: by_radius.first()?, largest: by_radius.last()?, mean, classes })
+    }
+
+    /// Skin, blocks and dashpots given by a restitution follow from the stated mean.
+    fn refuse_other_mean(&self, source: &Source, stated: f64) -> Result<(), Error> {
+        if (stated / self.mean).max(self.mean / stated) <= MEAN_RATIO_MAX {
+            return Ok(());
+        }
+        Err(source.bad(
+            self.largest.line,
+            &format!(
+                "the grains of this file have a mean diameter of {:.4e} m, and the job's grains.diameter_mean = {stated} m; write theirs",
+                self.mean
+            ),
+        ))
+    }
+
+    fn refuse_step(&self, source: &Source, step: f64, bounds: &[stable::Bound]) -> Result<(), Error> {
+        let bound = governing(bounds);
+        match step <= bound.step {
+            true => Ok(()),
+            false => Err(source.bad(
+                self.smallest.line,
+                &format!(
+                    "a grain with radius = {} m is unstable with time.step = {step} s; at most {:.3e} s ({})",
+                    self.smallest.radius, bound.step, bound.cause
+                ),
+            )),
+        }
+    }
 }
 
 // Between plates
@@ -169,9 +220,10 @@ pub fn refuse_heights(scenario: &Scenario, source: &Source, entries: &[Entry<Pla
 
 /// Blocks must be wider than a contact reaches, and the step stable for the lightest grain.
 pub fn refuse_sizes(scenario: &Scenario, source: &Source, entries: &[Entry<Plane>]) -> Result<(), Error> {
-    let Some([smallest, largest]) = extremes(entries) else { return Ok(()) };
+    let Some(sizes) = Sizes::of(entries) else { return Ok(()) };
+    let largest = sizes.largest;
     let block = scenario.decomposition.cells_per_block as f64 * scenario.continuum.cell;
-    let reach = 2.0 * largest.radius + scenario.decomposition.skin;
+    let reach = 2.0 * largest.radius + scenario.decomposition.skin + scenario.contact.reach();
     if reach > block {
         return Err(source.bad(
             largest.line,
@@ -181,24 +233,14 @@ pub fn refuse_sizes(scenario: &Scenario, source: &Source, entries: &[Entry<Plane
             ),
         ));
     }
-    let mut alike = scenario.clone();
-    (alike.grains.diameter_mean, alike.grains.diameter_deviation) = (2.0 * smallest.radius, 0.0);
-    // Springs are taken with the lightest grain; a light grain cannot have six contacts, so dashpots are not.
-    let bounds = derived::grain_bounds(&alike);
-    refuse_step(source, smallest, scenario.time.step, derived::governing(&bounds[..2]))
-}
-
-fn refuse_step<S: Space>(source: &Source, smallest: &Entry<S>, step: f64, bound: &stable::Bound) -> Result<(), Error> {
-    match step <= bound.step {
-        true => Ok(()),
-        false => Err(source.bad(
-            smallest.line,
-            &format!(
-                "a grain with radius = {} m is unstable with time.step = {step} s; at most {:.3e} s ({})",
-                smallest.radius, bound.step, bound.cause
-            ),
-        )),
-    }
+    let disc = |diameter: &f64| {
+        GrainScale::of(0.5 * diameter, scenario.grains.density, scenario.specimen.depth, Plane::DIMENSION)
+    };
+    let classes: Vec<GrainScale> = sizes.classes.iter().map(disc).collect();
+    let bounds =
+        stable::bounds_of_sizes(&scenario.contact, &disc(&(2.0 * sizes.smallest.radius)), &disc(&sizes.mean), &classes);
+    sizes.refuse_step(source, scenario.time.step, &bounds)?;
+    sizes.refuse_other_mean(source, scenario.grains.diameter_mean)
 }
 
 // In a cell
@@ -221,8 +263,9 @@ pub fn refuse_outside<S: Space>(source: &Source, job: &Assembly, entry: &Entry<S
 
 /// Blocks and periods must be wider than contacts reach, and the step stable for the lightest grain.
 pub fn refuse_sizes_of_assembly<S: Space>(job: &Assembly, source: &Source, entries: &[Entry<S>]) -> Result<(), Error> {
-    let Some([smallest, largest]) = extremes(entries) else { return Ok(()) };
-    let reach = 2.0 * largest.radius + job.skin;
+    let Some(sizes) = Sizes::of(entries) else { return Ok(()) };
+    let largest = sizes.largest;
+    let reach = 2.0 * largest.radius + figures::margin(job);
     let radius = largest.radius;
     if reach > job.block {
         return Err(source.bad(
@@ -245,11 +288,11 @@ pub fn refuse_sizes_of_assembly<S: Space>(job: &Assembly, source: &Source, entri
             ));
         }
     }
-    if job.allow_unstable {
-        return Ok(());
+    if !job.allow_unstable {
+        let bounds = figures::bounds_of_sizes(job, [2.0 * sizes.smallest.radius, sizes.mean], &sizes.classes);
+        sizes.refuse_step(source, job.step, &bounds)?;
     }
-    let (lightest, mean) = (figures::grain(job, 2.0 * smallest.radius), figures::grain(job, job.matter.diameter_mean));
-    refuse_step(source, smallest, job.step, governing(&stable::bounds(&job.contact, &lightest, &mean)))
+    sizes.refuse_other_mean(source, job.matter.diameter_mean)
 }
 
 pub fn refuse_overlaps_with_bodies<S: Space>(
@@ -257,10 +300,11 @@ pub fn refuse_overlaps_with_bodies<S: Space>(
     source: &Source,
     entries: &[Entry<S>],
 ) -> Result<(), Error> {
+    let cell = setup::cell_of::<S>(job);
     for body in &job.bodies {
         let made = setup::body_of::<S>(body);
         for entry in entries {
-            let Some(nearest) = made.nearest(&entry.position) else { continue };
+            let Some(nearest) = walls::nearest(&made, &cell, &entry.position) else { continue };
             let share = 1.0 - nearest.distance / entry.radius;
             if share > OVERLAP_MAX {
                 return Err(source.bad(

@@ -136,6 +136,9 @@ fn grains_of_an_assembly_are_held_to_its_bounds() {
             ("0,0,0,0,4e-3\n", "2: radius = 0.004 m reaches"),
             ("0,0,0,0,2e-3\n", "2: radius = 0.002 m reaches 0.00408 m with its neighbours, and the period"),
             ("0,0,0,0,1e-5\n", "2: a grain with radius = 0.00001 m is unstable with time.step"),
+            // Grains as small as these all: their dashpots, not those of the mean that the job states.
+            ("0,0,0,0,2.5e-4\n", "2: a grain with radius = 0.00025 m is unstable with time.step"),
+            ("0,0,0,0,6.5e-4\n", "2: the grains of this file have a mean diameter of 1.3000e-3 m, and the job's"),
             ("0,-1.9e-3,0,0,4e-4\n1,1.9e-3,0,0,4e-4\n", "3: this grain overlaps the one in line 2 by 150 %"),
             ("0,0,0,-1.9e-3,4e-4\n", "2: this grain overlaps body `floor` by 75 % of its radius"),
         ],
@@ -245,7 +248,7 @@ fn state<S: Space>(job: &Assembly, cell: Cell<S>) -> (scree_io::column::State, V
             let share = 0.13 + 0.26 * id as f64 + if axis == 0 { 0.0 } else { 0.011 / 3.0 };
             place[axis] += share * cell.edges[axis * S::DIMENSION + axis];
         }
-        let radius = 3e-4 + 1e-5 / (id as f64 + 3.0);
+        let radius = 4e-4 + 1e-5 / (id as f64 + 3.0);
         let mass = job.matter.density * S::grain_volume(radius, job.cell.depth);
         let mut row: GrainRow<S, Memory> = GrainRow::resting(GrainId(id), place, radius, mass, Mover::Free);
         for axis in 0..S::DIMENSION {

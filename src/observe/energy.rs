@@ -46,7 +46,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         for energy in self.contacts.elastic_energies::<C>(&self.settings.contact, &self.grains) {
             sums.add(1, energy);
         }
-        for energy in self.walls.elastic_energies(&self.settings.contact, &self.grains, &self.bodies) {
+        for energy in self.walls.elastic_energies(&self.settings.contact, &self.grains, (&self.bodies, &self.cell)) {
             sums.add(1, energy);
         }
         for point in &self.points.hot {

@@ -2,7 +2,10 @@
 
 use scree_partition::ExactSum;
 
+use crate::dem::contacts::deeper;
+use crate::dem::grains::body_of_partner;
 use crate::error::Error;
+use crate::ids::GrainId;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::space::{Linear, Space};
@@ -46,8 +49,13 @@ impl EnergyGuard {
         if now.energy <= GROWTH_MAX * (before.energy + put_in) {
             return Ok(());
         }
-        let pair = world.deepest_pair().map_or_else(String::new, |(share, [a, b])| {
-            format!("; the deepest contact is that of grains {a} and {b}, {:.0} % of the smaller radius", 100.0 * share)
+        let pair = world.deepest_contact().map_or_else(String::new, |contact| {
+            format!(
+                "; the deepest contact is that of {}, {:.0} % of {}",
+                world.name(&contact),
+                100.0 * contact.share,
+                contact.share_of()
+            )
         });
         Err(Error::Run(format!(
             "step {}, time {:.6e} s: the grains' energy has grown from {:.3e} to {:.3e} J since step {} while {put_in:.3e} J of work were done{pair}; the run is unstable: shorten `time.step` or lower the damping of contacts",
@@ -57,6 +65,22 @@ impl EnergyGuard {
             now.energy,
             before.step,
         )))
+    }
+}
+
+/// A contact between two grains, or of a grain with a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deepest {
+    /// Overlap as a share of the smaller radius.
+    pub share: f64,
+    /// The second may stand for a body.
+    pub ids: [GrainId; 2],
+}
+
+impl Deepest {
+    /// What the overlap is a share of.
+    fn share_of(&self) -> &'static str {
+        if body_of_partner(self.ids[1]).is_some() { "the grain's radius" } else { "the smaller radius" }
     }
 }
 
@@ -81,34 +105,42 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         })
     }
 
-    /// The deepest contact of the world as a share of its smaller radius, with the ids of its grains; equal ones by the
-    /// lowest ids.
-    pub fn deepest_pair(&mut self) -> Option<(f64, [u64; 2])> {
+    /// The deepest contact of the world, of equal ones that of the lowest ids.
+    pub fn deepest_contact(&mut self) -> Option<Deepest> {
         self.refresh_ghosts();
-        let mine = self.contacts.deepest(&self.grains);
-        let mut bytes = Vec::new();
-        if let Some((share, [a, b])) = mine {
-            bytes.extend([share.to_bits(), a.0, b.0].iter().flat_map(|word| word.to_le_bytes()));
-        }
+        let of_walls = self.walls.deepest(&self.grains, (&self.bodies, &self.cell));
+        let mine = self.contacts.deepest(&self.grains).into_iter().chain(of_walls);
+        let words = mine.flat_map(|(share, [a, b])| [share.to_bits(), a.0, b.0]);
+        let bytes: Vec<u8> = words.flat_map(u64::to_le_bytes).collect();
         let all = self.transport.all_gather(&bytes);
-        let found = all.iter().filter_map(|bytes| {
-            let [share, a, b] = *bytes.as_chunks::<8>().0 else { return None };
-            Some((f64::from_le_bytes(share), [u64::from_le_bytes(a), u64::from_le_bytes(b)]))
+        let found = all.iter().flat_map(|bytes| bytes.as_chunks::<24>().0).map(|bytes| {
+            let word = |at: usize| u64::from_le_bytes(*bytes[8 * at..].first_chunk().expect("three words"));
+            (f64::from_bits(word(0)), [1, 2].map(|at| GrainId(word(at))))
         });
-        found.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)))
+        found.max_by(deeper).map(|(share, ids)| Deepest { share, ids })
     }
 
-    /// Stops the run where a pair overlaps by more than `share` of its smaller radius.
+    /// Stops the run where a grain overlaps another or a body by more than `share` of its radius.
     pub fn refuse_deep_overlaps(&mut self, share: f64) -> Result<(), Error> {
-        match if self.grains_total > 0 { self.deepest_pair() } else { None } {
-            Some((deepest, [a, b])) if deepest.is_nan() || deepest > share => Err(Error::Run(format!(
-                "step {}, time {:.6e} s: grains {a} and {b} overlap by {:.0} % of the smaller radius, {:.0} % is the most that a contact law means; the run is unstable or far too loaded for its stiffness: shorten `time.step` or take stiffer contacts, and go on from an earlier checkpoint",
+        match if self.grains_total > 0 { self.deepest_contact() } else { None } {
+            Some(contact) if contact.share.is_nan() || contact.share > share => Err(Error::Run(format!(
+                "step {}, time {:.6e} s: {} overlap by {:.0} % of {}, {:.0} % is the most that a contact law means; the run is unstable or far too loaded for its stiffness: shorten `time.step` or take stiffer contacts, and go on from an earlier checkpoint",
                 self.step,
                 self.time(),
-                100.0 * deepest,
+                self.name(&contact),
+                100.0 * contact.share,
+                contact.share_of(),
                 100.0 * share
             ))),
             _ => Ok(()),
+        }
+    }
+
+    fn name(&self, contact: &Deepest) -> String {
+        let [a, b] = contact.ids;
+        match body_of_partner(b) {
+            None => format!("grains {} and {}", a.0, b.0),
+            Some(body) => format!("grain {} and body `{}`", a.0, self.bodies[body].name),
         }
     }
 

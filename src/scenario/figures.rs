@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::Contact;
-use super::assembly::{Assembly, Preparation, Sizes, Source};
+use super::assembly::{Assembly, Preparation, Shape, Sizes, Source};
 use super::derived::DIAMETER_CUT;
-use super::stable::{self, Bound, GrainScale, HERTZ_OVERLAP, Springs, governing};
+use super::stable::{self, Bound, GrainScale, HERTZ_OVERLAP, Springs};
 
 /// Share of sigma^2 that is left of a normal distribution cut at three deviations.
 const VARIANCE_CUT: f64 = 0.973_3;
@@ -71,6 +71,11 @@ pub fn sizes(assembly: &Assembly) -> Option<&Sizes> {
 /// The largest diameter, or what the job calls the mean of those in its file, m.
 pub fn diameter_max(assembly: &Assembly) -> f64 {
     sizes(assembly).map_or(assembly.matter.diameter_mean, Sizes::max)
+}
+
+/// What lists reach beyond grains in touch, m: the skin, and as far as grains that have touched hold on to each other.
+pub fn margin(assembly: &Assembly) -> f64 {
+    assembly.skin + assembly.contact.reach()
 }
 
 /// A grain of this assembly with that diameter.
@@ -196,9 +201,10 @@ pub fn springs_mean(assembly: &Assembly) -> Springs {
     super::derived::springs_mean(&assembly.contact, assembly.matter.diameter_mean)
 }
 
-/// What bounds the step: the contacts of grains, damping in proportion to mass, and the servos of bodies.
+/// What bounds the step: the contacts of grains, damping in proportion to mass, and bodies that servos move.
 ///
-/// Of grains in a file only the mean is known here; who reads the file asks [`stable::bounds`] again with its lightest.
+/// Of grains in a file only the mean that the job states is known here; who reads the file asks [`bounds_of_sizes`] with what
+/// it holds.
 pub fn bounds(assembly: &Assembly) -> Vec<Bound> {
     let mut bounds = bounds_of_grains(assembly);
     if assembly.damping.mass > 0.0 {
@@ -209,34 +215,51 @@ pub fn bounds(assembly: &Assembly) -> Vec<Bound> {
             step: 2.0 / assembly.damping.mass,
         });
     }
-    let servos = assembly.bodies.iter().filter_map(|body| body.motion.servo.as_ref());
-    let slack = servos.filter(|servo| servo.damping > 0.0).map(|servo| 2.0 * servo.mass / servo.damping);
-    if let Some(step) = slack.min_by(f64::total_cmp) {
-        bounds.push(Bound {
-            cause: "damping of a body's servo",
-            formula: "2 M/damping",
-            remedy: "Beyond it the body turns round at every step; shorten the step, lower the servo's damping, or raise its mass.",
-            step,
-        });
-    }
+    let mean = grain(assembly, assembly.matter.diameter_mean);
+    let held = assembly.bodies.iter().filter_map(|body| Some((&body.shape, body.motion.servo.as_ref()?)));
+    let held = held.map(|(shape, servo)| {
+        let count = contacts_along(assembly, shape, &servo.direction);
+        stable::bound_of_servo(&assembly.contact, &mean, count, servo.mass)
+    });
+    bounds.extend(held.min_by(|a, b| a.step.total_cmp(&b.step)));
     bounds
+}
+
+/// Contacts that can press on a body along a direction: of as many mean grains as find room side by side in its shadow, two
+/// of each where the body is itself a layer of grains.
+fn contacts_along(assembly: &Assembly, shape: &Shape, direction: &[f64; 3]) -> f64 {
+    let cell = &assembly.cell;
+    let length = |axis: usize| cell.upper[axis] - cell.lower[axis];
+    let extent = |axis: usize| match shape {
+        Shape::Plane { .. } => length(axis),
+        Shape::Box { lower, upper } | Shape::Layer { lower, upper } => upper[axis] - lower[axis],
+        Shape::Cylinder { radius, axis: along, .. } => (2.0 * radius).max(along[axis].abs() * length(axis)),
+    };
+    let side_by_side = |axis: usize| extent(axis) / assembly.matter.diameter_mean;
+    let shadow = |axis: usize| -> f64 {
+        let across: f64 = (0..cell.dimension).filter(|other| *other != axis).map(side_by_side).product();
+        direction[axis].abs() * across
+    };
+    let grains = (0..cell.dimension).map(shadow).sum::<f64>().max(1.0);
+    if matches!(shape, Shape::Layer { .. }) { 2.0 * grains } else { grains }
 }
 
 /// Sizes in classes can gather into clusters of their own, so each class is asked for alone.
 fn bounds_of_grains(assembly: &Assembly) -> Vec<Bound> {
-    let of = |lightest: f64, mean: f64| {
-        stable::bounds(&assembly.contact, &grain(assembly, lightest), &grain(assembly, mean))
-    };
     let mean = assembly.matter.diameter_mean;
-    match sizes(assembly) {
-        None => of(mean, mean),
-        Some(Sizes::List(list)) => list
-            .iter()
-            .map(|(diameter, _)| of(*diameter, *diameter))
-            .min_by(|a, b| governing(a).step.total_cmp(&governing(b).step))
-            .expect("a list of sizes is not empty"),
-        Some(sizes) => of(sizes.min(), mean),
-    }
+    let (lightest, classes) = match sizes(assembly) {
+        None => (mean, Vec::new()),
+        Some(Sizes::List(list)) => (mean, list.iter().map(|(diameter, _)| *diameter).collect()),
+        Some(sizes) => (sizes.min(), Vec::new()),
+    };
+    bounds_of_sizes(assembly, [lightest, mean], &classes)
+}
+
+/// [`stable::bounds_of_sizes`] of diameters, m: the smallest and the mean one, and those of classes.
+pub fn bounds_of_sizes(assembly: &Assembly, sizes: [f64; 2], classes: &[f64]) -> Vec<Bound> {
+    let [lightest, mean] = sizes.map(|diameter| grain(assembly, diameter));
+    let classes: Vec<GrainScale> = classes.iter().map(|diameter| grain(assembly, *diameter)).collect();
+    stable::bounds_of_sizes(&assembly.contact, &lightest, &mean, &classes)
 }
 
 #[cfg(test)]

@@ -168,6 +168,13 @@ pub struct LinearCohesive {
     pub cohesion_tangential: f64,
 }
 
+impl LinearCohesive {
+    /// How far apart surfaces that have touched still hold on to each other, m: e_n/k_n.
+    pub fn reach(&self) -> f64 {
+        self.cohesion_normal / self.linear.stiffness_normal
+    }
+}
+
 /// Stiffness from Young's modulus by harmonic means, rolling resistance (seed 002, eq. 20 to 28); no dashpot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElasticRolling {
@@ -205,6 +212,19 @@ pub struct HertzMindlin {
 }
 
 impl Contact {
+    /// How far apart surfaces may be and still hold on to each other, m.
+    pub fn reach(&self) -> f64 {
+        match self {
+            Self::LinearCohesive(law) => law.reach(),
+            Self::Linear(_) | Self::ElasticRolling(_) | Self::HertzMindlin(_) => 0.0,
+        }
+    }
+
+    /// What lists reach beyond the grains themselves, as messages call it.
+    pub fn margin_in_words(&self) -> &'static str {
+        if self.reach() > 0.0 { "the skin with the reach of cohesion" } else { "the skin" }
+    }
+
     /// mu.
     pub fn friction(&self) -> f64 {
         match self {

@@ -114,15 +114,16 @@ fn refuse_bodies<S: Space>(job: &Assembly) -> Result<(), Error> {
 
 /// A grain must not reach its own image or two images of another. As dense as can be, the cell is smallest.
 fn refuse_narrow<S: Space>(job: &Assembly, packed: &Packed) -> Result<(), Error> {
-    let reach = PERIOD_IN_DIAMETERS * figures::diameter_max(job) + job.skin;
+    let reach = PERIOD_IN_DIAMETERS * figures::diameter_max(job) + figures::margin(job);
     let cell = setup::densest_cell::<S>(job);
     match (0..S::DIMENSION).find(|axis| cell.height(*axis) < reach) {
         None => Ok(()),
         Some(axis) => Err(Error::User(format!(
-            "grains.count = {} grains fill a cell that is only {:.4e} m long along {}; four of the largest grains and the skin need {reach:.4e} m. Take more grains, or give cell.upper another shape.",
+            "grains.count = {} grains fill a cell that is only {:.4e} m long along {}; four of the largest grains and {} need {reach:.4e} m. Take more grains, or give cell.upper another shape.",
             packed.count,
             cell.height(axis),
-            AXES[axis]
+            AXES[axis],
+            job.contact.margin_in_words()
         ))),
     }
 }

@@ -11,6 +11,7 @@ use super::setup;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::throw::{places, radii};
+use crate::dem::walls;
 use crate::error::Error;
 use crate::ids::GrainId;
 use crate::law::contact::ContactLaw;
@@ -121,7 +122,7 @@ fn thrown<S: Space, C: ContactLaw<S>>(
 ) -> Result<Vec<Row<S, C>>, Error> {
     let radii = radii(&packed.sizes, job.seed, packed.count);
     let outside = |place: &S::Vector, radius: f64| {
-        bodies.iter().filter_map(|body| body.nearest(place)).all(|nearest| nearest.distance >= radius)
+        bodies.iter().filter_map(|body| walls::nearest(body, cell, place)).all(|nearest| nearest.distance >= radius)
     };
     let places = places(cell, &packed.sizes, job.seed, &radii, outside).map_err(|full| {
         Error::User(format!(

@@ -269,6 +269,35 @@ fn poured_grains_rest_on_the_bodies() {
     assert!(kinetic < 1e-4 * weight * 1e-3, "{kinetic}");
 }
 
+/// What time the velocities of a run belong to is no part of a packing's key, so it must not shape the packing either.
+#[test]
+fn a_packing_starts_from_velocities_of_its_own() {
+    let text_of = |velocities: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let small = ["grains.count=60", "packing.energy_ratio_max=1e-3", velocities];
+        format!("{:?}", made::<Plane>(&job(DISCS, &small, folder.path()), &Solo).unwrap().grains)
+    };
+    assert!(text_of("time.velocities=now") == text_of("time.velocities=half_step_before"));
+}
+
+/// A compressed cell shrinks away from a region at its upper edge.
+#[test]
+fn a_layer_that_catches_no_grain_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let layer = |lower: &str, upper: &str| {
+        let small = ["grains.count=60", "packing.energy_ratio_max=1e-3"];
+        let body = format!("\n[[body]]\nname = \"rough\"\nshape = \"layer\"\nlower = {lower}\nupper = {upper}\n");
+        setup::world::<Plane, Law>(&job(&format!("{DISCS}{body}"), &small, folder.path()), &Solo)
+            .map(|world| world.grains.cold.iter().filter(|cold| cold.mover != Mover::Free).count())
+    };
+    assert!(layer("[\"-2 mm\", \"3 mm\"]", "[\"14 mm\", \"4 mm\"]").unwrap() > 3);
+    let refusal = layer("[\"-2 mm\", \"14 mm\"]", "[\"14 mm\", \"15 mm\"]").expect_err("nothing lies there");
+    assert_eq!(refusal.exit_code(), 2);
+    let found = refusal.to_string();
+    assert!(found.starts_with("body `rough` holds no grain"), "{found}");
+    assert!(found.contains("the cell reaching from -2.0000e-3 to "), "{found}");
+}
+
 /// A world of some rows in a cell of their own.
 fn world_of<S: Space>(job: &Assembly, grains: Vec<Row<S, Law>>, cell: Cell<S>) -> GrainWorld<'static, S, Law>
 where

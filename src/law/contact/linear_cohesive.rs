@@ -35,7 +35,7 @@ impl<S: Space> ContactLaw<S> for LinearCohesive {
     type Memory<R: Real> = (S::TangentOf<R>, Components<R, 1>);
 
     fn reach(&self) -> f64 {
-        self.constants.cohesion_normal / self.constants.linear.stiffness_normal
+        self.constants.reach()
     }
 
     #[inline(always)]

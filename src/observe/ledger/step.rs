@@ -11,7 +11,7 @@ use crate::dem::grains::{Grains, Hot, Mover, lanes, vector};
 use crate::dem::kernel::{Given, Side, pair_weight, touch};
 use crate::dem::motion::{Field, damped};
 use crate::dem::neighbours::Term;
-use crate::dem::walls::{Wall, touch_of};
+use crate::dem::walls::{Wall, beside, touch_of};
 use crate::dem::work::{Parted, settle};
 use crate::law::contact::{ContactLaw, Touch};
 use crate::space::{Linear, Space};
@@ -210,7 +210,8 @@ impl<S: Space, C: ContactLaw<S>> Step<'_, S, C> {
         let mut lines = Lines::default();
         let (row, number) = (wall.row as usize, wall.body as usize);
         let body = &self.bodies[number];
-        let sides = [self.before(row), self.after(row)];
+        let sides = [(BEHIND, self.before(row)), (AHEAD, self.after(row))];
+        let sides = sides.map(|(drift, hot)| beside(body, self.cells[drift], &hot).0);
         let Some(nearest) = body.nearest(&sides[BEHIND].position) else { return lines };
         let motions = [self.page.bodies[number], (body.velocity, body.spin)];
         let now = touch_of(&sides[BEHIND], body, motions[BEHIND], &nearest, [self.passed, self.dt]);

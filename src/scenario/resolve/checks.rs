@@ -62,7 +62,8 @@ fn check_deformation(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
 fn check_cell(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
     let cell = &assembly.cell;
     let diameter_max = figures::diameter_max(assembly);
-    let reach = PERIOD_IN_DIAMETERS * diameter_max + assembly.skin;
+    let reach = PERIOD_IN_DIAMETERS * diameter_max + figures::margin(assembly);
+    let margin = assembly.contact.margin_in_words();
     let known = matches!(assembly.source, Source::Packed(_));
     for axis in (0..cell.dimension).filter(|axis| known && cell.periodic[*axis]) {
         let length = cell.upper[axis] - cell.lower[axis];
@@ -71,7 +72,7 @@ fn check_cell(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
                 "cell",
                 "upper",
                 &format!(
-                    "makes the cell {} mm long along {}, where it is periodic, but four of the largest grains and the skin need {} mm. Take a larger cell or smaller grains.",
+                    "makes the cell {} mm long along {}, where it is periodic, but four of the largest grains and {margin} need {} mm. Take a larger cell or smaller grains.",
                     digits(1e3 * length),
                     AXES[axis],
                     digits(1e3 * reach)
@@ -79,7 +80,7 @@ fn check_cell(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
             ));
         }
     }
-    let block_min = 2.0 * diameter_max + assembly.skin;
+    let block_min = 2.0 * diameter_max + figures::margin(assembly);
     if assembly.block >= block_min {
         return Ok(());
     }
@@ -87,7 +88,7 @@ fn check_cell(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
         "decomposition",
         "block",
         &format!(
-            "is shorter than two of the largest grains and the skin, which need {} mm. Take larger blocks.",
+            "is shorter than two of the largest grains and {margin}, which need {} mm. Take larger blocks.",
             digits(1e3 * block_min)
         ),
     ))

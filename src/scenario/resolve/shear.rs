@@ -285,13 +285,14 @@ fn check_height(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
 /// A block's ghosts come from its neighbours alone, so a contact must not reach across one.
 fn check_block_edge(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     let edge = derived::block_edge(scenario);
-    let edge_min = 2.0 * derived::diameter_max(scenario) + scenario.decomposition.skin;
+    let edge_min = 2.0 * derived::diameter_max(scenario) + scenario.decomposition.skin + scenario.contact.reach();
     if edge >= edge_min {
         return Ok(());
     }
     let message = format!(
-        "makes blocks of {} mm, but two of the largest grains and the skin need {} mm. Take larger cells, more decomposition.cells_per_block, or smaller grains.",
+        "makes blocks of {} mm, but two of the largest grains and {} need {} mm. Take larger cells, more decomposition.cells_per_block, or smaller grains.",
         digits(1e3 * edge),
+        scenario.contact.margin_in_words(),
         digits(1e3 * edge_min)
     );
     Err(typed.refusal("continuum", "cell", &message))
