@@ -314,7 +314,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         // Ways are there only while places wait for the strain.
         let waits = matches!(taken, Taken::Velocity | Taken::StrainThenPlace);
         let ways = if waits { &mut self.ways[..] } else { &mut [] };
-        over_rows(&self.point_ranges, &mut self.points.hot, ways, &|block, points, ways| {
+        let moved = over_rows(&self.point_ranges, &mut self.points.hot, ways, &|block, points, ways| {
             gather_points(
                 &frames[block],
                 &settings.material,
@@ -322,8 +322,11 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 &tiles[block * len..(block + 1) * len],
                 points,
                 ways,
-            );
+            )
         });
+        if taken != Taken::Velocity && taken != Taken::Strain {
+            self.points_moved = moved;
+        }
         self.phases.stop(Phase::Gather, timer);
     }
 

@@ -3,6 +3,8 @@
 
 use std::ops::Range;
 
+use crate::dem::segments::larger;
+
 /// Calls `work(block, rows, tile)` for every block; `ranges` are its rows, and each block has `tile_len` entries of `tiles`.
 /// `ranges` must be contiguous and start where `rows` starts.
 pub fn over_blocks<A: Send, B: Send>(
@@ -38,16 +40,15 @@ fn halve<A: Send, B: Send>(
     );
 }
 
-/// Calls `work(block, rows, beside)` for every block, where `beside` has an entry for every row, or none at all.
+/// Calls `work(block, rows, beside)` for every block, where `beside` has an entry for every row, or none at all; returns
+/// the largest number that came back, or zero.
 pub fn over_rows<A: Send, B: Send>(
     ranges: &[Range<usize>],
     rows: &mut [A],
     beside: &mut [B],
-    work: &(impl Fn(usize, &mut [A], &mut [B]) + Sync),
-) {
-    if !ranges.is_empty() {
-        halve_rows(0, ranges, rows, beside, work);
-    }
+    work: &(impl Fn(usize, &mut [A], &mut [B]) -> f64 + Sync),
+) -> f64 {
+    if ranges.is_empty() { 0.0 } else { halve_rows(0, ranges, rows, beside, work) }
 }
 
 fn halve_rows<A: Send, B: Send>(
@@ -55,8 +56,8 @@ fn halve_rows<A: Send, B: Send>(
     ranges: &[Range<usize>],
     rows: &mut [A],
     beside: &mut [B],
-    work: &(impl Fn(usize, &mut [A], &mut [B]) + Sync),
-) {
+    work: &(impl Fn(usize, &mut [A], &mut [B]) -> f64 + Sync),
+) -> f64 {
     if ranges.len() == 1 {
         return work(first, rows, beside);
     }
@@ -65,8 +66,9 @@ fn halve_rows<A: Send, B: Send>(
     let split = ranges_right[0].start - ranges[0].start;
     let (rows_left, rows_right) = rows.split_at_mut(split);
     let (beside_left, beside_right) = beside.split_at_mut(if beside.is_empty() { 0 } else { split });
-    rayon::join(
+    let (a, b) = rayon::join(
         || halve_rows(first, ranges_left, rows_left, beside_left, work),
         || halve_rows(first + middle, ranges_right, rows_right, beside_right, work),
     );
+    larger(a, b)
 }

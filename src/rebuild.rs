@@ -17,7 +17,7 @@ use crate::ids::GrainId;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::layout::{Deal, Layout, NodeRows};
-use crate::mpm::points::{Cold as PointCold, Point, Points};
+use crate::mpm::points::{Point, Points};
 use crate::mpm::tile::Tiles;
 use crate::observe::phases::{Phase, Phases};
 use crate::record::{Record, Visitor};
@@ -122,6 +122,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             forces_wanted: false,
             moment_kept: None,
             moved: 0.0,
+            points_moved: 0.0,
             cell_home: parts.home.cell,
             bodies_home: parts.home.bodies,
             cell: parts.cell,
@@ -206,7 +207,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         }
         for (hot, cold) in self.points.hot.iter_mut().zip(&mut self.points.cold) {
             add_image(&mut cold.image, self.cell.wrap(&mut hot.position, &mut hot.velocity));
-            cold.home = hot.position;
+            hot.home = hot.position;
         }
         self.rebuilds += 1;
         self.cell_home = self.cell;
@@ -225,7 +226,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
                 weights[self.block_of_grain(&grain.cold)?.0] += 1;
             }
             for point in points {
-                weights[self.block_of_point(&point.cold)?.0] += POINT_WEIGHT;
+                weights[self.block_of_point(point)?.0] += POINT_WEIGHT;
             }
             Ok(weights)
         };
@@ -256,7 +257,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let sorted = || {
             let mut to_ranks = vec![Vec::new(); self.transport.size()];
             for point in points {
-                to_ranks[self.deal.owner(self.block_of_point(&point.cold)?.0)].push(point);
+                to_ranks[self.deal.owner(self.block_of_point(&point)?.0)].push(point);
             }
             Ok(to_ranks)
         };
@@ -264,7 +265,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let points = self.migrate(to_ranks)?;
         let mut points = points
             .into_iter()
-            .map(|point| Ok((self.block_of_point(&point.cold)?, point)))
+            .map(|point| Ok((self.block_of_point(&point)?, point)))
             .collect::<Result<Vec<Placed<_>>, Error>>()?;
         points.sort_unstable_by_key(|(place, point)| (*place, point.cold.id));
         self.point_ranges = self.ranges(points.len(), |row| points[row].0.0);
@@ -321,6 +322,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.grains.owned = sources.len();
         self.grains.settle();
         self.moved = 0.0;
+        self.points_moved = 0.0;
         self.fetch_ghosts()?;
 
         let carried = |row: usize| match pick(&sources[row]) {
@@ -402,8 +404,8 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.block_of(&cold.home, "grain", cold.id.0)
     }
 
-    fn block_of_point(&self, cold: &PointCold<S>) -> Result<(usize, u32), Error> {
-        self.block_of(&cold.home, "point", cold.id.0)
+    fn block_of_point(&self, point: &Point<S, L::Memory>) -> Result<(usize, u32), Error> {
+        self.block_of(&point.hot.home, "point", point.cold.id.0)
     }
 
     /// Block and cell of a place.

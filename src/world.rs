@@ -99,6 +99,8 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub(crate) moment_kept: Option<S::Tensor>,
     /// The longest way that a grain of this rank has come from home, m.
     pub(crate) moved: f64,
+    /// The same of its points, along an axis.
+    pub(crate) points_moved: f64,
     /// The cell at the last rebuild.
     pub(crate) cell_home: Cell<S>,
 }
@@ -329,14 +331,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         // Two grains may close half the skin each.
         let closed = 2.0 * moved + stretch * (2.0 * self.radius_max + self.settings.skin);
         let grains = closed / self.settings.skin;
-        let mut points = 0.0f64;
-        for (hot, cold) in self.points.hot.iter().zip(&self.points.cold) {
-            let moved = hot.position - cold.home;
-            for axis in 0..S::DIMENSION {
-                points = larger(points, moved[axis].abs());
-            }
-        }
-        let points = points / (DRIFT_MAX * self.layout.cell);
+        let points = self.points_moved / (DRIFT_MAX * self.layout.cell);
         larger(grains, points)
     }
 

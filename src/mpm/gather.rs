@@ -1,6 +1,7 @@
 //! Tiles back to points and grains.
 
 use crate::dem::grains::{Cold as GrainCold, Hot as GrainHot, Mover};
+use crate::dem::segments::larger;
 use crate::lane::{Compiled, Instructions};
 use crate::law::material::MaterialLaw;
 use crate::mpm::points::Hot;
@@ -52,7 +53,8 @@ pub struct Taking {
 /// F <- (1 + L dt) F
 /// ```
 ///
-/// `ways` holds the way of each point while its place waits.
+/// `ways` holds the way of each point while its place waits. Returns the longest way that a point has come from home along
+/// an axis, m.
 pub fn gather_points<S: Space, L: MaterialLaw<S>>(
     frame: &TileFrame<S>,
     law: &L,
@@ -60,7 +62,7 @@ pub fn gather_points<S: Space, L: MaterialLaw<S>>(
     tile: &[Advanced<S>],
     points: &mut [Hot<S, L::Memory>],
     ways: &mut [S::Vector],
-) {
+) -> f64 {
     let affine = taking.transfer == Transfer::Affine && taking.taken.has_motion();
     macro_rules! with {
         ($shape:ty, $nodes:literal) => {
@@ -114,10 +116,11 @@ const MOMENT_LEAST: f64 = 1e-9;
 impl<S: Space, L: MaterialLaw<S>, F: Shape<N>, const N: usize, const AFFINE: bool> Compiled
     for Gather<'_, S, L, F, N, AFFINE>
 {
-    type Outcome = ();
+    type Outcome = f64;
 
     #[inline(always)]
-    fn run(self) {
+    fn run(self) -> f64 {
+        let mut farthest = 0.0;
         let Self { frame, law, taking, tile, points, ways, .. } = self;
         let Taking { transfer, taken, dt, .. } = taking;
         for (row, point) in points.iter_mut().enumerate() {
@@ -192,7 +195,12 @@ impl<S: Space, L: MaterialLaw<S>, F: Shape<N>, const N: usize, const AFFINE: boo
                     point.position += ways[row];
                 }
             }
+            let moved = point.position - point.home;
+            for axis in 0..S::DIMENSION {
+                farthest = larger(farthest, moved[axis].abs());
+            }
         }
+        farthest
     }
 }
 

@@ -15,6 +15,8 @@ pub struct Hot<S: Space, M> {
     pub position: S::Vector,
     /// Velocity half a step behind the position, m/s.
     pub velocity: S::Vector,
+    /// Position at the last rebuild, m.
+    pub home: S::Vector,
     /// kg; full, never weighted.
     pub mass: f64,
     /// Volume at the start, m3; Kirchhoff stress is per this volume.
@@ -37,8 +39,6 @@ pub struct Hot<S: Space, M> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cold<S: Space> {
     pub id: PointId,
-    /// Position at the last rebuild, m.
-    pub home: S::Vector,
     /// Place at the start of the run, m.
     pub origin: S::Vector,
     /// Periods crossed since then.
@@ -112,6 +112,7 @@ impl<S: Space, M: MaterialMemory> Point<S, M> {
             hot: Hot {
                 position,
                 velocity: S::Vector::zero(),
+                home: position,
                 mass,
                 volume,
                 weight: 1.0,
@@ -123,7 +124,6 @@ impl<S: Space, M: MaterialMemory> Point<S, M> {
             },
             cold: Cold {
                 id,
-                home: position,
                 origin: position,
                 image: [0; 3],
                 loads: 0,
@@ -140,7 +140,7 @@ impl<S: Space, M: MaterialMemory> Record for Point<S, M> {
         visitor.u64("id", &mut cold.id.0);
         visitor.f64s("position", hot.position.as_mut_slice());
         visitor.f64s("velocity", hot.velocity.as_mut_slice());
-        visitor.f64s("home", cold.home.as_mut_slice());
+        visitor.f64s("home", hot.home.as_mut_slice());
         visitor.f64s("origin", cold.origin.as_mut_slice());
         visit_image::<S>(&mut cold.image, visitor);
         visitor.u64("loads", &mut cold.loads);
