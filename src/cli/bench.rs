@@ -244,3 +244,16 @@ fn page_of_points(wanted: &mpm::Wanted, measured: &mpm::Measured, threads: usize
     }
     page
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::with_newline;
+
+    /// Ranks that were started have printed their JSON; what started them has nothing to add, not even an empty line.
+    #[test]
+    fn json_of_several_ranks_stays_the_last_line() {
+        assert_eq!(with_newline(String::new()), "");
+        assert_eq!(with_newline("Done".into()), "Done\n");
+        assert_eq!(with_newline("Done\n".into()), "Done\n");
+    }
+}
