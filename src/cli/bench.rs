@@ -27,7 +27,7 @@ pub(super) enum Bench {
         #[arg(long, default_value = "plane", value_parser = ["plane", "solid"])]
         space: String,
         /// Steps of each of the five stretches whose median counts. Default: about two seconds' worth.
-        #[arg(long)]
+        #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
         steps: Option<u64>,
         /// Threads of each rank.
         #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -247,7 +247,9 @@ fn page_of_points(wanted: &mpm::Wanted, measured: &mpm::Measured, threads: usize
 
 #[cfg(test)]
 mod tests {
-    use super::super::with_newline;
+    use clap::Parser;
+
+    use super::super::{Arguments, with_newline};
 
     /// Ranks that were started have printed their JSON; what started them has nothing to add, not even an empty line.
     #[test]
@@ -255,5 +257,14 @@ mod tests {
         assert_eq!(with_newline(String::new()), "");
         assert_eq!(with_newline("Done".into()), "Done\n");
         assert_eq!(with_newline("Done\n".into()), "Done\n");
+    }
+
+    /// A time over no steps is no number.
+    #[test]
+    fn no_steps_are_refused() {
+        let refused = Arguments::try_parse_from(["scree", "bench", "dem", "--steps", "0"]).err();
+        let words = refused.expect("nothing can be measured").to_string();
+        assert!(words.contains("'--steps <STEPS>'"), "{words}");
+        assert!(Arguments::try_parse_from(["scree", "bench", "dem", "--steps", "1"]).is_ok());
     }
 }
