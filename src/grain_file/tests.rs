@@ -117,6 +117,30 @@ fn what_a_job_may_not_say_a_grain_file_may_not_either() {
     );
 }
 
+/// Spreadsheets write a byte-order mark, blanks and an order of their own; what they mean is as plain as before.
+#[test]
+fn columns_are_known_by_their_names() {
+    let spheres = job(SPHERES);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("grains.csv");
+    let rows = |text: &str| {
+        std::fs::write(&file, text).unwrap();
+        let rows = read_assembly::<Solid, Memory>(&spheres, &file).map_err(|error| error.to_string())?;
+        Ok::<_, String>(
+            rows.into_iter().map(|row| (row.cold.id.0, row.hot.position, row.hot.radius)).collect::<Vec<_>>(),
+        )
+    };
+    let plain = rows("id,x,y,z,radius\n3,1e-3,0,-1e-3,4e-4\n").unwrap();
+    assert_eq!(rows("\u{feff}id,x,y,z,radius\r\n3,1e-3,0,-1e-3,4e-4\r\n").unwrap(), plain);
+    assert_eq!(rows("id, x, y, z, radius\n3, 1e-3, 0, -1e-3, 4e-4\n").unwrap(), plain);
+    assert_eq!(rows("radius,z,y,x,id\n4e-4,-1e-3,0,1e-3,3\n").unwrap(), plain);
+    for other in ["id,x,y,y,radius", "id,x,y,radius", "id,x,y,z,diameter", ""] {
+        let message = rows(&format!("{other}\n")).unwrap_err();
+        assert!(message.contains("grains.csv:1: the first line must name the columns id,x,y,z,radius,vx"), "{message}");
+        assert!(message.ends_with(&format!("; it is `{other}`")), "{message}");
+    }
+}
+
 #[test]
 fn grains_of_an_assembly_are_held_to_its_bounds() {
     let spheres = job(SPHERES);
@@ -146,7 +170,7 @@ fn grains_of_an_assembly_are_held_to_its_bounds() {
     );
     let other = said("grains.csv", "id,x,y,radius\n", |file| read_assembly::<Solid, Memory>(&spheres, file));
     assert!(
-        other.starts_with("1: the first line must be `id,x,y,z,radius,vx,vy,vz,wx,wy,wz` or `id,x,y,z,radius`"),
+        other.starts_with("1: the first line must name the columns id,x,y,z,radius,vx,vy,vz,wx,wy,wz, or id,x,y,z,radius, in any order; it is `"),
         "{other}"
     );
 }
