@@ -63,6 +63,28 @@ mod tests {
         assert!(!grains.contains("speed-up") && !points.contains("speed-up"));
     }
 
+    /// A key that the law does not have would be refused when it is written, and Hertz contacts have no one stiffness.
+    #[test]
+    fn soft_contacts_are_told_the_key_of_their_law() {
+        let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/quickstart.toml")).unwrap();
+        let (head, rest) = text.split_once("[contact]").unwrap();
+        let (_, tail) = rest.split_once("[packing]").unwrap();
+        let page = |law: &str| {
+            let text = format!("{head}[contact]\nfriction = 0.5\n{law}\n[packing]{tail}");
+            let scenario = crate::scenario::Scenario::parse(&text, "job.toml", &[]);
+            shear::page(&scenario.unwrap_or_else(|error| panic!("{error}")))
+        };
+        let linear = "stiffness_normal = 1e5\nstiffness_tangential = 5e4\ndamping_normal = 1\ndamping_tangential = 1";
+        let elastic = "law = \"elastic_rolling\"\nyoung_modulus = 1e8\nstiffness_ratio = 0.5";
+        let hertz = "law = \"hertz_mindlin\"\nshear_modulus = 1e6\npoisson_ratio = 0.2";
+        for (law, key) in [(linear, "stiffness_normal"), (elastic, "young_modulus")] {
+            let page = page(law);
+            assert!(page.contains(&format!("Raise contact.{key} or")), "{page}");
+        }
+        let page = page(hertz);
+        assert!(!page.contains("Raise contact."), "{page}");
+    }
+
     /// What is known of an assembly: its law, cell, bodies, stable step and cost.
     #[test]
     fn assemblies_print_what_they_have() {
