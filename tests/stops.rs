@@ -51,7 +51,8 @@ fn a_packing_is_told_and_can_be_stopped() {
     for (command, out, code) in [(alone, &outs[0], Some(4)), (together, &outs[1], None)] {
         let (found, text) = stopped(command);
         assert!(text.starts_with("Stopped on request while the packing was made, after "), "{text}");
-        assert!(text.contains(&format!("remove {out} and start the run again")), "{text}");
+        assert!(text.contains(&format!("{out} was not made: start the run again")), "{text}");
+        assert!(!std::path::Path::new(out).exists());
         assert!(code.is_none() || found == code, "{found:?}");
     }
     assert!(

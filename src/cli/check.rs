@@ -27,7 +27,7 @@ pub(super) fn command(job: &Path, sets: &[String]) -> Result<String, Error> {
         }
         Job::Assembly(assembly) => {
             assembly::refuse_missing_file(&assembly)?;
-            crate::grain_file::refuse_bad(&assembly)?;
+            crate::assembly::refuse_bad(&assembly)?;
             Ok(assembly::page(&assembly))
         }
         Job::Mpm(job) => Ok(mpm::page(&job)),
@@ -83,6 +83,25 @@ mod tests {
         }
         let page = page(hertz);
         assert!(!page.contains("Raise contact."), "{page}");
+    }
+
+    /// What only the packing was refused for once, after a folder had been made for the run.
+    #[test]
+    fn a_packing_that_cannot_be_made_is_no_good_job() {
+        let job = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/element/rve_ensemble.toml");
+        let refused = |set: &str| command(&job, &[set.to_string()]).unwrap_err().to_string();
+        let narrow = refused("grains.count=8");
+        assert!(narrow.starts_with("grains.count = 8 grains fill a cell that is only "), "{narrow}");
+        let folder = tempfile::tempdir().unwrap();
+        let text = std::fs::read_to_string(&job).unwrap();
+        let file = folder.path().join("job.toml");
+        std::fs::write(
+            &file,
+            format!("{text}\n[[body]]\nname = \"ball\"\nshape = \"cylinder\"\ncentre = [0.05, 0.05]\nradius = 1e-3\n"),
+        )
+        .unwrap();
+        let body = command(&file, &[]).unwrap_err().to_string();
+        assert!(body.contains("fills the whole cell with grains, and body `ball` stands in it"), "{body}");
     }
 
     /// What is known of an assembly: its law, cell, bodies, stable step and cost.

@@ -62,6 +62,14 @@ pub fn make<S: Space, C: ContactLaw<S>>(
     Ok(packing)
 }
 
+/// Refuses what no packing can be made of, before anything is started.
+pub(super) fn refuse_bad<S: Space>(job: &Assembly, packed: &Packed) -> Result<(), Error> {
+    match packed.preparation {
+        Preparation::Compress { .. } => compress::refuse_bad::<S>(job, packed),
+        Preparation::Pour => Ok(()),
+    }
+}
+
 /// Everything that shapes a packing.
 fn key(job: &Assembly, packed: &Packed) -> String {
     let cell = &job.cell;
