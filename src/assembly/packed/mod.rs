@@ -114,7 +114,11 @@ fn read<S: Space, C: ContactLaw<S>>(job: &Assembly, file: &Path) -> Result<Packi
 }
 
 /// The cell that rank 0 holds, at rest, on every rank.
-fn same_cell<S: Space>(job: &Assembly, cell: Vec<Cell<S>>, transport: &dyn Transport) -> Result<Cell<S>, Error> {
+pub(super) fn same_cell<S: Space>(
+    job: &Assembly,
+    cell: Vec<Cell<S>>,
+    transport: &dyn Transport,
+) -> Result<Cell<S>, Error> {
     let shared = transfer::broadcast(transport, cell)?;
     let mut cell = setup::cell_of(job);
     shared.iter().for_each(|shared| cell.take_motion_of(shared));
