@@ -54,7 +54,7 @@ pub(super) enum Bench {
         #[arg(long, default_value = "blend", value_parser = ["blend", "affine"])]
         transfer: String,
         /// Steps of each of the five stretches whose median counts. Default: about two seconds' worth.
-        #[arg(long)]
+        #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
         steps: Option<u64>,
         /// Threads of each rank.
         #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -297,7 +297,10 @@ mod tests {
         let refused = Arguments::try_parse_from(["scree", "bench", "dem", "--steps", "0"]).err();
         let words = refused.expect("nothing can be measured").to_string();
         assert!(words.contains("'--steps <STEPS>'"), "{words}");
-        assert!(Arguments::try_parse_from(["scree", "bench", "dem", "--steps", "1"]).is_ok());
+        for what in ["dem", "mpm"] {
+            assert!(Arguments::try_parse_from(["scree", "bench", what, "--steps", "1"]).is_ok());
+            assert!(Arguments::try_parse_from(["scree", "bench", what, "--steps", "0"]).is_err());
+        }
     }
 
     /// Open MPI ends with "not enough slots" else; other launchers do not know the word.
