@@ -174,6 +174,17 @@ pub fn folder(dir: &Path) -> PathBuf {
     dir.join("checkpoints")
 }
 
+/// What a run that stopped itself left to go on from.
+pub fn newest_in_words(dir: &Path) -> String {
+    let newest = store::newest(&folder(dir)).ok().and_then(|found| found.into_iter().next());
+    match newest {
+        Some((_, path)) => {
+            format!("The newest checkpoint is {}; `scree resume {}` goes on from it.", path.display(), dir.display())
+        }
+        None => "There is no checkpoint yet.".to_string(),
+    }
+}
+
 /// The newest good checkpoint of a run directory; damaged newer ones are reported.
 pub fn latest<S: Space, M: Words<f64>, P: MaterialMemory>(dir: &Path) -> Result<(PathBuf, Snapshot<S, M, P>), Error> {
     let (path, state) = latest_state(dir)?;

@@ -263,7 +263,7 @@ fn check_ledger<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, enriched: &Enriche
         return Ok(());
     }
     Err(Error::Run(format!(
-        "step {}: enrichment changed the mass from {:e} to {:e} kg or the momentum from {:?} to {:?} N s, which must not happen; resume from the last checkpoint and report this",
+        "step {}: enrichment changed the mass from {:e} to {:e} kg or the momentum from {:?} to {:?} N s, which must not happen: please report this",
         world.step, enriched.mass_before, enriched.mass_after, enriched.momentum_before, enriched.momentum_after
     )))
 }

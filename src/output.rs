@@ -41,7 +41,7 @@ fn series_file(dir: &Path) -> PathBuf {
 }
 
 fn failed(path: &Path, error: &dyn std::fmt::Display) -> Error {
-    Error::Run(format!("{}: {error}; the run has stopped, resume it from its last checkpoint", path.display()))
+    Error::Run(format!("{}: {error}; the run has stopped", path.display()))
 }
 
 /// Makes a fresh run directory; one that holds a run is never overwritten.

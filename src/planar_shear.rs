@@ -59,9 +59,10 @@ pub fn start<C: ContactLaw<Plane>>(
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
     let root = transport.rank() == 0;
+    let mut start = specimen::prepare::<C>(scenario, transport)?;
+    // Only now, so that a job whose packing cannot be made leaves no folder behind.
     let claimed = if root { output::claim(&options.out, &scenario.to_toml()) } else { Ok(()) };
     transfer::agree(transport, claimed)?;
-    let mut start = specimen::prepare::<C>(scenario, transport)?;
     if scenario.method == Method::Hybrid {
         let file = output::packing_file(&options.out);
         let kept = if root { packing::write(&file, &mut start.packing.grains, start.packing.height) } else { Ok(()) };

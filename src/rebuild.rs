@@ -379,7 +379,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         {
             if found as u64 != expected {
                 return Err(Error::Run(format!(
-                    "step {}: {expected} {what} before the rebuild, {found} after it; some were lost, which must not happen: resume from the last checkpoint and report this",
+                    "step {}: {expected} {what} before the rebuild, {found} after it; some were lost, which must not happen: please report this",
                     self.step
                 )));
             }
@@ -413,7 +413,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.layout.place::<S>(&self.cell_home.fraction(home)).ok_or_else(|| {
             let place: Vec<String> = (0..S::DIMENSION).map(|axis| format!("{:.6e}", home[axis])).collect();
             Error::Run(format!(
-                "step {}: {what} {id} on rank {} is at ({}) m, outside the domain; the run is unstable or the domain too small: check `time.step` and the last frames, and resume from the last checkpoint",
+                "step {}: {what} {id} on rank {} is at ({}) m, outside the domain; the run is unstable, or the domain too small: check time.step and the last frames, or move the edges of the domain outwards (cell.lower and cell.upper, of a continuum grid.lower and grid.upper)",
                 self.step,
                 self.transport.rank(),
                 place.join(", "),

@@ -165,8 +165,18 @@ impl<'t, E: Experiment> Run<'t, E> {
         Ok(Self { experiment, core, steps, cadence, energy_guard, rebuilds, started: Instant::now(), first_step })
     }
 
-    /// Goes on to the end of the run.
-    pub fn go(mut self) -> Result<Outcome, Error> {
+    /// Goes on to the end of the run. A run that stops itself says where it can be taken up again.
+    pub fn go(self) -> Result<Outcome, Error> {
+        let out = self.core.options.out.clone();
+        self.go_on().map_err(|error| match error {
+            Error::Run(what) => {
+                Error::Run(format!("{}. {}", what.trim_end_matches('.'), checkpoint::newest_in_words(&out)))
+            }
+            other => other,
+        })
+    }
+
+    fn go_on(mut self) -> Result<Outcome, Error> {
         if self.core.world.step == 0 {
             self.write_frame()?;
         }

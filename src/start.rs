@@ -28,7 +28,7 @@ pub fn start(job: &Job, options: &Options, transport: &dyn Transport) -> Result<
     };
     match ended {
         Err(Error::Stopped(step)) => Ok(Outcome::Stopped(format!(
-            "Stopped on request while the packing was made, after {step} steps of it. Nothing of it is kept: remove {} and start the run again.",
+            "Stopped on request while the packing was made, after {step} steps of it. Nothing of it is kept, and {} was not made: start the run again.",
             options.out.display()
         ))),
         ended => ended,

@@ -67,6 +67,7 @@ impl Claim for LoadedPair {
         let wanted = -S::outer(&force, &branch);
         let found = world.contact_moment().unwrap();
         let off = (found - wanted).norm() / wanted.norm();
+        println!("Love-Weber stress of a loaded pair in the {}: off by {off:.1e}", S::NAME);
         assert!(off < 1e-12, "{found:?} for {wanted:?}, off by {off:e} under {law:?} in {}", S::NAME);
     }
 }
@@ -95,6 +96,7 @@ fn lattice_stress<S: Space>() {
     let face = if S::DIMENSION == 2 { spacing * depth } else { spacing * spacing };
     let wanted = S::identity() * (-smooth().constants.stiffness_normal * overlap / face);
     let off = (stress - wanted).norm() / wanted.norm();
+    println!("stress of a lattice in the {}: off by {off:.1e}", S::NAME);
     assert!(off < 1e-9, "{stress:?} for {wanted:?}, off by {off:e}");
 }
 

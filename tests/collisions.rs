@@ -82,6 +82,7 @@ fn restitution_follows_the_damping<S: Space>() {
         let duration = math::PI / (law.constants.stiffness_normal / reduced - decay * decay).sqrt();
         let seen = head_on::<S, _>(law, [[RADIUS; 2], [MASS; 2]], duration, 4000);
         let wanted = math::exp(-decay * duration);
+        println!("restitution {wanted:.3} in the {}: off by {:.1e}", S::NAME, seen.restitution - wanted);
         assert!((seen.restitution - wanted).abs() < 5e-4, "damping {damping}: {} for {wanted}", seen.restitution);
         assert!((seen.touching / 4000.0 - 1.0).abs() < 2e-3, "damping {damping}: {} steps", seen.touching);
     }
@@ -119,6 +120,7 @@ fn hertz_contacts_last_and_press_as_they_should() {
         let seen = head_on::<Solid, _>(law, [radii, masses], duration, 4000);
         let off = [seen.overlap / overlap - 1.0, seen.touching / 4000.0 - 1.0, seen.restitution - 1.0];
         println!("Hertz: overlap, duration, restitution off by {off:?}");
+        println!("Hertz contact of two spheres: overlap, duration, restitution off by {off:?}");
         assert!(off.iter().all(|off| off.abs() < 1e-6), "overlap, duration, restitution off by {off:?}");
     }
 }
@@ -144,6 +146,7 @@ fn a_hertz_contact_with_a_wall_lasts_and_presses_as_it_should() {
         touching += u32::from(overlap > 0.0);
     }
     let off = [deepest / wanted - 1.0, f64::from(touching) / 4000.0 - 1.0];
+    println!("Hertz contact with a wall: overlap and duration off by {off:?}");
     assert!(off.iter().all(|off| off.abs() < 1e-3), "overlap and duration off by {off:?}");
 }
 
@@ -183,6 +186,12 @@ fn a_pair_holds_until_pulled_off<S: Space>() {
             weakest = weakest.min(force + damping * speed);
             assert!(count < 1000, "it never lets go");
         }
+        println!(
+            "pull-off force in the {}: off by {:.1e}, a step changes it by {:.1e}",
+            S::NAME,
+            weakest / -pull - 1.0,
+            per_step / pull
+        );
         assert!(weakest > -pull && weakest < -pull + per_step, "round {round}: it let go at {weakest} N, of {pull} N");
         // Back: nothing until they touch, then all of the spring at once.
         set_velocity(&mut world, [-speed, 0.0, 0.0]);
@@ -225,6 +234,7 @@ fn a_pair_slides_at_its_shear_strength<S: Space>() {
         let sliding = (force - along * pressing).norm();
         let wanted = linear.friction * pressing.abs() + law.constants.cohesion_tangential;
         assert!((pressing - normal).abs() < 1e-3, "{pressing} N for {normal} N");
+        println!("shear strength with cohesion in the {}: off by {:.1e}", S::NAME, sliding / wanted - 1.0);
         assert!((sliding / wanted - 1.0).abs() < 1e-6, "{sliding} N for {wanted} N at {pressing} N");
     }
 }

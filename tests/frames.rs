@@ -185,6 +185,7 @@ impl Check<Plane> for Exact {
     fn of<C: ContactLaw<Plane>>(&self, known: &Known<Plane, C>) {
         for axis in [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]] {
             let errors = errors(known, axis, 500);
+            println!("a contact carried by a rotation: force and torque off by {errors:?}");
             assert!(
                 errors.iter().all(|error| *error < 1e-9),
                 "force and torque off by {errors:?} under {:?}",

@@ -92,6 +92,7 @@ fn rolls<S: Space, C: ContactLaw<S>>(known: &Known<S, C>, tangent: f64) {
     let rolling = rolling_spin::<S>(&slope.normal, &acceleration);
     let slip = (spin_up - rolling).norm() / rolling.norm();
     println!("rolls at {tangent} in {}: acceleration off by {off:.1e}, slip {slip:.1e} under {:?}", S::NAME, known.law);
+    println!("rolls on a slope in the {}: acceleration off by {off:.1e}, slip {slip:.1e}", S::NAME);
     assert!(off < 1e-8, "slope {tangent}: acceleration off by {off:e} under {:?} in {}", known.law, S::NAME);
     assert!(slip < 1e-8, "slope {tangent}: slip {slip:e} under {:?} in {}", known.law, S::NAME);
 }
@@ -110,6 +111,7 @@ fn slides<S: Space, C: ContactLaw<S>>(known: &Known<S, C>, tangent: f64) {
     let turn = turn * (1.0 / S::grain_inertia(MASS, RADIUS));
     let turn_off = (spin_up - turn).norm() / turn.norm();
     println!("slides at {tangent} in {}: off by {off:.1e}, {turn_off:.1e} under {:?}", S::NAME, known.law);
+    println!("slides on a slope in the {}: acceleration off by {off:.1e}, spin-up by {turn_off:.1e}", S::NAME);
     assert!(off < 1e-8, "slope {tangent}: acceleration off by {off:e} under {:?} in {}", known.law, S::NAME);
     assert!(turn_off < 1e-8, "slope {tangent}: spin-up off by {turn_off:e} under {:?} in {}", known.law, S::NAME);
 }
@@ -208,6 +210,7 @@ fn comes_to_rest<S: Space>() {
     let wanted = speed * speed / (2.0 * slowing);
     println!("rolling to rest in {}: {stopped:e} m of {wanted:e} m, half-way at {half}", S::NAME);
     assert!((half - 0.5).abs() < 1e-3, "half-way it has {half} of its speed");
+    println!("rolls to rest in the {}: distance off by {:.1e}", S::NAME, stopped / wanted - 1.0);
     assert!((stopped / wanted - 1.0).abs() < 1e-4, "it stopped after {stopped} m, not {wanted} m");
     let crept = ((later.position - start).dot(&level.uphill) - stopped).abs();
     assert!(crept < 1e-4 * wanted && later.velocity.norm() < 5e-3 * speed, "it crept on by {crept} m");

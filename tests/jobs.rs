@@ -88,3 +88,26 @@ fn every_job_is_in_the_readme_of_jobs() {
         assert!(page.contains(&*name), "jobs/README.md does not name {name}");
     }
 }
+
+/// Who looks for how something is written finds a job that has it.
+#[test]
+fn jobs_of_elements_have_one_of_each_kind() {
+    let texts: Vec<String> =
+        jobs_of_elements().iter().map(|path| std::fs::read_to_string(path).expect("it can be read")).collect();
+    let has = |line: &str| texts.iter().any(|text| text.lines().any(|found| found.trim_start().starts_with(line)));
+    let values = [
+        ("law", &["linear", "linear_cohesive", "elastic_rolling", "hertz_mindlin"][..]),
+        ("shape", &["plane", "box", "cylinder", "layer"]),
+        ("distribution", &["normal", "uniform", "list"]),
+        ("preparation", &["compress", "pour"]),
+        ("space", &["plane", "solid"]),
+    ];
+    for (key, kinds) in values {
+        for kind in kinds {
+            assert!(has(&format!("{key} = \"{kind}\"")), "{key} = {kind:?}");
+        }
+    }
+    for key in ["servo", "path", "ramp", "spin", "fraction", "ledger", "stress", "velocity_gradient", "local", "file"] {
+        assert!(has(&format!("{key} = ")), "{key}");
+    }
+}

@@ -46,7 +46,8 @@ mod oracle;
 mod replay;
 /// Every contact law, in the plane and in space, has the same bits on 1 to 4 ranks, 1 and 2 threads, and after resume.
 mod same_bits;
-/// A packing in the making says how far it is, and stops when asked to, on one rank as on two.
+/// A packing in the making says how far it is, and stops when asked to, on one rank as on two; a run that stops itself
+/// names its newest checkpoint.
 mod stops;
 /// The style that no compiler holds: one door to inexact mathematics, no ranks in physics, short files.
 mod tidy;

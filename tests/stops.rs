@@ -1,4 +1,5 @@
-//! A packing that takes long says how far it is, and SIGTERM ends it at once, on one rank as on two.
+//! A packing that takes long says how far it is, and SIGTERM ends it at once, on one rank as on two; a run that stops itself
+//! says what it leaves.
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Stdio};
@@ -50,11 +51,52 @@ fn a_packing_is_told_and_can_be_stopped() {
     for (command, out, code) in [(alone, &outs[0], Some(4)), (together, &outs[1], None)] {
         let (found, text) = stopped(command);
         assert!(text.starts_with("Stopped on request while the packing was made, after "), "{text}");
-        assert!(text.contains(&format!("remove {out} and start the run again")), "{text}");
+        assert!(text.contains(&format!("{out} was not made: start the run again")), "{text}");
+        assert!(!std::path::Path::new(out).exists());
         assert!(code.is_none() || found == code, "{found:?}");
     }
     assert!(
         std::fs::read_dir(folder.path()).unwrap().all(|entry| entry.unwrap().path().is_dir()),
         "a packing was kept"
     );
+}
+
+/// A run that stops itself leaves more than a message: where it can be gone on from, or that it cannot.
+#[test]
+fn a_run_that_stops_itself_names_its_newest_checkpoint() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("one.csv"), "id,x,y,radius,vx,vy,spin\n0,5e-3,5e-3,5e-4,10,0,0\n").unwrap();
+    let job = r#"name = "flies"
+[cell]
+space = "plane"
+upper = ["1 cm", "1 cm"]
+periodic = [false, false]
+[grains]
+density = 2500
+file = "one.csv"
+diameter_mean = "1 mm"
+[contact]
+stiffness_normal = "100 kN/m"
+stiffness_tangential = "50 kN/m"
+restitution = 0.5
+friction = 0.5
+[time]
+step = "1 us"
+end = "10 ms"
+"#;
+    std::fs::write(folder.path().join("job.toml"), job).unwrap();
+    let stopped = |out: &str, interval: &str| {
+        let mut run = Command::new(SCREE);
+        run.current_dir(folder.path()).args(["run", "job.toml", "--threads", "1", "--out", out, "--set"]);
+        let ended = run.arg(format!("output.checkpoint_interval={interval}")).output().unwrap();
+        assert_eq!(ended.status.code(), Some(3));
+        let words = String::from_utf8(ended.stderr).unwrap();
+        assert!(words.contains("outside the domain") && words.contains("cell.lower and cell.upper"), "{words}");
+        words
+    };
+    let words = stopped("kept", "0.2 ms");
+    let newest = "The newest checkpoint is kept/checkpoints/step-000000000400.h5; `scree resume kept` goes on from it.";
+    assert!(words.contains(newest), "{words}");
+    let words = stopped("none", "5 ms");
+    assert!(words.contains("There is no checkpoint yet."), "{words}");
 }

@@ -6,15 +6,16 @@ use serde_json::{Value, json};
 
 use crate::checkpoint::{Progress, Snapshot};
 use crate::error::Error;
+use crate::grain_file;
 use crate::law::contact::ContactLaw;
 use crate::law::material::{Absent, Nothing};
 use crate::observe::frame::frame;
 use crate::output::{self, Outputs};
 use crate::rebuild::Row;
 use crate::run::{Core, Experiment, Options, Outcome, Run};
-use crate::scenario::assembly::Assembly;
+use crate::scenario::assembly::{Assembly, Source};
 use crate::scenario::{Output, figures};
-use crate::space::{Linear, Space};
+use crate::space::{Linear, Plane, Solid, Space};
 use crate::transfer;
 use crate::world::World;
 
@@ -33,6 +34,15 @@ type GrainCore<'t, S, C> = Core<'t, S, C, Absent>;
 /// A run's state with the memories of a law.
 pub type GrainSnapshot<S, C> = Snapshot<S, <C as ContactLaw<S>>::Memory<f64>, Nothing>;
 
+/// Refuses what a job's file or packing would be refused for, before anything is started.
+pub fn refuse_bad(job: &Assembly) -> Result<(), Error> {
+    match (&job.source, job.cell.dimension) {
+        (Source::File(_), _) => grain_file::refuse_bad(job),
+        (Source::Packed(packed), 2) => packed::refuse_bad::<Plane>(job, packed),
+        (Source::Packed(packed), _) => packed::refuse_bad::<Solid>(job, packed),
+    }
+}
+
 /// Runs a job from its start.
 pub fn start<S: Space, C: ContactLaw<S>>(
     job: &Assembly,
@@ -40,10 +50,11 @@ pub fn start<S: Space, C: ContactLaw<S>>(
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
     let root = transport.rank() == 0;
+    let mut world = setup::world::<S, C>(job, transport)?;
+    // Only now, so that a job whose grains cannot be made leaves no folder behind.
     let claimed =
         if root { output::claim(&options.out, &crate::scenario::Job::Assembly(job.clone()).to_toml()) } else { Ok(()) };
     transfer::agree(transport, claimed)?;
-    let mut world = setup::world::<S, C>(job, transport)?;
     if job.ledger {
         world.open_ledger();
     }

@@ -32,8 +32,12 @@ pub fn world<'t, S: Space, C: ContactLaw<S>>(
 ) -> Result<GrainWorld<'t, S, C>, Error> {
     let (mut grains, cell): (Vec<Row<S, C>>, Cell<S>) = match &job.source {
         Source::File(file) => {
-            let read = if transport.rank() == 0 { grain_file::read_assembly(job, file) } else { Ok(Vec::new()) };
-            (transfer::agree(transport, read)?, cell_of(job))
+            let read = match transport.rank() {
+                0 => grain_file::read_with_cell(job, file).map(|(grains, cell)| (grains, vec![cell])),
+                _ => Ok((Vec::new(), Vec::new())),
+            };
+            let (grains, cell) = transfer::agree(transport, read)?;
+            (grains, super::packed::same_cell(job, cell, transport)?)
         }
         Source::Packed(packed) => {
             let packing = super::packed::make::<S, C>(job, packed, transport)?;

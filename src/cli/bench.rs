@@ -27,7 +27,7 @@ pub(super) enum Bench {
         #[arg(long, default_value = "plane", value_parser = ["plane", "solid"])]
         space: String,
         /// Steps of each of the five stretches whose median counts. Default: about two seconds' worth.
-        #[arg(long)]
+        #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
         steps: Option<u64>,
         /// Threads of each rank.
         #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -54,7 +54,7 @@ pub(super) enum Bench {
         #[arg(long, default_value = "blend", value_parser = ["blend", "affine"])]
         transfer: String,
         /// Steps of each of the five stretches whose median counts. Default: about two seconds' worth.
-        #[arg(long)]
+        #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
         steps: Option<u64>,
         /// Threads of each rank.
         #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -65,6 +65,8 @@ pub(super) enum Bench {
     },
 }
 
+/// Open MPI starts ranks for root only where both of these are 1.
+const ROOT_VARIABLES: [&str; 2] = ["OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"];
 /// Stretches whose median counts.
 const STRETCHES: usize = 5;
 /// Grain-steps of a stretch by default.
@@ -130,18 +132,47 @@ fn is_launched() -> bool {
 /// The same command on several ranks.
 fn launch(ranks: usize) -> Result<Outcome, Error> {
     let program = std::env::current_exe().map_err(|error| Error::Run(format!("where is this program? {error}")))?;
+    let version = Command::new("mpirun").arg("--version").output().map_err(|error| {
+        Error::User(format!("mpirun cannot be started ({error}); install Open MPI, or measure with --ranks 1"))
+    })?;
+    let open_mpi = String::from_utf8_lossy(&version.stdout).contains("Open MPI");
+    let allowed = ROOT_VARIABLES.iter().all(|variable| std::env::var_os(variable).is_some_and(|value| value == "1"));
+    if open_mpi && is_root() && !allowed {
+        return Err(Error::User(format!(
+            "mpirun does not start ranks for root. Be another user, or set {}=1 {}=1 where nobody else's files are at stake.",
+            ROOT_VARIABLES[0], ROOT_VARIABLES[1]
+        )));
+    }
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    if ranks > cores {
+        tracing::warn!("warning: {ranks} ranks share {cores} cores, so times are not those of {ranks} cores");
+    }
     let status = Command::new("mpirun")
-        .args(["-n", &ranks.to_string()])
+        .args(arguments_of_mpirun(ranks, cores, open_mpi))
         .arg(program)
         .args(std::env::args_os().skip(1))
         .status()
-        .map_err(|error| {
-            Error::User(format!("mpirun cannot be started ({error}); install Open MPI, or measure with --ranks 1"))
-        })?;
+        .map_err(|error| Error::Run(format!("mpirun cannot be started any more: {error}")))?;
     match status.success() {
         true => Ok(Outcome::Done(String::new())),
         false => Err(Error::Run(format!("mpirun -n {ranks} ended with {status}; its words are above"))),
     }
+}
+
+/// Open MPI counts a slot a core, and starts more ranks only where it is told to.
+fn arguments_of_mpirun(ranks: usize, cores: usize, open_mpi: bool) -> Vec<String> {
+    let mut arguments = vec!["-n".to_string(), ranks.to_string()];
+    if open_mpi && ranks > cores {
+        arguments.push("--oversubscribe".to_string());
+    }
+    arguments
+}
+
+/// Whether this process acts as root, where the system tells.
+fn is_root() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let effective = status.lines().find_map(|line| line.strip_prefix("Uid:")?.split_whitespace().nth(1));
+    effective == Some("0")
 }
 
 fn page(measured: &Measured, threads: usize, json: bool) -> String {
@@ -243,4 +274,40 @@ fn page_of_points(wanted: &mpm::Wanted, measured: &mpm::Measured, threads: usize
         );
     }
     page
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::super::{Arguments, with_newline};
+    use super::arguments_of_mpirun;
+
+    /// Ranks that were started have printed their JSON; what started them has nothing to add, not even an empty line.
+    #[test]
+    fn json_of_several_ranks_stays_the_last_line() {
+        assert_eq!(with_newline(String::new()), "");
+        assert_eq!(with_newline("Done".into()), "Done\n");
+        assert_eq!(with_newline("Done\n".into()), "Done\n");
+    }
+
+    /// A time over no steps is no number.
+    #[test]
+    fn no_steps_are_refused() {
+        let refused = Arguments::try_parse_from(["scree", "bench", "dem", "--steps", "0"]).err();
+        let words = refused.expect("nothing can be measured").to_string();
+        assert!(words.contains("'--steps <STEPS>'"), "{words}");
+        for what in ["dem", "mpm"] {
+            assert!(Arguments::try_parse_from(["scree", "bench", what, "--steps", "1"]).is_ok());
+            assert!(Arguments::try_parse_from(["scree", "bench", what, "--steps", "0"]).is_err());
+        }
+    }
+
+    /// Open MPI ends with "not enough slots" else; other launchers do not know the word.
+    #[test]
+    fn more_ranks_than_cores_are_asked_for_by_name() {
+        assert_eq!(arguments_of_mpirun(2, 2, true), ["-n", "2"]);
+        assert_eq!(arguments_of_mpirun(4, 2, true), ["-n", "4", "--oversubscribe"]);
+        assert_eq!(arguments_of_mpirun(4, 2, false), ["-n", "4"]);
+    }
 }

@@ -27,7 +27,7 @@ pub(super) fn command(job: &Path, sets: &[String]) -> Result<String, Error> {
         }
         Job::Assembly(assembly) => {
             assembly::refuse_missing_file(&assembly)?;
-            crate::grain_file::refuse_bad(&assembly)?;
+            crate::assembly::refuse_bad(&assembly)?;
             Ok(assembly::page(&assembly))
         }
         Job::Mpm(job) => Ok(mpm::page(&job)),
@@ -61,6 +61,47 @@ mod tests {
         let points = checked("planar_shear.toml", &["method=mpm"]);
         assert!(points.contains("material points") && !points.contains("k_n/(P depth)"), "{points}");
         assert!(!grains.contains("speed-up") && !points.contains("speed-up"));
+    }
+
+    /// A key that the law does not have would be refused when it is written, and Hertz contacts have no one stiffness.
+    #[test]
+    fn soft_contacts_are_told_the_key_of_their_law() {
+        let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/quickstart.toml")).unwrap();
+        let (head, rest) = text.split_once("[contact]").unwrap();
+        let (_, tail) = rest.split_once("[packing]").unwrap();
+        let page = |law: &str| {
+            let text = format!("{head}[contact]\nfriction = 0.5\n{law}\n[packing]{tail}");
+            let scenario = crate::scenario::Scenario::parse(&text, "job.toml", &[]);
+            shear::page(&scenario.unwrap_or_else(|error| panic!("{error}")))
+        };
+        let linear = "stiffness_normal = 1e5\nstiffness_tangential = 5e4\ndamping_normal = 1\ndamping_tangential = 1";
+        let elastic = "law = \"elastic_rolling\"\nyoung_modulus = 1e8\nstiffness_ratio = 0.5";
+        let hertz = "law = \"hertz_mindlin\"\nshear_modulus = 1e6\npoisson_ratio = 0.2";
+        for (law, key) in [(linear, "stiffness_normal"), (elastic, "young_modulus")] {
+            let page = page(law);
+            assert!(page.contains(&format!("Raise contact.{key} or")), "{page}");
+        }
+        let page = page(hertz);
+        assert!(!page.contains("Raise contact."), "{page}");
+    }
+
+    /// What only the packing was refused for once, after a folder had been made for the run.
+    #[test]
+    fn a_packing_that_cannot_be_made_is_no_good_job() {
+        let job = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/element/rve_ensemble.toml");
+        let refused = |set: &str| command(&job, &[set.to_string()]).unwrap_err().to_string();
+        let narrow = refused("grains.count=8");
+        assert!(narrow.starts_with("grains.count = 8 grains fill a cell that is only "), "{narrow}");
+        let folder = tempfile::tempdir().unwrap();
+        let text = std::fs::read_to_string(&job).unwrap();
+        let file = folder.path().join("job.toml");
+        std::fs::write(
+            &file,
+            format!("{text}\n[[body]]\nname = \"ball\"\nshape = \"cylinder\"\ncentre = [0.05, 0.05]\nradius = 1e-3\n"),
+        )
+        .unwrap();
+        let body = command(&file, &[]).unwrap_err().to_string();
+        assert!(body.contains("fills the whole cell with grains, and body `ball` stands in it"), "{body}");
     }
 
     /// What is known of an assembly: its law, cell, bodies, stable step and cost.

@@ -342,8 +342,9 @@ fn start_threads(threads: usize) -> Result<(), Error> {
         })
 }
 
+/// A text that ends its line; nothing stays nothing, since what ranks of its own have said last must stay last.
 fn with_newline(mut text: String) -> String {
-    if !text.ends_with('\n') {
+    if !text.is_empty() && !text.ends_with('\n') {
         text.push('\n');
     }
     text

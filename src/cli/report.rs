@@ -7,16 +7,19 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
+use crate::scenario::schema::Kind;
 
 mod assembly;
 mod chart;
 mod colour;
+mod continuum;
 mod contour;
 mod figures;
 mod findings;
 mod load;
 mod page;
 mod panels;
+mod records;
 mod scenes;
 mod svg;
 #[cfg(test)]
@@ -28,6 +31,7 @@ use findings::Findings;
 use load::Run;
 use page::Drawings;
 use panels::Told;
+use records::Record;
 use scenes::{Scenes, Timing, enriched_frame};
 use words::Story;
 
@@ -40,8 +44,10 @@ pub fn write(dirs: &[PathBuf], out: Option<&Path>) -> Result<PathBuf, Error> {
     let Some(first) = dirs.first() else {
         return Err(Error::User("A report needs the directory of a run: `scree report runs/NAME`.".to_owned()));
     };
-    if dirs.iter().any(|directory| assembly::is_assembly(directory)) {
-        return write_assemblies(dirs, first, out);
+    for kind in [Kind::Assembly, Kind::Mpm] {
+        if dirs.iter().any(|directory| is_of(directory, kind)) {
+            return write_sections(dirs, first, out, kind);
+        }
     }
     let mut runs = dirs.iter().map(|directory| Run::read(directory)).collect::<Result<Vec<_>, _>>()?;
     tell_apart(&mut runs);
@@ -75,29 +81,50 @@ pub fn write(dirs: &[PathBuf], out: Option<&Path>) -> Result<PathBuf, Error> {
     Ok(path)
 }
 
-/// The same of grains in cells: every run has its own pictures and curves, below each other.
-fn write_assemblies(dirs: &[PathBuf], first: &Path, out: Option<&Path>) -> Result<PathBuf, Error> {
-    if let Some(other) = dirs.iter().find(|directory| !assembly::is_assembly(directory)) {
+/// Whether a directory holds a run of that kind of job.
+fn is_of(directory: &Path, kind: Kind) -> bool {
+    kind.mark().is_some_and(|table| records::has_table(directory, table))
+}
+
+/// The same of grains in cells or of continua: every run has its own pictures and curves, below each other.
+fn write_sections(dirs: &[PathBuf], first: &Path, out: Option<&Path>, kind: Kind) -> Result<PathBuf, Error> {
+    if let Some(other) = dirs.iter().find(|directory| !is_of(directory, kind)) {
         return Err(Error::User(format!(
-            "{} is no run of grains in a cell, and another of these directories is; make a report of either kind by itself.",
-            other.display()
+            "{} is no run of {}, and another of these directories is; make a report of either kind by itself.",
+            other.display(),
+            if kind == Kind::Assembly { "grains in a cell" } else { "a continuum on a grid" }
         )));
     }
-    let runs = dirs.iter().map(|directory| assembly::Run::read(directory)).collect::<Result<Vec<_>, _>>()?;
+    let records = dirs.iter().map(|directory| Record::read(directory)).collect::<Result<Vec<_>, _>>()?;
+    let told = |record: Record| -> Result<(Record, String, Vec<page::Figure>), Error> {
+        match kind {
+            Kind::Assembly => {
+                let run = assembly::Run::new(record);
+                let mut figures = vec![("grains", run.picture()?, page::GRAINS_CAPTION)];
+                figures.extend(run.curves());
+                let words = run.words();
+                Ok((run.record, words, figures))
+            }
+            _ => {
+                let run = continuum::Run::new(record);
+                let (words, figures) = run.told()?;
+                Ok((run.record, words, figures))
+            }
+        }
+    };
+    let told = records.into_iter().map(told).collect::<Result<Vec<_>, Error>>()?;
     let (path, folder) = places(first, out)?;
     let mut sections = Vec::new();
-    for (index, run) in runs.iter().enumerate() {
-        let mut figures = vec![("grains", run.picture()?, page::GRAINS_CAPTION)];
-        figures.extend(run.curves());
-        let number = if runs.len() > 1 { format!("_{}", index + 1) } else { String::new() };
-        for (name, drawing, _) in &figures {
+    for (index, (record, words, figures)) in told.iter().enumerate() {
+        let number = if told.len() > 1 { format!("_{}", index + 1) } else { String::new() };
+        for (name, drawing, _) in figures {
             put(&folder.join(format!("{name}{number}.svg")), drawing)?;
         }
-        sections.push((run, figures));
+        sections.push(page::Section { record, words: words.clone(), figures: figures.clone() });
     }
-    let told: Vec<String> = runs.iter().map(|run| format!("{}: {}", run.name, run.words())).collect();
-    put(&path.with_extension("txt"), &(told.join("\n\n") + "\n"))?;
-    put(&path, &page::assemblies(&sections))?;
+    let lines: Vec<String> = told.iter().map(|(record, words, _)| format!("{}: {words}", record.name)).collect();
+    put(&path.with_extension("txt"), &(lines.join("\n\n") + "\n"))?;
+    put(&path, &page::sections(&sections))?;
     Ok(path)
 }
 

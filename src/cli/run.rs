@@ -6,6 +6,7 @@ use scree_partition::transport::Transport;
 
 use super::check::refuse_missing_file;
 use super::{Ending, agreed, start_threads};
+use crate::assembly;
 use crate::checkpoint;
 use crate::error::Error;
 use crate::grain_file;
@@ -49,9 +50,9 @@ fn prepare(
         let job = Job::load(job, sets)?;
         match &job {
             Job::Shear(scenario) => refuse_bad_grains(scenario)?,
-            Job::Assembly(assembly) => {
-                refuse_missing_file(assembly)?;
-                grain_file::refuse_bad(assembly)?;
+            Job::Assembly(job) => {
+                refuse_missing_file(job)?;
+                assembly::refuse_bad(job)?;
             }
             Job::Mpm(_) => {}
         }

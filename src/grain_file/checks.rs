@@ -69,16 +69,43 @@ pub fn refuse_other_box<S: Space>(
                 ),
             ));
         }
-        if let Some((tilts, line)) = bounds.tilts
-            && tilts.iter().any(|tilt| tilt.abs() > BOX_TOLERANCE * length)
-        {
-            return Err(source.bad(
-                line,
-                &format!("the box is tilted by {tilts:?} m (xy xz yz), and a job's cell starts upright; take a file of an upright box"),
-            ));
-        }
     }
     Ok(())
+}
+
+/// A box that leans, where the domain cannot.
+pub fn refuse_tilts(source: &Source, bounds: &Bounds) -> Result<(), Error> {
+    match bounds.tilts {
+        Some((tilts, line)) if tilts != [0.0; 3] => Err(source.bad(
+            line,
+            &format!("the box is tilted by {tilts:?} m (xy xz yz), and this job's domain is upright; take a file of an upright box"),
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// The job's cell with edges that lean as the box of a LAMMPS file does.
+pub fn tilted<S: Space>(source: &Source, bounds: &Bounds, cell: &Cell<S>) -> Result<Cell<S>, Error> {
+    let mut tilted = *cell;
+    let Some((tilts, line)) = bounds.tilts else { return Ok(tilted) };
+    for ((along, edge), tilt) in [(0, 1), (0, 2), (1, 2)].into_iter().zip(tilts) {
+        if tilt == 0.0 {
+            continue;
+        }
+        if edge >= S::DIMENSION || !cell.periodic[along] || !cell.periodic[edge] {
+            return Err(source.bad(
+                line,
+                &format!(
+                    "the box is tilted by {tilts:?} m (xy xz yz), and a cell leans only along axes that are both periodic; {} and {} are not",
+                    AXES[along], AXES[edge]
+                ),
+            ));
+        }
+        tilted.edges[edge * S::DIMENSION + along] = tilt;
+    }
+    let mut leaning = *cell;
+    leaning.take_motion_of(&tilted);
+    Ok(leaning)
 }
 
 /// Masses of a LAMMPS file against the job's. LAMMPS stores rho = m/(4/3 pi r^3) also of discs (atom style sphere); files
@@ -245,15 +272,24 @@ pub fn refuse_sizes(scenario: &Scenario, source: &Source, entries: &[Entry<Plane
 
 // In a cell
 
-pub fn refuse_outside<S: Space>(source: &Source, job: &Assembly, entry: &Entry<S>) -> Result<(), Error> {
+pub fn refuse_outside<S: Space>(source: &Source, cell: &Cell<S>, entry: &Entry<S>) -> Result<(), Error> {
+    let fraction = cell.fraction(&entry.position);
     for (axis, name) in AXES.iter().enumerate().take(S::DIMENSION) {
-        let (lower, upper) = (job.cell.lower[axis], job.cell.upper[axis]);
-        if !(lower..=upper).contains(&entry.position[axis]) {
+        let length = cell.edges[axis * S::DIMENSION + axis];
+        let lower = cell.corner[axis];
+        let (upper, place) = (lower + length, entry.position[axis]);
+        // Of an upright cell to the bit; along a leaning edge a place is as exact as the share of it.
+        let leans = (0..S::DIMENSION).any(|edge| edge != axis && cell.edges[edge * S::DIMENSION + axis] != 0.0);
+        let inside = match leans {
+            true => (-BOX_TOLERANCE..=1.0 + BOX_TOLERANCE).contains(&fraction[axis]),
+            false => (lower..=upper).contains(&place),
+        };
+        if !inside {
             return Err(source.bad(
                 entry.line,
                 &format!(
-                    "{name} = {} m lies outside the cell, which reaches from cell.lower = {lower} to cell.upper = {upper} m",
-                    entry.position[axis]
+                    "{name} = {place} m lies outside the cell, which reaches from cell.lower = {lower} to cell.upper = {upper} m{}; the grains of a cell that leans are read with its tilts from a LAMMPS data file",
+                    if leans { " and leans" } else { "" }
                 ),
             ));
         }

@@ -5,26 +5,43 @@ use crate::error::Error;
 use crate::grain_export::{header, header_of_places};
 use crate::space::{Linear, Space};
 
-/// The grains of a file, in its order. Without columns of velocities they are at rest.
+/// The grains of a file, in its order. Columns stand in any order; without those of velocities grains are at rest.
 pub fn parse<S: Space>(source: &Source, text: &str) -> Result<Vec<Entry<S>>, Error> {
-    let mut lines = text.lines().enumerate();
-    let found = lines.next().map_or("", |(_, line)| line.trim());
+    // Spreadsheets begin a file with a byte-order mark.
+    let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
+    let found: Vec<&str> = lines.next().map_or("", |(_, line)| line).split(',').map(str::trim).collect();
     let (full, places) = (header::<S>(), header_of_places::<S>());
-    if found != full && found != places {
-        return Err(source.bad(1, &format!("the first line must be `{full}` or `{places}`")));
-    }
+    let Some(columns) = columns(&found, full).or_else(|| columns(&found, places)) else {
+        let message = format!(
+            "the first line must name the columns {full}, or {places}, in any order; it is `{}`",
+            found.join(",")
+        );
+        return Err(source.bad(1, &message));
+    };
     lines
         .filter(|(_, line)| !line.trim().is_empty())
-        .map(|(index, line)| entry(index + 1, line, found).map_err(|what| source.bad(index + 1, &what)))
+        .map(|(index, line)| {
+            let words: Vec<&str> = line.split(',').map(str::trim).collect();
+            match words.len() == columns.len() {
+                true => entry(index + 1, &columns.iter().map(|column| words[*column]).collect::<Vec<&str>>()),
+                false => Err(format!("{} values, {} are wanted ({})", words.len(), columns.len(), found.join(","))),
+            }
+            .map_err(|what| source.bad(index + 1, &what))
+        })
         .collect()
 }
 
-fn entry<S: Space>(line: usize, text: &str, header: &str) -> Result<Entry<S>, String> {
-    let words: Vec<&str> = text.split(',').map(str::trim).collect();
-    let wanted = header.split(',').count();
-    if words.len() != wanted {
-        return Err(format!("{} values, {wanted} are wanted ({header})", words.len()));
+/// Where each column of a header stands among those found, if they are the same ones.
+fn columns(found: &[&str], header: &str) -> Option<Vec<usize>> {
+    let wanted: Vec<&str> = header.split(',').collect();
+    match found.len() == wanted.len() {
+        true => wanted.iter().map(|name| found.iter().position(|other| other == name)).collect(),
+        false => None,
     }
+}
+
+/// A grain from its values in the order of the header.
+fn entry<S: Space>(line: usize, words: &[&str]) -> Result<Entry<S>, String> {
     let id = id(words[0])?;
     let numbers = words[1..].iter().map(|word| number(word)).collect::<Result<Vec<f64>, String>>()?;
     let (place, rest) = numbers.split_at(S::DIMENSION);

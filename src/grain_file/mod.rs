@@ -5,6 +5,7 @@
 use std::path::Path;
 
 use crate::assembly::setup;
+use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::packing::{LOWER, UPPER, mass_of};
 use crate::error::Error;
@@ -65,6 +66,9 @@ struct Listing<S: Space> {
     bounds: Option<lammps::Bounds>,
 }
 
+/// Grains and the cell they start in.
+pub type Start<S, M> = (Vec<GrainRow<S, M>>, Cell<S>);
+
 impl<S: Space> Listing<S> {
     fn read(source: &Source) -> Result<Self, Error> {
         let text = source.text()?;
@@ -86,6 +90,7 @@ pub fn read<M: Words<f64>>(scenario: &Scenario, file: &Path) -> Result<Vec<Grain
     if let Some(bounds) = bounds {
         // In y the domain is the continuum's, and grains need only lie in it.
         checks::refuse_other_box(&source, &bounds, &cell, &[0])?;
+        checks::refuse_tilts(&source, &bounds)?;
     }
     for entry in &entries {
         let x = entry.position[0];
@@ -118,15 +123,21 @@ pub fn read<M: Words<f64>>(scenario: &Scenario, file: &Path) -> Result<Vec<Grain
 
 /// Grains of an assembly in the order of their ids.
 pub fn read_assembly<S: Space, M: Words<f64>>(job: &Assembly, file: &Path) -> Result<Vec<GrainRow<S, M>>, Error> {
+    Ok(read_with_cell(job, file)?.0)
+}
+
+/// The same, and the cell they start in: the job's, leaning as the box of a LAMMPS file may.
+pub fn read_with_cell<S: Space, M: Words<f64>>(job: &Assembly, file: &Path) -> Result<Start<S, M>, Error> {
     let source = Source { file, key: "grains.file" };
     let Listing { mut entries, bounds } = Listing::<S>::read(&source)?;
-    let cell = setup::cell_of::<S>(job);
+    let mut cell = setup::cell_of::<S>(job);
     if let Some(bounds) = bounds {
         checks::refuse_other_box(&source, &bounds, &cell, &[0, 1, 2][..S::DIMENSION])?;
+        cell = checks::tilted(&source, &bounds, &cell)?;
     }
     let mass = |radius: f64| job.matter.density * S::grain_volume(radius, job.cell.depth);
     for entry in &entries {
-        checks::refuse_outside(&source, job, entry)?;
+        checks::refuse_outside(&source, &cell, entry)?;
         checks::refuse_radius(&source, entry)?;
     }
     if entries.is_empty() {
@@ -141,7 +152,7 @@ pub fn read_assembly<S: Space, M: Words<f64>>(job: &Assembly, file: &Path) -> Re
     let grains: Vec<GrainRow<S, M>> = entries.iter().map(|entry| row(entry, mass(entry.radius), Mover::Free)).collect();
     checks::refuse_overlaps(&source, &entries, &grains, &cell)?;
     checks::refuse_overlaps_with_bodies(job, &source, &entries)?;
-    Ok(grains)
+    Ok((grains, cell))
 }
 
 /// Refuses what [`read_assembly`] would refuse, before anything is started.

@@ -117,6 +117,30 @@ fn what_a_job_may_not_say_a_grain_file_may_not_either() {
     );
 }
 
+/// Spreadsheets write a byte-order mark, blanks and an order of their own; what they mean is as plain as before.
+#[test]
+fn columns_are_known_by_their_names() {
+    let spheres = job(SPHERES);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("grains.csv");
+    let rows = |text: &str| {
+        std::fs::write(&file, text).unwrap();
+        let rows = read_assembly::<Solid, Memory>(&spheres, &file).map_err(|error| error.to_string())?;
+        Ok::<_, String>(
+            rows.into_iter().map(|row| (row.cold.id.0, row.hot.position, row.hot.radius)).collect::<Vec<_>>(),
+        )
+    };
+    let plain = rows("id,x,y,z,radius\n3,1e-3,0,-1e-3,4e-4\n").unwrap();
+    assert_eq!(rows("\u{feff}id,x,y,z,radius\r\n3,1e-3,0,-1e-3,4e-4\r\n").unwrap(), plain);
+    assert_eq!(rows("id, x, y, z, radius\n3, 1e-3, 0, -1e-3, 4e-4\n").unwrap(), plain);
+    assert_eq!(rows("radius,z,y,x,id\n4e-4,-1e-3,0,1e-3,3\n").unwrap(), plain);
+    for other in ["id,x,y,y,radius", "id,x,y,radius", "id,x,y,z,diameter", ""] {
+        let message = rows(&format!("{other}\n")).unwrap_err();
+        assert!(message.contains("grains.csv:1: the first line must name the columns id,x,y,z,radius,vx"), "{message}");
+        assert!(message.ends_with(&format!("; it is `{other}`")), "{message}");
+    }
+}
+
 #[test]
 fn grains_of_an_assembly_are_held_to_its_bounds() {
     let spheres = job(SPHERES);
@@ -146,7 +170,7 @@ fn grains_of_an_assembly_are_held_to_its_bounds() {
     );
     let other = said("grains.csv", "id,x,y,radius\n", |file| read_assembly::<Solid, Memory>(&spheres, file));
     assert!(
-        other.starts_with("1: the first line must be `id,x,y,z,radius,vx,vy,vz,wx,wy,wz` or `id,x,y,z,radius`"),
+        other.starts_with("1: the first line must name the columns id,x,y,z,radius,vx,vy,vz,wx,wy,wz, or id,x,y,z,radius, in any order; it is `"),
         "{other}"
     );
 }
@@ -178,7 +202,12 @@ fn lammps_files_are_read_or_refused_by_line() {
             "-2e-3 2.1e-3 xlo",
             "5: the box reaches from -0.002 to 0.0021 m along x, and the job's cell from -0.002 to 0.002 m",
         ),
-        ("zlo zhi\n", "zlo zhi\n1e-4 0 0 xy xz yz\n", "8: the box is tilted by [0.0001, 0.0, 0.0] m"),
+        ("zlo zhi\n", "zlo zhi\n1e-4 0 0 xy xz yz\n", "2 grains"),
+        (
+            "zlo zhi\n",
+            "zlo zhi\n0 1e-4 0 xy xz yz\n",
+            "8: the box is tilted by [0.0, 0.0001, 0.0] m (xy xz yz), and a cell",
+        ),
         ("zlo zhi\n", "zlo zhi\n1 0 0 avec\n", "8: a box of edges in any direction is not read"),
         ("zlo zhi\n", "zlo zhi\n1 0 0\n", "8: `1 0 0` is neither a line of the head nor a section"),
         ("# sphere", "# atomic", "9: atoms of style `atomic`; grains are of style sphere"),
@@ -316,16 +345,61 @@ fn exports_say_what_they_cannot_write() {
         ["lower,higher,memory_0", "0,2,1.0000000000000001e-1", "0,18446744073709551360,6.9999999999999996e-1"]
     );
 
-    cell.edges[2] = 0.3e-3;
+    let mut sheared = cell;
+    sheared.edges[2] = 0.3e-3;
+    cell.take_motion_of(&sheared);
     let (leaning, _) = state(&discs, cell);
     grain_export::write(&leaning, folder.path(), &at("grains.data"), Wanted::default()).unwrap();
     let text = std::fs::read_to_string(at("grains.data")).unwrap();
     assert!(text.contains("2.9999999999999997e-4 0.0000000000000000e0 0.0000000000000000e0 xy xz yz\n"), "{text}");
-    let found = read_assembly::<Plane, Memory>(&discs, &at("grains.data")).unwrap_err().to_string();
-    assert!(found.contains(":9: the box is tilted by [0.0003"), "{found}");
     cell.edges[1] = 0.1e-3;
     let (turned, _) = state(&discs, cell);
     let found =
         grain_export::write(&turned, folder.path(), &at("grains.data"), Wanted::default()).unwrap_err().to_string();
     assert!(found.starts_with("the edges of this cell have turned"), "{found}");
+}
+
+/// A cell that was sheared starts as it ended: the box of a data file says how its edges lean.
+#[test]
+fn a_sheared_cell_is_read_back_leaning() {
+    let folder = tempfile::tempdir().unwrap();
+    let discs = job(DISCS);
+    let mut sheared = setup::cell_of::<Plane>(&discs);
+    sheared.edges[2] = 0.8e-3;
+    let mut cell = setup::cell_of::<Plane>(&discs);
+    cell.take_motion_of(&sheared);
+    let mut rows = state(&discs, cell).1;
+    // At the top of the cell, beyond the upright one's edge in x, and the same across the period.
+    rows[3].hot.position = cell.corner + cell.edges * <Plane as Space>::Vector::new(0.95, 0.9);
+    assert!(rows[3].hot.position[0] > discs.cell.upper[0]);
+    let snapshot = Snapshot::<Plane, Memory, Nothing> {
+        scenario: Job::Assembly(discs.clone()).to_toml(),
+        progress: Progress::default(),
+        cell,
+        home: Home { cell, bodies: Vec::new() },
+        bodies: Vec::new(),
+        grains: rows.clone(),
+        points: Vec::new(),
+    };
+    let state = snapshot.to_state();
+    let file = folder.path().join("grains.data");
+    grain_export::write(&state, folder.path(), &file, Wanted::default()).unwrap();
+    let (read, start) = read_with_cell::<Plane, Memory>(&discs, &file).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(start.edges, cell.edges);
+    for (read, row) in read.iter().zip(&rows) {
+        assert!((read.hot.position - row.hot.position).norm() < 1e-15, "{:?} {:?}", read.hot, row.hot);
+    }
+    let file = folder.path().join("grains.csv");
+    grain_export::write(&state, folder.path(), &file, Wanted::default()).unwrap();
+    let found = read_assembly::<Plane, Memory>(&discs, &file).unwrap_err().to_string();
+    assert!(
+        found.ends_with("the grains of a cell that leans are read with its tilts from a LAMMPS data file"),
+        "{found}"
+    );
+
+    // And the world that a run starts from leans.
+    let mut job = discs.clone();
+    job.source = SourceOfGrains::File(folder.path().join("grains.data"));
+    let world = setup::world::<Plane, crate::law::contact::LinearSpringDashpot>(&job, &scree_partition::Solo).unwrap();
+    assert_eq!(world.cell.edges, cell.edges);
 }

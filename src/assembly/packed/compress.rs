@@ -84,8 +84,7 @@ pub fn make<S: Space, C: ContactLaw<S>>(
     (stress, wanted): (f64, Option<f64>),
     transport: &dyn Transport,
 ) -> Result<Packing<S, C>, Error> {
-    refuse_bodies::<S>(job)?;
-    refuse_narrow::<S>(job, packed)?;
+    refuse_bad::<S>(job, packed)?;
     let press = Press { job, packed, stress, transport };
     let plain = press.compress::<S, C>(None)?;
     let Some(wanted) = wanted else { return Ok(plain.packing) };
@@ -99,6 +98,12 @@ pub fn make<S: Space, C: ContactLaw<S>>(
         )));
     }
     press.compress_from_gas(wanted, plain.fraction)
+}
+
+/// Refuses what no compression can make a packing of.
+pub(super) fn refuse_bad<S: Space>(job: &Assembly, packed: &Packed) -> Result<(), Error> {
+    refuse_bodies::<S>(job)?;
+    refuse_narrow::<S>(job, packed)
 }
 
 /// Bodies that grains touch would stand among grains that know nothing of them.

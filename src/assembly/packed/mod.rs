@@ -62,6 +62,14 @@ pub fn make<S: Space, C: ContactLaw<S>>(
     Ok(packing)
 }
 
+/// Refuses what no packing can be made of, before anything is started.
+pub(super) fn refuse_bad<S: Space>(job: &Assembly, packed: &Packed) -> Result<(), Error> {
+    match packed.preparation {
+        Preparation::Compress { .. } => compress::refuse_bad::<S>(job, packed),
+        Preparation::Pour => Ok(()),
+    }
+}
+
 /// Everything that shapes a packing.
 fn key(job: &Assembly, packed: &Packed) -> String {
     let cell = &job.cell;
@@ -106,7 +114,11 @@ fn read<S: Space, C: ContactLaw<S>>(job: &Assembly, file: &Path) -> Result<Packi
 }
 
 /// The cell that rank 0 holds, at rest, on every rank.
-fn same_cell<S: Space>(job: &Assembly, cell: Vec<Cell<S>>, transport: &dyn Transport) -> Result<Cell<S>, Error> {
+pub(super) fn same_cell<S: Space>(
+    job: &Assembly,
+    cell: Vec<Cell<S>>,
+    transport: &dyn Transport,
+) -> Result<Cell<S>, Error> {
     let shared = transfer::broadcast(transport, cell)?;
     let mut cell = setup::cell_of(job);
     shared.iter().for_each(|shared| cell.take_motion_of(shared));

@@ -2,7 +2,7 @@
 
 use super::page::{Page, figures, megapascals, whole};
 use super::{INERTIAL_NUMBER_QUASI_STATIC, STEP_SHARE_MIN, STIFFNESS_NUMBER_MIN};
-use crate::scenario::{Method, Scenario, derived};
+use crate::scenario::{Contact, Method, Scenario, derived};
 
 /// Moduli this many times the affine estimate cannot come from the contact law, which the estimate bounds from above.
 const MODULUS_EXCESS_MAX: f64 = 1.5;
@@ -179,9 +179,18 @@ fn warnings_of_motion(scenario: &Scenario) -> Vec<String> {
         ));
     }
     let stiffness = derived::stiffness_number(scenario);
-    if scenario.method.has_grains() && stiffness < STIFFNESS_NUMBER_MIN {
+    let key = match scenario.contact {
+        Contact::Linear(_) | Contact::LinearCohesive(_) => Some("stiffness_normal"),
+        Contact::ElasticRolling(_) => Some("young_modulus"),
+        // Their stiffness is that of an overlap which is not the mean one.
+        Contact::HertzMindlin(_) => None,
+    };
+    if let Some(key) = key
+        && scenario.method.has_grains()
+        && stiffness < STIFFNESS_NUMBER_MIN
+    {
         warnings.push(format!(
-            "k_n/(P depth) is {}, so mean overlaps exceed a hundredth of a diameter. Raise contact.stiffness_normal or lower loading.stress_normal.",
+            "k_n/(P depth) is {}, so mean overlaps exceed a hundredth of a diameter. Raise contact.{key} or lower loading.stress_normal.",
             figures(stiffness)
         ));
     }

@@ -1,24 +1,15 @@
 //! The report on grains in a cell: the grains at three moments, and the curves of `series.csv` against time.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use scree_io::{Values, frames};
 
-use scree_io::{Values, frames, series};
-
-use super::chart::{Axis, Chart, Curve, Entry, legend, side_by_side, significant};
-use super::load::{Kind, broken, lookup, present, text, torn_frames, unreadable};
+use super::chart::significant;
+use super::load::{Kind, torn_frames, unreadable};
 use super::panels::{colour_bar, round_up};
+use super::records::{AXES, Line, Plot, Record, draw, time};
 use super::svg::{Anchor, Frame, INK, Letters, Stroke, Svg, number};
 use super::{WIDTH, colour};
 use crate::error::Error;
 
-const AXES: [&str; 3] = ["x", "y", "z"];
-/// Height of the axes of a chart, and room above and below them, pixels.
-const HEIGHT: f64 = 220.0;
-const HEAD: f64 = 74.0;
-const FOOT: f64 = 52.0;
-/// Decades of energy below the largest that are shown.
-const DECADES: i32 = 9;
 /// Panels side by side, the room between them, and the height that they may have, pixels.
 const PANELS: usize = 3;
 const GAP: f64 = 22.0;
@@ -28,17 +19,11 @@ const BEYOND: f64 = 0.01;
 
 /// A run of an assembly.
 pub struct Run {
-    pub directory: PathBuf,
-    pub name: String,
-    pub scenario_text: String,
-    pub summary: serde_json::Map<String, serde_json::Value>,
+    pub record: Record,
     dimension: usize,
     /// Lower corner of the cell, m.
     corner: Vec<f64>,
     bodies: Vec<String>,
-    columns: BTreeMap<String, Vec<f64>>,
-    /// s.
-    frame_times: Vec<f64>,
 }
 
 /// A grain of a picture.
@@ -56,73 +41,12 @@ struct Scene {
     grains: Vec<Grain>,
 }
 
-/// Whether a directory holds a run of an assembly; what cannot be read is left to who reads it.
-pub fn is_assembly(directory: &Path) -> bool {
-    let scenario = text(&directory.join("scenario.toml")).ok();
-    scenario.and_then(|text| text.parse::<toml::Table>().ok()).is_some_and(|scenario| scenario.contains_key("cell"))
-}
-
 impl Run {
-    /// Reads all but the frames of a run directory.
-    pub fn read(directory: &Path) -> Result<Self, Error> {
-        let [scenario_path, summary_path, series_path, frames_path] =
-            ["scenario.toml", "summary.json", "series.csv", "frames.vtkhdf"].map(|name| directory.join(name));
-        let scenario_text = text(&scenario_path)?;
-        let scenario: toml::Table = toml::from_str(&scenario_text).map_err(|error| {
-            broken(&scenario_path, &format!("is not TOML: {}", error.message()), "Copy it back from the run's job")
-        })?;
-        let summary = serde_json::from_str(&text(&summary_path)?).map_err(|error| {
-            broken(&summary_path, &format!("is not a JSON object: {error}"), "Resume the run; its end writes it anew")
-        })?;
-        present(&series_path)?;
-        let (header, rows) = series::read(&series_path).map_err(unreadable)?;
-        if rows.is_empty() {
-            return Err(broken(&series_path, "has no rows yet", "Let the run go on: `scree resume`"));
-        }
-        let column = |index: usize| rows.iter().map(|row| row.get(index).copied().unwrap_or(f64::NAN)).collect();
-        let columns = header.iter().enumerate().map(|(index, name)| (name.clone(), column(index))).collect();
-        present(&frames_path)?;
-        let frame_times = frames::times(&frames_path).map_err(unreadable)?;
-        if frame_times.is_empty() {
-            return Err(torn_frames(&frames_path, "it holds no frame"));
-        }
-        let word = |path: &str| lookup(&scenario, path).and_then(toml::Value::as_str).map(str::to_owned);
-        let list = |path: &str| lookup(&scenario, path).and_then(toml::Value::as_array).cloned().unwrap_or_default();
-        let named = |body: &toml::Value| body.get("name").and_then(toml::Value::as_str).map(str::to_owned);
-        let dimension = if word("cell.space").as_deref() == Some("solid") { 3 } else { 2 };
-        let mut corner: Vec<f64> = list("cell.lower").iter().filter_map(toml::Value::as_float).collect();
+    pub fn new(record: Record) -> Self {
+        let dimension = record.dimension("cell");
+        let mut corner = record.numbers("cell.lower");
         corner.resize(dimension, 0.0);
-        Ok(Self {
-            directory: directory.to_owned(),
-            name: word("name").unwrap_or_else(|| "run".to_owned()),
-            dimension,
-            corner,
-            bodies: list("body").iter().filter_map(named).collect(),
-            scenario_text,
-            summary,
-            columns,
-            frame_times,
-        })
-    }
-
-    /// A column of the series; nothing where there is none.
-    fn column(&self, name: &str) -> &[f64] {
-        self.columns.get(name).map_or(&[], Vec::as_slice)
-    }
-
-    fn last(&self, name: &str) -> f64 {
-        self.column(name).last().copied().unwrap_or(f64::NAN)
-    }
-
-    /// A column against time, in units.
-    fn curve(&self, name: &str, scale: f64) -> Vec<[f64; 2]> {
-        self.column("time").iter().zip(self.column(name)).map(|(time, value)| [*time, value * scale]).collect()
-    }
-
-    /// A time with the unit that makes it short.
-    fn time(seconds: f64) -> String {
-        let (unit, length) = unit_of_time(seconds);
-        format!("{}\u{2009}{unit}", significant(seconds / length, 3))
+        Self { dimension, corner, bodies: record.names("body"), record }
     }
 
     /// What happened, in a few sentences.
@@ -132,17 +56,17 @@ impl Run {
         format!(
             "{:.0} {kind} in a cell for {}. At the end the packing fraction is {}, a grain has {} contacts, and the \
              normal stresses of the contacts are {} kPa (compression positive) along {}.",
-            self.last("grains"),
-            Self::time(self.last("time")),
-            significant(self.last("fraction"), 4),
-            significant(2.0 * self.last("contacts") / self.last("grains"), 3),
+            self.record.last("grains"),
+            time(self.record.last("time")),
+            significant(self.record.last("fraction"), 4),
+            significant(2.0 * self.record.last("contacts") / self.record.last("grains"), 3),
             stresses.join(", "),
             self.axes().join(", "),
         )
     }
 
     fn stress_at_end(&self, axis: &str) -> String {
-        significant(-1e-3 * self.last(&format!("stress_{axis}{axis}")), 3)
+        significant(-1e-3 * self.record.last(&format!("stress_{axis}{axis}")), 3)
     }
 
     fn axes(&self) -> &'static [&'static str] {
@@ -151,15 +75,14 @@ impl Run {
 
     /// Edges of the cell in the row nearest to a time, m: as columns.
     fn edges(&self, time: f64) -> Vec<Vec<f64>> {
-        let times = self.column("time");
-        let nearest = (0..times.len()).min_by(|a, b| (times[*a] - time).abs().total_cmp(&(times[*b] - time).abs()));
-        let entry = |i: &str, j: &str| self.column(&format!("edge_{i}{j}")).get(nearest.unwrap_or(0)).copied();
+        let row = self.record.row_at(time);
+        let entry = |i: &str, j: &str| self.record.column(&format!("edge_{i}{j}")).get(row).copied();
         let edge = |j: &&str| self.axes().iter().map(|i| entry(i, j).unwrap_or(0.0)).collect();
         self.axes().iter().map(edge).collect()
     }
 
     fn scene(&self, index: usize) -> Result<Scene, Error> {
-        let path = self.directory.join("frames.vtkhdf");
+        let path = self.record.directory.join("frames.vtkhdf");
         let frame = frames::read_frame(&path, index).map_err(unreadable)?;
         let rows = frame.positions.len();
         let find = |name: &str| frame.fields.iter().find(|column| column.name == name);
@@ -189,7 +112,7 @@ impl Run {
 
     /// The grains at the start, in the middle and at the end.
     pub fn picture(&self) -> Result<String, Error> {
-        let last = self.frame_times.len() - 1;
+        let last = self.record.frame_times.len() - 1;
         let mut chosen = vec![0, last / 2, last];
         chosen.dedup();
         let scenes = chosen.into_iter().map(|index| self.scene(index)).collect::<Result<Vec<_>, _>>()?;
@@ -206,7 +129,7 @@ impl Run {
         let mut svg = Svg::new("grains", WIDTH, 34.0 + size[1] * scale + 76.0);
         for (column, scene) in scenes.iter().enumerate() {
             let panel = Panel { view: &view, scale, frame: frame(column), upper };
-            let title = format!("({}) {}", ["a", "b", "c"][column.min(2)], Self::time(scene.time));
+            let title = format!("({}) {}", ["a", "b", "c"][column.min(2)], time(scene.time));
             svg.text([panel.frame.left, 22.0], &title, Letters::new(13.0, Anchor::Start).bold());
             panel.draw(&mut svg, scene, &self.edges(scene.time));
         }
@@ -241,21 +164,25 @@ impl Run {
     }
 
     fn stresses(&self) -> String {
-        let mut lines: Vec<(String, Vec<[f64; 2]>)> = Vec::new();
+        let mut lines: Vec<Line> = Vec::new();
         for axis in self.axes() {
-            lines.push((format!("\u{2212}{axis}{axis}"), self.curve(&format!("stress_{axis}{axis}"), -1e-3)));
+            lines.push((format!("\u{2212}{axis}{axis}"), self.record.curve(&format!("stress_{axis}{axis}"), -1e-3)));
         }
-        lines.push(("xy".to_owned(), self.curve("stress_xy", 1e-3)));
-        let contacts = self.column("contacts").iter().zip(self.column("grains"));
-        let contacts =
-            self.column("time").iter().zip(contacts).map(|(time, (contacts, grains))| [*time, 2.0 * contacts / grains]);
+        lines.push(("xy".to_owned(), self.record.curve("stress_xy", 1e-3)));
+        let contacts = self.record.column("contacts").iter().zip(self.record.column("grains"));
+        let contacts = self
+            .record
+            .column("time")
+            .iter()
+            .zip(contacts)
+            .map(|(time, (contacts, grains))| [*time, 2.0 * contacts / grains]);
         draw(
             "stress",
             &[
                 Plot { label: "stress (kPa)", lines, is_logarithmic: false },
                 Plot {
                     label: "packing fraction",
-                    lines: vec![(String::new(), self.curve("fraction", 1.0))],
+                    lines: vec![(String::new(), self.record.curve("fraction", 1.0))],
                     is_logarithmic: false,
                 },
                 Plot {
@@ -273,19 +200,12 @@ impl Run {
             ("kinetic_translation", "kinetic, translation"),
             ("kinetic_rotation", "kinetic, rotation"),
         ];
-        let lines = names.map(|(column, words)| (words.to_owned(), self.curve(column, 1.0)));
+        let lines = names.map(|(column, words)| (words.to_owned(), self.record.curve(column, 1.0)));
         draw("energies", &[Plot { label: "energy (J)", lines: lines.into(), is_logarithmic: true }])
     }
 
     fn forces(&self) -> String {
-        let force = |body: &String| {
-            let parts: Vec<&[f64]> =
-                self.axes().iter().map(|axis| self.column(&format!("{body}_force_{axis}"))).collect();
-            let norm =
-                |row: usize| parts.iter().filter_map(|part| part.get(row)).map(|part| part * part).sum::<f64>().sqrt();
-            let places = self.column("time").iter().enumerate().map(|(row, time)| [*time, norm(row)]).collect();
-            (body.clone(), places)
-        };
+        let force = |body: &String| (body.clone(), self.record.length(&format!("{body}_force"), self.axes(), 1.0));
         let lines = self.bodies.iter().take(colour::LINES.len()).map(force).collect();
         draw("bodies", &[Plot { label: "force (N)", lines, is_logarithmic: false }])
     }
@@ -293,58 +213,6 @@ impl Run {
 
 const STRESS_WORDS: &str = "(a) Mean stress of the contacts over the cell, normal stresses positive in compression; (b) \
      packing fraction of the cell; (c) contacts of a grain in the mean, against time.";
-
-/// Curves over one pair of axes, each with its name in the legend, which may be empty.
-struct Plot {
-    label: &'static str,
-    lines: Vec<(String, Vec<[f64; 2]>)>,
-    is_logarithmic: bool,
-}
-
-/// Plots side by side, legends above them.
-fn draw(name: &str, plots: &[Plot]) -> String {
-    let mut svg = Svg::new(name, WIDTH, HEAD + HEIGHT + FOOT);
-    for (index, (plot, frame)) in plots.iter().zip(side_by_side(plots.len(), WIDTH, HEAD, HEIGHT)).enumerate() {
-        let stroke = |index: usize| Stroke::new(colour::line(index), 1.4);
-        let named = plot.lines.iter().enumerate().filter(|(_, (words, _))| !words.is_empty());
-        let entries: Vec<Entry> =
-            named.map(|(index, (words, _))| Entry { words: words.clone(), stroke: stroke(index) }).collect();
-        legend(&mut svg, [frame.left, 18.0], frame.width, &entries);
-        let values = plot.lines.iter().flat_map(|(_, places)| places).map(|place| place[1]);
-        let end = plot.lines.iter().flat_map(|(_, places)| places.last()).map(|place| place[0]).fold(0.0, f64::max);
-        let (unit, length) = unit_of_time(end);
-        let chart = Chart {
-            title: if plots.len() > 1 { format!("({})", ["a", "b", "c"][index.min(2)]) } else { String::new() },
-            x: Axis::exact(&format!("time ({unit})"), 0.0, end / length),
-            y: match plot.is_logarithmic {
-                true => Axis::decades(plot.label, values, DECADES),
-                false => Axis::around(plot.label, values),
-            },
-            curves: plot
-                .lines
-                .iter()
-                .enumerate()
-                .map(|(index, (_, places))| Curve {
-                    places: places.iter().map(|[time, value]| [time / length, *value]).collect(),
-                    stroke: stroke(index),
-                })
-                .collect(),
-            moments: Vec::new(),
-            levels: Vec::new(),
-        };
-        chart.draw(&mut svg, frame);
-    }
-    svg.finish("Curves against time")
-}
-
-/// A unit of time for what lasts so many seconds, and its length, s.
-fn unit_of_time(seconds: f64) -> (&'static str, f64) {
-    match seconds {
-        seconds if seconds >= 0.1 || seconds == 0.0 => ("s", 1.0),
-        seconds if seconds >= 1e-4 => ("ms", 1e-3),
-        _ => ("\u{b5}s", 1e-6),
-    }
-}
 
 /// The mean stress at which the colours end, Pa.
 fn colours_end(scenes: &[Scene]) -> f64 {

@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::assembly;
 use super::figures::label;
 use super::findings::{STRAIN_DISTURBED, WINDOW};
+use super::records::Record;
 use super::svg::{FONT, escape};
 use super::words::{self, Story, Table};
 
@@ -76,29 +76,40 @@ pub fn page(stories: &[Story], drawings: &Drawings) -> String {
 pub const GRAINS_CAPTION: &str = "The grains in their true size, spheres seen along y, coloured by the mean stress of \
      their contacts, compression positive; grey: glued to a body; dashed: the cell.";
 
-/// A run with its drawings, each with a name and a caption.
-type Section<'a> = (&'a assembly::Run, Vec<(&'static str, String, &'static str)>);
+/// A run with what is said of it and its drawings.
+pub struct Section<'a> {
+    pub record: &'a Record,
+    pub words: String,
+    pub figures: Vec<Figure>,
+}
 
-/// The page of runs of grains in cells, one below the other.
-pub fn assemblies(sections: &[Section]) -> String {
-    let names: Vec<&str> = sections.iter().map(|(run, _)| run.name.as_str()).collect();
+/// A name, a drawing and a caption.
+pub type Figure = (&'static str, String, &'static str);
+
+/// The page of runs of grains in cells or of continua, one below the other.
+pub fn sections(sections: &[Section]) -> String {
+    let names: Vec<&str> = sections.iter().map(|section| section.record.name.as_str()).collect();
     let title = escape(&names.join(", "));
     let mut body = format!("<h1>{title}</h1>\n");
     let mut figures = 0;
-    for (run, drawings) in sections {
+    for section in sections {
+        let record = section.record;
         if sections.len() > 1 {
-            let _ = writeln!(body, "<h2>{} ({})</h2>", escape(&run.name), escape(&run.directory.display().to_string()));
+            let directory = record.directory.display().to_string();
+            let _ = writeln!(body, "<h2>{} ({})</h2>", escape(&record.name), escape(&directory));
         }
-        let _ = writeln!(body, "<p class=\"lead\">{}</p>", escape(&run.words()));
-        for (_, drawing, caption) in drawings {
+        let _ = writeln!(body, "<p class=\"lead\">{}</p>", escape(&section.words));
+        for (_, drawing, caption) in &section.figures {
             figures += 1;
             figure(&mut body, figures, drawing, caption);
         }
     }
-    let summaries: Vec<_> = sections.iter().map(|(run, _)| &run.summary).collect();
+    let summaries: Vec<_> = sections.iter().map(|section| &section.record.summary).collect();
     table(&mut body, "Summary of the run", &names, &words::summaries(&summaries));
-    let sources: Vec<Source> =
-        sections.iter().map(|(run, _)| (run.name.clone(), &*run.directory, &*run.scenario_text)).collect();
+    let sources: Vec<Source> = sections
+        .iter()
+        .map(|section| (section.record.name.clone(), &*section.record.directory, &*section.record.scenario_text))
+        .collect();
     made(&mut body, &sources);
     whole(&title, &body)
 }

@@ -301,15 +301,20 @@ pub fn round_up(value: f64) -> f64 {
 }
 
 pub fn colour_bar(svg: &mut Svg, place: [f64; 2], width: f64, upper: f64, words: &str) {
+    colour_bar_between(svg, place, width, [0.0, upper], words);
+}
+
+/// The same from a lower end on that is not zero.
+pub fn colour_bar_between(svg: &mut Svg, place: [f64; 2], width: f64, [lower, upper]: [f64; 2], words: &str) {
     let step = width / colour::STEPS as f64;
     for index in 0..colour::STEPS {
         let left = place[0] + index as f64 * step;
         svg.rectangle(Frame { left, top: place[1], width: step + 0.5, height: 12.0 }, &colour::map(index));
     }
     svg.outline(Frame { left: place[0], top: place[1], width, height: 12.0 }, Stroke::new(INK, 0.8));
-    let ticks = linear_ticks(0.0, upper, 4);
+    let ticks = linear_ticks(lower, upper, 4);
     for (index, (value, text)) in ticks.iter().enumerate() {
-        let x = place[0] + value / upper * width;
+        let x = place[0] + (value - lower) / (upper - lower) * width;
         svg.line([x, place[1] + 12.0], [x, place[1] + 16.0], Stroke::new(INK, 0.8));
         let reached = index + 1 == ticks.len() && *value > upper * (1.0 - 1e-9);
         let text = if reached { format!("\u{2265}\u{2009}{text}") } else { text.clone() };

@@ -288,3 +288,74 @@ fn grains_in_a_cell_are_drawn_with_their_curves() {
     let page = fs::read_to_string(write(&both, Some(&folder.path().join("both.html"))).unwrap()).unwrap();
     assert_eq!((count(&page, "<svg "), count(&page, "<b>Figure 8.</b>")), (8, 1));
 }
+
+/// Runs a block of sand that slumps beside a body, in the plane or in space, and draws it.
+fn continuum(folder: &Path, space: &str) -> String {
+    let solid = space == "solid";
+    let vector = |x: f64, y: f64, z: f64| if solid { format!("[{x}, {y}, {z}]") } else { format!("[{x}, {z}]") };
+    let gravity = if solid { "[0, 0, -9.81]" } else { "[0, -9.81]" };
+    let text = format!(
+        r#"
+name = "slump"
+[grid]
+space = "{space}"
+upper = {upper}
+cell = 0.1
+[material]
+law = "critical_drucker_prager"
+density = 1500
+bulk_modulus = 1e5
+shear_modulus = 5e4
+friction_angle_critical = "20 deg"
+dilation_angle = "0 deg"
+[gravity]
+acceleration = {gravity}
+[[region]]
+shape = "box"
+lower = {lower}
+upper = {top}
+[[body]]
+name = "wall"
+shape = "box"
+lower = {wall_lower}
+upper = {wall_upper}
+[[follow]]
+name = "corner"
+place = {top}
+[time]
+end = 0.05
+"#,
+        upper = vector(1.0, 0.2, 0.6),
+        lower = vector(0.0, 0.0, 0.0),
+        top = vector(0.4, 0.2, 0.4),
+        wall_lower = vector(0.7, 0.0, 0.0),
+        wall_upper = vector(0.8, 0.2, 0.2),
+    );
+    let job = crate::scenario::Job::parse(&text, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+    let out = folder.join(format!("continuum_{space}"));
+    let options = crate::run::Options { out: out.clone(), threads: 1 };
+    crate::start::start(&job, &options, &scree_partition::Solo).unwrap();
+    fs::read_to_string(write(&[out], None).unwrap()).unwrap()
+}
+
+#[test]
+fn continua_are_drawn_with_their_curves() {
+    let folder = tempfile::tempdir().unwrap();
+    for (space, words) in [("plane", "in plane strain"), ("solid", "in space")] {
+        let html = continuum(folder.path(), space);
+        // Plastic strain, mean stress, energies, stresses, reactions, the followed point.
+        assert_eq!((count(&html, "<svg "), count(&html, "<figcaption>")), (6, 6));
+        assert!(html.contains(&format!("points {words} (critical drucker prager) for 50.0\u{2009}ms.")), "{html}");
+        for name in ["plastic strain", "mean stress, compression positive", ">wall<", ">corner<", "dissipated"] {
+            assert!(html.contains(name), "{name}");
+        }
+        assert!(html.contains(if space == "plane" { ">face y_lower<" } else { ">face z_lower<" }));
+        assert!(!html.contains("NaN") && !html.contains("inf "));
+    }
+    let grains = folder.path().join("grains");
+    fs::create_dir_all(&grains).unwrap();
+    assembly(&grains, "plane");
+    let both = [folder.path().join("continuum_plane"), grains.join("run_plane")];
+    let error = write(&both, None).unwrap_err().to_string();
+    assert!(error.contains("make a report of either kind by itself"), "{error}");
+}

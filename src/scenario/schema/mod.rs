@@ -372,4 +372,28 @@ mod tests {
             }
         }
     }
+
+    /// What a job may hold stands where people look for it. Whole sections: keys of other kinds do not count.
+    #[test]
+    fn every_key_stands_in_the_readme() {
+        let readme = include_str!("../../../README.md");
+        let headings = ["## Write a job", "## Grains in a cell", "## A continuum on a grid"];
+        let section = |heading: &str| {
+            let (_, rest) = readme.split_once(heading).expect("the heading is there");
+            rest.split("\n## ").next().unwrap_or(rest)
+        };
+        for (kind, heading) in Kind::ALL.into_iter().zip(headings) {
+            // Tables that are the same for all kinds stand with the first one that has them.
+            let text = match kind {
+                Kind::Shear => [section(headings[0]), section(headings[1])].concat(),
+                _ => [section(headings[0]), section(headings[1]), section(heading)].concat(),
+            };
+            for table in kind.tables_of_all_depths() {
+                for key in table.keys {
+                    let words = text.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+                    assert!(words.into_iter().any(|word| word == key.name), "{}", table.path(key.name));
+                }
+            }
+        }
+    }
 }
