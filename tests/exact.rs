@@ -1,6 +1,6 @@
 //! The continuum against exact solutions: what stays uniform, what is kept, and orders of what is not exact.
 
-use scree::math::PI;
+use scree::math::{PI, cos, ln};
 
 use crate::runs::{Ran, SHAPES, TRANSFERS, UPDATES, orders, schemes};
 
@@ -89,6 +89,9 @@ fn uniform_stress_stays_uniform() {
                 carried[0],
                 carried[1]
             );
+            let limit = if scheme.contains("cubic") { [0.15, 1e-2] } else { [1e-13, 1e-14] };
+            assert!(still[0] < limit[0] && still[1] < limit[1], "at rest {still:?}: {scheme}");
+            assert!(carried[0] < 2e-13 && carried[1] < 2e-13, "carried {carried:?}: {scheme}");
         }
     }
 }
@@ -187,6 +190,11 @@ fn a_free_block_keeps_what_it_must() {
                 scheme.replace('\n', " "),
                 energy.last().unwrap() / energy[0] - 1.0
             );
+            // Linear functions are left out: points that cross cells heat them.
+            let gained = energy.last().unwrap() / energy[0] - 1.0;
+            let flip_kept = scheme.contains("blend") && !scheme.contains("\"last\"");
+            let limits = if flip_kept { -5e-3..5e-3 } else { -0.15..0.0 };
+            assert!(scheme.contains("linear") || limits.contains(&gained), "energy changes by {gained:e}: {scheme}");
         }
         for (shape, moment) in [("quadratic", 0.25), ("cubic", 1.0 / 3.0)] {
             for update in UPDATES {
@@ -196,7 +204,10 @@ fn a_free_block_keeps_what_it_must() {
                 let [first, last] = [early, text].map(|text| angular(&Ran::of(&text), dimension, moment * 0.01));
                 let change = (0..3).map(|axis| (last[axis] - first[axis]).abs()).fold(0.0, f64::max);
                 let all = first.iter().map(|component| component * component).sum::<f64>().sqrt();
-                println!("{dimension}D {shape} {update} APIC: angular momentum {first:?}, changed by {:.1e}", change / all);
+                println!(
+                    "{dimension}D {shape} {update} APIC: angular momentum {first:?}, changed by {:.1e}",
+                    change / all
+                );
                 assert!(change < 1e-12 * all, "angular momentum changes by {change:e}: {scheme}");
             }
         }
@@ -264,14 +275,15 @@ fn bar(scheme: &str, cells: usize, end: f64) -> String {
     )
 }
 
-/// Error of the frequency over ten periods at 16, 32 and 64 cells, and the largest drift of the energy at 32.
+/// Error of the frequency over ten periods at 8, 16 and 32 cells, and the drift of the energy at 16.
 fn standing(scheme: &str) -> ([f64; 3], f64) {
     let mut drift = 0.0;
-    let errors = [16, 32, 64].map(|cells| {
+    let errors = [8, 16, 32].map(|cells| {
         let ran = Ran::of(&bar(scheme, cells, 0.21));
         let time = ran.series("time");
-        if cells == 32 {
-            let energy: Vec<f64> = ran.series("kinetic").iter().zip(ran.series("elastic")).map(|(k, e)| k + e).collect();
+        if cells == 16 {
+            let energy: Vec<f64> =
+                ran.series("kinetic").iter().zip(ran.series("elastic")).map(|(k, e)| k + e).collect();
             // The mean over the last period against that over the first, so that the half step between both shows not.
             let whole = (0.02 / (time[1] - time[0])).round() as usize;
             let mean = |rows: &[f64]| rows.iter().sum::<f64>() / rows.len() as f64;
@@ -294,6 +306,9 @@ fn a_standing_wave_has_its_frequency_and_keeps_its_energy() {
             errors[2],
             orders(&errors)
         );
+        let [coarse, _, fine] = errors;
+        assert!((coarse / fine).log2() > 3.5, "less than second order: {scheme}");
+        assert!(fine.abs() < 6e-3 && (-0.15..1e-4).contains(&drift), "frequency or energy: {scheme}");
     }
 }
 
@@ -311,15 +326,16 @@ fn a_step_travels_with_the_speed_of_waves() {
         let time = ran.series("time");
         let wanted = 100.0 / (1000.0 * 100.0);
         let half = |name: &str| {
-            let values: Vec<f64> =
-                ran.series(&format!("{name}_velocity_x")).iter().map(|v| v - 0.5 * wanted).collect();
+            let values: Vec<f64> = ran.series(&format!("{name}_velocity_x")).iter().map(|v| v - 0.5 * wanted).collect();
             crossings(&time, &values)[0]
         };
-        let speed = (ran.series("late_place_x")[0] - ran.series("quarter_place_x")[0]) / (half("late") - half("quarter"));
+        let speed =
+            (ran.series("late_place_x")[0] - ran.series("quarter_place_x")[0]) / (half("late") - half("quarter"));
         let level = ran.series("quarter_velocity_x");
         let last = &level[level.len() * 3 / 4..];
         let level = last.iter().sum::<f64>() / last.len() as f64;
         println!("{name}: speed {:+.2e}, velocity behind the front {:+.2e}", speed / 100.0 - 1.0, level / wanted - 1.0);
+        assert!((speed / 100.0 - 1.0).abs() < 0.02 && (level / wanted - 1.0).abs() < 1e-3);
     }
 }
 
@@ -333,7 +349,9 @@ fn absorbing_faces_return_little() {
         let rest = "\n[[region]]\nshape = \"box\"\nlower = [0, 0]\nupper = [1, 0.0625]\n[[boundary]]\nface = \"x_lower\"\nkind = \"absorbing\"\n[[boundary]]\nface = \"x_upper\"\nkind = \"absorbing\"\n[time]";
         let ran = Ran::of(&text.replace("\n        [time]", rest));
         let energy: Vec<f64> = ran.series("kinetic").iter().zip(ran.series("elastic")).map(|(k, e)| k + e).collect();
-        println!("{name}: of the pulses' energy {:.1e} comes back", energy.last().unwrap() / energy[0]);
+        let back = energy.last().unwrap() / energy[0];
+        println!("{name}: of the pulses' energy {back:.1e} comes back");
+        assert!(back < 1e-3);
     }
 }
 
@@ -386,6 +404,7 @@ fn oblique_waves_have_their_frequencies() {
                 length / speed / period(&ran.series("time"), &ran.series("loud_displacement_x")) - 1.0
             });
             println!("{name} {wave}: frequency {} orders {:.2?}", words(&errors), orders(&errors));
+            assert!(orders(&errors)[1] > 1.9);
         }
     }
 }
@@ -400,7 +419,7 @@ fn a_column_under_its_own_weight_has_the_exact_profile() {
         let (mut low, mut high) = (0.3f64, 1.0f64);
         for _ in 0..100 {
             let middle = 0.5 * (low + high);
-            if scree::math::ln(middle) / middle < s { low = middle } else { high = middle }
+            if ln(middle) / middle < s { low = middle } else { high = middle }
         }
         0.5 * (low + high)
     };
@@ -417,8 +436,8 @@ fn a_column_under_its_own_weight_has_the_exact_profile() {
                 periodic = [true, false]
                 [scheme]
                 shape = "{shape}"
-                update = "last"
-                flip = 0.9
+                update = "modified_last"
+                flip = 0.5
                 points_per_cell = 2
                 [material]
                 law = "hencky"
@@ -427,7 +446,7 @@ fn a_column_under_its_own_weight_has_the_exact_profile() {
                 poisson_ratio = 0.3
                 [gravity]
                 acceleration = [0, -{gravity}]
-                ramp = 0.5
+                ramp = 3.45
                 [[region]]
                 shape = "box"
                 lower = [0, 0]
@@ -436,31 +455,69 @@ fn a_column_under_its_own_weight_has_the_exact_profile() {
                 face = "y_upper"
                 kind = "free"
                 [time]
-                safety = 0.4
-                end = 2.5
+                safety = 0.5
+                end = 6
                 [output]
-                series_interval = 0.1
+                series_interval = 0.01
+                [[follow]]
+                name = "top"
+                place = [0, {top}]
+                [[follow]]
+                name = "middle"
+                place = [0, {middle}]
                 "#,
+                top = height - 0.25 * cell,
+                middle = 0.5 * height + 0.25 * cell,
                 width = 4.0 * cell
             );
             let ran = Ran::of(&text);
-            let (stress, origin, place) = (ran.points("stress"), ran.points("origin"), ran.points("position"));
-            let (mut square, mut moved) = (0.0, 0.0);
-            for row in 0..stress.len() {
-                let wanted = modulus * scree::math::ln(stretch(-density * gravity * (height - origin[row][1]) / modulus));
-                square += (stress[row][3] - wanted) * (stress[row][3] - wanted);
-                // Place by Simpson's rule over the stretch.
-                let parts = 20;
-                let at = |n: usize| stretch(-density * gravity * (height - origin[row][1] * n as f64 / parts as f64) / modulus);
-                let weight = |n: usize| if n == 0 || n == parts { 1.0 } else if n % 2 == 1 { 4.0 } else { 2.0 };
-                let exact: f64 = (0..=parts).map(|n| weight(n) * at(n)).sum::<f64>() * origin[row][1] / (3 * parts) as f64;
-                moved += (place[row][1] - exact) * (place[row][1] - exact);
-            }
-            let count = stress.len() as f64;
-            [(square / count).sqrt() / (density * gravity * height), (moved / count).sqrt() / height]
+            // What still swings is averaged away over the last 2.4 s.
+            let time = ran.series("time");
+            let hann = |now: f64| if now < 3.6 { 0.0 } else { 1.0 - cos(2.0 * PI * (now - 3.6) / 2.4) };
+            let mean = |name: &str| {
+                let values = ran.series(name);
+                let weighted: f64 = time.iter().zip(&values).map(|(now, value)| hann(*now) * value).sum();
+                weighted / time.iter().map(|now| hann(*now)).sum::<f64>()
+            };
+            let at = |z: f64| stretch(-density * gravity * (height - z) / modulus);
+            // Simpson's rule.
+            let integral = |top: f64, of: &dyn Fn(f64) -> f64| -> f64 {
+                let weight = |n: usize| {
+                    if n == 0 || n == 40 {
+                        1.0
+                    } else if n % 2 == 1 {
+                        4.0
+                    } else {
+                        2.0
+                    }
+                };
+                (0..=40).map(|n| weight(n) * of(top * n as f64 / 40.0)).sum::<f64>() * top / 120.0
+            };
+            let volume = integral(height, &at);
+            let stress = integral(height, &|z| modulus * ln(at(z))) / volume;
+            let top = mean("top_place_y") - integral(height - 0.25 * cell, &at);
+            let middle = mean("middle_place_y") - integral(0.5 * height + 0.25 * cell, &at);
+            let settled = height - volume;
+            [top / settled, middle / settled, mean("stress_yy") / stress - 1.0]
         });
-        let (stress, place) = (errors.map(|both| both[0]), errors.map(|both| both[1]));
-        println!("{shape}: stress {} orders {:.2?}, place {} orders {:.2?}", words(&stress), orders(&stress), words(&place), orders(&place));
+        let [top, middle, stress] = [0, 1, 2].map(|which| errors.map(|all| all[which]));
+        println!(
+            "{shape}: top {} orders {:.2?}, middle {} orders {:.2?}, mean stress {} orders {:.2?}",
+            words(&top),
+            orders(&top),
+            words(&middle),
+            orders(&middle),
+            words(&stress),
+            orders(&stress)
+        );
+        // Points that cross cells of linear functions make it the worse the finer they are.
+        let limits = match shape {
+            "linear" => [0.3, 0.2, 0.02],
+            "generalised" => [2e-3, 3e-3, 2e-3],
+            _ => [1e-3, 1e-3, 3e-5],
+        };
+        assert!([top, middle, stress].iter().zip(limits).all(|(errors, limit)| errors[2].abs() < limit), "{shape}");
+        assert!(shape != "quadratic" || orders(&stress)[0] > 1.9);
     }
 }
 
@@ -470,7 +527,6 @@ fn a_block_slides_as_friction_lets_it() {
     for (slope, friction) in [(0.5f64, 0.3), (0.25, 0.3)] {
         let (sin, cos) = (slope / (1.0 + slope * slope).sqrt(), 1.0 / (1.0 + slope * slope).sqrt());
         for shape in SHAPES {
-            println!("{shape}");
             let text = format!(
                 r#"
                 name = "incline"
@@ -481,7 +537,7 @@ fn a_block_slides_as_friction_lets_it() {
                 depth = 1
                 [scheme]
                 shape = "{shape}"
-                update = "last"
+                update = "modified_last"
                 flip = 0.95
                 points_per_cell = 2
                 [material]
@@ -518,6 +574,7 @@ fn a_block_slides_as_friction_lets_it() {
             let press = force[3..].iter().sum::<f64>() / (force.len() - 3) as f64;
             let weight = ran.series("mass")[0] * 10.0 * cos;
             println!("{shape}, slope {slope}: speed {speed:.4}, wanted {wanted:.4} m/s; presses {:.4}", press / weight);
+            assert!((speed - wanted).abs() < 0.02 && (press / weight + 1.0).abs() < 0.02, "{shape}");
         }
     }
 }
@@ -571,9 +628,39 @@ fn bodies_bear_what_they_must() {
     let (table, lid) = (ran.series("table_force_y"), ran.series("lid_force_y"));
     let late = |values: &[f64]| values[values.len() - 4..].iter().sum::<f64>() / 4.0;
     println!("lid {} of 2000 N, table {} of -4400 N", late(&lid), late(&table));
+    assert!((late(&lid) / 2000.0 - 1.0).abs() < 0.01 && (late(&table) / -4400.0 - 1.0).abs() < 0.015);
 }
 
+/// Three turns of a stiff free block: its points have turned by as much as the block, and the mean stress is that of the
+/// virial, rho omega^2 a^2/12, turn by turn.
 #[test]
-fn constants_of_this_file() {
-    assert!((2.0 * PI - 6.283_185_307_179_586).abs() < 1e-15);
+fn many_turns_leave_only_what_spinning_makes() {
+    for (name, transfer) in [("FLIP", TRANSFERS[0]), ("APIC", TRANSFERS[1])] {
+        let spin = 20.0;
+        let text = free(2, &format!("shape = \"quadratic\"\nupdate = \"modified_last\"\n{transfer}"), "hencky")
+            .replace("young_modulus = 1e5", "young_modulus = 1e7")
+            .replace("spin = 3.0", "spin = 20.0")
+            .replace("velocity = [0.3, -0.2]", "velocity = [0, 0]")
+            .replace("amplitude = [0.3, 0.1]", "amplitude = [0, 0]")
+            .replace("step = 1e-3", "step = 2e-4")
+            .replace("end = 0.2", "end = 0.942\n[[follow]]\nname = \"corner\"\nplace = [0.175, 0.175]");
+        let ran = Ran::of(&text);
+        let [x, y] = ["corner_place_x", "corner_place_y"].map(|name| ran.series(name));
+        let mut turned = 0.0;
+        for at in 1..x.len() {
+            turned += (x[at - 1] * y[at] - y[at - 1] * x[at]) / (x[at] * x[at] + y[at] * y[at]);
+        }
+        let time = ran.series("time");
+        let wanted = spin * (time[time.len() - 1] - time[0]);
+        let virial = 1000.0 * spin * spin * 0.4 * 0.4 / 12.0;
+        let last = x.len() * 2 / 3;
+        let stress: Vec<f64> =
+            ran.series("stress_xx").iter().zip(ran.series("stress_yy")).map(|(x, y)| 0.5 * (x + y)).collect();
+        let mean = stress[last..].iter().sum::<f64>() / (stress.len() - last) as f64;
+        println!(
+            "{name}: turned {:+.1e}, mean stress in the third turn {:+.1e}",
+            turned / wanted - 1.0,
+            mean / virial - 1.0
+        );
+    }
 }
