@@ -662,5 +662,9 @@ fn many_turns_leave_only_what_spinning_makes() {
             turned / wanted - 1.0,
             mean / virial - 1.0
         );
+        // Increments alone lose spin at the edges of a body four cells across: what is left is stated, not claimed.
+        if name == "APIC" {
+            assert!((turned / wanted - 1.0).abs() < 5e-3 && (mean / virial - 1.0).abs() < 0.02);
+        }
     }
 }
