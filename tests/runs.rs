@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use scree::checkpoint;
+use scree::math::ln;
 use scree::run::{Options, Outcome};
 use scree::scenario::Job;
 use scree::start;
@@ -83,5 +84,5 @@ impl Ran {
 
 /// Observed order of errors at cells that are halved each time.
 pub fn orders(errors: &[f64]) -> Vec<f64> {
-    errors.windows(2).map(|pair| (pair[0] / pair[1]).abs().log2()).collect()
+    errors.windows(2).map(|pair| ln((pair[0] / pair[1]).abs()) / ln(2.0)).collect()
 }
