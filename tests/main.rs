@@ -21,6 +21,8 @@ mod continua;
 mod coupling;
 /// Enrichment keeps mass and momentum to round-off; zones, rims and the choice of grains are what they are said to be.
 mod enrichment;
+/// Continua against exact solutions under every scheme: patches, waves, columns, slides, balances, turns, with orders.
+mod exact;
 /// Worlds of a few grains alone that the tests of the grain engine share; it claims nothing itself.
 mod few;
 /// A loaded contact that is carried along by a rigid motion keeps its force in the moving frame, under every law.
@@ -44,8 +46,13 @@ mod mpirun;
 mod oracle;
 /// Records of LAMMPS and YADE are repeated to round-off: collisions, a relaxing packing, a sheared cell.
 mod replay;
+/// Runs of continua from the text of a job that the tests of the continuum share; it claims nothing itself.
+mod runs;
 /// Every contact law, in the plane and in space, has the same bits on 1 to 4 ranks, 1 and 2 threads, and after resume.
 mod same_bits;
+/// Every scheme of the continuum, in the plane and in space, has the same bits on 1 to 4 ranks, 1 and 2 threads, with any
+/// instructions, and after resume.
+mod scheme_bits;
 /// A packing in the making says how far it is, and stops when asked to, on one rank as on two; a run that stops itself
 /// names its newest checkpoint.
 mod stops;

@@ -18,7 +18,7 @@ use crate::mpm::load::{Kind, Load};
 use crate::mpm::points::Point;
 use crate::rebuild::{Home, Parts};
 use crate::scenario::assembly::Damping;
-use crate::scenario::mpm::{self, BodyContact, InitialStress, LoadKind, Mpm};
+use crate::scenario::mpm::{self, BodyContact, InitialStress, LoadKind, Mpm, Transfer};
 use crate::servo::CellDrive;
 use crate::space::{Linear, Space};
 use crate::world::{Settings, World};
@@ -166,6 +166,9 @@ fn points<S: Space, L: MaterialLaw<S>>(job: &Mpm, law: &L, transport: &dyn Trans
             let id = PointId((number * places[0] + x) as u64);
             let mut point = PointOf::<S, L>::resting(id, vector::<S>(&place), mass, volume);
             point.hot.velocity = vector::<S>(&region.velocity_at(&place));
+            if job.scheme.transfer == Transfer::Affine {
+                point.hot.affine = tensor::<S>(&region.velocity_gradient_at(&place));
+            }
             point.hot.memory = law.start(&stress_at::<S>(job, &place), region.fraction);
             point.hot.stress = law.stress(&point.hot.memory);
             for (load, _) in job.loads.iter().enumerate().filter(|(_, load)| job.bears(load, index)) {
@@ -175,6 +178,16 @@ fn points<S: Space, L: MaterialLaw<S>>(job: &Mpm, law: &L, transport: &dyn Trans
         }
     }
     points
+}
+
+fn tensor<S: Space>(rows: &[[f64; 3]; 3]) -> S::Tensor {
+    let mut tensor = S::Tensor::zero();
+    for column in 0..S::DIMENSION {
+        for row in 0..S::DIMENSION {
+            tensor[column * S::DIMENSION + row] = rows[row][column];
+        }
+    }
+    tensor
 }
 
 /// Cauchy stress at the start, Pa.

@@ -5,7 +5,7 @@
 
 use super::Output;
 use super::assembly::Body;
-use crate::math::{PI, sin};
+use crate::math::{PI, cos, sin};
 
 pub mod figures;
 
@@ -422,13 +422,36 @@ impl Region {
             waves.fold(self.velocity[axis] + turned(axis), |sum, wave| sum + wave)
         })
     }
+
+    /// Its gradient there, 1/s: row by row the change of a component along each axis.
+    pub fn velocity_gradient_at(&self, place: &[f64; 3]) -> [[f64; 3]; 3] {
+        let [x, y, z] = self.spin;
+        let mut gradient = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]];
+        for wave in &self.waves {
+            let slope = wave.slope_at(place);
+            for (row, amplitude) in gradient.iter_mut().zip(wave.amplitude) {
+                row.iter_mut().zip(wave.direction).for_each(|(change, along)| *change += amplitude * along * slope);
+            }
+        }
+        gradient
+    }
 }
 
 impl Wave {
+    /// What the sine is taken of at a place.
+    fn phase_at(&self, place: &[f64; 3]) -> f64 {
+        let along = |axis: usize| self.direction[axis] * (place[axis] - self.origin[axis]);
+        2.0 * PI * (along(0) + along(1) + along(2)) / self.length
+    }
+
     /// The sine at a place.
     fn share_at(&self, place: &[f64; 3]) -> f64 {
-        let along = |axis: usize| self.direction[axis] * (place[axis] - self.origin[axis]);
-        sin(2.0 * PI * (along(0) + along(1) + along(2)) / self.length)
+        sin(self.phase_at(place))
+    }
+
+    /// Its change along the wave, 1/m.
+    fn slope_at(&self, place: &[f64; 3]) -> f64 {
+        2.0 * PI / self.length * cos(self.phase_at(place))
     }
 }
 

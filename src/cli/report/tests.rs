@@ -319,6 +319,7 @@ name = "wall"
 shape = "box"
 lower = {wall_lower}
 upper = {wall_upper}
+contact = "rough"
 [[follow]]
 name = "corner"
 place = {top}

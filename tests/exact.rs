@@ -1,0 +1,670 @@
+//! The continuum against exact solutions: what stays uniform, what is kept, and orders of what is not exact.
+
+use scree::math::{PI, cos, ln};
+
+use crate::runs::{Ran, SHAPES, TRANSFERS, UPDATES, orders, schemes};
+
+/// Scheme of Chen et al. (2021) without damping, and with APIC.
+const CHEN: &str = "shape = \"quadratic\"\nupdate = \"last\"\ntransfer = \"blend\"\nflip = 1.0";
+const APIC: &str = "shape = \"quadratic\"\nupdate = \"last\"\ntransfer = \"affine\"";
+
+fn list(dimension: usize, values: [f64; 3]) -> String {
+    let words: Vec<String> = values[..dimension].iter().map(f64::to_string).collect();
+    format!("[{}]", words.join(", "))
+}
+
+fn space(dimension: usize) -> &'static str {
+    if dimension == 2 { "plane" } else { "solid" }
+}
+
+/// A cube of edge 0.4 m in cells of 0.1 m, full of material under 1 kPa.
+fn full(dimension: usize, scheme: &str, periodic: bool, velocity: [f64; 3]) -> String {
+    format!(
+        r#"
+        name = "full"
+        [grid]
+        space = "{}"
+        upper = {}
+        cell = 0.1
+        periodic = [{}]
+        [scheme]
+        {scheme}
+        points_per_cell = 2
+        [material]
+        law = "hencky"
+        density = 1000
+        young_modulus = 1e5
+        poisson_ratio = 0.3
+        [stress]
+        kind = "isotropic"
+        pressure = 1000
+        [[region]]
+        shape = "box"
+        lower = {}
+        upper = {}
+        velocity = {}
+        [time]
+        step = 1e-3
+        end = 0.05
+        "#,
+        space(dimension),
+        list(dimension, [0.4; 3]),
+        vec![periodic.to_string(); dimension].join(", "),
+        list(dimension, [0.0; 3]),
+        list(dimension, [0.4; 3]),
+        list(dimension, velocity),
+    )
+}
+
+/// The largest departure of any point's stress from -1 kPa, over 1 kPa, and of its velocity, m/s.
+fn departure(ran: &Ran, dimension: usize, velocity: [f64; 3]) -> [f64; 2] {
+    let mut most = [0.0f64; 2];
+    for stress in ran.points("stress") {
+        for (at, component) in stress.iter().enumerate() {
+            let wanted = if at % (dimension + 1) == 0 { -1000.0 } else { 0.0 };
+            most[0] = most[0].max((component - wanted).abs() / 1000.0);
+        }
+    }
+    for point in ran.points("velocity") {
+        point.iter().zip(velocity).for_each(|(component, wanted)| most[1] = most[1].max((component - wanted).abs()));
+    }
+    most
+}
+
+/// Uniform stress between walls and across periods stays uniform under every scheme. Cubic splines at a wall are not
+/// integrated exactly by points: what that makes is stated.
+#[test]
+fn uniform_stress_stays_uniform() {
+    for dimension in [2, 3] {
+        for scheme in schemes() {
+            let still = departure(&Ran::of(&full(dimension, &scheme, false, [0.0; 3])), dimension, [0.0; 3]);
+            // No point comes to lie on a node: linear functions have no slope there.
+            let velocity = [3.1, -2.3, 1.7];
+            let carried = departure(&Ran::of(&full(dimension, &scheme, true, velocity)), dimension, velocity);
+            println!(
+                "{dimension}D {:60} at rest {:.1e} {:.1e} carried {:.1e} {:.1e}",
+                scheme.replace('\n', " "),
+                still[0],
+                still[1],
+                carried[0],
+                carried[1]
+            );
+            let limit = if scheme.contains("cubic") { [0.15, 1e-2] } else { [1e-13, 1e-14] };
+            assert!(still[0] < limit[0] && still[1] < limit[1], "at rest {still:?}: {scheme}");
+            assert!(carried[0] < 2e-13 && carried[1] < 2e-13, "carried {carried:?}: {scheme}");
+        }
+    }
+}
+
+/// A free block of edge 0.4 m that spins and shakes.
+fn free(dimension: usize, scheme: &str, law: &str) -> String {
+    let solid = dimension == 3;
+    format!(
+        r#"
+        name = "free"
+        [grid]
+        space = "{}"
+        lower = {}
+        upper = {}
+        cell = 0.1
+        [scheme]
+        {scheme}
+        points_per_cell = 2
+        [material]
+        law = "{law}"
+        density = 1000
+        young_modulus = 1e5
+        poisson_ratio = 0.3
+        [[region]]
+        shape = "box"
+        lower = {}
+        upper = {}
+        velocity = {}
+        spin = {}
+        wave = [{{direction = {}, length = 0.8, amplitude = {}}}]
+        [time]
+        step = 1e-3
+        end = 0.2
+        [output]
+        series_interval = 1e-3
+        checkpoint_interval = 0.05
+        "#,
+        space(dimension),
+        list(dimension, [-0.8; 3]),
+        list(dimension, [0.8; 3]),
+        list(dimension, [-0.2; 3]),
+        list(dimension, [0.2; 3]),
+        list(dimension, [0.3, -0.2, 0.4]),
+        if solid { "[1.0, -2.0, 3.0]" } else { "3.0" },
+        list(dimension, [1.0, 0.0, 0.0]),
+        list(dimension, [0.3, 0.1, 0.2]),
+    )
+}
+
+fn cross(a: &[f64], b: &[f64]) -> [f64; 3] {
+    let at = |v: &[f64], axis: usize| v.get(axis).copied().unwrap_or(0.0);
+    std::array::from_fn(|axis| {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        at(a, next) * at(b, last) - at(a, last) * at(b, next)
+    })
+}
+
+/// Angular momentum about the origin, N m s, with that of affine fields: quadratic splines have second moments of a
+/// quarter of a squared cell, cubic ones of a third.
+fn angular(ran: &Ran, dimension: usize, moment: f64) -> [f64; 3] {
+    let [places, velocities, masses, affines] = ["position", "velocity", "mass", "affine"].map(|name| ran.points(name));
+    let mut sum = [0.0; 3];
+    for ((place, velocity), (mass, affine)) in places.iter().zip(&velocities).zip(masses.iter().zip(&affines)) {
+        let orbital = cross(place, velocity);
+        for axis in 0..3 {
+            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+            // Column by column: row `last`, column `next` turns positively.
+            let at = |row: usize, column: usize| {
+                if row < dimension && column < dimension { affine[column * dimension + row] } else { 0.0 }
+            };
+            sum[axis] += mass[0] * (orbital[axis] + moment * (at(last, next) - at(next, last)));
+        }
+    }
+    sum
+}
+
+/// Mass and momentum under every scheme, and angular momentum with affine fields and splines.
+#[test]
+fn a_free_block_keeps_what_it_must() {
+    for dimension in [2, 3] {
+        // With affine fields of linear functions the nearly empty nodes at its edges throw it apart.
+        for scheme in schemes().filter(|scheme| !(scheme.contains("linear") && scheme.contains("affine"))) {
+            let ran = Ran::of(&free(dimension, &scheme, "hencky"));
+            let of = |name: &str| ran.series(name);
+            let mass = of("mass");
+            assert!(mass.iter().all(|now| *now == mass[0]), "mass changes: {scheme}");
+            let mut lost = 0.0f64;
+            for axis in ["x", "y", "z"].iter().take(dimension) {
+                let momentum = of(&format!("momentum_{axis}"));
+                momentum.iter().for_each(|now| lost = lost.max((now - momentum[0]).abs() / (mass[0] * 0.5)));
+            }
+            assert!(lost < 1e-13, "momentum changes by {lost:e}: {scheme}");
+            let energy: Vec<f64> = of("kinetic").iter().zip(of("elastic")).map(|(k, e)| k + e).collect();
+            println!(
+                "{dimension}D {:60} momentum {lost:.1e} energy {:+.2e}",
+                scheme.replace('\n', " "),
+                energy.last().unwrap() / energy[0] - 1.0
+            );
+            // Linear functions are left out: points that cross cells heat them.
+            let gained = energy.last().unwrap() / energy[0] - 1.0;
+            let flip_kept = scheme.contains("blend") && !scheme.contains("\"last\"");
+            let limits = if flip_kept { -5e-3..5e-3 } else { -0.15..0.0 };
+            assert!(scheme.contains("linear") || limits.contains(&gained), "energy changes by {gained:e}: {scheme}");
+        }
+        for (shape, moment) in [("quadratic", 0.25), ("cubic", 1.0 / 3.0)] {
+            for update in UPDATES {
+                let scheme = format!("shape = \"{shape}\"\nupdate = \"{update}\"\n{}", TRANSFERS[1]);
+                let text = free(dimension, &scheme, "hencky");
+                let early = text.replace("end = 0.2", "end = 0.001");
+                let [first, last] = [early, text].map(|text| angular(&Ran::of(&text), dimension, moment * 0.01));
+                let change = (0..3).map(|axis| (last[axis] - first[axis]).abs()).fold(0.0, f64::max);
+                let all = first.iter().map(|component| component * component).sum::<f64>().sqrt();
+                println!(
+                    "{dimension}D {shape} {update} APIC: angular momentum {first:?}, changed by {:.1e}",
+                    change / all
+                );
+                assert!(change < 1e-12 * all, "angular momentum changes by {change:e}: {scheme}");
+            }
+        }
+    }
+}
+
+/// Errors for a person.
+fn words(errors: &[f64]) -> String {
+    errors.iter().map(|error| format!("{error:+.2e}")).collect::<Vec<String>>().join(" ")
+}
+
+/// Times at which a series rises through zero.
+fn crossings(time: &[f64], values: &[f64]) -> Vec<f64> {
+    let rises = |at: &usize| values[*at] < 0.0 && values[at + 1] >= 0.0;
+    let when = |at: usize| time[at] - values[at] * (time[at + 1] - time[at]) / (values[at + 1] - values[at]);
+    (0..values.len() - 1).filter(rises).map(when).collect()
+}
+
+/// The mean period of a series.
+fn period(time: &[f64], values: &[f64]) -> f64 {
+    let times = crossings(time, values);
+    (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64
+}
+
+/// A bar of 1 m between two rollers with c = 100 m/s, one wave of its first mode.
+fn bar(scheme: &str, cells: usize, end: f64) -> String {
+    let cell = 1.0 / cells as f64;
+    format!(
+        r#"
+        name = "bar"
+        [grid]
+        space = "plane"
+        upper = [1, {}]
+        cell = {cell}
+        depth = 1
+        periodic = [false, true]
+        [scheme]
+        {scheme}
+        points_per_cell = 2
+        [material]
+        law = "hencky"
+        density = 1000
+        young_modulus = 1e7
+        poisson_ratio = 0
+        [[region]]
+        shape = "box"
+        lower = [0, 0]
+        upper = [1, {}]
+        wave = [{{direction = [1, 0], length = 2, amplitude = [1e-3, 0]}}]
+        [[follow]]
+        name = "middle"
+        place = [0.5, 0]
+        [time]
+        step = {}
+        end = {end}
+        [output]
+        series_interval = {}
+        frame_interval = 1
+        checkpoint_interval = 1
+        "#,
+        4.0 * cell,
+        4.0 * cell,
+        0.2 * cell / 100.0,
+        0.2 * cell / 100.0,
+    )
+}
+
+/// Error of the frequency over ten periods at 8, 16 and 32 cells, and the drift of the energy at 16.
+fn standing(scheme: &str) -> ([f64; 3], f64) {
+    let mut drift = 0.0;
+    let errors = [8, 16, 32].map(|cells| {
+        let ran = Ran::of(&bar(scheme, cells, 0.21));
+        let time = ran.series("time");
+        if cells == 16 {
+            let energy: Vec<f64> =
+                ran.series("kinetic").iter().zip(ran.series("elastic")).map(|(k, e)| k + e).collect();
+            // The mean over the last period against that over the first, so that the half step between both shows not.
+            let whole = (0.02 / (time[1] - time[0])).round() as usize;
+            let mean = |rows: &[f64]| rows.iter().sum::<f64>() / rows.len() as f64;
+            drift = mean(&energy[energy.len() - whole..]) / mean(&energy[..whole]) - 1.0;
+        }
+        0.02 / period(&time, &ran.series("middle_displacement_x")) - 1.0
+    });
+    (errors, drift)
+}
+
+#[test]
+fn a_standing_wave_has_its_frequency_and_keeps_its_energy() {
+    for scheme in schemes() {
+        let (errors, drift) = standing(&scheme);
+        println!(
+            "{:60} frequency {:+.2e} {:+.2e} {:+.2e} orders {:.2?} energy {drift:+.1e}",
+            scheme.replace('\n', " "),
+            errors[0],
+            errors[1],
+            errors[2],
+            orders(&errors)
+        );
+        let [coarse, _, fine] = errors;
+        assert!(ln(coarse / fine) > 3.2 * ln(2.0), "less than second order: {scheme}");
+        assert!(fine.abs() < 6e-3 && (-0.15..1e-4).contains(&drift), "frequency or energy: {scheme}");
+    }
+}
+
+/// A pressed end sends a step through the bar: speed and size against c and sigma/(rho c).
+#[test]
+fn a_step_travels_with_the_speed_of_waves() {
+    for (name, scheme) in [("FLIP", CHEN), ("APIC", APIC)] {
+        let text = bar(scheme, 128, 0.0095)
+            .replace("periodic = [false, true]", "lower = [-0.125, 0]\nperiodic = [false, true]")
+            .replace(
+                "wave = [{direction = [1, 0], length = 2, amplitude = [1e-3, 0]}]",
+                "[[load]]\nface = \"x_lower\"\nkind = \"traction\"\ntraction = [100, 0]\nramp = 1e-3\n[[follow]]\nname = \"quarter\"\nplace = [0.25, 0]\n[[follow]]\nname = \"late\"\nplace = [0.75, 0]",
+            );
+        let ran = Ran::of(&text);
+        let time = ran.series("time");
+        let wanted = 100.0 / (1000.0 * 100.0);
+        let half = |name: &str| {
+            let values: Vec<f64> = ran.series(&format!("{name}_velocity_x")).iter().map(|v| v - 0.5 * wanted).collect();
+            crossings(&time, &values)[0]
+        };
+        let speed =
+            (ran.series("late_place_x")[0] - ran.series("quarter_place_x")[0]) / (half("late") - half("quarter"));
+        let level = ran.series("quarter_velocity_x");
+        let last = &level[level.len() * 3 / 4..];
+        let level = last.iter().sum::<f64>() / last.len() as f64;
+        println!("{name}: speed {:+.2e}, velocity behind the front {:+.2e}", speed / 100.0 - 1.0, level / wanted - 1.0);
+        assert!((speed / 100.0 - 1.0).abs() < 0.02 && (level / wanted - 1.0).abs() < 1e-3);
+    }
+}
+
+/// Pulses that run out of the bar at both ends: what comes back.
+#[test]
+fn absorbing_faces_return_little() {
+    for (name, scheme) in [("FLIP", CHEN), ("APIC", APIC)] {
+        let text = bar(scheme, 64, 0.012)
+            .replace("lower = [0, 0]\n        upper = [1,", "lower = [0.25, 0]\n        upper = [0.75,")
+            .replace("length = 2,", "length = 1, origin = [0.25, 0],");
+        let rest = "\n[[region]]\nshape = \"box\"\nlower = [0, 0]\nupper = [1, 0.0625]\n[[boundary]]\nface = \"x_lower\"\nkind = \"absorbing\"\n[[boundary]]\nface = \"x_upper\"\nkind = \"absorbing\"\n[time]";
+        let ran = Ran::of(&text.replace("\n        [time]", rest));
+        let energy: Vec<f64> = ran.series("kinetic").iter().zip(ran.series("elastic")).map(|(k, e)| k + e).collect();
+        let back = energy.last().unwrap() / energy[0];
+        println!("{name}: of the pulses' energy {back:.1e} comes back");
+        assert!(back < 1e-3);
+    }
+}
+
+/// Standing P and S waves along the diagonal of a periodic square.
+#[test]
+fn oblique_waves_have_their_frequencies() {
+    let (bulk, shear, density) = (1e5 / (3.0 * 0.4), 1e5 / 2.6, 1000.0f64);
+    let speeds = [((bulk + 4.0 / 3.0 * shear) / density).sqrt(), (shear / density).sqrt()];
+    for (name, scheme) in [("FLIP", CHEN), ("APIC", APIC)] {
+        for (wave, speed, across) in [("P", speeds[0], "[1e-3, 1e-3]"), ("S", speeds[1], "[1e-3, -1e-3]")] {
+            let length = 0.5f64.sqrt();
+            let errors = [8, 16, 32].map(|cells| {
+                let cell = 1.0 / cells as f64;
+                let step = 0.2 * cell / speeds[0];
+                let text = format!(
+                    r#"
+                    name = "oblique"
+                    [grid]
+                    space = "plane"
+                    upper = [1, 1]
+                    cell = {cell}
+                    periodic = [true, true]
+                    [scheme]
+                    {scheme}
+                    points_per_cell = 2
+                    [material]
+                    law = "hencky"
+                    density = 1000
+                    young_modulus = 1e5
+                    poisson_ratio = 0.3
+                    [[region]]
+                    shape = "box"
+                    lower = [0, 0]
+                    upper = [1, 1]
+                    wave = [{{direction = [1, 1], length = {length}, amplitude = {across}}}]
+                    [[follow]]
+                    name = "loud"
+                    place = [0.125, 0.125]
+                    [time]
+                    step = {step}
+                    end = {}
+                    [output]
+                    series_interval = {step}
+                    frame_interval = 10
+                    checkpoint_interval = 10
+                    "#,
+                    5.2 * length / speed
+                );
+                let ran = Ran::of(&text);
+                length / speed / period(&ran.series("time"), &ran.series("loud_displacement_x")) - 1.0
+            });
+            println!("{name} {wave}: frequency {} orders {:.2?}", words(&errors), orders(&errors));
+            assert!(orders(&errors)[1] > 1.9);
+        }
+    }
+}
+
+/// A column under its own weight, in the plane, with P = M ln(l)/l = -rho g (H - Z) for the stretch l at the depth.
+#[test]
+fn a_column_under_its_own_weight_has_the_exact_profile() {
+    let (density, gravity, young, height) = (1000.0, 10.0, 1e5f64, 1.0);
+    let modulus = young * 0.7 / (1.3 * 0.4);
+    // ln(l)/l = s by bisection.
+    let stretch = |s: f64| -> f64 {
+        let (mut low, mut high) = (0.3f64, 1.0f64);
+        for _ in 0..100 {
+            let middle = 0.5 * (low + high);
+            if ln(middle) / middle < s { low = middle } else { high = middle }
+        }
+        0.5 * (low + high)
+    };
+    for shape in SHAPES {
+        let errors = [8, 16, 32].map(|cells| {
+            let cell = height / cells as f64;
+            let text = format!(
+                r#"
+                name = "column"
+                [grid]
+                space = "plane"
+                upper = [{width}, 1.25]
+                cell = {cell}
+                periodic = [true, false]
+                [scheme]
+                shape = "{shape}"
+                update = "modified_last"
+                flip = 0.5
+                points_per_cell = 2
+                [material]
+                law = "hencky"
+                density = {density}
+                young_modulus = {young}
+                poisson_ratio = 0.3
+                [gravity]
+                acceleration = [0, -{gravity}]
+                ramp = 3.45
+                [[region]]
+                shape = "box"
+                lower = [0, 0]
+                upper = [{width}, 1]
+                [[boundary]]
+                face = "y_upper"
+                kind = "free"
+                [time]
+                safety = 0.5
+                end = 6
+                [output]
+                series_interval = 0.01
+                [[follow]]
+                name = "top"
+                place = [0, {top}]
+                [[follow]]
+                name = "middle"
+                place = [0, {middle}]
+                "#,
+                top = height - 0.25 * cell,
+                middle = 0.5 * height + 0.25 * cell,
+                width = 4.0 * cell
+            );
+            let ran = Ran::of(&text);
+            // What still swings is averaged away over the last 2.4 s.
+            let time = ran.series("time");
+            let hann = |now: f64| if now < 3.6 { 0.0 } else { 1.0 - cos(2.0 * PI * (now - 3.6) / 2.4) };
+            let mean = |name: &str| {
+                let values = ran.series(name);
+                let weighted: f64 = time.iter().zip(&values).map(|(now, value)| hann(*now) * value).sum();
+                weighted / time.iter().map(|now| hann(*now)).sum::<f64>()
+            };
+            let at = |z: f64| stretch(-density * gravity * (height - z) / modulus);
+            // Simpson's rule.
+            let integral = |top: f64, of: &dyn Fn(f64) -> f64| -> f64 {
+                let weight = |n: usize| {
+                    if n == 0 || n == 40 {
+                        1.0
+                    } else if n % 2 == 1 {
+                        4.0
+                    } else {
+                        2.0
+                    }
+                };
+                (0..=40).map(|n| weight(n) * of(top * n as f64 / 40.0)).sum::<f64>() * top / 120.0
+            };
+            let volume = integral(height, &at);
+            let stress = integral(height, &|z| modulus * ln(at(z))) / volume;
+            let top = mean("top_place_y") - integral(height - 0.25 * cell, &at);
+            let middle = mean("middle_place_y") - integral(0.5 * height + 0.25 * cell, &at);
+            let settled = height - volume;
+            [top / settled, middle / settled, mean("stress_yy") / stress - 1.0]
+        });
+        let [top, middle, stress] = [0, 1, 2].map(|which| errors.map(|all| all[which]));
+        println!(
+            "{shape}: top {} orders {:.2?}, middle {} orders {:.2?}, mean stress {} orders {:.2?}",
+            words(&top),
+            orders(&top),
+            words(&middle),
+            orders(&middle),
+            words(&stress),
+            orders(&stress)
+        );
+        // Points that cross cells of linear functions make it the worse the finer they are.
+        let limits = match shape {
+            "linear" => [0.3, 0.2, 0.02],
+            "generalised" => [2e-3, 3e-3, 2e-3],
+            _ => [1e-3, 1e-3, 3e-5],
+        };
+        assert!([top, middle, stress].iter().zip(limits).all(|(errors, limit)| errors[2].abs() < limit), "{shape}");
+        assert!(shape != "quadratic" || orders(&stress)[0] > 1.9);
+    }
+}
+
+/// A block on a plane that is tilted: a = g (sin - mu cos) above the angle of friction, rest below it.
+#[test]
+fn a_block_slides_as_friction_lets_it() {
+    for (slope, friction) in [(0.5f64, 0.3), (0.25, 0.3)] {
+        let (sin, cos) = (slope / (1.0 + slope * slope).sqrt(), 1.0 / (1.0 + slope * slope).sqrt());
+        for shape in SHAPES {
+            let text = format!(
+                r#"
+                name = "incline"
+                [grid]
+                space = "plane"
+                upper = [4, 1]
+                cell = 0.1
+                depth = 1
+                [scheme]
+                shape = "{shape}"
+                update = "modified_last"
+                flip = 0.95
+                points_per_cell = 2
+                [material]
+                law = "hencky"
+                density = 1000
+                young_modulus = 1e6
+                poisson_ratio = 0.3
+                [gravity]
+                acceleration = [{}, {}]
+                [[region]]
+                shape = "box"
+                lower = [0.2, 0]
+                upper = [1.0, 0.4]
+                [[boundary]]
+                face = "y_lower"
+                kind = "friction"
+                coefficient = {friction}
+                [[boundary]]
+                face = "y_upper"
+                kind = "free"
+                [time]
+                safety = 0.4
+                end = 1
+                [output]
+                series_interval = 0.1
+                "#,
+                10.0 * sin,
+                -10.0 * cos
+            );
+            let ran = Ran::of(&text);
+            let speed = ran.series("momentum_x").last().unwrap() / ran.series("mass")[0];
+            let wanted = 10.0 * (sin - friction * cos).max(0.0);
+            let force = ran.series("y_lower_force_y");
+            let press = force[3..].iter().sum::<f64>() / (force.len() - 3) as f64;
+            let weight = ran.series("mass")[0] * 10.0 * cos;
+            println!("{shape}, slope {slope}: speed {speed:.4}, wanted {wanted:.4} m/s; presses {:.4}", press / weight);
+            assert!((speed - wanted).abs() < 0.02 && (press / weight + 1.0).abs() < 0.02, "{shape}");
+        }
+    }
+}
+
+/// What rests on a body presses on it with its weight; a plate that is to bear a stress bears it.
+#[test]
+fn bodies_bear_what_they_must() {
+    let text = r#"
+        name = "bodies"
+        [grid]
+        space = "plane"
+        upper = [0.4, 1.2]
+        cell = 0.05
+        depth = 1
+        [scheme]
+        shape = "quadratic"
+        update = "last"
+        flip = 0.9
+        points_per_cell = 2
+        [material]
+        law = "hencky"
+        density = 1000
+        young_modulus = 1e6
+        poisson_ratio = 0.3
+        [gravity]
+        acceleration = [0, -10]
+        [[region]]
+        shape = "box"
+        lower = [0, 0.2]
+        upper = [0.4, 0.8]
+        [[body]]
+        name = "table"
+        shape = "box"
+        lower = [0, 0]
+        upper = [0.4, 0.2]
+        contact = "rough"
+        [[body]]
+        name = "lid"
+        shape = "box"
+        lower = [0, 0.8]
+        upper = [0.4, 1.0]
+        contact = "smooth"
+        servo = { direction = [0, 1], stress = 5000, area = 0.4, mass = 50, damping = 500, speed_max = 1 }
+        [time]
+        safety = 0.4
+        end = 1.5
+        [output]
+        series_interval = 0.05
+        "#;
+    let ran = Ran::of(text);
+    let (table, lid) = (ran.series("table_force_y"), ran.series("lid_force_y"));
+    let late = |values: &[f64]| values[values.len() - 4..].iter().sum::<f64>() / 4.0;
+    println!("lid {} of 2000 N, table {} of -4400 N", late(&lid), late(&table));
+    assert!((late(&lid) / 2000.0 - 1.0).abs() < 0.01 && (late(&table) / -4400.0 - 1.0).abs() < 0.015);
+}
+
+/// Three turns of a stiff free block: its points have turned by as much as the block, and the mean stress is that of the
+/// virial, rho omega^2 a^2/12, turn by turn.
+#[test]
+fn many_turns_leave_only_what_spinning_makes() {
+    for (name, transfer) in [("FLIP", TRANSFERS[0]), ("APIC", TRANSFERS[1])] {
+        let spin = 20.0;
+        let text = free(2, &format!("shape = \"quadratic\"\nupdate = \"modified_last\"\n{transfer}"), "hencky")
+            .replace("young_modulus = 1e5", "young_modulus = 1e7")
+            .replace("spin = 3.0", "spin = 20.0")
+            .replace("velocity = [0.3, -0.2]", "velocity = [0, 0]")
+            .replace("amplitude = [0.3, 0.1]", "amplitude = [0, 0]")
+            .replace("step = 1e-3", "step = 2e-4")
+            .replace("end = 0.2", "end = 0.942\n[[follow]]\nname = \"corner\"\nplace = [0.175, 0.175]");
+        let ran = Ran::of(&text);
+        let [x, y] = ["corner_place_x", "corner_place_y"].map(|name| ran.series(name));
+        let mut turned = 0.0;
+        for at in 1..x.len() {
+            turned += (x[at - 1] * y[at] - y[at - 1] * x[at]) / (x[at] * x[at] + y[at] * y[at]);
+        }
+        let time = ran.series("time");
+        let wanted = spin * (time[time.len() - 1] - time[0]);
+        let virial = 1000.0 * spin * spin * 0.4 * 0.4 / 12.0;
+        let last = x.len() * 2 / 3;
+        let stress: Vec<f64> =
+            ran.series("stress_xx").iter().zip(ran.series("stress_yy")).map(|(x, y)| 0.5 * (x + y)).collect();
+        let mean = stress[last..].iter().sum::<f64>() / (stress.len() - last) as f64;
+        println!(
+            "{name}: turned {:+.1e}, mean stress in the third turn {:+.1e}",
+            turned / wanted - 1.0,
+            mean / virial - 1.0
+        );
+        // Increments alone lose spin at the edges of a body four cells across: what is left is stated, not claimed.
+        if name == "APIC" {
+            assert!((turned / wanted - 1.0).abs() < 5e-3 && (mean / virial - 1.0).abs() < 0.02);
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Runs of continua from the text of a job, and what they leave: its series and the points of its last checkpoint.
+
+use std::path::{Path, PathBuf};
+
+use scree::checkpoint;
+use scree::math::ln;
+use scree::run::{Options, Outcome};
+use scree::scenario::Job;
+use scree::start;
+use scree_io::column::{State, Table};
+use scree_partition::Solo;
+
+pub const SHAPES: [&str; 4] = ["linear", "generalised", "quadratic", "cubic"];
+pub const UPDATES: [&str; 3] = ["first", "last", "modified_last"];
+pub const TRANSFERS: [&str; 2] = ["transfer = \"blend\"\nflip = 1.0", "transfer = \"affine\""];
+
+/// The rest of `[scheme]` for every shape, update and transfer.
+pub fn schemes() -> impl Iterator<Item = String> {
+    SHAPES.into_iter().flat_map(|shape| {
+        UPDATES.into_iter().flat_map(move |update| {
+            TRANSFERS.into_iter().map(move |transfer| format!("shape = \"{shape}\"\nupdate = \"{update}\"\n{transfer}"))
+        })
+    })
+}
+
+pub fn parse(text: &str) -> Job {
+    Job::parse(text, "job", &[]).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+pub fn done(outcome: Result<Outcome, scree::error::Error>) {
+    match outcome {
+        Ok(Outcome::Done(_)) => {}
+        other => panic!("{other:?}"),
+    }
+}
+
+pub fn options(out: &Path) -> Options {
+    Options { out: out.to_path_buf(), threads: 1 }
+}
+
+/// A run that is over.
+pub struct Ran {
+    _folder: tempfile::TempDir,
+    names: Vec<String>,
+    rows: Vec<Vec<f64>>,
+    state: State,
+}
+
+impl Ran {
+    pub fn of(text: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let out: PathBuf = folder.path().join("run");
+        let job = parse(text);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        pool.install(|| done(start::start(&job, &options(&out), &Solo)));
+        let series = std::fs::read_to_string(out.join("series.csv")).unwrap();
+        let mut lines = series.lines().filter(|line| !line.starts_with('#'));
+        let names = lines.next().unwrap().split(',').map(String::from).collect();
+        let rows = lines.map(|line| line.split(',').map(|word| word.parse().unwrap()).collect()).collect();
+        let state = checkpoint::latest_state(&out).unwrap().1;
+        Self { _folder: folder, names, rows, state }
+    }
+
+    /// A column of the series.
+    #[track_caller]
+    pub fn series(&self, name: &str) -> Vec<f64> {
+        let at = self.names.iter().position(|other| other == name);
+        let at = at.unwrap_or_else(|| panic!("no {name} in {:?}", self.names));
+        self.rows.iter().map(|row| row[at]).collect()
+    }
+
+    fn table(&self) -> &Table {
+        self.state.tables.iter().find(|table| table.name == "points").unwrap()
+    }
+
+    /// A column of the points, component by component, row by row.
+    #[track_caller]
+    pub fn points(&self, name: &str) -> Vec<Vec<f64>> {
+        let table = self.table();
+        let width = table.column(name).unwrap().width;
+        table.f64s(name, width).unwrap().chunks(width).map(<[f64]>::to_vec).collect()
+    }
+}
+
+/// Observed order of errors at cells that are halved each time.
+pub fn orders(errors: &[f64]) -> Vec<f64> {
+    errors.windows(2).map(|pair| ln((pair[0] / pair[1]).abs()) / ln(2.0)).collect()
+}

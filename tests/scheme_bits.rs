@@ -1,0 +1,182 @@
+//! Every scheme of the continuum, in the plane and in space, ends in the same bits on any number of ranks and threads, with
+//! any instructions, and from a checkpoint (invariants 2 and 3): plastic points under a load among a servoed plate, a
+//! spinning pipe, a face with friction and one that absorbs, with gravity that still rises.
+
+use std::path::Path;
+use std::process::Command;
+
+use scree::checkpoint;
+use scree::scenario::Job;
+use scree::start;
+use scree_partition::Solo;
+use scree_partition::transport::threads;
+
+use crate::runs::{done, options, parse, schemes};
+
+fn job(dimension: usize, scheme: &str) -> String {
+    let list = |values: [&str; 3]| format!("[{}]", values[..dimension].join(", "));
+    let solid = dimension == 3;
+    format!(
+        r#"
+        name = "scheme_bits"
+        [grid]
+        space = "{space}"
+        lower = {zero}
+        upper = {upper}
+        cell = 0.1
+        periodic = {periodic}
+        [scheme]
+        points_per_cell = 2
+        {scheme}
+        [material]
+        law = "critical_drucker_prager"
+        density = 2000
+        bulk_modulus = 2e6
+        shear_modulus = 1e6
+        friction_angle_critical = "25 deg"
+        fraction_critical = 0.6
+        fraction = 0.62
+        dilation_factor = 3
+        softening_rate = 4
+        cohesion = 200
+        [gravity]
+        acceleration = {gravity}
+        ramp = 0.05
+        [[region]]
+        shape = "box"
+        lower = {zero}
+        upper = {filled}
+        wave = [{{direction = {along}, length = 0.9, amplitude = {amplitude}}}]
+        [[boundary]]
+        face = "y_lower"
+        kind = "friction"
+        coefficient = 0.3
+        [[boundary]]
+        face = "x_lower"
+        kind = "absorbing"
+        [[boundary]]
+        face = "y_upper"
+        kind = "free"
+        [[load]]
+        face = "y_upper"
+        lower = {zero}
+        upper = {loaded}
+        kind = "pressure"
+        pressure = 500
+        ramp = 0.01
+        [[load]]
+        face = "x_upper"
+        kind = "traction"
+        traction = {traction}
+        [[body]]
+        name = "plate"
+        shape = "box"
+        lower = {plate}
+        upper = {plate_upper}
+        contact = "rough"
+        servo = {{ direction = {up}, force = 100, mass = 20, damping = 50, speed_max = 0.5 }}
+        [[body]]
+        name = "pipe"
+        shape = "cylinder"
+        centre = {pipe}
+        radius = 0.15
+        {axis}
+        spin = {spin}
+        contact = "coulomb"
+        friction = 0.4
+        [[follow]]
+        name = "middle"
+        place = {plate}
+        [time]
+        step = 0.6e-3
+        end = {end}
+        [decomposition]
+        cells_per_block = 4
+        [output]
+        series_interval = 0.6e-3
+        frame_interval = 1.0
+        checkpoint_interval = {third}
+        checkpoints_kept = 9
+        "#,
+        space = if solid { "solid" } else { "plane" },
+        zero = list(["0", "0", "0"]),
+        upper = list(["1.4", "1.3", "0.4"]),
+        filled = list(["1.1", "0.8", "0.4"]),
+        periodic = list(["false", "false", "true"]),
+        gravity = list(["1", "-9.81", "0.5"]),
+        along = list(["1", "1", "0"]),
+        amplitude = list(["0.4", "-0.3", "0.2"]),
+        loaded = list(["0.5", "1.3", "0.4"]),
+        traction = list(["-300", "50", "0"]),
+        plate = list(["0.6", "0.8", "0"]),
+        plate_upper = list(["1.0", "1.0", "0.4"]),
+        up = list(["0", "1", "0"]),
+        pipe = list(["0.3", "0.96", "0"]),
+        axis = if solid { "axis = [0, 0, 1]" } else { "" },
+        spin = if solid { "[0, 0, 5.0]" } else { "5.0" },
+        end = 0.0006 * STEPS as f64,
+        third = 0.0002 * STEPS as f64,
+    )
+}
+
+/// A multiple of three.
+const STEPS: usize = 60;
+
+fn result(out: &Path) -> (String, String) {
+    (checkpoint::digest_of(out).unwrap(), std::fs::read_to_string(out.join("series.csv")).unwrap())
+}
+
+/// One thread against two, three ranks and four, a resumed run, and narrower registers.
+fn same(text: &str, scheme: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let job: Job = parse(text);
+    let alone = folder.join("alone");
+    let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool(1).install(|| done(start::start(&job, &options(&alone), &Solo)));
+    let wanted = result(&alone);
+    assert!(wanted.1.lines().count() > STEPS);
+    pool(2).install(|| done(start::start(&job, &options(&folder.join("threads")), &Solo)));
+    assert!(result(&folder.join("threads")) == wanted, "two threads end elsewhere: {scheme}");
+    for ranks in [2, 3, 4] {
+        let out = folder.join(ranks.to_string());
+        threads::run(ranks, |rank| done(start::start(&job, &options(&out), &rank)));
+        assert!(result(&out) == wanted, "{ranks} ranks end elsewhere: {scheme}");
+    }
+    // The run of three ranks without its last checkpoints, gone on with by two.
+    let out = folder.join("3");
+    let mut kept: Vec<_> =
+        std::fs::read_dir(checkpoint::folder(&out)).unwrap().map(|entry| entry.unwrap().path()).collect();
+    kept.sort();
+    assert_eq!(kept.len(), 3, "{kept:?}");
+    kept[1..].iter().for_each(|later| std::fs::remove_file(later).unwrap());
+    threads::run(2, |rank| done(start::resume(&out, &options(&out), &rank)));
+    assert!(result(&out) == wanted, "a resumed run ends elsewhere: {scheme}");
+
+    let file = folder.join("job.toml");
+    std::fs::write(&file, text).unwrap();
+    for instructions in ["portable", "avx2"] {
+        let out = folder.join(instructions);
+        let run = Command::new(env!("CARGO_BIN_EXE_scree"))
+            .args(["run", file.to_str().unwrap(), "--out", out.to_str().unwrap(), "--threads", "1"])
+            .env("SCREE_INSTRUCTIONS", instructions)
+            .output()
+            .unwrap();
+        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+        assert!(result(&out) == wanted, "{instructions} ends elsewhere: {scheme}");
+    }
+}
+
+#[test]
+fn every_scheme_in_the_plane() {
+    for scheme in schemes() {
+        same(&job(2, &scheme), &scheme);
+    }
+}
+
+#[test]
+fn every_scheme_in_space() {
+    for scheme in schemes() {
+        same(&job(3, &scheme), &scheme);
+    }
+}
