@@ -324,6 +324,7 @@ contact = "rough"
 name = "corner"
 place = {top}
 [time]
+step = 1e-3
 end = 0.05
 "#,
         upper = vector(1.0, 0.2, 0.6),
