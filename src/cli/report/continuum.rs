@@ -139,7 +139,7 @@ impl Run {
             record.last("points"),
             time(record.last("time")),
             significant(moved.sqrt(), 3),
-            extents.join(" and "),
+            extents.join(", "),
         )
     }
 
@@ -411,7 +411,8 @@ const STRAIN_WORDS: &str = "The material points as squares of their area, in spa
 const STRESS_WORDS: &str =
     "The same coloured by mean stress, compression positive; of plane strain the mean in the plane.";
 const ENERGY_WORDS: &str = "(a) Energies against time; what is zero has no place on this scale. (b) Potential energy, and \
-     the sum with those of (a), since the first row: what loads and bodies have worked.";
+     the sum with those of (a), since the first row: the work of loads and bodies, less what friction on faces and bodies \
+     and the transfer between points and grid have taken.";
 const SERIES_WORDS: &str = "(a) Volume mean of the stress, normal stresses positive in compression; (b) change of volume \
      since the first row, against time.";
 const REACTION_WORDS: &str = "Force of the material on every face that holds it and on every body, magnitude of the mean \
