@@ -120,7 +120,6 @@ fn hertz_contacts_last_and_press_as_they_should() {
         let seen = head_on::<Solid, _>(law, [radii, masses], duration, 4000);
         let off = [seen.overlap / overlap - 1.0, seen.touching / 4000.0 - 1.0, seen.restitution - 1.0];
         println!("Hertz: overlap, duration, restitution off by {off:?}");
-        println!("Hertz contact of two spheres: overlap, duration, restitution off by {off:?}");
         assert!(off.iter().all(|off| off.abs() < 1e-6), "overlap, duration, restitution off by {off:?}");
     }
 }

@@ -28,6 +28,8 @@ const TENSION_SHARE_MIN: f64 = 0.05;
 /// what is in front.
 const SINGLE_MAX: usize = 12_000;
 const PIXEL: f64 = 2.5;
+/// Forces are shown in kN from here on, N.
+const KILO_FROM: f64 = 1e4;
 
 /// A run of a continuum.
 pub struct Run {
@@ -76,7 +78,8 @@ impl Run {
         let mut chosen = vec![0, last / 2, last];
         chosen.dedup();
         let scenes = chosen.into_iter().map(|index| self.scene(index)).collect::<Result<Vec<_>, _>>()?;
-        let strain = range(&scenes, |point| point.plastic_strain);
+        // Most points may have none, and what has yielded is what the colours are for.
+        let strain = range(&scenes, |point| if point.plastic_strain > 0.0 { point.plastic_strain } else { f64::NAN });
         let mut figures = Vec::new();
         if strain[1] > 0.0 {
             let colours = Colours {
@@ -103,7 +106,7 @@ impl Run {
         figures.push(("stress", self.stresses(), SERIES_WORDS));
         let reactions = self.reactions();
         if !reactions.is_empty() {
-            let drawn = draw("reactions", &[Plot { label: "force (N)", lines: reactions, is_logarithmic: false }]);
+            let drawn = draw("reactions", &[in_fit_unit(reactions)]);
             figures.push(("reactions", drawn, REACTION_WORDS));
         }
         let followed = self.record.names("follow");
@@ -139,7 +142,7 @@ impl Run {
             record.last("points"),
             time(record.last("time")),
             significant(moved.sqrt(), 3),
-            extents.join(" and "),
+            extents.join(", "),
         )
     }
 
@@ -411,13 +414,24 @@ const STRAIN_WORDS: &str = "The material points as squares of their area, in spa
 const STRESS_WORDS: &str =
     "The same coloured by mean stress, compression positive; of plane strain the mean in the plane.";
 const ENERGY_WORDS: &str = "(a) Energies against time; what is zero has no place on this scale. (b) Potential energy, and \
-     the sum with those of (a), since the first row: what loads and bodies have worked.";
+     the sum with those of (a), since the first row: the work of loads and bodies, less what friction on faces and bodies \
+     and the transfer between points and grid have taken.";
 const SERIES_WORDS: &str = "(a) Volume mean of the stress, normal stresses positive in compression; (b) change of volume \
      since the first row, against time.";
 const REACTION_WORDS: &str = "Force of the material on every face that holds it and on every body, magnitude of the mean \
      over a row of series.csv.";
 const FOLLOWED_WORDS: &str = "Points that are followed: (a) magnitude of displacement, (b) mean stress, compression \
      positive, (c) plastic strain, against time.";
+
+/// Forces in N, or in kN where they are large.
+fn in_fit_unit(mut lines: Vec<Line>) -> Plot {
+    let values = lines.iter().flat_map(|(_, places)| places).map(|place| place[1]);
+    let large = values.fold(0.0, f64::max) >= KILO_FROM;
+    if large {
+        lines.iter_mut().flat_map(|(_, places)| places).for_each(|place| place[1] *= 1e-3);
+    }
+    Plot { label: if large { "force (kN)" } else { "force (N)" }, lines, is_logarithmic: false }
+}
 
 fn corners(lower: [f64; 2], upper: [f64; 2]) -> [[f64; 2]; 4] {
     [lower, [upper[0], lower[1]], upper, [lower[0], upper[1]]]
