@@ -300,7 +300,7 @@ fn mean_stress<'a>(points: impl Iterator<Item = &'a PlanarPoint>) -> [f64; 3] {
     let (mut sum, mut volume) = ([0.0; 3], 0.0);
     for point in points {
         // tau V0 = sigma V
-        for (sum, component) in sum.iter_mut().zip([point.hot.stress[0], point.hot.stress[3], point.hot.stress[2]]) {
+        for (sum, component) in sum.iter_mut().zip(point.hot.stress.0) {
             *sum += component * point.hot.volume;
         }
         volume += point.hot.volume * point.hot.volume_ratio();

@@ -10,7 +10,8 @@ use crate::layout::Layout;
 use crate::mpm::boundary::{Grip, Hold, absorb};
 use crate::mpm::gather::{Taken, Taking, correct_grains, gather_points};
 use crate::mpm::nodes;
-use crate::mpm::scatter::{Brought, scatter_grains, scatter_points};
+use crate::mpm::points::Points;
+use crate::mpm::scatter::{Brought, scatter_grains, scatter_loads, scatter_points};
 use crate::mpm::tile::{Advanced, Gathered, GrainNode, NODE_WORDS, OwnedNode};
 use crate::observe::ledger::Entry;
 use crate::observe::phases::Phase;
@@ -123,7 +124,6 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             StressUpdate::First => self.gather_points(Taken::Motion),
             StressUpdate::Last => self.gather_points(Taken::All),
             StressUpdate::ModifiedLast => {
-                self.ways.resize(self.points.len(), S::Vector::zero());
                 self.gather_points(Taken::Velocity);
                 self.strain_by_points(Taken::StrainThenPlace);
             }
@@ -150,14 +150,14 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     fn push_loaded(&mut self) {
         let time = self.time() + 0.5 * self.settings.dt;
         let (points, loads) = (&mut self.points, &self.settings.loads);
-        for row in points.loaded.iter().map(|row| *row as usize) {
-            let (hot, mut borne) = (&mut points.hot[row], points.cold[row].loads);
-            hot.push = S::Vector::zero();
+        for (row, push) in &mut points.loaded {
+            let (hot, mut borne) = (&points.hot[*row as usize], points.cold[*row as usize].loads);
+            *push = S::Vector::zero();
             while borne != 0 {
-                hot.push += loads[borne.trailing_zeros() as usize].on(&hot.deformation, time);
+                *push += loads[borne.trailing_zeros() as usize].on(&hot.deformation, time);
                 borne &= borne - 1;
             }
-            hot.push = hot.push * hot.weight;
+            *push = *push * hot.weight;
         }
     }
 
@@ -168,9 +168,15 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let grid = &self.settings.grid;
         let how = (grid.shape, grid.transfer == Transfer::Affine, self.contacts.instructions());
         let (frames, tiles) = (&self.frames, &mut self.tiles.gathered[..rows]);
-        over_blocks(&self.point_ranges, &mut self.points.hot, len, tiles, &|block, _, points, tile| {
+        let Points { hot, beside, loaded, .. } = &mut self.points;
+        over_blocks(&self.point_ranges, hot, len, tiles, &|block, range, points, tile| {
             tile.fill(Gathered::zero());
-            scatter_points(&frames[block], how, brought, points, tile);
+            scatter_points(&frames[block], how, brought, (points, &beside[range.clone()]), tile);
+            if brought == Brought::All {
+                let of = |end: usize| loaded.partition_point(|(row, _)| (*row as usize) < end);
+                let loaded = &loaded[of(range.start)..of(range.end)];
+                scatter_loads(&frames[block], how.0, (points, range.start), loaded, tile);
+            }
         });
         self.phases.stop(Phase::Scatter, timer);
     }
@@ -311,21 +317,22 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let Grid { shape, transfer, .. } = settings.grid;
         let taking = Taking { shape, transfer, taken, dt: settings.dt, instructions: self.contacts.instructions() };
         let (frames, tiles) = (&self.frames, &self.tiles.advanced);
-        // Ways are there only while places wait for the strain.
+        // Affine fields, and ways where places wait for the strain.
         let waits = matches!(taken, Taken::Velocity | Taken::StrainThenPlace);
-        let ways = if waits { &mut self.ways[..] } else { &mut [] };
-        let moved = over_rows(&self.point_ranges, &mut self.points.hot, ways, &|block, points, ways| {
+        let Points { hot, beside, .. } = &mut self.points;
+        let beside = if waits || transfer == Transfer::Affine { &mut beside[..] } else { &mut [] };
+        let outside = over_rows(&self.point_ranges, hot, beside, &|block, points, beside| {
             gather_points(
                 &frames[block],
                 &settings.material,
                 taking,
                 &tiles[block * len..(block + 1) * len],
                 points,
-                ways,
+                beside,
             )
         });
         if taken != Taken::Velocity && taken != Taken::Strain {
-            self.points_moved = moved;
+            self.points_outside = outside;
         }
         self.phases.stop(Phase::Gather, timer);
     }

@@ -232,7 +232,15 @@ impl Layout {
                 axes[axis].walls = [lower as i32 - first, (self.cells[axis] - upper) as i32 - first].map(f64::from);
             }
         }
-        TileFrame { corner, cell: self.cell, cell_inverse: 1.0 / self.cell, edge: self.tile_edge(), axes }
+        let below = self.margin() as f64;
+        TileFrame {
+            corner,
+            cell: self.cell,
+            cell_inverse: 1.0 / self.cell,
+            edge: self.tile_edge(),
+            inside: [below, below + self.cells_per_block as f64],
+            axes,
+        }
     }
 
     /// Where a node is, m.

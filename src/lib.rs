@@ -7,7 +7,7 @@
 //! * [`world`]: the state in blocks and the step as a table of contents; [`rebuild`] and [`layout`]: who holds what;
 //!   [`enrichment`]: grains for points. These alone call the partition.
 //! * [`dem`], [`mpm`], [`hybrid`]: grains, continuum, and what couples them. They do not know ranks.
-//! * [`law`]: forces and stresses; [`space`], [`symmetric`], [`lane`], [`math`], [`ids`]: the ground.
+//! * [`law`]: forces and stresses; [`space`], [`symmetric`], [`lane`], [`numbers`], [`math`], [`ids`]: the ground.
 //!
 //! One word, one thing: a *block* owns *cells*, a *tile* holds its *nodes*; a *grain* is DEM, a *point* is MPM, a *contact* a
 //! touching pair with memory; a *ghost* is a copy of a row another rank owns; a *zone* is where grains replaced points and
@@ -34,6 +34,7 @@ pub mod law;
 pub mod layout;
 pub mod math;
 pub mod mpm;
+pub mod numbers;
 pub mod observe;
 pub mod output;
 pub mod packing;

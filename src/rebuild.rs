@@ -122,7 +122,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             forces_wanted: false,
             moment_kept: None,
             moved: 0.0,
-            points_moved: 0.0,
+            points_outside: 0.0,
             cell_home: parts.home.cell,
             bodies_home: parts.home.bodies,
             cell: parts.cell,
@@ -131,7 +131,6 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             ghosts: Halo::default(),
             points: Points::default(),
             reactions: Reactions::default(),
-            ways: Vec::new(),
             grain_ranges: Vec::new(),
             point_ranges: Vec::new(),
             coupled: Vec::new(),
@@ -207,7 +206,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         }
         for (hot, cold) in self.points.hot.iter_mut().zip(&mut self.points.cold) {
             add_image(&mut cold.image, self.cell.wrap(&mut hot.position, &mut hot.velocity));
-            hot.home = hot.position;
+            cold.home = hot.position;
         }
         self.rebuilds += 1;
         self.cell_home = self.cell;
@@ -322,7 +321,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.grains.owned = sources.len();
         self.grains.settle();
         self.moved = 0.0;
-        self.points_moved = 0.0;
+        self.points_outside = 0.0;
         self.fetch_ghosts()?;
 
         let carried = |row: usize| match pick(&sources[row]) {
@@ -405,7 +404,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     }
 
     fn block_of_point(&self, point: &Point<S, L::Memory>) -> Result<(usize, u32), Error> {
-        self.block_of(&point.hot.home, "point", point.cold.id.0)
+        self.block_of(&point.cold.home, "point", point.cold.id.0)
     }
 
     /// Block and cell of a place.

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Index, IndexMut, Mul, Neg, Sub, SubAssign};
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{ArrayStorage, SMatrix, SVector};
 
 use crate::lane::Real;
 use crate::math::{self, PI};
@@ -87,6 +87,34 @@ pub trait Words<R: Real>: Copy + Debug + Send + Sync + 'static {
     fn word(&self, index: usize) -> R;
     fn set_word(&mut self, index: usize, value: R);
 
+    /// The first of `words`.
+    #[inline(always)]
+    fn of_words(words: &[R]) -> Self {
+        let mut all = Self::zero();
+        for (index, word) in words.iter().enumerate().take(Self::COUNT) {
+            all.set_word(index, *word);
+        }
+        all
+    }
+
+    /// Sets the first of `words`.
+    #[inline(always)]
+    fn to_words(&self, words: &mut [R]) {
+        for (index, word) in words.iter_mut().enumerate().take(Self::COUNT) {
+            *word = self.word(index);
+        }
+    }
+
+    /// Every word times `factor`.
+    #[inline(always)]
+    fn scaled(&self, factor: R) -> Self {
+        let mut scaled = *self;
+        for index in 0..Self::COUNT {
+            scaled.set_word(index, self.word(index) * factor);
+        }
+        scaled
+    }
+
     /// `yes` where the mask holds, `no` elsewhere.
     #[inline(always)]
     fn choose(mask: R::Mask, yes: &Self, no: &Self) -> Self {
@@ -111,6 +139,23 @@ impl<R: Real, const N: usize> Words<R> for Components<R, N> {
     #[inline(always)]
     fn set_word(&mut self, index: usize, value: R) {
         self.0[index] = value;
+    }
+}
+
+/// Column by column.
+impl<R: Real, const N: usize> Words<R> for SMatrix<R, N, N> {
+    const COUNT: usize = N * N;
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::from_array_storage(ArrayStorage([[R::splat(0.0); N]; N]))
+    }
+    #[inline(always)]
+    fn word(&self, index: usize) -> R {
+        self.data.0[index / N][index % N]
+    }
+    #[inline(always)]
+    fn set_word(&mut self, index: usize, value: R) {
+        self.data.0[index / N][index % N] = value;
     }
 }
 
@@ -175,7 +220,7 @@ pub trait Space: Copy + Clone + Debug + Default + PartialEq + Send + Sync + 'sta
     type Vector: Linear;
     type Tensor: Linear + Mul<Self::Tensor, Output = Self::Tensor> + Mul<Self::Vector, Output = Self::Vector>;
     /// A symmetric tensor: stress, strain.
-    type Symmetric: Symmetric<Tensor = Self::Tensor>;
+    type Symmetric: Symmetric<Tensor = Self::Tensor> + PartialEq + Default;
     /// Angular velocity and torque.
     type Spin: Linear;
     /// What a grain's record needs to fill whole vector registers.
@@ -184,6 +229,8 @@ pub trait Space: Copy + Clone + Debug + Default + PartialEq + Send + Sync + 'sta
     /// The same in lanes.
     type VectorOf<R: Real>: Lanewise<R>;
     type SpinOf<R: Real>: Lanewise<R>;
+    type TensorOf<R: Real>: Words<R>;
+    type SymmetricOf<R: Real>: Symmetric<R, Tensor = Self::TensorOf<R>>;
     /// A vector in the tangent plane of a contact. In the plane it is one number along t = (-n_y, n_x) and turns with the
     /// contact by itself; in space it is a vector of space that [`Space::carry`] turns.
     type TangentOf<R: Real>: Lanewise<R>;
@@ -244,6 +291,8 @@ impl Space for Plane {
     type Spin = SVector<f64, 1>;
     type Spare = [f64; 0];
     type VectorOf<R: Real> = Components<R, 2>;
+    type TensorOf<R: Real> = SMatrix<R, 2, 2>;
+    type SymmetricOf<R: Real> = PlaneSymmetric<R>;
     type SpinOf<R: Real> = Components<R, 1>;
     type TangentOf<R: Real> = Components<R, 1>;
 
@@ -351,6 +400,8 @@ impl Space for Solid {
     type Spin = SVector<f64, 3>;
     type Spare = [f64; 4];
     type VectorOf<R: Real> = Components<R, 3>;
+    type TensorOf<R: Real> = SMatrix<R, 3, 3>;
+    type SymmetricOf<R: Real> = SolidSymmetric<R>;
     type SpinOf<R: Real> = Components<R, 3>;
     type TangentOf<R: Real> = Components<R, 3>;
 

@@ -12,6 +12,7 @@ use crate::packing::{self, Packing, PlanarWorld, cell_of, layout_for, settings_f
 use crate::rebuild::Parts;
 use crate::scenario::{Method, Scenario};
 use crate::space::{Linear, Plane, Space};
+use crate::symmetric::Symmetric;
 
 type Vector = <Plane as Space>::Vector;
 
@@ -100,8 +101,8 @@ fn points<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport, 
                 &(Plane::identity() * -scenario.packing.stress),
                 start.fraction - deficit,
             );
-            point.hot.stress = MaterialLaw::<Plane>::stress(&law, &point.hot.memory);
-            debug_assert!(point.hot.stress.is_finite());
+            point.hot.stress = Symmetric::of(&MaterialLaw::<Plane>::stress(&law, &point.hot.memory));
+            debug_assert!(point.hot.kirchhoff().is_finite());
             points.push(point);
         }
     }

@@ -88,8 +88,6 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub(crate) ledger: Option<Box<EnergyLedger<S, C>>>,
     /// Impulses on what holds nodes.
     pub reactions: Reactions,
-    /// Ways of points to places that wait for their strain, m.
-    pub(crate) ways: Vec<S::Vector>,
     pub(crate) buffers: HaloBuffers,
     /// Displacement of each body at the last rebuild, m.
     pub(crate) bodies_home: Vec<S::Vector>,
@@ -99,8 +97,8 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub(crate) moment_kept: Option<S::Tensor>,
     /// The longest way that a grain of this rank has come from home, m.
     pub(crate) moved: f64,
-    /// The same of its points, along an axis.
-    pub(crate) points_moved: f64,
+    /// How far a point of this rank is out of its block along an axis, at most, m.
+    pub(crate) points_outside: f64,
     /// The cell at the last rebuild.
     pub(crate) cell_home: Cell<S>,
 }
@@ -331,7 +329,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         // Two grains may close half the skin each.
         let closed = 2.0 * moved + stretch * (2.0 * self.radius_max + self.settings.skin);
         let grains = closed / self.settings.skin;
-        let points = self.points_moved / (DRIFT_MAX * self.layout.cell);
+        let points = self.points_outside / (DRIFT_MAX * self.layout.cell);
         larger(grains, points)
     }
 

@@ -179,8 +179,9 @@ impl<'s, S: Space, L: MaterialLaw<S>> Continuum<'s, S, L> {
                 sums.add(4 + axis, hot.mass * hot.velocity[axis]);
             }
             sums.add(7, hot.volume * hot.volume_ratio());
+            let stress = hot.kirchhoff();
             for component in 0..S::Tensor::COMPONENTS {
-                sums.add(8 + component, hot.volume * hot.stress[component]);
+                sums.add(8 + component, hot.volume * stress[component]);
             }
             sums.add(17, -hot.mass * gravity.dot(&place));
             sums.add(18, hot.volume * hot.memory.plastic_work());
@@ -227,7 +228,7 @@ const SUMS: usize = 19;
 /// What [`FOLLOWED`] names.
 fn observed<S: Space, L: MaterialLaw<S>>(law: &L, hot: &Hot<S, L::Memory>) -> [f64; FOLLOWED.len()] {
     let ratio = 1.0 / hot.volume_ratio();
-    let stress = StressInvariants::of_body::<S>(&(hot.stress * ratio), law.out_of_plane(&hot.memory) * ratio);
+    let stress = StressInvariants::of_body::<S>(&(hot.kirchhoff() * ratio), law.out_of_plane(&hot.memory) * ratio);
     let strain = Deformation::of::<S>(&hot.deformation);
     [
         stress.mean,

@@ -21,6 +21,7 @@ use crate::scenario::assembly::Damping;
 use crate::scenario::mpm::{self, BodyContact, InitialStress, LoadKind, Mpm, Transfer};
 use crate::servo::CellDrive;
 use crate::space::{Linear, Space};
+use crate::symmetric::Symmetric;
 use crate::world::{Settings, World};
 
 /// Cells behind the walls, at least: nodes there belong to functions of points beside a wall.
@@ -167,10 +168,10 @@ fn points<S: Space, L: MaterialLaw<S>>(job: &Mpm, law: &L, transport: &dyn Trans
             let mut point = PointOf::<S, L>::resting(id, vector::<S>(&place), mass, volume);
             point.hot.velocity = vector::<S>(&region.velocity_at(&place));
             if job.scheme.transfer == Transfer::Affine {
-                point.hot.affine = tensor::<S>(&region.velocity_gradient_at(&place));
+                point.affine = tensor::<S>(&region.velocity_gradient_at(&place));
             }
             point.hot.memory = law.start(&stress_at::<S>(job, &place), region.fraction);
-            point.hot.stress = law.stress(&point.hot.memory);
+            point.hot.stress = S::Symmetric::of(&law.stress(&point.hot.memory));
             for (load, _) in job.loads.iter().enumerate().filter(|(_, load)| job.bears(load, index)) {
                 point.cold.loads |= 1 << load;
             }

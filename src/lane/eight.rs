@@ -53,6 +53,8 @@ impl Neg for Eight {
 
 impl Real for Eight {
     type Mask = [bool; LANES];
+    const COUNT: usize = LANES;
+    type Numbers = [f64; LANES];
 
     #[inline(always)]
     fn splat(value: f64) -> Self {
@@ -65,6 +67,10 @@ impl Real for Eight {
     #[inline(always)]
     fn abs(self) -> Self {
         Self(self.0.map(f64::abs))
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        Self(self.0.map(f64::floor))
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
@@ -90,6 +96,22 @@ impl Real for Eight {
     fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self {
         Self(std::array::from_fn(|lane| if mask[lane] { yes.0[lane] } else { no.0[lane] }))
     }
+    #[inline(always)]
+    fn holds(mask: Self::Mask, lane: usize) -> bool {
+        mask[lane]
+    }
+    #[inline(always)]
+    fn any(mask: Self::Mask) -> bool {
+        mask.contains(&true)
+    }
+    #[inline(always)]
+    fn numbers(self) -> [f64; LANES] {
+        self.0
+    }
+    #[inline(always)]
+    fn of_numbers(numbers: &[f64; LANES]) -> Self {
+        Self::load(numbers)
+    }
 }
 
 impl Pack for Eight {
@@ -102,7 +124,7 @@ impl Pack for Eight {
         *to = self.0;
     }
     #[inline(always)]
-    fn records(rows: &[&[f64]; LANES], first: usize) -> [Self; LANES] {
-        std::array::from_fn(|word| Self(std::array::from_fn(|lane| rows[lane][first + word])))
+    fn transposed(rows: [Self; LANES]) -> [Self; LANES] {
+        std::array::from_fn(|word| Self(std::array::from_fn(|lane| rows[lane].0[word])))
     }
 }

@@ -17,22 +17,22 @@ pub use x86::{Avx2, Avx512};
 /// Lanes of a [`Pack`].
 pub const LANES: usize = 8;
 
-/// Work that may be compiled for wider registers; all that it calls must be inlined into it.
-pub trait Compiled {
+/// Work that is compiled for each kind of registers; all that it calls must be inlined into it.
+pub trait Packed {
     type Outcome;
-    fn run(self) -> Self::Outcome;
+    fn run<P: Pack>(self) -> Self::Outcome;
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl")]
-fn in_avx512<W: Compiled>(work: W) -> W::Outcome {
-    work.run()
+fn in_avx512<W: Packed>(work: W) -> W::Outcome {
+    work.run::<Avx512>()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn in_avx2<W: Compiled>(work: W) -> W::Outcome {
-    work.run()
+fn in_avx2<W: Packed>(work: W) -> W::Outcome {
+    work.run::<Avx2>()
 }
 
 /// A number, or several in step.
@@ -50,10 +50,14 @@ pub trait Real:
 {
     /// The outcome of a comparison, lane by lane.
     type Mask: Copy;
+    /// Lanes.
+    const COUNT: usize;
+    type Numbers: Copy + AsRef<[f64]> + AsMut<[f64]>;
 
     fn splat(value: f64) -> Self;
     fn sqrt(self) -> Self;
     fn abs(self) -> Self;
+    fn floor(self) -> Self;
     /// The smaller of two ordered numbers; where one is no number, `other`.
     fn min(self, other: Self) -> Self;
     fn max(self, other: Self) -> Self;
@@ -63,18 +67,48 @@ pub trait Real:
     fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// `yes` where the mask holds, `no` elsewhere.
     fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// Whether a mask holds in a lane, and in any.
+    fn holds(mask: Self::Mask, lane: usize) -> bool;
+    fn any(mask: Self::Mask) -> bool;
+    /// The lanes one by one, and back.
+    fn numbers(self) -> Self::Numbers;
+    fn of_numbers(numbers: &Self::Numbers) -> Self;
 }
 
 /// Eight numbers in step that can be brought from memory and back.
-pub trait Pack: Real {
+pub trait Pack: Real<Numbers = [f64; LANES]> {
     fn load(from: &[f64; LANES]) -> Self;
     fn store(self, to: &mut [f64; LANES]);
+    /// Rows for columns: result `w` holds lane `w` of every row.
+    fn transposed(rows: [Self; LANES]) -> [Self; LANES];
+
     /// Eight words of each of eight records, word by word: result `w` holds word `first + w` of every record.
-    fn records(rows: &[&[f64]; LANES], first: usize) -> [Self; LANES];
+    #[inline(always)]
+    fn records(rows: &[&[f64]; LANES], first: usize) -> [Self; LANES] {
+        let mut loaded = [Self::splat(0.0); LANES];
+        for (loaded, row) in loaded.iter_mut().zip(rows) {
+            *loaded = Self::load(eight(row, first));
+        }
+        Self::transposed(loaded)
+    }
+}
+
+/// Eight words of a record from `first` on.
+#[inline(always)]
+pub fn eight(record: &[f64], first: usize) -> &[f64; LANES] {
+    record[first..].first_chunk().expect("a record has the words that it is asked for")
+}
+
+/// The same, to be changed.
+#[inline(always)]
+pub fn eight_mut(record: &mut [f64], first: usize) -> &mut [f64; LANES] {
+    record[first..].first_chunk_mut().expect("a record has the words that it is asked for")
 }
 
 impl Real for f64 {
     type Mask = bool;
+    const COUNT: usize = 1;
+    type Numbers = [f64; 1];
 
     #[inline(always)]
     fn splat(value: f64) -> Self {
@@ -87,6 +121,10 @@ impl Real for f64 {
     #[inline(always)]
     fn abs(self) -> Self {
         f64::abs(self)
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        f64::floor(self)
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
@@ -111,6 +149,22 @@ impl Real for f64 {
     #[inline(always)]
     fn choose(mask: bool, yes: Self, no: Self) -> Self {
         if mask { yes } else { no }
+    }
+    #[inline(always)]
+    fn holds(mask: bool, _: usize) -> bool {
+        mask
+    }
+    #[inline(always)]
+    fn any(mask: bool) -> bool {
+        mask
+    }
+    #[inline(always)]
+    fn numbers(self) -> [f64; 1] {
+        [self]
+    }
+    #[inline(always)]
+    fn of_numbers(numbers: &[f64; 1]) -> Self {
+        numbers[0]
     }
 }
 
@@ -143,11 +197,11 @@ impl Instructions {
         Self::Portable
     }
 
-    /// Does the work compiled for these instructions: the compiler may use their registers, and nothing else changes.
+    /// Does the work with these registers.
     #[inline]
-    pub fn run<W: Compiled>(self, work: W) -> W::Outcome {
+    pub fn run<W: Packed>(self, work: W) -> W::Outcome {
         match self {
-            Self::Portable => work.run(),
+            Self::Portable => work.run::<Eight>(),
             // SAFETY: `Instructions` names only what the processor was found to have.
             #[cfg(target_arch = "x86_64")]
             #[allow(unsafe_code, reason = "the processor has these instructions")]

@@ -64,6 +64,8 @@ impl Neg for Avx2 {
 // second operand where the first is not less (more), as the scalar ones do.
 impl Real for Avx512 {
     type Mask = __mmask8;
+    const COUNT: usize = LANES;
+    type Numbers = [f64; LANES];
 
     #[inline(always)]
     fn splat(value: f64) -> Self {
@@ -76,6 +78,10 @@ impl Real for Avx512 {
     #[inline(always)]
     fn abs(self) -> Self {
         Self(unsafe { _mm512_abs_pd(self.0) })
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        Self(unsafe { _mm512_roundscale_pd::<{ _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC }>(self.0) })
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
@@ -101,6 +107,24 @@ impl Real for Avx512 {
     fn choose(mask: __mmask8, yes: Self, no: Self) -> Self {
         Self(unsafe { _mm512_mask_blend_pd(mask, no.0, yes.0) })
     }
+    #[inline(always)]
+    fn holds(mask: __mmask8, lane: usize) -> bool {
+        mask >> lane & 1 == 1
+    }
+    #[inline(always)]
+    fn any(mask: __mmask8) -> bool {
+        mask != 0
+    }
+    #[inline(always)]
+    fn numbers(self) -> [f64; LANES] {
+        let mut numbers = [0.0; LANES];
+        self.store(&mut numbers);
+        numbers
+    }
+    #[inline(always)]
+    fn of_numbers(numbers: &[f64; LANES]) -> Self {
+        Self::load(numbers)
+    }
 }
 
 impl Pack for Avx512 {
@@ -112,18 +136,12 @@ impl Pack for Avx512 {
     fn store(self, to: &mut [f64; LANES]) {
         unsafe { _mm512_storeu_pd(to.as_mut_ptr(), self.0) }
     }
-    /// An 8 by 8 transposition: neighbours within 128 bits, then across.
+    /// Neighbours within 128 bits, then across.
     #[inline(always)]
-    fn records(rows: &[&[f64]; LANES], first: usize) -> [Self; LANES] {
-        // No closures here: they would not be inlined into the kernel, and so not have its instructions.
-        macro_rules! row {
-            ($lane:literal) => {
-                _mm512_loadu_pd(rows[$lane][first..first + LANES].as_ptr())
-            };
-        }
+    fn transposed(rows: [Self; LANES]) -> [Self; LANES] {
+        let [r0, r1, r2, r3, r4, r5, r6, r7] = rows;
+        let (r0, r1, r2, r3, r4, r5, r6, r7) = (r0.0, r1.0, r2.0, r3.0, r4.0, r5.0, r6.0, r7.0);
         unsafe {
-            let (r0, r1, r2, r3) = (row!(0), row!(1), row!(2), row!(3));
-            let (r4, r5, r6, r7) = (row!(4), row!(5), row!(6), row!(7));
             // Words 0, 2, 4, 6 of two rows, one pair per 128 bits; below words 1, 3, 5, 7.
             let low = [
                 _mm512_unpacklo_pd(r0, r1),
@@ -164,6 +182,8 @@ unsafe fn quarters([a, b, c, d]: [__m512d; 4]) -> [Avx512; 4] {
 // SAFETY of all that follows: the enclosing kernel has AVX2.
 impl Real for Avx2 {
     type Mask = (__m256d, __m256d);
+    const COUNT: usize = LANES;
+    type Numbers = [f64; LANES];
 
     #[inline(always)]
     fn splat(value: f64) -> Self {
@@ -180,6 +200,10 @@ impl Real for Avx2 {
             let sign = _mm256_set1_pd(-0.0);
             Self(_mm256_andnot_pd(sign, self.0), _mm256_andnot_pd(sign, self.1))
         }
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        unsafe { Self(_mm256_floor_pd(self.0), _mm256_floor_pd(self.1)) }
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
@@ -205,6 +229,25 @@ impl Real for Avx2 {
     fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self {
         unsafe { Self(_mm256_blendv_pd(no.0, yes.0, mask.0), _mm256_blendv_pd(no.1, yes.1, mask.1)) }
     }
+    #[inline(always)]
+    fn holds(mask: Self::Mask, lane: usize) -> bool {
+        let halves = unsafe { [_mm256_movemask_pd(mask.0), _mm256_movemask_pd(mask.1)] };
+        halves[lane / 4] >> (lane % 4) & 1 == 1
+    }
+    #[inline(always)]
+    fn any(mask: Self::Mask) -> bool {
+        unsafe { _mm256_movemask_pd(_mm256_or_pd(mask.0, mask.1)) != 0 }
+    }
+    #[inline(always)]
+    fn numbers(self) -> [f64; LANES] {
+        let mut numbers = [0.0; LANES];
+        self.store(&mut numbers);
+        numbers
+    }
+    #[inline(always)]
+    fn of_numbers(numbers: &[f64; LANES]) -> Self {
+        Self::load(numbers)
+    }
 }
 
 impl Pack for Avx2 {
@@ -221,10 +264,13 @@ impl Pack for Avx2 {
     }
     /// Four transpositions of 4 by 4.
     #[inline(always)]
-    fn records(rows: &[&[f64]; LANES], first: usize) -> [Self; LANES] {
+    fn transposed(rows: [Self; LANES]) -> [Self; LANES] {
+        let [r0, r1, r2, r3, r4, r5, r6, r7] = rows;
         unsafe {
-            let ([a0, a1, a2, a3], [b0, b1, b2, b3]) = (square(rows, 0, first), square(rows, 4, first));
-            let ([c0, c1, c2, c3], [d0, d1, d2, d3]) = (square(rows, 0, first + 4), square(rows, 4, first + 4));
+            let ([a0, a1, a2, a3], [b0, b1, b2, b3]) =
+                (square([r0.0, r1.0, r2.0, r3.0]), square([r4.0, r5.0, r6.0, r7.0]));
+            let ([c0, c1, c2, c3], [d0, d1, d2, d3]) =
+                (square([r0.1, r1.1, r2.1, r3.1]), square([r4.1, r5.1, r6.1, r7.1]));
             [
                 Self(a0, b0),
                 Self(a1, b1),
@@ -239,16 +285,10 @@ impl Pack for Avx2 {
     }
 }
 
-/// Four words from `word` on of four rows from `row` on, word by word.
+/// Rows for columns, four by four.
 #[inline(always)]
-unsafe fn square(rows: &[&[f64]; LANES], row: usize, word: usize) -> [__m256d; 4] {
-    macro_rules! row {
-        ($lane:literal) => {
-            _mm256_loadu_pd(rows[row + $lane][word..word + 4].as_ptr())
-        };
-    }
+unsafe fn square([r0, r1, r2, r3]: [__m256d; 4]) -> [__m256d; 4] {
     unsafe {
-        let (r0, r1, r2, r3) = (row!(0), row!(1), row!(2), row!(3));
         let (low, high) = (_mm256_unpacklo_pd(r0, r1), _mm256_unpackhi_pd(r0, r1));
         let (low_behind, high_behind) = (_mm256_unpacklo_pd(r2, r3), _mm256_unpackhi_pd(r2, r3));
         [

@@ -2,14 +2,15 @@
 
 use crate::dem::grains::{Cold as GrainCold, Hot as GrainHot, Mover};
 use crate::dem::segments::larger;
-use crate::lane::{Compiled, Instructions};
+use crate::lane::{Instructions, LANES, Pack, Packed};
 use crate::law::material::MaterialLaw;
-use crate::mpm::points::Hot;
-use crate::mpm::scatter::TileFrame;
-use crate::mpm::shape::{Cubic, Generalised, LinearHat, Quadratic, Shape, Stencil};
+use crate::mpm::points::{Beside, Hot};
+use crate::mpm::scatter::{Basis, TileFrame, eight_of};
+use crate::mpm::shape::{Cubic, Generalised, LinearHat, Quadratic, Shape, Stencil, row};
 use crate::mpm::tile::{Advanced, GrainChange, NODE_WORDS};
+use crate::numbers::{Lanes, Numbers};
 use crate::scenario::mpm::{ShapeFunction, Transfer};
-use crate::space::{Linear, Space};
+use crate::space::{Linear, Space, Words};
 
 /// What points take from the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,15 +54,15 @@ pub struct Taking {
 /// F <- (1 + L dt) F
 /// ```
 ///
-/// `ways` holds the way of each point while its place waits. Returns the longest way that a point has come from home along
-/// an axis, m.
+/// `beside` stands empty where the scheme needs nothing of it. Returns how far out of the block a point is along an axis,
+/// at most, m; infinity where a place is no number.
 pub fn gather_points<S: Space, L: MaterialLaw<S>>(
     frame: &TileFrame<S>,
     law: &L,
     taking: Taking,
     tile: &[Advanced<S>],
     points: &mut [Hot<S, L::Memory>],
-    ways: &mut [S::Vector],
+    beside: &mut [Beside<S>],
 ) -> f64 {
     let affine = taking.transfer == Transfer::Affine && taking.taken.has_motion();
     macro_rules! with {
@@ -73,7 +74,7 @@ pub fn gather_points<S: Space, L: MaterialLaw<S>>(
                     taking,
                     tile,
                     points,
-                    ways,
+                    beside,
                     shape: std::marker::PhantomData,
                 }),
                 false => taking.instructions.run(Gather::<S, L, $shape, $nodes, false> {
@@ -82,7 +83,7 @@ pub fn gather_points<S: Space, L: MaterialLaw<S>>(
                     taking,
                     tile,
                     points,
-                    ways,
+                    beside,
                     shape: std::marker::PhantomData,
                 }),
             }
@@ -102,106 +103,268 @@ struct Gather<'a, S: Space, L: MaterialLaw<S>, F, const N: usize, const AFFINE: 
     taking: Taking,
     tile: &'a [Advanced<S>],
     points: &'a mut [Hot<S, L::Memory>],
-    ways: &'a mut [S::Vector],
+    beside: &'a mut [Beside<S>],
     shape: std::marker::PhantomData<F>,
 }
-
-/// Words of a node, all of them read in step.
-type Words = [f64; NODE_WORDS];
 
 /// Second moments of the functions along an axis below this share of a squared cell are not divided by: on a node itself
 /// linear functions know no field about them.
 const MOMENT_LEAST: f64 = 1e-9;
 
-impl<S: Space, L: MaterialLaw<S>, F: Shape<N>, const N: usize, const AFFINE: bool> Compiled
+/// Sums over the nodes in reach of a point, word by word of [`Advanced`].
+#[derive(Clone, Copy)]
+struct Sums<P> {
+    /// Weighted with N, and with the components of grad N and of N (x_i - x).
+    value: P,
+    slope: [P; 3],
+    arm: [P; 3],
+}
+
+impl<P: Pack> Sums<P> {
+    #[inline(always)]
+    fn zero() -> Self {
+        let zero = P::splat(0.0);
+        Self { value: zero, slope: [zero; 3], arm: [zero; 3] }
+    }
+
+    /// Adds sums over the axes before `axis`, taken at function `node` along it.
+    #[inline(always)]
+    fn add<const N: usize, const AFFINE: bool>(
+        &mut self,
+        sums: &Self,
+        basis: &Basis<N>,
+        axis: usize,
+        node: usize,
+        lane: usize,
+    ) {
+        let value: P = basis.value(axis, node, lane);
+        self.value = self.value + sums.value * value;
+        self.slope[axis] = self.slope[axis] + sums.value * basis.slope(axis, node, lane);
+        if AFFINE {
+            self.arm[axis] = self.arm[axis] + sums.value * basis.moment(axis, node, lane);
+        }
+        for other in 0..axis {
+            self.slope[other] = self.slope[other] + sums.slope[other] * value;
+            if AFFINE {
+                self.arm[other] = self.arm[other] + sums.arm[other] * value;
+            }
+        }
+    }
+}
+
+/// Sums of one of eight points: row by row, layer by layer.
+#[inline(always)]
+fn sums<S: Space, P: Pack, const N: usize, const AFFINE: bool>(
+    basis: &Basis<N>,
+    lane: usize,
+    edge: usize,
+    tile: &[Advanced<S>],
+) -> Sums<P> {
+    let first = basis.first[lane];
+    let mut all = Sums::zero();
+    for k in 0..Stencil::<S, P, N>::LAYERS {
+        let mut layer = Sums::zero();
+        for j in 0..N {
+            let first = first + row(edge, j, k);
+            let mut along = Sums::zero();
+            for (i, node) in tile[first..first + N].iter().enumerate() {
+                let words = Sums { value: P::load(&node.0), ..Sums::zero() };
+                along.add::<N, AFFINE>(&words, basis, 0, i, lane);
+            }
+            layer.add::<N, AFFINE>(&along, basis, 1, j, lane);
+        }
+        if S::DIMENSION == 2 {
+            return layer;
+        }
+        all.add::<N, AFFINE>(&layer, basis, 2, k, lane);
+    }
+    all
+}
+
+impl<S: Space, L: MaterialLaw<S>, F: Shape<N>, const N: usize, const AFFINE: bool> Packed
     for Gather<'_, S, L, F, N, AFFINE>
 {
     type Outcome = f64;
 
     #[inline(always)]
-    fn run(self) -> f64 {
-        let mut farthest = 0.0;
-        let Self { frame, law, taking, tile, points, ways, .. } = self;
-        let Taking { transfer, taken, dt, .. } = taking;
-        for (row, point) in points.iter_mut().enumerate() {
-            let stencil = frame.stencil::<F, N>(&point.position);
-            let arms = if AFFINE { frame.arms::<F, N>(&point.position, &stencil) } else { [[0.0; N]; 3] };
-            let (mut value, mut slope, mut arm): (Words, [Words; 3], [Words; 3]) =
-                ([0.0; NODE_WORDS], [[0.0; NODE_WORDS]; 3], [[0.0; NODE_WORDS]; 3]);
-            for k in 0..Stencil::<S, N>::LAYERS {
-                for j in 0..N {
-                    let first = stencil.row(frame.edge, j, k);
-                    let nodes = &tile[first..first + N];
-                    for i in 0..N {
-                        let (n, [gx, gy, gz]) = stencil.at(i, j, k);
-                        let node = &nodes[i].0;
-                        for word in 0..NODE_WORDS {
-                            value[word] += n * node[word];
-                            slope[0][word] += gx * node[word];
-                            slope[1][word] += gy * node[word];
-                            if S::DIMENSION == 3 {
-                                slope[2][word] += gz * node[word];
-                            }
-                            if AFFINE {
-                                arm[0][word] += (n * arms[0][i]) * node[word];
-                                arm[1][word] += (n * arms[1][j]) * node[word];
-                                if S::DIMENSION == 3 {
-                                    arm[2][word] += (n * arms[2][k]) * node[word];
-                                }
-                            }
-                        }
-                    }
-                }
+    fn run<P: Pack>(self) -> f64 {
+        let Self { frame, law, taking, tile, points, beside, .. } = self;
+        let mut outside = P::splat(f64::NEG_INFINITY);
+        for (group, points) in points.chunks_mut(LANES).enumerate() {
+            let beside = if beside.is_empty() { &mut [] } else { &mut beside[group * LANES..][..points.len()] };
+            let mut lanes = Lanes::<P>::load(&eight_of(points), Hot::<S, L::Memory>::COUNT);
+            let place = frame.place(&lanes.words(Hot::<S, L::Memory>::POSITION));
+            let basis = Basis::<N>::of::<S, F, P, AFFINE>(frame, &place);
+            let mut rows = [Sums::<P>::zero(); LANES];
+            for (lane, sums_of) in rows.iter_mut().enumerate() {
+                *sums_of = sums::<S, P, N, AFFINE>(&basis, lane, frame.edge, tile);
             }
-            if taken.has_motion() {
-                let (mut velocity, mut change) = (S::Vector::zero(), S::Vector::zero());
-                for axis in 0..S::DIMENSION {
-                    velocity[axis] = value[axis];
-                    change[axis] = value[S::DIMENSION + axis];
-                }
-                match transfer {
-                    Transfer::Blend { flip } => {
-                        point.velocity = (point.velocity + change) * flip + velocity * (1.0 - flip);
-                    }
-                    Transfer::Affine => point.velocity = velocity,
-                }
+            let sums = by_words::<S, P, AFFINE>(&rows);
+            if taking.taken.has_motion() {
+                move_points::<S, L, P>(&taking, &sums.value, &mut lanes, beside);
                 if AFFINE {
-                    for along in 0..S::DIMENSION {
-                        let mut moment = 0.0;
-                        for (n, arm) in stencil.values[along].iter().zip(&arms[along]) {
-                            moment += n * arm * arm;
-                        }
-                        let inverse = 1.0 / moment.max(MOMENT_LEAST * frame.cell * frame.cell);
-                        for (axis, arm) in arm[along].iter().enumerate().take(S::DIMENSION) {
-                            point.affine[along * S::DIMENSION + axis] = arm * inverse;
-                        }
-                    }
-                }
-                match taken {
-                    Taken::Velocity => ways[row] = velocity * dt,
-                    _ => point.position += velocity * dt,
+                    take_affine::<S, P, N>(frame, &basis, &sums.arm, beside);
                 }
             }
-            if taken.has_strain() {
-                let mut gradient = S::Tensor::zero();
-                for along in 0..S::DIMENSION {
-                    for axis in 0..S::DIMENSION {
-                        gradient[along * S::DIMENSION + axis] = slope[along][axis];
-                    }
-                }
-                point.deformation = (S::identity() + gradient * dt) * point.deformation;
-                point.stress = law.update(&gradient, dt, &mut point.memory);
-                if taken == Taken::StrainThenPlace {
-                    point.position += ways[row];
-                }
+            if taking.taken.has_strain() {
+                strain_points::<S, L, P>(law, &taking, &sums.slope, &mut lanes, beside);
             }
-            let moved = point.position - point.home;
-            for axis in 0..S::DIMENSION {
-                farthest = larger(farthest, moved[axis].abs());
+            outside = farther(outside, outside_of::<S, L, P>(frame, &lanes));
+            lanes.store(points);
+        }
+        outside.numbers().into_iter().fold(0.0, larger)
+    }
+}
+
+/// [`Sums`] of eight points: word by word.
+struct SumsByWord<P> {
+    value: [P; NODE_WORDS],
+    slope: [[P; NODE_WORDS]; 3],
+    arm: [[P; NODE_WORDS]; 3],
+}
+
+#[inline(always)]
+fn by_words<S: Space, P: Pack, const AFFINE: bool>(rows: &[Sums<P>; LANES]) -> SumsByWord<P> {
+    let zero = P::splat(0.0);
+    let mut sums = SumsByWord { value: [zero; 8], slope: [[zero; 8]; 3], arm: [[zero; 8]; 3] };
+    for (value, row) in sums.value.iter_mut().zip(rows) {
+        *value = row.value;
+    }
+    sums.value = P::transposed(sums.value);
+    for axis in 0..S::DIMENSION {
+        for (slope, row) in sums.slope[axis].iter_mut().zip(rows) {
+            *slope = row.slope[axis];
+        }
+        sums.slope[axis] = P::transposed(sums.slope[axis]);
+        if AFFINE {
+            for (arm, row) in sums.arm[axis].iter_mut().zip(rows) {
+                *arm = row.arm[axis];
+            }
+            sums.arm[axis] = P::transposed(sums.arm[axis]);
+        }
+    }
+    sums
+}
+
+/// Velocity and place, or the way there.
+#[inline(always)]
+fn move_points<S: Space, L: MaterialLaw<S>, P: Pack>(
+    taking: &Taking,
+    value: &[P; NODE_WORDS],
+    lanes: &mut Lanes<P>,
+    beside: &mut [Beside<S>],
+) {
+    let dt = P::splat(taking.dt);
+    for axis in 0..S::DIMENSION {
+        let (velocity, change) = (value[axis], value[S::DIMENSION + axis]);
+        let own = &mut lanes.0[Hot::<S, L::Memory>::VELOCITY + axis];
+        *own = match taking.transfer {
+            Transfer::Blend { flip } => (*own + change) * P::splat(flip) + velocity * P::splat(1.0 - flip),
+            Transfer::Affine => velocity,
+        };
+        if taking.taken == Taken::Velocity {
+            let way = (velocity * dt).numbers();
+            for (beside, way) in beside.iter_mut().zip(way) {
+                beside.way[axis] = way;
+            }
+        } else {
+            let place = &mut lanes.0[Hot::<S, L::Memory>::POSITION + axis];
+            *place = *place + velocity * dt;
+        }
+    }
+}
+
+/// The affine field about each point, by the second moments of its functions.
+#[inline(always)]
+fn take_affine<S: Space, P: Pack, const N: usize>(
+    frame: &TileFrame<S>,
+    basis: &Basis<N>,
+    arm: &[[P; NODE_WORDS]; 3],
+    beside: &mut [Beside<S>],
+) {
+    let least = P::splat(MOMENT_LEAST * frame.cell * frame.cell);
+    for along in 0..S::DIMENSION {
+        let mut second = P::splat(0.0);
+        for node in 0..N {
+            let (value, moment) = (P::load(&basis.values[along][node]), P::load(&basis.moments[along][node]));
+            // N (x_i - x)^2, without dividing where N is zero.
+            let square = moment * moment / P::choose(value.above(P::splat(0.0)), value, P::splat(1.0));
+            second = second + square;
+        }
+        let inverse = P::splat(1.0) / second.max(least);
+        for (axis, arm) in arm[along].iter().enumerate().take(S::DIMENSION) {
+            for (beside, number) in beside.iter_mut().zip((*arm * inverse).numbers()) {
+                beside.affine[along * S::DIMENSION + axis] = number;
             }
         }
-        farthest
     }
+}
+
+/// Strain and stress, then the way that was kept.
+#[inline(always)]
+fn strain_points<S: Space, L: MaterialLaw<S>, P: Pack>(
+    law: &L,
+    taking: &Taking,
+    slope: &[[P; NODE_WORDS]; 3],
+    lanes: &mut Lanes<P>,
+    beside: &[Beside<S>],
+) {
+    let dt = P::splat(taking.dt);
+    let mut gradient = S::TensorOf::<P>::zero();
+    for along in 0..S::DIMENSION {
+        for axis in 0..S::DIMENSION {
+            gradient.set_word(along * S::DIMENSION + axis, slope[along][axis]);
+        }
+    }
+    // F + (L dt) F, column by column.
+    let first = Hot::<S, L::Memory>::DEFORMATION;
+    let before: S::TensorOf<P> = lanes.words(first);
+    for column in 0..S::DIMENSION {
+        for row in 0..S::DIMENSION {
+            let mut more = P::splat(0.0);
+            for inner in 0..S::DIMENSION {
+                let rate = gradient.word(inner * S::DIMENSION + row);
+                more = more + rate * before.word(column * S::DIMENSION + inner);
+            }
+            let entry = column * S::DIMENSION + row;
+            lanes.0[first + entry] = before.word(entry) + more * dt;
+        }
+    }
+    let memory = Hot::<S, L::Memory>::MEMORY;
+    let words = &mut lanes.0[memory..memory + L::Memory::COUNT];
+    let stress = law.update_lanes(&gradient, taking.dt, words, &mut P::splat(0.0));
+    lanes.set_words(Hot::<S, L::Memory>::STRESS, &stress);
+    if taking.taken == Taken::StrainThenPlace {
+        for axis in 0..S::DIMENSION {
+            let mut way = [0.0; LANES];
+            for (way, beside) in way.iter_mut().zip(beside) {
+                *way = beside.way[axis];
+            }
+            let place = &mut lanes.0[Hot::<S, L::Memory>::POSITION + axis];
+            *place = *place + P::load(&way);
+        }
+    }
+}
+
+/// The farther of two; infinity where the second is no number.
+#[inline(always)]
+fn farther<P: Pack>(so_far: P, another: P) -> P {
+    let infinity = P::splat(f64::INFINITY);
+    let another = P::choose(infinity.above(another), another, infinity);
+    P::choose(another.above(so_far), another, so_far)
+}
+
+/// How far out of the block each point is, m; negative inside.
+#[inline(always)]
+fn outside_of<S: Space, L: MaterialLaw<S>, P: Pack>(frame: &TileFrame<S>, lanes: &Lanes<P>) -> P {
+    let place: S::VectorOf<P> = frame.place(&lanes.words(Hot::<S, L::Memory>::POSITION));
+    let [lower, upper] = frame.inside.map(P::splat);
+    let mut outside = P::splat(f64::NEG_INFINITY);
+    for axis in 0..S::DIMENSION {
+        let place = place.word(axis);
+        outside = farther(farther(outside, lower - place), place - upper);
+    }
+    outside * P::splat(frame.cell)
 }
 
 /// Correction of the block's free grains: `v += sum N lambda_i/m_i`. Spin is left alone.

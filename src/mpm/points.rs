@@ -5,18 +5,19 @@ use crate::hybrid::oracle::Window;
 use crate::hybrid::track::Track;
 use crate::ids::{PointId, Row};
 use crate::law::material::MaterialMemory;
+use crate::numbers::Numbers;
 use crate::record::{Record, Visitor};
-use crate::space::{Linear, Space};
+use crate::space::{Linear, Space, Words};
+use crate::symmetric::Symmetric;
 
-/// The part of a point that every step reads and writes.
+/// The part of a point that every step reads and writes: numbers alone, so that eight of them go side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Hot<S: Space, M> {
     /// m; wrapped into the period at rebuilds only.
     pub position: S::Vector,
     /// Velocity half a step behind the position, m/s.
     pub velocity: S::Vector,
-    /// Position at the last rebuild, m.
-    pub home: S::Vector,
     /// kg; full, never weighted.
     pub mass: f64,
     /// Volume at the start, m3; Kirchhoff stress is per this volume.
@@ -24,21 +25,51 @@ pub struct Hot<S: Space, M> {
     /// Share of the point in the coupled mixture: 1, or about 1 - w in the reconciliation zone.
     pub weight: f64,
     /// Kirchhoff stress, Pa, tension positive.
-    pub stress: S::Tensor,
+    pub stress: S::Symmetric,
     /// Deformation gradient F since the start.
     pub deformation: S::Tensor,
-    /// Gradient of the affine velocity field about the point, 1/s; zero where the scheme has none.
-    pub affine: S::Tensor,
     /// Memory of the material law.
     pub memory: M,
-    /// Force from without on a point that bears a load, N; of the step, not of the state.
-    pub push: S::Vector,
+}
+
+#[allow(unsafe_code, reason = "all fields are numbers")]
+// SAFETY: nalgebra's static vectors and tensors and our symmetric ones are arrays of `f64`, the memory is numbers itself,
+// and the layout is C's.
+unsafe impl<S: Space, M: Numbers> Numbers for Hot<S, M> {}
+
+/// Where the fields of [`Hot`] begin among its numbers.
+impl<S: Space, M> Hot<S, M> {
+    pub const POSITION: usize = 0;
+    pub const VELOCITY: usize = S::DIMENSION;
+    pub const MASS: usize = 2 * S::DIMENSION;
+    pub const VOLUME: usize = Self::MASS + 1;
+    pub const WEIGHT: usize = Self::MASS + 2;
+    pub const STRESS: usize = Self::MASS + 3;
+    pub const DEFORMATION: usize = Self::STRESS + S::Symmetric::COUNT;
+    pub const MEMORY: usize = Self::DEFORMATION + S::Tensor::COMPONENTS;
+}
+
+/// What some schemes and steps need of a point besides, in a row of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beside<S: Space> {
+    /// Gradient of the affine velocity field about the point, 1/s; zero where the scheme has none.
+    pub affine: S::Tensor,
+    /// Way to the new place while the strain is still to be taken at the old one, m; of the step, not of the state.
+    pub way: S::Vector,
+}
+
+impl<S: Space> Default for Beside<S> {
+    fn default() -> Self {
+        Self { affine: S::Tensor::zero(), way: S::Vector::zero() }
+    }
 }
 
 /// The part of a point that is read at rebuilds and for output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cold<S: Space> {
     pub id: PointId,
+    /// Position at the last rebuild, m: the block follows from it.
+    pub home: S::Vector,
     /// Place at the start of the run, m.
     pub origin: S::Vector,
     /// Periods crossed since then.
@@ -56,6 +87,8 @@ pub struct Cold<S: Space> {
 pub struct Point<S: Space, M> {
     pub hot: Hot<S, M>,
     pub cold: Cold<S>,
+    /// See [`Beside::affine`].
+    pub affine: S::Tensor,
 }
 
 /// Points of this rank in block order, within a block by (cell, id) of the last rebuild: the order of every sum over
@@ -64,13 +97,14 @@ pub struct Point<S: Space, M> {
 pub struct Points<S: Space, M> {
     pub hot: Vec<Hot<S, M>>,
     pub cold: Vec<Cold<S>>,
-    /// Rows that bear a load.
-    pub loaded: Vec<Row>,
+    pub beside: Vec<Beside<S>>,
+    /// Rows that bear a load, with the weighted force on each, N; of the step, not of the state.
+    pub loaded: Vec<(Row, S::Vector)>,
 }
 
 impl<S: Space, M> Default for Points<S, M> {
     fn default() -> Self {
-        Self { hot: Vec::new(), cold: Vec::new(), loaded: Vec::new() }
+        Self { hot: Vec::new(), cold: Vec::new(), beside: Vec::new(), loaded: Vec::new() }
     }
 }
 
@@ -85,20 +119,36 @@ impl<S: Space, M: MaterialMemory> Points<S, M> {
 
     /// Whole rows, in their order.
     pub fn rows(&self) -> impl Iterator<Item = Point<S, M>> {
-        self.hot.iter().zip(&self.cold).map(|(hot, cold)| Point { hot: *hot, cold: *cold })
+        let whole = |((hot, cold), beside): ((&Hot<S, M>, &Cold<S>), &Beside<S>)| Point {
+            hot: *hot,
+            cold: *cold,
+            affine: beside.affine,
+        };
+        self.hot.iter().zip(&self.cold).zip(&self.beside).map(whole)
     }
 }
 
 impl<S: Space, M> FromIterator<Point<S, M>> for Points<S, M> {
     fn from_iter<I: IntoIterator<Item = Point<S, M>>>(rows: I) -> Self {
-        let (hot, cold): (_, Vec<Cold<S>>) = rows.into_iter().map(|point| (point.hot, point.cold)).unzip();
-        let bears = |(row, cold): (usize, &Cold<S>)| (cold.loads != 0).then_some(row as Row);
-        let loaded = cold.iter().enumerate().filter_map(bears).collect();
-        Self { hot, cold, loaded }
+        let mut points = Self::default();
+        for (row, point) in rows.into_iter().enumerate() {
+            if point.cold.loads != 0 {
+                points.loaded.push((row as Row, S::Vector::zero()));
+            }
+            points.hot.push(point.hot);
+            points.cold.push(point.cold);
+            points.beside.push(Beside { affine: point.affine, way: S::Vector::zero() });
+        }
+        points
     }
 }
 
 impl<S: Space, M> Hot<S, M> {
+    /// The stress as a tensor, Pa.
+    pub fn kirchhoff(&self) -> S::Tensor {
+        self.stress.tensor()
+    }
+
     /// det F since the start.
     pub fn volume_ratio(&self) -> f64 {
         S::determinant(&self.deformation)
@@ -112,35 +162,34 @@ impl<S: Space, M: MaterialMemory> Point<S, M> {
             hot: Hot {
                 position,
                 velocity: S::Vector::zero(),
-                home: position,
                 mass,
                 volume,
                 weight: 1.0,
-                stress: S::Tensor::zero(),
+                stress: S::Symmetric::zero(),
                 deformation: S::identity(),
-                affine: S::Tensor::zero(),
                 memory: M::default(),
-                push: S::Vector::zero(),
             },
             cold: Cold {
                 id,
+                home: position,
                 origin: position,
                 image: [0; 3],
                 loads: 0,
                 window: Window::default(),
                 track: Track::default(),
             },
+            affine: S::Tensor::zero(),
         }
     }
 }
 
 impl<S: Space, M: MaterialMemory> Record for Point<S, M> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
-        let Self { hot, cold } = self;
+        let Self { hot, cold, affine } = self;
         visitor.u64("id", &mut cold.id.0);
         visitor.f64s("position", hot.position.as_mut_slice());
         visitor.f64s("velocity", hot.velocity.as_mut_slice());
-        visitor.f64s("home", hot.home.as_mut_slice());
+        visitor.f64s("home", cold.home.as_mut_slice());
         visitor.f64s("origin", cold.origin.as_mut_slice());
         visit_image::<S>(&mut cold.image, visitor);
         visitor.u64("loads", &mut cold.loads);
@@ -149,7 +198,7 @@ impl<S: Space, M: MaterialMemory> Record for Point<S, M> {
         visitor.f64s("weight", std::slice::from_mut(&mut hot.weight));
         visitor.f64s("stress", hot.stress.as_mut_slice());
         visitor.f64s("deformation", hot.deformation.as_mut_slice());
-        visitor.f64s("affine", hot.affine.as_mut_slice());
+        visitor.f64s("affine", affine.as_mut_slice());
         hot.memory.visit(visitor);
         visitor.f64s("window", &mut cold.window.samples);
         cold.track.visit(visitor);

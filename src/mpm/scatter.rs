@@ -1,12 +1,15 @@
 //! Points and grains to the tile of their block.
 
 use crate::dem::grains::{Cold as GrainCold, Hot as GrainHot, Mover};
-use crate::lane::{Compiled, Instructions};
-use crate::mpm::points::Hot;
-use crate::mpm::shape::{Axis, Cubic, Generalised, LinearHat, Quadratic, Shape, Stencil};
+use crate::ids::Row;
+use crate::lane::{Instructions, LANES, Pack, Packed, Real};
+use crate::mpm::points::{Beside, Hot};
+use crate::mpm::shape::{Axis, Cubic, Generalised, LinearHat, Quadratic, Shape, Stencil, row};
 use crate::mpm::tile::{Gathered, GrainNode, NODE_WORDS};
+use crate::numbers::{Lanes, Numbers};
 use crate::scenario::mpm::ShapeFunction;
-use crate::space::Space;
+use crate::space::{Space, Words};
+use crate::symmetric::Symmetric;
 
 /// One block's tile: where its first node lies, and how a place is measured in it.
 #[derive(Clone, Copy, Debug)]
@@ -18,59 +21,120 @@ pub struct TileFrame<S: Space> {
     pub cell_inverse: f64,
     /// Nodes per axis.
     pub edge: usize,
+    /// Where the block itself begins and ends along every axis, in cells from the tile's first node.
+    pub inside: [f64; 2],
     pub axes: [Axis; 3],
 }
 
 impl<S: Space> TileFrame<S> {
-    /// A place in cells from the tile's first node.
+    /// Places in cells from the tile's first node.
     #[inline(always)]
-    pub fn place(&self, position: &S::Vector) -> S::Vector {
-        (*position - self.corner) * self.cell_inverse
+    pub fn place<R: Real>(&self, position: &S::VectorOf<R>) -> S::VectorOf<R> {
+        let mut place = *position;
+        for axis in 0..S::DIMENSION {
+            let from_corner = position.word(axis) - R::splat(self.corner[axis]);
+            place.set_word(axis, from_corner * R::splat(self.cell_inverse));
+        }
+        place
     }
 
     /// The functions of `F` at a place, m.
     #[inline(always)]
-    pub fn stencil<F: Shape<N>, const N: usize>(&self, position: &S::Vector) -> Stencil<S, N> {
-        Stencil::new::<F>(&self.place(position), &self.axes, self.cell_inverse)
-    }
-
-    /// Places of the functions in reach less the point's own, along each axis, m.
-    #[inline(always)]
-    pub fn arms<F: Shape<N>, const N: usize>(&self, position: &S::Vector, stencil: &Stencil<S, N>) -> [[f64; N]; 3] {
-        let place = self.place(position);
-        let mut arms = [[0.0; N]; 3];
+    pub fn stencil<F: Shape<N>, const N: usize>(&self, position: &S::Vector) -> Stencil<S, f64, N> {
+        let mut single = S::VectorOf::<f64>::zero();
         for axis in 0..S::DIMENSION {
-            for (node, arm) in arms[axis].iter_mut().enumerate() {
-                *arm = (F::stand(stencil.base[axis] + node, &self.axes[axis]) - place[axis]) * self.cell;
+            single.set_word(axis, position[axis]);
+        }
+        Stencil::new::<F>(&self.place(&single), &self.axes, self.cell_inverse)
+    }
+}
+
+/// Stencils of eight points, laid out so that a point's numbers can be spread over the words of a node.
+pub struct Basis<const N: usize> {
+    /// First node in reach of each.
+    pub first: [usize; LANES],
+    /// Functions, their slopes (1/m), and where the field is affine their first moments about the point (m), along each
+    /// axis.
+    pub values: [[[f64; LANES]; N]; 3],
+    pub slopes: [[[f64; LANES]; N]; 3],
+    pub moments: [[[f64; LANES]; N]; 3],
+}
+
+impl<const N: usize> Basis<N> {
+    #[inline(always)]
+    pub fn of<S: Space, F: Shape<N>, P: Pack, const AFFINE: bool>(
+        frame: &TileFrame<S>,
+        place: &S::VectorOf<P>,
+    ) -> Self {
+        let stencil = Stencil::<S, P, N>::new::<F>(place, &frame.axes, frame.cell_inverse);
+        let mut basis = Self {
+            first: stencil.first(frame.edge).numbers().map(|first| first as usize),
+            values: [[[0.0; LANES]; N]; 3],
+            slopes: [[[0.0; LANES]; N]; 3],
+            moments: [[[0.0; LANES]; N]; 3],
+        };
+        for axis in 0..S::DIMENSION {
+            for node in 0..N {
+                stencil.values[axis][node].store(&mut basis.values[axis][node]);
+                stencil.slopes[axis][node].store(&mut basis.slopes[axis][node]);
+                if AFFINE {
+                    let stand = F::stand(stencil.base[axis] + P::splat(node as f64), &frame.axes[axis]);
+                    let arm = (stand - place.word(axis)) * P::splat(frame.cell);
+                    (stencil.values[axis][node] * arm).store(&mut basis.moments[axis][node]);
+                }
             }
         }
-        arms
+        basis
     }
+
+    /// A number of one of the points, in every lane.
+    #[inline(always)]
+    pub fn value<P: Pack>(&self, axis: usize, node: usize, lane: usize) -> P {
+        P::splat(self.values[axis][node][lane])
+    }
+    #[inline(always)]
+    pub fn slope<P: Pack>(&self, axis: usize, node: usize, lane: usize) -> P {
+        P::splat(self.slopes[axis][node][lane])
+    }
+    #[inline(always)]
+    pub fn moment<P: Pack>(&self, axis: usize, node: usize, lane: usize) -> P {
+        P::splat(self.moments[axis][node][lane])
+    }
+}
+
+/// The records of up to eight rows; behind the last of fewer it stands again, to be left unused.
+#[inline(always)]
+pub fn eight_of<T>(rows: &[T]) -> [&T; LANES] {
+    std::array::from_fn(|lane| &rows[lane.min(rows.len() - 1)])
 }
 
 /// What points bring to their nodes, weighted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Brought {
     /// `m_i = sum w m N_i`, `p_i = sum w m v N_i`, with the affine field `p_i = sum w m (v + C (x_i - x)) N_i`, and
-    /// `f_i = -sum w V0 tau grad N_i + sum N_i t`, t the load that a point bears.
+    /// `f_i = -sum w V0 tau grad N_i`.
     All,
     /// Mass and momentum alone.
     Motion,
 }
 
 /// Mass, momentum and internal force of the block's points, to a tile that has been cleared.
-pub fn scatter_points<S: Space, M: Sync>(
+pub fn scatter_points<S: Space, M: Numbers + Sync>(
     frame: &TileFrame<S>,
     (shape, affine, instructions): (ShapeFunction, bool, Instructions),
     brought: Brought,
-    points: &[Hot<S, M>],
+    (points, beside): (&[Hot<S, M>], &[Beside<S>]),
     tile: &mut [Gathered<S>],
 ) {
     macro_rules! with {
         ($shape:ty, $nodes:literal) => {
             match affine {
-                true => instructions.run(Scatter::<S, M, $shape, $nodes, true>::new(frame, brought, points, tile)),
-                false => instructions.run(Scatter::<S, M, $shape, $nodes, false>::new(frame, brought, points, tile)),
+                true => {
+                    instructions.run(Scatter::<S, M, $shape, $nodes, true>::new(frame, brought, points, beside, tile))
+                }
+                false => {
+                    instructions.run(Scatter::<S, M, $shape, $nodes, false>::new(frame, brought, points, beside, tile))
+                }
             }
         };
     }
@@ -86,68 +150,178 @@ struct Scatter<'a, S: Space, M, F, const N: usize, const AFFINE: bool> {
     frame: &'a TileFrame<S>,
     brought: Brought,
     points: &'a [Hot<S, M>],
+    beside: &'a [Beside<S>],
     tile: &'a mut [Gathered<S>],
     shape: std::marker::PhantomData<F>,
 }
 
 impl<'a, S: Space, M, F: Shape<N>, const N: usize, const AFFINE: bool> Scatter<'a, S, M, F, N, AFFINE> {
-    fn new(frame: &'a TileFrame<S>, brought: Brought, points: &'a [Hot<S, M>], tile: &'a mut [Gathered<S>]) -> Self {
-        Self { frame, brought, points, tile, shape: std::marker::PhantomData }
+    fn new(
+        frame: &'a TileFrame<S>,
+        brought: Brought,
+        points: &'a [Hot<S, M>],
+        beside: &'a [Beside<S>],
+        tile: &'a mut [Gathered<S>],
+    ) -> Self {
+        Self { frame, brought, points, beside, tile, shape: std::marker::PhantomData }
     }
 }
 
-/// Words of a node, all of them changed in step.
-type Words = [f64; NODE_WORDS];
+/// What a point brings to a node, word by word of [`Gathered`].
+#[derive(Clone, Copy)]
+struct Share<P> {
+    /// Per N, and per component of grad N and of N (x_i - x).
+    value: P,
+    slope: [P; 3],
+    arm: [P; 3],
+}
 
-impl<S: Space, M, F: Shape<N>, const N: usize, const AFFINE: bool> Compiled for Scatter<'_, S, M, F, N, AFFINE> {
+/// The shares of eight points in step.
+#[inline(always)]
+fn shares<S: Space, M: Numbers, P: Pack, const AFFINE: bool>(
+    lanes: &Lanes<P>,
+    beside: &[Beside<S>],
+    brought: Brought,
+) -> [Share<P>; LANES] {
+    let zero = P::splat(0.0);
+    let at = |number: usize| lanes.0[number];
+    let weight = at(Hot::<S, M>::WEIGHT);
+    let mass = weight * at(Hot::<S, M>::MASS);
+    let (mut value, mut slope, mut arm) = ([zero; NODE_WORDS], [[zero; NODE_WORDS]; 3], [[zero; NODE_WORDS]; 3]);
+    value[0] = mass;
+    for axis in 0..S::DIMENSION {
+        value[1 + axis] = at(Hot::<S, M>::VELOCITY + axis) * mass;
+    }
+    if brought == Brought::All {
+        let stress = lanes.words::<S::SymmetricOf<P>>(Hot::<S, M>::STRESS) * -(weight * at(Hot::<S, M>::VOLUME));
+        let stress = stress.tensor();
+        for along in 0..S::DIMENSION {
+            for axis in 0..S::DIMENSION {
+                slope[along][1 + S::DIMENSION + axis] = stress.word(along * S::DIMENSION + axis);
+            }
+        }
+    }
+    if AFFINE {
+        for along in 0..S::DIMENSION {
+            for axis in 0..S::DIMENSION {
+                let mut affine = [0.0; LANES];
+                for (lane, beside) in beside.iter().enumerate() {
+                    affine[lane] = beside.affine[along * S::DIMENSION + axis];
+                }
+                arm[along][1 + axis] = P::load(&affine) * mass;
+            }
+        }
+    }
+    let value = P::transposed(value);
+    let mut shares = [Share { value: zero, slope: [zero; 3], arm: [zero; 3] }; LANES];
+    for (share, value) in shares.iter_mut().zip(value) {
+        share.value = value;
+    }
+    for axis in 0..S::DIMENSION {
+        let slope = P::transposed(slope[axis]);
+        for (share, slope) in shares.iter_mut().zip(slope) {
+            share.slope[axis] = slope;
+        }
+        if AFFINE {
+            let arm = P::transposed(arm[axis]);
+            for (share, arm) in shares.iter_mut().zip(arm) {
+                share.arm[axis] = arm;
+            }
+        }
+    }
+    shares
+}
+
+impl<S: Space, M: Numbers, F: Shape<N>, const N: usize, const AFFINE: bool> Packed for Scatter<'_, S, M, F, N, AFFINE> {
     type Outcome = ();
 
     #[inline(always)]
-    fn run(self) {
-        let Self { frame, brought, points, tile, .. } = self;
-        let forces = if brought == Brought::All { 1.0 } else { 0.0 };
-        for point in points {
-            let stencil = frame.stencil::<F, N>(&point.position);
-            let mass = point.weight * point.mass;
-            // What a node gets per N, per component of grad N, and per component of N (x_i - x).
-            let (mut value, mut slope, mut arm): (Words, [Words; 3], [Words; 3]) =
-                ([0.0; NODE_WORDS], [[0.0; NODE_WORDS]; 3], [[0.0; NODE_WORDS]; 3]);
-            value[0] = mass;
-            let stress = point.stress * (point.weight * point.volume * forces);
-            for axis in 0..S::DIMENSION {
-                value[1 + axis] = point.velocity[axis] * mass;
-                value[1 + S::DIMENSION + axis] = point.push[axis] * forces;
-                for along in 0..S::DIMENSION {
-                    slope[along][1 + S::DIMENSION + axis] = -stress[along * S::DIMENSION + axis];
-                    if AFFINE {
-                        arm[along][1 + axis] = point.affine[along * S::DIMENSION + axis] * mass;
-                    }
-                }
+    fn run<P: Pack>(self) {
+        let Self { frame, brought, points, beside, tile, .. } = self;
+        for (group, points) in points.chunks(LANES).enumerate() {
+            let beside = if AFFINE { &beside[group * LANES..][..points.len()] } else { &[] };
+            let lanes = Lanes::<P>::load(&eight_of(points), Hot::<S, M>::DEFORMATION);
+            let place = frame.place(&lanes.words(Hot::<S, M>::POSITION));
+            let basis = Basis::<N>::of::<S, F, P, AFFINE>(frame, &place);
+            let shares = shares::<S, M, P, AFFINE>(&lanes, beside, brought);
+            for lane in 0..points.len() {
+                add::<S, P, N, AFFINE>(&basis, lane, &shares[lane], frame.edge, tile);
             }
-            let arms = if AFFINE { frame.arms::<F, N>(&point.position, &stencil) } else { [[0.0; N]; 3] };
-            for k in 0..Stencil::<S, N>::LAYERS {
-                for j in 0..N {
-                    let first = stencil.row(frame.edge, j, k);
-                    let row = &mut tile[first..first + N];
-                    for i in 0..N {
-                        let (n, [gx, gy, gz]) = stencil.at(i, j, k);
-                        let node = &mut row[i].0;
-                        for word in 0..NODE_WORDS {
-                            let mut more = n * value[word] + gx * slope[0][word] + gy * slope[1][word];
-                            if S::DIMENSION == 3 {
-                                more += gz * slope[2][word];
-                            }
-                            if AFFINE {
-                                more += (n * arms[0][i]) * arm[0][word] + (n * arms[1][j]) * arm[1][word];
-                                if S::DIMENSION == 3 {
-                                    more += (n * arms[2][k]) * arm[2][word];
-                                }
-                            }
-                            node[word] += more;
-                        }
-                    }
-                }
+        }
+    }
+}
+
+/// A point's share to every node in reach: axis by axis, so that a node takes two products and not one per axis.
+#[inline(always)]
+fn add<S: Space, P: Pack, const N: usize, const AFFINE: bool>(
+    basis: &Basis<N>,
+    lane: usize,
+    share: &Share<P>,
+    edge: usize,
+    tile: &mut [Gathered<S>],
+) {
+    let first = basis.first[lane];
+    for k in 0..Stencil::<S, P, N>::LAYERS {
+        let layer = if S::DIMENSION == 3 { share.along::<N, AFFINE>(basis, 2, k, lane) } else { *share };
+        for j in 0..N {
+            let along = layer.along::<N, AFFINE>(basis, 1, j, lane);
+            let first = first + row(edge, j, k);
+            for (i, node) in tile[first..first + N].iter_mut().enumerate() {
+                let more = along.along::<N, AFFINE>(basis, 0, i, lane).value;
+                (P::load(&node.0) + more).store(&mut node.0);
             }
+        }
+    }
+}
+
+impl<P: Pack> Share<P> {
+    /// What is left of a share with function `node` along an axis in hand.
+    #[inline(always)]
+    fn along<const N: usize, const AFFINE: bool>(
+        &self,
+        basis: &Basis<N>,
+        axis: usize,
+        node: usize,
+        lane: usize,
+    ) -> Self {
+        let value: P = basis.value(axis, node, lane);
+        let mut left = *self;
+        left.value = self.value * value + self.slope[axis] * basis.slope(axis, node, lane);
+        if AFFINE {
+            left.value = left.value + self.arm[axis] * basis.moment(axis, node, lane);
+        }
+        for other in 0..axis {
+            left.slope[other] = self.slope[other] * value;
+            if AFFINE {
+                left.arm[other] = self.arm[other] * value;
+            }
+        }
+        left
+    }
+}
+
+/// Forces from without on the block's points to the nodes: `f_i += sum N_i t`. `first` is the block's first row.
+pub fn scatter_loads<S: Space, M>(
+    frame: &TileFrame<S>,
+    shape: ShapeFunction,
+    (points, first): (&[Hot<S, M>], usize),
+    loaded: &[(Row, S::Vector)],
+    tile: &mut [Gathered<S>],
+) {
+    for (row, push) in loaded {
+        let position = &points[*row as usize - first].position;
+        macro_rules! with {
+            ($shape:ty, $nodes:literal) => {
+                frame
+                    .stencil::<$shape, $nodes>(position)
+                    .for_each(frame.edge, |node, value| tile[node].add_force(&(*push * value)))
+            };
+        }
+        match shape {
+            ShapeFunction::Linear => with!(LinearHat, 3),
+            ShapeFunction::Generalised => with!(Generalised, 3),
+            ShapeFunction::Quadratic => with!(Quadratic, 3),
+            ShapeFunction::Cubic => with!(Cubic, 4),
         }
     }
 }

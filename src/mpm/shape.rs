@@ -3,8 +3,9 @@
 //! B-splines that reach a wall are those of an open knot vector (Steffen, Kirby & Berzins 2008): none reaches behind the
 //! wall, the one on it takes its value there alone, and they still sum to one.
 
+use crate::lane::Real;
 use crate::scenario::mpm::ShapeFunction;
-use crate::space::Space;
+use crate::space::{Space, Words};
 
 /// Drift from home in cells and per axis at which a rebuild is due, below the half cell that the margins allow.
 pub const DRIFT_MAX: f64 = 0.45;
@@ -33,21 +34,23 @@ impl Default for Axis {
     }
 }
 
-/// Functions at one place along an axis, the place and their slopes measured in cells.
+/// Functions at one place along an axis, or at several in step; the place and their slopes measured in cells.
 #[derive(Clone, Copy, Debug)]
-pub struct Along<const N: usize> {
-    pub base: usize,
-    pub values: [f64; N],
-    pub slopes: [f64; N],
+pub struct Along<R, const N: usize> {
+    /// The first node in reach, a whole number.
+    pub base: R,
+    pub values: [R; N],
+    pub slopes: [R; N],
 }
 
 /// Shape functions along an axis; `N` of them reach a place.
 pub trait Shape<const N: usize>: Copy + Send + Sync + 'static {
     /// At `place`, in cells from the tile's first node.
-    fn along(place: f64, axis: &Axis) -> Along<N>;
+    fn along<R: Real>(place: R, axis: &Axis) -> Along<R, N>;
     /// Where function `node` stands for a field that is linear, in cells: its node, or its Greville abscissa near a wall.
-    fn stand(node: usize, _axis: &Axis) -> f64 {
-        node as f64
+    #[inline(always)]
+    fn stand<R: Real>(node: R, _axis: &Axis) -> R {
+        node
     }
 }
 
@@ -62,24 +65,28 @@ pub struct Cubic;
 
 impl Shape<3> for LinearHat {
     #[inline(always)]
-    fn along(place: f64, _: &Axis) -> Along<3> {
-        let (cell, base) = (place.floor(), (place - 0.5).floor());
+    fn along<R: Real>(place: R, _: &Axis) -> Along<R, 3> {
+        let [zero, half, one] = [0.0, 0.5, 1.0].map(R::splat);
+        let (cell, base) = (place.floor(), (place - half).floor());
         let x = place - cell;
-        // The cell's two nodes are the first two of the three, or the last two.
-        match cell == base {
-            true => Along { base: base as usize, values: [1.0 - x, x, 0.0], slopes: [-1.0, 1.0, 0.0] },
-            false => Along { base: base as usize, values: [0.0, 1.0 - x, x], slopes: [0.0, -1.0, 1.0] },
+        // The cell's two nodes are the last two of the three, or the first two.
+        let last = cell.above(base);
+        let choose = |last_two: R, first_two: R| R::choose(last, last_two, first_two);
+        Along {
+            base,
+            values: [choose(zero, one - x), choose(one - x, x), choose(x, zero)],
+            slopes: [choose(zero, -one), choose(-one, one), choose(one, zero)],
         }
     }
 }
 
 impl Shape<3> for Generalised {
     #[inline(always)]
-    fn along(place: f64, axis: &Axis) -> Along<3> {
-        let base = (place - 0.5).floor();
-        let mut along = Along { base: base as usize, values: [0.0; 3], slopes: [0.0; 3] };
+    fn along<R: Real>(place: R, axis: &Axis) -> Along<R, 3> {
+        let base = (place - R::splat(0.5)).floor();
+        let mut along = Along { base, values: [base; 3], slopes: [base; 3] };
         for node in 0..3 {
-            let apart = place - base - node as f64;
+            let apart = place - base - R::splat(node as f64);
             (along.values[node], along.slopes[node]) = generalised(apart, axis.half);
         }
         along
@@ -88,62 +95,67 @@ impl Shape<3> for Generalised {
 
 /// The hat of a node seen by a point of half length `half`, at `apart` cells from it, and its slope.
 #[inline(always)]
-fn generalised(apart: f64, half: f64) -> (f64, f64) {
-    let (distance, side) = (apart.abs(), if apart < 0.0 { -1.0 } else { 1.0 });
-    if distance < half {
-        (1.0 - (distance * distance + half * half) / (2.0 * half), -apart / half)
-    } else if distance < 1.0 - half {
-        (1.0 - distance, -side)
-    } else if distance < 1.0 + half {
-        let left = 1.0 + half - distance;
-        (left * left / (4.0 * half), -side * left / (2.0 * half))
-    } else {
-        (0.0, 0.0)
-    }
+fn generalised<R: Real>(apart: R, half: f64) -> (R, R) {
+    let [zero, one, sharp, wide, within] = [0.0, 1.0, half, 1.0 + half, 1.0 - half].map(R::splat);
+    let distance = apart.abs();
+    let side = R::choose(zero.above(apart), -one, one);
+    let left = wide - distance;
+    let reached = wide.above(distance);
+    let mut value = R::choose(reached, left * left / R::splat(4.0 * half), zero);
+    let mut slope = R::choose(reached, -side * left / R::splat(2.0 * half), zero);
+    let flank = within.above(distance);
+    (value, slope) = (R::choose(flank, one - distance, value), R::choose(flank, -side, slope));
+    let top = sharp.above(distance);
+    value = R::choose(top, one - (distance * distance + sharp * sharp) / R::splat(2.0 * half), value);
+    slope = R::choose(top, -apart / sharp, slope);
+    (value, slope)
 }
 
 impl Shape<3> for Quadratic {
     #[inline(always)]
-    fn along(place: f64, axis: &Axis) -> Along<3> {
-        if Knots::<3>::feels(place, axis) {
-            return Knots::<3>::of(axis).along(place);
-        }
-        let base = (place - 0.5).floor();
+    fn along<R: Real>(place: R, axis: &Axis) -> Along<R, 3> {
+        let [half, one, high, wide, two] = [0.5, 1.0, 0.75, 1.5, 2.0].map(R::splat);
+        let base = (place - half).floor();
         let x = place - base;
-        Along {
-            base: base as usize,
-            values: [0.5 * (1.5 - x) * (1.5 - x), 0.75 - (x - 1.0) * (x - 1.0), 0.5 * (x - 0.5) * (x - 0.5)],
-            slopes: [x - 1.5, -2.0 * (x - 1.0), x - 0.5],
-        }
+        let (from_first, from_middle, from_last) = (wide - x, x - one, x - half);
+        let mut along = Along {
+            base,
+            values: [half * from_first * from_first, high - from_middle * from_middle, half * from_last * from_last],
+            slopes: [-from_first, -two * from_middle, from_last],
+        };
+        Knots::<3>::mend(&mut along, place, axis);
+        along
     }
-    fn stand(node: usize, axis: &Axis) -> f64 {
-        Knots::<3>::stand(node, axis)
+    #[inline(always)]
+    fn stand<R: Real>(node: R, axis: &Axis) -> R {
+        Knots::<3>::stands(node, axis)
     }
 }
 
 impl Shape<4> for Cubic {
     #[inline(always)]
-    fn along(place: f64, axis: &Axis) -> Along<4> {
-        if Knots::<4>::feels(place, axis) {
-            return Knots::<4>::of(axis).along(place);
-        }
-        let base = place.floor() - 1.0;
-        let x = place - base - 1.0;
-        let y = 1.0 - x;
-        const SIXTH: f64 = 1.0 / 6.0;
-        Along {
-            base: base as usize,
+    fn along<R: Real>(place: R, axis: &Axis) -> Along<R, 4> {
+        let [sixth, half, one, wide, two, three, four, six] =
+            [1.0 / 6.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0].map(R::splat);
+        let base = place.floor() - one;
+        let x = place - base - one;
+        let y = one - x;
+        let mut along = Along {
+            base,
             values: [
-                SIXTH * y * y * y,
-                SIXTH * (4.0 - 6.0 * x * x + 3.0 * x * x * x),
-                SIXTH * (4.0 - 6.0 * y * y + 3.0 * y * y * y),
-                SIXTH * x * x * x,
+                sixth * y * y * y,
+                sixth * (four - six * x * x + three * x * x * x),
+                sixth * (four - six * y * y + three * y * y * y),
+                sixth * x * x * x,
             ],
-            slopes: [-0.5 * y * y, x * (1.5 * x - 2.0), -y * (1.5 * y - 2.0), 0.5 * x * x],
-        }
+            slopes: [-half * y * y, x * (wide * x - two), -y * (wide * y - two), half * x * x],
+        };
+        Knots::<4>::mend(&mut along, place, axis);
+        along
     }
-    fn stand(node: usize, axis: &Axis) -> f64 {
-        Knots::<4>::stand(node, axis)
+    #[inline(always)]
+    fn stand<R: Real>(node: R, axis: &Axis) -> R {
+        Knots::<4>::stands(node, axis)
     }
 }
 
@@ -167,8 +179,32 @@ impl<const N: usize> Knots<N> {
     const FAR: i64 = 64;
 
     #[inline(always)]
-    fn feels(place: f64, axis: &Axis) -> bool {
-        place < axis.walls[0] + Self::FELT || place > axis.walls[1] - Self::FELT
+    fn felt<R: Real>(place: R, axis: &Axis) -> R::Mask {
+        let (lower, upper) = (R::splat(axis.walls[0] + Self::FELT), R::splat(axis.walls[1] - Self::FELT));
+        R::either(lower.above(place), place.above(upper))
+    }
+
+    /// Gives places that feel a wall the functions of the open knot vector, one by one.
+    #[inline(always)]
+    fn mend<R: Real>(along: &mut Along<R, N>, place: R, axis: &Axis) {
+        let felt = Self::felt(place, axis);
+        if !R::any(felt) {
+            return;
+        }
+        let (places, mut base) = (place.numbers(), along.base.numbers());
+        let (mut values, mut slopes) = (along.values.map(R::numbers), along.slopes.map(R::numbers));
+        for lane in 0..R::COUNT {
+            if R::holds(felt, lane) {
+                let at = Self::of(axis).along(places.as_ref()[lane]);
+                base.as_mut()[lane] = at.base;
+                for node in 0..N {
+                    values[node].as_mut()[lane] = at.values[node];
+                    slopes[node].as_mut()[lane] = at.slopes[node];
+                }
+            }
+        }
+        let back = |numbers: R::Numbers| R::of_numbers(&numbers);
+        *along = Along { base: back(base), values: values.map(back), slopes: slopes.map(back) };
     }
 
     /// A wall that is not there is put far behind the other.
@@ -192,7 +228,7 @@ impl<const N: usize> Knots<N> {
     }
 
     /// Cox and de Boor's recurrence.
-    fn along(&self, place: f64) -> Along<N> {
+    fn along(&self, place: f64) -> Along<f64, N> {
         let t = place - self.wall;
         let span = (Self::DEGREE + 1 + (t - Self::FIRST).floor() as i64).clamp(Self::DEGREE, self.cells);
         let (mut values, mut lower) = ([0.0; N], [0.0; N]);
@@ -219,72 +255,87 @@ impl<const N: usize> Knots<N> {
             let falling = if function + 1 < N { per(lower[function], first + 1) } else { 0.0 };
             *slope = rising - falling;
         }
-        Along { base: (self.wall as i64 + span - Self::DEGREE) as usize, values, slopes }
+        Along { base: self.wall + (span - Self::DEGREE) as f64, values, slopes }
     }
 
     /// Greville's abscissa: the mean of a function's inner knots.
-    fn stand(node: usize, axis: &Axis) -> f64 {
-        if !Self::feels(node as f64, axis) {
-            return node as f64;
+    fn stand(&self, node: f64) -> f64 {
+        let first = (node - self.wall) as i64;
+        let sum = (1..=Self::DEGREE).map(|inner| self.knot(first + inner)).sum::<f64>();
+        self.wall + sum / Self::DEGREE as f64
+    }
+
+    #[inline(always)]
+    fn stands<R: Real>(node: R, axis: &Axis) -> R {
+        let felt = Self::felt(node, axis);
+        if !R::any(felt) {
+            return node;
         }
-        let knots = Self::of(axis);
-        let first = node as i64 - knots.wall as i64;
-        let sum = (1..=Self::DEGREE).map(|inner| knots.knot(first + inner)).sum::<f64>();
-        knots.wall + sum / Self::DEGREE as f64
+        let mut stands = node.numbers();
+        for (lane, stand) in stands.as_mut().iter_mut().enumerate() {
+            if R::holds(felt, lane) {
+                *stand = Self::of(axis).stand(*stand);
+            }
+        }
+        R::of_numbers(&stands)
     }
 }
 
-/// The functions at one place of a tile, along all axes. Slopes are per m.
+/// The functions at one place of a tile, or at several in step, along all axes. Slopes are per m.
 #[derive(Clone, Copy, Debug)]
-pub struct Stencil<S: Space, const N: usize> {
-    pub base: [usize; 3],
-    pub values: [[f64; N]; 3],
-    pub slopes: [[f64; N]; 3],
+pub struct Stencil<S: Space, R, const N: usize> {
+    pub base: [R; 3],
+    pub values: [[R; N]; 3],
+    pub slopes: [[R; N]; 3],
     space: std::marker::PhantomData<S>,
 }
 
-impl<S: Space, const N: usize> Stencil<S, N> {
+impl<S: Space, R: Real, const N: usize> Stencil<S, R, N> {
     /// Nodes along the third axis.
     pub const LAYERS: usize = if S::DIMENSION == 3 { N } else { 1 };
 
     /// `place` is measured in cells from the tile's first node.
     #[inline(always)]
-    pub fn new<F: Shape<N>>(place: &S::Vector, axes: &[Axis; 3], cell_inverse: f64) -> Self {
-        let mut one = [0.0; N];
-        one[0] = 1.0;
+    pub fn new<F: Shape<N>>(place: &S::VectorOf<R>, axes: &[Axis; 3], cell_inverse: f64) -> Self {
+        let zero = R::splat(0.0);
+        let mut one = [zero; N];
+        one[0] = R::splat(1.0);
         let mut stencil =
-            Self { base: [0; 3], values: [one; 3], slopes: [[0.0; N]; 3], space: std::marker::PhantomData };
+            Self { base: [zero; 3], values: [one; 3], slopes: [[zero; N]; 3], space: std::marker::PhantomData };
         for axis in 0..S::DIMENSION {
-            let along = F::along(place[axis], &axes[axis]);
+            let along = F::along(place.word(axis), &axes[axis]);
             stencil.base[axis] = along.base;
             stencil.values[axis] = along.values;
-            stencil.slopes[axis] = along.slopes.map(|slope| slope * cell_inverse);
+            for node in 0..N {
+                stencil.slopes[axis][node] = along.slopes[node] * R::splat(cell_inverse);
+            }
         }
         stencil
     }
 
-    /// First node of a row of `N` along x, in a tile with `edge` nodes per axis.
+    /// The first node in reach, in a tile with `edge` nodes per axis; a whole number.
     #[inline(always)]
-    pub fn row(&self, edge: usize, j: usize, k: usize) -> usize {
-        ((self.base[2] + k) * edge + self.base[1] + j) * edge + self.base[0]
+    pub fn first(&self, edge: usize) -> R {
+        let edge = R::splat(edge as f64);
+        (self.base[2] * edge + self.base[1]) * edge + self.base[0]
     }
+}
 
-    /// Value and gradient at node (i, j, k) of the stencil.
-    #[inline(always)]
-    pub fn at(&self, i: usize, j: usize, k: usize) -> (f64, [f64; 3]) {
-        let (x, y, z) = (self.values[0][i], self.values[1][j], self.values[2][k]);
-        let gradient = [self.slopes[0][i] * y * z, x * self.slopes[1][j] * z, x * y * self.slopes[2][k]];
-        (x * y * z, gradient)
-    }
+/// First node of a row of the stencil along x, beyond the stencil's first.
+#[inline(always)]
+pub const fn row(edge: usize, j: usize, k: usize) -> usize {
+    (k * edge + j) * edge
+}
 
+impl<S: Space, const N: usize> Stencil<S, f64, N> {
     /// Calls `visit(node, N)` for every node in reach, in lexical order.
     #[inline(always)]
     pub fn for_each(&self, edge: usize, mut visit: impl FnMut(usize, f64)) {
+        let first = self.first(edge) as usize;
         for k in 0..Self::LAYERS {
             for j in 0..N {
-                let row = self.row(edge, j, k);
                 for i in 0..N {
-                    visit(row + i, self.at(i, j, k).0);
+                    visit(first + row(edge, j, k) + i, self.values[0][i] * self.values[1][j] * self.values[2][k]);
                 }
             }
         }
@@ -311,7 +362,7 @@ mod tests {
                 let sum: f64 = at.values.iter().sum();
                 assert!((sum - 1.0).abs() < 1e-14, "{name} at {place}: sum {sum}");
                 assert!(at.slopes.iter().sum::<f64>().abs() < 1e-13, "{name} at {place}: slopes");
-                let stand = |i: usize| F::stand(at.base + i, &axis);
+                let stand = |i: usize| F::stand(at.base + i as f64, &axis);
                 let field: f64 = (0..N).map(|i| at.values[i] * stand(i)).sum();
                 let slope: f64 = (0..N).map(|i| at.slopes[i] * stand(i)).sum();
                 // A linear field is met: by uGIMP where no point's edge reaches behind the wall.
@@ -333,13 +384,13 @@ mod tests {
     #[test]
     fn no_spline_reaches_behind_a_wall_and_the_first_stands_on_it() {
         let at = Quadratic::along(2.0, &WALLED);
-        assert_eq!((at.base, at.values), (2, [1.0, 0.0, 0.0]));
+        assert_eq!((at.base, at.values), (2.0, [1.0, 0.0, 0.0]));
         let at = Cubic::along(2.0, &WALLED);
-        assert_eq!((at.base, at.values), (2, [1.0, 0.0, 0.0, 0.0]));
+        assert_eq!((at.base, at.values), (2.0, [1.0, 0.0, 0.0, 0.0]));
         let at = Quadratic::along(14.0, &WALLED);
-        assert_eq!((at.base, at.values), (12, [0.0, 0.0, 1.0]));
+        assert_eq!((at.base, at.values), (12.0, [0.0, 0.0, 1.0]));
         let at = Cubic::along(14.0, &WALLED);
-        assert_eq!((at.base, at.values), (11, [0.0, 0.0, 0.0, 1.0]));
+        assert_eq!((at.base, at.values), (11.0, [0.0, 0.0, 0.0, 1.0]));
     }
 
     #[test]
@@ -348,7 +399,7 @@ mod tests {
             let spread = |place: f64| -> [f64; 20] {
                 let at = F::along(place, &WALLED);
                 let mut all = [0.0; 20];
-                (0..N).for_each(|i| all[at.base + i] = at.values[i]);
+                (0..N).for_each(|i| all[at.base as usize + i] = at.values[i]);
                 all
             };
             for step in 1..1199 {
@@ -356,7 +407,7 @@ mod tests {
                 let (before, after) = (spread(place - 1e-6), spread(place + 1e-6));
                 let at = F::along(place, &WALLED);
                 for i in 0..N {
-                    let wanted = (after[at.base + i] - before[at.base + i]) / 2e-6;
+                    let wanted = (after[at.base as usize + i] - before[at.base as usize + i]) / 2e-6;
                     assert!((at.slopes[i] - wanted).abs() < limit, "{place} {i}: {} {wanted}", at.slopes[i]);
                 }
             }

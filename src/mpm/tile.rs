@@ -59,6 +59,12 @@ impl<S: Space> Gathered<S> {
         vector_at::<S>(&self.0, 1 + S::DIMENSION)
     }
 
+    pub fn add_force(&mut self, force: &S::Vector) {
+        for axis in 0..S::DIMENSION {
+            self.0[1 + S::DIMENSION + axis] += force[axis];
+        }
+    }
+
     fn add(&mut self, other: &Self) {
         for (word, more) in self.0.iter_mut().zip(other.0) {
             *word += more;

@@ -173,7 +173,7 @@ fn point_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C,
         displacement: displacement(&hot.position, &cold.origin, cold.image, &world.cell),
         velocity: spread(&hot.velocity),
         spin: [0.0; 3],
-        stress: symmetric::<S>(&(hot.stress * (1.0 / hot.volume_ratio()))),
+        stress: symmetric::<S>(&(hot.kirchhoff() * (1.0 / hot.volume_ratio()))),
         plastic_strain: hot.memory.plastic_strain(),
     };
     world.points.hot.iter().zip(&world.points.cold).map(row).collect()

@@ -1,6 +1,7 @@
 //! No continuum: the material of worlds that consist of grains alone.
 
 use super::{MaterialLaw, MaterialMemory};
+use crate::numbers::Numbers;
 use crate::record::{Record, Visitor};
 use crate::space::{Linear, Space};
 
@@ -9,7 +10,12 @@ pub struct Absent;
 
 /// Nothing to remember.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
 pub struct Nothing;
+
+#[allow(unsafe_code, reason = "no bytes at all")]
+// SAFETY: it has no bytes.
+unsafe impl Numbers for Nothing {}
 
 impl Record for Nothing {
     fn visit(&mut self, _: &mut dyn Visitor) {}

@@ -1,6 +1,8 @@
 //! Any law with the energy that it dissipates: a memory of its own, so that runs that do not ask do not carry it.
 
 use super::{MaterialLaw, MaterialMemory};
+use crate::lane::Real;
+use crate::numbers::Numbers;
 use crate::record::{Record, Visitor};
 use crate::space::Space;
 
@@ -9,11 +11,16 @@ use crate::space::Space;
 pub struct Counted<L>(pub L);
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
 pub struct CountedMemory<M> {
     pub memory: M,
     /// J per initial volume, m3.
     pub plastic_work: f64,
 }
+
+#[allow(unsafe_code, reason = "a number behind numbers")]
+// SAFETY: the memory is numbers, a number follows, and the layout is C's.
+unsafe impl<M: Numbers> Numbers for CountedMemory<M> {}
 
 impl<M: Record> Record for CountedMemory<M> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
@@ -47,6 +54,20 @@ impl<S: Space, L: MaterialLaw<S>> MaterialLaw<S> for Counted<L> {
         let before = memory.plastic_work;
         let stress = self.update(gradient, dt, memory);
         *work += memory.plastic_work - before;
+        stress
+    }
+    #[inline(always)]
+    fn update_lanes<R: Real>(
+        &self,
+        gradient: &S::TensorOf<R>,
+        dt: f64,
+        memory: &mut [R],
+        work: &mut R,
+    ) -> S::SymmetricOf<R> {
+        let Some((total, inner)) = memory.split_last_mut() else { unreachable!("a counted memory has a word") };
+        let before = *total;
+        let stress = self.0.update_lanes(gradient, dt, inner, total);
+        *work = *work + (*total - before);
         stress
     }
     fn stress(&self, memory: &Self::Memory) -> S::Tensor {

@@ -29,11 +29,13 @@
 //! `b_e - I`, which keeps the digits of small strains and needs no exponential in an elastic step.
 
 use super::hencky::{isotropic_strain, isotropic_stress, p_wave_modulus};
-use super::{MaterialLaw, MaterialMemory};
+use super::{MaterialLaw, MaterialMemory, alone};
+use crate::lane::Real;
 use crate::math;
+use crate::numbers::Numbers;
 use crate::record::{Record, Visitor};
 use crate::scenario;
-use crate::space::Space;
+use crate::space::{Space, Words};
 use crate::symmetric::Symmetric;
 
 /// The law with its constants.
@@ -59,6 +61,7 @@ pub struct CriticalDruckerPrager {
 
 /// State of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct CriticalMemory<S: Space> {
     /// Elastic strain `b_e - I`.
     pub strain: S::Symmetric,
@@ -75,6 +78,10 @@ impl<S: Space> Default for CriticalMemory<S> {
         Self { strain: S::Symmetric::isotropic(0.0), fraction: 0.0, plastic_strain: 0.0, gap: 0.0 }
     }
 }
+
+#[allow(unsafe_code, reason = "all fields are numbers")]
+// SAFETY: a symmetric tensor is an array of `f64`, the others are `f64`, and the layout is C's.
+unsafe impl<S: Space> Numbers for CriticalMemory<S> {}
 
 impl<S: Space> Record for CriticalMemory<S> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
@@ -96,54 +103,57 @@ impl<S: Space> MaterialMemory for CriticalMemory<S> {
 
 /// Friction and dilation at a packing fraction, equation (7).
 #[derive(Clone, Copy, Debug)]
-struct Cone {
-    eta: f64,
-    eta_bar: f64,
-    zeta: f64,
+struct Cone<R> {
+    eta: R,
+    eta_bar: R,
+    zeta: R,
 }
 
 /// Invariants of an elastic logarithmic strain: all that the return needs.
 #[derive(Clone, Copy, Debug)]
-struct Measures {
+struct Measures<R> {
     /// tr(eps).
-    volume: f64,
+    volume: R,
     /// sqrt(dev(eps):dev(eps)/2) >= 0; in the plane half of the difference of the principal strains.
-    shear: f64,
+    shear: R,
 }
 
 /// What the return makes of a trial strain.
 #[derive(Clone, Copy, Debug)]
-struct Return {
-    strain: Measures,
+struct Return<R: Real> {
+    /// Where anything flows; elsewhere the rest says nothing.
+    flows: R::Mask,
+    strain: Measures<R>,
     /// |deps_p|.
-    plastic: f64,
+    plastic: R,
     /// Volume strain beyond the apex.
-    opened: f64,
+    opened: R,
     /// tau:deps_p with the returned stress, J/m3.
-    work: f64,
+    work: R,
 }
 
 /// A logarithmic strain, taken apart.
 #[derive(Clone, Copy, Debug)]
-struct Parts<S: Space> {
-    measures: Measures,
-    deviator: S::Symmetric,
+struct Parts<R, T> {
+    measures: Measures<R>,
+    deviator: T,
 }
 
-impl<S: Space> Parts<S> {
+impl<R: Real, T: Symmetric<R>> Parts<R, T> {
     #[inline(always)]
-    fn of(strain: &S::Symmetric) -> Self {
+    fn of(strain: &T) -> Self {
         let deviator = strain.deviator();
-        let measures = Measures { volume: strain.trace(), shear: (0.5 * deviator.square()).sqrt() };
+        let measures = Measures { volume: strain.trace(), shear: (R::splat(0.5) * deviator.square()).sqrt() };
         Self { measures, deviator }
     }
 
     /// The strain with other invariants.
     #[inline(always)]
-    fn after(&self, returned: &Return) -> S::Symmetric {
+    fn after(&self, returned: &Return<R>) -> T {
         let Measures { volume, shear } = returned.strain;
-        let isotropic = S::Symmetric::isotropic(volume / S::DIMENSION as f64);
-        if shear > 0.0 { self.deviator * (shear / self.measures.shear) + isotropic } else { isotropic }
+        let zero = R::splat(0.0);
+        let scale = R::choose(shear.above(zero), shear / self.measures.shear, zero);
+        self.deviator * scale + T::isotropic(volume / R::splat(T::DIMENSION as f64))
     }
 }
 
@@ -181,52 +191,129 @@ impl CriticalDruckerPrager {
 
     /// In space the cone through the corners of triaxial compression of the Mohr-Coulomb pyramid, which the plane's is.
     #[inline(always)]
-    fn cone<S: Space>(&self, fraction: f64) -> Cone {
-        let change = self.dilation_factor * (fraction - self.fraction_critical);
-        let (tan_psi, tan_phi) = (self.dilation + change, (self.friction_critical + change).max(0.0));
-        let zeta = 1.0 / (1.0 + tan_phi * tan_phi).sqrt();
-        let (eta, eta_bar) = (tan_phi * zeta, tan_psi / (1.0 + tan_psi * tan_psi).sqrt());
+    fn cone<S: Space, R: Real>(&self, fraction: R) -> Cone<R> {
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let change = R::splat(self.dilation_factor) * (fraction - R::splat(self.fraction_critical));
+        let tan_psi = R::splat(self.dilation) + change;
+        let tan_phi = (R::splat(self.friction_critical) + change).max(zero);
+        let zeta = one / (one + tan_phi * tan_phi).sqrt();
+        let (eta, eta_bar) = (tan_phi * zeta, tan_psi / (one + tan_psi * tan_psi).sqrt());
         if S::DIMENSION == 2 {
             return Cone { eta, eta_bar, zeta };
         }
         // 6/sqrt(3).
-        let factor = 3.464_101_615_137_754_6;
-        let (friction, dilation) = (factor / (3.0 - eta), factor / (3.0 - eta_bar));
+        let (factor, three) = (R::splat(3.464_101_615_137_754_6), R::splat(3.0));
+        let (friction, dilation) = (factor / (three - eta), factor / (three - eta_bar));
         Cone { eta: eta * friction, eta_bar: eta_bar * dilation, zeta: zeta * friction }
     }
 
     /// Packing fraction after plastic flow, equation (8).
-    fn softened(&self, fraction: f64, plastic: f64) -> f64 {
-        fraction - (fraction - self.fraction_critical) * fraction * self.softening_rate * plastic
+    #[inline(always)]
+    fn softened<R: Real>(&self, fraction: R, plastic: R) -> R {
+        let excess = fraction - R::splat(self.fraction_critical);
+        fraction - excess * fraction * R::splat(self.softening_rate) * plastic
     }
 
     #[inline(always)]
-    fn return_to_cone<S: Space>(&self, cone: &Cone, trial: Measures) -> Return {
-        let share = 2.0 / S::DIMENSION as f64;
-        let (bulk, shear) = (self.bulk_modulus, self.shear_modulus);
+    fn return_to_cone<S: Space, R: Real>(&self, cone: &Cone<R>, trial: Measures<R>) -> Return<R> {
+        let (zero, half, two) = (R::splat(0.0), R::splat(0.5), R::splat(2.0));
+        let share = R::splat(2.0 / S::DIMENSION as f64);
+        let (bulk, shear) = (R::splat(self.bulk_modulus), R::splat(self.shear_modulus));
         let pressure = bulk * trial.volume;
-        let q = 2.0 * shear * trial.shear;
-        let excess = q + cone.eta * pressure - cone.zeta * self.cohesion;
-        if excess <= 0.0 {
-            return Return { strain: trial, plastic: 0.0, opened: 0.0, work: 0.0 };
-        }
+        let q = two * shear * trial.shear;
+        let excess = q + cone.eta * pressure - cone.zeta * R::splat(self.cohesion);
+        let flows = excess.above(zero);
+
         let multiplier = excess / (shear + bulk * cone.eta * cone.eta_bar);
         let q_returned = q - shear * multiplier;
-        if q_returned >= 0.0 || cone.eta == 0.0 {
-            let q_returned = q_returned.max(0.0);
-            let volume = trial.volume - cone.eta_bar * multiplier;
-            return Return {
-                strain: Measures { volume, shear: q_returned / (2.0 * shear) },
-                plastic: multiplier * (0.5 * (1.0 + share * cone.eta_bar * cone.eta_bar)).sqrt(),
-                opened: 0.0,
-                work: multiplier * (q_returned + cone.eta_bar * (bulk * volume)),
-            };
+        let q_on_cone = q_returned.max(zero);
+        let volume = trial.volume - cone.eta_bar * multiplier;
+        let on_cone = Return {
+            flows,
+            strain: Measures { volume, shear: q_on_cone / (two * shear) },
+            plastic: multiplier * (half * (R::splat(1.0) + share * cone.eta_bar * cone.eta_bar)).sqrt(),
+            opened: zero,
+            work: multiplier * (q_on_cone + cone.eta_bar * (bulk * volume)),
+        };
+        // A material without friction has no apex.
+        let beyond = R::both(flows, R::both(zero.above(q_returned), cone.eta.above(zero)));
+        if !R::any(beyond) {
+            return on_cone;
         }
-        let apex = cone.zeta * self.cohesion / (cone.eta * bulk);
+        let apex = cone.zeta * R::splat(self.cohesion) / (cone.eta * bulk);
         let opened = trial.volume - apex;
-        let plastic = (2.0 * trial.shear * trial.shear + 0.5 * share * opened * opened).sqrt();
-        let strain = Measures { volume: apex, shear: 0.0 };
-        Return { strain, plastic, opened, work: bulk * apex * opened }
+        let plastic = (two * trial.shear * trial.shear + half * share * opened * opened).sqrt();
+        let choose = |at_apex: R, on_cone: R| R::choose(beyond, at_apex, on_cone);
+        Return {
+            flows,
+            strain: Measures { volume: choose(apex, on_cone.strain.volume), shear: choose(zero, on_cone.strain.shear) },
+            plastic: choose(plastic, on_cone.plastic),
+            opened: choose(opened, zero),
+            work: choose(bulk * apex * opened, on_cone.work),
+        }
+    }
+
+    /// The step of [`MaterialLaw::update_lanes`]: the state that it leaves, the stress and what it dissipated.
+    #[inline(always)]
+    fn step<S: Space, R: Real>(
+        &self,
+        gradient: &S::TensorOf<R>,
+        dt: f64,
+        before: &State<R, S::SymmetricOf<R>>,
+    ) -> (State<R, S::SymmetricOf<R>>, S::SymmetricOf<R>, R) {
+        let (zero, dimension) = (R::splat(0.0), R::splat(S::DIMENSION as f64));
+        let mut state = *before;
+        state.strain = state.strain.pushed(&gradient.scaled(R::splat(dt)));
+        let mut strain = state.strain.half_logarithm();
+
+        // Separated grains bear nothing until the gap is closed.
+        let separated = state.gap.above(zero);
+        if R::any(separated) {
+            let left = state.gap + strain.trace();
+            state.gap = R::choose(separated, left.max(zero), state.gap);
+            let closed = S::SymmetricOf::<R>::isotropic(left.min(zero) / dimension);
+            strain = Words::choose(separated, &closed, &strain);
+        }
+        let trial = Parts::of(&strain);
+        let returned = self.return_to_cone::<S, R>(&self.cone::<S, R>(state.fraction), trial.measures);
+        let mut work = zero;
+        if R::any(returned.flows) {
+            let flow = |flowing: R, resting: R| R::choose(returned.flows, flowing, resting);
+            strain = Words::choose(returned.flows, &trial.after(&returned), &strain);
+            work = flow(returned.work, zero);
+            state.gap = flow(state.gap + returned.opened.max(zero), state.gap);
+            state.plastic_strain = flow(state.plastic_strain + returned.plastic, state.plastic_strain);
+            state.fraction = flow(self.softened(state.fraction, returned.plastic), state.fraction);
+        }
+        let changed = R::either(separated, returned.flows);
+        if R::any(changed) {
+            state.strain = Words::choose(changed, &(strain * R::splat(2.0)).exponential(), &state.strain);
+        }
+        (state, isotropic_stress(self.bulk_modulus, self.shear_modulus, &strain), work)
+    }
+}
+
+/// [`CriticalMemory`] in lanes.
+#[derive(Clone, Copy, Debug)]
+struct State<R, T> {
+    strain: T,
+    fraction: R,
+    plastic_strain: R,
+    gap: R,
+}
+
+impl<R: Real, T: Symmetric<R>> State<R, T> {
+    /// In the order of the fields of [`CriticalMemory`].
+    #[inline(always)]
+    fn of_words(words: &[R]) -> Self {
+        let rest = &words[T::COUNT..];
+        Self { strain: T::of_words(words), fraction: rest[0], plastic_strain: rest[1], gap: rest[2] }
+    }
+
+    #[inline(always)]
+    fn to_words(self, words: &mut [R]) {
+        self.strain.to_words(words);
+        words[T::COUNT..].copy_from_slice(&[self.fraction, self.plastic_strain, self.gap]);
     }
 }
 
@@ -235,13 +322,12 @@ impl<S: Space> MaterialLaw<S> for CriticalDruckerPrager {
 
     fn start(&self, stress: &S::Tensor, fraction: f64) -> CriticalMemory<S> {
         let strain = isotropic_strain(self.bulk_modulus, self.shear_modulus, &S::Symmetric::of(stress));
-        let trial = Parts::<S>::of(&strain);
-        let returned = self.return_to_cone::<S>(&self.cone::<S>(fraction), trial.measures);
-        let strain = if returned.plastic > 0.0 { trial.after(&returned) } else { strain };
+        let trial = Parts::of(&strain);
+        let returned = self.return_to_cone::<S, f64>(&self.cone::<S, f64>(fraction), trial.measures);
+        let strain = if returned.flows { trial.after(&returned) } else { strain };
         CriticalMemory { strain: (strain * 2.0).exponential(), fraction, plastic_strain: 0.0, gap: 0.0 }
     }
 
-    #[inline(always)]
     fn update_counted(
         &self,
         gradient: &S::Tensor,
@@ -249,30 +335,21 @@ impl<S: Space> MaterialLaw<S> for CriticalDruckerPrager {
         memory: &mut CriticalMemory<S>,
         work: &mut f64,
     ) -> S::Tensor {
-        let (bulk, shear) = (self.bulk_modulus, self.shear_modulus);
-        memory.strain = memory.strain.pushed(&(*gradient * dt));
-        let mut strain = memory.strain.half_logarithm();
+        alone::<S, _>(self, gradient, dt, memory, work)
+    }
 
-        let separated = memory.gap > 0.0;
-        if separated {
-            // Separated grains bear nothing until the gap is closed.
-            let left = memory.gap + strain.trace();
-            memory.gap = left.max(0.0);
-            strain = S::Symmetric::isotropic(left.min(0.0) / S::DIMENSION as f64);
-        }
-        let trial = Parts::<S>::of(&strain);
-        let returned = self.return_to_cone::<S>(&self.cone::<S>(memory.fraction), trial.measures);
-        if returned.plastic > 0.0 {
-            strain = trial.after(&returned);
-            *work += returned.work;
-            memory.gap += returned.opened.max(0.0);
-            memory.plastic_strain += returned.plastic;
-            memory.fraction = self.softened(memory.fraction, returned.plastic);
-        }
-        if separated || returned.plastic > 0.0 {
-            memory.strain = (strain * 2.0).exponential();
-        }
-        isotropic_stress(bulk, shear, &strain).tensor()
+    #[inline(always)]
+    fn update_lanes<R: Real>(
+        &self,
+        gradient: &S::TensorOf<R>,
+        dt: f64,
+        memory: &mut [R],
+        work: &mut R,
+    ) -> S::SymmetricOf<R> {
+        let (state, stress, dissipated) = self.step::<S, R>(gradient, dt, &State::of_words(memory));
+        state.to_words(memory);
+        *work = *work + dissipated;
+        stress
     }
 
     fn stress(&self, memory: &CriticalMemory<S>) -> S::Tensor {
@@ -288,7 +365,7 @@ impl<S: Space> MaterialLaw<S> for CriticalDruckerPrager {
     }
 
     fn elastic_energy(&self, memory: &CriticalMemory<S>) -> f64 {
-        let Measures { volume, shear } = Parts::<S>::of(&memory.strain.half_logarithm()).measures;
+        let Measures { volume, shear } = Parts::of(&memory.strain.half_logarithm()).measures;
         0.5 * self.bulk_modulus * volume * volume + 2.0 * self.shear_modulus * shear * shear
     }
 

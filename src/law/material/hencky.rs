@@ -9,9 +9,11 @@
 //! Elastic at any stretch: a closed path does no work. In the plane K is the plane's (see [`MaterialLaw`]) and the stress
 //! across it that of plane strain, `(K - G) tr(eps)`.
 
-use super::{MaterialLaw, MaterialMemory};
+use super::{MaterialLaw, MaterialMemory, alone};
+use crate::lane::Real;
+use crate::numbers::Numbers;
 use crate::record::{Record, Visitor};
-use crate::space::Space;
+use crate::space::{Space, Words};
 use crate::symmetric::Symmetric;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,12 +26,17 @@ pub struct Hencky {
 
 /// State of a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
 pub struct HenckyMemory<S: Space> {
     /// `b - I`.
     pub strain: S::Symmetric,
     /// Packing fraction without stress.
     pub fraction_free: f64,
 }
+
+#[allow(unsafe_code, reason = "all fields are numbers")]
+// SAFETY: a symmetric tensor is an array of `f64`, a number follows, and the layout is C's.
+unsafe impl<S: Space> Numbers for HenckyMemory<S> {}
 
 impl<S: Space> Record for HenckyMemory<S> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
@@ -48,9 +55,10 @@ impl<S: Space> MaterialMemory for HenckyMemory<S> {
 }
 
 /// `K tr(eps) I + 2 G dev(eps)`.
-pub(super) fn isotropic_stress<T: Symmetric>(bulk: f64, shear: f64, strain: &T) -> T {
+#[inline(always)]
+pub(super) fn isotropic_stress<R: Real, T: Symmetric<R>>(bulk: f64, shear: f64, strain: &T) -> T {
     let volume = strain.trace();
-    *strain * (2.0 * shear) + T::isotropic((bulk - 2.0 / T::DIMENSION as f64 * shear) * volume)
+    *strain * R::splat(2.0 * shear) + T::isotropic(R::splat(bulk - 2.0 / T::DIMENSION as f64 * shear) * volume)
 }
 
 /// The strain of which [`isotropic_stress`] makes `stress`.
@@ -73,9 +81,21 @@ impl<S: Space> MaterialLaw<S> for Hencky {
         HenckyMemory { strain, fraction_free: fraction * strain.volume_squared().sqrt() }
     }
 
-    fn update_counted(&self, gradient: &S::Tensor, dt: f64, memory: &mut HenckyMemory<S>, _: &mut f64) -> S::Tensor {
-        memory.strain = memory.strain.pushed(&(*gradient * dt));
-        MaterialLaw::<S>::stress(self, memory)
+    fn update_counted(&self, gradient: &S::Tensor, dt: f64, memory: &mut HenckyMemory<S>, work: &mut f64) -> S::Tensor {
+        alone::<S, _>(self, gradient, dt, memory, work)
+    }
+
+    #[inline(always)]
+    fn update_lanes<R: Real>(
+        &self,
+        gradient: &S::TensorOf<R>,
+        dt: f64,
+        memory: &mut [R],
+        _: &mut R,
+    ) -> S::SymmetricOf<R> {
+        let strain = S::SymmetricOf::<R>::of_words(memory).pushed(&gradient.scaled(R::splat(dt)));
+        strain.to_words(memory);
+        isotropic_stress(self.bulk_modulus, self.shear_modulus, &strain.half_logarithm())
     }
 
     fn stress(&self, memory: &HenckyMemory<S>) -> S::Tensor {

@@ -16,6 +16,7 @@
 
 use super::hencky::{isotropic_strain, isotropic_stress, p_wave_modulus};
 use super::{MaterialLaw, MaterialMemory};
+use crate::numbers::Numbers;
 use crate::record::{Record, Visitor};
 use crate::space::Space;
 use crate::symmetric::Symmetric;
@@ -30,6 +31,7 @@ pub struct LinearElastic {
 
 /// State of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct LinearMemory<S: Space> {
     /// Cauchy stress, Pa.
     pub stress: S::Symmetric,
@@ -46,6 +48,10 @@ impl<S: Space> Default for LinearMemory<S> {
         Self { stress: S::Symmetric::default(), out_of_plane: 0.0, volume_ratio: 1.0, fraction_start: 0.0 }
     }
 }
+
+#[allow(unsafe_code, reason = "all fields are numbers")]
+// SAFETY: a symmetric tensor is an array of `f64`, the others are `f64`, and the layout is C's.
+unsafe impl<S: Space> Numbers for LinearMemory<S> {}
 
 impl<S: Space> Record for LinearMemory<S> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {

@@ -1,7 +1,10 @@
 //! Stress from deformation inside a continuum.
 
+use crate::lane::Real;
+use crate::numbers::Numbers;
 use crate::record::Record;
-use crate::space::Space;
+use crate::space::{Linear, Space, Words};
+use crate::symmetric::Symmetric;
 
 mod absent;
 mod counted;
@@ -35,6 +38,43 @@ pub trait MaterialLaw<S: Space>: Clone + Send + Sync + 'static {
     /// initial volume (m3).
     fn update_counted(&self, gradient: &S::Tensor, dt: f64, memory: &mut Self::Memory, work: &mut f64) -> S::Tensor;
 
+    /// The same of several points in step, `memory` being their memories word by word; the same bits as one by one, which
+    /// is how it is done where a law knows no better.
+    #[inline(always)]
+    fn update_lanes<R: Real>(
+        &self,
+        gradient: &S::TensorOf<R>,
+        dt: f64,
+        memory: &mut [R],
+        work: &mut R,
+    ) -> S::SymmetricOf<R> {
+        let mut stresses = S::SymmetricOf::<R>::zero();
+        for lane in 0..R::COUNT {
+            let of = |word: R| word.numbers().as_ref()[lane];
+            let with = |word: R, number: f64| {
+                let mut numbers = word.numbers();
+                numbers.as_mut()[lane] = number;
+                R::of_numbers(&numbers)
+            };
+            let (mut single, mut rate, mut spent) = (Self::Memory::default(), S::Tensor::zero(), of(*work));
+            for (number, word) in single.numbers_mut().iter_mut().zip(&*memory) {
+                *number = of(*word);
+            }
+            for component in 0..S::Tensor::COMPONENTS {
+                rate[component] = of(gradient.word(component));
+            }
+            let stress = S::Symmetric::of(&self.update_counted(&rate, dt, &mut single, &mut spent));
+            for (word, number) in memory.iter_mut().zip(single.numbers()) {
+                *word = with(*word, *number);
+            }
+            for word in 0..S::Symmetric::COUNT {
+                stresses.set_word(word, with(stresses.word(word), stress.word(word)));
+            }
+            *work = with(*work, spent);
+        }
+        stresses
+    }
+
     /// Kirchhoff stress of a memory as it is, Pa.
     fn stress(&self, memory: &Self::Memory) -> S::Tensor;
 
@@ -52,8 +92,31 @@ pub trait MaterialLaw<S: Space>: Clone + Send + Sync + 'static {
     fn shear_modulus(&self) -> f64;
 }
 
+/// A law that is written in lanes, of one point: the memory of the law is its words.
+#[inline(always)]
+fn alone<S: Space, L: MaterialLaw<S>>(
+    law: &L,
+    gradient: &S::Tensor,
+    dt: f64,
+    memory: &mut L::Memory,
+    work: &mut f64,
+) -> S::Tensor {
+    let mut rate = S::TensorOf::<f64>::zero();
+    for component in 0..S::Tensor::COMPONENTS {
+        rate.set_word(component, gradient[component]);
+    }
+    let stress = law.update_lanes::<f64>(&rate, dt, memory.numbers_mut(), work);
+    let mut symmetric = S::Symmetric::zero();
+    for word in 0..S::Symmetric::COUNT {
+        symmetric.set_word(word, stress.word(word));
+    }
+    symmetric.tensor()
+}
+
 /// What every material memory can say of itself; as a [`Record`] it travels and is stored.
-pub trait MaterialMemory: Record + Copy + Default + Send + Sync + std::fmt::Debug + PartialEq + 'static {
+pub trait MaterialMemory:
+    Record + Numbers + Copy + Default + Send + Sync + std::fmt::Debug + PartialEq + 'static
+{
     /// Accumulated plastic strain, the integral of |deps_p/dt|.
     fn plastic_strain(&self) -> f64;
     /// Packing fraction that the law works with.

@@ -1,0 +1,92 @@
+//! Records that lie in memory as numbers side by side: eight of them become lanes by transposing, and lanes records.
+
+use crate::lane::{LANES, Pack, eight_mut};
+use crate::space::Words;
+
+/// A record of `f64` alone.
+///
+/// # Safety
+///
+/// Every byte of the type belongs to an `f64`: its layout is C's, its fields are `f64`, arrays of them or themselves
+/// `Numbers`, and there is no padding.
+#[allow(unsafe_code, reason = "the layout of a type is a promise of whoever writes it")]
+pub unsafe trait Numbers: Copy {
+    /// How many.
+    const COUNT: usize = size_of::<Self>() / size_of::<f64>();
+
+    /// The record as numbers, in the order of its fields.
+    #[inline(always)]
+    fn numbers(&self) -> &[f64] {
+        // SAFETY: the record is COUNT initialised numbers, as the trait demands.
+        unsafe { std::slice::from_raw_parts(std::ptr::from_ref(self).cast(), Self::COUNT) }
+    }
+
+    #[inline(always)]
+    fn numbers_mut(&mut self) -> &mut [f64] {
+        // SAFETY: as above; any numbers make a record.
+        unsafe { std::slice::from_raw_parts_mut(std::ptr::from_mut(self).cast(), Self::COUNT) }
+    }
+}
+
+/// Most numbers of a record that is brought into lanes.
+pub const NUMBERS_MAX: usize = 64;
+
+/// Eight records in lanes, number by number.
+#[derive(Clone, Copy)]
+pub struct Lanes<P>(pub [P; NUMBERS_MAX]);
+
+impl<P: Pack> Lanes<P> {
+    /// The first `count` numbers of eight records, and what of their others comes along.
+    #[inline(always)]
+    pub fn load<T: Numbers>(rows: &[&T; LANES], count: usize) -> Self {
+        const { assert!(T::COUNT >= LANES && T::COUNT <= NUMBERS_MAX) };
+        let mut lanes = Self([P::splat(0.0); NUMBERS_MAX]);
+        let mut records: [&[f64]; LANES] = [&[]; LANES];
+        for (record, row) in records.iter_mut().zip(rows) {
+            *record = row.numbers();
+        }
+        for group in 0..count.div_ceil(LANES) {
+            let first = Self::first::<T>(group);
+            let loaded = P::records(&records, first);
+            lanes.0[first..first + LANES].copy_from_slice(&loaded);
+        }
+        lanes
+    }
+
+    /// All numbers to as many records as there are, at most eight.
+    #[inline(always)]
+    pub fn store<T: Numbers>(&self, rows: &mut [T]) {
+        for group in 0..T::COUNT.div_ceil(LANES) {
+            let first = Self::first::<T>(group);
+            let mut words = [P::splat(0.0); LANES];
+            words.copy_from_slice(&self.0[first..first + LANES]);
+            for (row, numbers) in rows.iter_mut().zip(P::transposed(words)) {
+                numbers.store(eight_mut(row.numbers_mut(), first));
+            }
+        }
+    }
+
+    /// Groups of eight; the last one overlaps the one before where the record does not end with it.
+    #[inline(always)]
+    const fn first<T: Numbers>(group: usize) -> usize {
+        let (first, last) = (group * LANES, T::COUNT - LANES);
+        if first < last { first } else { last }
+    }
+
+    /// A vector or tensor that starts at number `first`.
+    #[inline(always)]
+    pub fn words<V: Words<P>>(&self, first: usize) -> V {
+        let mut words = V::zero();
+        for word in 0..V::COUNT {
+            words.set_word(word, self.0[first + word]);
+        }
+        words
+    }
+
+    #[inline(always)]
+    pub fn set_words<V: Words<P>>(&mut self, first: usize, words: &V) {
+        for word in 0..V::COUNT {
+            self.0[first + word] = words.word(word);
+        }
+    }
+}
