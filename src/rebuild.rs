@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
 use scree_partition::{Halo, HaloBuffers, ParcelError, Reader, Transport, Writer, cut};
 
 use crate::body::Body;
@@ -17,7 +18,7 @@ use crate::ids::GrainId;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::layout::{Deal, Layout, NodeRows};
-use crate::mpm::points::{Point, Points};
+use crate::mpm::points::{Cold as PointCold, Point, Points};
 use crate::mpm::tile::Tiles;
 use crate::observe::phases::{Phase, Phases};
 use crate::record::{Record, Visitor};
@@ -88,14 +89,39 @@ pub type Row<S, C> = GrainRow<S, <C as ContactLaw<S>>::Memory<f64>>;
 
 /// Grains and points of a rank.
 pub type Rows<S, C, L> = (Vec<Row<S, C>>, Vec<Point<S, <L as MaterialLaw<S>>::Memory>>);
-/// A row with the block and the cell it lies in.
-type Placed<T> = ((usize, u32), T);
-/// Where a grain stands in the order of rows, and the row it comes from: among those here, or behind them arrived ones.
-type Standing = ((usize, u32), GrainId, u32);
+/// A block, and a cell of it.
+type Place = (usize, u32);
+/// Where a row stands in the order of rows, by place and id, and where it comes from: a row here, or behind those an
+/// arrived one.
+type Standing = (Place, u64, u32);
+
+/// Rows in their new order.
+pub(crate) struct Moved<T> {
+    /// Where each comes from, as in [`Standing`].
+    sources: Vec<u32>,
+    /// Rows that were here.
+    held: usize,
+    arrived: Vec<T>,
+    /// Rows of each block.
+    ranges: Vec<Range<usize>>,
+}
+
+impl<T: Sync> Moved<T> {
+    /// A part of every row: of those that were here from `here`, of arrived ones by `of`.
+    pub(crate) fn ordered<U: Copy + Send + Sync>(&self, here: &[U], of: impl Fn(&T) -> U + Sync) -> Vec<U> {
+        let part = |source: &u32| match (*source as usize).checked_sub(self.held) {
+            None => here[*source as usize],
+            Some(number) => of(&self.arrived[number]),
+        };
+        self.sources.par_iter().with_min_len(ROWS_PER_TASK).map(part).collect()
+    }
+}
 
 /// Cells between a point and a grain that may still share a node: 1.5 cells of spline and half a cell of drift on either
 /// side.
 const COUPLED_CELLS: usize = 4;
+/// Fewer rows are not worth a task of their own.
+const ROWS_PER_TASK: usize = 4096;
 /// Cost of a point against a grain when blocks are dealt.
 const POINT_WEIGHT: i64 = 4;
 
@@ -225,7 +251,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
                 weights[self.block_of_grain(&grain.cold)?.0] += 1;
             }
             for point in points {
-                weights[self.block_of_point(point)?.0] += POINT_WEIGHT;
+                weights[self.block_of_point(&point.cold)?.0] += POINT_WEIGHT;
             }
             Ok(weights)
         };
@@ -250,74 +276,47 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     }
 
     fn settle_points(&mut self, fresh: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
-        let held = std::mem::take(&mut self.points);
-        let points: Vec<Point<S, L::Memory>> = held.rows().chain(fresh).collect();
-        drop(held);
-        let sorted = || {
-            let mut to_ranks = vec![Vec::new(); self.transport.size()];
-            for point in points {
-                to_ranks[self.deal.owner(self.block_of_point(&point)?.0)].push(point);
-            }
-            Ok(to_ranks)
+        let places = || -> Result<Vec<Place>, Error> {
+            let here = self.points.cold.iter();
+            here.chain(fresh.iter().map(|point| &point.cold)).map(|cold| self.block_of_point(cold)).collect()
         };
-        let to_ranks = transfer::agree(self.transport, sorted())?;
-        let points = self.migrate(to_ranks)?;
-        let mut points = points
-            .into_iter()
-            .map(|point| Ok((self.block_of_point(&point)?, point)))
-            .collect::<Result<Vec<Placed<_>>, Error>>()?;
-        points.sort_unstable_by_key(|(place, point)| (*place, point.cold.id));
-        self.point_ranges = self.ranges(points.len(), |row| points[row].0.0);
-        self.points = points.into_iter().map(|(_, point)| point).collect();
+        let places = transfer::agree(self.transport, places())?;
+        let held = self.points.len();
+        let (order, to_ranks) =
+            self.part(&places, held, |row| self.points.cold[row].id.0, |row| self.points.row(row), fresh);
+        let moved =
+            self.join(order, held, to_ranks, |point| Ok((self.block_of_point(&point.cold)?, point.cold.id.0)))?;
+        self.points.take_order(&moved);
+        self.point_ranges = moved.ranges;
         Ok(())
     }
 
     /// Rows that stay are moved once, into their new order; only those that leave become parcels.
     fn settle_grains(&mut self, fresh: Vec<Row<S, C>>) -> Result<(), Error> {
-        let places = || -> Result<Vec<(usize, u32)>, Error> {
+        let places = || -> Result<Vec<Place>, Error> {
             let here = self.grains.cold[..self.grains.owned].iter();
             here.chain(fresh.iter().map(|row| &row.cold)).map(|cold| self.block_of_grain(cold)).collect()
         };
         let places = transfer::agree(self.transport, places())?;
         self.refuse_thin_blocks()?;
+        let owned = self.grains.owned;
         let mut memories = Memories::default();
-        let mut to_ranks: Vec<Vec<Row<S, C>>> = vec![Vec::new(); self.transport.size()];
-        let mut order: Vec<Standing> = Vec::with_capacity(places.len());
-        for (row, place) in places[..self.grains.owned].iter().enumerate() {
-            let owner = self.deal.owner(place.0);
-            if owner == self.deal.rank {
-                memories.push(self.carried_by(row));
-                order.push((*place, self.grains.cold[row].id, row as u32));
-            } else {
-                memories.push(std::iter::empty());
-                to_ranks[owner].push(self.whole_row(row));
+        for (row, place) in places[..owned].iter().enumerate() {
+            match self.deal.owner(place.0) == self.deal.rank {
+                true => memories.push(self.carried_by(row)),
+                false => memories.push(std::iter::empty()),
             }
         }
-        let owned = self.grains.owned;
-        for (row, place) in fresh.into_iter().zip(&places[owned..]) {
-            to_ranks[self.deal.owner(place.0)].push(row);
-        }
+        let (order, to_ranks) =
+            self.part(&places, owned, |row| self.grains.cold[row].id.0, |row| self.whole_row(row), fresh);
         drop(places);
         self.contacts.clear();
-
-        let arrived = self.migrate(to_ranks)?;
-        for (number, row) in arrived.iter().enumerate() {
-            order.push((self.block_of_grain(&row.cold)?, row.cold.id, (owned + number) as u32));
-        }
-        order.sort_unstable();
-        self.grain_ranges = self.ranges(order.len(), |row| order[row].0.0);
-        let sources: Vec<u32> = order.into_iter().map(|(_, _, source)| source).collect();
+        let moved = self.join(order, owned, to_ranks, |row| Ok((self.block_of_grain(&row.cold)?, row.cold.id.0)))?;
+        self.grains.hot = moved.ordered(&self.grains.hot, |row| row.hot);
+        self.grains.cold = moved.ordered(&self.grains.cold, |row| row.cold);
+        let Moved { sources, arrived, ranges, .. } = moved;
+        self.grain_ranges = ranges;
         let pick = |source: &u32| (*source as usize).checked_sub(owned);
-        self.grains.hot = sources
-            .iter()
-            .map(|source| pick(source).map_or_else(|| self.grains.hot[*source as usize], |number| arrived[number].hot))
-            .collect();
-        self.grains.cold = sources
-            .iter()
-            .map(|source| {
-                pick(source).map_or_else(|| self.grains.cold[*source as usize], |number| arrived[number].cold)
-            })
-            .collect();
         self.grains.owned = sources.len();
         self.grains.settle();
         self.moved = 0.0;
@@ -370,6 +369,47 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         Ok(rows)
     }
 
+    /// Parts the `held` rows that are here, whose places come first, and `fresh` ones into those that stay and parcels.
+    fn part<T>(
+        &self,
+        places: &[Place],
+        held: usize,
+        id: impl Fn(usize) -> u64,
+        whole: impl Fn(usize) -> T,
+        fresh: Vec<T>,
+    ) -> (Vec<Standing>, Vec<Vec<T>>) {
+        let mut to_ranks: Vec<Vec<T>> = (0..self.transport.size()).map(|_| Vec::new()).collect();
+        let mut order = Vec::with_capacity(places.len());
+        for (row, place) in places[..held].iter().enumerate() {
+            match self.deal.owner(place.0) {
+                owner if owner == self.deal.rank => order.push((*place, id(row), row as u32)),
+                owner => to_ranks[owner].push(whole(row)),
+            }
+        }
+        for (row, place) in fresh.into_iter().zip(&places[held..]) {
+            to_ranks[self.deal.owner(place.0)].push(row);
+        }
+        (order, to_ranks)
+    }
+
+    /// Sends the parcels, and puts those that arrive among those that stay; `stands` says where one does.
+    fn join<T: transfer::Cargo>(
+        &self,
+        mut order: Vec<Standing>,
+        held: usize,
+        to_ranks: Vec<Vec<T>>,
+        stands: impl Fn(&T) -> Result<(Place, u64), Error>,
+    ) -> Result<Moved<T>, Error> {
+        let arrived = self.migrate(to_ranks)?;
+        for (number, row) in arrived.iter().enumerate() {
+            let (place, id) = stands(row)?;
+            order.push((place, id, (held + number) as u32));
+        }
+        order.sort_unstable();
+        let ranges = self.ranges(order.len(), |row| order[row].0.0);
+        Ok(Moved { sources: order.into_iter().map(|(_, _, source)| source).collect(), held, arrived, ranges })
+    }
+
     fn check_counts(&self) -> Result<(), Error> {
         let mut counts = [self.grains.owned as i64, self.points.len() as i64];
         self.transport.sum(&mut counts);
@@ -399,16 +439,16 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.deal.held().map(&mut range_of).collect()
     }
 
-    fn block_of_grain(&self, cold: &Cold<S>) -> Result<(usize, u32), Error> {
+    fn block_of_grain(&self, cold: &Cold<S>) -> Result<Place, Error> {
         self.block_of(&cold.home, "grain", cold.id.0)
     }
 
-    fn block_of_point(&self, point: &Point<S, L::Memory>) -> Result<(usize, u32), Error> {
-        self.block_of(&point.cold.home, "point", point.cold.id.0)
+    fn block_of_point(&self, cold: &PointCold<S>) -> Result<Place, Error> {
+        self.block_of(&cold.home, "point", cold.id.0)
     }
 
     /// Block and cell of a place.
-    fn block_of(&self, home: &S::Vector, what: &str, id: u64) -> Result<(usize, u32), Error> {
+    fn block_of(&self, home: &S::Vector, what: &str, id: u64) -> Result<Place, Error> {
         self.layout.place::<S>(&self.cell_home.fraction(home)).ok_or_else(|| {
             let place: Vec<String> = (0..S::DIMENSION).map(|axis| format!("{:.6e}", home[axis])).collect();
             Error::Run(format!(

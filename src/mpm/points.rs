@@ -6,6 +6,7 @@ use crate::hybrid::track::Track;
 use crate::ids::{PointId, Row};
 use crate::law::material::MaterialMemory;
 use crate::numbers::Numbers;
+use crate::rebuild::Moved;
 use crate::record::{Record, Visitor};
 use crate::space::{Linear, Space, Words};
 use crate::symmetric::Symmetric;
@@ -119,27 +120,25 @@ impl<S: Space, M: MaterialMemory> Points<S, M> {
 
     /// Whole rows, in their order.
     pub fn rows(&self) -> impl Iterator<Item = Point<S, M>> {
-        let whole = |((hot, cold), beside): ((&Hot<S, M>, &Cold<S>), &Beside<S>)| Point {
-            hot: *hot,
-            cold: *cold,
-            affine: beside.affine,
-        };
-        self.hot.iter().zip(&self.cold).zip(&self.beside).map(whole)
+        (0..self.len()).map(|row| self.row(row))
     }
-}
 
-impl<S: Space, M> FromIterator<Point<S, M>> for Points<S, M> {
-    fn from_iter<I: IntoIterator<Item = Point<S, M>>>(rows: I) -> Self {
-        let mut points = Self::default();
-        for (row, point) in rows.into_iter().enumerate() {
-            if point.cold.loads != 0 {
-                points.loaded.push((row as Row, S::Vector::zero()));
-            }
-            points.hot.push(point.hot);
-            points.cold.push(point.cold);
-            points.beside.push(Beside { affine: point.affine, way: S::Vector::zero() });
-        }
-        points
+    pub fn row(&self, row: usize) -> Point<S, M> {
+        Point { hot: self.hot[row], cold: self.cold[row], affine: self.beside[row].affine }
+    }
+
+    /// Takes the rows of a rebuild in place of its own.
+    pub(crate) fn take_order(&mut self, moved: &Moved<Point<S, M>>) {
+        self.hot = moved.ordered(&self.hot, |point| point.hot);
+        self.cold = moved.ordered(&self.cold, |point| point.cold);
+        let arrived = |point: &Point<S, M>| Beside { affine: point.affine, way: S::Vector::zero() };
+        self.beside = moved.ordered(&self.beside, arrived);
+        self.find_loaded();
+    }
+
+    fn find_loaded(&mut self) {
+        let bears = |(row, cold): (usize, &Cold<S>)| (cold.loads != 0).then_some((row as Row, S::Vector::zero()));
+        self.loaded = self.cold.iter().enumerate().filter_map(bears).collect();
     }
 }
 
