@@ -88,7 +88,7 @@ fn enrichment_keeps_mass_and_momentum_to_round_off() {
         };
         assert_eq!(point.hot.weight, wanted);
         point.hot.weight = was.hot.weight;
-        (point.hot.home, point.hot.position, point.cold.image) = (was.hot.home, was.hot.position, was.cold.image);
+        (point.cold.home, point.hot.position, point.cold.image) = (was.cold.home, was.hot.position, was.cold.image);
         assert_eq!(point, *was);
     }
     assert_eq!(points_before.len() as u64 - enriched.points_removed, world.points_total);
