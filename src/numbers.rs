@@ -36,11 +36,15 @@ pub const NUMBERS_MAX: usize = 64;
 pub struct Lanes<P>(pub [P; NUMBERS_MAX]);
 
 impl<P: Pack> Lanes<P> {
-    /// The first `count` numbers of eight records, and what of their others comes along.
     #[inline(always)]
-    pub fn load<T: Numbers>(rows: &[&T; LANES], count: usize) -> Self {
+    pub fn zero() -> Self {
+        Self([P::splat(0.0); NUMBERS_MAX])
+    }
+
+    /// Takes the first `count` numbers of eight records, and what of their others comes along.
+    #[inline(always)]
+    pub fn load<T: Numbers>(&mut self, rows: &[&T; LANES], count: usize) {
         const { assert!(T::COUNT >= LANES && T::COUNT <= NUMBERS_MAX) };
-        let mut lanes = Self([P::splat(0.0); NUMBERS_MAX]);
         let mut records: [&[f64]; LANES] = [&[]; LANES];
         for (record, row) in records.iter_mut().zip(rows) {
             *record = row.numbers();
@@ -48,9 +52,8 @@ impl<P: Pack> Lanes<P> {
         for group in 0..count.div_ceil(LANES) {
             let first = Self::first::<T>(group);
             let loaded = P::records(&records, first);
-            lanes.0[first..first + LANES].copy_from_slice(&loaded);
+            self.0[first..first + LANES].copy_from_slice(&loaded);
         }
-        lanes
     }
 
     /// All numbers to as many records as there are, at most eight.

@@ -190,12 +190,13 @@ impl<S: Space, L: MaterialLaw<S>, F: Shape<N>, const N: usize, const AFFINE: boo
     fn run<P: Pack>(self) -> f64 {
         let Self { frame, law, taking, tile, points, beside, .. } = self;
         let mut outside = P::splat(f64::NEG_INFINITY);
+        let (mut lanes, mut basis) = (Lanes::<P>::zero(), Basis::<N>::zero());
+        let mut rows = [Sums::<P>::zero(); LANES];
         for (group, points) in points.chunks_mut(LANES).enumerate() {
             let beside = if beside.is_empty() { &mut [] } else { &mut beside[group * LANES..][..points.len()] };
-            let mut lanes = Lanes::<P>::load(&eight_of(points), Hot::<S, L::Memory>::COUNT);
+            lanes.load(&eight_of(points), Hot::<S, L::Memory>::COUNT);
             let place = frame.place(&lanes.words(Hot::<S, L::Memory>::POSITION));
-            let basis = Basis::<N>::of::<S, F, P, AFFINE>(frame, &place);
-            let mut rows = [Sums::<P>::zero(); LANES];
+            basis.set::<S, F, P, AFFINE>(frame, &place);
             for (lane, sums_of) in rows.iter_mut().enumerate() {
                 *sums_of = sums::<S, P, N, AFFINE>(&basis, lane, frame.edge, tile);
             }

@@ -49,7 +49,8 @@ impl<S: Space> TileFrame<S> {
     }
 }
 
-/// Stencils of eight points, laid out so that a point's numbers can be spread over the words of a node.
+/// Stencils of eight points, laid out so that a point's numbers can be spread over the words of a node. One stands ready
+/// for all groups of a block.
 pub struct Basis<const N: usize> {
     /// First node in reach of each.
     pub first: [usize; LANES],
@@ -61,30 +62,34 @@ pub struct Basis<const N: usize> {
 }
 
 impl<const N: usize> Basis<N> {
+    pub const fn zero() -> Self {
+        let none = [[[0.0; LANES]; N]; 3];
+        Self { first: [0; LANES], values: none, slopes: none, moments: none }
+    }
+
     #[inline(always)]
-    pub fn of<S: Space, F: Shape<N>, P: Pack, const AFFINE: bool>(
+    pub fn set<S: Space, F: Shape<N>, P: Pack, const AFFINE: bool>(
+        &mut self,
         frame: &TileFrame<S>,
         place: &S::VectorOf<P>,
-    ) -> Self {
+    ) {
         let stencil = Stencil::<S, P, N>::new::<F>(place, &frame.axes, frame.cell_inverse);
-        let mut basis = Self {
-            first: stencil.first(frame.edge).numbers().map(|first| first as usize),
-            values: [[[0.0; LANES]; N]; 3],
-            slopes: [[[0.0; LANES]; N]; 3],
-            moments: [[[0.0; LANES]; N]; 3],
-        };
+        // A whole number below 2^32 beside 2^52 stands in the low bits, and needs no check of what it may be.
+        let whole = (stencil.first(frame.edge) + P::splat(4_503_599_627_370_496.0)).numbers();
+        for (first, whole) in self.first.iter_mut().zip(whole) {
+            *first = whole.to_bits() as u32 as usize;
+        }
         for axis in 0..S::DIMENSION {
             for node in 0..N {
-                stencil.values[axis][node].store(&mut basis.values[axis][node]);
-                stencil.slopes[axis][node].store(&mut basis.slopes[axis][node]);
+                stencil.values[axis][node].store(&mut self.values[axis][node]);
+                stencil.slopes[axis][node].store(&mut self.slopes[axis][node]);
                 if AFFINE {
                     let stand = F::stand(stencil.base[axis] + P::splat(node as f64), &frame.axes[axis]);
                     let arm = (stand - place.word(axis)) * P::splat(frame.cell);
-                    (stencil.values[axis][node] * arm).store(&mut basis.moments[axis][node]);
+                    (stencil.values[axis][node] * arm).store(&mut self.moments[axis][node]);
                 }
             }
         }
-        basis
     }
 
     /// A number of one of the points, in every lane.
@@ -178,11 +183,12 @@ struct Share<P> {
 
 /// The shares of eight points in step.
 #[inline(always)]
-fn shares<S: Space, M: Numbers, P: Pack, const AFFINE: bool>(
+fn set_shares<S: Space, M: Numbers, P: Pack, const AFFINE: bool>(
     lanes: &Lanes<P>,
     beside: &[Beside<S>],
     brought: Brought,
-) -> [Share<P>; LANES] {
+    shares: &mut [Share<P>; LANES],
+) {
     let zero = P::splat(0.0);
     let at = |number: usize| lanes.0[number];
     let weight = at(Hot::<S, M>::WEIGHT);
@@ -213,7 +219,6 @@ fn shares<S: Space, M: Numbers, P: Pack, const AFFINE: bool>(
         }
     }
     let value = P::transposed(value);
-    let mut shares = [Share { value: zero, slope: [zero; 3], arm: [zero; 3] }; LANES];
     for (share, value) in shares.iter_mut().zip(value) {
         share.value = value;
     }
@@ -229,7 +234,6 @@ fn shares<S: Space, M: Numbers, P: Pack, const AFFINE: bool>(
             }
         }
     }
-    shares
 }
 
 impl<S: Space, M: Numbers, F: Shape<N>, const N: usize, const AFFINE: bool> Packed for Scatter<'_, S, M, F, N, AFFINE> {
@@ -238,12 +242,14 @@ impl<S: Space, M: Numbers, F: Shape<N>, const N: usize, const AFFINE: bool> Pack
     #[inline(always)]
     fn run<P: Pack>(self) {
         let Self { frame, brought, points, beside, tile, .. } = self;
+        let (mut lanes, mut basis) = (Lanes::<P>::zero(), Basis::<N>::zero());
+        let mut shares = [Share::<P>::zero(); LANES];
         for (group, points) in points.chunks(LANES).enumerate() {
             let beside = if AFFINE { &beside[group * LANES..][..points.len()] } else { &[] };
-            let lanes = Lanes::<P>::load(&eight_of(points), Hot::<S, M>::DEFORMATION);
+            lanes.load(&eight_of(points), Hot::<S, M>::DEFORMATION);
             let place = frame.place(&lanes.words(Hot::<S, M>::POSITION));
-            let basis = Basis::<N>::of::<S, F, P, AFFINE>(frame, &place);
-            let shares = shares::<S, M, P, AFFINE>(&lanes, beside, brought);
+            basis.set::<S, F, P, AFFINE>(frame, &place);
+            set_shares::<S, M, P, AFFINE>(&lanes, beside, brought, &mut shares);
             for lane in 0..points.len() {
                 add::<S, P, N, AFFINE>(&basis, lane, &shares[lane], frame.edge, tile);
             }
@@ -275,6 +281,12 @@ fn add<S: Space, P: Pack, const N: usize, const AFFINE: bool>(
 }
 
 impl<P: Pack> Share<P> {
+    #[inline(always)]
+    fn zero() -> Self {
+        let zero = P::splat(0.0);
+        Self { value: zero, slope: [zero; 3], arm: [zero; 3] }
+    }
+
     /// What is left of a share with function `node` along an axis in hand.
     #[inline(always)]
     fn along<const N: usize, const AFFINE: bool>(
