@@ -189,6 +189,9 @@ impl<S: Space, L: MaterialLaw<S>, F: Shape<N>, const N: usize, const AFFINE: boo
                         gradient[along * S::DIMENSION + axis] = slope[along][axis];
                     }
                 }
+                if taken == Taken::Strain {
+                    gradient = before_the_way::<S>(&gradient, dt);
+                }
                 point.deformation = (S::identity() + gradient * dt) * point.deformation;
                 point.stress = law.update(&gradient, dt, &mut point.memory);
                 if taken == Taken::StrainThenPlace {
@@ -202,6 +205,15 @@ impl<S: Space, L: MaterialLaw<S>, F: Shape<N>, const N: usize, const AFFINE: boo
         }
         farthest
     }
+}
+
+/// Velocity gradient over the places that points have come from, `L (1 - L dt)^-1` for L over those where they are.
+///
+/// Stress that is updated first is strained by the velocity that has just carried the points. With L itself a turning body
+/// would seem to grow by `(omega dt)^2` a step more than it does, and the work of its stress against that would be energy
+/// from nowhere.
+fn before_the_way<S: Space>(gradient: &S::Tensor, dt: f64) -> S::Tensor {
+    *gradient * S::inverse(&(S::identity() - *gradient * dt)).unwrap_or_else(S::identity)
 }
 
 /// Correction of the block's free grains: `v += sum N lambda_i/m_i`. Spin is left alone.
