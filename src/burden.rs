@@ -4,6 +4,7 @@ use scree_partition::ExactSum;
 
 use crate::body::{BODIES_MAX, Body, Burden};
 use crate::dem::grains::Mover;
+use crate::dem::walls::place_beside;
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
@@ -69,6 +70,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 } else {
                     let place: S::Vector = self.layout.node_at(node.place);
                     for (body, held) in self.bodies.iter().enumerate() {
+                        let place = place_beside(held, &self.cell, &place);
                         if let Some((momentum, mass)) = held.carried(&place, &momentum, sum.mass()) {
                             add_node(body, &momentum, mass);
                         }

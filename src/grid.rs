@@ -3,6 +3,8 @@
 use scree_partition::ExactSum;
 
 use crate::body::{BODIES_MAX, Body};
+use crate::dem::cell::Cell;
+use crate::dem::walls::place_beside;
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
@@ -236,7 +238,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let (coupled, cell) = (self.is_coupled(), self.layout.cell);
         let dt = if moment == Moment::Step { self.settings.dt } else { 0.0 };
         let gravity = self.gravity_now();
-        let Self { nodes, tiles, bodies, layout, settings, reactions, .. } = self;
+        let Self { nodes, tiles, bodies, layout, settings, reactions, cell: periods, .. } = self;
         for (number, (node, sum)) in nodes.mosaic.owned.iter().zip(&tiles.sums).enumerate() {
             let row = node.row as usize;
             if sum.mass() <= 0.0 {
@@ -254,7 +256,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             let hold = |free: S::Vector| match holder {
                 Some(body) => bodies[body].velocity,
                 None => {
-                    let free = held_by_bodies(free, bodies, &place, mass, booked.as_deref_mut());
+                    let free = held_by_bodies(free, (bodies, periods), &place, mass, booked.as_deref_mut());
                     held_by_faces::<S>(free, &settings.grid, layout, node, (mass, dt), booked)
                 }
             };
@@ -379,22 +381,23 @@ fn unpacked<S: Space>(words: &[f64; GRAIN_WORDS]) -> (f64, S::Vector) {
     (words[0], vector)
 }
 
-/// Velocity of a node after every body that it lies in has held it, in their order; `mass` is the node's.
+/// Velocity of a node after every body that it or an image of it lies in has held it, in their order; `mass` is the node's.
 fn held_by_bodies<S: Space>(
     mut velocity: S::Vector,
-    bodies: &[Body<S>],
+    (bodies, periods): (&[Body<S>], &Cell<S>),
     place: &S::Vector,
     mass: f64,
     mut reactions: Option<&mut Reactions>,
 ) -> S::Vector {
     for (number, body) in bodies.iter().enumerate() {
         let Some((grip, separates)) = body.grip else { continue };
-        let Some(nearest) = body.nearest(place).filter(|nearest| nearest.distance <= 0.0) else { continue };
-        let hold: Hold<S> = Hold { grip, separates, normal: nearest.normal, velocity: body.velocity_at(place) };
+        let place = place_beside(body, periods, place);
+        let Some(nearest) = body.nearest(&place).filter(|nearest| nearest.distance <= 0.0) else { continue };
+        let hold: Hold<S> = Hold { grip, separates, normal: nearest.normal, velocity: body.velocity_at(&place) };
         let after = hold.on(&velocity);
         if let Some(reactions) = &mut reactions {
             let impulse = (velocity - after) * mass;
-            let arm = *place - body.origin();
+            let arm = place - body.origin();
             reactions.on_body::<S>(number, &impulse, &S::moment(&arm, &impulse));
         }
         velocity = after;

@@ -172,6 +172,13 @@ impl Layout {
         [self.corner[1] + rim[0], self.corner[1] + self.cells[1] as f64 * self.cell - rim[1]]
     }
 
+    /// Lowest and highest coordinate along an axis between the rims, m.
+    pub fn extent(&self, axis: usize) -> [f64; 2] {
+        let [lower, upper] = self.rim[axis].map(|cells| cells as f64 * self.cell);
+        let length = self.cells[axis] as f64 * self.cell;
+        [self.corner[axis] + lower, self.corner[axis] + length - upper]
+    }
+
     /// Shares of an axis that anything may be at.
     fn bounds(&self, axis: usize) -> [f64; 2] {
         if self.periodic[axis] {

@@ -123,7 +123,7 @@ impl Cargo for Progress {
 
 /// Steps between two looks at the progress display.
 const SHOW_EVERY: u64 = 2000;
-/// Steps between two looks at energy and overlaps, and the deepest overlap that is still physics, as a share of the smaller
+/// Steps between two looks at energy, points and overlaps, and the deepest overlap that is still physics, as a share of the smaller
 /// radius. Overlaps are looked at whenever lists have been made anew as well: in between nothing comes nearer by more than
 /// the skin, so nothing passes through anything unseen.
 const GUARD_EVERY: u64 = 1000;
@@ -208,6 +208,9 @@ impl<'t, E: Experiment> Run<'t, E> {
         if due || written || world.rebuilds != self.rebuilds {
             self.rebuilds = world.rebuilds;
             world.refuse_deep_overlaps(OVERLAP_MAX)?;
+        }
+        if due || written {
+            world.refuse_spoilt_points()?;
         }
         if due || step == self.first_step + 1 {
             self.energy_guard.look(world)?;

@@ -241,6 +241,8 @@ pub trait Space: Copy + Clone + Debug + Default + PartialEq + Send + Sync + 'sta
     fn determinant(tensor: &Self::Tensor) -> f64;
     /// None where the determinant is zero.
     fn inverse(tensor: &Self::Tensor) -> Option<Self::Tensor>;
+    /// The same in lanes; infinite where the determinant is zero.
+    fn inverse_of<R: Real>(tensor: &Self::TensorOf<R>) -> Self::TensorOf<R>;
     /// R of the polar decomposition `F = R U` of a tensor with a positive determinant.
     fn rotation(tensor: &Self::Tensor) -> Self::Tensor;
     /// Angle of a rotation, rad: in the plane counterclockwise, in (-pi, pi]; in space about its axis, in [0, pi].
@@ -314,9 +316,13 @@ impl Space for Plane {
     }
     #[inline]
     fn inverse(tensor: &Self::Tensor) -> Option<Self::Tensor> {
-        let determinant = Self::determinant(tensor);
-        let adjugate = Self::Tensor::new(tensor[3], -tensor[2], -tensor[1], tensor[0]);
-        (determinant != 0.0).then(|| adjugate * (1.0 / determinant))
+        (Self::determinant(tensor) != 0.0).then(|| Self::inverse_of::<f64>(tensor))
+    }
+    #[inline(always)]
+    fn inverse_of<R: Real>(tensor: &Self::TensorOf<R>) -> Self::TensorOf<R> {
+        let [[a, b], [c, d]] = tensor.data.0;
+        let scale = R::splat(1.0) / (a * d - b * c);
+        SMatrix::from_array_storage(ArrayStorage([[d * scale, -b * scale], [-c * scale, a * scale]]))
     }
     fn rotation(tensor: &Self::Tensor) -> Self::Tensor {
         let (cosine, sine) = (tensor[0] + tensor[3], tensor[1] - tensor[2]);
@@ -424,11 +430,20 @@ impl Space for Solid {
     }
     #[inline]
     fn inverse(tensor: &Self::Tensor) -> Option<Self::Tensor> {
-        let determinant = Self::determinant(tensor);
-        let t = |row: usize, column: usize| tensor[(row % 3, column % 3)];
-        // Entry (i, j) of the inverse is the cofactor of (j, i) over the determinant.
-        let cofactor = |i: usize, j: usize| t(j + 1, i + 1) * t(j + 2, i + 2) - t(j + 1, i + 2) * t(j + 2, i + 1);
-        (determinant != 0.0).then(|| Self::Tensor::from_fn(cofactor) * (1.0 / determinant))
+        (Self::determinant(tensor) != 0.0).then(|| Self::inverse_of::<f64>(tensor))
+    }
+    #[inline(always)]
+    fn inverse_of<R: Real>(tensor: &Self::TensorOf<R>) -> Self::TensorOf<R> {
+        let [a, b, c] = tensor.data.0.map(Components);
+        let rows = [cross(&b, &c), cross(&c, &a), cross(&a, &b)];
+        let scale = R::splat(1.0) / a.dot(&rows[0]);
+        let mut inverse = *tensor;
+        for (row, Components(entries)) in rows.into_iter().enumerate() {
+            for (column, entry) in entries.into_iter().enumerate() {
+                inverse.data.0[column][row] = entry * scale;
+            }
+        }
+        inverse
     }
     /// `R <- (s R + R^-T/s)/2` from F, by Higham (1986); s makes the norms of the two equal.
     fn rotation(tensor: &Self::Tensor) -> Self::Tensor {

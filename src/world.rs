@@ -340,6 +340,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let [share, stop] = most;
         self.stop_agreed = stop > 0.0;
         self.phases.stop(Phase::Agree, timer);
-        if share < 1.0 { Ok(()) } else { self.rebuild() }
+        if share < 1.0 {
+            return Ok(());
+        }
+        self.refuse_strays()?;
+        self.rebuild()
     }
 }

@@ -8,6 +8,8 @@ use scree::scenario::mpm::{
     Transfer, figures,
 };
 
+use crate::runs::Ran;
+
 /// As little as a job can say.
 const LITTLE: &str = r#"
 name = "little"
@@ -53,7 +55,6 @@ fraction = 0.62
 dilation_factor = 3
 softening_rate = 4
 cohesion = 100
-dilation_angle = "5 deg"
 [stress]
 kind = "geostatic"
 surface = 1
@@ -158,7 +159,8 @@ fn what_is_left_out_has_its_default() {
     for axes in [2, 3] {
         assert!((job.material.law.modulus_longitudinal(axes) / 12e6 - 1.0).abs() < 1e-14);
     }
-    let stable = 0.1 / 12e3f64.sqrt();
+    // Of a node with next to no mass: lambda + 2 G with lambda once more, and splines of second order.
+    let stable = 0.1 * (2.0 / (6.0 * 16e3f64)).sqrt();
     assert!((job.step / (0.5 * stable) - 1.0).abs() < 1e-14);
     assert_eq!(figures::points(&job), 200);
     assert!((figures::mass(&job, 200) / 5.0 - 1.0).abs() < 1e-12);
@@ -232,6 +234,14 @@ fn regions_have_their_points() {
     assert!(matches!(job.regions[2].shape, RegionShape::Ball { .. }));
     assert_eq!(job.region_at(&[1.2, 0.2, 0.0]), Some(1));
     assert_eq!(job.region_at(&[1.9, 0.9, 0.0]), None);
+}
+
+/// An end between two steps is reached, by the run as by what `check` says of it.
+#[test]
+fn a_run_takes_the_steps_that_check_counts() {
+    let text = LITTLE.replace("end = 1\n", "end = 3.4e-3\nstep = 1e-3\n[output]\nseries_interval = 1e-3\n");
+    let steps = figures::steps(&read(&text));
+    assert_eq!((steps, *Ran::of(&text).series("step").last().unwrap()), (4, 4.0));
 }
 
 /// Blocks as large as wanted that still fill the periods.

@@ -173,8 +173,7 @@ fn angular(ran: &Ran, dimension: usize, moment: f64) -> [f64; 3] {
 #[test]
 fn a_free_block_keeps_what_it_must() {
     for dimension in [2, 3] {
-        // With affine fields of linear functions the nearly empty nodes at its edges throw it apart.
-        for scheme in schemes().filter(|scheme| !(scheme.contains("linear") && scheme.contains("affine"))) {
+        for scheme in schemes() {
             let ran = Ran::of(&free(dimension, &scheme, "hencky"));
             let of = |name: &str| ran.series(name);
             let mass = of("mass");
@@ -578,58 +577,6 @@ fn a_block_slides_as_friction_lets_it() {
             assert!((speed - wanted).abs() < 0.02 && (press / weight + 1.0).abs() < 0.02, "{shape}");
         }
     }
-}
-
-/// What rests on a body presses on it with its weight; a plate that is to bear a stress bears it.
-#[test]
-fn bodies_bear_what_they_must() {
-    let text = r#"
-        name = "bodies"
-        [grid]
-        space = "plane"
-        upper = [0.4, 1.2]
-        cell = 0.05
-        depth = 1
-        [scheme]
-        shape = "quadratic"
-        update = "last"
-        flip = 0.9
-        points_per_cell = 2
-        [material]
-        law = "hencky"
-        density = 1000
-        young_modulus = 1e6
-        poisson_ratio = 0.3
-        [gravity]
-        acceleration = [0, -10]
-        [[region]]
-        shape = "box"
-        lower = [0, 0.2]
-        upper = [0.4, 0.8]
-        [[body]]
-        name = "table"
-        shape = "box"
-        lower = [0, 0]
-        upper = [0.4, 0.2]
-        contact = "rough"
-        [[body]]
-        name = "lid"
-        shape = "box"
-        lower = [0, 0.8]
-        upper = [0.4, 1.0]
-        contact = "smooth"
-        servo = { direction = [0, 1], stress = 5000, area = 0.4, mass = 50, damping = 500, speed_max = 1 }
-        [time]
-        safety = 0.4
-        end = 1.5
-        [output]
-        series_interval = 0.05
-        "#;
-    let ran = Ran::of(text);
-    let (table, lid) = (ran.series("table_force_y"), ran.series("lid_force_y"));
-    let late = |values: &[f64]| values[values.len() - 4..].iter().sum::<f64>() / 4.0;
-    println!("lid {} of 2000 N, table {} of -4400 N", late(&lid), late(&table));
-    assert!((late(&lid) / 2000.0 - 1.0).abs() < 0.01 && (late(&table) / -4400.0 - 1.0).abs() < 0.015);
 }
 
 /// Three turns of a stiff free block: its points have turned by as much as the block, and the mean stress is that of the

@@ -19,6 +19,8 @@ mod collisions;
 mod continua;
 /// Grains and points that share nodes keep their momentum to round-off, leave with one velocity, and translate rigidly.
 mod coupling;
+/// Nodes with next to no mass put no energy into a body under any scheme that is accepted; the others are refused.
+mod empty_nodes;
 /// Enrichment keeps mass and momentum to round-off; zones, rims and the choice of grains are what they are said to be.
 mod enrichment;
 /// Continua against exact solutions under every scheme: patches, waves, columns, slides, balances, turns, with orders.
@@ -29,6 +31,8 @@ mod few;
 mod frames;
 /// A run that has left physics stops and names the two that show it: grains, or a grain and a body.
 mod guard;
+/// Bodies that hold nodes bear what rests on them, keep the stress that they are to keep, and carry across periods.
+mod held_nodes;
 /// Discs and spheres roll, slide and come to rest on planes as closed forms say, under every law.
 mod inclines;
 /// Grains, continuum and hybrid end in the same bits on 1 to 4 ranks in one process, and from any of their checkpoints.
@@ -53,6 +57,8 @@ mod same_bits;
 /// Every scheme of the continuum, in the plane and in space, has the same bits on 1 to 4 ranks, 1 and 2 threads, with any
 /// instructions, and after resume.
 mod scheme_bits;
+/// Points that are inverted, torn, no numbers, too fast for the step or outside of the grid stop the run with their id.
+mod spoilt_points;
 /// A packing in the making says how far it is, and stops when asked to, on one rank as on two; a run that stops itself
 /// names its newest checkpoint.
 mod stops;

@@ -14,8 +14,18 @@ pub const SHAPES: [&str; 4] = ["linear", "generalised", "quadratic", "cubic"];
 pub const UPDATES: [&str; 3] = ["first", "last", "modified_last"];
 pub const TRANSFERS: [&str; 2] = ["transfer = \"blend\"\nflip = 1.0", "transfer = \"affine\""];
 
-/// The rest of `[scheme]` for every shape, update and transfer.
+/// The rest of `[scheme]` for every shape, update and transfer that go together.
 pub fn schemes() -> impl Iterator<Item = String> {
+    every_scheme().filter(|scheme| !refused(scheme))
+}
+
+/// Hats throw nodes with next to no mass about unless points average velocities before they become strain.
+pub fn refused(scheme: &str) -> bool {
+    scheme.contains("\"linear\"") && (scheme.contains("\"last\"") || scheme.contains("affine"))
+}
+
+/// The same for all of them.
+pub fn every_scheme() -> impl Iterator<Item = String> {
     SHAPES.into_iter().flat_map(|shape| {
         UPDATES.into_iter().flat_map(move |update| {
             TRANSFERS.into_iter().map(move |transfer| format!("shape = \"{shape}\"\nupdate = \"{update}\"\n{transfer}"))

@@ -49,10 +49,7 @@ trait ForAnyMaterial<S: Space> {
 }
 
 /// Does the work with the law that a job names: the one place where laws are told apart.
-fn with_material_of<S: Space>(law: &mpm::MaterialLaw, work: impl ForAnyMaterial<S>) -> Result<Outcome, Error>
-where
-    CriticalDruckerPrager: MaterialLaw<S>,
-{
+fn with_material_of<S: Space>(law: &mpm::MaterialLaw, work: impl ForAnyMaterial<S>) -> Result<Outcome, Error> {
     match law {
         mpm::MaterialLaw::LinearElastic(law) => {
             let bulk_modulus = law.bulk_modulus_in(S::DIMENSION);
@@ -73,10 +70,7 @@ struct Start<'a> {
 }
 
 /// Runs a job from its start.
-pub fn start<S: Space>(job: &Mpm, options: &Options, transport: &dyn Transport) -> Result<Outcome, Error>
-where
-    CriticalDruckerPrager: MaterialLaw<S>,
-{
+pub fn start<S: Space>(job: &Mpm, options: &Options, transport: &dyn Transport) -> Result<Outcome, Error> {
     with_material_of::<S>(&job.material.law, Start { job, options, transport })
 }
 
@@ -108,10 +102,7 @@ pub fn resume<S: Space>(
     state: Option<State>,
     options: &Options,
     transport: &dyn Transport,
-) -> Result<Outcome, Error>
-where
-    CriticalDruckerPrager: MaterialLaw<S>,
-{
+) -> Result<Outcome, Error> {
     with_material_of::<S>(&job.material.law, Resume { job, state, options, transport })
 }
 
@@ -270,7 +261,7 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
     }
 
     fn steps(&self) -> u64 {
-        (self.job.end / self.job.step).round() as u64
+        mpm::figures::steps(self.job)
     }
 
     fn header(&self) -> Vec<String> {

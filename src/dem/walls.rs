@@ -176,7 +176,12 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
 
 /// Where a body has its image nearest to a place, the point of its surface nearest to that, both beside the body itself.
 pub fn nearest<S: Space>(body: &Body<S>, cell: &Cell<S>, place: &S::Vector) -> Option<Nearest<S>> {
-    body.nearest(&(*place - cell.shift(image_beside(body, cell, place))))
+    body.nearest(&place_beside(body, cell, place))
+}
+
+/// The image of a place beside a body itself.
+pub fn place_beside<S: Space>(body: &Body<S>, cell: &Cell<S>, place: &S::Vector) -> S::Vector {
+    *place - cell.shift(image_beside(body, cell, place))
 }
 
 /// A grain as its image beside a body stands and moves, and what the grain itself lies away from it, m.

@@ -317,19 +317,14 @@ fn strain_points<S: Space, L: MaterialLaw<S>, P: Pack>(
             gradient.set_word(along * S::DIMENSION + axis, slope[along][axis]);
         }
     }
-    // F + (L dt) F, column by column.
+    if taking.taken == Taken::Strain {
+        gradient = before_the_way::<S, P>(&gradient, dt);
+    }
     let first = Hot::<S, L::Memory>::DEFORMATION;
-    let before: S::TensorOf<P> = lanes.words(first);
-    for column in 0..S::DIMENSION {
-        for row in 0..S::DIMENSION {
-            let mut more = P::splat(0.0);
-            for inner in 0..S::DIMENSION {
-                let rate = gradient.word(inner * S::DIMENSION + row);
-                more = more + rate * before.word(column * S::DIMENSION + inner);
-            }
-            let entry = column * S::DIMENSION + row;
-            lanes.0[first + entry] = before.word(entry) + more * dt;
-        }
+    let deformation: S::TensorOf<P> = lanes.words(first);
+    let more = product::<S, P>(&gradient, &deformation);
+    for entry in 0..S::Tensor::COMPONENTS {
+        lanes.0[first + entry] = deformation.word(entry) + more.word(entry) * dt;
     }
     let memory = Hot::<S, L::Memory>::MEMORY;
     let words = &mut lanes.0[memory..memory + L::Memory::COUNT];
@@ -345,6 +340,38 @@ fn strain_points<S: Space, L: MaterialLaw<S>, P: Pack>(
             *place = *place + P::load(&way);
         }
     }
+}
+
+/// Velocity gradient over the places that points have come from, `L (1 - L dt)^-1` for L over those where they are.
+///
+/// Stress that is updated first is strained by the velocity that has just carried the points. With L itself a turning body
+/// would seem to grow by `(omega dt)^2` a step more than it does, and the work of its stress against that would be energy
+/// from nowhere.
+#[inline(always)]
+fn before_the_way<S: Space, P: Pack>(gradient: &S::TensorOf<P>, dt: P) -> S::TensorOf<P> {
+    let mut back = gradient.scaled(-dt);
+    for axis in 0..S::DIMENSION {
+        let diagonal = axis * (S::DIMENSION + 1);
+        back.set_word(diagonal, back.word(diagonal) + P::splat(1.0));
+    }
+    product::<S, P>(gradient, &S::inverse_of(&back))
+}
+
+/// `a b`, column by column.
+#[inline(always)]
+fn product<S: Space, P: Pack>(a: &S::TensorOf<P>, b: &S::TensorOf<P>) -> S::TensorOf<P> {
+    let mut product = *b;
+    for column in 0..S::DIMENSION {
+        for row in 0..S::DIMENSION {
+            let entry = |inner: usize| a.word(inner * S::DIMENSION + row) * b.word(column * S::DIMENSION + inner);
+            let mut sum = entry(0);
+            for inner in 1..S::DIMENSION {
+                sum = sum + entry(inner);
+            }
+            product.set_word(column * S::DIMENSION + row, sum);
+        }
+    }
+    product
 }
 
 /// The farther of two; infinity where the second is no number.

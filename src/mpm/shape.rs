@@ -381,6 +381,30 @@ mod tests {
         claims::<4, Cubic>("cubic");
     }
 
+    /// `sum N'^2/N` far from walls: the most that it comes to is what the bound of the step is made from.
+    #[test]
+    fn no_function_is_steeper_than_the_step_allows() {
+        fn steepest<const N: usize, F: Shape<N>>(axis: &Axis) -> f64 {
+            let at = |step: i32| {
+                let along = F::along(8.0 + 1e-4 * (f64::from(step) + 0.5), axis);
+                let share = |(value, slope): (&f64, &f64)| if *value > 0.0 { slope * slope / value } else { 0.0 };
+                along.values.iter().zip(&along.slopes).map(share).sum::<f64>()
+            };
+            (0..10_000).map(at).fold(0.0, f64::max)
+        }
+        let is = |found: f64, shape: ShapeFunction, points_per_cell: usize| {
+            let most = shape.steepness(points_per_cell);
+            assert!(found <= most && found > 0.995 * most, "{shape:?}, {points_per_cell}: {found}, {most}");
+        };
+        for points_per_cell in [1, 2, 3, 4] {
+            let axis = Axis { half: 0.5 / points_per_cell as f64, ..Axis::default() };
+            is(steepest::<3, Generalised>(&axis), ShapeFunction::Generalised, points_per_cell);
+        }
+        is(steepest::<3, Quadratic>(&Axis::default()), ShapeFunction::Quadratic, 2);
+        is(steepest::<4, Cubic>(&Axis::default()), ShapeFunction::Cubic, 2);
+        assert!(steepest::<3, LinearHat>(&Axis::default()) > 1e4);
+    }
+
     #[test]
     fn no_spline_reaches_behind_a_wall_and_the_first_stands_on_it() {
         let at = Quadratic::along(2.0, &WALLED);

@@ -75,6 +75,31 @@ pub enum ShapeFunction {
     Cubic,
 }
 
+impl ShapeFunction {
+    /// The most that `sum (dN/dx)^2/N` along an axis comes to anywhere, in cells: `2/half + 1/(1 - half)` of uGIMP with points
+    /// of half a length `half`. What a node with next to no mass makes of a stress is bounded by it; hats have no bound, for
+    /// where one vanishes its slope does not.
+    pub fn steepness(self, points_per_cell: usize) -> f64 {
+        let half = 0.5 / points_per_cell as f64;
+        match self {
+            Self::Linear => f64::INFINITY,
+            Self::Generalised => 2.0 / half + 1.0 / (1.0 - half),
+            Self::Quadratic => 6.0,
+            Self::Cubic => 3.136_82,
+        }
+    }
+
+    /// Distance along an axis within which two points with edges of that length share a node, both in cells.
+    pub fn reach(self, edge: f64) -> f64 {
+        match self {
+            Self::Linear => 2.0,
+            Self::Generalised => 2.0 + edge,
+            Self::Quadratic => 3.0,
+            Self::Cubic => 4.0,
+        }
+    }
+}
+
 /// When in a step stresses follow the strain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StressUpdate {
@@ -154,7 +179,7 @@ pub struct CriticalDruckerPrager {
     pub softening_rate: f64,
     /// c, Pa.
     pub cohesion: f64,
-    /// A constant psi of plastic flow, rad, in place of that of chi; phi follows chi nevertheless.
+    /// A constant psi of plastic flow, rad, in place of that of chi, which is then zero: phi is phi_cs throughout.
     pub dilation_angle: Option<f64>,
 }
 
@@ -167,6 +192,13 @@ impl MaterialLaw {
             Self::CriticalDruckerPrager(law) => law.bulk_modulus,
         };
         bulk + 2.0 * (1.0 - 1.0 / axes as f64) * shear
+    }
+
+    /// The stiffest answer of a point that nothing around it holds, Pa: `lambda + 2 G` with lambda once more for every other
+    /// axis, or 2 G.
+    pub fn modulus_free(&self, axes: usize) -> f64 {
+        let (along, shear) = (self.modulus_longitudinal(axes), self.shear_modulus());
+        (along + (axes - 1) as f64 * (along - 2.0 * shear)).max(2.0 * shear)
     }
 
     /// G, Pa.
@@ -353,6 +385,14 @@ impl Grid {
     /// Extent along an axis, m.
     pub fn extent(&self, axis: usize) -> f64 {
         self.upper[axis] - self.lower[axis]
+    }
+}
+
+impl Scheme {
+    /// Whether a node's own new velocity becomes strain, or the affine field of a point, before points have averaged it: then
+    /// one with next to no mass must not gain too much of it within a step.
+    pub fn feels_nodes(&self) -> bool {
+        self.update == StressUpdate::Last || self.transfer == Transfer::Affine
     }
 }
 

@@ -297,7 +297,7 @@ fn warnings(job: &Mpm) -> Vec<String> {
     }
     if job.scheme.shape == ShapeFunction::Linear {
         warnings.push(
-            "with linear shape functions points that cross from cell to cell make their stresses jump. Quadratic ones do not."
+            "with linear shape functions points that cross from cell to cell make their stresses jump, and nothing but a flip below 1 takes away the energy of that. Quadratic ones do not."
                 .to_string(),
         );
     }

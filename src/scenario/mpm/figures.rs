@@ -154,6 +154,24 @@ pub fn speed_max(job: &Mpm) -> f64 {
     of_regions.chain(of_bodies).fold(0.0, f64::max)
 }
 
+/// The longest step that crosses no more than a cell by waves and motion, s.
+pub fn step_through(cell: f64, wave: f64, speed: f64) -> f64 {
+    cell / (wave + speed)
+}
+
+/// The longest step at which no node is thrown about by the points around it, however little of them it has, s.
+///
+/// A point of mass m gives node i the mass `m N_i` and the force `-V tau grad N_i`, and takes from it the strain
+/// `grad N_i a_i dt^2`. The largest eigenvalue of that map is no more than the largest of a single point's (Irons & Treharne
+/// 1971), `omega^2 = s M/(density cell^2)` with s of [`ShapeFunction::steepness`] and M of a free point, in any arrangement of
+/// points. Where points average the nodes' velocities between steps nothing swings and stress relaxes by `1 - (omega dt)^2` a
+/// step, so `omega dt <= sqrt(2)`; where they do not, a leapfrog would bear 2.
+fn step_of_free_nodes(job: &Mpm) -> f64 {
+    let steepness = job.scheme.shape.steepness(job.scheme.points_per_cell);
+    let wave_squared = job.material.law.modulus_free(job.grid.dimension) / job.material.density;
+    job.grid.cell * (2.0 / (steepness * wave_squared)).sqrt()
+}
+
 /// What bounds the step.
 pub fn bounds(job: &Mpm) -> Vec<Bound> {
     let (speed, cell) = (wave_speeds(job).0, job.grid.cell);
@@ -161,8 +179,16 @@ pub fn bounds(job: &Mpm) -> Vec<Bound> {
         cause: "waves and motion through a cell",
         formula: "cell/(c + v), c^2 = M/density, v of regions and bodies",
         remedy: "Beyond it the grid blows up; shorten the step, or take larger cells or a softer material.",
-        step: cell / (speed + speed_max(job)),
+        step: step_through(cell, speed, speed_max(job)),
     }];
+    if job.scheme.feels_nodes() {
+        bounds.push(Bound {
+            cause: "nodes with next to no mass",
+            formula: "cell sqrt(2/s)/c, c^2 = (M + lambda of every other axis)/density, s = 6 (quadratic), 3.1 (cubic), 9.3 (uGIMP with two points)",
+            remedy: "Beyond it points at the edge of material are thrown about; shorten the step, or take update = \"modified_last\" with transfer = \"blend\".",
+            step: step_of_free_nodes(job),
+        });
+    }
     if job.boundaries.iter().flatten().any(|boundary| *boundary == Boundary::Absorbing) {
         // The mass that a node on the wall has, in cells, against a dashpot of density c.
         let share = match job.scheme.shape {

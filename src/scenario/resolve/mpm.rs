@@ -35,6 +35,9 @@ const SHAPES: [(&str, ShapeFunction); 4] = [
 const UPDATES: [(&str, StressUpdate); 3] =
     [("first", StressUpdate::First), ("last", StressUpdate::Last), ("modified_last", StressUpdate::ModifiedLast)];
 
+/// Why hats go with some of the schemes only.
+const NODES_THROWN: &str = "goes with transfer = \"blend\" and update = \"modified_last\" or \"first\" alone: where stress is updated last (which it is unless the job says so) or velocities are affine, a node that a point barely reaches is thrown about at any time step. Take one of those updates, or another shape.";
+
 /// The keys that belong to each choice of a selector.
 type Owners<const N: usize> = [(&'static str, &'static [&'static str]); N];
 const OF_TRANSFER: Owners<2> = [("blend", &["flip"]), ("affine", &[])];
@@ -179,12 +182,16 @@ fn scheme(table: &Reader<'_>) -> Result<Scheme, Error> {
         "blend" => Transfer::Blend { flip: table.number_or("flip", FLIP_DEFAULT)? },
         _ => Transfer::Affine,
     };
-    Ok(Scheme {
+    let scheme = Scheme {
         shape: table.choice_or("shape", "shape function", &SHAPES, ShapeFunction::Quadratic)?,
         update: table.choice_or("update", "time to update stress", &UPDATES, StressUpdate::Last)?,
         transfer,
         points_per_cell: table.count_or("points_per_cell", POINTS_PER_CELL_DEFAULT)? as usize,
-    })
+    };
+    if scheme.feels_nodes() && scheme.shape.steepness(scheme.points_per_cell).is_infinite() {
+        return Err(table.refusal("shape", NODES_THROWN));
+    }
+    Ok(scheme)
 }
 
 fn material(table: &Reader<'_>) -> Result<Material, Error> {
@@ -223,6 +230,12 @@ fn elastic(table: &Reader<'_>) -> Result<Elastic, Error> {
 
 fn critical(table: &Reader<'_>) -> Result<CriticalDruckerPrager, Error> {
     let dilation_angle = table.number_if_given("dilation_angle")?;
+    if dilation_angle.is_some() && table.number_or("dilation_factor", 0.0)? != 0.0 {
+        return Err(table.refusal(
+            "dilation_angle",
+            "stands beside material.dilation_factor, and each says how flow dilates. Drop dilation_factor for a constant angle of dilation and of friction, or dilation_angle for angles that follow the packing fraction.",
+        ));
+    }
     // With a constant psi nothing need follow the packing fraction.
     let or_still = |key: &str, still: f64| match dilation_angle {
         Some(_) => table.number_or(key, still),
