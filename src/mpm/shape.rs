@@ -1,7 +1,15 @@
 //! Shape functions of the background grid: linear, uGIMP, quadratic and cubic B-splines, axis by axis.
 //!
-//! B-splines that reach a wall are those of an open knot vector (Steffen, Kirby & Berzins 2008): none reaches behind the
-//! wall, the one on it takes its value there alone, and they still sum to one.
+//! At a wall they are those of a field that is straight there (Steffen, Kirby & Berzins 2008): what a function behind the wall
+//! would stand for is the continuation of the line through the two nodes on this side,
+//!
+//! ```text
+//! v(wall - d) = (1 + d) v(wall) - d v(wall + 1)
+//! ```
+//!
+//! so that none reaches behind it, the one on it takes its value there alone, they sum to one and meet linear fields, and points
+//! on any regular lattice integrate their slopes exactly: the midpoint rule errs by multiples of what the slopes' own slopes
+//! are at the ends of a function's reach (Euler & Maclaurin), and at a straight end that is nothing.
 
 use crate::scenario::mpm::ShapeFunction;
 use crate::space::Space;
@@ -43,11 +51,49 @@ pub struct Along<const N: usize> {
 
 /// Shape functions along an axis; `N` of them reach a place.
 pub trait Shape<const N: usize>: Copy + Send + Sync + 'static {
+    /// Far from walls, at `place` in cells from the tile's first node; `half` of a point's edge in cells.
+    fn unwalled(place: f64, half: f64) -> Along<N>;
+
     /// At `place`, in cells from the tile's first node.
-    fn along(place: f64, axis: &Axis) -> Along<N>;
-    /// Where function `node` stands for a field that is linear, in cells: its node, or its Greville abscissa near a wall.
+    #[inline(always)]
+    fn along(place: f64, axis: &Axis) -> Along<N> {
+        match axis.feels(place) {
+            true => Self::unwalled(place.clamp(axis.walls[0], axis.walls[1]), axis.half).straightened(axis),
+            false => Self::unwalled(place, axis.half),
+        }
+    }
+    /// Where function `node` stands for a field that is linear, in cells.
     fn stand(node: usize, _axis: &Axis) -> f64 {
         node as f64
+    }
+}
+
+impl Axis {
+    /// Whether a function behind a wall reaches there: none reaches further than a cell.
+    #[inline(always)]
+    fn feels(&self, place: f64) -> bool {
+        place < self.walls[0] + 1.0 || place > self.walls[1] - 1.0
+    }
+}
+
+impl<const N: usize> Along<N> {
+    /// With what lies behind walls given to the two nodes on this side of each.
+    fn straightened(mut self, axis: &Axis) -> Self {
+        for (wall, inward) in axis.walls.into_iter().zip([1.0, -1.0]) {
+            for node in 0..N {
+                let behind = inward * (wall - (self.base + node) as f64);
+                if behind > 0.0 {
+                    let on_wall = (wall - self.base as f64) as usize;
+                    let inside = (wall + inward - self.base as f64) as usize;
+                    for field in [&mut self.values, &mut self.slopes] {
+                        let share = std::mem::replace(&mut field[node], 0.0);
+                        field[on_wall] += (1.0 + behind) * share;
+                        field[inside] -= behind * share;
+                    }
+                }
+            }
+        }
+        self
     }
 }
 
@@ -62,7 +108,7 @@ pub struct Cubic;
 
 impl Shape<3> for LinearHat {
     #[inline(always)]
-    fn along(place: f64, _: &Axis) -> Along<3> {
+    fn unwalled(place: f64, _: f64) -> Along<3> {
         let (cell, base) = (place.floor(), (place - 0.5).floor());
         let x = place - cell;
         // The cell's two nodes are the first two of the three, or the last two.
@@ -75,12 +121,12 @@ impl Shape<3> for LinearHat {
 
 impl Shape<3> for Generalised {
     #[inline(always)]
-    fn along(place: f64, axis: &Axis) -> Along<3> {
+    fn unwalled(place: f64, half: f64) -> Along<3> {
         let base = (place - 0.5).floor();
         let mut along = Along { base: base as usize, values: [0.0; 3], slopes: [0.0; 3] };
         for node in 0..3 {
             let apart = place - base - node as f64;
-            (along.values[node], along.slopes[node]) = generalised(apart, axis.half);
+            (along.values[node], along.slopes[node]) = generalised(apart, half);
         }
         along
     }
@@ -104,10 +150,7 @@ fn generalised(apart: f64, half: f64) -> (f64, f64) {
 
 impl Shape<3> for Quadratic {
     #[inline(always)]
-    fn along(place: f64, axis: &Axis) -> Along<3> {
-        if Knots::<3>::feels(place, axis) {
-            return Knots::<3>::of(axis).along(place);
-        }
+    fn unwalled(place: f64, _: f64) -> Along<3> {
         let base = (place - 0.5).floor();
         let x = place - base;
         Along {
@@ -116,17 +159,11 @@ impl Shape<3> for Quadratic {
             slopes: [x - 1.5, -2.0 * (x - 1.0), x - 0.5],
         }
     }
-    fn stand(node: usize, axis: &Axis) -> f64 {
-        Knots::<3>::stand(node, axis)
-    }
 }
 
 impl Shape<4> for Cubic {
     #[inline(always)]
-    fn along(place: f64, axis: &Axis) -> Along<4> {
-        if Knots::<4>::feels(place, axis) {
-            return Knots::<4>::of(axis).along(place);
-        }
+    fn unwalled(place: f64, _: f64) -> Along<4> {
         let base = place.floor() - 1.0;
         let x = place - base - 1.0;
         let y = 1.0 - x;
@@ -141,96 +178,6 @@ impl Shape<4> for Cubic {
             ],
             slopes: [-0.5 * y * y, x * (1.5 * x - 2.0), -y * (1.5 * y - 2.0), 0.5 * x * x],
         }
-    }
-    fn stand(node: usize, axis: &Axis) -> f64 {
-        Knots::<4>::stand(node, axis)
-    }
-}
-
-/// The open knot vector of splines of degree N - 1 between two walls that are whole cells apart: as many functions as there
-/// are nodes. Inner knots lie where those of the splines far from walls do.
-struct Knots<const N: usize> {
-    /// Place of the lower wall, and cells between the walls.
-    wall: f64,
-    cells: i64,
-}
-
-impl<const N: usize> Knots<N> {
-    const DEGREE: i64 = N as i64 - 1;
-    /// The first inner knot; within its reach and that of the splines that it belongs to nothing is as far from walls.
-    const FIRST: f64 = 0.5 * N as f64;
-    const FELT: f64 = match N {
-        3 => 2.5,
-        _ => 4.0,
-    };
-    /// Cells between walls of which one is not felt: far enough that the other's knots are not either.
-    const FAR: i64 = 64;
-
-    #[inline(always)]
-    fn feels(place: f64, axis: &Axis) -> bool {
-        place < axis.walls[0] + Self::FELT || place > axis.walls[1] - Self::FELT
-    }
-
-    /// A wall that is not there is put far behind the other.
-    fn of(axis: &Axis) -> Self {
-        let [lower, upper] = axis.walls;
-        match (lower.is_finite(), upper.is_finite()) {
-            (true, true) => Self { wall: lower, cells: (upper - lower) as i64 },
-            (true, false) => Self { wall: lower, cells: Self::FAR },
-            _ => Self { wall: upper - Self::FAR as f64, cells: Self::FAR },
-        }
-    }
-
-    fn knot(&self, index: i64) -> f64 {
-        if index <= Self::DEGREE {
-            0.0
-        } else if index > self.cells {
-            self.cells as f64
-        } else {
-            Self::FIRST + (index - Self::DEGREE - 1) as f64
-        }
-    }
-
-    /// Cox and de Boor's recurrence.
-    fn along(&self, place: f64) -> Along<N> {
-        let t = place - self.wall;
-        let span = (Self::DEGREE + 1 + (t - Self::FIRST).floor() as i64).clamp(Self::DEGREE, self.cells);
-        let (mut values, mut lower) = ([0.0; N], [0.0; N]);
-        values[0] = 1.0;
-        for degree in 1..N {
-            lower = values;
-            let mut saved = 0.0;
-            for function in 0..degree {
-                let right = self.knot(span + 1 + function as i64);
-                let left = self.knot(span + 1 + function as i64 - degree as i64);
-                let share = lower[function] / (right - left);
-                values[function] = saved + (right - t) * share;
-                saved = (t - left) * share;
-            }
-            values[degree] = saved;
-        }
-        let mut slopes = [0.0; N];
-        for (function, slope) in slopes.iter_mut().enumerate() {
-            let first = span - Self::DEGREE + function as i64;
-            let per = |value: f64, from: i64| {
-                value * Self::DEGREE as f64 / (self.knot(from + Self::DEGREE) - self.knot(from))
-            };
-            let rising = if function > 0 { per(lower[function - 1], first) } else { 0.0 };
-            let falling = if function + 1 < N { per(lower[function], first + 1) } else { 0.0 };
-            *slope = rising - falling;
-        }
-        Along { base: (self.wall as i64 + span - Self::DEGREE) as usize, values, slopes }
-    }
-
-    /// Greville's abscissa: the mean of a function's inner knots.
-    fn stand(node: usize, axis: &Axis) -> f64 {
-        if !Self::feels(node as f64, axis) {
-            return node as f64;
-        }
-        let knots = Self::of(axis);
-        let first = node as i64 - knots.wall as i64;
-        let sum = (1..=Self::DEGREE).map(|inner| knots.knot(first + inner)).sum::<f64>();
-        knots.wall + sum / Self::DEGREE as f64
     }
 }
 
@@ -314,7 +261,7 @@ mod tests {
                 let stand = |i: usize| F::stand(at.base + i, &axis);
                 let field: f64 = (0..N).map(|i| at.values[i] * stand(i)).sum();
                 let slope: f64 = (0..N).map(|i| at.slopes[i] * stand(i)).sum();
-                // A linear field is met: by uGIMP where no point's edge reaches behind the wall.
+                // A linear field is met.
                 assert!((field - place).abs() < 1e-12, "{name} at {place}: {field} {axis:?}");
                 assert!((slope - 1.0).abs() < 1e-12, "{name} at {place}: slope {slope}");
                 assert!(at.values.iter().all(|value| *value >= -1e-15), "{name} at {place}: {:?}", at.values);
@@ -331,15 +278,21 @@ mod tests {
     }
 
     #[test]
-    fn no_spline_reaches_behind_a_wall_and_the_first_stands_on_it() {
-        let at = Quadratic::along(2.0, &WALLED);
-        assert_eq!((at.base, at.values), (2, [1.0, 0.0, 0.0]));
-        let at = Cubic::along(2.0, &WALLED);
-        assert_eq!((at.base, at.values), (2, [1.0, 0.0, 0.0, 0.0]));
-        let at = Quadratic::along(14.0, &WALLED);
-        assert_eq!((at.base, at.values), (12, [0.0, 0.0, 1.0]));
-        let at = Cubic::along(14.0, &WALLED);
-        assert_eq!((at.base, at.values), (11, [0.0, 0.0, 0.0, 1.0]));
+    fn no_function_reaches_behind_a_wall_and_the_first_stands_on_it() {
+        fn check<const N: usize, F: Shape<N>>() {
+            for (wall, behind) in [(2, 0..2), (14, 15..20)] {
+                let at = F::along(wall as f64, &WALLED);
+                for node in 0..N {
+                    let wanted = if at.base + node == wall { 1.0 } else { 0.0 };
+                    assert!((at.values[node] - wanted).abs() < 1e-15, "{at:?}");
+                    assert!(!behind.contains(&(at.base + node)) || at.slopes[node] == 0.0, "{at:?}");
+                }
+            }
+        }
+        check::<3, LinearHat>();
+        check::<3, Generalised>();
+        check::<3, Quadratic>();
+        check::<4, Cubic>();
     }
 
     #[test]
