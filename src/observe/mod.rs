@@ -6,4 +6,5 @@ pub mod frame;
 pub mod guard;
 pub mod ledger;
 pub mod phases;
+pub mod point;
 pub mod strain;
