@@ -39,8 +39,8 @@ pub fn pressed(scheme: &str, step: f64) -> String {
         [[body]]
         name = "plate"
         shape = "box"
-        lower = [-0.2, 0.4]
-        upper = [0.8, 0.6]
+        lower = [0, 0.4]
+        upper = [0.7, 0.6]
         contact = "coulomb"
         friction = 0.3
         path = [{{time = 0, velocity = [0, 0]}}, {{time = 0.1, velocity = [0.1, -0.2]}}]

@@ -129,79 +129,67 @@ fn moving(dimension: usize, scheme: &str, [lower, upper]: [f64; 2]) -> String {
             &format!("upper = {}\n        velocity", list(dimension, [0.4; 3])),
             &format!("upper = {}\n        velocity", list(dimension, [upper; 3])),
         )
-        .replace("upper = [0.4", "upper = [0.8")
+        .replace(&format!("upper = {}\n        cell", list(dimension, [0.4; 3])), &format!("upper = {}\n        cell", list(dimension, [0.8; 3])))
         .replace("        [time]", &format!("{}\n[time]", faces.concat()))
 }
 
+/// L of any kind, and of a steady shear, L L = 0, along no axis.
+const ANY: [[f64; 3]; 3] = [[0.7, -0.4, 0.3], [0.5, -0.6, 0.2], [-0.1, 0.35, 0.4]];
+const SHEAR: [[f64; 3]; 3] = [[0.48, -0.36, 0.0], [0.64, -0.48, 0.0], [0.0; 3]];
+
 /// The largest departure from F = 1 + L t of any point at least `reach` within the material at the start, over |L| t, after
-/// one step and after forty.
-fn stretched<S: Space>(scheme: &str, ends: [f64; 2], reach: f64) -> [f64; 2]
+/// so many steps.
+fn stretched<S: Space>(scheme: &str, (ends, reach): ([f64; 2], f64), rows: [[f64; 3]; 3], steps: usize) -> f64
 where
     Hencky: MaterialLaw<S>,
 {
-    let text = moving(S::DIMENSION, scheme, ends);
-    let Job::Mpm(job) = parse(&text) else { panic!("it has a grid") };
+    let Job::Mpm(job) = parse(&moving(S::DIMENSION, scheme, ends)) else { panic!("it has a grid") };
     let law = Hencky { bulk_modulus: 1e-12, shear_modulus: 1e-12 };
     let mut world = setup::world::<S, Hencky>(&job, &law, &Solo).unwrap();
-    let mut gradient = S::Tensor::zero();
+    let (mut gradient, mut middle) = (S::Tensor::zero(), S::Vector::zero());
     for column in 0..S::DIMENSION {
-        for row in 0..S::DIMENSION {
-            gradient[column * S::DIMENSION + row] =
-                [[0.7, -0.4, 0.3], [0.5, -0.6, 0.2], [-0.1, 0.35, 0.4]][row][column];
-        }
+        (0..S::DIMENSION).for_each(|row| gradient[column * S::DIMENSION + row] = rows[row][column]);
+        middle[column] = 0.4;
     }
-    let mut middle = S::Vector::zero();
-    (0..S::DIMENSION).for_each(|axis| middle[axis] = 0.4);
     for hot in &mut world.points.hot {
         hot.velocity = gradient * (hot.position - middle);
         if scheme.contains("affine") {
             hot.affine = gradient;
         }
     }
-    let mut after = |steps: usize| {
-        (0..steps).for_each(|_| world.advance().unwrap());
-        let time = world.time();
-        let mut most = 0.0f64;
-        for (hot, cold) in world.points.hot.iter().zip(&world.points.cold) {
-            let inside = |axis: usize| (cold.origin[axis] - ends[0]).min(ends[1] - cold.origin[axis]) > reach;
-            if (0..S::DIMENSION).all(inside) {
-                let wanted = S::identity() + gradient * time;
-                most = most.max((hot.deformation - wanted).norm() / (gradient.norm() * time));
-            }
-        }
-        most
+    (0..steps).for_each(|_| world.advance().unwrap());
+    let time = world.time();
+    let inside = |origin: &S::Vector| {
+        (0..S::DIMENSION).all(|axis| (origin[axis] - ends[0]).min(ends[1] - origin[axis]) > reach)
     };
-    [after(1), after(39)]
+    let rows = world.points.hot.iter().zip(&world.points.cold).filter(|(_, cold)| inside(&cold.origin));
+    let off = rows.map(|(hot, _)| (hot.deformation - S::identity() - gradient * time).norm());
+    off.fold(0.0, f64::max) / (gradient.norm() * time)
 }
 
-/// v = L (x - centre) gives L at every point, and goes on doing so while the material is stretched by 3 %: F = 1 + L t. Affine
-/// fields meet it anywhere, beside walls and edges as well; without them a node has the mean of velocities about it, which
-/// is its own as long as points lie on both sides of it alike: inside, for a step.
+/// v = L (x - centre) gives L at every point. Affine fields meet it anywhere, beside walls and edges as well, and go on doing
+/// so where L is steady; in a stretch, where it is not, theirs is a step old. Without them a node has the mean of the
+/// velocities about it, which is its own as long as points lie on both sides of it alike: inside, for a step.
 #[test]
 fn a_linear_velocity_has_one_gradient() {
+    let both = |scheme: &str, lies: ([f64; 2], f64), rows: [[f64; 3]; 3], steps: usize| {
+        let plane = stretched::<Plane>(scheme, lies, rows, steps);
+        plane.max(stretched::<Solid>(scheme, lies, rows, steps))
+    };
     for shape in SHAPES {
         for update in UPDATES {
-            for (at, ends) in [("free", [0.2, 0.6]), ("between walls", [0.0, 0.8])] {
-                for transfer in TRANSFERS {
-                    let scheme = format!("shape = \"{shape}\"\nupdate = \"{update}\"\n{transfer}\npoints_per_cell = 2");
-                    let is_affine = transfer == TRANSFERS[1];
-                    let reach = if is_affine { 0.0 } else { 0.2 - 1e-9 };
-                    // Without affine fields the material that is looked at lies in the middle of more of it.
-                    let ends = if is_affine { ends } else { [0.0, 0.8] };
-                    let [plane, solid] =
-                        [stretched::<Plane>(&scheme, ends, reach), stretched::<Solid>(&scheme, ends, reach)];
-                    println!(
-                        "{at}: {} plane {:.1e} {:.1e} solid {:.1e} {:.1e}",
-                        scheme.replace('\n', " "),
-                        plane[0],
-                        plane[1],
-                        solid[0],
-                        solid[1]
-                    );
-                    for [once, long] in [plane, solid] {
-                        assert!(once < 1e-11 && (!is_affine || long < 1e-11), "{once:e} {long:e}: {scheme}");
-                    }
-                }
+            let [blend, affine] =
+                TRANSFERS.map(|transfer| format!("shape = \"{shape}\"\nupdate = \"{update}\"\n{transfer}"));
+            let inside = ([0.0, 0.8], 0.2 - 1e-9);
+            let once = both(&blend, inside, ANY, 1);
+            println!("{shape} {update} FLIP: {once:.1e}, after 40 steps {:.1e}", both(&blend, inside, ANY, 40));
+            assert!(once < 1e-12, "{once:e}: {blend}");
+            for (what, ends) in [("free", [0.2, 0.6]), ("between walls", [0.0, 0.8])] {
+                let once = both(&affine, (ends, 0.0), ANY, 1);
+                let long = both(&affine, (ends, 0.0), SHEAR, 40);
+                let stretch = both(&affine, (ends, 0.0), ANY, 40);
+                println!("{shape} {update} APIC {what}: {once:.1e}, 40 steps of shear {long:.1e}, of stretch {stretch:.1e}");
+                assert!(once < 1e-12 && long < 1e-12, "{what} {once:e} {long:e}: {affine}");
             }
         }
     }
