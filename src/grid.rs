@@ -382,7 +382,7 @@ fn unpacked<S: Space>(words: &[f64; GRAIN_WORDS]) -> (f64, S::Vector) {
 }
 
 /// Velocity of a node after every body that it or an image of it lies in has held it, in their order; `mass` is the node's.
-fn held_by_bodies<S: Space>(
+pub(crate) fn held_by_bodies<S: Space>(
     mut velocity: S::Vector,
     (bodies, periods): (&[Body<S>], &Cell<S>),
     place: &S::Vector,
@@ -406,7 +406,7 @@ fn held_by_bodies<S: Space>(
 }
 
 /// Velocity of a node after every face of the domain at or behind which it lies has held it, axis by axis.
-fn held_by_faces<S: Space>(
+pub(crate) fn held_by_faces<S: Space>(
     mut velocity: S::Vector,
     grid: &Grid,
     layout: &Layout,

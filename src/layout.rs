@@ -36,6 +36,8 @@ pub struct Layout {
     pub rim: [[usize; 2]; 3],
     /// Functions of the grid; they end at the rim where it is a wall.
     shape: ShapeFunction,
+    /// Half of a point's edge in cells.
+    point_half: f64,
     walled: bool,
     /// Blocks per axis.
     blocks: [i32; 3],
@@ -59,6 +61,8 @@ pub struct Ground {
     /// Cells along the lower and the upper border of axes that are not periodic which nothing may enter.
     pub rim: [[usize; 2]; 3],
     pub shape: ShapeFunction,
+    /// Half of a point's edge in cells, for functions that ask.
+    pub point_half: f64,
     /// Whether the rim is a wall, at which functions end.
     pub walled: bool,
 }
@@ -66,8 +70,17 @@ pub struct Ground {
 impl Ground {
     /// Without points: no rim.
     pub fn open(cells: [usize; 3], cells_per_block: usize, cell: f64, corner: [f64; 3], periodic: [bool; 3]) -> Self {
-        let shape = ShapeFunction::Quadratic;
-        Self { cells, cells_per_block, cell, corner, periodic, rim: [[0; 2]; 3], shape, walled: false }
+        Self {
+            cells,
+            cells_per_block,
+            cell,
+            corner,
+            periodic,
+            rim: [[0; 2]; 3],
+            shape: ShapeFunction::Quadratic,
+            point_half: 0.25,
+            walled: false,
+        }
     }
 }
 
@@ -115,7 +128,7 @@ impl Layout {
     }
 
     fn laid<const D: usize>(ground: Ground) -> Result<Self, String> {
-        let Ground { mut cells, cells_per_block, cell, corner, mut periodic, rim, shape, walled } = ground;
+        let Ground { mut cells, cells_per_block, cell, corner, mut periodic, rim, shape, point_half, walled } = ground;
         cells[D..].fill(1);
         periodic[D..].fill(false);
         let axes = |values: [usize; 3]| -> [usize; D] { std::array::from_fn(|axis| values[axis]) };
@@ -144,6 +157,7 @@ impl Layout {
             periodic,
             rim,
             shape,
+            point_half,
             walled,
             blocks,
             coordinates,
@@ -230,7 +244,7 @@ impl Layout {
     /// Frame of a block's tile.
     pub fn frame<S: Space>(&self, block: usize) -> TileFrame<S> {
         let mut corner = S::Vector::zero();
-        let mut axes = [Axis::default(); 3];
+        let mut axes = [Axis { half: self.point_half, ..Axis::default() }; 3];
         for axis in 0..self.dimension {
             let first = self.coordinates[block][axis] * self.cells_per_block as i32 - self.margin() as i32;
             corner[axis] = self.corner[axis] + f64::from(first) * self.cell;

@@ -243,7 +243,8 @@ impl<C: ContactLaw<Plane>> Experiment for PlanarShear<'_, C> {
     }
 
     fn frame(&mut self, core: &mut PlanarCore<C>) -> Result<Option<Frame>, Error> {
-        frame(&mut core.world, self.scenario.specimen.depth, core.progress.fraction_start)
+        let may_have_points = self.scenario.method != Method::Dem;
+        frame(&mut core.world, self.scenario.specimen.depth, core.progress.fraction_start, may_have_points)
     }
 
     fn words(&self, core: &PlanarCore<C>) -> String {

@@ -20,6 +20,7 @@ use crate::law::material::MaterialLaw;
 use crate::layout::{Deal, Layout, NodeRows};
 use crate::mpm::points::{Cold as PointCold, Point, Points};
 use crate::mpm::tile::Tiles;
+use crate::observe::ledger::points::PointLedger;
 use crate::observe::phases::{Phase, Phases};
 use crate::record::{Record, Visitor};
 use crate::space::{Linear, Space};
@@ -171,6 +172,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             rebuilds: 0,
             phases: Phases::default(),
             ledger: None,
+            point_ledger: PointLedger::default(),
             buffers: HaloBuffers::default(),
         };
         world.replace(parts.grains, parts.points)?;

@@ -24,6 +24,7 @@ use crate::mpm::scatter::TileFrame;
 use crate::mpm::shape::DRIFT_MAX;
 use crate::mpm::tile::Tiles;
 use crate::observe::ledger::EnergyLedger;
+use crate::observe::ledger::points::PointLedger;
 use crate::observe::phases::{Phase, Phases};
 use crate::servo::CellDrive;
 use crate::space::{Linear, Space};
@@ -86,6 +87,8 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub phases: Phases,
     /// Where the work goes, if that is to be known.
     pub(crate) ledger: Option<Box<EnergyLedger<S, C>>>,
+    /// The same of a continuum, and its energies.
+    pub point_ledger: PointLedger<S>,
     /// Impulses on what holds nodes.
     pub reactions: Reactions,
     pub(crate) buffers: HaloBuffers,
@@ -162,6 +165,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.accelerate_bodies()?;
         self.step_nodes();
         self.spread_tiles();
+        self.book_points();
         self.correct_grains();
         self.take_from_grid();
         self.drive_cell()?;

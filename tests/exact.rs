@@ -1,8 +1,8 @@
-//! The continuum against exact solutions: what stays uniform, what is kept, and orders of what is not exact.
+//! The continuum against exact solutions: what is kept, and orders of what is not exact.
 
 use scree::math::{PI, cos, ln};
 
-use crate::runs::{Ran, SHAPES, TRANSFERS, UPDATES, orders, schemes};
+use crate::runs::{Ran, SHAPES, TRANSFERS, UPDATES, orders, schemes, words};
 
 /// Scheme of Chen et al. (2021) without damping, and with APIC.
 const CHEN: &str = "shape = \"quadratic\"\nupdate = \"last\"\ntransfer = \"blend\"\nflip = 1.0";
@@ -15,86 +15,6 @@ fn list(dimension: usize, values: [f64; 3]) -> String {
 
 fn space(dimension: usize) -> &'static str {
     if dimension == 2 { "plane" } else { "solid" }
-}
-
-/// A cube of edge 0.4 m in cells of 0.1 m, full of material under 1 kPa.
-fn full(dimension: usize, scheme: &str, periodic: bool, velocity: [f64; 3]) -> String {
-    format!(
-        r#"
-        name = "full"
-        [grid]
-        space = "{}"
-        upper = {}
-        cell = 0.1
-        periodic = [{}]
-        [scheme]
-        {scheme}
-        points_per_cell = 2
-        [material]
-        law = "hencky"
-        density = 1000
-        young_modulus = 1e5
-        poisson_ratio = 0.3
-        [stress]
-        kind = "isotropic"
-        pressure = 1000
-        [[region]]
-        shape = "box"
-        lower = {}
-        upper = {}
-        velocity = {}
-        [time]
-        step = 1e-3
-        end = 0.05
-        "#,
-        space(dimension),
-        list(dimension, [0.4; 3]),
-        vec![periodic.to_string(); dimension].join(", "),
-        list(dimension, [0.0; 3]),
-        list(dimension, [0.4; 3]),
-        list(dimension, velocity),
-    )
-}
-
-/// The largest departure of any point's stress from -1 kPa, over 1 kPa, and of its velocity, m/s.
-fn departure(ran: &Ran, dimension: usize, velocity: [f64; 3]) -> [f64; 2] {
-    let mut most = [0.0f64; 2];
-    for stress in ran.points("stress") {
-        for (at, component) in stress.iter().enumerate() {
-            // The diagonal stands first.
-            let wanted = if at < dimension { -1000.0 } else { 0.0 };
-            most[0] = most[0].max((component - wanted).abs() / 1000.0);
-        }
-    }
-    for point in ran.points("velocity") {
-        point.iter().zip(velocity).for_each(|(component, wanted)| most[1] = most[1].max((component - wanted).abs()));
-    }
-    most
-}
-
-/// Uniform stress between walls and across periods stays uniform under every scheme. Cubic splines at a wall are not
-/// integrated exactly by points: what that makes is stated.
-#[test]
-fn uniform_stress_stays_uniform() {
-    for dimension in [2, 3] {
-        for scheme in schemes() {
-            let still = departure(&Ran::of(&full(dimension, &scheme, false, [0.0; 3])), dimension, [0.0; 3]);
-            // No point comes to lie on a node: linear functions have no slope there.
-            let velocity = [3.1, -2.3, 1.7];
-            let carried = departure(&Ran::of(&full(dimension, &scheme, true, velocity)), dimension, velocity);
-            println!(
-                "{dimension}D {:60} at rest {:.1e} {:.1e} carried {:.1e} {:.1e}",
-                scheme.replace('\n', " "),
-                still[0],
-                still[1],
-                carried[0],
-                carried[1]
-            );
-            let limit = if scheme.contains("cubic") { [0.15, 1e-2] } else { [1e-13, 1e-14] };
-            assert!(still[0] < limit[0] && still[1] < limit[1], "at rest {still:?}: {scheme}");
-            assert!(carried[0] < 2e-13 && carried[1] < 2e-13, "carried {carried:?}: {scheme}");
-        }
-    }
 }
 
 /// A free block of edge 0.4 m that spins and shakes.
@@ -212,11 +132,6 @@ fn a_free_block_keeps_what_it_must() {
             }
         }
     }
-}
-
-/// Errors for a person.
-fn words(errors: &[f64]) -> String {
-    errors.iter().map(|error| format!("{error:+.2e}")).collect::<Vec<String>>().join(" ")
 }
 
 /// Times at which a series rises through zero.

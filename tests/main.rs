@@ -21,9 +21,11 @@ mod continua;
 mod coupling;
 /// Nodes with next to no mass put no energy into a body under any scheme that is accepted; the others are refused.
 mod empty_nodes;
+/// The account of a continuum's energy closes by what each scheme is known to lose, on any number of ranks and after resume.
+mod energies;
 /// Enrichment keeps mass and momentum to round-off; zones, rims and the choice of grains are what they are said to be.
 mod enrichment;
-/// Continua against exact solutions under every scheme: patches, waves, columns, slides, balances, turns, with orders.
+/// Continua against exact solutions under every scheme: waves, columns, slides, balances, turns, with orders.
 mod exact;
 /// Worlds of a few grains alone that the tests of the grain engine share; it claims nothing itself.
 mod few;
@@ -48,6 +50,8 @@ mod mpirun;
 /// The oracle fires on an over-consolidated specimen, in its band only, and at the same strain at twice the speed; it
 /// is silent on an under-consolidated one, beside plates, and on bands that do not persist.
 mod oracle;
+/// Uniform stress stays uniform under every scheme, between walls too, and a linear velocity has one gradient.
+mod patches;
 /// Records of LAMMPS and YADE are repeated to round-off: collisions, a relaxing packing, a sheared cell.
 mod replay;
 /// Runs of continua from the text of a job that the tests of the continuum share; it claims nothing itself.
@@ -66,5 +70,7 @@ mod stops;
 mod tidy;
 /// Two grains: the damped oscillator's closed form, linear and angular momentum, and LAMMPS' record of two collisions.
 mod two_grains;
+/// A ring that is sheared to and fro inside a resting square by the body force that this takes: order 2 in the plane.
+mod vortex;
 /// Small worlds and short jobs that the tests below share; it claims nothing itself.
 mod worlds;

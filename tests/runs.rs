@@ -96,3 +96,8 @@ impl Ran {
 pub fn orders(errors: &[f64]) -> Vec<f64> {
     errors.windows(2).map(|pair| ln((pair[0] / pair[1]).abs()) / ln(2.0)).collect()
 }
+
+/// Errors for a person.
+pub fn words(errors: &[f64]) -> String {
+    errors.iter().map(|error| format!("{error:+.2e}")).collect::<Vec<String>>().join(" ")
+}

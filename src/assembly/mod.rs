@@ -201,7 +201,7 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
     }
 
     fn frame(&mut self, core: &mut GrainCore<S, C>) -> Result<Option<Frame>, Error> {
-        frame(&mut core.world, self.job.cell.depth, core.progress.fraction_start)
+        frame(&mut core.world, self.job.cell.depth, core.progress.fraction_start, false)
     }
 
     fn words(&self, core: &GrainCore<S, C>) -> String {

@@ -10,12 +10,9 @@ use crate::error::Error;
 use crate::grid::{self, REACTIONS};
 use crate::ids::PointId;
 use crate::law::contact::Absent;
-use crate::law::invariants::{Deformation, StressInvariants};
-use crate::law::material::{
-    Counted, CountedMemory, CriticalDruckerPrager, Hencky, LinearElastic, MaterialLaw, MaterialMemory,
-};
-use crate::mpm::points::Hot;
+use crate::law::material::{Counted, CountedMemory, CriticalDruckerPrager, Hencky, LinearElastic, MaterialLaw};
 use crate::observe::frame::frame;
+use crate::observe::point::{OBSERVED, observed};
 use crate::output::{self, Outputs};
 use crate::run::{Core, Experiment, Options, Outcome, Run};
 use crate::scenario::mpm::{self, Mpm};
@@ -78,7 +75,10 @@ impl<S: Space> ForAnyMaterial<S> for Start<'_> {
     fn with<L: MaterialLaw<S>>(self, law: L) -> Result<Outcome, Error> {
         let Self { job, options, transport } = self;
         let root = transport.rank() == 0;
-        let world = setup::world::<S, L>(job, &law, transport)?;
+        let mut world = setup::world::<S, L>(job, &law, transport)?;
+        if job.ledger {
+            world.point_ledger.open();
+        }
         let experiment = Continuum::new(job);
         let claimed = if root { output::claim(&options.out, &experiment.job()) } else { Ok(()) };
         transfer::agree(transport, claimed)?;
@@ -127,6 +127,9 @@ impl<S: Space> ForAnyMaterial<S> for Resume<'_> {
         let bodies = (saved, at_home.bodies);
         let mut world = setup::world_at::<S, L>(job, &law, transport, progress.step, points, bodies)?;
         world.resume_reactions(&progress.reactions);
+        if job.ledger {
+            world.resume_point_ledger(&progress.ledger);
+        }
         let outputs = if root { Outputs::resume(&options.out, &progress, &experiment).map(Some) } else { Ok(None) };
         let outputs = transfer::agree(transport, outputs)?;
         Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
@@ -136,9 +139,9 @@ impl<S: Space> ForAnyMaterial<S> for Resume<'_> {
 const AXES: [&str; 3] = ["x", "y", "z"];
 const FACES: [&str; 2] = ["lower", "upper"];
 
-/// Numbers of a followed point beside its place, displacement and velocity.
-const FOLLOWED: [&str; 7] =
-    ["p", "q", "volumetric_strain", "deviatoric_strain", "rotation", "fraction", "plastic_strain"];
+/// Columns of the account of energy, J.
+const LEDGER: [&str; 6] =
+    ["work_loads", "work_bodies", "work_ramp", "dissipated_holds", "dissipated_transfer", "energy_unexplained"];
 
 impl<'s, S: Space, L: MaterialLaw<S>> Continuum<'s, S, L> {
     fn new(job: &'s Mpm) -> Self {
@@ -157,11 +160,9 @@ impl<'s, S: Space, L: MaterialLaw<S>> Continuum<'s, S, L> {
         })
     }
 
-    /// Exact sums over points: mass, mass times place, momentum, volume as it is, volume times stress, potential and
-    /// dissipated energy.
+    /// Exact sums over points: mass, mass times place, momentum, volume as it is, volume times stress.
     fn sums(&self, world: &PointWorld<S, L>) -> Result<[f64; SUMS], Error> {
         let mut sums = ExactSum::<SUMS>::new();
-        let gravity = world.settings.field.gravity;
         for (hot, cold) in world.points.hot.iter().zip(&world.points.cold) {
             let place = hot.position + world.cell.shift(cold.image);
             sums.add(0, hot.mass);
@@ -174,8 +175,6 @@ impl<'s, S: Space, L: MaterialLaw<S>> Continuum<'s, S, L> {
             for component in 0..S::Tensor::COMPONENTS {
                 sums.add(8 + component, hot.volume * stress[component]);
             }
-            sums.add(17, -hot.mass * gravity.dot(&place));
-            sums.add(18, hot.volume * hot.memory.plastic_work());
         }
         world.reduce(sums)
     }
@@ -195,7 +194,7 @@ impl<'s, S: Space, L: MaterialLaw<S>> Continuum<'s, S, L> {
 
     /// What is told of a point wherever it is; the same on every rank.
     fn follow(&self, world: &PointWorld<S, L>, id: PointId) -> Vec<f64> {
-        let mut told = vec![0.0; 3 * S::DIMENSION + FOLLOWED.len()];
+        let mut told = vec![0.0; 3 * S::DIMENSION + OBSERVED.len()];
         if let Some(row) = world.points.cold.iter().position(|cold| cold.id == id) {
             let (hot, cold) = (&world.points.hot[row], &world.points.cold[row]);
             let place = hot.position + world.cell.shift(cold.image);
@@ -214,23 +213,7 @@ impl<'s, S: Space, L: MaterialLaw<S>> Continuum<'s, S, L> {
 }
 
 /// Slots of [`Continuum::sums`].
-const SUMS: usize = 19;
-
-/// What [`FOLLOWED`] names.
-fn observed<S: Space, L: MaterialLaw<S>>(law: &L, hot: &Hot<S, L::Memory>) -> [f64; FOLLOWED.len()] {
-    let ratio = 1.0 / hot.volume_ratio();
-    let stress = StressInvariants::of_body::<S>(&(hot.kirchhoff() * ratio), law.out_of_plane(&hot.memory) * ratio);
-    let strain = Deformation::of::<S>(&hot.deformation);
-    [
-        stress.mean,
-        stress.deviatoric,
-        strain.volumetric,
-        strain.deviatoric,
-        strain.rotation_angle,
-        hot.memory.fraction(),
-        hot.memory.plastic_strain(),
-    ]
-}
+const SUMS: usize = 17;
 
 /// The point nearest to a place at the start; of several the one of lowest id.
 fn nearest(job: &Mpm, wanted: [f64; 3]) -> PointId {
@@ -272,6 +255,9 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
         names.extend(of("momentum"));
         names.extend(axes.iter().flat_map(|i| axes.iter().map(move |j| format!("stress_{i}{j}"))));
         names.extend(["kinetic", "elastic", "potential", "dissipated"].map(String::from));
+        if self.job.ledger {
+            names.extend(LEDGER.map(String::from));
+        }
         names.extend(axes.iter().flat_map(|axis| FACES.map(|end| format!("{end}_{axis}"))));
         for (axis, upper) in self.holding_faces() {
             names.extend(of(&format!("{}_{}_force", AXES[axis], FACES[upper])));
@@ -286,7 +272,7 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
             for what in ["place", "displacement", "velocity"] {
                 names.extend(of(&format!("{}_{what}", follow.name)));
             }
-            names.extend(FOLLOWED.iter().map(|what| format!("{}_{what}", follow.name)));
+            names.extend(OBSERVED.iter().map(|what| format!("{}_{what}", follow.name)));
         }
         names
     }
@@ -295,11 +281,12 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
         Ok(())
     }
 
-    /// Mass (kg), volume (m3), centre of mass (m), momentum (N s), volume mean of the Cauchy stress (Pa), energies (J),
-    /// extents of the points (m), mean forces (N) and torques (N m) since the last row, and followed points.
+    /// Mass (kg), volume (m3), centre of mass (m), momentum (N s), volume mean of the Cauchy stress (Pa), energies at the
+    /// last evaluation of forces and where it is kept their account ([`crate::observe::ledger::points`], J), extents of the
+    /// points (m), mean forces (N) and torques (N m) since the last row, and followed points.
     fn row(&mut self, core: &mut PointCore<S, L>) -> Result<Vec<f64>, Error> {
         let world = &mut core.world;
-        let energies = world.energies()?;
+        let (energies, balance) = (world.point_energies()?, world.point_balance()?);
         let sums = self.sums(world)?;
         let (mass, volume) = (sums[0], sums[7]);
         let mut row = vec![world.step as f64, world.time(), world.points_total as f64, mass, volume];
@@ -308,7 +295,11 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
         for i in 0..S::DIMENSION {
             row.extend((0..S::DIMENSION).map(|j| sums[8 + j * S::DIMENSION + i] / volume));
         }
-        row.extend([energies.kinetic_points, energies.elastic_points, sums[17], sums[18]]);
+        row.extend([energies.kinetic, energies.elastic, energies.potential, energies.dissipated]);
+        if let Some(balance) = balance {
+            row.extend([balance.work_loads, balance.work_bodies, balance.work_ramp]);
+            row.extend([balance.holds, balance.transfer, balance.unexplained]);
+        }
         let extents = Self::extents(world);
         row.extend((0..S::DIMENSION).flat_map(|axis| [-extents[2 * axis], extents[2 * axis + 1]]));
 
@@ -331,7 +322,7 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
     }
 
     fn frame(&mut self, core: &mut PointCore<S, L>) -> Result<Option<Frame>, Error> {
-        frame(&mut core.world, self.job.grid.depth, 1.0)
+        frame(&mut core.world, self.job.grid.depth, 1.0, true)
     }
 
     fn words(&self, core: &PointCore<S, L>) -> String {

@@ -84,6 +84,7 @@ pub fn layout<S: Space>(job: &Mpm) -> Result<Layout, Error> {
         periodic: job.grid.periodic,
         rim,
         shape: job.scheme.shape,
+        point_half: 0.5 / job.scheme.points_per_cell as f64,
         walled: true,
     };
     Layout::new::<S>(ground).map_err(Error::User)

@@ -7,6 +7,7 @@
 pub mod boundary;
 pub mod gather;
 pub mod load;
+pub mod look;
 pub mod nodes;
 pub mod points;
 pub mod scatter;

@@ -84,8 +84,7 @@ impl<const N: usize> Basis<N> {
                 stencil.values[axis][node].store(&mut self.values[axis][node]);
                 stencil.slopes[axis][node].store(&mut self.slopes[axis][node]);
                 if AFFINE {
-                    let stand = F::stand(stencil.base[axis] + P::splat(node as f64), &frame.axes[axis]);
-                    let arm = (stand - place.word(axis)) * P::splat(frame.cell);
+                    let arm = (stencil.base[axis] + P::splat(node as f64) - place.word(axis)) * P::splat(frame.cell);
                     (stencil.values[axis][node] * arm).store(&mut self.moments[axis][node]);
                 }
             }

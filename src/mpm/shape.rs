@@ -1,7 +1,15 @@
 //! Shape functions of the background grid: linear, uGIMP, quadratic and cubic B-splines, axis by axis.
 //!
-//! B-splines that reach a wall are those of an open knot vector (Steffen, Kirby & Berzins 2008): none reaches behind the
-//! wall, the one on it takes its value there alone, and they still sum to one.
+//! At a wall they are those of a field that is straight there (Steffen, Kirby & Berzins 2008): what a function behind the wall
+//! would stand for is the continuation of the line through the two nodes on this side,
+//!
+//! ```text
+//! v(wall - d) = (1 + d) v(wall) - d v(wall + 1)
+//! ```
+//!
+//! so that none reaches behind it, the one on it takes its value there alone, they sum to one and meet linear fields, and points
+//! on any regular lattice integrate their slopes exactly: the midpoint rule errs by multiples of what the slopes' own slopes
+//! are at the ends of a function's reach (Euler & Maclaurin), and at a straight end that is nothing.
 
 use crate::lane::Real;
 use crate::scenario::mpm::ShapeFunction;
@@ -45,12 +53,50 @@ pub struct Along<R, const N: usize> {
 
 /// Shape functions along an axis; `N` of them reach a place.
 pub trait Shape<const N: usize>: Copy + Send + Sync + 'static {
+    /// Far from walls, at `place` in cells from the tile's first node; `half` of a point's edge in cells.
+    fn unwalled<R: Real>(place: R, half: f64) -> Along<R, N>;
+
     /// At `place`, in cells from the tile's first node.
-    fn along<R: Real>(place: R, axis: &Axis) -> Along<R, N>;
-    /// Where function `node` stands for a field that is linear, in cells: its node, or its Greville abscissa near a wall.
     #[inline(always)]
-    fn stand<R: Real>(node: R, _axis: &Axis) -> R {
-        node
+    fn along<R: Real>(place: R, axis: &Axis) -> Along<R, N> {
+        let [lower, upper] = axis.walls;
+        // No function behind a wall reaches further than a cell.
+        let felt = R::either(R::splat(lower + 1.0).above(place), place.above(R::splat(upper - 1.0)));
+        if !R::any(felt) {
+            return Self::unwalled(place, axis.half);
+        }
+        let between = place.max(R::splat(lower)).min(R::splat(upper));
+        Self::unwalled(between, axis.half).straightened(lower, 1.0).straightened(upper, -1.0)
+    }
+}
+
+impl<R: Real, const N: usize> Along<R, N> {
+    /// With what lies behind a wall given to the two nodes on this side of it; `inward` is the way there.
+    #[inline(always)]
+    fn straightened(mut self, wall: f64, inward: f64) -> Self {
+        if wall.is_infinite() {
+            return self;
+        }
+        let [zero, half, one] = [0.0, 0.5, 1.0].map(R::splat);
+        // How far behind the wall each node is, a whole number.
+        let mut behind = [zero; N];
+        for (node, behind) in behind.iter_mut().enumerate() {
+            *behind = R::splat(inward) * (R::splat(wall - node as f64) - self.base);
+        }
+        for field in [&mut self.values, &mut self.slopes] {
+            let (mut on_wall, mut inside) = (zero, zero);
+            for (share, behind) in field.iter_mut().zip(behind) {
+                let given = R::choose(behind.above(half), *share, zero);
+                (on_wall, inside) = (on_wall + (one + behind) * given, inside - behind * given);
+                *share = *share - given;
+            }
+            for (share, behind) in field.iter_mut().zip(behind) {
+                let is_on = half.above(behind.abs());
+                let is_inside = half.above((behind + one).abs());
+                *share = *share + R::choose(is_on, on_wall, R::choose(is_inside, inside, zero));
+            }
+        }
+        self
     }
 }
 
@@ -65,7 +111,7 @@ pub struct Cubic;
 
 impl Shape<3> for LinearHat {
     #[inline(always)]
-    fn along<R: Real>(place: R, _: &Axis) -> Along<R, 3> {
+    fn unwalled<R: Real>(place: R, _: f64) -> Along<R, 3> {
         let [zero, half, one] = [0.0, 0.5, 1.0].map(R::splat);
         let (cell, base) = (place.floor(), (place - half).floor());
         let x = place - cell;
@@ -82,12 +128,12 @@ impl Shape<3> for LinearHat {
 
 impl Shape<3> for Generalised {
     #[inline(always)]
-    fn along<R: Real>(place: R, axis: &Axis) -> Along<R, 3> {
+    fn unwalled<R: Real>(place: R, half: f64) -> Along<R, 3> {
         let base = (place - R::splat(0.5)).floor();
         let mut along = Along { base, values: [base; 3], slopes: [base; 3] };
         for node in 0..3 {
             let apart = place - base - R::splat(node as f64);
-            (along.values[node], along.slopes[node]) = generalised(apart, axis.half);
+            (along.values[node], along.slopes[node]) = generalised(apart, half);
         }
         along
     }
@@ -113,34 +159,28 @@ fn generalised<R: Real>(apart: R, half: f64) -> (R, R) {
 
 impl Shape<3> for Quadratic {
     #[inline(always)]
-    fn along<R: Real>(place: R, axis: &Axis) -> Along<R, 3> {
+    fn unwalled<R: Real>(place: R, _: f64) -> Along<R, 3> {
         let [half, one, high, wide, two] = [0.5, 1.0, 0.75, 1.5, 2.0].map(R::splat);
         let base = (place - half).floor();
         let x = place - base;
         let (from_first, from_middle, from_last) = (wide - x, x - one, x - half);
-        let mut along = Along {
+        Along {
             base,
             values: [half * from_first * from_first, high - from_middle * from_middle, half * from_last * from_last],
             slopes: [-from_first, -two * from_middle, from_last],
-        };
-        Knots::<3>::mend(&mut along, place, axis);
-        along
-    }
-    #[inline(always)]
-    fn stand<R: Real>(node: R, axis: &Axis) -> R {
-        Knots::<3>::stands(node, axis)
+        }
     }
 }
 
 impl Shape<4> for Cubic {
     #[inline(always)]
-    fn along<R: Real>(place: R, axis: &Axis) -> Along<R, 4> {
+    fn unwalled<R: Real>(place: R, _: f64) -> Along<R, 4> {
         let [sixth, half, one, wide, two, three, four, six] =
             [1.0 / 6.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0].map(R::splat);
         let base = place.floor() - one;
         let x = place - base - one;
         let y = one - x;
-        let mut along = Along {
+        Along {
             base,
             values: [
                 sixth * y * y * y,
@@ -149,135 +189,7 @@ impl Shape<4> for Cubic {
                 sixth * x * x * x,
             ],
             slopes: [-half * y * y, x * (wide * x - two), -y * (wide * y - two), half * x * x],
-        };
-        Knots::<4>::mend(&mut along, place, axis);
-        along
-    }
-    #[inline(always)]
-    fn stand<R: Real>(node: R, axis: &Axis) -> R {
-        Knots::<4>::stands(node, axis)
-    }
-}
-
-/// The open knot vector of splines of degree N - 1 between two walls that are whole cells apart: as many functions as there
-/// are nodes. Inner knots lie where those of the splines far from walls do.
-struct Knots<const N: usize> {
-    /// Place of the lower wall, and cells between the walls.
-    wall: f64,
-    cells: i64,
-}
-
-impl<const N: usize> Knots<N> {
-    const DEGREE: i64 = N as i64 - 1;
-    /// The first inner knot; within its reach and that of the splines that it belongs to nothing is as far from walls.
-    const FIRST: f64 = 0.5 * N as f64;
-    const FELT: f64 = match N {
-        3 => 2.5,
-        _ => 4.0,
-    };
-    /// Cells between walls of which one is not felt: far enough that the other's knots are not either.
-    const FAR: i64 = 64;
-
-    #[inline(always)]
-    fn felt<R: Real>(place: R, axis: &Axis) -> R::Mask {
-        let (lower, upper) = (R::splat(axis.walls[0] + Self::FELT), R::splat(axis.walls[1] - Self::FELT));
-        R::either(lower.above(place), place.above(upper))
-    }
-
-    /// Gives places that feel a wall the functions of the open knot vector, one by one.
-    #[inline(always)]
-    fn mend<R: Real>(along: &mut Along<R, N>, place: R, axis: &Axis) {
-        let felt = Self::felt(place, axis);
-        if !R::any(felt) {
-            return;
         }
-        let (places, mut base) = (place.numbers(), along.base.numbers());
-        let (mut values, mut slopes) = (along.values.map(R::numbers), along.slopes.map(R::numbers));
-        for lane in 0..R::COUNT {
-            if R::holds(felt, lane) {
-                let at = Self::of(axis).along(places.as_ref()[lane]);
-                base.as_mut()[lane] = at.base;
-                for node in 0..N {
-                    values[node].as_mut()[lane] = at.values[node];
-                    slopes[node].as_mut()[lane] = at.slopes[node];
-                }
-            }
-        }
-        let back = |numbers: R::Numbers| R::of_numbers(&numbers);
-        *along = Along { base: back(base), values: values.map(back), slopes: slopes.map(back) };
-    }
-
-    /// A wall that is not there is put far behind the other.
-    fn of(axis: &Axis) -> Self {
-        let [lower, upper] = axis.walls;
-        match (lower.is_finite(), upper.is_finite()) {
-            (true, true) => Self { wall: lower, cells: (upper - lower) as i64 },
-            (true, false) => Self { wall: lower, cells: Self::FAR },
-            _ => Self { wall: upper - Self::FAR as f64, cells: Self::FAR },
-        }
-    }
-
-    fn knot(&self, index: i64) -> f64 {
-        if index <= Self::DEGREE {
-            0.0
-        } else if index > self.cells {
-            self.cells as f64
-        } else {
-            Self::FIRST + (index - Self::DEGREE - 1) as f64
-        }
-    }
-
-    /// Cox and de Boor's recurrence.
-    fn along(&self, place: f64) -> Along<f64, N> {
-        let t = place - self.wall;
-        let span = (Self::DEGREE + 1 + (t - Self::FIRST).floor() as i64).clamp(Self::DEGREE, self.cells);
-        let (mut values, mut lower) = ([0.0; N], [0.0; N]);
-        values[0] = 1.0;
-        for degree in 1..N {
-            lower = values;
-            let mut saved = 0.0;
-            for function in 0..degree {
-                let right = self.knot(span + 1 + function as i64);
-                let left = self.knot(span + 1 + function as i64 - degree as i64);
-                let share = lower[function] / (right - left);
-                values[function] = saved + (right - t) * share;
-                saved = (t - left) * share;
-            }
-            values[degree] = saved;
-        }
-        let mut slopes = [0.0; N];
-        for (function, slope) in slopes.iter_mut().enumerate() {
-            let first = span - Self::DEGREE + function as i64;
-            let per = |value: f64, from: i64| {
-                value * Self::DEGREE as f64 / (self.knot(from + Self::DEGREE) - self.knot(from))
-            };
-            let rising = if function > 0 { per(lower[function - 1], first) } else { 0.0 };
-            let falling = if function + 1 < N { per(lower[function], first + 1) } else { 0.0 };
-            *slope = rising - falling;
-        }
-        Along { base: self.wall + (span - Self::DEGREE) as f64, values, slopes }
-    }
-
-    /// Greville's abscissa: the mean of a function's inner knots.
-    fn stand(&self, node: f64) -> f64 {
-        let first = (node - self.wall) as i64;
-        let sum = (1..=Self::DEGREE).map(|inner| self.knot(first + inner)).sum::<f64>();
-        self.wall + sum / Self::DEGREE as f64
-    }
-
-    #[inline(always)]
-    fn stands<R: Real>(node: R, axis: &Axis) -> R {
-        let felt = Self::felt(node, axis);
-        if !R::any(felt) {
-            return node;
-        }
-        let mut stands = node.numbers();
-        for (lane, stand) in stands.as_mut().iter_mut().enumerate() {
-            if R::holds(felt, lane) {
-                *stand = Self::of(axis).stand(*stand);
-            }
-        }
-        R::of_numbers(&stands)
     }
 }
 
@@ -362,10 +274,10 @@ mod tests {
                 let sum: f64 = at.values.iter().sum();
                 assert!((sum - 1.0).abs() < 1e-14, "{name} at {place}: sum {sum}");
                 assert!(at.slopes.iter().sum::<f64>().abs() < 1e-13, "{name} at {place}: slopes");
-                let stand = |i: usize| F::stand(at.base + i as f64, &axis);
+                let stand = |i: usize| at.base + i as f64;
                 let field: f64 = (0..N).map(|i| at.values[i] * stand(i)).sum();
                 let slope: f64 = (0..N).map(|i| at.slopes[i] * stand(i)).sum();
-                // A linear field is met: by uGIMP where no point's edge reaches behind the wall.
+                // A linear field is met.
                 assert!((field - place).abs() < 1e-12, "{name} at {place}: {field} {axis:?}");
                 assert!((slope - 1.0).abs() < 1e-12, "{name} at {place}: slope {slope}");
                 assert!(at.values.iter().all(|value| *value >= -1e-15), "{name} at {place}: {:?}", at.values);
@@ -406,15 +318,21 @@ mod tests {
     }
 
     #[test]
-    fn no_spline_reaches_behind_a_wall_and_the_first_stands_on_it() {
-        let at = Quadratic::along(2.0, &WALLED);
-        assert_eq!((at.base, at.values), (2.0, [1.0, 0.0, 0.0]));
-        let at = Cubic::along(2.0, &WALLED);
-        assert_eq!((at.base, at.values), (2.0, [1.0, 0.0, 0.0, 0.0]));
-        let at = Quadratic::along(14.0, &WALLED);
-        assert_eq!((at.base, at.values), (12.0, [0.0, 0.0, 1.0]));
-        let at = Cubic::along(14.0, &WALLED);
-        assert_eq!((at.base, at.values), (11.0, [0.0, 0.0, 0.0, 1.0]));
+    fn no_function_reaches_behind_a_wall_and_the_first_stands_on_it() {
+        fn check<const N: usize, F: Shape<N>>() {
+            for (wall, behind) in [(2, 0..2), (14, 15..20)] {
+                let at = F::along(wall as f64, &WALLED);
+                for node in 0..N {
+                    let wanted = if at.base as usize + node == wall { 1.0 } else { 0.0 };
+                    assert!((at.values[node] - wanted).abs() < 1e-15, "{at:?}");
+                    assert!(!behind.contains(&(at.base as usize + node)) || at.slopes[node] == 0.0, "{at:?}");
+                }
+            }
+        }
+        check::<3, LinearHat>();
+        check::<3, Generalised>();
+        check::<3, Quadratic>();
+        check::<4, Cubic>();
     }
 
     #[test]

@@ -104,6 +104,10 @@ impl<S: Space> Advanced<S> {
     pub fn velocity(&self) -> S::Vector {
         vector_at::<S>(&self.0, 0)
     }
+
+    pub fn change(&self) -> S::Vector {
+        vector_at::<S>(&self.0, S::DIMENSION)
+    }
 }
 
 /// Where the tiles of this rank lie and which rows make up which node. Laid once per deal of blocks to ranks.

@@ -7,9 +7,10 @@ use crate::dem::cell::{Cell, Image};
 use crate::dem::grains::Mover;
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
-use crate::law::material::{MaterialLaw, MaterialMemory};
+use crate::law::material::MaterialLaw;
 use crate::math;
 use crate::mpm::points::{Cold, Hot};
+use crate::observe::point::{OBSERVED, observed};
 use crate::record::{Record, Visitor};
 use crate::space::{Linear, Space};
 use crate::transfer::{self, Cargo};
@@ -39,7 +40,8 @@ struct Row {
     spin: [f64; 3],
     /// Cauchy stress xx, yy, xy and in space zz, yz, xz, Pa; of a grain its Love-Weber mean over its share of space.
     stress: [f64; 6],
-    plastic_strain: f64,
+    /// What [`OBSERVED`] names; zero for grains.
+    observed: [f64; OBSERVED.len()],
 }
 
 impl Record for Row {
@@ -53,7 +55,7 @@ impl Record for Row {
         visitor.f64s("velocity", &mut self.velocity);
         visitor.f64s("spin", &mut self.spin);
         visitor.f64s("stress", &mut self.stress);
-        visitor.f64s("plastic_strain", std::slice::from_mut(&mut self.plastic_strain));
+        visitor.f64s("observed", &mut self.observed);
     }
 }
 
@@ -87,11 +89,13 @@ fn displacement<S: Space>(position: &S::Vector, origin: &S::Vector, image: Image
     spread(&(*position - *origin + cell.shift(image)))
 }
 
-/// The world as it is; `depth` in m, `fraction` the packing fraction that gives a grain its share of space.
+/// The world as it is; `depth` in m, `fraction` the packing fraction that gives a grain its share of space. All frames of a
+/// run have the same fields: those of points where it `may_have_points`.
 pub fn frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     world: &mut World<S, C, L>,
     depth: f64,
     fraction: f64,
+    may_have_points: bool,
 ) -> Result<Option<Frame>, Error> {
     world.refresh_ghosts();
     // Grains and points apart: along the ranks either is in the order of the curve, the two mixed would not be.
@@ -118,7 +122,9 @@ pub fn frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
         values: Values::I64(rows.iter().map(get).collect()),
     };
     let stresses = if S::DIMENSION == 2 { 3 } else { 6 };
-    let fields = vec![
+    // Grains alone have the last of them, for one.
+    let told = if may_have_points { 0..OBSERVED.len() } else { OBSERVED.len() - 1..OBSERVED.len() };
+    let mut fields = vec![
         whole("kind", &|row| row.kind),
         whole("id", &|row| row.id as i64),
         numbers(1, "radius", &|row| vec![row.radius]),
@@ -127,8 +133,8 @@ pub fn frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
         numbers(3, "velocity", &|row| row.velocity.to_vec()),
         numbers(3, "spin", &|row| row.spin.to_vec()),
         numbers(stresses, "stress", &|row| row.stress[..stresses].to_vec()),
-        numbers(1, "plastic_strain", &|row| vec![row.plastic_strain]),
     ];
+    fields.extend(told.map(|which| numbers(1, OBSERVED[which], &|row| vec![row.observed[which]])));
     Ok(Some(Frame { time: world.time(), positions: rows.iter().map(wrapped).collect(), fields }))
 }
 
@@ -153,7 +159,7 @@ fn grain_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
             velocity: spread(&hot.velocity),
             spin: spread_spin(&hot.spin),
             stress: symmetric::<S>(&(moment * (1.0 / space))),
-            plastic_strain: 0.0,
+            observed: [0.0; OBSERVED.len()],
         }
     };
     (0..grains.owned).map(row).collect()
@@ -174,7 +180,7 @@ fn point_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C,
         velocity: spread(&hot.velocity),
         spin: [0.0; 3],
         stress: symmetric::<S>(&(hot.kirchhoff() * (1.0 / hot.volume_ratio()))),
-        plastic_strain: hot.memory.plastic_strain(),
+        observed: observed(&world.settings.material, hot),
     };
     world.points.hot.iter().zip(&world.points.cold).map(row).collect()
 }

@@ -41,6 +41,7 @@ use crate::space::{Linear, Space};
 use crate::world::World;
 use step::{Step, Sums};
 
+pub mod points;
 mod step;
 #[cfg(test)]
 mod tests;
@@ -232,7 +233,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// The account as it is stored, the same on every rank; empty where none is kept. Collective.
     pub fn ledger_entries(&self) -> Result<Vec<Entry>, Error> {
-        let Some(ledger) = &self.ledger else { return Ok(Vec::new()) };
+        let Some(ledger) = &self.ledger else { return self.point_ledger_entries() };
         let Some(start) = ledger.start.clone() else { return Ok(Vec::new()) };
         let booked = self.total(ledger.booked.clone())?;
         let ahead = self.total(ledger.ahead.clone())?;
@@ -258,6 +259,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Before a step: what it is going to change.
     pub(crate) fn open_page(&mut self) {
+        self.point_ledger.open_page(self.bodies.iter().map(|body| (body.velocity, body.spin)));
         let Some(ledger) = &mut self.ledger else { return };
         let page = &mut ledger.page;
         let owned = self.grains.hot[..self.grains.owned].iter();

@@ -6,5 +6,6 @@ pub mod frame;
 pub mod guard;
 pub mod ledger;
 pub mod phases;
+pub mod point;
 pub mod point_guard;
 pub mod strain;

@@ -34,6 +34,8 @@ pub struct Mpm {
     /// Edge of a block in cells; divides the cells along every periodic axis.
     pub cells_per_block: usize,
     pub output: Output,
+    /// An account of work and energy is kept, in columns of its own.
+    pub ledger: bool,
 }
 
 /// The domain, between walls or periodic, and its cells.

@@ -115,12 +115,15 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
         end: 0.0,
         cells_per_block: cells_per_block(&typed.table("decomposition", false, why)?, &grid)?,
         output: Output { series_interval: 0.0, frame_interval: 0.0, checkpoint_interval: 0.0, checkpoints_kept: 0 },
+        ledger: false,
         grid,
     };
     let time = typed.table("time", true, why)?;
     job.end = time.number("end")?;
     job.step = step(&time, &job)?;
-    job.output = output(&typed.table("output", false, why)?, job.end, job.step)?;
+    let shown = typed.table("output", false, why)?;
+    job.output = output(&shown, job.end, job.step)?;
+    job.ledger = shown.flag_or("ledger", false)?;
     check(&job, typed, &top)?;
     Ok(job)
 }

@@ -60,11 +60,11 @@ pub static TABLES: [Table; 9] = [
         number("skin", "the reach of the neighbour list beyond contact", LENGTH, POSITIVE, "\"0.1 mm\""),
         number("block", "the edge that blocks aim at", LENGTH, POSITIVE, "\"12 mm\""),
     ]),
-    table("output", "what is written and when", &OUTPUT_OF_GRAINS),
+    table("output", "what is written and when", &OUTPUT_WITH_LEDGER),
 ];
 
-/// `[output]` of both kinds, and the account of energy.
-const OUTPUT_OF_GRAINS: [Key; 5] = {
+/// `[output]` of all kinds, and the account of energy.
+pub(super) const OUTPUT_WITH_LEDGER: [Key; 5] = {
     let [series, frames, checkpoints, kept] = OUTPUT;
     let about = "adds columns of work done, energy stored and energy lost to series.csv";
     [series, frames, checkpoints, kept, key("ledger", about, Wants::Flag, "true")]

@@ -3,10 +3,10 @@
 use std::f64::consts::FRAC_PI_4;
 
 use super::super::units::Dimension;
-use super::assembly::KEYS_OF_BODY;
+use super::assembly::{KEYS_OF_BODY, OUTPUT_WITH_LEDGER};
 use super::{
-    Key, LENGTH, NOT_NEGATIVE, OUTPUT, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, count, key, number, table,
-    text, vector,
+    Key, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, count, key, number, table, text,
+    vector,
 };
 
 const ANGLE: Dimension = Dimension::ANGLE;
@@ -71,7 +71,7 @@ pub static TABLES: [Table; 9] = [
     table("decomposition", "how the domain is cut", &[
         count("cells_per_block", "the edge of a block in cells", (2, 64), "8"),
     ]),
-    table("output", "what is written and when", &OUTPUT),
+    table("output", "what is written and when", &OUTPUT_WITH_LEDGER),
 ];
 
 #[rustfmt::skip]

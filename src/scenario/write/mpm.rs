@@ -24,6 +24,7 @@ pub fn mpm(job: &Mpm) -> String {
     page.table("decomposition");
     page.count("cells_per_block", job.cells_per_block as u64);
     page.output(&job.output);
+    page.flag("ledger", job.ledger);
     for one in &job.regions {
         region(&mut page, one, job);
     }
