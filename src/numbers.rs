@@ -2,6 +2,7 @@
 
 use crate::lane::{LANES, Pack, eight_mut};
 use crate::space::Words;
+use crate::symmetric::{PlaneSymmetric, SolidSymmetric};
 
 /// A record of `f64` alone.
 ///
@@ -12,20 +13,60 @@ use crate::space::Words;
 #[allow(unsafe_code, reason = "the layout of a type is a promise of whoever writes it")]
 pub unsafe trait Numbers: Copy {
     /// How many.
-    const COUNT: usize = size_of::<Self>() / size_of::<f64>();
+    const WIDTH: usize = size_of::<Self>() / size_of::<f64>();
 
     /// The record as numbers, in the order of its fields.
     #[inline(always)]
+    #[allow(unsafe_code, reason = "what the trait demands")]
     fn numbers(&self) -> &[f64] {
-        // SAFETY: the record is COUNT initialised numbers, as the trait demands.
-        unsafe { std::slice::from_raw_parts(std::ptr::from_ref(self).cast(), Self::COUNT) }
+        // SAFETY: the record is WIDTH initialised numbers, as the trait demands.
+        unsafe { std::slice::from_raw_parts(std::ptr::from_ref(self).cast(), Self::WIDTH) }
     }
 
     #[inline(always)]
+    #[allow(unsafe_code, reason = "what the trait demands")]
     fn numbers_mut(&mut self) -> &mut [f64] {
         // SAFETY: as above; any numbers make a record.
-        unsafe { std::slice::from_raw_parts_mut(std::ptr::from_mut(self).cast(), Self::COUNT) }
+        unsafe { std::slice::from_raw_parts_mut(std::ptr::from_mut(self).cast(), Self::WIDTH) }
     }
+}
+
+#[allow(unsafe_code, reason = "one number")]
+// SAFETY: it is one.
+unsafe impl Numbers for f64 {}
+#[allow(unsafe_code, reason = "numbers side by side")]
+// SAFETY: arrays have no padding.
+unsafe impl<T: Numbers, const N: usize> Numbers for [T; N] {}
+#[allow(unsafe_code, reason = "an array of numbers")]
+// SAFETY: a static matrix of nalgebra is an array of columns, which are arrays.
+unsafe impl<const R: usize, const C: usize> Numbers for nalgebra::SMatrix<f64, R, C> {}
+
+#[allow(unsafe_code, reason = "an array of numbers")]
+// SAFETY: its one field is an array.
+unsafe impl Numbers for PlaneSymmetric {}
+#[allow(unsafe_code, reason = "an array of numbers")]
+// SAFETY: its one field is an array.
+unsafe impl Numbers for SolidSymmetric {}
+
+/// Makes a record [`Numbers`]: `numbers!(impl[S: Space] Record[S] { field: Type, ... })` with all its fields in order. That
+/// each of them is, and that there is nothing else, is checked; the record must be laid out as C's are for the order to hold.
+#[macro_export]
+macro_rules! numbers {
+    (impl[$($bounds:tt)*] $name:ident[$($parameters:tt)*] { $($field:ident: $type:ty),* $(,)? }) => {
+        #[allow(unsafe_code, reason = "checked field by field")]
+        // SAFETY: `whole` holds every field to be numbers, and their sizes to be all that there is.
+        unsafe impl<$($bounds)*> $crate::numbers::Numbers for $name<$($parameters)*> {
+            const WIDTH: usize = {
+                let count = 0 $(+ <$type as $crate::numbers::Numbers>::WIDTH)*;
+                assert!(count * size_of::<f64>() == size_of::<Self>(), "a record of numbers has a gap");
+                let _whole = |record: Self| {
+                    let Self { $($field),* } = record;
+                    $(let _: $type = $field;)*
+                };
+                count
+            };
+        }
+    };
 }
 
 /// Most numbers of a record that is brought into lanes.
@@ -44,7 +85,7 @@ impl<P: Pack> Lanes<P> {
     /// Takes the first `count` numbers of eight records, and what of their others comes along.
     #[inline(always)]
     pub fn load<T: Numbers>(&mut self, rows: &[&T; LANES], count: usize) {
-        const { assert!(T::COUNT >= LANES && T::COUNT <= NUMBERS_MAX) };
+        const { assert!(T::WIDTH >= LANES && T::WIDTH <= NUMBERS_MAX) };
         let mut records: [&[f64]; LANES] = [&[]; LANES];
         for (record, row) in records.iter_mut().zip(rows) {
             *record = row.numbers();
@@ -59,7 +100,7 @@ impl<P: Pack> Lanes<P> {
     /// All numbers to as many records as there are, at most eight.
     #[inline(always)]
     pub fn store<T: Numbers>(&self, rows: &mut [T]) {
-        for group in 0..T::COUNT.div_ceil(LANES) {
+        for group in 0..T::WIDTH.div_ceil(LANES) {
             let first = Self::first::<T>(group);
             let mut words = [P::splat(0.0); LANES];
             words.copy_from_slice(&self.0[first..first + LANES]);
@@ -72,7 +113,7 @@ impl<P: Pack> Lanes<P> {
     /// Groups of eight; the last one overlaps the one before where the record does not end with it.
     #[inline(always)]
     const fn first<T: Numbers>(group: usize) -> usize {
-        let (first, last) = (group * LANES, T::COUNT - LANES);
+        let (first, last) = (group * LANES, T::WIDTH - LANES);
         if first < last { first } else { last }
     }
 

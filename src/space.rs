@@ -7,6 +7,7 @@ use nalgebra::{ArrayStorage, SMatrix, SVector};
 
 use crate::lane::Real;
 use crate::math::{self, PI};
+use crate::numbers::Numbers;
 use crate::symmetric::{PlaneSymmetric, SolidSymmetric, Symmetric};
 
 /// What the physics does with vectors, tensors and spins: linear arithmetic, component by component.
@@ -217,14 +218,14 @@ pub trait Space: Copy + Clone + Debug + Default + PartialEq + Send + Sync + 'sta
     const DIMENSION: usize;
     /// As it is written in a job.
     const NAME: &'static str;
-    type Vector: Linear;
-    type Tensor: Linear + Mul<Self::Tensor, Output = Self::Tensor> + Mul<Self::Vector, Output = Self::Vector>;
+    type Vector: Linear + Numbers;
+    type Tensor: Linear + Numbers + Mul<Self::Tensor, Output = Self::Tensor> + Mul<Self::Vector, Output = Self::Vector>;
     /// A symmetric tensor: stress, strain.
-    type Symmetric: Symmetric<Tensor = Self::Tensor> + PartialEq + Default;
+    type Symmetric: Symmetric<Tensor = Self::Tensor> + Numbers + PartialEq + Default;
     /// Angular velocity and torque.
-    type Spin: Linear;
+    type Spin: Linear + Numbers;
     /// What a grain's record needs to fill whole vector registers.
-    type Spare: Copy + Debug + Default + PartialEq + Send + Sync;
+    type Spare: Numbers + Debug + Default + PartialEq + Send + Sync;
 
     /// The same in lanes.
     type VectorOf<R: Real>: Lanewise<R>;

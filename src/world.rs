@@ -23,6 +23,7 @@ use crate::mpm::points::Points;
 use crate::mpm::scatter::TileFrame;
 use crate::mpm::shape::DRIFT_MAX;
 use crate::mpm::tile::Tiles;
+use crate::numbers::Numbers;
 use crate::observe::ledger::EnergyLedger;
 use crate::observe::ledger::points::PointLedger;
 use crate::observe::phases::{Phase, Phases};
@@ -207,7 +208,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let (grains, contacts) = (&mut self.grains, &mut self.contacts);
         // The words of a record begin with those that travel.
         self.ghosts
-            .pack::<W>(&mut self.buffers, |row| std::array::from_fn(|word| grains.hot[row as usize].words()[word]));
+            .pack::<W>(&mut self.buffers, |row| std::array::from_fn(|word| grains.hot[row as usize].numbers()[word]));
         let (mut passed, mut busy) = (Passed::default(), 0.0);
         self.ghosts.exchange::<W>(self.transport, &mut self.buffers, &mut || {
             let timer = Instant::now();

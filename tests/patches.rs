@@ -6,7 +6,7 @@ use scree::scenario::Job;
 use scree::space::{Linear, Plane, Solid, Space};
 use scree_partition::Solo;
 
-use crate::runs::{Ran, SHAPES, TRANSFERS, UPDATES, parse, schemes};
+use crate::runs::{Ran, SHAPES, TRANSFERS, UPDATES, parse, refused, schemes};
 
 fn list(dimension: usize, values: [f64; 3]) -> String {
     let words: Vec<String> = values[..dimension].iter().map(f64::to_string).collect();
@@ -96,7 +96,8 @@ fn functions_that_are_bent_at_walls_upset_a_uniform_stress() {
     for shape in SHAPES {
         for points in [1, 2, 3, 4, 6] {
             // A point in the middle of a cell, or on a node, has half of a slope's jump there for linear functions.
-            let scheme = format!("shape = \"{shape}\"\nflip = 1.0\npoints_per_cell = {points}");
+            let update = "update = \"modified_last\"";
+            let scheme = format!("shape = \"{shape}\"\n{update}\nflip = 1.0\npoints_per_cell = {points}");
             let still = departure(&Ran::of(&full(2, &scheme, false, [0.0; 3])), 2, [0.0; 3]);
             println!("{shape}, {points} points per cell and axis: {:.1e} {:.1e}", still[0], still[1]);
             assert!(still[0] < 1e-13 && still[1] < 1e-14, "at rest {still:?}: {scheme}");
@@ -154,10 +155,10 @@ where
         (0..S::DIMENSION).for_each(|row| gradient[column * S::DIMENSION + row] = rows[row][column]);
         middle[column] = 0.4;
     }
-    for hot in &mut world.points.hot {
+    for (hot, beside) in world.points.hot.iter_mut().zip(&mut world.points.beside) {
         hot.velocity = gradient * (hot.position - middle);
         if scheme.contains("affine") {
-            hot.affine = gradient;
+            beside.affine = gradient;
         }
     }
     (0..steps).for_each(|_| world.advance().unwrap());
@@ -165,7 +166,14 @@ where
     let inside =
         |origin: &S::Vector| (0..S::DIMENSION).all(|axis| (origin[axis] - ends[0]).min(ends[1] - origin[axis]) > reach);
     let rows = world.points.hot.iter().zip(&world.points.cold).filter(|(_, cold)| inside(&cold.origin));
-    let off = rows.map(|(hot, _)| (hot.deformation - S::identity() - gradient * time).norm());
+    let mut wanted = S::identity() + gradient * time;
+    if scheme.contains("\"first\"") {
+        // Strain is that of the step behind, so that there is one before the start in place of the last.
+        let step = world.settings.dt;
+        let before = S::inverse(&(S::identity() - gradient * step)).unwrap();
+        wanted = (S::identity() + gradient * (time - step)) * before;
+    }
+    let off = rows.map(|(hot, _)| (hot.deformation - wanted).norm());
     off.fold(0.0, f64::max) / (gradient.norm() * time)
 }
 
@@ -182,6 +190,9 @@ fn a_linear_velocity_has_one_gradient() {
         for update in UPDATES {
             let [blend, affine] =
                 TRANSFERS.map(|transfer| format!("shape = \"{shape}\"\nupdate = \"{update}\"\n{transfer}"));
+            if refused(&affine) {
+                continue;
+            }
             let inside = ([0.0, 0.8], 0.2 - 1e-9);
             let once = both(&blend, inside, ANY, 1);
             println!("{shape} {update} FLIP: {once:.1e}, after 40 steps {:.1e}", both(&blend, inside, ANY, 40));

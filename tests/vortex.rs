@@ -95,7 +95,7 @@ fn errors(scheme: &str, cells: usize) -> [f64; 2] {
     let Job::Mpm(job) = parse(&text) else { panic!("it has a grid") };
     let law = Hencky { bulk_modulus: BULK, shear_modulus: SHEAR };
     let mut world = setup::world::<Plane, Hencky>(&job, &law, &Solo).unwrap();
-    for hot in &mut world.points.hot {
+    for (hot, beside) in world.points.hot.iter_mut().zip(&mut world.points.beside) {
         // Half a step before the places of the start.
         let before = |place: &Vector| (force_and_place(place, 0.0).1 - force_and_place(place, -step).1) * (1.0 / step);
         hot.velocity = before(&hot.position);
@@ -105,7 +105,7 @@ fn errors(scheme: &str, cells: usize) -> [f64; 2] {
                 let mut way = Vector::zeros();
                 way[column] = apart;
                 let slope = (before(&(hot.position + way)) - before(&(hot.position - way))) * (0.5 / apart);
-                (hot.affine[2 * column], hot.affine[2 * column + 1]) = (slope[0], slope[1]);
+                (beside.affine[2 * column], beside.affine[2 * column + 1]) = (slope[0], slope[1]);
             }
         }
     }
@@ -115,7 +115,7 @@ fn errors(scheme: &str, cells: usize) -> [f64; 2] {
             let time = world.time();
             let points = &mut world.points;
             for (hot, cold) in points.hot.iter_mut().zip(&points.cold) {
-                hot.push = force_and_place(&cold.origin, time).0 * hot.mass;
+                hot.velocity += force_and_place(&cold.origin, time).0 * step;
             }
             world.advance().unwrap();
         }

@@ -2,6 +2,7 @@
 
 use crate::dem::cell::{Image, visit_image};
 use crate::ids::{GrainId, Row};
+use crate::numbers;
 use crate::record::{Record, Visitor};
 use crate::space::{Linear, Space, Words};
 
@@ -24,24 +25,15 @@ pub struct Hot<S: Space> {
     pub spare: S::Spare,
 }
 
-impl<S: Space> Hot<S> {
-    pub const WORDS: usize = size_of::<Self>() / size_of::<f64>();
-    /// No padding: the fields fill the record.
-    const WHOLE: () = assert!(
-        2 * size_of::<S::Vector>() + size_of::<S::Spin>() + 3 * size_of::<f64>() + size_of::<S::Spare>()
-            == size_of::<Self>()
-    );
-
-    /// The record as numbers: position, velocity, spin, radius, weight, mass.
-    #[inline(always)]
-    #[allow(unsafe_code, reason = "a record of f64 without padding is an array of f64")]
-    pub fn words(&self) -> &[f64] {
-        const { Self::WHOLE };
-        // SAFETY: every field consists of `f64` (nalgebra's static vectors are arrays of them), the layout is C's and
-        // has no padding, as `WHOLE` proves; so the record is `WORDS` initialised numbers.
-        unsafe { std::slice::from_raw_parts(std::ptr::from_ref(self).cast(), Self::WORDS) }
-    }
-}
+numbers!(impl[S: Space] Hot[S] {
+    position: S::Vector,
+    velocity: S::Vector,
+    spin: S::Spin,
+    radius: f64,
+    weight: f64,
+    mass: f64,
+    spare: S::Spare,
+});
 
 /// Who decides a grain's motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

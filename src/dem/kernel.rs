@@ -9,6 +9,7 @@ use crate::dem::neighbours::Pair;
 use crate::ids::Row;
 use crate::lane::{Instructions, LANES, Pack, Real};
 use crate::law::contact::{Answer, ContactLaw, Touch};
+use crate::numbers::Numbers;
 use crate::space::{Lanewise, Linear, Space, Words};
 
 /// Pairs that one task handles; a constant and a whole number of packs, so that nothing depends on threads.
@@ -155,9 +156,9 @@ fn packs<S: Space, C: ContactLaw<S>, P: Pack, const ACROSS: bool>(
 #[inline(always)]
 fn read<S: Space, C, P: Pack>(pass: &Pass<S, C>, pairs: &[Pair; LANES], side: impl Fn(Pair) -> Row) -> Side<S, P> {
     let record = |lane: usize| &pass.hot[(side(pairs[lane]) - pass.first) as usize];
-    let rows: [&[f64]; LANES] = std::array::from_fn(|lane| record(lane).words());
+    let rows: [&[f64]; LANES] = std::array::from_fn(|lane| record(lane).numbers());
     let low = P::records(&rows, 0);
-    let high = if Hot::<S>::WORDS > LANES { P::records(&rows, LANES) } else { low };
+    let high = if Hot::<S>::WIDTH > LANES { P::records(&rows, LANES) } else { low };
     Side::of(|word| if word < LANES { low[word] } else { high[word - LANES] })
 }
 
@@ -224,7 +225,7 @@ impl<S: Space, R: Real> Side<S, R> {
 
 impl<S: Space> Side<S, f64> {
     pub fn scalar(hot: &Hot<S>) -> Self {
-        let words = hot.words();
+        let words = hot.numbers();
         Self::of(|word| words[word])
     }
 }

@@ -8,6 +8,7 @@ use crate::dem::cell::Cell;
 use crate::dem::grains::body_partner;
 use crate::grain_export::{self, Wanted};
 use crate::law::material::Nothing;
+use crate::numbers::Numbers;
 use crate::rebuild::Home;
 use crate::scenario::Job;
 
@@ -314,7 +315,7 @@ fn come_back<S: Space>(job: &Assembly) {
         for (read, row) in read.iter().zip(&rows) {
             // Across the period a place may be rounded.
             let moved = row.cold.id == GrainId(1);
-            assert!(moved || read.hot.words() == row.hot.words(), "{name}: {:?} {:?}", read.hot, row.hot);
+            assert!(moved || read.hot.numbers() == row.hot.numbers(), "{name}: {:?} {:?}", read.hot, row.hot);
             assert!((read.hot.position - row.hot.position).norm() < 1e-17, "{name}");
             assert_eq!((read.cold.id, read.hot.velocity), (row.cold.id, row.hot.velocity));
         }

@@ -194,7 +194,7 @@ impl<S: Space, L: MaterialLaw<S>, F: Shape<N>, const N: usize, const AFFINE: boo
         let mut rows = [Sums::<P>::zero(); LANES];
         for (group, points) in points.chunks_mut(LANES).enumerate() {
             let beside = if beside.is_empty() { &mut [] } else { &mut beside[group * LANES..][..points.len()] };
-            lanes.load(&eight_of(points), Hot::<S, L::Memory>::COUNT);
+            lanes.load(&eight_of(points), Hot::<S, L::Memory>::WIDTH);
             let place = frame.place(&lanes.words(Hot::<S, L::Memory>::POSITION));
             basis.set::<S, F, P, AFFINE>(frame, &place);
             for (lane, sums_of) in rows.iter_mut().enumerate() {
@@ -327,7 +327,7 @@ fn strain_points<S: Space, L: MaterialLaw<S>, P: Pack>(
         lanes.0[first + entry] = deformation.word(entry) + more.word(entry) * dt;
     }
     let memory = Hot::<S, L::Memory>::MEMORY;
-    let words = &mut lanes.0[memory..memory + L::Memory::COUNT];
+    let words = &mut lanes.0[memory..memory + L::Memory::WIDTH];
     let stress = law.update_lanes(&gradient, taking.dt, words, &mut P::splat(0.0));
     lanes.set_words(Hot::<S, L::Memory>::STRESS, &stress);
     if taking.taken == Taken::StrainThenPlace {

@@ -5,6 +5,7 @@ use crate::hybrid::oracle::Window;
 use crate::hybrid::track::Track;
 use crate::ids::{PointId, Row};
 use crate::law::material::MaterialMemory;
+use crate::numbers;
 use crate::numbers::Numbers;
 use crate::rebuild::Moved;
 use crate::record::{Record, Visitor};
@@ -33,10 +34,16 @@ pub struct Hot<S: Space, M> {
     pub memory: M,
 }
 
-#[allow(unsafe_code, reason = "all fields are numbers")]
-// SAFETY: nalgebra's static vectors and tensors and our symmetric ones are arrays of `f64`, the memory is numbers itself,
-// and the layout is C's.
-unsafe impl<S: Space, M: Numbers> Numbers for Hot<S, M> {}
+numbers!(impl[S: Space, M: Numbers] Hot[S, M] {
+    position: S::Vector,
+    velocity: S::Vector,
+    mass: f64,
+    volume: f64,
+    weight: f64,
+    stress: S::Symmetric,
+    deformation: S::Tensor,
+    memory: M,
+});
 
 /// Where the fields of [`Hot`] begin among its numbers.
 impl<S: Space, M> Hot<S, M> {

@@ -1,7 +1,7 @@
 //! No continuum: the material of worlds that consist of grains alone.
 
 use super::{MaterialLaw, MaterialMemory};
-use crate::numbers::Numbers;
+use crate::numbers;
 use crate::record::{Record, Visitor};
 use crate::space::{Linear, Space};
 
@@ -13,9 +13,7 @@ pub struct Absent;
 #[repr(C)]
 pub struct Nothing;
 
-#[allow(unsafe_code, reason = "no bytes at all")]
-// SAFETY: it has no bytes.
-unsafe impl Numbers for Nothing {}
+numbers!(impl[] Nothing[] {});
 
 impl Record for Nothing {
     fn visit(&mut self, _: &mut dyn Visitor) {}

@@ -2,6 +2,7 @@
 
 use super::{MaterialLaw, MaterialMemory};
 use crate::lane::Real;
+use crate::numbers;
 use crate::numbers::Numbers;
 use crate::record::{Record, Visitor};
 use crate::space::Space;
@@ -18,9 +19,7 @@ pub struct CountedMemory<M> {
     pub plastic_work: f64,
 }
 
-#[allow(unsafe_code, reason = "a number behind numbers")]
-// SAFETY: the memory is numbers, a number follows, and the layout is C's.
-unsafe impl<M: Numbers> Numbers for CountedMemory<M> {}
+numbers!(impl[M: Numbers] CountedMemory[M] { memory: M, plastic_work: f64 });
 
 impl<M: Record> Record for CountedMemory<M> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {

@@ -32,7 +32,7 @@ use super::hencky::{isotropic_strain, isotropic_stress, p_wave_modulus};
 use super::{MaterialLaw, MaterialMemory, alone};
 use crate::lane::Real;
 use crate::math;
-use crate::numbers::Numbers;
+use crate::numbers;
 use crate::record::{Record, Visitor};
 use crate::scenario;
 use crate::space::{Space, Words};
@@ -79,9 +79,12 @@ impl<S: Space> Default for CriticalMemory<S> {
     }
 }
 
-#[allow(unsafe_code, reason = "all fields are numbers")]
-// SAFETY: a symmetric tensor is an array of `f64`, the others are `f64`, and the layout is C's.
-unsafe impl<S: Space> Numbers for CriticalMemory<S> {}
+numbers!(impl[S: Space] CriticalMemory[S] {
+    strain: S::Symmetric,
+    fraction: f64,
+    plastic_strain: f64,
+    gap: f64,
+});
 
 impl<S: Space> Record for CriticalMemory<S> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {

@@ -11,7 +11,7 @@
 
 use super::{MaterialLaw, MaterialMemory, alone};
 use crate::lane::Real;
-use crate::numbers::Numbers;
+use crate::numbers;
 use crate::record::{Record, Visitor};
 use crate::space::{Space, Words};
 use crate::symmetric::Symmetric;
@@ -34,9 +34,7 @@ pub struct HenckyMemory<S: Space> {
     pub fraction_free: f64,
 }
 
-#[allow(unsafe_code, reason = "all fields are numbers")]
-// SAFETY: a symmetric tensor is an array of `f64`, a number follows, and the layout is C's.
-unsafe impl<S: Space> Numbers for HenckyMemory<S> {}
+numbers!(impl[S: Space] HenckyMemory[S] { strain: S::Symmetric, fraction_free: f64 });
 
 impl<S: Space> Record for HenckyMemory<S> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {

@@ -16,7 +16,7 @@
 
 use super::hencky::{isotropic_strain, isotropic_stress, p_wave_modulus};
 use super::{MaterialLaw, MaterialMemory};
-use crate::numbers::Numbers;
+use crate::numbers;
 use crate::record::{Record, Visitor};
 use crate::space::Space;
 use crate::symmetric::Symmetric;
@@ -49,9 +49,12 @@ impl<S: Space> Default for LinearMemory<S> {
     }
 }
 
-#[allow(unsafe_code, reason = "all fields are numbers")]
-// SAFETY: a symmetric tensor is an array of `f64`, the others are `f64`, and the layout is C's.
-unsafe impl<S: Space> Numbers for LinearMemory<S> {}
+numbers!(impl[S: Space] LinearMemory[S] {
+    stress: S::Symmetric,
+    out_of_plane: f64,
+    volume_ratio: f64,
+    fraction_start: f64,
+});
 
 impl<S: Space> Record for LinearMemory<S> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
