@@ -239,7 +239,7 @@ fn regions_have_their_points() {
 /// An end between two steps is reached, by the run as by what `check` says of it.
 #[test]
 fn a_run_takes_the_steps_that_check_counts() {
-    let text = LITTLE.replace("end = 1\n", "end = 1.36e-3\nstep = 4e-4\n[output]\nseries_interval = 4e-4\n");
+    let text = LITTLE.replace("end = 1\n", "end = 6.8e-4\nstep = 2e-4\n[output]\nseries_interval = 2e-4\n");
     let steps = figures::steps(&read(&text));
     assert_eq!((steps, *Ran::of(&text).series("step").last().unwrap()), (4, 4.0));
 }
