@@ -6,6 +6,7 @@ use scree::dem::neighbours::SEGMENT;
 use scree::ids::GrainId;
 use scree::lane::Instructions;
 use scree::law::contact::ContactLaw;
+use scree::numbers::Numbers;
 use scree::space::{Linear, Plane, Space};
 use scree_partition::Transport;
 use scree_partition::transport::threads;
@@ -115,7 +116,7 @@ fn bits<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>) -> Vec<u64> {
     let mut rows: Vec<(u64, Hot<S>)> =
         world.grains.cold.iter().zip(&world.grains.hot).map(|(cold, hot)| (cold.id.0, *hot)).collect();
     rows.sort_unstable_by_key(|(id, _)| *id);
-    rows.iter().flat_map(|(_, hot)| hot.words().iter().map(|word| word.to_bits())).collect()
+    rows.iter().flat_map(|(_, hot)| hot.numbers().iter().map(|word| word.to_bits())).collect()
 }
 
 struct SameBits;
@@ -177,7 +178,7 @@ impl Claim for SameSegments {
                     assert!(world.rebuilds > 0);
                     let owned = world.grains.owned;
                     let rows = world.grains.cold[..owned].iter().zip(&world.grains.hot);
-                    let bits = |hot: &Hot<S>| hot.words().iter().map(|word| word.to_bits()).collect();
+                    let bits = |hot: &Hot<S>| hot.numbers().iter().map(|word| word.to_bits()).collect();
                     rows.map(|(cold, hot)| (cold.id, bits(hot))).collect::<Vec<(GrainId, Vec<u64>)>>()
                 })
             });

@@ -3,6 +3,7 @@
 use scree::body::{Body, Shape};
 use scree::law::contact::{ContactLaw, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot};
 use scree::math;
+use scree::numbers::Numbers;
 use scree::scenario;
 use scree::space::{Linear, Plane, Solid, Space};
 
@@ -260,7 +261,7 @@ fn oblique<S: Space, C: ContactLaw<S>>(law: C) -> (usize, Vec<u64>) {
     for _ in 0..1500 {
         steps(&mut world, 1);
         touched += usize::from(world.grains.force.iter().any(|force| force.norm() > 0.0));
-        bits.extend((0..2).flat_map(|id| hot_of(&world, id).words().to_vec()).map(f64::to_bits));
+        bits.extend((0..2).flat_map(|id| hot_of(&world, id).numbers().to_vec()).map(f64::to_bits));
     }
     (touched, bits)
 }

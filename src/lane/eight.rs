@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::{LANES, Pack, Real};
+use super::{Kernel, LANES, Pack, Real};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(64))]
@@ -115,6 +115,10 @@ impl Real for Eight {
 }
 
 impl Pack for Eight {
+    #[inline(never)]
+    fn enter<K: Kernel<Self>>(kernel: K) -> K::Outcome {
+        kernel.run()
+    }
     #[inline(always)]
     fn load(from: &[f64; LANES]) -> Self {
         Self(*from)

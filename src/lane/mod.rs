@@ -17,22 +17,27 @@ pub use x86::{Avx2, Avx512};
 /// Lanes of a [`Pack`].
 pub const LANES: usize = 8;
 
-/// Work that is compiled for each kind of registers; all that it calls must be inlined into it.
+/// Work that is done with whatever registers the processor has.
 pub trait Packed {
     type Outcome;
     fn run<P: Pack>(self) -> Self::Outcome;
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq,avx512vl")]
-fn in_avx512<W: Packed>(work: W) -> W::Outcome {
-    work.run::<Avx512>()
+/// Work in registers that are chosen already, a function of its own: what does not ask which law or functions a job has is
+/// compiled once and not for each of them. All that it calls must be inlined into it, or entered ([`Pack::enter`]).
+pub trait Kernel<P> {
+    type Outcome;
+    fn run(self) -> Self::Outcome;
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn in_avx2<W: Packed>(work: W) -> W::Outcome {
-    work.run::<Avx2>()
+struct Entry<W>(W);
+
+impl<P: Pack, W: Packed> Kernel<P> for Entry<W> {
+    type Outcome = W::Outcome;
+    #[inline(always)]
+    fn run(self) -> W::Outcome {
+        self.0.run::<P>()
+    }
 }
 
 /// A number, or several in step.
@@ -79,6 +84,8 @@ pub trait Real:
 pub trait Pack: Real<Numbers = [f64; LANES]> {
     fn load(from: &[f64; LANES]) -> Self;
     fn store(self, to: &mut [f64; LANES]);
+    /// Calls the kernel as a function that is compiled for these registers.
+    fn enter<K: Kernel<Self>>(kernel: K) -> K::Outcome;
     /// Rows for columns: result `w` holds lane `w` of every row.
     fn transposed(rows: [Self; LANES]) -> [Self; LANES];
 
@@ -201,14 +208,11 @@ impl Instructions {
     #[inline]
     pub fn run<W: Packed>(self, work: W) -> W::Outcome {
         match self {
-            Self::Portable => work.run::<Eight>(),
-            // SAFETY: `Instructions` names only what the processor was found to have.
+            Self::Portable => Eight::enter(Entry(work)),
             #[cfg(target_arch = "x86_64")]
-            #[allow(unsafe_code, reason = "the processor has these instructions")]
-            Self::Avx2 => unsafe { in_avx2(work) },
+            Self::Avx2 => Avx2::enter(Entry(work)),
             #[cfg(target_arch = "x86_64")]
-            #[allow(unsafe_code, reason = "the processor has these instructions")]
-            Self::Avx512 => unsafe { in_avx512(work) },
+            Self::Avx512 => Avx512::enter(Entry(work)),
         }
     }
 

@@ -6,7 +6,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::{LANES, Pack, Real};
+use super::{Kernel, LANES, Pack, Real};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Avx512(__m512d);
@@ -127,7 +127,17 @@ impl Real for Avx512 {
     }
 }
 
+#[target_feature(enable = "avx512f,avx512dq,avx512vl")]
+fn in_avx512<K: Kernel<Avx512>>(kernel: K) -> K::Outcome {
+    kernel.run()
+}
+
 impl Pack for Avx512 {
+    #[inline]
+    fn enter<K: Kernel<Self>>(kernel: K) -> K::Outcome {
+        // SAFETY: `Instructions` names only what the processor was found to have, and nothing else makes one of these.
+        unsafe { in_avx512(kernel) }
+    }
     #[inline(always)]
     fn load(from: &[f64; LANES]) -> Self {
         Self(unsafe { _mm512_loadu_pd(from.as_ptr()) })
@@ -250,7 +260,17 @@ impl Real for Avx2 {
     }
 }
 
+#[target_feature(enable = "avx2")]
+fn in_avx2<K: Kernel<Avx2>>(kernel: K) -> K::Outcome {
+    kernel.run()
+}
+
 impl Pack for Avx2 {
+    #[inline]
+    fn enter<K: Kernel<Self>>(kernel: K) -> K::Outcome {
+        // SAFETY: `Instructions` names only what the processor was found to have, and nothing else makes one of these.
+        unsafe { in_avx2(kernel) }
+    }
     #[inline(always)]
     fn load(from: &[f64; LANES]) -> Self {
         unsafe { Self(_mm256_loadu_pd(from.as_ptr()), _mm256_loadu_pd(from.as_ptr().add(4))) }

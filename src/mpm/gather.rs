@@ -2,11 +2,11 @@
 
 use crate::dem::grains::{Cold as GrainCold, Hot as GrainHot, Mover};
 use crate::dem::segments::larger;
-use crate::lane::{Instructions, LANES, Pack, Packed};
+use crate::lane::{Instructions, Kernel, LANES, Pack, Packed};
 use crate::law::material::MaterialLaw;
 use crate::mpm::points::{Beside, Hot};
 use crate::mpm::scatter::{Basis, TileFrame, eight_of};
-use crate::mpm::shape::{Cubic, Generalised, LinearHat, Quadratic, Shape, Stencil, row};
+use crate::mpm::shape::{Quadratic, Stencil, row};
 use crate::mpm::tile::{Advanced, GrainChange, NODE_WORDS};
 use crate::numbers::{Lanes, Numbers};
 use crate::scenario::mpm::{ShapeFunction, Transfer};
@@ -64,47 +64,16 @@ pub fn gather_points<S: Space, L: MaterialLaw<S>>(
     points: &mut [Hot<S, L::Memory>],
     beside: &mut [Beside<S>],
 ) -> f64 {
-    let affine = taking.transfer == Transfer::Affine && taking.taken.has_motion();
-    macro_rules! with {
-        ($shape:ty, $nodes:literal) => {
-            match affine {
-                true => taking.instructions.run(Gather::<S, L, $shape, $nodes, true> {
-                    frame,
-                    law,
-                    taking,
-                    tile,
-                    points,
-                    beside,
-                    shape: std::marker::PhantomData,
-                }),
-                false => taking.instructions.run(Gather::<S, L, $shape, $nodes, false> {
-                    frame,
-                    law,
-                    taking,
-                    tile,
-                    points,
-                    beside,
-                    shape: std::marker::PhantomData,
-                }),
-            }
-        };
-    }
-    match taking.shape {
-        ShapeFunction::Linear => with!(LinearHat, 3),
-        ShapeFunction::Generalised => with!(Generalised, 3),
-        ShapeFunction::Quadratic => with!(Quadratic, 3),
-        ShapeFunction::Cubic => with!(Cubic, 4),
-    }
+    taking.instructions.run(Gather { frame, law, taking, tile, points, beside })
 }
 
-struct Gather<'a, S: Space, L: MaterialLaw<S>, F, const N: usize, const AFFINE: bool> {
+struct Gather<'a, S: Space, L: MaterialLaw<S>> {
     frame: &'a TileFrame<S>,
     law: &'a L,
     taking: Taking,
     tile: &'a [Advanced<S>],
     points: &'a mut [Hot<S, L::Memory>],
     beside: &'a mut [Beside<S>],
-    shape: std::marker::PhantomData<F>,
 }
 
 /// Second moments of the functions along an axis below this share of a squared cell are not divided by: on a node itself
@@ -129,14 +98,7 @@ impl<P: Pack> Sums<P> {
 
     /// Adds sums over the axes before `axis`, taken at function `node` along it.
     #[inline(always)]
-    fn add<const N: usize, const AFFINE: bool>(
-        &mut self,
-        sums: &Self,
-        basis: &Basis<N>,
-        axis: usize,
-        node: usize,
-        lane: usize,
-    ) {
+    fn add<const AFFINE: bool>(&mut self, sums: &Self, basis: &Basis, axis: usize, node: usize, lane: usize) {
         let value: P = basis.value(axis, node, lane);
         self.value = self.value + sums.value * value;
         self.slope[axis] = self.slope[axis] + sums.value * basis.slope(axis, node, lane);
@@ -152,62 +114,73 @@ impl<P: Pack> Sums<P> {
     }
 }
 
-/// Sums of one of eight points: row by row, layer by layer.
-#[inline(always)]
-fn sums<S: Space, P: Pack, const N: usize, const AFFINE: bool>(
-    basis: &Basis<N>,
-    lane: usize,
+/// Sums of eight points, point by point: row by row, layer by layer.
+struct Sum<'a, S: Space, P, const N: usize, const AFFINE: bool> {
+    basis: &'a Basis,
     edge: usize,
-    tile: &[Advanced<S>],
-) -> Sums<P> {
-    let first = basis.first[lane];
-    let mut all = Sums::zero();
-    for k in 0..Stencil::<S, P, N>::LAYERS {
-        let mut layer = Sums::zero();
-        for j in 0..N {
-            let first = first + row(edge, j, k);
-            let mut along = Sums::zero();
-            for (i, node) in tile[first..first + N].iter().enumerate() {
-                let words = Sums { value: P::load(&node.0), ..Sums::zero() };
-                along.add::<N, AFFINE>(&words, basis, 0, i, lane);
-            }
-            layer.add::<N, AFFINE>(&along, basis, 1, j, lane);
-        }
-        if S::DIMENSION == 2 {
-            return layer;
-        }
-        all.add::<N, AFFINE>(&layer, basis, 2, k, lane);
-    }
-    all
+    tile: &'a [Advanced<S>],
+    sums: &'a mut [Sums<P>; LANES],
 }
 
-impl<S: Space, L: MaterialLaw<S>, F: Shape<N>, const N: usize, const AFFINE: bool> Packed
-    for Gather<'_, S, L, F, N, AFFINE>
-{
+impl<S: Space, P: Pack, const N: usize, const AFFINE: bool> Kernel<P> for Sum<'_, S, P, N, AFFINE> {
+    type Outcome = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { basis, edge, tile, sums } = self;
+        for (lane, sums) in sums.iter_mut().enumerate() {
+            let mut all = Sums::zero();
+            for k in 0..Stencil::<S, P, N>::LAYERS {
+                let mut layer = Sums::zero();
+                for j in 0..N {
+                    let first = basis.first[lane] + row(edge, j, k);
+                    let mut along = Sums::zero();
+                    for (i, node) in tile[first..first + N].iter().enumerate() {
+                        let words = Sums { value: P::load(&node.0), ..Sums::zero() };
+                        along.add::<AFFINE>(&words, basis, 0, i, lane);
+                    }
+                    layer.add::<AFFINE>(&along, basis, 1, j, lane);
+                }
+                match S::DIMENSION {
+                    2 => all = layer,
+                    _ => all.add::<AFFINE>(&layer, basis, 2, k, lane),
+                }
+            }
+            *sums = all;
+        }
+    }
+}
+
+impl<S: Space, L: MaterialLaw<S>> Packed for Gather<'_, S, L> {
     type Outcome = f64;
 
     #[inline(always)]
     fn run<P: Pack>(self) -> f64 {
-        let Self { frame, law, taking, tile, points, beside, .. } = self;
+        let Self { frame, law, taking, tile, points, beside } = self;
+        let Taking { shape, taken, .. } = taking;
+        let affine = taking.transfer == Transfer::Affine && taken.has_motion();
         let mut outside = P::splat(f64::NEG_INFINITY);
-        let (mut lanes, mut basis) = (Lanes::<P>::zero(), Basis::<N>::zero());
-        let mut rows = [Sums::<P>::zero(); LANES];
+        let (mut lanes, mut basis) = (Lanes::<P>::zero(), Basis::zero());
+        let mut sums = [Sums::<P>::zero(); LANES];
         for (group, points) in points.chunks_mut(LANES).enumerate() {
             let beside = if beside.is_empty() { &mut [] } else { &mut beside[group * LANES..][..points.len()] };
             lanes.load(&eight_of(points), Hot::<S, L::Memory>::WIDTH);
-            let place = frame.place(&lanes.words(Hot::<S, L::Memory>::POSITION));
-            basis.set::<S, F, P, AFFINE>(frame, &place);
-            for (lane, sums_of) in rows.iter_mut().enumerate() {
-                *sums_of = sums::<S, P, N, AFFINE>(&basis, lane, frame.edge, tile);
+            basis.set::<S, P>(frame, (shape, affine), frame.place(&lanes.words(Hot::<S, L::Memory>::POSITION)));
+            let (basis, edge, sums) = (&basis, frame.edge, &mut sums);
+            match (shape, affine) {
+                (ShapeFunction::Cubic, false) => P::enter(Sum::<S, P, 4, false> { basis, edge, tile, sums }),
+                (ShapeFunction::Cubic, true) => P::enter(Sum::<S, P, 4, true> { basis, edge, tile, sums }),
+                (_, false) => P::enter(Sum::<S, P, 3, false> { basis, edge, tile, sums }),
+                (_, true) => P::enter(Sum::<S, P, 3, true> { basis, edge, tile, sums }),
             }
-            let sums = by_words::<S, P, AFFINE>(&rows);
-            if taking.taken.has_motion() {
+            let sums = by_words::<S, P>(sums, affine);
+            if taken.has_motion() {
                 move_points::<S, L, P>(&taking, &sums.value, &mut lanes, beside);
-                if AFFINE {
-                    take_affine::<S, P, N>(frame, &basis, &sums.arm, beside);
+                if affine {
+                    take_affine::<S, P>(frame, basis, &sums.arm, beside);
                 }
             }
-            if taking.taken.has_strain() {
+            if taken.has_strain() {
                 strain_points::<S, L, P>(law, &taking, &sums.slope, &mut lanes, beside);
             }
             outside = farther(outside, outside_of::<S, L, P>(frame, &lanes));
@@ -225,7 +198,7 @@ struct SumsByWord<P> {
 }
 
 #[inline(always)]
-fn by_words<S: Space, P: Pack, const AFFINE: bool>(rows: &[Sums<P>; LANES]) -> SumsByWord<P> {
+fn by_words<S: Space, P: Pack>(rows: &[Sums<P>; LANES], affine: bool) -> SumsByWord<P> {
     let zero = P::splat(0.0);
     let mut sums = SumsByWord { value: [zero; 8], slope: [[zero; 8]; 3], arm: [[zero; 8]; 3] };
     for (value, row) in sums.value.iter_mut().zip(rows) {
@@ -237,7 +210,7 @@ fn by_words<S: Space, P: Pack, const AFFINE: bool>(rows: &[Sums<P>; LANES]) -> S
             *slope = row.slope[axis];
         }
         sums.slope[axis] = P::transposed(sums.slope[axis]);
-        if AFFINE {
+        if affine {
             for (arm, row) in sums.arm[axis].iter_mut().zip(rows) {
                 *arm = row.arm[axis];
             }
@@ -277,17 +250,17 @@ fn move_points<S: Space, L: MaterialLaw<S>, P: Pack>(
 
 /// The affine field about each point, by the second moments of its functions.
 #[inline(always)]
-fn take_affine<S: Space, P: Pack, const N: usize>(
+fn take_affine<S: Space, P: Pack>(
     frame: &TileFrame<S>,
-    basis: &Basis<N>,
+    basis: &Basis,
     arm: &[[P; NODE_WORDS]; 3],
     beside: &mut [Beside<S>],
 ) {
     let least = P::splat(MOMENT_LEAST * frame.cell * frame.cell);
     for along in 0..S::DIMENSION {
         let mut second = P::splat(0.0);
-        for node in 0..N {
-            let (value, moment) = (P::load(&basis.values[along][node]), P::load(&basis.moments[along][node]));
+        for (value, moment) in basis.values[along].iter().zip(&basis.moments[along]) {
+            let (value, moment) = (P::load(value), P::load(moment));
             // N (x_i - x)^2, without dividing where N is zero.
             let square = moment * moment / P::choose(value.above(P::splat(0.0)), value, P::splat(1.0));
             second = second + square;

@@ -2,7 +2,7 @@
 
 use crate::dem::grains::{Cold as GrainCold, Hot as GrainHot, Mover};
 use crate::ids::Row;
-use crate::lane::{Instructions, LANES, Pack, Packed, Real};
+use crate::lane::{Instructions, Kernel, LANES, Pack, Packed, Real};
 use crate::mpm::points::{Beside, Hot};
 use crate::mpm::shape::{Axis, Cubic, Generalised, LinearHat, Quadratic, Shape, Stencil, row};
 use crate::mpm::tile::{Gathered, GrainNode, NODE_WORDS};
@@ -49,45 +49,51 @@ impl<S: Space> TileFrame<S> {
     }
 }
 
+/// Most functions in reach along an axis.
+const REACH_MAX: usize = 4;
+
 /// Stencils of eight points, laid out so that a point's numbers can be spread over the words of a node. One stands ready
 /// for all groups of a block.
-pub struct Basis<const N: usize> {
+pub struct Basis {
     /// First node in reach of each.
     pub first: [usize; LANES],
     /// Functions, their slopes (1/m), and where the field is affine their first moments about the point (m), along each
     /// axis.
-    pub values: [[[f64; LANES]; N]; 3],
-    pub slopes: [[[f64; LANES]; N]; 3],
-    pub moments: [[[f64; LANES]; N]; 3],
+    pub values: [[[f64; LANES]; REACH_MAX]; 3],
+    pub slopes: [[[f64; LANES]; REACH_MAX]; 3],
+    pub moments: [[[f64; LANES]; REACH_MAX]; 3],
 }
 
-impl<const N: usize> Basis<N> {
+impl Basis {
     pub const fn zero() -> Self {
-        let none = [[[0.0; LANES]; N]; 3];
+        let none = [[[0.0; LANES]; REACH_MAX]; 3];
         Self { first: [0; LANES], values: none, slopes: none, moments: none }
     }
 
+    /// Takes the functions of a job at eight places, in cells from the tile's first node.
     #[inline(always)]
-    pub fn set<S: Space, F: Shape<N>, P: Pack, const AFFINE: bool>(
+    pub fn set<S: Space, P: Pack>(
         &mut self,
         frame: &TileFrame<S>,
-        place: &S::VectorOf<P>,
+        (shape, affine): (ShapeFunction, bool),
+        place: S::VectorOf<P>,
     ) {
-        let stencil = Stencil::<S, P, N>::new::<F>(place, &frame.axes, frame.cell_inverse);
-        // A whole number below 2^32 beside 2^52 stands in the low bits, and needs no check of what it may be.
-        let whole = (stencil.first(frame.edge) + P::splat(4_503_599_627_370_496.0)).numbers();
-        for (first, whole) in self.first.iter_mut().zip(whole) {
-            *first = whole.to_bits() as u32 as usize;
+        macro_rules! with {
+            ($shape:ty, $nodes:literal) => {
+                P::enter(SetBasis::<S, P, $shape, $nodes> {
+                    basis: self,
+                    frame,
+                    affine,
+                    place,
+                    shape: std::marker::PhantomData,
+                })
+            };
         }
-        for axis in 0..S::DIMENSION {
-            for node in 0..N {
-                stencil.values[axis][node].store(&mut self.values[axis][node]);
-                stencil.slopes[axis][node].store(&mut self.slopes[axis][node]);
-                if AFFINE {
-                    let arm = (stencil.base[axis] + P::splat(node as f64) - place.word(axis)) * P::splat(frame.cell);
-                    (stencil.values[axis][node] * arm).store(&mut self.moments[axis][node]);
-                }
-            }
+        match shape {
+            ShapeFunction::Linear => with!(LinearHat, 3),
+            ShapeFunction::Generalised => with!(Generalised, 3),
+            ShapeFunction::Quadratic => with!(Quadratic, 3),
+            ShapeFunction::Cubic => with!(Cubic, 4),
         }
     }
 
@@ -103,6 +109,39 @@ impl<const N: usize> Basis<N> {
     #[inline(always)]
     pub fn moment<P: Pack>(&self, axis: usize, node: usize, lane: usize) -> P {
         P::splat(self.moments[axis][node][lane])
+    }
+}
+
+struct SetBasis<'a, S: Space, P: Pack, F, const N: usize> {
+    basis: &'a mut Basis,
+    frame: &'a TileFrame<S>,
+    affine: bool,
+    place: S::VectorOf<P>,
+    shape: std::marker::PhantomData<F>,
+}
+
+impl<S: Space, P: Pack, F: Shape<N>, const N: usize> Kernel<P> for SetBasis<'_, S, P, F, N> {
+    type Outcome = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { basis, frame, affine, place, .. } = self;
+        let stencil = Stencil::<S, P, N>::new::<F>(&place, &frame.axes, frame.cell_inverse);
+        // A whole number below 2^32 beside 2^52 stands in the low bits, and needs no check of what it may be.
+        let whole = (stencil.first(frame.edge) + P::splat(4_503_599_627_370_496.0)).numbers();
+        for (first, whole) in basis.first.iter_mut().zip(whole) {
+            *first = whole.to_bits() as u32 as usize;
+        }
+        for axis in 0..S::DIMENSION {
+            for node in 0..N {
+                stencil.values[axis][node].store(&mut basis.values[axis][node]);
+                stencil.slopes[axis][node].store(&mut basis.slopes[axis][node]);
+                if affine {
+                    let arm = (stencil.base[axis] + P::splat(node as f64) - place.word(axis)) * P::splat(frame.cell);
+                    (stencil.values[axis][node] * arm).store(&mut basis.moments[axis][node]);
+                }
+            }
+        }
     }
 }
 
@@ -130,44 +169,42 @@ pub fn scatter_points<S: Space, M: Numbers + Sync>(
     (points, beside): (&[Hot<S, M>], &[Beside<S>]),
     tile: &mut [Gathered<S>],
 ) {
-    macro_rules! with {
-        ($shape:ty, $nodes:literal) => {
-            match affine {
-                true => {
-                    instructions.run(Scatter::<S, M, $shape, $nodes, true>::new(frame, brought, points, beside, tile))
-                }
-                false => {
-                    instructions.run(Scatter::<S, M, $shape, $nodes, false>::new(frame, brought, points, beside, tile))
-                }
-            }
-        };
-    }
-    match shape {
-        ShapeFunction::Linear => with!(LinearHat, 3),
-        ShapeFunction::Generalised => with!(Generalised, 3),
-        ShapeFunction::Quadratic => with!(Quadratic, 3),
-        ShapeFunction::Cubic => with!(Cubic, 4),
-    }
+    instructions.run(Scatter { frame, shape, affine, brought, points, beside, tile });
 }
 
-struct Scatter<'a, S: Space, M, F, const N: usize, const AFFINE: bool> {
+struct Scatter<'a, S: Space, M> {
     frame: &'a TileFrame<S>,
+    shape: ShapeFunction,
+    affine: bool,
     brought: Brought,
     points: &'a [Hot<S, M>],
     beside: &'a [Beside<S>],
     tile: &'a mut [Gathered<S>],
-    shape: std::marker::PhantomData<F>,
 }
 
-impl<'a, S: Space, M, F: Shape<N>, const N: usize, const AFFINE: bool> Scatter<'a, S, M, F, N, AFFINE> {
-    fn new(
-        frame: &'a TileFrame<S>,
-        brought: Brought,
-        points: &'a [Hot<S, M>],
-        beside: &'a [Beside<S>],
-        tile: &'a mut [Gathered<S>],
-    ) -> Self {
-        Self { frame, brought, points, beside, tile, shape: std::marker::PhantomData }
+impl<S: Space, M: Numbers> Packed for Scatter<'_, S, M> {
+    type Outcome = ();
+
+    #[inline(always)]
+    fn run<P: Pack>(self) {
+        let Self { frame, shape, affine, brought, points, beside, tile } = self;
+        let (mut lanes, mut basis) = (Lanes::<P>::zero(), Basis::zero());
+        let mut shares = [Share::<P>::zero(); LANES];
+        for (group, points) in points.chunks(LANES).enumerate() {
+            lanes.load(&eight_of(points), Hot::<S, M>::DEFORMATION);
+            basis.set::<S, P>(frame, (shape, affine), frame.place(&lanes.words(Hot::<S, M>::POSITION)));
+            set_shares::<S, M, P>(&lanes, brought, &mut shares);
+            if affine {
+                set_arms::<S, M, P>(&lanes, &beside[group * LANES..][..points.len()], &mut shares);
+            }
+            let (basis, shares, edge) = (&basis, &shares[..points.len()], frame.edge);
+            match (shape, affine) {
+                (ShapeFunction::Cubic, false) => P::enter(Add::<S, P, 4, false> { basis, shares, edge, tile }),
+                (ShapeFunction::Cubic, true) => P::enter(Add::<S, P, 4, true> { basis, shares, edge, tile }),
+                (_, false) => P::enter(Add::<S, P, 3, false> { basis, shares, edge, tile }),
+                (_, true) => P::enter(Add::<S, P, 3, true> { basis, shares, edge, tile }),
+            }
+        }
     }
 }
 
@@ -180,19 +217,14 @@ struct Share<P> {
     arm: [P; 3],
 }
 
-/// The shares of eight points in step.
+/// The shares of eight points in step, without those of affine fields.
 #[inline(always)]
-fn set_shares<S: Space, M: Numbers, P: Pack, const AFFINE: bool>(
-    lanes: &Lanes<P>,
-    beside: &[Beside<S>],
-    brought: Brought,
-    shares: &mut [Share<P>; LANES],
-) {
+fn set_shares<S: Space, M: Numbers, P: Pack>(lanes: &Lanes<P>, brought: Brought, shares: &mut [Share<P>; LANES]) {
     let zero = P::splat(0.0);
     let at = |number: usize| lanes.0[number];
     let weight = at(Hot::<S, M>::WEIGHT);
     let mass = weight * at(Hot::<S, M>::MASS);
-    let (mut value, mut slope, mut arm) = ([zero; NODE_WORDS], [[zero; NODE_WORDS]; 3], [[zero; NODE_WORDS]; 3]);
+    let (mut value, mut slope) = ([zero; NODE_WORDS], [[zero; NODE_WORDS]; 3]);
     value[0] = mass;
     for axis in 0..S::DIMENSION {
         value[1 + axis] = at(Hot::<S, M>::VELOCITY + axis) * mass;
@@ -206,74 +238,60 @@ fn set_shares<S: Space, M: Numbers, P: Pack, const AFFINE: bool>(
             }
         }
     }
-    if AFFINE {
-        for along in 0..S::DIMENSION {
-            for axis in 0..S::DIMENSION {
-                let mut affine = [0.0; LANES];
-                for (lane, beside) in beside.iter().enumerate() {
-                    affine[lane] = beside.affine[along * S::DIMENSION + axis];
-                }
-                arm[along][1 + axis] = P::load(&affine) * mass;
-            }
-        }
-    }
-    let value = P::transposed(value);
-    for (share, value) in shares.iter_mut().zip(value) {
+    for (share, value) in shares.iter_mut().zip(P::transposed(value)) {
         share.value = value;
     }
     for axis in 0..S::DIMENSION {
-        let slope = P::transposed(slope[axis]);
-        for (share, slope) in shares.iter_mut().zip(slope) {
+        for (share, slope) in shares.iter_mut().zip(P::transposed(slope[axis])) {
             share.slope[axis] = slope;
-        }
-        if AFFINE {
-            let arm = P::transposed(arm[axis]);
-            for (share, arm) in shares.iter_mut().zip(arm) {
-                share.arm[axis] = arm;
-            }
         }
     }
 }
 
-impl<S: Space, M: Numbers, F: Shape<N>, const N: usize, const AFFINE: bool> Packed for Scatter<'_, S, M, F, N, AFFINE> {
+#[inline(always)]
+fn set_arms<S: Space, M: Numbers, P: Pack>(lanes: &Lanes<P>, beside: &[Beside<S>], shares: &mut [Share<P>; LANES]) {
+    let mass = lanes.0[Hot::<S, M>::WEIGHT] * lanes.0[Hot::<S, M>::MASS];
+    for along in 0..S::DIMENSION {
+        let mut arm = [P::splat(0.0); NODE_WORDS];
+        for axis in 0..S::DIMENSION {
+            let mut affine = [0.0; LANES];
+            for (affine, beside) in affine.iter_mut().zip(beside) {
+                *affine = beside.affine[along * S::DIMENSION + axis];
+            }
+            arm[1 + axis] = P::load(&affine) * mass;
+        }
+        for (share, arm) in shares.iter_mut().zip(P::transposed(arm)) {
+            share.arm[along] = arm;
+        }
+    }
+}
+
+/// Shares of points to every node in reach, point by point: axis by axis, so that a node takes two products and not one
+/// per axis.
+struct Add<'a, S: Space, P, const N: usize, const AFFINE: bool> {
+    basis: &'a Basis,
+    shares: &'a [Share<P>],
+    edge: usize,
+    tile: &'a mut [Gathered<S>],
+}
+
+impl<S: Space, P: Pack, const N: usize, const AFFINE: bool> Kernel<P> for Add<'_, S, P, N, AFFINE> {
     type Outcome = ();
 
     #[inline(always)]
-    fn run<P: Pack>(self) {
-        let Self { frame, brought, points, beside, tile, .. } = self;
-        let (mut lanes, mut basis) = (Lanes::<P>::zero(), Basis::<N>::zero());
-        let mut shares = [Share::<P>::zero(); LANES];
-        for (group, points) in points.chunks(LANES).enumerate() {
-            let beside = if AFFINE { &beside[group * LANES..][..points.len()] } else { &[] };
-            lanes.load(&eight_of(points), Hot::<S, M>::DEFORMATION);
-            let place = frame.place(&lanes.words(Hot::<S, M>::POSITION));
-            basis.set::<S, F, P, AFFINE>(frame, &place);
-            set_shares::<S, M, P, AFFINE>(&lanes, beside, brought, &mut shares);
-            for lane in 0..points.len() {
-                add::<S, P, N, AFFINE>(&basis, lane, &shares[lane], frame.edge, tile);
-            }
-        }
-    }
-}
-
-/// A point's share to every node in reach: axis by axis, so that a node takes two products and not one per axis.
-#[inline(always)]
-fn add<S: Space, P: Pack, const N: usize, const AFFINE: bool>(
-    basis: &Basis<N>,
-    lane: usize,
-    share: &Share<P>,
-    edge: usize,
-    tile: &mut [Gathered<S>],
-) {
-    let first = basis.first[lane];
-    for k in 0..Stencil::<S, P, N>::LAYERS {
-        let layer = if S::DIMENSION == 3 { share.along::<N, AFFINE>(basis, 2, k, lane) } else { *share };
-        for j in 0..N {
-            let along = layer.along::<N, AFFINE>(basis, 1, j, lane);
-            let first = first + row(edge, j, k);
-            for (i, node) in tile[first..first + N].iter_mut().enumerate() {
-                let more = along.along::<N, AFFINE>(basis, 0, i, lane).value;
-                (P::load(&node.0) + more).store(&mut node.0);
+    fn run(self) {
+        let Self { basis, shares, edge, tile } = self;
+        for (lane, share) in shares.iter().enumerate() {
+            for k in 0..Stencil::<S, P, N>::LAYERS {
+                let layer = if S::DIMENSION == 3 { share.along::<AFFINE>(basis, 2, k, lane) } else { *share };
+                for j in 0..N {
+                    let along = layer.along::<AFFINE>(basis, 1, j, lane);
+                    let first = basis.first[lane] + row(edge, j, k);
+                    for (i, node) in tile[first..first + N].iter_mut().enumerate() {
+                        let more = along.along::<AFFINE>(basis, 0, i, lane).value;
+                        (P::load(&node.0) + more).store(&mut node.0);
+                    }
+                }
             }
         }
     }
@@ -288,13 +306,7 @@ impl<P: Pack> Share<P> {
 
     /// What is left of a share with function `node` along an axis in hand.
     #[inline(always)]
-    fn along<const N: usize, const AFFINE: bool>(
-        &self,
-        basis: &Basis<N>,
-        axis: usize,
-        node: usize,
-        lane: usize,
-    ) -> Self {
+    fn along<const AFFINE: bool>(&self, basis: &Basis, axis: usize, node: usize, lane: usize) -> Self {
         let value: P = basis.value(axis, node, lane);
         let mut left = *self;
         left.value = self.value * value + self.slope[axis] * basis.slope(axis, node, lane);
