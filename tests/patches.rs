@@ -129,7 +129,10 @@ fn moving(dimension: usize, scheme: &str, [lower, upper]: [f64; 2]) -> String {
             &format!("upper = {}\n        velocity", list(dimension, [0.4; 3])),
             &format!("upper = {}\n        velocity", list(dimension, [upper; 3])),
         )
-        .replace(&format!("upper = {}\n        cell", list(dimension, [0.4; 3])), &format!("upper = {}\n        cell", list(dimension, [0.8; 3])))
+        .replace(
+            &format!("upper = {}\n        cell", list(dimension, [0.4; 3])),
+            &format!("upper = {}\n        cell", list(dimension, [0.8; 3])),
+        )
         .replace("        [time]", &format!("{}\n[time]", faces.concat()))
 }
 
@@ -159,9 +162,8 @@ where
     }
     (0..steps).for_each(|_| world.advance().unwrap());
     let time = world.time();
-    let inside = |origin: &S::Vector| {
-        (0..S::DIMENSION).all(|axis| (origin[axis] - ends[0]).min(ends[1] - origin[axis]) > reach)
-    };
+    let inside =
+        |origin: &S::Vector| (0..S::DIMENSION).all(|axis| (origin[axis] - ends[0]).min(ends[1] - origin[axis]) > reach);
     let rows = world.points.hot.iter().zip(&world.points.cold).filter(|(_, cold)| inside(&cold.origin));
     let off = rows.map(|(hot, _)| (hot.deformation - S::identity() - gradient * time).norm());
     off.fold(0.0, f64::max) / (gradient.norm() * time)
@@ -180,7 +182,7 @@ fn a_linear_velocity_has_one_gradient() {
         for update in UPDATES {
             let [blend, affine] =
                 TRANSFERS.map(|transfer| format!("shape = \"{shape}\"\nupdate = \"{update}\"\n{transfer}"));
-            let inside = ([0.0, 0.8], 0.2 - 1e-9);
+            let inside = ([0.0, 0.8], 0.3 - 1e-9);
             let once = both(&blend, inside, ANY, 1);
             println!("{shape} {update} FLIP: {once:.1e}, after 40 steps {:.1e}", both(&blend, inside, ANY, 40));
             assert!(once < 1e-12, "{once:e}: {blend}");
@@ -188,7 +190,9 @@ fn a_linear_velocity_has_one_gradient() {
                 let once = both(&affine, (ends, 0.0), ANY, 1);
                 let long = both(&affine, (ends, 0.0), SHEAR, 40);
                 let stretch = both(&affine, (ends, 0.0), ANY, 40);
-                println!("{shape} {update} APIC {what}: {once:.1e}, 40 steps of shear {long:.1e}, of stretch {stretch:.1e}");
+                println!(
+                    "{shape} {update} APIC {what}: {once:.1e}, 40 steps of shear {long:.1e}, of stretch {stretch:.1e}"
+                );
                 assert!(once < 1e-12 && long < 1e-12, "{what} {once:e} {long:e}: {affine}");
             }
         }

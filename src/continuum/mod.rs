@@ -10,9 +10,7 @@ use crate::error::Error;
 use crate::grid::{self, REACTIONS};
 use crate::ids::PointId;
 use crate::law::contact::Absent;
-use crate::law::material::{
-    Counted, CountedMemory, CriticalDruckerPrager, Hencky, LinearElastic, MaterialLaw,
-};
+use crate::law::material::{Counted, CountedMemory, CriticalDruckerPrager, Hencky, LinearElastic, MaterialLaw};
 use crate::observe::frame::frame;
 use crate::observe::point::{OBSERVED, observed};
 use crate::output::{self, Outputs};
@@ -152,7 +150,7 @@ const FACES: [&str; 2] = ["lower", "upper"];
 
 /// Columns of the account of energy, J.
 const LEDGER: [&str; 6] =
-    ["work_loads", "work_bodies", "work_ramp", "dissipated_holds", "dissipated_transfer", "energy_unexplained"];
+    ["work_loads", "work_bodies", "work_ramp", "dissipated_holds", "energy_lost", "energy_lost_transfer"];
 
 impl<'s, S: Space, L: MaterialLaw<S>> Continuum<'s, S, L> {
     fn new(job: &'s Mpm) -> Self {
@@ -308,7 +306,7 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
         row.extend([energies.kinetic, energies.elastic, energies.potential, energies.dissipated]);
         if let Some(balance) = balance {
             row.extend([balance.work_loads, balance.work_bodies, balance.work_ramp]);
-            row.extend([balance.holds, balance.transfer, balance.unexplained]);
+            row.extend([balance.holds, balance.lost, balance.transfer]);
         }
         let extents = Self::extents(world);
         row.extend((0..S::DIMENSION).flat_map(|axis| [-extents[2 * axis], extents[2 * axis + 1]]));

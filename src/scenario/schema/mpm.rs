@@ -5,8 +5,8 @@ use std::f64::consts::FRAC_PI_4;
 use super::super::units::Dimension;
 use super::assembly::{KEYS_OF_BODY, OUTPUT_WITH_LEDGER};
 use super::{
-    Key, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, count, key, number, table,
-    text, vector,
+    Key, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, count, key, number, table, text,
+    vector,
 };
 
 const ANGLE: Dimension = Dimension::ANGLE;
