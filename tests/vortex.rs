@@ -129,16 +129,17 @@ fn errors(scheme: &str, cells: usize) -> [f64; 2] {
     })
 }
 
+/// At three meshes; uGIMP is not held to the finest, where its points come apart on the way back.
 #[test]
 fn a_vortex_is_met_with_second_order() {
-    for (scheme, finest) in [
-        ("shape = \"quadratic\"\nupdate = \"last\"\ntransfer = \"affine\"", 1e-2),
-        ("shape = \"quadratic\"\nupdate = \"modified_last\"\nflip = 1.0", 1e-2),
-        ("shape = \"quadratic\"\nupdate = \"last\"\nflip = 0.99", 1e-2),
-        ("shape = \"cubic\"\nupdate = \"modified_last\"\nflip = 1.0", 1e-2),
-        ("shape = \"generalised\"\nupdate = \"modified_last\"\nflip = 1.0", 1e-2),
+    for (scheme, limits) in [
+        ("shape = \"quadratic\"\nupdate = \"last\"\ntransfer = \"affine\"", [4e-4, 2e-3]),
+        ("shape = \"quadratic\"\nupdate = \"modified_last\"\nflip = 1.0", [7e-4, 3e-3]),
+        ("shape = \"quadratic\"\nupdate = \"last\"\nflip = 0.99", [7e-4, 3e-3]),
+        ("shape = \"cubic\"\nupdate = \"modified_last\"\nflip = 1.0", [7e-4, 3e-3]),
+        ("shape = \"generalised\"\nupdate = \"modified_last\"\nflip = 1.0", [2e-3, 1.0]),
     ] {
-        let all = [16, 32, 64].map(|cells| errors(scheme, cells));
+        let all = [32, 64, 128].map(|cells| errors(scheme, cells));
         let [half, end] = [0, 1].map(|which| all.map(|errors| errors[which]));
         println!(
             "{:60} at half time {} orders {:.2?}, at the end {} orders {:.2?}",
@@ -148,6 +149,7 @@ fn a_vortex_is_met_with_second_order() {
             words(&end),
             orders(&end)
         );
-        assert!(half[2] < finest, "{scheme}");
+        assert!(half[2] < limits[0] && end[2] < limits[1], "{scheme}");
+        assert!(scheme.contains("generalised") || orders(&end)[0] > 1.9, "{scheme}");
     }
 }

@@ -141,7 +141,7 @@ const FACES: [&str; 2] = ["lower", "upper"];
 
 /// Columns of the account of energy, J.
 const LEDGER: [&str; 6] =
-    ["work_loads", "work_bodies", "work_ramp", "dissipated_holds", "dissipated_transfer", "energy_unexplained"];
+    ["work_loads", "work_bodies", "work_ramp", "dissipated_holds", "energy_lost", "energy_lost_transfer"];
 
 impl<'s, S: Space, L: MaterialLaw<S>> Continuum<'s, S, L> {
     fn new(job: &'s Mpm) -> Self {
@@ -298,7 +298,7 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
         row.extend([energies.kinetic, energies.elastic, energies.potential, energies.dissipated]);
         if let Some(balance) = balance {
             row.extend([balance.work_loads, balance.work_bodies, balance.work_ramp]);
-            row.extend([balance.holds, balance.transfer, balance.unexplained]);
+            row.extend([balance.holds, balance.lost, balance.transfer]);
         }
         let extents = Self::extents(world);
         row.extend((0..S::DIMENSION).flat_map(|axis| [-extents[2 * axis], extents[2 * axis + 1]]));

@@ -340,7 +340,15 @@ impl Run {
         for column in ["kinetic", "elastic", "dissipated"] {
             sum.iter_mut().zip(since(column)).for_each(|(sum, more)| sum[1] += more[1]);
         }
-        let changes = vec![("potential".to_owned(), since("potential")), ("sum of all".to_owned(), sum)];
+        let mut changes = vec![("potential".to_owned(), since("potential")), ("sum of all".to_owned(), sum)];
+        let accounts = [
+            ("work_loads", "work of loads"),
+            ("work_bodies", "work of bodies"),
+            ("dissipated_holds", "lost at faces and bodies"),
+            ("energy_lost", "lost by the scheme"),
+        ];
+        let kept = accounts.into_iter().filter(|(column, _)| !self.record.column(column).is_empty());
+        changes.extend(kept.map(|(column, words)| (words.to_owned(), since(column))));
         draw(
             "energies",
             &[
@@ -413,9 +421,9 @@ const STRAIN_WORDS: &str = "The material points as squares of their area, in spa
      coloured by plastic strain. Dashed: the grid; grey: bodies.";
 const STRESS_WORDS: &str =
     "The same coloured by mean stress, compression positive; of plane strain the mean in the plane.";
-const ENERGY_WORDS: &str = "(a) Energies against time; what is zero has no place on this scale. (b) Potential energy, and \
-     the sum with those of (a), since the first row: the work of loads and bodies, less what friction on faces and bodies \
-     and the transfer between points and grid have taken.";
+const ENERGY_WORDS: &str = "(a) Energies against time, at the last evaluation of forces; what is zero has no place on this \
+     scale. (b) Potential energy, and the sum with those of (a), since the first row: the work of loads and bodies, less what \
+     friction on faces and bodies and the scheme have taken. These are drawn where the run kept account ([output] ledger).";
 const SERIES_WORDS: &str = "(a) Volume mean of the stress, normal stresses positive in compression; (b) change of volume \
      since the first row, against time.";
 const REACTION_WORDS: &str = "Force of the material on every face that holds it and on every body, magnitude of the mean \

@@ -8,20 +8,21 @@
 //! T(n+1) - T(n) = sum J(n).v'(n)/2 + sum J(n+1).v(n+1)/2 - transfer(n)
 //! ```
 //!
-//! so every impulse works half over the drift ahead and half over the one behind, as those of grains do, and what points lose
-//! against their nodes on the way to the grid and back is known by itself: of a blend what it leaves of the points' own motion,
-//! of affine fields what is finer than they are, and with either what a node's mass, lumped, has more than its points'. Elastic
-//! energy, that of gravity and what has been dissipated are those of the points at x(n), with the stress that makes f(n):
+//! so every impulse works half over the drift ahead and half over the one behind, as those of grains do, and the kinetic energy
+//! that is lost between points and grid is known by itself: of points' own motion what a blend damps, and what is finer than
+//! the grid or the affine fields. Elastic energy, that of gravity and what has been dissipated are those of the points at x(n),
+//! with the stress that makes f(n):
 //!
 //! ```text
-//! loads + bodies + ramp = change of (kinetic + elastic + potential + dissipated) + holds + transfer - unexplained
+//! loads + bodies + ramp = change of (kinetic + elastic + potential + dissipated) + holds + lost
 //! ```
 //!
 //! with the powers: loads: push.v at their points; bodies: force.V, the velocity of the body there; ramp: what bears the share of
 //! gravity that is not there yet, for the potential is that in the whole field; holds: force.(V - v), by which friction, dashpots
-//! and sudden stops take energy at faces and bodies. Gravity itself closes exactly. What is left is the difference between the
-//! work of stress on nodes and what the law has stored and dissipated: its strain is that of one velocity of the grid, the work
-//! that of two, and it takes the step as a whole.
+//! and sudden stops take energy at faces and bodies. Gravity itself closes exactly. What is `lost` is the scheme's doing, and
+//! negative where it makes energy: the transfer, and the difference between the work of stress on nodes, with the velocities on
+//! either side of a transfer, and what the law has stored and dissipated, with one of them. The two belong together: where
+//! strain is that of velocities which have been to the points, what the one takes the other gives back in part.
 
 use rayon::prelude::*;
 use scree_partition::ExactSum;
@@ -91,10 +92,10 @@ pub struct PointBalance {
     pub work_ramp: f64,
     /// Lost where faces and bodies hold nodes: friction, dashpots, sudden stops.
     pub holds: f64,
-    /// Kinetic energy lost between points and grid.
+    /// Lost by the scheme; below zero it has made energy.
+    pub lost: f64,
+    /// Of this, kinetic energy between points and grid.
     pub transfer: f64,
-    /// What there is more than the work and the losses explain.
-    pub unexplained: f64,
 }
 
 /// The energies of a continuum as this rank keeps them; sums of ranks are exact.
@@ -203,8 +204,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let [nodes, work_loads, work_bodies, work_ramp, holds] = self.reduce(account.booked.clone())?;
         let transfer = nodes - (now.kinetic - start.kinetic);
         let work = work_loads + work_bodies + work_ramp;
-        let unexplained = now.sum() - start.sum() + holds + transfer - work;
-        Ok(Some(PointBalance { work_loads, work_bodies, work_ramp, holds, transfer, unexplained }))
+        let lost = work - (now.sum() - start.sum()) - holds;
+        Ok(Some(PointBalance { work_loads, work_bodies, work_ramp, holds, lost, transfer }))
     }
 
     /// Between the step of the nodes and that of the points: books the work of the one, and energies of the other where they
