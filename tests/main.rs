@@ -35,6 +35,8 @@ mod inclines;
 mod invariance;
 /// Every job in `jobs/` is read, and its resolved form means the same.
 mod jobs;
+/// Strip footings bear what Prandtl says, less what their few cells cost, on a load that stays flat.
+mod limit_loads;
 /// Every material law in both spaces: many turns, large stretch, returns from random states, energies, starts, speed.
 mod laws;
 /// The continuum's law on uniaxial, shear and separating paths against closed forms, and under superposed rotation.
