@@ -549,8 +549,8 @@ fn a_load_that_meets_no_surface() {
 #[test]
 fn bodies_that_cannot_be() {
     refused(
-        "upper = [\"2 m\", \"1.2 m\"]",
-        "upper = [\"2 m\", \"2.2 m\"]",
+        "lower = [\"1 m\", \"1 m\"]\nupper = [\"2 m\", \"1.2 m\"]",
+        "lower = [\"1 m\", \"2 m\"]\nupper = [\"2 m\", \"2.2 m\"]",
         "job.toml:79: body.upper = [\"2 m\", \"2.2 m\"] lies outside of the grid, which reaches from 0 to 2 m along y. Move it inside.",
     );
     refused(

@@ -1,16 +1,22 @@
 #!/usr/bin/env python3
-"""Figures of VALIDATION.md that are reckoned from series.csv; nothing but Python 3 is needed.
+"""Figures of VALIDATION.md that are reckoned from series.csv and frames.vtkhdf. Python 3.11 is needed, and for band and
+collapse h5py, which brings numpy.
 
     tests/figures.py biaxial DIR...     peak of sigma_yy/sigma_xx, its strain, the late mean and the void ratio at the end
     tests/figures.py slope DIR...       slope of the mean stress, or of stress_yy, against strain: first tenth, and all
+    tests/figures.py footing DIR...     load on a strip footing over Prandtl's, mean of the second half of the settlement
+    tests/figures.py band DIR...        width of the shear band, in cells and in sections of a cell by its normal
+    tests/figures.py collapse DIR...    run-out of a column, and its energies over the potential energy at the start
 
-DIR is the folder of a run: of jobs/element/rve_biaxial.toml or rve_ensemble.toml, or of jobs/element/bulk.toml. Strains
-are logarithmic, from the edges of the cell; of a biaxial test from time zero, of a slope from the first row.
+DIR is the folder of a run: of jobs/element/rve_biaxial.toml or rve_ensemble.toml, of jobs/element/bulk.toml, or of the job
+in jobs/continuum. Strains are logarithmic, from the edges of the cell; of a biaxial test from time zero, of a slope from
+the first row.
 """
 
 import csv
 import math
 import sys
+import tomllib
 
 
 def series(folder):
@@ -65,8 +71,115 @@ def slope(folder):
     print(f"{folder}: {name} {1e-6 * fit(first):.1f} ({1e-6 * fit(points):.1f}) MPa over {100 * whole:.3f} %")
 
 
+def scenario(folder):
+    with open(f"{folder}/scenario.toml", "rb") as file:
+        return tomllib.load(file)
+
+
+def footing(folder):
+    """The half of a footing on one weightless material that is in the grid: p_u = c N_c + q N_q."""
+    job = scenario(folder)
+    material, half = job["material"], job["body"][0]["upper"][0] - job["grid"]["lower"][0]
+    phi, load = material["friction_angle_critical"], job.get("load", [{"pressure": 0}])[0]["pressure"]
+    n_q = math.tan(math.pi / 4 + phi / 2) ** 2 * math.exp(math.pi * math.tan(phi))
+    n_c = (n_q - 1) / math.tan(phi) if phi > 0 else 2 + math.pi
+    exact = (material["cohesion"] * n_c + load * n_q) * half * job["grid"]["depth"]
+    points = [(-row["footing_displacement_y"], row["footing_force_y"] / exact) for row in series(folder)]
+    last = points[-1][0]
+    print(
+        f"{folder}: {mean(load for settled, load in points if settled >= last / 2):.3f}"
+        f" ({mean(load for settled, load in points if settled >= 0.9 * last):.3f} in the last tenth)"
+        f" of {exact:.0f} N, settlement {1e3 * last:.1f} mm"
+    )
+
+
+class Frames:
+    """Columns of the points of a frame, in the order of ids."""
+
+    def __init__(self, folder):
+        import h5py
+
+        self.root = h5py.File(f"{folder}/frames.vtkhdf")["VTKHDF"]
+        self.times = self.root["Steps/Values"][:]
+
+    def column(self, frame, name):
+        import numpy
+
+        first, count = self.root["Steps/PointOffsets"][frame], self.root["NumberOfPoints"][frame]
+        rows = slice(first, first + count)
+        column = self.root["Points" if name == "place" else f"PointData/{name}"]
+        return column[rows][numpy.argsort(self.root["PointData/id"][rows])]
+
+
+def band(folder):
+    """Of the last fifth of the run, in the middle half of the specimen; of the stronger band where two cross."""
+    import numpy
+
+    frames, job = Frames(folder), scenario(folder)
+    cell, depth, points_per_cell = job["grid"]["cell"], job["grid"]["depth"], job["scheme"]["points_per_cell"]
+    last = len(frames.times) - 1
+    first = int(numpy.searchsorted(frames.times, 0.8 * frames.times[last]))
+    start, place = frames.column(0, "place")[:, 0], frames.column(last, "place")[:, :2]
+    gain = frames.column(last, "plastic_strain") - frames.column(first, "plastic_strain")
+    left, right = start.min(), start.max()
+    middle = abs(start - (left + right) / 2) < (right - left) / 4
+    place, gain = place[middle], gain[middle]
+    # The line of the band: of all strips one cell wide the one that holds most of it.
+    held = 0.0
+    for degrees in (*range(20, 71), *range(-70, -19)):
+        angle = math.radians(degrees)
+        trial = place @ numpy.array([-math.sin(angle), math.cos(angle)])
+        for offset in numpy.arange(trial.min(), trial.max(), cell / 8):
+            strip = abs(trial - offset) < cell / 2
+            if gain[strip].sum() > held:
+                held, along, across = gain[strip].sum(), (math.cos(angle), math.sin(angle)), trial - offset
+    near = abs(across) < 3 * cell
+    even = (cell / points_per_cell) ** 2 * gain[near].sum() ** 2 / (gain[near] ** 2).sum()
+    # Of a triangular and of a Gaussian profile the width at half of the height is two thirds of that of even strain.
+    width = 2 / 3 * even / ((right - left) / 2 / along[0]) / cell
+    of_cell = abs(along[0]) + abs(along[1])
+    rows = series(folder)
+    stress = [row["plate_force_y"] / (depth * (right - left + cell / points_per_cell)) for row in rows]
+    print(
+        f"{folder}: width {1e3 * cell * width:.2f} mm = {width:.2f} cells = {width / of_cell:.2f} of a cell's section,"
+        f" slope {abs(along[1] / along[0]):.2f}, axial stress {1e-3 * max(stress):.0f} and {1e-3 * stress[-1]:.0f} kPa"
+        f" at its peak and at {-1e3 * rows[-1]['plate_displacement_y']:.2f} mm"
+    )
+
+
+# A deposit ends where a window of a quarter of the column's height holds less than a layer: of the height a 64th, a point in
+# each cell of the paper's grid, or a 32nd, three of its grains.
+WINDOW, LAYERS = 1 / 4, (1 / 64, 1 / 32)
+
+
+def collapse(folder):
+    import numpy
+
+    frames, job = Frames(folder), scenario(folder)
+    height = job["region"][0]["upper"][1]
+    width, area = job["region"][0]["upper"][0], height * job["region"][0]["upper"][0]
+    x = numpy.sort(frames.column(len(frames.times) - 1, "place")[:, 0])
+    fronts = []
+    for layer in LAYERS:
+        points = max(1, round(WINDOW * layer * height**2 / (area / len(x))))
+        thin = numpy.flatnonzero((x[points:] - x[:-points] > WINDOW * height) & (x[:-points] > width / 2))
+        fronts.append(((x[thin[0]] if len(thin) else x[-points]) - width) / width)
+    rows = series(folder)
+    start = rows[0]["potential"]
+    fastest = max(rows, key=lambda row: row["kinetic"])
+    print(
+        f"{folder}: front {fronts[0]:.2f} and {fronts[1]:.2f}, 99 % of the mass {(x[int(0.99 * len(x))] - width) / width:.2f},"
+        f" farthest point {(x[-1] - width) / width:.2f}; kinetic at most {fastest['kinetic'] / start:.3f}"
+        f" at {fastest['time']:.2f} s, potential lost {1 - rows[-1]['potential'] / start:.3f}"
+    )
+    for at in range(0, len(rows), len(rows) // 8):
+        row = rows[at]
+        shares = (f"{name} {row[name] / start:.3f}" for name in ("kinetic", "elastic", "potential", "dissipated"))
+        print(f"  {row['time']:.2f} s: {', '.join(shares)}")
+
+
 if __name__ == "__main__":
-    commands = {"biaxial": biaxial, "slope": slope}
+    commands = {"biaxial": biaxial, "slope": slope, "footing": footing, "band": band, "collapse": collapse}
     if len(sys.argv) < 3 or sys.argv[1] not in commands:
         sys.exit(__doc__)
     for folder in sys.argv[2:]:

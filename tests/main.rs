@@ -43,6 +43,8 @@ mod invariance;
 mod jobs;
 /// Every material law in both spaces: many turns, large stretch, returns from random states, energies, starts, speed.
 mod laws;
+/// Strip footings bear what Prandtl says, less what their few cells cost, on a load that stays flat.
+mod limit_loads;
 /// The continuum's law on uniaxial, shear and separating paths against closed forms, and under superposed rotation.
 mod material;
 /// The quickstart has the same digest and curve on 1 to 4 ranks, 1 and 2 threads, and through SIGTERM and resume.

@@ -261,6 +261,15 @@ fn cost(page: &mut Page, job: &Mpm, points: u64) {
     );
 }
 
+/// How far a node's function reaches, in cells.
+fn reach(shape: ShapeFunction) -> f64 {
+    match shape {
+        ShapeFunction::Linear => 1.0,
+        ShapeFunction::Generalised | ShapeFunction::Quadratic => 1.5,
+        ShapeFunction::Cubic => 2.0,
+    }
+}
+
 /// What is allowed, but probably not meant.
 fn warnings(job: &Mpm) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -292,6 +301,24 @@ fn warnings(job: &Mpm) -> Vec<String> {
                 number + 1,
                 figures(filled),
                 figures(1e3 * job.spacing())
+            ));
+        }
+    }
+    for body in &job.bodies {
+        let thickness = match &body.body.shape {
+            Shape::Box { lower, upper } => {
+                (0..job.grid.dimension).map(|axis| upper[axis] - lower[axis]).fold(f64::INFINITY, f64::min)
+            }
+            Shape::Cylinder { radius, .. } => 2.0 * radius,
+            Shape::Plane { .. } | Shape::Layer { .. } => continue,
+        };
+        let wanted = 2.0 * reach(job.scheme.shape) * job.grid.cell;
+        if thickness < wanted {
+            warnings.push(format!(
+                "body `{}` is {} mm thick. Material reaches nodes beyond its middle, which hold it from the other side: make it {} mm at least, or the cells smaller.",
+                body.body.name,
+                figures(1e3 * thickness),
+                figures(1e3 * wanted)
             ));
         }
     }

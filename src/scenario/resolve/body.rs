@@ -93,7 +93,7 @@ fn shape(table: &Reader<'_>, cell: &Domain) -> Result<Shape, Error> {
             Shape::Plane { point, normal }
         }
         "box" => {
-            let (lower, upper) = corners(table, cell)?;
+            let (lower, upper) = corners_cut_by_walls(table, cell)?;
             Shape::Box { lower, upper }
         }
         "layer" => {
@@ -156,6 +156,19 @@ pub fn corners(table: &Reader<'_>, cell: &Domain) -> Result<([f64; 3], [f64; 3])
     match (0..cell.dimension).all(|axis| lower[axis] < upper[axis]) {
         true => Ok((lower, upper)),
         false => Err(table.refusal("upper", "encloses nothing: it must be more than lower along every axis.")),
+    }
+}
+
+/// Two corners of a box that the walls of a grid may cut: a side of it on a wall would let the nodes there go along the wall.
+fn corners_cut_by_walls(table: &Reader<'_>, domain: &Domain) -> Result<([f64; 3], [f64; 3]), Error> {
+    let (lower, upper) = (table.vector("lower")?, table.vector("upper")?);
+    let met = |axis: usize| lower[axis] < domain.upper[axis] && upper[axis] > domain.lower[axis];
+    let within = |axis: usize| lower[axis] >= domain.lower[axis] && upper[axis] <= domain.upper[axis];
+    let walled = |axis: usize| domain.name == "grid" && !domain.periodic[axis];
+    let fits = |axis: usize| lower[axis] < upper[axis] && if walled(axis) { met(axis) } else { within(axis) };
+    match (0..domain.dimension).all(fits) {
+        true => Ok((lower, upper)),
+        false => corners(table, domain),
     }
 }
 
