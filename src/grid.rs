@@ -154,6 +154,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let (points, loads) = (&mut self.points, &self.settings.loads);
         for (row, push) in &mut points.loaded {
             let (hot, mut borne) = (&points.hot[*row as usize], points.cold[*row as usize].loads);
+            if borne == 0 {
+                // What someone else put on it.
+                continue;
+            }
             *push = S::Vector::zero();
             while borne != 0 {
                 *push += loads[borne.trailing_zeros() as usize].on(&hot.deformation, time);

@@ -114,9 +114,9 @@ fn errors(scheme: &str, cells: usize) -> [f64; 2] {
         while (world.step as usize) < until {
             let time = world.time();
             let points = &mut world.points;
-            for (hot, cold) in points.hot.iter_mut().zip(&points.cold) {
-                hot.velocity += force_and_place(&cold.origin, time).0 * step;
-            }
+            let rows = points.hot.iter().zip(&points.cold);
+            let pushes = rows.map(|(hot, cold)| force_and_place(&cold.origin, time).0 * hot.mass);
+            points.loaded = pushes.enumerate().map(|(row, push)| (row as u32, push)).collect();
             world.advance().unwrap();
         }
         let time = world.time();
