@@ -147,9 +147,9 @@ def band(folder):
     )
 
 
-# A deposit ends where a window of two of the paper's cells holds less than a layer of one of its points: of the column's
-# height an eighth, and a 64th, which is one grain and a half.
-WINDOW, LAYER = 1 / 8, 1 / 64
+# A deposit ends where a window of a quarter of the column's height holds less than a layer: of the height a 64th, a point in
+# each cell of the paper's grid, or a 32nd, three of its grains.
+WINDOW, LAYERS = 1 / 4, (1 / 64, 1 / 32)
 
 
 def collapse(folder):
@@ -159,14 +159,16 @@ def collapse(folder):
     height = job["region"][0]["upper"][1]
     width, area = job["region"][0]["upper"][0], height * job["region"][0]["upper"][0]
     x = numpy.sort(frames.column(len(frames.times) - 1, "place")[:, 0])
-    points = max(1, round(WINDOW * LAYER * height**2 / (area / len(x))))
-    thin = numpy.flatnonzero((x[points:] - x[:-points] > WINDOW * height) & (x[:-points] > width / 2))
-    front = x[thin[0]] if len(thin) else x[-points]
+    fronts = []
+    for layer in LAYERS:
+        points = max(1, round(WINDOW * layer * height**2 / (area / len(x))))
+        thin = numpy.flatnonzero((x[points:] - x[:-points] > WINDOW * height) & (x[:-points] > width / 2))
+        fronts.append(((x[thin[0]] if len(thin) else x[-points]) - width) / width)
     rows = series(folder)
     start = rows[0]["potential"]
     fastest = max(rows, key=lambda row: row["kinetic"])
     print(
-        f"{folder}: front {(front - width) / width:.2f}, 99 % of the mass {(x[int(0.99 * len(x))] - width) / width:.2f},"
+        f"{folder}: front {fronts[0]:.2f} and {fronts[1]:.2f}, 99 % of the mass {(x[int(0.99 * len(x))] - width) / width:.2f},"
         f" farthest point {(x[-1] - width) / width:.2f}; kinetic at most {fastest['kinetic'] / start:.3f}"
         f" at {fastest['time']:.2f} s, potential lost {1 - rows[-1]['potential'] / start:.3f}"
     )

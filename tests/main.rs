@@ -35,10 +35,10 @@ mod inclines;
 mod invariance;
 /// Every job in `jobs/` is read, and its resolved form means the same.
 mod jobs;
-/// Strip footings bear what Prandtl says, less what their few cells cost, on a load that stays flat.
-mod limit_loads;
 /// Every material law in both spaces: many turns, large stretch, returns from random states, energies, starts, speed.
 mod laws;
+/// Strip footings bear what Prandtl says, less what their few cells cost, on a load that stays flat.
+mod limit_loads;
 /// The continuum's law on uniaxial, shear and separating paths against closed forms, and under superposed rotation.
 mod material;
 /// The quickstart has the same digest and curve on 1 to 4 ranks, 1 and 2 threads, and through SIGTERM and resume.

@@ -162,10 +162,11 @@ pub fn corners(table: &Reader<'_>, cell: &Domain) -> Result<([f64; 3], [f64; 3])
 /// Two corners of a box that the walls of a grid may cut: a side of it on a wall would let the nodes there go along the wall.
 fn corners_cut_by_walls(table: &Reader<'_>, domain: &Domain) -> Result<([f64; 3], [f64; 3]), Error> {
     let (lower, upper) = (table.vector("lower")?, table.vector("upper")?);
-    let cut = |axis: usize| domain.name == "grid" && !domain.periodic[axis];
     let met = |axis: usize| lower[axis] < domain.upper[axis] && upper[axis] > domain.lower[axis];
-    let axes = || 0..domain.dimension;
-    match axes().all(|axis| lower[axis] < upper[axis]) && axes().all(met) && axes().all(cut) {
+    let within = |axis: usize| lower[axis] >= domain.lower[axis] && upper[axis] <= domain.upper[axis];
+    let walled = |axis: usize| domain.name == "grid" && !domain.periodic[axis];
+    let fits = |axis: usize| lower[axis] < upper[axis] && if walled(axis) { met(axis) } else { within(axis) };
+    match (0..domain.dimension).all(fits) {
         true => Ok((lower, upper)),
         false => corners(table, domain),
     }
