@@ -13,7 +13,7 @@ use crate::mpm::boundary::{Grip, Hold, absorb};
 use crate::mpm::gather::{Taken, Taking, correct_grains, gather_points};
 use crate::mpm::nodes;
 use crate::mpm::points::Points;
-use crate::mpm::scatter::{Brought, scatter_grains, scatter_loads, scatter_points};
+use crate::mpm::scatter::{scatter_grains, scatter_loads, scatter_points};
 use crate::mpm::tile::{Advanced, Gathered, GrainNode, NODE_WORDS, OwnedNode};
 use crate::observe::ledger::Entry;
 use crate::observe::phases::Phase;
@@ -100,7 +100,8 @@ pub fn body_impulse(reactions: &[f64; REACTIONS], body: usize) -> ([f64; 3], [f6
 enum Moment {
     /// Forces act.
     Step,
-    /// The velocities that points brought, held where they are held.
+    /// The velocities that points brought, held where they are held once forces act: were parting told by these velocities
+    /// alone, a node under load that swings by a little would part and be held in turn, and take energy from nowhere.
     Look,
 }
 
@@ -134,7 +135,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Strain of the grid with the velocities of points as they are.
     fn strain_by_points(&mut self, taken: Taken) {
-        self.scatter_points(Brought::Motion);
+        self.push_loaded();
+        self.scatter_points();
         self.sum_tiles();
         self.advance_nodes(Moment::Look);
         self.spread_tiles();
@@ -144,7 +146,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     pub(crate) fn scatter_all(&mut self) {
         if self.has_points() {
             self.push_loaded();
-            self.scatter_points(Brought::All);
+            self.scatter_points();
         }
     }
 
@@ -167,7 +169,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         }
     }
 
-    fn scatter_points(&mut self, brought: Brought) {
+    fn scatter_points(&mut self) {
         let timer = self.phases.start();
         let len = self.nodes.mosaic.nodes_per_tile;
         let rows = self.nodes.mosaic.rows();
@@ -177,12 +179,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let Points { hot, beside, loaded, .. } = &mut self.points;
         over_blocks(&self.point_ranges, hot, len, tiles, &|block, range, points, tile| {
             tile.fill(Gathered::zero());
-            scatter_points(&frames[block], how, brought, (points, &beside[range.clone()]), tile);
-            if brought == Brought::All {
-                let of = |end: usize| loaded.partition_point(|(row, _)| (*row as usize) < end);
-                let loaded = &loaded[of(range.start)..of(range.end)];
-                scatter_loads(&frames[block], how.0, (points, range.start), loaded, tile);
-            }
+            scatter_points(&frames[block], how, (points, &beside[range.clone()]), tile);
+            let of = |end: usize| loaded.partition_point(|(row, _)| (*row as usize) < end);
+            let loaded = &loaded[of(range.start)..of(range.end)];
+            scatter_loads(&frames[block], how.0, (points, range.start), loaded, tile);
         });
         self.phases.stop(Phase::Scatter, timer);
     }
@@ -240,7 +240,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     fn advance_nodes(&mut self, moment: Moment) {
         let timer = self.phases.start();
         let (coupled, cell) = (self.is_coupled(), self.layout.cell);
-        let dt = if moment == Moment::Step { self.settings.dt } else { 0.0 };
+        let (step, looks) = (self.settings.dt, moment == Moment::Look);
+        let dt = if looks { 0.0 } else { step };
         let gravity = self.gravity_now();
         let Self { nodes, tiles, bodies, layout, settings, reactions, cell: periods, .. } = self;
         for (number, (node, sum)) in nodes.mosaic.owned.iter().zip(&tiles.sums).enumerate() {
@@ -256,12 +257,14 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             let mass = sum.mass() + grains.mass;
             let place: S::Vector = layout.node_at(node.place);
             let holder = bodies.iter().position(|body| body.holds(place[1], cell));
-            let mut booked = if moment == Moment::Step { Some(&mut *reactions) } else { None };
+            let mut booked = if looks { None } else { Some(&mut *reactions) };
             let hold = |free: S::Vector| match holder {
                 Some(body) => bodies[body].velocity,
                 None => {
-                    let free = held_by_bodies(free, (bodies, periods), &place, mass, booked.as_deref_mut());
-                    held_by_faces::<S>(free, &settings.grid, layout, node, (mass, dt), booked)
+                    let forces = if looks { sum.force() * (step / mass) + gravity * step } else { S::Vector::zero() };
+                    let held =
+                        held_by_bodies([free, free + forces], (bodies, periods), &place, mass, booked.as_deref_mut());
+                    held_by_faces::<S>(held, &settings.grid, layout, node, (mass, dt), booked)
                 }
             };
             let (advanced, change) = nodes::advance(sum, &grains, &gravity, dt, hold);
@@ -385,33 +388,35 @@ fn unpacked<S: Space>(words: &[f64; GRAIN_WORDS]) -> (f64, S::Vector) {
     (words[0], vector)
 }
 
-/// Velocity of a node after every body that it or an image of it lies in has held it, in their order; `mass` is the node's.
+/// Velocity of a node, and that which forces would give it ([`Hold::on`]), after every body that it or an image of it lies in
+/// has held it, in their order; `mass` is the node's.
 pub(crate) fn held_by_bodies<S: Space>(
-    mut velocity: S::Vector,
+    [mut velocity, mut pushed]: [S::Vector; 2],
     (bodies, periods): (&[Body<S>], &Cell<S>),
     place: &S::Vector,
     mass: f64,
     mut reactions: Option<&mut Reactions>,
-) -> S::Vector {
+) -> [S::Vector; 2] {
     for (number, body) in bodies.iter().enumerate() {
         let Some((grip, separates)) = body.grip else { continue };
         let place = place_beside(body, periods, place);
         let Some(nearest) = body.nearest(&place).filter(|nearest| nearest.distance <= 0.0) else { continue };
         let hold: Hold<S> = Hold { grip, separates, normal: nearest.normal, velocity: body.velocity_at(&place) };
-        let after = hold.on(&velocity);
+        let after = hold.on(&velocity, &pushed);
         if let Some(reactions) = &mut reactions {
             let impulse = (velocity - after) * mass;
             let arm = place - body.origin();
             reactions.on_body::<S>(number, &impulse, &S::moment(&arm, &impulse));
         }
+        pushed = hold.on(&pushed, &pushed);
         velocity = after;
     }
-    velocity
+    [velocity, pushed]
 }
 
 /// Velocity of a node after every face of the domain at or behind which it lies has held it, axis by axis.
 pub(crate) fn held_by_faces<S: Space>(
-    mut velocity: S::Vector,
+    [mut velocity, mut pushed]: [S::Vector; 2],
     grid: &Grid,
     layout: &Layout,
     node: &OwnedNode,
@@ -432,8 +437,13 @@ pub(crate) fn held_by_faces<S: Space>(
             let after = match boundary {
                 Boundary::Periodic | Boundary::Free => velocity,
                 Boundary::Fixed => S::Vector::zero(),
-                Boundary::Roller => hold(Grip::Smooth, false).on(&velocity),
-                Boundary::Friction { coefficient } => hold(Grip::Coulomb(coefficient), true).on(&velocity),
+                Boundary::Roller => hold(Grip::Smooth, false).on(&velocity, &pushed),
+                Boundary::Friction { coefficient } => {
+                    let hold = hold(Grip::Coulomb(coefficient), true);
+                    let after = hold.on(&velocity, &pushed);
+                    pushed = hold.on(&pushed, &pushed);
+                    after
+                }
                 Boundary::Absorbing => {
                     let area = layout.node_area(node.place, axis) * grid.depth;
                     absorb::<S>(&velocity, axis, grid.impedance.map(|impedance| impedance * area), mass, dt)

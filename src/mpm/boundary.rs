@@ -27,13 +27,14 @@ pub struct Hold<S: Space> {
 }
 
 impl<S: Space> Hold<S> {
-    /// The velocity that a node of velocity `free` is left with.
-    pub fn on(&self, free: &S::Vector) -> S::Vector {
-        let relative = *free - self.velocity;
-        let opening = relative.dot(&self.normal);
-        if self.separates && opening > 0.0 {
+    /// The velocity that a node of velocity `free` is left with; whether it parts is told by `pushed`, the velocity that it
+    /// would have after the forces of a step. Where these have acted already the two are one.
+    pub fn on(&self, free: &S::Vector, pushed: &S::Vector) -> S::Vector {
+        if self.separates && (*pushed - self.velocity).dot(&self.normal) > 0.0 {
             return *free;
         }
+        let relative = *free - self.velocity;
+        let opening = relative.dot(&self.normal);
         let along = relative - self.normal * opening;
         match self.grip {
             Grip::Rough => self.velocity,
@@ -73,16 +74,19 @@ mod tests {
     #[test]
     fn what_presses_is_held_and_what_leaves_is_let_go() {
         let (pressing, leaving) = (Vector::new(3.0, -1.0), Vector::new(3.0, 1.0));
-        assert_eq!(hold(Grip::Rough, true).on(&pressing), Vector::new(1.0, 0.0));
-        assert_eq!(hold(Grip::Smooth, true).on(&pressing), Vector::new(3.0, 0.0));
-        assert_eq!(hold(Grip::Coulomb(0.5), true).on(&pressing), Vector::new(2.5, 0.0));
-        assert_eq!(hold(Grip::Coulomb(4.0), true).on(&pressing), Vector::new(1.0, 0.0));
+        let on = |grip: Grip, separates: bool, free: &Vector| hold(grip, separates).on(free, free);
+        assert_eq!(on(Grip::Rough, true, &pressing), Vector::new(1.0, 0.0));
+        assert_eq!(on(Grip::Smooth, true, &pressing), Vector::new(3.0, 0.0));
+        assert_eq!(on(Grip::Coulomb(0.5), true, &pressing), Vector::new(2.5, 0.0));
+        assert_eq!(on(Grip::Coulomb(4.0), true, &pressing), Vector::new(1.0, 0.0));
         for grip in [Grip::Rough, Grip::Smooth, Grip::Coulomb(0.5)] {
-            assert_eq!(hold(grip, true).on(&leaving), leaving);
-            assert_eq!(hold(grip, false).on(&leaving)[1], 0.0);
+            assert_eq!(on(grip, true, &leaving), leaving);
+            assert_eq!(on(grip, false, &leaving)[1], 0.0);
+            // What is pushed back within the step has not left.
+            assert_eq!(hold(grip, true).on(&leaving, &pressing)[1], 0.0);
         }
         // Nothing presses, so nothing rubs.
-        assert_eq!(hold(Grip::Coulomb(0.5), false).on(&leaving), Vector::new(3.0, 0.0));
+        assert_eq!(on(Grip::Coulomb(0.5), false, &leaving), Vector::new(3.0, 0.0));
     }
 
     #[test]

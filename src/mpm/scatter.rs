@@ -151,32 +151,21 @@ pub fn eight_of<T>(rows: &[T]) -> [&T; LANES] {
     std::array::from_fn(|lane| &rows[lane.min(rows.len() - 1)])
 }
 
-/// What points bring to their nodes, weighted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Brought {
-    /// `m_i = sum w m N_i`, `p_i = sum w m v N_i`, with the affine field `p_i = sum w m (v + C (x_i - x)) N_i`, and
-    /// `f_i = -sum w V0 tau grad N_i`.
-    All,
-    /// Mass and momentum alone.
-    Motion,
-}
-
-/// Mass, momentum and internal force of the block's points, to a tile that has been cleared.
+/// What the block's points bring, weighted, to a tile that has been cleared: `m_i = sum w m N_i`, `p_i = sum w m v N_i`, with
+/// the affine field `p_i = sum w m (v + C (x_i - x)) N_i`, and `f_i = -sum w V0 tau grad N_i`.
 pub fn scatter_points<S: Space, M: Numbers + Sync>(
     frame: &TileFrame<S>,
     (shape, affine, instructions): (ShapeFunction, bool, Instructions),
-    brought: Brought,
     (points, beside): (&[Hot<S, M>], &[Beside<S>]),
     tile: &mut [Gathered<S>],
 ) {
-    instructions.run(Scatter { frame, shape, affine, brought, points, beside, tile });
+    instructions.run(Scatter { frame, shape, affine, points, beside, tile });
 }
 
 struct Scatter<'a, S: Space, M> {
     frame: &'a TileFrame<S>,
     shape: ShapeFunction,
     affine: bool,
-    brought: Brought,
     points: &'a [Hot<S, M>],
     beside: &'a [Beside<S>],
     tile: &'a mut [Gathered<S>],
@@ -187,13 +176,13 @@ impl<S: Space, M: Numbers> Packed for Scatter<'_, S, M> {
 
     #[inline(always)]
     fn run<P: Pack>(self) {
-        let Self { frame, shape, affine, brought, points, beside, tile } = self;
+        let Self { frame, shape, affine, points, beside, tile } = self;
         let (mut lanes, mut basis) = (Lanes::<P>::zero(), Basis::zero());
         let mut shares = [Share::<P>::zero(); LANES];
         for (group, points) in points.chunks(LANES).enumerate() {
             lanes.load(&eight_of(points), Hot::<S, M>::DEFORMATION);
             basis.set::<S, P>(frame, (shape, affine), frame.place(&lanes.words(Hot::<S, M>::POSITION)));
-            set_shares::<S, M, P>(&lanes, brought, &mut shares);
+            set_shares::<S, M, P>(&lanes, &mut shares);
             if affine {
                 set_arms::<S, M, P>(&lanes, &beside[group * LANES..][..points.len()], &mut shares);
             }
@@ -219,7 +208,7 @@ struct Share<P> {
 
 /// The shares of eight points in step, without those of affine fields.
 #[inline(always)]
-fn set_shares<S: Space, M: Numbers, P: Pack>(lanes: &Lanes<P>, brought: Brought, shares: &mut [Share<P>; LANES]) {
+fn set_shares<S: Space, M: Numbers, P: Pack>(lanes: &Lanes<P>, shares: &mut [Share<P>; LANES]) {
     let zero = P::splat(0.0);
     let at = |number: usize| lanes.0[number];
     let weight = at(Hot::<S, M>::WEIGHT);
@@ -229,13 +218,11 @@ fn set_shares<S: Space, M: Numbers, P: Pack>(lanes: &Lanes<P>, brought: Brought,
     for axis in 0..S::DIMENSION {
         value[1 + axis] = at(Hot::<S, M>::VELOCITY + axis) * mass;
     }
-    if brought == Brought::All {
-        let stress = lanes.words::<S::SymmetricOf<P>>(Hot::<S, M>::STRESS) * -(weight * at(Hot::<S, M>::VOLUME));
-        let stress = stress.tensor();
-        for along in 0..S::DIMENSION {
-            for axis in 0..S::DIMENSION {
-                slope[along][1 + S::DIMENSION + axis] = stress.word(along * S::DIMENSION + axis);
-            }
+    let stress = lanes.words::<S::SymmetricOf<P>>(Hot::<S, M>::STRESS) * -(weight * at(Hot::<S, M>::VOLUME));
+    let stress = stress.tensor();
+    for along in 0..S::DIMENSION {
+        for axis in 0..S::DIMENSION {
+            slope[along][1 + S::DIMENSION + axis] = stress.word(along * S::DIMENSION + axis);
         }
     }
     for (share, value) in shares.iter_mut().zip(P::transposed(value)) {

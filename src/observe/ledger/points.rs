@@ -298,7 +298,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let mut velocity = (sum.momentum() + sum.force() * dt + gravity * (mass * dt)) * (1.0 / mass);
         let place: S::Vector = self.layout.node_at(node.place);
         for (body, motion) in self.bodies.iter().zip(&self.point_ledger.bodies) {
-            let held = held_by_bodies(velocity, (std::slice::from_ref(body), &self.cell), &place, mass, None);
+            let [held, _] = held_by_bodies([velocity; 2], (std::slice::from_ref(body), &self.cell), &place, mass, None);
             if held != velocity {
                 let impulse = (held - velocity) * mass;
                 let with = [body.velocity_in(motion, &place), body.velocity_at(&place)];
@@ -307,7 +307,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 velocity = held;
             }
         }
-        let held = held_by_faces::<S>(velocity, &self.settings.grid, &self.layout, node, (mass, dt), None);
+        let held = held_by_faces::<S>([velocity; 2], &self.settings.grid, &self.layout, node, (mass, dt), None);
         if held != velocity {
             works.add(Item::Holds, &((velocity - held) * mass), &velocities);
         }
