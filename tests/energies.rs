@@ -104,7 +104,7 @@ fn work_goes_where_the_account_says() {
                     shares[1],
                 );
                 if transfer == blends[0] {
-                    assert!(shares[1][1].abs() < 0.6 * shares[0][1].abs().max(1.0), "{scheme}");
+                    assert!(shares[1][1].abs() < 0.7 * shares[0][1].abs().max(1.0), "{scheme}");
                 }
             }
         }
@@ -126,7 +126,7 @@ fn rigid(scheme: &str, is_carried: bool) -> [f64; 4] {
     let Job::Mpm(job) = parse(&text) else { panic!("it has a grid") };
     let law = Hencky { bulk_modulus: 1e5, shear_modulus: 1e5 };
     let mut world = setup::world::<Plane, Hencky>(&job, &law, &Solo).unwrap();
-    world.bodies[0].grip = is_carried.then_some((Grip::Rough, true));
+    world.bodies[0].grip = is_carried.then_some((Grip::Rough, false));
     world.bodies[0].shape = Shape::Box { lower: [-0.1, -0.1].into(), upper: [0.9, 0.9].into() };
     world.point_ledger.open();
     world.forces_wanted = true;

@@ -265,10 +265,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let mut square = hot.velocity.dot(&hot.velocity);
         if self.settings.grid.transfer == Transfer::Affine {
             let moments = moments(frame, self.settings.grid.shape, &hot.position);
-            for along in 0..S::DIMENSION {
+            for (along, moment) in moments.iter().enumerate().take(S::DIMENSION) {
                 for axis in 0..S::DIMENSION {
                     let slope = affine[along * S::DIMENSION + axis];
-                    square += moments[along] * slope * slope;
+                    square += moment * slope * slope;
                 }
             }
         }
