@@ -355,10 +355,15 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     }
 
     /// Goes on with impulses that were stored: one rank keeps what all have so far.
-    pub fn resume_reactions(&mut self, entries: &[Entry]) {
-        if self.transport.rank() == 0 && entries.len() == REACTIONS {
+    pub fn resume_reactions(&mut self, entries: &[Entry]) -> Result<(), Error> {
+        if entries.is_empty() {
+            return Ok(());
+        }
+        Entry::expect(entries, REACTIONS, "reactions")?;
+        if self.transport.rank() == 0 {
             self.reactions.sums = Entry::take_all(&mut entries.iter().copied());
         }
+        Ok(())
     }
 
     /// Impulses on faces and bodies through nodes since they were last taken, of all ranks: per face (lower and upper of

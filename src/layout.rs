@@ -6,7 +6,7 @@ use std::ops::Range;
 use scree_partition::{Curve, Halo, Lattice};
 
 use crate::mpm::scatter::TileFrame;
-use crate::mpm::shape::{Axis, margins};
+use crate::mpm::shape::{Axis, DRIFT_MAX, margins};
 use crate::mpm::tile::{Mosaic, OwnedNode};
 use crate::scenario::mpm::ShapeFunction;
 use crate::space::{Linear, Plane, Space};
@@ -245,23 +245,20 @@ impl Layout {
     pub fn frame<S: Space>(&self, block: usize) -> TileFrame<S> {
         let mut corner = S::Vector::zero();
         let mut axes = [Axis { half: self.point_half, ..Axis::default() }; 3];
+        let below = self.margin() as f64;
+        let mut inside = [[below, below + self.cells_per_block as f64]; 3];
         for axis in 0..self.dimension {
             let first = self.coordinates[block][axis] * self.cells_per_block as i32 - self.margin() as i32;
             corner[axis] = self.corner[axis] + f64::from(first) * self.cell;
             if self.walled && !self.periodic[axis] {
                 let [lower, upper] = self.rim[axis];
                 axes[axis].walls = [lower as i32 - first, (self.cells[axis] - upper) as i32 - first].map(f64::from);
+                // What has left through a wall is as far out as one may come: a rebuild is due, which finds it.
+                let ([wall, other], slack) = (axes[axis].walls, DRIFT_MAX - WALL_SLACK);
+                inside[axis] = [inside[axis][0].max(wall + slack), inside[axis][1].min(other - slack)];
             }
         }
-        let below = self.margin() as f64;
-        TileFrame {
-            corner,
-            cell: self.cell,
-            cell_inverse: 1.0 / self.cell,
-            edge: self.tile_edge(),
-            inside: [below, below + self.cells_per_block as f64],
-            axes,
-        }
+        TileFrame { corner, cell: self.cell, cell_inverse: 1.0 / self.cell, edge: self.tile_edge(), inside, axes }
     }
 
     /// Where a node is, m.

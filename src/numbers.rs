@@ -49,7 +49,7 @@ unsafe impl Numbers for PlaneSymmetric {}
 unsafe impl Numbers for SolidSymmetric {}
 
 /// Makes a record [`Numbers`]: `numbers!(impl[S: Space] Record[S] { field: Type, ... })` with all its fields in order. That
-/// each of them is, and that there is nothing else, is checked; the record must be laid out as C's are for the order to hold.
+/// each of them is, that they lie in that order and that there is nothing else is checked as it is compiled.
 #[macro_export]
 macro_rules! numbers {
     (impl[$($bounds:tt)*] $name:ident[$($parameters:tt)*] { $($field:ident: $type:ty),* $(,)? }) => {
@@ -57,7 +57,12 @@ macro_rules! numbers {
         // SAFETY: `whole` holds every field to be numbers, and their sizes to be all that there is.
         unsafe impl<$($bounds)*> $crate::numbers::Numbers for $name<$($parameters)*> {
             const WIDTH: usize = {
-                let count = 0 $(+ <$type as $crate::numbers::Numbers>::WIDTH)*;
+                let count = 0;
+                $(
+                    let offset = std::mem::offset_of!(Self, $field);
+                    assert!(offset == count * size_of::<f64>(), "a record of numbers is not laid out as it is written");
+                    let count = count + <$type as $crate::numbers::Numbers>::WIDTH;
+                )*
                 assert!(count * size_of::<f64>() == size_of::<Self>(), "a record of numbers has a gap");
                 let _whole = |record: Self| {
                     let Self { $($field),* } = record;

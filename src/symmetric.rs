@@ -280,10 +280,12 @@ fn root<T: Symmetric>(b: &T) -> T {
 
 /// In the plane: xx, yy, xy.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(transparent)]
 pub struct PlaneSymmetric<R = f64>(pub [R; 3]);
 
 /// In space: xx, yy, zz, xy, xz, yz.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(transparent)]
 pub struct SolidSymmetric<R = f64>(pub [R; 6]);
 
 macro_rules! linear {

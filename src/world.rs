@@ -348,6 +348,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if share < 1.0 {
             return Ok(());
         }
+        self.refuse_infinite_points()?;
         self.refuse_strays()?;
         self.rebuild()
     }

@@ -97,18 +97,11 @@ fn a_free_cluster_keeps_momentum_and_angular_momentum() {
 
 /// What this processor has.
 fn instructions() -> Vec<Instructions> {
-    #[allow(unused_mut, reason = "other processors have one kind only")]
-    let mut known = vec![Instructions::Portable];
     #[cfg(target_arch = "x86_64")]
-    {
-        if is_x86_feature_detected!("avx2") {
-            known.push(Instructions::Avx2);
-        }
-        if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
-            known.push(Instructions::Avx512);
-        }
-    }
-    known
+    let known = [Instructions::Portable, Instructions::Avx2, Instructions::Avx512];
+    #[cfg(not(target_arch = "x86_64"))]
+    let known = [Instructions::Portable];
+    known.into_iter().filter(|instructions| instructions.is_here()).collect()
 }
 
 /// Positions, velocities and spins as bits, by id.

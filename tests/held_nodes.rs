@@ -151,9 +151,9 @@ fn what_rests_on_a_body_stays_at_rest_whenever_stress_is_updated() {
             "#
         );
         let ran = Ran::of(&text);
-        // It swings about rest from no stress at all: four times what it holds at rest is the most there can be.
+        // At rest it holds 6.5 J, and swings about that from no stress at all: four times as much is the most there can be.
         let most = ran.series("elastic").iter().fold(0.0, |most: f64, now| most.max(*now));
         println!("{update}: {most:.2} J at most");
-        assert!(most < 8.0, "{update}: {most} J");
+        assert!(most < 26.0, "{update}: {most} J");
     }
 }

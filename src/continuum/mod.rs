@@ -126,9 +126,9 @@ impl<S: Space> ForAnyMaterial<S> for Resume<'_> {
         }
         let bodies = (saved, at_home.bodies);
         let mut world = setup::world_at::<S, L>(job, &law, transport, progress.step, points, bodies)?;
-        world.resume_reactions(&progress.reactions);
+        world.resume_reactions(&progress.reactions)?;
         if job.ledger {
-            world.resume_point_ledger(&progress.ledger);
+            world.resume_point_ledger(&progress.ledger)?;
         }
         let outputs = if root { Outputs::resume(&options.out, &progress, &experiment).map(Some) } else { Ok(None) };
         let outputs = transfer::agree(transport, outputs)?;

@@ -7,7 +7,7 @@ use crate::dem::cell::{ImageCode, Shifts};
 use crate::dem::grains::Hot;
 use crate::dem::neighbours::Pair;
 use crate::ids::Row;
-use crate::lane::{Instructions, LANES, Pack, Real};
+use crate::lane::{Instructions, LANES, Pack, Packed, Real};
 use crate::law::contact::{Answer, ContactLaw, Touch};
 use crate::numbers::Numbers;
 use crate::space::{Lanewise, Linear, Space, Words};
@@ -78,38 +78,23 @@ pub fn evaluate<S: Space, C: ContactLaw<S>, const ACROSS: bool>(
     memory: &mut [f64],
     forces: &mut [f64],
 ) {
-    match pass.instructions {
-        Instructions::Portable => packs::<S, C, crate::lane::Eight, ACROSS>(pass, pairs, memory, forces),
-        // SAFETY: `Instructions` names only what the processor was found to have.
-        #[cfg(target_arch = "x86_64")]
-        #[allow(unsafe_code, reason = "the processor has these instructions")]
-        Instructions::Avx2 => unsafe { avx2::<S, C, ACROSS>(pass, pairs, memory, forces) },
-        #[cfg(target_arch = "x86_64")]
-        #[allow(unsafe_code, reason = "the processor has these instructions")]
-        Instructions::Avx512 => unsafe { avx512::<S, C, ACROSS>(pass, pairs, memory, forces) },
+    pass.instructions.run(Packs::<S, C, ACROSS> { pass, pairs, memory, forces });
+}
+
+struct Packs<'a, S: Space, C, const ACROSS: bool> {
+    pass: &'a Pass<'a, S, C>,
+    pairs: &'a [Pair],
+    memory: &'a mut [f64],
+    forces: &'a mut [f64],
+}
+
+impl<S: Space, C: ContactLaw<S>, const ACROSS: bool> Packed for Packs<'_, S, C, ACROSS> {
+    type Outcome = ();
+
+    #[inline(always)]
+    fn run<P: Pack>(self) {
+        packs::<S, C, P, ACROSS>(self.pass, self.pairs, self.memory, self.forces);
     }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq,avx512vl")]
-fn avx512<S: Space, C: ContactLaw<S>, const ACROSS: bool>(
-    pass: &Pass<S, C>,
-    pairs: &[Pair],
-    memory: &mut [f64],
-    forces: &mut [f64],
-) {
-    packs::<S, C, crate::lane::Avx512, ACROSS>(pass, pairs, memory, forces);
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn avx2<S: Space, C: ContactLaw<S>, const ACROSS: bool>(
-    pass: &Pass<S, C>,
-    pairs: &[Pair],
-    memory: &mut [f64],
-    forces: &mut [f64],
-) {
-    packs::<S, C, crate::lane::Avx2, ACROSS>(pass, pairs, memory, forces);
 }
 
 #[inline(always)]

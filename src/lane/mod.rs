@@ -1,4 +1,4 @@
-//! Numbers as the kernels of contacts see them: one `f64`, or eight side by side in whatever registers the processor has.
+//! Numbers as the kernels of contacts and points see them: one `f64`, or eight side by side in whatever registers the processor has.
 //! A law is written once over [`Real`]; every width rounds alike, lane by lane, so all of them give the same bits
 //! (invariant 2). No fused products anywhere.
 
@@ -193,15 +193,33 @@ impl Instructions {
         #[cfg(target_arch = "x86_64")]
         {
             let narrow = ["portable", "avx2"].contains(&wanted.as_str());
-            if !narrow && is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
+            if !narrow && Self::Avx512.is_here() {
                 return Self::Avx512;
             }
-            if wanted != "portable" && is_x86_feature_detected!("avx2") {
+            if wanted != "portable" && Self::Avx2.is_here() {
                 return Self::Avx2;
             }
         }
         let _ = wanted;
         Self::Portable
+    }
+
+    /// Whether this processor has them: all that the kernels are compiled for.
+    pub fn is_here(self) -> bool {
+        match self {
+            Self::Portable => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => is_x86_feature_detected!("avx2"),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => Self::has_avx512(),
+        }
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    fn has_avx512() -> bool {
+        is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512dq")
+            && is_x86_feature_detected!("avx512vl")
     }
 
     /// Does the work with these registers.

@@ -1,7 +1,7 @@
 //! Eight numbers in the vector registers of x86-64: one of 512 bits, or two of 256.
 //!
-//! The methods are inlined into functions that enable the instructions (`dem/contacts.rs`); nothing else makes one of
-//! these types, so the processor has what they need.
+//! The methods are inlined into functions that enable the instructions ([`Pack::enter`]), which are entered by
+//! [`super::Instructions::run`] alone, so the processor has what they need.
 
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};

@@ -30,18 +30,6 @@ impl StressInvariants {
         let mean = stress.trace() / S::DIMENSION as f64;
         Self { mean, deviatoric: (0.5 * stress.deviator().square()).sqrt() }
     }
-
-    /// Of all three axes: in the plane with the stress across it, as plane strain has it; in space the same as `of`.
-    pub fn of_body<S: Space>(stress: &S::Tensor, out_of_plane: f64) -> Self {
-        let inside = Self::of::<S>(stress);
-        if S::DIMENSION == 3 {
-            return inside;
-        }
-        // Of diag(p, p, n) with the plane's p: s:s/2 = (n - p)^2/3.
-        let beyond = out_of_plane - inside.mean;
-        let deviatoric = (inside.deviatoric * inside.deviatoric + beyond * beyond / 3.0).sqrt();
-        Self { mean: inside.mean + beyond / 3.0, deviatoric }
-    }
 }
 
 /// What a deformation gradient amounts to.

@@ -51,7 +51,7 @@ pub struct Taking {
 /// ```text
 /// v <- alpha (v + sum N dv_i) + (1 - alpha) sum N v_i,   x += sum N v_i dt,   L = sum v_i grad N      blend
 /// v <- sum N v_i,   C = (sum N v_i (x_i - x)^T) D^-1,   D = sum N (x_i - x)(x_i - x)^T                affine
-/// F <- (1 + L dt) F
+/// F <- (1 + L dt) F                                     F <- (1 - L dt)^-1 F where stress is updated first
 /// ```
 ///
 /// `beside` stands empty where the scheme needs nothing of it. Returns how far out of the block a point is along an axis,
@@ -359,11 +359,10 @@ fn farther<P: Pack>(so_far: P, another: P) -> P {
 #[inline(always)]
 fn outside_of<S: Space, L: MaterialLaw<S>, P: Pack>(frame: &TileFrame<S>, lanes: &Lanes<P>) -> P {
     let place: S::VectorOf<P> = frame.place(&lanes.words(Hot::<S, L::Memory>::POSITION));
-    let [lower, upper] = frame.inside.map(P::splat);
     let mut outside = P::splat(f64::NEG_INFINITY);
     for axis in 0..S::DIMENSION {
-        let place = place.word(axis);
-        outside = farther(farther(outside, lower - place), place - upper);
+        let ([lower, upper], place) = (frame.inside[axis], place.word(axis));
+        outside = farther(farther(outside, P::splat(lower) - place), place - P::splat(upper));
     }
     outside * P::splat(frame.cell)
 }

@@ -21,8 +21,9 @@ pub struct TileFrame<S: Space> {
     pub cell_inverse: f64,
     /// Nodes per axis.
     pub edge: usize,
-    /// Where the block itself begins and ends along every axis, in cells from the tile's first node.
-    pub inside: [f64; 2],
+    /// Where the block itself begins and ends along each axis, or a wall lets nothing through, in cells from the tile's first
+    /// node; a point may come farther by [`crate::mpm::shape::DRIFT_MAX`].
+    pub inside: [[f64; 2]; 3],
     pub axes: [Axis; 3],
 }
 

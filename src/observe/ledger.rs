@@ -168,6 +168,17 @@ impl Entry {
         })
     }
 
+    /// Refuses an account of another size than this program keeps.
+    pub(crate) fn expect(entries: &[Self], count: usize, what: &str) -> Result<(), Error> {
+        if entries.len() == count {
+            return Ok(());
+        }
+        Err(Error::Run(format!(
+            "the checkpoint's account of {what} has {} entries where {count} are kept: it was written by another version of the program; resume with that one",
+            entries.len()
+        )))
+    }
+
     pub(crate) fn take_all<const N: usize>(entries: &mut impl Iterator<Item = Self>) -> ExactSum<N> {
         let mut sums = ExactSum::new();
         for (slot, entry) in (0..N).zip(entries) {

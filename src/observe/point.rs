@@ -6,18 +6,28 @@ use crate::mpm::points::Hot;
 use crate::space::Space;
 
 /// Names of what [`observed`] returns.
-pub const OBSERVED: [&str; 7] =
-    ["p", "q", "volumetric_strain", "deviatoric_strain", "rotation", "fraction", "plastic_strain"];
+pub const OBSERVED: [&str; 8] = [
+    "p",
+    "q",
+    "out_of_plane_stress",
+    "volumetric_strain",
+    "deviatoric_strain",
+    "rotation",
+    "fraction",
+    "plastic_strain",
+];
 
-/// Mean and deviatoric Cauchy stress (Pa, of all three axes), strains and rotation (rad) since the start
+/// Mean and deviatoric Cauchy stress, in the plane those of the plane, as the laws have them, and the stress across it (Pa; 0 in
+/// space), strains and rotation (rad) since the start
 /// ([`crate::law::invariants`]), packing fraction and accumulated plastic strain.
 pub fn observed<S: Space, L: MaterialLaw<S>>(law: &L, hot: &Hot<S, L::Memory>) -> [f64; OBSERVED.len()] {
     let ratio = 1.0 / hot.volume_ratio();
-    let stress = StressInvariants::of_body::<S>(&(hot.kirchhoff() * ratio), law.out_of_plane(&hot.memory) * ratio);
+    let stress = StressInvariants::of::<S>(&(hot.kirchhoff() * ratio));
     let strain = Deformation::of::<S>(&hot.deformation);
     [
         stress.mean,
         stress.deviatoric,
+        law.out_of_plane(&hot.memory) * ratio,
         strain.volumetric,
         strain.deviatoric,
         strain.rotation_angle,

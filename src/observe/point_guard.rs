@@ -61,7 +61,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.refuse_fast_points()
     }
 
-    fn refuse_infinite_points(&self) -> Result<(), Error> {
+    pub(crate) fn refuse_infinite_points(&self) -> Result<(), Error> {
         let spoilt =
             |hot: &Hot<S, L::Memory>| (!hot.numbers().iter().all(|number| number.is_finite())).then_some([0.0; TOLD]);
         self.refuse_lowest(spoilt, |_| {

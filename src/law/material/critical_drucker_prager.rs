@@ -210,6 +210,13 @@ impl CriticalDruckerPrager {
         Cone { eta: eta * friction, eta_bar: eta_bar * dilation, zeta: zeta * friction }
     }
 
+    /// Elastic energy of a logarithmic strain, J/m3.
+    #[inline(always)]
+    fn energy<R: Real, T>(&self, strain: &Parts<R, T>) -> R {
+        let Measures { volume, shear } = strain.measures;
+        R::splat(0.5 * self.bulk_modulus) * volume * volume + R::splat(2.0 * self.shear_modulus) * shear * shear
+    }
+
     /// Packing fraction after plastic flow, equation (8).
     #[inline(always)]
     fn softened<R: Real>(&self, fraction: R, plastic: R) -> R {
@@ -271,19 +278,22 @@ impl CriticalDruckerPrager {
 
         // Separated grains bear nothing until the gap is closed.
         let separated = state.gap.above(zero);
+        let mut work = zero;
         if R::any(separated) {
             let left = state.gap + strain.trace();
             state.gap = R::choose(separated, left.max(zero), state.gap);
             let closed = S::SymmetricOf::<R>::isotropic(left.min(zero) / dimension);
+            // What the apex held is lost with it.
+            let released = self.energy(&Parts::of(&strain)) - self.energy(&Parts::of(&closed));
+            work = R::choose(separated, released, zero);
             strain = Words::choose(separated, &closed, &strain);
         }
         let trial = Parts::of(&strain);
         let returned = self.return_to_cone::<S, R>(&self.cone::<S, R>(state.fraction), trial.measures);
-        let mut work = zero;
         if R::any(returned.flows) {
             let flow = |flowing: R, resting: R| R::choose(returned.flows, flowing, resting);
             strain = Words::choose(returned.flows, &trial.after(&returned), &strain);
-            work = flow(returned.work, zero);
+            work = flow(work + returned.work, work);
             state.gap = flow(state.gap + returned.opened.max(zero), state.gap);
             state.plastic_strain = flow(state.plastic_strain + returned.plastic, state.plastic_strain);
             state.fraction = flow(self.softened(state.fraction, returned.plastic), state.fraction);
@@ -368,8 +378,7 @@ impl<S: Space> MaterialLaw<S> for CriticalDruckerPrager {
     }
 
     fn elastic_energy(&self, memory: &CriticalMemory<S>) -> f64 {
-        let Measures { volume, shear } = Parts::of(&memory.strain.half_logarithm()).measures;
-        0.5 * self.bulk_modulus * volume * volume + 2.0 * self.shear_modulus * shear * shear
+        self.energy(&Parts::of(&memory.strain.half_logarithm()))
     }
 
     fn p_wave_modulus(&self) -> f64 {

@@ -28,6 +28,7 @@ use rayon::prelude::*;
 use scree_partition::ExactSum;
 
 use super::Entry;
+use crate::dem::walls::place_beside;
 use crate::error::Error;
 use crate::grid::{held_by_bodies, held_by_faces};
 use crate::law::contact::ContactLaw;
@@ -160,10 +161,11 @@ impl<S: Space> PointLedger<S> {
 }
 
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
-    /// Goes on with an account that was stored; what is no account opens a new one.
-    pub fn resume_point_ledger(&mut self, entries: &[Entry]) {
+    /// Goes on with an account that was stored; none opens a new one.
+    pub fn resume_point_ledger(&mut self, entries: &[Entry]) -> Result<(), Error> {
         let mut account = Account::default();
-        if entries.len() == ENTRIES {
+        if !entries.is_empty() {
+            Entry::expect(entries, ENTRIES, "energies of the continuum")?;
             // One rank keeps what all have booked so far.
             let ours = self.transport.rank() == 0;
             let mut entries = entries.iter().map(|entry| if ours { *entry } else { Entry::default() });
@@ -172,6 +174,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             account.start = Some(Entry::take_all(&mut entries));
         }
         self.point_ledger.account = Some(account);
+        Ok(())
     }
 
     /// The account as it is stored, the same on every rank; empty where none is kept. Collective.
@@ -300,8 +303,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         for (body, motion) in self.bodies.iter().zip(&self.point_ledger.bodies) {
             let [held, _] = held_by_bodies([velocity; 2], (std::slice::from_ref(body), &self.cell), &place, mass, None);
             if held != velocity {
-                let impulse = (held - velocity) * mass;
-                let with = [body.velocity_in(motion, &place), body.velocity_at(&place)];
+                let (impulse, beside) = ((held - velocity) * mass, place_beside(body, &self.cell, &place));
+                let with = [body.velocity_in(motion, &beside), body.velocity_at(&beside)];
                 works.add(Item::Bodies, &impulse, &with);
                 works.add(Item::Holds, &impulse, &[with[BEHIND] - velocities[BEHIND], with[AHEAD] - velocities[AHEAD]]);
                 velocity = held;
