@@ -170,16 +170,6 @@ impl Layout {
         self.coordinates.len()
     }
 
-    /// Length of the periodic axis, m.
-    pub fn period(&self) -> f64 {
-        self.cells[0] as f64 * self.cell
-    }
-
-    /// Edge of a block, m.
-    pub fn block_edge(&self) -> f64 {
-        self.cells_per_block as f64 * self.cell
-    }
-
     /// Lowest and highest y that anything may have where y is not periodic, m.
     pub fn heights(&self) -> [f64; 2] {
         let rim = self.rim[1].map(|cells| cells as f64 * self.cell);
@@ -201,10 +191,6 @@ impl Layout {
         let slack = if self.walled { WALL_SLACK } else { 0.0 };
         let [lower, upper] = self.rim[axis].map(|cells| (cells as f64 - slack) / self.cells[axis] as f64);
         [lower, 1.0 - upper]
-    }
-
-    pub fn offsets(&self) -> &[[i32; 3]] {
-        &self.offsets
     }
 
     /// The block beside `block`, across the periods; none outside.

@@ -1,7 +1,5 @@
 //! Planar shear between rough plates (seed 000, 6.1): start, resume, the oracle's watch, and what a run shows.
 
-use std::path::Path;
-
 use scree_io::frames::Frame;
 use scree_partition::Transport;
 use serde_json::{Value, json};
@@ -255,9 +253,4 @@ impl<C: ContactLaw<Plane>> Experiment for PlanarShear<'_, C> {
     fn figures(&self, core: &PlanarCore<C>) -> Value {
         json!({ "strain": self.strain(core) })
     }
-}
-
-/// Name of a run's resolved job in messages.
-pub fn job_name(dir: &Path) -> String {
-    dir.join("scenario.toml").display().to_string()
 }

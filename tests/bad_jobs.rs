@@ -1,4 +1,4 @@
-//! Wrong jobs and what the operator is told. The whole message is compared: it is the interface.
+//! Wrong jobs and what the operator is told.
 
 use std::fs;
 use std::path::Path;
@@ -6,8 +6,10 @@ use std::process::{Command, Output};
 
 use scree::scenario::Scenario;
 
-/// A job that is right; every test below breaks it in one place.
-const GOOD: &str = r#"name = "good"
+use crate::refusals::{Good, refused_text};
+
+const GOOD: Good = Good(
+    r#"name = "good"
 method = "hybrid"
 
 [specimen]
@@ -57,35 +59,17 @@ distance = "1.5 cm"
 
 [time]
 step = "0.4 us"
-"#;
-
-/// The message that the good job with `right` replaced by `wrong` is refused with.
-#[track_caller]
-fn refused(right: &str, wrong: &str, message: &str) {
-    assert_eq!(GOOD.matches(right).count(), 1, "the good job has {right} once");
-    refused_text(&GOOD.replace(right, wrong), &[], message);
-}
-
-#[track_caller]
-fn refused_set(set: &str, message: &str) {
-    refused_text(GOOD, &[set.to_string()], message);
-}
-
-#[track_caller]
-fn refused_text(text: &str, sets: &[String], message: &str) {
-    let error = Scenario::parse(text, "job.toml", sets).expect_err("the job is wrong");
-    assert_eq!(error.exit_code(), 2);
-    assert_eq!(error.to_string(), message);
-}
+"#,
+);
 
 #[test]
 fn the_good_job_is_good() {
-    Scenario::parse(GOOD, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+    Scenario::parse(GOOD.0, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
 }
 
 #[test]
 fn a_misspelt_key() {
-    refused(
+    GOOD.refused(
         "stiffness_normal =",
         "stifness_normal =",
         "job.toml:14: [contact] has no key stifness_normal. Did you mean stiffness_normal?",
@@ -94,7 +78,7 @@ fn a_misspelt_key() {
 
 #[test]
 fn a_key_in_the_wrong_table() {
-    refused(
+    GOOD.refused(
         "step = \"0.4 us\"",
         "step = \"0.4 us\"\nskin = \"0.1 mm\"",
         "job.toml:51: [time] has no key skin. There is one in [decomposition].",
@@ -103,12 +87,12 @@ fn a_key_in_the_wrong_table() {
 
 #[test]
 fn a_misspelt_table() {
-    refused("[oracle]", "[oracel]", "job.toml:40: there is no table [oracel]. Did you mean [oracle]?");
+    GOOD.refused("[oracle]", "[oracel]", "job.toml:40: there is no table [oracel]. Did you mean [oracle]?");
 }
 
 #[test]
 fn a_missing_key() {
-    refused(
+    GOOD.refused(
         "height = \"72 mm\"\n",
         "",
         "job.toml:4: [specimen] has no height, the distance of the plates. Add for example height = \"12 cm\".",
@@ -117,7 +101,7 @@ fn a_missing_key() {
 
 #[test]
 fn a_missing_table() {
-    refused(
+    GOOD.refused(
         "[enrichment]\ndistance = \"1.5 cm\"\n",
         "",
         "job.toml: method = \"hybrid\" needs the table [enrichment] (grains for points), and the job has none. Add it with the keys distance, weight, training, training_speed, training_rest; jobs/planar_shear.toml shows one.",
@@ -126,7 +110,7 @@ fn a_missing_table() {
 
 #[test]
 fn a_speed_for_a_length() {
-    refused(
+    GOOD.refused(
         "width = \"24 mm\"",
         "width = \"2 cm/s\"",
         "job.toml:5: specimen.width = \"2 cm/s\" is a speed, but a length (m) is wanted. Write for example width = \"6 cm\".",
@@ -135,7 +119,7 @@ fn a_speed_for_a_length() {
 
 #[test]
 fn a_unit_that_does_not_exist() {
-    refused(
+    GOOD.refused(
         "\"400 kPa\"",
         "\"400 kpa\"",
         "job.toml:35: loading.stress_normal = \"400 kpa\" has no known unit: there is no \"kpa\"; did you mean \"kPa\"? Write for example stress_normal = \"400 kPa\".",
@@ -144,7 +128,7 @@ fn a_unit_that_does_not_exist() {
 
 #[test]
 fn a_quoted_number_without_its_unit() {
-    refused(
+    GOOD.refused(
         "\"3 mm\"",
         "\"3\"",
         "job.toml:27: continuum.cell = \"3\" has no unit: without quotes a number is taken in m, in quotes it must say its unit. Write for example cell = \"7.5 mm\".",
@@ -153,7 +137,7 @@ fn a_quoted_number_without_its_unit() {
 
 #[test]
 fn a_unit_without_quotes() {
-    refused(
+    GOOD.refused(
         "\"10 cm/s\"",
         "10 cm/s",
         "job.toml:36: this is not TOML: string values must be quoted, expected literal string. Text and quantities with a unit go in quotes, as in width = \"6 cm\".",
@@ -162,7 +146,7 @@ fn a_unit_without_quotes() {
 
 #[test]
 fn degrees_that_are_read_as_radians() {
-    refused(
+    GOOD.refused(
         "\"15.5 deg\"",
         "15.5",
         "job.toml:23: continuum.friction_angle_critical = 15.5 is out of range: it must be between 0 and 1.5708 rad, both excluded. Write for example friction_angle_critical = \"15.5 deg\".",
@@ -171,7 +155,7 @@ fn degrees_that_are_read_as_radians() {
 
 #[test]
 fn a_method_that_does_not_exist() {
-    refused(
+    GOOD.refused(
         "\"hybrid\"",
         "\"fem\"",
         "job.toml:2: method = \"fem\" is no method: write \"hybrid\", \"dem\" or \"mpm\".",
@@ -180,12 +164,12 @@ fn a_method_that_does_not_exist() {
 
 #[test]
 fn a_number_that_is_not_positive() {
-    refused(
+    GOOD.refused(
         "strain_end = 0.12",
         "strain_end = 0",
         "job.toml:38: loading.strain_end = 0 is out of range: it must be more than 0 and at most 100. Write for example strain_end = 0.57.",
     );
-    refused(
+    GOOD.refused(
         "\"2530 kg/m3\"",
         "nan",
         "job.toml:11: grains.density = nan is out of range: it must be finite and more than 0 kg/m3. Write for example density = \"2530 kg/m3\".",
@@ -194,7 +178,7 @@ fn a_number_that_is_not_positive() {
 
 #[test]
 fn sizes_so_wide_that_some_would_vanish() {
-    refused(
+    GOOD.refused(
         "\"0.08 mm\"",
         "\"0.3 mm\"",
         "job.toml:10: grains.diameter_deviation = \"0.3 mm\" is too wide: sizes are cut at three deviations, and the smallest must keep a quarter of the mean. Write at most \"0.25 mm\".",
@@ -203,7 +187,7 @@ fn sizes_so_wide_that_some_would_vanish() {
 
 #[test]
 fn cells_that_do_not_fill_the_width() {
-    refused(
+    GOOD.refused(
         "\"3 mm\"",
         "\"3.2 mm\"",
         "job.toml:27: continuum.cell = \"3.2 mm\" does not fit: blocks of 2 cells (decomposition.cells_per_block) must fill specimen.width = 24 mm exactly, at least two of them. Write \"4 mm\" (6 cells) or \"3 mm\" (8 cells).",
@@ -212,7 +196,7 @@ fn cells_that_do_not_fill_the_width() {
 
 #[test]
 fn blocks_smaller_than_two_grains() {
-    refused(
+    GOOD.refused(
         "\"3 mm\"",
         "\"1 mm\"",
         "job.toml:27: continuum.cell = \"1 mm\" makes blocks of 2 mm, but two of the largest grains and the skin need 2.58 mm. Take larger cells, more decomposition.cells_per_block, or smaller grains.",
@@ -221,7 +205,7 @@ fn blocks_smaller_than_two_grains() {
 
 #[test]
 fn a_weak_region_outside_of_the_specimen() {
-    refused(
+    GOOD.refused(
         "[\"24 mm\", \"39 mm\"]",
         "[\"24 mm\", \"39 cm\"]",
         "job.toml:31: continuum.weak.upper = [\"24 mm\", \"39 cm\"] lies outside of the specimen, whose upper right corner is [0.024, 0.072] in m. Move it inside.",
@@ -230,7 +214,7 @@ fn a_weak_region_outside_of_the_specimen() {
 
 #[test]
 fn a_zone_that_leaves_no_continuum() {
-    refused(
+    GOOD.refused(
         "\"1.5 cm\"",
         "\"4 cm\"",
         "job.toml:47: enrichment.distance = \"4 cm\" leaves no continuum: twice this distance and twice a cell must be less than specimen.height = 72 mm, so less than 33 mm is allowed. For grains everywhere write method = \"dem\".",
@@ -240,7 +224,7 @@ fn a_zone_that_leaves_no_continuum() {
 /// Table 1 of the paper as printed: its damping with its step loses friction (DESIGN, section 6).
 #[test]
 fn the_papers_time_step_with_its_damping() {
-    let printed = GOOD.replace("\"3.5 N s/m\"", "\"7.0 N s/m\"").replace("\"0.4 us\"", "5.0e-7");
+    let printed = GOOD.0.replace("\"3.5 N s/m\"", "\"7.0 N s/m\"").replace("\"0.4 us\"", "5.0e-7");
     refused_text(
         &printed,
         &[],
@@ -251,7 +235,7 @@ fn the_papers_time_step_with_its_damping() {
 /// A continuum alone is bound by its waves.
 #[test]
 fn a_time_step_that_waves_outrun() {
-    let text = GOOD.replace("\"hybrid\"", "\"mpm\"").replace("\"0.4 us\"", "\"6 us\"");
+    let text = GOOD.0.replace("\"hybrid\"", "\"mpm\"").replace("\"0.4 us\"", "\"6 us\"");
     let text = text.replace("cell = \"3 mm\"", "cell = \"3 mm\"\nfraction_start = 0.85");
     refused_text(
         &text,
@@ -263,17 +247,17 @@ fn a_time_step_that_waves_outrun() {
 /// Every key of a law that the job does not have is named with its owner.
 #[test]
 fn a_key_of_another_contact_law() {
-    refused(
+    GOOD.refused(
         "friction = 0.5",
         "friction = 0.5\nrolling_limit = 0.05",
         "job.toml:19: contact.rolling_limit = 0.05 belongs to law = \"elastic_rolling\", and here law is \"linear\", by default. Remove the line, or change law.",
     );
-    refused(
+    GOOD.refused(
         "friction = 0.5",
         "friction = 0.5\nlaw = \"elastic_rolling\"",
         "job.toml:14: contact.stiffness_normal = 1772093.8 belongs to law = \"linear\" or \"linear_cohesive\", and here law is \"elastic_rolling\". Remove the line, or change law.",
     );
-    refused(
+    GOOD.refused(
         "friction = 0.5",
         "friction = 0.5\nlaw = \"hertz\"",
         "job.toml:19: contact.law = \"hertz\" is no contact law: write \"linear\", \"linear_cohesive\", \"elastic_rolling\" or \"hertz_mindlin\".",
@@ -282,17 +266,17 @@ fn a_key_of_another_contact_law() {
 
 #[test]
 fn damping_said_twice_or_not_at_all() {
-    refused(
+    GOOD.refused(
         "friction = 0.5",
         "friction = 0.5\nrestitution = 0.1",
         "job.toml:19: contact.restitution = 0.1 stands beside contact.damping_normal, and each says how contacts are damped. Keep restitution, or damping_normal and damping_tangential.",
     );
-    refused(
+    GOOD.refused(
         "damping_normal = \"3.5 N s/m\"\ndamping_tangential = \"3.5 N s/m\"\n",
         "",
         "job.toml:13: [contact] does not say how contacts are damped. Add restitution, for example restitution = 0.5, or both damping_normal and damping_tangential, for example \"3.5 N s/m\".",
     );
-    refused(
+    GOOD.refused(
         "damping_normal = \"3.5 N s/m\"\ndamping_tangential = \"3.5 N s/m\"\n",
         "restitution = 1\n",
         "job.toml:16: contact.restitution = 1 is out of range: it must be between 0 and 1, both excluded. Write for example restitution = 0.1.",
@@ -301,7 +285,7 @@ fn damping_said_twice_or_not_at_all() {
 
 #[test]
 fn friction_said_twice() {
-    refused(
+    GOOD.refused(
         "friction = 0.5",
         "friction = 0.5\nfriction_angle = \"26 deg\"",
         "job.toml:19: contact.friction_angle = \"26 deg\" stands beside contact.friction, and each says how rough grains are. Keep one of them.",
@@ -311,21 +295,21 @@ fn friction_said_twice() {
 /// The table `[cell]` tells the two kinds of jobs apart.
 #[test]
 fn a_table_or_a_key_of_an_assembly() {
-    refused(
+    GOOD.refused(
         "[time]",
         "[damping]\nlocal = 0.1\n\n[time]",
         "job.toml:49: there is no table [damping]. It belongs to assemblies of grains, jobs with a table [cell], and this job has none.",
     );
-    refused(
+    GOOD.refused(
         "step = \"0.4 us\"",
         "step = \"0.4 us\"\nend = 1",
         "job.toml:51: [time] has no key end. It belongs to assemblies of grains, jobs with a table [cell], and this job has none.",
     );
-    refused_set(
+    GOOD.refused_set(
         "cell.depth=1",
         "--set cell.depth=1: a job has no cell.depth. It belongs to assemblies of grains, jobs with a table [cell], and this job has none.",
     );
-    refused(
+    GOOD.refused(
         "method = \"hybrid\"\n",
         "",
         "job.toml: the job does not say what it is. Add method = \"hybrid\", \"dem\" or \"mpm\" above the first table for planar shear, a table [cell] for an assembly of grains, or a table [grid] for a continuum.",
@@ -334,7 +318,7 @@ fn a_table_or_a_key_of_an_assembly() {
 
 #[test]
 fn a_name_that_is_a_path() {
-    refused(
+    GOOD.refused(
         "\"good\"",
         "\"../good\"",
         "job.toml:1: name = \"../good\" is refused: it names the run's folder, so write letters, digits, \"_\", \"-\" and \".\" only, a letter or digit first.",
@@ -343,13 +327,13 @@ fn a_name_that_is_a_path() {
 
 #[test]
 fn an_override_of_what_does_not_exist() {
-    refused_set("loading.sped=1", "--set loading.sped=1: a job has no loading.sped. Did you mean loading.speed?");
-    refused_set("speed=1", "--set speed=1: a job has no speed. Did you mean loading.speed?");
+    GOOD.refused_set("loading.sped=1", "--set loading.sped=1: a job has no loading.sped. Did you mean loading.speed?");
+    GOOD.refused_set("speed=1", "--set speed=1: a job has no speed. Did you mean loading.speed?");
 }
 
 #[test]
 fn an_override_with_the_wrong_value() {
-    refused_set(
+    GOOD.refused_set(
         "loading.speed=5 cm",
         "--set: loading.speed = \"5 cm\" is a length, but a speed (m/s) is wanted. Write for example speed = \"2 cm/s\".",
     );
@@ -386,8 +370,8 @@ fn a_run_that_exists() {
     let folder = tempfile::tempdir().expect("a folder to work in");
     let run = folder.path().join("runs/good");
     fs::create_dir_all(run.join("checkpoints")).expect("a run to stand in the way");
-    fs::write(folder.path().join("job.toml"), GOOD).expect("the job is written");
-    fs::write(run.join("scenario.toml"), GOOD).expect("the run has its scenario");
+    fs::write(folder.path().join("job.toml"), GOOD.0).expect("the job is written");
+    fs::write(run.join("scenario.toml"), GOOD.0).expect("the run has its scenario");
     told(
         &scree(&["run", "job.toml"], folder.path()),
         "runs/good holds a run that ended before its first checkpoint, or is still on its way there. If it has ended, remove it with `rm -r runs/good`; or start a new one elsewhere with --out DIR.",
@@ -398,7 +382,7 @@ fn a_run_that_exists() {
         "runs/good already holds a run, and a run is never overwritten. Go on with it by `scree resume runs/good`, or start a new one elsewhere with --out DIR.",
     );
     let untouched = fs::read_to_string(run.join("scenario.toml")).expect("the run is still there");
-    assert_eq!(untouched, GOOD);
+    assert_eq!(untouched, GOOD.0);
 }
 
 /// Two ranks that find the same mistake say so once, and mpirun ends with its code.

@@ -64,7 +64,7 @@ impl Flight {
     /// The most that kinetic and elastic energy come to over what they are in the first row, and at the end.
     fn growth(&self, scheme: &str, law: &str) -> [f64; 2] {
         let ran = Ran::of(&self.text(scheme, law));
-        let energy: Vec<f64> = ran.series("kinetic").iter().zip(ran.series("elastic")).map(|(k, e)| k + e).collect();
+        let energy = ran.energy();
         let most = energy.iter().copied().fold(0.0, f64::max);
         [most / energy[0], energy[energy.len() - 1] / energy[0]]
     }
@@ -114,8 +114,7 @@ fn stress_updated_first_takes_no_energy_from_turning() {
             // As long a step as the other updates have.
             let text = flight.text(&scheme, ELASTIC).replace("safety = 0.8", "step = 3.3e-3");
             let ran = Ran::of(&text);
-            let energy: Vec<f64> =
-                ran.series("kinetic").iter().zip(ran.series("elastic")).map(|(k, e)| k + e).collect();
+            let energy = ran.energy();
             let most = energy.iter().copied().fold(0.0, f64::max) / energy[0];
             println!("{shape} {} {most:.3}", &transfer[12..17]);
             assert!(most < 1.0 + TOLERANCE, "energy grows to {most}: {scheme}");

@@ -7,6 +7,7 @@ use crate::runs::{Ran, SHAPES, TRANSFERS, UPDATES, orders, schemes, words};
 /// Scheme of Chen et al. (2021) without damping, and with APIC.
 const CHEN: &str = "shape = \"quadratic\"\nupdate = \"last\"\ntransfer = \"blend\"\nflip = 1.0";
 const APIC: &str = "shape = \"quadratic\"\nupdate = \"last\"\ntransfer = \"affine\"";
+const BOTH: [(&str, &str); 2] = [("FLIP", CHEN), ("APIC", APIC)];
 
 fn list(dimension: usize, values: [f64; 3]) -> String {
     let words: Vec<String> = values[..dimension].iter().map(f64::to_string).collect();
@@ -104,14 +105,10 @@ fn a_free_block_keeps_what_it_must() {
                 momentum.iter().for_each(|now| lost = lost.max((now - momentum[0]).abs() / (mass[0] * 0.5)));
             }
             assert!(lost < 1e-13, "momentum changes by {lost:e}: {scheme}");
-            let energy: Vec<f64> = of("kinetic").iter().zip(of("elastic")).map(|(k, e)| k + e).collect();
-            println!(
-                "{dimension}D {:60} momentum {lost:.1e} energy {:+.2e}",
-                scheme.replace('\n', " "),
-                energy.last().unwrap() / energy[0] - 1.0
-            );
-            // Linear functions are left out: points that cross cells heat them.
+            let energy = ran.energy();
             let gained = energy.last().unwrap() / energy[0] - 1.0;
+            println!("{dimension}D {:60} momentum {lost:.1e} energy {gained:+.2e}", scheme.replace('\n', " "));
+            // Linear functions are left out: points that cross cells heat them.
             let flip_kept = scheme.contains("blend") && !scheme.contains("\"last\"");
             let limits = if flip_kept { -5e-3..5e-3 } else { -0.15..0.0 };
             assert!(scheme.contains("linear") || limits.contains(&gained), "energy changes by {gained:e}: {scheme}");
@@ -134,6 +131,10 @@ fn a_free_block_keeps_what_it_must() {
     }
 }
 
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
 /// Times at which a series rises through zero.
 fn crossings(time: &[f64], values: &[f64]) -> Vec<f64> {
     let rises = |at: &usize| values[*at] < 0.0 && values[at + 1] >= 0.0;
@@ -150,12 +151,13 @@ fn period(time: &[f64], values: &[f64]) -> f64 {
 /// A bar of 1 m between two rollers with c = 100 m/s, one wave of its first mode.
 fn bar(scheme: &str, cells: usize, end: f64) -> String {
     let cell = 1.0 / cells as f64;
+    let (height, step) = (4.0 * cell, 0.2 * cell / 100.0);
     format!(
         r#"
         name = "bar"
         [grid]
         space = "plane"
-        upper = [1, {}]
+        upper = [1, {height}]
         cell = {cell}
         depth = 1
         periodic = [false, true]
@@ -170,23 +172,19 @@ fn bar(scheme: &str, cells: usize, end: f64) -> String {
         [[region]]
         shape = "box"
         lower = [0, 0]
-        upper = [1, {}]
+        upper = [1, {height}]
         wave = [{{direction = [1, 0], length = 2, amplitude = [1e-3, 0]}}]
         [[follow]]
         name = "middle"
         place = [0.5, 0]
         [time]
-        step = {}
+        step = {step}
         end = {end}
         [output]
-        series_interval = {}
+        series_interval = {step}
         frame_interval = 1
         checkpoint_interval = 1
-        "#,
-        4.0 * cell,
-        4.0 * cell,
-        0.2 * cell / 100.0,
-        0.2 * cell / 100.0,
+        "#
     )
 }
 
@@ -197,11 +195,9 @@ fn standing(scheme: &str) -> ([f64; 3], f64) {
         let ran = Ran::of(&bar(scheme, cells, 0.21));
         let time = ran.series("time");
         if cells == 16 {
-            let energy: Vec<f64> =
-                ran.series("kinetic").iter().zip(ran.series("elastic")).map(|(k, e)| k + e).collect();
+            let energy = ran.energy();
             // The mean over the last period against that over the first, so that the half step between both shows not.
             let whole = (0.02 / (time[1] - time[0])).round() as usize;
-            let mean = |rows: &[f64]| rows.iter().sum::<f64>() / rows.len() as f64;
             drift = mean(&energy[energy.len() - whole..]) / mean(&energy[..whole]) - 1.0;
         }
         0.02 / period(&time, &ran.series("middle_displacement_x")) - 1.0
@@ -214,11 +210,9 @@ fn a_standing_wave_has_its_frequency_and_keeps_its_energy() {
     for scheme in schemes() {
         let (errors, drift) = standing(&scheme);
         println!(
-            "{:60} frequency {:+.2e} {:+.2e} {:+.2e} orders {:.2?} energy {drift:+.1e}",
+            "{:60} frequency {} orders {:.2?} energy {drift:+.1e}",
             scheme.replace('\n', " "),
-            errors[0],
-            errors[1],
-            errors[2],
+            words(&errors),
             orders(&errors)
         );
         let [coarse, _, fine] = errors;
@@ -230,7 +224,7 @@ fn a_standing_wave_has_its_frequency_and_keeps_its_energy() {
 /// A pressed end sends a step through the bar: speed and size against c and sigma/(rho c).
 #[test]
 fn a_step_travels_with_the_speed_of_waves() {
-    for (name, scheme) in [("FLIP", CHEN), ("APIC", APIC)] {
+    for (name, scheme) in BOTH {
         let text = bar(scheme, 128, 0.0095)
             .replace("periodic = [false, true]", "lower = [-0.125, 0]\nperiodic = [false, true]")
             .replace(
@@ -247,8 +241,7 @@ fn a_step_travels_with_the_speed_of_waves() {
         let speed =
             (ran.series("late_place_x")[0] - ran.series("quarter_place_x")[0]) / (half("late") - half("quarter"));
         let level = ran.series("quarter_velocity_x");
-        let last = &level[level.len() * 3 / 4..];
-        let level = last.iter().sum::<f64>() / last.len() as f64;
+        let level = mean(&level[level.len() * 3 / 4..]);
         println!("{name}: speed {:+.2e}, velocity behind the front {:+.2e}", speed / 100.0 - 1.0, level / wanted - 1.0);
         assert!((speed / 100.0 - 1.0).abs() < 0.02 && (level / wanted - 1.0).abs() < 1e-3);
     }
@@ -257,13 +250,13 @@ fn a_step_travels_with_the_speed_of_waves() {
 /// Pulses that run out of the bar at both ends: what comes back.
 #[test]
 fn absorbing_faces_return_little() {
-    for (name, scheme) in [("FLIP", CHEN), ("APIC", APIC)] {
+    for (name, scheme) in BOTH {
         let text = bar(scheme, 64, 0.012)
             .replace("lower = [0, 0]\n        upper = [1,", "lower = [0.25, 0]\n        upper = [0.75,")
             .replace("length = 2,", "length = 1, origin = [0.25, 0],");
         let rest = "\n[[region]]\nshape = \"box\"\nlower = [0, 0]\nupper = [1, 0.0625]\n[[boundary]]\nface = \"x_lower\"\nkind = \"absorbing\"\n[[boundary]]\nface = \"x_upper\"\nkind = \"absorbing\"\n[time]";
         let ran = Ran::of(&text.replace("\n        [time]", rest));
-        let energy: Vec<f64> = ran.series("kinetic").iter().zip(ran.series("elastic")).map(|(k, e)| k + e).collect();
+        let energy = ran.energy();
         let back = energy.last().unwrap() / energy[0];
         println!("{name}: of the pulses' energy {back:.1e} comes back");
         assert!(back < 1e-3);
@@ -275,7 +268,7 @@ fn absorbing_faces_return_little() {
 fn oblique_waves_have_their_frequencies() {
     let (bulk, shear, density) = (1e5 / (3.0 * 0.4), 1e5 / 2.6, 1000.0f64);
     let speeds = [((bulk + 4.0 / 3.0 * shear) / density).sqrt(), (shear / density).sqrt()];
-    for (name, scheme) in [("FLIP", CHEN), ("APIC", APIC)] {
+    for (name, scheme) in BOTH {
         for (wave, speed, across) in [("P", speeds[0], "[1e-3, 1e-3]"), ("S", speeds[1], "[1e-3, -1e-3]")] {
             let length = 0.5f64.sqrt();
             let errors = [8, 16, 32].map(|cells| {
@@ -389,7 +382,7 @@ fn a_column_under_its_own_weight_has_the_exact_profile() {
             // What still swings is averaged away over the last 2.4 s.
             let time = ran.series("time");
             let hann = |now: f64| if now < 3.6 { 0.0 } else { 1.0 - cos(2.0 * PI * (now - 3.6) / 2.4) };
-            let mean = |name: &str| {
+            let averaged = |name: &str| {
                 let values = ran.series(name);
                 let weighted: f64 = time.iter().zip(&values).map(|(now, value)| hann(*now) * value).sum();
                 weighted / time.iter().map(|now| hann(*now)).sum::<f64>()
@@ -397,23 +390,19 @@ fn a_column_under_its_own_weight_has_the_exact_profile() {
             let at = |z: f64| stretch(-density * gravity * (height - z) / modulus);
             // Simpson's rule.
             let integral = |top: f64, of: &dyn Fn(f64) -> f64| -> f64 {
-                let weight = |n: usize| {
-                    if n == 0 || n == 40 {
-                        1.0
-                    } else if n % 2 == 1 {
-                        4.0
-                    } else {
-                        2.0
-                    }
+                let weight = |n: usize| match n {
+                    0 | 40 => 1.0,
+                    _ if n % 2 == 1 => 4.0,
+                    _ => 2.0,
                 };
                 (0..=40).map(|n| weight(n) * of(top * n as f64 / 40.0)).sum::<f64>() * top / 120.0
             };
             let volume = integral(height, &at);
             let stress = integral(height, &|z| modulus * ln(at(z))) / volume;
-            let top = mean("top_place_y") - integral(height - 0.25 * cell, &at);
-            let middle = mean("middle_place_y") - integral(0.5 * height + 0.25 * cell, &at);
+            let top = averaged("top_place_y") - integral(height - 0.25 * cell, &at);
+            let middle = averaged("middle_place_y") - integral(0.5 * height + 0.25 * cell, &at);
             let settled = height - volume;
-            [top / settled, middle / settled, mean("stress_yy") / stress - 1.0]
+            [top / settled, middle / settled, averaged("stress_yy") / stress - 1.0]
         });
         let [top, middle, stress] = [0, 1, 2].map(|which| errors.map(|all| all[which]));
         println!(
@@ -486,7 +475,7 @@ fn a_block_slides_as_friction_lets_it() {
             let speed = ran.series("momentum_x").last().unwrap() / ran.series("mass")[0];
             let wanted = 10.0 * (sin - friction * cos).max(0.0);
             let force = ran.series("y_lower_force_y");
-            let press = force[3..].iter().sum::<f64>() / (force.len() - 3) as f64;
+            let press = mean(&force[3..]);
             let weight = ran.series("mass")[0] * 10.0 * cos;
             println!("{shape}, slope {slope}: speed {speed:.4}, wanted {wanted:.4} m/s; presses {:.4}", press / weight);
             assert!((speed - wanted).abs() < 0.02 && (press / weight + 1.0).abs() < 0.02, "{shape}");
@@ -519,7 +508,7 @@ fn many_turns_leave_only_what_spinning_makes() {
         let last = x.len() * 2 / 3;
         let stress: Vec<f64> =
             ran.series("stress_xx").iter().zip(ran.series("stress_yy")).map(|(x, y)| 0.5 * (x + y)).collect();
-        let mean = stress[last..].iter().sum::<f64>() / (stress.len() - last) as f64;
+        let mean = mean(&stress[last..]);
         println!(
             "{name}: turned {:+.1e}, mean stress in the third turn {:+.1e}",
             turned / wanted - 1.0,

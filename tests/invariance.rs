@@ -5,11 +5,11 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use scree::checkpoint;
 use scree::planar_shear::PlanarSnapshot;
-use scree::run::{Options, Outcome};
 use scree::scenario::{Job, Scenario};
 use scree::start;
 use scree_partition::transport::threads;
 
+use crate::runs::{done, options, result};
 use crate::worlds::{Law, packed_job};
 
 /// Runs one at a time: ranks that wait for each other should not wait for another test's as well.
@@ -18,23 +18,11 @@ fn turn() -> MutexGuard<'static, ()> {
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn options(out: &Path) -> Options {
-    Options { out: out.to_path_buf(), threads: 1 }
-}
-
 /// Runs a job on `ranks` ranks; digest of its last checkpoint, and its curve.
 fn ran(scenario: &Scenario, ranks: usize, out: &Path) -> (String, String) {
     let job = Job::Shear(scenario.clone());
-    threads::run(ranks, |rank| match start::start(&job, &options(out), &rank) {
-        Ok(Outcome::Done(_)) => {}
-        other => panic!("{other:?}"),
-    });
+    threads::run(ranks, |rank| done(start::start(&job, &options(out), &rank)));
     result(out)
-}
-
-fn result(out: &Path) -> (String, String) {
-    let series = std::fs::read_to_string(out.join("series.csv")).unwrap();
-    (checkpoint::digest_of(out).unwrap(), series)
 }
 
 /// Rows of a curve: grains and points of each.

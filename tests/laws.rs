@@ -7,6 +7,8 @@ use scree::math;
 use scree::space::{Linear, Plane, Solid, Space};
 use scree::symmetric::{PlaneSymmetric, SolidSymmetric, Symmetric};
 
+use crate::worlds::Random;
+
 type PlaneTensor = <Plane as Space>::Tensor;
 type SolidTensor = <Solid as Space>::Tensor;
 
@@ -29,19 +31,7 @@ fn critical(phi: f64, cohesion: f64) -> CriticalDruckerPrager {
     }
 }
 
-/// Numbers that look random and are the same in every run (SplitMix64).
-struct Random(u64);
-
 impl Random {
-    /// Uniform in [-1, 1).
-    fn signed(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut word = self.0;
-        word = (word ^ (word >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        word = (word ^ (word >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((word ^ (word >> 31)) >> 11) as f64 * 0.5f64.powi(52) - 1.0
-    }
-
     /// A power of ten between two exponents.
     fn magnitude(&mut self, lower: f64, upper: f64) -> f64 {
         math::exp(math::ln(10.0) * (lower + (upper - lower) * 0.5 * (1.0 + self.signed())))
@@ -274,10 +264,7 @@ fn cone<S: Space>(law: &CriticalDruckerPrager, fraction: f64) -> [f64; 3] {
 
 /// From random states, random steps: the stress is on the cone or inside, to 1e-12; where it yields it came there along the
 /// flow, and each branch is met often.
-fn returns<S: Space>(seed: u64)
-where
-    CriticalDruckerPrager: MaterialLaw<S>,
-{
+fn returns<S: Space>(seed: u64) {
     let mut random = Random(seed);
     let mut branches = [0; 4];
     let share = 2.0 / S::DIMENSION as f64;
@@ -521,10 +508,7 @@ fn energy_is_the_integral_of_stress_power() {
 /// Over a yielding path, work done = energy stored + dissipated, to first order in the step (the return is implicit).
 #[test]
 fn what_is_not_stored_is_dissipated() {
-    fn lost<S: Space>(steps: u32) -> [f64; 2]
-    where
-        CriticalDruckerPrager: MaterialLaw<S>,
-    {
+    fn lost<S: Space>(steps: u32) -> [f64; 2] {
         let law = Counted(critical(0.5, 5e3));
         let mut memory = law.start(&(S::identity() * -3e5), 0.65);
         let (mut stress, begin) = (law.stress(&memory), law.elastic_energy(&memory));
@@ -614,44 +598,4 @@ fn deformations_are_taken_apart() {
     close(shear.rotation_angle, -0.5e-3, 1e-3, 1e-6);
     let stress = SolidTensor::new(-1.0, 3.0, 0.0, 3.0, -1.0, 0.0, 0.0, 0.0, -1.0);
     assert_eq!(StressInvariants::of::<Solid>(&stress), StressInvariants { mean: -1.0, deviatoric: 3.0 });
-}
-
-/// Nanoseconds of an update, for the eye: `cargo test --release --test main -- --ignored --nocapture laws::speed`.
-#[test]
-#[ignore = "a measurement"]
-fn speed() {
-    fn measure<S: Space, L: MaterialLaw<S>>(name: &str, law: &L, size: f64) {
-        const POINTS: usize = 4096;
-        let mut random = Random(1);
-        let start = S::identity() * -4e5;
-        let mut memories: Vec<L::Memory> = (0..POINTS).map(|_| law.start(&start, 0.65)).collect();
-        let mut gradients: Vec<S::Tensor> = (0..POINTS).map(|_| random.tensor::<S>(size)).collect();
-        for gradient in &mut gradients {
-            let trace = S::trace(gradient) / S::DIMENSION as f64;
-            *gradient -= S::identity() * trace;
-        }
-        let (mut rounds, mut sum) = (Vec::new(), 0.0);
-        for round in 0..200 {
-            let sign = if round % 20 < 10 { 1.0 } else { -1.0 };
-            let clock = std::time::Instant::now();
-            for (memory, gradient) in memories.iter_mut().zip(&gradients) {
-                sum += law.update(gradient, sign * 1e-6, memory)[0];
-            }
-            rounds.push(clock.elapsed().as_nanos() as f64 / POINTS as f64);
-        }
-        rounds.sort_by(f64::total_cmp);
-        let yielding = memories.iter().filter(|memory| memory.plastic_strain() > 0.0).count();
-        let median = rounds[rounds.len() / 2];
-        println!("{name} in the {}: {median:.1} ns ({yielding} yielded, {})", S::NAME, sum.is_finite());
-    }
-    let law = critical(0.5, 0.0);
-    measure::<Plane, _>("linear elastic", &LINEAR, 10.0);
-    measure::<Solid, _>("linear elastic", &LINEAR, 10.0);
-    measure::<Plane, _>("Hencky", &HENCKY, 10.0);
-    measure::<Solid, _>("Hencky", &HENCKY, 10.0);
-    for (state, size) in [("elastic", 1.0), ("yielding", 1e4)] {
-        measure::<Plane, _>(&format!("Drucker-Prager, {state},"), &law, size);
-        measure::<Solid, _>(&format!("Drucker-Prager, {state},"), &law, size);
-    }
-    measure::<Solid, _>("Hencky to some percent", &HENCKY, 2e4);
 }

@@ -41,7 +41,7 @@ mod inclines;
 mod invariance;
 /// Every job in `jobs/` is read, and its resolved form means the same.
 mod jobs;
-/// Every material law in both spaces: many turns, large stretch, returns from random states, energies, starts, speed.
+/// Every material law in both spaces: many turns, large stretch, returns from random states, energies, starts.
 mod laws;
 /// Strip footings bear what Prandtl says, less what their few cells cost, on a load that stays flat.
 mod limit_loads;
@@ -54,9 +54,11 @@ mod mpirun;
 mod oracle;
 /// Uniform stress stays uniform under every scheme, between walls too, and a linear velocity has one gradient.
 mod patches;
+/// A job that is right, broken in one place, and its refusal, which the tests of wrong jobs share; it claims nothing itself.
+mod refusals;
 /// Records of LAMMPS and YADE are repeated to round-off: collisions, a relaxing packing, a sheared cell.
 mod replay;
-/// Runs of continua from the text of a job that the tests of the continuum share; it claims nothing itself.
+/// Runs from the text of a job, and one job on other ranks and threads, that the tests below share; it claims nothing itself.
 mod runs;
 /// Every contact law, in the plane and in space, has the same bits on 1 to 4 ranks, 1 and 2 threads, and after resume.
 mod same_bits;

@@ -20,11 +20,6 @@ fn start(law: &CriticalDruckerPrager, pressure: f64, fraction: f64) -> CriticalM
     MaterialLaw::<Plane>::start(law, &(Tensor::identity() * -pressure), fraction)
 }
 
-/// ln(1 + x) for small x, which the logarithm of a rounded 1 + x would not give.
-fn ln_one_plus(x: f64) -> f64 {
-    x - x * x / 2.0 + x * x * x / 3.0 - x * x * x * x / 4.0 + x * x * x * x * x / 5.0
-}
-
 /// Carries a memory over one increment of deformation `F = I + increment`.
 fn carry(law: &CriticalDruckerPrager, memory: &mut CriticalMemory<Plane>, increment: Tensor) -> Tensor {
     MaterialLaw::<Plane>::update(law, &(increment * (1.0 / DT)), DT, memory)
@@ -70,7 +65,7 @@ fn uniaxial_strain_is_linear_in_the_logarithmic_strain() {
         let mut memory = start(&law, PRESSURE, 0.85);
         for step in 1..=1000 {
             let stress = carry(&law, &mut memory, Tensor::new(rate, 0.0, 0.0, 0.0));
-            let strain = f64::from(step) * ln_one_plus(rate);
+            let strain = f64::from(step) * math::ln_one_plus(rate);
             let wanted =
                 Tensor::new(-PRESSURE + (bulk + shear) * strain, 0.0, 0.0, -PRESSURE + (bulk - shear) * strain);
             close((stress - wanted).norm(), 0.0, bulk, 1e-12);
@@ -181,7 +176,7 @@ fn separated_material_bears_nothing_until_it_touches_again() {
             let sign = if step <= 600 { 1.0 } else { -1.0 };
             let was_open = memory.gap > 0.0;
             let stress = carry(&law, &mut memory, Tensor::new(sign * rate, 0.0, 0.0, sign * rate));
-            volume += 2.0 * ln_one_plus(sign * rate);
+            volume += 2.0 * math::ln_one_plus(sign * rate);
             let [pressure, q] = invariants(&stress);
             peak = peak.max(pressure);
             close(q, 0.0, PRESSURE, 1e-9);

@@ -1,4 +1,5 @@
-//! Runs of continua from the text of a job, and what they leave: its series and the points of its last checkpoint.
+//! Runs from the text of a job, and what they leave: its series and the points of its last checkpoint; and the same job on
+//! other ranks and threads.
 
 use std::path::{Path, PathBuf};
 
@@ -9,6 +10,7 @@ use scree::scenario::Job;
 use scree::start;
 use scree_io::column::{State, Table};
 use scree_partition::Solo;
+use scree_partition::transport::threads;
 
 pub const SHAPES: [&str; 4] = ["linear", "generalised", "quadratic", "cubic"];
 pub const UPDATES: [&str; 3] = ["first", "last", "modified_last"];
@@ -48,6 +50,37 @@ pub fn options(out: &Path) -> Options {
     Options { out: out.to_path_buf(), threads: 1 }
 }
 
+/// Digest of a run's last checkpoint, and its series.
+pub fn result(out: &Path) -> (String, String) {
+    (checkpoint::digest_of(out).unwrap(), std::fs::read_to_string(out.join("series.csv")).unwrap())
+}
+
+/// One thread against two, two to four ranks, and a resumed run, of a job that keeps three checkpoints. Returns what all
+/// of them end with; `what` names the job.
+pub fn same(job: &Job, folder: &Path, what: &str) -> (String, String) {
+    let alone = folder.join("alone");
+    let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool(1).install(|| done(start::start(job, &options(&alone), &Solo)));
+    let wanted = result(&alone);
+    pool(2).install(|| done(start::start(job, &options(&folder.join("threads")), &Solo)));
+    assert!(result(&folder.join("threads")) == wanted, "two threads end elsewhere: {what}");
+    for ranks in [2, 3, 4] {
+        let out = folder.join(ranks.to_string());
+        threads::run(ranks, |rank| done(start::start(job, &options(&out), &rank)));
+        assert!(result(&out) == wanted, "{ranks} ranks end elsewhere: {what}");
+    }
+    // The run of three ranks without its last checkpoints, gone on with by two.
+    let out = folder.join("3");
+    let mut kept: Vec<_> =
+        std::fs::read_dir(checkpoint::folder(&out)).unwrap().map(|entry| entry.unwrap().path()).collect();
+    kept.sort();
+    assert_eq!(kept.len(), 3, "{kept:?}");
+    kept[1..].iter().for_each(|later| std::fs::remove_file(later).unwrap());
+    threads::run(2, |rank| done(start::resume(&out, &options(&out), &rank)));
+    assert!(result(&out) == wanted, "a resumed run ends elsewhere: {what}");
+    wanted
+}
+
 /// A run that is over.
 pub struct Ran {
     _folder: tempfile::TempDir,
@@ -77,6 +110,11 @@ impl Ran {
         let at = self.names.iter().position(|other| other == name);
         let at = at.unwrap_or_else(|| panic!("no {name} in {:?}", self.names));
         self.rows.iter().map(|row| row[at]).collect()
+    }
+
+    /// Kinetic and elastic energy together, row by row.
+    pub fn energy(&self) -> Vec<f64> {
+        self.series("kinetic").iter().zip(self.series("elastic")).map(|(kinetic, elastic)| kinetic + elastic).collect()
     }
 
     fn table(&self) -> &Table {

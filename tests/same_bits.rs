@@ -5,13 +5,9 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use scree::checkpoint;
-use scree::run::{Options, Outcome};
 use scree::scenario::Job;
-use scree::start;
-use scree_partition::Solo;
-use scree_partition::transport::threads;
 
+use crate::runs::{parse, same};
 use crate::worlds::Random;
 
 const LAWS: [(&str, &str); 4] = [
@@ -85,20 +81,19 @@ fn constants(dimension: usize, law: (&str, &str)) -> String {
     }
 }
 
-/// A cell that is periodic everywhere, sheared fast, its normal stress held along y.
-fn sheared(dimension: usize, law: (&str, &str), file: &Path) -> Job {
-    let list = |values: [&str; 3]| format!("[{}]", values[..dimension].join(", "));
-    let rows = [list(["0", "200.0", "0"]), list(["0", "0", "0"]), list(["0", "0", "0"])];
-    let upper = if dimension == 2 { "[0.016, 0.020]" } else { "[0.009, 0.008, 0.007]" };
-    let text = format!(
+/// The parts of a vector that a space has.
+fn list(dimension: usize, values: [&str; 3]) -> String {
+    format!("[{}]", values[..dimension].join(", "))
+}
+
+/// A job of the grains under a law, with the rest of its `[cell]` and tables of its own.
+fn job(dimension: usize, law: (&str, &str), file: &Path, cell: &str, more: &str) -> Job {
+    parse(&format!(
         r#"
         name = "same_bits"
         [cell]
         space = "{space}"
-        upper = {upper}
-        velocity_gradient = [{gradient}]
-        stress = {stress}
-        rate_max = 50.0
+        {cell}
         [grains]
         density = 2600
         file = "{file}"
@@ -106,10 +101,7 @@ fn sheared(dimension: usize, law: (&str, &str), file: &Path) -> Job {
         [contact]
         law = "{name}"
         {constants}
-        [damping]
-        local = 0.1
-        form = "component"
-        mass = 1.0
+        {more}
         [time]
         step = "{step}"
         end = {end}
@@ -121,38 +113,40 @@ fn sheared(dimension: usize, law: (&str, &str), file: &Path) -> Job {
         checkpoints_kept = 9
         "#,
         space = if dimension == 2 { "plane" } else { "solid" },
-        step = STEP[dimension - 2],
-        end = END[dimension - 2],
-        third = END[dimension - 2] / 3.0,
-        gradient = rows[..dimension].join(", "),
-        stress = list(["\"free\"", "-5e4", "\"free\""]),
         file = file.display(),
         name = law.0,
         constants = constants(dimension, law),
+        step = STEP[dimension - 2],
+        end = END[dimension - 2],
+        third = END[dimension - 2] / 3.0,
+    ))
+}
+
+/// A cell that is periodic everywhere, sheared fast, its normal stress held along y.
+fn sheared(dimension: usize, law: (&str, &str), file: &Path) -> Job {
+    let zero = list(dimension, ["0", "0", "0"]);
+    let rows = [list(dimension, ["0", "200.0", "0"]), zero.clone(), zero];
+    let cell = format!(
+        "upper = {}\nvelocity_gradient = [{}]\nstress = {}\nrate_max = 50.0",
+        if dimension == 2 { "[0.016, 0.020]" } else { "[0.009, 0.008, 0.007]" },
+        rows[..dimension].join(", "),
+        list(dimension, ["\"free\"", "-5e4", "\"free\""]),
     );
-    Job::parse(&text, "same_bits", &[]).unwrap_or_else(|error| panic!("{error}"))
+    job(dimension, law, file, &cell, "[damping]\nlocal = 0.1\nform = \"component\"\nmass = 1.0")
 }
 
 /// An open cell with a floor, a spinning cylinder and a moving glued layer, under gravity.
 fn among_bodies(dimension: usize, law: (&str, &str), file: &Path) -> Job {
-    let list = |values: [&str; 3]| format!("[{}]", values[..dimension].join(", "));
-    let axis = if dimension == 2 { String::new() } else { "axis = [0, 0, 1]".to_string() };
-    let text = format!(
+    let list = |values| list(dimension, values);
+    let upper = if dimension == 2 { "[0.016, 0.026]" } else { "[0.009, 0.014, 0.007]" };
+    let cell = format!(
+        "lower = {}\nupper = {upper}\nperiodic = {}\ngravity = {}",
+        list(["0", "-0.006", "0"]),
+        list(["true", "false", "true"]),
+        list(["0", "-9.81", "0"]),
+    );
+    let bodies = format!(
         r#"
-        name = "same_bits"
-        [cell]
-        space = "{space}"
-        lower = {lower}
-        upper = {upper}
-        periodic = {periodic}
-        gravity = {gravity}
-        [grains]
-        density = 2600
-        file = "{file}"
-        diameter_mean = "1 mm"
-        [contact]
-        law = "{name}"
-        {constants}
         [[body]]
         name = "floor"
         shape = "plane"
@@ -172,83 +166,25 @@ fn among_bodies(dimension: usize, law: (&str, &str), file: &Path) -> Job {
         upper = {upper}
         velocity = {slide}
         servo = {{ direction = {up}, force = 2.0, mass = 0.01, damping = 10.0, speed_max = 0.5 }}
-        [time]
-        step = "{step}"
-        end = {end}
-        [decomposition]
-        skin = "0.1 mm"
-        block = "3 mm"
-        [output]
-        checkpoint_interval = {third}
-        checkpoints_kept = 9
         "#,
-        space = if dimension == 2 { "plane" } else { "solid" },
-        step = STEP[dimension - 2],
-        end = END[dimension - 2],
-        third = END[dimension - 2] / 3.0,
-        lower = list(["0", "-0.006", "0"]),
-        upper = if dimension == 2 { "[0.016, 0.026]" } else { "[0.009, 0.014, 0.007]" },
-        periodic = list(["true", "false", "true"]),
-        gravity = list(["0", "-9.81", "0"]),
         zero = list(["0", "0", "0"]),
         up = list(["0", "1", "0"]),
         centre = list(["0.004", "-0.0019", "0"]),
+        axis = if dimension == 2 { "" } else { "axis = [0, 0, 1]" },
         spin = if dimension == 2 { "50.0" } else { "[0, 0, 50.0]" },
         lid = if dimension == 2 { "[0, 0.018]" } else { "[0, 0.006, 0]" },
         slide = list(["0.1", "0", "0"]),
-        file = file.display(),
-        name = law.0,
-        constants = constants(dimension, law),
     );
-    Job::parse(&text, "same_bits", &[]).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn options(out: &Path) -> Options {
-    Options { out: out.to_path_buf(), threads: 1 }
-}
-
-fn result(out: &Path) -> (String, String) {
-    (checkpoint::digest_of(out).unwrap(), std::fs::read_to_string(out.join("series.csv")).unwrap())
-}
-
-fn done(outcome: Result<Outcome, scree::error::Error>) {
-    match outcome {
-        Ok(Outcome::Done(_)) => {}
-        other => panic!("{other:?}"),
-    }
-}
-
-/// One thread against two, three ranks and four, and a resumed run.
-fn same(job: &Job, folder: &Path) {
-    let alone = folder.join("alone");
-    let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    pool(1).install(|| done(start::start(job, &options(&alone), &Solo)));
-    let wanted = result(&alone);
-    let rows = wanted.1.lines().count();
-    assert!(rows > 100, "{rows} rows");
-    pool(2).install(|| done(start::start(job, &options(&folder.join("threads")), &Solo)));
-    assert!(result(&folder.join("threads")) == wanted, "{}: two threads end elsewhere", job.name());
-    for ranks in [2, 3, 4] {
-        let out = folder.join(ranks.to_string());
-        threads::run(ranks, |rank| done(start::start(job, &options(&out), &rank)));
-        assert!(result(&out) == wanted, "{ranks} ranks end elsewhere");
-    }
-    // The run of three ranks without its last checkpoints, gone on with by two.
-    let out = folder.join("3");
-    let mut kept: Vec<_> =
-        std::fs::read_dir(checkpoint::folder(&out)).unwrap().map(|entry| entry.unwrap().path()).collect();
-    kept.sort();
-    assert_eq!(kept.len(), 3, "{kept:?}");
-    kept[1..].iter().for_each(|later| std::fs::remove_file(later).unwrap());
-    threads::run(2, |rank| done(start::resume(&out, &options(&out), &rank)));
-    assert!(result(&out) == wanted, "a resumed run ends elsewhere");
+    job(dimension, law, file, &cell, &bodies)
 }
 
 fn every_law(dimension: usize, sides: [usize; 3], job: fn(usize, (&str, &str), &Path) -> Job) {
     for law in LAWS {
         let folder = tempfile::tempdir().unwrap();
         let file = grains(dimension, sides, folder.path());
-        same(&job(dimension, law, &file), folder.path());
+        let (_, series) = same(&job(dimension, law, &file), folder.path(), law.0);
+        let rows = series.lines().count();
+        assert!(rows > 100, "{rows} rows");
     }
 }
 

@@ -2,16 +2,9 @@
 //! any instructions, and from a checkpoint (invariants 2 and 3): plastic points under a load among a servoed plate, a
 //! spinning pipe, a face with friction and one that absorbs, with gravity that still rises.
 
-use std::path::Path;
 use std::process::Command;
 
-use scree::checkpoint;
-use scree::scenario::Job;
-use scree::start;
-use scree_partition::Solo;
-use scree_partition::transport::threads;
-
-use crate::runs::{done, options, parse, schemes};
+use crate::runs::{parse, result, same, schemes};
 
 fn job(dimension: usize, scheme: &str) -> String {
     let list = |values: [&str; 3]| format!("[{}]", values[..dimension].join(", "));
@@ -123,37 +116,12 @@ fn job(dimension: usize, scheme: &str) -> String {
 /// A multiple of three.
 const STEPS: usize = 60;
 
-fn result(out: &Path) -> (String, String) {
-    (checkpoint::digest_of(out).unwrap(), std::fs::read_to_string(out.join("series.csv")).unwrap())
-}
-
-/// One thread against two, three ranks and four, a resumed run, and narrower registers.
-fn same(text: &str, scheme: &str) {
+/// With other ranks and threads, resumed, and with narrower registers.
+fn same_bits(text: &str, scheme: &str) {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let job: Job = parse(text);
-    let alone = folder.join("alone");
-    let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    pool(1).install(|| done(start::start(&job, &options(&alone), &Solo)));
-    let wanted = result(&alone);
+    let wanted = same(&parse(text), folder, scheme);
     assert!(wanted.1.lines().count() > STEPS);
-    pool(2).install(|| done(start::start(&job, &options(&folder.join("threads")), &Solo)));
-    assert!(result(&folder.join("threads")) == wanted, "two threads end elsewhere: {scheme}");
-    for ranks in [2, 3, 4] {
-        let out = folder.join(ranks.to_string());
-        threads::run(ranks, |rank| done(start::start(&job, &options(&out), &rank)));
-        assert!(result(&out) == wanted, "{ranks} ranks end elsewhere: {scheme}");
-    }
-    // The run of three ranks without its last checkpoints, gone on with by two.
-    let out = folder.join("3");
-    let mut kept: Vec<_> =
-        std::fs::read_dir(checkpoint::folder(&out)).unwrap().map(|entry| entry.unwrap().path()).collect();
-    kept.sort();
-    assert_eq!(kept.len(), 3, "{kept:?}");
-    kept[1..].iter().for_each(|later| std::fs::remove_file(later).unwrap());
-    threads::run(2, |rank| done(start::resume(&out, &options(&out), &rank)));
-    assert!(result(&out) == wanted, "a resumed run ends elsewhere: {scheme}");
-
     let file = folder.join("job.toml");
     std::fs::write(&file, text).unwrap();
     for instructions in ["portable", "avx2"] {
@@ -171,13 +139,13 @@ fn same(text: &str, scheme: &str) {
 #[test]
 fn every_scheme_in_the_plane() {
     for scheme in schemes() {
-        same(&job(2, &scheme), &scheme);
+        same_bits(&job(2, &scheme), &scheme);
     }
 }
 
 #[test]
 fn every_scheme_in_space() {
     for scheme in schemes() {
-        same(&job(3, &scheme), &scheme);
+        same_bits(&job(3, &scheme), &scheme);
     }
 }

@@ -213,7 +213,7 @@ fn what_has_flowed_is_torn_by_its_volume_alone() {
     }
     world.refuse_spoilt_points().expect("it flows");
     for hot in &mut world.points.hot {
-        hot.deformation = hot.deformation * 6.1;
+        hot.deformation *= 6.1;
     }
     assert!(world.refuse_spoilt_points().expect_err("it fills more than it reaches").to_string().contains("is torn"));
 }

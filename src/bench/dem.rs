@@ -1,10 +1,9 @@
 //! How long a grain-step takes: a dense packing between two rough layers, sheared under constant normal stress, the
 //! whole step with its rebuilds, messages and servo.
 
-use std::time::Instant;
-
 use scree_partition::Transport;
 
+use super::{Speed, Stretches, resident_bytes};
 use crate::assembly::{self, GrainWorld, setup};
 use crate::body::{self, Body, Servo, Shape};
 use crate::dem::cell::Cell;
@@ -12,7 +11,6 @@ use crate::dem::grains::Mover;
 use crate::dem::tile::tile;
 use crate::error::Error;
 use crate::law::contact::{ContactLaw, HertzMindlin, LinearSpringDashpot};
-use crate::observe::phases::NAMES;
 use crate::rebuild::{Parts, Row};
 use crate::scenario::assembly::Source;
 use crate::scenario::{Assembly, Job};
@@ -26,43 +24,20 @@ pub struct Wanted {
     pub grains: u64,
     /// In space instead of the plane.
     pub solid: bool,
-    /// Stretches of steps; the median of their times counts.
-    pub stretches: usize,
-    pub steps: u64,
+    pub stretches: Stretches,
 }
 
-/// What came out. Times are of the slowest rank where ranks differ.
+/// What came out.
 #[derive(Clone, Debug)]
 pub struct Measured {
     pub law: &'static str,
-    pub space: &'static str,
-    pub instructions: &'static str,
-    pub grains: u64,
-    pub ranks: usize,
-    pub steps: u64,
-    /// Wall time of a grain's step, every stretch, ns.
-    pub stretches: Vec<f64>,
-    pub rebuilds: u64,
+    pub speed: Speed,
     pub contacts_per_grain: f64,
     pub pairs_per_grain: f64,
-    /// Of the arrays of all ranks, and of their resident memory beyond what the program took before.
+    /// Of the arrays of all ranks.
     pub bytes_per_grain: f64,
-    pub bytes_resident_per_grain: f64,
-    /// Name, ns per grain-step as the mean over ranks, and the slowest rank over that mean.
-    pub phases: Vec<(&'static str, f64, f64)>,
-    /// Most grains on a rank over their mean.
-    pub imbalance: f64,
     /// Shear stress over normal stress of the upper layer at the end: a sheared packing, not a chattering one.
     pub stress_ratio: f64,
-}
-
-impl Measured {
-    /// Median stretch, ns per grain-step.
-    pub fn nanoseconds(&self) -> f64 {
-        let mut sorted = self.stretches.clone();
-        sorted.sort_by(f64::total_cmp);
-        sorted[sorted.len() / 2]
-    }
 }
 
 /// Layers glued to the bodies, in mean diameters.
@@ -223,78 +198,22 @@ fn measured<S: Space, C: ContactLaw<S>>(
 ) -> Result<Measured, Error> {
     let resident = resident_bytes();
     let mut world = world::<S, C>(wanted, transport)?;
-    for _ in 0..WARM_UP.min(wanted.steps) {
+    for _ in 0..WARM_UP.min(wanted.stretches.steps) {
         world.advance()?;
     }
-    let rebuilds = world.rebuilds;
-    world.phases.seconds = Default::default();
     world.bodies[UPPER as usize].impulse = S::Vector::zero();
-    let grains = world.grains_total;
-    let mut stretches = Vec::with_capacity(wanted.stretches);
-    for _ in 0..wanted.stretches {
-        transport.barrier();
-        let started = Instant::now();
-        for _ in 0..wanted.steps {
-            world.advance()?;
-        }
-        let mut seconds = [started.elapsed().as_secs_f64()];
-        transport.max(&mut seconds);
-        stretches.push(1e9 * seconds[0] / (wanted.steps * grains) as f64);
-    }
-    let steps = wanted.steps * wanted.stretches as u64;
-    let scale = 1e9 / (steps * grains) as f64;
-    let phases = phases(&world.phases.seconds, transport);
-    let phases = phases.into_iter().map(|(name, mean, most)| (name, mean * scale, most)).collect();
+    let speed = Speed::of(&mut world, wanted.stretches, resident, transport)?;
     let impulse = world.bodies[UPPER as usize].impulse;
-    let rebuilds = world.rebuilds - rebuilds;
-    let contacts = world.contact_count();
-    let bytes = world.bytes();
     let pairs = world.contacts.neighbours.real_pairs().count();
-    let mut sums = [bytes as i64, (resident_bytes() - resident).max(0), pairs as i64];
+    let mut sums = [world.bytes() as i64, pairs as i64];
     transport.sum(&mut sums);
-    let mut most = [world.grains.owned as i64];
-    transport.max_integer(&mut most);
-    let per_grain = |sum: i64| sum as f64 / grains as f64;
+    let per_grain = |sum: f64| sum / speed.rows as f64;
     Ok(Measured {
         law,
-        space: S::NAME,
-        instructions: world.contacts.instructions().name(),
-        grains,
-        ranks: transport.size(),
-        steps,
-        stretches,
-        rebuilds,
-        contacts_per_grain: contacts as f64 / grains as f64,
-        pairs_per_grain: per_grain(sums[2]),
-        bytes_per_grain: per_grain(sums[0]),
-        bytes_resident_per_grain: per_grain(sums[1]),
-        phases,
-        imbalance: most[0] as f64 * transport.size() as f64 / grains as f64,
+        contacts_per_grain: per_grain(world.contact_count() as f64),
+        pairs_per_grain: per_grain(sums[1] as f64),
+        bytes_per_grain: per_grain(sums[0] as f64),
         stress_ratio: -impulse[0] / impulse[1],
+        speed,
     })
-}
-
-/// Mean over ranks of every phase, s, and the slowest rank over it.
-pub(super) fn phases(seconds: &[f64], transport: &dyn Transport) -> Vec<(&'static str, f64, f64)> {
-    let mine: Vec<u8> = seconds.iter().flat_map(|seconds| seconds.to_le_bytes()).collect();
-    let all: Vec<Vec<f64>> = transport
-        .all_gather(&mine)
-        .iter()
-        .map(|bytes| bytes.as_chunks().0.iter().map(|chunk| f64::from_le_bytes(*chunk)).collect())
-        .collect();
-    let figures = |phase: usize| {
-        let of = all.iter().map(|rank| rank[phase]);
-        let mean = of.clone().sum::<f64>() / all.len() as f64;
-        (mean, of.fold(0.0, f64::max) / mean)
-    };
-    let named = NAMES.iter().enumerate().map(|(phase, name)| (*name, figures(phase)));
-    named.filter(|(_, (mean, _))| *mean > 0.0).map(|(name, (mean, most))| (name, mean, most)).collect()
-}
-
-/// Memory of this process that lies in the machine's, bytes; zero where the system does not tell.
-pub(super) fn resident_bytes() -> i64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-    let kilobytes = line.and_then(|rest| rest.split_whitespace().next()?.parse::<i64>().ok());
-    1024 * kilobytes.unwrap_or(0)
 }

@@ -1,4 +1,118 @@
 //! Measurements of speed, for `scree bench`.
 
+use std::time::Instant;
+
+use scree_partition::Transport;
+
+use crate::error::Error;
+use crate::law::contact::ContactLaw;
+use crate::law::material::MaterialLaw;
+use crate::observe::phases::NAMES;
+use crate::space::Space;
+use crate::world::World;
+
 pub mod dem;
 pub mod mpm;
+
+/// What is timed: stretches of steps, the median of which counts.
+#[derive(Clone, Copy, Debug)]
+pub struct Stretches {
+    pub count: usize,
+    pub steps: u64,
+}
+
+/// How fast a world of grains alone, or of points alone, goes on. Times are of the slowest rank where ranks differ.
+#[derive(Clone, Debug)]
+pub struct Speed {
+    pub space: &'static str,
+    pub instructions: &'static str,
+    /// Grains or points.
+    pub rows: u64,
+    pub ranks: usize,
+    pub steps: u64,
+    /// Wall time of a row's step, every stretch, ns.
+    pub stretches: Vec<f64>,
+    pub rebuilds: u64,
+    /// Resident memory of all ranks beyond what the program took before.
+    pub bytes_resident_per_row: f64,
+    /// Name, ns per row and step as the mean over ranks, and the slowest rank over that mean.
+    pub phases: Vec<(&'static str, f64, f64)>,
+    /// Most rows on a rank over their mean.
+    pub imbalance: f64,
+}
+
+impl Speed {
+    /// Of a world that is warm, on all ranks; `resident` is what the program took before there was a world, bytes.
+    fn of<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+        world: &mut World<S, C, L>,
+        wanted: Stretches,
+        resident: i64,
+        transport: &dyn Transport,
+    ) -> Result<Self, Error> {
+        let rebuilds = world.rebuilds;
+        world.phases.seconds = Default::default();
+        let rows = world.grains_total + world.points_total;
+        let mut stretches = Vec::with_capacity(wanted.count);
+        for _ in 0..wanted.count {
+            transport.barrier();
+            let started = Instant::now();
+            for _ in 0..wanted.steps {
+                world.advance()?;
+            }
+            let mut seconds = [started.elapsed().as_secs_f64()];
+            transport.max(&mut seconds);
+            stretches.push(1e9 * seconds[0] / (wanted.steps * rows) as f64);
+        }
+        let steps = wanted.steps * wanted.count as u64;
+        let scale = 1e9 / (steps * rows) as f64;
+        let phases = phases(&world.phases.seconds, transport);
+        let mut resident = [(resident_bytes() - resident).max(0)];
+        transport.sum(&mut resident);
+        let mut most = [(world.grains.owned + world.points.len()) as i64];
+        transport.max_integer(&mut most);
+        Ok(Self {
+            space: S::NAME,
+            instructions: world.contacts.instructions().name(),
+            rows,
+            ranks: transport.size(),
+            steps,
+            stretches,
+            rebuilds: world.rebuilds - rebuilds,
+            bytes_resident_per_row: resident[0] as f64 / rows as f64,
+            phases: phases.into_iter().map(|(name, mean, most)| (name, mean * scale, most)).collect(),
+            imbalance: most[0] as f64 * transport.size() as f64 / rows as f64,
+        })
+    }
+
+    /// Median stretch, ns per row and step.
+    pub fn nanoseconds(&self) -> f64 {
+        let mut sorted = self.stretches.clone();
+        sorted.sort_by(f64::total_cmp);
+        sorted[sorted.len() / 2]
+    }
+}
+
+/// Mean over ranks of every phase, s, and the slowest rank over it.
+fn phases(seconds: &[f64], transport: &dyn Transport) -> Vec<(&'static str, f64, f64)> {
+    let mine: Vec<u8> = seconds.iter().flat_map(|seconds| seconds.to_le_bytes()).collect();
+    let all: Vec<Vec<f64>> = transport
+        .all_gather(&mine)
+        .iter()
+        .map(|bytes| bytes.as_chunks().0.iter().map(|chunk| f64::from_le_bytes(*chunk)).collect())
+        .collect();
+    let figures = |phase: usize| {
+        let of = all.iter().map(|rank| rank[phase]);
+        let mean = of.clone().sum::<f64>() / all.len() as f64;
+        (mean, of.fold(0.0, f64::max) / mean)
+    };
+    let named = NAMES.iter().enumerate().map(|(phase, name)| (*name, figures(phase)));
+    named.filter(|(_, (mean, _))| *mean > 0.0).map(|(name, (mean, most))| (name, mean, most)).collect()
+}
+
+/// Memory of this process that lies in the machine's, bytes; zero where the system does not tell.
+fn resident_bytes() -> i64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let kilobytes = line.and_then(|rest| rest.split_whitespace().next()?.parse::<i64>().ok());
+    1024 * kilobytes.unwrap_or(0)
+}

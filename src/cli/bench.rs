@@ -3,13 +3,12 @@
 use std::fmt::Write;
 use std::process::Command;
 
-use clap::Subcommand;
+use clap::{Args, Subcommand};
 use scree_partition::transport::Transport;
-use serde_json::json;
+use serde_json::{Map, Value, json};
 
 use super::{Ending, LAUNCHER_VARIABLES, start_threads};
-use crate::bench::dem::{self, Measured, Wanted};
-use crate::bench::mpm;
+use crate::bench::{Speed, Stretches, dem, mpm};
 use crate::error::Error;
 use crate::run::Outcome;
 
@@ -20,30 +19,17 @@ pub(super) enum Bench {
         /// Grains, about: the packing is made of equal tiles.
         #[arg(long, default_value_t = 7640)]
         grains: u64,
-        /// Ranks; more than one are started by mpirun.
-        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
-        ranks: u16,
         /// Discs of seed 000, Table 1 (plane), or Hertz-Mindlin spheres (solid).
         #[arg(long, default_value = "plane", value_parser = ["plane", "solid"])]
         space: String,
-        /// Steps of each of the five stretches whose median counts. Default: about two seconds' worth.
-        #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
-        steps: Option<u64>,
-        /// Threads of each rank.
-        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
-        threads: u16,
-        /// End with one line of JSON.
-        #[arg(long)]
-        json: bool,
+        #[command(flatten)]
+        how: How,
     },
     /// A yielding block of material points: the whole step with rebuilds and messages.
     Mpm {
         /// Points, about: whole blocks of cells are filled.
         #[arg(long, default_value_t = 100_000)]
         points: u64,
-        /// Ranks; more than one are started by mpirun.
-        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
-        ranks: u16,
         /// Plane strain, or space.
         #[arg(long, default_value = "plane", value_parser = ["plane", "solid"])]
         space: String,
@@ -53,16 +39,25 @@ pub(super) enum Bench {
         update: String,
         #[arg(long, default_value = "blend", value_parser = ["blend", "affine"])]
         transfer: String,
-        /// Steps of each of the five stretches whose median counts. Default: about two seconds' worth.
-        #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
-        steps: Option<u64>,
-        /// Threads of each rank.
-        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
-        threads: u16,
-        /// End with one line of JSON.
-        #[arg(long)]
-        json: bool,
+        #[command(flatten)]
+        how: How,
     },
+}
+
+#[derive(Args)]
+pub(super) struct How {
+    /// Ranks; more than one are started by mpirun.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    ranks: u16,
+    /// Steps of each of the five stretches whose median counts. Default: about two seconds' worth.
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
+    steps: Option<u64>,
+    /// Threads of each rank.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: u16,
+    /// End with one line of JSON.
+    #[arg(long)]
+    json: bool,
 }
 
 /// Open MPI starts ranks for root only where both of these are 1.
@@ -78,10 +73,8 @@ const POINT_WORK: u64 = 15_000_000;
 const POINT_STEPS_MIN: u64 = 20;
 
 pub(super) fn command(what: &Bench, transport: &dyn Transport) -> Ending {
-    let (ranks, threads) = match what {
-        Bench::Dem { ranks, threads, .. } | Bench::Mpm { ranks, threads, .. } => (*ranks, *threads),
-    };
-    let ranks = usize::from(ranks);
+    let (Bench::Dem { how, .. } | Bench::Mpm { how, .. }) = what;
+    let (ranks, threads) = (usize::from(how.ranks), usize::from(how.threads));
     if ranks > 1 && transport.size() == 1 && !is_launched() {
         return Ending::Agreed(launch(ranks));
     }
@@ -96,27 +89,26 @@ pub(super) fn command(what: &Bench, transport: &dyn Transport) -> Ending {
             "fewer than 500 grains cannot be sheared between rough layers. Take --grains 500 or more.".into(),
         )));
     }
-    if let Err(error) = start_threads(usize::from(threads)) {
+    if let Err(error) = start_threads(threads) {
         return Ending::Failed(error);
     }
+    let stretches = |work: u64, least: u64| Stretches { count: STRETCHES, steps: how.steps.unwrap_or(work.max(least)) };
     let page = match what {
-        Bench::Dem { grains, space, steps, json, .. } => {
-            let steps = steps.unwrap_or((WORK / grains).max(STEPS_MIN));
-            let wanted = Wanted { grains: *grains, solid: space == "solid", stretches: STRETCHES, steps };
-            dem::measure(&wanted, transport).map(|measured| page(&measured, usize::from(threads), *json))
+        Bench::Dem { grains, space, .. } => {
+            let stretches = stretches(WORK / grains, STEPS_MIN);
+            let wanted = dem::Wanted { grains: *grains, solid: space == "solid", stretches };
+            dem::measure(&wanted, transport).map(|measured| page_of_grains(&measured, how))
         }
-        Bench::Mpm { points, space, shape, update, transfer, steps, json, .. } => {
+        Bench::Mpm { points, space, shape, update, transfer, .. } => {
             let wanted = mpm::Wanted {
                 points: *points,
                 solid: space == "solid",
                 shape: shape.clone(),
                 update: update.clone(),
                 transfer: transfer.clone(),
-                stretches: STRETCHES,
-                steps: steps.unwrap_or((POINT_WORK / points).max(POINT_STEPS_MIN)),
+                stretches: stretches(POINT_WORK / points, POINT_STEPS_MIN),
             };
-            mpm::measure(&wanted, transport)
-                .map(|measured| page_of_points(&wanted, &measured, usize::from(threads), *json))
+            mpm::measure(&wanted, transport).map(|measured| page_of_points(&wanted, &measured, how))
         }
     };
     match page {
@@ -175,103 +167,76 @@ fn is_root() -> bool {
     effective == Some("0")
 }
 
-fn page(measured: &Measured, threads: usize, json: bool) -> String {
-    let mut page = String::new();
-    let mut line = |text: String| writeln!(page, "{text}").expect("a string takes every line");
-    line(format!(
-        "{} grains in the {}, law {}, {} ranks of {threads} threads, {} instructions",
-        measured.grains, measured.space, measured.law, measured.ranks, measured.instructions
-    ));
-    line(format!("{} steps in {} stretches, {} rebuilds", measured.steps, measured.stretches.len(), measured.rebuilds));
-    let stretches: Vec<String> = measured.stretches.iter().map(|stretch| format!("{stretch:.1}")).collect();
-    line(format!("{:.1} ns per grain-step, the median of {}", measured.nanoseconds(), stretches.join(" ")));
-    line("phase      ns per grain-step   slowest rank over mean".into());
-    for (name, mean, most) in &measured.phases {
-        line(format!("  {name:<10} {mean:>10.2} {most:>17.2}"));
-    }
-    line(format!(
-        "{:.2} contacts and {:.2} listed pairs per grain; imbalance of grains {:.3}; tau/p {:.3}",
-        measured.contacts_per_grain, measured.pairs_per_grain, measured.imbalance, measured.stress_ratio
-    ));
-    line(format!(
-        "{:.0} bytes per grain in arrays, {:.0} resident",
-        measured.bytes_per_grain, measured.bytes_resident_per_grain
-    ));
-    if json {
-        let phases: serde_json::Map<String, serde_json::Value> =
-            measured.phases.iter().map(|(name, mean, _)| ((*name).to_string(), json!(mean))).collect();
-        line(
-            json!({
-                "grains": measured.grains,
-                "ranks": measured.ranks,
-                "threads": threads,
-                "space": measured.space,
-                "law": measured.law,
-                "instructions": measured.instructions,
-                "steps": measured.steps,
-                "rebuilds": measured.rebuilds,
-                "ns_per_grain_step": measured.nanoseconds(),
-                "stretches": measured.stretches,
-                "bytes_per_grain": measured.bytes_per_grain,
-                "bytes_resident_per_grain": measured.bytes_resident_per_grain,
-                "contacts_per_grain": measured.contacts_per_grain,
-                "pairs_per_grain": measured.pairs_per_grain,
-                "imbalance": measured.imbalance,
-                "stress_ratio": measured.stress_ratio,
-                "phases": phases,
-            })
-            .to_string(),
-        );
-    }
-    page
+fn page_of_grains(measured: &dem::Measured, how: &How) -> String {
+    let speed = &measured.speed;
+    let more = [
+        format!(
+            "{:.2} contacts and {:.2} listed pairs per grain; imbalance of grains {:.3}; tau/p {:.3}",
+            measured.contacts_per_grain, measured.pairs_per_grain, speed.imbalance, measured.stress_ratio
+        ),
+        format!(
+            "{:.0} bytes per grain in arrays, {:.0} resident",
+            measured.bytes_per_grain, speed.bytes_resident_per_row
+        ),
+    ];
+    let json = json!({
+        "law": measured.law,
+        "bytes_per_grain": measured.bytes_per_grain,
+        "bytes_resident_per_grain": speed.bytes_resident_per_row,
+        "contacts_per_grain": measured.contacts_per_grain,
+        "pairs_per_grain": measured.pairs_per_grain,
+        "stress_ratio": measured.stress_ratio,
+    });
+    page("grain", &format!("law {}", measured.law), speed, &more, json, how)
 }
 
-fn page_of_points(wanted: &mpm::Wanted, measured: &mpm::Measured, threads: usize, json: bool) -> String {
+fn page_of_points(wanted: &mpm::Wanted, measured: &mpm::Measured, how: &How) -> String {
+    let speed = &measured.speed;
+    let scheme = format!("{} functions, stress {}, {}", wanted.shape, wanted.update, wanted.transfer);
+    let more = [format!(
+        "imbalance of points {:.3}; mean plastic strain {:.4}; {:.0} bytes per point resident",
+        speed.imbalance, measured.plastic_strain, speed.bytes_resident_per_row
+    )];
+    let json = json!({
+        "shape": wanted.shape,
+        "update": wanted.update,
+        "transfer": wanted.transfer,
+        "bytes_per_point": speed.bytes_resident_per_row,
+    });
+    page("point", &scheme, speed, &more, json, how)
+}
+
+/// What every measurement tells about its rows, grains or points, around what only this one does.
+fn page(row: &str, physics: &str, speed: &Speed, more: &[String], mut json: Value, how: &How) -> String {
     let mut page = String::new();
     let mut line = |text: String| writeln!(page, "{text}").expect("a string takes every line");
     line(format!(
-        "{} points in the {}, {} functions, stress {}, {}, {} ranks of {threads} threads, {} instructions",
-        measured.points,
-        measured.space,
-        wanted.shape,
-        wanted.update,
-        wanted.transfer,
-        measured.ranks,
-        measured.instructions
+        "{} {row}s in the {}, {physics}, {} ranks of {} threads, {} instructions",
+        speed.rows, speed.space, speed.ranks, how.threads, speed.instructions
     ));
-    line(format!("{} steps in {} stretches, {} rebuilds", measured.steps, measured.stretches.len(), measured.rebuilds));
-    let stretches: Vec<String> = measured.stretches.iter().map(|stretch| format!("{stretch:.1}")).collect();
-    line(format!("{:.1} ns per point-step, the median of {}", measured.nanoseconds(), stretches.join(" ")));
-    line("phase      ns per point-step   slowest rank over mean".into());
-    for (name, mean, most) in &measured.phases {
+    line(format!("{} steps in {} stretches, {} rebuilds", speed.steps, speed.stretches.len(), speed.rebuilds));
+    let stretches: Vec<String> = speed.stretches.iter().map(|stretch| format!("{stretch:.1}")).collect();
+    line(format!("{:.1} ns per {row}-step, the median of {}", speed.nanoseconds(), stretches.join(" ")));
+    line(format!("phase      ns per {row}-step   slowest rank over mean"));
+    for (name, mean, most) in &speed.phases {
         line(format!("  {name:<10} {mean:>10.2} {most:>17.2}"));
     }
-    line(format!(
-        "imbalance of points {:.3}; mean plastic strain {:.4}; {:.0} bytes per point resident",
-        measured.imbalance, measured.plastic_strain, measured.bytes_resident_per_point
-    ));
-    if json {
-        let phases: serde_json::Map<String, serde_json::Value> =
-            measured.phases.iter().map(|(name, mean, _)| ((*name).to_string(), json!(mean))).collect();
-        line(
-            json!({
-                "points": measured.points,
-                "ranks": measured.ranks,
-                "threads": threads,
-                "space": measured.space,
-                "shape": wanted.shape,
-                "update": wanted.update,
-                "transfer": wanted.transfer,
-                "instructions": measured.instructions,
-                "steps": measured.steps,
-                "rebuilds": measured.rebuilds,
-                "ns_per_point_step": measured.nanoseconds(),
-                "bytes_per_point": measured.bytes_resident_per_point,
-                "imbalance": measured.imbalance,
-                "phases": phases,
-            })
-            .to_string(),
-        );
+    more.iter().for_each(|text| line(text.clone()));
+    if how.json {
+        let phases: Map<String, Value> =
+            speed.phases.iter().map(|(name, mean, _)| ((*name).to_string(), json!(mean))).collect();
+        json[format!("{row}s")] = json!(speed.rows);
+        json[format!("ns_per_{row}_step")] = json!(speed.nanoseconds());
+        json["ranks"] = json!(speed.ranks);
+        json["threads"] = json!(how.threads);
+        json["space"] = json!(speed.space);
+        json["instructions"] = json!(speed.instructions);
+        json["steps"] = json!(speed.steps);
+        json["rebuilds"] = json!(speed.rebuilds);
+        json["stretches"] = json!(speed.stretches);
+        json["imbalance"] = json!(speed.imbalance);
+        json["phases"] = json!(phases);
+        line(json.to_string());
     }
     page
 }

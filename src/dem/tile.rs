@@ -3,7 +3,6 @@
 //! Copy t of grain i is grain i T + t of T copies: among copies of two grains the order of ids is that of the two, which
 //! the memory of their contact is oriented by.
 
-use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, is_body};
 use crate::ids::GrainId;
 use crate::space::{Linear, Space, Words};
@@ -50,20 +49,6 @@ pub fn tile<S: Space, M: Words<f64>>(
             tiled.push(made);
         }
     }
-    tiled
-}
-
-/// The cell of a tiled packing.
-pub fn tiled_cell<S: Space>(cell: &Cell<S>, counts: [usize; 3]) -> Cell<S> {
-    let mut longer = *cell;
-    for (axis, count) in counts.iter().enumerate().take(S::DIMENSION) {
-        for row in 0..S::DIMENSION {
-            longer.edges[axis * S::DIMENSION + row] *= *count as f64;
-            longer.rate[axis * S::DIMENSION + row] *= *count as f64;
-        }
-    }
-    let mut tiled = *cell;
-    tiled.take_motion_of(&longer);
     tiled
 }
 

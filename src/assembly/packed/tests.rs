@@ -7,7 +7,8 @@ use scree_partition::transport::threads;
 
 use super::*;
 use crate::assembly::GrainWorld;
-use crate::dem::tile::{tile, tiled_cell};
+use crate::dem::grains::is_body;
+use crate::dem::tile::tile;
 use crate::law::contact::LinearSpringDashpot as Law;
 use crate::math;
 use crate::rebuild::Parts;
@@ -113,6 +114,9 @@ centre = ["6 mm", "8 mm"]
 radius = "1 mm"
 "#;
 
+/// Few grains, not quite at rest: packing them takes little time.
+const SMALL: [&str; 2] = ["grains.count=60", "packing.energy_ratio_max=1e-3"];
+
 fn job(text: &str, sets: &[&str], folder: &Path) -> Assembly {
     let cache = format!("packing.cache={}", folder.display());
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_string()).chain([cache]).collect();
@@ -122,19 +126,13 @@ fn job(text: &str, sets: &[&str], folder: &Path) -> Assembly {
     }
 }
 
-fn made<S: Space>(job: &Assembly, transport: &dyn Transport) -> Result<Packing<S, Law>, Error>
-where
-    Law: ContactLaw<S>,
-{
+fn made<S: Space>(job: &Assembly, transport: &dyn Transport) -> Result<Packing<S, Law>, Error> {
     let Source::Packed(packed) = &job.source else { panic!("the job makes its grains") };
     make(job, packed, transport)
 }
 
 /// The normal stresses of a packing over the wanted stress, from a world of its own.
-fn stresses<S: Space>(job: &Assembly, stress: f64) -> Vec<f64>
-where
-    Law: ContactLaw<S>,
-{
+fn stresses<S: Space>(job: &Assembly, stress: f64) -> Vec<f64> {
     let mut world = setup::world::<S, Law>(job, &Solo).unwrap();
     let moment = world.contact_moment_now().unwrap();
     let volume = setup::volume(&world.cell, job);
@@ -142,10 +140,7 @@ where
 }
 
 /// Compressed to the stress, at rest in a box of its own, the same from the cache and on several ranks.
-fn compresses<S: Space>(text: &str, fractions: std::ops::Range<f64>)
-where
-    Law: ContactLaw<S>,
-{
+fn compresses<S: Space>(text: &str, fractions: std::ops::Range<f64>) {
     let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
     let alone = job(text, &[], folders[0].path());
     let packing = made::<S>(&alone, &Solo).unwrap();
@@ -250,8 +245,7 @@ fn poured_grains_rest_on_the_bodies() {
     let folder = tempfile::tempdir().unwrap();
     let job = job(POUR, &[], folder.path());
     let packing = made::<Plane>(&job, &Solo).unwrap();
-    let with_body =
-        |row: &&Row<Plane, Law>| row.contacts.iter().any(|(partner, _)| crate::dem::grains::is_body(*partner));
+    let with_body = |row: &&Row<Plane, Law>| row.contacts.iter().any(|(partner, _)| is_body(*partner));
     assert!(packing.grains.iter().filter(with_body).count() > 8);
     assert!(packing.grains.iter().all(|row| row.hot.position[1] > 1.4e-3 && row.hot.position[1] < 20e-3));
     let mut world = setup::world::<Plane, Law>(&job, &Solo).unwrap();
@@ -274,8 +268,8 @@ fn poured_grains_rest_on_the_bodies() {
 fn a_packing_starts_from_velocities_of_its_own() {
     let text_of = |velocities: &str| {
         let folder = tempfile::tempdir().unwrap();
-        let small = ["grains.count=60", "packing.energy_ratio_max=1e-3", velocities];
-        format!("{:?}", made::<Plane>(&job(DISCS, &small, folder.path()), &Solo).unwrap().grains)
+        let sets = [&SMALL[..], &[velocities]].concat();
+        format!("{:?}", made::<Plane>(&job(DISCS, &sets, folder.path()), &Solo).unwrap().grains)
     };
     assert!(text_of("time.velocities=now") == text_of("time.velocities=half_step_before"));
 }
@@ -285,9 +279,8 @@ fn a_packing_starts_from_velocities_of_its_own() {
 fn a_layer_that_catches_no_grain_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let layer = |lower: &str, upper: &str| {
-        let small = ["grains.count=60", "packing.energy_ratio_max=1e-3"];
         let body = format!("\n[[body]]\nname = \"rough\"\nshape = \"layer\"\nlower = {lower}\nupper = {upper}\n");
-        setup::world::<Plane, Law>(&job(&format!("{DISCS}{body}"), &small, folder.path()), &Solo)
+        setup::world::<Plane, Law>(&job(&format!("{DISCS}{body}"), &SMALL, folder.path()), &Solo)
             .map(|world| world.grains.cold.iter().filter(|cold| cold.mover != Mover::Free).count())
     };
     assert!(layer("[\"-2 mm\", \"3 mm\"]", "[\"14 mm\", \"4 mm\"]").unwrap() > 3);
@@ -299,31 +292,36 @@ fn a_layer_that_catches_no_grain_is_refused() {
 }
 
 /// A world of some rows in a cell of their own.
-fn world_of<S: Space>(job: &Assembly, grains: Vec<Row<S, Law>>, cell: Cell<S>) -> GrainWorld<'static, S, Law>
-where
-    Law: ContactLaw<S>,
-{
+fn world_of<S: Space>(job: &Assembly, grains: Vec<Row<S, Law>>, cell: Cell<S>) -> GrainWorld<'static, S, Law> {
     let settings = setup::settings_in(job, CellDrive::default());
     let layout = setup::layout_of(job, &cell).unwrap();
     World::new(settings, layout, &Solo, 0, Parts::fresh(grains, Vec::new(), Vec::new(), cell)).unwrap()
 }
 
 /// Force and torque of every grain in the first step.
-fn forces<S: Space>(world: &mut GrainWorld<S, Law>) -> BTreeMap<u64, (S::Vector, S::Spin)>
-where
-    Law: ContactLaw<S>,
-{
+fn forces<S: Space>(world: &mut GrainWorld<S, Law>) -> BTreeMap<u64, (S::Vector, S::Spin)> {
     world.advance().unwrap();
     let grains = &world.grains;
     (0..grains.owned).map(|row| (grains.cold[row].id.0, (grains.force[row], grains.torque[row]))).collect()
 }
 
+/// The cell of a tiled packing.
+fn tiled_cell<S: Space>(cell: &Cell<S>, counts: [usize; 3]) -> Cell<S> {
+    let mut longer = *cell;
+    for (axis, count) in counts.iter().enumerate().take(S::DIMENSION) {
+        for row in 0..S::DIMENSION {
+            longer.edges[axis * S::DIMENSION + row] *= *count as f64;
+            longer.rate[axis * S::DIMENSION + row] *= *count as f64;
+        }
+    }
+    let mut tiled = *cell;
+    tiled.take_motion_of(&longer);
+    tiled
+}
+
 /// Every copy feels what its original does, contacts overlap as they did, and none is new or missing. The base is tiled by
 /// edges of which the last leans over the first `lean` times: as many copies span the same lattice.
-fn tiles<S: Space>(text: &str, counts: [usize; 3], lean: f64)
-where
-    Law: ContactLaw<S>,
-{
+fn tiles<S: Space>(text: &str, counts: [usize; 3], lean: f64) {
     let folder = tempfile::tempdir().unwrap();
     let job = job(text, &[], folder.path());
     let packing = made::<S>(&job, &Solo).unwrap();

@@ -67,10 +67,6 @@ pub fn points_of_regions(job: &Mpm) -> Vec<u64> {
     job.regions.iter().enumerate().map(count).collect()
 }
 
-pub fn points(job: &Mpm) -> u64 {
-    points_of_regions(job).iter().sum()
-}
-
 /// The most points that the regions can have, from their outlines alone.
 pub fn points_max(job: &Mpm) -> f64 {
     let of = |region: &Region| places_of(job, region).iter().map(|range| range.len() as f64).product::<f64>();

@@ -62,9 +62,8 @@ pub fn assembly(assembly: &Assembly) -> String {
 fn cell(page: &mut Page, cell: &Cell) {
     let axes = cell.dimension;
     page.table("cell");
-    page.text("space", if axes == 2 { "plane" } else { "solid" });
-    page.numbers("lower", &cell.lower[..axes]);
-    page.numbers("upper", &cell.upper[..axes]);
+    page.space(axes);
+    page.corners(&cell.lower[..axes], &cell.upper[..axes]);
     page.line(&format!("periodic = {:?}", &cell.periodic[..axes]));
     if axes == 2 {
         page.number("depth", cell.depth);
@@ -129,8 +128,7 @@ pub fn body(page: &mut Page, body: &Body, axes: usize) {
         }
         Shape::Box { lower, upper } => {
             page.text("shape", "box");
-            page.numbers("lower", &lower[..axes]);
-            page.numbers("upper", &upper[..axes]);
+            page.corners(&lower[..axes], &upper[..axes]);
         }
         Shape::Cylinder { centre, radius, axis } => {
             page.text("shape", "cylinder");
@@ -142,8 +140,7 @@ pub fn body(page: &mut Page, body: &Body, axes: usize) {
         }
         Shape::Layer { lower, upper } => {
             page.text("shape", "layer");
-            page.numbers("lower", &lower[..axes]);
-            page.numbers("upper", &upper[..axes]);
+            page.corners(&lower[..axes], &upper[..axes]);
         }
     }
     if !body.motion.path.is_empty() {

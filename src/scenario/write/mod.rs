@@ -51,6 +51,16 @@ impl Page {
         self.line(&format!("{key} = {}", list(values)));
     }
 
+    fn space(&mut self, axes: usize) {
+        self.text("space", if axes == 2 { "plane" } else { "solid" });
+    }
+
+    /// From corner to corner.
+    fn corners(&mut self, lower: &[f64], upper: &[f64]) {
+        self.numbers("lower", lower);
+        self.numbers("upper", upper);
+    }
+
     fn path(&mut self, key: &str, path: &Path) {
         self.text(key, &path.display().to_string());
     }

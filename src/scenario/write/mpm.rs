@@ -59,9 +59,8 @@ pub fn mpm(job: &Mpm) -> String {
 fn grid(page: &mut Page, job: &Mpm) {
     let (grid, axes) = (&job.grid, job.grid.dimension);
     page.table("grid");
-    page.text("space", if axes == 2 { "plane" } else { "solid" });
-    page.numbers("lower", &grid.lower[..axes]);
-    page.numbers("upper", &grid.upper[..axes]);
+    page.space(axes);
+    page.corners(&grid.lower[..axes], &grid.upper[..axes]);
     page.number("cell", grid.cell);
     if axes == 2 {
         page.number("depth", grid.depth);
@@ -155,8 +154,7 @@ fn region(page: &mut Page, region: &Region, job: &Mpm) {
     match &region.shape {
         RegionShape::Box { lower, upper } => {
             page.text("shape", "box");
-            page.numbers("lower", &lower[..axes]);
-            page.numbers("upper", &upper[..axes]);
+            page.corners(&lower[..axes], &upper[..axes]);
         }
         RegionShape::Ball { centre, radius } => {
             page.text("shape", "ball");
@@ -213,8 +211,7 @@ fn boundary(page: &mut Page, face: Face, boundary: &Boundary) {
 fn load(page: &mut Page, load: &Load, axes: usize) {
     page.line("\n[[load]]");
     page.text("face", &load.face.name());
-    page.numbers("lower", &load.lower[..axes]);
-    page.numbers("upper", &load.upper[..axes]);
+    page.corners(&load.lower[..axes], &load.upper[..axes]);
     match &load.kind {
         LoadKind::Traction(traction) => {
             page.text("kind", "traction");

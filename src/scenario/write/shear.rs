@@ -50,8 +50,7 @@ pub fn shear(scenario: &Scenario) -> String {
     page.number("flip", continuum.flip);
     for region in &continuum.weak {
         page.line("\n[[continuum.weak]]");
-        page.numbers("lower", &region.lower);
-        page.numbers("upper", &region.upper);
+        page.corners(&region.lower, &region.upper);
         page.number("fraction_deficit", region.fraction_deficit);
     }
 

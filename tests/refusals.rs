@@ -1,0 +1,34 @@
+//! A job that is right, and what the operator is told once it is broken. The whole message is compared: it is the interface.
+
+use scree::scenario::Job;
+
+/// The text of a job that is right; tests break it in one place.
+pub struct Good(pub &'static str);
+
+impl Good {
+    #[track_caller]
+    pub fn is_good(&self) {
+        Job::parse(self.0, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+    }
+
+    /// The message that the good job with `right` replaced by `wrong` is refused with.
+    #[track_caller]
+    pub fn refused(&self, right: &str, wrong: &str, message: &str) {
+        assert_eq!(self.0.matches(right).count(), 1, "the good job has {right} once");
+        refused_text(&self.0.replace(right, wrong), &[], message);
+    }
+
+    /// The message that the good job is refused with under an override.
+    #[track_caller]
+    pub fn refused_set(&self, set: &str, message: &str) {
+        refused_text(self.0, &[set], message);
+    }
+}
+
+#[track_caller]
+pub fn refused_text(text: &str, sets: &[&str], message: &str) {
+    let sets: Vec<String> = sets.iter().map(|set| (*set).to_string()).collect();
+    let error = Job::parse(text, "job.toml", &sets).expect_err("the job is wrong");
+    assert_eq!(error.exit_code(), 2);
+    assert_eq!(error.to_string(), message);
+}
