@@ -1,5 +1,6 @@
 //! The continuum's part of a step: points to the grid, the grid's own step with what holds it, and back to points.
 
+use rayon::prelude::*;
 use scree_partition::ExactSum;
 
 use crate::body::{BODIES_MAX, Body};
@@ -14,7 +15,7 @@ use crate::mpm::gather::{Taken, Taking, correct_grains, gather_points};
 use crate::mpm::nodes;
 use crate::mpm::points::Points;
 use crate::mpm::scatter::{scatter_grains, scatter_loads, scatter_points};
-use crate::mpm::tile::{Advanced, Gathered, GrainNode, NODE_WORDS, OwnedNode};
+use crate::mpm::tile::{Advanced, Gathered, GrainNode, NODE_WORDS, OwnedNode, Tiles};
 use crate::observe::ledger::Entry;
 use crate::observe::phases::Phase;
 use crate::parallel::{over_blocks, over_rows};
@@ -66,6 +67,11 @@ const PER_BODY: usize = 6;
 pub const REACTIONS: usize = 3 * FACES + PER_BODY * BODIES_MAX;
 
 impl Reactions {
+    fn merged(mut self, other: Self) -> Self {
+        self.sums.merge(&other.sums);
+        self
+    }
+
     fn on_face<S: Space>(&mut self, axis: usize, upper: bool, impulse: &S::Vector) {
         for component in 0..S::DIMENSION {
             self.sums.add(3 * (2 * axis + usize::from(upper)) + component, impulse[component]);
@@ -244,34 +250,44 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let dt = if looks { 0.0 } else { step };
         let gravity = self.gravity_now();
         let Self { nodes, tiles, bodies, layout, settings, reactions, cell: periods, .. } = self;
-        for (number, (node, sum)) in nodes.mosaic.owned.iter().zip(&tiles.sums).enumerate() {
-            let row = node.row as usize;
-            if sum.mass() <= 0.0 {
-                tiles.advanced[row] = Advanced::zero();
-                if coupled {
-                    tiles.grain_changes[row] = S::Vector::zero();
-                }
-                continue;
-            }
-            let grains = if coupled { tiles.grain_sums[number] } else { GrainNode::zero() };
+        let (mosaic, Tiles { sums, grain_sums, advanced, grain_changes, .. }) = (&nodes.mosaic, tiles);
+        let (per_tile, len, rows) = (mosaic.owned_per_tile(), mosaic.nodes_per_tile, mosaic.rows());
+        let grains_at = |number: usize| if coupled { grain_sums[number] } else { GrainNode::zero() };
+        let advance = |node: &OwnedNode, number: usize, reactions: &mut Reactions| {
+            let (sum, grains) = (&sums[number], grains_at(number));
             let mass = sum.mass() + grains.mass;
             let place: S::Vector = layout.node_at(node.place);
             let holder = bodies.iter().position(|body| body.holds(place[1], cell));
-            let mut booked = if looks { None } else { Some(&mut *reactions) };
+            let mut booked = if looks { None } else { Some(reactions) };
             let hold = |free: S::Vector| match holder {
                 Some(body) => bodies[body].velocity,
                 None => {
                     let forces = if looks { sum.force() * (step / mass) + gravity * step } else { S::Vector::zero() };
+                    let booked = &mut booked;
                     let held =
                         held_by_bodies([free, free + forces], (bodies, periods), &place, mass, booked.as_deref_mut());
-                    held_by_faces::<S>(held, &settings.grid, layout, node, (mass, dt), booked)
+                    held_by_faces::<S>(held, &settings.grid, layout, node, (mass, dt), booked.as_deref_mut())
                 }
             };
-            let (advanced, change) = nodes::advance(sum, &grains, &gravity, dt, hold);
-            tiles.advanced[row] = advanced;
-            if coupled {
-                tiles.grain_changes[row] = change;
+            nodes::advance(sum, &grains, &gravity, dt, hold)
+        };
+        // The nodes of a block have their rows in its own tile.
+        let tiles = mosaic.owned.par_chunks(per_tile).zip(advanced[..rows].par_chunks_mut(len)).enumerate();
+        let booked = tiles.fold(Reactions::default, |mut booked, (tile, (owned, advanced))| {
+            for (node, number) in owned.iter().zip(tile * per_tile..) {
+                advanced[node.row as usize - tile * len] = advance(node, number, &mut booked);
             }
+            booked
+        });
+        reactions.sums.merge(&booked.reduce(Reactions::default, Reactions::merged).sums);
+        if coupled {
+            let tiles = mosaic.owned.par_chunks(per_tile).zip(grain_changes[..rows].par_chunks_mut(len)).enumerate();
+            tiles.for_each(|(tile, (owned, changes))| {
+                for (node, number) in owned.iter().zip(tile * per_tile..) {
+                    let row = node.row as usize;
+                    changes[row - tile * len] = nodes::correction(&sums[number], &grain_sums[number], &advanced[row]);
+                }
+            });
         }
         self.phases.stop(Phase::Nodes, timer);
     }

@@ -18,11 +18,10 @@ pub fn advance<S: Space>(
     gravity: &S::Vector,
     dt: f64,
     hold: impl FnOnce(S::Vector) -> S::Vector,
-) -> (Advanced<S>, GrainChange<S>) {
+) -> Advanced<S> {
     let (mass, grain_mass) = (node.mass(), grains.mass);
-    let mut change_of_grains = S::Vector::zero();
     if mass <= 0.0 {
-        return (Advanced::zero(), change_of_grains);
+        return Advanced::zero();
     }
     let before = node.momentum() * (1.0 / mass);
     let momentum = node.momentum() + node.force() * dt + *gravity * (mass * dt);
@@ -32,8 +31,13 @@ pub fn advance<S: Space>(
         velocity = (momentum - lambda) * (1.0 / mass);
     }
     let velocity = hold(velocity);
-    if grain_mass > 0.0 {
-        change_of_grains = velocity - grains.momentum * (1.0 / grain_mass);
+    Advanced::new(&velocity, &(velocity - before))
+}
+
+/// What brings grains to the velocity that they share with the continuum at a node, m/s.
+pub fn correction<S: Space>(node: &Gathered<S>, grains: &GrainNode<S>, advanced: &Advanced<S>) -> GrainChange<S> {
+    match node.mass() > 0.0 && grains.mass > 0.0 {
+        true => advanced.velocity() - grains.momentum * (1.0 / grains.mass),
+        false => S::Vector::zero(),
     }
-    (Advanced::new(&velocity, &(velocity - before)), change_of_grains)
 }

@@ -139,6 +139,11 @@ pub struct OwnedNode {
 }
 
 impl Mosaic {
+    /// Nodes that a block owns; those of a block follow on one another.
+    pub fn owned_per_tile(&self) -> usize {
+        (self.owned.len() / self.tiles.max(1)).max(1)
+    }
+
     /// Rows of tiles and of what other ranks send before summing.
     pub fn rows(&self) -> usize {
         self.tiles * self.nodes_per_tile
