@@ -495,7 +495,7 @@ fn blocks_that_do_not_fill_a_period() {
             .replace("periodic = [false, false]", "periodic = [true, false]")
             .replace("face = \"x_upper\"\nkind = \"absorbing\"", "face = \"y_upper\"\nkind = \"free\""),
         &["grid.upper=[\"4.1 m\", \"2 m\"]".to_string()],
-        "job.toml: [decomposition] cannot be chosen: no number of cells from 2 to 8 divides those along the periodic axes, 41 along x. Change grid.upper or grid.cell.",
+        "job.toml: [decomposition] cannot be chosen: no number of cells from 2 (the least for scheme.shape = \"quadratic\") to 8 divides those along the periodic axes, 41 along x. Change grid.upper or grid.cell.",
     );
 }
 
@@ -635,5 +635,38 @@ fn an_end_before_the_first_step() {
         "end = \"1 s\"",
         "end = \"1 us\"",
         "job.toml:40: time.end = \"1 us\" is shorter than one time step. Write at least time.step = 1e-4 s.",
+    );
+}
+
+/// What fell on the outermost nodes of such a tile was lost.
+#[test]
+fn blocks_too_small_for_their_functions() {
+    let cubic = GOOD.replace("shape = \"quadratic\"", "shape = \"cubic\"");
+    refused_text(
+        &cubic.replace("[gravity]\n", "[decomposition]\ncells_per_block = 2\n\n[gravity]\n"),
+        &[],
+        "job.toml:36: decomposition.cells_per_block = 2 is too few for the 3 nodes that scheme.shape = \"cubic\" reaches beyond a block: a block and its neighbours must hold them, so at least 3 are needed. Write 8.",
+    );
+    refused_text(
+        &cubic
+            .replace("periodic = [false, false]", "periodic = [true, false]")
+            .replace("face = \"x_upper\"\nkind = \"absorbing\"", "face = \"y_upper\"\nkind = \"free\""),
+        &["grid.upper=[\"4.6 m\", \"2 m\"]".to_string()],
+        "job.toml: [decomposition] cannot be chosen: no number of cells from 3 (the least for scheme.shape = \"cubic\") to 8 divides those along the periodic axes, 46 along x. Change grid.upper or grid.cell.",
+    );
+}
+
+/// A point knows its loads by the bits of a word: the one after the last was borne by who bore the first.
+#[test]
+fn more_loads_than_a_point_can_tell_apart() {
+    let with = |more: usize| {
+        let load = "\n[[load]]\nface = \"y_upper\"\nkind = \"pressure\"\npressure = \"1 kPa\"\n";
+        GOOD.to_string() + &load.repeat(more)
+    };
+    Job::parse(&with(63), "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+    refused_text(
+        &with(64),
+        &[],
+        "job.toml:403: [[load]] is one of 65, and at most 64 are allowed. Join loads that are alike in one window, or remove some.",
     );
 }
