@@ -53,6 +53,7 @@ pub struct Layout {
 pub struct Ground {
     /// Whole blocks of cells per axis.
     pub cells: [usize; 3],
+    /// No fewer than the margins of a tile: nodes are summed over the tiles of neighbouring blocks, and no others.
     pub cells_per_block: usize,
     /// Edge of a grid cell of the continuum, m.
     pub cell: f64,
@@ -129,6 +130,11 @@ impl Layout {
 
     fn laid<const D: usize>(ground: Ground) -> Result<Self, String> {
         let Ground { mut cells, cells_per_block, cell, corner, mut periodic, rim, shape, point_half, walled } = ground;
+        let margin = margins(shape).into_iter().max();
+        assert!(
+            Some(cells_per_block) >= margin,
+            "tiles of {shape:?} functions reach beyond the neighbours of their block"
+        );
         cells[D..].fill(1);
         periodic[D..].fill(false);
         let axes = |values: [usize; 3]| -> [usize; D] { std::array::from_fn(|axis| values[axis]) };

@@ -328,7 +328,9 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             }
             moved = square.sqrt();
         }
-        for (body, home) in self.bodies.iter().zip(&self.bodies_home).filter(|(body, _)| body.is_touched()) {
+        // Points look for bodies at every step; lists are grains' alone.
+        let listed = |body: &Body<S>| body.is_touched() && self.has_grains();
+        for (body, home) in self.bodies.iter().zip(&self.bodies_home).filter(|(body, _)| listed(body)) {
             moved = larger(moved, (body.displacement - *home).norm());
         }
         // Two grains may close half the skin each.

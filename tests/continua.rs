@@ -66,7 +66,7 @@ acceleration = [0, 0, -10]
 safety = 0.25
 end = 1
 [decomposition]
-cells_per_block = 2
+cells_per_block = 4
 [output]
 series_interval = 0.01
 [[region]]
@@ -183,7 +183,7 @@ fn every_key_is_read() {
     assert_eq!((job.bodies[0].contact, job.bodies[0].separates), (BodyContact::Smooth, false));
     assert_eq!((job.bodies[1].contact, job.bodies[1].separates), (BodyContact::Coulomb { friction: 0.4 }, true));
     assert_eq!(job.bodies[0].body.motion.servo.as_ref().expect("it has one").force, 4000.0);
-    assert_eq!(job.cells_per_block, 2);
+    assert_eq!(job.cells_per_block, 4);
 }
 
 /// 8 by 8 by 2 places a face of 0.125 m cells with three points to an edge: the whole top of the box but no side of it.
@@ -250,6 +250,16 @@ fn blocks_fill_periods() {
     let of =
         |periodic: &str| read(&LITTLE.replace("cell =", &format!("periodic = {periodic}\ncell ="))).cells_per_block;
     assert_eq!((of("[true, false]"), of("[true, true]"), of("[false, false]")), (5, 5, 8));
+}
+
+/// Two cells divide ten, but cubic functions reach three nodes beyond a block.
+#[test]
+fn blocks_hold_what_functions_reach() {
+    let of = |shape: &str| {
+        let text = MUCH.replace("cell = 0.125", "cell = 0.2").replace("\"cubic\"", &format!("\"{shape}\""));
+        read(&text.replace("[decomposition]\ncells_per_block = 4\n", "")).cells_per_block
+    };
+    assert_eq!((of("quadratic"), of("cubic")), (2, 5));
 }
 
 proptest! {

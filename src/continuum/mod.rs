@@ -147,7 +147,7 @@ impl<'s, S: Space, L: MaterialLaw<S>> Continuum<'s, S, L> {
     fn new(job: &'s Mpm) -> Self {
         Self {
             job,
-            followed: job.follow.iter().map(|follow| nearest(job, follow.place)).collect(),
+            followed: job.follow.iter().map(|follow| nearest(job, &follow.place)).collect(),
             kinds: std::marker::PhantomData,
         }
     }
@@ -215,19 +215,10 @@ impl<'s, S: Space, L: MaterialLaw<S>> Continuum<'s, S, L> {
 /// Slots of [`Continuum::sums`].
 const SUMS: usize = 17;
 
-/// The point nearest to a place at the start; of several the one of lowest id.
-fn nearest(job: &Mpm, wanted: [f64; 3]) -> PointId {
-    let places = job.places();
-    let mut best = (f64::INFINITY, 0);
-    for number in 0..places[0] * places[1] * places[2] {
-        let place = job.place([number % places[0], number / places[0] % places[1], number / (places[0] * places[1])]);
-        let away: f64 =
-            (0..job.grid.dimension).map(|axis| (place[axis] - wanted[axis]) * (place[axis] - wanted[axis])).sum();
-        if away < best.0 && job.region_at(&place).is_some() {
-            best = (away, number as u64);
-        }
-    }
-    PointId(best.1)
+/// The point that is followed.
+fn nearest(job: &Mpm, wanted: &[f64; 3]) -> PointId {
+    let index = mpm::figures::nearest_point(job, wanted).expect("a checked job follows points that are there");
+    PointId(job.number(index))
 }
 
 impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {

@@ -118,7 +118,7 @@ fn settings<S: Space, L: MaterialLaw<S>>(job: &Mpm, law: &L) -> Settings<S, Abse
     let impedance = [law.p_wave_modulus(), law.shear_modulus()].map(|modulus| (modulus * density).sqrt());
     Settings {
         dt: job.step,
-        // Lists of pairs there are none; bodies must not come far between two rebuilds all the same.
+        // Lists of pairs there are none for it to reach into.
         skin: job.grid.cell,
         grid: Grid {
             shape: job.scheme.shape,
@@ -155,6 +155,7 @@ fn points<S: Space, L: MaterialLaw<S>>(job: &Mpm, law: &L, transport: &dyn Trans
     let volume = job.point_volume();
     let mass = volume * job.material.density;
     let law = Counted(law.clone());
+    assert!(job.loads.len() <= mpm::LOADS_MAX, "a checked job has no more loads than a word has bits");
     let mut points = Vec::new();
     let layers = (0..places[2]).flat_map(|z| (0..places[1]).map(move |y| [y, z]));
     for (number, [y, z]) in layers.enumerate() {
@@ -165,7 +166,7 @@ fn points<S: Space, L: MaterialLaw<S>>(job: &Mpm, law: &L, transport: &dyn Trans
             let index = [x, y, z];
             let place = job.place(index);
             let Some(region) = job.region_at(&place).map(|region| &job.regions[region]) else { continue };
-            let id = PointId((number * places[0] + x) as u64);
+            let id = PointId(job.number(index));
             let mut point = PointOf::<S, L>::resting(id, vector::<S>(&place), mass, volume);
             point.hot.velocity = vector::<S>(&region.velocity_at(&place));
             if job.scheme.transfer == Transfer::Affine {
@@ -197,10 +198,8 @@ fn stress_at<S: Space>(job: &Mpm, place: &[f64; 3]) -> S::Tensor {
     match job.stress {
         InitialStress::None => S::Tensor::zero(),
         InitialStress::Isotropic { pressure } => S::identity() * -pressure,
-        InitialStress::Geostatic { axis, up, surface, k0, surcharge } => {
-            let gravity = job.gravity.acceleration.iter().map(|g| g * g).sum::<f64>().sqrt();
-            let depth = up * (surface - place[axis]);
-            let vertical = if depth > 0.0 { surcharge + job.material.density * gravity * depth } else { 0.0 };
+        InitialStress::Geostatic { axis, k0, .. } => {
+            let vertical = job.overburden(place[axis]);
             let mut stress = S::identity() * (-k0 * vertical);
             stress[axis * S::DIMENSION + axis] = -vertical;
             stress

@@ -285,9 +285,9 @@ fn strain_points<S: Space, L: MaterialLaw<S>, P: Pack>(
 ) {
     let dt = P::splat(taking.dt);
     let mut gradient = S::TensorOf::<P>::zero();
-    for along in 0..S::DIMENSION {
-        for axis in 0..S::DIMENSION {
-            gradient.set_word(along * S::DIMENSION + axis, slope[along][axis]);
+    for (along, slope) in slope.iter().enumerate().take(S::DIMENSION) {
+        for (axis, rate) in slope.iter().enumerate().take(S::DIMENSION) {
+            gradient.set_word(along * S::DIMENSION + axis, *rate);
         }
     }
     if taking.taken == Taken::Strain {

@@ -221,9 +221,9 @@ fn set_shares<S: Space, M: Numbers, P: Pack>(lanes: &Lanes<P>, shares: &mut [Sha
     }
     let stress = lanes.words::<S::SymmetricOf<P>>(Hot::<S, M>::STRESS) * -(weight * at(Hot::<S, M>::VOLUME));
     let stress = stress.tensor();
-    for along in 0..S::DIMENSION {
+    for (along, slope) in slope.iter_mut().enumerate().take(S::DIMENSION) {
         for axis in 0..S::DIMENSION {
-            slope[along][1 + S::DIMENSION + axis] = stress.word(along * S::DIMENSION + axis);
+            slope[1 + S::DIMENSION + axis] = stress.word(along * S::DIMENSION + axis);
         }
     }
     for (share, value) in shares.iter_mut().zip(P::transposed(value)) {

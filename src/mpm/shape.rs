@@ -214,8 +214,8 @@ impl<S: Space, R: Real, const N: usize> Stencil<S, R, N> {
         one[0] = R::splat(1.0);
         let mut stencil =
             Self { base: [zero; 3], values: [one; 3], slopes: [[zero; N]; 3], space: std::marker::PhantomData };
-        for axis in 0..S::DIMENSION {
-            let along = F::along(place.word(axis), &axes[axis]);
+        for (axis, wall) in axes.iter().enumerate().take(S::DIMENSION) {
+            let along = F::along(place.word(axis), wall);
             stencil.base[axis] = along.base;
             stencil.values[axis] = along.values;
             for node in 0..N {

@@ -7,7 +7,11 @@ use super::Output;
 use super::assembly::Body;
 use crate::math::{PI, cos, sin};
 
+pub mod cone;
 pub mod figures;
+
+/// Loads that a job may have: a point knows its own by the bits of a word.
+pub const LOADS_MAX: usize = u64::BITS as usize;
 
 /// The checked job of a continuum.
 #[derive(Clone, Debug, PartialEq)]
@@ -518,6 +522,20 @@ impl Mpm {
             true => self.grid.lower[axis] + self.grid.cell * ((index[axis] as f64 + 0.5) / per_cell),
             false => 0.0,
         })
+    }
+
+    /// What the place at that index is called: ids of points count places, x fastest.
+    pub fn number(&self, [x, y, z]: [usize; 3]) -> u64 {
+        let places = self.places();
+        ((z * places[1] + y) * places[0] + x) as u64
+    }
+
+    /// Pressure along gravity of a geostatic stress at a coordinate along its axis, Pa; of other stresses zero.
+    pub fn overburden(&self, at: f64) -> f64 {
+        let InitialStress::Geostatic { up, surface, surcharge, .. } = self.stress else { return 0.0 };
+        let gravity = self.gravity.acceleration.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let depth = up * (surface - at);
+        if depth > 0.0 { surcharge + self.material.density * gravity * depth } else { 0.0 }
     }
 
     /// The region that has the material at a place of the start, if there is any.

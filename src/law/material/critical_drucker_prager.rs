@@ -263,14 +263,14 @@ impl CriticalDruckerPrager {
         }
     }
 
-    /// The step of [`MaterialLaw::update_lanes`]: the state that it leaves, the stress and what it dissipated.
+    /// The step of [`MaterialLaw::update_lanes`]: the state that it leaves, its stress and what it dissipated.
     #[inline(always)]
     fn step<S: Space, R: Real>(
         &self,
         gradient: &S::TensorOf<R>,
         dt: f64,
         before: &State<R, S::SymmetricOf<R>>,
-    ) -> (State<R, S::SymmetricOf<R>>, S::SymmetricOf<R>, R) {
+    ) -> Stepped<R, S::SymmetricOf<R>> {
         let (zero, dimension) = (R::splat(0.0), R::splat(S::DIMENSION as f64));
         let mut state = *before;
         state.strain = state.strain.pushed(&gradient.scaled(R::splat(dt)));
@@ -305,6 +305,9 @@ impl CriticalDruckerPrager {
         (state, isotropic_stress(self.bulk_modulus, self.shear_modulus, &strain), work)
     }
 }
+
+/// State, Kirchhoff stress (Pa) and dissipated energy (J/m3) after a step.
+type Stepped<R, T> = (State<R, T>, T, R);
 
 /// [`CriticalMemory`] in lanes.
 #[derive(Clone, Copy, Debug)]

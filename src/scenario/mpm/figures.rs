@@ -95,8 +95,21 @@ pub fn points_loaded(job: &Mpm, load: &Load) -> u64 {
     count
 }
 
-/// Distance of a place from the nearest point of the start, m, if it is within two cells.
-pub fn nearest_point(job: &Mpm, place: &[f64; 3]) -> Option<f64> {
+/// Lowest and highest coordinate along an axis that the points of a region have, m.
+pub fn span(job: &Mpm, number: usize, axis: usize) -> Option<[f64; 2]> {
+    let ranges = places_of(job, &job.regions[number]);
+    let layer = |at: usize| {
+        let mut layer = ranges.clone();
+        layer[axis] = at..at + 1;
+        indices(layer).map(|index| job.place(index)).find(|place| job.region_at(place) == Some(number))
+    };
+    let lowest = ranges[axis].clone().find_map(layer)?;
+    let highest = ranges[axis].clone().rev().find_map(layer)?;
+    Some([lowest[axis], highest[axis]])
+}
+
+/// Index of the point of the start that is nearest to a place, if it is within two cells; of several the one of lowest id.
+pub fn nearest_point(job: &Mpm, place: &[f64; 3]) -> Option<[usize; 3]> {
     let reach = 2 * job.scheme.points_per_cell + 1;
     let places = job.places();
     let around: [Range<usize>; 3] = std::array::from_fn(|axis| {
@@ -107,11 +120,15 @@ pub fn nearest_point(job: &Mpm, place: &[f64; 3]) -> Option<f64> {
         at.saturating_sub(reach)..(at + reach + 1).min(places[axis])
     });
     indices(around)
-        .map(|index| job.place(index))
-        .filter(|at| job.region_at(at).is_some())
-        .map(|at| (0..3).map(|axis| (at[axis] - place[axis]) * (at[axis] - place[axis])).sum::<f64>().sqrt())
-        .filter(|distance| *distance <= 2.0 * job.grid.cell)
-        .min_by(f64::total_cmp)
+        .map(|index| (index, job.place(index)))
+        .filter(|(_, at)| job.region_at(at).is_some())
+        .map(|(index, at)| {
+            let away = |axis: usize| (at[axis] - place[axis]) * (at[axis] - place[axis]);
+            (index, (0..job.grid.dimension).map(away).sum::<f64>())
+        })
+        .filter(|(_, square)| square.sqrt() <= 2.0 * job.grid.cell)
+        .min_by(|(_, one), (_, other)| one.total_cmp(other))
+        .map(|(index, _)| index)
 }
 
 // Waves and steps

@@ -4,10 +4,11 @@ use super::body::{self, AXES, Domain};
 use super::mpm_checks::{check, simple};
 use super::{DEPTH_DEFAULT, digits, is_plain, name, output};
 use crate::error::Error;
+use crate::mpm::shape::margins;
 use crate::scenario::Output;
 use crate::scenario::mpm::{
-    BodyContact, Boundary, CriticalDruckerPrager, Elastic, Face, Followed, Gravity, Grid, InitialStress, Load,
-    LoadKind, Material, MaterialLaw, Mpm, Region, RegionShape, RigidBody, Scheme, ShapeFunction, StressUpdate,
+    BodyContact, Boundary, CriticalDruckerPrager, Elastic, Face, Followed, Gravity, Grid, InitialStress, LOADS_MAX,
+    Load, LoadKind, Material, MaterialLaw, Mpm, Region, RegionShape, RigidBody, Scheme, ShapeFunction, StressUpdate,
     Transfer, Wave, figures, polygon_area,
 };
 use crate::scenario::raw::{Reader, Typed};
@@ -24,7 +25,6 @@ const CELLS_MAX: f64 = 1e9;
 /// Edge of a block in cells, in the plane and in space.
 const BLOCK_OF_PLANE: usize = 8;
 const BLOCK_OF_SOLID: usize = 4;
-const BLOCK_MIN: usize = 2;
 
 const SHAPES: [(&str, ShapeFunction); 4] = [
     ("linear", ShapeFunction::Linear),
@@ -113,7 +113,7 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
         follow,
         step: 0.0,
         end: 0.0,
-        cells_per_block: cells_per_block(&typed.table("decomposition", false, why)?, &grid)?,
+        cells_per_block: cells_per_block(&typed.table("decomposition", false, why)?, &grid, scheme.shape)?,
         output: Output { series_interval: 0.0, frame_interval: 0.0, checkpoint_interval: 0.0, checkpoints_kept: 0 },
         ledger: false,
         grid,
@@ -446,7 +446,14 @@ fn boundaries(top: &Reader<'_>, grid: &Grid) -> Result<[[Boundary; 2]; 3], Error
 }
 
 fn loads(top: &Reader<'_>, grid: &Grid) -> Result<Vec<Load>, Error> {
-    top.tables("load")?.iter().map(|table| load(table, grid)).collect()
+    let tables = top.tables("load")?;
+    if let Some(table) = tables.get(LOADS_MAX) {
+        return Err(table.refusal_of_table(&format!(
+            "is one of {}, and at most {LOADS_MAX} are allowed. Join loads that are alike in one window, or remove some.",
+            tables.len()
+        )));
+    }
+    tables.iter().map(|table| load(table, grid)).collect()
 }
 
 fn load(table: &Reader<'_>, grid: &Grid) -> Result<Load, Error> {
@@ -500,26 +507,28 @@ fn bodies_and_followed(top: &Reader<'_>, grid: &Grid) -> Result<(Vec<RigidBody>,
     Ok((bodies, follow))
 }
 
-/// As large as wanted, as long as blocks fill every periodic axis.
-fn cells_per_block(table: &Reader<'_>, grid: &Grid) -> Result<usize, Error> {
+/// As large as wanted, as long as blocks fill every periodic axis; larger where none of those does.
+fn cells_per_block(table: &Reader<'_>, grid: &Grid, shape: ShapeFunction) -> Result<usize, Error> {
+    let least = margins(shape).into_iter().fold(0, usize::max);
     let fits = |count: usize| (0..3).all(|axis| !grid.periodic[axis] || grid.cells[axis].is_multiple_of(count));
     let wanted = if grid.dimension == 2 { BLOCK_OF_PLANE } else { BLOCK_OF_SOLID };
-    let best = (BLOCK_MIN..=wanted).rev().find(|count| fits(*count));
+    let best = (least..=wanted).rev().chain(wanted + 1..=BLOCK_OF_PLANE).find(|count| fits(*count));
+    let advice = match best {
+        Some(best) => format!("Write {best}."),
+        None => "Change grid.upper.".to_string(),
+    };
+    let refused = |problem: &str| Err(table.refusal("cells_per_block", &format!("{problem} {advice}")));
     match (table.count_if_given("cells_per_block")?, best) {
+        (Some(count), _) if (count as usize) < least => refused(&format!(
+            "is too few for the {least} nodes that scheme.shape = \"{}\" reaches beyond a block: a block and its neighbours must hold them, so at least {least} are needed.",
+            name_of(shape)
+        )),
         (Some(count), _) if fits(count as usize) => Ok(count as usize),
-        (Some(_), best) => {
-            let advice = match best {
-                Some(best) => format!("Write {best}."),
-                None => "Change grid.upper.".to_string(),
-            };
-            Err(table.refusal(
-                "cells_per_block",
-                &format!("does not fit: blocks must fill the grid along its periodic axes. {advice}"),
-            ))
-        }
+        (Some(_), _) => refused("does not fit: blocks must fill the grid along its periodic axes."),
         (None, Some(best)) => Ok(best),
         (None, None) => Err(table.refusal_of_table(&format!(
-            "cannot be chosen: no number of cells from {BLOCK_MIN} to {wanted} divides those along the periodic axes, {}. Change grid.upper or grid.cell.",
+            "cannot be chosen: no number of cells from {least} (the least for scheme.shape = \"{}\") to {BLOCK_OF_PLANE} divides those along the periodic axes, {}. Change grid.upper or grid.cell.",
+            name_of(shape),
             (0..grid.dimension)
                 .filter(|axis| grid.periodic[*axis])
                 .map(|axis| format!("{} along {}", grid.cells[axis], AXES[axis]))
@@ -527,6 +536,11 @@ fn cells_per_block(table: &Reader<'_>, grid: &Grid) -> Result<usize, Error> {
                 .join(" and ")
         ))),
     }
+}
+
+/// As it is written in a job.
+fn name_of(shape: ShapeFunction) -> &'static str {
+    SHAPES.iter().find(|(_, other)| *other == shape).map(|(name, _)| *name).expect("every shape has a name")
 }
 
 /// Given, or a share of the stable one.
