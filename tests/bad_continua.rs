@@ -3,7 +3,7 @@
 use scree::scenario::{Job, Scenario};
 
 /// A job that is right; every test below breaks it in one place.
-const GOOD: &str = r#"name = "good"
+pub const GOOD: &str = r#"name = "good"
 
 [grid]
 space = "plane"
@@ -104,7 +104,7 @@ fn refused_set(set: &str, message: &str) {
 }
 
 #[track_caller]
-fn refused_text(text: &str, sets: &[String], message: &str) {
+pub fn refused_text(text: &str, sets: &[String], message: &str) {
     let error = Job::parse(text, "job.toml", sets).expect_err("the job is wrong");
     assert_eq!(error.exit_code(), 2);
     assert_eq!(error.to_string(), message);

@@ -83,6 +83,16 @@ fn the_good_job_is_good() {
     Scenario::parse(GOOD, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
 }
 
+/// The return to the cone is divided by what must not vanish, and a loose region comes by where it does.
+#[test]
+fn softening_that_has_no_return() {
+    refused_text(
+        &GOOD.replace("fraction_deficit = 0.01", "fraction_deficit = 0.3"),
+        &["continuum.shear_modulus=1 MPa".to_string()],
+        "job.toml:25: continuum.dilation_factor = 7 softens more than the shear modulus can bear: flow is divided by G + K eta etabar, which must be positive and is -886000 Pa at a packing fraction of 0.7951. Write a shear_modulus of more than 1886430 Pa, or bring the fraction nearer to fraction_critical, or lower dilation_factor.",
+    );
+}
+
 #[test]
 fn a_misspelt_key() {
     refused(

@@ -8,6 +8,8 @@ mod bad_continua;
 mod bad_jobs;
 /// Grains and rigid bodies: balances to round-off, mirrored bounces, held forces, paths, and spins that drive.
 mod bodies;
+/// Stress of the start outside of the cone and softening without a return are refused; the law bears what is not.
+mod borne;
 /// Cells that are periodic and deform: mean stress, affine motion, images across sheared faces, control of stress.
 mod cells;
 /// A free cluster keeps momentum and angular momentum, and every width of registers gives the same bits, under every law

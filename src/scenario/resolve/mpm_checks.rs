@@ -1,10 +1,10 @@
 //! What no single key of a continuum can tell.
 
-use super::{digits, digits_below, refuse_unstable};
+use super::{digits, digits_below, refuse_unstable, significant};
 use crate::error::Error;
-use crate::math::{PI, atan, tan};
+use crate::math::{PI, atan};
 use crate::scenario::assembly::Shape;
-use crate::scenario::mpm::{CriticalDruckerPrager, MaterialLaw, Mpm, RigidBody, figures};
+use crate::scenario::mpm::{CriticalDruckerPrager, InitialStress, MaterialLaw, Mpm, RigidBody, figures};
 use crate::scenario::raw::{Reader, Typed};
 
 /// Points that a job may have.
@@ -16,18 +16,18 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
     }
     check_time(job, typed)?;
     check_points(job, typed, top)?;
+    if let (MaterialLaw::CriticalDruckerPrager(law), InitialStress::Geostatic { axis, k0, .. }) =
+        (&job.material.law, job.stress)
+    {
+        check_geostatic(job, law, (axis, k0), typed)?;
+    }
     check_loads(job, top)?;
     check_bodies(job, top)?;
     check_followed(job, top)
 }
 
-/// Friction and dilation at a packing fraction: their tangents.
-fn angles(law: &CriticalDruckerPrager, fraction: f64) -> (f64, f64) {
-    let surplus = law.dilation_factor * (fraction - law.fraction_critical);
-    (tan(law.friction_angle_critical) + surplus, law.dilation_angle.map_or(surplus, tan))
-}
-
-/// The cone must exist at the start, and flow on it must not give back more work than friction takes.
+/// The cone must exist at the start, flow on it must not give back more work than friction takes, and a return to it must
+/// be possible.
 fn check_critical(job: &Mpm, law: &CriticalDruckerPrager, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
     let degrees = |tangent: f64| digits_below(atan(tangent) * 180.0 / PI);
     if law.friction_angle_critical == 0.0 && law.cohesion == 0.0 {
@@ -43,13 +43,22 @@ fn check_critical(job: &Mpm, law: &CriticalDruckerPrager, typed: &Typed, top: &R
             true => table.refusal("fraction", problem),
             false => typed.refusal("material", "fraction", problem),
         };
-        let (friction, dilation) = angles(law, region.fraction);
+        let (friction, dilation) = law.tangents(region.fraction);
         if friction < 0.0 {
             return Err(refused(&format!(
                 "makes the friction angle negative: tan(phi) = tan(phi_cs) + chi (Phi - Phi_cs) is {}. Write a fraction of at least {}.",
                 digits_below(friction),
                 digits((1e4 * (region.fraction - friction / law.dilation_factor)).ceil() / 1e4)
             )));
+        }
+        if let Some(problem) = unbearable(law, job.grid.dimension, region.fraction) {
+            return Err(match law.dilation_angle {
+                Some(_) => {
+                    let remedy = "write a dilation angle nearer to zero";
+                    typed.refusal("material", "dilation_angle", &format!("{problem}, or {remedy}."))
+                }
+                None => refused(&format!("{problem}, or {FRACTION_NEARER}.")),
+            });
         }
         if dilation <= friction {
             continue;
@@ -67,6 +76,61 @@ fn check_critical(job: &Mpm, law: &CriticalDruckerPrager, typed: &Typed, top: &R
         });
     }
     Ok(())
+}
+
+/// What to do about a fraction from which the return cannot bear softening, at the end of the sentence of [`unbearable`].
+pub const FRACTION_NEARER: &str = "bring the fraction nearer to fraction_critical, or lower dilation_factor";
+
+/// Why plastic flow from a packing fraction on has no end, as the beginning of a sentence, if it has none.
+pub fn unbearable(law: &CriticalDruckerPrager, axes: usize, fraction: f64) -> Option<String> {
+    let (stiffness, at) = law.stiffness_least(axes, fraction);
+    (stiffness <= 0.0).then(|| {
+        format!(
+            "softens more than the shear modulus can bear: flow is divided by G + K eta etabar, which must be positive and is {} Pa at a packing fraction of {}. Write a shear_modulus of more than {} Pa",
+            significant(stiffness, 3),
+            digits((1e4 * at).round() / 1e4),
+            digits((law.shear_modulus - stiffness).ceil()),
+        )
+    })
+}
+
+/// The share of a k0 that rounding may take a stress on the cone beyond it.
+const K0_SLACK: f64 = 1e-9;
+
+/// Stress that the cone does not bear at the start would be changed in silence.
+fn check_geostatic(
+    job: &Mpm,
+    law: &CriticalDruckerPrager,
+    (axis, k0): (usize, f64),
+    typed: &Typed,
+) -> Result<(), Error> {
+    let axes = job.grid.dimension;
+    let (mut least, mut most) = ((0.0, 0.0), (f64::INFINITY, 0.0));
+    for (number, region) in job.regions.iter().enumerate() {
+        // Cohesion bears the more the less there is above: the deepest point tells of all.
+        let span = figures::span(job, number, axis).expect("every region has points");
+        let overburden = span.map(|at| job.overburden(at)).into_iter().fold(0.0, f64::max);
+        if overburden > 0.0 {
+            let [lower, upper] = law.cone(axes, region.fraction).k0(axes, overburden, law.cohesion);
+            least = if lower > least.0 { (lower, overburden) } else { least };
+            most = if upper < most.0 { (upper, overburden) } else { most };
+        }
+    }
+    let (overburden, advice) = if k0 < least.0 * (1.0 - K0_SLACK) {
+        (least.1, format!("at least {}", digits((1e4 * least.0).ceil() / 1e4)))
+    } else if k0 > most.0 * (1.0 + K0_SLACK) {
+        (most.1, format!("at most {}", digits((1e4 * most.0).floor() / 1e4)))
+    } else {
+        return Ok(());
+    };
+    Err(typed.refusal(
+        "stress",
+        "k0",
+        &format!(
+            "makes a stress that friction and cohesion do not bear where {} kPa lie above, and it would not be the stress of the start. Write {advice}, or give the material more friction or cohesion.",
+            significant(overburden / 1e3, 3)
+        ),
+    ))
 }
 
 fn check_time(job: &Mpm, typed: &Typed) -> Result<(), Error> {

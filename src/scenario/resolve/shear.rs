@@ -3,11 +3,13 @@
 use std::path::Path;
 
 use super::contact::contact;
+use super::mpm_checks::{FRACTION_NEARER, unbearable};
 use super::{
     DEPTH_DEFAULT, PACKING_ENERGY_RATIO_DEFAULT, PACKING_FRACTION_DEFAULT, PACKING_FRICTION_DEFAULT, SKIN_DEFAULT,
     digits, folder_of, name, output, refuse_unstable, refuse_wide_sizes,
 };
 use crate::error::Error;
+use crate::scenario::mpm::CriticalDruckerPrager;
 use crate::scenario::raw::{Reader, Typed};
 use crate::scenario::{
     Contact, Continuum, Decomposition, Enrichment, Grains, Loading, Method, Oracle, Output, Packing, Scenario,
@@ -265,7 +267,34 @@ fn check_together(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     if scenario.method == Method::Hybrid {
         check_zone(scenario, typed)?;
     }
+    if scenario.method.has_points() {
+        check_softening(scenario, typed)?;
+    }
     refuse_unstable(typed, scenario.time.step, &derived::bounds(scenario), "")
+}
+
+/// A return to the cone must be possible wherever the specimen starts.
+fn check_softening(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
+    let continuum = &scenario.continuum;
+    let law = CriticalDruckerPrager {
+        bulk_modulus: continuum.bulk_modulus,
+        shear_modulus: continuum.shear_modulus,
+        friction_angle_critical: continuum.friction_angle_critical,
+        fraction_critical: continuum.fraction_critical,
+        fraction: derived::fraction_start(scenario),
+        dilation_factor: continuum.dilation_factor,
+        softening_rate: continuum.softening_rate,
+        cohesion: continuum.cohesion,
+        dilation_angle: None,
+    };
+    let deficits = continuum.weak.iter().map(|weak| weak.fraction_deficit);
+    for fraction in std::iter::once(0.0).chain(deficits).map(|deficit| law.fraction - deficit) {
+        if let Some(problem) = unbearable(&law, 2, fraction) {
+            let message = format!("{problem}, or {FRACTION_NEARER}.");
+            return Err(typed.refusal("continuum", "dilation_factor", &message));
+        }
+    }
+    Ok(())
 }
 
 fn check_height(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
