@@ -142,7 +142,7 @@ fn momentum_is_kept_in_the_smallest_blocks() {
                 let text = free(2, &scheme, "hencky")
                     .replace("lower = [-0.8, -0.8]", "lower = [-0.9, -0.9]")
                     .replace("upper = [0.8, 0.8]", "upper = [0.9, 0.9]")
-                    .replace("cell = 0.1", "cell = 0.1\nperiodic = true");
+                    .replace("cell = 0.1", "cell = 0.1\nperiodic = [true, true]");
                 let text = text.replace("velocity = [0.3, -0.2]", "velocity = [3, -2]")
                     + &format!("[decomposition]\ncells_per_block = {block}\n");
                 let ran = Ran::of(&text);

@@ -8,7 +8,7 @@ mod bad_continua;
 mod bad_jobs;
 /// Grains and rigid bodies: balances to round-off, mirrored bounces, held forces, paths, and spins that drive.
 mod bodies;
-/// The initial stress that a job is refused for is what the law would change, in the plane and in space.
+/// Stress of the start outside of the cone and softening without a return are refused; the law bears what is not.
 mod borne;
 /// Cells that are periodic and deform: mean stress, affine motion, images across sheared faces, control of stress.
 mod cells;
