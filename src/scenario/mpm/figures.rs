@@ -6,13 +6,13 @@ use super::{Boundary, Load, Mpm, Region, RegionShape, ShapeFunction};
 use crate::scenario::stable::{Bound, oscillator_step_max};
 
 /// Bytes that one point takes with what is sorted beside it, in the plane and in space.
-const BYTES_OF_POINT: [f64; 2] = [420.0, 720.0];
+const BYTES_OF_POINT: [f64; 2] = [600.0, 860.0];
 /// Bytes that one node takes.
 const BYTES_OF_NODE: [f64; 2] = [80.0, 110.0];
 /// Nodes of a tile beyond its block, along each axis.
 const MARGIN: usize = 4;
 /// Cost of one point over one step on one core, s, in the plane and in space.
-const COST_OF_POINT: [f64; 2] = [100e-9, 350e-9];
+const COST_OF_POINT: [f64; 2] = [50e-9, 140e-9];
 
 /// Index of the plane or of space in the tables above.
 fn space(job: &Mpm) -> usize {
