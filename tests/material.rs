@@ -271,3 +271,24 @@ fn a_superposed_rotation_only_turns_the_stress() {
     same(&whole, &(turn(0.7) * stress * turn(0.7).transpose()), 1e-9);
     assert_eq!(spun.plastic_strain, fixed.plastic_strain);
 }
+
+/// Cohesive material that separates lost what its apex held, and nobody had it.
+#[test]
+fn what_the_apex_held_is_dissipated_when_material_separates() {
+    let law = CriticalDruckerPrager { cohesion: 1e5, ..material() };
+    let [eta, _, zeta] = cone(&law, 0.85);
+    let apex = zeta * law.cohesion / eta;
+    let held = 0.5 * apex * apex / law.bulk_modulus;
+    let steps = 20_000;
+    let increment = Tensor::identity() * (2.0 * apex / law.bulk_modulus / f64::from(steps));
+    let mut memory = start(&law, 0.0, 0.85);
+    let (mut given, mut spent) = (0.0, 0.0);
+    for _ in 0..steps {
+        let stress = MaterialLaw::<Plane>::update_counted(&law, &(increment * (1.0 / DT)), DT, &mut memory, &mut spent);
+        given += stress.dot(&increment);
+    }
+    assert!(memory.gap > 0.0 && MaterialLaw::<Plane>::stress(&law, &memory).norm() == 0.0, "it has separated");
+    let stored = MaterialLaw::<Plane>::elastic_energy(&law, &memory);
+    close(given, stored + spent, held, 0.01);
+    assert!(spent > 0.9 * held, "{spent} J/m3 of {held}");
+}
