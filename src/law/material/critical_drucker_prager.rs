@@ -283,9 +283,9 @@ impl CriticalDruckerPrager {
             let left = state.gap + strain.trace();
             state.gap = R::choose(separated, left.max(zero), state.gap);
             let closed = S::SymmetricOf::<R>::isotropic(left.min(zero) / dimension);
-            // What the apex held is lost with it.
-            let released = self.energy(&Parts::of(&strain)) - self.energy(&Parts::of(&closed));
-            work = R::choose(separated, released, zero);
+            // What the apex held is lost with it; what has parted before holds nothing.
+            let held = self.energy(&Parts::of(&before.strain.half_logarithm()));
+            work = R::choose(separated, held, zero);
             strain = Words::choose(separated, &closed, &strain);
         }
         let trial = Parts::of(&strain);
