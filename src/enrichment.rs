@@ -409,7 +409,7 @@ fn choose<C: ContactLaw<Plane>>(
 /// Kinematic training (seed 000, 4.1.1): a world of the chosen grains alone, its rim moved along the continuum's path,
 /// everything inside free. Rows of this rank's blocks come back.
 fn train<C: ContactLaw<Plane>>(
-    world: &PlanarWorld<C>,
+    world: &mut PlanarWorld<C>,
     scenario: &Scenario,
     motion: &Motion,
     mut grains: Vec<Grain<C>>,
@@ -444,6 +444,7 @@ fn train<C: ContactLaw<Plane>>(
     enriched.training_steps = training.step;
     enriched.stress_grains = grain_stress(&mut training, scenario.specimen.depth)?;
     training.rebuild()?;
+    world.balance.learn(&training.balance);
     Ok(training.rows().0)
 }
 

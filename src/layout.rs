@@ -7,7 +7,7 @@ use scree_partition::{Curve, Halo, Lattice};
 
 use crate::mpm::scatter::TileFrame;
 use crate::mpm::shape::{Axis, DRIFT_MAX, margins};
-use crate::mpm::tile::{Mosaic, OwnedNode};
+use crate::mpm::tile::{Mosaic, OwnedNode, Tier};
 use crate::scenario::mpm::ShapeFunction;
 use crate::space::{Linear, Plane, Space};
 
@@ -326,21 +326,38 @@ impl Layout {
         around
     }
 
-    /// Rows of nodes under a deal. Both sides of a message list its rows by walking the same blocks, offsets and nodes in
+    /// The blocks of a stretch of the curve and those around them, in the order of the curve.
+    fn near(&self, held: &Range<usize>) -> Vec<usize> {
+        let mut near: Vec<usize> = held.clone().chain(held.clone().flat_map(|block| self.around(block))).collect();
+        near.sort_unstable();
+        near.dedup();
+        near
+    }
+
+    fn tier(&self, deal: &Deal, block: usize) -> Tier {
+        match self.around(block).into_iter().all(|other| deal.owner(other) == deal.rank) {
+            true => Tier::Inner,
+            false => Tier::Border,
+        }
+    }
+
+    /// Rows of nodes under a deal. Both tiers of a message list its rows by walking the same blocks, offsets and nodes in
     /// the same order.
     pub fn node_rows(&self, deal: &Deal) -> NodeRows {
         let edge = self.tile_edge();
         let nodes_per_tile = edge.pow(self.dimension as u32);
         let held = deal.held();
-        let mut mosaic = Mosaic { edge, nodes_per_tile, tiles: held.len(), ..Mosaic::default() };
+        let mut mosaic = Mosaic { nodes_per_tile, tiles: held.len(), ..Mosaic::default() };
+        mosaic.tiers = held.clone().map(|block| self.tier(deal, block)).collect();
         let row_here = |block: usize, node: [i32; 3]| ((block - held.start) * nodes_per_tile + self.node(node)) as u32;
 
         let mut gathered = Exchange::new(deal);
         let mut sources = Vec::new();
         mosaic.source_starts.push(0);
-        for block in 0..self.block_count() {
+        let (near, own) = (self.near(&held), self.nodes(0, self.cells_per_block as i32));
+        for block in near.iter().copied() {
             let receiver = deal.owner(block);
-            for node in self.nodes(0, self.cells_per_block as i32) {
+            for node in own.iter().copied() {
                 for offset in &self.offsets {
                     let Some((source, place)) = self.tile_node(block, *offset, node) else { continue };
                     let sender = deal.owner(source);
@@ -366,10 +383,13 @@ impl Layout {
         let mut advanced = Exchange::new(deal);
         let (mut margins, mut owners) = (Vec::new(), Vec::new());
         let margin = self.margin() as i32;
-        let beyond = edge as i32 - margin;
-        for block in 0..self.block_count() {
+        let all = self.nodes(-margin, edge as i32 - margin);
+        for block in near {
             let receiver = deal.owner(block);
-            for node in self.nodes(-margin, beyond) {
+            if receiver == deal.rank {
+                mosaic.copy_starts.push(margins.len() as u32);
+            }
+            for node in all.iter().copied() {
                 let Some((source, place)) = self.owner_node(block, node) else { continue };
                 let sender = deal.owner(source);
                 if sender != receiver && sender == deal.rank {
@@ -383,6 +403,7 @@ impl Layout {
             }
         }
         let first = mosaic.rows();
+        mosaic.copy_starts.push(margins.len() as u32);
         let (gathered, received, sources) = gathered.finish(first, &sources);
         let (advanced, spread, owners) = advanced.finish(first, &owners);
         mosaic.sources = sources;
@@ -456,7 +477,7 @@ enum Source {
     There { sender: usize, number: u32 },
 }
 
-/// Collects the two sides of a halo.
+/// Collects the two tiers of a halo.
 struct Exchange {
     sends: Vec<Vec<u32>>,
     counts: Vec<u32>,

@@ -4,7 +4,7 @@
 //!
 //! * [`cli`]: one file per subcommand; [`scenario`]: the job, checked once.
 //! * [`run`]: the loop of step, observe, save, stop; [`checkpoint`]: a world as tables.
-//! * [`world`]: the state in blocks and the step as a table of contents; [`rebuild`] and [`layout`]: who holds what;
+//! * [`world`]: the state in blocks and the step as a table of contents; [`rebuild`], [`balance`] and [`layout`]: who holds what;
 //!   [`enrichment`]: grains for points. These alone call the partition.
 //! * [`dem`], [`mpm`], [`hybrid`]: grains, continuum, and what couples them. They do not know ranks.
 //! * [`law`]: forces and stresses; [`space`], [`symmetric`], [`lane`], [`numbers`], [`math`], [`ids`]: the ground.
@@ -14,6 +14,7 @@
 //! its *rim* the reconciliation zone where both live.
 
 pub mod assembly;
+pub mod balance;
 pub mod bench;
 pub mod body;
 pub mod burden;
@@ -27,6 +28,7 @@ pub mod full_step;
 pub mod grain_export;
 pub mod grain_file;
 pub mod grid;
+pub mod grid_step;
 pub mod hybrid;
 pub mod ids;
 pub mod lane;

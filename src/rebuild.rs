@@ -2,10 +2,12 @@
 //! be missing afterwards (invariant 4).
 
 use std::ops::Range;
+use std::time::Instant;
 
 use rayon::prelude::*;
-use scree_partition::{Halo, HaloBuffers, ParcelError, Reader, Transport, Writer, cut};
+use scree_partition::{Halo, HaloBuffers, HaloCounts, ParcelError, Reader, Transport, Writer, cut};
 
+use crate::balance::Balance;
 use crate::body::Body;
 use crate::dem::cell::{Cell, Image};
 use crate::dem::contacts::Contacts;
@@ -123,8 +125,6 @@ impl<T: Sync> Moved<T> {
 const COUPLED_CELLS: usize = 4;
 /// Fewer rows are not worth a task of their own.
 const ROWS_PER_TASK: usize = 4096;
-/// Cost of a point against a grain when blocks are dealt.
-const POINT_WEIGHT: i64 = 4;
 
 impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     /// A world at `step` from parts that the ranks hold in any split (every row on one rank). Homes are taken as they
@@ -149,7 +149,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             forces_wanted: false,
             moment_kept: None,
             moved: 0.0,
-            points_outside: 0.0,
+            points_outside: [0.0; 2],
             cell_home: parts.home.cell,
             bodies_home: parts.home.bodies,
             cell: parts.cell,
@@ -174,8 +174,12 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             ledger: None,
             point_ledger: PointLedger::default(),
             buffers: HaloBuffers::default(),
+            sent: HaloCounts::default(),
+            balance: Balance::from(step),
         };
         world.replace(parts.grains, parts.points)?;
+        // Rows of the start all come from rank 0, which is no migration.
+        world.balance.rows_sent = 0;
         Ok(world)
     }
 
@@ -187,12 +191,17 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let mut radius_max = [grains.iter().map(|grain| grain.hot.radius).fold(0.0, f64::max)];
         self.transport.max(&mut radius_max);
         self.radius_max = radius_max[0];
-        self.deal_blocks(&grains, &points)?;
+        let weighed = points.iter().map(|point| (&point.cold, point.hot.weight));
+        let weights = self.weigh(grains.iter().map(|grain| &grain.cold), weighed)?;
+        let timer = Instant::now();
+        self.deal_out(cut(&weights, self.transport.size()));
         self.grains = Grains::default();
         self.points = Points::default();
         self.contacts.clear();
         self.walls = Walls::default();
-        self.settle(grains, points)
+        self.settle(grains, points)?;
+        self.price_deal(timer);
+        Ok(())
     }
 
     /// All rows of this rank with their contacts, in block order: along the ranks they are in the order of the curve.
@@ -217,7 +226,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// Sends everything home: position of now becomes home, wrapped into the cell.
     pub fn rebuild(&mut self) -> Result<(), Error> {
-        let timer = self.phases.start();
+        let (timer, booked) = (self.phases.start(), self.phases.total());
         // Copies lag behind since the drift, and branches that end at them with it.
         self.refresh_ghosts();
         if self.contacts.keeps_forces() {
@@ -240,36 +249,31 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.cell_home = self.cell;
         self.bodies_home.clear();
         self.bodies_home.extend(self.bodies.iter().map(|body| body.displacement));
-        let outcome = self.settle(Vec::new(), Vec::new());
-        self.phases.stop(Phase::Rebuild, timer);
-        outcome
+        self.phases.stop_around(Phase::Rebuild, timer, booked);
+        self.settle_anew()
     }
 
-    /// Cuts the curve by the weight of what lies in the blocks, and lays the tiles of the new stretch.
-    fn deal_blocks(&mut self, grains: &[Row<S, C>], points: &[Point<S, L::Memory>]) -> Result<(), Error> {
-        let count = || -> Result<Vec<i64>, Error> {
-            let mut weights = vec![0i64; self.layout.block_count()];
-            for grain in grains {
-                weights[self.block_of_grain(&grain.cold)?.0] += 1;
-            }
-            for point in points {
-                weights[self.block_of_point(&point.cold)?.0] += POINT_WEIGHT;
-            }
-            Ok(weights)
-        };
-        let mut weights = transfer::agree(self.transport, count())?;
-        self.transport.sum(&mut weights);
-        let weights: Vec<u64> = weights.into_iter().map(i64::unsigned_abs).collect();
-        self.deal = Deal { ranges: cut(&weights, self.transport.size()), rank: self.transport.rank() };
-        self.nodes = if self.points_total > 0 { self.layout.node_rows(&self.deal) } else { NodeRows::default() };
-        self.tiles = Tiles::lay(&self.nodes.mosaic, self.is_coupled());
-        self.frames = self.deal.held().map(|block| self.layout.frame(block)).collect();
+    /// Sends rows where they belong now, dealing blocks anew if that is due.
+    fn settle_anew(&mut self) -> Result<(), Error> {
+        let timer = self.phases.start();
+        let dealt = self.deal_if_due()?;
+        self.phases.stop(Phase::Balance, timer);
+        let settling = self.phases.start();
+        self.settle(Vec::new(), Vec::new())?;
+        self.phases.stop(if dealt { Phase::Balance } else { Phase::Rebuild }, settling);
+        if dealt {
+            self.price_deal(timer);
+        }
         Ok(())
     }
 
     /// Brings the rows that are here and `fresh` ones to the ranks that own their blocks, in the one order that fixes every
     /// sum, and makes the lists.
-    fn settle(&mut self, fresh: Vec<Row<S, C>>, fresh_points: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
+    pub(crate) fn settle(
+        &mut self,
+        fresh: Vec<Row<S, C>>,
+        fresh_points: Vec<Point<S, L::Memory>>,
+    ) -> Result<(), Error> {
         self.settle_points(fresh_points)?;
         self.settle_grains(fresh)?;
         self.check_counts()?;
@@ -286,6 +290,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let held = self.points.len();
         let (order, to_ranks) =
             self.part(&places, held, |row| self.points.cold[row].id.0, |row| self.points.row(row), fresh);
+        self.count_leaving(&to_ranks);
         let moved =
             self.join(order, held, to_ranks, |point| Ok((self.block_of_point(&point.cold)?, point.cold.id.0)))?;
         self.points.take_order(&moved);
@@ -312,6 +317,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let (order, to_ranks) =
             self.part(&places, owned, |row| self.grains.cold[row].id.0, |row| self.whole_row(row), fresh);
         drop(places);
+        self.count_leaving(&to_ranks);
         self.contacts.clear();
         let moved = self.join(order, owned, to_ranks, |row| Ok((self.block_of_grain(&row.cold)?, row.cold.id.0)))?;
         self.grains.hot = moved.ordered(&self.grains.hot, |row| row.hot);
@@ -322,7 +328,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.grains.owned = sources.len();
         self.grains.settle();
         self.moved = 0.0;
-        self.points_outside = 0.0;
+        self.points_outside = [0.0; 2];
         self.fetch_ghosts()?;
 
         let carried = |row: usize| match pick(&sources[row]) {
@@ -441,11 +447,11 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.deal.held().map(&mut range_of).collect()
     }
 
-    fn block_of_grain(&self, cold: &Cold<S>) -> Result<Place, Error> {
+    pub(crate) fn block_of_grain(&self, cold: &Cold<S>) -> Result<Place, Error> {
         self.block_of(&cold.home, "grain", cold.id.0)
     }
 
-    fn block_of_point(&self, cold: &PointCold<S>) -> Result<Place, Error> {
+    pub(crate) fn block_of_point(&self, cold: &PointCold<S>) -> Result<Place, Error> {
         self.block_of(&cold.home, "point", cold.id.0)
     }
 
@@ -527,11 +533,20 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             rim[block] = i64::from(self.points.hot[range.clone()].iter().any(|point| point.weight < 1.0));
         }
         self.transport.sum(&mut rim);
-        for _ in 0..COUPLED_CELLS.div_ceil(self.layout.cells_per_block) {
-            let beside = |block: usize| self.layout.around(block).into_iter().any(|neighbour| rim[neighbour] > 0);
-            rim = (0..rim.len()).map(|block| i64::from(rim[block] > 0 || beside(block))).collect();
+        self.coupled = self.near_rim(&rim)[self.deal.held()].to_vec();
+    }
+
+    /// Blocks of the whole domain within reach of those that have points of the rim.
+    pub(crate) fn near_rim(&self, rim: &[i64]) -> Vec<bool> {
+        let mut near: Vec<bool> = rim.iter().map(|points| *points > 0).collect();
+        if !near.contains(&true) {
+            return near;
         }
-        self.coupled = self.deal.held().map(|block| rim[block] > 0).collect();
+        for _ in 0..COUPLED_CELLS.div_ceil(self.layout.cells_per_block) {
+            let beside = |block: usize| self.layout.around(block).into_iter().any(|neighbour| near[neighbour]);
+            near = (0..near.len()).map(|block| near[block] || beside(block)).collect();
+        }
+        near
     }
 }
 

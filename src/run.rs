@@ -336,6 +336,21 @@ impl<'t, E: Experiment> Run<'t, E> {
         for (name, seconds) in phases::NAMES.iter().zip(world.phases.seconds) {
             figures[format!("seconds_{name}")] = json!(seconds);
         }
+        figures["phases"] = world
+            .phases
+            .over_ranks(world.transport)
+            .into_iter()
+            .map(|(name, [mean, most])| (name.to_string(), json!({ "mean": mean, "most": most })))
+            .collect::<serde_json::Map<_, _>>()
+            .into();
+        figures["imbalance"] = json!(world.phases.imbalance(world.transport));
+        let mut sent = [world.sent.messages as i64, world.sent.bytes as i64, world.balance.rows_sent as i64];
+        world.transport.sum(&mut sent);
+        let [messages, bytes, rows] = sent;
+        figures["messages_per_step"] = json!(messages as f64 / steps.max(1) as f64);
+        figures["bytes_per_step"] = json!(bytes as f64 / steps.max(1) as f64);
+        figures["rows_moved"] = json!(rows);
+        figures["rebalances"] = json!(world.balance.deals);
         if let Value::Object(more) = self.experiment.figures(&self.core) {
             for (name, figure) in more {
                 figures[name] = figure;

@@ -1,17 +1,18 @@
 //! The world: everything that is simulated, cut into blocks, some of which this rank holds. The only caller of the
 //! partition; the physics below is called block by block and row by row.
 
+use std::mem;
 use std::ops::Range;
-use std::time::Instant;
 
-use scree_partition::{Halo, HaloBuffers, Transport};
+use scree_partition::{Halo, HaloBuffers, HaloCounts, Transport};
 
+use crate::balance::Balance;
 use crate::body::Body;
 use crate::dem::cell::Cell;
 use crate::dem::contacts::{Contacts, Part};
 use crate::dem::grains::Grains;
 use crate::dem::motion::{self, Field, KickAndDrift};
-use crate::dem::segments::{Finish, Passed, Segments, Wait, larger};
+use crate::dem::segments::{Finish, Segments, Wait, larger};
 use crate::dem::walls::Walls;
 use crate::error::Error;
 use crate::grid::{Grid, Reactions};
@@ -93,6 +94,10 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     /// Impulses on what holds nodes.
     pub reactions: Reactions,
     pub(crate) buffers: HaloBuffers,
+    /// Messages of steps that this rank has sent.
+    pub sent: HaloCounts,
+    /// Who holds which block as the work moves.
+    pub balance: Balance,
     /// Displacement of each body at the last rebuild, m.
     pub(crate) bodies_home: Vec<S::Vector>,
     /// Whether [`World::contact_moment`] will be asked for after the coming step.
@@ -101,8 +106,8 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub(crate) moment_kept: Option<S::Tensor>,
     /// The longest way that a grain of this rank has come from home, m.
     pub(crate) moved: f64,
-    /// How far a point of this rank is out of its block along an axis, at most, m.
-    pub(crate) points_outside: f64,
+    /// How far a point of this rank is out of its block along an axis, at most, by the tier of its tile, m.
+    pub(crate) points_outside: [f64; 2],
     /// The cell at the last rebuild.
     pub(crate) cell_home: Cell<S>,
 }
@@ -158,17 +163,11 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     fn step_of_all(&mut self) -> Result<(), Error> {
         self.open_page();
         self.strain_first();
-        self.scatter_all();
         self.evaluate_contacts();
         self.kick_grains();
-        self.scatter_grains();
-        self.sum_tiles();
+        self.fill_grid();
         self.accelerate_bodies()?;
-        self.step_nodes();
-        self.spread_tiles();
-        self.book_points();
-        self.correct_grains();
-        self.take_from_grid();
+        self.step_grid();
         self.drive_cell()?;
         self.close_page();
         self.drift();
@@ -187,48 +186,62 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// first: since the last step's drift the copies lag behind.
     pub fn refresh_ghosts(&mut self) {
         if self.has_grains() {
-            self.renew_ghosts(|_, _| Passed::default());
+            self.renew_ghosts(|_| ());
         }
     }
 
     /// Renews copies and images; `meanwhile` runs while the messages travel and may not look at copies.
-    fn renew_ghosts(&mut self, meanwhile: impl FnMut(&mut Contacts<S>, &mut Grains<S>) -> Passed) -> Passed {
+    fn renew_ghosts(&mut self, meanwhile: impl FnOnce(&mut Self)) {
         match S::DIMENSION {
             2 => self.renew::<GRAIN_WORDS_PLANE>(meanwhile),
             _ => self.renew::<GRAIN_WORDS_SOLID>(meanwhile),
         }
     }
 
-    fn renew<const W: usize>(
-        &mut self,
-        mut meanwhile: impl FnMut(&mut Contacts<S>, &mut Grains<S>) -> Passed,
-    ) -> Passed {
+    fn renew<const W: usize>(&mut self, meanwhile: impl FnOnce(&mut Self)) {
         let timer = self.phases.start();
         self.contacts.settle_images(&self.cell);
-        let (grains, contacts) = (&mut self.grains, &mut self.contacts);
-        // The words of a record begin with those that travel.
-        self.ghosts
-            .pack::<W>(&mut self.buffers, |row| std::array::from_fn(|word| grains.hot[row as usize].numbers()[word]));
-        let (mut passed, mut busy) = (Passed::default(), 0.0);
-        self.ghosts.exchange::<W>(self.transport, &mut self.buffers, &mut || {
-            let timer = Instant::now();
-            passed = meanwhile(contacts, grains);
-            busy = timer.elapsed().as_secs_f64();
-        });
-        self.ghosts.unpack::<W>(&self.buffers, |row, words| {
-            let hot = &mut grains.hot[row as usize];
-            for axis in 0..S::DIMENSION {
-                hot.position[axis] = words[axis];
-                hot.velocity[axis] = words[S::DIMENSION + axis];
-            }
-            for axis in 0..S::Spin::COMPONENTS {
-                hot.spin[axis] = words[2 * S::DIMENSION + axis];
-            }
-        });
         self.phases.stop(Phase::Halo, timer);
-        self.phases.seconds[Phase::Halo as usize] -= busy;
-        self.phases.split(busy, &passed);
-        passed
+        self.travel(
+            |world| &mut world.ghosts,
+            // The words of a record begin with those that travel.
+            |world, row| -> [f64; W] { std::array::from_fn(|word| world.grains.hot[row].numbers()[word]) },
+            meanwhile,
+            |world, row, words| {
+                let hot = &mut world.grains.hot[row];
+                for axis in 0..S::DIMENSION {
+                    hot.position[axis] = words[axis];
+                    hot.velocity[axis] = words[S::DIMENSION + axis];
+                }
+                for axis in 0..S::Spin::COMPONENTS {
+                    hot.spin[axis] = words[2 * S::DIMENSION + axis];
+                }
+            },
+        );
+    }
+
+    /// Renews the copies of a halo, one message to each neighbour; `meanwhile` runs while they travel.
+    pub(crate) fn travel<const W: usize>(
+        &mut self,
+        halo: impl Fn(&mut Self) -> &mut Halo,
+        pack: impl Fn(&Self, usize) -> [f64; W],
+        meanwhile: impl FnOnce(&mut Self),
+        mut unpack: impl FnMut(&mut Self, usize, [f64; W]),
+    ) {
+        let (timer, booked) = (self.phases.start(), self.phases.total());
+        let (transport, mut meanwhile) = (self.transport, Some(meanwhile));
+        // Out of the world for as long as it is worked on; nothing is copied.
+        let (rows, mut buffers) = (mem::take(halo(self)), mem::take(&mut self.buffers));
+        rows.pack(&mut buffers, |row| pack(self, row as usize));
+        rows.exchange::<W>(transport, &mut buffers, &mut || {
+            if let Some(meanwhile) = meanwhile.take() {
+                meanwhile(self);
+            }
+        });
+        rows.unpack(&buffers, |row, words| unpack(self, row as usize, words));
+        self.sent += rows.counts::<W>();
+        (*halo(self), self.buffers) = (rows, buffers);
+        self.phases.stop_around(Phase::Halo, timer, booked);
     }
 
     /// Time over which contacts advance, and the step: at the very first evaluation nothing has slid yet.
@@ -246,15 +259,17 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let keeps = self.forces_wanted || self.ledger.is_some() || self.settings.drive.servo.is_some();
         self.contacts.keep_forces(keeps);
         let (law, times) = (self.settings.contact, self.contact_times());
-        let inner = self.renew_ghosts(|contacts, grains| {
-            contacts.pair_pass(&law, grains, Part::Across, times);
-            contacts.segment_pass(&law, grains, Segments::Inner, times, finish)
-        });
-        let timer = self.phases.start();
-        self.contacts.pair_pass(&law, &self.grains, Part::Border, times);
-        let border = self.contacts.segment_pass(&law, &mut self.grains, Segments::Border, times, finish);
-        self.phases.split(timer.elapsed().as_secs_f64(), &border);
-        larger(inner.farthest, border.farthest)
+        let mut farthest = 0.0;
+        let mut pass = |world: &mut Self, pairs: Part, segments: Segments| {
+            let timer = world.phases.start();
+            world.contacts.pair_pass(&law, &world.grains, pairs, times);
+            let passed = world.contacts.segment_pass(&law, &mut world.grains, segments, times, finish);
+            world.phases.split(timer.elapsed().as_secs_f64(), &passed);
+            farthest = larger(farthest, passed.farthest);
+        };
+        self.renew_ghosts(|world| pass(world, Part::Across, Segments::Inner));
+        pass(self, Part::Border, Segments::Border);
+        farthest
     }
 
     fn evaluate_contacts(&mut self) {
@@ -336,7 +351,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         // Two grains may close half the skin each.
         let closed = 2.0 * moved + stretch * (2.0 * self.radius_max + self.settings.skin);
         let grains = closed / self.settings.skin;
-        let points = self.points_outside / (DRIFT_MAX * self.layout.cell);
+        let points = larger(self.points_outside[0], self.points_outside[1]) / (DRIFT_MAX * self.layout.cell);
         larger(grains, points)
     }
 

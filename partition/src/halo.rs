@@ -2,7 +2,7 @@
 
 use crate::transport::Transport;
 use std::mem;
-use std::ops::Range;
+use std::ops::{AddAssign, Range};
 
 /// Which rows travel to whom, and where the rows that come in land. Fixed between rebuilds.
 ///
@@ -41,6 +41,13 @@ pub struct HaloCounts {
     pub messages: u64,
     /// Bytes sent.
     pub bytes: u64,
+}
+
+impl AddAssign for HaloCounts {
+    fn add_assign(&mut self, more: Self) {
+        self.messages += more.messages;
+        self.bytes += more.bytes;
+    }
 }
 
 impl Halo {

@@ -7,7 +7,6 @@ use scree_partition::Transport;
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
-use crate::observe::phases::NAMES;
 use crate::space::Space;
 use crate::world::World;
 
@@ -65,7 +64,7 @@ impl Speed {
         }
         let steps = wanted.steps * wanted.count as u64;
         let scale = 1e9 / (steps * rows) as f64;
-        let phases = phases(&world.phases.seconds, transport);
+        let phases = world.phases.over_ranks(transport);
         let mut resident = [(resident_bytes() - resident).max(0)];
         transport.sum(&mut resident);
         let mut most = [(world.grains.owned + world.points.len()) as i64];
@@ -79,7 +78,7 @@ impl Speed {
             stretches,
             rebuilds: world.rebuilds - rebuilds,
             bytes_resident_per_row: resident[0] as f64 / rows as f64,
-            phases: phases.into_iter().map(|(name, mean, most)| (name, mean * scale, most)).collect(),
+            phases: phases.into_iter().map(|(name, [mean, most])| (name, mean * scale, most / mean)).collect(),
             imbalance: most[0] as f64 * transport.size() as f64 / rows as f64,
         })
     }
@@ -90,23 +89,6 @@ impl Speed {
         sorted.sort_by(f64::total_cmp);
         sorted[sorted.len() / 2]
     }
-}
-
-/// Mean over ranks of every phase, s, and the slowest rank over it.
-fn phases(seconds: &[f64], transport: &dyn Transport) -> Vec<(&'static str, f64, f64)> {
-    let mine: Vec<u8> = seconds.iter().flat_map(|seconds| seconds.to_le_bytes()).collect();
-    let all: Vec<Vec<f64>> = transport
-        .all_gather(&mine)
-        .iter()
-        .map(|bytes| bytes.as_chunks().0.iter().map(|chunk| f64::from_le_bytes(*chunk)).collect())
-        .collect();
-    let figures = |phase: usize| {
-        let of = all.iter().map(|rank| rank[phase]);
-        let mean = of.clone().sum::<f64>() / all.len() as f64;
-        (mean, of.fold(0.0, f64::max) / mean)
-    };
-    let named = NAMES.iter().enumerate().map(|(phase, name)| (*name, figures(phase)));
-    named.filter(|(_, (mean, _))| *mean > 0.0).map(|(name, (mean, most))| (name, mean, most)).collect()
 }
 
 /// Memory of this process that lies in the machine's, bytes; zero where the system does not tell.

@@ -110,14 +110,20 @@ impl<S: Space> Advanced<S> {
     }
 }
 
+/// Tiles that share nodes with other ranks' tiles, or those that share none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tier {
+    Border,
+    Inner,
+}
+
 /// Where the tiles of this rank lie and which rows make up which node. Laid once per deal of blocks to ranks.
 #[derive(Clone, Debug, Default)]
 pub struct Mosaic {
-    /// Nodes per axis and per tile.
-    pub edge: usize,
     pub nodes_per_tile: usize,
     /// Tiles of this rank.
     pub tiles: usize,
+    pub tiers: Vec<Tier>,
     /// Rows received before summing, and before gathering.
     pub rows_received: usize,
     pub rows_spread: usize,
@@ -126,8 +132,10 @@ pub struct Mosaic {
     /// Sources of owned node i: `sources[source_starts[i]..source_starts[i + 1]]`, in neighbour order (invariant 2).
     pub source_starts: Vec<u32>,
     pub sources: Vec<Row>,
-    /// Margin rows of tiles and the row they copy after the nodes have advanced.
+    /// Margin rows of tiles and the row they copy after the nodes have advanced; those of tile t are
+    /// `copies[copy_starts[t]..copy_starts[t + 1]]`.
     pub copies: Vec<(Row, Row)>,
+    pub copy_starts: Vec<u32>,
 }
 
 /// A node and the row where its owner keeps it.
@@ -152,24 +160,38 @@ impl Mosaic {
     /// Sum of `rows` (tiles first, received ones behind) at every owned node, in the one order of neighbours.
     pub fn sum<T: Copy + Send + Sync>(&self, rows: &[T], zero: T, add: impl Fn(&mut T, &T) + Sync) -> Vec<T> {
         let mut sums = vec![zero; self.owned.len()];
-        self.sum_into(rows, zero, add, &mut sums);
+        for tier in [Tier::Border, Tier::Inner] {
+            self.sum_into(tier, rows, zero, &add, &mut sums);
+        }
         sums
     }
 
-    /// [`Self::sum`] without allocation.
-    pub fn sum_into<T: Copy + Send + Sync>(
+    /// [`Self::sum`] without allocation, at the nodes that the tiles of one tier own.
+    fn sum_into<T: Copy + Send + Sync>(
         &self,
+        tier: Tier,
         rows: &[T],
         zero: T,
         add: impl Fn(&mut T, &T) + Sync,
         sums: &mut [T],
     ) {
-        sums.par_iter_mut().with_min_len(256).enumerate().for_each(|(node, sum)| {
-            *sum = zero;
-            for &source in &self.sources[self.source_starts[node] as usize..self.source_starts[node + 1] as usize] {
-                add(sum, &rows[source as usize]);
-            }
-        });
+        let per_tile = self.owned_per_tile();
+        sums.par_chunks_mut(per_tile).enumerate().filter(|(tile, _)| self.tiers[*tile] == tier).for_each(
+            |(tile, sums)| {
+                for (sum, starts) in sums.iter_mut().zip(self.source_starts[tile * per_tile..].windows(2)) {
+                    *sum = zero;
+                    for &source in &self.sources[starts[0] as usize..starts[1] as usize] {
+                        add(sum, &rows[source as usize]);
+                    }
+                }
+            },
+        );
+    }
+
+    /// Margin rows of the tiles of one tier, and the rows that they copy.
+    fn copies_of(&self, tier: Tier) -> impl Iterator<Item = &(Row, Row)> {
+        let tiles = self.tiers.iter().zip(self.copy_starts.windows(2)).filter(move |(of, _)| **of == tier);
+        tiles.flat_map(|(_, starts)| &self.copies[starts[0] as usize..starts[1] as usize])
     }
 }
 
@@ -211,20 +233,20 @@ impl<S: Space> Tiles<S> {
         }
     }
 
-    pub fn sum(&mut self, mosaic: &Mosaic) {
-        mosaic.sum_into(&self.gathered, Gathered::zero(), Gathered::add, &mut self.sums);
+    pub fn sum(&mut self, mosaic: &Mosaic, tier: Tier) {
+        mosaic.sum_into(tier, &self.gathered, Gathered::zero(), Gathered::add, &mut self.sums);
         if !self.grains.is_empty() {
-            mosaic.sum_into(&self.grains, GrainNode::zero(), GrainNode::add, &mut self.grain_sums);
+            mosaic.sum_into(tier, &self.grains, GrainNode::zero(), GrainNode::add, &mut self.grain_sums);
         }
     }
 
-    /// Fills the margins from the owners' rows.
-    pub fn copy_margins(&mut self, mosaic: &Mosaic) {
-        for &(to, from) in &mosaic.copies {
+    /// Fills the margins of the tiles of one tier from the owners' rows.
+    pub fn copy_margins(&mut self, mosaic: &Mosaic, tier: Tier) {
+        for &(to, from) in mosaic.copies_of(tier) {
             self.advanced[to as usize] = self.advanced[from as usize];
         }
         if !self.grain_changes.is_empty() {
-            for &(to, from) in &mosaic.copies {
+            for &(to, from) in mosaic.copies_of(tier) {
                 self.grain_changes[to as usize] = self.grain_changes[from as usize];
             }
         }

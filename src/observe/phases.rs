@@ -2,28 +2,45 @@
 
 use std::time::Instant;
 
+use scree_partition::Transport;
+
 use crate::dem::segments::Passed;
 
 /// Parts of a step and what happens between steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(usize)]
 pub enum Phase {
+    /// Messages of a step, packed and unpacked, without what is done while they travel.
     Halo,
+    /// Points to nodes.
     Scatter,
+    /// Grains to nodes, and back.
+    Couple,
     Contacts,
     Motion,
     Bodies,
+    /// Sums over tiles, the step of the nodes, margins.
     Nodes,
+    /// Nodes to points, with their law.
     Gather,
+    /// Whether a rebuild is due, which all ranks must know.
     Agree,
     Rebuild,
+    /// Weights of blocks, and dealing them anew.
+    Balance,
     Oracle,
     Output,
 }
 
 /// Names for tables, in the order of [`Phase`].
-pub const NAMES: [&str; 11] =
-    ["halo", "scatter", "contacts", "motion", "bodies", "nodes", "gather", "agree", "rebuild", "oracle", "output"];
+pub const NAMES: [&str; 13] = [
+    "halo", "scatter", "couple", "contacts", "motion", "bodies", "nodes", "gather", "agree", "rebuild", "balance",
+    "oracle", "output",
+];
+
+/// Phases in which a rank works by itself: none of them waits for another.
+pub const WORK: [Phase; 6] =
+    [Phase::Scatter, Phase::Couple, Phase::Contacts, Phase::Motion, Phase::Nodes, Phase::Gather];
 
 /// Seconds spent in each phase by this rank. Not state: it never enters a checkpoint or a decision.
 #[derive(Clone, Debug, Default)]
@@ -36,6 +53,40 @@ impl Phases {
         Instant::now()
     }
 
+    pub fn of(&self, phase: Phase) -> f64 {
+        self.seconds[phase as usize]
+    }
+
+    /// Seconds of all phases.
+    pub fn total(&self) -> f64 {
+        self.seconds.iter().sum()
+    }
+
+    /// Seconds of [`WORK`].
+    pub fn busy(&self) -> f64 {
+        WORK.iter().map(|phase| self.of(*phase)).sum()
+    }
+
+    /// Books the time since `since`, less what was booked in between: `booked` is [`Self::total`] as it was then.
+    pub fn stop_around(&mut self, phase: Phase, since: Instant, booked: f64) {
+        self.seconds[phase as usize] += since.elapsed().as_secs_f64() - (self.total() - booked);
+    }
+
+    /// Every phase that took time: its name, and the mean and the most over the ranks, s. Collective.
+    pub fn over_ranks(&self, transport: &dyn Transport) -> Vec<(&'static str, [f64; 2])> {
+        let all = everyones(&self.seconds, transport);
+        let named =
+            NAMES.iter().enumerate().map(|(phase, name)| (*name, mean_and_most(all.iter().map(|rank| rank[phase]))));
+        named.filter(|(_, [mean, _])| *mean > 0.0).collect()
+    }
+
+    /// Busy time of the busiest rank over the mean; of no work, one. Collective.
+    pub fn imbalance(&self, transport: &dyn Transport) -> f64 {
+        let all = everyones(&[self.busy()], transport);
+        let [mean, most] = mean_and_most(all.iter().map(|rank| rank[0]));
+        if mean > 0.0 { most / mean } else { 1.0 }
+    }
+
     /// Books `seconds` of passes over pairs and segments: the grains' part of them is motion.
     pub fn split(&mut self, seconds: f64, passed: &Passed) {
         self.seconds[Phase::Contacts as usize] += seconds - passed.grains;
@@ -45,4 +96,16 @@ impl Phases {
     pub fn stop(&mut self, phase: Phase, since: Instant) {
         self.seconds[phase as usize] += since.elapsed().as_secs_f64();
     }
+}
+
+/// The numbers of all ranks, by rank.
+fn everyones(mine: &[f64], transport: &dyn Transport) -> Vec<Vec<f64>> {
+    let mine: Vec<u8> = mine.iter().flat_map(|number| number.to_le_bytes()).collect();
+    let numbers = |bytes: &Vec<u8>| bytes.as_chunks().0.iter().map(|chunk| f64::from_le_bytes(*chunk)).collect();
+    transport.all_gather(&mine).iter().map(numbers).collect()
+}
+
+fn mean_and_most(of: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
+    let ranks = of.clone().count() as f64;
+    [of.clone().sum::<f64>() / ranks, of.fold(0.0, f64::max)]
 }

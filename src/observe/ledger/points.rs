@@ -211,13 +211,15 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         Ok(Some(PointBalance { work_loads, work_bodies, work_ramp, holds, lost, transfer }))
     }
 
+    /// Whether this step is booked: of a continuum alone, where its energies are wanted or an account is kept.
+    pub(crate) fn books_points(&self) -> bool {
+        self.has_points() && !self.has_grains() && (self.forces_wanted || self.point_ledger.account.is_some())
+    }
+
     /// Between the step of the nodes and that of the points: books the work of the one, and energies of the other where they
     /// are wanted.
     pub(crate) fn book_points(&mut self) {
         let opens = self.point_ledger.account.as_ref().is_some_and(|account| account.start.is_none());
-        if !self.has_points() || self.has_grains() || !(self.forces_wanted || self.point_ledger.account.is_some()) {
-            return;
-        }
         let timer = self.phases.start();
         let Works([behind, ahead]) = self.works_on_nodes().merged(self.works_of_loads());
         self.point_ledger.stored = (self.forces_wanted || opens).then(|| {
