@@ -250,23 +250,29 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             };
             nodes::advance(sum, &grains, &gravity, dt, hold)
         };
-        let wanted = |tile: usize| mosaic.tiers[tile] == tier;
-        // The nodes of a block have their rows in its own tile.
-        let tiles = mosaic.owned.par_chunks(per_tile).zip(advanced[..rows].par_chunks_mut(len)).enumerate();
-        let booked = tiles.filter(|(tile, _)| wanted(*tile)).fold(Reactions::default, |mut booked, (tile, rows)| {
-            let (owned, advanced) = rows;
-            for (node, number) in owned.iter().zip(tile * per_tile..) {
-                advanced[node.row as usize - tile * len] = advance(node, number, &mut booked);
+        // Tiles whose nodes together are worth a task; the nodes of a block have their rows in its own tile.
+        let together = mosaic.tiles_per_task();
+        let wanted = |first: usize| (first..).zip(&mosaic.tiers[first..]).filter(move |(_, of)| **of == tier);
+        let tasks = advanced[..rows].par_chunks_mut(len * together).enumerate().map(|(task, advanced)| {
+            let (mut booked, first) = (Reactions::default(), task * together);
+            for (tile, _) in wanted(first).take_while(|(tile, _)| *tile < first + together) {
+                for number in tile * per_tile..(tile + 1) * per_tile {
+                    let node = &mosaic.owned[number];
+                    advanced[node.row as usize - first * len] = advance(node, number, &mut booked);
+                }
             }
             booked
         });
-        reactions.merge(&booked.reduce(Reactions::default, Reactions::merged));
+        reactions.merge(&tasks.reduce(Reactions::default, Reactions::merged));
         if coupled {
-            let tiles = mosaic.owned.par_chunks(per_tile).zip(grain_changes[..rows].par_chunks_mut(len)).enumerate();
-            tiles.filter(|(tile, _)| wanted(*tile)).for_each(|(tile, (owned, changes))| {
-                for (node, number) in owned.iter().zip(tile * per_tile..) {
-                    let row = node.row as usize;
-                    changes[row - tile * len] = nodes::correction(&sums[number], &grain_sums[number], &advanced[row]);
+            grain_changes[..rows].par_chunks_mut(len * together).enumerate().for_each(|(task, changes)| {
+                let first = task * together;
+                for (tile, _) in wanted(first).take_while(|(tile, _)| *tile < first + together) {
+                    for number in tile * per_tile..(tile + 1) * per_tile {
+                        let row = mosaic.owned[number].row as usize;
+                        changes[row - first * len] =
+                            nodes::correction(&sums[number], &grain_sums[number], &advanced[row]);
+                    }
                 }
             });
         }

@@ -5,6 +5,9 @@ use std::ops::Range;
 
 use crate::dem::segments::larger;
 
+/// Fewer rows are not worth a task of their own.
+const ROWS_PER_TASK: usize = 512;
+
 /// Calls `work(block, rows, tile)` for every block; `ranges` are its rows, and each block has `tile_len` entries of `tiles`.
 /// `ranges` must be contiguous and start where `rows` starts.
 pub fn over_blocks<A: Send, B: Send>(
@@ -27,8 +30,14 @@ fn halve<A: Send, B: Send>(
     tiles: &mut [B],
     work: &(impl Fn(usize, Range<usize>, &mut [A], &mut [B]) + Sync),
 ) {
-    if ranges.len() == 1 {
-        return work(first, ranges[0].clone(), rows, tiles);
+    if ranges.len() == 1 || rows.len() <= ROWS_PER_TASK {
+        let (mut rows, tiles) = (rows, tiles.chunks_exact_mut(tile_len));
+        for ((block, range), tile) in (first..).zip(ranges).zip(tiles) {
+            let (of_block, rest) = rows.split_at_mut(range.len());
+            work(block, range.clone(), of_block, tile);
+            rows = rest;
+        }
+        return;
     }
     let middle = ranges.len() / 2;
     let (ranges_left, ranges_right) = ranges.split_at(middle);
@@ -58,8 +67,15 @@ fn halve_rows<A: Send, B: Send>(
     beside: &mut [B],
     work: &(impl Fn(usize, &mut [A], &mut [B]) -> f64 + Sync),
 ) -> f64 {
-    if ranges.len() == 1 {
-        return work(first, rows, beside);
+    if ranges.len() == 1 || rows.len() <= ROWS_PER_TASK {
+        let (mut rows, mut beside, mut most) = (rows, beside, 0.0);
+        for (block, range) in (first..).zip(ranges) {
+            let (of_block, rest) = rows.split_at_mut(range.len());
+            let (beside_block, beside_rest) = beside.split_at_mut(if beside.is_empty() { 0 } else { range.len() });
+            most = larger(most, work(block, of_block, beside_block));
+            (rows, beside) = (rest, beside_rest);
+        }
+        return most;
     }
     let middle = ranges.len() / 2;
     let (ranges_left, ranges_right) = ranges.split_at(middle);

@@ -9,6 +9,8 @@ use crate::space::{Linear, Space};
 /// Words of a node's row: a line of the cache, changed all in step.
 pub const NODE_WORDS: usize = 8;
 
+const NODES_PER_TASK: usize = 512;
+
 /// What points bring to a node, weighted: mass (kg), momentum (N s), and internal and external force (N), in this order;
 /// the other words are zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -152,6 +154,11 @@ impl Mosaic {
         (self.owned.len() / self.tiles.max(1)).max(1)
     }
 
+    /// Tiles whose nodes together are worth a task.
+    pub fn tiles_per_task(&self) -> usize {
+        NODES_PER_TASK.div_ceil(self.owned_per_tile())
+    }
+
     /// Rows of tiles and of what other ranks send before summing.
     pub fn rows(&self) -> usize {
         self.tiles * self.nodes_per_tile
@@ -176,16 +183,15 @@ impl Mosaic {
         sums: &mut [T],
     ) {
         let per_tile = self.owned_per_tile();
-        sums.par_chunks_mut(per_tile).enumerate().filter(|(tile, _)| self.tiers[*tile] == tier).for_each(
-            |(tile, sums)| {
-                for (sum, starts) in sums.iter_mut().zip(self.source_starts[tile * per_tile..].windows(2)) {
-                    *sum = zero;
-                    for &source in &self.sources[starts[0] as usize..starts[1] as usize] {
-                        add(sum, &rows[source as usize]);
-                    }
+        let tiles = sums.par_chunks_mut(per_tile).with_min_len(self.tiles_per_task()).enumerate();
+        tiles.filter(|(tile, _)| self.tiers[*tile] == tier).for_each(|(tile, sums)| {
+            for (sum, starts) in sums.iter_mut().zip(self.source_starts[tile * per_tile..].windows(2)) {
+                *sum = zero;
+                for &source in &self.sources[starts[0] as usize..starts[1] as usize] {
+                    add(sum, &rows[source as usize]);
                 }
-            },
-        );
+            }
+        });
     }
 
     /// Margin rows of the tiles of one tier, and the rows that they copy.
