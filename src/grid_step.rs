@@ -27,9 +27,12 @@ enum Moment {
     Look,
 }
 
-/// Numbers of a grain's node in a message, and of a node's row with it.
-const GRAIN_WORDS: usize = 4;
-const COUPLED_WORDS: usize = NODE_WORDS + GRAIN_WORDS;
+/// Numbers of a node in a message, in the plane and in space: mass, momentum and force of points, mass and momentum of
+/// grains; velocity and its change for points, and the change for grains.
+const GATHERED: [usize; 2] = [5, 7];
+const GRAINS: [usize; 2] = [3, 4];
+const ADVANCED: [usize; 2] = [4, 6];
+const CHANGES: [usize; 2] = [2, 3];
 
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Whether grains and continuum share nodes.
@@ -154,33 +157,42 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     fn sum_tiles(&mut self, meanwhile: impl FnOnce(&mut Self)) {
         let work = |world: &mut Self| {
             meanwhile(world);
-            world.sum_side(Tier::Inner);
+            world.sum_tier(Tier::Inner);
         };
-        match self.is_coupled() {
-            false => self.travel(
-                |world| &mut world.nodes.gathered,
-                |world, row| world.tiles.gathered[row].0,
-                work,
-                |world, row, words: [f64; NODE_WORDS]| world.tiles.gathered[row] = Gathered::of(words),
-            ),
-            true => self.travel(
-                |world| &mut world.nodes.gathered,
-                |world, row| {
-                    let grains = &world.tiles.grains[row];
-                    packed::<S>(&world.tiles.gathered[row].0, grains.mass, &grains.momentum)
-                },
-                work,
-                |world, row, words| {
-                    let (node, mass, momentum) = unpacked::<S>(&words);
-                    world.tiles.gathered[row] = Gathered::of(node);
-                    world.tiles.grains[row] = GrainNode { mass, momentum };
-                },
-            ),
+        match (S::DIMENSION, self.is_coupled()) {
+            (2, false) => self.gather_rows::<{ GATHERED[0] }>(work),
+            (2, true) => self.gather_rows::<{ GATHERED[0] + GRAINS[0] }>(work),
+            (_, false) => self.gather_rows::<{ GATHERED[1] }>(work),
+            (_, true) => self.gather_rows::<{ GATHERED[1] + GRAINS[1] }>(work),
         }
-        self.sum_side(Tier::Border);
+        self.sum_tier(Tier::Border);
     }
 
-    fn sum_side(&mut self, tier: Tier) {
+    /// Rows of tiles to the owners of their nodes: what points bring, and behind it what grains do.
+    fn gather_rows<const W: usize>(&mut self, meanwhile: impl FnOnce(&mut Self)) {
+        let grains = GATHERED[S::DIMENSION - 2];
+        self.travel(
+            |world| &mut world.nodes.gathered,
+            |world, row| {
+                let mut words = first_words::<W>(&world.tiles.gathered[row].0);
+                if let Some(of_grains) = world.tiles.grains.get(row) {
+                    words[grains] = of_grains.mass;
+                    (0..S::DIMENSION).for_each(|axis| words[grains + 1 + axis] = of_grains.momentum[axis]);
+                }
+                words
+            },
+            meanwhile,
+            |world, row, words: [f64; W]| {
+                world.tiles.gathered[row] = Gathered::of(padded(&words[..grains]));
+                if let Some(of_grains) = world.tiles.grains.get_mut(row) {
+                    of_grains.mass = words[grains];
+                    of_grains.momentum.as_mut_slice().copy_from_slice(&words[grains + 1..]);
+                }
+            },
+        );
+    }
+
+    fn sum_tier(&mut self, tier: Tier) {
         let timer = self.phases.start();
         self.tiles.sum(&self.nodes.mosaic, tier);
         self.phases.stop(Phase::Nodes, timer);
@@ -194,26 +206,36 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             world.fill_margins(Tier::Inner);
             gather(world, Tier::Inner);
         };
-        match self.is_coupled() {
-            false => self.travel(
-                |world| &mut world.nodes.advanced,
-                |world, row| world.tiles.advanced[row].0,
-                work,
-                |world, row, words: [f64; NODE_WORDS]| world.tiles.advanced[row] = Advanced::of(words),
-            ),
-            true => self.travel(
-                |world| &mut world.nodes.advanced,
-                |world, row| packed::<S>(&world.tiles.advanced[row].0, 0.0, &world.tiles.grain_changes[row]),
-                work,
-                |world, row, words| {
-                    let (node, _, change) = unpacked::<S>(&words);
-                    world.tiles.advanced[row] = Advanced::of(node);
-                    world.tiles.grain_changes[row] = change;
-                },
-            ),
+        match (S::DIMENSION, self.is_coupled()) {
+            (2, false) => self.spread_rows::<{ ADVANCED[0] }>(work),
+            (2, true) => self.spread_rows::<{ ADVANCED[0] + CHANGES[0] }>(work),
+            (_, false) => self.spread_rows::<{ ADVANCED[1] }>(work),
+            (_, true) => self.spread_rows::<{ ADVANCED[1] + CHANGES[1] }>(work),
         }
         self.fill_margins(Tier::Border);
         gather(self, Tier::Border);
+    }
+
+    /// Rows of nodes to the margins of others' tiles: what points take, and behind it what grains do.
+    fn spread_rows<const W: usize>(&mut self, meanwhile: impl FnOnce(&mut Self)) {
+        let changes = ADVANCED[S::DIMENSION - 2];
+        self.travel(
+            |world| &mut world.nodes.advanced,
+            |world, row| {
+                let mut words = first_words::<W>(&world.tiles.advanced[row].0);
+                if let Some(change) = world.tiles.grain_changes.get(row) {
+                    (0..S::DIMENSION).for_each(|axis| words[changes + axis] = change[axis]);
+                }
+                words
+            },
+            meanwhile,
+            |world, row, words: [f64; W]| {
+                world.tiles.advanced[row] = Advanced::of(padded(&words[..changes]));
+                if let Some(change) = world.tiles.grain_changes.get_mut(row) {
+                    change.as_mut_slice().copy_from_slice(&words[changes..]);
+                }
+            },
+        );
     }
 
     fn fill_margins(&mut self, tier: Tier) {
@@ -327,20 +349,14 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     }
 }
 
-fn packed<S: Space>(node: &[f64; NODE_WORDS], number: f64, vector: &S::Vector) -> [f64; COUPLED_WORDS] {
-    let mut words = [0.0; COUPLED_WORDS];
-    words[..NODE_WORDS].copy_from_slice(node);
-    words[NODE_WORDS] = number;
-    for axis in 0..S::DIMENSION {
-        words[NODE_WORDS + 1 + axis] = vector[axis];
-    }
-    words
+/// The first words of a node's row, or all of them; zero behind.
+fn first_words<const W: usize>(node: &[f64; NODE_WORDS]) -> [f64; W] {
+    std::array::from_fn(|word| if word < NODE_WORDS { node[word] } else { 0.0 })
 }
 
-fn unpacked<S: Space>(words: &[f64; COUPLED_WORDS]) -> ([f64; NODE_WORDS], f64, S::Vector) {
-    let mut vector = S::Vector::zero();
-    for axis in 0..S::DIMENSION {
-        vector[axis] = words[NODE_WORDS + 1 + axis];
-    }
-    (*words.first_chunk().expect("a node's row comes first"), words[NODE_WORDS], vector)
+/// A node's row from its first words.
+fn padded(words: &[f64]) -> [f64; NODE_WORDS] {
+    let mut node = [0.0; NODE_WORDS];
+    node[..words.len()].copy_from_slice(words);
+    node
 }

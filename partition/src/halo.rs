@@ -74,12 +74,11 @@ impl Halo {
     pub fn pack<const W: usize>(&self, buffers: &mut HaloBuffers, pack: impl Fn(u32) -> [f64; W]) {
         buffers.outgoing.resize_with(self.sends.len(), Vec::new);
         for (bytes, (_, rows)) in buffers.outgoing.iter_mut().zip(&self.sends) {
-            bytes.clear();
-            bytes.reserve(rows.len() * row_bytes::<W>());
-            for &row in rows {
-                for value in pack(row) {
-                    bytes.extend_from_slice(&value.to_le_bytes());
-                }
+            bytes.resize(rows.len() * row_bytes::<W>(), 0);
+            let (values, _) = bytes.as_chunks_mut();
+            let (values, _) = values.as_chunks_mut::<W>();
+            for (values, &row) in values.iter_mut().zip(rows) {
+                *values = pack(row).map(f64::to_le_bytes);
             }
         }
     }
