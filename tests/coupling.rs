@@ -7,6 +7,7 @@ use scree::mpm::nodes;
 use scree::mpm::tile::{Gathered, GrainNode};
 use scree::space::{Plane, Space};
 use scree::symmetric::Symmetric;
+use scree_partition::transport::threads;
 use scree_partition::{Solo, Transport};
 
 use crate::worlds::{Grain, PlanarWorld, Random, Vector, contact, grain, material, open_world, settings};
@@ -85,7 +86,10 @@ fn shaken(transport: &dyn Transport) -> PlanarWorld<'_> {
         grain.hot.velocity = Vector::new(0.5 + 0.3 * random.signed(), 0.3 * random.signed());
         grain.hot.spin[0] = 200.0 * random.signed();
     }
-    coupled_world(transport, grains, points)
+    match transport.rank() {
+        0 => coupled_world(transport, grains, points),
+        _ => coupled_world(transport, Vec::new(), Vec::new()),
+    }
 }
 
 #[test]
@@ -212,4 +216,50 @@ fn a_rigid_translation_stays_rigid() {
     }
     println!("rigid translation: velocity {:.1e}, way {:.1e}, strain {:.1e}", worst[0], worst[1], worst[2]);
     assert!(worst[0] < 1e-11 && worst[1] < 1e-11 && worst[2] < 1e-11, "velocity, way, strain: {worst:?}");
+}
+
+/// Grains, points and momenta of the whole world, and the grains of each rank.
+fn tally(world: &PlanarWorld) -> ([i64; 2], [f64; 2], Vec<i64>) {
+    let ranks = world.transport.size();
+    let mut counts = vec![0; 2 + ranks];
+    counts[0] = world.grains.owned as i64;
+    counts[1] = world.points.len() as i64;
+    counts[2 + world.transport.rank()] = world.grains.owned as i64;
+    world.transport.sum(&mut counts);
+    let momentum = world.ledger().unwrap().momentum;
+    ([counts[0], counts[1]], [momentum[0], momentum[1]], counts[2..].to_vec())
+}
+
+/// A zone that lies across the border of two ranks, then all on the one, then all on the other: nothing is lost on the way,
+/// the momentum is the same number, and what follows is what one rank makes of it.
+#[test]
+fn a_zone_moves_from_rank_to_rank_with_all_that_is_in_it() {
+    const LEG: u64 = 20;
+    let alone = {
+        let mut world = shaken(&Solo);
+        (0..3 * LEG).for_each(|_| world.advance().unwrap());
+        tally(&world)
+    };
+    let moved = threads::run(2, |rank| {
+        let mut world = shaken(&rank);
+        let blocks = world.layout.block_count();
+        // A rank whose first or last block outweighs all others has that block alone.
+        let heavy =
+            |heavy: usize| (0..blocks).map(|block| if block == heavy { 1 << 40 } else { 1 }).collect::<Vec<u64>>();
+        let mut seen = Vec::new();
+        for weights in [vec![1; blocks], heavy(0), heavy(blocks - 1)] {
+            let before = tally(&world);
+            world.deal_by(&weights).unwrap();
+            let after = tally(&world);
+            assert_eq!((before.0, before.1), (after.0, after.1), "a deal changed counts or momentum");
+            seen.push(after.2);
+            (0..LEG).for_each(|_| world.advance().unwrap());
+        }
+        (seen, tally(&world))
+    });
+    let (seen, end) = &moved[0];
+    let all = alone.0[0];
+    assert!(seen[0].iter().all(|grains| *grains > all / 4), "the zone does not cross the border: {seen:?}");
+    assert_eq!(seen[1..], [vec![0, all], vec![all, 0]], "the zone did not move whole");
+    assert_eq!((end.0, end.1), (alone.0, alone.1), "two ranks end otherwise than one");
 }

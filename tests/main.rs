@@ -56,6 +56,8 @@ mod mpirun;
 mod oracle;
 /// Uniform stress stays uniform under every scheme, between walls too, and a linear velocity has one gradient.
 mod patches;
+/// Worlds made at random end in the same bits however many ranks hold them and however blocks are dealt between steps.
+mod random_worlds;
 /// A job that is right, broken in one place, and its refusal, which the tests of wrong jobs share; it claims nothing itself.
 mod refusals;
 /// Records of LAMMPS and YADE are repeated to round-off: collisions, a relaxing packing, a sheared cell.
