@@ -98,6 +98,16 @@ type Place = (usize, u32);
 /// arrived one.
 type Standing = (Place, u64, u32);
 
+/// What travels between ranks when rows settle.
+#[derive(Clone, Copy, Debug)]
+enum Travel {
+    Points,
+    Grains,
+    Ghosts,
+}
+
+const TRAVELS: u64 = 3;
+
 /// Rows in their new order.
 pub(crate) struct Moved<T> {
     /// Where each comes from, as in [`Standing`].
@@ -170,6 +180,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             stop_wanted: false,
             stop_agreed: false,
             rebuilds: 0,
+            settlings: 0,
             phases: Phases::default(),
             ledger: None,
             point_ledger: PointLedger::default(),
@@ -274,6 +285,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         fresh: Vec<Row<S, C>>,
         fresh_points: Vec<Point<S, L::Memory>>,
     ) -> Result<(), Error> {
+        self.settlings += 1;
         self.settle_points(fresh_points)?;
         self.settle_grains(fresh)?;
         self.check_counts()?;
@@ -291,8 +303,9 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let (order, to_ranks) =
             self.part(&places, held, |row| self.points.cold[row].id.0, |row| self.points.row(row), fresh);
         self.count_leaving(&to_ranks);
-        let moved =
-            self.join(order, held, to_ranks, |point| Ok((self.block_of_point(&point.cold)?, point.cold.id.0)))?;
+        let moved = self.join(Travel::Points, (order, held), to_ranks, |point| {
+            Ok((self.block_of_point(&point.cold)?, point.cold.id.0))
+        })?;
         self.points.take_order(&moved);
         self.point_ranges = moved.ranges;
         Ok(())
@@ -319,7 +332,9 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         drop(places);
         self.count_leaving(&to_ranks);
         self.contacts.clear();
-        let moved = self.join(order, owned, to_ranks, |row| Ok((self.block_of_grain(&row.cold)?, row.cold.id.0)))?;
+        let moved = self.join(Travel::Grains, (order, owned), to_ranks, |row| {
+            Ok((self.block_of_grain(&row.cold)?, row.cold.id.0))
+        })?;
         self.grains.hot = moved.ordered(&self.grains.hot, |row| row.hot);
         self.grains.cold = moved.ordered(&self.grains.cold, |row| row.cold);
         let Moved { sources, arrived, ranges, .. } = moved;
@@ -368,10 +383,15 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         Ok(())
     }
 
+    /// The number of an exchange, which all ranks count alike.
+    fn number_of(&self, travel: Travel) -> u64 {
+        self.settlings * TRAVELS + travel as u64
+    }
+
     /// Rows that stay are not packed; the others travel in parcels.
-    fn migrate<T: transfer::Cargo>(&self, mut to_ranks: Vec<Vec<T>>) -> Result<Vec<T>, Error> {
+    fn migrate<T: transfer::Cargo>(&self, travel: Travel, mut to_ranks: Vec<Vec<T>>) -> Result<Vec<T>, Error> {
         let mut rows = std::mem::take(&mut to_ranks[self.transport.rank()]);
-        for arrived in transfer::exchange(self.transport, to_ranks)? {
+        for arrived in transfer::exchange(self.transport, self.number_of(travel), to_ranks)? {
             rows.extend(arrived);
         }
         Ok(rows)
@@ -403,12 +423,12 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     /// Sends the parcels, and puts those that arrive among those that stay; `stands` says where one does.
     fn join<T: transfer::Cargo>(
         &self,
-        mut order: Vec<Standing>,
-        held: usize,
+        travel: Travel,
+        (mut order, held): (Vec<Standing>, usize),
         to_ranks: Vec<Vec<T>>,
         stands: impl Fn(&T) -> Result<(Place, u64), Error>,
     ) -> Result<Moved<T>, Error> {
-        let arrived = self.migrate(to_ranks)?;
+        let arrived = self.migrate(travel, to_ranks)?;
         for (number, row) in arrived.iter().enumerate() {
             let (place, id) = stands(row)?;
             order.push((place, id, (held + number) as u32));
@@ -508,7 +528,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             rows.dedup();
         }
         let outgoing = rows_to.iter().map(|rows| rows.iter().map(copy).collect()).collect();
-        let incoming = transfer::exchange::<Row<S, C>>(self.transport, outgoing)?;
+        let incoming = transfer::exchange::<Row<S, C>>(self.transport, self.number_of(Travel::Ghosts), outgoing)?;
         // Exactly, since growing would double the arrays of owned rows as well.
         let copies = incoming.iter().map(Vec::len).sum();
         self.grains.hot.reserve_exact(copies);

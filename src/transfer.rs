@@ -1,6 +1,6 @@
 //! Rows as parcels: how grains and points travel between ranks, and how ranks agree on a failure.
 
-use scree_partition::{ParcelError, Reader, Transport, Writer, exchange_rows};
+use scree_partition::{ParcelError, Reader, Route, Transport, Writer, exchange_rows};
 
 use crate::dem::grains::{GrainRow, Mover};
 use crate::error::Error;
@@ -52,14 +52,18 @@ impl<S: Space, M: MaterialMemory> Cargo for Point<S, M> {
     }
 }
 
-/// A sealed parcel of rows.
+/// A sealed parcel of rows, for all who want it.
 pub fn pack<T: Cargo>(rows: &mut [T]) -> Vec<u8> {
+    pack_for(rows, Route::default())
+}
+
+fn pack_for<T: Cargo>(rows: &mut [T], route: Route) -> Vec<u8> {
     let mut writer = Writer::new();
     for row in rows.iter_mut() {
         row.visit(&mut ToParcel(&mut writer));
         row.pack_rest(&mut writer);
     }
-    writer.finish(rows.len() as u64)
+    writer.finish_for(rows.len() as u64, route)
 }
 
 /// The rows of a sealed parcel; no bytes are no rows.
@@ -83,11 +87,15 @@ pub fn unpack<T: Cargo>(parcel: &[u8]) -> Result<Vec<T>, ParcelError> {
     Ok(rows)
 }
 
-/// Hands `outgoing[r]` to rank r and returns what came, by sender.
-pub fn exchange<T: Cargo>(transport: &dyn Transport, outgoing: Vec<Vec<T>>) -> Result<Vec<Vec<T>>, Error> {
-    let parcels =
-        outgoing.into_iter().map(|mut rows| if rows.is_empty() { Vec::new() } else { pack(&mut rows) }).collect();
-    let incoming = exchange_rows(transport, parcels).map_err(|error| Error::Run(error.to_string()))?;
+/// Hands `outgoing[r]` to rank r and returns what came, by sender; all ranks count their exchanges by `number`.
+pub fn exchange<T: Cargo>(transport: &dyn Transport, number: u64, outgoing: Vec<Vec<T>>) -> Result<Vec<Vec<T>>, Error> {
+    let sender = transport.rank() as u32;
+    let parcel = |(receiver, mut rows): (usize, Vec<T>)| match rows.is_empty() {
+        true => Vec::new(),
+        false => pack_for(&mut rows, Route { sender, receiver: receiver as u32, number }),
+    };
+    let parcels = outgoing.into_iter().enumerate().map(parcel).collect();
+    let incoming = exchange_rows(transport, number, parcels).map_err(|error| Error::Run(error.to_string()))?;
     incoming.iter().map(|parcel| unpack(parcel).map_err(|error| Error::Run(error.to_string()))).collect()
 }
 

@@ -86,6 +86,8 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub stop_wanted: bool,
     pub stop_agreed: bool,
     pub rebuilds: u64,
+    /// Times that rows have settled: parcels are numbered by it.
+    pub(crate) settlings: u64,
     pub phases: Phases,
     /// Where the work goes, if that is to be known.
     pub(crate) ledger: Option<Box<EnergyLedger<S, C>>>,

@@ -29,7 +29,7 @@ pub use cut::cut;
 pub use halo::{Halo, HaloBuffers, HaloCounts};
 pub use lattice::{Lattice, LatticeError, offsets};
 pub use migrate::exchange_rows;
-pub use parcel::{ParcelError, Reader, Writer};
+pub use parcel::{ParcelError, Reader, Route, Writer};
 pub use reduce::{ExactSum, SumError};
 #[cfg(feature = "mpi")]
 pub use transport::Mpi;

@@ -1,14 +1,34 @@
 //! Rows in flight: little-endian bytes, sealed against loss and damage.
 //!
-//! A sealed parcel is its content followed by four u64: rows, length of the content in bytes,
-//! checksum of content, rows and length, and a magic word. The seal comes last so that sealing
-//! moves nothing.
+//! A sealed parcel is its content followed by six u64: rows, sender and receiver, number of the
+//! exchange, length of the content in bytes, checksum of all that, and a magic word. The seal comes
+//! last so that sealing moves nothing.
 
 use crate::checksum::checksum;
+use std::fmt::{self, Display, Formatter};
 use thiserror::Error;
 
-const MAGIC: u64 = u64::from_le_bytes(*b"scree/p1");
-const SEAL_BYTES: usize = 4 * 8;
+const MAGIC: u64 = u64::from_le_bytes(*b"scree/p2");
+const SEAL_BYTES: usize = 6 * 8;
+/// Bytes of the seal that the checksum covers.
+const SUMMED_BYTES: usize = 4 * 8;
+
+/// Where a parcel goes: both ranks, and the exchange it belongs to, which all ranks count alike.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Route {
+    /// Rank that seals it.
+    pub sender: u32,
+    /// Rank that opens it.
+    pub receiver: u32,
+    /// Number of the exchange.
+    pub number: u64,
+}
+
+impl Display for Route {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "number {} from rank {} to rank {}", self.number, self.sender, self.receiver)
+    }
+}
 
 /// What is wrong with a parcel. Any of these means damage in flight or two ranks that disagree:
 /// rows would be lost, so the run must stop.
@@ -38,6 +58,14 @@ pub enum ParcelError {
         sealed: u64,
         /// Checksum of what arrived.
         found: u64,
+    },
+    /// A sound parcel, but another one.
+    #[error("this parcel is {found}, and {due} is due: parcels came out of order")]
+    Misrouted {
+        /// What the seal says.
+        found: Route,
+        /// What was expected.
+        due: Route,
     },
     /// More was asked of the parcel than it holds.
     #[error("{wanted} bytes were read where {left} are left")]
@@ -175,9 +203,15 @@ impl Writer {
         self.bytes.clear();
     }
 
-    /// Seals the parcel as holding `rows` rows.
-    pub fn finish(mut self, rows: u64) -> Vec<u8> {
-        self.u64_array([rows, self.bytes.len() as u64]);
+    /// Seals the parcel as holding `rows` rows, for whoever opens it.
+    pub fn finish(self, rows: u64) -> Vec<u8> {
+        self.finish_for(rows, Route::default())
+    }
+
+    /// Seals the parcel as holding `rows` rows, for one receiver in one exchange.
+    pub fn finish_for(mut self, rows: u64, route: Route) -> Vec<u8> {
+        let ranks = u64::from(route.sender) << 32 | u64::from(route.receiver);
+        self.u64_array([rows, ranks, route.number, self.bytes.len() as u64]);
         let sum = checksum(&self.bytes);
         self.u64_array([sum, MAGIC]);
         self.bytes
@@ -190,21 +224,35 @@ impl<'a> Reader<'a> {
     /// # Errors
     /// When the bytes are not a whole, undamaged parcel.
     pub fn open(bytes: &'a [u8]) -> Result<(Self, u64), ParcelError> {
+        Self::open_any(bytes).map(|(reader, rows, _)| (reader, rows))
+    }
+
+    /// Opens a parcel that was sealed for this route.
+    ///
+    /// # Errors
+    /// When the bytes are not a whole, undamaged parcel, or another one.
+    pub fn open_on(bytes: &'a [u8], due: Route) -> Result<(Self, u64), ParcelError> {
+        let (reader, rows, found) = Self::open_any(bytes)?;
+        if found == due { Ok((reader, rows)) } else { Err(ParcelError::Misrouted { found, due }) }
+    }
+
+    fn open_any(bytes: &'a [u8]) -> Result<(Self, u64, Route), ParcelError> {
         let Some(content) = bytes.len().checked_sub(SEAL_BYTES) else {
             return Err(ParcelError::TooShort { bytes: bytes.len() });
         };
-        let [rows, length, sum, magic] = Reader::plain(&bytes[content..]).u64_array()?;
+        let [rows, ranks, number, length, sum, magic] = Reader::plain(&bytes[content..]).u64_array()?;
         if magic != MAGIC {
             return Err(ParcelError::Unsealed);
         }
         if length != content as u64 {
             return Err(ParcelError::Length { sealed: length, found: content as u64 });
         }
-        let found = checksum(&bytes[..content + 16]);
+        let found = checksum(&bytes[..content + SUMMED_BYTES]);
         if sum != found {
             return Err(ParcelError::Checksum { sealed: sum, found });
         }
-        Ok((Self::plain(&bytes[..content]), rows))
+        let route = Route { sender: (ranks >> 32) as u32, receiver: ranks as u32, number };
+        Ok((Self::plain(&bytes[..content]), rows, route))
     }
 
     /// A reader of bytes that were not sealed.
@@ -304,6 +352,22 @@ mod tests {
         assert_eq!(
             Reader::plain(writer.as_bytes()).f64_slice(),
             Err(ParcelError::Exhausted { wanted: usize::MAX, left: 0 })
+        );
+    }
+
+    #[test]
+    fn another_exchange_s_parcel_is_not_taken_for_this_one_s() {
+        let due = Route { sender: 1, receiver: 2, number: 7 };
+        let parcel = |route: Route| Writer::new().finish_for(0, route);
+        assert!(Reader::open_on(&parcel(due), due).is_ok());
+        for found in [Route { number: 6, ..due }, Route { sender: 3, ..due }, Route { receiver: 0, ..due }] {
+            let error = Reader::open_on(&parcel(found), due).unwrap_err();
+            assert_eq!(error, ParcelError::Misrouted { found, due });
+        }
+        let words = Reader::open_on(&parcel(Route { number: 6, ..due }), due).unwrap_err().to_string();
+        assert_eq!(
+            words,
+            "this parcel is number 6 from rank 1 to rank 2, and number 7 from rank 1 to rank 2 is due: parcels came out of order"
         );
     }
 }

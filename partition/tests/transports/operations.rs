@@ -1,6 +1,6 @@
 //! What each operation must do, for any transport and any number of ranks.
 
-use scree_partition::{ExactSum, Halo, HaloBuffers, Reader, Transport, Writer, exchange_rows};
+use scree_partition::{ExactSum, Halo, HaloBuffers, Reader, Route, Transport, Writer, exchange_rows};
 
 /// Runs every operation, twice, so that whatever one leaves behind would disturb the next. All
 /// ranks call it.
@@ -136,10 +136,10 @@ fn migration(ranks: &dyn Transport) {
     let parcel = |from: usize, to: usize| {
         let mut writer = Writer::new();
         writer.u64_array([from as u64, to as u64]);
-        writer.finish(1)
+        writer.finish_for(1, Route { sender: from as u32, receiver: to as u32, number: 3 })
     };
     let outgoing = (0..ranks.size()).map(|to| parcel(ranks.rank(), to)).collect();
-    for (from, bytes) in exchange_rows(ranks, outgoing).unwrap().iter().enumerate() {
+    for (from, bytes) in exchange_rows(ranks, 3, outgoing).unwrap().iter().enumerate() {
         let (mut reader, rows) = Reader::open(bytes).unwrap();
         assert_eq!(rows, 1);
         assert_eq!(reader.u64_array().unwrap(), [from as u64, ranks.rank() as u64]);
