@@ -139,6 +139,12 @@ impl<S: Space> Body<S> {
         }
     }
 
+    /// Whether its own account of the step asks for nodes: a plate takes what its nodes give, a servo moves what it holds.
+    /// What nodes do to other bodies is counted where they are held.
+    pub fn feels_nodes(&self) -> bool {
+        matches!(self.shape, Shape::Plate { .. }) || (self.grip.is_some() && self.servo.is_some())
+    }
+
     /// Whether grains touch it by contacts, beside those glued to it.
     pub fn is_touched(&self) -> bool {
         matches!(self.shape, Shape::Plane { .. } | Shape::Box { .. } | Shape::Cylinder { .. })

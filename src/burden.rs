@@ -33,7 +33,29 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     }
 
     fn accelerate<const SLOTS: usize>(&mut self) -> Result<(), Error> {
-        let mut sums = ExactSum::<SLOTS>::new();
+        // The same on every rank, for what all of them know alone decides it.
+        let feels_nodes = self.has_points() && self.bodies.iter().any(Body::feels_nodes);
+        let mut sums = [0.0; SLOTS];
+        if self.has_grains() || feels_nodes {
+            let mut here = ExactSum::<SLOTS>::new();
+            self.add_grains(&mut here);
+            if feels_nodes {
+                self.add_nodes(&mut here);
+            }
+            sums = here.reduce(self.transport).map_err(|error| {
+                Error::Run(format!("step {}: the forces on the bodies are not finite or beyond reason ({error}); the run is unstable: check the time step and the last frames", self.step))
+            })?;
+        }
+        // Velocities are those of the middle of the step, so that the way of a body is the integral of its path.
+        let time = self.time() + 0.5 * self.settings.dt;
+        for (body, slots) in self.bodies.iter_mut().zip(sums.chunks_exact(BODY_SLOTS)) {
+            body.accelerate(&burden(slots), time, self.settings.dt);
+        }
+        Ok(())
+    }
+
+    /// What the grains of this rank do to the bodies that they are glued to or touch.
+    fn add_grains<const SLOTS: usize>(&self, sums: &mut ExactSum<SLOTS>) {
         let mut add = |body: usize, force: S::Vector, torque: S::Spin| {
             for axis in 0..S::DIMENSION {
                 sums.add(BODY_SLOTS * body + axis, force[axis]);
@@ -49,56 +71,52 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 add(body as usize, force, self.grains.torque[row] + S::moment(&arm, &force));
             }
         }
-        self.walls.burdens(&self.bodies, &mut add);
-        let gravity = self.gravity_now();
-        let mut add_node = |body: usize, momentum: &S::Vector, mass: f64| {
+        self.walls.burdens(&self.bodies, add);
+    }
+
+    /// What the nodes of this rank bring along that bodies move with them.
+    fn add_nodes<const SLOTS: usize>(&self, sums: &mut ExactSum<SLOTS>) {
+        let (gravity, dt) = (self.gravity_now(), self.settings.dt);
+        let mut add = |body: usize, momentum: &S::Vector, mass: f64| {
             for axis in 0..S::DIMENSION {
                 sums.add(BODY_SLOTS * body + 6 + axis, momentum[axis]);
             }
             sums.add(BODY_SLOTS * body + 9, mass);
         };
-        if self.has_points() {
-            for (node, sum) in self.nodes.mosaic.owned.iter().zip(&self.tiles.sums) {
-                let holder = Self::holder(&self.bodies, self.node_height(node.place), self.layout.cell);
-                if sum.mass() <= 0.0 {
-                    continue;
-                }
-                let momentum =
-                    sum.momentum() + sum.force() * self.settings.dt + gravity * (sum.mass() * self.settings.dt);
-                if let Some(body) = holder {
-                    add_node(body, &momentum, sum.mass());
-                } else {
-                    let place: S::Vector = self.layout.node_at(node.place);
-                    for (body, held) in self.bodies.iter().enumerate() {
-                        let place = place_beside(held, &self.cell, &place);
-                        if let Some((momentum, mass)) = held.carried(&place, &momentum, sum.mass()) {
-                            add_node(body, &momentum, mass);
-                        }
-                    }
+        for (node, sum) in self.nodes.mosaic.owned.iter().zip(&self.tiles.sums) {
+            if sum.mass() <= 0.0 {
+                continue;
+            }
+            let momentum = sum.momentum() + sum.force() * dt + gravity * (sum.mass() * dt);
+            if let Some(body) = Self::holder(&self.bodies, self.node_height(node.place), self.layout.cell) {
+                add(body, &momentum, sum.mass());
+                continue;
+            }
+            let place: S::Vector = self.layout.node_at(node.place);
+            for (body, held) in self.bodies.iter().enumerate() {
+                let place = place_beside(held, &self.cell, &place);
+                if let Some((momentum, mass)) = held.carried(&place, &momentum, sum.mass()) {
+                    add(body, &momentum, mass);
                 }
             }
         }
-        let sums = sums.reduce(self.transport).map_err(|error| {
-            Error::Run(format!("step {}: the forces on the bodies are not finite or beyond reason ({error}); the run is unstable: check the time step and the last frames", self.step))
-        })?;
-        // Velocities are those of the middle of the step, so that the way of a body is the integral of its path.
-        let time = self.time() + 0.5 * self.settings.dt;
-        for (body, slots) in self.bodies.iter_mut().zip(sums.chunks_exact(BODY_SLOTS)) {
-            let mut burden: Burden<S> = Burden {
-                force: S::Vector::zero(),
-                torque: S::Spin::zero(),
-                node_mass: slots[9],
-                node_momentum: S::Vector::zero(),
-            };
-            for axis in 0..S::DIMENSION {
-                burden.force[axis] = slots[axis];
-                burden.node_momentum[axis] = slots[6 + axis];
-            }
-            for axis in 0..S::Spin::COMPONENTS {
-                burden.torque[axis] = slots[3 + axis];
-            }
-            body.accelerate(&burden, time, self.settings.dt);
-        }
-        Ok(())
     }
+}
+
+/// The burden of a body from its sums.
+fn burden<S: Space>(slots: &[f64]) -> Burden<S> {
+    let mut burden: Burden<S> = Burden {
+        force: S::Vector::zero(),
+        torque: S::Spin::zero(),
+        node_mass: slots[9],
+        node_momentum: S::Vector::zero(),
+    };
+    for axis in 0..S::DIMENSION {
+        burden.force[axis] = slots[axis];
+        burden.node_momentum[axis] = slots[6 + axis];
+    }
+    for axis in 0..S::Spin::COMPONENTS {
+        burden.torque[axis] = slots[3 + axis];
+    }
+    burden
 }

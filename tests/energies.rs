@@ -1,33 +1,18 @@
 //! The account of a continuum's energy.
 
 use scree::body::Shape;
-use scree::continuum::setup;
 use scree::law::material::Hencky;
 use scree::mpm::boundary::Grip;
-use scree::scenario::Job;
 use scree::space::Plane;
 use scree_partition::Solo;
 
-use crate::runs::{Ran, SHAPES, TRANSFERS, UPDATES, parse, schemes};
+use crate::runs::{Ran, SHAPES, TRANSFERS, UPDATES, elastic, point_world, schemes};
 
 /// A heavy elastic block between rollers, pulled at its side, under a plate that comes down; gravity rises at first.
 pub fn pressed(scheme: &str, step: f64) -> String {
-    format!(
+    let grid = "space = \"plane\"\nupper = [0.8, 0.8]\ncell = 0.1\ndepth = 1";
+    let rest = format!(
         r#"
-        name = "pressed"
-        [grid]
-        space = "plane"
-        upper = [0.8, 0.8]
-        cell = 0.1
-        depth = 1
-        [scheme]
-        {scheme}
-        points_per_cell = 2
-        [material]
-        law = "hencky"
-        density = 1000
-        young_modulus = 2e5
-        poisson_ratio = 0.3
         [gravity]
         acceleration = [0, -10]
         ramp = 0.05
@@ -59,7 +44,8 @@ pub fn pressed(scheme: &str, step: f64) -> String {
         series_interval = {step}
         ledger = true
         "#
-    )
+    );
+    elastic("pressed", grid, scheme, [2e5, 0.3], &rest)
 }
 
 /// What an account says at its end, J.
@@ -84,28 +70,51 @@ fn account(text: &str) -> Account {
     }
 }
 
-/// What each scheme loses, and that without damping it is the less the shorter the step is.
+/// Percent of the work that each scheme loses at a step and at a quarter of it, stress first or modified last, and last: a row a
+/// shape and transfer, in the order of the loops below.
+const LOST: [[[f64; 2]; 2]; 12] = [
+    // uGIMP: FLIP, FLIP 0.99, PIC, APIC; then quadratic, then cubic splines.
+    [[-0.3, -0.1], [0.0, 0.2]],
+    [[-0.5, 0.9], [-0.5, 1.0]],
+    [[-6.8, 13.1], [-7.9, 12.7]],
+    [[-1.1, 1.2], [-1.1, 1.3]],
+    [[-1.3, -0.2], [5.7, 3.0]],
+    [[-1.4, 2.0], [5.4, 5.1]],
+    [[-6.0, 16.4], [-0.8, 19.1]],
+    [[-2.2, 2.0], [4.6, 5.1]],
+    [[-11.0, -2.8], [12.1, 7.5]],
+    [[-9.0, 2.1], [13.5, 12.2]],
+    [[-5.4, 20.5], [8.9, 26.7]],
+    [[-9.7, 0.8], [11.8, 10.7]],
+];
+
+/// What each scheme loses is what it is known to lose; without damping it is the less the shorter the step is.
 #[test]
 fn work_goes_where_the_account_says() {
     let blends = ["flip = 1.0", "flip = 0.99", "flip = 0.0"].map(|flip| format!("transfer = \"blend\"\n{flip}"));
-    for shape in &SHAPES[1..] {
+    let transfers: Vec<&str> = blends.iter().map(String::as_str).chain([TRANSFERS[1]]).collect();
+    let rows = SHAPES[1..].iter().flat_map(|shape| transfers.iter().map(move |transfer| (shape, transfer)));
+    for ((shape, transfer), known) in rows.zip(LOST) {
         for update in UPDATES {
-            for transfer in blends.iter().map(String::as_str).chain([TRANSFERS[1]]) {
-                let scheme = format!("shape = \"{shape}\"\nupdate = \"{update}\"\n{transfer}");
-                let [coarse, fine] = [1e-3, 2.5e-4].map(|step| account(&pressed(&scheme, step)));
-                let shares =
-                    [&coarse, &fine].map(|of| [of.holds, of.lost, of.transfer].map(|part| 100.0 * part / of.work));
-                println!(
-                    "{:60} work {:.1} J, stored {:.1} J; holds, lost, of which in transfers, %: {:.2?}, at a quarter of the step {:.2?}",
-                    scheme.replace('\n', " "),
-                    coarse.work,
-                    coarse.stored,
-                    shares[0],
-                    shares[1],
-                );
-                if transfer == blends[0] {
-                    assert!(shares[1][1].abs() < 0.7 * shares[0][1].abs().max(1.0), "{scheme}");
-                }
+            let scheme = format!("shape = \"{shape}\"\nupdate = \"{update}\"\n{transfer}");
+            let [coarse, fine] = [1e-3, 2.5e-4].map(|step| account(&pressed(&scheme, step)));
+            let shares = [&coarse, &fine].map(|of| [of.holds, of.lost, of.transfer].map(|part| 100.0 * part / of.work));
+            println!(
+                "{:60} work {:.1} J, stored {:.1} J; holds, lost, of which in transfers, %: {:.2?}, at a quarter of the step {:.2?}",
+                scheme.replace('\n', " "),
+                coarse.work,
+                coarse.stored,
+                shares[0],
+                shares[1],
+            );
+            let lost = shares.map(|[_, lost, _]| lost);
+            let known = known[usize::from(update == "last")];
+            assert!(
+                lost.iter().zip(known).all(|(lost, known)| (lost - known).abs() < 0.3),
+                "{lost:?}, {known:?}: {scheme}"
+            );
+            if *transfer == blends[0] {
+                assert!(lost[1].abs() < 0.7 * lost[0].abs().max(1.0), "{scheme}");
             }
         }
     }
@@ -123,9 +132,8 @@ fn rigid(scheme: &str, is_carried: bool) -> [f64; 4] {
         )
         .replace("lower = [0, 0.4]\n        upper = [0.7, 0.6]", "lower = [0, 0.7]\n        upper = [0.7, 0.8]")
         .replace("velocity = [0, 0]}", "velocity = [0.1, 0.3]}");
-    let Job::Mpm(job) = parse(&text) else { panic!("it has a grid") };
     let law = Hencky { bulk_modulus: 1e5, shear_modulus: 1e5 };
-    let mut world = setup::world::<Plane, Hencky>(&job, &law, &Solo).unwrap();
+    let mut world = point_world::<Plane, _>(&text, &law, &Solo);
     world.bodies[0].grip = is_carried.then_some((Grip::Rough, false));
     world.bodies[0].shape = Shape::Box { lower: [-0.1, -0.1].into(), upper: [0.9, 0.9].into() };
     world.point_ledger.open();

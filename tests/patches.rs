@@ -6,12 +6,7 @@ use scree::scenario::Job;
 use scree::space::{Linear, Plane, Solid, Space};
 use scree_partition::Solo;
 
-use crate::runs::{Ran, SHAPES, TRANSFERS, UPDATES, parse, refused, schemes};
-
-fn list(dimension: usize, values: [f64; 3]) -> String {
-    let words: Vec<String> = values[..dimension].iter().map(f64::to_string).collect();
-    format!("[{}]", words.join(", "))
-}
+use crate::runs::{Ran, SHAPES, TRANSFERS, UPDATES, list, parse, point_world, refused, schemes};
 
 /// A cube of edge 0.4 m in cells of 0.1 m, full of material under 1 kPa.
 fn full(dimension: usize, scheme: &str, periodic: bool, velocity: [f64; 3]) -> String {
@@ -147,9 +142,8 @@ fn stretched<S: Space>(scheme: &str, (ends, reach): ([f64; 2], f64), rows: [[f64
 where
     Hencky: MaterialLaw<S>,
 {
-    let Job::Mpm(job) = parse(&moving(S::DIMENSION, scheme, ends)) else { panic!("it has a grid") };
     let law = Hencky { bulk_modulus: 1e-12, shear_modulus: 1e-12 };
-    let mut world = setup::world::<S, Hencky>(&job, &law, &Solo).unwrap();
+    let mut world = point_world::<S, _>(&moving(S::DIMENSION, scheme, ends), &law, &Solo);
     let (mut gradient, mut middle) = (S::Tensor::zero(), S::Vector::zero());
     for column in 0..S::DIMENSION {
         (0..S::DIMENSION).for_each(|row| gradient[column * S::DIMENSION + row] = rows[row][column]);

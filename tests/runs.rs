@@ -4,13 +4,16 @@
 use std::path::{Path, PathBuf};
 
 use scree::checkpoint;
+use scree::continuum::{PointWorld, setup};
+use scree::law::material::MaterialLaw;
 use scree::math::ln;
 use scree::run::{Options, Outcome};
 use scree::scenario::Job;
+use scree::space::Space;
 use scree::start;
 use scree_io::column::{State, Table};
-use scree_partition::Solo;
 use scree_partition::transport::threads;
+use scree_partition::{Solo, Transport};
 
 pub const SHAPES: [&str; 4] = ["linear", "generalised", "quadratic", "cubic"];
 pub const UPDATES: [&str; 3] = ["first", "last", "modified_last"];
@@ -33,6 +36,43 @@ pub fn every_scheme() -> impl Iterator<Item = String> {
             TRANSFERS.into_iter().map(move |transfer| format!("shape = \"{shape}\"\nupdate = \"{update}\"\n{transfer}"))
         })
     })
+}
+
+/// A job of a material of 1,000 kg/m3 by Hencky's law with these moduli (Young's in Pa, and Poisson's ratio), two points per
+/// cell and axis: `grid` and `scheme` are what these tables hold, `rest` is all that follows on the material.
+pub fn elastic(name: &str, grid: &str, scheme: &str, [young, poisson]: [f64; 2], rest: &str) -> String {
+    format!(
+        r#"
+        name = "{name}"
+        [grid]
+        {grid}
+        [scheme]
+        {scheme}
+        points_per_cell = 2
+        [material]
+        law = "hencky"
+        density = 1000
+        young_modulus = {young:e}
+        poisson_ratio = {poisson}
+        {rest}
+        "#
+    )
+}
+
+/// As many of the values as there are dimensions, for a job.
+pub fn list(dimension: usize, values: [f64; 3]) -> String {
+    let words: Vec<String> = values[..dimension].iter().map(f64::to_string).collect();
+    format!("[{}]", words.join(", "))
+}
+
+/// The world at the start of a job in which nothing but points moves, of a law that need not be the job's.
+pub fn point_world<'t, S: Space, L: MaterialLaw<S>>(
+    text: &str,
+    law: &L,
+    transport: &'t dyn Transport,
+) -> PointWorld<'t, S, L> {
+    let Job::Mpm(job) = parse(text) else { panic!("it has no grid") };
+    setup::world(&job, law, transport).unwrap()
 }
 
 pub fn parse(text: &str) -> Job {

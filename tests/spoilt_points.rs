@@ -1,16 +1,15 @@
 //! Points that are no continuum any more stop the run with their id, place and what is wrong, the same on any number of
 //! ranks; so do points that leave the grid and points too fast for the step.
 
-use scree::continuum::{PointWorld, setup};
 use scree::error::Error;
 use scree::law::material::{CriticalDruckerPrager, Hencky, MaterialLaw};
-use scree::scenario::{Job, mpm::Mpm};
+use scree::scenario::Job;
 use scree::space::{Linear, Plane, Solid, Space};
 use scree::start;
 use scree_partition::transport::threads;
 use scree_partition::{Solo, Transport};
 
-use crate::runs::{options, parse};
+use crate::runs::{elastic, options, parse, point_world};
 
 /// A block of 0.4 m in a grid of 1.6 m, free at every face.
 fn block(dimension: usize, velocity: [f64; 3], more: &str) -> String {
@@ -21,20 +20,10 @@ fn block(dimension: usize, velocity: [f64; 3], more: &str) -> String {
             ["lower", "upper"].map(|end| format!("[[boundary]]\nface = \"{axis}_{end}\"\nkind = \"free\"\n"))
         })
         .collect();
-    format!(
+    let space = if dimension == 2 { "plane" } else { "solid" };
+    let grid = format!("space = \"{space}\"\nupper = {}\ncell = 0.1", list([1.6; 3]));
+    let rest = format!(
         r#"
-        name = "block"
-        [grid]
-        space = "{}"
-        upper = {}
-        cell = 0.1
-        [scheme]
-        update = "modified_last"
-        [material]
-        law = "hencky"
-        density = 1000
-        young_modulus = 1e5
-        poisson_ratio = 0.3
         [[region]]
         shape = "box"
         lower = {}
@@ -50,12 +39,11 @@ fn block(dimension: usize, velocity: [f64; 3], more: &str) -> String {
         {more}
         {faces}
         "#,
-        if dimension == 2 { "plane" } else { "solid" },
-        list([1.6; 3]),
         list([0.6; 3]),
         list([1.0; 3]),
         list(velocity),
-    )
+    );
+    elastic("block", &grid, "update = \"modified_last\"", [1e5, 0.3], &rest)
 }
 
 /// What a run on 1, 2, 3 ranks stops with, the same on all.
@@ -78,11 +66,13 @@ fn stops(text: &str) -> String {
     found[0].clone()
 }
 
-/// Two corners of the block are as far out; the one of lower id is named.
+/// Two corners of the block are as far out; the one of lower id is named, with small blocks as with those that a job has by
+/// itself, whose tiles reach far beyond the face.
 #[test]
 fn points_that_leave_the_grid_are_named_and_never_dropped() {
-    for (dimension, id) in [(2, 396), (3, 12_684)] {
-        let found = stops(&block(dimension, [0.0, -3.0, 0.0], ""));
+    let small = "[decomposition]\n        cells_per_block = 2\n";
+    for (dimension, id, blocks) in [(2, 396, small), (3, 12_684, small), (2, 396, ""), (3, 12_684, "")] {
+        let found = stops(&block(dimension, [0.0, -3.0, 0.0], "").replace(small, blocks));
         println!("{found}");
         assert!(found.contains(&format!("point {id} at (6.25")), "{found}");
         let from = "is outside of the grid, which reaches from 0.000000e0 to 1.600000e0 and from 0.000000e0 to 1.6";
@@ -104,12 +94,6 @@ fn a_body_that_outruns_the_step_is_stopped_with_the_step_it_needs() {
     }
 }
 
-fn world<'t, S: Space, L: MaterialLaw<S>>(law: &L, transport: &'t dyn Transport) -> PointWorld<'t, S, L> {
-    let Job::Mpm(job) = parse(&block(S::DIMENSION, [0.0; 3], "")) else { panic!("it has a grid") };
-    let job: Mpm = job;
-    setup::world::<S, L>(&job, law, transport).unwrap()
-}
-
 /// What the guard says of a world in which every point with an id of at least `first` is spoilt, on 1 to 3 ranks.
 #[track_caller]
 fn said<S: Space, L: MaterialLaw<S>>(
@@ -118,7 +102,7 @@ fn said<S: Space, L: MaterialLaw<S>>(
     spoil: impl Fn(&mut scree::continuum::setup::PointOf<S, L>) + Sync,
 ) -> String {
     let of = |transport: &dyn Transport| -> Result<(), Error> {
-        let mut world = world::<S, L>(law, transport);
+        let mut world = point_world::<S, L>(&block(S::DIMENSION, [0.0; 3], ""), law, transport);
         world.refuse_spoilt_points().expect("nothing is wrong yet");
         for row in 0..world.points.len() {
             if world.points.cold[row].id.0 >= first {
@@ -203,7 +187,7 @@ fn what_has_flowed_is_torn_by_its_volume_alone() {
         softening_rate: 0.0,
         cohesion: 10.0,
     };
-    let mut world = world::<Plane, _>(&sand, &Solo);
+    let mut world = point_world::<Plane, _>(&block(2, [0.0; 3], ""), &sand, &Solo);
     let law = world.settings.material;
     let mut shear = <Plane as Space>::Tensor::zero();
     shear[2] = 1.0;

@@ -9,14 +9,12 @@
 //! b_t =  rho R d2alpha/dt2   - sigma_rt' - 2 sigma_rt/R
 //! ```
 
-use scree::continuum::setup;
 use scree::law::material::Hencky;
 use scree::math::{PI, atan2, cos, ln, sin};
-use scree::scenario::Job;
 use scree::space::{Plane, Space};
 use scree_partition::Solo;
 
-use crate::runs::{orders, parse, words};
+use crate::runs::{orders, point_world, words};
 
 type Vector = <Plane as Space>::Vector;
 
@@ -92,9 +90,8 @@ fn errors(scheme: &str, cells: usize) -> [f64; 2] {
         end = 1
         "#
     );
-    let Job::Mpm(job) = parse(&text) else { panic!("it has a grid") };
     let law = Hencky { bulk_modulus: BULK, shear_modulus: SHEAR };
-    let mut world = setup::world::<Plane, Hencky>(&job, &law, &Solo).unwrap();
+    let mut world = point_world::<Plane, _>(&text, &law, &Solo);
     for (hot, beside) in world.points.hot.iter_mut().zip(&mut world.points.beside) {
         // Half a step before the places of the start.
         let before = |place: &Vector| (force_and_place(place, 0.0).1 - force_and_place(place, -step).1) * (1.0 / step);

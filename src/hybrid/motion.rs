@@ -42,10 +42,6 @@ impl MotionField {
         Self { grid, nodes: sums.into_iter().map(mean).collect() }
     }
 
-    pub fn instants(&self) -> usize {
-        self.nodes.len()
-    }
-
     /// Displacement at an instant of what began at `origin`; of the nearest material's where the corners carry none on
     /// one side, none where there is no material at all.
     pub fn at(&self, instant: usize, origin: [f64; 2]) -> Option<[f64; 2]> {

@@ -10,9 +10,10 @@ mod eight;
 #[allow(unsafe_code, reason = "vector instructions, each used only where the processor has it")]
 mod x86;
 
-pub use eight::Eight;
+use eight::Eight;
+// Nobody outside can name these two, so that they are met only in work that `Instructions::run` has entered for them.
 #[cfg(target_arch = "x86_64")]
-pub use x86::{Avx2, Avx512};
+use x86::{Avx2, Avx512};
 
 /// Lanes of a [`Pack`].
 pub const LANES: usize = 8;
@@ -175,9 +176,14 @@ impl Real for f64 {
     }
 }
 
-/// Which instructions the kernels of this process use.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Instructions {
+/// Instructions that this processor has. There is no other way to one than by looking, so that no kernel can run where the
+/// processor lacks what it is compiled for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Instructions(Known);
+
+/// What kernels are compiled for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Known {
     /// Eight at a time, left to the compiler.
     Portable,
     #[cfg(target_arch = "x86_64")]
@@ -186,61 +192,71 @@ pub enum Instructions {
     Avx512,
 }
 
-impl Instructions {
-    /// The widest that this processor has; `SCREE_INSTRUCTIONS` (`portable`, `avx2`, `avx512`) asks for a narrower one.
-    pub fn best() -> Self {
-        let wanted = std::env::var("SCREE_INSTRUCTIONS").unwrap_or_default();
+impl Known {
+    /// From the narrowest on.
+    const ALL: &[Self] = &[
+        Self::Portable,
         #[cfg(target_arch = "x86_64")]
-        {
-            let narrow = ["portable", "avx2"].contains(&wanted.as_str());
-            if !narrow && Self::Avx512.is_here() {
-                return Self::Avx512;
-            }
-            if wanted != "portable" && Self::Avx2.is_here() {
-                return Self::Avx2;
-            }
-        }
-        let _ = wanted;
-        Self::Portable
-    }
+        Self::Avx2,
+        #[cfg(target_arch = "x86_64")]
+        Self::Avx512,
+    ];
 
-    /// Whether this processor has them: all that the kernels are compiled for.
-    pub fn is_here(self) -> bool {
+    /// Whether this processor has all of them.
+    fn is_here(self) -> bool {
         match self {
             Self::Portable => true,
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => is_x86_feature_detected!("avx2"),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => Self::has_avx512(),
+            Self::Avx512 => {
+                is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512vl")
+            }
         }
     }
+}
 
-    #[cfg(target_arch = "x86_64")]
-    fn has_avx512() -> bool {
-        is_x86_feature_detected!("avx512f")
-            && is_x86_feature_detected!("avx512dq")
-            && is_x86_feature_detected!("avx512vl")
+impl Instructions {
+    /// All that this processor has, from the narrowest on.
+    pub fn here() -> impl DoubleEndedIterator<Item = Self> {
+        Known::ALL.iter().filter(|known| known.is_here()).map(|known| Self(*known))
+    }
+
+    /// The widest of them; `SCREE_INSTRUCTIONS` (`portable`, `avx2`, `avx512`) asks for one that is no wider.
+    pub fn best() -> Self {
+        let wanted = std::env::var("SCREE_INSTRUCTIONS").unwrap_or_default();
+        let widest = Known::ALL.iter().position(|known| Self(*known).name() == wanted).unwrap_or(Known::ALL.len() - 1);
+        let within = |found: &Self| Known::ALL[..=widest].contains(&found.0);
+        Self::here().rfind(within).expect("every processor has the portable ones")
     }
 
     /// Does the work with these registers.
     #[inline]
     pub fn run<W: Packed>(self, work: W) -> W::Outcome {
-        match self {
-            Self::Portable => Eight::enter(Entry(work)),
+        match self.0 {
+            Known::Portable => Eight::enter(Entry(work)),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => Avx2::enter(Entry(work)),
+            Known::Avx2 => Avx2::enter(Entry(work)),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => Avx512::enter(Entry(work)),
+            Known::Avx512 => Avx512::enter(Entry(work)),
         }
     }
 
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Portable => "portable",
+        match self.0 {
+            Known::Portable => "portable",
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => "avx2",
+            Known::Avx2 => "avx2",
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => "avx512",
+            Known::Avx512 => "avx512",
         }
+    }
+}
+
+impl Debug for Instructions {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(self.name())
     }
 }

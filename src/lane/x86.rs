@@ -39,6 +39,25 @@ operator!(Sub, sub, _mm512_sub_pd, _mm256_sub_pd);
 operator!(Mul, mul, _mm512_mul_pd, _mm256_mul_pd);
 operator!(Div, div, _mm512_div_pd, _mm256_div_pd);
 
+/// Lanes one by one, which go through memory in any registers.
+macro_rules! through_memory {
+    () => {
+        const COUNT: usize = LANES;
+        type Numbers = [f64; LANES];
+
+        #[inline(always)]
+        fn numbers(self) -> [f64; LANES] {
+            let mut numbers = [0.0; LANES];
+            self.store(&mut numbers);
+            numbers
+        }
+        #[inline(always)]
+        fn of_numbers(numbers: &[f64; LANES]) -> Self {
+            Self::load(numbers)
+        }
+    };
+}
+
 impl Neg for Avx512 {
     type Output = Self;
     #[inline(always)]
@@ -64,8 +83,7 @@ impl Neg for Avx2 {
 // second operand where the first is not less (more), as the scalar ones do.
 impl Real for Avx512 {
     type Mask = __mmask8;
-    const COUNT: usize = LANES;
-    type Numbers = [f64; LANES];
+    through_memory!();
 
     #[inline(always)]
     fn splat(value: f64) -> Self {
@@ -115,16 +133,6 @@ impl Real for Avx512 {
     fn any(mask: __mmask8) -> bool {
         mask != 0
     }
-    #[inline(always)]
-    fn numbers(self) -> [f64; LANES] {
-        let mut numbers = [0.0; LANES];
-        self.store(&mut numbers);
-        numbers
-    }
-    #[inline(always)]
-    fn of_numbers(numbers: &[f64; LANES]) -> Self {
-        Self::load(numbers)
-    }
 }
 
 #[target_feature(enable = "avx512f,avx512dq,avx512vl")]
@@ -135,7 +143,8 @@ fn in_avx512<K: Kernel<Avx512>>(kernel: K) -> K::Outcome {
 impl Pack for Avx512 {
     #[inline]
     fn enter<K: Kernel<Self>>(kernel: K) -> K::Outcome {
-        // SAFETY: `Instructions` names only what the processor was found to have, and nothing else makes one of these.
+        // SAFETY: nobody outside of `lane` can name these registers, and `Instructions` is entered here with those alone
+        // that the processor was found to have.
         unsafe { in_avx512(kernel) }
     }
     #[inline(always)]
@@ -192,8 +201,7 @@ unsafe fn quarters([a, b, c, d]: [__m512d; 4]) -> [Avx512; 4] {
 // SAFETY of all that follows: the enclosing kernel has AVX2.
 impl Real for Avx2 {
     type Mask = (__m256d, __m256d);
-    const COUNT: usize = LANES;
-    type Numbers = [f64; LANES];
+    through_memory!();
 
     #[inline(always)]
     fn splat(value: f64) -> Self {
@@ -248,16 +256,6 @@ impl Real for Avx2 {
     fn any(mask: Self::Mask) -> bool {
         unsafe { _mm256_movemask_pd(_mm256_or_pd(mask.0, mask.1)) != 0 }
     }
-    #[inline(always)]
-    fn numbers(self) -> [f64; LANES] {
-        let mut numbers = [0.0; LANES];
-        self.store(&mut numbers);
-        numbers
-    }
-    #[inline(always)]
-    fn of_numbers(numbers: &[f64; LANES]) -> Self {
-        Self::load(numbers)
-    }
 }
 
 #[target_feature(enable = "avx2")]
@@ -268,7 +266,8 @@ fn in_avx2<K: Kernel<Avx2>>(kernel: K) -> K::Outcome {
 impl Pack for Avx2 {
     #[inline]
     fn enter<K: Kernel<Self>>(kernel: K) -> K::Outcome {
-        // SAFETY: `Instructions` names only what the processor was found to have, and nothing else makes one of these.
+        // SAFETY: nobody outside of `lane` can name these registers, and `Instructions` is entered here with those alone
+        // that the processor was found to have.
         unsafe { in_avx2(kernel) }
     }
     #[inline(always)]

@@ -5,7 +5,7 @@
 use std::f64::consts::PI;
 
 use super::stable::{self, GrainScale, HERTZ_OVERLAP, Springs};
-pub use super::stable::{Bound, governing, oscillator_step_max};
+pub use super::stable::{Bound, governing};
 use super::{Contact, Method, Scenario};
 
 /// Packing fraction assumed where only the packing itself will tell (dense discs of this spread: 0.84 to 0.86).

@@ -14,8 +14,8 @@ mod linear_elastic;
 pub use absent::{Absent, Nothing};
 pub use counted::{Counted, CountedMemory};
 pub use critical_drucker_prager::{CriticalDruckerPrager, CriticalMemory};
-pub use hencky::{Hencky, HenckyMemory};
-pub use linear_elastic::{LinearElastic, LinearMemory};
+pub use hencky::Hencky;
+pub use linear_elastic::LinearElastic;
 
 /// A material law with a memory per material point, so that an assembly of grains can be one as well.
 ///
