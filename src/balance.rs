@@ -15,6 +15,7 @@ use crate::layout::Deal;
 use crate::mpm::points::Cold as PointCold;
 use crate::mpm::tile::Tiles;
 use crate::observe::phases::{Phase, Phases};
+use crate::plan::{LoadMap, neighbours};
 use crate::space::Space;
 use crate::transfer;
 use crate::world::World;
@@ -125,15 +126,11 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// What the best deal would have saved a step adds up until it has cost as much as dealing does: so the time that is
     /// lost is never more than twice that of who knew what is to come, and work that moves to and fro moves no blocks.
     pub(crate) fn deal_if_due(&mut self) -> Result<bool, Error> {
-        let ranks = self.transport.size();
+        let (ranks, steps) = (self.transport.size(), self.step - self.balance.step);
+        let (costs, rows) = self.measure_costs();
         if ranks == 1 {
             return Ok(false);
         }
-        let (rows, steps) = (self.rows_of_kinds(), self.step - self.balance.step);
-        let mut sums = self.balance.timed(&self.phases, self.step, rows);
-        self.transport.sum(&mut sums);
-        self.balance.take(&sums);
-        let costs = self.balance.costs(S::DIMENSION);
         let load = costs.iter().zip(rows).map(|(cost, rows)| cost * rows as f64).sum::<f64>();
         let (mut total, mut most) =
             ([(UNIT * load) as i64], [(UNIT * load) as i64, (UNIT * self.balance.price) as i64]);
@@ -155,6 +152,78 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.balance.deals += 1;
         self.deal_out(best);
         Ok(true)
+    }
+
+    /// Costs of rows with what has been timed since the last look, and rows here, by kind. Collective.
+    fn measure_costs(&mut self) -> ([f64; KINDS], [u64; KINDS]) {
+        let rows = self.rows_of_kinds();
+        let mut sums = self.balance.timed(&self.phases, self.step, rows);
+        self.transport.sum(&mut sums);
+        self.balance.take(&sums);
+        (self.balance.costs(S::DIMENSION), rows)
+    }
+
+    /// What lies where and what it costs, on every rank; `steps` have been timed. Collective.
+    pub fn load_map(&mut self, steps: u64, threads: usize) -> LoadMap {
+        let (costs, _) = self.measure_costs();
+        let (blocks, offsets) = (self.layout.block_count(), neighbours(S::DIMENSION));
+        let [mut grains, mut points, mut coupled] = [0; 3].map(|zero| vec![zero; blocks]);
+        let mut near = vec![0; blocks * offsets.len()];
+        let heights: [f64; 3] = std::array::from_fn(|axis| match axis < S::DIMENSION {
+            true => self.cell_home.height(axis),
+            false => 0.0,
+        });
+        let reach = self.reach();
+        for (number, block) in self.deal.held().enumerate() {
+            let at = self.layout.listed(block);
+            points[at] = self.point_ranges[number].len() as i64;
+            grains[at] = self.grain_ranges[number].len() as i64;
+            coupled[at] = if self.is_coupled() && self.coupled[number] { grains[at] } else { 0 };
+            for (near, offset) in near[at * offsets.len()..].iter_mut().zip(&offsets) {
+                let Some(other) = self.layout.neighbour(block, *offset) else { continue };
+                let is_near = |row: &usize| {
+                    let fraction = self.cell_home.fraction(&self.grains.cold[*row].home);
+                    self.layout.distance::<S>(&fraction, other, &heights) <= reach
+                };
+                *near = self.grain_ranges[number].clone().filter(is_near).count() as i64;
+            }
+        }
+        let mut whole = |mut counts: Vec<i64>| -> Vec<u32> {
+            self.transport.sum(&mut counts);
+            counts.into_iter().map(|count| count as u32).collect()
+        };
+        let [grains, coupled, points, near] = [grains, coupled, points, near].map(&mut whole);
+        let ranks = self.transport.size();
+        let mut seconds = [Phase::Rebuild, Phase::Output].map(|phase| (1e9 * self.phases.of(phase)) as i64);
+        self.transport.sum(&mut seconds);
+        let [rebuild, output] = seconds.map(|sum| 1e-9 * sum as f64);
+        let rows = (self.grains_total + self.points_total) as f64;
+        let has_points = self.has_points();
+        LoadMap {
+            dimension: S::DIMENSION,
+            blocks: self.layout.blocks(),
+            periodic: self.layout.periodic,
+            grains,
+            coupled,
+            points,
+            near,
+            shared: match has_points {
+                true => offsets.iter().map(|offset| self.layout.shared_nodes(*offset) as u32).collect(),
+                false => Vec::new(),
+            },
+            nodes: self.layout.tile_edge().pow(S::DIMENSION as u32),
+            costs,
+            words: self.words(),
+            passes: usize::from(has_points) * self.passes(),
+            // Whether to rebuild, and what bodies bear.
+            reductions: 1 + usize::from(!self.bodies.is_empty()),
+            rebuilds: self.rebuilds as f64 / steps.max(1) as f64,
+            rebuild_cost: rebuild / (self.rebuilds.max(1) as f64 * rows.max(1.0)),
+            output: output / (ranks as f64 * steps.max(1) as f64),
+            ranks,
+            threads,
+            steps,
+        }
     }
 
     /// Rows here that cost time, by their kind.

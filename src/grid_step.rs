@@ -15,7 +15,7 @@ use crate::observe::phases::Phase;
 use crate::parallel::{over_blocks, over_rows};
 use crate::scenario::mpm::{StressUpdate, Transfer};
 use crate::space::{Linear, Space};
-use crate::world::World;
+use crate::world::{GRAIN_WORDS_PLANE, GRAIN_WORDS_SOLID, World};
 
 /// What a phase does with the velocities of nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +38,18 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Whether grains and continuum share nodes.
     pub(crate) fn is_coupled(&self) -> bool {
         self.has_points() && self.has_grains()
+    }
+
+    /// Numbers per row of the messages of a step: copies of grains, tiles to nodes, nodes to tiles.
+    pub(crate) fn words(&self) -> [usize; 3] {
+        let (space, coupled) = (S::DIMENSION - 2, usize::from(self.is_coupled()));
+        let grains = [GRAIN_WORDS_PLANE, GRAIN_WORDS_SOLID][space];
+        [grains, GATHERED[space] + coupled * GRAINS[space], ADVANCED[space] + coupled * CHANGES[space]]
+    }
+
+    /// Times that points go to the grid and back in a step.
+    pub(crate) fn passes(&self) -> usize {
+        if self.settings.grid.update == StressUpdate::Last { 1 } else { 2 }
     }
 
     /// Before the forces of the step: stresses, where they are updated first.

@@ -172,6 +172,17 @@ impl Layout {
         })
     }
 
+    /// Lattice coordinates of a block.
+    pub fn coordinates(&self, block: usize) -> [i32; 3] {
+        self.coordinates[block]
+    }
+
+    /// Index of a block in lists of all with x fastest.
+    pub fn listed(&self, block: usize) -> usize {
+        let [x, y, z] = self.coordinates[block];
+        ((z * self.blocks[1] + y) * self.blocks[0] + x) as usize
+    }
+
     pub fn block_count(&self) -> usize {
         self.coordinates.len()
     }
@@ -284,6 +295,17 @@ impl Layout {
     /// Nodes of a tile below its block's own first node.
     fn margin(&self) -> usize {
         margins(self.shape)[0]
+    }
+
+    /// Nodes of a tile that belong to the block at an offset: as many as that one's tile has of this block's own.
+    pub fn shared_nodes(&self, offset: [i32; 3]) -> usize {
+        let [below, above] = margins(self.shape);
+        let along = |axis: usize| match offset[axis] {
+            0 => self.cells_per_block,
+            1 => above,
+            _ => below,
+        };
+        (0..self.dimension).map(along).product()
     }
 
     /// Nodes of a tile per axis.

@@ -4,7 +4,7 @@
 //!
 //! * [`cli`]: one file per subcommand; [`scenario`]: the job, checked once.
 //! * [`run`]: the loop of step, observe, save, stop; [`checkpoint`]: a world as tables.
-//! * [`world`]: the state in blocks and the step as a table of contents; [`rebuild`], [`balance`] and [`layout`]: who holds what;
+//! * [`world`]: the state in blocks and the step as a table of contents; [`rebuild`], [`balance`] and [`layout`]: who holds what; [`plan`]: what it would cost elsewhere;
 //!   [`enrichment`]: grains for points. These alone call the partition.
 //! * [`dem`], [`mpm`], [`hybrid`]: grains, continuum, and what couples them. They do not know ranks.
 //! * [`law`]: forces and stresses; [`space`], [`symmetric`], [`lane`], [`numbers`], [`math`], [`ids`]: the ground.
@@ -41,6 +41,7 @@ pub mod observe;
 pub mod output;
 pub mod packing;
 pub mod parallel;
+pub mod plan;
 pub mod planar_shear;
 pub mod rebuild;
 pub mod record;

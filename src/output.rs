@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 
 use crate::checkpoint::Progress;
 use crate::error::Error;
+use crate::plan::LoadMap;
 use crate::run::Experiment;
 
 /// Open files of a run, on rank 0.
@@ -32,6 +33,10 @@ pub fn packing_file(dir: &Path) -> PathBuf {
 }
 fn summary_file(dir: &Path) -> PathBuf {
     dir.join("summary.json")
+}
+/// What lay where at the end, for `scree plan`.
+pub fn load_file(dir: &Path) -> PathBuf {
+    dir.join("load.json")
 }
 fn frames_file(dir: &Path) -> PathBuf {
     dir.join("frames.vtkhdf")
@@ -128,6 +133,13 @@ impl Outputs {
     pub fn write_summary(&mut self) -> Result<(), Error> {
         let path = summary_file(&self.dir);
         let text = serde_json::to_string_pretty(&self.summary).map_err(|error| failed(&path, &error))?;
+        fs::write(&path, text + "\n").map_err(|error| failed(&path, &error))
+    }
+
+    /// Where the load lies, and what it costs.
+    pub fn write_load(&self, map: &LoadMap) -> Result<(), Error> {
+        let path = load_file(&self.dir);
+        let text = serde_json::to_string(map).map_err(|error| failed(&path, &error))?;
         fs::write(&path, text + "\n").map_err(|error| failed(&path, &error))
     }
 

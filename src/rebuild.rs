@@ -357,7 +357,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     }
 
     /// How far apart the centres of two grains may be and still be listed as a pair, m.
-    fn reach(&self) -> f64 {
+    pub(crate) fn reach(&self) -> f64 {
         2.0 * self.radius_max + self.settings.skin + self.settings.contact.reach()
     }
 
@@ -548,6 +548,10 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// Blocks whose grains may share nodes with points: those within reach of points of the reconciliation zone.
     fn mark_coupled(&mut self) {
+        if !self.is_coupled() {
+            self.coupled = vec![false; self.deal.held().len()];
+            return;
+        }
         let mut rim = vec![0i64; self.layout.block_count()];
         for (block, range) in self.deal.held().zip(&self.point_ranges) {
             rim[block] = i64::from(self.points.hot[range.clone()].iter().any(|point| point.weight < 1.0));

@@ -181,7 +181,7 @@ impl<'t, E: Experiment> Run<'t, E> {
             self.write_frame()?;
         }
         while self.core.world.step < self.steps {
-            self.core.world.stop_wanted = stop::wanted();
+            self.core.world.stop_wanted = stop::wanted() || stop::is_over(self.started);
             self.core.world.forces_wanted = self.row_due(self.core.world.step + 1);
             self.core.world.advance()?;
             self.experiment.watch(&mut self.core)?;
@@ -358,8 +358,10 @@ impl<'t, E: Experiment> Run<'t, E> {
         }
         let step = world.step;
         let outcome = outcome.to_string();
+        let map = self.core.world.load_map(steps, self.core.options.threads);
         self.core.on_root(|outputs| {
             outputs.finish();
+            outputs.write_load(&map)?;
             outputs.log(&outcome, step, figures.clone())?;
             outputs.note(figures);
             outputs.write_summary()

@@ -1,7 +1,8 @@
 //! The operator's wish that the program stop: SIGTERM or SIGINT.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, LazyLock};
+use std::time::Instant;
 
 use crate::error::Error;
 
@@ -15,6 +16,22 @@ pub fn listen() -> Result<(), Error> {
             .map_err(|error| Error::Run(format!("cannot listen for signals: {error}")))?;
     }
     Ok(())
+}
+
+/// Seconds that the steps of a run may take; zero for no limit.
+static SECONDS: AtomicU64 = AtomicU64::new(0);
+
+/// From now on a run stops when its steps have taken so long.
+pub fn limit(seconds: u64) {
+    SECONDS.store(seconds, Ordering::Relaxed);
+}
+
+/// Whether steps that began then have taken as long as they may.
+pub fn is_over(started: Instant) -> bool {
+    match SECONDS.load(Ordering::Relaxed) {
+        0 => false,
+        seconds => started.elapsed().as_secs() >= seconds,
+    }
 }
 
 /// Whether this rank has been asked to stop.

@@ -115,8 +115,8 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
 }
 
 /// Numbers per row in the messages of a step: position, velocity and spin of a grain in the plane and in space.
-const GRAIN_WORDS_PLANE: usize = 5;
-const GRAIN_WORDS_SOLID: usize = 9;
+pub(crate) const GRAIN_WORDS_PLANE: usize = 5;
+pub(crate) const GRAIN_WORDS_SOLID: usize = 9;
 
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Simulated time at the end of the steps done, s.

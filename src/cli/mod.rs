@@ -20,6 +20,7 @@ mod bench;
 mod check;
 mod digest;
 mod export;
+mod plan;
 pub mod report;
 mod resume;
 mod run;
@@ -85,6 +86,8 @@ enum Command {
         #[command(subcommand)]
         what: bench::Bench,
     },
+    /// Foresee time, efficiency and memory on other numbers of ranks, from what a run has measured and a network.
+    Plan(plan::Plan),
     /// Print a hash of the complete state, equal for equal states however many ranks wrote them.
     Digest {
         /// Folder of a run (its newest checkpoint), or one checkpoint.
@@ -152,6 +155,7 @@ fn dispatch(command: Command, transport: &dyn Transport) -> u8 {
         alone => on_rank_zero(transport, || match alone {
             Command::Check { job, set } => check::command(&job, &set),
             Command::Digest { path } => digest::command(&path),
+            Command::Plan(plan) => plan::command(&plan),
             Command::Report { dirs, out } => {
                 let page = report::write(&dirs, out.as_deref())?;
                 Ok(format!("The report is {}\n", page.display()))

@@ -39,7 +39,7 @@ pub(super) fn command(
 }
 
 /// Rank 0 reads and checks the job; the others take the resolved text, so that no two ranks can mean different things.
-fn prepare(
+pub(super) fn prepare(
     job: &Path,
     out: Option<PathBuf>,
     threads: usize,

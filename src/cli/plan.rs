@@ -1,0 +1,174 @@
+//! `scree plan`: what a job would take on ranks that are not here.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use scree_partition::Solo;
+use serde_json::{Value, json};
+
+use super::run::prepare;
+use super::start_threads;
+use crate::error::Error;
+use crate::output::load_file;
+use crate::plan::{Forecast, LoadMap, Network, forecast};
+use crate::scenario::units::{Dimension, quantity};
+use crate::{start, stop};
+
+#[derive(Args)]
+pub(super) struct Plan {
+    /// A job, of which some seconds are run here and thrown away, or the folder of a run that has ended or stopped.
+    path: PathBuf,
+    /// Numbers of ranks.
+    #[arg(long, value_delimiter = ',', default_value = "1,2,4,16,64,256,1024", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    ranks: Vec<u32>,
+    /// Plan for so many copies of the world side by side along x.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    times: u32,
+    /// Latency of a message.
+    #[arg(long, default_value = "1.5 us")]
+    latency: String,
+    /// Bandwidth of each rank's messages, in GB/s.
+    #[arg(long, default_value_t = 5.0)]
+    bandwidth: f64,
+    /// Seconds of steps that a job is run for.
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+    seconds: u64,
+    /// Override one key of a job, for example --set method=dem. May be repeated.
+    #[arg(long, value_name = "KEY.PATH=VALUE")]
+    set: Vec<String>,
+    /// End with one line of JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn command(plan: &Plan) -> Result<String, Error> {
+    let network = network(plan)?;
+    let map = if plan.path.is_dir() { map_of_run(&plan.path)? } else { measured(plan)? };
+    let alone = forecast(&map, plan.times as usize, &network, 1)?;
+    let mut foreseen = Vec::with_capacity(plan.ranks.len());
+    for ranks in &plan.ranks {
+        foreseen.push(forecast(&map, plan.times as usize, &network, *ranks as usize)?);
+    }
+    let mut page = page(plan, &map, &network, &alone, &foreseen);
+    if plan.json {
+        page += &format!("{}\n", as_json(&network, &alone, &foreseen));
+    }
+    Ok(page)
+}
+
+fn network(plan: &Plan) -> Result<Network, Error> {
+    let latency = quantity(&plan.latency, Dimension::TIME).ok().filter(|latency| *latency >= 0.0);
+    let Some(latency) = latency else {
+        return Err(Error::User(format!(
+            "--latency {} is no time. Write for example --latency \"1.5 us\".",
+            plan.latency
+        )));
+    };
+    if plan.bandwidth.is_nan() || plan.bandwidth <= 0.0 {
+        return Err(Error::User(format!(
+            "--bandwidth {} is no bandwidth in GB/s. Write for example --bandwidth 5.",
+            plan.bandwidth
+        )));
+    }
+    Ok(Network { latency, bandwidth: 1e9 * plan.bandwidth })
+}
+
+fn map_of_run(dir: &Path) -> Result<LoadMap, Error> {
+    let path = load_file(dir);
+    let text = fs::read_to_string(&path).map_err(|error| {
+        Error::User(format!(
+            "{}: {error}. A run writes it when it ends or is stopped; give the folder of such a run, or a job.",
+            path.display()
+        ))
+    })?;
+    serde_json::from_str(&text).map_err(|error| {
+        Error::User(format!(
+            "{}: {error}. It is not what this version of scree writes; run the job again.",
+            path.display()
+        ))
+    })
+}
+
+/// Some seconds of a job on one rank of one thread, in a folder that is gone afterwards.
+fn measured(plan: &Plan) -> Result<LoadMap, Error> {
+    let folder = Scratch(std::env::temp_dir().join(format!("scree-plan-{}", std::process::id())));
+    let (job, options) = prepare(&plan.path, Some(folder.0.clone()), 1, &plan.set, &Solo)?;
+    start_threads(1)?;
+    stop::limit(plan.seconds);
+    start::start(&job, &options, &Solo)?;
+    map_of_run(&folder.0)
+}
+
+/// A folder that does not outlive its use.
+struct Scratch(PathBuf);
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // What cannot be removed is in the folder for such things.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn page(plan: &Plan, map: &LoadMap, network: &Network, alone: &Forecast, foreseen: &[Forecast]) -> String {
+    let mut page = String::new();
+    let mut line = |text: String| writeln!(page, "{text}").expect("a string takes every line");
+    let total = |counts: &[u32]| counts.iter().map(|count| u64::from(*count)).sum::<u64>() * u64::from(plan.times);
+    let blocks = map.grains.len() as u64 * u64::from(plan.times);
+    line(format!("{} grains and {} points in {blocks} blocks", total(&map.grains), total(&map.points)));
+    let [grain, coupled, point, tile] = map.costs.map(|cost| 1e9 * cost);
+    line(format!(
+        "measured over {} steps on {} ranks of {} threads: {grain:.1} ns a grain and step, {coupled:.1} more where it shares nodes with points, {point:.1} a point, {tile:.0} a tile; a rebuild every {:.0} steps",
+        map.steps,
+        map.ranks,
+        map.threads,
+        1.0 / map.rebuilds.max(1e-9)
+    ));
+    line(format!(
+        "network: {:.2} us a message, {:.1} GB/s a rank; messages are taken not to hide behind work",
+        1e6 * network.latency,
+        1e-9 * network.bandwidth
+    ));
+    line("   ranks    us a step   speed-up   efficiency   most/mean   messages    kB a step   GB a rank".to_string());
+    for forecast in foreseen {
+        let speed_up = alone.step / forecast.step;
+        line(format!(
+            "{:>8} {:>12.1} {:>10.2} {:>12.2} {:>11.2} {:>10} {:>12.1} {:>11.3}",
+            forecast.ranks,
+            1e6 * forecast.step,
+            speed_up,
+            speed_up / forecast.ranks as f64,
+            forecast.imbalance,
+            forecast.messages,
+            1e-3 * forecast.bytes as f64,
+            1e-9 * forecast.memory,
+        ));
+    }
+    for forecast in foreseen.iter().filter(|forecast| forecast.ranks > 1) {
+        let (loss, words) = forecast.bottleneck();
+        let share = forecast.losses[loss as usize] / forecast.step;
+        line(format!("{} ranks: {:.0} % of a step goes to {words}", forecast.ranks, 100.0 * share));
+    }
+    page
+}
+
+fn as_json(network: &Network, alone: &Forecast, foreseen: &[Forecast]) -> Value {
+    let of = |forecast: &Forecast| {
+        json!({
+            "ranks": forecast.ranks,
+            "seconds_per_step": forecast.step,
+            "efficiency": alone.step / (forecast.step * forecast.ranks as f64),
+            "imbalance": forecast.imbalance,
+            "messages_per_step": forecast.messages,
+            "bytes_per_step": forecast.bytes,
+            "bytes_per_rank": forecast.memory,
+            "bottleneck": forecast.bottleneck().1,
+        })
+    };
+    json!({
+        "latency": network.latency,
+        "bandwidth": network.bandwidth,
+        "forecasts": foreseen.iter().map(of).collect::<Vec<_>>(),
+    })
+}
