@@ -2,10 +2,11 @@
 //! them, and the curve is cut anew at a rebuild where that saves more time than it takes. Time may decide here because
 //! nothing of it shows in the result (invariant 2).
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::time::Instant;
 
-use scree_partition::cut;
+use scree_partition::{Writer, cut};
 
 use crate::dem::grains::Cold;
 use crate::error::Error;
@@ -163,12 +164,14 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         (self.balance.costs(S::DIMENSION), rows)
     }
 
-    /// What lies where and what it costs, on every rank; `steps` have been timed. Collective.
-    pub fn load_map(&mut self, steps: u64, threads: usize) -> LoadMap {
+    /// What lies where and what it costs, on every rank; `steps` have been timed, and output takes so long of each (s).
+    /// Collective.
+    pub fn load_map(&mut self, steps: u64, threads: usize, output: f64) -> LoadMap {
         let (costs, _) = self.measure_costs();
         let (blocks, offsets) = (self.layout.block_count(), neighbours(S::DIMENSION));
         let [mut grains, mut points, mut coupled] = [0; 3].map(|zero| vec![zero; blocks]);
-        let mut near = vec![0; blocks * offsets.len()];
+        // Of each block: pairs of neighbours, one bit for each, and grains within reach of all of them.
+        let mut near = Vec::new();
         let heights: [f64; 3] = std::array::from_fn(|axis| match axis < S::DIMENSION {
             true => self.cell_home.height(axis),
             false => 0.0,
@@ -179,24 +182,31 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             points[at] = self.point_ranges[number].len() as i64;
             grains[at] = self.grain_ranges[number].len() as i64;
             coupled[at] = if self.is_coupled() && self.coupled[number] { grains[at] } else { 0 };
-            for (near, offset) in near[at * offsets.len()..].iter_mut().zip(&offsets) {
-                let Some(other) = self.layout.neighbour(block, *offset) else { continue };
-                let is_near = |row: &usize| {
-                    let fraction = self.cell_home.fraction(&self.grains.cold[*row].home);
-                    self.layout.distance::<S>(&fraction, other, &heights) <= reach
+            let mut masks = BTreeMap::new();
+            let others = self.others(block, &offsets);
+            for row in self.grain_ranges[number].clone() {
+                let fraction = self.cell_home.fraction(&self.grains.cold[row].home);
+                let bit = |(bit, other): (usize, &Option<usize>)| {
+                    let other = (*other)?;
+                    (self.layout.distance::<S>(&fraction, other, &heights) <= reach).then_some(1 << bit)
                 };
-                *near = self.grain_ranges[number].clone().filter(is_near).count() as i64;
+                let mask: u32 = others.iter().enumerate().filter_map(bit).sum();
+                if mask != 0 {
+                    *masks.entry(mask).or_insert(0u32) += 1;
+                }
             }
+            near.push((at as u32, masks));
         }
         let mut whole = |mut counts: Vec<i64>| -> Vec<u32> {
             self.transport.sum(&mut counts);
             counts.into_iter().map(|count| count as u32).collect()
         };
-        let [grains, coupled, points, near] = [grains, coupled, points, near].map(&mut whole);
+        let [grains, coupled, points] = [grains, coupled, points].map(&mut whole);
+        let near = self.everyones_near(near);
         let ranks = self.transport.size();
-        let mut seconds = [Phase::Rebuild, Phase::Output].map(|phase| (1e9 * self.phases.of(phase)) as i64);
-        self.transport.sum(&mut seconds);
-        let [rebuild, output] = seconds.map(|sum| 1e-9 * sum as f64);
+        let mut rebuild = [(1e9 * self.phases.of(Phase::Rebuild)) as i64];
+        self.transport.sum(&mut rebuild);
+        let rebuild = 1e-9 * rebuild[0] as f64;
         let rows = (self.grains_total + self.points_total) as f64;
         let has_points = self.has_points();
         LoadMap {
@@ -219,11 +229,39 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             reductions: 1 + usize::from(!self.bodies.is_empty()),
             rebuilds: self.rebuilds as f64 / steps.max(1) as f64,
             rebuild_cost: rebuild / (self.rebuilds.max(1) as f64 * rows.max(1.0)),
-            output: output / (ranks as f64 * steps.max(1) as f64),
+            output,
             ranks,
             threads,
             steps,
         }
+    }
+
+    /// Neighbours of a block, each once: in a narrow period several are one, or the block itself.
+    fn others(&self, block: usize, offsets: &[[i32; 3]]) -> Vec<Option<usize>> {
+        let mut others: Vec<Option<usize>> = Vec::with_capacity(offsets.len());
+        for offset in offsets {
+            let other = self.layout.neighbour(block, *offset);
+            others.push(other.filter(|other| *other != block && !others.contains(&Some(*other))));
+        }
+        others
+    }
+
+    /// What every rank has counted for its blocks, block by block.
+    fn everyones_near(&self, mine: Vec<(u32, BTreeMap<u32, u32>)>) -> Vec<Vec<(u32, u32)>> {
+        let mut numbers = Writer::new();
+        for (block, masks) in &mine {
+            masks.iter().for_each(|(mask, rows)| numbers.u32_array([*block, *mask, *rows]));
+        }
+        let mut near = vec![Vec::new(); self.layout.block_count()];
+        for bytes in self.transport.all_gather(numbers.as_bytes()) {
+            for [block, mask, rows] in bytes.as_chunks::<12>().0.iter().map(|entry| {
+                let number = |at: usize| u32::from_le_bytes([entry[at], entry[at + 1], entry[at + 2], entry[at + 3]]);
+                [number(0), number(4), number(8)]
+            }) {
+                near[block as usize].push((mask, rows));
+            }
+        }
+        near
     }
 
     /// Rows here that cost time, by their kind.

@@ -29,8 +29,8 @@ pub struct LoadMap {
     /// Grains whose block may share nodes with points.
     pub coupled: Vec<u32>,
     pub points: Vec<u32>,
-    /// Grains of every block within reach of each of its neighbours, in their order.
-    pub near: Vec<u32>,
+    /// Grains of every block by the neighbours within whose reach they are: one bit for each, in their order.
+    pub near: Vec<Vec<(u32, u32)>>,
     /// Nodes that a tile shares with each of its neighbours; empty without points.
     pub shared: Vec<u32>,
     /// Nodes of a tile.
@@ -228,29 +228,30 @@ fn sent(domain: &Domain, owners: &[u32], rank: usize, range: &std::ops::Range<us
     let map = domain.map;
     let (mut grain_rows, mut node_rows) = (0u64, 0u64);
     let (mut grain_peers, mut node_peers) = (Vec::new(), Vec::new());
+    let others = |block: usize| -> Vec<Option<u32>> {
+        let owner = |offset: &[i32; 3]| domain.layout.neighbour(block, *offset).map(|other| owners[other]);
+        domain.offsets.iter().map(|offset| owner(offset).filter(|owner| *owner as usize != rank)).collect()
+    };
+    let mut peers_of_row = Vec::new();
     for block in range.clone() {
-        let listed = domain.listed(block) * domain.offsets.len();
-        for (number, offset) in domain.offsets.iter().enumerate() {
-            let Some(peer) = domain.layout.neighbour(block, *offset).map(|other| owners[other]) else { continue };
-            if peer as usize == rank {
-                continue;
-            }
-            let near = map.near[listed + number];
-            if near > 0 {
-                grain_rows += u64::from(near);
-                grain_peers.push(peer);
-            }
-            if let Some(shared) = map.shared.get(number) {
+        let others = others(block);
+        if others.iter().all(Option::is_none) {
+            continue;
+        }
+        for (mask, rows) in &map.near[domain.listed(block)] {
+            // A rank gets a copy once, however many of its blocks it is for.
+            let near = others.iter().enumerate().filter(|(bit, _)| mask >> bit & 1 == 1);
+            peers_of_row.extend(near.filter_map(|(_, other)| *other));
+            grain_rows += u64::from(*rows) * count(&mut peers_of_row);
+            grain_peers.append(&mut peers_of_row);
+        }
+        for (other, shared) in others.iter().zip(&map.shared) {
+            if let Some(other) = other {
                 node_rows += u64::from(*shared);
-                node_peers.push(peer);
+                node_peers.push(*other);
             }
         }
     }
-    let count = |peers: &mut Vec<u32>| {
-        peers.sort_unstable();
-        peers.dedup();
-        peers.len() as u64
-    };
     let [grains, gathered, advanced] = map.words.map(|words| 8 * words as u64);
     let passes = map.passes as u64;
     // What a tile brings to a neighbour's nodes comes back as those nodes, row for row.
@@ -258,6 +259,13 @@ fn sent(domain: &Domain, owners: &[u32], rank: usize, range: &std::ops::Range<us
         messages: count(&mut grain_peers) + 2 * passes * count(&mut node_peers),
         bytes: grain_rows * grains + passes * node_rows * (gathered + advanced),
     }
+}
+
+/// How many different ones there are; they stand once each afterwards.
+fn count(peers: &mut Vec<u32>) -> u64 {
+    peers.sort_unstable();
+    peers.dedup();
+    peers.len() as u64
 }
 
 /// Rows of a rank, and the memory that they take with their tiles, bytes.

@@ -136,6 +136,18 @@ struct Cadence {
     checkpoint: u64,
 }
 
+/// What is written in the course of a run.
+#[derive(Clone, Copy, Debug)]
+#[repr(usize)]
+enum Written {
+    Row,
+    Frame,
+    Checkpoint,
+}
+
+/// Seconds and times that each kind of [`Written`] took.
+type Writing = [(f64, u64); 3];
+
 /// A run under way.
 pub struct Run<'t, E: Experiment> {
     experiment: E,
@@ -147,6 +159,7 @@ pub struct Run<'t, E: Experiment> {
     rebuilds: u64,
     started: Instant,
     first_step: u64,
+    writing: Writing,
 }
 
 impl<'t, E: Experiment> Run<'t, E> {
@@ -162,7 +175,8 @@ impl<'t, E: Experiment> Run<'t, E> {
         let (first_step, steps) = (core.world.step, experiment.steps());
         let energy_guard = EnergyGuard::default();
         let rebuilds = core.world.rebuilds;
-        Ok(Self { experiment, core, steps, cadence, energy_guard, rebuilds, started: Instant::now(), first_step })
+        let (started, writing) = (Instant::now(), Writing::default());
+        Ok(Self { experiment, core, steps, cadence, energy_guard, rebuilds, started, first_step, writing })
     }
 
     /// Goes on to the end of the run. A run that stops itself says where it can be taken up again.
@@ -246,15 +260,29 @@ impl<'t, E: Experiment> Run<'t, E> {
         self.core.progress.series_step = self.core.world.step;
         self.core.progress.series_rows += 1;
         let outcome = self.core.on_root(|outputs| outputs.row(&row));
-        self.core.world.phases.stop(Phase::Output, timer);
+        self.book(Written::Row, timer);
         outcome
+    }
+
+    fn book(&mut self, written: Written, since: Instant) {
+        self.core.world.phases.stop(Phase::Output, since);
+        let (seconds, times) = &mut self.writing[written as usize];
+        *seconds += since.elapsed().as_secs_f64();
+        *times += 1;
+    }
+
+    /// Time that output takes of a step in the long run, s: a short one has its first frame and last checkpoint alone.
+    fn output_per_step(&self) -> f64 {
+        let Cadence { series, frame, checkpoint } = self.cadence;
+        let kinds = self.writing.iter().zip([series, frame, checkpoint]);
+        kinds.map(|((seconds, times), every)| seconds / ((*times).max(1) * every) as f64).sum()
     }
 
     fn write_frame(&mut self) -> Result<(), Error> {
         let timer = self.core.world.phases.start();
         let made = self.experiment.frame(&mut self.core)?;
         let outcome = self.core.write_frame(made);
-        self.core.world.phases.stop(Phase::Output, timer);
+        self.book(Written::Frame, timer);
         outcome
     }
 
@@ -290,7 +318,7 @@ impl<'t, E: Experiment> Run<'t, E> {
             _ => Ok(()),
         };
         let outcome = transfer::agree(core.world.transport, written);
-        core.world.phases.stop(Phase::Output, timer);
+        self.book(Written::Checkpoint, timer);
         outcome
     }
 
@@ -358,7 +386,8 @@ impl<'t, E: Experiment> Run<'t, E> {
         }
         let step = world.step;
         let outcome = outcome.to_string();
-        let map = self.core.world.load_map(steps, self.core.options.threads);
+        let output = self.output_per_step();
+        let map = self.core.world.load_map(steps, self.core.options.threads, output);
         self.core.on_root(|outputs| {
             outputs.finish();
             outputs.write_load(&map)?;

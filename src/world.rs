@@ -188,7 +188,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// first: since the last step's drift the copies lag behind.
     pub fn refresh_ghosts(&mut self) {
         if self.has_grains() {
+            // Messages of steps alone are counted.
+            let sent = self.sent;
             self.renew_ghosts(|_| ());
+            self.sent = sent;
         }
     }
 

@@ -56,6 +56,8 @@ mod mpirun;
 mod oracle;
 /// Uniform stress stays uniform under every scheme, between walls too, and a linear velocity has one gradient.
 mod patches;
+/// A plan made from a run on one rank has the messages, bytes and loads of one on four; uniform blocks as by hand.
+mod plans;
 /// Worlds made at random end in the same bits however many ranks hold them and however blocks are dealt between steps.
 mod random_worlds;
 /// A job that is right, broken in one place, and its refusal, which the tests of wrong jobs share; it claims nothing itself.
