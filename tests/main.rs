@@ -25,6 +25,8 @@ mod coupling;
 mod empty_nodes;
 /// The account of a continuum's energy closes by what each scheme is known to lose, on any number of ranks and after resume.
 mod energies;
+/// A failure on all ranks, or on one other than the first, ends all within seconds, and its message is there once.
+mod ends;
 /// Enrichment keeps mass and momentum to round-off; zones, rims and the choice of grains are what they are said to be.
 mod enrichment;
 /// Continua against exact solutions under every scheme: waves, columns, slides, balances, turns, with orders.
@@ -56,6 +58,8 @@ mod mpirun;
 mod oracle;
 /// Uniform stress stays uniform under every scheme, between walls too, and a linear velocity has one gradient.
 mod patches;
+/// One line starts a job and goes on with it, by the scripts for Slurm too, with and without mpirun.
+mod queues;
 /// A job that is right, broken in one place, and its refusal, which the tests of wrong jobs share; it claims nothing itself.
 mod refusals;
 /// Records of LAMMPS and YADE are repeated to round-off: collisions, a relaxing packing, a sheared cell.
@@ -64,6 +68,8 @@ mod replay;
 mod runs;
 /// Every contact law, in the plane and in space, has the same bits on 1 to 4 ranks, 1 and 2 threads, and after resume.
 mod same_bits;
+/// `scree bench scaling` measures jobs on several numbers of ranks, from a checkpoint on and wider, and leaves a page.
+mod scaling;
 /// Every scheme of the continuum, in the plane and in space, has the same bits on 1 to 4 ranks, 1 and 2 threads, with any
 /// instructions, and after resume.
 mod scheme_bits;
