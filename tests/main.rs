@@ -23,10 +23,10 @@ mod continua;
 mod coupling;
 /// Nodes with next to no mass put no energy into a body under any scheme that is accepted; the others are refused.
 mod empty_nodes;
-/// The account of a continuum's energy closes by what each scheme is known to lose, on any number of ranks and after resume.
-mod energies;
 /// A failure on all ranks, or on one other than the first, ends all within seconds, and its message is there once.
 mod ends;
+/// The account of a continuum's energy closes by what each scheme is known to lose, on any number of ranks and after resume.
+mod energies;
 /// Enrichment keeps mass and momentum to round-off; zones, rims and the choice of grains are what they are said to be.
 mod enrichment;
 /// Continua against exact solutions under every scheme: waves, columns, slides, balances, turns, with orders.

@@ -179,13 +179,20 @@ fn a_run_goes_on_where_there_is_one_of_this_job() {
     let ended = run(&["--set", "contact.friction=0.4"]);
     assert_eq!(ended.status.code(), Some(2));
     let told = words(&ended);
-    assert!(told.contains("again holds a run of another job: it has `friction = 0.5` where this one has `friction = 0.4`"), "{told}");
+    assert!(
+        told.contains("again holds a run of another job: it has `friction = 0.5` where this one has `friction = 0.4`"),
+        "{told}"
+    );
 
     // Its first checkpoint was never written: there is nothing to lose.
     std::fs::remove_dir_all(cluster.path("again/checkpoints")).unwrap();
     std::fs::create_dir(cluster.path("again/checkpoints")).unwrap();
     let ended = run(&[]);
-    assert!(words(&ended).contains("warning: again holds a run that ended before its first checkpoint"), "{}", words(&ended));
+    assert!(
+        words(&ended).contains("warning: again holds a run that ended before its first checkpoint"),
+        "{}",
+        words(&ended)
+    );
     assert!(ended.status.success() && cluster.digest_of("again") == cluster.digest, "{}", words(&ended));
 
     std::fs::create_dir(cluster.path("other")).unwrap();

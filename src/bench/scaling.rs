@@ -7,6 +7,8 @@
 
 use serde_json::{Value, json};
 
+use crate::observe::phases::NAMES;
+
 /// One measured run, from its `summary.json`.
 #[derive(Clone, Debug)]
 pub struct Sample {
@@ -49,6 +51,9 @@ impl Sample {
             Phase { name: name.clone(), mean: number("mean"), most: number("most") }
         };
         let phases = summary.get("phases").and_then(Value::as_object);
+        let mut phases: Vec<Phase> = phases.map_or(Vec::new(), |phases| phases.iter().map(phase).collect());
+        // In the order of a step, which an object does not keep.
+        phases.sort_by_key(|phase| NAMES.iter().position(|name| *name == phase.name));
         Ok(Self {
             ranks,
             wall,
@@ -56,7 +61,7 @@ impl Sample {
             // The summary counts steps of the whole run, its loop may be a part of them.
             steps: (1e6 * wall / step).round().max(1.0),
             rows: wanted("grains")? + wanted("points")?,
-            phases: phases.map_or(Vec::new(), |phases| phases.iter().map(phase).collect()),
+            phases,
             messages_per_step: number("messages_per_step"),
             bytes_per_step: number("bytes_per_step"),
             imbalance: number("imbalance"),

@@ -116,7 +116,8 @@ fn threads_of(seats: &[Seat], rank: usize) -> usize {
     share.min(limit).max(1)
 }
 
-fn counted(count: usize, what: &str) -> String {
+/// "1 rank", "2 ranks".
+pub(super) fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 

@@ -7,7 +7,7 @@ use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::{Arc, Once, Weak};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use clap::{Parser, Subcommand};
 use scree_partition::transport::{Solo, Transport};
@@ -16,6 +16,7 @@ use self::cores::Placement;
 use crate::error::Error;
 use crate::grain_export::Wanted;
 use crate::run::Outcome;
+use crate::stop;
 
 mod bench;
 mod check;
@@ -31,9 +32,12 @@ const CODE_FAILED: u8 = 3;
 /// Stopped on request.
 const CODE_STOPPED: u8 = 4;
 /// A rank that fails lets the ranks below it speak first, in case that they fail alike: the first above rank 0 waits so
-/// long, the last so long. Who speaks ends the others, which takes some tenths of a second.
+/// long, the last so long.
 const PATIENCE_LEAST: Duration = Duration::from_secs(1);
 const PATIENCE_MOST: Duration = Duration::from_secs(4);
+/// Who speaks ends the others: mpirun sends them SIGTERM within some tenths of a second, and SIGKILL a second later. A rank
+/// that hears the first waits so long for the second, and speaks only if that does not come.
+const PATIENCE_WHEN_ASKED: Duration = Duration::from_secs(4);
 /// One of these is set when a launcher started this process as one of several ranks.
 const LAUNCHER_VARIABLES: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"];
 /// The number of this rank, by the same launchers.
@@ -210,7 +214,7 @@ fn finish(ending: Ending, transport: &dyn Transport) -> u8 {
             error.exit_code()
         }
         Ending::Failed(error) => {
-            std::thread::sleep(patience(transport.rank(), transport.size()));
+            wait_for_others(patience(transport.rank(), transport.size()));
             complain(&error);
             transport.abort(i32::from(error.exit_code()))
         }
@@ -304,7 +308,7 @@ fn end_all_ranks_on_panic(transport: &Arc<dyn Transport>) {
     let speaker = Once::new();
     std::panic::set_hook(Box::new(move |panic| {
         speaker.call_once(|| {
-            std::thread::sleep(patience);
+            wait_for_others(patience);
             let backtrace = Backtrace::capture();
             let trace = match backtrace.status() {
                 BacktraceStatus::Captured => format!("\n{backtrace}"),
@@ -332,9 +336,18 @@ fn patience(rank: usize, size: usize) -> Duration {
     }
 }
 
-/// The first of some variables that holds a number.
-fn number_in_environment(variables: &[&str]) -> Option<usize> {
-    variables.iter().find_map(|variable| std::env::var(variable).ok()?.parse().ok())
+/// Waits so long, and longer once the rank is asked to end meanwhile: then most likely another has spoken.
+fn wait_for_others(patience: Duration) {
+    let asked_before = stop::wanted();
+    let mut end = Instant::now() + patience;
+    let mut asked = false;
+    while Instant::now() < end {
+        std::thread::sleep(Duration::from_millis(10));
+        if !asked && !asked_before && stop::wanted() {
+            asked = true;
+            end = Instant::now() + PATIENCE_WHEN_ASKED;
+        }
+    }
 }
 
 /// The same with the words of who runs where, which rank 0 says.

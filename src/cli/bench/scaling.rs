@@ -14,6 +14,7 @@ use super::launch::{Launcher, cores, is_launched};
 use crate::bench::scaling::{Point, Sample, Scaling, first_difference, strong, weak};
 use crate::bench::widen;
 use crate::checkpoint;
+use crate::cli::cores::counted;
 use crate::cli::report;
 use crate::error::Error;
 use crate::run::Outcome;
@@ -86,7 +87,7 @@ pub(super) fn command(wanted: &Wanted) -> Result<Outcome, Error> {
         cases.push(bench.case(Kind::Weak, &[ranks], &[&wanted.set[..], more].concat(), (ranks / 2).max(1))?);
     }
     bench.measure(&mut cases)?;
-    let scaling = scaling_of(wanted, &job, from, &cases);
+    let scaling = scaling_of(wanted, &job, &cases);
     let page = report::write_scaling(&scaling, &out)?;
     let json = scaling.to_json();
     let file = out.join("scaling.json");
@@ -115,6 +116,8 @@ struct Case {
     sets: Vec<String>,
     /// A run with the one checkpoint to go on from, or none where runs begin at the start.
     template: Option<PathBuf>,
+    /// Time of that checkpoint, s.
+    from: f64,
     /// The preparation first.
     samples: Vec<Sample>,
 }
@@ -184,19 +187,19 @@ impl<'a> Bench<'a> {
         }
         let name = format!("prepared-{}-{}", if kind == Kind::Strong { "strong" } else { "weak" }, ranks[0]);
         let folder = self.scratch.0.join(name);
-        tracing::info!("a run that does not count, on {preparing} ranks");
+        tracing::info!("a run that does not count, on {}", counted(preparing, "rank"));
         let sample = self.run(preparing, &folder, Some(&sets))?;
-        let template = match self.from {
+        let (template, from) = match self.from {
             Some(from) => {
-                keep_one_checkpoint(&folder, from)?;
-                Some(folder)
+                let from = keep_one_checkpoint(&folder, from)?;
+                (Some(folder), from)
             }
             None => {
                 remove(&folder)?;
-                None
+                (None, 0.0)
             }
         };
-        Ok(Case { kind, ranks: ranks.to_vec(), sets, template, samples: vec![sample] })
+        Ok(Case { kind, ranks: ranks.to_vec(), sets, template, from, samples: vec![sample] })
     }
 
     /// All runs, to and fro through the numbers of ranks, so that drifts of the machine meet all of them alike.
@@ -218,8 +221,9 @@ impl<'a> Bench<'a> {
                 };
                 remove(&folder)?;
                 tracing::info!(
-                    "run {repeat} of {}, {ranks} ranks{}: {:.3} s, {:.2} us a step",
+                    "run {repeat} of {}, {}{}: {:.3} s, {:.2} us a step",
                     self.wanted.repeat,
+                    counted(*ranks, "rank"),
                     if case.kind == Kind::Weak { " of the wider job" } else { "" },
                     sample.wall,
                     1e6 * sample.step()
@@ -284,8 +288,8 @@ fn time(text: &str) -> Result<f64, Error> {
     })
 }
 
-/// Leaves the first checkpoint at or after a time, s, alone in a run's folder.
-fn keep_one_checkpoint(folder: &Path, from: f64) -> Result<(), Error> {
+/// Leaves the first checkpoint at or after a time, s, alone in a run's folder; returns its time.
+fn keep_one_checkpoint(folder: &Path, from: f64) -> Result<f64, Error> {
     let mut kept =
         scree_io::store::newest(&checkpoint::folder(folder)).map_err(|error| Error::Run(error.to_string()))?;
     kept.reverse();
@@ -303,8 +307,9 @@ fn keep_one_checkpoint(folder: &Path, from: f64) -> Result<(), Error> {
     for (_, path) in kept.iter().enumerate().filter(|(index, _)| *index != chosen).map(|(_, kept)| kept) {
         fs::remove_file(path).map_err(|error| unwritable(path, &error))?;
     }
-    tracing::info!("measured runs go on from {:.6} s", kept[chosen].0 as f64 * step);
-    Ok(())
+    let time = kept[chosen].0 as f64 * step;
+    tracing::info!("measured runs go on from {time:.6} s");
+    Ok(time)
 }
 
 /// The files of a run, and those in its folder of checkpoints.
@@ -330,7 +335,7 @@ fn unwritable(path: &Path, error: &std::io::Error) -> Error {
     Error::User(format!("{}: {error}. Give another folder with --out DIR.", path.display()))
 }
 
-fn scaling_of(wanted: &Wanted, job: &Job, from: Option<f64>, cases: &[Case]) -> Scaling {
+fn scaling_of(wanted: &Wanted, job: &Job, cases: &[Case]) -> Scaling {
     let of = |kind: Kind| -> Vec<Sample> {
         cases.iter().filter(|case| case.kind == kind).flat_map(Case::measured).cloned().collect()
     };
@@ -344,7 +349,7 @@ fn scaling_of(wanted: &Wanted, job: &Job, from: Option<f64>, cases: &[Case]) -> 
         job: wanted.job.display().to_string(),
         threads: usize::from(wanted.threads),
         cores: cores(),
-        from: from.unwrap_or(0.0),
+        from: cases[0].from,
         strong,
         weak,
     }
@@ -357,22 +362,25 @@ fn told(scaling: &Scaling) -> String {
     let ranks: Vec<String> = scaling.strong.iter().map(|point| point.ranks.to_string()).collect();
     let sample = &scaling.strong[0].median;
     line(format!(
-        "{}: {} rows, {} steps{}, on {} ranks of {} threads, {} cores here; every number of ranks is started by mpirun",
+        "{}: {} rows, {} steps{}; ranks {} of {}, {} here; every number of ranks is started by mpirun",
         scaling.name,
         sample.rows,
         sample.steps,
-        if scaling.from > 0.0 { format!(" from {} s on", scaling.from) } else { String::new() },
+        if scaling.from > 0.0 { format!(" from {:.6} s on", scaling.from) } else { String::new() },
         ranks.join(", "),
-        scaling.threads,
-        scaling.cores
+        counted(scaling.threads, "thread"),
+        counted(scaling.cores, "core")
     ));
     line("All runs ended in the same state to the bit. t(N) is the wall time of a step on N ranks, output included, median of the runs.".into());
-    let fewest = scaling.strong[0].ranks;
-    line(format!("\nStrong scaling, the same job: speed-up {fewest} t({fewest})/t(N), efficiency speed-up/N"));
-    table(&mut line, &scaling.strong, "speed-up");
+    let base = match scaling.strong[0].ranks {
+        1 => "t(1)".to_string(),
+        fewest => format!("{fewest} t({fewest})"),
+    };
+    line(format!("\nStrong scaling, the same job: speed-up {base}/t(N), efficiency speed-up/N"));
+    table(&mut line, &scaling.strong, "times");
     if !scaling.weak.is_empty() {
         line("\nWeak scaling, a job N times as wide on N ranks: efficiency t(1)/t(N)".into());
-        table(&mut line, &scaling.weak, "efficiency");
+        table(&mut line, &scaling.weak, "eff.");
     }
     for (title, points) in [("", &scaling.strong), (" of the wider jobs", &scaling.weak)] {
         phases(&mut line, title, points);
@@ -380,8 +388,8 @@ fn told(scaling: &Scaling) -> String {
     page
 }
 
-/// `bare`: what the column of steps without output holds.
-fn table(line: &mut impl FnMut(String), points: &[Point], bare: &str) {
+/// `unit`: speed-up or efficiency of steps without output.
+fn table(line: &mut impl FnMut(String), points: &[Point], unit: &str) {
     line(format!(
         "{:>5} {:>11} {:>19} {:>12} {:>8} {:>10} {:>16} {:>9} {:>8} {:>7} {:>10} {:>10}",
         "ranks",
@@ -408,7 +416,7 @@ fn table(line: &mut impl FnMut(String), points: &[Point], bare: &str) {
             sample.nanoseconds_per_row(),
             point.speed_up,
             point.efficiency,
-            format!("{:.3} {}", point.without_output, if bare == "speed-up" { "times" } else { "eff." }),
+            format!("{:.3} {unit}", point.without_output),
             or_dash(sample.imbalance, 3),
             or_dash(sample.messages_per_step, 1),
             or_dash(sample.bytes_per_step.map(|bytes| 1e-3 * bytes), 1),
@@ -422,7 +430,7 @@ fn table(line: &mut impl FnMut(String), points: &[Point], bare: &str) {
 fn phases(line: &mut impl FnMut(String), title: &str, points: &[Point]) {
     let Some(first) = points.first().filter(|point| !point.median.phases.is_empty()) else { return };
     line(format!("\nTime per phase{title}, us a step: mean over ranks, in brackets the slowest rank over it"));
-    let ranks: Vec<String> = points.iter().map(|point| format!("{:>18}", format!("{} ranks", point.ranks))).collect();
+    let ranks: Vec<String> = points.iter().map(|point| format!("{:>18}", counted(point.ranks, "rank"))).collect();
     line(format!("  {:<10}{}", "", ranks.join("")));
     for phase in &first.median.phases {
         let cell = |point: &Point| {

@@ -55,7 +55,7 @@ fn lead(scaling: &Scaling) -> String {
         scaling.job,
         last.median.rows,
         last.median.steps,
-        if scaling.from > 0.0 { format!(" from {} s on", scaling.from) } else { String::new() },
+        if scaling.from > 0.0 { format!(" from {:.6} s on", scaling.from) } else { String::new() },
         scaling.threads,
         if scaling.threads == 1 { "thread" } else { "threads" },
         scaling.cores,
@@ -308,6 +308,6 @@ mod tests {
         scaling.strong.iter_mut().for_each(|point| point.median.phases.clear());
         let drawings = drawings(&scaling);
         assert_eq!(drawings.len(), 1);
-        assert!(!page(&scaling, &drawings).contains("weak scaling"));
+        assert!(!page(&scaling, &drawings).contains("<h2>Weak scaling</h2>"));
     }
 }
