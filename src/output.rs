@@ -45,6 +45,10 @@ fn series_file(dir: &Path) -> PathBuf {
     dir.join("series.csv")
 }
 
+/// Files of a run directory that are there before its first checkpoint.
+pub const FILES: [&str; 6] =
+    ["scenario.toml", "packing.h5", "series.csv", "frames.vtkhdf", "log.jsonl", "summary.json"];
+
 fn failed(path: &Path, error: &dyn std::fmt::Display) -> Error {
     Error::Run(format!("{}: {error}; the run has stopped", path.display()))
 }

@@ -1,4 +1,5 @@
-//! The operator's wish that the program stop: SIGTERM or SIGINT.
+//! The operator's wish that the program stop: SIGTERM, SIGINT or SIGUSR1. Of SIGTERM mpirun makes an end within a second;
+//! SIGUSR1 it hands on to all ranks, on every machine, and lets them finish.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, LazyLock};
@@ -9,9 +10,9 @@ use crate::error::Error;
 /// One for the process, as signals are.
 static WANTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
-/// From now on the two signals end nothing by themselves; who takes steps asks [`wanted`].
+/// From now on these signals end nothing by themselves; who takes steps asks [`wanted`].
 pub fn listen() -> Result<(), Error> {
-    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
+    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT, signal_hook::consts::SIGUSR1] {
         signal_hook::flag::register(signal, Arc::clone(&WANTED))
             .map_err(|error| Error::Run(format!("cannot listen for signals: {error}")))?;
     }

@@ -39,9 +39,20 @@ fn jobs_of_continua() -> Vec<PathBuf> {
     jobs
 }
 
+/// Measurements.
+fn jobs_of_benches() -> Vec<PathBuf> {
+    let jobs = jobs_in(&folder().join("bench"));
+    assert!(jobs.len() >= 3, "{jobs:?}");
+    jobs
+}
+
+fn all_jobs() -> Vec<PathBuf> {
+    [jobs_of_shear(), jobs_of_elements(), jobs_of_continua(), jobs_of_benches()].concat()
+}
+
 #[test]
 fn every_job_is_read_and_its_resolved_form_means_the_same() {
-    for path in [jobs_of_shear(), jobs_of_elements(), jobs_of_continua()].concat() {
+    for path in all_jobs() {
         let job = Job::load(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
         let resolved = job.to_toml();
         let back = Job::parse(&resolved, "elsewhere/scenario.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
@@ -83,7 +94,7 @@ fn continua_are_continua() {
 #[test]
 fn every_job_is_in_the_readme_of_jobs() {
     let page = std::fs::read_to_string(folder().join("README.md")).expect("jobs/ has a README");
-    for path in [jobs_of_shear(), jobs_of_elements(), jobs_of_continua()].concat() {
+    for path in all_jobs() {
         let name = path.file_name().expect("a job has a name").to_string_lossy();
         assert!(page.contains(&*name), "jobs/README.md does not name {name}");
     }

@@ -23,6 +23,8 @@ mod continua;
 mod coupling;
 /// Nodes with next to no mass put no energy into a body under any scheme that is accepted; the others are refused.
 mod empty_nodes;
+/// A failure on all ranks, or on one other than the first, ends all within seconds, and its message is there once.
+mod ends;
 /// The account of a continuum's energy closes by what each scheme is known to lose, on any number of ranks and after resume.
 mod energies;
 /// Enrichment keeps mass and momentum to round-off; zones, rims and the choice of grains are what they are said to be.
@@ -58,6 +60,8 @@ mod oracle;
 mod patches;
 /// A plan made from a run on one rank has the messages, bytes and loads of one on four; uniform blocks as by hand.
 mod plans;
+/// One line starts a job and goes on with it, by the scripts for Slurm too, with and without mpirun.
+mod queues;
 /// Worlds made at random end in the same bits however many ranks hold them and however blocks are dealt between steps.
 mod random_worlds;
 /// A job that is right, broken in one place, and its refusal, which the tests of wrong jobs share; it claims nothing itself.
@@ -68,6 +72,8 @@ mod replay;
 mod runs;
 /// Every contact law, in the plane and in space, has the same bits on 1 to 4 ranks, 1 and 2 threads, and after resume.
 mod same_bits;
+/// `scree bench scaling` measures jobs on several numbers of ranks, from a checkpoint on and wider, and leaves a page.
+mod scaling;
 /// Every scheme of the continuum, in the plane and in space, has the same bits on 1 to 4 ranks, 1 and 2 threads, with any
 /// instructions, and after resume.
 mod scheme_bits;

@@ -111,7 +111,7 @@ fn grains_in_last_row(out: &str) -> Option<String> {
 }
 
 /// One of the ranks that mpirun has started.
-fn a_rank_of(mpirun: u32) -> u32 {
+pub fn a_rank_of(mpirun: u32) -> u32 {
     let children = std::fs::read_to_string(format!("/proc/{mpirun}/task/{mpirun}/children")).unwrap();
     children.split_whitespace().next().expect("mpirun has started ranks").parse().unwrap()
 }

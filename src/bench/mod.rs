@@ -12,6 +12,8 @@ use crate::world::World;
 
 pub mod dem;
 pub mod mpm;
+pub mod scaling;
+pub mod widen;
 
 /// What is timed: stretches of steps, the median of which counts.
 #[derive(Clone, Copy, Debug)]

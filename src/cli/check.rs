@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::cores::Placement;
 use super::run::refuse_bad_grains;
 use crate::error::Error;
 use crate::scenario::Job;
@@ -34,9 +35,26 @@ pub(super) fn command(job: &Path, sets: &[String]) -> Result<String, Error> {
     }
 }
 
+/// Who would run where, had this command been `run`.
+pub(super) fn placed(placement: &Placement) -> String {
+    let warnings: Vec<String> = placement.warnings.iter().map(|warning| format!("\nwarning: {warning}\n")).collect();
+    format!("Started as this check was, it runs as {}.\n{}", placement.words, warnings.concat())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ranks_threads_and_cores_are_told() {
+        let warnings = vec!["they wait".to_string()];
+        let placement = Placement { threads: 2, words: "4 ranks of 2 threads on 2 cores".into(), warnings };
+        let told = placed(&placement);
+        assert_eq!(
+            told,
+            "Started as this check was, it runs as 4 ranks of 2 threads on 2 cores.\n\nwarning: they wait\n"
+        );
+    }
 
     fn checked(job: &str, sets: &[&str]) -> String {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs").join(job);

@@ -7,17 +7,20 @@ use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::{Arc, Once, Weak};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use clap::{Parser, Subcommand};
 use scree_partition::transport::{Solo, Transport};
 
+use self::cores::Placement;
 use crate::error::Error;
 use crate::grain_export::Wanted;
 use crate::run::Outcome;
+use crate::stop;
 
 mod bench;
 mod check;
+mod cores;
 mod digest;
 mod export;
 mod plan;
@@ -29,14 +32,17 @@ mod run;
 const CODE_FAILED: u8 = 3;
 /// Stopped on request.
 const CODE_STOPPED: u8 = 4;
-/// A rank that fails alone lets rank 0 speak first, in case that all fail alike.
-const PATIENCE: Duration = Duration::from_secs(2);
+/// A rank that fails lets the ranks below it speak first, in case that they fail alike: the first above rank 0 waits so
+/// long, the last so long.
+const PATIENCE_LEAST: Duration = Duration::from_secs(1);
+const PATIENCE_MOST: Duration = Duration::from_secs(4);
+/// Who speaks ends the others: mpirun sends them SIGTERM within some tenths of a second, and SIGKILL a second later. A rank
+/// that hears the first waits so long for the second, and speaks only if that does not come.
+const PATIENCE_WHEN_ASKED: Duration = Duration::from_secs(4);
 /// One of these is set when a launcher started this process as one of several ranks.
 const LAUNCHER_VARIABLES: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"];
 /// The number of this rank, by the same launchers.
 const RANK_VARIABLES: [&str; 3] = ["OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"];
-/// How many ranks share this machine, by Open MPI and by MPICH.
-const LOCAL_SIZE_VARIABLES: [&str; 2] = ["OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS"];
 
 /// What velocities an export may have, as `[time] velocities` of a job calls them.
 const VELOCITIES: [&str; 2] = ["half_step_before", "now"];
@@ -58,6 +64,9 @@ enum Command {
         /// Override one key, for example --set loading.speed="5 cm/s". May be repeated.
         #[arg(long, value_name = "KEY.PATH=VALUE")]
         set: Vec<String>,
+        /// Threads that each rank is going to have, to be told what that means here.
+        #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+        threads: Option<u16>,
     },
     /// Run a job.
     Run {
@@ -66,6 +75,10 @@ enum Command {
         /// Folder of the run; it must not hold a run yet. Default: runs/<job name>.
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
+        /// Go on where DIR holds a run of this job already, start it where it does not: one line for a batch job that is
+        /// put into the queue again.
+        #[arg(long = "continue")]
+        go_on: bool,
         /// Threads of each rank. Default: the cores of this machine over the ranks on it.
         #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
         threads: Option<u16>,
@@ -145,15 +158,19 @@ pub fn main() -> ExitCode {
 
 fn dispatch(command: Command, transport: &dyn Transport) -> u8 {
     match command {
-        Command::Run { job, out, threads, set } => {
-            finish(run::command(&job, out, threads_wanted(threads), &set, transport), transport)
+        Command::Run { job, out, go_on, threads, set } => {
+            let wanted = run::Wanted { job: &job, out, go_on, sets: &set };
+            finish(run::command(&wanted, &Placement::of(transport, threads), transport), transport)
         }
         Command::Resume { dir, threads } => {
-            finish(resume::command(&dir, threads_wanted(threads), transport), transport)
+            finish(resume::command(&dir, &Placement::of(transport, threads), transport), transport)
         }
         Command::Bench { what } => finish(bench::command(&what, transport), transport),
+        Command::Check { job, set, threads } => {
+            let placement = Placement::of(transport, threads);
+            on_rank_zero(transport, || Ok(check::command(&job, &set)? + &check::placed(&placement)))
+        }
         alone => on_rank_zero(transport, || match alone {
-            Command::Check { job, set } => check::command(&job, &set),
             Command::Digest { path } => digest::command(&path),
             Command::Plan(plan) => plan::command(&plan),
             Command::Report { dirs, out } => {
@@ -164,8 +181,8 @@ fn dispatch(command: Command, transport: &dyn Transport) -> u8 {
                 let wanted = Wanted { velocities_now: velocities == VELOCITIES[1], forces };
                 export::command(&dir, grains.as_deref(), contacts.as_deref(), at.as_deref(), wanted)
             }
-            Command::Run { .. } | Command::Resume { .. } | Command::Bench { .. } => {
-                unreachable!("runs are dispatched above")
+            Command::Run { .. } | Command::Resume { .. } | Command::Bench { .. } | Command::Check { .. } => {
+                unreachable!("they are dispatched above")
             }
         }),
     }
@@ -201,9 +218,7 @@ fn finish(ending: Ending, transport: &dyn Transport) -> u8 {
             error.exit_code()
         }
         Ending::Failed(error) => {
-            if !first {
-                std::thread::sleep(PATIENCE);
-            }
+            wait_for_others(patience(transport.rank(), transport.size()));
             complain(&error);
             transport.abort(i32::from(error.exit_code()))
         }
@@ -292,14 +307,12 @@ fn show_events() {
 
 /// A panic is a defect of the program: say so once, and end every rank, since the others would wait for ever.
 fn end_all_ranks_on_panic(transport: &Arc<dyn Transport>) {
-    let rank = transport.rank();
+    let (rank, patience) = (transport.rank(), patience(transport.rank(), transport.size()));
     let transport: Weak<dyn Transport> = Arc::downgrade(transport);
     let speaker = Once::new();
     std::panic::set_hook(Box::new(move |panic| {
         speaker.call_once(|| {
-            if rank != 0 {
-                std::thread::sleep(PATIENCE);
-            }
+            wait_for_others(patience);
             let backtrace = Backtrace::capture();
             let trace = match backtrace.status() {
                 BacktraceStatus::Captured => format!("\n{backtrace}"),
@@ -318,19 +331,40 @@ fn end_all_ranks_on_panic(transport: &Arc<dyn Transport>) {
     }));
 }
 
-/// Threads of each rank: as asked, or an equal share of the cores.
-fn threads_wanted(asked: Option<u16>) -> usize {
-    if let Some(threads) = asked {
-        return usize::from(threads);
+/// How long a rank that fails waits for those below it to say so first. They need not have failed, and ranks cannot ask
+/// each other, for those that have not failed wait for a message of the run.
+fn patience(rank: usize, size: usize) -> Duration {
+    match rank {
+        0 => Duration::ZERO,
+        _ => PATIENCE_LEAST + (PATIENCE_MOST - PATIENCE_LEAST) * (rank as u32 - 1) / (size as u32 - 1).max(1),
     }
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let ranks_here = number_in_environment(&LOCAL_SIZE_VARIABLES).unwrap_or(1);
-    (cores / ranks_here.max(1)).max(1)
+}
+
+/// Waits so long, and longer once the rank is asked to end meanwhile: then most likely another has spoken.
+fn wait_for_others(patience: Duration) {
+    let asked_before = stop::wanted();
+    let mut end = Instant::now() + patience;
+    let mut asked = false;
+    while Instant::now() < end {
+        std::thread::sleep(Duration::from_millis(10));
+        if !asked && !asked_before && stop::wanted() {
+            asked = true;
+            end = Instant::now() + PATIENCE_WHEN_ASKED;
+        }
+    }
 }
 
 /// The first of some variables that holds a number.
 fn number_in_environment(variables: &[&str]) -> Option<usize> {
     variables.iter().find_map(|variable| std::env::var(variable).ok()?.parse().ok())
+}
+
+/// The same with the words of who runs where, which rank 0 says.
+fn start_threads_of(placement: &Placement) -> Result<(), Error> {
+    // Only rank 0 has somebody to listen.
+    tracing::info!("{}", placement.words);
+    placement.warnings.iter().for_each(|warning| tracing::warn!("warning: {warning}"));
+    start_threads(placement.threads)
 }
 
 /// The pool that every parallel loop of this rank uses. The main thread, which alone speaks to MPI, is one of them, so
@@ -364,4 +398,20 @@ fn say(text: &str) {
 fn complain(error: &Error) {
     let mut stderr = std::io::stderr().lock();
     let _ = writeln!(stderr, "{error}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The lowest speaks first, and an end comes within seconds however many ranks there are.
+    #[test]
+    fn failing_ranks_speak_in_their_order() {
+        assert_eq!(patience(0, 1), Duration::ZERO);
+        for size in [2, 4, 1000] {
+            let waits: Vec<Duration> = (0..size).map(|rank| patience(rank, size)).collect();
+            assert!(waits.windows(2).all(|pair| pair[0] < pair[1]), "{waits:?}");
+            assert!(waits[1] == PATIENCE_LEAST && waits.iter().all(|wait| *wait <= PATIENCE_MOST));
+        }
+    }
 }

@@ -8,7 +8,7 @@ use clap::Args;
 use scree_partition::Solo;
 use serde_json::{Value, json};
 
-use super::run::prepare;
+use super::run::{Wanted, prepare};
 use super::start_threads;
 use crate::error::Error;
 use crate::output::load_file;
@@ -94,7 +94,8 @@ fn map_of_run(dir: &Path) -> Result<LoadMap, Error> {
 /// Some seconds of a job on one rank of one thread, in a folder that is gone afterwards.
 fn measured(plan: &Plan) -> Result<LoadMap, Error> {
     let folder = Scratch(std::env::temp_dir().join(format!("scree-plan-{}", std::process::id())));
-    let (job, options) = prepare(&plan.path, Some(folder.0.clone()), 1, &plan.set, &Solo)?;
+    let wanted = Wanted { job: &plan.path, out: Some(folder.0.clone()), go_on: false, sets: &plan.set };
+    let (job, options, _) = prepare(&wanted, 1, &Solo)?;
     start_threads(1)?;
     stop::limit(plan.seconds);
     start::start(&job, &options, &Solo)?;

@@ -6,6 +6,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::bench::scaling::Scaling;
 use crate::error::Error;
 use crate::scenario::schema::Kind;
 
@@ -20,6 +21,7 @@ mod load;
 mod page;
 mod panels;
 mod records;
+mod scaling;
 mod scenes;
 mod svg;
 #[cfg(test)]
@@ -78,6 +80,18 @@ pub fn write(dirs: &[PathBuf], out: Option<&Path>) -> Result<PathBuf, Error> {
     }
     put(&path.with_extension("txt"), &words::plain_text(&stories))?;
     put(&path, &page::page(&stories, &drawings))?;
+    Ok(path)
+}
+
+/// Writes `scaling.html` with what `scree bench scaling` measured into a folder, its drawings to `figures/` beside it; returns
+/// where the page is.
+pub fn write_scaling(scaling: &Scaling, out: &Path) -> Result<PathBuf, Error> {
+    let (path, folder) = places(out, Some(&out.join("scaling.html")))?;
+    let drawings = scaling::drawings(scaling);
+    for (name, drawing) in &drawings {
+        put(&folder.join(format!("{name}.svg")), drawing)?;
+    }
+    put(&path, &scaling::page(scaling, &drawings))?;
     Ok(path)
 }
 

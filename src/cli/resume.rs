@@ -4,12 +4,13 @@ use std::path::Path;
 
 use scree_partition::transport::Transport;
 
-use super::{Ending, agreed, start_threads};
+use super::cores::Placement;
+use super::{Ending, agreed, start_threads_of};
 use crate::error::Error;
 use crate::run::Options;
 use crate::start;
 
-pub(super) fn command(dir: &Path, threads: usize, transport: &dyn Transport) -> Ending {
+pub(super) fn command(dir: &Path, placement: &Placement, transport: &dyn Transport) -> Ending {
     let found = agreed(transport, || {
         refuse_no_run(dir)?;
         Ok(String::new())
@@ -17,9 +18,14 @@ pub(super) fn command(dir: &Path, threads: usize, transport: &dyn Transport) -> 
     if let Err(error) = found {
         return Ending::Agreed(Err(error));
     }
-    if let Err(error) = start_threads(threads) {
+    if let Err(error) = start_threads_of(placement) {
         return Ending::Failed(error);
     }
+    go_on(dir, placement.threads, transport)
+}
+
+/// The run in a folder that holds one, to its end.
+pub(super) fn go_on(dir: &Path, threads: usize, transport: &dyn Transport) -> Ending {
     let options = Options { out: dir.to_path_buf(), threads };
     match start::resume(dir, &options, transport) {
         Ok(outcome) => Ending::Agreed(Ok(outcome)),

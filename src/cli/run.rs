@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 use scree_partition::transport::Transport;
 
 use super::check::refuse_missing_file;
-use super::{Ending, agreed, start_threads};
+use super::cores::Placement;
+use super::{Ending, agreed, resume, start_threads_of};
 use crate::assembly;
 use crate::checkpoint;
 use crate::error::Error;
 use crate::grain_file;
+use crate::output;
 use crate::run::Options;
 use crate::scenario::{Job, Scenario};
 use crate::space::Components;
@@ -18,19 +20,25 @@ use crate::start;
 /// Where runs go that are not told otherwise, below the current folder.
 const RUNS: &str = "runs";
 
-pub(super) fn command(
-    job: &Path,
-    out: Option<PathBuf>,
-    threads: usize,
-    sets: &[String],
-    transport: &dyn Transport,
-) -> Ending {
-    let (job, options) = match prepare(job, out, threads, sets, transport) {
+/// What the operator typed.
+pub(super) struct Wanted<'a> {
+    pub job: &'a Path,
+    pub out: Option<PathBuf>,
+    /// A run of this job that is there already is gone on with.
+    pub go_on: bool,
+    pub sets: &'a [String],
+}
+
+pub(super) fn command(wanted: &Wanted, placement: &Placement, transport: &dyn Transport) -> Ending {
+    let (job, options, opening) = match prepare(wanted, placement.threads, transport) {
         Ok(prepared) => prepared,
         Err(error) => return Ending::Agreed(Err(error)),
     };
-    if let Err(error) = start_threads(threads) {
+    if let Err(error) = start_threads_of(placement) {
         return Ending::Failed(error);
+    }
+    if opening == Opening::GoOn {
+        return resume::go_on(&options.out, options.threads, transport);
     }
     match start::start(&job, &options, transport) {
         Ok(outcome) => Ending::Agreed(Ok(outcome)),
@@ -38,16 +46,21 @@ pub(super) fn command(
     }
 }
 
+/// Whether there is something to go on with.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Opening {
+    Start,
+    GoOn,
+}
+
 /// Rank 0 reads and checks the job; the others take the resolved text, so that no two ranks can mean different things.
 pub(super) fn prepare(
-    job: &Path,
-    out: Option<PathBuf>,
+    wanted: &Wanted,
     threads: usize,
-    sets: &[String],
     transport: &dyn Transport,
-) -> Result<(Job, Options), Error> {
-    let resolved = agreed(transport, || {
-        let job = Job::load(job, sets)?;
+) -> Result<(Job, Options, Opening), Error> {
+    let shared = agreed(transport, || {
+        let job = Job::load(wanted.job, wanted.sets)?;
         match &job {
             Job::Shear(scenario) => refuse_bad_grains(scenario)?,
             Job::Assembly(job) => {
@@ -56,12 +69,65 @@ pub(super) fn prepare(
             }
             Job::Mpm(_) => {}
         }
-        refuse_existing_run(&folder(&out, &job))?;
-        Ok(job.to_toml())
+        let (out, resolved) = (folder(&wanted.out, &job), job.to_toml());
+        let opening = if wanted.go_on { opening(&out, &resolved)? } else { Opening::Start };
+        if opening == Opening::Start {
+            refuse_existing_run(&out)?;
+        }
+        Ok(if opening == Opening::Start { format!("{START}{resolved}") } else { format!("{GO_ON}{resolved}") })
     })?;
-    let job = Job::parse(&resolved, &job.display().to_string(), &[])?;
-    let out = folder(&out, &job);
-    Ok((job, Options { out, threads }))
+    let opening = if shared.starts_with(GO_ON) { Opening::GoOn } else { Opening::Start };
+    let resolved = shared.trim_start_matches([START, GO_ON]);
+    let job = Job::parse(resolved, &wanted.job.display().to_string(), &[])?;
+    let out = folder(&wanted.out, &job);
+    Ok((job, Options { out, threads }, opening))
+}
+
+/// The opening as rank 0 tells it, ahead of the job.
+const START: char = '0';
+const GO_ON: char = '1';
+
+/// Goes on with a run of the same job, and clears away one that has nothing to go on from.
+fn opening(out: &Path, resolved: &str) -> Result<Opening, Error> {
+    let scenario = out.join("scenario.toml");
+    let Ok(there) = std::fs::read_to_string(&scenario) else { return Ok(Opening::Start) };
+    let shown = out.display();
+    if there != resolved {
+        let (old, new) = first_difference(&there, resolved);
+        return Err(Error::User(format!(
+            "{shown} holds a run of another job: it has `{old}` where this one has `{new}`. Start this one elsewhere with --out DIR, or go on with that one as it is by `scree resume {shown}`."
+        )));
+    }
+    if has_checkpoint(out) {
+        return Ok(Opening::GoOn);
+    }
+    tracing::warn!("warning: {shown} holds a run that ended before its first checkpoint; it is started anew");
+    for name in output::FILES {
+        let path = out.join(name);
+        if path.exists() {
+            std::fs::remove_file(&path).map_err(|error| {
+                Error::User(format!("{}: {error}. Remove the run with `rm -r {shown}`.", path.display()))
+            })?;
+        }
+    }
+    // It is empty, and its folder with it unless somebody has put something there.
+    let _ = std::fs::remove_dir(checkpoint::folder(out));
+    Ok(Opening::Start)
+}
+
+/// The first lines that differ; jobs are written in one order.
+fn first_difference<'a>(old: &'a str, new: &'a str) -> (&'a str, &'a str) {
+    let (mut old, mut new) = (old.lines(), new.lines());
+    loop {
+        match (old.next(), new.next()) {
+            (Some(a), Some(b)) if a == b => {}
+            (a, b) => return (a.unwrap_or("nothing"), b.unwrap_or("nothing")),
+        }
+    }
+}
+
+fn has_checkpoint(out: &Path) -> bool {
+    std::fs::read_dir(checkpoint::folder(out)).is_ok_and(|mut kept| kept.next().is_some())
 }
 
 fn folder(out: &Option<PathBuf>, job: &Job) -> PathBuf {
@@ -92,12 +158,11 @@ fn refuse_existing_run(out: &Path) -> Result<(), Error> {
     if !occupied {
         return Ok(());
     }
-    let unfinished = std::fs::read_dir(checkpoint::folder(out)).map_or(true, |mut kept| kept.next().is_none());
-    Err(Error::User(match (out.join("scenario.toml").exists(), unfinished) {
-        (true, false) => format!(
+    Err(Error::User(match (out.join("scenario.toml").exists(), has_checkpoint(out)) {
+        (true, true) => format!(
             "{shown} already holds a run, and a run is never overwritten. Go on with it by `scree resume {shown}`, or start a new one elsewhere with --out DIR."
         ),
-        (true, true) => format!(
+        (true, false) => format!(
             "{shown} holds a run that ended before its first checkpoint, or is still on its way there. If it has ended, remove it with `rm -r {shown}`; or start a new one elsewhere with --out DIR."
         ),
         (false, _) => format!(

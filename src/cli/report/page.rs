@@ -114,7 +114,8 @@ pub fn sections(sections: &[Section]) -> String {
     whole(&title, &body)
 }
 
-fn whole(title: &str, body: &str) -> String {
+/// A page around its body, with the style of all of them.
+pub fn whole(title: &str, body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
@@ -148,7 +149,8 @@ fn style() -> String {
     )
 }
 
-fn figure(body: &mut String, number: usize, drawing: &str, caption: &str) {
+/// A drawing with its number and caption.
+pub fn figure(body: &mut String, number: usize, drawing: &str, caption: &str) {
     let _ = writeln!(
         body,
         "<figure>\n{drawing}<figcaption><b>Figure {number}.</b> {}</figcaption>\n</figure>",
@@ -194,7 +196,8 @@ fn specimen_caption(stories: &[Story]) -> String {
     caption + ". After Chen et al. (2021), figures 9 and 11 and appendix A."
 }
 
-fn table(body: &mut String, title: &str, runs: &[impl AsRef<str>], table: &Table) {
+/// A table with a column for each of `runs`; nothing where it has no rows.
+pub fn table(body: &mut String, title: &str, runs: &[impl AsRef<str>], table: &Table) {
     if table.rows.is_empty() {
         return;
     }

@@ -1,16 +1,19 @@
 //! `scree bench`: what a step costs on this machine.
 
 use std::fmt::Write;
-use std::process::Command;
 
 use clap::{Args, Subcommand};
 use scree_partition::transport::Transport;
 use serde_json::{Map, Value, json};
 
-use super::{Ending, LAUNCHER_VARIABLES, start_threads};
+use self::launch::{Launcher, is_launched};
+use super::{Ending, start_threads};
 use crate::bench::{Speed, Stretches, dem, mpm};
 use crate::error::Error;
 use crate::run::Outcome;
+
+mod launch;
+mod scaling;
 
 #[derive(Subcommand)]
 pub(super) enum Bench {
@@ -42,6 +45,8 @@ pub(super) enum Bench {
         #[command(flatten)]
         how: How,
     },
+    /// A job on several numbers of ranks: speed-up, efficiency, time per phase, and that the results are the same.
+    Scaling(scaling::Wanted),
 }
 
 #[derive(Args)]
@@ -60,8 +65,6 @@ pub(super) struct How {
     json: bool,
 }
 
-/// Open MPI starts ranks for root only where both of these are 1.
-const ROOT_VARIABLES: [&str; 2] = ["OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"];
 /// Stretches whose median counts.
 const STRETCHES: usize = 5;
 /// Grain-steps of a stretch by default.
@@ -73,10 +76,13 @@ const POINT_WORK: u64 = 15_000_000;
 const POINT_STEPS_MIN: u64 = 20;
 
 pub(super) fn command(what: &Bench, transport: &dyn Transport) -> Ending {
-    let (Bench::Dem { how, .. } | Bench::Mpm { how, .. }) = what;
+    let how = match what {
+        Bench::Dem { how, .. } | Bench::Mpm { how, .. } => how,
+        Bench::Scaling(wanted) => return Ending::Agreed(scaling::command(wanted)),
+    };
     let (ranks, threads) = (usize::from(how.ranks), usize::from(how.threads));
     if ranks > 1 && transport.size() == 1 && !is_launched() {
-        return Ending::Agreed(launch(ranks));
+        return Ending::Agreed(launch(ranks, threads));
     }
     if transport.size() != ranks && transport.size() > 1 && ranks > 1 {
         return Ending::Agreed(Err(Error::User(format!(
@@ -110,6 +116,7 @@ pub(super) fn command(what: &Bench, transport: &dyn Transport) -> Ending {
             };
             mpm::measure(&wanted, transport).map(|measured| page_of_points(&wanted, &measured, how))
         }
+        Bench::Scaling(_) => unreachable!("it has been returned above"),
     };
     match page {
         Ok(page) => Ending::Agreed(Ok(Outcome::Done(page))),
@@ -117,31 +124,19 @@ pub(super) fn command(what: &Bench, transport: &dyn Transport) -> Ending {
     }
 }
 
-fn is_launched() -> bool {
-    LAUNCHER_VARIABLES.iter().any(|variable| std::env::var_os(variable).is_some())
-}
-
 /// The same command on several ranks.
-fn launch(ranks: usize) -> Result<Outcome, Error> {
+fn launch(ranks: usize, threads: usize) -> Result<Outcome, Error> {
     let program = std::env::current_exe().map_err(|error| Error::Run(format!("where is this program? {error}")))?;
-    let version = Command::new("mpirun").arg("--version").output().map_err(|error| {
-        Error::User(format!("mpirun cannot be started ({error}); install Open MPI, or measure with --ranks 1"))
-    })?;
-    let open_mpi = String::from_utf8_lossy(&version.stdout).contains("Open MPI");
-    let allowed = ROOT_VARIABLES.iter().all(|variable| std::env::var_os(variable).is_some_and(|value| value == "1"));
-    if open_mpi && is_root() && !allowed {
-        return Err(Error::User(format!(
-            "mpirun does not start ranks for root. Be another user, or set {}=1 {}=1 where nobody else's files are at stake.",
-            ROOT_VARIABLES[0], ROOT_VARIABLES[1]
-        )));
+    let launcher = Launcher::find()?;
+    if ranks * threads > launcher.cores {
+        tracing::warn!(
+            "warning: {ranks} ranks of {threads} threads share {} cores, so times are not those of {} cores",
+            launcher.cores,
+            ranks * threads
+        );
     }
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    if ranks > cores {
-        tracing::warn!("warning: {ranks} ranks share {cores} cores, so times are not those of {ranks} cores");
-    }
-    let status = Command::new("mpirun")
-        .args(arguments_of_mpirun(ranks, cores, open_mpi))
-        .arg(program)
+    let status = launcher
+        .command(ranks, threads, program)
         .args(std::env::args_os().skip(1))
         .status()
         .map_err(|error| Error::Run(format!("mpirun cannot be started any more: {error}")))?;
@@ -149,22 +144,6 @@ fn launch(ranks: usize) -> Result<Outcome, Error> {
         true => Ok(Outcome::Done(String::new())),
         false => Err(Error::Run(format!("mpirun -n {ranks} ended with {status}; its words are above"))),
     }
-}
-
-/// Open MPI counts a slot a core, and starts more ranks only where it is told to.
-fn arguments_of_mpirun(ranks: usize, cores: usize, open_mpi: bool) -> Vec<String> {
-    let mut arguments = vec!["-n".to_string(), ranks.to_string()];
-    if open_mpi && ranks > cores {
-        arguments.push("--oversubscribe".to_string());
-    }
-    arguments
-}
-
-/// Whether this process acts as root, where the system tells.
-fn is_root() -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let effective = status.lines().find_map(|line| line.strip_prefix("Uid:")?.split_whitespace().nth(1));
-    effective == Some("0")
 }
 
 fn page_of_grains(measured: &dem::Measured, how: &How) -> String {
@@ -246,7 +225,6 @@ mod tests {
     use clap::Parser;
 
     use super::super::{Arguments, with_newline};
-    use super::arguments_of_mpirun;
 
     /// Ranks that were started have printed their JSON; what started them has nothing to add, not even an empty line.
     #[test]
@@ -266,13 +244,5 @@ mod tests {
             assert!(Arguments::try_parse_from(["scree", "bench", what, "--steps", "1"]).is_ok());
             assert!(Arguments::try_parse_from(["scree", "bench", what, "--steps", "0"]).is_err());
         }
-    }
-
-    /// Open MPI ends with "not enough slots" else; other launchers do not know the word.
-    #[test]
-    fn more_ranks_than_cores_are_asked_for_by_name() {
-        assert_eq!(arguments_of_mpirun(2, 2, true), ["-n", "2"]);
-        assert_eq!(arguments_of_mpirun(4, 2, true), ["-n", "4", "--oversubscribe"]);
-        assert_eq!(arguments_of_mpirun(4, 2, false), ["-n", "4"]);
     }
 }
