@@ -201,7 +201,8 @@ pub fn forecast(map: &LoadMap, times: usize, network: &Network, ranks: usize) ->
         .iter()
         .map(|range| held(&domain, range))
         .fold((0.0, 0.0), |(rows, memory): (f64, f64), (more, bytes)| (rows.max(more), memory.max(bytes)));
-    let depth = (ranks as f64).log2().ceil();
+    // Of a tree over all ranks.
+    let depth = f64::from(usize::BITS - (ranks - 1).leading_zeros());
     let tell = ALL_TO_ALL * ranks as f64 * (ENTRY + 8.0 / network.bandwidth);
     let collectives = if ranks > 1 { COLLECTIVES * depth * network.latency + tell } else { 0.0 };
     let mut losses = [0.0; LOSSES.len()];

@@ -74,7 +74,7 @@ fn grain_momentum(world: &PlanarWorld) -> f64 {
 
 /// A slab of continuum over a layer of touching grains, both with weight 1/2 where they overlap, everything moving at
 /// random and nothing pulling from outside.
-fn shaken(transport: &dyn Transport) -> PlanarWorld<'_> {
+pub fn shaken(transport: &dyn Transport) -> PlanarWorld<'_> {
     let mut random = Random(1);
     let half = |y: f64| if y < 0.0 { 0.5 } else { 1.0 };
     let mut points = point_rows(-5..4, 300e3, half);

@@ -6,6 +6,8 @@ mod bad_assemblies;
 mod bad_continua;
 /// Wrong jobs are refused before any work, with file, line, value and remedy; exit code 2.
 mod bad_jobs;
+/// Blocks follow the work that is measured: a bad deal is mended once, and a good one is kept.
+mod balance;
 /// Grains and rigid bodies: balances to round-off, mirrored bounces, held forces, paths, and spins that drive.
 mod bodies;
 /// Stress of the start outside of the cone and softening without a return are refused; the law bears what is not.
