@@ -6,6 +6,12 @@ use std::process::{Child, Command, Output, Stdio};
 use std::sync::{Mutex, MutexGuard, OnceLock};
 use std::time::{Duration, Instant};
 
+use scree::scenario::Job;
+use scree::start;
+use scree_partition::transport::threads;
+
+use crate::runs::{done, options};
+
 pub const SCREE: &str = env!("CARGO_BIN_EXE_scree");
 const JOB: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/quickstart.toml");
 /// Nothing here takes a tenth of this; a hang must not take the suite with it.
@@ -150,6 +156,18 @@ fn the_same_on_two_three_and_four_ranks_and_on_two_threads() {
     }
     completed(scree(1, &run_arguments("threads-2", "2")));
     assert_same("threads-2");
+}
+
+/// The ranks of the other tests are threads of one process: they and processes under mpirun mean the same.
+#[test]
+fn the_same_on_ranks_that_are_threads() {
+    let _turn = turn();
+    reference();
+    let cache = format!("packing.cache={}", folder().join("cache").display());
+    let job = Job::load(Path::new(JOB), &[cache]).unwrap();
+    let out = folder().join("in-process");
+    threads::run(3, |rank| done(start::start(&job, &options(&out), &rank)));
+    assert_same("in-process");
 }
 
 #[test]

@@ -118,14 +118,26 @@ fn page(plan: &Plan, map: &LoadMap, network: &Network, alone: &Forecast, foresee
     let total = |counts: &[u32]| counts.iter().map(|count| u64::from(*count)).sum::<u64>() * u64::from(plan.times);
     let blocks = map.grains.len() as u64 * u64::from(plan.times);
     line(format!("{} grains and {} points in {blocks} blocks", total(&map.grains), total(&map.points)));
-    let [grain, coupled, point, tile] = map.costs.map(|cost| 1e9 * cost);
+    let tiles = if map.shared.is_empty() { 0 } else { blocks };
+    let kinds = [
+        (total(&map.grains), "a grain"),
+        (total(&map.coupled), "more for a grain that shares nodes with points"),
+        (total(&map.points), "a point"),
+        (tiles, "a tile"),
+    ];
+    let costs = kinds.iter().zip(map.costs).filter(|((rows, _), _)| *rows > 0);
+    let costs: Vec<String> = costs.map(|((_, words), cost)| format!("{:.1} ns {words}", 1e9 * cost)).collect();
     line(format!(
-        "measured over {} steps on {} ranks of {} threads: {grain:.1} ns a grain and step, {coupled:.1} more where it shares nodes with points, {point:.1} a point, {tile:.0} a tile; a rebuild every {:.0} steps",
+        "measured over {} steps on {} ranks of {} threads: {}",
         map.steps,
         map.ranks,
         map.threads,
-        1.0 / map.rebuilds.max(1e-9)
+        costs.join(", ")
     ));
+    line(match map.rebuilds > 0.0 {
+        true => format!("a rebuild every {:.0} steps, {:.0} ns a row", 1.0 / map.rebuilds, 1e9 * map.rebuild_cost),
+        false => "no rebuild has been seen: measure for longer, or plan from a run".to_string(),
+    });
     line(format!(
         "network: {:.2} us a message, {:.1} GB/s a rank; messages are taken not to hide behind work",
         1e6 * network.latency,
