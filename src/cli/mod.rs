@@ -350,6 +350,11 @@ fn wait_for_others(patience: Duration) {
     }
 }
 
+/// The first of some variables that holds a number.
+fn number_in_environment(variables: &[&str]) -> Option<usize> {
+    variables.iter().find_map(|variable| std::env::var(variable).ok()?.parse().ok())
+}
+
 /// The same with the words of who runs where, which rank 0 says.
 fn start_threads_of(placement: &Placement) -> Result<(), Error> {
     // Only rank 0 has somebody to listen.
