@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 use crate::mpirun::{SCREE, a_rank_of, signal, turn};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
-/// Nothing here takes a tenth of this.
-const PATIENCE: Duration = Duration::from_secs(120);
+/// Nothing here takes a tenth of this, unless a machine has much else to do.
+const PATIENCE: Duration = Duration::from_secs(400);
 
 /// A sheared cell of discs that runs for some seconds.
 const JOB: &str = r#"name = "queued"
@@ -36,10 +36,10 @@ restitution = 0.3
 friction = 0.5
 [time]
 step = "0.4 us"
-end = "60 ms"
+end = "40 ms"
 [output]
-series_interval = "1 ms"
-checkpoint_interval = "50 ms"
+series_interval = "0.2 ms"
+checkpoint_interval = "30 ms"
 "#;
 
 /// A folder with the job, its packing, and the two programs in `bin`.
