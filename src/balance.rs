@@ -124,8 +124,8 @@ fn heaviest(weights: &[u64], ranges: &[Range<usize>]) -> u64 {
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Deals blocks anew if that is due, and says whether it did; homes are those of the coming deal.
     ///
-    /// What the best deal would have saved a step adds up until it has cost as much as dealing does: so the time that is
-    /// lost is never more than twice that of who knew what is to come, and work that moves to and fro moves no blocks.
+    /// What the best deal would have saved a step adds up until it comes to what the last one took: so the time that is lost
+    /// is of the order of what dealing takes, and work that moves to and fro moves no blocks.
     pub(crate) fn deal_if_due(&mut self) -> Result<bool, Error> {
         let (ranks, steps) = (self.transport.size(), self.step - self.balance.step);
         let (costs, rows) = self.measure_costs();
@@ -144,13 +144,11 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let points = self.points.cold.iter().zip(&self.points.hot).map(|(cold, hot)| (cold, hot.weight));
         let weights = self.weigh(self.grains.cold[..self.grains.owned].iter(), points)?;
         let best = cut(&weights, ranks);
-        let gain = heaviest(&weights, &self.deal.ranges) - heaviest(&weights, &best);
+        let gain = heaviest(&weights, &self.deal.ranges).saturating_sub(heaviest(&weights, &best));
         self.balance.lost += steps as f64 * gain as f64;
         if self.balance.lost <= price as f64 {
             return Ok(false);
         }
-        self.balance.lost = 0.0;
-        self.balance.deals += 1;
         self.deal_out(best);
         Ok(true)
     }
@@ -325,6 +323,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Deals blocks by any weights, with everything in them, and nothing else: no home changes. For who wants to see that
     /// no deal shows.
     pub fn deal_by(&mut self, weights: &[u64]) -> Result<(), Error> {
+        self.look_at_costs();
         self.refresh_ghosts();
         self.deal_out(cut(weights, self.transport.size()));
         self.settle(Vec::new(), Vec::new())
@@ -337,8 +336,16 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.balance.rows_sent += leaving.map(|(_, rows)| rows.len() as u64).sum::<u64>();
     }
 
-    /// What a deal with its migration took since `timer`, as the next decision reckons with it.
+    /// What a deal with its migration took since `timer`, as the next decision reckons with it: with the lists that a rebuild
+    /// makes anyway, so that it is rather dealt too seldom.
     pub(crate) fn price_deal(&mut self, timer: Instant) {
         self.balance.price = timer.elapsed().as_secs_f64();
+        self.balance.lost = 0.0;
+        self.balance.deals += 1;
+    }
+
+    /// Takes what has been timed so far, before the rows become others. Collective.
+    pub(crate) fn look_at_costs(&mut self) {
+        self.measure_costs();
     }
 }

@@ -286,10 +286,13 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         };
         // Tiles whose nodes together are worth a task; the nodes of a block have their rows in its own tile.
         let together = mosaic.tiles_per_task();
-        let wanted = |first: usize| (first..).zip(&mosaic.tiers[first..]).filter(move |(_, of)| **of == tier);
+        let wanted = |first: usize| {
+            let of_task = &mosaic.tiers[first..(first + together).min(mosaic.tiles)];
+            (first..).zip(of_task).filter(move |(_, of)| **of == tier).map(|(tile, _)| tile)
+        };
         let tasks = advanced[..rows].par_chunks_mut(len * together).enumerate().map(|(task, advanced)| {
             let (mut booked, first) = (Reactions::default(), task * together);
-            for (tile, _) in wanted(first).take_while(|(tile, _)| *tile < first + together) {
+            for tile in wanted(first) {
                 for number in tile * per_tile..(tile + 1) * per_tile {
                     let node = &mosaic.owned[number];
                     advanced[node.row as usize - first * len] = advance(node, number, &mut booked);
@@ -301,7 +304,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if coupled {
             grain_changes[..rows].par_chunks_mut(len * together).enumerate().for_each(|(task, changes)| {
                 let first = task * together;
-                for (tile, _) in wanted(first).take_while(|(tile, _)| *tile < first + together) {
+                for tile in wanted(first) {
                     for number in tile * per_tile..(tile + 1) * per_tile {
                         let row = mosaic.owned[number].row as usize;
                         changes[row - first * len] =

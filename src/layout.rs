@@ -363,7 +363,7 @@ impl Layout {
         }
     }
 
-    /// Rows of nodes under a deal. Both tiers of a message list its rows by walking the same blocks, offsets and nodes in
+    /// Rows of nodes under a deal. Both sides of a message list its rows by walking the same blocks, offsets and nodes in
     /// the same order.
     pub fn node_rows(&self, deal: &Deal) -> NodeRows {
         let edge = self.tile_edge();
@@ -499,7 +499,7 @@ enum Source {
     There { sender: usize, number: u32 },
 }
 
-/// Collects the two tiers of a halo.
+/// Collects the two sides of a halo.
 struct Exchange {
     sends: Vec<Vec<u32>>,
     counts: Vec<u32>,

@@ -1,7 +1,7 @@
 //! A run directory: what rank 0 writes and what a person reads.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -45,9 +45,9 @@ fn series_file(dir: &Path) -> PathBuf {
     dir.join("series.csv")
 }
 
-/// Files of a run directory that are there before its first checkpoint.
-pub const FILES: [&str; 6] =
-    ["scenario.toml", "packing.h5", "series.csv", "frames.vtkhdf", "log.jsonl", "summary.json"];
+/// Files of a run directory beside its checkpoints; the one by which it is known as one comes last.
+pub const FILES: [&str; 7] =
+    ["packing.h5", "series.csv", "frames.vtkhdf", "log.jsonl", "summary.json", "load.json", "scenario.toml"];
 
 fn failed(path: &Path, error: &dyn std::fmt::Display) -> Error {
     Error::Run(format!("{}: {error}; the run has stopped", path.display()))
@@ -68,36 +68,49 @@ pub fn claim(dir: &Path, scenario: &str) -> Result<(), Error> {
     fs::write(dir.join("scenario.toml"), scenario).map_err(refused)
 }
 
+/// The log of a run directory, which belongs to who holds it until that process ends, however it ends: two runs that wrote
+/// into one directory would tear each other's files.
+pub fn locked_log(dir: &Path) -> Result<File, Error> {
+    let path = dir.join("log.jsonl");
+    let log = OpenOptions::new().create(true).append(true).open(&path).map_err(|error| failed(&path, &error))?;
+    match log.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(Error::User(format!(
+            "{0}: another scree is writing this run. Wait until it has ended, or stop it; `tail {0}/log.jsonl` shows how far it is.",
+            dir.display()
+        ))),
+        // Where a file system knows no locks there is nothing to hold.
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(log),
+    }
+}
+
 impl Outputs {
     pub fn create(dir: &Path, experiment: &impl Experiment) -> Result<Self, Error> {
-        let path = series_file(dir);
+        let (log, path) = (locked_log(dir)?, series_file(dir));
         let header = experiment.header();
         let names: Vec<&str> = header.iter().map(String::as_str).collect();
         let series = Series::create(&path, &names).map_err(|error| failed(&path, &error))?;
-        Self::open(dir, series, None, 0, experiment.steps())
+        Ok(Self::new(dir, log, (series, None), Meter::new(0, experiment.steps())))
     }
 
     /// Cuts series and frames back to what `progress` had written.
     pub fn resume(dir: &Path, progress: &Progress, experiment: &impl Experiment) -> Result<Self, Error> {
-        let path = series_file(dir);
+        let (log, path) = (locked_log(dir)?, series_file(dir));
         let header = experiment.header();
         let names: Vec<&str> = header.iter().map(String::as_str).collect();
         let series =
             Series::resume(&path, &names, progress.series_rows as usize).map_err(|error| failed(&path, &error))?;
         let path = frames_file(dir);
         let frames = FrameFile::open_and_cut(&path, progress.frames as usize).map_err(|error| failed(&path, &error))?;
-        let mut outputs = Self::open(dir, series, Some(frames), progress.step, experiment.steps())?;
+        let meter = Meter::new(progress.step, experiment.steps());
+        let mut outputs = Self::new(dir, log, (series, Some(frames)), meter);
         if let Ok(text) = fs::read_to_string(summary_file(dir)) {
             outputs.summary = serde_json::from_str(&text).unwrap_or_default();
         }
         Ok(outputs)
     }
 
-    fn open(dir: &Path, series: Series, frames: Option<FrameFile>, step: u64, steps: u64) -> Result<Self, Error> {
-        let path = dir.join("log.jsonl");
-        let log = OpenOptions::new().create(true).append(true).open(&path).map_err(|error| failed(&path, &error))?;
-        let meter = Meter::new(step, steps);
-        Ok(Self { dir: dir.to_path_buf(), series, frames, log, summary: BTreeMap::new(), meter })
+    fn new(dir: &Path, log: File, (series, frames): (Series, Option<FrameFile>), meter: Meter) -> Self {
+        Self { dir: dir.to_path_buf(), series, frames, log, summary: BTreeMap::new(), meter }
     }
 
     pub fn row(&mut self, values: &[f64]) -> Result<(), Error> {
@@ -204,5 +217,20 @@ impl Meter {
         if let Self::Bar(bar) = self {
             bar.finish_and_clear();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_runs_do_not_write_into_one_directory() {
+        let dir = tempfile::tempdir().unwrap();
+        let first = locked_log(dir.path()).unwrap();
+        let words = locked_log(dir.path()).unwrap_err().to_string();
+        assert!(words.contains("another scree is writing this run"), "{words}");
+        drop(first);
+        assert!(locked_log(dir.path()).is_ok());
     }
 }

@@ -210,7 +210,13 @@ pub fn forecast(map: &LoadMap, times: usize, network: &Network, ranks: usize) ->
     losses[Loss::Latency as usize] = slowest[0];
     losses[Loss::Bandwidth as usize] = slowest[1];
     losses[Loss::Reductions as usize] = map.reductions as f64 * depth * network.latency;
-    losses[Loss::Rebuilds as usize] = map.rebuilds * (rows * map.rebuild_cost + collectives);
+    // Where grains and points share nodes all ranks learn which blocks do.
+    let told = if map.coupled.iter().any(|rows| *rows > 0) && ranks > 1 {
+        blocks as f64 * (ENTRY + 8.0 * depth / network.bandwidth)
+    } else {
+        0.0
+    };
+    losses[Loss::Rebuilds as usize] = map.rebuilds * (rows * map.rebuild_cost + collectives + told);
     losses[Loss::Output as usize] = map.output;
     Ok(Forecast {
         ranks,

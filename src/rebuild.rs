@@ -189,13 +189,18 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             balance: Balance::from(step),
         };
         world.replace(parts.grains, parts.points)?;
-        // Rows of the start all come from rank 0, which is no migration.
+        // Rows of the start all come from rank 0, which is no migration, nor is it a part of the run.
         world.balance.rows_sent = 0;
+        world.balance.deals = 0;
+        world.phases = Phases::default();
         Ok(world)
     }
 
     /// Takes other rows in place of all that there are (every row on one rank), and deals the blocks anew.
     pub fn replace(&mut self, grains: Vec<Row<S, C>>, points: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
+        let (started, booked) = (self.phases.start(), self.phases.total());
+        // What has been timed belongs to the rows that have been here.
+        self.look_at_costs();
         let mut counts = [grains.len() as i64, points.len() as i64];
         self.transport.sum(&mut counts);
         (self.grains_total, self.points_total) = (counts[0] as u64, counts[1] as u64);
@@ -212,6 +217,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.walls = Walls::default();
         self.settle(grains, points)?;
         self.price_deal(timer);
+        self.phases.stop_around(Phase::Balance, started, booked);
         Ok(())
     }
 

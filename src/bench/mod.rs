@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use scree_partition::Transport;
+use scree_partition::{HaloCounts, Transport};
 
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
@@ -40,6 +40,9 @@ pub struct Speed {
     pub phases: Vec<(&'static str, f64, f64)>,
     /// Most rows on a rank over their mean.
     pub imbalance: f64,
+    /// Messages and bytes of a step, of all ranks together.
+    pub messages: f64,
+    pub bytes: f64,
 }
 
 impl Speed {
@@ -52,6 +55,7 @@ impl Speed {
     ) -> Result<Self, Error> {
         let rebuilds = world.rebuilds;
         world.phases.seconds = Default::default();
+        world.sent = HaloCounts::default();
         let rows = world.grains_total + world.points_total;
         let mut stretches = Vec::with_capacity(wanted.count);
         for _ in 0..wanted.count {
@@ -71,7 +75,12 @@ impl Speed {
         transport.sum(&mut resident);
         let mut most = [(world.grains.owned + world.points.len()) as i64];
         transport.max_integer(&mut most);
+        let mut sent = [world.sent.messages as i64, world.sent.bytes as i64];
+        transport.sum(&mut sent);
+        let [messages, bytes] = sent.map(|sum| sum as f64 / steps as f64);
         Ok(Self {
+            messages,
+            bytes,
             space: S::NAME,
             instructions: world.contacts.instructions().name(),
             rows,

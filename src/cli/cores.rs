@@ -110,8 +110,9 @@ fn threads_of(seats: &[Seat], rank: usize) -> usize {
         return seat.asked;
     }
     let claims = |core: &usize| beside(seats, seat).filter(|(_, other)| other.cores.contains(core)).count();
-    // In shares of 1/5040, which ranks up to ten divide exactly.
-    let share: usize = seat.cores.iter().map(|core| 5040 / claims(core).max(1)).sum::<usize>() / 5040;
+    // A sum of fractions that makes a whole number must not be rounded below it.
+    let share = seat.cores.iter().map(|core| 1.0 / claims(core).max(1) as f64).sum::<f64>();
+    let share = (share + 1e-9) as usize;
     let limit = if seat.usable < seat.cores.len() { seat.usable / beside(seats, seat).count() } else { share };
     share.min(limit).max(1)
 }
@@ -198,6 +199,8 @@ mod tests {
         assert_eq!(of(&[seat(&[0, 1], 4, 0), seat(&[2, 3], 4, 0)]), [2, 2]);
         assert_eq!(of(&[seat(&[0], 4, 0), seat(&[1], 4, 0)]), [1, 1]);
         assert_eq!(of(&vec![seat(&[0, 1], 2, 0); 3]), [1, 1, 1]);
+        let many: Vec<usize> = (0..64).collect();
+        assert_eq!(of(&vec![seat(&many, 64, 0); 32]), [2; 32]);
         assert_eq!(of(&[seat(&[0], 4, 3)]), [3]);
         // Six cores and processor time for two.
         assert_eq!(of(&[Seat { usable: 2, ..seat(&[0, 1, 2, 3, 4, 5], 6, 0) }]), [2]);

@@ -14,6 +14,7 @@ use crate::error::Error;
 use crate::output::load_file;
 use crate::plan::{Forecast, LoadMap, Network, forecast};
 use crate::scenario::units::{Dimension, quantity};
+use crate::scenario::{Job, Method};
 use crate::{start, stop};
 
 #[derive(Args)]
@@ -99,7 +100,16 @@ fn measured(plan: &Plan) -> Result<LoadMap, Error> {
     start_threads(1)?;
     stop::limit(plan.seconds);
     start::start(&job, &options, &Solo)?;
-    map_of_run(&folder.0)
+    let map = map_of_run(&folder.0)?;
+    if matches!(&job, Job::Shear(scenario) if scenario.method == Method::Hybrid)
+        && map.grains.iter().all(|rows| *rows == 0)
+    {
+        tracing::warn!(
+            "warning: in {} s the hybrid found no band, so this is the plan of its continuum; measure for longer with --seconds, or plan from the folder of a run that has",
+            plan.seconds
+        );
+    }
+    Ok(map)
 }
 
 /// A folder that does not outlive its use.

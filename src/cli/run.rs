@@ -77,7 +77,7 @@ pub(super) fn prepare(
         Ok(if opening == Opening::Start { format!("{START}{resolved}") } else { format!("{GO_ON}{resolved}") })
     })?;
     let opening = if shared.starts_with(GO_ON) { Opening::GoOn } else { Opening::Start };
-    let resolved = shared.trim_start_matches([START, GO_ON]);
+    let resolved = &shared[START.len_utf8()..];
     let job = Job::parse(resolved, &wanted.job.display().to_string(), &[])?;
     let out = folder(&wanted.out, &job);
     Ok((job, Options { out, threads }, opening))
@@ -101,6 +101,7 @@ fn opening(out: &Path, resolved: &str) -> Result<Opening, Error> {
     if has_checkpoint(out) {
         return Ok(Opening::GoOn);
     }
+    let log = output::locked_log(out)?;
     tracing::warn!("warning: {shown} holds a run that ended before its first checkpoint; it is started anew");
     for name in output::FILES {
         let path = out.join(name);
@@ -110,6 +111,7 @@ fn opening(out: &Path, resolved: &str) -> Result<Opening, Error> {
             })?;
         }
     }
+    drop(log);
     // It is empty, and its folder with it unless somebody has put something there.
     let _ = std::fs::remove_dir(checkpoint::folder(out));
     Ok(Opening::Start)

@@ -42,7 +42,7 @@ pub const NAMES: [&str; 13] = [
 pub const WORK: [Phase; 6] =
     [Phase::Scatter, Phase::Couple, Phase::Contacts, Phase::Motion, Phase::Nodes, Phase::Gather];
 
-/// Seconds spent in each phase by this rank. Not state: it never enters a checkpoint or a decision.
+/// Seconds spent in each phase by this rank. Not state: it never enters a checkpoint or a result.
 #[derive(Clone, Debug, Default)]
 pub struct Phases {
     pub seconds: [f64; NAMES.len()],

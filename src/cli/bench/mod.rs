@@ -200,6 +200,7 @@ fn page(row: &str, physics: &str, speed: &Speed, more: &[String], mut json: Valu
     for (name, mean, most) in &speed.phases {
         line(format!("  {name:<10} {mean:>10.2} {most:>17.2}"));
     }
+    line(format!("{:.1} messages and {:.1} kB a step, of all ranks", speed.messages, 1e-3 * speed.bytes));
     more.iter().for_each(|text| line(text.clone()));
     if how.json {
         let phases: Map<String, Value> =
@@ -215,6 +216,8 @@ fn page(row: &str, physics: &str, speed: &Speed, more: &[String], mut json: Valu
         json["stretches"] = json!(speed.stretches);
         json["imbalance"] = json!(speed.imbalance);
         json["phases"] = json!(phases);
+        json["messages_per_step"] = json!(speed.messages);
+        json["bytes_per_step"] = json!(speed.bytes);
         line(json.to_string());
     }
     page
