@@ -7,7 +7,8 @@ use scree_partition::transport::Transport;
 use serde_json::{Map, Value, json};
 
 use self::launch::{Launcher, is_launched};
-use super::{Ending, start_threads};
+use super::cores::Placement;
+use super::{Ending, start_threads_of};
 use crate::bench::{Speed, Stretches, dem, mpm};
 use crate::error::Error;
 use crate::run::Outcome;
@@ -95,7 +96,7 @@ pub(super) fn command(what: &Bench, transport: &dyn Transport) -> Ending {
             "fewer than 500 grains cannot be sheared between rough layers. Take --grains 500 or more.".into(),
         )));
     }
-    if let Err(error) = start_threads(threads) {
+    if let Err(error) = start_threads_of(&Placement::of(transport, Some(how.threads))) {
         return Ending::Failed(error);
     }
     let stretches = |work: u64, least: u64| Stretches { count: STRETCHES, steps: how.steps.unwrap_or(work.max(least)) };
