@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::layout::Layout;
-use crate::mpm::boundary::{Grip, Hold, absorb};
+use crate::mpm::boundary::{Grip, Hold, absorbed};
 use crate::mpm::tile::OwnedNode;
 use crate::observe::ledger::Entry;
 use crate::scenario::mpm::{Boundary, ShapeFunction, StressUpdate, Transfer};
@@ -153,19 +153,58 @@ pub(crate) fn held_by_bodies<S: Space>(
     [velocity, pushed]
 }
 
-/// Velocity of a node after every face of the domain at or behind which it lies has held it, axis by axis.
+/// Velocity of a node after the dashpots of every face that absorbs and at or behind which it lies: forces like others, before
+/// anything holds it. `before` is its velocity before forces.
+pub(crate) fn absorbed_by_faces<S: Space>(
+    mut velocity: S::Vector,
+    before: &S::Vector,
+    (grid, layout): (&Grid, &Layout),
+    node: &OwnedNode,
+    (mass, dt): (f64, f64),
+    mut reactions: Option<&mut Reactions>,
+) -> S::Vector {
+    let absorbs = |axis: usize, upper: bool| {
+        grid.faces[axis][usize::from(upper)] == Boundary::Absorbing && layout.is_behind(node.place, axis, upper)
+    };
+    let faces =
+        || (0..S::DIMENSION).flat_map(|axis| [(axis, false), (axis, true)]).filter(|face| absorbs(face.0, face.1));
+    if faces().next().is_none() {
+        return velocity;
+    }
+    let dashpot = |axis: usize, component: usize| {
+        grid.impedance[usize::from(component != axis)] * layout.node_area(node.place, axis) * grid.depth
+    };
+    // Of all faces together, for at an edge none comes first.
+    let dashpots: [f64; 3] = std::array::from_fn(|component| faces().map(|(axis, _)| dashpot(axis, component)).sum());
+    for (axis, upper) in faces() {
+        let mut impulse = *before;
+        for component in 0..S::DIMENSION {
+            impulse[component] *= absorbed([dashpot(axis, component), dashpots[component]], mass, dt);
+        }
+        if let Some(reactions) = &mut reactions {
+            reactions.on_face::<S>(axis, upper, &impulse);
+        }
+        velocity = velocity - impulse * (1.0 / mass);
+    }
+    velocity
+}
+
+/// Velocity of a node after every face of the domain at or behind which it lies has held it, axis by axis; dashpots have acted
+/// already.
 pub(crate) fn held_by_faces<S: Space>(
     [mut velocity, mut pushed]: [S::Vector; 2],
     grid: &Grid,
     layout: &Layout,
     node: &OwnedNode,
-    (mass, dt): (f64, f64),
+    mass: f64,
     mut reactions: Option<&mut Reactions>,
 ) -> S::Vector {
     for axis in 0..S::DIMENSION {
         for upper in [false, true] {
             let boundary = grid.faces[axis][usize::from(upper)];
-            if matches!(boundary, Boundary::Periodic | Boundary::Free) || !layout.is_behind(node.place, axis, upper) {
+            if matches!(boundary, Boundary::Periodic | Boundary::Free | Boundary::Absorbing)
+                || !layout.is_behind(node.place, axis, upper)
+            {
                 continue;
             }
             let mut normal = S::Vector::zero();
@@ -174,7 +213,7 @@ pub(crate) fn held_by_faces<S: Space>(
                 Hold { grip, separates, normal, velocity: S::Vector::zero() }
             };
             let after = match boundary {
-                Boundary::Periodic | Boundary::Free => velocity,
+                Boundary::Periodic | Boundary::Free | Boundary::Absorbing => velocity,
                 Boundary::Fixed => S::Vector::zero(),
                 Boundary::Roller => hold(Grip::Smooth, false).on(&velocity, &pushed),
                 Boundary::Friction { coefficient } => {
@@ -182,10 +221,6 @@ pub(crate) fn held_by_faces<S: Space>(
                     let after = hold.on(&velocity, &pushed);
                     pushed = hold.on(&pushed, &pushed);
                     after
-                }
-                Boundary::Absorbing => {
-                    let area = layout.node_area(node.place, axis) * grid.depth;
-                    absorb::<S>(&velocity, axis, grid.impedance.map(|impedance| impedance * area), mass, dt)
                 }
             };
             if let Some(reactions) = &mut reactions {

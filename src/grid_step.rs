@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use crate::grid::{Grid, Reactions, held_by_bodies, held_by_faces};
+use crate::grid::{Grid, Reactions, absorbed_by_faces, held_by_bodies, held_by_faces};
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::mpm::gather::{Taken, Taking, correct_grains, gather_points};
@@ -83,15 +83,19 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             true => {
                 self.advance_grid(Moment::Step, |_, _| ());
                 self.book_points();
-                self.gather_points(Tier::Border, taken);
-                self.gather_points(Tier::Inner, taken);
+                self.take_from_grid(Tier::Border, taken);
+                self.take_from_grid(Tier::Inner, taken);
             }
-            false => self.advance_grid(Moment::Step, |world, tier| world.gather_points(tier, taken)),
+            false => self.advance_grid(Moment::Step, |world, tier| world.take_from_grid(tier, taken)),
         }
-        self.correct_grains();
         if self.settings.grid.update == StressUpdate::ModifiedLast {
             self.strain_by_points(Taken::StrainThenPlace);
         }
+    }
+
+    fn take_from_grid(&mut self, tier: Tier, taken: Taken) {
+        self.correct_grains(tier);
+        self.gather_points(tier, taken);
     }
 
     /// Strain of the grid with the velocities of points as they are.
@@ -153,12 +157,12 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let timer = self.phases.start();
         let len = self.nodes.mosaic.nodes_per_tile;
         let rows = self.nodes.mosaic.rows();
-        let (frames, coupled, cold) = (&self.frames, &self.coupled, &self.grains.cold);
+        let (frames, coupled, movers) = (&self.frames, &self.coupled, &self.grains.movers);
         let (hot, tiles) = (&mut self.grains.hot[..self.grains.owned], &mut self.tiles.grains[..rows]);
         over_blocks(&self.grain_ranges, hot, len, tiles, &|block, range, hot, tile| {
             tile.fill(GrainNode::zero());
             if coupled[block] {
-                scatter_grains(&frames[block], hot, &cold[range], tile);
+                scatter_grains(&frames[block], hot, &movers[range], tile);
             }
         });
         self.phases.stop(Phase::Couple, timer);
@@ -277,9 +281,14 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 None => {
                     let forces = if looks { sum.force() * (step / mass) + gravity * step } else { S::Vector::zero() };
                     let booked = &mut booked;
+                    let before = (sum.momentum() + grains.momentum) * (1.0 / mass);
+                    let (grid, at) = (&settings.grid, (&settings.grid, &*layout));
+                    let pushed =
+                        absorbed_by_faces::<S>(free + forces, &before, at, node, (mass, step), booked.as_deref_mut());
+                    let velocity = if looks { free } else { pushed };
                     let held =
-                        held_by_bodies([free, free + forces], (bodies, periods), &place, mass, booked.as_deref_mut());
-                    held_by_faces::<S>(held, &settings.grid, layout, node, (mass, dt), booked.as_deref_mut())
+                        held_by_bodies([velocity, pushed], (bodies, periods), &place, mass, booked.as_deref_mut());
+                    held_by_faces::<S>(held, grid, layout, node, mass, booked.as_deref_mut())
                 }
             };
             nodes::advance(sum, &grains, &gravity, dt, hold)
@@ -323,18 +332,19 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if time < ramp { gravity * (time / ramp) } else { gravity }
     }
 
-    fn correct_grains(&mut self) {
+    fn correct_grains(&mut self, tier: Tier) {
         if !self.is_coupled() {
             return;
         }
         let timer = self.phases.start();
         let len = self.nodes.mosaic.nodes_per_tile;
         let rows = self.nodes.mosaic.rows();
-        let (frames, coupled, cold) = (&self.frames, &self.coupled, &self.grains.cold);
+        let (frames, coupled, movers) = (&self.frames, &self.coupled, &self.grains.movers);
         let (hot, tiles) = (&mut self.grains.hot[..self.grains.owned], &mut self.tiles.grain_changes[..rows]);
+        let tiers = &self.nodes.mosaic.tiers;
         over_blocks(&self.grain_ranges, hot, len, tiles, &|block, range, hot, tile| {
-            if coupled[block] {
-                correct_grains(&frames[block], tile, hot, &cold[range]);
+            if coupled[block] && tiers[block] == tier {
+                correct_grains(&frames[block], tile, hot, &movers[range]);
             }
         });
         self.phases.stop(Phase::Couple, timer);

@@ -246,13 +246,22 @@ fn a_step_travels_with_the_speed_of_waves() {
 }
 
 /// Pulses that run out of the bar at both ends: what comes back, at a fifth of a cell a step and at nearly the longest step
-/// that is accepted; there what is left also goes on to die away.
+/// that is accepted; there what is left must not grow, for 30 times the way through. Dashpots on the velocity after forces made
+/// energy where points average velocities: 1.5 of the pulses' by then (hats and uGIMP, flip = 1).
 #[test]
 fn absorbing_faces_return_little() {
     let cubic = CHEN.replace("quadratic", "cubic");
-    let modified = CHEN.replace("\"last\"", "\"modified_last\"").replace("1.0", "0.99");
-    let more = [("cubic FLIP", cubic.as_str()), ("modified last, FLIP 0.99", modified.as_str())];
-    for (name, scheme) in BOTH.into_iter().chain(more) {
+    let mut schemes: Vec<[String; 2]> = BOTH.map(|(name, scheme)| [name.into(), scheme.into()]).into();
+    schemes.push(["cubic FLIP".into(), cubic]);
+    for shape in ["generalised", "quadratic"] {
+        for update in ["first", "modified_last"] {
+            for flip in ["1.0", "0.9995", "0.99"] {
+                let scheme = CHEN.replace("quadratic", shape).replace("\"last\"", &format!("\"{update}\""));
+                schemes.push([format!("{shape} {update} FLIP {flip}"), scheme.replace("1.0", flip)]);
+            }
+        }
+    }
+    for [name, scheme] in &schemes {
         let pulses = bar(scheme, 64, 0.012)
             .replace("lower = [0, 0]\n        upper = [1,", "lower = [0.25, 0]\n        upper = [0.75,")
             .replace("length = 2,", "length = 1, origin = [0.25, 0],");
@@ -273,7 +282,51 @@ fn absorbing_faces_return_little() {
         println!(
             "{name}: of the pulses' energy {back:.1e} comes back, at the longest step {back_long:.1e}, late {late:.1e}"
         );
-        assert!(back < 1e-3 && back_long < 1e-3 && late < 1e-5, "{name}");
+        assert!(back < 5e-4 && back_long < 5e-4 && late < 0.5 * back_long, "{name}");
+    }
+}
+
+/// Material in two corners of a box whose every face absorbs, a layer of points thick on the faces and standing off them by
+/// less than a cell, so that nodes on faces have next to nothing: no face makes energy, and all goes out in the end.
+#[test]
+fn absorbing_faces_stop_what_is_thin() {
+    for dimension in [2, 3] {
+        let grid = format!("space = \"{}\"\nupper = {}\ncell = 0.1", space(dimension), list(dimension, [0.8; 3]));
+        let faces: String = ["x_lower", "x_upper", "y_lower", "y_upper", "z_lower", "z_upper"][..2 * dimension]
+            .iter()
+            .map(|face| format!("[[boundary]]\nface = \"{face}\"\nkind = \"absorbing\"\n"))
+            .collect();
+        let region = |lower: [f64; 3], upper: [f64; 3], velocity: [f64; 3]| {
+            let [lower, upper, velocity] = [lower, upper, velocity].map(|values| list(dimension, values));
+            let wave = list(dimension, [0.02, 0.01, -0.01]);
+            let along = list(dimension, [1.0, 1.0, 0.0]);
+            format!(
+                "[[region]]\nshape = \"box\"\nlower = {lower}\nupper = {upper}\nvelocity = {velocity}\nwave = [{{direction = {along}, length = 0.15, amplitude = {wave}}}]\n"
+            )
+        };
+        let rest = [
+            region([0.0; 3], [0.4, 0.05, 0.4], [0.02, -0.05, 0.01]),
+            region([0.05, 0.3, 0.05], [0.3, 0.4, 0.3], [-0.05, 0.0, -0.05]),
+            region([0.55, 0.55, 0.05], [0.75, 0.75, 0.75], [0.1, 0.1, 0.1]),
+            region([0.75, 0.1, 0.1], [0.8, 0.5, 0.3], [0.0; 3]),
+            faces,
+            "[time]\nsafety = 0.99\nend = 0.4\n[output]\nledger = true\nseries_interval = 1e-2\nframe_interval = 1\ncheckpoint_interval = 1".into(),
+        ];
+        for flip in ["1.0", "0.9995", "0.99", "0.95", "0.0"] {
+            for scheme in schemes() {
+                let scheme = scheme.replace("flip = 1.0", &format!("flip = {flip}"));
+                if scheme.contains("affine") && flip != "1.0" {
+                    continue;
+                }
+                let ran = Ran::of(&elastic("thin", &grid, &scheme, [1e5, 0.3], &rest.concat()));
+                let energy = ran.energy();
+                let most = energy.iter().fold(0.0f64, |most, now| most.max(*now)) / energy[0];
+                let late = energy[energy.len() - 1] / energy[0];
+                let name = format!("{dimension}D {} flip {flip}", scheme.replace('\n', " "));
+                println!("{name}: most {most:.4}, late {late:.1e}");
+                assert!(most < 1.0 + 1e-6 && late < 0.1, "{name}: {most}, {late}");
+            }
+        }
     }
 }
 

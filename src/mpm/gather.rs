@@ -1,6 +1,6 @@
 //! Tiles back to points and grains.
 
-use crate::dem::grains::{Cold as GrainCold, Hot as GrainHot, Mover};
+use crate::dem::grains::{Hot as GrainHot, Mover};
 use crate::dem::segments::larger;
 use crate::lane::{Instructions, Kernel, LANES, Pack, Packed};
 use crate::law::material::MaterialLaw;
@@ -372,9 +372,9 @@ pub fn correct_grains<S: Space>(
     frame: &TileFrame<S>,
     tile: &[GrainChange<S>],
     hot: &mut [GrainHot<S>],
-    cold: &[GrainCold<S>],
+    movers: &[Mover],
 ) {
-    for (hot, _) in hot.iter_mut().zip(cold).filter(|(_, cold)| cold.mover == Mover::Free) {
+    for (hot, _) in hot.iter_mut().zip(movers).filter(|(_, mover)| **mover == Mover::Free) {
         let mut change = S::Vector::zero();
         frame.stencil::<Quadratic, 3>(&hot.position).for_each(frame.edge, |node, value| {
             change += tile[node] * value;

@@ -1,6 +1,6 @@
 //! Points and grains to the tile of their block.
 
-use crate::dem::grains::{Cold as GrainCold, Hot as GrainHot, Mover};
+use crate::dem::grains::{Hot as GrainHot, Mover};
 use crate::ids::Row;
 use crate::lane::{Instructions, Kernel, LANES, Pack, Packed, Real};
 use crate::mpm::points::{Beside, Hot};
@@ -341,10 +341,10 @@ pub fn scatter_loads<S: Space, M>(
 pub fn scatter_grains<S: Space>(
     frame: &TileFrame<S>,
     hot: &[GrainHot<S>],
-    cold: &[GrainCold<S>],
+    movers: &[Mover],
     tile: &mut [GrainNode<S>],
 ) {
-    for (hot, _) in hot.iter().zip(cold).filter(|(_, cold)| cold.mover == Mover::Free) {
+    for (hot, _) in hot.iter().zip(movers).filter(|(_, mover)| **mover == Mover::Free) {
         let mass = hot.weight * hot.mass;
         let momentum = hot.velocity * mass;
         frame.stencil::<Quadratic, 3>(&hot.position).for_each(frame.edge, |node, value| {

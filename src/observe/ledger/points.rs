@@ -30,7 +30,7 @@ use scree_partition::ExactSum;
 use super::Entry;
 use crate::dem::walls::place_beside;
 use crate::error::Error;
-use crate::grid::{held_by_bodies, held_by_faces};
+use crate::grid::{absorbed_by_faces, held_by_bodies, held_by_faces};
 use crate::law::contact::ContactLaw;
 use crate::law::material::{MaterialLaw, MaterialMemory};
 use crate::mpm::look::{for_each_node, moments};
@@ -299,8 +299,13 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if missing != S::Vector::zero() {
             works.add(Item::Ramp, &(missing * (mass * dt)), &velocities);
         }
-        // As `nodes::advance` reckons it; bodies and faces hold one after the other.
-        let mut velocity = (sum.momentum() + sum.force() * dt + gravity * (mass * dt)) * (1.0 / mass);
+        // As `nodes::advance` reckons it; dashpots act, then bodies and faces hold, one after the other.
+        let free = (sum.momentum() + sum.force() * dt + gravity * (mass * dt)) * (1.0 / mass);
+        let (grid, before) = (&self.settings.grid, &velocities[BEHIND]);
+        let mut velocity = absorbed_by_faces::<S>(free, before, (grid, &self.layout), node, (mass, dt), None);
+        if velocity != free {
+            works.add(Item::Holds, &((free - velocity) * mass), &velocities);
+        }
         let place: S::Vector = self.layout.node_at(node.place);
         for (body, motion) in self.bodies.iter().zip(&self.point_ledger.bodies) {
             let [held, _] = held_by_bodies([velocity; 2], (std::slice::from_ref(body), &self.cell), &place, mass, None);
@@ -312,7 +317,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 velocity = held;
             }
         }
-        let held = held_by_faces::<S>([velocity; 2], &self.settings.grid, &self.layout, node, (mass, dt), None);
+        let held = held_by_faces::<S>([velocity; 2], grid, &self.layout, node, mass, None);
         if held != velocity {
             works.add(Item::Holds, &((velocity - held) * mass), &velocities);
         }

@@ -184,10 +184,9 @@ fn step_of_free_nodes(job: &Mpm) -> f64 {
     job.grid.cell * (2.0 / (steepness * wave_squared)).sqrt()
 }
 
-/// What bounds the step. Dashpots of servos and absorbing faces are implicit in the new velocity of a body or node, and where
-/// that is what strains the points they bound nothing. Where points average velocities first, they keep but a part of what a
-/// face took, as if it pulled askew: that makes energy, the more the longer the step, which only damping in the transfer holds
-/// down. A bar of hats between two such faces is stable up to 0.55 cells a step with `flip = 0.99`, and never with 1.
+/// What bounds the step. Dashpots of servos are implicit in the new velocity of a body and bound nothing. Those of absorbing
+/// faces act on what a node had ([`crate::mpm::boundary::absorbed`]): half a cell of material must have what they take, or they
+/// are cut short and waves come back.
 pub fn bounds(job: &Mpm) -> Vec<Bound> {
     let (speed, cell) = (wave_speeds(job).0, job.grid.cell);
     let mut bounds = vec![Bound {
@@ -203,11 +202,12 @@ pub fn bounds(job: &Mpm) -> Vec<Bound> {
             remedy: "Beyond it points at the edge of material are thrown about; shorten the step, or take update = \"modified_last\" with transfer = \"blend\".",
             step: step_of_free_nodes(job),
         });
-    } else if job.boundaries.iter().flatten().any(|boundary| *boundary == Boundary::Absorbing) {
+    }
+    if job.boundaries.iter().flatten().any(|boundary| *boundary == Boundary::Absorbing) {
         bounds.push(Bound {
-            cause: "absorbing faces where points average velocities",
+            cause: "absorbing faces",
             formula: "cell/(2 c), c^2 = M/density",
-            remedy: "Beyond it the faces make energy; shorten the step, or take update = \"last\" or transfer = \"affine\".",
+            remedy: "Beyond it nodes at the face have less than its dashpots would take, and waves come back; shorten the step, or take larger cells or a softer material.",
             step: 0.5 * step_through(cell, speed, 0.0),
         });
     }
