@@ -184,7 +184,7 @@ pub(crate) fn absorbed_by_faces<S: Space>(
         if let Some(reactions) = &mut reactions {
             reactions.on_face::<S>(axis, upper, &impulse);
         }
-        velocity = velocity - impulse * (1.0 / mass);
+        velocity -= impulse * (1.0 / mass);
     }
     velocity
 }
