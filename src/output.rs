@@ -1,27 +1,28 @@
 //! A run directory: what rank 0 writes and what a person reads.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{IsTerminal, Write};
+use std::fs;
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use scree_io::frames::{Frame, FrameFile};
 use scree_io::series::Series;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::checkpoint::Progress;
 use crate::error::Error;
+use crate::log::Log;
 use crate::plan::LoadMap;
-use crate::run::Experiment;
+use crate::run::{Beginning, Experiment, Options};
 
 /// Open files of a run, on rank 0.
 pub struct Outputs {
     dir: PathBuf,
     series: Series,
     frames: Option<FrameFile>,
-    log: File,
+    log: Log,
     /// Figures for `summary.json`.
     summary: BTreeMap<String, Value>,
     meter: Meter,
@@ -41,8 +42,16 @@ pub fn load_file(dir: &Path) -> PathBuf {
 fn frames_file(dir: &Path) -> PathBuf {
     dir.join("frames.vtkhdf")
 }
+pub fn scenario_file(dir: &Path) -> PathBuf {
+    dir.join("scenario.toml")
+}
 fn series_file(dir: &Path) -> PathBuf {
     dir.join("series.csv")
+}
+
+/// A run that finds it stops, with a checkpoint.
+pub fn stop_file(dir: &Path) -> PathBuf {
+    dir.join("stop")
 }
 
 /// Files of a run directory beside its checkpoints; the one by which it is known as one comes last.
@@ -53,9 +62,17 @@ fn failed(path: &Path, error: &dyn std::fmt::Display) -> Error {
     Error::Run(format!("{}: {error}; the run has stopped", path.display()))
 }
 
+/// Writes a small file as a whole: whoever reads it meanwhile has the old one, and whoever ends meanwhile leaves it.
+fn replace(path: &Path, text: &str) -> std::io::Result<()> {
+    let mut aside = path.as_os_str().to_owned();
+    aside.push(".tmp");
+    fs::write(&aside, text)?;
+    fs::rename(&aside, path)
+}
+
 /// Makes a fresh run directory; one that holds a run is never overwritten.
 pub fn claim(dir: &Path, scenario: &str) -> Result<(), Error> {
-    if dir.join("scenario.toml").exists() {
+    if scenario_file(dir).exists() {
         return Err(Error::User(format!(
             "{0}: this directory holds a run already. Continue it with `scree resume {0}`, or give another with --out.",
             dir.display()
@@ -65,42 +82,37 @@ pub fn claim(dir: &Path, scenario: &str) -> Result<(), Error> {
         Error::User(format!("{}: cannot make the run directory: {error}; give another with --out", dir.display()))
     };
     fs::create_dir_all(crate::checkpoint::folder(dir)).map_err(refused)?;
-    fs::write(dir.join("scenario.toml"), scenario).map_err(refused)
-}
-
-/// The log of a run directory, which belongs to who holds it until that process ends, however it ends: two runs that wrote
-/// into one directory would tear each other's files.
-pub fn locked_log(dir: &Path) -> Result<File, Error> {
-    let path = dir.join("log.jsonl");
-    let log = OpenOptions::new().create(true).append(true).open(&path).map_err(|error| failed(&path, &error))?;
-    match log.try_lock() {
-        Err(TryLockError::WouldBlock) => Err(Error::User(format!(
-            "{0}: another scree is writing this run. Wait until it has ended, or stop it; `tail {0}/log.jsonl` shows how far it is.",
-            dir.display()
-        ))),
-        // Where a file system knows no locks there is nothing to hold.
-        Ok(()) | Err(TryLockError::Error(_)) => Ok(log),
-    }
+    fs::write(scenario_file(dir), scenario).map_err(refused)
 }
 
 impl Outputs {
-    pub fn create(dir: &Path, experiment: &impl Experiment) -> Result<Self, Error> {
-        let (log, path) = (locked_log(dir)?, series_file(dir));
+    /// The outputs of a run that begins after `step`.
+    pub fn create(dir: &Path, experiment: &impl Experiment, step: u64) -> Result<Self, Error> {
+        let (log, path) = (Log::open(dir)?, series_file(dir));
         let header = experiment.header();
         let names: Vec<&str> = header.iter().map(String::as_str).collect();
         let series = Series::create(&path, &names).map_err(|error| failed(&path, &error))?;
-        Ok(Self::new(dir, log, (series, None), Meter::new(0, experiment.steps())))
+        Ok(Self::new(dir, log, (series, None), Meter::new(step, experiment.steps())))
     }
 
-    /// Cuts series and frames back to what `progress` had written.
-    pub fn resume(dir: &Path, progress: &Progress, experiment: &impl Experiment) -> Result<Self, Error> {
-        let (log, path) = (locked_log(dir)?, series_file(dir));
+    /// Cuts log, series and frames back to what `progress` had written; a branch has none yet.
+    pub fn resume(options: &Options, progress: &Progress, experiment: &impl Experiment) -> Result<Self, Error> {
+        let dir = &options.out;
+        if options.beginning == Beginning::Branched {
+            return Self::create(dir, experiment, progress.step);
+        }
+        let (mut log, path) = (Log::open(dir)?, series_file(dir));
+        log.cut_after(progress.step)?;
         let header = experiment.header();
         let names: Vec<&str> = header.iter().map(String::as_str).collect();
         let series =
             Series::resume(&path, &names, progress.series_rows as usize).map_err(|error| failed(&path, &error))?;
         let path = frames_file(dir);
         let frames = FrameFile::open_and_cut(&path, progress.frames as usize).map_err(|error| failed(&path, &error))?;
+        if options.beginning == Beginning::Changed {
+            let path = scenario_file(dir);
+            replace(&path, &experiment.job()).map_err(|error| failed(&path, &error))?;
+        }
         let meter = Meter::new(progress.step, experiment.steps());
         let mut outputs = Self::new(dir, log, (series, Some(frames)), meter);
         if let Ok(text) = fs::read_to_string(summary_file(dir)) {
@@ -109,7 +121,7 @@ impl Outputs {
         Ok(outputs)
     }
 
-    fn new(dir: &Path, log: File, (series, frames): (Series, Option<FrameFile>), meter: Meter) -> Self {
+    fn new(dir: &Path, log: Log, (series, frames): (Series, Option<FrameFile>), meter: Meter) -> Self {
         Self { dir: dir.to_path_buf(), series, frames, log, summary: BTreeMap::new(), meter }
     }
 
@@ -134,10 +146,8 @@ impl Outputs {
     }
 
     /// One line in `log.jsonl`.
-    pub fn log(&mut self, event: &str, step: u64, mut fields: Value) -> Result<(), Error> {
-        fields["event"] = json!(event);
-        fields["step"] = json!(step);
-        writeln!(self.log, "{fields}").map_err(|error| failed(&self.dir.join("log.jsonl"), &error))
+    pub fn log(&mut self, event: &str, step: u64, fields: Value) -> Result<(), Error> {
+        self.log.tell(event, step, fields)
     }
 
     /// Figures that `summary.json` shows.
@@ -150,14 +160,14 @@ impl Outputs {
     pub fn write_summary(&mut self) -> Result<(), Error> {
         let path = summary_file(&self.dir);
         let text = serde_json::to_string_pretty(&self.summary).map_err(|error| failed(&path, &error))?;
-        fs::write(&path, text + "\n").map_err(|error| failed(&path, &error))
+        replace(&path, &(text + "\n")).map_err(|error| failed(&path, &error))
     }
 
     /// Where the load lies, and what it costs.
     pub fn write_load(&self, map: &LoadMap) -> Result<(), Error> {
         let path = load_file(&self.dir);
         let text = serde_json::to_string(map).map_err(|error| failed(&path, &error))?;
-        fs::write(&path, text + "\n").map_err(|error| failed(&path, &error))
+        replace(&path, &(text + "\n")).map_err(|error| failed(&path, &error))
     }
 
     /// Shows how far the run is.
@@ -168,6 +178,14 @@ impl Outputs {
     pub fn finish(&mut self) {
         self.meter.finish();
     }
+}
+
+/// `3:07:05`, or with days before it.
+fn clock(seconds: f64) -> String {
+    let seconds = seconds.round() as u64;
+    let (days, hours, minutes) = (seconds / 86_400, seconds / 3600 % 24, seconds / 60 % 60);
+    let clock = format!("{hours}:{minutes:02}:{:02}", seconds % 60);
+    if days > 0 { format!("{days} d {clock}") } else { clock }
 }
 
 /// A progress bar on a terminal, plain lines in a batch log.
@@ -207,8 +225,9 @@ impl Meter {
                 }
                 *last = Instant::now();
                 let done = (step - *first_step).max(1) as f64;
-                let left = started.elapsed().as_secs_f64() * (*steps - step) as f64 / done;
-                eprintln!("step {step} of {steps}, {:.0} s left: {}", left, words());
+                let each = started.elapsed().as_secs_f64() / done;
+                let left = clock(each * (*steps - step) as f64);
+                eprintln!("step {step} of {steps}, {:.1} us a step, {left} left: {}", 1e6 * each, words());
             }
         }
     }
@@ -217,20 +236,5 @@ impl Meter {
         if let Self::Bar(bar) = self {
             bar.finish_and_clear();
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn two_runs_do_not_write_into_one_directory() {
-        let dir = tempfile::tempdir().unwrap();
-        let first = locked_log(dir.path()).unwrap();
-        let words = locked_log(dir.path()).unwrap_err().to_string();
-        assert!(words.contains("another scree is writing this run"), "{words}");
-        drop(first);
-        assert!(locked_log(dir.path()).is_ok());
     }
 }

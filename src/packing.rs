@@ -21,8 +21,9 @@ use crate::rebuild::{self, Parts, is_glued};
 use crate::scenario::Scenario;
 use crate::servo::CellDrive;
 use crate::space::{Linear, Plane, Space, Words};
+use crate::stop::{self, Wish};
 use crate::world::{Settings, World};
-use crate::{grain_file, stop, tables, transfer};
+use crate::{grain_file, tables, transfer};
 
 /// The world that jobs between plates run in.
 pub type PlanarWorld<'t, C> = World<'t, Plane, C, CriticalDruckerPrager>;
@@ -118,9 +119,9 @@ pub fn steps<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     count: u64,
 ) -> Result<(), Error> {
     for _ in 0..count {
-        world.stop_wanted = stop::wanted();
+        world.wish = stop::wish();
         world.advance()?;
-        if world.stop_agreed {
+        if world.wish_agreed == Wish::Stop {
             return Err(Error::Stopped(world.step));
         }
     }

@@ -74,7 +74,7 @@ pub fn start<C: ContactLaw<Plane>>(
     };
     let world = specimen::world(scenario, transport, start)?;
     let experiment = PlanarShear { scenario, law: std::marker::PhantomData::<C> };
-    let outputs = if root { Outputs::create(&options.out, &experiment).map(Some) } else { Ok(None) };
+    let outputs = if root { Outputs::create(&options.out, &experiment, 0).map(Some) } else { Ok(None) };
     let outputs = transfer::agree(transport, outputs)?;
     Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
 }
@@ -93,7 +93,7 @@ pub fn resume<C: ContactLaw<Plane>>(
         return Ok(Outcome::Done(format!("{out}: this run is done already; nothing was changed.")));
     }
     let experiment = PlanarShear { scenario, law: std::marker::PhantomData::<C> };
-    let outputs = if root { Outputs::resume(&options.out, &progress, &experiment).map(Some) } else { Ok(None) };
+    let outputs = if root { Outputs::resume(options, &progress, &experiment).map(Some) } else { Ok(None) };
     let outputs = transfer::agree(transport, outputs)?;
     Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
 }

@@ -26,6 +26,7 @@ use crate::observe::ledger::points::PointLedger;
 use crate::observe::phases::{Phase, Phases};
 use crate::record::{Record, Visitor};
 use crate::space::{Linear, Space};
+use crate::stop::Wish;
 use crate::transfer;
 use crate::world::{Settings, World};
 
@@ -177,8 +178,8 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             radius_max: 0.0,
             grains_total: 0,
             points_total: 0,
-            stop_wanted: false,
-            stop_agreed: false,
+            wish: Wish::None,
+            wish_agreed: Wish::None,
             rebuilds: 0,
             settlings: 0,
             phases: Phases::default(),

@@ -1,12 +1,14 @@
 //! The loop: step, watch, observe, save, stop. What is simulated is an [`Experiment`]; everything here is the same for all.
 
+use std::fs;
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use scree_io::frames::Frame;
 use scree_io::store;
 use scree_partition::{Reader, Writer};
 use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
 
 use crate::checkpoint::{self, Progress, Snapshot};
 use crate::error::Error;
@@ -14,13 +16,14 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::observe::guard::EnergyGuard;
 use crate::observe::ledger::Entry;
-use crate::observe::phases::{self, Phase};
-use crate::output::Outputs;
+use crate::observe::phases::Phase;
+use crate::output::{Outputs, stop_file};
 use crate::rebuild::Row;
 use crate::record::{FromParcel, Record, ToParcel};
 use crate::scenario::Output;
 use crate::space::Space;
-use crate::stop;
+use crate::stop::{self, Wish};
+use crate::summary::{self, Stretch};
 use crate::transfer::{self, Cargo};
 use crate::world::World;
 
@@ -31,6 +34,32 @@ pub struct Options {
     pub out: PathBuf,
     /// Threads per rank, for the record: the pool is made by the caller.
     pub threads: usize,
+    /// Wall time of the steps after which the run stops, however far it is.
+    pub steps_for: Option<Duration>,
+    pub beginning: Beginning,
+}
+
+/// What a run takes up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Beginning {
+    /// Nothing, or a checkpoint as it is.
+    Plain,
+    /// A checkpoint with a job that differs from its own in what is no physics; one with the new job is written at once.
+    Changed,
+    /// A checkpoint of another run: with a folder of its own, its outputs begin here.
+    Branched,
+}
+
+impl Beginning {
+    pub fn of_code(code: u8) -> Self {
+        [Self::Plain, Self::Changed, Self::Branched][usize::from(code)]
+    }
+}
+
+impl Options {
+    pub fn new(out: PathBuf, threads: usize) -> Self {
+        Self { out, threads, steps_for: None, beginning: Beginning::Plain }
+    }
 }
 
 /// How a run ended, with closing lines for the operator.
@@ -79,7 +108,10 @@ pub struct Core<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
 }
 
 impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> Core<'t, S, C, L> {
-    pub fn new(world: World<'t, S, C, L>, progress: Progress, options: &Options, outputs: Option<Outputs>) -> Self {
+    pub fn new(world: World<'t, S, C, L>, mut progress: Progress, options: &Options, outputs: Option<Outputs>) -> Self {
+        if options.beginning == Beginning::Branched {
+            (progress.series_rows, progress.frames) = (0, 0);
+        }
         Self { world, progress, options: options.clone(), outputs }
     }
 
@@ -129,6 +161,18 @@ const SHOW_EVERY: u64 = 2000;
 const GUARD_EVERY: u64 = 1000;
 const OVERLAP_MAX: f64 = 0.5;
 
+/// Time between two looks for a stop file.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+/// Time kept for the end of a run that must not go on for longer, at least; and what a row takes to be saved, several times
+/// what was measured.
+const RESERVE_LEAST: Duration = Duration::from_secs(1);
+const ROW_SAVED: Duration = Duration::from_micros(10);
+
+/// 64 hex digits that stand for a job.
+fn digest_of_text(text: &str) -> String {
+    Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
 /// Intervals of simulated time as whole steps.
 struct Cadence {
     series: u64,
@@ -159,6 +203,14 @@ pub struct Run<'t, E: Experiment> {
     rebuilds: u64,
     started: Instant,
     first_step: u64,
+    /// When a checkpoint was last written, and after which step; none has been where it is the first.
+    saved: Instant,
+    saved_step: u64,
+    /// When a stop file was last looked for.
+    looked: Instant,
+    /// Steps of single grains and of single points.
+    grain_steps: u64,
+    point_steps: u64,
     writing: Writing,
 }
 
@@ -175,8 +227,25 @@ impl<'t, E: Experiment> Run<'t, E> {
         let (first_step, steps) = (core.world.step, experiment.steps());
         let energy_guard = EnergyGuard::default();
         let rebuilds = core.world.rebuilds;
-        let (started, writing) = (Instant::now(), Writing::default());
-        Ok(Self { experiment, core, steps, cadence, energy_guard, rebuilds, started, first_step, writing })
+        let started = Instant::now();
+        // Until a checkpoint has been written.
+        stop::reserve(RESERVE_LEAST + ROW_SAVED * (core.world.grains_total + core.world.points_total) as u32);
+        Ok(Self {
+            experiment,
+            core,
+            steps,
+            cadence,
+            energy_guard,
+            rebuilds,
+            started,
+            first_step,
+            saved: started,
+            saved_step: first_step,
+            looked: started,
+            grain_steps: 0,
+            point_steps: 0,
+            writing: Writing::default(),
+        })
     }
 
     /// Goes on to the end of the run. A run that stops itself says where it can be taken up again.
@@ -191,20 +260,90 @@ impl<'t, E: Experiment> Run<'t, E> {
     }
 
     fn go_on(mut self) -> Result<Outcome, Error> {
-        if self.core.world.step == 0 {
+        self.tell_beginning()?;
+        let beginning = self.core.options.beginning;
+        if self.core.world.step == 0 || beginning == Beginning::Branched {
             self.write_frame()?;
         }
+        if beginning != Beginning::Plain {
+            self.save()?;
+        }
         while self.core.world.step < self.steps {
-            self.core.world.stop_wanted = stop::wanted() || stop::is_over(self.started);
+            self.core.world.wish = self.wish();
             self.core.world.forces_wanted = self.row_due(self.core.world.step + 1);
             self.core.world.advance()?;
+            self.grain_steps += self.core.world.grains_total;
+            self.point_steps += self.core.world.points_total;
             self.experiment.watch(&mut self.core)?;
             self.observe()?;
-            if self.core.world.stop_agreed && self.core.world.step < self.steps {
-                return self.stopped();
+            match self.core.world.wish_agreed {
+                Wish::Stop if self.core.world.step < self.steps => return self.stopped(),
+                Wish::Save => self.save_unless_saved()?,
+                _ => {}
             }
         }
         self.done()
+    }
+
+    /// What this rank wants of the run before its next step. Where all could tell, rank 0 does: clocks and file systems of
+    /// others may say something else.
+    fn wish(&mut self) -> Wish {
+        let asked = stop::wish();
+        if asked == Wish::Stop || self.core.outputs.is_none() {
+            return asked;
+        }
+        let is_over = self.core.options.steps_for.is_some_and(|limit| self.started.elapsed() >= limit);
+        if is_over || self.stop_file_is_there() {
+            return Wish::Stop;
+        }
+        let interval = self.experiment.output().checkpoint_wall_interval;
+        if self.saved.elapsed().as_secs_f64() >= interval { Wish::Save } else { asked }
+    }
+
+    /// Looked for once a second, for looking may take long.
+    fn stop_file_is_there(&mut self) -> bool {
+        if self.looked.elapsed() < LOOK_EVERY {
+            return false;
+        }
+        self.looked = Instant::now();
+        stop_file(&self.core.options.out).exists()
+    }
+
+    /// Who runs what, in the log and for a person.
+    fn tell_beginning(&mut self) -> Result<(), Error> {
+        let (world, options, job) = (&self.core.world, &self.core.options, self.experiment.job());
+        let step = world.step;
+        let job_digest = digest_of_text(&job);
+        let what = match (options.beginning, step) {
+            (Beginning::Branched, _) => "branched",
+            (_, 0) => "started",
+            _ => "resumed",
+        };
+        let hosts = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+        let fields = json!({
+            "program": concat!("scree ", env!("CARGO_PKG_VERSION")),
+            "machine": hosts.trim(),
+            "ranks": world.transport.size(),
+            "threads": options.threads,
+            "job": job_digest,
+            "steps": self.steps,
+            "time_step": world.settings.dt,
+            "grains": world.grains_total,
+            "points": world.points_total,
+        });
+        if self.core.outputs.is_some() {
+            tracing::info!(
+                "scree {} on {}, job {}: step {step} of {}, {:e} s each; {} grains, {} points",
+                env!("CARGO_PKG_VERSION"),
+                hosts.trim(),
+                &job_digest[..12],
+                self.steps,
+                world.settings.dt,
+                world.grains_total,
+                world.points_total,
+            );
+        }
+        self.core.on_root(|outputs| outputs.log(what, step, fields))
     }
 
     fn row_due(&self, step: u64) -> bool {
@@ -319,14 +458,33 @@ impl<'t, E: Experiment> Run<'t, E> {
         };
         let outcome = transfer::agree(core.world.transport, written);
         self.book(Written::Checkpoint, timer);
+        (self.saved, self.saved_step) = (Instant::now(), self.core.world.step);
+        let step = self.started.elapsed() / (self.core.world.step - self.first_step).max(1) as u32;
+        stop::reserve(RESERVE_LEAST + 2 * (timer.elapsed() + step));
+        stop::saved();
         outcome
     }
 
+    /// One that somebody has wished for, or whose time has come by the clock on the wall.
+    fn save_unless_saved(&mut self) -> Result<(), Error> {
+        if self.saved_step == self.core.world.step {
+            stop::saved();
+            return Ok(());
+        }
+        self.save()
+    }
+
     fn stopped(mut self) -> Result<Outcome, Error> {
-        self.save()?;
-        self.close("stopped")?;
+        self.save_unless_saved()?;
+        // It is heard once: who goes on later does not want to stop at once.
+        let asked = stop_file(&self.core.options.out);
+        self.core.on_root(|_| match asked.exists() {
+            true => fs::remove_file(&asked).map_err(|error| Error::Run(format!("{}: {error}", asked.display()))),
+            false => Ok(()),
+        })?;
+        let words = self.close("stopped")?;
         Ok(Outcome::Stopped(format!(
-            "Stopped on request at step {} of {}, {}. Continue with `scree resume {}`.",
+            "{words}\nStopped on request at step {} of {}, {}. Continue with `scree resume {}`.",
             self.core.world.step,
             self.steps,
             self.experiment.words(&self.core),
@@ -335,66 +493,47 @@ impl<'t, E: Experiment> Run<'t, E> {
     }
 
     fn done(mut self) -> Result<Outcome, Error> {
-        let seconds = self.close("done")?;
-        let out = self.core.options.out.display();
+        let words = self.close("done")?;
+        let (out, seconds) = (self.core.options.out.display(), self.started.elapsed().as_secs_f64());
         Ok(Outcome::Done(format!(
-            "Done: {} steps in {seconds:.1} s, {} at the end.\nResults are in {out}; `scree report {out}` draws them.",
+            "{words}\nDone: {} steps in {seconds:.1} s, {} at the end.\nResults are in {out}; `scree report {out}` draws them.",
             self.core.world.step - self.first_step,
             self.experiment.words(&self.core),
         )))
     }
 
-    /// Last words on disk; returns the wall time of this stretch, s.
-    fn close(&mut self, outcome: &str) -> Result<f64, Error> {
+    /// Last words on disk, and for a person.
+    fn close(&mut self, outcome: &str) -> Result<String, Error> {
         let seconds = self.started.elapsed().as_secs_f64();
+        let (checkpoint_seconds, checkpoints) = self.writing[Written::Checkpoint as usize];
         let world = &self.core.world;
-        let steps = world.step - self.first_step;
-        let mut figures = json!({
-            "outcome": outcome,
-            "steps": world.step,
-            "simulated_time": world.time(),
-            "wall_seconds": seconds,
-            "ranks": world.transport.size(),
-            "threads": self.core.options.threads,
-            "grains": world.grains_total,
-            "points": world.points_total,
-            "rebuilds": world.rebuilds,
-            "microseconds_per_step": 1e6 * seconds / steps.max(1) as f64,
-        });
-        for (name, seconds) in phases::NAMES.iter().zip(world.phases.seconds) {
-            figures[format!("seconds_{name}")] = json!(seconds);
-        }
-        figures["phases"] = world
-            .phases
-            .over_ranks(world.transport)
-            .into_iter()
-            .map(|(name, [mean, most])| (name.to_string(), json!({ "mean": mean, "most": most })))
-            .collect::<serde_json::Map<_, _>>()
-            .into();
-        figures["imbalance"] = json!(world.phases.imbalance(world.transport));
-        let mut sent = [world.sent.messages as i64, world.sent.bytes as i64, world.balance.rows_sent as i64];
-        world.transport.sum(&mut sent);
-        let [messages, bytes, rows] = sent;
-        figures["messages_per_step"] = json!(messages as f64 / steps.max(1) as f64);
-        figures["bytes_per_step"] = json!(bytes as f64 / steps.max(1) as f64);
-        figures["rows_moved"] = json!(rows);
-        figures["rebalances"] = json!(world.balance.deals);
+        let stretch = Stretch {
+            first_step: self.first_step,
+            seconds,
+            threads: self.core.options.threads,
+            grain_steps: self.grain_steps,
+            point_steps: self.point_steps,
+            checkpoints,
+            checkpoint_seconds,
+        };
+        let mut figures = summary::figures(world, &stretch);
+        figures["outcome"] = json!(outcome);
+        let words = summary::words(&figures);
         if let Value::Object(more) = self.experiment.figures(&self.core) {
             for (name, figure) in more {
                 figures[name] = figure;
             }
         }
-        let step = world.step;
-        let outcome = outcome.to_string();
+        let (step, steps) = (world.step, world.step - self.first_step);
         let output = self.output_per_step();
-        let map = self.core.world.load_map(steps, self.core.options.threads, output);
+        let map = self.core.world.load_map(steps, stretch.threads, output);
         self.core.on_root(|outputs| {
             outputs.finish();
             outputs.write_load(&map)?;
-            outputs.log(&outcome, step, figures.clone())?;
+            outputs.log(outcome, step, figures.clone())?;
             outputs.note(figures);
             outputs.write_summary()
         })?;
-        Ok(seconds)
+        Ok(words)
     }
 }

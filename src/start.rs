@@ -1,21 +1,23 @@
 //! From a job to its experiment: the kind of job, its space and its contact law are chosen here, once per run.
 
+use std::fs;
 use std::path::Path;
 
 use scree_io::column::State;
 use scree_partition::Transport;
 
-use crate::assembly;
 use crate::checkpoint::{self, Snapshot};
 use crate::continuum;
 use crate::error::Error;
 use crate::law::contact::{ContactLaw, ForAnyLaw, with_law_of};
+use crate::output::{self, scenario_file};
 use crate::planar_shear;
-use crate::run::{Options, Outcome};
+use crate::run::{Beginning, Options, Outcome};
 use crate::scenario::{Assembly, Job, Scenario};
 use crate::space::{Plane, Solid};
 use crate::stop;
 use crate::transfer;
+use crate::{assembly, changes};
 
 /// Runs a job from its start.
 pub fn start(job: &Job, options: &Options, transport: &dyn Transport) -> Result<Outcome, Error> {
@@ -35,20 +37,76 @@ pub fn start(job: &Job, options: &Options, transport: &dyn Transport) -> Result<
     }
 }
 
+/// How a run is to be gone on with.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Continuation<'a> {
+    /// `key.path=value` over the job of the checkpoint.
+    pub sets: &'a [String],
+    /// The folder of a new run, whose first state is that of the checkpoint; its job may differ in anything.
+    pub branch: Option<&'a Path>,
+}
+
 /// Continues a run from its newest good checkpoint, on any number of ranks and threads.
-pub fn resume(dir: &Path, options: &Options, transport: &dyn Transport) -> Result<Outcome, Error> {
+pub fn resume(
+    dir: &Path,
+    continuation: Continuation,
+    options: &Options,
+    transport: &dyn Transport,
+) -> Result<Outcome, Error> {
     stop::listen()?;
-    let read = if transport.rank() == 0 { checkpoint::latest_state(dir).map(Some) } else { Ok(None) };
-    let state = transfer::agree(transport, read)?.map(|(_, state)| state);
-    let text = state.as_ref().map(checkpoint::scenario_of).transpose();
-    let text = transfer::agree(transport, text)?.unwrap_or_default();
+    let read = || -> Result<_, Error> {
+        let (_, state) = checkpoint::latest_state(dir)?;
+        let text = continued_job(dir, &checkpoint::scenario_of(&state)?, continuation)?;
+        Ok(Some((state, text)))
+    };
+    let read = if transport.rank() == 0 { read() } else { Ok(None) };
+    let (state, job) = transfer::agree(transport, read)?.unzip();
+    let (text, beginning) = job.unwrap_or((String::new(), Beginning::Plain));
     let text = String::from_utf8_lossy(&transport.broadcast(text.into_bytes())).into_owned();
-    match &Job::parse(&text, &dir.join("scenario.toml").display().to_string(), &[])? {
+    let beginning = Beginning::of_code(transport.broadcast(vec![beginning as u8])[0]);
+    let options = &Options { beginning, ..options.clone() };
+    match &Job::parse(&text, &scenario_file(dir).display().to_string(), &[])? {
         Job::Shear(job) => with_law_of(&job.contact, Resume { job, state, options, transport }),
         Job::Assembly(job) => with_law_of(&job.contact, Resume { job, state, options, transport }),
         Job::Mpm(job) if job.grid.dimension == 2 => continuum::resume::<Plane>(job, state, options, transport),
         Job::Mpm(job) => continuum::resume::<Solid>(job, state, options, transport),
     }
+}
+
+/// The job that a run goes on with, and what that makes of the run.
+fn continued_job(dir: &Path, text: &str, continuation: Continuation) -> Result<(String, Beginning), Error> {
+    let (shown, file) = (dir.display(), scenario_file(dir));
+    let edited = fs::read_to_string(&file).is_ok_and(|there| !changes::between(text, &there).is_empty());
+    let Continuation { sets, branch } = continuation;
+    let job = Job::parse(text, &file.display().to_string(), sets)?.to_toml();
+    let changes = changes::between(text, &job);
+    if let Some(new) = branch {
+        output::claim(new, &job)?;
+        // What the report draws the first grains from.
+        let packing = output::packing_file(dir);
+        if packing.exists() {
+            let copied = fs::copy(&packing, output::packing_file(new));
+            copied.map_err(|error| Error::User(format!("{}: {error}", packing.display())))?;
+        }
+        return Ok((job, Beginning::Branched));
+    }
+    if let Some(bound) = changes.iter().find(|change| !change.is_free()) {
+        return Err(Error::User(format!(
+            "{shown}: with {} this would be another run than the one that began. A run may go on with other values of {}. To start a new run from this state, add --force-branch NEW_DIR.",
+            bound.words(),
+            changes::free_in_words()
+        )));
+    }
+    for change in &changes {
+        tracing::info!("going on with {}", change.words());
+    }
+    if changes.is_empty() && edited {
+        tracing::warn!(
+            "warning: {} has been edited, and a run goes on with the job of its checkpoint all the same; change that with --set",
+            file.display()
+        );
+    }
+    Ok((job, if changes.is_empty() { Beginning::Plain } else { Beginning::Changed }))
 }
 
 struct Start<'a, J> {

@@ -30,6 +30,7 @@ use crate::observe::ledger::points::PointLedger;
 use crate::observe::phases::{Phase, Phases};
 use crate::servo::CellDrive;
 use crate::space::{Linear, Space};
+use crate::stop::Wish;
 
 /// Constants of a world that no step changes.
 #[derive(Clone, Debug)]
@@ -82,9 +83,9 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     /// Grains and points in the whole world; whatever changes them on purpose says so here, everything else is a loss.
     pub grains_total: u64,
     pub points_total: u64,
-    /// Whether this rank has been asked to stop, and whether any has: all ranks learn it after the same step.
-    pub stop_wanted: bool,
-    pub stop_agreed: bool,
+    /// What this rank has been asked for, and the strongest wish of any rank: all learn it after the same step.
+    pub wish: Wish,
+    pub wish_agreed: Wish,
     pub rebuilds: u64,
     /// Times that rows have settled: parcels are numbered by it.
     pub(crate) settlings: u64,
@@ -362,10 +363,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn rebuild_if_due(&mut self) -> Result<(), Error> {
         let timer = self.phases.start();
-        let mut most = [self.drift_share(), f64::from(u8::from(self.stop_wanted))];
+        let mut most = [self.drift_share(), self.wish.number()];
         self.transport.max(&mut most);
-        let [share, stop] = most;
-        self.stop_agreed = stop > 0.0;
+        let [share, wish] = most;
+        self.wish_agreed = Wish::of_number(wish);
         self.phases.stop(Phase::Agree, timer);
         if share < 1.0 {
             return Ok(());

@@ -45,7 +45,7 @@ fn run(grains: &str, bodies: &str, steps: u64, sets: &[&str]) -> Result<Outcome,
     );
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_string()).collect();
     let job = Job::parse(&text, "job.toml", &sets).unwrap_or_else(|error| panic!("{error}"));
-    let options = Options { out: folder.path().join("run"), threads: 1 };
+    let options = Options::new(folder.path().join("run"), 1);
     start::start(&job, &options, &Solo).map_err(|error| error.to_string())
 }
 

@@ -102,7 +102,7 @@ fn a_hybrid_ends_in_the_same_bits_on_any_ranks_and_from_any_checkpoint() {
         }
         let (_, snapshot): (_, PlanarSnapshot<Law>) = checkpoint::latest(&out).unwrap();
         assert_eq!(snapshot.progress.enriched_step > 0, from != 1, "{} of {kept:?}", kept[from]);
-        threads::run(ranks, |rank| start::resume(&out, &options(&out), &rank).unwrap());
+        threads::run(ranks, |rank| start::resume(&out, Default::default(), &options(&out), &rank).unwrap());
         assert!(result(&out) == wanted, "resumed from {} on {ranks} ranks: another end", kept[from]);
     }
 }

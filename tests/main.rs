@@ -90,5 +90,8 @@ mod tidy;
 mod two_grains;
 /// A ring that is sheared to and fro inside a resting square by the body force that this takes: order 2 in the plane.
 mod vortex;
+/// Checkpoints and ends by signal, file and limit of time, whoever hears of it first; other ends and outputs for a run that goes
+/// on; branches. None of it moves a bit of the state.
+mod wishes;
 /// Small worlds and short jobs that the tests below share; it claims nothing itself.
 mod worlds;

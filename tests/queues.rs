@@ -13,7 +13,7 @@ const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 const PATIENCE: Duration = Duration::from_secs(400);
 
 /// A sheared cell of discs that runs for some seconds.
-const JOB: &str = r#"name = "queued"
+pub const JOB: &str = r#"name = "queued"
 [cell]
 space = "plane"
 upper = ["2 cm", "2 cm"]
@@ -162,7 +162,7 @@ fn the_same_line_starts_and_goes_on() {
         a_rank_of(mpirun.trim().parse().unwrap())
     });
     // Slurm signals the script, which tells mpirun.
-    cluster.starts_and_goes_on("one_node.sbatch", "USR1", |_, script| script);
+    cluster.starts_and_goes_on("one_node.sbatch", "USR2", |_, script| script);
 }
 
 /// What `--continue` finds, it goes on with, clears away or leaves alone.

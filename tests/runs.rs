@@ -87,7 +87,7 @@ pub fn done(outcome: Result<Outcome, scree::error::Error>) {
 }
 
 pub fn options(out: &Path) -> Options {
-    Options { out: out.to_path_buf(), threads: 1 }
+    Options::new(out.to_path_buf(), 1)
 }
 
 /// Digest of a run's last checkpoint, and its series.
@@ -116,7 +116,7 @@ pub fn same(job: &Job, folder: &Path, what: &str) -> (String, String) {
     kept.sort();
     assert_eq!(kept.len(), 3, "{kept:?}");
     kept[1..].iter().for_each(|later| std::fs::remove_file(later).unwrap());
-    threads::run(2, |rank| done(start::resume(&out, &options(&out), &rank)));
+    threads::run(2, |rank| done(start::resume(&out, Default::default(), &options(&out), &rank)));
     assert!(result(&out) == wanted, "a resumed run ends elsewhere: {what}");
     wanted
 }

@@ -282,7 +282,7 @@ fn a_collision_computed_by_another_program_is_repeated() {
 fn run_by_steps(text: &str, sets: &[String], out: &Path) -> f64 {
     let kept = ["output.checkpoint_interval=0.5 us", "output.checkpoints_kept=1000"].map(String::from);
     let job = Job::parse(text, "jobs/element/job.toml", &[&kept, sets].concat()).unwrap();
-    start::start(&job, &Options { out: out.to_path_buf(), threads: 1 }, &Solo).unwrap();
+    start::start(&job, &Options::new(out.to_path_buf(), 1), &Solo).unwrap();
     job.step()
 }
 

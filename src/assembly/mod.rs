@@ -60,7 +60,7 @@ pub fn start<S: Space, C: ContactLaw<S>>(
     }
     let progress = Progress { fraction_start: setup::fraction(&world, job)?, ..Progress::default() };
     let experiment = Element { job, kinds: std::marker::PhantomData::<(S, C)> };
-    let outputs = if root { Outputs::create(&options.out, &experiment).map(Some) } else { Ok(None) };
+    let outputs = if root { Outputs::create(&options.out, &experiment, 0).map(Some) } else { Ok(None) };
     let outputs = transfer::agree(transport, outputs)?;
     Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
 }
@@ -82,7 +82,7 @@ pub fn resume<S: Space, C: ContactLaw<S>>(
     if job.ledger {
         world.resume_ledger(&progress.ledger);
     }
-    let outputs = if root { Outputs::resume(&options.out, &progress, &experiment).map(Some) } else { Ok(None) };
+    let outputs = if root { Outputs::resume(options, &progress, &experiment).map(Some) } else { Ok(None) };
     let outputs = transfer::agree(transport, outputs)?;
     Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
 }

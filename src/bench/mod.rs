@@ -89,7 +89,7 @@ impl Speed {
             stretches,
             rebuilds: world.rebuilds - rebuilds,
             bytes_resident_per_row: resident[0] as f64 / rows as f64,
-            phases: phases.into_iter().map(|(name, [mean, most])| (name, mean * scale, most / mean)).collect(),
+            phases: phases.into_iter().map(|(name, [_, mean, most])| (name, mean * scale, most / mean)).collect(),
             imbalance: most[0] as f64 * transport.size() as f64 / rows as f64,
         })
     }

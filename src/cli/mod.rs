@@ -16,6 +16,7 @@ use self::cores::Placement;
 use crate::error::Error;
 use crate::grain_export::Wanted;
 use crate::run::Outcome;
+use crate::start::Continuation;
 use crate::stop;
 
 mod bench;
@@ -85,6 +86,10 @@ enum Command {
         /// Override one key, for example --set method=dem. May be repeated.
         #[arg(long, value_name = "KEY.PATH=VALUE")]
         set: Vec<String>,
+        /// End by then with a checkpoint and code 4, counted from the start of the program and in time to have written it:
+        /// [days-]hours:minutes:seconds.
+        #[arg(long, value_name = "TIME", value_parser = stop::time_limit)]
+        time_limit: Option<Duration>,
     },
     /// Go on from the newest good checkpoint of a run, on any number of ranks and threads.
     Resume {
@@ -93,6 +98,17 @@ enum Command {
         /// Threads of each rank. Default: the cores of this machine over the ranks on it.
         #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
         threads: Option<u16>,
+        /// Go on with another end or other outputs, for example --set time.end="2 s" or --set output.frame_interval="1 ms".
+        /// May be repeated.
+        #[arg(long, value_name = "KEY.PATH=VALUE")]
+        set: Vec<String>,
+        /// Start a new run in this folder from the state of the old one, whatever --set changes; the old one is left as it is.
+        #[arg(long, value_name = "NEW_DIR")]
+        force_branch: Option<PathBuf>,
+        /// End by then with a checkpoint and code 4, counted from the start of the program and in time to have written it:
+        /// [days-]hours:minutes:seconds.
+        #[arg(long, value_name = "TIME", value_parser = stop::time_limit)]
+        time_limit: Option<Duration>,
     },
     /// Measure how fast this machine is.
     Bench {
@@ -139,6 +155,7 @@ enum Command {
 
 /// The whole program.
 pub fn main() -> ExitCode {
+    let begun = Instant::now();
     let arguments = Arguments::parse();
     let transport = match start_transport() {
         Ok(transport) => transport,
@@ -153,17 +170,27 @@ pub fn main() -> ExitCode {
     if transport.rank() == 0 {
         show_events();
     }
-    ExitCode::from(dispatch(arguments.command, &*transport))
+    ExitCode::from(dispatch(arguments.command, begun, &*transport))
 }
 
-fn dispatch(command: Command, transport: &dyn Transport) -> u8 {
+/// Sets the time by which the program, begun then, must have ended.
+fn end_by(begun: Instant, limit: Option<Duration>) {
+    if let Some(limit) = limit {
+        stop::end_by(begun + limit);
+    }
+}
+
+fn dispatch(command: Command, begun: Instant, transport: &dyn Transport) -> u8 {
     match command {
-        Command::Run { job, out, go_on, threads, set } => {
+        Command::Run { job, out, go_on, threads, set, time_limit } => {
+            end_by(begun, time_limit);
             let wanted = run::Wanted { job: &job, out, go_on, sets: &set };
             finish(run::command(&wanted, &Placement::of(transport, threads), transport), transport)
         }
-        Command::Resume { dir, threads } => {
-            finish(resume::command(&dir, &Placement::of(transport, threads), transport), transport)
+        Command::Resume { dir, threads, set, force_branch, time_limit } => {
+            end_by(begun, time_limit);
+            let continuation = Continuation { sets: &set, branch: force_branch.as_deref() };
+            finish(resume::command(&dir, continuation, &Placement::of(transport, threads), transport), transport)
         }
         Command::Bench { what } => finish(bench::command(&what, transport), transport),
         Command::Check { job, set, threads } => {

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::Args;
 use scree_partition::Solo;
@@ -13,9 +14,10 @@ use super::start_threads;
 use crate::error::Error;
 use crate::output::load_file;
 use crate::plan::{Forecast, LoadMap, Network, forecast};
+use crate::run::Options;
 use crate::scenario::units::{Dimension, quantity};
 use crate::scenario::{Job, Method};
-use crate::{start, stop};
+use crate::start;
 
 #[derive(Args)]
 pub(super) struct Plan {
@@ -98,7 +100,7 @@ fn measured(plan: &Plan) -> Result<LoadMap, Error> {
     let wanted = Wanted { job: &plan.path, out: Some(folder.0.clone()), go_on: false, sets: &plan.set };
     let (job, options, _) = prepare(&wanted, 1, &Solo)?;
     start_threads(1)?;
-    stop::limit(plan.seconds);
+    let options = Options { steps_for: Some(Duration::from_secs(plan.seconds)), ..options };
     start::start(&job, &options, &Solo)?;
     let map = map_of_run(&folder.0)?;
     if matches!(&job, Job::Shear(scenario) if scenario.method == Method::Hybrid)

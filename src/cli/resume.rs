@@ -8,9 +8,14 @@ use super::cores::Placement;
 use super::{Ending, agreed, start_threads_of};
 use crate::error::Error;
 use crate::run::Options;
-use crate::start;
+use crate::start::{self, Continuation};
 
-pub(super) fn command(dir: &Path, placement: &Placement, transport: &dyn Transport) -> Ending {
+pub(super) fn command(
+    dir: &Path,
+    continuation: Continuation,
+    placement: &Placement,
+    transport: &dyn Transport,
+) -> Ending {
     let found = agreed(transport, || {
         refuse_no_run(dir)?;
         Ok(String::new())
@@ -21,13 +26,13 @@ pub(super) fn command(dir: &Path, placement: &Placement, transport: &dyn Transpo
     if let Err(error) = start_threads_of(placement) {
         return Ending::Failed(error);
     }
-    go_on(dir, placement.threads, transport)
+    go_on(dir, continuation, placement.threads, transport)
 }
 
 /// The run in a folder that holds one, to its end.
-pub(super) fn go_on(dir: &Path, threads: usize, transport: &dyn Transport) -> Ending {
-    let options = Options { out: dir.to_path_buf(), threads };
-    match start::resume(dir, &options, transport) {
+pub(super) fn go_on(dir: &Path, continuation: Continuation, threads: usize, transport: &dyn Transport) -> Ending {
+    let options = Options::new(continuation.branch.unwrap_or(dir).to_path_buf(), threads);
+    match start::resume(dir, continuation, &options, transport) {
         Ok(outcome) => Ending::Agreed(Ok(outcome)),
         Err(error) => Ending::Failed(error),
     }

@@ -11,11 +11,12 @@ use crate::assembly;
 use crate::checkpoint;
 use crate::error::Error;
 use crate::grain_file;
+use crate::log::Log;
 use crate::output;
 use crate::run::Options;
 use crate::scenario::{Job, Scenario};
 use crate::space::Components;
-use crate::start;
+use crate::start::{self, Continuation};
 
 /// Where runs go that are not told otherwise, below the current folder.
 const RUNS: &str = "runs";
@@ -38,7 +39,7 @@ pub(super) fn command(wanted: &Wanted, placement: &Placement, transport: &dyn Tr
         return Ending::Failed(error);
     }
     if opening == Opening::GoOn {
-        return resume::go_on(&options.out, options.threads, transport);
+        return resume::go_on(&options.out, Continuation::default(), options.threads, transport);
     }
     match start::start(&job, &options, transport) {
         Ok(outcome) => Ending::Agreed(Ok(outcome)),
@@ -80,7 +81,7 @@ pub(super) fn prepare(
     let resolved = &shared[START.len_utf8()..];
     let job = Job::parse(resolved, &wanted.job.display().to_string(), &[])?;
     let out = folder(&wanted.out, &job);
-    Ok((job, Options { out, threads }, opening))
+    Ok((job, Options::new(out, threads), opening))
 }
 
 /// The opening as rank 0 tells it, ahead of the job.
@@ -101,7 +102,7 @@ fn opening(out: &Path, resolved: &str) -> Result<Opening, Error> {
     if has_checkpoint(out) {
         return Ok(Opening::GoOn);
     }
-    let log = output::locked_log(out)?;
+    let log = Log::open(out)?;
     tracing::warn!("warning: {shown} holds a run that ended before its first checkpoint; it is started anew");
     for name in output::FILES {
         let path = out.join(name);

@@ -82,7 +82,7 @@ impl<S: Space> ForAnyMaterial<S> for Start<'_> {
         let experiment = Continuum::new(job);
         let claimed = if root { output::claim(&options.out, &experiment.job()) } else { Ok(()) };
         transfer::agree(transport, claimed)?;
-        let outputs = if root { Outputs::create(&options.out, &experiment).map(Some) } else { Ok(None) };
+        let outputs = if root { Outputs::create(&options.out, &experiment, 0).map(Some) } else { Ok(None) };
         let outputs = transfer::agree(transport, outputs)?;
         Run::new(experiment, Core::new(world, Progress::default(), options, outputs))?.go()
     }
@@ -130,7 +130,7 @@ impl<S: Space> ForAnyMaterial<S> for Resume<'_> {
         if job.ledger {
             world.resume_point_ledger(&progress.ledger)?;
         }
-        let outputs = if root { Outputs::resume(&options.out, &progress, &experiment).map(Some) } else { Ok(None) };
+        let outputs = if root { Outputs::resume(options, &progress, &experiment).map(Some) } else { Ok(None) };
         let outputs = transfer::agree(transport, outputs)?;
         Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
     }

@@ -72,18 +72,17 @@ impl Phases {
         self.seconds[phase as usize] += since.elapsed().as_secs_f64() - (self.total() - booked);
     }
 
-    /// Every phase that took time: its name, and the mean and the most over the ranks, s. Collective.
-    pub fn over_ranks(&self, transport: &dyn Transport) -> Vec<(&'static str, [f64; 2])> {
+    /// Every phase that took time: its name, and the least, the mean and the most over the ranks, s. Collective.
+    pub fn over_ranks(&self, transport: &dyn Transport) -> Vec<(&'static str, [f64; 3])> {
         let all = everyones(&self.seconds, transport);
-        let named =
-            NAMES.iter().enumerate().map(|(phase, name)| (*name, mean_and_most(all.iter().map(|rank| rank[phase]))));
-        named.filter(|(_, [mean, _])| *mean > 0.0).collect()
+        let named = NAMES.iter().enumerate().map(|(phase, name)| (*name, spread(all.iter().map(|rank| rank[phase]))));
+        named.filter(|(_, [_, mean, _])| *mean > 0.0).collect()
     }
 
     /// Busy time of the busiest rank over the mean; of no work, one. Collective.
     pub fn imbalance(&self, transport: &dyn Transport) -> f64 {
         let all = everyones(&[self.busy()], transport);
-        let [mean, most] = mean_and_most(all.iter().map(|rank| rank[0]));
+        let [_, mean, most] = spread(all.iter().map(|rank| rank[0]));
         if mean > 0.0 { most / mean } else { 1.0 }
     }
 
@@ -105,7 +104,8 @@ fn everyones(mine: &[f64], transport: &dyn Transport) -> Vec<Vec<f64>> {
     transport.all_gather(&mine).iter().map(numbers).collect()
 }
 
-fn mean_and_most(of: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
+/// The least, the mean and the most.
+fn spread(of: impl Iterator<Item = f64> + Clone) -> [f64; 3] {
     let ranks = of.clone().count() as f64;
-    [of.clone().sum::<f64>() / ranks, of.fold(0.0, f64::max)]
+    [of.clone().fold(f64::INFINITY, f64::min), of.clone().sum::<f64>() / ranks, of.fold(0.0, f64::max)]
 }

@@ -364,7 +364,7 @@ pub struct Decomposition {
     pub skin: f64,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Output {
     /// Simulated time between rows of `series.csv`, s.
     pub series_interval: f64,
@@ -372,6 +372,10 @@ pub struct Output {
     pub frame_interval: f64,
     /// Simulated time between checkpoints, s.
     pub checkpoint_interval: f64,
+    /// Wall time between checkpoints at most, s.
+    pub checkpoint_wall_interval: f64,
     /// Checkpoints kept.
     pub checkpoints_kept: usize,
+    /// Every so many checkpoints one is kept for good; none where it is 0.
+    pub checkpoints_for_good: usize,
 }

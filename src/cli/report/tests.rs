@@ -260,7 +260,7 @@ upper = ["3 mm", "3 mm", "5 mm"]
     }
     let job = crate::scenario::Job::parse(&text, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
     let out = folder.join(format!("run_{space}"));
-    let options = crate::run::Options { out: out.clone(), threads: 1 };
+    let options = crate::run::Options::new(out.clone(), 1);
     crate::start::start(&job, &options, &scree_partition::Solo).unwrap();
     let page = write(std::slice::from_ref(&out), None).unwrap();
     (fs::read_to_string(page).unwrap(), fs::read_to_string(out.join("figures/bodies.svg")).unwrap())
@@ -335,7 +335,7 @@ end = 0.05
     );
     let job = crate::scenario::Job::parse(&text, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
     let out = folder.join(format!("continuum_{space}"));
-    let options = crate::run::Options { out: out.clone(), threads: 1 };
+    let options = crate::run::Options::new(out.clone(), 1);
     crate::start::start(&job, &options, &scree_partition::Solo).unwrap();
     fs::read_to_string(write(&[out], None).unwrap()).unwrap()
 }

@@ -32,6 +32,8 @@ const SKIN_DEFAULT: f64 = 0.1;
 const ROWS_DEFAULT: f64 = 500.0;
 const FRAMES_DEFAULT: f64 = 20.0;
 const CHECKPOINTS_DEFAULT: f64 = 10.0;
+/// What a node that dies may take along at most, s.
+const CHECKPOINT_WALL_DEFAULT: f64 = 600.0;
 
 /// The name becomes a folder, so it keeps to letters that every file system takes.
 fn name(top: &Reader<'_>) -> Result<String, Error> {
@@ -88,7 +90,9 @@ fn output(table: &Reader<'_>, duration: f64, step: f64) -> Result<Output, Error>
         series_interval: interval("series_interval", ROWS_DEFAULT)?,
         frame_interval: interval("frame_interval", FRAMES_DEFAULT)?,
         checkpoint_interval: interval("checkpoint_interval", CHECKPOINTS_DEFAULT)?,
-        checkpoints_kept: table.count_or("checkpoints_kept", 2)? as usize,
+        checkpoint_wall_interval: table.number_or("checkpoint_wall_interval", CHECKPOINT_WALL_DEFAULT)?,
+        checkpoints_kept: table.count_or("checkpoints_kept", 3)? as usize,
+        checkpoints_for_good: table.count_or("checkpoints_for_good", 0)? as usize,
     })
 }
 

@@ -79,7 +79,7 @@ pub fn scenario(typed: &Typed, file: &str) -> Result<Scenario, Error> {
         enrichment,
         time: Time { step },
         decomposition,
-        output: Output { series_interval: 0.0, frame_interval: 0.0, checkpoint_interval: 0.0, checkpoints_kept: 0 },
+        output: Output::default(),
     };
     fill_plate(&mut scenario, &loading_table)?;
     let duration = derived::duration(&scenario);

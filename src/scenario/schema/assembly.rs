@@ -64,10 +64,10 @@ pub static TABLES: [Table; 9] = [
 ];
 
 /// `[output]` of all kinds, and the account of energy.
-pub(super) const OUTPUT_WITH_LEDGER: [Key; 5] = {
-    let [series, frames, checkpoints, kept] = OUTPUT;
+pub(super) const OUTPUT_WITH_LEDGER: [Key; 7] = {
+    let [series, frames, checkpoints, wall, kept, good] = OUTPUT;
     let about = "adds columns of work done, energy stored and energy lost to series.csv";
-    [series, frames, checkpoints, kept, key("ledger", about, Wants::Flag, "true")]
+    [series, frames, checkpoints, wall, kept, good, key("ledger", about, Wants::Flag, "true")]
 };
 
 /// One `[[body]]`.

@@ -257,11 +257,13 @@ const NOT_NEGATIVE: Range = Range::NOT_NEGATIVE;
 
 /// `[output]` of every kind.
 #[rustfmt::skip]
-const OUTPUT: [Key; 4] = [
+const OUTPUT: [Key; 6] = [
     number("series_interval", "time between rows of series.csv", TIME, POSITIVE, "\"3 ms\""),
     number("frame_interval", "time between frames", TIME, POSITIVE, "\"80 ms\""),
     number("checkpoint_interval", "time between checkpoints", TIME, POSITIVE, "\"0.2 s\""),
-    count("checkpoints_kept", "checkpoints kept", (1, 1_000_000), "2"),
+    number("checkpoint_wall_interval", "time between checkpoints by the clock on the wall, at most", TIME, POSITIVE, "\"10 min\""),
+    count("checkpoints_kept", "checkpoints kept", (1, 1_000_000), "3"),
+    count("checkpoints_for_good", "checkpoints of which one is kept for good, or 0", (0, 1_000_000), "10"),
 ];
 
 impl Key {

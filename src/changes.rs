@@ -1,0 +1,92 @@
+//! What may change of a job when a run of it goes on, and what would make it another run.
+
+use toml::{Table, Value};
+
+/// Keys that say when to end and what to write; no step of the run depends on them.
+const FREE: [&str; 2] = ["time.end", "loading.strain_end"];
+const FREE_TABLE: &str = "output.";
+/// Of that table, what the run has kept account of from its start on.
+const BOUND: [&str; 1] = ["output.ledger"];
+
+/// A key that two jobs do not share.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Change {
+    /// `table.key`; entries of lists of tables have their number in brackets.
+    pub key: String,
+    /// As they would be typed; nothing where one has no such key.
+    pub old: Option<String>,
+    pub new: Option<String>,
+}
+
+impl Change {
+    /// Whether a run may go on with it.
+    pub fn is_free(&self) -> bool {
+        let listed = |list: &[&str]| list.contains(&self.key.as_str());
+        listed(&FREE) || self.key.starts_with(FREE_TABLE) && !listed(&BOUND)
+    }
+
+    /// For a person: `contact.friction from 0.5 to 0.4`.
+    pub fn words(&self) -> String {
+        let shown = |value: &Option<String>| value.clone().unwrap_or_else(|| "nothing".into());
+        format!("{} from {} to {}", self.key, shown(&self.old), shown(&self.new))
+    }
+}
+
+/// What a run may go on with, for a person.
+pub fn free_in_words() -> String {
+    format!("{} and the keys of [output]", FREE.join(", "))
+}
+
+/// All changes from one resolved job to another, in the order of their keys.
+pub fn between(old: &str, new: &str) -> Vec<Change> {
+    let flat = |text: &str| {
+        let mut found = Vec::new();
+        flatten("", &Value::Table(text.parse::<Table>().unwrap_or_default()), &mut found);
+        found
+    };
+    let (old, new) = (flat(old), flat(new));
+    let value =
+        |of: &[(String, String)], key: &str| of.iter().find(|(name, _)| name == key).map(|(_, value)| value.clone());
+    let mut keys: Vec<&String> = old.iter().chain(&new).map(|(key, _)| key).collect();
+    keys.sort();
+    keys.dedup();
+    let changes = keys.into_iter().map(|key| Change { key: key.clone(), old: value(&old, key), new: value(&new, key) });
+    changes.filter(|change| change.old != change.new).collect()
+}
+
+fn flatten(path: &str, value: &Value, into: &mut Vec<(String, String)>) {
+    let below = |name: &str| if path.is_empty() { name.to_string() } else { format!("{path}.{name}") };
+    match value {
+        Value::Table(table) => table.iter().for_each(|(name, value)| flatten(&below(name), value, into)),
+        Value::Array(list) if list.iter().any(Value::is_table) => {
+            list.iter().enumerate().for_each(|(at, value)| flatten(&format!("{path}[{at}]"), value, into));
+        }
+        value => into.push((path.to_string(), value.to_string())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_are_named_and_told_apart() {
+        let old = "name = \"a\"\n[time]\nend = 1.0\n[contact]\nfriction = 0.5\n[[body]]\nname = \"lid\"\nvelocity = [0.0, 1.0]\n[output]\nledger = false\n";
+        let new = "name = \"a\"\n[time]\nend = 2.0\n[contact]\nfriction = 0.4\n[[body]]\nname = \"lid\"\nvelocity = [0.0, 2.0]\n[output]\nledger = true\nframe_interval = 1.0\n";
+        let changes = between(old, new);
+        let words: Vec<String> = changes.iter().map(Change::words).collect();
+        assert_eq!(
+            words,
+            [
+                "body[0].velocity from [0.0, 1.0] to [0.0, 2.0]",
+                "contact.friction from 0.5 to 0.4",
+                "output.frame_interval from nothing to 1.0",
+                "output.ledger from false to true",
+                "time.end from 1.0 to 2.0"
+            ]
+        );
+        let free: Vec<bool> = changes.iter().map(Change::is_free).collect();
+        assert_eq!(free, [false, false, true, false, true]);
+        assert!(between(old, old).is_empty());
+    }
+}
