@@ -36,6 +36,8 @@ pub struct Progress {
     pub series_rows: u64,
     pub frames: u64,
     pub series_step: u64,
+    /// Stands for the rows of the series; known on rank 0.
+    pub series_digest: u64,
     /// Step after which grains replaced points; zero before.
     pub enriched_step: u64,
     pub oracle: Memory,
@@ -54,6 +56,7 @@ impl Record for Progress {
         visitor.u64("series_rows", &mut self.series_rows);
         visitor.u64("frames", &mut self.frames);
         visitor.u64("series_step", &mut self.series_step);
+        visitor.u64("series_digest", &mut self.series_digest);
         visitor.u64("enriched_step", &mut self.enriched_step);
         visitor.f64s("oracle_clock", std::slice::from_mut(&mut self.oracle.clock));
         visitor.u64("oracle_looks", &mut self.oracle.looks);

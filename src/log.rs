@@ -40,11 +40,13 @@ impl Log {
         loop {
             line.clear();
             let bytes = reader.read_until(b'\n', &mut line).map_err(|error| failed(&self.path, &error))?;
-            let told: Option<Value> = line.strip_suffix(b"\n").and_then(|line| serde_json::from_slice(line).ok());
-            match told.and_then(|told| told["step"].as_u64()) {
-                Some(told) if told <= step => kept += bytes as u64,
-                _ => break,
+            let told: Option<Value> = serde_json::from_slice(&line).ok();
+            let is_later = told.and_then(|told| told["step"].as_u64()).is_some_and(|told| told > step);
+            // A damaged line amid good ones says nothing of its step.
+            if line.last() != Some(&b'\n') || is_later {
+                break;
             }
+            kept += bytes as u64;
         }
         self.file.set_len(kept).map_err(|error| failed(&self.path, &error))
     }

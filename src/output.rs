@@ -105,8 +105,8 @@ impl Outputs {
         log.cut_after(progress.step)?;
         let header = experiment.header();
         let names: Vec<&str> = header.iter().map(String::as_str).collect();
-        let series =
-            Series::resume(&path, &names, progress.series_rows as usize).map_err(|error| failed(&path, &error))?;
+        let series = Series::resume(&path, &names, progress.series_rows as usize, progress.series_digest)
+            .map_err(|error| Error::User(error.to_string()))?;
         let path = frames_file(dir);
         let frames = FrameFile::open_and_cut(&path, progress.frames as usize).map_err(|error| failed(&path, &error))?;
         if options.beginning == Beginning::Changed {
@@ -129,9 +129,10 @@ impl Outputs {
         self.series.push(values).map_err(|error| failed(self.series.path(), &error))
     }
 
-    /// Rows written so far are on disk afterwards.
-    pub fn sync(&self) -> Result<(), Error> {
-        self.series.sync().map_err(|error| failed(self.series.path(), &error))
+    /// Rows written so far are on disk afterwards; what stands for them.
+    pub fn sync(&self) -> Result<u64, Error> {
+        self.series.sync().map_err(|error| failed(self.series.path(), &error))?;
+        Ok(self.series.digest())
     }
 
     pub fn frame(&mut self, frame: &Frame) -> Result<(), Error> {

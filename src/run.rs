@@ -430,7 +430,9 @@ impl<'t, E: Experiment> Run<'t, E> {
         let core = &mut self.core;
         let timer = core.world.phases.start();
         // The checkpoint counts rows; they must be on disk before it is.
-        core.on_root(|outputs| outputs.sync())?;
+        let mut rows = 0;
+        core.on_root(|outputs| outputs.sync().map(|digest| rows = digest))?;
+        core.progress.series_digest = rows;
         core.progress.step = core.world.step;
         core.progress.ledger = core.world.ledger_entries()?;
         core.progress.reactions = core.world.reaction_entries()?;

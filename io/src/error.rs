@@ -84,6 +84,12 @@ pub enum Error {
     )]
     SeriesHeader { path: PathBuf, found: String, expected: String },
 
+    /// A series whose rows are others than those that were written.
+    #[error(
+        "{path}: its first {rows} rows are not those that were written; put back a copy of the file, or remove the newest checkpoints to have the rows after an older one made again"
+    )]
+    SeriesChanged { path: PathBuf, rows: usize },
+
     /// A series that ends before the row where the run goes on.
     #[error(
         "{path} holds {found} whole rows, {expected} are needed; resume from an older checkpoint, or move it aside"

@@ -5,6 +5,8 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
+use sha2::{Digest, Sha256};
+
 use crate::error::Error;
 use crate::system::{folder, refused, sync};
 
@@ -15,8 +17,9 @@ pub struct Series {
     file: File,
     width: usize,
     rows: usize,
-    /// Length of the file up to the end of the last whole row.
+    /// Length of the file up to the end of the last whole row, and a hash of what stands there.
     bytes: u64,
+    hash: Sha256,
 }
 
 impl Series {
@@ -27,14 +30,16 @@ impl Series {
         let mut file = OpenOptions::new().append(true).create_new(true).open(path).map_err(refused("create", path))?;
         file.write_all(line.as_bytes()).map_err(refused("write", path))?;
         sync(folder(path))?;
-        Ok(Series { path: path.to_owned(), file, width: header.len(), rows: 0, bytes: line.len() as u64 })
+        let hash = Sha256::new_with_prefix(&line);
+        Ok(Series { path: path.to_owned(), file, width: header.len(), rows: 0, bytes: line.len() as u64, hash })
     }
 
     /// Opens the file again and cuts it back to its first `rows` rows; what follows, torn or whole, is dropped.
     ///
     /// [`Error::SeriesHeader`] if it has other columns, [`Error::TooFewRows`] if it ends earlier, [`Error::SeriesRow`]
-    /// if one of the rows kept is not `header.len()` numbers.
-    pub fn resume(path: &Path, header: &[&str], rows: usize) -> Result<Series, Error> {
+    /// if one of the rows kept is not `header.len()` numbers, [`Error::SeriesChanged`] if they are not those that
+    /// [`digest`](Self::digest) stood for. The file is as it was then.
+    pub fn resume(path: &Path, header: &[&str], rows: usize, digest: u64) -> Result<Series, Error> {
         let mut lines = Lines::open(path)?;
         let expected = header_line(header);
         match lines.next()? {
@@ -50,9 +55,12 @@ impl Series {
             };
             parse_row(&line, header.len(), path, lines.count)?;
         }
+        if short(&lines.hash) != digest {
+            return Err(Error::SeriesChanged { path: path.to_owned(), rows });
+        }
         let file = OpenOptions::new().append(true).open(path).map_err(refused("open", path))?;
         file.set_len(lines.bytes).map_err(refused("cut", path))?;
-        Ok(Series { path: path.to_owned(), file, width: header.len(), rows, bytes: lines.bytes })
+        Ok(Series { path: path.to_owned(), file, width: header.len(), rows, bytes: lines.bytes, hash: lines.hash })
     }
 
     /// Writes one row and hands it to the system, so that it outlasts this process. Panics unless there is a value per
@@ -67,7 +75,13 @@ impl Series {
         }
         self.rows += 1;
         self.bytes += line.len() as u64;
+        self.hash.update(&line);
         Ok(())
+    }
+
+    /// Stands for the header and all rows: what is there when the series is taken up again must have the same.
+    pub fn digest(&self) -> u64 {
+        short(&self.hash)
     }
 
     /// Makes all rows outlast a power cut. To be called before a checkpoint that counts them is written.
@@ -109,20 +123,29 @@ struct Lines<'a> {
     /// Lines and bytes read so far, line ends included.
     count: usize,
     bytes: u64,
+    hash: Sha256,
+}
+
+/// The first eight bytes of what a hash has come to.
+fn short(hash: &Sha256) -> u64 {
+    let bytes = hash.clone().finalize();
+    u64::from_le_bytes(std::array::from_fn(|at| bytes[at]))
 }
 
 impl<'a> Lines<'a> {
     fn open(path: &'a Path) -> Result<Lines<'a>, Error> {
         let file = File::open(path).map_err(refused("open", path))?;
-        Ok(Lines { path, reader: BufReader::new(file), count: 0, bytes: 0 })
+        Ok(Lines { path, reader: BufReader::new(file), count: 0, bytes: 0, hash: Sha256::new() })
     }
 
     fn next(&mut self) -> Result<Option<String>, Error> {
         let mut line = Vec::new();
         self.reader.read_until(b'\n', &mut line).map_err(refused("read", self.path))?;
-        if line.pop() != Some(b'\n') {
+        if line.last() != Some(&b'\n') {
             return Ok(None);
         }
+        self.hash.update(&line);
+        line.pop();
         self.count += 1;
         self.bytes += line.len() as u64 + 1;
         Ok(Some(String::from_utf8_lossy(&line).into_owned()))

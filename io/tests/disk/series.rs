@@ -40,11 +40,13 @@ fn resuming_gives_the_file_of_an_uninterrupted_run() {
     for rows in [0, 4, 7] {
         for torn in ["", "7,0.7", "7,0.7,-0.1\n8,0.", "garbage\0\n\u{fffd}"] {
             let mut series = Series::create(&broken, &HEADER).unwrap();
-            (0..7).for_each(|number| series.push(&row(number)).unwrap());
+            (0..rows).for_each(|number| series.push(&row(number)).unwrap());
+            let digest = series.digest();
+            (rows..7).for_each(|number| series.push(&row(number)).unwrap());
             drop(series);
             fs::write(&broken, fs::read_to_string(&broken).unwrap() + torn).unwrap();
-            let mut series = Series::resume(&broken, &HEADER, rows).unwrap();
-            assert_eq!(series.rows(), rows);
+            let mut series = Series::resume(&broken, &HEADER, rows as usize, digest).unwrap();
+            assert_eq!(series.rows(), rows as usize);
             (rows..10).for_each(|number| series.push(&row(number)).unwrap());
             assert_eq!(fs::read(&broken).unwrap(), fs::read(&whole).unwrap(), "{rows} rows, then {torn:?}");
             fs::remove_file(&broken).unwrap();
@@ -58,7 +60,7 @@ fn resuming_refuses_what_does_not_fit_and_leaves_it_untouched() {
     let path = folder.join("energy.csv");
     let text = "step,time,energy\n0,0,1\n1,0.1,x\n2,0.2";
     fs::write(&path, text).unwrap();
-    let message = |header: &[&str], rows| Series::resume(&path, header, rows).unwrap_err().to_string();
+    let message = |header: &[&str], rows| Series::resume(&path, header, rows, 0).unwrap_err().to_string();
     let other = message(&["step", "mass"], 1);
     assert!(other.contains("energy.csv") && other.contains("\"step,time,energy\""), "{other}");
     assert!(other.contains("\"step,mass\""), "{other}");
@@ -67,9 +69,11 @@ fn resuming_refuses_what_does_not_fit_and_leaves_it_untouched() {
     fs::write(&path, text.replace('x', "1")).unwrap();
     let few = message(&HEADER, 3);
     assert!(few.contains("energy.csv holds 2 whole rows, 3 are needed"), "{few}");
+    let changed = message(&HEADER, 2);
+    assert!(changed.contains("energy.csv: its first 2 rows are not those that were written"), "{changed}");
     assert_eq!(fs::read_to_string(&path).unwrap(), text.replace('x', "1"));
     fs::write(&path, "step,ti").unwrap();
-    assert!(matches!(Series::resume(&path, &HEADER, 0), Err(Error::SeriesHeader { .. })));
+    assert!(matches!(Series::resume(&path, &HEADER, 0, 0), Err(Error::SeriesHeader { .. })));
 }
 
 #[test]
