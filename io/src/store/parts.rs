@@ -14,11 +14,14 @@ pub(super) const ATTRIBUTE_BYTES_MAX: usize = 1024;
 /// Rows in a chunk at most. The library holds a chunk or a few of every column that is not yet whole.
 const CHUNK_ROWS_MAX: usize = 16 * 1024;
 
+/// Values of a column that are looked at to see whether they repeat.
+const SAMPLE: usize = 4096;
+
 /// Keeps a text as an attribute of the file if it can be one, or else among the long `texts`.
 pub(super) fn write_text(file: &File, texts: &Group, key: &str, text: &str) -> hdf5::Result<()> {
     // Attributes are padded with zeros, so a text that has some cannot be one.
     if text.len() > ATTRIBUTE_BYTES_MAX || text.contains('\0') {
-        create_dataset::<u8>(texts, key, (text.len(), 1))?.write_raw(text.as_bytes())
+        create_dataset::<u8>(texts, key, (text.len(), 1), Packing::Deflated)?.write_raw(text.as_bytes())
     } else if text.len() <= 64 {
         write_attribute::<64>(file, key, text)
     } else {
@@ -32,15 +35,31 @@ pub(super) fn write_attribute<const N: usize>(file: &File, key: &str, text: &str
     file.new_attr::<FixedUnicode<N>>().create(key)?.write_scalar(&text)
 }
 
-/// Room for `rows` rows of a column like this one.
-pub(super) fn create_column(group: &Group, like: &Column, rows: usize) -> hdf5::Result<Dataset> {
-    let shape = (rows, like.width);
-    match like.values.kind() {
-        Kind::F64 => create_dataset::<f64>(group, &like.name, shape),
-        Kind::I64 => create_dataset::<i64>(group, &like.name, shape),
-        Kind::U64 => create_dataset::<u64>(group, &like.name, shape),
-        Kind::U8 => create_dataset::<u8>(group, &like.name, shape),
+/// Room for `rows` rows of a column that begins with `first`.
+pub(super) fn create_column(group: &Group, first: &Column, rows: usize) -> hdf5::Result<Dataset> {
+    let (shape, packing) = ((rows, first.width), packing_of(&first.values));
+    match first.values.kind() {
+        Kind::F64 => create_dataset::<f64>(group, &first.name, shape, packing),
+        Kind::I64 => create_dataset::<i64>(group, &first.name, shape, packing),
+        Kind::U64 => create_dataset::<u64>(group, &first.name, shape, packing),
+        Kind::U8 => create_dataset::<u8>(group, &first.name, shape, packing),
     }
+}
+
+/// Whether a column is compressed.
+#[derive(Clone, Copy)]
+enum Packing {
+    Deflated,
+    Plain,
+}
+
+/// Whole numbers shrink to a fourth or less, and so do numbers that repeat; others that were computed only to four fifths,
+/// which takes ten times as long as writing them.
+fn packing_of(values: &Values) -> Packing {
+    let Values::F64(values) = values else { return Packing::Deflated };
+    let sample = &values[..values.len().min(SAMPLE)];
+    let repeated = sample.windows(2).filter(|pair| pair[0].to_bits() == pair[1].to_bits()).count();
+    if 2 * repeated < sample.len() { Packing::Plain } else { Packing::Deflated }
 }
 
 /// Writes the `rows` rows of a piece behind the `filled` ones that are there.
@@ -54,17 +73,24 @@ pub(super) fn write_rows(dataset: &Dataset, filled: usize, piece: &Column, rows:
     }
 }
 
-fn create_dataset<T: H5Type>(group: &Group, name: &str, shape: (usize, usize)) -> hdf5::Result<Dataset> {
+fn create_dataset<T: H5Type>(
+    group: &Group,
+    name: &str,
+    shape: (usize, usize),
+    packing: Packing,
+) -> hdf5::Result<Dataset> {
     let (rows, width) = shape;
     let builder = group.new_dataset::<T>();
     if rows == 0 {
         // Nothing to compress or check, and a chunk may not be longer than its dataset.
         return builder.no_chunk().shape(shape).create(name);
     }
+    let builder = match packing {
+        Packing::Deflated => builder.shuffle().deflate(1),
+        Packing::Plain => builder,
+    };
     builder
         .chunk((h5::chunk_rows(rows.min(CHUNK_ROWS_MAX), width * size_of::<T>()), width))
-        .shuffle()
-        .deflate(1)
         .fletcher32()
         .fill_time(FillTime::Never)
         .obj_track_times(false)

@@ -51,7 +51,9 @@ struct Growing {
     digest: TableDigest,
     /// Rows that have come.
     filled: usize,
-    /// Of its columns; kept open until the last row has come, since what is not yet a chunk is in memory.
+    group: Group,
+    /// Of its columns, from the first row on, which shows whether they are worth compressing; kept open until the last row
+    /// has come, since what is not yet a chunk is in memory.
     datasets: Vec<Dataset>,
 }
 
@@ -73,8 +75,8 @@ impl Writer {
     pub fn begin(&mut self, first: &Table, rows: usize) -> Result<(), Error> {
         first.assert_shape();
         assert!(self.tables.iter().all(|table| table.digest.name != first.name), "table {} twice", first.name);
-        let datasets = create_table(&self.group, first, rows).map_err(|error| self.explain(&error))?;
-        self.tables.push(Growing { digest: TableDigest::like(first, rows), filled: 0, datasets });
+        let table = Growing::create(&self.group, first, rows).map_err(|error| self.explain(&error))?;
+        self.tables.push(table);
         self.append(first)
     }
 
@@ -108,15 +110,36 @@ impl Writer {
 }
 
 impl Growing {
+    fn create(tables: &Group, first: &Table, rows: usize) -> hdf5::Result<Growing> {
+        let group = h5::create_group(tables, &first.name)?;
+        group.new_attr::<u64>().create(schema::ROWS_ATTRIBUTE)?.write_scalar(&(rows as u64))?;
+        let mut table = Growing { digest: TableDigest::like(first, rows), filled: 0, group, datasets: Vec::new() };
+        if rows == 0 {
+            table.create_columns(first)?;
+        }
+        Ok(table)
+    }
+
+    fn create_columns(&mut self, first: &Table) -> hdf5::Result<()> {
+        for column in &first.columns {
+            self.datasets.push(parts::create_column(&self.group, column, self.digest.rows)?);
+        }
+        Ok(())
+    }
+
     fn take(&mut self, piece: &Table) -> hdf5::Result<()> {
         piece.assert_shape();
         let rows = self.digest.rows;
         assert!(self.filled + piece.rows <= rows, "table {}: more than {rows} rows", piece.name);
         self.digest.take(piece);
-        if piece.rows > 0 {
-            for (dataset, column) in self.datasets.iter().zip(&piece.columns) {
-                parts::write_rows(dataset, self.filled, column, piece.rows)?;
-            }
+        if piece.rows == 0 {
+            return Ok(());
+        }
+        if self.filled == 0 {
+            self.create_columns(piece)?;
+        }
+        for (dataset, column) in self.datasets.iter().zip(&piece.columns) {
+            parts::write_rows(dataset, self.filled, column, piece.rows)?;
         }
         self.filled += piece.rows;
         if self.filled == rows {
@@ -135,10 +158,4 @@ fn write_head(file: &File, attributes: &BTreeMap<String, String>) -> hdf5::Resul
         parts::write_text(file, &texts, key, text)?;
     }
     h5::create_group(file, schema::TABLES_GROUP)
-}
-
-fn create_table(tables: &Group, like: &Table, rows: usize) -> hdf5::Result<Vec<Dataset>> {
-    let group = h5::create_group(tables, &like.name)?;
-    group.new_attr::<u64>().create(schema::ROWS_ATTRIBUTE)?.write_scalar(&(rows as u64))?;
-    like.columns.iter().map(|column| parts::create_column(&group, column, rows)).collect()
 }
