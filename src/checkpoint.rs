@@ -1,8 +1,10 @@
 //! A run as tables and back (invariant 3): everything the next step reads, and nothing about who computed it.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use scree_io::column::{State, Table};
+use scree_io::store::Writer;
 use scree_io::{digest, store};
 
 use crate::body::Body;
@@ -11,7 +13,8 @@ use crate::dem::grains::GrainRow;
 use crate::error::Error;
 use crate::hybrid::oracle::{LOOKS, Memory};
 use crate::hybrid::track::Instants;
-use crate::law::material::{CriticalMemory, MaterialMemory};
+use crate::law::contact::ContactLaw;
+use crate::law::material::{CriticalMemory, MaterialLaw, MaterialMemory};
 use crate::mpm::points::Point;
 use crate::observe::ledger::Entry;
 use crate::rebuild::Home;
@@ -19,7 +22,8 @@ use crate::record::{Record, Visitor, to_table};
 use crate::scenario::Job;
 use crate::space::{Plane, Space, Words};
 use crate::tables;
-use crate::transfer::Cargo;
+use crate::transfer::{self, Cargo};
+use crate::world::World;
 
 /// Material points of the jobs of this program.
 pub type PlanarPoint = Point<Plane, CriticalMemory<Plane>>;
@@ -122,7 +126,7 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
         if !progress.reactions.is_empty() {
             tables.push(to_table("reactions", &mut progress.reactions, &mut Entry::default()));
         }
-        tables.push(to_table("points", &mut self.points, &mut Point::<S, P>::blank()));
+        tables.push(tables::of_points(&mut self.points));
         let attributes = [
             ("scenario".to_string(), self.scenario),
             ("program".to_string(), concat!("scree ", env!("CARGO_PKG_VERSION")).to_string()),
@@ -156,6 +160,58 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
             points: tables::rows(state, "points", &Point::<S, P>::blank())?,
         })
     }
+}
+
+/// Writes a checkpoint of a run, of which `head` is all but grains and points. Those the ranks hand to rank 0 piece by
+/// piece, along the curve, so that none ever needs them all. Collective; where rank 0 cannot write, all return its error,
+/// and an older file of that name is as it was.
+pub fn write<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+    path: &Path,
+    head: Snapshot<S, C::Memory<f64>, L::Memory>,
+    world: &World<S, C, L>,
+) -> Result<(), Error> {
+    let transport = world.transport;
+    let totals = row_totals(world);
+    let begun = (transport.rank() == 0).then(|| begin(path, &head.to_state(), totals)).transpose();
+    let mut writer = transfer::agree(transport, begun)?;
+    let mut append = |pieces: &[Table]| {
+        let Some(writer) = &mut writer else { return Ok(()) };
+        pieces.iter().try_for_each(|piece| writer.append(piece)).map_err(not_written)
+    };
+    let grains = |rows| world.grain_rows(rows);
+    transfer::stream(transport, world.grains.owned, grains, |mut rows| append(&tables::of_grains(&mut rows)))?;
+    let points = |rows: Range<usize>| rows.map(|row| world.points.row(row)).collect();
+    transfer::stream(transport, world.points.len(), points, |mut rows| append(&[tables::of_points(&mut rows)]))?;
+    let finished = writer.map_or(Ok(()), |writer| writer.finish().map_err(not_written));
+    transfer::agree(transport, finished)
+}
+
+/// Rows over all ranks of the tables that come in pieces.
+fn row_totals<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> [(&'static str, usize); 3] {
+    let contacts = |row: usize| {
+        let id = world.grains.cold[row].id;
+        world.carried_by(row).filter(|(partner, _)| tables::stands_with(id, *partner)).count()
+    };
+    let grains = world.grains.owned;
+    let contacts = (0..grains).map(contacts).sum::<usize>();
+    let mut totals = [grains as i64, contacts as i64, world.points.len() as i64];
+    world.transport.sum(&mut totals);
+    let [grains, contacts, points] = totals.map(|total| total as usize);
+    [("grains", grains), ("contacts", contacts), ("points", points)]
+}
+
+/// A file with all tables, where those of `totals` have their rows to come.
+fn begin(path: &Path, head: &State, totals: [(&str, usize); 3]) -> Result<Writer, Error> {
+    let mut writer = Writer::create(path, &head.attributes).map_err(not_written)?;
+    for table in &head.tables {
+        let total = totals.iter().find(|(name, _)| *name == table.name);
+        writer.begin(table, total.map_or(table.rows, |(_, rows)| *rows)).map_err(not_written)?;
+    }
+    Ok(writer)
+}
+
+fn not_written(error: scree_io::Error) -> Error {
+    Error::Run(error.to_string())
 }
 
 /// The row of a table that has one.

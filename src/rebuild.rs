@@ -224,7 +224,12 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// All rows of this rank with their contacts, in block order: along the ranks they are in the order of the curve.
     pub fn rows(&self) -> Rows<S, C, L> {
-        ((0..self.grains.owned).map(|row| self.whole_row(row)).collect(), self.points.rows().collect())
+        (self.grain_rows(0..self.grains.owned), self.points.rows().collect())
+    }
+
+    /// Some of the grains of this rank with their contacts, in block order.
+    pub fn grain_rows(&self, rows: Range<usize>) -> Vec<Row<S, C>> {
+        rows.map(|row| self.whole_row(row)).collect()
     }
 
     /// Cell and bodies at the last rebuild.
@@ -238,7 +243,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     }
 
     /// Memories of a row's contacts with grains, then with bodies.
-    fn carried_by(&self, row: usize) -> impl Iterator<Item = (GrainId, C::Memory<f64>)> {
+    pub(crate) fn carried_by(&self, row: usize) -> impl Iterator<Item = (GrainId, C::Memory<f64>)> {
         self.contacts.carried_by::<C>(&self.grains, row).chain(self.walls.carried_by(row))
     }
 

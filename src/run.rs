@@ -18,7 +18,6 @@ use crate::observe::guard::EnergyGuard;
 use crate::observe::ledger::Entry;
 use crate::observe::phases::Phase;
 use crate::output::{Outputs, stop_file};
-use crate::rebuild::Row;
 use crate::record::{FromParcel, Record, ToParcel};
 use crate::scenario::Output;
 use crate::space::Space;
@@ -436,29 +435,23 @@ impl<'t, E: Experiment> Run<'t, E> {
         core.progress.step = core.world.step;
         core.progress.ledger = core.world.ledger_entries()?;
         core.progress.reactions = core.world.reaction_entries()?;
-        let (grains, points) = core.world.rows();
-        let grains: Option<Vec<Row<E::Space, E::Contact>>> = transfer::gather(core.world.transport, grains)?;
-        let points = transfer::gather(core.world.transport, points)?;
-        let written = match (grains, points) {
-            (Some(grains), Some(points)) => {
-                let snapshot = Snapshot {
-                    scenario: self.experiment.job(),
-                    progress: core.progress.clone(),
-                    cell: core.world.cell,
-                    bodies: core.world.bodies.clone(),
-                    home: core.world.home(),
-                    grains,
-                    points,
-                };
-                let folder = checkpoint::folder(&core.options.out);
-                store::write(&folder.join(store::file_name(core.world.step)), &snapshot.to_state())
-                    .and_then(|()| store::prune(&folder, self.experiment.output().checkpoints_kept))
-                    .map(|_| ())
-                    .map_err(|error| Error::Run(error.to_string()))
-            }
-            _ => Ok(()),
+        let head = Snapshot {
+            scenario: self.experiment.job(),
+            progress: core.progress.clone(),
+            cell: core.world.cell,
+            bodies: core.world.bodies.clone(),
+            home: core.world.home(),
+            grains: Vec::new(),
+            points: Vec::new(),
         };
-        let outcome = transfer::agree(core.world.transport, written);
+        let folder = checkpoint::folder(&core.options.out);
+        let kept = self.experiment.output().checkpoints_kept;
+        let prune = |_: &mut Outputs| match store::prune(&folder, kept) {
+            Ok(_) => Ok(()),
+            Err(error) => Err(Error::Run(error.to_string())),
+        };
+        let written = checkpoint::write(&folder.join(store::file_name(core.world.step)), head, &core.world);
+        let outcome = written.and_then(|()| core.on_root(prune));
         self.book(Written::Checkpoint, timer);
         (self.saved, self.saved_step) = (Instant::now(), self.core.world.step);
         let step = self.started.elapsed() / (self.core.world.step - self.first_step).max(1) as u32;

@@ -5,20 +5,33 @@ use scree_io::column::{State, Table};
 use crate::dem::grains::{ContactRow, GrainRow, is_body};
 use crate::error::Error;
 use crate::ids::GrainId;
+use crate::law::material::MaterialMemory;
+use crate::mpm::points::Point;
 use crate::record::{from_table, to_table};
 use crate::space::{Space, Words};
 use crate::transfer::Cargo;
 
-/// Tables `grains` and `contacts` of rows in canonical order. A contact stands once, with the grain of the lower id.
+/// Whether a contact stands in the table with grain `id`: with the lower of two ids, and a body's is
+/// above all grains'.
+pub fn stands_with(id: GrainId, partner: GrainId) -> bool {
+    partner > id
+}
+
+/// Tables `grains` and `contacts` of rows in canonical order, or of a piece of them. A contact stands once.
 pub fn of_grains<S: Space, M: Words<f64>>(rows: &mut [GrainRow<S, M>]) -> [Table; 2] {
     let mut contacts: Vec<ContactRow<M>> = Vec::new();
     for row in rows.iter() {
         let lower = row.cold.id;
-        let ours = row.contacts.iter().filter(|(partner, _)| *partner > lower);
+        let ours = row.contacts.iter().filter(|(partner, _)| stands_with(lower, *partner));
         contacts.extend(ours.map(|(higher, memory)| ContactRow { lower, higher: *higher, memory: *memory }));
     }
     let mut blank = ContactRow { lower: GrainId(0), higher: GrainId(0), memory: M::zero() };
     [to_table("grains", rows, &mut GrainRow::blank()), to_table("contacts", &mut contacts, &mut blank)]
+}
+
+/// Table `points` of rows in canonical order, or of a piece of them.
+pub fn of_points<S: Space, M: MaterialMemory>(rows: &mut [Point<S, M>]) -> Table {
+    to_table("points", rows, &mut Point::blank())
 }
 
 /// Rows of the tables that [`of_grains`] made, in their order.

@@ -1,6 +1,8 @@
 //! Rows as parcels: how grains and points travel between ranks, and how ranks agree on a failure.
 
-use scree_partition::{ParcelError, Reader, Route, Transport, Writer, exchange_rows};
+use std::ops::Range;
+
+use scree_partition::{ParcelError, Reader, Route, Transport, Writer, exchange_rows, in_turn};
 
 use crate::dem::grains::{GrainRow, Mover};
 use crate::error::Error;
@@ -71,7 +73,11 @@ pub fn unpack<T: Cargo>(parcel: &[u8]) -> Result<Vec<T>, ParcelError> {
     if parcel.is_empty() {
         return Ok(Vec::new());
     }
-    let (mut reader, count) = Reader::open(parcel)?;
+    let (reader, count) = Reader::open(parcel)?;
+    read_rows(reader, count)
+}
+
+fn read_rows<T: Cargo>(mut reader: Reader, count: u64) -> Result<Vec<T>, ParcelError> {
     let mut rows = Vec::with_capacity(count as usize);
     for _ in 0..count {
         let mut row = T::blank();
@@ -97,6 +103,36 @@ pub fn exchange<T: Cargo>(transport: &dyn Transport, number: u64, outgoing: Vec<
     let parcels = outgoing.into_iter().enumerate().map(parcel).collect();
     let incoming = exchange_rows(transport, number, parcels).map_err(|error| Error::Run(error.to_string()))?;
     incoming.iter().map(|parcel| unpack(parcel).map_err(|error| Error::Run(error.to_string()))).collect()
+}
+
+/// Rows that are on their way at a time when they go to rank 0 in pieces: some megabytes.
+pub const PIECE_ROWS: usize = 16 * 1024;
+
+/// Hands all rows of all ranks in rank order to `take` on rank 0, never more than [`PIECE_ROWS`] at a time: `rows` makes
+/// some of the `held` rows that are here when it is their turn. Where `take` fails, all ranks return its error.
+pub fn stream<T: Cargo>(
+    transport: &dyn Transport,
+    held: usize,
+    rows: impl Fn(Range<usize>) -> Vec<T>,
+    mut take: impl FnMut(Vec<T>) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let sender = transport.rank() as u32;
+    let mut pieces = (0..held).step_by(PIECE_ROWS).zip(0..);
+    let next = || {
+        let (start, number) = pieces.next()?;
+        let mut piece = rows(start..held.min(start + PIECE_ROWS));
+        Some(pack_for(&mut piece, Route { sender, receiver: 0, number }))
+    };
+    let mut due = Route::default();
+    let outcome = in_turn(transport, next, |sender, parcel| {
+        if due.sender != sender as u32 {
+            due = Route { sender: sender as u32, ..Route::default() };
+        }
+        let piece = Reader::open_on(&parcel, due).and_then(|(reader, count)| read_rows(reader, count));
+        due.number += 1;
+        take(piece.map_err(|error| Error::Run(error.to_string()))?)
+    });
+    agree(transport, outcome)
 }
 
 /// All rows of all ranks in rank order, on rank 0.

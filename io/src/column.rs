@@ -158,6 +158,16 @@ impl Table {
         }
     }
 
+    /// Panics unless every column has its shape and every name is usable and taken once.
+    pub(crate) fn assert_shape(&self) {
+        assert_name(&self.name);
+        for (index, column) in self.columns.iter().enumerate() {
+            column.assert_shape(&self.name, self.rows);
+            let taken = self.columns[..index].iter().any(|other| other.name == column.name);
+            assert!(!taken, "table {}: column {} twice", self.name, column.name);
+        }
+    }
+
     fn has_width(&self, name: &str, width: usize) -> bool {
         self.column(name).is_ok_and(|column| column.width == width)
     }
@@ -218,20 +228,6 @@ impl State {
             .get(name)
             .map(String::as_str)
             .ok_or_else(|| Error::NoAttribute { attribute: name.to_owned(), present: join(self.attributes.keys()) })
-    }
-
-    /// Panics unless every column has its shape and every name is usable and taken once.
-    pub(crate) fn assert_shape(&self) {
-        self.attributes.keys().for_each(|key| assert_name(key));
-        for (index, table) in self.tables.iter().enumerate() {
-            assert_name(&table.name);
-            assert!(self.tables[..index].iter().all(|other| other.name != table.name), "table {} twice", table.name);
-            for (index, column) in table.columns.iter().enumerate() {
-                column.assert_shape(&table.name, table.rows);
-                let taken = table.columns[..index].iter().any(|other| other.name == column.name);
-                assert!(!taken, "table {}: column {} twice", table.name, column.name);
-            }
-        }
     }
 }
 

@@ -8,7 +8,7 @@
 //! ```
 
 /// The layout that [`store`](crate::store) writes, and the only one it reads.
-pub const SCHEMA_VERSION: u64 = 1;
+pub const SCHEMA_VERSION: u64 = 2;
 
 pub(crate) const VERSION_ATTRIBUTE: &str = "schema_version";
 /// Stands for the state, as [`digest`](crate::digest::digest) defines it.

@@ -3,9 +3,10 @@
 //! inside.
 
 mod folder;
+mod parts;
 mod read;
-mod write;
+mod writer;
 
 pub use folder::{file_name, latest_good, newest, prune};
 pub use read::read;
-pub use write::write;
+pub use writer::{Writer, write};

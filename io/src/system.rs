@@ -28,20 +28,50 @@ pub(crate) fn sync(path: &Path) -> Result<(), Error> {
     File::open(path).and_then(|file| file.sync_all()).map_err(refused("write to disk", path))
 }
 
-/// Lets `write` make a file aside and, once it is whole and on disk, gives it its name. On an error whatever had that
-/// name is as it was. The order makes all of it outlast a power cut: bytes first, then the name, then the folder's
-/// entry.
-pub(crate) fn write_aside(path: &Path, write: impl FnOnce(&Path) -> Result<(), Error>) -> Result<(), Error> {
-    let mut name = path.as_os_str().to_owned();
-    name.push(PARTIAL);
-    let partial = PathBuf::from(name);
-    let written = write(&partial)
-        .and_then(|()| sync(&partial))
-        .and_then(|()| fs::rename(&partial, path).map_err(refused("name", path)));
-    if written.is_err() {
-        // Half a file is of no use to anyone, and its space may be what is missing. It may well not exist.
-        let _ = fs::remove_file(&partial);
+/// A file in the making beside the name that it is to have. Whatever has that name stays as it is until [`Aside::name`];
+/// dropped before, nothing is left of the new file: half a file is of no use to anyone, and its space may be what is
+/// missing.
+pub(crate) struct Aside {
+    path: PathBuf,
+    partial: PathBuf,
+    is_named: bool,
+}
+
+impl Aside {
+    pub(crate) fn of(path: &Path) -> Aside {
+        let mut name = path.as_os_str().to_owned();
+        name.push(PARTIAL);
+        Aside { path: path.to_owned(), partial: PathBuf::from(name), is_named: false }
     }
-    written?;
-    sync(folder(path))
+
+    /// Where the file is made.
+    pub(crate) fn partial(&self) -> &Path {
+        &self.partial
+    }
+
+    /// Gives the whole file its name, once it is on disk. The order makes all of it outlast a power cut: bytes first,
+    /// then the name, then the folder's entry.
+    pub(crate) fn name(mut self) -> Result<(), Error> {
+        sync(&self.partial)?;
+        fs::rename(&self.partial, &self.path).map_err(refused("name", &self.path))?;
+        self.is_named = true;
+        sync(folder(&self.path))
+    }
+}
+
+impl Drop for Aside {
+    fn drop(&mut self) {
+        if !self.is_named {
+            // It may well not exist.
+            let _ = fs::remove_file(&self.partial);
+        }
+    }
+}
+
+/// Lets `write` make a file aside and, once it is whole and on disk, gives it its name. On an error whatever had that
+/// name is as it was.
+pub(crate) fn write_aside(path: &Path, write: impl FnOnce(&Path) -> Result<(), Error>) -> Result<(), Error> {
+    let aside = Aside::of(path);
+    write(aside.partial())?;
+    aside.name()
 }

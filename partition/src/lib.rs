@@ -5,7 +5,7 @@
 //! carries bytes between the ranks, which may be one process ([`Solo`]), threads of one process
 //! ([`Threads`]), or processes under `mpirun` (`Mpi`, feature `mpi`). On top of the transport stand
 //! the [`Halo`] (copies of rows another rank owns, renewed every step), migration
-//! ([`exchange_rows`], sealed parcels at rebuilds) and sums that are exact in any order
+//! ([`exchange_rows`], sealed parcels at rebuilds), pieces for rank 0 ([`in_turn`]) and sums that are exact in any order
 //! ([`ExactSum`]).
 //!
 //! Nothing here knows what a row means. Whatever this crate decides changes who computes, never
@@ -23,6 +23,7 @@ pub mod migrate;
 pub mod parcel;
 pub mod reduce;
 pub mod transport;
+pub mod turns;
 
 pub use curve::Curve;
 pub use cut::cut;
@@ -34,3 +35,4 @@ pub use reduce::{ExactSum, SumError};
 #[cfg(feature = "mpi")]
 pub use transport::Mpi;
 pub use transport::{Solo, Threads, Transport};
+pub use turns::in_turn;

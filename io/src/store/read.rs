@@ -7,7 +7,7 @@ use std::path::Path;
 use hdf5::types::FixedUnicode;
 use hdf5::{Dataset, File, Group};
 
-use super::write::ATTRIBUTE_BYTES_MAX;
+use super::parts::ATTRIBUTE_BYTES_MAX;
 use crate::column::{Column, Kind, State, Table, Values};
 use crate::digest::{digest, seal};
 use crate::error::Error;
@@ -22,7 +22,7 @@ pub fn read(path: &Path) -> Result<State, Error> {
     let state = State { attributes: read_attributes(&file, path)?, tables: read_tables(&file, path)? };
     let digest = digest(&state);
     check_sum("the digest", schema::DIGEST_ATTRIBUTE, &digest, &file, path)?;
-    check_sum("the seal", schema::SEAL_ATTRIBUTE, &seal(&state, &digest), &file, path)?;
+    check_sum("the seal", schema::SEAL_ATTRIBUTE, &seal(&state.attributes, &digest), &file, path)?;
     Ok(state)
 }
 

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use scree_io::{FrameFile, Series, frames, series, store};
 
-use crate::sample;
+use crate::{pieces, sample};
 
 #[test]
 fn a_device_without_space_gives_its_reason() {
@@ -25,6 +25,13 @@ fn a_device_without_space_gives_its_reason() {
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
     store::write(&path, &sample::state()).unwrap();
     assert_eq!(store::read(&path).unwrap(), sample::state());
+
+    // Piece by piece likewise, however late the disk is found to be full.
+    std::os::unix::fs::symlink("/dev/full", folder.join("state.h5.partial")).unwrap();
+    let error = pieces::write(&path, &sample::small_state(), |_| 1).unwrap_err();
+    assert!(error.to_string().contains("state.h5.partial: No space left on device"), "{error}");
+    assert_eq!(store::read(&path).unwrap(), sample::state());
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
 }
 
 /// The other half of the next test: runs where no file may exceed some kilobytes.
@@ -40,6 +47,12 @@ fn under_a_limit() {
         let error = store::write(&path, &sample::state()).unwrap_err();
         assert!(error.to_string().contains("File too large"), "{error}");
         assert_eq!(store::read(&path).unwrap(), sample::small_state());
+    }
+    for rows in [1000, 20_000] {
+        let error = pieces::write(&path, &sample::state(), |_| rows).unwrap_err();
+        assert!(error.to_string().contains("state.h5.partial: File too large"), "{error}");
+        assert_eq!(store::read(&path).unwrap(), sample::small_state());
+        assert_eq!(fs::read_dir(folder).unwrap().count(), 1);
     }
     store::write(&path, &sample::small_state()).unwrap();
 

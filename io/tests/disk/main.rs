@@ -5,6 +5,7 @@ mod folder;
 mod frames;
 mod full_disk;
 mod paraview;
+mod pieces;
 mod sample;
 mod series;
 mod store;

@@ -44,6 +44,18 @@ pub fn small_state() -> State {
     }
 }
 
+/// Two tables of that many rows.
+pub fn many_rows(rows: usize) -> State {
+    let number = |row: usize| row as f64 / 7.0;
+    let grains = Table::new("grains", rows).with_u64("id", 1, (0..rows as u64).rev().collect()).with_f64(
+        "position",
+        2,
+        (0..2 * rows).map(number).collect(),
+    );
+    let contacts = Table::new("contacts", rows).with_u8("closed", 1, (0..rows).map(|row| row as u8 % 2).collect());
+    State { attributes: [("state.time".to_owned(), "1".to_owned())].into(), tables: vec![grains, contacts] }
+}
+
 /// The frame of that number; every one has another number of points, and one has none.
 pub fn frame(number: usize) -> Frame {
     let points = [100, 3, 0, 731, 250, 1][number % 6];

@@ -153,7 +153,7 @@ fn another_schema_is_refused_and_not_taken_for_damage() {
     file.attr("schema_version").unwrap().write_scalar(&99_u64).unwrap();
     file.close().unwrap();
     let error = store::read(&path).unwrap_err();
-    assert!(matches!(error, Error::Schema { found: 99, expected: 1, .. }), "{error}");
+    assert!(matches!(error, Error::Schema { found: 99, expected: 2, .. }), "{error}");
     assert!(!error.is_damage());
 }
 

@@ -1,6 +1,6 @@
 //! What each operation must do, for any transport and any number of ranks.
 
-use scree_partition::{ExactSum, Halo, HaloBuffers, Reader, Route, Transport, Writer, exchange_rows};
+use scree_partition::{ExactSum, Halo, HaloBuffers, Reader, Route, Transport, Writer, exchange_rows, in_turn};
 
 /// Runs every operation, twice, so that whatever one leaves behind would disturb the next. All
 /// ranks call it.
@@ -18,6 +18,8 @@ pub fn check_all(ranks: &dyn Transport) {
         ranks.barrier();
         halo(ranks);
         migration(ranks);
+        turns(ranks);
+        turns_that_end_early(ranks);
         exact_sum(ranks);
     }
 }
@@ -148,6 +150,49 @@ fn migration(ranks: &dyn Transport) {
 }
 
 /// Harmonic numbers, dealt round, have the bits of one rank's sum.
+/// Pieces of rank `from`: none of rank 1, the first of every other one empty.
+fn pieces(from: usize) -> impl Iterator<Item = Vec<u8>> {
+    let count = if from == 1 { 0 } else { 3 + from };
+    (0..count).map(move |number| message(from, 0, 70_000 * number))
+}
+
+fn turns(ranks: &dyn Transport) {
+    let mut mine = pieces(ranks.rank());
+    let mut taken = Vec::new();
+    let outcome: Result<(), ()> = in_turn(
+        ranks,
+        || mine.next(),
+        |from, piece| {
+            taken.push((from, piece));
+            Ok(())
+        },
+    );
+    assert_eq!(outcome, Ok(()));
+    assert_eq!(mine.next(), None);
+    let all = (0..ranks.size()).flat_map(|from| pieces(from).map(move |piece| (from, piece)));
+    assert!(if ranks.rank() == 0 { taken.into_iter().eq(all) } else { taken.is_empty() });
+}
+
+/// A failure at any piece is known to rank 0, and nobody waits.
+fn turns_that_end_early(ranks: &dyn Transport) {
+    let all = (0..ranks.size()).map(|from| pieces(from).count()).sum();
+    for last in 0..all {
+        let mut mine = pieces(ranks.rank());
+        let mut taken = 0;
+        let outcome = in_turn(
+            ranks,
+            || mine.next(),
+            |from, _| {
+                taken += 1;
+                if taken > last { Err(from) } else { Ok(()) }
+            },
+        );
+        let owner = (0..ranks.size()).flat_map(|from| pieces(from).map(move |_| from)).nth(last).unwrap();
+        assert_eq!(outcome, if ranks.rank() == 0 { Err(owner) } else { Ok(()) });
+        assert!(ranks.rank() <= owner || mine.count() == pieces(ranks.rank()).count(), "later ranks are not asked");
+    }
+}
+
 fn exact_sum(ranks: &dyn Transport) {
     let term = |k: usize| 1.0 / (k + 1) as f64;
     let (mut here, mut alone) = (ExactSum::<1>::new(), ExactSum::<1>::new());

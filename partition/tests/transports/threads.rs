@@ -1,6 +1,7 @@
 use crate::operations;
-use scree_partition::Transport;
 use scree_partition::transport::threads::run;
+use scree_partition::{Transport, in_turn};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 #[test]
 fn one_to_five_threads() {
@@ -74,4 +75,23 @@ fn a_message_of_another_length_is_noticed() {
         let other = 1 - ranks.rank();
         ranks.exchange(&[(other, &[0; 4])], &mut [(other, &mut [0; 5])], &mut || {});
     });
+}
+
+#[test]
+fn a_rank_makes_a_piece_when_rank_0_has_taken_the_one_before() {
+    let (made, taken) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    run(4, |ranks| {
+        let mut left = 50;
+        let next = || {
+            left -= 1;
+            assert_eq!(made.fetch_add(usize::from(left > 0), Ordering::SeqCst), taken.load(Ordering::SeqCst));
+            (left > 0).then(|| vec![7; 100])
+        };
+        let take = |_, _| -> Result<(), ()> {
+            taken.fetch_add(1, Ordering::SeqCst);
+            Ok(())
+        };
+        in_turn(&ranks, next, take).unwrap();
+    });
+    assert_eq!(taken.into_inner(), 4 * 49);
 }
