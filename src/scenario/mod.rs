@@ -364,7 +364,7 @@ pub struct Decomposition {
     pub skin: f64,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Output {
     /// Simulated time between rows of `series.csv`, s.
     pub series_interval: f64,
@@ -374,4 +374,6 @@ pub struct Output {
     pub checkpoint_interval: f64,
     /// Checkpoints kept.
     pub checkpoints_kept: usize,
+    /// Whether `contacts.vtkhdf` is written with the frames.
+    pub contact_frames: bool,
 }

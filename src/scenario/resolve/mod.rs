@@ -89,7 +89,13 @@ fn output(table: &Reader<'_>, duration: f64, step: f64) -> Result<Output, Error>
         frame_interval: interval("frame_interval", FRAMES_DEFAULT)?,
         checkpoint_interval: interval("checkpoint_interval", CHECKPOINTS_DEFAULT)?,
         checkpoints_kept: table.count_or("checkpoints_kept", 2)? as usize,
+        contact_frames: false,
     })
+}
+
+/// The same of a job that has contacts.
+fn output_with_contacts(table: &Reader<'_>, duration: f64, step: f64) -> Result<Output, Error> {
+    Ok(Output { contact_frames: table.flag_or("contact_frames", false)?, ..output(table, duration, step)? })
 }
 
 /// `bypass`: what else can be done where the job's kind allows it.

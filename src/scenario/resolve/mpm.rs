@@ -114,7 +114,7 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
         step: 0.0,
         end: 0.0,
         cells_per_block: cells_per_block(&typed.table("decomposition", false, why)?, &grid, scheme.shape)?,
-        output: Output { series_interval: 0.0, frame_interval: 0.0, checkpoint_interval: 0.0, checkpoints_kept: 0 },
+        output: Output::default(),
         ledger: false,
         grid,
     };

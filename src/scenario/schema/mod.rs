@@ -264,6 +264,13 @@ const OUTPUT: [Key; 4] = [
     count("checkpoints_kept", "checkpoints kept", (1, 1_000_000), "2"),
 ];
 
+/// The same of what has contacts.
+const OUTPUT_WITH_CONTACTS: [Key; 5] = {
+    let [series, frames, checkpoints, kept] = OUTPUT;
+    let about = "writes contacts as lines into contacts.vtkhdf with every frame";
+    [series, frames, checkpoints, kept, key("contact_frames", about, Wants::Flag, "true")]
+};
+
 impl Key {
     /// The table that this key holds one or many of.
     pub fn inner(&self) -> Option<&'static Table> {
