@@ -86,6 +86,9 @@ impl Cargo for Row {
     }
 }
 
+/// Bytes of a row in a file before they are compressed, at most: place, number, offset, and the fields.
+pub const BYTES_PER_ROW: usize = 8 * (3 + 2 + 2 + 2 + 9 + 6 + 1 + OBSERVED.len());
+
 /// Which of [`OBSERVED`] a frame of grains alone has: strains, rotation, and plastic strain, which is zero.
 const OBSERVED_OF_GRAINS: [usize; 4] = [3, 4, 5, 7];
 
