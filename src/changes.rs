@@ -5,8 +5,8 @@ use toml::{Table, Value};
 /// Keys that say when to end and what to write; no step of the run depends on them.
 const FREE: [&str; 2] = ["time.end", "loading.strain_end"];
 const FREE_TABLE: &str = "output.";
-/// Of that table, what the run has kept account of from its start on.
-const BOUND: [&str; 1] = ["output.ledger"];
+/// Of that table, what is kept from the start of a run on or not at all.
+const BOUND: [&str; 2] = ["output.contact_frames", "output.ledger"];
 
 /// A key that two jobs do not share.
 #[derive(Clone, Debug, PartialEq)]

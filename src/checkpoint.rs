@@ -280,19 +280,32 @@ pub fn state_at(dir: &Path, at: Option<f64>) -> Result<State, Error> {
     }
 }
 
-/// The kept checkpoint nearest in time.
+/// The kept checkpoint nearest in time; there must be one no farther than the half of what lies between two.
 fn nearest(dir: &Path, at: f64) -> Result<State, Error> {
     let folder = folder(dir);
     let kept = store::newest(&folder).map_err(|error| Error::User(error.to_string()))?;
     let mut best: Option<(f64, State)> = None;
+    let (mut times, mut between): (Vec<f64>, f64) = (Vec::new(), 0.0);
     for (_, path) in kept {
         let state = store::read(&path).map_err(|error| Error::User(error.to_string()))?;
         let progress = only(tables::rows(&state, "run", &Progress::default())?, "run")?;
         let job = Job::parse(&scenario_of(&state)?, &path.display().to_string(), &[])?;
-        let distance = (progress.step as f64 * job.step() - at).abs();
+        let time = progress.step as f64 * job.step();
+        times.push(time);
+        between = job.output().checkpoint_interval.max(job.step());
+        let distance = (time - at).abs();
         if best.as_ref().is_none_or(|(least, _)| distance < *least) {
             best = Some((distance, state));
         }
     }
-    best.map(|(_, state)| state).ok_or_else(|| Error::User(format!("{}: there is no checkpoint", folder.display())))
+    let (first, last) =
+        (times.iter().copied().fold(f64::INFINITY, f64::min), times.iter().copied().fold(0.0, f64::max));
+    match best {
+        Some(_) if at < first - 0.5 * between || at > last + 0.5 * between => Err(Error::User(format!(
+            "--at {at} s: the checkpoints kept in {} are of {first} s to {last} s. Give a time in between; `output.checkpoints_kept` of the job says how many are kept.",
+            folder.display()
+        ))),
+        Some((_, state)) => Ok(state),
+        None => Err(Error::User(format!("{}: there is no checkpoint", folder.display()))),
+    }
 }

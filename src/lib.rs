@@ -26,6 +26,7 @@ pub mod dem;
 pub mod enrichment;
 pub mod error;
 pub mod full_step;
+pub mod grain_dump;
 pub mod grain_export;
 pub mod grain_file;
 pub mod grid;

@@ -22,6 +22,8 @@ pub struct Outputs {
     dir: PathBuf,
     series: Series,
     frames: Option<FrameFile>,
+    /// As many as there are frames, where contacts are written.
+    contacts: Option<FrameFile>,
     log: Log,
     /// Figures for `summary.json`.
     summary: BTreeMap<String, Value>,
@@ -45,6 +47,9 @@ fn frames_file(dir: &Path) -> PathBuf {
 pub fn scenario_file(dir: &Path) -> PathBuf {
     dir.join("scenario.toml")
 }
+fn contacts_file(dir: &Path) -> PathBuf {
+    dir.join("contacts.vtkhdf")
+}
 fn series_file(dir: &Path) -> PathBuf {
     dir.join("series.csv")
 }
@@ -55,8 +60,16 @@ pub fn stop_file(dir: &Path) -> PathBuf {
 }
 
 /// Files of a run directory beside its checkpoints; the one by which it is known as one comes last.
-pub const FILES: [&str; 7] =
-    ["packing.h5", "series.csv", "frames.vtkhdf", "log.jsonl", "summary.json", "load.json", "scenario.toml"];
+pub const FILES: [&str; 8] = [
+    "packing.h5",
+    "series.csv",
+    "frames.vtkhdf",
+    "contacts.vtkhdf",
+    "log.jsonl",
+    "summary.json",
+    "load.json",
+    "scenario.toml",
+];
 
 fn failed(path: &Path, error: &dyn std::fmt::Display) -> Error {
     Error::Run(format!("{}: {error}; the run has stopped", path.display()))
@@ -85,6 +98,15 @@ pub fn claim(dir: &Path, scenario: &str) -> Result<(), Error> {
     fs::write(scenario_file(dir), scenario).map_err(refused)
 }
 
+/// Adds a frame to its file, which the first one makes.
+fn add(file: &mut Option<FrameFile>, path: &Path, frame: &Frame) -> Result<(), Error> {
+    let added = match file {
+        Some(file) => file.append(frame),
+        None => FrameFile::create(path, frame).map(|made| *file = Some(made)),
+    };
+    added.map_err(|error| failed(path, &error))
+}
+
 impl Outputs {
     /// The outputs of a run that begins after `step`.
     pub fn create(dir: &Path, experiment: &impl Experiment, step: u64) -> Result<Self, Error> {
@@ -92,7 +114,7 @@ impl Outputs {
         let header = experiment.header();
         let names: Vec<&str> = header.iter().map(String::as_str).collect();
         let series = Series::create(&path, &names).map_err(|error| failed(&path, &error))?;
-        Ok(Self::new(dir, log, (series, None), Meter::new(step, experiment.steps())))
+        Ok(Self::new(dir, log, (series, [None, None]), Meter::new(step, experiment.steps())))
     }
 
     /// Cuts log, series and frames back to what `progress` had written; a branch has none yet.
@@ -107,22 +129,25 @@ impl Outputs {
         let names: Vec<&str> = header.iter().map(String::as_str).collect();
         let series = Series::resume(&path, &names, progress.series_rows as usize, progress.series_digest)
             .map_err(|error| Error::User(error.to_string()))?;
-        let path = frames_file(dir);
-        let frames = FrameFile::open_and_cut(&path, progress.frames as usize).map_err(|error| failed(&path, &error))?;
+        let cut = |path: PathBuf| {
+            FrameFile::open_and_cut(&path, progress.frames as usize).map_err(|error| failed(&path, &error))
+        };
+        let frames = Some(cut(frames_file(dir))?);
+        let contacts = if experiment.output().contact_frames { Some(cut(contacts_file(dir))?) } else { None };
         if options.beginning == Beginning::Changed {
             let path = scenario_file(dir);
             replace(&path, &experiment.job()).map_err(|error| failed(&path, &error))?;
         }
         let meter = Meter::new(progress.step, experiment.steps());
-        let mut outputs = Self::new(dir, log, (series, Some(frames)), meter);
+        let mut outputs = Self::new(dir, log, (series, [frames, contacts]), meter);
         if let Ok(text) = fs::read_to_string(summary_file(dir)) {
             outputs.summary = serde_json::from_str(&text).unwrap_or_default();
         }
         Ok(outputs)
     }
 
-    fn new(dir: &Path, log: Log, (series, frames): (Series, Option<FrameFile>), meter: Meter) -> Self {
-        Self { dir: dir.to_path_buf(), series, frames, log, summary: BTreeMap::new(), meter }
+    fn new(dir: &Path, log: Log, (series, [frames, contacts]): (Series, [Option<FrameFile>; 2]), meter: Meter) -> Self {
+        Self { dir: dir.to_path_buf(), series, frames, contacts, log, summary: BTreeMap::new(), meter }
     }
 
     pub fn row(&mut self, values: &[f64]) -> Result<(), Error> {
@@ -136,14 +161,11 @@ impl Outputs {
     }
 
     pub fn frame(&mut self, frame: &Frame) -> Result<(), Error> {
-        let path = frames_file(&self.dir);
-        match &mut self.frames {
-            Some(frames) => frames.append(frame).map_err(|error| failed(&path, &error)),
-            None => {
-                self.frames = Some(FrameFile::create(&path, frame).map_err(|error| failed(&path, &error))?);
-                Ok(())
-            }
-        }
+        add(&mut self.frames, &frames_file(&self.dir), frame)
+    }
+
+    pub fn contacts(&mut self, contacts: &Frame) -> Result<(), Error> {
+        add(&mut self.contacts, &contacts_file(&self.dir), contacts)
     }
 
     /// One line in `log.jsonl`.

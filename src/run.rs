@@ -14,6 +14,7 @@ use crate::checkpoint::{self, Progress, Snapshot};
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
+use crate::observe::contact_frame::contact_frame;
 use crate::observe::guard::EnergyGuard;
 use crate::observe::ledger::Entry;
 use crate::observe::phases::Phase;
@@ -104,6 +105,8 @@ pub struct Core<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub options: Options,
     /// On rank 0.
     outputs: Option<Outputs>,
+    /// Whether contacts are written with every frame.
+    contact_frames: bool,
 }
 
 impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> Core<'t, S, C, L> {
@@ -111,7 +114,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> Core<'t, S, C, L> {
         if options.beginning == Beginning::Branched {
             (progress.series_rows, progress.frames) = (0, 0);
         }
-        Self { world, progress, options: options.clone(), outputs }
+        Self { world, progress, options: options.clone(), outputs, contact_frames: false }
     }
 
     /// What only rank 0 does, with an outcome that all ranks share.
@@ -120,10 +123,14 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> Core<'t, S, C, L> {
         transfer::agree(self.world.transport, outcome)
     }
 
-    /// Writes a frame that rank 0 holds.
+    /// Writes a frame that rank 0 holds, and where they are wanted the contacts of the same time.
     pub fn write_frame(&mut self, made: Option<Frame>) -> Result<(), Error> {
+        let contacts = if self.contact_frames { contact_frame(&mut self.world)? } else { None };
         self.progress.frames += 1;
-        self.on_root(|outputs| made.map_or(Ok(()), |frame| outputs.frame(&frame)))
+        self.on_root(|outputs| {
+            made.map_or(Ok(()), |frame| outputs.frame(&frame))?;
+            contacts.map_or(Ok(()), |contacts| outputs.contacts(&contacts))
+        })
     }
 }
 
@@ -214,7 +221,8 @@ pub struct Run<'t, E: Experiment> {
 }
 
 impl<'t, E: Experiment> Run<'t, E> {
-    pub fn new(experiment: E, core: CoreOf<'t, E>) -> Result<Self, Error> {
+    pub fn new(experiment: E, mut core: CoreOf<'t, E>) -> Result<Self, Error> {
+        core.contact_frames = experiment.output().contact_frames;
         let step = core.world.settings.dt;
         let every = |interval: f64| ((interval / step).round() as u64).max(1);
         let output = experiment.output();

@@ -35,6 +35,8 @@ mod enrichment;
 mod exact;
 /// Worlds of a few grains alone that the tests of the grain engine share; it claims nothing itself.
 mod few;
+/// Frames, contacts as lines and dumps of grains tell of one stress, are read by VTK, and are the same on any ranks.
+mod frame_files;
 /// A loaded contact that is carried along by a rigid motion keeps its force in the moving frame, under every law.
 mod frames;
 /// A run that has left physics stops and names the two that show it: grains, or a grain and a body.

@@ -19,6 +19,21 @@ fail() {
 echo "== Format"
 cargo fmt --all --check || fail "the format; run cargo fmt --all"
 
+# Tests that read frames with VTK skip themselves where it is missing, unless they are told which interpreter has it.
+if [ -z "${SCREE_PYTHON:-}" ]; then
+    echo "== Python with VTK"
+    if python3 -c 'import vtk, numpy' 2>/dev/null; then
+        SCREE_PYTHON=python3
+    else
+        SCREE_PYTHON=$PWD/$target/python/bin/python
+        case $target in /*) SCREE_PYTHON=$target/python/bin/python ;; esac
+        "$SCREE_PYTHON" -c 'import vtk, numpy' 2>/dev/null ||
+            { python3 -m venv "$target/python" && "$SCREE_PYTHON" -m pip install -q vtk numpy; } ||
+            fail "installing the Python packages vtk and numpy; have python3 and python3-venv, or name an interpreter that has them in SCREE_PYTHON"
+    fi
+fi
+export SCREE_PYTHON
+
 # Release throughout, so that build scripts and macros are compiled once.
 echo "== Lints, with MPI"
 cargo clippy --release --workspace --all-targets -- -D warnings || fail "a lint"

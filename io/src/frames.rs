@@ -1,9 +1,14 @@
-//! Frames for ParaView: points with fields over time, in one VTKHDF file (transient `PolyData`, version 2.0).
+//! Frames for ParaView: points or lines with fields over time, in VTKHDF files (transient `PolyData`, version 2.0).
 //!
-//! A frame file grows while the run goes on and is whole at every moment. HDF5 changes a file in many places at once,
-//! and a full disk or a kill in between would lose every frame in it; so a frame is added to a copy, which then takes
-//! the name. Readers see the file before or after, never between. The copying is nothing beside the steps between two
-//! frames while the file has some gigabytes; for more, begin a new file from time to time.
+//! Frames are added while the run goes on, and their files are whole at every moment. HDF5 changes a file in many places
+//! at once, and a full disk or a kill in between would lose every frame in it; so a frame is added to a copy, which then
+//! takes the name. Readers see the file before or after, never between, and one that holds it open keeps what it had:
+//! adding in place would take that from them, even where two files were kept and changed in turn.
+//!
+//! Copying a file that grows for a month would cost the square of its length. So a file that has reached [`PART_BYTES`] is
+//! closed for good, and the frames go on in another beside it: `frames.vtkhdf`, `frames.2.vtkhdf`, `frames.3.vtkhdf`, each
+//! complete by itself. No frame costs more than copying one such part. The functions here take the name of the first part
+//! and see all frames as one list.
 //!
 //! A run cannot be continued from frames; one that resumes cuts them back with [`FrameFile::open_and_cut`].
 
@@ -11,17 +16,64 @@ mod file;
 mod layout;
 mod read;
 
+use std::path::{Path, PathBuf};
+
 pub use file::FrameFile;
-pub use read::{read, read_frame, times};
+pub use read::{read, read_frame, read_part, times};
 
 use crate::column::Column;
 
-/// The points at one time.
+/// Bytes at which a part of the frames is closed: some seconds of writing at most, and rarely reached.
+pub const PART_BYTES: u64 = 512 << 20;
+
+/// What there is to be seen at one time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
     pub time: f64,
-    /// One per point, in space; a plane's third coordinate is 0.
+    pub drawn: Drawn,
+    /// In space; a plane's third coordinate is 0. One per point, and of every line where it begins and where it ends.
     pub positions: Vec<[f64; 3]>,
-    /// One row per point, of `f64` or `i64`. ParaView takes width 1 as a scalar, 3 as a vector, 9 as a tensor.
+    /// One row per point or line, of `f64` or `i64`. ParaView takes width 1 as a scalar, 3 as a vector, 9 as a tensor.
     pub fields: Vec<Column>,
+    /// Of the frame as a whole: one row each, of `f64`.
+    pub whole: Vec<Column>,
+}
+
+/// What the rows of a frame are drawn as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drawn {
+    Points,
+    Lines,
+}
+
+impl Drawn {
+    /// Positions of a row.
+    pub fn positions(self) -> usize {
+        match self {
+            Self::Points => 1,
+            Self::Lines => 2,
+        }
+    }
+}
+
+impl Frame {
+    /// Points or lines.
+    pub fn rows(&self) -> usize {
+        self.positions.len() / self.drawn.positions()
+    }
+}
+
+/// The name of a part, counted from 0.
+fn part(path: &Path, number: usize) -> PathBuf {
+    if number == 0 {
+        return path.to_owned();
+    }
+    let stem = path.file_stem().unwrap_or_default().to_owned();
+    let mut name = stem;
+    name.push(format!(".{}", number + 1));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
 }

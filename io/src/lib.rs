@@ -3,7 +3,7 @@
 //! | module | what it keeps | can a run go on from it? |
 //! |---|---|---|
 //! | [`store`] | a [`State`] in one HDF5 file, checked when read | yes |
-//! | [`frames`] | points with fields, a frame per time, for ParaView | no |
+//! | [`frames`] | points or lines with fields, a frame per time, for ParaView | no |
 //! | [`series`] | rows of numbers in a CSV file | no |
 //! | [`digest()`] | 64 hex digits that stand for a [`State`] | |
 //!
@@ -23,5 +23,5 @@ mod system;
 pub use column::{Column, Kind, State, Table, Values};
 pub use digest::digest;
 pub use error::Error;
-pub use frames::{Frame, FrameFile};
+pub use frames::{Drawn, Frame, FrameFile};
 pub use series::Series;

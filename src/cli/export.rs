@@ -5,20 +5,36 @@ use std::path::Path;
 use super::resume::refuse_no_run;
 use crate::checkpoint;
 use crate::error::Error;
+use crate::grain_dump::{self, Moment};
 use crate::grain_export::{self, Wanted};
 use crate::scenario::units::{Dimension, quantity};
 
+/// The files to write.
+pub(super) struct Files<'a> {
+    pub grains: Option<&'a Path>,
+    pub contacts: Option<&'a Path>,
+    pub dump: Option<&'a Path>,
+}
+
+/// `all`: of all frames, and not of the one at a time.
 pub(super) fn command(
     dir: &Path,
-    grains: Option<&Path>,
-    contacts: Option<&Path>,
-    at: Option<&str>,
+    files: &Files,
+    (at, all): (Option<&str>, bool),
     wanted: Wanted,
 ) -> Result<String, Error> {
     refuse_no_run(dir)?;
     let at = at.map(time).transpose()?;
-    let state = checkpoint::state_at(dir, at)?;
     let mut told = String::new();
+    if let Some(file) = files.dump {
+        let moment = if all { Moment::All } else { at.map_or(Moment::Last, Moment::At) };
+        told += &grain_dump::write(dir, file, moment)?;
+    }
+    let Files { grains, contacts, .. } = *files;
+    if grains.is_none() && contacts.is_none() {
+        return Ok(told);
+    }
+    let state = checkpoint::state_at(dir, at)?;
     if let Some(file) = grains {
         grain_export::write(&state, dir, file, wanted)?;
         told += &format!("The grains are in {}\n", file.display());

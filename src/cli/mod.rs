@@ -131,17 +131,24 @@ enum Command {
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
     },
-    /// Write the grains of a checkpoint as CSV or as a LAMMPS data file, and its contacts, with 17 significant digits.
+    /// Write the grains of a checkpoint as CSV or as a LAMMPS data file, and its contacts, or the grains of frames as a
+    /// LAMMPS dump, with 17 significant digits.
     Export {
         /// Folder of the run.
         dir: PathBuf,
         /// The file of grains to write: comma-separated values (.csv) or a LAMMPS data file (.data, .lmp).
-        #[arg(long, value_name = "FILE", required_unless_present = "contacts")]
+        #[arg(long, value_name = "FILE", required_unless_present_any = ["contacts", "lammps_dump"])]
         grains: Option<PathBuf>,
         /// The CSV file of contacts to write: lower and higher id (or a body's name), and the law's memory.
         #[arg(long, value_name = "FILE")]
         contacts: Option<PathBuf>,
-        /// The checkpoint nearest to this time, for example 0.02 or "20 ms". Default: the newest.
+        /// The LAMMPS text dump to write, for OVITO and others: the grains of the run's last frame.
+        #[arg(long, value_name = "FILE")]
+        lammps_dump: Option<PathBuf>,
+        /// Write all frames into the dump.
+        #[arg(long, requires = "lammps_dump", conflicts_with = "at")]
+        all: bool,
+        /// The checkpoint, and of a dump the frame, nearest to this time, for example 0.02 or "20 ms". Default: the newest.
         #[arg(long, value_name = "TIME")]
         at: Option<String>,
         /// The time of the velocities: that of the positions, or half a step before as the run keeps them.
@@ -204,9 +211,14 @@ fn dispatch(command: Command, begun: Instant, transport: &dyn Transport) -> u8 {
                 let page = report::write(&dirs, out.as_deref())?;
                 Ok(format!("The report is {}\n", page.display()))
             }
-            Command::Export { dir, grains, contacts, at, velocities, forces } => {
+            Command::Export { dir, grains, contacts, lammps_dump, all, at, velocities, forces } => {
                 let wanted = Wanted { velocities_now: velocities == VELOCITIES[1], forces };
-                export::command(&dir, grains.as_deref(), contacts.as_deref(), at.as_deref(), wanted)
+                let files = export::Files {
+                    grains: grains.as_deref(),
+                    contacts: contacts.as_deref(),
+                    dump: lammps_dump.as_deref(),
+                };
+                export::command(&dir, &files, (at.as_deref(), all), wanted)
             }
             Command::Run { .. } | Command::Resume { .. } | Command::Bench { .. } | Command::Check { .. } => {
                 unreachable!("they are dispatched above")

@@ -293,7 +293,7 @@ impl<S: Space> Contacts<S> {
     }
 
     /// The two grains of a pair as the law sees them, with velocities of now and no time passed.
-    fn touch_of(&self, grains: &Grains<S>, pair: &Pair) -> Touch<S, f64> {
+    pub(super) fn touch_of(&self, grains: &Grains<S>, pair: &Pair) -> Touch<S, f64> {
         let (a, b) = (&grains.hot[pair.a as usize], &grains.hot[pair.b() as usize]);
         let (shift, rate) = &self.shifts.0[pair.image().0 as usize];
         let separation = lanes(&(a.position - b.position + *shift));
@@ -301,7 +301,7 @@ impl<S: Space> Contacts<S> {
         touch(&Side::scalar(a), &Side::scalar(b), separation, relative, [0.0, 0.0])
     }
 
-    fn weight_of(grains: &Grains<S>, pair: &Pair) -> f64 {
+    pub(super) fn weight_of(grains: &Grains<S>, pair: &Pair) -> f64 {
         pair_weight(grains.hot[pair.a as usize].weight, grains.hot[pair.b() as usize].weight)
     }
 

@@ -199,7 +199,7 @@ fn image_beside<S: Space>(body: &Body<S>, cell: &Cell<S>, place: &S::Vector) -> 
 
 /// Where a contact's force acts: in the middle of the overlap, as the grain's arm has it; else the couple of the two sides
 /// would make angular momentum.
-fn middle<S: Space>(nearest: &Nearest<S>, overlap: f64) -> S::Vector {
+pub(super) fn middle<S: Space>(nearest: &Nearest<S>, overlap: f64) -> S::Vector {
     nearest.point - nearest.normal * (0.5 * overlap)
 }
 

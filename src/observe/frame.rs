@@ -1,18 +1,33 @@
 //! Frames: grains and points of the whole world as rows for pictures, on rank 0.
+//!
+//! Of a grain the stress is the Love-Weber mean of its contacts with grains and bodies over its share of space, with the
+//! forces of the positions and velocities of now ([`crate::dem::bearing`]):
+//!
+//! ```text
+//! sigma_ij = phi/V sum f_i b_j
+//! ```
+//!
+//! f the force on the grain, b the way from its centre to half way between the two centres, or to where a body is touched,
+//! V the grain's volume and phi the packing fraction at the start. Its coordination is the number of contacts that bear
+//! force. Its strains are those of the deformation that its neighbours tell ([`crate::observe::local_strain`]), by the
+//! formulas that points have; they are zero where the neighbours do not tell any.
 
 use scree_io::column::{Column, Values};
-use scree_io::frames::Frame;
+use scree_io::frames::{Drawn, Frame};
 
-use crate::dem::cell::{Cell, Image};
+use crate::dem::bearing::Bearing;
+use crate::dem::cell::{Cell, Image, visit_image};
 use crate::dem::grains::Mover;
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
+use crate::law::invariants::{Deformation, StressInvariants};
 use crate::law::material::MaterialLaw;
 use crate::math;
 use crate::mpm::points::{Cold, Hot};
+use crate::observe::local_strain::{Place, best_fit_deformations};
 use crate::observe::point::{OBSERVED, observed};
 use crate::record::{Record, Visitor};
-use crate::space::{Linear, Space};
+use crate::space::{Linear, Solid, Space};
 use crate::transfer::{self, Cargo};
 use crate::world::World;
 
@@ -35,12 +50,16 @@ struct Row {
     radius: f64,
     weight: f64,
     displacement: [f64; 3],
+    /// Periods that it has gone.
+    image: Image,
     velocity: [f64; 3],
     /// rad/s.
     spin: [f64; 3],
     /// Cauchy stress xx, yy, xy and in space zz, yz, xz, Pa; of a grain its Love-Weber mean over its share of space.
     stress: [f64; 6],
-    /// What [`OBSERVED`] names; zero for grains.
+    /// Contacts that bear force; none of points.
+    coordination: i64,
+    /// What [`OBSERVED`] names; of grains what [`OBSERVED_OF_GRAINS`] does, p and q.
     observed: [f64; OBSERVED.len()],
 }
 
@@ -52,9 +71,11 @@ impl Record for Row {
         visitor.f64s("radius", std::slice::from_mut(&mut self.radius));
         visitor.f64s("weight", std::slice::from_mut(&mut self.weight));
         visitor.f64s("displacement", &mut self.displacement);
+        visit_image::<Solid>(&mut self.image, visitor);
         visitor.f64s("velocity", &mut self.velocity);
         visitor.f64s("spin", &mut self.spin);
         visitor.f64s("stress", &mut self.stress);
+        visitor.i64("coordination", &mut self.coordination);
         visitor.f64s("observed", &mut self.observed);
     }
 }
@@ -65,7 +86,13 @@ impl Cargo for Row {
     }
 }
 
-fn spread<V: Linear>(vector: &V) -> [f64; 3] {
+/// Bytes of a row in a file before they are compressed, at most: place, number, offset, and the fields.
+pub const BYTES_PER_ROW: usize = 8 * (3 + 2 + 2 + 2 + 9 + 6 + 1 + OBSERVED.len());
+
+/// Which of [`OBSERVED`] a frame of grains alone has: strains, rotation, and plastic strain, which is zero.
+const OBSERVED_OF_GRAINS: [usize; 4] = [3, 4, 5, 7];
+
+pub(super) fn spread<V: Linear>(vector: &V) -> [f64; 3] {
     std::array::from_fn(|axis| if axis < V::COMPONENTS { vector[axis] } else { 0.0 })
 }
 
@@ -102,15 +129,10 @@ pub fn frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     let grains = transfer::gather(world.transport, grain_rows(world, depth, fraction))?;
     let points = transfer::gather(world.transport, point_rows(world, depth))?;
     let (Some(mut rows), Some(points)) = (grains, points) else { return Ok(None) };
+    let positions = settle_grains(&mut rows, &world.cell, !world.settings.drive.is_at_rest());
+    let positions: Vec<[f64; 3]> =
+        positions.into_iter().chain(points.iter().map(|row| wrapped::<S>(row, &world.cell).1)).collect();
     rows.extend(points);
-    let wrapped = |row: &Row| {
-        let mut position = S::Vector::zero();
-        for axis in 0..S::DIMENSION {
-            position[axis] = row.position[axis];
-        }
-        world.cell.wrap(&mut position, &mut S::Vector::zero());
-        spread(&position)
-    };
     let numbers = |width: usize, name: &str, get: &dyn Fn(&Row) -> Vec<f64>| Column {
         name: name.to_string(),
         width,
@@ -122,8 +144,7 @@ pub fn frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
         values: Values::I64(rows.iter().map(get).collect()),
     };
     let stresses = if S::DIMENSION == 2 { 3 } else { 6 };
-    // Grains alone have the last of them, for one.
-    let told = if may_have_points { 0..OBSERVED.len() } else { OBSERVED.len() - 1..OBSERVED.len() };
+    let told = if may_have_points { (0..OBSERVED.len()).collect() } else { OBSERVED_OF_GRAINS.to_vec() };
     let mut fields = vec![
         whole("kind", &|row| row.kind),
         whole("id", &|row| row.id as i64),
@@ -134,8 +155,67 @@ pub fn frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
         numbers(3, "spin", &|row| row.spin.to_vec()),
         numbers(stresses, "stress", &|row| row.stress[..stresses].to_vec()),
     ];
-    fields.extend(told.map(|which| numbers(1, OBSERVED[which], &|row| vec![row.observed[which]])));
-    Ok(Some(Frame { time: world.time(), positions: rows.iter().map(wrapped).collect(), fields }))
+    fields.push(whole("coordination", &|row| row.coordination));
+    fields.extend(told.into_iter().map(|which| numbers(1, OBSERVED[which], &|row| vec![row.observed[which]])));
+    let whole = of_cell(&world.cell, depth);
+    Ok(Some(Frame { time: world.time(), drawn: Drawn::Points, positions, fields, whole }))
+}
+
+/// The cell as it is: its corner and edges, one after the other, m, and along which of them it is periodic. In the plane it
+/// is as thick as `depth`, with the plane in its middle.
+fn of_cell<S: Space>(cell: &Cell<S>, depth: f64) -> Vec<Column> {
+    let (mut corner, mut edges) = (spread(&cell.corner), [0.0; 9]);
+    for column in 0..S::DIMENSION {
+        for row in 0..S::DIMENSION {
+            edges[3 * column + row] = cell.edges[column * S::DIMENSION + row];
+        }
+    }
+    if S::DIMENSION == 2 {
+        (corner[2], edges[8]) = (-0.5 * depth, depth);
+    }
+    let periodic: [bool; 3] = std::array::from_fn(|axis| axis < S::DIMENSION && cell.periodic[axis]);
+    let column = |name: &str, values: Vec<f64>| Column {
+        name: name.to_string(),
+        width: values.len(),
+        values: Values::F64(values),
+    };
+    vec![
+        column("cell_corner", corner.to_vec()),
+        column("cell_edges", edges.to_vec()),
+        column("cell_periodic", periodic.map(|is| f64::from(u8::from(is))).to_vec()),
+    ]
+}
+
+fn gathered<S: Space>(components: &[f64; 3]) -> S::Vector {
+    let mut vector = S::Vector::zero();
+    (0..S::DIMENSION).for_each(|axis| vector[axis] = components[axis]);
+    vector
+}
+
+/// The image of a row inside the cell: periods it was taken back by, and where it is.
+fn wrapped<S: Space>(row: &Row, cell: &Cell<S>) -> (Image, [f64; 3]) {
+    let mut position = gathered::<S>(&row.position);
+    let image = cell.wrap(&mut position, &mut S::Vector::zero());
+    (image, spread(&position))
+}
+
+/// Reckons what takes all grains to know, and returns where they are inside the cell.
+fn settle_grains<S: Space>(rows: &mut [Row], cell: &Cell<S>, deforms: bool) -> Vec<[f64; 3]> {
+    let images: Vec<(Image, [f64; 3])> = rows.iter().map(|row| wrapped(row, cell)).collect();
+    let place = |(row, (image, position)): (&Row, &(Image, [f64; 3]))| Place::<S> {
+        position: gathered::<S>(position),
+        displacement: gathered::<S>(&row.displacement),
+        image: std::array::from_fn(|axis| row.image[axis] + image[axis]),
+        radius: row.radius,
+    };
+    let places: Vec<Place<S>> = rows.iter().zip(&images).map(place).collect();
+    for (row, found) in rows.iter_mut().zip(best_fit_deformations(&places, cell, deforms)) {
+        if let Some(gradient) = found {
+            let strain = Deformation::of::<S>(&gradient);
+            row.observed[3..6].copy_from_slice(&[strain.volumetric, strain.deviatoric, strain.rotation_angle]);
+        }
+    }
+    images.into_iter().map(|(_, position)| position).collect()
 }
 
 fn grain_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
@@ -143,11 +223,22 @@ fn grain_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     depth: f64,
     fraction: f64,
 ) -> Vec<Row> {
-    let grains = &world.grains;
+    let (grains, law) = (&world.grains, &world.settings.contact);
+    let on_bodies: Vec<Bearing<S>> = world.walls.bearings(law, grains, (&world.bodies, &world.cell)).collect();
     let row = |row: usize| {
         let (hot, cold) = (&grains.hot[row], &grains.cold[row]);
-        let moment = world.contacts.moment(&world.settings.contact, grains, row);
+        let first = on_bodies.partition_point(|bearing| (bearing.row as usize) < row);
+        let on_bodies = on_bodies[first..].iter().take_while(|bearing| bearing.row as usize == row).copied();
+        let (mut moment, mut coordination) = (S::Tensor::zero(), 0);
+        for bearing in world.contacts.bearings(law, grains, row).chain(on_bodies) {
+            moment += bearing.moment();
+            coordination += 1;
+        }
         let space = S::grain_volume(hot.radius, depth) / fraction;
+        let stress = moment * (1.0 / space);
+        let invariants = StressInvariants::of::<S>(&stress);
+        let mut observed = [0.0; OBSERVED.len()];
+        [observed[0], observed[1]] = [invariants.mean, invariants.deviatoric];
         let glued = matches!(cold.mover, Mover::Body(_));
         Row {
             kind: if glued { Kind::Glued } else { Kind::Grain } as i64,
@@ -156,10 +247,12 @@ fn grain_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
             radius: hot.radius,
             weight: if glued { 1.0 } else { hot.weight },
             displacement: displacement(&hot.position, &cold.origin, cold.image, &world.cell),
+            image: cold.image,
             velocity: spread(&hot.velocity),
             spin: spread_spin(&hot.spin),
-            stress: symmetric::<S>(&(moment * (1.0 / space))),
-            observed: [0.0; OBSERVED.len()],
+            stress: symmetric::<S>(&stress),
+            coordination,
+            observed,
         }
     };
     (0..grains.owned).map(row).collect()
@@ -177,8 +270,10 @@ fn point_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C,
         },
         weight: hot.weight,
         displacement: displacement(&hot.position, &cold.origin, cold.image, &world.cell),
+        image: cold.image,
         velocity: spread(&hot.velocity),
         spin: [0.0; 3],
+        coordination: 0,
         stress: symmetric::<S>(&(hot.kirchhoff() * (1.0 / hot.volume_ratio()))),
         observed: observed(&world.settings.material, hot),
     };

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::raw::Typed;
 use super::schema::Kind;
-use super::{Assembly, Mpm, Scenario, resolve, write};
+use super::{Assembly, Mpm, Output, Scenario, resolve, write};
 use crate::error::Error;
 
 /// What a job asks for; the table `[cell]` makes it an assembly, `[grid]` a continuum.
@@ -49,6 +49,15 @@ impl Job {
             Self::Shear(scenario) => scenario.time.step,
             Self::Assembly(assembly) => assembly.step,
             Self::Mpm(job) => job.step,
+        }
+    }
+
+    /// What is written and when.
+    pub fn output(&self) -> &Output {
+        match self {
+            Self::Shear(scenario) => &scenario.output,
+            Self::Assembly(assembly) => &assembly.output,
+            Self::Mpm(job) => &job.output,
         }
     }
 

@@ -378,4 +378,6 @@ pub struct Output {
     pub checkpoints_kept: usize,
     /// Every so many checkpoints one is kept for good; none where it is 0.
     pub checkpoints_for_good: usize,
+    /// Whether `contacts.vtkhdf` is written with the frames.
+    pub contact_frames: bool,
 }

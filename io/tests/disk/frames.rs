@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use scree_io::{Error, Frame, FrameFile, Values, frames};
+use scree_io::{Drawn, Error, Frame, FrameFile, Values, frames};
 
 use crate::sample::{self, frame};
 
@@ -56,6 +56,56 @@ fn cut_and_continued_equal_those_of_an_uninterrupted_run() {
 }
 
 #[test]
+fn lines_come_back_as_written() {
+    let (_guard, folder) = sample::folder();
+    let path = folder.join("contacts.vtkhdf");
+    let lines: Vec<Frame> = (0..9).map(|number| sample::frame_of(Drawn::Lines, number)).collect();
+    let mut file = FrameFile::create(&path, &lines[0]).unwrap();
+    lines[1..].iter().for_each(|frame| file.append(frame).unwrap());
+    assert_eq!(frames::read(&path).unwrap(), lines);
+    let mut file = FrameFile::open_and_cut(&path, 4).unwrap();
+    let message = file.append(&frame(4)).unwrap_err().to_string();
+    assert!(message.contains("depth: 1 x f64; of lines]"), "{message}");
+    lines[4..].iter().for_each(|frame| file.append(frame).unwrap());
+    assert_eq!(frames::read(&path).unwrap(), lines);
+}
+
+/// Nobody but the names of the files tells that there are several.
+#[test]
+fn parts_are_one_list() {
+    const BYTES: u64 = 80_000;
+    let (_guard, folder) = sample::folder();
+    let path = folder.join("frames.vtkhdf");
+    let mut file = FrameFile::create(&path, &frame(0)).unwrap().with_parts_of(BYTES);
+    (1..30).for_each(|number| file.append(&frame(number)).unwrap());
+    let parts = || fs::read_dir(&folder).unwrap().count();
+    let written = parts();
+    assert!(written > 3 && folder.join("frames.2.vtkhdf").exists(), "{written}");
+    assert_eq!(file.frames(), 30);
+    assert_eq!(frames::read(&path).unwrap(), expected(0..30));
+    assert_eq!(frames::times(&path).unwrap().len(), 30);
+    for number in [0, 7, 29] {
+        assert_eq!(frames::read_frame(&path, number).unwrap(), frame(number));
+    }
+    assert!(matches!(frames::read_frame(&path, 30), Err(Error::TooFewFrames { found: 30, .. })));
+    assert!(matches!(FrameFile::open_and_cut(&path, 31), Err(Error::TooFewFrames { found: 30, .. })));
+    for steps in [30, 29, 23, 11, 1, 0] {
+        let mut file = FrameFile::open_and_cut(&path, steps).unwrap().with_parts_of(BYTES);
+        assert_eq!(file.frames(), steps);
+        assert_eq!(frames::read(&path).unwrap(), expected(0..steps));
+        (steps..30).for_each(|number| file.append(&frame(number)).unwrap());
+        assert_eq!(frames::read(&path).unwrap(), expected(0..30));
+        assert_eq!(parts(), written);
+        FrameFile::open_and_cut(&path, steps).unwrap();
+    }
+    assert_eq!(parts(), 1);
+    fs::remove_file(&path).unwrap();
+    fs::write(folder.join("frames.2.vtkhdf"), "of another run").unwrap();
+    let error = FrameFile::create(&path, &frame(0)).unwrap_err();
+    assert!(error.to_string().contains("frames.2.vtkhdf"), "{error}");
+}
+
+#[test]
 fn other_fields_are_refused_and_both_lists_named() {
     let (_guard, folder) = sample::folder();
     let path = folder.join("frames.vtkhdf");
@@ -63,8 +113,15 @@ fn other_fields_are_refused_and_both_lists_named() {
     let mut other = frame(2);
     other.fields.pop();
     let message = file.append(&other).unwrap_err().to_string();
-    assert!(message.contains("frames.vtkhdf") && message.contains("stress: 9 x f64], "), "{message}");
-    assert!(message.contains("stress: 9 x f64, id: 1 x i64]"), "{message}");
+    assert!(
+        message.contains("frames.vtkhdf")
+            && message.contains("stress: 9 x f64; of the whole edges: 9 x f64, depth: 1 x f64], "),
+        "{message}"
+    );
+    assert!(
+        message.contains("stress: 9 x f64, id: 1 x i64; of the whole edges: 9 x f64, depth: 1 x f64]"),
+        "{message}"
+    );
     let mut other = frame(0);
     other.fields[3].values = Values::F64(vec![0.0; 100]);
     assert!(matches!(file.append(&other), Err(Error::FrameFields { .. })));
@@ -123,5 +180,5 @@ fn damage_names_the_file_and_the_field() {
 fn a_field_of_bytes_is_a_bug() {
     let (_guard, folder) = sample::folder();
     let column = scree_io::Column { name: "kind".to_owned(), width: 1, values: Values::U8(vec![]) };
-    let _ = FrameFile::create(&folder.join("f"), &Frame { time: 0.0, positions: vec![], fields: vec![column] });
+    let _ = FrameFile::create(&folder.join("f"), &Frame { fields: vec![column], ..sample::frame(2) });
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use scree_io::{Column, Frame, State, Table, Values};
+use scree_io::{Column, Drawn, Frame, State, Table, Values};
 
 /// A state with every kind of column, an empty table, a table without columns, and long, odd and empty texts.
 pub fn state() -> State {
@@ -58,16 +58,26 @@ pub fn many_rows(rows: usize) -> State {
 
 /// The frame of that number; every one has another number of points, and one has none.
 pub fn frame(number: usize) -> Frame {
-    let points = [100, 3, 0, 731, 250, 1][number % 6];
-    let value = |point: usize| number as f64 + point as f64 / 1024.0;
+    frame_of(Drawn::Points, number)
+}
+
+/// The same of points or lines.
+pub fn frame_of(drawn: Drawn, number: usize) -> Frame {
+    let rows = [100, 3, 0, 731, 250, 1][number % 6];
+    let value = |row: usize| number as f64 + row as f64 / 1024.0;
     Frame {
         time: 0.25 * number as f64,
-        positions: (0..points).map(|point| [value(point), -value(point), 0.5 * value(point)]).collect(),
+        drawn,
+        positions: (0..rows * drawn.positions()).map(|at| [value(at), -value(at), 0.5 * value(at)]).collect(),
         fields: vec![
-            field("velocity", 3, Values::F64((0..3 * points).map(value).collect())),
-            field("radius", 1, Values::F64((0..points).map(value).collect())),
-            field("stress", 9, Values::F64((0..9 * points).map(value).collect())),
-            field("id", 1, Values::I64((0..points).map(|point| (1000 * number + point) as i64).collect())),
+            field("velocity", 3, Values::F64((0..3 * rows).map(value).collect())),
+            field("radius", 1, Values::F64((0..rows).map(value).collect())),
+            field("stress", 9, Values::F64((0..9 * rows).map(value).collect())),
+            field("id", 1, Values::I64((0..rows).map(|row| (1000 * number + row) as i64).collect())),
+        ],
+        whole: vec![
+            field("edges", 9, Values::F64((0..9).map(value).collect())),
+            field("depth", 1, Values::F64(vec![value(7)])),
         ],
     }
 }

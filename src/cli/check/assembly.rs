@@ -234,6 +234,8 @@ fn cost(page: &mut Page, assembly: &Assembly) {
                 whole(1e9 * of::cost_of_grain(assembly))
             ),
         );
+        let grains = grains as f64;
+        page.pictures(&assembly.output, assembly.end, [grains; 2], assembly.cell.dimension);
     }
 }
 

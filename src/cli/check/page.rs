@@ -2,6 +2,9 @@
 
 use std::fmt::Write;
 
+use crate::observe::contact_frame::BYTES_PER_LINE;
+use crate::observe::frame::BYTES_PER_ROW;
+use crate::scenario::Output;
 use crate::scenario::stable::{Bound, governing};
 
 /// Lines with aligned columns.
@@ -25,6 +28,19 @@ impl Page {
             line.push_str(note);
         }
         self.line(line.trim_end());
+    }
+
+    /// What frames and contacts will take on disk, of a run of so many seconds with so many rows and, among them, grains.
+    pub fn pictures(&mut self, output: &Output, duration: f64, [rows, grains]: [f64; 2], axes: usize) {
+        let frames = 1.0 + (duration / output.frame_interval).ceil();
+        let size = |bytes: f64| format!("{} of {} MB", whole(frames), figures(1e-6 * bytes));
+        self.row("frames", &size(rows * BYTES_PER_ROW as f64), "each at most; they are compressed");
+        if output.contact_frames {
+            // Frictional packings bear their load with about four contacts a disc and six a sphere, each of two grains.
+            let lines = axes as f64 * grains;
+            let note = format!("each, with {axes} contacts a grain; they are compressed");
+            self.row("frames of contacts", &size(lines * BYTES_PER_LINE as f64), &note);
+        }
     }
 
     /// The tightest bound first, then all of them with their causes.

@@ -154,6 +154,8 @@ fn cost(page: &mut Page, scenario: &Scenario) {
             whole(1e9 * derived::COST_POINT)
         ),
     );
+    let (points, grains) = derived::population(scenario);
+    page.pictures(&scenario.output, derived::duration(scenario), [points + grains, grains], 2);
 }
 
 /// What is allowed, but probably not meant.

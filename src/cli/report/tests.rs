@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use scree_io::series::Series;
-use scree_io::{Column, Frame, FrameFile, Values};
+use scree_io::{Column, Drawn, Frame, FrameFile, Values};
 
 use super::write;
 use crate::math;
@@ -73,6 +73,8 @@ fn frame(method: &str, strain: f64) -> Frame {
             column("stress", 3, same(0.0, 3)),
             column("plastic_strain", 1, same(0.0, 1)),
         ],
+        drawn: Drawn::Points,
+        whole: Vec::new(),
     }
 }
 

@@ -7,7 +7,7 @@ use super::checks::check;
 use super::contact::contact;
 use super::{
     DEPTH_DEFAULT, PACKING_ENERGY_RATIO_DEFAULT, PACKING_FRACTION_DEFAULT, PACKING_FRICTION_DEFAULT, SKIN_DEFAULT,
-    folder_of, name, output, refuse_wide_sizes,
+    folder_of, name, output_with_contacts, refuse_wide_sizes,
 };
 use crate::error::Error;
 use crate::scenario::assembly::{
@@ -79,7 +79,7 @@ pub fn assembly(typed: &Typed, file: &str) -> Result<Assembly, Error> {
         allow_unstable: time.flag_or("allow_unstable", false)?,
         skin: cut.number_or("skin", SKIN_DEFAULT * matter.diameter_mean)?,
         block: cut.number_or("block", block * matter.diameter_mean)?,
-        output: output(&shown, end, step)?,
+        output: output_with_contacts(&shown, end, step)?,
         ledger: shown.flag_or("ledger", false)?,
         cell,
     };

@@ -93,7 +93,13 @@ fn output(table: &Reader<'_>, duration: f64, step: f64) -> Result<Output, Error>
         checkpoint_wall_interval: table.number_or("checkpoint_wall_interval", CHECKPOINT_WALL_DEFAULT)?,
         checkpoints_kept: table.count_or("checkpoints_kept", 3)? as usize,
         checkpoints_for_good: table.count_or("checkpoints_for_good", 0)? as usize,
+        contact_frames: false,
     })
+}
+
+/// The same of a job that has contacts.
+fn output_with_contacts(table: &Reader<'_>, duration: f64, step: f64) -> Result<Output, Error> {
+    Ok(Output { contact_frames: table.flag_or("contact_frames", false)?, ..output(table, duration, step)? })
 }
 
 /// `bypass`: what else can be done where the job's kind allows it.

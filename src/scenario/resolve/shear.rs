@@ -6,7 +6,7 @@ use super::contact::contact;
 use super::mpm_checks::{FRACTION_NEARER, unbearable};
 use super::{
     DEPTH_DEFAULT, PACKING_ENERGY_RATIO_DEFAULT, PACKING_FRACTION_DEFAULT, PACKING_FRICTION_DEFAULT, SKIN_DEFAULT,
-    digits, folder_of, name, output, refuse_unstable, refuse_wide_sizes,
+    digits, folder_of, name, output_with_contacts, refuse_unstable, refuse_wide_sizes,
 };
 use crate::error::Error;
 use crate::scenario::mpm::CriticalDruckerPrager;
@@ -83,7 +83,7 @@ pub fn scenario(typed: &Typed, file: &str) -> Result<Scenario, Error> {
     };
     fill_plate(&mut scenario, &loading_table)?;
     let duration = derived::duration(&scenario);
-    scenario.output = output(&typed.table("output", false, &why)?, duration, step)?;
+    scenario.output = output_with_contacts(&typed.table("output", false, &why)?, duration, step)?;
     check_together(&scenario, typed)?;
     Ok(scenario)
 }

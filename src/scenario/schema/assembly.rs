@@ -2,8 +2,8 @@
 
 use super::super::units::Dimension;
 use super::{
-    DAMPING, Key, LENGTH, NOT_NEGATIVE, OUTPUT, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, contact, count,
-    key, number, table, text, vector,
+    DAMPING, Key, LENGTH, NOT_NEGATIVE, OUTPUT, OUTPUT_WITH_CONTACTS, POSITIVE, RATIO, Range, STRESS, TIME, Table,
+    Wants, contact, count, key, number, table, text, vector,
 };
 
 #[rustfmt::skip]
@@ -60,8 +60,15 @@ pub static TABLES: [Table; 9] = [
         number("skin", "the reach of the neighbour list beyond contact", LENGTH, POSITIVE, "\"0.1 mm\""),
         number("block", "the edge that blocks aim at", LENGTH, POSITIVE, "\"12 mm\""),
     ]),
-    table("output", "what is written and when", &OUTPUT_WITH_LEDGER),
+    table("output", "what is written and when", &OUTPUT_WITH_BOTH),
 ];
+
+/// `[output]` of all kinds, contacts, and the account of energy.
+const OUTPUT_WITH_BOTH: [Key; 8] = {
+    let [series, frames, checkpoints, wall, kept, good, contacts] = OUTPUT_WITH_CONTACTS;
+    let [.., ledger] = OUTPUT_WITH_LEDGER;
+    [series, frames, checkpoints, wall, kept, good, contacts, ledger]
+};
 
 /// `[output]` of all kinds, and the account of energy.
 pub(super) const OUTPUT_WITH_LEDGER: [Key; 7] = {

@@ -266,6 +266,13 @@ const OUTPUT: [Key; 6] = [
     count("checkpoints_for_good", "checkpoints of which one is kept for good, or 0", (0, 1_000_000), "10"),
 ];
 
+/// The same of what has contacts.
+const OUTPUT_WITH_CONTACTS: [Key; 7] = {
+    let [series, frames, checkpoints, wall, kept, good] = OUTPUT;
+    let about = "writes contacts as lines into contacts.vtkhdf with every frame";
+    [series, frames, checkpoints, wall, kept, good, key("contact_frames", about, Wants::Flag, "true")]
+};
+
 impl Key {
     /// The table that this key holds one or many of.
     pub fn inner(&self) -> Option<&'static Table> {

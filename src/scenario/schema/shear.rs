@@ -2,8 +2,8 @@
 
 use super::super::units::Dimension;
 use super::{
-    DAMPING, LENGTH, NOT_NEGATIVE, OUTPUT, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, contact, count, key,
-    number, table, text, vector,
+    DAMPING, LENGTH, NOT_NEGATIVE, OUTPUT_WITH_CONTACTS, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, contact,
+    count, key, number, table, text, vector,
 };
 
 #[rustfmt::skip]
@@ -75,7 +75,7 @@ pub static TABLES: [Table; 12] = [
         count("cells_per_block", "the edge of a block in cells", (2, 64), "2"),
         number("skin", "the reach of the neighbour list beyond contact", LENGTH, POSITIVE, "\"0.1 mm\""),
     ]),
-    table("output", "what is written and when", &OUTPUT),
+    table("output", "what is written and when", &OUTPUT_WITH_CONTACTS),
 ];
 
 /// One `[[continuum.weak]]`.

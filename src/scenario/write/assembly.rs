@@ -50,6 +50,7 @@ pub fn assembly(assembly: &Assembly) -> String {
     page.number("skin", assembly.skin);
     page.number("block", assembly.block);
     page.output(&assembly.output);
+    page.flag("contact_frames", assembly.output.contact_frames);
     page.flag("ledger", assembly.ledger);
     for one in &assembly.bodies {
         page.line("\n[[body]]");

@@ -88,5 +88,6 @@ pub fn shear(scenario: &Scenario) -> String {
     page.number("skin", decomposition.skin);
 
     page.output(&scenario.output);
+    page.flag("contact_frames", scenario.output.contact_frames);
     page.text_of_all()
 }

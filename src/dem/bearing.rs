@@ -1,0 +1,97 @@
+//! Contacts that bear force, as an observer sees them between steps: at the positions and velocities of now, reckoned on
+//! copies of the memories, so that looking changes nothing and no step keeps anything for it.
+
+use crate::body::Body;
+use crate::dem::cell::Cell;
+use crate::dem::contacts::Contacts;
+use crate::dem::grains::{Grains, body_partner, vector};
+use crate::dem::kernel::give;
+use crate::dem::walls::{Walls, beside, middle, touch_of};
+use crate::ids::{GrainId, Row};
+use crate::law::contact::ContactLaw;
+use crate::space::{Linear, Space};
+
+/// A contact as a grain has it.
+#[derive(Clone, Copy, Debug)]
+pub struct Bearing<S: Space> {
+    pub row: Row,
+    /// The other grain, or the body.
+    pub partner: GrainId,
+    /// On the grain, not weighted, N.
+    pub force: S::Vector,
+    /// From the grain's centre to the partner's, or to where the body is touched, m.
+    pub branch: S::Vector,
+    /// Share of the branch that is the grain's own.
+    pub share: f64,
+    /// Weight of the contact in the mixture.
+    pub weight: f64,
+}
+
+impl<S: Space> Bearing<S> {
+    /// The grain's part in the Love-Weber sum, J, tension positive: over the grain's share of space it is its mean stress.
+    pub fn moment(&self) -> S::Tensor {
+        S::outer(&self.force, &self.branch) * self.share
+    }
+
+    /// The force across the contact (N, positive where the two push each other) and along it.
+    pub fn parts(&self) -> [f64; 2] {
+        let normal = self.branch * (1.0 / self.branch.norm());
+        let pushing = -self.force.dot(&normal);
+        [pushing, (self.force + normal * pushing).norm()]
+    }
+}
+
+impl<S: Space> Contacts<S> {
+    /// Those of an owned row with other grains, in the order of the partners' ids.
+    pub fn bearings<C: ContactLaw<S>>(
+        &self,
+        law: &C,
+        grains: &Grains<S>,
+        row: usize,
+    ) -> impl Iterator<Item = Bearing<S>> {
+        self.neighbours.terms_of(row).iter().filter_map(move |term| {
+            let pair = &self.neighbours.pairs[term.pair()];
+            let touch = self.touch_of(grains, pair);
+            let mut memory = self.recall::<C>(term.pair());
+            let force: S::Vector = vector(&give(law, &touch, 1.0, [0.0, 0.0], &mut memory).force);
+            if force == S::Vector::zero() {
+                return None;
+            }
+            let reach = grains.hot[pair.a as usize].radius + grains.hot[pair.b() as usize].radius;
+            let normal: S::Vector = vector(&touch.normal);
+            // The normal points to `a`.
+            let sign = if term.is_b() { -1.0 } else { 1.0 };
+            Some(Bearing {
+                row: row as Row,
+                partner: grains.cold[self.neighbours.partner(*term) as usize].id,
+                force: force * sign,
+                branch: normal * (sign * (touch.overlap - reach)),
+                share: 0.5,
+                weight: Self::weight_of(grains, pair),
+            })
+        })
+    }
+}
+
+impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
+    /// Those of grains with bodies, in the order of rows, then bodies.
+    pub fn bearings<'a>(
+        &'a self,
+        law: &'a C,
+        grains: &'a Grains<S>,
+        (bodies, cell): (&'a [Body<S>], &'a Cell<S>),
+    ) -> impl Iterator<Item = Bearing<S>> + 'a {
+        self.list.iter().filter_map(move |wall| {
+            let body = &bodies[wall.body as usize];
+            let (hot, _) = beside(body, cell, &grains.hot[wall.row as usize]);
+            let nearest = body.nearest(&hot.position)?;
+            let touch = touch_of(&hot, body, (body.velocity, body.spin), &nearest, [0.0, 0.0]);
+            let mut memory = wall.memory;
+            let force: S::Vector = vector(&give(law, &touch, 1.0, [0.0, 0.0], &mut memory).force);
+            let branch = middle(&nearest, touch.overlap) - hot.position;
+            let (partner, weight) = (body_partner(wall.body), hot.weight);
+            let bearing = Bearing { row: wall.row, partner, force, branch, share: 1.0, weight };
+            (force != S::Vector::zero()).then_some(bearing)
+        })
+    }
+}
