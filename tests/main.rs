@@ -62,6 +62,8 @@ mod mpirun;
 mod oracle;
 /// Uniform stress stays uniform under every scheme, between walls too, and a linear velocity has one gradient.
 mod patches;
+/// Checkpoints that ranks hand over in pieces are the whole state, and a full disk ends all ranks with its message.
+mod pieces;
 /// A plan made from a run on one rank has the messages, bytes and loads of one on four; uniform blocks as by hand.
 mod plans;
 /// One line starts a job and goes on with it, by the scripts for Slurm too, with and without mpirun.

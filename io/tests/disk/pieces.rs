@@ -73,6 +73,23 @@ fn pieces_cost_no_space() {
     assert!(pieces < whole + whole / 50, "{pieces} bytes in pieces, {whole} at once");
 }
 
+/// Bytes of a file that holds one column.
+fn bytes_of(values: Values) -> u64 {
+    let (_guard, folder) = sample::folder();
+    let table = Table::new("t", values.len()).with("c", 1, values);
+    store::write(&folder.join("f"), &State { tables: vec![table], ..State::default() }).unwrap();
+    fs::metadata(folder.join("f")).unwrap().len()
+}
+
+#[test]
+fn what_repeats_is_compressed_and_what_was_computed_is_not() {
+    let rows = 100_000;
+    let computed: Vec<f64> = (0..rows).map(|row| (row as f64).sqrt()).collect();
+    assert!(bytes_of(Values::F64(computed)) > 8 * rows);
+    assert!(bytes_of(Values::F64(vec![0.1; rows as usize])) < rows);
+    assert!(bytes_of(Values::U64((0..rows).collect())) < 4 * rows);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]

@@ -1,0 +1,123 @@
+//! Checkpoints of more rows than travel at a time, from any number of ranks, and what becomes of them on a full disk.
+
+use std::path::Path;
+
+use scree::checkpoint::{self, PlanarPoint, Progress};
+use scree::error::Error;
+use scree::ids::{GrainId, PointId};
+use scree::law::contact::ContactLaw;
+use scree::planar_shear::PlanarSnapshot;
+use scree::space::{Plane, Words};
+use scree::transfer::{self, PIECE_ROWS};
+use scree_io::{digest, store};
+use scree_partition::transport::threads;
+use scree_partition::{Solo, Transport};
+
+use crate::worlds::{Grain, Law, PlanarWorld, Vector, contact, grain, material, open_world, settings};
+
+const CELL: f64 = 3e-3;
+/// Grains and points along an axis; of each there are more than a piece has.
+const SIDE: u64 = 130;
+
+/// A lattice of touching grains, each with a memory of its neighbour on either side, and of points.
+fn world(transport: &dyn Transport) -> PlanarWorld<'_> {
+    let spacing = 16.0 * CELL / SIDE as f64;
+    let place = |id: u64| [(id % SIDE) as f64 + 0.5, (id / SIDE) as f64 + 0.5 - 0.5 * SIDE as f64].map(|x| x * spacing);
+    let ids = 0..if transport.rank() == 0 { SIDE * SIDE } else { 0 };
+    let grains = ids.clone().map(|id| {
+        let mut row: Grain = grain(id, place(id), 0.501 * spacing, 1e-6);
+        let mut touch = |lower: u64, partner: u64| {
+            let mut memory = <Law as ContactLaw<Plane>>::Memory::<f64>::zero();
+            memory.set_word(0, 1e-9 * (lower + 1) as f64);
+            row.contacts.push((GrainId(partner), memory));
+        };
+        if !id.is_multiple_of(SIDE) {
+            touch(id - 1, id - 1);
+        }
+        if !(id + 1).is_multiple_of(SIDE) {
+            touch(id, id + 1);
+        }
+        row
+    });
+    let points = ids.clone().map(|id| {
+        let [x, y] = place(id);
+        PlanarPoint::resting(PointId(id), Vector::new(x, y), 1e-6, 1e-9)
+    });
+    assert!(SIDE * (SIDE - 1) > PIECE_ROWS as u64);
+    open_world(transport, CELL, settings(4e-7, contact(3.5)), grains.collect(), points.collect())
+}
+
+/// All of a world but its rows.
+fn head(world: &PlanarWorld) -> PlanarSnapshot<Law> {
+    PlanarSnapshot::<Law> {
+        scenario: "name = \"pieces\"".to_string(),
+        progress: Progress::default(),
+        cell: world.cell,
+        bodies: world.bodies.clone(),
+        home: world.home(),
+        grains: Vec::new(),
+        points: Vec::new(),
+    }
+}
+
+#[test]
+fn pieces_of_any_number_of_ranks_are_the_whole_state() {
+    let folder = tempfile::tempdir().unwrap();
+    let alone = world(&Solo);
+    let (grains, points) = alone.rows();
+    let whole = PlanarSnapshot::<Law> { grains, points, ..head(&alone) }.to_state();
+    assert!(whole.table("contacts").unwrap().rows == (SIDE * (SIDE - 1)) as usize);
+    for ranks in 1..5 {
+        let path = folder.path().join(format!("{ranks}.h5"));
+        threads::run(ranks, |rank| {
+            let world = world(&rank);
+            checkpoint::write(&path, head(&world), &world).unwrap();
+        });
+        let read = store::read(&path).unwrap();
+        assert!(read == whole, "{ranks} ranks");
+        assert_eq!(digest(&read), digest(&whole));
+    }
+}
+
+#[test]
+fn a_full_disk_is_told_on_all_ranks_and_leaves_the_file_of_before() {
+    if !Path::new("/dev/full").exists() {
+        println!("skipped: there is no /dev/full");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("step.h5");
+    store::write(&path, &scree_io::State::default()).unwrap();
+    std::os::unix::fs::symlink("/dev/full", folder.path().join("step.h5.partial")).unwrap();
+    let errors = threads::run(3, |rank| {
+        let world = world(&rank);
+        checkpoint::write(&path, head(&world), &world).unwrap_err().to_string()
+    });
+    assert!(errors[0].contains("step.h5.partial: No space left on device"), "{errors:?}");
+    assert!(errors.iter().all(|error| *error == errors[0]), "{errors:?}");
+    assert_eq!(store::read(&path).unwrap(), scree_io::State::default());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn a_failure_at_any_piece_is_the_outcome_of_all_ranks() {
+    let point = |id: usize| PlanarPoint::resting(PointId(id as u64), Vector::zeros(), 1.0, 1.0);
+    for last in 0..5 {
+        let outcomes = threads::run(3, |rank| {
+            let mut pieces = 0;
+            transfer::stream(
+                &rank,
+                PIECE_ROWS + 1,
+                |rows| rows.map(point).collect(),
+                |rows: Vec<PlanarPoint>| {
+                    assert_eq!(rows[0].cold.id.0 as usize, PIECE_ROWS * (pieces % 2));
+                    pieces += 1;
+                    if pieces > last { Err(Error::Run(format!("piece {last} is refused"))) } else { Ok(()) }
+                },
+            )
+        });
+        for outcome in outcomes {
+            assert!(matches!(&outcome, Err(Error::Run(words)) if *words == format!("piece {last} is refused")));
+        }
+    }
+}
