@@ -15,7 +15,7 @@ import numpy
 import vtk
 from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
-PIXELS_MAX = 600
+PIXELS_MAX = 580
 
 
 def last(path):
