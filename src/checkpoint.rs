@@ -20,6 +20,7 @@ use crate::observe::ledger::Entry;
 use crate::rebuild::Home;
 use crate::record::{Record, Visitor, to_table};
 use crate::scenario::Job;
+use crate::scenario::units::in_short;
 use crate::space::{Plane, Space, Words};
 use crate::tables;
 use crate::transfer::{self, Cargo};
@@ -303,7 +304,9 @@ fn nearest(dir: &Path, at: f64) -> Result<State, Error> {
     match best {
         Some(_) if at < first - 0.5 * between || at > last + 0.5 * between => Err(Error::User(format!(
             "--at {at} s: the checkpoints kept in {} are of {first} s to {last} s. Give a time in between; `output.checkpoints_kept` of the job says how many are kept.",
-            folder.display()
+            folder.display(),
+            first = in_short(first),
+            last = in_short(last),
         ))),
         Some((_, state)) => Ok(state),
         None => Err(Error::User(format!("{}: there is no checkpoint", folder.display()))),

@@ -24,6 +24,7 @@ use scree_io::{Column, Values};
 use crate::error::Error;
 use crate::observe::frame::Kind;
 use crate::scenario::Job;
+use crate::scenario::units::in_short;
 use crate::space::{Plane, Solid, Space};
 
 /// Which frames are wanted.
@@ -58,8 +59,9 @@ pub fn write(dir: &Path, file: &Path, moment: Moment) -> Result<String, Error> {
             "{}: there are no grains in these frames; a hybrid run has them after enrichment only",
             dir.display()
         ))),
-        [time] => Ok(format!("The grains at {time} s are in {}\n", file.display())),
+        [time] => Ok(format!("The grains at {} s are in {}\n", in_short(time), file.display())),
         [first, .., last] => {
+            let [first, last] = [first, last].map(in_short);
             let count = written.len();
             Ok(format!("The grains of {count} frames from {first} s to {last} s are in {}\n", file.display()))
         }
@@ -91,8 +93,10 @@ fn chosen(times: &[f64], moment: Moment, dir: &Path) -> Result<Vec<usize>, Error
     let slack = 0.5 * (last - first) / (times.len().max(2) - 1) as f64;
     if at < first - slack || at > last + slack {
         return Err(Error::User(format!(
-            "--at {at} s: the frames of {} are of {first} s to {last} s. Give a time in between.",
-            dir.display()
+            "--at {at} s: the frames of {} are of {} s to {} s. Give a time in between.",
+            dir.display(),
+            in_short(*first),
+            in_short(*last)
         )));
     }
     let nearest = (0..times.len()).min_by(|a, b| (times[*a] - at).abs().total_cmp(&(times[*b] - at).abs()));
@@ -208,8 +212,8 @@ fn bounds(corner: &[f64; 3], edges: &[f64; 9], periodic: &[f64; 3]) -> String {
         writeln!(text, "{}", words.join(" ")).expect("text takes what is written");
     };
     if (0..3).any(|row| (0..row).any(|column| edge(row, column) != 0.0)) {
-        for column in 0..3 {
-            line(&[edge(0, column), edge(1, column), edge(2, column), corner[column]]);
+        for (column, origin) in corner.iter().enumerate() {
+            line(&[edge(0, column), edge(1, column), edge(2, column), *origin]);
         }
         return format!("ITEM: BOX BOUNDS abc origin {borders}\n{text}");
     }

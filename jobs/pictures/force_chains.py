@@ -6,7 +6,7 @@ screen.
 
 RUN must have been made with [output] contact_frames = true, in the plane. The picture of the README is of
 
-    scree run jobs/element/uniaxial.toml --set output.contact_frames=true
+    scree run jobs/element/uniaxial.toml --set output.contact_frames=true --set time.end="0.4 ms"
 """
 
 import sys
@@ -15,7 +15,7 @@ import numpy
 import vtk
 from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
-PIXELS_MAX = 900
+PIXELS_MAX = 580
 
 
 def last(path):

@@ -256,6 +256,11 @@ pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Opt
         .map(|(_, candidate)| candidate)
 }
 
+/// The number with ten digits, which is enough for a sentence and spares it the noise of binary fractions.
+pub fn in_short(value: f64) -> f64 {
+    format!("{value:.9e}").parse().expect("a formatted number parses")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -62,7 +62,9 @@ fn frame(method: &str, strain: f64) -> Frame {
     let same = |value: f64, width: usize| Values::F64(vec![value; width * rows.len()]);
     Frame {
         time: strain,
+        drawn: Drawn::Points,
         positions: positions.collect(),
+        whole: Vec::new(),
         fields: vec![
             column("kind", 1, Values::I64(rows.iter().map(|row| row.kind).collect())),
             column("id", 1, Values::I64(rows.iter().map(|row| row.id).collect())),
