@@ -4,6 +4,7 @@ mod digest;
 mod folder;
 mod frames;
 mod full_disk;
+mod hostile;
 mod paraview;
 mod sample;
 mod series;
