@@ -21,6 +21,7 @@ use crate::rebuild::Home;
 use crate::record::{Record, Visitor, to_table};
 use crate::scenario::Job;
 use crate::scenario::units::in_short;
+use crate::soundness;
 use crate::space::{Plane, Space, Words};
 use crate::tables;
 use crate::transfer::{self, Cargo};
@@ -148,7 +149,7 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
             progress.reactions = tables::rows(state, "reactions", &Entry::default())?;
         }
         progress.instants.times = times.into_iter().map(|time| time.0).collect();
-        Ok(Self {
+        let mut snapshot = Self {
             scenario: scenario_of(state)?,
             progress,
             cell: only(tables::rows(state, "cell", &Cell::blank())?, "cell")?,
@@ -159,7 +160,9 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
             },
             grains: tables::to_grains(state)?,
             points: tables::rows(state, "points", &Point::<S, P>::blank())?,
-        })
+        };
+        soundness::refuse_unsound(&mut snapshot)?;
+        Ok(snapshot)
     }
 }
 

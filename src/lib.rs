@@ -3,7 +3,7 @@
 //! Crate map, from the operator inwards; imports run one way.
 //!
 //! * [`cli`]: one file per subcommand; [`scenario`]: the job, checked once.
-//! * [`run`]: the loop of step, observe, save, stop; [`checkpoint`]: a world as tables.
+//! * [`run`]: the loop of step, observe, save, stop; [`checkpoint`]: a world as tables; [`soundness`]: whether they are one.
 //! * [`world`]: the state in blocks and the step as a table of contents; [`rebuild`], [`balance`] and [`layout`]: who holds what; [`plan`]: what it would cost elsewhere;
 //!   [`enrichment`]: grains for points. These alone call the partition.
 //! * [`dem`], [`mpm`], [`hybrid`]: grains, continuum, and what couples them. They do not know ranks.
@@ -51,6 +51,7 @@ pub mod record;
 pub mod run;
 pub mod scenario;
 pub mod servo;
+pub mod soundness;
 pub mod space;
 pub mod specimen;
 pub mod start;

@@ -191,6 +191,21 @@ impl Visitor for FromColumns<'_> {
 
 /// Rows of a table, each starting from `blank`.
 pub fn from_table<R: Record + Clone>(table: &Table, blank: &R) -> Result<Vec<R>, String> {
+    // Columns as long as they say are there, so that so many rows can be.
+    let whole = |column: &Column| table.rows.checked_mul(column.width) == Some(column.values.len());
+    if let Some(column) = table.columns.iter().find(|column| !whole(column)) {
+        return Err(format!(
+            "column `{}` of table `{}` has {} values, and {} rows of {} are wanted",
+            column.name,
+            table.name,
+            column.values.len(),
+            table.rows,
+            column.width
+        ));
+    }
+    if table.columns.is_empty() && table.rows > 0 {
+        return Err(format!("table `{}` has {} rows and no column", table.name, table.rows));
+    }
     let mut rows = Vec::with_capacity(table.rows);
     for row in 0..table.rows {
         let mut record = blank.clone();

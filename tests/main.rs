@@ -4,14 +4,16 @@
 mod bad_assemblies;
 /// Wrong continua are refused before any work, each with what is allowed and what to do.
 mod bad_continua;
-/// Wrong jobs are refused before any work, with file, line, value and remedy; exit code 2.
-mod bad_jobs;
+/// Wrong jobs of planar shear are refused before any work, with file, line, value and remedy; exit code 2.
+mod bad_shear;
 /// Blocks follow the work that is measured: a bad deal is mended once, and a good one is kept.
 mod balance;
 /// Grains and rigid bodies: balances to round-off, mirrored bounces, held forces, paths, and spins that drive.
 mod bodies;
 /// Stress of the start outside of the cone and softening without a return are refused; the law bears what is not.
 mod borne;
+/// Every job, checkpoint and run in `tests/bad_jobs/` is refused with exit code 2 and the message that stands beside it.
+mod catalogue;
 /// Cells that are periodic and deform: mean stress, affine motion, images across sheared faces, control of stress.
 mod cells;
 /// A free cluster keeps momentum and angular momentum, and every width of registers gives the same bits, under every law
@@ -43,6 +45,10 @@ mod frames;
 mod guard;
 /// Bodies that hold nodes bear what rests on them, keep the stress that they are to keep, and carry across periods.
 mod held_nodes;
+/// Checkpoints of any bytes and of any tables are refused or are what they were: no panic, no hang, no memory without bound.
+mod hostile_checkpoints;
+/// Jobs of any bytes, and good jobs with one thing changed, are read or refused: no panic, no hang, no memory without bound.
+mod hostile_jobs;
 /// Discs and spheres roll, slide and come to rest on planes as closed forms say, under every law.
 mod inclines;
 /// Grains, continuum and hybrid end in the same bits on 1 to 4 ranks in one process, and from any of their checkpoints.

@@ -5,7 +5,7 @@ use std::io;
 use std::path::Path;
 
 use hdf5::file::FileCloseDegree;
-use hdf5::plist::group_create::LinkCreationOrder;
+use hdf5::plist::group_create::{LinkCreationOrder, LinkPhaseChange};
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
 use hdf5::{Dataset, File, FileBuilder, Group};
 
@@ -15,6 +15,13 @@ use crate::system::refused;
 
 /// Bytes in a chunk at most: it is compressed and checked as a whole, and fits the library's cache.
 const CHUNK_BYTES_MAX: usize = 1 << 20;
+
+/// Groups keep their links in their header however many there are. The library would move more than eight to a heap, and
+/// when it finds that heap damaged it frees what it never had, and the program dies.
+const COMPACT: LinkPhaseChange = LinkPhaseChange { max_compact: 65_535, min_dense: 65_535 };
+
+/// The most that compression shrinks by: deflate writes at least one byte for 1,032.
+const SHRINKS_MAX: u128 = 1040;
 
 /// Options for every file. The format is the one whose metadata all carry checksums. Locks are off: cluster file
 /// systems may have none, and a viewer that holds a frame file open must not stop a run.
@@ -50,7 +57,7 @@ pub(crate) fn create_group(parent: &Group, name: &str) -> hdf5::Result<Group> {
     parent
         .create_group_builder()
         .obj_track_times(false)
-        .with_gcpl(|create| create.link_creation_order(LinkCreationOrder::Indexed))
+        .with_gcpl(|create| create.link_creation_order(LinkCreationOrder::Indexed).link_phase_change(COMPACT))
         .create(name)
 }
 
@@ -73,6 +80,15 @@ pub(crate) fn kind(dataset: &Dataset) -> hdf5::Result<Option<Kind>> {
         TypeDescriptor::Unsigned(IntSize::U1) => Some(Kind::U8),
         _ => None,
     })
+}
+
+/// Why the dataset cannot be what a file of so many bytes holds, before anything is made for its values.
+pub(crate) fn too_large(dataset: &Dataset, file_bytes: u64) -> Option<String> {
+    let shape = dataset.shape();
+    let values = shape.iter().fold(1_u128, |product, &length| product.saturating_mul(length as u128));
+    // Of bytes at least, and a scalar is in every file.
+    (values > (u128::from(file_bytes) * SHRINKS_MAX).max(8))
+        .then(|| format!("it claims {shape:?} values, more than a file of {file_bytes} bytes can hold"))
 }
 
 /// An error met while doing `action`: the operating system's own, if the library passes one on.

@@ -14,6 +14,7 @@ use crate::output::{self, Outputs};
 use crate::rebuild::Row;
 use crate::run::{Core, Experiment, Options, Outcome, Run};
 use crate::scenario::assembly::{Assembly, Source};
+use crate::scenario::raw::Typed;
 use crate::scenario::{Output, figures};
 use crate::space::{Linear, Plane, Solid, Space};
 use crate::transfer;
@@ -35,11 +36,11 @@ type GrainCore<'t, S, C> = Core<'t, S, C, Absent>;
 pub type GrainSnapshot<S, C> = Snapshot<S, <C as ContactLaw<S>>::Memory<f64>, Nothing>;
 
 /// Refuses what a job's file or packing would be refused for, before anything is started.
-pub fn refuse_bad(job: &Assembly) -> Result<(), Error> {
+pub fn refuse_bad(job: &Assembly, typed: &Typed) -> Result<(), Error> {
     match (&job.source, job.cell.dimension) {
         (Source::File(_), _) => grain_file::refuse_bad(job),
-        (Source::Packed(packed), 2) => packed::refuse_bad::<Plane>(job, packed),
-        (Source::Packed(packed), _) => packed::refuse_bad::<Solid>(job, packed),
+        (Source::Packed(packed), 2) => packed::refuse_bad::<Plane>(job, packed, typed),
+        (Source::Packed(packed), _) => packed::refuse_bad::<Solid>(job, packed, typed),
     }
 }
 

@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use super::cores::Placement;
-use super::run::refuse_bad_grains;
 use crate::error::Error;
+use crate::grain_file;
 use crate::scenario::Job;
+use crate::scenario::raw::Typed;
+use crate::space::Components;
 
 mod assembly;
-pub(super) use assembly::refuse_missing_file;
 mod mpm;
 mod page;
 mod shear;
@@ -21,17 +22,33 @@ const STIFFNESS_NUMBER_MIN: f64 = 100.0;
 const STEP_SHARE_MIN: f64 = 0.1;
 
 pub(super) fn command(job: &Path, sets: &[String]) -> Result<String, Error> {
-    match Job::load(job, sets)? {
-        Job::Shear(scenario) => {
-            refuse_bad_grains(&scenario)?;
-            Ok(shear::page(&scenario))
-        }
-        Job::Assembly(assembly) => {
-            assembly::refuse_missing_file(&assembly)?;
-            crate::assembly::refuse_bad(&assembly)?;
-            Ok(assembly::page(&assembly))
-        }
-        Job::Mpm(job) => Ok(mpm::page(&job)),
+    let (job, typed) = Job::load_typed(job, sets)?;
+    refuse_bad_grains(&job, &typed)?;
+    Ok(match &job {
+        Job::Shear(scenario) => shear::page(scenario),
+        Job::Assembly(assembly) => assembly::page(assembly),
+        Job::Mpm(job) => mpm::page(job),
+    })
+}
+
+/// Grains that cannot be read or made are found before anything is started.
+pub(super) fn refuse_bad_grains(job: &Job, typed: &Typed) -> Result<(), Error> {
+    let file = match job {
+        Job::Shear(scenario) => scenario.grains.file.as_deref(),
+        Job::Assembly(assembly) => assembly.source.file(),
+        Job::Mpm(_) => None,
+    };
+    if let Some(file) = file.filter(|file| !file.is_file()) {
+        let message = format!(
+            "names no file of grains: there is none at {}. Give a path that starts from the job's folder, for example file = \"grains.csv\", or remove the key to have grains made.",
+            file.display()
+        );
+        return Err(typed.refusal("grains", "file", &message));
+    }
+    match (job, file) {
+        (Job::Shear(scenario), Some(file)) => grain_file::read::<Components<f64, 1>>(scenario, file).map(|_| ()),
+        (Job::Assembly(assembly), _) => crate::assembly::refuse_bad(assembly, typed),
+        _ => Ok(()),
     }
 }
 
@@ -109,7 +126,10 @@ mod tests {
         let job = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/element/rve_ensemble.toml");
         let refused = |set: &str| command(&job, &[set.to_string()]).unwrap_err().to_string();
         let narrow = refused("grains.count=8");
-        assert!(narrow.starts_with("grains.count = 8 grains fill a cell that is only "), "{narrow}");
+        assert!(
+            narrow.starts_with("--set: grains.count = 8 makes 8 grains, which fill a cell that is only "),
+            "{narrow}"
+        );
         let folder = tempfile::tempdir().unwrap();
         let text = std::fs::read_to_string(&job).unwrap();
         let file = folder.path().join("job.toml");
@@ -143,6 +163,6 @@ mod tests {
     fn a_file_of_grains_must_be_there() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/element/rve_shear.toml");
         let error = command(&path, &["grains.file=/nowhere/t1_s12.csv".to_string()]).unwrap_err().to_string();
-        assert!(error.starts_with("grains.file: there is no file /nowhere/t1_s12.csv."), "{error}");
+        assert!(error.contains("names no file of grains: there is none at /nowhere/t1_s12.csv."), "{error}");
     }
 }

@@ -4,18 +4,15 @@ use std::path::{Path, PathBuf};
 
 use scree_partition::transport::Transport;
 
-use super::check::refuse_missing_file;
+use super::check::refuse_bad_grains;
 use super::cores::Placement;
 use super::{Ending, agreed, resume, start_threads_of};
-use crate::assembly;
 use crate::checkpoint;
 use crate::error::Error;
-use crate::grain_file;
 use crate::log::Log;
 use crate::output;
 use crate::run::Options;
-use crate::scenario::{Job, Scenario};
-use crate::space::Components;
+use crate::scenario::Job;
 use crate::start::{self, Continuation};
 
 /// Where runs go that are not told otherwise, below the current folder.
@@ -61,15 +58,8 @@ pub(super) fn prepare(
     transport: &dyn Transport,
 ) -> Result<(Job, Options, Opening), Error> {
     let shared = agreed(transport, || {
-        let job = Job::load(wanted.job, wanted.sets)?;
-        match &job {
-            Job::Shear(scenario) => refuse_bad_grains(scenario)?,
-            Job::Assembly(job) => {
-                refuse_missing_file(job)?;
-                assembly::refuse_bad(job)?;
-            }
-            Job::Mpm(_) => {}
-        }
+        let (job, typed) = Job::load_typed(wanted.job, wanted.sets)?;
+        refuse_bad_grains(&job, &typed)?;
         let (out, resolved) = (folder(&wanted.out, &job), job.to_toml());
         let opening = if wanted.go_on { opening(&out, &resolved)? } else { Opening::Start };
         if opening == Opening::Start {
@@ -137,18 +127,6 @@ fn folder(out: &Option<PathBuf>, job: &Job) -> PathBuf {
     match out {
         Some(out) => out.clone(),
         None => Path::new(RUNS).join(job.name()),
-    }
-}
-
-/// The file that grains are read from must exist and hold good grains before anything is started.
-pub(super) fn refuse_bad_grains(scenario: &Scenario) -> Result<(), Error> {
-    match &scenario.grains.file {
-        Some(file) if !file.is_file() => Err(Error::User(format!(
-            "grains.file: there is no file {}. Give a path that starts from the job's folder, or remove the key to make a packing.",
-            file.display()
-        ))),
-        Some(file) => grain_file::read::<Components<f64, 1>>(scenario, file).map(|_| ()),
-        None => Ok(()),
     }
 }
 

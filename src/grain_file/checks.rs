@@ -36,6 +36,20 @@ pub fn refuse_radius<S: Space>(source: &Source, entry: &Entry<S>) -> Result<(), 
     }
 }
 
+/// What outruns its own radius or turns by more than a radian in a step passes through others unseen.
+pub fn refuse_speed<S: Space>(source: &Source, entry: &Entry<S>, step: f64) -> Result<(), Error> {
+    let (speed, spin) = (entry.velocity.norm(), entry.spin.norm());
+    let refused = |what: &str| {
+        let what = format!("this grain {what} in one step of time.step = {step} s; slow it down, or shorten the step");
+        Err(source.bad(entry.line, &what))
+    };
+    match (speed * step <= entry.radius, spin * step <= 1.0) {
+        (false, _) => refused(&format!("moves {:.2e} m, further than its radius,", speed * step)),
+        (_, false) => refused(&format!("turns by {:.2e} rad, more than one,", spin * step)),
+        _ => Ok(()),
+    }
+}
+
 /// Ids in their order.
 pub fn refuse_repeated_ids<S: Space>(source: &Source, entries: &[Entry<S>]) -> Result<(), Error> {
     match entries.windows(2).find(|pair| pair[0].id == pair[1].id) {

@@ -43,7 +43,9 @@ fn columns(found: &[&str], header: &str) -> Option<Vec<usize>> {
 /// A grain from its values in the order of the header.
 fn entry<S: Space>(line: usize, words: &[&str]) -> Result<Entry<S>, String> {
     let id = id(words[0])?;
-    let numbers = words[1..].iter().map(|word| number(word)).collect::<Result<Vec<f64>, String>>()?;
+    let value = |(word, name): (&&str, &str)| number(word).map_err(|what| format!("{what}, in column {name}"));
+    let names = header::<S>().split(',').skip(1);
+    let numbers = words[1..].iter().zip(names).map(value).collect::<Result<Vec<f64>, String>>()?;
     let (place, rest) = numbers.split_at(S::DIMENSION);
     let (radius, motion) = (rest[0], &rest[1..]);
     let still = motion.is_empty();

@@ -41,7 +41,11 @@ impl Source<'_> {
 
     fn text(&self) -> Result<String, Error> {
         std::fs::read_to_string(self.file).map_err(|error| {
-            Error::User(format!("{}: {error}; `{}` must name a file of grains", self.file.display(), self.key))
+            Error::User(format!(
+                "{}: this file of grains cannot be read: {error}. Name one of comma-separated values (.csv) or a LAMMPS data file (.data, .lmp) in {}.",
+                self.file.display(),
+                self.key
+            ))
         })
     }
 }
@@ -99,6 +103,7 @@ pub fn read<M: Words<f64>>(scenario: &Scenario, file: &Path) -> Result<Vec<Grain
             return Err(source.bad(entry.line, &what));
         }
         checks::refuse_radius(&source, entry)?;
+        checks::refuse_speed(&source, entry, scenario.time.step)?;
     }
     checks::refuse_other_masses(&source, &entries, |radius| mass_of(scenario, radius))?;
     entries.sort_by_key(|entry| entry.id);
@@ -139,6 +144,7 @@ pub fn read_with_cell<S: Space, M: Words<f64>>(job: &Assembly, file: &Path) -> R
     for entry in &entries {
         checks::refuse_outside(&source, &cell, entry)?;
         checks::refuse_radius(&source, entry)?;
+        checks::refuse_speed(&source, entry, job.step)?;
     }
     if entries.is_empty() {
         return Err(

@@ -2,7 +2,7 @@
 //!
 //! Vectors and tensors carry three components; in the plane those of z are zero, and z is not periodic.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::{Contact, Output};
 
@@ -80,6 +80,16 @@ pub enum Source {
     File(PathBuf),
     /// Made by the program and kept in the cache.
     Packed(Packed),
+}
+
+impl Source {
+    /// The file that grains are read from, if they are.
+    pub fn file(&self) -> Option<&Path> {
+        match self {
+            Self::File(file) => Some(file),
+            Self::Packed(_) => None,
+        }
+    }
 }
 
 /// How grains are made: thrown loosely into the cell, then brought to rest.

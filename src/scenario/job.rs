@@ -1,5 +1,7 @@
 //! A job of any kind.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use super::raw::Typed;
@@ -21,16 +23,26 @@ pub enum Job {
 impl Job {
     /// Reads a job, lays the `key.path=value` overrides over it and checks the whole.
     pub fn load(path: &Path, sets: &[String]) -> Result<Self, Error> {
-        Self::parse(&read(path)?, &path.display().to_string(), sets)
+        Ok(Self::load_typed(path, sets)?.0)
+    }
+
+    /// The same with what was typed, for refusals by who sees more than the job itself, such as the files that it names.
+    pub fn load_typed(path: &Path, sets: &[String]) -> Result<(Self, Typed), Error> {
+        let file = path.display().to_string();
+        let typed = Typed::parse(&read(path)?, &file, sets)?;
+        Ok((Self::of_typed(&typed, &file)?, typed))
     }
 
     /// The same from text; `file` names it in messages, and relative paths in it start from its folder.
     pub fn parse(text: &str, file: &str, sets: &[String]) -> Result<Self, Error> {
-        let typed = Typed::parse(text, file, sets)?;
+        Self::of_typed(&Typed::parse(text, file, sets)?, file)
+    }
+
+    fn of_typed(typed: &Typed, file: &str) -> Result<Self, Error> {
         match typed.kind {
-            Kind::Shear => resolve::scenario(&typed, file).map(Self::Shear),
-            Kind::Assembly => resolve::assembly(&typed, file).map(Self::Assembly),
-            Kind::Mpm => resolve::mpm(&typed).map(Self::Mpm),
+            Kind::Shear => resolve::scenario(typed, file).map(Self::Shear),
+            Kind::Assembly => resolve::assembly(typed, file).map(Self::Assembly),
+            Kind::Mpm => resolve::mpm(typed).map(Self::Mpm),
         }
     }
 
@@ -85,12 +97,32 @@ impl Mpm {
     }
 }
 
-/// The text of a job file.
+/// Bytes of the longest job that is read: hundreds of times the longest that is written by hand.
+const BYTES_MAX: u64 = 1 << 20;
+
+/// The text of a job file, and no more of it than a job may have.
 pub(super) fn read(path: &Path) -> Result<String, Error> {
-    std::fs::read_to_string(path).map_err(|error| {
+    let shown = path.display();
+    let unreadable = |error: &dyn std::fmt::Display| {
         Error::User(format!(
-            "{}: this job cannot be read: {error}. Give the path of a job, for example jobs/quickstart.toml.",
-            path.display()
+            "{shown}: this job cannot be read: {error}. Give the path of a job, for example jobs/quickstart.toml."
+        ))
+    };
+    if path.is_dir() {
+        return Err(unreadable(&"it is a folder"));
+    }
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(|error| unreadable(&error))?;
+    file.take(BYTES_MAX + 1).read_to_end(&mut bytes).map_err(|error| unreadable(&error))?;
+    if bytes.len() as u64 > BYTES_MAX {
+        return Err(unreadable(&format!("it is longer than {BYTES_MAX} bytes, and no job is")));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = 1 + good.iter().filter(|byte| **byte == b'\n').count();
+        let byte = error.as_bytes()[good.len()];
+        Error::User(format!(
+            "{shown}:{line}: this is not text: byte 0x{byte:02x} is no UTF-8. Save the job as UTF-8, or give the path of a job, for example jobs/quickstart.toml."
         ))
     })
 }

@@ -46,18 +46,22 @@ pub struct Entry {
 impl Node {
     /// Reads TOML, sees which kind of job it is, and lays the overrides over it.
     pub fn parse(text: &str, file: &str, sets: &[String]) -> Result<(Self, Kind), Error> {
+        let source = Source::new(text);
         let document = DeTable::parse(text).map_err(|error| {
-            let place = match error.span() {
-                Some(span) => format!("{file}:{}", line_of(text, span.start)),
-                None => file.to_string(),
+            let (place, found) = match error.span() {
+                Some(span) => {
+                    let line = source.line_of(span.start);
+                    (format!("{file}:{line}"), format!(", in `{}`", short(text.lines().nth(line - 1).unwrap_or_default())))
+                }
+                None => (file.to_string(), String::new()),
             };
             let message = error.message().trim().replace('\n', ", ");
             Error::User(format!(
-                "{place}: this is not TOML: {message}. Text and quantities with a unit go in quotes, as in width = \"6 cm\"."
+                "{place}: this is not TOML: {message}{found}. Text and quantities with a unit go in quotes, as in width = \"6 cm\"."
             ))
         })?;
         let mut root =
-            Self { value: entries(document.into_inner(), text), place: Place::Line(1), typed: String::new() };
+            Self { value: entries(document.into_inner(), &source), place: Place::Line(1), typed: String::new() };
         // The file alone decides, so that no override can turn a job into one of the other kind.
         let has = |table: &str| root.get(table).is_some_and(|entry| matches!(entry.node.value, Value::Table(_)));
         let marked = [Kind::Assembly, Kind::Mpm].into_iter().find(|kind| kind.mark().is_some_and(has));
@@ -101,15 +105,37 @@ impl Value {
     }
 }
 
-fn line_of(text: &str, offset: usize) -> usize {
-    let offset = offset.min(text.len());
-    1 + text.as_bytes()[..offset].iter().filter(|byte| **byte == b'\n').count()
+/// A text and where its lines end.
+struct Source<'a> {
+    text: &'a str,
+    ends: Vec<usize>,
 }
 
-/// The source between two offsets on one line, cut where a message would grow long.
-fn typed(text: &str, span: Span<usize>) -> String {
-    let source = text.get(span).unwrap_or_default();
-    let line = source.split_whitespace().collect::<Vec<_>>().join(" ");
+impl<'a> Source<'a> {
+    fn new(text: &'a str) -> Self {
+        Self { text, ends: text.match_indices('\n').map(|(at, _)| at).collect() }
+    }
+
+    fn line_of(&self, offset: usize) -> usize {
+        1 + self.ends.partition_point(|end| *end < offset)
+    }
+
+    /// The source between two offsets as messages show it.
+    fn typed(&self, span: Span<usize>) -> String {
+        short(self.text.get(span).unwrap_or_default())
+    }
+}
+
+/// On one line, cut where a message would grow long.
+pub fn short(source: &str) -> String {
+    let mut line = String::new();
+    for word in source.split_whitespace() {
+        let gap = if line.is_empty() { "" } else { " " };
+        line.extend([gap, word]);
+        if line.len() > 1000 {
+            break;
+        }
+    }
     if line.chars().count() <= 60 {
         return line;
     }
@@ -117,22 +143,22 @@ fn typed(text: &str, span: Span<usize>) -> String {
     format!("{head}...")
 }
 
-fn entries(table: DeTable<'_>, text: &str) -> Value {
+fn entries(table: DeTable<'_>, source: &Source<'_>) -> Value {
     let entries = table
         .into_iter()
         .map(|(key, value)| Entry {
-            place: Place::Line(line_of(text, key.span().start)),
+            place: Place::Line(source.line_of(key.span().start)),
             key: key.into_inner().into_owned(),
-            node: node(value, text),
+            node: node(value, source),
         })
         .collect();
     Value::Table(entries)
 }
 
-fn node(value: toml::Spanned<DeValue<'_>>, text: &str) -> Node {
+fn node(value: toml::Spanned<DeValue<'_>>, source: &Source<'_>) -> Node {
     let span = value.span();
-    let place = Place::Line(line_of(text, span.start));
-    let typed = typed(text, span);
+    let place = Place::Line(source.line_of(span.start));
+    let typed = source.typed(span);
     let value = match value.into_inner() {
         DeValue::String(text) => Value::Text(text.into_owned()),
         DeValue::Integer(digits) => match i64::from_str_radix(digits.as_str(), digits.radix()) {
@@ -145,15 +171,16 @@ fn node(value: toml::Spanned<DeValue<'_>>, text: &str) -> Node {
         },
         DeValue::Boolean(value) => Value::Flag(value),
         DeValue::Datetime(_) => Value::Other("a date"),
-        DeValue::Array(items) => Value::List(items.into_iter().map(|item| node(item, text)).collect()),
-        DeValue::Table(table) => entries(table, text),
+        DeValue::Array(items) => Value::List(items.into_iter().map(|item| node(item, source)).collect()),
+        DeValue::Table(table) => entries(table, source),
     };
     Node { value, place, typed }
 }
 
 /// Lays one `key.path=value` over the tree. The value is TOML where it parses as TOML, and text otherwise.
-fn apply_set(root: &mut Node, kind: Kind, set: &str) -> Result<(), Error> {
-    let Some((path, text)) = set.split_once('=') else {
+fn apply_set(root: &mut Node, kind: Kind, whole: &str) -> Result<(), Error> {
+    let set = short(whole);
+    let Some((path, text)) = whole.split_once('=') else {
         return Err(Error::User(format!(
             "--set {set}: there is no equals sign. Write for example --set loading.speed=\"5 cm/s\"."
         )));
@@ -165,13 +192,16 @@ fn apply_set(root: &mut Node, kind: Kind, set: &str) -> Result<(), Error> {
         )));
     }
     let parts: Vec<&str> = path.split('.').collect();
-    refuse_unknown_path(set, kind, &parts)?;
+    refuse_unknown_path(&set, kind, &parts)?;
     let mut value = match DeValue::parse(text) {
-        Ok(value) => node(value, text),
-        Err(_) => Node { value: Value::Text(text.to_string()), place: Place::Set, typed: format!("\"{text}\"") },
+        Ok(value) => node(value, &Source::new(text)),
+        Err(_) => {
+            let typed = format!("\"{}\"", short(text));
+            Node { value: Value::Text(text.to_string()), place: Place::Set, typed }
+        }
     };
     value.mark_as_set();
-    insert(root, &parts, value, set)
+    insert(root, &parts, value, &set)
 }
 
 impl Node {
@@ -195,7 +225,7 @@ fn refuse_unknown_path(set: &str, kind: Kind, parts: &[&str]) -> Result<(), Erro
     if kind.leads_to_a_key(parts) {
         return Ok(());
     }
-    let typed = parts.join(".");
+    let typed = short(&parts.join("."));
     if let Some(advice) = kind.belongs_elsewhere(|other| other.leads_to_a_key(parts)) {
         return Err(Error::User(format!("--set {set}: a job has no {typed}. {advice}")));
     }

@@ -145,7 +145,8 @@ pub fn quantity(text: &str, wanted: Dimension) -> Result<f64, Refusal> {
     if unit.dimension != wanted {
         return Err(Refusal::Other(unit.dimension));
     }
-    let decimal: f64 = format!("{digits}e{}", exponent + unit.power_of_ten).parse().map_err(|_| Refusal::NoNumber)?;
+    let decimal: f64 =
+        format!("{digits}e{}", exponent.saturating_add(unit.power_of_ten)).parse().map_err(|_| Refusal::NoNumber)?;
     Ok(decimal * unit.factor)
 }
 
@@ -245,6 +246,10 @@ fn parse_factor(text: &str) -> Result<(i32, f64, Dimension, i8), Refusal> {
 
 /// The candidate that `word` was probably meant to be.
 pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    // No key or unit is nearly as long, and the time to compare grows with the length.
+    if word.len() > 100 {
+        return None;
+    }
     let lower = word.to_lowercase();
     candidates
         .map(|candidate| {

@@ -63,8 +63,10 @@ fn read_attributes(file: &File, path: &Path) -> Result<BTreeMap<String, String>,
     let texts = file.group(schema::TEXT_GROUP).map_err(|error| h5::damaged(path, part, &error))?;
     for key in h5::members(&texts).map_err(|error| h5::damaged(path, part, &error))? {
         let part = || format!("attribute \"{key}\"");
-        let bytes = texts.dataset(&key).and_then(|dataset| dataset.read_raw::<u8>());
-        let bytes = bytes.map_err(|error| h5::damaged(path, part, &error))?;
+        let damaged = |error: hdf5::Error| h5::damaged(path, part, &error);
+        let dataset = texts.dataset(&key).map_err(damaged)?;
+        refuse_too_large(&dataset, path, part)?;
+        let bytes = dataset.read_raw::<u8>().map_err(damaged)?;
         attributes.insert(key.clone(), utf8(bytes, path, part)?);
     }
     Ok(attributes)
@@ -113,11 +115,21 @@ fn read_column(group: &Group, table: &str, name: &str, rows: usize, path: &Path)
     if found != rows {
         return Err(broken(path, part(), format!("it has {found} rows, its table {rows}")));
     }
+    if width == 0 {
+        return Err(broken(path, part(), "its rows have no values".to_owned()));
+    }
+    refuse_too_large(&dataset, path, part)?;
     let Some(kind) = h5::kind(&dataset).map_err(damaged)? else {
         return Err(broken(path, part(), "its values are of an unknown type".to_owned()));
     };
     let values = read_values(&dataset, kind).map_err(damaged)?;
     Ok(Column { name: name.to_owned(), width, values })
+}
+
+/// Nothing is allocated on the word of a damaged file alone.
+fn refuse_too_large(dataset: &Dataset, path: &Path, part: impl FnOnce() -> String) -> Result<(), Error> {
+    let bytes = fs::metadata(path).map_or(0, |metadata| metadata.len());
+    h5::too_large(dataset, bytes).map_or(Ok(()), |reason| Err(broken(path, part(), reason)))
 }
 
 fn read_values(dataset: &Dataset, kind: Kind) -> hdf5::Result<Values> {

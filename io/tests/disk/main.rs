@@ -4,6 +4,7 @@ mod digest;
 mod folder;
 mod frames;
 mod full_disk;
+mod hostile;
 mod killed;
 mod paraview;
 mod pieces;

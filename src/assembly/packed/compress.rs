@@ -28,6 +28,7 @@ use crate::rebuild::Parts;
 use crate::scenario::Contact;
 use crate::scenario::assembly::{Assembly, Damping, DampingForm, Packed};
 use crate::scenario::figures;
+use crate::scenario::raw::Typed;
 use crate::servo::{CellDrive, StressServo};
 use crate::space::{Linear, Space};
 use crate::transfer;
@@ -84,7 +85,9 @@ pub fn make<S: Space, C: ContactLaw<S>>(
     (stress, wanted): (f64, Option<f64>),
     transport: &dyn Transport,
 ) -> Result<Packing<S, C>, Error> {
-    refuse_bad::<S>(job, packed)?;
+    if let Some(Complaint { table, key, message }) = complaint::<S>(job, packed) {
+        return Err(Error::User(format!("{table}.{key} {message}")));
+    }
     let press = Press { job, packed, stress, transport };
     let plain = press.compress::<S, C>(None)?;
     let Some(wanted) = wanted else { return Ok(plain.packing) };
@@ -100,37 +103,46 @@ pub fn make<S: Space, C: ContactLaw<S>>(
     press.compress_from_gas(wanted, plain.fraction)
 }
 
-/// Refuses what no compression can make a packing of.
-pub(super) fn refuse_bad<S: Space>(job: &Assembly, packed: &Packed) -> Result<(), Error> {
-    refuse_bodies::<S>(job)?;
-    refuse_narrow::<S>(job, packed)
+/// What is wrong at a key of the job, for a sentence that begins with the key.
+struct Complaint {
+    table: &'static str,
+    key: &'static str,
+    message: String,
+}
+
+/// Refuses, before anything is started, what [`make`] would refuse.
+pub(super) fn refuse_bad<S: Space>(job: &Assembly, packed: &Packed, typed: &Typed) -> Result<(), Error> {
+    complaint::<S>(job, packed)
+        .map_or(Ok(()), |Complaint { table, key, message }| Err(typed.refusal(table, key, &message)))
+}
+
+fn complaint<S: Space>(job: &Assembly, packed: &Packed) -> Option<Complaint> {
+    complaint_of_bodies::<S>(job).or_else(|| complaint_of_narrow::<S>(job, packed))
 }
 
 /// Bodies that grains touch would stand among grains that know nothing of them.
-fn refuse_bodies<S: Space>(job: &Assembly) -> Result<(), Error> {
-    match job.bodies.iter().find(|body| setup::body_of::<S>(body).is_touched()) {
-        None => Ok(()),
-        Some(body) => Err(Error::User(format!(
-            "packing.preparation = \"compress\" fills the whole cell with grains, and body `{}` stands in it. Write \"pour\", remove the body, or read grains.file.",
-            body.name
-        ))),
-    }
+fn complaint_of_bodies<S: Space>(job: &Assembly) -> Option<Complaint> {
+    let body = job.bodies.iter().find(|body| setup::body_of::<S>(body).is_touched())?;
+    let message = format!(
+        "fills the whole cell with grains, and body `{}` stands in it. Write \"pour\", remove the body, or read grains.file.",
+        body.name
+    );
+    Some(Complaint { table: "packing", key: "preparation", message })
 }
 
 /// A grain must not reach its own image or two images of another. As dense as can be, the cell is smallest.
-fn refuse_narrow<S: Space>(job: &Assembly, packed: &Packed) -> Result<(), Error> {
+fn complaint_of_narrow<S: Space>(job: &Assembly, packed: &Packed) -> Option<Complaint> {
     let reach = PERIOD_IN_DIAMETERS * figures::diameter_max(job) + figures::margin(job);
     let cell = setup::densest_cell::<S>(job);
-    match (0..S::DIMENSION).find(|axis| cell.height(*axis) < reach) {
-        None => Ok(()),
-        Some(axis) => Err(Error::User(format!(
-            "grains.count = {} grains fill a cell that is only {:.4e} m long along {}; four of the largest grains and {} need {reach:.4e} m. Take more grains, or give cell.upper another shape.",
-            packed.count,
-            cell.height(axis),
-            AXES[axis],
-            job.contact.margin_in_words()
-        ))),
-    }
+    let axis = (0..S::DIMENSION).find(|axis| cell.height(*axis) < reach)?;
+    let message = format!(
+        "makes {} grains, which fill a cell that is only {:.4e} m long along {}; four of the largest grains and {} need {reach:.4e} m. Take more grains, or give cell.upper another shape.",
+        packed.count,
+        cell.height(axis),
+        AXES[axis],
+        job.contact.margin_in_words()
+    );
+    Some(Complaint { table: "grains", key: "count", message })
 }
 
 impl Press<'_> {

@@ -19,6 +19,7 @@ use crate::packing::{name_of, on_root, read_state, settle, write_state};
 use crate::rebuild::Row;
 use crate::record::to_table;
 use crate::scenario::assembly::{Assembly, Packed, Preparation};
+use crate::scenario::raw::Typed;
 use crate::space::Space;
 use crate::transfer::Cargo;
 use crate::{body, tables, transfer};
@@ -63,9 +64,9 @@ pub fn make<S: Space, C: ContactLaw<S>>(
 }
 
 /// Refuses what no packing can be made of, before anything is started.
-pub(super) fn refuse_bad<S: Space>(job: &Assembly, packed: &Packed) -> Result<(), Error> {
+pub(super) fn refuse_bad<S: Space>(job: &Assembly, packed: &Packed, typed: &Typed) -> Result<(), Error> {
     match packed.preparation {
-        Preparation::Compress { .. } => compress::refuse_bad::<S>(job, packed),
+        Preparation::Compress { .. } => compress::refuse_bad::<S>(job, packed, typed),
         Preparation::Pour => Ok(()),
     }
 }

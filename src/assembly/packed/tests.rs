@@ -231,7 +231,7 @@ fn packings_that_cannot_be_made_say_so() {
     let found = refusal(DISCS, &["packing.fraction=0.7", "grains.count=60"]);
     assert!(found.starts_with("packing.fraction = 0.7 is less than compression to 1000000 Pa reaches"), "{found}");
     let found = refusal(DISCS, &["grains.count=12"]);
-    assert!(found.starts_with("grains.count = 12 grains fill a cell that is only"), "{found}");
+    assert!(found.starts_with("grains.count makes 12 grains, which fill a cell that is only"), "{found}");
     let found = refusal(POUR, &["packing.fraction_start=0.5", "cell.upper=[\"12 mm\", \"13.3 mm\"]"]);
     assert!(found.starts_with("packing.fraction_start = 0.5 is too dense to throw 100 grains"), "{found}");
     let body = "\n[[body]]\nname = \"post\"\nshape = \"cylinder\"\ncentre = [0, \"8 mm\"]\nradius = \"1 mm\"\n";

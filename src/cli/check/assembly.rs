@@ -2,24 +2,12 @@
 
 use super::page::{Page, figures, whole};
 use super::{INERTIAL_NUMBER_QUASI_STATIC, STEP_SHARE_MIN, STIFFNESS_NUMBER_MIN};
-use crate::error::Error;
 use crate::scenario::assembly::{Assembly, Body, DampingForm, Packed, Preparation, Shape, Sizes, Source};
 use crate::scenario::stable::{HERTZ_OVERLAP, governing};
 use crate::scenario::{Contact, Linear, Sliding, figures as of};
 
 /// Share of the cell that it may deform by in one step before contacts are followed too coarsely.
 const STRAIN_OF_STEP_MAX: f64 = 1e-4;
-
-/// The file that grains are read from must exist before anything is started; what it holds is for its reader to judge.
-pub(in crate::cli) fn refuse_missing_file(assembly: &Assembly) -> Result<(), Error> {
-    match &assembly.source {
-        Source::File(file) if !file.is_file() => Err(Error::User(format!(
-            "grains.file: there is no file {}. Give a path that starts from the job's folder, for example --set grains.file=\"grains.csv\".",
-            file.display()
-        ))),
-        _ => Ok(()),
-    }
-}
 
 /// The whole printout.
 pub fn page(assembly: &Assembly) -> String {

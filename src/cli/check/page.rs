@@ -50,7 +50,7 @@ impl Page {
         if bounds.len() == 1 {
             return;
         }
-        for bound in bounds {
+        for bound in bounds.iter().filter(|bound| bound.step.is_finite()) {
             let mark = if bound == governing { "governs: " } else { "" };
             self.row("", &format!("  {} s", figures(bound.step)), &format!("{mark}{}, {}", bound.cause, bound.formula));
         }

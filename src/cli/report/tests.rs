@@ -75,8 +75,6 @@ fn frame(method: &str, strain: f64) -> Frame {
             column("stress", 3, same(0.0, 3)),
             column("plastic_strain", 1, same(0.0, 1)),
         ],
-        drawn: Drawn::Points,
-        whole: Vec::new(),
     }
 }
 

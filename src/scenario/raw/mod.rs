@@ -1,7 +1,7 @@
 //! The job as typed: every key known, and readers that take one key at a time and refuse it in a sentence.
 
 use super::schema::{Kind, Table, Wants};
-use super::tree::{Entry, Node, Place, Value};
+use super::tree::{Entry, Node, Place, Value, short};
 use super::units::nearest;
 use crate::error::Error;
 
@@ -133,7 +133,12 @@ impl Typed {
                 homes => format!("There is one in {}.", homes.join(" and in ")),
             },
         };
-        Error::User(format!("{}: {} has no key {key}. {advice}", at(&self.file, Some(entry.place)), table.words()))
+        Error::User(format!(
+            "{}: {} has no key {}. {advice}",
+            at(&self.file, Some(entry.place)),
+            table.words(),
+            short(key)
+        ))
     }
 
     fn unknown_at_top(&self, entry: &Entry) -> Error {
@@ -152,7 +157,7 @@ impl Typed {
                 (None, Some(name)) => format!("Did you mean [{name}]?"),
                 (None, None) => format!("The tables of a job are: {}.", tables.collect::<Vec<_>>().join(", ")),
             };
-            return Error::User(format!("{place}: there is no table [{key}]. {advice}"));
+            return Error::User(format!("{place}: there is no table [{}]. {advice}", short(key)));
         }
         let advice = match (elsewhere, self.homes(key).as_slice()) {
             (Some(elsewhere), _) => elsewhere,
@@ -165,7 +170,7 @@ impl Typed {
             }
             (None, homes) => format!("It belongs in {}.", homes.join(" or in ")),
         };
-        Error::User(format!("{place}: the job's top level has no key {key}. {advice}"))
+        Error::User(format!("{place}: the job's top level has no key {}. {advice}", short(key)))
     }
 
     /// The tables that have a key of this name.

@@ -1,10 +1,18 @@
 //! Readers of one table. Every getter names file, line, value and remedy when it refuses.
 
 use super::super::schema::{Key, Table, Wants};
-use super::super::tree::{Entry, Node, Value};
+use super::super::tree::{Entry, Node, Value, short};
 use super::super::units::{Dimension, Refusal, quantity};
 use super::at;
 use crate::error::Error;
+
+/// Size of the largest and of the smallest number but 0, in SI units: far beyond all that is granular, and products of
+/// several stay numbers.
+const SIZE_MAX: f64 = 1e30;
+const SIZE_MIN: f64 = 1e-30;
+/// Entries that a list may have; times on the path of a body, which may have been recorded.
+const ENTRIES_MAX: usize = 1000;
+const TIMES_MAX: usize = 100_000;
 
 /// One table of the job.
 pub struct Reader<'a> {
@@ -70,6 +78,7 @@ impl<'a> Reader<'a> {
             let allowed = range.words(&dimension.unit());
             return Err(self.refuse(known, &entry.node, &format!("is out of range: it must be {allowed}.")));
         }
+        self.refuse_size(known, &entry.node, value)?;
         Ok(Some(value))
     }
 
@@ -245,6 +254,7 @@ impl<'a> Reader<'a> {
         let entry = self.find(key).ok_or_else(|| self.missing(key))?;
         let wanted = "is refused: a list of pairs is wanted, each a length (m) and a share, both more than 0.";
         let refused = || self.refuse(known, &entry.node, wanted);
+        self.refuse_entries(known, &entry.node, ENTRIES_MAX)?;
         let pairs = entry.node.list();
         if pairs.is_empty() {
             return Err(refused());
@@ -271,6 +281,7 @@ impl<'a> Reader<'a> {
         if entry.node.list().len() < 3 {
             return Err(refused());
         }
+        self.refuse_entries(known, &entry.node, ENTRIES_MAX)?;
         let corners = entry.node.list().iter().map(|point| match point.list() {
             [x, y] => {
                 let length = |node| self.finite(known, node, Dimension::LENGTH);
@@ -319,6 +330,7 @@ impl<'a> Reader<'a> {
         let Value::List(nodes) = &entry.node.value else {
             return Err(refused(&entry.node));
         };
+        self.refuse_entries(self.known(key), &entry.node, if key == "path" { TIMES_MAX } else { ENTRIES_MAX })?;
         nodes
             .iter()
             .map(|node| match node.value {
@@ -385,8 +397,31 @@ impl<'a> Reader<'a> {
 
     fn finite(&self, known: &Key, node: &Node, wanted: Dimension) -> Result<f64, Error> {
         match self.quantity(known, node, wanted)? {
-            value if value.is_finite() => Ok(value),
+            value if value.is_finite() => self.refuse_size(known, node, value).map(|()| value),
             _ => Err(self.refuse(known, node, "is out of range: it must be finite.")),
+        }
+    }
+
+    /// What follows from a number beyond these sizes may be no number any more.
+    fn refuse_size(&self, known: &Key, node: &Node, value: f64) -> Result<(), Error> {
+        if value == 0.0 || (SIZE_MIN..=SIZE_MAX).contains(&value.abs()) {
+            return Ok(());
+        }
+        let problem =
+            format!("is out of range: in SI units, sizes from {SIZE_MIN:e} to {SIZE_MAX:e} are allowed, and 0.");
+        Err(self.refuse(known, node, &problem))
+    }
+
+    fn refuse_entries(&self, known: &Key, node: &Node, max: usize) -> Result<(), Error> {
+        match node.list().len() {
+            count if count > max => {
+                let path = self.table.path(known.name);
+                Err(Error::User(format!(
+                    "{}: {path} has {count} entries, and at most {max} are allowed. Join some, or remove them.",
+                    at(self.file, Some(node.place))
+                )))
+            }
+            _ => Ok(()),
         }
     }
 
@@ -446,7 +481,7 @@ fn describe(refusal: &Refusal, wanted: Dimension) -> String {
             format!("has no known unit: there is no \"{symbol}\"; did you mean \"{near}\"?")
         }
         Refusal::UnknownUnit(symbol, None) => {
-            format!("has no known unit: there is no \"{symbol}\".")
+            format!("has no known unit: there is no \"{}\".", short(symbol))
         }
         Refusal::Ambiguous => "can be read in two ways: write one unit behind a slash, as in \"N s/m\".".to_string(),
         Refusal::Other(found) => {

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::body::{Domain, bodies};
 use super::checks::check;
 use super::contact::contact;
+use super::limits::{refuse_speed_of_body, refuse_steps};
 use super::{
     DEPTH_DEFAULT, PACKING_ENERGY_RATIO_DEFAULT, PACKING_FRACTION_DEFAULT, PACKING_FRICTION_DEFAULT, SKIN_DEFAULT,
     folder_of, name, output_with_contacts, refuse_wide_sizes,
@@ -62,8 +63,13 @@ pub fn assembly(typed: &Typed, file: &str) -> Result<Assembly, Error> {
         upper: cell.upper,
         periodic: cell.periodic,
     };
-    let bodies = bodies(&top.with_axes(cell.dimension), &domain)?.into_iter().map(|(body, _)| body).collect();
+    let bodies = bodies(&top.with_axes(cell.dimension), &domain)?;
+    for (body, table) in &bodies {
+        refuse_speed_of_body(body, table, step, matter.diameter_mean)?;
+    }
+    let bodies = bodies.into_iter().map(|(body, _)| body).collect();
 
+    refuse_steps(typed, end, step, "time.end")?;
     let assembly = Assembly {
         name,
         seed,

@@ -1,7 +1,7 @@
 //! What no single key of an assembly can tell.
 
 use super::body::AXES;
-use super::{digits, digits_above, digits_below, refuse_unstable};
+use super::{digits, digits_above, digits_below, limits, refuse_unstable};
 use crate::error::Error;
 use crate::scenario::assembly::{Assembly, Packed, Preparation, Source};
 use crate::scenario::figures;
@@ -19,10 +19,28 @@ const BYPASS: &str = " Only to repeat an unstable run on purpose, write time.all
 pub fn check(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
     check_deformation(assembly, typed)?;
     check_cell(assembly, typed)?;
+    limits::refuse_size_of_cell(assembly, typed)?;
+    limits::refuse_speeds(assembly, typed)?;
     if let Source::Packed(packed) = &assembly.source {
         check_packing(assembly, packed, typed)?;
     }
-    check_time(assembly, typed)
+    check_time(assembly, typed)?;
+    check_stress(assembly, typed)
+}
+
+/// The stress of the packing and that of the cell must press grains together, and not into each other.
+fn check_stress(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
+    if let Some(number) = figures::stiffness_number(assembly) {
+        let held = assembly.cell.servo.is_some();
+        limits::refuse_squeeze(typed, if held { ("cell", "stress") } else { ("packing", "stress") }, number)?;
+    }
+    match &assembly.source {
+        Source::Packed(Packed { preparation: Preparation::Compress { stress, .. }, .. }) => {
+            let time = assembly.matter.diameter_mean * (assembly.matter.density / stress).sqrt();
+            limits::refuse_faint_packing(typed, ("packing", "stress"), time, assembly.step)
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Only periodic axes deform, and each by a rate or by a stress.

@@ -12,6 +12,7 @@ mod assembly;
 mod body;
 mod checks;
 mod contact;
+mod limits;
 mod mpm;
 mod mpm_checks;
 mod shear;
@@ -84,6 +85,7 @@ fn output(table: &Reader<'_>, duration: f64, step: f64) -> Result<Output, Error>
                 format!("is shorter than one time step. Write at least time.step = {} s.", digits_above(step));
             return Err(table.refusal(key, &problem));
         }
+        limits::refuse_rows(table, key, duration, interval)?;
         Ok(interval)
     };
     Ok(Output {

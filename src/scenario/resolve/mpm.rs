@@ -1,6 +1,7 @@
 //! A continuum of material points on a grid.
 
 use super::body::{self, AXES, Domain};
+use super::limits::refuse_steps;
 use super::mpm_checks::{check, simple};
 use super::{DEPTH_DEFAULT, digits, is_plain, name, output};
 use crate::error::Error;
@@ -121,6 +122,7 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     let time = typed.table("time", true, why)?;
     job.end = time.number("end")?;
     job.step = step(&time, &job)?;
+    refuse_steps(typed, job.end, job.step, "time.end")?;
     let shown = typed.table("output", false, why)?;
     job.output = output(&shown, job.end, job.step)?;
     job.ledger = shown.flag_or("ledger", false)?;

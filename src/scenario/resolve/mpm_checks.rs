@@ -1,14 +1,18 @@
 //! What no single key of a continuum can tell.
 
+use super::body::norm;
+use super::limits::refuse_memory_of_grid;
 use super::{digits, digits_below, refuse_unstable, significant};
 use crate::error::Error;
 use crate::math::{PI, atan};
 use crate::scenario::assembly::Shape;
-use crate::scenario::mpm::{CriticalDruckerPrager, InitialStress, MaterialLaw, Mpm, RigidBody, figures};
+use crate::scenario::mpm::{CriticalDruckerPrager, InitialStress, LoadKind, MaterialLaw, Mpm, RigidBody, figures};
 use crate::scenario::raw::{Reader, Typed};
 
 /// Points that a job may have.
 const POINTS_MAX: u64 = 100_000_000;
+/// Looks whether a point is in a region: seconds of them.
+const LOOKS_MAX: f64 = 1e10;
 
 pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
     if let MaterialLaw::CriticalDruckerPrager(law) = &job.material.law {
@@ -21,6 +25,7 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
     {
         check_geostatic(job, law, (axis, k0), typed)?;
     }
+    check_stresses(job, typed, top)?;
     check_loads(job, top)?;
     check_bodies(job, top)?;
     check_followed(job, top)
@@ -158,6 +163,13 @@ fn check_points(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error>
     if most > 8.0 * POINTS_MAX as f64 {
         return too_many(format!("up to {most:.1e}"));
     }
+    if most * job.regions.len() as f64 > LOOKS_MAX {
+        let message = format!(
+            "makes up to {most:.1e} points, and each is looked for in {} regions, which takes too long. Take larger cells, fewer points in each, or fewer regions.",
+            job.regions.len()
+        );
+        return Err(typed.refusal("grid", "cell", &message));
+    }
     let counts = figures::points_of_regions(job);
     for (count, table) in counts.iter().zip(&top.tables("region")?) {
         if *count == 0 {
@@ -172,8 +184,42 @@ fn check_points(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error>
     }
     match counts.iter().sum::<u64>() {
         total if total > POINTS_MAX => too_many(format!("{total}")),
-        _ => Ok(()),
+        total => refuse_memory_of_grid(typed, figures::memory(job, total)),
     }
+}
+
+/// Stresses of more than the modulus M crush the material within a step, and gravity may not throw it across half a cell.
+fn check_stresses(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
+    let modulus = job.material.law.modulus_longitudinal(job.grid.dimension);
+    let words = || {
+        format!(
+            "is more than the material's modulus, M = {} Pa, and would crush it in a step. Lower it.",
+            significant(modulus, 3)
+        )
+    };
+    if let InitialStress::Isotropic { pressure } = job.stress
+        && pressure > modulus
+    {
+        return Err(typed.refusal("stress", "pressure", &words()));
+    }
+    for (load, table) in job.loads.iter().zip(&top.tables("load")?) {
+        let (key, size) = match load.kind {
+            LoadKind::Traction(traction) => ("traction", norm(traction)),
+            LoadKind::Pressure(pressure) => ("pressure", pressure),
+        };
+        if size > modulus {
+            return Err(table.refusal(key, &words()));
+        }
+    }
+    let fall = norm(job.gravity.acceleration) * job.step * job.step;
+    if fall > 0.5 * job.grid.cell {
+        let message = format!(
+            "moves material by {} m in its first step, further than half a cell. Lower it, or take a shorter time.step.",
+            significant(fall, 3)
+        );
+        return Err(typed.refusal("gravity", "acceleration", &message));
+    }
+    Ok(())
 }
 
 fn check_loads(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {

@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use super::contact::contact;
+use super::limits::{refuse_faint_packing, refuse_size_of_shear, refuse_speed_of_plates, refuse_squeeze, refuse_steps};
 use super::mpm_checks::{FRACTION_NEARER, unbearable};
 use super::{
     DEPTH_DEFAULT, PACKING_ENERGY_RATIO_DEFAULT, PACKING_FRACTION_DEFAULT, PACKING_FRICTION_DEFAULT, SKIN_DEFAULT,
-    digits, folder_of, name, output_with_contacts, refuse_unstable, refuse_wide_sizes,
+    digits, folder_of, name, output_with_contacts, refuse_unstable, refuse_wide_sizes, significant,
 };
 use crate::error::Error;
 use crate::scenario::mpm::CriticalDruckerPrager;
@@ -81,8 +82,15 @@ pub fn scenario(typed: &Typed, file: &str) -> Result<Scenario, Error> {
         decomposition,
         output: Output::default(),
     };
+    refuse_size_of_shear(&scenario, typed)?;
     fill_plate(&mut scenario, &loading_table)?;
     let duration = derived::duration(&scenario);
+    refuse_steps(typed, duration, step, "loading.strain_end")?;
+    if duration < step {
+        let problem =
+            format!("is reached in {} s, less than one time step. Take more strain.", significant(duration, 3));
+        return Err(loading_table.refusal("strain_end", &problem));
+    }
     scenario.output = output_with_contacts(&typed.table("output", false, &why)?, duration, step)?;
     check_together(&scenario, typed)?;
     Ok(scenario)
@@ -270,7 +278,25 @@ fn check_together(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     if scenario.method.has_points() {
         check_softening(scenario, typed)?;
     }
-    refuse_unstable(typed, scenario.time.step, &derived::bounds(scenario), "")
+    refuse_unstable(typed, scenario.time.step, &derived::bounds(scenario), "")?;
+    refuse_speed_of_plates(scenario, typed)?;
+    if scenario.moves_grains() {
+        check_packing(scenario, typed)?;
+    }
+    Ok(())
+}
+
+/// The stress of the packing and that of the run must press grains together, and not into each other.
+fn check_packing(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
+    let number = derived::stiffness_number(scenario);
+    refuse_squeeze(typed, ("loading", "stress_normal"), number)?;
+    let stress = scenario.packing.stress;
+    refuse_squeeze(typed, ("packing", "stress"), number * scenario.loading.stress_normal / stress)?;
+    let time = scenario.grains.diameter_mean * (scenario.grains.density / stress).sqrt();
+    match scenario.grains.file {
+        Some(_) => Ok(()),
+        None => refuse_faint_packing(typed, ("packing", "stress"), time, scenario.time.step),
+    }
 }
 
 /// A return to the cone must be possible wherever the specimen starts.

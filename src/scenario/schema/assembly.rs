@@ -27,7 +27,7 @@ pub static TABLES: [Table; 9] = [
     table("grains", "sizes and matter of the grains", &[
         number("density", "the density of the solid", Dimension::DENSITY, POSITIVE, "\"2650 kg/m3\""),
         text("file", "grains to start from, as a CSV or a LAMMPS data file", "\"grains.csv\""),
-        count("count", "grains to be made", (1, 1_000_000_000), "400"),
+        count("count", "grains to be made", (1, 100_000_000), "400"),
         text("distribution", "how diameters are spread: normal, uniform or list", "\"normal\""),
         number("diameter_mean", "the mean diameter", LENGTH, POSITIVE, "\"1 mm\""),
         number("diameter_deviation", "the standard deviation of diameters", LENGTH, NOT_NEGATIVE, "\"0.08 mm\""),
@@ -41,7 +41,7 @@ pub static TABLES: [Table; 9] = [
         number("fraction", "the packing fraction to be reached, by a hot start where compression alone stops short", RATIO, Range::closed(0.3, 0.92), "0.85"),
         number("friction", "friction while the packing is made", RATIO, Range::closed(0.0, 5.0), "0.01"),
         number("fraction_start", "the packing fraction of the loose start", RATIO, Range::closed(0.02, 0.5), "0.45"),
-        number("energy_ratio_max", "kinetic over elastic energy at rest", RATIO, Range::new(0.0, 0.1, true, false), "1e-4"),
+        number("energy_ratio_max", "kinetic over elastic energy at rest", RATIO, Range::closed(1e-12, 0.1), "1e-4"),
         text("cache", "the folder of finished packings", "\"cache\""),
     ]),
     table("contact", "forces between grains", contact::KEYS),

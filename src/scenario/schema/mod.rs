@@ -197,6 +197,7 @@ impl Range {
         let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
         if self.max == f64::INFINITY {
             return match self.min_open {
+                _ if self.min == f64::NEG_INFINITY => "finite".to_string(),
                 true => format!("finite and more than {}{unit}", self.min),
                 false => format!("finite and {}{unit} or more", self.min),
             };
@@ -212,8 +213,11 @@ impl Range {
 }
 
 /// Bounds such as pi/2 need not be printed to the last digit.
-fn round(value: f64) -> f64 {
-    (value * 1e4).round() / 1e4
+fn round(value: f64) -> String {
+    match value.abs() < 1e-3 && value != 0.0 {
+        true => format!("{value:e}"),
+        false => format!("{}", (value * 1e4).round() / 1e4),
+    }
 }
 
 const fn table(name: &'static str, about: &'static str, keys: &'static [Key]) -> Table {

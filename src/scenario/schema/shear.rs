@@ -29,7 +29,7 @@ pub static TABLES: [Table; 12] = [
         number("friction", "friction while the packing is made", RATIO, Range::closed(0.0, 5.0), "0.01"),
         number("fraction_start", "the packing fraction of the loose start", RATIO, Range::closed(0.2, 0.5), "0.45"),
         number("stress", "the normal stress of the packing", STRESS, POSITIVE, "\"400 kPa\""),
-        number("energy_ratio_max", "kinetic over elastic energy at rest", RATIO, Range::new(0.0, 0.1, true, false), "1e-4"),
+        number("energy_ratio_max", "kinetic over elastic energy at rest", RATIO, Range::closed(1e-12, 0.1), "1e-4"),
         text("cache", "the folder of finished packings", "\"cache\""),
     ]),
     table("continuum", "the continuum and its grid", &[
@@ -65,8 +65,8 @@ pub static TABLES: [Table; 12] = [
         number("distance", "phi_0", LENGTH, POSITIVE, "\"2.2 cm\""),
         number("weight", "w, the grains' share in the rim", RATIO, Range::open(0.0, 1.0), "0.5"),
         number("training", "the share of the motion trained", RATIO, Range::closed(0.0, 1.0), "1.0"),
-        number("training_speed", "how much faster training runs", RATIO, Range::new(0.0, 1e6, true, false), "10.0"),
-        number("training_rest", "rest after training", RATIO, NOT_NEGATIVE, "0.5"),
+        number("training_speed", "how much faster training runs", RATIO, Range::closed(0.01, 1e6), "10.0"),
+        number("training_rest", "rest after training", RATIO, Range::closed(0.0, 1000.0), "0.5"),
     ]),
     table("time", "the time step", &[
         number("step", "the time step", TIME, POSITIVE, "\"0.4 us\""),

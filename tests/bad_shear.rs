@@ -150,7 +150,7 @@ fn a_unit_without_quotes() {
     GOOD.refused(
         "\"10 cm/s\"",
         "10 cm/s",
-        "job.toml:36: this is not TOML: string values must be quoted, expected literal string. Text and quantities with a unit go in quotes, as in width = \"6 cm\".",
+        "job.toml:36: this is not TOML: string values must be quoted, expected literal string, in `speed = 10 cm/s`. Text and quantities with a unit go in quotes, as in width = \"6 cm\".",
     );
 }
 
