@@ -13,7 +13,7 @@ use scree_io::{digest, store};
 use scree_partition::transport::threads;
 use scree_partition::{Solo, Transport};
 
-use crate::worlds::{Grain, Law, PlanarWorld, Vector, contact, grain, material, open_world, settings};
+use crate::worlds::{Grain, Law, PlanarWorld, Vector, contact, grain, open_world, settings};
 
 const CELL: f64 = 3e-3;
 /// Grains and points along an axis; of each there are more than a piece has.
