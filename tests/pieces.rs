@@ -21,7 +21,8 @@ const SIDE: u64 = 130;
 
 /// A lattice of touching grains, each with a memory of its neighbour on either side, and of points.
 fn world(transport: &dyn Transport) -> PlanarWorld<'_> {
-    let spacing = 16.0 * CELL / SIDE as f64;
+    // Away from where the plates of other worlds are.
+    let spacing = 12.0 * CELL / SIDE as f64;
     let place = |id: u64| [(id % SIDE) as f64 + 0.5, (id / SIDE) as f64 + 0.5 - 0.5 * SIDE as f64].map(|x| x * spacing);
     let ids = 0..if transport.rank() == 0 { SIDE * SIDE } else { 0 };
     let grains = ids.clone().map(|id| {
