@@ -115,6 +115,7 @@ fn tables_that_are_no_state() {
     refused("radius is not a number", &|state| numbers(state, "grains", "radius")[0] = f64::NAN);
     refused("both must be positive", &|state| numbers(state, "grains", "mass")[3] = 0.0);
     refused("stands twice", &|state| {
+        empty(state, "contacts");
         let ids = words(state, "grains", "id");
         ids[1] = ids[0];
     });

@@ -126,15 +126,14 @@ impl<'a> Source<'a> {
     }
 }
 
-/// On one line, cut where a message would grow long.
+/// On one line, cut where a message would grow long. What cannot be seen is shown as a question mark.
 pub fn short(source: &str) -> String {
     let mut line = String::new();
-    for word in source.split_whitespace() {
+    let shown = |c: char| if c.is_control() && !c.is_whitespace() { '?' } else { c };
+    let seen: String = source.chars().take(1000).map(shown).collect();
+    for word in seen.split_whitespace() {
         let gap = if line.is_empty() { "" } else { " " };
         line.extend([gap, word]);
-        if line.len() > 1000 {
-            break;
-        }
     }
     if line.chars().count() <= 60 {
         return line;

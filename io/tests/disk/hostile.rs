@@ -54,8 +54,8 @@ fn more_text_than_the_file_can_hold() {
     let path = folder.join("text");
     store::write(&path, &sample::small_state()).unwrap();
     let file = File::open_rw(&path).unwrap();
-    let texts = file.group("text").unwrap();
-    texts.new_dataset::<u8>().chunk((64, 1)).deflate(1).shape((ROWS, 1)).create("state.scenario").unwrap();
+    let text = file.group("text").unwrap().new_dataset::<u8>().chunk((64, 1)).deflate(1);
+    text.shape((ROWS, 1)).create("state.scenario").unwrap();
     file.close().unwrap();
     let error = store::read(&path).expect_err("nothing stands behind the text");
     assert!(error.is_damage() && error.to_string().contains("can hold"), "{error}");
