@@ -111,7 +111,7 @@ mod tests {
         };
         let linear = "stiffness_normal = 1e5\nstiffness_tangential = 5e4\ndamping_normal = 1\ndamping_tangential = 1";
         let elastic = "law = \"elastic_rolling\"\nyoung_modulus = 1e8\nstiffness_ratio = 0.5";
-        let hertz = "law = \"hertz_mindlin\"\nshear_modulus = 1e6\npoisson_ratio = 0.2";
+        let hertz = "law = \"hertz_mindlin\"\nshear_modulus = 1e9\npoisson_ratio = 0.2";
         for (law, key) in [(linear, "stiffness_normal"), (elastic, "young_modulus")] {
             let page = page(law);
             assert!(page.contains(&format!("Raise contact.{key} or")), "{page}");

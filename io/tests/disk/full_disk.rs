@@ -74,7 +74,7 @@ fn under_a_limit() {
     let whole: Vec<_> = (0..file.frames()).map(sample::frame).collect();
     assert!(whole.len() > 3);
     assert_eq!(frames::read(&path).unwrap(), whole);
-    assert!(file.append(&sample::frame(0)).is_err());
+    assert!(file.append(&sample::frame(whole.len())).is_err());
     let mut file = FrameFile::open_and_cut(&path, 2).unwrap();
     file.append(&sample::frame(2)).unwrap();
     assert_eq!(frames::read(&path).unwrap(), whole[..3]);
