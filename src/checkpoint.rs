@@ -287,7 +287,7 @@ pub fn state_at(dir: &Path, at: Option<f64>) -> Result<State, Error> {
 /// The kept checkpoint nearest in time; there must be one no farther than the half of what lies between two.
 fn nearest(dir: &Path, at: f64) -> Result<State, Error> {
     let folder = folder(dir);
-    let kept = store::newest(&folder).map_err(|error| Error::User(error.to_string()))?;
+    let kept = store::all(&folder).map_err(|error| Error::User(error.to_string()))?;
     let mut best: Option<(f64, State)> = None;
     let (mut times, mut between): (Vec<f64>, f64) = (Vec::new(), 0.0);
     for (_, path) in kept {

@@ -453,13 +453,18 @@ impl<'t, E: Experiment> Run<'t, E> {
             points: Vec::new(),
         };
         let folder = checkpoint::folder(&core.options.out);
-        let kept = self.experiment.output().checkpoints_kept;
-        let prune = |_: &mut Outputs| match store::prune(&folder, kept) {
-            Ok(_) => Ok(()),
-            Err(error) => Err(Error::Run(error.to_string())),
+        let file = folder.join(store::file_name(core.world.step));
+        let (_, written_before) = self.writing[Written::Checkpoint as usize];
+        let (output, number) = (self.experiment.output(), written_before + 1);
+        let (kept, for_good) = (output.checkpoints_kept, output.checkpoints_for_good as u64);
+        let tidy = |_: &mut Outputs| {
+            let keep = for_good > 0 && number.is_multiple_of(for_good);
+            let tidied = if keep { store::keep_for_good(&file) } else { Ok(()) };
+            let tidied = tidied.and_then(|()| store::prune(&folder, kept));
+            tidied.map(|_| ()).map_err(|error| Error::Run(error.to_string()))
         };
-        let written = checkpoint::write(&folder.join(store::file_name(core.world.step)), head, &core.world);
-        let outcome = written.and_then(|()| core.on_root(prune));
+        let written = checkpoint::write(&file, head, &core.world);
+        let outcome = written.and_then(|()| core.on_root(tidy));
         self.book(Written::Checkpoint, timer);
         (self.saved, self.saved_step) = (Instant::now(), self.core.world.step);
         let step = self.started.elapsed() / (self.core.world.step - self.first_step).max(1) as u32;

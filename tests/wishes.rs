@@ -161,11 +161,31 @@ fn a_second_interrupt_ends_at_once() {
 fn checkpoints_by_the_clock_change_nothing() {
     let _turn = turn();
     let desk = Desk::new();
-    let often = ["--set", "output.checkpoint_wall_interval=0.1", "--set", "output.checkpoints_kept=4"];
+    let often = [
+        "--set",
+        "output.checkpoint_wall_interval=0.1",
+        "--set",
+        "output.checkpoints_kept=4",
+        "--set",
+        "output.checkpoints_for_good=3",
+    ];
     succeeded(&desk.command(2, &[&["run", "job.toml", "--out", "often"], &often[..]].concat()).output().unwrap());
     desk.assert_same("often");
     let found = desk.checkpoints("often");
     assert_eq!(found.len(), 4, "{found:?}");
+    let good = std::fs::read_dir(desk.path("often/checkpoints/for_good")).unwrap().count();
+    assert!(good > 1, "{good}");
+    // The first of them is older than what is kept for a while, and can be exported.
+    let steps = |folder: &str| {
+        let entries = std::fs::read_dir(desk.path(folder)).unwrap().map(|entry| entry.unwrap().file_name());
+        let step = |name: std::ffi::OsString| name.to_str()?.strip_prefix("step-")?.strip_suffix(".h5")?.parse().ok();
+        entries.filter_map(step).min().unwrap()
+    };
+    let [first, kept]: [u64; 2] = ["often/checkpoints/for_good", "often/checkpoints"].map(steps);
+    assert!(first < kept, "{first} {kept}");
+    let at = (first as f64 * 0.4e-6).to_string();
+    let export = ["export", "often", "--at", &at, "--grains", "first.csv"];
+    succeeded(&Command::new(SCREE).args(export).current_dir(desk.folder.path()).output().unwrap());
 }
 
 #[test]

@@ -94,8 +94,10 @@ fn opening(out: &Path, resolved: &str) -> Result<Opening, Error> {
     }
     let log = Log::open(out)?;
     tracing::warn!("warning: {shown} holds a run that ended before its first checkpoint; it is started anew");
-    for name in output::FILES {
-        let path = out.join(name);
+    // Of frames there may be further parts.
+    let parts = std::fs::read_dir(out).into_iter().flatten().flatten().map(|entry| entry.path());
+    let parts = parts.filter(|path| path.extension().is_some_and(|extension| extension == "vtkhdf"));
+    for path in parts.chain(output::FILES.map(|name| out.join(name))) {
         if path.exists() {
             std::fs::remove_file(&path).map_err(|error| {
                 Error::User(format!("{}: {error}. Remove the run with `rm -r {shown}`.", path.display()))

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::read;
 use crate::column::State;
 use crate::error::Error;
-use crate::system::{PARTIAL, refused};
+use crate::system::{PARTIAL, folder, refused};
 
 const DIGITS: usize = 12;
 
@@ -14,6 +14,35 @@ const DIGITS: usize = 12;
 pub fn file_name(step: u64) -> String {
     assert!(step < 10_u64.pow(DIGITS as u32), "step {step} has more than {DIGITS} digits");
     format!("step-{step:012}.h5")
+}
+
+/// Where checkpoints are kept for good, within their folder.
+const FOR_GOOD: &str = "for_good";
+
+/// Gives a checkpoint a second name where nothing is pruned.
+pub fn keep_for_good(path: &Path) -> Result<(), Error> {
+    let good = folder(path).join(FOR_GOOD);
+    fs::create_dir_all(&good).map_err(refused("create", &good))?;
+    let kept = good.join(path.file_name().unwrap_or_default());
+    // Where a file cannot have two names it is copied; one that is there already is of the same step and run.
+    match fs::hard_link(path, &kept) {
+        Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => {
+            fs::copy(path, &kept).map(|_| ()).map_err(refused("keep", &kept))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// All checkpoints of a folder, those kept for good with the others, each step once.
+pub fn all(dir: &Path) -> Result<Vec<(u64, PathBuf)>, Error> {
+    let mut found = newest(dir)?;
+    let good = dir.join(FOR_GOOD);
+    if good.is_dir() {
+        found.extend(newest(&good)?);
+    }
+    found.sort_by_key(|(step, _)| std::cmp::Reverse(*step));
+    found.dedup_by_key(|(step, _)| *step);
+    Ok(found)
 }
 
 /// The checkpoints of a folder with their steps, newest first. Other files are passed over.
