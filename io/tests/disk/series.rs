@@ -45,8 +45,8 @@ fn resuming_gives_the_file_of_an_uninterrupted_run() {
             (rows..7).for_each(|number| series.push(&row(number)).unwrap());
             drop(series);
             fs::write(&broken, fs::read_to_string(&broken).unwrap() + torn).unwrap();
-            let mut series = Series::resume(&broken, &HEADER, rows as usize, digest).unwrap();
-            assert_eq!(series.rows(), rows as usize);
+            let mut series = Series::resume(&broken, &HEADER, rows, digest).unwrap();
+            assert_eq!(series.rows(), rows);
             (rows..10).for_each(|number| series.push(&row(number)).unwrap());
             assert_eq!(fs::read(&broken).unwrap(), fs::read(&whole).unwrap(), "{rows} rows, then {torn:?}");
             fs::remove_file(&broken).unwrap();
