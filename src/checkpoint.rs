@@ -220,9 +220,10 @@ fn not_written(error: scree_io::Error) -> Error {
 
 /// The row of a table that has one.
 fn only<R>(mut rows: Vec<R>, table: &str) -> Result<R, Error> {
-    match (rows.pop(), rows.len()) {
-        (Some(row), 0) => Ok(row),
-        (_, rest) => Err(Error::User(format!("table `{table}` has {} rows, one is wanted", rest + 1))),
+    let count = rows.len();
+    match rows.pop() {
+        Some(row) if count == 1 => Ok(row),
+        _ => Err(Error::User(format!("table `{table}` has {count} rows, one is wanted"))),
     }
 }
 

@@ -49,14 +49,18 @@ fn block(dimension: usize, velocity: [f64; 3], more: &str) -> String {
 /// What a run on 1, 2, 3 ranks stops with, the same on all.
 #[track_caller]
 fn stops(text: &str) -> String {
-    let job: Job = parse(text);
+    stops_of(&parse(text))
+}
+
+#[track_caller]
+fn stops_of(job: &Job) -> String {
     let folder = tempfile::tempdir().unwrap();
     let found: Vec<String> = [1, 2, 3]
         .into_iter()
         .flat_map(|ranks| {
             let out = folder.path().join(ranks.to_string());
             threads::run(ranks, |rank| {
-                let error = start::start(&job, &options(&out), &rank).expect_err("the run went on to its end");
+                let error = start::start(job, &options(&out), &rank).expect_err("the run went on to its end");
                 assert_eq!(error.exit_code(), 3, "{error}");
                 error.to_string().split(". ").next().unwrap().to_string()
             })
@@ -84,9 +88,13 @@ fn points_that_leave_the_grid_are_named_and_never_dropped() {
 #[test]
 fn a_body_that_outruns_the_step_is_stopped_with_the_step_it_needs() {
     for dimension in [2, 3] {
-        let gravity = format!("[gravity]\nacceleration = {:?}", &[4000.0, 0.0, 0.0][..dimension]);
-        let text = block(dimension, [0.0; 3], &gravity).replace("step = 1e-3", "step = 4e-3").replace("0.01", "0.004");
-        let found = stops(&text);
+        let text = block(dimension, [0.0; 3], "").replace("step = 1e-3", "step = 4e-3").replace("0.01", "0.004");
+        let mut job = parse(&text);
+        // More than a job may ask for, so that the first step is too long already.
+        if let Job::Mpm(job) = &mut job {
+            job.gravity.acceleration = [4000.0, 0.0, 0.0];
+        }
+        let found = stops_of(&job);
         println!("{found}");
         assert!(found.contains("step 1, time 4.000000e-3 s: point"), "{found}");
         assert!(found.contains("moves at 1.600e1 m/s among waves of 1.160e1 m/s"), "{found}");
