@@ -136,7 +136,7 @@ fn a_limit_of_time_is_kept_and_used() {
     assert_eq!(ended.status.code(), Some(4), "{}", words(&ended));
     // The launcher takes some tenths of a second for itself.
     assert!(took > Duration::from_secs(2) && took < Duration::from_millis(5500), "{took:?}");
-    assert_eq!(desk.checkpoints("timed").len(), 1);
+    assert!(!desk.checkpoints("timed").is_empty());
     let ended = desk.ended(&["run", "job.toml", "--out", "never", "--time-limit", "soon"]);
     assert_eq!(ended.status.code(), Some(2));
     assert!(words(&ended).contains("\"soon\" is no time. Write hours:minutes:seconds"), "{}", words(&ended));
