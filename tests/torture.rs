@@ -147,7 +147,7 @@ impl Torture {
         Some(file.file_name().unwrap().to_string_lossy().into_owned())
     }
 
-    /// The run's folder as it is, under another name.
+    /// A folder as it is, under another name.
     fn copy(&self, from: &str, to: &str) {
         let _ = std::fs::remove_dir_all(self.path(to));
         let copied = Command::new("cp").arg("-r").arg(self.path(from)).arg(self.path(to)).status().unwrap();
@@ -193,7 +193,7 @@ impl Torture {
                     }
                     code => panic!("{code:?} after damage to {damaged:?}: {said}"),
                 }
-            } else if self.dice.below(3) == 0 {
+            } else if self.dice.below(3) == 0 && self.path("tortured").is_dir() {
                 if damaged.is_empty() {
                     self.copy("tortured", "whole");
                 }
