@@ -96,8 +96,6 @@ mod spoilt_points;
 mod stops;
 /// The style that no compiler holds: one door to inexact mathematics, no ranks in physics, short files.
 mod tidy;
-/// A hybrid run that is killed and damaged again and again ends in the same bits, or says which file is to blame.
-mod torture;
 /// Two grains: the damped oscillator's closed form, linear and angular momentum, and LAMMPS' record of two collisions.
 mod two_grains;
 /// A ring that is sheared to and fro inside a resting square by the body force that this takes: order 2 in the plane.
