@@ -69,6 +69,8 @@ pub struct Body<S: Space> {
     /// of the series.
     pub impulse: S::Vector,
     pub impulse_angular: S::Spin,
+    /// Impulse of the material on the body since the start, N s.
+    pub impulse_whole: S::Vector,
     /// Work that the body has done on the material since the start, J.
     pub work: f64,
 }
@@ -79,6 +81,8 @@ pub struct Burden<S: Space> {
     /// Of grains, glued or touching, N and N m about the body's origin.
     pub force: S::Vector,
     pub torque: S::Spin,
+    /// Share of the step by which the force moves grains: a half in the first of a run, whose velocities are of time zero.
+    pub kick: f64,
     /// Of the nodes that the body holds, kg and, with the forces of this step, N s.
     pub node_mass: f64,
     pub node_momentum: S::Vector,
@@ -111,6 +115,7 @@ impl<S: Space> Body<S> {
             spin: S::Spin::zero(),
             impulse: zero,
             impulse_angular: S::Spin::zero(),
+            impulse_whole: zero,
             work: 0.0,
         }
     }
@@ -119,7 +124,8 @@ impl<S: Space> Body<S> {
     pub fn take_motion_of(&mut self, other: &Self) {
         self.displacement = other.displacement;
         (self.velocity, self.spin) = (other.velocity, other.spin);
-        (self.impulse, self.impulse_angular, self.work) = (other.impulse, other.impulse_angular, other.work);
+        (self.impulse, self.impulse_angular) = (other.impulse, other.impulse_angular);
+        (self.impulse_whole, self.work) = (other.impulse_whole, other.work);
     }
 
     /// y of a plate's face now, m; of other shapes zero.
@@ -142,7 +148,12 @@ impl<S: Space> Body<S> {
     /// Whether its own account of the step asks for nodes: a plate takes what its nodes give, a servo moves what it holds.
     /// What nodes do to other bodies is counted where they are held.
     pub fn feels_nodes(&self) -> bool {
-        matches!(self.shape, Shape::Plate { .. }) || (self.grip.is_some() && self.servo.is_some())
+        matches!(self.shape, Shape::Plate { .. }) || self.carries()
+    }
+
+    /// Whether a servo moves nodes with it.
+    pub fn carries(&self) -> bool {
+        self.grip.is_some() && self.servo.is_some()
     }
 
     /// Whether grains touch it by contacts, beside those glued to it.
@@ -218,6 +229,7 @@ impl<S: Space> Body<S> {
         let impulse = burden.force * dt + burden.node_momentum - self.velocity * burden.node_mass;
         let turn = burden.torque * dt;
         self.impulse += impulse;
+        self.impulse_whole += impulse - burden.force * ((1.0 - burden.kick) * dt);
         self.impulse_angular += turn;
         // By the mean of the velocities on either side of the force: the work that changes kinetic energies by as much.
         self.work -= 0.5 * (impulse.dot(&(before + self.velocity)) + turn.dot(&(spin_before + self.spin)));
@@ -299,6 +311,7 @@ impl<S: Space> Record for Body<S> {
         visitor.f64s("spin", self.spin.as_mut_slice());
         visitor.f64s("impulse", self.impulse.as_mut_slice());
         visitor.f64s("impulse_angular", self.impulse_angular.as_mut_slice());
+        visitor.f64s("impulse_whole", self.impulse_whole.as_mut_slice());
         visitor.f64s("work", std::slice::from_mut(&mut self.work));
     }
 }

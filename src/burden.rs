@@ -47,9 +47,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             })?;
         }
         // Velocities are those of the middle of the step, so that the way of a body is the integral of its path.
-        let time = self.time() + 0.5 * self.settings.dt;
+        let (dt, kick) = (self.dt_of_continuum(), self.kick_share());
+        let time = self.time() + 0.5 * dt;
         for (body, slots) in self.bodies.iter_mut().zip(sums.chunks_exact(BODY_SLOTS)) {
-            body.accelerate(&burden(slots), time, self.settings.dt);
+            body.accelerate(&burden(slots, kick), time, dt);
         }
         Ok(())
     }
@@ -76,19 +77,21 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// What the nodes of this rank bring along that bodies move with them.
     fn add_nodes<const SLOTS: usize>(&self, sums: &mut ExactSum<SLOTS>) {
-        let (gravity, dt) = (self.gravity_now(), self.settings.dt);
+        let (gravity, dt) = (self.gravity_now(), self.dt_of_continuum());
         let mut add = |body: usize, momentum: &S::Vector, mass: f64| {
             for axis in 0..S::DIMENSION {
                 sums.add(BODY_SLOTS * body + 6 + axis, momentum[axis]);
             }
             sums.add(BODY_SLOTS * body + 9, mass);
         };
-        for (node, sum) in self.nodes.mosaic.owned.iter().zip(&self.tiles.sums) {
-            if sum.mass() <= 0.0 {
+        let carries = self.bodies.iter().any(Body::carries);
+        for (node, sum) in self.nodes.mosaic.owned.iter().zip(&self.tiles.sums).filter(|(_, sum)| sum.mass() > 0.0) {
+            let holder = Self::holder(&self.bodies, self.node_height(node.place), self.layout.cell);
+            if holder.is_none() && !carries {
                 continue;
             }
             let momentum = sum.momentum() + sum.force() * dt + gravity * (sum.mass() * dt);
-            if let Some(body) = Self::holder(&self.bodies, self.node_height(node.place), self.layout.cell) {
+            if let Some(body) = holder {
                 add(body, &momentum, sum.mass());
                 continue;
             }
@@ -104,10 +107,11 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 }
 
 /// The burden of a body from its sums.
-fn burden<S: Space>(slots: &[f64]) -> Burden<S> {
+fn burden<S: Space>(slots: &[f64], kick: f64) -> Burden<S> {
     let mut burden: Burden<S> = Burden {
         force: S::Vector::zero(),
         torque: S::Spin::zero(),
+        kick,
         node_mass: slots[9],
         node_momentum: S::Vector::zero(),
     };

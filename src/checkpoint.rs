@@ -9,13 +9,14 @@ use scree_io::{digest, store};
 
 use crate::body::Body;
 use crate::dem::cell::Cell;
-use crate::dem::grains::GrainRow;
+use crate::dem::grains::{GrainRow, Tie};
 use crate::error::Error;
 use crate::hybrid::oracle::{LOOKS, Memory};
 use crate::hybrid::track::Instants;
 use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalMemory, MaterialLaw, MaterialMemory};
 use crate::mpm::points::Point;
+use crate::observe::conservation::Kept;
 use crate::observe::ledger::Entry;
 use crate::rebuild::Home;
 use crate::record::{Record, Visitor, to_table};
@@ -48,6 +49,8 @@ pub struct Progress {
     pub enriched_step: u64,
     pub oracle: Memory,
     pub instants: Instants,
+    /// What there was at the start, for the account of what is kept.
+    pub kept: Kept,
     /// The account of energy; empty where none is kept.
     pub ledger: Vec<Entry>,
     /// Impulses on what holds nodes since the last row; empty where nothing does.
@@ -69,6 +72,7 @@ impl Record for Progress {
         visitor.f64s("oracle_clocks", &mut self.oracle.clocks[..LOOKS]);
         visitor.f64s("oracle_unchanged_since", std::slice::from_mut(&mut self.oracle.unchanged_since));
         visitor.u64("track_every", &mut self.instants.every);
+        self.kept.visit(visitor);
     }
 }
 
@@ -121,6 +125,7 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
             to_table("bodies_home", &mut at_home, &mut Body::blank()),
         ];
         tables.extend(tables::of_grains(&mut self.grains));
+        tables.push(tables::of_ties(&self.grains));
         // A run without an account has no table of it.
         if !progress.ledger.is_empty() {
             tables.push(to_table("ledger", &mut progress.ledger, &mut Entry::default()));
@@ -183,7 +188,10 @@ pub fn write<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
         pieces.iter().try_for_each(|piece| writer.append(piece)).map_err(not_written)
     };
     let grains = |rows| world.grain_rows(rows);
-    transfer::stream(transport, world.grains.owned, grains, |mut rows| append(&tables::of_grains(&mut rows)))?;
+    transfer::stream(transport, world.grains.owned, grains, |mut rows| {
+        append(&tables::of_grains(&mut rows))?;
+        append(&[tables::of_ties(&rows)])
+    })?;
     let points = |rows: Range<usize>| rows.map(|row| world.points.row(row)).collect();
     transfer::stream(transport, world.points.len(), points, |mut rows| append(&[tables::of_points(&mut rows)]))?;
     let finished = writer.map_or(Ok(()), |writer| writer.finish().map_err(not_written));
@@ -191,21 +199,22 @@ pub fn write<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
 }
 
 /// Rows over all ranks of the tables that come in pieces.
-fn row_totals<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> [(&'static str, usize); 3] {
+fn row_totals<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> [(&'static str, usize); 4] {
     let contacts = |row: usize| {
         let id = world.grains.cold[row].id;
         world.carried_by(row).filter(|(partner, _)| tables::stands_with(id, *partner)).count()
     };
     let grains = world.grains.owned;
     let contacts = (0..grains).map(contacts).sum::<usize>();
-    let mut totals = [grains as i64, contacts as i64, world.points.len() as i64];
+    let ties = world.grains.ties.iter().filter(|tie| **tie != Tie::loose()).count();
+    let mut totals = [grains as i64, contacts as i64, ties as i64, world.points.len() as i64];
     world.transport.sum(&mut totals);
-    let [grains, contacts, points] = totals.map(|total| total as usize);
-    [("grains", grains), ("contacts", contacts), ("points", points)]
+    let [grains, contacts, ties, points] = totals.map(|total| total as usize);
+    [("grains", grains), ("contacts", contacts), ("ties", ties), ("points", points)]
 }
 
 /// A file with all tables, where those of `totals` have their rows to come.
-fn begin(path: &Path, head: &State, totals: [(&str, usize); 3]) -> Result<Writer, Error> {
+fn begin(path: &Path, head: &State, totals: [(&str, usize); 4]) -> Result<Writer, Error> {
     let mut writer = Writer::create(path, &head.attributes).map_err(not_written)?;
     for table in &head.tables {
         let total = totals.iter().find(|(name, _)| *name == table.name);

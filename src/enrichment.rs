@@ -62,13 +62,13 @@ fn displacement(position: &Vector, cold: &Cold<Plane>, cell: &Cell<Plane>) -> Ve
 
 /// Takes the tracks of all points at their instants; `instants` says which steps these are.
 pub fn track<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, instants: &mut Instants) {
-    if instants.every == 0 || !world.step.is_multiple_of(instants.every) {
+    if instants.every == 0 || !world.is_due(instants.every) {
         return;
     }
     if instants.full() {
         instants.thin();
         world.points.cold.iter_mut().for_each(|cold| cold.track.thin());
-        if !world.step.is_multiple_of(instants.every) {
+        if !world.is_due(instants.every) {
             return;
         }
     }

@@ -10,7 +10,7 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::layout::Layout;
 use crate::mpm::boundary::{Grip, Hold, absorbed};
-use crate::mpm::tile::OwnedNode;
+use crate::mpm::tile::{Gathered, GrainNode, OwnedNode};
 use crate::observe::ledger::Entry;
 use crate::scenario::mpm::{Boundary, ShapeFunction, StressUpdate, Transfer};
 use crate::space::{Linear, Space};
@@ -48,7 +48,7 @@ impl Grid {
 }
 
 /// Impulses (N s) and angular impulses about the bodies' origins (N m s) that the material gave to faces and bodies through
-/// nodes since they were last taken; this rank's share. Exact, so that no order and no rank shows.
+/// nodes since they were last taken, and impulses of loads on the material; this rank's share. Exact, so that no order and no rank shows.
 #[derive(Clone, Debug, Default)]
 pub struct Reactions {
     sums: ExactSum<REACTIONS>,
@@ -57,7 +57,9 @@ pub struct Reactions {
 const FACES: usize = 6;
 const PER_BODY: usize = 6;
 /// Slots of [`Reactions`].
-pub const REACTIONS: usize = 3 * FACES + PER_BODY * BODIES_MAX;
+pub const REACTIONS: usize = LOADS + 3;
+/// The first of those of loads.
+const LOADS: usize = 3 * FACES + PER_BODY * BODIES_MAX;
 
 impl Reactions {
     pub(crate) fn merge(&mut self, other: &Self) {
@@ -84,6 +86,22 @@ impl Reactions {
             self.sums.add(first + 3 + component, turn[component]);
         }
     }
+}
+
+/// Impulse of faces, bodies and loads on the material, by those of [`World::take_reactions`], N s.
+pub fn impulse_on_material(reactions: &[f64; REACTIONS]) -> [f64; 3] {
+    let faces = reactions[..3 * FACES].chunks_exact(3);
+    let bodies = reactions[3 * FACES..LOADS].chunks_exact(PER_BODY);
+    let taken = |axis: usize| faces.clone().chain(bodies.clone()).map(|impulse| impulse[axis]).sum::<f64>();
+    std::array::from_fn(|axis| reactions[LOADS + axis] - taken(axis))
+}
+
+/// Sizes of the same together, face by face, body by body and of all loads, N s.
+pub fn impulse_sizes(reactions: &[f64; REACTIONS]) -> f64 {
+    let size = |impulse: &[f64]| impulse[..3].iter().map(|part| part * part).sum::<f64>().sqrt();
+    let (faces, rest) = reactions.split_at(3 * FACES);
+    let (bodies, loads) = rest.split_at(PER_BODY * BODIES_MAX);
+    faces.chunks_exact(3).chain(bodies.chunks_exact(PER_BODY)).map(size).sum::<f64>() + size(loads)
 }
 
 /// Impulse on a face among those of [`World::take_reactions`], N s.
@@ -119,11 +137,74 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         Ok(())
     }
 
+    /// Books the impulse of loads over the step under way.
+    pub(crate) fn book_loads(&mut self) {
+        let dt = self.dt_of_continuum();
+        for (_, push) in &self.points.loaded {
+            for axis in 0..S::DIMENSION {
+                self.reactions.sums.add(LOADS + axis, push[axis] * dt);
+            }
+        }
+    }
+
+    /// Impulses that have not been taken yet, and that stay so; as those of [`World::take_reactions`]. Collective.
+    pub fn reactions_so_far(&self) -> Result<[f64; REACTIONS], Error> {
+        self.reduce(self.reactions.sums.clone())
+    }
+
     /// Impulses on faces and bodies through nodes since they were last taken, of all ranks: per face (lower and upper of
-    /// each axis) three components, then per body three of impulse and three of angular impulse. Collective.
+    /// each axis) three components, then per body three of impulse and three of angular impulse; last three of loads on the
+    /// material. Collective.
     pub fn take_reactions(&mut self) -> Result<[f64; REACTIONS], Error> {
         let sums = std::mem::take(&mut self.reactions).sums;
         self.reduce(sums)
+    }
+}
+
+/// What a phase does with the velocities of nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Moment {
+    /// Forces act.
+    Step,
+    /// The velocities that points brought, held where they are held once forces act: were parting told by these velocities
+    /// alone, a node under load that swings by a little would part and be held in turn, and take energy from nowhere.
+    Look,
+}
+
+/// Everything that pushes and holds nodes beside their own forces.
+pub(crate) struct Holders<'a, S: Space> {
+    pub grid: &'a Grid,
+    pub layout: &'a Layout,
+    pub bodies: &'a [Body<S>],
+    pub periods: &'a Cell<S>,
+    pub gravity: S::Vector,
+    pub moment: Moment,
+}
+
+impl<S: Space> Holders<'_, S> {
+    /// What becomes of the velocity `free` of a node that points and grains have made, over a time `dt`.
+    pub fn on(
+        &self,
+        free: S::Vector,
+        node: &OwnedNode,
+        (points, grains): (&Gathered<S>, &GrainNode<S>),
+        dt: f64,
+        reactions: &mut Reactions,
+    ) -> S::Vector {
+        let place: S::Vector = self.layout.node_at(node.place);
+        if let Some(body) = self.bodies.iter().find(|body| body.holds(place[1], self.layout.cell)) {
+            return body.velocity;
+        }
+        let looks = self.moment == Moment::Look;
+        let mut booked = if looks { None } else { Some(reactions) };
+        let mass = points.mass() + grains.mass;
+        let forces = if looks { points.force() * (dt / mass) + self.gravity * dt } else { S::Vector::zero() };
+        let (brought, at) = (points.momentum() + grains.momentum, (self.grid, self.layout));
+        let pushed = absorbed_by_faces::<S>(free + forces, &brought, at, node, (mass, dt), booked.as_deref_mut());
+        let velocity = if looks { free } else { pushed };
+        let among = (self.bodies, self.periods);
+        let held = held_by_bodies([velocity, pushed], among, &place, mass, booked.as_deref_mut());
+        held_by_faces::<S>(held, self.grid, self.layout, node, mass, booked)
     }
 }
 
@@ -154,10 +235,10 @@ pub(crate) fn held_by_bodies<S: Space>(
 }
 
 /// Velocity of a node after the dashpots of every face that absorbs and at or behind which it lies: forces like others, before
-/// anything holds it. `before` is its velocity before forces.
+/// anything holds it. `momentum` is its own before forces.
 pub(crate) fn absorbed_by_faces<S: Space>(
     mut velocity: S::Vector,
-    before: &S::Vector,
+    momentum: &S::Vector,
     (grid, layout): (&Grid, &Layout),
     node: &OwnedNode,
     (mass, dt): (f64, f64),
@@ -176,8 +257,9 @@ pub(crate) fn absorbed_by_faces<S: Space>(
     };
     // Of all faces together, for at an edge none comes first.
     let dashpots: [f64; 3] = std::array::from_fn(|component| faces().map(|(axis, _)| dashpot(axis, component)).sum());
+    let before = *momentum * (1.0 / mass);
     for (axis, upper) in faces() {
-        let mut impulse = *before;
+        let mut impulse = before;
         for component in 0..S::DIMENSION {
             impulse[component] *= absorbed([dashpot(axis, component), dashpots[component]], mass, dt);
         }

@@ -3,36 +3,27 @@
 
 use rayon::prelude::*;
 
-use crate::grid::{Grid, Reactions, absorbed_by_faces, held_by_bodies, held_by_faces};
+use crate::dem::grains::Grains;
+use crate::grid::{Grid, Holders, Moment, Reactions};
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::mpm::gather::{Taken, Taking, correct_grains, gather_points};
-use crate::mpm::nodes;
+use crate::mpm::nodes::{self, Stepped};
 use crate::mpm::points::Points;
 use crate::mpm::scatter::{scatter_grains, scatter_loads, scatter_points};
-use crate::mpm::tile::{Advanced, Gathered, GrainNode, NODE_WORDS, OwnedNode, Tier, Tiles};
+use crate::mpm::tile::{Advanced, Gathered, GrainChange, GrainNode, NODE_WORDS, OwnedNode, Tier, Tiles};
 use crate::observe::phases::Phase;
 use crate::parallel::{over_blocks, over_rows};
 use crate::scenario::mpm::{StressUpdate, Transfer};
 use crate::space::{Linear, Space};
 use crate::world::{GRAIN_WORDS_PLANE, GRAIN_WORDS_SOLID, World};
 
-/// What a phase does with the velocities of nodes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Moment {
-    /// Forces act.
-    Step,
-    /// The velocities that points brought, held where they are held once forces act: were parting told by these velocities
-    /// alone, a node under load that swings by a little would part and be held in turn, and take energy from nowhere.
-    Look,
-}
-
-/// Numbers of a node in a message, in the plane and in space: mass, momentum and force of points, mass and momentum of
-/// grains; velocity and its change for points, and the change for grains.
+/// Numbers of a node in a message, in the plane and in space: mass, momentum and force of points, and what grains bring;
+/// velocity and its change for points, and the changes for grains.
 const GATHERED: [usize; 2] = [5, 7];
-const GRAINS: [usize; 2] = [3, 4];
+pub(crate) const GRAINS: [usize; 2] = [5, 7];
 const ADVANCED: [usize; 2] = [4, 6];
-const CHANGES: [usize; 2] = [2, 3];
+pub(crate) const CHANGES: [usize; 2] = [5, 7];
 
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Whether grains and continuum share nodes.
@@ -66,6 +57,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         }
         self.scatter_grains();
         self.fill_by_points();
+        self.begin_cycle();
     }
 
     /// The second half: nodes advance, and grains and points take from them what they need.
@@ -112,7 +104,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// What loads are on their points now.
     fn push_loaded(&mut self) {
-        let time = self.time() + 0.5 * self.settings.dt;
+        let time = self.time() + 0.5 * self.dt_of_continuum();
         let (points, loads) = (&mut self.points, &self.settings.loads);
         for (row, push) in &mut points.loaded {
             let (hot, mut borne) = (&points.hot[*row as usize], points.cold[*row as usize].loads);
@@ -150,19 +142,21 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.phases.stop(Phase::Scatter, timer);
     }
 
-    fn scatter_grains(&mut self) {
+    pub(crate) fn scatter_grains(&mut self) {
         if !self.is_coupled() {
             return;
         }
         let timer = self.phases.start();
         let len = self.nodes.mosaic.nodes_per_tile;
         let rows = self.nodes.mosaic.rows();
-        let (frames, coupled, movers) = (&self.frames, &self.coupled, &self.grains.movers);
-        let (hot, tiles) = (&mut self.grains.hot[..self.grains.owned], &mut self.tiles.grains[..rows]);
+        let (frames, coupled) = (&self.frames, &self.coupled);
+        let Grains { hot, ties, movers, owned, .. } = &mut self.grains;
+        let (hot, tiles) = (&mut hot[..*owned], &mut self.tiles.grains[..rows]);
         over_blocks(&self.grain_ranges, hot, len, tiles, &|block, range, hot, tile| {
             tile.fill(GrainNode::zero());
             if coupled[block] {
-                scatter_grains(&frames[block], hot, &movers[range], tile);
+                let beside = (&ties[range.clone()], &movers[range.clone()]);
+                scatter_grains(&frames[block], hot, beside, tile);
             }
         });
         self.phases.stop(Phase::Couple, timer);
@@ -192,8 +186,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             |world, row| {
                 let mut words = first_words::<W>(&world.tiles.gathered[row].0);
                 if let Some(of_grains) = world.tiles.grains.get(row) {
-                    words[grains] = of_grains.mass;
-                    (0..S::DIMENSION).for_each(|axis| words[grains + 1 + axis] = of_grains.momentum[axis]);
+                    of_grains.write(&mut words[grains..]);
                 }
                 words
             },
@@ -201,8 +194,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             |world, row, words: [f64; W]| {
                 world.tiles.gathered[row] = Gathered::of(padded(&words[..grains]));
                 if let Some(of_grains) = world.tiles.grains.get_mut(row) {
-                    of_grains.mass = words[grains];
-                    of_grains.momentum.as_mut_slice().copy_from_slice(&words[grains + 1..]);
+                    *of_grains = GrainNode::read(&words[grains..]);
                 }
             },
         );
@@ -240,7 +232,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             |world, row| {
                 let mut words = first_words::<W>(&world.tiles.advanced[row].0);
                 if let Some(change) = world.tiles.grain_changes.get(row) {
-                    (0..S::DIMENSION).for_each(|axis| words[changes + axis] = change[axis]);
+                    change.write(&mut words[changes..]);
                 }
                 words
             },
@@ -248,7 +240,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             |world, row, words: [f64; W]| {
                 world.tiles.advanced[row] = Advanced::of(padded(&words[..changes]));
                 if let Some(change) = world.tiles.grain_changes.get_mut(row) {
-                    change.as_mut_slice().copy_from_slice(&words[changes..]);
+                    *change = GrainChange::read(&words[changes..]);
                 }
             },
         );
@@ -262,36 +254,25 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn advance_nodes(&mut self, tier: Tier, moment: Moment) {
         let timer = self.phases.start();
-        let (coupled, cell) = (self.is_coupled(), self.layout.cell);
-        let (step, looks) = (self.settings.dt, moment == Moment::Look);
-        let dt = if looks { 0.0 } else { step };
-        let gravity = self.gravity_now();
+        let (coupled, dt_grains, dt) = (self.is_coupled(), self.settings.dt, self.dt_of_continuum());
+        let (gravity, looks) = (self.gravity_now(), moment == Moment::Look);
         let Self { nodes, tiles, bodies, layout, settings, reactions, cell: periods, .. } = self;
-        let (mosaic, Tiles { sums, grain_sums, advanced, grain_changes, .. }) = (&nodes.mosaic, tiles);
+        let (mosaic, Tiles { sums, grain_sums, advanced, grain_changes, strides, .. }) = (&nodes.mosaic, tiles);
         let (per_tile, len, rows) = (mosaic.owned_per_tile(), mosaic.nodes_per_tile, mosaic.rows());
+        let holders = Holders { grid: &settings.grid, layout, bodies, periods, gravity, moment };
         let grains_at = |number: usize| if coupled { grain_sums[number] } else { GrainNode::zero() };
         let advance = |node: &OwnedNode, number: usize, reactions: &mut Reactions| {
             let (sum, grains) = (&sums[number], grains_at(number));
-            let mass = sum.mass() + grains.mass;
-            let place: S::Vector = layout.node_at(node.place);
-            let holder = bodies.iter().position(|body| body.holds(place[1], cell));
-            let mut booked = if looks { None } else { Some(reactions) };
-            let hold = |free: S::Vector| match holder {
-                Some(body) => bodies[body].velocity,
-                None => {
-                    let forces = if looks { sum.force() * (step / mass) + gravity * step } else { S::Vector::zero() };
-                    let booked = &mut booked;
-                    let before = (sum.momentum() + grains.momentum) * (1.0 / mass);
-                    let (grid, at) = (&settings.grid, (&settings.grid, &*layout));
-                    let pushed =
-                        absorbed_by_faces::<S>(free + forces, &before, at, node, (mass, step), booked.as_deref_mut());
-                    let velocity = if looks { free } else { pushed };
-                    let held =
-                        held_by_bodies([velocity, pushed], (bodies, periods), &place, mass, booked.as_deref_mut());
-                    held_by_faces::<S>(held, grid, layout, node, mass, booked.as_deref_mut())
-                }
-            };
-            nodes::advance(sum, &grains, &gravity, dt, hold)
+            if sum.mass() <= 0.0 {
+                return (Advanced::zero(), nodes::without_points(&grains));
+            }
+            let (mut dt, mut brought) = (dt, sum.momentum() * (1.0 / sum.mass()));
+            if let Some(stride) = strides.get(number).filter(|stride| stride.taken > 0) {
+                (dt, brought) = (dt - stride.taken as f64 * dt_grains, stride.brought);
+            }
+            let hold = |free: S::Vector| holders.on(free, node, (sum, &grains), dt, reactions);
+            let Stepped { velocity, grains } = nodes::step(sum, &grains, &gravity, if looks { 0.0 } else { dt }, hold);
+            (Advanced::new(&velocity, &(velocity - brought)), grains)
         };
         // Tiles whose nodes together are worth a task; the nodes of a block have their rows in its own tile.
         let together = mosaic.tiles_per_task();
@@ -299,62 +280,68 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             let of_task = &mosaic.tiers[first..(first + together).min(mosaic.tiles)];
             (first..).zip(of_task).filter(move |(_, of)| **of == tier).map(|(tile, _)| tile)
         };
-        let tasks = advanced[..rows].par_chunks_mut(len * together).enumerate().map(|(task, advanced)| {
+        let of_task = |task: usize, advanced: &mut [Advanced<S>], changes: &mut [GrainChange<S>]| {
             let (mut booked, first) = (Reactions::default(), task * together);
             for tile in wanted(first) {
                 for number in tile * per_tile..(tile + 1) * per_tile {
                     let node = &mosaic.owned[number];
-                    advanced[node.row as usize - first * len] = advance(node, number, &mut booked);
+                    let row = node.row as usize - first * len;
+                    let (of_points, of_grains) = advance(node, number, &mut booked);
+                    advanced[row] = of_points;
+                    if let Some(change) = changes.get_mut(row) {
+                        *change = of_grains;
+                    }
                 }
             }
             booked
-        });
-        reactions.merge(&tasks.reduce(Reactions::default, Reactions::merged));
-        if coupled {
-            grain_changes[..rows].par_chunks_mut(len * together).enumerate().for_each(|(task, changes)| {
-                let first = task * together;
-                for tile in wanted(first) {
-                    for number in tile * per_tile..(tile + 1) * per_tile {
-                        let row = mosaic.owned[number].row as usize;
-                        changes[row - first * len] =
-                            nodes::correction(&sums[number], &grain_sums[number], &advanced[row]);
-                    }
-                }
-            });
-        }
+        };
+        let tasks = advanced[..rows].par_chunks_mut(len * together);
+        let booked = match coupled {
+            true => {
+                let tasks = tasks.zip(grain_changes[..rows].par_chunks_mut(len * together)).enumerate();
+                let booked = tasks.map(|(task, (advanced, changes))| of_task(task, advanced, changes));
+                booked.reduce(Reactions::default, Reactions::merged)
+            }
+            false => {
+                let booked = tasks.enumerate().map(|(task, advanced)| of_task(task, advanced, &mut []));
+                booked.reduce(Reactions::default, Reactions::merged)
+            }
+        };
+        reactions.merge(&booked);
         self.phases.stop(Phase::Nodes, timer);
     }
 
     /// Gravity over this step, m/s2.
     pub(crate) fn gravity_now(&self) -> S::Vector {
         let (gravity, ramp) = (self.settings.field.gravity, self.settings.grid.gravity_ramp);
-        let time = self.time() + 0.5 * self.settings.dt;
+        let time = self.time() + 0.5 * self.dt_of_continuum();
         if time < ramp { gravity * (time / ramp) } else { gravity }
     }
 
-    fn correct_grains(&mut self, tier: Tier) {
+    pub(crate) fn correct_grains(&mut self, tier: Tier) {
         if !self.is_coupled() {
             return;
         }
         let timer = self.phases.start();
         let len = self.nodes.mosaic.nodes_per_tile;
-        let rows = self.nodes.mosaic.rows();
-        let (frames, coupled, movers) = (&self.frames, &self.coupled, &self.grains.movers);
-        let (hot, tiles) = (&mut self.grains.hot[..self.grains.owned], &mut self.tiles.grain_changes[..rows]);
-        let tiers = &self.nodes.mosaic.tiers;
-        over_blocks(&self.grain_ranges, hot, len, tiles, &|block, range, hot, tile| {
+        let (frames, coupled, ranges) = (&self.frames, &self.coupled, &self.grain_ranges);
+        let (tiers, tiles) = (&self.nodes.mosaic.tiers, &self.tiles.grain_changes);
+        let Grains { hot, ties, movers, owned, .. } = &mut self.grains;
+        over_rows(ranges, &mut hot[..*owned], ties, &|block, hot, ties| {
             if coupled[block] && tiers[block] == tier {
-                correct_grains(&frames[block], tile, hot, &movers[range]);
+                let tile = &tiles[block * len..(block + 1) * len];
+                correct_grains(&frames[block], tile, hot, ties, &movers[ranges[block].clone()]);
             }
+            0.0
         });
         self.phases.stop(Phase::Couple, timer);
     }
 
     fn gather_points(&mut self, tier: Tier, taken: Taken) {
         let timer = self.phases.start();
-        let (len, settings) = (self.nodes.mosaic.nodes_per_tile, &self.settings);
+        let (len, settings, dt) = (self.nodes.mosaic.nodes_per_tile, &self.settings, self.dt_of_continuum());
         let Grid { shape, transfer, .. } = settings.grid;
-        let taking = Taking { shape, transfer, taken, dt: settings.dt, instructions: self.contacts.instructions() };
+        let taking = Taking { shape, transfer, taken, dt, instructions: self.contacts.instructions() };
         let (frames, tiers, tiles) = (&self.frames, &self.nodes.mosaic.tiers, &self.tiles.advanced);
         // Affine fields, and ways where places wait for the strain.
         let waits = matches!(taken, Taken::Velocity | Taken::StrainThenPlace);

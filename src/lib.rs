@@ -7,6 +7,7 @@
 //! * [`world`]: the state in blocks and the step as a table of contents; [`rebuild`], [`balance`] and [`layout`]: who holds what; [`plan`]: what it would cost elsewhere;
 //!   [`enrichment`]: grains for points. These alone call the partition.
 //! * [`dem`], [`mpm`], [`hybrid`]: grains, continuum, and what couples them. They do not know ranks.
+//! * [`calibrate`]: the figures of the continuum from element tests of a job's grains.
 //! * [`law`]: forces and stresses; [`space`], [`symmetric`], [`lane`], [`numbers`], [`math`], [`ids`]: the ground.
 //!
 //! One word, one thing: a *block* owns *cells*, a *tile* holds its *nodes*; a *grain* is DEM, a *point* is MPM, a *contact* a
@@ -18,10 +19,12 @@ pub mod balance;
 pub mod bench;
 pub mod body;
 pub mod burden;
+pub mod calibrate;
 pub mod changes;
 pub mod checkpoint;
 pub mod cli;
 pub mod continuum;
+pub mod cycle;
 pub mod dem;
 pub mod enrichment;
 pub mod error;

@@ -94,8 +94,16 @@ pub fn claim(dir: &Path, scenario: &str) -> Result<(), Error> {
     let refused = |error: std::io::Error| {
         Error::User(format!("{}: cannot make the run directory: {error}; give another with --out", dir.display()))
     };
-    fs::create_dir_all(crate::checkpoint::folder(dir)).map_err(refused)?;
-    fs::write(scenario_file(dir), scenario).map_err(refused)
+    // Aside, so that a folder of a run is never without its job, whenever this ends.
+    let mut aside = dir.as_os_str().to_owned();
+    aside.push(".new");
+    let aside = PathBuf::from(aside);
+    if aside.exists() {
+        fs::remove_dir_all(&aside).map_err(refused)?;
+    }
+    fs::create_dir_all(crate::checkpoint::folder(&aside)).map_err(refused)?;
+    fs::write(scenario_file(&aside), scenario).map_err(refused)?;
+    fs::rename(&aside, dir).map_err(refused)
 }
 
 /// Adds a frame to its file, which the first one makes.

@@ -18,7 +18,7 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
 use crate::layout::Layout;
 use crate::rebuild::{self, Parts, is_glued};
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, derived};
 use crate::servo::CellDrive;
 use crate::space::{Linear, Plane, Space, Words};
 use crate::stop::{self, Wish};
@@ -61,7 +61,7 @@ pub fn layout_for(scenario: &Scenario, height: f64) -> Result<Layout, Error> {
     Layout::plane([columns, rows], block, cell, [0.0, -(margin as f64) * cell]).map_err(Error::User)
 }
 
-/// Settings of a world of this job, with a contact friction of its own.
+/// Settings of a world of this job's grains alone, with a contact friction of its own.
 pub fn settings_for<C: ContactLaw<Plane>>(
     scenario: &Scenario,
     friction: f64,
@@ -69,6 +69,7 @@ pub fn settings_for<C: ContactLaw<Plane>>(
     let contact = scenario.contact.with_friction(friction);
     Settings {
         dt: scenario.time.step,
+        grain_steps: 1,
         skin: scenario.decomposition.skin,
         grid: Grid::blend(scenario.continuum.flip),
         loads: Vec::new(),
@@ -78,6 +79,12 @@ pub fn settings_for<C: ContactLaw<Plane>>(
         drive: CellDrive::default(),
         first_kick: 0.5,
     }
+}
+
+/// Settings of the run of this job.
+pub fn settings_of_run<C: ContactLaw<Plane>>(scenario: &Scenario) -> Settings<Plane, C, CriticalDruckerPrager> {
+    let settings = settings_for(scenario, scenario.contact.friction());
+    Settings { grain_steps: derived::grain_steps(scenario), ..settings }
 }
 
 /// The cell of a layout that does not deform.

@@ -12,8 +12,9 @@ use crate::hybrid::track::Instants;
 use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalDruckerPrager, CriticalMemory};
 use crate::observe::frame::frame;
+use crate::observe::phases::Phase;
 use crate::output::{self, Outputs};
-use crate::packing::{self, PlanarWorld, cell_of, layout_for, settings_for};
+use crate::packing::{self, PlanarWorld, cell_of, layout_for, settings_of_run};
 use crate::rebuild::{Home, Parts};
 use crate::run::{Core, Experiment, Options, Outcome, Run};
 use crate::scenario::{Method, Output, Scenario, derived};
@@ -118,7 +119,7 @@ pub fn world_of<'t, C: ContactLaw<Plane>>(
         body.take_motion_of(&saved);
     }
     let layout = layout_for(scenario, progress.height_start)?;
-    let settings = settings_for(scenario, scenario.contact.friction());
+    let settings = settings_of_run(scenario);
     let cell = cell_of(&layout);
     let home = Home { cell, bodies: at_home.bodies };
     let parts = Parts { grains, points, bodies, cell, home };
@@ -138,16 +139,23 @@ impl<C: ContactLaw<Plane>> PlanarShear<'_, C> {
         tracing::info!(step = core.world.step, strain, "shear band found; training grains for it");
         let file = output::packing_file(&core.options.out);
         let (flagged, instants) = (&core.progress.oracle.flagged, &core.progress.instants);
+        let stepped = core.world.phases.total() - core.world.phases.of(Phase::Output);
         let started = std::time::Instant::now();
         let enriched = enrichment::enrich(&mut core.world, self.scenario, flagged, instants, &file)?;
         core.progress.enriched_step = core.world.step;
         let seconds = started.elapsed().as_secs_f64();
-        Self::record(core, &enriched, strain, seconds)?;
+        Self::record(core, &enriched, strain, [stepped, seconds])?;
         let made = self.frame(core)?;
         core.write_frame(made)
     }
 
-    fn record(core: &mut PlanarCore<C>, enriched: &Enriched, strain: f64, seconds: f64) -> Result<(), Error> {
+    /// `stepped`: seconds of the steps until then, `seconds`: of the training.
+    fn record(
+        core: &mut PlanarCore<C>,
+        enriched: &Enriched,
+        strain: f64,
+        [stepped, seconds]: [f64; 2],
+    ) -> Result<(), Error> {
         let (step, time) = (core.world.step, core.world.time());
         let figures = json!({
             "enriched_at_strain": strain,
@@ -169,6 +177,7 @@ impl<C: ContactLaw<Plane>> PlanarShear<'_, C> {
             "training_energy_ratio": enriched.training_energy_ratio,
             "training_steps": enriched.training_steps,
             "training_seconds": seconds,
+            "seconds_of_steps_before_enrichment": stepped,
         });
         core.on_root(|outputs| {
             outputs.log("enriched", step, figures.clone())?;
@@ -206,7 +215,7 @@ impl<C: ContactLaw<Plane>> Experiment for PlanarShear<'_, C> {
         }
         enrichment::track(&mut core.world, &mut core.progress.instants);
         let settings = &self.scenario.oracle;
-        if !core.world.step.is_multiple_of(settings.every) {
+        if !core.world.is_due(settings.every) {
             return Ok(());
         }
         let diameter = self.scenario.grains.diameter_mean;

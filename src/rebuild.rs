@@ -11,7 +11,7 @@ use crate::balance::Balance;
 use crate::body::Body;
 use crate::dem::cell::{Cell, Image};
 use crate::dem::contacts::Contacts;
-use crate::dem::grains::{Cold, GrainRow, Grains, Mover};
+use crate::dem::grains::{Cold, GrainRow, Grains, Mover, Tie};
 use crate::dem::memories::Memories;
 use crate::dem::walls::Walls;
 use crate::error::Error;
@@ -155,6 +155,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             layout,
             deal,
             step,
+            step_of_cycle: 0,
             contacts: Contacts::new(&parts.cell),
             walls: Walls::default(),
             forces_wanted: false,
@@ -239,7 +240,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     fn whole_row(&self, row: usize) -> Row<S, C> {
         let contacts = self.carried_by(row).collect();
-        GrainRow { hot: self.grains.hot[row], cold: self.grains.cold[row], contacts }
+        GrainRow { hot: self.grains.hot[row], cold: self.grains.cold[row], tie: self.grains.ties[row], contacts }
     }
 
     /// Memories of a row's contacts with grains, then with bodies.
@@ -349,6 +350,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         })?;
         self.grains.hot = moved.ordered(&self.grains.hot, |row| row.hot);
         self.grains.cold = moved.ordered(&self.grains.cold, |row| row.cold);
+        self.grains.ties = moved.ordered(&self.grains.ties, |row| row.tie);
         let Moved { sources, arrived, ranges, .. } = moved;
         self.grain_ranges = ranges;
         let pick = |source: &u32| (*source as usize).checked_sub(owned);
@@ -532,6 +534,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let copy = |row: &u32| GrainRow {
             hot: self.grains.hot[*row as usize],
             cold: self.grains.cold[*row as usize],
+            tie: Tie::loose(),
             contacts: Vec::<(_, C::Memory<f64>)>::new(),
         };
         // `around` is sorted by block, so an owner may come up again after another: rows must be unique per receiver.
@@ -562,6 +565,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     fn mark_coupled(&mut self) {
         if !self.is_coupled() {
             self.coupled = vec![false; self.deal.held().len()];
+            self.untie();
             return;
         }
         let mut rim = vec![0i64; self.layout.block_count()];
@@ -570,6 +574,14 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         }
         self.transport.sum(&mut rim);
         self.coupled = self.near_rim(&rim)[self.deal.held()].to_vec();
+        self.untie();
+    }
+
+    /// Grains away from points have nothing to be tied to.
+    fn untie(&mut self) {
+        for (_, range) in self.coupled.iter().zip(&self.grain_ranges).filter(|(coupled, _)| !**coupled) {
+            self.grains.ties[range.clone()].fill(Tie::loose());
+        }
     }
 
     /// Blocks of the whole domain within reach of those that have points of the rim.

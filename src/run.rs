@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
 use crate::checkpoint::{self, Progress, Snapshot};
+use crate::cycle::is_due;
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
@@ -184,6 +185,8 @@ struct Cadence {
     series: u64,
     frame: u64,
     checkpoint: u64,
+    /// Checkpoints by steps, beside those of an interval.
+    checkpoint_steps: Option<u64>,
 }
 
 /// What is written in the course of a run.
@@ -230,8 +233,12 @@ impl<'t, E: Experiment> Run<'t, E> {
             series: every(output.series_interval),
             frame: every(output.frame_interval),
             checkpoint: every(output.checkpoint_interval),
+            checkpoint_steps: Some(output.checkpoint_steps).filter(|steps| *steps > 0),
         };
         let (first_step, steps) = (core.world.step, experiment.steps());
+        if first_step == 0 || core.options.beginning == Beginning::Branched {
+            core.progress.kept = core.world.kept_from_now()?;
+        }
         let energy_guard = EnergyGuard::default();
         let rebuilds = core.world.rebuilds;
         let started = Instant::now();
@@ -277,9 +284,9 @@ impl<'t, E: Experiment> Run<'t, E> {
         }
         while self.core.world.step < self.steps {
             self.core.world.wish = self.wish();
-            self.core.world.forces_wanted = self.row_due(self.core.world.step + 1);
+            self.core.world.forces_wanted = self.row_due(self.core.world.step + self.together());
             self.core.world.advance()?;
-            self.grain_steps += self.core.world.grains_total;
+            self.grain_steps += self.together() * self.core.world.grains_total;
             self.point_steps += self.core.world.points_total;
             self.experiment.watch(&mut self.core)?;
             self.observe()?;
@@ -299,20 +306,21 @@ impl<'t, E: Experiment> Run<'t, E> {
         if asked == Wish::Stop || self.core.outputs.is_none() {
             return asked;
         }
-        let is_over = self.core.options.steps_for.is_some_and(|limit| self.started.elapsed() >= limit);
-        if is_over || self.stop_file_is_there() {
+        let now = Instant::now();
+        let is_over = self.core.options.steps_for.is_some_and(|limit| now - self.started >= limit);
+        if is_over || self.stop_file_is_there(now) {
             return Wish::Stop;
         }
         let interval = self.experiment.output().checkpoint_wall_interval;
-        if self.saved.elapsed().as_secs_f64() >= interval { Wish::Save } else { asked }
+        if (now - self.saved).as_secs_f64() >= interval { Wish::Save } else { asked }
     }
 
     /// Looked for once a second, for looking may take long.
-    fn stop_file_is_there(&mut self) -> bool {
-        if self.looked.elapsed() < LOOK_EVERY {
+    fn stop_file_is_there(&mut self, now: Instant) -> bool {
+        if now - self.looked < LOOK_EVERY {
             return false;
         }
-        self.looked = Instant::now();
+        self.looked = now;
         stop_file(&self.core.options.out).exists()
     }
 
@@ -354,17 +362,31 @@ impl<'t, E: Experiment> Run<'t, E> {
     }
 
     fn row_due(&self, step: u64) -> bool {
-        step.is_multiple_of(self.cadence.series) || step == self.steps
+        self.is_due(step, self.cadence.series) || step >= self.steps
+    }
+
+    /// Steps that are taken at once.
+    fn together(&self) -> u64 {
+        self.core.world.settings.grain_steps
+    }
+
+    fn checkpoint_due(&self, step: u64) -> bool {
+        let Cadence { checkpoint, checkpoint_steps, .. } = self.cadence;
+        self.is_due(step, checkpoint) || checkpoint_steps.is_some_and(|every| self.is_due(step, every))
+    }
+
+    fn is_due(&self, step: u64, every: u64) -> bool {
+        is_due(step, every, self.together())
     }
 
     /// Stops the run where it has left physics. Energies are compared from the first step of a run or its resumption on,
     /// after which grains move as cell and bodies do.
     fn guard(&mut self) -> Result<(), Error> {
+        let step = self.core.world.step;
+        let due = self.is_due(step, GUARD_EVERY) || step >= self.steps;
+        let written = self.is_due(step, self.cadence.series) || self.checkpoint_due(step);
+        let is_first = step == self.first_step + self.together();
         let world = &mut self.core.world;
-        let step = world.step;
-        let due = step.is_multiple_of(GUARD_EVERY) || step == self.steps;
-        let written =
-            [self.cadence.series, self.cadence.checkpoint].into_iter().any(|every| step.is_multiple_of(every));
         if due || written || world.rebuilds != self.rebuilds {
             self.rebuilds = world.rebuilds;
             world.refuse_deep_overlaps(OVERLAP_MAX)?;
@@ -372,7 +394,7 @@ impl<'t, E: Experiment> Run<'t, E> {
         if due || written {
             world.refuse_spoilt_points()?;
         }
-        if due || step == self.first_step + 1 {
+        if due || is_first {
             self.energy_guard.look(world)?;
         }
         Ok(())
@@ -385,13 +407,13 @@ impl<'t, E: Experiment> Run<'t, E> {
         if self.row_due(step) {
             self.write_row()?;
         }
-        if step.is_multiple_of(self.cadence.frame) || step == self.steps {
+        if self.is_due(step, self.cadence.frame) || step >= self.steps {
             self.write_frame()?;
         }
-        if step.is_multiple_of(self.cadence.checkpoint) || step == self.steps {
+        if self.checkpoint_due(step) || step >= self.steps {
             self.save()?;
         }
-        if step.is_multiple_of(SHOW_EVERY) && self.core.outputs.is_some() {
+        if self.is_due(step, SHOW_EVERY) && self.core.outputs.is_some() {
             let words = self.experiment.words(&self.core);
             if let Some(outputs) = &mut self.core.outputs {
                 outputs.show(step, || words);
@@ -419,7 +441,8 @@ impl<'t, E: Experiment> Run<'t, E> {
 
     /// Time that output takes of a step in the long run, s: a short one has its first frame and last checkpoint alone.
     fn output_per_step(&self) -> f64 {
-        let Cadence { series, frame, checkpoint } = self.cadence;
+        let Cadence { series, frame, checkpoint, checkpoint_steps } = self.cadence;
+        let checkpoint = checkpoint_steps.map_or(checkpoint, |steps| steps.min(checkpoint));
         let kinds = self.writing.iter().zip([series, frame, checkpoint]);
         kinds.map(|((seconds, times), every)| seconds / ((*times).max(1) * every) as f64).sum()
     }
@@ -513,6 +536,7 @@ impl<'t, E: Experiment> Run<'t, E> {
     /// Last words on disk, and for a person.
     fn close(&mut self, outcome: &str) -> Result<String, Error> {
         let seconds = self.started.elapsed().as_secs_f64();
+        let conservation = self.core.world.conservation(&self.core.progress.kept)?;
         let (checkpoint_seconds, checkpoints) = self.writing[Written::Checkpoint as usize];
         let world = &self.core.world;
         let stretch = Stretch {
@@ -523,10 +547,11 @@ impl<'t, E: Experiment> Run<'t, E> {
             point_steps: self.point_steps,
             checkpoints,
             checkpoint_seconds,
+            conservation,
         };
         let mut figures = summary::figures(world, &stretch);
         figures["outcome"] = json!(outcome);
-        let words = summary::words(&figures);
+        let words = format!("{}\n{}", summary::words(&figures), conservation.words());
         if let Value::Object(more) = self.experiment.figures(&self.core) {
             for (name, figure) in more {
                 figures[name] = figure;

@@ -96,7 +96,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     pub fn contact_moment_now(&mut self) -> Result<S::Tensor, Error> {
         self.refresh_ghosts();
         let law = &self.settings.contact;
-        let walls = self.walls.moments(law, &self.grains, (&self.bodies, &self.cell));
+        let walls = self.walls.bearings(law, &self.grains, (&self.bodies, &self.cell));
+        let walls = walls.map(|bearing| bearing.moment() * bearing.weight);
         self.sum_moments(|row| self.contacts.moment(law, &self.grains, row), walls)
     }
 

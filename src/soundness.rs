@@ -2,7 +2,7 @@
 //! written can be gone on from, whoever wrote it.
 
 use crate::checkpoint::Snapshot;
-use crate::dem::grains::{ContactRow, is_body};
+use crate::dem::grains::{ContactRow, TieRow, is_body};
 use crate::error::Error;
 use crate::ids::GrainId;
 use crate::law::material::MaterialMemory;
@@ -62,6 +62,7 @@ pub fn refuse_unsound<S: Space, M: Words<f64>, P: MaterialMemory>(
             |(partner, memory): &(GrainId, M)| ContactRow { lower: grain.cold.id, higher: *partner, memory: *memory };
         let mut contacts: Vec<ContactRow<M>> = grain.contacts.iter().map(touched).collect();
         refuse_no_numbers("contacts", &mut contacts)?;
+        refuse_no_numbers("ties", &mut [TieRow::<S> { grain: grain.cold.id, tie: grain.tie }])?;
     }
     let mut ids: Vec<GrainId> = snapshot.grains.iter().map(|grain| grain.cold.id).collect();
     ids.sort_unstable();

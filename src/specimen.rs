@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::ids::PointId;
 use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
-use crate::packing::{self, Packing, PlanarWorld, cell_of, layout_for, settings_for};
+use crate::packing::{self, Packing, PlanarWorld, cell_of, layout_for, settings_of_run};
 use crate::rebuild::Parts;
 use crate::scenario::{Method, Scenario};
 use crate::space::{Linear, Plane, Space};
@@ -70,7 +70,7 @@ pub fn world<'t, C: ContactLaw<Plane>>(
     let height = start.packing.height;
     let points = if scenario.method.has_points() { points(scenario, transport, &start) } else { Vec::new() };
     let grains = if scenario.method == Method::Dem { start.packing.grains } else { Vec::new() };
-    let settings = settings_for(scenario, scenario.contact.friction());
+    let settings = settings_of_run(scenario);
     let layout = layout_for(scenario, height)?;
     let (cell, bodies) = (cell_of(&layout), bodies(scenario, height));
     let parts = Parts::fresh(grains, points, bodies, cell);

@@ -4,6 +4,7 @@ use serde_json::{Map, Value, json};
 
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
+use crate::observe::conservation::Conservation;
 use crate::space::Space;
 use crate::world::World;
 
@@ -20,6 +21,8 @@ pub struct Stretch {
     /// Checkpoints written, and the wall time that they took, s.
     pub checkpoints: u64,
     pub checkpoint_seconds: f64,
+    /// Of the whole run.
+    pub conservation: Conservation,
 }
 
 /// Its figures; collective, and of use on rank 0.
@@ -53,6 +56,7 @@ pub fn figures<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<'_, 
         "bytes_per_step": bytes as f64 / steps,
         "rows_moved": rows_moved,
         "rebalances": world.balance.deals,
+        "conservation": stretch.conservation.figures(),
     })
 }
 

@@ -2,7 +2,7 @@
 
 use scree_io::column::{State, Table};
 
-use crate::dem::grains::{ContactRow, GrainRow, is_body};
+use crate::dem::grains::{ContactRow, GrainRow, Tie, TieRow, is_body};
 use crate::error::Error;
 use crate::ids::GrainId;
 use crate::law::material::MaterialMemory;
@@ -29,23 +29,40 @@ pub fn of_grains<S: Space, M: Words<f64>>(rows: &mut [GrainRow<S, M>]) -> [Table
     [to_table("grains", rows, &mut GrainRow::blank()), to_table("contacts", &mut contacts, &mut blank)]
 }
 
+/// Table `ties` of the same rows: those that are tied.
+pub fn of_ties<S: Space, M>(rows: &[GrainRow<S, M>]) -> Table {
+    let tied = rows.iter().filter(|row| row.tie != Tie::loose());
+    let mut ties: Vec<TieRow<S>> = tied.map(|row| TieRow { grain: row.cold.id, tie: row.tie }).collect();
+    to_table("ties", &mut ties, &mut blank_tie())
+}
+
+fn blank_tie<S: Space>() -> TieRow<S> {
+    TieRow { grain: GrainId(0), tie: Tie::loose() }
+}
+
 /// Table `points` of rows in canonical order, or of a piece of them.
 pub fn of_points<S: Space, M: MaterialMemory>(rows: &mut [Point<S, M>]) -> Table {
     to_table("points", rows, &mut Point::blank())
 }
 
-/// Rows of the tables that [`of_grains`] made, in their order.
+/// Rows of the tables that [`of_grains`] and, where something is tied, [`of_ties`] made, in their order.
 pub fn to_grains<S: Space, M: Words<f64>>(state: &State) -> Result<Vec<GrainRow<S, M>>, Error> {
     let blank = ContactRow { lower: GrainId(0), higher: GrainId(0), memory: M::zero() };
     let mut rows: Vec<GrainRow<S, M>> = rows(state, "grains", &GrainRow::blank())?;
     let contacts: Vec<ContactRow<M>> = self::rows(state, "contacts", &blank)?;
     let mut order: Vec<(GrainId, usize)> = rows.iter().enumerate().map(|(at, row)| (row.cold.id, at)).collect();
     order.sort_unstable();
-    let find = |id: GrainId| {
+    let find = |id: GrainId, table: &str| {
         let at = order.binary_search_by_key(&id, |(id, _)| *id);
         at.map(|at| order[at].1)
-            .map_err(|_| Error::User(format!("table `contacts` names grain {}, which table `grains` lacks", id.0)))
+            .map_err(|_| Error::User(format!("table `{table}` names grain {}, which table `grains` lacks", id.0)))
     };
+    if state.tables.iter().any(|table| table.name == "ties") {
+        for TieRow { grain, tie } in self::rows(state, "ties", &blank_tie::<S>())? {
+            rows[find(grain, "ties")?].tie = tie;
+        }
+    }
+    let find = |id: GrainId| find(id, "contacts");
     for contact in contacts {
         rows[find(contact.lower)?].contacts.push((contact.higher, contact.memory));
         // A body is in no table of grains and keeps nothing itself.

@@ -27,6 +27,7 @@ impl<S: Space, M: Words<f64>> Cargo for GrainRow<S, M> {
         Self::resting(GrainId(0), S::Vector::zero(), 0.0, 0.0, Mover::Free)
     }
     fn pack_rest(&mut self, to: &mut Writer) {
+        self.tie.visit(&mut ToParcel(to));
         to.u64(self.contacts.len() as u64);
         for (partner, memory) in &self.contacts {
             to.u64(partner.0);
@@ -36,6 +37,9 @@ impl<S: Space, M: Words<f64>> Cargo for GrainRow<S, M> {
         }
     }
     fn unpack_rest(&mut self, from: &mut Reader) -> Result<(), ParcelError> {
+        let mut tie = FromParcel { reader: from, failure: None };
+        self.tie.visit(&mut tie);
+        tie.failure.map_or(Ok(()), Err)?;
         for _ in 0..from.u64()? {
             let partner = GrainId(from.u64()?);
             let mut memory = M::zero();

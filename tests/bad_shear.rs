@@ -250,7 +250,7 @@ fn a_time_step_that_waves_outrun() {
     refused_text(
         &text,
         &[],
-        "job.toml:51: time.step = \"6 us\" is unstable: at most 5.49e-6 s is allowed (P wave through a cell: 0.5 cell/sqrt((K + G)/rho)). Beyond it the grid blows up; shorten the step, or take larger cells or a softer material.",
+        "job.toml:51: time.step = \"6 us\" is unstable: at most 5.49e-6 s is allowed (P wave through a cell: 0.5 cell/sqrt((K + G)/rho)/grain_steps). Beyond it the grid blows up; shorten the step, or take fewer time.grain_steps, larger cells or a softer material.",
     );
 }
 

@@ -116,6 +116,7 @@ impl<S: Space, C: ContactLaw<S>> Few<S, C> {
         let cell = Cell::cuboid(vector::<S>([-0.5 * edge; 3]), vector::<S>([edge; 3]), [false; 3]);
         let settings = Settings {
             dt,
+            grain_steps: 1,
             skin: 0.02 * edge,
             grid: Grid::blend(0.0),
             loads: Vec::new(),

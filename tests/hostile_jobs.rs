@@ -17,6 +17,9 @@ const TIME_MAX: Duration = Duration::from_secs(10);
 /// Bytes of the longest refusal.
 const WORDS_MAX: usize = 1500;
 
+/// Where they are said to stand: files that they name are looked for beside it.
+const FILE: &str = "jobs/job.toml";
+
 /// Good jobs of every kind.
 const GOOD: [&str; 5] = [
     include_str!("../jobs/planar_shear.toml"),
@@ -57,12 +60,12 @@ fn no_job_takes_the_program_down() {
 /// Reads and checks a text, and looks at the refusal if it is one.
 fn read(text: &str, sets: &[String]) -> Result<Job, Error> {
     let begun = Instant::now();
-    let read = Job::parse(text, "job.toml", sets);
+    let read = Job::parse(text, FILE, sets);
     assert!(begun.elapsed() < TIME_MAX, "{:?} for {text}", begun.elapsed());
     if let Err(error) = &read {
         let said = error.to_string();
         assert!(error.exit_code() == 2 && said.len() <= WORDS_MAX, "{said}");
-        assert!(said.starts_with("job.toml:") || said.starts_with("--set"), "{said}");
+        assert!(said.starts_with(&format!("{FILE}:")) || said.starts_with("--set"), "{said}");
     }
     read
 }
@@ -92,7 +95,7 @@ fn changed(text: &str, at: usize, change: impl Fn(&str, &str) -> String) -> Stri
 /// A checked job means the same when it is written and read again, and its page can be drawn up.
 fn means_the_same(job: &Job) {
     let written = job.to_toml();
-    let back = Job::parse(&written, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}\n{written}"));
+    let back = Job::parse(&written, FILE, &[]).unwrap_or_else(|error| panic!("{error}\n{written}"));
     assert_eq!(&back, job);
 }
 
@@ -186,9 +189,9 @@ fn a_job_of_ten_million_bytes() {
 #[test]
 fn marks_and_line_ends_of_other_systems() {
     for text in GOOD {
-        let plain = Job::parse(text, "job.toml", &[]).unwrap();
-        assert_eq!(Job::parse(&format!("\u{feff}{text}"), "job.toml", &[]).unwrap(), plain);
-        assert_eq!(Job::parse(&text.replace('\n', "\r\n"), "job.toml", &[]).unwrap(), plain);
+        let plain = Job::parse(text, FILE, &[]).unwrap();
+        assert_eq!(Job::parse(&format!("\u{feff}{text}"), FILE, &[]).unwrap(), plain);
+        assert_eq!(Job::parse(&text.replace('\n', "\r\n"), FILE, &[]).unwrap(), plain);
     }
 }
 

@@ -12,6 +12,8 @@ mod balance;
 mod bodies;
 /// Stress of the start outside of the cone and softening without a return are refused; the law bears what is not.
 mod borne;
+/// Calibration finds the law that made its data, and a small one gives a fragment that a job takes, twice the same.
+mod calibrate;
 /// Every job, checkpoint and run in `tests/bad_jobs/` is refused with exit code 2 and the message that stands beside it.
 mod catalogue;
 /// Cells that are periodic and deform: mean stress, affine motion, images across sheared faces, control of stress.
@@ -21,10 +23,14 @@ mod cells;
 mod clusters;
 /// Collisions and pull-off under every law: restitution, Hertz' duration and depth, cohesion, to closed forms.
 mod collisions;
+/// Mass and momentum of a run are what they were at its start and what has been given since, and its summary says so.
+mod conservation;
 /// What jobs of continua mean, key by key, and that writing and reading them again changes nothing.
 mod continua;
 /// Grains and points that share nodes keep their momentum to round-off, leave with one velocity, and translate rigidly.
 mod coupling;
+/// Several steps of grains in one of the continuum keep momentum, and draw the curve that single steps draw.
+mod cycles;
 /// Nodes with next to no mass put no energy into a body under any scheme that is accepted; the others are refused.
 mod empty_nodes;
 /// A failure on all ranks, or on one other than the first, ends all within seconds, and its message is there once.
@@ -35,6 +41,8 @@ mod energies;
 mod enrichment;
 /// Continua against exact solutions under every scheme: waves, columns, slides, balances, turns, with orders.
 mod exact;
+/// Disks that fill up and folders that go away end a run once, with the file and the reason; it goes on to the same end.
+mod faults;
 /// Worlds of a few grains alone that the tests of the grain engine share; it claims nothing itself.
 mod few;
 /// Frames, contacts as lines and dumps of grains tell of one stress, are read by VTK, and are the same on any ranks.
@@ -96,6 +104,8 @@ mod spoilt_points;
 mod stops;
 /// The style that no compiler holds: one door to inexact mathematics, no ranks in physics, short files.
 mod tidy;
+/// A hybrid run that is killed and damaged again and again ends in the same bits, or says which file is to blame.
+mod torture;
 /// Two grains: the damped oscillator's closed form, linear and angular momentum, and LAMMPS' record of two collisions.
 mod two_grains;
 /// A ring that is sheared to and fro inside a resting square by the body force that this takes: order 2 in the plane.

@@ -33,6 +33,13 @@ fn folder() -> &'static Path {
 pub fn scree(ranks: usize, arguments: &[&str]) -> Command {
     let mut command = Command::new("mpirun");
     command.args(["--oversubscribe", "--bind-to", "none", "-n", &ranks.to_string(), SCREE]).args(arguments);
+    launching(&mut command);
+    command.current_dir(folder()).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// The environment of a command that is mpirun or starts it.
+pub fn launching(command: &mut Command) {
     for (name, _) in std::env::vars_os() {
         let name = name.to_string_lossy();
         if ["OMPI_COMM", "OMPI_UNIVERSE", "PMIX_", "PMI_"].iter().any(|prefix| name.starts_with(prefix)) {
@@ -45,19 +52,20 @@ pub fn scree(ranks: usize, arguments: &[&str]) -> Command {
         .env("OMPI_MCA_btl", "self,vader")
         .env("OMPI_MCA_btl_vader_single_copy_mechanism", "none")
         // A longer time before SIGKILL is also waited before SIGTERM is passed on.
-        .env_remove("OMPI_MCA_odls_base_sigkill_timeout")
-        .current_dir(folder())
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped());
-    command
+        .env_remove("OMPI_MCA_odls_base_sigkill_timeout");
 }
 
 fn run_arguments<'a>(out: &'a str, threads: &'a str) -> Vec<&'a str> {
     vec!["run", JOB, "--out", out, "--threads", threads, "--set", "packing.cache=cache"]
 }
 
-fn finished(child: Child) -> Output {
+/// All that a process has said.
+pub fn words(ended: &Output) -> String {
+    String::from_utf8_lossy(&ended.stdout).into_owned() + &String::from_utf8_lossy(&ended.stderr)
+}
+
+/// The end of a process, which must come; its words are read meanwhile, so that they do not stop it.
+pub fn finished(child: Child) -> Output {
     let started = Instant::now();
     let id = child.id();
     let (send, receive) = std::sync::mpsc::channel();
@@ -98,14 +106,23 @@ fn reference() -> &'static (String, Vec<u8>) {
     static REFERENCE: OnceLock<(String, Vec<u8>)> = OnceLock::new();
     REFERENCE.get_or_init(|| {
         completed(scree(1, &run_arguments("reference", "1")));
+        // Through a cell that is sheared by plates, and through an enrichment.
+        let kept = &conserved("reference")["momentum"];
+        assert!(kept["error"].as_f64().unwrap() < 1e-9, "{kept:#}");
         (digest("reference"), read("reference", "series.csv"))
     })
+}
+
+/// What a run has kept, as its summary says.
+fn conserved(out: &str) -> serde_json::Value {
+    serde_json::from_slice::<serde_json::Value>(&read(out, "summary.json")).unwrap()["conservation"].take()
 }
 
 fn assert_same(out: &str) {
     let (digest_wanted, series_wanted) = reference();
     assert_eq!(&digest(out), digest_wanted, "{out}: another state");
     assert!(&read(out, "series.csv") == series_wanted, "{out}: another curve");
+    assert!(conserved(out) == conserved("reference"), "{out}: another account of what is kept");
     let frames = |out: &str| scree_io::frames::read(&folder().join(out).join("frames.vtkhdf")).unwrap();
     assert!(frames(out) == frames("reference"), "{out}: other frames");
 }

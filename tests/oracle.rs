@@ -1,7 +1,8 @@
 //! The oracle of seed 000, section 3: where a persistent shear band is, and where there is none.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
+use scree::checkpoint::PlanarPoint;
 use scree::enrichment;
 use scree::hybrid::oracle::{LOOKS, Memory, NodeFields};
 use scree::math;
@@ -9,7 +10,7 @@ use scree::scenario::{Oracle, Scenario, derived};
 use scree::specimen;
 use scree_partition::Solo;
 
-use crate::worlds::{Law, Random, job};
+use crate::worlds::{Law, PlanarWorld, Random, job};
 
 /// What the oracle said over a run.
 struct Story {
@@ -21,6 +22,19 @@ struct Story {
     rows_ever: BTreeSet<u64>,
     /// Largest plastic strain of any point at the end.
     plastic_max: f64,
+    /// Shares of the points in the weak region, and of all others, that simpler oracles flag in the end: those that shear
+    /// plastically at more than a quarter of the mean rate, and those that have sheared plastically by more than a quarter of the mean
+    /// strain.
+    by_rate: [f64; 2],
+    by_strain: [f64; 2],
+}
+
+/// Of the points in the weak region and of all others, the share of those that `is_flagged`.
+fn shares(points: &[(f64, f64)], is_flagged: impl Fn(f64) -> bool) -> [f64; 2] {
+    [true, false].map(|weak| {
+        let among = points.iter().filter(|(height, _)| (15e-3..21e-3).contains(height) == weak);
+        among.clone().filter(|(_, value)| is_flagged(*value)).count() as f64 / among.count() as f64
+    })
 }
 
 /// A continuum alone, watched to the end of the run or until the oracle fires.
@@ -29,7 +43,16 @@ fn watched(sets: &[&str]) -> Story {
     let start = specimen::prepare::<Law>(&scenario, &Solo).unwrap();
     let mut world = specimen::world(&scenario, &Solo, start).unwrap();
     let mut memory = Memory::default();
-    let mut story = Story { fired: None, flagged: Vec::new(), rows_ever: BTreeSet::new(), plastic_max: 0.0 };
+    let mut story = Story {
+        fired: None,
+        flagged: Vec::new(),
+        rows_ever: BTreeSet::new(),
+        plastic_max: 0.0,
+        by_rate: [0.0; 2],
+        by_strain: [0.0; 2],
+    };
+    let plate = |world: &PlanarWorld| world.bodies[1].displacement[0];
+    let (mut before, mut plate_before) = (BTreeMap::new(), 0.0);
     while story.fired.is_none() && world.step < derived::steps(&scenario) {
         world.advance().unwrap();
         if !world.step.is_multiple_of(scenario.oracle.every) {
@@ -41,6 +64,19 @@ fn watched(sets: &[&str]) -> Story {
             story.fired = Some((strain, memory.clock, memory.looks));
         }
         story.rows_ever.extend(memory.flagged.iter().map(|node| row_of(&scenario, *node)));
+        let strain = |point: &PlanarPoint| (point.hot.position[1], point.hot.memory.plastic_strain);
+        let more = |point: &PlanarPoint| {
+            let (height, now) = strain(point);
+            (height, now - before.get(&point.cold.id).copied().unwrap_or(0.0))
+        };
+        let sheared: Vec<(f64, f64)> = world.points.rows().map(|point| strain(&point)).collect();
+        let shearing: Vec<(f64, f64)> = world.points.rows().map(|point| more(&point)).collect();
+        // Norms of strains, of which simple shear has 1/sqrt(2).
+        let even = |way: f64| 0.25 * 0.5f64.sqrt() * way / scenario.specimen.height;
+        story.by_strain = shares(&sheared, |strain| strain > even(plate(&world)));
+        story.by_rate = shares(&shearing, |strain| strain > even(plate(&world) - plate_before));
+        before = world.points.rows().map(|point| (point.cold.id, point.hot.memory.plastic_strain)).collect();
+        plate_before = plate(&world);
     }
     story.flagged = memory.flagged;
     story.plastic_max = world.points.rows().map(|point| point.hot.memory.plastic_strain).fold(0.0, f64::max);
@@ -81,6 +117,19 @@ fn an_under_consolidated_specimen_keeps_the_oracle_silent() {
     let story = watched(&[&[LOOSE, CRITICAL, "loading.strain_end=0.1"], &even[..]].concat());
     assert_eq!((story.fired, story.rows_ever), (None, BTreeSet::new()));
     assert!(story.plastic_max > 0.02, "it should have flowed: {}", story.plastic_max);
+}
+
+/// Figure 4: where shear is localised, its rate and its sum show it as well; where all of a specimen flows, both flag all of it.
+#[test]
+fn rate_and_sum_of_strain_call_even_flow_a_band() {
+    let dense = watched(&[DENSE, CRITICAL, "loading.strain_end=0.1"]);
+    println!("dense: {:?}, {:?}", dense.by_rate, dense.by_strain);
+    assert!(dense.fired.is_some() && dense.by_rate[0] > 0.9 && dense.by_strain[0] > 0.9);
+    assert!(dense.by_rate[1] < 0.2 && dense.by_strain[1] < 0.2, "{:?}, {:?}", dense.by_rate, dense.by_strain);
+    let even = ["continuum.dilation_factor=7", "continuum.weak.0.fraction_deficit=0"];
+    let loose = watched(&[&[LOOSE, CRITICAL, "loading.strain_end=0.1"], &even[..]].concat());
+    println!("loose: {:?}, {:?}", loose.by_rate, loose.by_strain);
+    assert!(loose.fired.is_none() && loose.by_rate[1] > 0.8 && loose.by_strain[1] > 0.8);
 }
 
 /// With one and the same weak region the dense specimen softens into a band there, while in the loose one it hardens until

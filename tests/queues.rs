@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::mpirun::{SCREE, a_rank_of, signal, turn};
+use crate::mpirun::{SCREE, a_rank_of, signal, turn, words};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 /// Nothing here takes a tenth of this, unless a machine has much else to do.
@@ -134,10 +134,6 @@ impl Cluster {
         let ended = self.line(script, &run).wait_with_output().unwrap();
         assert!(ended.status.success() && words(&ended).contains("done already"), "{}", words(&ended));
     }
-}
-
-fn words(ended: &Output) -> String {
-    String::from_utf8_lossy(&ended.stdout).into_owned() + &String::from_utf8_lossy(&ended.stderr)
 }
 
 #[test]

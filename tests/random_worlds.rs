@@ -125,6 +125,7 @@ impl Plan {
         };
         Settings {
             dt: STEP,
+            grain_steps: 1,
             skin: 0.15,
             grid: Grid { shape: self.shape, update: self.update, transfer: self.transfer, ..Grid::blend(0.9) },
             loads: Vec::new(),

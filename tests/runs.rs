@@ -127,6 +127,7 @@ pub struct Ran {
     names: Vec<String>,
     rows: Vec<Vec<f64>>,
     state: State,
+    pub summary: serde_json::Value,
 }
 
 impl Ran {
@@ -141,7 +142,8 @@ impl Ran {
         let names = lines.next().unwrap().split(',').map(String::from).collect();
         let rows = lines.map(|line| line.split(',').map(|word| word.parse().unwrap()).collect()).collect();
         let state = checkpoint::latest_state(&out).unwrap().1;
-        Self { _folder: folder, names, rows, state }
+        let summary = serde_json::from_str(&std::fs::read_to_string(out.join("summary.json")).unwrap()).unwrap();
+        Self { _folder: folder, names, rows, state, summary }
     }
 
     /// A column of the series.

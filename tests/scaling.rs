@@ -4,7 +4,7 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
-use crate::mpirun::{SCREE, turn};
+use crate::mpirun::{SCREE, turn, words};
 
 /// A periodic block of points under shear; a checkpoint in the middle.
 const JOB: &str = r#"name = "small"
@@ -49,10 +49,6 @@ fn folder(job: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("job.toml"), job).unwrap();
     folder
-}
-
-fn words(ended: &Output) -> String {
-    String::from_utf8_lossy(&ended.stdout).into_owned() + &String::from_utf8_lossy(&ended.stderr)
 }
 
 #[test]

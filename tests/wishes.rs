@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::mpirun::{SCREE, a_rank_of, scree, signal, turn};
+use crate::mpirun::{SCREE, a_rank_of, scree, signal, turn, words};
 use crate::queues::JOB;
 
 /// Nothing here takes a tenth of this, unless a machine has much else to do.
@@ -86,10 +86,6 @@ impl Desk {
     }
 }
 
-fn words(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
-}
-
 fn succeeded(output: &Output) {
     assert!(output.status.success(), "{}", words(output));
 }
@@ -150,8 +146,9 @@ fn a_second_interrupt_ends_at_once() {
     let large = ["--set", "grains.count=40000", "--set", "cell.upper=[0.2, 0.2]", "--set", "packing.cache=other"];
     let mut child = desk.command(0, &[&["run", "job.toml", "--out", "twice"], &large[..]].concat()).spawn().unwrap();
     std::thread::sleep(Duration::from_millis(1500));
-    // By the shell itself, which starts no program between two of them.
-    let twice = format!("for i in {{1..50}}; do kill -INT {} 2>/dev/null || exit 0; done", child.id());
+    // By the shell itself, which starts no program between two of them; for so long that the run is on a core meanwhile,
+    // since signals that wait together are one.
+    let twice = format!("for i in {{1..5000}}; do kill -INT {} 2>/dev/null || exit 0; done", child.id());
     assert!(Command::new("bash").args(["-c", &twice]).status().unwrap().success());
     assert_eq!(child.wait().unwrap().code(), Some(130));
 }
@@ -186,6 +183,29 @@ fn checkpoints_by_the_clock_change_nothing() {
     let at = (first as f64 * 0.4e-6).to_string();
     let export = ["export", "often", "--at", &at, "--grains", "first.csv"];
     succeeded(&Command::new(SCREE).args(export).current_dir(desk.folder.path()).output().unwrap());
+}
+
+/// By the count of steps, beside those of an interval.
+#[test]
+fn checkpoints_by_steps_come_when_they_are_due_and_change_nothing() {
+    let _turn = turn();
+    let desk = Desk::new();
+    let often = [
+        "--set",
+        "output.checkpoint_steps=7000",
+        "--set",
+        "output.checkpoint_interval=0.016",
+        "--set",
+        "output.checkpoints_kept=99",
+    ];
+    succeeded(&desk.command(0, &[&["run", "job.toml", "--out", "steps"], &often[..]].concat()).output().unwrap());
+    desk.assert_same("steps");
+    let step_of = |name: &String| name.strip_prefix("step-")?.strip_suffix(".h5")?.parse::<u64>().ok();
+    let steps: Vec<u64> = desk.checkpoints("steps").iter().map(|name| step_of(name).unwrap()).collect();
+    let end = *steps.last().unwrap();
+    let mut due: Vec<u64> = (1..=end).filter(|step| step % 7000 == 0 || step % 40_000 == 0).chain([end]).collect();
+    due.dedup();
+    assert_eq!(steps, due);
 }
 
 #[test]
@@ -238,6 +258,15 @@ fn a_branch_is_a_run_of_its_own() {
     assert!(rows("same") == all[first..], "another curve");
     assert!(rows("other") != all[first..] && rows("other").len() == all.len() - first);
     assert!(desk.read("other", "scenario.toml").contains("friction = 0.3"));
+    // What it has kept counts from where it begins.
+    let kept = |run: &str| {
+        let mut summary: serde_json::Value = serde_json::from_str(&desk.read(run, "summary.json")).unwrap();
+        summary["conservation"].take()
+    };
+    let (trunk, other) = (kept("trunk"), kept("other"));
+    assert_eq!((&trunk["since_step"], &other["since_step"]), (&0.into(), &50_000.into()));
+    assert_eq!(trunk["momentum"]["end"], other["momentum"]["start"]);
+    assert!(other["momentum"]["error"].as_f64().unwrap() < 1e-10, "{other:#}");
     let ended = desk.ended(&[&branch[..], &["other"]].concat());
     assert_eq!(ended.status.code(), Some(2));
     assert!(words(&ended).contains("this directory holds a run already"), "{}", words(&ended));

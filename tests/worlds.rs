@@ -58,6 +58,7 @@ pub fn grain(id: u64, position: [f64; 2], radius: f64, mass: f64) -> Grain {
 pub fn settings(dt: f64, contact: Linear) -> Settings<Plane, Law, CriticalDruckerPrager> {
     Settings {
         dt,
+        grain_steps: 1,
         skin: 2e-4,
         grid: Grid::blend(0.95),
         loads: Vec::new(),

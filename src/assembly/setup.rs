@@ -158,6 +158,7 @@ fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent
 pub fn settings_in<S: Space, C: ContactLaw<S>>(job: &Assembly, drive: CellDrive<S>) -> Settings<S, C, Absent> {
     Settings {
         dt: job.step,
+        grain_steps: 1,
         skin: job.skin,
         grid: Grid::blend(0.0),
         loads: Vec::new(),

@@ -147,11 +147,11 @@ mod tests {
         assert!((wide.specimen.width - 0.18).abs() < 1e-12 && (wide.continuum.weak[0].upper[0] - 0.18).abs() < 1e-12);
         let steps = crate::scenario::derived::steps;
         assert!(steps(&wide).abs_diff(steps(&plain)) <= 1, "{} {}", steps(&wide), steps(&plain));
-        // As the default of a plate of that width.
+        // As the default of a plate of that width, and thrice what the job says itself.
         let only = load("planar_shear.toml", &["specimen.width=0.18".into(), "continuum.weak=[]".into()]);
         let Job::Shear(only) = only else { unreachable!() };
         assert!((wide.loading.plate_mass / only.loading.plate_mass - 1.0).abs() < 1e-12);
-        assert!((wide.loading.plate_damping / only.loading.plate_damping - 1.0).abs() < 1e-12);
+        assert!((wide.loading.plate_damping / (3.0 * only.loading.plate_damping) - 1.0).abs() < 1e-12);
 
         let uniaxial = load("element/uniaxial.toml", &[]);
         let Job::Assembly(wide) = load("element/uniaxial.toml", &overrides(&uniaxial, 2).unwrap()) else {

@@ -20,6 +20,7 @@ use crate::start::Continuation;
 use crate::stop;
 
 mod bench;
+mod calibrate;
 mod check;
 mod cores;
 mod digest;
@@ -115,6 +116,8 @@ enum Command {
         #[command(subcommand)]
         what: bench::Bench,
     },
+    /// Find the figures of a job's continuum by simulated element tests of its own grains.
+    Calibrate(calibrate::Calibrate),
     /// Foresee time, efficiency and memory on other numbers of ranks, from what a run has measured and a network.
     Plan(plan::Plan),
     /// Print a hash of the complete state, equal for equal states however many ranks wrote them.
@@ -130,6 +133,10 @@ enum Command {
         /// The page. Default: report.html in the first folder.
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
+        /// Of runs of planar shear that are compared: the horizontal strains that incremental strain and the band are
+        /// measured between. Default: 0.37,0.57, of shorter runs the same share of what they have in common.
+        #[arg(long, value_name = "FROM,TO", value_parser = report::strains)]
+        between: Option<[f64; 2]>,
     },
     /// Write the grains of a checkpoint as CSV or as a LAMMPS data file, and its contacts, or the grains of frames as a
     /// LAMMPS dump, with 17 significant digits.
@@ -204,11 +211,15 @@ fn dispatch(command: Command, begun: Instant, transport: &dyn Transport) -> u8 {
             let placement = Placement::of(transport, threads);
             on_rank_zero(transport, || Ok(check::command(&job, &set)? + &check::placed(&placement)))
         }
+        Command::Calibrate(typed) => {
+            let placement = Placement::of(transport, typed.threads);
+            on_rank_zero(transport, || calibrate::command(&typed, &placement, transport))
+        }
         alone => on_rank_zero(transport, || match alone {
             Command::Digest { path } => digest::command(&path),
             Command::Plan(plan) => plan::command(&plan),
-            Command::Report { dirs, out } => {
-                let page = report::write(&dirs, out.as_deref())?;
+            Command::Report { dirs, out, between } => {
+                let page = report::write(&dirs, out.as_deref(), between)?;
                 Ok(format!("The report is {}\n", page.display()))
             }
             Command::Export { dir, grains, contacts, lammps_dump, all, at, velocities, forces } => {
@@ -220,9 +231,11 @@ fn dispatch(command: Command, begun: Instant, transport: &dyn Transport) -> u8 {
                 };
                 export::command(&dir, &files, (at.as_deref(), all), wanted)
             }
-            Command::Run { .. } | Command::Resume { .. } | Command::Bench { .. } | Command::Check { .. } => {
-                unreachable!("they are dispatched above")
-            }
+            Command::Run { .. }
+            | Command::Resume { .. }
+            | Command::Bench { .. }
+            | Command::Check { .. }
+            | Command::Calibrate(_) => unreachable!("they are dispatched above"),
         }),
     }
 }

@@ -7,12 +7,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::bench::scaling::Scaling;
+use crate::calibrate::Calibration;
 use crate::error::Error;
+use crate::scenario::Scenario;
 use crate::scenario::schema::Kind;
 
 mod assembly;
+mod calibration;
 mod chart;
 mod colour;
+mod compare;
 mod continuum;
 mod contour;
 mod figures;
@@ -28,6 +32,7 @@ mod svg;
 mod tests;
 mod words;
 
+use compare::Comparison;
 use figures::Found;
 use findings::Findings;
 use load::Run;
@@ -42,7 +47,9 @@ const WIDTH: f64 = 900.0;
 
 /// Writes the report on the runs in `dirs` to `out`, or to `report.html` in the first of them; returns where it is.
 /// The drawings go to `figures/` beside it, and the paragraph that says what happened to a text file of the same name.
-pub fn write(dirs: &[PathBuf], out: Option<&Path>) -> Result<PathBuf, Error> {
+/// Several runs of planar shear are compared, their incremental strains `between` two horizontal strains, and what was
+/// measured goes to `comparison.json` beside the page.
+pub fn write(dirs: &[PathBuf], out: Option<&Path>, between: Option<[f64; 2]>) -> Result<PathBuf, Error> {
     let Some(first) = dirs.first() else {
         return Err(Error::User("A report needs the directory of a run: `scree report runs/NAME`.".to_owned()));
     };
@@ -57,6 +64,8 @@ pub fn write(dirs: &[PathBuf], out: Option<&Path>) -> Result<PathBuf, Error> {
     let enriched = runs.iter().map(enriched_frame).collect::<Result<Vec<_>, _>>()?;
     let pairs: Vec<(&Run, Option<usize>)> = runs.iter().zip(enriched).collect();
     let timing = Timing::of(&pairs);
+    let told: Vec<_> = pairs.iter().zip(&findings).map(|(&(run, frame), findings)| (run, findings, frame)).collect();
+    let comparison = Comparison::of(&told, between)?;
     let scenes = pairs.iter().map(|&(run, frame)| Scenes::of(run, &timing, frame)).collect::<Result<Vec<_>, _>>()?;
 
     let found: Vec<Found> = runs.iter().zip(&findings).map(|(run, findings)| Found { run, findings }).collect();
@@ -78,21 +87,56 @@ pub fn write(dirs: &[PathBuf], out: Option<&Path>) -> Result<PathBuf, Error> {
     for (name, drawing) in drawings.files() {
         put(&folder.join(name), drawing)?;
     }
-    put(&path.with_extension("txt"), &words::plain_text(&stories))?;
-    put(&path, &page::page(&stories, &drawings))?;
+    let mut text = words::plain_text(&stories);
+    if let Some(comparison) = &comparison {
+        for drawn in comparison.parts.iter().flat_map(|part| &part.figures) {
+            put(&folder.join(format!("{}.svg", drawn.name)), &drawn.drawing)?;
+        }
+        put(&path.with_file_name("comparison.json"), &format!("{:#}\n", comparison.json))?;
+        text = format!("{}\n\n{text}", words::plain_letters(&comparison.paragraph()));
+    }
+    put(&path.with_extension("txt"), &text)?;
+    put(&path, &page::page(&stories, &drawings, comparison.as_ref()))?;
     Ok(path)
+}
+
+/// Two rising horizontal strains, as `--between 0.37,0.57` has them.
+pub fn strains(text: &str) -> Result<[f64; 2], String> {
+    let read = |part: &str| part.trim().parse::<f64>().ok().filter(|strain| strain.is_finite() && *strain >= 0.0);
+    match text.split_once(',').map(|(from, to)| (read(from), read(to))) {
+        Some((Some(from), Some(to))) if from < to => Ok([from, to]),
+        _ => Err("two rising strains are wanted, such as 0.37,0.57".to_owned()),
+    }
 }
 
 /// Writes `scaling.html` with what `scree bench scaling` measured into a folder, its drawings to `figures/` beside it; returns
 /// where the page is.
 pub fn write_scaling(scaling: &Scaling, out: &Path) -> Result<PathBuf, Error> {
-    let (path, folder) = places(out, Some(&out.join("scaling.html")))?;
     let drawings = scaling::drawings(scaling);
-    for (name, drawing) in &drawings {
+    put_page(&out.join("scaling.html"), &drawings, &scaling::page(scaling, &drawings))
+}
+
+/// Writes `calibration.html` with what `scree calibrate` found into a folder, its drawings to `figures/` beside it; returns
+/// where the page is.
+pub fn write_calibration(
+    calibration: &Calibration,
+    scenario: &Scenario,
+    command: &str,
+    out: &Path,
+) -> Result<PathBuf, Error> {
+    let drawings = calibration::drawings(calibration);
+    let page = calibration::page(calibration, scenario, command, &drawings);
+    put_page(&out.join("calibration.html"), &drawings, &page)
+}
+
+/// Writes a page, and its drawings to `figures/` beside it.
+fn put_page(path: &Path, drawings: &[(&str, String)], page: &str) -> Result<PathBuf, Error> {
+    let folder = folder_beside(path)?;
+    for (name, drawing) in drawings {
         put(&folder.join(format!("{name}.svg")), drawing)?;
     }
-    put(&path, &scaling::page(scaling, &drawings))?;
-    Ok(path)
+    put(path, page)?;
+    Ok(path.to_owned())
 }
 
 /// Whether a directory holds a run of that kind of job.
@@ -142,12 +186,18 @@ fn write_sections(dirs: &[PathBuf], first: &Path, out: Option<&Path>, kind: Kind
     Ok(path)
 }
 
-/// The page, and the folder of its drawings, which is made.
+/// The page, and the folder of its drawings.
 fn places(first: &Path, out: Option<&Path>) -> Result<(PathBuf, PathBuf), Error> {
     let path = out.map_or_else(|| first.join("report.html"), Path::to_owned);
+    let folder = folder_beside(&path)?;
+    Ok((path, folder))
+}
+
+/// The folder of a page's drawings, which is made.
+fn folder_beside(path: &Path) -> Result<PathBuf, Error> {
     let folder = path.parent().unwrap_or(Path::new("")).join("figures");
     fs::create_dir_all(&folder).map_err(|error| unwritable(&folder, &error))?;
-    Ok((path, folder))
+    Ok(folder)
 }
 
 /// Runs of the same name are told apart by their directories.
@@ -163,10 +213,11 @@ fn tell_apart(runs: &mut [Run]) {
     }
 }
 
-fn put(path: &Path, text: &str) -> Result<(), Error> {
+/// Writes a file of what `--out` names.
+pub(super) fn put(path: &Path, text: &str) -> Result<(), Error> {
     fs::write(path, text).map_err(|error| unwritable(path, &error))
 }
 
-fn unwritable(path: &Path, error: &std::io::Error) -> Error {
-    Error::User(format!("{} cannot be written: {error}. Give another place with `--out FILE`.", path.display()))
+pub(super) fn unwritable(path: &Path, error: &std::io::Error) -> Error {
+    Error::User(format!("{} cannot be written: {error}. Give another place with --out.", path.display()))
 }

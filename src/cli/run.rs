@@ -94,6 +94,8 @@ fn opening(out: &Path, resolved: &str) -> Result<Opening, Error> {
     }
     let log = Log::open(out)?;
     tracing::warn!("warning: {shown} holds a run that ended before its first checkpoint; it is started anew");
+    // What makes the folder one of a run goes last: whoever ends in between leaves one that can be cleared again.
+    let _ = std::fs::remove_dir(checkpoint::folder(out));
     // Of frames there may be further parts.
     let parts = std::fs::read_dir(out).into_iter().flatten().flatten().map(|entry| entry.path());
     let parts = parts.filter(|path| path.extension().is_some_and(|extension| extension == "vtkhdf"));
@@ -105,8 +107,8 @@ fn opening(out: &Path, resolved: &str) -> Result<Opening, Error> {
         }
     }
     drop(log);
-    // It is empty, and its folder with it unless somebody has put something there.
-    let _ = std::fs::remove_dir(checkpoint::folder(out));
+    // The folder is empty now, unless somebody has put something there.
+    let _ = std::fs::remove_dir(out);
     Ok(Opening::Start)
 }
 

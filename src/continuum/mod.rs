@@ -295,6 +295,7 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
         row.extend((0..S::DIMENSION).flat_map(|axis| [-extents[2 * axis], extents[2 * axis + 1]]));
 
         let reactions: [f64; REACTIONS] = world.take_reactions()?;
+        core.progress.kept.take(&reactions);
         let duration = (world.step - core.progress.series_step) as f64 * self.job.step;
         for (axis, upper) in self.holding_faces() {
             let face = grid::face_impulse(&reactions, axis, upper == 1);

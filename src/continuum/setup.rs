@@ -119,6 +119,7 @@ fn settings<S: Space, L: MaterialLaw<S>>(job: &Mpm, law: &L) -> Settings<S, Abse
     Settings {
         dt: job.step,
         // Lists of pairs there are none for it to reach into.
+        grain_steps: 1,
         skin: job.grid.cell,
         grid: Grid {
             shape: job.scheme.shape,

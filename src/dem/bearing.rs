@@ -71,6 +71,12 @@ impl<S: Space> Contacts<S> {
             })
         })
     }
+
+    /// Love-Weber sum over the contacts of an owned row with other grains, not weighted, J; over the grain's share of space it
+    /// is its mean stress, tension positive.
+    pub fn moment<C: ContactLaw<S>>(&self, law: &C, grains: &Grains<S>, row: usize) -> S::Tensor {
+        self.bearings(law, grains, row).fold(S::Tensor::zero(), |sum, bearing| sum + bearing.moment())
+    }
 }
 
 impl<S: Space, C: ContactLaw<S>> Walls<S, C> {

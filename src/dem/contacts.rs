@@ -5,8 +5,8 @@ use std::cmp::Ordering;
 use std::time::Instant;
 
 use crate::dem::cell::{Cell, Shifts};
-use crate::dem::grains::{Grains, is_body, lanes, vector};
-use crate::dem::kernel::{Given, Pass, Side, give, pair_pass, pair_weight, row_words, side_of_row, touch};
+use crate::dem::grains::{Grains, is_body, lanes};
+use crate::dem::kernel::{Given, Pass, Side, pair_pass, pair_weight, row_words, side_of_row, touch};
 use crate::dem::neighbours::{Neighbours, Pair};
 use crate::dem::segments::{Finish, Passed, Resting, Segments, Shared, Stretch, row_of};
 use crate::ids::GrainId;
@@ -320,25 +320,6 @@ impl<S: Space> Contacts<S> {
             let holds = law.holds(&touch, &memory);
             holds.then(|| Self::weight_of(grains, pair) * law.elastic_energy(&touch, &memory))
         })
-    }
-
-    /// Love-Weber sum over the contacts of an owned row, unweighted: force times half of the branch, J; divided by the
-    /// grain's share of space it is its mean stress, tension positive. Forces are those of the positions and velocities
-    /// of now, reckoned on copies of the memories: looking changes nothing.
-    pub fn moment<C: ContactLaw<S>>(&self, law: &C, grains: &Grains<S>, row: usize) -> S::Tensor {
-        let mut sum = S::Tensor::zero();
-        for term in self.neighbours.terms_of(row) {
-            let pair = &self.neighbours.pairs[term.pair()];
-            let touch = self.touch_of(grains, pair);
-            let mut memory = self.recall::<C>(term.pair());
-            let force: S::Vector = vector(&give(law, &touch, 1.0, [0.0, 0.0], &mut memory).force);
-            let reach = grains.hot[pair.a as usize].radius + grains.hot[pair.b() as usize].radius;
-            let normal: S::Vector = vector(&touch.normal);
-            let half_branch = normal * (0.5 * (reach - touch.overlap));
-            // Branch and force both change sign for `b`, so the product does not.
-            sum -= S::outer(&force, &half_branch);
-        }
-        sum
     }
 
     /// The deepest overlap of a pair that this rank holds, as a share of the smaller radius, with its ids.

@@ -61,6 +61,30 @@ pub struct Cold<S: Space> {
     pub script: S::Vector,
 }
 
+/// What ties a grain to the continuum that shares its place: a spring and a dashpot on the way that it slips, as changes of
+/// its velocity in a step, m/s ([`crate::mpm::nodes`]). Both are zero away from the rim.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tie<S: Space> {
+    /// Of the spring.
+    pub spring: S::Vector,
+    /// Of both in the step to come.
+    pub given: S::Vector,
+}
+
+impl<S: Space> Tie<S> {
+    /// Of a grain that has not slipped.
+    pub fn loose() -> Self {
+        Self { spring: S::Vector::zero(), given: S::Vector::zero() }
+    }
+}
+
+impl<S: Space> Record for Tie<S> {
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        visitor.f64s("spring", self.spring.as_mut_slice());
+        visitor.f64s("given", self.given.as_mut_slice());
+    }
+}
+
 /// Grains of this rank in block order, copies of other ranks' grains behind them.
 #[derive(Clone, Debug)]
 pub struct Grains<S: Space> {
@@ -73,6 +97,8 @@ pub struct Grains<S: Space> {
     pub homes: Vec<S::Vector>,
     /// Owned rows that are glued to bodies.
     pub glued: Vec<Row>,
+    /// Ties of owned rows to the continuum.
+    pub ties: Vec<Tie<S>>,
     /// Force and torque on owned rows, N and N m; weighted as the contacts are.
     pub force: Vec<S::Vector>,
     pub torque: Vec<S::Spin>,
@@ -87,6 +113,7 @@ impl<S: Space> Default for Grains<S> {
             movers: Vec::new(),
             homes: Vec::new(),
             glued: Vec::new(),
+            ties: Vec::new(),
             force: Vec::new(),
             torque: Vec::new(),
         }
@@ -98,6 +125,7 @@ impl<S: Space> Default for Grains<S> {
 pub struct GrainRow<S: Space, M> {
     pub hot: Hot<S>,
     pub cold: Cold<S>,
+    pub tie: Tie<S>,
     /// Memories of touching contacts by the partner's id, in its order; in the orientation lower to higher id.
     pub contacts: Vec<(GrainId, M)>,
 }
@@ -142,6 +170,7 @@ impl<S: Space> Grains<S> {
             + self.cold.capacity() * size_of::<Cold<S>>()
             + self.movers.capacity() * size_of::<Mover>()
             + self.glued.capacity() * size_of::<Row>()
+            + self.ties.capacity() * size_of::<Tie<S>>()
             + self.homes.capacity() * size_of::<S::Vector>()
             + self.force.capacity() * size_of::<S::Vector>()
             + self.torque.capacity() * size_of::<S::Spin>()
@@ -156,6 +185,7 @@ impl<S: Space, M: Words<f64>> GrainRow<S, M> {
         let mut row = Self {
             hot: Hot { position, velocity: zero, spin: S::Spin::zero(), radius, weight: 1.0, mass, spare },
             cold: Cold { id, mover, origin: position, image: [0; 3], home: position, script: zero },
+            tie: Tie::loose(),
             contacts: Vec::new(),
         };
         row.hand_to(mover);
@@ -169,7 +199,7 @@ impl<S: Space, M: Words<f64>> GrainRow<S, M> {
     }
 }
 
-/// The grain itself; its contacts are records of their own.
+/// The grain itself; its tie and its contacts are records of their own.
 impl<S: Space, M> Record for GrainRow<S, M> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
         let (hot, cold) = (&mut self.hot, &mut self.cold);
@@ -206,6 +236,20 @@ pub fn is_body(partner: GrainId) -> bool {
 /// Which body a partner is.
 pub fn body_of_partner(partner: GrainId) -> Option<usize> {
     partner.0.checked_sub(FIRST_BODY).map(|body| body as usize)
+}
+
+/// What a grain's tie remembers as it rests on disk.
+#[derive(Clone, Debug)]
+pub struct TieRow<S: Space> {
+    pub grain: GrainId,
+    pub tie: Tie<S>,
+}
+
+impl<S: Space> Record for TieRow<S> {
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        visitor.u64("grain", &mut self.grain.0);
+        self.tie.visit(visitor);
+    }
 }
 
 /// A touching contact as it rests on disk.

@@ -162,13 +162,17 @@ fn shifts<S: Space, P: Pack>(shifts: &Shifts<S>, pairs: &[Pair; LANES]) -> (S::V
 #[inline(always)]
 fn write<S: Space, C: ContactLaw<S>, P: Pack>(parts: &Parts<S, P>, forces: &mut [f64]) {
     const WORDS_MAX: usize = 11;
-    let mut lanes = [[0.0; LANES]; WORDS_MAX];
-    for (word, lanes) in lanes.iter_mut().enumerate().take(row_words::<S, C>()) {
-        parts.word(word).store(lanes);
+    /// Eight numbers that fill a line of the cache and are not stored in halves.
+    #[derive(Clone, Copy)]
+    #[repr(align(64))]
+    struct Line([f64; LANES]);
+    let mut lanes = [Line([0.0; LANES]); WORDS_MAX];
+    for (word, line) in lanes.iter_mut().enumerate().take(row_words::<S, C>()) {
+        parts.word(word).store(&mut line.0);
     }
     for (lane, force) in forces.chunks_exact_mut(row_words::<S, C>()).enumerate() {
         for (word, value) in force.iter_mut().enumerate() {
-            *value = lanes[word][lane];
+            *value = lanes[word].0[lane];
         }
     }
 }

@@ -126,24 +126,6 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
         })
     }
 
-    /// Love-Weber moments of the contacts, J, tension positive, with the forces of the positions and velocities of now.
-    pub fn moments<'a>(
-        &'a self,
-        law: &'a C,
-        grains: &'a Grains<S>,
-        (bodies, cell): (&'a [Body<S>], &'a Cell<S>),
-    ) -> impl Iterator<Item = S::Tensor> + 'a {
-        self.list.iter().filter_map(move |wall| {
-            let body = &bodies[wall.body as usize];
-            let (hot, _) = beside(body, cell, &grains.hot[wall.row as usize]);
-            let nearest = body.nearest(&hot.position)?;
-            let touch = touch_of(&hot, body, (body.velocity, body.spin), &nearest, [0.0, 0.0]);
-            let mut memory = wall.memory;
-            let force: S::Vector = vector(&give(law, &touch, hot.weight, [0.0, 0.0], &mut memory).force);
-            Some(-S::outer(&force, &(hot.position - middle(&nearest, touch.overlap))))
-        })
-    }
-
     /// The deepest overlap of a grain with a body, as a share of its radius, with its id and the body's.
     pub fn deepest(&self, grains: &Grains<S>, (bodies, cell): (&[Body<S>], &Cell<S>)) -> Option<(f64, [GrainId; 2])> {
         let shares = self.list.iter().filter_map(|wall| {

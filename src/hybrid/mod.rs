@@ -1,5 +1,5 @@
 //! Grains where the continuum shears itself into a band: where ([`oracle`], [`zone`]), from what ([`motion`], [`select`]).
-//! Coupling itself happens on the nodes: [`crate::mpm::nodes::advance`].
+//! Coupling itself happens on the nodes: [`crate::mpm::nodes::step`].
 
 pub mod motion;
 pub mod oracle;

@@ -1,9 +1,10 @@
 //! Tiles back to points and grains.
 
-use crate::dem::grains::{Hot as GrainHot, Mover};
+use crate::dem::grains::{Hot as GrainHot, Mover, Tie};
 use crate::dem::segments::larger;
 use crate::lane::{Instructions, Kernel, LANES, Pack, Packed};
 use crate::law::material::MaterialLaw;
+use crate::mpm::nodes;
 use crate::mpm::points::{Beside, Hot};
 use crate::mpm::scatter::{Basis, TileFrame, eight_of};
 use crate::mpm::shape::{Quadratic, Stencil, row};
@@ -367,18 +368,24 @@ fn outside_of<S: Space, L: MaterialLaw<S>, P: Pack>(frame: &TileFrame<S>, lanes:
     outside * P::splat(frame.cell)
 }
 
-/// Correction of the block's free grains: `v += sum N lambda_i/m_i`. Spin is left alone.
+/// Correction of the block's free grains: `v += sum N lambda_i/m_i`, and what their ties do in the next step. Spin is left
+/// alone.
 pub fn correct_grains<S: Space>(
     frame: &TileFrame<S>,
     tile: &[GrainChange<S>],
     hot: &mut [GrainHot<S>],
+    ties: &mut [Tie<S>],
     movers: &[Mover],
 ) {
-    for (hot, _) in hot.iter_mut().zip(movers).filter(|(_, mover)| **mover == Mover::Free) {
-        let mut change = S::Vector::zero();
+    let free = hot.iter_mut().zip(ties).zip(movers).filter(|(_, mover)| **mover == Mover::Free);
+    for ((hot, tie), _) in free {
+        let mut change = GrainChange::<S>::zero();
         frame.stencil::<Quadratic, 3>(&hot.position).for_each(frame.edge, |node, value| {
-            change += tile[node] * value;
+            change.velocity += tile[node].velocity * value;
+            change.share += tile[node].share * value;
+            change.shared += tile[node].shared * value;
         });
-        hot.velocity += change;
+        hot.velocity += change.velocity;
+        *tie = nodes::tied(tie, &(hot.velocity * change.share - change.shared), change.share);
     }
 }

@@ -1,43 +1,79 @@
-//! What happens on the nodes: momentum balance, what holds them, and the velocity that grains and continuum share.
+//! What happens on the nodes: momentum balance, what holds them, and how grains and continuum go together.
+//!
+//! ```text
+//! P_c <- P_c + f dt + m_c g dt - J                    the continuum's own step, and what ties have given grains
+//! lambda = (m_d P_c - m_c P_d)/(m_c + m_d)            equal velocities, momentum kept (Yue et al. 2018)
+//! P_c -= lambda,  P_d += lambda
+//! ```
+//!
+//! A node makes one velocity of the mean velocities of grains and points around it, and what keeps single grains from going
+//! their own way is then no more than a dashpot. At the free edges of both within a rim, forces drive grains and
+//! continuum apart by `a dt` in every step, some 0.1 m/s, of which functions that smooth lambda leave a part for ever: the layer as
+//! a whole slips, and its outermost grains are pushed out of it one by one. So each grain of the rim is tied as well, by a
+//! spring q and a dashpot on the way that it slips against the velocities V of its nodes, with the continuum's share of
+//! their mass as its strength:
+//!
+//! ```text
+//! u = sum N s (v - V),  s = m_c/(m_c + m_d)           after a step
+//! q <- q - k u,  v <- v + q - b u                     in the next
+//! J = sum w m N (q - b u)                             what its nodes' continuum pays for it
+//! ```
+//!
+//! With it a grain slips by `a dt^2/(k s)`, some nanometres, and stays there; where it comes among grains alone, its spring
+//! slackens. Spring and dashpot are impulses between
+//! grains and continuum at a node, so that momentum is kept, and a node's velocity does not feel them.
 
-use crate::mpm::tile::{Advanced, Gathered, GrainChange, GrainNode};
-use crate::space::{Linear, Space};
+use crate::dem::grains::Tie;
+use crate::mpm::tile::{Gathered, GrainChange, GrainNode};
+use crate::space::Space;
 
-/// The equation of motion of a node, and how grains and continuum share it.
-///
-/// ```text
-/// v = (p + f dt)/m + g dt                             the continuum's own step
-/// lambda = (m_d P_c - m_c P_d)/(m_c + m_d)            equal velocities, momentum kept (Yue et al. 2018)
-/// P_c -= lambda,  P_d += lambda
-/// ```
-///
-/// `hold` says what becomes of a velocity where something holds the node; it acts on both.
-pub fn advance<S: Space>(
+/// k and b. An oscillation of a grain against its nodes dies within tens of steps for all shares s, whatever part of it the
+/// nodes see.
+const SPRING: f64 = 0.1;
+const DASHPOT: f64 = 0.5;
+/// Share of the continuum below which springs slacken: half of what it has where rims weigh the same on both sides, and
+/// what it has at the edge of such a rim.
+const HOLDS: f64 = 0.25;
+
+/// A node after its step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stepped<S: Space> {
+    /// Of the continuum, m/s.
+    pub velocity: S::Vector,
+    pub grains: GrainChange<S>,
+}
+
+/// The step of a node that has mass. `hold` says what becomes of a velocity where something holds the node; it acts on both
+/// sides.
+pub fn step<S: Space>(
     node: &Gathered<S>,
     grains: &GrainNode<S>,
     gravity: &S::Vector,
     dt: f64,
     hold: impl FnOnce(S::Vector) -> S::Vector,
-) -> Advanced<S> {
+) -> Stepped<S> {
     let (mass, grain_mass) = (node.mass(), grains.mass);
-    if mass <= 0.0 {
-        return Advanced::zero();
+    let momentum = node.momentum() + node.force() * dt + *gravity * (mass * dt) - grains.given;
+    if grain_mass <= 0.0 {
+        return Stepped { velocity: hold(momentum * (1.0 / mass)), grains: GrainChange::zero() };
     }
-    let before = node.momentum() * (1.0 / mass);
-    let momentum = node.momentum() + node.force() * dt + *gravity * (mass * dt);
-    let mut velocity = momentum * (1.0 / mass);
-    if grain_mass > 0.0 {
-        let lambda = (momentum * grain_mass - grains.momentum * mass) * (1.0 / (mass + grain_mass));
-        velocity = (momentum - lambda) * (1.0 / mass);
-    }
-    let velocity = hold(velocity);
-    Advanced::new(&velocity, &(velocity - before))
+    // (P_c - lambda)/m_c, without what a node that points hardly reach would lose to round-off: J goes with the grains' mass.
+    let velocity = hold((momentum + grains.momentum) * (1.0 / (mass + grain_mass)));
+    let share = mass / (mass + grain_mass);
+    let change = velocity - grains.momentum * (1.0 / grain_mass);
+    Stepped { velocity, grains: GrainChange { velocity: change, share, shared: velocity * share } }
 }
 
-/// What brings grains to the velocity that they share with the continuum at a node, m/s.
-pub fn correction<S: Space>(node: &Gathered<S>, grains: &GrainNode<S>, advanced: &Advanced<S>) -> GrainChange<S> {
-    match node.mass() > 0.0 && grains.mass > 0.0 {
-        true => advanced.velocity() - grains.momentum * (1.0 / grains.mass),
-        false => S::Vector::zero(),
+/// A node with grains alone, or with nothing: what ties have given there, nobody has paid for.
+pub fn without_points<S: Space>(grains: &GrainNode<S>) -> GrainChange<S> {
+    match grains.mass > 0.0 {
+        true => GrainChange { velocity: grains.given * (-1.0 / grains.mass), ..GrainChange::zero() },
+        false => GrainChange::zero(),
     }
+}
+
+/// A tie after a step in which its grain has come to slip at `slip`, u, m/s, among nodes of which the continuum has `share`.
+pub fn tied<S: Space>(tie: &Tie<S>, slip: &S::Vector, share: f64) -> Tie<S> {
+    let spring = (tie.spring - *slip * SPRING) * (share * (1.0 / HOLDS)).min(1.0);
+    Tie { spring, given: spring - *slip * DASHPOT }
 }

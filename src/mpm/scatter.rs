@@ -1,6 +1,6 @@
 //! Points and grains to the tile of their block.
 
-use crate::dem::grains::{Hot as GrainHot, Mover};
+use crate::dem::grains::{Hot as GrainHot, Mover, Tie};
 use crate::ids::Row;
 use crate::lane::{Instructions, Kernel, LANES, Pack, Packed, Real};
 use crate::mpm::points::{Beside, Hot};
@@ -54,7 +54,9 @@ impl<S: Space> TileFrame<S> {
 const REACH_MAX: usize = 4;
 
 /// Stencils of eight points, laid out so that a point's numbers can be spread over the words of a node. One stands ready
-/// for all groups of a block.
+/// for all groups of a block. Eight numbers fill a line of the cache: across two of them they would be stored and read in
+/// halves, wherever the stack happens to begin.
+#[repr(align(64))]
 pub struct Basis {
     /// First node in reach of each.
     pub first: [usize; LANES],
@@ -337,20 +339,23 @@ pub fn scatter_loads<S: Space, M>(
     }
 }
 
-/// Weighted mass and momentum of the block's free grains, at their positions before the step.
+/// What the block's free grains bring, at their positions before the step, once their ties have given them what is due.
 pub fn scatter_grains<S: Space>(
     frame: &TileFrame<S>,
-    hot: &[GrainHot<S>],
-    movers: &[Mover],
+    hot: &mut [GrainHot<S>],
+    (ties, movers): (&[Tie<S>], &[Mover]),
     tile: &mut [GrainNode<S>],
 ) {
-    for (hot, _) in hot.iter().zip(movers).filter(|(_, mover)| **mover == Mover::Free) {
+    let free = hot.iter_mut().zip(ties).zip(movers).filter(|(_, mover)| **mover == Mover::Free);
+    for ((hot, tie), _) in free {
+        hot.velocity += tie.given;
         let mass = hot.weight * hot.mass;
-        let momentum = hot.velocity * mass;
+        let (momentum, given) = (hot.velocity * mass, tie.given * mass);
         frame.stencil::<Quadratic, 3>(&hot.position).for_each(frame.edge, |node, value| {
             let node = &mut tile[node];
             node.mass += mass * value;
             node.momentum += momentum * value;
+            node.given += given * value;
         });
     }
 }

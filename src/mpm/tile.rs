@@ -17,11 +17,13 @@ const NODES_PER_TASK: usize = 512;
 #[repr(align(64))]
 pub struct Gathered<S: Space>(pub [f64; NODE_WORDS], std::marker::PhantomData<S>);
 
-/// What grains bring to a node: weighted mass, kg, and momentum after their own kick, N s.
+/// What grains bring to a node, weighted: mass, kg; momentum after their own kick and what their ties have given them, N s;
+/// and of this what ties have given, which the continuum has to give back.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GrainNode<S: Space> {
     pub mass: f64,
     pub momentum: S::Vector,
+    pub given: S::Vector,
 }
 
 /// What a node gives back to points: its velocity after the step (m/s) and the change of it, in this order.
@@ -29,8 +31,14 @@ pub struct GrainNode<S: Space> {
 #[repr(align(64))]
 pub struct Advanced<S: Space>(pub [f64; NODE_WORDS], std::marker::PhantomData<S>);
 
-/// What a node gives back to grains: correction of their velocities, m/s.
-pub type GrainChange<S> = <S as Space>::Vector;
+/// What a node gives back to grains: change of their velocities, m/s; the continuum's share of the node's mass, by which ties
+/// hold; and the node's velocity times it, m/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GrainChange<S: Space> {
+    pub velocity: S::Vector,
+    pub share: f64,
+    pub shared: S::Vector,
+}
 
 fn vector_at<S: Space>(words: &[f64; NODE_WORDS], first: usize) -> S::Vector {
     let mut vector = S::Vector::zero();
@@ -67,6 +75,12 @@ impl<S: Space> Gathered<S> {
         }
     }
 
+    pub fn set_momentum(&mut self, momentum: &S::Vector) {
+        for axis in 0..S::DIMENSION {
+            self.0[1 + axis] = momentum[axis];
+        }
+    }
+
     fn add(&mut self, other: &Self) {
         for (word, more) in self.0.iter_mut().zip(other.0) {
             *word += more;
@@ -76,13 +90,59 @@ impl<S: Space> Gathered<S> {
 
 impl<S: Space> GrainNode<S> {
     pub fn zero() -> Self {
-        Self { mass: 0.0, momentum: S::Vector::zero() }
+        let zero = S::Vector::zero();
+        Self { mass: 0.0, momentum: zero, given: zero }
     }
 
     fn add(&mut self, other: &Self) {
         self.mass += other.mass;
         self.momentum += other.momentum;
+        self.given += other.given;
     }
+
+    /// Its numbers, in the order of its fields.
+    pub fn write(&self, words: &mut [f64]) {
+        words[0] = self.mass;
+        write_vectors::<S>(&[self.momentum, self.given], &mut words[1..]);
+    }
+
+    pub fn read(words: &[f64]) -> Self {
+        let [momentum, given] = read_vectors::<S, 2>(&words[1..]);
+        Self { mass: words[0], momentum, given }
+    }
+}
+
+impl<S: Space> GrainChange<S> {
+    pub fn zero() -> Self {
+        Self { velocity: S::Vector::zero(), share: 0.0, shared: S::Vector::zero() }
+    }
+
+    /// Its numbers.
+    pub fn write(&self, words: &mut [f64]) {
+        words[0] = self.share;
+        write_vectors::<S>(&[self.velocity, self.shared], &mut words[1..]);
+    }
+
+    pub fn read(words: &[f64]) -> Self {
+        let [velocity, shared] = read_vectors::<S, 2>(&words[1..]);
+        Self { velocity, share: words[0], shared }
+    }
+}
+
+fn write_vectors<S: Space>(vectors: &[S::Vector], words: &mut [f64]) {
+    for (vector, words) in vectors.iter().zip(words.chunks_exact_mut(S::DIMENSION)) {
+        for (axis, word) in words.iter_mut().enumerate() {
+            *word = vector[axis];
+        }
+    }
+}
+
+fn read_vectors<S: Space, const N: usize>(words: &[f64]) -> [S::Vector; N] {
+    let mut vectors = [S::Vector::zero(); N];
+    for (vector, words) in vectors.iter_mut().zip(words.chunks_exact(S::DIMENSION)) {
+        vector.as_mut_slice().copy_from_slice(words);
+    }
+    vectors
 }
 
 impl<S: Space> Advanced<S> {
@@ -109,6 +169,21 @@ impl<S: Space> Advanced<S> {
 
     pub fn change(&self) -> S::Vector {
         vector_at::<S>(&self.0, S::DIMENSION)
+    }
+}
+
+/// How far a node is in the continuum's step, where grains take several within it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stride<S: Space> {
+    /// Steps of grains that the node has taken with them.
+    pub taken: u64,
+    /// Velocity that points brought, m/s; of nodes that have taken any.
+    pub brought: S::Vector,
+}
+
+impl<S: Space> Stride<S> {
+    pub fn zero() -> Self {
+        Self { taken: 0, brought: S::Vector::zero() }
     }
 }
 
@@ -210,6 +285,8 @@ pub struct Tiles<S: Space> {
     pub grains: Vec<GrainNode<S>>,
     pub grain_sums: Vec<GrainNode<S>>,
     pub grain_changes: Vec<GrainChange<S>>,
+    /// Of owned nodes.
+    pub strides: Vec<Stride<S>>,
 }
 
 impl<S: Space> Default for Tiles<S> {
@@ -221,6 +298,7 @@ impl<S: Space> Default for Tiles<S> {
             grains: Vec::new(),
             grain_sums: Vec::new(),
             grain_changes: Vec::new(),
+            strides: Vec::new(),
         }
     }
 }
@@ -235,15 +313,20 @@ impl<S: Space> Tiles<S> {
             advanced: vec![Advanced::zero(); advanced],
             grains: vec![GrainNode::zero(); of_grains(gathered)],
             grain_sums: vec![GrainNode::zero(); of_grains(mosaic.owned.len())],
-            grain_changes: vec![S::Vector::zero(); of_grains(advanced)],
+            grain_changes: vec![GrainChange::zero(); of_grains(advanced)],
+            strides: vec![Stride::zero(); of_grains(mosaic.owned.len())],
         }
     }
 
     pub fn sum(&mut self, mosaic: &Mosaic, tier: Tier) {
         mosaic.sum_into(tier, &self.gathered, Gathered::zero(), Gathered::add, &mut self.sums);
         if !self.grains.is_empty() {
-            mosaic.sum_into(tier, &self.grains, GrainNode::zero(), GrainNode::add, &mut self.grain_sums);
+            self.sum_grains(mosaic, tier);
         }
+    }
+
+    pub fn sum_grains(&mut self, mosaic: &Mosaic, tier: Tier) {
+        mosaic.sum_into(tier, &self.grains, GrainNode::zero(), GrainNode::add, &mut self.grain_sums);
     }
 
     /// Fills the margins of the tiles of one tier from the owners' rows.
@@ -252,9 +335,13 @@ impl<S: Space> Tiles<S> {
             self.advanced[to as usize] = self.advanced[from as usize];
         }
         if !self.grain_changes.is_empty() {
-            for &(to, from) in mosaic.copies_of(tier) {
-                self.grain_changes[to as usize] = self.grain_changes[from as usize];
-            }
+            self.copy_margins_of_grains(mosaic, tier);
+        }
+    }
+
+    pub fn copy_margins_of_grains(&mut self, mosaic: &Mosaic, tier: Tier) {
+        for &(to, from) in mosaic.copies_of(tier) {
+            self.grain_changes[to as usize] = self.grain_changes[from as usize];
         }
     }
 }

@@ -17,9 +17,11 @@
 use crate::math;
 
 /// Share of the material, by area, that counts as candidates (98th percentile).
-const CANDIDATE_SHARE: f64 = 0.02;
+pub const CANDIDATE_SHARE: f64 = 0.02;
 /// Candidates farther from the centre line than this many standard deviations are outliers.
 const OUTLIER_DEVIATIONS: f64 = 2.0;
+/// Candidates on one line are not outliers by the last digits of their coordinates.
+const ROUND_OFF: f64 = 1e-12;
 /// Fewer members than this make no band.
 const MEMBERS_MIN: usize = 6;
 /// A band closes round the period where the widest gap between its candidates is below this share of the period.
@@ -38,6 +40,15 @@ pub struct Strained<'a> {
     pub period: f64,
 }
 
+/// Which rows are candidates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Candidates {
+    /// The most strained share of the material, by area.
+    Share(f64),
+    /// Rows of at least that strain: the threshold of another specimen that this one is compared with.
+    Beyond(f64),
+}
+
 /// A measured band.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Band {
@@ -51,7 +62,7 @@ pub struct Band {
     pub angle: f64,
     /// The band closes on itself round the period.
     pub closed: bool,
-    /// The 98th percentile of strain.
+    /// The smallest strain of a candidate: the 98th percentile.
     pub threshold: f64,
     /// Rows inside the box, ascending.
     pub members: Vec<usize>,
@@ -72,7 +83,12 @@ impl Band {
 
 /// Measures the band. None where too few rows are strained to speak of one, or all are strained alike.
 pub fn measure(strained: &Strained) -> Option<Band> {
-    let (candidates, threshold) = candidates(strained)?;
+    measure_by(strained, Candidates::Share(CANDIDATE_SHARE))
+}
+
+/// The same with another choice of candidates.
+pub fn measure_by(strained: &Strained, wanted: Candidates) -> Option<Band> {
+    let (candidates, threshold) = candidates(strained, wanted)?;
     let (places, closed) = unrolled(&candidates, strained);
     let centre = mean(&places);
     let along = if closed { [1.0, 0.0] } else { principal_axis(&places, centre) };
@@ -81,7 +97,8 @@ pub fn measure(strained: &Strained) -> Option<Band> {
     let distances: Vec<f64> =
         places.iter().map(|place| (place[0] - centre[0]) * across[0] + (place[1] - centre[1]) * across[1]).collect();
     let variance = distances.iter().map(|distance| distance * distance).sum::<f64>() / distances.len() as f64;
-    let limit = OUTLIER_DEVIATIONS * variance.sqrt();
+    let size = places.iter().flatten().fold(0.0, |size: f64, coordinate| size.max(coordinate.abs()));
+    let limit = OUTLIER_DEVIATIONS * variance.sqrt() + ROUND_OFF * size;
     let kept: Vec<usize> = (0..places.len()).filter(|&index| distances[index].abs() <= limit).collect();
     if kept.len() < MEMBERS_MIN {
         return None;
@@ -90,7 +107,7 @@ pub fn measure(strained: &Strained) -> Option<Band> {
     let kept_places: Vec<[f64; 2]> = kept.iter().map(|&index| places[index]).collect();
     let mut members: Vec<usize> = kept.iter().map(|&index| candidates[index]).collect();
     members.sort_unstable();
-    let mut band = if closed { box_along(&kept_places, along) } else { smallest_box(&kept_places, along)? };
+    let mut band = if closed { box_along(&kept_places, along) } else { smallest_box(&kept_places, along) };
     if closed {
         band.length = strained.period;
     }
@@ -100,20 +117,25 @@ pub fn measure(strained: &Strained) -> Option<Band> {
     Some(Band { threshold, members, closed, ..band })
 }
 
-/// The most strained rows that make up [`CANDIDATE_SHARE`] of the area, most strained first, and the smallest strain
-/// among them.
-fn candidates(strained: &Strained) -> Option<(Vec<usize>, f64)> {
+/// The candidates, most strained first, and the smallest strain among them.
+fn candidates(strained: &Strained, wanted: Candidates) -> Option<(Vec<usize>, f64)> {
     let Strained { positions, strains, areas, .. } = *strained;
     assert!(positions.len() == strains.len() && positions.len() == areas.len(), "one entry per row");
     let mut rows: Vec<usize> = (0..strains.len()).filter(|&row| strains[row].is_finite()).collect();
     rows.sort_by(|&a, &b| strains[b].total_cmp(&strains[a]).then(a.cmp(&b)));
     let total: f64 = rows.iter().map(|&row| areas[row]).sum();
-    let mut sum = 0.0;
-    let mut count = 0;
-    while count < rows.len() && sum + 0.5 * areas[rows[count]] <= CANDIDATE_SHARE * total {
-        sum += areas[rows[count]];
-        count += 1;
-    }
+    let count = match wanted {
+        Candidates::Share(share) => {
+            let mut sum = 0.0;
+            let within = |row: &&usize| {
+                let fits = sum + 0.5 * areas[**row] <= share * total;
+                sum += areas[**row];
+                fits
+            };
+            rows.iter().take_while(within).count()
+        }
+        Candidates::Beyond(strain) => rows.partition_point(|&row| strains[row] >= strain),
+    };
     if count < MEMBERS_MIN {
         return None;
     }
@@ -166,8 +188,8 @@ fn principal_axis(places: &[[f64; 2]], centre: [f64; 2]) -> [f64; 2] {
 }
 
 /// The box of least area around the places: one of its sides lies on an edge of their convex hull (Freeman and Shapira
-/// 1975). Thickness is the side nearer to the normal of `along`.
-fn smallest_box(places: &[[f64; 2]], along: [f64; 2]) -> Option<Band> {
+/// 1975). Thickness is the side nearer to the normal of `along`; places on one line have none.
+fn smallest_box(places: &[[f64; 2]], along: [f64; 2]) -> Band {
     let hull = convex_hull(places);
     let boxes = hull.iter().enumerate().map(|(index, corner)| {
         let next = hull[(index + 1) % hull.len()];
@@ -184,7 +206,8 @@ fn smallest_box(places: &[[f64; 2]], along: [f64; 2]) -> Option<Band> {
         box_along(&hull, axis)
     });
     let area = |band: &Band| band.thickness * band.length;
-    boxes.reduce(|best, band| if area(&band) < area(&best) { band } else { best })
+    let smallest = boxes.reduce(|best, band| if area(&band) < area(&best) { band } else { best });
+    smallest.unwrap_or_else(|| box_along(places, along))
 }
 
 /// The box with sides along and across the unit vector `axis` around the places.
@@ -354,6 +377,30 @@ mod tests {
         let band = measure(&Strained { positions: &positions, strains: &strains, areas: &areas, period: WIDTH });
         let thickness = band.unwrap().thickness;
         assert!((thickness - 0.02 * HEIGHT).abs() <= 2.0 * SPACING, "{thickness}");
+    }
+
+    #[test]
+    fn candidates_may_be_chosen_otherwise() {
+        let (positions, strains) = specimen(|place| 1.0 / (1.0 + (place[1] - 70.0).abs()));
+        let areas = vec![SPACING * SPACING; positions.len()];
+        let strained = Strained { positions: &positions, strains: &strains, areas: &areas, period: WIDTH };
+        let thickness = |wanted: Candidates| measure_by(&strained, wanted).unwrap().thickness;
+        assert_eq!(thickness(Candidates::Share(CANDIDATE_SHARE)), measure(&strained).unwrap().thickness);
+        assert!((thickness(Candidates::Share(0.05)) - 0.05 * HEIGHT).abs() <= 2.0 * SPACING);
+        // Strain falls to a fifth within 4 of the line.
+        assert!((thickness(Candidates::Beyond(0.2)) - 8.0).abs() <= 2.0 * SPACING);
+        assert_eq!(measure_by(&strained, Candidates::Beyond(2.0)), None);
+    }
+
+    #[test]
+    fn a_piece_of_one_row_has_no_thickness() {
+        let strain = |place: [f64; 2]| if (place[1] - 70.25).abs() < 0.1 && place[0] < 20.0 { 1.0 } else { 0.0 };
+        let (positions, strains) = specimen(strain);
+        let areas = vec![SPACING * SPACING; positions.len()];
+        let strained = Strained { positions: &positions, strains: &strains, areas: &areas, period: WIDTH };
+        let band = measure_by(&strained, Candidates::Beyond(0.5)).unwrap();
+        assert!(band.thickness < 1e-9 && !band.closed, "{band:?}");
+        assert!((band.length - 19.5).abs() < 1e-9, "{}", band.length);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! What a run tells of itself: energies, stress, strain, the thickness of a band, and where its time goes.
 
 pub mod band;
+pub mod conservation;
 pub mod contact_frame;
 pub mod energy;
 pub mod frame;

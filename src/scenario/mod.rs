@@ -24,6 +24,7 @@ mod write;
 pub use assembly::Assembly;
 pub use job::Job;
 pub use mpm::Mpm;
+pub(crate) use resolve::{BLOCK_OF_DISCS, MATERIAL_KEYS, significant};
 
 /// Which parts of the program are awake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -351,8 +352,10 @@ pub struct Enrichment {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Time {
-    /// Time step of grains and continuum, s.
+    /// Time step of grains, s.
     pub step: f64,
+    /// Steps of grains in one of the continuum.
+    pub grain_steps: u64,
 }
 
 /// How the domain is cut; results do not depend on it (invariant 2), except through `cells_per_block`.
@@ -372,6 +375,8 @@ pub struct Output {
     pub frame_interval: f64,
     /// Simulated time between checkpoints, s.
     pub checkpoint_interval: f64,
+    /// Steps between checkpoints beside those; none where it is 0.
+    pub checkpoint_steps: u64,
     /// Wall time between checkpoints at most, s.
     pub checkpoint_wall_interval: f64,
     /// Checkpoints kept.

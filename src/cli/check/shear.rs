@@ -126,6 +126,12 @@ fn steps(page: &mut Page, scenario: &Scenario) {
     let points = [derived::point_bound(scenario)];
     if scenario.method.has_points() {
         page.bounds("stable step of the continuum", &points);
+        let (together, most) = (derived::grain_steps(scenario), derived::grain_steps_max(scenario));
+        page.row(
+            "steps of grains in one of it",
+            &together.to_string(),
+            &format!("time.grain_steps; {most} at most, within the stable step of the continuum alone"),
+        );
     }
 }
 

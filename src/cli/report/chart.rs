@@ -114,6 +114,20 @@ pub struct Chart<'a> {
 }
 
 impl Chart<'_> {
+    /// Fills what lies between two curves (in units of the axes), faintly; to be called before [`Self::draw`].
+    pub fn fill_between(&self, svg: &mut Svg, frame: Frame, lower: &[[f64; 2]], upper: &[[f64; 2]], colour: &str) {
+        let place = |&[x, y]: &[f64; 2]| {
+            [frame.left + self.x.share(x) * frame.width, frame.bottom() - self.y.share(y) * frame.height]
+        };
+        let around: Vec<String> = lower.iter().chain(upper.iter().rev()).map(place).map(pair).collect();
+        if around.len() > 2 {
+            svg.clipped(frame, |svg| {
+                let path = around.join("L");
+                svg.raw(&format!("<path d=\"M{path}Z\" fill=\"{colour}\" fill-opacity=\"0.18\"/>\n"));
+            });
+        }
+    }
+
     /// Draws the chart; `frame` is the rectangle of the axes, labels go outside of it.
     pub fn draw(&self, svg: &mut Svg, frame: Frame) {
         let place = |x: f64, y: f64| {

@@ -7,18 +7,18 @@ use super::load::Run;
 use super::svg::{Stroke, Svg};
 
 /// Height of the axes of a chart, pixels.
-const HEIGHT: f64 = 270.0;
+pub const HEIGHT: f64 = 270.0;
 /// Room above the axes for legend and title, pixels.
 const HEAD: f64 = 30.0;
 const FOOT: f64 = 50.0;
-const STRAIN_LABEL: &str = "horizontal strain (%)";
+pub const STRAIN_LABEL: &str = "horizontal strain (%)";
 /// Colour of marks that belong to the only run there is.
 const QUIET: &str = "#444444";
-const SHEAR_LABEL: &str = "shear stress (kPa)";
+pub const SHEAR_LABEL: &str = "shear stress (kPa)";
 /// Decades of energy below the largest that are shown.
 const DECADES: i32 = 9;
 /// Strain before and after enrichment in the close view.
-const CLOSE: [f64; 2] = [0.01, 0.03];
+pub const CLOSE: [f64; 2] = [0.01, 0.03];
 
 /// A run with what was found in it.
 pub struct Found<'a> {
@@ -29,7 +29,7 @@ pub struct Found<'a> {
 impl Found<'_> {
     /// A column against strain, in percent and in units of `unit`.
     fn against_strain(&self, values: &[f64], unit: f64) -> Vec<[f64; 2]> {
-        self.run.series.strain.iter().zip(values).map(|(strain, value)| [100.0 * strain, value / unit]).collect()
+        places(&self.run.series.strain, values, unit, None)
     }
 
     /// Elastic energy of grains and points, kinetic energy of grains and points, J.
@@ -40,12 +40,19 @@ impl Found<'_> {
 
     /// A smoothed column as one curve, or as two that do not touch at the enrichment.
     fn smooth(&self, values: &[f64], unit: f64) -> Vec<[f64; 2]> {
-        let mut places = self.against_strain(values, unit);
-        if let Some(enrichment) = &self.findings.enrichment {
-            places.insert(enrichment.row, [f64::NAN; 2]);
-        }
-        places
+        let cut = self.findings.enrichment.as_ref().map(|enrichment| enrichment.row);
+        places(&self.run.series.strain, values, unit, cut)
     }
+}
+
+/// Values in units of `unit` against strain in percent: one curve, or two that do not touch at row `cut`.
+pub fn places(strain: &[f64], values: &[f64], unit: f64, cut: Option<usize>) -> Vec<[f64; 2]> {
+    let mut places: Vec<[f64; 2]> =
+        strain.iter().zip(values).map(|(strain, value)| [100.0 * strain, value / unit]).collect();
+    if let Some(cut) = cut {
+        places.insert(cut, [f64::NAN; 2]);
+    }
+    places
 }
 
 /// Shear stress against horizontal strain, whole and close to the enrichment.
@@ -194,7 +201,7 @@ pub fn energies(found: &[Found], width: f64) -> String {
 }
 
 /// A drawing with its legend, and where its axes may begin.
-fn start(name: &str, width: f64, entries: &[Entry]) -> (Svg, f64) {
+pub fn start(name: &str, width: f64, entries: &[Entry]) -> (Svg, f64) {
     // The legend decides the height: draw it once to know.
     let mut trial = Svg::new(name, width, 0.0);
     let place = [super::chart::MARGIN_LEFT, 18.0];
@@ -240,13 +247,10 @@ fn strain_end(found: &[Found]) -> f64 {
     found.iter().map(|found| 100.0 * found.findings.strain_end).fold(0.0, f64::max)
 }
 
-/// Name and method of a run.
+/// Name and method of a run; a name that says the method already is enough.
 pub fn label(run: &Run) -> String {
-    if run.method.is_empty() || run.name.ends_with(&run.method) {
-        run.name.clone()
-    } else {
-        format!("{} ({})", run.name, run.method)
-    }
+    let said = run.name.split(|letter: char| !letter.is_alphanumeric()).any(|word| word == run.method);
+    if said || run.method.is_empty() { run.name.clone() } else { format!("{} ({})", run.name, run.method) }
 }
 
 /// When grains were inserted, for every run where they were.

@@ -1,6 +1,6 @@
 //! What a run shows, in numbers.
 
-use super::load::{Run, Series};
+use super::load::Run;
 
 /// Rows of `series.csv` in the moving average of stresses (the window of Chen et al. 2021, figures 12 and 23).
 pub const WINDOW: usize = 8;
@@ -39,7 +39,7 @@ pub struct Enrichment {
     pub strain: f64,
     /// s.
     pub time: f64,
-    /// Mean of the last [`WINDOW`] rows before, Pa.
+    /// Mean of the last rows before, as many as are averaged over, Pa.
     pub before: f64,
     /// Lowest moving average within [`STRAIN_DISTURBED`], Pa.
     pub lowest: f64,
@@ -56,8 +56,8 @@ impl Findings {
     pub fn of(run: &Run) -> Self {
         let series = &run.series;
         let row = enrichment_row(run);
-        let shear_smooth = smooth(&series.shear_stress, row);
-        let normal_smooth = smooth(&series.normal_stress, row);
+        let shear_smooth = smooth(&series.shear_stress, row, WINDOW);
+        let normal_smooth = smooth(&series.normal_stress, row, WINDOW);
         let last = series.rows() - 1;
         let peak = (0..=last).reduce(|best, row| if shear_smooth[row] > shear_smooth[best] { row } else { best });
         let peak = peak.expect("a series has rows");
@@ -71,7 +71,7 @@ impl Findings {
             volume_strain_end: series.volume_strain[last],
             normal_mean,
             normal_deviation: (variance / half.len() as f64).sqrt(),
-            enrichment: row.map(|row| Enrichment::at(series, &shear_smooth, row, run)),
+            enrichment: row.map(|row| Enrichment::at(run, &shear_smooth, row, WINDOW)),
             shear_smooth,
             normal_smooth,
         }
@@ -79,7 +79,14 @@ impl Findings {
 }
 
 impl Enrichment {
-    fn at(series: &Series, shear_smooth: &[f64], row: usize, run: &Run) -> Self {
+    /// The same by averages over `rows` rows, for a series of which [`WINDOW`] rows span too much strain.
+    pub fn averaged(run: &Run, rows: usize) -> Option<Self> {
+        let row = enrichment_row(run)?;
+        Some(Self::at(run, &smooth(&run.series.shear_stress, Some(row), rows), row, rows))
+    }
+
+    fn at(run: &Run, shear_smooth: &[f64], row: usize, window: usize) -> Self {
+        let series = &run.series;
         let time = run.summary_figure("enriched_at_time").unwrap_or(series.time[row]);
         let strain = run.summary_figure("enriched_at_strain").unwrap_or_else(|| series.strain_at(time));
         let within = |from: f64, to: f64| {
@@ -92,7 +99,7 @@ impl Enrichment {
         let highest =
             within(0.0, STRAIN_DISTURBED).map(|row| series.shear_stress[row]).fold(series.shear_stress[row], f64::max);
         let later: Vec<f64> = within(STRAIN_DISTURBED, STRAIN_SETTLED).map(|row| series.shear_stress[row]).collect();
-        let settled = (later.len() >= WINDOW).then(|| mean(&later));
+        let settled = (later.len() >= window).then(|| mean(&later));
         let recovery = settled.and_then(|level| {
             if shear_smooth[lowest_row] >= RECOVERED * level {
                 return Some(0.0);
@@ -104,7 +111,7 @@ impl Enrichment {
             row,
             strain,
             time,
-            before: mean(&series.shear_stress[row.saturating_sub(WINDOW)..row]),
+            before: mean(&series.shear_stress[row.saturating_sub(window)..row]),
             lowest: shear_smooth[lowest_row],
             highest,
             settled,
@@ -122,28 +129,29 @@ fn enrichment_row(run: &Run) -> Option<usize> {
     (1..grains.len()).find(|&row| grains[row] > grains[0])
 }
 
-/// Moving average over [`WINDOW`] rows, shorter at the ends and at row `cut`, which starts anew.
-fn smooth(values: &[f64], cut: Option<usize>) -> Vec<f64> {
+/// Moving average over `window` rows, shorter at the ends and at row `cut`, which starts anew.
+pub fn smooth(values: &[f64], cut: Option<usize>, window: usize) -> Vec<f64> {
     let (before, after) = values.split_at(cut.unwrap_or(values.len()));
     [before, after]
         .into_iter()
         .flat_map(|piece| {
             (0..piece.len()).map(move |row| {
-                let from = row.saturating_sub(WINDOW / 2);
-                let to = (row + WINDOW - WINDOW / 2).min(piece.len());
+                let from = row.saturating_sub(window / 2);
+                let to = (row + window - window / 2).min(piece.len());
                 mean(&piece[from..to])
             })
         })
         .collect()
 }
 
-fn mean(values: &[f64]) -> f64 {
+pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
 #[cfg(test)]
 pub mod tests {
     use super::*;
+    use crate::cli::report::load::Series;
 
     /// A run of 1,000 rows to 10 % strain that is enriched at 4 %: stress 100 before, a fall to `low` that is made good
     /// linearly over 0.5 % strain, 90 after.
@@ -180,8 +188,8 @@ pub mod tests {
     #[test]
     fn the_average_does_not_look_across_the_enrichment() {
         let values = [vec![1.0; 20], vec![5.0; 20]].concat();
-        assert_eq!(smooth(&values, Some(20)), values);
-        let blurred = smooth(&values, None);
+        assert_eq!(smooth(&values, Some(20), WINDOW), values);
+        let blurred = smooth(&values, None, WINDOW);
         assert!(blurred[20] > 1.0 && blurred[20] < 5.0);
         assert_eq!((blurred[0], blurred[39]), (1.0, 5.0));
     }

@@ -6,6 +6,7 @@ use scree_io::column::{Column, Values};
 use scree_io::{frames, series};
 
 use crate::error::Error;
+use crate::math;
 
 /// A finished run.
 #[derive(Clone, Debug)]
@@ -55,18 +56,34 @@ impl Series {
 
     /// Horizontal strain at a time, s: linear between rows, held beyond them.
     pub fn strain_at(&self, time: f64) -> f64 {
-        let after = self.time.partition_point(|&row| row < time);
-        if after == 0 {
+        let first = self.time[0];
+        linear(&self.time, &self.strain, time).unwrap_or_else(|| match time < first {
             // Rows begin one interval after the start; strain there is zero.
-            let (first, strain) = (self.time[0], self.strain[0]);
-            return if first > 0.0 { strain * (time / first).clamp(0.0, 1.0) } else { strain };
-        }
-        if after == self.rows() {
-            return self.strain[after - 1];
-        }
-        let (from, to) = (self.time[after - 1], self.time[after]);
-        let share = if to > from { (time - from) / (to - from) } else { 1.0 };
-        self.strain[after - 1] + share * (self.strain[after] - self.strain[after - 1])
+            true if first > 0.0 => self.strain[0] * (time / first).max(0.0),
+            true => self.strain[0],
+            false => self.strain[self.rows() - 1],
+        })
+    }
+}
+
+/// Where a value lies among rising ones: the first row that is not below it, and its share of the way there from the row
+/// before; none beyond the ends.
+pub fn between(rising: &[f64], at: f64) -> Option<(usize, f64)> {
+    let after = rising.partition_point(|&row| row < at);
+    let to = *rising.get(after)?;
+    if to == at {
+        return Some((after, 1.0));
+    }
+    let from = rising[after.checked_sub(1)?];
+    Some((after, (at - from) / (to - from)))
+}
+
+/// Values at rising places, linear between them; none beyond them.
+pub fn linear(places: &[f64], values: &[f64], at: f64) -> Option<f64> {
+    let (after, share) = between(places, at)?;
+    match after.checked_sub(1).filter(|_| share < 1.0) {
+        Some(before) => Some(values[before] + share * (values[after] - values[before])),
+        None => Some(values[after]),
     }
 }
 
@@ -99,6 +116,20 @@ pub struct Body {
     pub radius: f64,
     /// Below one in the rim.
     pub weight: f64,
+    /// Cauchy stress xy, of a grain the mean of its contacts over its share of space, Pa.
+    pub shear_stress: f64,
+}
+
+impl Body {
+    /// Where it began, m; x in no particular period.
+    pub fn origin(&self) -> [f64; 2] {
+        [self.position[0] - self.displacement[0], self.position[1] - self.displacement[1]]
+    }
+
+    /// Area that it stands for, m2.
+    pub fn area(&self) -> f64 {
+        self.weight * math::PI * self.radius * self.radius
+    }
 }
 
 /// A frame, its bodies in ascending order of (point or grain, id).
@@ -167,6 +198,18 @@ impl Run {
         self.summary.get(key).and_then(serde_json::Value::as_f64)
     }
 
+    /// Horizontal strain of a frame.
+    pub fn strain_of(&self, frame: usize) -> f64 {
+        self.series.strain_at(self.frame_times[frame])
+    }
+
+    /// The frame nearest to a strain; of several at that strain the last.
+    pub fn frame_at(&self, strain: f64) -> usize {
+        let away = |frame: usize| (self.strain_of(frame) - strain).abs();
+        let frames = 0..self.frame_times.len();
+        frames.reduce(|best, frame| if away(frame) <= away(best) { frame } else { best }).unwrap_or(0)
+    }
+
     /// Reads one frame.
     pub fn snapshot(&self, index: usize) -> Result<Snapshot, Error> {
         let path = self.directory.join("frames.vtkhdf");
@@ -192,6 +235,7 @@ impl Run {
         };
         let (kinds, ids) = (integers("kind")?, integers("id")?);
         let (radii, weights, displacements) = (reals("radius", 1)?, reals("weight", 1)?, reals("displacement", 3)?);
+        let stresses = reals("stress", 3)?;
         let mut bodies = Vec::with_capacity(rows);
         for (row, place) in frame.positions.iter().enumerate() {
             let kind = match kinds[row] {
@@ -210,6 +254,7 @@ impl Run {
                 displacement: [displacements[3 * row], displacements[3 * row + 1]],
                 radius: radii[row],
                 weight: weights[row],
+                shear_stress: stresses[3 * row + 2],
             });
         }
         bodies.sort_by_key(|body| (body.kind.is_grain(), body.id));

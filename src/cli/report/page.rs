@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use super::compare::Comparison;
 use super::figures::label;
 use super::findings::{STRAIN_DISTURBED, WINDOW};
 use super::records::Record;
@@ -30,9 +31,10 @@ impl Drawings {
 }
 
 /// The whole page.
-pub fn page(stories: &[Story], drawings: &Drawings) -> String {
+pub fn page(stories: &[Story], drawings: &Drawings, comparison: Option<&Comparison>) -> String {
     let title = escape(&words::title(stories));
     let mut body = format!("<h1>{title}</h1>\n");
+    let compared = comparison.map_or(0, |comparison| compared(&mut body, comparison));
     for story in stories {
         let _ = match stories {
             [_] => writeln!(body, "<p class=\"lead\">{}</p>", escape(&story.paragraph())),
@@ -46,18 +48,18 @@ pub fn page(stories: &[Story], drawings: &Drawings) -> String {
             }
         };
     }
-    figure(&mut body, 1, &drawings.shear_stress, &stress_caption(stories));
+    figure(&mut body, compared + 1, &drawings.shear_stress, &stress_caption(stories));
     figure(
         &mut body,
-        2,
+        compared + 2,
         &drawings.volume,
         "(a) Volume strain, positive in dilation, and (b) normal stress on the upper plate, against horizontal \
          strain; single rows faint, their moving average on top.",
     );
-    figure(&mut body, 3, &drawings.specimen, &specimen_caption(stories));
+    figure(&mut body, compared + 3, &drawings.specimen, &specimen_caption(stories));
     figure(
         &mut body,
-        4,
+        compared + 4,
         &drawings.energies,
         "Energies against horizontal strain: elastic energy of the contacts (grains) and of the continuum (points), \
          and kinetic energy. What is zero has no place on this scale.",
@@ -70,6 +72,30 @@ pub fn page(stories: &[Story], drawings: &Drawings) -> String {
         stories.iter().map(|story| (label(story.run), &*story.run.directory, &*story.run.scenario_text)).collect();
     made(&mut body, &sources);
     whole(&title, &body)
+}
+
+/// The comparison: its findings, figures and tables, and what is not there; the number of figures.
+fn compared(body: &mut String, comparison: &Comparison) -> usize {
+    body.push_str("<h2>Compared</h2>\n");
+    for part in comparison.parts.iter().filter(|part| !part.sentences.is_empty()) {
+        let _ = writeln!(body, "<p class=\"lead\">{}</p>", escape(&part.sentences.join(" ")));
+    }
+    let mut figures = 0;
+    for part in &comparison.parts {
+        for drawn in &part.figures {
+            figures += 1;
+            figure(body, figures, &drawn.drawing, &drawn.caption);
+        }
+        for sheet in &part.sheets {
+            table(body, sheet.title, &sheet.columns, &sheet.table);
+        }
+        for why in &part.left_out {
+            let _ = writeln!(body, "<p class=\"left-out\">{}</p>", escape(why));
+        }
+    }
+    body.push_str("<p>All of these figures stand in <code>comparison.json</code> beside this page.</p>\n");
+    body.push_str("<h2>Run by run</h2>\n");
+    figures
 }
 
 /// What the pictures of an assembly show.
@@ -136,6 +162,7 @@ fn style() -> String {
          figure svg {{ display: block; width: 100%; height: auto; }}\n\
          figcaption {{ font-size: 14px; line-height: 1.45; color: #444; margin: 8px 0 0; max-width: 820px; }}\n\
          .scroll {{ overflow-x: auto; }}\n\
+         .left-out {{ font-size: 14px; color: #444; margin: 8px 0 0; }}\n\
          table {{ border-collapse: collapse; font-size: 14px; }}\n\
          th, td {{ text-align: left; vertical-align: top; padding: 4px 22px 4px 0; }}\n\
          th, td {{ border-bottom: 1px solid #e4e4e4; }}\n\
@@ -211,9 +238,11 @@ pub fn table(body: &mut String, title: &str, runs: &[impl AsRef<str>], table: &T
     }
     body.push_str("<tbody>\n");
     for (name, cells) in &table.rows {
-        let _ = write!(body, "<tr><th>{}</th>", escape(name));
+        // No line shall end between a number and its unit.
+        let whole = |words: &str| escape(words).replace('\u{2009}', "\u{202f}");
+        let _ = write!(body, "<tr><th>{}</th>", whole(name));
         for cell in cells {
-            let _ = write!(body, "<td>{}</td>", escape(cell));
+            let _ = write!(body, "<td>{}</td>", whole(cell));
         }
         body.push_str("</tr>\n");
     }

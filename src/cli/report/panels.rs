@@ -7,8 +7,10 @@ use super::colour;
 use super::contour;
 use super::figures::label;
 use super::load::{Kind, Run};
-use super::scenes::{Scene, Scenes, Since, Strain, square_edge};
+use super::scenes::{Scenes, Since, Valued, free, heights, square_edge};
 use super::svg::{Anchor, Frame, INK, Letters, Stroke, Svg, number, tenth};
+use super::words::{D50, in_diameters};
+use crate::observe::band::Band;
 
 const MARGIN_LEFT: f64 = 22.0;
 /// Room for the measure of the band beside the last panel.
@@ -60,10 +62,12 @@ pub fn draw(told: &[Told], width: f64) -> String {
                     height: (scenes.heights[1] - scenes.heights[0]) * scale,
                 },
             };
-            panel.titles(&mut svg, scene, column);
-            panel.bodies(&mut svg, scene, colours.upper(scene.since));
-            if column + 1 == scenes.scenes.len() {
-                panel.band(&mut svg, scenes);
+            let letter = ["a", "b", "c"][column.min(2)];
+            let titles = [format!("({letter}) {}", scene.title), format!("strain {}", percent(scene.strain))];
+            panel.titles(&mut svg, &titles);
+            panel.bodies(&mut svg, &scene.bodies, colours.upper(scene.since));
+            if let Some(band) = scenes.band.as_ref().filter(|_| column + 1 == scenes.scenes.len()) {
+                panel.band(&mut svg, band);
             }
             if column == 0 {
                 panel.length(&mut svg);
@@ -76,13 +80,13 @@ pub fn draw(told: &[Told], width: f64) -> String {
 }
 
 /// Where a scene is drawn.
-struct Panel<'a> {
-    run: &'a Run,
+pub struct Panel<'a> {
+    pub run: &'a Run,
     /// Pixels per metre.
-    scale: f64,
+    pub scale: f64,
     /// Height of the specimen's lower edge, m.
-    bottom: f64,
-    frame: Frame,
+    pub bottom: f64,
+    pub frame: Frame,
 }
 
 impl Panel<'_> {
@@ -90,19 +94,17 @@ impl Panel<'_> {
         [self.frame.left + position[0] * self.scale, self.frame.bottom() - (position[1] - self.bottom) * self.scale]
     }
 
-    fn titles(&self, svg: &mut Svg, scene: &Scene, column: usize) {
-        let letter = ["a", "b", "c"][column.min(2)];
-        let words = format!("({letter}) {}", scene.title);
-        svg.text([self.frame.left, self.frame.top - 26.0], &words, Letters::new(13.0, Anchor::Start).bold());
-        let words = format!("strain {}", percent(scene.strain));
-        svg.text([self.frame.left, self.frame.top - 10.0], &words, Letters::new(12.0, Anchor::Start));
+    /// A line in bold letters above the frame and a plain one below it.
+    pub fn titles(&self, svg: &mut Svg, [bold, plain]: &[String; 2]) {
+        svg.text([self.frame.left, self.frame.top - 26.0], bold, Letters::new(13.0, Anchor::Start).bold());
+        svg.text([self.frame.left, self.frame.top - 10.0], plain, Letters::new(12.0, Anchor::Start));
     }
 
     /// Points as squares, grains as discs over them, plates in grey, the rim with its outline.
-    fn bodies(&self, svg: &mut Svg, scene: &Scene, upper: f64) {
+    pub fn bodies(&self, svg: &mut Svg, bodies: &[Valued], upper: f64) {
         svg.clipped(self.frame, |svg| {
             svg.rectangle(self.frame, "#ffffff");
-            let mut rows: Vec<(usize, &Strain)> = scene.bodies.iter().map(|row| (shade(row, upper), row)).collect();
+            let mut rows: Vec<(usize, &Valued)> = bodies.iter().map(|row| (shade(row, upper), row)).collect();
             rows.sort_by_key(|(shade, row)| (row.body.kind, *shade));
             for group in rows.chunk_by(|a, b| (a.1.body.kind, a.0) == (b.1.body.kind, b.0)) {
                 let fill = match (group[0].1.body.kind, group[0].0) {
@@ -112,10 +114,10 @@ impl Panel<'_> {
                 };
                 svg.raw(&self.shapes(group, &fill));
             }
-            self.rim(svg, scene);
+            self.rim(svg, bodies);
         });
-        if !scene.bodies.iter().any(|row| row.body.kind == Kind::Glued) {
-            let [lower, upper] = scene.heights().map(|y| self.place([0.0, y])[1]);
+        if !bodies.iter().any(|row| row.body.kind == Kind::Glued) {
+            let [lower, upper] = heights(bodies).map(|y| self.place([0.0, y])[1]);
             for top in [lower, upper - 5.0] {
                 svg.rectangle(Frame { top, height: 5.0, ..self.frame }, colour::PLATE);
             }
@@ -126,14 +128,14 @@ impl Panel<'_> {
     }
 
     /// Bodies of one kind and colour; what crosses a side of the period shows on both.
-    fn shapes(&self, group: &[(usize, &Strain)], fill: &str) -> String {
+    fn shapes(&self, group: &[(usize, &Valued)], fill: &str) -> String {
         let mut text = String::new();
         let point = group[0].1.body.kind == Kind::Point;
         let _ = write!(text, r#"<g fill="{fill}">"#);
         if point {
             text.push_str("<path shape-rendering=\"crispEdges\" d=\"");
         }
-        for (_, Strain { body, .. }) in group {
+        for (_, Valued { body, .. }) in group {
             let reach = if point { 0.5 * square_edge(body.radius) } else { body.radius };
             let mut images = vec![0.0];
             if body.position[0] < reach {
@@ -161,8 +163,8 @@ impl Panel<'_> {
     }
 
     /// The border of the reconciliation zone: of all bodies that carry less than their full weight.
-    fn rim(&self, svg: &mut Svg, scene: &Scene) {
-        let rim: Vec<&Strain> = scene.bodies.iter().filter(|row| row.body.weight < 1.0).collect();
+    fn rim(&self, svg: &mut Svg, bodies: &[Valued]) {
+        let rim: Vec<&Valued> = bodies.iter().filter(|row| row.body.weight < 1.0).collect();
         let places: Vec<[f64; 2]> = rim.iter().map(|row| row.body.position).collect();
         let reach = rim.iter().map(|row| row.body.radius).fold(0.0, f64::max) * 1.4;
         let mut path = String::new();
@@ -174,8 +176,7 @@ impl Panel<'_> {
     }
 
     /// The box of the band, and its thickness beside the panel.
-    fn band(&self, svg: &mut Svg, scenes: &Scenes) {
-        let Some(band) = &scenes.band else { return };
+    pub fn band(&self, svg: &mut Svg, band: &Band) {
         svg.clipped(self.frame, |svg| {
             for image in [-1.0, 0.0, 1.0] {
                 let corners =
@@ -197,12 +198,12 @@ impl Panel<'_> {
         for y in [middle - half, middle + half] {
             svg.line([x - 4.0, y], [x + 4.0, y], stroke);
         }
-        let words = format!("{} D\u{2085}\u{2080}", significant(band.thickness / self.run.diameter, 2));
+        let words = format!("{} {D50}", in_diameters(band.thickness / self.run.diameter));
         haloed(svg, [x + 8.0, middle + 4.5], &words, Letters::new(13.0, Anchor::Start));
     }
 
     /// A length to compare with, below the panel.
-    fn length(&self, svg: &mut Svg) {
+    pub fn length(&self, svg: &mut Svg) {
         let across = tick_step(self.run.width / self.run.diameter, 3).max(1.0);
         let length = across * self.run.diameter * self.scale;
         let (x, y) = (self.frame.left, self.frame.bottom() + 15.0);
@@ -214,7 +215,7 @@ impl Panel<'_> {
 }
 
 /// The step of the colour map, or one beyond it where the strain is not known.
-fn shade(row: &Strain, upper: f64) -> usize {
+fn shade(row: &Valued, upper: f64) -> usize {
     if row.value.is_nan() { colour::STEPS } else { colour::step(row.value / upper) }
 }
 
@@ -230,11 +231,7 @@ impl Colours {
             let mut most: f64 = 0.0;
             let scenes = told.iter().flat_map(|told| &told.scenes.scenes);
             for scene in scenes.filter(|scene| (scene.since == Since::Origin) == origin) {
-                let rows = scene.bodies.iter().filter(|row| row.body.kind != Kind::Glued);
-                let mut values: Vec<f64> = rows.map(|row| row.value).filter(|value| value.is_finite()).collect();
-                values.sort_by(f64::total_cmp);
-                let beyond = (values.len() as f64 * BEYOND) as usize;
-                most = most.max(values.len().checked_sub(1 + beyond).map_or(0.0, |index| values[index]));
+                most = most.max(nearly_largest(&scene.bodies));
             }
             round_up(most)
         };
@@ -269,7 +266,7 @@ impl Colours {
         let mut x = MARGIN_LEFT;
         let y = top + 82.0;
         let letters = Letters::new(12.0, Anchor::Start);
-        let has = |test: &dyn Fn(&Strain) -> bool| scenes().any(|scene| scene.bodies.iter().any(test));
+        let has = |test: &dyn Fn(&Valued) -> bool| scenes().any(|scene| scene.bodies.iter().any(test));
         if has(&|row| row.body.weight < 1.0) {
             svg.line([x, y - 4.0], [x + 24.0, y - 4.0], Stroke::new(RIM, 1.6));
             svg.text([x + 30.0, y], "rim: grains and points share the mass", letters);
@@ -288,6 +285,14 @@ impl Colours {
             svg.text([x + 18.0, y], "strain not known", letters);
         }
     }
+}
+
+/// The value that few bodies beside the plates exceed: where colours end. Zero where none has a value.
+pub fn nearly_largest(bodies: &[Valued]) -> f64 {
+    let mut values: Vec<f64> = free(bodies).map(|row| row.value).filter(|value| value.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    let beyond = (values.len() as f64 * BEYOND) as usize;
+    values.len().checked_sub(1 + beyond).map_or(0.0, |index| values[index])
 }
 
 /// The next of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten.

@@ -3,7 +3,7 @@
 use super::load::{Body, Kind, Run, Snapshot};
 use crate::error::Error;
 use crate::math;
-use crate::observe::band::{self, Band, Strained};
+use crate::observe::band::{self, Band, CANDIDATE_SHARE, Candidates, Strained};
 use crate::observe::strain::best_fit_strains;
 
 /// Neighbours farther apart than this many mean diameters do not share a strain of grains.
@@ -11,11 +11,11 @@ const EDGE_MAX_DIAMETERS: f64 = 2.5;
 /// The same for points, in edges of the square of a point's area.
 const EDGE_MAX_POINTS: f64 = 3.0;
 
-/// A body with its strain.
+/// A body with the number that colours it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Strain {
+pub struct Valued {
     pub body: Body,
-    /// |e_d|, counted as the scene says; not a number where nothing is known.
+    /// Of a scene |e_d|, counted as the scene says; not a number where nothing is known.
     pub value: f64,
 }
 
@@ -35,21 +35,25 @@ pub struct Scene {
     /// Horizontal strain of the specimen.
     pub strain: f64,
     pub since: Since,
-    pub bodies: Vec<Strain>,
+    pub bodies: Vec<Valued>,
 }
 
 impl Scene {
-    /// The bodies that a band is made of: all but the plates.
-    fn free(&self) -> impl Iterator<Item = &Strain> {
-        self.bodies.iter().filter(|row| row.body.kind != Kind::Glued)
-    }
-
-    /// Lowest and highest edge of the bodies, m.
     pub fn heights(&self) -> [f64; 2] {
-        self.bodies.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[lower, upper], Strain { body, .. }| {
-            [lower.min(body.position[1] - body.radius), upper.max(body.position[1] + body.radius)]
-        })
+        heights(&self.bodies)
     }
+}
+
+/// The bodies that a band is made of: all but the plates.
+pub fn free(bodies: &[Valued]) -> impl Iterator<Item = &Valued> {
+    bodies.iter().filter(|row| row.body.kind != Kind::Glued)
+}
+
+/// Lowest and highest edge of the bodies, m.
+pub fn heights(bodies: &[Valued]) -> [f64; 2] {
+    bodies.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[lower, upper], Valued { body, .. }| {
+        [lower.min(body.position[1] - body.radius), upper.max(body.position[1] + body.radius)]
+    })
 }
 
 /// The drawn moments of a run and the band measured in the last.
@@ -81,7 +85,7 @@ impl Scenes {
         let heights = scenes.iter().map(Scene::heights);
         let heights = heights.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or([0.0, 1.0]);
         let last = scenes.last().filter(|scene| scene.since != Since::Origin);
-        let band = last.and_then(|scene| measured(scene, run.width));
+        let band = last.and_then(|scene| measured(&scene.bodies, run.width, Candidates::Share(CANDIDATE_SHARE)));
         let inside =
             last.zip(band.as_ref()).filter(|_| run.method == "hybrid").and_then(|(scene, band)| inside(scene, band));
         Ok(Self { scenes, band, inside, heights })
@@ -106,9 +110,9 @@ pub struct Timing {
 impl Timing {
     /// For runs with their first enriched frames.
     pub fn of(runs: &[(&Run, Option<usize>)]) -> Self {
-        let at = |run: &Run, frame: usize| run.series.strain_at(run.frame_times[frame]);
-        let end = runs.iter().map(|(run, _)| at(run, run.frame_times.len() - 1)).fold(f64::INFINITY, f64::min);
-        let enriched = runs.iter().filter_map(|&(run, frame)| frame.map(|frame| (at(run, frame - 1), at(run, frame))));
+        let end = runs.iter().map(|(run, _)| run.strain_of(run.frame_times.len() - 1)).fold(f64::INFINITY, f64::min);
+        let around = |run: &Run, frame: usize| (run.strain_of(frame - 1), run.strain_of(frame));
+        let enriched = runs.iter().filter_map(|&(run, frame)| frame.map(|frame| around(run, frame)));
         let compared = enriched.clone().next();
         let (first, second) = compared.unwrap_or((0.0, 0.5 * end));
         let reference = enriched.map(|(_, after)| after).fold(second, f64::max);
@@ -128,19 +132,13 @@ struct Moment {
 /// The frames to draw: before and after enrichment and the last; without enrichment start, middle and end, or the
 /// strains that a run to compare with has its scenes at.
 fn moments(run: &Run, timing: &Timing, enriched: Option<usize>) -> Vec<Moment> {
-    let strain = |frame: usize| run.series.strain_at(run.frame_times[frame]);
-    let nearest = |wanted: f64| {
-        let distance = |frame: &usize| (strain(*frame) - wanted).abs();
-        let frames = 0..run.frame_times.len();
-        frames.reduce(|best, frame| if distance(&frame) < distance(&best) { frame } else { best }).unwrap_or(0)
-    };
     let (first, second, titles) = match enriched {
         Some(after) => (after - 1, after, ["before enrichment", "just after enrichment"]),
-        None if timing.compared => (nearest(timing.first), nearest(timing.second), ["before", "after"]),
-        None => (nearest(timing.first), nearest(timing.second), ["start", "middle"]),
+        None if timing.compared => (run.frame_at(timing.first), run.frame_at(timing.second), ["before", "after"]),
+        None => (run.frame_at(timing.first), run.frame_at(timing.second), ["start", "middle"]),
     };
-    let last = nearest(timing.end);
-    let since = nearest(timing.reference).max(second);
+    let last = run.frame_at(timing.end);
+    let since = run.frame_at(timing.reference).max(second);
     let mut moments = vec![Moment { frame: first, title: titles[0], since: None }];
     if second > first && (second < last || enriched.is_some()) {
         moments.push(Moment { frame: second, title: titles[1], since: None });
@@ -173,8 +171,8 @@ pub fn enriched_frame(run: &Run) -> Result<Option<usize>, Error> {
 /// Strain of every body since its origin, or since it was in `earlier`; bodies that are not there have none.
 ///
 /// Points and grains are fitted apart: in the rim, where both live, they share their motion only on the average.
-fn strained(snapshot: &Snapshot, earlier: Option<&Snapshot>, run: &Run) -> Vec<Strain> {
-    let mut result: Vec<Strain> = snapshot.bodies.iter().map(|&body| Strain { body, value: f64::NAN }).collect();
+pub fn strained(snapshot: &Snapshot, earlier: Option<&Snapshot>, run: &Run) -> Vec<Valued> {
+    let mut result: Vec<Valued> = snapshot.bodies.iter().map(|&body| Valued { body, value: f64::NAN }).collect();
     for grains in [false, true] {
         let mut rows = Vec::new();
         let mut positions = Vec::new();
@@ -216,12 +214,12 @@ fn find<'a>(snapshot: &'a Snapshot, body: &Body) -> Option<&'a Body> {
     found.ok().map(|row| &snapshot.bodies[row])
 }
 
-fn measured(scene: &Scene, period: f64) -> Option<Band> {
-    let positions: Vec<[f64; 2]> = scene.free().map(|row| row.body.position).collect();
-    let strains: Vec<f64> = scene.free().map(|row| row.value).collect();
-    let area = |row: &Strain| row.body.weight * math::PI * row.body.radius * row.body.radius;
-    let areas: Vec<f64> = scene.free().map(area).collect();
-    band::measure(&Strained { positions: &positions, strains: &strains, areas: &areas, period })
+/// The band of strained bodies, plates left out.
+pub fn measured(bodies: &[Valued], period: f64, wanted: Candidates) -> Option<Band> {
+    let positions: Vec<[f64; 2]> = free(bodies).map(|row| row.body.position).collect();
+    let strains: Vec<f64> = free(bodies).map(|row| row.value).collect();
+    let areas: Vec<f64> = free(bodies).map(|row| row.body.area()).collect();
+    band::measure_by(&Strained { positions: &positions, strains: &strains, areas: &areas, period }, wanted)
 }
 
 /// Share of the band's members between the lowest and the highest free grain.
@@ -229,7 +227,7 @@ fn inside(scene: &Scene, band: &Band) -> Option<f64> {
     let grains = scene.bodies.iter().filter(|row| row.body.kind == Kind::Grain).map(|row| row.body.position[1]);
     let (lower, upper) =
         grains.fold((f64::INFINITY, f64::NEG_INFINITY), |(lower, upper), y| (lower.min(y), upper.max(y)));
-    let heights: Vec<f64> = scene.free().map(|row| row.body.position[1]).collect();
+    let heights: Vec<f64> = free(&scene.bodies).map(|row| row.body.position[1]).collect();
     let within = band.members.iter().filter(|&&row| (lower..=upper).contains(&heights[row])).count();
     (lower <= upper).then(|| within as f64 / band.members.len() as f64)
 }

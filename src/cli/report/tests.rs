@@ -3,106 +3,13 @@
 use std::fs;
 use std::path::Path;
 
-use scree_io::series::Series;
-use scree_io::{Column, Drawn, Frame, FrameFile, Values};
-
 use super::write;
-use crate::math;
+use made_up::Made;
 
-const WIDTH: f64 = 0.02;
-const HEIGHT: f64 = 0.04;
-const SPACING: f64 = 1e-3;
-/// Strain at which the made-up run becomes grains between these heights, m.
-const ENRICHED: f64 = 0.05;
-const ZONE: [f64; 2] = [0.012, 0.028];
-const RIM: f64 = 2e-3;
+pub mod made_up;
 
-/// What a body of the made-up run is told by.
-struct Row {
-    kind: i64,
-    id: i64,
-    origin: [f64; 2],
-    weight: f64,
-}
-
-/// Horizontal displacement at a height and a strain: a band 3 mm wide that sharpens with the enrichment.
-fn displacement(y: f64, strain: f64) -> f64 {
-    let band = |width: f64| 0.5 + math::atan((y - 0.5 * HEIGHT) / width) / math::PI;
-    WIDTH * (strain.min(ENRICHED) * y / HEIGHT + (strain - ENRICHED).max(0.0) * band(1.5e-3))
-}
-
-fn rows(method: &str, strain: f64) -> Vec<Row> {
-    let mut rows = Vec::new();
-    let grains = method == "hybrid" && strain > ENRICHED;
-    for id in 0..((WIDTH / SPACING).round() * (HEIGHT / SPACING).round()) as i64 {
-        let columns = (WIDTH / SPACING).round() as i64;
-        let origin = [((id % columns) as f64 + 0.5) * SPACING, ((id / columns) as f64 + 0.5) * SPACING];
-        let y = origin[1];
-        let plate = !(SPACING..HEIGHT - SPACING).contains(&y);
-        let inside = (ZONE[0]..ZONE[1]).contains(&y);
-        let rim = inside && !(ZONE[0] + RIM..ZONE[1] - RIM).contains(&y);
-        let weight = if grains && rim { 0.5 } else { 1.0 };
-        if plate && method != "mpm" {
-            rows.push(Row { kind: 2, id, origin, weight: 1.0 });
-        } else if method == "dem" || (grains && inside) {
-            rows.push(Row { kind: 1, id, origin, weight });
-        }
-        if method != "dem" && (!grains || !inside || rim) {
-            rows.push(Row { kind: 0, id, origin, weight });
-        }
-    }
-    rows
-}
-
-fn frame(method: &str, strain: f64) -> Frame {
-    let rows = rows(method, strain);
-    let moved: Vec<f64> = rows.iter().map(|row| displacement(row.origin[1], strain)).collect();
-    let positions = rows.iter().zip(&moved).map(|(row, u)| [(row.origin[0] + u).rem_euclid(WIDTH), row.origin[1], 0.0]);
-    let column = |name: &str, width: usize, values: Values| Column { name: name.to_owned(), width, values };
-    let same = |value: f64, width: usize| Values::F64(vec![value; width * rows.len()]);
-    Frame {
-        time: strain,
-        drawn: Drawn::Points,
-        positions: positions.collect(),
-        whole: Vec::new(),
-        fields: vec![
-            column("kind", 1, Values::I64(rows.iter().map(|row| row.kind).collect())),
-            column("id", 1, Values::I64(rows.iter().map(|row| row.id).collect())),
-            column("radius", 1, same(0.5 * SPACING, 1)),
-            column("weight", 1, Values::F64(rows.iter().map(|row| row.weight).collect())),
-            column("displacement", 3, Values::F64(moved.iter().flat_map(|&u| [u, 0.0, 0.0]).collect())),
-            column("velocity", 3, same(0.0, 3)),
-            column("stress", 3, same(0.0, 3)),
-            column("plastic_strain", 1, same(0.0, 1)),
-        ],
-    }
-}
-
-/// Writes a run to 10 % strain.
 fn run(directory: &Path, method: &str) {
-    fs::create_dir_all(directory).unwrap();
-    let scenario = format!(
-        "name = \"small <{method}>\"\nmethod = \"{method}\"\n[specimen]\nwidth = {WIDTH}\n\
-         [grains]\ndiameter_mean = {SPACING}\n[loading]\nstress_normal = 400e3\nspeed = 0.02\n"
-    );
-    fs::write(directory.join("scenario.toml"), scenario).unwrap();
-    fs::write(directory.join("summary.json"), r#"{"outcome": "done", "ranks": 2, "wall_seconds": 1.5}"#).unwrap();
-
-    let path = directory.join("frames.vtkhdf");
-    let mut frames = FrameFile::create(&path, &frame(method, 0.0)).unwrap();
-    for index in 1..=10 {
-        frames.append(&frame(method, 0.01 * f64::from(index) + 1e-9)).unwrap();
-    }
-    let header = "step,time,strain,shear_stress,normal_stress,volume_strain,grains,points,\
-                  kinetic_grains,elastic_grains,kinetic_points,elastic_points";
-    let mut series = Series::create(&directory.join("series.csv"), &header.split(',').collect::<Vec<_>>()).unwrap();
-    for row in 1..=200 {
-        let strain = 5e-4 * f64::from(row);
-        let grains = rows(method, strain).iter().filter(|row| row.kind > 0).count() as f64;
-        let stress = 150e3 * (1.0 - math::exp(-strain / 0.01));
-        let row = [f64::from(row), strain, strain, stress, 400e3, 0.1 * strain, grains, 500.0, 0.0, 1e-3, 1e-6, 1e-2];
-        series.push(&row).unwrap();
-    }
+    Made::of(method).write(directory);
 }
 
 fn count(text: &str, part: &str) -> usize {
@@ -114,7 +21,7 @@ fn a_hybrid_run_becomes_one_page_with_its_drawings() {
     let folder = tempfile::tempdir().unwrap();
     let directory = folder.path().join("a");
     run(&directory, "hybrid");
-    let page = write(std::slice::from_ref(&directory), None).unwrap();
+    let page = write(std::slice::from_ref(&directory), None, None).unwrap();
     assert_eq!(page, directory.join("report.html"));
     let html = fs::read_to_string(&page).unwrap();
     assert_eq!(count(&html, "<svg "), 4);
@@ -147,10 +54,10 @@ fn runs_are_compared_in_one_page() {
         directory
     });
     let out = folder.path().join("compared/page.html");
-    assert_eq!(write(&directories, Some(&out)).unwrap(), out);
+    assert_eq!(write(&directories, Some(&out), None).unwrap(), out);
     let html = fs::read_to_string(&out).unwrap();
     assert!(html.contains("Planar shear compared"));
-    assert!(html.contains("<th>small &lt;dem&gt; (dem)</th>"));
+    assert!(html.contains("<th>small &lt;dem&gt;</th>"));
     let specimen = fs::read_to_string(folder.path().join("compared/figures/specimen.svg")).unwrap();
     assert_eq!(count(&specimen, "(c) end"), 3);
     // All three are drawn at the same strains.
@@ -164,8 +71,8 @@ fn the_same_run_gives_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let directory = folder.path().join("a");
     run(&directory, "hybrid");
-    let once = fs::read(write(std::slice::from_ref(&directory), None).unwrap()).unwrap();
-    let again = fs::read(write(std::slice::from_ref(&directory), None).unwrap()).unwrap();
+    let once = fs::read(write(std::slice::from_ref(&directory), None, None).unwrap()).unwrap();
+    let again = fs::read(write(std::slice::from_ref(&directory), None, None).unwrap()).unwrap();
     assert!(once == again);
 }
 
@@ -182,7 +89,7 @@ fn what_is_missing_or_torn_is_named() {
             fs::copy(whole.join(file), directory.join(file)).unwrap();
         }
         spoil(&directory.join(name));
-        let error = write(std::slice::from_ref(&directory), None).unwrap_err();
+        let error = write(std::slice::from_ref(&directory), None, None).unwrap_err();
         assert_eq!(error.exit_code(), 2, "{error}");
         assert!(error.to_string().contains(name), "{error}");
         assert!(!directory.join("report.html").exists());
@@ -208,7 +115,7 @@ fn what_is_missing_or_torn_is_named() {
 
 #[test]
 fn a_report_on_nothing_is_refused() {
-    assert_eq!(write(&[], None).unwrap_err().exit_code(), 2);
+    assert_eq!(write(&[], None, None).unwrap_err().exit_code(), 2);
 }
 
 /// Runs three grains over a floor in a cell, one of them glued to a lid, and draws them.
@@ -264,7 +171,7 @@ upper = ["3 mm", "3 mm", "5 mm"]
     let out = folder.join(format!("run_{space}"));
     let options = crate::run::Options::new(out.clone(), 1);
     crate::start::start(&job, &options, &scree_partition::Solo).unwrap();
-    let page = write(std::slice::from_ref(&out), None).unwrap();
+    let page = write(std::slice::from_ref(&out), None, None).unwrap();
     (fs::read_to_string(page).unwrap(), fs::read_to_string(out.join("figures/bodies.svg")).unwrap())
 }
 
@@ -284,10 +191,10 @@ fn grains_in_a_cell_are_drawn_with_their_curves() {
     // Either kind by itself.
     let shear = folder.path().join("shear");
     run(&shear, "dem");
-    let error = write(&[folder.path().join("run_plane"), shear.clone()], None).unwrap_err().to_string();
+    let error = write(&[folder.path().join("run_plane"), shear.clone()], None, None).unwrap_err().to_string();
     assert!(error.starts_with(&format!("{} is no run of grains in a cell", shear.display())), "{error}");
     let both = ["run_plane", "run_solid"].map(|name| folder.path().join(name));
-    let page = fs::read_to_string(write(&both, Some(&folder.path().join("both.html"))).unwrap()).unwrap();
+    let page = fs::read_to_string(write(&both, Some(&folder.path().join("both.html")), None).unwrap()).unwrap();
     assert_eq!((count(&page, "<svg "), count(&page, "<b>Figure 8.</b>")), (8, 1));
 }
 
@@ -339,7 +246,7 @@ end = 0.05
     let out = folder.join(format!("continuum_{space}"));
     let options = crate::run::Options::new(out.clone(), 1);
     crate::start::start(&job, &options, &scree_partition::Solo).unwrap();
-    fs::read_to_string(write(&[out], None).unwrap()).unwrap()
+    fs::read_to_string(write(&[out], None, None).unwrap()).unwrap()
 }
 
 #[test]
@@ -360,6 +267,6 @@ fn continua_are_drawn_with_their_curves() {
     fs::create_dir_all(&grains).unwrap();
     assembly(&grains, "plane");
     let both = [folder.path().join("continuum_plane"), grains.join("run_plane")];
-    let error = write(&both, None).unwrap_err().to_string();
+    let error = write(&both, None, None).unwrap_err().to_string();
     assert!(error.contains("make a report of either kind by itself"), "{error}");
 }

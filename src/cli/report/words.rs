@@ -7,8 +7,10 @@ use super::load::{Kind, Run, figure};
 use super::scenes::{Scenes, Since};
 
 /// A thin space between number and unit.
-const THIN: &str = "\u{2009}";
-const D50: &str = "D\u{2085}\u{2080}";
+pub const THIN: &str = "\u{2009}";
+pub const D50: &str = "D\u{2085}\u{2080}";
+/// Runs that a title names.
+const TITLE_NAMES: usize = 4;
 /// A band thicker than this share of the specimen is none.
 const LOCALISED: f64 = 0.5;
 
@@ -27,7 +29,7 @@ pub struct Table {
 
 impl Table {
     /// Adds a row unless it is empty for every run.
-    fn row(&mut self, name: &str, cells: Vec<Option<String>>) {
+    pub fn row(&mut self, name: &str, cells: Vec<Option<String>>) {
         if cells.iter().any(Option::is_some) {
             let cells = cells.into_iter().map(|cell| cell.unwrap_or_else(|| "\u{2013}".to_owned()));
             self.rows.push((name.to_owned(), cells.collect()));
@@ -143,7 +145,7 @@ impl Story<'_> {
         format!(
             " {interval} strain gathered in a band {} {D50} ({}{THIN}mm) thick, centred {} {D50} above the specimen's \
              lower edge{inside}.",
-            plain(band.thickness / self.run.diameter, 2),
+            in_diameters(band.thickness / self.run.diameter),
             plain(1e3 * band.thickness, 2),
             plain((band.centre[1] - self.scenes.heights[0]) / self.run.diameter, 2),
         )
@@ -312,15 +314,12 @@ pub fn plain_text(stories: &[Story]) -> String {
         [_] => format!("{}\n", story.paragraph()),
         _ => format!("{}. {}\n", label(story.run), story.paragraph()),
     };
-    // Terminals show plain spaces and digits best.
-    stories
-        .iter()
-        .map(tell)
-        .collect::<Vec<_>>()
-        .join("\n")
-        .replace(THIN, " ")
-        .replace(D50, "D50")
-        .replace('\u{2212}', "-")
+    plain_letters(&stories.iter().map(tell).collect::<Vec<_>>().join("\n"))
+}
+
+/// Terminals show plain spaces and digits best.
+pub fn plain_letters(text: &str) -> String {
+    text.replace(THIN, " ").replace(D50, "D50").replace('\u{2212}', "-")
 }
 
 /// The title of a report.
@@ -328,8 +327,15 @@ pub fn title(stories: &[Story]) -> String {
     let names: Vec<String> = stories.iter().map(|story| label(story.run)).collect();
     match names.as_slice() {
         [name] => format!("Planar shear: {name}"),
+        many if many.len() > TITLE_NAMES => format!("Planar shear compared: {} runs", many.len()),
         _ => format!("Planar shear compared: {}", names.join(", ")),
     }
+}
+
+/// A thickness in mean diameters with two digits: nothing where it is less than a twentieth of one, as of a single row of
+/// points.
+pub fn in_diameters(thickness: f64) -> String {
+    if thickness < 0.05 { "0".to_owned() } else { plain(thickness, 2) }
 }
 
 fn with_unit(number: &str, unit: &str) -> String {
@@ -341,12 +347,12 @@ fn with_unit(number: &str, unit: &str) -> String {
 }
 
 /// A number with up to `digits` significant ones, zeros at the end left away.
-fn plain(value: f64, digits: usize) -> String {
+pub fn plain(value: f64, digits: usize) -> String {
     let text = significant(value, digits);
     if text.contains('\u{d7}') { text } else { super::svg::shortened(text) }
 }
 
-fn kilopascal(stress: f64) -> String {
+pub fn kilopascal(stress: f64) -> String {
     format!("{}{THIN}kPa", significant(stress / 1e3, 3))
 }
 
@@ -355,13 +361,13 @@ fn spread(mean: f64, deviation: f64) -> String {
     format!("({} \u{b1} {}){THIN}kPa", significant(mean / 1e3, 3), plain(deviation / 1e3, 2))
 }
 
-fn signed_percent(share: f64) -> String {
+pub fn signed_percent(share: f64) -> String {
     let sign = if share > 0.0 { "+" } else { "" };
     format!("{sign}{}", percent(share))
 }
 
 /// The change from `before` in whole percent.
-fn relative(value: f64, before: f64) -> String {
+pub fn relative(value: f64, before: f64) -> String {
     if before == 0.0 {
         return "from zero".to_owned();
     }

@@ -192,6 +192,11 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.energies_of(self.point_ledger.stored.as_ref())
     }
 
+    /// Whether they were wanted of the last step.
+    pub(crate) fn has_point_energies(&self) -> bool {
+        self.point_ledger.stored.is_some()
+    }
+
     fn energies_of(&self, stored: Option<&ExactSum<STORES>>) -> Result<PointEnergies, Error> {
         let Some(stored) = stored else {
             return Err(Error::Run(format!("step {}: no energies of points have been summed", self.step)));
@@ -299,10 +304,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if missing != S::Vector::zero() {
             works.add(Item::Ramp, &(missing * (mass * dt)), &velocities);
         }
-        // As `nodes::advance` reckons it; dashpots act, then bodies and faces hold, one after the other.
+        // As `nodes::step` reckons it; dashpots act, then bodies and faces hold, one after the other.
         let free = (sum.momentum() + sum.force() * dt + gravity * (mass * dt)) * (1.0 / mass);
-        let (grid, before) = (&self.settings.grid, &velocities[BEHIND]);
-        let mut velocity = absorbed_by_faces::<S>(free, before, (grid, &self.layout), node, (mass, dt), None);
+        let at = (&self.settings.grid, &self.layout);
+        let mut velocity = absorbed_by_faces::<S>(free, &sum.momentum(), at, node, (mass, dt), None);
         if velocity != free {
             works.add(Item::Holds, &((free - velocity) * mass), &velocities);
         }
@@ -317,7 +322,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 velocity = held;
             }
         }
-        let held = held_by_faces::<S>([velocity; 2], grid, &self.layout, node, mass, None);
+        let held = held_by_faces::<S>([velocity; 2], at.0, at.1, node, mass, None);
         if held != velocity {
             works.add(Item::Holds, &((velocity - held) * mass), &velocities);
         }

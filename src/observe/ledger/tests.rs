@@ -57,6 +57,7 @@ fn world<S: Space, C: ContactLaw<S>>(
 ) -> World<'_, S, C, Absent> {
     let settings = Settings {
         dt,
+        grain_steps: 1,
         skin: 2e-4,
         grid: Grid::blend(0.0),
         loads: Vec::new(),

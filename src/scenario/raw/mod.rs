@@ -68,6 +68,33 @@ impl Typed {
         Error::User(format!("{}: {message}", self.file))
     }
 
+    /// Where a key of a table was typed, if it was.
+    pub fn place_of(&self, table: &str, key: &str) -> Option<String> {
+        let entry = self.root.get(table)?.node.get(key)?;
+        Some(at(&self.file, Some(entry.place)))
+    }
+
+    /// Refuses everything but these keys of one table, in what is no whole job; `what` names it.
+    pub fn refuse_all_but(&self, table: &str, keys: &[&str], what: &str) -> Result<(), Error> {
+        let foreign = |entry: &Entry, shown: String| {
+            Error::User(format!(
+                "{}: {shown} does not belong into {what}, which has one table [{table}] with {}. Move it to the job.",
+                at(&self.file, Some(entry.place)),
+                keys.join(", ")
+            ))
+        };
+        for entry in self.root.entries() {
+            if entry.key != table {
+                return Err(foreign(entry, short(&entry.key)));
+            }
+            let mut inside = entry.node.entries().iter();
+            if let Some(other) = inside.find(|inner| !keys.contains(&inner.key.as_str())) {
+                return Err(foreign(other, format!("{table}.{}", other.key)));
+            }
+        }
+        Ok(())
+    }
+
     fn refuse_unknown(&self) -> Result<(), Error> {
         let mut top = self.root.entries().to_vec();
         top.sort_by_key(|entry| order(entry.place));

@@ -1,7 +1,7 @@
 //! Readers of one table. Every getter names file, line, value and remedy when it refuses.
 
 use super::super::schema::{Key, Table, Wants};
-use super::super::tree::{Entry, Node, Value, short};
+use super::super::tree::{Entry, Node, Place, Value, short};
 use super::super::units::{Dimension, Refusal, quantity};
 use super::at;
 use crate::error::Error;
@@ -37,6 +37,11 @@ impl<'a> Reader<'a> {
 
     pub fn has(&self, key: &str) -> bool {
         self.find(key).is_some()
+    }
+
+    /// Whether the key was given on the command line.
+    pub fn is_set(&self, key: &str) -> bool {
+        self.find(key).is_some_and(|entry| entry.place == Place::Set)
     }
 
     /// Whether the table was typed at all.

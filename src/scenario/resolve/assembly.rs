@@ -7,8 +7,8 @@ use super::checks::check;
 use super::contact::contact;
 use super::limits::{refuse_speed_of_body, refuse_steps};
 use super::{
-    DEPTH_DEFAULT, PACKING_ENERGY_RATIO_DEFAULT, PACKING_FRACTION_DEFAULT, PACKING_FRICTION_DEFAULT, SKIN_DEFAULT,
-    folder_of, name, output_with_contacts, refuse_wide_sizes,
+    BLOCK_OF_DISCS, DEPTH_DEFAULT, PACKING_ENERGY_RATIO_DEFAULT, PACKING_FRACTION_DEFAULT, PACKING_FRICTION_DEFAULT,
+    SKIN_DEFAULT, folder_of, name, output_with_contacts, refuse_wide_sizes,
 };
 use crate::error::Error;
 use crate::scenario::assembly::{
@@ -19,8 +19,7 @@ use crate::scenario::stable;
 
 /// Packing fraction of a loose start of spheres; thrown one after the other they jam at 0.38.
 const PACKING_FRACTION_SPHERES: f64 = 0.25;
-/// Edge of a block in mean diameters: in space fewer, so that a block holds some hundred grains in both.
-const BLOCK_OF_DISCS: f64 = 12.0;
+/// Edge of a block in mean diameters: fewer than of discs, so that a block holds some hundred grains in both.
 const BLOCK_OF_SPHERES: f64 = 6.0;
 /// How exactly shares of sizes add up to 1.
 const SHARES_TOLERANCE: f64 = 1e-9;

@@ -13,15 +13,19 @@ mod body;
 mod checks;
 mod contact;
 mod limits;
+mod material;
 mod mpm;
 mod mpm_checks;
 mod shear;
 
 pub use assembly::assembly;
+pub use material::KEYS as MATERIAL_KEYS;
 pub use mpm::mpm;
 pub use shear::scenario;
 
 const DEPTH_DEFAULT: f64 = 0.01;
+/// Edge of a block in mean diameters of discs, where only grains ask for blocks.
+pub const BLOCK_OF_DISCS: f64 = 12.0;
 /// Cundall 1989.
 const PACKING_FRICTION_DEFAULT: f64 = 0.01;
 /// Thrown without overlap one after the other, discs jam at 0.547.
@@ -92,6 +96,7 @@ fn output(table: &Reader<'_>, duration: f64, step: f64) -> Result<Output, Error>
         series_interval: interval("series_interval", ROWS_DEFAULT)?,
         frame_interval: interval("frame_interval", FRAMES_DEFAULT)?,
         checkpoint_interval: interval("checkpoint_interval", CHECKPOINTS_DEFAULT)?,
+        checkpoint_steps: table.count_or("checkpoint_steps", 0)?,
         checkpoint_wall_interval: table.number_or("checkpoint_wall_interval", CHECKPOINT_WALL_DEFAULT)?,
         checkpoints_kept: table.count_or("checkpoints_kept", 3)? as usize,
         checkpoints_for_good: table.count_or("checkpoints_for_good", 0)? as usize,
@@ -145,7 +150,7 @@ fn digits_below(value: f64) -> String {
 }
 
 /// At most `count` digits, trailing zeros dropped.
-fn significant(value: f64, count: usize) -> String {
+pub fn significant(value: f64, count: usize) -> String {
     let rounded: f64 = format!("{value:.*e}", count - 1).parse().expect("a formatted number parses");
     match (1e-3..1e7).contains(&rounded.abs()) || rounded == 0.0 {
         true => format!("{rounded}"),

@@ -4,10 +4,11 @@ use std::path::Path;
 
 use super::contact::contact;
 use super::limits::{refuse_faint_packing, refuse_size_of_shear, refuse_speed_of_plates, refuse_squeeze, refuse_steps};
+use super::material::Material;
 use super::mpm_checks::{FRACTION_NEARER, unbearable};
 use super::{
-    DEPTH_DEFAULT, PACKING_ENERGY_RATIO_DEFAULT, PACKING_FRACTION_DEFAULT, PACKING_FRICTION_DEFAULT, SKIN_DEFAULT,
-    digits, folder_of, name, output_with_contacts, refuse_unstable, refuse_wide_sizes, significant,
+    BLOCK_OF_DISCS, DEPTH_DEFAULT, PACKING_ENERGY_RATIO_DEFAULT, PACKING_FRACTION_DEFAULT, PACKING_FRICTION_DEFAULT,
+    SKIN_DEFAULT, digits, folder_of, name, output_with_contacts, refuse_unstable, refuse_wide_sizes, significant,
 };
 use crate::error::Error;
 use crate::scenario::mpm::CriticalDruckerPrager;
@@ -18,8 +19,6 @@ use crate::scenario::{
 };
 
 const FLIP_DEFAULT: f64 = 0.95;
-/// Edge of a block in mean diameters where only grains ask for blocks.
-const BLOCK_OF_GRAINS: f64 = 12.0;
 /// Looks of the oracle within its recent window when a band one cell thick takes the whole speed.
 const LOOKS_PER_WINDOW: f64 = 16.0;
 /// How exactly the cells must fill the width.
@@ -37,7 +36,9 @@ pub fn scenario(typed: &Typed, file: &str) -> Result<Scenario, Error> {
     let loading_table = typed.table("loading", true, &why)?;
     let stress_normal = loading_table.number("stress_normal")?;
     let speed = loading_table.number("speed")?;
-    let step = typed.table("time", true, &why)?.number("step")?;
+    let time = typed.table("time", true, &why)?;
+    let time = Time { step: time.number("step")?, grain_steps: time.count_or("grain_steps", 1)? };
+    let step = time.step;
 
     let fraction_start = typed.table("continuum", method.has_points(), &why)?.number_if_given("fraction_start")?;
     let packed = method.has_grains() || fraction_start.is_none();
@@ -53,8 +54,9 @@ pub fn scenario(typed: &Typed, file: &str) -> Result<Scenario, Error> {
         cells_per_block: cut.count_or("cells_per_block", 2)? as usize,
         skin: cut.number_or("skin", SKIN_DEFAULT * grains.diameter_mean)?,
     };
-    let continuum =
-        continuum(&typed.table("continuum", method.has_points(), &why)?, &specimen, &grains, &contact, &decomposition)?;
+    let table = typed.table("continuum", method.has_points(), &why)?;
+    let material = Material::of(&table, &folder)?;
+    let continuum = continuum((&table, &material), &specimen, &grains, &contact, &decomposition)?;
     let oracle = oracle(&typed.table("oracle", method == Method::Hybrid, &why)?, continuum.cell / (speed * step))?;
     let enrichment =
         enrichment(&typed.table("enrichment", method == Method::Hybrid, &why)?, 22.0 * grains.diameter_mean)?;
@@ -78,7 +80,7 @@ pub fn scenario(typed: &Typed, file: &str) -> Result<Scenario, Error> {
         },
         oracle,
         enrichment,
-        time: Time { step },
+        time,
         decomposition,
         output: Output::default(),
     };
@@ -137,7 +139,7 @@ fn packing(table: &Reader<'_>, stress: f64, folder: &Path) -> Result<Packing, Er
 
 /// Asleep: moduli of the contact law, Table 2 of seed 000 for the rest, and cells that make blocks fit for grains.
 fn continuum(
-    table: &Reader<'_>,
+    (table, material): (&Reader<'_>, &Material<'_>),
     specimen: &Specimen,
     grains: &Grains,
     contact: &Contact,
@@ -148,17 +150,17 @@ fn continuum(
     let springs = derived::springs_mean(contact, grains.diameter_mean);
     let moduli = derived::moduli_affine(&springs, fraction, specimen.depth);
     let cells_per_block = decomposition.cells_per_block as f64;
-    let blocks = (specimen.width / (BLOCK_OF_GRAINS * grains.diameter_mean)).floor();
+    let blocks = (specimen.width / (BLOCK_OF_DISCS * grains.diameter_mean)).floor();
     let cell_of_grains = specimen.width / (blocks.max(2.0) * cells_per_block);
     let cell = table.number_awake("cell", cell_of_grains)?;
     Ok(Continuum {
-        bulk_modulus: table.number_awake("bulk_modulus", moduli.bulk)?,
-        shear_modulus: table.number_awake("shear_modulus", moduli.shear)?,
-        friction_angle_critical: table.number_awake("friction_angle_critical", 0.27)?,
-        fraction_critical: table.number_awake("fraction_critical", 0.815)?,
-        dilation_factor: table.number_awake("dilation_factor", 7.0)?,
-        softening_rate: table.number_awake("softening_rate", 0.01)?,
-        cohesion: table.number_or("cohesion", 0.0)?,
+        bulk_modulus: material.number_awake("bulk_modulus", moduli.bulk)?,
+        shear_modulus: material.number_awake("shear_modulus", moduli.shear)?,
+        friction_angle_critical: material.number_awake("friction_angle_critical", 0.27)?,
+        fraction_critical: material.number_awake("fraction_critical", 0.815)?,
+        dilation_factor: material.number_awake("dilation_factor", 7.0)?,
+        softening_rate: material.number_awake("softening_rate", 0.01)?,
+        cohesion: material.number_or("cohesion", 0.0)?,
         fraction_start,
         cell: fitted_cell(table, cell, specimen.width, decomposition.cells_per_block)?,
         points_per_cell: table.count_or("points_per_cell", 2)? as usize,

@@ -64,17 +64,17 @@ pub static TABLES: [Table; 9] = [
 ];
 
 /// `[output]` of all kinds, contacts, and the account of energy.
-const OUTPUT_WITH_BOTH: [Key; 8] = {
-    let [series, frames, checkpoints, wall, kept, good, contacts] = OUTPUT_WITH_CONTACTS;
+const OUTPUT_WITH_BOTH: [Key; 9] = {
+    let [series, frames, checkpoints, steps, wall, kept, good, contacts] = OUTPUT_WITH_CONTACTS;
     let [.., ledger] = OUTPUT_WITH_LEDGER;
-    [series, frames, checkpoints, wall, kept, good, contacts, ledger]
+    [series, frames, checkpoints, steps, wall, kept, good, contacts, ledger]
 };
 
 /// `[output]` of all kinds, and the account of energy.
-pub(super) const OUTPUT_WITH_LEDGER: [Key; 7] = {
-    let [series, frames, checkpoints, wall, kept, good] = OUTPUT;
+pub(super) const OUTPUT_WITH_LEDGER: [Key; 8] = {
+    let [series, frames, checkpoints, steps, wall, kept, good] = OUTPUT;
     let about = "adds columns of work done, energy stored and energy lost to series.csv";
-    [series, frames, checkpoints, wall, kept, good, key("ledger", about, Wants::Flag, "true")]
+    [series, frames, checkpoints, steps, wall, kept, good, key("ledger", about, Wants::Flag, "true")]
 };
 
 /// One `[[body]]`.

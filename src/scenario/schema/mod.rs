@@ -261,20 +261,21 @@ const NOT_NEGATIVE: Range = Range::NOT_NEGATIVE;
 
 /// `[output]` of every kind.
 #[rustfmt::skip]
-const OUTPUT: [Key; 6] = [
+const OUTPUT: [Key; 7] = [
     number("series_interval", "time between rows of series.csv", TIME, POSITIVE, "\"3 ms\""),
     number("frame_interval", "time between frames", TIME, POSITIVE, "\"80 ms\""),
     number("checkpoint_interval", "time between checkpoints", TIME, POSITIVE, "\"0.2 s\""),
+    count("checkpoint_steps", "steps between checkpoints, beside those at intervals, or 0 for none", (0, 1_000_000_000_000), "100000"),
     number("checkpoint_wall_interval", "time between checkpoints by the clock on the wall, at most", TIME, POSITIVE, "\"10 min\""),
     count("checkpoints_kept", "checkpoints kept", (1, 1_000_000), "3"),
     count("checkpoints_for_good", "checkpoints of which one is kept for good, or 0", (0, 1_000_000), "10"),
 ];
 
 /// The same of what has contacts.
-const OUTPUT_WITH_CONTACTS: [Key; 7] = {
-    let [series, frames, checkpoints, wall, kept, good] = OUTPUT;
+const OUTPUT_WITH_CONTACTS: [Key; 8] = {
+    let [series, frames, checkpoints, steps, wall, kept, good] = OUTPUT;
     let about = "writes contacts as lines into contacts.vtkhdf with every frame";
-    [series, frames, checkpoints, wall, kept, good, key("contact_frames", about, Wants::Flag, "true")]
+    [series, frames, checkpoints, steps, wall, kept, good, key("contact_frames", about, Wants::Flag, "true")]
 };
 
 impl Key {

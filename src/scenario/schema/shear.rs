@@ -33,6 +33,7 @@ pub static TABLES: [Table; 12] = [
         text("cache", "the folder of finished packings", "\"cache\""),
     ]),
     table("continuum", "the continuum and its grid", &[
+        text("material", "a file with the keys from bulk_modulus to cohesion", "\"materials/chen_table_2.toml\""),
         number("bulk_modulus", "K", STRESS, POSITIVE, "\"630 MPa\""),
         number("shear_modulus", "G", STRESS, POSITIVE, "\"460 MPa\""),
         number("friction_angle_critical", "phi_cs", Dimension::ANGLE, Range::open(0.0, std::f64::consts::FRAC_PI_2), "\"15.5 deg\""),
@@ -70,6 +71,7 @@ pub static TABLES: [Table; 12] = [
     ]),
     table("time", "the time step", &[
         number("step", "the time step", TIME, POSITIVE, "\"0.4 us\""),
+        count("grain_steps", "steps of grains in one of the continuum", (1, 1000), "8"),
     ]),
     table("decomposition", "how the domain is cut", &[
         count("cells_per_block", "the edge of a block in cells", (2, 64), "2"),

@@ -132,6 +132,7 @@ impl Page {
         self.number("series_interval", output.series_interval);
         self.number("frame_interval", output.frame_interval);
         self.number("checkpoint_interval", output.checkpoint_interval);
+        self.count("checkpoint_steps", output.checkpoint_steps);
         self.number("checkpoint_wall_interval", output.checkpoint_wall_interval);
         self.count("checkpoints_kept", output.checkpoints_kept as u64);
         self.count("checkpoints_for_good", output.checkpoints_for_good as u64);

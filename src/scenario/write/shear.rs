@@ -81,6 +81,7 @@ pub fn shear(scenario: &Scenario) -> String {
 
     page.table("time");
     page.number("step", scenario.time.step);
+    page.count("grain_steps", scenario.time.grain_steps);
 
     let decomposition = &scenario.decomposition;
     page.table("decomposition");

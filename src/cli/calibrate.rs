@@ -1,0 +1,152 @@
+//! `scree calibrate`: the figures of a job's continuum from simulated element tests of its own grains.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use scree_partition::Transport;
+
+use super::cores::Placement;
+use super::report::{self, put, unwritable};
+use super::start_threads_of;
+use crate::calibrate::element::Element;
+use crate::calibrate::fragment::in_unit;
+use crate::calibrate::{self, Calibration, KEYS, Wanted, elements, other_stress};
+use crate::error::Error;
+use crate::law::material::CriticalDruckerPrager;
+use crate::scenario::{Job, Scenario};
+
+#[derive(Args)]
+pub(super) struct Calibrate {
+    /// The job of planar shear, a TOML file.
+    job: PathBuf,
+    /// Folder for the fragment, the page and the data. Default: runs/calibrate_<job name>.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Grains of each packing.
+    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(50..=1_000_000))]
+    grains: u32,
+    /// Random packings, with the job's seed and those after it.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    packings: u16,
+    /// Shear strain at the end of the shear tests.
+    #[arg(long, default_value_t = 0.6)]
+    strain: f64,
+    /// Override one key of the job, for example --set contact.friction=0.3. May be repeated.
+    #[arg(long, value_name = "KEY.PATH=VALUE")]
+    set: Vec<String>,
+    /// Threads, of which each takes a packing. Default: the cores of this machine.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(super) threads: Option<u16>,
+}
+
+/// Files of a calibration.
+const FRAGMENT: &str = "calibrated.toml";
+const DATA: &str = "calibration.json";
+const STRING: &str = "a string takes every line";
+
+pub(super) fn command(typed: &Calibrate, placement: &Placement, transport: &dyn Transport) -> Result<String, Error> {
+    if transport.size() > 1 {
+        return Err(Error::User(
+            "scree calibrate is done by one process: its worlds are small, and packings share the threads. Start it without mpirun, and use --threads."
+                .to_string(),
+        ));
+    }
+    if !(0.1..=10.0).contains(&typed.strain) {
+        return Err(Error::User(format!(
+            "--strain {} is refused: the shear tests must pass their peak, and end. Write 0.1 to 10, for example --strain 0.6.",
+            typed.strain
+        )));
+    }
+    let scenario = match Job::load(&typed.job, &typed.set)? {
+        Job::Shear(scenario) => scenario,
+        Job::Assembly(_) | Job::Mpm(_) => {
+            return Err(Error::User(format!(
+                "{}: only jobs of planar shear have both grains and a continuum to calibrate, and this one is of another kind. Give one with `method`.",
+                typed.job.display()
+            )));
+        }
+    };
+    calibrate::refuse_other_grains(&scenario, &typed.job.display().to_string())?;
+    let wanted = Wanted { grains: u64::from(typed.grains), packings: u64::from(typed.packings), strain: typed.strain };
+    let elements = elements(&scenario, wanted, scenario.seed);
+    // A job that cannot be tested leaves no folder behind.
+    let job = |element: &Element| Ok((format!("{}.toml", element.name()), element.job()?.to_toml()));
+    let jobs = elements.iter().map(job).collect::<Result<Vec<_>, Error>>()?;
+    let out = typed.out.clone().unwrap_or_else(|| Path::new("runs").join(format!("calibrate_{}", scenario.name)));
+    fs::create_dir_all(&out).map_err(|error| unwritable(&out, &error))?;
+    start_threads_of(placement)?;
+
+    for (file, job) in &jobs {
+        put(&out.join(file), job)?;
+    }
+    let calibration = calibrate::calibrate(&scenario, wanted)?;
+    let command = typed.words();
+    put(&out.join(FRAGMENT), &calibration.fragment(&scenario.name, &command))?;
+    let json = serde_json::to_string(&calibration.to_json(&scenario.name, &command)).expect("numbers are written");
+    put(&out.join(DATA), &(json + "\n"))?;
+    let page = report::write_calibration(&calibration, &scenario, &command, &out)?;
+    Ok(told(&calibration, &scenario, &out, &page))
+}
+
+impl Calibrate {
+    /// The line that does the same again; folder and threads change nothing.
+    fn words(&self) -> String {
+        let mut words = format!(
+            "scree calibrate {} --grains {} --packings {} --strain {}",
+            self.job.display(),
+            self.grains,
+            self.packings,
+            self.strain
+        );
+        for set in &self.set {
+            write!(words, " --set '{set}'").expect(STRING);
+        }
+        words
+    }
+}
+
+fn told(calibration: &Calibration, scenario: &Scenario, out: &Path, page: &Path) -> String {
+    let mut text = String::new();
+    let mut line = |words: String| writeln!(text, "{words}").expect(STRING);
+    line(format!("{:<26}{:>28}{:>14}{:>14}{:>14}", "", "calibrated", "deviation", "Table 2", "the job now"));
+    let now = scenario.method.has_points().then(|| CriticalDruckerPrager::new(&scenario.continuum));
+    let or_none = |told: Option<String>| told.unwrap_or_else(|| "-".to_string());
+    for key in &KEYS {
+        let (_, spread) = calibration.figure(key);
+        line(format!(
+            "{:<26}{:>28}{:>14}{:>14}{:>14}",
+            key.name,
+            calibration.fit.told(key),
+            or_none(spread.map(|spread| in_unit(key, spread, 2))),
+            in_unit(key, key.table_2, 3),
+            or_none(now.as_ref().map(|law| in_unit(key, (key.of)(law), 4)))
+        ));
+    }
+    other_stress(scenario).into_iter().for_each(&mut line);
+    let quality = &calibration.quality;
+    let [grains, law] = quality.peak;
+    line(format!(
+        "tau/sigma_n: the law is off by {:.3} (root mean square); peak of the grains {:.3} at {:.1} % of strain, of the law {:.3} at {:.1} %",
+        quality.friction_off,
+        grains[0],
+        100.0 * grains[1],
+        law[0],
+        100.0 * law[1]
+    ));
+    line(format!(
+        "fraction: off by {:.4}; volume strain at the end {:.2} % (grains), {:.2} % (flow of the law); secant G at half the peak {:.1} MPa (grains), {:.1} MPa (law)",
+        quality.fraction_off,
+        100.0 * quality.volume_end[0],
+        100.0 * quality.volume_end[1],
+        1e-6 * quality.secant[0],
+        1e-6 * quality.secant[1]
+    ));
+    line(format!(
+        "The page is {}. In a job's [continuum], material = \"{}\" takes the place of these keys.",
+        page.display(),
+        out.join(FRAGMENT).display()
+    ));
+    text
+}

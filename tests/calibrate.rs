@@ -1,0 +1,230 @@
+//! Calibration: what the fit finds in data that the law itself made, and a small one from the job to the job again.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use scree::calibrate::element::{ROW_SHEAR, Row};
+use scree::calibrate::fit::{Fit, Shear, axial, fit, friction, modulus, pressure};
+use scree::calibrate::path::simple_shear;
+use scree::law::material::{CriticalDruckerPrager, MaterialLaw};
+use scree::math;
+use scree::scenario::Scenario;
+use scree::space::{Plane, Space};
+
+use crate::mpirun::words;
+use crate::worlds::{Random, material};
+
+type Tensor = <Plane as Space>::Tensor;
+
+/// A shear test to 60 % that the law itself makes.
+fn made(law: &CriticalDruckerPrager, stress: f64, fraction: f64) -> Shear {
+    let strains = (0..=1200).map(|row| f64::from(row) * ROW_SHEAR);
+    let rows = simple_shear(law, stress, fraction, strains).expect("the law bears it");
+    Shear { stress, rows: rows.into_iter().map(|(row, _)| row).collect() }
+}
+
+fn off(found: f64, wanted: f64) -> f64 {
+    (found / wanted - 1.0).abs()
+}
+
+/// In simple shear at constant normal stress the law first is elastic, then keeps to its cone, and in the end neither
+/// dilates nor hardens: tau/sigma_n = sin(phi_cs).
+#[test]
+fn the_path_begins_elastic_and_ends_critical() {
+    let law = CriticalDruckerPrager { softening_rate: 12.0, ..material() };
+    let test = made(&law, 400e3, 0.84);
+    let first: &Row = &test.rows[1];
+    assert!(off(first.stress[1], law.shear_modulus * first.strain) < 1e-3, "{first:?}");
+    let last = test.rows.last().unwrap();
+    let tangent = law.friction_critical;
+    let sine = tangent / (1.0 + tangent * tangent).sqrt();
+    assert!(off(friction(last), sine) < 0.02, "{last:?} for {sine}");
+    for row in &test.rows {
+        assert!(off(-row.stress[2], 400e3) < 1e-8, "{row:?}");
+    }
+    let most = test.rows.iter().map(friction).fold(0.0, f64::max);
+    assert!(most > 1.3 * sine, "a dense material has a peak: {most} above {sine}");
+}
+
+/// Two packings with the noise of some thousand grains on the stress, another start for each.
+#[test]
+fn the_fit_finds_the_law_that_made_the_data() {
+    let wanted = CriticalDruckerPrager { dilation_factor: 9.0, softening_rate: 12.0, ..material() };
+    let mut random = Random(7);
+    let mut noisy = |stress, fraction| {
+        let mut test = made(&wanted, stress, fraction);
+        test.rows.iter_mut().for_each(|row| row.stress[1] *= 1.0 + 0.05 * random.signed());
+        test
+    };
+    let tests = [noisy(400e3, 0.844), noisy(400e3, 0.838)];
+    let Fit { law: found, at_bound } =
+        fit(&tests.each_ref(), [wanted.bulk_modulus, wanted.shear_modulus], None).unwrap();
+    println!("{found:?}");
+    assert_eq!(at_bound, [""; 0]);
+    assert!(off(found.friction_critical, wanted.friction_critical) < 0.01, "{found:?}");
+    assert!((found.fraction_critical - wanted.fraction_critical).abs() < 3e-4, "{found:?}");
+    assert!(off(found.dilation_factor, wanted.dilation_factor) < 0.03, "{found:?}");
+    assert!(off(found.softening_rate, wanted.softening_rate) < 0.03, "{found:?}");
+    assert_eq!(found.cohesion, 0.0);
+}
+
+/// Under one stress cohesion is what is left once the friction of the same grains without it is known.
+#[test]
+fn cohesion_is_found_beyond_the_friction_of_dry_grains() {
+    let dry = CriticalDruckerPrager { dilation_factor: 9.0, softening_rate: 12.0, ..material() };
+    let wanted = CriticalDruckerPrager { cohesion: 20e3, fraction_critical: 0.80, softening_rate: 6.0, ..dry };
+    let moduli = [wanted.bulk_modulus, wanted.shear_modulus];
+    let friction = fit(&[&made(&dry, 400e3, 0.844)], moduli, None).unwrap().law.friction_critical;
+    let found = fit(&[&made(&wanted, 400e3, 0.83)], moduli, Some(friction)).unwrap().law;
+    println!("{found:?}");
+    assert!(off(found.cohesion, wanted.cohesion) < 0.02, "{found:?}");
+    assert!(off(found.friction_critical, wanted.friction_critical) < 0.01, "{found:?}");
+    assert!((found.fraction_critical - wanted.fraction_critical).abs() < 3e-4, "{found:?}");
+    assert!(off(found.dilation_factor, wanted.dilation_factor) < 0.02, "{found:?}");
+}
+
+/// A material whose strength does not hang on its fraction has chi = 0, and less is not asked for.
+#[test]
+fn a_figure_that_stops_at_its_bound_is_marked() {
+    let flat = CriticalDruckerPrager { dilation_factor: 0.0, softening_rate: 12.0, ..material() };
+    let found = fit(&[&made(&flat, 400e3, 0.84)], [flat.bulk_modulus, flat.shear_modulus], None).unwrap();
+    assert_eq!(found.at_bound, ["dilation_factor"], "{found:?}");
+}
+
+/// By the law itself: Kirchhoff stresses rise by K and by M from the pressure on, stresses by the pressure more.
+#[test]
+fn moduli_are_slopes_of_the_stress_by_the_volume_of_the_start() {
+    let law = material();
+    let pressed = |axes: [f64; 2]| -> Vec<Row> {
+        let mut memory = MaterialLaw::<Plane>::start(&law, &(Tensor::identity() * -400e3), 0.84);
+        let row = |number: u32| {
+            let strain = 1e-5 * f64::from(number);
+            // In one piece of [`ROW_VOLUME`] after another, of the size that it has then.
+            if number > 0 {
+                let shrunk = |axis: usize| math::exp(-1e-5 * axes[axis]) - 1.0;
+                let gradient = Tensor::new(shrunk(0), 0.0, 0.0, shrunk(1));
+                MaterialLaw::<Plane>::update(&law, &gradient, 1.0, &mut memory);
+            }
+            let stress = MaterialLaw::<Plane>::stress(&law, &memory) * math::exp(strain);
+            Row { strain, stress: [stress[(0, 0)], 0.0, stress[(1, 1)]], fraction: 0.84 * math::exp(strain) }
+        };
+        (0..=20).map(row).collect()
+    };
+    let bulk = modulus(&pressed([0.5, 0.5]), pressure);
+    assert!(off(bulk, law.bulk_modulus) < 1e-6, "{bulk}");
+    let p_wave = modulus(&pressed([0.0, 1.0]), axial);
+    assert!(off(p_wave, law.bulk_modulus + law.shear_modulus) < 1e-6, "{p_wave}");
+}
+
+/// `scree calibrate` of the quickstart, with more of the line.
+fn command(out: &Path, cache: &Path, more: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_scree"))
+        .args(["calibrate", "jobs/quickstart.toml", "--set", &format!("packing.cache={}", cache.display()), "--out"])
+        .arg(out)
+        .args(more)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("the program can be started")
+}
+
+fn calibrated(out: &Path, cache: &Path, threads: &str) -> String {
+    let small = ["--grains", "200", "--packings", "2", "--strain", "0.3", "--threads", threads];
+    let output = command(out, cache, &small);
+    assert!(output.status.success(), "{}", words(&output));
+    String::from_utf8(output.stdout).expect("it is text")
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// Few grains and little strain: the figures are rough, the way is whole. The same bits on one thread, from packings that
+/// are made, and on two, from the cache; and the job takes what came.
+#[test]
+fn a_job_is_calibrated_and_takes_its_fragment() {
+    let folder = tempfile::tempdir().unwrap();
+    let (first, second) = (folder.path().join("first"), folder.path().join("second"));
+    let cache = folder.path().join("cache");
+    let told = calibrated(&first, &cache, "1");
+    calibrated(&second, &cache, "2");
+    for name in ["calibrated.toml", "calibration.json", "calibration.html", "shear.toml", "figures/shear.svg"] {
+        assert_eq!(read(&first.join(name)), read(&second.join(name)), "{name}");
+    }
+    for wanted in ["bulk_modulus", "softening_rate", "630 MPa"] {
+        assert!(told.contains(wanted), "{told}");
+    }
+    let page = read(&first.join("calibration.html"));
+    assert!(!page.contains("NaN") && page.contains("Table 2"));
+
+    let job = read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/quickstart.toml")));
+    let (head, rest) = job.split_once("bulk_modulus").unwrap();
+    let (_, tail) = rest.split_once("softening_rate = 3.0\n").unwrap();
+    let file = first.join("job.toml");
+    std::fs::write(&file, format!("{head}material = \"calibrated.toml\"\n{tail}")).unwrap();
+    let scenario = Scenario::load(&file, &[]).unwrap_or_else(|error| panic!("{error}"));
+    let json: serde_json::Value = serde_json::from_str(&read(&first.join("calibration.json"))).unwrap();
+    let found = |key: &str| json["material"][key]["value"].as_f64().unwrap();
+    assert!(off(scenario.continuum.bulk_modulus, found("bulk_modulus")) < 1e-3);
+    assert!(off(scenario.continuum.dilation_factor, found("dilation_factor")) < 1e-3);
+    assert!(off(scenario.continuum.friction_angle_critical, found("friction_angle_critical")) < 1e-3);
+    // Within what any packing of these discs has.
+    assert!((50e6..120e6).contains(&scenario.continuum.bulk_modulus), "{told}");
+    assert!((0.1..0.5).contains(&scenario.continuum.friction_angle_critical), "{told}");
+    // What the run keeps has the numbers themselves, and --set overrides the file.
+    assert!(!scenario.to_toml().contains("calibrated"));
+    let set = Scenario::load(&file, &["continuum.bulk_modulus=70 MPa".to_string()]).unwrap();
+    assert_eq!(set.continuum.bulk_modulus, 70e6);
+}
+
+/// Grains that cohere are sheared without cohesion, too, and that test has a file of its own. The job is loaded at half of the
+/// stress of its packing, which is said, and without a continuum of its own.
+#[test]
+fn cohesive_grains_are_tested_without_cohesion_as_well() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let sets = [
+        "contact.law=linear_cohesive",
+        "contact.cohesion_normal=1 N",
+        "contact.cohesion_tangential=1 N",
+        "method=dem",
+        "loading.stress_normal=200 kPa",
+    ];
+    let mut more = vec!["--packings", "1", "--grains", "200", "--strain", "0.15"];
+    sets.iter().for_each(|set| more.extend(["--set", set]));
+    let output = command(&out, &folder.path().join("cache"), &more);
+    assert!(output.status.success(), "{}", words(&output));
+    let told = words(&output);
+    let line = |key: &str| told.lines().find(|line| line.starts_with(key)).unwrap_or_else(|| panic!("{key}: {told}"));
+    assert!(line("bulk_modulus").ends_with(" -"), "a job of grains alone has no continuum now: {told}");
+    assert!(told.contains("packing.stress = 400 kPa") && told.contains("loading.stress_normal = 200 kPa"), "{told}");
+    let [with, without] = ["shear", "shear_without_cohesion"].map(|name| read(&out.join(format!("{name}.toml"))));
+    assert!(with.contains("linear_cohesive") && !without.contains("linear_cohesive"), "{with}\n{without}");
+    assert!(without.contains("name = \"quickstart_shear_without_cohesion_1\""), "{without}");
+    let json: serde_json::Value = serde_json::from_str(&read(&out.join("calibration.json"))).unwrap();
+    assert!(json["packings"][0]["shear_without_cohesion"]["strain"].as_array().unwrap().len() > 100);
+    // Whoever is at a bound is so in the table, in the fragment and in the data.
+    let fragment = read(&out.join("calibrated.toml"));
+    for (key, figure) in json["material"].as_object().unwrap() {
+        let is_at_bound = figure["at_bound"].as_bool().unwrap();
+        assert_eq!(line(key).contains("at its bound"), is_at_bound, "{told}");
+        let (before, _) = fragment.split_once(&format!("\n{key} = ")).unwrap();
+        assert_eq!(before.lines().last().unwrap().contains("at its bound"), is_at_bound, "{fragment}");
+    }
+}
+
+/// What has no grains that calibration could make is refused, and leaves nothing behind.
+#[test]
+fn jobs_of_other_grains_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let refused = |more: &[&str], wanted: &[&str]| {
+        let output = command(&out, &folder.path().join("cache"), more);
+        let told = words(&output);
+        assert_eq!(output.status.code(), Some(2), "{told}");
+        wanted.iter().for_each(|wanted| assert!(told.contains(wanted), "{wanted}: {told}"));
+        assert!(!out.exists(), "a folder was left");
+    };
+    refused(&["--set", "grains.file=grains.csv"], &["jobs/quickstart.toml: grains.file = ", "Calibrate a copy"]);
+    let alone = ["--set", "method=mpm", "--set", "continuum.fraction_start=0.84"];
+    refused(&alone, &["jobs/quickstart.toml: ", "continuum.fraction_start", "--set method=dem"]);
+}

@@ -1,0 +1,234 @@
+//! A hybrid run that is killed again and again, at any moment and inside of its writing too, whose files are cut short or have
+//! a byte flipped between its lives, and which is taken up on other numbers of ranks. It ends in the same state and with the
+//! same curve as one that nobody disturbed, or says what is wrong with which file; it never hangs and never ends wrong.
+//!
+//! `SCREE_TORTURE_SECONDS` says for how long, and `SCREE_TORTURE_SEED` begins at that life's dice again.
+
+use std::path::PathBuf;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::mpirun::{SCREE, finished, scree, turn, words};
+
+const JOB: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/quickstart.toml");
+const SECONDS_DEFAULT: u64 = 180;
+/// No life lasts so long.
+const PATIENCE: Duration = Duration::from_secs(240);
+/// Files of a run that are damaged between lives; what stands beside them is made anew or not read.
+const FILES: [&str; 5] = ["series.csv", "frames.vtkhdf", "log.jsonl", "summary.json", "scenario.toml"];
+
+/// Throws dice as SplitMix64 does.
+struct Dice(u64);
+
+impl Dice {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut word = self.0;
+        word = (word ^ (word >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        word = (word ^ (word >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        word ^ (word >> 31)
+    }
+
+    fn below(&mut self, bound: u64) -> u64 {
+        self.next() % bound
+    }
+}
+
+#[derive(Default, Debug)]
+struct Tally {
+    lives: u64,
+    kills: u64,
+    damages: u64,
+    /// Damaged checkpoints that were told of and passed over.
+    passed_over: u64,
+    refusals: u64,
+    ends: u64,
+}
+
+struct Torture {
+    folder: tempfile::TempDir,
+    dice: Dice,
+    tally: Tally,
+    digest: String,
+}
+
+impl Torture {
+    fn new(seed: u64) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let mut torture = Self { folder, dice: Dice(seed), tally: Tally::default(), digest: String::new() };
+        let ended = finished(torture.start(2, "reference"));
+        assert!(ended.status.success(), "{}", words(&ended));
+        torture.digest = torture.digest_of("reference");
+        torture
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// `--continue` starts a run, goes on with it, and begins again where it ended before its first checkpoint.
+    fn start(&self, ranks: usize, out: &str) -> Child {
+        // To some steps after enrichment.
+        let often = [
+            "output.checkpoint_wall_interval=0.05",
+            "output.frame_interval=0.01",
+            "loading.strain_end=0.025",
+            "packing.cache=cache",
+        ];
+        let mut arguments = vec!["run", JOB, "--out", out, "--threads", "1", "--continue"];
+        often.iter().for_each(|set| arguments.extend(["--set", set]));
+        let mut command = scree(ranks, &arguments);
+        command.current_dir(self.folder.path()).stdin(Stdio::null());
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+    }
+
+    fn digest_of(&self, run: &str) -> String {
+        let output = Command::new(SCREE).args(["digest", run]).current_dir(self.folder.path()).output().unwrap();
+        assert!(output.status.success(), "{}", words(&output));
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// A life, to its end or to its death; what it said, and whether it ended by itself. The last is not disturbed.
+    fn live(&mut self, is_last: bool) -> (Output, bool) {
+        let ranks = 1 + self.dice.below(4) as usize;
+        let child = self.start(ranks, "tortured");
+        self.tally.lives += 1;
+        // Most die young: within start-up, reading, the first steps, the first checkpoints.
+        let young = Duration::from_millis(100 + self.dice.below(2 + self.dice.0 % 4000));
+        let death = if is_last { PATIENCE } else { young };
+        let one = self.dice.below(2) == 0;
+        let since = Instant::now();
+        let mut child = child;
+        while since.elapsed() < death {
+            if child.try_wait().unwrap().is_some() {
+                return (finished(child), true);
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        let processes = ranks_of(child.id());
+        let victims = if one { &processes[..processes.len().min(1)] } else { &processes[..] };
+        victims.iter().for_each(|process| kill(*process));
+        if !one || victims.is_empty() {
+            kill(child.id());
+        }
+        self.tally.kills += 1;
+        let output = finished(child);
+        // Whoever lost its launcher has lost its sense, and is not to write on.
+        processes.iter().for_each(|process| kill(*process));
+        while processes.iter().any(|process| is_alive(*process)) {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        (output, false)
+    }
+
+    /// Cuts a file of the run or flips one of its bytes, and says which.
+    fn damage(&mut self) -> Option<String> {
+        let run = self.path("tortured");
+        let mut files: Vec<PathBuf> = FILES.iter().map(|name| run.join(name)).collect();
+        let checkpoints = std::fs::read_dir(run.join("checkpoints")).into_iter().flatten();
+        let mut checkpoints: Vec<PathBuf> = checkpoints.map(|entry| entry.unwrap().path()).collect();
+        checkpoints.sort();
+        // The newest counts most.
+        files.extend(checkpoints.iter().rev().take(2).cloned());
+        files.extend(checkpoints.last().cloned());
+        files.retain(|file| file.metadata().is_ok_and(|about| about.len() > 0));
+        if files.is_empty() {
+            return None;
+        }
+        let file = &files[self.dice.below(files.len() as u64) as usize];
+        let mut bytes = std::fs::read(file).unwrap();
+        let at = self.dice.below(bytes.len() as u64) as usize;
+        match self.dice.below(2) {
+            0 => bytes.truncate(at),
+            _ => bytes[at] ^= 1 << self.dice.below(8),
+        }
+        std::fs::write(file, bytes).unwrap();
+        self.tally.damages += 1;
+        Some(file.file_name().unwrap().to_string_lossy().into_owned())
+    }
+
+    /// A folder as it is, under another name.
+    fn copy(&self, from: &str, to: &str) {
+        let _ = std::fs::remove_dir_all(self.path(to));
+        let copied = Command::new("cp").arg("-r").arg(self.path(from)).arg(self.path(to)).status().unwrap();
+        assert!(copied.success());
+    }
+
+    /// A finished run is what the reference is.
+    fn look_at_the_end(&mut self, was_damaged: bool) {
+        assert_eq!(self.digest_of("tortured"), self.digest, "another state");
+        let read = |run: &str, name: &str| std::fs::read(self.path(run).join(name)).unwrap();
+        assert!(read("tortured", "series.csv") == read("reference", "series.csv"), "another curve");
+        let frames = |run: &str| scree_io::frames::read(&self.path(run).join("frames.vtkhdf"));
+        match frames("tortured") {
+            Ok(found) => assert!(found == frames("reference").unwrap(), "other frames"),
+            // A byte of an old frame: whoever reads it is told.
+            Err(error) => assert!(was_damaged && error.is_damage(), "{error}"),
+        }
+        for line in String::from_utf8_lossy(&read("tortured", "log.jsonl")).lines() {
+            assert!(was_damaged || serde_json::from_str::<serde_json::Value>(line).is_ok(), "log: {line}");
+        }
+        self.tally.ends += 1;
+    }
+
+    /// From nothing to an end; after `until` nothing is killed and damaged any more.
+    fn run(&mut self, until: Instant) {
+        let _ = std::fs::remove_dir_all(self.path("tortured"));
+        // Files that have been damaged since the copy of the run that is whole.
+        let mut damaged: Vec<String> = Vec::new();
+        loop {
+            let (output, ended) = self.live(Instant::now() >= until);
+            let said = words(&output);
+            self.tally.passed_over += u64::from(said.contains("; going back to "));
+            if ended {
+                match output.status.code() {
+                    Some(0) => return self.look_at_the_end(!damaged.is_empty()),
+                    Some(2 | 3) if !damaged.is_empty() => {
+                        let named = |name: &String| said.contains(name.as_str());
+                        let named = damaged.iter().any(named) || said.contains("holds a run of another job");
+                        assert!(named, "not a word of {damaged:?}: {said}");
+                        self.copy("whole", "tortured");
+                        damaged.clear();
+                        self.tally.refusals += 1;
+                    }
+                    code => panic!("{code:?} after damage to {damaged:?}: {said}"),
+                }
+            } else if self.dice.below(3) == 0 && self.path("tortured").is_dir() {
+                if damaged.is_empty() {
+                    self.copy("tortured", "whole");
+                }
+                damaged.extend(self.damage());
+            }
+        }
+    }
+}
+
+fn ranks_of(mpirun: u32) -> Vec<u32> {
+    let children = std::fs::read_to_string(format!("/proc/{mpirun}/task/{mpirun}/children")).unwrap_or_default();
+    children.split_whitespace().filter_map(|process| process.parse().ok()).collect()
+}
+
+/// It may be gone.
+fn kill(process: u32) {
+    let _ = Command::new("kill").args(["-KILL", &process.to_string()]).stderr(Stdio::null()).status();
+}
+
+fn is_alive(process: u32) -> bool {
+    let status = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+    status.rsplit(')').next().is_some_and(|rest| !rest.trim().is_empty() && !rest.trim_start().starts_with('Z'))
+}
+
+#[test]
+fn a_run_survives_or_says_why_not() {
+    let _turn = turn();
+    let number = |name: &str, default: u64| std::env::var(name).map_or(default, |text| text.parse().unwrap());
+    let (seconds, seed) = (number("SCREE_TORTURE_SECONDS", SECONDS_DEFAULT), number("SCREE_TORTURE_SEED", 1));
+    let mut torture = Torture::new(seed);
+    let until = Instant::now() + Duration::from_secs(seconds);
+    while Instant::now() < until {
+        println!("dice {}", torture.dice.0);
+        torture.run(until);
+    }
+    println!("{:?}", torture.tally);
+    assert!(torture.tally.kills > 0 && torture.tally.ends > 0, "{:?}", torture.tally);
+}
