@@ -422,7 +422,7 @@ fn train<C: ContactLaw<Plane>>(
         }
     }
     let grains = if world.transport.rank() == 0 { grains } else { Vec::new() };
-    let settings = settings_for(scenario, scenario.contact.friction());
+    let settings = settings_for(scenario, &scenario.contact);
     let parts = Parts::fresh(grains, Vec::new(), Vec::new(), world.cell);
     let mut training = PlanarWorld::<C>::new(settings, world.layout.clone(), world.transport, 0, parts)?;
 

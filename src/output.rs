@@ -9,13 +9,13 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use scree_io::frames::{Frame, FrameFile};
 use scree_io::series::Series;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::checkpoint::Progress;
 use crate::error::Error;
 use crate::log::Log;
 use crate::plan::LoadMap;
-use crate::run::{Beginning, Experiment, Options};
+use crate::run::{Experiment, Options};
 
 /// Open files of a run, on rank 0.
 pub struct Outputs {
@@ -125,13 +125,15 @@ impl Outputs {
         Ok(Self::new(dir, log, (series, [None, None]), Meter::new(step, experiment.steps())))
     }
 
-    /// Cuts log, series and frames back to what `progress` had written; a branch has none yet.
-    pub fn resume(options: &Options, progress: &Progress, experiment: &impl Experiment) -> Result<Self, Error> {
-        let dir = &options.out;
-        if options.beginning == Beginning::Branched {
-            return Self::create(dir, experiment, progress.step);
-        }
-        let (mut log, path) = (Log::open(dir)?, series_file(dir));
+    /// Cuts log, series and frames back to what `progress` had written. Those of a branch, which has no log yet, begin here.
+    pub fn resume(
+        options: &Options,
+        log: Option<Log>,
+        progress: &Progress,
+        experiment: &impl Experiment,
+    ) -> Result<Self, Error> {
+        let (dir, path) = (&options.out, series_file(&options.out));
+        let Some(mut log) = log else { return Self::create(dir, experiment, progress.step) };
         log.cut_after(progress.step)?;
         let header = experiment.header();
         let names: Vec<&str> = header.iter().map(String::as_str).collect();
@@ -142,10 +144,6 @@ impl Outputs {
         };
         let frames = Some(cut(frames_file(dir))?);
         let contacts = if experiment.output().contact_frames { Some(cut(contacts_file(dir))?) } else { None };
-        if options.beginning == Beginning::Changed {
-            let path = scenario_file(dir);
-            replace(&path, &experiment.job()).map_err(|error| failed(&path, &error))?;
-        }
         let meter = Meter::new(progress.step, experiment.steps());
         let mut outputs = Self::new(dir, log, (series, [frames, contacts]), meter);
         if let Ok(text) = fs::read_to_string(summary_file(dir)) {
@@ -156,6 +154,18 @@ impl Outputs {
 
     fn new(dir: &Path, log: Log, (series, [frames, contacts]): (Series, [Option<FrameFile>; 2]), meter: Meter) -> Self {
         Self { dir: dir.to_path_buf(), series, frames, contacts, log, summary: BTreeMap::new(), meter }
+    }
+
+    /// Whether the summary tells of an end after `step`.
+    pub fn has_ended(&self, step: u64) -> bool {
+        let tells = |key: &str, what: Value| self.summary.get(key) == Some(&what);
+        tells("outcome", json!("done")) && tells("steps", json!(step))
+    }
+
+    /// The job that the run goes on with.
+    pub fn replace_job(&self, job: &str) -> Result<(), Error> {
+        let path = scenario_file(&self.dir);
+        replace(&path, job).map_err(|error| failed(&path, &error))
     }
 
     pub fn row(&mut self, values: &[f64]) -> Result<(), Error> {

@@ -18,7 +18,7 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
 use crate::layout::Layout;
 use crate::rebuild::{self, Parts, is_glued};
-use crate::scenario::{Scenario, derived};
+use crate::scenario::{Contact, Scenario, derived};
 use crate::servo::CellDrive;
 use crate::space::{Linear, Plane, Space, Words};
 use crate::stop::{self, Wish};
@@ -61,19 +61,18 @@ pub fn layout_for(scenario: &Scenario, height: f64) -> Result<Layout, Error> {
     Layout::plane([columns, rows], block, cell, [0.0, -(margin as f64) * cell]).map_err(Error::User)
 }
 
-/// Settings of a world of this job's grains alone, with a contact friction of its own.
+/// Settings of a world of this job's grains alone, with constants of its own in their law.
 pub fn settings_for<C: ContactLaw<Plane>>(
     scenario: &Scenario,
-    friction: f64,
+    contact: &Contact,
 ) -> Settings<Plane, C, CriticalDruckerPrager> {
-    let contact = scenario.contact.with_friction(friction);
     Settings {
         dt: scenario.time.step,
         grain_steps: 1,
         skin: scenario.decomposition.skin,
         grid: Grid::blend(scenario.continuum.flip),
         loads: Vec::new(),
-        contact: C::from_job(&contact).expect("the run was given the job's law"),
+        contact: C::from_job(contact).expect("the run was given the job's law"),
         material: CriticalDruckerPrager::new(&scenario.continuum),
         field: Field::default(),
         drive: CellDrive::default(),
@@ -83,7 +82,7 @@ pub fn settings_for<C: ContactLaw<Plane>>(
 
 /// Settings of the run of this job.
 pub fn settings_of_run<C: ContactLaw<Plane>>(scenario: &Scenario) -> Settings<Plane, C, CriticalDruckerPrager> {
-    let settings = settings_for(scenario, scenario.contact.friction());
+    let settings = settings_for(scenario, &scenario.contact);
     Settings { grain_steps: derived::grain_steps(scenario), ..settings }
 }
 
@@ -180,7 +179,7 @@ fn key(scenario: &Scenario) -> String {
         scenario.grains.diameter_mean,
         scenario.grains.diameter_deviation,
         scenario.grains.density,
-        scenario.contact,
+        scenario.contact.without_cohesion(),
         scenario.packing.friction,
         scenario.packing.fraction_start,
         scenario.packing.stress,
@@ -220,7 +219,7 @@ fn make<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport) ->
     let upper = Body::new("upper", Shape::Plate { side: Side::Above, face: thrown.height });
     let bodies = vec![lower, Body { servo: Some(servo), ..upper }];
     let layout = layout_for(scenario, thrown.height)?;
-    let settings = settings_for(scenario, scenario.packing.friction);
+    let settings = settings_for(scenario, &scenario.contact.while_compressed(scenario.packing.friction));
     let grains = if transport.rank() == 0 { thrown.grains } else { Vec::new() };
     let cell = cell_of(&layout);
     let parts = Parts::fresh(grains, Vec::new(), bodies, cell);

@@ -11,12 +11,13 @@ use crate::error::Error;
 use crate::hybrid::track::Instants;
 use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalDruckerPrager, CriticalMemory};
+use crate::log::Log;
 use crate::observe::frame::frame;
 use crate::observe::phases::Phase;
-use crate::output::{self, Outputs};
+use crate::output;
 use crate::packing::{self, PlanarWorld, cell_of, layout_for, settings_of_run};
 use crate::rebuild::{Home, Parts};
-use crate::run::{Core, Experiment, Options, Outcome, Run};
+use crate::run::{self, Core, Experiment, Options, Outcome};
 use crate::scenario::{Method, Output, Scenario, derived};
 use crate::space::{Linear, Plane};
 use crate::specimen;
@@ -75,9 +76,7 @@ pub fn start<C: ContactLaw<Plane>>(
     };
     let world = specimen::world(scenario, transport, start)?;
     let experiment = PlanarShear { scenario, law: std::marker::PhantomData::<C> };
-    let outputs = if root { Outputs::create(&options.out, &experiment, 0).map(Some) } else { Ok(None) };
-    let outputs = transfer::agree(transport, outputs)?;
-    Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
+    run::begin(experiment, world, progress, options)
 }
 
 /// Continues a run from a snapshot that rank 0 holds.
@@ -85,18 +84,12 @@ pub fn resume<C: ContactLaw<Plane>>(
     scenario: &Scenario,
     snapshot: Option<PlanarSnapshot<C>>,
     options: &Options,
+    log: Option<Log>,
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
-    let root = transport.rank() == 0;
     let (world, progress) = world_of(scenario, snapshot, transport)?;
-    if progress.step >= derived::steps(scenario) {
-        let out = options.out.display();
-        return Ok(Outcome::Done(format!("{out}: this run is done already; nothing was changed.")));
-    }
     let experiment = PlanarShear { scenario, law: std::marker::PhantomData::<C> };
-    let outputs = if root { Outputs::resume(options, &progress, &experiment).map(Some) } else { Ok(None) };
-    let outputs = transfer::agree(transport, outputs)?;
-    Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
+    run::go_on_with(experiment, world, progress, options, log)
 }
 
 /// The world of a snapshot that rank 0 holds, and how far its run is.

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use scree_io::frames::Frame;
 use scree_io::store;
-use scree_partition::{Reader, Writer};
+use scree_partition::{Reader, Transport, Writer};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
@@ -15,6 +15,7 @@ use crate::cycle::is_due;
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
+use crate::log::Log;
 use crate::observe::contact_frame::contact_frame;
 use crate::observe::guard::EnergyGuard;
 use crate::observe::ledger::Entry;
@@ -98,6 +99,47 @@ pub trait Experiment {
 
 /// The world of an experiment with what a run keeps beside it.
 pub type CoreOf<'t, E> = Core<'t, <E as Experiment>::Space, <E as Experiment>::Contact, <E as Experiment>::Material>;
+
+/// The world of an experiment.
+pub type WorldOf<'t, E> = World<'t, <E as Experiment>::Space, <E as Experiment>::Contact, <E as Experiment>::Material>;
+
+/// Begins a run in a folder that has been claimed for it, and ends it.
+pub fn begin<E: Experiment>(
+    experiment: E,
+    world: WorldOf<E>,
+    progress: Progress,
+    options: &Options,
+) -> Result<Outcome, Error> {
+    let outputs = on_root(world.transport, || Outputs::create(&options.out, &experiment, 0))?;
+    Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
+}
+
+/// Goes on with a run from a checkpoint to its end. `log` is that of its folder, which rank 0 holds since before it read the
+/// checkpoint; a branch has none yet.
+pub fn go_on_with<E: Experiment>(
+    experiment: E,
+    world: WorldOf<E>,
+    progress: Progress,
+    options: &Options,
+    log: Option<Log>,
+) -> Result<Outcome, Error> {
+    let transport = world.transport;
+    let outputs = on_root(transport, || Outputs::resume(options, log, &progress, &experiment))?;
+    // Whoever is killed between its last checkpoint and its last words has these still to say.
+    let tells = outputs.as_ref().is_some_and(|outputs| outputs.has_ended(progress.step));
+    let has_ended = tells && progress.step >= experiment.steps();
+    if transport.broadcast(vec![u8::from(has_ended)]) == [1] {
+        let out = options.out.display();
+        return Ok(Outcome::Done(format!("{out}: this run is done already; nothing was changed.")));
+    }
+    Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
+}
+
+/// What only rank 0 has, with an outcome that all ranks share.
+fn on_root<T>(transport: &dyn Transport, work: impl FnOnce() -> Result<T, Error>) -> Result<Option<T>, Error> {
+    let made = if transport.rank() == 0 { work().map(Some) } else { Ok(None) };
+    transfer::agree(transport, made)
+}
 
 /// The state of a run, and where it writes.
 pub struct Core<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
@@ -278,6 +320,10 @@ impl<'t, E: Experiment> Run<'t, E> {
         let beginning = self.core.options.beginning;
         if self.core.world.step == 0 || beginning == Beginning::Branched {
             self.write_frame()?;
+        }
+        if beginning == Beginning::Changed {
+            let job = self.experiment.job();
+            self.core.on_root(|outputs| outputs.replace_job(&job))?;
         }
         if beginning != Beginning::Plain {
             self.save()?;

@@ -10,6 +10,7 @@ use crate::checkpoint::{self, Snapshot};
 use crate::continuum;
 use crate::error::Error;
 use crate::law::contact::{ContactLaw, ForAnyLaw, with_law_of};
+use crate::log::Log;
 use crate::output::{self, scenario_file};
 use crate::planar_shear;
 use crate::run::{Beginning, Options, Outcome};
@@ -55,21 +56,25 @@ pub fn resume(
 ) -> Result<Outcome, Error> {
     stop::listen()?;
     let read = || -> Result<_, Error> {
+        // Held from here on: whoever else goes on with this run would make of its newest checkpoint an old one.
+        let log = continuation.branch.is_none().then(|| Log::open(dir)).transpose()?;
         let (_, state) = checkpoint::latest_state(dir)?;
         let text = continued_job(dir, &checkpoint::scenario_of(&state)?, continuation)?;
-        Ok(Some((state, text)))
+        Ok(Some((state, (text, log))))
     };
     let read = if transport.rank() == 0 { read() } else { Ok(None) };
-    let (state, job) = transfer::agree(transport, read)?.unzip();
+    let (state, rest) = transfer::agree(transport, read)?.unzip();
+    let (job, log) = rest.unzip();
+    let log = log.flatten();
     let (text, beginning) = job.unwrap_or((String::new(), Beginning::Plain));
     let text = String::from_utf8_lossy(&transport.broadcast(text.into_bytes())).into_owned();
     let beginning = Beginning::of_code(transport.broadcast(vec![beginning as u8])[0]);
     let options = &Options { beginning, ..options.clone() };
     match &Job::parse(&text, &scenario_file(dir).display().to_string(), &[])? {
-        Job::Shear(job) => with_law_of(&job.contact, Resume { job, state, options, transport }),
-        Job::Assembly(job) => with_law_of(&job.contact, Resume { job, state, options, transport }),
-        Job::Mpm(job) if job.grid.dimension == 2 => continuum::resume::<Plane>(job, state, options, transport),
-        Job::Mpm(job) => continuum::resume::<Solid>(job, state, options, transport),
+        Job::Shear(job) => with_law_of(&job.contact, Resume { job, state, options, log, transport }),
+        Job::Assembly(job) => with_law_of(&job.contact, Resume { job, state, options, log, transport }),
+        Job::Mpm(job) if job.grid.dimension == 2 => continuum::resume::<Plane>(job, state, options, log, transport),
+        Job::Mpm(job) => continuum::resume::<Solid>(job, state, options, log, transport),
     }
 }
 
@@ -139,6 +144,8 @@ struct Resume<'a, J> {
     /// On rank 0.
     state: Option<State>,
     options: &'a Options,
+    /// Of the folder, on rank 0.
+    log: Option<Log>,
     transport: &'a dyn Transport,
 }
 
@@ -146,9 +153,9 @@ impl ForAnyLaw for Resume<'_, Scenario> {
     type Outcome = Result<Outcome, Error>;
 
     fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
-        let Self { job, state, options, transport } = self;
+        let Self { job, state, options, log, transport } = self;
         let snapshot = transfer::agree(transport, state.as_ref().map(Snapshot::from_state).transpose())?;
-        planar_shear::resume::<C>(job, snapshot, options, transport)
+        planar_shear::resume::<C>(job, snapshot, options, log, transport)
     }
 }
 
@@ -156,15 +163,15 @@ impl ForAnyLaw for Resume<'_, Assembly> {
     type Outcome = Result<Outcome, Error>;
 
     fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
-        let Self { job, state, options, transport } = self;
+        let Self { job, state, options, log, transport } = self;
         match job.cell.dimension {
             2 => {
                 let snapshot = transfer::agree(transport, state.as_ref().map(Snapshot::from_state).transpose())?;
-                assembly::resume::<Plane, C>(job, snapshot, options, transport)
+                assembly::resume::<Plane, C>(job, snapshot, options, log, transport)
             }
             _ => {
                 let snapshot = transfer::agree(transport, state.as_ref().map(Snapshot::from_state).transpose())?;
-                assembly::resume::<Solid, C>(job, snapshot, options, transport)
+                assembly::resume::<Solid, C>(job, snapshot, options, log, transport)
             }
         }
     }

@@ -386,7 +386,7 @@ fn a_run_that_exists() {
         &scree(&["run", "job.toml"], folder.path()),
         "runs/good holds a run that ended before its first checkpoint, or is still on its way there. If it has ended, remove it with `rm -r runs/good`; or start a new one elsewhere with --out DIR.",
     );
-    fs::write(run.join("checkpoints/any"), "").expect("the run has a checkpoint");
+    fs::write(run.join("checkpoints/step-000000000100.h5"), "").expect("the run has a checkpoint");
     told(
         &scree(&["run", "job.toml"], folder.path()),
         "runs/good already holds a run, and a run is never overwritten. Go on with it by `scree resume runs/good`, or start a new one elsewhere with --out DIR.",

@@ -198,7 +198,10 @@ fn cohesive_grains_are_tested_without_cohesion_as_well() {
     assert!(line("bulk_modulus").ends_with(" -"), "a job of grains alone has no continuum now: {told}");
     assert!(told.contains("packing.stress = 400 kPa") && told.contains("loading.stress_normal = 200 kPa"), "{told}");
     let [with, without] = ["shear", "shear_without_cohesion"].map(|name| read(&out.join(format!("{name}.toml"))));
-    assert!(with.contains("linear_cohesive") && !without.contains("linear_cohesive"), "{with}\n{without}");
+    assert!(with.contains("cohesion_normal = 1.0") && without.contains("cohesion_normal = 0.0"), "{with}\n{without}");
+    // Both are of one packing, which is made without cohesion.
+    let cached = std::fs::read_dir(folder.path().join("cache")).unwrap().count();
+    assert_eq!(cached, 1, "packings of one seed");
     assert!(without.contains("name = \"quickstart_shear_without_cohesion_1\""), "{without}");
     let json: serde_json::Value = serde_json::from_str(&read(&out.join("calibration.json"))).unwrap();
     assert!(json["packings"][0]["shear_without_cohesion"]["strain"].as_array().unwrap().len() > 100);

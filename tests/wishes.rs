@@ -271,3 +271,35 @@ fn a_branch_is_a_run_of_its_own() {
     assert_eq!(ended.status.code(), Some(2));
     assert!(words(&ended).contains("this directory holds a run already"), "{}", words(&ended));
 }
+
+/// It was found where a run was killed in its last moment, before anybody had seen its end.
+#[test]
+fn a_run_at_its_end_is_looked_at_and_tells_of_it() {
+    let _turn = turn();
+    let desk = Desk::new();
+    let resumed = || desk.ended(&["resume", "reference"]);
+    let (summary, series) = (desk.path("reference/summary.json"), desk.path("reference/series.csv"));
+    let whole = std::fs::read(&series).unwrap();
+    let told = words(&resumed());
+    assert!(told.contains("this run is done already; nothing was changed"), "{told}");
+
+    // Killed after its last checkpoint: what the summary holds is still to be told, once.
+    std::fs::remove_file(&summary).unwrap();
+    let told = words(&resumed());
+    assert!(told.contains("Done: 0 steps"), "{told}");
+    assert!(std::fs::read_to_string(&summary).unwrap().contains("\"outcome\": \"done\""));
+    assert!(words(&resumed()).contains("done already"));
+    desk.assert_same("reference");
+
+    // Its outputs are what it wrote, or it says which are not.
+    let mut other = whole.clone();
+    let middle = other.len() / 2;
+    other[middle] ^= 1;
+    for damaged in [&whole[..middle], &other] {
+        std::fs::write(&series, damaged).unwrap();
+        let ended = resumed();
+        assert!(ended.status.code() == Some(2) && words(&ended).contains("series.csv"), "{}", words(&ended));
+    }
+    std::fs::write(&series, &whole).unwrap();
+    succeeded(&resumed());
+}

@@ -9,10 +9,11 @@ use crate::error::Error;
 use crate::grain_file;
 use crate::law::contact::ContactLaw;
 use crate::law::material::{Absent, Nothing};
+use crate::log::Log;
 use crate::observe::frame::frame;
-use crate::output::{self, Outputs};
+use crate::output;
 use crate::rebuild::Row;
-use crate::run::{Core, Experiment, Options, Outcome, Run};
+use crate::run::{self, Core, Experiment, Options, Outcome};
 use crate::scenario::assembly::{Assembly, Source};
 use crate::scenario::raw::Typed;
 use crate::scenario::{Output, figures};
@@ -61,9 +62,7 @@ pub fn start<S: Space, C: ContactLaw<S>>(
     }
     let progress = Progress { fraction_start: setup::fraction(&world, job)?, ..Progress::default() };
     let experiment = Element { job, kinds: std::marker::PhantomData::<(S, C)> };
-    let outputs = if root { Outputs::create(&options.out, &experiment, 0).map(Some) } else { Ok(None) };
-    let outputs = transfer::agree(transport, outputs)?;
-    Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
+    run::begin(experiment, world, progress, options)
 }
 
 /// Continues a run from a snapshot that rank 0 holds.
@@ -71,21 +70,15 @@ pub fn resume<S: Space, C: ContactLaw<S>>(
     job: &Assembly,
     snapshot: Option<GrainSnapshot<S, C>>,
     options: &Options,
+    log: Option<Log>,
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
-    let root = transport.rank() == 0;
     let (mut world, progress) = world_of::<S, C>(job, snapshot, transport)?;
-    let experiment = Element { job, kinds: std::marker::PhantomData::<(S, C)> };
-    if progress.step >= experiment.steps() {
-        let out = options.out.display();
-        return Ok(Outcome::Done(format!("{out}: this run is done already; nothing was changed.")));
-    }
     if job.ledger {
         world.resume_ledger(&progress.ledger);
     }
-    let outputs = if root { Outputs::resume(options, &progress, &experiment).map(Some) } else { Ok(None) };
-    let outputs = transfer::agree(transport, outputs)?;
-    Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
+    let experiment = Element { job, kinds: std::marker::PhantomData::<(S, C)> };
+    run::go_on_with(experiment, world, progress, options, log)
 }
 
 /// The world of a snapshot that rank 0 holds, and how far its run is.

@@ -2,15 +2,15 @@
 //!
 //! Packings of these grains in a periodic cell are compressed isotropically, which gives K, and uniaxially, which gives
 //! M = K + G, and sheared at a constant normal stress. The law that follows the shear tests with the least squares has the
-//! other figures: it is the program's own law, driven along the same path ([`path`]). Where the grains cohere, packings of the
-//! same grains without cohesion are made and sheared as well: their phi_cs is kept, and c is what the others bear beyond it.
+//! other figures: it is the program's own law, driven along the same path ([`path`]). Where the grains cohere, the same
+//! packings are sheared without cohesion as well: their phi_cs is kept, and c is what the others bear beyond it.
 
 use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::law::material::CriticalDruckerPrager;
 use crate::math;
-use crate::scenario::{Contact, MATERIAL_KEYS, Scenario, significant};
+use crate::scenario::{MATERIAL_KEYS, Scenario, significant};
 
 pub mod element;
 pub mod fit;
@@ -131,18 +131,9 @@ pub fn elements(scenario: &Scenario, wanted: Wanted, seed: u64) -> Vec<Element<'
     let of = |test, contact| Element { scenario, contact, test, grains: wanted.grains, seed };
     let (contact, shear) = (scenario.contact, Test::Shear { strain: wanted.strain });
     let mut elements = vec![of(Test::Isotropic, contact), of(Test::Uniaxial, contact), of(shear, contact)];
-    elements.extend(without_cohesion(contact).map(|dry| of(shear, dry)));
+    let dry = contact.without_cohesion();
+    elements.extend((dry != contact).then(|| of(shear, dry)));
     elements
-}
-
-/// The same law without cohesion, where it has some.
-fn without_cohesion(contact: Contact) -> Option<Contact> {
-    match contact {
-        Contact::LinearCohesive(law) if law.cohesion_normal > 0.0 || law.cohesion_tangential > 0.0 => {
-            Some(Contact::Linear(law.linear))
-        }
-        Contact::Linear(_) | Contact::LinearCohesive(_) | Contact::ElasticRolling(_) | Contact::HertzMindlin(_) => None,
-    }
 }
 
 /// The fit to tests, with phi_cs of those of the same grains without cohesion, if there are any.

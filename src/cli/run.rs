@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use scree_io::store;
 use scree_partition::transport::Transport;
 
 use super::check::refuse_bad_grains;
@@ -95,7 +96,10 @@ fn opening(out: &Path, resolved: &str) -> Result<Opening, Error> {
     let log = Log::open(out)?;
     tracing::warn!("warning: {shown} holds a run that ended before its first checkpoint; it is started anew");
     // What makes the folder one of a run goes last: whoever ends in between leaves one that can be cleared again.
-    let _ = std::fs::remove_dir(checkpoint::folder(out));
+    let checkpoints = checkpoint::folder(out);
+    // Of a first checkpoint that was never finished there may be a part.
+    let _ = store::prune(&checkpoints, 1);
+    let _ = std::fs::remove_dir(&checkpoints);
     // Of frames there may be further parts.
     let parts = std::fs::read_dir(out).into_iter().flatten().flatten().map(|entry| entry.path());
     let parts = parts.filter(|path| path.extension().is_some_and(|extension| extension == "vtkhdf"));
@@ -124,7 +128,7 @@ fn first_difference<'a>(old: &'a str, new: &'a str) -> (&'a str, &'a str) {
 }
 
 fn has_checkpoint(out: &Path) -> bool {
-    std::fs::read_dir(checkpoint::folder(out)).is_ok_and(|mut kept| kept.next().is_some())
+    store::newest(&checkpoint::folder(out)).is_ok_and(|kept| !kept.is_empty())
 }
 
 fn folder(out: &Option<PathBuf>, job: &Job) -> PathBuf {

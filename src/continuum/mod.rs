@@ -11,10 +11,11 @@ use crate::grid::{self, REACTIONS};
 use crate::ids::PointId;
 use crate::law::contact::Absent;
 use crate::law::material::{Counted, CountedMemory, CriticalDruckerPrager, Hencky, LinearElastic, MaterialLaw};
+use crate::log::Log;
 use crate::observe::frame::frame;
 use crate::observe::point::{OBSERVED, observed};
-use crate::output::{self, Outputs};
-use crate::run::{Core, Experiment, Options, Outcome, Run};
+use crate::output;
+use crate::run::{self, Core, Experiment, Options, Outcome};
 use crate::scenario::mpm::{self, Mpm};
 use crate::scenario::{Job, Output};
 use crate::space::{Linear, Space};
@@ -82,9 +83,7 @@ impl<S: Space> ForAnyMaterial<S> for Start<'_> {
         let experiment = Continuum::new(job);
         let claimed = if root { output::claim(&options.out, &experiment.job()) } else { Ok(()) };
         transfer::agree(transport, claimed)?;
-        let outputs = if root { Outputs::create(&options.out, &experiment, 0).map(Some) } else { Ok(None) };
-        let outputs = transfer::agree(transport, outputs)?;
-        Run::new(experiment, Core::new(world, Progress::default(), options, outputs))?.go()
+        run::begin(experiment, world, Progress::default(), options)
     }
 }
 
@@ -93,6 +92,7 @@ struct Resume<'a> {
     /// On rank 0.
     state: Option<State>,
     options: &'a Options,
+    log: Option<Log>,
     transport: &'a dyn Transport,
 }
 
@@ -101,15 +101,15 @@ pub fn resume<S: Space>(
     job: &Mpm,
     state: Option<State>,
     options: &Options,
+    log: Option<Log>,
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
-    with_material_of::<S>(&job.material.law, Resume { job, state, options, transport })
+    with_material_of::<S>(&job.material.law, Resume { job, state, options, log, transport })
 }
 
 impl<S: Space> ForAnyMaterial<S> for Resume<'_> {
     fn with<L: MaterialLaw<S>>(self, law: L) -> Result<Outcome, Error> {
-        let Self { job, state, options, transport } = self;
-        let root = transport.rank() == 0;
+        let Self { job, state, options, log, transport } = self;
         let snapshot: Option<PointSnapshot<S, L>> =
             transfer::agree(transport, state.as_ref().map(Snapshot::from_state).transpose())?;
         let (progress, saved, at_home, points) = match snapshot {
@@ -119,20 +119,13 @@ impl<S: Space> ForAnyMaterial<S> for Resume<'_> {
         let progress = transfer::broadcast(transport, progress)?.remove(0);
         let saved = transfer::broadcast(transport, saved)?;
         let at_home = transfer::broadcast(transport, at_home)?.remove(0);
-        let experiment = Continuum::<S, L>::new(job);
-        if progress.step >= experiment.steps() {
-            let out = options.out.display();
-            return Ok(Outcome::Done(format!("{out}: this run is done already; nothing was changed.")));
-        }
         let bodies = (saved, at_home.bodies);
         let mut world = setup::world_at::<S, L>(job, &law, transport, progress.step, points, bodies)?;
         world.resume_reactions(&progress.reactions)?;
         if job.ledger {
             world.resume_point_ledger(&progress.ledger)?;
         }
-        let outputs = if root { Outputs::resume(options, &progress, &experiment).map(Some) } else { Ok(None) };
-        let outputs = transfer::agree(transport, outputs)?;
-        Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
+        run::go_on_with(Continuum::<S, L>::new(job), world, progress, options, log)
     }
 }
 

@@ -246,9 +246,23 @@ impl Contact {
         }
         self
     }
+
+    /// The same law between grains that do not cohere.
+    pub fn without_cohesion(mut self) -> Self {
+        if let Self::LinearCohesive(law) = &mut self {
+            (law.cohesion_normal, law.cohesion_tangential) = (0.0, 0.0);
+        }
+        self
+    }
+
+    /// The law while grains are compressed to a packing: with that packing's friction, and without cohesion, which would hold
+    /// them where they were thrown. Whatever touches at the end coheres from the first step of the run on.
+    pub fn while_compressed(self, friction: f64) -> Self {
+        self.with_friction(friction).without_cohesion()
+    }
 }
 
-/// How the packing is made: thrown loosely, compressed by the upper plate under low friction, left to rest.
+/// How the packing is made: thrown loosely, compressed by the upper plate under low friction and without cohesion, left to rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packing {
     /// Friction coefficient while the packing is made (Cundall 1989: 0.01).

@@ -271,7 +271,7 @@ impl Press<'_> {
 
     /// Compresses under friction and damping until everything rests under the stress.
     fn bring_to_rest<S: Space, C: ContactLaw<S>>(&self, world: &mut GrainWorld<S, C>) -> Result<(), Error> {
-        world.settings.contact = law(&self.job.contact.with_friction(self.packed.friction));
+        world.settings.contact = law(&self.job.contact.while_compressed(self.packed.friction));
         let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
         world.settings.field = Field { gravity: S::Vector::zero(), damping };
         world.settings.drive = self.servo(&world.cell, LOOSE, self.stress);
@@ -344,13 +344,10 @@ fn law<S: Space, C: ContactLaw<S>>(contact: &Contact) -> C {
 
 /// The same law without friction, dashpots, cohesion and resistance to rolling: contacts that keep a gas as hot as it is.
 fn without_loss(contact: &Contact) -> Contact {
-    let mut contact = contact.with_friction(0.0);
+    let mut contact = contact.while_compressed(0.0);
     match &mut contact {
         Contact::Linear(law) => (law.damping_normal, law.damping_tangential) = (0.0, 0.0),
-        Contact::LinearCohesive(law) => {
-            (law.linear.damping_normal, law.linear.damping_tangential) = (0.0, 0.0);
-            (law.cohesion_normal, law.cohesion_tangential) = (0.0, 0.0);
-        }
+        Contact::LinearCohesive(law) => (law.linear.damping_normal, law.linear.damping_tangential) = (0.0, 0.0),
         Contact::ElasticRolling(law) => (law.rolling_stiffness, law.rolling_limit) = (0.0, 0.0),
         Contact::HertzMindlin(law) => (law.damping_normal, law.damping_tangential) = (0.0, 0.0),
     }

@@ -91,7 +91,7 @@ fn key(job: &Assembly, packed: &Packed) -> String {
         packed.friction,
         packed.fraction_start,
         packed.energy_ratio_max,
-        job.contact,
+        if falls { job.contact } else { job.contact.without_cohesion() },
         if falls { job.gravity } else { [0.0; 3] },
         shapes,
         job.step,

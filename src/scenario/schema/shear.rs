@@ -25,7 +25,7 @@ pub static TABLES: [Table; 12] = [
         text("file", "grains to start from, as a CSV file", "\"grains.csv\""),
     ]),
     table("contact", "forces between grains", contact::KEYS),
-    table("packing", "how the packing is made", &[
+    table("packing", "how the packing is made, without cohesion", &[
         number("friction", "friction while the packing is made", RATIO, Range::closed(0.0, 5.0), "0.01"),
         number("fraction_start", "the packing fraction of the loose start", RATIO, Range::closed(0.2, 0.5), "0.45"),
         number("stress", "the normal stress of the packing", STRESS, POSITIVE, "\"400 kPa\""),
