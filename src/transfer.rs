@@ -141,12 +141,13 @@ pub fn stream<T: Cargo>(
 
 /// All rows of all ranks in rank order, on rank 0.
 pub fn gather<T: Cargo>(transport: &dyn Transport, mut rows: Vec<T>) -> Result<Option<Vec<T>>, Error> {
-    let Some(parcels) = transport.gather(&pack(&mut rows)) else { return Ok(None) };
-    let mut all = Vec::new();
-    for parcel in parcels {
-        all.extend(unpack(&parcel).map_err(|error| Error::Run(error.to_string()))?);
+    // Those of rank 0 are where they are wanted.
+    let sent = if transport.rank() == 0 { Vec::new() } else { pack(&mut rows) };
+    let Some(parcels) = transport.gather(&sent) else { return Ok(None) };
+    for parcel in parcels.iter().skip(1) {
+        rows.extend(unpack(parcel).map_err(|error| Error::Run(error.to_string()))?);
     }
-    Ok(Some(all))
+    Ok(Some(rows))
 }
 
 /// All rows of all ranks in rank order, on every rank.

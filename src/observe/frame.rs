@@ -133,10 +133,10 @@ pub fn frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     let positions: Vec<[f64; 3]> =
         positions.into_iter().chain(points.iter().map(|row| wrapped::<S>(row, &world.cell).1)).collect();
     rows.extend(points);
-    let numbers = |width: usize, name: &str, get: &dyn Fn(&Row) -> Vec<f64>| Column {
-        name: name.to_string(),
-        width,
-        values: Values::F64(rows.iter().flat_map(get).collect()),
+    let numbers = |width: usize, name: &str, get: &dyn Fn(&Row, &mut Vec<f64>)| {
+        let mut values = Vec::with_capacity(width * rows.len());
+        rows.iter().for_each(|row| get(row, &mut values));
+        Column { name: name.to_string(), width, values: Values::F64(values) }
     };
     let whole = |name: &str, get: &dyn Fn(&Row) -> i64| Column {
         name: name.to_string(),
@@ -148,15 +148,15 @@ pub fn frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     let mut fields = vec![
         whole("kind", &|row| row.kind),
         whole("id", &|row| row.id as i64),
-        numbers(1, "radius", &|row| vec![row.radius]),
-        numbers(1, "weight", &|row| vec![row.weight]),
-        numbers(3, "displacement", &|row| row.displacement.to_vec()),
-        numbers(3, "velocity", &|row| row.velocity.to_vec()),
-        numbers(3, "spin", &|row| row.spin.to_vec()),
-        numbers(stresses, "stress", &|row| row.stress[..stresses].to_vec()),
+        numbers(1, "radius", &|row, to| to.push(row.radius)),
+        numbers(1, "weight", &|row, to| to.push(row.weight)),
+        numbers(3, "displacement", &|row, to| to.extend(row.displacement)),
+        numbers(3, "velocity", &|row, to| to.extend(row.velocity)),
+        numbers(3, "spin", &|row, to| to.extend(row.spin)),
+        numbers(stresses, "stress", &|row, to| to.extend(&row.stress[..stresses])),
     ];
     fields.push(whole("coordination", &|row| row.coordination));
-    fields.extend(told.into_iter().map(|which| numbers(1, OBSERVED[which], &|row| vec![row.observed[which]])));
+    fields.extend(told.into_iter().map(|which| numbers(1, OBSERVED[which], &|row, to| to.push(row.observed[which]))));
     let whole = of_cell(&world.cell, depth);
     Ok(Some(Frame { time: world.time(), drawn: Drawn::Points, positions, fields, whole }))
 }

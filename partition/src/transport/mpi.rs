@@ -34,8 +34,8 @@ const PIECE_BYTES_MAX: usize = 1 << 30;
 const TAG: c_int = 0;
 /// Up to this length Open MPI hands a message over within a node at once; longer ones wait for a handshake that goes on only
 /// while both sides are inside MPI, not while they work. A step's messages to a neighbour are mostly shorter. Its own
-/// default, 4 kB, takes 4.2 us for 7 kB, this one 0.8.
-const EAGER_BYTES: &str = "32768";
+/// default, 4 kB, takes 4.2 us for 7 kB, this one 0.8. Its buffers are of that size each: with 512 kB it does not start.
+const EAGER_BYTES: &str = "65536";
 /// Where Open MPI reads it: release 4, and 5 on.
 const EAGER_SETTINGS: [&str; 2] = ["OMPI_MCA_btl_vader_eager_limit", "OMPI_MCA_btl_sm_eager_limit"];
 /// The exit code of a rank that panicked, as Rust's own.
