@@ -144,7 +144,7 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
     pub fn from_state(state: &State) -> Result<Self, Error> {
         let flags: Vec<Flag> = tables::rows(state, "flagged", &Flag::default())?;
         let times: Vec<Instant> = tables::rows(state, "instants", &Instant::default())?;
-        let mut progress = only(tables::rows(state, "run", &Progress::default())?, "run")?;
+        let mut progress = progress_of(state)?;
         let at_home: Vec<Body<S>> = tables::rows(state, "bodies_home", &Body::blank())?;
         progress.oracle.flagged = flags.into_iter().map(|flag| flag.0).collect();
         if state.tables.iter().any(|table| table.name == "ledger") {
@@ -242,6 +242,11 @@ pub fn scenario_of(state: &State) -> Result<String, Error> {
     text.ok_or_else(|| Error::User("the checkpoint carries no scenario".into()))
 }
 
+/// How far the run of a checkpoint is.
+pub fn progress_of(state: &State) -> Result<Progress, Error> {
+    only(tables::rows(state, "run", &Progress::default())?, "run")
+}
+
 /// Folder of a run's checkpoints.
 pub fn folder(dir: &Path) -> PathBuf {
     dir.join("checkpoints")
@@ -302,7 +307,7 @@ fn nearest(dir: &Path, at: f64) -> Result<State, Error> {
     let (mut times, mut between): (Vec<f64>, f64) = (Vec::new(), 0.0);
     for (_, path) in kept {
         let state = store::read(&path).map_err(|error| Error::User(error.to_string()))?;
-        let progress = only(tables::rows(&state, "run", &Progress::default())?, "run")?;
+        let progress = progress_of(&state)?;
         let job = Job::parse(&scenario_of(&state)?, &path.display().to_string(), &[])?;
         let time = progress.step as f64 * job.step();
         times.push(time);

@@ -106,6 +106,18 @@ pub fn claim(dir: &Path, scenario: &str) -> Result<(), Error> {
     fs::rename(&aside, dir).map_err(refused)
 }
 
+/// The figures of `summary.json`; none where there is none that can be read.
+fn summary_of(dir: &Path) -> BTreeMap<String, Value> {
+    let text = fs::read_to_string(summary_file(dir)).unwrap_or_default();
+    serde_json::from_str(&text).unwrap_or_default()
+}
+
+/// Whether a run has told that it was done after `step`: who is killed between the last checkpoint and the last words has not.
+fn tells_of_the_end(summary: &BTreeMap<String, Value>, step: u64) -> bool {
+    let tells = |key: &str, what: Value| summary.get(key) == Some(&what);
+    tells("outcome", json!("done")) && tells("steps", json!(step))
+}
+
 /// Adds a frame to its file, which the first one makes.
 fn add(file: &mut Option<FrameFile>, path: &Path, frame: &Frame) -> Result<(), Error> {
     let added = match file {
@@ -126,19 +138,26 @@ impl Outputs {
     }
 
     /// Cuts log, series and frames back to what `progress` had written. Those of a branch, which has no log yet, begin here.
+    /// None where the run has come to its end and told of it: its series is looked at, and everything left as it is.
     pub fn resume(
         options: &Options,
         log: Option<Log>,
         progress: &Progress,
         experiment: &impl Experiment,
-    ) -> Result<Self, Error> {
+    ) -> Result<Option<Self>, Error> {
         let (dir, path) = (&options.out, series_file(&options.out));
-        let Some(mut log) = log else { return Self::create(dir, experiment, progress.step) };
-        log.cut_after(progress.step)?;
+        let Some(mut log) = log else { return Self::create(dir, experiment, progress.step).map(Some) };
         let header = experiment.header();
         let names: Vec<&str> = header.iter().map(String::as_str).collect();
-        let series = Series::resume(&path, &names, progress.series_rows as usize, progress.series_digest)
-            .map_err(|error| Error::User(error.to_string()))?;
+        let (rows, digest) = (progress.series_rows as usize, progress.series_digest);
+        let other = |error: scree_io::Error| Error::User(error.to_string());
+        let summary = summary_of(dir);
+        if progress.step >= experiment.steps() && tells_of_the_end(&summary, progress.step) {
+            Series::check(&path, &names, rows, digest).map_err(other)?;
+            return Ok(None);
+        }
+        log.cut_after(progress.step)?;
+        let series = Series::resume(&path, &names, rows, digest).map_err(other)?;
         let cut = |path: PathBuf| {
             FrameFile::open_and_cut(&path, progress.frames as usize).map_err(|error| failed(&path, &error))
         };
@@ -146,20 +165,12 @@ impl Outputs {
         let contacts = if experiment.output().contact_frames { Some(cut(contacts_file(dir))?) } else { None };
         let meter = Meter::new(progress.step, experiment.steps());
         let mut outputs = Self::new(dir, log, (series, [frames, contacts]), meter);
-        if let Ok(text) = fs::read_to_string(summary_file(dir)) {
-            outputs.summary = serde_json::from_str(&text).unwrap_or_default();
-        }
-        Ok(outputs)
+        outputs.summary = summary;
+        Ok(Some(outputs))
     }
 
     fn new(dir: &Path, log: Log, (series, [frames, contacts]): (Series, [Option<FrameFile>; 2]), meter: Meter) -> Self {
         Self { dir: dir.to_path_buf(), series, frames, contacts, log, summary: BTreeMap::new(), meter }
-    }
-
-    /// Whether the summary tells of an end after `step`.
-    pub fn has_ended(&self, step: u64) -> bool {
-        let tells = |key: &str, what: Value| self.summary.get(key) == Some(&what);
-        tells("outcome", json!("done")) && tells("steps", json!(step))
     }
 
     /// The job that the run goes on with.

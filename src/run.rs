@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use scree_io::frames::Frame;
 use scree_io::store;
-use scree_partition::{Reader, Transport, Writer};
+use scree_partition::{Reader, Writer};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
@@ -21,6 +21,7 @@ use crate::observe::guard::EnergyGuard;
 use crate::observe::ledger::Entry;
 use crate::observe::phases::Phase;
 use crate::output::{Outputs, stop_file};
+use crate::packing::on_root;
 use crate::record::{FromParcel, Record, ToParcel};
 use crate::scenario::Output;
 use crate::space::Space;
@@ -110,7 +111,8 @@ pub fn begin<E: Experiment>(
     progress: Progress,
     options: &Options,
 ) -> Result<Outcome, Error> {
-    let outputs = on_root(world.transport, || Outputs::create(&options.out, &experiment, 0))?;
+    let outputs = on_root(world.transport, || Outputs::create(&options.out, &experiment, 0));
+    let outputs = transfer::agree(world.transport, outputs)?;
     Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
 }
 
@@ -124,21 +126,14 @@ pub fn go_on_with<E: Experiment>(
     log: Option<Log>,
 ) -> Result<Outcome, Error> {
     let transport = world.transport;
-    let outputs = on_root(transport, || Outputs::resume(options, log, &progress, &experiment))?;
-    // Whoever is killed between its last checkpoint and its last words has these still to say.
-    let tells = outputs.as_ref().is_some_and(|outputs| outputs.has_ended(progress.step));
-    let has_ended = tells && progress.step >= experiment.steps();
-    if transport.broadcast(vec![u8::from(has_ended)]) == [1] {
+    let outputs = on_root(transport, || Outputs::resume(options, log, &progress, &experiment));
+    let outputs = transfer::agree(transport, outputs)?;
+    let is_done = matches!(outputs, Some(None));
+    if transport.broadcast(vec![u8::from(is_done)]) == [1] {
         let out = options.out.display();
         return Ok(Outcome::Done(format!("{out}: this run is done already; nothing was changed.")));
     }
-    Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
-}
-
-/// What only rank 0 has, with an outcome that all ranks share.
-fn on_root<T>(transport: &dyn Transport, work: impl FnOnce() -> Result<T, Error>) -> Result<Option<T>, Error> {
-    let made = if transport.rank() == 0 { work().map(Some) } else { Ok(None) };
-    transfer::agree(transport, made)
+    Run::new(experiment, Core::new(world, progress, options, outputs.flatten()))?.go()
 }
 
 /// The state of a run, and where it writes.
@@ -608,7 +603,10 @@ impl<'t, E: Experiment> Run<'t, E> {
         let map = self.core.world.load_map(steps, stretch.threads, output);
         self.core.on_root(|outputs| {
             outputs.finish();
-            outputs.write_load(&map)?;
+            // Costs that an earlier stretch has measured are better than none.
+            if steps > 0 {
+                outputs.write_load(&map)?;
+            }
             outputs.log(outcome, step, figures.clone())?;
             outputs.note(figures);
             outputs.write_summary()

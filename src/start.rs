@@ -59,7 +59,7 @@ pub fn resume(
         // Held from here on: whoever else goes on with this run would make of its newest checkpoint an old one.
         let log = continuation.branch.is_none().then(|| Log::open(dir)).transpose()?;
         let (_, state) = checkpoint::latest_state(dir)?;
-        let text = continued_job(dir, &checkpoint::scenario_of(&state)?, continuation)?;
+        let text = continued_job(dir, &state, continuation)?;
         Ok(Some((state, (text, log))))
     };
     let read = if transport.rank() == 0 { read() } else { Ok(None) };
@@ -79,12 +79,21 @@ pub fn resume(
 }
 
 /// The job that a run goes on with, and what that makes of the run.
-fn continued_job(dir: &Path, text: &str, continuation: Continuation) -> Result<(String, Beginning), Error> {
+fn continued_job(dir: &Path, state: &State, continuation: Continuation) -> Result<(String, Beginning), Error> {
+    let text = &checkpoint::scenario_of(state)?;
     let (shown, file) = (dir.display(), scenario_file(dir));
-    let edited = fs::read_to_string(&file).is_ok_and(|there| !changes::between(text, &there).is_empty());
+    let edited = !fs::read_to_string(&file).is_ok_and(|there| changes::between(text, &there).is_empty());
     let Continuation { sets, branch } = continuation;
-    let job = Job::parse(text, &file.display().to_string(), sets)?.to_toml();
+    let job = Job::parse(text, &file.display().to_string(), sets)?;
+    let (step, steps) = (checkpoint::progress_of(state)?.step, job.steps());
+    let job = job.to_toml();
     let changes = changes::between(text, &job);
+    // The last row and the last frame belong to the end that a run had.
+    if step >= steps && (branch.is_some() || !changes.is_empty()) {
+        return Err(Error::User(format!(
+            "{shown}: the run has come to step {step}, and is to end after step {steps}: nothing is left to be done. Give a later end by --set time.end=..., or loading.strain_end of planar shear."
+        )));
+    }
     if let Some(new) = branch {
         output::claim(new, &job)?;
         // What the report draws the first grains from.

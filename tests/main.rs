@@ -23,6 +23,8 @@ mod cells;
 mod clusters;
 /// Collisions and pull-off under every law: restitution, Hertz' duration and depth, cohesion, to closed forms.
 mod collisions;
+/// A hybrid of planar shear draws the curve that grains alone draw, through an enrichment that loses nothing.
+mod comparison;
 /// Mass and momentum of a run are what they were at its start and what has been given since, and its summary says so.
 mod conservation;
 /// What jobs of continua mean, key by key, and that writing and reading them again changes nothing.

@@ -180,6 +180,15 @@ fn a_run_goes_on_where_there_is_one_of_this_job() {
         "{told}"
     );
 
+    // A job with a byte that is no text is another one.
+    let scenario = cluster.path("again/scenario.toml");
+    let whole = std::fs::read(&scenario).unwrap();
+    std::fs::write(&scenario, [&whole[..], &[0xff]].concat()).unwrap();
+    let ended = run(&[]);
+    assert_eq!(ended.status.code(), Some(2));
+    assert!(words(&ended).contains("again holds a run of another job"), "{}", words(&ended));
+    std::fs::write(&scenario, &whole).unwrap();
+
     // Its first checkpoint was never written, or not to its end: there is nothing to lose.
     for part in [None, Some("step-000000000951.h5.partial")] {
         std::fs::remove_dir_all(cluster.path("again/checkpoints")).unwrap();

@@ -285,11 +285,15 @@ fn a_run_at_its_end_is_looked_at_and_tells_of_it() {
 
     // Killed after its last checkpoint: what the summary holds is still to be told, once.
     std::fs::remove_file(&summary).unwrap();
-    let told = words(&resumed());
+    let told = words(&desk.command(2, &["resume", "reference"]).output().unwrap());
     assert!(told.contains("Done: 0 steps"), "{told}");
+    assert!(std::fs::read(&series).unwrap() == whole, "another curve");
     assert!(std::fs::read_to_string(&summary).unwrap().contains("\"outcome\": \"done\""));
     assert!(words(&resumed()).contains("done already"));
-    desk.assert_same("reference");
+    assert_eq!(desk.digest_of("reference"), desk.digest, "another state");
+    let ended = desk.ended(&["resume", "reference", "--set", "time.end=0.03"]);
+    assert_eq!(ended.status.code(), Some(2));
+    assert!(words(&ended).contains("nothing is left to be done. Give a later end"), "{}", words(&ended));
 
     // Its outputs are what it wrote, or it says which are not.
     let mut other = whole.clone();

@@ -40,6 +40,18 @@ impl Series {
     /// if one of the rows kept is not `header.len()` numbers, [`Error::SeriesChanged`] if they are not those that
     /// [`digest`](Self::digest) stood for. The file is as it was then.
     pub fn resume(path: &Path, header: &[&str], rows: usize, digest: u64) -> Result<Series, Error> {
+        let lines = Self::first(path, header, rows, digest)?;
+        let file = OpenOptions::new().append(true).open(path).map_err(refused("open", path))?;
+        file.set_len(lines.bytes).map_err(refused("cut", path))?;
+        Ok(Series { path: path.to_owned(), file, width: header.len(), rows, bytes: lines.bytes, hash: lines.hash })
+    }
+
+    /// Reads the first `rows` rows; errors are those of [`resume`](Self::resume).
+    pub fn check(path: &Path, header: &[&str], rows: usize, digest: u64) -> Result<(), Error> {
+        Self::first(path, header, rows, digest).map(|_| ())
+    }
+
+    fn first<'a>(path: &'a Path, header: &[&str], rows: usize, digest: u64) -> Result<Lines<'a>, Error> {
         let mut lines = Lines::open(path)?;
         let expected = header_line(header);
         match lines.next()? {
@@ -58,9 +70,7 @@ impl Series {
         if short(&lines.hash) != digest {
             return Err(Error::SeriesChanged { path: path.to_owned(), rows });
         }
-        let file = OpenOptions::new().append(true).open(path).map_err(refused("open", path))?;
-        file.set_len(lines.bytes).map_err(refused("cut", path))?;
-        Ok(Series { path: path.to_owned(), file, width: header.len(), rows, bytes: lines.bytes, hash: lines.hash })
+        Ok(lines)
     }
 
     /// Writes one row and hands it to the system, so that it outlasts this process. Panics unless there is a value per

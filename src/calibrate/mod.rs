@@ -39,7 +39,7 @@ pub struct Specimen {
     pub isotropic: Vec<Row>,
     pub uniaxial: Vec<Row>,
     pub shear: Shear,
-    /// Where grains cohere, that of a packing without cohesion.
+    /// Where grains cohere, that of the same packing without cohesion.
     pub dry: Option<Shear>,
     pub fit: Fit,
 }

@@ -1,5 +1,6 @@
 //! `scree run`: from a job to a new run folder.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use scree_io::store;
@@ -82,7 +83,14 @@ const GO_ON: char = '1';
 /// Goes on with a run of the same job, and clears away one that has nothing to go on from.
 fn opening(out: &Path, resolved: &str) -> Result<Opening, Error> {
     let scenario = out.join("scenario.toml");
-    let Ok(there) = std::fs::read_to_string(&scenario) else { return Ok(Opening::Start) };
+    let there = match std::fs::read(&scenario) {
+        // What is no text any more is another job.
+        Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
+        Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+            return Ok(Opening::Start);
+        }
+        Err(error) => return Err(Error::User(format!("{}: {error}", scenario.display()))),
+    };
     let shown = out.display();
     if there != resolved {
         let (old, new) = first_difference(&there, resolved);
@@ -90,7 +98,7 @@ fn opening(out: &Path, resolved: &str) -> Result<Opening, Error> {
             "{shown} holds a run of another job: it has `{old}` where this one has `{new}`. Start this one elsewhere with --out DIR, or go on with that one as it is by `scree resume {shown}`."
         )));
     }
-    if has_checkpoint(out) {
+    if has_checkpoint(out)? {
         return Ok(Opening::GoOn);
     }
     let log = Log::open(out)?;
@@ -99,7 +107,15 @@ fn opening(out: &Path, resolved: &str) -> Result<Opening, Error> {
     let checkpoints = checkpoint::folder(out);
     // Of a first checkpoint that was never finished there may be a part.
     let _ = store::prune(&checkpoints, 1);
-    let _ = std::fs::remove_dir(&checkpoints);
+    match std::fs::remove_dir(&checkpoints) {
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            return Err(Error::User(format!(
+                "{}: {error}. Look at what lies there, and remove the run with `rm -r {shown}`.",
+                checkpoints.display()
+            )));
+        }
+        _ => {}
+    }
     // Of frames there may be further parts.
     let parts = std::fs::read_dir(out).into_iter().flatten().flatten().map(|entry| entry.path());
     let parts = parts.filter(|path| path.extension().is_some_and(|extension| extension == "vtkhdf"));
@@ -127,8 +143,14 @@ fn first_difference<'a>(old: &'a str, new: &'a str) -> (&'a str, &'a str) {
     }
 }
 
-fn has_checkpoint(out: &Path) -> bool {
-    store::newest(&checkpoint::folder(out)).is_ok_and(|kept| !kept.is_empty())
+/// Whether there is one, those that are kept for good among them; parts of one that was never finished are none.
+fn has_checkpoint(out: &Path) -> Result<bool, Error> {
+    let folder = checkpoint::folder(out);
+    match folder.try_exists() {
+        Ok(true) => Ok(!store::all(&folder).map_err(|error| Error::User(error.to_string()))?.is_empty()),
+        Ok(false) => Ok(false),
+        Err(error) => Err(Error::User(format!("{}: {error}", folder.display()))),
+    }
 }
 
 fn folder(out: &Option<PathBuf>, job: &Job) -> PathBuf {
@@ -147,7 +169,7 @@ fn refuse_existing_run(out: &Path) -> Result<(), Error> {
     if !occupied {
         return Ok(());
     }
-    Err(Error::User(match (out.join("scenario.toml").exists(), has_checkpoint(out)) {
+    Err(Error::User(match (out.join("scenario.toml").exists(), has_checkpoint(out)?) {
         (true, true) => format!(
             "{shown} already holds a run, and a run is never overwritten. Go on with it by `scree resume {shown}`, or start a new one elsewhere with --out DIR."
         ),

@@ -36,7 +36,7 @@ pub static TABLES: [Table; 9] = [
         key("diameters", "diameters with their shares of the number of grains", Wants::Shares, "[[\"1 mm\", 0.5], [\"2 mm\", 0.5]]"),
     ]),
     table("packing", "how grains that are not read from a file are made", &[
-        text("preparation", "compress a periodic cell, or pour onto bodies", "\"compress\""),
+        text("preparation", "compress a periodic cell without cohesion, or pour onto bodies", "\"compress\""),
         number("stress", "the mean stress that the packing is compressed to, compression positive", STRESS, POSITIVE, "\"100 kPa\""),
         number("fraction", "the packing fraction to be reached, by a hot start where compression alone stops short", RATIO, Range::closed(0.3, 0.92), "0.85"),
         number("friction", "friction while the packing is made", RATIO, Range::closed(0.0, 5.0), "0.01"),
