@@ -77,6 +77,15 @@ fn compare<'a>(among: &'a Among, hybrid: &'a Member<'a>) -> Result<Result<Compar
     let Some((after, share)) = between(&strains, there) else {
         return fail("the run of grains alone has no frame as late");
     };
+    if let Some(before) = after.checked_sub(1).filter(|_| share < 1.0 && strains[after] - strains[after - 1] > strain) {
+        // Between them the stress rises and turns; a straight line through it says nothing.
+        let [from, to] = [strains[before], strains[after]].map(percent);
+        return fail(&format!(
+            "the run of grains alone has frames at strains of {from} and {to} only, too far from {}; a short run of it \
+             with a smaller output.frame_interval will do",
+            percent(strain)
+        ));
+    }
     let later = region_stress(&partner.run.snapshot(after)?, &zone);
     let (region, interpolated) = match after.checked_sub(1).filter(|_| share < 1.0) {
         None => (later, None),
