@@ -13,6 +13,8 @@ pub const D50: &str = "D\u{2085}\u{2080}";
 const TITLE_NAMES: usize = 4;
 /// A band thicker than this share of the specimen is none.
 const LOCALISED: f64 = 0.5;
+/// A box thinner than this share of a diameter holds one row.
+const SINGLE_ROW: f64 = 1e-3;
 
 /// A run with all that is said about it.
 pub struct Story<'a> {
@@ -142,12 +144,18 @@ impl Story<'_> {
         let inside = self.scenes.inside.map_or_else(String::new, |share| {
             format!("; {} of its members lie between the lowest and the highest inserted grain", percent(share))
         });
+        let above = plain((band.centre[1] - self.scenes.heights[0]) / self.run.diameter, 2);
+        // The box holds places and not the points about them.
+        if band.thickness < SINGLE_ROW * self.run.diameter {
+            return format!(
+                " {interval} strain gathered in a single row of points {above} {D50} above the specimen's lower edge{inside}."
+            );
+        }
         format!(
-            " {interval} strain gathered in a band {} {D50} ({}{THIN}mm) thick, centred {} {D50} above the specimen's \
+            " {interval} strain gathered in a band {} {D50} ({}{THIN}mm) thick, centred {above} {D50} above the specimen's \
              lower edge{inside}.",
             in_diameters(band.thickness / self.run.diameter),
             plain(1e3 * band.thickness, 2),
-            plain((band.centre[1] - self.scenes.heights[0]) / self.run.diameter, 2),
         )
     }
 
