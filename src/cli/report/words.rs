@@ -148,7 +148,7 @@ impl Story<'_> {
         // The box holds places and not the points about them.
         if band.thickness < SINGLE_ROW * self.run.diameter {
             return format!(
-                " {interval} strain gathered in a single row of points {above} {D50} above the specimen's lower edge{inside}."
+                " {interval} strain gathered in a single row, {above} {D50} above the specimen's lower edge{inside}."
             );
         }
         format!(
