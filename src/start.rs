@@ -89,12 +89,14 @@ fn continued_job(dir: &Path, state: &State, continuation: Continuation) -> Resul
     let job = job.to_toml();
     let changes = changes::between(text, &job);
     // The last row and the last frame belong to the end that a run had.
-    if step >= steps && (branch.is_some() || !changes.is_empty()) {
-        return Err(Error::User(format!(
+    let refuse_the_past = || match step < steps {
+        true => Ok(()),
+        false => Err(Error::User(format!(
             "{shown}: the run has come to step {step}, and is to end after step {steps}: nothing is left to be done. Give a later end by --set time.end=..., or loading.strain_end of planar shear."
-        )));
-    }
+        ))),
+    };
     if let Some(new) = branch {
+        refuse_the_past()?;
         output::claim(new, &job)?;
         // What the report draws the first grains from.
         let packing = output::packing_file(dir);
@@ -110,6 +112,9 @@ fn continued_job(dir: &Path, state: &State, continuation: Continuation) -> Resul
             bound.words(),
             changes::free_in_words()
         )));
+    }
+    if !changes.is_empty() {
+        refuse_the_past()?;
     }
     for change in &changes {
         tracing::info!("going on with {}", change.words());
