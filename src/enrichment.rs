@@ -18,7 +18,7 @@ use crate::mpm::points::{Cold, Hot, Point};
 use crate::mpm::scatter::scatter_fields;
 use crate::observe::phases::Phase;
 use crate::packing::{self, Grain, PlanarWorld, settings_for};
-use crate::parallel::over_blocks;
+use crate::parallel::{Held, over_blocks};
 use crate::rebuild::Parts;
 use crate::scenario::{self, Scenario};
 use crate::space::{Linear, Plane, Space};
@@ -122,16 +122,14 @@ fn node_fields<C: ContactLaw<Plane>>(
     let mut rows = vec![[0.0; WORDS]; mosaic.rows() + mosaic.rows_received];
     let frames = &world.frames;
     let cold = &world.points.cold;
-    over_blocks(
-        &world.point_ranges,
-        &mut world.points.hot,
-        mosaic.nodes_per_tile,
-        &mut rows[..mosaic.rows()],
-        &|block, range, points, tile| {
-            let of_row = |row: usize, hot: &PlanarHot| fields(hot, &cold[range.start + row]);
-            scatter_fields(&frames[block], points, of_row, tile);
-        },
-    );
+    let (ranges, tile_len) = (&world.point_ranges, mosaic.nodes_per_tile);
+    let tiles = &mut rows[..mosaic.rows()];
+    let held = Held { rows: &mut world.points.hot, beside: &mut [(); 0], tiles, tile_len };
+    over_blocks(ranges, held, &|block, Held { rows, tiles, .. }| {
+        let of_row = |row: usize, hot: &PlanarHot| fields(hot, &cold[ranges[block].start + row]);
+        scatter_fields(&frames[block], rows, of_row, tiles);
+        0.0
+    });
     let halo = &world.nodes.gathered;
     halo.pack::<WORDS>(&mut world.buffers, |row| rows[row as usize]);
     halo.exchange::<WORDS>(world.transport, &mut world.buffers, &mut || {});

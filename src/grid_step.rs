@@ -1,20 +1,24 @@
 //! The continuum's part of a step: points to the grid, the grid's own step, and back to points. Tiles at the border of this
 //! rank go first, so that what others need of them travels while the inner ones are worked on.
 
+use std::mem;
+
 use rayon::prelude::*;
 
 use crate::dem::grains::Grains;
 use crate::grid::{Grid, Holders, Moment, Reactions};
+use crate::lane::Instructions;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::mpm::gather::{Taken, Taking, correct_grains, gather_points};
 use crate::mpm::nodes::{self, Stepped};
 use crate::mpm::points::Points;
 use crate::mpm::scatter::{scatter_grains, scatter_loads, scatter_points};
+use crate::mpm::shape::DRIFT_MAX;
 use crate::mpm::tile::{Advanced, Gathered, GrainChange, GrainNode, NODE_WORDS, OwnedNode, Tier, Tiles};
 use crate::observe::phases::Phase;
-use crate::parallel::{over_blocks, over_rows};
-use crate::scenario::mpm::{StressUpdate, Transfer};
+use crate::parallel::{Held, over_blocks};
+use crate::scenario::mpm::{ShapeFunction, StressUpdate, Transfer};
 use crate::space::{Linear, Space};
 use crate::world::{GRAIN_WORDS_PLANE, GRAIN_WORDS_SOLID, World};
 
@@ -121,25 +125,55 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         }
     }
 
+    /// What points and loads bring to their tiles; what points bring lies there already if nothing has moved them since they
+    /// last took from the grid.
     fn scatter_points(&mut self, tier: Tier) {
         let timer = self.phases.start();
-        let len = self.nodes.mosaic.nodes_per_tile;
-        let rows = self.nodes.mosaic.rows();
-        let grid = &self.settings.grid;
-        let how = (grid.shape, grid.transfer == Transfer::Affine, self.contacts.instructions());
-        let (frames, tiers, tiles) = (&self.frames, &self.nodes.mosaic.tiers, &mut self.tiles.gathered[..rows]);
-        let Points { hot, beside, loaded, .. } = &mut self.points;
-        over_blocks(&self.point_ranges, hot, len, tiles, &|block, range, points, tile| {
-            if tiers[block] != tier {
-                return;
-            }
-            tile.fill(Gathered::zero());
-            scatter_points(&frames[block], how, (points, &beside[range.clone()]), tile);
-            let of = |end: usize| loaded.partition_point(|(row, _)| (*row as usize) < end);
-            let loaded = &loaded[of(range.start)..of(range.end)];
-            scatter_loads(&frames[block], how.0, (points, range.start), loaded, tile);
-        });
+        if !mem::take(&mut self.points.scattered[tier as usize]) {
+            self.scatter_points_anew(tier);
+        }
+        self.scatter_loads(tier);
         self.phases.stop(Phase::Scatter, timer);
+    }
+
+    fn scatter_points_anew(&mut self, tier: Tier) {
+        let how = self.scattering();
+        let (frames, tiers) = (&self.frames, &self.nodes.mosaic.tiers);
+        let (tile_len, rows) = (self.nodes.mosaic.nodes_per_tile, self.nodes.mosaic.rows());
+        let Points { hot, beside, .. } = &mut self.points;
+        let held = Held { rows: hot, beside, tiles: &mut self.tiles.gathered[..rows], tile_len };
+        over_blocks(&self.point_ranges, held, &|block, Held { rows, beside, tiles, .. }| {
+            if tiers[block] == tier {
+                tiles.fill(Gathered::zero());
+                scatter_points(&frames[block], how, (rows, beside), tiles);
+            }
+            0.0
+        });
+    }
+
+    fn scatter_loads(&mut self, tier: Tier) {
+        let Points { hot, loaded, .. } = &mut self.points;
+        if loaded.is_empty() {
+            return;
+        }
+        let shape = self.settings.grid.shape;
+        let (frames, tiers, ranges) = (&self.frames, &self.nodes.mosaic.tiers, &self.point_ranges);
+        let (tile_len, rows) = (self.nodes.mosaic.nodes_per_tile, self.nodes.mosaic.rows());
+        let held = Held { rows: hot, beside: &mut [(); 0], tiles: &mut self.tiles.gathered[..rows], tile_len };
+        over_blocks(ranges, held, &|block, Held { rows, tiles, .. }| {
+            if tiers[block] == tier {
+                let of = |end: usize| loaded.partition_point(|(row, _)| (*row as usize) < end);
+                let loaded = &loaded[of(ranges[block].start)..of(ranges[block].end)];
+                scatter_loads(&frames[block], shape, (rows, ranges[block].start), loaded, tiles);
+            }
+            0.0
+        });
+    }
+
+    /// How points are spread over nodes.
+    fn scattering(&self) -> (ShapeFunction, bool, Instructions) {
+        let Grid { shape, transfer, .. } = self.settings.grid;
+        (shape, transfer == Transfer::Affine, self.contacts.instructions())
     }
 
     pub(crate) fn scatter_grains(&mut self) {
@@ -147,17 +181,16 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             return;
         }
         let timer = self.phases.start();
-        let len = self.nodes.mosaic.nodes_per_tile;
-        let rows = self.nodes.mosaic.rows();
-        let (frames, coupled) = (&self.frames, &self.coupled);
+        let (tile_len, rows) = (self.nodes.mosaic.nodes_per_tile, self.nodes.mosaic.rows());
+        let (frames, coupled, ranges) = (&self.frames, &self.coupled, &self.grain_ranges);
         let Grains { hot, ties, movers, owned, .. } = &mut self.grains;
-        let (hot, tiles) = (&mut hot[..*owned], &mut self.tiles.grains[..rows]);
-        over_blocks(&self.grain_ranges, hot, len, tiles, &|block, range, hot, tile| {
-            tile.fill(GrainNode::zero());
+        let held = Held { rows: &mut hot[..*owned], beside: ties, tiles: &mut self.tiles.grains[..rows], tile_len };
+        over_blocks(ranges, held, &|block, Held { rows, beside, tiles, .. }| {
+            tiles.fill(GrainNode::zero());
             if coupled[block] {
-                let beside = (&ties[range.clone()], &movers[range.clone()]);
-                scatter_grains(&frames[block], hot, beside, tile);
+                scatter_grains(&frames[block], rows, (beside, &movers[ranges[block].clone()]), tiles);
             }
+            0.0
         });
         self.phases.stop(Phase::Couple, timer);
     }
@@ -327,33 +360,46 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let (frames, coupled, ranges) = (&self.frames, &self.coupled, &self.grain_ranges);
         let (tiers, tiles) = (&self.nodes.mosaic.tiers, &self.tiles.grain_changes);
         let Grains { hot, ties, movers, owned, .. } = &mut self.grains;
-        over_rows(ranges, &mut hot[..*owned], ties, &|block, hot, ties| {
+        let held = Held { rows: &mut hot[..*owned], beside: ties, tiles: &mut [(); 0], tile_len: 0 };
+        over_blocks(ranges, held, &|block, Held { rows, beside, .. }| {
             if coupled[block] && tiers[block] == tier {
                 let tile = &tiles[block * len..(block + 1) * len];
-                correct_grains(&frames[block], tile, hot, ties, &movers[ranges[block].clone()]);
+                correct_grains(&frames[block], tile, rows, beside, &movers[ranges[block].clone()]);
             }
             0.0
         });
         self.phases.stop(Phase::Couple, timer);
     }
 
+    /// Points take from their tiles, and bring to them at once what the next pass over the grid will ask for: they are at
+    /// hand now, and would have to be fetched again. What they bring is that of where they are, whenever it is asked for.
     fn gather_points(&mut self, tier: Tier, taken: Taken) {
         let timer = self.phases.start();
-        let (len, settings, dt) = (self.nodes.mosaic.nodes_per_tile, &self.settings, self.dt_of_continuum());
+        let (settings, dt, how) = (&self.settings, self.dt_of_continuum(), self.scattering());
+        let (tile_len, rows) = (self.nodes.mosaic.nodes_per_tile, self.nodes.mosaic.rows());
         let Grid { shape, transfer, .. } = settings.grid;
         let taking = Taking { shape, transfer, taken, dt, instructions: self.contacts.instructions() };
-        let (frames, tiers, tiles) = (&self.frames, &self.nodes.mosaic.tiers, &self.tiles.advanced);
+        let (frames, tiers, advanced) = (&self.frames, &self.nodes.mosaic.tiers, &self.tiles.advanced);
         // Affine fields, and ways where places wait for the strain.
         let waits = matches!(taken, Taken::Velocity | Taken::StrainThenPlace);
-        let Points { hot, beside, .. } = &mut self.points;
+        // Farther out a point's nodes are not all in the tile; there is a rebuild before it goes to them.
+        let reach = DRIFT_MAX * self.layout.cell;
+        let Points { hot, beside, scattered, .. } = &mut self.points;
         let beside = if waits || transfer == Transfer::Affine { &mut beside[..] } else { &mut [] };
-        let outside = over_rows(&self.point_ranges, hot, beside, &|block, points, beside| {
+        let held = Held { rows: hot, beside, tiles: &mut self.tiles.gathered[..rows], tile_len };
+        let outside = over_blocks(&self.point_ranges, held, &|block, Held { rows, beside, tiles, .. }| {
             if tiers[block] != tier {
                 return 0.0;
             }
-            let tile = &tiles[block * len..(block + 1) * len];
-            gather_points(&frames[block], &settings.material, taking, tile, points, beside)
+            let (frame, tile) = (&frames[block], &advanced[block * tile_len..(block + 1) * tile_len]);
+            let outside = gather_points(frame, &settings.material, taking, tile, rows, beside);
+            if outside < reach {
+                tiles.fill(Gathered::zero());
+                scatter_points(frame, how, (rows, beside), tiles);
+            }
+            outside
         });
+        scattered[tier as usize] = outside < reach;
         if taken != Taken::Velocity && taken != Taken::Strain {
             self.points_outside[tier as usize] = outside;
         }

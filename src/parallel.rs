@@ -8,83 +8,60 @@ use crate::dem::segments::larger;
 /// Fewer rows are not worth a task of their own.
 const ROWS_PER_TASK: usize = 512;
 
-/// Calls `work(block, rows, tile)` for every block; `ranges` are its rows, and each block has `tile_len` entries of `tiles`.
-/// `ranges` must be contiguous and start where `rows` starts.
-pub fn over_blocks<A: Send, B: Send>(
-    ranges: &[Range<usize>],
-    rows: &mut [A],
-    tile_len: usize,
-    tiles: &mut [B],
-    work: &(impl Fn(usize, Range<usize>, &mut [A], &mut [B]) + Sync),
-) {
-    if !ranges.is_empty() {
-        halve(0, ranges, rows, tile_len, tiles, work);
+/// What some blocks that follow on one another hold.
+pub struct Held<'a, A, B, T> {
+    pub rows: &'a mut [A],
+    /// One for every row, or none at all.
+    pub beside: &'a mut [B],
+    /// As many for every block, or none at all.
+    pub tiles: &'a mut [T],
+    pub tile_len: usize,
+}
+
+impl<'a, A, B, T> Held<'a, A, B, T> {
+    /// What the first `blocks` hold, with their `rows`, and the rest.
+    fn split(self, blocks: usize, rows: usize) -> (Self, Self) {
+        let Self { tile_len, .. } = self;
+        let (rows_left, rows_right) = self.rows.split_at_mut(rows);
+        let (beside_left, beside_right) = self.beside.split_at_mut(if self.beside.is_empty() { 0 } else { rows });
+        let (tiles_left, tiles_right) =
+            self.tiles.split_at_mut(if self.tiles.is_empty() { 0 } else { blocks * tile_len });
+        (
+            Self { rows: rows_left, beside: beside_left, tiles: tiles_left, tile_len },
+            Self { rows: rows_right, beside: beside_right, tiles: tiles_right, tile_len },
+        )
     }
 }
 
-fn halve<A: Send, B: Send>(
-    first: usize,
+/// Calls `work` for every block with what it holds; `ranges` are the rows of each, one after the other from the first of
+/// `held` on. Returns the largest number that came back, or zero.
+pub fn over_blocks<A: Send, B: Send, T: Send>(
     ranges: &[Range<usize>],
-    rows: &mut [A],
-    tile_len: usize,
-    tiles: &mut [B],
-    work: &(impl Fn(usize, Range<usize>, &mut [A], &mut [B]) + Sync),
-) {
-    if ranges.len() == 1 || rows.len() <= ROWS_PER_TASK {
-        let (mut rows, tiles) = (rows, tiles.chunks_exact_mut(tile_len));
-        for ((block, range), tile) in (first..).zip(ranges).zip(tiles) {
-            let (of_block, rest) = rows.split_at_mut(range.len());
-            work(block, range.clone(), of_block, tile);
-            rows = rest;
-        }
-        return;
-    }
-    let middle = ranges.len() / 2;
-    let (ranges_left, ranges_right) = ranges.split_at(middle);
-    let (rows_left, rows_right) = rows.split_at_mut(ranges_right[0].start - ranges[0].start);
-    let (tiles_left, tiles_right) = tiles.split_at_mut(middle * tile_len);
-    rayon::join(
-        || halve(first, ranges_left, rows_left, tile_len, tiles_left, work),
-        || halve(first + middle, ranges_right, rows_right, tile_len, tiles_right, work),
-    );
+    held: Held<A, B, T>,
+    work: &(impl Fn(usize, Held<A, B, T>) -> f64 + Sync),
+) -> f64 {
+    if ranges.is_empty() { 0.0 } else { halve(0, ranges, held, work) }
 }
 
-/// Calls `work(block, rows, beside)` for every block, where `beside` has an entry for every row, or none at all; returns
-/// the largest number that came back, or zero.
-pub fn over_rows<A: Send, B: Send>(
-    ranges: &[Range<usize>],
-    rows: &mut [A],
-    beside: &mut [B],
-    work: &(impl Fn(usize, &mut [A], &mut [B]) -> f64 + Sync),
-) -> f64 {
-    if ranges.is_empty() { 0.0 } else { halve_rows(0, ranges, rows, beside, work) }
-}
-
-fn halve_rows<A: Send, B: Send>(
+fn halve<A: Send, B: Send, T: Send>(
     first: usize,
     ranges: &[Range<usize>],
-    rows: &mut [A],
-    beside: &mut [B],
-    work: &(impl Fn(usize, &mut [A], &mut [B]) -> f64 + Sync),
+    held: Held<A, B, T>,
+    work: &(impl Fn(usize, Held<A, B, T>) -> f64 + Sync),
 ) -> f64 {
-    if ranges.len() == 1 || rows.len() <= ROWS_PER_TASK {
-        let (mut rows, mut beside, mut most) = (rows, beside, 0.0);
+    if ranges.len() == 1 || held.rows.len() <= ROWS_PER_TASK {
+        let (mut held, mut most) = (held, 0.0);
         for (block, range) in (first..).zip(ranges) {
-            let (of_block, rest) = rows.split_at_mut(range.len());
-            let (beside_block, beside_rest) = beside.split_at_mut(if beside.is_empty() { 0 } else { range.len() });
-            most = larger(most, work(block, of_block, beside_block));
-            (rows, beside) = (rest, beside_rest);
+            let (of_block, rest) = held.split(1, range.len());
+            most = larger(most, work(block, of_block));
+            held = rest;
         }
         return most;
     }
     let middle = ranges.len() / 2;
     let (ranges_left, ranges_right) = ranges.split_at(middle);
-    let split = ranges_right[0].start - ranges[0].start;
-    let (rows_left, rows_right) = rows.split_at_mut(split);
-    let (beside_left, beside_right) = beside.split_at_mut(if beside.is_empty() { 0 } else { split });
-    let (a, b) = rayon::join(
-        || halve_rows(first, ranges_left, rows_left, beside_left, work),
-        || halve_rows(first + middle, ranges_right, rows_right, beside_right, work),
-    );
+    let (left, right) = held.split(middle, ranges_right[0].start - ranges[0].start);
+    let (a, b) =
+        rayon::join(|| halve(first, ranges_left, left, work), || halve(first + middle, ranges_right, right, work));
     larger(a, b)
 }

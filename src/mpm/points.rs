@@ -108,11 +108,14 @@ pub struct Points<S: Space, M> {
     pub beside: Vec<Beside<S>>,
     /// Rows that bear a load, with the weighted force on each, N; of the step, not of the state.
     pub loaded: Vec<(Row, S::Vector)>,
+    /// Whether what the points bring to nodes lies on their tiles as they are now, by the tier of the tile. Whoever changes
+    /// [`Self::hot`] between steps says here that it does not.
+    pub scattered: [bool; 2],
 }
 
 impl<S: Space, M> Default for Points<S, M> {
     fn default() -> Self {
-        Self { hot: Vec::new(), cold: Vec::new(), beside: Vec::new(), loaded: Vec::new() }
+        Self { hot: Vec::new(), cold: Vec::new(), beside: Vec::new(), loaded: Vec::new(), scattered: [false; 2] }
     }
 }
 
@@ -140,6 +143,7 @@ impl<S: Space, M: MaterialMemory> Points<S, M> {
         self.cold = moved.ordered(&self.cold, |point| point.cold);
         let arrived = |point: &Point<S, M>| Beside { affine: point.affine, way: S::Vector::zero() };
         self.beside = moved.ordered(&self.beside, arrived);
+        self.scattered = [false; 2];
         self.find_loaded();
     }
 

@@ -12,7 +12,7 @@ use crate::dem::segments::Passed;
 pub enum Phase {
     /// Messages of a step, packed and unpacked, without what is done while they travel.
     Halo,
-    /// Points to nodes.
+    /// Points to nodes, where [`Phase::Gather`] has not done it: loads, and after rebuilds.
     Scatter,
     /// Grains to nodes, and back.
     Couple,
@@ -21,7 +21,7 @@ pub enum Phase {
     Bodies,
     /// Sums over tiles, the step of the nodes, margins.
     Nodes,
-    /// Nodes to points, with their law.
+    /// Nodes to points, with their law, and what points will bring to nodes next.
     Gather,
     /// Whether a rebuild is due, which all ranks must know.
     Agree,
