@@ -15,6 +15,7 @@ use crate::hybrid::oracle::{LOOKS, Memory};
 use crate::hybrid::track::Instants;
 use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalMemory, MaterialLaw, MaterialMemory};
+use crate::mpm::membrane::Vertex;
 use crate::mpm::points::Point;
 use crate::observe::conservation::Kept;
 use crate::observe::ledger::Entry;
@@ -105,6 +106,8 @@ pub struct Snapshot<S: Space, M, P> {
     pub home: Home<S>,
     pub grains: Vec<GrainRow<S, M>>,
     pub points: Vec<Point<S, P>>,
+    /// Of membranes, all of them.
+    pub vertices: Vec<Vertex<S>>,
 }
 
 impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
@@ -132,6 +135,9 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
         }
         if !progress.reactions.is_empty() {
             tables.push(to_table("reactions", &mut progress.reactions, &mut Entry::default()));
+        }
+        if !self.vertices.is_empty() {
+            tables.push(to_table("membranes", &mut self.vertices, &mut Vertex::blank()));
         }
         tables.push(tables::of_points(&mut self.points));
         let attributes = [
@@ -165,6 +171,10 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
             },
             grains: tables::to_grains(state)?,
             points: tables::rows(state, "points", &Point::<S, P>::blank())?,
+            vertices: match state.tables.iter().any(|table| table.name == "membranes") {
+                true => tables::rows(state, "membranes", &Vertex::blank())?,
+                false => Vec::new(),
+            },
         };
         soundness::refuse_unsound(&mut snapshot)?;
         Ok(snapshot)

@@ -1,31 +1,25 @@
-//! Watching for a shear band and replacing it by grains: the world's side of seed 000, sections 3 and 4.
+//! Replacing a shear band by grains: the world's side of seed 000, section 4.
 
 use std::path::Path;
 
-use scree_partition::{ExactSum, Reader, Writer};
+use scree_partition::ExactSum;
 
 use crate::dem::cell::Cell;
 use crate::dem::grains::Mover;
 use crate::error::Error;
 use crate::hybrid::motion::{MotionField, Moved};
-use crate::hybrid::oracle::{Memory, NodeFields};
 use crate::hybrid::select::{Candidate, select};
 use crate::hybrid::track::Instants;
 use crate::hybrid::zone::{CellGrid, Label, Zone};
 use crate::law::contact::ContactLaw;
-use crate::law::material::MaterialMemory;
-use crate::mpm::points::{Cold, Hot, Point};
-use crate::mpm::scatter::scatter_fields;
-use crate::observe::phases::Phase;
+use crate::mpm::points::{Cold, Point};
 use crate::packing::{self, Grain, PlanarWorld, settings_for};
-use crate::parallel::{Held, over_blocks};
 use crate::rebuild::Parts;
-use crate::scenario::{self, Scenario};
+use crate::scenario::Scenario;
 use crate::space::{Linear, Plane, Space};
 use crate::transfer;
 
 type Vector = <Plane as Space>::Vector;
-type PlanarHot = Hot<Plane, crate::law::material::CriticalMemory<Plane>>;
 type PlanarPoint = Point<Plane, crate::law::material::CriticalMemory<Plane>>;
 
 /// What an enrichment did, for the log and the summary.
@@ -78,97 +72,6 @@ pub fn track<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, instants: &mut In
     for (hot, cold) in world.points.hot.iter().zip(&mut world.points.cold) {
         cold.track.displacements[slot] = displacement(&hot.position, cold, &cell);
     }
-}
-
-/// One look of the oracle (Algorithm 1): true when a persistent band has been found.
-pub fn watch<C: ContactLaw<Plane>>(
-    world: &mut PlanarWorld<C>,
-    memory: &mut Memory,
-    settings: &scenario::Oracle,
-    diameter: f64,
-) -> Result<bool, Error> {
-    let timer = world.phases.start();
-    let last = memory.slot_last();
-    let since = |hot: &PlanarHot, cold: &Cold<Plane>, slot: Option<usize>| {
-        hot.memory.plastic_strain() - slot.map_or(0.0, |slot| cold.window.samples[slot])
-    };
-    let rows = world.points.hot.iter().zip(&world.points.cold);
-    let mut most = [rows.map(|(hot, cold)| since(hot, cold, last)).fold(0.0, f64::max)];
-    world.transport.max(&mut most);
-    if !memory.due(most[0], settings) {
-        return Ok(false);
-    }
-    let (slot, begin) = memory.look(most[0], settings);
-    let mut found = false;
-    if let Some(begin) = begin {
-        let fields = node_fields(world, |hot, cold| [since(hot, cold, last), since(hot, cold, Some(begin))])?;
-        let flagged = fields.flagged(settings, world.layout.cell, diameter);
-        found = memory.persists(flagged, settings);
-    }
-    for (hot, cold) in world.points.hot.iter().zip(&mut world.points.cold) {
-        cold.window.samples[slot] = hot.memory.plastic_strain();
-    }
-    world.phases.stop(Phase::Oracle, timer);
-    Ok(found)
-}
-
-/// Two fields of points as mass-weighted means on the nodes of the whole domain, on every rank.
-fn node_fields<C: ContactLaw<Plane>>(
-    world: &mut PlanarWorld<C>,
-    fields: impl Fn(&PlanarHot, &Cold<Plane>) -> [f64; 2] + Sync,
-) -> Result<NodeFields, Error> {
-    const WORDS: usize = 3;
-    let mosaic = &world.nodes.mosaic;
-    let mut rows = vec![[0.0; WORDS]; mosaic.rows() + mosaic.rows_received];
-    let frames = &world.frames;
-    let cold = &world.points.cold;
-    let (ranges, tile_len) = (&world.point_ranges, mosaic.nodes_per_tile);
-    let tiles = &mut rows[..mosaic.rows()];
-    let held = Held { rows: &mut world.points.hot, beside: &mut [(); 0], tiles, tile_len };
-    over_blocks(ranges, held, &|block, Held { rows, tiles, .. }| {
-        let of_row = |row: usize, hot: &PlanarHot| fields(hot, &cold[ranges[block].start + row]);
-        scatter_fields(&frames[block], rows, of_row, tiles);
-        0.0
-    });
-    let halo = &world.nodes.gathered;
-    halo.pack::<WORDS>(&mut world.buffers, |row| rows[row as usize]);
-    halo.exchange::<WORDS>(world.transport, &mut world.buffers, &mut || {});
-    halo.unpack::<WORDS>(&world.buffers, |row, words| rows[row as usize] = words);
-    let sums = mosaic.sum(&rows, [0.0; WORDS], |sum, row| {
-        for (sum, row) in sum.iter_mut().zip(row) {
-            *sum += row;
-        }
-    });
-
-    let grid = cell_grid(world);
-    let mut mine = Writer::new();
-    // A plate slows the strain of the cell beside it, in a flow without a band as well: its nodes and those next to them
-    // are not looked at.
-    let free = |place: [i32; 3]| {
-        let y = world.node_height(place);
-        world
-            .bodies
-            .iter()
-            .all(|plate| [-1.0, 0.0, 1.0].iter().all(|away| !plate.holds(y + away * grid.cell, grid.cell)))
-    };
-    let looked_at = mosaic.owned.iter().zip(&sums).filter(|(node, sum)| sum[0] > 0.0 && free(node.place));
-    for (node, sum) in looked_at {
-        mine.u64(node.place[1] as u64 * grid.counts[0] as u64 + node.place[0] as u64);
-        mine.f64(sum[1] / sum[0]);
-        mine.f64(sum[2] / sum[0]);
-    }
-    let mut whole = NodeFields::empty([grid.counts[0], grid.counts[1] + 1]);
-    for bytes in world.transport.all_gather(mine.as_bytes()) {
-        let mut reader = Reader::plain(&bytes);
-        while reader.left() > 0 {
-            let torn = |error: scree_partition::ParcelError| Error::Run(error.to_string());
-            let node = reader.u64().map_err(torn)? as usize;
-            whole.present[node] = true;
-            whole.rate[node] = reader.f64().map_err(torn)?;
-            whole.recent[node] = reader.f64().map_err(torn)?;
-        }
-    }
-    Ok(whole)
 }
 
 /// Replaces the points around the flagged nodes by trained grains of the packing in `packing_file`.

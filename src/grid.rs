@@ -48,7 +48,7 @@ impl Grid {
 }
 
 /// Impulses (N s) and angular impulses about the bodies' origins (N m s) that the material gave to faces and bodies through
-/// nodes since they were last taken, and impulses of loads on the material; this rank's share. Exact, so that no order and no rank shows.
+/// nodes since they were last taken, and impulses of loads and membranes on the material; this rank's share. Exact, so that no order and no rank shows.
 #[derive(Clone, Debug, Default)]
 pub struct Reactions {
     sums: ExactSum<REACTIONS>,
@@ -137,10 +137,13 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         Ok(())
     }
 
-    /// Books the impulse of loads over the step under way.
+    /// Books the impulse of loads and membranes over the step under way.
     pub(crate) fn book_loads(&mut self) {
         let dt = self.dt_of_continuum();
-        for (_, push) in &self.points.loaded {
+        // All ranks have all membranes.
+        let of_membranes = if self.transport.rank() == 0 { &self.membranes.brought[..] } else { &[] };
+        let of_membranes = of_membranes.iter().map(|brought| &brought.force);
+        for push in self.points.loaded.iter().map(|(_, push)| push).chain(of_membranes) {
             for axis in 0..S::DIMENSION {
                 self.reactions.sums.add(LOADS + axis, push[axis] * dt);
             }

@@ -84,6 +84,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             }
             false => self.advance_grid(Moment::Step, |world, tier| world.take_from_grid(tier, taken)),
         }
+        self.take_to_membranes();
         if self.settings.grid.update == StressUpdate::ModifiedLast {
             self.strain_by_points(Taken::StrainThenPlace);
         }
@@ -102,6 +103,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn fill_by_points(&mut self) {
         self.push_loaded();
+        self.push_membranes();
         self.scatter_points(Tier::Border);
         self.sum_tiles(|world| world.scatter_points(Tier::Inner));
     }
@@ -125,7 +127,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         }
     }
 
-    /// What points and loads bring to their tiles; what points bring lies there already if nothing has moved them since they
+    /// What points, loads and membranes bring to their tiles; what points bring lies there already if nothing has moved them since they
     /// last took from the grid.
     fn scatter_points(&mut self, tier: Tier) {
         let timer = self.phases.start();
@@ -133,6 +135,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             self.scatter_points_anew(tier);
         }
         self.scatter_loads(tier);
+        self.scatter_membranes(tier);
         self.phases.stop(Phase::Scatter, timer);
     }
 

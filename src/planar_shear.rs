@@ -22,6 +22,7 @@ use crate::scenario::{Method, Output, Scenario, derived};
 use crate::space::{Linear, Plane};
 use crate::specimen;
 use crate::transfer;
+use crate::watch;
 
 /// Tracks taken over a whole run before they are thinned.
 const TRACKS: u64 = 256;
@@ -212,7 +213,7 @@ impl<C: ContactLaw<Plane>> Experiment for PlanarShear<'_, C> {
             return Ok(());
         }
         let diameter = self.scenario.grains.diameter_mean;
-        if enrichment::watch(&mut core.world, &mut core.progress.oracle, settings, diameter)? {
+        if watch::watch(&mut core.world, &mut core.progress.oracle, settings, diameter)? {
             self.enrich(core)?;
         }
         Ok(())

@@ -20,6 +20,7 @@ use crate::ids::GrainId;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::layout::{Deal, Layout, NodeRows};
+use crate::mpm::membrane::Membranes;
 use crate::mpm::points::{Cold as PointCold, Point, Points};
 use crate::mpm::tile::Tiles;
 use crate::observe::ledger::points::PointLedger;
@@ -186,6 +187,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             phases: Phases::default(),
             ledger: None,
             point_ledger: PointLedger::default(),
+            membranes: Membranes::default(),
             buffers: HaloBuffers::default(),
             sent: HaloCounts::default(),
             balance: Balance::from(step),

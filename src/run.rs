@@ -515,6 +515,7 @@ impl<'t, E: Experiment> Run<'t, E> {
             home: core.world.home(),
             grains: Vec::new(),
             points: Vec::new(),
+            vertices: core.world.membranes.vertices.clone(),
         };
         let folder = checkpoint::folder(&core.options.out);
         let file = folder.join(store::file_name(core.world.step));

@@ -47,6 +47,7 @@ pub fn refuse_unsound<S: Space, M: Words<f64>, P: MaterialMemory>(
     refuse_no_numbers("bodies", &mut snapshot.bodies)?;
     refuse_no_numbers("grains", &mut snapshot.grains)?;
     refuse_no_numbers("points", &mut snapshot.points)?;
+    refuse_no_numbers("membranes", &mut snapshot.vertices)?;
     for (row, grain) in snapshot.grains.iter().enumerate() {
         let (radius, mass) = (grain.hot.radius, grain.hot.mass);
         if !(radius > 0.0 && radius.is_finite() && mass > 0.0 && mass.is_finite()) {

@@ -20,6 +20,7 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::layout::{Deal, Layout, NodeRows};
 use crate::mpm::load::Load;
+use crate::mpm::membrane::Membranes;
 use crate::mpm::points::Points;
 use crate::mpm::scatter::TileFrame;
 use crate::mpm::shape::DRIFT_MAX;
@@ -98,6 +99,8 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub(crate) ledger: Option<Box<EnergyLedger<S, C>>>,
     /// The same of a continuum, and its energies.
     pub point_ledger: PointLedger<S>,
+    /// Membranes, all of them on every rank.
+    pub membranes: Membranes<S>,
     /// Impulses on what holds nodes.
     pub reactions: Reactions,
     pub(crate) buffers: HaloBuffers,
@@ -187,7 +190,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             false => self.fill_grid_by_grains(),
         }
         match ends {
-            true => self.step_grid(),
+            true => {
+                self.step_grid();
+                self.move_membranes()?;
+            }
             false => self.share_grid(),
         }
         self.drive_cell()?;

@@ -10,6 +10,7 @@ use scree::hybrid::zone::{CellGrid, Label, Zone};
 use scree::packing;
 use scree::scenario::{Enrichment, Scenario};
 use scree::specimen;
+use scree::watch;
 use scree_partition::{Solo, Transport};
 
 use crate::worlds::{Law, PlanarWorld, Random, packed_job};
@@ -44,7 +45,7 @@ fn up_to_the_band<'t>(
         enrichment::track(&mut world, &mut instants);
         let due = world.step.is_multiple_of(scenario.oracle.every);
         let diameter = scenario.grains.diameter_mean;
-        if due && enrichment::watch(&mut world, &mut memory, &scenario.oracle, diameter).unwrap() {
+        if due && watch::watch(&mut world, &mut memory, &scenario.oracle, diameter).unwrap() {
             return (world, memory.flagged, instants);
         }
     }

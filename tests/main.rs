@@ -71,6 +71,7 @@ mod laws;
 mod limit_loads;
 /// The continuum's law on uniaxial, shear and separating paths against closed forms, and under superposed rotation.
 mod material;
+mod membranes;
 /// The quickstart has the same digest and curve on 1 to 4 ranks, 1 and 2 threads, and through SIGTERM and resume.
 mod mpirun;
 /// The oracle fires on an over-consolidated specimen, in its band only, and at the same strain at twice the speed; it

@@ -3,11 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use scree::checkpoint::PlanarPoint;
-use scree::enrichment;
 use scree::hybrid::oracle::{LOOKS, Memory, NodeFields};
 use scree::math;
 use scree::scenario::{Oracle, Scenario, derived};
 use scree::specimen;
+use scree::watch;
 use scree_partition::Solo;
 
 use crate::worlds::{Law, PlanarWorld, Random, job};
@@ -59,7 +59,7 @@ fn watched(sets: &[&str]) -> Story {
             continue;
         }
         let diameter = scenario.grains.diameter_mean;
-        if enrichment::watch(&mut world, &mut memory, &scenario.oracle, diameter).unwrap() {
+        if watch::watch(&mut world, &mut memory, &scenario.oracle, diameter).unwrap() {
             let strain = world.bodies[1].displacement[0] / scenario.specimen.width;
             story.fired = Some((strain, memory.clock, memory.looks));
         }

@@ -58,6 +58,7 @@ fn head(world: &PlanarWorld) -> PlanarSnapshot<Law> {
         home: world.home(),
         grains: Vec::new(),
         points: Vec::new(),
+        vertices: Vec::new(),
     }
 }
 

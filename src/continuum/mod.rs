@@ -20,6 +20,7 @@ use crate::scenario::mpm::{self, Mpm};
 use crate::scenario::{Job, Output};
 use crate::space::{Linear, Space};
 use crate::transfer;
+use crate::watch;
 use crate::world::World;
 
 pub mod setup;
@@ -112,15 +113,18 @@ impl<S: Space> ForAnyMaterial<S> for Resume<'_> {
         let Self { job, state, options, log, transport } = self;
         let snapshot: Option<PointSnapshot<S, L>> =
             transfer::agree(transport, state.as_ref().map(Snapshot::from_state).transpose())?;
-        let (progress, saved, at_home, points) = match snapshot {
-            Some(snapshot) => (vec![snapshot.progress], snapshot.bodies, vec![snapshot.home], snapshot.points),
+        let (progress, saved, at_home, points, vertices) = match snapshot {
+            Some(Snapshot { progress, bodies, home, points, vertices, .. }) => {
+                (vec![progress], bodies, vec![home], points, vertices)
+            }
             None => Default::default(),
         };
         let progress = transfer::broadcast(transport, progress)?.remove(0);
         let saved = transfer::broadcast(transport, saved)?;
         let at_home = transfer::broadcast(transport, at_home)?.remove(0);
+        let vertices = transfer::broadcast(transport, vertices)?;
         let bodies = (saved, at_home.bodies);
-        let mut world = setup::world_at::<S, L>(job, &law, transport, progress.step, points, bodies)?;
+        let mut world = setup::world_at::<S, L>(job, &law, transport, progress.step, (points, vertices), bodies)?;
         world.resume_reactions(&progress.reactions)?;
         if job.ledger {
             world.resume_point_ledger(&progress.ledger)?;
@@ -135,6 +139,12 @@ const FACES: [&str; 2] = ["lower", "upper"];
 /// Columns of the account of energy, J.
 const LEDGER: [&str; 6] =
     ["work_loads", "work_bodies", "work_ramp", "dissipated_holds", "energy_lost", "energy_lost_transfer"];
+
+/// Columns of the oracle: flagged nodes, and whether they are a band that persists.
+const OF_ORACLE: [&str; 2] = ["flagged_nodes", "band"];
+
+/// Columns of a membrane: length, m, and what its segments bear, N.
+const OF_MEMBRANE: [&str; 3] = ["length", "tension_least", "tension_most"];
 
 impl<'s, S: Space, L: MaterialLaw<S>> Continuum<'s, S, L> {
     fn new(job: &'s Mpm) -> Self {
@@ -242,6 +252,9 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
         if self.job.ledger {
             names.extend(LEDGER.map(String::from));
         }
+        if self.job.oracle.is_some() {
+            names.extend(OF_ORACLE.map(String::from));
+        }
         names.extend(axes.iter().flat_map(|axis| FACES.map(|end| format!("{end}_{axis}"))));
         for (axis, upper) in self.holding_faces() {
             names.extend(of(&format!("{}_{}_force", AXES[axis], FACES[upper])));
@@ -252,6 +265,9 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
             names.extend(spins.iter().map(|axis| format!("{}_torque_{axis}", body.body.name)));
             names.extend(of(&format!("{}_displacement", body.body.name)));
         }
+        for membrane in &self.job.membranes {
+            names.extend(OF_MEMBRANE.map(|what| format!("{}_{what}", membrane.name)));
+        }
         for follow in &self.job.follow {
             for what in ["place", "displacement", "velocity"] {
                 names.extend(of(&format!("{}_{what}", follow.name)));
@@ -261,13 +277,25 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
         names
     }
 
-    fn watch(&mut self, _: &mut PointCore<S, L>) -> Result<(), Error> {
+    /// A look of the oracle, where the job has one. What it finds is told and left alone.
+    fn watch(&mut self, core: &mut PointCore<S, L>) -> Result<(), Error> {
+        let Some(mpm::Watch { diameter, oracle }) = &self.job.oracle else { return Ok(()) };
+        if !core.world.is_due(oracle.every) {
+            return Ok(());
+        }
+        let persisted = core.progress.oracle.has_persisted(oracle);
+        if watch::watch(&mut core.world, &mut core.progress.oracle, oracle, *diameter)? && !persisted {
+            let (step, time) = (core.world.step, core.world.time());
+            let nodes = core.progress.oracle.flagged.iter();
+            let places: Vec<[f64; 2]> = nodes.map(|node| watch::place_of_node(&core.world, *node)).collect();
+            core.on_root(|outputs| outputs.log("band", step, json!({ "time": time, "nodes": places })))?;
+        }
         Ok(())
     }
 
     /// Mass (kg), volume (m3), centre of mass (m), momentum (N s), volume mean of the Cauchy stress (Pa), energies at the
     /// last evaluation of forces and where it is kept their account ([`crate::observe::ledger::points`], J), extents of the
-    /// points (m), mean forces (N) and torques (N m) since the last row, and followed points.
+    /// points (m), mean forces (N) and torques (N m) since the last row, stretch of membranes, and followed points.
     fn row(&mut self, core: &mut PointCore<S, L>) -> Result<Vec<f64>, Error> {
         let world = &mut core.world;
         let (energies, balance) = (world.point_energies()?, world.point_balance()?);
@@ -283,6 +311,10 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
         if let Some(balance) = balance {
             row.extend([balance.work_loads, balance.work_bodies, balance.work_ramp]);
             row.extend([balance.holds, balance.lost, balance.transfer]);
+        }
+        if let Some(watch) = &self.job.oracle {
+            let memory = &core.progress.oracle;
+            row.extend([memory.flagged.len() as f64, f64::from(u8::from(memory.has_persisted(&watch.oracle)))]);
         }
         let extents = Self::extents(world);
         row.extend((0..S::DIMENSION).flat_map(|axis| [-extents[2 * axis], extents[2 * axis + 1]]));
@@ -300,6 +332,8 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
             row.extend((0..S::Spin::COMPONENTS).map(|axis| turn[axis] / duration));
             row.extend((0..S::DIMENSION).map(|axis| body.displacement[axis]));
         }
+        let membranes = &world.membranes;
+        row.extend(membranes.made_of.iter().flat_map(|membrane| membranes.stretch(membrane)));
         for id in &self.followed {
             row.extend(self.follow(world, *id));
         }
@@ -307,7 +341,11 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
     }
 
     fn frame(&mut self, core: &mut PointCore<S, L>) -> Result<Option<Frame>, Error> {
-        frame(&mut core.world, self.job.grid.depth, 1.0, true)
+        let mut frame = frame(&mut core.world, self.job.grid.depth, 1.0, true)?;
+        if let (Some(frame), Some(_)) = (&mut frame, &self.job.oracle) {
+            frame.fields.push(watch::flagged_rows(&core.world, &core.progress.oracle, &frame.positions));
+        }
+        Ok(frame)
     }
 
     fn words(&self, core: &PointCore<S, L>) -> String {

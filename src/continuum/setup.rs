@@ -15,10 +15,11 @@ use crate::law::material::{Counted, CountedMemory, MaterialLaw};
 use crate::layout::{Ground, Layout};
 use crate::mpm::boundary::Grip;
 use crate::mpm::load::{Kind, Load};
+use crate::mpm::membrane::{self, Membrane, Membranes, Vertex};
 use crate::mpm::points::Point;
 use crate::rebuild::{Home, Parts};
 use crate::scenario::assembly::Damping;
-use crate::scenario::mpm::{self, BodyContact, InitialStress, LoadKind, Mpm, Transfer};
+use crate::scenario::mpm::{self, BodyContact, InitialStress, LoadKind, Mpm, Path, Transfer};
 use crate::servo::CellDrive;
 use crate::space::{Linear, Space};
 use crate::symmetric::Symmetric;
@@ -39,16 +40,18 @@ pub fn world<'t, S: Space, L: MaterialLaw<S>>(
     let layout = layout::<S>(job)?;
     let (cell, bodies) = (cell::<S>(&layout), bodies(job));
     let home = Parts::<S, Absent, Counted<L>>::fresh(Vec::new(), Vec::new(), bodies.clone(), cell).home;
-    world_at(job, law, transport, 0, points(job, law, transport), (bodies, home.bodies))
+    let vertices = vertices(job);
+    world_at(job, law, transport, 0, (points(job, law, transport), vertices), (bodies, home.bodies))
 }
 
-/// The world at a step, from points that ranks hold in any split and the bodies as they were, then and at the last rebuild.
+/// The world at a step, from points that ranks hold in any split, the vertices of membranes, and the bodies as they were, then and at
+/// the last rebuild.
 pub fn world_at<'t, S: Space, L: MaterialLaw<S>>(
     job: &Mpm,
     law: &L,
     transport: &'t dyn Transport,
     step: u64,
-    points: Vec<PointOf<S, L>>,
+    (points, vertices): (Vec<PointOf<S, L>>, Vec<Vertex<S>>),
     (saved, at_home): (Vec<Body<S>>, Vec<S::Vector>),
 ) -> Result<PointWorld<'t, S, L>, Error> {
     let layout = layout::<S>(job)?;
@@ -59,7 +62,17 @@ pub fn world_at<'t, S: Space, L: MaterialLaw<S>>(
     }
     let home = Home { cell, bodies: at_home };
     let parts = Parts { grains: Vec::new(), points, bodies, cell, home };
-    World::new(settings(job, law), layout, transport, step, parts)
+    let mut world = World::new(settings(job, law), layout, transport, step, parts)?;
+    let made_of = membranes(job);
+    let wanted: usize = made_of.iter().map(|membrane| membrane.count).sum();
+    if wanted != vertices.len() {
+        return Err(Error::User(format!(
+            "the checkpoint has {} vertices of membranes, and the job makes {wanted}; it is of another job",
+            vertices.len()
+        )));
+    }
+    world.hang(Membranes::new(made_of, vertices))?;
+    Ok(world)
 }
 
 /// Whole blocks around the domain between its walls.
@@ -148,6 +161,46 @@ fn load_of<S: Space>(job: &Mpm, load: &mpm::Load) -> Load<S> {
         LoadKind::Pressure(pressure) => Kind::Pressure(pressure),
     };
     Load { area, kind, ramp: load.ramp }
+}
+
+/// What the membranes of a job are made of.
+fn membranes(job: &Mpm) -> Vec<Membrane> {
+    let mut first = 0;
+    let made = |one: &mpm::Membrane| {
+        let (segments, closed) = (one.segments(), one.is_closed());
+        let count = if closed { segments } else { segments + 1 };
+        first += count;
+        let length = one.segment();
+        Membrane {
+            name: one.name.clone(),
+            first: first - count,
+            count,
+            closed,
+            mass: one.mass_of_segment(job.grid.depth),
+            rest: length - one.tension / one.stiffness,
+            stiffness: one.stiffness,
+            damping: one.damping,
+            pressure: one.pressure,
+            ramp: one.ramp,
+            depth: job.grid.depth,
+        }
+    };
+    job.membranes.iter().map(made).collect()
+}
+
+/// Their vertices at the start.
+fn vertices<S: Space>(job: &Mpm) -> Vec<Vertex<S>> {
+    let of = |one: &mpm::Membrane| match one.path {
+        Path::Line { from, to } => {
+            membrane::along_line(&vector::<S>(&widened(from)), &vector::<S>(&widened(to)), one.segments())
+        }
+        Path::Circle { centre, radius } => membrane::on_circle(&vector::<S>(&widened(centre)), radius, one.segments()),
+    };
+    job.membranes.iter().flat_map(of).collect()
+}
+
+fn widened([x, y]: [f64; 2]) -> [f64; 3] {
+    [x, y, 0.0]
 }
 
 /// Points in the regions, in the middle of their places; ids count places.

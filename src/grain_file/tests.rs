@@ -300,6 +300,7 @@ fn state<S: Space>(job: &Assembly, cell: Cell<S>) -> (scree_io::column::State, V
         bodies: Vec::new(),
         grains: moved,
         points: Vec::new(),
+        vertices: Vec::new(),
     };
     (snapshot.to_state(), rows)
 }
@@ -381,6 +382,7 @@ fn a_sheared_cell_is_read_back_leaning() {
         bodies: Vec::new(),
         grains: rows.clone(),
         points: Vec::new(),
+        vertices: Vec::new(),
     };
     let state = snapshot.to_state();
     let file = folder.path().join("grains.data");

@@ -8,6 +8,7 @@ pub mod boundary;
 pub mod gather;
 pub mod load;
 pub mod look;
+pub mod membrane;
 pub mod nodes;
 pub mod points;
 pub mod scatter;

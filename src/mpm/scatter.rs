@@ -359,23 +359,3 @@ pub fn scatter_grains<S: Space>(
         });
     }
 }
-
-/// Weighted mass of points with their weighted values of two fields, for fields on nodes: `sum w m N`, `sum w m N a`,
-/// `sum w m N b`.
-pub fn scatter_fields<S: Space, M>(
-    frame: &TileFrame<S>,
-    points: &[Hot<S, M>],
-    fields: impl Fn(usize, &Hot<S, M>) -> [f64; 2],
-    tile: &mut [[f64; 3]],
-) {
-    for (row, point) in points.iter().enumerate() {
-        let mass = point.weight * point.mass;
-        let [a, b] = fields(row, point);
-        frame.stencil::<Quadratic, 3>(&point.position).for_each(frame.edge, |node, value| {
-            let node = &mut tile[node];
-            node[0] += mass * value;
-            node[1] += mass * value * a;
-            node[2] += mass * value * b;
-        });
-    }
-}

@@ -75,6 +75,15 @@ impl<S: Space> Gathered<S> {
         }
     }
 
+    /// Adds a mass (kg), its momentum (N s) and a force (N).
+    pub fn bring(&mut self, mass: f64, momentum: &S::Vector, force: &S::Vector) {
+        self.0[0] += mass;
+        for axis in 0..S::DIMENSION {
+            self.0[1 + axis] += momentum[axis];
+        }
+        self.add_force(force);
+    }
+
     pub fn set_momentum(&mut self, momentum: &S::Vector) {
         for axis in 0..S::DIMENSION {
             self.0[1 + axis] = momentum[axis];

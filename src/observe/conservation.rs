@@ -199,8 +199,11 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// What there is now. Collective.
     pub fn holdings(&mut self) -> Result<Holdings, Error> {
         let energies = self.energies()?;
-        let energy =
-            energies.kinetic_grains + energies.elastic_grains + energies.kinetic_points + energies.elastic_points;
+        let energy = energies.kinetic_grains
+            + energies.elastic_grains
+            + energies.kinetic_points
+            + energies.elastic_points
+            + self.membranes.energy();
         let mut sums = ExactSum::<5>::new();
         let mut add = |mass: f64, velocity: &S::Vector| {
             sums.add(0, mass);
@@ -219,6 +222,9 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         }
         for point in &self.points.hot {
             add(point.weight * point.mass, &point.velocity);
+        }
+        if self.transport.rank() == 0 {
+            self.membranes.masses().for_each(|(mass, velocity)| add(mass, velocity));
         }
         let [mass, x, y, z, motion] = self.reduce(sums)?;
         Ok(Holdings { mass, momentum: [x, y, z], motion, energy })

@@ -23,6 +23,7 @@ use crate::law::contact::ContactLaw;
 use crate::law::invariants::{Deformation, StressInvariants};
 use crate::law::material::MaterialLaw;
 use crate::math;
+use crate::mpm::membrane::{Membrane, Vertex};
 use crate::mpm::points::{Cold, Hot};
 use crate::observe::local_strain::{Place, best_fit_deformations};
 use crate::observe::point::{OBSERVED, observed};
@@ -39,6 +40,8 @@ pub enum Kind {
     Grain = 1,
     /// A grain glued to a plate.
     Glued = 2,
+    /// A vertex of a membrane.
+    Membrane = 3,
 }
 
 /// One grain or point as a picture needs it; SI units, third components zero in the plane.
@@ -130,9 +133,10 @@ pub fn frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     let points = transfer::gather(world.transport, point_rows(world, depth))?;
     let (Some(mut rows), Some(points)) = (grains, points) else { return Ok(None) };
     let positions = settle_grains(&mut rows, &world.cell, !world.settings.drive.is_at_rest());
+    let others: Vec<Row> = points.into_iter().chain(vertex_rows(world)).collect();
     let positions: Vec<[f64; 3]> =
-        positions.into_iter().chain(points.iter().map(|row| wrapped::<S>(row, &world.cell).1)).collect();
-    rows.extend(points);
+        positions.into_iter().chain(others.iter().map(|row| wrapped::<S>(row, &world.cell).1)).collect();
+    rows.extend(others);
     let numbers = |width: usize, name: &str, get: &dyn Fn(&Row, &mut Vec<f64>)| {
         let mut values = Vec::with_capacity(width * rows.len());
         rows.iter().for_each(|row| get(row, &mut values));
@@ -256,6 +260,26 @@ fn grain_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
         }
     };
     (0..grains.owned).map(row).collect()
+}
+
+/// Vertices of membranes, as discs of half a segment at rest.
+fn vertex_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> Vec<Row> {
+    let membranes = &world.membranes;
+    let of = |membrane: &Membrane| membranes.vertices[membrane.first..membrane.first + membrane.count].iter();
+    let row = |membrane: &Membrane, number: usize, vertex: &Vertex<S>| Row {
+        kind: Kind::Membrane as i64,
+        id: (membrane.first + number) as u64,
+        position: spread(&vertex.position),
+        radius: 0.25 * membrane.rest,
+        weight: 1.0,
+        displacement: spread(&(vertex.position - vertex.origin)),
+        velocity: spread(&vertex.velocity),
+        ..Row::default()
+    };
+    let rows = |membrane: &'_ Membrane| -> Vec<Row> {
+        of(membrane).enumerate().map(|(number, vertex)| row(membrane, number, vertex)).collect()
+    };
+    membranes.made_of.iter().flat_map(rows).collect()
 }
 
 fn point_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>, depth: f64) -> Vec<Row> {

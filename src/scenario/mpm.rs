@@ -3,8 +3,8 @@
 //! Vectors carry three components; in the plane those of z are zero. Tension is positive in stresses, pressure positive in
 //! compression.
 
-use super::Output;
 use super::assembly::Body;
+use super::{Oracle, Output};
 use crate::math::{PI, cos, sin};
 
 pub mod cone;
@@ -29,8 +29,11 @@ pub struct Mpm {
     /// beyond its axes.
     pub boundaries: [[Boundary; 2]; 3],
     pub loads: Vec<Load>,
+    pub membranes: Vec<Membrane>,
     pub bodies: Vec<RigidBody>,
     pub follow: Vec<Followed>,
+    /// Looks for a shear band, where one is wanted.
+    pub oracle: Option<Watch>,
     /// Time step, s.
     pub step: f64,
     /// Simulated time at which the run ends, s.
@@ -345,6 +348,86 @@ pub enum LoadKind {
     Traction([f64; 3]),
     /// Pa, against the surface's normal, on its area as it is (Nanson: `n a = J F^-T N A`).
     Pressure(f64),
+}
+
+/// An elastic membrane in the plane, pressed on from one side ([`crate::mpm::membrane`]).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Membrane {
+    pub name: String,
+    pub path: Path,
+    /// Length of a segment that is wanted, m; whole ones make up the path.
+    pub spacing: f64,
+    /// kg/m2.
+    pub mass_per_area: f64,
+    /// Of a segment, N/m and N s/m.
+    pub stiffness: f64,
+    pub damping: f64,
+    /// What segments bear at the start, N.
+    pub tension: f64,
+    /// Pa, pushing to the left of the way along the path, and the time over which it rises from zero, s.
+    pub pressure: f64,
+    pub ramp: f64,
+}
+
+/// Where a membrane is at the start, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Path {
+    Line {
+        from: [f64; 2],
+        to: [f64; 2],
+    },
+    /// Closed, counter-clockwise: its left is inside.
+    Circle {
+        centre: [f64; 2],
+        radius: f64,
+    },
+}
+
+impl Path {
+    /// m.
+    pub fn length(&self) -> f64 {
+        match self {
+            Self::Line { from, to } => {
+                let [x, y] = [to[0] - from[0], to[1] - from[1]];
+                (x * x + y * y).sqrt()
+            }
+            Self::Circle { radius, .. } => 2.0 * PI * radius,
+        }
+    }
+}
+
+impl Membrane {
+    pub fn is_closed(&self) -> bool {
+        matches!(self.path, Path::Circle { .. })
+    }
+
+    /// Whole segments: a ring has three at least.
+    pub fn segments(&self) -> usize {
+        let wanted = (self.path.length() / self.spacing).round() as usize;
+        wanted.max(if self.is_closed() { 3 } else { 1 })
+    }
+
+    /// Length of a segment at the start, m.
+    pub fn segment(&self) -> f64 {
+        let count = self.segments() as f64;
+        match self.path {
+            Path::Line { .. } => self.path.length() / count,
+            Path::Circle { radius, .. } => 2.0 * radius * sin(PI / count),
+        }
+    }
+
+    /// kg.
+    pub fn mass_of_segment(&self, depth: f64) -> f64 {
+        self.mass_per_area * self.segment() * depth
+    }
+}
+
+/// Looks for a shear band that grains would replace (Chen et al. 2021, section 3); nothing is replaced.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Watch {
+    /// D50 of those grains, m.
+    pub diameter: f64,
+    pub oracle: Oracle,
 }
 
 /// A rigid body that the material touches. A plane's normal points towards the material; no body is a layer.

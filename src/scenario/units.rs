@@ -24,6 +24,7 @@ impl Dimension {
     pub const DAMPING: Self = Self::new(0, 1, -1, 0);
     pub const FORCE: Self = Self::new(1, 1, -2, 0);
     pub const AREA: Self = Self::new(2, 0, 0, 0);
+    pub const MASS_PER_AREA: Self = Self::new(-2, 1, 0, 0);
     pub const ACCELERATION: Self = Self::new(1, 0, -2, 0);
     pub const RATE: Self = Self::new(0, 0, -1, 0);
     pub const SPIN: Self = Self::new(0, 0, -1, 1);
@@ -73,7 +74,7 @@ impl Dimension {
 }
 
 /// What a dimension is called and the unit it is kept in.
-const NAMED: [(Dimension, &str, &str); 16] = [
+const NAMED: [(Dimension, &str, &str); 17] = [
     (Dimension::RATIO, "a pure number", ""),
     (Dimension::ANGLE, "an angle", "rad"),
     (Dimension::LENGTH, "a length", "m"),
@@ -87,6 +88,7 @@ const NAMED: [(Dimension, &str, &str); 16] = [
     (Dimension::FORCE, "a force", "N"),
     (Dimension::new(2, 1, -2, 0), "an energy", "J"),
     (Dimension::AREA, "an area", "m2"),
+    (Dimension::MASS_PER_AREA, "a mass per area", "kg/m2"),
     (Dimension::ACCELERATION, "an acceleration", "m/s2"),
     (Dimension::RATE, "a rate", "1/s"),
     (Dimension::SPIN, "a spin", "rad/s"),

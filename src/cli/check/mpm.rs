@@ -28,6 +28,7 @@ pub fn page(job: &Mpm) -> String {
     regions(&mut page, job, &counts);
     boundaries(&mut page, job);
     loads(&mut page, job);
+    membranes(&mut page, job);
     bodies(&mut page, job);
     steps(&mut page, job);
     cost(&mut page, job, counts.iter().sum());
@@ -216,6 +217,26 @@ fn loads(page: &mut Page, job: &Mpm) {
             &load.face.name(),
             &value,
             &format!("{kind} on {} points, {} m2", whole(points as f64), figures(points as f64 * job.point_area())),
+        );
+    }
+}
+
+fn membranes(page: &mut Page, job: &Mpm) {
+    if job.membranes.is_empty() {
+        return;
+    }
+    page.section("Membranes");
+    for membrane in &job.membranes {
+        let segments = format!("{} segments of {} mm", membrane.segments(), figures(1e3 * membrane.segment()));
+        let kind = if membrane.is_closed() { "a ring" } else { "a line" };
+        page.row(
+            &membrane.name,
+            &format!("{} kPa", figures(1e-3 * membrane.pressure)),
+            &format!(
+                "to the left of its way; {kind} of {segments}, {} g in all, {} N at the start",
+                figures(1e3 * membrane.segments() as f64 * membrane.mass_of_segment(job.grid.depth)),
+                figures(membrane.tension)
+            ),
         );
     }
 }

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use super::{Boundary, Load, Mpm, Region, RegionShape};
+use super::{Boundary, Load, Membrane, Mpm, Region, RegionShape};
 use crate::mpm::shape::margins;
-use crate::scenario::stable::Bound;
+use crate::scenario::stable::{Bound, oscillator_step_max};
 
 /// Bytes that one point takes with what is sorted beside it, in the plane and in space.
 const BYTES_OF_POINT: [f64; 2] = [600.0, 860.0];
@@ -203,6 +203,15 @@ pub fn bounds(job: &Mpm) -> Vec<Bound> {
             step: step_of_free_nodes(job),
         });
     }
+    let of_membranes = job.membranes.iter().map(|membrane| step_of_membrane(membrane, job.grid.depth));
+    if let Some(step) = of_membranes.reduce(f64::min) {
+        bounds.push(Bound {
+            cause: "membranes",
+            formula: "2/(sqrt(w^2 + (r/2)^2) + r/2), w^2 = 4 k/m, r = 4 gamma/m, m of a segment",
+            remedy: "Beyond it their vertices are thrown about; shorten the step, or take longer segments, more mass per area or a softer membrane.",
+            step,
+        });
+    }
     if job.boundaries.iter().flatten().any(|boundary| *boundary == Boundary::Absorbing) {
         bounds.push(Bound {
             cause: "absorbing faces",
@@ -212,6 +221,13 @@ pub fn bounds(job: &Mpm) -> Vec<Bound> {
         });
     }
     bounds
+}
+
+/// Of a chain with all its vertices swinging against each other, s. Through nodes they swing more slowly: a sum that is shared
+/// with others and taken back is no faster.
+fn step_of_membrane(membrane: &Membrane, depth: f64) -> f64 {
+    let mass = membrane.mass_of_segment(depth);
+    oscillator_step_max(4.0 * membrane.stiffness / mass, 4.0 * membrane.damping / mass)
 }
 
 // The run

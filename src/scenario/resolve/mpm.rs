@@ -6,19 +6,26 @@ use super::mpm_checks::{check, simple};
 use super::{DEPTH_DEFAULT, digits, is_plain, name, output};
 use crate::error::Error;
 use crate::mpm::shape::margins;
-use crate::scenario::Output;
 use crate::scenario::mpm::{
     BodyContact, Boundary, CriticalDruckerPrager, Elastic, Face, Followed, Gravity, Grid, InitialStress, LOADS_MAX,
-    Load, LoadKind, Material, MaterialLaw, Mpm, Region, RegionShape, RigidBody, Scheme, ShapeFunction, StressUpdate,
-    Transfer, Wave, figures, polygon_area,
+    Load, LoadKind, Material, MaterialLaw, Membrane, Mpm, Path, Region, RegionShape, RigidBody, Scheme, ShapeFunction,
+    StressUpdate, Transfer, Watch, Wave, figures, polygon_area,
 };
 use crate::scenario::raw::{Reader, Typed};
 use crate::scenario::stable::governing;
+use crate::scenario::{Oracle, Output};
 
 const FLIP_DEFAULT: f64 = 0.99;
 const POINTS_PER_CELL_DEFAULT: u64 = 2;
 /// The step over the stable one.
 const SAFETY_DEFAULT: f64 = 0.5;
+/// Steps between two looks of the oracle.
+const LOOK_EVERY_DEFAULT: u64 = 20;
+/// Of a membrane: latex of 0.3 mm, kg/m2, and segments of half a cell.
+const MASS_PER_AREA_DEFAULT: f64 = 0.3;
+const SPACING_DEFAULT: f64 = 0.5;
+/// Vertices that all membranes may have: every rank has all of them, and ranks tell each other all of them at every step.
+const VERTICES_MAX: usize = 100_000;
 /// How far an extent may be from whole cells, in cells.
 const WHOLE_TOLERANCE: f64 = 1e-6;
 /// Cells that a grid may have.
@@ -68,6 +75,7 @@ const OF_STRESS: Owners<3> =
 const OF_BOUNDARY: Owners<5> =
     [("fixed", &[]), ("roller", &[]), ("friction", &["coefficient"]), ("absorbing", &[]), ("free", &[])];
 const OF_LOAD: Owners<2> = [("traction", &["traction"]), ("pressure", &["pressure"])];
+const OF_MEMBRANE: Owners<2> = [("line", &["from", "to"]), ("circle", &["centre", "radius"])];
 const OF_CONTACT: Owners<3> = [("rough", &[]), ("smooth", &[]), ("coulomb", &["friction"])];
 
 /// The choice of a selector, with the keys of other choices refused.
@@ -110,8 +118,10 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
         gravity,
         boundaries: boundaries(&top, &grid)?,
         loads: loads(&top, &grid)?,
+        membranes: membranes(&top, &grid)?,
         bodies,
         follow,
+        oracle: oracle(&typed.table("oracle", false, why)?, &grid)?,
         step: 0.0,
         end: 0.0,
         cells_per_block: cells_per_block(&typed.table("decomposition", false, why)?, &grid, scheme.shape)?,
@@ -126,6 +136,12 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     let shown = typed.table("output", false, why)?;
     job.output = output(&shown, job.end, job.step)?;
     job.ledger = shown.flag_or("ledger", false)?;
+    if job.ledger && !job.membranes.is_empty() {
+        return Err(shown.refusal(
+            "ledger",
+            "keeps the account of what points, loads and bodies store and do, and does not know what membranes do. Remove it; summary.json tells what was kept of mass and momentum, membranes included.",
+        ));
+    }
     check(&job, typed, &top)?;
     Ok(job)
 }
@@ -478,6 +494,113 @@ fn load(table: &Reader<'_>, grid: &Grid) -> Result<Load, Error> {
             "leaves no window: its upper corner must be more than its lower one along every axis.",
         )),
     }
+}
+
+fn membranes(top: &Reader<'_>, grid: &Grid) -> Result<Vec<Membrane>, Error> {
+    let mut membranes: Vec<Membrane> = Vec::new();
+    for table in top.tables("membrane")? {
+        if grid.dimension != 2 {
+            return Err(table.refusal_of_table(
+                "is a line, and this grid is in space, where a membrane would be a sheet. Remove it, and write a [[load]] with kind = \"pressure\" on the face of the material.",
+            ));
+        }
+        let membrane = membrane(&table, grid)?;
+        if membranes.iter().any(|other| other.name == membrane.name) {
+            return Err(table.refusal("name", "names another membrane already. Give each a name of its own."));
+        }
+        membranes.push(membrane);
+        if membranes.iter().map(|membrane| membrane.segments() + 1).sum::<usize>() > VERTICES_MAX {
+            return Err(table.refusal(
+                "spacing",
+                &format!("makes more than {VERTICES_MAX} vertices of all membranes together. Take longer segments."),
+            ));
+        }
+    }
+    Ok(membranes)
+}
+
+fn membrane(table: &Reader<'_>, grid: &Grid) -> Result<Membrane, Error> {
+    let domain = domain(grid);
+    let name = table.text("name")?;
+    if !is_plain(name) {
+        return Err(table.refusal(
+            "name",
+            "is refused: it names columns of series.csv, so write letters, digits, \"_\", \"-\" and \".\" only, a letter or digit first.",
+        ));
+    }
+    let within = |key: &str| body::inside(table, key, &domain).map(|[x, y, _]| [x, y]);
+    let path = match chosen(table, "shape", "shape", &OF_MEMBRANE, None)? {
+        "line" => Path::Line { from: within("from")?, to: within("to")? },
+        _ => Path::Circle { centre: within("centre")?, radius: table.number("radius")? },
+    };
+    if let Path::Circle { centre, radius } = path {
+        let outside = |axis: &usize| {
+            !grid.periodic[*axis] && !(grid.lower[*axis] + radius..=grid.upper[*axis] - radius).contains(&centre[*axis])
+        };
+        if let Some(axis) = (0..2).find(outside) {
+            return Err(table.refusal(
+                "radius",
+                &format!("reaches out of the grid along {}. Lower it, or move the centre.", AXES[axis]),
+            ));
+        }
+    }
+    if path.length() == 0.0 {
+        return Err(table.refusal("to", "is where the line begins. Move one of the two ends."));
+    }
+    let membrane = Membrane {
+        name: name.to_string(),
+        path,
+        spacing: table.number_or("spacing", SPACING_DEFAULT * grid.cell)?,
+        mass_per_area: table.number_or("mass_per_area", MASS_PER_AREA_DEFAULT)?,
+        stiffness: table.number("stiffness")?,
+        damping: table.number_or("damping", 0.0)?,
+        tension: table.number_or("tension", 0.0)?,
+        pressure: table.number("pressure")?,
+        ramp: table.number_or("ramp", 0.0)?,
+    };
+    let shortest = membrane.stiffness * membrane.segment();
+    if membrane.spacing > grid.cell * (1.0 + WHOLE_TOLERANCE) {
+        return Err(table.refusal(
+            "spacing",
+            &format!(
+                "is longer than a cell, {} m, so that nodes between two vertices would feel nothing of the membrane and material would come through. Write half a cell.",
+                digits(grid.cell)
+            ),
+        ));
+    }
+    if membrane.tension >= shortest {
+        return Err(table.refusal(
+            "tension",
+            &format!(
+                "would have its segments at rest at no length at all: stiffness times the length of a segment is {} N. Lower the tension, or take a stiffer membrane.",
+                digits(shortest)
+            ),
+        ));
+    }
+    Ok(membrane)
+}
+
+/// Defaults are those of Tables 6 and 9 of seed 000, of the triaxial test and of indentation.
+fn oracle(table: &Reader<'_>, grid: &Grid) -> Result<Option<Watch>, Error> {
+    if !table.is_typed() {
+        return Ok(None);
+    }
+    if grid.dimension != 2 {
+        return Err(table.refusal_of_table("looks for bands in the plane, and this grid is in space. Remove it."));
+    }
+    if grid.periodic[1] {
+        return Err(table.refusal_of_table(
+            "looks across periods along x alone, and this grid is periodic along y. Turn the job by a quarter, or remove the table.",
+        ));
+    }
+    let oracle = Oracle {
+        laplacian: table.number_or("laplacian", 1e-6)?,
+        recent_strain: table.number_or("recent_strain", 8e-3)?,
+        window: table.number_or("window", 2e-2)?,
+        persistence: table.number_or("persistence", 9.6e-3)?,
+        every: table.count_or("every", LOOK_EVERY_DEFAULT)?,
+    };
+    Ok(Some(Watch { diameter: table.number("diameter")?, oracle }))
 }
 
 fn bodies_and_followed(top: &Reader<'_>, grid: &Grid) -> Result<(Vec<RigidBody>, Vec<Followed>), Error> {

@@ -13,12 +13,13 @@ const ANGLE: Dimension = Dimension::ANGLE;
 const SPEED: Dimension = Dimension::SPEED;
 
 #[rustfmt::skip]
-pub static TABLES: [Table; 9] = [
+pub static TABLES: [Table; 10] = [
     table("", "the job itself", &[
         text("name", "the job's name, also that of its run directory", "\"column_collapse\""),
         key("region", "where material is at the start", Wants::Tables(&REGION), "[{shape = \"box\", lower = [0, 0], upper = [1, 1]}]"),
         key("boundary", "what happens at the faces of the grid", Wants::Tables(&BOUNDARY), "[{face = \"y_lower\", kind = \"fixed\"}]"),
         key("load", "loads on the material's surface", Wants::Tables(&LOAD), "[{face = \"y_upper\", kind = \"pressure\", pressure = \"1 kPa\"}]"),
+        key("membrane", "elastic membranes that press on the material", Wants::Tables(&MEMBRANE), "[]"),
         key("body", "rigid bodies that the material touches", Wants::Tables(&BODY), "[]"),
         key("follow", "points with columns of their own in the series", Wants::Tables(&FOLLOW), "[{name = \"tip\", place = [0, 0]}]"),
     ]),
@@ -71,6 +72,14 @@ pub static TABLES: [Table; 9] = [
     table("decomposition", "how the domain is cut", &[
         count("cells_per_block", "the edge of a block in cells", (2, 64), "8"),
     ]),
+    table("oracle", "where a shear band would be replaced by grains", &[
+        number("diameter", "D50 of those grains", LENGTH, POSITIVE, "\"1 mm\""),
+        number("laplacian", "c_0", RATIO, POSITIVE, "1e-6"),
+        number("recent_strain", "c_1", RATIO, NOT_NEGATIVE, "8e-3"),
+        number("window", "c_l", RATIO, POSITIVE, "2e-2"),
+        number("persistence", "c_g", RATIO, POSITIVE, "9.6e-3"),
+        count("every", "steps between two looks", (1, 1_000_000_000), "50"),
+    ]),
     table("output", "what is written and when", &OUTPUT_WITH_LEDGER),
 ];
 
@@ -112,6 +121,23 @@ static LOAD: Table = Table { name: "load", about: "a load on the material's surf
     vector("traction", "the force per area of the start", STRESS, "\"10 kPa\""),
     number("pressure", "the pressure against the surface's normal", STRESS, POSITIVE, "\"10 kPa\""),
     number("ramp", "the time over which it rises from zero", TIME, NOT_NEGATIVE, "\"0.1 s\""),
+] };
+
+#[rustfmt::skip]
+static MEMBRANE: Table = Table { name: "membrane", about: "an elastic membrane under pressure, in the plane", many: true, keys: &[
+    text("name", "the membrane's name", "\"left\""),
+    text("shape", "line or circle", "\"line\""),
+    vector("from", "where a line begins; pressure pushes to the left of the way from there", LENGTH, "\"0 m\""),
+    vector("to", "where a line ends", LENGTH, "\"9 cm\""),
+    vector("centre", "the centre of a circle; pressure pushes inwards", LENGTH, "\"5 cm\""),
+    number("radius", "the radius of a circle", LENGTH, POSITIVE, "\"4 cm\""),
+    number("spacing", "the length of its segments", LENGTH, POSITIVE, "\"2 mm\""),
+    number("mass_per_area", "its mass per area", Dimension::MASS_PER_AREA, POSITIVE, "\"0.3 kg/m2\""),
+    number("stiffness", "force on a segment per lengthening of it", Dimension::STIFFNESS, POSITIVE, "\"10 kN/m\""),
+    number("damping", "force on a segment per speed of its lengthening", Dimension::DAMPING, NOT_NEGATIVE, "\"1 N s/m\""),
+    number("tension", "the force on a segment at the start", Dimension::FORCE, NOT_NEGATIVE, "\"2 N\""),
+    number("pressure", "the pressure, to the left of its way", STRESS, Range::new(f64::NEG_INFINITY, f64::INFINITY, true, true), "\"100 kPa\""),
+    number("ramp", "the time over which the pressure rises from zero", TIME, NOT_NEGATIVE, "\"0.1 s\""),
 ] };
 
 /// One `[[body]]`: that of assemblies, and how the material touches it.

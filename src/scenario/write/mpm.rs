@@ -1,10 +1,11 @@
 //! A continuum of material points on a grid.
 
 use super::assembly::{body, servo};
+use super::shear::oracle;
 use super::{Page, list};
 use crate::scenario::mpm::{
-    BodyContact, Boundary, Elastic, Face, InitialStress, Load, LoadKind, MaterialLaw, Mpm, Region, RegionShape,
-    ShapeFunction, StressUpdate, Transfer, Wave,
+    BodyContact, Boundary, Elastic, Face, InitialStress, Load, LoadKind, MaterialLaw, Membrane, Mpm, Path, Region,
+    RegionShape, ShapeFunction, StressUpdate, Transfer, Wave,
 };
 
 pub fn mpm(job: &Mpm) -> String {
@@ -21,6 +22,11 @@ pub fn mpm(job: &Mpm) -> String {
     page.table("time");
     page.number("step", job.step);
     page.number("end", job.end);
+    if let Some(watch) = &job.oracle {
+        page.table("oracle");
+        page.number("diameter", watch.diameter);
+        oracle(&mut page, &watch.oracle);
+    }
     page.table("decomposition");
     page.count("cells_per_block", job.cells_per_block as u64);
     page.output(&job.output);
@@ -33,6 +39,9 @@ pub fn mpm(job: &Mpm) -> String {
     }
     for one in &job.loads {
         load(&mut page, one, axes);
+    }
+    for one in &job.membranes {
+        membrane(&mut page, one);
     }
     for one in &job.bodies {
         page.line("\n[[body]]");
@@ -206,6 +215,30 @@ fn boundary(page: &mut Page, face: Face, boundary: &Boundary) {
     if let Boundary::Friction { coefficient } = boundary {
         page.number("coefficient", *coefficient);
     }
+}
+
+fn membrane(page: &mut Page, membrane: &Membrane) {
+    page.line("\n[[membrane]]");
+    page.text("name", &membrane.name);
+    match &membrane.path {
+        Path::Line { from, to } => {
+            page.text("shape", "line");
+            page.numbers("from", from);
+            page.numbers("to", to);
+        }
+        Path::Circle { centre, radius } => {
+            page.text("shape", "circle");
+            page.numbers("centre", centre);
+            page.number("radius", *radius);
+        }
+    }
+    page.number("spacing", membrane.spacing);
+    page.number("mass_per_area", membrane.mass_per_area);
+    page.number("stiffness", membrane.stiffness);
+    page.number("damping", membrane.damping);
+    page.number("tension", membrane.tension);
+    page.number("pressure", membrane.pressure);
+    page.number("ramp", membrane.ramp);
 }
 
 fn load(page: &mut Page, load: &Load, axes: usize) {

@@ -1,7 +1,7 @@
 //! Planar shear.
 
 use super::Page;
-use crate::scenario::Scenario;
+use crate::scenario::{Oracle, Scenario};
 
 pub fn shear(scenario: &Scenario) -> String {
     let mut page = Page::new();
@@ -63,13 +63,8 @@ pub fn shear(scenario: &Scenario) -> String {
     page.number("plate_mass", loading.plate_mass);
     page.number("plate_damping", loading.plate_damping);
 
-    let oracle = &scenario.oracle;
     page.table("oracle");
-    page.number("laplacian", oracle.laplacian);
-    page.number("recent_strain", oracle.recent_strain);
-    page.number("window", oracle.window);
-    page.number("persistence", oracle.persistence);
-    page.count("every", oracle.every);
+    oracle(&mut page, &scenario.oracle);
 
     let enrichment = &scenario.enrichment;
     page.table("enrichment");
@@ -91,4 +86,13 @@ pub fn shear(scenario: &Scenario) -> String {
     page.output(&scenario.output);
     page.flag("contact_frames", scenario.output.contact_frames);
     page.text_of_all()
+}
+
+/// The keys of the oracle, of whatever kind of job.
+pub(super) fn oracle(page: &mut Page, oracle: &Oracle) {
+    page.number("laplacian", oracle.laplacian);
+    page.number("recent_strain", oracle.recent_strain);
+    page.number("window", oracle.window);
+    page.number("persistence", oracle.persistence);
+    page.count("every", oracle.every);
 }
