@@ -13,6 +13,7 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalDruckerPrager, CriticalMemory};
 use crate::log::Log;
 use crate::observe::frame::frame;
+use crate::observe::ledger::Balance;
 use crate::observe::phases::Phase;
 use crate::output;
 use crate::packing::{self, PlanarWorld, cell_of, layout_for, settings_of_run};
@@ -41,6 +42,19 @@ const HEADER: [&str; 12] = [
     "elastic_grains",
     "kinetic_points",
     "elastic_points",
+];
+
+/// Columns of the account of the grains' energy since the start, or since they entered; residual in shares of the work done, the
+/// others in J.
+const LEDGER: [&str; 8] = [
+    "work_bodies",
+    "work_nodes",
+    "energy_stored",
+    "dissipated_viscous",
+    "dissipated_friction",
+    "dissipated_damping",
+    "dissipated_levers",
+    "ledger_residual",
 ];
 
 /// The job, with the contact law it names.
@@ -75,7 +89,10 @@ pub fn start<C: ContactLaw<Plane>>(
         instants: Instants { times: Vec::new(), every: (derived::steps(scenario) / TRACKS).max(1) },
         ..Progress::default()
     };
-    let world = specimen::world(scenario, transport, start)?;
+    let mut world = specimen::world(scenario, transport, start)?;
+    if scenario.ledger {
+        world.open_ledger();
+    }
     let experiment = PlanarShear { scenario, law: std::marker::PhantomData::<C> };
     run::begin(experiment, world, progress, options)
 }
@@ -88,7 +105,10 @@ pub fn resume<C: ContactLaw<Plane>>(
     log: Option<Log>,
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
-    let (world, progress) = world_of(scenario, snapshot, transport)?;
+    let (mut world, progress) = world_of(scenario, snapshot, transport)?;
+    if scenario.ledger {
+        world.resume_ledger(&progress.ledger)?;
+    }
     let experiment = PlanarShear { scenario, law: std::marker::PhantomData::<C> };
     run::go_on_with(experiment, world, progress, options, log)
 }
@@ -137,6 +157,10 @@ impl<C: ContactLaw<Plane>> PlanarShear<'_, C> {
         let started = std::time::Instant::now();
         let enriched = enrichment::enrich(&mut core.world, self.scenario, flagged, instants, &file)?;
         core.progress.enriched_step = core.world.step;
+        if self.scenario.ledger {
+            // The grains that are there now have an account from here on.
+            core.world.open_ledger();
+        }
         let seconds = started.elapsed().as_secs_f64();
         Self::record(core, &enriched, strain, [stepped, seconds])?;
         let made = self.frame(core)?;
@@ -199,7 +223,8 @@ impl<C: ContactLaw<Plane>> Experiment for PlanarShear<'_, C> {
     }
 
     fn header(&self) -> Vec<String> {
-        HEADER.map(String::from).into()
+        let ledger: &[&str] = if self.scenario.ledger { &LEDGER } else { &[] };
+        HEADER.iter().chain(ledger).map(|name| name.to_string()).collect()
     }
 
     /// Tracks, oracle, enrichment.
@@ -227,7 +252,7 @@ impl<C: ContactLaw<Plane>> Experiment for PlanarShear<'_, C> {
         let scale = 1.0 / (duration * self.scenario.specimen.width * self.scenario.specimen.depth);
         let plate = &mut core.world.bodies[UPPER as usize];
         let impulse = std::mem::replace(&mut plate.impulse, Linear::zero());
-        Ok(vec![
+        let mut row = vec![
             step as f64,
             step as f64 * self.scenario.time.step,
             strain,
@@ -240,7 +265,14 @@ impl<C: ContactLaw<Plane>> Experiment for PlanarShear<'_, C> {
             energies.elastic_grains,
             energies.kinetic_points,
             energies.elastic_points,
-        ])
+        ];
+        if self.scenario.ledger {
+            // None before the first step, nor right after an enrichment.
+            let balance = if core.world.has_balance() { core.world.balance()? } else { Balance::default() };
+            row.extend([balance.work_bodies, balance.work_nodes, balance.stored(), balance.viscous, balance.friction]);
+            row.extend([balance.damping, balance.levers, balance.residual()]);
+        }
+        Ok(row)
     }
 
     fn frame(&mut self, core: &mut PlanarCore<C>) -> Result<Option<Frame>, Error> {

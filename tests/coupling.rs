@@ -122,6 +122,34 @@ fn a_step_keeps_the_momentum_of_grains_and_points() {
     assert!(given > 0.05, "the grains gave only {given} of their momentum to the points");
 }
 
+/// Of grains that share nodes with a continuum everything is told apart: what nodes and ties give them, what they store, and what
+/// their contacts lose. Also with several of their steps in one of the continuum, and across rebuilds.
+#[test]
+fn the_account_of_grains_closes_with_the_work_of_nodes() {
+    for grain_steps in [1, 4] {
+        let mut world = shaken(&Solo);
+        world.settings.grain_steps = grain_steps;
+        world.open_ledger();
+        for step in 0..600 / grain_steps {
+            world.advance().unwrap();
+            if step == 100 {
+                world.rebuild().unwrap();
+            }
+        }
+        let balance = world.balance().unwrap();
+        let turnover = balance.kinetic_start + balance.elastic_start;
+        let unexplained = (balance.imbalance() + balance.made) / turnover;
+        println!(
+            "m = {grain_steps}: nodes have done {:.3} of {turnover:.2e} J, residual {:.1e}, unexplained {unexplained:.1e}",
+            balance.work_nodes / turnover,
+            balance.residual()
+        );
+        assert!(unexplained.abs() < 1e-11, "{balance:?}");
+        assert!(balance.residual().abs() < 1e-2, "{balance:?}");
+        assert!(balance.work_nodes.abs() > 0.05 * turnover && balance.dissipated() > 0.05 * turnover, "{balance:?}");
+    }
+}
+
 /// At every node of a real step that both sides reach: one velocity, and the momentum of both before. What ties have given
 /// grains, the continuum has paid.
 #[test]

@@ -108,10 +108,16 @@ fn enrichment_keeps_mass_and_momentum_to_round_off() {
     let kinetic = kinetic.kinetic_points + kinetic.kinetic_grains;
     assert!((kinetic / energy_before.kinetic_points - 1.0).abs() < 0.1, "{kinetic} J of motion after enrichment");
 
-    // And so it goes on.
+    // And so it goes on, with an account of the grains' energy.
+    world.open_ledger();
     for _ in 0..500 {
         world.advance().unwrap();
     }
+    let balance = world.balance().unwrap();
+    let unexplained = (balance.imbalance() + balance.made) / balance.elastic_start;
+    println!("after enrichment: residual {:.1e}, unexplained {unexplained:.1e}: {balance:?}", balance.residual());
+    assert!(unexplained.abs() < 1e-10 && balance.residual().abs() < 1e-2, "{balance:?}");
+    assert!(balance.work_nodes.abs() > 1e-4 * balance.elastic_start, "{balance:?}");
     world.rebuild().unwrap();
     assert!((sums(&world)[0] / before[0] - 1.0).abs() < 1e-14);
     assert_eq!(world.grains_total, enriched.grains);

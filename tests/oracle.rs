@@ -1,11 +1,16 @@
 //! The oracle of seed 000, section 3: where a persistent shear band is, and where there is none.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 use scree::checkpoint::PlanarPoint;
+use scree::continuum::{PointWorld, setup};
 use scree::hybrid::oracle::{LOOKS, Memory, NodeFields};
+use scree::ids::PointId;
+use scree::law::material::{CriticalDruckerPrager, MaterialMemory};
 use scree::math;
-use scree::scenario::{Oracle, Scenario, derived};
+use scree::scenario::{Job, Oracle, Scenario, derived};
+use scree::space::Plane;
 use scree::specimen;
 use scree::watch;
 use scree_partition::Solo;
@@ -130,6 +135,113 @@ fn rate_and_sum_of_strain_call_even_flow_a_band() {
     let loose = watched(&[&[LOOSE, CRITICAL, "loading.strain_end=0.1"], &even[..]].concat());
     println!("loose: {:?}, {:?}", loose.by_rate, loose.by_strain);
     assert!(loose.fired.is_none() && loose.by_rate[1] > 0.8 && loose.by_strain[1] > 0.8);
+}
+
+/// What the oracle and simpler ones say of triaxial compression in a membrane.
+struct TriaxialStory {
+    /// Axial strain when the oracle fired, and where nodes were flagged then, m.
+    strain: f64,
+    band: Vec<[f64; 2]>,
+    /// Shares of the points within a cell and a half of the line through these, and of all others, that are flagged by the time the
+    /// plate has come 2 mm: by any look of the oracle after it fired, by rate, by sum.
+    by_oracle: [f64; 2],
+    by_rate: [f64; 2],
+    by_strain: [f64; 2],
+    /// Inclination of the line, degrees.
+    inclination: f64,
+}
+
+fn triaxial() -> TriaxialStory {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/continuum/triaxial.toml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let Job::Mpm(job) = Job::parse(&text, "triaxial.toml", &[]).unwrap() else { panic!("it has no grid") };
+    let scree::scenario::mpm::MaterialLaw::CriticalDruckerPrager(law) = &job.material.law else { panic!("its law") };
+    let watch = job.oracle.unwrap();
+    let mut world = setup::world::<Plane, _>(&job, &CriticalDruckerPrager::of_job(law), &Solo).unwrap();
+    let (mut memory, height) = (Memory::default(), 0.0942);
+    let way = |world: &PointWorld<Plane, CriticalDruckerPrager>| -world.bodies[0].displacement[1];
+    while !(world.is_due(watch.oracle.every)
+        && watch::watch(&mut world, &mut memory, &watch.oracle, watch.diameter).unwrap())
+    {
+        assert!(way(&world) < 0.02 * height, "the oracle stayed silent");
+        world.advance().unwrap();
+    }
+    let strain = way(&world) / height;
+    let band: Vec<[f64; 2]> = memory.flagged.iter().map(|node| watch::place_of_node(&world, *node)).collect();
+
+    // The line of least squares through the band, by its moments.
+    let count = band.len() as f64;
+    let centre = [0, 1].map(|axis| band.iter().map(|place| place[axis]).sum::<f64>() / count);
+    let moment = |i: usize, j: usize| band.iter().map(|at| (at[i] - centre[i]) * (at[j] - centre[j])).sum::<f64>();
+    let angle = 0.5 * math::atan2(2.0 * moment(0, 1), moment(0, 0) - moment(1, 1));
+    let normal = [-math::sin(angle), math::cos(angle)];
+    let is_near = |place: [f64; 2]| {
+        ((place[0] - centre[0]) * normal[0] + (place[1] - centre[1]) * normal[1]).abs() < 1.5 * job.grid.cell
+    };
+
+    // The last quarter of the way is what the rate is taken over.
+    let plastic = |world: &PointWorld<Plane, CriticalDruckerPrager>| -> BTreeMap<PointId, f64> {
+        world.points.rows().map(|point| (point.cold.id, point.hot.memory.plastic_strain())).collect()
+    };
+    let (mut ever, mut before) = (BTreeSet::new(), None);
+    while way(&world) < 2e-3 {
+        world.advance().unwrap();
+        if world.is_due(watch.oracle.every) {
+            watch::watch(&mut world, &mut memory, &watch.oracle, watch.diameter).unwrap();
+            ever.extend(memory.flagged.iter().copied());
+        }
+        if before.is_none() && way(&world) > 1.5e-3 {
+            before = Some((plastic(&world), way(&world)));
+        }
+    }
+    let (before, way_before) = before.unwrap();
+    let nodes: Vec<[f64; 2]> = ever.iter().map(|node| watch::place_of_node(&world, *node)).collect();
+    let half = 0.5 * job.grid.cell + 1e-9;
+    let mut shares = [[0.0; 2]; 3];
+    let mut counts = [0.0; 2];
+    for point in world.points.rows() {
+        let (at, origin) = (&point.hot.position, &point.cold.origin);
+        let side = usize::from(!is_near([origin[0], origin[1]]));
+        counts[side] += 1.0;
+        let strain = point.hot.memory.plastic_strain();
+        // A quarter of what compression by that way alone comes to.
+        let even = |way: f64| 0.25 * way / height;
+        let flagged = nodes.iter().any(|node| (at[0] - node[0]).abs() <= half && (at[1] - node[1]).abs() <= half);
+        let says =
+            [flagged, strain - before[&point.cold.id] > even(way(&world) - way_before), strain > even(way(&world))];
+        for (share, says) in shares.iter_mut().zip(says) {
+            share[side] += f64::from(u8::from(says));
+        }
+    }
+    let [by_oracle, by_rate, by_strain] = shares.map(|share| [share[0] / counts[0], share[1] / counts[1]]);
+    TriaxialStory { strain, band, by_oracle, by_rate, by_strain, inclination: angle * 180.0 / math::PI }
+}
+
+/// Figures 4 and 5, third column: the band that crosses the specimen from the weak place is flagged and nothing else is, while
+/// the rate and the sum of strain call corners of the specimen a band as well.
+#[test]
+fn a_diagonal_band_in_a_membrane_is_all_that_is_flagged() {
+    let story = triaxial();
+    println!(
+        "fired at {:.4}, {} nodes at {:.1} degrees; oracle {:?}, rate {:?}, strain {:?}",
+        story.strain,
+        story.band.len(),
+        story.inclination,
+        story.by_oracle,
+        story.by_rate,
+        story.by_strain
+    );
+    assert!((0.002..0.01).contains(&story.strain), "{}", story.strain);
+    // Steeper than 45 degrees, by a half of the angle of friction or dilation at most.
+    assert!((-65.0..-45.0).contains(&story.inclination), "{}", story.inclination);
+    let across = |axis: usize| {
+        let values = story.band.iter().map(|place| place[axis]);
+        values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
+    };
+    assert!(across(0) > 0.85 * 0.0597 && across(1) > 0.05, "{} by {}", across(0), across(1));
+    assert!(story.by_oracle[0] > 0.2 && story.by_oracle[1] < 0.01, "{:?}", story.by_oracle);
+    assert!(story.by_rate[0] > 0.8 && story.by_rate[1] > 0.05, "{:?}", story.by_rate);
+    assert!(story.by_strain[0] > 0.8 && story.by_strain[1] > 0.05, "{:?}", story.by_strain);
 }
 
 /// With one and the same weak region the dense specimen softens into a band there, while in the loose one it hardens until

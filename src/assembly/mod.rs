@@ -75,7 +75,7 @@ pub fn resume<S: Space, C: ContactLaw<S>>(
 ) -> Result<Outcome, Error> {
     let (mut world, progress) = world_of::<S, C>(job, snapshot, transport)?;
     if job.ledger {
-        world.resume_ledger(&progress.ledger);
+        world.resume_ledger(&progress.ledger)?;
     }
     let experiment = Element { job, kinds: std::marker::PhantomData::<(S, C)> };
     run::go_on_with(experiment, world, progress, options, log)

@@ -140,7 +140,7 @@ const FACES: [&str; 2] = ["lower", "upper"];
 const LEDGER: [&str; 6] =
     ["work_loads", "work_bodies", "work_ramp", "dissipated_holds", "energy_lost", "energy_lost_transfer"];
 
-/// Columns of the oracle: flagged nodes, and whether they are a band that persists.
+/// Columns of the oracle: nodes that are flagged now, and whether there has been a band that persists.
 const OF_ORACLE: [&str; 2] = ["flagged_nodes", "band"];
 
 /// Columns of a membrane: length, m, and what its segments bear, N.
@@ -277,15 +277,16 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
         names
     }
 
-    /// A look of the oracle, where the job has one. What it finds is told and left alone.
+    /// A look of the oracle, where the job has one. The first band that persists is told, and left alone.
     fn watch(&mut self, core: &mut PointCore<S, L>) -> Result<(), Error> {
         let Some(mpm::Watch { diameter, oracle }) = &self.job.oracle else { return Ok(()) };
         if !core.world.is_due(oracle.every) {
             return Ok(());
         }
-        let persisted = core.progress.oracle.has_persisted(oracle);
-        if watch::watch(&mut core.world, &mut core.progress.oracle, oracle, *diameter)? && !persisted {
+        let found = watch::watch(&mut core.world, &mut core.progress.oracle, oracle, *diameter)?;
+        if found && core.progress.enriched_step == 0 {
             let (step, time) = (core.world.step, core.world.time());
+            core.progress.enriched_step = step;
             let nodes = core.progress.oracle.flagged.iter();
             let places: Vec<[f64; 2]> = nodes.map(|node| watch::place_of_node(&core.world, *node)).collect();
             core.on_root(|outputs| outputs.log("band", step, json!({ "time": time, "nodes": places })))?;
@@ -312,9 +313,9 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
             row.extend([balance.work_loads, balance.work_bodies, balance.work_ramp]);
             row.extend([balance.holds, balance.lost, balance.transfer]);
         }
-        if let Some(watch) = &self.job.oracle {
+        if self.job.oracle.is_some() {
             let memory = &core.progress.oracle;
-            row.extend([memory.flagged.len() as f64, f64::from(u8::from(memory.has_persisted(&watch.oracle)))]);
+            row.extend([memory.flagged.len() as f64, f64::from(u8::from(core.progress.enriched_step > 0))]);
         }
         let extents = Self::extents(world);
         row.extend((0..S::DIMENSION).flat_map(|axis| [-extents[2 * axis], extents[2 * axis + 1]]));

@@ -67,11 +67,6 @@ impl Memory {
             self.flagged = flagged;
             self.unchanged_since = self.clock;
         }
-        self.has_persisted(settings)
-    }
-
-    /// Whether the flagged set is not empty and has stayed as it is for c_g.
-    pub fn has_persisted(&self, settings: &scenario::Oracle) -> bool {
         !self.flagged.is_empty() && self.clock - self.unchanged_since >= settings.persistence
     }
 }

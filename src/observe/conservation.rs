@@ -141,7 +141,7 @@ impl Conservation {
         });
         if let Some(of) = &self.grains {
             figures["energy"]["grains"] = json!({
-                "work": of.work(), "stored": of.stored(), "dissipated": of.dissipated(), "residual": of.residual(),
+                "work": of.work(), "by_nodes": of.work_nodes, "stored": of.stored(), "dissipated": of.dissipated(), "residual": of.residual(),
             });
         }
         if let Some(of) = &self.points {
@@ -282,7 +282,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             impulses,
             is_damped: !self.settings.field.is_plain(),
             work: bodies_alone.then(|| self.work_of_bodies() - start.work),
-            grains: self.ledger.is_some().then(|| self.balance()).transpose()?,
+            grains: self.has_balance().then(|| self.balance()).transpose()?,
             points: if self.has_point_energies() { self.point_balance()? } else { None },
         })
     }

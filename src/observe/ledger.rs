@@ -14,20 +14,19 @@
 //! positions of an evaluation, where springs store what they store:
 //!
 //! ```text
-//! W_bodies + W_gravity + W_cell = T(n) - T(0) + E(n) - E(0) + viscous + slip + damping + levers
+//! W_bodies + W_gravity + W_cell + W_nodes = T(n) - T(0) + E(n) - E(0) + viscous + slip + damping + levers
 //! ```
 //!
 //! with the powers, of contacts in the relative velocities of their sides: bodies: -f.v of whatever they hold, the
 //! reaction of what they touch; gravity: m g.c; cell: -(f.L y + torque.W) of free grains and -F.L h k of contacts across
-//! images, which is the stress times L times the volume; viscous: dashpots; slip and levers: [`crate::dem::work`];
+//! images, which is the stress times L times the volume; nodes: J.c/dt, J being the impulse of nodes that are shared with a
+//! continuum, and of ties to it, on a grain; viscous: dashpots; slip and levers: [`crate::dem::work`];
 //! damping: that of [`crate::dem::motion`].
 //!
 //! What does not close is the error of the time step. Springs do work by the trapezoidal rule, which is off by
 //! k d (D - d)/2 where a contact of stiffness k begins or ends with the overlap d in a drift that closes it by D; and the
 //! plane in which laws let surfaces slide turns within a drift. Both are known contact by contact ([`Balance::made`]), and
 //! both count as residual: they are what a shorter step mends. What is left without them is rounding.
-//!
-//! Work on grains that share nodes with a continuum is not in the account.
 
 use scree_partition::ExactSum;
 
@@ -52,13 +51,14 @@ enum Item {
     Bodies,
     Gravity,
     Cell,
+    Nodes,
     Viscous,
     Slip,
     Damping,
     Levers,
     Made,
 }
-const ITEMS: usize = 8;
+const ITEMS: usize = 9;
 /// Kinetic and elastic energy.
 const STORES: usize = 2;
 
@@ -66,10 +66,11 @@ const STORES: usize = 2;
 /// now.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Balance {
-    /// Work on the grains: of bodies, of gravity and of the cell's deformation.
+    /// Work on the grains: of bodies, of gravity, of the cell's deformation, and of the nodes that they share with a continuum.
     pub work_bodies: f64,
     pub work_gravity: f64,
     pub work_cell: f64,
+    pub work_nodes: f64,
     /// Kinetic energy against the mean field, and elastic energy, now and at the opening.
     pub kinetic: f64,
     pub elastic: f64,
@@ -93,7 +94,7 @@ pub struct Balance {
 
 impl Balance {
     pub fn work(&self) -> f64 {
-        self.work_bodies + self.work_gravity + self.work_cell
+        self.work_bodies + self.work_gravity + self.work_cell + self.work_nodes
     }
 
     pub fn dissipated(&self) -> f64 {
@@ -112,7 +113,8 @@ impl Balance {
 
     /// The same as a share of the work done, or of the energy at the opening where that is more.
     pub fn residual(&self) -> f64 {
-        let work = self.work_bodies.abs() + self.work_gravity.abs() + self.work_cell.abs();
+        let works = [self.work_bodies, self.work_gravity, self.work_cell, self.work_nodes];
+        let work = works.into_iter().map(f64::abs).sum::<f64>();
         let scale = work.max(self.kinetic_start + self.elastic_start);
         if scale > 0.0 { self.imbalance() / scale } else { 0.0 }
     }
@@ -207,11 +209,7 @@ impl<S: Space, C: ContactLaw<S>> EnergyLedger<S, C> {
 
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Keeps account of the grains' energy from the next step on.
-    ///
-    /// # Panics
-    /// Where there is a continuum.
     pub fn open_ledger(&mut self) {
-        assert!(self.points_total == 0, "work of a continuum on grains is not in the ledger");
         self.ledger = Some(Box::new(EnergyLedger::new()));
     }
 
@@ -224,12 +222,13 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         };
         let [kinetic_start, elastic_start] = self.reduce(start)?;
         let [kinetic, elastic] = self.reduce(stored)?;
-        let [work_bodies, work_gravity, work_cell, viscous, friction, damping, levers, made] =
+        let [work_bodies, work_gravity, work_cell, work_nodes, viscous, friction, damping, levers, made] =
             self.reduce(ledger.booked.clone())?;
         Ok(Balance {
             work_bodies,
             work_gravity,
             work_cell,
+            work_nodes,
             kinetic,
             elastic,
             kinetic_start,
@@ -252,16 +251,23 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         Ok(Entry::all_of(&booked).chain(Entry::all_of(&ahead)).chain(Entry::all_of(&start)).collect())
     }
 
-    /// Goes on with an account that was stored; what is no account opens a new one.
-    pub fn resume_ledger(&mut self, entries: &[Entry]) {
+    /// Whether a step has been booked; the same on every rank.
+    pub fn has_balance(&self) -> bool {
+        self.ledger.as_ref().is_some_and(|ledger| ledger.start.is_some() && ledger.stored.is_some())
+    }
+
+    /// Goes on with an account that was stored; none opens a new one.
+    pub fn resume_ledger(&mut self, entries: &[Entry]) -> Result<(), Error> {
         self.open_ledger();
-        let Some(ledger) = self.ledger.as_mut().filter(|_| entries.len() == ENTRIES) else { return };
+        let Some(ledger) = self.ledger.as_mut().filter(|_| !entries.is_empty()) else { return Ok(()) };
+        Entry::expect(entries, ENTRIES, "energies of grains")?;
         // One rank keeps what all have booked so far.
         let ours = self.transport.rank() == 0;
         let mut entries = entries.iter().map(|entry| if ours { *entry } else { Entry::default() });
         ledger.booked = Entry::take_all(&mut entries);
         ledger.ahead = Entry::take_all(&mut entries);
         ledger.start = Some(Entry::take_all(&mut entries));
+        Ok(())
     }
 
     pub(crate) fn total<const N: usize>(&self, sums: ExactSum<N>) -> Result<ExactSum<N>, Error> {
@@ -298,6 +304,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             dt: self.settings.dt,
             share: self.kick_share(),
             passed: if self.step == 0 { 0.0 } else { self.settings.dt },
+            coupled: self.is_coupled(),
             grains: &self.grains,
             contacts: &self.contacts,
             bodies: &self.bodies,

@@ -75,6 +75,8 @@ pub struct Scenario {
     pub time: Time,
     pub decomposition: Decomposition,
     pub output: Output,
+    /// An account of work and energy of the grains is kept, in columns of its own.
+    pub ledger: bool,
 }
 
 impl Scenario {

@@ -68,6 +68,8 @@ pub struct Step<'a, S: Space, C: ContactLaw<S>> {
     /// Share of it by which this step has kicked, and how long the drift behind took, s.
     pub share: f64,
     pub passed: f64,
+    /// Grains share nodes with a continuum.
+    pub coupled: bool,
     pub grains: &'a Grains<S>,
     pub contacts: &'a Contacts<S>,
     pub bodies: &'a [Body<S>],
@@ -155,6 +157,12 @@ impl<S: Space, C: ContactLaw<S>> Step<'_, S, C> {
             lines.add(drift, Item::Damping, -half * (damping.0.dot(&velocity) + damping.1.dot(&turning)));
         }
         let [(mut velocity, mut spin), (velocity_after, spin_after)] = fluctuations;
+        if self.coupled {
+            // All of the kick that is not the grain's own, as of a whole step.
+            let impulse = (velocity_after - velocity) * (mass / self.share) - linear * (mass * self.dt);
+            lines.add(BEHIND, Item::Nodes, 0.5 * impulse.dot(&velocity));
+            lines.add(AHEAD, Item::Nodes, 0.5 * impulse.dot(&velocity_after));
+        }
         if self.share != 1.0 {
             // As if the start had been half a step before: by the whole of the first kick.
             velocity = velocity_after - (velocity_after - velocity) * (1.0 / self.share);

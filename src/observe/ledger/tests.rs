@@ -449,7 +449,7 @@ fn ranks_and_interruptions_do_not_show() {
             let (settings, layout) = (world.settings.clone(), world.layout.clone());
             let parts = Parts::fresh(saved, Vec::new(), Vec::new(), world.cell);
             world = World::new(settings, layout, transport, 400, parts).unwrap();
-            world.resume_ledger(&entries);
+            world.resume_ledger(&entries).unwrap();
         }
         run(&mut world, 400);
         let moved = world.energies().unwrap().kinetic_grains.to_bits();

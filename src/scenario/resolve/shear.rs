@@ -83,6 +83,7 @@ pub fn scenario(typed: &Typed, file: &str) -> Result<Scenario, Error> {
         time,
         decomposition,
         output: Output::default(),
+        ledger: false,
     };
     refuse_size_of_shear(&scenario, typed)?;
     fill_plate(&mut scenario, &loading_table)?;
@@ -93,7 +94,9 @@ pub fn scenario(typed: &Typed, file: &str) -> Result<Scenario, Error> {
             format!("is reached in {} s, less than one time step. Take more strain.", significant(duration, 3));
         return Err(loading_table.refusal("strain_end", &problem));
     }
-    scenario.output = output_with_contacts(&typed.table("output", false, &why)?, duration, step)?;
+    let shown = typed.table("output", false, &why)?;
+    scenario.output = output_with_contacts(&shown, duration, step)?;
+    scenario.ledger = shown.flag_or("ledger", false)?;
     check_together(&scenario, typed)?;
     Ok(scenario)
 }

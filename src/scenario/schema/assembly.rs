@@ -64,7 +64,7 @@ pub static TABLES: [Table; 9] = [
 ];
 
 /// `[output]` of all kinds, contacts, and the account of energy.
-const OUTPUT_WITH_BOTH: [Key; 9] = {
+pub(super) const OUTPUT_WITH_BOTH: [Key; 9] = {
     let [series, frames, checkpoints, steps, wall, kept, good, contacts] = OUTPUT_WITH_CONTACTS;
     let [.., ledger] = OUTPUT_WITH_LEDGER;
     [series, frames, checkpoints, steps, wall, kept, good, contacts, ledger]

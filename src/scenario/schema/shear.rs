@@ -1,9 +1,10 @@
 //! Planar shear between rough plates.
 
 use super::super::units::Dimension;
+use super::assembly::OUTPUT_WITH_BOTH;
 use super::{
-    DAMPING, LENGTH, NOT_NEGATIVE, OUTPUT_WITH_CONTACTS, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, contact,
-    count, key, number, table, text, vector,
+    DAMPING, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, contact, count, key, number,
+    table, text, vector,
 };
 
 #[rustfmt::skip]
@@ -77,7 +78,7 @@ pub static TABLES: [Table; 12] = [
         count("cells_per_block", "the edge of a block in cells", (2, 64), "2"),
         number("skin", "the reach of the neighbour list beyond contact", LENGTH, POSITIVE, "\"0.1 mm\""),
     ]),
-    table("output", "what is written and when", &OUTPUT_WITH_CONTACTS),
+    table("output", "what is written and when", &OUTPUT_WITH_BOTH),
 ];
 
 /// One `[[continuum.weak]]`.

@@ -85,6 +85,7 @@ pub fn shear(scenario: &Scenario) -> String {
 
     page.output(&scenario.output);
     page.flag("contact_frames", scenario.output.contact_frames);
+    page.flag("ledger", scenario.ledger);
     page.text_of_all()
 }
 
