@@ -143,7 +143,8 @@ const STRESSES: [&str; 6] = ["xx", "yy", "xy", "zz", "yz", "xz"];
 fn section(frame: &Frame, job: &Job, first: bool) -> Result<Option<String>, Error> {
     let fields = Fields(frame);
     let (kinds, ids, coordination) = (fields.counts("kind")?, fields.counts("id")?, fields.counts("coordination")?);
-    let mut rows: Vec<usize> = (0..frame.rows()).filter(|row| kinds[*row] != Kind::Point as i64).collect();
+    let of_grains = [Kind::Grain as i64, Kind::Glued as i64];
+    let mut rows: Vec<usize> = (0..frame.rows()).filter(|row| of_grains.contains(&kinds[*row])).collect();
     if rows.is_empty() {
         return Ok(None);
     }

@@ -88,7 +88,7 @@ impl Reactions {
     }
 }
 
-/// Impulse of faces, bodies and loads on the material, by those of [`World::take_reactions`], N s.
+/// Impulse of faces, bodies, loads and membranes on the material, by those of [`World::take_reactions`], N s.
 pub fn impulse_on_material(reactions: &[f64; REACTIONS]) -> [f64; 3] {
     let faces = reactions[..3 * FACES].chunks_exact(3);
     let bodies = reactions[3 * FACES..LOADS].chunks_exact(PER_BODY);

@@ -99,7 +99,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             let vertex: &Vertex<S> = &self.membranes.vertices[number];
             let mut place = vertex.position;
             self.cell.wrap(&mut place, &mut S::Vector::zero());
-            let Some((block, _)) = self.layout.place::<S>(&self.cell.fraction(&place)) else {
+            let fraction = self.cell.fraction(&place);
+            // Across periods a place beyond counting stays where it was.
+            let inside = (0..S::DIMENSION).all(|axis| (-1e-9..=1.0 + 1e-9).contains(&fraction[axis]));
+            let Some((block, _)) = self.layout.place::<S>(&fraction).filter(|_| inside) else {
                 let (name, within) = self.membranes.whose(number as u32);
                 let at: Vec<String> = (0..S::DIMENSION).map(|axis| format!("{:.6e}", vertex.position[axis])).collect();
                 return Err(Error::Run(format!(

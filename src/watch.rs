@@ -110,7 +110,7 @@ fn node_fields<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
 }
 
 /// Whether a node is looked at. What holds material slows the strain of the cells beside it, in a flow without a band as well: nodes
-/// within a cell of plates, of bodies that grip, and of faces that hold along them are not.
+/// within a cell of plates, of bodies among the material, however they touch it, and of faces that hold along them are not.
 fn is_free<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>, place: [i32; 3]) -> bool {
     let (cell, y, at) = (world.layout.cell, world.node_height(place), world.layout.node_at::<S::Vector>(place));
     let near_plate = |away: f64| world.bodies.iter().any(|plate| plate.holds(y + away * cell, cell));

@@ -108,7 +108,8 @@ class Frames:
         first, count = self.root["Steps/PointOffsets"][frame], self.root["NumberOfPoints"][frame]
         rows = slice(first, first + count)
         column = self.root["Points" if name == "place" else f"PointData/{name}"]
-        return column[rows][numpy.argsort(self.root["PointData/id"][rows])]
+        points = self.root["PointData/kind"][rows] == 0
+        return column[rows][points][numpy.argsort(self.root["PointData/id"][rows][points])]
 
 
 def band(folder):

@@ -71,6 +71,9 @@ fn continuum(job: &Mpm, times: f64) -> Result<Vec<String>, String> {
     if !job.loads.is_empty() {
         return Err("it has loads".to_string());
     }
+    if let Some(membrane) = job.membranes.first() {
+        return Err(format!("the membrane `{}` is part of it", membrane.name));
+    }
     if let Some(followed) = job.follow.first() {
         return Err(format!(
             "it follows the point `{}`, whose place has neighbours of another size then",

@@ -64,10 +64,11 @@ pub fn world_at<'t, S: Space, L: MaterialLaw<S>>(
     let parts = Parts { grains: Vec::new(), points, bodies, cell, home };
     let mut world = World::new(settings(job, law), layout, transport, step, parts)?;
     let made_of = membranes(job);
-    let wanted: usize = made_of.iter().map(|membrane| membrane.count).sum();
-    if wanted != vertices.len() {
+    let owners =
+        made_of.iter().enumerate().flat_map(|(number, membrane)| std::iter::repeat_n(number as u64, membrane.count));
+    if !owners.eq(vertices.iter().map(|vertex| vertex.membrane)) {
         return Err(Error::User(format!(
-            "the checkpoint has {} vertices of membranes, and the job makes {wanted}; it is of another job",
+            "the {} vertices of membranes in the checkpoint are not those of this job's membranes; it is of another job",
             vertices.len()
         )));
     }
@@ -190,13 +191,21 @@ fn membranes(job: &Mpm) -> Vec<Membrane> {
 
 /// Their vertices at the start.
 fn vertices<S: Space>(job: &Mpm) -> Vec<Vertex<S>> {
-    let of = |one: &mpm::Membrane| match one.path {
+    let of = |(number, one): (usize, &mpm::Membrane)| {
+        let mut vertices = at_start::<S>(one);
+        vertices.iter_mut().for_each(|vertex| vertex.membrane = number as u64);
+        vertices
+    };
+    job.membranes.iter().enumerate().flat_map(of).collect()
+}
+
+fn at_start<S: Space>(one: &mpm::Membrane) -> Vec<Vertex<S>> {
+    match one.path {
         Path::Line { from, to } => {
             membrane::along_line(&vector::<S>(&widened(from)), &vector::<S>(&widened(to)), one.segments())
         }
         Path::Circle { centre, radius } => membrane::on_circle(&vector::<S>(&widened(centre)), radius, one.segments()),
-    };
-    job.membranes.iter().flat_map(of).collect()
+    }
 }
 
 fn widened([x, y]: [f64; 2]) -> [f64; 3] {

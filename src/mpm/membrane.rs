@@ -47,6 +47,8 @@ pub struct Membrane {
 /// A vertex of a membrane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vertex<S: Space> {
+    /// Number of its membrane.
+    pub membrane: u64,
     /// m; never wrapped into the period, so that neighbours are neighbours.
     pub position: S::Vector,
     /// m/s.
@@ -87,6 +89,7 @@ impl<S: Space> Default for Membranes<S> {
 
 impl<S: Space> Record for Vertex<S> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
+        visitor.u64("membrane", &mut self.membrane);
         visitor.f64s("position", self.position.as_mut_slice());
         visitor.f64s("velocity", self.velocity.as_mut_slice());
         visitor.f64s("origin", self.origin.as_mut_slice());
@@ -95,7 +98,7 @@ impl<S: Space> Record for Vertex<S> {
 
 impl<S: Space> Cargo for Vertex<S> {
     fn blank() -> Self {
-        Self { position: S::Vector::zero(), velocity: S::Vector::zero(), origin: S::Vector::zero() }
+        Self { membrane: 0, position: S::Vector::zero(), velocity: S::Vector::zero(), origin: S::Vector::zero() }
     }
 }
 
@@ -200,7 +203,7 @@ impl<S: Space> Membranes<S> {
         [length, least, most]
     }
 
-    /// Names of the numbers in a message and of vertices in messages to a person: the membrane, and the vertex within it.
+    /// A vertex in messages to a person: its membrane, and its number within.
     pub fn whose(&self, vertex: Row) -> (&str, usize) {
         let vertex = vertex as usize;
         let owner =
@@ -235,7 +238,7 @@ pub fn on_circle<S: Space>(centre: &S::Vector, radius: f64, segments: usize) -> 
 }
 
 fn resting<S: Space>(position: S::Vector) -> Vertex<S> {
-    Vertex { position, velocity: S::Vector::zero(), origin: position }
+    Vertex { membrane: 0, position, velocity: S::Vector::zero(), origin: position }
 }
 
 #[cfg(test)]

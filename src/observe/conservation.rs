@@ -7,7 +7,7 @@
 //! ```
 //!
 //! bodies: what those that grains touch or are glued to have given, and those that hold nodes; nodes: faces, bodies among
-//! points, and loads ([`crate::grid::Reactions`]); gravity: M g t. Each is summed where it acts, so that what is
+//! points, loads, and pressure on membranes ([`crate::grid::Reactions`]); gravity: M g t. Each is summed where it acts, so that what is
 //! left is what contacts, transfers, sharing, migration, enrichment and restarts have made or lost. Damping that acts against
 //! the ground is not summed: where there is some, it is what is left.
 //!
@@ -42,7 +42,7 @@ pub struct Kept {
     /// What bodies had given until then, N s, and the work that they had done, J.
     pub by_bodies: [f64; 3],
     pub work: f64,
-    /// Impulse of faces, bodies and loads on nodes since then, up to when it was last taken, N s; and the sizes of its parts
+    /// Impulse of faces, bodies, loads and membranes on nodes since then, up to when it was last taken, N s; and the sizes of its parts
     /// together.
     pub through_nodes: [f64; 3],
     pub through_nodes_sizes: f64,

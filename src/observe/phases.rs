@@ -12,12 +12,13 @@ use crate::dem::segments::Passed;
 pub enum Phase {
     /// Messages of a step, packed and unpacked, without what is done while they travel.
     Halo,
-    /// Points to nodes, where [`Phase::Gather`] has not done it: loads, and after rebuilds.
+    /// Points to nodes, where [`Phase::Gather`] has not done it: after rebuilds; loads and membranes.
     Scatter,
     /// Grains to nodes, and back.
     Couple,
     Contacts,
     Motion,
+    /// Of bodies and membranes.
     Bodies,
     /// Sums over tiles, the step of the nodes, margins.
     Nodes,

@@ -355,7 +355,7 @@ pub enum LoadKind {
 pub struct Membrane {
     pub name: String,
     pub path: Path,
-    /// Length of a segment that is wanted, m; whole ones make up the path.
+    /// The longest that a segment may be at the start, m; whole ones of one length make up the path.
     pub spacing: f64,
     /// kg/m2.
     pub mass_per_area: f64,
@@ -403,7 +403,8 @@ impl Membrane {
 
     /// Whole segments: a ring has three at least.
     pub fn segments(&self) -> usize {
-        let wanted = (self.path.length() / self.spacing).round() as usize;
+        // Rounding makes no segment more.
+        let wanted = (self.path.length() / self.spacing * (1.0 - 1e-9)).ceil() as usize;
         wanted.max(if self.is_closed() { 3 } else { 1 })
     }
 

@@ -12,6 +12,7 @@ use super::svg::{Anchor, Frame, INK, Letters, Stroke, Svg, tenth};
 use super::{WIDTH, colour};
 use crate::error::Error;
 use crate::math::PI;
+use crate::observe::frame::Kind;
 
 /// Room around panels, their largest height side by side and below each other, and room for their titles, pixels.
 const GAP: f64 = 22.0;
@@ -24,6 +25,9 @@ const WIDE: f64 = 1.8;
 const BEYOND: f64 = 0.01;
 /// Below this share of the compression, tension is left to the lower end of the colours.
 const TENSION_SHARE_MIN: f64 = 0.05;
+/// The kind of rows of a frame that are vertices of membranes.
+const VERTEX: i64 = Kind::Membrane as i64;
+
 /// Points of a picture that are drawn one by one; of more, and in space, squares of so many pixels have the mean, or
 /// what is in front.
 const SINGLE_MAX: usize = 12_000;
@@ -47,10 +51,11 @@ struct Point {
     pressure: f64,
 }
 
-/// Points at the time of a frame, s.
+/// Points at the time of a frame, s, and vertices of membranes, m.
 struct Scene {
     time: f64,
     points: Vec<Point>,
+    vertices: Vec<[f64; 2]>,
 }
 
 /// What a picture is coloured by.
@@ -176,7 +181,11 @@ impl Run {
                 pressure: -trace / self.dimension as f64,
             }
         };
-        Ok(Scene { time: frame.time, points: (0..rows).map(point).collect() })
+        let kinds = frame.fields.iter().find(|column| column.name == "kind").map(|column| &column.values);
+        let is_vertex = |row: &usize| matches!(kinds, Some(Values::I64(kinds)) if kinds.get(*row) == Some(&VERTEX));
+        let (vertices, points): (Vec<usize>, Vec<usize>) = (0..rows).partition(is_vertex);
+        let vertices = vertices.into_iter().map(|row| [frame.positions[row][0], frame.positions[row][1]]).collect();
+        Ok(Scene { time: frame.time, points: points.into_iter().map(point).collect(), vertices })
     }
 
     /// The points at the moments of the scenes.
@@ -206,6 +215,14 @@ impl Run {
             svg.clipped(frame, |svg| {
                 self.paint(svg, scene, colours, (frame, scale), place);
                 self.outlines(svg, scene.time, scale, place);
+                let dot = |vertex: &[f64; 2]| {
+                    let [x, y] = place(*vertex).map(tenth);
+                    format!("<circle cx=\"{x}\" cy=\"{y}\" r=\"1.2\"/>")
+                };
+                let dots: String = scene.vertices.iter().map(dot).collect();
+                if !dots.is_empty() {
+                    svg.raw(&format!("<g fill=\"{}\">{dots}</g>\n", colour::PLATE));
+                }
             });
         }
         let place = [0.5 * (WIDTH - 230.0), bottom + 16.0];
@@ -418,7 +435,7 @@ impl Run {
 }
 
 const STRAIN_WORDS: &str = "The material points as squares of their area, in space what is in front of a look along y, \
-     coloured by plastic strain. Dashed: the grid; grey: bodies.";
+     coloured by plastic strain. Dashed: the grid; grey: bodies, and vertices of membranes.";
 const STRESS_WORDS: &str =
     "The same coloured by mean stress, compression positive; of plane strain the mean in the plane.";
 const ENERGY_WORDS: &str = "(a) Energies against time, at the last evaluation of forces; what is zero has no place on this \

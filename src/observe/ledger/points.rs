@@ -69,7 +69,7 @@ const ENTRIES: usize = 2 * ITEMS + STORES;
 /// Energies of the points at the last evaluation of forces, one step before the positions of now, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PointEnergies {
-    /// With that of affine fields.
+    /// With that of affine fields, and of membranes.
     pub kinetic: f64,
     pub elastic: f64,
     /// In the whole field of gravity, zero at the origin.
@@ -263,10 +263,17 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             }
             sums
         });
-        sums.reduce(ExactSum::new, |mut sums, more| {
+        let mut sums = sums.reduce(ExactSum::new, |mut sums, more| {
             sums.merge(&more);
             sums
-        })
+        });
+        // Nodes move with the mass of membranes, which all ranks have.
+        if self.transport.rank() == 0 {
+            for (mass, velocity) in self.membranes.masses() {
+                sums.add(Store::Kinetic as usize, 0.5 * mass * velocity.dot(velocity));
+            }
+        }
+        sums
     }
 
     /// Kinetic energy of a point with its affine field, J.

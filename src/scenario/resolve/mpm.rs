@@ -24,8 +24,8 @@ const LOOK_EVERY_DEFAULT: u64 = 20;
 /// Of a membrane: latex of 0.3 mm, kg/m2, and segments of half a cell.
 const MASS_PER_AREA_DEFAULT: f64 = 0.3;
 const SPACING_DEFAULT: f64 = 0.5;
-/// Vertices that all membranes may have: every rank has all of them, and ranks tell each other all of them at every step.
-const VERTICES_MAX: usize = 100_000;
+/// Vertices that all membranes may have, about: every rank has all of them, and ranks tell each other all of them at every step.
+const VERTICES_MAX: f64 = 1e5;
 /// How far an extent may be from whole cells, in cells.
 const WHOLE_TOLERANCE: f64 = 1e-6;
 /// Cells that a grid may have.
@@ -109,6 +109,7 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     let stress = stress(&typed.table("stress", false, why)?, &grid, &gravity)?;
     let regions = regions(&top, &grid, &material.law)?;
     let (bodies, follow) = bodies_and_followed(&top, &grid)?;
+    let oracle = oracle(&typed.table("oracle", false, why)?, &grid, &material.law)?;
     let mut job = Mpm {
         name,
         scheme,
@@ -121,7 +122,7 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
         membranes: membranes(&top, &grid)?,
         bodies,
         follow,
-        oracle: oracle(&typed.table("oracle", false, why)?, &grid)?,
+        oracle,
         step: 0.0,
         end: 0.0,
         cells_per_block: cells_per_block(&typed.table("decomposition", false, why)?, &grid, scheme.shape)?,
@@ -509,10 +510,10 @@ fn membranes(top: &Reader<'_>, grid: &Grid) -> Result<Vec<Membrane>, Error> {
             return Err(table.refusal("name", "names another membrane already. Give each a name of its own."));
         }
         membranes.push(membrane);
-        if membranes.iter().map(|membrane| membrane.segments() + 1).sum::<usize>() > VERTICES_MAX {
+        if membranes.iter().map(|membrane| membrane.path.length() / membrane.spacing).sum::<f64>() > VERTICES_MAX {
             return Err(table.refusal(
                 "spacing",
-                &format!("makes more than {VERTICES_MAX} vertices of all membranes together. Take longer segments."),
+                &format!("makes more than {VERTICES_MAX:e} vertices of all membranes together. Take longer segments."),
             ));
         }
     }
@@ -581,7 +582,7 @@ fn membrane(table: &Reader<'_>, grid: &Grid) -> Result<Membrane, Error> {
 }
 
 /// Defaults are those of Tables 6 and 9 of seed 000, of the triaxial test and of indentation.
-fn oracle(table: &Reader<'_>, grid: &Grid) -> Result<Option<Watch>, Error> {
+fn oracle(table: &Reader<'_>, grid: &Grid, law: &MaterialLaw) -> Result<Option<Watch>, Error> {
     if !table.is_typed() {
         return Ok(None);
     }
@@ -591,6 +592,11 @@ fn oracle(table: &Reader<'_>, grid: &Grid) -> Result<Option<Watch>, Error> {
     if grid.periodic[1] {
         return Err(table.refusal_of_table(
             "looks across periods along x alone, and this grid is periodic along y. Turn the job by a quarter, or remove the table.",
+        ));
+    }
+    if !matches!(law, MaterialLaw::CriticalDruckerPrager(_)) {
+        return Err(table.refusal_of_table(
+            "looks for plastic flow, and an elastic material has none. Remove it, or take law = \"critical_drucker_prager\".",
         ));
     }
     let oracle = Oracle {

@@ -211,6 +211,11 @@ fn check_stresses(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Erro
             return Err(table.refusal(key, &words()));
         }
     }
+    for (membrane, table) in job.membranes.iter().zip(&top.tables("membrane")?) {
+        if membrane.pressure.abs() > modulus {
+            return Err(table.refusal("pressure", &words()));
+        }
+    }
     let fall = norm(job.gravity.acceleration) * job.step * job.step;
     if fall > 0.5 * job.grid.cell {
         let message = format!(

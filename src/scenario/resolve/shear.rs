@@ -97,6 +97,12 @@ pub fn scenario(typed: &Typed, file: &str) -> Result<Scenario, Error> {
     let shown = typed.table("output", false, &why)?;
     scenario.output = output_with_contacts(&shown, duration, step)?;
     scenario.ledger = shown.flag_or("ledger", false)?;
+    if scenario.ledger && !method.has_grains() {
+        return Err(shown.refusal(
+            "ledger",
+            "keeps the account of grains, and method = \"mpm\" has none. Remove it, or take another method.",
+        ));
+    }
     check_together(&scenario, typed)?;
     Ok(scenario)
 }
