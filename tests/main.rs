@@ -29,7 +29,8 @@ mod comparison;
 mod conservation;
 /// What jobs of continua mean, key by key, and that writing and reading them again changes nothing.
 mod continua;
-/// Grains and points that share nodes keep their momentum to round-off, leave with one velocity, and translate rigidly.
+/// Grains and points that share nodes keep their momentum to round-off, leave with one velocity, and translate rigidly; and the
+/// grains' account of energy closes with what nodes do.
 mod coupling;
 /// Several steps of grains in one of the continuum keep momentum, and draw the curve that single steps draw.
 mod cycles;
@@ -71,11 +72,13 @@ mod laws;
 mod limit_loads;
 /// The continuum's law on uniaxial, shear and separating paths against closed forms, and under superposed rotation.
 mod material;
+/// Membranes bear their hoop tension and press on what they hold, keep momentum, and have the same bits on any ranks.
 mod membranes;
 /// The quickstart has the same digest and curve on 1 to 4 ranks, 1 and 2 threads, and through SIGTERM and resume.
 mod mpirun;
 /// The oracle fires on an over-consolidated specimen, in its band only, and at the same strain at twice the speed; it
-/// is silent on an under-consolidated one, beside plates, and on bands that do not persist.
+/// is silent on an under-consolidated one, beside plates, and on bands that do not persist; in a membrane it flags the diagonal
+/// band and nothing else.
 mod oracle;
 /// Uniform stress stays uniform under every scheme, between walls too, and a linear velocity has one gradient.
 mod patches;
