@@ -103,7 +103,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             // Across periods a place beyond counting stays where it was.
             let inside = (0..S::DIMENSION).all(|axis| (-1e-9..=1.0 + 1e-9).contains(&fraction[axis]));
             let Some((block, _)) = self.layout.place::<S>(&fraction).filter(|_| inside) else {
-                let (name, within) = self.membranes.whose(number as u32);
+                let membrane = self.membranes.of(vertex);
+                let (name, within) = (&membrane.name, number - membrane.first);
                 let at: Vec<String> = (0..S::DIMENSION).map(|axis| format!("{:.6e}", vertex.position[axis])).collect();
                 return Err(Error::Run(format!(
                     "step {}: vertex {within} of the membrane {name} has left the grid, at ({}) m; give the grid more room there (grid.lower, grid.upper), or look at the last frames for what tore it away",

@@ -13,7 +13,7 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalDruckerPrager, CriticalMemory};
 use crate::log::Log;
 use crate::observe::frame::frame;
-use crate::observe::ledger::Balance;
+use crate::observe::ledger::{Balance, SPENT};
 use crate::observe::phases::Phase;
 use crate::output;
 use crate::packing::{self, PlanarWorld, cell_of, layout_for, settings_of_run};
@@ -44,18 +44,9 @@ const HEADER: [&str; 12] = [
     "elastic_points",
 ];
 
-/// Columns of the account of the grains' energy since the start, or since they entered; residual in shares of the work done, the
-/// others in J.
-const LEDGER: [&str; 8] = [
-    "work_bodies",
-    "work_nodes",
-    "energy_stored",
-    "dissipated_viscous",
-    "dissipated_friction",
-    "dissipated_damping",
-    "dissipated_levers",
-    "ledger_residual",
-];
+/// Columns of the work of the account of the grains' energy since the start, or since they entered, J, before those of
+/// [`SPENT`].
+const WORK: [&str; 2] = ["work_bodies", "work_nodes"];
 
 /// The job, with the contact law it names.
 pub struct PlanarShear<'s, C> {
@@ -223,8 +214,11 @@ impl<C: ContactLaw<Plane>> Experiment for PlanarShear<'_, C> {
     }
 
     fn header(&self) -> Vec<String> {
-        let ledger: &[&str] = if self.scenario.ledger { &LEDGER } else { &[] };
-        HEADER.iter().chain(ledger).map(|name| name.to_string()).collect()
+        let mut names: Vec<String> = HEADER.map(String::from).into();
+        if self.scenario.ledger {
+            names.extend(WORK.into_iter().chain(SPENT).map(String::from));
+        }
+        names
     }
 
     /// Tracks, oracle, enrichment.
@@ -269,8 +263,8 @@ impl<C: ContactLaw<Plane>> Experiment for PlanarShear<'_, C> {
         if self.scenario.ledger {
             // None before the first step, nor right after an enrichment.
             let balance = if core.world.has_balance() { core.world.balance()? } else { Balance::default() };
-            row.extend([balance.work_bodies, balance.work_nodes, balance.stored(), balance.viscous, balance.friction]);
-            row.extend([balance.damping, balance.levers, balance.residual()]);
+            row.extend([balance.work_bodies, balance.work_nodes]);
+            row.extend(balance.spent());
         }
         Ok(row)
     }

@@ -68,26 +68,33 @@ fn a_continuum_ends_in_the_same_bits_on_any_ranks() {
     assert!(populations(&series).iter().all(|[grains, points]| *grains == 0 && *points > 150));
 }
 
-/// With a step of the continuum for each of grains, and with one for seven, which no interval of an output is a multiple of.
+/// With a step of the continuum for each of grains, and with one for seven, which no interval of an output is a multiple of, and
+/// with an account of the grains' energy.
 #[test]
 fn a_hybrid_ends_in_the_same_bits_on_any_ranks_and_from_any_checkpoint() {
-    through_enrichment("time.grain_steps=1");
-    through_enrichment("time.grain_steps=7");
+    through_enrichment(&["time.grain_steps=1"]);
+    let series = through_enrichment(&["time.grain_steps=7", "output.ledger=true"]);
+    let last = |name: &str| -> f64 {
+        let mut lines = series.lines().filter(|line| !line.starts_with('#'));
+        let at = lines.next().unwrap().split(',').position(|column| column == name).unwrap();
+        lines.next_back().unwrap().split(',').nth(at).unwrap().parse().unwrap()
+    };
+    assert!(last("work_nodes") != 0.0 && last("ledger_residual").abs() < 1e-3, "{series}");
 }
 
 /// Through detection, training and enrichment, and from checkpoints on either side of it.
-fn through_enrichment(change: &str) {
+fn through_enrichment(changes: &[&str]) -> String {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
-    let scenario = packed_job(&[
-        change,
+    let sets = [
         "loading.speed=20 cm/s",
         "loading.speed_ramp=0.5 ms",
         "loading.strain_end=0.035",
         "enrichment.training_speed=4",
         "output.checkpoint_interval=0.5 ms",
         "output.checkpoints_kept=9",
-    ]);
+    ];
+    let scenario = packed_job(&[changes, &sets].concat());
     let series = same_on_any_ranks(&scenario, folder.path());
     let populations = populations(&series);
     let (first, last) = (populations[0], populations[populations.len() - 1]);
@@ -110,8 +117,9 @@ fn through_enrichment(change: &str) {
         let (_, snapshot): (_, PlanarSnapshot<Law>) = checkpoint::latest(&out).unwrap();
         assert_eq!(snapshot.progress.enriched_step > 0, from != 1, "{} of {kept:?}", kept[from]);
         threads::run(ranks, |rank| start::resume(&out, Default::default(), &options(&out), &rank).unwrap());
-        assert!(result(&out) == wanted, "{change}, resumed from {} on {ranks} ranks: another end", kept[from]);
+        assert!(result(&out) == wanted, "{changes:?}, resumed from {} on {ranks} ranks: another end", kept[from]);
     }
+    series
 }
 
 fn copy(from: &Path, to: &Path) {

@@ -11,6 +11,7 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::{Absent, Nothing};
 use crate::log::Log;
 use crate::observe::frame::frame;
+use crate::observe::ledger::SPENT;
 use crate::output;
 use crate::rebuild::Row;
 use crate::run::{self, Core, Experiment, Options, Outcome};
@@ -101,18 +102,8 @@ pub fn world_of<'t, S: Space, C: ContactLaw<S>>(
     Ok((world, progress))
 }
 
-/// Columns of the account of energy; residual in shares of the work done, the others in J.
-const LEDGER: [&str; 9] = [
-    "work_bodies",
-    "work_gravity",
-    "work_cell",
-    "energy_stored",
-    "dissipated_viscous",
-    "dissipated_friction",
-    "dissipated_damping",
-    "dissipated_levers",
-    "ledger_residual",
-];
+/// Columns of the work of the account of energy, J, before those of [`SPENT`].
+const WORK: [&str; 3] = ["work_bodies", "work_gravity", "work_cell"];
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
@@ -148,7 +139,7 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
             names.extend(axes.iter().map(|axis| format!("{}_displacement_{axis}", body.name)));
         }
         if self.job.ledger {
-            names.extend(LEDGER.map(String::from));
+            names.extend(WORK.into_iter().chain(SPENT).map(String::from));
         }
         names
     }
@@ -188,8 +179,8 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
         }
         if self.job.ledger {
             let balance = world.balance()?;
-            row.extend([balance.work_bodies, balance.work_gravity, balance.work_cell, balance.stored()]);
-            row.extend([balance.viscous, balance.friction, balance.damping, balance.levers, balance.residual()]);
+            row.extend([balance.work_bodies, balance.work_gravity, balance.work_cell]);
+            row.extend(balance.spent());
         }
         Ok(row)
     }

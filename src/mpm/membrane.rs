@@ -15,7 +15,6 @@
 //! All vertices are on all ranks, which reckon their forces alike. A vertex goes to nodes in the tile of the block that it
 //! lies in.
 
-use crate::ids::Row;
 use crate::math;
 use crate::record::{Record, Visitor};
 use crate::space::{Linear, Space};
@@ -203,12 +202,9 @@ impl<S: Space> Membranes<S> {
         [length, least, most]
     }
 
-    /// A vertex in messages to a person: its membrane, and its number within.
-    pub fn whose(&self, vertex: Row) -> (&str, usize) {
-        let vertex = vertex as usize;
-        let owner =
-            self.made_of.iter().find(|membrane| (membrane.first..membrane.first + membrane.count).contains(&vertex));
-        owner.map_or(("", vertex), |membrane| (&membrane.name, vertex - membrane.first))
+    /// What a vertex belongs to.
+    pub fn of(&self, vertex: &Vertex<S>) -> &Membrane {
+        &self.made_of[vertex.membrane as usize]
     }
 }
 

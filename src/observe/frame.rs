@@ -23,7 +23,7 @@ use crate::law::contact::ContactLaw;
 use crate::law::invariants::{Deformation, StressInvariants};
 use crate::law::material::MaterialLaw;
 use crate::math;
-use crate::mpm::membrane::{Membrane, Vertex};
+use crate::mpm::membrane::Vertex;
 use crate::mpm::points::{Cold, Hot};
 use crate::observe::local_strain::{Place, best_fit_deformations};
 use crate::observe::point::{OBSERVED, observed};
@@ -264,22 +264,17 @@ fn grain_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
 
 /// Vertices of membranes, as discs of half a segment at rest.
 fn vertex_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> Vec<Row> {
-    let membranes = &world.membranes;
-    let of = |membrane: &Membrane| membranes.vertices[membrane.first..membrane.first + membrane.count].iter();
-    let row = |membrane: &Membrane, number: usize, vertex: &Vertex<S>| Row {
+    let row = |(number, vertex): (usize, &Vertex<S>)| Row {
         kind: Kind::Membrane as i64,
-        id: (membrane.first + number) as u64,
+        id: number as u64,
         position: spread(&vertex.position),
-        radius: 0.25 * membrane.rest,
+        radius: 0.25 * world.membranes.of(vertex).rest,
         weight: 1.0,
         displacement: spread(&(vertex.position - vertex.origin)),
         velocity: spread(&vertex.velocity),
         ..Row::default()
     };
-    let rows = |membrane: &'_ Membrane| -> Vec<Row> {
-        of(membrane).enumerate().map(|(number, vertex)| row(membrane, number, vertex)).collect()
-    };
-    membranes.made_of.iter().flat_map(rows).collect()
+    world.membranes.vertices.iter().enumerate().map(row).collect()
 }
 
 fn point_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>, depth: f64) -> Vec<Row> {

@@ -92,7 +92,22 @@ pub struct Balance {
     pub made: f64,
 }
 
+/// Columns of what has become of the work, as [`Balance::spent`] has them: residual in shares of the work done, the others in J.
+pub const SPENT: [&str; 6] = [
+    "energy_stored",
+    "dissipated_viscous",
+    "dissipated_friction",
+    "dissipated_damping",
+    "dissipated_levers",
+    "ledger_residual",
+];
+
 impl Balance {
+    /// Numbers for the columns of [`SPENT`].
+    pub fn spent(&self) -> [f64; SPENT.len()] {
+        [self.stored(), self.viscous, self.friction, self.damping, self.levers, self.residual()]
+    }
+
     pub fn work(&self) -> f64 {
         self.work_bodies + self.work_gravity + self.work_cell + self.work_nodes
     }

@@ -59,13 +59,7 @@ pub fn bodies<'a>(top: &Reader<'a>, cell: &Domain) -> Result<Vec<(Body, Reader<'
 }
 
 fn body(table: &Reader<'_>, cell: &Domain) -> Result<Body, Error> {
-    let name = table.text("name")?;
-    if !is_plain(name) {
-        return Err(table.refusal(
-            "name",
-            "is refused: it names columns of series.csv, so write letters, digits, \"_\", \"-\" and \".\" only, a letter or digit first.",
-        ));
-    }
+    let name = name_of_columns(table)?;
     let shape = shape(table, cell)?;
     let motion = Motion { path: path(table)?, servo: servo(table)? };
     refuse_spin(table, cell, &shape, &motion)?;
@@ -146,6 +140,18 @@ pub fn inside(table: &Reader<'_>, key: &str, cell: &Domain) -> Result<[f64; 3], 
                 super::digits(cell.upper[axis]),
                 AXES[axis]
             ),
+        )),
+    }
+}
+
+/// The name of what has columns of its own in the series.
+pub fn name_of_columns<'a>(table: &Reader<'a>) -> Result<&'a str, Error> {
+    let name = table.text("name")?;
+    match is_plain(name) {
+        true => Ok(name),
+        false => Err(table.refusal(
+            "name",
+            "is refused: it names columns of series.csv, so write letters, digits, \"_\", \"-\" and \".\" only, a letter or digit first.",
         )),
     }
 }

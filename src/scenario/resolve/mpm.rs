@@ -3,7 +3,7 @@
 use super::body::{self, AXES, Domain};
 use super::limits::refuse_steps;
 use super::mpm_checks::{check, simple};
-use super::{DEPTH_DEFAULT, digits, is_plain, name, output};
+use super::{DEPTH_DEFAULT, digits, name, output};
 use crate::error::Error;
 use crate::mpm::shape::margins;
 use crate::scenario::mpm::{
@@ -522,13 +522,7 @@ fn membranes(top: &Reader<'_>, grid: &Grid) -> Result<Vec<Membrane>, Error> {
 
 fn membrane(table: &Reader<'_>, grid: &Grid) -> Result<Membrane, Error> {
     let domain = domain(grid);
-    let name = table.text("name")?;
-    if !is_plain(name) {
-        return Err(table.refusal(
-            "name",
-            "is refused: it names columns of series.csv, so write letters, digits, \"_\", \"-\" and \".\" only, a letter or digit first.",
-        ));
-    }
+    let name = body::name_of_columns(table)?;
     let within = |key: &str| body::inside(table, key, &domain).map(|[x, y, _]| [x, y]);
     let path = match chosen(table, "shape", "shape", &OF_MEMBRANE, None)? {
         "line" => Path::Line { from: within("from")?, to: within("to")? },
@@ -622,13 +616,7 @@ fn bodies_and_followed(top: &Reader<'_>, grid: &Grid) -> Result<(Vec<RigidBody>,
     }
     let mut follow: Vec<Followed> = Vec::new();
     for table in top.tables("follow")? {
-        let name = table.text("name")?;
-        if !is_plain(name) {
-            return Err(table.refusal(
-                "name",
-                "is refused: it names columns of series.csv, so write letters, digits, \"_\", \"-\" and \".\" only, a letter or digit first.",
-            ));
-        }
+        let name = body::name_of_columns(&table)?;
         let bodies = bodies.iter().map(|body: &RigidBody| body.body.name.as_str());
         if bodies.chain(follow.iter().map(|point| point.name.as_str())).any(|other| other == name) {
             return Err(table.refusal("name", "names another point or body already. Give each a name of its own."));
