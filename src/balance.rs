@@ -206,7 +206,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.transport.sum(&mut rebuild);
         let rebuild = 1e-9 * rebuild[0] as f64;
         let rows = (self.grains_total + self.points_total) as f64;
-        let has_points = self.has_points();
+        let has_grid = self.has_grid();
         LoadMap {
             dimension: S::DIMENSION,
             blocks: self.layout.blocks(),
@@ -215,14 +215,14 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             coupled,
             points,
             near,
-            shared: match has_points {
+            shared: match has_grid {
                 true => offsets.iter().map(|offset| self.layout.shared_nodes(*offset) as u32).collect(),
                 false => Vec::new(),
             },
             nodes: self.layout.tile_edge().pow(S::DIMENSION as u32),
             costs,
             words: self.words(),
-            passes: usize::from(has_points) * self.passes(),
+            passes: usize::from(has_grid) * self.passes(),
             // Whether to rebuild, and what bodies bear.
             reductions: 1 + usize::from(!self.bodies.is_empty()),
             rebuilds: self.rebuilds as f64 / steps.max(1) as f64,
@@ -300,14 +300,16 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.transport.sum(&mut counts);
         let (grains, rest) = counts.split_at(blocks);
         let (points, rim) = rest.split_at(blocks);
-        let coupled = self.near_rim(rim);
+        let mut rim = rim.to_vec();
+        self.count_vertices(&mut rim);
+        let coupled = self.near_rim(&rim);
         let costs = self.balance.costs(S::DIMENSION);
         let cost = |kind: Kind, rows: i64| costs[kind as usize] * rows as f64;
         let weight = |block: usize| {
             cost(Kind::Grain, grains[block])
                 + cost(Kind::Coupled, if coupled[block] { grains[block] } else { 0 })
                 + cost(Kind::Point, points[block])
-                + cost(Kind::Tile, i64::from(self.points_total > 0))
+                + cost(Kind::Tile, i64::from(self.has_grid()))
         };
         Ok((0..blocks).map(|block| (UNIT * weight(block)) as u64).collect())
     }
@@ -315,7 +317,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Gives every rank its stretch of the curve, and lays the tiles of this one's. Rows must settle afterwards.
     pub(crate) fn deal_out(&mut self, ranges: Vec<Range<usize>>) {
         self.deal = Deal { ranges, rank: self.transport.rank() };
-        self.nodes = if self.points_total > 0 { self.layout.node_rows(&self.deal) } else { Default::default() };
+        self.nodes = if self.has_grid() { self.layout.node_rows(&self.deal) } else { Default::default() };
         self.tiles = Tiles::lay(&self.nodes.mosaic, self.is_coupled());
         self.frames = self.deal.held().map(|block| self.layout.frame(block)).collect();
     }

@@ -257,6 +257,18 @@ impl<S: Space> Body<S> {
         self.displacement += self.velocity * dt;
     }
 
+    /// How far its path leads from one time to a later one, m; a servo is not asked.
+    pub fn way_between(&self, from: f64, to: f64) -> S::Vector {
+        let mut ends: Vec<f64> = self.path.iter().map(|at| at.time).filter(|at| from < *at && *at < to).collect();
+        ends.insert(0, from);
+        ends.push(to);
+        // Linear in between: the mean of the ends is exact.
+        let leg = |ends: &[f64]| {
+            (self.path_at(ends[0]).velocity + self.path_at(ends[1]).velocity) * (0.5 * (ends[1] - ends[0]))
+        };
+        ends.windows(2).fold(S::Vector::zero(), |sum, ends| sum + leg(ends))
+    }
+
     fn path_at(&self, time: f64) -> Instant<S> {
         let still = Instant { time, velocity: S::Vector::zero(), spin: S::Spin::zero() };
         let after = self.path.partition_point(|instant| instant.time <= time);

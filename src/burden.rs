@@ -34,7 +34,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn accelerate<const SLOTS: usize>(&mut self) -> Result<(), Error> {
         // The same on every rank, for what all of them know alone decides it.
-        let feels_nodes = self.has_points() && self.bodies.iter().any(Body::feels_nodes);
+        let feels_nodes = self.has_grid() && self.bodies.iter().any(Body::feels_nodes);
         let mut sums = [0.0; SLOTS];
         if self.has_grains() || feels_nodes {
             let mut here = ExactSum::<SLOTS>::new();

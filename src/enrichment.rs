@@ -4,6 +4,7 @@ use std::path::Path;
 
 use scree_partition::ExactSum;
 
+use crate::body::{Body, Instant};
 use crate::dem::cell::Cell;
 use crate::dem::grains::Mover;
 use crate::error::Error;
@@ -13,11 +14,12 @@ use crate::hybrid::track::Instants;
 use crate::hybrid::zone::{CellGrid, Label, Zone};
 use crate::law::contact::ContactLaw;
 use crate::mpm::points::{Cold, Point};
-use crate::packing::{self, Grain, PlanarWorld, settings_for};
+use crate::packing::{self, Grain, PlanarWorld};
 use crate::rebuild::Parts;
-use crate::scenario::Scenario;
+use crate::scenario::Enrichment;
 use crate::space::{Linear, Plane, Space};
 use crate::transfer;
+use crate::world::Settings;
 
 type Vector = <Plane as Space>::Vector;
 type PlanarPoint = Point<Plane, crate::law::material::CriticalMemory<Plane>>;
@@ -46,7 +48,12 @@ pub struct Enriched {
 /// The cells of the world's domain.
 pub fn cell_grid<C: ContactLaw<Plane>>(world: &PlanarWorld<C>) -> CellGrid {
     let layout = &world.layout;
-    CellGrid { counts: [layout.cells[0], layout.cells[1]], cell: layout.cell, lower: layout.corner[1] }
+    CellGrid {
+        counts: [layout.cells[0], layout.cells[1]],
+        cell: layout.cell,
+        lower: [layout.corner[0], layout.corner[1]],
+        periodic: layout.periodic[0],
+    }
 }
 
 /// Displacement of a point since the start, across periods, m.
@@ -74,15 +81,15 @@ pub fn track<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, instants: &mut In
     }
 }
 
-/// Replaces the points around the flagged nodes by trained grains of the packing in `packing_file`.
+/// Replaces the points around the flagged nodes by trained grains of the packing in `packing_file`; `depth` is that of the
+/// plane, m.
 pub fn enrich<C: ContactLaw<Plane>>(
     world: &mut PlanarWorld<C>,
-    scenario: &Scenario,
+    (settings, depth): (&Enrichment, f64),
     flagged: &[u64],
     instants: &Instants,
     packing_file: &Path,
 ) -> Result<Enriched, Error> {
-    let settings = &scenario.enrichment;
     let zone = Zone::around(flagged, cell_grid(world), settings);
     let mut points = transfer::gather_everywhere(world.transport, world.points.rows().collect())?;
     points.sort_unstable_by_key(|point| point.cold.id);
@@ -99,7 +106,8 @@ pub fn enrich<C: ContactLaw<Plane>>(
 
     let motion = Motion::of(world, &points, instants, settings.training);
     let packing = read_packing(world, packing_file)?;
-    let chosen = choose::<C>(scenario, &zone, &motion, &packing, core, rim)?;
+    let chosen = choose::<C>(settings, &zone, &motion, &packing, core, rim)?;
+    let border = border(&zone.grid, &points, &chosen);
     let before = world.ledger()?;
     let mut enriched = Enriched {
         mass_before: before.mass,
@@ -108,7 +116,7 @@ pub fn enrich<C: ContactLaw<Plane>>(
         grains_rim: chosen.rim.len() as u64,
         ..Enriched::default()
     };
-    let mut grains = train(world, scenario, &motion, chosen.grains, &chosen.rim, &mut enriched)?;
+    let mut grains = train(world, (settings, depth), &motion, chosen.grains, (&chosen.rim, &border), &mut enriched)?;
     for grain in &mut grains {
         grain.cold.mover = Mover::Free;
         grain.cold.script = Vector::zero();
@@ -141,6 +149,8 @@ pub fn enrich<C: ContactLaw<Plane>>(
     let [_, lost_x, lost_y, removed] = world.reduce(lost)?;
     correct_momentum(world, &mut grains, [lost_x, lost_y])?;
     enriched.points_removed = removed as u64;
+    // Until now nobody asked how far bodies had come.
+    world.be_home();
     world.replace(grains, kept)?;
 
     let after = world.ledger()?;
@@ -259,7 +269,7 @@ struct Chosen<C: ContactLaw<Plane>> {
 
 /// Grains of the packing that the continuum's motion has brought into the zone.
 fn choose<C: ContactLaw<Plane>>(
-    scenario: &Scenario,
+    settings: &Enrichment,
     zone: &Zone,
     motion: &Motion,
     packing: &[Grain<C>],
@@ -267,7 +277,7 @@ fn choose<C: ContactLaw<Plane>>(
     rim_mass: f64,
 ) -> Result<Chosen<C>, Error> {
     let now = motion.times.len() - 1;
-    let reach = scenario.enrichment.distance + 1.5 * zone.grid.cell;
+    let reach = settings.distance + 1.5 * zone.grid.cell;
     let mut candidates = Vec::new();
     for (row, grain) in packing.iter().enumerate() {
         let place = grain.cold.origin + motion.displacement(now, &grain.cold.origin);
@@ -282,7 +292,7 @@ fn choose<C: ContactLaw<Plane>>(
         }
         candidates.push(Candidate { row, id: grain.cold.id.0, mass: grain.hot.mass, place });
     }
-    let selection = select(zone, &candidates, core, rim_mass, scenario.enrichment.weight);
+    let selection = select(zone, &candidates, core, rim_mass, settings.weight);
     let mut rim: Vec<u64> = Vec::new();
     let mut grains = Vec::with_capacity(selection.chosen.len());
     for (row, in_rim) in selection.chosen {
@@ -293,7 +303,7 @@ fn choose<C: ContactLaw<Plane>>(
     }
     rim.sort_unstable();
     let heaviest = grains.iter().map(|grain| grain.hot.mass).fold(0.0, f64::max);
-    let off = (selection.point_weight - (1.0 - scenario.enrichment.weight)) * rim_mass;
+    let off = (selection.point_weight - (1.0 - settings.weight)) * rim_mass;
     if off.abs() > heaviest {
         return Err(Error::Run(format!(
             "the grains of the packing cannot replace the points of the zone: masses differ by {off:e} kg, a grain weighs {heaviest:e} kg; `continuum.fraction_start` must be near the packing's own fraction, and the zone must lie within the packing"
@@ -307,14 +317,29 @@ fn choose<C: ContactLaw<Plane>>(
     Ok(Chosen { grains, rim, point_weight: selection.point_weight })
 }
 
-/// Kinematic training (seed 000, 4.1.1): a world of the chosen grains alone, its rim moved along the continuum's path,
-/// everything inside free. Rows of this rank's blocks come back.
+/// Ids, rising, of the grains within two cells of where the material ends.
+fn border<C: ContactLaw<Plane>>(grid: &CellGrid, points: &[PlanarPoint], chosen: &Chosen<C>) -> Vec<u64> {
+    let mut filled = vec![false; grid.counts[0] * grid.counts[1]];
+    let cell_of = |origin: &Vector| grid.at(origin[0], origin[1]);
+    points.iter().filter_map(|point| cell_of(&point.cold.origin)).for_each(|cell| filled[cell] = true);
+    let is_inner = |cell: usize| filled[cell] && grid.beside(cell).filter(|beside| filled[*beside]).count() == 4;
+    let inner: Vec<bool> = (0..filled.len()).map(is_inner).collect();
+    let is_deep = |cell: usize| inner[cell] && grid.beside(cell).all(|beside| inner[beside]);
+    let at_border = |grain: &&Grain<C>| !cell_of(&grain.cold.origin).is_some_and(is_deep);
+    let mut border: Vec<u64> = chosen.grains.iter().filter(at_border).map(|grain| grain.cold.id.0).collect();
+    border.sort_unstable();
+    border
+}
+
+/// Kinematic training (seed 000, 4.1.1): a world of the chosen grains alone, its rim moved along the continuum's path, everything
+/// inside free. Where the material ends nothing moves with it: bodies come along as they have come, and what else held grains of the
+/// packing there, a membrane, holds on with the force that it had. Rows of this rank's blocks come back.
 fn train<C: ContactLaw<Plane>>(
     world: &mut PlanarWorld<C>,
-    scenario: &Scenario,
+    (training, depth): (&Enrichment, f64),
     motion: &Motion,
     mut grains: Vec<Grain<C>>,
-    rim: &[u64],
+    (rim, border): (&[u64], &[u64]),
     enriched: &mut Enriched,
 ) -> Result<Vec<Grain<C>>, Error> {
     for grain in &mut grains {
@@ -323,30 +348,128 @@ fn train<C: ContactLaw<Plane>>(
         }
     }
     let grains = if world.transport.rank() == 0 { grains } else { Vec::new() };
-    let settings = settings_for(scenario, &scenario.contact);
-    let parts = Parts::fresh(grains, Vec::new(), Vec::new(), world.cell);
-    let mut training = PlanarWorld::<C>::new(settings, world.layout.clone(), world.transport, 0, parts)?;
+    let settings = Settings { grain_steps: 1, loads: Vec::new(), first_kick: 0.5, ..world.settings.clone() };
+    let touched = touched_bodies(world);
+    let at_start = |number: &usize| {
+        let body = &world.bodies[*number];
+        let displacement = body.displacement - way_of(body, [0.0, world.time()], world.time());
+        let rest = Linear::zero();
+        Body { path: Vec::new(), servo: None, grip: None, velocity: rest, spin: Linear::zero(), displacement, ..body.clone() }
+    };
+    let parts = Parts::fresh(grains, Vec::new(), touched.iter().map(at_start).collect(), world.cell);
+    let mut apart = PlanarWorld::<C>::new(settings, world.layout.clone(), world.transport, 0, parts)?;
+    apart.walls.laws = touched.iter().filter_map(|number| world.walls.laws.get(*number).copied()).collect();
+    hold_open(&mut apart, border);
 
-    let dt = scenario.time.step;
+    let dt = apart.settings.dt;
     for leg in 0..motion.times.len() - 1 {
-        let duration = (motion.times[leg + 1] - motion.times[leg]) / scenario.enrichment.training_speed;
+        let ends = [motion.times[leg], motion.times[leg + 1]];
+        let duration = (ends[1] - ends[0]) / training.training_speed;
         let steps = (duration / dt).round().max(1.0);
-        follow(&mut training, |origin| {
+        follow(&mut apart, |origin| {
             let way = motion.displacement(leg + 1, origin) - motion.displacement(leg, origin);
             way * (1.0 / (steps * dt))
         });
-        run_steps(&mut training, steps as u64)?;
+        for (body, number) in apart.bodies.iter_mut().zip(&touched) {
+            let velocity = way_of(&world.bodies[*number], ends, world.time()) * (1.0 / (steps * dt));
+            body.path = vec![Instant { time: 0.0, velocity, spin: Linear::zero() }];
+        }
+        run_steps(&mut apart, steps as u64)?;
     }
-    let rest = (scenario.enrichment.training_rest * training.step as f64).round();
-    follow(&mut training, |_| Vector::zero());
-    run_steps(&mut training, rest as u64)?;
-    let energies = training.energies()?;
+    apart.bodies.iter_mut().for_each(|body| body.path.clear());
+    let rest = (training.training_rest * apart.step as f64).round();
+    follow(&mut apart, |_| Vector::zero());
+    run_steps(&mut apart, rest as u64)?;
+    release(&mut apart, rim)?;
+    let energies = apart.energies()?;
     enriched.training_energy_ratio = energies.kinetic_grains / energies.elastic_grains;
-    enriched.training_steps = training.step;
-    enriched.stress_grains = grain_stress(&mut training, scenario.specimen.depth)?;
-    training.rebuild()?;
-    world.balance.learn(&training.balance);
-    Ok(training.rows().0)
+    enriched.training_steps = apart.step;
+    enriched.stress_grains = grain_stress(&mut apart, depth)?;
+    apart.rebuild()?;
+    world.balance.learn(&apart.balance);
+    Ok(apart.rows().0)
+}
+
+/// Bodies that grains touch, by their numbers.
+fn touched_bodies<C: ContactLaw<Plane>>(world: &PlanarWorld<C>) -> Vec<usize> {
+    (0..world.bodies.len()).filter(|number| world.bodies[*number].is_touched()).collect()
+}
+
+/// How far a body has come between two times of a run that has lasted until `now`: along its path, or where a servo has moved it
+/// evenly all the while.
+fn way_of(body: &Body<Plane>, [from, to]: [f64; 2], now: f64) -> Vector {
+    match body.servo {
+        None => body.way_between(from, to),
+        Some(_) => body.displacement * ((to - from) / now),
+    }
+}
+
+/// Grains at the border are pushed from now on by what their contacts leave open as they stand.
+fn hold_open<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, border: &[u64]) {
+    if border.is_empty() {
+        return;
+    }
+    apart.evaluate_contacts();
+    let (grains, gravity) = (&mut apart.grains, apart.settings.field.gravity);
+    for row in 0..grains.owned {
+        let cold = &mut grains.cold[row];
+        if cold.mover == Mover::Free && border.binary_search(&cold.id.0).is_ok() {
+            cold.script = -(grains.force[row] + gravity * grains.hot[row].mass);
+        }
+    }
+    grains.settle();
+}
+
+/// Steps between two looks at grains of the rim that are let go, looks at most, and the damping of all grains in these steps, per step:
+/// such that overlaps shrink by a few per cent in each.
+const RELEASE_STEPS: u64 = 20;
+const RELEASES_MAX: u64 = 20;
+const RELEASE_DAMPING: f64 = 0.5;
+/// How many times as hard as contacts among free grains in the mean one of the rim may press.
+const PRESSED_MAX: f64 = 12.0;
+
+/// Grains of the rim were moved each by itself, and overlap where the continuum strained much: they are let go against heavy damping,
+/// before anything moves that could throw them, for as short a time as it takes.
+fn release<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, rim: &[u64]) -> Result<(), Error> {
+    let damping = apart.settings.field.damping;
+    let mut looks = 0;
+    while looks < RELEASES_MAX && is_squeezed(apart, rim)? {
+        if looks == 0 {
+            for cold in &mut apart.grains.cold {
+                if cold.mover == Mover::Script {
+                    (cold.mover, cold.script) = (Mover::Free, Vector::zero());
+                }
+            }
+            apart.settings.field.damping.mass = RELEASE_DAMPING / apart.settings.dt;
+            apart.rebuild()?;
+        }
+        run_steps(apart, RELEASE_STEPS)?;
+        looks += 1;
+    }
+    apart.settings.field.damping = damping;
+    Ok(())
+}
+
+/// Whether a grain of the rim presses on another, or on a body, far harder than free ones do on each other. Collective.
+fn is_squeezed<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, rim: &[u64]) -> Result<bool, Error> {
+    apart.refresh_ghosts();
+    let in_rim = |id: u64| rim.binary_search(&id).is_ok();
+    let (grains, law) = (&apart.grains, &apart.settings.contact);
+    let on_bodies = apart.walls.bearings(law, grains, (&apart.bodies, &apart.cell));
+    let on_grains = (0..grains.owned).flat_map(|row| apart.contacts.bearings(law, grains, row));
+    let (mut of_free, mut hardest) = (ExactSum::<2>::new(), [0.0f64]);
+    for bearing in on_grains.chain(on_bodies) {
+        let force = bearing.force.norm();
+        if in_rim(grains.cold[bearing.row as usize].id.0) || in_rim(bearing.partner.0) {
+            hardest[0] = hardest[0].max(force);
+        } else {
+            of_free.add(0, 1.0);
+            of_free.add(1, force);
+        }
+    }
+    apart.transport.max(&mut hardest);
+    let [count, sum] = apart.reduce(of_free)?;
+    Ok(hardest[0] * count > PRESSED_MAX * sum)
 }
 
 fn follow<C: ContactLaw<Plane>>(training: &mut PlanarWorld<C>, velocity: impl Fn(&Vector) -> Vector) {

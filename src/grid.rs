@@ -48,7 +48,7 @@ impl Grid {
 }
 
 /// Impulses (N s) and angular impulses about the bodies' origins (N m s) that the material gave to faces and bodies through
-/// nodes since they were last taken, and impulses of loads and membranes on the material; this rank's share. Exact, so that no order and no rank shows.
+/// nodes, and grains to bodies that hold nodes, since they were last taken, and impulses of loads and membranes on the material; this rank's share. Exact, so that no order and no rank shows.
 #[derive(Clone, Debug, Default)]
 pub struct Reactions {
     sums: ExactSum<REACTIONS>,
@@ -119,7 +119,7 @@ pub fn body_impulse(reactions: &[f64; REACTIONS], body: usize) -> ([f64; 3], [f6
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// The same as they are stored, and left where they are; the same on every rank. Collective.
     pub fn reaction_entries(&self) -> Result<Vec<Entry>, Error> {
-        if !self.has_points() {
+        if !self.has_grid() {
             return Ok(Vec::new());
         }
         Ok(Entry::all_of(&self.total(self.reactions.sums.clone())?).collect())
@@ -148,6 +148,20 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 self.reactions.sums.add(LOADS + axis, push[axis] * dt);
             }
         }
+    }
+
+    /// Books what grains give to bodies that hold nodes as well, so that one account has all that such a body takes.
+    pub(crate) fn book_touches(&mut self) {
+        if self.walls.list.is_empty() || self.bodies.iter().all(|body| body.grip.is_none()) {
+            return;
+        }
+        let dt = self.kick_share() * self.settings.dt;
+        let Self { walls, bodies, reactions, .. } = self;
+        walls.burdens(bodies, |body, force, torque| {
+            if bodies[body].grip.is_some() {
+                reactions.on_body::<S>(body, &(force * dt), &(torque * dt));
+            }
+        });
     }
 
     /// Impulses that have not been taken yet, and that stay so; as those of [`World::take_reactions`]. Collective.

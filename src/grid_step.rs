@@ -30,9 +30,9 @@ const ADVANCED: [usize; 2] = [4, 6];
 pub(crate) const CHANGES: [usize; 2] = [5, 7];
 
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
-    /// Whether grains and continuum share nodes.
+    /// Whether grains share nodes with a continuum or with membranes.
     pub(crate) fn is_coupled(&self) -> bool {
-        self.has_points() && self.has_grains()
+        self.has_grid() && self.has_grains()
     }
 
     /// Numbers per row of the messages of a step: copies of grains, tiles to nodes, nodes to tiles.
@@ -56,7 +56,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// The first half of the grid's step: everything that nodes are made of, summed.
     pub(crate) fn fill_grid(&mut self) {
-        if !self.has_points() {
+        if !self.has_grid() {
             return;
         }
         self.scatter_grains();
@@ -66,7 +66,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// The second half: nodes advance, and grains and points take from them what they need.
     pub(crate) fn step_grid(&mut self) {
-        if !self.has_points() {
+        if !self.has_grid() {
             return;
         }
         let taken = match self.settings.grid.update {

@@ -5,7 +5,7 @@
 //! * [`cli`]: one file per subcommand; [`scenario`]: the job, checked once.
 //! * [`run`]: the loop of step, observe, save, stop; [`checkpoint`]: a world as tables; [`soundness`]: whether they are one.
 //! * [`world`]: the state in blocks and the step as a table of contents; [`rebuild`], [`balance`] and [`layout`]: who holds what; [`plan`]: what it would cost elsewhere;
-//!   [`enrichment`]: grains for points. These alone call the partition.
+//!   [`enrichment`]: grains for points, [`adapt`]: when. These alone call the partition.
 //! * [`dem`], [`mpm`], [`hybrid`]: grains, continuum, and what couples them. They do not know ranks.
 //! * [`calibrate`]: the figures of the continuum from element tests of a job's grains.
 //! * [`law`]: forces and stresses; [`space`], [`symmetric`], [`lane`], [`numbers`], [`math`], [`ids`]: the ground.
@@ -14,6 +14,7 @@
 //! touching pair with memory; a *ghost* is a copy of a row another rank owns; a *zone* is where grains replaced points and
 //! its *rim* the reconciliation zone where both live.
 
+pub mod adapt;
 pub mod assembly;
 pub mod balance;
 pub mod bench;
@@ -24,6 +25,7 @@ pub mod changes;
 pub mod checkpoint;
 pub mod cli;
 pub mod continuum;
+pub mod coupled;
 pub mod cycle;
 pub mod dem;
 pub mod enrichment;

@@ -12,12 +12,6 @@ use crate::space::{Linear, Space};
 use crate::world::World;
 
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
-    /// Hangs membranes in; on every rank the same.
-    pub fn hang(&mut self, membranes: Membranes<S>) -> Result<(), Error> {
-        self.membranes = membranes;
-        self.locate_vertices()
-    }
-
     /// Forces of membranes as they are now.
     pub(crate) fn push_membranes(&mut self) {
         if !self.membranes.is_empty() {
@@ -94,15 +88,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     }
 
     /// Finds the blocks that vertices lie in; one that has left the grid ends the run, on every rank alike.
-    fn locate_vertices(&mut self) -> Result<(), Error> {
+    pub(crate) fn locate_vertices(&mut self) -> Result<(), Error> {
         for number in 0..self.membranes.vertices.len() {
             let vertex: &Vertex<S> = &self.membranes.vertices[number];
-            let mut place = vertex.position;
-            self.cell.wrap(&mut place, &mut S::Vector::zero());
-            let fraction = self.cell.fraction(&place);
-            // Across periods a place beyond counting stays where it was.
-            let inside = (0..S::DIMENSION).all(|axis| (-1e-9..=1.0 + 1e-9).contains(&fraction[axis]));
-            let Some((block, _)) = self.layout.place::<S>(&fraction).filter(|_| inside) else {
+            let Some((block, place)) = self.block_of_vertex(&vertex.position) else {
                 let membrane = self.membranes.of(vertex);
                 let (name, within) = (&membrane.name, number - membrane.first);
                 let at: Vec<String> = (0..S::DIMENSION).map(|axis| format!("{:.6e}", vertex.position[axis])).collect();
@@ -116,6 +105,23 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             (brought.block, brought.place) = (block, place);
         }
         Ok(())
+    }
+
+    /// The block of a position, which periods have not been taken off, and its place there.
+    fn block_of_vertex(&self, position: &S::Vector) -> Option<(usize, S::Vector)> {
+        let mut place = *position;
+        self.cell.wrap(&mut place, &mut S::Vector::zero());
+        let fraction = self.cell.fraction(&place);
+        // Across periods a place beyond counting stays where it was.
+        let inside = (0..S::DIMENSION).all(|axis| (-1e-9..=1.0 + 1e-9).contains(&fraction[axis]));
+        let (block, _) = self.layout.place::<S>(&fraction).filter(|_| inside)?;
+        Some((block, place))
+    }
+
+    /// Counts vertices in the blocks that they lay in at the last rebuild. All ranks have all of them.
+    pub(crate) fn count_vertices(&self, counts: &mut [i64]) {
+        let homes = self.membranes.vertices.iter().map(|vertex| self.block_of_vertex(&vertex.home));
+        homes.flatten().for_each(|(block, _)| counts[block] += 1);
     }
 }
 

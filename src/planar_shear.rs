@@ -4,17 +4,17 @@ use scree_io::frames::Frame;
 use scree_partition::Transport;
 use serde_json::{Value, json};
 
+use crate::adapt::Adaptive;
 use crate::checkpoint::{Progress, Snapshot};
 use crate::dem::packing::UPPER;
-use crate::enrichment::{self, Enriched};
 use crate::error::Error;
 use crate::hybrid::track::Instants;
 use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalDruckerPrager, CriticalMemory};
 use crate::log::Log;
+use crate::mpm::membrane::Membranes;
 use crate::observe::frame::frame;
 use crate::observe::ledger::{Balance, SPENT};
-use crate::observe::phases::Phase;
 use crate::output;
 use crate::packing::{self, PlanarWorld, cell_of, layout_for, settings_of_run};
 use crate::rebuild::{Home, Parts};
@@ -23,10 +23,9 @@ use crate::scenario::{Method, Output, Scenario, derived};
 use crate::space::{Linear, Plane};
 use crate::specimen;
 use crate::transfer;
-use crate::watch;
 
 /// Tracks taken over a whole run before they are thinned.
-const TRACKS: u64 = 256;
+pub(crate) const TRACKS: u64 = 256;
 
 /// Columns of `series.csv`.
 const HEADER: [&str; 12] = [
@@ -127,7 +126,7 @@ pub fn world_of<'t, C: ContactLaw<Plane>>(
     let settings = settings_of_run(scenario);
     let cell = cell_of(&layout);
     let home = Home { cell, bodies: at_home.bodies };
-    let parts = Parts { grains, points, bodies, cell, home };
+    let parts = Parts { grains, points, bodies, membranes: Membranes::default(), cell, home };
     Ok((PlanarWorld::new(settings, layout, transport, progress.step, parts)?, progress))
 }
 
@@ -135,64 +134,6 @@ impl<C: ContactLaw<Plane>> PlanarShear<'_, C> {
     /// Horizontal strain: displacement of the upper plate over the width.
     fn strain(&self, core: &PlanarCore<C>) -> f64 {
         core.world.bodies[UPPER as usize].displacement[0] / self.scenario.specimen.width
-    }
-
-    fn enrich(&mut self, core: &mut PlanarCore<C>) -> Result<(), Error> {
-        let made = self.frame(core)?;
-        core.write_frame(made)?;
-        let strain = self.strain(core);
-        tracing::info!(step = core.world.step, strain, "shear band found; training grains for it");
-        let file = output::packing_file(&core.options.out);
-        let (flagged, instants) = (&core.progress.oracle.flagged, &core.progress.instants);
-        let stepped = core.world.phases.total() - core.world.phases.of(Phase::Output);
-        let started = std::time::Instant::now();
-        let enriched = enrichment::enrich(&mut core.world, self.scenario, flagged, instants, &file)?;
-        core.progress.enriched_step = core.world.step;
-        if self.scenario.ledger {
-            // The grains that are there now have an account from here on.
-            core.world.open_ledger();
-        }
-        let seconds = started.elapsed().as_secs_f64();
-        Self::record(core, &enriched, strain, [stepped, seconds])?;
-        let made = self.frame(core)?;
-        core.write_frame(made)
-    }
-
-    /// `stepped`: seconds of the steps until then, `seconds`: of the training.
-    fn record(
-        core: &mut PlanarCore<C>,
-        enriched: &Enriched,
-        strain: f64,
-        [stepped, seconds]: [f64; 2],
-    ) -> Result<(), Error> {
-        let (step, time) = (core.world.step, core.world.time());
-        let figures = json!({
-            "enriched_at_strain": strain,
-            "enriched_at_time": time,
-            "enriched_grains": enriched.grains,
-            "enriched_grains_rim": enriched.grains_rim,
-            "enriched_points_removed": enriched.points_removed,
-            "enriched_points_rim": enriched.points_rim,
-            "enriched_mass_before": enriched.mass_before,
-            "enriched_mass_after": enriched.mass_after,
-            "enriched_momentum_x_before": enriched.momentum_before[0],
-            "enriched_momentum_x_after": enriched.momentum_after[0],
-            "training_shear_stress_points": enriched.stress_points[2],
-            "training_shear_stress_grains": enriched.stress_grains[2],
-            "training_normal_stress_points": enriched.stress_points[1],
-            "training_normal_stress_grains": enriched.stress_grains[1],
-            "training_lateral_stress_points": enriched.stress_points[0],
-            "training_lateral_stress_grains": enriched.stress_grains[0],
-            "training_energy_ratio": enriched.training_energy_ratio,
-            "training_steps": enriched.training_steps,
-            "training_seconds": seconds,
-            "seconds_of_steps_before_enrichment": stepped,
-        });
-        core.on_root(|outputs| {
-            outputs.log("enriched", step, figures.clone())?;
-            outputs.note(figures);
-            outputs.write_summary()
-        })
     }
 }
 
@@ -223,17 +164,15 @@ impl<C: ContactLaw<Plane>> Experiment for PlanarShear<'_, C> {
 
     /// Tracks, oracle, enrichment.
     fn watch(&mut self, core: &mut PlanarCore<C>) -> Result<(), Error> {
-        if self.scenario.method != Method::Hybrid || core.progress.enriched_step > 0 {
+        if self.scenario.method != Method::Hybrid {
             return Ok(());
         }
-        enrichment::track(&mut core.world, &mut core.progress.instants);
-        let settings = &self.scenario.oracle;
-        if !core.world.is_due(settings.every) {
-            return Ok(());
-        }
-        let diameter = self.scenario.grains.diameter_mean;
-        if watch::watch(&mut core.world, &mut core.progress.oracle, settings, diameter)? {
-            self.enrich(core)?;
+        let Scenario { oracle, enrichment, grains, specimen, .. } = self.scenario;
+        let how = Adaptive { oracle, enrichment, diameter: grains.diameter_mean, depth: specimen.depth };
+        let strain = self.strain(core);
+        if how.adapt(self, core, Some(strain))? && self.scenario.ledger {
+            // The grains that are there now have an account from here on.
+            core.world.open_ledger();
         }
         Ok(())
     }

@@ -36,12 +36,13 @@ pub struct Parts<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub grains: Vec<Row<S, C>>,
     pub points: Vec<Point<S, L::Memory>>,
     pub bodies: Vec<Body<S>>,
+    pub membranes: Membranes<S>,
     pub cell: Cell<S>,
     pub home: Home<S>,
 }
 
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> Parts<S, C, L> {
-    /// Of a world that begins: everything is at home.
+    /// Of a world that begins: everything is at home. Without membranes.
     pub fn fresh(
         grains: Vec<Row<S, C>>,
         points: Vec<Point<S, L::Memory>>,
@@ -49,7 +50,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> Parts<S, C, L> {
         cell: Cell<S>,
     ) -> Self {
         let home = Home { cell, bodies: bodies.iter().map(|body| body.displacement).collect() };
-        Self { grains, points, bodies, cell, home }
+        Self { grains, points, bodies, membranes: Membranes::default(), cell, home }
     }
 }
 
@@ -132,8 +133,8 @@ impl<T: Sync> Moved<T> {
     }
 }
 
-/// Cells between a point and a grain that may still share a node: 1.5 cells of spline and half a cell of drift on either
-/// side.
+/// Cells between a point or a vertex and a grain that may still share a node: 1.5 cells of spline and half a cell of drift on
+/// either side.
 const COUPLED_CELLS: usize = 4;
 /// Fewer rows are not worth a task of their own.
 const ROWS_PER_TASK: usize = 4096;
@@ -187,11 +188,12 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             phases: Phases::default(),
             ledger: None,
             point_ledger: PointLedger::default(),
-            membranes: Membranes::default(),
+            membranes: parts.membranes,
             buffers: HaloBuffers::default(),
             sent: HaloCounts::default(),
             balance: Balance::from(step),
         };
+        world.locate_vertices()?;
         world.replace(parts.grains, parts.points)?;
         // Rows of the start all come from rank 0, which is no migration, nor is it a part of the run.
         world.balance.rows_sent = 0;
@@ -218,7 +220,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.grains = Grains::default();
         self.points = Points::default();
         self.contacts.clear();
-        self.walls = Walls::default();
+        self.walls.list.clear();
         self.settle(grains, points)?;
         self.price_deal(timer);
         self.phases.stop_around(Phase::Balance, started, booked);
@@ -272,11 +274,17 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             cold.home = hot.position;
         }
         self.rebuilds += 1;
+        self.be_home();
+        self.phases.stop_around(Phase::Rebuild, timer, booked);
+        self.settle_anew()
+    }
+
+    /// Cell, bodies and vertices are at home where they are: lists that are made next are as old as that.
+    pub(crate) fn be_home(&mut self) {
         self.cell_home = self.cell;
         self.bodies_home.clear();
         self.bodies_home.extend(self.bodies.iter().map(|body| body.displacement));
-        self.phases.stop_around(Phase::Rebuild, timer, booked);
-        self.settle_anew()
+        self.membranes.vertices.iter_mut().for_each(|vertex| vertex.home = vertex.position);
     }
 
     /// Sends rows where they belong now, dealing blocks anew if that is due.
@@ -563,7 +571,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         Ok(())
     }
 
-    /// Blocks whose grains may share nodes with points: those within reach of points of the reconciliation zone.
+    /// Blocks whose grains may share nodes: those within reach of points of the reconciliation zone, or of membranes.
     fn mark_coupled(&mut self) {
         if !self.is_coupled() {
             self.coupled = vec![false; self.deal.held().len()];
@@ -575,6 +583,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             rim[block] = i64::from(self.points.hot[range.clone()].iter().any(|point| point.weight < 1.0));
         }
         self.transport.sum(&mut rim);
+        self.count_vertices(&mut rim);
         self.coupled = self.near_rim(&rim)[self.deal.held()].to_vec();
         self.untie();
     }

@@ -14,11 +14,12 @@ use crate::log::Log;
 use crate::output::{self, scenario_file};
 use crate::planar_shear;
 use crate::run::{Beginning, Options, Outcome};
+use crate::scenario::mpm::{Granular, Mpm};
 use crate::scenario::{Assembly, Job, Scenario};
 use crate::space::{Plane, Solid};
 use crate::stop;
 use crate::transfer;
-use crate::{assembly, changes};
+use crate::{assembly, changes, coupled};
 
 /// Runs a job from its start.
 pub fn start(job: &Job, options: &Options, transport: &dyn Transport) -> Result<Outcome, Error> {
@@ -26,6 +27,9 @@ pub fn start(job: &Job, options: &Options, transport: &dyn Transport) -> Result<
     let ended = match job {
         Job::Shear(job) => with_law_of(&job.contact, Start { job, options, transport }),
         Job::Assembly(job) => with_law_of(&job.contact, Start { job, options, transport }),
+        Job::Mpm(job @ Mpm { grains: Some(granular), .. }) => {
+            with_law_of(&granular.piece.contact, Start { job: &(job, granular), options, transport })
+        }
         Job::Mpm(job) if job.grid.dimension == 2 => continuum::start::<Plane>(job, options, transport),
         Job::Mpm(job) => continuum::start::<Solid>(job, options, transport),
     };
@@ -73,6 +77,9 @@ pub fn resume(
     match &Job::parse(&text, &scenario_file(dir).display().to_string(), &[])? {
         Job::Shear(job) => with_law_of(&job.contact, Resume { job, state, options, log, transport }),
         Job::Assembly(job) => with_law_of(&job.contact, Resume { job, state, options, log, transport }),
+        Job::Mpm(job @ Mpm { grains: Some(granular), .. }) => {
+            with_law_of(&granular.piece.contact, Resume { job: &(job, granular), state, options, log, transport })
+        }
         Job::Mpm(job) if job.grid.dimension == 2 => continuum::resume::<Plane>(job, state, options, log, transport),
         Job::Mpm(job) => continuum::resume::<Solid>(job, state, options, log, transport),
     }
@@ -153,6 +160,14 @@ impl ForAnyLaw for Start<'_, Assembly> {
     }
 }
 
+impl ForAnyLaw for Start<'_, (&Mpm, &Granular)> {
+    type Outcome = Result<Outcome, Error>;
+
+    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
+        coupled::start::<C>(*self.job, self.options, self.transport)
+    }
+}
+
 struct Resume<'a, J> {
     job: &'a J,
     /// On rank 0.
@@ -188,5 +203,15 @@ impl ForAnyLaw for Resume<'_, Assembly> {
                 assembly::resume::<Solid, C>(job, snapshot, options, log, transport)
             }
         }
+    }
+}
+
+impl ForAnyLaw for Resume<'_, (&Mpm, &Granular)> {
+    type Outcome = Result<Outcome, Error>;
+
+    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
+        let Self { job, state, options, log, transport } = self;
+        let snapshot = transfer::agree(transport, state.as_ref().map(Snapshot::from_state).transpose())?;
+        coupled::resume::<C>(*job, snapshot, options, log, transport)
     }
 }

@@ -2,6 +2,7 @@
 
 use scree_io::column::{Column, Values};
 use scree_partition::{Reader, Writer};
+use serde_json::json;
 
 use crate::dem::walls::place_beside;
 use crate::error::Error;
@@ -12,6 +13,7 @@ use crate::mpm::look::for_each_node;
 use crate::mpm::points::{Cold, Hot};
 use crate::observe::phases::Phase;
 use crate::parallel::{Held, over_blocks};
+use crate::run::Core;
 use crate::scenario;
 use crate::scenario::mpm::Boundary;
 use crate::space::Space;
@@ -49,6 +51,26 @@ pub fn watch<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     }
     world.phases.stop(Phase::Oracle, timer);
     Ok(found)
+}
+
+/// A look where one is due; the first band that persists is told in the log and kept in mind, and left alone. Collective.
+pub fn tell_band<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+    core: &mut Core<S, C, L>,
+    settings: &scenario::Oracle,
+    diameter: f64,
+) -> Result<(), Error> {
+    if !core.world.is_due(settings.every) {
+        return Ok(());
+    }
+    let found = watch(&mut core.world, &mut core.progress.oracle, settings, diameter)?;
+    if found && core.progress.enriched_step == 0 {
+        let (step, time) = (core.world.step, core.world.time());
+        core.progress.enriched_step = step;
+        let nodes = core.progress.oracle.flagged.iter();
+        let places: Vec<[f64; 2]> = nodes.map(|node| place_of_node(&core.world, *node)).collect();
+        core.on_root(|outputs| outputs.log("band", step, json!({ "time": time, "nodes": places })))?;
+    }
+    Ok(())
 }
 
 /// Two fields of points as mass-weighted means on the nodes of the whole domain, on every rank.

@@ -147,11 +147,12 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if self.is_plain() { self.step_of_grains_alone() } else { self.step_of_all() }
     }
 
-    /// Whether nothing stands between the forces on a grain and its motion: no continuum, no touched body, no cell that
+    /// Whether nothing stands between the forces on a grain and its motion: no grid, no touched body, no force of its own, no cell that
     /// deforms, no damping against its field, no account of energy.
     fn is_plain(&self) -> bool {
-        !self.has_points()
+        !self.has_grid()
             && self.walls.list.is_empty()
+            && self.grains.pushed.is_empty()
             && self.settings.drive.is_at_rest()
             && self.settings.field.is_plain()
             && self.ledger.is_none()
@@ -181,6 +182,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         }
         self.evaluate_contacts();
         self.kick_grains();
+        self.book_touches();
         match begins {
             true => {
                 self.fill_grid();
@@ -204,6 +206,11 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     pub(crate) fn has_points(&self) -> bool {
         self.points_total > 0
+    }
+
+    /// Whether anything goes to nodes of its own: points, or the vertices of membranes.
+    pub(crate) fn has_grid(&self) -> bool {
+        self.has_points() || !self.membranes.is_empty()
     }
 
     pub(crate) fn has_grains(&self) -> bool {
@@ -303,11 +310,14 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         farthest
     }
 
-    fn evaluate_contacts(&mut self) {
+    /// Forces on all grains as they stand.
+    pub(crate) fn evaluate_contacts(&mut self) {
         self.evaluate_pairs(&Wait);
         let timer = self.phases.start();
         let times = self.contact_times();
         self.walls.evaluate(&self.settings.contact, &mut self.grains, (&self.bodies, &self.cell), times);
+        let Grains { pushed, force, .. } = &mut self.grains;
+        pushed.iter().for_each(|(row, push)| force[*row as usize] += *push);
         self.phases.stop(Phase::Contacts, timer);
     }
 
@@ -357,7 +367,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     }
 
     /// How far grains and bodies of this rank have come since the last rebuild, how much farther they may come within the next
-    /// cycle, and how far points have come, as shares of what their lists allow.
+    /// cycle, and how far points and vertices have come, as shares of what their lists and blocks allow.
     fn drift_shares(&self) -> [f64; 3] {
         let touched = self.bodies.iter().any(Body::is_touched);
         let mut moved = self.moved;
@@ -381,7 +391,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         }
         // Two grains may close half the skin each.
         let closed = 2.0 * moved + stretch * (2.0 * self.radius_max + self.settings.skin);
-        let points = larger(self.points_outside[0], self.points_outside[1]) / (DRIFT_MAX * self.layout.cell);
+        let vertices = if self.is_coupled() { self.membranes.away_from_home() } else { 0.0 };
+        let points = larger(larger(self.points_outside[0], self.points_outside[1]), vertices) / (DRIFT_MAX * self.layout.cell);
         [closed / self.settings.skin, 2.0 * self.reach_of_cycle() / self.settings.skin, points]
     }
 

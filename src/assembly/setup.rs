@@ -14,6 +14,7 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::Absent;
 use crate::layout::{Ground, Layout};
 use crate::math;
+use crate::mpm::membrane::Membranes;
 use crate::rebuild::{Home, Parts, Row};
 use crate::scenario::assembly::{Assembly, Packed, Preparation, Shape, Source, Velocities};
 use crate::scenario::figures;
@@ -68,7 +69,7 @@ pub fn world_at<'t, S: Space, C: ContactLaw<S>>(
     }
     let mut home = Home { cell: cell_of::<S>(job), bodies: at_home.bodies };
     home.cell.take_motion_of(&at_home.cell);
-    let parts = Parts { grains, points: Vec::new(), bodies, cell, home };
+    let parts = Parts { grains, points: Vec::new(), bodies, membranes: Membranes::default(), cell, home };
     World::new(settings::<S, C>(job), layout::<S>(job)?, transport, step, parts)
 }
 

@@ -23,7 +23,10 @@ use crate::transfer;
 use crate::watch;
 use crate::world::World;
 
+pub mod columns;
 pub mod setup;
+
+use columns::{AXES, FACES};
 
 /// A world of points alone, of a law with its dissipation.
 pub type PointWorld<'t, S, L> = World<'t, S, Absent, Counted<L>>;
@@ -133,18 +136,10 @@ impl<S: Space> ForAnyMaterial<S> for Resume<'_> {
     }
 }
 
-const AXES: [&str; 3] = ["x", "y", "z"];
-const FACES: [&str; 2] = ["lower", "upper"];
 
 /// Columns of the account of energy, J.
 const LEDGER: [&str; 6] =
     ["work_loads", "work_bodies", "work_ramp", "dissipated_holds", "energy_lost", "energy_lost_transfer"];
-
-/// Columns of the oracle: nodes that are flagged now, and whether there has been a band that persists.
-const OF_ORACLE: [&str; 2] = ["flagged_nodes", "band"];
-
-/// Columns of a membrane: length, m, and what its segments bear, N.
-const OF_MEMBRANE: [&str; 3] = ["length", "tension_least", "tension_most"];
 
 impl<'s, S: Space, L: MaterialLaw<S>> Continuum<'s, S, L> {
     fn new(job: &'s Mpm) -> Self {
@@ -180,19 +175,6 @@ impl<'s, S: Space, L: MaterialLaw<S>> Continuum<'s, S, L> {
             }
         }
         world.reduce(sums)
-    }
-
-    /// Lowest and highest coordinate of the points along each axis, m.
-    fn extents(world: &PointWorld<S, L>) -> [f64; 6] {
-        let mut extents = [f64::NEG_INFINITY; 6];
-        for hot in &world.points.hot {
-            for axis in 0..S::DIMENSION {
-                extents[2 * axis] = extents[2 * axis].max(-hot.position[axis]);
-                extents[2 * axis + 1] = extents[2 * axis + 1].max(hot.position[axis]);
-            }
-        }
-        world.transport.max(&mut extents);
-        extents
     }
 
     /// What is told of a point wherever it is; the same on every rank.
@@ -253,21 +235,14 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
             names.extend(LEDGER.map(String::from));
         }
         if self.job.oracle.is_some() {
-            names.extend(OF_ORACLE.map(String::from));
+            names.extend(columns::OF_ORACLE.map(String::from));
         }
-        names.extend(axes.iter().flat_map(|axis| FACES.map(|end| format!("{end}_{axis}"))));
+        names.extend(columns::of_extents::<S>());
         for (axis, upper) in self.holding_faces() {
             names.extend(of(&format!("{}_{}_force", AXES[axis], FACES[upper])));
         }
-        for body in &self.job.bodies {
-            let spins: &[&str] = if S::DIMENSION == 2 { &AXES[2..] } else { &AXES };
-            names.extend(of(&format!("{}_force", body.body.name)));
-            names.extend(spins.iter().map(|axis| format!("{}_torque_{axis}", body.body.name)));
-            names.extend(of(&format!("{}_displacement", body.body.name)));
-        }
-        for membrane in &self.job.membranes {
-            names.extend(OF_MEMBRANE.map(|what| format!("{}_{what}", membrane.name)));
-        }
+        names.extend(columns::of_bodies::<S>(self.job));
+        names.extend(columns::of_membranes(self.job));
         for follow in &self.job.follow {
             for what in ["place", "displacement", "velocity"] {
                 names.extend(of(&format!("{}_{what}", follow.name)));
@@ -279,19 +254,10 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
 
     /// A look of the oracle, where the job has one. The first band that persists is told, and left alone.
     fn watch(&mut self, core: &mut PointCore<S, L>) -> Result<(), Error> {
-        let Some(mpm::Watch { diameter, oracle }) = &self.job.oracle else { return Ok(()) };
-        if !core.world.is_due(oracle.every) {
-            return Ok(());
+        match &self.job.oracle {
+            Some(mpm::Watch { diameter, oracle }) => watch::tell_band(core, oracle, *diameter),
+            None => Ok(()),
         }
-        let found = watch::watch(&mut core.world, &mut core.progress.oracle, oracle, *diameter)?;
-        if found && core.progress.enriched_step == 0 {
-            let (step, time) = (core.world.step, core.world.time());
-            core.progress.enriched_step = step;
-            let nodes = core.progress.oracle.flagged.iter();
-            let places: Vec<[f64; 2]> = nodes.map(|node| watch::place_of_node(&core.world, *node)).collect();
-            core.on_root(|outputs| outputs.log("band", step, json!({ "time": time, "nodes": places })))?;
-        }
-        Ok(())
     }
 
     /// Mass (kg), volume (m3), centre of mass (m), momentum (N s), volume mean of the Cauchy stress (Pa), energies at the
@@ -317,8 +283,7 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
             let memory = &core.progress.oracle;
             row.extend([memory.flagged.len() as f64, f64::from(u8::from(core.progress.enriched_step > 0))]);
         }
-        let extents = Self::extents(world);
-        row.extend((0..S::DIMENSION).flat_map(|axis| [-extents[2 * axis], extents[2 * axis + 1]]));
+        row.extend(columns::row_of_extents(world));
 
         let reactions: [f64; REACTIONS] = world.take_reactions()?;
         core.progress.kept.take(&reactions);
@@ -327,14 +292,8 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
             let face = grid::face_impulse(&reactions, axis, upper == 1);
             row.extend((0..S::DIMENSION).map(|component| face[component] / duration));
         }
-        for (number, body) in world.bodies.iter().enumerate() {
-            let (impulse, turn) = grid::body_impulse(&reactions, number);
-            row.extend((0..S::DIMENSION).map(|axis| impulse[axis] / duration));
-            row.extend((0..S::Spin::COMPONENTS).map(|axis| turn[axis] / duration));
-            row.extend((0..S::DIMENSION).map(|axis| body.displacement[axis]));
-        }
-        let membranes = &world.membranes;
-        row.extend(membranes.made_of.iter().flat_map(|membrane| membranes.stretch(membrane)));
+        row.extend(columns::row_of_bodies(world, &reactions, duration));
+        row.extend(columns::row_of_membranes(world));
         for id in &self.followed {
             row.extend(self.follow(world, *id));
         }

@@ -10,7 +10,7 @@ use crate::dem::motion::Field;
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::ids::PointId;
-use crate::law::contact::Absent;
+use crate::law::contact::{Absent, ContactLaw};
 use crate::law::material::{Counted, CountedMemory, MaterialLaw};
 use crate::layout::{Ground, Layout};
 use crate::mpm::boundary::Grip;
@@ -41,7 +41,8 @@ pub fn world<'t, S: Space, L: MaterialLaw<S>>(
     let (cell, bodies) = (cell::<S>(&layout), bodies(job));
     let home = Parts::<S, Absent, Counted<L>>::fresh(Vec::new(), Vec::new(), bodies.clone(), cell).home;
     let vertices = vertices(job);
-    world_at(job, law, transport, 0, (points(job, law, transport), vertices), (bodies, home.bodies))
+    let points = points(job, &Counted(law.clone()), transport);
+    world_at(job, law, transport, 0, (points, vertices), (bodies, home.bodies))
 }
 
 /// The world at a step, from points that ranks hold in any split, the vertices of membranes, and the bodies as they were, then and at
@@ -61,19 +62,22 @@ pub fn world_at<'t, S: Space, L: MaterialLaw<S>>(
         body.take_motion_of(saved);
     }
     let home = Home { cell, bodies: at_home };
-    let parts = Parts { grains: Vec::new(), points, bodies, cell, home };
-    let mut world = World::new(settings(job, law), layout, transport, step, parts)?;
+    let parts = Parts { grains: Vec::new(), points, bodies, membranes: hung(job, vertices)?, cell, home };
+    World::new(settings(job, Counted(law.clone()), Absent), layout, transport, step, parts)
+}
+
+/// The membranes of a job with vertices as they are now.
+pub(crate) fn hung<S: Space>(job: &Mpm, vertices: Vec<Vertex<S>>) -> Result<Membranes<S>, Error> {
     let made_of = membranes(job);
     let owners =
         made_of.iter().enumerate().flat_map(|(number, membrane)| std::iter::repeat_n(number as u64, membrane.count));
-    if !owners.eq(vertices.iter().map(|vertex| vertex.membrane)) {
-        return Err(Error::User(format!(
+    match owners.eq(vertices.iter().map(|vertex| vertex.membrane)) {
+        true => Ok(Membranes::new(made_of, vertices)),
+        false => Err(Error::User(format!(
             "the {} vertices of membranes in the checkpoint are not those of this job's membranes; it is of another job",
             vertices.len()
-        )));
+        ))),
     }
-    world.hang(Membranes::new(made_of, vertices))?;
-    Ok(world)
 }
 
 /// Whole blocks around the domain between its walls.
@@ -104,7 +108,7 @@ pub fn layout<S: Space>(job: &Mpm) -> Result<Layout, Error> {
     Layout::new::<S>(ground).map_err(Error::User)
 }
 
-fn cell<S: Space>(layout: &Layout) -> Cell<S> {
+pub(crate) fn cell<S: Space>(layout: &Layout) -> Cell<S> {
     let (mut corner, mut lengths) = (S::Vector::zero(), S::Vector::zero());
     for axis in 0..S::DIMENSION {
         corner[axis] = layout.corner[axis];
@@ -113,7 +117,7 @@ fn cell<S: Space>(layout: &Layout) -> Cell<S> {
     Cell::cuboid(corner, lengths, layout.periodic)
 }
 
-fn bodies<S: Space>(job: &Mpm) -> Vec<Body<S>> {
+pub(crate) fn bodies<S: Space>(job: &Mpm) -> Vec<Body<S>> {
     let made = |rigid: &mpm::RigidBody| {
         let mut body = body_of::<S>(&rigid.body);
         let grip = match rigid.contact {
@@ -127,14 +131,19 @@ fn bodies<S: Space>(job: &Mpm) -> Vec<Body<S>> {
     job.bodies.iter().map(made).collect()
 }
 
-fn settings<S: Space, L: MaterialLaw<S>>(job: &Mpm, law: &L) -> Settings<S, Absent, Counted<L>> {
+/// Settings of a job's run by its laws.
+pub(crate) fn settings<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+    job: &Mpm,
+    material: L,
+    contact: C,
+) -> Settings<S, C, L> {
     let density = job.material.density;
-    let impedance = [law.p_wave_modulus(), law.shear_modulus()].map(|modulus| (modulus * density).sqrt());
+    let impedance = [material.p_wave_modulus(), material.shear_modulus()].map(|modulus| (modulus * density).sqrt());
     Settings {
         dt: job.step,
-        // Lists of pairs there are none for it to reach into.
-        grain_steps: 1,
-        skin: job.grid.cell,
+        grain_steps: job.grain_steps,
+        // Without grains there are no lists of pairs for it to reach into.
+        skin: job.grains.as_ref().map_or(job.grid.cell, |grains| grains.piece.skin),
         grid: Grid {
             shape: job.scheme.shape,
             update: job.scheme.update,
@@ -145,11 +154,12 @@ fn settings<S: Space, L: MaterialLaw<S>>(job: &Mpm, law: &L) -> Settings<S, Abse
             gravity_ramp: job.gravity.ramp,
         },
         loads: job.loads.iter().map(|load| load_of::<S>(job, load)).collect(),
-        contact: Absent,
-        material: Counted(law.clone()),
+        contact,
+        material,
         field: Field { gravity: vector::<S>(&job.gravity.acceleration), damping: Damping::default() },
         drive: CellDrive::default(),
-        first_kick: 1.0,
+        // Velocities of points are of the time of their positions, and a grid's step is of one length.
+        first_kick: if job.grains.is_some() { 0.5 } else { 1.0 },
     }
 }
 
@@ -190,7 +200,7 @@ fn membranes(job: &Mpm) -> Vec<Membrane> {
 }
 
 /// Their vertices at the start.
-fn vertices<S: Space>(job: &Mpm) -> Vec<Vertex<S>> {
+pub(crate) fn vertices<S: Space>(job: &Mpm) -> Vec<Vertex<S>> {
     let of = |(number, one): (usize, &mpm::Membrane)| {
         let mut vertices = at_start::<S>(one);
         vertices.iter_mut().for_each(|vertex| vertex.membrane = number as u64);
@@ -213,11 +223,14 @@ fn widened([x, y]: [f64; 2]) -> [f64; 3] {
 }
 
 /// Points in the regions, in the middle of their places; ids count places.
-fn points<S: Space, L: MaterialLaw<S>>(job: &Mpm, law: &L, transport: &dyn Transport) -> Vec<PointOf<S, L>> {
+pub(crate) fn points<S: Space, L: MaterialLaw<S>>(
+    job: &Mpm,
+    law: &L,
+    transport: &dyn Transport,
+) -> Vec<Point<S, L::Memory>> {
     let places = job.places();
     let volume = job.point_volume();
     let mass = volume * job.material.density;
-    let law = Counted(law.clone());
     assert!(job.loads.len() <= mpm::LOADS_MAX, "a checked job has no more loads than a word has bits");
     let mut points = Vec::new();
     let layers = (0..places[2]).flat_map(|z| (0..places[1]).map(move |y| [y, z]));
@@ -230,7 +243,7 @@ fn points<S: Space, L: MaterialLaw<S>>(job: &Mpm, law: &L, transport: &dyn Trans
             let place = job.place(index);
             let Some(region) = job.region_at(&place).map(|region| &job.regions[region]) else { continue };
             let id = PointId(job.number(index));
-            let mut point = PointOf::<S, L>::resting(id, vector::<S>(&place), mass, volume);
+            let mut point = Point::<S, L::Memory>::resting(id, vector::<S>(&place), mass, volume);
             point.hot.velocity = vector::<S>(&region.velocity_at(&place));
             if job.scheme.transfer == Transfer::Affine {
                 point.affine = tensor::<S>(&region.velocity_gradient_at(&place));

@@ -93,6 +93,7 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
             let nearest = body.nearest(&hot.position)?;
             let touch = touch_of(&hot, body, (body.velocity, body.spin), &nearest, [0.0, 0.0]);
             let mut memory = wall.memory;
+            let law = self.law_of(wall.body, law);
             let force: S::Vector = vector(&give(law, &touch, 1.0, [0.0, 0.0], &mut memory).force);
             let branch = middle(&nearest, touch.overlap) - hot.position;
             let (partner, weight) = (body_partner(wall.body), hot.weight);

@@ -57,7 +57,7 @@ pub struct Cold<S: Space> {
     pub image: Image,
     /// Position at the last rebuild, m: block, lists and their age follow from it.
     pub home: S::Vector,
-    /// Prescribed velocity of a scripted grain, m/s.
+    /// Prescribed velocity of a scripted grain, m/s; of a free one a force beside those of contacts, N.
     pub script: S::Vector,
 }
 
@@ -97,6 +97,8 @@ pub struct Grains<S: Space> {
     pub homes: Vec<S::Vector>,
     /// Owned rows that are glued to bodies.
     pub glued: Vec<Row>,
+    /// Free owned rows that a force of their own pushes, and that force, N.
+    pub pushed: Vec<(Row, S::Vector)>,
     /// Ties of owned rows to the continuum.
     pub ties: Vec<Tie<S>>,
     /// Force and torque on owned rows, N and N m; weighted as the contacts are.
@@ -113,6 +115,7 @@ impl<S: Space> Default for Grains<S> {
             movers: Vec::new(),
             homes: Vec::new(),
             glued: Vec::new(),
+            pushed: Vec::new(),
             ties: Vec::new(),
             force: Vec::new(),
             torque: Vec::new(),
@@ -156,6 +159,9 @@ impl<S: Space> Grains<S> {
         self.homes = owned.iter().map(|cold| cold.home).collect();
         let glued = |(row, cold): (usize, &Cold<S>)| matches!(cold.mover, Mover::Body(_)).then_some(row as Row);
         self.glued = owned.iter().enumerate().filter_map(glued).collect();
+        let is_pushed = |cold: &Cold<S>| cold.mover == Mover::Free && cold.script != S::Vector::zero();
+        let pushed = |(row, cold): (usize, &Cold<S>)| is_pushed(cold).then_some((row as Row, cold.script));
+        self.pushed = owned.iter().enumerate().filter_map(pushed).collect();
         self.force.clear();
         self.force.reserve_exact(self.owned);
         self.force.resize(self.owned, S::Vector::zero());
@@ -170,6 +176,7 @@ impl<S: Space> Grains<S> {
             + self.cold.capacity() * size_of::<Cold<S>>()
             + self.movers.capacity() * size_of::<Mover>()
             + self.glued.capacity() * size_of::<Row>()
+            + self.pushed.capacity() * size_of::<(Row, S::Vector)>()
             + self.ties.capacity() * size_of::<Tie<S>>()
             + self.homes.capacity() * size_of::<S::Vector>()
             + self.force.capacity() * size_of::<S::Vector>()

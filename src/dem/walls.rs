@@ -29,11 +29,13 @@ pub struct Wall<S: Space, M> {
 #[derive(Clone, Debug)]
 pub struct Walls<S: Space, C: ContactLaw<S>> {
     pub list: Vec<Wall<S, C::Memory<f64>>>,
+    /// Laws of bodies in their order, where grains touch them otherwise than each other; empty where they do not.
+    pub laws: Vec<C>,
 }
 
 impl<S: Space, C: ContactLaw<S>> Default for Walls<S, C> {
     fn default() -> Self {
-        Self { list: Vec::new() }
+        Self { list: Vec::new(), laws: Vec::new() }
     }
 }
 
@@ -87,6 +89,11 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
         remembered.map(|wall| (body_partner(wall.body), wall.memory))
     }
 
+    /// The law of contacts with a body; `law` is that of grains with each other.
+    pub fn law_of<'a>(&'a self, body: u8, law: &'a C) -> &'a C {
+        self.laws.get(body as usize).unwrap_or(law)
+    }
+
     /// Evaluates every contact and adds its force to the grain's; after the grains' own sums.
     pub fn evaluate(
         &mut self,
@@ -95,7 +102,9 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
         (bodies, cell): (&[Body<S>], &Cell<S>),
         [advance, dt]: [f64; 2],
     ) {
-        for wall in &mut self.list {
+        let Self { list, laws } = self;
+        for wall in list {
+            let law = laws.get(wall.body as usize).unwrap_or(law);
             let (row, body) = (wall.row as usize, &bodies[wall.body as usize]);
             let (hot, shift) = beside(body, cell, &grains.hot[row]);
             let Some(nearest) = body.nearest(&hot.position) else { continue };
@@ -122,6 +131,7 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
             let body = &bodies[wall.body as usize];
             let (hot, _) = beside(body, cell, &grains.hot[wall.row as usize]);
             let touch = touch_of(&hot, body, (body.velocity, body.spin), &body.nearest(&hot.position)?, [0.0, 0.0]);
+            let law = self.law_of(wall.body, law);
             law.holds(&touch, &wall.memory).then(|| hot.weight * law.elastic_energy(&touch, &wall.memory))
         })
     }

@@ -57,9 +57,10 @@ impl MotionField {
     }
 }
 
-/// The four nodes around a place with their linear shares.
+/// The four nodes around a place with their linear shares. Beyond the sides of a grid without a period there is no material
+/// whose motion nodes on the other side could take for theirs.
 fn corners(grid: &CellGrid, place: [f64; 2]) -> [Option<(usize, f64)>; 4] {
-    let (x, y) = (place[0] / grid.cell, (place[1] - grid.lower) / grid.cell);
+    let [x, y] = [0, 1].map(|axis| (place[axis] - grid.lower[axis]) / grid.cell);
     let (column, row) = (x.floor(), y.floor());
     let (fx, fy) = (x - column, y - row);
     let node = |i: f64, j: f64, share: f64| {
@@ -82,7 +83,7 @@ mod tests {
 
     #[test]
     fn a_linear_motion_is_followed_exactly_inside() {
-        let grid = CellGrid { counts: [4, 6], cell: 0.5, lower: -1.0 };
+        let grid = CellGrid { counts: [4, 6], cell: 0.5, lower: [0.0, -1.0], periodic: true };
         let shear = |origin: [f64; 2]| [0.1 * origin[1] + 0.02, -0.05];
         let mut points = Vec::new();
         for j in 0..12 {

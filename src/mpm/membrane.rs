@@ -54,6 +54,8 @@ pub struct Vertex<S: Space> {
     pub velocity: S::Vector,
     /// Place at the start of the run, m.
     pub origin: S::Vector,
+    /// Position at the last rebuild: blocks whose grains may share nodes with it follow from there, m.
+    pub home: S::Vector,
 }
 
 /// What a vertex brings to nodes, where it goes, and what it has taken; of the step, not of the state.
@@ -92,12 +94,14 @@ impl<S: Space> Record for Vertex<S> {
         visitor.f64s("position", self.position.as_mut_slice());
         visitor.f64s("velocity", self.velocity.as_mut_slice());
         visitor.f64s("origin", self.origin.as_mut_slice());
+        visitor.f64s("home", self.home.as_mut_slice());
     }
 }
 
 impl<S: Space> Cargo for Vertex<S> {
     fn blank() -> Self {
-        Self { membrane: 0, position: S::Vector::zero(), velocity: S::Vector::zero(), origin: S::Vector::zero() }
+        let zero = S::Vector::zero();
+        Self { membrane: 0, position: zero, velocity: zero, origin: zero, home: zero }
     }
 }
 
@@ -155,6 +159,11 @@ impl<S: Space> Membranes<S> {
         self.vertices.is_empty()
     }
 
+    /// How far a vertex has come since the last rebuild, at most, m.
+    pub fn away_from_home(&self) -> f64 {
+        self.vertices.iter().map(|vertex| (vertex.position - vertex.home).norm()).fold(0.0, f64::max)
+    }
+
     /// Forces of springs and pressure at a time, segment by segment.
     pub fn push(&mut self, time: f64) {
         let Self { made_of, vertices, brought, .. } = self;
@@ -202,6 +211,16 @@ impl<S: Space> Membranes<S> {
         [length, least, most]
     }
 
+    /// Area to the left of all membranes joined end to end in their order, m2.
+    pub fn enclosed(&self) -> f64 {
+        let count = self.vertices.len();
+        let cross = |at: usize| {
+            let (a, b) = (&self.vertices[at].position, &self.vertices[(at + 1) % count].position);
+            0.5 * (a[0] * b[1] - b[0] * a[1])
+        };
+        (0..count).map(cross).sum()
+    }
+
     /// What a vertex belongs to.
     pub fn of(&self, vertex: &Vertex<S>) -> &Membrane {
         &self.made_of[vertex.membrane as usize]
@@ -234,7 +253,7 @@ pub fn on_circle<S: Space>(centre: &S::Vector, radius: f64, segments: usize) -> 
 }
 
 fn resting<S: Space>(position: S::Vector) -> Vertex<S> {
-    Vertex { membrane: 0, position, velocity: S::Vector::zero(), origin: position }
+    Vertex { membrane: 0, position, velocity: S::Vector::zero(), origin: position, home: position }
 }
 
 #[cfg(test)]

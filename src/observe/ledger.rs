@@ -327,7 +327,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             cells: [&cell_before, &cell_after],
             shifts_after: Shifts::of(&cell_after),
         };
-        let Sums { behind, ahead, stored } = step.sums(&self.walls.list);
+        let Sums { behind, ahead, stored } = step.sums(&self.walls);
         match &ledger.start {
             // Forces of the first evaluation work from then on.
             None => ledger.start = Some(stored.clone()),

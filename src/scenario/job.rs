@@ -42,7 +42,7 @@ impl Job {
         match typed.kind {
             Kind::Shear => resolve::scenario(typed, file).map(Self::Shear),
             Kind::Assembly => resolve::assembly(typed, file).map(Self::Assembly),
-            Kind::Mpm => resolve::mpm(typed).map(Self::Mpm),
+            Kind::Mpm => resolve::mpm(typed, file).map(Self::Mpm),
         }
     }
 

@@ -3,8 +3,8 @@
 //! Vectors carry three components; in the plane those of z are zero. Tension is positive in stresses, pressure positive in
 //! compression.
 
-use super::assembly::Body;
-use super::{Oracle, Output};
+use super::assembly::{Assembly, Body};
+use super::{Enrichment, Method, Oracle, Output};
 use crate::math::{PI, cos, sin};
 
 pub mod cone;
@@ -34,8 +34,12 @@ pub struct Mpm {
     pub follow: Vec<Followed>,
     /// Looks for a shear band, where one is wanted.
     pub oracle: Option<Watch>,
-    /// Time step, s.
+    /// Grains, where the material may be made of them.
+    pub grains: Option<Granular>,
+    /// Time step, s; of grains, where the job has some.
     pub step: f64,
+    /// Steps of grains in one of the continuum; one without grains.
+    pub grain_steps: u64,
     /// Simulated time at which the run ends, s.
     pub end: f64,
     /// Edge of a block in cells; divides the cells along every periodic axis.
@@ -431,6 +435,15 @@ pub struct Watch {
     pub oracle: Oracle,
 }
 
+/// The grains of a material: what it is made of from the start, or where a band persists, or what a continuum alone stands for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Granular {
+    pub method: Method,
+    /// A periodic piece of packing under the stress of the start; laid side by side it fills the regions.
+    pub piece: Assembly,
+    pub enrichment: Enrichment,
+}
+
 /// A rigid body that the material touches. A plane's normal points towards the material; no body is a layer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigidBody {
@@ -438,6 +451,8 @@ pub struct RigidBody {
     pub contact: BodyContact,
     /// Material may part from it; otherwise it is held along the normal in both senses.
     pub separates: bool,
+    /// Force that presses it on grains, against its first way, until they rest, before the run, N; zero: it stays where it is.
+    pub seat: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -586,6 +601,21 @@ impl Wave {
 }
 
 impl Mpm {
+    /// Whether there are grains at some time.
+    pub fn moves_grains(&self) -> bool {
+        self.grains.as_ref().is_some_and(|grains| grains.method.has_grains())
+    }
+
+    /// Whether there are points at some time.
+    pub fn has_points(&self) -> bool {
+        self.grains.as_ref().is_none_or(|grains| grains.method.has_points())
+    }
+
+    /// Time step of the continuum, s.
+    pub fn step_of_continuum(&self) -> f64 {
+        self.grain_steps as f64 * self.step
+    }
+
     /// Distance of neighbouring points at the start, m.
     pub fn spacing(&self) -> f64 {
         self.grid.cell / self.scheme.points_per_cell as f64

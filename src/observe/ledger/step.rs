@@ -11,7 +11,7 @@ use crate::dem::grains::{Grains, Hot, Mover, lanes, vector};
 use crate::dem::kernel::{Given, Side, pair_weight, touch};
 use crate::dem::motion::{Field, damped};
 use crate::dem::neighbours::Term;
-use crate::dem::walls::{Wall, beside, touch_of};
+use crate::dem::walls::{Wall, Walls, beside, touch_of};
 use crate::dem::work::{Parted, settle};
 use crate::law::contact::{ContactLaw, Touch};
 use crate::space::{Linear, Space};
@@ -81,11 +81,11 @@ pub struct Step<'a, S: Space, C: ContactLaw<S>> {
 
 impl<S: Space, C: ContactLaw<S>> Step<'_, S, C> {
     /// What the rows and walls of this rank add.
-    pub fn sums(&self, walls: &[Wall<S, C::Memory<f64>>]) -> Sums {
+    pub fn sums(&self, walls: &Walls<S, C>) -> Sums {
         let rows = (0..self.grains.owned).into_par_iter();
         let sums = rows.fold(Sums::default, |sums, row| sums.with(&self.row(row))).reduce(Sums::default, Sums::merged);
-        let walls = walls.iter().zip(&self.page.memories_of_walls);
-        walls.fold(sums, |sums, (wall, memory)| sums.with(&self.wall(wall, memory)))
+        let rows = walls.list.iter().zip(&self.page.memories_of_walls);
+        rows.fold(sums, |sums, (wall, memory)| sums.with(&self.wall(wall, memory, walls.law_of(wall.body, self.law))))
     }
 
     /// A row as it moved over the drift behind; copies of other ranks' rows still do.
@@ -205,7 +205,7 @@ impl<S: Space, C: ContactLaw<S>> Step<'_, S, C> {
                 true => (-moving.velocity, [still, moving]),
             };
             let alone = of_sides::<S>([&pair_of[0], &pair_of[1]], (separation, velocity), [0.0, 0.0]);
-            self.lose(&parted, &alone, &moving.spin, (drift, lines));
+            lose(self.law, &parted, &alone, &moving.spin, (drift, lines), self.dt);
             if !term.is_b() && pair.image() != ImageCode::NONE {
                 let force: S::Vector = vector(&given.force);
                 lines.add(drift, Item::Cell, -0.5 * self.dt * force.dot(&rates[drift]));
@@ -214,7 +214,7 @@ impl<S: Space, C: ContactLaw<S>> Step<'_, S, C> {
     }
 
     /// A contact with a body over both drifts.
-    fn wall(&self, wall: &Wall<S, C::Memory<f64>>, memory_before: &C::Memory<f64>) -> Lines {
+    fn wall(&self, wall: &Wall<S, C::Memory<f64>>, memory_before: &C::Memory<f64>, law: &C) -> Lines {
         let mut lines = Lines::default();
         let (row, number) = (wall.row as usize, wall.body as usize);
         let body = &self.bodies[number];
@@ -230,7 +230,7 @@ impl<S: Space, C: ContactLaw<S>> Step<'_, S, C> {
         hot.position -= (hot.velocity - motions[BEHIND].0) * self.passed;
         if let Some(first) = body.nearest(&hot.position) {
             let first = touch_of(&hot, body, motions[BEHIND], &first, [0.0, 0.0]);
-            let settled = settle(self.law, [&first, &now], [memory_before, &wall.memory]);
+            let settled = settle(law, [&first, &now], [memory_before, &wall.memory]);
             lines.add(BEHIND, Item::Slip, weight * settled.slipped);
             lines.add(BEHIND, Item::Made, weight * settled.made);
             lines.stored[1] += weight * settled.elastic;
@@ -239,25 +239,32 @@ impl<S: Space, C: ContactLaw<S>> Step<'_, S, C> {
         let turn = S::torque(&now.normal, &S::tangential(&now.normal, &lanes(&wall.force)));
         let moment: S::SpinOf<f64> = lanes(&wall.moment);
         let given = Given { force: lanes(&wall.force), torque_a: moment - turn * arm, torque_b: -moment };
-        let parted = Parted::of(self.law, &now, &wall.memory, &given, [weight, arm]);
+        let parted = Parted::of(law, &now, &wall.memory, &given, [weight, arm]);
         let Some(parted) = parted else { return lines };
         for drift in [BEHIND, AHEAD] {
             let touch = touch_of(&sides[drift], body, motions[drift], &nearest, [0.0, 0.0]);
             // Both sides have the force in the middle of the overlap.
-            self.lose(&parted, &touch, &(sides[drift].spin + motions[drift].1), (drift, &mut lines));
+            lose(law, &parted, &touch, &(sides[drift].spin + motions[drift].1), (drift, &mut lines), self.dt);
             let velocity = body.velocity_in(&motions[drift], &wall.point);
             let power = wall.force.dot(&velocity) + wall.moment.dot(&motions[drift].1);
             lines.add(drift, Item::Bodies, 0.5 * self.dt * power);
         }
         lines
     }
+}
 
-    fn lose(&self, parted: &Parted<S>, touch: &Touch<S, f64>, turning: &S::Spin, (drift, lines): (usize, &mut Lines)) {
-        let lost = parted.losses(self.law, touch, &lanes(turning));
-        lines.add(drift, Item::Viscous, 0.5 * self.dt * lost.viscous);
-        lines.add(drift, Item::Slip, 0.5 * self.dt * lost.sliding);
-        lines.add(drift, Item::Levers, 0.5 * self.dt * lost.levers);
-    }
+fn lose<S: Space, C: ContactLaw<S>>(
+    law: &C,
+    parted: &Parted<S>,
+    touch: &Touch<S, f64>,
+    turning: &S::Spin,
+    (drift, lines): (usize, &mut Lines),
+    dt: f64,
+) {
+    let lost = parted.losses(law, touch, &lanes(turning));
+    lines.add(drift, Item::Viscous, 0.5 * dt * lost.viscous);
+    lines.add(drift, Item::Slip, 0.5 * dt * lost.sliding);
+    lines.add(drift, Item::Levers, 0.5 * dt * lost.levers);
 }
 
 /// Two grains as a law sees them, at a separation (m) and a relative velocity (m/s).

@@ -36,7 +36,8 @@ pub fn places_of(job: &Mpm, region: &Region) -> [Range<usize>; 3] {
     })
 }
 
-fn bounding_box(shape: &RegionShape) -> ([f64; 3], [f64; 3]) {
+/// Corners of the box around a region, m.
+pub fn bounding_box(shape: &RegionShape) -> ([f64; 3], [f64; 3]) {
     match shape {
         RegionShape::Box { lower, upper } => (*lower, *upper),
         RegionShape::Ball { centre, radius } => (centre.map(|x| x - radius), centre.map(|x| x + radius)),
@@ -184,7 +185,7 @@ fn step_of_free_nodes(job: &Mpm) -> f64 {
     job.grid.cell * (2.0 / (steepness * wave_squared)).sqrt()
 }
 
-/// What bounds the step. Dashpots of servos are implicit in the new velocity of a body and bound nothing. Those of absorbing
+/// What bounds the step of the continuum. Dashpots of servos are implicit in the new velocity of a body and bound nothing. Those of absorbing
 /// faces act on what a node had ([`crate::mpm::boundary::absorbed`]): half a cell of material must have what they take, or they
 /// are cut short and waves come back.
 pub fn bounds(job: &Mpm) -> Vec<Bound> {

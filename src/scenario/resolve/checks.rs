@@ -28,6 +28,15 @@ pub fn check(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
     check_stress(assembly, typed)
 }
 
+/// The same of a piece of packing, whose cell is not the job's own.
+pub fn check_as_piece(piece: &Assembly, typed: &Typed) -> Result<(), Error> {
+    if let Source::Packed(packed) = &piece.source {
+        check_packing(piece, packed, typed)?;
+    }
+    check_time(piece, typed)?;
+    check_stress(piece, typed)
+}
+
 /// The stress of the packing and that of the cell must press grains together, and not into each other.
 fn check_stress(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
     if let Some(number) = figures::stiffness_number(assembly) {

@@ -12,6 +12,7 @@ mod assembly;
 mod body;
 mod checks;
 mod contact;
+mod granular;
 mod limits;
 mod material;
 mod mpm;

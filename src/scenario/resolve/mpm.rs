@@ -2,12 +2,13 @@
 
 use super::body::{self, AXES, Domain};
 use super::limits::refuse_steps;
+use super::granular::{check as check_granular, granular};
 use super::mpm_checks::{check, simple};
 use super::{DEPTH_DEFAULT, digits, name, output};
 use crate::error::Error;
 use crate::mpm::shape::margins;
 use crate::scenario::mpm::{
-    BodyContact, Boundary, CriticalDruckerPrager, Elastic, Face, Followed, Gravity, Grid, InitialStress, LOADS_MAX,
+    BodyContact, Boundary, CriticalDruckerPrager, Elastic, Face, Followed, Granular, Gravity, Grid, InitialStress, LOADS_MAX,
     Load, LoadKind, Material, MaterialLaw, Membrane, Mpm, Path, Region, RegionShape, RigidBody, Scheme, ShapeFunction,
     StressUpdate, Transfer, Watch, Wave, figures, polygon_area,
 };
@@ -19,7 +20,7 @@ const FLIP_DEFAULT: f64 = 0.99;
 const POINTS_PER_CELL_DEFAULT: u64 = 2;
 /// The step over the stable one.
 const SAFETY_DEFAULT: f64 = 0.5;
-/// Steps between two looks of the oracle.
+/// Steps of the continuum between two looks of the oracle.
 const LOOK_EVERY_DEFAULT: u64 = 20;
 /// Of a membrane: latex of 0.3 mm, kg/m2, and segments of half a cell.
 const MASS_PER_AREA_DEFAULT: f64 = 0.3;
@@ -96,7 +97,7 @@ fn chosen<const N: usize>(
 }
 
 /// The checked continuum of a job.
-pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
+pub fn mpm(typed: &Typed, file: &str) -> Result<Mpm, Error> {
     let why = "a continuum";
     let top = typed.table("", true, why)?;
     let name = name(&top)?;
@@ -104,12 +105,16 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     let axes = grid.dimension;
     let top = top.with_axes(axes);
     let scheme = scheme(&typed.table("scheme", false, why)?)?;
-    let material = material(&typed.table("material", true, why)?)?;
+    let time = typed.table("time", true, why)?;
+    let grains = granular(typed, &top, &grid, &time, file)?;
+    let material = material(&typed.table("material", true, why)?, grains.as_ref())?;
     let gravity = gravity(&typed.table("gravity", false, why)?.with_axes(axes))?;
     let stress = stress(&typed.table("stress", false, why)?, &grid, &gravity)?;
     let regions = regions(&top, &grid, &material.law)?;
     let (bodies, follow) = bodies_and_followed(&top, &grid)?;
-    let oracle = oracle(&typed.table("oracle", false, why)?, &grid, &material.law)?;
+    let grain_steps = if grains.is_some() { time.count_or("grain_steps", 1)? } else { 1 };
+    let of_grains = (grains.as_ref(), grain_steps);
+    let oracle = oracle(&typed.table("oracle", false, why)?, &grid, &material.law, of_grains)?;
     let mut job = Mpm {
         name,
         scheme,
@@ -123,6 +128,8 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
         bodies,
         follow,
         oracle,
+        grain_steps,
+        grains,
         step: 0.0,
         end: 0.0,
         cells_per_block: cells_per_block(&typed.table("decomposition", false, why)?, &grid, scheme.shape)?,
@@ -130,7 +137,6 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
         ledger: false,
         grid,
     };
-    let time = typed.table("time", true, why)?;
     job.end = time.number("end")?;
     job.step = step(&time, &job)?;
     refuse_steps(typed, job.end, job.step, "time.end")?;
@@ -144,6 +150,7 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
         ));
     }
     check(&job, typed, &top)?;
+    check_granular(&job, typed, &top)?;
     Ok(job)
 }
 
@@ -216,13 +223,24 @@ fn scheme(table: &Reader<'_>) -> Result<Scheme, Error> {
     Ok(scheme)
 }
 
-fn material(table: &Reader<'_>) -> Result<Material, Error> {
+fn material(table: &Reader<'_>, grains: Option<&Granular>) -> Result<Material, Error> {
     let law = match chosen(table, "law", "material law", &OF_LAW, None)? {
         "linear_elastic" => MaterialLaw::LinearElastic(elastic(table)?),
         "hencky" => MaterialLaw::Hencky(elastic(table)?),
         _ => MaterialLaw::CriticalDruckerPrager(critical(table)?),
     };
-    Ok(Material { density: table.number("density")?, law })
+    let density = match grains {
+        None => table.number("density")?,
+        Some(_) if table.has("density") => {
+            return Err(table.refusal(
+                "density",
+                "is that of the packing in a job with grains: grains.density times its packing fraction. Remove the line.",
+            ));
+        }
+        // As far as it is known before the packing is made.
+        Some(grains) => grains.piece.matter.density * law.fraction(),
+    };
+    Ok(Material { density, law })
 }
 
 /// E and nu, or K and G.
@@ -576,7 +594,12 @@ fn membrane(table: &Reader<'_>, grid: &Grid) -> Result<Membrane, Error> {
 }
 
 /// Defaults are those of Tables 6 and 9 of seed 000, of the triaxial test and of indentation.
-fn oracle(table: &Reader<'_>, grid: &Grid, law: &MaterialLaw) -> Result<Option<Watch>, Error> {
+fn oracle(
+    table: &Reader<'_>,
+    grid: &Grid,
+    law: &MaterialLaw,
+    (grains, grain_steps): (Option<&Granular>, u64),
+) -> Result<Option<Watch>, Error> {
     if !table.is_typed() {
         return Ok(None);
     }
@@ -598,9 +621,13 @@ fn oracle(table: &Reader<'_>, grid: &Grid, law: &MaterialLaw) -> Result<Option<W
         recent_strain: table.number_or("recent_strain", 8e-3)?,
         window: table.number_or("window", 2e-2)?,
         persistence: table.number_or("persistence", 9.6e-3)?,
-        every: table.count_or("every", LOOK_EVERY_DEFAULT)?,
+        every: table.count_or("every", LOOK_EVERY_DEFAULT * grain_steps)?,
     };
-    Ok(Some(Watch { diameter: table.number("diameter")?, oracle }))
+    let diameter = match grains {
+        Some(grains) => table.number_or("diameter", grains.piece.matter.diameter_mean)?,
+        None => table.number("diameter")?,
+    };
+    Ok(Some(Watch { diameter, oracle }))
 }
 
 fn bodies_and_followed(top: &Reader<'_>, grid: &Grid) -> Result<(Vec<RigidBody>, Vec<Followed>), Error> {
@@ -612,7 +639,8 @@ fn bodies_and_followed(top: &Reader<'_>, grid: &Grid) -> Result<(Vec<RigidBody>,
             "smooth" => BodyContact::Smooth,
             _ => BodyContact::Coulomb { friction: table.number("friction")? },
         };
-        bodies.push(RigidBody { body, contact, separates: table.flag_or("separates", true)? });
+        let seat = table.number_if_given("seat")?.unwrap_or_default();
+        bodies.push(RigidBody { body, contact, separates: table.flag_or("separates", true)?, seat });
     }
     let mut follow: Vec<Followed> = Vec::new();
     for table in top.tables("follow")? {

@@ -8,6 +8,7 @@ use crate::math::{PI, atan};
 use crate::scenario::assembly::Shape;
 use crate::scenario::mpm::{CriticalDruckerPrager, InitialStress, LoadKind, MaterialLaw, Mpm, RigidBody, figures};
 use crate::scenario::raw::{Reader, Typed};
+use crate::scenario::stable::governing;
 
 /// Points that a job may have.
 const POINTS_MAX: u64 = 100_000_000;
@@ -139,6 +140,11 @@ fn check_geostatic(
 }
 
 fn check_time(job: &Mpm, typed: &Typed) -> Result<(), Error> {
+    if job.grain_steps > 1 && job.step_of_continuum() > governing(&figures::bounds(job)).step {
+        let most = (governing(&figures::bounds(job)).step / job.step).floor();
+        let message = format!("makes steps of the continuum that are not stable. Write at most {most}, or take larger cells or a softer material.");
+        return Err(typed.refusal("time", "grain_steps", &message));
+    }
     refuse_unstable(typed, job.step, &figures::bounds(job), "")?;
     match job.end < job.step {
         true => {
@@ -216,7 +222,7 @@ fn check_stresses(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Erro
             return Err(table.refusal("pressure", &words()));
         }
     }
-    let fall = norm(job.gravity.acceleration) * job.step * job.step;
+    let fall = norm(job.gravity.acceleration) * job.step_of_continuum() * job.step_of_continuum();
     if fall > 0.5 * job.grid.cell {
         let message = format!(
             "moves material by {} m in its first step, further than half a cell. Lower it, or take a shorter time.step.",

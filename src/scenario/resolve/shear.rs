@@ -256,7 +256,7 @@ fn oracle(table: &Reader<'_>, steps_per_strain: f64) -> Result<Oracle, Error> {
     })
 }
 
-fn enrichment(table: &Reader<'_>, distance_asleep: f64) -> Result<Enrichment, Error> {
+pub(super) fn enrichment(table: &Reader<'_>, distance_asleep: f64) -> Result<Enrichment, Error> {
     Ok(Enrichment {
         distance: table.number_awake("distance", distance_asleep)?,
         weight: table.number_or("weight", 0.5)?,

@@ -24,26 +24,8 @@ pub static TABLES: [Table; 9] = [
         number("rate_max", "the largest rate of stretch of axes held at a stress", Dimension::RATE, POSITIVE, "\"2 1/s\""),
         vector("gravity", "the acceleration of every grain", Dimension::ACCELERATION, "\"-9.81 m/s2\""),
     ]),
-    table("grains", "sizes and matter of the grains", &[
-        number("density", "the density of the solid", Dimension::DENSITY, POSITIVE, "\"2650 kg/m3\""),
-        text("file", "grains to start from, as a CSV or a LAMMPS data file", "\"grains.csv\""),
-        count("count", "grains to be made", (1, 100_000_000), "400"),
-        text("distribution", "how diameters are spread: normal, uniform or list", "\"normal\""),
-        number("diameter_mean", "the mean diameter", LENGTH, POSITIVE, "\"1 mm\""),
-        number("diameter_deviation", "the standard deviation of diameters", LENGTH, NOT_NEGATIVE, "\"0.08 mm\""),
-        number("diameter_min", "the smallest diameter", LENGTH, POSITIVE, "\"6 mm\""),
-        number("diameter_max", "the largest diameter", LENGTH, POSITIVE, "\"14 mm\""),
-        key("diameters", "diameters with their shares of the number of grains", Wants::Shares, "[[\"1 mm\", 0.5], [\"2 mm\", 0.5]]"),
-    ]),
-    table("packing", "how grains that are not read from a file are made", &[
-        text("preparation", "compress a periodic cell without cohesion, or pour onto bodies", "\"compress\""),
-        number("stress", "the mean stress that the packing is compressed to, compression positive", STRESS, POSITIVE, "\"100 kPa\""),
-        number("fraction", "the packing fraction to be reached, by a hot start where compression alone stops short", RATIO, Range::closed(0.3, 0.92), "0.85"),
-        number("friction", "friction while the packing is made", RATIO, Range::closed(0.0, 5.0), "0.01"),
-        number("fraction_start", "the packing fraction of the loose start", RATIO, Range::closed(0.02, 0.5), "0.45"),
-        number("energy_ratio_max", "kinetic over elastic energy at rest", RATIO, Range::closed(1e-12, 0.1), "1e-4"),
-        text("cache", "the folder of finished packings", "\"cache\""),
-    ]),
+    table("grains", "sizes and matter of the grains", &KEYS_OF_GRAINS),
+    table("packing", "how grains that are not read from a file are made", &KEYS_OF_PACKING),
     table("contact", "forces between grains", contact::KEYS),
     table("damping", "damping of grains beside that of their contacts", &[
         number("local", "local damping, a share of the force on a grain", RATIO, Range::below(0.0, 1.0), "0.1"),
@@ -61,6 +43,30 @@ pub static TABLES: [Table; 9] = [
         number("block", "the edge that blocks aim at", LENGTH, POSITIVE, "\"12 mm\""),
     ]),
     table("output", "what is written and when", &OUTPUT_WITH_BOTH),
+];
+
+#[rustfmt::skip]
+pub(super) const KEYS_OF_GRAINS: [Key; 9] = [
+    number("density", "the density of the solid", Dimension::DENSITY, POSITIVE, "\"2650 kg/m3\""),
+    text("file", "grains to start from, as a CSV or a LAMMPS data file", "\"grains.csv\""),
+    count("count", "grains to be made", (1, 100_000_000), "400"),
+    text("distribution", "how diameters are spread: normal, uniform or list", "\"normal\""),
+    number("diameter_mean", "the mean diameter", LENGTH, POSITIVE, "\"1 mm\""),
+    number("diameter_deviation", "the standard deviation of diameters", LENGTH, NOT_NEGATIVE, "\"0.08 mm\""),
+    number("diameter_min", "the smallest diameter", LENGTH, POSITIVE, "\"6 mm\""),
+    number("diameter_max", "the largest diameter", LENGTH, POSITIVE, "\"14 mm\""),
+    key("diameters", "diameters with their shares of the number of grains", Wants::Shares, "[[\"1 mm\", 0.5], [\"2 mm\", 0.5]]"),
+];
+
+#[rustfmt::skip]
+pub(super) const KEYS_OF_PACKING: [Key; 7] = [
+    text("preparation", "compress a periodic cell without cohesion, or pour onto bodies", "\"compress\""),
+    number("stress", "the mean stress that the packing is compressed to, compression positive", STRESS, POSITIVE, "\"100 kPa\""),
+    number("fraction", "the packing fraction to be reached, by a hot start where compression alone stops short", RATIO, Range::closed(0.3, 0.92), "0.85"),
+    number("friction", "friction while the packing is made", RATIO, Range::closed(0.0, 5.0), "0.01"),
+    number("fraction_start", "the packing fraction of the loose start", RATIO, Range::closed(0.02, 0.5), "0.45"),
+    number("energy_ratio_max", "kinetic over elastic energy at rest", RATIO, Range::closed(1e-12, 0.1), "1e-4"),
+    text("cache", "the folder of finished packings", "\"cache\""),
 ];
 
 /// `[output]` of all kinds, contacts, and the account of energy.

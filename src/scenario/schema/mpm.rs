@@ -3,9 +3,10 @@
 use std::f64::consts::FRAC_PI_4;
 
 use super::super::units::Dimension;
-use super::assembly::{KEYS_OF_BODY, OUTPUT_WITH_LEDGER};
+use super::assembly::{KEYS_OF_BODY, KEYS_OF_GRAINS, KEYS_OF_PACKING, OUTPUT_WITH_LEDGER};
+use super::shear::KEYS_OF_ENRICHMENT;
 use super::{
-    Key, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, count, key, number, table, text,
+    Key, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, contact, count, key, number, table, text,
     vector,
 };
 
@@ -13,9 +14,11 @@ const ANGLE: Dimension = Dimension::ANGLE;
 const SPEED: Dimension = Dimension::SPEED;
 
 #[rustfmt::skip]
-pub static TABLES: [Table; 10] = [
+pub static TABLES: [Table; 14] = [
     table("", "the job itself", &[
         text("name", "the job's name, also that of its run directory", "\"column_collapse\""),
+        text("method", "what a job with grains is made of: mpm, dem or hybrid", "\"hybrid\""),
+        count("seed", "the seed of every random number", (0, i64::MAX as u64), "1"),
         key("region", "where material is at the start", Wants::Tables(&REGION), "[{shape = \"box\", lower = [0, 0], upper = [1, 1]}]"),
         key("boundary", "what happens at the faces of the grid", Wants::Tables(&BOUNDARY), "[{face = \"y_lower\", kind = \"fixed\"}]"),
         key("load", "loads on the material's surface", Wants::Tables(&LOAD), "[{face = \"y_upper\", kind = \"pressure\", pressure = \"1 kPa\"}]"),
@@ -67,10 +70,12 @@ pub static TABLES: [Table; 10] = [
     table("time", "the time step and the end", &[
         number("step", "the time step", TIME, POSITIVE, "\"10 us\""),
         number("safety", "the time step over the stable one, in place of step", RATIO, Range::new(0.0, 1.0, true, false), "0.5"),
+        count("grain_steps", "steps of grains in one of the continuum", (1, 1000), "8"),
         number("end", "the simulated time at which the run ends", TIME, POSITIVE, "\"1 s\""),
     ]),
     table("decomposition", "how the domain is cut", &[
         count("cells_per_block", "the edge of a block in cells", (2, 64), "8"),
+        number("skin", "the reach of the neighbour list beyond contact", LENGTH, POSITIVE, "\"0.1 mm\""),
     ]),
     table("oracle", "where a shear band would be replaced by grains", &[
         number("diameter", "D50 of those grains", LENGTH, POSITIVE, "\"1 mm\""),
@@ -80,6 +85,10 @@ pub static TABLES: [Table; 10] = [
         number("persistence", "c_g", RATIO, POSITIVE, "9.6e-3"),
         count("every", "steps between two looks", (1, 1_000_000_000), "50"),
     ]),
+    table("grains", "sizes and matter of the grains", &KEYS_OF_GRAINS),
+    table("packing", "how a piece of packing is made, which is laid side by side", &KEYS_OF_PACKING),
+    table("contact", "forces between grains", contact::KEYS),
+    table("enrichment", "grains for points", &KEYS_OF_ENRICHMENT),
     table("output", "what is written and when", &OUTPUT_WITH_LEDGER),
 ];
 
@@ -144,13 +153,14 @@ static MEMBRANE: Table = Table { name: "membrane", about: "an elastic membrane u
 static BODY: Table = Table { name: "body", about: "a rigid body", many: true, keys: &KEYS_OF_BODY_HERE };
 
 #[rustfmt::skip]
-const KEYS_OF_BODY_HERE: [Key; 17] = {
+const KEYS_OF_BODY_HERE: [Key; 18] = {
     let [name, shape, point, normal, lower, upper, centre, radius, axis, velocity, spin, ramp, path, servo] = KEYS_OF_BODY;
     [
         name, shape, point, normal, lower, upper, centre, radius, axis, velocity, spin, ramp, path, servo,
         text("contact", "how the material touches it: rough, smooth or coulomb", "\"rough\""),
         number("friction", "the Coulomb coefficient", RATIO, Range::closed(0.0, 5.0), "0.5"),
         key("separates", "whether material may part from it", Wants::Flag, "true"),
+        number("seat", "the force that presses it against its way on grains until they rest, before the run", Dimension::FORCE, POSITIVE, "\"60 N\""),
     ]
 };
 

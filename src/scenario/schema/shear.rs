@@ -3,7 +3,7 @@
 use super::super::units::Dimension;
 use super::assembly::OUTPUT_WITH_BOTH;
 use super::{
-    DAMPING, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, contact, count, key, number,
+    DAMPING, Key, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, contact, count, key, number,
     table, text, vector,
 };
 
@@ -63,13 +63,7 @@ pub static TABLES: [Table; 12] = [
         number("persistence", "c_g", RATIO, POSITIVE, "1.2e-3"),
         count("every", "steps between two looks", (1, 1_000_000_000), "50"),
     ]),
-    table("enrichment", "grains for points", &[
-        number("distance", "phi_0", LENGTH, POSITIVE, "\"2.2 cm\""),
-        number("weight", "w, the grains' share in the rim", RATIO, Range::open(0.0, 1.0), "0.5"),
-        number("training", "the share of the motion trained", RATIO, Range::closed(0.0, 1.0), "1.0"),
-        number("training_speed", "how much faster training runs", RATIO, Range::closed(0.01, 1e6), "10.0"),
-        number("training_rest", "rest after training", RATIO, Range::closed(0.0, 1000.0), "0.5"),
-    ]),
+    table("enrichment", "grains for points", &KEYS_OF_ENRICHMENT),
     table("time", "the time step", &[
         number("step", "the time step", TIME, POSITIVE, "\"0.4 us\""),
         count("grain_steps", "steps of grains in one of the continuum", (1, 1000), "8"),
@@ -88,3 +82,12 @@ static WEAK: Table = Table { name: "continuum.weak", about: "a region that start
     vector("upper", "the upper right corner", LENGTH, "\"6 cm\""),
     number("fraction_deficit", "subtracted from the packing fraction there", RATIO, Range::closed(0.0, 0.3), "0.02"),
 ] };
+
+#[rustfmt::skip]
+pub(super) const KEYS_OF_ENRICHMENT: [Key; 5] = [
+    number("distance", "phi_0", LENGTH, POSITIVE, "\"2.2 cm\""),
+    number("weight", "w, the grains' share in the rim", RATIO, Range::open(0.0, 1.0), "0.5"),
+    number("training", "the share of the motion trained", RATIO, Range::closed(0.0, 1.0), "1.0"),
+    number("training_speed", "how much faster training runs", RATIO, Range::closed(0.01, 1e6), "10.0"),
+    number("training_rest", "rest after training", RATIO, Range::closed(0.0, 1000.0), "0.5"),
+];

@@ -13,16 +13,7 @@ pub fn assembly(assembly: &Assembly) -> String {
     cell(&mut page, &assembly.cell);
     page.numbers("gravity", &assembly.gravity[..axes]);
 
-    page.table("grains");
-    page.number("density", assembly.matter.density);
-    match &assembly.source {
-        Source::File(file) => {
-            page.path("file", file);
-            page.number("diameter_mean", assembly.matter.diameter_mean);
-        }
-        Source::Packed(packed) => made(&mut page, packed),
-    }
-
+    grains(&mut page, assembly);
     page.contact(&assembly.contact);
     page.table("damping");
     page.number("local", assembly.damping.local);
@@ -58,6 +49,19 @@ pub fn assembly(assembly: &Assembly) -> String {
         servo(&mut page, one.motion.servo.as_ref(), axes);
     }
     page.text_of_all()
+}
+
+/// `[grains]`, and of grains that are made `[packing]`.
+pub fn grains(page: &mut Page, assembly: &Assembly) {
+    page.table("grains");
+    page.number("density", assembly.matter.density);
+    match &assembly.source {
+        Source::File(file) => {
+            page.path("file", file);
+            page.number("diameter_mean", assembly.matter.diameter_mean);
+        }
+        Source::Packed(packed) => made(page, packed),
+    }
 }
 
 fn cell(page: &mut Page, cell: &Cell) {

@@ -1,10 +1,10 @@
 //! A continuum of material points on a grid.
 
-use super::assembly::{body, servo};
-use super::shear::oracle;
+use super::assembly::{body, grains, servo};
+use super::shear::{enrichment, oracle};
 use super::{Page, list};
 use crate::scenario::mpm::{
-    BodyContact, Boundary, Elastic, Face, InitialStress, Load, LoadKind, MaterialLaw, Membrane, Mpm, Path, Region,
+    BodyContact, Boundary, Elastic, Face, Granular, InitialStress, Load, LoadKind, MaterialLaw, Membrane, Mpm, Path, Region,
     RegionShape, ShapeFunction, StressUpdate, Transfer, Wave,
 };
 
@@ -12,6 +12,10 @@ pub fn mpm(job: &Mpm) -> String {
     let mut page = Page::new();
     let axes = job.grid.dimension;
     page.text("name", &job.name);
+    if let Some(grains) = &job.grains {
+        page.text("method", grains.method.name());
+        page.count("seed", grains.piece.seed);
+    }
     grid(&mut page, job);
     scheme(&mut page, job);
     material(&mut page, job);
@@ -22,6 +26,9 @@ pub fn mpm(job: &Mpm) -> String {
     page.table("time");
     page.number("step", job.step);
     page.number("end", job.end);
+    if job.grains.is_some() {
+        page.count("grain_steps", job.grain_steps);
+    }
     if let Some(watch) = &job.oracle {
         page.table("oracle");
         page.number("diameter", watch.diameter);
@@ -29,6 +36,12 @@ pub fn mpm(job: &Mpm) -> String {
     }
     page.table("decomposition");
     page.count("cells_per_block", job.cells_per_block as u64);
+    if let Some(Granular { piece, enrichment: of_zones, .. }) = &job.grains {
+        page.number("skin", piece.skin);
+        grains(&mut page, piece);
+        page.contact(&piece.contact);
+        enrichment(&mut page, of_zones);
+    }
     page.output(&job.output);
     page.flag("ledger", job.ledger);
     for one in &job.regions {
@@ -55,6 +68,9 @@ pub fn mpm(job: &Mpm) -> String {
             }
         }
         page.flag("separates", one.separates);
+        if one.seat > 0.0 {
+            page.number("seat", one.seat);
+        }
         servo(&mut page, one.body.motion.servo.as_ref(), axes);
     }
     for one in &job.follow {
@@ -132,7 +148,9 @@ fn material(page: &mut Page, job: &Mpm) {
             }
         }
     }
-    page.number("density", job.material.density);
+    if job.grains.is_none() {
+        page.number("density", job.material.density);
+    }
 }
 
 fn moduli(page: &mut Page, law: &Elastic) {

@@ -1,7 +1,7 @@
 //! Planar shear.
 
 use super::Page;
-use crate::scenario::{Oracle, Scenario};
+use crate::scenario::{Enrichment, Oracle, Scenario};
 
 pub fn shear(scenario: &Scenario) -> String {
     let mut page = Page::new();
@@ -66,14 +66,7 @@ pub fn shear(scenario: &Scenario) -> String {
     page.table("oracle");
     oracle(&mut page, &scenario.oracle);
 
-    let enrichment = &scenario.enrichment;
-    page.table("enrichment");
-    page.number("distance", enrichment.distance);
-    page.number("weight", enrichment.weight);
-    page.number("training", enrichment.training);
-    page.number("training_speed", enrichment.training_speed);
-    page.number("training_rest", enrichment.training_rest);
-
+    enrichment(&mut page, &scenario.enrichment);
     page.table("time");
     page.number("step", scenario.time.step);
     page.count("grain_steps", scenario.time.grain_steps);
@@ -93,6 +86,15 @@ pub fn shear(scenario: &Scenario) -> String {
 }
 
 /// The keys of the oracle, of whatever kind of job.
+pub(super) fn enrichment(page: &mut Page, enrichment: &Enrichment) {
+    page.table("enrichment");
+    page.number("distance", enrichment.distance);
+    page.number("weight", enrichment.weight);
+    page.number("training", enrichment.training);
+    page.number("training_speed", enrichment.training_speed);
+    page.number("training_rest", enrichment.training_rest);
+}
+
 pub(super) fn oracle(page: &mut Page, oracle: &Oracle) {
     page.number("laplacian", oracle.laplacian);
     page.number("recent_strain", oracle.recent_strain);

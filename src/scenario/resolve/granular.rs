@@ -1,0 +1,154 @@
+//! Grains that the material of a continuum's job may be made of.
+
+use super::assembly::source;
+use super::checks::check_as_piece;
+use super::contact::contact;
+use super::shear::enrichment;
+use super::{BLOCK_OF_DISCS, SKIN_DEFAULT, digits, folder_of};
+use crate::error::Error;
+use crate::scenario::assembly::{Assembly, Cell, Damping, Packed, Preparation, Source, Velocities};
+use crate::scenario::figures::fraction_in_cell;
+use crate::scenario::mpm::{Boundary, Face, Granular, Grid, MaterialLaw, Mpm, ShapeFunction};
+use crate::scenario::raw::{Reader, Typed};
+use crate::scenario::{Method, Output, stable};
+
+/// Tables and keys that only grains ask for.
+const TABLES: [&str; 3] = ["packing", "contact", "enrichment"];
+const METHODS: [(&str, Method); 3] = [("mpm", Method::Mpm), ("dem", Method::Dem), ("hybrid", Method::Hybrid)];
+/// Packing fraction of the piece as it is drawn; compression makes it what it is.
+const FRACTION_DRAWN: f64 = 0.84;
+/// Cells that a zone keeps between its flagged nodes and its rim, at least.
+const CELLS_OF_ZONE: f64 = 1.5;
+
+/// What `[grains]` and its like say, if the job has them.
+pub fn granular(
+    typed: &Typed,
+    top: &Reader<'_>,
+    grid: &Grid,
+    time: &Reader<'_>,
+    file: &str,
+) -> Result<Option<Granular>, Error> {
+    let why = "a job with grains";
+    let grains = typed.table("grains", false, why)?;
+    if !grains.is_typed() {
+        let asleep = TABLES.into_iter().map(|name| typed.table(name, false, why)).collect::<Result<Vec<_>, _>>()?;
+        if let Some(table) = asleep.iter().find(|table| table.is_typed()) {
+            return Err(table.refusal_of_table("is for jobs with grains, and this one has none. Add [grains], or remove it."));
+        }
+        for (table, key) in [(top, "method"), (top, "seed"), (time, "grain_steps")] {
+            if table.has(key) {
+                return Err(table.refusal(key, "is for jobs with grains, and this one has none. Add [grains], or remove the line."));
+            }
+        }
+        return Ok(None);
+    }
+    if grid.dimension != 2 {
+        return Err(grains.refusal_of_table("are discs beside a continuum in plane strain, and this grid is in space. Write grid.space = \"plane\", or remove the table."));
+    }
+    let method = top.choose("method", "method", &METHODS)?;
+    let piece = piece(typed, top, grid, time, file)?;
+    let enrichment = enrichment(&typed.table("enrichment", method == Method::Hybrid, why)?, grid.cell)?;
+    Ok(Some(Granular { method, piece, enrichment }))
+}
+
+/// The piece of packing.
+fn piece(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>, file: &str) -> Result<Assembly, Error> {
+    let why = "a job with grains";
+    let (grains, packing) = (typed.table("grains", true, why)?, typed.table("packing", true, why)?);
+    let mut cell = Cell {
+        dimension: 2,
+        lower: [0.0; 3],
+        upper: [1.0, 1.0, 0.0],
+        periodic: [true, true, false],
+        depth: grid.depth,
+        gradient: [[0.0; 3]; 3],
+        servo: None,
+    };
+    let (matter, source) = source(&grains, &packing, &cell, &folder_of(file))?;
+    let Source::Packed(Packed { preparation: Preparation::Compress { .. }, .. }) = source else {
+        let message = "must be compressed, so that pieces of packing can be laid side by side: write packing.preparation = \"compress\" and grains.count.";
+        return Err(grains.refusal_of_table(message));
+    };
+    let mass_mean = stable::grain_mass(matter.density, 0.5 * matter.diameter_mean, cell.depth, 2);
+    let contact = contact(&typed.table("contact", true, why)?, mass_mean)?;
+    let step = time.number("step")?;
+    let cut = typed.table("decomposition", false, why)?;
+    let mut piece = Assembly {
+        name: "packing".to_string(),
+        seed: top.count_or("seed", 1)?,
+        matter,
+        source,
+        contact,
+        damping: Damping::default(),
+        gravity: [0.0; 3],
+        bodies: Vec::new(),
+        step,
+        end: step,
+        velocities: Velocities::Now,
+        allow_unstable: false,
+        skin: cut.number_or("skin", SKIN_DEFAULT * matter.diameter_mean)?,
+        block: BLOCK_OF_DISCS * matter.diameter_mean,
+        output: Output::default(),
+        ledger: false,
+        cell: cell.clone(),
+    };
+    // A square that its grains fill about as they will once they are compressed.
+    let edge = (fraction_in_cell(&piece).unwrap_or(FRACTION_DRAWN) / FRACTION_DRAWN).sqrt();
+    cell.upper = [edge, edge, 0.0];
+    piece.cell = cell;
+    check_as_piece(&piece, typed)?;
+    Ok(piece)
+}
+
+/// What grains ask of the rest of the job.
+pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
+    for (body, table) in job.bodies.iter().zip(&top.tables("body")?) {
+        let moves = body.body.motion.path.iter().any(|at| at.velocity != [0.0; 3]);
+        if body.seat > 0.0 && (job.grains.is_none() || !moves || body.body.motion.servo.is_some()) {
+            return Err(table.refusal(
+                "seat",
+                "presses a body that moves along a path on grains before the run, and this job has no grains, or the body no path. Remove the line.",
+            ));
+        }
+    }
+    let Some(grains) = &job.grains else { return Ok(()) };
+    if !matches!(job.material.law, MaterialLaw::CriticalDruckerPrager(_)) {
+        return Err(typed.refusal("material", "law", "does not soften as grains do. In a job with grains write \"critical_drucker_prager\"."));
+    }
+    if job.scheme.shape != ShapeFunction::Quadratic {
+        return Err(typed.refusal("scheme", "shape", "is not that of grains, which share nodes by quadratic splines. Write \"quadratic\"."));
+    }
+    if job.ledger {
+        return Err(typed.refusal("output", "ledger", "keeps the account of points, and does not know grains. Remove it; summary.json tells what was kept of mass and momentum."));
+    }
+    if !job.loads.is_empty() {
+        return Err(top.tables("load")?[0].refusal_of_table("is borne by points, and grains do not know it. Press by a [[body]] or a [[membrane]] in a job with grains."));
+    }
+    for face in Face::all(2) {
+        let kind = job.boundaries[face.axis][usize::from(face.upper)];
+        if !matches!(kind, Boundary::Free | Boundary::Periodic) {
+            return Err(top.refusal(
+                "boundary",
+                &format!(
+                    "leaves {} to hold nodes, and grains do not feel faces. Write kind = \"free\" for that face, and put a [[body]] with shape = \"plane\" in front of it.",
+                    face.name()
+                ),
+            ));
+        }
+    }
+    let distance = grains.enrichment.distance;
+    if grains.method == Method::Hybrid {
+        if job.oracle.is_none() {
+            return Err(top.refusal("method", "is \"hybrid\", and nothing looks for a band that grains would replace. Add [oracle], or write \"mpm\" or \"dem\"."));
+        }
+        if distance < CELLS_OF_ZONE * job.grid.cell {
+            let least = CELLS_OF_ZONE * job.grid.cell;
+            return Err(typed.refusal(
+                "enrichment",
+                "distance",
+                &format!("leaves no cell of grains alone between rims of one cell. Write at least {} m.", digits(least)),
+            ));
+        }
+    }
+    Ok(())
+}
