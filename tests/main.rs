@@ -29,6 +29,8 @@ mod comparison;
 mod conservation;
 /// What jobs of continua mean, key by key, and that writing and reading them again changes nothing.
 mod continua;
+/// Grains in membranes, alone and where points were: none leaks, momentum is kept, the same bits on any ranks and after a restart.
+mod coupled;
 /// Grains and points that share nodes keep their momentum to round-off, leave with one velocity, and translate rigidly; and the
 /// grains' account of energy closes with what nodes do.
 mod coupling;

@@ -159,16 +159,28 @@ impl Ran {
         self.series("kinetic").iter().zip(self.series("elastic")).map(|(kinetic, elastic)| kinetic + elastic).collect()
     }
 
-    fn table(&self) -> &Table {
-        self.state.tables.iter().find(|table| table.name == "points").unwrap()
+    fn table(&self, name: &str) -> &Table {
+        self.state.tables.iter().find(|table| table.name == name).unwrap()
     }
 
     /// A column of the points, component by component, row by row.
     #[track_caller]
     pub fn points(&self, name: &str) -> Vec<Vec<f64>> {
-        let table = self.table();
+        self.rows_of("points", name)
+    }
+
+    /// A column of a table of the last checkpoint, component by component, row by row.
+    #[track_caller]
+    pub fn rows_of(&self, table: &str, name: &str) -> Vec<Vec<f64>> {
+        let table = self.table(table);
         let width = table.column(name).unwrap().width;
         table.f64s(name, width).unwrap().chunks(width).map(<[f64]>::to_vec).collect()
+    }
+
+    /// One of whole numbers.
+    #[track_caller]
+    pub fn wholes_of(&self, table: &str, name: &str) -> Vec<u64> {
+        self.table(table).u64s(name, 1).unwrap().to_vec()
     }
 }
 

@@ -10,6 +10,7 @@ use crate::scenario::raw::Typed;
 use crate::space::Components;
 
 mod assembly;
+mod granular;
 mod mpm;
 mod page;
 mod shear;

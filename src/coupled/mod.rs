@@ -180,12 +180,19 @@ impl<C: ContactLaw<Plane>> Coupled<'_, C> {
             let stress = hot.kirchhoff();
             (0..4).for_each(|component| sums.add(6 + component, hot.weight * hot.volume * stress[component]));
         }
+        world.refresh_ghosts();
+        let (law, grains) = (&world.settings.contact, &world.grains);
+        let on_bodies = world.walls.bearings(law, grains, (&world.bodies, &world.cell));
+        let on_grains = (0..grains.owned).flat_map(|row| world.contacts.bearings(law, grains, row));
+        for bearing in on_grains.chain(on_bodies) {
+            let moment = bearing.moment() * bearing.weight;
+            (0..4).for_each(|component| sums.add(6 + component, moment[component]));
+        }
         let of = world.reduce(sums)?;
-        let moment = world.contact_moment_now()?;
         let [mass, volume] = [of[0], of[5]];
         let mut row = vec![mass, volume, of[1] / mass, of[2] / mass, of[3], of[4]];
         // Column by column in memory, row by row in the file.
-        row.extend([0, 2, 1, 3].map(|component| (of[6 + component] + moment[component]) / volume));
+        row.extend([0, 2, 1, 3].map(|component| of[6 + component] / volume));
         Ok(row)
     }
 }

@@ -23,7 +23,7 @@ pub const COST_GRAIN: f64 = 50e-9;
 /// Cost of one material point over one step on one core, s.
 pub const COST_POINT: f64 = 150e-9;
 /// Bytes that one grain takes with its contacts, neighbour list and ghosts.
-const BYTES_GRAIN: f64 = 1000.0;
+pub const BYTES_GRAIN: f64 = 1000.0;
 /// Bytes that one material point takes.
 const BYTES_POINT: f64 = 500.0;
 /// Bytes that one grid node takes over all of its fields.

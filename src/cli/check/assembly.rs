@@ -27,7 +27,8 @@ pub fn page(assembly: &Assembly) -> String {
     page.0
 }
 
-fn contacts(page: &mut Page, assembly: &Assembly) {
+/// The law of contacts.
+pub(super) fn contacts(page: &mut Page, assembly: &Assembly) {
     page.section("Contact");
     match &assembly.contact {
         Contact::Linear(law) => {

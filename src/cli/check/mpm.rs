@@ -2,14 +2,17 @@
 
 use super::STEP_SHARE_MIN;
 use super::assembly::motion;
+use super::granular::{grains, grains_if_discrete};
 use super::page::{Page, figures, megapascals, whole};
 use crate::math::PI;
 use crate::scenario::assembly::Shape;
 use crate::scenario::mpm::{
-    BodyContact, Boundary, Face, InitialStress, LoadKind, MaterialLaw, Mpm, RegionShape, ShapeFunction, StressUpdate,
+    BodyContact, Boundary, Face, Granular, InitialStress, LoadKind, MaterialLaw, Mpm, RegionShape, ShapeFunction, StressUpdate,
     Transfer, figures as of,
 };
+use crate::scenario::derived::{BYTES_GRAIN, COST_GRAIN};
 use crate::scenario::stable::governing;
+use crate::scenario::{Method, figures::bounds as bounds_of_grains};
 
 /// Above this share of the wave speed motion is no longer slow against waves.
 const MACH_MAX: f64 = 0.3;
@@ -20,7 +23,8 @@ const VOLUME_TOLERANCE: f64 = 0.01;
 pub fn page(job: &Mpm) -> String {
     let mut page = Page(String::new());
     let space = if job.grid.dimension == 2 { "plane strain" } else { "in space" };
-    page.line(&format!("{}: a continuum on a grid, {space}", job.name));
+    let with = if job.grains.is_some() { ", with grains" } else { "" };
+    page.line(&format!("{}: a continuum on a grid, {space}{with}", job.name));
     let counts = of::points_of_regions(job);
     grid(&mut page, job);
     scheme(&mut page, job);
@@ -30,6 +34,7 @@ pub fn page(job: &Mpm) -> String {
     loads(&mut page, job);
     membranes(&mut page, job);
     bodies(&mut page, job);
+    grains(&mut page, job);
     steps(&mut page, job);
     cost(&mut page, job, counts.iter().sum());
     for warning in warnings(job) {
@@ -265,7 +270,12 @@ fn bodies(page: &mut Page, job: &Mpm) {
 
 fn steps(page: &mut Page, job: &Mpm) {
     page.section("Time step");
-    page.row("step of the job", &format!("{} s", figures(job.step)), "");
+    page.row("step of the job", &format!("{} s", figures(job.step)), if job.grains.is_some() { "of grains" } else { "" });
+    if let Some(grains) = &job.grains {
+        page.bounds("stable step of grains", &bounds_of_grains(&grains.piece));
+        let together = format!("{} steps of grains", job.grain_steps);
+        page.row("step of the continuum", &format!("{} s", figures(job.step_of_continuum())), &together);
+    }
     page.bounds("stable step", &of::bounds(job));
 }
 
@@ -273,13 +283,20 @@ fn cost(page: &mut Page, job: &Mpm, points: u64) {
     page.section("Cost");
     page.row("simulated time", &format!("{} s", figures(job.end)), "");
     page.row("steps", &whole(of::steps(job) as f64), "");
-    page.row("memory", &format!("{} MB", figures(1e-6 * of::memory(job, points))), "of all ranks together, about");
-    let seconds = of::wall_time(job, points);
-    page.row(
-        "time to run",
-        &format!("{} h ({} s)", figures(seconds / 3600.0), figures(seconds)),
-        &format!("on one core, at {} ns a point and step", whole(1e9 * of::cost_of_point(job))),
-    );
+    let grains = job.grains.as_ref().map_or(0.0, |granular| match granular.method {
+        Method::Dem => grains_if_discrete(job, granular),
+        Method::Hybrid | Method::Mpm => 0.0,
+    });
+    let points = if job.has_points() { points } else { 0 };
+    let memory = of::memory(job, points) + BYTES_GRAIN * grains;
+    page.row("memory", &format!("{} MB", figures(1e-6 * memory)), "of all ranks together, about");
+    let seconds = of::wall_time(job, points) / job.grain_steps as f64 + of::steps(job) as f64 * grains * COST_GRAIN;
+    let note = match &job.grains {
+        Some(Granular { method: Method::Hybrid, .. }) => "on one core, before there are grains".to_string(),
+        Some(Granular { method: Method::Dem, .. }) => format!("on one core, at {} ns a grain and step", whole(1e9 * COST_GRAIN)),
+        _ => format!("on one core, at {} ns a point and step", whole(1e9 * of::cost_of_point(job))),
+    };
+    page.row("time to run", &format!("{} h ({} s)", figures(seconds / 3600.0), figures(seconds)), &note);
 }
 
 /// How far a node's function reaches, in cells.
@@ -295,10 +312,10 @@ fn reach(shape: ShapeFunction) -> f64 {
 fn warnings(job: &Mpm) -> Vec<String> {
     let mut warnings = Vec::new();
     let stable = governing(&of::bounds(job)).step;
-    if job.step < STEP_SHARE_MIN * stable {
+    if job.step_of_continuum() < STEP_SHARE_MIN * stable {
         warnings.push(format!(
             "the time step is {} of the stable one, {} s. A longer time.step would save time.",
-            figures(job.step / stable),
+            figures(job.step_of_continuum() / stable),
             figures(stable)
         ));
     }

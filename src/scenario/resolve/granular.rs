@@ -7,7 +7,7 @@ use super::shear::enrichment;
 use super::{BLOCK_OF_DISCS, SKIN_DEFAULT, digits, folder_of};
 use crate::error::Error;
 use crate::scenario::assembly::{Assembly, Cell, Damping, Packed, Preparation, Source, Velocities};
-use crate::scenario::figures::fraction_in_cell;
+use crate::scenario::figures::{diameter_max, fraction_in_cell, margin};
 use crate::scenario::mpm::{Boundary, Face, Granular, Grid, MaterialLaw, Mpm, ShapeFunction};
 use crate::scenario::raw::{Reader, Typed};
 use crate::scenario::{Method, Output, stable};
@@ -135,6 +135,24 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
                 ),
             ));
         }
+    }
+    if job.grid.periodic[..2].contains(&true) {
+        return Err(typed.refusal("grid", "periodic", "has a period that pieces of packing do not fit. Write false, and hold the grains by bodies and membranes."));
+    }
+    let ramped = job.membranes.iter().zip(top.tables("membrane")?).find(|(membrane, _)| membrane.ramp > 0.0);
+    if let Some((_, table)) = ramped {
+        return Err(table.refusal("ramp", "lets go of grains that have come to rest under the whole pressure before the run. Remove the line."));
+    }
+    if job.gravity.ramp > 0.0 {
+        return Err(typed.refusal("gravity", "ramp", "lets go of grains that have come to rest under all of gravity before the run. Remove the line."));
+    }
+    let (edge, least) = (job.cells_per_block as f64 * job.grid.cell, 2.0 * diameter_max(&grains.piece) + margin(&grains.piece));
+    if edge < least {
+        return Err(typed.refusal(
+            "decomposition",
+            "cells_per_block",
+            &format!("makes blocks of {} mm, shorter than two of the largest grains and the skin, {} mm. Take more cells.", digits(1e3 * edge), digits(1e3 * least)),
+        ));
     }
     let distance = grains.enrichment.distance;
     if grains.method == Method::Hybrid {

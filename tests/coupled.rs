@@ -1,0 +1,187 @@
+//! Jobs on a grid with grains: triaxial compression in membranes, as grains, and as points that grains replace.
+
+use crate::runs::{Ran, parse, same};
+
+/// A specimen of 18 by 30 mm under 100 kPa, pressed ten times as fast as the paper's.
+fn triaxial(method: &str, end: f64) -> String {
+    format!(
+        r#"
+        name = "small"
+        method = "{method}"
+        [grid]
+        space = "plane"
+        upper = ["48 mm", "36 mm"]
+        cell = "3 mm"
+        [scheme]
+        flip = 0.95
+        [material]
+        law = "critical_drucker_prager"
+        bulk_modulus = "86.4 MPa"
+        shear_modulus = "39.3 MPa"
+        friction_angle_critical = "0.35 rad"
+        fraction_critical = 0.815
+        fraction = 0.842
+        dilation_factor = 5
+        softening_rate = 10
+        [stress]
+        kind = "isotropic"
+        pressure = "100 kPa"
+        [[region]]
+        shape = "box"
+        lower = ["24 mm", "6 mm"]
+        upper = ["33 mm", "12 mm"]
+        fraction = 0.816
+        [[region]]
+        shape = "box"
+        lower = ["15 mm", 0]
+        upper = ["33 mm", "30 mm"]
+        [[boundary]]
+        face = "x_lower"
+        kind = "free"
+        [[boundary]]
+        face = "x_upper"
+        kind = "free"
+        [[boundary]]
+        face = "y_lower"
+        kind = "free"
+        [[boundary]]
+        face = "y_upper"
+        kind = "free"
+        [[body]]
+        name = "base"
+        shape = "plane"
+        point = [0, 0]
+        normal = [0, 1]
+        contact = "rough"
+        [[body]]
+        name = "plate"
+        shape = "plane"
+        point = [0, "30 mm"]
+        normal = [0, -1]
+        velocity = [0, "-20 cm/s"]
+        ramp = "0.2 ms"
+        contact = "smooth"
+        seat = "18 N"
+        [[membrane]]
+        name = "left"
+        shape = "line"
+        from = ["15 mm", "30 mm"]
+        to = ["15 mm", 0]
+        stiffness = "10 kN/m"
+        damping = "1 N s/m"
+        tension = "0.5 N"
+        pressure = "100 kPa"
+        [[membrane]]
+        name = "right"
+        shape = "line"
+        from = ["33 mm", 0]
+        to = ["33 mm", "30 mm"]
+        stiffness = "10 kN/m"
+        damping = "1 N s/m"
+        tension = "0.5 N"
+        pressure = "100 kPa"
+        [oracle]
+        recent_strain = 4e-3
+        window = 1e-2
+        persistence = 2e-3
+        every = 20
+        [grains]
+        density = 2530
+        count = 300
+        diameter_mean = "1 mm"
+        diameter_deviation = "0.08 mm"
+        [contact]
+        stiffness_normal = 1772093.8
+        stiffness_tangential = 886046.9
+        damping_normal = 3.5
+        damping_tangential = 3.5
+        friction = 0.5
+        [packing]
+        preparation = "compress"
+        stress = "100 kPa"
+        energy_ratio_max = 1e-3
+        cache = "{cache}"
+        [enrichment]
+        distance = "6 mm"
+        [time]
+        step = "0.4 us"
+        grain_steps = 4
+        end = {end}
+        [decomposition]
+        cells_per_block = 4
+        [output]
+        series_interval = {row}
+        frame_interval = 1.0
+        checkpoint_interval = {third}
+        checkpoints_kept = 9
+        "#,
+        cache = std::env::temp_dir().join("scree_test_packings").display(),
+        row = end / 40.0,
+        third = end / 3.0,
+    )
+}
+
+/// Membranes hold grains by nodes alone. None leaves, single ones included; nobody gives them mass or momentum beside bodies and pressure;
+/// and the pressure is what they bear across.
+#[test]
+fn grains_do_not_leak_through_a_membrane() {
+    let ran = Ran::of(&triaxial("dem", 15e-3));
+    let kept = &ran.summary["conservation"];
+    assert!(kept["momentum"]["error"].as_f64().unwrap() < 1e-12, "{kept}");
+    assert_eq!(kept["mass"]["error"].as_f64().unwrap(), 0.0, "{kept}");
+
+    let table = |name: &str, column: &str| ran.rows_of(name, column);
+    let vertices = table("membranes", "position");
+    let owners = ran.wholes_of("membranes", "membrane");
+    // Where a membrane is at a height: between the vertices below and above it, or at its end.
+    let side = |number: u64, y: f64| {
+        let ours: Vec<&Vec<f64>> =
+            vertices.iter().zip(&owners).filter(|(_, owner)| **owner == number).map(|(vertex, _)| vertex).collect();
+        let nearest = ours.iter().min_by(|a, b| (a[1] - y).abs().total_cmp(&(b[1] - y).abs())).unwrap();
+        nearest[0]
+    };
+    let (places, mut farthest) = (table("grains", "position"), f64::NEG_INFINITY);
+    for place in &places {
+        let out = (side(0, place[1]) - place[0]).max(place[0] - side(1, place[1]));
+        farthest = farthest.max(out);
+    }
+    println!("{} grains, the farthest {:.2} mm beyond a membrane", places.len(), 1e3 * farthest);
+    assert_eq!(places.len() as f64, ran.series("grains")[0]);
+    assert!(farthest < 1.5e-3, "a grain is {farthest} m beyond a membrane");
+    let across = ran.series("stress_xx");
+    let mean = across[across.len() / 2..].iter().sum::<f64>() / (across.len() - across.len() / 2) as f64;
+    println!("{mean:.0} Pa across");
+    assert!((mean / -100e3 - 1.0).abs() < 0.15, "{mean} Pa across, under 100 kPa");
+}
+
+#[test]
+fn grains_in_a_membrane_have_the_same_bits_on_any_ranks_and_after_a_restart() {
+    let folder = tempfile::tempdir().unwrap();
+    same(&parse(&triaxial("dem", 1.2e-3)), folder.path(), "grains in membranes");
+}
+
+/// Points, then grains among points, membranes and bodies, from the same packing.
+#[test]
+fn a_hybrid_in_a_membrane_has_the_same_bits_on_any_ranks_and_after_a_restart() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, series) = same(&parse(&triaxial("hybrid", 4e-3)), folder.path(), "a hybrid in membranes");
+    let last: Vec<&str> = series.lines().last().unwrap().split(',').collect();
+    let [grains, points] = [last[2], last[3]].map(|number| number.parse::<f64>().unwrap());
+    assert!(grains > 100.0 && points > 50.0, "{grains} grains and {points} points");
+}
+
+/// The grains that enter bear what the points bore that they replace, across the band and along it, though membranes and plates that held
+/// them are not in the training.
+#[test]
+fn grains_that_enter_beside_a_membrane_bear_what_the_points_bore() {
+    let ran = Ran::of(&triaxial("hybrid", 4e-3));
+    let figure = |name: &str| ran.summary[name].as_f64().unwrap_or_else(|| panic!("no {name}"));
+    for part in ["lateral", "normal"] {
+        let [points, grains] = ["points", "grains"].map(|of| figure(&format!("training_{part}_stress_{of}")));
+        println!("{part}: {points:.0} Pa of points, {grains:.0} Pa of grains");
+        assert!((grains / points - 1.0).abs() < 0.4, "{part}: {grains} for {points}");
+    }
+    let kept = &ran.summary["conservation"];
+    assert!(kept["mass"]["error"].as_f64().unwrap() < 1e-12, "{kept}");
+    assert!(kept["momentum"]["error"].as_f64().unwrap() < 1e-10, "{kept}");
+}
