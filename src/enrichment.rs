@@ -354,7 +354,15 @@ fn train<C: ContactLaw<Plane>>(
         let body = &world.bodies[*number];
         let displacement = body.displacement - way_of(body, [0.0, world.time()], world.time());
         let rest = Linear::zero();
-        Body { path: Vec::new(), servo: None, grip: None, velocity: rest, spin: Linear::zero(), displacement, ..body.clone() }
+        Body {
+            path: Vec::new(),
+            servo: None,
+            grip: None,
+            velocity: rest,
+            spin: Linear::zero(),
+            displacement,
+            ..body.clone()
+        }
     };
     let parts = Parts::fresh(grains, Vec::new(), touched.iter().map(at_start).collect(), world.cell);
     let mut apart = PlanarWorld::<C>::new(settings, world.layout.clone(), world.transport, 0, parts)?;

@@ -22,6 +22,7 @@ use scree_io::frames::{self, Frame};
 use scree_io::{Column, Values};
 
 use crate::error::Error;
+use crate::grain_export::not_yet;
 use crate::observe::frame::Kind;
 use crate::scenario::Job;
 use crate::scenario::units::in_short;
@@ -71,6 +72,7 @@ pub fn write(dir: &Path, file: &Path, moment: Moment) -> Result<String, Error> {
 fn job_of(dir: &Path) -> Result<Job, Error> {
     let job = Job::load(&dir.join("scenario.toml"), &[])?;
     match job {
+        Job::Mpm(job) if job.moves_grains() => Err(not_yet(dir)),
         Job::Mpm(_) => Err(Error::User(format!(
             "{}: this run is a continuum on a grid and has no grains to export. Its points are in frames.vtkhdf.",
             dir.display()

@@ -52,6 +52,7 @@ pub fn write(state: &State, dir: &Path, file: &Path, wanted: Wanted) -> Result<(
     let text = match &job_of(state, dir)? {
         Job::Shear(job) => with_law_of(&job.contact, Export { job, state, dir, is_csv, wanted })?,
         Job::Assembly(job) => with_law_of(&job.contact, Export { job, state, dir, is_csv, wanted })?,
+        Job::Mpm(job) if job.moves_grains() => return Err(not_yet(dir)),
         Job::Mpm(_) => return Err(no_grains(dir)),
     };
     save(file, &text)
@@ -136,11 +137,20 @@ pub fn write_contacts(state: &State, dir: &Path, file: &Path) -> Result<(), Erro
     let bodies: Vec<String> = match job_of(state, dir)? {
         Job::Shear(_) => Vec::new(),
         Job::Assembly(job) => job.bodies.into_iter().map(|body| body.name).collect(),
+        Job::Mpm(job) if job.moves_grains() => job.bodies.into_iter().map(|body| body.body.name).collect(),
         Job::Mpm(_) => return Err(no_grains(dir)),
     };
     let missing = || Error::User(format!("{}: this state has no contacts", dir.display()));
     let table = state.tables.iter().find(|table| table.name == "contacts").ok_or_else(missing)?;
     save(file, &contacts(table, &bodies).ok_or_else(missing)?)
+}
+
+/// Of a job on a grid that has grains.
+pub(crate) fn not_yet(dir: &Path) -> Error {
+    Error::User(format!(
+        "{}: this is a job on a grid, whose grains cannot be exported yet. They are in frames.vtkhdf, of kind 1.",
+        dir.display()
+    ))
 }
 
 fn no_grains(dir: &Path) -> Error {

@@ -28,7 +28,7 @@ pub fn start(job: &Job, options: &Options, transport: &dyn Transport) -> Result<
         Job::Shear(job) => with_law_of(&job.contact, Start { job, options, transport }),
         Job::Assembly(job) => with_law_of(&job.contact, Start { job, options, transport }),
         Job::Mpm(job @ Mpm { grains: Some(granular), .. }) => {
-            with_law_of(&granular.piece.contact, Start { job: &(job, granular), options, transport })
+            with_law_of(&granular.piece.contact, Start { job: &(job, granular.as_ref()), options, transport })
         }
         Job::Mpm(job) if job.grid.dimension == 2 => continuum::start::<Plane>(job, options, transport),
         Job::Mpm(job) => continuum::start::<Solid>(job, options, transport),
@@ -77,9 +77,10 @@ pub fn resume(
     match &Job::parse(&text, &scenario_file(dir).display().to_string(), &[])? {
         Job::Shear(job) => with_law_of(&job.contact, Resume { job, state, options, log, transport }),
         Job::Assembly(job) => with_law_of(&job.contact, Resume { job, state, options, log, transport }),
-        Job::Mpm(job @ Mpm { grains: Some(granular), .. }) => {
-            with_law_of(&granular.piece.contact, Resume { job: &(job, granular), state, options, log, transport })
-        }
+        Job::Mpm(job @ Mpm { grains: Some(granular), .. }) => with_law_of(
+            &granular.piece.contact,
+            Resume { job: &(job, granular.as_ref()), state, options, log, transport },
+        ),
         Job::Mpm(job) if job.grid.dimension == 2 => continuum::resume::<Plane>(job, state, options, log, transport),
         Job::Mpm(job) => continuum::resume::<Solid>(job, state, options, log, transport),
     }

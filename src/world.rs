@@ -392,7 +392,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         // Two grains may close half the skin each.
         let closed = 2.0 * moved + stretch * (2.0 * self.radius_max + self.settings.skin);
         let vertices = if self.is_coupled() { self.membranes.away_from_home() } else { 0.0 };
-        let points = larger(larger(self.points_outside[0], self.points_outside[1]), vertices) / (DRIFT_MAX * self.layout.cell);
+        let points =
+            larger(larger(self.points_outside[0], self.points_outside[1]), vertices) / (DRIFT_MAX * self.layout.cell);
         [closed / self.settings.skin, 2.0 * self.reach_of_cycle() / self.settings.skin, points]
     }
 

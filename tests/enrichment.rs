@@ -62,7 +62,9 @@ fn enrichment_keeps_mass_and_momentum_to_round_off() {
     let (before, points_before) = (sums(&world), world.points.rows().collect::<Vec<_>>());
     let energy_before = world.energies().unwrap();
 
-    let enriched = enrichment::enrich(&mut world, (&scenario.enrichment, scenario.specimen.depth), &flagged, &instants, &file).unwrap();
+    let enriched =
+        enrichment::enrich(&mut world, (&scenario.enrichment, scenario.specimen.depth), &flagged, &instants, &file)
+            .unwrap();
     let after = sums(&world);
     println!(
         "enrichment: mass {:.1e}, momentum {:.1e}, {:.1e}",
@@ -143,7 +145,9 @@ fn a_zone_that_reaches_a_plate_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("packing.h5");
     let (mut world, flagged, instants) = up_to_the_band(&scenario, &Solo, &file);
-    let error = enrichment::enrich(&mut world, (&scenario.enrichment, scenario.specimen.depth), &flagged, &instants, &file).unwrap_err();
+    let error =
+        enrichment::enrich(&mut world, (&scenario.enrichment, scenario.specimen.depth), &flagged, &instants, &file)
+            .unwrap_err();
     assert!(error.to_string().contains("reaches a plate"), "{error}");
 }
 

@@ -136,7 +136,6 @@ impl<S: Space> ForAnyMaterial<S> for Resume<'_> {
     }
 }
 
-
 /// Columns of the account of energy, J.
 const LEDGER: [&str; 6] =
     ["work_loads", "work_bodies", "work_ramp", "dissipated_holds", "energy_lost", "energy_lost_transfer"];

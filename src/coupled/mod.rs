@@ -247,7 +247,12 @@ impl<C: ContactLaw<Plane>> Experiment for Coupled<'_, C> {
         let (grains, points) = (world.grains_total as f64, world.points_total as f64);
         let mut row = vec![world.step as f64, world.time(), grains, points];
         row.extend(means);
-        row.extend([energies.kinetic_grains, energies.elastic_grains, energies.kinetic_points, energies.elastic_points]);
+        row.extend([
+            energies.kinetic_grains,
+            energies.elastic_grains,
+            energies.kinetic_points,
+            energies.elastic_points,
+        ]);
         row.extend([core.progress.oracle.flagged.len() as f64, f64::from(u8::from(core.progress.enriched_step > 0))]);
         row.extend(columns::row_of_extents(world));
         let reactions: [f64; REACTIONS] = world.take_reactions()?;

@@ -96,7 +96,8 @@ pub fn specimen<C: ContactLaw<Plane>>(
 /// Laws of contacts with the job's bodies.
 pub fn laws_of_bodies<C: ContactLaw<Plane>>(job: &Mpm, granular: &Granular) -> Vec<C> {
     let law = |friction: f64| {
-        C::from_job(&granular.piece.contact.without_cohesion().with_friction(friction)).expect("the run was given the job's law")
+        C::from_job(&granular.piece.contact.without_cohesion().with_friction(friction))
+            .expect("the run was given the job's law")
     };
     let of = |contact: BodyContact| match contact {
         BodyContact::Rough => law(FRICTION_ROUGH),
@@ -131,7 +132,8 @@ fn from_root(transport: &dyn Transport, number: f64) -> f64 {
 fn key(job: &Mpm, granular: &Granular) -> String {
     let piece = &granular.piece;
     let regions: Vec<_> = job.regions.iter().map(|region| &region.shape).collect();
-    let bodies: Vec<_> = job.bodies.iter().map(|body| (&body.body.shape, body.contact, body.separates, body.seat)).collect();
+    let bodies: Vec<_> =
+        job.bodies.iter().map(|body| (&body.body.shape, body.contact, body.separates, body.seat)).collect();
     format!(
         "specimen 2 seed {} matter {:?} source {:?} contact {:?} step {:?} skin {:?} regions {regions:?} bodies {bodies:?} membranes {:?} gravity {:?} grid {:?} block {} scheme {:?}",
         piece.seed,
@@ -196,7 +198,8 @@ fn cut<C: ContactLaw<Plane>>(
         for (number, grain) in piece.grains.iter().enumerate() {
             let within = grain.hot.position - piece.cell.corner;
             let place = Vector::new(lower[0] + shift[0] + within[0], lower[1] + shift[1] + within[1]);
-            let is_free = bodies.iter().filter_map(|body| body.nearest(&place)).all(|near| near.distance >= grain.hot.radius);
+            let is_free =
+                bodies.iter().filter_map(|body| body.nearest(&place)).all(|near| near.distance >= grain.hot.radius);
             if is_free && (is_inside(&place) || raised.iter().any(|raised| is_inside(&(place - *raised)))) {
                 let id = GrainId(copy * piece.grains.len() as u64 + number as u64);
                 grains.push(GrainRow::resting(id, place, grain.hot.radius, grain.hot.mass, Mover::Free));
@@ -204,7 +207,9 @@ fn cut<C: ContactLaw<Plane>>(
         }
     }
     match grains.is_empty() {
-        true => Err(Error::User("no grain of the packing has its centre in a [[region]]; make the regions larger than a grain".into())),
+        true => Err(Error::User(
+            "no grain of the packing has its centre in a [[region]]; make the regions larger than a grain".into(),
+        )),
         false => Ok(grains),
     }
 }
@@ -305,7 +310,10 @@ pub fn law_of(job: &Mpm) -> &crate::scenario::mpm::CriticalDruckerPrager {
     }
 }
 
-fn write<C: ContactLaw<Plane>>(file: &std::path::Path, (grains, bodies, vertices): &mut Rested<C>) -> Result<(), Error> {
+fn write<C: ContactLaw<Plane>>(
+    file: &std::path::Path,
+    (grains, bodies, vertices): &mut Rested<C>,
+) -> Result<(), Error> {
     let mut tables = Vec::from(tables::of_grains(grains));
     tables.push(to_table("bodies", bodies, &mut Body::blank()));
     tables.push(to_table("membranes", vertices, &mut Vertex::blank()));

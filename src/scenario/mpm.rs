@@ -35,7 +35,7 @@ pub struct Mpm {
     /// Looks for a shear band, where one is wanted.
     pub oracle: Option<Watch>,
     /// Grains, where the material may be made of them.
-    pub grains: Option<Granular>,
+    pub grains: Option<Box<Granular>>,
     /// Time step, s; of grains, where the job has some.
     pub step: f64,
     /// Steps of grains in one of the continuum; one without grains.

@@ -21,21 +21,37 @@ pub fn grains(page: &mut Page, job: &Mpm) {
     let Some(granular) = &job.grains else { return };
     let piece = &granular.piece;
     page.section("Grains");
-    page.row("method", granular.method.name(), match granular.method {
-        Method::Hybrid => "points first, grains where a band persists",
-        Method::Dem => "grains alone",
-        Method::Mpm => "points alone, of the packing's density",
-    });
+    page.row(
+        "method",
+        granular.method.name(),
+        match granular.method {
+            Method::Hybrid => "points first, grains where a band persists",
+            Method::Dem => "grains alone",
+            Method::Mpm => "points alone, of the packing's density",
+        },
+    );
     page.row("grains", &whole(grains_if_discrete(job, granular)), "if all of the material were discrete, about");
-    page.row("D50", &format!("{} mm", figures(1e3 * piece.matter.diameter_mean)), &format!("{} grains in a piece of packing", match &piece.source {
-        Source::Packed(packed) => whole(packed.count as f64),
-        Source::File(_) => unreachable!("a checked job has its piece made"),
-    }));
-    let per_cell = grains_if_discrete(job, granular) * (job.scheme.points_per_cell as f64).powi(2) / of::points_of_regions(job).iter().sum::<u64>() as f64;
+    page.row(
+        "D50",
+        &format!("{} mm", figures(1e3 * piece.matter.diameter_mean)),
+        &format!(
+            "{} grains in a piece of packing",
+            match &piece.source {
+                Source::Packed(packed) => whole(packed.count as f64),
+                Source::File(_) => unreachable!("a checked job has its piece made"),
+            }
+        ),
+    );
+    let per_cell = grains_if_discrete(job, granular) * (job.scheme.points_per_cell as f64).powi(2)
+        / of::points_of_regions(job).iter().sum::<u64>() as f64;
     page.row("grains in a cell", &figures(per_cell), "the more, the more a hybrid saves");
     if granular.method == Method::Hybrid {
         let zone = &granular.enrichment;
-        page.row("zone", &format!("{} mm", figures(1e3 * zone.distance)), "on either side of flagged nodes, grains alone but for a rim of one cell");
+        page.row(
+            "zone",
+            &format!("{} mm", figures(1e3 * zone.distance)),
+            "on either side of flagged nodes, grains alone but for a rim of one cell",
+        );
         page.row("training", &figures(zone.training), "share of the continuum's motion");
     }
     contacts(page, piece);

@@ -6,11 +6,11 @@ use super::granular::{grains, grains_if_discrete};
 use super::page::{Page, figures, megapascals, whole};
 use crate::math::PI;
 use crate::scenario::assembly::Shape;
-use crate::scenario::mpm::{
-    BodyContact, Boundary, Face, Granular, InitialStress, LoadKind, MaterialLaw, Mpm, RegionShape, ShapeFunction, StressUpdate,
-    Transfer, figures as of,
-};
 use crate::scenario::derived::{BYTES_GRAIN, COST_GRAIN};
+use crate::scenario::mpm::{
+    BodyContact, Boundary, Face, Granular, InitialStress, LoadKind, MaterialLaw, Mpm, RegionShape, ShapeFunction,
+    StressUpdate, Transfer, figures as of,
+};
 use crate::scenario::stable::governing;
 use crate::scenario::{Method, figures::bounds as bounds_of_grains};
 
@@ -270,7 +270,11 @@ fn bodies(page: &mut Page, job: &Mpm) {
 
 fn steps(page: &mut Page, job: &Mpm) {
     page.section("Time step");
-    page.row("step of the job", &format!("{} s", figures(job.step)), if job.grains.is_some() { "of grains" } else { "" });
+    page.row(
+        "step of the job",
+        &format!("{} s", figures(job.step)),
+        if job.grains.is_some() { "of grains" } else { "" },
+    );
     if let Some(grains) = &job.grains {
         page.bounds("stable step of grains", &bounds_of_grains(&grains.piece));
         let together = format!("{} steps of grains", job.grain_steps);
@@ -291,9 +295,11 @@ fn cost(page: &mut Page, job: &Mpm, points: u64) {
     let memory = of::memory(job, points) + BYTES_GRAIN * grains;
     page.row("memory", &format!("{} MB", figures(1e-6 * memory)), "of all ranks together, about");
     let seconds = of::wall_time(job, points) / job.grain_steps as f64 + of::steps(job) as f64 * grains * COST_GRAIN;
-    let note = match &job.grains {
+    let note = match job.grains.as_deref() {
         Some(Granular { method: Method::Hybrid, .. }) => "on one core, before there are grains".to_string(),
-        Some(Granular { method: Method::Dem, .. }) => format!("on one core, at {} ns a grain and step", whole(1e9 * COST_GRAIN)),
+        Some(Granular { method: Method::Dem, .. }) => {
+            format!("on one core, at {} ns a grain and step", whole(1e9 * COST_GRAIN))
+        }
         _ => format!("on one core, at {} ns a point and step", whole(1e9 * of::cost_of_point(job))),
     };
     page.row("time to run", &format!("{} h ({} s)", figures(seconds / 3600.0), figures(seconds)), &note);

@@ -46,7 +46,8 @@ struct Point {
     position: [f64; 3],
     /// Edge of the square or cube of its volume, m.
     edge: f64,
-    plastic_strain: f64,
+    /// Plastic strain; where there may be grains the deviatoric strain, which these have as well.
+    strain: f64,
     /// Compression positive, Pa.
     pressure: f64,
 }
@@ -73,6 +74,11 @@ impl Run {
         Self { dimension: record.dimension("grid"), record }
     }
 
+    /// Whether the job has grains, at any time.
+    fn may_have_grains(&self) -> bool {
+        !self.record.column("grains").is_empty()
+    }
+
     fn axes(&self) -> &'static [&'static str] {
         &AXES[..self.dimension]
     }
@@ -84,17 +90,18 @@ impl Run {
         chosen.dedup();
         let scenes = chosen.into_iter().map(|index| self.scene(index)).collect::<Result<Vec<_>, _>>()?;
         // Most points may have none, and what has yielded is what the colours are for.
-        let strain = range(&scenes, |point| if point.plastic_strain > 0.0 { point.plastic_strain } else { f64::NAN });
+        let strain = range(&scenes, |point| if point.strain > 0.0 { point.strain } else { f64::NAN });
         let mut figures = Vec::new();
         if strain[1] > 0.0 {
             let colours = Colours {
-                name: "plastic_strain",
-                words: "plastic strain",
-                of: |point| point.plastic_strain,
+                name: if self.may_have_grains() { "deviatoric_strain" } else { "plastic_strain" },
+                words: if self.may_have_grains() { "deviatoric strain" } else { "plastic strain" },
+                of: |point| point.strain,
                 ends: [0.0, round_up(strain[1])],
                 unit: 1.0,
             };
-            figures.push((colours.name, self.picture(&scenes, &colours), STRAIN_WORDS));
+            let words = if self.may_have_grains() { STRAIN_WORDS_OF_GRAINS } else { STRAIN_WORDS };
+            figures.push((colours.name, self.picture(&scenes, &colours), words));
         }
         let pressure = range(&scenes, |point| point.pressure);
         let tension = pressure[0] < -TENSION_SHARE_MIN * pressure[1].abs();
@@ -107,7 +114,10 @@ impl Run {
             unit: 1e3,
         };
         figures.push((colours.name, self.picture(&scenes, &colours), STRESS_WORDS));
-        figures.push(("energies", self.energies(), ENERGY_WORDS));
+        match self.may_have_grains() {
+            true => figures.push(("energies", self.energies_of_both(), BOTH_WORDS)),
+            false => figures.push(("energies", self.energies(), ENERGY_WORDS)),
+        }
         figures.push(("stress", self.stresses(), SERIES_WORDS));
         let reactions = self.reactions();
         if !reactions.is_empty() {
@@ -134,15 +144,19 @@ impl Run {
                 format!("{} to {}\u{2009}m along {axis}", end("lower"), end("upper"))
             })
             .collect();
-        let strain = scenes
-            .last()
-            .map_or(0.0, |scene| scene.points.iter().map(|point| point.plastic_strain).fold(0.0, f64::max));
+        let strain =
+            scenes.last().map_or(0.0, |scene| scene.points.iter().map(|point| point.strain).fold(0.0, f64::max));
         let yielded = match strain > 0.0 {
+            true if self.may_have_grains() => format!("the largest deviatoric strain is {}", significant(strain, 3)),
             true => format!("the largest plastic strain is {}", significant(strain, 3)),
             false => "no point has yielded".to_owned(),
         };
+        let grains = match self.may_have_grains() {
+            true => format!("{:.0} grains and ", record.last("grains")),
+            false => String::new(),
+        };
         format!(
-            "{:.0} points {kind} ({law}) for {}. At the end their centre of mass has moved by {}\u{2009}m since the \
+            "{grains}{:.0} points {kind} ({law}) for {}. At the end their centre of mass has moved by {}\u{2009}m since the \
              first row of the series, the material reaches from {}, and {yielded}.",
             record.last("points"),
             time(record.last("time")),
@@ -167,7 +181,8 @@ impl Run {
                 _ => Err(torn_frames(&path, &format!("frame {index}: field `{name}` is not what it should be"))),
             }
         };
-        let ((radii, _), (strains, _)) = (reals("radius")?, reals("plastic_strain")?);
+        let strain = if self.may_have_grains() { "deviatoric_strain" } else { "plastic_strain" };
+        let ((radii, _), (strains, _)) = (reals("radius")?, reals(strain)?);
         let (stresses, width) = reals("stress")?;
         let edge_of_radius = if self.dimension == 2 { PI.sqrt() } else { crate::math::cbrt(4.0 / 3.0 * PI) };
         let point = |row: usize| {
@@ -177,7 +192,8 @@ impl Run {
             Point {
                 position: frame.positions[row],
                 edge: edge_of_radius * radii[row],
-                plastic_strain: strains[row],
+                // Where a grain has lost its neighbours there is none.
+                strain: if strains[row].is_finite() { strains[row] } else { 0.0 },
                 pressure: -trace / self.dimension as f64,
             }
         };
@@ -346,6 +362,13 @@ impl Run {
         })
     }
 
+    /// Of grains and points each.
+    fn energies_of_both(&self) -> String {
+        let lines = ["kinetic_grains", "elastic_grains", "kinetic_points", "elastic_points"];
+        let lines = lines.map(|column| (column.replace('_', " of "), self.record.curve(column, 1.0)));
+        draw("energies", &[Plot { label: "energy (J)", lines: lines.into(), is_logarithmic: true }])
+    }
+
     fn energies(&self) -> String {
         let logarithmic = [("kinetic", "kinetic"), ("elastic", "elastic"), ("dissipated", "dissipated")]
             .map(|(column, words)| (words.to_owned(), self.record.curve(column, 1.0)));
@@ -436,6 +459,9 @@ impl Run {
 
 const STRAIN_WORDS: &str = "The material points as squares of their area, in space what is in front of a look along y, \
      coloured by plastic strain. Dashed: the grid; grey: bodies, and vertices of membranes.";
+const STRAIN_WORDS_OF_GRAINS: &str = "Grains and material points as squares of their area, coloured by deviatoric strain since they began: \
+     of a grain that of the grains around it. Dashed: the grid; grey: bodies, and vertices of membranes.";
+const BOTH_WORDS: &str = "Kinetic and elastic energy of grains and of points; what is zero has no place on this scale.";
 const STRESS_WORDS: &str =
     "The same coloured by mean stress, compression positive; of plane strain the mean in the plane.";
 const ENERGY_WORDS: &str = "(a) Energies against time, at the last evaluation of forces; what is zero has no place on this \

@@ -125,7 +125,12 @@ fn cell_servo(table: &Reader<'_>) -> Result<Option<CellServo>, Error> {
     }
 }
 
-pub(super) fn source(grains: &Reader<'_>, packing: &Reader<'_>, cell: &Cell, folder: &Path) -> Result<(Matter, Source), Error> {
+pub(super) fn source(
+    grains: &Reader<'_>,
+    packing: &Reader<'_>,
+    cell: &Cell,
+    folder: &Path,
+) -> Result<(Matter, Source), Error> {
     let density = grains.number("density")?;
     if let Some(file) = grains.text_if_given("file")? {
         if let Some(key) = OF_MADE.into_iter().find(|key| grains.has(key)) {

@@ -33,11 +33,16 @@ pub fn granular(
     if !grains.is_typed() {
         let asleep = TABLES.into_iter().map(|name| typed.table(name, false, why)).collect::<Result<Vec<_>, _>>()?;
         if let Some(table) = asleep.iter().find(|table| table.is_typed()) {
-            return Err(table.refusal_of_table("is for jobs with grains, and this one has none. Add [grains], or remove it."));
+            return Err(
+                table.refusal_of_table("is for jobs with grains, and this one has none. Add [grains], or remove it.")
+            );
         }
         for (table, key) in [(top, "method"), (top, "seed"), (time, "grain_steps")] {
             if table.has(key) {
-                return Err(table.refusal(key, "is for jobs with grains, and this one has none. Add [grains], or remove the line."));
+                return Err(table.refusal(
+                    key,
+                    "is for jobs with grains, and this one has none. Add [grains], or remove the line.",
+                ));
             }
         }
         return Ok(None);
@@ -113,10 +118,18 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
     }
     let Some(grains) = &job.grains else { return Ok(()) };
     if !matches!(job.material.law, MaterialLaw::CriticalDruckerPrager(_)) {
-        return Err(typed.refusal("material", "law", "does not soften as grains do. In a job with grains write \"critical_drucker_prager\"."));
+        return Err(typed.refusal(
+            "material",
+            "law",
+            "does not soften as grains do. In a job with grains write \"critical_drucker_prager\".",
+        ));
     }
     if job.scheme.shape != ShapeFunction::Quadratic {
-        return Err(typed.refusal("scheme", "shape", "is not that of grains, which share nodes by quadratic splines. Write \"quadratic\"."));
+        return Err(typed.refusal(
+            "scheme",
+            "shape",
+            "is not that of grains, which share nodes by quadratic splines. Write \"quadratic\".",
+        ));
     }
     if job.ledger {
         return Err(typed.refusal("output", "ledger", "keeps the account of points, and does not know grains. Remove it; summary.json tells what was kept of mass and momentum."));
@@ -137,34 +150,53 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
         }
     }
     if job.grid.periodic[..2].contains(&true) {
-        return Err(typed.refusal("grid", "periodic", "has a period that pieces of packing do not fit. Write false, and hold the grains by bodies and membranes."));
+        return Err(typed.refusal(
+            "grid",
+            "periodic",
+            "has a period that pieces of packing do not fit. Write false, and hold the grains by bodies and membranes.",
+        ));
     }
     let ramped = job.membranes.iter().zip(top.tables("membrane")?).find(|(membrane, _)| membrane.ramp > 0.0);
     if let Some((_, table)) = ramped {
-        return Err(table.refusal("ramp", "lets go of grains that have come to rest under the whole pressure before the run. Remove the line."));
+        return Err(table.refusal(
+            "ramp",
+            "lets go of grains that have come to rest under the whole pressure before the run. Remove the line.",
+        ));
     }
     if job.gravity.ramp > 0.0 {
-        return Err(typed.refusal("gravity", "ramp", "lets go of grains that have come to rest under all of gravity before the run. Remove the line."));
+        return Err(typed.refusal(
+            "gravity",
+            "ramp",
+            "lets go of grains that have come to rest under all of gravity before the run. Remove the line.",
+        ));
     }
-    let (edge, least) = (job.cells_per_block as f64 * job.grid.cell, 2.0 * diameter_max(&grains.piece) + margin(&grains.piece));
+    let (edge, least) =
+        (job.cells_per_block as f64 * job.grid.cell, 2.0 * diameter_max(&grains.piece) + margin(&grains.piece));
     if edge < least {
         return Err(typed.refusal(
             "decomposition",
             "cells_per_block",
-            &format!("makes blocks of {} mm, shorter than two of the largest grains and the skin, {} mm. Take more cells.", digits(1e3 * edge), digits(1e3 * least)),
+            &format!(
+                "makes blocks of {} mm, shorter than two of the largest grains and the skin, {} mm. Take more cells.",
+                digits(1e3 * edge),
+                digits(1e3 * least)
+            ),
         ));
     }
     let distance = grains.enrichment.distance;
     if grains.method == Method::Hybrid {
         if job.oracle.is_none() {
-            return Err(top.refusal("method", "is \"hybrid\", and nothing looks for a band that grains would replace. Add [oracle], or write \"mpm\" or \"dem\"."));
+            return Err(top.refusal("method", "puts grains where a band persists, and nothing looks for one. Add [oracle], or write \"mpm\" or \"dem\"."));
         }
         if distance < CELLS_OF_ZONE * job.grid.cell {
             let least = CELLS_OF_ZONE * job.grid.cell;
             return Err(typed.refusal(
                 "enrichment",
                 "distance",
-                &format!("leaves no cell of grains alone between rims of one cell. Write at least {} m.", digits(least)),
+                &format!(
+                    "leaves no cell of grains alone between rims of one cell. Write at least {} m.",
+                    digits(least)
+                ),
             ));
         }
     }

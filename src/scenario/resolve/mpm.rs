@@ -1,16 +1,16 @@
 //! A continuum of material points on a grid.
 
 use super::body::{self, AXES, Domain};
-use super::limits::refuse_steps;
 use super::granular::{check as check_granular, granular};
+use super::limits::refuse_steps;
 use super::mpm_checks::{check, simple};
 use super::{DEPTH_DEFAULT, digits, name, output};
 use crate::error::Error;
 use crate::mpm::shape::margins;
 use crate::scenario::mpm::{
-    BodyContact, Boundary, CriticalDruckerPrager, Elastic, Face, Followed, Granular, Gravity, Grid, InitialStress, LOADS_MAX,
-    Load, LoadKind, Material, MaterialLaw, Membrane, Mpm, Path, Region, RegionShape, RigidBody, Scheme, ShapeFunction,
-    StressUpdate, Transfer, Watch, Wave, figures, polygon_area,
+    BodyContact, Boundary, CriticalDruckerPrager, Elastic, Face, Followed, Granular, Gravity, Grid, InitialStress,
+    LOADS_MAX, Load, LoadKind, Material, MaterialLaw, Membrane, Mpm, Path, Region, RegionShape, RigidBody, Scheme,
+    ShapeFunction, StressUpdate, Transfer, Watch, Wave, figures, polygon_area,
 };
 use crate::scenario::raw::{Reader, Typed};
 use crate::scenario::stable::governing;
@@ -129,7 +129,7 @@ pub fn mpm(typed: &Typed, file: &str) -> Result<Mpm, Error> {
         follow,
         oracle,
         grain_steps,
-        grains,
+        grains: grains.map(Box::new),
         step: 0.0,
         end: 0.0,
         cells_per_block: cells_per_block(&typed.table("decomposition", false, why)?, &grid, scheme.shape)?,

@@ -142,7 +142,9 @@ fn check_geostatic(
 fn check_time(job: &Mpm, typed: &Typed) -> Result<(), Error> {
     if job.grain_steps > 1 && job.step_of_continuum() > governing(&figures::bounds(job)).step {
         let most = (governing(&figures::bounds(job)).step / job.step).floor();
-        let message = format!("makes steps of the continuum that are not stable. Write at most {most}, or take larger cells or a softer material.");
+        let message = format!(
+            "makes steps of the continuum that are not stable. Write at most {most}, or take larger cells or a softer material."
+        );
         return Err(typed.refusal("time", "grain_steps", &message));
     }
     refuse_unstable(typed, job.step, &figures::bounds(job), "")?;

@@ -6,8 +6,8 @@ use super::super::units::Dimension;
 use super::assembly::{KEYS_OF_BODY, KEYS_OF_GRAINS, KEYS_OF_PACKING, OUTPUT_WITH_LEDGER};
 use super::shear::KEYS_OF_ENRICHMENT;
 use super::{
-    Key, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, contact, count, key, number, table, text,
-    vector,
+    Key, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, contact, count, key, number, table,
+    text, vector,
 };
 
 const ANGLE: Dimension = Dimension::ANGLE;

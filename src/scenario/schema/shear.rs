@@ -3,8 +3,8 @@
 use super::super::units::Dimension;
 use super::assembly::OUTPUT_WITH_BOTH;
 use super::{
-    DAMPING, Key, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, contact, count, key, number,
-    table, text, vector,
+    DAMPING, Key, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, contact, count, key,
+    number, table, text, vector,
 };
 
 #[rustfmt::skip]

@@ -4,8 +4,8 @@ use super::assembly::{body, grains, servo};
 use super::shear::{enrichment, oracle};
 use super::{Page, list};
 use crate::scenario::mpm::{
-    BodyContact, Boundary, Elastic, Face, Granular, InitialStress, Load, LoadKind, MaterialLaw, Membrane, Mpm, Path, Region,
-    RegionShape, ShapeFunction, StressUpdate, Transfer, Wave,
+    BodyContact, Boundary, Elastic, Face, Granular, InitialStress, Load, LoadKind, MaterialLaw, Membrane, Mpm, Path,
+    Region, RegionShape, ShapeFunction, StressUpdate, Transfer, Wave,
 };
 
 pub fn mpm(job: &Mpm) -> String {
@@ -36,7 +36,7 @@ pub fn mpm(job: &Mpm) -> String {
     }
     page.table("decomposition");
     page.count("cells_per_block", job.cells_per_block as u64);
-    if let Some(Granular { piece, enrichment: of_zones, .. }) = &job.grains {
+    if let Some(Granular { piece, enrichment: of_zones, .. }) = job.grains.as_deref() {
         page.number("skin", piece.skin);
         grains(&mut page, piece);
         page.contact(&piece.contact);
