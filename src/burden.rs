@@ -85,20 +85,31 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             sums.add(BODY_SLOTS * body + 9, mass);
         };
         let carries = self.bodies.iter().any(Body::carries);
-        for (node, sum) in self.nodes.mosaic.owned.iter().zip(&self.tiles.sums).filter(|(_, sum)| sum.mass() > 0.0) {
+        let coupled = self.is_coupled();
+        for (number, (node, sum)) in self.nodes.mosaic.owned.iter().zip(&self.tiles.sums).enumerate() {
+            if sum.mass() <= 0.0 {
+                continue;
+            }
             let holder = Self::holder(&self.bodies, self.node_height(node.place), self.layout.cell);
             if holder.is_none() && !carries {
                 continue;
             }
-            let momentum = sum.momentum() + sum.force() * dt + gravity * (sum.mass() * dt);
+            let (mut momentum, mut mass) =
+                (sum.momentum() + sum.force() * dt + gravity * (sum.mass() * dt), sum.mass());
+            if coupled {
+                // A body holds what a node makes of both.
+                let grains = &self.tiles.grain_sums[number];
+                momentum += grains.momentum - grains.given;
+                mass += grains.mass;
+            }
             if let Some(body) = holder {
-                add(body, &momentum, sum.mass());
+                add(body, &momentum, mass);
                 continue;
             }
             let place: S::Vector = self.layout.node_at(node.place);
             for (body, held) in self.bodies.iter().enumerate() {
                 let place = place_beside(held, &self.cell, &place);
-                if let Some((momentum, mass)) = held.carried(&place, &momentum, sum.mass()) {
+                if let Some((momentum, mass)) = held.carried(&place, &momentum, mass) {
                     add(body, &momentum, mass);
                 }
             }

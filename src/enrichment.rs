@@ -105,10 +105,11 @@ pub fn enrich<C: ContactLaw<Plane>>(
     }
 
     let motion = Motion::of(world, &points, instants, settings.training);
-    let packing = read_packing(world, packing_file)?;
+    let (packing, seats) = read_packing(world, packing_file)?;
     let chosen = choose::<C>(settings, &zone, &motion, &packing, core, rim)?;
     let border = border(&zone.grid, &points, &chosen);
     let before = world.ledger()?;
+    let before_of_all = world.holdings()?.motion;
     let mut enriched = Enriched {
         mass_before: before.mass,
         momentum_before: [before.momentum[0], before.momentum[1]],
@@ -116,7 +117,8 @@ pub fn enrich<C: ContactLaw<Plane>>(
         grains_rim: chosen.rim.len() as u64,
         ..Enriched::default()
     };
-    let mut grains = train(world, (settings, depth), &motion, chosen.grains, (&chosen.rim, &border), &mut enriched)?;
+    let mut grains =
+        train(world, (settings, depth), &motion, chosen.grains, (&chosen.rim, &border, &seats), &mut enriched)?;
     for grain in &mut grains {
         grain.cold.mover = Mover::Free;
         grain.cold.script = Vector::zero();
@@ -157,20 +159,20 @@ pub fn enrich<C: ContactLaw<Plane>>(
     enriched.mass_after = after.mass;
     enriched.momentum_after = [after.momentum[0], after.momentum[1]];
     enriched.grains = world.grains_total;
-    check_ledger(world, &enriched)?;
+    let motion = before_of_all.max(world.holdings()?.motion);
+    check_ledger(world, &enriched, motion)?;
     enriched.points_rim = points.iter().filter(|point| label(point) == Label::Rim).count() as u64;
     Ok(enriched)
 }
 
 /// Mass and momentum of the whole world must be what they were, to round-off.
-fn check_ledger<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, enriched: &Enriched) -> Result<(), Error> {
+fn check_ledger<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, enriched: &Enriched, motion: f64) -> Result<(), Error> {
     const ROUND_OFF: f64 = 1e-10;
     let mass = (enriched.mass_after - enriched.mass_before).abs();
-    // Momentum is measured against what the mass would carry at the plate's speed.
-    let speed = world.bodies.iter().map(|body| body.velocity.norm()).fold(f64::MIN_POSITIVE, f64::max);
+    // Momentum is measured against that of everything that moves, whichever way.
     let momentum =
         (0..2).map(|axis| (enriched.momentum_after[axis] - enriched.momentum_before[axis]).abs()).fold(0.0, f64::max);
-    if mass <= ROUND_OFF * enriched.mass_before && momentum <= ROUND_OFF * speed * enriched.mass_before {
+    if mass <= ROUND_OFF * enriched.mass_before && momentum <= ROUND_OFF * motion {
         return Ok(());
     }
     Err(Error::Run(format!(
@@ -179,10 +181,19 @@ fn check_ledger<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, enriched: &Enriche
     )))
 }
 
-fn read_packing<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, file: &Path) -> Result<Vec<Grain<C>>, Error> {
-    let root = world.transport.rank() == 0;
-    let read = if root { packing::read(file).map(|(grains, _)| grains) } else { Ok(Vec::new()) };
-    transfer::broadcast(world.transport, transfer::agree(world.transport, read)?)
+/// Its grains, and where its bodies stood, as displacements, m.
+fn read_packing<C: ContactLaw<Plane>>(
+    world: &PlanarWorld<C>,
+    file: &Path,
+) -> Result<(Vec<Grain<C>>, Vec<Vector>), Error> {
+    let read = match world.transport.rank() {
+        0 => packing::read(file).and_then(|(grains, _)| Ok((grains, packing::read_bodies(file)?))),
+        _ => Ok(Default::default()),
+    };
+    let (grains, bodies) = transfer::agree(world.transport, read)?;
+    let bodies = transfer::broadcast(world.transport, bodies)?;
+    let seats = bodies.iter().map(|body: &Body<Plane>| body.displacement).collect();
+    Ok((transfer::broadcast(world.transport, grains)?, seats))
 }
 
 /// One rigid correction gives the grains exactly the momentum that the points gave up.
@@ -339,7 +350,7 @@ fn train<C: ContactLaw<Plane>>(
     (training, depth): (&Enrichment, f64),
     motion: &Motion,
     mut grains: Vec<Grain<C>>,
-    (rim, border): (&[u64], &[u64]),
+    (rim, border, seats): (&[u64], &[u64], &[Vector]),
     enriched: &mut Enriched,
 ) -> Result<Vec<Grain<C>>, Error> {
     for grain in &mut grains {
@@ -350,10 +361,12 @@ fn train<C: ContactLaw<Plane>>(
     let grains = if world.transport.rank() == 0 { grains } else { Vec::new() };
     let settings = Settings { grain_steps: 1, loads: Vec::new(), first_kick: 0.5, ..world.settings.clone() };
     let touched = touched_bodies(world);
+    let share = training.training;
+    let seat = |number: usize| seats.get(number).copied().unwrap_or_else(Vector::zero);
     let at_start = |number: &usize| {
         let body = &world.bodies[*number];
-        let displacement = body.displacement - way_of(body, [0.0, world.time()], world.time());
         let rest = Linear::zero();
+        let displacement = seat(*number);
         Body {
             path: Vec::new(),
             servo: None,
@@ -363,6 +376,13 @@ fn train<C: ContactLaw<Plane>>(
             displacement,
             ..body.clone()
         }
+    };
+    // From where the packing's bodies stood to where those of the run do.
+    let way = |number: usize, [from, to]: [f64; 2]| {
+        let (body, now) = (&world.bodies[number], world.time());
+        let along = way_of(body, [from, to], now);
+        let rest = body.displacement - way_of(body, [0.0, now], now) - seat(number);
+        (along + rest * ((to - from) / now)) * share
     };
     let parts = Parts::fresh(grains, Vec::new(), touched.iter().map(at_start).collect(), world.cell);
     let mut apart = PlanarWorld::<C>::new(settings, world.layout.clone(), world.transport, 0, parts)?;
@@ -379,7 +399,7 @@ fn train<C: ContactLaw<Plane>>(
             way * (1.0 / (steps * dt))
         });
         for (body, number) in apart.bodies.iter_mut().zip(&touched) {
-            let velocity = way_of(&world.bodies[*number], ends, world.time()) * (1.0 / (steps * dt));
+            let velocity = way(*number, ends) * (1.0 / (steps * dt));
             body.path = vec![Instant { time: 0.0, velocity, spin: Linear::zero() }];
         }
         run_steps(&mut apart, steps as u64)?;

@@ -119,7 +119,7 @@ pub fn body_impulse(reactions: &[f64; REACTIONS], body: usize) -> ([f64; 3], [f6
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// The same as they are stored, and left where they are; the same on every rank. Collective.
     pub fn reaction_entries(&self) -> Result<Vec<Entry>, Error> {
-        if !self.has_grid() {
+        if !self.has_grid() && self.bodies.iter().all(|body| body.grip.is_none()) {
             return Ok(Vec::new());
         }
         Ok(Entry::all_of(&self.total(self.reactions.sums.clone())?).collect())

@@ -18,10 +18,12 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
 use crate::layout::Layout;
 use crate::rebuild::{self, Parts, is_glued};
+use crate::record::to_table;
 use crate::scenario::{Contact, Scenario, derived};
 use crate::servo::CellDrive;
 use crate::space::{Linear, Plane, Space, Words};
 use crate::stop::{self, Wish};
+use crate::transfer::Cargo;
 use crate::world::{Settings, World};
 use crate::{grain_file, tables, transfer};
 
@@ -149,7 +151,7 @@ pub fn on_root<T>(transport: &dyn Transport, work: impl FnOnce() -> Result<T, Er
 }
 
 /// Rank 0's number, on every rank.
-fn share(transport: &dyn Transport, number: f64) -> f64 {
+pub(crate) fn share(transport: &dyn Transport, number: f64) -> f64 {
     let bytes = transport.broadcast(number.to_le_bytes().to_vec());
     f64::from_le_bytes(bytes.try_into().expect("eight bytes were sent"))
 }
@@ -270,8 +272,31 @@ pub fn settle<S: Space, M>(grain: &mut GrainRow<S, M>) {
 
 /// Writes a packing as a file of its own.
 pub fn write<M: Words<f64>>(file: &Path, grains: &mut [GrainRow<Plane, M>], height: f64) -> Result<(), Error> {
+    write_between(file, grains, height, &mut [])
+}
+
+/// The same with the bodies that its grains have come to rest at.
+pub fn write_between<M: Words<f64>>(
+    file: &Path,
+    grains: &mut [GrainRow<Plane, M>],
+    height: f64,
+    bodies: &mut [Body<Plane>],
+) -> Result<(), Error> {
     let attributes = [("state.height".to_string(), format!("{height:?}"))].into();
-    write_state(file, &State { attributes, tables: tables::of_grains(grains).into() })
+    let mut tables = Vec::from(tables::of_grains(grains));
+    if !bodies.is_empty() {
+        tables.push(to_table("bodies", bodies, &mut Body::blank()));
+    }
+    write_state(file, &State { attributes, tables })
+}
+
+/// Where the bodies of a packing stood, as displacements, m; none of one between plates.
+pub fn read_bodies(file: &Path) -> Result<Vec<Body<Plane>>, Error> {
+    let state = read_state(file)?;
+    match state.tables.iter().any(|table| table.name == "bodies") {
+        true => tables::rows(&state, "bodies", &Body::blank()),
+        false => Ok(Vec::new()),
+    }
 }
 
 /// Reads what [`write`] wrote: grains and height.

@@ -33,6 +33,10 @@ use crate::servo::CellDrive;
 use crate::space::{Linear, Space};
 use crate::stop::Wish;
 
+/// Share of its velocity that a grain which is pushed beside its contacts loses in a step: one that is thrown stops within a part of its
+/// size, and what goes along slowly hardly feels it.
+const PUSHED_DRAG: f64 = 0.01;
+
 /// Constants of a world that no step changes.
 #[derive(Clone, Debug)]
 pub struct Settings<S: Space, C, L> {
@@ -151,6 +155,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// deforms, no damping against its field, no account of energy.
     fn is_plain(&self) -> bool {
         !self.has_grid()
+            && self.settings.grain_steps == 1
             && self.walls.list.is_empty()
             && self.grains.pushed.is_empty()
             && self.settings.drive.is_at_rest()
@@ -316,8 +321,14 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let timer = self.phases.start();
         let times = self.contact_times();
         self.walls.evaluate(&self.settings.contact, &mut self.grains, (&self.bodies, &self.cell), times);
-        let Grains { pushed, force, .. } = &mut self.grains;
-        pushed.iter().for_each(|(row, push)| force[*row as usize] += *push);
+        let Grains { pushed, force, hot, .. } = &mut self.grains;
+        // What nothing leans on any more would be pushed away for good; it stops instead.
+        for (row, push) in pushed.iter().map(|(row, push)| (*row as usize, *push)) {
+            if force[row] != S::Vector::zero() {
+                force[row] += push;
+            }
+            force[row] -= hot[row].velocity * (PUSHED_DRAG * hot[row].weight * hot[row].mass / self.settings.dt);
+        }
         self.phases.stop(Phase::Contacts, timer);
     }
 

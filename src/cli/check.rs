@@ -5,8 +5,8 @@ use std::path::Path;
 use super::cores::Placement;
 use crate::error::Error;
 use crate::grain_file;
-use crate::scenario::Job;
 use crate::scenario::raw::Typed;
+use crate::scenario::{Job, Mpm};
 use crate::space::Components;
 
 mod assembly;
@@ -49,6 +49,7 @@ pub(super) fn refuse_bad_grains(job: &Job, typed: &Typed) -> Result<(), Error> {
     match (job, file) {
         (Job::Shear(scenario), Some(file)) => grain_file::read::<Components<f64, 1>>(scenario, file).map(|_| ()),
         (Job::Assembly(assembly), _) => crate::assembly::refuse_bad(assembly, typed),
+        (Job::Mpm(Mpm { grains: Some(granular), .. }), _) => crate::assembly::refuse_bad(&granular.piece, typed),
         _ => Ok(()),
     }
 }

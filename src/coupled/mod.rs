@@ -72,7 +72,10 @@ pub fn start<C: ContactLaw<Plane>>(
     transfer::agree(transport, claimed)?;
     if granular.method == Method::Hybrid {
         let file = output::packing_file(&options.out);
-        let kept = if root { packing::write(&file, &mut made.grains, 0.0) } else { Ok(()) };
+        let kept = match root {
+            true => packing::write_between(&file, &mut made.grains, 0.0, &mut made.bodies),
+            false => Ok(()),
+        };
         transfer::agree(transport, kept)?;
     }
     let progress = Progress {
@@ -152,6 +155,15 @@ pub fn resume<C: ContactLaw<Plane>>(
 const SUMS: usize = 10;
 
 impl<C: ContactLaw<Plane>> Coupled<'_, C> {
+    /// Whether membranes joined end to end have an inside: one ring, or lines.
+    fn is_enclosed(&self) -> bool {
+        match &self.job.membranes[..] {
+            [] => false,
+            [_] => true,
+            several => several.iter().all(|membrane| !membrane.is_closed()),
+        }
+    }
+
     /// Mass, kg, volume, m3, centre of mass, m, momentum, N s, and mean stress over the volume, Pa: of points as they are, of grains
     /// over their share of space at the packing fraction of the start. Collective.
     fn means(&self, core: &mut PlanarCore<C>) -> Result<Vec<f64>, Error> {
@@ -220,7 +232,7 @@ impl<C: ContactLaw<Plane>> Experiment for Coupled<'_, C> {
         names.extend(columns::of_extents::<Plane>());
         names.extend(columns::of_bodies::<Plane>(self.job));
         names.extend(columns::of_membranes(self.job));
-        if !self.job.membranes.is_empty() {
+        if self.is_enclosed() {
             names.push("enclosed_volume".to_string());
         }
         names
@@ -260,7 +272,7 @@ impl<C: ContactLaw<Plane>> Experiment for Coupled<'_, C> {
         let duration = (world.step - core.progress.series_step) as f64 * self.job.step;
         row.extend(columns::row_of_bodies(world, &reactions, duration));
         row.extend(columns::row_of_membranes(world));
-        if !self.job.membranes.is_empty() {
+        if self.is_enclosed() {
             row.push(world.membranes.enclosed() * self.job.grid.depth);
         }
         Ok(row)

@@ -17,9 +17,10 @@ use crate::ids::GrainId;
 use crate::law::contact::ContactLaw;
 use crate::law::material::CriticalDruckerPrager;
 use crate::mpm::membrane::Vertex;
-use crate::packing::{Grain, PlanarWorld, is_told, name_of, on_root, read_state, settle, steps, write_state};
+use crate::packing::{Grain, PlanarWorld, is_told, name_of, on_root, read_state, settle, share, steps, write_state};
 use crate::rebuild::Parts;
 use crate::record::to_table;
+use crate::scenario::Method;
 use crate::scenario::assembly::{Damping, DampingForm, Packed, Preparation, Source};
 use crate::scenario::mpm::figures::bounding_box;
 use crate::scenario::mpm::{BodyContact, Granular, Mpm};
@@ -58,6 +59,8 @@ const CALM_WAY: f64 = 1e-4;
 /// diameters.
 const SEATS_MAX: usize = 4;
 const SEAT_TOLERANCE: f64 = 0.05;
+/// How far the fractions of packing and material may be apart before it is worth a word.
+const FRACTION_OFF: f64 = 0.02;
 /// Steps after which a specimen that has not come to rest is given up.
 const STEPS_MAX: u64 = 5_000_000;
 /// Friction of rough bodies: grains roll on them, and do not slide.
@@ -73,7 +76,15 @@ pub fn specimen<C: ContactLaw<Plane>>(
     let piece = packed::make::<Plane, C>(&granular.piece, packed, transport)?;
     let depth = job.grid.depth;
     let solid: f64 = piece.grains.iter().map(|grain| Plane::grain_volume(grain.hot.radius, depth)).sum();
-    let fraction = from_root(transport, solid / (piece.cell.volume() * depth));
+    let fraction = share(transport, solid / (piece.cell.volume() * depth));
+    if (fraction - job.material.law.fraction()).abs() > FRACTION_OFF && transport.rank() == 0 {
+        let stated = job.material.law.fraction();
+        tracing::warn!(fraction, stated, "warning: the packing's fraction is not that of the material");
+    }
+    if granular.method == Method::Mpm {
+        let (bodies, vertices) = (setup::bodies(job), setup::vertices(job));
+        return Ok(Specimen { grains: Vec::new(), bodies, vertices, fraction });
+    }
     let file = packed.cache.join(format!("specimen-{}.h5", name_of(&key(job, granular))));
     let cached = on_root(transport, || if file.exists() { read::<C>(&file).map(Some) } else { Ok(None) });
     let cached = transfer::agree(transport, cached)?.flatten();
@@ -122,20 +133,17 @@ fn stress_of(granular: &Granular) -> f64 {
     }
 }
 
-/// Rank 0's number, on every rank.
-fn from_root(transport: &dyn Transport, number: f64) -> f64 {
-    let bytes = transport.broadcast(number.to_le_bytes().to_vec());
-    f64::from_le_bytes(bytes.try_into().expect("eight bytes were sent"))
-}
-
 /// Everything that shapes a specimen.
 fn key(job: &Mpm, granular: &Granular) -> String {
     let piece = &granular.piece;
     let regions: Vec<_> = job.regions.iter().map(|region| &region.shape).collect();
-    let bodies: Vec<_> =
-        job.bodies.iter().map(|body| (&body.body.shape, body.contact, body.separates, body.seat)).collect();
+    let bodies: Vec<_> = job
+        .bodies
+        .iter()
+        .map(|body| (&body.body.shape, &body.body.motion, body.contact, body.separates, body.seat))
+        .collect();
     format!(
-        "specimen 2 seed {} matter {:?} source {:?} contact {:?} step {:?} skin {:?} regions {regions:?} bodies {bodies:?} membranes {:?} gravity {:?} grid {:?} block {} scheme {:?}",
+        "specimen 3 seed {} matter {:?} source {:?} contact {:?} step {:?} skin {:?} regions {regions:?} bodies {bodies:?} membranes {:?} gravity {:?} grid {:?} block {} scheme {:?} modulus {:?}",
         piece.seed,
         piece.matter,
         Source::Packed(Packed { cache: Default::default(), ..packed_of(granular).clone() }),
@@ -147,6 +155,7 @@ fn key(job: &Mpm, granular: &Granular) -> String {
         job.grid,
         job.cells_per_block,
         job.scheme,
+        job.material.law.modulus_longitudinal(2),
     )
 }
 
@@ -173,7 +182,11 @@ fn rested<C: ContactLaw<Plane>>(
             break;
         }
     }
-    Ok(best.expect("one was made at least").1)
+    let (off, rested) = best.expect("one was made at least");
+    if off > SEAT_TOLERANCE * granular.piece.matter.diameter_mean && transport.rank() == 0 {
+        tracing::warn!(off, "warning: a body has come to rest that far (m) from where the job has it");
+    }
+    Ok(rested)
 }
 
 /// Copies of the piece over all regions, and of these the grains whose centres lie in one, or in what bodies that are `raised` by so
@@ -188,13 +201,17 @@ fn cut<C: ContactLaw<Plane>>(
     let upper = [0, 1].map(|axis| boxes.iter().map(|corners| corners.1[axis]).fold(f64::NEG_INFINITY, f64::max));
     let edges = [piece.cell.edges[0], piece.cell.edges[3]];
     let more = [0, 1].map(|axis| raised.iter().map(|raised| raised[axis].abs()).fold(0.0, f64::max));
-    let copies = [0, 1].map(|axis| ((upper[axis] - lower[axis] + more[axis]) / edges[axis]).ceil().max(1.0) as u64);
+    // Whole pieces before the corner, so that grains lie where they lie whatever has been raised.
+    let before = [0, 1].map(|axis| (more[axis] / edges[axis]).ceil());
+    let copies = [0, 1]
+        .map(|axis| (before[axis] + ((upper[axis] - lower[axis] + more[axis]) / edges[axis]).ceil().max(1.0)) as u64);
     let mut bodies = setup::bodies::<Plane>(job);
     bodies.iter_mut().zip(raised).for_each(|(body, raised)| body.displacement = *raised);
     let is_inside = |place: &Vector| job.region_at(&[place[0], place[1], 0.0]).is_some();
     let mut grains = Vec::new();
     for copy in 0..copies[0] * copies[1] {
-        let shift = [(copy % copies[0]) as f64 * edges[0], (copy / copies[0]) as f64 * edges[1]];
+        let number = [(copy % copies[0]) as f64, (copy / copies[0]) as f64];
+        let shift = [0, 1].map(|axis| (number[axis] - before[axis]) * edges[axis]);
         for (number, grain) in piece.grains.iter().enumerate() {
             let within = grain.hot.position - piece.cell.corner;
             let place = Vector::new(lower[0] + shift[0] + within[0], lower[1] + shift[1] + within[1]);
@@ -224,7 +241,7 @@ fn bring_to_rest<C: ContactLaw<Plane>>(
     transport: &dyn Transport,
 ) -> Result<Rested<C>, Error> {
     tracing::info!(grains = grains.len(), "bringing the specimen to rest");
-    let mass = from_root(transport, grains.iter().map(|grain| grain.hot.mass).sum());
+    let mass = share(transport, grains.iter().map(|grain| grain.hot.mass).sum());
     let mut world = at_rest_between::<C>(job, granular, (grains, mass, raised), transport)?;
     let mut calm = 0;
     while calm < CALM_LOOKS {

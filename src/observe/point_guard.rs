@@ -97,14 +97,15 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let mut tightest = [self.points.hot.iter().map(step_of).fold(f64::INFINITY, f64::min)].map(|step| -step);
         self.transport.max(&mut tightest);
         let [wanted] = tightest.map(|step| -step);
-        if self.settings.dt <= wanted {
+        if self.dt_of_continuum() <= wanted {
             return Ok(());
         }
         let spoilt = |hot: &Hot<S, L::Memory>| (step_of(hot) <= wanted).then(|| [hot.velocity.norm(), wave_of(hot)]);
         self.refuse_lowest(spoilt, |[speed, wave]| {
             format!(
                 "moves at {speed:.3e} m/s among waves of {wave:.3e} m/s and with them crosses more than a cell of {:.3e} m in a step of {:.6e} s: a `time.step` of at most {wanted:.3e} s is needed now, or larger cells; run the job again with a shorter step",
-                self.layout.cell, self.settings.dt
+                self.layout.cell,
+                self.dt_of_continuum()
             )
         })
     }

@@ -451,7 +451,7 @@ pub struct RigidBody {
     pub contact: BodyContact,
     /// Material may part from it; otherwise it is held along the normal in both senses.
     pub separates: bool,
-    /// Force that presses it on grains, against its first way, until they rest, before the run, N; zero: it stays where it is.
+    /// Force that presses it on grains, along its first way, until they rest, before the run, N; zero: it stays where it is.
     pub seat: f64,
 }
 

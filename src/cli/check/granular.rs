@@ -6,7 +6,7 @@ use crate::math::PI;
 use crate::scenario::Method;
 use crate::scenario::assembly::Source;
 use crate::scenario::figures::sizes;
-use crate::scenario::mpm::{Granular, Mpm, figures as of};
+use crate::scenario::mpm::{Granular, Membrane, Mpm, figures as of};
 
 /// Grains, if the whole material were discrete.
 pub fn grains_if_discrete(job: &Mpm, granular: &Granular) -> f64 {
@@ -55,4 +55,20 @@ pub fn grains(page: &mut Page, job: &Mpm) {
         page.row("training", &figures(zone.training), "share of the continuum's motion");
     }
     contacts(page, piece);
+}
+
+/// Membranes that are lighter than what they touch of the grains, kg/m2: nodes between would follow the grains alone.
+pub fn warnings(job: &Mpm) -> Vec<String> {
+    let Some(granular) = job.grains.as_ref().filter(|granular| granular.method.has_grains()) else { return Vec::new() };
+    let layer = granular.piece.matter.diameter_mean * job.material.density;
+    let light = job.membranes.iter().filter(|membrane| membrane.mass_per_area < layer);
+    let words = |membrane: &Membrane| {
+        format!(
+            "membrane `{}` weighs {} kg/m2, less than a layer of grains, {} kg/m2: grains creep through it. Make it heavier (mass_per_area); where motion is slow that does nothing else.",
+            membrane.name,
+            figures(membrane.mass_per_area),
+            figures(layer)
+        )
+    };
+    light.map(words).collect()
 }

@@ -2,7 +2,7 @@
 
 use super::STEP_SHARE_MIN;
 use super::assembly::motion;
-use super::granular::{grains, grains_if_discrete};
+use super::granular::{self, grains, grains_if_discrete};
 use super::page::{Page, figures, megapascals, whole};
 use crate::math::PI;
 use crate::scenario::assembly::Shape;
@@ -316,7 +316,7 @@ fn reach(shape: ShapeFunction) -> f64 {
 
 /// What is allowed, but probably not meant.
 fn warnings(job: &Mpm) -> Vec<String> {
-    let mut warnings = Vec::new();
+    let mut warnings = granular::warnings(job);
     let stable = governing(&of::bounds(job)).step;
     if job.step_of_continuum() < STEP_SHARE_MIN * stable {
         warnings.push(format!(

@@ -33,7 +33,7 @@ pub fn check_as_piece(piece: &Assembly, typed: &Typed) -> Result<(), Error> {
     if let Source::Packed(packed) = &piece.source {
         check_packing(piece, packed, typed)?;
     }
-    check_time(piece, typed)?;
+    refuse_unstable(typed, piece.step, &figures::bounds(piece), "")?;
     check_stress(piece, typed)
 }
 

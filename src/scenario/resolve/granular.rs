@@ -6,9 +6,9 @@ use super::contact::contact;
 use super::shear::enrichment;
 use super::{BLOCK_OF_DISCS, SKIN_DEFAULT, digits, folder_of};
 use crate::error::Error;
-use crate::scenario::assembly::{Assembly, Cell, Damping, Packed, Preparation, Source, Velocities};
+use crate::scenario::assembly::{Assembly, Cell, Damping, Packed, Preparation, Shape, Source, Velocities};
 use crate::scenario::figures::{diameter_max, fraction_in_cell, margin};
-use crate::scenario::mpm::{Boundary, Face, Granular, Grid, MaterialLaw, Mpm, ShapeFunction};
+use crate::scenario::mpm::{Boundary, Face, Granular, Grid, MaterialLaw, Mpm, ShapeFunction, StressUpdate};
 use crate::scenario::raw::{Reader, Typed};
 use crate::scenario::{Method, Output, stable};
 
@@ -17,6 +17,8 @@ const TABLES: [&str; 3] = ["packing", "contact", "enrichment"];
 const METHODS: [(&str, Method); 3] = [("mpm", Method::Mpm), ("dem", Method::Dem), ("hybrid", Method::Hybrid)];
 /// Packing fraction of the piece as it is drawn; compression makes it what it is.
 const FRACTION_DRAWN: f64 = 0.84;
+/// Skin in cells: a grain may come half of it out of its block, and nodes reach a little less than half a cell beyond.
+const SKIN_MAX: f64 = 0.8;
 /// Cells that a zone keeps between its flagged nodes and its rim, at least.
 const CELLS_OF_ZONE: f64 = 1.5;
 
@@ -37,7 +39,8 @@ pub fn granular(
                 table.refusal_of_table("is for jobs with grains, and this one has none. Add [grains], or remove it.")
             );
         }
-        for (table, key) in [(top, "method"), (top, "seed"), (time, "grain_steps")] {
+        let cut = typed.table("decomposition", false, why)?;
+        for (table, key) in [(top, "method"), (top, "seed"), (time, "grain_steps"), (&cut, "skin")] {
             if table.has(key) {
                 return Err(table.refusal(
                     key,
@@ -115,6 +118,15 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
                 "presses a body that moves along a path on grains before the run, and this job has no grains, or the body no path. Remove the line.",
             ));
         }
+        let first = body.body.motion.path.iter().map(|at| at.velocity).find(|velocity| *velocity != [0.0; 3]);
+        if let (true, Some(way), Shape::Plane { normal, .. }) = (body.seat > 0.0, first, &body.body.shape)
+            && way[0] * normal[0] + way[1] * normal[1] <= 0.0
+        {
+            return Err(table.refusal(
+                "seat",
+                "presses the body along its first way, and that leads away from the grains. Remove the line, or let the path begin towards them.",
+            ));
+        }
     }
     let Some(grains) = &job.grains else { return Ok(()) };
     if !matches!(job.material.law, MaterialLaw::CriticalDruckerPrager(_)) {
@@ -129,6 +141,32 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
             "scheme",
             "shape",
             "is not that of grains, which share nodes by quadratic splines. Write \"quadratic\".",
+        ));
+    }
+    if job.scheme.update != StressUpdate::Last {
+        return Err(typed.refusal(
+            "scheme",
+            "update",
+            "goes to the nodes twice a step, and grains share them once. In a job with grains write \"last\".",
+        ));
+    }
+    if let Some(table) = top.tables("follow")?.first() {
+        return Err(table.refusal_of_table("follows a point, which grains may replace. Remove it; frames.vtkhdf has every grain and point with its id."));
+    }
+    for (region, table) in job.regions.iter().zip(&top.tables("region")?) {
+        if region.velocity != [0.0; 3] || region.spin != [0.0; 3] || !region.waves.is_empty() {
+            return Err(table.refusal_of_table("gives points a velocity, and grains begin at rest. Remove velocity, spin and wave; move a [[body]] instead."));
+        }
+    }
+    let most = SKIN_MAX * job.grid.cell;
+    if grains.piece.skin > most {
+        return Err(typed.refusal(
+            "decomposition",
+            "skin",
+            &format!(
+                "lets grains leave the nodes of their block before lists are made anew. Write at most {} mm.",
+                digits(1e3 * most)
+            ),
         ));
     }
     if job.ledger {

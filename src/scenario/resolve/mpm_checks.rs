@@ -140,6 +140,7 @@ fn check_geostatic(
 }
 
 fn check_time(job: &Mpm, typed: &Typed) -> Result<(), Error> {
+    refuse_unstable(typed, job.step, &figures::bounds(job), "")?;
     if job.grain_steps > 1 && job.step_of_continuum() > governing(&figures::bounds(job)).step {
         let most = (governing(&figures::bounds(job)).step / job.step).floor();
         let message = format!(
@@ -147,7 +148,6 @@ fn check_time(job: &Mpm, typed: &Typed) -> Result<(), Error> {
         );
         return Err(typed.refusal("time", "grain_steps", &message));
     }
-    refuse_unstable(typed, job.step, &figures::bounds(job), "")?;
     match job.end < job.step {
         true => {
             let message = format!("is shorter than one time step. Write at least time.step = {} s.", digits(job.step));

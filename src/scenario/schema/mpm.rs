@@ -160,7 +160,7 @@ const KEYS_OF_BODY_HERE: [Key; 18] = {
         text("contact", "how the material touches it: rough, smooth or coulomb", "\"rough\""),
         number("friction", "the Coulomb coefficient", RATIO, Range::closed(0.0, 5.0), "0.5"),
         key("separates", "whether material may part from it", Wants::Flag, "true"),
-        number("seat", "the force that presses it against its way on grains until they rest, before the run", Dimension::FORCE, POSITIVE, "\"60 N\""),
+        number("seat", "the force that presses it along its first way on grains until they rest, before the run", Dimension::FORCE, POSITIVE, "\"60 N\""),
     ]
 };
 

@@ -85,7 +85,7 @@ pub fn shear(scenario: &Scenario) -> String {
     page.text_of_all()
 }
 
-/// The keys of the oracle, of whatever kind of job.
+/// `[enrichment]`, of whatever kind of job.
 pub(super) fn enrichment(page: &mut Page, enrichment: &Enrichment) {
     page.table("enrichment");
     page.number("distance", enrichment.distance);
@@ -95,6 +95,7 @@ pub(super) fn enrichment(page: &mut Page, enrichment: &Enrichment) {
     page.number("training_rest", enrichment.training_rest);
 }
 
+/// The keys of the oracle, of whatever kind of job.
 pub(super) fn oracle(page: &mut Page, oracle: &Oracle) {
     page.number("laplacian", oracle.laplacian);
     page.number("recent_strain", oracle.recent_strain);
