@@ -4,9 +4,12 @@ use super::assembly::contacts;
 use super::page::{Page, figures, whole};
 use crate::math::PI;
 use crate::scenario::Method;
-use crate::scenario::assembly::Source;
+use crate::scenario::assembly::{Packed, Preparation, Source};
 use crate::scenario::figures::sizes;
-use crate::scenario::mpm::{Granular, Membrane, Mpm, figures as of};
+use crate::scenario::mpm::{Granular, InitialStress, Mpm, figures as of};
+
+/// How far stresses of points and packing may be apart.
+const STRESS_OFF: f64 = 0.05;
 
 /// Grains, if the whole material were discrete.
 pub fn grains_if_discrete(job: &Mpm, granular: &Granular) -> f64 {
@@ -57,18 +60,25 @@ pub fn grains(page: &mut Page, job: &Mpm) {
     contacts(page, piece);
 }
 
-/// Membranes that are lighter than what they touch of the grains, kg/m2: nodes between would follow the grains alone.
+/// Stresses of the start that are not alike.
 pub fn warnings(job: &Mpm) -> Vec<String> {
-    let Some(granular) = job.grains.as_ref().filter(|granular| granular.method.has_grains()) else { return Vec::new() };
-    let layer = granular.piece.matter.diameter_mean * job.material.density;
-    let light = job.membranes.iter().filter(|membrane| membrane.mass_per_area < layer);
-    let words = |membrane: &Membrane| {
-        format!(
-            "membrane `{}` weighs {} kg/m2, less than a layer of grains, {} kg/m2: grains creep through it. Make it heavier (mass_per_area); where motion is slow that does nothing else.",
-            membrane.name,
-            figures(membrane.mass_per_area),
-            figures(layer)
-        )
-    };
-    light.map(words).collect()
+    let Some(granular) = &job.grains else { return Vec::new() };
+    match (job.stress, stress_of_piece(granular)) {
+        (InitialStress::Isotropic { pressure }, Some(stress)) if (pressure / stress - 1.0).abs() > STRESS_OFF => {
+            vec![format!(
+                "points begin under {} kPa (stress.pressure) and the packing under {} kPa (packing.stress): grains that replace points would bear something else. Write the same.",
+                figures(1e-3 * pressure),
+                figures(1e-3 * stress)
+            )]
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Mean stress that the piece of packing is compressed to, Pa.
+fn stress_of_piece(granular: &Granular) -> Option<f64> {
+    match &granular.piece.source {
+        Source::Packed(Packed { preparation: Preparation::Compress { stress, .. }, .. }) => Some(*stress),
+        _ => None,
+    }
 }
