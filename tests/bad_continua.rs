@@ -131,11 +131,11 @@ fn tables_and_keys_of_other_jobs() {
     GOOD.refused(
         "name = \"good\"",
         "name = \"good\"\nmethod = \"mpm\"",
-        "job.toml:2: the job's top level has no key method. It belongs to jobs of planar shear, and this job is a continuum on a grid because it has a table [grid]. Remove one of the two.",
+        "job.toml:2: method = \"mpm\" is for jobs with grains, and this one has none. Add [grains], or remove the line.",
     );
     GOOD.refused_set(
         "contact.friction=0.5",
-        "--set contact.friction=0.5: a job has no contact.friction. It belongs to jobs of planar shear, and this job is a continuum on a grid because it has a table [grid]. Remove one of the two.",
+        "--set: [contact] is for jobs with grains, and this one has none. Add [grains], or remove it.",
     );
 }
 
