@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use scree::scenario::{Job, Method, Scenario};
+use scree::scenario::{Job, Method};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs")
@@ -19,7 +19,7 @@ fn jobs_in(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// Planar shear.
-fn jobs_of_shear() -> Vec<PathBuf> {
+fn jobs_of_methods() -> Vec<PathBuf> {
     let jobs = jobs_in(&folder());
     assert!(jobs.len() >= 2, "quickstart and planar shear at least: {jobs:?}");
     jobs
@@ -47,7 +47,7 @@ fn jobs_of_benches() -> Vec<PathBuf> {
 }
 
 fn all_jobs() -> Vec<PathBuf> {
-    [jobs_of_shear(), jobs_of_elements(), jobs_of_continua(), jobs_of_benches()].concat()
+    [jobs_of_methods(), jobs_of_elements(), jobs_of_continua(), jobs_of_benches()].concat()
 }
 
 #[test]
@@ -65,11 +65,16 @@ fn every_job_is_read_and_its_resolved_form_means_the_same() {
 /// A hybrid is compared with grains alone and continuum alone, so its twins must be one override away.
 #[test]
 fn every_job_has_its_twins() {
-    for path in jobs_of_shear() {
+    for path in jobs_of_methods() {
         for method in [Method::Hybrid, Method::Dem, Method::Mpm] {
             let set = format!("method={}", method.name());
-            let twin = Scenario::load(&path, &[set]).unwrap_or_else(|error| panic!("{error}"));
-            assert_eq!(twin.method, method);
+            let twin = Job::load(&path, &[set]).unwrap_or_else(|error| panic!("{error}"));
+            let found = match twin {
+                Job::Shear(job) => Some(job.method),
+                Job::Mpm(job) => job.grains.map(|grains| grains.method),
+                Job::Assembly(_) => None,
+            };
+            assert_eq!(found, Some(method), "{}", path.display());
         }
     }
 }

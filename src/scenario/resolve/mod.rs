@@ -15,6 +15,7 @@ mod contact;
 mod granular;
 mod limits;
 mod material;
+mod membrane;
 mod mpm;
 mod mpm_checks;
 mod shear;

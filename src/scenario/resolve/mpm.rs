@@ -3,14 +3,15 @@
 use super::body::{self, AXES, Domain};
 use super::granular::{check as check_granular, granular};
 use super::limits::refuse_steps;
+use super::membrane::membranes;
 use super::mpm_checks::{check, simple};
 use super::{DEPTH_DEFAULT, digits, name, output};
 use crate::error::Error;
 use crate::mpm::shape::margins;
 use crate::scenario::mpm::{
     BodyContact, Boundary, CriticalDruckerPrager, Elastic, Face, Followed, Granular, Gravity, Grid, InitialStress,
-    LOADS_MAX, Load, LoadKind, Material, MaterialLaw, Membrane, Mpm, Path, Region, RegionShape, RigidBody, Scheme,
-    ShapeFunction, StressUpdate, Transfer, Watch, Wave, figures, polygon_area,
+    LOADS_MAX, Load, LoadKind, Material, MaterialLaw, Mpm, Region, RegionShape, RigidBody, Scheme, ShapeFunction,
+    StressUpdate, Transfer, Watch, Wave, figures, polygon_area,
 };
 use crate::scenario::raw::{Reader, Typed};
 use crate::scenario::stable::governing;
@@ -22,13 +23,8 @@ const POINTS_PER_CELL_DEFAULT: u64 = 2;
 const SAFETY_DEFAULT: f64 = 0.5;
 /// Steps of the continuum between two looks of the oracle.
 const LOOK_EVERY_DEFAULT: u64 = 20;
-/// Of a membrane: latex of 0.3 mm, kg/m2, and segments of half a cell.
-const MASS_PER_AREA_DEFAULT: f64 = 0.3;
-const SPACING_DEFAULT: f64 = 0.5;
-/// Vertices that all membranes may have, about: every rank has all of them, and ranks tell each other all of them at every step.
-const VERTICES_MAX: f64 = 1e5;
 /// How far an extent may be from whole cells, in cells.
-const WHOLE_TOLERANCE: f64 = 1e-6;
+pub(super) const WHOLE_TOLERANCE: f64 = 1e-6;
 /// Cells that a grid may have.
 const CELLS_MAX: f64 = 1e9;
 /// Edge of a block in cells, in the plane and in space.
@@ -48,7 +44,7 @@ const UPDATES: [(&str, StressUpdate); 3] =
 const NODES_THROWN: &str = "goes with transfer = \"blend\" and update = \"modified_last\" or \"first\" alone: where stress is updated last (which it is unless the job says so) or velocities are affine, a node that a point barely reaches is thrown about at any time step. Take one of those updates, or another shape.";
 
 /// The keys that belong to each choice of a selector.
-type Owners<const N: usize> = [(&'static str, &'static [&'static str]); N];
+pub(super) type Owners<const N: usize> = [(&'static str, &'static [&'static str]); N];
 const OF_TRANSFER: Owners<2> = [("blend", &["flip"]), ("affine", &[])];
 const OF_ELASTIC: &[&str] = &["young_modulus", "poisson_ratio", "bulk_modulus", "shear_modulus"];
 const OF_LAW: Owners<3> = [
@@ -76,11 +72,10 @@ const OF_STRESS: Owners<3> =
 const OF_BOUNDARY: Owners<5> =
     [("fixed", &[]), ("roller", &[]), ("friction", &["coefficient"]), ("absorbing", &[]), ("free", &[])];
 const OF_LOAD: Owners<2> = [("traction", &["traction"]), ("pressure", &["pressure"])];
-const OF_MEMBRANE: Owners<2> = [("line", &["from", "to"]), ("circle", &["centre", "radius"])];
 const OF_CONTACT: Owners<3> = [("rough", &[]), ("smooth", &[]), ("coulomb", &["friction"])];
 
 /// The choice of a selector, with the keys of other choices refused.
-fn chosen<const N: usize>(
+pub(super) fn chosen<const N: usize>(
     table: &Reader<'_>,
     selector: &str,
     noun: &str,
@@ -354,7 +349,7 @@ fn geostatic(table: &Reader<'_>, grid: &Grid, gravity: &Gravity) -> Result<Initi
     })
 }
 
-fn domain(grid: &Grid) -> Domain {
+pub(super) fn domain(grid: &Grid) -> Domain {
     let Grid { dimension, lower, upper, periodic, .. } = *grid;
     Domain { name: "grid", dimension, lower, upper, periodic }
 }
@@ -513,84 +508,6 @@ fn load(table: &Reader<'_>, grid: &Grid) -> Result<Load, Error> {
             "leaves no window: its upper corner must be more than its lower one along every axis.",
         )),
     }
-}
-
-fn membranes(top: &Reader<'_>, grid: &Grid) -> Result<Vec<Membrane>, Error> {
-    let mut membranes: Vec<Membrane> = Vec::new();
-    for table in top.tables("membrane")? {
-        if grid.dimension != 2 {
-            return Err(table.refusal_of_table(
-                "is a line, and this grid is in space, where a membrane would be a sheet. Remove it, and write a [[load]] with kind = \"pressure\" on the face of the material.",
-            ));
-        }
-        let membrane = membrane(&table, grid)?;
-        if membranes.iter().any(|other| other.name == membrane.name) {
-            return Err(table.refusal("name", "names another membrane already. Give each a name of its own."));
-        }
-        membranes.push(membrane);
-        if membranes.iter().map(|membrane| membrane.path.length() / membrane.spacing).sum::<f64>() > VERTICES_MAX {
-            return Err(table.refusal(
-                "spacing",
-                &format!("makes more than {VERTICES_MAX:e} vertices of all membranes together. Take longer segments."),
-            ));
-        }
-    }
-    Ok(membranes)
-}
-
-fn membrane(table: &Reader<'_>, grid: &Grid) -> Result<Membrane, Error> {
-    let domain = domain(grid);
-    let name = body::name_of_columns(table)?;
-    let within = |key: &str| body::inside(table, key, &domain).map(|[x, y, _]| [x, y]);
-    let path = match chosen(table, "shape", "shape", &OF_MEMBRANE, None)? {
-        "line" => Path::Line { from: within("from")?, to: within("to")? },
-        _ => Path::Circle { centre: within("centre")?, radius: table.number("radius")? },
-    };
-    if let Path::Circle { centre, radius } = path {
-        let outside = |axis: &usize| {
-            !grid.periodic[*axis] && !(grid.lower[*axis] + radius..=grid.upper[*axis] - radius).contains(&centre[*axis])
-        };
-        if let Some(axis) = (0..2).find(outside) {
-            return Err(table.refusal(
-                "radius",
-                &format!("reaches out of the grid along {}. Lower it, or move the centre.", AXES[axis]),
-            ));
-        }
-    }
-    if path.length() == 0.0 {
-        return Err(table.refusal("to", "is where the line begins. Move one of the two ends."));
-    }
-    let membrane = Membrane {
-        name: name.to_string(),
-        path,
-        spacing: table.number_or("spacing", SPACING_DEFAULT * grid.cell)?,
-        mass_per_area: table.number_or("mass_per_area", MASS_PER_AREA_DEFAULT)?,
-        stiffness: table.number("stiffness")?,
-        damping: table.number_or("damping", 0.0)?,
-        tension: table.number_or("tension", 0.0)?,
-        pressure: table.number("pressure")?,
-        ramp: table.number_or("ramp", 0.0)?,
-    };
-    let shortest = membrane.stiffness * membrane.segment();
-    if membrane.spacing > grid.cell * (1.0 + WHOLE_TOLERANCE) {
-        return Err(table.refusal(
-            "spacing",
-            &format!(
-                "is longer than a cell, {} m, so that nodes between two vertices would feel nothing of the membrane and material would come through. Write half a cell.",
-                digits(grid.cell)
-            ),
-        ));
-    }
-    if membrane.tension >= shortest {
-        return Err(table.refusal(
-            "tension",
-            &format!(
-                "would have its segments at rest at no length at all: stiffness times the length of a segment is {} N. Lower the tension, or take a stiffer membrane.",
-                digits(shortest)
-            ),
-        ));
-    }
-    Ok(membrane)
 }
 
 /// Defaults are those of Tables 6 and 9 of seed 000, of the triaxial test and of indentation.
