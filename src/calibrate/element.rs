@@ -165,7 +165,7 @@ impl Element<'_> {
             source: Source::Packed(Packed {
                 sizes: Sizes::Normal { mean: grains.diameter_mean, deviation: grains.diameter_deviation },
                 count: self.grains,
-                preparation: Preparation::Compress { stress: packing.stress, fraction: None },
+                preparation: Preparation::Compress { stress: packing.stress, fraction: None, unloaded: None },
                 friction: packing.friction,
                 fraction_start: packing.fraction_start,
                 energy_ratio_max: packing.energy_ratio_max.min(ENERGY_RATIO_MOST),

@@ -128,7 +128,7 @@ fn packed_of(granular: &Granular) -> &Packed {
 /// Mean stress of the piece, Pa.
 fn stress_of(granular: &Granular) -> f64 {
     match packed_of(granular).preparation {
-        Preparation::Compress { stress, .. } => stress,
+        Preparation::Compress { stress, unloaded, .. } => unloaded.unwrap_or(stress),
         Preparation::Pour => unreachable!("a checked job has its piece compressed"),
     }
 }

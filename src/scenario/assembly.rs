@@ -110,8 +110,9 @@ pub struct Packed {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Preparation {
     /// A cell periodic along every axis is compressed to this mean stress, Pa (compression positive). Frictionless and
-    /// hot first where `fraction` asks for more than compression alone reaches.
-    Compress { stress: f64, fraction: Option<f64> },
+    /// hot first where `fraction` asks for more than compression alone reaches. At rest it is let come to the lower stress
+    /// `unloaded`, if there is one, Pa.
+    Compress { stress: f64, fraction: Option<f64>, unloaded: Option<f64> },
     /// Grains fall under the job's gravity onto its bodies.
     Pour,
 }

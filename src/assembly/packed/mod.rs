@@ -55,7 +55,9 @@ pub fn make<S: Space, C: ContactLaw<S>>(
     }
     tracing::info!(grains = packed.count, "making a packing");
     let mut packing = match packed.preparation {
-        Preparation::Compress { stress, fraction } => compress::make(job, packed, (stress, fraction), transport)?,
+        Preparation::Compress { stress, fraction, unloaded } => {
+            compress::make(job, packed, (stress, fraction, unloaded), transport)?
+        }
         Preparation::Pour => pour::make(job, packed, transport)?,
     };
     let written = on_root(transport, || write(&file, &mut packing));

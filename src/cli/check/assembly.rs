@@ -152,9 +152,10 @@ fn matter(page: &mut Page, assembly: &Assembly) {
 
 fn made(page: &mut Page, assembly: &Assembly, packed: &Packed, count: &str) {
     let how = match packed.preparation {
-        Preparation::Compress { stress, fraction: None } => format!("compressed to {} kPa", figures(1e-3 * stress)),
-        Preparation::Compress { stress, fraction: Some(fraction) } => {
-            format!("compressed to {} kPa, packing fraction {}", figures(1e-3 * stress), figures(fraction))
+        Preparation::Compress { stress, fraction, unloaded } => {
+            let fraction = fraction.map_or_else(String::new, |of| format!(", packing fraction {}", figures(of)));
+            let unloaded = unloaded.map_or_else(String::new, |to| format!(", unloaded to {} kPa", figures(1e-3 * to)));
+            format!("compressed to {} kPa{fraction}{unloaded}", figures(1e-3 * stress))
         }
         Preparation::Pour => "poured onto the bodies".to_string(),
     };

@@ -75,10 +75,12 @@ pub fn warnings(job: &Mpm) -> Vec<String> {
     }
 }
 
-/// Mean stress that the piece of packing is compressed to, Pa.
+/// Mean stress that the piece of packing has, Pa.
 fn stress_of_piece(granular: &Granular) -> Option<f64> {
     match &granular.piece.source {
-        Source::Packed(Packed { preparation: Preparation::Compress { stress, .. }, .. }) => Some(*stress),
+        Source::Packed(Packed { preparation: Preparation::Compress { stress, unloaded, .. }, .. }) => {
+            Some(unloaded.unwrap_or(*stress))
+        }
         _ => None,
     }
 }

@@ -33,7 +33,7 @@ const OF_DISTRIBUTION: [(&str, &[&str]); 3] = [
 /// Keys of `[grains]` that only grains to be made need.
 const OF_MADE: [&str; 6] = ["count", "distribution", "diameter_deviation", "diameter_min", "diameter_max", "diameters"];
 /// How the keys of `[packing]` part by the preparation.
-const OF_PREPARATION: [(&str, &[&str]); 2] = [("compress", &["stress", "fraction"]), ("pour", &[])];
+const OF_PREPARATION: [(&str, &[&str]); 2] = [("compress", &["stress", "fraction", "unloaded"]), ("pour", &[])];
 
 /// The checked assembly of a job; `file` is the job's path, whose folder relative paths start from.
 pub fn assembly(typed: &Typed, file: &str) -> Result<Assembly, Error> {
@@ -199,9 +199,11 @@ fn packed(table: &Reader<'_>, sizes: Sizes, count: u64, cell: &Cell, folder: &Pa
     };
     table.refuse_keys_of_others("preparation", preparation, &OF_PREPARATION)?;
     let preparation = match preparation {
-        "compress" => {
-            Preparation::Compress { stress: table.number("stress")?, fraction: table.number_if_given("fraction")? }
-        }
+        "compress" => Preparation::Compress {
+            stress: table.number("stress")?,
+            fraction: table.number_if_given("fraction")?,
+            unloaded: table.number_if_given("unloaded")?,
+        },
         _ => Preparation::Pour,
     };
     let fraction_start = if cell.dimension == 2 { PACKING_FRACTION_DEFAULT } else { PACKING_FRACTION_SPHERES };

@@ -44,9 +44,15 @@ fn check_stress(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
         limits::refuse_squeeze(typed, if held { ("cell", "stress") } else { ("packing", "stress") }, number)?;
     }
     match &assembly.source {
-        Source::Packed(Packed { preparation: Preparation::Compress { stress, .. }, .. }) => {
-            let time = assembly.matter.diameter_mean * (assembly.matter.density / stress).sqrt();
-            limits::refuse_faint_packing(typed, ("packing", "stress"), time, assembly.step)
+        Source::Packed(Packed { preparation: Preparation::Compress { stress, unloaded, .. }, .. }) => {
+            let time = |stress: f64| assembly.matter.diameter_mean * (assembly.matter.density / stress).sqrt();
+            limits::refuse_faint_packing(typed, ("packing", "stress"), time(*stress), assembly.step)?;
+            let Some(unloaded) = unloaded else { return Ok(()) };
+            if unloaded >= stress {
+                let message = format!("is no less than packing.stress = {stress} Pa. Write less, or remove the line.");
+                return Err(typed.refusal("packing", "unloaded", &message));
+            }
+            limits::refuse_faint_packing(typed, ("packing", "unloaded"), time(*unloaded), assembly.step)
         }
         _ => Ok(()),
     }

@@ -59,10 +59,11 @@ pub(super) const KEYS_OF_GRAINS: [Key; 9] = [
 ];
 
 #[rustfmt::skip]
-pub(super) const KEYS_OF_PACKING: [Key; 7] = [
+pub(super) const KEYS_OF_PACKING: [Key; 8] = [
     text("preparation", "compress a periodic cell without cohesion, or pour onto bodies", "\"compress\""),
     number("stress", "the mean stress that the packing is compressed to, compression positive", STRESS, POSITIVE, "\"100 kPa\""),
     number("fraction", "the packing fraction to be reached, by a hot start where compression alone stops short", RATIO, Range::closed(0.3, 0.92), "0.85"),
+    number("unloaded", "a lower mean stress that the packing comes to once it is compressed", STRESS, POSITIVE, "\"2 kPa\""),
     number("friction", "friction while the packing is made", RATIO, Range::closed(0.0, 5.0), "0.01"),
     number("fraction_start", "the packing fraction of the loose start", RATIO, Range::closed(0.02, 0.5), "0.45"),
     number("energy_ratio_max", "kinetic over elastic energy at rest", RATIO, Range::closed(1e-12, 0.1), "1e-4"),

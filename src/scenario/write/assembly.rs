@@ -107,11 +107,14 @@ fn made(page: &mut Page, packed: &Packed) {
     }
     page.table("packing");
     match packed.preparation {
-        Preparation::Compress { stress, fraction } => {
+        Preparation::Compress { stress, fraction, unloaded } => {
             page.text("preparation", "compress");
             page.number("stress", stress);
             if let Some(fraction) = fraction {
                 page.number("fraction", fraction);
+            }
+            if let Some(unloaded) = unloaded {
+                page.number("unloaded", unloaded);
             }
         }
         Preparation::Pour => page.text("preparation", "pour"),
