@@ -133,8 +133,10 @@ enum Command {
         /// The page. Default: report.html in the first folder.
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
-        /// Of runs of planar shear that are compared: the horizontal strains that incremental strain and the band are
-        /// measured between. Default: 0.37,0.57, of shorter runs the same share of what they have in common.
+        /// Of runs that are compared: the strains that incremental strain and the band are measured between; horizontal ones of
+        /// planar shear, and where a body presses on grains its way over the height of the material or its own breadth, which
+        /// stresses are compared between, too. Default: 0.37,0.57 or 0.055,0.085, of shorter runs the same share of what they
+        /// have in common.
         #[arg(long, value_name = "FROM,TO", value_parser = report::strains)]
         between: Option<[f64; 2]>,
     },

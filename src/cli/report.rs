@@ -27,6 +27,7 @@ mod panels;
 mod records;
 mod scaling;
 mod scenes;
+mod span;
 mod svg;
 #[cfg(test)]
 mod tests;
@@ -47,19 +48,19 @@ const WIDTH: f64 = 900.0;
 
 /// Writes the report on the runs in `dirs` to `out`, or to `report.html` in the first of them; returns where it is.
 /// The drawings go to `figures/` beside it, and the paragraph that says what happened to a text file of the same name.
-/// Several runs of planar shear are compared, their incremental strains `between` two horizontal strains, and what was
-/// measured goes to `comparison.json` beside the page.
+/// Several runs of planar shear, or of a body that presses on grains and points, are compared, their incremental strains
+/// `between` two strains, and what was measured goes to `comparison.json` beside the page.
 pub fn write(dirs: &[PathBuf], out: Option<&Path>, between: Option<[f64; 2]>) -> Result<PathBuf, Error> {
     let Some(first) = dirs.first() else {
         return Err(Error::User("A report needs the directory of a run: `scree report runs/NAME`.".to_owned()));
     };
     for kind in [Kind::Assembly, Kind::Mpm] {
         if dirs.iter().any(|directory| is_of(directory, kind)) {
-            return write_sections(dirs, first, out, kind);
+            return write_sections(dirs, first, (out, between), kind);
         }
     }
     let mut runs = dirs.iter().map(|directory| Run::read(directory)).collect::<Result<Vec<_>, _>>()?;
-    tell_apart(&mut runs);
+    tell_apart(runs.iter_mut().map(|run| (&mut run.name, &*run.directory)));
     let findings: Vec<Findings> = runs.iter().map(Findings::of).collect();
     let enriched = runs.iter().map(enriched_frame).collect::<Result<Vec<_>, _>>()?;
     let pairs: Vec<(&Run, Option<usize>)> = runs.iter().zip(enriched).collect();
@@ -89,18 +90,14 @@ pub fn write(dirs: &[PathBuf], out: Option<&Path>, between: Option<[f64; 2]>) ->
     }
     let mut text = words::plain_text(&stories);
     if let Some(comparison) = &comparison {
-        for drawn in comparison.parts.iter().flat_map(|part| &part.figures) {
-            put(&folder.join(format!("{}.svg", drawn.name)), &drawn.drawing)?;
-        }
-        put(&path.with_file_name("comparison.json"), &format!("{:#}\n", comparison.json))?;
-        text = format!("{}\n\n{text}", words::plain_letters(&comparison.paragraph()));
+        text = put_comparison(comparison, &path, &folder)? + &text;
     }
     put(&path.with_extension("txt"), &text)?;
     put(&path, &page::page(&stories, &drawings, comparison.as_ref()))?;
     Ok(path)
 }
 
-/// Two rising horizontal strains, as `--between 0.37,0.57` has them.
+/// Two rising strains, as `--between 0.37,0.57` has them.
 pub fn strains(text: &str) -> Result<[f64; 2], String> {
     let read = |part: &str| part.trim().parse::<f64>().ok().filter(|strain| strain.is_finite() && *strain >= 0.0);
     match text.split_once(',').map(|(from, to)| (read(from), read(to))) {
@@ -144,8 +141,14 @@ fn is_of(directory: &Path, kind: Kind) -> bool {
     kind.mark().is_some_and(|table| records::has_table(directory, table))
 }
 
-/// The same of grains in cells or of continua: every run has its own pictures and curves, below each other.
-fn write_sections(dirs: &[PathBuf], first: &Path, out: Option<&Path>, kind: Kind) -> Result<PathBuf, Error> {
+/// The same of grains in cells or of continua: every run has its own pictures and curves, below each other; those of one
+/// specimen in which a body presses on grains are compared first.
+fn write_sections(
+    dirs: &[PathBuf],
+    first: &Path,
+    (out, between): (Option<&Path>, Option<[f64; 2]>),
+    kind: Kind,
+) -> Result<PathBuf, Error> {
     if let Some(other) = dirs.iter().find(|directory| !is_of(directory, kind)) {
         return Err(Error::User(format!(
             "{} is no run of {}, and another of these directories is; make a report of either kind by itself.",
@@ -153,7 +156,9 @@ fn write_sections(dirs: &[PathBuf], first: &Path, out: Option<&Path>, kind: Kind
             if kind == Kind::Assembly { "grains in a cell" } else { "a continuum on a grid" }
         )));
     }
-    let records = dirs.iter().map(|directory| Record::read(directory)).collect::<Result<Vec<_>, _>>()?;
+    let mut records = dirs.iter().map(|directory| Record::read(directory)).collect::<Result<Vec<_>, _>>()?;
+    tell_apart(records.iter_mut().map(|record| (&mut record.name, &*record.directory)));
+    let comparison = Comparison::of_pressed(&records.iter().collect::<Vec<_>>(), between)?;
     let told = |record: Record| -> Result<(Record, String, Vec<page::Figure>), Error> {
         match kind {
             Kind::Assembly => {
@@ -181,9 +186,22 @@ fn write_sections(dirs: &[PathBuf], first: &Path, out: Option<&Path>, kind: Kind
         sections.push(page::Section { record, words: words.clone(), figures: figures.clone() });
     }
     let lines: Vec<String> = told.iter().map(|(record, words, _)| format!("{}: {words}", record.name)).collect();
-    put(&path.with_extension("txt"), &(lines.join("\n\n") + "\n"))?;
-    put(&path, &page::sections(&sections))?;
+    let mut text = lines.join("\n\n") + "\n";
+    if let Some(comparison) = &comparison {
+        text = put_comparison(comparison, &path, &folder)? + &text;
+    }
+    put(&path.with_extension("txt"), &text)?;
+    put(&path, &page::sections(&sections, comparison.as_ref()))?;
     Ok(path)
+}
+
+/// Writes the drawings of a comparison and its figures, beside a page; returns its paragraph for the text file.
+fn put_comparison(comparison: &Comparison, path: &Path, folder: &Path) -> Result<String, Error> {
+    for drawn in comparison.parts.iter().flat_map(|part| &part.figures) {
+        put(&folder.join(format!("{}.svg", drawn.name)), &drawn.drawing)?;
+    }
+    put(&path.with_file_name("comparison.json"), &format!("{:#}\n", comparison.json))?;
+    Ok(format!("{}\n\n", words::plain_letters(&comparison.paragraph())))
 }
 
 /// The page, and the folder of its drawings.
@@ -201,14 +219,13 @@ fn folder_beside(path: &Path) -> Result<PathBuf, Error> {
 }
 
 /// Runs of the same name are told apart by their directories.
-fn tell_apart(runs: &mut [Run]) {
-    let names: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
-    for run in runs {
-        if names.iter().filter(|name| **name == run.name).count() > 1 {
-            run.name = run
-                .directory
-                .file_name()
-                .map_or_else(|| run.directory.display().to_string(), |name| name.to_string_lossy().into_owned());
+fn tell_apart<'a>(runs: impl Iterator<Item = (&'a mut String, &'a Path)>) {
+    let mut runs: Vec<_> = runs.collect();
+    let names: Vec<String> = runs.iter().map(|(name, _)| (*name).clone()).collect();
+    for (name, directory) in &mut runs {
+        if names.iter().filter(|other| *other == *name).count() > 1 {
+            let last = directory.file_name().map(|last| last.to_string_lossy().into_owned());
+            **name = last.unwrap_or_else(|| directory.display().to_string());
         }
     }
 }

@@ -11,4 +11,6 @@ pub mod local_strain;
 pub mod phases;
 pub mod point;
 pub mod point_guard;
+pub mod space_share;
 pub mod strain;
+pub mod strip;

@@ -1,5 +1,5 @@
 //! Runs of planar shear compared as Chen et al. (2021) compare theirs, figures 10 to 15: hybrid and continuum against grains
-//! alone, packing by packing.
+//! alone, packing by packing; and runs in which a body presses on the material ([`pressed`]) as figures 17 to 24 compare theirs.
 //!
 //! One file a figure: each draws, measures, and says in one line why something is left out.
 
@@ -7,15 +7,18 @@ use serde_json::{Value, json};
 
 use super::findings::Findings;
 use super::load::Run;
+use super::records::Record;
 use super::words::{Table, signed_percent as share};
 use crate::error::Error;
 
 mod among;
 mod bands;
 mod curves;
+mod difference;
 mod disturbance;
 mod inside;
 mod pictures;
+mod pressed;
 mod profile;
 mod softening;
 mod speed;
@@ -24,7 +27,7 @@ mod tests;
 mod trained;
 mod zone;
 
-use among::Among;
+use among::{Among, Group};
 use curves::Averages;
 
 /// A drawing with its caption; the name is that of its file.
@@ -73,8 +76,8 @@ impl Part {
 }
 
 /// Values of runs (by group), told group by group: one value, or the least and the most of several packings.
-fn by_group(among: &Among, values: &[(usize, f64)], tell: impl Fn(f64) -> String) -> String {
-    let told = |(index, group): (usize, &among::Group)| {
+fn by_group(groups: &[Group], values: &[(usize, f64)], tell: impl Fn(f64) -> String) -> String {
+    let told = |(index, group): (usize, &Group)| {
         let own: Vec<f64> = values.iter().filter(|(of, _)| *of == index).map(|(_, value)| *value).collect();
         let [least, most] = range(own.iter().copied())?;
         Some(match own.len() {
@@ -82,7 +85,7 @@ fn by_group(among: &Among, values: &[(usize, f64)], tell: impl Fn(f64) -> String
             count => format!("{} {} to {} ({count} packings)", group.name, tell(least), tell(most)),
         })
     };
-    among.groups.iter().enumerate().filter_map(told).collect::<Vec<_>>().join("; ")
+    groups.iter().enumerate().filter_map(told).collect::<Vec<_>>().join("; ")
 }
 
 /// Least and most; none of nothing.
@@ -115,14 +118,24 @@ impl Comparison {
             ("inside_the_zone", inside::part(&among, &averages)?),
             ("speed_up", speed::part(&among)?),
         ];
-        let mut json = json!({ "runs": described(&among), "left_out": {} });
+        Ok(Some(Self::made_of(described(&among), named)))
+    }
+
+    /// The same of jobs on a grid with grains, in which a body presses on the material; none of runs of other jobs. Runs that
+    /// are not of one specimen and test are an error.
+    pub fn of_pressed(records: &[&Record], between: Option<[f64; 2]>) -> Result<Option<Self>, Error> {
+        pressed::comparison(records, between)
+    }
+
+    fn made_of(runs: Vec<Value>, named: impl IntoIterator<Item = (&'static str, Part)>) -> Self {
+        let mut json = json!({ "runs": runs, "left_out": {} });
         let mut parts = Vec::new();
         for (name, mut part) in named {
             json[name] = part.json.take();
             json["left_out"][name] = json!(part.left_out);
             parts.push(part);
         }
-        Ok(Some(Self { parts, json }))
+        Self { parts, json }
     }
 
     /// The main findings as a paragraph.

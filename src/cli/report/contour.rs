@@ -1,16 +1,18 @@
 //! The outline of a patch of scattered places: the border of all that lies within a reach of one of them.
 
+use super::span::Span;
+
 /// Cells of the grid per reach.
 const CELLS_PER_REACH: f64 = 4.0;
 
-/// Pieces of the border of the union of discs of radius `reach` (m) about the `places` (m), as pairs of ends. `period`
-/// (m) joins the sides of the domain in x; pieces may lie up to a cell beyond it.
-pub fn outline(places: &[[f64; 2]], reach: f64, period: f64) -> Vec<[[f64; 2]; 2]> {
+/// Pieces of the border of the union of discs of radius `reach` (m) about the `places` (m), as pairs of ends; pieces may
+/// lie up to a cell beyond the span.
+pub fn outline(places: &[[f64; 2]], reach: f64, span: &Span) -> Vec<[[f64; 2]; 2]> {
     if places.is_empty() || reach.is_nan() || reach <= 0.0 {
         return Vec::new();
     }
-    let grid = Grid::around(places, reach, period);
-    let field = grid.distances(places, reach, period);
+    let grid = Grid::around(places, reach, span);
+    let field = grid.distances(places, reach, span);
     let mut pieces = Vec::new();
     for row in 0..grid.rows - 1 {
         for column in 0..grid.columns - 1 {
@@ -28,14 +30,14 @@ struct Grid {
 }
 
 impl Grid {
-    fn around(places: &[[f64; 2]], reach: f64, period: f64) -> Self {
+    fn around(places: &[[f64; 2]], reach: f64, span: &Span) -> Self {
         let cell = reach / CELLS_PER_REACH;
         let (bottom, top) = places.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lower, upper), place| {
             (lower.min(place[1]), upper.max(place[1]))
         });
-        let lower = [-cell, bottom - reach - 2.0 * cell];
+        let lower = [span.left - cell, bottom - reach - 2.0 * cell];
         let count = |length: f64| (length / cell).ceil() as usize + 1;
-        Self { cell, lower, columns: count(period + 2.0 * cell), rows: count(top + reach + 2.0 * cell - lower[1]) }
+        Self { cell, lower, columns: count(span.width + 2.0 * cell), rows: count(top + reach + 2.0 * cell - lower[1]) }
     }
 
     fn node(&self, column: usize, row: usize) -> [f64; 2] {
@@ -43,16 +45,16 @@ impl Grid {
     }
 
     /// Distance of every node from the nearest place, cut a little beyond the reach.
-    fn distances(&self, places: &[[f64; 2]], reach: f64, period: f64) -> Vec<f64> {
+    fn distances(&self, places: &[[f64; 2]], reach: f64, span: &Span) -> Vec<f64> {
         let far = reach + 2.0 * self.cell;
         let mut field = vec![far; self.columns * self.rows];
         let index = |coordinate: f64, axis: usize, count: usize| {
             (((coordinate - self.lower[axis]) / self.cell).max(0.0) as usize).min(count - 1)
         };
         for place in places {
-            for image in [-1.0, 0.0, 1.0] {
-                let x = place[0] + image * period;
-                if x + far < self.lower[0] || x - far > period + self.cell {
+            for image in span.images() {
+                let x = place[0] + image * span.width;
+                if x + far < self.lower[0] || x - far > span.left + span.width + self.cell {
                     continue;
                 }
                 for row in index(place[1] - far, 1, self.rows)..=index(place[1] + far, 1, self.rows) {
@@ -94,13 +96,15 @@ mod tests {
     use super::*;
     use crate::math::PI;
 
+    const ROUND: Span = Span { left: 0.0, width: 10.0, is_periodic: true, diameter: 1.0 };
+
     fn length(pieces: &[[[f64; 2]; 2]]) -> f64 {
         pieces.iter().map(|[a, b]| ((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1])).sqrt()).sum()
     }
 
     #[test]
     fn one_place_has_a_circle() {
-        let pieces = outline(&[[5.0, 5.0]], 1.0, 10.0);
+        let pieces = outline(&[[5.0, 5.0]], 1.0, &ROUND);
         assert!((length(&pieces) - 2.0 * PI).abs() < 0.2, "{}", length(&pieces));
         for end in pieces.iter().flatten() {
             let r = ((end[0] - 5.0) * (end[0] - 5.0) + (end[1] - 5.0) * (end[1] - 5.0)).sqrt();
@@ -111,14 +115,23 @@ mod tests {
     #[test]
     fn a_row_round_the_period_has_two_lines() {
         let places: Vec<[f64; 2]> = (0..40).map(|index| [f64::from(index) * 0.25, 3.0]).collect();
-        let pieces = outline(&places, 1.0, 10.0);
+        let pieces = outline(&places, 1.0, &ROUND);
         let inside: Vec<_> = pieces.into_iter().filter(|[a, _]| (0.0..10.0).contains(&a[0])).collect();
         assert!((length(&inside) - 20.0).abs() < 1.0, "{}", length(&inside));
         assert!(inside.iter().flatten().all(|end| ((end[1] - 3.0).abs() - 1.0).abs() < 0.1));
     }
 
     #[test]
+    fn a_row_between_sides_that_are_apart_has_ends() {
+        let places: Vec<[f64; 2]> = (0..33).map(|index| [21.0 + f64::from(index) * 0.25, 3.0]).collect();
+        let span = Span { left: 20.0, is_periodic: false, ..ROUND };
+        let pieces = outline(&places, 0.5, &span);
+        assert!((length(&pieces) - (16.0 + PI)).abs() < 0.5, "{}", length(&pieces));
+        assert!(pieces.iter().flatten().all(|end| (20.4..29.6).contains(&end[0])));
+    }
+
+    #[test]
     fn nothing_has_no_outline() {
-        assert!(outline(&[], 1.0, 10.0).is_empty());
+        assert!(outline(&[], 1.0, &ROUND).is_empty());
     }
 }

@@ -249,8 +249,13 @@ fn strain_end(found: &[Found]) -> f64 {
 
 /// Name and method of a run; a name that says the method already is enough.
 pub fn label(run: &Run) -> String {
-    let said = run.name.split(|letter: char| !letter.is_alphanumeric()).any(|word| word == run.method);
-    if said || run.method.is_empty() { run.name.clone() } else { format!("{} ({})", run.name, run.method) }
+    with_method(&run.name, &run.method)
+}
+
+/// A name and a method, unless the name says it.
+pub fn with_method(name: &str, method: &str) -> String {
+    let said = name.split(|letter: char| !letter.is_alphanumeric()).any(|word| word == method);
+    if said || method.is_empty() { name.to_owned() } else { format!("{name} ({method})") }
 }
 
 /// When grains were inserted, for every run where they were.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use scree_io::column::{Column, Values};
 use scree_io::{frames, series};
 
+use super::span::Span;
 use crate::error::Error;
 use crate::math;
 
@@ -56,14 +57,19 @@ impl Series {
 
     /// Horizontal strain at a time, s: linear between rows, held beyond them.
     pub fn strain_at(&self, time: f64) -> f64 {
-        let first = self.time[0];
-        linear(&self.time, &self.strain, time).unwrap_or_else(|| match time < first {
-            // Rows begin one interval after the start; strain there is zero.
-            true if first > 0.0 => self.strain[0] * (time / first).max(0.0),
-            true => self.strain[0],
-            false => self.strain[self.rows() - 1],
-        })
+        from_zero(&self.time, &self.strain, time)
     }
+}
+
+/// Values of rows at a time, s: linear between them, held beyond them; before the first they rise from zero at the start.
+pub fn from_zero(times: &[f64], values: &[f64], time: f64) -> f64 {
+    let first = times[0];
+    linear(times, values, time).unwrap_or_else(|| match time < first {
+        // Rows begin one interval after the start.
+        true if first > 0.0 => values[0] * (time / first).max(0.0),
+        true => values[0],
+        false => values[values.len() - 1],
+    })
 }
 
 /// Where a value lies among rising ones: the first row that is not below it, and its share of the way there from the row
@@ -210,9 +216,21 @@ impl Run {
         frames.reduce(|best, frame| if away(frame) <= away(best) { frame } else { best }).unwrap_or(0)
     }
 
+    /// Across what it is drawn and measured.
+    pub fn span(&self) -> Span {
+        Span { left: 0.0, width: self.width, is_periodic: true, diameter: self.diameter }
+    }
+
     /// Reads one frame.
     pub fn snapshot(&self, index: usize) -> Result<Snapshot, Error> {
-        let path = self.directory.join("frames.vtkhdf");
+        Snapshot::read(&self.directory, index, self.width)
+    }
+}
+
+impl Snapshot {
+    /// Reads one frame of a run; where the `period` (m) is positive, x is brought into it. Vertices of membranes are no bodies.
+    pub fn read(directory: &Path, index: usize, period: f64) -> Result<Self, Error> {
+        let path = directory.join("frames.vtkhdf");
         let torn = |what: &str| torn_frames(&path, &format!("frame {index}: {what}"));
         let frame = frames::read_frame(&path, index).map_err(unreadable)?;
         let rows = frame.positions.len();
@@ -242,7 +260,8 @@ impl Run {
                 0 => Kind::Point,
                 1 => Kind::Grain,
                 2 => Kind::Glued,
-                other => return Err(torn(&format!("row {row} is of kind {other}; known are 0, 1 and 2"))),
+                3 => continue,
+                other => return Err(torn(&format!("row {row} is of kind {other}; known are 0 to 3"))),
             };
             if !(place[0].is_finite() && place[1].is_finite()) {
                 return Err(torn(&format!("row {row} has no place")));
@@ -250,7 +269,7 @@ impl Run {
             bodies.push(Body {
                 kind,
                 id: ids[row],
-                position: [place[0].rem_euclid(self.width), place[1]],
+                position: [if period > 0.0 { place[0].rem_euclid(period) } else { place[0] }, place[1]],
                 displacement: [displacements[3 * row], displacements[3 * row + 1]],
                 radius: radii[row],
                 weight: weights[row],
@@ -265,7 +284,7 @@ impl Run {
             let noun = if twins[0].kind.is_grain() { "grain" } else { "point" };
             return Err(torn(&format!("{noun} {} is there twice", twins[0].id)));
         }
-        Ok(Snapshot { time: frame.time, bodies })
+        Ok(Self { time: frame.time, bodies })
     }
 }
 

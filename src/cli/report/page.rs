@@ -112,12 +112,12 @@ pub struct Section<'a> {
 /// A name, a drawing and a caption.
 pub type Figure = (&'static str, String, &'static str);
 
-/// The page of runs of grains in cells or of continua, one below the other.
-pub fn sections(sections: &[Section]) -> String {
+/// The page of runs of grains in cells or of continua, one below the other, after what they are compared by.
+pub fn sections(sections: &[Section], comparison: Option<&Comparison>) -> String {
     let names: Vec<&str> = sections.iter().map(|section| section.record.name.as_str()).collect();
     let title = escape(&names.join(", "));
     let mut body = format!("<h1>{title}</h1>\n");
-    let mut figures = 0;
+    let mut figures = comparison.map_or(0, |comparison| compared(&mut body, comparison));
     for section in sections {
         let record = section.record;
         if sections.len() > 1 {

@@ -8,6 +8,7 @@ use super::contour;
 use super::figures::label;
 use super::load::{Kind, Run};
 use super::scenes::{Scenes, Since, Valued, free, heights, square_edge};
+use super::span::Span;
 use super::svg::{Anchor, Frame, INK, Letters, Stroke, Svg, number, tenth};
 use super::words::{D50, in_diameters};
 use crate::observe::band::Band;
@@ -24,6 +25,8 @@ const COLUMNS: usize = 3;
 /// Share of the bodies that may lie beyond the end of the colours.
 const BEYOND: f64 = 0.01;
 const RIM: &str = "#ff2fa0";
+/// A band whose slope is below this lies level, rad.
+const LEVEL: f64 = 0.1;
 
 /// A run with its scenes.
 pub struct Told<'a> {
@@ -52,7 +55,7 @@ pub fn draw(told: &[Told], width: f64) -> String {
         }
         for (column, scene) in scenes.scenes.iter().enumerate() {
             let panel = Panel {
-                run,
+                span: run.span(),
                 scale,
                 bottom: scenes.heights[0],
                 frame: Frame {
@@ -80,8 +83,8 @@ pub fn draw(told: &[Told], width: f64) -> String {
 }
 
 /// Where a scene is drawn.
-pub struct Panel<'a> {
-    pub run: &'a Run,
+pub struct Panel {
+    pub span: Span,
     /// Pixels per metre.
     pub scale: f64,
     /// Height of the specimen's lower edge, m.
@@ -89,9 +92,12 @@ pub struct Panel<'a> {
     pub frame: Frame,
 }
 
-impl Panel<'_> {
+impl Panel {
     fn place(&self, position: [f64; 2]) -> [f64; 2] {
-        [self.frame.left + position[0] * self.scale, self.frame.bottom() - (position[1] - self.bottom) * self.scale]
+        [
+            self.frame.left + (position[0] - self.span.left) * self.scale,
+            self.frame.bottom() - (position[1] - self.bottom) * self.scale,
+        ]
     }
 
     /// A line in bold letters above the frame and a plain one below it.
@@ -116,8 +122,11 @@ impl Panel<'_> {
             }
             self.rim(svg, bodies);
         });
+        if !self.span.is_periodic {
+            return;
+        }
         if !bodies.iter().any(|row| row.body.kind == Kind::Glued) {
-            let [lower, upper] = heights(bodies).map(|y| self.place([0.0, y])[1]);
+            let [lower, upper] = heights(bodies).map(|y| self.place([self.span.left, y])[1]);
             for top in [lower, upper - 5.0] {
                 svg.rectangle(Frame { top, height: 5.0, ..self.frame }, colour::PLATE);
             }
@@ -138,11 +147,12 @@ impl Panel<'_> {
         for (_, Valued { body, .. }) in group {
             let reach = if point { 0.5 * square_edge(body.radius) } else { body.radius };
             let mut images = vec![0.0];
-            if body.position[0] < reach {
-                images.push(self.run.width);
+            let width = self.span.width;
+            if self.span.is_periodic && body.position[0] < reach {
+                images.push(width);
             }
-            if body.position[0] > self.run.width - reach {
-                images.push(-self.run.width);
+            if self.span.is_periodic && body.position[0] > width - reach {
+                images.push(-width);
             }
             for image in images {
                 let place = self.place([body.position[0] + image, body.position[1]]);
@@ -168,7 +178,7 @@ impl Panel<'_> {
         let places: Vec<[f64; 2]> = rim.iter().map(|row| row.body.position).collect();
         let reach = rim.iter().map(|row| row.body.radius).fold(0.0, f64::max) * 1.4;
         let mut path = String::new();
-        for [from, to] in contour::outline(&places, reach, self.run.width) {
+        for [from, to] in contour::outline(&places, reach, &self.span) {
             let _ = write!(path, "M{}L{}", pair(self.place(from)), pair(self.place(to)));
         }
         svg.path(&path, Stroke::new("#ffffff", 2.2));
@@ -178,9 +188,9 @@ impl Panel<'_> {
     /// The box of the band, and its thickness beside the panel.
     pub fn band(&self, svg: &mut Svg, band: &Band) {
         svg.clipped(self.frame, |svg| {
-            for image in [-1.0, 0.0, 1.0] {
+            for image in self.span.images() {
                 let corners =
-                    band.corners().map(|corner| pair(self.place([corner[0] + image * self.run.width, corner[1]])));
+                    band.corners().map(|corner| pair(self.place([corner[0] + image * self.span.width, corner[1]])));
                 let path = match corners {
                     // A band that closes round the period has no ends.
                     [a, b, c, d] if band.closed => format!("M{a}L{b}M{c}L{d}"),
@@ -191,25 +201,27 @@ impl Panel<'_> {
             }
         });
         let middle = self.place(band.centre)[1];
-        let half = 0.5 * band.thickness * self.scale;
         let x = self.frame.right() + 10.0;
-        let stroke = Stroke::new(INK, 1.2);
-        svg.line([x, middle - half], [x, middle + half], stroke);
-        for y in [middle - half, middle + half] {
-            svg.line([x - 4.0, y], [x + 4.0, y], stroke);
+        if band.angle.abs() < LEVEL {
+            let half = 0.5 * band.thickness * self.scale;
+            let stroke = Stroke::new(INK, 1.2);
+            svg.line([x, middle - half], [x, middle + half], stroke);
+            for y in [middle - half, middle + half] {
+                svg.line([x - 4.0, y], [x + 4.0, y], stroke);
+            }
         }
-        let words = format!("{} {D50}", in_diameters(band.thickness / self.run.diameter));
+        let words = format!("{} {D50}", in_diameters(band.thickness / self.span.diameter));
         haloed(svg, [x + 8.0, middle + 4.5], &words, Letters::new(13.0, Anchor::Start));
     }
 
     /// A length to compare with, below the panel.
     pub fn length(&self, svg: &mut Svg) {
-        let across = tick_step(self.run.width / self.run.diameter, 3).max(1.0);
-        let length = across * self.run.diameter * self.scale;
+        let across = tick_step(self.span.width / self.span.diameter, 3).max(1.0);
+        let length = across * self.span.diameter * self.scale;
         let (x, y) = (self.frame.left, self.frame.bottom() + 15.0);
         svg.line([x, y], [x + length, y], Stroke::new(INK, 2.0));
         let words =
-            format!("{across:.0} D\u{2085}\u{2080} = {}\u{2009}mm", significant(across * self.run.diameter * 1e3, 2));
+            format!("{across:.0} D\u{2085}\u{2080} = {}\u{2009}mm", significant(across * self.span.diameter * 1e3, 2));
         svg.text([x + length + 8.0, y + 4.0], &words, Letters::new(12.0, Anchor::Start));
     }
 }

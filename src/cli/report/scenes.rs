@@ -1,13 +1,14 @@
 //! The moments of a run that are drawn, with the strain of every body.
 
 use super::load::{Body, Kind, Run, Snapshot};
+use super::span::Span;
 use crate::error::Error;
 use crate::math;
 use crate::observe::band::{self, Band, CANDIDATE_SHARE, Candidates, Strained};
 use crate::observe::strain::best_fit_strains;
 
 /// Neighbours farther apart than this many mean diameters do not share a strain of grains.
-const EDGE_MAX_DIAMETERS: f64 = 2.5;
+pub const EDGE_MAX_DIAMETERS: f64 = 2.5;
 /// The same for points, in edges of the square of a point's area.
 const EDGE_MAX_POINTS: f64 = 3.0;
 
@@ -79,7 +80,7 @@ impl Scenes {
                 since: earlier
                     .as_ref()
                     .map_or(Since::Origin, |earlier| Since::Frame(run.series.strain_at(earlier.time))),
-                bodies: strained(&snapshot, earlier.as_ref(), run),
+                bodies: strained(&snapshot, earlier.as_ref(), &run.span()),
             });
         }
         let heights = scenes.iter().map(Scene::heights);
@@ -156,22 +157,30 @@ pub fn enriched_frame(run: &Run) -> Result<Option<usize>, Error> {
     if run.method != "hybrid" {
         return Ok(None);
     }
-    let (mut from, mut to) = (0, run.frame_times.len());
+    first_with_grains(run.frame_times.len(), |frame| run.snapshot(frame))
+}
+
+/// The first of so many frames with free grains, if there is one before it without.
+pub fn first_with_grains(
+    frames: usize,
+    snapshot: impl Fn(usize) -> Result<Snapshot, Error>,
+) -> Result<Option<usize>, Error> {
+    let (mut from, mut to) = (0, frames);
     while from < to {
         let middle = from + (to - from) / 2;
-        if run.snapshot(middle)?.bodies.iter().any(|body| body.kind == Kind::Grain) {
+        if snapshot(middle)?.bodies.iter().any(|body| body.kind == Kind::Grain) {
             to = middle;
         } else {
             from = middle + 1;
         }
     }
-    Ok((from > 0 && from < run.frame_times.len()).then_some(from))
+    Ok((from > 0 && from < frames).then_some(from))
 }
 
 /// Strain of every body since its origin, or since it was in `earlier`; bodies that are not there have none.
 ///
 /// Points and grains are fitted apart: in the rim, where both live, they share their motion only on the average.
-pub fn strained(snapshot: &Snapshot, earlier: Option<&Snapshot>, run: &Run) -> Vec<Valued> {
+pub fn strained(snapshot: &Snapshot, earlier: Option<&Snapshot>, span: &Span) -> Vec<Valued> {
     let mut result: Vec<Valued> = snapshot.bodies.iter().map(|&body| Valued { body, value: f64::NAN }).collect();
     for grains in [false, true] {
         let mut rows = Vec::new();
@@ -190,12 +199,12 @@ pub fn strained(snapshot: &Snapshot, earlier: Option<&Snapshot>, run: &Run) -> V
             displacements.push([body.displacement[0] - origin[0], body.displacement[1] - origin[1]]);
         }
         let edge_max = if grains {
-            EDGE_MAX_DIAMETERS * run.diameter
+            EDGE_MAX_DIAMETERS * span.diameter
         } else {
             let radius_max = rows.iter().map(|&row| snapshot.bodies[row].radius).fold(0.0, f64::max);
             EDGE_MAX_POINTS * square_edge(radius_max)
         };
-        let values = best_fit_strains(&positions, &displacements, run.width, edge_max);
+        let values = best_fit_strains(&positions, &displacements, span.period(), edge_max);
         for (row, value) in rows.into_iter().zip(values) {
             result[row].value = value;
         }

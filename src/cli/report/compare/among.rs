@@ -68,6 +68,18 @@ pub struct Group {
 }
 
 impl Group {
+    /// Groups by their names, and the members of each by the group that each member is of.
+    pub fn list(names: Vec<String>, of: &[usize]) -> Vec<Self> {
+        let members = |group: usize| (0..of.len()).filter(|&member| of[member] == group).collect();
+        let group = |(group, name): (usize, String)| Self {
+            name,
+            colour: colour::line(group),
+            dash: Self::dash_of(group),
+            members: members(group),
+        };
+        names.into_iter().enumerate().map(group).collect()
+    }
+
     /// Colours that come again are dashed.
     fn dash_of(number: usize) -> &'static str {
         ["", "7 4", "2 3"][number / colour::LINES.len() % 3]
@@ -103,18 +115,8 @@ impl<'a> Among<'a> {
                 group: number_of(kind_of(run), &mut kinds),
             })
             .collect();
-        let of_group = |group: usize| (0..members.len()).filter(|&index| members[index].group == group).collect();
-        let mut groups: Vec<Group> = (0..kinds.len())
-            .map(|group| Group {
-                name: String::new(),
-                colour: colour::line(group),
-                dash: Group::dash_of(group),
-                members: of_group(group),
-            })
-            .collect();
-        for (group, name) in groups.iter_mut().zip(names(&members, kinds.len())) {
-            group.name = name;
-        }
+        let groups =
+            Group::list(names(&members, kinds.len()), &members.iter().map(|member| member.group).collect::<Vec<_>>());
         Self { members, groups }
     }
 
@@ -127,11 +129,6 @@ impl<'a> Among<'a> {
     /// The members of a case that one method made.
     pub fn of_method(&self, case: usize, method: &str) -> Vec<&Member<'a>> {
         self.members.iter().filter(|member| member.case == case && member.is(method)).collect()
-    }
-
-    /// Members of a group.
-    pub fn of_group(&self, group: &Group) -> Vec<&Member<'a>> {
-        group.members.iter().map(|&index| &self.members[index]).collect()
     }
 
     pub fn cases(&self) -> usize {
@@ -160,7 +157,7 @@ impl<'a> Among<'a> {
 }
 
 /// The place of a scenario in a list, which it joins where it is new.
-fn number_of(wanted: toml::Table, known: &mut Vec<toml::Table>) -> usize {
+pub fn number_of(wanted: toml::Table, known: &mut Vec<toml::Table>) -> usize {
     known.iter().position(|other| *other == wanted).unwrap_or_else(|| {
         known.push(wanted);
         known.len() - 1
@@ -187,8 +184,13 @@ fn kind_of(run: &Run) -> toml::Table {
         "mpm" => &["oracle", "enrichment"],
         _ => &[],
     };
-    let mut kind = run.scenario.clone();
-    for path in ANY.iter().chain(unused) {
+    without(&run.scenario, ANY.iter().chain(unused))
+}
+
+/// A scenario without what stands at these dotted paths.
+pub fn without<'p>(scenario: &toml::Table, paths: impl Iterator<Item = &'p &'p str>) -> toml::Table {
+    let mut kind = scenario.clone();
+    for path in paths {
         match path.split_once('.') {
             None => kind.remove(*path),
             Some((table, key)) => {
@@ -202,37 +204,54 @@ fn kind_of(run: &Run) -> toml::Table {
 /// Says one thing of a run, where it has it.
 type Tell<'t> = &'t dyn Fn(&Member) -> Option<String>;
 
-/// Names of the groups by what they differ in; those of the same name are told apart by their first runs.
 fn names(members: &[Member], groups: usize) -> Vec<String> {
-    let first = |group: usize| members.iter().find(|member| member.group == group).expect("a group has a member");
     let told: [Tell; 4] = [
         &|member| Some(if is_cohesive(member.run) { "cohesive" } else { "dry" }.to_owned()),
         &|member| member.is("hybrid").then(|| format!("training {}", percent(member.training()))),
         &|member| member.cell().map(|cell| format!("cell {}{THIN}mm", plain(1e3 * cell, 3))),
         &|member| figure(&member.run.scenario, "loading.speed").map(|v| format!("{}{THIN}cm/s", plain(100.0 * v, 3))),
     ];
-    let differs = |tell: Tell| {
-        let mut all: Vec<String> = (0..groups).filter_map(|group| tell(first(group))).collect();
+    let first = |group: usize| members.iter().find(|member| member.group == group).expect("a group has a member");
+    let kind = |member: &Member| Told {
+        method: member.run.method.clone(),
+        run: member.run.name.clone(),
+        of: told.iter().map(|tell| tell(member)).collect(),
+    };
+    named(&(0..groups).map(|group| kind(first(group))).collect::<Vec<_>>())
+}
+
+/// What a group can be named by: that of its first run.
+pub struct Told {
+    pub method: String,
+    pub run: String,
+    /// The same things of every group, where it has them.
+    pub of: Vec<Option<String>>,
+}
+
+/// Names of groups by what they differ in; those of the same name are told apart by their first runs.
+pub fn named(groups: &[Told]) -> Vec<String> {
+    let things = groups.first().map_or(0, |group| group.of.len());
+    let differs = |thing: &usize| {
+        let mut all: Vec<&String> = groups.iter().filter_map(|group| group.of[*thing].as_ref()).collect();
         all.sort();
         all.dedup();
         all.len() > 1
     };
-    let told: Vec<_> = told.into_iter().filter(|tell| differs(*tell)).collect();
-    let name = |group: usize| {
-        let member = first(group);
-        let method = if member.run.method.is_empty() { "run" } else { &member.run.method };
-        match told.iter().filter_map(|tell| tell(member)).collect::<Vec<_>>().join(", ") {
+    let told: Vec<usize> = (0..things).filter(differs).collect();
+    let name = |group: &Told| {
+        let method = if group.method.is_empty() { "run" } else { &group.method };
+        match told.iter().filter_map(|&thing| group.of[thing].clone()).collect::<Vec<_>>().join(", ") {
             told if told.is_empty() => method.to_owned(),
             told => format!("{method} ({told})"),
         }
     };
-    let names: Vec<String> = (0..groups).map(name).collect();
+    let names: Vec<String> = groups.iter().map(name).collect();
     let twice = |name: &String| names.iter().filter(|other| *other == name).count() > 1;
-    let tell_apart = |group: usize| match &names[group] {
-        name if twice(name) => format!("{name}, {}", first(group).run.name),
+    let tell_apart = |(group, name): (&Told, &String)| match name {
+        name if twice(name) => format!("{name}, {}", group.run),
         name => name.clone(),
     };
-    (0..groups).map(tell_apart).collect()
+    groups.iter().zip(&names).map(tell_apart).collect()
 }
 
 fn is_cohesive(run: &Run) -> bool {

@@ -51,7 +51,7 @@ impl Measured {
             return Ok(None);
         }
         let increment = |from: usize, to: usize| -> Result<Vec<Valued>, Error> {
-            Ok(strained(&run.snapshot(to)?, Some(&run.snapshot(from)?), run))
+            Ok(strained(&run.snapshot(to)?, Some(&run.snapshot(from)?), &run.span()))
         };
         let bodies = increment(from, to)?;
         let thickness = |bodies: &[Valued], share: f64| {
@@ -252,7 +252,7 @@ fn drawing(among: &Among, all: &[Option<Measured>]) -> Option<Drawn> {
         let seed = member.seed.map_or_else(String::new, |seed| format!("seed {seed}, "));
         let [from, to] = measured.between.map(percent);
         let titles = [group.name.clone(), format!("{seed}{from} to {to}")];
-        Some(Picture { run: member.run, titles, bodies: measured.bodies.clone(), band: measured.band.clone() })
+        Some(Picture { span: member.run.span(), titles, bodies: measured.bodies.clone(), band: measured.band.clone() })
     };
     let pictures: Vec<Picture> = among.groups.iter().filter_map(picture).collect();
     if pictures.is_empty() {

@@ -1,19 +1,17 @@
 //! Shear stress over horizontal strain (Chen et al. 2021, figures 10 and 12): moving averages, how far they are from those of
 //! grains alone, and the mean of several packings.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::among::{Among, Group, Member};
-use super::{Drawn, Part, Sheet, range, share};
+use super::difference::{self, Compared, Difference, Kind};
+use super::{Drawn, Part, range};
 use crate::cli::report::WIDTH;
 use crate::cli::report::chart::{Axis, Chart, Curve, Entry, percent, side_by_side};
 use crate::cli::report::figures::{HEIGHT, SHEAR_LABEL, STRAIN_LABEL, places, start};
 use crate::cli::report::findings::{WINDOW, mean, smooth};
 use crate::cli::report::load::linear;
-use crate::cli::report::words::{THIN, kilopascal, plain};
-
-/// Rows that two curves must share to be compared.
-const ROWS_MIN: usize = WINDOW;
+use crate::cli::report::words::{THIN, plain};
 
 /// Moving average of shear stress against strain.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,10 +24,9 @@ pub struct Averaged {
 }
 
 impl Averaged {
-    fn of(member: &Member, rows: usize) -> Self {
-        let series = &member.run.series;
-        let cut = member.cut();
-        Self { strain: series.strain.clone(), stress: smooth(&series.shear_stress, cut, rows), cut }
+    /// Over so many rows, which do not reach across the row `cut`.
+    pub fn of(strain: &[f64], stress: &[f64], cut: Option<usize>, rows: usize) -> Self {
+        Self { strain: strain.to_vec(), stress: smooth(stress, cut, rows), cut }
     }
 
     /// Linear between rows; none beyond them.
@@ -52,73 +49,35 @@ pub struct Averages {
 
 impl Averages {
     pub fn of(among: &Among) -> Self {
-        let interval = |member: &Member| {
-            let time = &member.run.series.time;
-            (time[time.len() - 1] - time[0]) / (time.len() - 1).max(1) as f64
+        let times: Vec<&[f64]> = among.members.iter().map(|member| member.run.series.time.as_slice()).collect();
+        let (window, rows) = windows(&times);
+        let averaged = |(member, rows): (&Member, usize)| {
+            let series = &member.run.series;
+            Averaged::of(&series.strain, &series.shear_stress, member.cut(), rows)
         };
-        let longest = among.members.iter().map(interval).fold(0.0, f64::max);
-        let rows = |member: &Member| match interval(member) {
-            own if own > 0.0 => ((WINDOW as f64 * longest / own).round() as usize).max(1),
-            _ => WINDOW,
-        };
-        let of = among.members.iter().map(|member| Averaged::of(member, rows(member))).collect();
-        Self { window: WINDOW as f64 * longest, of }
+        Self { window, of: among.members.iter().zip(rows).map(averaged).collect() }
     }
 }
 
-/// How far a curve is from another one over an interval of strain.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Difference {
-    /// Strains.
-    pub from: f64,
-    pub to: f64,
-    /// Mean of the other one, Pa.
-    pub reference: f64,
-    /// Mean difference as a share of it.
-    pub mean: f64,
-    /// Root-mean-square difference as a share of it.
-    pub rms: f64,
-}
-
-impl Difference {
-    /// Compares at the reference's rows from the strain `from` on, to the end of both.
-    pub fn of(curve: &Averaged, reference: &Averaged, from: f64) -> Option<Self> {
-        let rows = reference.strain.iter().zip(&reference.stress).filter(|(strain, _)| **strain >= from);
-        let pairs: Vec<(f64, f64, f64)> =
-            rows.filter_map(|(&strain, &other)| Some((strain, curve.at(strain)?, other))).collect();
-        if pairs.len() < ROWS_MIN {
-            return None;
-        }
-        let of = |pick: fn(f64, f64) -> f64| -> f64 {
-            mean(&pairs.iter().map(|&(_, own, other)| pick(own, other)).collect::<Vec<_>>())
-        };
-        let level = of(|_, other| other);
-        let (difference, square) = (of(|own, other| own - other), of(|own, other| (own - other) * (own - other)));
-        (level != 0.0).then(|| Self {
-            from: pairs[0].0,
-            to: pairs[pairs.len() - 1].0,
-            reference: level,
-            mean: difference / level,
-            rms: square.sqrt() / level.abs(),
-        })
-    }
-
-    pub fn json(&self) -> Value {
-        json!({
-            "from_strain": self.from, "to_strain": self.to, "mean_reference_pa": self.reference,
-            "mean_difference": self.mean, "rms_difference": self.rms,
-        })
-    }
+/// The time of [`WINDOW`] rows where rows are farthest apart, s, and how many rows it has in each run; of their rows' times.
+pub fn windows(times: &[&[f64]]) -> (f64, Vec<usize>) {
+    let interval = |time: &&[f64]| (time[time.len() - 1] - time[0]) / (time.len() - 1).max(1) as f64;
+    let longest = times.iter().map(interval).fold(0.0, f64::max);
+    let rows = |time: &&[f64]| match interval(time) {
+        own if own > 0.0 => ((WINDOW as f64 * longest / own).round() as usize).max(1),
+        _ => WINDOW,
+    };
+    (WINDOW as f64 * longest, times.iter().map(rows).collect())
 }
 
 /// Mean, least and most of several curves, at the strains of the first as far as all of them reach.
-struct Spread {
-    mean: Averaged,
+pub struct Spread {
+    pub mean: Averaged,
     least: Vec<[f64; 2]>,
     most: Vec<[f64; 2]>,
 }
 
-fn spread(curves: &[&Averaged]) -> Spread {
+pub fn spread(curves: &[&Averaged]) -> Spread {
     let first = curves[0];
     let mut spread =
         Spread { mean: Averaged { strain: Vec::new(), stress: Vec::new(), cut: None }, least: vec![], most: vec![] };
@@ -137,92 +96,73 @@ fn spread(curves: &[&Averaged]) -> Spread {
     spread
 }
 
-/// What two curves have in common.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
-    /// The packing: a hybrid or a continuum, and grains alone.
-    Packing,
-    /// They are means of packings.
-    Means,
-    /// The method: grains alone, in two packings.
-    Spread,
-}
-
-impl Kind {
-    /// In `comparison.json`.
-    fn name(self) -> &'static str {
-        match self {
-            Self::Packing => "packing",
-            Self::Means => "means",
-            Self::Spread => "spread",
-        }
-    }
-}
-
-/// A comparison of two curves by name.
-struct Compared {
-    names: [String; 2],
-    kind: Kind,
-    difference: Difference,
+/// A run with its curve and what decides what that is compared with.
+pub struct Entrant<'a> {
+    pub label: &'a str,
+    pub curve: &'a Averaged,
+    pub is_dem: bool,
+    pub seed: Option<i64>,
+    /// Entrants of the same number are of the same specimen and test.
+    pub case: usize,
+    /// The grains alone that it is held against.
+    pub partner: Option<usize>,
+    /// The strains that it is compared between.
+    pub between: [f64; 2],
 }
 
 /// Each hybrid and continuum against the grains of its packing, the means of several packings, and the packings of grains
 /// alone against each other.
-fn compared(among: &Among, averages: &Averages) -> Vec<Compared> {
-    let curve = |member: &Member| &averages.of[member.index];
+pub fn compared(entrants: &[Entrant], groups: &[Group]) -> Vec<Compared> {
     let mut all = Vec::new();
-    let mut add = |names: [&str; 2], kind: Kind, curves: [&Averaged; 2], from: f64| {
-        if let Some(difference) = Difference::of(curves[0], curves[1], from) {
+    let mut add = |names: [&str; 2], kind: Kind, curves: [&Averaged; 2], between: [f64; 2]| {
+        if let Some(difference) = Difference::of(curves[0], curves[1], between) {
             all.push(Compared { names: names.map(str::to_owned), kind, difference });
         }
     };
-    for member in among.members.iter().filter(|member| !member.is("dem")) {
-        if let Some(partner) = among.partner(member) {
-            let names = [&*member.label, &partner.label];
-            add(names, Kind::Packing, [curve(member), curve(partner)], among.compared_from(member));
+    for one in entrants.iter().filter(|one| !one.is_dem) {
+        if let Some(partner) = one.partner.map(|partner| &entrants[partner]) {
+            let kind = if one.seed == partner.seed { Kind::Packing } else { Kind::Other };
+            add([one.label, partner.label], kind, [one.curve, partner.curve], one.between);
         }
     }
-    for group in &among.groups {
-        let members = among.of_group(group);
+    for group in groups {
+        let of_group = |group: &Group| group.members.iter().map(|&index| &entrants[index]).collect::<Vec<_>>();
+        let members = of_group(group);
         let case = members[0].case;
-        let other =
-            among.groups.iter().find(|other| among.of_group(other).iter().all(|dem| dem.is("dem") && dem.case == case));
+        let other = groups.iter().find(|other| of_group(other).iter().all(|dem| dem.is_dem && dem.case == case));
         let several = |group: &Group| group.members.len() > 1;
-        if let Some(other) = other.filter(|other| !members[0].is("dem") && several(group) && several(other)) {
-            let mean = |group: &Group| spread(&group.members.iter().map(|&i| &averages.of[i]).collect::<Vec<_>>()).mean;
-            let from = members.iter().map(|member| among.compared_from(member)).fold(0.0, f64::max);
+        if let Some(other) = other.filter(|other| !members[0].is_dem && several(group) && several(other)) {
+            let mean = |group| spread(&of_group(group).iter().map(|one| one.curve).collect::<Vec<_>>()).mean;
+            let between = members.iter().map(|one| one.between);
+            let between = between.reduce(|a, b| [a[0].max(b[0]), a[1].min(b[1])]).unwrap_or_default();
             let names = [group, other].map(|group| format!("{}, mean of {}", group.name, group.members.len()));
-            add([&names[0], &names[1]], Kind::Means, [&mean(group), &mean(other)], from);
+            add([&names[0], &names[1]], Kind::Means, [&mean(group), &mean(other)], between);
         }
     }
-    for case in 0..among.cases() {
-        let grains = among.of_method(case, "dem");
-        for (index, one) in grains.iter().enumerate() {
-            for other in grains[index + 1..].iter().filter(|other| other.seed != one.seed) {
-                add([&*one.label, &other.label], Kind::Spread, [curve(one), curve(other)], among.compared_from(one));
-            }
+    let grains: Vec<&Entrant> = entrants.iter().filter(|one| one.is_dem).collect();
+    for (index, one) in grains.iter().enumerate() {
+        for other in grains[index + 1..].iter().filter(|other| other.case == one.case && other.seed != one.seed) {
+            add([one.label, other.label], Kind::Spread, [one.curve, other.curve], one.between);
         }
     }
     all
 }
 
+fn entrants<'a>(among: &'a Among, averages: &'a Averages) -> Vec<Entrant<'a>> {
+    let entrant = |member: &'a Member| Entrant {
+        label: &member.label,
+        curve: &averages.of[member.index],
+        is_dem: member.is("dem"),
+        seed: member.seed,
+        case: member.case,
+        partner: among.partner(member).map(|partner| partner.index),
+        between: [among.compared_from(member), f64::INFINITY],
+    };
+    among.members.iter().map(entrant).collect()
+}
+
 pub fn part(among: &Among, averages: &Averages) -> Part {
-    let compared = compared(among, averages);
-    let mut sheet = Sheet::new(
-        "Shear stress against that of grains alone",
-        &["strain", "its mean", "mean difference", "root-mean-square"],
-    );
-    for Compared { names, difference, .. } in &compared {
-        sheet.row(
-            &names.join(" \u{2013} "),
-            vec![
-                Some(format!("{} to {}", percent(difference.from), percent(difference.to))),
-                Some(kilopascal(difference.reference)),
-                Some(share(difference.mean)),
-                Some(percent(difference.rms)),
-            ],
-        );
-    }
+    let compared = compared(&entrants(among, averages), &among.groups);
     let first = &among.members[0];
     let rate = first.strain_end() / first.run.series.time[first.run.series.rows() - 1];
     let window = format!(
@@ -236,60 +176,17 @@ pub fn part(among: &Among, averages: &Averages) -> Part {
         left_out
             .push("No two of these runs of shear stress can be compared over enough rows after enrichment.".to_owned());
     }
-    let json: Vec<Value> = compared
-        .iter()
-        .map(|Compared { names, kind, difference }| {
-            let mut value = difference.json();
-            value["of"] = json!(names[0]);
-            value["against"] = json!(names[1]);
-            value["kind"] = json!(kind.name());
-            value
-        })
-        .collect();
     Part {
-        sentences: sentences(&compared),
+        sentences: difference::sentences("Shear stress", &compared),
         figures: vec![Drawn {
             name: "compare_shear_stress",
             drawing: drawing(among, averages),
             caption: caption(&window),
         }],
-        sheets: vec![sheet],
+        sheets: vec![difference::sheet("Shear stress against that of grains alone", &compared)],
         left_out,
-        json: json!({ "window_s": averages.window, "differences": json }),
+        json: json!({ "window_s": averages.window, "differences": difference::json(&compared) }),
     }
-}
-
-fn sentences(compared: &[Compared]) -> Vec<String> {
-    let spread: Vec<&Difference> =
-        compared.iter().filter(|pair| pair.kind == Kind::Spread).map(|pair| &pair.difference).collect();
-    let told = |Compared { names, difference, .. }: &Compared| {
-        format!(
-            "{} is {} off {} in the mean and {} root-mean-square",
-            names[0],
-            share(difference.mean),
-            names[1],
-            percent(difference.rms)
-        )
-    };
-    let means: Vec<String> = compared.iter().filter(|pair| pair.kind == Kind::Means).map(told).collect();
-    let pairs: Vec<String> = compared.iter().filter(|pair| pair.kind == Kind::Packing).map(told).collect();
-    let mut all = Vec::new();
-    let chosen = if means.is_empty() { pairs } else { means };
-    if !chosen.is_empty() {
-        all.push(format!("Shear stress after enrichment: {}.", chosen.join("; ")));
-    }
-    if !spread.is_empty() {
-        let range = |pick: fn(&Difference) -> f64| {
-            let found = range(spread.iter().map(|difference| pick(difference).abs())).unwrap_or_default();
-            if spread.len() == 1 { percent(found[0]) } else { found.map(percent).join(" to ") }
-        };
-        all.push(format!(
-            "Packings of grains alone differ from each other by {} in the mean and {} root-mean-square.",
-            range(|difference| difference.mean),
-            range(|difference| difference.rms)
-        ));
-    }
-    all
 }
 
 fn drawing(among: &Among, averages: &Averages) -> String {

@@ -70,10 +70,10 @@ fn sentence(among: &Among, found: &[(&Member, Enrichment)]) -> String {
     let mut words = format!(
         "Within {} of strain after enrichment the moving average of shear stress changes by: {}.",
         percent(STRAIN_DISTURBED),
-        by_group(among, &drops, share)
+        by_group(&among.groups, &drops, share)
     );
     if !recovered.is_empty() {
-        words += &format!(" It recovers after a strain of: {}.", by_group(among, &recovered, percent));
+        words += &format!(" It recovers after a strain of: {}.", by_group(&among.groups, &recovered, percent));
     }
     let never = found.iter().filter(|(_, enrichment)| enrichment.settled.is_some() && enrichment.recovery.is_none());
     for (member, _) in never {

@@ -10,7 +10,8 @@
 use serde_json::{Value, json};
 
 use super::among::{Among, Member};
-use super::curves::{Averaged, Averages, Difference};
+use super::curves::{Averaged, Averages};
+use super::difference::Difference;
 use super::zone::Zone;
 use super::{Drawn, Part, Sheet, by_group, range, share};
 use crate::cli::report::WIDTH;
@@ -117,7 +118,7 @@ fn compare<'a>(
     let from = curve.cut.and_then(|cut| curve.strain.get(cut)).copied();
     let other = |heights: [f64; 2]| -> Result<Other, Error> {
         let other = over_strain_inside(partner, averages, heights, reach)?;
-        let difference = from.and_then(|from| Difference::of(&curve, &other, from));
+        let difference = from.and_then(|from| Difference::of(&curve, &other, [from, f64::INFINITY]));
         Ok(Other { heights, curve: other, difference })
     };
     let others = [other(heights)?, other(sheared_most(partner, heights, reach)?)?];
@@ -179,8 +180,8 @@ fn sentence(among: &Among, all: &[Compared]) -> Option<String> {
             format!(
                 "Over the strain inside the zone the stress is off that of the grains alone, {what}, in the mean by: {}. \
                  Root-mean-square by: {}.",
-                by_group(among, &means, share),
-                by_group(among, &squares, percent)
+                by_group(&among.groups, &means, share),
+                by_group(&among.groups, &squares, percent)
             )
         })
     };

@@ -2,9 +2,9 @@
 
 use crate::cli::report::WIDTH;
 use crate::cli::report::chart::text_width;
-use crate::cli::report::load::Run;
 use crate::cli::report::panels::{Panel, colour_bar};
 use crate::cli::report::scenes::{Valued, heights};
+use crate::cli::report::span::Span;
 use crate::cli::report::svg::{Frame, Svg};
 use crate::observe::band::Band;
 
@@ -21,8 +21,8 @@ const BELOW: f64 = 30.0;
 const COLOURS: f64 = 66.0;
 
 /// A specimen, coloured.
-pub struct Picture<'a> {
-    pub run: &'a Run,
+pub struct Picture {
+    pub span: Span,
     pub titles: [String; 2],
     pub bodies: Vec<Valued>,
     pub band: Option<Band>,
@@ -41,25 +41,27 @@ pub fn draw(name: &str, pictures: &[Picture], colours: &Colours, description: &s
     let widest = pictures.iter().flat_map(|picture| &picture.titles).map(|title| text_width(title, LETTERS));
     let fit = ((WIDTH - MARGIN) / (widest.fold(0.0, f64::max) + 12.0)) as usize;
     let columns = pictures.len().min(fit).clamp(1, COLUMNS_MAX);
+    // Rows of one length: what fits into fewer columns is drawn larger.
+    let columns = pictures.len().max(1).div_ceil(pictures.len().max(1).div_ceil(columns));
     let room = (WIDTH - MARGIN) / columns as f64 - BESIDE;
     // One scale and one height for all, so that sizes and places compare.
     let extents = pictures.iter().map(|picture| heights(&picture.bodies));
     let [lower, upper] = extents.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]).unwrap_or([0.0, 1.0]);
     let most = HEIGHT_MAX / (upper - lower);
-    let scale = pictures.iter().fold(most, |scale, picture| scale.min(room / picture.run.width));
+    let scale = pictures.iter().fold(most, |scale, picture| scale.min(room / picture.span.width));
     let height = (upper - lower) * scale;
     let row = TITLES + height + BELOW;
     let bottom = pictures.len().div_ceil(columns) as f64 * row;
     let mut svg = Svg::new(name, WIDTH, bottom + COLOURS);
     for (index, picture) in pictures.iter().enumerate() {
         let panel = Panel {
-            run: picture.run,
+            span: picture.span,
             scale,
             bottom: lower,
             frame: Frame {
                 left: MARGIN + (index % columns) as f64 * (room + BESIDE),
                 top: (index / columns) as f64 * row + TITLES,
-                width: picture.run.width * scale,
+                width: picture.span.width * scale,
                 height,
             },
         };

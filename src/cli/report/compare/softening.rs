@@ -60,10 +60,10 @@ pub fn part(among: &Among, averages: &Averages) -> Part {
     };
     let sentence = format!(
         "Peak of shear stress: {}. Fall from it to the mean from {} to {} of strain: {}.",
-        by_group(among, &of(|level| level.peak.1), kilopascal),
+        by_group(&among.groups, &of(|level| level.peak.1), kilopascal),
         percent(from),
         percent(end),
-        by_group(among, &of(|level| level.softening()), percent),
+        by_group(&among.groups, &of(|level| level.softening()), percent),
     );
     let json = |level: &Level| {
         json!({

@@ -283,7 +283,7 @@ fn sentence(among: &Among, all: &[Compared]) -> Option<String> {
     let of = |pick: &dyn Fn(&Compared) -> Option<f64>| {
         let values: Vec<(usize, f64)> =
             all.iter().filter_map(|compared| Some((compared.hybrid.group, pick(compared)?))).collect();
-        by_group(among, &values, times)
+        by_group(&among.groups, &values, times)
     };
     let told = [
         ("Over the whole run", of(&|one| one.whole)),

@@ -141,8 +141,8 @@ fn sentence(among: &Among, all: &[Compared]) -> String {
     format!(
         "Mean shear stress of the inserted grains: {}. It is off that of the same region of the grains alone at the same strain \
          by: {}.",
-        by_group(among, &of(|compared| compared.grains), kilopascal),
-        by_group(among, &of(|compared| compared.off()), share)
+        by_group(&among.groups, &of(|compared| compared.grains), kilopascal),
+        by_group(&among.groups, &of(|compared| compared.off()), share)
     )
 }
 
@@ -214,7 +214,12 @@ fn drawing(all: &[Compared]) -> Result<Drawn, Error> {
             format!("training {}", percent(compared.hybrid.training())),
             format!("mean {}", kilopascal(compared.grains)),
         ];
-        pictures.push(Picture { run: compared.hybrid.run, titles, bodies: coloured(snapshot, None), band: None });
+        pictures.push(Picture {
+            span: compared.hybrid.run.span(),
+            titles,
+            bodies: coloured(snapshot, None),
+            band: None,
+        });
     }
     let frame = best.partner.run.frame_at(best.strain);
     let bodies = coloured(best.partner.run.snapshot(frame)?, Some(&best.zone));
@@ -222,7 +227,7 @@ fn drawing(all: &[Compared]) -> Result<Drawn, Error> {
         "grains alone".to_owned(),
         format!("mean {} (drawn at {})", kilopascal(best.region), percent(best.partner.run.strain_of(frame))),
     ];
-    pictures.push(Picture { run: best.partner.run, titles, bodies, band: None });
+    pictures.push(Picture { span: best.partner.run.span(), titles, bodies, band: None });
     let upper = round_up(pictures.iter().map(|picture| nearly_largest(&picture.bodies)).fold(0.0, f64::max));
     let colours = Colours { upper, unit: 1e-3, words: "shear stress of a grain, zero and below dark (kPa)" };
     Ok(Drawn {
