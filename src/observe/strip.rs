@@ -10,6 +10,7 @@
 //!
 //!    s its mean strain, S that of the specimen, A the material's area in it: the excess in units of the scatter that a mean
 //!    over that area has. Without the root the shortest strip would win, by one hot spot.
+//!    It is then turned about its middle, by a few degrees, to where strain across it has the largest mean square.
 //! 2. *Thickness.* Along the strip strain is averaged at every distance from its axis, each row counting over its own diameter
 //!    and each mean over two mean diameters. The thickness is that of the unbroken stretch around the largest mean in the strip
 //!    in which the mean is at least half of it. No percentile and no box enters; what is averaged over adds next to nothing to
@@ -25,8 +26,9 @@ use crate::observe::band::Band;
 const WIDTH: usize = 10;
 const PIECE: f64 = 5.0;
 const PIECES: [usize; 9] = [4, 6, 8, 12, 16, 24, 32, 48, 64];
-/// Degrees between the directions that are tried.
+/// Degrees between the directions that are tried, and by which a strip that was found may be askew.
 const TURN_DEG: usize = 1;
+const ASKEW_DEG: usize = 8;
 /// Share of a strip that is material; of a strip inside grains leave a fifth empty.
 const FULL: f64 = 0.7;
 /// Distance of the means across the band, and the length that each is taken over, mean diameters.
@@ -60,54 +62,55 @@ pub struct Strip {
     pub share: f64,
 }
 
-/// A strip in a direction: where it begins and how long it is along that, and where its axis is across, m.
+/// A strip: its middle, m, the direction of its axis, degrees from the x axis, and its length, m.
 #[derive(Clone, Copy, Debug)]
 struct Place {
-    /// Unit vector.
-    along: [f64; 2],
-    from: f64,
+    centre: [f64; 2],
+    degrees: f64,
     length: f64,
-    across: f64,
 }
 
 impl Place {
-    /// Coordinates along and across, m.
-    fn turned(along: [f64; 2], [x, y]: [f64; 2]) -> [f64; 2] {
-        [x * along[0] + y * along[1], y * along[0] - x * along[1]]
+    /// Unit vector.
+    fn along(&self) -> [f64; 2] {
+        let angle = self.degrees * math::PI / 180.0;
+        [math::cos(angle), math::sin(angle)]
     }
+}
 
-    fn back(along: [f64; 2], [a, b]: [f64; 2]) -> [f64; 2] {
-        [a * along[0] - b * along[1], a * along[1] + b * along[0]]
-    }
+/// Coordinates along and across a direction, m.
+fn turned(along: [f64; 2], [x, y]: [f64; 2]) -> [f64; 2] {
+    [x * along[0] + y * along[1], y * along[0] - x * along[1]]
+}
+
+fn turned_back(along: [f64; 2], [a, b]: [f64; 2]) -> [f64; 2] {
+    [a * along[0] - b * along[1], a * along[1] + b * along[0]]
 }
 
 /// Measures the strongest straight band. None where no strip fits into the material, or strain is the same everywhere.
 pub fn strongest(field: &Field) -> Option<Strip> {
-    let Field { positions, strains, areas, radii, diameter } = *field;
+    let Field { positions, strains, areas, radii, .. } = *field;
     let rows = strains.len();
     assert!(positions.len() == rows && areas.len() == rows && radii.len() == rows, "one entry per row");
     let known: Vec<usize> = (0..rows).filter(|&row| strains[row].is_finite()).collect();
-    let place = find(field, &known)?;
-    let inside = |row: &&usize| {
-        let along = Place::turned(place.along, positions[**row])[0] - place.from;
-        (0.0..=place.length).contains(&along)
-    };
-    let strip: Vec<usize> = known.iter().filter(inside).copied().collect();
-    let [lower, upper, peak] = across(field, &strip, &place)?;
-    let holds = |row: &usize| (lower..=upper).contains(&Place::turned(place.along, positions[*row])[1]);
-    let members: Vec<usize> = strip.into_iter().filter(holds).collect();
+    let place = sharpest(field, &known, find(field, &known)?);
+    let profile = Profile::of(field, &known, &place, f64::INFINITY)?;
+    let [lower, upper, peak] = profile.high(field.diameter)?;
+    let within = |row: &usize| (lower..=upper).contains(&profile.off(field, *row));
+    let members: Vec<usize> = profile.rows.iter().copied().filter(within).collect();
     let strain = |rows: &[usize]| rows.iter().map(|&row| areas[row] * strains[row]).sum::<f64>();
-    let (within, total) = (strain(&members), strain(&known));
+    let share = strain(&members) / strain(&known);
+    let [dx, dy] = turned_back(place.along(), [0.0, 0.5 * (lower + upper)]);
     let band = Band {
         thickness: upper - lower,
         length: place.length,
-        centre: Place::back(place.along, [place.from + 0.5 * place.length, 0.5 * (lower + upper)]),
-        angle: math::atan2(place.along[1], place.along[0]),
+        centre: [place.centre[0] + dx, place.centre[1] + dy],
+        angle: place.degrees * math::PI / 180.0,
         closed: false,
         threshold: 0.5 * peak,
         members,
     };
-    (total > 0.0 && diameter > 0.0).then(|| Strip { share: within / total, band })
+    Some(Strip { share, band })
 }
 
 /// Strain times area and area of pieces of strips in one direction: every entry has the sums of all before it in both ways.
@@ -139,9 +142,9 @@ fn find(field: &Field, known: &[usize]) -> Option<Place> {
     let mean = strain / area;
     let mut best: Option<(f64, Place)> = None;
     for degrees in (0..180).step_by(TURN_DEG) {
-        let angle = math::PI * (degrees as f64 / 180.0 - 0.5);
-        let along = [math::cos(angle), math::sin(angle)];
-        let places: Vec<[f64; 2]> = known.iter().map(|&row| Place::turned(along, positions[row])).collect();
+        let mut place = Place { centre: [0.0; 2], degrees: degrees as f64 - 90.0, length: 0.0 };
+        let along = place.along();
+        let places: Vec<[f64; 2]> = known.iter().map(|&row| turned(along, positions[row])).collect();
         let least = |axis: usize| places.iter().map(|place| place[axis]).fold(f64::INFINITY, f64::min);
         let [from, below] = [least(0), least(1)];
         let piece = |[a, b]: [f64; 2]| [((a - from) / (PIECE * diameter)) as usize, ((b - below) / diameter) as usize];
@@ -170,9 +173,11 @@ fn find(field: &Field, known: &[usize]) -> Option<Place> {
                     // The same everywhere is no band by its last digits.
                     let excess = if off > ROUND_OFF * mean { off * area.sqrt() } else { 0.0 };
                     if excess > best.map_or(0.0, |(most, _)| most) {
-                        let from = from + i as f64 * PIECE * diameter;
+                        let middle = from + (i as f64 + 0.5 * pieces as f64) * PIECE * diameter;
                         let across = below + (j as f64 + 0.5 * WIDTH as f64) * diameter;
-                        best = Some((excess, Place { along, from, length, across }));
+                        place.centre = turned_back(along, [middle, across]);
+                        place.length = length;
+                        best = Some((excess, place));
                     }
                 }
             }
@@ -181,49 +186,117 @@ fn find(field: &Field, known: &[usize]) -> Option<Place> {
     best.map(|(_, place)| place)
 }
 
-/// Where across the strip the mean strain is at least half of its largest, m, and that largest.
-fn across(field: &Field, strip: &[usize], place: &Place) -> Option<[f64; 3]> {
-    let Field { positions, strains, areas, radii, diameter } = *field;
-    let step = STEP * diameter;
-    let middle = |row: usize| Place::turned(place.along, positions[row])[1];
-    let lower = strip.iter().map(|&row| middle(row) - radii[row]).fold(f64::INFINITY, f64::min);
-    let upper = strip.iter().map(|&row| middle(row) + radii[row]).fold(f64::NEG_INFINITY, f64::max);
-    let layers = if upper > lower { ((upper - lower) / step).ceil() as usize } else { return None };
-    let mut sums = vec![[0.0; 2]; layers];
-    for &row in strip {
-        let (from, to) = (middle(row) - radii[row] - lower, middle(row) + radii[row] - lower);
-        let inside = (from / step) as usize..((to / step).ceil() as usize).min(layers);
-        for (layer, sum) in inside.clone().zip(&mut sums[inside]) {
-            let within = to.min((layer + 1) as f64 * step) - from.max(layer as f64 * step);
-            let area = areas[row] * (within / (to - from)).max(0.0);
-            *sum = [sum[0] + area * strains[row], sum[1] + area];
+/// The strip turned about its middle such that the profile of strain across it is sharpest, the band least smeared: where its
+/// mean square is largest. A strip broader than a band holds it when it is a little askew, too.
+fn sharpest(field: &Field, known: &[usize], place: Place) -> Place {
+    let sharpness = |place: &Place| {
+        Profile::of(field, known, place, WIDTH as f64 * field.diameter).map_or(0.0, |profile| profile.sharpness())
+    };
+    let mut best = (sharpness(&place), place);
+    for degrees in (1..=ASKEW_DEG).flat_map(|degrees| [degrees as f64, -(degrees as f64)]) {
+        let turned = Place { degrees: place.degrees + degrees, ..place };
+        let sharpness = sharpness(&turned);
+        if sharpness > best.0 {
+            best = (sharpness, turned);
         }
     }
-    let reach = (0.5 * MEAN_OVER / STEP) as usize;
-    let usual = {
-        let mut areas: Vec<f64> = sums.iter().map(|sum| sum[1]).collect();
-        areas.sort_by(f64::total_cmp);
-        areas[layers / 2]
-    };
-    let mean = |layer: usize| {
-        if sums[layer][1] < SPARSE * usual {
-            return 0.0;
+    let degrees = best.1.degrees;
+    Place {
+        degrees: if degrees > 90.0 {
+            degrees - 180.0
+        } else if degrees <= -90.0 {
+            degrees + 180.0
+        } else {
+            degrees
+        },
+        ..best.1
+    }
+}
+
+/// Strain across a strip, in layers of [`STEP`].
+struct Profile {
+    place: Place,
+    /// Rows in it, ascending.
+    rows: Vec<usize>,
+    /// Where the first layer begins, and how thick layers are, m.
+    lower: f64,
+    step: f64,
+    /// Strain times area and area of every layer.
+    sums: Vec<[f64; 2]>,
+}
+
+impl Profile {
+    /// Of the rows within that distance from the axis, m.
+    fn of(field: &Field, known: &[usize], place: &Place, reach: f64) -> Option<Self> {
+        let Field { positions, strains, areas, radii, diameter } = *field;
+        let along = place.along();
+        let seen =
+            |row: usize| turned(along, [positions[row][0] - place.centre[0], positions[row][1] - place.centre[1]]);
+        let inside = |row: &usize| {
+            let [a, b] = seen(*row);
+            a.abs() <= 0.5 * place.length && b.abs() <= reach
+        };
+        let rows: Vec<usize> = known.iter().copied().filter(inside).collect();
+        let lower = rows.iter().map(|&row| seen(row)[1] - radii[row]).fold(f64::INFINITY, f64::min);
+        let upper = rows.iter().map(|&row| seen(row)[1] + radii[row]).fold(f64::NEG_INFINITY, f64::max);
+        let step = STEP * diameter;
+        let layers = if upper > lower { ((upper - lower) / step).ceil() as usize } else { return None };
+        let mut sums = vec![[0.0; 2]; layers];
+        for &row in &rows {
+            let middle = seen(row)[1] - lower;
+            let (from, to) = (middle - radii[row], middle + radii[row]);
+            let inside = (from / step) as usize..((to / step).ceil() as usize).min(layers);
+            for (layer, sum) in inside.clone().zip(&mut sums[inside]) {
+                let within = to.min((layer + 1) as f64 * step) - from.max(layer as f64 * step);
+                let area = areas[row] * (within / (to - from)).max(0.0);
+                *sum = [sum[0] + area * strains[row], sum[1] + area];
+            }
         }
-        let around = &sums[layer.saturating_sub(reach)..(layer + reach + 1).min(layers)];
-        let [strain, area] = around.iter().fold([0.0; 2], |sum, more| [sum[0] + more[0], sum[1] + more[1]]);
-        strain / area
-    };
-    let means: Vec<f64> = (0..layers).map(mean).collect();
-    let near = |layer: &usize| {
-        let off = lower + (*layer as f64 + 0.5) * step - place.across;
-        off.abs() <= 0.5 * WIDTH as f64 * diameter
-    };
-    let peak = (0..layers).filter(near).reduce(|best, layer| if means[layer] > means[best] { layer } else { best })?;
-    let high = |mean: &&f64| **mean >= 0.5 * means[peak];
-    let above = means[peak..].iter().take_while(high).count();
-    let below = means[..peak].iter().rev().take_while(high).count();
-    let edge = |layer: usize| lower + layer as f64 * step;
-    (means[peak] > 0.0).then(|| [edge(peak - below), edge(peak + above), means[peak]])
+        Some(Self { place: *place, rows, lower, step, sums })
+    }
+
+    /// Distance of a row from the axis, m.
+    fn off(&self, field: &Field, row: usize) -> f64 {
+        let [x, y] = field.positions[row];
+        turned(self.place.along(), [x - self.place.centre[0], y - self.place.centre[1]])[1]
+    }
+
+    /// Mean square of the layers' mean strains over the square of their mean.
+    fn sharpness(&self) -> f64 {
+        let add = |[square, strain, area]: [f64; 3], &[own, over]: &[f64; 2]| {
+            if over > 0.0 { [square + own * own / over, strain + own, area + over] } else { [square, strain, area] }
+        };
+        let [square, strain, area] = self.sums.iter().fold([0.0; 3], add);
+        if strain > 0.0 { square * area / (strain * strain) } else { 0.0 }
+    }
+
+    /// Where the mean strain is at least half of its largest near the axis, m from that, and that largest.
+    fn high(&self, diameter: f64) -> Option<[f64; 3]> {
+        let layers = self.sums.len();
+        let reach = (0.5 * MEAN_OVER / STEP) as usize;
+        let usual = {
+            let mut areas: Vec<f64> = self.sums.iter().map(|sum| sum[1]).collect();
+            areas.sort_by(f64::total_cmp);
+            areas[layers / 2]
+        };
+        let mean = |layer: usize| {
+            if self.sums[layer][1] < SPARSE * usual {
+                return 0.0;
+            }
+            let around = &self.sums[layer.saturating_sub(reach)..(layer + reach + 1).min(layers)];
+            let [strain, area] = around.iter().fold([0.0; 2], |sum, more| [sum[0] + more[0], sum[1] + more[1]]);
+            strain / area
+        };
+        let means: Vec<f64> = (0..layers).map(mean).collect();
+        let edge = |layer: usize| self.lower + layer as f64 * self.step;
+        let near = |layer: &usize| (edge(*layer) + 0.5 * self.step).abs() <= 0.5 * WIDTH as f64 * diameter;
+        let most = |best: usize, layer: usize| if means[layer] > means[best] { layer } else { best };
+        let peak = (0..layers).filter(near).reduce(most)?;
+        let high = |mean: &&f64| **mean >= 0.5 * means[peak];
+        let above = means[peak..].iter().take_while(high).count();
+        let below = means[..peak].iter().rev().take_while(high).count();
+        (means[peak] > 0.0).then(|| [edge(peak - below), edge(peak + above), means[peak]])
+    }
 }
 
 #[cfg(test)]

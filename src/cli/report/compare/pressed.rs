@@ -41,7 +41,8 @@ struct Runs<'a> {
 
 /// Compares two or more runs; none of runs of other jobs.
 pub fn comparison(records: &[&Record], between: Option<[f64; 2]>) -> Result<Option<Comparison>, Error> {
-    if records.len() < 2 || !records.iter().all(|record| record.scenario.contains_key("grains")) {
+    let has_grains = |record: &&Record| ["grid", "grains"].iter().all(|table| record.scenario.contains_key(*table));
+    if records.len() < 2 || !records.iter().all(has_grains) {
         return Ok(None);
     }
     alike::check(records)?;

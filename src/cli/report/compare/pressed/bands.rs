@@ -178,8 +178,9 @@ fn in_diameters(run: &Run, length: f64) -> String {
     plain((10.0 * length / run.span.diameter).round() / 10.0, 3)
 }
 
+/// To a tenth, which is more than is known.
 fn degrees(band: &Band) -> f64 {
-    band.angle * 180.0 / PI
+    (10.0 * band.angle * 180.0 / PI).round() / 10.0
 }
 
 /// Whole degrees with a true minus sign.
