@@ -177,7 +177,7 @@ pub fn part(among: &Among, averages: &Averages) -> Part {
             .push("No two of these runs of shear stress can be compared over enough rows after enrichment.".to_owned());
     }
     Part {
-        sentences: difference::sentences("Shear stress", &compared),
+        sentences: difference::sentences("Shear stress after enrichment", &compared),
         figures: vec![Drawn {
             name: "compare_shear_stress",
             drawing: drawing(among, averages),

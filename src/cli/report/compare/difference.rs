@@ -117,8 +117,8 @@ pub fn json(compared: &[Compared]) -> Vec<Value> {
     compared.iter().map(told).collect()
 }
 
-/// The main differences of `what`; of means where there are any.
-pub fn sentences(what: &str, compared: &[Compared]) -> Vec<String> {
+/// The main differences, after words that say of what and where; of means where there are any.
+pub fn sentences(of: &str, compared: &[Compared]) -> Vec<String> {
     let spread: Vec<&Difference> =
         compared.iter().filter(|pair| pair.kind == Kind::Spread).map(|pair| &pair.difference).collect();
     let told = |Compared { names, difference, .. }: &Compared| {
@@ -136,7 +136,7 @@ pub fn sentences(what: &str, compared: &[Compared]) -> Vec<String> {
     let mut all = Vec::new();
     let chosen = if means.is_empty() { pairs } else { means };
     if !chosen.is_empty() {
-        all.push(format!("{what} after enrichment: {}.", chosen.join("; ")));
+        all.push(format!("{of}: {}.", chosen.join("; ")));
     }
     if !spread.is_empty() {
         let range = |pick: fn(&Difference) -> f64| {

@@ -53,8 +53,12 @@ pub fn part(runs: &Runs, between: Option<[f64; 2]>) -> Part {
     }
     let peaks: Vec<(f64, f64)> = averages.iter().map(peak).collect();
     let by: Vec<(usize, f64)> = runs.all.iter().zip(&peaks).map(|(run, peak)| (run.group, peak.1)).collect();
-    let mut sentences = difference::sentences(&format!("Stress on {}", runs.press.name), &found);
-    sentences.push(format!("Its highest moving average: {}.", by_group(&runs.groups, &by, kilopascal)));
+    let within = between.map_or_else(
+        || "after enrichment".to_owned(),
+        |between| format!("from {} of {}", between.map(percent).join(" to "), runs.press.strain_words()),
+    );
+    let mut sentences = difference::sentences(&format!("Stress on {} {within}", runs.press.name), &found);
+    sentences.push(format!("The highest moving average of that stress: {}.", by_group(&runs.groups, &by, kilopascal)));
     let mut sheet = Sheet::new("Highest moving average of stress", &["stress", "at strain"]);
     for (run, peak) in runs.all.iter().zip(&peaks) {
         sheet.row(&run.label, vec![Some(kilopascal(peak.1)), Some(percent(peak.0))]);
