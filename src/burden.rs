@@ -99,8 +99,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             if coupled {
                 // A body holds what a node makes of both.
                 let grains = &self.tiles.grain_sums[number];
-                momentum += grains.momentum - grains.given;
-                mass += grains.mass;
+                momentum += grains.momentum() - grains.given();
+                mass += grains.mass();
             }
             if let Some(body) = holder {
                 add(body, &momentum, mass);

@@ -143,7 +143,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         for number in wanted.flat_map(|tile| tile * per_tile..(tile + 1) * per_tile) {
             let (node, sum, grains) = (&mosaic.owned[number], &mut sums[number], &grain_sums[number]);
             let change = &mut grain_changes[node.row as usize];
-            if sum.mass() <= 0.0 || grains.mass <= 0.0 {
+            if sum.mass() <= 0.0 || grains.mass() <= 0.0 {
                 *change = nodes::without_points(grains);
                 continue;
             }

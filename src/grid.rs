@@ -214,9 +214,9 @@ impl<S: Space> Holders<'_, S> {
         }
         let looks = self.moment == Moment::Look;
         let mut booked = if looks { None } else { Some(reactions) };
-        let mass = points.mass() + grains.mass;
+        let mass = points.mass() + grains.mass();
         let forces = if looks { points.force() * (dt / mass) + self.gravity * dt } else { S::Vector::zero() };
-        let (brought, at) = (points.momentum() + grains.momentum, (self.grid, self.layout));
+        let (brought, at) = (points.momentum() + grains.momentum(), (self.grid, self.layout));
         let pushed = absorbed_by_faces::<S>(free + forces, &brought, at, node, (mass, dt), booked.as_deref_mut());
         let velocity = if looks { free } else { pushed };
         let among = (self.bodies, self.periods);

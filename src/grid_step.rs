@@ -185,13 +185,15 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         }
         let timer = self.phases.start();
         let (tile_len, rows) = (self.nodes.mosaic.nodes_per_tile, self.nodes.mosaic.rows());
+        let instructions = self.contacts.instructions();
         let (frames, coupled, ranges) = (&self.frames, &self.coupled, &self.grain_ranges);
         let Grains { hot, ties, movers, owned, .. } = &mut self.grains;
         let held = Held { rows: &mut hot[..*owned], beside: ties, tiles: &mut self.tiles.grains[..rows], tile_len };
         over_blocks(ranges, held, &|block, Held { rows, beside, tiles, .. }| {
             tiles.fill(GrainNode::zero());
             if coupled[block] {
-                scatter_grains(&frames[block], rows, (beside, &movers[ranges[block].clone()]), tiles);
+                let frame = (&frames[block], instructions);
+                scatter_grains(frame, rows, (beside, &movers[ranges[block].clone()]), tiles);
             }
             0.0
         });
@@ -359,7 +361,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             return;
         }
         let timer = self.phases.start();
-        let len = self.nodes.mosaic.nodes_per_tile;
+        let (len, instructions) = (self.nodes.mosaic.nodes_per_tile, self.contacts.instructions());
         let (frames, coupled, ranges) = (&self.frames, &self.coupled, &self.grain_ranges);
         let (tiers, tiles) = (&self.nodes.mosaic.tiers, &self.tiles.grain_changes);
         let Grains { hot, ties, movers, owned, .. } = &mut self.grains;
@@ -367,7 +369,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         over_blocks(ranges, held, &|block, Held { rows, beside, .. }| {
             if coupled[block] && tiers[block] == tier {
                 let tile = &tiles[block * len..(block + 1) * len];
-                correct_grains(&frames[block], tile, rows, beside, &movers[ranges[block].clone()]);
+                let frame = (&frames[block], instructions);
+                correct_grains(frame, tile, rows, beside, &movers[ranges[block].clone()]);
             }
             0.0
         });

@@ -163,20 +163,20 @@ fn both_sides_leave_a_node_with_one_velocity() {
     for (node, (sum, of_grains)) in world.nodes.mosaic.owned.iter().zip(sums) {
         let velocity = world.tiles.advanced[node.row as usize].velocity();
         let change = world.tiles.grain_changes[node.row as usize];
-        if sum.mass() == 0.0 || of_grains.mass == 0.0 {
-            let returned = change.velocity * of_grains.mass + of_grains.given;
-            assert!(returned.norm() <= 1e-15 * of_grains.given.norm() && change.share == 0.0, "{of_grains:?}");
+        if sum.mass() == 0.0 || of_grains.mass() == 0.0 {
+            let returned = change.velocity() * of_grains.mass() + of_grains.given();
+            assert!(returned.norm() <= 1e-15 * of_grains.given().norm() && change.share() == 0.0, "{of_grains:?}");
             continue;
         }
         shared += 1;
-        tied += usize::from(of_grains.given != Vector::zeros());
-        let grains = of_grains.momentum * (1.0 / of_grains.mass);
+        tied += usize::from(of_grains.given() != Vector::zeros());
+        let grains = of_grains.momentum() * (1.0 / of_grains.mass());
         let points = (sum.momentum() + sum.force() * DT) * (1.0 / sum.mass());
         apart = apart.max((grains - points).norm());
         let scale = grains.norm() + points.norm();
-        assert!((grains + change.velocity - velocity).norm() < 1e-14 * scale, "{sum:?}");
-        let wanted = of_grains.momentum - of_grains.given + sum.momentum() + sum.force() * DT;
-        let mass = sum.mass() + of_grains.mass;
+        assert!((grains + change.velocity() - velocity).norm() < 1e-14 * scale, "{sum:?}");
+        let wanted = of_grains.momentum() - of_grains.given() + sum.momentum() + sum.force() * DT;
+        let mass = sum.mass() + of_grains.mass();
         assert!((velocity * mass - wanted).norm() < 1e-14 * scale * mass, "{sum:?}");
     }
     assert!(shared > 40 && tied > 40, "{shared} nodes are shared, {tied} tied");
@@ -197,16 +197,16 @@ fn sharing_is_exact_for_any_masses() {
         let momentum = points * mass;
         let node: Gathered<Plane> = Gathered::of([mass, momentum[0], momentum[1], force[0], force[1], 0.0, 0.0, 0.0]);
         let given = tie * grain_mass;
-        let of_grains: GrainNode<Plane> = GrainNode { mass: grain_mass, momentum: grains * grain_mass, given };
+        let of_grains: GrainNode<Plane> = GrainNode::new(grain_mass, &(grains * grain_mass), &given);
         let shared = nodes::step(&node, &of_grains, &Vector::zeros(), DT, |free| free);
-        let wanted = (momentum + force * DT + of_grains.momentum - given) * (1.0 / (mass + grain_mass));
+        let wanted = (momentum + force * DT + of_grains.momentum() - given) * (1.0 / (mass + grain_mass));
         assert!((shared.velocity - wanted).norm() < 1e-14, "round {round}: {node:?}");
-        assert!((grains + shared.grains.velocity - wanted).norm() < 1e-14, "round {round}: {node:?}");
+        assert!((grains + shared.grains.velocity() - wanted).norm() < 1e-14, "round {round}: {node:?}");
         let share = mass / (mass + grain_mass);
-        assert_eq!((shared.grains.share, shared.grains.shared), (share, shared.velocity * share));
+        assert_eq!((shared.grains.share(), shared.grains.shared()), (share, shared.velocity * share));
         let held = nodes::step(&node, &of_grains, &Vector::zeros(), DT, |_| body);
         assert_eq!(held.velocity, body);
-        assert!((grains + held.grains.velocity - body).norm() < 1e-15, "round {round}: {node:?}");
+        assert!((grains + held.grains.velocity() - body).norm() < 1e-15, "round {round}: {node:?}");
     }
 }
 

@@ -277,7 +277,7 @@ fn detection_does_not_depend_on_the_rate() {
 
 const CELL: f64 = 3e-3;
 const DIAMETER: f64 = 1e-3;
-const SETTINGS: Oracle = Oracle { laplacian: 0.08, recent_strain: 1e-3, window: 8e-3, persistence: 8e-3, every: 1 };
+const SETTINGS: Oracle = Oracle { laplacian: 0.08, recent_strain: 1e-3, window: 8e-3, persistence: 8e-3, tolerance: 0.0, every: 1 };
 
 /// A column of nodes, 3 wide and periodic, with a Gaussian rate of `width` cells about the middle row; the recent strain is
 /// the rate times `recent`.
@@ -388,6 +388,26 @@ fn the_strain_clock_keeps_its_window() {
         assert!(wanted.is_none_or(|wanted| look - wanted <= LOOKS), "the window reaches further than the memory");
         history.push(memory.clock);
     }
+}
+
+/// A share of the set may come and go from look to look; more of it begins anew, and so does a set that is gone.
+#[test]
+fn a_band_may_flicker_within_its_tolerance() {
+    let settings = Oracle { tolerance: 0.5, ..SETTINGS };
+    let mut memory = Memory::default();
+    let mut look = |flagged: &[u64]| {
+        memory.look(settings.persistence / 2.0, &settings);
+        memory.persists(flagged.to_vec(), &settings)
+    };
+    assert!(!look(&[1, 2, 3, 4]));
+    assert!(!look(&[1, 2, 3]), "half of the window");
+    assert!(look(&[1, 2, 3, 9]), "one of four comes");
+    assert!(look(&[1, 2, 9, 10]), "one goes and one comes: half, and no more");
+    assert!(!look(&[1, 2]), "two of two have gone");
+    assert!(!look(&[]));
+    assert!(!look(&[1, 2]));
+    assert!(!look(&[1, 2]));
+    assert!(look(&[1, 2]));
 }
 
 /// A flagged set is a band once it has stayed as it is for c_g on the strain clock; any change begins anew.

@@ -6,7 +6,7 @@
 //! |lap e| / max_neighbours e > min(c_0/D50^2, c_0/dX^2)   and   recent plastic strain > c_1
 //! ```
 //!
-//! and the flagged set is a band once it has not changed for a while. Both windows, tau_l = c_l/rate_max and
+//! and the flagged set is a band once it has not changed for a while, or by no more than a share from look to look. Both windows, tau_l = c_l/rate_max and
 //! tau_g = c_g/rate_max, are measured here on the *strain clock*, the integral of rate_max dt, where rate_max is the
 //! largest plastic strain rate in the domain: rate independent by construction. The rate itself is the mean over the
 //! interval between two looks, since the instantaneous rate of an explicit step mostly shows its waves.
@@ -61,12 +61,15 @@ impl Memory {
         (slot, begin)
     }
 
-    /// Takes in the flagged set of a look; true once it is not empty and has stayed as it is for c_g.
+    /// Takes in the flagged set of a look, rising; true once it is not empty and has stayed as it is for c_g, but for the share
+    /// that may come and go: the more nodes a band has, the likelier one of them is at the threshold.
     pub fn persists(&mut self, flagged: Vec<u64>, settings: &scenario::Oracle) -> bool {
-        if flagged != self.flagged {
-            self.flagged = flagged;
+        let common = flagged.iter().filter(|node| self.flagged.binary_search(node).is_ok()).count();
+        let changed = flagged.len() + self.flagged.len() - 2 * common;
+        if changed as f64 > settings.tolerance * flagged.len() as f64 {
             self.unchanged_since = self.clock;
         }
+        self.flagged = flagged;
         !self.flagged.is_empty() && self.clock - self.unchanged_since >= settings.persistence
     }
 }

@@ -7,7 +7,7 @@ use crate::law::material::MaterialLaw;
 use crate::mpm::nodes;
 use crate::mpm::points::{Beside, Hot};
 use crate::mpm::scatter::{Basis, TileFrame, eight_of};
-use crate::mpm::shape::{Quadratic, Stencil, row};
+use crate::mpm::shape::{Stencil, row};
 use crate::mpm::tile::{Advanced, GrainChange, NODE_WORDS};
 use crate::numbers::{Lanes, Numbers};
 use crate::scenario::mpm::{ShapeFunction, Transfer};
@@ -371,21 +371,79 @@ fn outside_of<S: Space, L: MaterialLaw<S>, P: Pack>(frame: &TileFrame<S>, lanes:
 /// Correction of the block's free grains: `v += sum N lambda_i/m_i`, and what their ties do in the next step. Spin is left
 /// alone.
 pub fn correct_grains<S: Space>(
-    frame: &TileFrame<S>,
+    (frame, instructions): (&TileFrame<S>, Instructions),
     tile: &[GrainChange<S>],
     hot: &mut [GrainHot<S>],
     ties: &mut [Tie<S>],
     movers: &[Mover],
 ) {
-    let free = hot.iter_mut().zip(ties).zip(movers).filter(|(_, mover)| **mover == Mover::Free);
-    for ((hot, tie), _) in free {
-        let mut change = GrainChange::<S>::zero();
-        frame.stencil::<Quadratic, 3>(&hot.position).for_each(frame.edge, |node, value| {
-            change.velocity += tile[node].velocity * value;
-            change.share += tile[node].share * value;
-            change.shared += tile[node].shared * value;
-        });
-        hot.velocity += change.velocity;
-        *tie = nodes::tied(tie, &(hot.velocity * change.share - change.shared), change.share);
+    instructions.run(Correct { frame, tile, hot, ties, movers });
+}
+
+struct Correct<'a, S: Space> {
+    frame: &'a TileFrame<S>,
+    tile: &'a [GrainChange<S>],
+    hot: &'a mut [GrainHot<S>],
+    ties: &'a mut [Tie<S>],
+    movers: &'a [Mover],
+}
+
+impl<S: Space> Packed for Correct<'_, S> {
+    type Outcome = ();
+
+    #[inline(always)]
+    fn run<P: Pack>(self) {
+        let Self { frame, tile, hot, ties, movers } = self;
+        let (mut basis, mut changes) = (Basis::zero(), [[0.0; NODE_WORDS]; LANES]);
+        let groups = hot.chunks_mut(LANES).zip(ties.chunks_mut(LANES)).zip(movers.chunks(LANES));
+        for ((hot, ties), movers) in groups {
+            if !basis.set_of_grains::<S, P>(frame, hot, movers) {
+                continue;
+            }
+            let grains = hot.len();
+            P::enter(SumChanges::<S, P> {
+                basis: &basis,
+                edge: frame.edge,
+                tile,
+                changes: &mut changes[..grains],
+                pack: std::marker::PhantomData,
+            });
+            let free = hot.iter_mut().zip(ties).zip(&changes).zip(movers).filter(|(_, mover)| **mover == Mover::Free);
+            for (((hot, tie), change), _) in free {
+                let change = GrainChange::<S>::of(*change);
+                hot.velocity += change.velocity();
+                *tie = nodes::tied(tie, &(hot.velocity * change.share() - change.shared()), change.share());
+            }
+        }
+    }
+}
+
+/// What the nodes in reach of up to eight grains give back to each.
+struct SumChanges<'a, S: Space, P> {
+    basis: &'a Basis,
+    edge: usize,
+    tile: &'a [GrainChange<S>],
+    changes: &'a mut [[f64; NODE_WORDS]],
+    pack: std::marker::PhantomData<P>,
+}
+
+impl<S: Space, P: Pack> Kernel<P> for SumChanges<'_, S, P> {
+    type Outcome = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { basis, edge, tile, changes, .. } = self;
+        for (lane, change) in changes.iter_mut().enumerate() {
+            let mut sum = P::splat(0.0);
+            for k in 0..Stencil::<S, P, 3>::LAYERS {
+                for j in 0..3 {
+                    let first = basis.first[lane] + row(edge, j, k);
+                    for (i, node) in tile[first..first + 3].iter().enumerate() {
+                        sum = sum + P::load(&node.0) * P::splat(basis.product::<S>([i, j, k], lane));
+                    }
+                }
+            }
+            sum.store(change);
+        }
     }
 }

@@ -25,7 +25,7 @@
 
 use crate::dem::grains::Tie;
 use crate::mpm::tile::{Gathered, GrainChange, GrainNode};
-use crate::space::Space;
+use crate::space::{Linear, Space};
 
 /// k and b. An oscillation of a grain against its nodes dies within tens of steps for all shares s, whatever part of it the
 /// nodes see.
@@ -52,22 +52,23 @@ pub fn step<S: Space>(
     dt: f64,
     hold: impl FnOnce(S::Vector) -> S::Vector,
 ) -> Stepped<S> {
-    let (mass, grain_mass) = (node.mass(), grains.mass);
-    let momentum = node.momentum() + node.force() * dt + *gravity * (mass * dt) - grains.given;
+    let (mass, grain_mass) = (node.mass(), grains.mass());
+    let momentum = node.momentum() + node.force() * dt + *gravity * (mass * dt) - grains.given();
     if grain_mass <= 0.0 {
         return Stepped { velocity: hold(momentum * (1.0 / mass)), grains: GrainChange::zero() };
     }
     // (P_c - lambda)/m_c, without what a node that points hardly reach would lose to round-off: J goes with the grains' mass.
-    let velocity = hold((momentum + grains.momentum) * (1.0 / (mass + grain_mass)));
+    let velocity = hold((momentum + grains.momentum()) * (1.0 / (mass + grain_mass)));
     let share = mass / (mass + grain_mass);
-    let change = velocity - grains.momentum * (1.0 / grain_mass);
-    Stepped { velocity, grains: GrainChange { velocity: change, share, shared: velocity * share } }
+    let change = velocity - grains.momentum() * (1.0 / grain_mass);
+    Stepped { velocity, grains: GrainChange::new(share, &change, &(velocity * share)) }
 }
 
 /// A node with grains alone, or with nothing: what ties have given there, nobody has paid for.
 pub fn without_points<S: Space>(grains: &GrainNode<S>) -> GrainChange<S> {
-    match grains.mass > 0.0 {
-        true => GrainChange { velocity: grains.given * (-1.0 / grains.mass), ..GrainChange::zero() },
+    let still = S::Vector::zero();
+    match grains.mass() > 0.0 {
+        true => GrainChange::new(0.0, &(grains.given() * (-1.0 / grains.mass())), &still),
         false => GrainChange::zero(),
     }
 }

@@ -100,6 +100,34 @@ impl Basis {
         }
     }
 
+    /// Takes the functions that grains have at the places of up to eight, unless none of them is free, and says whether it has.
+    #[inline(always)]
+    pub fn set_of_grains<S: Space, P: Pack>(
+        &mut self,
+        frame: &TileFrame<S>,
+        hot: &[GrainHot<S>],
+        movers: &[Mover],
+    ) -> bool {
+        if !movers.contains(&Mover::Free) {
+            return false;
+        }
+        let records = eight_of(hot);
+        let mut place = S::VectorOf::<P>::zero();
+        for axis in 0..S::DIMENSION {
+            place.set_word(axis, P::load(&records.map(|grain| grain.position[axis])));
+        }
+        self.set::<S, P>(frame, (ShapeFunction::Quadratic, false), frame.place(&place));
+        true
+    }
+
+    /// The function of a node of the stencil at one of the places.
+    #[inline(always)]
+    pub fn product<S: Space>(&self, node: [usize; 3], lane: usize) -> f64 {
+        let along = |axis: usize| self.values[axis][node[axis]][lane];
+        let product = along(0) * along(1);
+        if S::DIMENSION == 3 { product * along(2) } else { product }
+    }
+
     /// A number of one of the points, in every lane.
     #[inline(always)]
     pub fn value<P: Pack>(&self, axis: usize, node: usize, lane: usize) -> P {
@@ -341,21 +369,80 @@ pub fn scatter_loads<S: Space, M>(
 
 /// What the block's free grains bring, at their positions before the step, once their ties have given them what is due.
 pub fn scatter_grains<S: Space>(
-    frame: &TileFrame<S>,
+    (frame, instructions): (&TileFrame<S>, Instructions),
     hot: &mut [GrainHot<S>],
     (ties, movers): (&[Tie<S>], &[Mover]),
     tile: &mut [GrainNode<S>],
 ) {
-    let free = hot.iter_mut().zip(ties).zip(movers).filter(|(_, mover)| **mover == Mover::Free);
-    for ((hot, tie), _) in free {
-        hot.velocity += tie.given;
-        let mass = hot.weight * hot.mass;
-        let (momentum, given) = (hot.velocity * mass, tie.given * mass);
-        frame.stencil::<Quadratic, 3>(&hot.position).for_each(frame.edge, |node, value| {
-            let node = &mut tile[node];
-            node.mass += mass * value;
-            node.momentum += momentum * value;
-            node.given += given * value;
-        });
+    instructions.run(ScatterGrains { frame, hot, ties, movers, tile });
+}
+
+struct ScatterGrains<'a, S: Space> {
+    frame: &'a TileFrame<S>,
+    hot: &'a mut [GrainHot<S>],
+    ties: &'a [Tie<S>],
+    movers: &'a [Mover],
+    tile: &'a mut [GrainNode<S>],
+}
+
+impl<S: Space> Packed for ScatterGrains<'_, S> {
+    type Outcome = ();
+
+    #[inline(always)]
+    fn run<P: Pack>(self) {
+        let Self { frame, hot, ties, movers, tile } = self;
+        let mut basis = Basis::zero();
+        let groups = hot.chunks_mut(LANES).zip(ties.chunks(LANES)).zip(movers.chunks(LANES));
+        for ((hot, ties), movers) in groups {
+            if basis.set_of_grains::<S, P>(frame, hot, movers) {
+                P::enter(AddGrains::<S, P> {
+                    basis: &basis,
+                    edge: frame.edge,
+                    hot,
+                    ties,
+                    movers,
+                    tile,
+                    pack: std::marker::PhantomData,
+                });
+            }
+        }
+    }
+}
+
+/// Up to eight grains to every node in reach, grain by grain.
+struct AddGrains<'a, S: Space, P> {
+    basis: &'a Basis,
+    edge: usize,
+    hot: &'a mut [GrainHot<S>],
+    ties: &'a [Tie<S>],
+    movers: &'a [Mover],
+    tile: &'a mut [GrainNode<S>],
+    pack: std::marker::PhantomData<P>,
+}
+
+impl<S: Space, P: Pack> Kernel<P> for AddGrains<'_, S, P> {
+    type Outcome = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { basis, edge, hot, ties, movers, tile, .. } = self;
+        for (lane, ((hot, tie), mover)) in hot.iter_mut().zip(ties).zip(movers).enumerate() {
+            if *mover != Mover::Free {
+                continue;
+            }
+            hot.velocity += tie.given;
+            let mass = hot.weight * hot.mass;
+            let brought = GrainNode::<S>::new(mass, &(hot.velocity * mass), &(tie.given * mass));
+            let brought = P::load(&brought.0);
+            for k in 0..Stencil::<S, P, 3>::LAYERS {
+                for j in 0..3 {
+                    let first = basis.first[lane] + row(edge, j, k);
+                    for (i, node) in tile[first..first + 3].iter_mut().enumerate() {
+                        let value = P::splat(basis.product::<S>([i, j, k], lane));
+                        (P::load(&node.0) + brought * value).store(&mut node.0);
+                    }
+                }
+            }
+        }
     }
 }

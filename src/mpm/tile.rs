@@ -18,27 +18,21 @@ const NODES_PER_TASK: usize = 512;
 pub struct Gathered<S: Space>(pub [f64; NODE_WORDS], std::marker::PhantomData<S>);
 
 /// What grains bring to a node, weighted: mass, kg; momentum after their own kick and what their ties have given them, N s;
-/// and of this what ties have given, which the continuum has to give back.
+/// and of this what ties have given, which the continuum has to give back. In this order; the other words are zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GrainNode<S: Space> {
-    pub mass: f64,
-    pub momentum: S::Vector,
-    pub given: S::Vector,
-}
+#[repr(align(64))]
+pub struct GrainNode<S: Space>(pub [f64; NODE_WORDS], std::marker::PhantomData<S>);
 
 /// What a node gives back to points: its velocity after the step (m/s) and the change of it, in this order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
 pub struct Advanced<S: Space>(pub [f64; NODE_WORDS], std::marker::PhantomData<S>);
 
-/// What a node gives back to grains: change of their velocities, m/s; the continuum's share of the node's mass, by which ties
-/// hold; and the node's velocity times it, m/s.
+/// What a node gives back to grains: the continuum's share of the node's mass, by which ties hold; change of their velocities,
+/// m/s; and the node's velocity times the share, m/s. In this order; the other words are zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GrainChange<S: Space> {
-    pub velocity: S::Vector,
-    pub share: f64,
-    pub shared: S::Vector,
-}
+#[repr(align(64))]
+pub struct GrainChange<S: Space>(pub [f64; NODE_WORDS], std::marker::PhantomData<S>);
 
 fn vector_at<S: Space>(words: &[f64; NODE_WORDS], first: usize) -> S::Vector {
     let mut vector = S::Vector::zero();
@@ -97,61 +91,94 @@ impl<S: Space> Gathered<S> {
     }
 }
 
+/// Words of a record that begins with a number and has two vectors behind it.
+fn led<S: Space>(first: f64, vectors: [&S::Vector; 2]) -> [f64; NODE_WORDS] {
+    let mut words = [0.0; NODE_WORDS];
+    words[0] = first;
+    for axis in 0..S::DIMENSION {
+        words[1 + axis] = vectors[0][axis];
+        words[1 + S::DIMENSION + axis] = vectors[1][axis];
+    }
+    words
+}
+
+/// The words that a message has of a record.
+fn received(message: &[f64]) -> [f64; NODE_WORDS] {
+    let mut words = [0.0; NODE_WORDS];
+    words[..message.len()].copy_from_slice(message);
+    words
+}
+
 impl<S: Space> GrainNode<S> {
-    pub fn zero() -> Self {
-        let zero = S::Vector::zero();
-        Self { mass: 0.0, momentum: zero, given: zero }
+    pub const fn zero() -> Self {
+        Self([0.0; NODE_WORDS], std::marker::PhantomData)
+    }
+
+    pub fn new(mass: f64, momentum: &S::Vector, given: &S::Vector) -> Self {
+        Self(led::<S>(mass, [momentum, given]), std::marker::PhantomData)
+    }
+
+    pub fn mass(&self) -> f64 {
+        self.0[0]
+    }
+
+    pub fn momentum(&self) -> S::Vector {
+        vector_at::<S>(&self.0, 1)
+    }
+
+    pub fn given(&self) -> S::Vector {
+        vector_at::<S>(&self.0, 1 + S::DIMENSION)
     }
 
     fn add(&mut self, other: &Self) {
-        self.mass += other.mass;
-        self.momentum += other.momentum;
-        self.given += other.given;
+        for (word, more) in self.0.iter_mut().zip(other.0) {
+            *word += more;
+        }
     }
 
-    /// Its numbers, in the order of its fields.
-    pub fn write(&self, words: &mut [f64]) {
-        words[0] = self.mass;
-        write_vectors::<S>(&[self.momentum, self.given], &mut words[1..]);
+    /// Its numbers, as many as the message has room for.
+    pub fn write(&self, message: &mut [f64]) {
+        message.copy_from_slice(&self.0[..message.len()]);
     }
 
-    pub fn read(words: &[f64]) -> Self {
-        let [momentum, given] = read_vectors::<S, 2>(&words[1..]);
-        Self { mass: words[0], momentum, given }
+    pub fn read(message: &[f64]) -> Self {
+        Self(received(message), std::marker::PhantomData)
     }
 }
 
 impl<S: Space> GrainChange<S> {
-    pub fn zero() -> Self {
-        Self { velocity: S::Vector::zero(), share: 0.0, shared: S::Vector::zero() }
+    pub const fn zero() -> Self {
+        Self([0.0; NODE_WORDS], std::marker::PhantomData)
     }
 
-    /// Its numbers.
-    pub fn write(&self, words: &mut [f64]) {
-        words[0] = self.share;
-        write_vectors::<S>(&[self.velocity, self.shared], &mut words[1..]);
+    pub fn new(share: f64, velocity: &S::Vector, shared: &S::Vector) -> Self {
+        Self(led::<S>(share, [velocity, shared]), std::marker::PhantomData)
     }
 
-    pub fn read(words: &[f64]) -> Self {
-        let [velocity, shared] = read_vectors::<S, 2>(&words[1..]);
-        Self { velocity, share: words[0], shared }
+    pub fn of(words: [f64; NODE_WORDS]) -> Self {
+        Self(words, std::marker::PhantomData)
     }
-}
 
-fn write_vectors<S: Space>(vectors: &[S::Vector], words: &mut [f64]) {
-    for (vector, words) in vectors.iter().zip(words.chunks_exact_mut(S::DIMENSION)) {
-        for (axis, word) in words.iter_mut().enumerate() {
-            *word = vector[axis];
-        }
+    pub fn share(&self) -> f64 {
+        self.0[0]
     }
-}
 
-fn read_vectors<S: Space, const N: usize>(words: &[f64]) -> [S::Vector; N] {
-    let mut vectors = [S::Vector::zero(); N];
-    for (vector, words) in vectors.iter_mut().zip(words.chunks_exact(S::DIMENSION)) {
-        vector.as_mut_slice().copy_from_slice(words);
+    pub fn velocity(&self) -> S::Vector {
+        vector_at::<S>(&self.0, 1)
     }
-    vectors
+
+    pub fn shared(&self) -> S::Vector {
+        vector_at::<S>(&self.0, 1 + S::DIMENSION)
+    }
+
+    /// Its numbers, as many as the message has room for.
+    pub fn write(&self, message: &mut [f64]) {
+        message.copy_from_slice(&self.0[..message.len()]);
+    }
+
+    pub fn read(message: &[f64]) -> Self {
+        Self(received(message), std::marker::PhantomData)
+    }
 }
 
 impl<S: Space> Advanced<S> {

@@ -347,6 +347,8 @@ pub struct Oracle {
     pub window: f64,
     /// c_g: strain of the fastest point over which the flagged set must stay as it is.
     pub persistence: f64,
+    /// Share of the flagged set that may have come and gone from one look to the next without its having changed; 0 in the seed.
+    pub tolerance: f64,
     /// Steps between two looks.
     pub every: u64,
 }

@@ -538,6 +538,7 @@ fn oracle(
         recent_strain: table.number_or("recent_strain", 8e-3)?,
         window: table.number_or("window", 2e-2)?,
         persistence: table.number_or("persistence", 9.6e-3)?,
+        tolerance: table.number_or("tolerance", 0.0)?,
         every: table.count_or("every", LOOK_EVERY_DEFAULT * grain_steps)?,
     };
     let diameter = match grains {

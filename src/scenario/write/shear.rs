@@ -101,5 +101,6 @@ pub(super) fn oracle(page: &mut Page, oracle: &Oracle) {
     page.number("recent_strain", oracle.recent_strain);
     page.number("window", oracle.window);
     page.number("persistence", oracle.persistence);
+    page.number("tolerance", oracle.tolerance);
     page.count("every", oracle.every);
 }
