@@ -64,6 +64,8 @@ mod hostile_checkpoints;
 mod hostile_jobs;
 /// Discs and spheres roll, slide and come to rest on planes as closed forms say, under every law.
 mod inclines;
+/// A plate pressed into a bed under gravity: bands on both sides of it are found and enriched up to the ground.
+mod indentation;
 /// Grains, continuum and hybrid end in the same bits on 1 to 4 ranks in one process, and from any of their checkpoints.
 mod invariance;
 /// Every job in `jobs/` is read, and its resolved form means the same.

@@ -175,6 +175,23 @@ fn spheres_are_compressed_to_a_stress() {
     compresses::<Solid>(SPHERES, 0.63..0.67);
 }
 
+/// Compressed by a hundred times what is wanted, and let come to that: as dense as it was but for what is elastic.
+#[test]
+fn a_packing_is_unloaded_to_a_lower_stress() {
+    let folder = tempfile::tempdir().unwrap();
+    let fraction = |sets: &[&str], stress: f64| {
+        let job = job(DISCS, sets, folder.path());
+        made::<Plane>(&job, &Solo).unwrap();
+        let found = stresses::<Plane>(&job, stress);
+        assert!(found.iter().all(|stress| (stress - 1.0).abs() < 0.01), "{found:?}");
+        setup::fraction(&setup::world::<Plane, Law>(&job, &Solo).unwrap(), &job).unwrap()
+    };
+    let loaded = fraction(&["grains.count=150"], 1e6);
+    let unloaded = fraction(&["grains.count=150", "packing.unloaded=10 kPa"], 1e4);
+    // Mean overlaps of 1 MPa: a hundredth of a diameter.
+    assert!((1e-3..0.03).contains(&(1.0 - unloaded / loaded)), "{loaded} {unloaded}");
+}
+
 #[test]
 fn a_gas_packs_denser_than_grains_at_rest() {
     let folder = tempfile::tempdir().unwrap();

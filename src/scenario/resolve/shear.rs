@@ -252,7 +252,7 @@ fn oracle(table: &Reader<'_>, steps_per_strain: f64) -> Result<Oracle, Error> {
         recent_strain: table.number_awake("recent_strain", 1e-4)?,
         window,
         persistence: table.number_awake("persistence", 1.2e-3)?,
-        tolerance: table.number_awake("tolerance", 0.0)?,
+        tolerance: table.number_or("tolerance", 0.0)?,
         every: table.count_or("every", every as u64)?,
     })
 }
