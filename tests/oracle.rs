@@ -277,7 +277,8 @@ fn detection_does_not_depend_on_the_rate() {
 
 const CELL: f64 = 3e-3;
 const DIAMETER: f64 = 1e-3;
-const SETTINGS: Oracle = Oracle { laplacian: 0.08, recent_strain: 1e-3, window: 8e-3, persistence: 8e-3, tolerance: 0.0, every: 1 };
+const SETTINGS: Oracle =
+    Oracle { laplacian: 0.08, recent_strain: 1e-3, window: 8e-3, persistence: 8e-3, tolerance: 0.0, every: 1 };
 
 /// A column of nodes, 3 wide and periodic, with a Gaussian rate of `width` cells about the middle row; the recent strain is
 /// the rate times `recent`.

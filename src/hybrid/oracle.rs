@@ -62,11 +62,13 @@ impl Memory {
     }
 
     /// Takes in the flagged set of a look, rising; true once it is not empty and has stayed as it is for c_g, but for the share
-    /// that may come and go: the more nodes a band has, the likelier one of them is at the threshold.
+    /// of it that may have come and gone since the look before: the more nodes a band has, the likelier one of them is at the
+    /// threshold. A set that wanders by less than that from look to look stands, as far as this can tell.
     pub fn persists(&mut self, flagged: Vec<u64>, settings: &scenario::Oracle) -> bool {
         let common = flagged.iter().filter(|node| self.flagged.binary_search(node).is_ok()).count();
         let changed = flagged.len() + self.flagged.len() - 2 * common;
-        if changed as f64 > settings.tolerance * flagged.len() as f64 {
+        if self.flagged.is_empty() && !flagged.is_empty() || changed as f64 > settings.tolerance * flagged.len() as f64
+        {
             self.unchanged_since = self.clock;
         }
         self.flagged = flagged;

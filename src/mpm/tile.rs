@@ -103,9 +103,9 @@ fn led<S: Space>(first: f64, vectors: [&S::Vector; 2]) -> [f64; NODE_WORDS] {
 }
 
 /// The words that a message has of a record.
-fn received(message: &[f64]) -> [f64; NODE_WORDS] {
+fn received<S: Space>(message: &[f64]) -> [f64; NODE_WORDS] {
     let mut words = [0.0; NODE_WORDS];
-    words[..message.len()].copy_from_slice(message);
+    words[..1 + 2 * S::DIMENSION].copy_from_slice(message);
     words
 }
 
@@ -136,13 +136,13 @@ impl<S: Space> GrainNode<S> {
         }
     }
 
-    /// Its numbers, as many as the message has room for.
+    /// Its numbers, those that the space has.
     pub fn write(&self, message: &mut [f64]) {
-        message.copy_from_slice(&self.0[..message.len()]);
+        message.copy_from_slice(&self.0[..1 + 2 * S::DIMENSION]);
     }
 
     pub fn read(message: &[f64]) -> Self {
-        Self(received(message), std::marker::PhantomData)
+        Self(received::<S>(message), std::marker::PhantomData)
     }
 }
 
@@ -171,13 +171,13 @@ impl<S: Space> GrainChange<S> {
         vector_at::<S>(&self.0, 1 + S::DIMENSION)
     }
 
-    /// Its numbers, as many as the message has room for.
+    /// Its numbers, those that the space has.
     pub fn write(&self, message: &mut [f64]) {
-        message.copy_from_slice(&self.0[..message.len()]);
+        message.copy_from_slice(&self.0[..1 + 2 * S::DIMENSION]);
     }
 
     pub fn read(message: &[f64]) -> Self {
-        Self(received(message), std::marker::PhantomData)
+        Self(received::<S>(message), std::marker::PhantomData)
     }
 }
 

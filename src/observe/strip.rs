@@ -1,7 +1,7 @@
 //! The strongest straight band: where several bands cross, branch or end inside, as in compression, the box of
 //! [`crate::observe::band`] around the most strained 2 % holds them all and says nothing of any of them.
 //!
-//! 1. *Where.* Strips of 10 mean diameters, which is what bands of grains measure, in all directions and of all lengths from
+//! 1. *Where.* Strips of 10 mean diameters, which is what bands of grains measure, in all directions and of nine lengths from
 //!    twice that on are laid over the specimen. Of those that are full of material the one is taken with the largest
 //!
 //!    ```text

@@ -78,7 +78,7 @@ struct Press<'a> {
     transport: &'a dyn Transport,
 }
 
-/// What came of it.
+/// What came of it, and its packing fraction under the stress it was compressed to.
 struct Pressed<S: Space, C: ContactLaw<S>> {
     packing: Packing<S, C>,
     fraction: f64,
@@ -194,10 +194,10 @@ impl Press<'_> {
             self.cool(&mut world, cooling)?;
         }
         self.bring_to_rest(&mut world, LOOSE)?;
+        let fraction = setup::fraction(&world, self.job)?;
         if let Some(stress) = self.unloaded {
             Press { stress, ..*self }.bring_to_rest(&mut world, CARRYING)?;
         }
-        let fraction = setup::fraction(&world, self.job)?;
         let grains = gathered(&mut world)?;
         let mut cell = world.cell;
         (cell.gradient, cell.rate) = (S::Tensor::zero(), S::Tensor::zero());
@@ -283,12 +283,12 @@ impl Press<'_> {
     fn bring_to_rest<S: Space, C: ContactLaw<S>>(
         &self,
         world: &mut GrainWorld<S, C>,
-        inertial: f64,
+        inertial_first: f64,
     ) -> Result<(), Error> {
         world.settings.contact = law(&self.job.contact.while_compressed(self.packed.friction));
         let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
         world.settings.field = Field { gravity: S::Vector::zero(), damping };
-        world.settings.drive = self.servo(&world.cell, inertial, self.modulus(inertial));
+        world.settings.drive = self.servo(&world.cell, inertial_first, self.modulus(inertial_first));
         // The reach of the law may be another.
         world.rebuild()?;
         let mut calm = 0;
@@ -301,7 +301,8 @@ impl Press<'_> {
             let at_stress = stresses.iter().all(|stress| (stress - 1.0).abs() < STRESS_TOLERANCE);
             let at_rest = energies.kinetic_grains < self.packed.energy_ratio_max * energies.elastic_grains;
             calm = if at_stress && at_rest { calm + 1 } else { 0 };
-            self.tell(world, "compressing")?;
+            let stage = if inertial_first == LOOSE { "compressing" } else { "unloading" };
+            self.tell(world, stage)?;
             self.refuse_endless(world, [energies.kinetic_grains, energies.elastic_grains])?;
         }
         Ok(())

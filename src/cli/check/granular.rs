@@ -66,7 +66,7 @@ pub fn warnings(job: &Mpm) -> Vec<String> {
     match (job.stress, stress_of_piece(granular)) {
         (InitialStress::Isotropic { pressure }, Some(stress)) if (pressure / stress - 1.0).abs() > STRESS_OFF => {
             vec![format!(
-                "points begin under {} kPa (stress.pressure) and the packing under {} kPa (packing.stress): grains that replace points would bear something else. Write the same.",
+                "points begin under {} kPa (stress.pressure) and the packing under {} kPa ([packing]): grains that replace points would bear something else. Write the same.",
                 figures(1e-3 * pressure),
                 figures(1e-3 * stress)
             )]

@@ -83,7 +83,7 @@ pub static TABLES: [Table; 14] = [
         number("recent_strain", "c_1", RATIO, NOT_NEGATIVE, "8e-3"),
         number("window", "c_l", RATIO, POSITIVE, "2e-2"),
         number("persistence", "c_g", RATIO, POSITIVE, "9.6e-3"),
-        number("tolerance", "the share of flagged nodes that may come and go from look to look", RATIO, Range::closed(0.0, 1.0), "0.1"),
+        number("tolerance", "the share of flagged nodes that may come and go from look to look", RATIO, Range::closed(0.0, 0.5), "0.1"),
         count("every", "steps between two looks", (1, 1_000_000_000), "50"),
     ]),
     table("grains", "sizes and matter of the grains", &KEYS_OF_GRAINS),

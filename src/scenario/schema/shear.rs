@@ -61,7 +61,7 @@ pub static TABLES: [Table; 12] = [
         number("recent_strain", "c_1", RATIO, NOT_NEGATIVE, "1e-4"),
         number("window", "c_l", RATIO, POSITIVE, "8e-4"),
         number("persistence", "c_g", RATIO, POSITIVE, "1.2e-3"),
-        number("tolerance", "the share of flagged nodes that may come and go from look to look", RATIO, Range::closed(0.0, 1.0), "0.1"),
+        number("tolerance", "the share of flagged nodes that may come and go from look to look", RATIO, Range::closed(0.0, 0.5), "0.1"),
         count("every", "steps between two looks", (1, 1_000_000_000), "50"),
     ]),
     table("enrichment", "grains for points", &KEYS_OF_ENRICHMENT),

@@ -39,16 +39,27 @@ struct Runs<'a> {
     groups: Vec<Group>,
 }
 
-/// Compares two or more runs; none of runs of other jobs.
+/// Compares two or more runs; none of runs of other jobs. Where nobody has said over which strains, runs that cannot be compared
+/// are not, with a line that says why.
 pub fn comparison(records: &[&Record], between: Option<[f64; 2]>) -> Result<Option<Comparison>, Error> {
+    match compared(records, between) {
+        Err(Error::User(why)) if between.is_none() => Ok(Some(nothing(format!("Nothing is compared: {why}")))),
+        done => done,
+    }
+}
+
+fn nothing(why: String) -> Comparison {
+    Comparison::made_of(Vec::new(), [("load_curve", Part::without(why))])
+}
+
+fn compared(records: &[&Record], between: Option<[f64; 2]>) -> Result<Option<Comparison>, Error> {
     let has_grains = |record: &&Record| ["grid", "grains"].iter().all(|table| record.scenario.contains_key(*table));
     if records.len() < 2 || !records.iter().all(has_grains) {
         return Ok(None);
     }
     alike::check(records)?;
     let Some(press) = Press::of(&records[0].scenario) else {
-        let why = "Nothing is compared: no body of these jobs moves along a path.".to_owned();
-        return Ok(Some(Comparison::made_of(Vec::new(), [("load_curve", Part::without(why))])));
+        return Ok(Some(nothing("Nothing is compared: no body of these jobs moves along a path.".to_owned())));
     };
     let runs = Runs::of(records, press)?;
     let measured = bands::measured(&runs, between)?;

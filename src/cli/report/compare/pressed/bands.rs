@@ -128,6 +128,8 @@ fn interval(runs: &Runs, wanted: Option<[f64; 2]>) -> Result<[f64; 2], String> {
     let from = enriched.fold(from, f64::max);
     if from < to {
         Ok([from, to])
+    } else if to <= 0.0 {
+        Err("a run has no two frames at different strains".to_owned())
     } else {
         Err(format!("the last enrichment is at {}, the interval ends at {}", percent(from), percent(to)))
     }
@@ -301,7 +303,7 @@ fn drawing(runs: &Runs, bands: &Bands) -> Option<Drawn> {
         drawing: draw("compare-bands", &pictures, &colours, "Incremental deviatoric strain of all runs"),
         caption: "Incremental deviatoric strain between two strains (Chen et al. 2021, figures 18 and 24), and the strongest \
                   straight band with its thickness beside it: of strips 10\u{2009}D\u{2085}\u{2080} across in all directions the \
-                  one whose mean strain exceeds that of the specimen most, by the square root of its area, and the unbroken \
+                  one with the largest excess of mean strain over the specimen's times the root of its area, and the unbroken \
                   stretch across it in which the mean along it is at least half of its largest. Where it has little of all \
                   strain there is no one band, and its thickness is that of a part of a pattern. Its volume strain is that of \
                   the grains in it, by their shares of the space between them, since strain fitted to the motions of grains \

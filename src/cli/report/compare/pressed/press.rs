@@ -20,10 +20,12 @@ pub struct Press {
 }
 
 impl Press {
-    /// The first body of a job that moves.
+    /// The first body of a job that moves: of boxes and discs, or else of planes, since a wall that moves beside a plate loads the
+    /// far field.
     pub fn of(scenario: &Table) -> Option<Self> {
-        let bodies = scenario.get("body").and_then(Value::as_array)?;
-        bodies.iter().filter_map(Value::as_table).find_map(|body| Self::of_body(body, scenario))
+        let bodies = scenario.get("body").and_then(Value::as_array)?.iter().filter_map(Value::as_table);
+        let moving: Vec<Self> = bodies.filter_map(|body| Self::of_body(body, scenario)).collect();
+        moving.iter().find(|body| !body.is_plane).or(moving.first()).cloned()
     }
 
     fn of_body(body: &Table, scenario: &Table) -> Option<Self> {

@@ -178,7 +178,7 @@ fn compared(folder: &Path, made: &[Made], between: Option<[f64; 2]>) -> (Value, 
 
 fn refused(made: &[Made]) -> String {
     let folder = tempfile::tempdir().unwrap();
-    match write(&directories(folder.path(), made), None, None) {
+    match write(&directories(folder.path(), made), None, Some([0.0, 0.08])) {
         Err(Error::User(message)) => message,
         other => panic!("{other:?}"),
     }
@@ -296,6 +296,11 @@ fn what_is_not_alike_is_refused_and_what_cannot_be_measured_is_left_out() {
     assert!(message.contains("`body.plate.") && message.contains("make a report of each by itself"), "{message}");
     let message = refused(&[dem, Made { turns_back: true, ..dem }]);
     assert!(message.contains("`plate` turns back on its way"), "{message}");
+
+    // Where nobody asked for an interval the runs have a page all the same.
+    let folder = tempfile::tempdir().unwrap();
+    let (json, _) = compared(folder.path(), &[dem, Made { turns_back: true, ..dem }], None);
+    assert!(json["left_out"]["load_curve"].to_string().contains("turns back on its way"), "{json}");
 
     let folder = tempfile::tempdir().unwrap();
     let still = Made { is_moving: false, ..dem };
