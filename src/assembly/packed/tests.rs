@@ -183,7 +183,7 @@ fn a_packing_is_unloaded_to_a_lower_stress() {
         let job = job(DISCS, sets, folder.path());
         made::<Plane>(&job, &Solo).unwrap();
         let found = stresses::<Plane>(&job, stress);
-        assert!(found.iter().all(|stress| (stress - 1.0).abs() < 0.01), "{found:?}");
+        assert!(found.iter().all(|stress| (stress - 1.0).abs() < 0.02), "{found:?}");
         setup::fraction(&setup::world::<Plane, Law>(&job, &Solo).unwrap(), &job).unwrap()
     };
     let loaded = fraction(&["grains.count=150"], 1e6);
