@@ -43,7 +43,11 @@ fn bands_on_both_sides_of_a_plate_are_enriched() {
         ours.len() as f64
     });
     assert!((sides[0] / sides[1] - 1.0).abs() < 0.25, "{sides:?}");
-    assert!(places.len() > 1000 && places.iter().all(|place| place[1] > 0.0), "{}", places.len());
+    // Some 10,200 grains would fill the bed; its lower part stays a continuum.
+    let points = ran.series("points");
+    let (left, first) = (points[points.len() - 1], points[0]);
+    println!("{} grains, {left} of {first} points", places.len());
+    assert!((3000..8000).contains(&places.len()) && left > 0.3 * first, "{} grains, {left} points", places.len());
 
     let kept = &ran.summary["conservation"];
     assert!(kept["mass"]["error"].as_f64().unwrap().abs() < 1e-12, "{kept}");
@@ -55,5 +59,5 @@ fn bands_on_both_sides_of_a_plate_are_enriched() {
     let stresses: Vec<f64> = after.collect();
     let mean = stresses.iter().sum::<f64>() / stresses.len() as f64;
     println!("enriched after {:.1} ms, {mean:.0} Pa on the plate afterwards", 1e3 * entered);
-    assert!((300.0..5e3).contains(&mean), "{mean} Pa: {stresses:?}");
+    assert!((1.2e3..2.6e3).contains(&mean), "{mean} Pa: {stresses:?}");
 }

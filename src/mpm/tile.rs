@@ -85,9 +85,13 @@ impl<S: Space> Gathered<S> {
     }
 
     fn add(&mut self, other: &Self) {
-        for (word, more) in self.0.iter_mut().zip(other.0) {
-            *word += more;
-        }
+        add_words(&mut self.0, &other.0);
+    }
+}
+
+fn add_words(words: &mut [f64; NODE_WORDS], more: &[f64; NODE_WORDS]) {
+    for (word, more) in words.iter_mut().zip(more) {
+        *word += more;
     }
 }
 
@@ -131,9 +135,7 @@ impl<S: Space> GrainNode<S> {
     }
 
     fn add(&mut self, other: &Self) {
-        for (word, more) in self.0.iter_mut().zip(other.0) {
-            *word += more;
-        }
+        add_words(&mut self.0, &other.0);
     }
 
     /// Its numbers, those that the space has.

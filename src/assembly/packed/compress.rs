@@ -78,6 +78,22 @@ struct Press<'a> {
     transport: &'a dyn Transport,
 }
 
+/// Grains come to rest under more stress than they had, or under less.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    Compressing,
+    Unloading,
+}
+
+impl Stage {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Compressing => "compressing",
+            Self::Unloading => "unloading",
+        }
+    }
+}
+
 /// What came of it, and its packing fraction under the stress it was compressed to.
 struct Pressed<S: Space, C: ContactLaw<S>> {
     packing: Packing<S, C>,
@@ -193,10 +209,10 @@ impl Press<'_> {
         if let Some(cooling) = cooling {
             self.cool(&mut world, cooling)?;
         }
-        self.bring_to_rest(&mut world, LOOSE)?;
+        self.bring_to_rest(&mut world, Stage::Compressing)?;
         let fraction = setup::fraction(&world, self.job)?;
         if let Some(stress) = self.unloaded {
-            Press { stress, ..*self }.bring_to_rest(&mut world, CARRYING)?;
+            Press { stress, ..*self }.bring_to_rest(&mut world, Stage::Unloading)?;
         }
         let grains = gathered(&mut world)?;
         let mut cell = world.cell;
@@ -278,17 +294,16 @@ impl Press<'_> {
         }
     }
 
-    /// Compresses under friction and damping until everything rests under the stress, at first at the inertial number of grains
-    /// that are `LOOSE` or `CARRYING`.
+    /// Compresses or unloads under friction and damping until everything rests under the stress.
     fn bring_to_rest<S: Space, C: ContactLaw<S>>(
         &self,
         world: &mut GrainWorld<S, C>,
-        inertial_first: f64,
+        stage: Stage,
     ) -> Result<(), Error> {
         world.settings.contact = law(&self.job.contact.while_compressed(self.packed.friction));
         let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
         world.settings.field = Field { gravity: S::Vector::zero(), damping };
-        world.settings.drive = self.servo(&world.cell, inertial_first, self.modulus(inertial_first));
+        world.settings.drive = self.drive(&world.cell, stage == Stage::Unloading);
         // The reach of the law may be another.
         world.rebuild()?;
         let mut calm = 0;
@@ -296,21 +311,22 @@ impl Press<'_> {
             steps(world, LOOK_EVERY)?;
             let energies = world.energies()?;
             let (stresses, carried) = self.stresses(world)?;
-            let inertial = if carried < CARRIES { LOOSE } else { CARRYING };
-            world.settings.drive = self.servo(&world.cell, inertial, self.modulus(inertial));
+            world.settings.drive = self.drive(&world.cell, carried >= CARRIES);
             let at_stress = stresses.iter().all(|stress| (stress - 1.0).abs() < STRESS_TOLERANCE);
             let at_rest = energies.kinetic_grains < self.packed.energy_ratio_max * energies.elastic_grains;
             calm = if at_stress && at_rest { calm + 1 } else { 0 };
-            let stage = if inertial_first == LOOSE { "compressing" } else { "unloading" };
-            self.tell(world, stage)?;
+            self.tell(world, stage.name())?;
             self.refuse_endless(world, [energies.kinetic_grains, energies.elastic_grains])?;
         }
         Ok(())
     }
 
-    /// Of grains that are loose or that carry, Pa.
-    fn modulus(&self, inertial: f64) -> f64 {
-        if inertial == LOOSE { self.stress } else { figures::modulus_under(self.job, self.stress) }
+    /// The stress on all axes, of grains that are loose or that carry.
+    fn drive<S: Space>(&self, cell: &Cell<S>, carries: bool) -> CellDrive<S> {
+        match carries {
+            true => self.servo(cell, CARRYING, figures::modulus_under(self.job, self.stress)),
+            false => self.servo(cell, LOOSE, self.stress),
+        }
     }
 
     /// Normal stresses of the contacts as shares of the wanted stress (one along axes that there are not), and their mean.

@@ -57,16 +57,9 @@ impl Measured {
         let thickness = |bodies: &[Valued], share: f64| {
             measured(bodies, run.width, Candidates::Share(share)).map(|band| band.thickness)
         };
-        let mut edges: Vec<usize> = (0..=PIECES)
-            .map(|piece| {
-                let share = piece as f64 / PIECES as f64;
-                run.frame_at(run.strain_of(from) + share * (run.strain_of(to) - run.strain_of(from)))
-            })
-            .collect();
-        edges.dedup();
         let mut by_piece = Vec::new();
-        for piece in edges.windows(2).filter(|_| edges.len() > 2) {
-            let strains = [piece[0], piece[1]].map(|frame| run.strain_of(frame));
+        for piece in pieces([from, to], |frame| run.strain_of(frame), |strain| run.frame_at(strain)) {
+            let strains = piece.map(|frame| run.strain_of(frame));
             by_piece.push((strains, thickness(&increment(piece[0], piece[1])?, CANDIDATE_SHARE)));
         }
         let band = measured(&bodies, run.width, Candidates::Share(CANDIDATE_SHARE));
@@ -95,6 +88,20 @@ impl Measured {
         let pieces = self.by_piece.iter().filter_map(|(_, thickness)| *thickness);
         range(self.thickness().into_iter().chain(self.by_share.into_iter().flatten()).chain(pieces))
     }
+}
+
+/// First and last frame of every piece of an interval of frames, equal in strain as nearly as there are frames; none of an interval
+/// that has no more than one piece.
+pub fn pieces(
+    [from, to]: [usize; 2],
+    strain_of: impl Fn(usize) -> f64,
+    frame_at: impl Fn(f64) -> usize,
+) -> Vec<[usize; 2]> {
+    let [first, last] = [from, to].map(&strain_of);
+    let mut edges: Vec<usize> =
+        (0..=PIECES).map(|piece| frame_at(first + piece as f64 / PIECES as f64 * (last - first))).collect();
+    edges.dedup();
+    if edges.len() > 2 { edges.windows(2).map(|pair| [pair[0], pair[1]]).collect() } else { Vec::new() }
 }
 
 /// Strain of the last frame.

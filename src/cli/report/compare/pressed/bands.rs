@@ -8,6 +8,7 @@ use super::run::Run;
 use super::space::Spaces;
 use crate::cli::report::chart::percent;
 use crate::cli::report::compare::among::Group;
+use crate::cli::report::compare::bands::pieces;
 use crate::cli::report::compare::pictures::{Colours, Picture, draw};
 use crate::cli::report::compare::{Drawn, Part, Sheet, by_group, range, share};
 use crate::cli::report::findings::mean;
@@ -27,8 +28,6 @@ const PAPER_END: f64 = 0.1061;
 const END_SLACK: f64 = 0.02;
 /// Shares of the material that are candidates for a box: the 98th percentile, the 97th and the 99th.
 const SHARES: [f64; 3] = [CANDIDATE_SHARE, 0.03, 0.01];
-/// Pieces of the interval that are measured by themselves.
-const PIECES: usize = 3;
 /// Pictures and bodies in them, up to which all runs are drawn and not the first of each group.
 const PICTURES_MAX: usize = 6;
 const BODIES_MAX: usize = 60_000;
@@ -59,22 +58,15 @@ impl Measured {
         }
         let [first, last] = [run.snapshot(from)?, run.snapshot(to)?];
         let bodies = run.strained(Some(&first), &last);
-        let mut edges: Vec<usize> = (0..=PIECES)
-            .map(|piece| {
-                let share = piece as f64 / PIECES as f64;
-                run.frame_at(run.strain_of(from) + share * (run.strain_of(to) - run.strain_of(from)))
-            })
-            .collect();
-        edges.dedup();
-        let mut pieces = Vec::new();
-        for piece in edges.windows(2).filter(|_| edges.len() > 2) {
+        let mut of_pieces = Vec::new();
+        for piece in pieces([from, to], |frame| run.strain_of(frame), |strain| run.frame_at(strain)) {
             let bodies = run.strained(Some(&run.snapshot(piece[0])?), &run.snapshot(piece[1])?);
-            pieces.push(([piece[0], piece[1]].map(|frame| run.strain_of(frame)), stripped(&bodies, run)));
+            of_pieces.push((piece.map(|frame| run.strain_of(frame)), stripped(&bodies, run)));
         }
         let mut measured = Self {
             between: [from, to].map(|frame| run.strain_of(frame)),
             strip: stripped(&bodies, run),
-            pieces,
+            pieces: of_pieces,
             boxes: SHARES.map(|share| boxed(&bodies, 0.0, Candidates::Share(share))),
             by_partner: None,
             swelling: None,
