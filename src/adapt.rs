@@ -1,5 +1,5 @@
 //! A run that watches for a shear band and puts grains in its place (seed 000, sections 3 and 4): tracks of the points, looks of
-//! the oracle, and once a band persists, the enrichment with its account.
+//! the oracle, and once a band persists or one that is known is due, the enrichment with its account.
 
 use serde_json::json;
 
@@ -9,17 +9,27 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::CriticalDruckerPrager;
 use crate::observe::phases::Phase;
 use crate::output;
+use crate::reference::Lies;
 use crate::run::{Core, Experiment};
+use crate::scenario::mpm::KnownBands;
 use crate::scenario::{Enrichment, Oracle};
 use crate::space::Plane;
 use crate::watch;
 
+/// What tells where a band is.
+pub enum Finder<'s> {
+    /// The oracle, for grains of a D50 (m).
+    Oracle(&'s Oracle, f64),
+    /// The job.
+    Known(&'s KnownBands),
+}
+
 /// What becomes of a band.
 pub struct Adaptive<'s> {
-    pub oracle: &'s Oracle,
+    pub finder: Finder<'s>,
     pub enrichment: &'s Enrichment,
-    /// D50, m.
-    pub diameter: f64,
+    /// How the packing that grains are taken from lies in the specimen.
+    pub lies: Lies<'s>,
     /// Of the plane, m.
     pub depth: f64,
 }
@@ -37,10 +47,20 @@ impl Adaptive<'_> {
             return Ok(false);
         }
         enrichment::track(&mut core.world, &mut core.progress.instants);
-        if !core.world.is_due(self.oracle.every) {
-            return Ok(false);
-        }
-        let found = watch::watch(&mut core.world, &mut core.progress.oracle, self.oracle, self.diameter)?;
+        let found = match self.finder {
+            Finder::Oracle(oracle, _) if !core.world.is_due(oracle.every) => false,
+            Finder::Oracle(oracle, diameter) => {
+                watch::watch(&mut core.world, &mut core.progress.oracle, oracle, diameter)?
+            }
+            Finder::Known(bands) => {
+                // A step of the continuum ends here.
+                let due = core.world.is_due(1) && core.world.time() >= bands.at;
+                if due {
+                    core.progress.oracle.flagged = enrichment::cell_grid(&core.world).nodes_along(&bands.parts);
+                }
+                due
+            }
+        };
         if found {
             self.enrich(experiment, core, strain)?;
         }
@@ -61,7 +81,7 @@ impl Adaptive<'_> {
         let stepped = core.world.phases.total() - core.world.phases.of(Phase::Output);
         let started = std::time::Instant::now();
         let how = (self.enrichment, self.depth);
-        let enriched = enrichment::enrich(&mut core.world, how, flagged, instants, &file)?;
+        let enriched = enrichment::enrich(&mut core.world, how, flagged, instants, (&file, self.lies))?;
         core.progress.enriched_step = core.world.step;
         let seconds = started.elapsed().as_secs_f64();
         record(core, &enriched, strain, [stepped, seconds])?;

@@ -130,16 +130,16 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.correct_grains(tier);
     }
 
-    /// Shared nodes are few: one task has them all.
+    /// Nodes that grains and points share are few: one task has them all.
     fn share_nodes(&mut self, tier: Tier) {
         let timer = self.phases.start();
         let (gravity, dt, done) = (self.gravity_now(), self.settings.dt, self.step_of_cycle + 1);
         let Self { nodes, tiles, bodies, layout, settings, reactions, cell: periods, .. } = self;
-        let Tiles { sums, grain_sums, grain_changes, strides, .. } = tiles;
+        let Tiles { sums, grain_sums, grain_changes, strides, shared, .. } = tiles;
         let (mosaic, grid) = (&nodes.mosaic, &settings.grid);
         let holders = Holders { grid, layout, bodies, periods, gravity, moment: Moment::Step };
         let per_tile = mosaic.owned_per_tile();
-        let wanted = (0..mosaic.tiles).filter(|tile| mosaic.tiers[*tile] == tier);
+        let wanted = (0..mosaic.tiles).filter(|tile| mosaic.tiers[*tile] == tier && shared[*tile]);
         for number in wanted.flat_map(|tile| tile * per_tile..(tile + 1) * per_tile) {
             let (node, sum, grains) = (&mosaic.owned[number], &mut sums[number], &grain_sums[number]);
             let change = &mut grain_changes[node.row as usize];

@@ -14,8 +14,9 @@ use crate::hybrid::track::Instants;
 use crate::hybrid::zone::{CellGrid, Label, Zone};
 use crate::law::contact::ContactLaw;
 use crate::mpm::points::{Cold, Point};
-use crate::packing::{self, Grain, PlanarWorld};
+use crate::packing::{Grain, PlanarWorld};
 use crate::rebuild::Parts;
+use crate::reference::{Lies, Reference};
 use crate::scenario::Enrichment;
 use crate::space::{Linear, Plane, Space};
 use crate::transfer;
@@ -81,17 +82,23 @@ pub fn track<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, instants: &mut In
     }
 }
 
-/// Replaces the points around the flagged nodes by trained grains of the packing in `packing_file`; `depth` is that of the
-/// plane, m.
+/// Cells around its rim within which a zone looks at points: training follows those whose motion grains of the zone take part in.
+const MARGIN: usize = 6;
+
+/// Replaces the points around the flagged nodes by trained grains of the packing in `packing_file`, which `lies` in the specimen;
+/// `depth` is that of the plane, m.
 pub fn enrich<C: ContactLaw<Plane>>(
     world: &mut PlanarWorld<C>,
     (settings, depth): (&Enrichment, f64),
     flagged: &[u64],
     instants: &Instants,
-    packing_file: &Path,
+    (packing_file, lies): (&Path, Lies<'_>),
 ) -> Result<Enriched, Error> {
     let zone = Zone::around(flagged, cell_grid(world), settings);
-    let mut points = transfer::gather_everywhere(world.transport, world.points.rows().collect())?;
+    let near = zone.within(MARGIN);
+    let is_near = |place: &Vector| zone.grid.at(place[0], place[1]).is_some_and(|cell| near[cell]);
+    let points = world.points.rows().filter(|point| is_near(&point.hot.position)).collect();
+    let mut points = transfer::gather_everywhere(world.transport, points)?;
     points.sort_unstable_by_key(|point| point.cold.id);
     let label = |point: &PlanarPoint| zone.at(point.hot.position[0], point.hot.position[1]);
     let mass_of = |wanted: Label| -> f64 {
@@ -105,8 +112,10 @@ pub fn enrich<C: ContactLaw<Plane>>(
     }
 
     let motion = Motion::of(world, &points, instants, settings.training);
-    let (packing, seats) = read_packing(world, packing_file)?;
-    let chosen = choose::<C>(settings, &zone, &motion, &packing, core, rim)?;
+    let now = motion.times.len() - 1;
+    let comes_near = |origin: &Vector| motion.at(now, origin).is_some_and(|way| is_near(&(*origin + way)));
+    let packing = Reference::read(world, packing_file, (lies, zone.middle()), comes_near)?;
+    let chosen = choose::<C>(settings, &zone, &motion, &packing.grains, core, rim)?;
     let border = border(&zone.grid, &points, &chosen);
     let before = world.ledger()?;
     let before_of_all = world.holdings()?.motion;
@@ -117,8 +126,8 @@ pub fn enrich<C: ContactLaw<Plane>>(
         grains_rim: chosen.rim.len() as u64,
         ..Enriched::default()
     };
-    let mut grains =
-        train(world, (settings, depth), &motion, chosen.grains, (&chosen.rim, &border, &seats), &mut enriched)?;
+    let held = Held { rim: &chosen.rim, border: &border, lies, seats: &packing.seats };
+    let mut grains = train(world, (settings, depth), &motion, chosen.grains, &held, &mut enriched)?;
     for grain in &mut grains {
         grain.cold.mover = Mover::Free;
         grain.cold.script = Vector::zero();
@@ -179,21 +188,6 @@ fn check_ledger<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, enriched: &Enriche
         "step {}: enrichment changed the mass from {:e} to {:e} kg or the momentum from {:?} to {:?} N s, which must not happen: please report this",
         world.step, enriched.mass_before, enriched.mass_after, enriched.momentum_before, enriched.momentum_after
     )))
-}
-
-/// Its grains, and where its bodies stood, as displacements, m.
-fn read_packing<C: ContactLaw<Plane>>(
-    world: &PlanarWorld<C>,
-    file: &Path,
-) -> Result<(Vec<Grain<C>>, Vec<Vector>), Error> {
-    let read = match world.transport.rank() {
-        0 => packing::read(file).and_then(|(grains, _)| Ok((grains, packing::read_bodies(file)?))),
-        _ => Ok(Default::default()),
-    };
-    let (grains, bodies) = transfer::agree(world.transport, read)?;
-    let bodies = transfer::broadcast(world.transport, bodies)?;
-    let seats = bodies.iter().map(|body: &Body<Plane>| body.displacement).collect();
-    Ok((transfer::broadcast(world.transport, grains)?, seats))
 }
 
 /// One rigid correction gives the grains exactly the momentum that the points gave up.
@@ -260,10 +254,14 @@ impl Motion {
         Self { field: MotionField::new(cell_grid(world), &moved), times }
     }
 
-    /// Displacement at the i-th time; zero where there was no material.
+    /// Displacement at the i-th time; none where there was no material.
+    fn at(&self, time: usize, origin: &Vector) -> Option<Vector> {
+        self.field.at(time, [origin[0], origin[1]]).map(|[x, y]| Vector::new(x, y))
+    }
+
+    /// The same; zero where there was no material.
     fn displacement(&self, time: usize, origin: &Vector) -> Vector {
-        let moved = self.field.at(time, [origin[0], origin[1]]).unwrap_or_default();
-        Vector::new(moved[0], moved[1])
+        self.at(time, origin).unwrap_or_else(Vector::zero)
     }
 
     fn velocity(&self, origin: &Vector) -> Vector {
@@ -291,14 +289,15 @@ fn choose<C: ContactLaw<Plane>>(
     let reach = settings.distance + 1.5 * zone.grid.cell;
     let mut candidates = Vec::new();
     for (row, grain) in packing.iter().enumerate() {
-        let place = grain.cold.origin + motion.displacement(now, &grain.cold.origin);
+        let Some(way) = motion.at(now, &grain.cold.origin) else { continue };
+        let place = grain.cold.origin + way;
         let place = [place[0], place[1]];
         if zone.distance(place) > reach && zone.at(place[0], place[1]) == Label::Continuum {
             continue;
         }
         if grain.cold.mover != Mover::Free {
             return Err(Error::Run(
-                "the zone around the shear band reaches a plate, which grains of a zone cannot touch yet; lower `enrichment.distance` or move the weak region away from the plates".into(),
+                "the zone around the shear band reaches a plate, or the end of a packing that is not as high as the specimen, and grains of a zone cannot touch these yet; lower `enrichment.distance`, move the weak region away from the plates, or raise `packing.height`".into(),
             ));
         }
         candidates.push(Candidate { row, id: grain.cold.id.0, mass: grain.hot.mass, place });
@@ -350,11 +349,11 @@ fn train<C: ContactLaw<Plane>>(
     (training, depth): (&Enrichment, f64),
     motion: &Motion,
     mut grains: Vec<Grain<C>>,
-    (rim, border, seats): (&[u64], &[u64], &[Vector]),
+    held: &Held<'_>,
     enriched: &mut Enriched,
 ) -> Result<Vec<Grain<C>>, Error> {
     for grain in &mut grains {
-        if rim.binary_search(&grain.cold.id.0).is_ok() {
+        if held.rim.binary_search(&grain.cold.id.0).is_ok() {
             grain.cold.mover = Mover::Script;
         }
     }
@@ -362,7 +361,7 @@ fn train<C: ContactLaw<Plane>>(
     let settings = Settings { grain_steps: 1, loads: Vec::new(), first_kick: 0.5, ..world.settings.clone() };
     let touched = touched_bodies(world);
     let share = training.training;
-    let seat = |number: usize| seats.get(number).copied().unwrap_or_else(Vector::zero);
+    let seat = |number: usize| held.seats.get(number).copied().unwrap_or_else(Vector::zero);
     let at_start = |number: &usize| {
         let body = &world.bodies[*number];
         let rest = Linear::zero();
@@ -387,7 +386,7 @@ fn train<C: ContactLaw<Plane>>(
     let parts = Parts::fresh(grains, Vec::new(), touched.iter().map(at_start).collect(), world.cell);
     let mut apart = PlanarWorld::<C>::new(settings, world.layout.clone(), world.transport, 0, parts)?;
     apart.walls.laws = touched.iter().filter_map(|number| world.walls.laws.get(*number).copied()).collect();
-    hold_open(&mut apart, border);
+    hold_open(&mut apart, held);
 
     let dt = apart.settings.dt;
     for leg in 0..motion.times.len() - 1 {
@@ -408,7 +407,7 @@ fn train<C: ContactLaw<Plane>>(
     let rest = (training.training_rest * apart.step as f64).round();
     follow(&mut apart, |_| Vector::zero());
     run_steps(&mut apart, rest as u64)?;
-    release(&mut apart, rim)?;
+    release(&mut apart, held.rim)?;
     let energies = apart.energies()?;
     enriched.training_energy_ratio = energies.kinetic_grains / energies.elastic_grains;
     enriched.training_steps = apart.step;
@@ -432,17 +431,31 @@ fn way_of(body: &Body<Plane>, [from, to]: [f64; 2], now: f64) -> Vector {
     }
 }
 
-/// Grains at the border are pushed from now on by what their contacts leave open as they stand.
-fn hold_open<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, border: &[u64]) {
-    if border.is_empty() {
+/// Who holds grains that are trained, by their ids, rising: the continuum those of the rim, and whatever does so those where the
+/// material ends.
+struct Held<'a> {
+    rim: &'a [u64],
+    border: &'a [u64],
+    lies: Lies<'a>,
+    /// Where the packing's bodies stood, as displacements, m.
+    seats: &'a [Vector],
+}
+
+/// Grains at the border are pushed from now on by what their contacts leave open as they stand. A piece that is cut there is under one
+/// stress throughout: they bear as much of it as the specimen does at its start, next to nothing at a free surface.
+fn hold_open<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Held<'_>) {
+    if held.border.is_empty() {
         return;
     }
     apart.evaluate_contacts();
     let (grains, gravity) = (&mut apart.grains, apart.settings.field.gravity);
     for row in 0..grains.owned {
         let cold = &mut grains.cold[row];
-        if cold.mover == Mover::Free && border.binary_search(&cold.id.0).is_ok() {
-            cold.script = -(grains.force[row] + gravity * grains.hot[row].mass);
+        if cold.mover == Mover::Free && held.border.binary_search(&cold.id.0).is_ok() {
+            cold.script = match held.lies {
+                Lies::Whole | Lies::Around => -(grains.force[row] + gravity * grains.hot[row].mass),
+                Lies::Tiled(start) => grains.force[row] * -start.stress_share(&cold.origin),
+            };
         }
     }
     grains.settle();

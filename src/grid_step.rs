@@ -190,8 +190,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let Grains { hot, ties, movers, owned, .. } = &mut self.grains;
         let held = Held { rows: &mut hot[..*owned], beside: ties, tiles: &mut self.tiles.grains[..rows], tile_len };
         over_blocks(ranges, held, &|block, Held { rows, beside, tiles, .. }| {
-            tiles.fill(GrainNode::zero());
             if coupled[block] {
+                tiles.fill(GrainNode::zero());
                 let frame = (&frames[block], instructions);
                 scatter_grains(frame, rows, (beside, &movers[ranges[block].clone()]), tiles);
             }

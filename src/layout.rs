@@ -224,9 +224,9 @@ impl Layout {
         Some(self.positions[((at[2] * self.blocks[1] + at[1]) * self.blocks[0] + at[0]) as usize] as usize)
     }
 
-    /// Block and cell within it of a place given by its shares of the edges, wrapped into the periods; none outside the
-    /// domain or within its rim.
-    pub fn place<S: Space>(&self, fraction: &S::Vector) -> Option<(usize, u32)> {
+    /// Block of a place given by its shares of the edges, wrapped into the periods, and which part of the block it lies in, whose
+    /// cells have so many `parts` along each axis; none outside the domain or within its rim.
+    pub fn place<S: Space>(&self, fraction: &S::Vector, parts: usize) -> Option<(usize, u32)> {
         let mut block = [0i32; 3];
         let mut cell_in_block = 0;
         for axis in (0..self.dimension).rev() {
@@ -235,10 +235,11 @@ impl Layout {
             if !self.periodic[axis] && !(lower..=upper).contains(&fraction[axis]) || !fraction[axis].is_finite() {
                 return None;
             }
-            let top = (self.cells[axis] - 1) as f64;
-            let cell = (fraction[axis] * self.cells[axis] as f64).floor().clamp(0.0, top) as usize;
-            block[axis] = (cell / self.cells_per_block) as i32;
-            cell_in_block = cell_in_block * self.cells_per_block + cell % self.cells_per_block;
+            let (cells, per_block) = (parts * self.cells[axis], parts * self.cells_per_block);
+            let top = (cells - 1) as f64;
+            let cell = (fraction[axis] * cells as f64).floor().clamp(0.0, top) as usize;
+            block[axis] = (cell / per_block) as i32;
+            cell_in_block = cell_in_block * per_block + cell % per_block;
         }
         let index = ((block[2] * self.blocks[1] + block[1]) * self.blocks[0] + block[0]) as usize;
         Some((self.positions[index] as usize, cell_in_block as u32))

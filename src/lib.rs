@@ -54,6 +54,7 @@ pub mod plan;
 pub mod planar_shear;
 pub mod rebuild;
 pub mod record;
+pub mod reference;
 pub mod run;
 pub mod scenario;
 pub mod servo;

@@ -114,7 +114,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let fraction = self.cell.fraction(&place);
         // Across periods a place beyond counting stays where it was.
         let inside = (0..S::DIMENSION).all(|axis| (-1e-9..=1.0 + 1e-9).contains(&fraction[axis]));
-        let (block, _) = self.layout.place::<S>(&fraction).filter(|_| inside)?;
+        let (block, _) = self.layout.place::<S>(&fraction, 1).filter(|_| inside)?;
         Some((block, place))
     }
 

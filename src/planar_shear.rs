@@ -4,7 +4,7 @@ use scree_io::frames::Frame;
 use scree_partition::Transport;
 use serde_json::{Value, json};
 
-use crate::adapt::Adaptive;
+use crate::adapt::{Adaptive, Finder};
 use crate::checkpoint::{Progress, Snapshot};
 use crate::dem::packing::UPPER;
 use crate::error::Error;
@@ -18,6 +18,7 @@ use crate::observe::ledger::{Balance, SPENT};
 use crate::output;
 use crate::packing::{self, PlanarWorld, cell_of, layout_for, settings_of_run};
 use crate::rebuild::{Home, Parts};
+use crate::reference::Lies;
 use crate::run::{self, Core, Experiment, Options, Outcome};
 use crate::scenario::{Method, Output, Scenario, derived};
 use crate::space::{Linear, Plane};
@@ -74,7 +75,7 @@ pub fn start<C: ContactLaw<Plane>>(
         transfer::agree(transport, kept)?;
     }
     let progress = Progress {
-        height_start: start.packing.height,
+        height_start: start.height,
         fraction_start: start.fraction,
         instants: Instants { times: Vec::new(), every: (derived::steps(scenario) / TRACKS).max(1) },
         ..Progress::default()
@@ -167,8 +168,10 @@ impl<C: ContactLaw<Plane>> Experiment for PlanarShear<'_, C> {
         if self.scenario.method != Method::Hybrid {
             return Ok(());
         }
-        let Scenario { oracle, enrichment, grains, specimen, .. } = self.scenario;
-        let how = Adaptive { oracle, enrichment, diameter: grains.diameter_mean, depth: specimen.depth };
+        let Scenario { oracle, enrichment, grains, specimen, packing, .. } = self.scenario;
+        let finder = Finder::Oracle(oracle, grains.diameter_mean);
+        let lies = if packing.height.is_some() { Lies::Around } else { Lies::Whole };
+        let how = Adaptive { finder, enrichment, lies, depth: specimen.depth };
         let strain = self.strain(core);
         if how.adapt(self, core, Some(strain))? && self.scenario.ledger {
             // The grains that are there now have an account from here on.

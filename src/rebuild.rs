@@ -95,11 +95,15 @@ pub type Row<S, C> = GrainRow<S, <C as ContactLaw<S>>::Memory<f64>>;
 
 /// Grains and points of a rank.
 pub type Rows<S, C, L> = (Vec<Row<S, C>>, Vec<Point<S, <L as MaterialLaw<S>>::Memory>>);
-/// A block, and a cell of it.
+/// A block, and a part of it.
 type Place = (usize, u32);
 /// Where a row stands in the order of rows, by place and id, and where it comes from: a row here, or behind those an
 /// arrived one.
 type Standing = (Place, u64, u32);
+
+/// Width of a part of a cell, in skins, which are a tenth of a grain where the job says nothing, and parts along an axis at most.
+const SKINS_OF_PART: f64 = 20.0;
+const PARTS_MAX: f64 = 64.0;
 
 /// What travels between ranks when rows settle.
 #[derive(Clone, Copy, Debug)]
@@ -491,17 +495,24 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.deal.held().map(&mut range_of).collect()
     }
 
+    /// Parts of a cell along each axis, some two grains wide: grains of one part stand together, so that those that touch are near each
+    /// other in memory, however many of them a cell of the grid holds.
+    fn parts_of_cell(&self) -> usize {
+        let parts = self.layout.cell / (SKINS_OF_PART * self.settings.skin);
+        parts.floor().clamp(1.0, PARTS_MAX) as usize
+    }
+
     pub(crate) fn block_of_grain(&self, cold: &Cold<S>) -> Result<Place, Error> {
-        self.block_of(&cold.home, "grain", cold.id.0)
+        self.block_of(&cold.home, self.parts_of_cell(), "grain", cold.id.0)
     }
 
     pub(crate) fn block_of_point(&self, cold: &PointCold<S>) -> Result<Place, Error> {
-        self.block_of(&cold.home, "point", cold.id.0)
+        self.block_of(&cold.home, 1, "point", cold.id.0)
     }
 
-    /// Block and cell of a place.
-    fn block_of(&self, home: &S::Vector, what: &str, id: u64) -> Result<Place, Error> {
-        self.layout.place::<S>(&self.cell_home.fraction(home)).ok_or_else(|| {
+    /// Block of a place, and which of the parts of its cells it lies in.
+    fn block_of(&self, home: &S::Vector, parts: usize, what: &str, id: u64) -> Result<Place, Error> {
+        self.layout.place::<S>(&self.cell_home.fraction(home), parts).ok_or_else(|| {
             let place: Vec<String> = (0..S::DIMENSION).map(|axis| format!("{:.6e}", home[axis])).collect();
             Error::Run(format!(
                 "step {}: {what} {id} on rank {} is at ({}) m, outside the domain; the run is unstable, or the domain too small: check time.step and the last frames, or move the edges of the domain outwards (cell.lower and cell.upper, of a continuum grid.lower and grid.upper)",
@@ -571,20 +582,31 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         Ok(())
     }
 
-    /// Blocks whose grains may share nodes: those within reach of points of the reconciliation zone, or of membranes.
+    /// Blocks whose grains may share nodes: those with grains within reach of points of the reconciliation zone, or of membranes.
     fn mark_coupled(&mut self) {
         if !self.is_coupled() {
             self.coupled = vec![false; self.deal.held().len()];
             self.untie();
             return;
         }
-        let mut rim = vec![0i64; self.layout.block_count()];
-        for (block, range) in self.deal.held().zip(&self.point_ranges) {
-            rim[block] = i64::from(self.points.hot[range.clone()].iter().any(|point| point.weight < 1.0));
+        let blocks = self.layout.block_count();
+        let mut counts = vec![0i64; 2 * blocks];
+        for ((block, points), grains) in self.deal.held().zip(&self.point_ranges).zip(&self.grain_ranges) {
+            counts[block] = i64::from(self.points.hot[points.clone()].iter().any(|point| point.weight < 1.0));
+            counts[blocks + block] = grains.len() as i64;
         }
-        self.transport.sum(&mut rim);
-        self.count_vertices(&mut rim);
-        self.coupled = self.near_rim(&rim)[self.deal.held()].to_vec();
+        self.transport.sum(&mut counts);
+        let (rim, grains) = counts.split_at_mut(blocks);
+        self.count_vertices(rim);
+        let near = self.near_rim(rim);
+        let coupled: Vec<bool> = near.iter().zip(&*grains).map(|(near, grains)| *near && *grains > 0).collect();
+        // Grains of a block bring to nodes of the blocks around it.
+        let shared = self.with_blocks_around(&coupled)[self.deal.held()].to_vec();
+        let coupled = &coupled[self.deal.held()];
+        if self.coupled != coupled || self.tiles.shared != shared {
+            self.coupled = coupled.to_vec();
+            self.tiles.share(shared);
+        }
         self.untie();
     }
 
@@ -602,10 +624,15 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             return near;
         }
         for _ in 0..COUPLED_CELLS.div_ceil(self.layout.cells_per_block) {
-            let beside = |block: usize| self.layout.around(block).into_iter().any(|neighbour| near[neighbour]);
-            near = (0..near.len()).map(|block| near[block] || beside(block)).collect();
+            near = self.with_blocks_around(&near);
         }
         near
+    }
+
+    /// Blocks of the whole domain that are among those or beside one of them.
+    fn with_blocks_around(&self, blocks: &[bool]) -> Vec<bool> {
+        let beside = |block: usize| self.layout.around(block).into_iter().any(|neighbour| blocks[neighbour]);
+        (0..blocks.len()).map(|block| blocks[block] || beside(block)).collect()
     }
 }
 

@@ -10,7 +10,7 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
 use crate::packing::{self, Packing, PlanarWorld, cell_of, layout_for, settings_of_run};
 use crate::rebuild::Parts;
-use crate::scenario::{Method, Scenario};
+use crate::scenario::{Method, Scenario, derived};
 use crate::space::{Linear, Plane, Space};
 use crate::symmetric::Symmetric;
 
@@ -42,6 +42,10 @@ pub fn bodies(scenario: &Scenario, height: f64) -> Vec<Body<Plane>> {
 /// What the material of a job starts from.
 pub struct Start<C: ContactLaw<Plane>> {
     pub packing: Packing<C>,
+    /// Of the specimen, m: the packing's, where that is not a lower one.
+    pub height: f64,
+    /// Of the specimen without plates, kg.
+    pub mass: f64,
     /// Packing fraction that the continuum's law starts with.
     pub fraction: f64,
 }
@@ -49,16 +53,32 @@ pub struct Start<C: ContactLaw<Plane>> {
 /// The packing, or for a continuum alone with a stated packing fraction the specimen as it is drawn.
 pub fn prepare<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport) -> Result<Start<C>, Error> {
     let stated = scenario.continuum.fraction_start;
+    let specimen = &scenario.specimen;
+    let mass_at =
+        |fraction: f64| scenario.grains.density * fraction * specimen.width * specimen.height * specimen.depth;
     let packing = match (scenario.method, stated) {
         (Method::Mpm, Some(fraction)) => {
-            let specimen = &scenario.specimen;
-            let mass = scenario.grains.density * fraction * specimen.width * specimen.height * specimen.depth;
-            Packing { grains: Vec::new(), height: specimen.height, mass, fraction }
+            Packing { grains: Vec::new(), height: specimen.height, mass: mass_at(fraction), fraction }
         }
-        _ => packing::prepare(scenario, transport)?,
+        _ => match scenario.packing.height {
+            Some(height) => packing::prepare(&as_high_as(scenario, height), transport)?,
+            None => packing::prepare(scenario, transport)?,
+        },
     };
     let fraction = stated.unwrap_or(packing.fraction);
-    Ok(Start { packing, fraction })
+    let (height, mass) = match scenario.packing.height {
+        Some(_) => (specimen.height, mass_at(packing.fraction)),
+        None => (packing.height, packing.mass),
+    };
+    Ok(Start { packing, height, mass, fraction })
+}
+
+/// The job of a lower specimen, with a plate for one of that height.
+fn as_high_as(scenario: &Scenario, height: f64) -> Scenario {
+    let mut lower = scenario.clone();
+    lower.specimen.height = height;
+    [lower.loading.plate_mass, lower.loading.plate_damping] = derived::plate_default(&lower);
+    lower
 }
 
 /// The world at time zero.
@@ -67,7 +87,7 @@ pub fn world<'t, C: ContactLaw<Plane>>(
     transport: &'t dyn Transport,
     start: Start<C>,
 ) -> Result<PlanarWorld<'t, C>, Error> {
-    let height = start.packing.height;
+    let height = start.height;
     let points = if scenario.method.has_points() { points(scenario, transport, &start) } else { Vec::new() };
     let grains = if scenario.method == Method::Dem { start.packing.grains } else { Vec::new() };
     let settings = settings_of_run(scenario);
@@ -80,14 +100,14 @@ pub fn world<'t, C: ContactLaw<Plane>>(
 /// Material points on a regular grid between the faces, under the isotropic stress that the packing was made with. Each
 /// rank makes some of the rows.
 fn points<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport, start: &Start<C>) -> Vec<PlanarPoint> {
-    let (width, height) = (scenario.specimen.width, start.packing.height);
+    let (width, height) = (scenario.specimen.width, start.height);
     let continuum = &scenario.continuum;
     let spacing = continuum.cell / continuum.points_per_cell as f64;
     let columns = (width / spacing).round() as usize;
     let rows = (height / spacing).round() as usize;
     let step = [width / columns as f64, height / rows as f64];
     let volume = step[0] * step[1] * scenario.specimen.depth;
-    let mass = start.packing.mass / (columns * rows) as f64;
+    let mass = start.mass / (columns * rows) as f64;
     let law = CriticalDruckerPrager::new(continuum);
     let mut points = Vec::new();
     for row in (0..rows).filter(|row| row % transport.size() == transport.rank()) {

@@ -11,7 +11,7 @@ use crate::body::Body;
 use crate::dem::cell::Cell;
 use crate::dem::contacts::{Contacts, Part};
 use crate::dem::grains::Grains;
-use crate::dem::motion::{self, Field, KickAndDrift};
+use crate::dem::motion::{self, Field, Kick, KickAndDrift};
 use crate::dem::segments::{Finish, Segments, Wait, larger};
 use crate::dem::walls::Walls;
 use crate::error::Error;
@@ -151,12 +151,15 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if self.is_plain() { self.step_of_grains_alone() } else { self.step_of_all() }
     }
 
-    /// Whether nothing stands between the forces on a grain and its motion: no grid, no touched body, no force of its own, no cell that
-    /// deforms, no damping against its field, no account of energy.
+    /// Whether nothing stands between the forces on a grain and its motion: no grid, and nothing but contacts and gravity.
     fn is_plain(&self) -> bool {
-        !self.has_grid()
-            && self.settings.grain_steps == 1
-            && self.walls.list.is_empty()
+        !self.has_grid() && self.settings.grain_steps == 1 && self.is_pushed_by_contacts_alone()
+    }
+
+    /// Whether nothing stands between contacts of grains and their kick but gravity: no touched body, no force of its own, no cell that
+    /// deforms, no damping against its field, no account of energy.
+    fn is_pushed_by_contacts_alone(&self) -> bool {
+        self.walls.list.is_empty()
             && self.grains.pushed.is_empty()
             && self.settings.drive.is_at_rest()
             && self.settings.field.is_plain()
@@ -185,8 +188,13 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if begins {
             self.strain_first();
         }
-        self.evaluate_contacts();
-        self.kick_grains();
+        if self.is_pushed_by_contacts_alone() {
+            let kick = Kick { gravity: self.settings.field.gravity, dt: self.kick_share() * self.settings.dt };
+            self.evaluate_pairs(&kick);
+        } else {
+            self.evaluate_contacts();
+            self.kick_grains();
+        }
         self.book_touches();
         match begins {
             true => {

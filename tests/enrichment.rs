@@ -7,8 +7,11 @@ use scree::hybrid::oracle::Memory;
 use scree::hybrid::select::{Candidate, Selection, select};
 use scree::hybrid::track::Instants;
 use scree::hybrid::zone::{CellGrid, Label, Zone};
+use scree::law::contact::ContactLaw;
 use scree::packing;
+use scree::reference::Lies;
 use scree::scenario::{Enrichment, Scenario};
+use scree::space::Plane;
 use scree::specimen;
 use scree::watch;
 use scree_partition::{Solo, Transport};
@@ -62,9 +65,14 @@ fn enrichment_keeps_mass_and_momentum_to_round_off() {
     let (before, points_before) = (sums(&world), world.points.rows().collect::<Vec<_>>());
     let energy_before = world.energies().unwrap();
 
-    let enriched =
-        enrichment::enrich(&mut world, (&scenario.enrichment, scenario.specimen.depth), &flagged, &instants, &file)
-            .unwrap();
+    let enriched = enrichment::enrich(
+        &mut world,
+        (&scenario.enrichment, scenario.specimen.depth),
+        &flagged,
+        &instants,
+        (&file, Lies::Whole),
+    )
+    .unwrap();
     let after = sums(&world);
     println!(
         "enrichment: mass {:.1e}, momentum {:.1e}, {:.1e}",
@@ -145,9 +153,14 @@ fn a_zone_that_reaches_a_plate_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("packing.h5");
     let (mut world, flagged, instants) = up_to_the_band(&scenario, &Solo, &file);
-    let error =
-        enrichment::enrich(&mut world, (&scenario.enrichment, scenario.specimen.depth), &flagged, &instants, &file)
-            .unwrap_err();
+    let error = enrichment::enrich(
+        &mut world,
+        (&scenario.enrichment, scenario.specimen.depth),
+        &flagged,
+        &instants,
+        (&file, Lies::Whole),
+    )
+    .unwrap_err();
     assert!(error.to_string().contains("reaches a plate"), "{error}");
 }
 
@@ -324,4 +337,37 @@ proptest! {
         check(&zone, &candidates, masses, weight, &chosen);
         prop_assert!((chosen.point_weight - (1.0 - weight)).abs() * masses[1] < weight * 2.0 * spacing * spacing);
     }
+}
+
+/// Of a tall specimen only the zone is made of a packing, which lies about the band wherever that is.
+#[test]
+fn a_packing_lower_than_the_specimen_lies_about_the_band() {
+    let tall = packed_job(&[
+        "specimen.height=72 mm",
+        "packing.height=36 mm",
+        "continuum.weak.0.lower=[0.0, 0.045]",
+        "continuum.weak.0.upper=[0.012, 0.051]",
+    ]);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("packing.h5");
+    let (mut world, flagged, instants) = up_to_the_band(&tall, &Solo, &file);
+    let (_, height) = packing::read::<<Law as ContactLaw<Plane>>::Memory<f64>>(&file).unwrap();
+    assert!((height / 36e-3 - 1.0).abs() < 0.05, "the packing is {height} m high");
+    let before = sums(&world);
+    let how = (&tall.enrichment, tall.specimen.depth);
+    let enriched = enrichment::enrich(&mut world, how, &flagged, &instants, (&file, Lies::Around)).unwrap();
+    let after = sums(&world);
+    assert!((after[0] / before[0] - 1.0).abs() < 1e-14, "{before:?} {after:?}");
+    let heights: Vec<f64> = world.grains.hot[..world.grains.owned].iter().map(|grain| grain.position[1]).collect();
+    let middle = heights.iter().sum::<f64>() / heights.len() as f64;
+    println!(
+        "{} grains about {middle:.4} m, {:?} for {:?} Pa",
+        heights.len(),
+        enriched.stress_grains,
+        enriched.stress_points
+    );
+    assert!((middle - 48e-3).abs() < 3e-3, "about {middle} m");
+    // Half of so few grains are in the rim, and the other half strained by 3 %.
+    let [points, grains] = [enriched.stress_points, enriched.stress_grains];
+    assert!((grains[0] / points[0] - 1.0).abs() < 0.3 && (grains[1] / points[1] - 1.0).abs() < 0.6, "{enriched:?}");
 }

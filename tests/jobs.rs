@@ -46,8 +46,15 @@ fn jobs_of_benches() -> Vec<PathBuf> {
     jobs
 }
 
+/// Hybrids that have no twin of grains alone.
+fn large_jobs() -> Vec<PathBuf> {
+    let jobs = jobs_in(&folder().join("large"));
+    assert!(jobs.len() >= 3, "{jobs:?}");
+    jobs
+}
+
 fn all_jobs() -> Vec<PathBuf> {
-    [jobs_of_methods(), jobs_of_elements(), jobs_of_continua(), jobs_of_benches()].concat()
+    [jobs_of_methods(), jobs_of_elements(), jobs_of_continua(), jobs_of_benches(), large_jobs()].concat()
 }
 
 #[test]

@@ -70,6 +70,8 @@ mod indentation;
 mod invariance;
 /// Every job in `jobs/` is read, and its resolved form means the same.
 mod jobs;
+/// Hybrids of jobs too large for grains alone, in small: grains of a known band come from pieces of packing.
+mod large;
 /// Every material law in both spaces: many turns, large stretch, returns from random states, energies, starts.
 mod laws;
 /// Strip footings bear what Prandtl says, less what their few cells cost, on a load that stays flat.

@@ -270,7 +270,7 @@ fn tensor<S: Space>(rows: &[[f64; 3]; 3]) -> S::Tensor {
 }
 
 /// Cauchy stress at the start, Pa.
-fn stress_at<S: Space>(job: &Mpm, place: &[f64; 3]) -> S::Tensor {
+pub fn stress_at<S: Space>(job: &Mpm, place: &[f64; 3]) -> S::Tensor {
     match job.stress {
         InitialStress::None => S::Tensor::zero(),
         InitialStress::Isotropic { pressure } => S::identity() * -pressure,

@@ -5,7 +5,8 @@ use scree_io::frames::Frame;
 use scree_partition::{ExactSum, Transport};
 use serde_json::{Value, json};
 
-use crate::adapt::Adaptive;
+use crate::adapt::{Adaptive, Finder};
+use crate::assembly::packed;
 use crate::checkpoint::Progress;
 use crate::continuum::{columns, setup};
 use crate::dem::grains::Mover;
@@ -16,11 +17,12 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::CriticalDruckerPrager;
 use crate::log::Log;
 use crate::observe::frame::frame;
-use crate::packing::{self, PlanarWorld};
+use crate::packing::{self, PlanarWorld, on_root};
 use crate::planar_shear::{PlanarSnapshot, TRACKS};
 use crate::rebuild::{Home, Parts};
+use crate::reference::{Beginning, Lies};
 use crate::run::{self, Core, Experiment, Options, Outcome};
-use crate::scenario::mpm::{Granular, Mpm, Watch, figures};
+use crate::scenario::mpm::{Granular, Mpm, Reference, Watch, figures};
 use crate::scenario::{Job, Method, Output};
 use crate::space::{Plane, Space};
 use crate::{output, transfer, watch};
@@ -37,6 +39,7 @@ pub struct Coupled<'s, C> {
 }
 
 type PlanarCore<'t, C> = Core<'t, Plane, C, CriticalDruckerPrager>;
+type Vector = <Plane as Space>::Vector;
 
 /// Columns of `series.csv` before those of extents, bodies and membranes.
 const HEADER: [&str; 18] = [
@@ -72,10 +75,10 @@ pub fn start<C: ContactLaw<Plane>>(
     transfer::agree(transport, claimed)?;
     if granular.method == Method::Hybrid {
         let file = output::packing_file(&options.out);
-        let kept = match root {
-            true => packing::write_between(&file, &mut made.grains, 0.0, &mut made.bodies),
-            false => Ok(()),
-        };
+        let kept = on_root(transport, || match &mut made.piece {
+            Some(piece) => packed::write(&file, piece),
+            None => packing::write_between(&file, &mut made.grains, 0.0, &mut made.bodies),
+        });
         transfer::agree(transport, kept)?;
     }
     let progress = Progress {
@@ -94,7 +97,7 @@ fn at_start<'t, C: ContactLaw<Plane>>(
     made: Specimen<C>,
     transport: &'t dyn Transport,
 ) -> Result<PlanarWorld<'t, C>, Error> {
-    let Specimen { grains, bodies, vertices, fraction } = made;
+    let Specimen { grains, bodies, vertices, fraction, .. } = made;
     let (grains, points, bodies, vertices) = match granular.method {
         Method::Dem => (grains, Vec::new(), bodies, vertices),
         Method::Hybrid | Method::Mpm => {
@@ -149,6 +152,23 @@ pub fn resume<C: ContactLaw<Plane>>(
     let mut world = world_of(job, granular, progress.step, parts, transport)?;
     world.resume_reactions(&progress.reactions)?;
     run::go_on_with(Coupled { job, granular, law: std::marker::PhantomData::<C> }, world, progress, options, log)
+}
+
+/// Where the material of a job begins, and under which share of the piece's mean `stress`, Pa.
+struct Start<'s> {
+    job: &'s Mpm,
+    stress: f64,
+}
+
+impl Beginning for Start<'_> {
+    fn is_material(&self, place: &Vector) -> bool {
+        self.job.region_at(&[place[0], place[1], 0.0]).is_some()
+    }
+
+    fn stress_share(&self, place: &Vector) -> f64 {
+        let stress = setup::stress_at::<Plane>(self.job, &[place[0], place[1], 0.0]);
+        -0.5 * (stress[0] + stress[3]) / self.stress
+    }
 }
 
 /// Sums over points and free grains: mass, mass times place, momentum, volume, and volume times stress of points.
@@ -240,15 +260,24 @@ impl<C: ContactLaw<Plane>> Experiment for Coupled<'_, C> {
 
     /// Tracks, oracle, and in a hybrid its grains.
     fn watch(&mut self, core: &mut PlanarCore<C>) -> Result<(), Error> {
-        let Some(Watch { diameter, oracle }) = &self.job.oracle else { return Ok(()) };
-        let depth = self.job.grid.depth;
-        match self.granular.method {
-            Method::Dem => Ok(()),
-            Method::Mpm => watch::tell_band(core, oracle, *diameter),
-            Method::Hybrid => {
-                let how = Adaptive { oracle, enrichment: &self.granular.enrichment, diameter: *diameter, depth };
+        let Granular { method, enrichment, reference, known, .. } = self.granular;
+        let finder = match (known, &self.job.oracle) {
+            (Some(known), _) => Finder::Known(known),
+            (None, Some(Watch { diameter, oracle })) => Finder::Oracle(oracle, *diameter),
+            (None, None) => return Ok(()),
+        };
+        let start = Start { job: self.job, stress: specimen::stress_of(self.granular) };
+        let lies = match reference {
+            Reference::Specimen => Lies::Whole,
+            Reference::Piece => Lies::Tiled(&start),
+        };
+        match (method, &finder) {
+            (Method::Hybrid, _) => {
+                let how = Adaptive { finder, enrichment, lies, depth: self.job.grid.depth };
                 how.adapt(self, core, None).map(|_| ())
             }
+            (Method::Mpm, Finder::Oracle(oracle, diameter)) => watch::tell_band(core, oracle, *diameter),
+            _ => Ok(()),
         }
     }
 

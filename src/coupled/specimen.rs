@@ -23,7 +23,7 @@ use crate::record::to_table;
 use crate::scenario::Method;
 use crate::scenario::assembly::{Damping, DampingForm, Packed, Preparation, Source};
 use crate::scenario::mpm::figures::bounding_box;
-use crate::scenario::mpm::{BodyContact, Granular, Mpm};
+use crate::scenario::mpm::{BodyContact, Granular, Mpm, Reference};
 use crate::space::{Linear, Plane, Space};
 use crate::transfer::Cargo;
 use crate::{tables, transfer};
@@ -39,6 +39,8 @@ pub struct Specimen<C: ContactLaw<Plane>> {
     pub vertices: Vec<Vertex<Plane>>,
     /// Packing fraction of the piece.
     pub fraction: f64,
+    /// The piece itself, where zones are made of it.
+    pub piece: Option<packed::Packing<Plane, C>>,
 }
 
 /// Damping of grains that come to rest, against the ground per t_p = d sqrt(rho/p), and local.
@@ -81,9 +83,10 @@ pub fn specimen<C: ContactLaw<Plane>>(
         let stated = job.material.law.fraction();
         tracing::warn!(fraction, stated, "warning: the packing's fraction is not that of the material");
     }
-    if granular.method == Method::Mpm {
+    let is_tiled = granular.method == Method::Hybrid && granular.reference == Reference::Piece;
+    if granular.method == Method::Mpm || is_tiled {
         let (bodies, vertices) = (setup::bodies(job), setup::vertices(job));
-        return Ok(Specimen { grains: Vec::new(), bodies, vertices, fraction });
+        return Ok(Specimen { grains: Vec::new(), bodies, vertices, fraction, piece: is_tiled.then_some(piece) });
     }
     let file = packed.cache.join(format!("specimen-{}.h5", name_of(&key(job, granular))));
     let cached = on_root(transport, || if file.exists() { read::<C>(&file).map(Some) } else { Ok(None) });
@@ -101,7 +104,7 @@ pub fn specimen<C: ContactLaw<Plane>>(
     let shifts = transfer::broadcast(transport, bodies)?;
     let mut bodies = setup::bodies::<Plane>(job);
     bodies.iter_mut().zip(shifts).for_each(|(body, rested)| body.displacement = rested.displacement);
-    Ok(Specimen { grains, bodies, vertices: transfer::broadcast(transport, vertices)?, fraction })
+    Ok(Specimen { grains, bodies, vertices: transfer::broadcast(transport, vertices)?, fraction, piece: None })
 }
 
 /// Laws of contacts with the job's bodies.
@@ -126,7 +129,7 @@ fn packed_of(granular: &Granular) -> &Packed {
 }
 
 /// Mean stress of the piece, Pa.
-fn stress_of(granular: &Granular) -> f64 {
+pub fn stress_of(granular: &Granular) -> f64 {
     match packed_of(granular).preparation {
         Preparation::Compress { stress, unloaded, .. } => unloaded.unwrap_or(stress),
         Preparation::Pour => unreachable!("a checked job has its piece compressed"),

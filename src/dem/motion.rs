@@ -67,6 +67,22 @@ fn plain_kick<S: Space>(hot: &mut Hot<S>, (force, torque): (&S::Vector, &S::Spin
     hot.spin += *torque * (dt / S::grain_inertia(mass, hot.radius));
 }
 
+/// Where nothing stands between the sum of a grain's forces and its kick, it follows at once. To the bit what [`kick`] does later.
+pub struct Kick<S: Space> {
+    pub gravity: S::Vector,
+    pub dt: f64,
+}
+
+impl<S: Space> Finish<S> for Kick<S> {
+    #[inline(always)]
+    fn finish(&self, row: usize, hot: &mut Hot<S>, given: (&S::Vector, &S::Spin), resting: &Resting<S>) -> f64 {
+        if resting.movers[row] == Mover::Free {
+            plain_kick(hot, given, &self.gravity, self.dt);
+        }
+        0.0
+    }
+}
+
 /// Where nothing stands between the sum of a grain's forces, its kick and its drift, they follow at once, so that its
 /// record is touched once. To the bit what the passes do one after the other. Glued grains wait for their bodies.
 pub struct KickAndDrift<S: Space> {

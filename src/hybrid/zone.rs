@@ -39,12 +39,41 @@ impl CellGrid {
         inside.then(|| row as usize * self.counts[0] + column as usize)
     }
 
+    /// Nodes, rising, within half a cell of one of the straight `parts`, given by their ends, m.
+    pub fn nodes_along(&self, parts: &[[[f64; 2]; 2]]) -> Vec<u64> {
+        // Nodes on both sides of a line half way between them count, whatever round-off says.
+        let reach = (0.5 + 1e-9) * self.cell;
+        let is_along = |node: &u64| parts.iter().any(|part| distance_to(part, self.place_of(*node)) <= reach);
+        // As many nodes as cells: the last row and column of nodes lie on the domain's border, where no material is.
+        (0..(self.counts[0] * self.counts[1]) as u64).filter(is_along).collect()
+    }
+
+    /// Place of a node, m.
+    fn place_of(&self, node: u64) -> [f64; 2] {
+        let (column, row) = (node % self.counts[0] as u64, node / self.counts[0] as u64);
+        [self.lower[0] + column as f64 * self.cell, self.lower[1] + row as f64 * self.cell]
+    }
+
     /// The cells beside one along either axis.
     pub fn beside(&self, cell: usize) -> impl Iterator<Item = usize> {
-        let (column, row) = ((cell % self.counts[0]) as i64, (cell / self.counts[0]) as i64);
-        let sides = [[-1, 0], [1, 0], [0, -1], [0, 1]];
-        sides.into_iter().filter_map(move |[x, y]| self.cell_at(column + x, row + y))
+        [[-1, 0], [1, 0], [0, -1], [0, 1]].into_iter().filter_map(move |step| self.step(cell, step))
     }
+
+    /// The cell so many columns and rows from one.
+    fn step(&self, cell: usize, [columns, rows]: [i64; 2]) -> Option<usize> {
+        self.cell_at((cell % self.counts[0]) as i64 + columns, (cell / self.counts[0]) as i64 + rows)
+    }
+}
+
+/// Distance of a place to a straight line between two ends, m.
+fn distance_to([from, to]: &[[f64; 2]; 2], place: [f64; 2]) -> f64 {
+    let along = [to[0] - from[0], to[1] - from[1]];
+    let way = [place[0] - from[0], place[1] - from[1]];
+    let square = along[0] * along[0] + along[1] * along[1];
+    let share = if square > 0.0 { (way[0] * along[0] + way[1] * along[1]) / square } else { 0.0 };
+    let share = share.clamp(0.0, 1.0);
+    let [x, y] = [way[0] - share * along[0], way[1] - share * along[1]];
+    (x * x + y * y).sqrt()
 }
 
 /// Labels of all cells.
@@ -59,11 +88,8 @@ pub struct Zone {
 impl Zone {
     /// Cells within `phi_0 - t_h/2` of a flagged node are grains, those within `phi_0 + t_h/2` the rim; t_h is one cell.
     pub fn around(flagged: &[u64], grid: CellGrid, settings: &Enrichment) -> Self {
-        let place = |node: &u64| {
-            let (column, row) = (node % grid.counts[0] as u64, node / grid.counts[0] as u64);
-            [grid.lower[0] + column as f64 * grid.cell, grid.lower[1] + row as f64 * grid.cell]
-        };
-        let mut zone = Self { grid, labels: Vec::new(), flagged: flagged.iter().map(place).collect() };
+        let places = flagged.iter().map(|node| grid.place_of(*node)).collect();
+        let mut zone = Self { grid, labels: Vec::new(), flagged: places };
         let half = 0.5 * grid.cell;
         let label = |cell: usize| {
             let x = grid.lower[0] + ((cell % grid.counts[0]) as f64 + 0.5) * grid.cell;
@@ -79,6 +105,24 @@ impl Zone {
         };
         zone.labels = (0..grid.counts[0] * grid.counts[1]).map(label).collect();
         zone
+    }
+
+    /// Which cells lie within so many cells of one of the zone, corners counted.
+    pub fn within(&self, cells: usize) -> Vec<bool> {
+        let mut near: Vec<bool> = self.labels.iter().map(|label| *label != Label::Continuum).collect();
+        let grow = |near: &[bool], steps: [[i64; 2]; 2]| -> Vec<bool> {
+            let beside = |cell: usize| steps.into_iter().filter_map(move |step| self.grid.step(cell, step));
+            (0..near.len()).map(|cell| near[cell] || beside(cell).any(|beside| near[beside])).collect()
+        };
+        for _ in 0..cells {
+            near = grow(&grow(&near, [[-1, 0], [1, 0]]), [[0, -1], [0, 1]]);
+        }
+        near
+    }
+
+    /// Mean height of the flagged nodes, m.
+    pub fn middle(&self) -> f64 {
+        self.flagged.iter().map(|place| place[1]).sum::<f64>() / self.flagged.len() as f64
     }
 
     /// Distance of a place to the nearest flagged node, across the period if there is one, m.
@@ -99,5 +143,38 @@ impl Zone {
     /// Label of a place, continuum outside the grid.
     pub fn at(&self, x: f64, y: f64) -> Label {
         self.grid.at(x, y).map_or(Label::Continuum, |cell| self.labels[cell])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid(periodic: bool) -> CellGrid {
+        CellGrid { counts: [6, 5], cell: 0.5, lower: [1.0, -1.0], periodic }
+    }
+
+    #[test]
+    fn nodes_on_either_side_of_a_line_between_them_are_along_it() {
+        // Half way between the second and third row of nodes, from the third column of nodes to the fourth.
+        let nodes = grid(false).nodes_along(&[[[2.0, -0.25], [2.5, -0.25]]]);
+        assert_eq!(nodes, [8, 9, 14, 15]);
+        // Along a row of nodes: that row alone. Two parts that share an end count their nodes once.
+        let nodes = grid(false).nodes_along(&[[[2.0, -0.5], [2.2, -0.5]], [[2.2, -0.5], [2.5, -0.5]]]);
+        assert_eq!(nodes, [8, 9]);
+        // A part without length.
+        assert_eq!(grid(false).nodes_along(&[[[1.1, -0.9], [1.1, -0.9]]]), [0]);
+    }
+
+    #[test]
+    fn cells_within_so_many_of_a_zone_go_around_corners_and_across_the_period() {
+        let mut labels = vec![Label::Continuum; 30];
+        labels[0] = Label::Rim;
+        let near = |periodic: bool| {
+            let zone = Zone { grid: grid(periodic), labels: labels.clone(), flagged: Vec::new() };
+            (0..30).filter(|cell| zone.within(1)[*cell]).collect::<Vec<usize>>()
+        };
+        assert_eq!(near(false), [0, 1, 6, 7]);
+        assert_eq!(near(true), [0, 1, 5, 6, 7, 11]);
     }
 }

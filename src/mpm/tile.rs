@@ -280,16 +280,14 @@ impl Mosaic {
     /// Sum of `rows` (tiles first, received ones behind) at every owned node, in the one order of neighbours.
     pub fn sum<T: Copy + Send + Sync>(&self, rows: &[T], zero: T, add: impl Fn(&mut T, &T) + Sync) -> Vec<T> {
         let mut sums = vec![zero; self.owned.len()];
-        for tier in [Tier::Border, Tier::Inner] {
-            self.sum_into(tier, rows, zero, &add, &mut sums);
-        }
+        self.sum_into(|_| true, rows, zero, &add, &mut sums);
         sums
     }
 
-    /// [`Self::sum`] without allocation, at the nodes that the tiles of one tier own.
+    /// [`Self::sum`] without allocation, at the nodes that the tiles which are wanted own.
     fn sum_into<T: Copy + Send + Sync>(
         &self,
-        tier: Tier,
+        wanted: impl Fn(usize) -> bool + Sync,
         rows: &[T],
         zero: T,
         add: impl Fn(&mut T, &T) + Sync,
@@ -297,7 +295,7 @@ impl Mosaic {
     ) {
         let per_tile = self.owned_per_tile();
         let tiles = sums.par_chunks_mut(per_tile).with_min_len(self.tiles_per_task()).enumerate();
-        tiles.filter(|(tile, _)| self.tiers[*tile] == tier).for_each(|(tile, sums)| {
+        tiles.filter(|(tile, _)| wanted(*tile)).for_each(|(tile, sums)| {
             for (sum, starts) in sums.iter_mut().zip(self.source_starts[tile * per_tile..].windows(2)) {
                 *sum = zero;
                 for &source in &self.sources[starts[0] as usize..starts[1] as usize] {
@@ -307,10 +305,10 @@ impl Mosaic {
         });
     }
 
-    /// Margin rows of the tiles of one tier, and the rows that they copy.
-    fn copies_of(&self, tier: Tier) -> impl Iterator<Item = &(Row, Row)> {
-        let tiles = self.tiers.iter().zip(self.copy_starts.windows(2)).filter(move |(of, _)| **of == tier);
-        tiles.flat_map(|(_, starts)| &self.copies[starts[0] as usize..starts[1] as usize])
+    /// Margin rows of the tiles that are wanted, and the rows that they copy.
+    fn copies_of(&self, wanted: impl Fn(usize) -> bool) -> impl Iterator<Item = &(Row, Row)> {
+        let starts = self.copy_starts.windows(2).enumerate().filter(move |(tile, _)| wanted(*tile));
+        starts.flat_map(|(_, starts)| &self.copies[starts[0] as usize..starts[1] as usize])
     }
 }
 
@@ -325,6 +323,8 @@ pub struct Tiles<S: Space> {
     pub grain_changes: Vec<GrainChange<S>>,
     /// Of owned nodes.
     pub strides: Vec<Stride<S>>,
+    /// Tiles that grains may come to: in all others rows of grains are zero, and steps of grains pass them by.
+    pub shared: Vec<bool>,
 }
 
 impl<S: Space> Default for Tiles<S> {
@@ -337,6 +337,7 @@ impl<S: Space> Default for Tiles<S> {
             grain_sums: Vec::new(),
             grain_changes: Vec::new(),
             strides: Vec::new(),
+            shared: Vec::new(),
         }
     }
 }
@@ -353,23 +354,34 @@ impl<S: Space> Tiles<S> {
             grain_sums: vec![GrainNode::zero(); of_grains(mosaic.owned.len())],
             grain_changes: vec![GrainChange::zero(); of_grains(advanced)],
             strides: vec![Stride::zero(); of_grains(mosaic.owned.len())],
+            shared: vec![true; of_grains(mosaic.tiles)],
         }
     }
 
+    /// Which tiles grains may come to from now on.
+    pub fn share(&mut self, shared: Vec<bool>) {
+        self.grains.fill(GrainNode::zero());
+        self.grain_sums.fill(GrainNode::zero());
+        self.grain_changes.fill(GrainChange::zero());
+        self.shared = shared;
+    }
+
     pub fn sum(&mut self, mosaic: &Mosaic, tier: Tier) {
-        mosaic.sum_into(tier, &self.gathered, Gathered::zero(), Gathered::add, &mut self.sums);
+        let wanted = |tile: usize| mosaic.tiers[tile] == tier;
+        mosaic.sum_into(wanted, &self.gathered, Gathered::zero(), Gathered::add, &mut self.sums);
         if !self.grains.is_empty() {
             self.sum_grains(mosaic, tier);
         }
     }
 
     pub fn sum_grains(&mut self, mosaic: &Mosaic, tier: Tier) {
-        mosaic.sum_into(tier, &self.grains, GrainNode::zero(), GrainNode::add, &mut self.grain_sums);
+        let wanted = |tile: usize| mosaic.tiers[tile] == tier && self.shared[tile];
+        mosaic.sum_into(wanted, &self.grains, GrainNode::zero(), GrainNode::add, &mut self.grain_sums);
     }
 
     /// Fills the margins of the tiles of one tier from the owners' rows.
     pub fn copy_margins(&mut self, mosaic: &Mosaic, tier: Tier) {
-        for &(to, from) in mosaic.copies_of(tier) {
+        for &(to, from) in mosaic.copies_of(|tile| mosaic.tiers[tile] == tier) {
             self.advanced[to as usize] = self.advanced[from as usize];
         }
         if !self.grain_changes.is_empty() {
@@ -378,7 +390,7 @@ impl<S: Space> Tiles<S> {
     }
 
     pub fn copy_margins_of_grains(&mut self, mosaic: &Mosaic, tier: Tier) {
-        for &(to, from) in mosaic.copies_of(tier) {
+        for &(to, from) in mosaic.copies_of(|tile| mosaic.tiers[tile] == tier && self.shared[tile]) {
             self.grain_changes[to as usize] = self.grain_changes[from as usize];
         }
     }

@@ -118,7 +118,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let spoilt = |hot: &Hot<S, L::Memory>| {
             let (mut place, mut velocity) = (hot.position, hot.velocity);
             self.cell.wrap(&mut place, &mut velocity);
-            self.layout.place::<S>(&self.cell.fraction(&place)).is_none().then_some([0.0; TOLD])
+            self.layout.place::<S>(&self.cell.fraction(&place), 1).is_none().then_some([0.0; TOLD])
         };
         let extents: Vec<String> = (0..S::DIMENSION)
             .map(|axis| self.layout.extent(axis).map(|end| format!("{end:.6e}")).join(" to "))

@@ -145,6 +145,20 @@ pub fn plate_damping_default(
     PLATE_DAMPING_RATIO * 2.0 * (stiffness * mass).sqrt()
 }
 
+/// Mass, kg, and damping, N s/m, of a plate of which the job says nothing.
+pub fn plate_default(scenario: &Scenario) -> [f64; 2] {
+    let specimen_mass = specimen_mass(scenario);
+    let mass = plate_mass_default(specimen_mass);
+    [mass, plate_damping(scenario, mass)]
+}
+
+/// Default damping of a plate of that mass, kg, over the job's specimen, N s/m.
+pub fn plate_damping(scenario: &Scenario, plate_mass: f64) -> f64 {
+    let modulus_p = scenario.continuum.bulk_modulus + scenario.continuum.shear_modulus;
+    let size = [scenario.specimen.width, scenario.specimen.height, scenario.specimen.depth];
+    plate_damping_default(modulus_p, size, plate_mass, specimen_mass(scenario))
+}
+
 // The run
 
 /// Time that the plate takes to the final strain, s. While the speed ramps up, half of the distance is lost.
@@ -263,7 +277,10 @@ pub fn population(scenario: &Scenario) -> (f64, f64) {
 /// Memory of all ranks together, bytes; a rough figure. A hybrid also holds the packing that grains are taken from.
 pub fn memory(scenario: &Scenario) -> f64 {
     let (points, grains) = match scenario.method {
-        Method::Hybrid => (points(scenario) as f64, grains_if_discrete(scenario)),
+        Method::Hybrid => {
+            let share = scenario.packing.height.map_or(1.0, |height| height / scenario.specimen.height);
+            (points(scenario) as f64, share * grains_if_discrete(scenario))
+        }
         _ => population(scenario),
     };
     let nodes = (cells_x(scenario) * cells_y(scenario)) as f64;
@@ -273,8 +290,13 @@ pub fn memory(scenario: &Scenario) -> f64 {
 /// Wall time on one core, s, without the making of the packing; a hybrid is taken as enriched from the start.
 pub fn wall_time(scenario: &Scenario) -> f64 {
     let (points, grains) = population(scenario);
-    let per_step = points * COST_POINT + grains * COST_GRAIN;
+    let per_step = points * cost_of_point(scenario) + grains * COST_GRAIN;
     steps(scenario) as f64 * per_step
+}
+
+/// Wall time that a point takes in a step of grains, s: it goes to the grid once for several.
+fn cost_of_point(scenario: &Scenario) -> f64 {
+    COST_POINT / grain_steps(scenario) as f64
 }
 
 /// How much faster the hybrid is than grains alone (seed 000, 6.4.1):
@@ -282,7 +304,7 @@ pub fn wall_time(scenario: &Scenario) -> f64 {
 pub fn speed_up(scenario: &Scenario) -> f64 {
     let zone = zone_height(scenario) / scenario.specimen.height;
     let per_cell = scenario.continuum.points_per_cell * scenario.continuum.points_per_cell;
-    let cost_continuum = per_cell as f64 * COST_POINT;
+    let cost_continuum = per_cell as f64 * cost_of_point(scenario);
     let cost_grains = COST_GRAIN * grains_per_cell(scenario);
     speed_up_by(zone, cost_continuum, cost_grains)
 }

@@ -273,6 +273,8 @@ pub struct Packing {
     pub fraction_start: f64,
     /// Normal stress that the packing is brought to, Pa.
     pub stress: f64,
+    /// Height that the packing is drawn with, m, where that is not the specimen's: of a tall hybrid only the zone is made of it.
+    pub height: Option<f64>,
     /// Compression ends when kinetic energy is below this share of elastic energy.
     pub energy_ratio_max: f64,
     /// Folder of finished packings, reused by key.

@@ -3,12 +3,15 @@
 //! Vectors carry three components; in the plane those of z are zero. Tension is positive in stresses, pressure positive in
 //! compression.
 
-use super::assembly::{Assembly, Body};
-use super::{Enrichment, Method, Oracle, Output};
+use super::assembly::Body;
+use super::{Oracle, Output};
 use crate::math::{PI, cos, sin};
 
 pub mod cone;
 pub mod figures;
+mod granular;
+
+pub use granular::{Granular, KnownBands, Reference};
 
 /// Loads that a job may have: a point knows its own by the bits of a word.
 pub const LOADS_MAX: usize = u64::BITS as usize;
@@ -433,15 +436,6 @@ pub struct Watch {
     /// D50 of those grains, m.
     pub diameter: f64,
     pub oracle: Oracle,
-}
-
-/// The grains of a material: what it is made of from the start, or where a band persists, or what a continuum alone stands for.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Granular {
-    pub method: Method,
-    /// A periodic piece of packing under the stress of the start; laid side by side it fills the regions.
-    pub piece: Assembly,
-    pub enrichment: Enrichment,
 }
 
 /// A rigid body that the material touches. A plane's normal points towards the material; no body is a layer.

@@ -102,7 +102,8 @@ fn key(job: &Assembly, packed: &Packed) -> String {
     )
 }
 
-fn write<S: Space, C: ContactLaw<S>>(file: &Path, packing: &mut Packing<S, C>) -> Result<(), Error> {
+/// Writes a packing as a file of its own: grains, and the cell that they fill.
+pub fn write<S: Space, C: ContactLaw<S>>(file: &Path, packing: &mut Packing<S, C>) -> Result<(), Error> {
     let mut tables = Vec::from(tables::of_grains(&mut packing.grains));
     tables.push(to_table("cell", &mut [packing.cell], &mut Cell::blank()));
     write_state(file, &State { attributes: Default::default(), tables })

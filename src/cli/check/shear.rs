@@ -155,7 +155,7 @@ fn cost(page: &mut Page, scenario: &Scenario) {
         "time to run",
         &format!("{} h ({} s)", figures(seconds / 3600.0), figures(seconds)),
         &format!(
-            "on one core, without the packing, at {} ns a grain and {} ns a point and step",
+            "on one core, without the packing, at {} ns a grain and {} ns a point and step of the continuum",
             whole(1e9 * derived::COST_GRAIN),
             whole(1e9 * derived::COST_POINT)
         ),

@@ -1,26 +1,31 @@
 //! Grains that the material of a continuum's job may be made of.
 
 use super::assembly::source;
+use super::body::inside;
 use super::checks::check_as_piece;
 use super::contact::contact;
+use super::mpm::domain;
 use super::shear::enrichment;
 use super::{BLOCK_OF_DISCS, SKIN_DEFAULT, digits, folder_of};
 use crate::error::Error;
 use crate::scenario::assembly::{Assembly, Cell, Damping, Packed, Preparation, Shape, Source, Velocities};
 use crate::scenario::figures::{diameter_max, fraction_in_cell, margin};
-use crate::scenario::mpm::{Boundary, Face, Granular, Grid, MaterialLaw, Mpm, ShapeFunction, StressUpdate};
+use crate::scenario::mpm::{
+    Boundary, Face, Granular, Grid, KnownBands, MaterialLaw, Mpm, Reference, ShapeFunction, StressUpdate,
+};
 use crate::scenario::raw::{Reader, Typed};
 use crate::scenario::{Method, Output, stable};
 
 /// Tables and keys that only grains ask for.
 const TABLES: [&str; 3] = ["packing", "contact", "enrichment"];
 const METHODS: [(&str, Method); 3] = [("mpm", Method::Mpm), ("dem", Method::Dem), ("hybrid", Method::Hybrid)];
+const REFERENCES: [(&str, Reference); 2] = [("specimen", Reference::Specimen), ("piece", Reference::Piece)];
 /// Packing fraction of the piece as it is drawn; compression makes it what it is.
 const FRACTION_DRAWN: f64 = 0.84;
 /// Skin in cells: a grain may come half of it out of its block, and nodes reach a little less than half a cell beyond.
 const SKIN_MAX: f64 = 0.8;
 /// Cells that a zone keeps between its flagged nodes and its rim, at least.
-const CELLS_OF_ZONE: f64 = 1.5;
+const CELLS_OF_ZONE: f64 = 1.25;
 
 /// What `[grains]` and its like say, if the job has them.
 pub fn granular(
@@ -40,7 +45,8 @@ pub fn granular(
             );
         }
         let cut = typed.table("decomposition", false, why)?;
-        for (table, key) in [(top, "method"), (top, "seed"), (time, "grain_steps"), (&cut, "skin")] {
+        let only = [(top, "method"), (top, "seed"), (top, "band"), (time, "grain_steps"), (&cut, "skin")];
+        for (table, key) in only {
             if table.has(key) {
                 return Err(table.refusal(
                     key,
@@ -55,8 +61,33 @@ pub fn granular(
     }
     let method = top.choose("method", "method", &METHODS)?;
     let piece = piece(typed, top, grid, time, file)?;
-    let enrichment = enrichment(&typed.table("enrichment", method == Method::Hybrid, why)?, grid.cell)?;
-    Ok(Some(Granular { method, piece, enrichment }))
+    let table = typed.table("enrichment", method == Method::Hybrid, why)?;
+    let reference = match table.has("reference") {
+        true => table.choose("reference", "origin", &REFERENCES)?,
+        false => Reference::Specimen,
+    };
+    let (enrichment, known) = (enrichment(&table, grid.cell)?, known_bands(top, &table, grid)?);
+    Ok(Some(Granular { method, piece, enrichment, reference, known }))
+}
+
+fn known_bands(top: &Reader<'_>, enrichment: &Reader<'_>, grid: &Grid) -> Result<Option<KnownBands>, Error> {
+    let tables = top.tables("band")?;
+    let Some(first) = tables.first() else {
+        return match enrichment.has("at") {
+            true => Err(enrichment.refusal("at", "is when grains take the places of points around every [[band]], and there is none. Add [[band]] with from and to, or remove the line: the oracle says when.")),
+            false => Ok(None),
+        };
+    };
+    if !enrichment.has("at") {
+        return Err(first.refusal_of_table("is known from the start, and nothing says when grains take its place. Write enrichment.at, or remove the table: the oracle finds bands."));
+    }
+    let domain = domain(grid);
+    let mut parts = Vec::new();
+    for table in &tables {
+        let [from, to] = ["from", "to"].map(|key| inside(table, key, &domain).map(|[x, y, _]| [x, y]));
+        parts.push([from?, to?]);
+    }
+    Ok(Some(KnownBands { at: enrichment.number("at")?, parts }))
 }
 
 /// The piece of packing.
@@ -223,8 +254,8 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
     }
     let distance = grains.enrichment.distance;
     if grains.method == Method::Hybrid {
-        if job.oracle.is_none() {
-            return Err(top.refusal("method", "puts grains where a band persists, and nothing looks for one. Add [oracle], or write \"mpm\" or \"dem\"."));
+        if job.oracle.is_none() && grains.known.is_none() {
+            return Err(top.refusal("method", "puts grains where a band persists, and nothing looks for one. Add [oracle], or [[band]] where one is known, or write \"mpm\" or \"dem\"."));
         }
         if distance < CELLS_OF_ZONE * job.grid.cell {
             let least = CELLS_OF_ZONE * job.grid.cell;

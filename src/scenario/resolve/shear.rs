@@ -141,6 +141,7 @@ fn packing(table: &Reader<'_>, stress: f64, folder: &Path) -> Result<Packing, Er
         friction: table.number_or("friction", PACKING_FRICTION_DEFAULT)?,
         fraction_start: table.number_or("fraction_start", PACKING_FRACTION_DEFAULT)?,
         stress: table.number_or("stress", stress)?,
+        height: table.number_if_given("height")?,
         energy_ratio_max: table.number_or("energy_ratio_max", PACKING_ENERGY_RATIO_DEFAULT)?,
         cache: folder.join(cache),
     })
@@ -268,13 +269,9 @@ pub(super) fn enrichment(table: &Reader<'_>, distance_asleep: f64) -> Result<Enr
 }
 
 fn fill_plate(scenario: &mut Scenario, table: &Reader<'_>) -> Result<(), Error> {
-    let specimen_mass = derived::specimen_mass(scenario);
-    let mass = table.number_or("plate_mass", derived::plate_mass_default(specimen_mass))?;
-    let modulus_p = scenario.continuum.bulk_modulus + scenario.continuum.shear_modulus;
-    let size = [scenario.specimen.width, scenario.specimen.height, scenario.specimen.depth];
-    let damping = derived::plate_damping_default(modulus_p, size, mass, specimen_mass);
+    let mass = table.number_or("plate_mass", derived::plate_default(scenario)[0])?;
     scenario.loading.plate_mass = mass;
-    scenario.loading.plate_damping = table.number_or("plate_damping", damping)?;
+    scenario.loading.plate_damping = table.number_or("plate_damping", derived::plate_damping(scenario, mass))?;
     Ok(())
 }
 
@@ -283,6 +280,7 @@ fn check_together(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     check_height(scenario, typed)?;
     if scenario.moves_grains() {
         check_block_edge(scenario, typed)?;
+        check_height_of_packing(scenario, typed)?;
     }
     if scenario.method == Method::Hybrid {
         check_zone(scenario, typed)?;
@@ -377,6 +375,27 @@ fn check_zone(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
         digits(1e3 * (0.5 * height - cell).max(0.0))
     );
     Err(typed.refusal("enrichment", "distance", &message))
+}
+
+/// A packing that is lower than the specimen.
+fn check_height_of_packing(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
+    let Some(height) = scenario.packing.height else { return Ok(()) };
+    let refused = |message: &str| Err(typed.refusal("packing", "height", message));
+    let zone = 2.0 * (scenario.enrichment.distance + scenario.continuum.cell);
+    if scenario.method == Method::Dem {
+        return refused("makes less than the specimen, and grains alone fill all of it. Remove the line.");
+    }
+    if scenario.grains.file.is_some() {
+        return refused("is for a packing that is made, and grains.file gives one. Remove one of the two.");
+    }
+    if height >= scenario.specimen.height || height <= zone {
+        return refused(&format!(
+            "must lie between the height of a zone, {} mm (twice enrichment.distance and twice a cell), and specimen.height = {} mm. Write more than the former, or remove the line.",
+            digits(1e3 * zone),
+            digits(1e3 * scenario.specimen.height)
+        ));
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -24,6 +24,7 @@ pub static TABLES: [Table; 14] = [
         key("load", "loads on the material's surface", Wants::Tables(&LOAD), "[{face = \"y_upper\", kind = \"pressure\", pressure = \"1 kPa\"}]"),
         key("membrane", "elastic membranes that press on the material", Wants::Tables(&MEMBRANE), "[]"),
         key("body", "rigid bodies that the material touches", Wants::Tables(&BODY), "[]"),
+        key("band", "straight parts of shear bands that are known", Wants::Tables(&BAND), "[]"),
         key("follow", "points with columns of their own in the series", Wants::Tables(&FOLLOW), "[{name = \"tip\", place = [0, 0]}]"),
     ]),
     table("grid", "the domain of a continuum and its cells", &[
@@ -89,7 +90,7 @@ pub static TABLES: [Table; 14] = [
     table("grains", "sizes and matter of the grains", &KEYS_OF_GRAINS),
     table("packing", "how a piece of packing is made, which is laid side by side", &KEYS_OF_PACKING),
     table("contact", "forces between grains", contact::KEYS),
-    table("enrichment", "grains for points", &KEYS_OF_ENRICHMENT),
+    table("enrichment", "grains for points", &KEYS_OF_ENRICHMENT_HERE),
     table("output", "what is written and when", &OUTPUT_WITH_LEDGER),
 ];
 
@@ -148,6 +149,22 @@ static MEMBRANE: Table = Table { name: "membrane", about: "an elastic membrane u
     number("tension", "the force on a segment at the start", Dimension::FORCE, NOT_NEGATIVE, "\"2 N\""),
     number("pressure", "the pressure, to the left of its way", STRESS, Range::new(f64::NEG_INFINITY, f64::INFINITY, true, true), "\"100 kPa\""),
     number("ramp", "the time over which the pressure rises from zero", TIME, NOT_NEGATIVE, "\"0.1 s\""),
+] };
+
+#[rustfmt::skip]
+const KEYS_OF_ENRICHMENT_HERE: [Key; 7] = {
+    let [distance, weight, training, training_speed, training_rest] = KEYS_OF_ENRICHMENT;
+    [
+        distance, weight, training, training_speed, training_rest,
+        text("reference", "where grains come from: specimen or piece", "\"specimen\""),
+        number("at", "when grains take the places of points around every [[band]]", TIME, POSITIVE, "\"0.1 s\""),
+    ]
+};
+
+#[rustfmt::skip]
+static BAND: Table = Table { name: "band", about: "a straight part of a shear band that is known", many: true, keys: &[
+    vector("from", "where it begins", LENGTH, "\"0 m\""),
+    vector("to", "where it ends", LENGTH, "\"9 cm\""),
 ] };
 
 /// One `[[body]]`: that of assemblies, and how the material touches it.

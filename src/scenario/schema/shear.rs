@@ -30,6 +30,7 @@ pub static TABLES: [Table; 12] = [
         number("friction", "friction while the packing is made", RATIO, Range::closed(0.0, 5.0), "0.01"),
         number("fraction_start", "the packing fraction of the loose start", RATIO, Range::closed(0.2, 0.5), "0.45"),
         number("stress", "the normal stress of the packing", STRESS, POSITIVE, "\"400 kPa\""),
+        number("height", "the height of a packing that only the zone is made of", LENGTH, POSITIVE, "\"12 cm\""),
         number("energy_ratio_max", "kinetic over elastic energy at rest", RATIO, Range::closed(1e-12, 0.1), "1e-4"),
         text("cache", "the folder of finished packings", "\"cache\""),
     ]),

@@ -36,11 +36,15 @@ pub fn mpm(job: &Mpm) -> String {
     }
     page.table("decomposition");
     page.count("cells_per_block", job.cells_per_block as u64);
-    if let Some(Granular { piece, enrichment: of_zones, .. }) = job.grains.as_deref() {
+    if let Some(Granular { piece, enrichment: of_zones, reference, known, .. }) = job.grains.as_deref() {
         page.number("skin", piece.skin);
         grains(&mut page, piece);
         page.contact(&piece.contact);
         enrichment(&mut page, of_zones);
+        page.text("reference", reference.name());
+        if let Some(known) = known {
+            page.number("at", known.at);
+        }
     }
     page.output(&job.output);
     page.flag("ledger", job.ledger);
@@ -55,6 +59,11 @@ pub fn mpm(job: &Mpm) -> String {
     }
     for one in &job.membranes {
         membrane(&mut page, one);
+    }
+    for [from, to] in job.grains.iter().filter_map(|grains| grains.known.as_ref()).flat_map(|known| &known.parts) {
+        page.line("\n[[band]]");
+        page.numbers("from", from);
+        page.numbers("to", to);
     }
     for one in &job.bodies {
         page.line("\n[[body]]");

@@ -30,6 +30,9 @@ pub fn shear(scenario: &Scenario) -> String {
     page.number("friction", packing.friction);
     page.number("fraction_start", packing.fraction_start);
     page.number("stress", packing.stress);
+    if let Some(height) = packing.height {
+        page.number("height", height);
+    }
     page.number("energy_ratio_max", packing.energy_ratio_max);
     page.path("cache", &packing.cache);
 

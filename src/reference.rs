@@ -1,0 +1,122 @@
+//! The packing that a zone takes its grains from (seed 000, 4.1: the reference packing), as the run's folder keeps it, and how it lies
+//! in the specimen.
+
+use std::path::Path;
+
+use crate::body::Body;
+use crate::dem::cell::Cell;
+use crate::dem::grains::GrainRow;
+use crate::error::Error;
+use crate::ids::GrainId;
+use crate::law::contact::ContactLaw;
+use crate::packing::{self, Grain, PlanarWorld, on_root, read_state};
+use crate::space::{Linear, Plane, Space};
+use crate::{tables, transfer};
+
+type Vector = <Plane as Space>::Vector;
+
+/// How a packing lies in the specimen.
+#[derive(Clone, Copy)]
+pub enum Lies<'a> {
+    /// It is the specimen.
+    Whole,
+    /// As wide as the specimen and not as high: about the middle of the zone.
+    Around,
+    /// Periodic pieces of it side by side, from the lower corner of the domain.
+    Tiled(&'a dyn Beginning),
+}
+
+/// What a job says of where its material begins.
+pub trait Beginning {
+    /// Whether there is material at a place.
+    fn is_material(&self, place: &Vector) -> bool;
+    /// Mean stress there as a share of the piece's.
+    fn stress_share(&self, place: &Vector) -> f64;
+}
+
+/// Grains of the packing near a zone, in the order of their ids, on every rank.
+pub struct Reference<C: ContactLaw<Plane>> {
+    pub grains: Vec<Grain<C>>,
+    /// Where the packing's bodies stood, as displacements, m; none where bodies stand where the job has them.
+    pub seats: Vec<Vector>,
+}
+
+impl<C: ContactLaw<Plane>> Reference<C> {
+    /// The packing in `file` as it lies. Of tiles only those grains that `is_wanted` asks for by where they lie, since all of them may
+    /// be too many; `middle` is that of the zone, m. Collective.
+    pub fn read(
+        world: &PlanarWorld<C>,
+        file: &Path,
+        (lies, middle): (Lies<'_>, f64),
+        is_wanted: impl Fn(&Vector) -> bool,
+    ) -> Result<Self, Error> {
+        let transport = world.transport;
+        match lies {
+            Lies::Whole | Lies::Around => {
+                let read = on_root(transport, || {
+                    packing::read(file).and_then(|packing| Ok((packing, packing::read_bodies(file)?)))
+                });
+                let ((mut grains, height), bodies) = transfer::agree(transport, read)?.unwrap_or_default();
+                if matches!(lies, Lies::Around) {
+                    let up = Vector::new(0.0, middle - 0.5 * height);
+                    grains.iter_mut().for_each(|grain| lift::<C>(grain, up));
+                }
+                let bodies: Vec<Body<Plane>> = transfer::broadcast(transport, bodies)?;
+                let seats = bodies.iter().map(|body| body.displacement).collect();
+                Ok(Self { grains: transfer::broadcast(transport, grains)?, seats })
+            }
+            Lies::Tiled(beginning) => {
+                let read = on_root(transport, || read_piece::<C>(file));
+                let (grains, cells) = transfer::agree(transport, read)?.unwrap_or_default();
+                let grains = transfer::broadcast(transport, grains)?;
+                let cell: Cell<Plane> = transfer::broadcast(transport, cells)?.remove(0);
+                let is_wanted = |place: &Vector| is_wanted(place) && beginning.is_material(place);
+                Ok(Self { grains: tiled(world, &grains, &cell, is_wanted), seats: Vec::new() })
+            }
+        }
+    }
+}
+
+fn lift<C: ContactLaw<Plane>>(grain: &mut Grain<C>, up: Vector) {
+    for place in [&mut grain.hot.position, &mut grain.cold.origin, &mut grain.cold.home] {
+        *place += up;
+    }
+}
+
+type Piece<C> = (Vec<Grain<C>>, Vec<Cell<Plane>>);
+
+/// What [`crate::assembly::packed::write`] wrote: grains, and the cell that they fill from its lower corner.
+fn read_piece<C: ContactLaw<Plane>>(file: &Path) -> Result<Piece<C>, Error> {
+    let state = read_state(file)?;
+    Ok((tables::to_grains(&state)?, tables::rows(&state, "cell", &transfer::Cargo::blank())?))
+}
+
+/// Grains of all pieces that a domain holds which are wanted and touch no body. Contacts of a piece are with grains of the same piece
+/// that may lie across its border, so none is kept; a compression without friction leaves next to nothing along them.
+fn tiled<C: ContactLaw<Plane>>(
+    world: &PlanarWorld<C>,
+    piece: &[Grain<C>],
+    cell: &Cell<Plane>,
+    is_wanted: impl Fn(&Vector) -> bool,
+) -> Vec<Grain<C>> {
+    let layout = &world.layout;
+    let edges = [cell.edges[0], cell.edges[3]];
+    let copies = [0, 1].map(|axis| (layout.cells[axis] as f64 * layout.cell / edges[axis]).ceil() as u64);
+    let bodies: Vec<_> =
+        world.bodies.iter().map(|body| Body { displacement: Vector::zero(), ..body.clone() }).collect();
+    let mut grains = Vec::new();
+    for copy in 0..copies[0] * copies[1] {
+        let number = [copy % copies[0], copy / copies[0]];
+        let shift = [0, 1].map(|axis| layout.corner[axis] + number[axis] as f64 * edges[axis]);
+        for (number, grain) in piece.iter().enumerate() {
+            let place = grain.hot.position + Vector::new(shift[0], shift[1]);
+            let touches =
+                || bodies.iter().filter_map(|body| body.nearest(&place)).any(|near| near.distance < grain.hot.radius);
+            if is_wanted(&place) && !touches() {
+                let id = GrainId(copy * piece.len() as u64 + number as u64);
+                grains.push(GrainRow::resting(id, place, grain.hot.radius, grain.hot.mass, grain.cold.mover));
+            }
+        }
+    }
+    grains
+}
