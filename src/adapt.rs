@@ -75,7 +75,11 @@ impl Adaptive<'_> {
     {
         let made = experiment.frame(core)?;
         core.write_frame(made)?;
-        tracing::info!(step = core.world.step, strain, "shear band found; training grains for it");
+        let what = match self.finder {
+            Finder::Oracle(..) => "shear band found; training grains for it",
+            Finder::Known(_) => "training grains for known shear bands",
+        };
+        tracing::info!(step = core.world.step, strain, "{what}");
         let file = output::packing_file(&core.options.out);
         let (flagged, instants) = (&core.progress.oracle.flagged, &core.progress.instants);
         let stepped = core.world.phases.total() - core.world.phases.of(Phase::Output);

@@ -6,7 +6,7 @@ use crate::math::PI;
 use crate::scenario::Method;
 use crate::scenario::assembly::{Packed, Preparation, Source};
 use crate::scenario::figures::sizes;
-use crate::scenario::mpm::{Granular, InitialStress, Mpm, figures as of};
+use crate::scenario::mpm::{Granular, InitialStress, Mpm, Reference, figures as of};
 
 /// How far stresses of points and packing may be apart.
 const STRESS_OFF: f64 = 0.05;
@@ -56,6 +56,18 @@ pub fn grains(page: &mut Page, job: &Mpm) {
             "on either side of flagged nodes, grains alone but for a rim of one cell",
         );
         page.row("training", &figures(zone.training), "share of the continuum's motion");
+        page.row(
+            "reference",
+            granular.reference.name(),
+            match granular.reference {
+                Reference::Specimen => "grains of a zone are those of a specimen that comes to rest before the run",
+                Reference::Piece => "grains of a zone are pieces of packing side by side",
+            },
+        );
+        if let Some(known) = &granular.known {
+            let parts = format!("{} parts", whole(known.parts.len() as f64));
+            page.row("known bands", &parts, &format!("grains take their place after {} s", figures(known.at)));
+        }
     }
     contacts(page, piece);
 }
