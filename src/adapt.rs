@@ -53,8 +53,7 @@ impl Adaptive<'_> {
                 watch::watch(&mut core.world, &mut core.progress.oracle, oracle, diameter)?
             }
             Finder::Known(bands) => {
-                // A step of the continuum ends here.
-                let due = core.world.is_due(1) && core.world.time() >= bands.at;
+                let due = core.world.time() >= bands.at;
                 if due {
                     core.progress.oracle.flagged = enrichment::cell_grid(&core.world).nodes_along(&bands.parts);
                 }

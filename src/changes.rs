@@ -5,6 +5,8 @@ use toml::{Table, Value};
 /// Keys that say when to end and what to write; no step of the run depends on them.
 const FREE: [&str; 2] = ["time.end", "loading.strain_end"];
 const FREE_TABLE: &str = "output.";
+/// Keys that the packing in a run's folder was made by, and how it lies: it goes along with every branch.
+const KEPT: [&str; 2] = ["packing.height", "enrichment.reference"];
 /// Of that table, what is kept from the start of a run on or not at all.
 const BOUND: [&str; 2] = ["output.contact_frames", "output.ledger"];
 
@@ -23,6 +25,11 @@ impl Change {
     pub fn is_free(&self) -> bool {
         let listed = |list: &[&str]| list.contains(&self.key.as_str());
         listed(&FREE) || self.key.starts_with(FREE_TABLE) && !listed(&BOUND)
+    }
+
+    /// Whether not even a branch may have it.
+    pub fn is_kept(&self) -> bool {
+        KEPT.contains(&self.key.as_str())
     }
 
     /// For a person: `contact.friction from 0.5 to 0.4`.
@@ -88,5 +95,7 @@ mod tests {
         let free: Vec<bool> = changes.iter().map(Change::is_free).collect();
         assert_eq!(free, [false, false, true, false, true]);
         assert!(between(old, old).is_empty());
+        let kept = between("[packing]\nheight = 0.1\n", "[packing]\nheight = 0.2\nstress = 1.0\n");
+        assert_eq!(kept.iter().map(Change::is_kept).collect::<Vec<bool>>(), [true, false]);
     }
 }

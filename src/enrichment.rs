@@ -126,7 +126,7 @@ pub fn enrich<C: ContactLaw<Plane>>(
         grains_rim: chosen.rim.len() as u64,
         ..Enriched::default()
     };
-    let held = Held { rim: &chosen.rim, border: &border, lies, seats: &packing.seats };
+    let held = Holders { rim: &chosen.rim, border: &border, lies, seats: &packing.seats };
     let mut grains = train(world, (settings, depth), &motion, chosen.grains, &held, &mut enriched)?;
     for grain in &mut grains {
         grain.cold.mover = Mover::Free;
@@ -316,7 +316,7 @@ fn choose<C: ContactLaw<Plane>>(
     let off = (selection.point_weight - (1.0 - settings.weight)) * rim_mass;
     if off.abs() > heaviest {
         return Err(Error::Run(format!(
-            "the grains of the packing cannot replace the points of the zone: masses differ by {off:e} kg, a grain weighs {heaviest:e} kg; `continuum.fraction_start` must be near the packing's own fraction, and the zone must lie within the packing"
+            "the grains of the packing cannot replace the points of the zone: masses differ by {off:e} kg, a grain weighs {heaviest:e} kg; the fraction of the material at the start (continuum.fraction_start of planar shear, material.fraction on a grid) must be near the packing's own, and the zone must lie within the packing (packing.height)"
         )));
     }
     if grains.is_empty() || rim.is_empty() {
@@ -349,7 +349,7 @@ fn train<C: ContactLaw<Plane>>(
     (training, depth): (&Enrichment, f64),
     motion: &Motion,
     mut grains: Vec<Grain<C>>,
-    held: &Held<'_>,
+    held: &Holders<'_>,
     enriched: &mut Enriched,
 ) -> Result<Vec<Grain<C>>, Error> {
     for grain in &mut grains {
@@ -433,7 +433,7 @@ fn way_of(body: &Body<Plane>, [from, to]: [f64; 2], now: f64) -> Vector {
 
 /// Who holds grains that are trained, by their ids, rising: the continuum those of the rim, and whatever does so those where the
 /// material ends.
-struct Held<'a> {
+struct Holders<'a> {
     rim: &'a [u64],
     border: &'a [u64],
     lies: Lies<'a>,
@@ -443,7 +443,7 @@ struct Held<'a> {
 
 /// Grains at the border are pushed from now on by what their contacts leave open as they stand. A piece that is cut there is under one
 /// stress throughout: they bear as much of it as the specimen does at its start, next to nothing at a free surface.
-fn hold_open<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Held<'_>) {
+fn hold_open<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_>) {
     if held.border.is_empty() {
         return;
     }

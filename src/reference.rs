@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
+use crate::assembly::packed::Packing;
 use crate::body::Body;
 use crate::dem::cell::Cell;
-use crate::dem::grains::GrainRow;
+use crate::dem::grains::{GrainRow, Mover};
 use crate::error::Error;
-use crate::ids::GrainId;
 use crate::law::contact::ContactLaw;
 use crate::packing::{self, Grain, PlanarWorld, on_root, read_state};
 use crate::space::{Linear, Plane, Space};
@@ -23,11 +23,11 @@ pub enum Lies<'a> {
     /// As wide as the specimen and not as high: about the middle of the zone.
     Around,
     /// Periodic pieces of it side by side, from the lower corner of the domain.
-    Tiled(&'a dyn Beginning),
+    Tiled(&'a dyn StartState),
 }
 
 /// What a job says of where its material begins.
-pub trait Beginning {
+pub trait StartState {
     /// Whether there is material at a place.
     fn is_material(&self, place: &Vector) -> bool;
     /// Mean stress there as a share of the piece's.
@@ -65,13 +65,13 @@ impl<C: ContactLaw<Plane>> Reference<C> {
                 let seats = bodies.iter().map(|body| body.displacement).collect();
                 Ok(Self { grains: transfer::broadcast(transport, grains)?, seats })
             }
-            Lies::Tiled(beginning) => {
+            Lies::Tiled(start) => {
                 let read = on_root(transport, || read_piece::<C>(file));
                 let (grains, cells) = transfer::agree(transport, read)?.unwrap_or_default();
                 let grains = transfer::broadcast(transport, grains)?;
-                let cell: Cell<Plane> = transfer::broadcast(transport, cells)?.remove(0);
-                let is_wanted = |place: &Vector| is_wanted(place) && beginning.is_material(place);
-                Ok(Self { grains: tiled(world, &grains, &cell, is_wanted), seats: Vec::new() })
+                let cell = transfer::broadcast(transport, cells)?.remove(0);
+                let is_wanted = |place: &Vector| is_wanted(place) && start.is_material(place);
+                Ok(Self { grains: tiled(world, &Packing { grains, cell }, is_wanted), seats: Vec::new() })
             }
         }
     }
@@ -88,35 +88,33 @@ type Piece<C> = (Vec<Grain<C>>, Vec<Cell<Plane>>);
 /// What [`crate::assembly::packed::write`] wrote: grains, and the cell that they fill from its lower corner.
 fn read_piece<C: ContactLaw<Plane>>(file: &Path) -> Result<Piece<C>, Error> {
     let state = read_state(file)?;
-    Ok((tables::to_grains(&state)?, tables::rows(&state, "cell", &transfer::Cargo::blank())?))
+    let cells = tables::rows(&state, "cell", &transfer::Cargo::blank())?;
+    match cells.is_empty() {
+        true => {
+            Err(Error::User(format!("{}: the cell of the packing is missing; the file is damaged", file.display())))
+        }
+        false => Ok((tables::to_grains(&state)?, cells)),
+    }
 }
 
 /// Grains of all pieces that a domain holds which are wanted and touch no body. Contacts of a piece are with grains of the same piece
 /// that may lie across its border, so none is kept; a compression without friction leaves next to nothing along them.
 fn tiled<C: ContactLaw<Plane>>(
     world: &PlanarWorld<C>,
-    piece: &[Grain<C>],
-    cell: &Cell<Plane>,
+    piece: &Packing<Plane, C>,
     is_wanted: impl Fn(&Vector) -> bool,
 ) -> Vec<Grain<C>> {
     let layout = &world.layout;
-    let edges = [cell.edges[0], cell.edges[3]];
+    let edges = [piece.cell.edges[0], piece.cell.edges[3]];
     let copies = [0, 1].map(|axis| (layout.cells[axis] as f64 * layout.cell / edges[axis]).ceil() as u64);
     let bodies: Vec<_> =
         world.bodies.iter().map(|body| Body { displacement: Vector::zero(), ..body.clone() }).collect();
-    let mut grains = Vec::new();
-    for copy in 0..copies[0] * copies[1] {
-        let number = [copy % copies[0], copy / copies[0]];
-        let shift = [0, 1].map(|axis| layout.corner[axis] + number[axis] as f64 * edges[axis]);
-        for (number, grain) in piece.iter().enumerate() {
-            let place = grain.hot.position + Vector::new(shift[0], shift[1]);
-            let touches =
-                || bodies.iter().filter_map(|body| body.nearest(&place)).any(|near| near.distance < grain.hot.radius);
-            if is_wanted(&place) && !touches() {
-                let id = GrainId(copy * piece.len() as u64 + number as u64);
-                grains.push(GrainRow::resting(id, place, grain.hot.radius, grain.hot.mass, grain.cold.mover));
-            }
-        }
-    }
-    grains
+    let is_free = |place: &Vector, radius: f64| {
+        bodies.iter().filter_map(|body| body.nearest(place)).all(|near| near.distance >= radius)
+    };
+    let all = piece.side_by_side([layout.corner[0], layout.corner[1]], copies);
+    let taken = all.filter(|(_, place, grain)| is_wanted(place) && is_free(place, grain.hot.radius));
+    taken
+        .map(|(id, place, grain)| GrainRow::resting(id, place, grain.hot.radius, grain.hot.mass, Mover::Free))
+        .collect()
 }

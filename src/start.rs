@@ -95,7 +95,15 @@ fn continued_job(dir: &Path, state: &State, continuation: Continuation) -> Resul
     let job = Job::parse(text, &file.display().to_string(), sets)?;
     let (step, steps) = (checkpoint::progress_of(state)?.step, job.steps());
     let job = job.to_toml();
-    let changes = changes::between(text, &job);
+    // What the run began with as this program writes it, which may have keys that an older one had not.
+    let began = Job::parse(text, &file.display().to_string(), &[])?.to_toml();
+    let changes = changes::between(&began, &job);
+    if let Some(kept) = changes.iter().find(|change| change.is_kept()) {
+        return Err(Error::User(format!(
+            "{shown}: {} is not possible: the grains of a zone are those of the packing that the run began with, also in a branch. Start a new run by `scree run`.",
+            kept.words()
+        )));
+    }
     // The last row and the last frame belong to the end that a run had.
     let refuse_the_past = || match step < steps {
         true => Ok(()),
@@ -106,7 +114,7 @@ fn continued_job(dir: &Path, state: &State, continuation: Continuation) -> Resul
     if let Some(new) = branch {
         refuse_the_past()?;
         output::claim(new, &job)?;
-        // What the report draws the first grains from.
+        // What the grains of a zone are taken from.
         let packing = output::packing_file(dir);
         if packing.exists() {
             let copied = fs::copy(&packing, output::packing_file(new));

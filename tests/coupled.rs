@@ -170,6 +170,22 @@ fn a_hybrid_in_a_membrane_has_the_same_bits_on_any_ranks_and_after_a_restart() {
     assert!(grains > 100.0 && points > 50.0, "{grains} grains and {points} points");
 }
 
+/// The same with grains from pieces of packing, about a band that the job names.
+#[test]
+fn a_known_band_of_pieces_has_the_same_bits_on_any_ranks_and_after_a_restart() {
+    let text = triaxial("hybrid", 1.2e-3);
+    let (from, to) = (text.find("[oracle]").unwrap(), text.find("[grains]").unwrap());
+    let band = "[[band]]\n        from = [\"15 mm\", \"9 mm\"]\n        to = [\"33 mm\", \"21 mm\"]\n        ";
+    let text = format!("{}{band}{}", &text[..from], &text[to..]);
+    let known = "distance = \"4 mm\"\n        reference = \"piece\"\n        at = \"0.5 ms\"";
+    let folder = tempfile::tempdir().unwrap();
+    let job = parse(&text.replace("distance = \"6 mm\"", known));
+    let (_, series) = same(&job, folder.path(), "pieces of packing in membranes");
+    let last: Vec<&str> = series.lines().last().unwrap().split(',').collect();
+    let [grains, points] = [last[2], last[3]].map(|number| number.parse::<f64>().unwrap());
+    assert!(grains > 100.0 && points > 50.0, "{grains} grains and {points} points");
+}
+
 /// The grains that enter bear what the points bore that they replace, across the band and along it, though membranes that held them are not
 /// in the training: to a half in a specimen of 18 grains, which is border on most sides (jobs/triaxial.toml: 2 to 16 %, VALIDATION.md). Moved
 /// along the continuum's path on all sides they bore four times as much.

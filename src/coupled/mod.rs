@@ -20,9 +20,9 @@ use crate::observe::frame::frame;
 use crate::packing::{self, PlanarWorld, on_root};
 use crate::planar_shear::{PlanarSnapshot, TRACKS};
 use crate::rebuild::{Home, Parts};
-use crate::reference::{Beginning, Lies};
+use crate::reference::{Lies, StartState};
 use crate::run::{self, Core, Experiment, Options, Outcome};
-use crate::scenario::mpm::{Granular, Mpm, Reference, Watch, figures};
+use crate::scenario::mpm::{Granular, Mpm, Origin, Watch, figures};
 use crate::scenario::{Job, Method, Output};
 use crate::space::{Plane, Space};
 use crate::{output, transfer, watch};
@@ -160,7 +160,7 @@ struct Start<'s> {
     stress: f64,
 }
 
-impl Beginning for Start<'_> {
+impl StartState for Start<'_> {
     fn is_material(&self, place: &Vector) -> bool {
         self.job.region_at(&[place[0], place[1], 0.0]).is_some()
     }
@@ -262,14 +262,14 @@ impl<C: ContactLaw<Plane>> Experiment for Coupled<'_, C> {
     fn watch(&mut self, core: &mut PlanarCore<C>) -> Result<(), Error> {
         let Granular { method, enrichment, reference, known, .. } = self.granular;
         let finder = match (known, &self.job.oracle) {
-            (Some(known), _) => Finder::Known(known),
-            (None, Some(Watch { diameter, oracle })) => Finder::Oracle(oracle, *diameter),
+            (Some(known), None) => Finder::Known(known),
+            (_, Some(Watch { diameter, oracle })) => Finder::Oracle(oracle, *diameter),
             (None, None) => return Ok(()),
         };
         let start = Start { job: self.job, stress: specimen::stress_of(self.granular) };
         let lies = match reference {
-            Reference::Specimen => Lies::Whole,
-            Reference::Piece => Lies::Tiled(&start),
+            Origin::Specimen => Lies::Whole,
+            Origin::Piece => Lies::Tiled(&start),
         };
         match (method, &finder) {
             (Method::Hybrid, _) => {

@@ -13,7 +13,6 @@ use crate::continuum::setup;
 use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::motion::Field;
 use crate::error::Error;
-use crate::ids::GrainId;
 use crate::law::contact::ContactLaw;
 use crate::law::material::CriticalDruckerPrager;
 use crate::mpm::membrane::Vertex;
@@ -23,7 +22,7 @@ use crate::record::to_table;
 use crate::scenario::Method;
 use crate::scenario::assembly::{Damping, DampingForm, Packed, Preparation, Source};
 use crate::scenario::mpm::figures::bounding_box;
-use crate::scenario::mpm::{BodyContact, Granular, Mpm, Reference};
+use crate::scenario::mpm::{BodyContact, Granular, Mpm, Origin};
 use crate::space::{Linear, Plane, Space};
 use crate::transfer::Cargo;
 use crate::{tables, transfer};
@@ -83,7 +82,7 @@ pub fn specimen<C: ContactLaw<Plane>>(
         let stated = job.material.law.fraction();
         tracing::warn!(fraction, stated, "warning: the packing's fraction is not that of the material");
     }
-    let is_tiled = granular.method == Method::Hybrid && granular.reference == Reference::Piece;
+    let is_tiled = granular.method == Method::Hybrid && granular.reference == Origin::Piece;
     if granular.method == Method::Mpm || is_tiled {
         let (bodies, vertices) = (setup::bodies(job), setup::vertices(job));
         return Ok(Specimen { grains: Vec::new(), bodies, vertices, fraction, piece: is_tiled.then_some(piece) });
@@ -212,18 +211,12 @@ fn cut<C: ContactLaw<Plane>>(
     bodies.iter_mut().zip(raised).for_each(|(body, raised)| body.displacement = *raised);
     let is_inside = |place: &Vector| job.region_at(&[place[0], place[1], 0.0]).is_some();
     let mut grains = Vec::new();
-    for copy in 0..copies[0] * copies[1] {
-        let number = [(copy % copies[0]) as f64, (copy / copies[0]) as f64];
-        let shift = [0, 1].map(|axis| (number[axis] - before[axis]) * edges[axis]);
-        for (number, grain) in piece.grains.iter().enumerate() {
-            let within = grain.hot.position - piece.cell.corner;
-            let place = Vector::new(lower[0] + shift[0] + within[0], lower[1] + shift[1] + within[1]);
-            let is_free =
-                bodies.iter().filter_map(|body| body.nearest(&place)).all(|near| near.distance >= grain.hot.radius);
-            if is_free && (is_inside(&place) || raised.iter().any(|raised| is_inside(&(place - *raised)))) {
-                let id = GrainId(copy * piece.grains.len() as u64 + number as u64);
-                grains.push(GrainRow::resting(id, place, grain.hot.radius, grain.hot.mass, Mover::Free));
-            }
+    let first = [0, 1].map(|axis| lower[axis] - before[axis] * edges[axis]);
+    for (id, place, grain) in piece.side_by_side(first, copies) {
+        let is_free =
+            bodies.iter().filter_map(|body| body.nearest(&place)).all(|near| near.distance >= grain.hot.radius);
+        if is_free && (is_inside(&place) || raised.iter().any(|raised| is_inside(&(place - *raised)))) {
+            grains.push(GrainRow::resting(id, place, grain.hot.radius, grain.hot.mass, Mover::Free));
         }
     }
     match grains.is_empty() {

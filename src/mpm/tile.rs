@@ -323,7 +323,7 @@ pub struct Tiles<S: Space> {
     pub grain_changes: Vec<GrainChange<S>>,
     /// Of owned nodes.
     pub strides: Vec<Stride<S>>,
-    /// Tiles that grains may come to: in all others rows of grains are zero, and steps of grains pass them by.
+    /// Tiles that grains may come to: steps of grains pass all others by.
     pub shared: Vec<bool>,
 }
 

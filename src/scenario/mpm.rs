@@ -11,7 +11,7 @@ pub mod cone;
 pub mod figures;
 mod granular;
 
-pub use granular::{Granular, KnownBands, Reference};
+pub use granular::{Granular, KnownBands, Origin};
 
 /// Loads that a job may have: a point knows its own by the bits of a word.
 pub const LOADS_MAX: usize = u64::BITS as usize;

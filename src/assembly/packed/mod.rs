@@ -20,7 +20,7 @@ use crate::rebuild::Row;
 use crate::record::to_table;
 use crate::scenario::assembly::{Assembly, Packed, Preparation};
 use crate::scenario::raw::Typed;
-use crate::space::Space;
+use crate::space::{Plane, Space};
 use crate::transfer::Cargo;
 use crate::{body, tables, transfer};
 
@@ -35,6 +35,26 @@ pub struct Packing<S: Space, C: ContactLaw<S>> {
     pub grains: Vec<Row<S, C>>,
     /// On every rank; its lower corner is that of the job.
     pub cell: Cell<S>,
+}
+
+impl<C: ContactLaw<Plane>> Packing<Plane, C> {
+    /// Grains of copies side by side in the plane, so many along each axis from `lower` on, m: id, place, and the grain that each is a copy of.
+    pub fn side_by_side(
+        &self,
+        lower: [f64; 2],
+        copies: [u64; 2],
+    ) -> impl Iterator<Item = (GrainId, <Plane as Space>::Vector, &Row<Plane, C>)> {
+        let edges = [self.cell.edges[0], self.cell.edges[3]];
+        (0..copies[0] * copies[1]).flat_map(move |copy| {
+            let number = [copy % copies[0], copy / copies[0]];
+            let corner = [0, 1].map(|axis| lower[axis] + number[axis] as f64 * edges[axis] - self.cell.corner[axis]);
+            let first = copy * self.grains.len() as u64;
+            self.grains.iter().enumerate().map(move |(row, grain)| {
+                let place = grain.hot.position + <Plane as Space>::Vector::new(corner[0], corner[1]);
+                (GrainId(first + row as u64), place, grain)
+            })
+        })
+    }
 }
 
 /// The packing that a job wants: from the cache, or made now and cached.

@@ -6,7 +6,7 @@ use crate::math::PI;
 use crate::scenario::Method;
 use crate::scenario::assembly::{Packed, Preparation, Source};
 use crate::scenario::figures::sizes;
-use crate::scenario::mpm::{Granular, InitialStress, Mpm, Reference, figures as of};
+use crate::scenario::mpm::{Granular, InitialStress, Mpm, Origin, figures as of};
 
 /// How far stresses of points and packing may be apart.
 const STRESS_OFF: f64 = 0.05;
@@ -60,8 +60,8 @@ pub fn grains(page: &mut Page, job: &Mpm) {
             "reference",
             granular.reference.name(),
             match granular.reference {
-                Reference::Specimen => "grains of a zone are those of a specimen that comes to rest before the run",
-                Reference::Piece => "grains of a zone are pieces of packing side by side",
+                Origin::Specimen => "grains of a zone are those of a specimen that comes to rest before the run",
+                Origin::Piece => "grains of a zone are pieces of packing side by side",
             },
         );
         if let Some(known) = &granular.known {

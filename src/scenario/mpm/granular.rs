@@ -10,21 +10,21 @@ pub struct Granular {
     /// A periodic piece of packing under the stress of the start; laid side by side it fills the regions.
     pub piece: Assembly,
     pub enrichment: Enrichment,
-    pub reference: Reference,
+    pub reference: Origin,
     /// Bands that need no oracle.
     pub known: Option<KnownBands>,
 }
 
 /// Where the grains of a hybrid come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reference {
+pub enum Origin {
     /// All of the material as grains, which have come to rest between bodies and membranes.
     Specimen,
     /// Pieces of packing side by side where a zone is made, and nowhere else.
     Piece,
 }
 
-impl Reference {
+impl Origin {
     pub fn name(self) -> &'static str {
         match self {
             Self::Specimen => "specimen",

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::scenario::assembly::{Assembly, Cell, Damping, Packed, Preparation, Shape, Source, Velocities};
 use crate::scenario::figures::{diameter_max, fraction_in_cell, margin};
 use crate::scenario::mpm::{
-    Boundary, Face, Granular, Grid, KnownBands, MaterialLaw, Mpm, Reference, ShapeFunction, StressUpdate,
+    Boundary, Face, Granular, Grid, KnownBands, MaterialLaw, Mpm, Origin, ShapeFunction, StressUpdate,
 };
 use crate::scenario::raw::{Reader, Typed};
 use crate::scenario::{Method, Output, stable};
@@ -19,7 +19,7 @@ use crate::scenario::{Method, Output, stable};
 /// Tables and keys that only grains ask for.
 const TABLES: [&str; 3] = ["packing", "contact", "enrichment"];
 const METHODS: [(&str, Method); 3] = [("mpm", Method::Mpm), ("dem", Method::Dem), ("hybrid", Method::Hybrid)];
-const REFERENCES: [(&str, Reference); 2] = [("specimen", Reference::Specimen), ("piece", Reference::Piece)];
+const ORIGINS: [(&str, Origin); 2] = [("specimen", Origin::Specimen), ("piece", Origin::Piece)];
 /// Packing fraction of the piece as it is drawn; compression makes it what it is.
 const FRACTION_DRAWN: f64 = 0.84;
 /// Skin in cells: a grain may come half of it out of its block, and nodes reach a little less than half a cell beyond.
@@ -63,8 +63,8 @@ pub fn granular(
     let piece = piece(typed, top, grid, time, file)?;
     let table = typed.table("enrichment", method == Method::Hybrid, why)?;
     let reference = match table.has("reference") {
-        true => table.choose("reference", "origin", &REFERENCES)?,
-        false => Reference::Specimen,
+        true => table.choose("reference", "origin", &ORIGINS)?,
+        false => Origin::Specimen,
     };
     let (enrichment, known) = (enrichment(&table, grid.cell)?, known_bands(top, &table, grid)?);
     Ok(Some(Granular { method, piece, enrichment, reference, known }))
@@ -137,6 +137,29 @@ fn piece(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>, file: 
     piece.cell = cell;
     check_as_piece(&piece, typed)?;
     Ok(piece)
+}
+
+/// Bands that grains are to take the place of must be met, in time and by material.
+fn check_known_bands(job: &Mpm, grains: &Granular, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
+    let Some(KnownBands { at, parts }) = &grains.known else { return Ok(()) };
+    if job.oracle.is_some() {
+        return Err(top.tables("band")?[0]
+            .refusal_of_table("is known, and [oracle] looks for one as well. Remove one of the two."));
+    }
+    if *at >= job.end {
+        let message =
+            format!("is not before the run ends: time.end = {} s. Write less, or let it go on.", digits(job.end));
+        return Err(typed.refusal("enrichment", "at", &message));
+    }
+    for ([from, to], table) in parts.iter().zip(&top.tables("band")?) {
+        let way = [to[0] - from[0], to[1] - from[1]];
+        let steps = (2.0 * (way[0] * way[0] + way[1] * way[1]).sqrt() / job.grid.cell).ceil().max(1.0);
+        let place = |step: f64| [from[0] + way[0] * step / steps, from[1] + way[1] * step / steps, 0.0];
+        if !(0..=steps as usize).any(|step| job.region_at(&place(step as f64)).is_some()) {
+            return Err(table.refusal_of_table("lies in no [[region]], where there is nothing that grains could take the place of. Move its ends, or remove it."));
+        }
+    }
+    Ok(())
 }
 
 /// What grains ask of the rest of the job.
@@ -257,6 +280,7 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
         if job.oracle.is_none() && grains.known.is_none() {
             return Err(top.refusal("method", "puts grains where a band persists, and nothing looks for one. Add [oracle], or [[band]] where one is known, or write \"mpm\" or \"dem\"."));
         }
+        check_known_bands(job, grains, typed, top)?;
         if distance < CELLS_OF_ZONE * job.grid.cell {
             let least = CELLS_OF_ZONE * job.grid.cell;
             return Err(typed.refusal(

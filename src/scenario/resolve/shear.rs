@@ -377,11 +377,15 @@ fn check_zone(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     Err(typed.refusal("enrichment", "distance", &message))
 }
 
+/// Of a packing about a zone: the band, one and a half cells on either side that grains may come from, and one that it may lose while it
+/// is compressed or be off the middle by.
+const CELLS_ABOUT_ZONE: f64 = 5.0;
+
 /// A packing that is lower than the specimen.
 fn check_height_of_packing(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     let Some(height) = scenario.packing.height else { return Ok(()) };
     let refused = |message: &str| Err(typed.refusal("packing", "height", message));
-    let zone = 2.0 * (scenario.enrichment.distance + scenario.continuum.cell);
+    let zone = 2.0 * scenario.enrichment.distance + CELLS_ABOUT_ZONE * scenario.continuum.cell;
     if scenario.method == Method::Dem {
         return refused("makes less than the specimen, and grains alone fill all of it. Remove the line.");
     }
@@ -390,7 +394,7 @@ fn check_height_of_packing(scenario: &Scenario, typed: &Typed) -> Result<(), Err
     }
     if height >= scenario.specimen.height || height <= zone {
         return refused(&format!(
-            "must lie between the height of a zone, {} mm (twice enrichment.distance and twice a cell), and specimen.height = {} mm. Write more than the former, or remove the line.",
+            "must lie between what a zone takes, {} mm (twice enrichment.distance and five cells), and specimen.height = {} mm. Write more than the former, or remove the line.",
             digits(1e3 * zone),
             digits(1e3 * scenario.specimen.height)
         ));
