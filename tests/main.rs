@@ -92,6 +92,8 @@ mod patches;
 mod pieces;
 /// A plan made from a run on one rank has the messages, bytes and loads of one on four; uniform blocks as by hand.
 mod plans;
+/// A pressure pulse through the rim of a zone: next to nothing of it comes back.
+mod pulses;
 /// One line starts a job and goes on with it, by the scripts for Slurm too, with and without mpirun.
 mod queues;
 /// Worlds made at random end in the same bits however many ranks hold them and however blocks are dealt between steps.
