@@ -5,10 +5,10 @@ use toml::{Table, Value};
 /// Keys that say when to end and what to write; no step of the run depends on them.
 const FREE: [&str; 2] = ["time.end", "loading.strain_end"];
 const FREE_TABLE: &str = "output.";
-/// Keys that the packing in a run's folder was made by, and how it lies: it goes along with every branch.
-const KEPT: [&str; 2] = ["packing.height", "enrichment.reference"];
 /// Of that table, what is kept from the start of a run on or not at all.
 const BOUND: [&str; 2] = ["output.contact_frames", "output.ledger"];
+/// Keys that the packing in a run's folder was made by, and how it lies: it goes along with every branch.
+const KEPT: [&str; 2] = ["packing.height", "enrichment.reference"];
 
 /// A key that two jobs do not share.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,12 +1,12 @@
 //! Indentation of a bed by a plate: `jobs/indentation.toml` in small.
 
-use crate::runs::Ran;
+use crate::runs::{Ran, replaced};
 
 /// The job with a plate of 3 cm on a bed of 16 by 5 cm.
 fn small() -> String {
     let whole = std::fs::read_to_string("jobs/indentation.toml").unwrap();
     let cache = format!("cache = \"{}\"", std::env::temp_dir().join("scree_test_packings").display());
-    [
+    let changes = [
         (r#"upper = ["60 cm", "24 cm"]"#, r#"upper = ["16 cm", "7 cm"]"#),
         (r#"upper = ["60 cm", "20 cm"]"#, r#"upper = ["16 cm", "5 cm"]"#),
         (r#"point = ["60 cm", 0]"#, r#"point = ["16 cm", 0]"#),
@@ -18,12 +18,8 @@ fn small() -> String {
         (r#"end = "0.3 s""#, r#"end = "24 ms""#),
         (r#"series_interval = "2 ms""#, r#"series_interval = "1 ms""#),
         (r#"frame_interval = "10 ms""#, r#"frame_interval = "1 s""#),
-    ]
-    .iter()
-    .fold(whole, |text, (from, to)| {
-        assert_eq!(text.matches(from).count(), 1, "{from}");
-        text.replace(from, to)
-    })
+    ];
+    replaced(whole, &changes)
 }
 
 /// Bands leave both edges of the plate and are enriched on both sides of it up to the ground; mass and momentum are kept, and what then

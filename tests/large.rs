@@ -1,6 +1,6 @@
 //! Hybrids whose grains are no specimen: `jobs/large` in small.
 
-use crate::runs::Ran;
+use crate::runs::{Ran, replaced};
 
 /// A specimen of 24 by 30 cm: 77,000 grains if it were discrete.
 fn triaxial() -> String {
@@ -9,7 +9,7 @@ fn triaxial() -> String {
     let (_, tail) = tail.split_once("[grains]").unwrap();
     let whole = format!("{head}[[band]]\nfrom = [0.12, 0.01]\nto = [0.36, 0.29]\n\n[grains]{tail}");
     let cache = format!("cache = \"{}\"", std::env::temp_dir().join("scree_test_packings").display());
-    [
+    let changes = [
         (r#"upper = ["7.2 m", "12.24 m"]"#, r#"upper = ["48 cm", "36 cm"]"#),
         (r#"lower = ["0.6 m", 0]"#, r#"lower = ["12 cm", 0]"#),
         (r#"upper = ["6.6 m", "12 m"]"#, r#"upper = ["36 cm", "30 cm"]"#),
@@ -22,12 +22,8 @@ fn triaxial() -> String {
         (r#"cache = "../cache""#, &cache),
         (r#"end = "10 s""#, r#"end = "0.4 ms""#),
         (r#"series_interval = "10 ms""#, r#"series_interval = "0.02 ms""#),
-    ]
-    .iter()
-    .fold(whole, |text, (from, to)| {
-        assert_eq!(text.matches(from).count(), 1, "{from}");
-        text.replace(from, to)
-    })
+    ];
+    replaced(whole, &changes)
 }
 
 /// Pieces of packing side by side, cut at membranes and plates: they bear at once what the points bore whose places they take, and the

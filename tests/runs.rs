@@ -75,6 +75,14 @@ pub fn point_world<'t, S: Space, L: MaterialLaw<S>>(
     setup::world(&job, law, transport).unwrap()
 }
 
+/// A job with other words in places that are there exactly once.
+pub fn replaced(text: String, changes: &[(&str, &str)]) -> String {
+    changes.iter().fold(text, |text, (from, to)| {
+        assert_eq!(text.matches(from).count(), 1, "{from}");
+        text.replace(from, to)
+    })
+}
+
 pub fn parse(text: &str) -> Job {
     Job::parse(text, "job", &[]).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
