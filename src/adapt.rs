@@ -1,10 +1,12 @@
 //! A run that watches for a shear band and puts grains in its place (seed 000, sections 3 and 4): tracks of the points, looks of
-//! the oracle, and once a band persists or one that is known is due, the enrichment with its account.
+//! the oracle, and once a band persists or one that is known is due, the enrichment with its account. A zone that lives (beyond the
+//! seed) goes on from there: it grows where the oracle finds a band beyond it, and its grains turn back into points where they rest.
 
-use serde_json::json;
+use serde_json::{Value, json};
 
-use crate::enrichment::{self, Enriched};
+use crate::enrichment::{self, Enriched, Kept, Plan};
 use crate::error::Error;
+use crate::hybrid::rest::Watch;
 use crate::law::contact::ContactLaw;
 use crate::law::material::CriticalDruckerPrager;
 use crate::observe::phases::Phase;
@@ -12,7 +14,7 @@ use crate::output;
 use crate::reference::Lies;
 use crate::run::{Core, Experiment};
 use crate::scenario::mpm::KnownBands;
-use crate::scenario::{Enrichment, Oracle};
+use crate::scenario::{Enrichment, Oracle, ZoneLife};
 use crate::space::Plane;
 use crate::watch;
 
@@ -37,21 +39,19 @@ pub struct Adaptive<'s> {
 type PlanarCore<'t, C> = Core<'t, Plane, C, CriticalDruckerPrager>;
 
 impl Adaptive<'_> {
-    /// What is due after a step; whether grains have just taken the place of points. `strain` is told with them. Collective.
+    /// What is due after a step; whether grains have just taken the place of points, or points that of grains. `strain` is told with
+    /// them. Collective.
     pub fn adapt<C, E>(&self, experiment: &mut E, core: &mut PlanarCore<C>, strain: Option<f64>) -> Result<bool, Error>
     where
         C: ContactLaw<Plane>,
         E: Experiment<Space = Plane, Contact = C, Material = CriticalDruckerPrager>,
     {
         if core.progress.enriched_step > 0 {
-            return Ok(false);
+            return self.live(core, strain);
         }
         enrichment::track(&mut core.world, &mut core.progress.instants);
         let found = match self.finder {
-            Finder::Oracle(oracle, _) if !core.world.is_due(oracle.every) => false,
-            Finder::Oracle(oracle, diameter) => {
-                watch::watch(&mut core.world, &mut core.progress.oracle, oracle, diameter)?
-            }
+            Finder::Oracle(oracle, diameter) => look(core, oracle, diameter)?,
             Finder::Known(bands) => {
                 let due = core.world.time() >= bands.at;
                 if due {
@@ -64,6 +64,95 @@ impl Adaptive<'_> {
             self.enrich(experiment, core, strain)?;
         }
         Ok(found)
+    }
+
+    /// The same of a zone that is there.
+    fn live<C: ContactLaw<Plane>>(&self, core: &mut PlanarCore<C>, strain: Option<f64>) -> Result<bool, Error> {
+        let (ZoneLife { grows, dissolves, .. }, Finder::Oracle(oracle, diameter)) =
+            (self.enrichment.life, &self.finder)
+        else {
+            return Ok(false);
+        };
+        let mut changed = false;
+        if grows {
+            enrichment::track(&mut core.world, &mut core.progress.instants);
+            if look(core, oracle, *diameter)? {
+                changed |= self.grow(core, strain)?;
+            }
+        }
+        if dissolves && core.world.is_due(oracle.every) {
+            changed |= self.dissolve(core, oracle.every, strain)?;
+        }
+        if changed {
+            // Whoever has just come would seem to rest.
+            core.progress.rest = Watch::default();
+        }
+        Ok(changed)
+    }
+
+    /// More grains, around the nodes that the oracle has flagged beyond the zone. Where they cannot be, the continuum stays.
+    fn grow<C: ContactLaw<Plane>>(&self, core: &mut PlanarCore<C>, strain: Option<f64>) -> Result<bool, Error> {
+        let file = output::packing_file(&core.options.out);
+        let flagged = std::mem::take(&mut core.progress.oracle.flagged);
+        let (how, packing) = ((self.enrichment, self.depth), (file.as_path(), self.lies));
+        let plan = match Plan::of(&mut core.world, how, &flagged, &core.progress.instants, packing) {
+            Ok(plan) => plan,
+            Err(Error::Run(why)) => {
+                let step = core.world.step;
+                core.on_root(|outputs| outputs.log("zone_cannot_grow", step, json!({ "why": why })))?;
+                return Ok(false);
+            }
+            Err(other) => return Err(other),
+        };
+        let enriched = plan.carry_out(&mut core.world)?;
+        tracing::info!(step = core.world.step, strain, grains = enriched.grains, "the zone has grown");
+        let figures = json!({
+            "flagged": flagged.len(),
+            "grains": enriched.grains,
+            "grains_rim": enriched.grains_rim,
+            "points_removed": enriched.points_removed,
+            "points_rim": enriched.points_rim,
+            "stress_points": enriched.stress_points,
+            "stress_grains": enriched.stress_grains,
+        });
+        record_change(core, "zone_grew", (figures, &enriched.kept), strain)
+    }
+
+    /// A look at what rests, `every` so many steps; once the busiest cell has sheared enough to tell, grains far from all that shear
+    /// turn back into points.
+    fn dissolve<C: ContactLaw<Plane>>(
+        &self,
+        core: &mut PlanarCore<C>,
+        every: u64,
+        strain: Option<f64>,
+    ) -> Result<bool, Error> {
+        let timer = core.world.phases.start();
+        let time = every as f64 * core.world.settings.dt;
+        enrichment::look_for_rest(&mut core.world, &mut core.progress.rest, (self.depth, time))?;
+        core.world.phases.stop(Phase::Oracle, timer);
+        let life = self.enrichment.life;
+        if core.progress.rest.most() < life.rest_strain {
+            return Ok(false);
+        }
+        let busy: Vec<u64> = std::mem::take(&mut core.progress.rest).busy(life.rest_share).collect();
+        let how = (self.enrichment, self.depth, core.progress.fraction_start);
+        let Some(done) = enrichment::dissolve(&mut core.world, how, &core.progress.instants, &busy)? else {
+            return Ok(false);
+        };
+        tracing::info!(
+            step = core.world.step,
+            strain,
+            grains = done.grains,
+            "grains at rest have turned back into points"
+        );
+        let figures = json!({
+            "grains": done.grains,
+            "grains_rim": done.grains_rim,
+            "points": done.points,
+            "points_whole": done.points_whole,
+            "mass_factor": done.mass_factor,
+        });
+        record_change(core, "zone_shrank", (figures, &done.kept), strain)
     }
 
     /// Frames on either side show what has changed.
@@ -93,6 +182,34 @@ impl Adaptive<'_> {
     }
 }
 
+/// A look of the oracle where one is due; whether a band has been found. Collective.
+fn look<C: ContactLaw<Plane>>(core: &mut PlanarCore<C>, oracle: &Oracle, diameter: f64) -> Result<bool, Error> {
+    match core.world.is_due(oracle.every) {
+        true => watch::watch(&mut core.world, &mut core.progress.oracle, oracle, diameter),
+        false => Ok(false),
+    }
+}
+
+/// Logs a change of a zone that is there, with its account.
+fn record_change<C: ContactLaw<Plane>>(
+    core: &mut PlanarCore<C>,
+    event: &str,
+    (mut figures, kept): (Value, &Kept),
+    strain: Option<f64>,
+) -> Result<bool, Error> {
+    let (step, time) = (core.world.step, core.world.time());
+    figures["time"] = json!(time);
+    figures["mass"] = json!(kept.mass);
+    figures["momentum"] = json!(kept.momentum);
+    figures["grains_now"] = json!(core.world.grains_total);
+    figures["points_now"] = json!(core.world.points_total);
+    if let Some(strain) = strain {
+        figures["strain"] = json!(strain);
+    }
+    core.on_root(|outputs| outputs.log(event, step, figures))?;
+    Ok(true)
+}
+
 /// `stepped`: seconds of the steps until then, `seconds`: of the training.
 fn record<C: ContactLaw<Plane>>(
     core: &mut PlanarCore<C>,
@@ -107,10 +224,10 @@ fn record<C: ContactLaw<Plane>>(
         "enriched_grains_rim": enriched.grains_rim,
         "enriched_points_removed": enriched.points_removed,
         "enriched_points_rim": enriched.points_rim,
-        "enriched_mass_before": enriched.mass_before,
-        "enriched_mass_after": enriched.mass_after,
-        "enriched_momentum_x_before": enriched.momentum_before[0],
-        "enriched_momentum_x_after": enriched.momentum_after[0],
+        "enriched_mass_before": enriched.kept.mass[0],
+        "enriched_mass_after": enriched.kept.mass[1],
+        "enriched_momentum_x_before": enriched.kept.momentum[0][0],
+        "enriched_momentum_x_after": enriched.kept.momentum[1][0],
         "training_shear_stress_points": enriched.stress_points[2],
         "training_shear_stress_grains": enriched.stress_grains[2],
         "training_normal_stress_points": enriched.stress_points[1],

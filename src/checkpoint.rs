@@ -12,6 +12,7 @@ use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Tie};
 use crate::error::Error;
 use crate::hybrid::oracle::{LOOKS, Memory};
+use crate::hybrid::rest::{CellStrain, Watch};
 use crate::hybrid::track::Instants;
 use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalMemory, MaterialLaw, MaterialMemory};
@@ -50,6 +51,8 @@ pub struct Progress {
     pub enriched_step: u64,
     pub oracle: Memory,
     pub instants: Instants,
+    /// How the cells of a zone that dissolves have strained since its last change; empty elsewhere.
+    pub rest: Watch,
     /// What there was at the start, for the account of what is kept.
     pub kept: Kept,
     /// The account of energy; empty where none is kept.
@@ -95,6 +98,13 @@ impl Record for Instant {
     }
 }
 
+impl Record for CellStrain {
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        visitor.u64("cell", &mut self.cell);
+        visitor.f64s("strain", &mut self.strain);
+    }
+}
+
 /// Everything of a run on one rank.
 #[derive(Clone, Debug)]
 pub struct Snapshot<S: Space, M, P> {
@@ -133,6 +143,9 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
         if !progress.ledger.is_empty() {
             tables.push(to_table("ledger", &mut progress.ledger, &mut Entry::default()));
         }
+        if !progress.rest.cells.is_empty() {
+            tables.push(to_table("rest", &mut progress.rest.cells, &mut CellStrain::default()));
+        }
         if !progress.reactions.is_empty() {
             tables.push(to_table("reactions", &mut progress.reactions, &mut Entry::default()));
         }
@@ -158,6 +171,9 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
         }
         if state.tables.iter().any(|table| table.name == "reactions") {
             progress.reactions = tables::rows(state, "reactions", &Entry::default())?;
+        }
+        if state.tables.iter().any(|table| table.name == "rest") {
+            progress.rest.cells = tables::rows(state, "rest", &CellStrain::default())?;
         }
         progress.instants.times = times.into_iter().map(|time| time.0).collect();
         let mut snapshot = Self {

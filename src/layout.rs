@@ -265,6 +265,11 @@ impl Layout {
         TileFrame { corner, cell: self.cell, cell_inverse: 1.0 / self.cell, edge: self.tile_edge(), inside, axes }
     }
 
+    /// Half of the room of a point along an axis at the start, in cells.
+    pub fn point_half(&self) -> f64 {
+        self.point_half
+    }
+
     /// Where a node is, m.
     pub fn node_at<V: Linear>(&self, place: [i32; 3]) -> V {
         let mut at = V::zero();

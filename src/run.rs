@@ -13,6 +13,7 @@ use sha2::{Digest, Sha256};
 use crate::checkpoint::{self, Progress, Snapshot};
 use crate::cycle::is_due;
 use crate::error::Error;
+use crate::hybrid::rest::CellStrain;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::log::Log;
@@ -179,6 +180,8 @@ impl Cargo for Progress {
     fn pack_rest(&mut self, to: &mut Writer) {
         to.u64_slice(&self.oracle.flagged);
         to.f64_slice(&self.instants.times);
+        to.u64(self.rest.cells.len() as u64);
+        self.rest.cells.iter_mut().for_each(|cell| cell.visit(&mut ToParcel(to)));
         for entries in [&mut self.ledger, &mut self.reactions] {
             to.u64(entries.len() as u64);
             entries.iter_mut().for_each(|entry| entry.visit(&mut ToParcel(to)));
@@ -187,6 +190,10 @@ impl Cargo for Progress {
     fn unpack_rest(&mut self, from: &mut Reader) -> Result<(), scree_partition::ParcelError> {
         self.oracle.flagged = from.u64_slice()?;
         self.instants.times = from.f64_slice()?;
+        self.rest.cells = vec![CellStrain::default(); from.u64()? as usize];
+        let mut cells = FromParcel { reader: from, failure: None };
+        self.rest.cells.iter_mut().for_each(|cell| cell.visit(&mut cells));
+        cells.failure.map_or(Ok(()), Err)?;
         for entries in [&mut self.ledger, &mut self.reactions] {
             *entries = vec![Entry::default(); from.u64()? as usize];
             let mut from = FromParcel { reader: from, failure: None };

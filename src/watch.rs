@@ -5,6 +5,7 @@ use scree_partition::{Reader, Writer};
 use serde_json::json;
 
 use crate::dem::walls::place_beside;
+use crate::enrichment::cell_grid;
 use crate::error::Error;
 use crate::hybrid::oracle::{Memory, NodeFields};
 use crate::law::contact::ContactLaw;
@@ -43,7 +44,12 @@ pub fn watch<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     let mut found = false;
     if let Some(begin) = begin {
         let fields = node_fields(world, |hot, cold| [since(hot, cold, last), since(hot, cold, Some(begin))])?;
-        let flagged = fields.flagged(settings, world.layout.cell, diameter);
+        let mut flagged = fields.flagged(settings, world.layout.cell, diameter);
+        if world.has_grains() {
+            // What a zone holds already is not looked for.
+            let (grid, taken) = (cell_grid(world), cells_of_grains(world)?);
+            flagged.retain(|node| !grid.touches(*node, &taken));
+        }
         found = memory.persists(flagged, settings);
     }
     for (hot, cold) in world.points.hot.iter().zip(&mut world.points.cold) {
@@ -51,6 +57,25 @@ pub fn watch<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     }
     world.phases.stop(Phase::Oracle, timer);
     Ok(found)
+}
+
+/// Which cells of the plane hold grains, on every rank.
+fn cells_of_grains<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> Result<Vec<bool>, Error> {
+    let grid = cell_grid(world);
+    let mut taken = vec![false; grid.counts[0] * grid.counts[1]];
+    let mut parcel = Writer::new();
+    for cell in world.grains.cold[..world.grains.owned].iter().filter_map(|cold| grid.at(cold.home[0], cold.home[1])) {
+        if !std::mem::replace(&mut taken[cell], true) {
+            parcel.u64(cell as u64);
+        }
+    }
+    for bytes in world.transport.all_gather(parcel.as_bytes()) {
+        let mut reader = Reader::plain(&bytes);
+        while reader.left() > 0 {
+            taken[reader.u64().map_err(|error| Error::Run(error.to_string()))? as usize] = true;
+        }
+    }
+    Ok(taken)
 }
 
 /// A look where one is due; the first band that persists is told in the log and kept in mind, and left alone. Collective.

@@ -3,7 +3,7 @@
 use crate::runs::{Ran, parse, same};
 
 /// A specimen of 18 by 30 mm under 100 kPa, pressed ten times as fast as the paper's.
-fn triaxial(method: &str, end: f64) -> String {
+pub fn triaxial(method: &str, end: f64) -> String {
     format!(
         r#"
         name = "small"

@@ -129,3 +129,5 @@ mod vortex;
 mod wishes;
 /// Small worlds and short jobs that the tests below share; it claims nothing itself.
 mod worlds;
+/// A zone grows where the band goes and gives grains at rest back, with mass and momentum kept and the same bits on any ranks.
+mod zones;

@@ -3,6 +3,8 @@
 
 pub mod motion;
 pub mod oracle;
+pub mod patch;
+pub mod rest;
 pub mod select;
 pub mod track;
 pub mod zone;

@@ -1,5 +1,7 @@
 //! Which cells become grains: seed 000 (Chen et al. 2021), section 4.
 
+use nalgebra::SVector;
+
 use crate::scenario::Enrichment;
 
 /// What a cell holds.
@@ -57,6 +59,40 @@ impl CellGrid {
     /// The cells beside one along either axis.
     pub fn beside(&self, cell: usize) -> impl Iterator<Item = usize> {
         [[-1, 0], [1, 0], [0, -1], [0, 1]].into_iter().filter_map(move |step| self.step(cell, step))
+    }
+
+    /// The cells around one, corners counted, and itself, with their columns and rows from it.
+    pub fn around(&self, cell: usize) -> impl Iterator<Item = (usize, [i64; 2])> {
+        let steps = (-1..=1).flat_map(|row| (-1..=1).map(move |column| [column, row]));
+        steps.filter_map(move |step| self.step(cell, step).map(|beside| (beside, step)))
+    }
+
+    /// Centre of a cell, m.
+    pub fn centre(&self, cell: usize) -> SVector<f64, 2> {
+        let [column, row] = [cell % self.counts[0], cell / self.counts[0]];
+        SVector::from([0, 1].map(|axis| self.lower[axis] + ([column, row][axis] as f64 + 0.5) * self.cell))
+    }
+
+    /// Which cells have their centres within `reach`, m, of that of one of `cells`.
+    pub fn near(&self, cells: &[u64], reach: f64) -> Vec<bool> {
+        let most = (reach / self.cell).floor() as i64;
+        let square = (reach / self.cell).powi(2) * (1.0 + 1e-9);
+        let steps = (-most..=most).flat_map(|row| (-most..=most).map(move |column| [column, row]));
+        let is_near = |[column, row]: &[i64; 2]| (column * column + row * row) as f64 <= square;
+        let steps: Vec<[i64; 2]> = steps.filter(is_near).collect();
+        let mut near = vec![false; self.counts[0] * self.counts[1]];
+        for cell in cells {
+            let beside = steps.iter().filter_map(|step| self.step(*cell as usize, *step));
+            beside.for_each(|beside| near[beside] = true);
+        }
+        near
+    }
+
+    /// Whether a node has one of these cells beside it.
+    pub fn touches(&self, node: u64, cells: &[bool]) -> bool {
+        let (column, row) = ((node % self.counts[0] as u64) as i64, (node / self.counts[0] as u64) as i64);
+        let beside = [[-1, -1], [0, -1], [-1, 0], [0, 0]].into_iter();
+        beside.filter_map(|step| self.cell_at(column + step[0], row + step[1])).any(|cell| cells[cell])
     }
 
     /// The cell so many columns and rows from one.

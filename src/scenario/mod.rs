@@ -368,6 +368,20 @@ pub struct Enrichment {
     pub training_speed: f64,
     /// Rest after training with the rim held, in multiples of the training's own duration.
     pub training_rest: f64,
+    pub life: ZoneLife,
+}
+
+/// What becomes of a zone once it is there; the seed's, which leave it as it is, are the defaults.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ZoneLife {
+    /// Whether it grows where the oracle finds a band beyond it.
+    pub grows: bool,
+    /// Whether its grains turn back into points where they have come to rest.
+    pub dissolves: bool,
+    /// Shear strain of the cell that shears most over which rest is judged.
+    pub rest_strain: f64,
+    /// Share of that strain below which a cell rests.
+    pub rest_share: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -17,7 +17,7 @@ use crate::scenario::raw::{Reader, Typed};
 use crate::scenario::{Method, Output, stable};
 
 /// Tables and keys that only grains ask for.
-const TABLES: [&str; 3] = ["packing", "contact", "enrichment"];
+const TABLES: [&str; 4] = ["packing", "contact", "enrichment", "zone"];
 const METHODS: [(&str, Method); 3] = [("mpm", Method::Mpm), ("dem", Method::Dem), ("hybrid", Method::Hybrid)];
 const ORIGINS: [(&str, Origin); 2] = [("specimen", Origin::Specimen), ("piece", Origin::Piece)];
 /// Packing fraction of the piece as it is drawn; compression makes it what it is.
@@ -66,7 +66,8 @@ pub fn granular(
         true => table.choose("reference", "origin", &ORIGINS)?,
         false => Origin::Specimen,
     };
-    let (enrichment, known) = (enrichment(&table, grid.cell)?, known_bands(top, &table, grid)?);
+    let enrichment = enrichment(&table, &typed.table("zone", false, why)?, grid.cell)?;
+    let known = known_bands(top, &table, grid)?;
     Ok(Some(Granular { method, piece, enrichment, reference, known }))
 }
 
@@ -281,6 +282,13 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
             return Err(top.refusal("method", "puts grains where a band persists, and nothing looks for one. Add [oracle], or [[band]] where one is known, or write \"mpm\" or \"dem\"."));
         }
         check_known_bands(job, grains, typed, top)?;
+        if job.oracle.is_none() {
+            let life = grains.enrichment.life;
+            let key = if life.grows { Some("grows") } else { life.dissolves.then_some("dissolves") };
+            if let Some(key) = key {
+                return Err(typed.refusal("zone", key, "lets a zone live by what the oracle sees, and bands that are known have none. Write false, or put [oracle] in the place of [[band]] and enrichment.at."));
+            }
+        }
         if distance < CELLS_OF_ZONE * job.grid.cell {
             let least = CELLS_OF_ZONE * job.grid.cell;
             return Err(typed.refusal(

@@ -15,7 +15,7 @@ use crate::scenario::mpm::CriticalDruckerPrager;
 use crate::scenario::raw::{Reader, Typed};
 use crate::scenario::{
     Contact, Continuum, Decomposition, Enrichment, Grains, Loading, Method, Oracle, Output, Packing, Scenario,
-    Specimen, Time, WeakRegion, derived, stable,
+    Specimen, Time, WeakRegion, ZoneLife, derived, stable,
 };
 
 const FLIP_DEFAULT: f64 = 0.95;
@@ -58,8 +58,8 @@ pub fn scenario(typed: &Typed, file: &str) -> Result<Scenario, Error> {
     let material = Material::of(&table, &folder)?;
     let continuum = continuum((&table, &material), &specimen, &grains, &contact, &decomposition)?;
     let oracle = oracle(&typed.table("oracle", method == Method::Hybrid, &why)?, continuum.cell / (speed * step))?;
-    let enrichment =
-        enrichment(&typed.table("enrichment", method == Method::Hybrid, &why)?, 22.0 * grains.diameter_mean)?;
+    let table = typed.table("enrichment", method == Method::Hybrid, &why)?;
+    let enrichment = enrichment(&table, &typed.table("zone", false, &why)?, 22.0 * grains.diameter_mean)?;
 
     let mut scenario = Scenario {
         name: name(&top)?,
@@ -258,13 +258,19 @@ fn oracle(table: &Reader<'_>, steps_per_strain: f64) -> Result<Oracle, Error> {
     })
 }
 
-pub(super) fn enrichment(table: &Reader<'_>, distance_asleep: f64) -> Result<Enrichment, Error> {
+pub(super) fn enrichment(table: &Reader<'_>, zone: &Reader<'_>, distance_asleep: f64) -> Result<Enrichment, Error> {
     Ok(Enrichment {
         distance: table.number_awake("distance", distance_asleep)?,
         weight: table.number_or("weight", 0.5)?,
         training: table.number_or("training", 1.0)?,
         training_speed: table.number_or("training_speed", 10.0)?,
         training_rest: table.number_or("training_rest", 0.5)?,
+        life: ZoneLife {
+            grows: zone.flag_or("grows", false)?,
+            dissolves: zone.flag_or("dissolves", false)?,
+            rest_strain: zone.number_or("rest_strain", 0.05)?,
+            rest_share: zone.number_or("rest_share", 0.02)?,
+        },
     })
 }
 

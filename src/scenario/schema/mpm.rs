@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_4;
 
 use super::super::units::Dimension;
 use super::assembly::{KEYS_OF_BODY, KEYS_OF_GRAINS, KEYS_OF_PACKING, OUTPUT_WITH_LEDGER};
-use super::shear::KEYS_OF_ENRICHMENT;
+use super::shear::{KEYS_OF_ENRICHMENT, KEYS_OF_ZONE};
 use super::{
     Key, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, contact, count, key, number, table,
     text, vector,
@@ -14,7 +14,7 @@ const ANGLE: Dimension = Dimension::ANGLE;
 const SPEED: Dimension = Dimension::SPEED;
 
 #[rustfmt::skip]
-pub static TABLES: [Table; 14] = [
+pub static TABLES: [Table; 15] = [
     table("", "the job itself", &[
         text("name", "the job's name, also that of its run directory", "\"column_collapse\""),
         text("method", "what a job with grains is made of: mpm, dem or hybrid", "\"hybrid\""),
@@ -91,6 +91,7 @@ pub static TABLES: [Table; 14] = [
     table("packing", "how a piece of packing is made, which is laid side by side", &KEYS_OF_PACKING),
     table("contact", "forces between grains", contact::KEYS),
     table("enrichment", "grains for points", &KEYS_OF_ENRICHMENT_HERE),
+    table("zone", "what becomes of the grains' zone", &KEYS_OF_ZONE),
     table("output", "what is written and when", &OUTPUT_WITH_LEDGER),
 ];
 

@@ -8,7 +8,7 @@ use super::{
 };
 
 #[rustfmt::skip]
-pub static TABLES: [Table; 12] = [
+pub static TABLES: [Table; 13] = [
     table("", "the job itself", &[
         text("name", "the job's name, also that of its run directory", "\"planar_shear\""),
         text("method", "which parts of the program are awake", "\"hybrid\""),
@@ -66,6 +66,7 @@ pub static TABLES: [Table; 12] = [
         count("every", "steps between two looks", (1, 1_000_000_000), "50"),
     ]),
     table("enrichment", "grains for points", &KEYS_OF_ENRICHMENT),
+    table("zone", "what becomes of the grains' zone", &KEYS_OF_ZONE),
     table("time", "the time step", &[
         number("step", "the time step", TIME, POSITIVE, "\"0.4 us\""),
         count("grain_steps", "steps of grains in one of the continuum", (1, 1000), "8"),
@@ -84,6 +85,14 @@ static WEAK: Table = Table { name: "continuum.weak", about: "a region that start
     vector("upper", "the upper right corner", LENGTH, "\"6 cm\""),
     number("fraction_deficit", "subtracted from the packing fraction there", RATIO, Range::closed(0.0, 0.3), "0.02"),
 ] };
+
+#[rustfmt::skip]
+pub(super) const KEYS_OF_ZONE: [Key; 4] = [
+    key("grows", "whether it follows the band where the oracle finds it beyond", Wants::Flag, "false"),
+    key("dissolves", "whether grains at rest turn back into points", Wants::Flag, "false"),
+    number("rest_strain", "the strain of the busiest cell over which rest is judged", RATIO, POSITIVE, "0.05"),
+    number("rest_share", "the share of it below which a cell rests", RATIO, Range::open(0.0, 1.0), "0.02"),
+];
 
 #[rustfmt::skip]
 pub(super) const KEYS_OF_ENRICHMENT: [Key; 5] = [

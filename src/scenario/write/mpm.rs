@@ -1,7 +1,7 @@
 //! A continuum of material points on a grid.
 
 use super::assembly::{body, grains, servo};
-use super::shear::{enrichment, oracle};
+use super::shear::{enrichment, oracle, zone};
 use super::{Page, list};
 use crate::scenario::mpm::{
     BodyContact, Boundary, Elastic, Face, Granular, InitialStress, Load, LoadKind, MaterialLaw, Membrane, Mpm, Path,
@@ -45,6 +45,7 @@ pub fn mpm(job: &Mpm) -> String {
         if let Some(known) = known {
             page.number("at", known.at);
         }
+        zone(&mut page, &of_zones.life);
     }
     page.output(&job.output);
     page.flag("ledger", job.ledger);

@@ -1,7 +1,7 @@
 //! Planar shear.
 
 use super::Page;
-use crate::scenario::{Enrichment, Oracle, Scenario};
+use crate::scenario::{Enrichment, Oracle, Scenario, ZoneLife};
 
 pub fn shear(scenario: &Scenario) -> String {
     let mut page = Page::new();
@@ -70,6 +70,7 @@ pub fn shear(scenario: &Scenario) -> String {
     oracle(&mut page, &scenario.oracle);
 
     enrichment(&mut page, &scenario.enrichment);
+    zone(&mut page, &scenario.enrichment.life);
     page.table("time");
     page.number("step", scenario.time.step);
     page.count("grain_steps", scenario.time.grain_steps);
@@ -96,6 +97,15 @@ pub(super) fn enrichment(page: &mut Page, enrichment: &Enrichment) {
     page.number("training", enrichment.training);
     page.number("training_speed", enrichment.training_speed);
     page.number("training_rest", enrichment.training_rest);
+}
+
+/// `[zone]`, of whatever kind of job.
+pub(super) fn zone(page: &mut Page, life: &ZoneLife) {
+    page.table("zone");
+    page.flag("grows", life.grows);
+    page.flag("dissolves", life.dissolves);
+    page.number("rest_strain", life.rest_strain);
+    page.number("rest_share", life.rest_share);
 }
 
 /// The keys of the oracle, of whatever kind of job.

@@ -1,0 +1,102 @@
+//! Which grains of the packing enter.
+
+use crate::dem::grains::Mover;
+use crate::error::Error;
+use crate::hybrid::select::{Candidate, select};
+use crate::hybrid::zone::{CellGrid, Label, Zone};
+use crate::law::contact::ContactLaw;
+use crate::packing::Grain;
+use crate::scenario::Enrichment;
+use crate::space::Plane;
+
+use super::motion::Motion;
+use super::residents::Residents;
+use super::{PlanarPoint, Vector};
+
+pub(super) struct Chosen<C: ContactLaw<Plane>> {
+    pub grains: Vec<Grain<C>>,
+    /// Grains of the packing that stand beside them already.
+    pub beside: Vec<Grain<C>>,
+    /// Ids of rim grains, rising.
+    pub rim: Vec<u64>,
+    /// Weight that points of the rim keep.
+    pub point_weight: f64,
+}
+
+/// Grains of the packing that the continuum's motion has brought into the zone, and that are not among the `residents`. They weigh what
+/// the zone's `[core, rim]` give up: all of the core's mass, kg, and w of the rim's.
+pub(super) fn choose<C: ContactLaw<Plane>>(
+    settings: &Enrichment,
+    zone: &Zone,
+    motion: &Motion,
+    (packing, residents): (&[Grain<C>], &Residents),
+    [core, rim_mass]: [f64; 2],
+) -> Result<Chosen<C>, Error> {
+    let now = motion.times.len() - 1;
+    let reach = settings.distance + 1.5 * zone.grid.cell;
+    let (mut candidates, mut beside) = (Vec::new(), Vec::new());
+    for (row, grain) in packing.iter().enumerate() {
+        let Some(way) = motion.at(now, &grain.cold.origin) else { continue };
+        if let Some(resident) = residents.get(grain.cold.id.0) {
+            let place = grain.cold.origin + resident.displacement;
+            if zone.distance([place[0], place[1]]) <= reach + zone.grid.cell {
+                beside.push(grain.clone());
+            }
+            continue;
+        }
+        let place = grain.cold.origin + way;
+        let place = [place[0], place[1]];
+        if zone.distance(place) > reach && zone.at(place[0], place[1]) == Label::Continuum {
+            continue;
+        }
+        if grain.cold.mover != Mover::Free {
+            return Err(Error::Run(
+                "the zone around the shear band reaches a plate, or the end of a packing that is not as high as the specimen, and grains of a zone cannot touch these yet; lower `enrichment.distance`, move the weak region away from the plates, or raise `packing.height`".into(),
+            ));
+        }
+        candidates.push(Candidate { row, id: grain.cold.id.0, mass: grain.hot.mass, place });
+    }
+    let selection = select(zone, &candidates, core, rim_mass, settings.weight);
+    let mut rim: Vec<u64> = Vec::new();
+    let mut grains = Vec::with_capacity(selection.chosen.len());
+    for (row, in_rim) in selection.chosen {
+        grains.push(packing[row].clone());
+        if in_rim {
+            rim.push(packing[row].cold.id.0);
+        }
+    }
+    rim.sort_unstable();
+    let heaviest = grains.iter().map(|grain| grain.hot.mass).fold(0.0, f64::max);
+    let off = (selection.point_weight - (1.0 - settings.weight)) * rim_mass;
+    if off.abs() > heaviest {
+        return Err(Error::Run(format!(
+            "the grains of the packing cannot replace the points of the zone: masses differ by {off:e} kg, a grain weighs {heaviest:e} kg; the fraction of the material at the start (continuum.fraction_start of planar shear, material.fraction on a grid) must be near the packing's own, and the zone must lie within the packing (packing.height)"
+        )));
+    }
+    if grains.is_empty() || rim.is_empty() {
+        return Err(Error::Run(
+            "the packing has no grains for the zone around the shear band; its height or width differ from the specimen's".into(),
+        ));
+    }
+    Ok(Chosen { grains, beside, rim, point_weight: selection.point_weight })
+}
+
+/// Ids, rising, of the grains within two cells of where the material ends.
+pub(super) fn border<C: ContactLaw<Plane>>(
+    grid: &CellGrid,
+    points: &[PlanarPoint],
+    residents: &Residents,
+    chosen: &Chosen<C>,
+) -> Vec<u64> {
+    let mut filled = vec![false; grid.counts[0] * grid.counts[1]];
+    let cell_of = |origin: &Vector| grid.at(origin[0], origin[1]);
+    let began = points.iter().map(|point| &point.cold.origin).chain(residents.iter().map(|resident| &resident.origin));
+    began.filter_map(cell_of).for_each(|cell| filled[cell] = true);
+    let is_inner = |cell: usize| filled[cell] && grid.beside(cell).filter(|beside| filled[*beside]).count() == 4;
+    let inner: Vec<bool> = (0..filled.len()).map(is_inner).collect();
+    let is_deep = |cell: usize| inner[cell] && grid.beside(cell).all(|beside| inner[beside]);
+    let at_border = |grain: &&Grain<C>| !cell_of(&grain.cold.origin).is_some_and(is_deep);
+    let mut border: Vec<u64> = chosen.grains.iter().filter(at_border).map(|grain| grain.cold.id.0).collect();
+    border.sort_unstable();
+    border
+}

@@ -1,0 +1,296 @@
+//! Replacing a shear band by grains: the world's side of seed 000, section 4.
+
+use std::path::Path;
+
+use scree_partition::ExactSum;
+
+use crate::dem::grains::{Hot, Mover};
+use crate::error::Error;
+use crate::hybrid::track::Instants;
+use crate::hybrid::zone::{CellGrid, Label, Zone};
+use crate::law::contact::ContactLaw;
+use crate::law::material::MaterialLaw;
+use crate::mpm::points::Point;
+use crate::packing::{Grain, PlanarWorld};
+use crate::reference::{Lies, Reference};
+use crate::scenario::Enrichment;
+use crate::space::{Linear, Plane, Space};
+use crate::transfer;
+use crate::world::World;
+
+mod account;
+mod choose;
+mod dissolution;
+mod motion;
+mod residents;
+mod training;
+
+pub use account::Kept;
+pub use dissolution::{Dissolved, dissolve, look_for_rest};
+pub use motion::track;
+
+use account::Account;
+use choose::{Chosen, border, choose};
+use motion::Motion;
+use residents::Residents;
+use training::{Holders, Trained, train};
+
+type Vector = <Plane as Space>::Vector;
+type PlanarPoint = Point<Plane, crate::law::material::CriticalMemory<Plane>>;
+
+/// What an enrichment did, for the log and the summary.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Enriched {
+    pub grains: u64,
+    pub grains_rim: u64,
+    pub points_removed: u64,
+    pub points_rim: u64,
+    /// Of the whole world.
+    pub kept: Kept,
+    /// Mean Cauchy stress (xx, yy, xy) of the points that were replaced and of the grains that replaced them, Pa.
+    pub stress_points: [f64; 3],
+    pub stress_grains: [f64; 3],
+    /// Kinetic over elastic energy at the end of training.
+    pub training_energy_ratio: f64,
+    pub training_steps: u64,
+}
+
+/// The cells of the world's domain.
+pub fn cell_grid<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> CellGrid {
+    let layout = &world.layout;
+    CellGrid {
+        counts: [layout.cells[0], layout.cells[1]],
+        cell: layout.cell,
+        lower: [layout.corner[0], layout.corner[1]],
+        periodic: layout.periodic[0],
+    }
+}
+
+/// Cells around its rim within which a zone looks at points: training follows those whose motion grains of the zone take part in.
+const MARGIN: usize = 6;
+
+/// Replaces the points around the flagged nodes by trained grains of the packing in `packing_file`, which `lies` in the specimen;
+/// `depth` is that of the plane, m. Grains that are there already stay.
+pub fn enrich<C: ContactLaw<Plane>>(
+    world: &mut PlanarWorld<C>,
+    how: (&Enrichment, f64),
+    flagged: &[u64],
+    instants: &Instants,
+    packing: (&Path, Lies<'_>),
+) -> Result<Enriched, Error> {
+    Plan::of(world, how, flagged, instants, packing)?.carry_out(world)
+}
+
+/// Who is to go and who is to come; the same on every rank. Nothing has been changed yet.
+pub struct Plan<'a, C: ContactLaw<Plane>> {
+    settings: &'a Enrichment,
+    depth: f64,
+    lies: Lies<'a>,
+    zone: Zone,
+    /// Points near the zone, in the order of their ids.
+    points: Vec<PlanarPoint>,
+    motion: Motion,
+    residents: Residents,
+    chosen: Chosen<C>,
+    border: Vec<u64>,
+    seats: Vec<Vector>,
+}
+
+impl<'a, C: ContactLaw<Plane>> Plan<'a, C> {
+    /// An error where no zone can be there. Collective.
+    pub fn of(
+        world: &mut PlanarWorld<C>,
+        (settings, depth): (&'a Enrichment, f64),
+        flagged: &[u64],
+        instants: &Instants,
+        (packing_file, lies): (&Path, Lies<'a>),
+    ) -> Result<Self, Error> {
+        if world.has_grains() {
+            // Grains stay, and lists that are made of them and of others begin where they are.
+            world.rebuild()?;
+        }
+        let zone = Zone::around(flagged, cell_grid(world), settings);
+        let near = zone.within(MARGIN);
+        let is_near = |place: &Vector| zone.grid.at(place[0], place[1]).is_some_and(|cell| near[cell]);
+        let points = world.points.rows().filter(|point| is_near(&point.hot.position)).collect();
+        let mut points = transfer::gather_everywhere(world.transport, points)?;
+        points.sort_unstable_by_key(|point| point.cold.id);
+        let mass_of = |wanted: Label| -> f64 {
+            let of_it = points.iter().filter(|point| becomes(&zone, point) == wanted);
+            of_it.map(|point| point.hot.weight * point.hot.mass).sum()
+        };
+        let (core, rim) = (mass_of(Label::Grains), mass_of(Label::Rim));
+        if core == 0.0 || rim == 0.0 {
+            return Err(Error::Run(
+                "the zone around the shear band has no core or no rim; `enrichment.distance` must exceed a cell, and the band must leave continuum beside it".into(),
+            ));
+        }
+        let motion = Motion::of(world, &points, instants, settings.training);
+        let residents = Residents::of(world)?;
+        let [raised, ..] = raised(world, &zone)?;
+        let now = motion.times.len() - 1;
+        let comes_near = |origin: &Vector| motion.at(now, origin).is_some_and(|way| is_near(&(*origin + way)));
+        let packing = Reference::read(world, packing_file, (lies, zone.middle()), comes_near)?;
+        let chosen = choose::<C>(settings, &zone, &motion, (&packing.grains, &residents), [core - raised, rim])?;
+        let border = border(&zone.grid, &points, &residents, &chosen);
+        Ok(Self { settings, depth, lies, zone, points, motion, residents, chosen, border, seats: packing.seats })
+    }
+
+    /// Trains the grains and puts them in. Collective.
+    pub fn carry_out(self, world: &mut PlanarWorld<C>) -> Result<Enriched, Error> {
+        let Self { settings, depth, lies, zone, points, motion, residents, chosen, border, seats } = self;
+        let account = Account::open(world)?;
+        let mut enriched = Enriched {
+            stress_points: mean_stress(points.iter().filter(|point| becomes(&zone, point) == Label::Grains)),
+            grains: chosen.grains.len() as u64,
+            grains_rim: chosen.rim.len() as u64,
+            ..Enriched::default()
+        };
+        let held = Holders { rim: &chosen.rim, border: &border, residents: &residents, lies, seats: &seats };
+        let all = [chosen.grains, chosen.beside].concat();
+        let Trained { mut grains, touched } = train(world, (settings, depth), &motion, all, &held, &mut enriched)?;
+        for grain in &mut grains {
+            grain.cold.mover = Mover::Free;
+            grain.cold.script = Vector::zero();
+            let in_rim = chosen.rim.binary_search(&grain.cold.id.0).is_ok();
+            grain.hot.weight = if in_rim { settings.weight } else { 1.0 };
+            grain.hot.spin = <Plane as Space>::Spin::zero();
+            grain.hot.velocity = motion.velocity(&grain.cold.origin);
+        }
+
+        let mut kept = Vec::with_capacity(world.points.len());
+        let mut lost = ExactSum::<4>::new();
+        for mut point in world.points.rows() {
+            let label = becomes(&zone, &point);
+            let freed = match label {
+                Label::Continuum => 0.0,
+                Label::Grains => point.hot.weight,
+                Label::Rim => point.hot.weight - chosen.point_weight,
+            };
+            lost.add(0, freed * point.hot.mass);
+            lost.add(1, freed * point.hot.mass * point.hot.velocity[0]);
+            lost.add(2, freed * point.hot.mass * point.hot.velocity[1]);
+            match label {
+                Label::Continuum => kept.push(point),
+                Label::Grains => lost.add(3, 1.0),
+                Label::Rim => {
+                    point.hot.weight = chosen.point_weight;
+                    kept.push(point);
+                }
+            }
+        }
+        let [_, lost_x, lost_y, removed] = world.reduce(lost)?;
+        let [_, raised_x, raised_y] = raised(world, &zone)?;
+        correct_momentum(world, &mut grains, [lost_x - raised_x, lost_y - raised_y])?;
+        enriched.points_removed = removed as u64;
+        grains.extend(stayed(world, &zone, touched)?);
+        // Until now nobody asked how far bodies had come.
+        world.be_home();
+        world.replace(grains, kept)?;
+
+        enriched.kept = account.close(world, "enrichment")?;
+        enriched.points_rim = points.iter().filter(|point| becomes(&zone, point) == Label::Rim).count() as u64;
+        Ok(enriched)
+    }
+}
+
+/// What a point is to be: one of the rim of an older zone is left as it is, or replaced.
+fn becomes(zone: &Zone, point: &PlanarPoint) -> Label {
+    match zone.at(point.hot.position[0], point.hot.position[1]) {
+        Label::Rim if point.hot.weight < 1.0 => Label::Continuum,
+        label => label,
+    }
+}
+
+/// Whether a grain of an older zone's rim is to be one of the core.
+fn is_raised(zone: &Zone, hot: &Hot<Plane>) -> bool {
+    hot.weight < 1.0 && zone.at(hot.position[0], hot.position[1]) == Label::Grains
+}
+
+/// Mass, kg, and momentum along x and y, N s, that grains of an older zone's rim take over with their whole weight. Collective.
+fn raised<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, zone: &Zone) -> Result<[f64; 3], Error> {
+    let mut sums = ExactSum::<3>::new();
+    for hot in world.grains.hot[..world.grains.owned].iter().filter(|hot| is_raised(zone, hot)) {
+        let mass = (1.0 - hot.weight) * hot.mass;
+        sums.add(0, mass);
+        sums.add(1, mass * hot.velocity[0]);
+        sums.add(2, mass * hot.velocity[1]);
+    }
+    world.reduce(sums)
+}
+
+/// Grains of this rank that have been there, with the contacts that those who `touched` the new ones have got. Collective.
+fn stayed<C: ContactLaw<Plane>>(
+    world: &PlanarWorld<C>,
+    zone: &Zone,
+    touched: Vec<Grain<C>>,
+) -> Result<Vec<Grain<C>>, Error> {
+    let mut touched = transfer::gather_everywhere(world.transport, touched)?;
+    touched.sort_unstable_by_key(|row| row.cold.id);
+    let mut rows = world.rows().0;
+    for row in &mut rows {
+        if is_raised(zone, &row.hot) {
+            row.hot.weight = 1.0;
+        }
+        if let Ok(at) = touched.binary_search_by_key(&row.cold.id, |row| row.cold.id) {
+            row.contacts.extend_from_slice(&touched[at].contacts);
+            row.contacts.sort_unstable_by_key(|(partner, _)| *partner);
+        }
+    }
+    Ok(rows)
+}
+
+/// One rigid correction gives the grains exactly the momentum that the points gave up.
+fn correct_momentum<C: ContactLaw<Plane>>(
+    world: &PlanarWorld<C>,
+    grains: &mut [Grain<C>],
+    wanted: [f64; 2],
+) -> Result<(), Error> {
+    let mut sums = ExactSum::<3>::new();
+    for grain in grains.iter() {
+        let mass = grain.hot.weight * grain.hot.mass;
+        sums.add(0, mass);
+        sums.add(1, mass * grain.hot.velocity[0]);
+        sums.add(2, mass * grain.hot.velocity[1]);
+    }
+    let [mass, x, y] = world.reduce(sums)?;
+    let correction = Vector::new((wanted[0] - x) / mass, (wanted[1] - y) / mass);
+    for grain in grains {
+        grain.hot.velocity += correction;
+    }
+    Ok(())
+}
+
+/// Volume mean of the Cauchy stress, Pa.
+fn mean_stress<'a>(points: impl Iterator<Item = &'a PlanarPoint>) -> [f64; 3] {
+    let (mut sum, mut volume) = ([0.0; 3], 0.0);
+    for point in points {
+        // tau V0 = sigma V
+        for (sum, component) in sum.iter_mut().zip(point.hot.stress.0) {
+            *sum += component * point.hot.volume;
+        }
+        volume += point.hot.volume * point.hot.volume_ratio();
+    }
+    sum.map(|sum| sum / volume)
+}
+
+/// Packing fraction by which a grain's share of space follows from its own volume where no better is known.
+const FRACTION_NOMINAL: f64 = 0.84;
+
+/// Mean Love-Weber stress of the free grains, Pa: xx, yy, xy.
+pub fn grain_stress<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, depth: f64) -> Result<[f64; 3], Error> {
+    world.refresh_ghosts();
+    let mut sums = ExactSum::<4>::new();
+    for (row, (hot, cold)) in world.grains.hot[..world.grains.owned].iter().zip(&world.grains.cold).enumerate() {
+        if cold.mover == Mover::Free {
+            let moment = world.contacts.moment(&world.settings.contact, &world.grains, row);
+            sums.add(0, moment[0]);
+            sums.add(1, moment[3]);
+            sums.add(2, 0.5 * (moment[1] + moment[2]));
+            sums.add(3, Plane::grain_volume(hot.radius, depth));
+        }
+    }
+    let [xx, yy, xy, volume] = world.reduce(sums)?;
+    let space = volume / FRACTION_NOMINAL;
+    Ok([xx / space, yy / space, xy / space])
+}

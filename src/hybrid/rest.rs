@@ -1,0 +1,79 @@
+//! Which cells of a zone have come to rest: those that have sheared by next to nothing while the busiest has sheared by a given strain.
+//! Rate independent, as the oracle's clock is.
+
+/// Strain of a cell of grains since the watch began: xx, yy, xy.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CellStrain {
+    pub cell: u64,
+    pub strain: [f64; 3],
+}
+
+impl CellStrain {
+    /// The largest shear strain (engineering's) in any direction.
+    pub fn shear(&self) -> f64 {
+        let [xx, yy, xy] = self.strain;
+        ((xx - yy) * (xx - yy) + 4.0 * xy * xy).sqrt()
+    }
+}
+
+/// The cells that hold grains, rising; the same on every rank.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Watch {
+    pub cells: Vec<CellStrain>,
+}
+
+impl Watch {
+    /// Takes in the rates of strain of all cells that hold grains now, rising (xx, yy, xy, 1/s), as they were for `time`, s. Cells that
+    /// hold none any more are forgotten.
+    pub fn take(&mut self, rates: &[CellStrain], time: f64) {
+        let mut before = self.cells.iter().peekable();
+        let after = rates.iter().map(|rate| {
+            while before.next_if(|cell| cell.cell < rate.cell).is_some() {}
+            let known = before.next_if(|cell| cell.cell == rate.cell).map_or([0.0; 3], |cell| cell.strain);
+            CellStrain { cell: rate.cell, strain: std::array::from_fn(|part| known[part] + rate.strain[part] * time) }
+        });
+        self.cells = after.collect();
+    }
+
+    /// Shear strain of the busiest cell.
+    pub fn most(&self) -> f64 {
+        self.cells.iter().map(CellStrain::shear).fold(0.0, f64::max)
+    }
+
+    /// Cells that have sheared by more than this `share` of what the busiest has.
+    pub fn busy(&self, share: f64) -> impl Iterator<Item = u64> {
+        let least = share * self.most();
+        self.cells.iter().filter(move |cell| cell.shear() >= least).map(|cell| cell.cell)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rate(cell: u64, xy: f64) -> CellStrain {
+        CellStrain { cell, strain: [0.0, 0.0, xy] }
+    }
+
+    #[test]
+    fn cells_that_shear_to_and_fro_rest_and_those_that_go_on_do_not() {
+        let mut watch = Watch::default();
+        for look in 0..10 {
+            let to_and_fro = if look % 2 == 0 { 1.0 } else { -1.0 };
+            watch.take(&[rate(2, 1.0), rate(3, to_and_fro), rate(7, 0.1)], 0.01);
+        }
+        assert!((watch.most() - 0.2).abs() < 1e-12);
+        assert_eq!(watch.busy(0.05).collect::<Vec<_>>(), [2, 7]);
+        assert_eq!(watch.busy(0.2).collect::<Vec<_>>(), [2]);
+    }
+
+    #[test]
+    fn a_cell_that_has_lost_its_grains_is_forgotten_and_begins_anew() {
+        let mut watch = Watch::default();
+        watch.take(&[rate(2, 1.0), rate(5, 3.0)], 0.1);
+        watch.take(&[rate(2, 1.0)], 0.1);
+        watch.take(&[rate(1, 1.0), rate(2, 1.0), rate(5, 3.0)], 0.1);
+        let shears: Vec<f64> = watch.cells.iter().map(|cell| (10.0 * cell.shear()).round()).collect();
+        assert_eq!(shears, [2.0, 6.0, 6.0]);
+    }
+}
