@@ -22,7 +22,7 @@ use crate::record::to_table;
 use crate::scenario::Method;
 use crate::scenario::assembly::{Damping, DampingForm, Packed, Preparation, Source};
 use crate::scenario::mpm::figures::bounding_box;
-use crate::scenario::mpm::{BodyContact, Granular, Mpm, Origin};
+use crate::scenario::mpm::{BodyContact, Granular, Mpm, Origin, RigidBody};
 use crate::space::{Linear, Plane, Space};
 use crate::transfer::Cargo;
 use crate::{tables, transfer};
@@ -94,6 +94,9 @@ pub fn specimen<C: ContactLaw<Plane>>(
     let (grains, bodies, vertices) = match known {
         true => cached.unwrap_or_default(),
         false => {
+            if transport.rank() == 0 {
+                tracing::info!(file = %file.display(), "making the specimen, which other runs of its kind will share");
+            }
             let mut rested = rested::<C>(job, granular, &piece, transport)?;
             let written = on_root(transport, || write::<C>(&file, &mut rested));
             transfer::agree(transport, written)?;
@@ -135,17 +138,28 @@ pub fn stress_of(granular: &Granular) -> f64 {
     }
 }
 
-/// Everything that shapes a specimen.
+/// The direction in which a body that is seated first goes, along which it comes up to the grains.
+fn way_of_seat(rigid: &RigidBody) -> Option<[f64; 3]> {
+    let velocities = rigid.body.motion.path.iter().map(|at| at.velocity);
+    let first = velocities.filter(|_| rigid.seat > 0.0).find(|velocity| *velocity != [0.0; 3])?;
+    let speed = first.iter().map(|component| component * component).sum::<f64>().sqrt();
+    Some(first.map(|component| component / speed))
+}
+
+/// Everything that shapes a specimen; ways that bodies go in the run do not.
 fn key(job: &Mpm, granular: &Granular) -> String {
     let piece = &granular.piece;
     let regions: Vec<_> = job.regions.iter().map(|region| &region.shape).collect();
     let bodies: Vec<_> = job
         .bodies
         .iter()
-        .map(|body| (&body.body.shape, &body.body.motion, body.contact, body.separates, body.seat))
+        .map(|body| {
+            let (shape, motion) = (&body.body.shape, &body.body.motion);
+            (shape, way_of_seat(body), &motion.servo, body.contact, body.separates, body.seat)
+        })
         .collect();
     format!(
-        "specimen 3 seed {} matter {:?} source {:?} contact {:?} step {:?} skin {:?} regions {regions:?} bodies {bodies:?} membranes {:?} gravity {:?} grid {:?} block {} scheme {:?} modulus {:?}",
+        "specimen 4 seed {} matter {:?} source {:?} contact {:?} step {:?} skin {:?} regions {regions:?} bodies {bodies:?} membranes {:?} gravity {:?} grid {:?} block {} scheme {:?} modulus {:?}",
         piece.seed,
         piece.matter,
         Source::Packed(Packed { cache: Default::default(), ..packed_of(granular).clone() }),
