@@ -4,9 +4,9 @@
 
 use serde_json::{Value, json};
 
-use crate::enrichment::{self, Enriched, Kept, Plan};
+use crate::enrichment::{self, BeforeAndAfter, Enriched, Plan, Refusal};
 use crate::error::Error;
-use crate::hybrid::rest::Watch;
+use crate::hybrid::rest::RestWatch;
 use crate::law::contact::ContactLaw;
 use crate::law::material::CriticalDruckerPrager;
 use crate::observe::phases::Phase;
@@ -35,6 +35,9 @@ pub struct Adaptive<'s> {
     /// Of the plane, m.
     pub depth: f64,
 }
+
+/// Looks of the oracle in one at what rests, for which all ranks hear of all cells of the zone.
+const LOOKS_OF_ORACLE: u64 = 8;
 
 type PlanarCore<'t, C> = Core<'t, Plane, C, CriticalDruckerPrager>;
 
@@ -80,29 +83,44 @@ impl Adaptive<'_> {
                 changed |= self.grow(core, strain)?;
             }
         }
-        if dissolves && core.world.is_due(oracle.every) {
-            changed |= self.dissolve(core, oracle.every, strain)?;
+        let every = LOOKS_OF_ORACLE * oracle.every.max(core.world.settings.grain_steps);
+        if dissolves && core.world.is_due(every) {
+            changed |= self.dissolve(core, every, strain)?;
         }
         if changed {
             // Whoever has just come would seem to rest.
-            core.progress.rest = Watch::default();
+            core.progress.rest = RestWatch::default();
         }
         Ok(changed)
     }
 
-    /// More grains, around the nodes that the oracle has flagged beyond the zone. Where they cannot be, the continuum stays.
+    /// More grains, around the nodes that the oracle has flagged beyond the zone, a set of nodes that hang together after the other.
+    /// Where they cannot be, the continuum stays.
     fn grow<C: ContactLaw<Plane>>(&self, core: &mut PlanarCore<C>, strain: Option<f64>) -> Result<bool, Error> {
-        let file = output::packing_file(&core.options.out);
         let flagged = std::mem::take(&mut core.progress.oracle.flagged);
+        let mut has_grown = false;
+        for set in enrichment::cell_grid(&core.world).connected(&flagged) {
+            has_grown |= self.grow_around(&set, core, strain)?;
+        }
+        Ok(has_grown)
+    }
+
+    fn grow_around<C: ContactLaw<Plane>>(
+        &self,
+        flagged: &[u64],
+        core: &mut PlanarCore<C>,
+        strain: Option<f64>,
+    ) -> Result<bool, Error> {
+        let file = output::packing_file(&core.options.out);
+        core.world.rebuild()?;
         let (how, packing) = ((self.enrichment, self.depth), (file.as_path(), self.lies));
-        let plan = match Plan::of(&mut core.world, how, &flagged, &core.progress.instants, packing) {
+        let plan = match Plan::of(&mut core.world, how, flagged, &core.progress.instants, packing)? {
             Ok(plan) => plan,
-            Err(Error::Run(why)) => {
+            Err(Refusal(why)) => {
                 let step = core.world.step;
                 core.on_root(|outputs| outputs.log("zone_cannot_grow", step, json!({ "why": why })))?;
                 return Ok(false);
             }
-            Err(other) => return Err(other),
         };
         let enriched = plan.carry_out(&mut core.world)?;
         tracing::info!(step = core.world.step, strain, grains = enriched.grains, "the zone has grown");
@@ -115,7 +133,8 @@ impl Adaptive<'_> {
             "stress_points": enriched.stress_points,
             "stress_grains": enriched.stress_grains,
         });
-        record_change(core, "zone_grew", (figures, &enriched.kept), strain)
+        record_change(core, "zone_grew", (figures, &enriched.kept), strain)?;
+        Ok(true)
     }
 
     /// A look at what rests, `every` so many steps; once the busiest cell has sheared enough to tell, grains far from all that shear
@@ -150,9 +169,10 @@ impl Adaptive<'_> {
             "grains_rim": done.grains_rim,
             "points": done.points,
             "points_whole": done.points_whole,
-            "mass_factor": done.mass_factor,
+            "mass_factors": done.mass_factors,
         });
-        record_change(core, "zone_shrank", (figures, &done.kept), strain)
+        record_change(core, "zone_shrank", (figures, &done.kept), strain)?;
+        Ok(true)
     }
 
     /// Frames on either side show what has changed.
@@ -194,9 +214,9 @@ fn look<C: ContactLaw<Plane>>(core: &mut PlanarCore<C>, oracle: &Oracle, diamete
 fn record_change<C: ContactLaw<Plane>>(
     core: &mut PlanarCore<C>,
     event: &str,
-    (mut figures, kept): (Value, &Kept),
+    (mut figures, kept): (Value, &BeforeAndAfter),
     strain: Option<f64>,
-) -> Result<bool, Error> {
+) -> Result<(), Error> {
     let (step, time) = (core.world.step, core.world.time());
     figures["time"] = json!(time);
     figures["mass"] = json!(kept.mass);
@@ -206,8 +226,7 @@ fn record_change<C: ContactLaw<Plane>>(
     if let Some(strain) = strain {
         figures["strain"] = json!(strain);
     }
-    core.on_root(|outputs| outputs.log(event, step, figures))?;
-    Ok(true)
+    core.on_root(|outputs| outputs.log(event, step, figures))
 }
 
 /// `stepped`: seconds of the steps until then, `seconds`: of the training.

@@ -12,7 +12,7 @@ use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Tie};
 use crate::error::Error;
 use crate::hybrid::oracle::{LOOKS, Memory};
-use crate::hybrid::rest::{CellStrain, Watch};
+use crate::hybrid::rest::{CellStrain, RestWatch};
 use crate::hybrid::track::Instants;
 use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalMemory, MaterialLaw, MaterialMemory};
@@ -52,7 +52,7 @@ pub struct Progress {
     pub oracle: Memory,
     pub instants: Instants,
     /// How the cells of a zone that dissolves have strained since its last change; empty elsewhere.
-    pub rest: Watch,
+    pub rest: RestWatch,
     /// What there was at the start, for the account of what is kept.
     pub kept: Kept,
     /// The account of energy; empty where none is kept.
@@ -102,6 +102,7 @@ impl Record for CellStrain {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
         visitor.u64("cell", &mut self.cell);
         visitor.f64s("strain", &mut self.strain);
+        visitor.u64("looks", &mut self.looks);
     }
 }
 

@@ -230,19 +230,30 @@ impl Layout {
         let mut block = [0i32; 3];
         let mut cell_in_block = 0;
         for axis in (0..self.dimension).rev() {
-            let [lower, upper] = self.bounds(axis);
-            // A place wrapped to just below the period may round to it.
-            if !self.periodic[axis] && !(lower..=upper).contains(&fraction[axis]) || !fraction[axis].is_finite() {
-                return None;
-            }
-            let (cells, per_block) = (parts * self.cells[axis], parts * self.cells_per_block);
-            let top = (cells - 1) as f64;
-            let cell = (fraction[axis] * cells as f64).floor().clamp(0.0, top) as usize;
+            let cell = self.part_at(axis, fraction[axis], parts)?;
+            let per_block = parts * self.cells_per_block;
             block[axis] = (cell / per_block) as i32;
             cell_in_block = cell_in_block * per_block + cell % per_block;
         }
         let index = ((block[2] * self.blocks[1] + block[1]) * self.blocks[0] + block[0]) as usize;
         Some((self.positions[index] as usize, cell_in_block as u32))
+    }
+
+    /// Number of the cell of a place, along the first axis first, by the same reckoning as its block.
+    pub fn cell_of<S: Space>(&self, fraction: &S::Vector, parts: usize) -> Option<usize> {
+        let along = |axis: usize| self.part_at(axis, fraction[axis], parts).map(|part| part / parts);
+        (0..self.dimension).rev().try_fold(0, |number, axis| Some(number * self.cells[axis] + along(axis)?))
+    }
+
+    /// Which of the parts of an axis' cells a place lies in, by its share of the edge; none outside the domain or within its rim.
+    fn part_at(&self, axis: usize, fraction: f64, parts: usize) -> Option<usize> {
+        let [lower, upper] = self.bounds(axis);
+        // A place wrapped to just below the period may round to it.
+        if !self.periodic[axis] && !(lower..=upper).contains(&fraction) || !fraction.is_finite() {
+            return None;
+        }
+        let count = parts * self.cells[axis];
+        Some((fraction * count as f64).floor().clamp(0.0, (count - 1) as f64) as usize)
     }
 
     /// Frame of a block's tile.
@@ -265,9 +276,14 @@ impl Layout {
         TileFrame { corner, cell: self.cell, cell_inverse: 1.0 / self.cell, edge: self.tile_edge(), inside, axes }
     }
 
-    /// Half of the room of a point along an axis at the start, in cells.
-    pub fn point_half(&self) -> f64 {
-        self.point_half
+    /// The same with so many points along an edge of a cell at the start.
+    pub fn with_points(self, per_cell: usize) -> Self {
+        Self { point_half: 0.5 / per_cell as f64, ..self }
+    }
+
+    /// Points along an edge of a cell at the start.
+    pub fn points_per_cell(&self) -> usize {
+        (0.5 / self.point_half).round() as usize
     }
 
     /// Where a node is, m.

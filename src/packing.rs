@@ -60,7 +60,9 @@ pub fn layout_for(scenario: &Scenario, height: f64) -> Result<Layout, Error> {
     let margin = margin_cells(scenario);
     let columns = (scenario.specimen.width / cell).round() as usize;
     let rows = ((height / cell).ceil() as usize + 2 * margin + 2).div_ceil(block) * block;
-    Layout::plane([columns, rows], block, cell, [0.0, -(margin as f64) * cell]).map_err(Error::User)
+    let corner = [0.0, -(margin as f64) * cell];
+    let layout = Layout::plane([columns, rows], block, cell, corner).map_err(Error::User)?;
+    Ok(layout.with_points(scenario.continuum.points_per_cell))
 }
 
 /// Settings of a world of this job's grains alone, with constants of its own in their law.

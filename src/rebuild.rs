@@ -506,6 +506,16 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.block_of(&cold.home, self.parts_of_cell(), "grain", cold.id.0)
     }
 
+    /// Number of the cell that a grain of this rank lay in at the last rebuild, by the same reckoning as its block.
+    pub(crate) fn cell_of_grain(&self, cold: &Cold<S>) -> Option<usize> {
+        self.layout.cell_of::<S>(&self.cell_home.fraction(&cold.home), self.parts_of_cell())
+    }
+
+    /// The same of a point.
+    pub(crate) fn cell_of_point(&self, cold: &PointCold<S>) -> Option<usize> {
+        self.layout.cell_of::<S>(&self.cell_home.fraction(&cold.home), 1)
+    }
+
     pub(crate) fn block_of_point(&self, cold: &PointCold<S>) -> Result<Place, Error> {
         self.block_of(&cold.home, 1, "point", cold.id.0)
     }

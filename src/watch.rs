@@ -64,7 +64,7 @@ fn cells_of_grains<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<
     let grid = cell_grid(world);
     let mut taken = vec![false; grid.counts[0] * grid.counts[1]];
     let mut parcel = Writer::new();
-    for cell in world.grains.cold[..world.grains.owned].iter().filter_map(|cold| grid.at(cold.home[0], cold.home[1])) {
+    for cell in world.grains.cold[..world.grains.owned].iter().filter_map(|cold| world.cell_of_grain(cold)) {
         if !std::mem::replace(&mut taken[cell], true) {
             parcel.u64(cell as u64);
         }

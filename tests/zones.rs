@@ -1,9 +1,12 @@
 //! Zones that live: they grow where the band goes, and give back the grains that rest.
 
+use scree::checkpoint::PlanarPoint;
 use scree::dem::grains::Mover;
 use scree::enrichment::{Enriched, cell_grid, dissolve, enrich, grain_stress};
 use scree::hybrid::track::Instants;
 use scree::law::contact::ContactLaw;
+use scree::law::material::CriticalMemory;
+use scree::mpm::points::Hot;
 use scree::observe::energy::Energies;
 use scree::reference::Lies;
 use scree::scenario::{Enrichment, Scenario};
@@ -42,7 +45,14 @@ fn a_zone_that_grows_and_gives_back_keeps_mass_and_momentum() {
 #[test]
 fn a_zone_that_lives_has_the_same_bits_on_any_ranks_and_after_a_restart() {
     let folder = tempfile::tempdir().unwrap();
-    same(&parse(&restless(8e-3)), folder.path(), "a zone that grows and gives back");
+    let (_, series) = same(&parse(&restless(8e-3)), folder.path(), "a zone that grows and gives back");
+    // Of the part that was gone through again after the restart, from a third on.
+    let grains: Vec<f64> =
+        series.lines().skip(15).map(|line| line.split(',').nth(2).unwrap().parse().unwrap()).collect();
+    assert!(
+        grains.windows(2).any(|pair| pair[1] > pair[0]) && grains.windows(2).any(|pair| pair[1] < pair[0]),
+        "{grains:?}"
+    );
 }
 
 /// A specimen that has grains in its band.
@@ -53,6 +63,9 @@ fn enriched<'t>(scenario: &Scenario, folder: &std::path::Path) -> (PlanarWorld<'
     let enriched = enrich(&mut world, how, &flagged, &instants, (&file, Lies::Whole)).unwrap();
     (world, instants, flagged, enriched)
 }
+
+/// A number of a point.
+type Figure = dyn Fn(&Hot<Plane, CriticalMemory<Plane>>) -> f64;
 
 fn advance(world: &mut PlanarWorld, steps: u64) {
     for _ in 0..steps {
@@ -78,6 +91,12 @@ fn grains_at_rest_turn_into_points_that_bear_what_they_bore() {
     let is_left = |place: &<Plane as Space>::Vector| !stays[grid.at(place[0], place[1]).unwrap()];
     let stress = grain_stress(&mut world, depth).unwrap();
     let (before, energies, points) = (sums(&world), world.energies().unwrap(), world.points_total);
+    let last_id = world.points.cold.iter().map(|cold| cold.id.0).max().unwrap();
+    let moved = world.grains.hot.iter().zip(&world.grains.cold).map(|(hot, cold)| hot.position[0] - cold.origin[0]);
+    let most = moved.clone().fold(0.0, f64::max);
+    let gone: Vec<f64> =
+        moved.zip(&world.grains.hot).filter(|(_, hot)| is_left(&hot.position)).map(|(moved, _)| moved).collect();
+    let gone = gone.iter().sum::<f64>() / gone.len() as f64;
     let leaving = world.grains.hot.iter().filter(|hot| is_left(&hot.position)).count();
     assert!(leaving > 50, "only {leaving} of {} grains lie far from the band", world.grains_total);
 
@@ -89,28 +108,44 @@ fn grains_at_rest_turn_into_points_that_bear_what_they_bore() {
         assert!((after[axis] - before[axis]).abs() < 1e-14 * before[3], "momentum {before:?} became {after:?}");
     }
     assert_eq!(world.points_total, points + done.points);
-    assert!((done.mass_factor - 1.0).abs() < 0.05, "masses of points off by {}", done.mass_factor);
-    assert!(world.grains.hot.iter().all(|hot| !is_left(&hot.position)), "grains are left behind");
+    assert!(done.refused.is_empty() && !done.mass_factors.is_empty(), "{done:?}");
+    assert!(done.mass_factors.iter().all(|factor| (factor - 1.0).abs() < 0.08), "{done:?}");
+    assert!(done.grains_rim > 10 && done.points_whole > 0, "a rim is left and a rim is made: {done:?}");
+    let left = world.grains.hot.iter().filter(|hot| is_left(&hot.position)).count();
+    assert!(left < leaving / 20, "{left} grains are left behind");
 
-    // What was made stands as the grains did.
-    let made: Vec<_> = world
-        .points
-        .rows()
-        .filter(|point| grid.at(point.hot.position[0], point.hot.position[1]).is_some_and(|cell| !stays[cell]))
-        .collect();
-    assert!(made.iter().all(|point| point.hot.weight == 1.0), "points of a rim among points alone");
+    // What was made stands as the grains did, and has come from where they came.
+    let rows: Vec<_> = world.points.rows().collect();
+    assert!(rows.iter().all(|point| !is_left(&point.hot.position) || point.hot.weight == 1.0), "a rim far away");
+    let made: Vec<_> = rows.iter().filter(|point| point.cold.id.0 > last_id).collect();
+    assert_eq!(made.len() as u64, done.points);
+    for point in &made {
+        let wanted = if is_left(&point.hot.position) { 1.0 } else { 0.5 };
+        assert_eq!(point.hot.weight, wanted, "{point:?}");
+    }
     let volume: f64 = made.iter().map(|point| point.hot.volume).sum();
-    let mean = |component: usize| {
-        made.iter().map(|point| point.hot.stress.0[component] * point.hot.volume).sum::<f64>() / volume
-    };
-    println!("stress of points {:?}", [mean(0), mean(1), mean(2)]);
-    assert!((mean(1) / stress[1] - 1.0).abs() < 0.25, "{} Pa of points for {} of grains", mean(1), stress[1]);
+    let mean = |of: &Figure| made.iter().map(|point| of(&point.hot) * point.hot.volume).sum::<f64>() / volume;
+    let stress_of = |component: usize| mean(&move |hot| hot.stress.0[component]);
+    let of_points = [stress_of(0), stress_of(1), stress_of(2)];
+    println!("stress of points {of_points:?}, fraction {}", mean(&|hot| hot.memory.fraction));
+    for (points, grains) in of_points.iter().zip(stress) {
+        assert!((points - grains).abs() < 0.2 * stress[1].abs(), "{of_points:?} Pa of points for {stress:?} of grains");
+    }
+    assert!((mean(&|hot| hot.memory.fraction) / fraction - 1.0).abs() < 0.02);
+    let moved = |point: &PlanarPoint| point.hot.position[0] - point.cold.origin[0];
+    let whole: Vec<_> = made.iter().filter(|point| point.hot.weight == 1.0).collect();
+    let mean = whole.iter().map(|point| moved(point)).sum::<f64>() / whole.len() as f64;
+    println!("points have come {mean:.3e} m, grains {gone:.3e} m");
+    assert!((mean - gone).abs() < 0.1 * most, "{mean} m for {gone} m of grains, of {most} m");
+    assert!(made.iter().all(|point| (point.cold.track.displacements[0][0] / moved(point)) < 1.0));
+    let now = world.energies().unwrap();
+    let kinetic = |of: &Energies| of.kinetic_grains + of.kinetic_points;
+    assert!((kinetic(&now) / kinetic(&energies) - 1.0).abs() < 0.2, "{now:?} after {energies:?}");
 
     // And so it goes on.
     advance(&mut world, 2000);
     let later = world.energies().unwrap();
-    let kinetic = |of: &Energies| of.kinetic_grains + of.kinetic_points;
-    println!("kinetic {} J, then {} J", kinetic(&energies), kinetic(&later));
+    println!("kinetic {} J, {} J, then {} J", kinetic(&energies), kinetic(&now), kinetic(&later));
     assert!(kinetic(&later) < 2.0 * kinetic(&energies), "the change stirred things up: {later:?} after {energies:?}");
     world.rebuild().unwrap();
     assert!((sums(&world)[0] / before[0] - 1.0).abs() < 1e-13);

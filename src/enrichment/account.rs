@@ -18,7 +18,7 @@ pub(super) struct Account {
 
 /// Before and after it: kg, and N s in x and y.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Kept {
+pub struct BeforeAndAfter {
     pub mass: [f64; 2],
     pub momentum: [[f64; 2]; 2],
 }
@@ -32,9 +32,9 @@ impl Account {
     }
 
     /// What was kept of it; an error where not all was, to round-off. Collective.
-    pub fn close<C: ContactLaw<Plane>>(self, world: &mut PlanarWorld<C>, what: &str) -> Result<Kept, Error> {
+    pub fn close<C: ContactLaw<Plane>>(self, world: &mut PlanarWorld<C>, what: &str) -> Result<BeforeAndAfter, Error> {
         let after = Self::open(world)?;
-        let kept = Kept { mass: [self.mass, after.mass], momentum: [self.momentum, after.momentum] };
+        let kept = BeforeAndAfter { mass: [self.mass, after.mass], momentum: [self.momentum, after.momentum] };
         let off = |axis: usize| (after.momentum[axis] - self.momentum[axis]).abs();
         let motion = self.motion.max(after.motion);
         if (after.mass - self.mass).abs() <= ROUND_OFF * self.mass && off(0).max(off(1)) <= ROUND_OFF * motion {

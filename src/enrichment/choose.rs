@@ -1,7 +1,6 @@
 //! Which grains of the packing enter.
 
 use crate::dem::grains::Mover;
-use crate::error::Error;
 use crate::hybrid::select::{Candidate, select};
 use crate::hybrid::zone::{CellGrid, Label, Zone};
 use crate::law::contact::ContactLaw;
@@ -11,7 +10,7 @@ use crate::space::Plane;
 
 use super::motion::Motion;
 use super::residents::Residents;
-use super::{PlanarPoint, Vector};
+use super::{PlanarPoint, Refusal, Vector};
 
 pub(super) struct Chosen<C: ContactLaw<Plane>> {
     pub grains: Vec<Grain<C>>,
@@ -31,7 +30,7 @@ pub(super) fn choose<C: ContactLaw<Plane>>(
     motion: &Motion,
     (packing, residents): (&[Grain<C>], &Residents),
     [core, rim_mass]: [f64; 2],
-) -> Result<Chosen<C>, Error> {
+) -> Result<Chosen<C>, Refusal> {
     let now = motion.times.len() - 1;
     let reach = settings.distance + 1.5 * zone.grid.cell;
     let (mut candidates, mut beside) = (Vec::new(), Vec::new());
@@ -50,7 +49,7 @@ pub(super) fn choose<C: ContactLaw<Plane>>(
             continue;
         }
         if grain.cold.mover != Mover::Free {
-            return Err(Error::Run(
+            return Err(Refusal(
                 "the zone around the shear band reaches a plate, or the end of a packing that is not as high as the specimen, and grains of a zone cannot touch these yet; lower `enrichment.distance`, move the weak region away from the plates, or raise `packing.height`".into(),
             ));
         }
@@ -69,12 +68,12 @@ pub(super) fn choose<C: ContactLaw<Plane>>(
     let heaviest = grains.iter().map(|grain| grain.hot.mass).fold(0.0, f64::max);
     let off = (selection.point_weight - (1.0 - settings.weight)) * rim_mass;
     if off.abs() > heaviest {
-        return Err(Error::Run(format!(
+        return Err(Refusal(format!(
             "the grains of the packing cannot replace the points of the zone: masses differ by {off:e} kg, a grain weighs {heaviest:e} kg; the fraction of the material at the start (continuum.fraction_start of planar shear, material.fraction on a grid) must be near the packing's own, and the zone must lie within the packing (packing.height)"
         )));
     }
     if grains.is_empty() || rim.is_empty() {
-        return Err(Error::Run(
+        return Err(Refusal(
             "the packing has no grains for the zone around the shear band; its height or width differ from the specimen's".into(),
         ));
     }

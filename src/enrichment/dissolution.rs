@@ -2,9 +2,9 @@
 //!
 //! Cells of the zone farther than phi_0 and its rim from every busy cell give their grains up; those beside them become the rim of what
 //! is left. Points that are made stand as they did at the start of a run, so many along a cell; each takes displacement, velocity, stress
-//! and packing fraction from the fields that the grains of the cells around tell ([`crate::hybrid::patch`]). One factor to the masses
-//! of all points that take something over, and one rigid correction of their velocities, make mass and momentum exactly what grains
-//! gave up.
+//! and packing fraction from the fields that the grains of the cells around tell ([`crate::hybrid::patch`]). In each set of cells that
+//! hang together one factor to the masses of all points that take something over, and one rigid correction of their velocities, make
+//! mass and momentum exactly what grains gave up.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,7 +13,7 @@ use scree_partition::{ExactSum, ParcelError, Reader, Writer};
 use crate::dem::grains::{Hot, Mover};
 use crate::error::Error;
 use crate::hybrid::patch::Patch;
-use crate::hybrid::rest::{CellStrain, Watch};
+use crate::hybrid::rest::{CellStrain, RestWatch};
 use crate::hybrid::track::{Instants, Track};
 use crate::hybrid::zone::CellGrid;
 use crate::ids::PointId;
@@ -21,19 +21,19 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::mpm::points::Point;
 use crate::numbers::Numbers;
-use crate::packing::PlanarWorld;
+use crate::packing::{Grain, PlanarWorld};
 use crate::scenario::Enrichment;
 use crate::scenario::mpm::Transfer;
 use crate::space::{Linear, Plane, Space};
 use crate::symmetric::Symmetric;
 
-use super::account::{Account, Kept};
+use super::account::{Account, BeforeAndAfter};
 use super::{PlanarPoint, Vector, cell_grid};
 
 type Tensor = <Plane as Space>::Tensor;
 
 /// What a dissolution did, for the log.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Dissolved {
     /// Grains that went, and those that share their place with points from now on.
     pub grains: u64,
@@ -41,21 +41,23 @@ pub struct Dissolved {
     /// Points that came, and those that stand for all of their place from now on.
     pub points: u64,
     pub points_whole: u64,
-    /// What masses of points had to be multiplied by for all mass to be kept.
-    pub mass_factor: f64,
-    pub kept: Kept,
+    /// What masses of points had to be multiplied by for all mass to be kept, one for each set of cells; and of sets that stay for that.
+    pub mass_factors: Vec<f64>,
+    pub refused: Vec<f64>,
+    pub kept: BeforeAndAfter,
 }
 
 /// Takes in how the grains have moved for `time`, s, until now. Collective.
 pub fn look_for_rest<C: ContactLaw<Plane>>(
     world: &mut PlanarWorld<C>,
-    watch: &mut Watch,
+    watch: &mut RestWatch,
     (depth, time): (f64, f64),
 ) -> Result<(), Error> {
     let (grid, patches) = (cell_grid(world), patches(world, depth, false)?);
     let rate = |cell: &u64| {
         let rate = around(&grid, &patches, *cell).velocity(grid.cell).gradient;
-        CellStrain { cell: *cell, strain: [rate[(0, 0)], rate[(1, 1)], 0.5 * (rate[(0, 1)] + rate[(1, 0)])] }
+        let strain = [rate[(0, 0)], rate[(1, 1)], 0.5 * (rate[(0, 1)] + rate[(1, 0)])];
+        CellStrain { cell: *cell, strain, looks: 0 }
     };
     let rates: Vec<CellStrain> = patches.keys().map(rate).collect();
     watch.take(&rates, time);
@@ -64,22 +66,29 @@ pub fn look_for_rest<C: ContactLaw<Plane>>(
 
 /// Cells beyond phi_0 and its rim in which grains stay all the same, so that a zone does not come and go.
 const CELLS_BEYOND: f64 = 1.0;
-/// Of what they would grains must fill this share of a cell for all of its points to be made, or else of a point's own place: few have
-/// their centres there.
-const FILLED_CELL: f64 = 0.75;
+/// Of what they would grains must fill this share of a cell for it to be full and have all of its points, or else of a point's own place:
+/// few have their centres there.
+const FILLED_CELL: f64 = 0.85;
 const FILLED_PLACE: f64 = 0.5;
-/// Volume ratios that are believed: where a band was, fields of whole cells are not linear.
-const VOLUME_RATIOS: [f64; 2] = [0.95, 1.25];
 /// Points that would have to be that much heavier or lighter are not made.
 const FACTORS: [f64; 2] = [0.8, 1.25];
 
-/// What becomes of a cell with grains.
+/// What becomes of a cell with grains, and the set of cells that it belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fate {
     Stays,
     /// Its grains share it with points from now on.
-    Rim,
-    Leaves,
+    Rim(usize),
+    Leaves(usize),
+}
+
+impl Fate {
+    fn set(self) -> Option<usize> {
+        match self {
+            Self::Stays => None,
+            Self::Rim(set) | Self::Leaves(set) => Some(set),
+        }
+    }
 }
 
 /// Turns grains far from all `busy` cells back into points; nothing where there are none. `depth` is that of the plane, m, `fraction`
@@ -96,94 +105,118 @@ pub fn dissolve<C: ContactLaw<Plane>>(
         return Ok(None);
     }
     world.rebuild()?;
-    let patches = patches(world, depth, true)?;
-    let fates = fates(&grid, &patches, &stays);
-    let fate = |place: &Vector| grid.at(place[0], place[1]).map_or(Fate::Stays, |cell| fates[cell]);
-
-    let mut sums = ExactSum::<SUMS>::new();
-    let mut places: BTreeMap<(u64, u64), f64> = BTreeMap::new();
-    let mut grains = Vec::new();
-    let parts = points_along_cell(world);
-    for mut grain in world.rows().0 {
-        let Hot { position, velocity, mass, weight, .. } = grain.hot;
-        let left = match fate(&position) {
-            _ if grain.cold.mover != Mover::Free => weight,
-            Fate::Rim if weight == 1.0 => settings.weight,
-            Fate::Leaves => 0.0,
-            _ => weight,
-        };
-        if left < weight {
-            sums.add(COUNT + usize::from(left > 0.0), 1.0);
-            sums.add(GIVEN, (weight - left) * mass);
-            (0..2).for_each(|axis| sums.add(GIVEN + 1 + axis, (weight - left) * mass * velocity[axis]));
-            if let (1.0, Some(at)) = (weight, part_at(&grid, parts, &position)) {
-                *places.entry(at).or_default() += Plane::grain_volume(grain.hot.radius, depth);
-            }
-        }
-        if left > 0.0 {
-            grain.hot.weight = left;
-            grains.push(grain);
-        }
-    }
-
+    let mut patches = patches(world, depth, true)?;
+    let parts = world.layout.points_per_cell() as u64;
     let volume = (grid.cell / parts as f64).powi(2) * depth;
-    let whole = fraction * volume * (parts * parts) as f64;
-    let cells: BTreeSet<u64> = places.keys().map(|(cell, _)| *cell).collect();
-    for cell in cells.into_iter().filter(|cell| patches[cell].solid >= FILLED_CELL * whole) {
-        places.extend((0..parts * parts).map(|part| ((cell, part), fraction * volume)));
+    let full = FILLED_CELL * fraction * volume * (parts * parts) as f64;
+    for patch in patches.values_mut().filter(|patch| patch.solid >= full) {
+        (patch.room_full, patch.solid_full) = (volume * (parts * parts) as f64, patch.solid);
     }
-    places.retain(|_, solid| *solid >= FILLED_PLACE * fraction * volume);
-    // In a cell of the old rim points stand already.
-    places.retain(|(cell, _), _| is_core(&patches[cell]));
-    let maker =
-        Maker { grid: &grid, parts, volume, fraction, first: first_free_id(world), instants, now: world.time() };
-    let mut made: Vec<PlanarPoint> = Vec::with_capacity(places.len());
-    for (cell, part) in places.keys() {
-        let mut point = maker.point(world, (*cell, *part), &around(&grid, &patches, *cell));
-        point.hot.weight = if fates[*cell as usize] == Fate::Rim { 1.0 - settings.weight } else { 1.0 };
-        take_over(&mut sums, &point, point.hot.weight);
-        made.push(point);
+    let (fates, sets) = fates(&grid, &patches, &stays);
+
+    // What grains and points would be, and what that would move from these to those.
+    let mut sums: Vec<ExactSum<SUMS>> = (0..sets).map(|_| ExactSum::new()).collect();
+    let (mut grains, _) = world.rows();
+    let left: Vec<f64> = grains.iter().map(|grain| weight_left(world, &fates, settings, grain)).collect();
+    let mut filled: BTreeMap<(u64, u64), f64> = BTreeMap::new();
+    for (grain, left) in grains.iter().zip(&left).filter(|(grain, left)| **left < grain.hot.weight) {
+        let Some(cell) = world.cell_of_grain(&grain.cold) else { continue };
+        let Some(set) = fates[cell].set() else { continue };
+        let Hot { position, velocity, mass, weight, .. } = grain.hot;
+        let sums = &mut sums[set];
+        sums.add(COUNT + usize::from(*left > 0.0), 1.0);
+        sums.add(GIVEN, (weight - left) * mass);
+        (0..2).for_each(|axis| sums.add(GIVEN + 1 + axis, (weight - left) * mass * velocity[axis]));
+        if weight == 1.0 {
+            let at = (cell as u64, part_at(&grid, parts, cell, &position));
+            *filled.entry(at).or_default() += Plane::grain_volume(grain.hot.radius, depth);
+        }
     }
     let mut points: Vec<PlanarPoint> = world.points.rows().collect();
-    let is_freed = |point: &PlanarPoint| point.hot.weight < 1.0 && fate(&point.hot.position) == Fate::Leaves;
-    for point in points.iter().filter(|point| is_freed(point)) {
-        sums.add(COUNT + 2, 1.0);
-        sums.add(HAD, point.hot.weight * point.hot.mass);
-        take_over(&mut sums, point, 1.0 - point.hot.weight);
+    let fate_of = |world: &PlanarWorld<C>, point: &PlanarPoint| {
+        world.cell_of_point(&point.cold).map_or(Fate::Stays, |cell| fates[cell])
+    };
+    let freed: Vec<Option<usize>> = points
+        .iter()
+        .map(|point| match fate_of(world, point) {
+            Fate::Leaves(set) if point.hot.weight < 1.0 => Some(set),
+            _ => None,
+        })
+        .collect();
+    for (point, set) in points.iter().zip(&freed) {
+        let Some(set) = *set else { continue };
+        sums[set].add(COUNT + 2, 1.0);
+        sums[set].add(HAD, point.hot.weight * point.hot.mass);
+        take_over(&mut sums[set], point, 1.0 - point.hot.weight);
+    }
+    let taken = points.iter().filter_map(|point| {
+        let cell = world.cell_of_point(&point.cold)?;
+        Some((cell as u64, part_at(&grid, parts, cell, &point.hot.position)))
+    });
+    let places = places((&grid, &patches), (parts, volume * fraction), &filled, taken.collect(), world);
+    let first = first_free_id(world);
+    let maker = Maker { grid: &grid, parts, volume, fraction, first, instants, now: world.time() };
+    let mut made: Vec<(usize, PlanarPoint)> = Vec::with_capacity(places.len());
+    for (cell, part) in places {
+        let Some(set) = fates[cell as usize].set() else { continue };
+        let mut point = maker.point(world, (cell, part), &around(&grid, &patches, cell));
+        point.hot.weight = if matches!(fates[cell as usize], Fate::Rim(_)) { 1.0 - settings.weight } else { 1.0 };
+        take_over(&mut sums[set], &point, point.hot.weight);
+        sums[set].add(COUNT + 3, 1.0);
+        made.push((set, point));
     }
 
-    sums.add(COUNT + 3, made.len() as f64);
-    let of = world.reduce(sums)?;
-    let factor = of[GIVEN] / of[TAKEN];
-    if !(FACTORS[0]..=FACTORS[1]).contains(&factor) {
-        tracing::warn!(
-            step = world.step,
-            factor,
-            "grains at rest stay: points in their places would not weigh what they do"
-        );
-        return Ok(None);
+    let mut done = Dissolved::default();
+    let mut changes: Vec<Option<Change>> = Vec::with_capacity(sets);
+    for sums in sums {
+        let of = world.reduce(sums)?;
+        let change = Change::of(&of);
+        if of[TAKEN] == 0.0 {
+            // Single grains among points that are whole already.
+            changes.push(None);
+            continue;
+        }
+        if change.is_sound() {
+            done.mass_factors.push(change.factor);
+            let counts = [&mut done.grains, &mut done.grains_rim, &mut done.points_whole, &mut done.points];
+            counts.into_iter().zip(&of[COUNT..]).for_each(|(count, more)| *count += *more as u64);
+        } else {
+            done.refused.push(change.factor);
+        }
+        changes.push(change.is_sound().then_some(change));
     }
-    let correction = |axis: usize| (of[GIVEN + axis] - factor * of[TAKEN + axis]) / (factor * of[TAKEN] + of[HAD]);
-    let correction = Vector::new(correction(1), correction(2));
-    for point in &mut made {
-        point.hot.mass *= factor;
-        point.hot.velocity += correction;
+    if done.mass_factors.is_empty() {
+        return Ok((!done.refused.is_empty()).then_some(done));
     }
-    for point in points.iter_mut().filter(|point| is_freed(point)) {
-        point.hot.mass *= point.hot.weight + factor * (1.0 - point.hot.weight);
-        point.hot.weight = 1.0;
-        point.hot.velocity += correction;
+    for (grain, left) in grains.iter_mut().zip(left) {
+        let set = world.cell_of_grain(&grain.cold).and_then(|cell| fates[cell].set());
+        if set.is_some_and(|set| changes[set].is_some()) {
+            grain.hot.weight = left;
+        }
     }
-    points.append(&mut made);
+    grains.retain(|grain| grain.hot.weight > 0.0 || grain.cold.mover != Mover::Free);
+    for (point, set) in points.iter_mut().zip(freed) {
+        if let Some(change) = set.and_then(|set| changes[set].as_ref()) {
+            point.hot.mass *= point.hot.weight + change.factor * (1.0 - point.hot.weight);
+            point.hot.weight = 1.0;
+            point.hot.velocity += change.velocity;
+        }
+    }
+    for (set, mut point) in made {
+        if let Some(change) = &changes[set] {
+            point.hot.mass *= change.factor;
+            point.hot.velocity += change.velocity;
+            points.push(point);
+        }
+    }
     let account = Account::open(world)?;
     world.be_home();
     world.replace(grains, points)?;
-    let kept = account.close(world, "turning grains at rest back into points")?;
-    let [grains, grains_rim, points_whole, points] = std::array::from_fn(|count| of[COUNT + count] as u64);
-    Ok(Some(Dissolved { grains, grains_rim, points, points_whole, mass_factor: factor, kept }))
+    done.kept = account.close(world, "turning grains at rest back into points")?;
+    Ok(Some(done))
 }
 
-/// Sums of a dissolution: mass and momentum that grains give up, and that points take over as they are made; mass that old points among
+/// Sums of a set of cells: mass and momentum that grains give up, and that points take over as they are made; mass that old points among
 /// these had; grains that go, grains and points whose weights change, points that are made.
 const SUMS: usize = 11;
 const GIVEN: usize = 0;
@@ -197,38 +230,109 @@ fn take_over(sums: &mut ExactSum<SUMS>, point: &PlanarPoint, share: f64) {
     (0..2).for_each(|axis| sums.add(TAKEN + 1 + axis, mass * point.hot.velocity[axis]));
 }
 
-fn is_core(patch: &Patch) -> bool {
-    patch.core > 0.5 * patch.mass
+/// What makes mass and momentum of a set's points what its grains gave up.
+struct Change {
+    /// Of the mass that is taken over.
+    factor: f64,
+    /// Of all points that take some over, m/s.
+    velocity: Vector,
 }
 
-/// Of all cells of the grid.
-fn fates(grid: &CellGrid, patches: &BTreeMap<u64, Patch>, stays: &[bool]) -> Vec<Fate> {
-    let leaves = |cell: usize| !stays[cell] && patches.contains_key(&(cell as u64));
-    let fate = |cell: usize| match patches.get(&(cell as u64)) {
-        // Points of the old rim that no grain shares a cell with any more.
-        None if !stays[cell] => Fate::Leaves,
-        None => Fate::Stays,
-        Some(_) if !stays[cell] => Fate::Leaves,
-        Some(patch) if is_core(patch) && grid.around(cell).any(|(beside, _)| leaves(beside)) => Fate::Rim,
-        Some(_) => Fate::Stays,
+impl Change {
+    fn of(sums: &[f64; SUMS]) -> Self {
+        let factor = sums[GIVEN] / sums[TAKEN];
+        let mass = factor * sums[TAKEN] + sums[HAD];
+        let velocity = |axis: usize| (sums[GIVEN + axis] - factor * sums[TAKEN + axis]) / mass;
+        Self { factor, velocity: Vector::new(velocity(1), velocity(2)) }
+    }
+
+    fn is_sound(&self) -> bool {
+        (FACTORS[0]..=FACTORS[1]).contains(&self.factor)
+    }
+}
+
+/// What remains of a grain's weight.
+fn weight_left<C: ContactLaw<Plane>>(
+    world: &PlanarWorld<C>,
+    fates: &[Fate],
+    settings: &Enrichment,
+    grain: &Grain<C>,
+) -> f64 {
+    let weight = grain.hot.weight;
+    let fate = world.cell_of_grain(&grain.cold).map_or(Fate::Stays, |cell| fates[cell]);
+    match fate {
+        _ if grain.cold.mover != Mover::Free => weight,
+        Fate::Rim(_) if weight == 1.0 => settings.weight,
+        Fate::Leaves(_) => 0.0,
+        _ => weight,
+    }
+}
+
+/// Cells of this rank and parts of them that points are to be made in, in their order: all of a full cell's that are free, and elsewhere
+/// those that grains fill. `filled` is the volume of the grains outside the rim that give up their place, m3, `taken` where points are,
+/// `solid` what grains fill of a part in the mean, m3.
+fn places<C: ContactLaw<Plane>>(
+    (grid, patches): (&CellGrid, &BTreeMap<u64, Patch>),
+    (parts, solid): (u64, f64),
+    filled: &BTreeMap<(u64, u64), f64>,
+    taken: BTreeSet<(u64, u64)>,
+    world: &PlanarWorld<C>,
+) -> BTreeSet<(u64, u64)> {
+    let is_free = |cell: u64, part: u64| {
+        let place = middle_of(grid, parts, (cell, part));
+        let reach = 0.5 * grid.cell / parts as f64;
+        world.bodies.iter().filter_map(|body| body.nearest(&place)).all(|near| near.distance >= reach)
     };
-    (0..stays.len()).map(fate).collect()
+    let mut places = BTreeSet::new();
+    for ((cell, part), volume) in filled {
+        // In a cell of the old rim points stand already.
+        if patches[cell].core <= 0.5 * patches[cell].mass {
+            continue;
+        }
+        match patches[cell].room_full > 0.0 {
+            true => places.extend((0..parts * parts).filter(|part| is_free(*cell, *part)).map(|part| (*cell, part))),
+            false if *volume >= FILLED_PLACE * solid => drop(places.insert((*cell, *part))),
+            false => (),
+        }
+    }
+    places.difference(&taken).copied().collect()
 }
 
-/// Points of the start along an edge of a cell.
-fn points_along_cell<C: ContactLaw<Plane>>(world: &PlanarWorld<C>) -> u64 {
-    (0.5 / world.layout.point_half()).round() as u64
+/// Of all cells of the grid; and how many sets of them leave or become the rim of what stays.
+fn fates(grid: &CellGrid, patches: &BTreeMap<u64, Patch>, stays: &[bool]) -> (Vec<Fate>, usize) {
+    let has_grains = |cell: usize| patches.contains_key(&(cell as u64));
+    let is_core = |cell: usize| patches.get(&(cell as u64)).is_some_and(|patch| patch.core > 0.5 * patch.mass);
+    let leaves = |cell: usize| !stays[cell] && has_grains(cell);
+    let is_rim = |cell: usize| stays[cell] && is_core(cell) && grid.around(cell).any(|(beside, _)| leaves(beside));
+    // Points of the old rim may lie in a cell without grains, beside those that leave.
+    let is_bare = |cell: usize| !stays[cell] && grid.around(cell).any(|(beside, _)| leaves(beside));
+    let changes = |cell: &usize| leaves(*cell) || is_rim(*cell) || is_bare(*cell);
+    let cells: Vec<usize> = (0..stays.len()).filter(changes).collect();
+    let mut fates = vec![Fate::Stays; stays.len()];
+    let sets = grid.sets(&cells);
+    for (number, set) in sets.iter().enumerate() {
+        for cell in set {
+            fates[*cell] = if is_rim(*cell) { Fate::Rim(number) } else { Fate::Leaves(number) };
+        }
+    }
+    (fates, sets.len())
 }
 
-/// The cell of a place, and which of its parts it lies in, row by row.
-fn part_at(grid: &CellGrid, parts: u64, place: &Vector) -> Option<(u64, u64)> {
-    let cell = grid.at(place[0], place[1])?;
+/// Which of its parts a place in a cell lies in, row by row.
+fn part_at(grid: &CellGrid, parts: u64, cell: usize, place: &Vector) -> u64 {
     let way = *place - grid.centre(cell);
     let part = |axis: usize| {
         let at = ((way[axis] / grid.cell + 0.5) * parts as f64).floor();
         (at as u64).min(parts - 1)
     };
-    Some((cell as u64, part(1) * parts + part(0)))
+    part(1) * parts + part(0)
+}
+
+/// Middle of a part of a cell, m.
+fn middle_of(grid: &CellGrid, parts: u64, (cell, part): (u64, u64)) -> Vector {
+    let edge = grid.cell / parts as f64;
+    let way = |index: u64| (index as f64 + 0.5) * edge - 0.5 * grid.cell;
+    grid.centre(cell as usize) + Vector::new(way(part % parts), way(part / parts))
 }
 
 /// An id that no point has, and none above it.
@@ -237,6 +341,11 @@ fn first_free_id<C: ContactLaw<Plane>>(world: &PlanarWorld<C>) -> u64 {
     world.transport.max(&mut most);
     most[0] as u64 + 1
 }
+
+/// Displacement gradients up to which fields over some cells are linear enough to tell volumes.
+const GRADIENT_LINEAR: f64 = 0.1;
+/// Volume ratios that are believed.
+const VOLUME_RATIOS: [f64; 2] = [0.9, 1.25];
 
 /// Makes points of patches.
 struct Maker<'a> {
@@ -255,28 +364,20 @@ struct Maker<'a> {
 
 impl Maker<'_> {
     /// In the middle of a part of a cell, as the grains of the patch around the cell's centre are in the mean.
-    fn point<C: ContactLaw<Plane>>(
-        &self,
-        world: &PlanarWorld<C>,
-        (cell, part): (u64, u64),
-        patch: &Patch,
-    ) -> PlanarPoint {
-        let edge = self.grid.cell / self.parts as f64;
-        let way = |index: u64| (index as f64 + 0.5) * edge - 0.5 * self.grid.cell;
-        let way = Vector::new(way(part % self.parts), way(part / self.parts));
-        let place = self.grid.centre(cell as usize) + way;
+    fn point<C: ContactLaw<Plane>>(&self, world: &PlanarWorld<C>, at: (u64, u64), patch: &Patch) -> PlanarPoint {
+        let place = middle_of(self.grid, self.parts, at);
+        let way = place - self.grid.centre(at.0 as usize);
         let (velocity, displacement) = (patch.velocity(self.grid.cell), patch.displacement(self.grid.cell));
-        // x = X + u(x), so that F = (1 - du/dx)^-1.
-        let deformation = Plane::inverse(&(Tensor::identity() - displacement.gradient));
-        let is_sound = |of: &Tensor| (VOLUME_RATIOS[0]..=VOLUME_RATIOS[1]).contains(&Plane::determinant(of));
-        let deformation = deformation.filter(is_sound).unwrap_or_else(Tensor::identity);
+        let deformation = self.deformation(&displacement.gradient, patch);
         let ratio = Plane::determinant(&deformation);
         let fraction = self.fraction / ratio;
         let mass = patch.mass / patch.solid * fraction * self.volume;
-        let id = PointId(self.first + cell * self.parts * self.parts + part);
+        let id = PointId(self.first + at.0 * self.parts * self.parts + at.1);
         let mut point: PlanarPoint = Point::resting(id, place, mass, self.volume / ratio);
         let law = &world.settings.material;
-        let stress: Tensor = patch.moment * (fraction / patch.solid);
+        // Of the space that grains of the core have; elsewhere nodes bear a part.
+        let stress: Tensor =
+            if patch.solid_core > 0.0 { patch.moment * (fraction / patch.solid_core) } else { Tensor::zero() };
         point.hot.velocity = velocity.at(&way);
         point.hot.deformation = deformation;
         point.hot.memory = law.start(&(stress * ratio), fraction);
@@ -288,6 +389,20 @@ impl Maker<'_> {
         point.cold.origin = place - moved;
         point.cold.track = self.track(&moved);
         point
+    }
+
+    /// x = X + u(x), so that F = (1 - du/dx)^-1. Where grains went far, u is not linear over some cells: there the volume is the one that
+    /// they fill, if they do.
+    fn deformation(&self, gradient: &Tensor, patch: &Patch) -> Tensor {
+        let found = Plane::inverse(&(Tensor::identity() - gradient));
+        let found = found.filter(|found| Plane::determinant(found) > 0.0).unwrap_or_else(Tensor::identity);
+        let ratio = Plane::determinant(&found);
+        let counted = self.fraction * patch.room_full / patch.solid_full;
+        let wanted = match gradient.norm() > GRADIENT_LINEAR && patch.room_full > 0.0 {
+            true => counted,
+            false => ratio,
+        };
+        found * (wanted.clamp(VOLUME_RATIOS[0], VOLUME_RATIOS[1]) / ratio).sqrt()
     }
 
     /// Of grains no path is known: straight ahead.
@@ -323,16 +438,15 @@ fn patches<C: ContactLaw<Plane>>(
     let mut mine: BTreeMap<u64, Patch> = BTreeMap::new();
     let rows = world.grains.hot[..world.grains.owned].iter().zip(&world.grains.cold).enumerate();
     for (row, (hot, cold)) in rows.filter(|(_, (_, cold))| cold.mover == Mover::Free) {
-        let Some(cell) = grid.at(cold.home[0], cold.home[1]) else { continue };
+        let Some(cell) = world.cell_of_grain(cold) else { continue };
         let patch = mine.entry(cell as u64).or_default();
         let displacement = super::motion::displacement(&hot.position, (&cold.origin, cold.image), &world.cell);
         let solid = Plane::grain_volume(hot.radius, depth);
         patch.add_grain((hot.mass, solid), &(hot.position - grid.centre(cell)), &hot.velocity, &displacement);
         if hot.weight == 1.0 {
             patch.core += hot.mass;
-        }
-        if let Some(moment) = moments.get(row) {
-            patch.moment += moment;
+            patch.solid_core += solid;
+            patch.moment += moments.get(row).copied().unwrap_or_else(Tensor::zero);
         }
     }
     let mut parcel = Writer::new();
@@ -354,7 +468,8 @@ fn read(bytes: &[u8], into: &mut BTreeMap<u64, Patch>) -> Result<(), ParcelError
         for number in patch.numbers_mut() {
             *number = reader.f64()?;
         }
-        into.insert(cell, patch);
+        let before = into.insert(cell, patch);
+        assert!(before.is_none(), "a cell belongs to one rank");
     }
     Ok(())
 }

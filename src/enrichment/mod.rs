@@ -25,12 +25,12 @@ mod motion;
 mod residents;
 mod training;
 
-pub use account::Kept;
+pub use account::BeforeAndAfter;
 pub use dissolution::{Dissolved, dissolve, look_for_rest};
 pub use motion::track;
 
 use account::Account;
-use choose::{Chosen, border, choose};
+use choose::{border, choose};
 use motion::Motion;
 use residents::Residents;
 use training::{Holders, Trained, train};
@@ -46,7 +46,7 @@ pub struct Enriched {
     pub points_removed: u64,
     pub points_rim: u64,
     /// Of the whole world.
-    pub kept: Kept,
+    pub kept: BeforeAndAfter,
     /// Mean Cauchy stress (xx, yy, xy) of the points that were replaced and of the grains that replaced them, Pa.
     pub stress_points: [f64; 3],
     pub stress_grains: [f64; 3],
@@ -78,52 +78,53 @@ pub fn enrich<C: ContactLaw<Plane>>(
     instants: &Instants,
     packing: (&Path, Lies<'_>),
 ) -> Result<Enriched, Error> {
-    Plan::of(world, how, flagged, instants, packing)?.carry_out(world)
+    if world.has_grains() {
+        // Grains stay, and lists that are made of them and of others begin where they are.
+        world.rebuild()?;
+    }
+    match Plan::of(world, how, flagged, instants, packing)? {
+        Ok(plan) => plan.carry_out(world),
+        Err(Refusal(why)) => Err(Error::Run(why)),
+    }
 }
 
-/// Who is to go and who is to come; the same on every rank. Nothing has been changed yet.
-pub struct Plan<'a, C: ContactLaw<Plane>> {
-    settings: &'a Enrichment,
-    depth: f64,
-    lies: Lies<'a>,
+/// Why no zone can be there; the same on every rank, and nothing has been changed.
+#[derive(Debug)]
+pub struct Refusal(pub String);
+
+/// Who is to go and who is to come, trained; nothing has been changed yet.
+pub struct Plan<C: ContactLaw<Plane>> {
     zone: Zone,
-    /// Points near the zone, in the order of their ids.
-    points: Vec<PlanarPoint>,
-    motion: Motion,
-    residents: Residents,
-    chosen: Chosen<C>,
-    border: Vec<u64>,
-    seats: Vec<Vector>,
+    /// That points of the rim keep.
+    point_weight: f64,
+    /// Rows of this rank's blocks.
+    trained: Trained<C>,
+    enriched: Enriched,
 }
 
-impl<'a, C: ContactLaw<Plane>> Plan<'a, C> {
-    /// An error where no zone can be there. Collective.
+impl<C: ContactLaw<Plane>> Plan<C> {
+    /// For a world whose grains, if it has any, are at home. Collective.
     pub fn of(
         world: &mut PlanarWorld<C>,
-        (settings, depth): (&'a Enrichment, f64),
+        (settings, depth): (&Enrichment, f64),
         flagged: &[u64],
         instants: &Instants,
-        (packing_file, lies): (&Path, Lies<'a>),
-    ) -> Result<Self, Error> {
-        if world.has_grains() {
-            // Grains stay, and lists that are made of them and of others begin where they are.
-            world.rebuild()?;
-        }
+        (packing_file, lies): (&Path, Lies<'_>),
+    ) -> Result<Result<Self, Refusal>, Error> {
         let zone = Zone::around(flagged, cell_grid(world), settings);
         let near = zone.within(MARGIN);
         let is_near = |place: &Vector| zone.grid.at(place[0], place[1]).is_some_and(|cell| near[cell]);
         let points = world.points.rows().filter(|point| is_near(&point.hot.position)).collect();
         let mut points = transfer::gather_everywhere(world.transport, points)?;
         points.sort_unstable_by_key(|point| point.cold.id);
-        let mass_of = |wanted: Label| -> f64 {
-            let of_it = points.iter().filter(|point| becomes(&zone, point) == wanted);
-            of_it.map(|point| point.hot.weight * point.hot.mass).sum()
-        };
+        let (zone_of, points_of) = (&zone, &points);
+        let of = |wanted: Label| points_of.iter().filter(move |point| becomes(zone_of, point) == wanted);
+        let mass_of = |wanted: Label| of(wanted).map(|point| point.hot.weight * point.hot.mass).sum::<f64>();
         let (core, rim) = (mass_of(Label::Grains), mass_of(Label::Rim));
         if core == 0.0 || rim == 0.0 {
-            return Err(Error::Run(
+            return Ok(Err(Refusal(
                 "the zone around the shear band has no core or no rim; `enrichment.distance` must exceed a cell, and the band must leave continuum beside it".into(),
-            ));
+            )));
         }
         let motion = Motion::of(world, &points, instants, settings.training);
         let residents = Residents::of(world)?;
@@ -131,25 +132,27 @@ impl<'a, C: ContactLaw<Plane>> Plan<'a, C> {
         let now = motion.times.len() - 1;
         let comes_near = |origin: &Vector| motion.at(now, origin).is_some_and(|way| is_near(&(*origin + way)));
         let packing = Reference::read(world, packing_file, (lies, zone.middle()), comes_near)?;
-        let chosen = choose::<C>(settings, &zone, &motion, (&packing.grains, &residents), [core - raised, rim])?;
-        let border = border(&zone.grid, &points, &residents, &chosen);
-        Ok(Self { settings, depth, lies, zone, points, motion, residents, chosen, border, seats: packing.seats })
-    }
-
-    /// Trains the grains and puts them in. Collective.
-    pub fn carry_out(self, world: &mut PlanarWorld<C>) -> Result<Enriched, Error> {
-        let Self { settings, depth, lies, zone, points, motion, residents, chosen, border, seats } = self;
-        let account = Account::open(world)?;
+        let who = (&packing.grains[..], &residents);
+        let chosen = match choose::<C>(settings, &zone, &motion, who, [core - raised, rim]) {
+            Ok(chosen) => chosen,
+            Err(refusal) => return Ok(Err(refusal)),
+        };
         let mut enriched = Enriched {
-            stress_points: mean_stress(points.iter().filter(|point| becomes(&zone, point) == Label::Grains)),
+            stress_points: mean_stress(of(Label::Grains)),
+            points_rim: of(Label::Rim).count() as u64,
             grains: chosen.grains.len() as u64,
             grains_rim: chosen.rim.len() as u64,
             ..Enriched::default()
         };
-        let held = Holders { rim: &chosen.rim, border: &border, residents: &residents, lies, seats: &seats };
+        let border = border(&zone.grid, &points, &residents, &chosen);
+        let held = Holders { rim: &chosen.rim, border: &border, residents: &residents, lies, seats: &packing.seats };
         let all = [chosen.grains, chosen.beside].concat();
-        let Trained { mut grains, touched } = train(world, (settings, depth), &motion, all, &held, &mut enriched)?;
-        for grain in &mut grains {
+        let mut trained = match train(world, (settings, depth), &motion, all, &held, &mut enriched) {
+            Ok(trained) => trained,
+            Err(Error::Run(why)) => return Ok(Err(Refusal(format!("training came to nothing: {why}")))),
+            Err(other) => return Err(other),
+        };
+        for grain in &mut trained.grains {
             grain.cold.mover = Mover::Free;
             grain.cold.script = Vector::zero();
             let in_rim = chosen.rim.binary_search(&grain.cold.id.0).is_ok();
@@ -157,7 +160,13 @@ impl<'a, C: ContactLaw<Plane>> Plan<'a, C> {
             grain.hot.spin = <Plane as Space>::Spin::zero();
             grain.hot.velocity = motion.velocity(&grain.cold.origin);
         }
+        Ok(Ok(Self { zone, point_weight: chosen.point_weight, trained, enriched }))
+    }
 
+    /// Puts the grains in. Collective.
+    pub fn carry_out(self, world: &mut PlanarWorld<C>) -> Result<Enriched, Error> {
+        let Self { zone, point_weight, trained: Trained { mut grains, touched }, mut enriched } = self;
+        let account = Account::open(world)?;
         let mut kept = Vec::with_capacity(world.points.len());
         let mut lost = ExactSum::<4>::new();
         for mut point in world.points.rows() {
@@ -165,7 +174,7 @@ impl<'a, C: ContactLaw<Plane>> Plan<'a, C> {
             let freed = match label {
                 Label::Continuum => 0.0,
                 Label::Grains => point.hot.weight,
-                Label::Rim => point.hot.weight - chosen.point_weight,
+                Label::Rim => point.hot.weight - point_weight,
             };
             lost.add(0, freed * point.hot.mass);
             lost.add(1, freed * point.hot.mass * point.hot.velocity[0]);
@@ -174,7 +183,7 @@ impl<'a, C: ContactLaw<Plane>> Plan<'a, C> {
                 Label::Continuum => kept.push(point),
                 Label::Grains => lost.add(3, 1.0),
                 Label::Rim => {
-                    point.hot.weight = chosen.point_weight;
+                    point.hot.weight = point_weight;
                     kept.push(point);
                 }
             }
@@ -187,9 +196,7 @@ impl<'a, C: ContactLaw<Plane>> Plan<'a, C> {
         // Until now nobody asked how far bodies had come.
         world.be_home();
         world.replace(grains, kept)?;
-
         enriched.kept = account.close(world, "enrichment")?;
-        enriched.points_rim = points.iter().filter(|point| becomes(&zone, point) == Label::Rim).count() as u64;
         Ok(enriched)
     }
 }
@@ -204,7 +211,7 @@ fn becomes(zone: &Zone, point: &PlanarPoint) -> Label {
 
 /// Whether a grain of an older zone's rim is to be one of the core.
 fn is_raised(zone: &Zone, hot: &Hot<Plane>) -> bool {
-    hot.weight < 1.0 && zone.at(hot.position[0], hot.position[1]) == Label::Grains
+    hot.weight > 0.0 && hot.weight < 1.0 && zone.at(hot.position[0], hot.position[1]) == Label::Grains
 }
 
 /// Mass, kg, and momentum along x and y, N s, that grains of an older zone's rim take over with their whole weight. Collective.

@@ -233,7 +233,12 @@ fn is_squeezed<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<
     let (mut of_free, mut hardest) = (ExactSum::<2>::new(), [0.0f64]);
     for bearing in on_grains.chain(on_bodies) {
         let force = bearing.force.norm();
-        if held.is_led(grains.cold[bearing.row as usize].id.0) || held.is_led(bearing.partner.0) {
+        let [one, other] = [grains.cold[bearing.row as usize].id.0, bearing.partner.0];
+        if held.residents.get(one).is_some() && held.residents.get(other).is_some() {
+            // As they press in the run, whatever is done here.
+            continue;
+        }
+        if held.is_led(one) || held.is_led(other) {
             hardest[0] = hardest[0].max(force);
         } else {
             of_free.add(0, 1.0);

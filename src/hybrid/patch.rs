@@ -21,10 +21,14 @@ pub struct Patch {
     pub mass: f64,
     /// The part of it that is outside the rim, kg.
     pub core: f64,
-    /// Volume of the grains, m3.
+    /// Volume of the grains, m3, and of those outside the rim.
     pub solid: f64,
-    /// Love-Weber sum of their contacts, J, tension positive.
+    pub solid_core: f64,
+    /// Love-Weber sum of the contacts of the latter, J, tension positive. Nodes bear a part of what others bear.
     pub moment: Tensor,
+    /// Room of the cells that are full of grains, m3, and volume of the grains in them.
+    pub room_full: f64,
+    pub solid_full: f64,
     place: Vector,
     square: Tensor,
     velocity: Sums,
@@ -44,7 +48,10 @@ numbers!(impl[] Patch[] {
     mass: f64,
     core: f64,
     solid: f64,
+    solid_core: f64,
     moment: Tensor,
+    room_full: f64,
+    solid_full: f64,
     place: Vector,
     square: Tensor,
     velocity: Sums,
@@ -85,7 +92,10 @@ impl Patch {
         self.mass += other.mass;
         self.core += other.core;
         self.solid += other.solid;
+        self.solid_core += other.solid_core;
         self.moment += other.moment;
+        self.room_full += other.room_full;
+        self.solid_full += other.solid_full;
         self.place += other.place + way * other.mass;
         let mixed = other.place * way.transpose();
         self.square += other.square + mixed + mixed.transpose() + way * way.transpose() * other.mass;

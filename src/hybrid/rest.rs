@@ -6,6 +6,8 @@
 pub struct CellStrain {
     pub cell: u64,
     pub strain: [f64; 3],
+    /// Looks at which it held grains, one after the other until now.
+    pub looks: u64,
 }
 
 impl CellStrain {
@@ -18,19 +20,23 @@ impl CellStrain {
 
 /// The cells that hold grains, rising; the same on every rank.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Watch {
+pub struct RestWatch {
     pub cells: Vec<CellStrain>,
 }
 
-impl Watch {
+impl RestWatch {
     /// Takes in the rates of strain of all cells that hold grains now, rising (xx, yy, xy, 1/s), as they were for `time`, s. Cells that
     /// hold none any more are forgotten.
     pub fn take(&mut self, rates: &[CellStrain], time: f64) {
         let mut before = self.cells.iter().peekable();
         let after = rates.iter().map(|rate| {
             while before.next_if(|cell| cell.cell < rate.cell).is_some() {}
-            let known = before.next_if(|cell| cell.cell == rate.cell).map_or([0.0; 3], |cell| cell.strain);
-            CellStrain { cell: rate.cell, strain: std::array::from_fn(|part| known[part] + rate.strain[part] * time) }
+            let known = before.next_if(|cell| cell.cell == rate.cell).copied().unwrap_or_default();
+            CellStrain {
+                cell: rate.cell,
+                strain: std::array::from_fn(|part| known.strain[part] + rate.strain[part] * time),
+                looks: known.looks + 1,
+            }
         });
         self.cells = after.collect();
     }
@@ -40,10 +46,12 @@ impl Watch {
         self.cells.iter().map(CellStrain::shear).fold(0.0, f64::max)
     }
 
-    /// Cells that have sheared by more than this `share` of what the busiest has.
+    /// Cells that have sheared by this `share` of what the busiest has, or more; and those that grains have come to since the watch
+    /// began, of which nothing is known.
     pub fn busy(&self, share: f64) -> impl Iterator<Item = u64> {
         let least = share * self.most();
-        self.cells.iter().filter(move |cell| cell.shear() >= least).map(|cell| cell.cell)
+        let looks = self.cells.iter().map(|cell| cell.looks).max().unwrap_or(0);
+        self.cells.iter().filter(move |cell| cell.shear() >= least || cell.looks < looks).map(|cell| cell.cell)
     }
 }
 
@@ -52,12 +60,12 @@ mod tests {
     use super::*;
 
     fn rate(cell: u64, xy: f64) -> CellStrain {
-        CellStrain { cell, strain: [0.0, 0.0, xy] }
+        CellStrain { cell, strain: [0.0, 0.0, xy], looks: 0 }
     }
 
     #[test]
     fn cells_that_shear_to_and_fro_rest_and_those_that_go_on_do_not() {
-        let mut watch = Watch::default();
+        let mut watch = RestWatch::default();
         for look in 0..10 {
             let to_and_fro = if look % 2 == 0 { 1.0 } else { -1.0 };
             watch.take(&[rate(2, 1.0), rate(3, to_and_fro), rate(7, 0.1)], 0.01);
@@ -69,11 +77,14 @@ mod tests {
 
     #[test]
     fn a_cell_that_has_lost_its_grains_is_forgotten_and_begins_anew() {
-        let mut watch = Watch::default();
+        let mut watch = RestWatch::default();
         watch.take(&[rate(2, 1.0), rate(5, 3.0)], 0.1);
         watch.take(&[rate(2, 1.0)], 0.1);
         watch.take(&[rate(1, 1.0), rate(2, 1.0), rate(5, 3.0)], 0.1);
         let shears: Vec<f64> = watch.cells.iter().map(|cell| (10.0 * cell.shear()).round()).collect();
         assert_eq!(shears, [2.0, 6.0, 6.0]);
+        // The first and the last have come too late to be called at rest.
+        assert_eq!(watch.busy(0.9).collect::<Vec<_>>(), [1, 2, 5]);
+        assert_eq!(watch.cells.iter().map(|cell| cell.looks).collect::<Vec<_>>(), [1, 3, 1]);
     }
 }

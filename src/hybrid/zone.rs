@@ -1,5 +1,7 @@
 //! Which cells become grains: seed 000 (Chen et al. 2021), section 4.
 
+use std::collections::BTreeSet;
+
 use nalgebra::SVector;
 
 use crate::scenario::Enrichment;
@@ -86,6 +88,30 @@ impl CellGrid {
             beside.for_each(|beside| near[beside] = true);
         }
         near
+    }
+
+    /// Nodes, rising, in sets that hang together along axes or across cells, each rising, in the order of their first nodes.
+    pub fn connected(&self, nodes: &[u64]) -> Vec<Vec<u64>> {
+        let cells: Vec<usize> = nodes.iter().map(|node| *node as usize).collect();
+        let sets = self.sets(&cells);
+        sets.into_iter().map(|set| set.into_iter().map(|node| node as u64).collect()).collect()
+    }
+
+    /// The same of cells, which are counted as nodes are.
+    pub fn sets(&self, cells: &[usize]) -> Vec<Vec<usize>> {
+        let mut is_left: BTreeSet<usize> = cells.iter().copied().collect();
+        let mut sets = Vec::new();
+        while let Some(first) = is_left.pop_first() {
+            let (mut set, mut at) = (vec![first], 0);
+            while at < set.len() {
+                let beside: Vec<usize> = self.around(set[at]).map(|(beside, _)| beside).collect();
+                set.extend(beside.into_iter().filter(|beside| is_left.remove(beside)));
+                at += 1;
+            }
+            set.sort_unstable();
+            sets.push(set);
+        }
+        sets
     }
 
     /// Whether a node has one of these cells beside it.
@@ -200,6 +226,29 @@ mod tests {
         assert_eq!(nodes, [8, 9]);
         // A part without length.
         assert_eq!(grid(false).nodes_along(&[[[1.1, -0.9], [1.1, -0.9]]]), [0]);
+    }
+
+    #[test]
+    fn sets_hang_together_across_corners_and_the_period() {
+        let nodes = [0, 5, 7, 16, 21, 28];
+        assert_eq!(grid(false).connected(&nodes), [vec![0, 7], vec![5], vec![16, 21, 28]]);
+        assert_eq!(grid(true).connected(&nodes), [vec![0, 5, 7], vec![16, 21, 28]]);
+    }
+
+    #[test]
+    fn cells_near_others_and_nodes_beside_them_are_told() {
+        let near = |periodic: bool, reach: f64| {
+            let near = grid(periodic).near(&[6], reach);
+            (0..30).filter(|cell| near[*cell]).collect::<Vec<usize>>()
+        };
+        assert_eq!(near(false, 0.5), [0, 6, 7, 12]);
+        assert_eq!(near(true, 0.5), [0, 6, 7, 11, 12]);
+        assert_eq!(near(false, 0.75), [0, 1, 6, 7, 12, 13]);
+        let mut taken = vec![false; 30];
+        taken[6] = true;
+        let touches =
+            |periodic: bool| (0..30).filter(|node| grid(periodic).touches(*node, &taken)).collect::<Vec<u64>>();
+        assert_eq!(touches(false), [6, 7, 12, 13]);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use super::body::inside;
 use super::checks::check_as_piece;
 use super::contact::contact;
 use super::mpm::domain;
-use super::shear::enrichment;
+use super::shear::{check_life, enrichment};
 use super::{BLOCK_OF_DISCS, SKIN_DEFAULT, digits, folder_of};
 use crate::error::Error;
 use crate::scenario::assembly::{Assembly, Cell, Damping, Packed, Preparation, Shape, Source, Velocities};
@@ -282,6 +282,7 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
             return Err(top.refusal("method", "puts grains where a band persists, and nothing looks for one. Add [oracle], or [[band]] where one is known, or write \"mpm\" or \"dem\"."));
         }
         check_known_bands(job, grains, typed, top)?;
+        check_life(&grains.enrichment, typed)?;
         if job.oracle.is_none() {
             let life = grains.enrichment.life;
             let key = if life.grows { Some("grows") } else { life.dissolves.then_some("dissolves") };

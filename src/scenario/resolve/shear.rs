@@ -290,6 +290,8 @@ fn check_together(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     }
     if scenario.method == Method::Hybrid {
         check_zone(scenario, typed)?;
+        check_life(&scenario.enrichment, typed)?;
+        check_life_in_shear(scenario, typed)?;
     }
     if scenario.method.has_points() {
         check_softening(scenario, typed)?;
@@ -298,6 +300,25 @@ fn check_together(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     refuse_speed_of_plates(scenario, typed)?;
     if scenario.moves_grains() {
         check_packing(scenario, typed)?;
+    }
+    Ok(())
+}
+
+/// Grains that stand in a zone have gone all of the continuum's way, and those that come to them must as well.
+pub(super) fn check_life(enrichment: &Enrichment, typed: &Typed) -> Result<(), Error> {
+    match enrichment.life.grows && enrichment.training < 1.0 {
+        true => Err(typed.refusal("enrichment", "training", "takes grains along a part of the way that those of a zone which grows have gone. Write 1.0, or zone.grows = false.")),
+        false => Ok(()),
+    }
+}
+
+fn check_life_in_shear(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
+    let life = scenario.enrichment.life;
+    if life.grows && scenario.packing.height.is_some() {
+        return Err(typed.refusal("zone", "grows", "would lay the packing, which lies about the first band, about another one. Write false, or remove packing.height."));
+    }
+    if scenario.ledger && (life.grows || life.dissolves) {
+        return Err(typed.refusal("output", "ledger", "begins anew whenever a zone changes, and this one lives. Remove it, or write zone.grows = false and zone.dissolves = false."));
     }
     Ok(())
 }
