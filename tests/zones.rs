@@ -94,8 +94,11 @@ fn grains_at_rest_turn_into_points_that_bear_what_they_bore() {
     let last_id = world.points.cold.iter().map(|cold| cold.id.0).max().unwrap();
     let moved = world.grains.hot.iter().zip(&world.grains.cold).map(|(hot, cold)| hot.position[0] - cold.origin[0]);
     let most = moved.clone().fold(0.0, f64::max);
-    let gone: Vec<f64> =
-        moved.zip(&world.grains.hot).filter(|(_, hot)| is_left(&hot.position)).map(|(moved, _)| moved).collect();
+    let gone: Vec<f64> = moved
+        .zip(&world.grains.hot)
+        .filter(|(_, hot)| hot.weight == 1.0 && is_left(&hot.position))
+        .map(|(moved, _)| moved)
+        .collect();
     let gone = gone.iter().sum::<f64>() / gone.len() as f64;
     let leaving = world.grains.hot.iter().filter(|hot| is_left(&hot.position)).count();
     assert!(leaving > 50, "only {leaving} of {} grains lie far from the band", world.grains_total);

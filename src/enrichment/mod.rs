@@ -22,12 +22,15 @@ mod account;
 mod choose;
 mod dissolution;
 mod motion;
+mod patches;
+mod points;
 mod residents;
 mod training;
 
 pub use account::BeforeAndAfter;
-pub use dissolution::{Dissolved, dissolve, look_for_rest};
+pub use dissolution::{Dissolved, dissolve};
 pub use motion::track;
+pub use patches::look_for_rest;
 
 use account::Account;
 use choose::{border, choose};
