@@ -158,12 +158,16 @@ impl Adaptive<'_> {
         let Some(done) = enrichment::dissolve(&mut core.world, how, &core.progress.instants, &busy)? else {
             return Ok(false);
         };
-        tracing::info!(
-            step = core.world.step,
-            strain,
-            grains = done.grains,
-            "grains at rest have turned back into points"
-        );
+        let step = core.world.step;
+        if !done.refused.is_empty() {
+            let why = "points in their places would not weigh what grains do";
+            let figures = json!({ "why": why, "mass_factors": done.refused });
+            core.on_root(|outputs| outputs.log("zone_cannot_shrink", step, figures))?;
+        }
+        if done.mass_factors.is_empty() {
+            return Ok(false);
+        }
+        tracing::info!(step, strain, grains = done.grains, "grains at rest have turned back into points");
         let figures = json!({
             "grains": done.grains,
             "grains_rim": done.grains_rim,

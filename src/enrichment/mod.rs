@@ -301,6 +301,10 @@ pub fn grain_stress<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, depth: f64
         }
     }
     let [xx, yy, xy, volume] = world.reduce(sums)?;
+    if volume == 0.0 {
+        // All of them are led.
+        return Ok([0.0; 3]);
+    }
     let space = volume / FRACTION_NOMINAL;
     Ok([xx / space, yy / space, xy / space])
 }
