@@ -100,7 +100,9 @@ impl Adaptive<'_> {
         let flagged = std::mem::take(&mut core.progress.oracle.flagged);
         let mut has_grown = false;
         for set in enrichment::cell_grid(&core.world).connected(&flagged) {
-            has_grown |= self.grow_around(&set, core, strain)?;
+            // What the set before has reached needs no grains of its own.
+            let left = watch::beyond_grains(&core.world, set)?;
+            has_grown |= !left.is_empty() && self.grow_around(&left, core, strain)?;
         }
         Ok(has_grown)
     }

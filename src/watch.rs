@@ -46,9 +46,7 @@ pub fn watch<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
         let fields = node_fields(world, |hot, cold| [since(hot, cold, last), since(hot, cold, Some(begin))])?;
         let mut flagged = fields.flagged(settings, world.layout.cell, diameter);
         if world.has_grains() {
-            // What a zone holds already is not looked for.
-            let (grid, taken) = (cell_grid(world), cells_of_grains(world)?);
-            flagged.retain(|node| !grid.touches(*node, &taken));
+            flagged = beyond_grains(world, flagged)?;
         }
         found = memory.persists(flagged, settings);
     }
@@ -57,6 +55,16 @@ pub fn watch<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     }
     world.phases.stop(Phase::Oracle, timer);
     Ok(found)
+}
+
+/// Those of the nodes that no cell with grains is beside: what a zone holds already is not looked for.
+pub fn beyond_grains<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+    world: &World<S, C, L>,
+    mut nodes: Vec<u64>,
+) -> Result<Vec<u64>, Error> {
+    let (grid, taken) = (cell_grid(world), cells_of_grains(world)?);
+    nodes.retain(|node| !grid.touches(*node, &taken));
+    Ok(nodes)
 }
 
 /// Which cells of the plane hold grains, on every rank.

@@ -1,6 +1,6 @@
 //! Grains that have come to rest far from any band turn back into points (beyond the seed, whose zones are for good).
 //!
-//! Cells of the zone farther than phi_0 and its rim from every busy cell give their grains up; those beside them become the rim of what
+//! Cells of the zone farther than phi_0, its rim and one cell more from every busy cell give their grains up; those beside them become the rim of what
 //! is left. Points that are made stand as they did at the start of a run, so many along a cell; each takes displacement, velocity, stress
 //! and packing fraction from the fields that the grains of the cells around tell ([`crate::hybrid::patch`]). In each set of cells that
 //! hang together one factor to the masses of all points that take something over, and one rigid correction of their velocities, make

@@ -43,13 +43,13 @@ pub(super) fn places<C: ContactLaw<Plane>>(
         if patches[cell].core <= 0.5 * patches[cell].mass {
             continue;
         }
-        match patches[cell].room_full > 0.0 {
-            true => places.extend((0..parts * parts).filter(|part| is_free(*cell, *part)).map(|part| (*cell, part))),
-            false if *volume >= FILLED_PLACE * solid => drop(places.insert((*cell, *part))),
-            false => (),
+        if patches[cell].room_full > 0.0 {
+            places.extend((0..parts * parts).map(|part| (*cell, part)));
+        } else if *volume >= FILLED_PLACE * solid {
+            places.insert((*cell, *part));
         }
     }
-    places.difference(&taken).copied().collect()
+    places.difference(&taken).filter(|(cell, part)| is_free(*cell, *part)).copied().collect()
 }
 
 /// Which of its parts a place in a cell lies in, row by row.
