@@ -2,7 +2,7 @@
 
 use scree_partition::{ParcelError, Reader, Writer};
 
-use crate::dem::grains::Mover;
+use crate::dem::grains::{Cold, Hot, Mover};
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
 use crate::packing::PlanarWorld;
@@ -49,7 +49,7 @@ impl Residents {
     pub fn of<C: ContactLaw<Plane>>(world: &PlanarWorld<C>) -> Result<Self, Error> {
         let rows = world.grains.hot[..world.grains.owned].iter().zip(&world.grains.cold);
         let free = rows.filter(|(_, cold)| cold.mover == Mover::Free);
-        let resident = |(hot, cold): (&crate::dem::grains::Hot<Plane>, &crate::dem::grains::Cold<Plane>)| Resident {
+        let resident = |(hot, cold): (&Hot<Plane>, &Cold<Plane>)| Resident {
             id: cold.id.0,
             origin: cold.origin,
             displacement: displacement(&hot.position, (&cold.origin, cold.image), &world.cell),
