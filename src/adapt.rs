@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use crate::enrichment::{self, BeforeAndAfter, Enriched, Plan, Refusal};
 use crate::error::Error;
 use crate::hybrid::rest::RestWatch;
+use crate::hybrid::track::Instants;
 use crate::law::contact::ContactLaw;
 use crate::law::material::CriticalDruckerPrager;
 use crate::observe::phases::Phase;
@@ -201,6 +202,10 @@ impl Adaptive<'_> {
         let how = (self.enrichment, self.depth);
         let enriched = enrichment::enrich(&mut core.world, how, flagged, instants, (&file, self.lies))?;
         core.progress.enriched_step = core.world.step;
+        if !self.enrichment.life.grows {
+            // Points have forgotten where they were then.
+            core.progress.instants = Instants::default();
+        }
         let seconds = started.elapsed().as_secs_f64();
         record(core, &enriched, strain, [stepped, seconds])?;
         let made = experiment.frame(core)?;

@@ -32,6 +32,11 @@ impl Change {
         KEPT.contains(&self.key.as_str())
     }
 
+    /// Whether it asks for the paths of points, which a state with grains in it has kept only if its zone has been to grow.
+    pub fn asks_for_paths(&self) -> bool {
+        self.key == "zone.grows" && self.new.as_deref() == Some("true")
+    }
+
     /// For a person: `contact.friction from 0.5 to 0.4`.
     pub fn words(&self) -> String {
         let shown = |value: &Option<String>| value.clone().unwrap_or_else(|| "nothing".into());
@@ -97,5 +102,7 @@ mod tests {
         assert!(between(old, old).is_empty());
         let kept = between("[packing]\nheight = 0.1\n", "[packing]\nheight = 0.2\nstress = 1.0\n");
         assert_eq!(kept.iter().map(Change::is_kept).collect::<Vec<bool>>(), [true, false]);
+        let lives = between("[zone]\ngrows = false\n", "[zone]\ngrows = true\ndissolves = true\n");
+        assert_eq!(lives.iter().map(Change::asks_for_paths).collect::<Vec<bool>>(), [false, true]);
     }
 }

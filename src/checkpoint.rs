@@ -161,7 +161,11 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
         State { attributes: attributes.into(), tables }
     }
 
-    pub fn from_state(state: &State) -> Result<Self, Error> {
+    /// Tables are used up one after the other, so that rows by the million are there twice one kind at a time.
+    pub fn from_state(mut state: State) -> Result<Self, Error> {
+        let points = tables::take(&mut state, "points", &Point::<S, P>::blank())?;
+        let grains = tables::to_grains(&mut state)?;
+        let state = &state;
         let flags: Vec<Flag> = tables::rows(state, "flagged", &Flag::default())?;
         let times: Vec<Instant> = tables::rows(state, "instants", &Instant::default())?;
         let mut progress = progress_of(state)?;
@@ -186,8 +190,8 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
                 cell: only(tables::rows(state, "cell_home", &Cell::blank())?, "cell_home")?,
                 bodies: at_home.into_iter().map(|body| body.displacement).collect(),
             },
-            grains: tables::to_grains(state)?,
-            points: tables::rows(state, "points", &Point::<S, P>::blank())?,
+            grains,
+            points,
             vertices: match state.tables.iter().any(|table| table.name == "membranes") {
                 true => tables::rows(state, "membranes", &Vertex::blank())?,
                 false => Vec::new(),
@@ -293,7 +297,7 @@ pub fn newest_in_words(dir: &Path) -> String {
 /// The newest good checkpoint of a run directory; damaged newer ones are reported.
 pub fn latest<S: Space, M: Words<f64>, P: MaterialMemory>(dir: &Path) -> Result<(PathBuf, Snapshot<S, M, P>), Error> {
     let (path, state) = latest_state(dir)?;
-    Ok((path, Snapshot::from_state(&state)?))
+    Ok((path, Snapshot::from_state(state)?))
 }
 
 /// The same before it is read as a state of one kind of job.

@@ -73,7 +73,7 @@ impl ForAnyLaw for Export<'_, Scenario> {
     fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
         let layout = packing::layout_for(self.job, self.job.specimen.height)?;
         self.text::<Plane>(packing::cell_of(&layout), || {
-            let snapshot = Snapshot::from_state(self.state)?;
+            let snapshot = Snapshot::from_state(self.state.clone())?;
             full_step(planar_shear::world_of::<C>(self.job, Some(snapshot), &Solo)?.0)
         })
     }
@@ -93,7 +93,7 @@ impl ForAnyLaw for Export<'_, Assembly> {
 impl Export<'_, Assembly> {
     fn in_cell<S: Space, C: ContactLaw<S>>(&self) -> Result<String, Error> {
         self.text::<S>(cell(self.state, self.job)?, || {
-            let snapshot = Snapshot::from_state(self.state)?;
+            let snapshot = Snapshot::from_state(self.state.clone())?;
             full_step(assembly::world_of::<S, C>(self.job, Some(snapshot), &Solo)?.0)
         })
     }

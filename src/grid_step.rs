@@ -295,7 +295,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let (coupled, dt_grains, dt) = (self.is_coupled(), self.settings.dt, self.dt_of_continuum());
         let (gravity, looks) = (self.gravity_now(), moment == Moment::Look);
         let Self { nodes, tiles, bodies, layout, settings, reactions, cell: periods, .. } = self;
-        let (mosaic, Tiles { sums, grain_sums, advanced, grain_changes, strides, .. }) = (&nodes.mosaic, tiles);
+        let (mosaic, Tiles { sums, grain_sums, advanced, grain_changes, strides, shared, .. }) = (&nodes.mosaic, tiles);
         let (per_tile, len, rows) = (mosaic.owned_per_tile(), mosaic.nodes_per_tile, mosaic.rows());
         let holders = Holders { grid: &settings.grid, layout, bodies, periods, gravity, moment };
         let grains_at = |number: usize| if coupled { grain_sums[number] } else { GrainNode::zero() };
@@ -326,8 +326,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                     let row = node.row as usize - first * len;
                     let (of_points, of_grains) = advance(node, number, &mut booked);
                     advanced[row] = of_points;
-                    if let Some(change) = changes.get_mut(row) {
-                        *change = of_grains;
+                    if coupled && shared[tile] {
+                        changes[row] = of_grains;
                     }
                 }
             }

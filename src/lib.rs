@@ -8,7 +8,7 @@
 //!   [`enrichment`]: grains for points, [`adapt`]: when. These alone call the partition.
 //! * [`dem`], [`mpm`], [`hybrid`]: grains, continuum, and what couples them. They do not know ranks.
 //! * [`calibrate`]: the figures of the continuum from element tests of a job's grains.
-//! * [`law`]: forces and stresses; [`space`], [`symmetric`], [`lane`], [`numbers`], [`math`], [`ids`]: the ground.
+//! * [`law`]: forces and stresses; [`space`], [`symmetric`], [`lane`], [`numbers`], [`zeroed`], [`math`], [`ids`]: the ground.
 //!
 //! One word, one thing: a *block* owns *cells*, a *tile* holds its *nodes*; a *grain* is DEM, a *point* is MPM, a *contact* a
 //! touching pair with memory; a *ghost* is a copy of a row another rank owns; a *zone* is where grains replaced points and
@@ -69,3 +69,4 @@ pub mod tables;
 pub mod transfer;
 pub mod watch;
 pub mod world;
+pub mod zeroed;

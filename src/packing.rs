@@ -303,10 +303,10 @@ pub fn read_bodies(file: &Path) -> Result<Vec<Body<Plane>>, Error> {
 
 /// Reads what [`write`] wrote: grains and height.
 pub fn read<M: Words<f64>>(file: &Path) -> Result<(Vec<GrainRow<Plane, M>>, f64), Error> {
-    let state = read_state(file)?;
+    let mut state = read_state(file)?;
     let height = state.attributes.get("state.height").and_then(|height| height.parse().ok());
     let height = height.ok_or_else(|| made_again(file, &"the packing's height is missing"))?;
-    Ok((tables::to_grains(&state)?, height))
+    Ok((tables::to_grains(&mut state)?, height))
 }
 
 /// Writes the state of a packing, its folder with it.

@@ -127,6 +127,11 @@ pub(crate) struct Moved<T> {
 }
 
 impl<T: Sync> Moved<T> {
+    /// Whether one of those that have arrived is such.
+    pub(crate) fn brings(&self, such: impl Fn(&T) -> bool) -> bool {
+        self.arrived.iter().any(such)
+    }
+
     /// A part of every row: of those that were here from `here`, of arrived ones by `of`.
     pub(crate) fn ordered<U: Copy + Send + Sync>(&self, here: &[U], of: impl Fn(&T) -> U + Sync) -> Vec<U> {
         let part = |source: &u32| match (*source as usize).checked_sub(self.held) {
@@ -208,24 +213,34 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// Takes other rows in place of all that there are (every row on one rank), and deals the blocks anew.
     pub fn replace(&mut self, grains: Vec<Row<S, C>>, points: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
-        let (started, booked) = (self.phases.start(), self.phases.total());
         // What has been timed belongs to the rows that have been here.
         self.look_at_costs();
-        let mut counts = [grains.len() as i64, points.len() as i64];
+        self.points = Points::default();
+        self.replace_grains(grains, points)
+    }
+
+    /// The same, but that points which are here stay, beside `fresh_points`. Costs have been looked at.
+    pub fn replace_grains(
+        &mut self,
+        grains: Vec<Row<S, C>>,
+        fresh_points: Vec<Point<S, L::Memory>>,
+    ) -> Result<(), Error> {
+        let (started, booked) = (self.phases.start(), self.phases.total());
+        let mut counts = [grains.len() as i64, (self.points.len() + fresh_points.len()) as i64];
         self.transport.sum(&mut counts);
         (self.grains_total, self.points_total) = (counts[0] as u64, counts[1] as u64);
         let mut radius_max = [grains.iter().map(|grain| grain.hot.radius).fold(0.0, f64::max)];
         self.transport.max(&mut radius_max);
         self.radius_max = radius_max[0];
-        let weighed = points.iter().map(|point| (&point.cold, point.hot.weight));
+        let here = self.points.cold.iter().zip(&self.points.hot).map(|(cold, hot)| (cold, hot.weight));
+        let weighed = here.chain(fresh_points.iter().map(|point| (&point.cold, point.hot.weight)));
         let weights = self.weigh(grains.iter().map(|grain| &grain.cold), weighed)?;
         let timer = Instant::now();
         self.deal_out(cut(&weights, self.transport.size()));
         self.grains = Grains::default();
-        self.points = Points::default();
         self.contacts.clear();
         self.walls.list.clear();
-        self.settle(grains, points)?;
+        self.settle(grains, fresh_points)?;
         self.price_deal(timer);
         self.phases.stop_around(Phase::Balance, started, booked);
         Ok(())
@@ -442,8 +457,15 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
                 owner => to_ranks[owner].push(whole(row)),
             }
         }
-        for (row, place) in fresh.into_iter().zip(&places[held..]) {
-            to_ranks[self.deal.owner(place.0)].push(row);
+        let rank = self.deal.rank;
+        match places[held..].iter().all(|place| self.deal.owner(place.0) == rank) {
+            // On one rank nothing is moved: at the start and at an enrichment these are most rows that there are.
+            true => to_ranks[rank] = fresh,
+            false => {
+                for (row, place) in fresh.into_iter().zip(&places[held..]) {
+                    to_ranks[self.deal.owner(place.0)].push(row);
+                }
+            }
         }
         (order, to_ranks)
     }
@@ -615,7 +637,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let coupled = &coupled[self.deal.held()];
         if self.coupled != coupled || self.tiles.shared != shared {
             self.coupled = coupled.to_vec();
-            self.tiles.share(shared);
+            self.tiles.share(&self.nodes.mosaic, shared);
         }
         self.untie();
     }

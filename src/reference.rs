@@ -8,6 +8,7 @@ use crate::body::Body;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
 use crate::error::Error;
+use crate::ids::GrainId;
 use crate::law::contact::ContactLaw;
 use crate::packing::{self, Grain, PlanarWorld, on_root, read_state};
 use crate::space::{Linear, Plane, Space};
@@ -42,13 +43,13 @@ pub struct Reference<C: ContactLaw<Plane>> {
 }
 
 impl<C: ContactLaw<Plane>> Reference<C> {
-    /// The packing in `file` as it lies. Of tiles only those grains that `is_wanted` asks for by where they lie, since all of them may
+    /// The packing in `file` as it lies. Of tiles only those grains that `is_wanted` asks for by number and place, since all of them may
     /// be too many; `middle` is that of the zone, m. Collective.
     pub fn read(
         world: &PlanarWorld<C>,
         file: &Path,
         (lies, middle): (Lies<'_>, f64),
-        is_wanted: impl Fn(&Vector) -> bool,
+        is_wanted: impl Fn(GrainId, &Vector) -> bool,
     ) -> Result<Self, Error> {
         let transport = world.transport;
         match lies {
@@ -70,7 +71,7 @@ impl<C: ContactLaw<Plane>> Reference<C> {
                 let (grains, cells) = transfer::agree(transport, read)?.unwrap_or_default();
                 let grains = transfer::broadcast(transport, grains)?;
                 let cell = transfer::broadcast(transport, cells)?.remove(0);
-                let is_wanted = |place: &Vector| is_wanted(place) && start.is_material(place);
+                let is_wanted = |id, place: &Vector| start.is_material(place) && is_wanted(id, place);
                 Ok(Self { grains: tiled(world, &Packing { grains, cell }, is_wanted), seats: Vec::new() })
             }
         }
@@ -87,13 +88,13 @@ type Piece<C> = (Vec<Grain<C>>, Vec<Cell<Plane>>);
 
 /// What [`crate::assembly::packed::write`] wrote: grains, and the cell that they fill from its lower corner.
 fn read_piece<C: ContactLaw<Plane>>(file: &Path) -> Result<Piece<C>, Error> {
-    let state = read_state(file)?;
+    let mut state = read_state(file)?;
     let cells = tables::rows(&state, "cell", &transfer::Cargo::blank())?;
     match cells.is_empty() {
         true => {
             Err(Error::User(format!("{}: the cell of the packing is missing; the file is damaged", file.display())))
         }
-        false => Ok((tables::to_grains(&state)?, cells)),
+        false => Ok((tables::to_grains(&mut state)?, cells)),
     }
 }
 
@@ -102,7 +103,7 @@ fn read_piece<C: ContactLaw<Plane>>(file: &Path) -> Result<Piece<C>, Error> {
 fn tiled<C: ContactLaw<Plane>>(
     world: &PlanarWorld<C>,
     piece: &Packing<Plane, C>,
-    is_wanted: impl Fn(&Vector) -> bool,
+    is_wanted: impl Fn(GrainId, &Vector) -> bool,
 ) -> Vec<Grain<C>> {
     let layout = &world.layout;
     let edges = [piece.cell.edges[0], piece.cell.edges[3]];
@@ -113,7 +114,7 @@ fn tiled<C: ContactLaw<Plane>>(
         bodies.iter().filter_map(|body| body.nearest(place)).all(|near| near.distance >= radius)
     };
     let all = piece.side_by_side([layout.corner[0], layout.corner[1]], copies);
-    let taken = all.filter(|(_, place, grain)| is_wanted(place) && is_free(place, grain.hot.radius));
+    let taken = all.filter(|(id, place, grain)| is_wanted(*id, place) && is_free(place, grain.hot.radius));
     taken
         .map(|(id, place, grain)| GrainRow::resting(id, place, grain.hot.radius, grain.hot.mass, Mover::Free))
         .collect()

@@ -93,7 +93,8 @@ fn continued_job(dir: &Path, state: &State, continuation: Continuation) -> Resul
     let edited = !fs::read_to_string(&file).is_ok_and(|there| changes::between(text, &there).is_empty());
     let Continuation { sets, branch } = continuation;
     let job = Job::parse(text, &file.display().to_string(), sets)?;
-    let (step, steps) = (checkpoint::progress_of(state)?.step, job.steps());
+    let (progress, steps) = (checkpoint::progress_of(state)?, job.steps());
+    let step = progress.step;
     let job = job.to_toml();
     // What the run began with as this program writes it, which may have keys that an older one had not.
     let began = Job::parse(text, &file.display().to_string(), &[])?.to_toml();
@@ -102,6 +103,13 @@ fn continued_job(dir: &Path, state: &State, continuation: Continuation) -> Resul
         return Err(Error::User(format!(
             "{shown}: {} is not possible: the grains of a zone are those of the packing that the run began with, also in a branch. Start a new run by `scree run`.",
             kept.words()
+        )));
+    }
+    let paths = changes.iter().find(|change| progress.enriched_step > 0 && change.asks_for_paths());
+    if let Some(paths) = paths {
+        return Err(Error::User(format!(
+            "{shown}: {} is not possible: grains are there already, and the paths of the points beside them, along which more would have to be trained, have not been kept since. Start a new run by `scree run`.",
+            paths.words()
         )));
     }
     // The last row and the last frame belong to the end that a run had.
@@ -192,7 +200,7 @@ impl ForAnyLaw for Resume<'_, Scenario> {
 
     fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
         let Self { job, state, options, log, transport } = self;
-        let snapshot = transfer::agree(transport, state.as_ref().map(Snapshot::from_state).transpose())?;
+        let snapshot = transfer::agree(transport, state.map(Snapshot::from_state).transpose())?;
         planar_shear::resume::<C>(job, snapshot, options, log, transport)
     }
 }
@@ -204,11 +212,11 @@ impl ForAnyLaw for Resume<'_, Assembly> {
         let Self { job, state, options, log, transport } = self;
         match job.cell.dimension {
             2 => {
-                let snapshot = transfer::agree(transport, state.as_ref().map(Snapshot::from_state).transpose())?;
+                let snapshot = transfer::agree(transport, state.map(Snapshot::from_state).transpose())?;
                 assembly::resume::<Plane, C>(job, snapshot, options, log, transport)
             }
             _ => {
-                let snapshot = transfer::agree(transport, state.as_ref().map(Snapshot::from_state).transpose())?;
+                let snapshot = transfer::agree(transport, state.map(Snapshot::from_state).transpose())?;
                 assembly::resume::<Solid, C>(job, snapshot, options, log, transport)
             }
         }
@@ -220,7 +228,7 @@ impl ForAnyLaw for Resume<'_, (&Mpm, &Granular)> {
 
     fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
         let Self { job, state, options, log, transport } = self;
-        let snapshot = transfer::agree(transport, state.as_ref().map(Snapshot::from_state).transpose())?;
+        let snapshot = transfer::agree(transport, state.map(Snapshot::from_state).transpose())?;
         coupled::resume::<C>(*job, snapshot, options, log, transport)
     }
 }

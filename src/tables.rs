@@ -46,10 +46,10 @@ pub fn of_points<S: Space, M: MaterialMemory>(rows: &mut [Point<S, M>]) -> Table
 }
 
 /// Rows of the tables that [`of_grains`] and, where something is tied, [`of_ties`] made, in their order.
-pub fn to_grains<S: Space, M: Words<f64>>(state: &State) -> Result<Vec<GrainRow<S, M>>, Error> {
+pub fn to_grains<S: Space, M: Words<f64>>(state: &mut State) -> Result<Vec<GrainRow<S, M>>, Error> {
     let blank = ContactRow { lower: GrainId(0), higher: GrainId(0), memory: M::zero() };
-    let mut rows: Vec<GrainRow<S, M>> = rows(state, "grains", &GrainRow::blank())?;
-    let contacts: Vec<ContactRow<M>> = self::rows(state, "contacts", &blank)?;
+    let mut rows: Vec<GrainRow<S, M>> = take(state, "grains", &GrainRow::blank())?;
+    let contacts: Vec<ContactRow<M>> = take(state, "contacts", &blank)?;
     let mut order: Vec<(GrainId, usize)> = rows.iter().enumerate().map(|(at, row)| (row.cold.id, at)).collect();
     order.sort_unstable();
     let find = |id: GrainId, table: &str| {
@@ -58,7 +58,7 @@ pub fn to_grains<S: Space, M: Words<f64>>(state: &State) -> Result<Vec<GrainRow<
             .map_err(|_| Error::User(format!("table `{table}` names grain {}, which table `grains` lacks", id.0)))
     };
     if state.tables.iter().any(|table| table.name == "ties") {
-        for TieRow { grain, tie } in self::rows(state, "ties", &blank_tie::<S>())? {
+        for TieRow { grain, tie } in take(state, "ties", &blank_tie::<S>())? {
             rows[find(grain, "ties")?].tie = tie;
         }
     }
@@ -86,6 +86,13 @@ pub fn rows<R: crate::record::Record + Clone>(state: &State, name: &str, blank: 
     from_table(table, blank).map_err(Error::User)
 }
 
+/// The same of a table that is then no longer in the state.
+pub fn take<R: crate::record::Record + Clone>(state: &mut State, name: &str, blank: &R) -> Result<Vec<R>, Error> {
+    let taken = rows(state, name, blank)?;
+    state.tables.retain(|table| table.name != name);
+    Ok(taken)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -101,8 +108,8 @@ mod tests {
         let memory = |number: f64| Components([number]);
         rows[0].contacts = vec![(GrainId(8), memory(1.0)), (body_partner(0), memory(2.0))];
         rows[1].contacts = vec![(GrainId(3), memory(1.0))];
-        let state = State { attributes: Default::default(), tables: of_grains(&mut rows).into() };
-        let read: Vec<GrainRow<Plane, Memory>> = to_grains(&state).unwrap();
+        let mut state = State { attributes: Default::default(), tables: of_grains(&mut rows).into() };
+        let read: Vec<GrainRow<Plane, Memory>> = to_grains(&mut state).unwrap();
         for (read, row) in read.iter().zip(&rows) {
             assert_eq!(format!("{:?}", read.contacts), format!("{:?}", row.contacts));
         }

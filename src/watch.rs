@@ -11,7 +11,7 @@ use crate::hybrid::oracle::{Memory, NodeFields};
 use crate::law::contact::ContactLaw;
 use crate::law::material::{MaterialLaw, MaterialMemory};
 use crate::mpm::look::for_each_node;
-use crate::mpm::points::{Cold, Hot};
+use crate::mpm::points::{Hot, Past};
 use crate::observe::phases::Phase;
 use crate::parallel::{Held, over_blocks};
 use crate::run::Core;
@@ -31,11 +31,12 @@ pub fn watch<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
 ) -> Result<bool, Error> {
     let timer = world.phases.start();
     let last = memory.slot_last();
-    let since = |hot: &Hot<S, L::Memory>, cold: &Cold<S>, slot: Option<usize>| {
-        hot.memory.plastic_strain() - slot.map_or(0.0, |slot| cold.window.samples[slot])
+    let since = |hot: &Hot<S, L::Memory>, past: &Past<S>, slot: Option<usize>| {
+        hot.memory.plastic_strain() - slot.map_or(0.0, |slot| past.window.samples[slot])
     };
-    let rows = world.points.hot.iter().zip(&world.points.cold);
-    let mut most = [rows.map(|(hot, cold)| since(hot, cold, last)).fold(0.0, f64::max)];
+    world.points.keep_pasts();
+    let rows = world.points.hot.iter().zip(&world.points.pasts);
+    let mut most = [rows.map(|(hot, past)| since(hot, past, last)).fold(0.0, f64::max)];
     world.transport.max(&mut most);
     if !memory.due(most[0], settings) {
         return Ok(false);
@@ -43,15 +44,15 @@ pub fn watch<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     let (slot, begin) = memory.look(most[0], settings);
     let mut found = false;
     if let Some(begin) = begin {
-        let fields = node_fields(world, |hot, cold| [since(hot, cold, last), since(hot, cold, Some(begin))])?;
+        let fields = node_fields(world, |hot, past| [since(hot, past, last), since(hot, past, Some(begin))])?;
         let mut flagged = fields.flagged(settings, world.layout.cell, diameter);
         if world.has_grains() {
             flagged = beyond_grains(world, flagged)?;
         }
         found = memory.persists(flagged, settings);
     }
-    for (hot, cold) in world.points.hot.iter().zip(&mut world.points.cold) {
-        cold.window.samples[slot] = hot.memory.plastic_strain();
+    for (hot, past) in world.points.hot.iter().zip(&mut world.points.pasts) {
+        past.window.samples[slot] = hot.memory.plastic_strain();
     }
     world.phases.stop(Phase::Oracle, timer);
     Ok(found)
@@ -109,20 +110,20 @@ pub fn tell_band<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
 /// Two fields of points as mass-weighted means on the nodes of the whole domain, on every rank.
 fn node_fields<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     world: &mut World<S, C, L>,
-    fields: impl Fn(&Hot<S, L::Memory>, &Cold<S>) -> [f64; 2] + Sync,
+    fields: impl Fn(&Hot<S, L::Memory>, &Past<S>) -> [f64; 2] + Sync,
 ) -> Result<NodeFields, Error> {
     const WORDS: usize = 3;
     let mosaic = &world.nodes.mosaic;
     let mut rows = vec![[0.0; WORDS]; mosaic.rows() + mosaic.rows_received];
     let frames = &world.frames;
-    let cold = &world.points.cold;
+    let pasts = &world.points.pasts;
     let shape = world.settings.grid.shape;
     let (ranges, tile_len) = (&world.point_ranges, mosaic.nodes_per_tile);
     let tiles = &mut rows[..mosaic.rows()];
     let held = Held { rows: &mut world.points.hot, beside: &mut [(); 0], tiles, tile_len };
     over_blocks(ranges, held, &|block, Held { rows, tiles, .. }| {
         for (row, point) in ranges[block].clone().zip(rows.iter()) {
-            let (fields, mass) = (fields(point, &cold[row]), point.weight * point.mass);
+            let (fields, mass) = (fields(point, &pasts[row]), point.weight * point.mass);
             for_each_node(&frames[block], shape, &point.position, |node, value| {
                 let share = mass * value;
                 tiles[node][0] += share;

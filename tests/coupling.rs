@@ -159,7 +159,7 @@ fn both_sides_leave_a_node_with_one_velocity() {
         world.advance().unwrap();
     }
     let (mut shared, mut tied, mut apart) = (0, 0, 0.0f64);
-    let sums = world.tiles.sums.iter().zip(&world.tiles.grain_sums);
+    let sums = world.tiles.sums.iter().zip(world.tiles.grain_sums.iter());
     for (node, (sum, of_grains)) in world.nodes.mosaic.owned.iter().zip(sums) {
         let velocity = world.tiles.advanced[node.row as usize].velocity();
         let change = world.tiles.grain_changes[node.row as usize];

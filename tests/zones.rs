@@ -140,7 +140,7 @@ fn grains_at_rest_turn_into_points_that_bear_what_they_bore() {
     let mean = whole.iter().map(|point| moved(point)).sum::<f64>() / whole.len() as f64;
     println!("points have come {mean:.3e} m, grains {gone:.3e} m");
     assert!((mean - gone).abs() < 0.1 * most, "{mean} m for {gone} m of grains, of {most} m");
-    assert!(made.iter().all(|point| (point.cold.track.displacements[0][0] / moved(point)) < 1.0));
+    assert!(made.iter().all(|point| (point.past.track.displacements[0][0] / moved(point)) < 1.0));
     let now = world.energies().unwrap();
     let kinetic = |of: &Energies| of.kinetic_grains + of.kinetic_points;
     assert!((kinetic(&now) / kinetic(&energies) - 1.0).abs() < 0.2, "{now:?} after {energies:?}");

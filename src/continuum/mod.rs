@@ -115,7 +115,7 @@ impl<S: Space> ForAnyMaterial<S> for Resume<'_> {
     fn with<L: MaterialLaw<S>>(self, law: L) -> Result<Outcome, Error> {
         let Self { job, state, options, log, transport } = self;
         let snapshot: Option<PointSnapshot<S, L>> =
-            transfer::agree(transport, state.as_ref().map(Snapshot::from_state).transpose())?;
+            transfer::agree(transport, state.map(Snapshot::from_state).transpose())?;
         let (progress, saved, at_home, points, vertices) = match snapshot {
             Some(Snapshot { progress, bodies, home, points, vertices, .. }) => {
                 (vec![progress], bodies, vec![home], points, vertices)

@@ -348,7 +348,7 @@ fn write<C: ContactLaw<Plane>>(
 }
 
 fn read<C: ContactLaw<Plane>>(file: &std::path::Path) -> Result<Rested<C>, Error> {
-    let state = read_state(file)?;
+    let mut state = read_state(file)?;
     let bodies = tables::rows(&state, "bodies", &Body::blank())?;
-    Ok((tables::to_grains(&state)?, bodies, tables::rows(&state, "membranes", &Vertex::blank())?))
+    Ok((tables::to_grains(&mut state)?, bodies, tables::rows(&state, "membranes", &Vertex::blank())?))
 }

@@ -1,7 +1,7 @@
 //! Which pairs of grains may touch before the next rebuild, and which pairs each grain sums over.
 
 use crate::dem::cell::{Cell, ImageCode};
-use crate::dem::grains::{Grains, Mover};
+use crate::dem::grains::{Cold, Grains, Mover};
 use crate::ids::Row;
 use crate::lane::LANES;
 use crate::space::{Linear, Space};
@@ -69,14 +69,27 @@ pub struct Neighbours {
 /// depends on the number of threads.
 pub const SEGMENT: usize = 1024;
 
-/// Bins over the cell by counting sort: `rows[starts[bin]..starts[bin + 1]]`.
+/// Bins over the cell by counting sort: `rows[starts[bin]..starts[bin + 1]]`. Only patches of bins in which there are rows have any, for a
+/// zone may be a thin band in a wide domain.
 struct Bins {
     counts: [usize; 3],
     periodic: [bool; 3],
     /// Up to this distance no other image is nearer than the one at hand, m.
     far: f64,
+    /// Of every patch, the number of its first bin.
+    firsts: Vec<u32>,
     starts: Vec<u32>,
     rows: Vec<Row>,
+}
+
+/// Bins of a patch along each axis, if there are so many.
+const PATCH: usize = 8;
+/// A patch without rows.
+const NO_BINS: u32 = u32::MAX;
+
+/// Bins of a patch along each axis, and patches.
+fn patches(counts: [usize; 3]) -> [[usize; 3]; 2] {
+    [counts.map(|count| count.min(PATCH)), counts.map(|count| count.div_ceil(PATCH))]
 }
 
 impl Bins {
@@ -85,15 +98,27 @@ impl Bins {
         for (axis, count) in counts.iter_mut().enumerate().take(S::DIMENSION) {
             *count = ((cell.height(axis) / reach) as usize).max(1);
         }
-        let total = counts.iter().product::<usize>();
         let heights = (0..S::DIMENSION).filter(|axis| cell.periodic[*axis]).map(|axis| cell.height(axis));
         let far = 0.5 * heights.fold(f64::INFINITY, f64::min);
-        let mut bins = Self { counts, periodic: cell.periodic, far, starts: vec![0; total + 1], rows: Vec::new() };
-        let places: Vec<u32> = grains.cold.iter().map(|cold| bins.index(bins.place(cell, &cold.home)) as u32).collect();
+        let firsts = vec![NO_BINS; patches(counts)[1].iter().product()];
+        let mut bins = Self { counts, periodic: cell.periodic, far, firsts, starts: Vec::new(), rows: Vec::new() };
+        for cold in &grains.cold {
+            let (patch, _) = bins.patch(bins.place(cell, &cold.home));
+            bins.firsts[patch] = 0;
+        }
+        let mut total = 0;
+        for first in bins.firsts.iter_mut().filter(|first| **first != NO_BINS) {
+            *first = total;
+            total += patches(counts)[0].iter().product::<usize>() as u32;
+        }
+        bins.starts = vec![0; total as usize + 1];
+        let place_of =
+            |cold: &Cold<S>| bins.bin(bins.place(cell, &cold.home)).expect("a patch with a row has bins") as u32;
+        let places: Vec<u32> = grains.cold.iter().map(place_of).collect();
         for &place in &places {
             bins.starts[place as usize + 1] += 1;
         }
-        for bin in 0..total {
+        for bin in 0..total as usize {
             bins.starts[bin + 1] += bins.starts[bin];
         }
         let mut next = bins.starts.clone();
@@ -115,8 +140,18 @@ impl Bins {
         place
     }
 
-    fn index(&self, place: [usize; 3]) -> usize {
-        (place[2] * self.counts[1] + place[1]) * self.counts[0] + place[0]
+    /// The patch of a place, and which of its bins is there.
+    fn patch(&self, place: [usize; 3]) -> (usize, usize) {
+        let [bins, patches] = patches(self.counts);
+        let index = |[x, y, z]: [usize; 3], [nx, ny, _]: [usize; 3]| (z * ny + y) * nx + x;
+        (index(place.map(|at| at / PATCH), patches), index(place.map(|at| at % PATCH), bins))
+    }
+
+    /// The bin of a place, none where its patch has no rows.
+    fn bin(&self, place: [usize; 3]) -> Option<usize> {
+        let (patch, within) = self.patch(place);
+        let first = self.firsts[patch];
+        (first != NO_BINS).then_some(first as usize + within)
     }
 
     /// Places beside and at `at` along an axis, each once.
@@ -135,7 +170,7 @@ impl Bins {
         for &z in &zs[..nz] {
             for &y in &ys[..ny] {
                 for &x in &xs[..nx] {
-                    let bin = self.index([x, y, z]);
+                    let Some(bin) = self.bin([x, y, z]) else { continue };
                     let rows = self.starts[bin] as usize..self.starts[bin + 1] as usize;
                     self.rows[rows].iter().for_each(|row| visit(*row));
                 }
@@ -308,4 +343,55 @@ fn list_row<S: Space>(grains: &Grains<S>, cell: &Cell<S>, bins: &Bins, margin: f
             pairs.push(Pair::new(a, b, code));
         }
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dem::grains::GrainRow;
+    use crate::ids::GrainId;
+    use crate::space::{Components, Plane};
+
+    /// Grains of half a metre, of which only a few patches of a wide cell hold some.
+    #[test]
+    fn pairs_across_patches_and_periods_are_those_of_all_pairs() {
+        let vector = |[x, y]: [f64; 2]| <Plane as Space>::Vector::new(x, y);
+        let [width, height] = [70.0, 50.0];
+        let cell = Cell::<Plane>::cuboid(vector([0.0; 2]), vector([width, height]), [true, false, false]);
+        let mut dice = 1u64;
+        let mut random = || {
+            dice = dice.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (dice >> 11) as f64 / (1u64 << 53) as f64
+        };
+        // About the seam, about a corner of patches, along the upper edge, and alone.
+        let crowds = [[68.0, 20.0], [7.0, 7.0], [40.0, 46.0]];
+        let mut places: Vec<[f64; 2]> = crowds
+            .iter()
+            .flat_map(|at| {
+                (0..60).map(|_| [(at[0] + 4.0 * random()) % width, at[1] + 4.0 * random()]).collect::<Vec<_>>()
+            })
+            .collect();
+        places.push([20.0, 30.0]);
+        let mut grains = Grains::<Plane>::default();
+        for (id, place) in (0..).zip(&places) {
+            type Row = GrainRow<Plane, Components<f64, 1>>;
+            let row = Row::resting(GrainId(id), vector(*place), 0.25, 1.0, Mover::Free);
+            grains.hot.push(row.hot);
+            grains.cold.push(row.cold);
+        }
+        grains.owned = places.len();
+        let mut neighbours = Neighbours::default();
+        neighbours.build(&grains, &cell, 0.1);
+        let mut found: Vec<[Row; 2]> = neighbours.real_pairs().map(|(_, pair)| [pair.a, pair.b()]).collect();
+        found.sort_unstable();
+        let near = |a: &[f64; 2], b: &[f64; 2]| {
+            let across = (a[0] - b[0]).abs();
+            across.min(width - across).powi(2) + (a[1] - b[1]).powi(2) < 0.36
+        };
+        let all = (0..places.len()).flat_map(|a| (a + 1..places.len()).map(move |b| [a, b]));
+        let wanted: Vec<[Row; 2]> =
+            all.filter(|[a, b]| near(&places[*a], &places[*b])).map(|pair| pair.map(|row| row as Row)).collect();
+        assert!(wanted.len() > 100, "{} pairs", wanted.len());
+        assert_eq!(found, wanted);
+    }
 }

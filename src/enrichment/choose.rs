@@ -22,32 +22,65 @@ pub(super) struct Chosen<C: ContactLaw<Plane>> {
     pub point_weight: f64,
 }
 
-/// Grains of the packing that the continuum's motion has brought into the zone, and that are not among the `residents`. They weigh what
-/// the zone's `[core, rim]` give up: all of the core's mass, kg, and w of the rim's.
+/// A grain of the packing, seen from a zone.
+pub(super) enum Stands {
+    Away,
+    /// It stands there already, as one of the residents, near enough to touch those that come.
+    Beside,
+    /// The continuum's motion has brought it here, m, where it may enter.
+    Near([f64; 2]),
+}
+
+/// What tells where a grain of the packing stands.
+pub(super) struct Sight<'a> {
+    zone: &'a Zone,
+    motion: &'a Motion,
+    residents: &'a Residents,
+    /// Distance to the flagged nodes up to which grains are looked at, m.
+    reach: f64,
+}
+
+impl<'a> Sight<'a> {
+    pub fn of(settings: &Enrichment, zone: &'a Zone, motion: &'a Motion, residents: &'a Residents) -> Self {
+        Self { zone, motion, residents, reach: settings.distance + 1.5 * zone.grid.cell }
+    }
+
+    /// The grain of that number, which has its `origin` in the packing.
+    pub fn stands(&self, id: u64, origin: &Vector) -> Stands {
+        let Self { zone, motion, residents, reach } = self;
+        let Some(way) = motion.at(motion.times.len() - 1, origin) else { return Stands::Away };
+        if let Some(resident) = residents.get(id) {
+            let place = *origin + resident.displacement;
+            let is_beside = zone.distance([place[0], place[1]]) <= reach + zone.grid.cell;
+            return if is_beside { Stands::Beside } else { Stands::Away };
+        }
+        let place = *origin + way;
+        let place = [place[0], place[1]];
+        match zone.at(place[0], place[1]) == Label::Continuum && zone.distance(place) > *reach {
+            true => Stands::Away,
+            false => Stands::Near(place),
+        }
+    }
+}
+
+/// Those that are to enter. They weigh what the zone's `[core, rim]` give up: all of the core's mass, kg, and w of the rim's.
 pub(super) fn choose<C: ContactLaw<Plane>>(
     settings: &Enrichment,
     zone: &Zone,
-    motion: &Motion,
-    (packing, residents): (&[Grain<C>], &Residents),
+    sight: &Sight<'_>,
+    packing: &[Grain<C>],
     [core, rim_mass]: [f64; 2],
 ) -> Result<Chosen<C>, Refusal> {
-    let now = motion.times.len() - 1;
-    let reach = settings.distance + 1.5 * zone.grid.cell;
     let (mut candidates, mut beside) = (Vec::new(), Vec::new());
     for (row, grain) in packing.iter().enumerate() {
-        let Some(way) = motion.at(now, &grain.cold.origin) else { continue };
-        if let Some(resident) = residents.get(grain.cold.id.0) {
-            let place = grain.cold.origin + resident.displacement;
-            if zone.distance([place[0], place[1]]) <= reach + zone.grid.cell {
+        let place = match sight.stands(grain.cold.id.0, &grain.cold.origin) {
+            Stands::Near(place) => place,
+            Stands::Beside => {
                 beside.push(grain.clone());
+                continue;
             }
-            continue;
-        }
-        let place = grain.cold.origin + way;
-        let place = [place[0], place[1]];
-        if zone.distance(place) > reach && zone.at(place[0], place[1]) == Label::Continuum {
-            continue;
-        }
+            Stands::Away => continue,
+        };
         if grain.cold.mover != Mover::Free {
             return Err(Refusal(
                 "the zone around the shear band reaches a plate, or the end of a packing that is not as high as the specimen, and grains of a zone cannot touch these yet; lower `enrichment.distance`, move the weak region away from the plates, or raise `packing.height`".into(),

@@ -8,9 +8,10 @@ use crate::dem::grains::{Hot, Mover};
 use crate::error::Error;
 use crate::hybrid::track::Instants;
 use crate::hybrid::zone::{CellGrid, Label, Zone};
+use crate::ids::GrainId;
 use crate::law::contact::ContactLaw;
-use crate::law::material::MaterialLaw;
-use crate::mpm::points::Point;
+use crate::law::material::{CriticalMemory, MaterialLaw};
+use crate::mpm::points::{Hot as PointHot, Point};
 use crate::packing::{Grain, PlanarWorld};
 use crate::reference::{Lies, Reference};
 use crate::scenario::Enrichment;
@@ -33,13 +34,14 @@ pub use motion::track;
 pub use patches::look_for_rest;
 
 use account::Account;
-use choose::{border, choose};
+use choose::{Sight, Stands, border, choose};
 use motion::Motion;
 use residents::Residents;
 use training::{Holders, Trained, train};
 
 type Vector = <Plane as Space>::Vector;
-type PlanarPoint = Point<Plane, crate::law::material::CriticalMemory<Plane>>;
+type PlanarPoint = Point<Plane, CriticalMemory<Plane>>;
+type PlanarHot = PointHot<Plane, CriticalMemory<Plane>>;
 
 /// What an enrichment did, for the log and the summary.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -86,7 +88,12 @@ pub fn enrich<C: ContactLaw<Plane>>(
         world.rebuild()?;
     }
     match Plan::of(world, how, flagged, instants, packing)? {
-        Ok(plan) => plan.carry_out(world),
+        Ok(plan) => {
+            if !how.0.life.grows {
+                world.points.forget();
+            }
+            plan.carry_out(world)
+        }
         Err(Refusal(why)) => Err(Error::Run(why)),
     }
 }
@@ -121,7 +128,7 @@ impl<C: ContactLaw<Plane>> Plan<C> {
         let mut points = transfer::gather_everywhere(world.transport, points)?;
         points.sort_unstable_by_key(|point| point.cold.id);
         let (zone_of, points_of) = (&zone, &points);
-        let of = |wanted: Label| points_of.iter().filter(move |point| becomes(zone_of, point) == wanted);
+        let of = |wanted: Label| points_of.iter().filter(move |point| becomes(zone_of, &point.hot) == wanted);
         let mass_of = |wanted: Label| of(wanted).map(|point| point.hot.weight * point.hot.mass).sum::<f64>();
         let (core, rim) = (mass_of(Label::Grains), mass_of(Label::Rim));
         if core == 0.0 || rim == 0.0 {
@@ -132,14 +139,15 @@ impl<C: ContactLaw<Plane>> Plan<C> {
         let motion = Motion::of(world, &points, instants, settings.training);
         let residents = Residents::of(world)?;
         let [raised, ..] = raised(world, &zone)?;
-        let now = motion.times.len() - 1;
-        let comes_near = |origin: &Vector| motion.at(now, origin).is_some_and(|way| is_near(&(*origin + way)));
-        let packing = Reference::read(world, packing_file, (lies, zone.middle()), comes_near)?;
-        let who = (&packing.grains[..], &residents);
-        let chosen = match choose::<C>(settings, &zone, &motion, who, [core - raised, rim]) {
+        let sight = Sight::of(settings, &zone, &motion, &residents);
+        let is_wanted = |id: GrainId, origin: &Vector| !matches!(sight.stands(id.0, origin), Stands::Away);
+        let Reference { grains: packing, seats } =
+            Reference::read(world, packing_file, (lies, zone.middle()), is_wanted)?;
+        let chosen = match choose::<C>(settings, &zone, &sight, &packing, [core - raised, rim]) {
             Ok(chosen) => chosen,
             Err(refusal) => return Ok(Err(refusal)),
         };
+        drop(packing);
         let mut enriched = Enriched {
             stress_points: mean_stress(of(Label::Grains)),
             points_rim: of(Label::Rim).count() as u64,
@@ -148,8 +156,9 @@ impl<C: ContactLaw<Plane>> Plan<C> {
             ..Enriched::default()
         };
         let border = border(&zone.grid, &points, &residents, &chosen);
-        let held = Holders { rim: &chosen.rim, border: &border, residents: &residents, lies, seats: &packing.seats };
-        let all = [chosen.grains, chosen.beside].concat();
+        let held = Holders { rim: &chosen.rim, border: &border, residents: &residents, lies, seats: &seats };
+        let mut all = chosen.grains;
+        all.extend(chosen.beside);
         let mut trained = match train(world, (settings, depth), &motion, all, &held, &mut enriched) {
             Ok(trained) => trained,
             Err(Error::Run(why)) => return Ok(Err(Refusal(format!("training came to nothing: {why}")))),
@@ -170,27 +179,25 @@ impl<C: ContactLaw<Plane>> Plan<C> {
     pub fn carry_out(self, world: &mut PlanarWorld<C>) -> Result<Enriched, Error> {
         let Self { zone, point_weight, trained: Trained { mut grains, touched }, mut enriched } = self;
         let account = Account::open(world)?;
-        let mut kept = Vec::with_capacity(world.points.len());
+        world.look_at_costs();
         let mut lost = ExactSum::<4>::new();
-        for mut point in world.points.rows() {
-            let label = becomes(&zone, &point);
+        world.points.retain(|point| {
+            let label = becomes(&zone, point);
             let freed = match label {
                 Label::Continuum => 0.0,
-                Label::Grains => point.hot.weight,
-                Label::Rim => point.hot.weight - point_weight,
+                Label::Grains => point.weight,
+                Label::Rim => point.weight - point_weight,
             };
-            lost.add(0, freed * point.hot.mass);
-            lost.add(1, freed * point.hot.mass * point.hot.velocity[0]);
-            lost.add(2, freed * point.hot.mass * point.hot.velocity[1]);
+            lost.add(0, freed * point.mass);
+            lost.add(1, freed * point.mass * point.velocity[0]);
+            lost.add(2, freed * point.mass * point.velocity[1]);
             match label {
-                Label::Continuum => kept.push(point),
+                Label::Continuum => {}
                 Label::Grains => lost.add(3, 1.0),
-                Label::Rim => {
-                    point.hot.weight = point_weight;
-                    kept.push(point);
-                }
+                Label::Rim => point.weight = point_weight,
             }
-        }
+            label != Label::Grains
+        });
         let [_, lost_x, lost_y, removed] = world.reduce(lost)?;
         let [_, raised_x, raised_y] = raised(world, &zone)?;
         correct_momentum(world, &mut grains, [lost_x - raised_x, lost_y - raised_y])?;
@@ -198,16 +205,16 @@ impl<C: ContactLaw<Plane>> Plan<C> {
         grains.extend(stayed(world, &zone, touched)?);
         // Until now nobody asked how far bodies had come.
         world.be_home();
-        world.replace(grains, kept)?;
+        world.replace_grains(grains, Vec::new())?;
         enriched.kept = account.close(world, "enrichment")?;
         Ok(enriched)
     }
 }
 
 /// What a point is to be: one of the rim of an older zone is left as it is, or replaced.
-fn becomes(zone: &Zone, point: &PlanarPoint) -> Label {
-    match zone.at(point.hot.position[0], point.hot.position[1]) {
-        Label::Rim if point.hot.weight < 1.0 => Label::Continuum,
+fn becomes(zone: &Zone, point: &PlanarHot) -> Label {
+    match zone.at(point.position[0], point.position[1]) {
+        Label::Rim if point.weight < 1.0 => Label::Continuum,
         label => label,
     }
 }
@@ -237,7 +244,7 @@ fn stayed<C: ContactLaw<Plane>>(
 ) -> Result<Vec<Grain<C>>, Error> {
     let mut touched = transfer::gather_everywhere(world.transport, touched)?;
     touched.sort_unstable_by_key(|row| row.cold.id);
-    let mut rows = world.rows().0;
+    let mut rows = world.grain_rows(0..world.grains.owned);
     for row in &mut rows {
         if is_raised(zone, &row.hot) {
             row.hot.weight = 1.0;

@@ -4,6 +4,7 @@ use crate::dem::cell::{Cell, Image};
 use crate::hybrid::motion::{MotionField, Moved};
 use crate::hybrid::track::Instants;
 use crate::law::contact::ContactLaw;
+use crate::mpm::points::Points;
 use crate::packing::PlanarWorld;
 use crate::space::{Linear, Plane};
 
@@ -21,7 +22,7 @@ pub fn track<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, instants: &mut In
     }
     if instants.full() {
         instants.thin();
-        world.points.cold.iter_mut().for_each(|cold| cold.track.thin());
+        world.points.keep_pasts().iter_mut().for_each(|past| past.track.thin());
         if !world.is_due(instants.every) {
             return;
         }
@@ -29,8 +30,10 @@ pub fn track<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, instants: &mut In
     let slot = instants.times.len();
     instants.times.push(world.time());
     let cell = world.cell;
-    for (hot, cold) in world.points.hot.iter().zip(&mut world.points.cold) {
-        cold.track.displacements[slot] = displacement(&hot.position, (&cold.origin, cold.image), &cell);
+    world.points.keep_pasts();
+    let Points { hot, cold, pasts, .. } = &mut world.points;
+    for ((hot, cold), past) in hot.iter().zip(cold).zip(pasts) {
+        past.track.displacements[slot] = displacement(&hot.position, (&cold.origin, cold.image), &cell);
     }
 }
 
@@ -51,7 +54,7 @@ impl Motion {
     ) -> Self {
         let moved = |point: &PlanarPoint| {
             let mut path = vec![Vector::zero()];
-            path.extend(&point.cold.track.displacements[..instants.times.len()]);
+            path.extend(&point.past.track.displacements[..instants.times.len()]);
             path.push(displacement(&point.hot.position, (&point.cold.origin, point.cold.image), &world.cell));
             let mut path: Vec<[f64; 2]> = path.iter().map(|moved| [share * moved[0], share * moved[1]]).collect();
             path.push([point.hot.velocity[0], point.hot.velocity[1]]);

@@ -121,7 +121,7 @@ impl Maker<'_> {
         }
         let moved = displacement.at(&way);
         point.cold.origin = place - moved;
-        point.cold.track = self.track(&moved);
+        point.past.track = self.track(&moved);
         point
     }
 

@@ -99,8 +99,9 @@ pub(super) fn train<C: ContactLaw<Plane>>(
     apart.rebuild()?;
     world.balance.learn(&apart.balance);
     let is_resident = |id: u64| held.residents.get(id).is_some();
-    let (mut touched, grains): (Vec<_>, Vec<_>) =
-        apart.rows().0.into_iter().partition(|row| is_resident(row.cold.id.0));
+    let mut grains = apart.rows().0;
+    drop(apart);
+    let mut touched: Vec<Grain<C>> = grains.extract_if(.., |row| is_resident(row.cold.id.0)).collect();
     touched
         .iter_mut()
         .for_each(|row| row.contacts.retain(|(partner, _)| !is_body(*partner) && !is_resident(partner.0)));

@@ -15,19 +15,31 @@ pub struct Moved {
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionField {
     grid: CellGrid,
-    /// Per instant and node.
-    nodes: Vec<Vec<Option<[f64; 2]>>>,
+    /// Of every node of the grid, which of those with material it is: in a wide domain these are few.
+    numbers: Vec<u32>,
+    /// Per instant and node with material.
+    nodes: Vec<Vec<[f64; 2]>>,
 }
+
+/// A node without material.
+const NOWHERE: u32 = u32::MAX;
 
 impl MotionField {
     /// `points` in the order of their ids, which fixes the order of the sums.
     pub fn new(grid: CellGrid, points: &[Moved]) -> Self {
         let instants = points.first().map_or(0, |point| point.displacements.len());
-        let count = grid.counts[0] * (grid.counts[1] + 1);
-        let mut mass = vec![0.0; count];
-        let mut sums = vec![vec![[0.0f64; 2]; count]; instants];
+        let mut numbers = vec![NOWHERE; grid.counts[0] * (grid.counts[1] + 1)];
+        let mut mass = Vec::new();
+        let mut sums = vec![Vec::new(); instants];
         for point in points {
-            for (node, share) in corners(&grid, point.origin).into_iter().flatten() {
+            let around = corners(&grid, point.origin).into_iter().flatten();
+            for (node, share) in around.filter(|(_, share)| share * point.mass > 0.0) {
+                if numbers[node] == NOWHERE {
+                    numbers[node] = mass.len() as u32;
+                    mass.push(0.0);
+                    sums.iter_mut().for_each(|sums| sums.push([0.0f64; 2]));
+                }
+                let node = numbers[node] as usize;
                 mass[node] += share * point.mass;
                 for (sum, displacement) in sums.iter_mut().zip(&point.displacements) {
                     for (sum, displacement) in sum[node].iter_mut().zip(displacement) {
@@ -36,10 +48,8 @@ impl MotionField {
                 }
             }
         }
-        let mean = |sum: Vec<[f64; 2]>| {
-            sum.iter().zip(&mass).map(|(sum, mass)| (*mass > 0.0).then(|| sum.map(|sum| sum / mass))).collect()
-        };
-        Self { grid, nodes: sums.into_iter().map(mean).collect() }
+        let mean = |sums: Vec<[f64; 2]>| sums.iter().zip(&mass).map(|(sum, mass)| sum.map(|sum| sum / mass)).collect();
+        Self { grid, numbers, nodes: sums.into_iter().map(mean).collect() }
     }
 
     /// Displacement at an instant of what began at `origin`; of the nearest material's where the corners carry none on
@@ -47,7 +57,9 @@ impl MotionField {
     pub fn at(&self, instant: usize, origin: [f64; 2]) -> Option<[f64; 2]> {
         let (mut sum, mut total) = ([0.0; 2], 0.0);
         for (node, share) in corners(&self.grid, origin).into_iter().flatten() {
-            if let Some(displacement) = self.nodes[instant][node] {
+            let number = self.numbers[node];
+            if number != NOWHERE {
+                let displacement = self.nodes[instant][number as usize];
                 total += share;
                 sum[0] += share * displacement[0];
                 sum[1] += share * displacement[1];

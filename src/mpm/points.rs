@@ -84,10 +84,21 @@ pub struct Cold<S: Space> {
     pub image: Image,
     /// Loads that it bears: bit n is the job's n-th.
     pub loads: u64,
+}
+
+/// What is remembered of a point as long as a band is looked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Past<S: Space> {
     /// Plastic strain at the oracle's recent looks.
     pub window: Window,
     /// Where it has been, for training.
     pub track: Track<S>,
+}
+
+impl<S: Space> Default for Past<S> {
+    fn default() -> Self {
+        Self { window: Window::default(), track: Track::default() }
+    }
 }
 
 /// A whole material point, as it travels, rests on disk or is handed to a new world.
@@ -97,6 +108,7 @@ pub struct Point<S: Space, M> {
     pub cold: Cold<S>,
     /// See [`Beside::affine`].
     pub affine: S::Tensor,
+    pub past: Past<S>,
 }
 
 /// Points of this rank in block order, within a block by (cell, id) of the last rebuild: the order of every sum over
@@ -106,6 +118,8 @@ pub struct Points<S: Space, M> {
     pub hot: Vec<Hot<S, M>>,
     pub cold: Vec<Cold<S>>,
     pub beside: Vec<Beside<S>>,
+    /// One for every row, or none at all where nothing is remembered: as much memory as the rest.
+    pub pasts: Vec<Past<S>>,
     /// Rows that bear a load, with the weighted force on each, N; of the step, not of the state.
     pub loaded: Vec<(Row, S::Vector)>,
     /// Whether what the points bring to nodes lies on their tiles as they are now, by the tier of the tile. Whoever changes
@@ -115,7 +129,14 @@ pub struct Points<S: Space, M> {
 
 impl<S: Space, M> Default for Points<S, M> {
     fn default() -> Self {
-        Self { hot: Vec::new(), cold: Vec::new(), beside: Vec::new(), loaded: Vec::new(), scattered: [false; 2] }
+        Self {
+            hot: Vec::new(),
+            cold: Vec::new(),
+            beside: Vec::new(),
+            pasts: Vec::new(),
+            loaded: Vec::new(),
+            scattered: [false; 2],
+        }
     }
 }
 
@@ -134,11 +155,39 @@ impl<S: Space, M: MaterialMemory> Points<S, M> {
     }
 
     pub fn row(&self, row: usize) -> Point<S, M> {
-        Point { hot: self.hot[row], cold: self.cold[row], affine: self.beside[row].affine }
+        let past = self.pasts.get(row).copied().unwrap_or_default();
+        Point { hot: self.hot[row], cold: self.cold[row], affine: self.beside[row].affine, past }
+    }
+
+    /// From now on every row has a past, for who adds to it.
+    pub fn keep_pasts(&mut self) -> &mut [Past<S>] {
+        assert!(self.pasts.is_empty() || self.pasts.len() == self.hot.len(), "every point has a past, or none has");
+        self.pasts.resize(self.hot.len(), Past::default());
+        &mut self.pasts
+    }
+
+    /// No band is looked for any more.
+    pub fn forget(&mut self) {
+        self.pasts = Vec::new();
+    }
+
+    /// Only those that `stays` says of, which may change them, are left, in their order. The world must settle its rows next: which are
+    /// whose block's is out of date.
+    pub(crate) fn retain(&mut self, stays: impl FnMut(&mut Hot<S, M>) -> bool) {
+        let stays: Vec<bool> = self.hot.iter_mut().map(stays).collect();
+        retain(&mut self.hot, &stays);
+        retain(&mut self.cold, &stays);
+        retain(&mut self.beside, &stays);
+        retain(&mut self.pasts, &stays);
+        self.scattered = [false; 2];
+        self.find_loaded();
     }
 
     /// Takes the rows of a rebuild in place of its own.
     pub(crate) fn take_order(&mut self, moved: &Moved<Point<S, M>>) {
+        if !self.pasts.is_empty() || moved.brings(|point| point.past != Past::default()) {
+            self.pasts = moved.ordered(self.keep_pasts(), |point| point.past);
+        }
         self.hot = moved.ordered(&self.hot, |point| point.hot);
         self.cold = moved.ordered(&self.cold, |point| point.cold);
         let arrived = |point: &Point<S, M>| Beside { affine: point.affine, way: S::Vector::zero() };
@@ -151,6 +200,12 @@ impl<S: Space, M: MaterialMemory> Points<S, M> {
         let bears = |(row, cold): (usize, &Cold<S>)| (cold.loads != 0).then_some((row as Row, S::Vector::zero()));
         self.loaded = self.cold.iter().enumerate().filter_map(bears).collect();
     }
+}
+
+/// Leaves the rows that stay.
+fn retain<T>(rows: &mut Vec<T>, stays: &[bool]) {
+    let mut stays = stays.iter();
+    rows.retain(|_| stays.next() == Some(&true));
 }
 
 impl<S: Space, M> Hot<S, M> {
@@ -179,23 +234,16 @@ impl<S: Space, M: MaterialMemory> Point<S, M> {
                 deformation: S::identity(),
                 memory: M::default(),
             },
-            cold: Cold {
-                id,
-                home: position,
-                origin: position,
-                image: [0; 3],
-                loads: 0,
-                window: Window::default(),
-                track: Track::default(),
-            },
+            cold: Cold { id, home: position, origin: position, image: [0; 3], loads: 0 },
             affine: S::Tensor::zero(),
+            past: Past::default(),
         }
     }
 }
 
 impl<S: Space, M: MaterialMemory> Record for Point<S, M> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
-        let Self { hot, cold, affine } = self;
+        let Self { hot, cold, affine, past } = self;
         visitor.u64("id", &mut cold.id.0);
         visitor.f64s("position", hot.position.as_mut_slice());
         visitor.f64s("velocity", hot.velocity.as_mut_slice());
@@ -210,7 +258,7 @@ impl<S: Space, M: MaterialMemory> Record for Point<S, M> {
         visitor.f64s("deformation", hot.deformation.as_mut_slice());
         visitor.f64s("affine", affine.as_mut_slice());
         hot.memory.visit(visitor);
-        visitor.f64s("window", &mut cold.window.samples);
-        cold.track.visit(visitor);
+        visitor.f64s("window", &mut past.window.samples);
+        past.track.visit(visitor);
     }
 }

@@ -4,7 +4,9 @@
 use rayon::prelude::*;
 
 use crate::ids::Row;
+use crate::numbers::Numbers;
 use crate::space::{Linear, Space};
+use crate::zeroed::Zeroed;
 
 /// Words of a node's row: a line of the cache, changed all in step.
 pub const NODE_WORDS: usize = 8;
@@ -33,6 +35,13 @@ pub struct Advanced<S: Space>(pub [f64; NODE_WORDS], std::marker::PhantomData<S>
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
 pub struct GrainChange<S: Space>(pub [f64; NODE_WORDS], std::marker::PhantomData<S>);
+
+#[allow(unsafe_code, reason = "an array of numbers")]
+// SAFETY: its one field that has a size is an array, which fills a line.
+unsafe impl<S: Space> Numbers for GrainNode<S> {}
+#[allow(unsafe_code, reason = "an array of numbers")]
+// SAFETY: as above.
+unsafe impl<S: Space> Numbers for GrainChange<S> {}
 
 fn vector_at<S: Space>(words: &[f64; NODE_WORDS], first: usize) -> S::Vector {
     let mut vector = S::Vector::zero();
@@ -318,9 +327,10 @@ pub struct Tiles<S: Space> {
     pub gathered: Vec<Gathered<S>>,
     pub sums: Vec<Gathered<S>>,
     pub advanced: Vec<Advanced<S>>,
-    pub grains: Vec<GrainNode<S>>,
-    pub grain_sums: Vec<GrainNode<S>>,
-    pub grain_changes: Vec<GrainChange<S>>,
+    /// Of grains, written in tiles that grains may come to alone: a zone is a small part of the domain.
+    pub grains: Zeroed<GrainNode<S>>,
+    pub grain_sums: Zeroed<GrainNode<S>>,
+    pub grain_changes: Zeroed<GrainChange<S>>,
     /// Of owned nodes.
     pub strides: Vec<Stride<S>>,
     /// Tiles that grains may come to: steps of grains pass all others by.
@@ -333,9 +343,9 @@ impl<S: Space> Default for Tiles<S> {
             gathered: Vec::new(),
             sums: Vec::new(),
             advanced: Vec::new(),
-            grains: Vec::new(),
-            grain_sums: Vec::new(),
-            grain_changes: Vec::new(),
+            grains: Zeroed::new(0),
+            grain_sums: Zeroed::new(0),
+            grain_changes: Zeroed::new(0),
             strides: Vec::new(),
             shared: Vec::new(),
         }
@@ -350,19 +360,25 @@ impl<S: Space> Tiles<S> {
             gathered: vec![Gathered::zero(); gathered],
             sums: vec![Gathered::zero(); mosaic.owned.len()],
             advanced: vec![Advanced::zero(); advanced],
-            grains: vec![GrainNode::zero(); of_grains(gathered)],
-            grain_sums: vec![GrainNode::zero(); of_grains(mosaic.owned.len())],
-            grain_changes: vec![GrainChange::zero(); of_grains(advanced)],
+            grains: Zeroed::new(of_grains(gathered)),
+            grain_sums: Zeroed::new(of_grains(mosaic.owned.len())),
+            grain_changes: Zeroed::new(of_grains(advanced)),
             strides: vec![Stride::zero(); of_grains(mosaic.owned.len())],
-            shared: vec![true; of_grains(mosaic.tiles)],
+            shared: vec![false; of_grains(mosaic.tiles)],
         }
     }
 
-    /// Which tiles grains may come to from now on.
-    pub fn share(&mut self, shared: Vec<bool>) {
-        self.grains.fill(GrainNode::zero());
-        self.grain_sums.fill(GrainNode::zero());
-        self.grain_changes.fill(GrainChange::zero());
+    /// Which tiles grains may come to from now on. Rows of those that they could come to are zero again, and so are those from
+    /// other ranks.
+    pub fn share(&mut self, mosaic: &Mosaic, shared: Vec<bool>) {
+        let (len, per_tile, rows) = (mosaic.nodes_per_tile, mosaic.owned_per_tile(), mosaic.rows());
+        for (tile, _) in self.shared.iter().enumerate().filter(|(_, shared)| **shared) {
+            self.grains[tile * len..][..len].fill(GrainNode::zero());
+            self.grain_sums[tile * per_tile..][..per_tile].fill(GrainNode::zero());
+            self.grain_changes[tile * len..][..len].fill(GrainChange::zero());
+        }
+        self.grains[rows..].fill(GrainNode::zero());
+        self.grain_changes[rows..].fill(GrainChange::zero());
         self.shared = shared;
     }
 

@@ -12,6 +12,8 @@
 //! force. Its strains are those of the deformation that its neighbours tell ([`crate::observe::local_strain`]), by the
 //! formulas that points have; they are zero where the neighbours do not tell any.
 
+use std::ops::Range;
+
 use scree_io::column::{Column, Values};
 use scree_io::frames::{Drawn, Frame};
 
@@ -128,41 +130,97 @@ pub fn frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     may_have_points: bool,
 ) -> Result<Option<Frame>, Error> {
     world.refresh_ghosts();
-    // Grains and points apart: along the ranks either is in the order of the curve, the two mixed would not be.
-    let grains = transfer::gather(world.transport, grain_rows(world, depth, fraction))?;
-    let points = transfer::gather(world.transport, point_rows(world, depth))?;
-    let (Some(mut rows), Some(points)) = (grains, points) else { return Ok(None) };
-    let positions = settle_grains(&mut rows, &world.cell, !world.settings.drive.is_at_rest());
-    let others: Vec<Row> = points.into_iter().chain(vertex_rows(world)).collect();
-    let positions: Vec<[f64; 3]> =
-        positions.into_iter().chain(others.iter().map(|row| wrapped::<S>(row, &world.cell).1)).collect();
-    rows.extend(others);
-    let numbers = |width: usize, name: &str, get: &dyn Fn(&Row, &mut Vec<f64>)| {
-        let mut values = Vec::with_capacity(width * rows.len());
-        rows.iter().for_each(|row| get(row, &mut values));
-        Column { name: name.to_string(), width, values: Values::F64(values) }
-    };
-    let whole = |name: &str, get: &dyn Fn(&Row) -> i64| Column {
-        name: name.to_string(),
-        width: 1,
-        values: Values::I64(rows.iter().map(get).collect()),
-    };
-    let stresses = if S::DIMENSION == 2 { 3 } else { 6 };
     let told = if may_have_points { (0..OBSERVED.len()).collect() } else { OBSERVED_OF_GRAINS.to_vec() };
-    let mut fields = vec![
-        whole("kind", &|row| row.kind),
-        whole("id", &|row| row.id as i64),
-        numbers(1, "radius", &|row, to| to.push(row.radius)),
-        numbers(1, "weight", &|row, to| to.push(row.weight)),
-        numbers(3, "displacement", &|row, to| to.extend(row.displacement)),
-        numbers(3, "velocity", &|row, to| to.extend(row.velocity)),
-        numbers(3, "spin", &|row, to| to.extend(row.spin)),
-        numbers(stresses, "stress", &|row, to| to.extend(&row.stress[..stresses])),
-    ];
-    fields.push(whole("coordination", &|row| row.coordination));
-    fields.extend(told.into_iter().map(|which| numbers(1, OBSERVED[which], &|row, to| to.push(row.observed[which]))));
+    let rows = (world.grains_total + world.points_total) as usize + world.membranes.vertices.len();
+    let mut drawn = Drawing { positions: Vec::new(), fields: fields::<S>(told) };
+    // Grains and points apart: along the ranks either is in the order of the curve, the two mixed would not be. And one after the
+    // other, points in pieces, for rank 0 may not have room for all these rows beside the frame.
+    if let Some(mut grains) = transfer::gather(world.transport, grain_rows(world, depth, fraction))? {
+        drawn.reserve(rows);
+        let positions = settle_grains(&mut grains, &world.cell, !world.settings.drive.is_at_rest());
+        drawn.add(&grains, positions);
+    }
+    let place = |row: &Row| wrapped::<S>(row, &world.cell).1;
+    let pieces = |rows| point_rows(world, rows, depth);
+    transfer::stream(world.transport, world.points.len(), pieces, |points| {
+        drawn.add(&points, points.iter().map(place));
+        Ok(())
+    })?;
+    if world.transport.rank() > 0 {
+        return Ok(None);
+    }
+    let vertices = vertex_rows(world);
+    drawn.add(&vertices, vertices.iter().map(place));
+    let (positions, fields) = (drawn.positions, drawn.fields.into_iter().map(Field::column).collect());
     let whole = of_cell(&world.cell, depth);
     Ok(Some(Frame { time: world.time(), drawn: Drawn::Points, positions, fields, whole }))
+}
+
+/// A frame that rows are added to.
+struct Drawing {
+    positions: Vec<[f64; 3]>,
+    fields: Vec<Field>,
+}
+
+/// The name of a field, its values, and what of a row goes into it.
+enum Field {
+    Whole(&'static str, Vec<i64>, fn(&Row) -> i64),
+    /// Numbers of a row from one to another.
+    Numbers(&'static str, Vec<f64>, fn(&Row) -> &[f64], Range<usize>),
+}
+
+impl Drawing {
+    fn reserve(&mut self, rows: usize) {
+        self.positions.reserve_exact(rows);
+        for field in &mut self.fields {
+            match field {
+                Field::Whole(_, values, _) => values.reserve_exact(rows),
+                Field::Numbers(_, values, _, wanted) => values.reserve_exact(rows * wanted.len()),
+            }
+        }
+    }
+
+    fn add(&mut self, rows: &[Row], positions: impl IntoIterator<Item = [f64; 3]>) {
+        self.positions.extend(positions);
+        for field in &mut self.fields {
+            match field {
+                Field::Whole(_, values, of) => values.extend(rows.iter().map(*of)),
+                Field::Numbers(_, values, of, wanted) => {
+                    rows.iter().for_each(|row| values.extend(&of(row)[wanted.clone()]));
+                }
+            }
+        }
+    }
+}
+
+impl Field {
+    fn column(self) -> Column {
+        let (name, width, values) = match self {
+            Self::Whole(name, values, _) => (name, 1, Values::I64(values)),
+            Self::Numbers(name, values, _, wanted) => (name, wanted.len(), Values::F64(values)),
+        };
+        Column { name: name.to_string(), width, values }
+    }
+}
+
+/// The fields of a frame, of [`OBSERVED`] those that are `told`.
+fn fields<S: Space>(told: Vec<usize>) -> Vec<Field> {
+    let whole = |name, of| Field::Whole(name, Vec::new(), of);
+    let numbers = |name, wanted, of| Field::Numbers(name, Vec::new(), of, wanted);
+    let stresses = if S::DIMENSION == 2 { 3 } else { 6 };
+    let mut fields = vec![
+        whole("kind", |row| row.kind),
+        whole("id", |row| row.id as i64),
+        numbers("radius", 0..1, |row| std::slice::from_ref(&row.radius)),
+        numbers("weight", 0..1, |row| std::slice::from_ref(&row.weight)),
+        numbers("displacement", 0..3, |row| &row.displacement),
+        numbers("velocity", 0..3, |row| &row.velocity),
+        numbers("spin", 0..3, |row| &row.spin),
+        numbers("stress", 0..stresses, |row| &row.stress),
+        whole("coordination", |row| row.coordination),
+    ];
+    fields.extend(told.into_iter().map(|which| numbers(OBSERVED[which], which..which + 1, |row| &row.observed)));
+    fields
 }
 
 /// The cell as it is: its corner and edges, one after the other, m, and along which of them it is periodic. In the plane it
@@ -277,7 +335,11 @@ fn vertex_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C
     world.membranes.vertices.iter().enumerate().map(row).collect()
 }
 
-fn point_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>, depth: f64) -> Vec<Row> {
+fn point_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+    world: &World<S, C, L>,
+    rows: Range<usize>,
+    depth: f64,
+) -> Vec<Row> {
     let row = |(hot, cold): (&Hot<S, L::Memory>, &Cold<S>)| Row {
         kind: Kind::Point as i64,
         id: cold.id.0,
@@ -296,5 +358,5 @@ fn point_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C,
         stress: symmetric::<S>(&(hot.kirchhoff() * (1.0 / hot.volume_ratio()))),
         observed: observed(&world.settings.material, hot),
     };
-    world.points.hot.iter().zip(&world.points.cold).map(row).collect()
+    world.points.hot[rows.clone()].iter().zip(&world.points.cold[rows]).map(row).collect()
 }

@@ -36,7 +36,8 @@ pub struct Place<S: Space> {
 
 /// A grain, or an image of one, among which neighbours are looked for.
 struct Candidate<S: Space> {
-    row: usize,
+    bin: usize,
+    row: u32,
     image: Image,
     position: S::Vector,
 }
@@ -61,7 +62,7 @@ fn fit<S: Space>(
 ) -> Option<S::Tensor> {
     let (mut mixed, mut moment) = (S::Tensor::zero(), S::Tensor::zero());
     bins.around(cell, &grain.position, |candidate| {
-        let other = &places[candidate.row];
+        let other = &places[candidate.row as usize];
         let now = candidate.position - grain.position;
         let reach = REACH * (grain.radius + other.radius);
         let apart = now.dot(&now);
@@ -90,7 +91,7 @@ struct Bins<S: Space> {
     counts: [usize; 3],
     /// How far images stand out of the cell, as a share of each edge.
     margin: [f64; 3],
-    starts: Vec<usize>,
+    /// By bins: there may be far more of these than grains.
     candidates: Vec<Candidate<S>>,
 }
 
@@ -102,24 +103,24 @@ impl<S: Space> Bins<S> {
             if cell.periodic[axis] {
                 margin[axis] = (reach / height).min(1.0);
             }
-            // No more bins than grains, however large an open cell is.
+            // No more bins along an axis than grains, however large an open cell is.
             let most = places.len().max(1) as f64;
             counts[axis] = (height * (1.0 + 2.0 * margin[axis]) / reach).min(most).max(1.0) as usize;
         }
-        let mut bins = Self { counts, margin, starts: Vec::new(), candidates: Vec::new() };
-        let mut candidates = Vec::new();
+        let mut bins = Self { counts, margin, candidates: Vec::new() };
+        let mut candidates = Vec::with_capacity(places.len());
         for (row, place) in places.iter().enumerate() {
             for image in images::<S>(cell.periodic) {
                 let position = place.position + cell.shift(image);
                 if image == [0; 3] || bins.holds(cell, &position) {
-                    candidates.push((bins.bin(cell, &position), Candidate { row, image, position }));
+                    let bin = bins.index(bins.place(cell, &position));
+                    candidates.push(Candidate { bin, row: row as u32, image, position });
                 }
             }
         }
-        candidates.sort_by_key(|(bin, _)| *bin);
-        let total = counts.iter().product::<usize>();
-        bins.starts = (0..=total).map(|bin| candidates.partition_point(|(of, _)| *of < bin)).collect();
-        bins.candidates = candidates.into_iter().map(|(_, candidate)| candidate).collect();
+        // In place: there may be millions. Images of a row come in the order of [`images`].
+        candidates.sort_unstable_by_key(|of| (of.bin, of.row, of.image[2], of.image[1], of.image[0]));
+        bins.candidates = candidates;
         bins
     }
 
@@ -139,10 +140,6 @@ impl<S: Space> Bins<S> {
         place
     }
 
-    fn bin(&self, cell: &Cell<S>, position: &S::Vector) -> usize {
-        self.index(self.place(cell, position))
-    }
-
     fn index(&self, place: [usize; 3]) -> usize {
         (place[2] * self.counts[1] + place[1]) * self.counts[0] + place[0]
     }
@@ -153,10 +150,11 @@ impl<S: Space> Bins<S> {
         let range = |axis: usize| place[axis].saturating_sub(1)..=(place[axis] + 1).min(self.counts[axis] - 1);
         for z in range(2) {
             for y in range(1) {
-                for x in range(0) {
-                    let bin = self.index([x, y, z]);
-                    self.candidates[self.starts[bin]..self.starts[bin + 1]].iter().for_each(&mut visit);
-                }
+                // Bins along x follow on one another.
+                let [first, last] = [range(0).start(), range(0).end()].map(|x| self.index([*x, y, z]));
+                let start = self.candidates.partition_point(|candidate| candidate.bin < first);
+                let held = self.candidates[start..].iter().take_while(|candidate| candidate.bin <= last);
+                held.for_each(&mut visit);
             }
         }
     }

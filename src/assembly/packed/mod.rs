@@ -130,11 +130,11 @@ pub fn write<S: Space, C: ContactLaw<S>>(file: &Path, packing: &mut Packing<S, C
 }
 
 fn read<S: Space, C: ContactLaw<S>>(job: &Assembly, file: &Path) -> Result<Packing<S, C>, Error> {
-    let state = read_state(file)?;
+    let mut state = read_state(file)?;
     let mut cell = setup::cell_of(job);
     let moved: Vec<Cell<S>> = tables::rows(&state, "cell", &cell)?;
     moved.iter().for_each(|moved| cell.take_motion_of(moved));
-    Ok(Packing { grains: tables::to_grains(&state)?, cell })
+    Ok(Packing { grains: tables::to_grains(&mut state)?, cell })
 }
 
 /// The cell that rank 0 holds, at rest, on every rank.
