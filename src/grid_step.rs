@@ -22,12 +22,13 @@ use crate::scenario::mpm::{ShapeFunction, StressUpdate, Transfer};
 use crate::space::{Linear, Space};
 use crate::world::{GRAIN_WORDS_PLANE, GRAIN_WORDS_SOLID, World};
 
-/// Numbers of a node in a message, in the plane and in space: mass, momentum and force of points, and what grains bring;
-/// velocity and its change for points, and the changes for grains.
+/// Numbers of a node in a message, in the plane and in space: mass, momentum and force of points, where grains share it with
+/// what membranes have along themselves, and what grains bring; velocity and its change for points, and the changes for grains.
 const GATHERED: [usize; 2] = [5, 7];
+const GATHERED_SHARED: [usize; 2] = [8, 7];
 pub(crate) const GRAINS: [usize; 2] = [5, 7];
 const ADVANCED: [usize; 2] = [4, 6];
-pub(crate) const CHANGES: [usize; 2] = [5, 7];
+pub(crate) const CHANGES: [usize; 2] = [8, 7];
 
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Whether grains share nodes with a continuum or with membranes.
@@ -37,9 +38,12 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Numbers per row of the messages of a step: copies of grains, tiles to nodes, nodes to tiles.
     pub(crate) fn words(&self) -> [usize; 3] {
-        let (space, coupled) = (S::DIMENSION - 2, usize::from(self.is_coupled()));
+        let space = S::DIMENSION - 2;
         let grains = [GRAIN_WORDS_PLANE, GRAIN_WORDS_SOLID][space];
-        [grains, GATHERED[space] + coupled * GRAINS[space], ADVANCED[space] + coupled * CHANGES[space]]
+        match self.is_coupled() {
+            true => [grains, GATHERED_SHARED[space] + GRAINS[space], ADVANCED[space] + CHANGES[space]],
+            false => [grains, GATHERED[space], ADVANCED[space]],
+        }
     }
 
     /// Times that points go to the grid and back in a step.
@@ -209,16 +213,16 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         };
         match (S::DIMENSION, self.is_coupled()) {
             (2, false) => self.gather_rows::<{ GATHERED[0] }>(work),
-            (2, true) => self.gather_rows::<{ GATHERED[0] + GRAINS[0] }>(work),
+            (2, true) => self.gather_rows::<{ GATHERED_SHARED[0] + GRAINS[0] }>(work),
             (_, false) => self.gather_rows::<{ GATHERED[1] }>(work),
-            (_, true) => self.gather_rows::<{ GATHERED[1] + GRAINS[1] }>(work),
+            (_, true) => self.gather_rows::<{ GATHERED_SHARED[1] + GRAINS[1] }>(work),
         }
         self.sum_tier(Tier::Border);
     }
 
     /// Rows of tiles to the owners of their nodes: what points bring, and behind it what grains do.
     fn gather_rows<const W: usize>(&mut self, meanwhile: impl FnOnce(&mut Self)) {
-        let grains = GATHERED[S::DIMENSION - 2];
+        let grains = W - if self.is_coupled() { GRAINS[S::DIMENSION - 2] } else { 0 };
         self.travel(
             |world| &mut world.nodes.gathered,
             |world, row| {

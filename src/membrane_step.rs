@@ -5,6 +5,7 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::mpm::look::for_each_node;
 use crate::mpm::membrane::{Brought, Membranes, Vertex};
+use crate::mpm::share::dyad;
 use crate::mpm::tile::Tier;
 use crate::observe::phases::Phase;
 use crate::scenario::mpm::Transfer;
@@ -27,9 +28,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         for (vertex, brought) in self.membranes.vertices.iter().zip(&self.membranes.brought) {
             let Some(number) = here(&held, brought).filter(|number| mosaic.tiers[*number] == tier) else { continue };
             let tile = &mut self.tiles.gathered[number * len..(number + 1) * len];
-            let momentum = vertex.velocity * brought.mass;
+            let (momentum, along) = (vertex.velocity * brought.mass, dyad::<S>(brought.mass, &brought.along));
             for_each_node(&self.frames[number], shape, &brought.place, |node, value| {
                 tile[node].bring(brought.mass * value, &(momentum * value), &(brought.force * value));
+                tile[node].bring_along(&along, value);
             });
         }
     }

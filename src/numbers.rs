@@ -34,6 +34,9 @@ pub unsafe trait Numbers: Copy {
 #[allow(unsafe_code, reason = "one number")]
 // SAFETY: it is one.
 unsafe impl Numbers for f64 {}
+#[allow(unsafe_code, reason = "none at all")]
+// SAFETY: it has no bytes.
+unsafe impl<T> Numbers for std::marker::PhantomData<T> {}
 #[allow(unsafe_code, reason = "numbers side by side")]
 // SAFETY: arrays have no padding.
 unsafe impl<T: Numbers, const N: usize> Numbers for [T; N] {}
@@ -52,7 +55,7 @@ unsafe impl Numbers for SolidSymmetric {}
 /// each of them is, that they lie in that order and that there is nothing else is checked as it is compiled.
 #[macro_export]
 macro_rules! numbers {
-    (impl[$($bounds:tt)*] $name:ident[$($parameters:tt)*] { $($field:ident: $type:ty),* $(,)? }) => {
+    (impl[$($bounds:tt)*] $name:ident[$($parameters:tt)*] { $($field:tt: $type:ty),* $(,)? }) => {
         #[allow(unsafe_code, reason = "checked field by field")]
         // SAFETY: `whole` holds every field to be numbers, and their sizes to be all that there is.
         unsafe impl<$($bounds)*> $crate::numbers::Numbers for $name<$($parameters)*> {
@@ -65,8 +68,8 @@ macro_rules! numbers {
                 )*
                 assert!(count * size_of::<f64>() == size_of::<Self>(), "a record of numbers has a gap");
                 let _whole = |record: Self| {
-                    let Self { $($field),* } = record;
-                    $(let _: $type = $field;)*
+                    let Self { $($field: _),* } = record;
+                    $(let _: $type = record.$field;)*
                 };
                 count
             };

@@ -412,7 +412,8 @@ impl<S: Space> Packed for Correct<'_, S> {
             for (((hot, tie), change), _) in free {
                 let change = GrainChange::<S>::of(*change);
                 hot.velocity += change.velocity();
-                *tie = nodes::tied(tie, &(hot.velocity * change.share() - change.shared()), change.share());
+                let share = change.share();
+                *tie = nodes::tied(tie, &(share.of(&hot.velocity) - change.shared()), &share);
             }
         }
     }

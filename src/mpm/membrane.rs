@@ -65,6 +65,8 @@ pub struct Brought<S: Space> {
     pub mass: f64,
     /// N.
     pub force: S::Vector,
+    /// Along the chain, a unit vector.
+    pub along: S::Vector,
     /// The block that it lies in, its place there with periods taken off, m.
     pub block: usize,
     pub place: S::Vector,
@@ -149,7 +151,7 @@ impl<S: Space> Membranes<S> {
     pub fn new(made_of: Vec<Membrane>, vertices: Vec<Vertex<S>>) -> Self {
         let zero = S::Vector::zero();
         let masses = made_of.iter().flat_map(|membrane| (0..membrane.count).map(|number| membrane.mass_of(number)));
-        let blank = |mass| Brought { mass, force: zero, block: 0, place: zero, way: zero };
+        let blank = |mass| Brought { mass, force: zero, along: zero, block: 0, place: zero, way: zero };
         let brought: Vec<Brought<S>> = masses.map(blank).collect();
         assert_eq!(brought.len(), vertices.len(), "every vertex belongs to a membrane");
         Self { made_of, vertices, brought, words: Vec::new() }
@@ -164,10 +166,10 @@ impl<S: Space> Membranes<S> {
         self.vertices.iter().map(|vertex| (vertex.position - vertex.home).norm()).fold(0.0, f64::max)
     }
 
-    /// Forces of springs and pressure at a time, segment by segment.
+    /// Forces of springs and pressure at a time, segment by segment, and directions.
     pub fn push(&mut self, time: f64) {
         let Self { made_of, vertices, brought, .. } = self;
-        brought.iter_mut().for_each(|brought| brought.force = S::Vector::zero());
+        brought.iter_mut().for_each(|brought| (brought.force, brought.along) = (S::Vector::zero(), S::Vector::zero()));
         for membrane in made_of {
             let pressure = 0.5 * membrane.depth * membrane.pressure_at(time);
             for Segment { from, to, way, length } in membrane.segments_of(vertices) {
@@ -178,7 +180,14 @@ impl<S: Space> Membranes<S> {
                 let push = left_of::<S>(&way) * pressure;
                 brought[from].force += push + pull;
                 brought[to].force += push - pull;
+                brought[from].along += way;
+                brought[to].along += way;
             }
+        }
+        for brought in brought {
+            let length = brought.along.norm();
+            // A chain that turns back on itself has no direction there.
+            brought.along = if length > 0.0 { brought.along * (1.0 / length) } else { S::Vector::zero() };
         }
     }
 

@@ -13,4 +13,5 @@ pub mod nodes;
 pub mod points;
 pub mod scatter;
 pub mod shape;
+pub mod share;
 pub mod tile;

@@ -14,16 +14,18 @@
 //! their mass as its strength:
 //!
 //! ```text
-//! u = sum N s (v - V),  s = m_c/(m_c + m_d)           after a step
-//! q <- q - k u,  v <- v + q - b u                     in the next
-//! J = sum w m N (q - b u)                             what its nodes' continuum pays for it
+//! u = sum N S (v - V),  S = (m_c - sum m N t t)/(m_c + m_d)     after a step
+//! q <- q - k u,  v <- v + q - b u                               in the next
+//! J = sum w m N (q - b u)                                       what its nodes' continuum pays for it
 //! ```
 //!
-//! With it a grain slips by `a dt^2/(k s)`, some nanometres, and stays there; where it comes among grains alone, its spring
+//! A membrane, whose mass m is part of m_c, holds grains across itself, and they slide along it (t): a spring that winds up while
+//! they do would throw them out in the end. With a tie a grain slips by `a dt^2/(k s)`, some nanometres, and stays there; where it comes among grains alone, its spring
 //! slackens. Spring and dashpot are impulses between
 //! grains and continuum at a node, so that momentum is kept, and a node's velocity does not feel them.
 
 use crate::dem::grains::Tie;
+use crate::mpm::share::Share;
 use crate::mpm::tile::{Gathered, GrainChange, GrainNode};
 use crate::space::{Linear, Space};
 
@@ -59,22 +61,23 @@ pub fn step<S: Space>(
     }
     // (P_c - lambda)/m_c, without what a node that points hardly reach would lose to round-off: J goes with the grains' mass.
     let velocity = hold((momentum + grains.momentum()) * (1.0 / (mass + grain_mass)));
-    let share = mass / (mass + grain_mass);
+    let both = mass + grain_mass;
+    let share = Share::new(mass / both, node.along().map(|of_membranes| of_membranes / both));
     let change = velocity - grains.momentum() * (1.0 / grain_mass);
-    Stepped { velocity, grains: GrainChange::new(share, &change, &(velocity * share)) }
+    Stepped { velocity, grains: GrainChange::new(&share, &change, &velocity) }
 }
 
 /// A node with grains alone, or with nothing: what ties have given there, nobody has paid for.
 pub fn without_points<S: Space>(grains: &GrainNode<S>) -> GrainChange<S> {
-    let still = S::Vector::zero();
+    let nothing = Share::new(0.0, [0.0; 3]);
     match grains.mass() > 0.0 {
-        true => GrainChange::new(0.0, &(grains.given() * (-1.0 / grains.mass())), &still),
+        true => GrainChange::new(&nothing, &(grains.given() * (-1.0 / grains.mass())), &S::Vector::zero()),
         false => GrainChange::zero(),
     }
 }
 
 /// A tie after a step in which its grain has come to slip at `slip`, u, m/s, among nodes of which the continuum has `share`.
-pub fn tied<S: Space>(tie: &Tie<S>, slip: &S::Vector, share: f64) -> Tie<S> {
-    let spring = (tie.spring - *slip * SPRING) * (share * (1.0 / HOLDS)).min(1.0);
+pub fn tied<S: Space>(tie: &Tie<S>, slip: &S::Vector, share: &Share<S>) -> Tie<S> {
+    let spring = share.left_of(&(tie.spring - *slip * SPRING), HOLDS);
     Tie { spring, given: spring - *slip * DASHPOT }
 }

@@ -1,10 +1,13 @@
 //! Tiles: the nodes of each block with their margin, as rows. Behind the rows of this rank's tiles stand rows received from
 //! other ranks, so that summing and spreading are the same for a neighbour here and a neighbour elsewhere.
 
+use std::marker::PhantomData;
+
 use rayon::prelude::*;
 
 use crate::ids::Row;
-use crate::numbers::Numbers;
+use crate::mpm::share::{Along, Share};
+use crate::numbers;
 use crate::space::{Linear, Space};
 use crate::zeroed::Zeroed;
 
@@ -13,35 +16,32 @@ pub const NODE_WORDS: usize = 8;
 
 const NODES_PER_TASK: usize = 512;
 
-/// What points bring to a node, weighted: mass (kg), momentum (N s), and internal and external force (N), in this order;
-/// the other words are zero.
+/// What points and membranes bring to a node, weighted: mass (kg), momentum (N s), and internal and external force (N); in the
+/// plane the mass of membranes along themselves, `sum m N t t` (kg), follows. In this order; the other words are zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
-pub struct Gathered<S: Space>(pub [f64; NODE_WORDS], std::marker::PhantomData<S>);
+pub struct Gathered<S: Space>(pub [f64; NODE_WORDS], PhantomData<S>);
 
 /// What grains bring to a node, weighted: mass, kg; momentum after their own kick and what their ties have given them, N s;
 /// and of this what ties have given, which the continuum has to give back. In this order; the other words are zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(align(64))]
-pub struct GrainNode<S: Space>(pub [f64; NODE_WORDS], std::marker::PhantomData<S>);
+#[repr(C, align(64))]
+pub struct GrainNode<S: Space>(pub [f64; NODE_WORDS], PhantomData<S>);
 
 /// What a node gives back to points: its velocity after the step (m/s) and the change of it, in this order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
-pub struct Advanced<S: Space>(pub [f64; NODE_WORDS], std::marker::PhantomData<S>);
+pub struct Advanced<S: Space>(pub [f64; NODE_WORDS], PhantomData<S>);
 
 /// What a node gives back to grains: the continuum's share of the node's mass, by which ties hold; change of their velocities,
-/// m/s; and the node's velocity times the share, m/s. In this order; the other words are zero.
+/// m/s; the node's velocity times the share, m/s; and in the plane what the share is less by along membranes. In this order;
+/// the other words are zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(align(64))]
-pub struct GrainChange<S: Space>(pub [f64; NODE_WORDS], std::marker::PhantomData<S>);
+#[repr(C, align(64))]
+pub struct GrainChange<S: Space>(pub [f64; NODE_WORDS], PhantomData<S>);
 
-#[allow(unsafe_code, reason = "an array of numbers")]
-// SAFETY: its one field that has a size is an array, which fills a line.
-unsafe impl<S: Space> Numbers for GrainNode<S> {}
-#[allow(unsafe_code, reason = "an array of numbers")]
-// SAFETY: as above.
-unsafe impl<S: Space> Numbers for GrainChange<S> {}
+numbers!(impl[S: Space] GrainNode[S] { 0: [f64; NODE_WORDS], 1: PhantomData<S> });
+numbers!(impl[S: Space] GrainChange[S] { 0: [f64; NODE_WORDS], 1: PhantomData<S> });
 
 fn vector_at<S: Space>(words: &[f64; NODE_WORDS], first: usize) -> S::Vector {
     let mut vector = S::Vector::zero();
@@ -53,11 +53,11 @@ fn vector_at<S: Space>(words: &[f64; NODE_WORDS], first: usize) -> S::Vector {
 
 impl<S: Space> Gathered<S> {
     pub const fn zero() -> Self {
-        Self([0.0; NODE_WORDS], std::marker::PhantomData)
+        Self([0.0; NODE_WORDS], PhantomData)
     }
 
     pub fn of(words: [f64; NODE_WORDS]) -> Self {
-        Self(words, std::marker::PhantomData)
+        Self(words, PhantomData)
     }
 
     pub fn mass(&self) -> f64 {
@@ -87,6 +87,19 @@ impl<S: Space> Gathered<S> {
         self.add_force(force);
     }
 
+    /// Adds the mass of a membrane along itself, kg. There are membranes in the plane alone.
+    pub fn bring_along(&mut self, mass: &Along, weight: f64) {
+        debug_assert_eq!(S::DIMENSION, 2, "behind two vectors of space there is no room for a tensor");
+        for (word, mass) in self.0[5..].iter_mut().zip(mass) {
+            *word += mass * weight;
+        }
+    }
+
+    /// Mass of membranes along themselves, kg.
+    pub fn along(&self) -> Along {
+        tensor_of::<S>(&self.0)
+    }
+
     pub fn set_momentum(&mut self, momentum: &S::Vector) {
         for axis in 0..S::DIMENSION {
             self.0[1 + axis] = momentum[axis];
@@ -95,6 +108,14 @@ impl<S: Space> Gathered<S> {
 
     fn add(&mut self, other: &Self) {
         add_words(&mut self.0, &other.0);
+    }
+}
+
+/// The tensor behind a number and two vectors, in the plane.
+fn tensor_of<S: Space>(words: &[f64; NODE_WORDS]) -> Along {
+    match S::DIMENSION {
+        2 => [words[5], words[6], words[7]],
+        _ => [0.0; 3],
     }
 }
 
@@ -116,19 +137,19 @@ fn led<S: Space>(first: f64, vectors: [&S::Vector; 2]) -> [f64; NODE_WORDS] {
 }
 
 /// The words that a message has of a record.
-fn received<S: Space>(message: &[f64]) -> [f64; NODE_WORDS] {
+fn received(message: &[f64]) -> [f64; NODE_WORDS] {
     let mut words = [0.0; NODE_WORDS];
-    words[..1 + 2 * S::DIMENSION].copy_from_slice(message);
+    words[..message.len()].copy_from_slice(message);
     words
 }
 
 impl<S: Space> GrainNode<S> {
     pub const fn zero() -> Self {
-        Self([0.0; NODE_WORDS], std::marker::PhantomData)
+        Self([0.0; NODE_WORDS], PhantomData)
     }
 
     pub fn new(mass: f64, momentum: &S::Vector, given: &S::Vector) -> Self {
-        Self(led::<S>(mass, [momentum, given]), std::marker::PhantomData)
+        Self(led::<S>(mass, [momentum, given]), PhantomData)
     }
 
     pub fn mass(&self) -> f64 {
@@ -147,31 +168,36 @@ impl<S: Space> GrainNode<S> {
         add_words(&mut self.0, &other.0);
     }
 
-    /// Its numbers, those that the space has.
+    /// Its first numbers, as many as the message has room for.
     pub fn write(&self, message: &mut [f64]) {
-        message.copy_from_slice(&self.0[..1 + 2 * S::DIMENSION]);
+        message.copy_from_slice(&self.0[..message.len()]);
     }
 
     pub fn read(message: &[f64]) -> Self {
-        Self(received::<S>(message), std::marker::PhantomData)
+        Self(received(message), PhantomData)
     }
 }
 
 impl<S: Space> GrainChange<S> {
     pub const fn zero() -> Self {
-        Self([0.0; NODE_WORDS], std::marker::PhantomData)
+        Self([0.0; NODE_WORDS], PhantomData)
     }
 
-    pub fn new(share: f64, velocity: &S::Vector, shared: &S::Vector) -> Self {
-        Self(led::<S>(share, [velocity, shared]), std::marker::PhantomData)
+    /// Of a change (m/s) at a node that goes at `velocity` (m/s) and holds its grains by `share`.
+    pub fn new(share: &Share<S>, change: &S::Vector, velocity: &S::Vector) -> Self {
+        let mut words = led::<S>(share.all, [change, &share.of(velocity)]);
+        if S::DIMENSION == 2 {
+            words[5..].copy_from_slice(&share.along);
+        }
+        Self::of(words)
     }
 
     pub fn of(words: [f64; NODE_WORDS]) -> Self {
-        Self(words, std::marker::PhantomData)
+        Self(words, PhantomData)
     }
 
-    pub fn share(&self) -> f64 {
-        self.0[0]
+    pub fn share(&self) -> Share<S> {
+        Share::new(self.0[0], tensor_of::<S>(&self.0))
     }
 
     pub fn velocity(&self) -> S::Vector {
@@ -182,23 +208,23 @@ impl<S: Space> GrainChange<S> {
         vector_at::<S>(&self.0, 1 + S::DIMENSION)
     }
 
-    /// Its numbers, those that the space has.
+    /// Its first numbers, as many as the message has room for.
     pub fn write(&self, message: &mut [f64]) {
-        message.copy_from_slice(&self.0[..1 + 2 * S::DIMENSION]);
+        message.copy_from_slice(&self.0[..message.len()]);
     }
 
     pub fn read(message: &[f64]) -> Self {
-        Self(received::<S>(message), std::marker::PhantomData)
+        Self(received(message), PhantomData)
     }
 }
 
 impl<S: Space> Advanced<S> {
     pub const fn zero() -> Self {
-        Self([0.0; NODE_WORDS], std::marker::PhantomData)
+        Self([0.0; NODE_WORDS], PhantomData)
     }
 
     pub fn of(words: [f64; NODE_WORDS]) -> Self {
-        Self(words, std::marker::PhantomData)
+        Self(words, PhantomData)
     }
 
     pub fn new(velocity: &S::Vector, change: &S::Vector) -> Self {
