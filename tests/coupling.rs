@@ -166,7 +166,7 @@ fn both_sides_leave_a_node_with_one_velocity() {
         let change = world.tiles.grain_changes[node.row as usize];
         if sum.mass() == 0.0 || of_grains.mass() == 0.0 {
             let returned = change.velocity() * of_grains.mass() + of_grains.given();
-            assert!(returned.norm() <= 1e-15 * of_grains.given().norm() && change.share() == 0.0, "{of_grains:?}");
+            assert!(returned.norm() <= 1e-15 * of_grains.given().norm() && change.share().all == 0.0, "{of_grains:?}");
             continue;
         }
         shared += 1;

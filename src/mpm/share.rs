@@ -62,13 +62,14 @@ impl<S: Space> Share<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math;
     use crate::space::{Plane, Solid};
 
     type Vector = <Plane as Space>::Vector;
 
     fn beside_membrane(all: f64, membrane: f64, angle: f64) -> (Share<Plane>, Vector, Vector) {
-        let along = Vector::new(angle.cos(), angle.sin());
-        (Share::new(all, dyad::<Plane>(membrane, &along)), along, Vector::new(-angle.sin(), angle.cos()))
+        let along = Vector::new(math::cos(angle), math::sin(angle));
+        (Share::new(all, dyad::<Plane>(membrane, &along)), along, Vector::new(-math::sin(angle), math::cos(angle)))
     }
 
     #[test]
