@@ -34,8 +34,8 @@ use crate::space::{Linear, Space};
 use crate::stop::Wish;
 
 /// Share of its velocity that a grain which is pushed beside its contacts loses in a step: one that is thrown stops within a part of its
-/// size, and what goes along slowly hardly feels it.
-const PUSHED_DRAG: f64 = 0.01;
+/// size.
+pub(crate) const PUSHED_DRAG: f64 = 0.1;
 
 /// Constants of a world that no step changes.
 #[derive(Clone, Debug)]

@@ -11,7 +11,7 @@ use crate::rebuild::Parts;
 use crate::reference::Lies;
 use crate::scenario::Enrichment;
 use crate::space::{Linear, Plane};
-use crate::world::Settings;
+use crate::world::{PUSHED_DRAG, Settings};
 
 use super::motion::Motion;
 use super::residents::Residents;
@@ -26,7 +26,7 @@ pub(super) struct Trained<C: ContactLaw<Plane>> {
 
 /// A world of the chosen grains alone, its rim moved along the continuum's path, everything inside free. Where the material ends nothing
 /// moves with it: bodies come along as they have come, and what else held grains of the packing there, a membrane, holds on with the force
-/// that it had. Residents beside them go along the continuum's path as well, and at last to where they stand.
+/// that it had, and drags them along with the continuum. Residents beside them go along the continuum's path as well, and at last to where they stand.
 pub(super) fn train<C: ContactLaw<Plane>>(
     world: &mut PlanarWorld<C>,
     (training, depth): (&Enrichment, f64),
@@ -70,17 +70,20 @@ pub(super) fn train<C: ContactLaw<Plane>>(
     hold_open(&mut apart, held);
 
     let dt = apart.settings.dt;
+    let mut before: Box<dyn Fn(&Cold<Plane>) -> Vector> = Box::new(|_| Vector::zero());
     for leg in 0..motion.times.len() - 1 {
         let ends = [motion.times[leg], motion.times[leg + 1]];
         let duration = (ends[1] - ends[0]) / training.training_speed;
         let steps = (duration / dt).round().max(1.0);
-        follow(&mut apart, |cold| {
+        let along = move |cold: &Cold<Plane>| {
             let to = match held.residents.get(cold.id.0) {
                 Some(resident) if leg + 2 == motion.times.len() => resident.displacement,
                 _ => motion.displacement(leg + 1, &cold.origin),
             };
             (to - motion.displacement(leg, &cold.origin)) * (1.0 / (steps * dt))
-        });
+        };
+        follow(&mut apart, held, [&before, &along]);
+        before = Box::new(along);
         for (body, number) in apart.bodies.iter_mut().zip(&touched) {
             let velocity = way(*number, ends) * (1.0 / (steps * dt));
             body.path = vec![Instant { time: 0.0, velocity, spin: Linear::zero() }];
@@ -89,7 +92,7 @@ pub(super) fn train<C: ContactLaw<Plane>>(
     }
     apart.bodies.iter_mut().for_each(|body| body.path.clear());
     let rest = (training.training_rest * apart.step as f64).round();
-    follow(&mut apart, |_| Vector::zero());
+    follow(&mut apart, held, [&before, &|_| Vector::zero()]);
     run_steps(&mut apart, rest as u64)?;
     release(&mut apart, held, (depth, enriched.stress_points))?;
     let energies = apart.energies()?;
@@ -251,12 +254,24 @@ fn is_squeezed<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<
     Ok(hardest[0] * count > PRESSED_MAX * sum)
 }
 
-fn follow<C: ContactLaw<Plane>>(training: &mut PlanarWorld<C>, velocity: impl Fn(&Cold<Plane>) -> Vector) {
-    for cold in &mut training.grains.cold {
-        if cold.mover == Mover::Script {
-            cold.script = velocity(cold);
+/// Grains that are led go on with another velocity than before, and so does what drags those of the border along: a grain that comes off
+/// its neighbours there goes with the continuum, and not away.
+fn follow<C: ContactLaw<Plane>>(
+    apart: &mut PlanarWorld<C>,
+    held: &Holders<'_>,
+    [before, now]: [&dyn Fn(&Cold<Plane>) -> Vector; 2],
+) {
+    let (drag, grains) = (PUSHED_DRAG / apart.settings.dt, &mut apart.grains);
+    for (cold, hot) in grains.cold.iter_mut().zip(&grains.hot) {
+        match cold.mover {
+            Mover::Script => cold.script = now(cold),
+            Mover::Free if held.border.binary_search(&cold.id.0).is_ok() => {
+                cold.script += (now(cold) - before(cold)) * (drag * hot.weight * hot.mass);
+            }
+            _ => (),
         }
     }
+    grains.settle();
 }
 
 fn run_steps<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, steps: u64) -> Result<(), Error> {
