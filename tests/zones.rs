@@ -45,7 +45,7 @@ fn a_zone_that_grows_and_gives_back_keeps_mass_and_momentum() {
 #[test]
 fn a_zone_that_lives_has_the_same_bits_on_any_ranks_and_after_a_restart() {
     let folder = tempfile::tempdir().unwrap();
-    let (_, series) = same(&parse(&restless(8e-3)), folder.path(), "a zone that grows and gives back");
+    let (_, series) = same(&parse(&restless(3.84e-3)), folder.path(), "a zone that grows and gives back");
     // Of the part that was gone through again after the restart, from a third on.
     let grains: Vec<f64> =
         series.lines().skip(15).map(|line| line.split(',').nth(2).unwrap().parse().unwrap()).collect();
