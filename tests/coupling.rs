@@ -211,8 +211,8 @@ fn sharing_is_exact_for_any_masses() {
     }
 }
 
-/// A grain that is pulled across a membrane and along it at once: a tie holds it across, and winds up by nothing along it, or it
-/// would throw the grain out in the end. Beside points it is held both ways.
+/// A grain that is pulled across a membrane and along it at once: a tie holds it across, and winds up by nothing along it.
+/// Beside points it is held both ways.
 #[test]
 fn a_tie_to_a_membrane_does_not_wind_up_along_it() {
     let (along, across) = (Vector::new(0.6, 0.8), Vector::new(-0.8, 0.6));

@@ -177,8 +177,9 @@ const RELEASE_DAMPING_OF_ALL: f64 = 0.02;
 /// How many times as hard as contacts among free grains in the mean one of the rim may press, and looks at most for it not to.
 const PRESSED_MAX: f64 = 12.0;
 const LOOKS_FOR_ONE: u64 = 20;
-/// How many times the pressure of the points that they replace grains may bear, and looks at most for them to bear no more than it.
-const PRESSURE_MAX: f64 = 3.0;
+/// How many times the pressure of the points that they replace grains may bear, and looks at most for them to bear no more than it. Grains
+/// that shear dilate where points as yet do not, and what enters under more than its share swells and is the looser for it.
+const PRESSURE_MAX: f64 = 1.1;
 const LOOKS_FOR_ALL: u64 = 500;
 
 /// Grains of the rim were moved each by itself, and overlap where the continuum strained much; and where it bears next to nothing, as under a

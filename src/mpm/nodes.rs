@@ -19,10 +19,10 @@
 //! J = sum w m N (q - b u)                                       what its nodes' continuum pays for it
 //! ```
 //!
-//! A membrane, whose mass m is part of m_c, holds grains across itself, and they slide along it (t): a spring that winds up while
-//! they do would throw them out in the end. With a tie a grain slips by `a dt^2/(k s)`, some nanometres, and stays there; where it comes among grains alone, its spring
-//! slackens. Spring and dashpot are impulses between
-//! grains and continuum at a node, so that momentum is kept, and a node's velocity does not feel them.
+//! With it a grain slips by `a dt^2/(k s)`, some nanometres, and stays there; where it comes among grains alone, its spring
+//! slackens. A membrane, whose mass m is part of m_c, ties grains across itself alone: along it (t) they slide on, or some layers of
+//! them would be glued to it by springs that wind up without end. Spring and dashpot are impulses between grains and continuum
+//! at a node, so that momentum is kept, and a node's velocity does not feel them.
 
 use crate::dem::grains::Tie;
 use crate::mpm::share::Share;
