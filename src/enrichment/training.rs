@@ -70,20 +70,20 @@ pub(super) fn train<C: ContactLaw<Plane>>(
     hold_open(&mut apart, held);
 
     let dt = apart.settings.dt;
-    let mut before: Box<dyn Fn(&Cold<Plane>) -> Vector> = Box::new(|_| Vector::zero());
+    let mut before: Lead = Box::new(|_| Vector::zero());
     for leg in 0..motion.times.len() - 1 {
         let ends = [motion.times[leg], motion.times[leg + 1]];
         let duration = (ends[1] - ends[0]) / training.training_speed;
         let steps = (duration / dt).round().max(1.0);
-        let along = move |cold: &Cold<Plane>| {
+        let along: Lead = Box::new(move |cold| {
             let to = match held.residents.get(cold.id.0) {
                 Some(resident) if leg + 2 == motion.times.len() => resident.displacement,
                 _ => motion.displacement(leg + 1, &cold.origin),
             };
             (to - motion.displacement(leg, &cold.origin)) * (1.0 / (steps * dt))
-        };
+        });
         follow(&mut apart, held, [&before, &along]);
-        before = Box::new(along);
+        before = along;
         for (body, number) in apart.bodies.iter_mut().zip(&touched) {
             let velocity = way(*number, ends) * (1.0 / (steps * dt));
             body.path = vec![Instant { time: 0.0, velocity, spin: Linear::zero() }];
@@ -92,7 +92,8 @@ pub(super) fn train<C: ContactLaw<Plane>>(
     }
     apart.bodies.iter_mut().for_each(|body| body.path.clear());
     let rest = (training.training_rest * apart.step as f64).round();
-    follow(&mut apart, held, [&before, &|_| Vector::zero()]);
+    let still: Lead = Box::new(|_| Vector::zero());
+    follow(&mut apart, held, [&before, &still]);
     run_steps(&mut apart, rest as u64)?;
     release(&mut apart, held, (depth, enriched.stress_points))?;
     let energies = apart.energies()?;
@@ -255,13 +256,12 @@ fn is_squeezed<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<
     Ok(hardest[0] * count > PRESSED_MAX * sum)
 }
 
+/// The velocity at which the continuum leads a grain.
+type Lead<'a> = Box<dyn Fn(&Cold<Plane>) -> Vector + 'a>;
+
 /// Grains that are led go on with another velocity than before, and so does what drags those of the border along: a grain that comes off
 /// its neighbours there goes with the continuum, and not away.
-fn follow<C: ContactLaw<Plane>>(
-    apart: &mut PlanarWorld<C>,
-    held: &Holders<'_>,
-    [before, now]: [&dyn Fn(&Cold<Plane>) -> Vector; 2],
-) {
+fn follow<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_>, [before, now]: [&Lead<'_>; 2]) {
     let (drag, grains) = (PUSHED_DRAG / apart.settings.dt, &mut apart.grains);
     for (cold, hot) in grains.cold.iter_mut().zip(&grains.hot) {
         match cold.mover {
