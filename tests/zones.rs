@@ -20,7 +20,12 @@ use crate::worlds::{Law, PlanarWorld, packed_job};
 
 /// A zone too small for its band, which grows along it; and judged so strictly that it gives grains back as well.
 fn restless(end: f64) -> String {
-    let zone = "distance = \"4.5 mm\"\n        [zone]\n        grows = true\n        dissolves = true\n        rest_share = 0.5";
+    let zone = r#"distance = "4.5 mm"
+        [zone]
+        grows = true
+        dissolves = true
+        rest_share = 0.7
+        rest_strain = 0.02"#;
     replaced(
         triaxial("hybrid", end),
         &[("recent_strain = 4e-3", "recent_strain = 8e-3"), ("distance = \"6 mm\"", zone)],
