@@ -170,18 +170,24 @@ fn hold_open<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_
     grains.settle();
 }
 
-/// Steps between two looks at grains of the rim that are let go, and the damping of all grains in these steps, per step: at first such that
-/// overlaps shrink by a few per cent in each, and then such that a zone some tens of grains deep comes apart within a thousand steps.
-const RELEASE_STEPS: u64 = 20;
-const RELEASE_DAMPING: f64 = 0.5;
-const RELEASE_DAMPING_OF_ALL: f64 = 0.02;
+/// How grains are let go between two looks at them: so many steps, in which all are damped by so much per step.
+struct Release {
+    steps: u64,
+    damping: f64,
+}
+
+/// A few grains that are pressed together: their overlaps shrink by a few per cent in each step.
+const RELEASE_OF_ONE: Release = Release { steps: 20, damping: 0.5 };
+/// All of a zone some tens of grains deep, which comes apart within a thousand steps, a small zone within tens: seldom looks would let its
+/// pressure fall far below what is wanted.
+const RELEASE_OF_ALL: Release = Release { steps: 4, damping: 0.02 };
 /// How many times as hard as contacts among free grains in the mean one of the rim may press, and looks at most for it not to.
 const PRESSED_MAX: f64 = 12.0;
 const LOOKS_FOR_ONE: u64 = 20;
 /// How many times the pressure of the points that they replace grains may bear, and looks at most for them to bear no more than it. Grains
 /// that shear dilate where points as yet do not, and what enters under more than its share swells and is the looser for it.
 const PRESSURE_MAX: f64 = 1.1;
-const LOOKS_FOR_ALL: u64 = 500;
+const LOOKS_FOR_ALL: u64 = 2500;
 
 /// Grains of the rim were moved each by itself, and overlap where the continuum strained much; and where it bears next to nothing, as under a
 /// free surface, a strain of a thousandth that grains and points do not share makes a hundred times its stress. They are let go against
@@ -196,33 +202,33 @@ fn release<C: ContactLaw<Plane>>(
     let is_loaded = wanted > 0.0 && pressure(&grain_stress(apart, depth)?) > PRESSURE_MAX * wanted;
     let mut looks = 0;
     while looks < LOOKS_FOR_ONE && is_squeezed(apart, held)? {
-        let_go(apart, held, RELEASE_DAMPING)?;
+        let_go(apart, held, &RELEASE_OF_ONE)?;
         looks += 1;
     }
     looks = 0;
     while is_loaded && looks < LOOKS_FOR_ALL && pressure(&grain_stress(apart, depth)?) > wanted {
-        let_go(apart, held, RELEASE_DAMPING_OF_ALL)?;
+        let_go(apart, held, &RELEASE_OF_ALL)?;
         looks += 1;
     }
     apart.settings.field.damping = damping;
     Ok(())
 }
 
-/// Some steps in which grains of the rim move as they like, against so much damping per step.
-fn let_go<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_>, damping: f64) -> Result<(), Error> {
+/// Some steps in which grains of the rim move as they like, against damping.
+fn let_go<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_>, release: &Release) -> Result<(), Error> {
     let is_of_rim = |cold: &&mut Cold<Plane>| cold.mover == Mover::Script && held.is_of_rim(cold.id.0);
     let mut freed = 0;
     for cold in apart.grains.cold.iter_mut().filter(is_of_rim) {
         (cold.mover, cold.script) = (Mover::Free, Vector::zero());
         freed += 1;
     }
-    apart.settings.field.damping.mass = damping / apart.settings.dt;
+    apart.settings.field.damping.mass = release.damping / apart.settings.dt;
     let mut freed = [freed];
     apart.transport.sum(&mut freed);
     if freed[0] > 0 {
         apart.rebuild()?;
     }
-    run_steps(apart, RELEASE_STEPS)
+    run_steps(apart, release.steps)
 }
 
 /// Mean of the normal stresses, positive where they press, Pa.
