@@ -215,7 +215,11 @@ fn release<C: ContactLaw<Plane>>(
 }
 
 /// Some steps in which grains of the rim move as they like, against damping.
-fn let_go<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_>, release: &Release) -> Result<(), Error> {
+fn let_go<C: ContactLaw<Plane>>(
+    apart: &mut PlanarWorld<C>,
+    held: &Holders<'_>,
+    release: &Release,
+) -> Result<(), Error> {
     let is_of_rim = |cold: &&mut Cold<Plane>| cold.mover == Mover::Script && held.is_of_rim(cold.id.0);
     let mut freed = 0;
     for cold in apart.grains.cold.iter_mut().filter(is_of_rim) {
