@@ -14,7 +14,7 @@ use crate::cli::report::svg::Stroke;
 use crate::cli::report::words::{THIN, kilopascal, plain};
 
 /// Dashes of the runs of a group.
-const DASHES: [&str; 4] = ["", "7 3", "2 2", "8 2 2 2"];
+const DASHES: [&str; 6] = ["", "7 3", "2 2", "8 2 2 2", "12 4", "8 2 2 2 2 2"];
 
 /// The line of one run among those of its group.
 pub fn stroke(groups: &[Group], group: usize, run: usize) -> Stroke<'static> {
