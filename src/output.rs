@@ -75,10 +75,16 @@ fn failed(path: &Path, error: &dyn std::fmt::Display) -> Error {
     Error::Run(format!("{}: {error}; the run has stopped", path.display()))
 }
 
-/// Writes a small file as a whole: whoever reads it meanwhile has the old one, and whoever ends meanwhile leaves it.
-fn replace(path: &Path, text: &str) -> std::io::Result<()> {
+/// Where a small file is written before it takes the place of the old one; who is killed in between leaves it there.
+pub fn aside(path: &Path) -> PathBuf {
     let mut aside = path.as_os_str().to_owned();
     aside.push(".tmp");
+    aside.into()
+}
+
+/// Writes a small file as a whole: whoever reads it meanwhile has the old one, and whoever ends meanwhile leaves it.
+fn replace(path: &Path, text: &str) -> std::io::Result<()> {
+    let aside = aside(path);
     fs::write(&aside, text)?;
     fs::rename(&aside, path)
 }

@@ -119,7 +119,8 @@ fn opening(out: &Path, resolved: &str) -> Result<Opening, Error> {
     // Of frames there may be further parts.
     let parts = std::fs::read_dir(out).into_iter().flatten().flatten().map(|entry| entry.path());
     let parts = parts.filter(|path| path.extension().is_some_and(|extension| extension == "vtkhdf"));
-    for path in parts.chain(output::FILES.map(|name| out.join(name))) {
+    let files = output::FILES.iter().map(|name| out.join(name)).flat_map(|path| [output::aside(&path), path]);
+    for path in parts.chain(files) {
         if path.exists() {
             std::fs::remove_file(&path).map_err(|error| {
                 Error::User(format!("{}: {error}. Remove the run with `rm -r {shown}`.", path.display()))
