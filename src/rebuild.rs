@@ -396,6 +396,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let margin = self.settings.skin + self.settings.contact.reach();
         self.contacts.rebuild::<C>(&self.grains, &self.cell_home, carried, margin);
         self.walls.rebuild(&self.grains, (&self.bodies, &self.cell_home), carried, margin);
+        self.grains.come_near_bodies(self.walls.list.iter().map(|wall| wall.row));
         Ok(())
     }
 

@@ -11,8 +11,8 @@ use crate::body::Body;
 use crate::dem::cell::Cell;
 use crate::dem::contacts::{Contacts, Part};
 use crate::dem::grains::Grains;
-use crate::dem::motion::{self, Field, Kick, KickAndDrift};
-use crate::dem::segments::{Finish, Segments, Wait, larger};
+use crate::dem::motion::{self, Damped, Falling, Field, Moves};
+use crate::dem::segments::{Finish, Segments, Wait, finish_waiting, larger};
 use crate::dem::walls::Walls;
 use crate::error::Error;
 use crate::grid::{Grid, Reactions};
@@ -151,26 +151,16 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if self.is_plain() { self.step_of_grains_alone() } else { self.step_of_all() }
     }
 
-    /// Whether nothing stands between the forces on a grain and its motion: no grid, and nothing but contacts and gravity.
+    /// Whether nothing stands between the kick of a grain and its drift: no grid, no cell that deforms, no account of energy.
     fn is_plain(&self) -> bool {
-        !self.has_grid() && self.settings.grain_steps == 1 && self.is_pushed_by_contacts_alone()
-    }
-
-    /// Whether nothing stands between contacts of grains and their kick but gravity: no touched body, no force of its own, no cell that
-    /// deforms, no damping against its field, no account of energy.
-    fn is_pushed_by_contacts_alone(&self) -> bool {
-        self.walls.list.is_empty()
-            && self.grains.pushed.is_empty()
-            && self.settings.drive.is_at_rest()
-            && self.settings.field.is_plain()
-            && self.ledger.is_none()
+        !self.has_grid() && self.settings.grain_steps == 1 && self.settings.drive.is_at_rest() && self.ledger.is_none()
     }
 
     /// The same to the bit as the whole list, with every grain's record touched once.
     fn step_of_grains_alone(&mut self) -> Result<(), Error> {
         let dt = self.settings.dt;
-        let gravity = self.settings.field.gravity;
-        let farthest = self.evaluate_pairs(&KickAndDrift { gravity, dt_kick: self.kick_share() * dt, dt });
+        let farthest = self.kick_grains::<true>();
+        self.book_touches();
         self.accelerate_bodies()?;
         let timer = self.phases.start();
         self.moved = larger(farthest, motion::follow_and_drift(&mut self.grains, &self.bodies, dt)).sqrt();
@@ -188,13 +178,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if begins {
             self.strain_first();
         }
-        if self.is_pushed_by_contacts_alone() {
-            let kick = Kick { gravity: self.settings.field.gravity, dt: self.kick_share() * self.settings.dt };
-            self.evaluate_pairs(&kick);
-        } else {
-            self.evaluate_contacts();
-            self.kick_grains();
-        }
+        self.kick_grains::<false>();
         self.book_touches();
         match begins {
             true => {
@@ -300,8 +284,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if self.step == 0 { [0.0, 0.0] } else { [self.settings.dt; 2] }
     }
 
-    /// The passes over pairs and segments, those that need no copies while copies travel; `finish` is done for every grain
-    /// once its forces are known. Returns the largest that it returned.
+    /// The passes over pairs and segments, those that need no copies while copies travel; `finish` is done for every grain that other
+    /// grains alone push. Returns the largest that it returned.
     fn evaluate_pairs(&mut self, finish: &impl Finish<S>) -> f64 {
         if !self.has_grains() {
             return 0.0;
@@ -325,7 +309,23 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Forces on all grains as they stand.
     pub(crate) fn evaluate_contacts(&mut self) {
-        self.evaluate_pairs(&Wait);
+        self.evaluate(&Wait);
+    }
+
+    /// The same, and their kicks; where nothing comes between these and their drift, that as well. Returns the square of the longest way
+    /// that a grain has come from home by it, m2.
+    fn kick_grains<const DRIFTS: bool>(&mut self) -> f64 {
+        let (field, cell, dt) = (self.settings.field, self.cell, self.settings.dt);
+        let dt_kick = self.kick_share() * dt;
+        match field.is_plain() && cell.gradient == S::Tensor::zero() {
+            true => self.evaluate(&Moves::<_, DRIFTS> { kick: Falling { gravity: field.gravity }, dt_kick, dt }),
+            false => self.evaluate(&Moves::<_, DRIFTS> { kick: Damped { field, cell }, dt_kick, dt }),
+        }
+    }
+
+    /// Forces on all grains; `finish` is done for each once all that pushes it is known. Returns the largest that it returned.
+    fn evaluate(&mut self, finish: &impl Finish<S>) -> f64 {
+        let farthest = self.evaluate_pairs(finish);
         let timer = self.phases.start();
         let times = self.contact_times();
         self.walls.evaluate(&self.settings.contact, &mut self.grains, (&self.bodies, &self.cell), times);
@@ -337,19 +337,14 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             }
             force[row] -= hot[row].velocity * (PUSHED_DRAG * hot[row].weight * hot[row].mass / self.settings.dt);
         }
+        let farthest = larger(farthest, finish_waiting(&mut self.grains, finish));
         self.phases.stop(Phase::Contacts, timer);
+        farthest
     }
 
     /// Share of the step by which this step's kick moves velocities.
     pub(crate) fn kick_share(&self) -> f64 {
         if self.step == 0 { self.settings.first_kick } else { 1.0 }
-    }
-
-    fn kick_grains(&mut self) {
-        let timer = self.phases.start();
-        let dt = self.kick_share() * self.settings.dt;
-        motion::kick(&mut self.grains, &self.settings.field, &self.cell, dt);
-        self.phases.stop(Phase::Motion, timer);
     }
 
     /// Height of a node, m.

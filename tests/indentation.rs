@@ -57,3 +57,17 @@ fn bands_on_both_sides_of_a_plate_are_enriched() {
     println!("enriched after {:.1} ms, {mean:.0} Pa on the plate afterwards", 1e3 * entered);
     assert!((1.2e3..2.6e3).contains(&mean), "{mean} Pa: {stresses:?}");
 }
+
+/// What grains give to a body on a grid is told whichever way a step is taken: all grains kicked before any drifts, as an account of
+/// energy wants it, or each as soon as its forces are known.
+#[test]
+fn grains_alone_press_on_the_plate_with_and_without_an_account() {
+    let alone =
+        replaced(small(), &[("method = \"hybrid\"\nseed", "method = \"dem\"\nseed"), ("\"24 ms\"", "\"8 ms\"")]);
+    let [plain, booked] = [Ran::of(&alone), Ran::of(&format!("{alone}\nledger = true\n"))];
+    let force = plain.series("plate_force_y");
+    assert!(force[force.len() - 1] > 0.1, "{force:?}");
+    for name in ["plate_force_y", "floor_force_y", "left_force_x"] {
+        assert_eq!(plain.series(name), booked.series(name), "{name}");
+    }
+}

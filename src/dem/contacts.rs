@@ -244,7 +244,7 @@ impl<S: Space> Contacts<S> {
         finish: &impl Finish<S>,
     ) -> Passed {
         let (neighbours, owned) = (&self.neighbours, grains.owned);
-        let Grains { hot, cold, movers, homes, force, torque, .. } = grains;
+        let Grains { hot, cold, movers, waits, homes, force, torque, .. } = grains;
         let shared = Shared {
             law,
             shifts: &self.shifts,
@@ -255,7 +255,7 @@ impl<S: Space> Contacts<S> {
             row: self.row,
             room: (!self.keeps).then_some(self.room),
             which,
-            resting: Resting { movers, homes, cold },
+            resting: Resting { movers, waits, homes, cold },
             finish,
         };
         let stretch = Stretch {

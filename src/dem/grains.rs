@@ -99,6 +99,11 @@ pub struct Grains<S: Space> {
     pub glued: Vec<Row>,
     /// Free owned rows that a force of their own pushes, and that force, N.
     pub pushed: Vec<(Row, S::Vector)>,
+    /// Free owned rows that bodies may touch, ascending.
+    pub near_bodies: Vec<Row>,
+    /// Both, ascending: what pushes them is not known yet when contacts with other grains are summed. And the same by row.
+    pub waiting: Vec<Row>,
+    pub waits: Vec<bool>,
     /// Ties of owned rows to the continuum.
     pub ties: Vec<Tie<S>>,
     /// Force and torque on owned rows, N and N m; weighted as the contacts are.
@@ -116,6 +121,9 @@ impl<S: Space> Default for Grains<S> {
             homes: Vec::new(),
             glued: Vec::new(),
             pushed: Vec::new(),
+            near_bodies: Vec::new(),
+            waiting: Vec::new(),
+            waits: Vec::new(),
             ties: Vec::new(),
             force: Vec::new(),
             torque: Vec::new(),
@@ -159,15 +167,39 @@ impl<S: Space> Grains<S> {
         self.homes = owned.iter().map(|cold| cold.home).collect();
         let glued = |(row, cold): (usize, &Cold<S>)| matches!(cold.mover, Mover::Body(_)).then_some(row as Row);
         self.glued = owned.iter().enumerate().filter_map(glued).collect();
-        let is_pushed = |cold: &Cold<S>| cold.mover == Mover::Free && cold.script != S::Vector::zero();
-        let pushed = |(row, cold): (usize, &Cold<S>)| is_pushed(cold).then_some((row as Row, cold.script));
-        self.pushed = owned.iter().enumerate().filter_map(pushed).collect();
+        self.near_bodies.clear();
+        self.push_as_told();
         self.force.clear();
         self.force.reserve_exact(self.owned);
         self.force.resize(self.owned, S::Vector::zero());
         self.torque.clear();
         self.torque.reserve_exact(self.owned);
         self.torque.resize(self.owned, S::Spin::zero());
+    }
+
+    /// Lists what is pushed, after scripts have changed.
+    pub fn push_as_told(&mut self) {
+        let is_pushed = |cold: &Cold<S>| cold.mover == Mover::Free && cold.script != S::Vector::zero();
+        let pushed = |(row, cold): (usize, &Cold<S>)| is_pushed(cold).then_some((row as Row, cold.script));
+        self.pushed = self.cold[..self.owned].iter().enumerate().filter_map(pushed).collect();
+        self.line_up();
+    }
+
+    /// Lists what bodies may touch: rows in ascending order, each perhaps several times.
+    pub fn come_near_bodies(&mut self, rows: impl Iterator<Item = Row>) {
+        self.near_bodies = rows.collect();
+        self.near_bodies.dedup();
+        self.line_up();
+    }
+
+    fn line_up(&mut self) {
+        let pushed = self.pushed.iter().map(|(row, _)| *row);
+        self.waiting = pushed.chain(self.near_bodies.iter().copied()).collect();
+        self.waiting.sort_unstable();
+        self.waiting.dedup();
+        self.waits.clear();
+        self.waits.resize(self.owned, false);
+        self.waiting.iter().for_each(|row| self.waits[*row as usize] = true);
     }
 
     /// Bytes that the arrays hold.
@@ -177,6 +209,8 @@ impl<S: Space> Grains<S> {
             + self.movers.capacity() * size_of::<Mover>()
             + self.glued.capacity() * size_of::<Row>()
             + self.pushed.capacity() * size_of::<(Row, S::Vector)>()
+            + (self.near_bodies.capacity() + self.waiting.capacity()) * size_of::<Row>()
+            + self.waits.capacity() * size_of::<bool>()
             + self.ties.capacity() * size_of::<Tie<S>>()
             + self.homes.capacity() * size_of::<S::Vector>()
             + self.force.capacity() * size_of::<S::Vector>()

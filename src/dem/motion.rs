@@ -34,72 +34,63 @@ impl<S: Space> Field<S> {
 /// Rows that one task handles; a constant, so that nothing depends on the number of threads.
 const CHUNK: usize = 1024;
 
-/// `v(n+1/2) = v(n-1/2) + a dt` for free grains, `a = f/(w m) + g`; `dt` is halved in the very first step of a run, whose
-/// velocities are those of time zero. In a cell that deforms with the gradient L, a grain that stays where it is in the
-/// cell accelerates by L v as well, and damping acts on the velocity against the mean field L x.
-pub fn kick<S: Space>(grains: &mut Grains<S>, field: &Field<S>, cell: &Cell<S>, dt: f64) {
-    let plain = field.is_plain() && cell.gradient == S::Tensor::zero();
-    let owned = grains.owned;
-    let Grains { hot, movers, force, torque, .. } = grains;
-    (hot[..owned].par_chunks_mut(CHUNK), movers.par_chunks(CHUNK), force.par_chunks(CHUNK), torque.par_chunks(CHUNK))
-        .into_par_iter()
-        .for_each(|(hot, movers, force, torque)| {
-            for (((hot, mover), force), torque) in hot.iter_mut().zip(movers).zip(force).zip(torque) {
-                if *mover != Mover::Free {
-                    continue;
-                }
-                if plain {
-                    plain_kick(hot, (force, torque), &field.gravity, dt);
-                } else {
-                    let mass = hot.weight * hot.mass;
-                    let linear = *force * (1.0 / mass) + field.gravity;
-                    let angular = *torque * (1.0 / S::grain_inertia(mass, hot.radius));
-                    damped_kick(hot, (linear, angular), &field.damping, cell, dt);
-                }
-            }
-        });
+/// What a kick adds to the velocity of a free grain: `v(n+1/2) = v(n-1/2) + a dt`, `a = f/(w m) + g` and what else there is; `dt` is
+/// halved in the very first step of a run, whose velocities are those of time zero.
+pub trait Kick<S: Space>: Sync {
+    fn kick(&self, hot: &mut Hot<S>, given: (&S::Vector, &S::Spin), dt: f64);
 }
 
-#[inline(always)]
-fn plain_kick<S: Space>(hot: &mut Hot<S>, (force, torque): (&S::Vector, &S::Spin), gravity: &S::Vector, dt: f64) {
-    let mass = hot.weight * hot.mass;
-    hot.velocity += *force * (dt / mass) + *gravity * dt;
-    hot.spin += *torque * (dt / S::grain_inertia(mass, hot.radius));
-}
-
-/// Where nothing stands between the sum of a grain's forces and its kick, it follows at once. To the bit what [`kick`] does later.
-pub struct Kick<S: Space> {
+/// Forces and gravity, m/s2.
+pub struct Falling<S: Space> {
     pub gravity: S::Vector,
-    pub dt: f64,
 }
 
-impl<S: Space> Finish<S> for Kick<S> {
+impl<S: Space> Kick<S> for Falling<S> {
     #[inline(always)]
-    fn finish(&self, row: usize, hot: &mut Hot<S>, given: (&S::Vector, &S::Spin), resting: &Resting<S>) -> f64 {
-        if resting.movers[row] == Mover::Free {
-            plain_kick(hot, given, &self.gravity, self.dt);
-        }
-        0.0
+    fn kick(&self, hot: &mut Hot<S>, (force, torque): (&S::Vector, &S::Spin), dt: f64) {
+        let mass = hot.weight * hot.mass;
+        hot.velocity += *force * (dt / mass) + self.gravity * dt;
+        hot.spin += *torque * (dt / S::grain_inertia(mass, hot.radius));
     }
 }
 
-/// Where nothing stands between the sum of a grain's forces, its kick and its drift, they follow at once, so that its
-/// record is touched once. To the bit what the passes do one after the other. Glued grains wait for their bodies.
-pub struct KickAndDrift<S: Space> {
-    pub gravity: S::Vector,
+/// Damping as well. In a cell that deforms with the gradient L, a grain that stays where it is in the cell accelerates by L v
+/// too, and damping acts on the velocity against the mean field L x.
+pub struct Damped<S: Space> {
+    pub field: Field<S>,
+    pub cell: Cell<S>,
+}
+
+impl<S: Space> Kick<S> for Damped<S> {
+    #[inline(always)]
+    fn kick(&self, hot: &mut Hot<S>, (force, torque): (&S::Vector, &S::Spin), dt: f64) {
+        let mass = hot.weight * hot.mass;
+        let linear = *force * (1.0 / mass) + self.field.gravity;
+        let angular = *torque * (1.0 / S::grain_inertia(mass, hot.radius));
+        let (linear, angular) = damped(hot, (linear, angular), &self.field.damping, &self.cell, dt);
+        hot.velocity += (linear + self.cell.gradient * hot.velocity) * dt;
+        hot.spin += angular * dt;
+    }
+}
+
+/// The kick of a grain, and where nothing stands between it and its drift that as well: its record is touched once. Glued grains wait
+/// for their bodies.
+pub struct Moves<K, const DRIFTS: bool> {
+    pub kick: K,
     pub dt_kick: f64,
     pub dt: f64,
 }
 
-impl<S: Space> Finish<S> for KickAndDrift<S> {
+impl<S: Space, K: Kick<S>, const DRIFTS: bool> Finish<S> for Moves<K, DRIFTS> {
     #[inline(always)]
     fn finish(&self, row: usize, hot: &mut Hot<S>, given: (&S::Vector, &S::Spin), resting: &Resting<S>) -> f64 {
         match resting.movers[row] {
-            Mover::Free => plain_kick(hot, given, &self.gravity, self.dt_kick),
+            Mover::Free => self.kick.kick(hot, given, self.dt_kick),
             Mover::Body(_) => return 0.0,
-            Mover::Script => hot.velocity = resting.cold[row].script,
+            Mover::Script if DRIFTS => hot.velocity = resting.cold[row].script,
+            Mover::Script => return 0.0,
         }
-        drifted(hot, &resting.homes[row], self.dt)
+        if DRIFTS { drifted(hot, &resting.homes[row], self.dt) } else { 0.0 }
     }
 }
 
@@ -129,13 +120,8 @@ fn follow<S: Space>(hot: &mut Hot<S>, body: &Body<S>) {
     hot.spin = body.spin;
 }
 
-fn damped_kick<S: Space>(hot: &mut Hot<S>, undamped: (S::Vector, S::Spin), damping: &Damping, cell: &Cell<S>, dt: f64) {
-    let (linear, angular) = damped(hot, undamped, damping, cell, dt);
-    hot.velocity += (linear + cell.gradient * hot.velocity) * dt;
-    hot.spin += angular * dt;
-}
-
 /// Accelerations (m/s2, rad/s2) with damping, from those without it, in a kick over `dt`.
+#[inline]
 pub fn damped<S: Space>(
     hot: &Hot<S>,
     (mut linear, mut angular): (S::Vector, S::Spin),
@@ -167,7 +153,7 @@ fn oppose_by_component<V: Linear>(acceleration: &mut V, velocity: &V, share: f64
     for axis in 0..V::COMPONENTS {
         let a = acceleration[axis];
         let power = a * (velocity[axis] + 0.5 * dt * a);
-        let sign = if power > 0.0 { 1.0 } else { -f64::from(u8::from(power < 0.0)) };
+        let sign = f64::from(i8::from(power > 0.0) - i8::from(power < 0.0));
         acceleration[axis] = a * (1.0 - share * sign);
     }
 }

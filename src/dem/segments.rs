@@ -4,7 +4,7 @@
 use std::time::Instant;
 
 use crate::dem::cell::Shifts;
-use crate::dem::grains::{Cold, Hot, Mover};
+use crate::dem::grains::{Cold, Grains, Hot, Mover};
 use crate::dem::kernel::{Pass, evaluate, side_of_row};
 use crate::dem::neighbours::{Neighbours, Pair, SEGMENT};
 use crate::ids::Row;
@@ -19,7 +19,7 @@ pub enum Segments {
     Border,
 }
 
-/// What a grain does once its forces are summed.
+/// What a grain does once all of its forces are summed.
 pub trait Finish<S: Space>: Sync {
     /// Moves the grain, and returns the square of its way from home, m2.
     fn finish(&self, row: usize, hot: &mut Hot<S>, given: (&S::Vector, &S::Spin), resting: &Resting<S>) -> f64;
@@ -39,8 +39,17 @@ impl<S: Space> Finish<S> for Wait {
 #[derive(Clone, Copy)]
 pub struct Resting<'a, S: Space> {
     pub movers: &'a [Mover],
+    pub waits: &'a [bool],
     pub homes: &'a [S::Vector],
     pub cold: &'a [Cold<S>],
+}
+
+/// The same for the grains that had to wait until everything which pushes them was known, one after the other: they are few.
+pub fn finish_waiting<S: Space>(grains: &mut Grains<S>, finish: &impl Finish<S>) -> f64 {
+    let Grains { hot, cold, movers, waits, homes, waiting, force, torque, .. } = grains;
+    let resting = Resting { movers, waits, homes, cold };
+    let rows = waiting.iter().map(|row| *row as usize);
+    rows.fold(0.0, |most, row| larger(most, finish.finish(row, &mut hot[row], (&force[row], &torque[row]), &resting)))
 }
 
 /// What came out of a pass: the largest that its grains returned, and the seconds that its halves took.
@@ -206,7 +215,9 @@ impl<S: Space, C: ContactLaw<S>, F: Finish<S>> Shared<'_, S, C, F> {
                 turn += torque;
             }
             (*force, *torque) = (sum, turn);
-            farthest = larger(farthest, self.finish.finish(row, hot, (force, torque), &self.resting));
+            if !self.resting.waits[row] {
+                farthest = larger(farthest, self.finish.finish(row, hot, (force, torque), &self.resting));
+            }
         }
         farthest
     }

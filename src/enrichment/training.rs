@@ -167,7 +167,7 @@ fn hold_open<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_
             };
         }
     }
-    grains.settle();
+    grains.push_as_told();
 }
 
 /// How grains are let go between two looks at them: so many steps, in which all are damped by so much per step.
@@ -282,7 +282,7 @@ fn follow<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_>, 
             _ => (),
         }
     }
-    grains.settle();
+    grains.push_as_told();
 }
 
 fn run_steps<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, steps: u64) -> Result<(), Error> {
