@@ -1,4 +1,6 @@
-//! Volume strain of the whole, where membranes enclose it, and of the band alone (Chen et al. 2021, figures 17 and 20).
+//! Volume strain of the whole, where membranes enclose it, and of the band (Chen et al. 2021, figures 17 and 20): of what lies in the
+//! strongest strip of each run, and of the grains of a hybrid's zone, which can be found again where they are alone. Of two strips
+//! the stronger one dilates sooner; the same grains are the same material.
 
 use serde_json::{Value, json};
 
@@ -9,39 +11,90 @@ use super::run::Run;
 use super::space::Spaces;
 use crate::cli::report::WIDTH;
 use crate::cli::report::chart::{Axis, Chart, Curve, percent, side_by_side};
+use crate::cli::report::compare::zone::is_inner;
 use crate::cli::report::compare::{Drawn, Part, Sheet, share};
 use crate::cli::report::figures::{HEIGHT, places, start};
-use crate::cli::report::load::linear;
+use crate::cli::report::load::{Body, linear};
 use crate::error::Error;
 
-/// Volume strain of the bodies in a run's band, at frames from the last enrichment on.
-struct OfBand {
+/// Grains of one id that began this near to each other, mean diameters, are the same.
+const SAME: f64 = 0.01;
+
+/// Volume strain of some bodies of a run, at frames from one strain on.
+struct Swelling {
     strain: Vec<f64>,
     volume: Vec<f64>,
 }
 
-impl OfBand {
-    fn of(run: &Run, bands: &Bands, index: usize, from: f64) -> Result<Option<Self>, Error> {
-        let Some(measured) = &bands.of[index] else { return Ok(None) };
-        let members = measured.members();
-        let first = run.frame_at(from).max(run.enriched.unwrap_or(0));
+impl Swelling {
+    fn of(run: &Run, members: &[Body], first: usize) -> Result<Option<Self>, Error> {
         let start = run.snapshot(first)?;
         let start = Spaces::of(&start, &run.span);
         let mut curve = Self { strain: vec![run.strain_of(first)], volume: vec![0.0] };
         for frame in first + 1..run.frames() {
-            if let Some(swelling) = Spaces::of(&run.snapshot(frame)?, &run.span).swelling(&start, &members) {
+            if let Some(swelling) = Spaces::of(&run.snapshot(frame)?, &run.span).swelling(&start, members) {
                 curve.strain.push(run.strain_of(frame));
                 curve.volume.push(swelling);
             }
         }
         Ok((!members.is_empty() && curve.strain.len() > 1).then_some(curve))
     }
+
+    /// Of the bodies in a run's band, since the last enrichment.
+    fn of_band(run: &Run, bands: &Bands, index: usize, from: f64) -> Result<Option<Self>, Error> {
+        let Some(measured) = &bands.of[index] else { return Ok(None) };
+        Self::of(run, &measured.members(), run.frame_at(from).max(run.enriched.unwrap_or(0)))
+    }
+
+    /// Held beyond the last frame, which may come a little before the last row.
+    fn at(&self, strain: f64) -> Option<f64> {
+        let last = self.strain[self.strain.len() - 1];
+        linear(&self.strain, &self.volume, strain.min(last))
+    }
+}
+
+/// Volume strain of the grains that replaced points in a hybrid, since then, and of the very same grains where they are alone.
+struct OfZone {
+    hybrid: Swelling,
+    alone: Swelling,
+    /// Which run of grains alone that is.
+    partner: usize,
+}
+
+impl OfZone {
+    fn of(runs: &Runs, hybrid: &Run) -> Result<Option<Self>, Error> {
+        let partner = runs.partner(hybrid).filter(|&partner| runs.all[partner].seed == hybrid.seed);
+        let (Some(first), Some(partner)) = (hybrid.enriched, partner) else { return Ok(None) };
+        let mut members = hybrid.snapshot(first)?.bodies;
+        members.retain(is_inner);
+        let alone = &runs.all[partner];
+        let start = alone.frame_at(hybrid.strain_of(first));
+        if !are_same(&members, &alone.snapshot(start)?.bodies, hybrid.span.diameter) {
+            return Ok(None);
+        }
+        let [hybrid, alone] = [(hybrid, first), (alone, start)].map(|(run, first)| Swelling::of(run, &members, first));
+        Ok(hybrid?.zip(alone?).map(|(hybrid, alone)| Self { hybrid, alone, partner }))
+    }
+}
+
+/// Whether `grains` are among `others` by id, and began where those did: a piece of packing has other grains than a specimen.
+fn are_same(grains: &[Body], others: &[Body], diameter: f64) -> bool {
+    let key = |body: &Body| (body.kind.is_grain(), body.id);
+    let is_there = |grain: &Body| {
+        others.binary_search_by_key(&key(grain), key).is_ok_and(|row| {
+            let (own, other) = (grain.origin(), others[row].origin());
+            let apart = [0, 1].map(|axis| own[axis] - other[axis]);
+            apart[0] * apart[0] + apart[1] * apart[1] < SAME * SAME * diameter * diameter
+        })
+    };
+    grains.iter().all(is_there)
 }
 
 pub fn part(runs: &Runs, bands: &Bands) -> Result<Part, Error> {
     let from = runs.all.iter().filter_map(Run::enriched_strain).fold(0.0, f64::max);
-    let of_band = |(index, run): (usize, &Run)| OfBand::of(run, bands, index, from);
+    let of_band = |(index, run): (usize, &Run)| Swelling::of_band(run, bands, index, from);
     let of_bands = runs.all.iter().enumerate().map(of_band).collect::<Result<Vec<_>, _>>()?;
+    let of_zones = runs.all.iter().map(|run| OfZone::of(runs, run)).collect::<Result<Vec<_>, _>>()?;
     let is_enclosed = runs.all.iter().all(|run| run.volume.is_some());
     let mut left_out = Vec::new();
     if !is_enclosed {
@@ -56,20 +109,22 @@ pub fn part(runs: &Runs, bands: &Bands) -> Result<Part, Error> {
     let end = runs.all.iter().map(Run::strain_end).fold(f64::INFINITY, f64::min);
     let [first, last] = bands.between.clone().unwrap_or([0.5 * end, end]);
     let strains = [first, last, end];
-    let json = |(run, of_band): (&Run, &Option<OfBand>)| {
+    let json = |((run, of_band), of_zone): ((&Run, &Option<Swelling>), &Option<OfZone>)| {
         json!({
             "run": run.label, "seed": run.seed, "strains": strains,
             "volume_strain": strains.map(|strain| whole_at(run, strain)),
             "band_since_strain": of_band.as_ref().map(|curve| curve.strain[0]),
-            "volume_strain_band": of_band.as_ref().map(|curve| strains.map(|strain| at(curve, strain))),
+            "volume_strain_band": of_band.as_ref().map(|curve| strains.map(|strain| curve.at(strain))),
+            "volume_strain_zone": of_zone.as_ref().map(|zone| strains.map(|strain| zone.hybrid.at(strain))),
+            "volume_strain_zone_alone": of_zone.as_ref().map(|zone| strains.map(|strain| zone.alone.at(strain))),
         })
     };
     Ok(Part {
         sentences: Vec::new(),
-        figures: vec![drawing(runs, &of_bands, is_enclosed, from)],
-        sheets: vec![sheet(runs, &of_bands, strains)],
+        figures: vec![drawing(runs, (&of_bands, &of_zones), is_enclosed, from)],
+        sheets: vec![sheet(runs, (&of_bands, &of_zones), strains)],
         left_out,
-        json: Value::Array(runs.all.iter().zip(&of_bands).map(json).collect()),
+        json: Value::Array(runs.all.iter().zip(&of_bands).zip(&of_zones).map(json).collect()),
     })
 }
 
@@ -77,52 +132,56 @@ fn whole_at(run: &Run, strain: f64) -> Option<f64> {
     linear(&run.strain, run.volume.as_ref()?, strain)
 }
 
-/// Held beyond the last frame, which may come a little before the last row.
-fn at(curve: &OfBand, strain: f64) -> Option<f64> {
-    let last = curve.strain[curve.strain.len() - 1];
-    linear(&curve.strain, &curve.volume, strain.min(last))
-}
+/// Of every run, the curves of its band and of its zone.
+type Curves<'a> = (&'a [Option<Swelling>], &'a [Option<OfZone>]);
 
-fn sheet(runs: &Runs, of_bands: &[Option<OfBand>], strains: [f64; 3]) -> Sheet {
+fn sheet(runs: &Runs, (of_bands, of_zones): Curves, strains: [f64; 3]) -> Sheet {
     let mut sheet = Sheet::new(
-        "Volume strain, of the whole and of the band since the last enrichment, at three strains",
-        &["strains", "of the whole", "of the band"],
+        "Volume strain, of the whole, of the band since the last enrichment, and of the grains that replaced points since then, at three \
+         strains",
+        &["strains", "of the whole", "of the band", "of the zone's grains", "the same grains alone"],
     );
-    for (run, of_band) in runs.all.iter().zip(of_bands) {
+    for ((run, of_band), of_zone) in runs.all.iter().zip(of_bands).zip(of_zones) {
         let told = |of: &dyn Fn(f64) -> Option<f64>| {
             let told: Option<Vec<String>> = strains.iter().map(|&strain| of(strain).map(share)).collect();
             told.map(|told| told.join(", "))
         };
-        let (whole, band) = (told(&|strain| whole_at(run, strain)), told(&|strain| at(of_band.as_ref()?, strain)));
-        let at = (whole.is_some() || band.is_some()).then(|| strains.map(percent).join(", "));
-        sheet.row(&run.label, vec![at, whole, band]);
+        let curves = [
+            told(&|strain| whole_at(run, strain)),
+            told(&|strain| of_band.as_ref()?.at(strain)),
+            told(&|strain| of_zone.as_ref()?.hybrid.at(strain)),
+            told(&|strain| of_zone.as_ref()?.alone.at(strain)),
+        ];
+        let at = curves.iter().any(Option::is_some).then(|| strains.map(percent).join(", "));
+        sheet.row(&run.label, [at].into_iter().chain(curves).collect());
     }
     sheet
 }
 
-fn drawing(runs: &Runs, of_bands: &[Option<OfBand>], is_enclosed: bool, from: f64) -> Drawn {
+fn drawing(runs: &Runs, (of_bands, of_zones): Curves, is_enclosed: bool, from: f64) -> Drawn {
     let (mut svg, top) = start("compare-volume", WIDTH, &legend(runs));
-    let curve = |(index, run): (usize, &Run), strain: &[f64], volume: &[f64]| Curve {
+    let curve = |index: usize, strain: &[f64], volume: &[f64]| Curve {
         places: places(strain, volume, 0.01, None),
-        stroke: stroke(&runs.groups, run.group, index),
+        stroke: stroke(&runs.groups, runs.all[index].group, index),
     };
+    let drawn = |index: usize, swelling: &Swelling| curve(index, &swelling.strain, &swelling.volume);
     let all = || runs.all.iter().enumerate();
-    let whole = all().filter_map(|(index, run)| Some(curve((index, run), &run.strain, run.volume.as_ref()?)));
-    let of_band = all().filter_map(|(index, run)| {
-        let found = of_bands[index].as_ref()?;
-        Some(curve((index, run), &found.strain, &found.volume))
-    });
+    let whole = all().filter_map(|(index, run)| Some(curve(index, &run.strain, run.volume.as_ref()?)));
+    let of_band = all().filter_map(|(index, _)| Some(drawn(index, of_bands[index].as_ref()?)));
+    let zones = || all().filter_map(|(index, _)| Some((index, of_zones[index].as_ref()?)));
+    let of_zone = zones().flat_map(|(index, zone)| [drawn(index, &zone.hybrid), drawn(zone.partner, &zone.alone)]);
     let charts = [
-        ("(a) of the whole", whole.collect::<Vec<_>>(), is_enclosed),
-        ("(b) of the band", of_band.collect(), of_bands.iter().any(Option::is_some)),
+        ("of the whole", whole.collect::<Vec<_>>(), is_enclosed),
+        ("of the band", of_band.collect(), of_bands.iter().any(Option::is_some)),
+        ("of the zone\u{2019}s grains", of_zone.collect(), of_zones.iter().any(Option::is_some)),
     ];
     let charts: Vec<_> = charts.into_iter().filter(|(.., is_there)| *is_there).collect();
     let frames = side_by_side(charts.len(), WIDTH, top, HEIGHT);
     let several = charts.len() > 1;
-    for ((title, curves, _), frame) in charts.into_iter().zip(frames) {
+    for (((title, curves, _), frame), letter) in charts.into_iter().zip(frames).zip('a'..) {
         let values = curves.iter().flat_map(|curve| &curve.places).map(|place| place[1]).collect::<Vec<f64>>();
         let chart = Chart {
-            title: if several { title.to_owned() } else { title[4..].to_owned() },
+            title: if several { format!("({letter}) {title}") } else { title.to_owned() },
             x: axis(runs),
             y: Axis::around("volume strain (%)", values.into_iter().chain([0.0])),
             curves,
@@ -133,11 +192,13 @@ fn drawing(runs: &Runs, of_bands: &[Option<OfBand>], is_enclosed: bool, from: f6
     }
     Drawn {
         name: "compare_volume",
-        drawing: svg.finish("Volume strain of the whole and of the band against the way of the body that presses"),
+        drawing: svg
+            .finish("Volume strain of the whole, of the band and of the zone against the way of the body that presses"),
         caption: format!(
-            "Volume strain, positive in dilation (Chen et al. 2021, figure 17): of what membranes enclose, since the first row, \
-             and of the bodies that lie in the band of the figure before, since {} of strain, by the space that they fill: of \
-             grains a third of every triangle between neighbours, of points their volume.",
+            "Volume strain, positive in dilation (Chen et al. 2021, figure 17): of what membranes enclose, since the first row; \
+             of the bodies that lie in the band of the figure before, since {} of strain; and of the grains that replaced points, \
+             without the rim, since then, beside that of the very same grains in the run of grains alone. By the space that they \
+             fill: of grains a third of every triangle between neighbours, of points their volume.",
             percent(from)
         ),
     }
