@@ -42,7 +42,7 @@ pub(crate) const PUSHED_DRAG: f64 = 0.1;
 pub struct Settings<S: Space, C, L> {
     /// Time step of grains, s.
     pub dt: f64,
-    /// Steps of grains in one of the continuum, m; one where there is no continuum.
+    /// Steps of grains in one of the continuum, m. Of grains alone those between two looks at lists, and at what bodies bear.
     pub grain_steps: u64,
     /// Reach of the neighbour list beyond contact, m.
     pub skin: f64,
@@ -153,15 +153,17 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Whether nothing stands between the kick of a grain and its drift: no grid, no cell that deforms, no account of energy.
     fn is_plain(&self) -> bool {
-        !self.has_grid() && self.settings.grain_steps == 1 && self.settings.drive.is_at_rest() && self.ledger.is_none()
+        !self.has_grid() && self.settings.drive.is_at_rest() && self.ledger.is_none()
     }
 
     /// The same to the bit as the whole list, with every grain's record touched once.
     fn step_of_grains_alone(&mut self) -> Result<(), Error> {
         let dt = self.settings.dt;
-        let farthest = self.kick_grains::<true>();
+        let farthest = self.evaluate_and_kick::<true>();
         self.book_touches();
-        self.accelerate_bodies()?;
+        if self.begins_cycle() {
+            self.accelerate_bodies()?;
+        }
         let timer = self.phases.start();
         self.moved = larger(farthest, motion::follow_and_drift(&mut self.grains, &self.bodies, dt)).sqrt();
         for body in &mut self.bodies {
@@ -178,7 +180,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if begins {
             self.strain_first();
         }
-        self.kick_grains::<false>();
+        self.evaluate_and_kick::<false>();
         self.book_touches();
         match begins {
             true => {
@@ -314,7 +316,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// The same, and their kicks; where nothing comes between these and their drift, that as well. Returns the square of the longest way
     /// that a grain has come from home by it, m2.
-    fn kick_grains<const DRIFTS: bool>(&mut self) -> f64 {
+    fn evaluate_and_kick<const DRIFTS: bool>(&mut self) -> f64 {
         let (field, cell, dt) = (self.settings.field, self.cell, self.settings.dt);
         let dt_kick = self.kick_share() * dt;
         match field.is_plain() && cell.gradient == S::Tensor::zero() {

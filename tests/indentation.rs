@@ -58,16 +58,13 @@ fn bands_on_both_sides_of_a_plate_are_enriched() {
     assert!((1.2e3..2.6e3).contains(&mean), "{mean} Pa: {stresses:?}");
 }
 
-/// What grains give to a body on a grid is told whichever way a step is taken: all grains kicked before any drifts, as an account of
-/// energy wants it, or each as soon as its forces are known.
+/// What grains alone give to bodies on a grid is booked: it bears the plate, and momentum is kept.
 #[test]
-fn grains_alone_press_on_the_plate_with_and_without_an_account() {
-    let alone =
-        replaced(small(), &[("method = \"hybrid\"\nseed", "method = \"dem\"\nseed"), ("\"24 ms\"", "\"8 ms\"")]);
-    let [plain, booked] = [Ran::of(&alone), Ran::of(&format!("{alone}\nledger = true\n"))];
-    let force = plain.series("plate_force_y");
-    assert!(force[force.len() - 1] > 0.1, "{force:?}");
-    for name in ["plate_force_y", "floor_force_y", "left_force_x"] {
-        assert_eq!(plain.series(name), booked.series(name), "{name}");
-    }
+fn grains_alone_press_on_the_plate() {
+    let alone = [("method = \"hybrid\"\nseed", "method = \"dem\"\nseed"), ("end = \"24 ms\"", "end = \"14 ms\"")];
+    let ran = Ran::of(&replaced(small(), &alone));
+    let force = ran.series("plate_force_y");
+    assert!(force.iter().copied().fold(0.0, f64::max) > 0.05, "{force:?}");
+    let kept = &ran.summary["conservation"];
+    assert!(kept["momentum"]["error"].as_f64().unwrap() < 1e-10, "{kept}");
 }

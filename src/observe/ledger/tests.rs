@@ -484,3 +484,22 @@ fn an_account_changes_nothing() {
     };
     assert_eq!(positions(true), positions(false));
 }
+
+/// Whether all grains are kicked before any drifts, as an account wants it, or each as soon as its forces are known: one that a force of
+/// its own pushes must wait for it.
+#[test]
+fn grains_with_a_force_of_their_own_wait_for_it() {
+    let end = |is_booked: bool| {
+        let mut world = packed::<Plane, _>(&Solo, [springs(2e5, 1.0, 0.0), springs(2e5, 1.0, 0.5)], DISCS);
+        world.grains.cold[20].script = vector::<Plane>([1.0, -2.0, 0.0]);
+        world.grains.push_as_told();
+        if is_booked {
+            world.open_ledger();
+        }
+        let before = world.grains.hot[20].velocity;
+        run(&mut world, 100);
+        assert!((world.grains.hot[20].velocity - before).norm() > 1e-3, "it is not pushed");
+        world.grains.hot.clone()
+    };
+    assert!(end(false) == end(true));
+}

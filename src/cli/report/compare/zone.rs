@@ -9,7 +9,7 @@ use crate::error::Error;
 const REACH: f64 = 0.75;
 
 /// Grains that began this near to each other, mean diameters, are the same.
-const SAME: f64 = 0.01;
+pub const SAME: f64 = 0.01;
 
 /// Places where the grains of a zone began, m.
 #[derive(Clone, Debug)]

@@ -25,7 +25,7 @@ use crate::observe::strip::{self, Field, Strip};
 const PAPER: [f64; 2] = [0.055, 0.085];
 const PAPER_END: f64 = 0.1061;
 /// Runs that end by this share less than an interval still reach its end.
-const END_SLACK: f64 = 0.02;
+pub const END_SLACK: f64 = 0.02;
 /// Shares of the material that are candidates for a box: the 98th percentile, the 97th and the 99th.
 const SHARES: [f64; 3] = [CANDIDATE_SHARE, 0.03, 0.01];
 /// Pictures and bodies in them, up to which all runs are drawn and not the first of each group.

@@ -5,20 +5,17 @@
 use serde_json::{Value, json};
 
 use super::Runs;
-use super::bands::Bands;
+use super::bands::{Bands, END_SLACK};
 use super::load_curve::{axis, legend, stroke};
 use super::run::Run;
 use super::space::Spaces;
 use crate::cli::report::WIDTH;
 use crate::cli::report::chart::{Axis, Chart, Curve, percent, side_by_side};
-use crate::cli::report::compare::zone::is_inner;
+use crate::cli::report::compare::zone::{SAME, is_inner};
 use crate::cli::report::compare::{Drawn, Part, Sheet, share};
 use crate::cli::report::figures::{HEIGHT, places, start};
 use crate::cli::report::load::{Body, linear};
 use crate::error::Error;
-
-/// Grains of one id that began this near to each other, mean diameters, are the same.
-const SAME: f64 = 0.01;
 
 /// Volume strain of some bodies of a run, at frames from one strain on.
 struct Swelling {
@@ -28,6 +25,9 @@ struct Swelling {
 
 impl Swelling {
     fn of(run: &Run, members: &[Body], first: usize) -> Result<Option<Self>, Error> {
+        if members.is_empty() {
+            return Ok(None);
+        }
         let start = run.snapshot(first)?;
         let start = Spaces::of(&start, &run.span);
         let mut curve = Self { strain: vec![run.strain_of(first)], volume: vec![0.0] };
@@ -37,7 +37,7 @@ impl Swelling {
                 curve.volume.push(swelling);
             }
         }
-        Ok((!members.is_empty() && curve.strain.len() > 1).then_some(curve))
+        Ok((curve.strain.len() > 1).then_some(curve))
     }
 
     /// Of the bodies in a run's band, since the last enrichment.
@@ -46,14 +46,15 @@ impl Swelling {
         Self::of(run, &measured.members(), run.frame_at(from).max(run.enriched.unwrap_or(0)))
     }
 
-    /// Held beyond the last frame, which may come a little before the last row.
+    /// Held a little beyond the frames that it has: they come at other times than rows.
     fn at(&self, strain: f64) -> Option<f64> {
-        let last = self.strain[self.strain.len() - 1];
-        linear(&self.strain, &self.volume, strain.min(last))
+        let [first, last] = [self.strain[0], self.strain[self.strain.len() - 1]];
+        let is_near = (first - END_SLACK * last..=last + END_SLACK * last).contains(&strain);
+        is_near.then(|| linear(&self.strain, &self.volume, strain.clamp(first, last))).flatten()
     }
 }
 
-/// Volume strain of the grains that replaced points in a hybrid, since then, and of the very same grains where they are alone.
+/// Volume strain of the grains that first replaced points in a hybrid, since then, and of the very same grains where they are alone.
 struct OfZone {
     hybrid: Swelling,
     alone: Swelling,
@@ -62,19 +63,36 @@ struct OfZone {
 }
 
 impl OfZone {
-    fn of(runs: &Runs, hybrid: &Run) -> Result<Option<Self>, Error> {
-        let partner = runs.partner(hybrid).filter(|&partner| runs.all[partner].seed == hybrid.seed);
-        let (Some(first), Some(partner)) = (hybrid.enriched, partner) else { return Ok(None) };
-        let mut members = hybrid.snapshot(first)?.bodies;
-        members.retain(is_inner);
+    /// Of one hybrid, or why not.
+    fn of(runs: &Runs, hybrid: &Run) -> Result<Result<Self, String>, Error> {
+        let fail =
+            |why: &str| Ok(Err(format!("Volume strain of the zone\u{2019}s grains of {}: {why}.", hybrid.label)));
+        let Some(first) = hybrid.enriched else { return fail("it was not enriched, or has no frame before or after") };
+        let Some(partner) = runs.partner(hybrid).filter(|&partner| runs.all[partner].seed == hybrid.seed) else {
+            return fail("there is no run of grains alone with its packing");
+        };
+        let members = lasting(hybrid, first)?;
         let alone = &runs.all[partner];
         let start = alone.frame_at(hybrid.strain_of(first));
         if !are_same(&members, &alone.snapshot(start)?.bodies, hybrid.span.diameter) {
-            return Ok(None);
+            return fail("its grains are not those of the grains alone");
         }
-        let [hybrid, alone] = [(hybrid, first), (alone, start)].map(|(run, first)| Swelling::of(run, &members, first));
-        Ok(hybrid?.zip(alone?).map(|(hybrid, alone)| Self { hybrid, alone, partner }))
+        let [of_hybrid, of_alone] =
+            [(hybrid, first), (alone, start)].map(|(run, first)| Swelling::of(run, &members, first));
+        match of_hybrid?.zip(of_alone?) {
+            Some((hybrid, alone)) => Ok(Ok(Self { hybrid, alone, partner })),
+            None => fail("no grain outside of the rim stays to the end, or a run has no frame after the enrichment"),
+        }
     }
+}
+
+/// Grains outside of the rim that a frame has and that are grains still at the end.
+fn lasting(hybrid: &Run, first: usize) -> Result<Vec<Body>, Error> {
+    let key = |body: &Body| (body.kind.is_grain(), body.id);
+    let end = hybrid.snapshot(hybrid.frames() - 1)?.bodies;
+    let mut members = hybrid.snapshot(first)?.bodies;
+    members.retain(|body| is_inner(body) && end.binary_search_by_key(&key(body), key).is_ok());
+    Ok(members)
 }
 
 /// Whether `grains` are among `others` by id, and began where those did: a piece of packing has other grains than a specimen.
@@ -94,15 +112,20 @@ pub fn part(runs: &Runs, bands: &Bands) -> Result<Part, Error> {
     let from = runs.all.iter().filter_map(Run::enriched_strain).fold(0.0, f64::max);
     let of_band = |(index, run): (usize, &Run)| Swelling::of_band(run, bands, index, from);
     let of_bands = runs.all.iter().enumerate().map(of_band).collect::<Result<Vec<_>, _>>()?;
-    let of_zones = runs.all.iter().map(|run| OfZone::of(runs, run)).collect::<Result<Vec<_>, _>>()?;
     let is_enclosed = runs.all.iter().all(|run| run.volume.is_some());
     let mut left_out = Vec::new();
+    let mut of_zones = Vec::new();
+    for run in &runs.all {
+        let of_zone = if run.is("hybrid") { Some(OfZone::of(runs, run)?) } else { None };
+        let of_zone = of_zone.and_then(|of_zone| of_zone.map_err(|why| left_out.push(why)).ok());
+        of_zones.push(of_zone);
+    }
     if !is_enclosed {
         left_out.push("Volume strain of the whole is left out: no membranes enclose it.".to_owned());
     }
     if of_bands.iter().all(Option::is_none) {
         left_out.push("Volume strain of bands is left out: none was measured.".to_owned());
-        if !is_enclosed {
+        if !is_enclosed && of_zones.iter().all(Option::is_none) {
             return Ok(Part { left_out, ..Part::default() });
         }
     }
@@ -115,6 +138,8 @@ pub fn part(runs: &Runs, bands: &Bands) -> Result<Part, Error> {
             "volume_strain": strains.map(|strain| whole_at(run, strain)),
             "band_since_strain": of_band.as_ref().map(|curve| curve.strain[0]),
             "volume_strain_band": of_band.as_ref().map(|curve| strains.map(|strain| curve.at(strain))),
+            "zone_since_strain": of_zone.as_ref().map(|zone| zone.hybrid.strain[0]),
+            "zone_alone_in": of_zone.as_ref().map(|zone| &runs.all[zone.partner].label),
             "volume_strain_zone": of_zone.as_ref().map(|zone| strains.map(|strain| zone.hybrid.at(strain))),
             "volume_strain_zone_alone": of_zone.as_ref().map(|zone| strains.map(|strain| zone.alone.at(strain))),
         })
@@ -137,8 +162,8 @@ type Curves<'a> = (&'a [Option<Swelling>], &'a [Option<OfZone>]);
 
 fn sheet(runs: &Runs, (of_bands, of_zones): Curves, strains: [f64; 3]) -> Sheet {
     let mut sheet = Sheet::new(
-        "Volume strain, of the whole, of the band since the last enrichment, and of the grains that replaced points since then, at three \
-         strains",
+        "Volume strain, of the whole, of the band since the last enrichment, and of the grains that first replaced points since then, \
+         at three strains",
         &["strains", "of the whole", "of the band", "of the zone's grains", "the same grains alone"],
     );
     for ((run, of_band), of_zone) in runs.all.iter().zip(of_bands).zip(of_zones) {
@@ -196,8 +221,8 @@ fn drawing(runs: &Runs, (of_bands, of_zones): Curves, is_enclosed: bool, from: f
             .finish("Volume strain of the whole, of the band and of the zone against the way of the body that presses"),
         caption: format!(
             "Volume strain, positive in dilation (Chen et al. 2021, figure 17): of what membranes enclose, since the first row; \
-             of the bodies that lie in the band of the figure before, since {} of strain; and of the grains that replaced points, \
-             without the rim, since then, beside that of the very same grains in the run of grains alone. By the space that they \
+             of the bodies that lie in the band of the figure before, since {} of strain; and of the grains that first replaced \
+             points, without the rim, since then, beside that of the very same grains in the run of grains alone. By the space that they \
              fill: of grains a third of every triangle between neighbours, of points their volume.",
             percent(from)
         ),
