@@ -46,12 +46,15 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.step_of_cycle + 1 == self.settings.grain_steps
     }
 
-    /// Bound on the way of any grain of this rank within the next cycle, m; none where lists are looked after at every step.
+    /// Bound on the way of any grain of this rank, and of any body that grains touch, within the next cycle, m; none where lists are looked after at every step.
     pub(crate) fn reach_of_cycle(&self) -> f64 {
         if self.settings.grain_steps == 1 {
             return 0.0;
         }
-        let squares = self.grains.hot[..self.grains.owned].iter().map(|hot| hot.velocity.dot(&hot.velocity));
+        let grains = self.grains.hot[..self.grains.owned].iter().map(|hot| hot.velocity);
+        // A body that comes on may be faster than all grains that are at rest yet.
+        let touched = self.bodies.iter().filter(|body| body.is_touched() && self.has_grains());
+        let squares = grains.chain(touched.map(|body| body.velocity)).map(|velocity| velocity.dot(&velocity));
         FASTER * squares.fold(0.0, f64::max).sqrt() * self.dt_of_continuum()
     }
 
