@@ -46,7 +46,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.step_of_cycle + 1 == self.settings.grain_steps
     }
 
-    /// Bound on the way of any grain of this rank, and of any body that grains touch, within the next cycle, m; none where lists are looked after at every step.
+    /// Bound on the way of any grain of this rank, and of any body that grains touch, within the next cycle, m; none where lists are
+    /// looked after at every step.
     pub(crate) fn reach_of_cycle(&self) -> f64 {
         if self.settings.grain_steps == 1 {
             return 0.0;
