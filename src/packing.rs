@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 
 use crate::body::{Body, Servo, Shape, Side};
 use crate::dem::cell::Cell;
-use crate::dem::grains::GrainRow;
+use crate::dem::grains::{GrainRow, Tie};
 use crate::dem::motion::Field;
 use crate::dem::packing::{UPPER, glue_layers, glued_reach, throw};
 use crate::error::Error;
@@ -263,8 +263,10 @@ fn make<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport) ->
     Ok((rows, height))
 }
 
-/// A grain of a finished packing is at rest, and its origin is where it is.
+/// A grain of a finished packing is at rest, its origin is where it is, and nothing is left of what tied it to membranes: a file has no ties,
+/// and what comes out of one must be what went into it.
 pub fn settle<S: Space, M>(grain: &mut GrainRow<S, M>) {
+    grain.tie = Tie::loose();
     grain.hot.velocity = S::Vector::zero();
     grain.hot.spin = S::Spin::zero();
     grain.cold.origin = grain.hot.position;

@@ -1,6 +1,6 @@
 //! Jobs on a grid with grains: triaxial compression in membranes, as grains, and as points that grains replace.
 
-use crate::runs::{Ran, parse, same};
+use crate::runs::{Ran, done, options, parse, result, same};
 
 /// A specimen of 18 by 30 mm under 100 kPa, pressed ten times as fast as the paper's.
 pub fn triaxial(method: &str, end: f64) -> String {
@@ -158,6 +158,22 @@ fn grains_do_not_leak_through_a_membrane() {
 fn grains_in_a_membrane_have_the_same_bits_on_any_ranks_and_after_a_restart() {
     let folder = tempfile::tempdir().unwrap();
     same(&parse(&triaxial("dem", 1.2e-3)), folder.path(), "grains in membranes");
+}
+
+/// A specimen that had just been made kept the springs that had tied its grains to membranes, one from the cache had none: runs of
+/// the same job had other bits for it.
+#[test]
+fn a_specimen_from_the_cache_goes_as_one_that_has_just_been_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = triaxial("dem", 0.4e-3);
+    let cache = std::env::temp_dir().join("scree_test_packings");
+    let job = parse(&text.replace(&cache.display().to_string(), &folder.path().join("cache").display().to_string()));
+    let results = ["made", "cached"].map(|name| {
+        let out = folder.path().join(name);
+        done(scree::start::start(&job, &options(&out), &scree_partition::Solo));
+        result(&out)
+    });
+    assert!(results[0] == results[1], "the second run ends elsewhere");
 }
 
 /// Points, then grains among points, membranes and bodies, from the same packing.
