@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Figures of VALIDATION.md that are reckoned from series.csv and frames.vtkhdf. Python 3.11 is needed, and for band and
-collapse h5py, which brings numpy.
+"""Figures of VALIDATION.md that are reckoned from series.csv and frames.vtkhdf. Python 3.11 is needed, and for band,
+collapse and outside h5py, which brings numpy.
 
     tests/figures.py biaxial DIR...     peak of sigma_yy/sigma_xx, its strain, the late mean and the void ratio at the end
     tests/figures.py slope DIR...       slope of the mean stress, or of stress_yy, against strain: first tenth, and all
     tests/figures.py footing DIR...     load on a strip footing over Prandtl's, mean of the second half of the settlement
     tests/figures.py band DIR...        width of the shear band, in cells and in sections of a cell by its normal
     tests/figures.py collapse DIR...    run-out of a column, and its energies over the potential energy at the start
+    tests/figures.py outside DIR...     how far grains lie outside of membranes at the end, along the normals of these
 
 DIR is the folder of a run: of jobs/element/rve_biaxial.toml or rve_ensemble.toml, of jobs/element/bulk.toml, or of the job
 in jobs/continuum. Strains are logarithmic, from the edges of the cell; of a biaxial test from time zero, of a slope from
@@ -94,7 +95,7 @@ def footing(folder):
 
 
 class Frames:
-    """Columns of the points of a frame, in the order of ids."""
+    """Columns of the points of a frame, or of another kind of rows, in the order of ids."""
 
     def __init__(self, folder):
         import h5py
@@ -102,14 +103,14 @@ class Frames:
         self.root = h5py.File(f"{folder}/frames.vtkhdf")["VTKHDF"]
         self.times = self.root["Steps/Values"][:]
 
-    def column(self, frame, name):
+    def column(self, frame, name, kind=0):
         import numpy
 
         first, count = self.root["Steps/PointOffsets"][frame], self.root["NumberOfPoints"][frame]
         rows = slice(first, first + count)
         column = self.root["Points" if name == "place" else f"PointData/{name}"]
-        points = self.root["PointData/kind"][rows] == 0
-        return column[rows][points][numpy.argsort(self.root["PointData/id"][rows][points])]
+        wanted = self.root["PointData/kind"][rows] == kind
+        return column[rows][wanted][numpy.argsort(self.root["PointData/id"][rows][wanted], kind="stable")]
 
 
 def band(folder):
@@ -191,8 +192,52 @@ def collapse(folder):
         print(f"  {row['time']:.2f} s: {', '.join(shares)}")
 
 
+def chains(vertices):
+    """Of all membranes one after the other: where the next vertex is farther than twice a segment another chain begins."""
+    import numpy
+
+    lengths = numpy.linalg.norm(numpy.diff(vertices, axis=0), axis=1)
+    segment = numpy.median(lengths)
+    for chain in numpy.split(vertices, 1 + numpy.flatnonzero(lengths > 2 * segment)):
+        is_closed = len(chain) > 2 and numpy.linalg.norm(chain[0] - chain[-1]) < 2 * segment
+        yield numpy.vstack([chain, chain[:1]]) if is_closed else chain
+
+
+def outside(folder):
+    """Centres to the right of the nearest segment, by their distance to it. Where a band leaves the specimen a membrane folds:
+    how far grains lie beyond it along x says nothing there."""
+    import numpy
+
+    frames, job = Frames(folder), scenario(folder)
+    last, diameter = len(frames.times) - 1, job["grains"]["diameter_mean"]
+    place, radius = (frames.column(last, name, kind=1) for name in ("place", "radius"))
+    place = place[:, :2]
+    nearest, side = numpy.full(len(place), numpy.inf), numpy.zeros(len(place))
+    for chain in chains(frames.column(last, "place", kind=3)[:, :2]):
+        for one, other in zip(chain, chain[1:]):
+            way = other - one
+            share = numpy.clip((place - one) @ way / (way @ way), 0, 1)
+            apart = place - one - share[:, None] * way
+            distance = numpy.linalg.norm(apart, axis=1)
+            closer = distance < nearest
+            nearest = numpy.where(closer, distance, nearest)
+            side = numpy.where(closer, way[1] * apart[:, 0] - way[0] * apart[:, 1], side)
+    out = numpy.where(side > 0, nearest, -nearest)
+    print(
+        f"{folder}: of {len(out)} grains {(out > radius).sum()} lie outside of a membrane altogether, {(out > diameter).sum()} by more"
+        f" than a diameter; the farthest centre is {1e3 * out.max():.2f} mm outside"
+    )
+
+
 if __name__ == "__main__":
-    commands = {"biaxial": biaxial, "slope": slope, "footing": footing, "band": band, "collapse": collapse}
+    commands = {
+        "biaxial": biaxial,
+        "slope": slope,
+        "footing": footing,
+        "band": band,
+        "collapse": collapse,
+        "outside": outside,
+    }
     if len(sys.argv) < 3 or sys.argv[1] not in commands:
         sys.exit(__doc__)
     for folder in sys.argv[2:]:
