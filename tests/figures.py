@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Figures of VALIDATION.md that are reckoned from series.csv and frames.vtkhdf. Python 3.11 is needed, and for band,
-collapse and outside h5py, which brings numpy.
+collapse, outside and sheared h5py, which brings numpy.
 
     tests/figures.py biaxial DIR...     peak of sigma_yy/sigma_xx, its strain, the late mean and the void ratio at the end
     tests/figures.py slope DIR...       slope of the mean stress, or of stress_yy, against strain: first tenth, and all
@@ -8,9 +8,10 @@ collapse and outside h5py, which brings numpy.
     tests/figures.py band DIR...        width of the shear band, in cells and in sections of a cell by its normal
     tests/figures.py collapse DIR...    run-out of a column, and its energies over the potential energy at the start
     tests/figures.py outside DIR...     how far grains lie outside of membranes at the end, along the normals of these
+    tests/figures.py sheared DIR...     area that has sheared at 0.24 s on either side of the plate of an indentation
 
-DIR is the folder of a run: of jobs/element/rve_biaxial.toml or rve_ensemble.toml, of jobs/element/bulk.toml, or of the job
-in jobs/continuum. Strains are logarithmic, from the edges of the cell; of a biaxial test from time zero, of a slope from
+DIR is the folder of a run: of jobs/element/rve_biaxial.toml or rve_ensemble.toml, of jobs/element/bulk.toml, of the job in
+jobs/continuum, of jobs/triaxial.toml, or of jobs/indentation.toml and far_field.toml. Strains are logarithmic, from the edges of the cell; of a biaxial test from time zero, of a slope from
 the first row.
 """
 
@@ -229,6 +230,32 @@ def outside(folder):
     )
 
 
+def sheared(folder):
+    """Within 20 cm of the plate's middle, where deviatoric strain is over 0.15. Points have their area at the start, grains
+    theirs over a packing fraction of 0.84."""
+    import numpy
+
+    frames, job = Frames(folder), scenario(folder)
+    frame, plate = int(numpy.argmin(abs(frames.times - 0.24))), job["body"][-1]
+    middle, ground = (plate["lower"][0] + plate["upper"][0]) / 2, plate["lower"][1]
+    of_points = (job["grid"]["cell"] / job["scheme"]["points_per_cell"]) ** 2
+    columns = []
+    for kind in (0, 1):
+        place, strain, weight, radius = (
+            frames.column(frame, name, kind) for name in ("place", "deviatoric_strain", "weight", "radius")
+        )
+        area = weight * (of_points if kind == 0 else math.pi * radius**2 / 0.84)
+        columns.append((place[:, 0] - middle, place[:, 1], strain, area))
+    x, y, strain, area = (numpy.concatenate(column) for column in zip(*columns))
+    for name, side in (("left", -x), ("right", x)):
+        has = (side > 0) & (side < 0.2) & (strain > 0.15)
+        reaches = side[has & (y > ground - 5e-3)]
+        print(
+            f"{folder}, {frames.times[frame]:.3f} s, {name}: {1e4 * area[has].sum():.1f} cm2, shear times area"
+            f" {1e4 * (area * strain)[has].sum():.1f} cm2, comes to the ground {1e3 * reaches.max(initial=0):.0f} mm away"
+        )
+
+
 if __name__ == "__main__":
     commands = {
         "biaxial": biaxial,
@@ -237,6 +264,7 @@ if __name__ == "__main__":
         "band": band,
         "collapse": collapse,
         "outside": outside,
+        "sheared": sheared,
     }
     if len(sys.argv) < 3 or sys.argv[1] not in commands:
         sys.exit(__doc__)
