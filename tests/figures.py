@@ -11,8 +11,8 @@ collapse, outside and sheared h5py, which brings numpy.
     tests/figures.py sheared DIR...     area that has sheared at 0.24 s on either side of the plate of an indentation
 
 DIR is the folder of a run: of jobs/element/rve_biaxial.toml or rve_ensemble.toml, of jobs/element/bulk.toml, of the job in
-jobs/continuum, of jobs/triaxial.toml, or of jobs/indentation.toml and far_field.toml. Strains are logarithmic, from the edges of the cell; of a biaxial test from time zero, of a slope from
-the first row.
+jobs/continuum, of jobs/triaxial.toml, or of jobs/indentation.toml and far_field.toml. Strains are logarithmic, from the edges
+of the cell; of a biaxial test from time zero, of a slope from the first row.
 """
 
 import csv
