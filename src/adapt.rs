@@ -11,8 +11,8 @@ use crate::hybrid::track::Instants;
 use crate::law::contact::ContactLaw;
 use crate::law::material::CriticalDruckerPrager;
 use crate::observe::phases::Phase;
-use crate::output;
 use crate::reference::Lies;
+use crate::run::folder::packing_file;
 use crate::run::{Core, Experiment};
 use crate::scenario::mpm::KnownBands;
 use crate::scenario::{Enrichment, Oracle, ZoneLife};
@@ -114,7 +114,7 @@ impl Adaptive<'_> {
         core: &mut PlanarCore<C>,
         strain: Option<f64>,
     ) -> Result<bool, Error> {
-        let file = output::packing_file(&core.options.out);
+        let file = packing_file(&core.options.out);
         core.world.rebuild()?;
         let (how, packing) = ((self.enrichment, self.depth), (file.as_path(), self.lies));
         let plan = match Plan::of(&mut core.world, how, flagged, &core.progress.instants, packing)? {
@@ -195,7 +195,7 @@ impl Adaptive<'_> {
             Finder::Known(_) => "training grains for known shear bands",
         };
         tracing::info!(step = core.world.step, strain, "{what}");
-        let file = output::packing_file(&core.options.out);
+        let file = packing_file(&core.options.out);
         let (flagged, instants) = (&core.progress.oracle.flagged, &core.progress.instants);
         let stepped = core.world.phases.total() - core.world.phases.of(Phase::Output);
         let started = std::time::Instant::now();

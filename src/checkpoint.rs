@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use scree_io::column::{State, Table};
 use scree_io::store::Writer;
 use scree_io::{digest, store};
+use scree_partition::Transport;
 
 use crate::body::Body;
 use crate::dem::cell::Cell;
@@ -16,12 +17,14 @@ use crate::hybrid::rest::{CellStrain, RestWatch};
 use crate::hybrid::track::Instants;
 use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalMemory, MaterialLaw, MaterialMemory};
-use crate::mpm::membrane::Vertex;
+use crate::mpm::membrane::{Membranes, Vertex};
 use crate::mpm::points::Point;
 use crate::observe::conservation::Kept;
+use crate::observe::guard::EnergyGuard;
 use crate::observe::ledger::Entry;
-use crate::rebuild::Home;
-use crate::record::{Record, Visitor, to_table};
+use crate::program;
+use crate::rebuild::{Home, Parts};
+use crate::record::{Record, Visitor, from_table, to_table};
 use crate::scenario::Job;
 use crate::scenario::units::in_short;
 use crate::soundness;
@@ -55,6 +58,7 @@ pub struct Progress {
     pub rest: RestWatch,
     /// What there was at the start, for the account of what is kept.
     pub kept: Kept,
+    pub guard: EnergyGuard,
     /// The account of energy; empty where none is kept.
     pub ledger: Vec<Entry>,
     /// Impulses on what holds nodes since the last row; empty where nothing does.
@@ -77,6 +81,7 @@ impl Record for Progress {
         visitor.f64s("oracle_unchanged_since", std::slice::from_mut(&mut self.oracle.unchanged_since));
         visitor.u64("track_every", &mut self.instants.every);
         self.kept.visit(visitor);
+        self.guard.visit(visitor);
     }
 }
 
@@ -154,10 +159,8 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
             tables.push(to_table("membranes", &mut self.vertices, &mut Vertex::blank()));
         }
         tables.push(tables::of_points(&mut self.points));
-        let attributes = [
-            ("scenario".to_string(), self.scenario),
-            ("program".to_string(), concat!("scree ", env!("CARGO_PKG_VERSION")).to_string()),
-        ];
+        let attributes =
+            [("scenario".to_string(), self.scenario), (PROGRAM.to_string(), program::identity().to_string())];
         State { attributes: attributes.into(), tables }
     }
 
@@ -202,17 +205,42 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
     }
 }
 
-/// Writes a checkpoint of a run, of which `head` is all but grains and points. Those the ranks hand to rank 0 piece by
-/// piece, along the curve, so that none ever needs them all. Collective; where rank 0 cannot write, all return its error,
-/// and an older file of that name is as it was.
+/// Where a state goes, on rank 0.
+pub struct Target {
+    /// A folder for the file while it is in the making.
+    pub scratch: PathBuf,
+    pub path: PathBuf,
+    /// All of the state but grains and points.
+    pub head: State,
+}
+
+/// All of a world's state but its grains and points; `progress` is that of its run, `scenario` its job.
+pub fn head<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+    world: &World<S, C, L>,
+    progress: Progress,
+    scenario: String,
+) -> Snapshot<S, C::Memory<f64>, L::Memory> {
+    Snapshot {
+        scenario,
+        progress,
+        cell: world.cell,
+        bodies: world.bodies.clone(),
+        home: world.home(),
+        grains: Vec::new(),
+        points: Vec::new(),
+        vertices: world.membranes.vertices.clone(),
+    }
+}
+
+/// Writes a world's state. Grains and points the ranks hand to rank 0 piece by piece, along the curve, so that none ever needs
+/// them all. Collective; where rank 0 cannot write, all return its error, and an older file of that name is as it was.
 pub fn write<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-    path: &Path,
-    head: Snapshot<S, C::Memory<f64>, L::Memory>,
+    target: Option<Target>,
     world: &World<S, C, L>,
 ) -> Result<(), Error> {
     let transport = world.transport;
     let totals = row_totals(world);
-    let begun = (transport.rank() == 0).then(|| begin(path, &head.to_state(), totals)).transpose();
+    let begun = target.map(|target| begin(&target, totals)).transpose();
     let mut writer = transfer::agree(transport, begun)?;
     let mut append = |pieces: &[Table]| {
         let Some(writer) = &mut writer else { return Ok(()) };
@@ -227,6 +255,37 @@ pub fn write<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     transfer::stream(transport, world.points.len(), points, |mut rows| append(&[tables::of_points(&mut rows)]))?;
     let finished = writer.map_or(Ok(()), |writer| writer.finish().map_err(not_written));
     transfer::agree(transport, finished)
+}
+
+/// A world as its job draws it at time zero, without grains and points.
+pub struct Drawn<S: Space> {
+    pub cell: Cell<S>,
+    pub bodies: Vec<Body<S>>,
+    pub membranes: Membranes<S>,
+}
+
+/// The parts of a world, and how far its run is, from a snapshot that rank 0 holds; `draw` draws it with the vertices that its
+/// membranes have. Collective.
+pub fn restore<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+    snapshot: Option<Snapshot<S, C::Memory<f64>, L::Memory>>,
+    draw: impl FnOnce(&Progress, Vec<Vertex<S>>) -> Result<Drawn<S>, Error>,
+    transport: &dyn Transport,
+) -> Result<(Parts<S, C, L>, Progress), Error> {
+    let (progress, cell, bodies, home, vertices, grains, points) = match snapshot {
+        Some(of) => (vec![of.progress], vec![of.cell], of.bodies, vec![of.home], of.vertices, of.grains, of.points),
+        None => Default::default(),
+    };
+    let progress = transfer::broadcast(transport, progress)?.remove(0);
+    let moved = transfer::broadcast(transport, cell)?.remove(0);
+    let saved = transfer::broadcast(transport, bodies)?;
+    let saved_home = transfer::broadcast(transport, home)?.remove(0);
+    let vertices = transfer::broadcast(transport, vertices)?;
+    let Drawn { mut cell, mut bodies, membranes } = draw(&progress, vertices)?;
+    let mut home = Home { cell, bodies: saved_home.bodies };
+    cell.take_motion_of(&moved);
+    home.cell.take_motion_of(&saved_home.cell);
+    bodies.iter_mut().zip(&saved).for_each(|(body, saved)| body.take_motion_of(saved));
+    Ok((Parts { grains, points, bodies, membranes, cell, home }, progress))
 }
 
 /// Rows over all ranks of the tables that come in pieces.
@@ -245,8 +304,8 @@ fn row_totals<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C,
 }
 
 /// A file with all tables, where those of `totals` have their rows to come.
-fn begin(path: &Path, head: &State, totals: [(&str, usize); 4]) -> Result<Writer, Error> {
-    let mut writer = Writer::create(path, &head.attributes).map_err(not_written)?;
+fn begin(Target { scratch, path, head }: &Target, totals: [(&str, usize); 4]) -> Result<Writer, Error> {
+    let mut writer = Writer::create_in(scratch, path, &head.attributes).map_err(not_written)?;
     for table in &head.tables {
         let total = totals.iter().find(|(name, _)| *name == table.name);
         writer.begin(table, total.map_or(table.rows, |(_, rows)| *rows)).map_err(not_written)?;
@@ -267,6 +326,10 @@ fn only<R>(mut rows: Vec<R>, table: &str) -> Result<R, Error> {
     }
 }
 
+/// Attributes that tell which run and which program a checkpoint is of.
+pub const RUN: &str = "run";
+pub const PROGRAM: &str = "program";
+
 /// The resolved job that a checkpoint carries.
 pub fn scenario_of(state: &State) -> Result<String, Error> {
     let text = state.attributes.get("scenario").cloned();
@@ -275,7 +338,18 @@ pub fn scenario_of(state: &State) -> Result<String, Error> {
 
 /// How far the run of a checkpoint is.
 pub fn progress_of(state: &State) -> Result<Progress, Error> {
-    only(tables::rows(state, "run", &Progress::default())?, "run")
+    let table = state.table("run").map_err(|error| Error::User(error.to_string()))?;
+    // Up to schema 2 the guard of energy remembered nothing.
+    match table.column("guard_step") {
+        Ok(_) => only(tables::rows(state, "run", &Progress::default())?, "run"),
+        Err(_) => {
+            let mut blank = [Progress::default()];
+            let now = to_table("run", &mut blank, &mut Progress::default());
+            let mut table = table.clone();
+            table.columns.extend(now.columns.into_iter().filter(|column| column.name.starts_with("guard_")));
+            only(from_table(&table, &Progress::default()).map_err(Error::User)?, "run")
+        }
+    }
 }
 
 /// Folder of a run's checkpoints.
@@ -285,7 +359,7 @@ pub fn folder(dir: &Path) -> PathBuf {
 
 /// What a run that stopped itself left to go on from.
 pub fn newest_in_words(dir: &Path) -> String {
-    let newest = store::newest(&folder(dir)).ok().and_then(|found| found.into_iter().next());
+    let newest = store::all(&folder(dir)).ok().and_then(|found| found.into_iter().next());
     match newest {
         Some((_, path)) => {
             format!("The newest checkpoint is {}; `scree resume {}` goes on from it.", path.display(), dir.display())
@@ -322,42 +396,60 @@ pub fn digest_of(path: &Path) -> Result<String, Error> {
     Ok(digest::digest(&state))
 }
 
-/// The state of the newest good checkpoint, or of the kept one nearest to `at` seconds.
-pub fn state_at(dir: &Path, at: Option<f64>) -> Result<State, Error> {
+/// A state and its time, s: of the newest good checkpoint, or of the one that was written `at` that time.
+pub fn state_at(dir: &Path, at: Option<f64>) -> Result<(State, f64), Error> {
     match at {
-        None => Ok(latest_state(dir)?.1),
-        Some(at) => nearest(dir, at),
+        None => {
+            let (path, state) = latest_state(dir)?;
+            let time = time_of(&state, &path)?;
+            Ok((state, time))
+        }
+        Some(at) => of_time(dir, at),
     }
 }
 
-/// The kept checkpoint nearest in time; there must be one no farther than the half of what lies between two.
-fn nearest(dir: &Path, at: f64) -> Result<State, Error> {
+/// The time of a checkpoint, s.
+fn time_of(state: &State, path: &Path) -> Result<f64, Error> {
+    Ok(progress_of(state)?.step as f64 * step_of(state, path)?)
+}
+
+/// The time step of the job of a checkpoint, s.
+fn step_of(state: &State, path: &Path) -> Result<f64, Error> {
+    Ok(Job::parse(&scenario_of(state)?, &path.display().to_string(), &[])?.step())
+}
+
+/// The checkpoint of a time, to half a step.
+fn of_time(dir: &Path, at: f64) -> Result<(State, f64), Error> {
     let folder = folder(dir);
-    let kept = store::all(&folder).map_err(|error| Error::User(error.to_string()))?;
-    let mut best: Option<(f64, State)> = None;
-    let (mut times, mut between): (Vec<f64>, f64) = (Vec::new(), 0.0);
-    for (_, path) in kept {
-        let state = store::read(&path).map_err(|error| Error::User(error.to_string()))?;
-        let progress = progress_of(&state)?;
-        let job = Job::parse(&scenario_of(&state)?, &path.display().to_string(), &[])?;
-        let time = progress.step as f64 * job.step();
-        times.push(time);
-        between = job.output().checkpoint_interval.max(job.step());
-        let distance = (time - at).abs();
-        if best.as_ref().is_none_or(|(least, _)| distance < *least) {
-            best = Some((distance, state));
-        }
-    }
-    let (first, last) =
-        (times.iter().copied().fold(f64::INFINITY, f64::min), times.iter().copied().fold(0.0, f64::max));
-    match best {
-        Some(_) if at < first - 0.5 * between || at > last + 0.5 * between => Err(Error::User(format!(
-            "--at {at} s: the checkpoints kept in {} are of {first} s to {last} s. Give a time in between; `output.checkpoints_kept` of the job says how many are kept.",
-            folder.display(),
-            first = in_short(first),
-            last = in_short(last),
+    let mut kept = store::all(&folder).map_err(|error| Error::User(error.to_string()))?;
+    kept.reverse();
+    let read = |path: &Path| store::read(path).map_err(|error| Error::User(error.to_string()));
+    let Some((_, newest)) = kept.last() else {
+        return Err(Error::User(format!("{}: there is no checkpoint", folder.display())));
+    };
+    let dt = step_of(&read(newest)?, newest)?;
+    let times: Vec<f64> = kept.iter().map(|(step, _)| *step as f64 * dt).collect();
+    match times.iter().position(|time| (time - at).abs() <= 0.5 * dt) {
+        Some(found) => Ok((read(&kept[found].1)?, times[found])),
+        None => Err(Error::User(format!(
+            "--at {at} s: {} has no checkpoint of that time. {} `output.checkpoint_interval`, `checkpoints_kept` and `checkpoints_for_good` of the job say which are written and kept.",
+            dir.display(),
+            which(&times, at)
         ))),
-        Some((_, state)) => Ok(state),
-        None => Err(Error::User(format!("{}: there is no checkpoint", folder.display()))),
+    }
+}
+
+/// The times that there are, those nearest to `at` where they are many.
+pub fn which(times: &[f64], at: f64) -> String {
+    const SHOWN: usize = 6;
+    let mut near = times.to_vec();
+    near.sort_by(|a, b| (a - at).abs().total_cmp(&(b - at).abs()));
+    near.truncate(SHOWN);
+    near.sort_by(f64::total_cmp);
+    let told: Vec<String> = near.iter().map(|time| in_short(*time).to_string()).collect();
+    let told = told.join(", ");
+    match times.len() > SHOWN {
+        true => format!("There are {} times; the nearest are {told} s.", times.len()),
+        false => format!("There {} {told} s.", if times.len() == 1 { "is" } else { "are" }),
     }
 }

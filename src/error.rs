@@ -9,8 +9,8 @@ pub enum Error {
     /// The run stopped itself: unstable, a lost grain, a full disk. Exit code 3.
     #[error("{0}")]
     Run(String),
-    /// All ranks were asked to stop while a packing was made, after that many steps of it. Exit code 4.
-    #[error("stopped on request while a packing was made, after {0} steps")]
+    /// All ranks were asked to stop before a run had begun, after that many steps of a packing or a test. Exit code 4.
+    #[error("Stopped on request, after {0} steps.")]
     Stopped(u64),
 }
 

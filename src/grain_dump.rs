@@ -21,9 +21,11 @@ use std::path::Path;
 use scree_io::frames::{self, Frame};
 use scree_io::{Column, Values};
 
+use crate::checkpoint::which;
 use crate::error::Error;
 use crate::grain_export::not_yet;
 use crate::observe::frame::Kind;
+use crate::results::Aside;
 use crate::scenario::Job;
 use crate::scenario::units::in_short;
 use crate::space::{Plane, Solid, Space};
@@ -32,7 +34,7 @@ use crate::space::{Plane, Solid, Space};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Moment {
     Last,
-    /// The nearest to a time, s.
+    /// That of a time, s.
     At(f64),
     All,
 }
@@ -44,8 +46,9 @@ pub fn write(dir: &Path, file: &Path, moment: Moment) -> Result<String, Error> {
     let unreadable = |error: scree_io::Error| Error::User(error.to_string());
     let times = frames::times(&path).map_err(unreadable)?;
     let failed = |error: std::io::Error| Error::Run(format!("{}: {error}", file.display()));
-    let chosen = chosen(&times, moment, dir)?;
-    let mut to = BufWriter::new(std::fs::File::create(file).map_err(failed)?);
+    let chosen = chosen(&times, moment, (dir, job.step()))?;
+    let aside = Aside::of(file);
+    let mut to = BufWriter::new(std::fs::File::create(aside.path()).map_err(failed)?);
     let mut written = Vec::new();
     for number in chosen {
         let frame = frames::read_frame(&path, number).map_err(unreadable)?;
@@ -55,6 +58,9 @@ pub fn write(dir: &Path, file: &Path, moment: Moment) -> Result<String, Error> {
         }
     }
     std::io::Write::flush(&mut to).map_err(failed)?;
+    if !written.is_empty() {
+        aside.name()?;
+    }
     match written[..] {
         [] => Err(Error::User(format!(
             "{}: there are no grains in these frames; a hybrid run has them after enrichment only",
@@ -81,28 +87,24 @@ fn job_of(dir: &Path) -> Result<Job, Error> {
     }
 }
 
-/// Numbers of the frames that are wanted. A time must lie between the first and the last, or nearer to them than half the
-/// way to the next.
-fn chosen(times: &[f64], moment: Moment, dir: &Path) -> Result<Vec<usize>, Error> {
-    let (Some(first), Some(last)) = (times.first(), times.last()) else {
+/// Numbers of the frames that are wanted; `dt` is the time step, s, to half of which a time must be met.
+fn chosen(times: &[f64], moment: Moment, (dir, dt): (&Path, f64)) -> Result<Vec<usize>, Error> {
+    if times.is_empty() {
         return Err(Error::User(format!("{}: there are no frames yet", dir.display())));
-    };
-    let at = match moment {
-        Moment::All => return Ok((0..times.len()).collect()),
-        Moment::Last => return Ok(vec![times.len() - 1]),
-        Moment::At(at) => at,
-    };
-    let slack = 0.5 * (last - first) / (times.len().max(2) - 1) as f64;
-    if at < first - slack || at > last + slack {
-        return Err(Error::User(format!(
-            "--at {at} s: the frames of {} are of {} s to {} s. Give a time in between.",
-            dir.display(),
-            in_short(*first),
-            in_short(*last)
-        )));
     }
-    let nearest = (0..times.len()).min_by(|a, b| (times[*a] - at).abs().total_cmp(&(times[*b] - at).abs()));
-    Ok(nearest.into_iter().collect())
+    match moment {
+        Moment::All => Ok((0..times.len()).collect()),
+        Moment::Last => Ok(vec![times.len() - 1]),
+        // At an enrichment there are two of one time; the later one is what the run went on with.
+        Moment::At(at) => match times.iter().rposition(|time| (time - at).abs() <= 0.5 * dt) {
+            Some(found) => Ok(vec![found]),
+            None => Err(Error::User(format!(
+                "--at {at} s: {} has no frame of that time. {} `output.frame_interval` of the job says which are written.",
+                dir.display(),
+                which(times, at)
+            ))),
+        },
+    }
 }
 
 /// Columns of a frame by name.
@@ -264,16 +266,17 @@ mod tests {
     }
 
     #[test]
-    fn a_time_beside_the_frames_is_refused_with_their_range() {
-        let dir = Path::new("runs/one");
-        let times = [0.0, 0.1, 0.2];
-        assert_eq!(chosen(&times, Moment::At(0.14), dir).unwrap(), [1]);
-        assert_eq!(chosen(&times, Moment::At(0.24), dir).unwrap(), [2]);
-        assert_eq!(chosen(&times, Moment::All, dir).unwrap(), [0, 1, 2]);
-        assert_eq!(chosen(&times, Moment::Last, dir).unwrap(), [2]);
-        for at in [-0.06, 0.26, 7.0] {
+    fn a_time_without_a_frame_is_refused_with_those_that_there_are() {
+        let dir = (Path::new("runs/one"), 1e-3);
+        let times = [0.0, 0.1, 0.2, 0.2];
+        assert_eq!(chosen(&times, Moment::At(0.1004), dir).unwrap(), [1]);
+        assert_eq!(chosen(&times, Moment::At(0.0), dir).unwrap(), [0]);
+        assert_eq!(chosen(&times, Moment::At(0.2), dir).unwrap(), [3]);
+        assert_eq!(chosen(&times, Moment::All, dir).unwrap(), [0, 1, 2, 3]);
+        assert_eq!(chosen(&times, Moment::Last, dir).unwrap(), [3]);
+        for at in [-0.06, 0.14, 0.24, 7.0] {
             let words = chosen(&times, Moment::At(at), dir).unwrap_err().to_string();
-            assert!(words.contains(&format!("--at {at} s: ")) && words.contains("of 0 s to 0.2 s"), "{words}");
+            assert!(words.contains(&format!("--at {at} s: ")) && words.contains("There are 0, 0.1, 0.2"), "{words}");
         }
     }
 }

@@ -19,7 +19,7 @@ use crate::math::PI;
 use crate::scenario::{Assembly, Job, Scenario};
 use crate::space::{Components, Linear, Plane, Solid, Space};
 use crate::transfer::Cargo;
-use crate::{assembly, packing, planar_shear, tables};
+use crate::{assembly, packing, planar_shear, results, tables};
 
 /// A grain without its contacts.
 type Row<S> = GrainRow<S, Components<f64, 1>>;
@@ -165,7 +165,7 @@ fn job_of(state: &State, dir: &Path) -> Result<Job, Error> {
 }
 
 fn save(file: &Path, text: &str) -> Result<(), Error> {
-    std::fs::write(file, text).map_err(|error| Error::Run(format!("{}: {error}", file.display())))
+    results::replace(file, text.as_bytes())
 }
 
 /// The cell as the state left it.

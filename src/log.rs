@@ -1,6 +1,6 @@
 //! The log of a run: a line of JSON for everything worth knowing later, `{"event": ..., "step": ..., ...}`.
 
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
@@ -8,8 +8,7 @@ use serde_json::{Value, json};
 
 use crate::error::Error;
 
-/// Open for adding lines. The run directory belongs to who holds it until that process ends, however it ends: two runs that
-/// wrote into one directory would tear each other's files.
+/// Open for adding lines; its folder belongs to whoever holds this.
 #[derive(Debug)]
 pub struct Log {
     file: File,
@@ -17,19 +16,20 @@ pub struct Log {
 }
 
 impl Log {
-    /// Takes the log of a run directory, or refuses where another process has it.
+    /// Opens the log of a run's folder, and makes it where there is none.
     pub fn open(dir: &Path) -> Result<Self, Error> {
         let path = dir.join("log.jsonl");
         let opened = OpenOptions::new().create(true).append(true).open(&path);
         let file = opened.map_err(|error| failed(&path, &error))?;
-        match file.try_lock() {
-            Err(TryLockError::WouldBlock) => Err(Error::User(format!(
-                "{0}: another scree is writing this run. Wait until it has ended, or stop it; `tail {0}/log.jsonl` shows how far it is.",
-                dir.display()
-            ))),
-            // Where a file system knows no locks there is nothing to hold.
-            Ok(()) | Err(TryLockError::Error(_)) => Ok(Self { file, path }),
-        }
+        Ok(Self { file, path })
+    }
+
+    /// The run that the first line is of; nothing where it tells none.
+    pub fn run(&self) -> Option<String> {
+        let mut line = String::new();
+        BufReader::new(File::open(&self.path).ok()?).read_line(&mut line).ok()?;
+        let told: Value = serde_json::from_str(&line).ok()?;
+        told["run"].as_str().map(str::to_string)
     }
 
     /// Cuts off what a run that ended without notice has told of steps after `step`, which will be told again, and a line that
@@ -67,16 +67,6 @@ fn failed(path: &Path, error: &dyn std::fmt::Display) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn two_runs_do_not_write_into_one_directory() {
-        let dir = tempfile::tempdir().unwrap();
-        let first = Log::open(dir.path()).unwrap();
-        let words = Log::open(dir.path()).unwrap_err().to_string();
-        assert!(words.contains("another scree is writing this run"), "{words}");
-        drop(first);
-        assert!(Log::open(dir.path()).is_ok());
-    }
 
     #[test]
     fn a_log_is_cut_to_whole_lines_of_steps_done() {

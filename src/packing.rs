@@ -1,13 +1,14 @@
 //! Packings made ahead: thrown, compressed under low friction, kept in a file named by everything that shaped them.
 
 use std::path::Path;
+use std::time::Duration;
 
 use scree_io::column::State;
 use scree_io::store;
 use scree_partition::Transport;
-use sha2::{Digest, Sha256};
 
 use crate::body::{Body, Servo, Shape, Side};
+use crate::checkpoint::{self, Drawn};
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Tie};
 use crate::dem::motion::Field;
@@ -17,6 +18,9 @@ use crate::grid::Grid;
 use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
 use crate::layout::Layout;
+use crate::mpm::membrane::Membranes;
+use crate::prepare::cache::{Found, Place};
+use crate::prepare::making::{Leg, Look, Making};
 use crate::rebuild::{self, Parts, is_glued};
 use crate::record::to_table;
 use crate::scenario::{Contact, Scenario, derived};
@@ -107,18 +111,18 @@ pub fn prepare<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transp
         let grains = transfer::agree(transport, on_root(transport, || grain_file::read(scenario, file)))?;
         return measured(scenario, transport, grains.unwrap_or_default(), scenario.specimen.height);
     }
-    let file = scenario.packing.cache.join(format!("packing-{}.h5", key(scenario)));
-    let cached = on_root(transport, || if file.exists() { read(&file).map(Some) } else { Ok(None) });
-    let cached = transfer::agree(transport, cached)?.flatten();
-    let found = transport.broadcast(vec![u8::from(cached.is_some())])[0] == 1;
-    let (grains, height) = if found {
-        let (grains, height) = cached.unwrap_or_default();
-        (grains, share(transport, height))
-    } else {
-        let (mut grains, height) = make::<C>(scenario, transport)?;
-        let written = on_root(transport, || write(&file, &mut grains, height));
-        transfer::agree(transport, written)?;
-        (grains, height)
+    let place = Place::new(&scenario.packing.cache, "packing", &key(scenario));
+    let save_every = Duration::from_secs_f64(scenario.output.checkpoint_wall_interval);
+    let (grains, height) = match place.find(transport, save_every, of_state)? {
+        Found::There(found) => {
+            let (grains, height) = found.unwrap_or_default();
+            (grains, share(transport, height))
+        }
+        Found::ToMake(mut making) => {
+            let (mut grains, height) = make::<C>(scenario, &mut making)?;
+            making.finish(|| state_of(&mut grains, height, &mut []))?;
+            (grains, height)
+        }
     };
     measured(scenario, transport, grains, height)
 }
@@ -136,15 +140,6 @@ pub fn steps<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
         }
     }
     Ok(())
-}
-
-/// Grain-steps between two words on how far a packing is: some seconds of one core.
-const TELL_EVERY: u64 = 50_000_000;
-
-/// Whether a look after every so many steps of a packing is one of those that are told.
-pub fn is_told(step: u64, look_every: u64, grains: u64) -> bool {
-    let looks = TELL_EVERY / (look_every * grains).max(1);
-    (step / look_every).is_multiple_of(looks.max(1))
 }
 
 /// Runs on rank 0 only.
@@ -172,8 +167,8 @@ fn measured<C: ContactLaw<Plane>>(
 /// Names everything that shapes a packing.
 fn key(scenario: &Scenario) -> String {
     let specimen = &scenario.specimen;
-    let text = format!(
-        "packing 4 seed {} plate {:?} {:?} specimen {:?} {:?} {:?} grains {:?} {:?} {:?} contact {:?} friction {:?} start {:?} stress {:?} ratio {:?} step {:?} cell {:?} block {:?} skin {:?} glued {:?}",
+    format!(
+        "packing 5 seed {} plate {:?} {:?} specimen {:?} {:?} {:?} grains {:?} {:?} {:?} contact {:?} friction {:?} start {:?} stress {:?} ratio {:?} step {:?} cell {:?} block {:?} skin {:?} glued {:?}",
         scenario.seed,
         scenario.loading.plate_mass,
         scenario.loading.plate_damping,
@@ -193,8 +188,7 @@ fn key(scenario: &Scenario) -> String {
         scenario.decomposition.cells_per_block,
         scenario.decomposition.skin,
         glued_reach(scenario),
-    );
-    name_of(&text)
+    )
 }
 
 /// Inertial number that the compressing plate keeps below, I = (v/H) d sqrt(rho/P).
@@ -205,55 +199,48 @@ const LOOK_EVERY: u64 = 1000;
 const STEPS_MAX: u64 = 20_000_000;
 
 /// Throws and compresses. Rows on rank 0.
-fn make<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport) -> Result<(Vec<Grain<C>>, f64), Error> {
+fn make<C: ContactLaw<Plane>>(scenario: &Scenario, making: &mut Making) -> Result<(Vec<Grain<C>>, f64), Error> {
+    let transport = making.transport();
     let thrown = throw(scenario)?;
-    tracing::info!(grains = thrown.grains.len(), "making a packing");
     let stress = scenario.packing.stress;
-    let area = scenario.specimen.width * scenario.specimen.depth;
-    let speed_max = INERTIAL_NUMBER * scenario.specimen.height / scenario.grains.diameter_mean
-        * (stress / scenario.grains.density).sqrt();
-    let servo = Servo {
-        direction: Vector::new(0.0, 1.0),
-        force: stress * area,
-        mass: scenario.loading.plate_mass,
-        damping: scenario.loading.plate_damping,
-        speed_max,
-    };
-    let lower = Body::new("lower", Shape::Plate { side: Side::Below, face: 0.0 });
-    let upper = Body::new("upper", Shape::Plate { side: Side::Above, face: thrown.height });
-    let bodies = vec![lower, Body { servo: Some(servo), ..upper }];
+    let load = stress * scenario.specimen.width * scenario.specimen.depth;
     let layout = layout_for(scenario, thrown.height)?;
     let settings = settings_for(scenario, &scenario.contact.while_compressed(scenario.packing.friction));
-    let grains = if transport.rank() == 0 { thrown.grains } else { Vec::new() };
-    let cell = cell_of(&layout);
-    let parts = Parts::fresh(grains, Vec::new(), bodies, cell);
-    let mut world = PlanarWorld::<C>::new(settings, layout, transport, 0, parts)?;
-
-    let load = stress * area;
-    loop {
-        steps(&mut world, LOOK_EVERY)?;
-        let energies = world.energies()?;
-        let plate = &mut world.bodies[UPPER as usize];
-        let force = plate.impulse[1] / (LOOK_EVERY as f64 * scenario.time.step);
-        plate.impulse = Vector::zero();
-        let at_load = (force / load - 1.0).abs() < 0.01;
-        let at_rest = energies.kinetic_grains < scenario.packing.energy_ratio_max * energies.elastic_grains;
-        if at_load && at_rest {
-            break;
+    let drawn = Drawn {
+        cell: cell_of(&layout),
+        bodies: pressing_plates(scenario, thrown.height, load),
+        membranes: Membranes::default(),
+    };
+    making.begin(0);
+    let (parts, step) = match making.taken_up::<Plane, C, CriticalDruckerPrager>()? {
+        Some(snapshot) => {
+            let (parts, progress) = checkpoint::restore(snapshot, |_, _| Ok(drawn), transport)?;
+            (parts, progress.step)
         }
+        None => {
+            tracing::info!(grains = thrown.grains.len(), "making a packing");
+            let grains = if transport.rank() == 0 { thrown.grains } else { Vec::new() };
+            (Parts::fresh(grains, Vec::new(), drawn.bodies, drawn.cell), 0)
+        }
+    };
+    let mut world = PlanarWorld::<C>::new(settings, layout, transport, step, parts)?;
+    let goal = scenario.packing.energy_ratio_max;
+    let leg = Leg { name: "compressing", rebuilds: false, look_every: LOOK_EVERY, calm_looks: 1, goal };
+    making.bring_to_rest(&mut world, leg, |_| (), |world, _| {
+        let ratio = world.unrest()?;
+        let plate = &mut world.bodies[UPPER as usize];
+        let force = plate.impulse[1] / (LOOK_EVERY as f64 * scenario.time.step) / load;
+        plate.impulse = Vector::zero();
         if world.step > STEPS_MAX {
             return Err(Error::Run(format!(
-                "the packing has not come to rest after {} steps: kinetic/elastic energy {:.1e} (wanted {:.1e}), load {:.3} of the target; raise `packing.energy_ratio_max` or check `contact` and `time.step`",
+                "the packing has not come to rest after {} steps: kinetic/elastic energy {ratio:.1e} (wanted {goal:.1e}), load {force:.3} of the target; raise `packing.energy_ratio_max` or check `contact` and `time.step`",
                 world.step,
-                energies.kinetic_grains / energies.elastic_grains,
-                scenario.packing.energy_ratio_max,
-                force / load
             )));
         }
-        if is_told(world.step, LOOK_EVERY, world.grains_total) {
-            tracing::info!(step = world.step, height = world.bodies[1].face(), load = force / load, "compressing");
-        }
-    }
+        let rests = (force - 1.0).abs() < 0.01 && ratio < goal;
+        let words = format!("height {:.4e} m, load {force:.3} of the target", world.bodies[UPPER as usize].face());
+        Ok(Look { rests, ratio, words })
+    })?;
     world.rebuild()?;
     let height = world.bodies[UPPER as usize].face();
     let (rows, _) = world.rows();
@@ -261,6 +248,23 @@ fn make<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport) ->
     let height = glue_layers(scenario, height, &mut rows);
     rows.iter_mut().for_each(settle);
     Ok((rows, height))
+}
+
+/// A plate that rests, and one that presses on what is thrown below it.
+fn pressing_plates(scenario: &Scenario, height: f64, load: f64) -> Vec<Body<Plane>> {
+    let grains = &scenario.grains;
+    let speed_max = INERTIAL_NUMBER * scenario.specimen.height / grains.diameter_mean
+        * (scenario.packing.stress / grains.density).sqrt();
+    let servo = Servo {
+        direction: Vector::new(0.0, 1.0),
+        force: load,
+        mass: scenario.loading.plate_mass,
+        damping: scenario.loading.plate_damping,
+        speed_max,
+    };
+    let lower = Body::new("lower", Shape::Plate { side: Side::Below, face: 0.0 });
+    let upper = Body::new("upper", Shape::Plate { side: Side::Above, face: height });
+    vec![lower, Body { servo: Some(servo), ..upper }]
 }
 
 /// A grain of a finished packing is at rest, its origin is where it is, and nothing is left of what tied it to membranes: a file has no ties,
@@ -274,66 +278,34 @@ pub fn settle<S: Space, M>(grain: &mut GrainRow<S, M>) {
     grain.cold.image = [0; 3];
 }
 
-/// Writes a packing as a file of its own.
-pub fn write<M: Words<f64>>(file: &Path, grains: &mut [GrainRow<Plane, M>], height: f64) -> Result<(), Error> {
-    write_between(file, grains, height, &mut [])
-}
-
-/// The same with the bodies that its grains have come to rest at.
-pub fn write_between<M: Words<f64>>(
-    file: &Path,
-    grains: &mut [GrainRow<Plane, M>],
-    height: f64,
-    bodies: &mut [Body<Plane>],
-) -> Result<(), Error> {
-    let attributes = [("state.height".to_string(), format!("{height:?}"))].into();
+/// A packing as a state, with the bodies that its grains have come to rest at.
+pub fn state_of<M: Words<f64>>(grains: &mut [GrainRow<Plane, M>], height: f64, bodies: &mut [Body<Plane>]) -> State {
+    let attributes = [(HEIGHT.to_string(), format!("{height:?}"))].into();
     let mut tables = Vec::from(tables::of_grains(grains));
     if !bodies.is_empty() {
         tables.push(to_table("bodies", bodies, &mut Body::blank()));
     }
-    write_state(file, &State { attributes, tables })
+    State { attributes, tables }
 }
 
+const HEIGHT: &str = "state.height";
+
 /// Where the bodies of a packing stood, as displacements, m; none of one between plates.
-pub fn read_bodies(file: &Path) -> Result<Vec<Body<Plane>>, Error> {
-    let state = read_state(file)?;
+pub fn bodies_of(state: &State) -> Result<Vec<Body<Plane>>, Error> {
     match state.tables.iter().any(|table| table.name == "bodies") {
-        true => tables::rows(&state, "bodies", &Body::blank()),
+        true => tables::rows(state, "bodies", &Body::blank()),
         false => Ok(Vec::new()),
     }
 }
 
-/// Reads what [`write`] wrote: grains and height.
-pub fn read<M: Words<f64>>(file: &Path) -> Result<(Vec<GrainRow<Plane, M>>, f64), Error> {
-    let mut state = read_state(file)?;
-    let height = state.attributes.get("state.height").and_then(|height| height.parse().ok());
-    let height = height.ok_or_else(|| made_again(file, &"the packing's height is missing"))?;
+/// Grains and height of what [`state_of`] made.
+pub fn of_state<M: Words<f64>>(mut state: State) -> Result<(Vec<GrainRow<Plane, M>>, f64), Error> {
+    let height = state.attributes.get(HEIGHT).and_then(|height| height.parse().ok());
+    let height = height.ok_or_else(|| Error::User("the packing's height is missing".to_string()))?;
     Ok((tables::to_grains(&mut state)?, height))
 }
 
-/// Writes the state of a packing, its folder with it.
-pub fn write_state(file: &Path, state: &State) -> Result<(), Error> {
-    if let Some(folder) = file.parent() {
-        std::fs::create_dir_all(folder).map_err(|error| {
-            Error::User(format!(
-                "{}: cannot make the folder for packings: {error}; set `packing.cache`",
-                folder.display()
-            ))
-        })?;
-    }
-    store::write(file, state).map_err(|error| Error::Run(error.to_string()))
-}
-
-/// Reads the state of a packing.
+/// Reads the packing in a run's folder.
 pub fn read_state(file: &Path) -> Result<State, Error> {
-    store::read(file).map_err(|error| made_again(file, &error))
-}
-
-fn made_again(file: &Path, error: &dyn std::fmt::Display) -> Error {
-    Error::User(format!("{error}; delete {} and it is made again", file.display()))
-}
-
-/// The name of everything that shaped a packing, as it stands in a file's name.
-pub fn name_of(text: &str) -> String {
-    Sha256::digest(text.as_bytes())[..8].iter().map(|byte| format!("{byte:02x}")).collect()
+    store::read(file).map_err(|error| Error::User(error.to_string()))
 }

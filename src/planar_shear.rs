@@ -5,20 +5,18 @@ use scree_partition::Transport;
 use serde_json::{Value, json};
 
 use crate::adapt::{Adaptive, Finder};
-use crate::checkpoint::{Progress, Snapshot};
+use crate::checkpoint::{self, Drawn, Progress, Snapshot};
 use crate::dem::packing::UPPER;
 use crate::error::Error;
 use crate::hybrid::track::Instants;
 use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalDruckerPrager, CriticalMemory};
-use crate::log::Log;
 use crate::mpm::membrane::Membranes;
 use crate::observe::frame::frame;
 use crate::observe::ledger::{Balance, SPENT};
-use crate::output;
 use crate::packing::{self, PlanarWorld, cell_of, layout_for, settings_of_run};
-use crate::rebuild::{Home, Parts};
 use crate::reference::Lies;
+use crate::run::folder::Folder;
 use crate::run::{self, Core, Experiment, Options, Outcome};
 use crate::scenario::{Method, Output, Scenario, derived};
 use crate::space::{Linear, Plane};
@@ -62,17 +60,14 @@ pub type PlanarSnapshot<C> = Snapshot<Plane, <C as ContactLaw<Plane>>::Memory<f6
 pub fn start<C: ContactLaw<Plane>>(
     scenario: &Scenario,
     options: &Options,
+    folder: &mut Option<Folder>,
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
-    let root = transport.rank() == 0;
     let mut start = specimen::prepare::<C>(scenario, transport)?;
-    // Only now, so that a job whose packing cannot be made leaves no folder behind.
-    let claimed = if root { output::claim(&options.out, &scenario.to_toml()) } else { Ok(()) };
-    transfer::agree(transport, claimed)?;
-    if scenario.method == Method::Hybrid {
-        let file = output::packing_file(&options.out);
-        let kept = if root { packing::write(&file, &mut start.packing.grains, start.packing.height) } else { Ok(()) };
-        transfer::agree(transport, kept)?;
+    if let (Method::Hybrid, made) = (scenario.method, &mut start.packing) {
+        let write =
+            |folder: &mut Folder| folder.write_packing(&packing::state_of(&mut made.grains, made.height, &mut []));
+        transfer::agree(transport, folder.as_mut().map_or(Ok(()), write))?;
     }
     let progress = Progress {
         height_start: start.height,
@@ -85,7 +80,7 @@ pub fn start<C: ContactLaw<Plane>>(
         world.open_ledger();
     }
     let experiment = PlanarShear { scenario, law: std::marker::PhantomData::<C> };
-    run::begin(experiment, world, progress, options)
+    run::begin(experiment, world, progress, options, folder)
 }
 
 /// Continues a run from a snapshot that rank 0 holds.
@@ -93,7 +88,7 @@ pub fn resume<C: ContactLaw<Plane>>(
     scenario: &Scenario,
     snapshot: Option<PlanarSnapshot<C>>,
     options: &Options,
-    log: Option<Log>,
+    folder: Option<Folder>,
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
     let (mut world, progress) = world_of(scenario, snapshot, transport)?;
@@ -101,7 +96,7 @@ pub fn resume<C: ContactLaw<Plane>>(
         world.resume_ledger(&progress.ledger)?;
     }
     let experiment = PlanarShear { scenario, law: std::marker::PhantomData::<C> };
-    run::go_on_with(experiment, world, progress, options, log)
+    run::go_on_with(experiment, world, progress, options, folder)
 }
 
 /// The world of a snapshot that rank 0 holds, and how far its run is.
@@ -110,24 +105,13 @@ pub fn world_of<'t, C: ContactLaw<Plane>>(
     snapshot: Option<PlanarSnapshot<C>>,
     transport: &'t dyn Transport,
 ) -> Result<(PlanarWorld<'t, C>, Progress), Error> {
-    let (progress, saved, at_home, grains, points) = match snapshot {
-        Some(snapshot) => {
-            (vec![snapshot.progress], snapshot.bodies, vec![snapshot.home], snapshot.grains, snapshot.points)
-        }
-        None => Default::default(),
+    let draw = |progress: &Progress, _| {
+        let cell = cell_of(&layout_for(scenario, progress.height_start)?);
+        Ok(Drawn { cell, bodies: specimen::bodies(scenario, progress.height_start), membranes: Membranes::default() })
     };
-    let progress = transfer::broadcast(transport, progress)?.remove(0);
-    let saved = transfer::broadcast(transport, saved)?;
-    let at_home = transfer::broadcast(transport, at_home)?.remove(0);
-    let mut bodies = specimen::bodies(scenario, progress.height_start);
-    for (body, saved) in bodies.iter_mut().zip(saved) {
-        body.take_motion_of(&saved);
-    }
+    let (parts, progress) = checkpoint::restore(snapshot, draw, transport)?;
     let layout = layout_for(scenario, progress.height_start)?;
     let settings = settings_of_run(scenario);
-    let cell = cell_of(&layout);
-    let home = Home { cell, bodies: at_home.bodies };
-    let parts = Parts { grains, points, bodies, membranes: Membranes::default(), cell, home };
     Ok((PlanarWorld::new(settings, layout, transport, progress.step, parts)?, progress))
 }
 

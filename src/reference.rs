@@ -55,7 +55,9 @@ impl<C: ContactLaw<Plane>> Reference<C> {
         match lies {
             Lies::Whole | Lies::Around => {
                 let read = on_root(transport, || {
-                    packing::read(file).and_then(|packing| Ok((packing, packing::read_bodies(file)?)))
+                    let state = read_state(file)?;
+                    let bodies = packing::bodies_of(&state)?;
+                    Ok((packing::of_state(state)?, bodies))
                 });
                 let ((mut grains, height), bodies) = transfer::agree(transport, read)?.unwrap_or_default();
                 if matches!(lies, Lies::Around) {
@@ -86,7 +88,7 @@ fn lift<C: ContactLaw<Plane>>(grain: &mut Grain<C>, up: Vector) {
 
 type Piece<C> = (Vec<Grain<C>>, Vec<Cell<Plane>>);
 
-/// What [`crate::assembly::packed::write`] wrote: grains, and the cell that they fill from its lower corner.
+/// What [`crate::assembly::packed::state_of`] wrote: grains, and the cell that they fill from its lower corner.
 fn read_piece<C: ContactLaw<Plane>>(file: &Path) -> Result<Piece<C>, Error> {
     let mut state = read_state(file)?;
     let cells = tables::rows(&state, "cell", &transfer::Cargo::blank())?;

@@ -1,7 +1,7 @@
 //! The loop: step, watch, observe, save, stop. What is simulated is an [`Experiment`]; everything here is the same for all.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use scree_io::frames::Frame;
@@ -10,19 +10,19 @@ use scree_partition::{Reader, Writer};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
-use crate::checkpoint::{self, Progress, Snapshot};
+use self::folder::{Folder, host, stop_file};
+use crate::checkpoint::{self, Progress};
 use crate::cycle::is_due;
 use crate::error::Error;
 use crate::hybrid::rest::CellStrain;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
-use crate::log::Log;
 use crate::observe::contact_frame::contact_frame;
 use crate::observe::guard::EnergyGuard;
 use crate::observe::ledger::Entry;
 use crate::observe::phases::Phase;
-use crate::output::{Outputs, stop_file};
-use crate::packing::on_root;
+use crate::output::Outputs;
+use crate::program;
 use crate::record::{FromParcel, Record, ToParcel};
 use crate::scenario::Output;
 use crate::space::Space;
@@ -30,6 +30,9 @@ use crate::stop::{self, Wish};
 use crate::summary::{self, Stretch};
 use crate::transfer::{self, Cargo};
 use crate::world::World;
+
+pub mod folder;
+pub mod meter;
 
 /// How a run is to be carried out; none of it is physics.
 #[derive(Clone, Debug)]
@@ -97,6 +100,10 @@ pub trait Experiment {
     fn words(&self, core: &CoreOf<Self>) -> String;
     /// Figures for the summary.
     fn figures(&self, core: &CoreOf<Self>) -> Value;
+    /// Whether an unstable step was allowed, so that energy which grows is told and stops nothing.
+    fn allows_unstable(&self) -> bool {
+        false
+    }
 }
 
 /// The world of an experiment with what a run keeps beside it.
@@ -105,29 +112,29 @@ pub type CoreOf<'t, E> = Core<'t, <E as Experiment>::Space, <E as Experiment>::C
 /// The world of an experiment.
 pub type WorldOf<'t, E> = World<'t, <E as Experiment>::Space, <E as Experiment>::Contact, <E as Experiment>::Material>;
 
-/// Begins a run in a folder that has been claimed for it, and ends it.
+/// Begins a run in the folder that rank 0 holds for it, and ends it.
 pub fn begin<E: Experiment>(
     experiment: E,
     world: WorldOf<E>,
     progress: Progress,
     options: &Options,
+    folder: &mut Option<Folder>,
 ) -> Result<Outcome, Error> {
-    let outputs = on_root(world.transport, || Outputs::create(&options.out, &experiment, 0));
+    let outputs = folder.take().map(|folder| Outputs::create(folder, &experiment, 0)).transpose();
     let outputs = transfer::agree(world.transport, outputs)?;
     Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
 }
 
-/// Goes on with a run from a checkpoint to its end. `log` is that of its folder, which rank 0 holds since before it read the
-/// checkpoint; a branch has none yet.
+/// Goes on with a run from a checkpoint to its end, in the folder that rank 0 holds since before it read that.
 pub fn go_on_with<E: Experiment>(
     experiment: E,
     world: WorldOf<E>,
     progress: Progress,
     options: &Options,
-    log: Option<Log>,
+    folder: Option<Folder>,
 ) -> Result<Outcome, Error> {
     let transport = world.transport;
-    let outputs = on_root(transport, || Outputs::resume(options, log, &progress, &experiment));
+    let outputs = folder.map(|folder| Outputs::resume(options, folder, &progress, &experiment)).transpose();
     let outputs = transfer::agree(transport, outputs)?;
     let is_done = matches!(outputs, Some(None));
     if transport.broadcast(vec![u8::from(is_done)]) == [1] {
@@ -214,10 +221,6 @@ const OVERLAP_MAX: f64 = 0.5;
 
 /// Time between two looks for a stop file.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
-/// Time kept for the end of a run that must not go on for longer, at least; and what a row takes to be saved, several times
-/// what was measured.
-const RESERVE_LEAST: Duration = Duration::from_secs(1);
-const ROW_SAVED: Duration = Duration::from_micros(10);
 
 /// 64 hex digits that stand for a job.
 fn digest_of_text(text: &str) -> String {
@@ -251,9 +254,10 @@ pub struct Run<'t, E: Experiment> {
     core: CoreOf<'t, E>,
     steps: u64,
     cadence: Cadence,
-    energy_guard: EnergyGuard,
     /// Rebuilds at the last look at overlaps.
     rebuilds: u64,
+    /// Whether a person has been told that energy grows.
+    has_warned: bool,
     started: Instant,
     first_step: u64,
     /// When a checkpoint was last written, and after which step; none has been where it is the first.
@@ -282,19 +286,21 @@ impl<'t, E: Experiment> Run<'t, E> {
         let (first_step, steps) = (core.world.step, experiment.steps());
         if first_step == 0 || core.options.beginning == Beginning::Branched {
             core.progress.kept = core.world.kept_from_now()?;
+            core.progress.guard = EnergyGuard::default();
         }
-        let energy_guard = EnergyGuard::default();
         let rebuilds = core.world.rebuilds;
         let started = Instant::now();
         // Until a checkpoint has been written.
-        stop::reserve(RESERVE_LEAST + ROW_SAVED * (core.world.grains_total + core.world.points_total) as u32);
+        stop::reserve(
+            stop::RESERVE_LEAST + stop::ROW_SAVED * (core.world.grains_total + core.world.points_total) as u32,
+        );
         Ok(Self {
             experiment,
             core,
             steps,
             cadence,
-            energy_guard,
             rebuilds,
+            has_warned: false,
             started,
             first_step,
             saved: started,
@@ -319,16 +325,18 @@ impl<'t, E: Experiment> Run<'t, E> {
 
     fn go_on(mut self) -> Result<Outcome, Error> {
         self.tell_beginning()?;
-        let beginning = self.core.options.beginning;
-        if self.core.world.step == 0 || beginning == Beginning::Branched {
+        let (beginning, starts) = (self.core.options.beginning, self.core.world.step == 0);
+        if starts || beginning == Beginning::Branched {
             self.write_frame()?;
-        }
-        if beginning == Beginning::Changed {
-            let job = self.experiment.job();
-            self.core.on_root(|outputs| outputs.replace_job(&job))?;
+            // Kept for good: whoever looks for the start finds it.
+            self.save_in(&checkpoint::folder(&self.core.options.out).join(store::FOR_GOOD))?;
+        } else if beginning == Beginning::Changed {
+            self.save()?;
         }
         if beginning != Beginning::Plain {
-            self.save()?;
+            // Now that there is a state that goes with it.
+            let job = self.experiment.job();
+            self.core.on_root(|outputs| outputs.folder().write_job(&job))?;
         }
         while self.core.world.step < self.steps {
             self.core.world.wish = self.wish();
@@ -382,10 +390,9 @@ impl<'t, E: Experiment> Run<'t, E> {
             (_, 0) => "started",
             _ => "resumed",
         };
-        let hosts = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
         let fields = json!({
-            "program": concat!("scree ", env!("CARGO_PKG_VERSION")),
-            "machine": hosts.trim(),
+            "program": program::identity(),
+            "machine": host(),
             "ranks": world.transport.size(),
             "threads": options.threads,
             "job": job_digest,
@@ -393,18 +400,24 @@ impl<'t, E: Experiment> Run<'t, E> {
             "time_step": world.settings.dt,
             "grains": world.grains_total,
             "points": world.points_total,
+            "allow_unstable": self.experiment.allows_unstable(),
         });
         if self.core.outputs.is_some() {
             tracing::info!(
-                "scree {} on {}, job {}: step {step} of {}, {:e} s each; {} grains, {} points",
-                env!("CARGO_PKG_VERSION"),
-                hosts.trim(),
+                "{} on {}, job {}: step {step} of {}, {:e} s each; {} grains, {} points",
+                program::name(),
+                host(),
                 &job_digest[..12],
                 self.steps,
                 world.settings.dt,
                 world.grains_total,
                 world.points_total,
             );
+            if self.experiment.allows_unstable() {
+                tracing::warn!(
+                    "warning: time.allow_unstable is on: an unstable step passes, and energy that grows is told instead of stopping the run"
+                );
+            }
         }
         self.core.on_root(|outputs| outputs.log(what, step, fields))
     }
@@ -427,14 +440,15 @@ impl<'t, E: Experiment> Run<'t, E> {
         is_due(step, every, self.together())
     }
 
-    /// Stops the run where it has left physics. Energies are compared from the first step of a run or its resumption on,
-    /// after which grains move as cell and bodies do.
+    /// Stops the run where it has left physics. Energies are compared from the first step of a run on, after which grains move as
+    /// cell and bodies do. Of a run whose step was allowed to be unstable, energy that grows is told.
     fn guard(&mut self) -> Result<(), Error> {
         let step = self.core.world.step;
         let due = self.is_due(step, GUARD_EVERY) || step >= self.steps;
         let written = self.is_due(step, self.cadence.series) || self.checkpoint_due(step);
-        let is_first = step == self.first_step + self.together();
-        let world = &mut self.core.world;
+        let begins = self.first_step == 0 || self.core.options.beginning == Beginning::Branched;
+        let is_first = begins && step == self.first_step + self.together();
+        let Core { world, progress, .. } = &mut self.core;
         if due || written || world.rebuilds != self.rebuilds {
             self.rebuilds = world.rebuilds;
             world.refuse_deep_overlaps(OVERLAP_MAX)?;
@@ -442,10 +456,16 @@ impl<'t, E: Experiment> Run<'t, E> {
         if due || written {
             world.refuse_spoilt_points()?;
         }
-        if due || is_first {
-            self.energy_guard.look(world)?;
+        let grown = if due || is_first { progress.guard.look(world)? } else { None };
+        let Some(grown) = grown else { return Ok(()) };
+        if !self.experiment.allows_unstable() {
+            return Err(Error::Run(grown));
         }
-        Ok(())
+        // Once is enough for a person; the log has all.
+        if !std::mem::replace(&mut self.has_warned, true) && self.core.outputs.is_some() {
+            tracing::warn!("warning: {grown} (time.allow_unstable is on, so the run goes on)");
+        }
+        self.core.on_root(|outputs| outputs.log("energy_grows", step, json!({ "why": grown })))
     }
 
     /// Rows, frames and checkpoints that are due.
@@ -505,6 +525,10 @@ impl<'t, E: Experiment> Run<'t, E> {
 
     /// Writes a checkpoint of the state as it is.
     fn save(&mut self) -> Result<(), Error> {
+        self.save_in(&checkpoint::folder(&self.core.options.out))
+    }
+
+    fn save_in(&mut self, folder: &Path) -> Result<(), Error> {
         let core = &mut self.core;
         let timer = core.world.phases.start();
         // The checkpoint counts rows; they must be on disk before it is.
@@ -514,33 +538,26 @@ impl<'t, E: Experiment> Run<'t, E> {
         core.progress.step = core.world.step;
         core.progress.ledger = core.world.ledger_entries()?;
         core.progress.reactions = core.world.reaction_entries()?;
-        let head = Snapshot {
-            scenario: self.experiment.job(),
-            progress: core.progress.clone(),
-            cell: core.world.cell,
-            bodies: core.world.bodies.clone(),
-            home: core.world.home(),
-            grains: Vec::new(),
-            points: Vec::new(),
-            vertices: core.world.membranes.vertices.clone(),
-        };
-        let folder = checkpoint::folder(&core.options.out);
         let file = folder.join(store::file_name(core.world.step));
+        let head = checkpoint::head(&core.world, core.progress.clone(), self.experiment.job());
+        let target = core.outputs.as_ref().map(|outputs| outputs.target(&file, head)).transpose();
+        let target = transfer::agree(core.world.transport, target)?;
         let (_, written_before) = self.writing[Written::Checkpoint as usize];
         let (output, number) = (self.experiment.output(), written_before + 1);
         let (kept, for_good) = (output.checkpoints_kept, output.checkpoints_for_good as u64);
+        let out = &core.options.out.clone();
         let tidy = |_: &mut Outputs| {
             let keep = for_good > 0 && number.is_multiple_of(for_good);
             let tidied = if keep { store::keep_for_good(&file) } else { Ok(()) };
-            let tidied = tidied.and_then(|()| store::prune(&folder, kept));
+            let tidied = tidied.and_then(|()| store::prune(&checkpoint::folder(out), kept));
             tidied.map(|_| ()).map_err(|error| Error::Run(error.to_string()))
         };
-        let written = checkpoint::write(&file, head, &core.world);
+        let written = checkpoint::write(target, &core.world);
         let outcome = written.and_then(|()| core.on_root(tidy));
         self.book(Written::Checkpoint, timer);
         (self.saved, self.saved_step) = (Instant::now(), self.core.world.step);
         let step = self.started.elapsed() / (self.core.world.step - self.first_step).max(1) as u32;
-        stop::reserve(RESERVE_LEAST + 2 * (timer.elapsed() + step));
+        stop::reserve(stop::RESERVE_LEAST + 2 * (timer.elapsed() + step));
         stop::saved();
         outcome
     }
@@ -600,6 +617,7 @@ impl<'t, E: Experiment> Run<'t, E> {
         };
         let mut figures = summary::figures(world, &stretch);
         figures["outcome"] = json!(outcome);
+        figures["allow_unstable"] = json!(self.experiment.allows_unstable());
         let words = format!("{}\n{}", summary::words(&figures), conservation.words());
         if let Value::Object(more) = self.experiment.figures(&self.core) {
             for (name, figure) in more {

@@ -47,17 +47,35 @@ static INTERRUPTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 /// What a shell reports of a program that SIGINT has ended.
 const CODE_INTERRUPTED: i32 = 130;
 
-/// From now on these signals end nothing by themselves; who takes steps asks [`wish`].
+/// To be called first of all in the program: mpirun hands SIGUSR1 and SIGUSR2 on to every process that it has started, and one
+/// that they end before its run has begun leaves it hanging. What they ask for is kept until then.
+pub fn keep_wishes() -> Result<(), Error> {
+    static KEEPS: OnceLock<()> = OnceLock::new();
+    if KEEPS.set(()).is_err() {
+        return Ok(());
+    }
+    signal_hook::flag::register(SIGUSR1, Arc::clone(&SAVE)).map_err(refused)?;
+    signal_hook::flag::register(SIGUSR2, Arc::clone(&STOP)).map(|_| ()).map_err(refused)
+}
+
+fn refused(error: std::io::Error) -> Error {
+    Error::Run(format!("cannot listen for signals: {error}"))
+}
+
+/// From now on SIGTERM and SIGINT end nothing by themselves either; who takes steps asks [`wish`].
 pub fn listen() -> Result<(), Error> {
-    let refused = |error: std::io::Error| Error::Run(format!("cannot listen for signals: {error}"));
+    static LISTENS: OnceLock<()> = OnceLock::new();
+    if LISTENS.set(()).is_err() {
+        return Ok(());
+    }
+    keep_wishes()?;
     // In this order: the first SIGINT finds the flag down, and raises it for the second.
     signal_hook::flag::register_conditional_shutdown(SIGINT, CODE_INTERRUPTED, Arc::clone(&INTERRUPTED))
         .map_err(refused)?;
     signal_hook::flag::register(SIGINT, Arc::clone(&INTERRUPTED)).map_err(refused)?;
-    for signal in [SIGTERM, SIGINT, SIGUSR2] {
+    for signal in [SIGTERM, SIGINT] {
         signal_hook::flag::register(signal, Arc::clone(&STOP)).map_err(refused)?;
     }
-    signal_hook::flag::register(SIGUSR1, Arc::clone(&SAVE)).map_err(refused)?;
     Ok(())
 }
 
@@ -70,6 +88,11 @@ static RESERVE: AtomicU64 = AtomicU64::new(0);
 pub fn end_by(deadline: Instant) {
     DEADLINE.get_or_init(|| deadline);
 }
+
+/// Time kept for the end of what must not go on for longer, at least; and what a row takes to be saved, several times what was
+/// measured.
+pub const RESERVE_LEAST: Duration = Duration::from_secs(1);
+pub const ROW_SAVED: Duration = Duration::from_micros(10);
 
 /// The last checkpoint takes so long, as far as is known.
 pub fn reserve(time: Duration) {

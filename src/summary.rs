@@ -36,7 +36,7 @@ pub fn figures<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<'_, 
     let phases: Map<String, Value> =
         phases.into_iter().map(|(name, seconds)| (name.to_string(), phase(seconds))).collect();
     json!({
-        "program": concat!("scree ", env!("CARGO_PKG_VERSION")),
+        "program": crate::program::identity(),
         "steps": world.step,
         "simulated_time": world.time(),
         "wall_seconds": stretch.seconds,

@@ -41,7 +41,8 @@ pub fn up_to_the_band<'t>(
     packing_file: &std::path::Path,
 ) -> (PlanarWorld<'t>, Vec<u64>, Instants) {
     let mut start = specimen::prepare::<Law>(scenario, transport).unwrap();
-    packing::write(packing_file, &mut start.packing.grains, start.packing.height).unwrap();
+    let packing = packing::state_of(&mut start.packing.grains, start.packing.height, &mut []);
+    scree_io::store::write(packing_file, &packing).unwrap();
     let mut world = specimen::world(scenario, transport, start).unwrap();
     let (mut memory, mut instants) = (Memory::default(), Instants { times: Vec::new(), every: 300 });
     loop {
@@ -354,7 +355,8 @@ fn a_packing_lower_than_the_specimen_lies_about_the_band() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("packing.h5");
     let (mut world, flagged, instants) = up_to_the_band(&tall, &Solo, &file);
-    let (_, height) = packing::read::<<Law as ContactLaw<Plane>>::Memory<f64>>(&file).unwrap();
+    let (_, height) =
+        packing::of_state::<<Law as ContactLaw<Plane>>::Memory<f64>>(packing::read_state(&file).unwrap()).unwrap();
     assert!((height / 36e-3 - 1.0).abs() < 0.05, "the packing is {height} m high");
     let before = sums(&world);
     let how = (&tall.enrichment, tall.specimen.depth);

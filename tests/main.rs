@@ -50,6 +50,9 @@ mod exact;
 mod faults;
 /// Worlds of a few grains alone that the tests of the grain engine share; it claims nothing itself.
 mod few;
+/// Nothing of a user's is ever lost: a run owns its folder and touches nothing else, whoever is killed leaves one that can go on,
+/// and runs share packings.
+mod folders;
 /// Frames, contacts as lines and dumps of grains tell of one stress, are read by VTK, and are the same on any ranks.
 mod frame_files;
 /// A loaded contact that is carried along by a rigid motion keeps its force in the moving frame, under every law.
@@ -62,6 +65,8 @@ mod held_nodes;
 mod hostile_checkpoints;
 /// Jobs of any bytes, and good jobs with one thing changed, are read or refused: no panic, no hang, no memory without bound.
 mod hostile_jobs;
+/// What a run leaves tells its program and its run; runs of former programs are gone on with; the schema is that of the columns.
+mod identity;
 /// Discs and spheres roll, slide and come to rest on planes as closed forms say, under every law.
 mod inclines;
 /// A plate pressed into a bed under gravity: bands on both sides of it are found and enriched up to the ground.
@@ -118,7 +123,11 @@ mod spoilt_points;
 mod stops;
 /// The style that no compiler holds: one door to inexact mathematics, no ranks in physics, short files.
 mod tidy;
-/// A hybrid run that is killed and damaged again and again ends in the same bits, or says which file is to blame.
+/// Words that nobody can read end no run; signals that come early are heard; reports open runs that are alive or were killed;
+/// exports are of the time that was asked for.
+mod told;
+/// Runs of four kinds that are killed, in their writing and packings too, unheard and damaged again and again end in the same bits,
+/// or say which file is to blame.
 mod torture;
 /// Two grains: the damped oscillator's closed form, linear and angular momentum, and LAMMPS' record of two collisions.
 mod two_grains;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use scree::checkpoint::{self, PlanarPoint, Progress};
+use scree::checkpoint::{self, PlanarPoint, Progress, Target};
 use scree::error::Error;
 use scree::ids::{GrainId, PointId};
 use scree::law::contact::ContactLaw;
@@ -50,16 +50,14 @@ fn world(transport: &dyn Transport) -> PlanarWorld<'_> {
 
 /// All of a world but its rows.
 fn head(world: &PlanarWorld) -> PlanarSnapshot<Law> {
-    PlanarSnapshot::<Law> {
-        scenario: "name = \"pieces\"".to_string(),
-        progress: Progress::default(),
-        cell: world.cell,
-        bodies: world.bodies.clone(),
-        home: world.home(),
-        grains: Vec::new(),
-        points: Vec::new(),
-        vertices: Vec::new(),
-    }
+    checkpoint::head(world, Progress::default(), "name = \"pieces\"".to_string())
+}
+
+/// Writes the world's state, made in the folder of its file.
+fn write(path: &Path, world: &PlanarWorld) -> Result<(), Error> {
+    let scratch = path.parent().unwrap().join("scratch");
+    let target = || Target { scratch, path: path.to_path_buf(), head: head(world).to_state() };
+    checkpoint::write((world.transport.rank() == 0).then(target), world)
 }
 
 #[test]
@@ -67,13 +65,14 @@ fn pieces_of_any_number_of_ranks_are_the_whole_state() {
     let folder = tempfile::tempdir().unwrap();
     let alone = world(&Solo);
     let (grains, points) = alone.rows();
+    std::fs::create_dir(folder.path().join("scratch")).unwrap();
     let whole = PlanarSnapshot::<Law> { grains, points, ..head(&alone) }.to_state();
     assert!(whole.table("contacts").unwrap().rows == (SIDE * (SIDE - 1)) as usize);
     for ranks in 1..5 {
         let path = folder.path().join(format!("{ranks}.h5"));
         threads::run(ranks, |rank| {
             let world = world(&rank);
-            checkpoint::write(&path, head(&world), &world).unwrap();
+            write(&path, &world).unwrap();
         });
         let read = store::read(&path).unwrap();
         assert!(read == whole, "{ranks} ranks");
@@ -87,15 +86,17 @@ fn a_full_disk_is_told_on_all_ranks_and_leaves_the_file_of_before() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("step.h5");
     store::write(&path, &scree_io::State::default()).unwrap();
-    std::os::unix::fs::symlink("/dev/full", folder.path().join("step.h5.partial")).unwrap();
+    let scratch = folder.path().join("scratch");
+    std::fs::create_dir(&scratch).unwrap();
+    std::os::unix::fs::symlink("/dev/full", scratch.join("step.h5")).unwrap();
     let errors = threads::run(3, |rank| {
         let world = world(&rank);
-        checkpoint::write(&path, head(&world), &world).unwrap_err().to_string()
+        write(&path, &world).unwrap_err().to_string()
     });
-    assert!(errors[0].contains("step.h5.partial: No space left on device"), "{errors:?}");
+    assert!(errors[0].contains("step.h5: No space left on device"), "{errors:?}");
     assert!(errors.iter().all(|error| *error == errors[0]), "{errors:?}");
     assert_eq!(store::read(&path).unwrap(), scree_io::State::default());
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    assert_eq!(std::fs::read_dir(&scratch).unwrap().count(), 0);
 }
 
 #[test]

@@ -40,6 +40,12 @@ cargo clippy --release --workspace --all-targets -- -D warnings || fail "a lint"
 echo "== Lints, without MPI"
 cargo clippy --release --workspace --all-targets --no-default-features -- -D warnings || fail "a lint without MPI"
 
+# Licences, sources and versions are held by a test as well; what is known of bad ones is not.
+if command -v cargo-deny >/dev/null 2>&1; then
+    echo "== Dependencies"
+    cargo deny --log-level error check --hide-inclusion-graph || fail "cargo deny"
+fi
+
 echo "== Tests"
 cargo test --release --workspace 2>&1 | tee "$log" || fail "a test"
 

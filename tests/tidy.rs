@@ -307,3 +307,60 @@ fn the_index_of_tests_is_whole() {
         }
     }
 }
+
+fn is_of_the_program(path: &str) -> bool {
+    path.starts_with("src/") && path != "src/build.rs" && !path.contains("/tests")
+}
+
+/// Output to people never ends a run: these macros panic where nobody can be told.
+#[test]
+fn no_macro_that_panics_speaks_to_people() {
+    for source in sources().iter().filter(|source| is_of_the_program(&source.path)) {
+        let code = source.code.split("#[cfg(test)]").next().unwrap_or_default();
+        for (number, line) in code.lines().enumerate() {
+            for word in ["eprintln!", "eprint!", "println!", "print!"] {
+                let found = line.split(word).count() > 1;
+                assert!(
+                    !found,
+                    "{}:{}: `{word}` panics on a closed stderr; use run::meter::tell",
+                    source.path,
+                    number + 1
+                );
+            }
+        }
+    }
+}
+
+/// What `cargo deny` would say of licences, sources and versions, by deny.toml.
+#[test]
+fn dependencies_come_from_the_registry_under_licences_that_are_allowed() {
+    let deny: toml::Table = fs::read_to_string(root().join("deny.toml")).unwrap().parse().unwrap();
+    let allowed: Vec<&str> =
+        deny["licenses"]["allow"].as_array().unwrap().iter().filter_map(|name| name.as_str()).collect();
+    let output = std::process::Command::new(env!("CARGO"))
+        .args(["metadata", "--locked", "--offline", "--format-version", "1"])
+        .current_dir(root())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let packages = metadata["packages"].as_array().unwrap();
+    assert!(packages.len() > 50);
+    for package in packages {
+        let name = package["name"].as_str().unwrap();
+        if let Some(source) = package["source"].as_str() {
+            assert_eq!(
+                source, "registry+https://github.com/rust-lang/crates.io-index",
+                "{name} is of another registry"
+            );
+        }
+        // One of those between OR, each of those between AND.
+        let licence = package["license"].as_str().unwrap_or("none").replace('/', " OR ");
+        let any = |part: &str| part.split(" OR ").any(|one| allowed.contains(&one.trim_matches([' ', '(', ')'])));
+        assert!(licence.split(" AND ").all(any), "{name}: {licence}");
+        for dependency in package["dependencies"].as_array().unwrap() {
+            let is_ours = package["source"].is_null() && dependency["source"].is_string();
+            assert!(!is_ours || dependency["req"] != "*", "{name} takes any version of {}", dependency["name"]);
+        }
+    }
+}

@@ -1,21 +1,105 @@
-//! A hybrid run that is killed again and again, at any moment and inside of its writing too, whose files are cut short or have
-//! a byte flipped between its lives, and which is taken up on other numbers of ranks. It ends in the same state and with the
-//! same curve as one that nobody disturbed, or says what is wrong with which file; it never hangs and never ends wrong.
+//! Runs of every kind that are killed again and again, at any moment and inside of their writing too, in their packings and with
+//! nobody to read what they say, whose files are cut short or have a byte flipped between their lives, and which are taken up on
+//! other numbers of ranks. They end in the same state and with the same curve as those that nobody disturbed, or say what is wrong
+//! with which file; they never hang, never end wrong, and never leave a folder that cannot go on.
 //!
 //! `SCREE_TORTURE_SECONDS` says for how long, and `SCREE_TORTURE_SEED` begins at that life's dice again.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::mpirun::{SCREE, finished, scree, turn, words};
+use crate::mpirun::{SCREE, finished, launching, turn, words};
+use crate::zones::restless;
 
-const JOB: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/quickstart.toml");
 const SECONDS_DEFAULT: u64 = 180;
 /// No life lasts so long.
 const PATIENCE: Duration = Duration::from_secs(240);
 /// Files of a run that are damaged between lives; what stands beside them is made anew or not read.
-const FILES: [&str; 5] = ["series.csv", "frames.vtkhdf", "log.jsonl", "summary.json", "scenario.toml"];
+const FILES: [&str; 6] = ["series.csv", "frames.vtkhdf", "log.jsonl", "summary.json", "scenario.toml", "run.lock"];
+const QUICKSTART: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/quickstart.toml");
+
+/// Spheres that are compressed and sheared.
+const SPHERES: &str = r#"name = "spheres"
+[cell]
+space = "solid"
+upper = ["8 mm", "8 mm", "8 mm"]
+velocity_gradient = [[0, "20 1/s", 0], [0, 0, 0], [0, 0, 0]]
+[grains]
+density = 2500
+count = 300
+distribution = "uniform"
+diameter_min = "0.9 mm"
+diameter_max = "1.1 mm"
+[packing]
+preparation = "compress"
+stress = "100 kPa"
+energy_ratio_max = 1e-2
+cache = "cache"
+[contact]
+law = "hertz_mindlin"
+shear_modulus = "290 MPa"
+poisson_ratio = 0.15
+friction = 0.5
+damping_normal = 0.01
+damping_tangential = 0.01
+[time]
+step = "0.8 us"
+end = "4 ms"
+[output]
+series_interval = "0.1 ms"
+frame_interval = "0.2 ms"
+checkpoint_interval = "2 ms"
+contact_frames = true
+"#;
+
+/// A column of points that collapses.
+const COLUMN: &str = r#"name = "column"
+[grid]
+space = "plane"
+upper = ["40 cm", "16 cm"]
+cell = "1 cm"
+[material]
+law = "critical_drucker_prager"
+density = 1500
+bulk_modulus = "1 MPa"
+shear_modulus = "0.6 MPa"
+friction_angle_critical = "0.4 rad"
+dilation_angle = "0 rad"
+cohesion = 0
+[[region]]
+shape = "box"
+lower = [0, 0]
+upper = ["10 cm", "12 cm"]
+[gravity]
+acceleration = [0, "-9.81 m/s2"]
+[[boundary]]
+face = "y_lower"
+kind = "friction"
+coefficient = 0.4
+[time]
+end = "120 ms"
+[output]
+series_interval = "1 ms"
+frame_interval = "2 ms"
+checkpoint_interval = "20 ms"
+"#;
+
+/// The jobs, each with what is set over it.
+fn jobs() -> Vec<(&'static str, String, Vec<&'static str>)> {
+    let quickstart = std::fs::read_to_string(QUICKSTART).unwrap();
+    vec![
+        // To some steps after enrichment.
+        (
+            "quickstart",
+            quickstart,
+            vec!["output.frame_interval=0.01", "loading.strain_end=0.025", "packing.cache=\"cache\""],
+        ),
+        ("zones", restless(3.84e-3), vec!["output.frame_interval=2e-4", "packing.cache=\"cache\""]),
+        ("column", COLUMN.to_string(), vec![]),
+        ("spheres", SPHERES.to_string(), vec![]),
+    ]
+}
 
 /// Throws dice as SplitMix64 does.
 struct Dice(u64);
@@ -38,6 +122,7 @@ impl Dice {
 struct Tally {
     lives: u64,
     kills: u64,
+    kills_in_writing: u64,
     damages: u64,
     /// Damaged checkpoints that were told of and passed over.
     passed_over: u64,
@@ -47,16 +132,36 @@ struct Tally {
 
 struct Torture {
     folder: tempfile::TempDir,
+    sets: Vec<&'static str>,
     dice: Dice,
     tally: Tally,
     digest: String,
 }
 
+/// What becomes of the words of a life.
+#[derive(Clone, Copy, PartialEq)]
+enum Words {
+    Read,
+    Nowhere,
+}
+
+/// When a life ends, but for its own end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Death {
+    /// After so long.
+    At(Duration),
+    /// Once a file in one of the folders for files in the making has changed, the cache's or the run's, for the so-manieth time.
+    Writing(u64),
+    Never,
+}
+
 impl Torture {
-    fn new(seed: u64) -> Self {
+    fn new(seed: u64, job: &str, sets: &[&'static str]) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let mut torture = Self { folder, dice: Dice(seed), tally: Tally::default(), digest: String::new() };
-        let ended = finished(torture.start(2, "reference"));
+        std::fs::write(folder.path().join("job.toml"), job).unwrap();
+        let sets = sets.to_vec();
+        let mut torture = Self { folder, sets, dice: Dice(seed), tally: Tally::default(), digest: String::new() };
+        let ended = finished(torture.start(2, "reference", Words::Read));
         assert!(ended.status.success(), "{}", words(&ended));
         torture.digest = torture.digest_of("reference");
         torture
@@ -67,18 +172,17 @@ impl Torture {
     }
 
     /// `--continue` starts a run, goes on with it, and begins again where it ended before its first checkpoint.
-    fn start(&self, ranks: usize, out: &str) -> Child {
-        // To some steps after enrichment.
-        let often = [
-            "output.checkpoint_wall_interval=0.05",
-            "output.frame_interval=0.01",
-            "loading.strain_end=0.025",
-            "packing.cache=cache",
-        ];
-        let mut arguments = vec!["run", JOB, "--out", out, "--threads", "1", "--continue"];
-        often.iter().for_each(|set| arguments.extend(["--set", set]));
-        let mut command = scree(ranks, &arguments);
-        command.current_dir(self.folder.path()).stdin(Stdio::null());
+    fn start(&self, ranks: usize, out: &str, read: Words) -> Child {
+        let mut line = format!(
+            "exec mpirun --oversubscribe --bind-to none -n {ranks} {SCREE} run job.toml --out {out} --threads 1 --continue --set output.checkpoint_wall_interval=0.05"
+        );
+        self.sets.iter().for_each(|set| line += &format!(" --set '{set}'"));
+        if read == Words::Nowhere {
+            line += " 2>/dev/full";
+        }
+        let mut command = Command::new("bash");
+        command.args(["-c", &line]).current_dir(self.folder.path()).stdin(Stdio::null());
+        launching(&mut command);
         command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
     }
 
@@ -89,21 +193,37 @@ impl Torture {
     }
 
     /// A life, to its end or to its death; what it said, and whether it ended by itself. The last is not disturbed.
-    fn live(&mut self, is_last: bool) -> (Output, bool) {
+    fn live(&mut self, is_last: bool) -> (Output, bool, Words) {
         let ranks = 1 + self.dice.below(4) as usize;
-        let child = self.start(ranks, "tortured");
+        let read = if self.dice.below(4) == 0 { Words::Nowhere } else { Words::Read };
+        // Most die young: within start-up, reading, the first steps, the first checkpoints; or in the midst of writing.
+        let death = match self.dice.below(3) {
+            _ if is_last => Death::Never,
+            0 => Death::Writing(1 + self.dice.below(12)),
+            _ => Death::At(Duration::from_millis(100 + self.dice.below(2 + self.dice.0 % 4000))),
+        };
+        let read = if is_last { Words::Read } else { read };
+        let mut child = self.start(ranks, "tortured", read);
         self.tally.lives += 1;
-        // Most die young: within start-up, reading, the first steps, the first checkpoints.
-        let young = Duration::from_millis(100 + self.dice.below(2 + self.dice.0 % 4000));
-        let death = if is_last { PATIENCE } else { young };
         let one = self.dice.below(2) == 0;
         let since = Instant::now();
-        let mut child = child;
-        while since.elapsed() < death {
+        let mut watch = Watch::of(self.folder.path());
+        loop {
             if child.try_wait().unwrap().is_some() {
-                return (finished(child), true);
+                return (finished(child), true, read);
             }
-            std::thread::sleep(Duration::from_millis(2));
+            let is_over = match death {
+                Death::At(young) => since.elapsed() >= young,
+                Death::Writing(number) => watch.look() >= number,
+                Death::Never => false,
+            };
+            if is_over {
+                break;
+            }
+            assert!(since.elapsed() < PATIENCE, "no end after {:?}", since.elapsed());
+            if !matches!(death, Death::Writing(_)) {
+                std::thread::sleep(Duration::from_millis(2));
+            }
         }
         let processes = ranks_of(child.id());
         let victims = if one { &processes[..processes.len().min(1)] } else { &processes[..] };
@@ -112,13 +232,14 @@ impl Torture {
             kill(child.id());
         }
         self.tally.kills += 1;
+        self.tally.kills_in_writing += u64::from(matches!(death, Death::Writing(_)));
         let output = finished(child);
         // Whoever lost its launcher has lost its sense, and is not to write on.
         processes.iter().for_each(|process| kill(*process));
         while processes.iter().any(|process| is_alive(*process)) {
             std::thread::sleep(Duration::from_millis(5));
         }
-        (output, false)
+        (output, false, read)
     }
 
     /// Cuts a file of the run or flips one of its bytes, and says which.
@@ -177,10 +298,14 @@ impl Torture {
     /// From nothing to an end; after `until` nothing is killed and damaged any more.
     fn run(&mut self, until: Instant) {
         let _ = std::fs::remove_dir_all(self.path("tortured"));
+        // With a packing of its own to be killed in, or with that of the run before.
+        if self.dice.below(2) == 0 {
+            let _ = std::fs::remove_dir_all(self.path("cache"));
+        }
         // Files that have been damaged since the copy of the run that is whole.
         let mut damaged: Vec<String> = Vec::new();
         loop {
-            let (output, ended) = self.live(Instant::now() >= until);
+            let (output, ended, read) = self.live(Instant::now() >= until);
             let said = words(&output);
             self.tally.passed_over += u64::from(said.contains("; going back to "));
             if ended {
@@ -189,7 +314,7 @@ impl Torture {
                     Some(2 | 3) if !damaged.is_empty() => {
                         let named = |name: &String| said.contains(name.as_str());
                         let named = damaged.iter().any(named) || said.contains("holds a run of another job");
-                        assert!(named, "not a word of {damaged:?}: {said}");
+                        assert!(named || read == Words::Nowhere, "not a word of {damaged:?}: {said}");
                         self.copy("whole", "tortured");
                         damaged.clear();
                         self.tally.refusals += 1;
@@ -203,6 +328,41 @@ impl Torture {
                 damaged.extend(self.damage());
             }
         }
+    }
+}
+
+/// Looks at what is in the making: files below `run.tmp` and the cache's `*.making`.
+struct Watch {
+    folders: [PathBuf; 2],
+    seen: Vec<(PathBuf, u64, Option<std::time::SystemTime>)>,
+    changes: u64,
+}
+
+impl Watch {
+    fn of(folder: &Path) -> Self {
+        Self { folders: ["tortured/run.tmp", "cache"].map(|name| folder.join(name)), seen: Vec::new(), changes: 0 }
+    }
+
+    /// How often anything has changed so far.
+    fn look(&mut self) -> u64 {
+        let list = |folder: &Path| -> Vec<PathBuf> {
+            std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect()
+        };
+        let [run, cache] = &self.folders;
+        let mut files = list(run);
+        list(cache).iter().for_each(|within| files.extend(list(within)));
+        files.sort();
+        let about = |path: PathBuf| {
+            let about = path.metadata();
+            let (length, time) = about.map_or((0, None), |about| (about.len(), about.modified().ok()));
+            (path, length, time)
+        };
+        let now: Vec<_> = files.into_iter().map(about).collect();
+        if now != self.seen {
+            self.seen = now;
+            self.changes += 1;
+        }
+        self.changes
     }
 }
 
@@ -226,12 +386,15 @@ fn a_run_survives_or_says_why_not() {
     let _turn = turn();
     let number = |name: &str, default: u64| std::env::var(name).map_or(default, |text| text.parse().unwrap());
     let (seconds, seed) = (number("SCREE_TORTURE_SECONDS", SECONDS_DEFAULT), number("SCREE_TORTURE_SEED", 1));
-    let mut torture = Torture::new(seed);
-    let until = Instant::now() + Duration::from_secs(seconds);
-    while Instant::now() < until {
-        println!("dice {}", torture.dice.0);
-        torture.run(until);
+    let jobs = jobs();
+    for (name, job, sets) in &jobs {
+        let mut torture = Torture::new(seed, job, sets);
+        let until = Instant::now() + Duration::from_secs(seconds) / jobs.len() as u32;
+        while Instant::now() < until {
+            println!("{name}: dice {}", torture.dice.0);
+            torture.run(until);
+        }
+        println!("{name}: {:?}", torture.tally);
+        assert!(torture.tally.kills > 0 && torture.tally.ends > 0, "{name}: {:?}", torture.tally);
     }
-    println!("{:?}", torture.tally);
-    assert!(torture.tally.kills > 0 && torture.tally.ends > 0, "{:?}", torture.tally);
 }

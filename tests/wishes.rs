@@ -269,7 +269,7 @@ fn a_branch_is_a_run_of_its_own() {
     assert!(other["momentum"]["error"].as_f64().unwrap() < 1e-10, "{other:#}");
     let ended = desk.ended(&[&branch[..], &["other"]].concat());
     assert_eq!(ended.status.code(), Some(2));
-    assert!(words(&ended).contains("this directory holds a run already"), "{}", words(&ended));
+    assert!(words(&ended).contains("already holds a run, and a run is never overwritten"), "{}", words(&ended));
 }
 
 /// It was found where a run was killed in its last moment, before anybody had seen its end.

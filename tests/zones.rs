@@ -19,7 +19,7 @@ use crate::runs::{Ran, parse, replaced, same};
 use crate::worlds::{Law, PlanarWorld, packed_job};
 
 /// A zone too small for its band, which grows along it; and judged so strictly that it gives grains back as well.
-fn restless(end: f64) -> String {
+pub fn restless(end: f64) -> String {
     let zone = r#"distance = "4.5 mm"
         [zone]
         grows = true

@@ -19,7 +19,7 @@ mod read;
 use std::path::{Path, PathBuf};
 
 pub use file::FrameFile;
-pub use read::{read, read_frame, read_part, times};
+pub use read::{read, read_frame, read_part, refuse_fewer, times};
 
 use crate::column::Column;
 

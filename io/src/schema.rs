@@ -7,8 +7,12 @@
 //! /tables/<table>/<column>    rows x width values; tables and columns keep the order they were written in
 //! ```
 
-/// The layout that [`store`](crate::store) writes, and the only one it reads.
-pub const SCHEMA_VERSION: u64 = 2;
+/// The layout that [`store`](crate::store) writes, with the tables and columns that the program has in it: whoever changes these
+/// raises it as well.
+pub const SCHEMA_VERSION: u64 = 3;
+
+/// The oldest layout that is still read. Tables and columns that came after it are the reader's to make up.
+pub const SCHEMA_OLDEST: u64 = 2;
 
 pub(crate) const VERSION_ATTRIBUTE: &str = "schema_version";
 /// Stands for the state, as [`digest`](crate::digest::digest) defines it.

@@ -7,6 +7,6 @@ mod parts;
 mod read;
 mod writer;
 
-pub use folder::{all, file_name, keep_for_good, latest_good, newest, prune};
+pub use folder::{FOR_GOOD, all, file_name, keep_for_good, latest_good, newest, prune};
 pub use read::read;
-pub use writer::{Writer, write};
+pub use writer::{Writer, write, write_in};

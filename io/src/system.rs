@@ -44,6 +44,11 @@ impl Aside {
         Aside { path: path.to_owned(), partial: PathBuf::from(name), is_named: false }
     }
 
+    pub(crate) fn within(scratch: &Path, path: &Path) -> Aside {
+        let partial = scratch.join(path.file_name().unwrap_or_default());
+        Aside { path: path.to_owned(), partial, is_named: false }
+    }
+
     /// Where the file is made.
     pub(crate) fn partial(&self) -> &Path {
         &self.partial

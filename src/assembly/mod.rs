@@ -4,22 +4,19 @@ use scree_io::frames::Frame;
 use scree_partition::Transport;
 use serde_json::{Value, json};
 
-use crate::checkpoint::{Progress, Snapshot};
+use crate::checkpoint::{self, Progress, Snapshot};
 use crate::error::Error;
 use crate::grain_file;
 use crate::law::contact::ContactLaw;
 use crate::law::material::{Absent, Nothing};
-use crate::log::Log;
 use crate::observe::frame::frame;
 use crate::observe::ledger::SPENT;
-use crate::output;
-use crate::rebuild::Row;
+use crate::run::folder::Folder;
 use crate::run::{self, Core, Experiment, Options, Outcome};
 use crate::scenario::assembly::{Assembly, Source};
 use crate::scenario::raw::Typed;
 use crate::scenario::{Output, figures};
 use crate::space::{Linear, Plane, Solid, Space};
-use crate::transfer;
 use crate::world::World;
 
 pub mod packed;
@@ -50,20 +47,16 @@ pub fn refuse_bad(job: &Assembly, typed: &Typed) -> Result<(), Error> {
 pub fn start<S: Space, C: ContactLaw<S>>(
     job: &Assembly,
     options: &Options,
+    folder: &mut Option<Folder>,
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
-    let root = transport.rank() == 0;
     let mut world = setup::world::<S, C>(job, transport)?;
-    // Only now, so that a job whose grains cannot be made leaves no folder behind.
-    let claimed =
-        if root { output::claim(&options.out, &crate::scenario::Job::Assembly(job.clone()).to_toml()) } else { Ok(()) };
-    transfer::agree(transport, claimed)?;
     if job.ledger {
         world.open_ledger();
     }
     let progress = Progress { fraction_start: setup::fraction(&world, job)?, ..Progress::default() };
     let experiment = Element { job, kinds: std::marker::PhantomData::<(S, C)> };
-    run::begin(experiment, world, progress, options)
+    run::begin(experiment, world, progress, options, folder)
 }
 
 /// Continues a run from a snapshot that rank 0 holds.
@@ -71,7 +64,7 @@ pub fn resume<S: Space, C: ContactLaw<S>>(
     job: &Assembly,
     snapshot: Option<GrainSnapshot<S, C>>,
     options: &Options,
-    log: Option<Log>,
+    folder: Option<Folder>,
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
     let (mut world, progress) = world_of::<S, C>(job, snapshot, transport)?;
@@ -79,7 +72,7 @@ pub fn resume<S: Space, C: ContactLaw<S>>(
         world.resume_ledger(&progress.ledger)?;
     }
     let experiment = Element { job, kinds: std::marker::PhantomData::<(S, C)> };
-    run::go_on_with(experiment, world, progress, options, log)
+    run::go_on_with(experiment, world, progress, options, folder)
 }
 
 /// The world of a snapshot that rank 0 holds, and how far its run is.
@@ -88,18 +81,9 @@ pub fn world_of<'t, S: Space, C: ContactLaw<S>>(
     snapshot: Option<GrainSnapshot<S, C>>,
     transport: &'t dyn Transport,
 ) -> Result<(GrainWorld<'t, S, C>, Progress), Error> {
-    let (progress, cell, saved, at_home, grains): (_, _, _, _, Vec<Row<S, C>>) = match snapshot {
-        Some(snapshot) => {
-            (vec![snapshot.progress], vec![snapshot.cell], snapshot.bodies, vec![snapshot.home], snapshot.grains)
-        }
-        None => Default::default(),
-    };
-    let progress = transfer::broadcast(transport, progress)?.remove(0);
-    let moved = transfer::broadcast(transport, cell)?.remove(0);
-    let saved = transfer::broadcast(transport, saved)?;
-    let at_home = transfer::broadcast(transport, at_home)?.remove(0);
-    let world = setup::world_at::<S, C>(job, transport, progress.step, grains, (moved, saved, at_home))?;
-    Ok((world, progress))
+    let draw = |_: &Progress, _| Ok(setup::drawn(job));
+    let (parts, progress) = checkpoint::restore(snapshot, draw, transport)?;
+    Ok((setup::world_at(job, transport, progress.step, parts)?, progress))
 }
 
 /// Columns of the work of the account of energy, J, before those of [`SPENT`].
@@ -195,5 +179,9 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
 
     fn figures(&self, _: &GrainCore<S, C>) -> Value {
         json!({})
+    }
+
+    fn allows_unstable(&self) -> bool {
+        self.job.allow_unstable
     }
 }

@@ -4,6 +4,7 @@ use scree_partition::{ExactSum, Transport};
 
 use super::{AXES, GrainWorld};
 use crate::body::{self, Body};
+use crate::checkpoint::Drawn;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::motion::Field;
@@ -15,7 +16,7 @@ use crate::law::material::Absent;
 use crate::layout::{Ground, Layout};
 use crate::math;
 use crate::mpm::membrane::Membranes;
-use crate::rebuild::{Home, Parts, Row};
+use crate::rebuild::{Parts, Row};
 use crate::scenario::assembly::{Assembly, Packed, Preparation, Shape, Source, Velocities};
 use crate::scenario::figures;
 use crate::servo::{CellDrive, StressServo};
@@ -47,29 +48,22 @@ pub fn world<'t, S: Space, C: ContactLaw<S>>(
     };
     let glued = if transport.rank() == 0 { glue_layers(job, &mut grains, &cell) } else { Ok(()) };
     transfer::agree(transport, glued)?;
-    let bodies: Vec<Body<S>> = job.bodies.iter().map(body_of).collect();
-    let home = Parts::<S, C, Absent>::fresh(Vec::new(), Vec::new(), bodies.clone(), cell).home;
-    world_at(job, transport, 0, grains, (cell, bodies, home))
+    world_at(job, transport, 0, Parts::fresh(grains, Vec::new(), drawn::<S>(job).bodies, cell))
 }
 
-/// The world at a step, from rows that rank 0 holds and the cell and bodies as they were, then and at the last
-/// rebuild.
+/// Cell and bodies as drawn.
+pub fn drawn<S: Space>(job: &Assembly) -> Drawn<S> {
+    let bodies = job.bodies.iter().map(body_of).collect();
+    Drawn { cell: cell_of(job), bodies, membranes: Membranes::default() }
+}
+
+/// The world at a step.
 pub fn world_at<'t, S: Space, C: ContactLaw<S>>(
     job: &Assembly,
     transport: &'t dyn Transport,
     step: u64,
-    grains: Vec<Row<S, C>>,
-    (moved, saved, at_home): (Cell<S>, Vec<Body<S>>, Home<S>),
+    parts: Parts<S, C, Absent>,
 ) -> Result<GrainWorld<'t, S, C>, Error> {
-    let mut cell = cell_of::<S>(job);
-    cell.take_motion_of(&moved);
-    let mut bodies: Vec<Body<S>> = job.bodies.iter().map(body_of).collect();
-    for (body, saved) in bodies.iter_mut().zip(&saved) {
-        body.take_motion_of(saved);
-    }
-    let mut home = Home { cell: cell_of::<S>(job), bodies: at_home.bodies };
-    home.cell.take_motion_of(&at_home.cell);
-    let parts = Parts { grains, points: Vec::new(), bodies, membranes: Membranes::default(), cell, home };
     World::new(settings::<S, C>(job), layout::<S>(job)?, transport, step, parts)
 }
 

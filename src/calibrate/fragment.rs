@@ -60,7 +60,7 @@ impl Calibration {
     pub fn to_json(&self, job: &str, command: &str) -> Value {
         let quality = &self.quality;
         json!({
-            "program": concat!("scree ", env!("CARGO_PKG_VERSION")),
+            "program": crate::program::identity(),
             "job": job,
             "command": command,
             "grains": self.wanted.grains,

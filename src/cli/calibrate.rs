@@ -8,13 +8,14 @@ use clap::Args;
 use scree_partition::Transport;
 
 use super::cores::Placement;
-use super::report::{self, put, unwritable};
+use super::report;
 use super::start_threads_of;
 use crate::calibrate::element::Element;
 use crate::calibrate::fragment::in_unit;
 use crate::calibrate::{self, Calibration, KEYS, Wanted, elements, other_stress};
 use crate::error::Error;
 use crate::law::material::CriticalDruckerPrager;
+use crate::results::{Results, unwritable};
 use crate::scenario::{Job, Scenario};
 
 #[derive(Args)]
@@ -78,15 +79,16 @@ pub(super) fn command(typed: &Calibrate, placement: &Placement, transport: &dyn 
     fs::create_dir_all(&out).map_err(|error| unwritable(&out, &error))?;
     start_threads_of(placement)?;
 
+    let mut results = Results::default();
     for (file, job) in &jobs {
-        put(&out.join(file), job)?;
+        results.add(out.join(file), job);
     }
     let calibration = calibrate::calibrate(&scenario, wanted)?;
     let command = typed.words();
-    put(&out.join(FRAGMENT), &calibration.fragment(&scenario.name, &command))?;
+    results.add(out.join(FRAGMENT), &calibration.fragment(&scenario.name, &command));
     let json = serde_json::to_string(&calibration.to_json(&scenario.name, &command)).expect("numbers are written");
-    put(&out.join(DATA), &(json + "\n"))?;
-    let page = report::write_calibration(&calibration, &scenario, &command, &out)?;
+    results.add(out.join(DATA), &(json + "\n"));
+    let page = report::write_calibration(&calibration, (&scenario, &command), &out, results)?;
     Ok(told(&calibration, &scenario, &out, &page))
 }
 

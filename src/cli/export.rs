@@ -7,13 +7,16 @@ use crate::checkpoint;
 use crate::error::Error;
 use crate::grain_dump::{self, Moment};
 use crate::grain_export::{self, Wanted};
-use crate::scenario::units::{Dimension, quantity};
+use crate::results::refuse_existing;
+use crate::scenario::units::{Dimension, in_short, quantity};
 
 /// The files to write.
 pub(super) struct Files<'a> {
     pub grains: Option<&'a Path>,
     pub contacts: Option<&'a Path>,
     pub dump: Option<&'a Path>,
+    /// Whether they may take the place of others.
+    pub overwrite: bool,
 }
 
 /// `all`: of all frames, and not of the one at a time.
@@ -24,6 +27,9 @@ pub(super) fn command(
     wanted: Wanted,
 ) -> Result<String, Error> {
     refuse_no_run(dir)?;
+    for file in [files.grains, files.contacts, files.dump].into_iter().flatten() {
+        refuse_existing(file, files.overwrite)?;
+    }
     let at = at.map(time).transpose()?;
     let mut told = String::new();
     if let Some(file) = files.dump {
@@ -34,14 +40,15 @@ pub(super) fn command(
     if grains.is_none() && contacts.is_none() {
         return Ok(told);
     }
-    let state = checkpoint::state_at(dir, at)?;
+    let (state, time) = checkpoint::state_at(dir, at)?;
+    let time = in_short(time);
     if let Some(file) = grains {
         grain_export::write(&state, dir, file, wanted)?;
-        told += &format!("The grains are in {}\n", file.display());
+        told += &format!("The grains at {time} s are in {}\n", file.display());
     }
     if let Some(file) = contacts {
         grain_export::write_contacts(&state, dir, file)?;
-        told += &format!("The contacts are in {}\n", file.display());
+        told += &format!("The contacts at {time} s are in {}\n", file.display());
     }
     Ok(told)
 }

@@ -15,6 +15,7 @@ use scree_partition::transport::{Solo, Transport};
 use self::cores::Placement;
 use crate::error::Error;
 use crate::grain_export::Wanted;
+use crate::program;
 use crate::run::Outcome;
 use crate::start::Continuation;
 use crate::stop;
@@ -51,7 +52,7 @@ const VELOCITIES: [&str; 2] = ["half_step_before", "now"];
 
 /// Granular matter under mpirun: grains, continuum, and the two coupled where shear localises.
 #[derive(Parser)]
-#[command(version, arg_required_else_help = true)]
+#[command(version = program::short_version(), long_version = program::version(), arg_required_else_help = true)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -157,8 +158,8 @@ enum Command {
         /// Write all frames into the dump.
         #[arg(long, requires = "lammps_dump", conflicts_with = "at")]
         all: bool,
-        /// The checkpoint, and of a dump the frame, nearest to this time, for example 0.02 or "20 ms". Default: the newest.
-        #[arg(long, value_name = "TIME")]
+        /// The checkpoint, and of a dump the frame, of this time, for example 0, 0.02 or "20 ms". Default: the newest.
+        #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
         at: Option<String>,
         /// The time of the velocities: that of the positions, or half a step before as the run keeps them.
         #[arg(long, value_parser = VELOCITIES, default_value = VELOCITIES[0], requires = "grains")]
@@ -166,13 +167,30 @@ enum Command {
         /// Write the forces and torques of the grains' contacts as well (.csv).
         #[arg(long, requires = "grains")]
         forces: bool,
+        /// Write over files that are there already.
+        #[arg(long)]
+        overwrite: bool,
     },
+}
+
+impl Command {
+    /// Whether it ends in its own time when it is asked to, with what it has done so far kept.
+    fn takes_steps(&self) -> bool {
+        matches!(self, Self::Run { .. } | Self::Resume { .. } | Self::Calibrate(_))
+    }
 }
 
 /// The whole program.
 pub fn main() -> ExitCode {
     let begun = Instant::now();
+    // Before MPI, which takes half a second to start.
+    let listens = stop::keep_wishes();
     let arguments = Arguments::parse();
+    let listens = if arguments.command.takes_steps() { listens.and_then(|()| stop::listen()) } else { listens };
+    if let Err(error) = listens {
+        complain(&error);
+        return ExitCode::from(error.exit_code());
+    }
     let transport = match start_transport() {
         Ok(transport) => transport,
         Err(error) => {
@@ -224,12 +242,13 @@ fn dispatch(command: Command, begun: Instant, transport: &dyn Transport) -> u8 {
                 let page = report::write(&dirs, out.as_deref(), between)?;
                 Ok(format!("The report is {}\n", page.display()))
             }
-            Command::Export { dir, grains, contacts, lammps_dump, all, at, velocities, forces } => {
+            Command::Export { dir, grains, contacts, lammps_dump, all, at, velocities, forces, overwrite } => {
                 let wanted = Wanted { velocities_now: velocities == VELOCITIES[1], forces };
                 let files = export::Files {
                     grains: grains.as_deref(),
                     contacts: contacts.as_deref(),
                     dump: lammps_dump.as_deref(),
+                    overwrite,
                 };
                 export::command(&dir, &files, (at.as_deref(), all), wanted)
             }
@@ -351,6 +370,8 @@ fn start_mpi() -> Result<Arc<dyn Transport>, Error> {
 fn show_events() {
     tracing_subscriber::fmt()
         .with_writer(std::io::stderr)
+        // It would tell so by a macro that panics.
+        .log_internal_errors(false)
         .with_ansi(std::io::stderr().is_terminal())
         .with_max_level(tracing::Level::INFO)
         .with_target(false)

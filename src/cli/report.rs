@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use crate::bench::scaling::Scaling;
 use crate::calibrate::Calibration;
 use crate::error::Error;
+use crate::results::{Results, unwritable};
 use crate::scenario::Scenario;
 use crate::scenario::schema::Kind;
 
@@ -31,6 +32,7 @@ mod span;
 mod svg;
 #[cfg(test)]
 mod tests;
+mod told;
 mod words;
 
 use compare::Comparison;
@@ -84,17 +86,15 @@ pub fn write(dirs: &[PathBuf], out: Option<&Path>, between: Option<[f64; 2]>) ->
         .map(|((run, findings), scenes)| Story { run, findings, scenes })
         .collect();
 
-    let (path, folder) = places(first, out)?;
+    let mut sheaf = Sheaf::at(first, out);
     for (name, drawing) in drawings.files() {
-        put(&folder.join(name), drawing)?;
+        sheaf.add_drawing(name, drawing);
     }
     let mut text = words::plain_text(&stories);
     if let Some(comparison) = &comparison {
-        text = put_comparison(comparison, &path, &folder)? + &text;
+        text = sheaf.add_comparison(comparison) + &text;
     }
-    put(&path.with_extension("txt"), &text)?;
-    put(&path, &page::page(&stories, &drawings, comparison.as_ref()))?;
-    Ok(path)
+    sheaf.finish(&page::page(&stories, &drawings, comparison.as_ref()), Some(&text))
 }
 
 /// Two rising strains, as `--between 0.37,0.57` has them.
@@ -106,34 +106,84 @@ pub fn strains(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
-/// Writes `scaling.html` with what `scree bench scaling` measured into a folder, its drawings to `figures/` beside it; returns
-/// where the page is.
+/// Writes `scaling.html` with what `scree bench scaling` measured into a folder, its drawings to `figures/` beside it and all
+/// figures to `scaling.json`; returns where the page is.
 pub fn write_scaling(scaling: &Scaling, out: &Path) -> Result<PathBuf, Error> {
     let drawings = scaling::drawings(scaling);
-    put_page(&out.join("scaling.html"), &drawings, &scaling::page(scaling, &drawings))
+    let mut sheaf = Sheaf::of(out.join("scaling.html"));
+    let mut json = scaling.to_json();
+    json["program"] = crate::program::identity().into();
+    sheaf.results.add(out.join("scaling.json"), &format!("{json:#}\n"));
+    drawings.iter().for_each(|(name, drawing)| sheaf.add_drawing(&format!("{name}.svg"), drawing));
+    sheaf.finish(&scaling::page(scaling, &drawings), None)
 }
 
-/// Writes `calibration.html` with what `scree calibrate` found into a folder, its drawings to `figures/` beside it; returns
-/// where the page is.
+/// Writes `calibration.html` with what `scree calibrate` found into a folder with other `results`, its drawings to `figures/`
+/// beside it; returns where the page is.
 pub fn write_calibration(
     calibration: &Calibration,
-    scenario: &Scenario,
-    command: &str,
+    (scenario, command): (&Scenario, &str),
     out: &Path,
+    results: Results,
 ) -> Result<PathBuf, Error> {
     let drawings = calibration::drawings(calibration);
-    let page = calibration::page(calibration, scenario, command, &drawings);
-    put_page(&out.join("calibration.html"), &drawings, &page)
+    let mut sheaf = Sheaf { results, ..Sheaf::of(out.join("calibration.html")) };
+    drawings.iter().for_each(|(name, drawing)| sheaf.add_drawing(&format!("{name}.svg"), drawing));
+    sheaf.finish(&calibration::page(calibration, scenario, command, &drawings), None)
 }
 
-/// Writes a page, and its drawings to `figures/` beside it.
-fn put_page(path: &Path, drawings: &[(&str, String)], page: &str) -> Result<PathBuf, Error> {
-    let folder = folder_beside(path)?;
-    for (name, drawing) in drawings {
-        put(&folder.join(format!("{name}.svg")), drawing)?;
+/// A page with all that lies beside it.
+struct Sheaf {
+    page: PathBuf,
+    /// Whether the program has chosen the place itself.
+    is_own_place: bool,
+    results: Results,
+}
+
+impl Sheaf {
+    /// At a place that was asked for, or in the folder of a run.
+    fn at(first: &Path, out: Option<&Path>) -> Self {
+        match out {
+            Some(out) => Self::of(out.to_owned()),
+            None => Self { is_own_place: true, ..Self::of(first.join("report.html")) },
+        }
     }
-    put(path, page)?;
-    Ok(path.to_owned())
+
+    fn of(page: PathBuf) -> Self {
+        Self { page, is_own_place: false, results: Results::default() }
+    }
+
+    fn add_drawing(&mut self, name: &str, drawing: &str) {
+        self.results.add(self.folder().join(name), drawing);
+    }
+
+    /// The folder of the drawings.
+    fn folder(&self) -> PathBuf {
+        self.page.parent().unwrap_or(Path::new("")).join("figures")
+    }
+
+    /// A comparison's drawings and its figures; returns its paragraph for the text file.
+    fn add_comparison(&mut self, comparison: &Comparison) -> String {
+        for drawn in comparison.parts.iter().flat_map(|part| &part.figures) {
+            self.add_drawing(&format!("{}.svg", drawn.name), &drawn.drawing);
+        }
+        let mut json = comparison.json.clone();
+        json["program"] = crate::program::identity().into();
+        self.results.add(self.page.with_file_name("comparison.json"), &format!("{json:#}\n"));
+        format!("{}\n\n", words::plain_letters(&comparison.paragraph()))
+    }
+
+    /// Writes everything, the page last; returns where it is.
+    fn finish(mut self, page: &str, text: Option<&str>) -> Result<PathBuf, Error> {
+        let folder = self.folder();
+        fs::create_dir_all(&folder).map_err(|error| unwritable(&folder, &error))?;
+        if let Some(text) = text {
+            self.results.add(self.page.with_extension("txt"), text);
+        }
+        self.results.add(self.page.clone(), page);
+        self.results.write(self.is_own_place)?;
+        Ok(self.page)
+    }
 }
 
 /// Whether a directory holds a run of that kind of job.
@@ -176,46 +226,21 @@ fn write_sections(
         }
     };
     let told = records.into_iter().map(told).collect::<Result<Vec<_>, Error>>()?;
-    let (path, folder) = places(first, out)?;
+    let mut sheaf = Sheaf::at(first, out);
     let mut sections = Vec::new();
     for (index, (record, words, figures)) in told.iter().enumerate() {
         let number = if told.len() > 1 { format!("_{}", index + 1) } else { String::new() };
         for (name, drawing, _) in figures {
-            put(&folder.join(format!("{name}{number}.svg")), drawing)?;
+            sheaf.add_drawing(&format!("{name}{number}.svg"), drawing);
         }
         sections.push(page::Section { record, words: words.clone(), figures: figures.clone() });
     }
     let lines: Vec<String> = told.iter().map(|(record, words, _)| format!("{}: {words}", record.name)).collect();
     let mut text = lines.join("\n\n") + "\n";
     if let Some(comparison) = &comparison {
-        text = put_comparison(comparison, &path, &folder)? + &text;
+        text = sheaf.add_comparison(comparison) + &text;
     }
-    put(&path.with_extension("txt"), &text)?;
-    put(&path, &page::sections(&sections, comparison.as_ref()))?;
-    Ok(path)
-}
-
-/// Writes the drawings of a comparison and its figures, beside a page; returns its paragraph for the text file.
-fn put_comparison(comparison: &Comparison, path: &Path, folder: &Path) -> Result<String, Error> {
-    for drawn in comparison.parts.iter().flat_map(|part| &part.figures) {
-        put(&folder.join(format!("{}.svg", drawn.name)), &drawn.drawing)?;
-    }
-    put(&path.with_file_name("comparison.json"), &format!("{:#}\n", comparison.json))?;
-    Ok(format!("{}\n\n", words::plain_letters(&comparison.paragraph())))
-}
-
-/// The page, and the folder of its drawings.
-fn places(first: &Path, out: Option<&Path>) -> Result<(PathBuf, PathBuf), Error> {
-    let path = out.map_or_else(|| first.join("report.html"), Path::to_owned);
-    let folder = folder_beside(&path)?;
-    Ok((path, folder))
-}
-
-/// The folder of a page's drawings, which is made.
-fn folder_beside(path: &Path) -> Result<PathBuf, Error> {
-    let folder = path.parent().unwrap_or(Path::new("")).join("figures");
-    fs::create_dir_all(&folder).map_err(|error| unwritable(&folder, &error))?;
-    Ok(folder)
+    sheaf.finish(&page::sections(&sections, comparison.as_ref()), Some(&text))
 }
 
 /// Runs of the same name are told apart by their directories.
@@ -228,13 +253,4 @@ fn tell_apart<'a>(runs: impl Iterator<Item = (&'a mut String, &'a Path)>) {
             **name = last.unwrap_or_else(|| directory.display().to_string());
         }
     }
-}
-
-/// Writes a file of what `--out` names.
-pub(super) fn put(path: &Path, text: &str) -> Result<(), Error> {
-    fs::write(path, text).map_err(|error| unwritable(path, &error))
-}
-
-pub(super) fn unwritable(path: &Path, error: &std::io::Error) -> Error {
-    Error::User(format!("{} cannot be written: {error}. Give another place with --out.", path.display()))
 }

@@ -8,6 +8,7 @@ use super::cores::Placement;
 use super::{Ending, agreed, start_threads_of};
 use crate::error::Error;
 use crate::run::Options;
+use crate::run::folder::{Standing, settled, standing};
 use crate::start::{self, Continuation};
 
 pub(super) fn command(
@@ -16,23 +17,50 @@ pub(super) fn command(
     placement: &Placement,
     transport: &dyn Transport,
 ) -> Ending {
+    let branch = continuation.branch.map(settled).transpose();
     let found = agreed(transport, || {
         refuse_no_run(dir)?;
-        Ok(String::new())
+        branch.as_ref().map_or_else(|error| Err(Error::User(error.to_string())), |_| Ok(()))?;
+        Ok(match standing(dir)? {
+            Standing::Begun if continuation.branch.is_some() || !continuation.sets.is_empty() => {
+                return Err(Error::User(format!(
+                    "{0} has no checkpoint yet, so there is nothing to change or to branch from. Go on with it by `scree resume {0}`, or change its job and start that.",
+                    dir.display()
+                )));
+            }
+            Standing::Begun => BEGIN.to_string(),
+            _ => String::new(),
+        })
     });
-    if let Err(error) = found {
-        return Ending::Agreed(Err(error));
-    }
+    let begins = match found {
+        Ok(word) => word == BEGIN,
+        Err(error) => return Ending::Agreed(Err(error)),
+    };
     if let Err(error) = start_threads_of(placement) {
         return Ending::Failed(error);
     }
-    go_on(dir, continuation, placement.threads, transport)
+    let branch = branch.ok().flatten();
+    match begins {
+        true => start_again(dir, placement.threads, transport),
+        false => go_on(dir, Continuation { branch: branch.as_deref(), ..continuation }, placement.threads, transport),
+    }
 }
+
+/// Rank 0's word for a run that has not come to its first state.
+const BEGIN: &str = "begin";
 
 /// The run in a folder that holds one, to its end.
 pub(super) fn go_on(dir: &Path, continuation: Continuation, threads: usize, transport: &dyn Transport) -> Ending {
     let options = Options::new(continuation.branch.unwrap_or(dir).to_path_buf(), threads);
     match start::resume(dir, continuation, &options, transport) {
+        Ok(outcome) => Ending::Agreed(Ok(outcome)),
+        Err(error) => Ending::Failed(error),
+    }
+}
+
+/// The run of a folder from its first step on.
+pub(super) fn start_again(dir: &Path, threads: usize, transport: &dyn Transport) -> Ending {
+    match start::start_again(dir, &Options::new(dir.to_path_buf(), threads), transport) {
         Ok(outcome) => Ending::Agreed(Ok(outcome)),
         Err(error) => Ending::Failed(error),
     }
@@ -46,7 +74,7 @@ pub(super) fn refuse_no_run(dir: &Path) -> Result<(), Error> {
             "There is no folder {shown}. Give the folder of a run, for example runs/quickstart."
         )));
     }
-    if !dir.join("scenario.toml").is_file() {
+    if !matches!(standing(dir)?, Standing::Begun | Standing::Resumable) {
         return Err(Error::User(format!(
             "{shown} holds no run: its scenario.toml is missing. Give the folder that `scree run` wrote, for example runs/quickstart."
         )));

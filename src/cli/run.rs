@@ -1,19 +1,15 @@
 //! `scree run`: from a job to a new run folder.
 
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use scree_io::store;
 use scree_partition::transport::Transport;
 
 use super::check::refuse_bad_grains;
 use super::cores::Placement;
 use super::{Ending, agreed, resume, start_threads_of};
-use crate::checkpoint;
 use crate::error::Error;
-use crate::log::Log;
-use crate::output;
 use crate::run::Options;
+use crate::run::folder::{Standing, occupied, scenario_file, settled, standing, without_head};
 use crate::scenario::Job;
 use crate::start::{self, Continuation};
 
@@ -37,8 +33,10 @@ pub(super) fn command(wanted: &Wanted, placement: &Placement, transport: &dyn Tr
     if let Err(error) = start_threads_of(placement) {
         return Ending::Failed(error);
     }
-    if opening == Opening::GoOn {
-        return resume::go_on(&options.out, Continuation::default(), options.threads, transport);
+    match opening {
+        Opening::GoOn => return resume::go_on(&options.out, Continuation::default(), options.threads, transport),
+        Opening::StartAgain => return resume::start_again(&options.out, options.threads, transport),
+        Opening::Start => {}
     }
     match start::start(&job, &options, transport) {
         Ok(outcome) => Ending::Agreed(Ok(outcome)),
@@ -46,11 +44,23 @@ pub(super) fn command(wanted: &Wanted, placement: &Placement, transport: &dyn Tr
     }
 }
 
-/// Whether there is something to go on with.
-#[derive(Clone, Copy, PartialEq, Eq)]
+/// What there is to be done with the folder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Opening {
     Start,
+    StartAgain,
     GoOn,
+}
+
+impl Opening {
+    /// What stands for it ahead of the job that rank 0 tells.
+    fn letter(self) -> char {
+        match self {
+            Self::Start => 's',
+            Self::StartAgain => 'a',
+            Self::GoOn => 'g',
+        }
+    }
 }
 
 /// Rank 0 reads and checks the job; the others take the resolved text, so that no two ranks can mean different things.
@@ -62,75 +72,40 @@ pub(super) fn prepare(
     let shared = agreed(transport, || {
         let (job, typed) = Job::load_typed(wanted.job, wanted.sets)?;
         refuse_bad_grains(&job, &typed)?;
-        let (out, resolved) = (folder(&wanted.out, &job), job.to_toml());
+        let (out, resolved) = (settled(&folder(&wanted.out, &job))?, job.to_toml());
         let opening = if wanted.go_on { opening(&out, &resolved)? } else { Opening::Start };
-        if opening == Opening::Start {
-            refuse_existing_run(&out)?;
+        if let (Opening::Start, Some(refusal)) = (opening, occupied(&out)?) {
+            return Err(refusal);
         }
-        Ok(if opening == Opening::Start { format!("{START}{resolved}") } else { format!("{GO_ON}{resolved}") })
+        Ok(format!("{}{}\n{resolved}", opening.letter(), out.display()))
     })?;
-    let opening = if shared.starts_with(GO_ON) { Opening::GoOn } else { Opening::Start };
-    let resolved = &shared[START.len_utf8()..];
+    let (head, resolved) = shared.split_once('\n').unwrap_or_default();
     let job = Job::parse(resolved, &wanted.job.display().to_string(), &[])?;
-    let out = folder(&wanted.out, &job);
-    Ok((job, Options::new(out, threads), opening))
+    let opening = [Opening::Start, Opening::StartAgain, Opening::GoOn];
+    let opening = opening.into_iter().find(|opening| head.starts_with(opening.letter())).unwrap_or(Opening::Start);
+    Ok((job, Options::new(PathBuf::from(&head[1..]), threads), opening))
 }
 
-/// The opening as rank 0 tells it, ahead of the job.
-const START: char = '0';
-const GO_ON: char = '1';
-
-/// Goes on with a run of the same job, and clears away one that has nothing to go on from.
+/// A run of the same job is gone on with, from its first step where it has come to no checkpoint.
 fn opening(out: &Path, resolved: &str) -> Result<Opening, Error> {
-    let scenario = out.join("scenario.toml");
-    let there = match std::fs::read(&scenario) {
-        // What is no text any more is another job.
-        Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
-        Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
-            return Ok(Opening::Start);
-        }
-        Err(error) => return Err(Error::User(format!("{}: {error}", scenario.display()))),
+    let opening = match standing(out)? {
+        Standing::Free | Standing::Foreign => return Ok(Opening::Start),
+        Standing::Begun => Opening::StartAgain,
+        Standing::Resumable => Opening::GoOn,
     };
+    // What is no text any more is another job.
+    let there = std::fs::read(scenario_file(out)).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
     let shown = out.display();
-    if there != resolved {
-        let (old, new) = first_difference(&there, resolved);
-        return Err(Error::User(format!(
-            "{shown} holds a run of another job: it has `{old}` where this one has `{new}`. Start this one elsewhere with --out DIR, or go on with that one as it is by `scree resume {shown}`."
-        )));
-    }
-    if has_checkpoint(out)? {
-        return Ok(Opening::GoOn);
-    }
-    let log = Log::open(out)?;
-    tracing::warn!("warning: {shown} holds a run that ended before its first checkpoint; it is started anew");
-    // What makes the folder one of a run goes last: whoever ends in between leaves one that can be cleared again.
-    let checkpoints = checkpoint::folder(out);
-    // Of a first checkpoint that was never finished there may be a part.
-    let _ = store::prune(&checkpoints, 1);
-    match std::fs::remove_dir(&checkpoints) {
-        Err(error) if error.kind() != ErrorKind::NotFound => {
-            return Err(Error::User(format!(
-                "{}: {error}. Look at what lies there, and remove the run with `rm -r {shown}`.",
-                checkpoints.display()
-            )));
+    match there {
+        Ok(there) if without_head(&there) != resolved => {
+            let (old, new) = first_difference(without_head(&there), resolved);
+            Err(Error::User(format!(
+                "{shown} holds a run of another job: it has `{old}` where this one has `{new}`. Start this one elsewhere with --out DIR, or go on with that one as it is by `scree resume {shown}`."
+            )))
         }
-        _ => {}
+        // Its checkpoints have the job.
+        Ok(_) | Err(_) => Ok(opening),
     }
-    // Of frames there may be further parts.
-    let parts = std::fs::read_dir(out).into_iter().flatten().flatten().map(|entry| entry.path());
-    let parts = parts.filter(|path| path.extension().is_some_and(|extension| extension == "vtkhdf"));
-    let files = output::FILES.iter().map(|name| out.join(name)).flat_map(|path| [output::aside(&path), path]);
-    for path in parts.chain(files) {
-        if path.exists() {
-            std::fs::remove_file(&path).map_err(|error| {
-                Error::User(format!("{}: {error}. Remove the run with `rm -r {shown}`.", path.display()))
-            })?;
-        }
-    }
-    drop(log);
-    // The folder is empty now, unless somebody has put something there.
-    let _ = std::fs::remove_dir(out);
-    Ok(Opening::Start)
 }
 
 /// The first lines that differ; jobs are written in one order.
@@ -144,41 +119,9 @@ fn first_difference<'a>(old: &'a str, new: &'a str) -> (&'a str, &'a str) {
     }
 }
 
-/// Whether there is one, those that are kept for good among them; parts of one that was never finished are none.
-fn has_checkpoint(out: &Path) -> Result<bool, Error> {
-    let folder = checkpoint::folder(out);
-    match folder.try_exists() {
-        Ok(true) => Ok(!store::all(&folder).map_err(|error| Error::User(error.to_string()))?.is_empty()),
-        Ok(false) => Ok(false),
-        Err(error) => Err(Error::User(format!("{}: {error}", folder.display()))),
-    }
-}
-
 fn folder(out: &Option<PathBuf>, job: &Job) -> PathBuf {
     match out {
         Some(out) => out.clone(),
         None => Path::new(RUNS).join(job.name()),
     }
-}
-
-fn refuse_existing_run(out: &Path) -> Result<(), Error> {
-    let shown = out.display();
-    let occupied = match std::fs::read_dir(out) {
-        Ok(mut entries) => entries.next().is_some(),
-        Err(_) => out.exists(),
-    };
-    if !occupied {
-        return Ok(());
-    }
-    Err(Error::User(match (out.join("scenario.toml").exists(), has_checkpoint(out)?) {
-        (true, true) => format!(
-            "{shown} already holds a run, and a run is never overwritten. Go on with it by `scree resume {shown}`, or start a new one elsewhere with --out DIR."
-        ),
-        (true, false) => format!(
-            "{shown} holds a run that ended before its first checkpoint, or is still on its way there. If it has ended, remove it with `rm -r {shown}`; or start a new one elsewhere with --out DIR."
-        ),
-        (false, _) => format!(
-            "{shown} exists and is no run of scree, so nothing is written there. Choose another folder with --out DIR."
-        ),
-    }))
 }

@@ -5,16 +5,15 @@ use scree_io::frames::Frame;
 use scree_partition::{ExactSum, Transport};
 use serde_json::{Value, json};
 
-use crate::checkpoint::{Progress, Snapshot};
+use crate::checkpoint::{self, Progress, Snapshot};
 use crate::error::Error;
 use crate::grid::{self, REACTIONS};
 use crate::ids::PointId;
 use crate::law::contact::Absent;
 use crate::law::material::{Counted, CountedMemory, CriticalDruckerPrager, Hencky, LinearElastic, MaterialLaw};
-use crate::log::Log;
 use crate::observe::frame::frame;
 use crate::observe::point::{OBSERVED, observed};
-use crate::output;
+use crate::run::folder::Folder;
 use crate::run::{self, Core, Experiment, Options, Outcome};
 use crate::scenario::mpm::{self, Mpm};
 use crate::scenario::{Job, Output};
@@ -68,26 +67,28 @@ fn with_material_of<S: Space>(law: &mpm::MaterialLaw, work: impl ForAnyMaterial<
 struct Start<'a> {
     job: &'a Mpm,
     options: &'a Options,
+    folder: &'a mut Option<Folder>,
     transport: &'a dyn Transport,
 }
 
 /// Runs a job from its start.
-pub fn start<S: Space>(job: &Mpm, options: &Options, transport: &dyn Transport) -> Result<Outcome, Error> {
-    with_material_of::<S>(&job.material.law, Start { job, options, transport })
+pub fn start<S: Space>(
+    job: &Mpm,
+    options: &Options,
+    folder: &mut Option<Folder>,
+    transport: &dyn Transport,
+) -> Result<Outcome, Error> {
+    with_material_of::<S>(&job.material.law, Start { job, options, folder, transport })
 }
 
 impl<S: Space> ForAnyMaterial<S> for Start<'_> {
     fn with<L: MaterialLaw<S>>(self, law: L) -> Result<Outcome, Error> {
-        let Self { job, options, transport } = self;
-        let root = transport.rank() == 0;
+        let Self { job, options, folder, transport } = self;
         let mut world = setup::world::<S, L>(job, &law, transport)?;
         if job.ledger {
             world.point_ledger.open();
         }
-        let experiment = Continuum::new(job);
-        let claimed = if root { output::claim(&options.out, &experiment.job()) } else { Ok(()) };
-        transfer::agree(transport, claimed)?;
-        run::begin(experiment, world, Progress::default(), options)
+        run::begin(Continuum::new(job), world, Progress::default(), options, folder)
     }
 }
 
@@ -96,7 +97,7 @@ struct Resume<'a> {
     /// On rank 0.
     state: Option<State>,
     options: &'a Options,
-    log: Option<Log>,
+    folder: Option<Folder>,
     transport: &'a dyn Transport,
 }
 
@@ -105,34 +106,25 @@ pub fn resume<S: Space>(
     job: &Mpm,
     state: Option<State>,
     options: &Options,
-    log: Option<Log>,
+    folder: Option<Folder>,
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
-    with_material_of::<S>(&job.material.law, Resume { job, state, options, log, transport })
+    with_material_of::<S>(&job.material.law, Resume { job, state, options, folder, transport })
 }
 
 impl<S: Space> ForAnyMaterial<S> for Resume<'_> {
     fn with<L: MaterialLaw<S>>(self, law: L) -> Result<Outcome, Error> {
-        let Self { job, state, options, log, transport } = self;
+        let Self { job, state, options, folder, transport } = self;
         let snapshot: Option<PointSnapshot<S, L>> =
             transfer::agree(transport, state.map(Snapshot::from_state).transpose())?;
-        let (progress, saved, at_home, points, vertices) = match snapshot {
-            Some(Snapshot { progress, bodies, home, points, vertices, .. }) => {
-                (vec![progress], bodies, vec![home], points, vertices)
-            }
-            None => Default::default(),
-        };
-        let progress = transfer::broadcast(transport, progress)?.remove(0);
-        let saved = transfer::broadcast(transport, saved)?;
-        let at_home = transfer::broadcast(transport, at_home)?.remove(0);
-        let vertices = transfer::broadcast(transport, vertices)?;
-        let bodies = (saved, at_home.bodies);
-        let mut world = setup::world_at::<S, L>(job, &law, transport, progress.step, (points, vertices), bodies)?;
+        let draw = |_: &Progress, vertices| setup::drawn(job, vertices);
+        let (parts, progress) = checkpoint::restore(snapshot, draw, transport)?;
+        let mut world = setup::world_at::<S, L>(job, &law, transport, progress.step, parts)?;
         world.resume_reactions(&progress.reactions)?;
         if job.ledger {
             world.resume_point_ledger(&progress.ledger)?;
         }
-        run::go_on_with(Continuum::<S, L>::new(job), world, progress, options, log)
+        run::go_on_with(Continuum::<S, L>::new(job), world, progress, options, folder)
     }
 }
 

@@ -5,6 +5,7 @@ use scree_partition::Transport;
 use super::PointWorld;
 use crate::assembly::setup::{body_of, vector};
 use crate::body::Body;
+use crate::checkpoint::Drawn;
 use crate::dem::cell::Cell;
 use crate::dem::motion::Field;
 use crate::error::Error;
@@ -17,7 +18,7 @@ use crate::mpm::boundary::Grip;
 use crate::mpm::load::{Kind, Load};
 use crate::mpm::membrane::{self, Membrane, Membranes, Vertex};
 use crate::mpm::points::Point;
-use crate::rebuild::{Home, Parts};
+use crate::rebuild::Parts;
 use crate::scenario::assembly::Damping;
 use crate::scenario::mpm::{self, BodyContact, InitialStress, LoadKind, Mpm, Path, Transfer};
 use crate::servo::CellDrive;
@@ -37,33 +38,28 @@ pub fn world<'t, S: Space, L: MaterialLaw<S>>(
     law: &L,
     transport: &'t dyn Transport,
 ) -> Result<PointWorld<'t, S, L>, Error> {
-    let layout = layout::<S>(job)?;
-    let (cell, bodies) = (cell::<S>(&layout), bodies(job));
-    let home = Parts::<S, Absent, Counted<L>>::fresh(Vec::new(), Vec::new(), bodies.clone(), cell).home;
-    let vertices = vertices(job);
+    let Drawn { cell, bodies, membranes } = drawn::<S>(job, vertices(job))?;
     let points = points(job, &Counted(law.clone()), transport);
-    world_at(job, law, transport, 0, (points, vertices), (bodies, home.bodies))
+    let mut parts = Parts::fresh(Vec::new(), points, bodies, cell);
+    parts.membranes = membranes;
+    world_at(job, law, transport, 0, parts)
 }
 
-/// The world at a step, from points that ranks hold in any split, the vertices of membranes, and the bodies as they were, then and at
-/// the last rebuild.
+/// Cell, bodies and membranes as drawn, these with vertices as they are now.
+pub(crate) fn drawn<S: Space>(job: &Mpm, vertices: Vec<Vertex<S>>) -> Result<Drawn<S>, Error> {
+    Ok(Drawn { cell: cell::<S>(&layout::<S>(job)?), bodies: bodies(job), membranes: hung(job, vertices)? })
+}
+
+/// The world at a step.
 pub fn world_at<'t, S: Space, L: MaterialLaw<S>>(
     job: &Mpm,
     law: &L,
     transport: &'t dyn Transport,
     step: u64,
-    (points, vertices): (Vec<PointOf<S, L>>, Vec<Vertex<S>>),
-    (saved, at_home): (Vec<Body<S>>, Vec<S::Vector>),
+    parts: Parts<S, Absent, Counted<L>>,
 ) -> Result<PointWorld<'t, S, L>, Error> {
-    let layout = layout::<S>(job)?;
-    let cell = cell::<S>(&layout);
-    let mut bodies = bodies(job);
-    for (body, saved) in bodies.iter_mut().zip(&saved) {
-        body.take_motion_of(saved);
-    }
-    let home = Home { cell, bodies: at_home };
-    let parts = Parts { grains: Vec::new(), points, bodies, membranes: hung(job, vertices)?, cell, home };
-    World::new(settings(job, Counted(law.clone()), Absent), layout, transport, step, parts)
+    let settings = settings(job, Counted(law.clone()), Absent);
+    World::new(settings, layout::<S>(job)?, transport, step, parts)
 }
 
 /// The membranes of a job with vertices as they are now.

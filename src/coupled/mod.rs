@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::adapt::{Adaptive, Finder};
 use crate::assembly::packed;
-use crate::checkpoint::Progress;
+use crate::checkpoint::{self, Progress};
 use crate::continuum::{columns, setup};
 use crate::dem::grains::Mover;
 use crate::error::Error;
@@ -15,17 +15,17 @@ use crate::grid::REACTIONS;
 use crate::hybrid::track::Instants;
 use crate::law::contact::ContactLaw;
 use crate::law::material::CriticalDruckerPrager;
-use crate::log::Log;
 use crate::observe::frame::frame;
-use crate::packing::{self, PlanarWorld, on_root};
+use crate::packing::{self, PlanarWorld};
 use crate::planar_shear::{PlanarSnapshot, TRACKS};
-use crate::rebuild::{Home, Parts};
+use crate::rebuild::Parts;
 use crate::reference::{Lies, StartState};
+use crate::run::folder::Folder;
 use crate::run::{self, Core, Experiment, Options, Outcome};
 use crate::scenario::mpm::{Granular, Mpm, Origin, Watch, figures};
 use crate::scenario::{Job, Method, Output};
 use crate::space::{Plane, Space};
-use crate::{output, transfer, watch};
+use crate::{transfer, watch};
 
 pub mod specimen;
 
@@ -67,19 +67,18 @@ const HEADER: [&str; 18] = [
 pub fn start<C: ContactLaw<Plane>>(
     (job, granular): (&Mpm, &Granular),
     options: &Options,
+    folder: &mut Option<Folder>,
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
-    let root = transport.rank() == 0;
     let mut made = specimen::specimen::<C>(job, granular, transport)?;
-    let claimed = if root { output::claim(&options.out, &Job::Mpm(job.clone()).to_toml()) } else { Ok(()) };
-    transfer::agree(transport, claimed)?;
     if granular.method == Method::Hybrid {
-        let file = output::packing_file(&options.out);
-        let kept = on_root(transport, || match &mut made.piece {
-            Some(piece) => packed::write(&file, piece),
-            None => packing::write_between(&file, &mut made.grains, 0.0, &mut made.bodies),
-        });
-        transfer::agree(transport, kept)?;
+        let write = |folder: &mut Folder| {
+            folder.write_packing(&match &mut made.piece {
+                Some(piece) => packed::state_of(piece),
+                None => packing::state_of(&mut made.grains, 0.0, &mut made.bodies),
+            })
+        };
+        transfer::agree(transport, folder.as_mut().map_or(Ok(()), write))?;
     }
     let progress = Progress {
         fraction_start: made.fraction,
@@ -87,7 +86,7 @@ pub fn start<C: ContactLaw<Plane>>(
         ..Progress::default()
     };
     let world = at_start(job, granular, made, transport)?;
-    run::begin(Coupled { job, granular, law: std::marker::PhantomData::<C> }, world, progress, options)
+    run::begin(Coupled { job, granular, law: std::marker::PhantomData::<C> }, world, progress, options, folder)
 }
 
 /// The world at time zero: where grains begin, bodies and membranes are as these have been brought to rest.
@@ -133,25 +132,14 @@ pub fn resume<C: ContactLaw<Plane>>(
     (job, granular): (&Mpm, &Granular),
     snapshot: Option<PlanarSnapshot<C>>,
     options: &Options,
-    log: Option<Log>,
+    folder: Option<Folder>,
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
-    let (progress, saved, at_home, grains, points, vertices) = match snapshot {
-        Some(of) => (vec![of.progress], of.bodies, vec![of.home], of.grains, of.points, of.vertices),
-        None => Default::default(),
-    };
-    let progress = transfer::broadcast(transport, progress)?.remove(0);
-    let saved = transfer::broadcast(transport, saved)?;
-    let at_home = transfer::broadcast(transport, at_home)?.remove(0);
-    let vertices = transfer::broadcast(transport, vertices)?;
-    let mut bodies = setup::bodies::<Plane>(job);
-    bodies.iter_mut().zip(&saved).for_each(|(body, saved)| body.take_motion_of(saved));
-    let cell = setup::cell::<Plane>(&setup::layout::<Plane>(job)?);
-    let home = Home { cell, bodies: at_home.bodies };
-    let parts = Parts { grains, points, bodies, membranes: setup::hung(job, vertices)?, cell, home };
+    let draw = |_: &Progress, vertices| setup::drawn(job, vertices);
+    let (parts, progress) = checkpoint::restore(snapshot, draw, transport)?;
     let mut world = world_of(job, granular, progress.step, parts, transport)?;
     world.resume_reactions(&progress.reactions)?;
-    run::go_on_with(Coupled { job, granular, law: std::marker::PhantomData::<C> }, world, progress, options, log)
+    run::go_on_with(Coupled { job, granular, law: std::marker::PhantomData::<C> }, world, progress, options, folder)
 }
 
 /// Where the material of a job begins, and under which share of the piece's mean `stress`, Pa.

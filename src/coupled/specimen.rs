@@ -4,11 +4,14 @@
 //! A piece is under the stress of the start as the points are. Where it is cut, contacts are missing: grains there move by a part of
 //! their overlaps until membranes bear them, and bodies with a `seat` come up to them. All this happens before the run.
 
+use std::time::Duration;
+
 use scree_io::column::State;
 use scree_partition::Transport;
 
 use crate::assembly::packed;
 use crate::body::{Body, Servo};
+use crate::checkpoint::{self, Drawn, Progress};
 use crate::continuum::setup;
 use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::motion::Field;
@@ -16,7 +19,9 @@ use crate::error::Error;
 use crate::law::contact::ContactLaw;
 use crate::law::material::CriticalDruckerPrager;
 use crate::mpm::membrane::Vertex;
-use crate::packing::{Grain, PlanarWorld, is_told, name_of, on_root, read_state, settle, share, steps, write_state};
+use crate::packing::{Grain, PlanarWorld, on_root, settle, share};
+use crate::prepare::cache::{Found, Place};
+use crate::prepare::making::{Leg, Look, Making};
 use crate::rebuild::Parts;
 use crate::record::to_table;
 use crate::scenario::Method;
@@ -25,6 +30,7 @@ use crate::scenario::mpm::figures::bounding_box;
 use crate::scenario::mpm::{BodyContact, Granular, Mpm, Origin, RigidBody};
 use crate::space::{Linear, Plane, Space};
 use crate::transfer::Cargo;
+use crate::world::Settings;
 use crate::{tables, transfer};
 
 type Vector = <Plane as Space>::Vector;
@@ -58,7 +64,7 @@ const CALM_LOOKS: u32 = 3;
 const CALM_WAY: f64 = 1e-4;
 /// How often a specimen is brought to rest for its bodies to come where the job has them, and how near is near enough, in mean
 /// diameters.
-const SEATS_MAX: usize = 4;
+const SEATS_MAX: u64 = 4;
 const SEAT_TOLERANCE: f64 = 0.05;
 /// How far the fractions of packing and material may be apart before it is worth a word.
 const FRACTION_OFF: f64 = 0.02;
@@ -87,19 +93,17 @@ pub fn specimen<C: ContactLaw<Plane>>(
         let (bodies, vertices) = (setup::bodies(job), setup::vertices(job));
         return Ok(Specimen { grains: Vec::new(), bodies, vertices, fraction, piece: is_tiled.then_some(piece) });
     }
-    let file = packed.cache.join(format!("specimen-{}.h5", name_of(&key(job, granular))));
-    let cached = on_root(transport, || if file.exists() { read::<C>(&file).map(Some) } else { Ok(None) });
-    let cached = transfer::agree(transport, cached)?.flatten();
-    let known = transport.broadcast(vec![u8::from(cached.is_some())])[0] == 1;
-    let (grains, bodies, vertices) = match known {
-        true => cached.unwrap_or_default(),
-        false => {
+    let place = Place::new(&packed.cache, "specimen", &key(job, granular));
+    let save_every = Duration::from_secs_f64(job.output.checkpoint_wall_interval);
+    let (grains, bodies, vertices) = match place.find(transport, save_every, of_state::<C>)? {
+        Found::There(found) => found.unwrap_or_default(),
+        Found::ToMake(mut making) => {
             if transport.rank() == 0 {
-                tracing::info!(file = %file.display(), "making the specimen, which other runs of its kind will share");
+                let file = place.file().display();
+                tracing::info!("making the specimen, which other runs of its kind will share: {file}");
             }
-            let mut rested = rested::<C>(job, granular, &piece, transport)?;
-            let written = on_root(transport, || write::<C>(&file, &mut rested));
-            transfer::agree(transport, written)?;
+            let mut rested = rested::<C>(job, granular, &piece, &mut making)?;
+            making.finish(|| state_of::<C>(&mut rested))?;
             rested
         }
     };
@@ -159,7 +163,7 @@ fn key(job: &Mpm, granular: &Granular) -> String {
         })
         .collect();
     format!(
-        "specimen 4 seed {} matter {:?} source {:?} contact {:?} step {:?} skin {:?} regions {regions:?} bodies {bodies:?} membranes {:?} gravity {:?} grid {:?} block {} scheme {:?} modulus {:?}",
+        "specimen 5 seed {} matter {:?} source {:?} contact {:?} step {:?} skin {:?} regions {regions:?} bodies {bodies:?} membranes {:?} gravity {:?} grid {:?} block {} scheme {:?} modulus {:?}",
         piece.seed,
         piece.matter,
         Source::Packed(Packed { cache: Default::default(), ..packed_of(granular).clone() }),
@@ -181,14 +185,21 @@ fn rested<C: ContactLaw<Plane>>(
     job: &Mpm,
     granular: &Granular,
     piece: &packed::Packing<Plane, C>,
-    transport: &dyn Transport,
+    making: &mut Making,
 ) -> Result<Rested<C>, Error> {
+    let transport = making.transport();
     let mut raised: Vec<Vector> = vec![Vector::zero(); job.bodies.len()];
     let mut best: Option<(f64, Rested<C>)> = None;
-    for _ in 0..SEATS_MAX {
-        let grains = on_root(transport, || cut::<C>(job, piece, &raised));
-        let grains = transfer::agree(transport, grains)?.unwrap_or_default();
-        let rested = bring_to_rest::<C>(job, granular, (grains, &raised), transport)?;
+    for attempt in 0..SEATS_MAX {
+        let rested = match over::<C>(making, attempt)? {
+            Some(rested) => rested,
+            None => {
+                making.begin(attempt);
+                let mut rested = bring_to_rest::<C>(job, granular, (piece, &raised), (making, attempt))?;
+                transfer::agree(transport, making.keep(attempt, &state_of::<C>(&mut rested)))?;
+                rested
+            }
+        };
         let off = rested.1.iter().map(|body| body.displacement.norm()).fold(0.0, f64::max);
         raised.iter_mut().zip(&rested.1).for_each(|(raised, body)| *raised -= body.displacement);
         if best.as_ref().is_none_or(|(least, _)| off < *least) {
@@ -203,6 +214,18 @@ fn rested<C: ContactLaw<Plane>>(
         tracing::warn!(off, "warning: a body has come to rest that far (m) from where the job has it");
     }
     Ok(rested)
+}
+
+/// What an attempt has come to that is over: grains on rank 0, the rest on every rank. Collective.
+fn over<C: ContactLaw<Plane>>(making: &Making, attempt: u64) -> Result<Option<Rested<C>>, Error> {
+    let transport = making.transport();
+    let kept = on_root(transport, || making.kept(attempt).map(of_state::<C>).transpose());
+    let kept = transfer::agree(transport, kept)?.flatten();
+    if transport.broadcast(vec![u8::from(kept.is_some())])[0] == 0 {
+        return Ok(None);
+    }
+    let (grains, bodies, vertices) = kept.unwrap_or_default();
+    Ok(Some((grains, transfer::broadcast(transport, bodies)?, transfer::broadcast(transport, vertices)?)))
 }
 
 /// Copies of the piece over all regions, and of these the grains whose centres lie in one, or in what bodies that are `raised` by so
@@ -247,32 +270,58 @@ type Rested<C> = (Vec<Grain<C>>, Vec<Body<Plane>>, Vec<Vertex<Plane>>);
 fn bring_to_rest<C: ContactLaw<Plane>>(
     job: &Mpm,
     granular: &Granular,
-    (grains, raised): (Vec<Grain<C>>, &[Vector]),
-    transport: &dyn Transport,
+    (piece, raised): (&packed::Packing<Plane, C>, &[Vector]),
+    (making, attempt): (&mut Making, u64),
 ) -> Result<Rested<C>, Error> {
-    tracing::info!(grains = grains.len(), "bringing the specimen to rest");
+    let transport = making.transport();
+    let grains = on_root(transport, || cut::<C>(job, piece, raised));
+    let grains = transfer::agree(transport, grains)?.unwrap_or_default();
     let mass = share(transport, grains.iter().map(|grain| grain.hot.mass).sum());
-    let mut world = at_rest_between::<C>(job, granular, (grains, mass, raised), transport)?;
-    let mut calm = 0;
-    while calm < CALM_LOOKS {
-        let before: Vec<Vector> = world.bodies.iter().map(|body| body.displacement).collect();
-        steps(&mut world, LOOK_EVERY)?;
-        let energies = world.energies()?;
-        let ratio = energies.kinetic_grains / energies.elastic_grains;
-        let moved = world.bodies.iter().zip(&before).map(|(body, before)| (body.displacement - *before).norm());
-        let rests = moved.fold(0.0, f64::max) < CALM_WAY * granular.piece.matter.diameter_mean;
-        calm = if rests && ratio < packed_of(granular).energy_ratio_max { calm + 1 } else { 0 };
-        if is_told(world.step, LOOK_EVERY, world.grains_total) {
-            tracing::info!(step = world.step, ratio, "kinetic over elastic energy");
+    let bodies = seated_bodies(job, granular, mass, raised);
+    let taken_up = making.taken_up::<Plane, C, CriticalDruckerPrager>()?;
+    if taken_up.is_none() {
+        tracing::info!(grains = grains.len(), "bringing the specimen to rest");
+    }
+    let (parts, step) = match taken_up {
+        Some(snapshot) => {
+            let draw = |_: &Progress, vertices| Ok(Drawn { bodies, ..setup::drawn(job, vertices)? });
+            let (parts, progress) = checkpoint::restore(snapshot, draw, transport)?;
+            (parts, progress.step)
         }
+        None => {
+            let Drawn { cell, membranes, .. } = setup::drawn(job, setup::vertices(job))?;
+            let mut parts = Parts::fresh(grains, Vec::new(), bodies, cell);
+            parts.membranes = membranes;
+            (parts, 0)
+        }
+    };
+    let settings = settings_of_rest(job, granular);
+    let mut world = PlanarWorld::<C>::new(settings, setup::layout::<Plane>(job)?, transport, step, parts)?;
+    world.walls.laws = laws_of_bodies(job, granular);
+
+    let (goal, diameter) = (packed_of(granular).energy_ratio_max, granular.piece.matter.diameter_mean);
+    let leg = Leg { name: "bringing to rest", rebuilds: false, look_every: LOOK_EVERY, calm_looks: CALM_LOOKS, goal };
+    making.bring_to_rest(&mut world, leg, |_| (), |world, notes| {
+        let ratio = world.unrest()?;
+        let ways = world.bodies.iter().zip(raised).enumerate().map(|(number, (body, raised))| {
+            let mut way = Vector::zero();
+            for axis in 0..Plane::DIMENSION {
+                let name = format!("displacement {attempt} {number} {axis}");
+                way[axis] = body.displacement[axis] - notes.get(&name).unwrap_or(raised[axis]);
+                notes.set(&name, body.displacement[axis]);
+            }
+            way.norm()
+        });
+        let rests = ways.fold(0.0, f64::max) < CALM_WAY * diameter;
         if world.step > STEPS_MAX {
             return Err(Error::Run(format!(
-                "the specimen has not come to rest between its bodies and membranes after {} steps: kinetic/elastic energy {ratio:.1e} (wanted {:.1e}); raise packing.energy_ratio_max, or look whether anything holds the grains on every side",
+                "the specimen has not come to rest between its bodies and membranes after {} steps: kinetic/elastic energy {ratio:.1e} (wanted {goal:.1e}); raise packing.energy_ratio_max, or look whether anything holds the grains on every side",
                 world.step,
-                packed_of(granular).energy_ratio_max
             )));
         }
-    }
+        let rests = rests && ratio < goal;
+        Ok(Look { rests, ratio, words: format!("{} grains", world.grains_total) })
+    })?;
     world.rebuild()?;
     let (rows, _) = world.rows();
     let mut rows = transfer::gather(transport, rows)?.unwrap_or_default();
@@ -286,15 +335,8 @@ fn bring_to_rest<C: ContactLaw<Plane>>(
     Ok((rows, world.bodies.clone(), vertices))
 }
 
-/// A world of the grains with the job's membranes, and its bodies at rest or pressed on.
-fn at_rest_between<'t, C: ContactLaw<Plane>>(
-    job: &Mpm,
-    granular: &Granular,
-    (grains, mass, raised): (Vec<Grain<C>>, f64, &[Vector]),
-    transport: &'t dyn Transport,
-) -> Result<PlanarWorld<'t, C>, Error> {
-    let (piece, stress) = (&granular.piece, stress_of(granular));
-    let time = piece.matter.diameter_mean * (piece.matter.density / stress).sqrt();
+/// The bodies of a job at rest, or pressed on; `mass` is that of all grains, kg.
+fn seated_bodies(job: &Mpm, granular: &Granular, mass: f64, raised: &[Vector]) -> Vec<Body<Plane>> {
     let boxes = job.regions.iter().map(|region| bounding_box(&region.shape));
     let height = boxes.map(|(lower, upper)| upper[1] - lower[1]).fold(0.0, f64::max);
     let stiffness = job.material.law.modulus_longitudinal(2) * job.grid.depth;
@@ -310,23 +352,28 @@ fn at_rest_between<'t, C: ContactLaw<Plane>>(
                 force: rigid.seat,
                 mass,
                 damping: SEAT_DAMPING * 2.0 * (stiffness * mass).sqrt(),
-                speed_max: INERTIAL_NUMBER * height / time,
+                speed_max: INERTIAL_NUMBER * height / time_of_grain(granular),
             });
         }
     }
+    bodies
+}
+
+/// t_p = d sqrt(rho/p), s.
+fn time_of_grain(granular: &Granular) -> f64 {
+    let matter = &granular.piece.matter;
+    matter.diameter_mean * (matter.density / stress_of(granular)).sqrt()
+}
+
+fn settings_of_rest<C: ContactLaw<Plane>>(job: &Mpm, granular: &Granular) -> Settings<Plane, C, CriticalDruckerPrager> {
     let law = CriticalDruckerPrager::of_job(law_of(job));
-    let contact = C::from_job(&piece.contact).expect("the run was given the job's law");
+    let contact = C::from_job(&granular.piece.contact).expect("the run was given the job's law");
     let mut settings = setup::settings::<Plane, C, _>(job, law, contact);
     settings.grain_steps = 1;
-    let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / time };
+    let mass = DAMPING_MASS / time_of_grain(granular);
+    let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass };
     settings.field = Field { damping, ..settings.field };
-    let layout = setup::layout::<Plane>(job)?;
-    let cell = setup::cell::<Plane>(&layout);
-    let mut parts = Parts::fresh(grains, Vec::new(), bodies, cell);
-    parts.membranes = setup::hung(job, setup::vertices(job))?;
-    let mut world = PlanarWorld::new(settings, layout, transport, 0, parts)?;
-    world.walls.laws = laws_of_bodies(job, granular);
-    Ok(world)
+    settings
 }
 
 /// The law of a checked job with grains.
@@ -337,18 +384,15 @@ pub fn law_of(job: &Mpm) -> &crate::scenario::mpm::CriticalDruckerPrager {
     }
 }
 
-fn write<C: ContactLaw<Plane>>(
-    file: &std::path::Path,
-    (grains, bodies, vertices): &mut Rested<C>,
-) -> Result<(), Error> {
+fn state_of<C: ContactLaw<Plane>>((grains, bodies, vertices): &mut Rested<C>) -> State {
     let mut tables = Vec::from(tables::of_grains(grains));
     tables.push(to_table("bodies", bodies, &mut Body::blank()));
     tables.push(to_table("membranes", vertices, &mut Vertex::blank()));
-    write_state(file, &State { attributes: Default::default(), tables })
+    State { attributes: Default::default(), tables }
 }
 
-fn read<C: ContactLaw<Plane>>(file: &std::path::Path) -> Result<Rested<C>, Error> {
-    let mut state = read_state(file)?;
+fn of_state<C: ContactLaw<Plane>>(mut state: State) -> Result<Rested<C>, Error> {
     let bodies = tables::rows(&state, "bodies", &Body::blank())?;
-    Ok((tables::to_grains(&mut state)?, bodies, tables::rows(&state, "membranes", &Vertex::blank())?))
+    let vertices = tables::rows(&state, "membranes", &Vertex::blank())?;
+    Ok((tables::to_grains(&mut state)?, bodies, vertices))
 }

@@ -79,38 +79,44 @@ impl Neg for Avx2 {
     }
 }
 
-// SAFETY of all that follows: the enclosing kernel has AVX-512 F and DQ. `min` and `max` of the processor return their
-// second operand where the first is not less (more), as the scalar ones do.
+// `min` and `max` of the processor return their second operand where the first is not less (more), as the scalar ones do.
 impl Real for Avx512 {
     type Mask = __mmask8;
     through_memory!();
 
     #[inline(always)]
     fn splat(value: f64) -> Self {
+        // SAFETY: the enclosing kernel has AVX-512 F and DQ.
         Self(unsafe { _mm512_set1_pd(value) })
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
+        // SAFETY: the enclosing kernel has AVX-512 F and DQ.
         Self(unsafe { _mm512_sqrt_pd(self.0) })
     }
     #[inline(always)]
     fn abs(self) -> Self {
+        // SAFETY: the enclosing kernel has AVX-512 F and DQ.
         Self(unsafe { _mm512_abs_pd(self.0) })
     }
     #[inline(always)]
     fn floor(self) -> Self {
+        // SAFETY: the enclosing kernel has AVX-512 F and DQ.
         Self(unsafe { _mm512_roundscale_pd::<{ _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC }>(self.0) })
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
+        // SAFETY: the enclosing kernel has AVX-512 F and DQ.
         Self(unsafe { _mm512_min_pd(self.0, other.0) })
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
+        // SAFETY: the enclosing kernel has AVX-512 F and DQ.
         Self(unsafe { _mm512_max_pd(self.0, other.0) })
     }
     #[inline(always)]
     fn above(self, other: Self) -> __mmask8 {
+        // SAFETY: the enclosing kernel has AVX-512 F and DQ.
         unsafe { _mm512_cmp_pd_mask::<_CMP_GT_OQ>(self.0, other.0) }
     }
     #[inline(always)]
@@ -123,6 +129,7 @@ impl Real for Avx512 {
     }
     #[inline(always)]
     fn choose(mask: __mmask8, yes: Self, no: Self) -> Self {
+        // SAFETY: the enclosing kernel has AVX-512 F and DQ.
         Self(unsafe { _mm512_mask_blend_pd(mask, no.0, yes.0) })
     }
     #[inline(always)]
@@ -149,10 +156,12 @@ impl Pack for Avx512 {
     }
     #[inline(always)]
     fn load(from: &[f64; LANES]) -> Self {
+        // SAFETY: the enclosing kernel has AVX-512 F and DQ.
         Self(unsafe { _mm512_loadu_pd(from.as_ptr()) })
     }
     #[inline(always)]
     fn store(self, to: &mut [f64; LANES]) {
+        // SAFETY: the enclosing kernel has AVX-512 F and DQ.
         unsafe { _mm512_storeu_pd(to.as_mut_ptr(), self.0) }
     }
     /// Neighbours within 128 bits, then across.
@@ -160,6 +169,7 @@ impl Pack for Avx512 {
     fn transposed(rows: [Self; LANES]) -> [Self; LANES] {
         let [r0, r1, r2, r3, r4, r5, r6, r7] = rows;
         let (r0, r1, r2, r3, r4, r5, r6, r7) = (r0.0, r1.0, r2.0, r3.0, r4.0, r5.0, r6.0, r7.0);
+        // SAFETY: the enclosing kernel has AVX-512 F and DQ.
         unsafe {
             // Words 0, 2, 4, 6 of two rows, one pair per 128 bits; below words 1, 3, 5, 7.
             let low = [
@@ -184,6 +194,7 @@ impl Pack for Avx512 {
 /// From four registers of four quarters each (128 bits), those that hold all first, all second, ... quarters.
 #[inline(always)]
 unsafe fn quarters([a, b, c, d]: [__m512d; 4]) -> [Avx512; 4] {
+    // SAFETY: the caller has AVX-512 F and DQ.
     unsafe {
         let (even_ab, even_cd) =
             (_mm512_shuffle_f64x2::<0b10_00_10_00>(a, b), _mm512_shuffle_f64x2::<0b10_00_10_00>(c, d));
@@ -198,22 +209,24 @@ unsafe fn quarters([a, b, c, d]: [__m512d; 4]) -> [Avx512; 4] {
     }
 }
 
-// SAFETY of all that follows: the enclosing kernel has AVX2.
 impl Real for Avx2 {
     type Mask = (__m256d, __m256d);
     through_memory!();
 
     #[inline(always)]
     fn splat(value: f64) -> Self {
+        // SAFETY: the enclosing kernel has AVX2.
         let half = unsafe { _mm256_set1_pd(value) };
         Self(half, half)
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
+        // SAFETY: the enclosing kernel has AVX2.
         unsafe { Self(_mm256_sqrt_pd(self.0), _mm256_sqrt_pd(self.1)) }
     }
     #[inline(always)]
     fn abs(self) -> Self {
+        // SAFETY: the enclosing kernel has AVX2.
         unsafe {
             let sign = _mm256_set1_pd(-0.0);
             Self(_mm256_andnot_pd(sign, self.0), _mm256_andnot_pd(sign, self.1))
@@ -221,39 +234,48 @@ impl Real for Avx2 {
     }
     #[inline(always)]
     fn floor(self) -> Self {
+        // SAFETY: the enclosing kernel has AVX2.
         unsafe { Self(_mm256_floor_pd(self.0), _mm256_floor_pd(self.1)) }
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
+        // SAFETY: the enclosing kernel has AVX2.
         unsafe { Self(_mm256_min_pd(self.0, other.0), _mm256_min_pd(self.1, other.1)) }
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
+        // SAFETY: the enclosing kernel has AVX2.
         unsafe { Self(_mm256_max_pd(self.0, other.0), _mm256_max_pd(self.1, other.1)) }
     }
     #[inline(always)]
     fn above(self, other: Self) -> Self::Mask {
+        // SAFETY: the enclosing kernel has AVX2.
         unsafe { (_mm256_cmp_pd::<_CMP_GT_OQ>(self.0, other.0), _mm256_cmp_pd::<_CMP_GT_OQ>(self.1, other.1)) }
     }
     #[inline(always)]
     fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+        // SAFETY: the enclosing kernel has AVX2.
         unsafe { (_mm256_and_pd(a.0, b.0), _mm256_and_pd(a.1, b.1)) }
     }
     #[inline(always)]
     fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+        // SAFETY: the enclosing kernel has AVX2.
         unsafe { (_mm256_or_pd(a.0, b.0), _mm256_or_pd(a.1, b.1)) }
     }
     #[inline(always)]
     fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self {
+        // SAFETY: the enclosing kernel has AVX2.
         unsafe { Self(_mm256_blendv_pd(no.0, yes.0, mask.0), _mm256_blendv_pd(no.1, yes.1, mask.1)) }
     }
     #[inline(always)]
     fn holds(mask: Self::Mask, lane: usize) -> bool {
+        // SAFETY: the enclosing kernel has AVX2.
         let halves = unsafe { [_mm256_movemask_pd(mask.0), _mm256_movemask_pd(mask.1)] };
         halves[lane / 4] >> (lane % 4) & 1 == 1
     }
     #[inline(always)]
     fn any(mask: Self::Mask) -> bool {
+        // SAFETY: the enclosing kernel has AVX2.
         unsafe { _mm256_movemask_pd(_mm256_or_pd(mask.0, mask.1)) != 0 }
     }
 }
@@ -272,10 +294,12 @@ impl Pack for Avx2 {
     }
     #[inline(always)]
     fn load(from: &[f64; LANES]) -> Self {
+        // SAFETY: the enclosing kernel has AVX2.
         unsafe { Self(_mm256_loadu_pd(from.as_ptr()), _mm256_loadu_pd(from.as_ptr().add(4))) }
     }
     #[inline(always)]
     fn store(self, to: &mut [f64; LANES]) {
+        // SAFETY: the enclosing kernel has AVX2.
         unsafe {
             _mm256_storeu_pd(to.as_mut_ptr(), self.0);
             _mm256_storeu_pd(to.as_mut_ptr().add(4), self.1);
@@ -285,6 +309,7 @@ impl Pack for Avx2 {
     #[inline(always)]
     fn transposed(rows: [Self; LANES]) -> [Self; LANES] {
         let [r0, r1, r2, r3, r4, r5, r6, r7] = rows;
+        // SAFETY: the enclosing kernel has AVX2.
         unsafe {
             let ([a0, a1, a2, a3], [b0, b1, b2, b3]) =
                 (square([r0.0, r1.0, r2.0, r3.0]), square([r4.0, r5.0, r6.0, r7.0]));
@@ -307,6 +332,7 @@ impl Pack for Avx2 {
 /// Rows for columns, four by four.
 #[inline(always)]
 unsafe fn square([r0, r1, r2, r3]: [__m256d; 4]) -> [__m256d; 4] {
+    // SAFETY: the caller has AVX2.
     unsafe {
         let (low, high) = (_mm256_unpacklo_pd(r0, r1), _mm256_unpackhi_pd(r0, r1));
         let (low_behind, high_behind) = (_mm256_unpacklo_pd(r2, r3), _mm256_unpackhi_pd(r2, r3));

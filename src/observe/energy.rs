@@ -57,6 +57,32 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         Ok(Energies { kinetic_grains, kinetic_rotation, elastic_grains, kinetic_points, elastic_points })
     }
 
+    /// Kinetic energy of the free grains that are part of the packing, J: of those with more contacts that bear force than the space
+    /// has dimensions. Others, rattlers, bear nothing, and fly to and fro between those that do long after these have come to rest.
+    pub fn kinetic_of_bearing(&mut self) -> Result<f64, Error> {
+        self.refresh_ghosts();
+        let (law, grains) = (&self.settings.contact, &self.grains);
+        let mut contacts: Vec<u32> =
+            (0..grains.owned).map(|row| self.contacts.bearings(law, grains, row).count() as u32).collect();
+        for bearing in self.walls.bearings(law, grains, (&self.bodies, &self.cell)) {
+            contacts[bearing.row as usize] += 1;
+        }
+        let mut sum = ExactSum::<1>::new();
+        let rows = grains.hot[..grains.owned].iter().zip(&grains.cold).zip(contacts);
+        for ((hot, _), _) in rows.filter(|((_, cold), of)| cold.mover == Mover::Free && *of as usize > S::DIMENSION) {
+            let inertia = S::grain_inertia(hot.mass, hot.radius);
+            let rotation = inertia * hot.spin.dot(&hot.spin);
+            sum.add(0, 0.5 * hot.weight * (hot.mass * hot.velocity.dot(&hot.velocity) + rotation));
+        }
+        Ok(self.reduce(sum)?[0])
+    }
+
+    /// How far a packing is from rest: [`Self::kinetic_of_bearing`] over the energy of all springs, infinite without any.
+    pub fn unrest(&mut self) -> Result<f64, Error> {
+        let (kinetic, elastic) = (self.kinetic_of_bearing()?, self.energies()?.elastic_grains);
+        Ok(if elastic > 0.0 { kinetic / elastic } else { f64::INFINITY })
+    }
+
     pub fn ledger(&self) -> Result<Ledger, Error> {
         let mut sums = ExactSum::<4>::new();
         let mut add = |mass: f64, velocity: &S::Vector| {

@@ -8,17 +8,19 @@ use crate::error::Error;
 use crate::ids::GrainId;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
+use crate::record::{Record, Visitor};
 use crate::space::{Linear, Space};
 use crate::world::World;
 
-/// Energy and work at the last look.
-#[derive(Clone, Copy, Debug, Default)]
+/// Energy and work at the last look; part of a run's state, so that a run that is taken up is stopped where it would have been.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EnergyGuard {
-    last: Option<Look>,
+    last: Look,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Look {
+    /// Nothing has been looked at before the first.
     step: u64,
     /// Kinetic and elastic energy of grains, J.
     energy: f64,
@@ -32,24 +34,26 @@ struct Look {
 const GROWTH_MAX: f64 = 2.0;
 
 impl EnergyGuard {
-    /// Stops a run of grains whose energy has grown by more than the work done on them explains.
+    /// What a run of grains is told whose energy has grown by more than the work done on them explains.
     pub fn look<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
         &mut self,
         world: &mut World<'_, S, C, L>,
-    ) -> Result<(), Error> {
+    ) -> Result<Option<String>, Error> {
         if world.grains_total == 0 || world.points_total > 0 {
-            self.last = None;
-            return Ok(());
+            *self = Self::default();
+            return Ok(None);
         }
         let now = world.look()?;
-        let before = self.last.replace(now);
-        let Some(before) = before else { return Ok(()) };
+        let before = std::mem::replace(&mut self.last, now);
+        if before.step == 0 {
+            return Ok(None);
+        }
         let passed = (now.step - before.step) as f64 * world.settings.dt;
         let put_in = (now.work - before.work).max(0.0) + now.power.abs().max(before.power.abs()) * passed;
         if now.energy <= GROWTH_MAX * (before.energy + put_in) {
-            return Ok(());
+            return Ok(None);
         }
-        let pair = world.deepest_contact().map_or_else(String::new, |contact| {
+        let pair = world.deepest_contact().filter(|contact| contact.share > 0.0).map_or_else(String::new, |contact| {
             format!(
                 "; the deepest contact is that of {}, {:.0} % of {}",
                 world.name(&contact),
@@ -57,7 +61,7 @@ impl EnergyGuard {
                 contact.share_of()
             )
         });
-        Err(Error::Run(format!(
+        Ok(Some(format!(
             "step {}, time {:.6e} s: the grains' energy has grown from {:.3e} to {:.3e} J since step {} while {put_in:.3e} J of work were done{pair}; the run is unstable: shorten `time.step` or lower the damping of contacts",
             now.step,
             world.time(),
@@ -65,6 +69,15 @@ impl EnergyGuard {
             now.energy,
             before.step,
         )))
+    }
+}
+
+impl Record for EnergyGuard {
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        visitor.u64("guard_step", &mut self.last.step);
+        visitor.f64s("guard_energy", std::slice::from_mut(&mut self.last.energy));
+        visitor.f64s("guard_work", std::slice::from_mut(&mut self.last.work));
+        visitor.f64s("guard_power", std::slice::from_mut(&mut self.last.power));
     }
 }
 

@@ -27,7 +27,7 @@ impl FrameFile {
     /// Creates the file with `first` in it; all later frames must have the same fields. A file already there is
     /// refused. Panics, as [`append`](FrameFile::append) does, if a field is neither `f64` nor `i64` or lacks a row per
     /// point.
-    pub fn create(path: &Path, first: &Frame) -> Result<FrameFile, Error> {
+    pub fn create(path: &Path, _scratch: &Path, first: &Frame) -> Result<FrameFile, Error> {
         let shape = Shape::of(first);
         for path in [path.to_owned(), part(path, 1)] {
             if fs::exists(&path).unwrap_or(true) {
@@ -43,7 +43,7 @@ impl FrameFile {
     /// Takes the file up again with its first `steps` frames; the rest are cut off.
     ///
     /// [`Error::TooFewFrames`] if it has fewer; with [`Error::is_damage`] if it is not whole.
-    pub fn open_and_cut(path: &Path, steps: usize) -> Result<FrameFile, Error> {
+    pub fn open_and_cut(path: &Path, _scratch: &Path, steps: usize) -> Result<FrameFile, Error> {
         let (mut closed, mut frames_closed) = (0, 0);
         let mut index = Index::open(path)?;
         while frames_closed + index.frames() < steps {

@@ -56,6 +56,12 @@ pub fn times(path: &Path) -> Result<Vec<f64>, Error> {
     Ok(all)
 }
 
+/// [`Error::TooFewFrames`] unless so many are there.
+pub fn refuse_fewer(path: &Path, expected: usize) -> Result<(), Error> {
+    let found = times(path)?.len();
+    if found < expected { Err(Error::TooFewFrames { path: path.to_owned(), found, expected }) } else { Ok(()) }
+}
+
 /// What there is in a file, and where.
 pub(super) struct Index {
     pub shape: Shape,

@@ -17,7 +17,7 @@ pub fn file_name(step: u64) -> String {
 }
 
 /// Where checkpoints are kept for good, within their folder.
-const FOR_GOOD: &str = "for_good";
+pub const FOR_GOOD: &str = "for_good";
 
 /// Gives a checkpoint a second name where nothing is pruned.
 pub fn keep_for_good(path: &Path) -> Result<(), Error> {

@@ -37,7 +37,7 @@ fn check_schema(file: &File, path: &Path) -> Result<(), Error> {
         .attr(schema::VERSION_ATTRIBUTE)
         .and_then(|attribute| attribute.read_scalar::<u64>())
         .map_err(|error| damaged_attributes(path, &error))?;
-    if found != schema::SCHEMA_VERSION {
+    if !(schema::SCHEMA_OLDEST..=schema::SCHEMA_VERSION).contains(&found) {
         return Err(Error::Schema { path: path.to_owned(), found, expected: schema::SCHEMA_VERSION });
     }
     Ok(())

@@ -19,7 +19,14 @@ use crate::system::Aside;
 /// Panics if a column's length is not rows times width, if a name is empty, repeated or has a `/`, or if an attribute
 /// has one of the names in [`schema`](crate::schema).
 pub fn write(path: &Path, state: &State) -> Result<(), Error> {
-    let mut writer = Writer::create(path, &state.attributes)?;
+    write_by(Writer::create(path, &state.attributes)?, state)
+}
+
+pub fn write_in(scratch: &Path, path: &Path, state: &State) -> Result<(), Error> {
+    write_by(Writer::create_in(scratch, path, &state.attributes)?, state)
+}
+
+fn write_by(mut writer: Writer, state: &State) -> Result<(), Error> {
     for table in &state.tables {
         writer.begin(table, table.rows)?;
     }
@@ -60,11 +67,18 @@ struct Growing {
 impl Writer {
     /// A file for a state with these attributes, and no table yet. Panics as [`write`] does.
     pub fn create(path: &Path, attributes: &BTreeMap<String, String>) -> Result<Writer, Error> {
+        Self::create_by(Aside::of(path), attributes)
+    }
+
+    pub fn create_in(scratch: &Path, path: &Path, attributes: &BTreeMap<String, String>) -> Result<Writer, Error> {
+        Self::create_by(Aside::within(scratch, path), attributes)
+    }
+
+    fn create_by(aside: Aside, attributes: &BTreeMap<String, String>) -> Result<Writer, Error> {
         attributes.keys().for_each(|key| assert_name(key));
         for name in schema::RESERVED_ATTRIBUTES {
             assert!(!attributes.contains_key(name), "the attribute {name} is the file's own");
         }
-        let aside = Aside::of(path);
         let file = h5::create(aside.partial())?;
         let group = write_head(&file, attributes).map_err(|error| h5::explain("write", aside.partial(), &error))?;
         Ok(Writer { tables: Vec::new(), group, file, attributes: attributes.clone(), aside })

@@ -21,13 +21,17 @@ use scree_partition::Transport;
 
 use super::{GrainWorld, Packing, gathered, setup, thrown};
 use crate::assembly::AXES;
+use crate::checkpoint::{self, Drawn, Progress};
 use crate::dem::cell::Cell;
 use crate::dem::grains::GrainRow;
 use crate::dem::motion::Field;
 use crate::dem::throw::{normal, random_of};
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
-use crate::packing::{is_told, on_root, steps};
+use crate::law::material::Absent;
+use crate::mpm::membrane::Membranes;
+use crate::packing::on_root;
+use crate::prepare::making::{Leg, Look, Making, SnapshotOf};
 use crate::rebuild::Parts;
 use crate::scenario::Contact;
 use crate::scenario::assembly::{Assembly, Damping, DampingForm, Packed};
@@ -51,7 +55,7 @@ const DAMPING_LOCAL: f64 = 0.2;
 const COOLING: f64 = 0.02;
 const COOLING_FACTOR: f64 = 4.0;
 /// Gases that are tried before a packing fraction is given up.
-const GASES_MAX: usize = 6;
+const GASES_MAX: u64 = 6;
 /// A gas is cold when kinetic energy is below this share of elastic energy.
 const COLD: f64 = 1e-2;
 /// How exactly a packing fraction is to be met, and each normal stress.
@@ -75,7 +79,6 @@ struct Press<'a> {
     stress: f64,
     /// What it comes to at the end, Pa.
     unloaded: Option<f64>,
-    transport: &'a dyn Transport,
 }
 
 /// Grains come to rest under more stress than they had, or under less.
@@ -94,35 +97,69 @@ impl Stage {
     }
 }
 
-/// What came of it, and its packing fraction under the stress it was compressed to.
-struct Pressed<S: Space, C: ContactLaw<S>> {
-    packing: Packing<S, C>,
-    fraction: f64,
-}
+/// The packing fraction under the stress, while a packing is unloaded from there.
+const COMPRESSED: &str = "fraction compressed";
 
 /// Throws and compresses to a stress, to a packing fraction if one is wanted, and unloads to a lower stress likewise.
 pub fn make<S: Space, C: ContactLaw<S>>(
     job: &Assembly,
     packed: &Packed,
     (stress, wanted, unloaded): (f64, Option<f64>, Option<f64>),
-    transport: &dyn Transport,
+    making: &mut Making,
 ) -> Result<Packing<S, C>, Error> {
     if let Some(Complaint { table, key, message }) = complaint::<S>(job, packed) {
         return Err(Error::User(format!("{table}.{key} {message}")));
     }
-    let press = Press { job, packed, stress, unloaded, transport };
-    let plain = press.compress::<S, C>(None)?;
-    let Some(wanted) = wanted else { return Ok(plain.packing) };
-    if (plain.fraction - wanted).abs() <= FRACTION_TOLERANCE {
-        return Ok(plain.packing);
+    let press = Press { job, packed, stress, unloaded };
+    let Some(wanted) = wanted else { return Ok(press.attempt(making, 0, None)?.1) };
+    let plain = match press.over(making, 0) {
+        Some(fraction) => fraction,
+        None => {
+            let (fraction, packing) = press.attempt::<S, C>(making, 0, None)?;
+            if (fraction - wanted).abs() <= FRACTION_TOLERANCE {
+                return Ok(packing);
+            }
+            if fraction > wanted {
+                return Err(Error::User(format!(
+                    "packing.fraction = {wanted} is less than compression to {stress} Pa reaches without more ado, {fraction:.4}; take more packing.friction (now {}), which leaves packings looser, or remove packing.fraction",
+                    packed.friction
+                )));
+            }
+            fraction
+        }
+    };
+    // Gases of slower or faster cooling, until one ends at the packing fraction.
+    let (mut looser, mut denser) = (None, None);
+    let mut cooling = COOLING;
+    let mut nearest = plain;
+    for gas in 1..=GASES_MAX {
+        let fraction = match press.over(making, gas) {
+            Some(fraction) => fraction,
+            None => {
+                let (fraction, packing) = press.attempt::<S, C>(making, gas, Some(cooling))?;
+                if (fraction - wanted).abs() <= FRACTION_TOLERANCE {
+                    return Ok(packing);
+                }
+                fraction
+            }
+        };
+        if (fraction - wanted).abs() < (nearest - wanted).abs() {
+            nearest = fraction;
+        }
+        if fraction < wanted {
+            looser = Some(cooling);
+        } else {
+            denser = Some(cooling);
+        }
+        cooling = match (looser, denser) {
+            (Some(fast), Some(slow)) => f64::sqrt(fast * slow),
+            (_, None) => cooling / COOLING_FACTOR,
+            (None, _) => cooling * COOLING_FACTOR,
+        };
     }
-    if plain.fraction > wanted {
-        return Err(Error::User(format!(
-            "packing.fraction = {wanted} is less than compression to {stress} Pa reaches without more ado, {:.4}; take more packing.friction (now {}), which leaves packings looser, or remove packing.fraction",
-            plain.fraction, packed.friction
-        )));
-    }
-    press.compress_from_gas(wanted, plain.fraction)
+    Err(Error::Run(format!(
+        "packing.fraction = {wanted} was not reached: compression to {stress} Pa gave {plain:.4}, and {GASES_MAX} hot starts came no nearer than {nearest:.4}, which misses it by more than {FRACTION_TOLERANCE}; ask for {nearest:.3}, take another seed, or grains.count"
+    )))
 }
 
 /// What is wrong at a key of the job, for a sentence that begins with the key.
@@ -173,69 +210,81 @@ impl Press<'_> {
         self.job.matter.diameter_mean * (self.job.matter.density / self.stress).sqrt()
     }
 
-    /// Tries gases of slower or faster cooling until one ends at the packing fraction.
-    fn compress_from_gas<S: Space, C: ContactLaw<S>>(&self, wanted: f64, plain: f64) -> Result<Packing<S, C>, Error> {
-        let (mut looser, mut denser) = (None, None);
-        let mut cooling = COOLING;
-        let mut nearest = plain;
-        for _ in 0..GASES_MAX {
-            let pressed = self.compress::<S, C>(Some(cooling))?;
-            if (pressed.fraction - wanted).abs() <= FRACTION_TOLERANCE {
-                return Ok(pressed.packing);
-            }
-            if (pressed.fraction - wanted).abs() < (nearest - wanted).abs() {
-                nearest = pressed.fraction;
-            }
-            if pressed.fraction < wanted {
-                looser = Some(cooling);
-            } else {
-                denser = Some(cooling);
-            }
-            cooling = match (looser, denser) {
-                (Some(fast), Some(slow)) => f64::sqrt(fast * slow),
-                (_, None) => cooling / COOLING_FACTOR,
-                (None, _) => cooling * COOLING_FACTOR,
-            };
-        }
-        Err(Error::Run(format!(
-            "packing.fraction = {wanted} was not reached: compression to {} Pa gave {plain:.4}, and {GASES_MAX} hot starts came no nearer than {nearest:.4}, which misses it by more than {FRACTION_TOLERANCE}; ask for {nearest:.3}, take another seed, or grains.count",
-            self.stress
-        )))
+    /// The packing fraction that an attempt has come to which is over.
+    fn over(&self, making: &mut Making, attempt: u64) -> Option<f64> {
+        making.notes().get(&format!("fraction of attempt {attempt}"))
     }
 
-    /// One packing: from grains at rest, or from a gas with that cooling per t_p.
-    fn compress<S: Space, C: ContactLaw<S>>(&self, cooling: Option<f64>) -> Result<Pressed<S, C>, Error> {
-        let mut world = self.loose::<S, C>(cooling.is_some())?;
+    /// One packing, and its fraction under the stress: from grains at rest, or from a gas with that cooling per t_p.
+    fn attempt<S: Space, C: ContactLaw<S>>(
+        &self,
+        making: &mut Making,
+        attempt: u64,
+        cooling: Option<f64>,
+    ) -> Result<(f64, Packing<S, C>), Error> {
+        making.begin(attempt);
+        let mut world = match making.taken_up::<S, C, Absent>()? {
+            Some(snapshot) => self.taken_up(snapshot, making.transport())?,
+            None => self.loose::<S, C>(cooling.is_some(), making.transport())?,
+        };
         if let Some(cooling) = cooling {
-            self.cool(&mut world, cooling)?;
+            self.cool(&mut world, cooling, making)?;
         }
-        self.bring_to_rest(&mut world, Stage::Compressing)?;
-        let fraction = setup::fraction(&world, self.job)?;
-        if let Some(stress) = self.unloaded {
-            Press { stress, ..*self }.bring_to_rest(&mut world, Stage::Unloading)?;
-        }
+        self.bring_to_rest(&mut world, Stage::Compressing, making)?;
+        let fraction = match self.unloaded {
+            // A state taken up while it was unloaded is no longer the compressed one.
+            Some(stress) => {
+                let fraction = match making.notes().get(COMPRESSED) {
+                    Some(fraction) => fraction,
+                    None => setup::fraction(&world, self.job)?,
+                };
+                making.notes().set(COMPRESSED, fraction);
+                Press { stress, ..*self }.bring_to_rest(&mut world, Stage::Unloading, making)?;
+                making.notes().forget(COMPRESSED);
+                fraction
+            }
+            None => setup::fraction(&world, self.job)?,
+        };
+        making.notes().set(&format!("fraction of attempt {attempt}"), fraction);
         let grains = gathered(&mut world)?;
         let mut cell = world.cell;
         (cell.gradient, cell.rate) = (S::Tensor::zero(), S::Tensor::zero());
         tracing::info!(steps = world.step, fraction, cooling, "a packing is at rest");
-        Ok(Pressed { packing: Packing { grains, cell }, fraction })
+        Ok((fraction, Packing { grains, cell }))
+    }
+
+    /// The world of an attempt where it was left.
+    fn taken_up<'t, S: Space, C: ContactLaw<S>>(
+        &self,
+        snapshot: Option<SnapshotOf<S, C, Absent>>,
+        transport: &'t dyn Transport,
+    ) -> Result<GrainWorld<'t, S, C>, Error> {
+        let cell = setup::cell_of::<S>(self.job);
+        let draw = |_: &Progress, _| Ok(Drawn { cell, bodies: Vec::new(), membranes: Membranes::default() });
+        let (parts, progress) = checkpoint::restore(snapshot, draw, transport)?;
+        let settings = setup::settings_in(self.job, self.servo(&cell, LOOSE, self.stress));
+        World::new(settings, setup::layout::<S>(self.job)?, transport, progress.step, parts)
     }
 
     /// Thrown grains in the cell that is to shrink.
-    fn loose<S: Space, C: ContactLaw<S>>(&self, hot: bool) -> Result<GrainWorld<'_, S, C>, Error> {
+    fn loose<'t, S: Space, C: ContactLaw<S>>(
+        &self,
+        hot: bool,
+        transport: &'t dyn Transport,
+    ) -> Result<GrainWorld<'t, S, C>, Error> {
         let share = setup::shrinkage::<S>(self.job, self.packed.fraction_start);
         let cell = setup::scaled_cell::<S>(self.job, share);
-        let made = on_root(self.transport, || {
+        let made = on_root(transport, || {
             let mut grains = thrown::<S, C>(self.job, self.packed, &cell, &[])?;
             if hot {
                 self.heat(&mut grains);
             }
             Ok(grains)
         });
-        let grains = transfer::agree(self.transport, made)?.unwrap_or_default();
+        let grains = transfer::agree(transport, made)?.unwrap_or_default();
         let settings = setup::settings_in(self.job, self.servo(&cell, LOOSE, self.stress));
         let parts = Parts::fresh(grains, Vec::new(), Vec::new(), cell);
-        World::new(settings, setup::layout::<S>(self.job)?, self.transport, 0, parts)
+        World::new(settings, setup::layout::<S>(self.job)?, transport, 0, parts)
     }
 
     /// Random velocities of the mean energy p V_grain per direction, without momentum.
@@ -273,25 +322,35 @@ impl Press<'_> {
     }
 
     /// A gas under the stress, cooled until it is cold.
-    fn cool<S: Space, C: ContactLaw<S>>(&self, world: &mut GrainWorld<S, C>, cooling: f64) -> Result<(), Error> {
-        world.settings.contact = law(&without_loss(&self.job.contact));
-        world.settings.drive = self.servo(&world.cell, HOT, self.stress);
-        let damping = Damping { mass: cooling / self.time(), ..Damping::default() };
-        world.settings.field = Field { gravity: S::Vector::zero(), damping };
-        loop {
-            steps(world, LOOK_EVERY)?;
+    fn cool<S: Space, C: ContactLaw<S>>(
+        &self,
+        world: &mut GrainWorld<S, C>,
+        cooling: f64,
+        making: &mut Making,
+    ) -> Result<(), Error> {
+        let leg = Leg { name: "cooling a gas", rebuilds: false, look_every: LOOK_EVERY, calm_looks: 1, goal: COLD };
+        let set = |world: &mut GrainWorld<S, C>| {
+            world.settings.contact = law(&without_loss(&self.job.contact));
+            world.settings.drive = self.servo(&world.cell, HOT, self.stress);
+            let damping = Damping { mass: cooling / self.time(), ..Damping::default() };
+            world.settings.field = Field { gravity: S::Vector::zero(), damping };
+        };
+        making.bring_to_rest(world, leg, set, |world, _| {
+            // A gas has no grains that bear, and no rattlers: all of it must be cold.
             let energies = world.energies()?;
-            if energies.kinetic_grains < COLD * energies.elastic_grains {
-                return Ok(());
+            let ratio = energies.kinetic_grains / energies.elastic_grains;
+            let rests = energies.kinetic_grains < COLD * energies.elastic_grains;
+            if !rests {
+                // Z = p V/(N kT) rises from about one to the modulus of the contacts over p.
+                let energy = 2.0 * energies.kinetic_grains / S::DIMENSION as f64;
+                let compressibility = self.stress * setup::volume(&world.cell, self.job) / energy;
+                let modulus =
+                    (self.stress * (1.0 + compressibility)).min(figures::modulus_under(self.job, self.stress));
+                world.settings.drive = self.servo(&world.cell, HOT, modulus);
+                self.refuse_endless(world, ratio)?;
             }
-            // Z = p V/(N kT) rises from about one to the modulus of the contacts over p.
-            let energy = 2.0 * energies.kinetic_grains / S::DIMENSION as f64;
-            let compressibility = self.stress * setup::volume(&world.cell, self.job) / energy;
-            let modulus = (self.stress * (1.0 + compressibility)).min(figures::modulus_under(self.job, self.stress));
-            world.settings.drive = self.servo(&world.cell, HOT, modulus);
-            self.tell(world, "cooling a gas")?;
-            self.refuse_endless(world, [energies.kinetic_grains, energies.elastic_grains])?;
-        }
+            Ok(Look { rests, ratio, words: self.words(world)? })
+        })
     }
 
     /// Compresses or unloads under friction and damping until everything rests under the stress.
@@ -299,26 +358,25 @@ impl Press<'_> {
         &self,
         world: &mut GrainWorld<S, C>,
         stage: Stage,
+        making: &mut Making,
     ) -> Result<(), Error> {
-        world.settings.contact = law(&self.job.contact.while_compressed(self.packed.friction));
-        let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
-        world.settings.field = Field { gravity: S::Vector::zero(), damping };
-        world.settings.drive = self.drive(&world.cell, stage == Stage::Unloading);
-        // The reach of the law may be another.
-        world.rebuild()?;
-        let mut calm = 0;
-        while calm < CALM_LOOKS {
-            steps(world, LOOK_EVERY)?;
-            let energies = world.energies()?;
+        let goal = self.packed.energy_ratio_max;
+        let leg = Leg { name: stage.name(), rebuilds: true, look_every: LOOK_EVERY, calm_looks: CALM_LOOKS, goal };
+        let set = |world: &mut GrainWorld<S, C>| {
+            world.settings.contact = law(&self.job.contact.while_compressed(self.packed.friction));
+            let damping =
+                Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
+            world.settings.field = Field { gravity: S::Vector::zero(), damping };
+            world.settings.drive = self.drive(&world.cell, stage == Stage::Unloading);
+        };
+        making.bring_to_rest(world, leg, set, |world, _| {
+            let ratio = world.unrest()?;
             let (stresses, carried) = self.stresses(world)?;
             world.settings.drive = self.drive(&world.cell, carried >= CARRIES);
             let at_stress = stresses.iter().all(|stress| (stress - 1.0).abs() < STRESS_TOLERANCE);
-            let at_rest = energies.kinetic_grains < self.packed.energy_ratio_max * energies.elastic_grains;
-            calm = if at_stress && at_rest { calm + 1 } else { 0 };
-            self.tell(world, stage.name())?;
-            self.refuse_endless(world, [energies.kinetic_grains, energies.elastic_grains])?;
-        }
-        Ok(())
+            self.refuse_endless(world, ratio)?;
+            Ok(Look { rests: at_stress && ratio < goal, ratio, words: self.words(world)? })
+        })
     }
 
     /// The stress on all axes, of grains that are loose or that carry.
@@ -340,29 +398,20 @@ impl Press<'_> {
         Ok((stresses, stresses[..S::DIMENSION].iter().sum::<f64>() / S::DIMENSION as f64))
     }
 
-    /// Now and then, how far the packing is.
-    fn tell<S: Space, C: ContactLaw<S>>(&self, world: &mut GrainWorld<S, C>, stage: &str) -> Result<(), Error> {
-        if is_told(world.step, LOOK_EVERY, world.grains_total) {
-            let (_, stress) = self.stresses(world)?;
-            let fraction = setup::fraction(world, self.job)?;
-            tracing::info!(step = world.step, stress, fraction, "{stage}: share of the stress, and packing fraction");
-        }
-        Ok(())
+    /// How far the packing is.
+    fn words<S: Space, C: ContactLaw<S>>(&self, world: &mut GrainWorld<S, C>) -> Result<String, Error> {
+        let (_, stress) = self.stresses(world)?;
+        Ok(format!("{stress:.3} of the stress, packing fraction {:.4}", setup::fraction(world, self.job)?))
     }
 
-    fn refuse_endless<S: Space, C: ContactLaw<S>>(
-        &self,
-        world: &GrainWorld<S, C>,
-        [kinetic, elastic]: [f64; 2],
-    ) -> Result<(), Error> {
+    fn refuse_endless<S: Space, C: ContactLaw<S>>(&self, world: &GrainWorld<S, C>, ratio: f64) -> Result<(), Error> {
         if world.step <= STEPS_MAX {
             return Ok(());
         }
         Err(Error::Run(format!(
-            "the packing has not come to rest under {} Pa after {} steps: kinetic/elastic energy {:.1e} (wanted {:.1e}), packing fraction {:.4}; raise packing.energy_ratio_max, or check contact and time.step",
+            "the packing has not come to rest under {} Pa after {} steps: kinetic/elastic energy {ratio:.1e} (wanted {:.1e}), packing fraction {:.4}; raise packing.energy_ratio_max, or check contact and time.step",
             self.stress,
             world.step,
-            kinetic / elastic,
             self.packed.energy_ratio_max,
             setup::fraction(world, self.job)?,
         )))

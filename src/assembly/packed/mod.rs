@@ -1,7 +1,7 @@
 //! Packings of grains in a cell: thrown loosely, compressed or poured, and kept in a file named by everything that shaped
 //! them.
 
-use std::path::Path;
+use std::time::Duration;
 
 use scree_io::column::State;
 use scree_partition::Transport;
@@ -15,7 +15,8 @@ use crate::dem::walls;
 use crate::error::Error;
 use crate::ids::GrainId;
 use crate::law::contact::ContactLaw;
-use crate::packing::{name_of, on_root, read_state, settle, write_state};
+use crate::packing::settle;
+use crate::prepare::cache::{Found, Place};
 use crate::rebuild::Row;
 use crate::record::to_table;
 use crate::scenario::assembly::{Assembly, Packed, Preparation};
@@ -57,32 +58,31 @@ impl<C: ContactLaw<Plane>> Packing<Plane, C> {
     }
 }
 
-/// The packing that a job wants: from the cache, or made now and cached.
+/// The packing that a job wants: from the cache, or made now and cached. Collective.
 pub fn make<S: Space, C: ContactLaw<S>>(
     job: &Assembly,
     packed: &Packed,
     transport: &dyn Transport,
 ) -> Result<Packing<S, C>, Error> {
-    let file = packed.cache.join(format!("assembly-{}.h5", name_of(&key(job, packed))));
-    let cached = on_root(transport, || if file.exists() { read::<S, C>(job, &file).map(Some) } else { Ok(None) });
-    let cached = transfer::agree(transport, cached)?.flatten();
-    if transport.broadcast(vec![u8::from(cached.is_some())])[0] == 1 {
-        let (grains, cell) = match cached {
-            Some(packing) => (packing.grains, vec![packing.cell]),
-            None => (Vec::new(), Vec::new()),
-        };
-        return Ok(Packing { grains, cell: same_cell(job, cell, transport)? });
-    }
-    tracing::info!(grains = packed.count, "making a packing");
-    let mut packing = match packed.preparation {
-        Preparation::Compress { stress, fraction, unloaded } => {
-            compress::make(job, packed, (stress, fraction, unloaded), transport)?
+    let place = Place::new(&packed.cache, "assembly", &key(job, packed));
+    let save_every = Duration::from_secs_f64(job.output.checkpoint_wall_interval);
+    match place.find(transport, save_every, |state| of_state::<S, C>(job, state))? {
+        Found::There(found) => {
+            let (grains, cell) = found.map_or((Vec::new(), Vec::new()), |found| (found.grains, vec![found.cell]));
+            Ok(Packing { grains, cell: same_cell(job, cell, transport)? })
         }
-        Preparation::Pour => pour::make(job, packed, transport)?,
-    };
-    let written = on_root(transport, || write(&file, &mut packing));
-    transfer::agree(transport, written)?;
-    Ok(packing)
+        Found::ToMake(mut making) => {
+            tracing::info!(grains = packed.count, "making a packing");
+            let mut packing = match packed.preparation {
+                Preparation::Compress { stress, fraction, unloaded } => {
+                    compress::make(job, packed, (stress, fraction, unloaded), &mut making)?
+                }
+                Preparation::Pour => pour::make(job, packed, &mut making)?,
+            };
+            making.finish(|| state_of(&mut packing))?;
+            Ok(packing)
+        }
+    }
 }
 
 /// Refuses what no packing can be made of, before anything is started.
@@ -99,7 +99,7 @@ fn key(job: &Assembly, packed: &Packed) -> String {
     let falls = matches!(packed.preparation, Preparation::Pour);
     let shapes: Vec<_> = job.bodies.iter().filter(|_| falls).map(|body| &body.shape).collect();
     format!(
-        "assembly 1 seed {} cell {} {:?} {:?} {:?} {:?} density {:?} sizes {:?} count {} preparation {:?} friction {:?} start {:?} ratio {:?} contact {:?} gravity {:?} bodies {:?} step {:?} skin {:?} block {:?}",
+        "assembly 2 seed {} cell {} {:?} {:?} {:?} {:?} density {:?} sizes {:?} count {} preparation {:?} friction {:?} start {:?} ratio {:?} contact {:?} gravity {:?} bodies {:?} step {:?} skin {:?} block {:?}",
         job.seed,
         cell.dimension,
         cell.lower,
@@ -122,15 +122,14 @@ fn key(job: &Assembly, packed: &Packed) -> String {
     )
 }
 
-/// Writes a packing as a file of its own: grains, and the cell that they fill.
-pub fn write<S: Space, C: ContactLaw<S>>(file: &Path, packing: &mut Packing<S, C>) -> Result<(), Error> {
+/// A packing as a state: grains, and the cell that they fill.
+pub fn state_of<S: Space, C: ContactLaw<S>>(packing: &mut Packing<S, C>) -> State {
     let mut tables = Vec::from(tables::of_grains(&mut packing.grains));
     tables.push(to_table("cell", &mut [packing.cell], &mut Cell::blank()));
-    write_state(file, &State { attributes: Default::default(), tables })
+    State { attributes: Default::default(), tables }
 }
 
-fn read<S: Space, C: ContactLaw<S>>(job: &Assembly, file: &Path) -> Result<Packing<S, C>, Error> {
-    let mut state = read_state(file)?;
+fn of_state<S: Space, C: ContactLaw<S>>(job: &Assembly, mut state: State) -> Result<Packing<S, C>, Error> {
     let mut cell = setup::cell_of(job);
     let moved: Vec<Cell<S>> = tables::rows(&state, "cell", &cell)?;
     moved.iter().for_each(|moved| cell.take_motion_of(moved));

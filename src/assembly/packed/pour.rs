@@ -4,14 +4,18 @@
 //! their weight to 1 %. Falling is damped at the rate 0.1 sqrt(g/d), which bounds the speed by 10 sqrt(g d) so that no grain
 //! hits the others hard, and forces by local damping; neither carries weight once grains are at rest.
 
-use scree_partition::{ExactSum, Transport};
+use scree_partition::ExactSum;
 
 use super::{GrainWorld, Packing, gathered, setup, thrown};
 use crate::body::Body;
+use crate::checkpoint::{self, Drawn, Progress};
 use crate::dem::motion::Field;
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
-use crate::packing::{is_told, on_root, steps};
+use crate::law::material::Absent;
+use crate::mpm::membrane::Membranes;
+use crate::packing::on_root;
+use crate::prepare::making::{Leg, Look, Making};
 use crate::rebuild::Parts;
 use crate::scenario::assembly::{Assembly, Damping, DampingForm, Packed};
 use crate::servo::CellDrive;
@@ -34,11 +38,11 @@ const FALLS_MAX: f64 = 300.0;
 pub fn make<S: Space, C: ContactLaw<S>>(
     job: &Assembly,
     packed: &Packed,
-    transport: &dyn Transport,
+    making: &mut Making,
 ) -> Result<Packing<S, C>, Error> {
+    let transport = making.transport();
     let cell = setup::cell_of::<S>(job);
     let bodies: Vec<Body<S>> = job.bodies.iter().map(|body| still(setup::body_of(body))).collect();
-    let grains = transfer::agree(transport, on_root(transport, || thrown::<S, C>(job, packed, &cell, &bodies)))?;
     let gravity = setup::vector::<S>(&job.gravity);
     let damping = Damping {
         local: DAMPING_LOCAL,
@@ -49,9 +53,21 @@ pub fn make<S: Space, C: ContactLaw<S>>(
     settings.contact =
         C::from_job(&job.contact.with_friction(packed.friction)).expect("the run was given the job's law");
     settings.field = Field { gravity, damping };
-    let parts = Parts::fresh(grains.unwrap_or_default(), Vec::new(), bodies, cell);
-    let mut world: GrainWorld<S, C> = World::new(settings, setup::layout::<S>(job)?, transport, 0, parts)?;
-    settle(job, packed, &mut world)?;
+    making.begin(0);
+    let (parts, step) = match making.taken_up::<S, C, Absent>()? {
+        Some(snapshot) => {
+            let draw = |_: &Progress, _| Ok(Drawn { cell, bodies, membranes: Membranes::default() });
+            let (parts, progress) = checkpoint::restore(snapshot, draw, transport)?;
+            (parts, progress.step)
+        }
+        None => {
+            let grains = on_root(transport, || thrown::<S, C>(job, packed, &cell, &bodies));
+            let grains = transfer::agree(transport, grains)?.unwrap_or_default();
+            (Parts::fresh(grains, Vec::new(), bodies, cell), 0)
+        }
+    };
+    let mut world: GrainWorld<S, C> = World::new(settings, setup::layout::<S>(job)?, transport, step, parts)?;
+    settle(job, packed, &mut world, making)?;
     tracing::info!(steps = world.step, "the grains are at rest");
     Ok(Packing { grains: gathered(&mut world)?, cell })
 }
@@ -67,40 +83,29 @@ fn settle<S: Space, C: ContactLaw<S>>(
     job: &Assembly,
     packed: &Packed,
     world: &mut GrainWorld<S, C>,
+    making: &mut Making,
 ) -> Result<(), Error> {
     let gravity = world.settings.field.gravity;
     let weight = world.ledger()?.mass * gravity.norm();
-    let energy_max = packed.energy_ratio_max * weight * job.matter.diameter_mean;
+    let (goal, energy) = (packed.energy_ratio_max, weight * job.matter.diameter_mean);
     let height = (0..S::DIMENSION).map(|axis| world.cell.height(axis)).fold(0.0, f64::max);
     // From rest, with what damping leaves of gravity.
     let fall = (2.0 * height / ((1.0 - DAMPING_LOCAL) * gravity.norm())).sqrt();
     let steps_max = (FALLS_MAX * fall / job.step) as u64;
-    let mut calm = 0;
-    while calm < CALM_LOOKS {
-        steps(world, LOOK_EVERY)?;
-        let kinetic = world.energies()?.kinetic_grains;
+    let leg = Leg { name: "pouring", rebuilds: false, look_every: LOOK_EVERY, calm_looks: CALM_LOOKS, goal };
+    making.bring_to_rest(world, leg, |_| (), |world, _| {
+        // Whoever still falls bears nothing yet: all grains count.
+        let ratio = world.energies()?.kinetic_grains / energy;
         let carried = carried(world)? / weight;
-        let at_rest = kinetic < energy_max && (carried - 1.0).abs() < WEIGHT_TOLERANCE;
-        calm = if at_rest { calm + 1 } else { 0 };
-        if is_told(world.step, LOOK_EVERY, world.grains_total) {
-            let energy = kinetic / energy_max;
-            tracing::info!(
-                step = world.step,
-                weight = carried,
-                energy,
-                "pouring: shares of the weight and of the energy at rest"
-            );
-        }
         if world.step > steps_max {
             return Err(Error::Run(format!(
-                "the poured grains have not come to rest after {} steps: the bodies carry {carried:.3} of their weight, and their kinetic energy is {:.1e} of m g d (wanted {:.1e}); see whether the bodies hold them from all sides, raise packing.energy_ratio_max, or check contact and time.step",
+                "the poured grains have not come to rest after {} steps: the bodies carry {carried:.3} of their weight, and their kinetic energy is {ratio:.1e} of m g d (wanted {goal:.1e}); see whether the bodies hold them from all sides, raise packing.energy_ratio_max, or check contact and time.step",
                 world.step,
-                kinetic / (weight * job.matter.diameter_mean),
-                packed.energy_ratio_max
             )));
         }
-    }
-    Ok(())
+        let rests = ratio < goal && (carried - 1.0).abs() < WEIGHT_TOLERANCE;
+        Ok(Look { rests, ratio, words: format!("the bodies carry {carried:.3} of the weight") })
+    })
 }
 
 /// Force of the bodies on the grains against gravity, N, of the last step.

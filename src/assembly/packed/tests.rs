@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use scree_partition::Solo;
 use scree_partition::transport::threads;
 
+use std::path::Path;
+
 use super::*;
 use crate::assembly::GrainWorld;
 use crate::dem::grains::is_body;

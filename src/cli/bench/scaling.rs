@@ -89,10 +89,7 @@ pub(super) fn command(wanted: &Wanted) -> Result<Outcome, Error> {
     bench.measure(&mut cases)?;
     let scaling = scaling_of(wanted, &job, &cases);
     let page = report::write_scaling(&scaling, &out)?;
-    let json = scaling.to_json();
-    let file = out.join("scaling.json");
-    let text = serde_json::to_string_pretty(&json).expect("numbers and words are written");
-    fs::write(&file, text + "\n").map_err(|error| unwritable(&file, &error))?;
+    let (json, file) = (scaling.to_json(), out.join("scaling.json"));
     let mut told = told(&scaling);
     writeln!(told, "The plots are in {}, all figures in {}.", page.display(), file.display()).expect(STRING);
     if wanted.json {

@@ -40,12 +40,12 @@ pub fn page(
     table(&mut body, "The material", &heads(calibration), &figures(calibration));
     table(&mut body, "How the law follows the shear tests", &["grains", "law"], &followed(calibration));
     body += &format!(
-        "<h2>How this was made</h2>\n<p>By scree {} with <code>{}</code>. <code>calibrated.toml</code> has the material as \
+        "<h2>How this was made</h2>\n<p>By {} with <code>{}</code>. <code>calibrated.toml</code> has the material as \
          a job takes it, <code>calibration.json</code> every number, <code>isotropic.toml</code>, \
          <code>uniaxial.toml</code> and <code>shear.toml</code> (of grains that cohere <code>shear_without_cohesion.toml</code>, \
          too) the tests of the first packing for <code>scree run</code>, <code>figures/</code> the drawings.</p>\n\
          <details><summary>The complete scenario</summary>\n<pre>{}</pre>\n</details>\n",
-        env!("CARGO_PKG_VERSION"),
+        crate::program::name(),
         escape(command),
         escape(&scenario.to_toml())
     );

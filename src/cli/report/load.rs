@@ -6,10 +6,11 @@ use scree_io::column::{Column, Values};
 use scree_io::{frames, series};
 
 use super::span::Span;
+use super::told;
 use crate::error::Error;
 use crate::math;
 
-/// A finished run.
+/// A run, whether it has ended or not.
 #[derive(Clone, Debug)]
 pub struct Run {
     pub directory: PathBuf,
@@ -33,6 +34,8 @@ pub struct Run {
 /// The columns of `series.csv`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Series {
+    /// Of the last row.
+    pub step: f64,
     /// s.
     pub time: Vec<f64>,
     /// Displacement of the upper plate over the specimen's width.
@@ -160,14 +163,6 @@ impl Run {
         let scenario: toml::Table = toml::from_str(&scenario_text).map_err(|error| {
             broken(&scenario_path, &format!("is not TOML: {}", error.message()), "Copy it back from the run's job")
         })?;
-        let summary_path = directory.join("summary.json");
-        let summary = serde_json::from_str(&text(&summary_path)?).map_err(|error| {
-            broken(
-                &summary_path,
-                &format!("is not a JSON object: {error}"),
-                "Resume the run; its end writes the file anew",
-            )
-        })?;
         let frames_path = directory.join("frames.vtkhdf");
         present(&frames_path)?;
         let frame_times = frames::times(&frames_path).map_err(unreadable)?;
@@ -184,6 +179,8 @@ impl Run {
         };
         let fallback =
             directory.file_name().map_or_else(|| "run".to_owned(), |name| name.to_string_lossy().into_owned());
+        let series = read_series(&directory.join("series.csv"))?;
+        let summary = told::figures(directory, series.step)?;
         Ok(Self {
             directory: directory.to_owned(),
             name: words("name").unwrap_or(fallback),
@@ -191,7 +188,7 @@ impl Run {
             width: needed("specimen.width")?,
             diameter: needed("grains.diameter_mean")?,
             stress_normal: figure("loading.stress_normal").or_else(|| figure("loading.normal_stress")),
-            series: read_series(&directory.join("series.csv"))?,
+            series,
             scenario,
             scenario_text,
             summary,
@@ -323,6 +320,7 @@ fn read_series(path: &Path) -> Result<Series, Error> {
             .collect()
     };
     Ok(Series {
+        step: column("step")?.last().copied().unwrap_or(0.0),
         time: column("time")?,
         strain: column("strain")?,
         shear_stress: column("shear_stress")?,

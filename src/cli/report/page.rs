@@ -258,10 +258,10 @@ fn made(body: &mut String, sources: &[Source]) {
     let directories: Vec<String> = sources.iter().map(|(_, directory, _)| directory.display().to_string()).collect();
     let _ = writeln!(
         body,
-        "<p>By scree {} with <code>scree report {}</code>, from each directory's <code>scenario.toml</code>, \
+        "<p>By {} with <code>scree report {}</code>, from each directory's <code>scenario.toml</code>, \
          <code>summary.json</code>, <code>series.csv</code> and <code>frames.vtkhdf</code>. The drawings lie beside \
          this page in <code>figures/</code>, as SVG.</p>",
-        env!("CARGO_PKG_VERSION"),
+        crate::program::name(),
         escape(&directories.join(" "))
     );
     for (name, _, scenario) in sources {

@@ -8,7 +8,7 @@ use scree_io::{frames, series};
 use super::chart::{Axis, Chart, Curve, Entry, legend, side_by_side, significant};
 use super::load::{broken, lookup, present, text, torn_frames, unreadable};
 use super::svg::{Stroke, Svg};
-use super::{WIDTH, colour};
+use super::{WIDTH, colour, told};
 use crate::error::Error;
 
 pub const AXES: [&str; 3] = ["x", "y", "z"];
@@ -39,14 +39,11 @@ pub fn has_table(directory: &Path, table: &str) -> bool {
 
 impl Record {
     pub fn read(directory: &Path) -> Result<Self, Error> {
-        let [scenario_path, summary_path, series_path, frames_path] =
-            ["scenario.toml", "summary.json", "series.csv", "frames.vtkhdf"].map(|name| directory.join(name));
+        let [scenario_path, series_path, frames_path] =
+            ["scenario.toml", "series.csv", "frames.vtkhdf"].map(|name| directory.join(name));
         let scenario_text = text(&scenario_path)?;
         let scenario: toml::Table = toml::from_str(&scenario_text).map_err(|error| {
             broken(&scenario_path, &format!("is not TOML: {}", error.message()), "Copy it back from the run's job")
-        })?;
-        let summary = serde_json::from_str(&text(&summary_path)?).map_err(|error| {
-            broken(&summary_path, &format!("is not a JSON object: {error}"), "Resume the run; its end writes it anew")
         })?;
         present(&series_path)?;
         let (header, rows) = series::read(&series_path).map_err(unreadable)?;
@@ -54,6 +51,8 @@ impl Record {
             return Err(broken(&series_path, "has no rows yet", "Let the run go on: `scree resume`"));
         }
         let column = |index: usize| rows.iter().map(|row| row.get(index).copied().unwrap_or(f64::NAN)).collect();
+        let step = rows.last().and_then(|row| row.first()).copied().unwrap_or(0.0);
+        let summary = told::figures(directory, step)?;
         let columns = header.iter().enumerate().map(|(index, name)| (name.clone(), column(index))).collect();
         present(&frames_path)?;
         let frame_times = frames::times(&frames_path).map_err(unreadable)?;

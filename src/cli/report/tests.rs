@@ -100,7 +100,7 @@ fn what_is_missing_or_torn_is_named() {
         let bytes = fs::read(path).unwrap();
         fs::write(path, &bytes[..bytes.len() / 2]).unwrap();
     };
-    for name in ["scenario.toml", "summary.json", "series.csv", "frames.vtkhdf"] {
+    for name in ["scenario.toml", "series.csv", "frames.vtkhdf"] {
         assert!(complaint(name, &remove).contains("is missing"));
     }
     complaint("summary.json", &cut);
