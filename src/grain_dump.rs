@@ -48,7 +48,7 @@ pub fn write(dir: &Path, file: &Path, moment: Moment) -> Result<String, Error> {
     let failed = |error: std::io::Error| Error::Run(format!("{}: {error}", file.display()));
     let chosen = chosen(&times, moment, (dir, job.step()))?;
     let aside = Aside::of(file);
-    let mut to = BufWriter::new(std::fs::File::create(aside.path()).map_err(failed)?);
+    let mut to = BufWriter::new(std::fs::File::create(aside.partial()).map_err(failed)?);
     let mut written = Vec::new();
     for number in chosen {
         let frame = frames::read_frame(&path, number).map_err(unreadable)?;

@@ -14,6 +14,7 @@ use crate::error::Error;
 use crate::law::material::MaterialMemory;
 use crate::log::Log;
 use crate::plan::LoadMap;
+use crate::program;
 use crate::run::folder::Folder;
 use crate::run::meter::Meter;
 use crate::run::{Beginning, Experiment, Options};
@@ -29,6 +30,8 @@ pub struct Outputs {
     frames: Option<FrameFile>,
     /// As many as there are frames, where contacts are written.
     contacts: Option<FrameFile>,
+    /// The most rows that a frame has had.
+    rows: usize,
     log: Log,
     /// Figures for `summary.json`.
     summary: BTreeMap<String, Value>,
@@ -50,7 +53,6 @@ fn contacts_file(dir: &Path) -> PathBuf {
 fn series_file(dir: &Path) -> PathBuf {
     dir.join("series.csv")
 }
-
 fn failed(path: &Path, error: &dyn std::fmt::Display) -> Error {
     Error::Run(format!("{}: {error}; the run has stopped", path.display()))
 }
@@ -68,10 +70,17 @@ fn tells_of_the_end(summary: &BTreeMap<String, Value>, step: u64) -> bool {
 }
 
 /// Adds a frame to its file, which the first one makes.
-fn add(file: &mut Option<FrameFile>, folder: &Folder, path: &Path, frame: &Frame) -> Result<(), Error> {
+fn add(
+    file: &mut Option<FrameFile>,
+    (folder, path): (&Folder, &Path),
+    frame: &Frame,
+    rows: usize,
+) -> Result<(), Error> {
+    let run = Some(folder.id().as_str()).filter(|id| !id.is_empty()).map(|id| (checkpoint::RUN, id));
+    let attributes: Vec<(&str, &str)> = run.into_iter().chain([(checkpoint::PROGRAM, program::identity())]).collect();
     let added = match file {
         Some(file) => file.append(frame),
-        None => FrameFile::create(path, &folder.scratch()?, frame).map(|made| *file = Some(made)),
+        None => FrameFile::create(path, &folder.scratch()?, frame, rows, &attributes).map(|made| *file = Some(made)),
     };
     added.map_err(|error| failed(path, &error))
 }
@@ -144,7 +153,7 @@ impl Outputs {
     fn new(folder: Folder, log: Log, series: Series, (step, steps): (u64, u64)) -> Self {
         let (summary, meter) = (BTreeMap::new(), Meter::known());
         let began = (step, Instant::now(), steps);
-        Self { folder, series, frames: None, contacts: None, log, summary, meter, began }
+        Self { folder, series, frames: None, contacts: None, rows: 0, log, summary, meter, began }
     }
 
     pub fn folder(&self) -> &Folder {
@@ -177,13 +186,15 @@ impl Outputs {
     }
 
     pub fn frame(&mut self, frame: &Frame) -> Result<(), Error> {
+        self.rows = self.rows.max(frame.rows());
         let path = frames_file(self.folder.dir());
-        add(&mut self.frames, &self.folder, &path, frame)
+        add(&mut self.frames, (&self.folder, &path), frame, self.rows)
     }
 
     pub fn contacts(&mut self, contacts: &Frame) -> Result<(), Error> {
+        // At first grains may not touch; once they do, each has about four or six neighbours, which a contact is of two.
         let path = contacts_file(self.folder.dir());
-        add(&mut self.contacts, &self.folder, &path, contacts)
+        add(&mut self.contacts, (&self.folder, &path), contacts, 3 * self.rows)
     }
 
     /// One line in `log.jsonl`.

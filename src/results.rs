@@ -66,7 +66,7 @@ fn refuse_file_of_a_run(path: &Path) -> Result<(), Error> {
 /// Writes a file as a whole: what had its name, a link or a file, is replaced, or left as it was.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let aside = Aside::of(path);
-    fs::write(aside.path(), bytes).map_err(|error| unwritable(path, &error))?;
+    fs::write(aside.partial(), bytes).map_err(|error| unwritable(path, &error))?;
     aside.name()
 }
 
@@ -85,7 +85,8 @@ impl Aside {
         Self { path: path.to_owned(), aside: path.with_file_name(name) }
     }
 
-    pub fn path(&self) -> &Path {
+    /// Where the file is made.
+    pub fn partial(&self) -> &Path {
         &self.aside
     }
 

@@ -538,7 +538,8 @@ impl<'t, E: Experiment> Run<'t, E> {
         core.progress.step = core.world.step;
         core.progress.ledger = core.world.ledger_entries()?;
         core.progress.reactions = core.world.reaction_entries()?;
-        let file = folder.join(store::file_name(core.world.step));
+        let saved = core.world.step;
+        let file = folder.join(store::file_name(saved));
         let head = checkpoint::head(&core.world, core.progress.clone(), self.experiment.job());
         let target = core.outputs.as_ref().map(|outputs| outputs.target(&file, head)).transpose();
         let target = transfer::agree(core.world.transport, target)?;
@@ -549,7 +550,7 @@ impl<'t, E: Experiment> Run<'t, E> {
         let tidy = |_: &mut Outputs| {
             let keep = for_good > 0 && number.is_multiple_of(for_good);
             let tidied = if keep { store::keep_for_good(&file) } else { Ok(()) };
-            let tidied = tidied.and_then(|()| store::prune(&checkpoint::folder(out), kept));
+            let tidied = tidied.and_then(|()| store::prune(&checkpoint::folder(out), saved, kept));
             tidied.map(|_| ()).map_err(|error| Error::Run(error.to_string()))
         };
         let written = checkpoint::write(target, &core.world);

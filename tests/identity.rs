@@ -38,8 +38,8 @@ fn every_file_of_a_run_tells_its_program() {
     let (_, checkpoint) = store::newest(&desk.path("reference/checkpoints")).unwrap().remove(0);
     let state = store::read(&checkpoint).unwrap();
     assert_eq!((state.attributes["program"].as_str(), &state.attributes["run"]), (identity, run));
-    //F let frames = scree_io::frames::attributes(&desk.path("reference/frames.vtkhdf")).unwrap();
-    //F assert_eq!((frames["program"].as_str(), &frames["run"]), (identity, run));
+    let frames = scree_io::frames::attributes(&desk.path("reference/frames.vtkhdf")).unwrap();
+    assert_eq!((frames["program"].as_str(), &frames["run"]), (identity, run));
 }
 
 fn copy(from: &Path, to: &Path) {

@@ -124,6 +124,7 @@ fn remedy(source: &io::Error) -> &'static str {
         io::ErrorKind::PermissionDenied => "; check the owner and the mode of the file and of its folder",
         io::ErrorKind::ReadOnlyFilesystem => "; choose a folder that can be written to",
         io::ErrorKind::NotFound => "; check the path",
+        io::ErrorKind::CrossesDevices => "; what is in the making must be on the same file system",
         io::ErrorKind::AlreadyExists => "; move it aside or choose another name",
         _ if source.raw_os_error() == Some(MEDIUM_FAILED) => "; the disk is failing, use another one",
         _ => "",

@@ -1,29 +1,34 @@
 //! Frames for ParaView: points or lines with fields over time, in VTKHDF files (transient `PolyData`, version 2.0).
 //!
 //! Frames are added while the run goes on, and their files are whole at every moment. HDF5 changes a file in many places
-//! at once, and a full disk or a kill in between would lose every frame in it; so a frame is added to a copy, which then
-//! takes the name. Readers see the file before or after, never between, and one that holds it open keeps what it had:
-//! adding in place would take that from them, even where two files were kept and changed in turn.
+//! at once, and a full disk or a kill in between would lose every frame in it; so there are two files of the same frames,
+//! one of them in a folder of the caller's. A frame is added to that one, which then takes the name, and the one that had the
+//! name waits for the next, when it gets both. So a frame costs twice what it weighs, whatever came before it.
 //!
-//! Copying a file that grows for a month would cost the square of its length. So a file that has reached [`PART_BYTES`] is
-//! closed for good, and the frames go on in another beside it: `frames.vtkhdf`, `frames.2.vtkhdf`, `frames.3.vtkhdf`, each
-//! complete by itself. No frame costs more than copying one such part. The functions here take the name of the first part
-//! and see all frames as one list.
+//! Readers see the file before or after, never between, and one that holds it open keeps what it had: if somebody still
+//! has the file that waits, open or by another name, it is left to him, and the frame goes into a copy. That it is open is
+//! told by the locks that the HDF5 library sets. Where a file system has none it is added to nevertheless, but nothing of
+//! the frames in it is written again.
+//!
+//! A file that has reached [`PART_BYTES`] is closed for good, and the frames go on in another beside it: `frames.vtkhdf`,
+//! `frames.2.vtkhdf`, `frames.3.vtkhdf`, each complete by itself. So the second file costs no more room than one such part.
+//! The functions here take the name of the first part and see all frames as one list.
 //!
 //! A run cannot be continued from frames; one that resumes cuts them back with [`FrameFile::open_and_cut`].
 
 mod file;
 mod layout;
 mod read;
+mod shape;
 
 use std::path::{Path, PathBuf};
 
 pub use file::FrameFile;
-pub use read::{read, read_frame, read_part, refuse_fewer, times};
+pub use read::{attributes, read, read_frame, read_part, refuse_fewer, times};
 
 use crate::column::Column;
 
-/// Bytes at which a part of the frames is closed: some seconds of writing at most, and rarely reached.
+/// Bytes at which a part of the frames is closed: rarely reached, and copied in a second where a run is resumed.
 pub const PART_BYTES: u64 = 512 << 20;
 
 /// What there is to be seen at one time.

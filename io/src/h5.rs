@@ -1,13 +1,17 @@
 //! The HDF5 library behind one door: how files are opened, how datasets are laid out, what its errors mean.
 
+mod chunks;
+
 use std::fs;
 use std::io;
 use std::path::Path;
 
 use hdf5::file::FileCloseDegree;
 use hdf5::plist::group_create::{LinkCreationOrder, LinkPhaseChange};
-use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
-use hdf5::{Dataset, File, FileBuilder, Group};
+use hdf5::types::{FixedUnicode, FloatSize, IntSize, TypeDescriptor};
+use hdf5::{Dataset, File, FileBuilder, Group, Location};
+
+pub(crate) use chunks::copy_chunk;
 
 use crate::column::Kind;
 use crate::error::Error;
@@ -15,6 +19,9 @@ use crate::system::refused;
 
 /// Bytes in a chunk at most: it is compressed and checked as a whole, and fits the library's cache.
 const CHUNK_BYTES_MAX: usize = 1 << 20;
+
+/// Bytes of the longest text that is kept as an attribute: HDF5 bounds attributes.
+pub(crate) const TEXT_BYTES_MAX: usize = 1024;
 
 /// Groups keep their links in their header however many there are. The library would move more than eight to a heap, and
 /// when it finds that heap damaged it frees what it never had, and the program dies.
@@ -64,6 +71,28 @@ pub(crate) fn create_group(parent: &Group, name: &str) -> hdf5::Result<Group> {
 /// Names of a group's members in the order of their creation.
 pub(crate) fn members(group: &Group) -> hdf5::Result<Vec<String>> {
     group.member_names_by(hdf5::IndexType::CreationOrder, hdf5::IterationOrder::Increasing)
+}
+
+/// Keeps a text as an attribute, of fixed length: the library keeps text of variable length without a checksum. It pads with
+/// zeros, so the text must have none.
+pub(crate) fn write_text(of: &Location, key: &str, text: &str) -> hdf5::Result<()> {
+    if text.len() <= 64 { write_text_of::<64>(of, key, text) } else { write_text_of::<TEXT_BYTES_MAX>(of, key, text) }
+}
+
+fn write_text_of<const N: usize>(of: &Location, key: &str, text: &str) -> hdf5::Result<()> {
+    let text: FixedUnicode<N> = text.parse().map_err(|error| format!("attribute {key}: {error}"))?;
+    of.new_attr::<FixedUnicode<N>>().create(key)?.write_scalar(&text)
+}
+
+/// The text that is an attribute.
+pub(crate) fn read_text(of: &Location, key: &str, path: &Path) -> Result<String, Error> {
+    let part = || format!("attribute \"{key}\"");
+    let text = of.attr(key).and_then(|attribute| attribute.read_scalar::<FixedUnicode<TEXT_BYTES_MAX>>());
+    let text = text.map_err(|error| damaged(path, part, &error))?;
+    String::from_utf8(text.as_bytes().to_vec()).map_err(|error| {
+        let (path, reason) = (path.to_owned(), error.to_string());
+        Error::Damaged { path, part: part(), reason }
+    })
 }
 
 /// Rows per chunk for rows of that many bytes, when about `rows` are to be held.

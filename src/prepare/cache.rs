@@ -43,7 +43,11 @@ pub struct Place {
 /// A packing that is there, on rank 0, or that is to be made.
 pub enum Found<'t, T> {
     There(Option<T>),
-    ToMake(Making<'t>),
+    ToMake(Box<Making<'t>>),
+}
+
+fn to_make<T>(making: Making) -> Found<T> {
+    Found::ToMake(Box::new(making))
 }
 
 /// What rank 0 sees when it looks, in the order of the numbers by which it tells the others.
@@ -93,9 +97,9 @@ impl Place {
                 (0, Some(Seen::There(found))) => return Ok(Found::There(Some(found))),
                 (0, _) => return Ok(Found::There(None)),
                 (1, Some(Seen::Mine(held))) => {
-                    return Making::new(transport, Some(held), save_every).map(Found::ToMake);
+                    return Making::new(transport, Some(held), save_every).map(to_make);
                 }
-                (1, _) => return Making::new(transport, None, save_every).map(Found::ToMake),
+                (1, _) => return Making::new(transport, None, save_every).map(to_make),
                 _ => self.wait(transport, &mut has_told)?,
             }
         }

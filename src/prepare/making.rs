@@ -132,7 +132,7 @@ impl<'t> Making<'t> {
     }
 
     /// The state in which this attempt was left, where it was; rank 0 holds it. Collective.
-    pub fn taken_up<S, C, L>(&mut self) -> Result<Option<Option<SnapshotOf<S, C, L>>>, Error>
+    pub fn taken_up<S, C, L>(&mut self) -> Result<Option<LeftOf<S, C, L>>, Error>
     where
         S: Space,
         C: ContactLaw<S>,
@@ -275,6 +275,9 @@ impl<'t> Making<'t> {
         transfer::agree(self.transport, finished)
     }
 }
+
+/// A state that was left, on rank 0.
+pub type LeftOf<S, C, L> = Option<SnapshotOf<S, C, L>>;
 
 /// A state with the memories of laws.
 pub type SnapshotOf<S, C, L> = Snapshot<S, <C as ContactLaw<S>>::Memory<f64>, <L as MaterialLaw<S>>::Memory>;

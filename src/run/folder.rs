@@ -304,7 +304,7 @@ impl Folder {
         self.empty_scratch()?;
         let checkpoints = self.checkpoints();
         if checkpoints.is_dir() {
-            store::prune(&checkpoints, 1).map_err(|error| Error::User(error.to_string()))?;
+            store::prune(&checkpoints, u64::MAX, 1).map_err(|error| Error::User(error.to_string()))?;
             for (_, path) in store::all(&checkpoints).map_err(|error| Error::User(error.to_string()))? {
                 remove(&path)?;
             }

@@ -1,15 +1,11 @@
 //! What a file is made of: texts, and columns that are filled from their first row on.
 
 use hdf5::plist::dataset_create::FillTime;
-use hdf5::types::FixedUnicode;
 use hdf5::{Dataset, File, Group, H5Type, Hyperslab};
 use ndarray::ArrayView2;
 
 use crate::column::{Column, Kind, Values};
 use crate::h5;
-
-/// Bytes of the longest text that is kept as an attribute. HDF5 bounds attributes, and only datasets are compressed.
-pub(super) const ATTRIBUTE_BYTES_MAX: usize = 1024;
 
 /// Rows in a chunk at most. The library holds a chunk or a few of every column that is not yet whole.
 const CHUNK_ROWS_MAX: usize = 16 * 1024;
@@ -17,22 +13,13 @@ const CHUNK_ROWS_MAX: usize = 16 * 1024;
 /// Values of a column that are looked at to see whether they repeat.
 const SAMPLE: usize = 4096;
 
-/// Keeps a text as an attribute of the file if it can be one, or else among the long `texts`.
+/// Keeps a text as an attribute of the file if it can be one, or else among the long `texts`, which are compressed.
 pub(super) fn write_text(file: &File, texts: &Group, key: &str, text: &str) -> hdf5::Result<()> {
-    // Attributes are padded with zeros, so a text that has some cannot be one.
-    if text.len() > ATTRIBUTE_BYTES_MAX || text.contains('\0') {
+    if text.len() > h5::TEXT_BYTES_MAX || text.contains('\0') {
         create_dataset::<u8>(texts, key, (text.len(), 1), Packing::Deflated)?.write_raw(text.as_bytes())
-    } else if text.len() <= 64 {
-        write_attribute::<64>(file, key, text)
     } else {
-        write_attribute::<ATTRIBUTE_BYTES_MAX>(file, key, text)
+        h5::write_text(file, key, text)
     }
-}
-
-/// Text of fixed length: the library keeps text of variable length without a checksum.
-pub(super) fn write_attribute<const N: usize>(file: &File, key: &str, text: &str) -> hdf5::Result<()> {
-    let text: FixedUnicode<N> = text.parse().map_err(|error| format!("attribute {key}: {error}"))?;
-    file.new_attr::<FixedUnicode<N>>().create(key)?.write_scalar(&text)
 }
 
 /// Room for `rows` rows of a column that begins with `first`.

@@ -4,10 +4,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use hdf5::types::FixedUnicode;
 use hdf5::{Dataset, File, Group};
 
-use super::parts::ATTRIBUTE_BYTES_MAX;
 use crate::column::{Column, Kind, State, Table, Values};
 use crate::digest::{digest, seal};
 use crate::error::Error;
@@ -44,7 +42,7 @@ fn check_schema(file: &File, path: &Path) -> Result<(), Error> {
 }
 
 fn check_sum(what: &'static str, key: &str, found: &str, file: &File, path: &Path) -> Result<(), Error> {
-    let stored = read_attribute(file, key, path)?;
+    let stored = h5::read_text(file, key, path)?;
     if stored != found {
         return Err(Error::Digest { path: path.to_owned(), what, stored, found: found.to_owned() });
     }
@@ -55,7 +53,7 @@ fn read_attributes(file: &File, path: &Path) -> Result<BTreeMap<String, String>,
     let mut attributes = BTreeMap::new();
     for key in file.attr_names().map_err(|error| damaged_attributes(path, &error))? {
         if !schema::RESERVED_ATTRIBUTES.contains(&key.as_str()) {
-            let text = read_attribute(file, &key, path)?;
+            let text = h5::read_text(file, &key, path)?;
             attributes.insert(key, text);
         }
     }
@@ -70,15 +68,6 @@ fn read_attributes(file: &File, path: &Path) -> Result<BTreeMap<String, String>,
         attributes.insert(key.clone(), utf8(bytes, path, part)?);
     }
     Ok(attributes)
-}
-
-fn read_attribute(file: &File, key: &str, path: &Path) -> Result<String, Error> {
-    let part = || format!("attribute \"{key}\"");
-    let text = file
-        .attr(key)
-        .and_then(|attribute| attribute.read_scalar::<FixedUnicode<ATTRIBUTE_BYTES_MAX>>())
-        .map_err(|error| h5::damaged(path, part, &error))?;
-    utf8(text.as_bytes().to_vec(), path, part)
 }
 
 fn utf8(bytes: Vec<u8>, path: &Path, part: impl FnOnce() -> String) -> Result<String, Error> {

@@ -19,14 +19,16 @@ use crate::system::Aside;
 /// Panics if a column's length is not rows times width, if a name is empty, repeated or has a `/`, or if an attribute
 /// has one of the names in [`schema`](crate::schema).
 pub fn write(path: &Path, state: &State) -> Result<(), Error> {
-    write_by(Writer::create(path, &state.attributes)?, state)
+    write_all(Writer::create(path, &state.attributes)?, state)
 }
 
+/// Writes the state as [`write`] does, with nothing ever beside `path`: the file is made in the folder `scratch`, which must be on the
+/// same file system.
 pub fn write_in(scratch: &Path, path: &Path, state: &State) -> Result<(), Error> {
-    write_by(Writer::create_in(scratch, path, &state.attributes)?, state)
+    write_all(Writer::create_in(scratch, path, &state.attributes)?, state)
 }
 
-fn write_by(mut writer: Writer, state: &State) -> Result<(), Error> {
+fn write_all(mut writer: Writer, state: &State) -> Result<(), Error> {
     for table in &state.tables {
         writer.begin(table, table.rows)?;
     }
@@ -65,16 +67,17 @@ struct Growing {
 }
 
 impl Writer {
-    /// A file for a state with these attributes, and no table yet. Panics as [`write`] does.
+    /// A file for a state with these attributes, and no table yet, made beside its name. Panics as [`write`] does.
     pub fn create(path: &Path, attributes: &BTreeMap<String, String>) -> Result<Writer, Error> {
-        Self::create_by(Aside::of(path), attributes)
+        Writer::begun(Aside::of(path)?, attributes)
     }
 
+    /// The same, made in the folder `scratch`, which must be on the file system of `path`.
     pub fn create_in(scratch: &Path, path: &Path, attributes: &BTreeMap<String, String>) -> Result<Writer, Error> {
-        Self::create_by(Aside::within(scratch, path), attributes)
+        Writer::begun(Aside::within(scratch, path)?, attributes)
     }
 
-    fn create_by(aside: Aside, attributes: &BTreeMap<String, String>) -> Result<Writer, Error> {
+    fn begun(aside: Aside, attributes: &BTreeMap<String, String>) -> Result<Writer, Error> {
         attributes.keys().for_each(|key| assert_name(key));
         for name in schema::RESERVED_ATTRIBUTES {
             assert!(!attributes.contains_key(name), "the attribute {name} is the file's own");
@@ -110,8 +113,8 @@ impl Writer {
             assert_eq!(table.filled, rows, "table {name}: rows written of those in all");
         }
         let digest = digest_of(&attributes, tables.into_iter().map(|table| table.digest).collect());
-        parts::write_attribute::<64>(&file, schema::SEAL_ATTRIBUTE, &seal(&attributes, &digest))
-            .and_then(|()| parts::write_attribute::<64>(&file, schema::DIGEST_ATTRIBUTE, &digest))
+        h5::write_text(&file, schema::SEAL_ATTRIBUTE, &seal(&attributes, &digest))
+            .and_then(|()| h5::write_text(&file, schema::DIGEST_ATTRIBUTE, &digest))
             .map_err(|error| h5::explain("write", aside.partial(), &error))?;
         drop(group);
         h5::close(file, aside.partial())?;
@@ -172,4 +175,31 @@ fn write_head(file: &File, attributes: &BTreeMap<String, String>) -> hdf5::Resul
         parts::write_text(file, &texts, key, text)?;
     }
     h5::create_group(file, schema::TABLES_GROUP)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn a_device_without_space_gives_its_reason() {
+        if !Path::new("/dev/full").exists() {
+            println!("skipped: there is no /dev/full");
+            return;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let (path, partial) = (folder.path().join("state.h5"), folder.path().join("full"));
+        let state =
+            State { tables: vec![Table::new("t", 50_000).with_u64("c", 1, (0..50_000).collect())], ..State::default() };
+        write(&path, &State::default()).unwrap();
+        std::os::unix::fs::symlink("/dev/full", &partial).unwrap();
+        let aside = Aside::at(&path, &partial);
+        let written = Writer::begun(aside, &state.attributes).and_then(|writer| write_all(writer, &state));
+        let error = written.unwrap_err().to_string();
+        assert!(error.contains("full: No space left on device") && error.contains("free some space"), "{error}");
+        assert_eq!(super::super::read(&path).unwrap(), State::default());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
 }

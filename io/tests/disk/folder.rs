@@ -85,14 +85,48 @@ fn another_schema_stops_the_search() {
     assert!(matches!(store::latest_good(&folder), Err(Error::Schema { .. })));
 }
 
+/// Damage to all of the newest ones used to end the run, though older ones were kept for good.
+#[test]
+fn those_kept_for_good_serve_where_all_newer_ones_are_damaged() {
+    let (_guard, folder) = sample::folder();
+    fill(&folder, &[1, 2, 3]);
+    let kept = folder.join(store::file_name(2));
+    store::keep_for_good(&kept).unwrap();
+    fs::remove_file(&kept).unwrap();
+    for step in [1, 3] {
+        fs::write(folder.join(store::file_name(step)), "gone").unwrap();
+    }
+    let (path, found, damaged) = store::latest_good(&folder).unwrap();
+    assert_eq!(path, folder.join("for_good").join(store::file_name(2)));
+    assert_eq!((found, damaged.len()), (state(2), 1));
+
+    // Where a file can have but one name, they are two of which one may be good.
+    fs::write(&kept, "gone").unwrap();
+    let (path, found, damaged) = store::latest_good(&folder).unwrap();
+    assert_eq!(path, folder.join("for_good").join(store::file_name(2)));
+    assert_eq!((found, damaged.len()), (state(2), 2));
+    assert_eq!(store::all(&folder).unwrap().len(), 3);
+}
+
 #[test]
 fn pruning_keeps_the_newest_and_removes_leftovers() {
     let (_guard, folder) = sample::folder();
     fill(&folder, &[10, 20, 30, 40]);
-    fs::write(folder.join("step-000000000050.h5.partial"), "").unwrap();
+    for leftover in ["step-000000000050.h5.partial", "step-000000000050.h5.77-3.partial"] {
+        fs::write(folder.join(leftover), "").unwrap();
+    }
     fs::write(folder.join("notes"), "").unwrap();
-    assert_eq!(store::prune(&folder, 2).unwrap().len(), 3);
+    assert_eq!(store::prune(&folder, 40, 2).unwrap().len(), 4);
     assert_eq!(steps(&folder), [40, 30]);
-    assert_eq!(store::prune(&folder, 2).unwrap().len(), 0);
+    assert_eq!(store::prune(&folder, 40, 2).unwrap().len(), 0);
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 3);
+}
+
+/// What a run writes that had to go back behind damaged ones would otherwise be removed at once, for being older than these.
+#[test]
+fn pruning_leaves_those_after_the_one_just_written() {
+    let (_guard, folder) = sample::folder();
+    fill(&folder, &[10, 20, 30, 80, 90]);
+    assert_eq!(store::prune(&folder, 30, 2).unwrap(), [folder.join(store::file_name(10))]);
+    assert_eq!(steps(&folder), [90, 80, 30, 20]);
 }

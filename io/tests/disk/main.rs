@@ -1,5 +1,6 @@
 //! What this crate promises, one claim per test.
 
+mod appending;
 mod digest;
 mod folder;
 mod frames;

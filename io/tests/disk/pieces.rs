@@ -126,6 +126,42 @@ fn an_unfinished_writer_leaves_nothing_new() {
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
 }
 
+/// They used to share a name while they wrote: each spoilt what the other had written.
+#[test]
+fn two_that_write_the_same_file_at_once_do_not_meet() {
+    let (_guard, folder) = sample::folder();
+    let path = folder.join("state.h5");
+    let (one, other) = (sample::many_rows(20_000), sample::state());
+    let [mut first, mut second] = [&one, &other].map(|state| Writer::create(&path, &state.attributes).unwrap());
+    one.tables.iter().for_each(|table| first.begin(table, table.rows).unwrap());
+    other.tables.iter().for_each(|table| second.begin(table, table.rows).unwrap());
+    first.finish().unwrap();
+    assert_eq!(store::read(&path).unwrap(), one);
+    second.finish().unwrap();
+    assert_eq!(store::read(&path).unwrap(), other);
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+}
+
+#[test]
+fn nothing_is_ever_beside_a_file_that_is_made_elsewhere() {
+    let (_guard, folder) = sample::folder();
+    let (dir, scratch) = (folder.join("checkpoints"), folder.join("scratch"));
+    [&dir, &scratch].into_iter().for_each(|folder| fs::create_dir(folder).unwrap());
+    let count = |folder: &Path| fs::read_dir(folder).unwrap().count();
+    let path = dir.join("state.h5");
+    let mut writer = Writer::create_in(&scratch, &path, &sample::state().attributes).unwrap();
+    sample::state().tables.iter().for_each(|table| writer.begin(table, table.rows).unwrap());
+    assert_eq!([count(&dir), count(&scratch)], [0, 1]);
+    writer.finish().unwrap();
+    assert_eq!([count(&dir), count(&scratch)], [1, 0]);
+    assert_eq!(store::read(&path).unwrap(), sample::state());
+    store::write_in(&scratch, &path, &sample::small_state()).unwrap();
+    assert_eq!([count(&dir), count(&scratch)], [1, 0]);
+    assert_eq!(store::read(&path).unwrap(), sample::small_state());
+    let error = store::write_in(&folder.join("absent"), &path, &sample::state()).unwrap_err().to_string();
+    assert!(error.contains("absent/state.h5.") && error.contains("check the path"), "{error}");
+}
+
 /// A table `grains` of which two of three rows were written.
 fn two_of_three(folder: &Path) -> (Writer, Table) {
     let grains = sample::state().tables.swap_remove(0);

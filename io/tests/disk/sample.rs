@@ -1,8 +1,9 @@
 //! States and frames to write.
 
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 
-use scree_io::{Column, Drawn, Frame, State, Table, Values};
+use scree_io::{Column, Drawn, Error, Frame, FrameFile, State, Table, Values};
 
 /// A state with every kind of column, an empty table, a table without columns, and long, odd and empty texts.
 pub fn state() -> State {
@@ -84,6 +85,28 @@ pub fn frame_of(drawn: Drawn, number: usize) -> Frame {
 
 fn field(name: &str, width: usize, values: Values) -> Column {
     Column { name: name.to_owned(), width, values }
+}
+
+/// A frame file in the making beside which a folder has what is in the making, made if it is not there.
+pub fn create(path: &Path, first: &Frame) -> FrameFile {
+    FrameFile::create(path, &scratch(path), first, 100, &[("run", "of a test")]).unwrap()
+}
+
+/// The same, gone on with.
+pub fn open_and_cut(path: &Path, steps: usize) -> Result<FrameFile, Error> {
+    FrameFile::open_and_cut(path, &scratch(path), steps)
+}
+
+pub fn scratch(path: &Path) -> PathBuf {
+    let scratch = path.with_file_name("scratch");
+    fs::create_dir_all(&scratch).unwrap();
+    scratch
+}
+
+/// How many files of frames there are in a folder.
+pub fn frame_files(folder: &Path) -> usize {
+    let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    names.filter(|path| path.extension().is_some_and(|extension| extension == "vtkhdf")).count()
 }
 
 /// A folder for one test, removed when the guard goes.

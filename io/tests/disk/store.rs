@@ -3,6 +3,7 @@
 use std::fs;
 use std::os::unix::fs::{FileExt, PermissionsExt};
 use std::path::Path;
+use std::time::{Duration, SystemTime};
 
 use scree_io::{Error, State, Table, digest, store};
 
@@ -61,11 +62,33 @@ fn equal_states_give_equal_bytes() {
 fn replaces_a_file_as_a_whole_and_leaves_nothing_aside() {
     let (_guard, folder) = sample::folder();
     let path = folder.join("state.h5");
-    fs::write(folder.join("state.h5.partial"), "of an interrupted write").unwrap();
     store::write(&path, &sample::state()).unwrap();
     store::write(&path, &sample::small_state()).unwrap();
     assert_eq!(store::read(&path).unwrap(), sample::small_state());
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+}
+
+#[test]
+fn what_an_interrupted_write_left_goes_once_nobody_can_be_at_it() {
+    let (_guard, folder) = sample::folder();
+    let path = folder.join("state.h5");
+    let yesterday = SystemTime::now() - Duration::from_secs(25 * 3600);
+    let files = [
+        ("state.h5.partial", true, false),
+        ("state.h5.77-3.partial", true, false),
+        ("state.h5.78-3.partial", false, true),
+        ("state.h5.copy", true, true),
+        ("other.h5.77-3.partial", true, true),
+    ];
+    for (name, is_old, _) in files {
+        fs::write(folder.join(name), "half").unwrap();
+        let time = if is_old { yesterday } else { SystemTime::now() };
+        fs::File::options().write(true).open(folder.join(name)).unwrap().set_modified(time).unwrap();
+    }
+    store::write(&path, &sample::small_state()).unwrap();
+    for (name, _, stays) in files {
+        assert_eq!(folder.join(name).exists(), stays, "{name}");
+    }
 }
 
 #[test]
@@ -136,7 +159,7 @@ fn other_files_are_refused_by_name() {
     assert!(matches!(error, Error::Foreign { .. }) && error.to_string().contains("notes.txt"), "{error}");
 
     let frames = folder.join("frames.vtkhdf");
-    scree_io::FrameFile::create(&frames, &sample::frame(0)).unwrap();
+    sample::create(&frames, &sample::frame(0));
     let error = store::read(&frames).unwrap_err();
     assert!(matches!(error, Error::Foreign { .. }) && error.to_string().contains("frames.vtkhdf"), "{error}");
 
@@ -173,7 +196,7 @@ fn a_changed_value_with_good_checksums_fails_the_digest() {
 fn a_folder_that_cannot_be_written_to_gives_the_reason() {
     let (_guard, folder) = sample::folder();
     let error = store::write(&folder.join("absent/state.h5"), &sample::small_state()).unwrap_err();
-    assert!(error.to_string().contains("absent/state.h5.partial: No such file"), "{error}");
+    assert!(error.to_string().contains(".partial: No such file"), "{error}");
 
     fs::write(folder.join("file"), "").unwrap();
     let error = store::write(&folder.join("file/state.h5"), &sample::small_state()).unwrap_err();
