@@ -27,6 +27,7 @@ use crate::rebuild::{Home, Parts};
 use crate::record::{Record, Visitor, from_table, to_table};
 use crate::scenario::Job;
 use crate::scenario::units::in_short;
+use crate::servo::Missed;
 use crate::soundness;
 use crate::space::{Plane, Space, Words};
 use crate::tables;
@@ -63,6 +64,8 @@ pub struct Progress {
     pub ledger: Vec<Entry>,
     /// Impulses on what holds nodes since the last row; empty where nothing does.
     pub reactions: Vec<Entry>,
+    /// How a control of stress has followed since the last row; empty where none has looked.
+    pub missed: Vec<Missed>,
 }
 
 impl Record for Progress {
@@ -155,6 +158,9 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
         if !progress.reactions.is_empty() {
             tables.push(to_table("reactions", &mut progress.reactions, &mut Entry::default()));
         }
+        if !progress.missed.is_empty() {
+            tables.push(to_table("stress_missed", &mut progress.missed, &mut Missed::default()));
+        }
         if !self.vertices.is_empty() {
             tables.push(to_table("membranes", &mut self.vertices, &mut Vertex::blank()));
         }
@@ -179,6 +185,9 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
         }
         if state.tables.iter().any(|table| table.name == "reactions") {
             progress.reactions = tables::rows(state, "reactions", &Entry::default())?;
+        }
+        if state.tables.iter().any(|table| table.name == "stress_missed") {
+            progress.missed = tables::rows(state, "stress_missed", &Missed::default())?;
         }
         if state.tables.iter().any(|table| table.name == "rest") {
             progress.rest.cells = tables::rows(state, "rest", &CellStrain::default())?;
@@ -336,13 +345,18 @@ pub fn scenario_of(state: &State) -> Result<String, Error> {
     text.ok_or_else(|| Error::User("the checkpoint carries no scenario".into()))
 }
 
+/// Whether a state is of a program whose guard of energy remembered nothing.
+pub fn is_of_schema_2(state: &State) -> bool {
+    state.table("run").is_ok_and(|table| table.column("guard_step").is_err())
+}
+
 /// How far the run of a checkpoint is.
 pub fn progress_of(state: &State) -> Result<Progress, Error> {
     let table = state.table("run").map_err(|error| Error::User(error.to_string()))?;
     // Up to schema 2 the guard of energy remembered nothing.
-    match table.column("guard_step") {
-        Ok(_) => only(tables::rows(state, "run", &Progress::default())?, "run"),
-        Err(_) => {
+    match is_of_schema_2(state) {
+        false => only(tables::rows(state, "run", &Progress::default())?, "run"),
+        true => {
             let mut blank = [Progress::default()];
             let now = to_table("run", &mut blank, &mut Progress::default());
             let mut table = table.clone();

@@ -6,13 +6,16 @@
 //! ```
 //!
 //! a(n) being all that moves a grain: contacts with grains and bodies, gravity, damping, the cell, the continuum, and for a
-//! glued grain its body. Forces are those at the positions, with which that step begins. It is taken in a world of its own,
+//! glued grain its body; not the change of the cell's velocity gradient that a control of stress makes then, with which free
+//! grains jump. Forces are those at the positions, with which that step begins. It is taken in a world of its own,
 //! so that springs and lists of the state stay as they are.
 
+use crate::dem::cell::Cell;
+use crate::dem::grains::Mover;
 use crate::error::Error;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
-use crate::space::Space;
+use crate::space::{Linear, Space};
 use crate::world::World;
 
 /// All grains of a world at a full step.
@@ -42,16 +45,25 @@ pub fn full_step<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     assert_eq!(world.transport.size(), 1, "the grains of a full step are all here");
     // The very first kick of a run begins at a full step, or half a step before it as every other does.
     let share = 1.0 - 0.5 / world.kick_share();
-    let (before, rate) = (world.grains.hot.clone(), world.cell.rate);
+    let (before, Cell { rate, gradient, edges, .. }) = (world.grains.hot.clone(), world.cell);
     world.take_step()?;
-    let grains = &world.grains;
+    let (grains, cell) = (&world.grains, &world.cell);
+    let jump = cell.gradient - gradient;
     let mut order: Vec<usize> = (0..grains.owned).collect();
     order.sort_unstable_by_key(|row| grains.cold[*row].id);
-    let now = |row: usize| GrainNow {
-        velocity: before[row].velocity + (grains.hot[row].velocity - before[row].velocity) * share,
-        spin: before[row].spin + (grains.hot[row].spin - before[row].spin) * share,
-        force: grains.force[row],
-        torque: grains.torque[row],
+    let now = |row: usize| {
+        let (before, mut after) = (&before[row], grains.hot[row]);
+        if grains.cold[row].mover == Mover::Free && jump != S::Tensor::zero() {
+            after.velocity -= jump * (before.position - cell.corner);
+            after.spin -= S::vorticity(&jump);
+        }
+        GrainNow {
+            velocity: before.velocity + (after.velocity - before.velocity) * share,
+            spin: before.spin + (after.spin - before.spin) * share,
+            force: grains.force[row],
+            torque: grains.torque[row],
+        }
     };
-    Ok(FullStep { grains: order.into_iter().map(now).collect(), rate: rate + (world.cell.rate - rate) * share })
+    let after = cell.rate - jump * edges;
+    Ok(FullStep { grains: order.into_iter().map(now).collect(), rate: rate + (after - rate) * share })
 }

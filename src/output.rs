@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use scree_io::frames::{self, Frame, FrameFile};
-use scree_io::series::Series;
+use scree_io::series::{self, Series};
 use serde_json::{Value, json};
 
 use crate::checkpoint::{self, Progress, Snapshot, Target};
@@ -27,6 +27,8 @@ const LOAD: &str = "load.json";
 pub struct Outputs {
     folder: Folder,
     series: Series,
+    /// Of the columns that the run has, those that its series has: one of a former program may lack some.
+    columns: Vec<usize>,
     frames: Option<FrameFile>,
     /// As many as there are frames, where contacts are written.
     contacts: Option<FrameFile>,
@@ -61,6 +63,20 @@ fn failed(path: &Path, error: &dyn std::fmt::Display) -> Error {
 fn summary_of(dir: &Path) -> BTreeMap<String, Value> {
     let text = fs::read_to_string(dir.join(SUMMARY)).unwrap_or_default();
     serde_json::from_str(&text).unwrap_or_default()
+}
+
+/// Of the columns that a run has now, those that its series has, where these are some of them in their order; else all, which the
+/// series will be refused for.
+fn columns_there(path: &Path, header: &[String]) -> Result<Vec<usize>, Error> {
+    let there = series::header(path).map_err(|error| Error::User(error.to_string()))?;
+    let mut next = 0;
+    let mut find = |name: &String| {
+        let found = next + header[next..].iter().position(|column| column == name)?;
+        next = found + 1;
+        Some(found)
+    };
+    let all = || (0..header.len()).collect();
+    Ok(there.iter().map(&mut find).collect::<Option<Vec<usize>>>().unwrap_or_else(all))
 }
 
 /// Whether a run has told that it was done after `step`: who is killed between the last checkpoint and the last words has not.
@@ -104,7 +120,7 @@ impl Outputs {
         let header = experiment.header();
         let names: Vec<&str> = header.iter().map(String::as_str).collect();
         let series = Series::create(&path, &names).map_err(|error| failed(&path, &error))?;
-        Ok(Self::new(folder, log, series, (step, experiment.steps())))
+        Ok(Self::new(folder, log, (series, (0..header.len()).collect()), (step, experiment.steps())))
     }
 
     /// Cuts log, series and frames back to what `progress` had written, once all of them are seen to hold that. Those of a branch
@@ -120,7 +136,8 @@ impl Outputs {
         }
         let (dir, path) = (folder.dir(), series_file(folder.dir()));
         let header = experiment.header();
-        let names: Vec<&str> = header.iter().map(String::as_str).collect();
+        let columns = columns_there(&path, &header)?;
+        let names: Vec<&str> = columns.iter().map(|column| header[*column].as_str()).collect();
         let (rows, digest) = (progress.series_rows as usize, progress.series_digest);
         let other = |error: scree_io::Error| Error::User(error.to_string());
         Series::check(&path, &names, rows, digest).map_err(other)?;
@@ -146,14 +163,14 @@ impl Outputs {
         let mut files = paths.iter().map(cut);
         let (frames, contacts) = (files.next().transpose()?, files.next().transpose()?);
         drop(files);
-        let outputs = Self::new(folder, log, series, (progress.step, experiment.steps()));
+        let outputs = Self::new(folder, log, (series, columns), (progress.step, experiment.steps()));
         Ok(Some(Self { frames, contacts, summary, ..outputs }))
     }
 
-    fn new(folder: Folder, log: Log, series: Series, (step, steps): (u64, u64)) -> Self {
+    fn new(folder: Folder, log: Log, (series, columns): (Series, Vec<usize>), (step, steps): (u64, u64)) -> Self {
         let (summary, meter) = (BTreeMap::new(), Meter::known());
         let began = (step, Instant::now(), steps);
-        Self { folder, series, frames: None, contacts: None, rows: 0, log, summary, meter, began }
+        Self { folder, series, columns, frames: None, contacts: None, rows: 0, log, summary, meter, began }
     }
 
     pub fn folder(&self) -> &Folder {
@@ -176,7 +193,8 @@ impl Outputs {
     }
 
     pub fn row(&mut self, values: &[f64]) -> Result<(), Error> {
-        self.series.push(values).map_err(|error| failed(self.series.path(), &error))
+        let there: Vec<f64> = self.columns.iter().map(|column| values[*column]).collect();
+        self.series.push(&there).map_err(|error| failed(self.series.path(), &error))
     }
 
     /// Rows written so far are on disk afterwards; what stands for them.

@@ -26,6 +26,7 @@ use crate::mpm::tile::Tiles;
 use crate::observe::ledger::points::PointLedger;
 use crate::observe::phases::{Phase, Phases};
 use crate::record::{Record, Visitor};
+use crate::servo::Missed;
 use crate::space::{Linear, Space};
 use crate::stop::Wish;
 use crate::transfer;
@@ -170,7 +171,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             contacts: Contacts::new(&parts.cell),
             walls: Walls::default(),
             forces_wanted: false,
-            moment_kept: None,
+            missed: Missed::default(),
             moved: 0.0,
             points_outside: [0.0; 2],
             cell_home: parts.home.cell,
@@ -274,11 +275,6 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     /// Sends everything home: position of now becomes home, wrapped into the cell.
     pub fn rebuild(&mut self) -> Result<(), Error> {
         let (timer, booked) = (self.phases.start(), self.phases.total());
-        // Copies lag behind since the drift, and branches that end at them with it.
-        self.refresh_ghosts();
-        if self.contacts.keeps_forces() {
-            self.moment_kept = Some(self.contact_moment()?);
-        }
         for (i, j, times) in self.cell.shorten() {
             for cold in &mut self.grains.cold[..self.grains.owned] {
                 cold.image[i] += times * cold.image[j];

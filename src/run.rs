@@ -25,6 +25,7 @@ use crate::output::Outputs;
 use crate::program;
 use crate::record::{FromParcel, Record, ToParcel};
 use crate::scenario::Output;
+use crate::servo::Missed;
 use crate::space::Space;
 use crate::stop::{self, Wish};
 use crate::summary::{self, Stretch};
@@ -193,6 +194,8 @@ impl Cargo for Progress {
             to.u64(entries.len() as u64);
             entries.iter_mut().for_each(|entry| entry.visit(&mut ToParcel(to)));
         }
+        to.u64(self.missed.len() as u64);
+        self.missed.iter_mut().for_each(|missed| missed.visit(&mut ToParcel(to)));
     }
     fn unpack_rest(&mut self, from: &mut Reader) -> Result<(), scree_partition::ParcelError> {
         self.oracle.flagged = from.u64_slice()?;
@@ -207,7 +210,10 @@ impl Cargo for Progress {
             entries.iter_mut().for_each(|entry| entry.visit(&mut from));
             from.failure.map_or(Ok(()), Err)?;
         }
-        Ok(())
+        self.missed = vec![Missed::default(); from.u64()? as usize];
+        let mut from = FromParcel { reader: from, failure: None };
+        self.missed.iter_mut().for_each(|missed| missed.visit(&mut from));
+        from.failure.map_or(Ok(()), Err)
     }
 }
 
@@ -538,6 +544,7 @@ impl<'t, E: Experiment> Run<'t, E> {
         core.progress.step = core.world.step;
         core.progress.ledger = core.world.ledger_entries()?;
         core.progress.reactions = core.world.reaction_entries()?;
+        core.progress.missed = core.world.missed.rows();
         let saved = core.world.step;
         let file = folder.join(store::file_name(saved));
         let head = checkpoint::head(&core.world, core.progress.clone(), self.experiment.job());

@@ -29,7 +29,7 @@ use crate::numbers::Numbers;
 use crate::observe::ledger::EnergyLedger;
 use crate::observe::ledger::points::PointLedger;
 use crate::observe::phases::{Phase, Phases};
-use crate::servo::CellDrive;
+use crate::servo::{CellDrive, Missed};
 use crate::space::{Linear, Space};
 use crate::stop::Wish;
 
@@ -114,16 +114,16 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub balance: Balance,
     /// Displacement of each body at the last rebuild, m.
     pub(crate) bodies_home: Vec<S::Vector>,
-    /// Whether [`World::contact_moment`] will be asked for after the coming step.
+    /// Whether forces of contacts, or energies of points, will be asked for after the coming step.
     pub forces_wanted: bool,
-    /// Moment of the contacts of the last evaluation, where a rebuild has put their forces away since.
-    pub(crate) moment_kept: Option<S::Tensor>,
     /// The longest way that a grain of this rank has come from home, m.
     pub(crate) moved: f64,
     /// How far a point of this rank is out of its block along an axis, at most, by the tier of its tile, m.
     pub(crate) points_outside: [f64; 2],
     /// The cell at the last rebuild.
     pub(crate) cell_home: Cell<S>,
+    /// How a control of stress has followed since the last row.
+    pub missed: Missed,
 }
 
 /// Numbers per row in the messages of a step: position, velocity and spin of a grain in the plane and in space.
@@ -281,8 +281,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.phases.stop_around(Phase::Halo, timer, booked);
     }
 
-    /// Time over which contacts advance, and the step: at the very first evaluation nothing has slid yet.
-    fn contact_times(&self) -> [f64; 2] {
+    /// Time over which contacts advance until the coming evaluation, and the step: at the very first evaluation nothing has slid yet.
+    pub(crate) fn contact_times(&self) -> [f64; 2] {
         if self.step == 0 { [0.0, 0.0] } else { [self.settings.dt; 2] }
     }
 
@@ -292,7 +292,6 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if !self.has_grains() {
             return 0.0;
         }
-        self.moment_kept = None;
         let keeps = self.forces_wanted || self.ledger.is_some() || self.settings.drive.servo.is_some();
         self.contacts.keep_forces(keeps);
         let (law, times) = (self.settings.contact, self.contact_times());

@@ -161,6 +161,35 @@ fn an_axis_with_two_masters() {
 }
 
 #[test]
+fn control_of_a_stress_that_nothing_holds() {
+    for (key, line) in [("stress_gain", "stress_gain = 0.5"), ("stress_interval", "stress_interval = 2")] {
+        GOOD.refused(
+            "gravity =",
+            &format!("{line}\ngravity ="),
+            &format!(
+                "job.toml:8: cell.{line} is of axes held at a stress, and there is no cell.stress. Add it, or remove the line."
+            ),
+        );
+        assert!(line.starts_with(key));
+    }
+}
+
+#[test]
+fn control_of_a_stress_out_of_range() {
+    let held = "stress = [\"-1 kPa\", \"free\"]\nrate_max = 1\n";
+    GOOD.refused(
+        "gravity =",
+        &format!("{held}stress_gain = 1.5\ngravity ="),
+        "job.toml:10: cell.stress_gain = 1.5 is out of range",
+    );
+    GOOD.refused(
+        "gravity =",
+        &format!("{held}stress_interval = 0\ngravity ="),
+        "job.toml:10: cell.stress_interval = 0 is out of range",
+    );
+}
+
+#[test]
 fn a_stress_that_is_a_word() {
     GOOD.refused(
         "gravity =",

@@ -6,7 +6,7 @@ use scree::law::contact::{ContactLaw, LinearSpringDashpot};
 use scree::layout::{Ground, Layout};
 use scree::rebuild::Parts;
 use scree::scenario::assembly::{Damping, DampingForm};
-use scree::servo::StressServo;
+use scree::servo::{Response, StressServo};
 use scree::space::{Linear, Plane, Solid, Space};
 use scree::world::World;
 use scree_partition::Solo;
@@ -60,12 +60,13 @@ impl Claim for LoadedPair {
         for axis in 0..S::DIMENSION {
             branch[axis] += edge;
         }
+        // Seen ahead: that of the forces which the next step begins with.
+        let found = world.contact_moment().unwrap();
         steps(&mut world, 1);
         let force = load_on(&world, 0).0;
         let normal = branch * (1.0 / branch.norm());
         assert!((force - normal * force.dot(&normal)).norm() > 1e-3 * force.norm(), "no tangential force");
         let wanted = -S::outer(&force, &branch);
-        let found = world.contact_moment().unwrap();
         let off = (found - wanted).norm() / wanted.norm();
         println!("Love-Weber stress of a loaded pair in the {}: off by {off:.1e}", S::NAME);
         assert!(off < 1e-12, "{found:?} for {wanted:?}, off by {off:e} under {law:?} in {}", S::NAME);
@@ -306,12 +307,10 @@ fn a_stress_servo_brings_a_packing_to_its_target() {
     few.settings.skin = 0.05 * RADIUS;
     few.settings.field.damping = Damping { local: 0.3, form: DampingForm::Vector, mass: 0.0 };
     let target = [Some(-100e3), Some(-130e3), None];
-    let modulus = law.constants.stiffness_normal / depth;
-    let crossing = 8.0 * spacing * (2500.0 / modulus).sqrt();
     few.settings.drive.servo = Some(StressServo {
         stress: target,
-        viscosity: 10.0 * modulus * crossing,
-        memory: 50.0 * crossing,
+        response: Response::Contacts { gain: 0.5 },
+        interval: 5,
         rate_max: 5.0,
         depth,
     });

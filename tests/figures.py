@@ -3,6 +3,7 @@
 collapse, outside and sheared h5py, which brings numpy.
 
     tests/figures.py biaxial DIR...     peak of sigma_yy/sigma_xx, its strain, the late mean and the void ratio at the end
+    tests/figures.py held DIR...        how closely sigma_xx is held from 0.05 % of strain on, and the void ratio from 10 to 15 %
     tests/figures.py slope DIR...       slope of the mean stress, or of stress_yy, against strain: first tenth, and all
     tests/figures.py footing DIR...     load on a strip footing over Prandtl's, mean of the second half of the settlement
     tests/figures.py band DIR...        width of the shear band, in cells and in sections of a cell by its normal
@@ -10,7 +11,7 @@ collapse, outside and sheared h5py, which brings numpy.
     tests/figures.py outside DIR...     how far grains lie outside of membranes at the end, along the normals of these
     tests/figures.py sheared DIR...     area that has sheared at 0.24 s on either side of the plate of an indentation
 
-DIR is the folder of a run: of jobs/element/rve_biaxial.toml or rve_ensemble.toml, of jobs/element/bulk.toml, of the job in
+DIR is the folder of a run: of jobs/element/rve_biaxial.toml or rve_ensemble.toml (of held also a record FILE.csv=STRESS by YADE), of jobs/element/bulk.toml, of the job in
 jobs/continuum, of jobs/triaxial.toml, or of jobs/indentation.toml and far_field.toml. Strains are logarithmic, from the edges
 of the cell; of a biaxial test from time zero, of a slope from the first row.
 """
@@ -45,6 +46,27 @@ def biaxial(folder):
     late = mean(ratio for along, ratio in points if 0.10 <= along <= 0.15)
     void = 1 / rows[-1]["fraction"] - 1
     print(f"{folder}: peak {peak:.3f} at {100 * strain:.2f} %, mean from 10 to 15 % {late:.3f}, void ratio {void:.4f}")
+
+
+def held(folder):
+    """Root mean square and worst of (sigma_xx + p0)/p0; p0 is the job's, or stands behind a record of YADE."""
+    if "=" in folder:
+        file, stress = folder.split("=")
+        with open(file, newline="") as lines:
+            rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(lines)]
+        points = [(-row["eps_yy"], row["sxx_Pa"], row["void_ratio"]) for row in rows]
+        target = -float(stress)
+    else:
+        rows, job = series(folder), scenario(folder)
+        target, rate = job["cell"]["stress"][0], job["cell"]["velocity_gradient"][1][1]
+        height = rows[0]["edge_yy"] * math.exp(-rate * rows[0]["time"])
+        points = [(math.log(height / row["edge_yy"]), row["stress_xx"], 1 / row["fraction"] - 1) for row in rows]
+    errors = [stress / target - 1 for along, stress, _ in points if along > 5e-4]
+    void = mean(void for along, _, void in points if 0.10 <= along <= 0.15)
+    print(
+        f"{folder}: off by {100 * math.sqrt(mean(error * error for error in errors)):.3f} %, at worst"
+        f" {100 * max(map(abs, errors)):.2f} %, void ratio from 10 to 15 % {void:.4f}"
+    )
 
 
 def fit(points):
@@ -259,6 +281,7 @@ def sheared(folder):
 if __name__ == "__main__":
     commands = {
         "biaxial": biaxial,
+        "held": held,
         "slope": slope,
         "footing": footing,
         "band": band,

@@ -61,6 +61,8 @@ mod frames;
 mod guard;
 /// Bodies that hold nodes bear what rests on them, keep the stress that they are to keep, and carry across periods.
 mod held_nodes;
+/// Stress of a cell is held where it is dense, soft, of spheres or without contacts, and a row of its series is of one instant.
+mod held_stress;
 /// Checkpoints of any bytes and of any tables are refused or are what they were: no panic, no hang, no memory without bound.
 mod hostile_checkpoints;
 /// Jobs of any bytes, and good jobs with one thing changed, are read or refused: no panic, no hang, no memory without bound.

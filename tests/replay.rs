@@ -156,8 +156,9 @@ fn a_cell_is_sheared_as_in_yade() {
         steps(&mut world, more);
         errors[mark] = way_off(&world, &later, first, 1e-16);
     }
-    steps(&mut world, 400);
-    let stress = world.contact_moment().unwrap() * (1.0 / (world.cell.volume() * THICKNESS));
+    // YADE tells the forces of the last evaluation, which are those of the instant a step before.
+    steps(&mut world, 399);
+    let stress = world.instant().unwrap().moment * (1.0 / (world.cell.volume() * THICKNESS));
     let mut stress_off = 0.0f64;
     for (place, wanted) in [(0, 0), (0, 1), (1, 0), (1, 1)].into_iter().zip(STRESS) {
         stress_off = stress_off.max((stress[place] - wanted).abs() / STRESS[3].abs());

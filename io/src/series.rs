@@ -110,6 +110,12 @@ impl Series {
     }
 }
 
+/// The names of the columns.
+pub fn header(path: &Path) -> Result<Vec<String>, Error> {
+    let line = Lines::open(path)?.next()?.unwrap_or_default();
+    Ok(line.split(',').map(str::to_owned).collect())
+}
+
 /// The header and all whole rows. A last line without its end is passed over: a run may be writing it.
 pub fn read(path: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Error> {
     let mut lines = Lines::open(path)?;

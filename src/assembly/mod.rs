@@ -10,10 +10,11 @@ use crate::grain_file;
 use crate::law::contact::ContactLaw;
 use crate::law::material::{Absent, Nothing};
 use crate::observe::frame::frame;
+use crate::observe::instant::Instant;
 use crate::observe::ledger::SPENT;
 use crate::run::folder::Folder;
 use crate::run::{self, Core, Experiment, Options, Outcome};
-use crate::scenario::assembly::{Assembly, Source};
+use crate::scenario::assembly::{Assembly, CellServo, Source};
 use crate::scenario::raw::Typed;
 use crate::scenario::{Output, figures};
 use crate::space::{Linear, Plane, Solid, Space};
@@ -83,12 +84,19 @@ pub fn world_of<'t, S: Space, C: ContactLaw<S>>(
 ) -> Result<(GrainWorld<'t, S, C>, Progress), Error> {
     let draw = |_: &Progress, _| Ok(setup::drawn(job));
     let (parts, progress) = checkpoint::restore(snapshot, draw, transport)?;
-    Ok((setup::world_at(job, transport, progress.step, parts)?, progress))
+    let mut world = setup::world_at(job, transport, progress.step, parts)?;
+    world.missed = progress.missed.first().copied().unwrap_or_default();
+    Ok((world, progress))
 }
 
 /// Columns of the work of the account of energy, J, before those of [`SPENT`].
 const WORK: [&str; 3] = ["work_bodies", "work_gravity", "work_cell"];
 const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Axes held at a stress, and at which, Pa.
+fn held(servo: &CellServo) -> impl Iterator<Item = (usize, f64)> + '_ {
+    (0..3).filter_map(|axis| Some((axis, servo.stress[axis]?)))
+}
 
 impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
     type Space = S;
@@ -116,6 +124,8 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
         names.extend(pairs("stress"));
         names.extend(pairs("edge"));
         names.extend(["kinetic_translation", "kinetic_rotation", "elastic"].map(String::from));
+        let held = self.job.cell.servo.iter().flat_map(held);
+        names.extend(held.map(|(axis, _)| format!("stress_error_{0}{0}", AXES[axis])));
         for body in &self.job.bodies {
             let spins: &[&str] = if S::DIMENSION == 2 { &AXES[2..] } else { &AXES };
             names.extend(axes.iter().map(|axis| format!("{}_force_{axis}", body.name)));
@@ -132,14 +142,14 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
         Ok(())
     }
 
-    /// Mean stress of the contacts (tension positive, Pa), edges of the cell (m), energies (J), and of every body the mean
+    /// All at the instant of the positions ([`crate::observe::instant`]): mean stress of the contacts (tension positive, the
+    /// direction of the force first, Pa), edges of the cell (m), energies (J). Since the last row: of every axis held at a stress
+    /// the root mean square of what was missing of it (Pa), and of every body the mean
     /// force (N) and torque (N m) of the grains on it since the last row and its displacement (m); last, where it is kept,
     /// the account of energy ([`crate::observe::ledger`]).
     fn row(&mut self, core: &mut GrainCore<S, C>) -> Result<Vec<f64>, Error> {
         let world = &mut core.world;
-        let energies = world.energies()?;
-        let contacts = world.contact_count();
-        let moment = world.contact_moment()?;
+        let Instant { moment, kinetic_translation, kinetic_rotation, elastic, contacts } = world.instant()?;
         let volume = setup::volume(&world.cell, self.job);
         let solid = setup::solid_volume(world, self.job)?;
         let mut row = vec![world.step as f64, world.time(), world.grains_total as f64, contacts as f64, solid / volume];
@@ -148,11 +158,15 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
                 row.extend((0..S::DIMENSION).map(|j| tensor[j * S::DIMENSION + i] * scale));
             }
         }
-        row.extend([
-            energies.kinetic_grains - energies.kinetic_rotation,
-            energies.kinetic_rotation,
-            energies.elastic_grains,
-        ]);
+        row.extend([kinetic_translation, kinetic_rotation, elastic]);
+        if let Some(servo) = &self.job.cell.servo {
+            let missed = std::mem::take(&mut world.missed);
+            for (axis, target) in held(servo) {
+                // A row without a look of the servo before it has what is missing now.
+                let now = (moment[axis * S::DIMENSION + axis] / volume - target).abs();
+                row.push(missed.root_mean_square(axis).unwrap_or(now));
+            }
+        }
         let duration = (world.step - core.progress.series_step) as f64 * self.job.step;
         for body in &mut world.bodies {
             let impulse = std::mem::replace(&mut body.impulse, S::Vector::zero());

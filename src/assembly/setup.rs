@@ -19,7 +19,7 @@ use crate::mpm::membrane::Membranes;
 use crate::rebuild::{Parts, Row};
 use crate::scenario::assembly::{Assembly, Packed, Preparation, Shape, Source, Velocities};
 use crate::scenario::figures;
-use crate::servo::{CellDrive, StressServo};
+use crate::servo::{CellDrive, Response, StressServo};
 use crate::space::{Linear, Space, Words};
 use crate::transfer;
 use crate::world::{Settings, World};
@@ -74,9 +74,6 @@ pub fn cell_of<S: Space>(job: &Assembly) -> Cell<S> {
 
 /// Packing fractions that discs and spheres do not exceed.
 const FRACTION_MAX: [f64; 2] = [0.92, 0.76];
-/// Packing fractions that discs and spheres are compressed to without more ado.
-const FRACTION_PACKED: [f64; 2] = [0.84, 0.64];
-
 /// Share by which the lengths of the job's cell change until grains compressed in it fill it to a packing fraction; one
 /// where they are not compressed.
 pub(super) fn shrinkage<S: Space>(job: &Assembly, fraction: f64) -> f64 {
@@ -98,15 +95,6 @@ pub(super) fn scaled_cell<S: Space>(job: &Assembly, share: f64) -> Cell<S> {
 /// The cell as drawn, or the smallest that grains which are compressed in it could fill.
 pub(super) fn densest_cell<S: Space>(job: &Assembly) -> Cell<S> {
     scaled_cell(job, shrinkage::<S>(job, FRACTION_MAX[S::DIMENSION - 2]))
-}
-
-/// The cell as drawn, or near what grains which are compressed in it fill: by the job alone, as blocks are.
-pub(super) fn packed_cell<S: Space>(job: &Assembly) -> Cell<S> {
-    let wanted = match &job.source {
-        Source::Packed(Packed { preparation: Preparation::Compress { fraction, .. }, .. }) => *fraction,
-        _ => None,
-    };
-    scaled_cell(job, shrinkage::<S>(job, wanted.unwrap_or(FRACTION_PACKED[S::DIMENSION - 2])))
 }
 
 /// Blocks of the job's cell, however it has deformed: those of the smallest that it can start as. By the job alone, so that
@@ -134,11 +122,10 @@ fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent
             gradient[j * S::DIMENSION + i] = job.cell.gradient[i][j];
         }
     }
-    let [viscosity, memory] = servo_times::<S>(job);
     let servo = job.cell.servo.as_ref().map(|servo| StressServo {
         stress: servo.stress,
-        viscosity,
-        memory,
+        response: Response::Contacts { gain: servo.gain },
+        interval: servo.interval,
         rate_max: servo.rate_max,
         depth: depth_of::<S>(job),
     });
@@ -163,19 +150,6 @@ pub fn settings_in<S: Space, C: ContactLaw<S>>(job: &Assembly, drive: CellDrive<
         drive,
         first_kick: 0.5,
     }
-}
-
-/// Viscosity (Pa s) and memory (s) of the stress control: the modulus of the contacts under the stress wanted times the
-/// time that a wave takes across the cell as it is packed, so that stress follows within a few crossings and no faster than
-/// it can spread; ten crossings of memory, so that what is learnt does not ring.
-pub fn servo_times<S: Space>(job: &Assembly) -> [f64; 2] {
-    // Axes held free of stress, or in tension, say nothing of how contacts are loaded.
-    let loaded = figures::pressure(job).map(|pressure| figures::modulus_under(job, pressure));
-    let modulus = loaded.unwrap_or_else(|| figures::modulus_at_most(job));
-    let cell = packed_cell::<S>(job);
-    let length = (0..S::DIMENSION).map(|axis| cell.height(axis)).fold(0.0, f64::max);
-    let crossing = length * (job.matter.density / modulus).sqrt();
-    [modulus * crossing, 10.0 * crossing]
 }
 
 /// What the space's measure is multiplied with to give m3.

@@ -144,7 +144,9 @@ impl Element<'_> {
         let rate = self.rate();
         let servo = match self.test {
             Test::Shear { .. } => {
-                Some(CellServo { stress: [None, Some(-packing.stress), None], rate_max: STRETCH_MOST * rate })
+                let stress = [None, Some(-packing.stress), None];
+                let (gain, interval) = (CellServo::GAIN, CellServo::INTERVAL);
+                Some(CellServo { stress, rate_max: STRETCH_MOST * rate, gain, interval })
             }
             Test::Isotropic | Test::Uniaxial => None,
         };
@@ -243,7 +245,7 @@ fn row<C: ContactLaw<Plane>>(
     solid: f64,
 ) -> Result<Row, Error> {
     let volume = setup::volume(&world.cell, job);
-    let moment = world.contact_moment_now()? * (1.0 / volume);
+    let moment = world.contact_moment()? * (1.0 / volume);
     let shear = 0.5 * (moment[(0, 1)] + moment[(1, 0)]);
     Ok(Row { strain: 0.0, stress: [moment[(0, 0)], shear, moment[(1, 1)]], fraction: solid / volume })
 }

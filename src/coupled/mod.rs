@@ -202,8 +202,9 @@ impl<C: ContactLaw<Plane>> Coupled<'_, C> {
         }
         world.refresh_ghosts();
         let (law, grains) = (&world.settings.contact, &world.grains);
-        let on_bodies = world.walls.bearings(law, grains, (&world.bodies, &world.cell));
-        let on_grains = (0..grains.owned).flat_map(|row| world.contacts.bearings(law, grains, row));
+        let times = world.contact_times();
+        let on_bodies = world.walls.bearings(law, grains, (&world.bodies, &world.cell), times);
+        let on_grains = (0..grains.owned).flat_map(|row| world.contacts.bearings(law, grains, row, times));
         for bearing in on_grains.chain(on_bodies) {
             let moment = bearing.moment() * bearing.weight;
             (0..4).for_each(|component| sums.add(6 + component, moment[component]));

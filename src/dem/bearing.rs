@@ -1,5 +1,7 @@
 //! Contacts that bear force, as an observer sees them between steps: at the positions and velocities of now, reckoned on
-//! copies of the memories, so that looking changes nothing and no step keeps anything for it.
+//! copies of the memories, so that looking changes nothing and no step keeps anything for it. `times` are those over which
+//! memories advance: with those of the coming evaluation its forces are seen ahead, with zeros springs stand where the last
+//! evaluation left them.
 
 use crate::body::Body;
 use crate::dem::cell::Cell;
@@ -48,10 +50,11 @@ impl<S: Space> Contacts<S> {
         law: &C,
         grains: &Grains<S>,
         row: usize,
+        times: [f64; 2],
     ) -> impl Iterator<Item = Bearing<S>> {
         self.neighbours.terms_of(row).iter().filter_map(move |term| {
             let pair = &self.neighbours.pairs[term.pair()];
-            let touch = self.touch_of(grains, pair);
+            let touch = self.touch_after(grains, pair, times);
             let mut memory = self.recall::<C>(term.pair());
             let force: S::Vector = vector(&give(law, &touch, 1.0, [0.0, 0.0], &mut memory).force);
             if force == S::Vector::zero() {
@@ -74,8 +77,8 @@ impl<S: Space> Contacts<S> {
 
     /// Love-Weber sum over the contacts of an owned row with other grains, not weighted, J; over the grain's share of space it
     /// is its mean stress, tension positive.
-    pub fn moment<C: ContactLaw<S>>(&self, law: &C, grains: &Grains<S>, row: usize) -> S::Tensor {
-        self.bearings(law, grains, row).fold(S::Tensor::zero(), |sum, bearing| sum + bearing.moment())
+    pub fn moment<C: ContactLaw<S>>(&self, law: &C, grains: &Grains<S>, row: usize, times: [f64; 2]) -> S::Tensor {
+        self.bearings(law, grains, row, times).fold(S::Tensor::zero(), |sum, bearing| sum + bearing.moment())
     }
 }
 
@@ -86,12 +89,13 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
         law: &'a C,
         grains: &'a Grains<S>,
         (bodies, cell): (&'a [Body<S>], &'a Cell<S>),
+        times: [f64; 2],
     ) -> impl Iterator<Item = Bearing<S>> + 'a {
         self.list.iter().filter_map(move |wall| {
             let body = &bodies[wall.body as usize];
             let (hot, _) = beside(body, cell, &grains.hot[wall.row as usize]);
             let nearest = body.nearest(&hot.position)?;
-            let touch = touch_of(&hot, body, (body.velocity, body.spin), &nearest, [0.0, 0.0]);
+            let touch = touch_of(&hot, body, (body.velocity, body.spin), &nearest, times);
             let mut memory = wall.memory;
             let law = self.law_of(wall.body, law);
             let force: S::Vector = vector(&give(law, &touch, 1.0, [0.0, 0.0], &mut memory).force);

@@ -156,10 +156,6 @@ impl<S: Space> Contacts<S> {
         }
     }
 
-    pub fn keeps_forces(&self) -> bool {
-        self.keeps
-    }
-
     fn remember<C: ContactLaw<S>>(&mut self, pair: usize, memory: &C::Memory<f64>) {
         let count = <C::Memory<f64> as Words<f64>>::COUNT;
         for word in 0..count {
@@ -274,34 +270,32 @@ impl<S: Space> Contacts<S> {
         passed.within(begun.elapsed().as_secs_f64())
     }
 
-    /// Half of force times branch over an owned row's contacts, J, with the forces of the last evaluation: two rows that
-    /// share a contact make up the whole.
-    pub fn branch_sum(&self, grains: &Grains<S>, row: usize) -> S::Tensor {
-        let mut sum = S::Tensor::zero();
-        for term in self.neighbours.terms_of(row) {
-            let pair = &self.neighbours.pairs[term.pair()];
-            let (a, b) = (&grains.hot[pair.a as usize], &grains.hot[pair.b() as usize]);
-            let branch = a.position - b.position + self.shifts.0[pair.image().0 as usize].0;
-            let words = self.row_of(term.pair());
-            let mut force = S::Vector::zero();
-            for axis in 0..S::DIMENSION {
-                force[axis] = words[axis];
-            }
-            sum += S::outer(&force, &branch) * 0.5;
+    /// Force on the first grain of a pair at the last evaluation, weighted, N; zero where the two do not touch.
+    pub(super) fn force_of(&self, pair: usize) -> S::Vector {
+        let words = self.row_of(pair);
+        let mut force = S::Vector::zero();
+        for axis in 0..S::DIMENSION {
+            force[axis] = words[axis];
         }
-        sum
+        force
     }
 
     /// The two grains of a pair as the law sees them, with velocities of now and no time passed.
     pub(super) fn touch_of(&self, grains: &Grains<S>, pair: &Pair) -> Touch<S, f64> {
+        self.touch_after(grains, pair, [0.0, 0.0])
+    }
+
+    /// The same with the times over which memories advance and twists are reckoned, s: the step, where the two are to be seen
+    /// as the coming evaluation sees them.
+    pub fn touch_after(&self, grains: &Grains<S>, pair: &Pair, times: [f64; 2]) -> Touch<S, f64> {
         let (a, b) = (&grains.hot[pair.a as usize], &grains.hot[pair.b() as usize]);
         let (shift, rate) = &self.shifts.0[pair.image().0 as usize];
         let separation = lanes(&(a.position - b.position + *shift));
         let relative = lanes(&(a.velocity - b.velocity + *rate));
-        touch(&Side::scalar(a), &Side::scalar(b), separation, relative, [0.0, 0.0])
+        touch(&Side::scalar(a), &Side::scalar(b), separation, relative, times)
     }
 
-    pub(super) fn weight_of(grains: &Grains<S>, pair: &Pair) -> f64 {
+    pub fn weight_of(grains: &Grains<S>, pair: &Pair) -> f64 {
         pair_weight(grains.hot[pair.a as usize].weight, grains.hot[pair.b() as usize].weight)
     }
 

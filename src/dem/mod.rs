@@ -11,6 +11,7 @@ pub mod motion;
 pub mod neighbours;
 pub mod packing;
 pub mod segments;
+pub mod strained;
 pub mod throw;
 pub mod tile;
 pub mod walls;

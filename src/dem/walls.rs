@@ -25,6 +25,17 @@ pub struct Wall<S: Space, M> {
     pub moment: S::Spin,
 }
 
+/// What a contact with a body does to a grain.
+#[derive(Clone, Copy, Debug)]
+pub struct Load<S: Space> {
+    pub row: usize,
+    /// N, N m.
+    pub load: (S::Vector, S::Spin),
+    /// Its part in the Love-Weber sum, J, and the energy of its springs, J.
+    pub moment: S::Tensor,
+    pub elastic: f64,
+}
+
 /// Grains near bodies in the order of rows, then bodies.
 #[derive(Clone, Debug)]
 pub struct Walls<S: Space, C: ContactLaw<S>> {
@@ -133,6 +144,35 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
             let touch = touch_of(&hot, body, (body.velocity, body.spin), &body.nearest(&hot.position)?, [0.0, 0.0]);
             let law = self.law_of(wall.body, law);
             law.holds(&touch, &wall.memory).then(|| hot.weight * law.elastic_energy(&touch, &wall.memory))
+        })
+    }
+
+    /// What every contact that holds does at the coming evaluation, in the order of rows, then bodies.
+    pub fn loads<'a>(
+        &'a self,
+        law: &'a C,
+        grains: &'a Grains<S>,
+        (bodies, cell): (&'a [Body<S>], &'a Cell<S>),
+        times: [f64; 2],
+    ) -> impl Iterator<Item = Load<S>> + 'a {
+        self.list.iter().filter_map(move |wall| {
+            let (law, body) = (self.law_of(wall.body, law), &bodies[wall.body as usize]);
+            let (hot, _) = beside(body, cell, &grains.hot[wall.row as usize]);
+            let nearest = body.nearest(&hot.position)?;
+            let touch = touch_of(&hot, body, (body.velocity, body.spin), &nearest, times);
+            let mut memory = wall.memory;
+            if !law.holds(&touch, &memory) {
+                return None;
+            }
+            let arm = hot.radius - 0.5 * touch.overlap;
+            let given = give(law, &touch, hot.weight, [arm, 0.0], &mut memory);
+            let force: S::Vector = vector(&given.force);
+            Some(Load {
+                row: wall.row as usize,
+                load: (force, vector(&given.torque_a)),
+                moment: S::outer(&force, &(middle(&nearest, touch.overlap) - hot.position)),
+                elastic: hot.weight * law.elastic_energy(&touch, &memory),
+            })
         })
     }
 

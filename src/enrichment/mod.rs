@@ -300,7 +300,7 @@ pub fn grain_stress<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, depth: f64
     let mut sums = ExactSum::<4>::new();
     for (row, (hot, cold)) in world.grains.hot[..world.grains.owned].iter().zip(&world.grains.cold).enumerate() {
         if cold.mover == Mover::Free {
-            let moment = world.contacts.moment(&world.settings.contact, &world.grains, row);
+            let moment = world.contacts.moment(&world.settings.contact, &world.grains, row, [0.0; 2]);
             sums.add(0, moment[0]);
             sums.add(1, moment[3]);
             sums.add(2, 0.5 * (moment[1] + moment[2]));

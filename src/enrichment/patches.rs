@@ -100,8 +100,8 @@ fn moments<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>) -> Vec<Tensor> {
     world.refresh_ghosts();
     let (law, grains) = (&world.settings.contact, &world.grains);
     let mut moments = vec![Tensor::zero(); grains.owned];
-    let on_bodies = world.walls.bearings(law, grains, (&world.bodies, &world.cell));
-    let on_grains = (0..grains.owned).flat_map(|row| world.contacts.bearings(law, grains, row));
+    let on_bodies = world.walls.bearings(law, grains, (&world.bodies, &world.cell), [0.0; 2]);
+    let on_grains = (0..grains.owned).flat_map(|row| world.contacts.bearings(law, grains, row, [0.0; 2]));
     for bearing in on_bodies.chain(on_grains) {
         moments[bearing.row as usize] += bearing.moment();
     }

@@ -244,8 +244,8 @@ fn pressure([xx, yy, _]: &[f64; 3]) -> f64 {
 fn is_squeezed<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_>) -> Result<bool, Error> {
     apart.refresh_ghosts();
     let (grains, law) = (&apart.grains, &apart.settings.contact);
-    let on_bodies = apart.walls.bearings(law, grains, (&apart.bodies, &apart.cell));
-    let on_grains = (0..grains.owned).flat_map(|row| apart.contacts.bearings(law, grains, row));
+    let on_bodies = apart.walls.bearings(law, grains, (&apart.bodies, &apart.cell), [0.0; 2]);
+    let on_grains = (0..grains.owned).flat_map(|row| apart.contacts.bearings(law, grains, row, [0.0; 2]));
     let (mut of_free, mut hardest) = (ExactSum::<2>::new(), [0.0f64]);
     for bearing in on_grains.chain(on_bodies) {
         let force = bearing.force.norm();

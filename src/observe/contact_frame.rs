@@ -105,12 +105,12 @@ pub fn contact_frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
 
 /// Contacts of owned rows in their order: with grains of higher ids in the order of these, then with bodies.
 fn lines<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> Vec<Line> {
-    let (grains, law) = (&world.grains, &world.settings.contact);
-    let mut on_bodies = world.walls.bearings(law, grains, (&world.bodies, &world.cell)).peekable();
+    let (grains, law, times) = (&world.grains, &world.settings.contact, world.contact_times());
+    let mut on_bodies = world.walls.bearings(law, grains, (&world.bodies, &world.cell), times).peekable();
     let mut lines = Vec::new();
     for row in 0..grains.owned {
         let id = grains.cold[row].id;
-        let ours = world.contacts.bearings(law, grains, row).filter(|bearing| id < bearing.partner);
+        let ours = world.contacts.bearings(law, grains, row, times).filter(|bearing| id < bearing.partner);
         lines.extend(ours.map(|bearing| line(world, &bearing)));
         while let Some(bearing) = on_bodies.next_if(|bearing| bearing.row as usize == row) {
             lines.push(line(world, &bearing));

@@ -61,10 +61,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// has dimensions. Others, rattlers, bear nothing, and fly to and fro between those that do long after these have come to rest.
     pub fn kinetic_of_bearing(&mut self) -> Result<f64, Error> {
         self.refresh_ghosts();
-        let (law, grains) = (&self.settings.contact, &self.grains);
-        let mut contacts: Vec<u32> =
-            (0..grains.owned).map(|row| self.contacts.bearings(law, grains, row).count() as u32).collect();
-        for bearing in self.walls.bearings(law, grains, (&self.bodies, &self.cell)) {
+        let (law, grains, times) = (&self.settings.contact, &self.grains, self.contact_times());
+        let bearing_on = |row: usize| self.contacts.bearings(law, grains, row, times).count() as u32;
+        let mut contacts: Vec<u32> = (0..grains.owned).map(bearing_on).collect();
+        for bearing in self.walls.bearings(law, grains, (&self.bodies, &self.cell), times) {
             contacts[bearing.row as usize] += 1;
         }
         let mut sum = ExactSum::<1>::new();

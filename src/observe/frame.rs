@@ -1,7 +1,7 @@
 //! Frames: grains and points of the whole world as rows for pictures, on rank 0.
 //!
 //! Of a grain the stress is the Love-Weber mean of its contacts with grains and bodies over its share of space, with the
-//! forces of the positions and velocities of now ([`crate::dem::bearing`]):
+//! forces of the positions and velocities of now, which the coming evaluation will have ([`crate::dem::bearing`]):
 //!
 //! ```text
 //! sigma_ij = phi/V sum f_i b_j
@@ -285,14 +285,14 @@ fn grain_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     depth: f64,
     fraction: f64,
 ) -> Vec<Row> {
-    let (grains, law) = (&world.grains, &world.settings.contact);
-    let on_bodies: Vec<Bearing<S>> = world.walls.bearings(law, grains, (&world.bodies, &world.cell)).collect();
+    let (grains, law, times) = (&world.grains, &world.settings.contact, world.contact_times());
+    let on_bodies: Vec<Bearing<S>> = world.walls.bearings(law, grains, (&world.bodies, &world.cell), times).collect();
     let row = |row: usize| {
         let (hot, cold) = (&grains.hot[row], &grains.cold[row]);
         let first = on_bodies.partition_point(|bearing| (bearing.row as usize) < row);
         let on_bodies = on_bodies[first..].iter().take_while(|bearing| bearing.row as usize == row).copied();
         let (mut moment, mut coordination) = (S::Tensor::zero(), 0);
-        for bearing in world.contacts.bearings(law, grains, row).chain(on_bodies) {
+        for bearing in world.contacts.bearings(law, grains, row, times).chain(on_bodies) {
             moment += bearing.moment();
             coordination += 1;
         }

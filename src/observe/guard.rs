@@ -108,7 +108,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let [gravity] = self.reduce(fallen)?;
         let power = match self.cell.gradient == S::Tensor::zero() {
             true => 0.0,
-            false => self.contact_moment_now()?.dot(&self.cell.gradient),
+            false => self.contact_moment()?.dot(&self.cell.gradient),
         };
         Ok(Look {
             step: self.step,

@@ -6,6 +6,7 @@ pub mod contact_frame;
 pub mod energy;
 pub mod frame;
 pub mod guard;
+pub mod instant;
 pub mod ledger;
 pub mod local_strain;
 pub mod phases;

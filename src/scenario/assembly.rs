@@ -62,6 +62,16 @@ pub struct CellServo {
     pub stress: [Option<f64>; 3],
     /// Largest rate of stretch, 1/s.
     pub rate_max: f64,
+    /// Share of a missing stress that is made up between two looks, where grains move with the cell.
+    pub gain: f64,
+    /// Steps between two looks.
+    pub interval: u64,
+}
+
+impl CellServo {
+    /// Defaults: the cell answers within two steps, less than the period of a grain among its neighbours.
+    pub const GAIN: f64 = 1.0;
+    pub const INTERVAL: u64 = 2;
 }
 
 /// What grains are made of.

@@ -172,11 +172,6 @@ pub fn modulus_under(assembly: &Assembly, stress: f64) -> f64 {
     springs(HERTZ_OVERLAP * root * root) / thickness
 }
 
-/// The same where the stress is not known: of the deepest overlaps that contacts are reckoned with.
-pub fn modulus_at_most(assembly: &Assembly) -> f64 {
-    springs_mean(assembly).normal / thickness(assembly)
-}
-
 /// What a grain is thick across the plane of a section, m: the depth of discs, the mean diameter of spheres.
 fn thickness(assembly: &Assembly) -> f64 {
     if assembly.cell.dimension == 2 { assembly.cell.depth } else { assembly.matter.diameter_mean }

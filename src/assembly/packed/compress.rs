@@ -37,7 +37,7 @@ use crate::scenario::Contact;
 use crate::scenario::assembly::{Assembly, Damping, DampingForm, Packed};
 use crate::scenario::figures;
 use crate::scenario::raw::Typed;
-use crate::servo::{CellDrive, StressServo};
+use crate::servo::{CellDrive, Response, StressServo};
 use crate::space::{Linear, Space};
 use crate::transfer;
 use crate::world::World;
@@ -46,6 +46,8 @@ use crate::world::World;
 const LOOSE: f64 = 1e-2;
 const CARRYING: f64 = 1e-3;
 const HOT: f64 = 1e-1;
+/// Steps between two looks of the servo.
+const SERVO_INTERVAL: u64 = 10;
 /// Share of the stress from which on grains carry.
 const CARRIES: f64 = 0.1;
 /// Damping of fluctuations, per t_p and local.
@@ -312,9 +314,8 @@ impl Press<'_> {
         let length = (0..S::DIMENSION).map(|axis| cell.height(axis)).fold(0.0, f64::max);
         let servo = StressServo {
             stress: [Some(-self.stress); 3],
-            viscosity: length * (self.job.matter.density * modulus).sqrt(),
-            // Nothing flows for long: there is no rate to learn.
-            memory: f64::INFINITY,
+            response: Response::Viscosity(length * (self.job.matter.density * modulus).sqrt()),
+            interval: SERVO_INTERVAL,
             rate_max: inertial / self.time(),
             depth: setup::depth_of::<S>(self.job),
         };
@@ -389,7 +390,7 @@ impl Press<'_> {
 
     /// Normal stresses of the contacts as shares of the wanted stress (one along axes that there are not), and their mean.
     fn stresses<S: Space, C: ContactLaw<S>>(&self, world: &mut GrainWorld<S, C>) -> Result<([f64; 3], f64), Error> {
-        let moment = world.contact_moment_now()?;
+        let moment = world.contact_moment()?;
         let volume = setup::volume(&world.cell, self.job);
         let mut stresses = [1.0; 3];
         for (axis, stress) in stresses.iter_mut().enumerate().take(S::DIMENSION) {

@@ -117,7 +117,12 @@ fn cell(page: &mut Page, assembly: &Assembly) {
                 page.row(
                     &format!("stress held along {}", AXES[axis]),
                     &format!("{} kPa", figures(1e-3 * stress)),
-                    &format!("tension positive, at most {} 1/s", figures(servo.rate_max)),
+                    &format!(
+                        "tension positive; {} of what is missing made up every {} steps, at most {} 1/s",
+                        figures(servo.gain),
+                        servo.interval,
+                        figures(servo.rate_max)
+                    ),
                 );
             }
         }

@@ -15,7 +15,7 @@
 //! by from a spring that keeps its length. Twist about the normal is not resisted. Against a flat body r_j is without
 //! bounds: k_n = 2 E r_i, and rolling is resisted as by a grain of the same size.
 
-use super::{Answer, ContactLaw, FLAT, FromJob, Touch};
+use super::{Answer, ContactLaw, FLAT, FromJob, Resistance, Touch};
 use crate::lane::Real;
 use crate::scenario::{self, Sliding};
 use crate::space::{Lanewise, Space};
@@ -117,6 +117,11 @@ impl<S: Space> ContactLaw<S> for ElasticRolling {
         let stiffness = self.stiffness(touch.radius_a, touch.radius_b);
         let (tangential, moment) = (*spring * -stiffness.tangential, *rolled * -stiffness.rolling);
         Answer { normal: touch.overlap * stiffness.normal, tangential, moment }
+    }
+
+    fn resistance(&self, [radius_a, radius_b]: [f64; 2], _: f64) -> Resistance {
+        let stiffness = self.stiffness(radius_a, radius_b);
+        Resistance { spring: stiffness.normal.max(stiffness.tangential), dashpot: 0.0 }
     }
 
     fn friction_limit(&self, _: &Touch<S, f64>, normal: f64) -> f64 {

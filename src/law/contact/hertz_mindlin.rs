@@ -12,7 +12,7 @@
 //! elastic part and is cut with its dashpot to the cone of the elastic normal force. The normal dashpot may pull while a
 //! contact opens. Against a flat body R_2 is without bounds.
 
-use super::{Answer, ContactLaw, FromJob, Touch};
+use super::{Answer, ContactLaw, FromJob, Resistance, Touch};
 use crate::lane::Real;
 use crate::scenario;
 use crate::space::{Lanewise, Space, Words};
@@ -76,6 +76,12 @@ impl<S: Space> ContactLaw<S> for HertzMindlin {
     fn springs(&self, touch: &Touch<S, f64>, elastic: &S::TangentOf<f64>) -> Answer<S, f64> {
         let [stiffness, _] = self.stiffness(touch.radius_a, touch.radius_b, touch.overlap);
         Answer { normal: stiffness * touch.overlap * (2.0 / 3.0), tangential: *elastic, moment: Words::zero() }
+    }
+
+    fn resistance(&self, [radius_a, radius_b]: [f64; 2], overlap: f64) -> Resistance {
+        let [normal, tangential] = self.stiffness(radius_a, radius_b, overlap);
+        let law = &self.constants;
+        Resistance { spring: normal.max(tangential), dashpot: law.damping_normal.max(law.damping_tangential) }
     }
 
     fn friction_limit(&self, touch: &Touch<S, f64>, _: f64) -> f64 {

@@ -10,7 +10,7 @@
 //! [`super::LinearSpringDashpot`] to the bit.
 
 use super::linear_spring_dashpot::slide;
-use super::{Answer, ContactLaw, FromJob, Touch};
+use super::{Answer, ContactLaw, FromJob, Resistance, Touch};
 use crate::lane::Real;
 use crate::scenario;
 use crate::space::{Components, Lanewise, Space, Words};
@@ -62,6 +62,14 @@ impl<S: Space> ContactLaw<S> for LinearCohesive {
         let law = &self.constants.linear;
         let tangential = memory.0 * -law.stiffness_tangential;
         Answer { normal: touch.overlap * law.stiffness_normal, tangential, moment: Words::zero() }
+    }
+
+    fn resistance(&self, _: [f64; 2], _: f64) -> Resistance {
+        let law = &self.constants.linear;
+        Resistance {
+            spring: law.stiffness_normal.max(law.stiffness_tangential),
+            dashpot: law.damping_normal.max(law.damping_tangential),
+        }
     }
 
     fn friction_limit(&self, _: &Touch<S, f64>, normal: f64) -> f64 {

@@ -13,7 +13,7 @@
 //! Damping is absolute (N s/m) and enters in full, as in Table 1 of the paper. The spring is forgotten at the first step
 //! without overlap. Stable only for time steps below the bounds of [`crate::scenario`], which include the damping.
 
-use super::{Answer, ContactLaw, FromJob, Touch};
+use super::{Answer, ContactLaw, FromJob, Resistance, Touch};
 use crate::lane::Real;
 use crate::scenario;
 use crate::space::{Lanewise, Space, Words};
@@ -51,6 +51,14 @@ impl<S: Space> ContactLaw<S> for LinearSpringDashpot {
         let law = &self.constants;
         let tangential = *spring * -law.stiffness_tangential;
         Answer { normal: touch.overlap * law.stiffness_normal, tangential, moment: Words::zero() }
+    }
+
+    fn resistance(&self, _: [f64; 2], _: f64) -> Resistance {
+        let law = &self.constants;
+        Resistance {
+            spring: law.stiffness_normal.max(law.stiffness_tangential),
+            dashpot: law.damping_normal.max(law.damping_tangential),
+        }
     }
 
     fn friction_limit(&self, _: &Touch<S, f64>, normal: f64) -> f64 {

@@ -57,6 +57,15 @@ pub struct Answer<S: Space, R: Real> {
     pub moment: S::SpinOf<R>,
 }
 
+/// What resists the strain of a contact that bears force, along its stiffer direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Resistance {
+    /// Stiffness of the springs, N/m.
+    pub spring: f64,
+    /// Constant of the dashpots, N s/m.
+    pub dashpot: f64,
+}
+
 /// How a law is made from a job.
 pub trait FromJob: Sized {
     /// None where the job names another law.
@@ -108,6 +117,9 @@ pub trait ContactLaw<S: Space>: FromJob + Copy + Debug + Send + Sync + 'static {
 
     /// What the springs alone answer in a contact that holds, by its memory after the evaluation: the rest is dashpots.
     fn springs(&self, touch: &Touch<S, f64>, memory: &Self::Memory<f64>) -> Answer<S, f64>;
+
+    /// Stiffness of now: that of the normal or of the tangential direction, whichever is more.
+    fn resistance(&self, radii: [f64; 2], overlap: f64) -> Resistance;
 
     /// The most that spring and dashpot may carry along the surface together, N, at a normal force (N).
     fn friction_limit(&self, touch: &Touch<S, f64>, normal: f64) -> f64;

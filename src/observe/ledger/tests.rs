@@ -235,7 +235,7 @@ fn shear_that_goes_far() {
         let (mut work, rebuilds, edge) = (0.0, world.rebuilds, world.cell.edges);
         for step in 0..5000 {
             let share = if step == 0 { 0.5 } else { 1.0 };
-            work += share * world.settings.dt * world.contact_moment_now().unwrap().dot(&world.cell.gradient);
+            work += share * world.settings.dt * world.contact_moment().unwrap().dot(&world.cell.gradient);
             world.advance().unwrap();
         }
         let balance = world.balance().unwrap();

@@ -24,6 +24,9 @@ const BLOCK_OF_SPHERES: f64 = 6.0;
 /// How exactly shares of sizes add up to 1.
 const SHARES_TOLERANCE: f64 = 1e-9;
 
+/// Keys of `[cell]` that only axes held at a stress need.
+const OF_SERVO: [&str; 3] = ["rate_max", "stress_gain", "stress_interval"];
+
 /// How the keys of `[grains]` part by how diameters are spread.
 const OF_DISTRIBUTION: [(&str, &[&str]); 3] = [
     ("normal", &["diameter_mean", "diameter_deviation"]),
@@ -115,14 +118,17 @@ fn cell(table: Reader<'_>) -> Result<(Cell, [f64; 3]), Error> {
 }
 
 fn cell_servo(table: &Reader<'_>) -> Result<Option<CellServo>, Error> {
-    match (table.stresses("stress")?, table.has("rate_max")) {
-        (Some(stress), _) => Ok(Some(CellServo { stress, rate_max: table.number("rate_max")? })),
-        (None, true) => Err(table.refusal(
-            "rate_max",
-            "bounds the rate of axes held at a stress, and there is no cell.stress. Add it, or remove the line.",
-        )),
-        (None, false) => Ok(None),
-    }
+    let Some(stress) = table.stresses("stress")? else {
+        return match OF_SERVO.into_iter().find(|key| table.has(key)) {
+            Some(key) => Err(table
+                .refusal(key, "is of axes held at a stress, and there is no cell.stress. Add it, or remove the line.")),
+            None => Ok(None),
+        };
+    };
+    let rate_max = table.number("rate_max")?;
+    let gain = table.number_or("stress_gain", CellServo::GAIN)?;
+    let interval = table.count_or("stress_interval", CellServo::INTERVAL)?;
+    Ok(Some(CellServo { stress, rate_max, gain, interval }))
 }
 
 pub(super) fn source(
@@ -343,10 +349,12 @@ mod tests {
             "cell.velocity_gradient=[[0, \"2 1/s\"], [0, -0.1]]",
             "cell.stress=[\"-50 kPa\", \"free\"]",
             "cell.rate_max=3",
+            "cell.stress_gain=0.25",
         ];
         let assembly = assembly_of(PLANE, &sets);
         assert_eq!(assembly.cell.gradient[0], [0.0, 2.0, 0.0]);
-        let servo = CellServo { stress: [Some(-50e3), None, None], rate_max: 3.0 };
+        let servo =
+            CellServo { stress: [Some(-50e3), None, None], rate_max: 3.0, gain: 0.25, interval: CellServo::INTERVAL };
         assert_eq!(assembly.cell.servo, Some(servo));
     }
 

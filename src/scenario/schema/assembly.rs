@@ -22,6 +22,8 @@ pub static TABLES: [Table; 9] = [
         key("velocity_gradient", "L of dh/dt = L h for the cell's edges h", Wants::Gradient, "0.0"),
         key("stress", "the normal stress that each axis is held at, tension positive, or \"free\"", Wants::Stresses, "\"-100 kPa\""),
         number("rate_max", "the largest rate of stretch of axes held at a stress", Dimension::RATE, POSITIVE, "\"2 1/s\""),
+        number("stress_gain", "the share of a missing stress that is made up between two looks at it", RATIO, Range::closed(1e-3, 1.0), "1.0"),
+        count("stress_interval", "steps between two looks at the stress", (1, 1000), "2"),
         vector("gravity", "the acceleration of every grain", Dimension::ACCELERATION, "\"-9.81 m/s2\""),
     ]),
     table("grains", "sizes and matter of the grains", &KEYS_OF_GRAINS),

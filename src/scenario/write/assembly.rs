@@ -82,6 +82,8 @@ fn cell(page: &mut Page, cell: &Cell) {
             .collect();
         page.line(&format!("stress = [{}]", held.join(", ")));
         page.number("rate_max", servo.rate_max);
+        page.number("stress_gain", servo.gain);
+        page.count("stress_interval", servo.interval);
     }
 }
 
