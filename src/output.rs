@@ -15,13 +15,10 @@ use crate::law::material::MaterialMemory;
 use crate::log::Log;
 use crate::plan::LoadMap;
 use crate::program;
-use crate::run::folder::Folder;
+use crate::run::folder::{Folder, LOAD, SUMMARY, series_file};
 use crate::run::meter::Meter;
 use crate::run::{Beginning, Experiment, Options};
 use crate::space::{Space, Words};
-
-const SUMMARY: &str = "summary.json";
-const LOAD: &str = "load.json";
 
 /// Open files of a run, on rank 0, and its folder, which is held as long.
 pub struct Outputs {
@@ -51,9 +48,6 @@ fn frames_file(dir: &Path) -> PathBuf {
 }
 fn contacts_file(dir: &Path) -> PathBuf {
     dir.join("contacts.vtkhdf")
-}
-fn series_file(dir: &Path) -> PathBuf {
-    dir.join("series.csv")
 }
 fn failed(path: &Path, error: &dyn std::fmt::Display) -> Error {
     Error::Run(format!("{}: {error}; the run has stopped", path.display()))

@@ -40,6 +40,7 @@ pub fn start_again(dir: &Path, options: &Options, transport: &dyn Transport) -> 
     let taken = on_root(transport, || {
         let folder = Folder::take(dir)?;
         let text = fs::read_to_string(scenario_file(dir)).map_err(|error| Error::User(error.to_string()))?;
+        folder.refuse_results()?;
         folder.clear_outputs()?;
         Ok((folder, text))
     });

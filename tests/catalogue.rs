@@ -6,13 +6,16 @@
 //! * `NAME.run` is the folder of a run, by `scree resume`.
 //!
 //! To add an entry, put it there and run this test with `SCREE_ACCEPT=1`, which writes the texts anew; so are messages
-//! accepted that were changed on purpose. Read what it wrote before it is committed.
+//! accepted that were changed on purpose. Read what it wrote before it is committed. The program sees a copy: to be asked for
+//! a run it takes that run's folder.
 
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
+
+use crate::runs::copy_folder;
 
 /// Bytes that a refusal may take of address space, of which the libraries have most.
 const MEMORY_MAX: u64 = 6 << 30;
@@ -84,14 +87,16 @@ fn entries() -> Vec<PathBuf> {
 #[test]
 fn bad_input_is_refused_as_the_catalogue_says() {
     let accept = std::env::var_os(ACCEPT).is_some();
-    let here = format!("{}/", folder().display());
+    let copy = tempfile::tempdir().expect("a folder can be made");
+    copy_folder(&folder(), copy.path());
+    let here = format!("{}/", copy.path().display());
     let mut wrong: Vec<String> = Vec::new();
     let mut count = 0;
     for entry in entries() {
         let Some(subcommand) = subcommand(&entry) else { continue };
         count += 1;
         let name = Path::new(entry.file_name().expect("an entry has a name"));
-        let (code, said) = told(scree(subcommand, name, &folder()), &name.display().to_string());
+        let (code, said) = told(scree(subcommand, name, copy.path()), &name.display().to_string());
         let said = without_placement(&said).replace(&here, "");
         let beside = entry.with_extension("txt");
         if accept {

@@ -61,10 +61,11 @@ fn a_failure_of_other_ranks_than_the_first_is_told_once() {
     std::fs::write(folder.path().join("job.toml"), JOB).unwrap();
     for good in [3, 2] {
         let started = Instant::now();
-        let mut command = scree(good, &["run", "job.toml", "--out", "out", "--threads", "1"]);
+        let out = format!("out{good}");
+        let mut command = scree(good, &["run", "job.toml", "--out", &out, "--threads", "1"]);
         // A stack that is larger than what a process can address fails before any thread runs. A limit on memory would
         // also meet threads that have started, which end the process in a way of their own.
-        let poor = format!("RUST_MIN_STACK={} exec {SCREE} run job.toml --out out --threads 2", 1_u64 << 60);
+        let poor = format!("RUST_MIN_STACK={} exec {SCREE} run job.toml --out {out} --threads 2", 1_u64 << 60);
         command.args([":", "-n", &(4 - good).to_string(), "bash", "-c", &poor]);
         let output = command.current_dir(folder.path()).output().unwrap();
         let words = String::from_utf8(output.stderr).unwrap();

@@ -163,10 +163,13 @@ fn a_small_disk_ends_a_run_at_its_last_checkpoint() {
         return;
     }
     let rows = ["output.series_interval=2e-6", "output.frame_interval=1", "output.checkpoint_interval=2e-3"];
-    let frames = ["output.frame_interval=4e-4", "output.checkpoint_interval=2e-3"];
+    let frames = ["output.frame_interval=1e-4", "output.checkpoint_interval=2e-3"];
     let checkpoints = ["output.checkpoint_interval=1e-3", "output.frame_interval=1", "output.checkpoints_kept=1000"];
-    let cases =
-        [("series.csv", 1500, &rows[..]), ("frames.vtkhdf", 1200, &frames), ("checkpoints/", 1200, &checkpoints)];
+    let cases = [
+        ("series.csv", 1700, &rows[..]),
+        ("run.tmp/frames.vtkhdf", 1200, &frames),
+        ("run.tmp/step-", 1200, &checkpoints),
+    ];
     for (file, size, sets) in cases {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("job.toml"), JOB).unwrap();

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use crate::mpirun::{SCREE, finished, scree, signal, turn, words};
 use crate::queues::JOB;
+use crate::runs::copy_folder;
 
 /// Nothing here takes a tenth of this, unless a machine has much else to do.
 const PATIENCE: Duration = Duration::from_secs(300);
@@ -139,6 +140,22 @@ fn a_run_that_ended_before_its_first_state_goes_on() {
         }
         assert_eq!(leftovers.contains(&"letter.txt"), desk.path("again/letter.txt").exists());
     }
+}
+
+/// Whoever removes checkpoints to save space, and asks for the run again by mistake, has its results as they were.
+#[test]
+fn a_run_without_its_checkpoints_keeps_its_results() {
+    let desk = Desk::new();
+    copy_folder(&desk.path("reference"), &desk.path("kept"));
+    fs::remove_dir_all(desk.path("kept/checkpoints")).unwrap();
+    let names = ["series.csv", "summary.json", "frames.vtkhdf", "log.jsonl", "scenario.toml"];
+    let read = |name: &str| fs::read(desk.path("kept").join(name)).unwrap();
+    let before = names.map(read);
+    for line in [&["resume", "kept"][..], &["run", "job.toml", "--out", "kept", "--continue"]] {
+        let said = desk.refused(line);
+        assert!(said.contains("has results") && said.contains("--out DIR"), "{said}");
+    }
+    assert!(before == names.map(read));
 }
 
 /// Killed while its packing is made, at any moment: whoever comes next goes on with that, to the same bits.

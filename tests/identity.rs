@@ -12,6 +12,7 @@ use scree_io::store;
 
 use crate::folders::Desk;
 use crate::mpirun::{SCREE, words};
+use crate::runs::copy_folder;
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data");
 
@@ -42,19 +43,6 @@ fn every_file_of_a_run_tells_its_program() {
     assert_eq!((frames["program"].as_str(), &frames["run"]), (identity, run));
 }
 
-fn copy(from: &Path, to: &Path) {
-    fs::create_dir_all(to).unwrap();
-    for entry in fs::read_dir(from).unwrap() {
-        let path = entry.unwrap().path();
-        let target = to.join(path.file_name().unwrap());
-        if path.is_dir() {
-            copy(&path, &target);
-        } else {
-            fs::copy(&path, &target).unwrap();
-        }
-    }
-}
-
 /// Runs as former programs left them.
 fn former_runs() -> Vec<PathBuf> {
     let folders = |path: PathBuf| {
@@ -73,7 +61,7 @@ fn runs_of_former_programs_are_gone_on_with() {
     for run in runs {
         let folder = tempfile::tempdir().unwrap();
         let here = folder.path().join("run");
-        copy(&run, &here);
+        copy_folder(&run, &here);
         let output = Command::new(SCREE).args(["resume", "run", "--threads", "1"]).current_dir(folder.path()).output();
         let output = output.unwrap();
         let told = words(&output);
@@ -113,7 +101,7 @@ fn the_schema_is_that_of_the_columns() {
     let mut found = BTreeSet::new();
     for run in former_runs() {
         let folder = tempfile::tempdir().unwrap();
-        copy(&run, &folder.path().join("run"));
+        copy_folder(&run, &folder.path().join("run"));
         let output = Command::new(SCREE).args(["resume", "run", "--threads", "1"]).current_dir(folder.path()).output();
         assert!(output.unwrap().status.success());
         let (_, newest) = store::newest(&folder.path().join("run/checkpoints")).unwrap().remove(0);

@@ -9,7 +9,7 @@ use scree::scenario::{Job, Scenario};
 use scree::start;
 use scree_partition::transport::threads;
 
-use crate::runs::{done, options, result};
+use crate::runs::{copy_folder, done, options, result};
 use crate::worlds::{Law, packed_job};
 
 /// Runs one at a time: ranks that wait for each other should not wait for another test's as well.
@@ -110,7 +110,7 @@ fn through_enrichment(changes: &[&str]) -> String {
     // Before enrichment, and after it.
     for (from, ranks) in [(1, 2), (kept.len() - 2, 3)] {
         let out = folder.path().join(format!("from-{from}"));
-        copy(&whole, &out);
+        copy_folder(&whole, &out);
         for later in &kept[from + 1..] {
             std::fs::remove_file(checkpoint::folder(&out).join(later)).unwrap();
         }
@@ -120,17 +120,4 @@ fn through_enrichment(changes: &[&str]) -> String {
         assert!(result(&out) == wanted, "{changes:?}, resumed from {} on {ranks} ranks: another end", kept[from]);
     }
     series
-}
-
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let entry = entry.unwrap();
-        let target = to.join(entry.file_name());
-        if entry.path().is_dir() {
-            copy(&entry.path(), &target);
-        } else {
-            std::fs::copy(entry.path(), target).unwrap();
-        }
-    }
 }

@@ -201,3 +201,17 @@ pub fn orders(errors: &[f64]) -> Vec<f64> {
 pub fn words(errors: &[f64]) -> String {
     errors.iter().map(|error| format!("{error:+.2e}")).collect::<Vec<String>>().join(" ")
 }
+
+/// A folder with all that is in it, under another name.
+pub fn copy_folder(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let path = entry.unwrap().path();
+        let target = to.join(path.file_name().unwrap());
+        if path.is_dir() {
+            copy_folder(&path, &target);
+        } else {
+            std::fs::copy(&path, &target).unwrap();
+        }
+    }
+}

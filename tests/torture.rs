@@ -10,6 +10,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::mpirun::{SCREE, finished, launching, turn, words};
+use crate::runs::copy_folder;
 use crate::zones::restless;
 
 const SECONDS_DEFAULT: u64 = 180;
@@ -271,8 +272,7 @@ impl Torture {
     /// A folder as it is, under another name.
     fn copy(&self, from: &str, to: &str) {
         let _ = std::fs::remove_dir_all(self.path(to));
-        let copied = Command::new("cp").arg("-r").arg(self.path(from)).arg(self.path(to)).status().unwrap();
-        assert!(copied.success());
+        copy_folder(&self.path(from), &self.path(to));
     }
 
     /// A finished run is what the reference is.

@@ -26,9 +26,9 @@ pub enum Error {
 
     /// Written by another version of the program.
     #[error(
-        "{path} has schema version {found}, this program reads version {expected}; use the program version that wrote it"
+        "{path} has schema version {found}, this program reads versions {oldest} to {newest}; use the program version that wrote it"
     )]
-    Schema { path: PathBuf, found: u64, expected: u64 },
+    Schema { path: PathBuf, found: u64, oldest: u64, newest: u64 },
 
     /// A checksum or the file's structure is broken at a place that can be named.
     #[error("{path} is damaged in {part}: {reason}; copy it again from its origin or take an older file")]

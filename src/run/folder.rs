@@ -10,7 +10,7 @@
 //! Whatever has another name is the operator's and is never touched.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{ErrorKind, Read, Seek, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Read, Seek, Write};
 use std::path::{Component, Path, PathBuf};
 use std::process;
 
@@ -29,8 +29,14 @@ const SCENARIO: &str = "scenario.toml";
 const STOP: &str = "stop";
 const CHECKPOINTS: &str = "checkpoints";
 const PACKING: &str = "packing.h5";
+const SERIES: &str = "series.csv";
+const LOG: &str = "log.jsonl";
+/// What lay where at the end, for `scree plan`.
+pub const LOAD: &str = "load.json";
+/// Figures of a run.
+pub const SUMMARY: &str = "summary.json";
 /// Files of a run beside its lock and its frames.
-const OURS: [&str; 7] = [PACKING, "series.csv", "log.jsonl", "summary.json", "load.json", SCENARIO, STOP];
+const OURS: [&str; 7] = [PACKING, SERIES, LOG, SUMMARY, LOAD, SCENARIO, STOP];
 /// Frames come in parts, `frames.vtkhdf`, `frames.2.vtkhdf` and so on.
 const FRAMES: [&str; 2] = ["frames", "contacts"];
 /// Names that files in the making had in programs before this one, beside the files themselves.
@@ -299,6 +305,23 @@ impl Folder {
         fs::write(&aside, text).and_then(|()| fs::rename(&aside, &path)).map_err(|error| failed(&path, &error))
     }
 
+    /// Results are never removed: a run writes its first checkpoint before its first row, so whatever has rows had checkpoints.
+    pub fn refuse_results(&self) -> Result<(), Error> {
+        let series = series_file(&self.dir);
+        let rows = match File::open(&series) {
+            // The first line is the header.
+            Ok(file) => BufReader::new(file).split(b'\n').skip(1).count(),
+            Err(_) => 0,
+        };
+        if rows == 0 && !self.dir.join(SUMMARY).exists() {
+            return Ok(());
+        }
+        Err(Error::User(format!(
+            "{0} has results ({rows} rows of {SERIES}) and no checkpoint, so this run cannot go on; to begin it anew would remove them. Restore {0}/{CHECKPOINTS} from a backup, or start its job elsewhere by `scree run {0}/{SCENARIO} --out DIR`.",
+            self.dir.display()
+        )))
+    }
+
     /// Removes what a run has left that has come to no checkpoint, but for its job. What is not a run's by its name stays.
     pub fn clear_outputs(&self) -> Result<(), Error> {
         self.empty_scratch()?;
@@ -438,6 +461,11 @@ fn failed(path: &Path, error: &dyn std::fmt::Display) -> Error {
 /// The job of a run's folder.
 pub fn scenario_file(dir: &Path) -> PathBuf {
     dir.join(SCENARIO)
+}
+
+/// The curve of a run's folder.
+pub fn series_file(dir: &Path) -> PathBuf {
+    dir.join(SERIES)
 }
 
 /// A run that finds it stops, with a checkpoint.

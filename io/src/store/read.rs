@@ -35,8 +35,9 @@ fn check_schema(file: &File, path: &Path) -> Result<(), Error> {
         .attr(schema::VERSION_ATTRIBUTE)
         .and_then(|attribute| attribute.read_scalar::<u64>())
         .map_err(|error| damaged_attributes(path, &error))?;
-    if !(schema::SCHEMA_OLDEST..=schema::SCHEMA_VERSION).contains(&found) {
-        return Err(Error::Schema { path: path.to_owned(), found, expected: schema::SCHEMA_VERSION });
+    let (oldest, newest) = (schema::SCHEMA_OLDEST, schema::SCHEMA_VERSION);
+    if !(oldest..=newest).contains(&found) {
+        return Err(Error::Schema { path: path.to_owned(), found, oldest, newest });
     }
     Ok(())
 }
