@@ -8,7 +8,7 @@ use std::path::Path;
 use scree_io::column::{State, Table, Values};
 use scree_partition::Solo;
 
-use crate::checkpoint::{Snapshot, scenario_of};
+use crate::checkpoint::{Snapshot, progress_of, scenario_of};
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, body_partner};
 use crate::error::Error;
@@ -16,7 +16,7 @@ use crate::full_step::{FullStep, full_step};
 use crate::grain_file::is_lammps;
 use crate::law::contact::{ContactLaw, ForAnyLaw, with_law_of};
 use crate::math::PI;
-use crate::scenario::{Assembly, Job, Scenario};
+use crate::scenario::{Assembly, Job, Mpm, Scenario};
 use crate::space::{Components, Linear, Plane, Solid, Space};
 use crate::transfer::Cargo;
 use crate::{assembly, packing, planar_shear, results, tables};
@@ -49,9 +49,11 @@ pub fn write(state: &State, dir: &Path, file: &Path, wanted: Wanted) -> Result<(
             file.display()
         )));
     }
-    let text = match &job_of(state, dir)? {
-        Job::Shear(job) => with_law_of(&job.contact, Export { job, state, dir, is_csv, wanted })?,
-        Job::Assembly(job) => with_law_of(&job.contact, Export { job, state, dir, is_csv, wanted })?,
+    let job = job_of(state, dir)?;
+    let time = progress_of(state)?.step as f64 * job.step();
+    let text = match &job {
+        Job::Shear(job) => with_law_of(&job.contact, Export { job, state, dir, is_csv, wanted, time })?,
+        Job::Assembly(job) => with_law_of(&job.contact, Export { job, state, dir, is_csv, wanted, time })?,
         Job::Mpm(job) if job.moves_grains() => return Err(not_yet(dir)),
         Job::Mpm(_) => return Err(no_grains(dir)),
     };
@@ -65,6 +67,8 @@ struct Export<'a, J> {
     dir: &'a Path,
     is_csv: bool,
     wanted: Wanted,
+    /// Of the positions, s.
+    time: f64,
 }
 
 impl ForAnyLaw for Export<'_, Scenario> {
@@ -125,24 +129,28 @@ impl<J> Export<'_, J> {
             cell.wrap(&mut grain.hot.position, &mut grain.hot.velocity);
         }
         match self.is_csv {
-            true => Ok(csv(&grains, now.as_ref().filter(|_| self.wanted.forces))),
-            false => data(&grains, &cell),
+            true => Ok(csv(&grains, now.as_ref().filter(|_| self.wanted.forces), self.time)),
+            false => data(&grains, &cell, self.time),
         }
     }
 }
 
-/// Writes the contacts of a state: the two grains, the lower id first, or a grain and a body by its name, and the memory
-/// of the contact law word by word.
+/// Writes the contacts of a state: the two grains, the lower id first, or a grain and a body by its name, the memory of the
+/// contact law word by word, and the time.
 pub fn write_contacts(state: &State, dir: &Path, file: &Path) -> Result<(), Error> {
-    let bodies: Vec<String> = match job_of(state, dir)? {
-        Job::Shear(_) => Vec::new(),
-        Job::Assembly(job) => job.bodies.into_iter().map(|body| body.name).collect(),
-        Job::Mpm(job) if job.moves_grains() => job.bodies.into_iter().map(|body| body.body.name).collect(),
+    let job = job_of(state, dir)?;
+    let time = progress_of(state)?.step as f64 * job.step();
+    let (law, bodies): (&str, Vec<String>) = match job {
+        Job::Shear(job) => (job.contact.law(), Vec::new()),
+        Job::Assembly(job) => (job.contact.law(), job.bodies.into_iter().map(|body| body.name).collect()),
+        Job::Mpm(Mpm { grains: Some(granular), bodies, .. }) => {
+            (granular.piece.contact.law(), bodies.into_iter().map(|body| body.body.name).collect())
+        }
         Job::Mpm(_) => return Err(no_grains(dir)),
     };
     let missing = || Error::User(format!("{}: this state has no contacts", dir.display()));
     let table = state.tables.iter().find(|table| table.name == "contacts").ok_or_else(missing)?;
-    save(file, &contacts(table, &bodies).ok_or_else(missing)?)
+    save(file, &contacts(table, (law, &bodies), time).ok_or_else(missing)?)
 }
 
 /// Of a job on a grid that has grains.
@@ -177,6 +185,15 @@ fn cell<S: Space>(state: &State, job: &Assembly) -> Result<Cell<S>, Error> {
     Ok(cell)
 }
 
+/// Last column of exported files: the time of the state, s.
+pub const TIME: &str = "time";
+
+/// First line of a CSV file of contacts without its time: words of the memory go by their law, which alone can read them.
+pub fn header_of_contacts(law: &str, words: usize) -> String {
+    let memory: String = (0..words).map(|word| format!(",memory_{law}_{word}")).collect();
+    format!("lower,higher{memory}")
+}
+
 /// First line of a CSV file of grains.
 pub fn header<S: Space>() -> &'static str {
     match S::DIMENSION {
@@ -202,17 +219,17 @@ fn header_of_forces<S: Space>() -> &'static str {
 }
 
 /// `forces`: the full step whose forces are written.
-fn csv<S: Space>(grains: &[Row<S>], forces: Option<&FullStep<S>>) -> String {
+fn csv<S: Space>(grains: &[Row<S>], forces: Option<&FullStep<S>>, time: f64) -> String {
     let mut text = String::from(header::<S>());
     text.push_str(forces.map_or("", |_| header_of_forces::<S>()));
-    text.push('\n');
+    text.push_str(&format!(",{TIME}\n"));
     for (at, grain) in grains.iter().enumerate() {
         let hot = &grain.hot;
         let numbers = components(&hot.position).chain([hot.radius]);
         let numbers = numbers.chain(components(&hot.velocity)).chain(components(&hot.spin));
         let load = forces.map(|now| &now.grains[at]);
         let load = load.into_iter().flat_map(|now| components(&now.force).chain(components(&now.torque)));
-        push(&mut text, grain.cold.id.0, ',', numbers.chain(load));
+        push(&mut text, grain.cold.id.0, ',', numbers.chain(load).chain([time]));
     }
     text
 }
@@ -232,11 +249,11 @@ fn push(text: &mut String, name: impl std::fmt::Display, between: char, numbers:
 
 /// Atom style sphere. Atoms count from 1, grains from 0. Type 1 moves by itself, type 2 + n is glued to body n. LAMMPS takes
 /// the density of a data file as that of spheres; for discs it is the one that gives their mass.
-fn data<S: Space>(grains: &[Row<S>], cell: &Cell<S>) -> Result<String, Error> {
+fn data<S: Space>(grains: &[Row<S>], cell: &Cell<S>, time: f64) -> Result<String, Error> {
     let kind = |grain: &Row<S>| u64::from(grain.cold.mover.code()) + 1;
     let kinds = grains.iter().map(kind).max().unwrap_or(1);
     let mut text = format!(
-        "Grains of scree, atom style sphere, units si\n\n{} atoms\n{kinds} atom types\n\n{}\nAtoms # sphere\n\n",
+        "Grains of scree at time {time:?} s, atom style sphere, units si\n\n{} atoms\n{kinds} atom types\n\n{}\nAtoms # sphere\n\n",
         grains.len(),
         bounds(cell)?
     );
@@ -289,20 +306,18 @@ fn bounds<S: Space>(cell: &Cell<S>) -> Result<String, Error> {
     Ok(text)
 }
 
-fn contacts(table: &Table, bodies: &[String]) -> Option<String> {
+fn contacts(table: &Table, (law, bodies): (&str, &[String]), time: f64) -> Option<String> {
     let column = |name: &str| table.columns.iter().find(|column| column.name == name);
     let (lower, higher, memory) = (column("lower")?, column("higher")?, column("memory")?);
     let (Values::U64(lower), Values::U64(higher), Values::F64(words)) = (&lower.values, &higher.values, &memory.values)
     else {
         return None;
     };
-    let mut text = String::from("lower,higher");
-    (0..memory.width).for_each(|word| write!(text, ",memory_{word}").expect("text takes what is written"));
-    text.push('\n');
+    let mut text = format!("{},{TIME}\n", header_of_contacts(law, memory.width));
     for ((lower, higher), words) in lower.iter().zip(higher).zip(words.chunks_exact(memory.width)) {
         let body = bodies.iter().enumerate().find(|(at, _)| body_partner(*at as u8).0 == *higher);
         let partner = body.map_or_else(|| higher.to_string(), |(_, name)| name.clone());
-        push(&mut text, format!("{lower},{partner}"), ',', words.iter().copied());
+        push(&mut text, format!("{lower},{partner}"), ',', words.iter().copied().chain([time]));
     }
     Some(text)
 }

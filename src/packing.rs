@@ -85,6 +85,7 @@ pub fn settings_for<C: ContactLaw<Plane>>(
         field: Field::default(),
         drive: CellDrive::default(),
         first_kick: 0.5,
+        first_advance: 0.0,
     }
 }
 

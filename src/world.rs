@@ -58,6 +58,8 @@ pub struct Settings<S: Space, C, L> {
     /// Share of the step by which the very first kick of a run moves velocities: a half where those of the start are of
     /// time zero, all of it where they are half a step behind already.
     pub first_kick: f64,
+    /// Time over which contacts advance until the very first evaluation of a run, s: none where they remember nothing yet.
+    pub first_advance: f64,
 }
 
 /// The world as this rank holds it.
@@ -281,9 +283,9 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.phases.stop_around(Phase::Halo, timer, booked);
     }
 
-    /// Time over which contacts advance until the coming evaluation, and the step: at the very first evaluation nothing has slid yet.
+    /// Time over which contacts advance until the coming evaluation, and that over which they turn.
     pub(crate) fn contact_times(&self) -> [f64; 2] {
-        if self.step == 0 { [0.0, 0.0] } else { [self.settings.dt; 2] }
+        [if self.step == 0 { self.settings.first_advance } else { self.settings.dt }; 2]
     }
 
     /// The passes over pairs and segments, those that need no copies while copies travel; `finish` is done for every grain that other

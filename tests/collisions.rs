@@ -4,11 +4,12 @@ use scree::body::{Body, Shape};
 use scree::law::contact::{ContactLaw, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot};
 use scree::math;
 use scree::numbers::Numbers;
-use scree::scenario;
+use scree::scenario::{self, Linear as LinearContact, NormalForce};
 use scree::space::{Linear, Plane, Solid, Space};
 
 use crate::few::{
-    Few, GrainWorld, MASS, RADIUS, cohesive, elastic, hertz, hot_of, linear, load_on, row_of, spin, steps, vector,
+    Few, GrainWorld, MASS, RADIUS, cohesive, cohesive_repulsive, elastic, hertz, hot_of, linear, linear_repulsive,
+    load_on, row_of, spin, steps, vector,
 };
 
 /// Speed at which grains close, m/s.
@@ -24,9 +25,15 @@ struct Seen {
 }
 
 /// Two grains closing along a diagonal of the space, `duration` being what the contact is expected to last, s.
-fn head_on<S: Space, C: ContactLaw<S>>(
+fn head_on<S: Space, C: ContactLaw<S>>(law: C, sizes: [[f64; 2]; 2], duration: f64, steps_wanted: u32) -> Seen {
+    head_on_at::<S, C>(law, sizes, SPEED, duration, steps_wanted)
+}
+
+/// The same at a speed, m/s.
+fn head_on_at<S: Space, C: ContactLaw<S>>(
     law: C,
     [radii, masses]: [[f64; 2]; 2],
+    speed: f64,
     duration: f64,
     steps_wanted: u32,
 ) -> Seen {
@@ -34,15 +41,15 @@ fn head_on<S: Space, C: ContactLaw<S>>(
     let mut few = Few::<S, C>::new(law, dt, 24.0 * RADIUS);
     let along = vector::<S>([2.0, -1.0, 2.0]);
     let along = along * (1.0 / along.norm());
-    let gap = 2.7 * SPEED * dt;
+    let gap = 2.7 * speed * dt;
     for (radius, mass) in radii.into_iter().zip(masses) {
         few.add([0.0; 3], radius, mass);
     }
     let share = masses[1] / (masses[0] + masses[1]);
     few.grains[0].hot.position = along * (0.5 * (radii[0] + radii[1] + gap));
     few.grains[1].hot.position = -few.grains[0].hot.position;
-    few.grains[0].hot.velocity = along * (-SPEED * share);
-    few.grains[1].hot.velocity = along * (SPEED * (1.0 - share));
+    few.grains[0].hot.velocity = along * (-speed * share);
+    few.grains[1].hot.velocity = along * (speed * (1.0 - share));
     for row in &mut few.grains {
         (row.cold.home, row.cold.origin) = (row.hot.position, row.hot.position);
     }
@@ -66,7 +73,7 @@ fn head_on<S: Space, C: ContactLaw<S>>(
             }
         };
         seen.overlap = seen.overlap.max(overlap);
-        seen.restitution = (a.velocity - b.velocity).dot(&along) / SPEED;
+        seen.restitution = (a.velocity - b.velocity).dot(&along) / speed;
         last = overlap;
     }
     assert!(last < 0.0, "they still touch");
@@ -93,6 +100,141 @@ fn restitution_follows_the_damping<S: Space>() {
 fn restitution_of_discs_and_spheres_follows_the_damping() {
     restitution_follows_the_damping::<Plane>();
     restitution_follows_the_damping::<Solid>();
+}
+
+/// A collision by its equation `m d'' = -F(d, d')`, with d the overlap and F what a law gives (none: the contact has ended):
+/// the speed after over that before, and the time of contact, s. Runge and Kutta's fourth order in steps of `dt`; where it
+/// ends within a step, by the overlap's line.
+fn by_the_equation(force: impl Fn(f64, f64) -> Option<f64>, reduced: f64, speed: f64, dt: f64) -> [f64; 2] {
+    let acceleration = |overlap: f64, closing: f64| force(overlap, closing).map(|force| -force / reduced);
+    let (mut overlap, mut closing, mut time) = (0.0, speed, 0.0);
+    let step = |overlap: f64, closing: f64| -> Option<[f64; 2]> {
+        let [half, sixth] = [0.5 * dt, dt / 6.0];
+        let a = [closing, acceleration(overlap, closing)?];
+        let b = [closing + half * a[1], acceleration(overlap + half * a[0], closing + half * a[1])?];
+        let c = [closing + half * b[1], acceleration(overlap + half * b[0], closing + half * b[1])?];
+        let d = [closing + dt * c[1], acceleration(overlap + dt * c[0], closing + dt * c[1])?];
+        Some([0, 1].map(|at| sixth * (a[at] + 2.0 * (b[at] + c[at]) + d[at])))
+    };
+    while let Some([moved, braked]) = step(overlap, closing) {
+        (overlap, closing, time) = (overlap + moved, closing + braked, time + dt);
+        assert!(time < 1e6 * dt, "it never ends");
+    }
+    [-closing / speed, time]
+}
+
+/// Held to the equation of its own motion, and told from the law whose dashpot may pull: the rebounds of both.
+fn rebounds<S: Space, C: ContactLaw<S>>(
+    [tensile, repulsive]: [C; 2],
+    [radii, masses]: [[f64; 2]; 2],
+    speed: f64,
+    force: impl Fn(f64, f64, NormalForce) -> Option<f64>,
+) -> [f64; 2] {
+    let reduced = masses[0] * masses[1] / (masses[0] + masses[1]);
+    let one = |law: C, limit: NormalForce| {
+        let [wanted, duration] = by_the_equation(|d, v| force(d, v, limit), reduced, speed, 1e-9);
+        let seen = head_on_at::<S, C>(law, [radii, masses], speed, duration, 4000);
+        assert!((seen.restitution - wanted).abs() < 5e-4, "{} for {wanted}: {law:?}", seen.restitution);
+        println!("rebound by the equation {wanted:.4}, off by {:.1e}: {law:?}", seen.restitution - wanted);
+        seen.restitution
+    };
+    let both = [one(tensile, NormalForce::TENSILE), one(repulsive, NormalForce::REPULSIVE)];
+    let share = both[1] / both[0] - 1.0;
+    assert!(share > 0.03, "a dashpot that only repels leaves more speed: {both:?}");
+    both
+}
+
+fn dashpots_only_repel<S: Space>() {
+    let sizes = [[RADIUS; 2], [MASS; 2]];
+    // What spring (N) and dashpot give at a closing speed, limited or not.
+    let limited = |spring: f64, dashpot: f64, limit: NormalForce| (spring + dashpot).max(limit.least());
+    let (law, only) = (linear(), linear_repulsive());
+    let LinearContact { stiffness_normal, damping_normal, .. } = law.constants;
+    for speed in [0.01, 0.1] {
+        rebounds::<S, _>([law, only], sizes, speed, |overlap, closing, limit| {
+            (overlap >= 0.0).then(|| limited(stiffness_normal * overlap, damping_normal * closing, limit))
+        });
+    }
+    // Fast enough to come apart again; in tension the spring alone pulls.
+    let (law, only) = (cohesive(), cohesive_repulsive());
+    rebounds::<S, _>([law, only], sizes, 0.8, |overlap, closing, limit| {
+        let (spring, dashpot) = (stiffness_normal * overlap, damping_normal * closing);
+        let pull = spring.min(0.0);
+        (spring >= -law.constants.cohesion_normal).then(|| (spring + dashpot).max(pull + limit.least()))
+    });
+    // Of a constant dashpot, whose rebound depends on speed, and of one by the damping ratio as well.
+    for (radii, masses) in [([RADIUS; 2], [MASS; 2]), ([RADIUS, 0.6 * RADIUS], [MASS, 0.216 * MASS])] {
+        let reduced = masses[0] * masses[1] / (masses[0] + masses[1]);
+        for ratio in [0.0, 0.3] {
+            let of = |normal_force| HertzMindlin {
+                constants: scenario::HertzMindlin { damping_ratio: ratio, normal_force, ..hertz().constants },
+            };
+            let pair = NormalForce::NAMES.map(|(_, of_name)| of(of_name));
+            let stiffness = hertz_stiffness(&pair[0], 2.0 * radii[0] * radii[1] / (radii[0] + radii[1]));
+            let seen = [0.1, 0.8].map(|speed| {
+                rebounds::<S, _>(pair, [radii, masses], speed, |overlap, closing, limit| {
+                    let root = overlap.max(0.0).sqrt();
+                    // alpha = sqrt(5) zeta of Tsuji et al., whose dashpot is alpha sqrt(m K) d^(1/4) with F = K d^(3/2).
+                    let viscous = (5.0 * reduced * stiffness * root).sqrt() * ratio;
+                    let dashpot = (pair[0].constants.damping_normal + viscous) * closing;
+                    (overlap >= 0.0).then(|| limited(stiffness * overlap * root, dashpot, limit))
+                })
+            });
+            assert!(seen[0][0] < 0.9 * seen[1][0], "a constant dashpot brakes slow grains more: {seen:?}");
+        }
+    }
+}
+
+/// A dashpot that may pull takes more from a rebound than one that only repels: each as the equation of the motion has it.
+#[test]
+fn a_dashpot_that_only_repels_leaves_what_the_equation_leaves() {
+    dashpots_only_repel::<Plane>();
+    dashpots_only_repel::<Solid>();
+}
+
+/// The contact that a job of planar shear gets with these lines, and its law.
+fn of_job<C: ContactLaw<Plane>>(lines: &str) -> C {
+    let text = format!(
+        "name = \"small\"\nmethod = \"dem\"\n[specimen]\nwidth = 0.024\nheight = 0.03\n[grains]\ndiameter_mean = 1e-3\ndiameter_deviation = 0\ndensity = 2530\n[loading]\nstress_normal = 4e5\nspeed = 0.02\nspeed_ramp = 0\nstrain_end = 0.1\n[time]\nstep = 1e-9\n[contact]\nfriction = 0.5\n{lines}"
+    );
+    let scenario = scenario::Scenario::parse(&text, "small.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+    C::from_job(&scenario.contact).expect("the job names the law")
+}
+
+/// `contact.restitution` is what comes back, with both ranges of the normal force: of linear contacts between mean grains, of
+/// Hertz contacts between any two and at every speed.
+#[test]
+fn grains_rebound_with_the_restitution_of_the_job() {
+    let mean = 2530.0 * math::PI * RADIUS * RADIUS * 0.01;
+    for (name, _) in NormalForce::NAMES {
+        for restitution in [0.1, 0.5, 0.9] {
+            let damped = format!("restitution = {restitution}\nnormal_force = \"{name}\"");
+            let spring = "stiffness_normal = 1772093.8\nstiffness_tangential = 886046.9";
+            let law: LinearSpringDashpot = of_job(&format!("{spring}\n{damped}"));
+            // Long enough for the slowest of them.
+            let duration = 3.0 * math::PI * (0.5 * mean / law.constants.stiffness_normal).sqrt();
+            let seen = head_on::<Plane, _>(law, [[RADIUS; 2], [mean; 2]], duration, 12000).restitution;
+            assert!((seen - restitution).abs() < 1e-3, "linear, {name}: {seen} for {restitution}");
+            println!("linear, {name}, restitution {restitution}: off by {:.1e}", seen - restitution);
+
+            let solid = "law = \"hertz_mindlin\"\nshear_modulus = 3e8\npoisson_ratio = 0.2";
+            let law: HertzMindlin = of_job(&format!("{solid}\n{damped}"));
+            for (radii, masses) in [([RADIUS; 2], [MASS; 2]), ([RADIUS, 0.6 * RADIUS], [MASS, 0.216 * MASS])] {
+                for speed in [0.01, 0.1, 1.0] {
+                    let reduced = masses[0] * masses[1] / (masses[0] + masses[1]);
+                    let stiffness = hertz_stiffness(&law, 2.0 * radii[0] * radii[1] / (radii[0] + radii[1]));
+                    let overlap = two_fifths(1.25 * reduced * speed * speed / stiffness);
+                    let duration = 3.0 * HERTZ_TIME * overlap / speed;
+                    let seen = head_on_at::<Solid, _>(law, [radii, masses], speed, duration, 12000).restitution;
+                    assert!((seen - restitution).abs() < 1e-3, "Hertz, {name}, {speed} m/s: {seen} for {restitution}");
+                    println!(
+                        "Hertz, {name}, {speed} m/s, restitution {restitution}: off by {:.1e}",
+                        seen - restitution
+                    );
+                }
+            }
+        }
+    }
 }
 
 /// `x^(2/5)`.
@@ -267,10 +409,12 @@ fn oblique<S: Space, C: ContactLaw<S>>(law: C) -> (usize, Vec<u64>) {
 }
 
 fn without_cohesion_it_is_the_linear_law<S: Space>() {
-    let bare = scenario::LinearCohesive { linear: linear().constants, cohesion_normal: 0.0, cohesion_tangential: 0.0 };
-    let (with, without) = (oblique::<S, _>(LinearCohesive { constants: bare }), oblique::<S, _>(linear()));
-    assert!((50..1400).contains(&without.0), "they touched for {} steps", without.0);
-    assert!(with == without, "other bits in {}", S::NAME);
+    for law in [linear(), linear_repulsive()] {
+        let bare = scenario::LinearCohesive { linear: law.constants, cohesion_normal: 0.0, cohesion_tangential: 0.0 };
+        let (with, without) = (oblique::<S, _>(LinearCohesive { constants: bare }), oblique::<S, _>(law));
+        assert!((50..1400).contains(&without.0), "they touched for {} steps", without.0);
+        assert!(with == without, "other bits in {}", S::NAME);
+    }
     // At this speed the two do not come apart again.
     assert!(oblique::<S, _>(cohesive()).0 > 1400, "cohesion should tell");
 }

@@ -11,7 +11,7 @@ use scree::law::contact::{ContactLaw, ElasticRolling, HertzMindlin, LinearCohesi
 use scree::law::material::Absent;
 use scree::layout::{Ground, Layout};
 use scree::rebuild::{Parts, Row};
-use scree::scenario::{self, Linear, Sliding};
+use scree::scenario::{self, Linear, NormalForce, Sliding};
 use scree::servo::CellDrive;
 use scree::space::{Linear as _, Plane, Solid, Space};
 use scree::world::{Settings, World};
@@ -31,6 +31,7 @@ pub fn linear() -> LinearSpringDashpot {
         damping_normal: 3.5,
         damping_tangential: 3.5,
         friction: 0.5,
+        normal_force: NormalForce::TENSILE,
     };
     LinearSpringDashpot { constants }
 }
@@ -62,8 +63,25 @@ pub fn hertz() -> HertzMindlin {
         friction: 0.5,
         damping_normal: 2.0,
         damping_tangential: 2.0,
+        damping_ratio: 0.0,
+        normal_force: NormalForce::TENSILE,
     };
     HertzMindlin { constants }
+}
+
+/// The laws that have a dashpot, with one that only repels; that of Hertz contacts follows from masses as well.
+pub fn linear_repulsive() -> LinearSpringDashpot {
+    LinearSpringDashpot { constants: Linear { normal_force: NormalForce::REPULSIVE, ..linear().constants } }
+}
+
+pub fn cohesive_repulsive() -> LinearCohesive {
+    let linear = linear_repulsive().constants;
+    LinearCohesive { constants: scenario::LinearCohesive { linear, ..cohesive().constants } }
+}
+
+pub fn hertz_repulsive() -> HertzMindlin {
+    let normal_force = NormalForce::REPULSIVE;
+    HertzMindlin { constants: scenario::HertzMindlin { damping_ratio: 0.3, normal_force, ..hertz().constants } }
 }
 
 /// What is claimed of every law in every space.
@@ -81,6 +99,9 @@ fn in_space<T: Claim, S: Space>() {
     T::hold::<S, _>(cohesive());
     T::hold::<S, _>(elastic());
     T::hold::<S, _>(hertz());
+    T::hold::<S, _>(linear_repulsive());
+    T::hold::<S, _>(cohesive_repulsive());
+    T::hold::<S, _>(hertz_repulsive());
 }
 
 /// The components of three that a space has.
@@ -125,6 +146,7 @@ impl<S: Space, C: ContactLaw<S>> Few<S, C> {
             field: Field::default(),
             drive: CellDrive::default(),
             first_kick: 0.5,
+            first_advance: 0.0,
         };
         Self { grains: Vec::new(), bodies: Vec::new(), cell, settings }
     }

@@ -230,3 +230,31 @@ fn a_row_is_of_the_instant_of_its_state() {
     }
     assert!((stress[(0, 1)] - stress[(1, 0)]).abs() > 1e-6 * 1e5, "it could be either");
 }
+
+/// Tension at grains that hold on to nothing once grew the cell tenfold, and the run ended as if all were well.
+#[test]
+fn a_cell_that_grows_with_nothing_bearing_its_load_stops_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = format!("preparation = \"compress\"\n    cache = \"{}\"", folder.path().display());
+    let pulled = [
+        ("preparation = \"compress\"", cache.as_str()),
+        ("velocity_gradient = [[0, 0], [0, \"-0.3 1/s\"]]\n", ""),
+        ("\"-100 kPa\", \"free\"", "\"1 MPa\", \"free\""),
+        ("end = \"0.2 s\"", "end = \"0.3 s\""),
+    ];
+    let text = replaced(DENSE.to_string(), &pulled);
+    let run = |text: &str, out: &str| start::start(&parse(text), &options(&folder.path().join(out)), &Solo);
+    let error = run(&text, "pulled").expect_err("it went on to its end");
+    let told = error.to_string();
+    assert_eq!(error.exit_code(), 3, "{told}");
+    for wanted in [
+        "the cell has grown until its grains fill 0.",
+        "of the 1000000 Pa that cell.stress holds x at",
+        "Tension is positive in cell.stress: write it negative",
+    ] {
+        assert!(told.contains(wanted), "{wanted}: {told}");
+    }
+    // The same load the other way round, or at grains that bear it, is an ordinary run.
+    let pressed = replaced(text.clone(), &[("\"1 MPa\", \"free\"", "\"-100 kPa\", \"free\""), ("0.3 s", "0.05 s")]);
+    assert!(run(&pressed, "pressed").is_ok());
+}

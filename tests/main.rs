@@ -27,6 +27,8 @@ mod collisions;
 mod comparison;
 /// Mass and momentum of a run are what they were at its start and what has been given since, and its summary says so.
 mod conservation;
+/// A run that starts from the exported grains and contacts of another goes on as that one did; wrong files are refused by line.
+mod contact_files;
 /// What jobs of continua mean, key by key, and that writing and reading them again changes nothing.
 mod continua;
 /// Grains in membranes, alone and where points were: none leaks, momentum is kept, the same bits on any ranks and after a restart.

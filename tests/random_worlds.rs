@@ -15,8 +15,8 @@ use scree::law::material::{CriticalDruckerPrager, MaterialLaw};
 use scree::layout::{Ground, Layout, RIM_CELLS};
 use scree::mpm::points::Point;
 use scree::rebuild::{Parts, Row};
-use scree::scenario::Linear as LinearContact;
 use scree::scenario::mpm::{ShapeFunction, StressUpdate, Transfer};
+use scree::scenario::{Linear as LinearContact, NormalForce};
 use scree::servo::CellDrive;
 use scree::space::{Linear, Plane, Solid, Space};
 use scree::symmetric::Symmetric;
@@ -122,6 +122,7 @@ impl Plan {
             damping_normal: 10.0,
             damping_tangential: 10.0,
             friction: 0.5,
+            normal_force: NormalForce::TENSILE,
         };
         Settings {
             dt: STEP,
@@ -134,6 +135,7 @@ impl Plan {
             field: Field::default(),
             drive: CellDrive::default(),
             first_kick: 0.5,
+            first_advance: 0.0,
         }
     }
 

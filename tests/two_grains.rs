@@ -9,6 +9,7 @@ use scree::run::Options;
 use scree::scenario::{Job, Linear};
 use scree::space::{Plane, Space};
 use scree::start;
+use scree_io::column::State;
 use scree_io::store;
 use scree_partition::{Solo, Transport};
 
@@ -286,9 +287,14 @@ fn run_by_steps(text: &str, sets: &[String], out: &Path) -> f64 {
     job.step()
 }
 
+/// The state that a run has kept of a step.
+pub fn state_after(out: &Path, step: u64) -> State {
+    store::read(&checkpoint::folder(out).join(store::file_name(step))).unwrap()
+}
+
 /// Rows of numbers of the grains exported after a step, by id.
 fn exported(out: &Path, step: u64, wanted: Wanted) -> Vec<Vec<f64>> {
-    let state = store::read(&checkpoint::folder(out).join(store::file_name(step))).unwrap();
+    let state = state_after(out, step);
     let file = out.join("exported.csv");
     grain_export::write(&state, out, &file, wanted).unwrap();
     let text = std::fs::read_to_string(file).unwrap();

@@ -12,7 +12,7 @@ use scree::law::material::CriticalDruckerPrager;
 use scree::layout::Layout;
 use scree::packing::{self, cell_of};
 use scree::rebuild::Parts;
-use scree::scenario::{Linear, Scenario};
+use scree::scenario::{Linear, NormalForce, Scenario};
 use scree::servo::CellDrive;
 use scree::space::{Plane, Space};
 use scree::world::Settings;
@@ -33,6 +33,7 @@ pub fn contact(damping: f64) -> Linear {
         damping_normal: damping,
         damping_tangential: damping,
         friction: 0.5,
+        normal_force: NormalForce::TENSILE,
     }
 }
 
@@ -67,6 +68,7 @@ pub fn settings(dt: f64, contact: Linear) -> Settings<Plane, Law, CriticalDrucke
         field: Field::default(),
         drive: CellDrive::default(),
         first_kick: 0.5,
+        first_advance: 0.0,
     }
 }
 

@@ -38,7 +38,7 @@ pub type GrainSnapshot<S, C> = Snapshot<S, <C as ContactLaw<S>>::Memory<f64>, No
 /// Refuses what a job's file or packing would be refused for, before anything is started.
 pub fn refuse_bad(job: &Assembly, typed: &Typed) -> Result<(), Error> {
     match (&job.source, job.cell.dimension) {
-        (Source::File(_), _) => grain_file::refuse_bad(job),
+        (Source::File(read), _) => grain_file::refuse_bad(job, read),
         (Source::Packed(packed), 2) => packed::refuse_bad::<Plane>(job, packed, typed),
         (Source::Packed(packed), _) => packed::refuse_bad::<Solid>(job, packed, typed),
     }
@@ -93,9 +93,45 @@ pub fn world_of<'t, S: Space, C: ContactLaw<S>>(
 const WORK: [&str; 3] = ["work_bodies", "work_gravity", "work_cell"];
 const AXES: [&str; 3] = ["x", "y", "z"];
 
+/// Steps between two looks at whether contacts bear what the cell is held at; the share of the packing fraction of the start
+/// that is left when they are looked at, and that of the stress below which they bear nothing.
+const BEARING_EVERY: u64 = 1000;
+const FRACTION_LEFT_MIN: f64 = 0.5;
+const SHARE_BORNE_MIN: f64 = 0.01;
+
 /// Axes held at a stress, and at which, Pa.
 fn held(servo: &CellServo) -> impl Iterator<Item = (usize, f64)> + '_ {
     (0..3).filter_map(|axis| Some((axis, servo.stress[axis]?)))
+}
+
+impl<S: Space, C: ContactLaw<S>> Element<'_, S, C> {
+    /// Stops the run where the grains fill half of what they filled at the start and bear nothing of a stress that an axis is
+    /// held at: grains that dilate go a third apart at most, and in a cell twice as large they have no contacts.
+    fn refuse_bearing_nothing(&self, core: &mut GrainCore<S, C>, servo: &CellServo) -> Result<(), Error> {
+        let start = core.progress.fraction_start;
+        let world = &mut core.world;
+        let fraction = setup::fraction(world, self.job)?;
+        if fraction > FRACTION_LEFT_MIN * start {
+            return Ok(());
+        }
+        let (moment, volume) = (world.contact_moment()?, setup::volume(&world.cell, self.job));
+        let borne = |axis: usize| moment[axis * S::DIMENSION + axis] / volume;
+        let idle = held(servo).find(|(axis, target)| *target != 0.0 && borne(*axis) / target < SHARE_BORNE_MIN);
+        let Some((axis, target)) = idle else { return Ok(()) };
+        let name = AXES[axis];
+        let pulls = match target > 0.0 {
+            true => {
+                "Tension is positive in cell.stress: write it negative to press grains together, or take law = \"linear_cohesive\""
+            }
+            false => "The grains fly apart: lower their velocities or cell.rate_max, or start from a denser packing",
+        };
+        Err(Error::Run(format!(
+            "step {}, time {:.6e} s: the cell has grown until its grains fill {fraction:.3} of it, {start:.3} at the start, and their contacts bear {:.3e} Pa of the {target} Pa that cell.stress holds {name} at; nothing bears the load. {pulls}.",
+            world.step,
+            world.time(),
+            borne(axis),
+        )))
+    }
 }
 
 impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
@@ -138,8 +174,15 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
         names
     }
 
-    fn watch(&mut self, _: &mut GrainCore<S, C>) -> Result<(), Error> {
-        Ok(())
+    /// A cell that grows because nothing bears the stress it is held at has left physics.
+    fn watch(&mut self, core: &mut GrainCore<S, C>) -> Result<(), Error> {
+        let step = core.world.step;
+        match &self.job.cell.servo {
+            Some(servo) if step.is_multiple_of(BEARING_EVERY) || step >= self.steps() => {
+                self.refuse_bearing_nothing(core, servo)
+            }
+            _ => Ok(()),
+        }
     }
 
     /// All at the instant of the positions ([`crate::observe::instant`]): mean stress of the contacts (tension positive, the

@@ -17,7 +17,7 @@ use crate::layout::{Ground, Layout};
 use crate::math;
 use crate::mpm::membrane::Membranes;
 use crate::rebuild::{Parts, Row};
-use crate::scenario::assembly::{Assembly, Packed, Preparation, Shape, Source, Velocities};
+use crate::scenario::assembly::{Assembly, Packed, Preparation, Read, Shape, Source, Velocities};
 use crate::scenario::figures;
 use crate::servo::{CellDrive, Response, StressServo};
 use crate::space::{Linear, Space, Words};
@@ -33,9 +33,9 @@ pub fn world<'t, S: Space, C: ContactLaw<S>>(
     transport: &'t dyn Transport,
 ) -> Result<GrainWorld<'t, S, C>, Error> {
     let (mut grains, cell): (Vec<Row<S, C>>, Cell<S>) = match &job.source {
-        Source::File(file) => {
+        Source::File(read) => {
             let read = match transport.rank() {
-                0 => grain_file::read_with_cell(job, file).map(|(grains, cell)| (grains, vec![cell])),
+                0 => grain_file::read_start::<S, C>(job, read).map(|(grains, cell)| (grains, vec![cell])),
                 _ => Ok((Vec::new(), Vec::new())),
             };
             let (grains, cell) = transfer::agree(transport, read)?;
@@ -133,7 +133,10 @@ fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent
         Velocities::Now => 0.5,
         Velocities::HalfStepBefore => 1.0,
     };
-    Settings { first_kick, ..settings_in(job, CellDrive { gradient, servo }) }
+    // Memories of the step before go on from it, as do velocities of half a step before.
+    let goes_on = matches!(&job.source, Source::File(Read { contacts: Some(_), .. })) && first_kick == 1.0;
+    let first_advance = if goes_on { job.step } else { 0.0 };
+    Settings { first_kick, first_advance, ..settings_in(job, CellDrive { gradient, servo }) }
 }
 
 /// Settings of a world of this job whose cell is driven otherwise, and whose grains start from velocities of time zero.
@@ -149,6 +152,7 @@ pub fn settings_in<S: Space, C: ContactLaw<S>>(job: &Assembly, drive: CellDrive<
         field: Field { gravity: vector::<S>(&job.gravity), damping: job.damping },
         drive,
         first_kick: 0.5,
+        first_advance: 0.0,
     }
 }
 

@@ -10,10 +10,13 @@ use crate::scenario::{Job, Mpm};
 use crate::space::Components;
 
 mod assembly;
+mod doubts;
 mod granular;
 mod mpm;
 mod page;
 mod shear;
+
+pub(super) use doubts::doubts;
 
 /// Above this number grains feel inertia and stress depends on speed (da Cruz et al. 2005).
 const INERTIAL_NUMBER_QUASI_STATIC: f64 = 1e-3;
@@ -25,11 +28,13 @@ const STEP_SHARE_MIN: f64 = 0.1;
 pub(super) fn command(job: &Path, sets: &[String]) -> Result<String, Error> {
     let (job, typed) = Job::load_typed(job, sets)?;
     refuse_bad_grains(&job, &typed)?;
-    Ok(match &job {
-        Job::Shear(scenario) => shear::page(scenario),
-        Job::Assembly(assembly) => assembly::page(assembly),
+    let page = match &job {
+        Job::Shear(scenario) => shear::page(scenario, &grain_file::bounds(scenario)?),
+        Job::Assembly(assembly) => assembly::page(assembly, &grain_file::bounds_of_assembly(assembly)?),
         Job::Mpm(job) => mpm::page(job),
-    })
+    };
+    let doubts: String = doubts(&job).iter().map(|doubt| format!("\nwarning: {doubt}\n")).collect();
+    Ok(format!("{page}{doubts}\nThe job is good. Nothing was started.\n"))
 }
 
 /// Grains that cannot be read or made are found before anything is started.
@@ -109,7 +114,8 @@ mod tests {
         let page = |law: &str| {
             let text = format!("{head}[contact]\nfriction = 0.5\n{law}\n[packing]{tail}");
             let scenario = crate::scenario::Scenario::parse(&text, "job.toml", &[]);
-            shear::page(&scenario.unwrap_or_else(|error| panic!("{error}")))
+            let scenario = scenario.unwrap_or_else(|error| panic!("{error}"));
+            shear::page(&scenario, &crate::scenario::derived::grain_bounds(&scenario))
         };
         let linear = "stiffness_normal = 1e5\nstiffness_tangential = 5e4\ndamping_normal = 1\ndamping_tangential = 1";
         let elastic = "law = \"elastic_rolling\"\nyoung_modulus = 1e8\nstiffness_ratio = 0.5";
@@ -166,5 +172,44 @@ mod tests {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/element/rve_shear.toml");
         let error = command(&path, &["grains.file=/nowhere/t1_s12.csv".to_string()]).unwrap_err().to_string();
         assert!(error.contains("names no file of grains: there is none at /nowhere/t1_s12.csv."), "{error}");
+    }
+    /// The mean grain was taken, of whatever sizes the file had, and a step that `check` called stable was refused by `run`.
+    #[test]
+    fn the_stable_step_of_grains_in_a_file_is_that_of_these_grains() {
+        let folder = tempfile::tempdir().unwrap();
+        let rows = |diameters: &[f64]| -> String {
+            let row = |(id, diameter): (usize, &f64)| {
+                format!("{id},{:e},2e-3,{:e}\n", 1e-3 + 1.5e-3 * id as f64, 0.5 * diameter)
+            };
+            diameters.iter().enumerate().map(row).collect()
+        };
+        let wide = [0.7e-3, 1e-3, 1e-3, 1.1e-3, 1.2e-3];
+        std::fs::write(folder.path().join("wide.csv"), format!("id,x,y,radius\n{}", rows(&wide))).unwrap();
+        let text = "name = \"wide\"\n[cell]\nspace = \"plane\"\nupper = [0.01, 0.01]\n[grains]\ndensity = 2650\nfile = \"wide.csv\"\ndiameter_mean = \"1 mm\"\n[contact]\nstiffness_normal = 1e5\nstiffness_tangential = 5e4\ndamping_normal = 0\ndamping_tangential = 0\nfriction = 0.5\n[time]\nstep = 1e-7\nend = 1e-5\n";
+        let file = folder.path().join("job.toml");
+        std::fs::write(&file, text).unwrap();
+        let page = command(&file, &[]).unwrap();
+        // Of springs between equals: 2/w, w^2 = 6 (k_n + k_t)/m or 24 k_t/m.
+        let mass = 2650.0 * std::f64::consts::PI * 0.35e-3 * 0.35e-3 * 0.01;
+        let stable = 2.0 / (24.0 * 5e4 / mass as f64).sqrt();
+        assert!(page.contains(&format!("{} s", page::figures(stable))), "{stable}: {page}");
+        // What is printed can be taken, and a little more is refused with the remedy.
+        let [less, more] = [0.999, 1.001].map(|share| command(&file, &[format!("time.step={:e}", share * stable)]));
+        less.unwrap();
+        let refused = more.unwrap_err().to_string();
+        assert!(
+            refused.contains("wide.csv:2: a grain with radius = 0.00035 m is unstable with time.step"),
+            "{refused}"
+        );
+        assert!(refused.contains("s is allowed (tangential springs, lightest grain spinning: 2/w, w^2 = 24 k_t/m). Beyond it contacts feed energy into the grains; shorten the step"), "{refused}");
+        assert!(refused.contains("write time.allow_unstable = true"), "{refused}");
+    }
+
+    /// Warnings stand above the last line, whatever the kind of job.
+    #[test]
+    fn slips_are_told_by_check() {
+        let page = checked("element/pour.toml", &["grains.density=\"2.5 kg/m3\"", "time.allow_unstable=true"]);
+        assert!(page.contains("warning: grains.density = 2.5 kg/m3 is less than any solid has."), "{page}");
+        assert!(page.ends_with("\nThe job is good. Nothing was started.\n"), "{page}");
     }
 }

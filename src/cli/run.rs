@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use scree_partition::transport::Transport;
 
-use super::check::refuse_bad_grains;
+use super::check::{doubts, refuse_bad_grains};
 use super::cores::Placement;
 use super::{Ending, agreed, resume, start_threads_of};
 use crate::error::Error;
@@ -77,6 +77,9 @@ pub(super) fn prepare(
         if let (Opening::Start, Some(refusal)) = (opening, occupied(&out)?) {
             return Err(refusal);
         }
+        if opening != Opening::GoOn {
+            doubts(&job).iter().for_each(|doubt| tracing::warn!("warning: {doubt}"));
+        }
         Ok(format!("{}{}\n{resolved}", opening.letter(), out.display()))
     })?;
     let (head, resolved) = shared.split_once('\n').unwrap_or_default();
@@ -97,8 +100,9 @@ fn opening(out: &Path, resolved: &str) -> Result<Opening, Error> {
     let there = std::fs::read(scenario_file(out)).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
     let shown = out.display();
     match there {
-        Ok(there) if without_head(&there) != resolved => {
-            let (old, new) = first_difference(without_head(&there), resolved);
+        Ok(there) if meaning(&there, out) != resolved => {
+            let there = meaning(&there, out);
+            let (old, new) = first_difference(&there, resolved);
             Err(Error::User(format!(
                 "{shown} holds a run of another job: it has `{old}` where this one has `{new}`. Start this one elsewhere with --out DIR, or go on with that one as it is by `scree resume {shown}`."
             )))
@@ -106,6 +110,12 @@ fn opening(out: &Path, resolved: &str) -> Result<Opening, Error> {
         // Its checkpoints have the job.
         Ok(_) | Err(_) => Ok(opening),
     }
+}
+
+/// A resolved job as this program would write it: one that an older program wrote has no line for what came later.
+fn meaning(text: &str, folder: &Path) -> String {
+    let file = scenario_file(folder).display().to_string();
+    Job::parse(text, &file, &[]).map_or_else(|_| without_head(text).to_string(), |job| job.to_toml())
 }
 
 /// The first lines that differ; jobs are written in one order.

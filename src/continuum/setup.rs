@@ -156,6 +156,7 @@ pub(crate) fn settings<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
         drive: CellDrive::default(),
         // Velocities of points are of the time of their positions, and a grid's step is of one length.
         first_kick: if job.grains.is_some() { 0.5 } else { 1.0 },
+        first_advance: 0.0,
     }
 }
 

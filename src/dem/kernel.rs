@@ -8,7 +8,7 @@ use crate::dem::grains::Hot;
 use crate::dem::neighbours::Pair;
 use crate::ids::Row;
 use crate::lane::{Instructions, LANES, Pack, Packed, Real};
-use crate::law::contact::{Answer, ContactLaw, Touch};
+use crate::law::contact::{Answer, ContactLaw, FLAT, Touch};
 use crate::numbers::Numbers;
 use crate::space::{Lanewise, Linear, Space, Words};
 
@@ -185,6 +185,7 @@ pub struct Side<S: Space, R: Real> {
     pub spin: S::SpinOf<R>,
     pub radius: R,
     pub weight: R,
+    pub mass: R,
 }
 
 impl<S: Space, R: Real> Side<S, R> {
@@ -197,6 +198,7 @@ impl<S: Space, R: Real> Side<S, R> {
             spin: Words::zero(),
             radius: word(0),
             weight: word(0),
+            mass: word(0),
         };
         for axis in 0..S::DIMENSION {
             side.position.set_word(axis, word(axis));
@@ -208,7 +210,14 @@ impl<S: Space, R: Real> Side<S, R> {
         }
         side.radius = word(2 * S::DIMENSION + spin);
         side.weight = word(2 * S::DIMENSION + spin + 1);
+        side.mass = word(2 * S::DIMENSION + spin + 2);
         side
+    }
+
+    /// Mass that a contact accelerates, kg: without bounds where a body moves the grain.
+    #[inline(always)]
+    fn mass_moved(&self) -> R {
+        R::choose(self.weight.above(R::splat(0.0)), self.mass, R::splat(FLAT))
     }
 }
 
@@ -282,6 +291,8 @@ pub fn touch<S: Space, R: Real>(
         overlap: a.radius + b.radius - distance,
         radius_a: a.radius,
         radius_b: b.radius,
+        mass_a: a.mass_moved(),
+        mass_b: b.mass_moved(),
         velocity_normal: relative.dot(&normal),
         velocity_centres,
         velocity_tangential: velocity_centres - S::surface(&normal, &spin_full),

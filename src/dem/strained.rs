@@ -65,7 +65,9 @@ impl<S: Space> Contacts<S> {
                 _ => b.position - cell.corner,
             };
             let overlap = a.radius + b.radius - branch.norm();
-            sums.add(&force, &branch, &strained, law.resistance([a.radius, b.radius], overlap));
+            let masses = [a, b].map(|hot| if hot.weight > 0.0 { hot.mass } else { FLAT });
+            let resistance = law.resistance([a.radius, b.radius], masses, overlap);
+            sums.add(&force, &branch, &strained, resistance);
         }
         sums
     }
@@ -85,7 +87,7 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
             let branch = hot.position - wall.shift - wall.point;
             let overlap = 2.0 * (hot.radius - branch.norm());
             let mut sums = Strained::zero();
-            let resistance = self.law_of(wall.body, law).resistance([hot.radius, FLAT], overlap);
+            let resistance = self.law_of(wall.body, law).resistance([hot.radius, FLAT], [hot.mass, FLAT], overlap);
             sums.add(&wall.force, &branch, &(hot.position - cell.corner), resistance);
             sums
         })

@@ -7,7 +7,7 @@ use crate::dem::grains::{Grains, Hot, Mover, body_partner, lanes, vector};
 use crate::dem::kernel::{Given, give};
 use crate::ids::{GrainId, Row};
 use crate::lane::Real;
-use crate::law::contact::{ContactLaw, Touch};
+use crate::law::contact::{ContactLaw, FLAT, Touch};
 use crate::space::{Linear, Space, Words};
 
 /// A grain near a body.
@@ -253,6 +253,8 @@ pub fn touch_of<S: Space>(
         overlap: hot.radius - nearest.distance,
         radius_a: hot.radius,
         radius_b: nearest.radius,
+        mass_a: hot.mass,
+        mass_b: FLAT,
         velocity_normal: relative.dot(&normal),
         velocity_centres,
         velocity_tangential: velocity_centres - S::surface(&normal, &(spin * hot.radius)),

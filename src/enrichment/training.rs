@@ -39,7 +39,8 @@ pub(super) fn train<C: ContactLaw<Plane>>(
         grain.cold.mover = Mover::Script;
     }
     let grains = if world.transport.rank() == 0 { grains } else { Vec::new() };
-    let settings = Settings { grain_steps: 1, loads: Vec::new(), first_kick: 0.5, ..world.settings.clone() };
+    let settings =
+        Settings { grain_steps: 1, loads: Vec::new(), first_kick: 0.5, first_advance: 0.0, ..world.settings.clone() };
     let touched = touched_bodies(world);
     let share = training.training;
     let seat = |number: usize| held.seats.get(number).copied().unwrap_or_else(Vector::zero);

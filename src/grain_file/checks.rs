@@ -10,8 +10,9 @@ use crate::dem::walls;
 use crate::error::Error;
 use crate::math::PI;
 use crate::packing::layout_for;
+use crate::scenario::figures::Diameters;
 use crate::scenario::stable::{self, GrainScale, governing};
-use crate::scenario::{Assembly, Scenario, figures};
+use crate::scenario::{Assembly, BYPASS, Scenario, digits_below, figures};
 use crate::space::{Linear, Plane, Space};
 
 /// Deepest overlap that a start may have, as a share of the smaller radius.
@@ -228,15 +229,25 @@ impl<'e, S: Space> Sizes<'e, S> {
         ))
     }
 
-    fn refuse_step(&self, source: &Source, step: f64, bounds: &[stable::Bound]) -> Result<(), Error> {
+    /// As the bounds of the step need them.
+    fn diameters(&self) -> Diameters {
+        Diameters { smallest: 2.0 * self.smallest.radius, mean: self.mean, classes: self.classes.clone() }
+    }
+
+    /// `bypass`: what else can be done where the job's kind allows it.
+    fn refuse_step(&self, source: &Source, step: f64, bounds: &[stable::Bound], bypass: &str) -> Result<(), Error> {
         let bound = governing(bounds);
         match step <= bound.step {
             true => Ok(()),
             false => Err(source.bad(
                 self.smallest.line,
                 &format!(
-                    "a grain with radius = {} m is unstable with time.step = {step} s; at most {:.3e} s ({})",
-                    self.smallest.radius, bound.step, bound.cause
+                    "a grain with radius = {} m is unstable with time.step = {step} s: at most {} s is allowed ({}: {}). {}{bypass}",
+                    self.smallest.radius,
+                    digits_below(bound.step),
+                    bound.cause,
+                    bound.formula,
+                    bound.remedy
                 ),
             )),
         }
@@ -274,17 +285,30 @@ pub fn refuse_sizes(scenario: &Scenario, source: &Source, entries: &[Entry<Plane
             ),
         ));
     }
-    let disc = |diameter: &f64| {
-        GrainScale::of(0.5 * diameter, scenario.grains.density, scenario.specimen.depth, Plane::DIMENSION)
-    };
-    let classes: Vec<GrainScale> = sizes.classes.iter().map(disc).collect();
-    let bounds =
-        stable::bounds_of_sizes(&scenario.contact, &disc(&(2.0 * sizes.smallest.radius)), &disc(&sizes.mean), &classes);
-    sizes.refuse_step(source, scenario.time.step, &bounds)?;
+    sizes.refuse_step(source, scenario.time.step, &bounds_of_discs(scenario, &sizes), "")?;
     sizes.refuse_other_mean(source, scenario.grains.diameter_mean)
 }
 
+fn bounds_of_discs(scenario: &Scenario, sizes: &Sizes<Plane>) -> Vec<stable::Bound> {
+    let disc = |diameter: f64| {
+        GrainScale::of(0.5 * diameter, scenario.grains.density, scenario.specimen.depth, Plane::DIMENSION)
+    };
+    let Diameters { smallest, mean, classes } = sizes.diameters();
+    let classes: Vec<GrainScale> = classes.into_iter().map(disc).collect();
+    stable::bounds_of_sizes(&scenario.contact, &disc(smallest), &disc(mean), &classes)
+}
+
+/// What bounds the step of these grains; None of no grains.
+pub fn bounds_between_plates(scenario: &Scenario, entries: &[Entry<Plane>]) -> Option<Vec<stable::Bound>> {
+    Some(bounds_of_discs(scenario, &Sizes::of(entries)?))
+}
+
 // In a cell
+
+/// What bounds the step of these grains; None of no grains.
+pub fn bounds_in_cell<S: Space>(job: &Assembly, entries: &[Entry<S>]) -> Option<Vec<stable::Bound>> {
+    Some(figures::bounds_with(job, &Sizes::of(entries)?.diameters()))
+}
 
 pub fn refuse_outside<S: Space>(source: &Source, cell: &Cell<S>, entry: &Entry<S>) -> Result<(), Error> {
     let fraction = cell.fraction(&entry.position);
@@ -339,8 +363,7 @@ pub fn refuse_sizes_of_assembly<S: Space>(job: &Assembly, source: &Source, entri
         }
     }
     if !job.allow_unstable {
-        let bounds = figures::bounds_of_sizes(job, [2.0 * sizes.smallest.radius, sizes.mean], &sizes.classes);
-        sizes.refuse_step(source, job.step, &bounds)?;
+        sizes.refuse_step(source, job.step, &figures::bounds_with(job, &sizes.diameters()), BYPASS)?;
     }
     sizes.refuse_other_mean(source, job.matter.diameter_mean)
 }

@@ -2,16 +2,16 @@
 
 use super::{Entry, Source, id, number, vector};
 use crate::error::Error;
-use crate::grain_export::{header, header_of_places};
+use crate::grain_export::{TIME, header, header_of_places};
 use crate::space::{Linear, Space};
 
 /// The grains of a file, in its order. Columns stand in any order; without those of velocities grains are at rest.
 pub fn parse<S: Space>(source: &Source, text: &str) -> Result<Vec<Entry<S>>, Error> {
     // Spreadsheets begin a file with a byte-order mark.
     let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
-    let found: Vec<&str> = lines.next().map_or("", |(_, line)| line).split(',').map(str::trim).collect();
+    let found = words_of(lines.next().map_or("", |(_, line)| line));
     let (full, places) = (header::<S>(), header_of_places::<S>());
-    let Some(columns) = columns(&found, full).or_else(|| columns(&found, places)) else {
+    let Some(columns) = columns_of(&found, full).or_else(|| columns_of(&found, places)) else {
         let message = format!(
             "the first line must name the columns {full}, or {places}, in any order; it is `{}`",
             found.join(",")
@@ -21,20 +21,27 @@ pub fn parse<S: Space>(source: &Source, text: &str) -> Result<Vec<Entry<S>>, Err
     lines
         .filter(|(_, line)| !line.trim().is_empty())
         .map(|(index, line)| {
-            let words: Vec<&str> = line.split(',').map(str::trim).collect();
-            match words.len() == columns.len() {
+            let words = words_of(line);
+            match words.len() == found.len() {
                 true => entry(index + 1, &columns.iter().map(|column| words[*column]).collect::<Vec<&str>>()),
-                false => Err(format!("{} values, {} are wanted ({})", words.len(), columns.len(), found.join(","))),
+                false => Err(format!("{} values, {} are wanted ({})", words.len(), found.len(), found.join(","))),
             }
             .map_err(|what| source.bad(index + 1, &what))
         })
         .collect()
 }
 
-/// Where each column of a header stands among those found, if they are the same ones.
-fn columns(found: &[&str], header: &str) -> Option<Vec<usize>> {
+/// The values of a line.
+pub fn words_of(line: &str) -> Vec<&str> {
+    line.split(',').map(str::trim).collect()
+}
+
+/// Where each column of a header stands among those found, if they are the same ones. The time that exports state may stand
+/// beside them: a run starts at time zero, whatever its grains come from.
+pub fn columns_of(found: &[&str], header: &str) -> Option<Vec<usize>> {
     let wanted: Vec<&str> = header.split(',').collect();
-    match found.len() == wanted.len() {
+    let others = found.iter().filter(|name| **name != TIME).count();
+    match others == wanted.len() && found.len() <= others + 1 {
         true => wanted.iter().map(|name| found.iter().position(|other| other == name)).collect(),
         false => None,
     }

@@ -1,4 +1,4 @@
-//! Grains from a file, held to the same bounds as grains of a job before any work is done (invariant 5).
+//! Grains from a file, and what their contacts remember from another, held to the same bounds as grains of a job before any work is done (invariant 5).
 //!
 //! Comma-separated values, or where the name ends in `data` or `lmp` a LAMMPS data file.
 
@@ -10,12 +10,15 @@ use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::packing::{LOWER, UPPER, mass_of};
 use crate::error::Error;
 use crate::ids::GrainId;
+use crate::law::contact::{ContactLaw, ForAnyLaw, with_law_of};
 use crate::packing::{cell_of, layout_for};
-use crate::scenario::assembly::Source as SourceOfGrains;
-use crate::scenario::{Assembly, Scenario};
-use crate::space::{Components, Linear, Plane, Solid, Space, Words};
+use crate::scenario::assembly::Read;
+use crate::scenario::stable::Bound;
+use crate::scenario::{Assembly, Scenario, derived, figures};
+use crate::space::{Linear, Plane, Solid, Space, Words};
 
 mod checks;
+mod contacts;
 mod csv;
 mod lammps;
 #[cfg(test)]
@@ -39,10 +42,11 @@ impl Source<'_> {
         Error::User(format!("{}:{line}: {what}", self.file.display()))
     }
 
-    fn text(&self) -> Result<String, Error> {
+    /// `of`, `wanted`: what the file holds and what it may be, for the message.
+    fn text(&self, of: &str, wanted: &str) -> Result<String, Error> {
         std::fs::read_to_string(self.file).map_err(|error| {
             Error::User(format!(
-                "{}: this file of grains cannot be read: {error}. Name one of comma-separated values (.csv) or a LAMMPS data file (.data, .lmp) in {}.",
+                "{}: this file {of} cannot be read: {error}. Name {wanted} in {}.",
                 self.file.display(),
                 self.key
             ))
@@ -75,7 +79,8 @@ pub type Start<S, M> = (Vec<GrainRow<S, M>>, Cell<S>);
 
 impl<S: Space> Listing<S> {
     fn read(source: &Source) -> Result<Self, Error> {
-        let text = source.text()?;
+        let text =
+            source.text("of grains", "one of comma-separated values (.csv) or a LAMMPS data file (.data, .lmp)")?;
         if is_lammps(source.file) {
             lammps::parse(source, &text)
         } else {
@@ -161,14 +166,55 @@ pub fn read_with_cell<S: Space, M: Words<f64>>(job: &Assembly, file: &Path) -> R
     Ok((grains, cell))
 }
 
-/// Refuses what [`read_assembly`] would refuse, before anything is started.
-pub fn refuse_bad(job: &Assembly) -> Result<(), Error> {
-    match &job.source {
-        SourceOfGrains::Packed(_) => Ok(()),
-        SourceOfGrains::File(file) if job.cell.dimension == 2 => {
-            read_assembly::<Plane, Components<f64, 1>>(job, file).map(|_| ())
+/// The start of a job whose grains are read, with what their contacts remember.
+pub fn read_start<S: Space, C: ContactLaw<S>>(job: &Assembly, read: &Read) -> Result<Start<S, C::Memory<f64>>, Error> {
+    let (mut grains, cell) = read_with_cell(job, &read.grains)?;
+    if let Some(file) = &read.contacts {
+        contacts::read::<S, C>(job, &Source { file, key: "grains.contacts" }, &mut grains, &cell)?;
+    }
+    Ok((grains, cell))
+}
+
+/// What bounds the step of the grains of a job between plates: those of its file, where it has one.
+pub fn bounds(scenario: &Scenario) -> Result<Vec<Bound>, Error> {
+    let Some(file) = &scenario.grains.file else { return Ok(derived::grain_bounds(scenario)) };
+    let entries = Listing::<Plane>::read(&Source { file, key: "grains.file" })?.entries;
+    let of_file = checks::bounds_between_plates(scenario, &entries);
+    Ok(of_file.unwrap_or_else(|| derived::grain_bounds(scenario)))
+}
+
+/// The same of an assembly.
+pub fn bounds_of_assembly(job: &Assembly) -> Result<Vec<Bound>, Error> {
+    let of_file = match (job.source.file(), job.cell.dimension) {
+        (None, _) => None,
+        (Some(file), 2) => bounds_in::<Plane>(job, file)?,
+        (Some(file), _) => bounds_in::<Solid>(job, file)?,
+    };
+    Ok(of_file.unwrap_or_else(|| figures::bounds(job)))
+}
+
+fn bounds_in<S: Space>(job: &Assembly, file: &Path) -> Result<Option<Vec<Bound>>, Error> {
+    Ok(checks::bounds_in_cell(job, &Listing::<S>::read(&Source { file, key: "grains.file" })?.entries))
+}
+
+/// Refuses what [`read_start`] would refuse, before anything is started.
+pub fn refuse_bad(job: &Assembly, read: &Read) -> Result<(), Error> {
+    with_law_of(&job.contact, Refuse { job, read })
+}
+
+struct Refuse<'a> {
+    job: &'a Assembly,
+    read: &'a Read,
+}
+
+impl ForAnyLaw for Refuse<'_> {
+    type Outcome = Result<(), Error>;
+
+    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
+        match self.job.cell.dimension {
+            2 => read_start::<Plane, C>(self.job, self.read).map(|_| ()),
+            _ => read_start::<Solid, C>(self.job, self.read).map(|_| ()),
         }
-        SourceOfGrains::File(file) => read_assembly::<Solid, Components<f64, 1>>(job, file).map(|_| ()),
     }
 }
 

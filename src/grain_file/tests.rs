@@ -11,6 +11,7 @@ use crate::law::material::Nothing;
 use crate::numbers::Numbers;
 use crate::rebuild::Home;
 use crate::scenario::Job;
+use crate::space::Components;
 
 type Memory = Components<f64, 1>;
 
@@ -344,7 +345,11 @@ fn exports_say_what_they_cannot_write() {
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(
         lines,
-        ["lower,higher,memory_0", "0,2,1.0000000000000001e-1", "0,18446744073709551360,6.9999999999999996e-1"]
+        [
+            "lower,higher,memory_linear_0,time",
+            "0,2,1.0000000000000001e-1,0.0000000000000000e0",
+            "0,18446744073709551360,6.9999999999999996e-1,0.0000000000000000e0"
+        ]
     );
 
     let mut sheared = cell;
@@ -402,7 +407,8 @@ fn a_sheared_cell_is_read_back_leaning() {
 
     // And the world that a run starts from leans.
     let mut job = discs.clone();
-    job.source = SourceOfGrains::File(folder.path().join("grains.data"));
+    job.source =
+        crate::scenario::assembly::Source::File(Read { grains: folder.path().join("grains.data"), contacts: None });
     let world = setup::world::<Plane, crate::law::contact::LinearSpringDashpot>(&job, &scree_partition::Solo).unwrap();
     assert_eq!(world.cell.edges, cell.edges);
 }

@@ -86,17 +86,25 @@ pub struct Matter {
 /// Where the grains come from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source {
-    /// A CSV file, or a LAMMPS data file (extension `data` or `lmp`).
-    File(PathBuf),
+    File(Read),
     /// Made by the program and kept in the cache.
     Packed(Packed),
+}
+
+/// Files that a start is read from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Read {
+    /// A CSV file, or a LAMMPS data file (extension `data` or `lmp`).
+    pub grains: PathBuf,
+    /// A CSV file of what contacts remember; none: nothing yet.
+    pub contacts: Option<PathBuf>,
 }
 
 impl Source {
     /// The file that grains are read from, if they are.
     pub fn file(&self) -> Option<&Path> {
         match self {
-            Self::File(file) => Some(file),
+            Self::File(read) => Some(&read.grains),
             Self::Packed(_) => None,
         }
     }

@@ -338,9 +338,14 @@ pub fn point_bound(scenario: &Scenario) -> Bound {
 
 /// Every bound that this method is held to.
 pub fn bounds(scenario: &Scenario) -> Vec<Bound> {
+    bounds_with(scenario, &grain_bounds(scenario))
+}
+
+/// The same with the bounds of the grains that there are.
+pub fn bounds_with(scenario: &Scenario, grains: &[Bound]) -> Vec<Bound> {
     let mut bounds = Vec::new();
     if scenario.moves_grains() {
-        bounds.extend(grain_bounds(scenario));
+        bounds.extend_from_slice(grains);
     }
     if scenario.method.has_points() {
         bounds.push(point_bound(scenario));

@@ -104,7 +104,7 @@ pub fn fraction_in_cell(assembly: &Assembly) -> Option<f64> {
 pub fn grains(assembly: &Assembly) -> Option<u64> {
     match &assembly.source {
         Source::Packed(packed) => Some(packed.count),
-        Source::File(file) => grains_in_file(file),
+        Source::File(read) => grains_in_file(&read.grains),
     }
 }
 
@@ -196,12 +196,39 @@ pub fn springs_mean(assembly: &Assembly) -> Springs {
     super::derived::springs_mean(&assembly.contact, assembly.matter.diameter_mean)
 }
 
-/// What bounds the step: the contacts of grains, damping in proportion to mass, and bodies that servos move.
-///
-/// Of grains in a file only the mean that the job states is known here; who reads the file asks [`bounds_of_sizes`] with what
-/// it holds.
+/// Diameters as the bounds of the step need them, m.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Diameters {
+    /// Of the lightest grain that lies among mean ones.
+    pub smallest: f64,
+    pub mean: f64,
+    /// Those of so many grains that they can gather: each is asked for among its like.
+    pub classes: Vec<f64>,
+}
+
+impl Diameters {
+    /// Of grains to be made; those of a file are known to the file alone, and the job states their mean.
+    fn of_job(assembly: &Assembly) -> Self {
+        let mean = assembly.matter.diameter_mean;
+        let (smallest, classes) = match sizes(assembly) {
+            None => (mean, Vec::new()),
+            Some(Sizes::List(list)) => (mean, list.iter().map(|(diameter, _)| *diameter).collect()),
+            Some(sizes) => (sizes.min(), Vec::new()),
+        };
+        Self { smallest, mean, classes }
+    }
+}
+
+/// What bounds the step by what the job alone says. Grains in a file have [`bounds_with`] once it is read.
 pub fn bounds(assembly: &Assembly) -> Vec<Bound> {
-    let mut bounds = bounds_of_grains(assembly);
+    bounds_with(assembly, &Diameters::of_job(assembly))
+}
+
+/// What bounds the step: the contacts of grains, damping in proportion to mass, and bodies that servos move.
+pub fn bounds_with(assembly: &Assembly, diameters: &Diameters) -> Vec<Bound> {
+    let [lightest, mean] = [diameters.smallest, diameters.mean].map(|diameter| grain(assembly, diameter));
+    let classes: Vec<GrainScale> = diameters.classes.iter().map(|diameter| grain(assembly, *diameter)).collect();
+    let mut bounds = stable::bounds_of_sizes(&assembly.contact, &lightest, &mean, &classes);
     if assembly.damping.mass > 0.0 {
         bounds.push(Bound {
             cause: "damping in proportion to mass",
@@ -210,7 +237,6 @@ pub fn bounds(assembly: &Assembly) -> Vec<Bound> {
             step: 2.0 / assembly.damping.mass,
         });
     }
-    let mean = grain(assembly, assembly.matter.diameter_mean);
     let held = assembly.bodies.iter().filter_map(|body| Some((&body.shape, body.motion.servo.as_ref()?)));
     let held = held.map(|(shape, servo)| {
         let count = contacts_along(assembly, shape, &servo.direction);
@@ -237,24 +263,6 @@ fn contacts_along(assembly: &Assembly, shape: &Shape, direction: &[f64; 3]) -> f
     };
     let grains = (0..cell.dimension).map(shadow).sum::<f64>().max(1.0);
     if matches!(shape, Shape::Layer { .. }) { 2.0 * grains } else { grains }
-}
-
-/// Sizes in classes can gather into clusters of their own, so each class is asked for alone.
-fn bounds_of_grains(assembly: &Assembly) -> Vec<Bound> {
-    let mean = assembly.matter.diameter_mean;
-    let (lightest, classes) = match sizes(assembly) {
-        None => (mean, Vec::new()),
-        Some(Sizes::List(list)) => (mean, list.iter().map(|(diameter, _)| *diameter).collect()),
-        Some(sizes) => (sizes.min(), Vec::new()),
-    };
-    bounds_of_sizes(assembly, [lightest, mean], &classes)
-}
-
-/// [`stable::bounds_of_sizes`] of diameters, m: the smallest and the mean one, and those of classes.
-pub fn bounds_of_sizes(assembly: &Assembly, sizes: [f64; 2], classes: &[f64]) -> Vec<Bound> {
-    let [lightest, mean] = sizes.map(|diameter| grain(assembly, diameter));
-    let classes: Vec<GrainScale> = classes.iter().map(|diameter| grain(assembly, *diameter)).collect();
-    stable::bounds_of_sizes(&assembly.contact, &lightest, &mean, &classes)
 }
 
 #[cfg(test)]

@@ -24,7 +24,7 @@ mod write;
 pub use assembly::Assembly;
 pub use job::Job;
 pub use mpm::Mpm;
-pub(crate) use resolve::{BLOCK_OF_DISCS, MATERIAL_KEYS, significant};
+pub(crate) use resolve::{BLOCK_OF_DISCS, BYPASS, MATERIAL_KEYS, digits_below, significant};
 
 /// Which parts of the program are awake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -159,6 +159,34 @@ pub struct Linear {
     pub damping_tangential: f64,
     /// mu, the Coulomb coefficient.
     pub friction: f64,
+    pub normal_force: NormalForce,
+}
+
+/// Which normal forces a spring and its dashpot may come to together. A dashpot slows a contact that opens and so may pull
+/// at its end, which grains without cohesion do not (Schwager & Poeschel 2007); LAMMPS has the limit as `limit_damping`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NormalForce {
+    /// N: a number in place of a name, so that laws limit forces without a branch.
+    least: f64,
+}
+
+impl NormalForce {
+    /// The force may turn tensile while a contact opens, as in the sources of the laws.
+    pub const TENSILE: Self = Self { least: f64::NEG_INFINITY };
+    /// The dashpot makes no tension: F_n = max(F_spring + F_dashpot, 0).
+    pub const REPULSIVE: Self = Self { least: 0.0 };
+    /// As jobs name them.
+    pub const NAMES: [(&'static str, Self); 2] = [("tensile", Self::TENSILE), ("repulsive", Self::REPULSIVE)];
+
+    /// The least normal force, N, repulsive positive: zero, or minus infinity.
+    pub fn least(self) -> f64 {
+        self.least
+    }
+
+    pub fn name(self) -> &'static str {
+        let (name, _) = Self::NAMES.iter().find(|(_, of)| *of == self).expect("there are no others");
+        name
+    }
 }
 
 /// The same with cohesion (seed 000, 2.1).
@@ -212,9 +240,23 @@ pub struct HertzMindlin {
     /// Viscosity of contacts, N s/m.
     pub damping_normal: f64,
     pub damping_tangential: f64,
+    /// zeta: dashpots of 2 sqrt(5/6) zeta sqrt(m k_n) beside those, both ways, with the effective mass m. In a job either this or
+    /// the `restitution` that it gives at every speed.
+    pub damping_ratio: f64,
+    pub normal_force: NormalForce,
 }
 
 impl Contact {
+    /// The law as jobs name it.
+    pub fn law(&self) -> &'static str {
+        match self {
+            Self::Linear(_) => "linear",
+            Self::LinearCohesive(_) => "linear_cohesive",
+            Self::ElasticRolling(_) => "elastic_rolling",
+            Self::HertzMindlin(_) => "hertz_mindlin",
+        }
+    }
+
     /// How far apart surfaces may be and still hold on to each other, m.
     pub fn reach(&self) -> f64 {
         match self {
@@ -226,6 +268,16 @@ impl Contact {
     /// What lists reach beyond the grains themselves, as messages call it.
     pub fn margin_in_words(&self) -> &'static str {
         if self.reach() > 0.0 { "the skin with the reach of cohesion" } else { "the skin" }
+    }
+
+    /// Which normal forces its dashpot leaves; a law without one never pulls.
+    pub fn normal_force(&self) -> NormalForce {
+        match self {
+            Self::Linear(law) => law.normal_force,
+            Self::LinearCohesive(law) => law.linear.normal_force,
+            Self::ElasticRolling(_) => NormalForce::REPULSIVE,
+            Self::HertzMindlin(law) => law.normal_force,
+        }
     }
 
     /// mu.

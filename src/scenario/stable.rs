@@ -156,6 +156,21 @@ impl Springs {
         }
     }
 
+    /// Of two grains with a Hertz contact at [`HERTZ_OVERLAP`], with the dashpots that follow from their masses too.
+    fn between(contact: &Contact, a: &GrainScale, b: &GrainScale) -> Self {
+        Self::of(contact, a.radius, b.radius, HERTZ_OVERLAP).with_ratio(contact, a.mass * b.mass / (a.mass + b.mass))
+    }
+
+    /// With the dashpots 2 sqrt(5/6) zeta sqrt(m k_n) of that effective mass, kg, where the law has a damping ratio.
+    fn with_ratio(mut self, contact: &Contact, mass: f64) -> Self {
+        if let Contact::HertzMindlin(law) = contact {
+            let damping = 2.0 * (5.0f64 / 6.0).sqrt() * law.damping_ratio * (mass * self.normal).sqrt();
+            self.damping_normal += damping;
+            self.damping_tangential += damping;
+        }
+        self
+    }
+
     fn damps(&self) -> bool {
         self.damping_normal + self.damping_tangential > 0.0
     }
@@ -163,7 +178,7 @@ impl Springs {
 
 const STIFF: &str =
     "Beyond it contacts feed energy into the grains; shorten the step, or take softer contacts or heavier grains.";
-const DAMPED_MOVING: &str = "Beyond it damping feeds energy into the grains; shorten the step, or lower contact.damping_normal and contact.damping_tangential.";
+const DAMPED_MOVING: &str = "Beyond it damping feeds energy into the grains; shorten the step, or lower contact.damping_normal and contact.damping_tangential (or raise contact.restitution).";
 const DAMPED_SPINNING: &str = "Beyond it rotations flip at every step and friction is lost; shorten the step, or lower contact.damping_tangential.";
 
 /// What bounds the step of the grains.
@@ -185,7 +200,7 @@ pub fn bounds(contact: &Contact, lightest: &GrainScale, mean: &GrainScale) -> Ve
         Contact::Linear(_) | Contact::LinearCohesive(_) => Vec::from(bounds_of_equals(contact, lightest)),
         Contact::ElasticRolling(_) | Contact::HertzMindlin(_) => Vec::from(bounds_of_unequals(contact, lightest, mean)),
     };
-    let springs = Springs::of(contact, mean.radius, mean.radius, HERTZ_OVERLAP);
+    let springs = Springs::between(contact, mean, mean);
     if springs.damps() || matches!(contact, Contact::Linear(_) | Contact::LinearCohesive(_)) {
         let alike = bounds_with_dashpots(&springs, mean);
         let among = bounds_among_mean_grains(contact, lightest, mean);
@@ -327,7 +342,7 @@ fn bounds_with_dashpots(springs: &Springs, grain: &GrainScale) -> [Bound; 2] {
 fn bounds_among_mean_grains(contact: &Contact, lightest: &GrainScale, mean: &GrainScale) -> [Bound; 2] {
     let contacts = lightest.contacts_among(mean.radius);
     let balanced = 2.0 * mean.dimension as f64;
-    let [own, ring] = [lightest, mean].map(|grain| Springs::of(contact, grain.radius, mean.radius, HERTZ_OVERLAP));
+    let [own, ring] = [lightest, mean].map(|grain| Springs::between(contact, grain, mean));
     let both = |share: &dyn Fn(&GrainScale, f64, &Springs) -> f64| {
         let (a, c) = (share(lightest, contacts, &own), share(mean, 1.0, &ring));
         let b = (2.0 * balanced - 1.0) * c;
@@ -367,6 +382,7 @@ fn bounds_among_mean_grains(contact: &Contact, lightest: &GrainScale, mean: &Gra
 pub fn bound_of_servo(contact: &Contact, mean: &GrainScale, count: f64, mass: f64) -> Bound {
     // Against a flat face the harmonic mean of the radii is twice the grain's.
     let springs = Springs::of(contact, 2.0 * mean.radius, 2.0 * mean.radius, HERTZ_OVERLAP);
+    let springs = springs.with_ratio(contact, mean.mass);
     let contacts = mean.contacts_of_equals();
     let both = |normal: f64, tangential: f64| mean.moving(contacts, normal, tangential) + count * normal / mass;
     Bound {
@@ -382,7 +398,7 @@ pub fn bound_of_servo(contact: &Contact, mean: &GrainScale, count: f64, mass: f6
 
 #[cfg(test)]
 mod tests {
-    use super::super::{ElasticRolling, HertzMindlin, Linear, LinearCohesive, Sliding};
+    use super::super::{ElasticRolling, HertzMindlin, Linear, LinearCohesive, NormalForce, Sliding};
     use super::*;
 
     fn table_1(damping: f64) -> Contact {
@@ -392,6 +408,7 @@ mod tests {
             damping_normal: damping,
             damping_tangential: damping,
             friction: 0.5,
+            normal_force: NormalForce::TENSILE,
         })
     }
 
@@ -490,6 +507,7 @@ mod tests {
                 damping_normal: 0.0,
                 damping_tangential: 0.0,
                 friction: 0.5,
+                normal_force: NormalForce::TENSILE,
             });
             let (one, other) = (step(&linear, &grain, &grain), step(&seed_002(0.0), &grain, &grain));
             assert!((one / other - 1.0).abs() < 1e-12, "{dimension}: {one} {other}");
@@ -542,6 +560,8 @@ mod tests {
             friction: 0.5,
             damping_normal: 0.0,
             damping_tangential: 0.0,
+            damping_ratio: 0.0,
+            normal_force: NormalForce::TENSILE,
         };
         let sphere = |radius| GrainScale::of(radius, 2650.0, 0.0, 3);
         let springs = Springs::of(&Contact::HertzMindlin(law), 1e-3, 1e-3, 0.01);
@@ -555,6 +575,15 @@ mod tests {
         assert!((0.1..1.0).contains(&share), "of the Rayleigh time: {share}");
         let damped = HertzMindlin { damping_normal: 0.12, damping_tangential: 0.12, ..law };
         assert_eq!(bounds(&Contact::HertzMindlin(damped), &sphere(0.2e-3), &sphere(0.4e-3)).len(), 4);
+        // A damping ratio bounds as the constants that it comes to at the overlap of the springs.
+        let grain = sphere(0.4e-3);
+        let ratio = Contact::HertzMindlin(HertzMindlin { damping_ratio: 0.3, ..law });
+        let stiff = Springs::of(&ratio, 0.4e-3, 0.4e-3, HERTZ_OVERLAP).normal;
+        let damping = 2.0 * (5.0f64 / 6.0).sqrt() * 0.3 * (0.5 * grain.mass * stiff).sqrt();
+        let constant = HertzMindlin { damping_normal: damping, damping_tangential: damping, ..law };
+        let [by_ratio, by_constant] =
+            [ratio, Contact::HertzMindlin(constant)].map(|of| governing(&bounds(&of, &grain, &grain)).step);
+        assert!((by_ratio / by_constant - 1.0).abs() < 1e-12 && by_ratio < governing(&undamped).step);
     }
 
     /// Without a dashpot the bound is 2/omega, without a spring 2/rate.

@@ -431,7 +431,9 @@ fn without_loss(contact: &Contact) -> Contact {
         Contact::Linear(law) => (law.damping_normal, law.damping_tangential) = (0.0, 0.0),
         Contact::LinearCohesive(law) => (law.linear.damping_normal, law.linear.damping_tangential) = (0.0, 0.0),
         Contact::ElasticRolling(law) => (law.rolling_stiffness, law.rolling_limit) = (0.0, 0.0),
-        Contact::HertzMindlin(law) => (law.damping_normal, law.damping_tangential) = (0.0, 0.0),
+        Contact::HertzMindlin(law) => {
+            (law.damping_normal, law.damping_tangential, law.damping_ratio) = (0.0, 0.0, 0.0);
+        }
     }
     contact
 }

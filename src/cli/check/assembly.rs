@@ -3,14 +3,16 @@
 use super::page::{Page, figures, whole};
 use super::{INERTIAL_NUMBER_QUASI_STATIC, STEP_SHARE_MIN, STIFFNESS_NUMBER_MIN};
 use crate::scenario::assembly::{Assembly, Body, DampingForm, Packed, Preparation, Shape, Sizes, Source};
-use crate::scenario::stable::{HERTZ_OVERLAP, governing};
-use crate::scenario::{Contact, Linear, Sliding, figures as of};
+use crate::scenario::stable::{Bound, HERTZ_OVERLAP, governing};
+use crate::scenario::{Contact, Linear, NormalForce, Sliding, figures as of};
 
 /// Share of the cell that it may deform by in one step before contacts are followed too coarsely.
 const STRAIN_OF_STEP_MAX: f64 = 1e-4;
 
 /// The whole printout.
-pub fn page(assembly: &Assembly) -> String {
+///
+/// `bounds`: what bounds the step.
+pub fn page(assembly: &Assembly, bounds: &[Bound]) -> String {
     let mut page = Page(String::new());
     let grains = if assembly.cell.dimension == 2 { "discs in the plane" } else { "spheres in space" };
     page.line(&format!("{}: an assembly of grains, {grains}", assembly.name));
@@ -18,12 +20,11 @@ pub fn page(assembly: &Assembly) -> String {
     cell(&mut page, assembly);
     matter(&mut page, assembly);
     bodies(&mut page, assembly);
-    steps(&mut page, assembly);
+    steps(&mut page, assembly, bounds);
     cost(&mut page, assembly);
-    for warning in warnings(assembly) {
+    for warning in warnings(assembly, bounds) {
         page.line(&format!("\nwarning: {warning}"));
     }
-    page.line("\nThe job is good. Nothing was started.");
     page.0
 }
 
@@ -59,7 +60,18 @@ pub(super) fn contacts(page: &mut Page, assembly: &Assembly) {
             page.row("G of the solid", &format!("{} MPa", figures(1e-6 * law.shear_modulus)), "");
             page.row("Poisson's ratio of the solid", &figures(law.poisson_ratio), "");
             page.row("gamma_n and gamma_t", &pair(law.damping_normal, law.damping_tangential, "N s/m"), "");
+            if law.damping_ratio > 0.0 {
+                page.row("damping ratio", &figures(law.damping_ratio), "zeta of dashpots 2 sqrt(5/6) zeta sqrt(m k_n)");
+            }
         }
+    }
+    if !matches!(assembly.contact, Contact::ElasticRolling(_)) {
+        let normal_force = assembly.contact.normal_force();
+        let note = match normal_force == NormalForce::TENSILE {
+            true => "dashpots may pull while contacts open",
+            false => "dashpots only repel",
+        };
+        page.row("normal force", normal_force.name(), note);
     }
     let springs = of::springs_mean(assembly);
     let note = match &assembly.contact {
@@ -142,7 +154,12 @@ fn matter(page: &mut Page, assembly: &Assembly) {
     page.section("Grains");
     let count = of::grains(assembly).map_or("as many as the file has".to_string(), |grains| whole(grains as f64));
     match &assembly.source {
-        Source::File(file) => page.row("grains", &count, &format!("read from {}", file.display())),
+        Source::File(read) => {
+            page.row("grains", &count, &format!("read from {}", read.grains.display()));
+            if let Some(contacts) = &read.contacts {
+                page.row("contacts", "as they were", &format!("read from {}", contacts.display()));
+            }
+        }
         Source::Packed(packed) => made(page, assembly, packed, &count),
     }
     let mean = assembly.matter.diameter_mean;
@@ -209,10 +226,10 @@ pub(super) fn motion(body: &Body) -> String {
     }
 }
 
-fn steps(page: &mut Page, assembly: &Assembly) {
+fn steps(page: &mut Page, assembly: &Assembly, bounds: &[Bound]) {
     page.section("Time step");
     page.row("step of the job", &format!("{} s", figures(assembly.step)), "");
-    page.bounds("stable step", &of::bounds(assembly));
+    page.bounds("stable step", bounds);
 }
 
 fn cost(page: &mut Page, assembly: &Assembly) {
@@ -235,8 +252,8 @@ fn cost(page: &mut Page, assembly: &Assembly) {
 }
 
 /// What is allowed, but probably not meant.
-fn warnings(assembly: &Assembly) -> Vec<String> {
-    let mut warnings = warnings_of_step(assembly);
+fn warnings(assembly: &Assembly, bounds: &[Bound]) -> Vec<String> {
+    let mut warnings = warnings_of_step(assembly, bounds);
     if let Some(number) = of::inertial_number(assembly).filter(|number| *number > INERTIAL_NUMBER_QUASI_STATIC) {
         warnings.push(format!(
             "the inertial number is {}; above {INERTIAL_NUMBER_QUASI_STATIC} stress depends on the rate. Lower cell.velocity_gradient to at most {} 1/s for quasi-static deformation.",
@@ -258,10 +275,9 @@ fn warnings(assembly: &Assembly) -> Vec<String> {
     warnings
 }
 
-fn warnings_of_step(assembly: &Assembly) -> Vec<String> {
+fn warnings_of_step(assembly: &Assembly, bounds: &[Bound]) -> Vec<String> {
     let mut warnings = Vec::new();
-    let bounds = of::bounds(assembly);
-    let governing = governing(&bounds);
+    let governing = governing(bounds);
     if assembly.step > governing.step {
         warnings.push(format!(
             "the time step is {} times the stable one, {} s ({}), and time.allow_unstable lets it pass.",

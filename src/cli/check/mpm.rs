@@ -40,7 +40,6 @@ pub fn page(job: &Mpm) -> String {
     for warning in warnings(job) {
         page.line(&format!("\nwarning: {warning}"));
     }
-    page.line("\nThe job is good. Nothing was started.");
     page.0
 }
 

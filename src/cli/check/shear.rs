@@ -2,6 +2,7 @@
 
 use super::page::{Page, figures, megapascals, whole};
 use super::{INERTIAL_NUMBER_QUASI_STATIC, STEP_SHARE_MIN, STIFFNESS_NUMBER_MIN};
+use crate::scenario::stable::Bound;
 use crate::scenario::{Contact, Method, Scenario, derived};
 
 /// Moduli this many times the affine estimate cannot come from the contact law, which the estimate bounds from above.
@@ -15,7 +16,9 @@ const DISTANCE_IN_DIAMETERS_MAX: f64 = 30.0;
 const SOFTENING_SHARE_MIN: f64 = 0.05;
 
 /// The whole printout.
-pub fn page(scenario: &Scenario) -> String {
+///
+/// `grains`: what bounds the step of the grains.
+pub fn page(scenario: &Scenario, grains: &[Bound]) -> String {
     let mut page = Page(String::new());
     page.line(&format!(
         "{}: method {}, {}",
@@ -30,12 +33,11 @@ pub fn page(scenario: &Scenario) -> String {
     material(&mut page, scenario);
     grid(&mut page, scenario);
     loading(&mut page, scenario);
-    steps(&mut page, scenario);
+    steps(&mut page, scenario, grains);
     cost(&mut page, scenario);
-    for warning in warnings(scenario) {
+    for warning in warnings(scenario, grains) {
         page.line(&format!("\nwarning: {warning}"));
     }
-    page.line("\nThe job is good. Nothing was started.");
     page.0
 }
 
@@ -116,12 +118,11 @@ fn loading(page: &mut Page, scenario: &Scenario) {
     page.row("damping of the upper plate", &format!("{} N s/m", figures(scenario.loading.plate_damping)), "");
 }
 
-fn steps(page: &mut Page, scenario: &Scenario) {
+fn steps(page: &mut Page, scenario: &Scenario, grains: &[Bound]) {
     page.section("Time step");
     page.row("step of the job", &format!("{} s", figures(scenario.time.step)), "");
-    let grains = derived::grain_bounds(scenario);
     if scenario.method.has_grains() {
-        page.bounds("stable step of the grains", &grains);
+        page.bounds("stable step of the grains", grains);
     }
     let points = [derived::point_bound(scenario)];
     if scenario.method.has_points() {
@@ -165,8 +166,8 @@ fn cost(page: &mut Page, scenario: &Scenario) {
 }
 
 /// What is allowed, but probably not meant.
-fn warnings(scenario: &Scenario) -> Vec<String> {
-    let mut warnings = warnings_of_motion(scenario);
+fn warnings(scenario: &Scenario, grains: &[Bound]) -> Vec<String> {
+    let mut warnings = warnings_of_motion(scenario, grains);
     if scenario.method.has_points() {
         warnings.extend(warnings_of_continuum(scenario));
     }
@@ -176,7 +177,7 @@ fn warnings(scenario: &Scenario) -> Vec<String> {
     warnings
 }
 
-fn warnings_of_motion(scenario: &Scenario) -> Vec<String> {
+fn warnings_of_motion(scenario: &Scenario, grains: &[Bound]) -> Vec<String> {
     let mut warnings = Vec::new();
     let inertial = derived::inertial_number(scenario, derived::shear_rate_band(scenario));
     if inertial > INERTIAL_NUMBER_QUASI_STATIC {
@@ -202,7 +203,7 @@ fn warnings_of_motion(scenario: &Scenario) -> Vec<String> {
             figures(stiffness)
         ));
     }
-    let bounds = derived::bounds(scenario);
+    let bounds = derived::bounds_with(scenario, grains);
     let governing = derived::governing(&bounds);
     if scenario.time.step < STEP_SHARE_MIN * governing.step {
         warnings.push(format!(

@@ -25,7 +25,7 @@ impl<S: Space> ContactLaw<S> for Absent {
     fn springs(&self, touch: &Touch<S, f64>, memory: &Self::Memory<f64>) -> Answer<S, f64> {
         self.force(touch, &mut memory.clone())
     }
-    fn resistance(&self, _: [f64; 2], _: f64) -> Resistance {
+    fn resistance(&self, _: [f64; 2], _: [f64; 2], _: f64) -> Resistance {
         Resistance::default()
     }
     fn friction_limit(&self, _: &Touch<S, f64>, _: f64) -> f64 {

@@ -119,7 +119,7 @@ impl<S: Space> ContactLaw<S> for ElasticRolling {
         Answer { normal: touch.overlap * stiffness.normal, tangential, moment }
     }
 
-    fn resistance(&self, [radius_a, radius_b]: [f64; 2], _: f64) -> Resistance {
+    fn resistance(&self, [radius_a, radius_b]: [f64; 2], _: [f64; 2], _: f64) -> Resistance {
         let stiffness = self.stiffness(radius_a, radius_b);
         Resistance { spring: stiffness.normal.max(stiffness.tangential), dashpot: 0.0 }
     }

@@ -6,11 +6,16 @@
 //! dF_t = k_t ds,  k_t = 2 sqrt(2) G sqrt(R_e)/(2 - nu) sqrt(d)          (54)   |F_t| <= mu F_n
 //! R_e  = 2 R_1 R_2/(R_1 + R_2)                                          (55)
 //! dashpots  -C_n v_n and -C_t v_t beside the springs                    (56)
+//! C    = gamma + 2 sqrt(5/6) zeta sqrt(m k_n),  m = m_1 m_2/(m_1 + m_2)
+//! F_n  = max(2/3 k_n d - C_n v_n, 0)             normal_force = "repulsive"
 //! ```
+//!
+//! gamma is the constant damping of the paper, with which the rebound depends on speed. With zeta it does not (Tsuji et al.
+//! 1992; Antypov & Elliott 2011), both ways having the same dashpot; a grain that a body moves has a mass without bounds.
 //!
 //! The normal increments integrate to Hertz's closed form, which is what is computed. The tangential force remembers its
 //! elastic part and is cut with its dashpot to the cone of the elastic normal force. The normal dashpot may pull while a
-//! contact opens. Against a flat body R_2 is without bounds.
+//! contact opens, unless it is limited to repel. Against a flat body R_2 is without bounds.
 
 use super::{Answer, ContactLaw, FromJob, Resistance, Touch};
 use crate::lane::Real;
@@ -35,6 +40,18 @@ impl HertzMindlin {
         let tangential = 2.0 * root_two * law.shear_modulus / (2.0 - law.poisson_ratio);
         [root * R::splat(normal), root * R::splat(tangential)]
     }
+
+    /// What the dashpots have beside their constants, N s/m, at that normal stiffness.
+    #[inline(always)]
+    fn viscosity<R: Real>(&self, mass_a: R, mass_b: R, stiffness: R) -> R {
+        let ratio = self.constants.damping_ratio;
+        // One answer for the whole run: who asks for no rebound does not pay for the root.
+        if ratio == 0.0 {
+            return R::splat(0.0);
+        }
+        let mass = mass_a * mass_b / (mass_a + mass_b);
+        (mass * stiffness).sqrt() * R::splat(2.0 * (5.0f64 / 6.0).sqrt() * ratio)
+    }
 }
 
 impl FromJob for HertzMindlin {
@@ -56,11 +73,13 @@ impl<S: Space> ContactLaw<S> for HertzMindlin {
         let zero = R::splat(0.0);
         let [stiffness_normal, stiffness_tangential] = self.stiffness(touch.radius_a, touch.radius_b, touch.overlap);
         let spring = stiffness_normal * touch.overlap * R::splat(2.0 / 3.0);
-        let normal = spring - touch.velocity_normal * R::splat(law.damping_normal);
+        let viscosity = self.viscosity(touch.mass_a, touch.mass_b, stiffness_normal);
+        let damped = spring - touch.velocity_normal * (viscosity + R::splat(law.damping_normal));
+        let normal = R::max(R::splat(law.normal_force.least()), damped);
 
         let slid = touch.velocity_tangential * touch.advance;
         let trial_elastic = S::carry(&touch.normal, touch.twist, elastic) - slid * stiffness_tangential;
-        let dashpot = -(touch.velocity_tangential * R::splat(law.damping_tangential));
+        let dashpot = -(touch.velocity_tangential * (viscosity + R::splat(law.damping_tangential)));
         let trial = trial_elastic + dashpot;
         let limit = spring * R::splat(law.friction);
         let magnitude = trial.norm();
@@ -78,10 +97,11 @@ impl<S: Space> ContactLaw<S> for HertzMindlin {
         Answer { normal: stiffness * touch.overlap * (2.0 / 3.0), tangential: *elastic, moment: Words::zero() }
     }
 
-    fn resistance(&self, [radius_a, radius_b]: [f64; 2], overlap: f64) -> Resistance {
+    fn resistance(&self, [radius_a, radius_b]: [f64; 2], [mass_a, mass_b]: [f64; 2], overlap: f64) -> Resistance {
         let [normal, tangential] = self.stiffness(radius_a, radius_b, overlap);
         let law = &self.constants;
-        Resistance { spring: normal.max(tangential), dashpot: law.damping_normal.max(law.damping_tangential) }
+        let dashpot = law.damping_normal.max(law.damping_tangential) + self.viscosity(mass_a, mass_b, normal);
+        Resistance { spring: normal.max(tangential), dashpot }
     }
 
     fn friction_limit(&self, touch: &Touch<S, f64>, _: f64) -> f64 {

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! F_n = k_n d - gamma_n v_n                      also in tension, once the grains have touched
+//! F_n = max(k_n d - gamma_n v_n, min(k_n d, 0))  normal_force = "repulsive": what pulls is the spring alone, by cohesion
 //! the contact ends when k_n d < -e_n             e_n, N: pull-off force
 //! |F_t| <= mu |F_n| + e_t                        e_t, N; spring and cut as in the law without cohesion
 //! ```
@@ -50,8 +51,10 @@ impl<S: Space> ContactLaw<S> for LinearCohesive {
     #[inline(always)]
     fn force<R: Real>(&self, touch: &Touch<S, R>, memory: &mut Self::Memory<R>) -> Answer<S, R> {
         let law = &self.constants.linear;
-        let normal =
-            touch.overlap * R::splat(law.stiffness_normal) - touch.velocity_normal * R::splat(law.damping_normal);
+        let spring = touch.overlap * R::splat(law.stiffness_normal);
+        let damped = spring - touch.velocity_normal * R::splat(law.damping_normal);
+        let pull = R::min(spring, R::splat(0.0));
+        let normal = R::max(pull + R::splat(law.normal_force.least()), damped);
         let limit = normal.abs() * R::splat(law.friction) + R::splat(self.constants.cohesion_tangential);
         let tangential = slide(law, touch, limit, &mut memory.0);
         memory.1.set_word(0, R::splat(1.0));
@@ -64,7 +67,7 @@ impl<S: Space> ContactLaw<S> for LinearCohesive {
         Answer { normal: touch.overlap * law.stiffness_normal, tangential, moment: Words::zero() }
     }
 
-    fn resistance(&self, _: [f64; 2], _: f64) -> Resistance {
+    fn resistance(&self, _: [f64; 2], _: [f64; 2], _: f64) -> Resistance {
         let law = &self.constants.linear;
         Resistance {
             spring: law.stiffness_normal.max(law.stiffness_tangential),

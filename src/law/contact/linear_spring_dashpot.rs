@@ -4,7 +4,8 @@
 //! With the overlap d, the opening velocity v_n and the sliding velocity v_t:
 //!
 //! ```text
-//! F_n = k_n d - gamma_n v_n                      repulsive positive; it may pull while a contact opens
+//! F_n = k_n d - gamma_n v_n                      repulsive positive; normal_force = "tensile": it may pull while a contact opens
+//! F_n = max(k_n d - gamma_n v_n, 0)              normal_force = "repulsive": the dashpot only repels
 //! s  += v_t dt
 //! F_t = -k_t s - gamma_t v_t
 //! |F_t| > mu |F_n|:  F_t is cut to the cone, s = -(F_t + gamma_t v_t)/k_t
@@ -40,8 +41,9 @@ impl<S: Space> ContactLaw<S> for LinearSpringDashpot {
     #[inline(always)]
     fn force<R: Real>(&self, touch: &Touch<S, R>, spring: &mut S::TangentOf<R>) -> Answer<S, R> {
         let law = &self.constants;
-        let normal =
+        let damped =
             touch.overlap * R::splat(law.stiffness_normal) - touch.velocity_normal * R::splat(law.damping_normal);
+        let normal = R::max(R::splat(law.normal_force.least()), damped);
         let limit = normal.abs() * R::splat(law.friction);
         let tangential = slide(law, touch, limit, spring);
         Answer { normal, tangential, moment: Words::zero() }
@@ -53,7 +55,7 @@ impl<S: Space> ContactLaw<S> for LinearSpringDashpot {
         Answer { normal: touch.overlap * law.stiffness_normal, tangential, moment: Words::zero() }
     }
 
-    fn resistance(&self, _: [f64; 2], _: f64) -> Resistance {
+    fn resistance(&self, _: [f64; 2], _: [f64; 2], _: f64) -> Resistance {
         let law = &self.constants;
         Resistance {
             spring: law.stiffness_normal.max(law.stiffness_tangential),

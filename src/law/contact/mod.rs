@@ -30,6 +30,9 @@ pub struct Touch<S: Space, R: Real> {
     /// m; of a flat body beyond all bounds ([`FLAT`]).
     pub radius_a: R,
     pub radius_b: R,
+    /// kg; of what a body moves beyond all bounds ([`FLAT`]).
+    pub mass_a: R,
+    pub mass_b: R,
     /// (v_a - v_b).n, m/s: positive while the contact opens.
     pub velocity_normal: R,
     /// Velocity of a's centre against b's in the tangent plane, m/s.
@@ -44,7 +47,8 @@ pub struct Touch<S: Space, R: Real> {
     pub advance: R,
 }
 
-/// Radius that stands for a flat body, m: so large that a harmonic mean with it rounds to twice the other radius.
+/// Radius that stands for a flat body, m: so large that a harmonic mean with it rounds to twice the other radius. And the mass,
+/// kg, of what contacts do not move.
 pub const FLAT: f64 = 1e30;
 
 /// What a law answers for `a`; `b` gets the opposite.
@@ -118,8 +122,9 @@ pub trait ContactLaw<S: Space>: FromJob + Copy + Debug + Send + Sync + 'static {
     /// What the springs alone answer in a contact that holds, by its memory after the evaluation: the rest is dashpots.
     fn springs(&self, touch: &Touch<S, f64>, memory: &Self::Memory<f64>) -> Answer<S, f64>;
 
-    /// Stiffness of now: that of the normal or of the tangential direction, whichever is more.
-    fn resistance(&self, radii: [f64; 2], overlap: f64) -> Resistance;
+    /// Stiffness of now: that of the normal or of the tangential direction, whichever is more. Radii in m, masses in kg as a
+    /// touch has them. The dashpot is that of a contact that closes, which nothing limits.
+    fn resistance(&self, radii: [f64; 2], masses: [f64; 2], overlap: f64) -> Resistance;
 
     /// The most that spring and dashpot may carry along the surface together, N, at a normal force (N).
     fn friction_limit(&self, touch: &Touch<S, f64>, normal: f64) -> f64;

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::error::Error;
 use crate::scenario::assembly::{
-    Assembly, Cell, CellServo, Damping, DampingForm, Matter, Packed, Preparation, Sizes, Source, Velocities,
+    Assembly, Cell, CellServo, Damping, DampingForm, Matter, Packed, Preparation, Read, Sizes, Source, Velocities,
 };
 use crate::scenario::raw::{Reader, Typed};
 use crate::scenario::stable;
@@ -150,7 +150,14 @@ pub(super) fn source(
                 .refusal_of_table("makes grains, and grains.file says that they are read. Remove one of the two."));
         }
         let matter = Matter { density, diameter_mean: grains.number("diameter_mean")? };
-        return Ok((matter, Source::File(folder.join(file))));
+        let contacts = grains.text_if_given("contacts")?.map(|contacts| folder.join(contacts));
+        return Ok((matter, Source::File(Read { grains: folder.join(file), contacts })));
+    }
+    if grains.has("contacts") {
+        return Err(grains.refusal(
+            "contacts",
+            "is what contacts of grains from a file remember, and there is no grains.file. Add it, or remove the line.",
+        ));
     }
     let Some(count) = grains.count_if_given("count")? else {
         return Err(grains.refusal_of_table(
@@ -392,7 +399,7 @@ mod tests {
         let text = PLANE.replace("count = 300", "file = \"g.csv\"").replace("diameter_deviation = \"0.1 mm\"", "");
         let text = text.replace("[packing]\n        preparation = \"compress\"\n        stress = \"100 kPa\"", "");
         let assembly = assembly_of(&text, &[]);
-        assert_eq!(assembly.source, Source::File("/jobs/g.csv".into()));
+        assert_eq!(assembly.source, Source::File(Read { grains: "/jobs/g.csv".into(), contacts: None }));
         let Contact::Linear(law) = assembly.contact else { panic!("by default") };
         assert!(law.damping_normal > 0.0);
         assert_eq!(assembly.matter.diameter_mean, 1e-3);

@@ -1,10 +1,10 @@
 //! `[contact]` of both kinds of jobs.
 
 use crate::error::Error;
-use crate::math::{PI, ln, tan};
+use crate::math::{PI, atan2, exp, ln, tan};
 use crate::scenario::raw::Reader;
 use crate::scenario::schema::OF_LAW;
-use crate::scenario::{Contact, ElasticRolling, HertzMindlin, Linear, LinearCohesive, Sliding};
+use crate::scenario::{Contact, ElasticRolling, HertzMindlin, Linear, LinearCohesive, NormalForce, Sliding};
 
 /// The contact law. Asleep: the linear one with Table 1 of seed 000 and the damping that is stable.
 ///
@@ -32,13 +32,22 @@ pub fn contact(table: &Reader<'_>, mass_mean: f64) -> Result<Contact, Error> {
                 Sliding::Surface,
             )?,
         }),
-        "hertz_mindlin" => Contact::HertzMindlin(HertzMindlin {
-            shear_modulus: table.number("shear_modulus")?,
-            poisson_ratio: table.number("poisson_ratio")?,
-            friction: friction(table)?,
-            damping_normal: table.number_or("damping_normal", 0.0)?,
-            damping_tangential: table.number_or("damping_tangential", 0.0)?,
-        }),
+        "hertz_mindlin" => {
+            let normal_force = normal_force(table)?;
+            let damping_ratio = match restitution(table, &["damping_normal", "damping_tangential", "damping_ratio"])? {
+                Some(restitution) => damping_of(restitution, normal_force, 1.0),
+                None => table.number_or("damping_ratio", 0.0)?,
+            };
+            Contact::HertzMindlin(HertzMindlin {
+                shear_modulus: table.number("shear_modulus")?,
+                poisson_ratio: table.number("poisson_ratio")?,
+                friction: friction(table)?,
+                damping_normal: table.number_or("damping_normal", 0.0)?,
+                damping_tangential: table.number_or("damping_tangential", 0.0)?,
+                damping_ratio,
+                normal_force,
+            })
+        }
         other => panic!("the schema has a law {other} that is not read"),
     })
 }
@@ -46,41 +55,92 @@ pub fn contact(table: &Reader<'_>, mass_mean: f64) -> Result<Contact, Error> {
 fn linear(table: &Reader<'_>, mass_mean: f64) -> Result<Linear, Error> {
     let stiffness_normal = table.number_awake("stiffness_normal", 1_772_093.8)?;
     let stiffness_tangential = table.number_awake("stiffness_tangential", 886_046.9)?;
-    let (damping_normal, damping_tangential) = damping(table, stiffness_normal, mass_mean)?;
+    let normal_force = normal_force(table)?;
+    let (damping_normal, damping_tangential) = damping(table, stiffness_normal, mass_mean, normal_force)?;
     let friction = friction(table)?;
-    Ok(Linear { stiffness_normal, stiffness_tangential, damping_normal, damping_tangential, friction })
+    Ok(Linear { stiffness_normal, stiffness_tangential, damping_normal, damping_tangential, friction, normal_force })
 }
 
-/// Either both dampings, or the restitution of two mean grains.
-fn damping(table: &Reader<'_>, stiffness: f64, mass_mean: f64) -> Result<(f64, f64), Error> {
-    let damped = ["damping_normal", "damping_tangential"].into_iter().find(|key| table.has(key));
+fn normal_force(table: &Reader<'_>) -> Result<NormalForce, Error> {
+    table.choice_or("normal_force", "range of the normal force", &NormalForce::NAMES, NormalForce::TENSILE)
+}
+
+/// The restitution, which the keys of dampings cannot stand beside.
+fn restitution(table: &Reader<'_>, dampings: &[&str]) -> Result<Option<f64>, Error> {
+    let damped = dampings.iter().find(|key| table.has(key));
     match (table.number_if_given("restitution")?, damped) {
-        (Some(_), Some(key)) => Err(table.refusal(
-            "restitution",
-            &format!(
-                "stands beside contact.{key}, and each says how contacts are damped. Keep restitution, or damping_normal and damping_tangential."
-            ),
-        )),
-        (Some(restitution), None) => {
-            let damping = damping_of(restitution, stiffness, mass_mean);
-            Ok((damping, damping))
+        (Some(_), Some(key)) => {
+            let [others @ .., last] = dampings else { unreachable!("there are dampings") };
+            Err(table.refusal(
+                "restitution",
+                &format!(
+                    "stands beside contact.{key}, and each says how contacts are damped. Keep restitution, or {} and {last}.",
+                    others.join(", ")
+                ),
+            ))
         }
-        (None, None) if table.is_awake() => Err(table.refusal_of_table(
-            "does not say how contacts are damped. Add restitution, for example restitution = 0.5, or both damping_normal and damping_tangential, for example \"3.5 N s/m\".",
-        )),
-        (None, _) => {
-            Ok((table.number_awake("damping_normal", 3.5)?, table.number_awake("damping_tangential", 3.5)?))
-        }
+        (restitution, _) => Ok(restitution),
     }
 }
 
-/// Damping with which two grains of mass `mass` rebound with that restitution, N s/m.
+/// Either both dampings, or the restitution of two mean grains.
+fn damping(table: &Reader<'_>, stiffness: f64, mass_mean: f64, normal_force: NormalForce) -> Result<(f64, f64), Error> {
+    let dampings = ["damping_normal", "damping_tangential"];
+    if let Some(restitution) = restitution(table, &dampings)? {
+        let critical = 2.0 * (stiffness * 0.5 * mass_mean).sqrt();
+        let damping = damping_of(restitution, normal_force, critical);
+        return Ok((damping, damping));
+    }
+    if table.is_awake() && !dampings.iter().any(|key| table.has(key)) {
+        return Err(table.refusal_of_table(
+            "does not say how contacts are damped. Add restitution, for example restitution = 0.5, or both damping_normal and damping_tangential, for example \"3.5 N s/m\".",
+        ));
+    }
+    Ok((table.number_awake("damping_normal", 3.5)?, table.number_awake("damping_tangential", 3.5)?))
+}
+
+/// Damping with which two grains rebound with that restitution, in the unit of `critical`, the critical damping of their
+/// contact: 2 sqrt(k m) of linear springs, where the effective mass m is half that of each of two equal grains.
 ///
-/// Their distance is an oscillator of mass m/2 with half a period of contact:
-/// e = exp(-pi zeta/sqrt(1 - zeta^2)), zeta = gamma/(2 sqrt(k m/2)).
-fn damping_of(restitution: f64, stiffness: f64, mass: f64) -> f64 {
-    let logarithm = ln(restitution);
-    -2.0 * logarithm * (stiffness * 0.5 * mass).sqrt() / (PI * PI + logarithm * logarithm).sqrt()
+/// Their overlap is an oscillator with the damping ratio zeta that starts from rest length. Where the dashpot may pull, the
+/// contact ends with the overlap; where it only repels, with the force (Schwager & Poeschel 2007, eq. 8 and 21):
+///
+/// ```text
+/// tensile:    e = exp(-pi zeta/w)                                     w = sqrt(|1 - zeta^2|)
+/// repulsive:  e = exp(-(zeta/w) atan2(2 zeta w, 2 zeta^2 - 1))        zeta < 1
+///             e = exp(-2 (zeta/w) ln(zeta + w))                       zeta > 1
+/// ```
+///
+/// Hertz contacts with a dashpot 2 sqrt(5/6) zeta sqrt(m k_n), k_n = dF_n/dd, are the same oscillator in d^(5/4) and a time
+/// of their own, so that e does not depend on speed (Antypov & Elliott 2011; Tsuji et al. 1992 have the dashpot). Their force
+/// is nought where that oscillator's acceleration is: both lines hold for them too.
+fn damping_of(restitution: f64, normal_force: NormalForce, critical: f64) -> f64 {
+    if normal_force == NormalForce::TENSILE {
+        let logarithm = ln(restitution);
+        return -logarithm * critical / (PI * PI + logarithm * logarithm).sqrt();
+    }
+    // The rebound falls with the damping ratio; at the upper end, above 1, it is below 1/zeta^2.
+    let (mut lower, mut upper) = (0.0, 1.0 + 1.0 / restitution.sqrt());
+    loop {
+        let middle = 0.5 * (lower + upper);
+        if middle <= lower || middle >= upper {
+            return middle * critical;
+        }
+        if rebound_repulsive(middle) > restitution { lower = middle } else { upper = middle }
+    }
+}
+
+/// Restitution of a contact that ends when its force is nought, by its damping ratio.
+fn rebound_repulsive(ratio: f64) -> f64 {
+    let root = (1.0 - ratio * ratio).abs().sqrt();
+    if root == 0.0 {
+        return exp(-2.0);
+    }
+    let angle = match ratio < 1.0 {
+        true => atan2(2.0 * ratio * root, 2.0 * ratio * ratio - 1.0),
+        false => 2.0 * ln(ratio + root),
+    };
+    exp(-ratio / root * angle)
 }
 
 /// The Coulomb coefficient, or the tangent of its angle.
@@ -144,6 +204,32 @@ mod tests {
         assert_eq!((law.cohesion_normal, law.cohesion_tangential, law.linear.damping_tangential), (2.0, 1.0, 0.0));
         let hertz = "law = \"hertz_mindlin\"\nshear_modulus = \"29 GPa\"\npoisson_ratio = 0.15\nfriction = 0.5";
         let Contact::HertzMindlin(law) = contact_of(hertz).unwrap() else { panic!("as it was asked for") };
-        assert_eq!((law.shear_modulus, law.damping_normal), (29e9, 0.0));
+        assert_eq!((law.shear_modulus, law.damping_normal, law.damping_ratio), (29e9, 0.0, 0.0));
+        assert_eq!(law.normal_force, NormalForce::TENSILE);
+    }
+    /// A damping ratio that gives a rebound is found from it again, below and above critical damping, and a dashpot that only
+    /// repels needs more of it: the end of a contact, where it would have pulled, slows nothing.
+    #[test]
+    fn a_restitution_becomes_the_damping_ratio_that_gives_it() {
+        for ratio in [1e-6, 0.01, 0.3, 0.7, 0.99, 1.0, 1.01, 3.0, 1e4] {
+            let restitution = rebound_repulsive(ratio);
+            let found = damping_of(restitution, NormalForce::REPULSIVE, 1.0);
+            assert!((found / ratio - 1.0).abs() < 1e-8, "{ratio}: {found} by {restitution}");
+            assert!(found > damping_of(restitution, NormalForce::TENSILE, 1.0));
+        }
+        let hertz = "law = \"hertz_mindlin\"\nshear_modulus = \"29 GPa\"\npoisson_ratio = 0.15\nfriction = 0.5\n";
+        let ratio = |lines: &str| match contact_of(&format!("{hertz}{lines}")).unwrap() {
+            Contact::HertzMindlin(law) => (law.damping_ratio, law.normal_force),
+            other => panic!("{other:?}"),
+        };
+        let (tensile, _) = ratio("restitution = 0.5");
+        assert!((exp(-PI * tensile / (1.0 - tensile * tensile).sqrt()) - 0.5).abs() < 1e-12, "{tensile}");
+        let (repulsive, normal_force) = ratio("restitution = 0.5\nnormal_force = \"repulsive\"");
+        assert!((rebound_repulsive(repulsive) - 0.5).abs() < 1e-12 && normal_force == NormalForce::REPULSIVE);
+        let two = contact_of(&format!("{hertz}restitution = 0.5\ndamping_normal = 1")).unwrap_err().to_string();
+        assert!(two.contains("Keep restitution, or damping_normal, damping_tangential and damping_ratio."), "{two}");
+        let rolling = "law = \"elastic_rolling\"\nyoung_modulus = 6e8\nstiffness_ratio = 0.8\nfriction = 0.5\n";
+        let error = contact_of(&format!("{rolling}normal_force = \"repulsive\"")).unwrap_err().to_string();
+        assert!(error.contains("contact.normal_force"), "{error}");
     }
 }

@@ -21,6 +21,7 @@ mod mpm_checks;
 mod shear;
 
 pub use assembly::assembly;
+pub use checks::BYPASS;
 pub use material::KEYS as MATERIAL_KEYS;
 pub use mpm::mpm;
 pub use shear::scenario;
@@ -144,7 +145,7 @@ fn digits_above(value: f64) -> String {
 }
 
 /// Three digits, cut and not rounded, so that a limit copied from a message is within the limit.
-fn digits_below(value: f64) -> String {
+pub fn digits_below(value: f64) -> String {
     let exact = format!("{value:.16e}");
     let (mantissa, exponent) = exact.split_once('e').expect("scientific notation has an e");
     let cut: f64 = format!("{}e{exponent}", &mantissa[..4]).parse().expect("a shortened number parses");

@@ -48,9 +48,10 @@ pub static TABLES: [Table; 9] = [
 ];
 
 #[rustfmt::skip]
-pub(super) const KEYS_OF_GRAINS: [Key; 9] = [
+pub(super) const KEYS_OF_GRAINS: [Key; 10] = [
     number("density", "the density of the solid", Dimension::DENSITY, POSITIVE, "\"2650 kg/m3\""),
     text("file", "grains to start from, as a CSV or a LAMMPS data file", "\"grains.csv\""),
+    text("contacts", "what the contacts of these grains remember at the start, as scree export --contacts writes it", "\"contacts.csv\""),
     count("count", "grains to be made", (1, 100_000_000), "400"),
     text("distribution", "how diameters are spread: normal, uniform or list", "\"normal\""),
     number("diameter_mean", "the mean diameter", LENGTH, POSITIVE, "\"1 mm\""),

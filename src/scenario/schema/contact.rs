@@ -10,7 +10,9 @@ pub const KEYS: &[Key] = &[
     number("stiffness_tangential", "k_t", STIFFNESS, NOT_NEGATIVE, "\"886 kN/m\""),
     number("damping_normal", "gamma_n", DAMPING, NOT_NEGATIVE, "\"3.5 N s/m\""),
     number("damping_tangential", "gamma_t", DAMPING, NOT_NEGATIVE, "\"3.5 N s/m\""),
-    number("restitution", "the rebound of two mean grains, in place of both dampings", RATIO, Range::open(0.0, 1.0), "0.1"),
+    number("restitution", "the rebound of two mean grains, in place of dampings", RATIO, Range::open(0.0, 1.0), "0.1"),
+    number("damping_ratio", "zeta of dashpots 2 sqrt(5/6) zeta sqrt(m k_n), m the effective mass", RATIO, NOT_NEGATIVE, "0.2"),
+    text("normal_force", "what spring and dashpot may come to: tensile (the dashpot may pull while a contact opens) or repulsive", "\"repulsive\""),
     number("friction", "mu, the Coulomb coefficient", RATIO, Range::closed(0.0, 5.0), "0.5"),
     number("friction_angle", "the angle whose tangent is mu, in place of friction", Dimension::ANGLE, Range::closed(0.0, 1.3734), "\"28.6 deg\""),
     number("cohesion_normal", "e_n, the pull that a contact bears", Dimension::FORCE, NOT_NEGATIVE, "\"0.2 N\""),
@@ -26,7 +28,17 @@ pub const KEYS: &[Key] = &[
 
 /// The laws by name, and the keys that belong to each; friction belongs to all.
 pub const OF_LAW: [(&str, &[&str]); 4] = [
-    ("linear", &["stiffness_normal", "stiffness_tangential", "damping_normal", "damping_tangential", "restitution"]),
+    (
+        "linear",
+        &[
+            "stiffness_normal",
+            "stiffness_tangential",
+            "damping_normal",
+            "damping_tangential",
+            "restitution",
+            "normal_force",
+        ],
+    ),
     (
         "linear_cohesive",
         &[
@@ -35,10 +47,22 @@ pub const OF_LAW: [(&str, &[&str]); 4] = [
             "damping_normal",
             "damping_tangential",
             "restitution",
+            "normal_force",
             "cohesion_normal",
             "cohesion_tangential",
         ],
     ),
     ("elastic_rolling", &["young_modulus", "stiffness_ratio", "rolling_stiffness", "rolling_limit", "sliding"]),
-    ("hertz_mindlin", &["shear_modulus", "poisson_ratio", "damping_normal", "damping_tangential"]),
+    (
+        "hertz_mindlin",
+        &[
+            "shear_modulus",
+            "poisson_ratio",
+            "damping_normal",
+            "damping_tangential",
+            "damping_ratio",
+            "restitution",
+            "normal_force",
+        ],
+    ),
 ];

@@ -56,8 +56,11 @@ pub fn grains(page: &mut Page, assembly: &Assembly) {
     page.table("grains");
     page.number("density", assembly.matter.density);
     match &assembly.source {
-        Source::File(file) => {
-            page.path("file", file);
+        Source::File(read) => {
+            page.path("file", &read.grains);
+            if let Some(contacts) = &read.contacts {
+                page.path("contacts", contacts);
+            }
             page.number("diameter_mean", assembly.matter.diameter_mean);
         }
         Source::Packed(packed) => made(page, packed),

@@ -82,19 +82,15 @@ impl Page {
 
     fn contact(&mut self, contact: &Contact) {
         self.table("contact");
+        self.text("law", contact.law());
         match contact {
-            Contact::Linear(law) => {
-                self.text("law", "linear");
-                self.linear(law);
-            }
+            Contact::Linear(law) => self.linear(law),
             Contact::LinearCohesive(law) => {
-                self.text("law", "linear_cohesive");
                 self.linear(&law.linear);
                 self.number("cohesion_normal", law.cohesion_normal);
                 self.number("cohesion_tangential", law.cohesion_tangential);
             }
             Contact::ElasticRolling(law) => {
-                self.text("law", "elastic_rolling");
                 self.number("young_modulus", law.young_modulus);
                 self.number("stiffness_ratio", law.stiffness_ratio);
                 self.number("friction", law.friction);
@@ -109,12 +105,13 @@ impl Page {
                 );
             }
             Contact::HertzMindlin(law) => {
-                self.text("law", "hertz_mindlin");
                 self.number("shear_modulus", law.shear_modulus);
                 self.number("poisson_ratio", law.poisson_ratio);
                 self.number("friction", law.friction);
                 self.number("damping_normal", law.damping_normal);
                 self.number("damping_tangential", law.damping_tangential);
+                self.number("damping_ratio", law.damping_ratio);
+                self.text("normal_force", law.normal_force.name());
             }
         }
     }
@@ -125,6 +122,7 @@ impl Page {
         self.number("damping_normal", law.damping_normal);
         self.number("damping_tangential", law.damping_tangential);
         self.number("friction", law.friction);
+        self.text("normal_force", law.normal_force.name());
     }
 
     fn output(&mut self, output: &Output) {

@@ -1,0 +1,153 @@
+//! What is allowed and has a meaning, but is more likely a slip: told by `check` and at the start of a run.
+
+use super::page::figures;
+use crate::scenario::assembly::Assembly;
+use crate::scenario::mpm::Mpm;
+use crate::scenario::{Contact, Job};
+
+/// Solids and soils lie between these, kg/m3: from aerogel aside the lightest foams to osmium.
+const DENSITY_MIN: f64 = 20.0;
+const DENSITY_MAX: f64 = 23_000.0;
+/// kg/m3 in a g/cm3.
+const GRAMS_PER_CUBIC_CENTIMETRE: f64 = 1000.0;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// One sentence each, with what to write instead.
+pub fn doubts(job: &Job) -> Vec<String> {
+    match job {
+        Job::Shear(job) => [density("grains.density", job.grains.density), idle_friction(&job.contact)].concat(),
+        Job::Assembly(job) => [
+            pull(job),
+            density("grains.density", job.matter.density),
+            gravity("cell.gravity", &job.gravity, job.cell.dimension),
+            idle_friction(&job.contact),
+        ]
+        .concat(),
+        Job::Mpm(job) => of_continuum(job),
+    }
+}
+
+fn of_continuum(job: &Mpm) -> Vec<String> {
+    let mut doubts = gravity("gravity.acceleration", &job.gravity.acceleration, job.grid.dimension);
+    doubts.extend(density("material.density", job.material.density));
+    if let Some(granular) = &job.grains {
+        doubts.extend(density("grains.density", granular.piece.matter.density));
+        doubts.extend(idle_friction(&granular.piece.contact));
+    }
+    doubts
+}
+
+/// A stress that pulls at grains which hold on to nothing.
+fn pull(job: &Assembly) -> Vec<String> {
+    let Some(servo) = job.cell.servo.as_ref().filter(|_| job.contact.reach() == 0.0) else { return Vec::new() };
+    let pulled: Vec<&str> =
+        (0..3).filter(|axis| servo.stress[*axis].is_some_and(|stress| stress > 0.0)).map(|axis| AXES[axis]).collect();
+    if pulled.is_empty() {
+        return Vec::new();
+    }
+    vec![format!(
+        "cell.stress pulls along {} (tension is positive) at grains without cohesion: nothing bears it, and the cell grows until the run stops. Write a negative stress to press, or take law = \"linear_cohesive\".",
+        pulled.join(" and ")
+    )]
+}
+
+fn density(key: &str, density: f64) -> Vec<String> {
+    let message = if density < DENSITY_MIN {
+        let meant = density * GRAMS_PER_CUBIC_CENTIMETRE;
+        format!(
+            "{key} = {} kg/m3 is less than any solid has. If {} g/cm3 was meant, write \"{} kg/m3\".",
+            figures(density),
+            figures(density),
+            figures(meant)
+        )
+    } else if density > DENSITY_MAX {
+        format!(
+            "{key} = {} kg/m3 is more than any solid has. Densities are in kg/m3; quartz has 2650.",
+            figures(density)
+        )
+    } else {
+        return Vec::new();
+    };
+    vec![message]
+}
+
+/// The last axis of a space points up.
+fn gravity(key: &str, gravity: &[f64; 3], axes: usize) -> Vec<String> {
+    let up = gravity[axes - 1];
+    if up <= 0.0 {
+        return Vec::new();
+    }
+    let name = AXES[axes - 1];
+    vec![format!(
+        "{key} points upwards: its component along {name} is {} m/s2. Write it negative for gravity that pulls down.",
+        figures(up)
+    )]
+}
+
+/// A limit to forces that the law does not make.
+fn idle_friction(contact: &Contact) -> Vec<String> {
+    let [resists, rolls] = match contact {
+        Contact::Linear(law) => [law.stiffness_tangential + law.damping_tangential > 0.0, true],
+        Contact::LinearCohesive(law) => [law.linear.stiffness_tangential + law.linear.damping_tangential > 0.0, true],
+        Contact::ElasticRolling(law) => {
+            let rolls = law.rolling_stiffness * law.stiffness_ratio > 0.0 || law.rolling_limit == 0.0;
+            [law.stiffness_ratio > 0.0, rolls]
+        }
+        Contact::HertzMindlin(_) => [true, true],
+    };
+    let mut doubts = Vec::new();
+    if !resists && contact.friction() > 0.0 {
+        let stiffness = match contact {
+            Contact::ElasticRolling(_) => "contact.stiffness_ratio",
+            _ => "contact.stiffness_tangential",
+        };
+        doubts.push(format!(
+            "contact.friction = {} limits nothing: with {stiffness} = 0 the law has no tangential force. Give it that stiffness, or write friction = 0.",
+            figures(contact.friction())
+        ));
+    }
+    if !rolls {
+        doubts.push(
+            "contact.rolling_limit limits nothing: with contact.rolling_stiffness or contact.stiffness_ratio = 0 the law has no resistance to rolling. Give it that stiffness, or remove the limit."
+                .to_string(),
+        );
+    }
+    doubts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLANE: &str = "name = \"slips\"\n[cell]\nspace = \"plane\"\nupper = [0.01, 0.01]\n[grains]\ndensity = 2500\nfile = \"grains.csv\"\ndiameter_mean = 1e-3\n[contact]\nlaw = \"linear\"\nstiffness_normal = 1e5\nstiffness_tangential = 5e4\nrestitution = 0.5\nfriction = 0.5\n[time]\nstep = 1e-7\nend = 1e-3\n";
+
+    fn told(sets: &[&str]) -> Vec<String> {
+        let sets: Vec<String> = sets.iter().map(|set| (*set).to_string()).collect();
+        doubts(&Job::parse(PLANE, "job.toml", &sets).unwrap_or_else(|error| panic!("{error}")))
+    }
+
+    /// Each of these ran to its end and told nothing.
+    #[test]
+    fn slips_are_told_with_what_to_write() {
+        assert_eq!(told(&[]), Vec::<String>::new());
+        let one = |sets: &[&str], wanted: &str| {
+            let told = told(sets);
+            assert!(told.len() == 1 && told[0].contains(wanted), "{told:?}");
+        };
+        let held = ["cell.stress=[\"1 MPa\", \"free\"]", "cell.rate_max=1"];
+        one(&held, "cell.stress pulls along x (tension is positive)");
+        let cohesive =
+            ["contact.law=linear_cohesive", "contact.cohesion_normal=\"0.1 N\"", "contact.cohesion_tangential=0"];
+        assert_eq!(told(&[&held[..], &cohesive].concat()), Vec::<String>::new());
+        one(&["grains.density=\"1.8 kg/m3\""], "If 1.8 g/cm3 was meant, write \"1800 kg/m3\".");
+        one(&["grains.density=2.65e6"], "is more than any solid has");
+        one(&["cell.gravity=[0, \"9.81 m/s2\"]"], "cell.gravity points upwards: its component along y is 9.81 m/s2");
+        assert_eq!(told(&["cell.gravity=[0, \"-9.81 m/s2\"]"]), Vec::<String>::new());
+        let smooth = ["contact.stiffness_tangential=0", "contact.damping_normal=1", "contact.damping_tangential=0"];
+        let text = PLANE.replace("restitution = 0.5\n", "");
+        let sets: Vec<String> = smooth.iter().map(|set| (*set).to_string()).collect();
+        let told = doubts(&Job::parse(&text, "job.toml", &sets).unwrap());
+        assert!(told.len() == 1 && told[0].contains("contact.friction = 0.5 limits nothing"), "{told:?}");
+    }
+}
