@@ -59,6 +59,8 @@ mod folders;
 mod frame_files;
 /// A loaded contact that is carried along by a rigid motion keeps its force in the moving frame, under every law.
 mod frames;
+/// A grain that strikes a wall at any angle and with any spin gains no energy, under every law in both spaces.
+mod grazing;
 /// A run that has left physics stops and names the two that show it: grains, or a grain and a body.
 mod guard;
 /// Bodies that hold nodes bear what rests on them, keep the stress that they are to keep, and carry across periods.
@@ -111,6 +113,8 @@ mod random_worlds;
 mod refusals;
 /// Records of LAMMPS and YADE are repeated to round-off: collisions, a relaxing packing, a sheared cell.
 mod replay;
+/// A face-centred cubic array of spheres under triaxial compression bears 2 (1 + mu)/(1 - mu) of its lateral stress.
+mod rowe;
 /// Runs from the text of a job, and one job on other ranks and threads, that the tests below share; it claims nothing itself.
 mod runs;
 /// Every contact law, in the plane and in space, has the same bits on 1 to 4 ranks, 1 and 2 threads, and after resume.

@@ -191,7 +191,9 @@ fn a_run_goes_on_where_there_is_one_of_this_job() {
 
     // Its first checkpoint was never written: there is nothing to lose.
     std::fs::remove_dir_all(cluster.path("again/checkpoints")).unwrap();
-    ["series.csv", "summary.json"].map(|name| std::fs::remove_file(cluster.path("again").join(name)).unwrap());
+    for name in ["series.csv", "summary.json"] {
+        std::fs::remove_file(cluster.path("again").join(name)).unwrap();
+    }
     let ended = run(&[]);
     let told = words(&ended);
     assert!(told.contains("again: no checkpoint yet; the run begins"), "{told}");

@@ -167,6 +167,20 @@ mod tests {
         assert!(!uniaxial.contains("Bodies"), "{uniaxial}");
     }
 
+    /// Where several points of a cell yield under gravity, and nowhere else.
+    #[test]
+    fn noise_of_stresses_is_told_with_its_remedy() {
+        let column = checked("continuum/column_collapse.toml", &[]);
+        assert!(column.contains("warning: with scheme.points_per_cell = 2 the stresses of single points"), "{column}");
+        assert!(column.contains("Take points_per_cell = 1"), "{column}");
+        let single = checked("continuum/column_collapse.toml", &["scheme.points_per_cell=1"]);
+        let weightless = checked("continuum/prandtl_cohesive.toml", &[]);
+        let elastic = checked("continuum/self_weight.toml", &[]);
+        for page in [single, weightless, elastic] {
+            assert!(!page.contains("noise"), "{page}");
+        }
+    }
+
     #[test]
     fn a_file_of_grains_must_be_there() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/element/rve_shear.toml");
@@ -191,7 +205,7 @@ mod tests {
         let page = command(&file, &[]).unwrap();
         // Of springs between equals: 2/w, w^2 = 6 (k_n + k_t)/m or 24 k_t/m.
         let mass = 2650.0 * std::f64::consts::PI * 0.35e-3 * 0.35e-3 * 0.01;
-        let stable = 2.0 / (24.0 * 5e4 / mass as f64).sqrt();
+        let stable = 2.0 / (24.0 * 5e4 / mass).sqrt();
         assert!(page.contains(&format!("{} s", page::figures(stable))), "{stable}: {page}");
         // What is printed can be taken, and a little more is refused with the remedy.
         let [less, more] = [0.999, 1.001].map(|share| command(&file, &[format!("time.step={:e}", share * stable)]));

@@ -605,6 +605,14 @@ impl Mpm {
         self.grains.as_ref().is_none_or(|grains| grains.method.has_points())
     }
 
+    /// Whether stresses of single points are noise about the mean of their cell: of several points in a cell nodes feel the sum
+    /// of the stresses alone, and a material that yields as it moves under its weight keeps the differences that its points come to.
+    pub fn has_noisy_stresses(&self) -> bool {
+        let yields = matches!(self.material.law, MaterialLaw::CriticalDruckerPrager(_));
+        let weighs = self.gravity.acceleration != [0.0; 3];
+        self.has_points() && self.scheme.points_per_cell > 1 && yields && weighs
+    }
+
     /// Time step of the continuum, s.
     pub fn step_of_continuum(&self) -> f64 {
         self.grain_steps as f64 * self.step

@@ -5,7 +5,7 @@ use crate::scenario::assembly::Assembly;
 use crate::scenario::mpm::Mpm;
 use crate::scenario::{Contact, Job};
 
-/// Solids and soils lie between these, kg/m3: from aerogel aside the lightest foams to osmium.
+/// Solids and soils lie between these, kg/m3: from light foams to osmium.
 const DENSITY_MIN: f64 = 20.0;
 const DENSITY_MAX: f64 = 23_000.0;
 /// kg/m3 in a g/cm3.
@@ -31,11 +31,22 @@ pub fn doubts(job: &Job) -> Vec<String> {
 fn of_continuum(job: &Mpm) -> Vec<String> {
     let mut doubts = gravity("gravity.acceleration", &job.gravity.acceleration, job.grid.dimension);
     doubts.extend(density("material.density", job.material.density));
+    doubts.extend(noise(job));
     if let Some(granular) = &job.grains {
         doubts.extend(density("grains.density", granular.piece.matter.density));
         doubts.extend(idle_friction(&granular.piece.contact));
     }
     doubts
+}
+
+/// Stresses of single points that nobody should trust.
+fn noise(job: &Mpm) -> Option<String> {
+    job.has_noisy_stresses().then(|| {
+        format!(
+            "with scheme.points_per_cell = {} the stresses of single points under gravity are noise about the mean of their cell: where material has flowed and come to rest many bear nothing and others several times the overburden. Take points_per_cell = 1, which has far less of it, or means over cells.",
+            job.scheme.points_per_cell
+        )
+    })
 }
 
 /// A stress that pulls at grains which hold on to nothing.

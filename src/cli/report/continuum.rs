@@ -13,6 +13,7 @@ use super::{WIDTH, colour};
 use crate::error::Error;
 use crate::math::PI;
 use crate::observe::frame::Kind;
+use crate::scenario::Job;
 
 /// Room around panels, their largest height side by side and below each other, and room for their titles, pixels.
 const GAP: f64 = 22.0;
@@ -79,6 +80,14 @@ impl Run {
         !self.record.column("grains").is_empty()
     }
 
+    /// As the job says; one of a former program may not be read any more.
+    fn has_noisy_stresses(&self) -> bool {
+        match Job::parse(&self.record.scenario_text, "scenario.toml", &[]) {
+            Ok(Job::Mpm(job)) => job.has_noisy_stresses(),
+            _ => false,
+        }
+    }
+
     fn axes(&self) -> &'static [&'static str] {
         &AXES[..self.dimension]
     }
@@ -113,7 +122,8 @@ impl Run {
             ends: [if tension { -end } else { 0.0 }, end],
             unit: 1e3,
         };
-        figures.push((colours.name, self.picture(&scenes, &colours), STRESS_WORDS));
+        let words = if self.has_noisy_stresses() { STRESS_WORDS_NOISY } else { STRESS_WORDS };
+        figures.push((colours.name, self.picture(&scenes, &colours), words));
         match self.may_have_grains() {
             true => figures.push(("energies", self.energies_of_both(), BOTH_WORDS)),
             false => figures.push(("energies", self.energies(), ENERGY_WORDS)),
@@ -464,6 +474,9 @@ const STRAIN_WORDS_OF_GRAINS: &str = "Grains and material points as squares of t
 const BOTH_WORDS: &str = "Kinetic and elastic energy of grains and of points; what is zero has no place on this scale.";
 const STRESS_WORDS: &str =
     "The same coloured by mean stress, compression positive; of plane strain the mean in the plane.";
+const STRESS_WORDS_NOISY: &str = "The same coloured by mean stress, compression positive; of plane strain the mean in the plane. \
+     With several points in a cell the stresses of single points under gravity, those that are followed too, are noise about the \
+     mean of their cell: take scheme.points_per_cell = 1, which has far less of it.";
 const ENERGY_WORDS: &str = "(a) Energies against time, at the last evaluation of forces; what is zero has no place on this \
      scale. (b) Potential energy, and the sum with those of (a), since the first row: the work of loads and bodies, less what \
      friction on faces and bodies and the scheme have taken. These are drawn where the run kept account ([output] ledger).";

@@ -199,7 +199,7 @@ fn grains_in_a_cell_are_drawn_with_their_curves() {
 }
 
 /// Runs a block of sand that slumps beside a body, in the plane or in space, and draws it.
-fn continuum(folder: &Path, space: &str) -> String {
+fn continuum(folder: &Path, space: &str, points_per_cell: usize) -> String {
     let solid = space == "solid";
     let vector = |x: f64, y: f64, z: f64| if solid { format!("[{x}, {y}, {z}]") } else { format!("[{x}, {z}]") };
     let gravity = if solid { "[0, 0, -9.81]" } else { "[0, -9.81]" };
@@ -210,6 +210,8 @@ name = "slump"
 space = "{space}"
 upper = {upper}
 cell = 0.1
+[scheme]
+points_per_cell = {points_per_cell}
 [material]
 law = "critical_drucker_prager"
 density = 1500
@@ -243,7 +245,7 @@ end = 0.05
         wall_upper = vector(0.8, 0.2, 0.2),
     );
     let job = crate::scenario::Job::parse(&text, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
-    let out = folder.join(format!("continuum_{space}"));
+    let out = folder.join(format!("continuum_{space}_{points_per_cell}"));
     let options = crate::run::Options::new(out.clone(), 1);
     crate::start::start(&job, &options, &scree_partition::Solo).unwrap();
     fs::read_to_string(write(&[out], None, None).unwrap()).unwrap()
@@ -253,7 +255,7 @@ end = 0.05
 fn continua_are_drawn_with_their_curves() {
     let folder = tempfile::tempdir().unwrap();
     for (space, words) in [("plane", "in plane strain"), ("solid", "in space")] {
-        let html = continuum(folder.path(), space);
+        let html = continuum(folder.path(), space, 2);
         // Plastic strain, mean stress, energies, stresses, reactions, the followed point.
         assert_eq!((count(&html, "<svg "), count(&html, "<figcaption>")), (6, 6));
         assert!(html.contains(&format!("points {words} (critical drucker prager) for 5")), "{html}");
@@ -262,11 +264,13 @@ fn continua_are_drawn_with_their_curves() {
         }
         assert!(html.contains(if space == "plane" { ">face y_lower<" } else { ">face z_lower<" }));
         assert!(!html.contains("NaN") && !html.contains("inf "));
+        assert_eq!(count(&html, "take scheme.points_per_cell = 1, which has far less"), 1);
     }
+    assert!(!continuum(folder.path(), "plane", 1).contains("points_per_cell = 1, which"));
     let grains = folder.path().join("grains");
     fs::create_dir_all(&grains).unwrap();
     assembly(&grains, "plane");
-    let both = [folder.path().join("continuum_plane"), grains.join("run_plane")];
+    let both = [folder.path().join("continuum_plane_2"), grains.join("run_plane")];
     let error = write(&both, None, None).unwrap_err().to_string();
     assert!(error.contains("make a report of either kind by itself"), "{error}");
 }
