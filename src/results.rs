@@ -109,7 +109,7 @@ pub fn unwritable(path: &Path, error: &std::io::Error) -> Error {
 /// The text with what tells whose it is, as its kind of file can have it.
 fn marked(path: &Path, text: &str) -> String {
     match path.extension().and_then(|extension| extension.to_str()) {
-        Some("svg") => format!("<!-- {MARK} -->\n{text}"),
+        Some("svg") => format!("{}\n<!-- {MARK} -->\n", text.trim_end_matches('\n')),
         Some("html") => text.replacen("<head>", &format!("<head>\n<meta name=\"generator\" content=\"{MARK}\">"), 1),
         Some("toml") => format!("# {MARK}\n{text}"),
         Some("json") => text.to_string(),

@@ -331,8 +331,9 @@ impl<'t, E: Experiment> Run<'t, E> {
 
     fn go_on(mut self) -> Result<Outcome, Error> {
         self.tell_beginning()?;
-        let (beginning, starts) = (self.core.options.beginning, self.core.world.step == 0);
-        if starts || beginning == Beginning::Branched {
+        let beginning = self.core.options.beginning;
+        // Of a run that is gone on with from its first state that has been written.
+        if self.core.progress.frames == 0 {
             self.write_frame()?;
             // Kept for good: whoever looks for the start finds it.
             self.save_in(&checkpoint::folder(&self.core.options.out).join(store::FOR_GOOD))?;

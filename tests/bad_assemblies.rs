@@ -180,12 +180,12 @@ fn control_of_a_stress_out_of_range() {
     GOOD.refused(
         "gravity =",
         &format!("{held}stress_gain = 1.5\ngravity ="),
-        "job.toml:10: cell.stress_gain = 1.5 is out of range",
+        "job.toml:10: cell.stress_gain = 1.5 is out of range: it must be between 0.001 and 1. Write for example stress_gain = 1.0.",
     );
     GOOD.refused(
         "gravity =",
         &format!("{held}stress_interval = 0\ngravity ="),
-        "job.toml:10: cell.stress_interval = 0 is out of range",
+        "job.toml:10: cell.stress_interval = 0 is refused: it must be a whole number between 1 and 1000. Write for example stress_interval = 2.",
     );
 }
 

@@ -384,7 +384,7 @@ fn a_run_that_exists() {
     fs::write(run.join("scenario.toml"), GOOD.0).expect("the run has its scenario");
     told(
         &scree(&["run", "job.toml"], folder.path()),
-        "runs/good holds a run that ended before its first checkpoint, or is still on its way there. If it has ended, remove it with `rm -r runs/good`; or start a new one elsewhere with --out DIR.",
+        "runs/good holds a run that has no checkpoint yet. If it has ended, go on with it by `scree resume runs/good`; or start a new one elsewhere with --out DIR.",
     );
     fs::write(run.join("checkpoints/step-000000000100.h5"), "").expect("the run has a checkpoint");
     told(

@@ -140,7 +140,7 @@ fn rebounds<S: Space, C: ContactLaw<S>>(
     };
     let both = [one(tensile, NormalForce::TENSILE), one(repulsive, NormalForce::REPULSIVE)];
     let share = both[1] / both[0] - 1.0;
-    assert!(share > 0.03, "a dashpot that only repels leaves more speed: {both:?}");
+    assert!(share > 0.02, "a dashpot that only repels leaves more speed: {both:?}");
     both
 }
 
@@ -167,7 +167,13 @@ fn dashpots_only_repel<S: Space>() {
         let reduced = masses[0] * masses[1] / (masses[0] + masses[1]);
         for ratio in [0.0, 0.3] {
             let of = |normal_force| HertzMindlin {
-                constants: scenario::HertzMindlin { damping_ratio: ratio, normal_force, ..hertz().constants },
+                // So little that the slowest and lightest come apart again.
+                constants: scenario::HertzMindlin {
+                    damping_normal: 0.7,
+                    damping_ratio: ratio,
+                    normal_force,
+                    ..hertz().constants
+                },
             };
             let pair = NormalForce::NAMES.map(|(_, of_name)| of(of_name));
             let stiffness = hertz_stiffness(&pair[0], 2.0 * radii[0] * radii[1] / (radii[0] + radii[1]));

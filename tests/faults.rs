@@ -89,7 +89,8 @@ fn a_folder_that_goes_away_ends_all_ranks() {
     assert!(since.elapsed() < Duration::from_secs(60), "{:?}", since.elapsed());
     let told = words(&output);
     assert_eq!(output.status.code(), Some(3), "{told}");
-    assert_eq!(told.matches("Not a directory").count(), 1, "{told}");
+    // Found gone, or something else in its place.
+    assert_eq!(told.lines().filter(|line| line.contains("disturbed/checkpoints")).count(), 1, "{told}");
     std::fs::remove_file(&checkpoints).unwrap();
     std::fs::rename(&away, &checkpoints).unwrap();
     let output = ended(folder.path(), &["resume", "disturbed"]);
@@ -165,11 +166,8 @@ fn a_small_disk_ends_a_run_at_its_last_checkpoint() {
     let rows = ["output.series_interval=2e-6", "output.frame_interval=1", "output.checkpoint_interval=2e-3"];
     let frames = ["output.frame_interval=1e-4", "output.checkpoint_interval=2e-3"];
     let checkpoints = ["output.checkpoint_interval=1e-3", "output.frame_interval=1", "output.checkpoints_kept=1000"];
-    let cases = [
-        ("series.csv", 1700, &rows[..]),
-        ("run.tmp/frames.vtkhdf", 1200, &frames),
-        ("run.tmp/step-", 1200, &checkpoints),
-    ];
+    let cases =
+        [("series.csv", 1700, &rows[..]), ("frames.vtkhdf", 1200, &frames), ("run.tmp/step-", 1200, &checkpoints)];
     for (file, size, sets) in cases {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("job.toml"), JOB).unwrap();

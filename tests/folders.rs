@@ -142,6 +142,22 @@ fn a_run_that_ended_before_its_first_state_goes_on() {
     }
 }
 
+/// A run that has come to no other state goes on from its first: the frame of that is there already and is not written again.
+#[test]
+fn a_run_goes_on_from_its_first_state() {
+    let desk = Desk::new();
+    copy_folder(&desk.path("reference"), &desk.path("first"));
+    for kept in fs::read_dir(desk.path("first/checkpoints")).unwrap().map(|kept| kept.unwrap().path()) {
+        if kept.is_file() {
+            fs::remove_file(kept).unwrap();
+        }
+    }
+    desk.succeeded(&["resume", "first"]);
+    desk.assert_same("first");
+    let frames = |run: &str| scree_io::frames::read(&desk.path(run).join("frames.vtkhdf")).unwrap();
+    assert!(frames("first") == frames("reference"));
+}
+
 /// Whoever removes checkpoints to save space, and asks for the run again by mistake, has its results as they were.
 #[test]
 fn a_run_without_its_checkpoints_keeps_its_results() {

@@ -360,10 +360,10 @@ fn dumped(out: &Path, job: &Job) {
         }
     }
     let file = out.join("one.dump");
-    grain_dump::write(out, &file, Moment::At(0.0021)).unwrap();
+    grain_dump::write(out, &file, Moment::At(0.002)).unwrap();
     assert_eq!(read_dump(&std::fs::read_to_string(&file).unwrap())[0].time, 0.002);
     let words = grain_dump::write(out, &out.join("none.dump"), Moment::At(0.004)).unwrap_err().to_string();
-    assert!(words.contains("--at 0.004 s") && words.contains("of 0 s to 0.003 s"), "{words}");
+    assert!(words.contains("--at 0.004 s") && words.contains("There are 0, 0.001, 0.002, 0.003 s"), "{words}");
     assert!(!out.join("none.dump").exists());
 }
 
@@ -382,18 +382,21 @@ fn contacts_are_the_same_on_any_ranks_and_after_resume() {
     }
 }
 
-/// A time that no checkpoint is near to is refused with the range.
+/// The state of another time was once given for the one asked for.
 #[test]
 fn a_state_beside_those_kept_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     done(start::start(&discs(folder.path()), &options(&out), &Solo));
     let at = |time: f64| scree::checkpoint::state_at(&out, Some(time));
-    for time in [0.0006, 0.001, 0.0022, 0.0034] {
-        at(time).unwrap();
+    for time in [0.0, 0.001, 0.002, 0.003] {
+        assert!((at(time).unwrap().1 - time).abs() < 1e-9);
     }
-    for time in [0.0, 0.0004, 0.0036, 1.0] {
+    for time in [0.0006, 0.0011, 0.0036, 1.0] {
         let words = at(time).unwrap_err().to_string();
-        assert!(words.contains(&format!("--at {time} s: ")) && words.contains("of 0.001 s to 0.003 s"), "{words}");
+        assert!(
+            words.contains(&format!("--at {time} s: ")) && words.contains("There are 0, 0.001, 0.002, 0.003 s"),
+            "{words}"
+        );
     }
 }

@@ -4,7 +4,7 @@
 use scree::body::{Body, Shape};
 use scree::law::contact::ContactLaw;
 use scree::math;
-use scree::space::{Linear, Plane, Solid, Space};
+use scree::space::{Plane, Solid, Space};
 
 use crate::few::{Few, GrainWorld, MASS, RADIUS, cohesive, elastic, hertz, linear, spin, steps, vector};
 

@@ -152,7 +152,7 @@ fn a_cell_without_contacts_closes_and_holds_its_stress() {
         text,
         &[
             ("upper = [\"10 cm\", \"10 cm\"]", "upper = [\"8.8 cm\", \"8.8 cm\"]"),
-            ("[[0, 0], [0, \"-0.3 1/s\"]]", "0"),
+            ("[0, \"-0.3 1/s\"]]", "[0, 0]]"),
             ("[\"-100 kPa\", \"free\"]", "[\"-100 kPa\", \"-50 kPa\"]"),
             ("rate_max = \"30 1/s\"", "rate_max = \"3 1/s\""),
             ("local = 0.1", "local = 0.3"),

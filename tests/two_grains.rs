@@ -289,7 +289,9 @@ fn run_by_steps(text: &str, sets: &[String], out: &Path) -> f64 {
 
 /// The state that a run has kept of a step.
 pub fn state_after(out: &Path, step: u64) -> State {
-    store::read(&checkpoint::folder(out).join(store::file_name(step))).unwrap()
+    let kept = store::all(&checkpoint::folder(out)).unwrap();
+    let (_, path) = kept.iter().find(|(of, _)| *of == step).unwrap_or_else(|| panic!("step {step}: {kept:?}"));
+    store::read(path).unwrap()
 }
 
 /// Rows of numbers of the grains exported after a step, by id.

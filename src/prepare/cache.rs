@@ -120,7 +120,9 @@ impl Place {
     fn look<T>(&self, read: &impl Fn(State) -> Result<T, Error>) -> Result<Seen<T>, Error> {
         if let Some(found) = self.read(read)? {
             // What another process has left behind when it was done.
-            if let (true, Ok(Some(held))) = (self.making.exists(), self.hold()) {
+            if self.making.exists()
+                && let Ok(Some(held)) = self.hold()
+            {
                 held.tidy();
             }
             return Ok(Seen::There(found));

@@ -28,8 +28,9 @@ fn a_hybrid_run_becomes_one_page_with_its_drawings() {
     assert_eq!(count(&html, "<figcaption>"), 4);
     for name in ["shear_stress", "volume", "specimen", "energies"] {
         let drawing = fs::read_to_string(directory.join(format!("figures/{name}.svg"))).unwrap();
-        assert!(drawing.starts_with("<svg xmlns=") && drawing.ends_with("</svg>\n"));
-        assert!(html.contains(&drawing), "{name} is not in the page");
+        let (drawing, mark) = drawing.split_once("</svg>\n").unwrap();
+        assert!(drawing.starts_with("<svg xmlns=") && mark == "<!-- written by scree -->\n", "{mark}");
+        assert!(html.contains(drawing), "{name} is not in the page");
     }
     // Nothing is fetched, nothing runs, and names stay text.
     for foreign in ["<script", "<link", "src=", "@import", "<small"] {

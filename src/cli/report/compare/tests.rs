@@ -65,7 +65,8 @@ fn differences_of_stress_are_found() {
     assert!(!html.contains("NaN") && !html.contains("inf "));
     for name in ["shear_stress", "bands", "training", "disturbance", "inside"] {
         let drawing = fs::read_to_string(folder.path().join(format!("figures/compare_{name}.svg"))).unwrap();
-        assert!(html.contains(&drawing), "{name}");
+        let (drawing, _) = drawing.split_once("<!--").unwrap();
+        assert!(html.contains(drawing), "{name}");
     }
 }
 

@@ -227,7 +227,8 @@ fn stress_is_held_against_grains_alone_of_the_same_packing_or_else_the_first() {
     assert!(!html.contains("NaN") && !html.contains("inf "));
     for name in ["load", "bands", "volume", "strain"] {
         let drawing = fs::read_to_string(folder.path().join(format!("figures/compare_{name}.svg"))).unwrap();
-        assert!(html.contains(&drawing), "{name}");
+        let (drawing, _) = drawing.split_once("<!--").unwrap();
+        assert!(html.contains(drawing), "{name}");
     }
     // Without an interval from the enrichment on, of grains alone too: 40 of 81 rows, but for averages, are 9 % higher.
     let folder = tempfile::tempdir().unwrap();
