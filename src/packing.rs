@@ -1,7 +1,6 @@
 //! Packings made ahead: thrown, compressed under low friction, kept in a file named by everything that shaped them.
 
 use std::path::Path;
-use std::time::Duration;
 
 use scree_io::column::State;
 use scree_io::store;
@@ -113,8 +112,7 @@ pub fn prepare<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transp
         return measured(scenario, transport, grains.unwrap_or_default(), scenario.specimen.height);
     }
     let place = Place::new(&scenario.packing.cache, "packing", &key(scenario));
-    let save_every = Duration::from_secs_f64(scenario.output.checkpoint_wall_interval);
-    let (grains, height) = match place.find(transport, save_every, of_state)? {
+    let (grains, height) = match place.find(transport, scenario.output.save_every(), of_state)? {
         Found::There(found) => {
             let (grains, height) = found.unwrap_or_default();
             (grains, share(transport, height))

@@ -374,8 +374,7 @@ impl<'t, E: Experiment> Run<'t, E> {
         if is_over || self.stop_file_is_there(now) {
             return Wish::Stop;
         }
-        let interval = self.experiment.output().checkpoint_wall_interval;
-        if (now - self.saved).as_secs_f64() >= interval { Wish::Save } else { asked }
+        if now - self.saved >= self.experiment.output().save_every() { Wish::Save } else { asked }
     }
 
     /// Looked for once a second, for looking may take long.

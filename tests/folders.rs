@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use crate::mpirun::{SCREE, finished, scree, signal, turn, words};
 use crate::queues::JOB;
 use crate::runs::copy_folder;
+use crate::zones::restless;
 
 /// Nothing here takes a tenth of this, unless a machine has much else to do.
 const PATIENCE: Duration = Duration::from_secs(300);
@@ -230,6 +231,29 @@ fn a_run_killed_in_its_packing_goes_on_to_the_same_bits() {
         assert_eq!(fs::read_dir(desk.path(&other)).unwrap().count(), 1, "files in the making are left");
     }
     assert!(went_on >= 2, "packings were made anew: {went_on}");
+}
+
+/// The piece that a specimen is cut from was once saved after every step, a hundred times slower than the steps themselves.
+#[test]
+fn a_piece_in_the_making_is_saved_as_often_as_a_run() {
+    let _turn = turn();
+    let desk = Desk::new();
+    fs::write(desk.path("pieces.toml"), restless(4e-3)).unwrap();
+    let cache = desk.path("pieces");
+    let set = format!("packing.cache=\"{}\"", cache.display());
+    let mut child = desk.command(&["run", "pieces.toml", "--out", "pieces_run", "--set", &set]).spawn().unwrap();
+    let entries = |folder: &Path| fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let is_made = |path: PathBuf| path.extension().is_some_and(|extension| extension == "h5");
+    let begun = Instant::now();
+    while !entries(&cache).any(is_made) {
+        assert!(begun.elapsed() < PATIENCE && child.try_wait().unwrap().is_none(), "no packing");
+        let saved = entries(&cache).flat_map(|making| entries(&making).collect::<Vec<_>>());
+        let saved: Vec<PathBuf> = saved.filter(|path| path.ends_with("progress.h5")).collect();
+        assert_eq!(saved, Vec::<PathBuf>::new(), "after {:?}, within checkpoint_wall_interval", begun.elapsed());
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    child.kill().unwrap();
+    finished(child);
 }
 
 /// The ranks of mpirun are told, and mpirun with them where that is the end.

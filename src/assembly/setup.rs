@@ -42,7 +42,7 @@ pub fn world<'t, S: Space, C: ContactLaw<S>>(
             (grains, super::packed::same_cell(job, cell, transport)?)
         }
         Source::Packed(packed) => {
-            let packing = super::packed::make::<S, C>(job, packed, transport)?;
+            let packing = super::packed::make::<S, C>(job, packed, job.output.save_every(), transport)?;
             (packing.grains, packing.cell)
         }
     };

@@ -148,7 +148,7 @@ fn world<'t, S: Space, C: ContactLaw<S>>(
     let Source::Packed(packed) = &mut job.source else { unreachable!("grains are made") };
     packed.cache = std::env::temp_dir().join("scree-bench");
     let packed = packed.clone();
-    let packing = assembly::packed::make::<S, C>(&job, &packed, transport)?;
+    let packing = assembly::packed::make::<S, C>(&job, &packed, job.output.save_every(), transport)?;
     let edges = packing.cell.edges;
     let mut grains: Vec<Row<S, C>> = tile(packing.grains, &edges, counts);
 

@@ -4,8 +4,6 @@
 //! A piece is under the stress of the start as the points are. Where it is cut, contacts are missing: grains there move by a part of
 //! their overlaps until membranes bear them, and bodies with a `seat` come up to them. All this happens before the run.
 
-use std::time::Duration;
-
 use scree_io::column::State;
 use scree_partition::Transport;
 
@@ -80,7 +78,9 @@ pub fn specimen<C: ContactLaw<Plane>>(
     transport: &dyn Transport,
 ) -> Result<Specimen<C>, Error> {
     let packed = packed_of(granular);
-    let piece = packed::make::<Plane, C>(&granular.piece, packed, transport)?;
+    // The piece is no run and has no output of its own.
+    let save_every = job.output.save_every();
+    let piece = packed::make::<Plane, C>(&granular.piece, packed, save_every, transport)?;
     let depth = job.grid.depth;
     let solid: f64 = piece.grains.iter().map(|grain| Plane::grain_volume(grain.hot.radius, depth)).sum();
     let fraction = share(transport, solid / (piece.cell.volume() * depth));
@@ -94,7 +94,6 @@ pub fn specimen<C: ContactLaw<Plane>>(
         return Ok(Specimen { grains: Vec::new(), bodies, vertices, fraction, piece: is_tiled.then_some(piece) });
     }
     let place = Place::new(&packed.cache, "specimen", &key(job, granular));
-    let save_every = Duration::from_secs_f64(job.output.checkpoint_wall_interval);
     let (grains, bodies, vertices) = match place.find(transport, save_every, of_state::<C>)? {
         Found::There(found) => found.unwrap_or_default(),
         Found::ToMake(mut making) => {

@@ -5,6 +5,7 @@
 //! module sees a string, an option or a sentinel.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use crate::error::Error;
 
@@ -471,4 +472,11 @@ pub struct Output {
     pub checkpoints_for_good: usize,
     /// Whether `contacts.vtkhdf` is written with the frames.
     pub contact_frames: bool,
+}
+
+impl Output {
+    /// Wall time between states that are saved, of a run and of its packing in the making.
+    pub fn save_every(&self) -> Duration {
+        Duration::try_from_secs_f64(self.checkpoint_wall_interval).unwrap_or(Duration::MAX)
+    }
 }

@@ -58,14 +58,14 @@ impl<C: ContactLaw<Plane>> Packing<Plane, C> {
     }
 }
 
-/// The packing that a job wants: from the cache, or made now and cached. Collective.
+/// The packing that a job wants: from the cache, or made now and cached, with its state saved every so often. Collective.
 pub fn make<S: Space, C: ContactLaw<S>>(
     job: &Assembly,
     packed: &Packed,
+    save_every: Duration,
     transport: &dyn Transport,
 ) -> Result<Packing<S, C>, Error> {
     let place = Place::new(&packed.cache, "assembly", &key(job, packed));
-    let save_every = Duration::from_secs_f64(job.output.checkpoint_wall_interval);
     match place.find(transport, save_every, |state| of_state::<S, C>(job, state))? {
         Found::There(found) => {
             let (grains, cell) = found.map_or((Vec::new(), Vec::new()), |found| (found.grains, vec![found.cell]));

@@ -130,7 +130,7 @@ fn job(text: &str, sets: &[&str], folder: &Path) -> Assembly {
 
 fn made<S: Space>(job: &Assembly, transport: &dyn Transport) -> Result<Packing<S, Law>, Error> {
     let Source::Packed(packed) = &job.source else { panic!("the job makes its grains") };
-    make(job, packed, transport)
+    make(job, packed, job.output.save_every(), transport)
 }
 
 /// The normal stresses of a packing over the wanted stress, from a world of its own.
