@@ -225,7 +225,7 @@ fn make<C: ContactLaw<Plane>>(scenario: &Scenario, making: &mut Making) -> Resul
     let mut world = PlanarWorld::<C>::new(settings, layout, transport, step, parts)?;
     let goal = scenario.packing.energy_ratio_max;
     let leg = Leg { name: "compressing", rebuilds: false, look_every: LOOK_EVERY, calm_looks: 1, goal };
-    making.bring_to_rest(&mut world, leg, |_| (), |world, _| {
+    making.bring_to_rest(&mut world, leg, |_, _| (), |world, _| {
         let ratio = world.unrest()?;
         let plate = &mut world.bodies[UPPER as usize];
         let force = plate.impulse[1] / (LOOK_EVERY as f64 * scenario.time.step) / load;
@@ -307,4 +307,45 @@ pub fn of_state<M: Words<f64>>(mut state: State) -> Result<(Vec<GrainRow<Plane, 
 /// Reads the packing in a run's folder.
 pub fn read_state(file: &Path) -> Result<State, Error> {
     store::read(file).map_err(|error| Error::User(error.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use scree_partition::Solo;
+
+    use super::*;
+    use crate::law::contact::LinearSpringDashpot as Law;
+    use crate::scenario::Job;
+    use crate::stop::lives;
+
+    const QUICKSTART: &str = include_str!("../jobs/quickstart.toml");
+
+    /// The packing of a job with a cache of its own, and in how many lives of so many steps it has been made.
+    fn made(steps: u64) -> (String, u64) {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = format!("packing.cache={}", folder.path().display());
+        let small = [
+            "specimen.width=12 mm",
+            "specimen.height=24 mm",
+            "continuum.weak=[]",
+            "enrichment.distance=6 mm",
+            "packing.energy_ratio_max=1e-2",
+        ];
+        let sets: Vec<String> = small.map(String::from).into_iter().chain([cache]).collect();
+        let scenario = match Job::parse(QUICKSTART, "job.toml", &sets) {
+            Ok(Job::Shear(scenario)) => scenario,
+            other => panic!("{other:?}"),
+        };
+        let (made, lives) = lives::of(steps, || prepare::<Law>(&scenario, &Solo));
+        (format!("{:?} {}", made.grains, made.height), lives)
+    }
+
+    /// What a look has set is saved with it.
+    #[test]
+    fn a_packing_in_short_lives_is_that_of_one_life() {
+        let (wanted, _) = made(u64::MAX);
+        let (found, lives) = made(1013);
+        assert!(lives > 10, "{lives} lives");
+        assert!(found == wanted, "another packing after {lives} lives");
+    }
 }

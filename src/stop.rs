@@ -106,6 +106,10 @@ fn is_late() -> bool {
 
 /// What this rank has been asked for, and has not been told that it is done.
 pub fn wish() -> Wish {
+    #[cfg(test)]
+    if lives::is_over() {
+        return Wish::Stop;
+    }
     if STOP.load(Ordering::Relaxed) || is_late() {
         Wish::Stop
     } else if SAVE.load(Ordering::Relaxed) {
@@ -148,6 +152,40 @@ pub fn time_limit(text: &str) -> Result<Duration, String> {
     // As fractions no number is too large to be told that it is.
     let total = ((days as f64 * 24.0 + hours as f64) * 60.0 + minutes as f64) * 60.0 + seconds as f64;
     if total > 0.0 && total < LIMIT_MAX { Ok(Duration::from_secs(total as u64)) } else { Err(refused()) }
+}
+
+/// Short lives for tests, one for each thread.
+#[cfg(test)]
+pub(crate) mod lives {
+    use std::cell::Cell;
+
+    use crate::error::Error;
+
+    thread_local! {
+        static ASKS_LEFT: Cell<u64> = const { Cell::new(u64::MAX) };
+    }
+
+    /// What `make` makes in lives of so many steps, which ask once each, and how many lives that takes. Each goes on from what the
+    /// one before has saved.
+    pub(crate) fn of<T>(steps: u64, mut make: impl FnMut() -> Result<T, Error>) -> (T, u64) {
+        let mut lives = 1;
+        let made = loop {
+            ASKS_LEFT.set(steps);
+            match make() {
+                Ok(made) => break made,
+                Err(Error::Stopped(_)) => lives += 1,
+                Err(error) => panic!("{error}"),
+            }
+        };
+        ASKS_LEFT.set(u64::MAX);
+        (made, lives)
+    }
+
+    pub(super) fn is_over() -> bool {
+        let left = ASKS_LEFT.get();
+        ASKS_LEFT.set(left.saturating_sub(1));
+        left == 0
+    }
 }
 
 #[cfg(test)]

@@ -3,7 +3,8 @@
 //! other numbers of ranks. They end in the same state and with the same curve as those that nobody disturbed, or say what is wrong
 //! with which file; they never hang, never end wrong, and never leave a folder that cannot go on.
 //!
-//! `SCREE_TORTURE_SECONDS` says for how long, and `SCREE_TORTURE_SEED` begins at that life's dice again.
+//! `SCREE_TORTURE_SECONDS` says for how long, `SCREE_TORTURE_SEED` begins at that life's dice again, and `SCREE_TORTURE_JOB` names
+//! the only job to be tortured. A torture that fails tells of its lives since the last end and leaves its folder.
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -16,6 +17,9 @@ use crate::zones::restless;
 const SECONDS_DEFAULT: u64 = 180;
 /// No life lasts so long.
 const PATIENCE: Duration = Duration::from_secs(240);
+/// How long MPI may take to be up, and how long a launcher may take to see that one of its processes is gone.
+const YOUNG: Duration = Duration::from_secs(3);
+const LAUNCHER_PATIENCE: Duration = Duration::from_secs(20);
 /// Files of a run that are damaged between lives; what stands beside them is made anew or not read.
 const FILES: [&str; 6] = ["series.csv", "frames.vtkhdf", "log.jsonl", "summary.json", "scenario.toml", "run.lock"];
 const QUICKSTART: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/quickstart.toml");
@@ -124,6 +128,8 @@ struct Tally {
     lives: u64,
     kills: u64,
     kills_in_writing: u64,
+    /// Launchers that hung, since one of their processes was killed before MPI was up: that is Open MPI's doing.
+    hung_launchers: u64,
     damages: u64,
     /// Damaged checkpoints that were told of and passed over.
     passed_over: u64,
@@ -133,6 +139,8 @@ struct Tally {
 
 struct Torture {
     folder: tempfile::TempDir,
+    /// What has become of the run since the last end, a line for each life and each damage.
+    story: Vec<String>,
     sets: Vec<&'static str>,
     dice: Dice,
     tally: Tally,
@@ -161,7 +169,8 @@ impl Torture {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("job.toml"), job).unwrap();
         let sets = sets.to_vec();
-        let mut torture = Self { folder, sets, dice: Dice(seed), tally: Tally::default(), digest: String::new() };
+        let (story, tally, digest) = (Vec::new(), Tally::default(), String::new());
+        let mut torture = Self { folder, story, sets, dice: Dice(seed), tally, digest };
         let ended = finished(torture.start(2, "reference", Words::Read));
         assert!(ended.status.success(), "{}", words(&ended));
         torture.digest = torture.digest_of("reference");
@@ -206,12 +215,15 @@ impl Torture {
         let read = if is_last { Words::Read } else { read };
         let mut child = self.start(ranks, "tortured", read);
         self.tally.lives += 1;
+        self.story.push(format!("{ranks} ranks, {death:?}"));
         let one = self.dice.below(2) == 0;
         let since = Instant::now();
         let mut watch = Watch::of(self.folder.path());
         loop {
             if child.try_wait().unwrap().is_some() {
-                return (finished(child), true, read);
+                let output = finished(child);
+                self.story.push(format!("ended with {:?}", output.status.code()));
+                return (output, true, read);
             }
             let is_over = match death {
                 Death::At(young) => since.elapsed() >= young,
@@ -234,6 +246,16 @@ impl Torture {
         }
         self.tally.kills += 1;
         self.tally.kills_in_writing += u64::from(matches!(death, Death::Writing(_)));
+        let killed = Instant::now();
+        while since.elapsed() < YOUNG + LAUNCHER_PATIENCE && child.try_wait().unwrap().is_none() {
+            if killed.elapsed() > LAUNCHER_PATIENCE && killed - since < YOUNG {
+                self.story.push("its launcher hung".into());
+                self.tally.hung_launchers += 1;
+                kill(child.id());
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
         let output = finished(child);
         // Whoever lost its launcher has lost its sense, and is not to write on.
         processes.iter().for_each(|process| kill(*process));
@@ -266,7 +288,9 @@ impl Torture {
         }
         std::fs::write(file, bytes).unwrap();
         self.tally.damages += 1;
-        Some(file.file_name().unwrap().to_string_lossy().into_owned())
+        let name = file.file_name().unwrap().to_string_lossy().into_owned();
+        self.story.push(format!("{name} damaged at byte {at}"));
+        Some(name)
     }
 
     /// A folder as it is, under another name.
@@ -298,8 +322,10 @@ impl Torture {
     /// From nothing to an end; after `until` nothing is killed and damaged any more.
     fn run(&mut self, until: Instant) {
         let _ = std::fs::remove_dir_all(self.path("tortured"));
+        self.story.clear();
         // With a packing of its own to be killed in, or with that of the run before.
         if self.dice.below(2) == 0 {
+            self.story.push("a packing of its own".into());
             let _ = std::fs::remove_dir_all(self.path("cache"));
         }
         // Files that have been damaged since the copy of the run that is whole.
@@ -315,6 +341,7 @@ impl Torture {
                         let named = |name: &String| said.contains(name.as_str());
                         let named = damaged.iter().any(named) || said.contains("holds a run of another job");
                         assert!(named || read == Words::Nowhere, "not a word of {damaged:?}: {said}");
+                        self.story.push("taken from its copy".into());
                         self.copy("whole", "tortured");
                         damaged.clear();
                         self.tally.refusals += 1;
@@ -323,10 +350,21 @@ impl Torture {
                 }
             } else if self.dice.below(3) == 0 && self.path("tortured").is_dir() {
                 if damaged.is_empty() {
+                    self.story.push("copied".into());
                     self.copy("tortured", "whole");
                 }
                 damaged.extend(self.damage());
             }
+        }
+    }
+}
+
+/// Whoever looks for what went wrong finds the folder as it was.
+impl Drop for Torture {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.folder.disable_cleanup(true);
+            println!("left in {}: {:#?}", self.folder.path().display(), self.story);
         }
     }
 }
@@ -386,7 +424,10 @@ fn a_run_survives_or_says_why_not() {
     let _turn = turn();
     let number = |name: &str, default: u64| std::env::var(name).map_or(default, |text| text.parse().unwrap());
     let (seconds, seed) = (number("SCREE_TORTURE_SECONDS", SECONDS_DEFAULT), number("SCREE_TORTURE_SEED", 1));
-    let jobs = jobs();
+    let only = std::env::var("SCREE_TORTURE_JOB");
+    let mut jobs = jobs();
+    jobs.retain(|(name, ..)| only.as_ref().map_or(true, |only| only == name));
+    assert!(!jobs.is_empty(), "no job has the name {only:?}");
     for (name, job, sets) in &jobs {
         let mut torture = Torture::new(seed, job, sets);
         let until = Instant::now() + Duration::from_secs(seconds) / jobs.len() as u32;

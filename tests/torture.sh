@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# A hybrid run under torture for so many hours: killed at any moment, its files cut and bytes flipped between its lives. Tells
-# lives, kills, damages, refusals and ends.
+# Runs of four kinds under torture for so many hours, a quarter each: the quickstart, a triaxial test with zones that live, a
+# continuum, and an assembly of spheres. They are killed at any moment, in their packings and frames too, with nobody to read what
+# they say, and their files are cut and bytes flipped between their lives. Tells lives, kills, damages, refusals and ends.
 #
 #     bash tests/torture.sh HOURS [SEED]
 set -euo pipefail

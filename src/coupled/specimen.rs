@@ -194,7 +194,7 @@ fn rested<C: ContactLaw<Plane>>(
             Some(rested) => rested,
             None => {
                 making.begin(attempt);
-                let mut rested = bring_to_rest::<C>(job, granular, (piece, &raised), (making, attempt))?;
+                let mut rested = bring_to_rest::<C>(job, granular, (piece, &raised), making)?;
                 transfer::agree(transport, making.keep(attempt, &state_of::<C>(&mut rested)))?;
                 rested
             }
@@ -270,7 +270,7 @@ fn bring_to_rest<C: ContactLaw<Plane>>(
     job: &Mpm,
     granular: &Granular,
     (piece, raised): (&packed::Packing<Plane, C>, &[Vector]),
-    (making, attempt): (&mut Making, u64),
+    making: &mut Making,
 ) -> Result<Rested<C>, Error> {
     let transport = making.transport();
     let grains = on_root(transport, || cut::<C>(job, piece, raised));
@@ -300,12 +300,12 @@ fn bring_to_rest<C: ContactLaw<Plane>>(
 
     let (goal, diameter) = (packed_of(granular).energy_ratio_max, granular.piece.matter.diameter_mean);
     let leg = Leg { name: "bringing to rest", rebuilds: false, look_every: LOOK_EVERY, calm_looks: CALM_LOOKS, goal };
-    making.bring_to_rest(&mut world, leg, |_| (), |world, notes| {
+    making.bring_to_rest(&mut world, leg, |_, _| (), |world, notes| {
         let ratio = world.unrest()?;
         let ways = world.bodies.iter().zip(raised).enumerate().map(|(number, (body, raised))| {
             let mut way = Vector::zero();
             for axis in 0..Plane::DIMENSION {
-                let name = format!("displacement {attempt} {number} {axis}");
+                let name = format!("displacement {number} {axis}");
                 way[axis] = body.displacement[axis] - notes.get(&name).unwrap_or(raised[axis]);
                 notes.set(&name, body.displacement[axis]);
             }
@@ -395,3 +395,6 @@ fn of_state<C: ContactLaw<Plane>>(mut state: State) -> Result<Rested<C>, Error> 
     let vertices = tables::rows(&state, "membranes", &Vertex::blank())?;
     Ok((tables::to_grains(&mut state)?, bodies, vertices))
 }
+
+#[cfg(test)]
+mod tests;

@@ -43,10 +43,12 @@ struct Position {
     /// Steps since the last look.
     since: u64,
     notes: Notes,
+    /// What the looks of this leg remember.
+    of_leg: Notes,
 }
 
-/// What attempts and legs have come to, for those after them and for whoever goes on with them; bits, for they come back as
-/// they were.
+/// Numbers that whoever goes on must find as they were, and no table of the world holds: what attempts have come to, for those
+/// after them, and what the looks of a leg have set. As bits.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Notes(BTreeMap<String, u64>);
 
@@ -123,12 +125,10 @@ impl<'t> Making<'t> {
         self.transport
     }
 
-    /// An attempt begins, or is where it was left.
+    /// An attempt begins, or is where it was left; what is left of another is of no use.
     pub fn begin(&mut self, attempt: u64) {
         (self.at.attempt, self.at.leg) = (attempt, 0);
-        if self.left.as_ref().is_some_and(|(left, _)| left.attempt < attempt) {
-            self.left = None;
-        }
+        self.left.take_if(|(left, _)| left.attempt != attempt);
     }
 
     /// The state in which this attempt was left, where it was; rank 0 holds it. Collective.
@@ -138,10 +138,7 @@ impl<'t> Making<'t> {
         C: ContactLaw<S>,
         L: MaterialLaw<S>,
     {
-        let Some((left, state)) = &mut self.left else { return Ok(None) };
-        if left.attempt != self.at.attempt {
-            return Ok(None);
-        }
+        let Some((_, state)) = &mut self.left else { return Ok(None) };
         let snapshot = transfer::agree(self.transport, state.take().map(Snapshot::from_state).transpose())?;
         if let Some(snapshot) = &snapshot {
             tracing::info!(step = snapshot.progress.step, "going on with a packing in the making");
@@ -149,41 +146,42 @@ impl<'t> Making<'t> {
         Ok(Some(snapshot))
     }
 
+    /// What attempts have come to.
     pub fn notes(&mut self) -> &mut Notes {
         &mut self.at.notes
     }
 
     /// Steps a world under the settings of a leg until everything rests. One that a taken-up state has behind it is passed over.
+    /// Settings that a look changes, or that depend on the world as the leg found it, must be in the notes of the leg: they are
+    /// empty when it begins, and as they were when it is gone on with, which calls `set` again.
     pub fn bring_to_rest<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
         &mut self,
         world: &mut World<'_, S, C, L>,
         leg: Leg,
-        set: impl FnOnce(&mut World<'_, S, C, L>),
+        set: impl FnOnce(&mut World<'_, S, C, L>, &mut Notes),
         mut look: impl FnMut(&mut World<'_, S, C, L>, &mut Notes) -> Result<Look, Error>,
     ) -> Result<(), Error> {
         self.at.leg += 1;
-        let left = self.left.as_ref().map(|(left, _)| (left.leg, left.calm, left.since));
-        (self.at.calm, self.at.since) = match left {
-            Some((left, ..)) if left > self.at.leg => return Ok(()),
-            Some((left, calm, since)) if left == self.at.leg => {
-                self.left = None;
-                set(world);
-                (calm, since)
+        match self.left.take_if(|(left, _)| left.leg <= self.at.leg) {
+            None if self.left.is_some() => return Ok(()),
+            Some((left, _)) if left.leg == self.at.leg => {
+                self.at = left;
+                set(world, &mut self.at.of_leg);
             }
             _ => {
-                set(world);
+                (self.at.calm, self.at.since, self.at.of_leg) = (0, 0, Notes::default());
+                set(world, &mut self.at.of_leg);
                 if leg.rebuilds {
                     world.rebuild()?;
                 }
-                (0, 0)
             }
-        };
+        }
         self.meter = Meter::foreseen();
         self.reserve(world, Duration::ZERO);
         let (started, first, mut farthest) = (Instant::now(), world.step, 0.0_f64);
         while self.at.calm < leg.calm_looks {
             self.step(world, leg.look_every)?;
-            let seen = look(world, &mut self.at.notes)?;
+            let seen = look(world, &mut self.at.of_leg)?;
             self.at.since = 0;
             self.at.calm = if seen.rests { self.at.calm + 1 } else { 0 };
             if self.transport.rank() == 0 {

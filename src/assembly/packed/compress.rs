@@ -31,7 +31,7 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::Absent;
 use crate::mpm::membrane::Membranes;
 use crate::packing::on_root;
-use crate::prepare::making::{Leg, Look, Making, SnapshotOf};
+use crate::prepare::making::{Leg, Look, Making, Notes, SnapshotOf};
 use crate::rebuild::Parts;
 use crate::scenario::Contact;
 use crate::scenario::assembly::{Assembly, Damping, DampingForm, Packed};
@@ -96,6 +96,29 @@ impl Stage {
             Self::Compressing => "compressing",
             Self::Unloading => "unloading",
         }
+    }
+}
+
+/// How the cell answers to a missing stress between two looks: viscosity, Pa s, and largest rate, 1/s.
+#[derive(Clone, Copy)]
+struct Answer {
+    viscosity: f64,
+    rate_max: f64,
+}
+
+impl Answer {
+    const VISCOSITY: &str = "viscosity";
+    const RATE_MAX: &str = "largest rate";
+
+    /// What the leg was left with.
+    fn noted(notes: &Notes) -> Option<Self> {
+        Some(Self { viscosity: notes.get(Self::VISCOSITY)?, rate_max: notes.get(Self::RATE_MAX)? })
+    }
+
+    fn note(self, notes: &mut Notes) -> Self {
+        notes.set(Self::VISCOSITY, self.viscosity);
+        notes.set(Self::RATE_MAX, self.rate_max);
+        self
     }
 }
 
@@ -264,7 +287,7 @@ impl Press<'_> {
         let cell = setup::cell_of::<S>(self.job);
         let draw = |_: &Progress, _| Ok(Drawn { cell, bodies: Vec::new(), membranes: Membranes::default() });
         let (parts, progress) = checkpoint::restore(snapshot, draw, transport)?;
-        let settings = setup::settings_in(self.job, self.servo(&cell, LOOSE, self.stress));
+        let settings = setup::settings_in(self.job, CellDrive::default());
         World::new(settings, setup::layout::<S>(self.job)?, transport, progress.step, parts)
     }
 
@@ -284,7 +307,7 @@ impl Press<'_> {
             Ok(grains)
         });
         let grains = transfer::agree(transport, made)?.unwrap_or_default();
-        let settings = setup::settings_in(self.job, self.servo(&cell, LOOSE, self.stress));
+        let settings = setup::settings_in(self.job, CellDrive::default());
         let parts = Parts::fresh(grains, Vec::new(), Vec::new(), cell);
         World::new(settings, setup::layout::<S>(self.job)?, transport, 0, parts)
     }
@@ -308,15 +331,21 @@ impl Press<'_> {
         }
     }
 
-    /// The stress on all axes. The servo's viscosity is the modulus that the grains have times the time that a wave takes
-    /// across the cell: stress follows no faster than it can spread.
-    fn servo<S: Space>(&self, cell: &Cell<S>, inertial: f64, modulus: f64) -> CellDrive<S> {
+    /// How the cell answers to the stress, at an inertial number for grains of a modulus (Pa): the viscosity is the modulus times
+    /// the time that a wave takes across the cell, so that stress follows no faster than it can spread.
+    fn answer<S: Space>(&self, cell: &Cell<S>, inertial: f64, modulus: f64) -> Answer {
         let length = (0..S::DIMENSION).map(|axis| cell.height(axis)).fold(0.0, f64::max);
+        let viscosity = length * (self.job.matter.density * modulus).sqrt();
+        Answer { viscosity, rate_max: inertial / self.time() }
+    }
+
+    /// The stress on all axes.
+    fn drive<S: Space>(&self, answer: Answer) -> CellDrive<S> {
         let servo = StressServo {
             stress: [Some(-self.stress); 3],
-            response: Response::Viscosity(length * (self.job.matter.density * modulus).sqrt()),
+            response: Response::Viscosity(answer.viscosity),
             interval: SERVO_INTERVAL,
-            rate_max: inertial / self.time(),
+            rate_max: answer.rate_max,
             depth: setup::depth_of::<S>(self.job),
         };
         CellDrive { gradient: S::Tensor::zero(), servo: Some(servo) }
@@ -330,13 +359,14 @@ impl Press<'_> {
         making: &mut Making,
     ) -> Result<(), Error> {
         let leg = Leg { name: "cooling a gas", rebuilds: false, look_every: LOOK_EVERY, calm_looks: 1, goal: COLD };
-        let set = |world: &mut GrainWorld<S, C>| {
+        let set = |world: &mut GrainWorld<S, C>, notes: &mut Notes| {
             world.settings.contact = law(&without_loss(&self.job.contact));
-            world.settings.drive = self.servo(&world.cell, HOT, self.stress);
+            let answer = Answer::noted(notes).unwrap_or_else(|| self.answer(&world.cell, HOT, self.stress));
+            world.settings.drive = self.drive(answer.note(notes));
             let damping = Damping { mass: cooling / self.time(), ..Damping::default() };
             world.settings.field = Field { gravity: S::Vector::zero(), damping };
         };
-        making.bring_to_rest(world, leg, set, |world, _| {
+        making.bring_to_rest(world, leg, set, |world, notes| {
             // A gas has no grains that bear, and no rattlers: all of it must be cold.
             let energies = world.energies()?;
             let ratio = energies.kinetic_grains / energies.elastic_grains;
@@ -347,7 +377,7 @@ impl Press<'_> {
                 let compressibility = self.stress * setup::volume(&world.cell, self.job) / energy;
                 let modulus =
                     (self.stress * (1.0 + compressibility)).min(figures::modulus_under(self.job, self.stress));
-                world.settings.drive = self.servo(&world.cell, HOT, modulus);
+                world.settings.drive = self.drive(self.answer(&world.cell, HOT, modulus).note(notes));
                 self.refuse_endless(world, ratio)?;
             }
             Ok(Look { rests, ratio, words: self.words(world)? })
@@ -363,28 +393,30 @@ impl Press<'_> {
     ) -> Result<(), Error> {
         let goal = self.packed.energy_ratio_max;
         let leg = Leg { name: stage.name(), rebuilds: true, look_every: LOOK_EVERY, calm_looks: CALM_LOOKS, goal };
-        let set = |world: &mut GrainWorld<S, C>| {
+        let set = |world: &mut GrainWorld<S, C>, notes: &mut Notes| {
             world.settings.contact = law(&self.job.contact.while_compressed(self.packed.friction));
             let damping =
                 Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
             world.settings.field = Field { gravity: S::Vector::zero(), damping };
-            world.settings.drive = self.drive(&world.cell, stage == Stage::Unloading);
+            let first = || self.answer_of_grains(&world.cell, stage == Stage::Unloading);
+            let answer = Answer::noted(notes).unwrap_or_else(first);
+            world.settings.drive = self.drive(answer.note(notes));
         };
-        making.bring_to_rest(world, leg, set, |world, _| {
+        making.bring_to_rest(world, leg, set, |world, notes| {
             let ratio = world.unrest()?;
             let (stresses, carried) = self.stresses(world)?;
-            world.settings.drive = self.drive(&world.cell, carried >= CARRIES);
+            world.settings.drive = self.drive(self.answer_of_grains(&world.cell, carried >= CARRIES).note(notes));
             let at_stress = stresses.iter().all(|stress| (stress - 1.0).abs() < STRESS_TOLERANCE);
             self.refuse_endless(world, ratio)?;
             Ok(Look { rests: at_stress && ratio < goal, ratio, words: self.words(world)? })
         })
     }
 
-    /// The stress on all axes, of grains that are loose or that carry.
-    fn drive<S: Space>(&self, cell: &Cell<S>, carries: bool) -> CellDrive<S> {
+    /// How the cell answers with grains that are loose or that carry.
+    fn answer_of_grains<S: Space>(&self, cell: &Cell<S>, carries: bool) -> Answer {
         match carries {
-            true => self.servo(cell, CARRYING, figures::modulus_under(self.job, self.stress)),
-            false => self.servo(cell, LOOSE, self.stress),
+            true => self.answer(cell, CARRYING, figures::modulus_under(self.job, self.stress)),
+            false => self.answer(cell, LOOSE, self.stress),
         }
     }
 

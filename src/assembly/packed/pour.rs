@@ -93,7 +93,7 @@ fn settle<S: Space, C: ContactLaw<S>>(
     let fall = (2.0 * height / ((1.0 - DAMPING_LOCAL) * gravity.norm())).sqrt();
     let steps_max = (FALLS_MAX * fall / job.step) as u64;
     let leg = Leg { name: "pouring", rebuilds: false, look_every: LOOK_EVERY, calm_looks: CALM_LOOKS, goal };
-    making.bring_to_rest(world, leg, |_| (), |world, _| {
+    making.bring_to_rest(world, leg, |_, _| (), |world, _| {
         // Whoever still falls bears nothing yet: all grains count.
         let ratio = world.energies()?.kinetic_grains / energy;
         let carried = carried(world)? / weight;

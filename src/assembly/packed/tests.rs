@@ -19,6 +19,7 @@ use crate::scenario::assembly::Source;
 use crate::scenario::figures;
 use crate::servo::CellDrive;
 use crate::space::{Linear, Plane, Solid};
+use crate::stop::lives;
 use crate::world::World;
 
 const DISCS: &str = r#"
@@ -165,6 +166,41 @@ fn compresses<S: Space>(text: &str, fractions: std::ops::Range<f64>) {
         threads::run(3, |rank| made::<S>(&shared, &rank).map(|made| (text_of(&made.grains), made.cell.edges)).unwrap());
     assert!(ranks.iter().all(|(_, edges)| *edges == wanted.1));
     assert!(ranks.swap_remove(0) == wanted, "made on three ranks");
+}
+
+/// A packing that is stopped every so many steps and gone on with is to the bit the one that nobody stopped: whatever its looks
+/// have set is saved with it.
+fn is_the_same_in_short_lives<S: Space>(text: &str, sets: &[&str], steps: u64) {
+    let text_of = |packing: Packing<S, Law>| format!("{:?} {:?}", packing.grains, packing.cell.edges);
+    let whole = tempfile::tempdir().unwrap();
+    let wanted = text_of(made::<S>(&job(text, sets, whole.path()), &Solo).unwrap());
+    let folder = tempfile::tempdir().unwrap();
+    let job = job(text, sets, folder.path());
+    let (found, lives) = lives::of(steps, || made::<S>(&job, &Solo));
+    assert!(lives > 10, "{lives} lives");
+    assert!(text_of(found) == wanted, "another packing after {lives} lives of {steps} steps");
+}
+
+#[test]
+fn a_compression_in_short_lives_is_that_of_one_life() {
+    is_the_same_in_short_lives::<Plane>(DISCS, &SMALL, 137);
+    is_the_same_in_short_lives::<Solid>(SPHERES, &["packing.energy_ratio_max=1e-2"], 499);
+}
+
+#[test]
+fn an_unloading_in_short_lives_is_that_of_one_life() {
+    is_the_same_in_short_lives::<Plane>(DISCS, &[&SMALL[..], &["packing.unloaded=100 kPa"]].concat(), 137);
+}
+
+#[test]
+fn a_gas_in_short_lives_is_that_of_one_life() {
+    let wanted = ["packing.friction=0.01", "packing.fraction=0.8737"];
+    is_the_same_in_short_lives::<Plane>(DISCS, &[&SMALL[..], &wanted].concat(), 1013);
+}
+
+#[test]
+fn a_pouring_in_short_lives_is_that_of_one_life() {
+    is_the_same_in_short_lives::<Plane>(POUR, &["packing.energy_ratio_max=1e-3"], 137);
 }
 
 #[test]
