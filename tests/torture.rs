@@ -271,6 +271,8 @@ impl Torture {
         let mut files: Vec<PathBuf> = FILES.iter().map(|name| run.join(name)).collect();
         let checkpoints = std::fs::read_dir(run.join("checkpoints")).into_iter().flatten();
         let mut checkpoints: Vec<PathBuf> = checkpoints.map(|entry| entry.unwrap().path()).collect();
+        // Those that are kept for good have a folder of their own.
+        checkpoints.retain(|path| path.is_file());
         checkpoints.sort();
         // The newest counts most.
         files.extend(checkpoints.iter().rev().take(2).cloned());
