@@ -59,6 +59,8 @@ mod folders;
 mod frame_files;
 /// A loaded contact that is carried along by a rigid motion keeps its force in the moving frame, under every law.
 mod frames;
+/// Short jobs of every kind end in the bits that they have always ended in: state, series and frames.
+mod gate;
 /// A grain that strikes a wall at any angle and with any spin gains no energy, under every law in both spaces.
 mod grazing;
 /// A run that has left physics stops and names the two that show it: grains, or a grain and a body.
