@@ -1,75 +1,38 @@
 //! scree: granular matter under `mpirun`, as grains, as a continuum, and as both where shear localises.
 //!
-//! Crate map, from the operator inwards; imports run one way.
+//! Crate map, from the ground up; a room imports from those above it in this list, and never the other way round.
 //!
-//! * [`cli`]: one file per subcommand; [`scenario`]: the job, checked once.
-//! * [`run`]: the loop of step, observe, save, stop; [`checkpoint`]: a world as tables; [`soundness`]: whether they are one.
-//! * [`world`]: the state in blocks and the step as a table of contents; [`rebuild`], [`balance`] and [`layout`]: who holds what; [`plan`]: what it would cost elsewhere;
-//!   [`enrichment`]: grains for points, [`adapt`]: when. These alone call the partition.
-//! * [`dem`], [`mpm`], [`hybrid`]: grains, continuum, and what couples them. They do not know ranks.
-//! * [`calibrate`]: the figures of the continuum from element tests of a job's grains.
-//! * [`law`]: forces and stresses; [`space`], [`symmetric`], [`lane`], [`numbers`], [`zeroed`], [`math`], [`ids`]: the ground.
+//! * [`base`]: errors, numbers, spaces, vectors of registers, records.
+//! * [`law`]: forces of contacts and stresses of materials, a file each.
+//! * [`bodies`]: rigid bodies, and what holds the nodes that they meet.
+//! * [`dem`], [`mpm`]: grains and the continuum; [`couple`]: grains where the continuum shears itself into a band. Physics: they know neither ranks
+//!   nor the text of jobs.
+//! * [`job`]: the job, its units, checks and figures.
+//! * [`domain`]: the world in blocks and the step as a table of contents; who holds what, what must be kept, what tells that something is
+//!   wrong. From here up the partition is known.
+//! * [`store`]: a world as tables; [`prepare`]: every way to come by grains and points; [`adapt`]: grains for points while a run goes on.
+//! * [`observe`]: frames and what is in them; [`run`]: start, loop, output, folder.
+//! * [`analysis`]: numbers from runs; [`bench`]: speed; [`plot`]: pages; [`export`]: grains for other programs; [`cli`]: a file per subcommand.
 //!
 //! One word, one thing: a *block* owns *cells*, a *tile* holds its *nodes*; a *grain* is DEM, a *point* is MPM, a *contact* a
 //! touching pair with memory; a *ghost* is a copy of a row another rank owns; a *zone* is where grains replaced points and
 //! its *rim* the reconciliation zone where both live.
 
 pub mod adapt;
-pub mod assembly;
-pub mod balance;
+pub mod analysis;
+pub mod base;
 pub mod bench;
-pub mod body;
-pub mod burden;
-pub mod calibrate;
-pub mod changes;
-pub mod checkpoint;
+pub mod bodies;
 pub mod cli;
-pub mod continuum;
-pub mod coupled;
-pub mod cycle;
+pub mod couple;
 pub mod dem;
-pub mod enrichment;
-pub mod error;
-pub mod full_step;
-pub mod grain_dump;
-pub mod grain_export;
-pub mod grain_file;
-pub mod grid;
-pub mod grid_step;
-pub mod hybrid;
-pub mod ids;
-pub mod lane;
+pub mod domain;
+pub mod export;
+pub mod job;
 pub mod law;
-pub mod layout;
-pub mod log;
-pub mod math;
-pub mod membrane_step;
 pub mod mpm;
-pub mod numbers;
 pub mod observe;
-pub mod output;
-pub mod packing;
-pub mod parallel;
-pub mod plan;
-pub mod planar_shear;
+pub mod plot;
 pub mod prepare;
-pub mod program;
-pub mod rebuild;
-pub mod record;
-pub mod reference;
-pub mod results;
 pub mod run;
-pub mod scenario;
-pub mod servo;
-pub mod soundness;
-pub mod space;
-pub mod specimen;
-pub mod start;
-pub mod stop;
-pub mod summary;
-pub mod symmetric;
-pub mod tables;
-pub mod transfer;
-pub mod watch;
-pub mod world;
-pub mod zeroed;
+pub mod store;

@@ -1,6 +1,6 @@
 //! Wrong continua and what the operator is told.
 
-use scree::scenario::{Job, Scenario};
+use scree::job::{Job, Scenario};
 
 use crate::refusals::{Good, refused_text};
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use scree::scenario::Scenario;
+use scree::job::Scenario;
 
 use crate::refusals::{Good, refused_text};
 

@@ -1,9 +1,9 @@
 //! Rigid bodies and the grains that touch them: balances to round-off, held forces, given paths, driving spins.
 
-use scree::body::{Body, Instant, Servo, Shape};
+use scree::base::math;
+use scree::base::space::{Linear, Plane, Solid, Space};
+use scree::bodies::body::{Body, Instant, Servo, Shape};
 use scree::law::contact::ContactLaw;
-use scree::math;
-use scree::space::{Linear, Plane, Solid, Space};
 
 use crate::few::{
     Claim, Few, GrainWorld, MASS, RADIUS, elastic, for_every_law, hertz, hot_of, linear, load_on, spin, steps, vector,

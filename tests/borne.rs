@@ -1,9 +1,9 @@
 //! Stress and softening that a material does not bear are refused, and the law would not have borne them.
 
+use scree::base::space::{Linear, Plane, Solid, Space};
+use scree::job::Job;
+use scree::job::mpm::CriticalDruckerPrager;
 use scree::law::material::{self, MaterialLaw};
-use scree::scenario::Job;
-use scree::scenario::mpm::CriticalDruckerPrager;
-use scree::space::{Linear, Plane, Solid, Space};
 
 use crate::bad_continua::GOOD;
 use crate::refusals::refused_text;

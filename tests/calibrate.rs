@@ -3,13 +3,13 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use scree::calibrate::element::{ROW_SHEAR, Row};
-use scree::calibrate::fit::{Fit, Shear, axial, fit, friction, modulus, pressure};
-use scree::calibrate::path::simple_shear;
+use scree::analysis::calibrate::element::{ROW_SHEAR, Row};
+use scree::analysis::calibrate::fit::{Fit, Shear, axial, fit, friction, modulus, pressure};
+use scree::analysis::calibrate::path::simple_shear;
+use scree::base::math;
+use scree::base::space::{Plane, Space};
+use scree::job::Scenario;
 use scree::law::material::{CriticalDruckerPrager, MaterialLaw};
-use scree::math;
-use scree::scenario::Scenario;
-use scree::space::{Plane, Space};
 
 use crate::mpirun::words;
 use crate::worlds::{Random, material};

@@ -1,14 +1,14 @@
 //! Cells that are periodic and deform: mean stress, mean field, images across sheared faces, control of stress.
 
+use scree::base::ids::GrainId;
+use scree::base::space::{Linear, Plane, Solid, Space};
 use scree::dem::cell::Cell;
-use scree::ids::GrainId;
+use scree::domain::layout::{Ground, Layout};
+use scree::domain::rebuild::Parts;
+use scree::domain::servo::{Response, StressServo};
+use scree::domain::world::World;
+use scree::job::assembly::{Damping, DampingForm};
 use scree::law::contact::{ContactLaw, LinearSpringDashpot};
-use scree::layout::{Ground, Layout};
-use scree::rebuild::Parts;
-use scree::scenario::assembly::{Damping, DampingForm};
-use scree::servo::{Response, StressServo};
-use scree::space::{Linear, Plane, Solid, Space};
-use scree::world::World;
 use scree_partition::Solo;
 
 use crate::few::{

@@ -1,13 +1,13 @@
 //! Many contacts at once, under every law in both spaces: what a free cluster keeps, and what no width of registers may
 //! change.
 
+use scree::base::ids::GrainId;
+use scree::base::lane::Instructions;
+use scree::base::numbers::Numbers;
+use scree::base::space::{Linear, Plane, Space};
 use scree::dem::grains::Hot;
 use scree::dem::neighbours::SEGMENT;
-use scree::ids::GrainId;
-use scree::lane::Instructions;
 use scree::law::contact::ContactLaw;
-use scree::numbers::Numbers;
-use scree::space::{Linear, Plane, Space};
 use scree_partition::Transport;
 use scree_partition::transport::threads;
 

@@ -1,11 +1,11 @@
 //! Two grains, or one and a wall, in collisions and pulled apart: closed forms of every law.
 
-use scree::body::{Body, Shape};
+use scree::base::math;
+use scree::base::numbers::Numbers;
+use scree::base::space::{Linear, Plane, Solid, Space};
+use scree::bodies::body::{Body, Shape};
+use scree::job::{self, Linear as LinearContact, NormalForce};
 use scree::law::contact::{ContactLaw, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot};
-use scree::math;
-use scree::numbers::Numbers;
-use scree::scenario::{self, Linear as LinearContact, NormalForce};
-use scree::space::{Linear, Plane, Solid, Space};
 
 use crate::few::{
     Few, GrainWorld, MASS, RADIUS, cohesive, cohesive_repulsive, elastic, hertz, hot_of, linear, linear_repulsive,
@@ -168,7 +168,7 @@ fn dashpots_only_repel<S: Space>() {
         for ratio in [0.0, 0.3] {
             let of = |normal_force| HertzMindlin {
                 // So little that the slowest and lightest come apart again.
-                constants: scenario::HertzMindlin {
+                constants: job::HertzMindlin {
                     damping_normal: 0.7,
                     damping_ratio: ratio,
                     normal_force,
@@ -203,7 +203,7 @@ fn of_job<C: ContactLaw<Plane>>(lines: &str) -> C {
     let text = format!(
         "name = \"small\"\nmethod = \"dem\"\n[specimen]\nwidth = 0.024\nheight = 0.03\n[grains]\ndiameter_mean = 1e-3\ndiameter_deviation = 0\ndensity = 2530\n[loading]\nstress_normal = 4e5\nspeed = 0.02\nspeed_ramp = 0\nstrain_end = 0.1\n[time]\nstep = 1e-9\n[contact]\nfriction = 0.5\n{lines}"
     );
-    let scenario = scenario::Scenario::parse(&text, "small.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+    let scenario = job::Scenario::parse(&text, "small.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
     C::from_job(&scenario.contact).expect("the job names the law")
 }
 
@@ -260,7 +260,7 @@ fn hertz_stiffness(law: &HertzMindlin, radius_effective: f64) -> f64 {
 /// From `m v^2/2 = 2/5 k d^(5/2)` the deepest overlap is `d = (5/4 m v^2/k)^(2/5)`, and the contact lasts 2.9433 d/v.
 #[test]
 fn hertz_contacts_last_and_press_as_they_should() {
-    let law = HertzMindlin { constants: scenario::HertzMindlin { damping_normal: 0.0, ..hertz().constants } };
+    let law = HertzMindlin { constants: job::HertzMindlin { damping_normal: 0.0, ..hertz().constants } };
     for [radii, masses] in [[[RADIUS; 2], [MASS; 2]], [[RADIUS, 0.6 * RADIUS], [MASS, 0.216 * MASS]]] {
         let reduced = masses[0] * masses[1] / (masses[0] + masses[1]);
         let stiffness = hertz_stiffness(&law, 2.0 * radii[0] * radii[1] / (radii[0] + radii[1]));
@@ -276,7 +276,7 @@ fn hertz_contacts_last_and_press_as_they_should() {
 /// Against a flat wall R_e is twice the sphere's radius, and the mass is the sphere's own.
 #[test]
 fn a_hertz_contact_with_a_wall_lasts_and_presses_as_it_should() {
-    let law = HertzMindlin { constants: scenario::HertzMindlin { damping_normal: 0.0, ..hertz().constants } };
+    let law = HertzMindlin { constants: job::HertzMindlin { damping_normal: 0.0, ..hertz().constants } };
     let stiffness = hertz_stiffness(&law, 2.0 * RADIUS);
     let wanted = two_fifths(1.25 * MASS * SPEED * SPEED / stiffness);
     let dt = HERTZ_TIME * wanted / SPEED / 4000.0;
@@ -416,7 +416,7 @@ fn oblique<S: Space, C: ContactLaw<S>>(law: C) -> (usize, Vec<u64>) {
 
 fn without_cohesion_it_is_the_linear_law<S: Space>() {
     for law in [linear(), linear_repulsive()] {
-        let bare = scenario::LinearCohesive { linear: law.constants, cohesion_normal: 0.0, cohesion_tangential: 0.0 };
+        let bare = job::LinearCohesive { linear: law.constants, cohesion_normal: 0.0, cohesion_tangential: 0.0 };
         let (with, without) = (oblique::<S, _>(LinearCohesive { constants: bare }), oblique::<S, _>(law));
         assert!((50..1400).contains(&without.0), "they touched for {} steps", without.0);
         assert!(with == without, "other bits in {}", S::NAME);

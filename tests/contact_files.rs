@@ -4,12 +4,11 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use scree::grain_export::{self, Wanted};
-use scree::grain_file;
-use scree::run::Options;
-use scree::scenario::assembly::Source;
-use scree::scenario::{Assembly, Job};
-use scree::start;
+use scree::export::grain_export::{self, Wanted};
+use scree::job::assembly::Source;
+use scree::job::{Assembly, Job};
+use scree::prepare::grain_file;
+use scree::run::{Options, start};
 use scree_partition::Solo;
 
 use crate::two_grains::state_after;

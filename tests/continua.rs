@@ -1,9 +1,9 @@
 //! What jobs of continua mean.
 
 use proptest::prelude::*;
-use scree::math::{PI, sin};
-use scree::scenario::Job;
-use scree::scenario::mpm::{
+use scree::base::math::{PI, sin};
+use scree::job::Job;
+use scree::job::mpm::{
     BodyContact, Boundary, Face, InitialStress, LoadKind, MaterialLaw, Mpm, RegionShape, ShapeFunction, StressUpdate,
     Transfer, figures,
 };
@@ -200,7 +200,7 @@ fn loads_lie_on_bare_sides() {
     // The upper half of the box's side towards y, but for what the ball hides; the ball itself ends below the window.
     assert_eq!(figures::points_loaded(&job, &job.loads[1]), 48 * 12);
     // Nothing is bare across a period.
-    let across = scree::scenario::mpm::Load { face: Face { axis: 0, upper: true }, ..job.loads[0] };
+    let across = scree::job::mpm::Load { face: Face { axis: 0, upper: true }, ..job.loads[0] };
     let ball_alone = figures::points_loaded(&job, &across);
     assert!(ball_alone < 2 * of_ball, "{ball_alone}");
 }

@@ -170,7 +170,7 @@ fn a_specimen_from_the_cache_goes_as_one_that_has_just_been_made() {
     let job = parse(&text.replace(&cache.display().to_string(), &folder.path().join("cache").display().to_string()));
     let results = ["made", "cached"].map(|name| {
         let out = folder.path().join(name);
-        done(scree::start::start(&job, &options(&out), &scree_partition::Solo));
+        done(scree::run::start::start(&job, &options(&out), &scree_partition::Solo));
         result(&out)
     });
     assert!(results[0] == results[1], "the second run ends elsewhere");

@@ -1,14 +1,14 @@
 //! Grains and points on the same nodes: momentum is kept, velocities are shared, and a rigid motion stays one.
 
-use scree::checkpoint::PlanarPoint;
+use scree::base::ids::PointId;
+use scree::base::space::{Plane, Space};
+use scree::base::symmetric::Symmetric;
 use scree::dem::grains::Tie;
-use scree::ids::PointId;
 use scree::law::material::MaterialLaw;
 use scree::mpm::nodes;
 use scree::mpm::share::dyad;
 use scree::mpm::tile::{Gathered, GrainNode};
-use scree::space::{Plane, Space};
-use scree::symmetric::Symmetric;
+use scree::store::checkpoint::PlanarPoint;
 use scree_partition::transport::threads;
 use scree_partition::{Solo, Transport};
 
@@ -22,7 +22,7 @@ const DT: f64 = 4e-7;
 
 /// Columns of grains a millimetre apart; radii beyond half of that make them touch.
 fn grain_rows(rows: std::ops::Range<i32>, radius: f64, weight: impl Fn(f64) -> f64) -> Vec<Grain> {
-    let mass = DENSITY * scree::math::PI * radius * radius * DEPTH;
+    let mass = DENSITY * scree::base::math::PI * radius * radius * DEPTH;
     let mut grains = Vec::new();
     for row in rows {
         for column in 0..48 {
@@ -190,7 +190,7 @@ fn both_sides_leave_a_node_with_one_velocity() {
 fn sharing_is_exact_for_any_masses() {
     let mut random = Random(2);
     for round in 0..2000 {
-        let magnitude = |random: &mut Random| scree::math::exp(20.0 * random.signed());
+        let magnitude = |random: &mut Random| scree::base::math::exp(20.0 * random.signed());
         let (mass, grain_mass) = (1e-5 * magnitude(&mut random), 1e-5 * magnitude(&mut random));
         let mut velocity = || Vector::new(random.signed(), random.signed());
         let (points, grains, push, body, tie) = (velocity(), velocity(), velocity(), velocity(), velocity());

@@ -1,9 +1,9 @@
 //! Several steps of grains in one of the continuum.
 
-use scree::cycle::is_due;
-use scree::math::{exp, ln};
-use scree::scenario::Job;
-use scree::start;
+use scree::base::math::{exp, ln};
+use scree::domain::step::cycle::is_due;
+use scree::job::Job;
+use scree::run::start;
 use scree_partition::Solo;
 
 use crate::coupling::shaken;
@@ -41,7 +41,7 @@ fn cycles_give_what_steps_give() {
     let given = |grain_steps: u64, flip: f64| {
         let mut world = shaken(&Solo);
         world.settings.grain_steps = grain_steps;
-        world.settings.grid = scree::grid::Grid::blend(flip);
+        world.settings.grid = scree::domain::grid::Grid::blend(flip);
         while world.step < 400 {
             world.advance().unwrap();
         }

@@ -1,8 +1,9 @@
 //! Nodes with next to no mass put no energy into a body that moves freely through the grid, under every scheme that is
 //! accepted, at the step that a job gets by itself and at the longest that `check` allows.
 
+use scree::job::Job;
+
 use crate::runs::{Ran, SHAPES, TRANSFERS, UPDATES, parse, refused, schemes};
-use scree::scenario::Job;
 
 const ELASTIC: &str = "law = \"hencky\"\nyoung_modulus = 1e5\npoisson_ratio = 0.3";
 const PLASTIC: &str = "law = \"critical_drucker_prager\"\nbulk_modulus = 8e4\nshear_modulus = 4e4\nfriction_angle_critical = \"30 deg\"\ncohesion = 2000\ndilation_angle = 0";

@@ -1,9 +1,9 @@
 //! The account of a continuum's energy.
 
-use scree::body::Shape;
+use scree::base::space::Plane;
+use scree::bodies::body::Shape;
+use scree::bodies::boundary::Grip;
 use scree::law::material::Hencky;
-use scree::mpm::boundary::Grip;
-use scree::space::Plane;
 use scree_partition::Solo;
 
 use crate::runs::{Ran, SHAPES, TRANSFERS, UPDATES, elastic, point_world, schemes};

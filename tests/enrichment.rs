@@ -1,20 +1,19 @@
 //! Grains for points: what enters, what stays, and that nothing is made or lost on the way.
 
 use proptest::prelude::*;
+use scree::adapt::enrichment::{self, Enriched, cell_grid};
+use scree::adapt::watch;
+use scree::base::space::Plane;
+use scree::couple::oracle::Memory;
+use scree::couple::select::{Candidate, Selection, select};
+use scree::couple::zone::{CellGrid, Label, Zone};
 use scree::dem::grains::Mover;
-use scree::enrichment::{self, Enriched, cell_grid};
-use scree::hybrid::oracle::Memory;
-use scree::hybrid::select::{Candidate, Selection, select};
-use scree::hybrid::track::Instants;
-use scree::hybrid::zone::{CellGrid, Label, Zone};
+use scree::job::{Enrichment, Scenario, ZoneLife};
 use scree::law::contact::ContactLaw;
 use scree::mpm::points::{Past, Point};
-use scree::packing;
-use scree::reference::Lies;
-use scree::scenario::{Enrichment, Scenario, ZoneLife};
-use scree::space::Plane;
-use scree::specimen;
-use scree::watch;
+use scree::mpm::track::Instants;
+use scree::prepare::reference::Lies;
+use scree::prepare::{plates, sheared};
 use scree_partition::{Solo, Transport};
 
 use crate::worlds::{Law, PlanarWorld, Random, packed_job};
@@ -40,10 +39,10 @@ pub fn up_to_the_band<'t>(
     transport: &'t dyn Transport,
     packing_file: &std::path::Path,
 ) -> (PlanarWorld<'t>, Vec<u64>, Instants) {
-    let mut start = specimen::prepare::<Law>(scenario, transport).unwrap();
-    let packing = packing::state_of(&mut start.packing.grains, start.packing.height, &mut []);
+    let mut start = plates::prepare::<Law>(scenario, transport).unwrap();
+    let packing = sheared::state_of(&mut start.packing.grains, start.packing.height, &mut []);
     scree_io::store::write(packing_file, &packing).unwrap();
-    let mut world = specimen::world(scenario, transport, start).unwrap();
+    let mut world = plates::world(scenario, transport, start).unwrap();
     let (mut memory, mut instants) = (Memory::default(), Instants { times: Vec::new(), every: 300 });
     loop {
         world.advance().unwrap();
@@ -356,7 +355,7 @@ fn a_packing_lower_than_the_specimen_lies_about_the_band() {
     let file = folder.path().join("packing.h5");
     let (mut world, flagged, instants) = up_to_the_band(&tall, &Solo, &file);
     let (_, height) =
-        packing::of_state::<<Law as ContactLaw<Plane>>::Memory<f64>>(packing::read_state(&file).unwrap()).unwrap();
+        sheared::of_state::<<Law as ContactLaw<Plane>>::Memory<f64>>(sheared::read_state(&file).unwrap()).unwrap();
     assert!((height / 36e-3 - 1.0).abs() < 0.05, "the packing is {height} m high");
     let before = sums(&world);
     let how = (&tall.enrichment, tall.specimen.depth);

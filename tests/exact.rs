@@ -1,6 +1,6 @@
 //! The continuum against exact solutions: what is kept, and orders of what is not exact.
 
-use scree::math::{PI, cos, ln};
+use scree::base::math::{PI, cos, ln};
 
 use crate::runs::{Ran, SHAPES, TRANSFERS, UPDATES, elastic, list, orders, schemes, words};
 

@@ -1,23 +1,23 @@
 //! Worlds of a few grains alone, in any space and under any law, that the tests of the grain engine build theirs from.
 
-use scree::assembly;
-use scree::body::Body;
+use scree::base::ids::GrainId;
+use scree::base::space::{Linear as _, Plane, Solid, Space};
+use scree::bodies::body::Body;
 use scree::dem::cell::Cell;
 use scree::dem::grains::{Hot, Mover};
 use scree::dem::motion::Field;
-use scree::grid::Grid;
-use scree::ids::GrainId;
+use scree::domain::grid::Grid;
+use scree::domain::layout::{Ground, Layout};
+use scree::domain::rebuild::{Parts, Row};
+use scree::domain::servo::CellDrive;
+use scree::domain::world::{Settings, World};
+use scree::job::{self, Linear, NormalForce, Sliding};
 use scree::law::contact::{ContactLaw, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot};
 use scree::law::material::Absent;
-use scree::layout::{Ground, Layout};
-use scree::rebuild::{Parts, Row};
-use scree::scenario::{self, Linear, NormalForce, Sliding};
-use scree::servo::CellDrive;
-use scree::space::{Linear as _, Plane, Solid, Space};
-use scree::world::{Settings, World};
+use scree::prepare::grain_world;
 use scree_partition::{Solo, Transport};
 
-pub type GrainWorld<'t, S, C> = assembly::GrainWorld<'t, S, C>;
+pub type GrainWorld<'t, S, C> = grain_world::GrainWorld<'t, S, C>;
 
 /// Radius (m) and mass (kg) of a grain that fits the laws below.
 pub const RADIUS: f64 = 5e-4;
@@ -39,12 +39,12 @@ pub fn linear() -> LinearSpringDashpot {
 /// The same with a pull-off force of 0.4 N and a shear strength of 0.2 N.
 pub fn cohesive() -> LinearCohesive {
     let linear = linear().constants;
-    LinearCohesive { constants: scenario::LinearCohesive { linear, cohesion_normal: 0.4, cohesion_tangential: 0.2 } }
+    LinearCohesive { constants: job::LinearCohesive { linear, cohesion_normal: 0.4, cohesion_tangential: 0.2 } }
 }
 
 /// Of the stiffness of the linear law between two grains of [`RADIUS`].
 pub fn elastic() -> ElasticRolling {
-    let constants = scenario::ElasticRolling {
+    let constants = job::ElasticRolling {
         young_modulus: 3.5e9,
         stiffness_ratio: 0.8,
         friction: 0.5,
@@ -57,7 +57,7 @@ pub fn elastic() -> ElasticRolling {
 
 /// As stiff as the others at an overlap of a micrometre.
 pub fn hertz() -> HertzMindlin {
-    let constants = scenario::HertzMindlin {
+    let constants = job::HertzMindlin {
         shear_modulus: 3e10,
         poisson_ratio: 0.2,
         friction: 0.5,
@@ -76,12 +76,12 @@ pub fn linear_repulsive() -> LinearSpringDashpot {
 
 pub fn cohesive_repulsive() -> LinearCohesive {
     let linear = linear_repulsive().constants;
-    LinearCohesive { constants: scenario::LinearCohesive { linear, ..cohesive().constants } }
+    LinearCohesive { constants: job::LinearCohesive { linear, ..cohesive().constants } }
 }
 
 pub fn hertz_repulsive() -> HertzMindlin {
     let normal_force = NormalForce::REPULSIVE;
-    HertzMindlin { constants: scenario::HertzMindlin { damping_ratio: 0.3, normal_force, ..hertz().constants } }
+    HertzMindlin { constants: job::HertzMindlin { damping_ratio: 0.3, normal_force, ..hertz().constants } }
 }
 
 /// What is claimed of every law in every space.

@@ -5,9 +5,9 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use scree::grain_dump::{self, Moment};
-use scree::scenario::Job;
-use scree::start;
+use scree::export::grain_dump::{self, Moment};
+use scree::job::Job;
+use scree::run::start;
 use scree_io::frames::{self, Frame};
 use scree_io::{Values, series};
 use scree_partition::Solo;
@@ -388,7 +388,7 @@ fn a_state_beside_those_kept_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     done(start::start(&discs(folder.path()), &options(&out), &Solo));
-    let at = |time: f64| scree::checkpoint::state_at(&out, Some(time));
+    let at = |time: f64| scree::store::checkpoint::state_at(&out, Some(time));
     for time in [0.0, 0.001, 0.002, 0.003] {
         assert!((at(time).unwrap().1 - time).abs() < 1e-9);
     }

@@ -3,12 +3,12 @@
 //! Surfaces slide with full radii, so that a rigid turn of a pair that overlaps by d counts as sliding by d per radian, as in
 //! LAMMPS: the spring is known to lose `d e x n` per radian about the axis e. That share is part of what is expected here.
 
+use scree::base::ids::GrainId;
+use scree::base::math;
+use scree::base::space::{Components, Linear, Plane, Solid, Space, Words};
 use scree::dem::grains::lanes;
-use scree::ids::GrainId;
+use scree::job::Sliding;
 use scree::law::contact::ContactLaw;
-use scree::math;
-use scree::scenario::Sliding;
-use scree::space::{Components, Linear, Plane, Solid, Space, Words};
 
 use crate::few::{Few, RADIUS, cohesive, elastic, hertz, linear, row_of, spin, steps, vector};
 

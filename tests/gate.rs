@@ -11,9 +11,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use scree::checkpoint;
-use scree::scenario::Job;
-use scree::start;
+use scree::job::Job;
+use scree::run::start;
+use scree::store::checkpoint;
 use scree_io::column::{State, Table};
 use scree_io::{digest, frames};
 use scree_partition::Solo;

@@ -1,10 +1,10 @@
 //! A grain that strikes a fixed wall at many angles and with many spins leaves with no more energy than it came with, under every
 //! law: codes are known to gain some at grazing angles, where the contact unloads while its tangential spring is stretched.
 
-use scree::body::{Body, Shape};
+use scree::base::math;
+use scree::base::space::{Plane, Solid, Space};
+use scree::bodies::body::{Body, Shape};
 use scree::law::contact::ContactLaw;
-use scree::math;
-use scree::space::{Plane, Solid, Space};
 
 use crate::few::{Few, GrainWorld, MASS, RADIUS, cohesive, elastic, hertz, linear, spin, steps, vector};
 

@@ -3,12 +3,11 @@
 
 use std::path::Path;
 
-use scree::body::{Body, Shape};
-use scree::observe::guard::EnergyGuard;
-use scree::run::{Options, Outcome};
-use scree::scenario::Job;
-use scree::space::{Linear, Plane, Space};
-use scree::start;
+use scree::base::space::{Linear, Plane, Space};
+use scree::bodies::body::{Body, Shape};
+use scree::domain::guards::grains::EnergyGuard;
+use scree::job::Job;
+use scree::run::{Options, Outcome, start};
 use scree_partition::Solo;
 
 use crate::few::{Few, MASS, RADIUS, linear, steps, vector};
@@ -182,7 +181,7 @@ fn energy_that_grows_is_told_alike_of_a_whole_run_and_of_a_resumed_one() {
     scree(&["resume", "halves"]);
     assert_eq!(grown("halves"), wanted);
     assert_eq!(
-        scree::checkpoint::digest_of(&folder.path().join("halves")).unwrap(),
-        scree::checkpoint::digest_of(&folder.path().join("whole")).unwrap()
+        scree::store::checkpoint::digest_of(&folder.path().join("halves")).unwrap(),
+        scree::store::checkpoint::digest_of(&folder.path().join("whole")).unwrap()
     );
 }

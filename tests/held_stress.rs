@@ -1,12 +1,13 @@
 //! Cells held at a stress, as jobs run: how closely the stress is followed, and that a row of their series is of one instant.
 
-use scree::assembly::{GrainWorld, world_of};
-use scree::checkpoint::{self, Snapshot};
-use scree::full_step::full_step;
+use scree::base::space::{Plane, Space, Words};
+use scree::domain::step::full_step::full_step;
+use scree::job::Job;
 use scree::law::contact::ElasticRolling;
-use scree::scenario::Job;
-use scree::space::{Plane, Space, Words};
-use scree::start;
+use scree::prepare::grain_world::GrainWorld;
+use scree::run::assembly::world_of;
+use scree::run::start;
+use scree::store::checkpoint::{self, Snapshot};
 use scree_partition::Solo;
 
 use crate::runs::{Ran, done, options, parse, replaced};

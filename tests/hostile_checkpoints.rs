@@ -4,10 +4,10 @@
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
-use scree::checkpoint::{self, Snapshot};
+use scree::base::space::{Components, Plane};
+use scree::job::Job;
 use scree::law::material::Nothing;
-use scree::scenario::Job;
-use scree::space::{Components, Plane};
+use scree::store::checkpoint::{self, Snapshot};
 use scree_io::column::{State, Values};
 use scree_io::store;
 
@@ -52,7 +52,7 @@ fn checkpoint_in(folder: &Path) -> PathBuf {
     let out = folder.join("run");
     let sets = [format!("packing.cache={}", folder.join("cache").display())];
     let job = Job::parse(JOB, "job.toml", &sets).unwrap_or_else(|error| panic!("{error}"));
-    done(scree::start::start(&job, &options(&out), &scree_partition::Solo));
+    done(scree::run::start::start(&job, &options(&out), &scree_partition::Solo));
     store::newest(&checkpoint::folder(&out)).expect("there are checkpoints").remove(0).1
 }
 

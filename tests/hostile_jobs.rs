@@ -7,8 +7,8 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use proptest::prelude::*;
-use scree::error::Error;
-use scree::scenario::Job;
+use scree::base::error::Error;
+use scree::job::Job;
 
 /// Bytes of address space of that process, its libraries and thread stacks included.
 const MEMORY_MAX: u64 = 2 << 30;

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use scree::program;
+use scree::base::program;
 use scree_io::column::State;
 use scree_io::schema::SCHEMA_VERSION;
 use scree_io::store;

@@ -1,10 +1,10 @@
 //! A disc and a sphere on a plane under gravity: rolling, sliding, and rolling to a stop, to closed forms of every law.
 
-use scree::body::{Body, Shape};
+use scree::base::math;
+use scree::base::space::{Components, Linear, Plane, Solid, Space, Words};
+use scree::bodies::body::{Body, Shape};
 use scree::dem::grains::{body_partner, lanes};
 use scree::law::contact::ContactLaw;
-use scree::math;
-use scree::space::{Components, Linear, Plane, Solid, Space, Words};
 
 use crate::few::{Few, GrainWorld, MASS, RADIUS, cohesive, elastic, hertz, hot_of, linear, steps, vector};
 

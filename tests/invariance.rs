@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use scree::checkpoint;
-use scree::planar_shear::PlanarSnapshot;
-use scree::scenario::{Job, Scenario};
-use scree::start;
+use scree::job::{Job, Scenario};
+use scree::run::planar_shear::PlanarSnapshot;
+use scree::run::start;
+use scree::store::checkpoint;
 use scree_partition::transport::threads;
 
 use crate::runs::{copy_folder, done, options, result};

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use scree::scenario::{Job, Method};
+use scree::job::{Job, Method};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs")

@@ -1,11 +1,11 @@
 //! Every material law, in the plane and in space: logarithms and exponentials against eigenvalues, rotation, stretch,
 //! the return to the cone from random states, energies, and starts from a stress.
 
+use scree::base::math;
+use scree::base::space::{Linear, Plane, Solid, Space};
+use scree::base::symmetric::{PlaneSymmetric, SolidSymmetric, Symmetric};
 use scree::law::invariants::{Deformation, StressInvariants};
 use scree::law::material::{Counted, CriticalDruckerPrager, Hencky, LinearElastic, MaterialLaw, MaterialMemory};
-use scree::math;
-use scree::space::{Linear, Plane, Solid, Space};
-use scree::symmetric::{PlaneSymmetric, SolidSymmetric, Symmetric};
 
 use crate::worlds::Random;
 

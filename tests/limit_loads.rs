@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use scree::math::{PI, exp, tan};
+use scree::base::math::{PI, exp, tan};
 
 use crate::runs::Ran;
 

@@ -1,10 +1,10 @@
 //! The continuum's law against closed forms: Hencky elasticity, the return to the cone and to its apex, separation, the
 //! packing fraction's own equation, and objectivity.
 
+use scree::base::math;
+use scree::base::space::Plane;
+use scree::base::symmetric::Symmetric;
 use scree::law::material::{CriticalDruckerPrager, CriticalMemory, MaterialLaw};
-use scree::math;
-use scree::space::Plane;
-use scree::symmetric::Symmetric;
 
 use crate::worlds::{Tensor, material};
 

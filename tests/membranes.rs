@@ -1,6 +1,6 @@
 //! Membranes on the grid: hoop tension, confining pressure, what is kept, and the same bits.
 
-use scree::math::{PI, cos, sin};
+use scree::base::math::{PI, cos, sin};
 
 use crate::runs::{Ran, parse, same, schemes};
 
@@ -168,7 +168,7 @@ fn a_vertex_that_leaves_the_grid_is_named() {
     let text = format!("{}{line}{}{open}", &ring[..from], &ring[to..]).replace("pressure = -800", "pressure = 800");
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
-    let outcome = scree::start::start(&parse(&text), &crate::runs::options(&out), &scree_partition::Solo);
+    let outcome = scree::run::start::start(&parse(&text), &crate::runs::options(&out), &scree_partition::Solo);
     let said = outcome.expect_err("it leaves").to_string();
     assert!(said.contains("of the membrane pipe has left the grid"), "{said}");
 }

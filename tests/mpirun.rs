@@ -6,8 +6,8 @@ use std::process::{Child, Command, Output, Stdio};
 use std::sync::{Mutex, MutexGuard, OnceLock};
 use std::time::{Duration, Instant};
 
-use scree::scenario::Job;
-use scree::start;
+use scree::job::Job;
+use scree::run::start;
 use scree_partition::transport::threads;
 
 use crate::runs::{done, options};

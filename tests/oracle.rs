@@ -3,16 +3,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use scree::checkpoint::PlanarPoint;
-use scree::continuum::{PointWorld, setup};
-use scree::hybrid::oracle::{LOOKS, Memory, NodeFields};
-use scree::ids::PointId;
+use scree::adapt::watch;
+use scree::base::ids::PointId;
+use scree::base::math;
+use scree::base::space::Plane;
+use scree::couple::oracle::{LOOKS, Memory, NodeFields};
+use scree::job::{Job, Oracle, Scenario, derived};
 use scree::law::material::{CriticalDruckerPrager, MaterialMemory};
-use scree::math;
-use scree::scenario::{Job, Oracle, Scenario, derived};
-use scree::space::Plane;
-use scree::specimen;
-use scree::watch;
+use scree::prepare::plates;
+use scree::prepare::point_world::{self, PointWorld};
+use scree::store::checkpoint::PlanarPoint;
 use scree_partition::Solo;
 
 use crate::worlds::{Law, PlanarWorld, Random, job};
@@ -45,8 +45,8 @@ fn shares(points: &[(f64, f64)], is_flagged: impl Fn(f64) -> bool) -> [f64; 2] {
 /// A continuum alone, watched to the end of the run or until the oracle fires.
 fn watched(sets: &[&str]) -> Story {
     let scenario = job(&[&["method=mpm"], sets].concat());
-    let start = specimen::prepare::<Law>(&scenario, &Solo).unwrap();
-    let mut world = specimen::world(&scenario, &Solo, start).unwrap();
+    let start = plates::prepare::<Law>(&scenario, &Solo).unwrap();
+    let mut world = plates::world(&scenario, &Solo, start).unwrap();
     let mut memory = Memory::default();
     let mut story = Story {
         fired: None,
@@ -155,9 +155,9 @@ fn triaxial() -> TriaxialStory {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/continuum/triaxial.toml");
     let text = std::fs::read_to_string(&file).unwrap();
     let Job::Mpm(job) = Job::parse(&text, "triaxial.toml", &[]).unwrap() else { panic!("it has no grid") };
-    let scree::scenario::mpm::MaterialLaw::CriticalDruckerPrager(law) = &job.material.law else { panic!("its law") };
+    let scree::job::mpm::MaterialLaw::CriticalDruckerPrager(law) = &job.material.law else { panic!("its law") };
     let watch = job.oracle.unwrap();
-    let mut world = setup::world::<Plane, _>(&job, &CriticalDruckerPrager::of_job(law), &Solo).unwrap();
+    let mut world = point_world::world::<Plane, _>(&job, &CriticalDruckerPrager::of_job(law), &Solo).unwrap();
     let (mut memory, height) = (Memory::default(), 0.0942);
     let way = |world: &PointWorld<Plane, CriticalDruckerPrager>| -world.bodies[0].displacement[1];
     while !(world.is_due(watch.oracle.every)

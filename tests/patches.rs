@@ -1,9 +1,9 @@
 //! Patch tests of the continuum: uniform stress and uniform velocity gradients.
 
-use scree::continuum::setup;
+use scree::base::space::{Linear, Plane, Solid, Space};
+use scree::job::Job;
 use scree::law::material::{Hencky, MaterialLaw};
-use scree::scenario::Job;
-use scree::space::{Linear, Plane, Solid, Space};
+use scree::prepare::point_world;
 use scree_partition::Solo;
 
 use crate::runs::{Ran, SHAPES, TRANSFERS, UPDATES, list, parse, point_world, refused, schemes};
@@ -106,7 +106,7 @@ fn points_are_as_large_as_their_number_makes_them() {
     let Job::Mpm(job) = parse(&full(2, "shape = \"generalised\"\npoints_per_cell = 4", false, [0.0; 3])) else {
         panic!("it has a grid")
     };
-    let layout = setup::layout::<Plane>(&job).unwrap();
+    let layout = point_world::layout::<Plane>(&job).unwrap();
     let frame = layout.frame::<Plane>(0);
     assert_eq!([0, 1].map(|axis: usize| frame.axes[axis].half), [0.125; 2]);
 }

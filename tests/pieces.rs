@@ -3,13 +3,13 @@
 use std::path::Path;
 use std::process::Command;
 
-use scree::checkpoint::{self, PlanarPoint, Progress, Target};
-use scree::error::Error;
-use scree::ids::{GrainId, PointId};
+use scree::base::error::Error;
+use scree::base::ids::{GrainId, PointId};
+use scree::base::space::{Plane, Words};
+use scree::domain::transfer::{self, PIECE_ROWS};
 use scree::law::contact::ContactLaw;
-use scree::planar_shear::PlanarSnapshot;
-use scree::space::{Plane, Words};
-use scree::transfer::{self, PIECE_ROWS};
+use scree::run::planar_shear::PlanarSnapshot;
+use scree::store::checkpoint::{self, PlanarPoint, Progress, Target};
 use scree_io::{digest, store};
 use scree_partition::transport::threads;
 use scree_partition::{Solo, Transport};

@@ -1,9 +1,9 @@
 //! Plans hold what runs do: messages, bytes and loads of a run on more ranks than have been measured.
 
-use scree::output::load_file;
-use scree::plan::{LoadMap, Loss, Network, forecast};
-use scree::scenario::Job;
-use scree::start;
+use scree::domain::plan::{LoadMap, Loss, Network, forecast};
+use scree::job::Job;
+use scree::run::output::load_file;
+use scree::run::start;
 use scree_partition::transport::threads;
 use serde_json::Value;
 

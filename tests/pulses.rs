@@ -1,16 +1,16 @@
 //! A pressure pulse through the rim of a zone: what of it comes back.
 
-use scree::checkpoint::PlanarPoint;
-use scree::grid::Grid;
-use scree::ids::PointId;
+use scree::base::ids::PointId;
+use scree::base::math::{PI, sin};
+use scree::base::space::{Plane, Space};
+use scree::base::symmetric::Symmetric;
+use scree::domain::grid::Grid;
+use scree::domain::layout::Layout;
+use scree::domain::rebuild::Parts;
+use scree::domain::world::Settings;
 use scree::law::material::{CriticalDruckerPrager, MaterialLaw};
-use scree::layout::Layout;
-use scree::math::{PI, sin};
-use scree::packing::cell_of;
-use scree::rebuild::Parts;
-use scree::space::{Plane, Space};
-use scree::symmetric::Symmetric;
-use scree::world::Settings;
+use scree::prepare::sheared::cell_of;
+use scree::store::checkpoint::PlanarPoint;
 use scree_partition::Solo;
 
 use crate::worlds::{Grain, Law, PlanarWorld, Vector, contact, grain, material, settings};

@@ -4,24 +4,24 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use scree::base::error::Error;
+use scree::base::ids::{GrainId, PointId};
+use scree::base::space::{Linear, Plane, Solid, Space};
+use scree::base::symmetric::Symmetric;
 use scree::dem::cell::Cell;
 use scree::dem::grains::Mover;
 use scree::dem::motion::Field;
-use scree::error::Error;
-use scree::grid::Grid;
-use scree::ids::{GrainId, PointId};
+use scree::domain::grid::Grid;
+use scree::domain::layout::{Ground, Layout, RIM_CELLS};
+use scree::domain::rebuild::{Parts, Row};
+use scree::domain::servo::CellDrive;
+use scree::domain::transfer;
+use scree::domain::world::{Settings, World};
+use scree::job::mpm::{ShapeFunction, StressUpdate, Transfer};
+use scree::job::{Linear as LinearContact, NormalForce};
 use scree::law::contact::LinearSpringDashpot;
 use scree::law::material::{CriticalDruckerPrager, MaterialLaw};
-use scree::layout::{Ground, Layout, RIM_CELLS};
 use scree::mpm::points::Point;
-use scree::rebuild::{Parts, Row};
-use scree::scenario::mpm::{ShapeFunction, StressUpdate, Transfer};
-use scree::scenario::{Linear as LinearContact, NormalForce};
-use scree::servo::CellDrive;
-use scree::space::{Linear, Plane, Solid, Space};
-use scree::symmetric::Symmetric;
-use scree::transfer;
-use scree::world::{Settings, World};
 use scree_partition::transport::threads;
 use scree_partition::{Solo, Transport};
 

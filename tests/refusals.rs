@@ -1,6 +1,6 @@
 //! A job that is right, and what the operator is told once it is broken. The whole message is compared: it is the interface.
 
-use scree::scenario::Job;
+use scree::job::Job;
 
 /// The text of a job that is right; tests break it in one place.
 pub struct Good(pub &'static str);

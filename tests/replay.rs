@@ -1,11 +1,11 @@
 //! Records of other programs, repeated: LAMMPS and YADE. What each file holds and how exactly it must be met is told in
 //! tests/data/README.md.
 
+use scree::base::math;
+use scree::base::space::{Plane, Space};
+use scree::job::assembly::{Damping, DampingForm};
+use scree::job::{self, Sliding};
 use scree::law::contact::{ContactLaw, ElasticRolling, LinearSpringDashpot};
-use scree::math;
-use scree::scenario::assembly::{Damping, DampingForm};
-use scree::scenario::{self, Sliding};
-use scree::space::{Plane, Space};
 
 use crate::few::{Few, GrainWorld, hot_of, load_on, steps};
 use crate::worlds::{Tensor, Vector, contact};
@@ -69,7 +69,7 @@ fn five_hundred_discs_relax_as_in_lammps() {
 
 /// YADE's constants of these records; `rolling`: its law with resistance to rolling.
 fn elastic(friction_angle: f64, rolling: bool) -> ElasticRolling {
-    let constants = scenario::ElasticRolling {
+    let constants = job::ElasticRolling {
         young_modulus: 6e8,
         stiffness_ratio: 0.8,
         friction: math::tan(friction_angle),

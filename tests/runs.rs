@@ -3,14 +3,13 @@
 
 use std::path::{Path, PathBuf};
 
-use scree::checkpoint;
-use scree::continuum::{PointWorld, setup};
+use scree::base::math::ln;
+use scree::base::space::Space;
+use scree::job::Job;
 use scree::law::material::MaterialLaw;
-use scree::math::ln;
-use scree::run::{Options, Outcome};
-use scree::scenario::Job;
-use scree::space::Space;
-use scree::start;
+use scree::prepare::point_world::{self, PointWorld};
+use scree::run::{Options, Outcome, start};
+use scree::store::checkpoint;
 use scree_io::column::{State, Table};
 use scree_partition::transport::threads;
 use scree_partition::{Solo, Transport};
@@ -72,7 +71,7 @@ pub fn point_world<'t, S: Space, L: MaterialLaw<S>>(
     transport: &'t dyn Transport,
 ) -> PointWorld<'t, S, L> {
     let Job::Mpm(job) = parse(text) else { panic!("it has no grid") };
-    setup::world(&job, law, transport).unwrap()
+    point_world::world(&job, law, transport).unwrap()
 }
 
 /// A job with other words in places that are there exactly once.
@@ -87,7 +86,7 @@ pub fn parse(text: &str) -> Job {
     Job::parse(text, "job", &[]).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-pub fn done(outcome: Result<Outcome, scree::error::Error>) {
+pub fn done(outcome: Result<Outcome, scree::base::error::Error>) {
     match outcome {
         Ok(Outcome::Done(_)) => {}
         other => panic!("{other:?}"),

@@ -5,8 +5,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use scree::checkpoint;
-use scree::start;
+use scree::run::start;
+use scree::store::checkpoint;
 use scree_partition::Solo;
 
 use crate::runs::{done, options, parse, replaced, same};

@@ -88,7 +88,7 @@ fn one_job_is_measured_on_one_and_two_ranks() {
     let mut kept: Value =
         serde_json::from_str(&std::fs::read_to_string(folder.path().join("here/scaling.json")).unwrap()).unwrap();
     let program = kept.as_object_mut().unwrap().remove("program").unwrap();
-    assert_eq!(program, scree::program::identity());
+    assert_eq!(program, scree::base::program::identity());
     assert_eq!(kept, json);
     let html = std::fs::read_to_string(folder.path().join("here/scaling.html")).unwrap();
     assert!(html.contains("Scaling of small") && html.contains("<svg"), "{html}");

@@ -1,11 +1,11 @@
 //! Points that are no continuum any more stop the run with their id, place and what is wrong, the same on any number of
 //! ranks; so do points that leave the grid and points too fast for the step.
 
-use scree::error::Error;
+use scree::base::error::Error;
+use scree::base::space::{Linear, Plane, Solid, Space};
+use scree::job::Job;
 use scree::law::material::{CriticalDruckerPrager, Hencky, MaterialLaw};
-use scree::scenario::Job;
-use scree::space::{Linear, Plane, Solid, Space};
-use scree::start;
+use scree::run::start;
 use scree_partition::transport::threads;
 use scree_partition::{Solo, Transport};
 
@@ -107,7 +107,7 @@ fn a_body_that_outruns_the_step_is_stopped_with_the_step_it_needs() {
 fn said<S: Space, L: MaterialLaw<S>>(
     law: &L,
     first: u64,
-    spoil: impl Fn(&mut scree::continuum::setup::PointOf<S, L>) + Sync,
+    spoil: impl Fn(&mut scree::prepare::point_world::PointOf<S, L>) + Sync,
 ) -> String {
     let of = |transport: &dyn Transport| -> Result<(), Error> {
         let mut world = point_world::<S, L>(&block(S::DIMENSION, [0.0; 3], ""), law, transport);

@@ -6,23 +6,56 @@ use std::path::{Path, PathBuf};
 /// Where source lives.
 const ROOTS: [&str; 4] = ["src", "partition", "io", "tests"];
 /// Physics: knows neither ranks nor iteration orders that change from run to run.
-const PHYSICS: [&str; 6] = ["src/dem", "src/mpm", "src/fem", "src/law", "src/hybrid", "src/rve"];
+const PHYSICS: [&str; 7] = ["src/law", "src/bodies", "src/dem", "src/mpm", "src/fem", "src/rve", "src/couple"];
 /// The one door to inexact mathematics.
-const MATH: &str = "src/math.rs";
+const MATH: &str = "src/base/math.rs";
 /// Each of these files argues for its `unsafe`.
 const UNSAFE: [&str; 6] = [
     "io/src/h5/chunks.rs",
     "partition/src/transport/mpi.rs",
-    "src/lane/mod.rs",
-    "src/lane/x86.rs",
-    "src/numbers.rs",
-    "src/zeroed.rs",
+    "src/base/lane/mod.rs",
+    "src/base/lane/x86.rs",
+    "src/base/numbers.rs",
+    "src/base/zeroed.rs",
 ];
 const LINES_MAX: usize = 700;
 /// Functions of the C library, as methods of a float; `log` is left to clippy, since programs keep logs.
 const INEXACT: [&str; 21] = [
     "sin", "cos", "tan", "sin_cos", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "exp2", "exp_m1",
     "ln", "ln_1p", "log2", "log10", "powf", "hypot", "cbrt",
+];
+
+/// The rooms of `src/`, from the ground up: each may import from those before it.
+const ROOMS: [&str; 20] = [
+    "base", "law", "bodies", "dem", "mpm", "fem", "rve", "couple", "job", "domain", "store", "prepare", "adapt",
+    "observe", "run", "analysis", "bench", "plot", "export", "cli",
+];
+/// Imports that go up all the same: file and room. The list may only shrink.
+const UPWARDS: [(&str, &str); 24] = [
+    ("src/adapt/mod.rs", "run"),
+    ("src/adapt/watch.rs", "run"),
+    ("src/base/parallel.rs", "dem"),
+    ("src/bodies/body.rs", "domain"),
+    ("src/couple/oracle.rs", "job"),
+    ("src/couple/zone.rs", "job"),
+    ("src/dem/cell.rs", "domain"),
+    ("src/dem/motion.rs", "job"),
+    ("src/law/contact/absent.rs", "job"),
+    ("src/law/contact/elastic_rolling.rs", "job"),
+    ("src/law/contact/hertz_mindlin.rs", "job"),
+    ("src/law/contact/linear_cohesive.rs", "job"),
+    ("src/law/contact/linear_spring_dashpot.rs", "job"),
+    ("src/law/contact/mod.rs", "job"),
+    ("src/mpm/gather.rs", "job"),
+    ("src/mpm/look.rs", "job"),
+    ("src/mpm/membrane.rs", "domain"),
+    ("src/mpm/points.rs", "couple"),
+    ("src/mpm/points.rs", "domain"),
+    ("src/mpm/scatter.rs", "job"),
+    ("src/mpm/shape.rs", "job"),
+    ("src/prepare/cache.rs", "run"),
+    ("src/prepare/grain_file/contacts.rs", "export"),
+    ("src/prepare/grain_file/csv.rs", "export"),
 ];
 
 struct Source {
@@ -216,9 +249,9 @@ fn inexact_mathematics_has_one_door() {
         for name in INEXACT {
             let forms = [format!(".{name}("), format!("f64::{name}"), format!("f32::{name}")];
             let forms: Vec<&str> = forms.iter().map(String::as_str).collect();
-            source.forbid(&forms, "the C library's rounding differs between machines; use crate::math");
+            source.forbid(&forms, "the C library's rounding differs between machines; use crate::base::math");
         }
-        source.forbid(&["libm"], "src/math.rs is the one door to libm");
+        source.forbid(&["libm"], "src/base/math.rs is the one door to libm");
     }
 }
 
@@ -328,7 +361,7 @@ fn no_macro_that_panics_speaks_to_people() {
                 let found = line.split(word).count() > 1;
                 assert!(
                     !found,
-                    "{}:{}: `{word}` panics on a closed stderr; use run::meter::tell",
+                    "{}:{}: `{word}` panics on a closed stderr; use domain::meter::tell",
                     source.path,
                     number + 1
                 );
@@ -371,4 +404,72 @@ fn dependencies_come_from_the_registry_under_licences_that_are_allowed() {
             assert!(!is_ours || dependency["req"] != "*", "{name} takes any version of {}", dependency["name"]);
         }
     }
+}
+
+/// Rooms that code outside of tests names, by `crate::` or by as many `super` as lead there.
+fn rooms_named<'r>(source: &Source, rooms: &[&'r str]) -> Vec<&'r str> {
+    let code = source.code.split("#[cfg(test)]").next().unwrap_or_default();
+    let module = source.path.trim_start_matches("src/").trim_end_matches(".rs").trim_end_matches("/mod");
+    let root = vec!["super"; module.split('/').count()].join("::") + "::";
+    let mut named = Vec::new();
+    for (at, found) in code.match_indices("crate::").chain(code.match_indices(root.as_str())) {
+        let rest = &code[at + found.len()..];
+        let one = |text: &str| -> String { text.chars().take_while(|c| is_word_character(*c)).collect() };
+        match rest.strip_prefix('{') {
+            None => named.push(one(rest)),
+            Some(group) => named.extend(heads(group).into_iter().map(|text| one(text.trim_start()))),
+        }
+    }
+    rooms.iter().copied().filter(|room| named.iter().any(|name| name == room)).collect()
+}
+
+/// What stands between the commas of a group of imports, groups within it left whole.
+fn heads(group: &str) -> Vec<&str> {
+    let (mut depth, mut from, mut heads) = (0, 0, Vec::new());
+    for (at, c) in group.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' | ',' if depth == 0 => {
+                heads.push(&group[from..at]);
+                from = at + 1;
+                if c == '}' {
+                    break;
+                }
+            }
+            '}' => depth -= 1,
+            _ => {}
+        }
+    }
+    heads
+}
+
+#[test]
+fn rooms_are_found_where_they_are_named() {
+    let source = |path: &str, text: &str| Source { path: path.into(), text: text.into(), code: code_of(text) };
+    let named = |path, text| rooms_named(&source(path, text), &ROOMS);
+    assert_eq!(named("src/dem/motion.rs", "use crate::{base::ids, job::{Output, run}};"), ["base", "job"]);
+    assert_eq!(named("src/dem/motion.rs", "fn f(x: crate::run::Core) {} // crate::cli"), ["run"]);
+    assert_eq!(named("src/dem/mod.rs", "use super::domain::World; use super::super::x;"), ["domain"]);
+    assert_eq!(named("src/dem/a/b.rs", "use super::super::super::plot; use super::job;"), ["plot"]);
+    assert!(named("src/law/a.rs", "#[cfg(test)]\nmod tests { use crate::cli; }").is_empty());
+}
+
+/// Whoever works in a room need know those below it only, and no two of them need each other.
+#[test]
+fn imports_go_down() {
+    let mut upwards = Vec::new();
+    for source in sources().iter().filter(|source| is_of_the_program(&source.path)) {
+        let Some((room, _)) = source.path.trim_start_matches("src/").split_once('/') else {
+            continue;
+        };
+        let level = ROOMS.iter().position(|other| other == &room);
+        let level = level.unwrap_or_else(|| panic!("{}: there is no room {room}; see ROOMS", source.path));
+        let above = rooms_named(source, &ROOMS[level + 1..]);
+        upwards.extend(above.into_iter().map(|above| (source.path.clone(), above)));
+    }
+    let known = |(file, room): &(String, &str)| UPWARDS.contains(&(file.as_str(), *room));
+    let new: Vec<_> = upwards.iter().filter(|found| !known(found)).collect();
+    assert!(new.is_empty(), "these import from a room above theirs; move what they need down: {new:#?}");
+    let gone: Vec<_> = UPWARDS.iter().filter(|(file, room)| !upwards.contains(&(file.to_string(), room))).collect();
+    assert!(gone.is_empty(), "these do not any more; take them from UPWARDS: {gone:#?}");
 }

@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use scree::checkpoint;
-use scree::grain_export::{self, Wanted};
-use scree::math;
-use scree::run::Options;
-use scree::scenario::{Job, Linear};
-use scree::space::{Plane, Space};
-use scree::start;
+use scree::base::math;
+use scree::base::space::{Plane, Space};
+use scree::export::grain_export::{self, Wanted};
+use scree::job::{Job, Linear};
+use scree::run::{Options, start};
+use scree::store::checkpoint;
 use scree_io::column::State;
 use scree_io::store;
 use scree_partition::{Solo, Transport};

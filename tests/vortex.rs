@@ -9,9 +9,9 @@
 //! b_t =  rho R d2alpha/dt2   - sigma_rt' - 2 sigma_rt/R
 //! ```
 
+use scree::base::math::{PI, atan2, cos, ln, sin};
+use scree::base::space::{Plane, Space};
 use scree::law::material::Hencky;
-use scree::math::{PI, atan2, cos, ln, sin};
-use scree::space::{Plane, Space};
 use scree_partition::Solo;
 
 use crate::runs::{orders, point_world, words};

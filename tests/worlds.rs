@@ -2,28 +2,28 @@
 
 use std::sync::OnceLock;
 
-use scree::checkpoint::PlanarPoint;
+use scree::base::ids::GrainId;
+use scree::base::space::{Plane, Space};
 use scree::dem::grains::Mover;
 use scree::dem::motion::Field;
-use scree::grid::Grid;
-use scree::ids::GrainId;
+use scree::domain::grid::Grid;
+use scree::domain::layout::Layout;
+use scree::domain::rebuild::Parts;
+use scree::domain::servo::CellDrive;
+use scree::domain::world::Settings;
+use scree::job::{Linear, NormalForce, Scenario};
 use scree::law::contact::LinearSpringDashpot;
 use scree::law::material::CriticalDruckerPrager;
-use scree::layout::Layout;
-use scree::packing::{self, cell_of};
-use scree::rebuild::Parts;
-use scree::scenario::{Linear, NormalForce, Scenario};
-use scree::servo::CellDrive;
-use scree::space::{Plane, Space};
-use scree::world::Settings;
+use scree::prepare::sheared::{self, cell_of};
+use scree::store::checkpoint::PlanarPoint;
 use scree_partition::{Solo, Transport};
 
 pub type Vector = <Plane as Space>::Vector;
 pub type Tensor = <Plane as Space>::Tensor;
 /// The law of Table 1, in the worlds of jobs between plates.
 pub type Law = LinearSpringDashpot;
-pub type PlanarWorld<'t> = packing::PlanarWorld<'t, Law>;
-pub type Grain = packing::Grain<Law>;
+pub type PlanarWorld<'t> = sheared::PlanarWorld<'t, Law>;
+pub type Grain = sheared::Grain<Law>;
 
 /// Table 1 of seed 000, with a damping to choose.
 pub fn contact(damping: f64) -> Linear {
@@ -42,7 +42,7 @@ pub fn material() -> CriticalDruckerPrager {
     CriticalDruckerPrager {
         bulk_modulus: 100e6,
         shear_modulus: 60e6,
-        friction_critical: scree::math::tan(0.27),
+        friction_critical: scree::base::math::tan(0.27),
         fraction_critical: 0.815,
         dilation_factor: 11.0,
         dilation: 0.0,
@@ -118,7 +118,7 @@ pub fn job(sets: &[&str]) -> Scenario {
 pub fn packed_job(sets: &[&str]) -> Scenario {
     static MADE: OnceLock<()> = OnceLock::new();
     MADE.get_or_init(|| {
-        packing::prepare::<Law>(&job(&[]), &Solo).unwrap_or_else(|error| panic!("{error}"));
+        sheared::prepare::<Law>(&job(&[]), &Solo).unwrap_or_else(|error| panic!("{error}"));
     });
     job(sets)
 }

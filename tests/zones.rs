@@ -1,16 +1,16 @@
 //! Zones that live: they grow where the band goes, and give back the grains that rest.
 
-use scree::checkpoint::PlanarPoint;
+use scree::adapt::enrichment::{Enriched, cell_grid, dissolve, enrich, grain_stress};
+use scree::base::space::{Plane, Space, Words};
 use scree::dem::grains::Mover;
-use scree::enrichment::{Enriched, cell_grid, dissolve, enrich, grain_stress};
-use scree::hybrid::track::Instants;
+use scree::domain::accounts::energy::Energies;
+use scree::job::{Enrichment, Scenario};
 use scree::law::contact::ContactLaw;
 use scree::law::material::CriticalMemory;
 use scree::mpm::points::Hot;
-use scree::observe::energy::Energies;
-use scree::reference::Lies;
-use scree::scenario::{Enrichment, Scenario};
-use scree::space::{Plane, Space, Words};
+use scree::mpm::track::Instants;
+use scree::prepare::reference::Lies;
+use scree::store::checkpoint::PlanarPoint;
 use scree_partition::Solo;
 
 use crate::coupled::triaxial;

@@ -4,19 +4,19 @@
 use scree_partition::Transport;
 
 use super::{Speed, Stretches, resident_bytes};
-use crate::assembly::{self, GrainWorld, setup};
-use crate::body::{self, Body, Servo, Shape};
+use crate::base::error::Error;
+use crate::base::space::{Linear, Plane, Solid, Space};
+use crate::bodies::body::{self, Body, Servo, Shape};
 use crate::dem::cell::Cell;
 use crate::dem::grains::Mover;
 use crate::dem::tile::tile;
-use crate::error::Error;
+use crate::domain::rebuild::{Parts, Row};
+use crate::domain::servo::CellDrive;
+use crate::domain::world::World;
+use crate::job::assembly::Source;
+use crate::job::{Assembly, Job};
 use crate::law::contact::{ContactLaw, HertzMindlin, LinearSpringDashpot};
-use crate::rebuild::{Parts, Row};
-use crate::scenario::assembly::Source;
-use crate::scenario::{Assembly, Job};
-use crate::servo::CellDrive;
-use crate::space::{Linear, Plane, Solid, Space};
-use crate::world::World;
+use crate::prepare::grain_world::{self, GrainWorld};
 
 /// What is measured.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +59,7 @@ pub fn measure(wanted: &Wanted, transport: &dyn Transport) -> Result<Measured, E
 fn tiles<S: Space>(grains: u64) -> ([usize; 3], u64) {
     let (base, height) = if S::DIMENSION == 2 { (764.0, 2.0) } else { (1000.0, 1.0) };
     let whole = grains as f64 / base;
-    let along = if S::DIMENSION == 2 { (whole / height).sqrt() } else { crate::math::cbrt(whole) };
+    let along = if S::DIMENSION == 2 { (whole / height).sqrt() } else { crate::base::math::cbrt(whole) };
     let along = along.round().max(1.0);
     let layer = if S::DIMENSION == 2 { along } else { along * along };
     let up = (whole / layer).round().max(1.0);
@@ -129,7 +129,7 @@ fn job<S: Space>(base: u64) -> Result<Assembly, Error> {
             step = "0.8 us"
             end = "1 s"
             "#,
-            edge = 1e-3 * crate::math::cbrt(base as f64 * 0.87)
+            edge = 1e-3 * crate::base::math::cbrt(base as f64 * 0.87)
         )
     };
     match Job::parse(&text, "bench", &[])? {
@@ -148,7 +148,7 @@ fn world<'t, S: Space, C: ContactLaw<S>>(
     let Source::Packed(packed) = &mut job.source else { unreachable!("grains are made") };
     packed.cache = std::env::temp_dir().join("scree-bench");
     let packed = packed.clone();
-    let packing = assembly::packed::make::<S, C>(&job, &packed, job.output.save_every(), transport)?;
+    let packing = crate::prepare::packed::make::<S, C>(&job, &packed, job.output.save_every(), transport)?;
     let edges = packing.cell.edges;
     let mut grains: Vec<Row<S, C>> = tile(packing.grains, &edges, counts);
 
@@ -170,8 +170,8 @@ fn world<'t, S: Space, C: ContactLaw<S>>(
     corner[1] = -room;
     lengths[1] = height + 2.0 * room;
     let cell = Cell::cuboid(corner, lengths, [true, false, true]);
-    let settings = setup::settings_in::<S, C>(&job, CellDrive::default());
-    let layout = setup::layout_of::<S>(&job, &cell)?;
+    let settings = grain_world::settings_in::<S, C>(&job, CellDrive::default());
+    let layout = grain_world::layout_of::<S>(&job, &cell)?;
     let bodies = bodies::<S>(&job, &lengths);
     World::new(settings, layout, transport, 0, Parts::fresh(grains, Vec::new(), bodies, cell))
 }

@@ -4,11 +4,11 @@ use std::time::Instant;
 
 use scree_partition::{HaloCounts, Transport};
 
-use crate::error::Error;
+use crate::base::error::Error;
+use crate::base::space::Space;
+use crate::domain::world::World;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
-use crate::space::Space;
-use crate::world::World;
 
 pub mod dem;
 pub mod mpm;

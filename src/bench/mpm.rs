@@ -4,12 +4,12 @@
 use scree_partition::{ExactSum, Transport};
 
 use super::{Speed, Stretches, resident_bytes};
-use crate::continuum::setup;
-use crate::error::Error;
+use crate::base::error::Error;
+use crate::base::space::{Plane, Solid, Space};
+use crate::job::mpm::MaterialLaw as LawOfJob;
+use crate::job::{Job, Mpm};
 use crate::law::material::{CriticalDruckerPrager, MaterialMemory};
-use crate::scenario::mpm::MaterialLaw as LawOfJob;
-use crate::scenario::{Job, Mpm};
-use crate::space::{Plane, Solid, Space};
+use crate::prepare::point_world;
 
 /// What is measured.
 #[derive(Clone, Debug)]
@@ -50,7 +50,7 @@ pub fn measure(wanted: &Wanted, transport: &dyn Transport) -> Result<Measured, E
 fn job<S: Space>(wanted: &Wanted) -> Result<Mpm, Error> {
     let edge = match S::DIMENSION {
         2 => (wanted.points as f64).sqrt(),
-        _ => crate::math::cbrt(wanted.points as f64),
+        _ => crate::base::math::cbrt(wanted.points as f64),
     };
     let block = BLOCK[S::DIMENSION - 2];
     let cells = ((edge / PER_CELL / block as f64).round() as u64).max(2) * block;
@@ -117,7 +117,7 @@ fn measured<S: Space>(wanted: &Wanted, transport: &dyn Transport) -> Result<Meas
     let resident = resident_bytes();
     let job = job::<S>(wanted)?;
     let LawOfJob::CriticalDruckerPrager(law) = &job.material.law else { unreachable!("the text names it") };
-    let mut world = setup::world::<S, _>(&job, &CriticalDruckerPrager::of_job(law), transport)?;
+    let mut world = point_world::world::<S, _>(&job, &CriticalDruckerPrager::of_job(law), transport)?;
     for _ in 0..WARM_UP.min(wanted.stretches.steps) {
         world.advance()?;
     }

@@ -7,7 +7,7 @@
 
 use serde_json::{Value, json};
 
-use crate::observe::phases::NAMES;
+use crate::domain::phases::NAMES;
 
 /// One measured run, from its `summary.json`.
 #[derive(Clone, Debug)]

@@ -1,9 +1,9 @@
 //! A job that grows with the ranks, for weak scaling: as wide along x as that many of it side by side.
 
-use crate::error::Error;
-use crate::scenario::assembly::Source;
-use crate::scenario::mpm::{InitialStress, RegionShape};
-use crate::scenario::{Assembly, Job, Mpm, Scenario};
+use crate::base::error::Error;
+use crate::job::assembly::Source;
+use crate::job::mpm::{InitialStress, RegionShape};
+use crate::job::{Assembly, Job, Mpm, Scenario};
 
 /// The `key.path=value` overrides that make a job that many times as wide, with as many times the rows. What cannot be
 /// widened without becoming another experiment is refused.
@@ -148,7 +148,7 @@ mod tests {
         };
         let Job::Shear(plain) = load("planar_shear.toml", &[]) else { unreachable!() };
         assert!((wide.specimen.width - 0.18).abs() < 1e-12 && (wide.continuum.weak[0].upper[0] - 0.18).abs() < 1e-12);
-        let steps = crate::scenario::derived::steps;
+        let steps = crate::job::derived::steps;
         assert!(steps(&wide).abs_diff(steps(&plain)) <= 1, "{} {}", steps(&wide), steps(&plain));
         // As the default of a plate of that width, and thrice what the job says itself.
         let only = load("planar_shear.toml", &["specimen.width=0.18".into(), "continuum.weak=[]".into()]);

@@ -8,15 +8,15 @@ use clap::Args;
 use scree_partition::Transport;
 
 use super::cores::Placement;
-use super::report;
 use super::start_threads_of;
-use crate::calibrate::element::Element;
-use crate::calibrate::fragment::in_unit;
-use crate::calibrate::{self, Calibration, KEYS, Wanted, elements, other_stress};
-use crate::error::Error;
+use crate::analysis::calibrate::element::Element;
+use crate::analysis::calibrate::fragment::in_unit;
+use crate::analysis::calibrate::{self, Calibration, KEYS, Wanted, elements, other_stress};
+use crate::base::error::Error;
+use crate::job::{Job, Scenario};
 use crate::law::material::CriticalDruckerPrager;
-use crate::results::{Results, unwritable};
-use crate::scenario::{Job, Scenario};
+use crate::plot::report;
+use crate::run::results::{Results, unwritable};
 
 #[derive(Args)]
 pub(super) struct Calibrate {

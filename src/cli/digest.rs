@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::checkpoint;
-use crate::error::Error;
+use crate::base::error::Error;
+use crate::store::checkpoint;
 
 pub(super) fn command(path: &Path) -> Result<String, Error> {
     if !path.exists() {

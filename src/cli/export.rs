@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use super::resume::refuse_no_run;
-use crate::checkpoint;
-use crate::error::Error;
-use crate::grain_dump::{self, Moment};
-use crate::grain_export::{self, Wanted};
-use crate::results::refuse_existing;
-use crate::scenario::units::{Dimension, in_short, quantity};
+use crate::base::error::Error;
+use crate::export::grain_dump::{self, Moment};
+use crate::export::grain_export::{self, Wanted};
+use crate::job::units::{Dimension, in_short, quantity};
+use crate::run::results::refuse_existing;
+use crate::store::checkpoint;
 
 /// The files to write.
 pub(super) struct Files<'a> {

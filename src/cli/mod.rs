@@ -13,12 +13,13 @@ use clap::{Parser, Subcommand};
 use scree_partition::transport::{Solo, Transport};
 
 use self::cores::Placement;
-use crate::error::Error;
-use crate::grain_export::Wanted;
-use crate::program;
+use crate::base::error::Error;
+use crate::base::program;
+use crate::domain::stop;
+use crate::export::grain_export::Wanted;
+use crate::plot::report;
 use crate::run::Outcome;
-use crate::start::Continuation;
-use crate::stop;
+use crate::run::start::Continuation;
 
 mod bench;
 mod calibrate;
@@ -27,7 +28,6 @@ mod cores;
 mod digest;
 mod export;
 mod plan;
-pub mod report;
 mod resume;
 mod run;
 

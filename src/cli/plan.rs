@@ -11,13 +11,12 @@ use serde_json::{Value, json};
 
 use super::run::{Wanted, prepare};
 use super::start_threads;
-use crate::error::Error;
-use crate::output::load_file;
-use crate::plan::{Forecast, LoadMap, Network, forecast};
-use crate::run::Options;
-use crate::scenario::units::{Dimension, quantity};
-use crate::scenario::{Job, Method};
-use crate::start;
+use crate::base::error::Error;
+use crate::domain::plan::{Forecast, LoadMap, Network, forecast};
+use crate::job::units::{Dimension, quantity};
+use crate::job::{Job, Method};
+use crate::run::output::load_file;
+use crate::run::{Options, start};
 
 #[derive(Args)]
 pub(super) struct Plan {

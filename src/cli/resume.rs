@@ -6,10 +6,10 @@ use scree_partition::transport::Transport;
 
 use super::cores::Placement;
 use super::{Ending, agreed, start_threads_of};
-use crate::error::Error;
+use crate::base::error::Error;
 use crate::run::Options;
 use crate::run::folder::{Standing, settled, standing};
-use crate::start::{self, Continuation};
+use crate::run::start::{self, Continuation};
 
 pub(super) fn command(
     dir: &Path,

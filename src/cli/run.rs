@@ -7,11 +7,11 @@ use scree_partition::transport::Transport;
 use super::check::{doubts, refuse_bad_grains};
 use super::cores::Placement;
 use super::{Ending, agreed, resume, start_threads_of};
-use crate::error::Error;
+use crate::base::error::Error;
+use crate::job::Job;
 use crate::run::Options;
 use crate::run::folder::{Standing, occupied, scenario_file, settled, standing, without_head};
-use crate::scenario::Job;
-use crate::start::{self, Continuation};
+use crate::run::start::{self, Continuation};
 
 /// Where runs go that are not told otherwise, below the current folder.
 const RUNS: &str = "runs";

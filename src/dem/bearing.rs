@@ -3,15 +3,15 @@
 //! memories advance: with those of the coming evaluation its forces are seen ahead, with zeros springs stand where the last
 //! evaluation left them.
 
-use crate::body::Body;
+use crate::base::ids::{GrainId, Row};
+use crate::base::space::{Linear, Space};
+use crate::bodies::body::Body;
 use crate::dem::cell::Cell;
 use crate::dem::contacts::Contacts;
 use crate::dem::grains::{Grains, body_partner, vector};
 use crate::dem::kernel::give;
 use crate::dem::walls::{Walls, beside, middle, touch_of};
-use crate::ids::{GrainId, Row};
 use crate::law::contact::ContactLaw;
-use crate::space::{Linear, Space};
 
 /// A contact as a grain has it.
 #[derive(Clone, Copy, Debug)]

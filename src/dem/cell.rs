@@ -1,7 +1,7 @@
 //! The cell that grains live in: a parallelepiped, periodic along some of its edges, that may deform.
 
-use crate::record::{Record, Visitor};
-use crate::space::{Linear, Space};
+use crate::base::record::{Record, Visitor};
+use crate::base::space::{Linear, Space};
 
 /// How far an edge may lean along another, as a share of it, before a shorter one takes its place. Beyond a half there is
 /// one; a little more, so that a cell sheared back and forth does not turn at every rebuild.
@@ -182,7 +182,7 @@ impl<S: Space> Record for Cell<S> {
     }
 }
 
-impl<S: Space> crate::transfer::Cargo for Cell<S> {
+impl<S: Space> crate::domain::transfer::Cargo for Cell<S> {
     fn blank() -> Self {
         Self::cuboid(S::Vector::zero(), S::Vector::zero(), [false; 3])
     }
@@ -231,7 +231,7 @@ impl<S: Space> Shifts<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::space::Plane;
+    use crate::base::space::Plane;
 
     type Vector = <Plane as Space>::Vector;
     type Tensor = <Plane as Space>::Tensor;

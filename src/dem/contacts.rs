@@ -4,15 +4,15 @@
 use std::cmp::Ordering;
 use std::time::Instant;
 
+use crate::base::ids::GrainId;
+use crate::base::lane::{Instructions, LANES};
+use crate::base::space::{Linear, Space, Words};
 use crate::dem::cell::{Cell, Shifts};
 use crate::dem::grains::{Grains, is_body, lanes};
 use crate::dem::kernel::{Given, Pass, Side, pair_pass, pair_weight, row_words, side_of_row, touch};
 use crate::dem::neighbours::{Neighbours, Pair};
 use crate::dem::segments::{Finish, Passed, Resting, Segments, Shared, Stretch, row_of};
-use crate::ids::GrainId;
-use crate::lane::{Instructions, LANES};
 use crate::law::contact::{ContactLaw, Touch};
-use crate::space::{Linear, Space, Words};
 
 /// Listed pairs with their memories and forces.
 #[derive(Clone, Debug)]

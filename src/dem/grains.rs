@@ -1,10 +1,10 @@
 //! Grains as rows: what a contact reads every step apart from what is needed now and then.
 
+use crate::base::ids::{GrainId, Row};
+use crate::base::record::{Record, Visitor};
+use crate::base::space::{Linear, Space, Words};
 use crate::dem::cell::{Image, visit_image};
-use crate::ids::{GrainId, Row};
 use crate::numbers;
-use crate::record::{Record, Visitor};
-use crate::space::{Linear, Space, Words};
 
 /// The part of a grain that a contact and its own motion read: whole vector registers of `f64` without a gap.
 #[derive(Clone, Copy, Debug, PartialEq)]

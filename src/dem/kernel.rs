@@ -3,14 +3,14 @@
 
 use rayon::prelude::*;
 
+use crate::base::ids::Row;
+use crate::base::lane::{Instructions, LANES, Pack, Packed, Real};
+use crate::base::numbers::Numbers;
+use crate::base::space::{Lanewise, Linear, Space, Words};
 use crate::dem::cell::{ImageCode, Shifts};
 use crate::dem::grains::Hot;
 use crate::dem::neighbours::Pair;
-use crate::ids::Row;
-use crate::lane::{Instructions, LANES, Pack, Packed, Real};
 use crate::law::contact::{Answer, ContactLaw, FLAT, Touch};
-use crate::numbers::Numbers;
-use crate::space::{Lanewise, Linear, Space, Words};
 
 /// Pairs that one task handles; a constant and a whole number of packs, so that nothing depends on threads.
 const CHUNK: usize = 1024;

@@ -1,6 +1,6 @@
 //! Memories of contacts apart from any list: how they get from the list of before a rebuild to that of after it.
 
-use crate::ids::GrainId;
+use crate::base::ids::GrainId;
 
 /// What a row's contacts remember: partner and memory, in the order of partners.
 pub type Carried<M> = Vec<(GrainId, M)>;

@@ -3,12 +3,12 @@
 
 use rayon::prelude::*;
 
-use crate::body::Body;
+use crate::base::space::{Linear, Space};
+use crate::bodies::body::Body;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{Grains, Hot, Mover};
 use crate::dem::segments::{Finish, Resting, larger};
-use crate::scenario::assembly::{Damping, DampingForm};
-use crate::space::{Linear, Space};
+use crate::job::assembly::{Damping, DampingForm};
 
 /// Forces on grains beside those of contacts.
 #[derive(Clone, Copy, Debug, PartialEq)]

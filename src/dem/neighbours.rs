@@ -1,10 +1,10 @@
 //! Which pairs of grains may touch before the next rebuild, and which pairs each grain sums over.
 
+use crate::base::ids::Row;
+use crate::base::lane::LANES;
+use crate::base::space::{Linear, Space};
 use crate::dem::cell::{Cell, ImageCode};
 use crate::dem::grains::{Cold, Grains, Mover};
-use crate::ids::Row;
-use crate::lane::LANES;
-use crate::space::{Linear, Space};
 
 /// A pair that may touch: `a` has the lower id. Separation is `x_a - x_b + shift(image)`, the image a small integer that
 /// is the same on every rank, so that the bits are the same too.
@@ -348,9 +348,9 @@ fn list_row<S: Space>(grains: &Grains<S>, cell: &Cell<S>, bins: &Bins, margin: f
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::ids::GrainId;
+    use crate::base::space::{Components, Plane};
     use crate::dem::grains::GrainRow;
-    use crate::ids::GrainId;
-    use crate::space::{Components, Plane};
 
     /// Grains of half a metre, of which only a few patches of a wide cell hold some.
     #[test]

@@ -3,14 +3,14 @@
 
 use std::time::Instant;
 
+use crate::base::ids::Row;
+use crate::base::lane::Instructions;
+use crate::base::space::{Linear, Space, Words};
 use crate::dem::cell::Shifts;
 use crate::dem::grains::{Cold, Grains, Hot, Mover};
 use crate::dem::kernel::{Pass, evaluate, side_of_row};
 use crate::dem::neighbours::{Neighbours, Pair, SEGMENT};
-use crate::ids::Row;
-use crate::lane::Instructions;
 use crate::law::contact::ContactLaw;
-use crate::space::{Linear, Space, Words};
 
 /// Which segments: those whose pairs need no copies of other ranks' grains, or the others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -13,12 +13,12 @@
 //! once. Where a body or a glued grain does not follow the cell, the way of the other from the cell's corner takes the place
 //! of one b_a.
 
+use crate::base::space::{Linear, Space};
 use crate::dem::cell::Cell;
 use crate::dem::contacts::Contacts;
 use crate::dem::grains::{Grains, Mover};
 use crate::dem::walls::Walls;
 use crate::law::contact::{ContactLaw, FLAT, Resistance};
-use crate::space::{Linear, Space};
 
 /// Sums over contacts that bear force; over the volume they are stress, K and C.
 #[derive(Clone, Copy, Debug)]

@@ -3,9 +3,9 @@
 //! Copy t of grain i is grain i T + t of T copies: among copies of two grains the order of ids is that of the two, which
 //! the memory of their contact is oriented by.
 
+use crate::base::ids::GrainId;
+use crate::base::space::{Linear, Space, Words};
 use crate::dem::grains::{GrainRow, is_body};
-use crate::ids::GrainId;
-use crate::space::{Linear, Space, Words};
 
 /// Repeats the grains of a cell `counts` times along its edges (columns, m), along which it must be periodic where the
 /// count is not one. A contact across a face between copies joins neighbours. The rows come in the order of their ids.

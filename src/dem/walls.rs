@@ -1,14 +1,14 @@
 //! Contacts of grains with bodies: the same law, one grain at a time. They are few.
 
-use crate::body::{BODIES_MAX, Body, Nearest};
+use crate::base::ids::{GrainId, Row};
+use crate::base::lane::Real;
+use crate::base::space::{Linear, Space, Words};
+use crate::bodies::body::{BODIES_MAX, Body, Nearest};
 use crate::dem::cell::{Cell, Image};
 use crate::dem::contacts::{deeper, first_of_bodies};
 use crate::dem::grains::{Grains, Hot, Mover, body_partner, lanes, vector};
 use crate::dem::kernel::{Given, give};
-use crate::ids::{GrainId, Row};
-use crate::lane::Real;
 use crate::law::contact::{ContactLaw, FLAT, Touch};
-use crate::space::{Linear, Space, Words};
 
 /// A grain near a body.
 #[derive(Clone, Debug)]
@@ -247,7 +247,8 @@ pub fn touch_of<S: Space>(
     let relative: S::VectorOf<f64> = lanes(&(hot.velocity - body.velocity_in(&motion, &nearest.point)));
     let (spin, spin_body): (S::SpinOf<f64>, S::SpinOf<f64>) = (lanes(&hot.spin), lanes(&motion.1));
     let velocity_centres = S::tangential(&normal, &relative);
-    use crate::space::Lanewise;
+    use crate::base::space::Lanewise;
+
     Touch {
         normal,
         overlap: hot.radius - nearest.distance,

@@ -1,9 +1,9 @@
 //! What becomes of the work of a contact: springs store it, dashpots and slip lose it, and what slides by the law's
 //! reckoning is not quite what its forces act on.
 
+use crate::base::space::{Lanewise, Space, Words};
 use crate::dem::kernel::Given;
 use crate::law::contact::{Answer, ContactLaw, Touch};
-use crate::space::{Lanewise, Space, Words};
 
 /// Forces of a contact at the last evaluation, weighted: those of springs, and the rest, which is dashpots.
 #[derive(Clone, Copy, Debug)]

@@ -11,8 +11,8 @@
 //! In simple shear q is the shear stress and eps_q, to first order, the engineering shear strain, in the plane as in
 //! space. The paper does not say which strain; the logarithmic one is that of the laws.
 
-use crate::space::Space;
-use crate::symmetric::Symmetric;
+use crate::base::space::Space;
+use crate::base::symmetric::Symmetric;
 
 /// Mean and deviatoric stress, Pa.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,17 +1,17 @@
 //! Tiles back to points and grains.
 
+use crate::base::lane::{Instructions, Kernel, LANES, Pack, Packed};
+use crate::base::numbers::{Lanes, Numbers};
+use crate::base::space::{Linear, Space, Words};
 use crate::dem::grains::{Hot as GrainHot, Mover, Tie};
 use crate::dem::segments::larger;
-use crate::lane::{Instructions, Kernel, LANES, Pack, Packed};
+use crate::job::mpm::{ShapeFunction, Transfer};
 use crate::law::material::MaterialLaw;
 use crate::mpm::nodes;
 use crate::mpm::points::{Beside, Hot};
 use crate::mpm::scatter::{Basis, TileFrame, eight_of};
 use crate::mpm::shape::{Stencil, row};
 use crate::mpm::tile::{Advanced, GrainChange, NODE_WORDS};
-use crate::numbers::{Lanes, Numbers};
-use crate::scenario::mpm::{ShapeFunction, Transfer};
-use crate::space::{Linear, Space, Words};
 
 /// What points take from the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

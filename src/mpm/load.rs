@@ -1,6 +1,6 @@
 //! Loads on the surface of the material, borne by the points behind it.
 
-use crate::space::{Linear, Space};
+use crate::base::space::{Linear, Space};
 
 /// What each of its points bears.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +39,7 @@ impl<S: Space> Load<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::space::Plane;
+    use crate::base::space::Plane;
 
     type Vector = <Plane as Space>::Vector;
     type Tensor = <Plane as Space>::Tensor;

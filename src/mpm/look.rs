@@ -1,9 +1,9 @@
 //! The grid from one place, whatever its functions: for what looks at a step, not for the step itself.
 
+use crate::base::space::Space;
+use crate::job::mpm::ShapeFunction;
 use crate::mpm::scatter::TileFrame;
 use crate::mpm::shape::{Cubic, Generalised, LinearHat, Quadratic, Shape};
-use crate::scenario::mpm::ShapeFunction;
-use crate::space::Space;
 
 /// Calls `visit(node of the tile, N)` for every node that reaches `place` (m), in lexical order.
 pub fn for_each_node<S: Space>(

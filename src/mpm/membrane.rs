@@ -15,10 +15,10 @@
 //! All vertices are on all ranks, which reckon their forces alike. A vertex goes to nodes in the tile of the block that it
 //! lies in.
 
-use crate::math;
-use crate::record::{Record, Visitor};
-use crate::space::{Linear, Space};
-use crate::transfer::Cargo;
+use crate::base::math;
+use crate::base::record::{Record, Visitor};
+use crate::base::space::{Linear, Space};
+use crate::domain::transfer::Cargo;
 
 /// A chain and what it is made of.
 #[derive(Clone, Debug, PartialEq)]
@@ -268,7 +268,7 @@ fn resting<S: Space>(position: S::Vector) -> Vertex<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::space::Plane;
+    use crate::base::space::Plane;
 
     type Vector = <Plane as Space>::Vector;
 

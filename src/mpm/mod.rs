@@ -1,10 +1,11 @@
 //! The continuum engine: explicit material point method.
 //!
 //! One step is scatter (points to tiles), sum of tiles, [`nodes::step`], spread of tiles, gather (tiles to points), in the
-//! order that the job's [`crate::scenario::mpm::Scheme`] says. Which nodes another rank sums is not known here: [`tile::Tiles`] has rows for
+//! order that the job's [`crate::job::mpm::Scheme`] says. Which nodes another rank sums is not known here: [`tile::Tiles`] has rows for
 //! them.
 
-pub mod boundary;
+pub mod track;
+
 pub mod gather;
 pub mod load;
 pub mod look;

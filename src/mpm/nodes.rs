@@ -24,10 +24,10 @@
 //! them would be glued to it by springs that wind up without end. Spring and dashpot are impulses between grains and continuum
 //! at a node, so that momentum is kept, and a node's velocity does not feel them.
 
+use crate::base::space::{Linear, Space};
 use crate::dem::grains::Tie;
 use crate::mpm::share::Share;
 use crate::mpm::tile::{Gathered, GrainChange, GrainNode};
-use crate::space::{Linear, Space};
 
 /// k and b. An oscillation of a grain against its nodes dies within tens of steps for all shares s, whatever part of it the
 /// nodes see.

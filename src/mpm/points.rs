@@ -1,16 +1,16 @@
 //! Material points as rows: what a step reads and writes apart from what is needed now and then.
 
+use crate::base::ids::{PointId, Row};
+use crate::base::numbers::Numbers;
+use crate::base::record::{Record, Visitor};
+use crate::base::space::{Linear, Space, Words};
+use crate::base::symmetric::Symmetric;
+use crate::couple::oracle::Window;
 use crate::dem::cell::{Image, visit_image};
-use crate::hybrid::oracle::Window;
-use crate::hybrid::track::Track;
-use crate::ids::{PointId, Row};
+use crate::domain::rebuild::Moved;
 use crate::law::material::MaterialMemory;
+use crate::mpm::track::Track;
 use crate::numbers;
-use crate::numbers::Numbers;
-use crate::rebuild::Moved;
-use crate::record::{Record, Visitor};
-use crate::space::{Linear, Space, Words};
-use crate::symmetric::Symmetric;
 
 /// The part of a point that every step reads and writes: numbers alone, so that eight of them go side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,15 +1,15 @@
 //! Points and grains to the tile of their block.
 
+use crate::base::ids::Row;
+use crate::base::lane::{Instructions, Kernel, LANES, Pack, Packed, Real};
+use crate::base::numbers::{Lanes, Numbers};
+use crate::base::space::{Space, Words};
+use crate::base::symmetric::Symmetric;
 use crate::dem::grains::{Hot as GrainHot, Mover, Tie};
-use crate::ids::Row;
-use crate::lane::{Instructions, Kernel, LANES, Pack, Packed, Real};
+use crate::job::mpm::ShapeFunction;
 use crate::mpm::points::{Beside, Hot};
 use crate::mpm::shape::{Axis, Cubic, Generalised, LinearHat, Quadratic, Shape, Stencil, row};
 use crate::mpm::tile::{Gathered, GrainNode, NODE_WORDS};
-use crate::numbers::{Lanes, Numbers};
-use crate::scenario::mpm::ShapeFunction;
-use crate::space::{Space, Words};
-use crate::symmetric::Symmetric;
 
 /// One block's tile: where its first node lies, and how a place is measured in it.
 #[derive(Clone, Copy, Debug)]

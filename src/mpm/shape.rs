@@ -11,9 +11,9 @@
 //! on any regular lattice integrate their slopes exactly: the midpoint rule errs by multiples of what the slopes' own slopes
 //! are at the ends of a function's reach (Euler & Maclaurin), and at a straight end that is nothing.
 
-use crate::lane::Real;
-use crate::scenario::mpm::ShapeFunction;
-use crate::space::{Space, Words};
+use crate::base::lane::Real;
+use crate::base::space::{Space, Words};
+use crate::job::mpm::ShapeFunction;
 
 /// Drift from home in cells and per axis at which a rebuild is due, below the half cell that the margins allow.
 pub const DRIFT_MAX: f64 = 0.45;

@@ -1,6 +1,6 @@
 //! What part of a node's mass holds the grains there, direction by direction.
 
-use crate::space::Space;
+use crate::base::space::Space;
 
 /// What is along membranes, a symmetric tensor of the plane: xx, xy, yy.
 pub type Along = [f64; 3];
@@ -62,8 +62,8 @@ impl<S: Space> Share<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math;
-    use crate::space::{Plane, Solid};
+    use crate::base::math;
+    use crate::base::space::{Plane, Solid};
 
     type Vector = <Plane as Space>::Vector;
 

@@ -5,11 +5,11 @@ use std::marker::PhantomData;
 
 use rayon::prelude::*;
 
-use crate::ids::Row;
+use crate::base::ids::Row;
+use crate::base::space::{Linear, Space};
+use crate::base::zeroed::Zeroed;
 use crate::mpm::share::{Along, Share};
 use crate::numbers;
-use crate::space::{Linear, Space};
-use crate::zeroed::Zeroed;
 
 /// Words of a node's row: a line of the cache, changed all in step.
 pub const NODE_WORDS: usize = 8;

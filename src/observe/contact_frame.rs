@@ -14,16 +14,16 @@
 use scree_io::column::{Column, Values};
 use scree_io::frames::{Drawn, Frame};
 
+use crate::base::error::Error;
+use crate::base::record::{Record, Visitor};
+use crate::base::space::{Linear, Space};
 use crate::dem::bearing::Bearing;
 use crate::dem::grains::body_of_partner;
-use crate::error::Error;
+use crate::domain::transfer::{self, Cargo};
+use crate::domain::world::World;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::observe::frame::spread;
-use crate::record::{Record, Visitor};
-use crate::space::{Linear, Space};
-use crate::transfer::{self, Cargo};
-use crate::world::World;
 
 /// What a line leads to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -17,22 +17,22 @@ use std::ops::Range;
 use scree_io::column::{Column, Values};
 use scree_io::frames::{Drawn, Frame};
 
+use crate::base::error::Error;
+use crate::base::math;
+use crate::base::record::{Record, Visitor};
+use crate::base::space::{Linear, Solid, Space};
 use crate::dem::bearing::Bearing;
 use crate::dem::cell::{Cell, Image, visit_image};
 use crate::dem::grains::Mover;
-use crate::error::Error;
+use crate::domain::transfer::{self, Cargo};
+use crate::domain::world::World;
 use crate::law::contact::ContactLaw;
 use crate::law::invariants::{Deformation, StressInvariants};
 use crate::law::material::MaterialLaw;
-use crate::math;
 use crate::mpm::membrane::Vertex;
 use crate::mpm::points::{Cold, Hot};
 use crate::observe::local_strain::{Place, best_fit_deformations};
 use crate::observe::point::{OBSERVED, observed};
-use crate::record::{Record, Visitor};
-use crate::space::{Linear, Solid, Space};
-use crate::transfer::{self, Cargo};
-use crate::world::World;
 
 /// What a row of a frame is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,8 +15,8 @@
 
 use rayon::prelude::*;
 
+use crate::base::space::{Linear, Space};
 use crate::dem::cell::{Cell, Image};
-use crate::space::{Linear, Space};
 
 /// Between the first shell of neighbours and the second.
 const REACH: f64 = 1.5;
@@ -173,7 +173,7 @@ fn images<S: Space>(periodic: [bool; 3]) -> impl Iterator<Item = Image> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::space::{Plane, Solid};
+    use crate::base::space::{Plane, Solid};
 
     /// A lattice that has been deformed uniformly with its cell, and wrapped into it.
     fn deformed<S: Space>(count: usize, gradient: &S::Tensor) -> (Vec<Place<S>>, Cell<S>) {

@@ -1,9 +1,9 @@
 //! What is told of a point beside its motion, in the series and in frames.
 
+use crate::base::space::Space;
 use crate::law::invariants::{Deformation, StressInvariants};
 use crate::law::material::{MaterialLaw, MaterialMemory};
 use crate::mpm::points::Hot;
-use crate::space::Space;
 
 /// Names of what [`observed`] returns.
 pub const OBSERVED: [&str; 8] = [

@@ -45,7 +45,7 @@ pub fn space_shares(positions: &[[f64; 2]], edge_max: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math;
+    use crate::base::math;
 
     #[test]
     fn shares_fill_the_space_between_the_outermost() {

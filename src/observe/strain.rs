@@ -218,7 +218,7 @@ fn flush(coordinate: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math;
+    use crate::base::math;
 
     /// A disturbed lattice of `columns` by `rows` at spacing one; the disturbance repeats nowhere within it.
     fn lattice(columns: usize, rows: usize) -> Vec<[f64; 2]> {

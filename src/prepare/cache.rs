@@ -21,12 +21,13 @@ use scree_io::store;
 use scree_partition::Transport;
 use sha2::{Digest, Sha256};
 
-use crate::error::Error;
-use crate::packing::on_root;
+use crate::base::error::Error;
+use crate::base::program;
+use crate::domain::stop::{self, Wish};
+use crate::domain::transfer;
 use crate::prepare::making::Making;
+use crate::prepare::sheared::on_root;
 use crate::run::folder::{host, now};
-use crate::stop::{self, Wish};
-use crate::{program, transfer};
 
 const LOCK: &str = "lock";
 const PROGRESS: &str = "progress.h5";

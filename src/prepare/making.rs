@@ -21,17 +21,17 @@ use scree_partition::Transport;
 use serde::{Deserialize, Serialize};
 
 use super::cache::Held;
-use crate::checkpoint::{self, Progress, Snapshot, Target};
-use crate::error::Error;
+use crate::base::error::Error;
+use crate::base::math;
+use crate::base::space::Space;
+use crate::domain::meter::Meter;
+use crate::domain::stop::{self, Wish};
+use crate::domain::transfer;
+use crate::domain::world::World;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
-use crate::math;
-use crate::packing::on_root;
-use crate::run::meter::Meter;
-use crate::space::Space;
-use crate::stop::{self, Wish};
-use crate::transfer;
-use crate::world::World;
+use crate::prepare::sheared::on_root;
+use crate::store::checkpoint::{self, Progress, Snapshot, Target};
 
 /// Where a packing in the making is.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

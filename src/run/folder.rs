@@ -20,8 +20,8 @@ use scree_io::store;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::error::Error;
-use crate::program;
+use crate::base::error::Error;
+use crate::base::program;
 
 const LOCK: &str = "run.lock";
 const SCRATCH: &str = "run.tmp";

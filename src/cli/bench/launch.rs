@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::process::Command;
 
 use super::super::LAUNCHER_VARIABLES;
-use crate::error::Error;
+use crate::base::error::Error;
 
 /// Open MPI starts ranks for root only where both of these are 1.
 const ROOT_VARIABLES: [&str; 2] = ["OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"];

@@ -9,8 +9,8 @@ use serde_json::{Map, Value, json};
 use self::launch::{Launcher, is_launched};
 use super::cores::Placement;
 use super::{Ending, start_threads_of};
+use crate::base::error::Error;
 use crate::bench::{Speed, Stretches, dem, mpm};
-use crate::error::Error;
 use crate::run::Outcome;
 
 mod launch;

@@ -11,15 +11,15 @@ use std::process::{Command, Output};
 use clap::Args;
 
 use super::launch::{Launcher, cores, is_launched};
+use crate::base::error::Error;
 use crate::bench::scaling::{Point, Sample, Scaling, first_difference, strong, weak};
 use crate::bench::widen;
-use crate::checkpoint;
 use crate::cli::cores::counted;
-use crate::cli::report;
-use crate::error::Error;
+use crate::job::Job;
+use crate::job::units::{Dimension, quantity};
+use crate::plot::report;
 use crate::run::Outcome;
-use crate::scenario::Job;
-use crate::scenario::units::{Dimension, quantity};
+use crate::store::checkpoint;
 
 #[derive(Args)]
 pub(in crate::cli) struct Wanted {

@@ -2,9 +2,9 @@
 
 use super::page::{Page, figures, whole};
 use super::{INERTIAL_NUMBER_QUASI_STATIC, STEP_SHARE_MIN, STIFFNESS_NUMBER_MIN};
-use crate::scenario::assembly::{Assembly, Body, DampingForm, Packed, Preparation, Shape, Sizes, Source};
-use crate::scenario::stable::{Bound, HERTZ_OVERLAP, governing};
-use crate::scenario::{Contact, Linear, NormalForce, Sliding, figures as of};
+use crate::job::assembly::{Assembly, Body, DampingForm, Packed, Preparation, Shape, Sizes, Source};
+use crate::job::stable::{Bound, HERTZ_OVERLAP, governing};
+use crate::job::{Contact, Linear, NormalForce, Sliding, figures as of};
 
 /// Share of the cell that it may deform by in one step before contacts are followed too coarsely.
 const STRAIN_OF_STEP_MAX: f64 = 1e-4;

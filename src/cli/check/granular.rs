@@ -2,11 +2,11 @@
 
 use super::assembly::contacts;
 use super::page::{Page, figures, whole};
-use crate::math::PI;
-use crate::scenario::Method;
-use crate::scenario::assembly::{Packed, Preparation, Source};
-use crate::scenario::figures::sizes;
-use crate::scenario::mpm::{Granular, InitialStress, Mpm, Origin, figures as of};
+use crate::base::math::PI;
+use crate::job::Method;
+use crate::job::assembly::{Packed, Preparation, Source};
+use crate::job::figures::sizes;
+use crate::job::mpm::{Granular, InitialStress, Mpm, Origin, figures as of};
 
 /// How far stresses of points and packing may be apart.
 const STRESS_OFF: f64 = 0.05;

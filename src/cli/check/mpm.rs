@@ -4,15 +4,16 @@ use super::STEP_SHARE_MIN;
 use super::assembly::motion;
 use super::granular::{self, grains, grains_if_discrete};
 use super::page::{Page, figures, megapascals, whole};
-use crate::math::PI;
-use crate::scenario::assembly::Shape;
-use crate::scenario::derived::{BYTES_GRAIN, COST_GRAIN};
-use crate::scenario::mpm::{
+use crate::base::math::PI;
+use crate::job::Method;
+use crate::job::assembly::Shape;
+use crate::job::derived::{BYTES_GRAIN, COST_GRAIN};
+use crate::job::figures::bounds as bounds_of_grains;
+use crate::job::mpm::{
     BodyContact, Boundary, Face, Granular, InitialStress, LoadKind, MaterialLaw, Mpm, RegionShape, ShapeFunction,
     StressUpdate, Transfer, figures as of,
 };
-use crate::scenario::stable::governing;
-use crate::scenario::{Method, figures::bounds as bounds_of_grains};
+use crate::job::stable::governing;
 
 /// Above this share of the wave speed motion is no longer slow against waves.
 const MACH_MAX: f64 = 0.3;

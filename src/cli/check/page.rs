@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
+use crate::job::Output;
+use crate::job::stable::{Bound, governing};
 use crate::observe::contact_frame::BYTES_PER_LINE;
 use crate::observe::frame::BYTES_PER_ROW;
-use crate::scenario::Output;
-use crate::scenario::stable::{Bound, governing};
 
 /// Lines with aligned columns.
 pub struct Page(pub String);

@@ -1,15 +1,15 @@
 //! No contact: the law of worlds that consist of points alone.
 
 use super::{Answer, ContactLaw, FromJob, Resistance, Touch};
-use crate::lane::Real;
-use crate::scenario;
-use crate::space::{Components, Space, Words};
+use crate::base::lane::Real;
+use crate::base::space::{Components, Space, Words};
+use crate::job;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Absent;
 
 impl FromJob for Absent {
-    fn from_job(_: &scenario::Contact) -> Option<Self> {
+    fn from_job(_: &job::Contact) -> Option<Self> {
         None
     }
 }

@@ -16,14 +16,14 @@
 //! bounds: k_n = 2 E r_i, and rolling is resisted as by a grain of the same size.
 
 use super::{Answer, ContactLaw, FLAT, FromJob, Resistance, Touch};
-use crate::lane::Real;
-use crate::scenario::{self, Sliding};
-use crate::space::{Lanewise, Space};
+use crate::base::lane::Real;
+use crate::base::space::{Lanewise, Space};
+use crate::job::{self, Sliding};
 
-/// The law with its constants; units as in [`scenario::ElasticRolling`].
+/// The law with its constants; units as in [`job::ElasticRolling`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElasticRolling {
-    pub constants: scenario::ElasticRolling,
+    pub constants: job::ElasticRolling,
 }
 
 /// k_n, k_t and k_r of a contact.
@@ -48,9 +48,9 @@ impl ElasticRolling {
 }
 
 impl FromJob for ElasticRolling {
-    fn from_job(contact: &scenario::Contact) -> Option<Self> {
+    fn from_job(contact: &job::Contact) -> Option<Self> {
         match contact {
-            scenario::Contact::ElasticRolling(constants) => Some(Self { constants: *constants }),
+            job::Contact::ElasticRolling(constants) => Some(Self { constants: *constants }),
             _ => None,
         }
     }

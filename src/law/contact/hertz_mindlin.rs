@@ -18,14 +18,14 @@
 //! contact opens, unless it is limited to repel. Against a flat body R_2 is without bounds.
 
 use super::{Answer, ContactLaw, FromJob, Resistance, Touch};
-use crate::lane::Real;
-use crate::scenario;
-use crate::space::{Lanewise, Space, Words};
+use crate::base::lane::Real;
+use crate::base::space::{Lanewise, Space, Words};
+use crate::job;
 
-/// The law with its constants; units as in [`scenario::HertzMindlin`].
+/// The law with its constants; units as in [`job::HertzMindlin`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HertzMindlin {
-    pub constants: scenario::HertzMindlin,
+    pub constants: job::HertzMindlin,
 }
 
 impl HertzMindlin {
@@ -55,9 +55,9 @@ impl HertzMindlin {
 }
 
 impl FromJob for HertzMindlin {
-    fn from_job(contact: &scenario::Contact) -> Option<Self> {
+    fn from_job(contact: &job::Contact) -> Option<Self> {
         match contact {
-            scenario::Contact::HertzMindlin(constants) => Some(Self { constants: *constants }),
+            job::Contact::HertzMindlin(constants) => Some(Self { constants: *constants }),
             _ => None,
         }
     }

@@ -12,20 +12,20 @@
 
 use super::linear_spring_dashpot::slide;
 use super::{Answer, ContactLaw, FromJob, Resistance, Touch};
-use crate::lane::Real;
-use crate::scenario;
-use crate::space::{Components, Lanewise, Space, Words};
+use crate::base::lane::Real;
+use crate::base::space::{Components, Lanewise, Space, Words};
+use crate::job;
 
-/// The law with its constants; units as in [`scenario::LinearCohesive`].
+/// The law with its constants; units as in [`job::LinearCohesive`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearCohesive {
-    pub constants: scenario::LinearCohesive,
+    pub constants: job::LinearCohesive,
 }
 
 impl FromJob for LinearCohesive {
-    fn from_job(contact: &scenario::Contact) -> Option<Self> {
+    fn from_job(contact: &job::Contact) -> Option<Self> {
         match contact {
-            scenario::Contact::LinearCohesive(constants) => Some(Self { constants: *constants }),
+            job::Contact::LinearCohesive(constants) => Some(Self { constants: *constants }),
             _ => None,
         }
     }

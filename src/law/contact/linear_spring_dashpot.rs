@@ -12,23 +12,23 @@
 //! ```
 //!
 //! Damping is absolute (N s/m) and enters in full, as in Table 1 of the paper. The spring is forgotten at the first step
-//! without overlap. Stable only for time steps below the bounds of [`crate::scenario`], which include the damping.
+//! without overlap. Stable only for time steps below the bounds of [`crate::job`], which include the damping.
 
 use super::{Answer, ContactLaw, FromJob, Resistance, Touch};
-use crate::lane::Real;
-use crate::scenario;
-use crate::space::{Lanewise, Space, Words};
+use crate::base::lane::Real;
+use crate::base::space::{Lanewise, Space, Words};
+use crate::job;
 
-/// The law with its constants; units as in [`scenario::Linear`].
+/// The law with its constants; units as in [`job::Linear`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearSpringDashpot {
-    pub constants: scenario::Linear,
+    pub constants: job::Linear,
 }
 
 impl FromJob for LinearSpringDashpot {
-    fn from_job(contact: &scenario::Contact) -> Option<Self> {
+    fn from_job(contact: &job::Contact) -> Option<Self> {
         match contact {
-            scenario::Contact::Linear(constants) => Some(Self { constants: *constants }),
+            job::Contact::Linear(constants) => Some(Self { constants: *constants }),
             _ => None,
         }
     }
@@ -76,7 +76,7 @@ impl<S: Space> ContactLaw<S> for LinearSpringDashpot {
 /// Advances the tangential spring and returns its force with the dashpot's, cut to `limit` (N).
 #[inline(always)]
 pub(super) fn slide<S: Space, R: Real>(
-    law: &scenario::Linear,
+    law: &job::Linear,
     touch: &Touch<S, R>,
     limit: R,
     spring: &mut S::TangentOf<R>,

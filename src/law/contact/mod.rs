@@ -1,11 +1,11 @@
-//! Forces between two touching grains. A law is one file here and one line in [`crate::scenario::Contact`]'s dispatch; it
+//! Forces between two touching grains. A law is one file here and one line in [`crate::job::Contact`]'s dispatch; it
 //! is written once over [`Real`], chosen once per run, and never branches in the step.
 
 use std::fmt::Debug;
 
-use crate::lane::Real;
-use crate::scenario;
-use crate::space::{Plane, Solid, Space, Words};
+use crate::base::lane::Real;
+use crate::base::space::{Plane, Solid, Space, Words};
+use crate::job;
 
 mod absent;
 mod elastic_rolling;
@@ -73,7 +73,7 @@ pub struct Resistance {
 /// How a law is made from a job.
 pub trait FromJob: Sized {
     /// None where the job names another law.
-    fn from_job(contact: &scenario::Contact) -> Option<Self>;
+    fn from_job(contact: &job::Contact) -> Option<Self>;
 }
 
 /// Work that does not care which law it is done with.
@@ -83,12 +83,12 @@ pub trait ForAnyLaw {
 }
 
 /// Does the work with the law that a job names: the one place where laws are told apart.
-pub fn with_law_of<W: ForAnyLaw>(contact: &scenario::Contact, work: W) -> W::Outcome {
+pub fn with_law_of<W: ForAnyLaw>(contact: &job::Contact, work: W) -> W::Outcome {
     match contact {
-        scenario::Contact::Linear(_) => work.with::<LinearSpringDashpot>(),
-        scenario::Contact::LinearCohesive(_) => work.with::<LinearCohesive>(),
-        scenario::Contact::ElasticRolling(_) => work.with::<ElasticRolling>(),
-        scenario::Contact::HertzMindlin(_) => work.with::<HertzMindlin>(),
+        job::Contact::Linear(_) => work.with::<LinearSpringDashpot>(),
+        job::Contact::LinearCohesive(_) => work.with::<LinearCohesive>(),
+        job::Contact::ElasticRolling(_) => work.with::<ElasticRolling>(),
+        job::Contact::HertzMindlin(_) => work.with::<HertzMindlin>(),
     }
 }
 

@@ -1,9 +1,9 @@
 //! No continuum: the material of worlds that consist of grains alone.
 
 use super::{MaterialLaw, MaterialMemory};
+use crate::base::record::{Record, Visitor};
+use crate::base::space::{Linear, Space};
 use crate::numbers;
-use crate::record::{Record, Visitor};
-use crate::space::{Linear, Space};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Absent;

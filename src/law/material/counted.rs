@@ -1,11 +1,11 @@
 //! Any law with the energy that it dissipates: a memory of its own, so that runs that do not ask do not carry it.
 
 use super::{MaterialLaw, MaterialMemory};
-use crate::lane::Real;
+use crate::base::lane::Real;
+use crate::base::numbers::Numbers;
+use crate::base::record::{Record, Visitor};
+use crate::base::space::Space;
 use crate::numbers;
-use crate::numbers::Numbers;
-use crate::record::{Record, Visitor};
-use crate::space::Space;
 
 /// A law whose memory sums up what [`MaterialLaw::update_counted`] says.
 #[derive(Clone, Copy, Debug, PartialEq)]

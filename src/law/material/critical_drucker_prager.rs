@@ -30,13 +30,12 @@
 
 use super::hencky::{isotropic_strain, isotropic_stress, p_wave_modulus};
 use super::{MaterialLaw, MaterialMemory, alone};
-use crate::lane::Real;
-use crate::math;
-use crate::numbers;
-use crate::record::{Record, Visitor};
-use crate::scenario;
-use crate::space::{Space, Words};
-use crate::symmetric::Symmetric;
+use crate::base::lane::Real;
+use crate::base::math;
+use crate::base::record::{Record, Visitor};
+use crate::base::space::{Space, Words};
+use crate::base::symmetric::Symmetric;
+use crate::{job, numbers};
 
 /// The law with its constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -161,7 +160,7 @@ impl<R: Real, T: Symmetric<R>> Parts<R, T> {
 }
 
 impl CriticalDruckerPrager {
-    pub fn of_job(law: &scenario::mpm::CriticalDruckerPrager) -> Self {
+    pub fn of_job(law: &job::mpm::CriticalDruckerPrager) -> Self {
         // A constant dilation takes the place of chi's.
         let (factor, dilation) = match law.dilation_angle {
             Some(angle) => (0.0, math::tan(angle)),
@@ -179,7 +178,7 @@ impl CriticalDruckerPrager {
         }
     }
 
-    pub fn new(continuum: &scenario::Continuum) -> Self {
+    pub fn new(continuum: &job::Continuum) -> Self {
         Self {
             bulk_modulus: continuum.bulk_modulus,
             shear_modulus: continuum.shear_modulus,

@@ -10,11 +10,11 @@
 //! across it that of plane strain, `(K - G) tr(eps)`.
 
 use super::{MaterialLaw, MaterialMemory, alone};
-use crate::lane::Real;
+use crate::base::lane::Real;
+use crate::base::record::{Record, Visitor};
+use crate::base::space::{Space, Words};
+use crate::base::symmetric::Symmetric;
 use crate::numbers;
-use crate::record::{Record, Visitor};
-use crate::space::{Space, Words};
-use crate::symmetric::Symmetric;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hencky {

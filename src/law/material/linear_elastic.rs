@@ -16,10 +16,10 @@
 
 use super::hencky::{isotropic_strain, isotropic_stress, p_wave_modulus};
 use super::{MaterialLaw, MaterialMemory};
+use crate::base::record::{Record, Visitor};
+use crate::base::space::Space;
+use crate::base::symmetric::Symmetric;
 use crate::numbers;
-use crate::record::{Record, Visitor};
-use crate::space::Space;
-use crate::symmetric::Symmetric;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearElastic {

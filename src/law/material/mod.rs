@@ -1,10 +1,10 @@
 //! Stress from deformation inside a continuum.
 
-use crate::lane::Real;
-use crate::numbers::Numbers;
-use crate::record::Record;
-use crate::space::{Linear, Space, Words};
-use crate::symmetric::Symmetric;
+use crate::base::lane::Real;
+use crate::base::numbers::Numbers;
+use crate::base::record::Record;
+use crate::base::space::{Linear, Space, Words};
+use crate::base::symmetric::Symmetric;
 
 mod absent;
 mod counted;

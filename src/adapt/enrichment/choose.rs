@@ -1,0 +1,134 @@
+//! Which grains of the packing enter.
+
+use super::motion::Motion;
+use super::residents::Residents;
+use super::{PlanarPoint, Refusal, Vector};
+use crate::base::space::Plane;
+use crate::couple::select::{Candidate, select};
+use crate::couple::zone::{CellGrid, Label, Zone};
+use crate::dem::grains::Mover;
+use crate::job::Enrichment;
+use crate::law::contact::ContactLaw;
+use crate::prepare::sheared::Grain;
+
+pub(super) struct Chosen<C: ContactLaw<Plane>> {
+    pub grains: Vec<Grain<C>>,
+    /// Grains of the packing that stand beside them already.
+    pub beside: Vec<Grain<C>>,
+    /// Ids of rim grains, rising.
+    pub rim: Vec<u64>,
+    /// Weight that points of the rim keep.
+    pub point_weight: f64,
+}
+
+/// A grain of the packing, seen from a zone.
+pub(super) enum Stands {
+    Away,
+    /// It stands there already, as one of the residents, near enough to touch those that come.
+    Beside,
+    /// The continuum's motion has brought it here, m, where it may enter.
+    Near([f64; 2]),
+}
+
+/// What tells where a grain of the packing stands.
+pub(super) struct Sight<'a> {
+    zone: &'a Zone,
+    motion: &'a Motion,
+    residents: &'a Residents,
+    /// Distance to the flagged nodes up to which grains are looked at, m.
+    reach: f64,
+}
+
+impl<'a> Sight<'a> {
+    pub fn of(settings: &Enrichment, zone: &'a Zone, motion: &'a Motion, residents: &'a Residents) -> Self {
+        Self { zone, motion, residents, reach: settings.distance + 1.5 * zone.grid.cell }
+    }
+
+    /// The grain of that number, which has its `origin` in the packing.
+    pub fn stands(&self, id: u64, origin: &Vector) -> Stands {
+        let Self { zone, motion, residents, reach } = self;
+        let Some(way) = motion.at(motion.times.len() - 1, origin) else { return Stands::Away };
+        if let Some(resident) = residents.get(id) {
+            let place = *origin + resident.displacement;
+            let is_beside = zone.distance([place[0], place[1]]) <= reach + zone.grid.cell;
+            return if is_beside { Stands::Beside } else { Stands::Away };
+        }
+        let place = *origin + way;
+        let place = [place[0], place[1]];
+        match zone.at(place[0], place[1]) == Label::Continuum && zone.distance(place) > *reach {
+            true => Stands::Away,
+            false => Stands::Near(place),
+        }
+    }
+}
+
+/// Those that are to enter. They weigh what the zone's `[core, rim]` give up: all of the core's mass, kg, and w of the rim's.
+pub(super) fn choose<C: ContactLaw<Plane>>(
+    settings: &Enrichment,
+    zone: &Zone,
+    sight: &Sight<'_>,
+    packing: &[Grain<C>],
+    [core, rim_mass]: [f64; 2],
+) -> Result<Chosen<C>, Refusal> {
+    let (mut candidates, mut beside) = (Vec::new(), Vec::new());
+    for (row, grain) in packing.iter().enumerate() {
+        let place = match sight.stands(grain.cold.id.0, &grain.cold.origin) {
+            Stands::Near(place) => place,
+            Stands::Beside => {
+                beside.push(grain.clone());
+                continue;
+            }
+            Stands::Away => continue,
+        };
+        if grain.cold.mover != Mover::Free {
+            return Err(Refusal(
+                "the zone around the shear band reaches a plate, or the end of a packing that is not as high as the specimen, and grains of a zone cannot touch these yet; lower `enrichment.distance`, move the weak region away from the plates, or raise `packing.height`".into(),
+            ));
+        }
+        candidates.push(Candidate { row, id: grain.cold.id.0, mass: grain.hot.mass, place });
+    }
+    let selection = select(zone, &candidates, core, rim_mass, settings.weight);
+    let mut rim: Vec<u64> = Vec::new();
+    let mut grains = Vec::with_capacity(selection.chosen.len());
+    for (row, in_rim) in selection.chosen {
+        grains.push(packing[row].clone());
+        if in_rim {
+            rim.push(packing[row].cold.id.0);
+        }
+    }
+    rim.sort_unstable();
+    let heaviest = grains.iter().map(|grain| grain.hot.mass).fold(0.0, f64::max);
+    let off = (selection.point_weight - (1.0 - settings.weight)) * rim_mass;
+    // The latter where a zone grows by next to no rim.
+    if off.abs() > heaviest || !(0.0..1.0).contains(&selection.point_weight) {
+        return Err(Refusal(format!(
+            "the grains of the packing cannot replace the points of the zone: masses differ by {off:e} kg, a grain weighs {heaviest:e} kg; the fraction of the material at the start (continuum.fraction_start of planar shear, material.fraction on a grid) must be near the packing's own, and the zone must lie within the packing (packing.height)"
+        )));
+    }
+    if grains.is_empty() || rim.is_empty() {
+        return Err(Refusal(
+            "the packing has no grains for the zone around the shear band; its height or width differ from the specimen's".into(),
+        ));
+    }
+    Ok(Chosen { grains, beside, rim, point_weight: selection.point_weight })
+}
+
+/// Ids, rising, of the grains within two cells of where the material ends.
+pub(super) fn border<C: ContactLaw<Plane>>(
+    grid: &CellGrid,
+    points: &[PlanarPoint],
+    residents: &Residents,
+    chosen: &Chosen<C>,
+) -> Vec<u64> {
+    let mut filled = vec![false; grid.counts[0] * grid.counts[1]];
+    let cell_of = |origin: &Vector| grid.at(origin[0], origin[1]);
+    let began = points.iter().map(|point| &point.cold.origin).chain(residents.iter().map(|resident| &resident.origin));
+    began.filter_map(cell_of).for_each(|cell| filled[cell] = true);
+    let is_inner = |cell: usize| filled[cell] && grid.beside(cell).filter(|beside| filled[*beside]).count() == 4;
+    let inner: Vec<bool> = (0..filled.len()).map(is_inner).collect();
+    let is_deep = |cell: usize| inner[cell] && grid.beside(cell).all(|beside| inner[beside]);
+    let at_border = |grain: &&Grain<C>| !cell_of(&grain.cold.origin).is_some_and(is_deep);
+    let mut border: Vec<u64> = chosen.grains.iter().filter(at_border).map(|grain| grain.cold.id.0).collect();
+    border.sort_unstable();
+    border
+}

@@ -1,0 +1,312 @@
+//! Grains that have come to rest far from any band turn back into points (beyond the seed, whose zones are for good).
+//!
+//! Cells of the zone farther than phi_0, its rim and one cell more from every busy cell give their grains up; those beside them become the rim of what
+//! is left. Points that are made stand as they did at the start of a run, so many along a cell; each takes displacement, velocity, stress
+//! and packing fraction from the fields that the grains of the cells around tell ([`crate::couple::patch`]). In each set of cells that
+//! hang together one factor to the masses of all points that take something over, and one rigid correction of their velocities, make
+//! mass and momentum exactly what grains gave up.
+
+use std::collections::BTreeMap;
+
+use scree_partition::ExactSum;
+
+use super::account::{Account, BeforeAndAfter};
+use super::patches::{around, patches};
+use super::points::{Maker, first_free_id, part_at, places};
+use super::{PlanarPoint, Vector, cell_grid};
+use crate::base::error::Error;
+use crate::base::space::{Plane, Space};
+use crate::couple::patch::Patch;
+use crate::couple::zone::CellGrid;
+use crate::dem::grains::{Hot, Mover};
+use crate::job::Enrichment;
+use crate::law::contact::ContactLaw;
+use crate::mpm::track::Instants;
+use crate::prepare::sheared::{Grain, PlanarWorld};
+
+/// What a dissolution did, for the log.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Dissolved {
+    /// Grains that went, and those that share their place with points from now on.
+    pub grains: u64,
+    pub grains_rim: u64,
+    /// Points that came, and those that stand for all of their place from now on.
+    pub points: u64,
+    pub points_whole: u64,
+    /// What masses of points had to be multiplied by for all mass to be kept, one for each set of cells; and of sets that stay for that.
+    pub mass_factors: Vec<f64>,
+    pub refused: Vec<f64>,
+    pub kept: BeforeAndAfter,
+}
+
+/// Cells beyond phi_0 and its rim in which grains stay all the same, so that a zone does not come and go.
+const CELLS_BEYOND: f64 = 1.0;
+/// Of what they would grains must fill this share of a cell for it to be full and have all of its points.
+const FILLED_CELL: f64 = 0.85;
+/// Points that would have to be that much heavier or lighter are not made.
+const FACTORS: [f64; 2] = [0.8, 1.25];
+
+/// What becomes of a cell with grains, and the set of cells that it belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Fate {
+    Stays,
+    /// Its grains share it with points from now on.
+    Rim(usize),
+    Leaves(usize),
+}
+
+impl Fate {
+    fn set(self) -> Option<usize> {
+        match self {
+            Self::Stays => None,
+            Self::Rim(set) | Self::Leaves(set) => Some(set),
+        }
+    }
+}
+
+/// Turns grains far from all `busy` cells back into points; nothing where there are none. `depth` is that of the plane, m, `fraction`
+/// the packing's at the start. Collective.
+pub fn dissolve<C: ContactLaw<Plane>>(
+    world: &mut PlanarWorld<C>,
+    (settings, depth, fraction): (&Enrichment, f64, f64),
+    instants: &Instants,
+    busy: &[u64],
+) -> Result<Option<Dissolved>, Error> {
+    let grid = cell_grid(world);
+    let stays = grid.near(busy, settings.distance + (0.5 + CELLS_BEYOND) * grid.cell);
+    if patches(world, depth, false)?.keys().all(|cell| stays[*cell as usize]) {
+        return Ok(None);
+    }
+    world.rebuild()?;
+    let mut patches = patches(world, depth, true)?;
+    let parts = world.layout.points_per_cell() as u64;
+    let volume = (grid.cell / parts as f64).powi(2) * depth;
+    let full = FILLED_CELL * fraction * volume * (parts * parts) as f64;
+    for patch in patches.values_mut().filter(|patch| patch.solid >= full) {
+        (patch.room_full, patch.solid_full) = (volume * (parts * parts) as f64, patch.solid);
+    }
+    let (fates, sets) = fates(&grid, &patches, &stays);
+    let ground = Ground { grid: &grid, patches: &patches, fates: &fates, parts, volume, fraction };
+    let mut draft = Draft::of(world, &ground, settings, (sets, depth));
+    draft.make_points(world, &ground, settings, instants);
+    let (mut done, changes) = draft.agree(world)?;
+    if done.mass_factors.is_empty() {
+        return Ok((!done.refused.is_empty()).then_some(done));
+    }
+    let (grains, points) = draft.carried_out(world, &fates, &changes);
+    let account = Account::open(world)?;
+    world.be_home();
+    world.replace(grains, points)?;
+    done.kept = account.close(world, "turning grains at rest back into points")?;
+    Ok(Some(done))
+}
+
+/// Where a dissolution takes place.
+struct Ground<'a> {
+    grid: &'a CellGrid,
+    patches: &'a BTreeMap<u64, Patch>,
+    fates: &'a [Fate],
+    /// Points along a cell, the room of each, m3, and the packing fraction at the start.
+    parts: u64,
+    volume: f64,
+    fraction: f64,
+}
+
+/// What grains and points of this rank are to become, and what that moves from these to those, set by set.
+struct Draft<C: ContactLaw<Plane>> {
+    grains: Vec<Grain<C>>,
+    /// What remains of their weights.
+    left: Vec<f64>,
+    /// Volume of grains outside the rim that give up their place, by cell and part of it, m3.
+    filled: BTreeMap<(u64, u64), f64>,
+    points: Vec<PlanarPoint>,
+    /// The set in which a point of the old rim comes to stand for all of its place.
+    freed: Vec<Option<usize>>,
+    /// Points that are made, with their sets.
+    made: Vec<(usize, PlanarPoint)>,
+    sums: Vec<ExactSum<SUMS>>,
+}
+
+impl<C: ContactLaw<Plane>> Draft<C> {
+    fn of(world: &PlanarWorld<C>, ground: &Ground<'_>, settings: &Enrichment, (sets, depth): (usize, f64)) -> Self {
+        let (grains, points) = world.rows();
+        let left = grains.iter().map(|grain| weight_left(world, ground.fates, settings, grain)).collect();
+        let freed = points.iter().map(|point| freed(world, ground.fates, point)).collect();
+        let sums = (0..sets).map(|_| ExactSum::new()).collect();
+        let mut draft = Self { grains, left, filled: BTreeMap::new(), points, freed, made: Vec::new(), sums };
+        for (grain, left) in draft.grains.iter().zip(&draft.left).filter(|(grain, left)| **left < grain.hot.weight) {
+            let Some(cell) = world.cell_of_grain(&grain.cold) else { continue };
+            let Some(set) = ground.fates[cell].set() else { continue };
+            let Hot { position, velocity, mass, weight, .. } = grain.hot;
+            let sums = &mut draft.sums[set];
+            sums.add(COUNT + usize::from(*left > 0.0), 1.0);
+            sums.add(GIVEN, (weight - left) * mass);
+            (0..2).for_each(|axis| sums.add(GIVEN + 1 + axis, (weight - left) * mass * velocity[axis]));
+            if weight == 1.0 {
+                let at = (cell as u64, part_at(ground.grid, ground.parts, cell, &position));
+                *draft.filled.entry(at).or_default() += Plane::grain_volume(grain.hot.radius, depth);
+            }
+        }
+        for (point, set) in draft.points.iter().zip(&draft.freed) {
+            let Some(set) = *set else { continue };
+            draft.sums[set].add(COUNT + 2, 1.0);
+            draft.sums[set].add(HAD, point.hot.weight * point.hot.mass);
+            take_over(&mut draft.sums[set], point, 1.0 - point.hot.weight);
+        }
+        draft
+    }
+
+    fn make_points(&mut self, world: &PlanarWorld<C>, ground: &Ground<'_>, settings: &Enrichment, instants: &Instants) {
+        let Ground { grid, patches, fates, parts, volume, fraction } = *ground;
+        let taken = self.points.iter().filter_map(|point| {
+            let cell = world.cell_of_point(&point.cold)?;
+            Some((cell as u64, part_at(grid, parts, cell, &point.hot.position)))
+        });
+        let places = places((grid, patches), (parts, volume * fraction), &self.filled, taken.collect(), world);
+        let (first, now) = (first_free_id(world), world.time());
+        let maker = Maker { grid, parts, volume, fraction, first, instants, now };
+        for (cell, part) in places {
+            let fate = fates[cell as usize];
+            let Some(set) = fate.set() else { continue };
+            let mut point = maker.point(world, (cell, part), &around(grid, patches, cell));
+            point.hot.weight = if matches!(fate, Fate::Rim(_)) { 1.0 - settings.weight } else { 1.0 };
+            take_over(&mut self.sums[set], &point, point.hot.weight);
+            self.sums[set].add(COUNT + 3, 1.0);
+            self.made.push((set, point));
+        }
+    }
+
+    /// What comes of each set, none where it stays. Collective.
+    fn agree(&mut self, world: &PlanarWorld<C>) -> Result<(Dissolved, Vec<Option<Change>>), Error> {
+        let (mut done, mut changes) = (Dissolved::default(), Vec::new());
+        for sums in std::mem::take(&mut self.sums) {
+            let of = world.reduce(sums)?;
+            let change = Change::of(&of);
+            if of[TAKEN] == 0.0 {
+                // Single grains among points that are whole already.
+                changes.push(None);
+                continue;
+            }
+            if change.is_sound() {
+                done.mass_factors.push(change.factor);
+                let counts = [&mut done.grains, &mut done.grains_rim, &mut done.points_whole, &mut done.points];
+                counts.into_iter().zip(&of[COUNT..]).for_each(|(count, more)| *count += *more as u64);
+            } else {
+                done.refused.push(change.factor);
+            }
+            changes.push(change.is_sound().then_some(change));
+        }
+        Ok((done, changes))
+    }
+
+    fn carried_out(
+        self,
+        world: &PlanarWorld<C>,
+        fates: &[Fate],
+        changes: &[Option<Change>],
+    ) -> (Vec<Grain<C>>, Vec<PlanarPoint>) {
+        let Self { mut grains, left, mut points, freed, made, .. } = self;
+        for (grain, left) in grains.iter_mut().zip(left) {
+            let set = world.cell_of_grain(&grain.cold).and_then(|cell| fates[cell].set());
+            if set.is_some_and(|set| changes[set].is_some()) {
+                grain.hot.weight = left;
+            }
+        }
+        grains.retain(|grain| grain.hot.weight > 0.0 || grain.cold.mover != Mover::Free);
+        for (point, set) in points.iter_mut().zip(freed) {
+            if let Some(change) = set.and_then(|set| changes[set].as_ref()) {
+                point.hot.mass *= point.hot.weight + change.factor * (1.0 - point.hot.weight);
+                point.hot.weight = 1.0;
+                point.hot.velocity += change.velocity;
+            }
+        }
+        for (set, mut point) in made {
+            if let Some(change) = &changes[set] {
+                point.hot.mass *= change.factor;
+                point.hot.velocity += change.velocity;
+                points.push(point);
+            }
+        }
+        (grains, points)
+    }
+}
+
+/// The set in which a point of the old rim comes to stand for all of its place, if it does.
+fn freed<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, fates: &[Fate], point: &PlanarPoint) -> Option<usize> {
+    match world.cell_of_point(&point.cold).map(|cell| fates[cell]) {
+        Some(Fate::Leaves(set)) if point.hot.weight < 1.0 => Some(set),
+        _ => None,
+    }
+}
+
+/// Sums of a set of cells: mass and momentum that grains give up, and that points take over as they are made; mass that old points among
+/// these had; grains that go, grains and points whose weights change, points that are made.
+const SUMS: usize = 11;
+const GIVEN: usize = 0;
+const TAKEN: usize = 3;
+const HAD: usize = 6;
+const COUNT: usize = 7;
+
+fn take_over(sums: &mut ExactSum<SUMS>, point: &PlanarPoint, share: f64) {
+    let mass = share * point.hot.mass;
+    sums.add(TAKEN, mass);
+    (0..2).for_each(|axis| sums.add(TAKEN + 1 + axis, mass * point.hot.velocity[axis]));
+}
+
+/// What makes mass and momentum of a set's points what its grains gave up.
+struct Change {
+    /// Of the mass that is taken over.
+    factor: f64,
+    /// Of all points that take some over, m/s.
+    velocity: Vector,
+}
+
+impl Change {
+    fn of(sums: &[f64; SUMS]) -> Self {
+        let factor = sums[GIVEN] / sums[TAKEN];
+        let mass = factor * sums[TAKEN] + sums[HAD];
+        let velocity = |axis: usize| (sums[GIVEN + axis] - factor * sums[TAKEN + axis]) / mass;
+        Self { factor, velocity: Vector::new(velocity(1), velocity(2)) }
+    }
+
+    fn is_sound(&self) -> bool {
+        (FACTORS[0]..=FACTORS[1]).contains(&self.factor)
+    }
+}
+
+/// What remains of a grain's weight.
+fn weight_left<C: ContactLaw<Plane>>(
+    world: &PlanarWorld<C>,
+    fates: &[Fate],
+    settings: &Enrichment,
+    grain: &Grain<C>,
+) -> f64 {
+    let weight = grain.hot.weight;
+    let fate = world.cell_of_grain(&grain.cold).map_or(Fate::Stays, |cell| fates[cell]);
+    match fate {
+        _ if grain.cold.mover != Mover::Free => weight,
+        Fate::Rim(_) if weight == 1.0 => settings.weight,
+        Fate::Leaves(_) => 0.0,
+        _ => weight,
+    }
+}
+
+/// Of all cells of the grid; and how many sets of them leave or become the rim of what stays.
+fn fates(grid: &CellGrid, patches: &BTreeMap<u64, Patch>, stays: &[bool]) -> (Vec<Fate>, usize) {
+    let has_grains = |cell: usize| patches.contains_key(&(cell as u64));
+    let is_core = |cell: usize| patches.get(&(cell as u64)).is_some_and(|patch| patch.core > 0.5 * patch.mass);
+    let leaves = |cell: usize| !stays[cell] && has_grains(cell);
+    let is_rim = |cell: usize| stays[cell] && is_core(cell) && grid.around(cell).any(|(beside, _)| leaves(beside));
+    // Points of the old rim may lie in a cell without grains, beside those that leave.
+    let is_bare = |cell: usize| !stays[cell] && grid.around(cell).any(|(beside, _)| leaves(beside));
+    let changes = |cell: &usize| leaves(*cell) || is_rim(*cell) || is_bare(*cell);
+    let cells: Vec<usize> = (0..stays.len()).filter(changes).collect();
+    let mut fates = vec![Fate::Stays; stays.len()];
+    let sets = grid.sets(&cells);
+    for (number, set) in sets.iter().enumerate() {
+        for cell in set {
+            fates[*cell] = if is_rim(*cell) { Fate::Rim(number) } else { Fate::Leaves(number) };
+        }
+    }
+    (fates, sets.len())
+}

@@ -1,0 +1,317 @@
+//! Replacing a shear band by grains: the world's side of seed 000, section 4.
+
+use std::path::Path;
+
+use scree_partition::ExactSum;
+
+use crate::base::error::Error;
+use crate::base::ids::GrainId;
+use crate::base::space::{Linear, Plane, Space};
+use crate::couple::zone::{CellGrid, Label, Zone};
+use crate::dem::grains::{Hot, Mover};
+use crate::domain::transfer;
+use crate::domain::world::World;
+use crate::job::Enrichment;
+use crate::law::contact::ContactLaw;
+use crate::law::material::{CriticalMemory, MaterialLaw};
+use crate::mpm::points::{Hot as PointHot, Point};
+use crate::mpm::track::Instants;
+use crate::prepare::reference::{Lies, Reference};
+use crate::prepare::sheared::{Grain, PlanarWorld};
+
+mod account;
+mod choose;
+mod dissolution;
+mod motion;
+mod patches;
+mod points;
+mod residents;
+mod training;
+
+pub use account::BeforeAndAfter;
+pub use dissolution::{Dissolved, dissolve};
+pub use motion::track;
+pub use patches::look_for_rest;
+
+use account::Account;
+use choose::{Sight, Stands, border, choose};
+use motion::Motion;
+use residents::Residents;
+use training::{Holders, Trained, train};
+
+type Vector = <Plane as Space>::Vector;
+type PlanarPoint = Point<Plane, CriticalMemory<Plane>>;
+type PlanarHot = PointHot<Plane, CriticalMemory<Plane>>;
+
+/// What an enrichment did, for the log and the summary.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Enriched {
+    pub grains: u64,
+    pub grains_rim: u64,
+    pub points_removed: u64,
+    pub points_rim: u64,
+    /// Of the whole world.
+    pub kept: BeforeAndAfter,
+    /// Mean Cauchy stress (xx, yy, xy) of the points that were replaced and of the grains that replaced them, Pa.
+    pub stress_points: [f64; 3],
+    pub stress_grains: [f64; 3],
+    /// Kinetic over elastic energy at the end of training.
+    pub training_energy_ratio: f64,
+    pub training_steps: u64,
+}
+
+/// The cells of the world's domain.
+pub fn cell_grid<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> CellGrid {
+    let layout = &world.layout;
+    CellGrid {
+        counts: [layout.cells[0], layout.cells[1]],
+        cell: layout.cell,
+        lower: [layout.corner[0], layout.corner[1]],
+        periodic: layout.periodic[0],
+    }
+}
+
+/// Cells around its rim within which a zone looks at points: training follows those whose motion grains of the zone take part in.
+const MARGIN: usize = 6;
+
+/// Replaces the points around the flagged nodes by trained grains of the packing in `packing_file`, which `lies` in the specimen;
+/// `depth` is that of the plane, m. Grains that are there already stay.
+pub fn enrich<C: ContactLaw<Plane>>(
+    world: &mut PlanarWorld<C>,
+    how: (&Enrichment, f64),
+    flagged: &[u64],
+    instants: &Instants,
+    packing: (&Path, Lies<'_>),
+) -> Result<Enriched, Error> {
+    if world.has_grains() {
+        // Grains stay, and lists that are made of them and of others begin where they are.
+        world.rebuild()?;
+    }
+    match Plan::of(world, how, flagged, instants, packing)? {
+        Ok(plan) => {
+            if !how.0.life.grows {
+                world.points.forget();
+            }
+            plan.carry_out(world)
+        }
+        Err(Refusal(why)) => Err(Error::Run(why)),
+    }
+}
+
+/// Why no zone can be there; the same on every rank, and nothing has been changed.
+#[derive(Debug)]
+pub struct Refusal(pub String);
+
+/// Who is to go and who is to come, trained; nothing has been changed yet.
+pub struct Plan<C: ContactLaw<Plane>> {
+    zone: Zone,
+    /// That points of the rim keep.
+    point_weight: f64,
+    /// Rows of this rank's blocks.
+    trained: Trained<C>,
+    enriched: Enriched,
+}
+
+impl<C: ContactLaw<Plane>> Plan<C> {
+    /// For a world whose grains, if it has any, are at home. Collective.
+    pub fn of(
+        world: &mut PlanarWorld<C>,
+        (settings, depth): (&Enrichment, f64),
+        flagged: &[u64],
+        instants: &Instants,
+        (packing_file, lies): (&Path, Lies<'_>),
+    ) -> Result<Result<Self, Refusal>, Error> {
+        let zone = Zone::around(flagged, cell_grid(world), settings);
+        let near = zone.within(MARGIN);
+        let is_near = |place: &Vector| zone.grid.at(place[0], place[1]).is_some_and(|cell| near[cell]);
+        let points = world.points.rows().filter(|point| is_near(&point.hot.position)).collect();
+        let mut points = transfer::gather_everywhere(world.transport, points)?;
+        points.sort_unstable_by_key(|point| point.cold.id);
+        let (zone_of, points_of) = (&zone, &points);
+        let of = |wanted: Label| points_of.iter().filter(move |point| becomes(zone_of, &point.hot) == wanted);
+        let mass_of = |wanted: Label| of(wanted).map(|point| point.hot.weight * point.hot.mass).sum::<f64>();
+        let (core, rim) = (mass_of(Label::Grains), mass_of(Label::Rim));
+        if core == 0.0 || rim == 0.0 {
+            return Ok(Err(Refusal(
+                "the zone around the shear band has no core or no rim; `enrichment.distance` must exceed a cell, and the band must leave continuum beside it".into(),
+            )));
+        }
+        let motion = Motion::of(world, &points, instants, settings.training);
+        let residents = Residents::of(world)?;
+        let [raised, ..] = raised(world, &zone)?;
+        let sight = Sight::of(settings, &zone, &motion, &residents);
+        let is_wanted = |id: GrainId, origin: &Vector| !matches!(sight.stands(id.0, origin), Stands::Away);
+        let Reference { grains: packing, seats } =
+            Reference::read(world, packing_file, (lies, zone.middle()), is_wanted)?;
+        let chosen = match choose::<C>(settings, &zone, &sight, &packing, [core - raised, rim]) {
+            Ok(chosen) => chosen,
+            Err(refusal) => return Ok(Err(refusal)),
+        };
+        drop(packing);
+        let mut enriched = Enriched {
+            stress_points: mean_stress(of(Label::Grains)),
+            points_rim: of(Label::Rim).count() as u64,
+            grains: chosen.grains.len() as u64,
+            grains_rim: chosen.rim.len() as u64,
+            ..Enriched::default()
+        };
+        let border = border(&zone.grid, &points, &residents, &chosen);
+        let held = Holders { rim: &chosen.rim, border: &border, residents: &residents, lies, seats: &seats };
+        let mut all = chosen.grains;
+        all.extend(chosen.beside);
+        let mut trained = match train(world, (settings, depth), &motion, all, &held, &mut enriched) {
+            Ok(trained) => trained,
+            Err(Error::Run(why)) => return Ok(Err(Refusal(format!("training came to nothing: {why}")))),
+            Err(other) => return Err(other),
+        };
+        for grain in &mut trained.grains {
+            grain.cold.mover = Mover::Free;
+            grain.cold.script = Vector::zero();
+            let in_rim = chosen.rim.binary_search(&grain.cold.id.0).is_ok();
+            grain.hot.weight = if in_rim { settings.weight } else { 1.0 };
+            grain.hot.spin = <Plane as Space>::Spin::zero();
+            grain.hot.velocity = motion.velocity(&grain.cold.origin);
+        }
+        Ok(Ok(Self { zone, point_weight: chosen.point_weight, trained, enriched }))
+    }
+
+    /// Puts the grains in. Collective.
+    pub fn carry_out(self, world: &mut PlanarWorld<C>) -> Result<Enriched, Error> {
+        let Self { zone, point_weight, trained: Trained { mut grains, touched }, mut enriched } = self;
+        let account = Account::open(world)?;
+        world.look_at_costs();
+        let mut lost = ExactSum::<4>::new();
+        world.points.retain(|point| {
+            let label = becomes(&zone, point);
+            let freed = match label {
+                Label::Continuum => 0.0,
+                Label::Grains => point.weight,
+                Label::Rim => point.weight - point_weight,
+            };
+            lost.add(0, freed * point.mass);
+            lost.add(1, freed * point.mass * point.velocity[0]);
+            lost.add(2, freed * point.mass * point.velocity[1]);
+            match label {
+                Label::Continuum => {}
+                Label::Grains => lost.add(3, 1.0),
+                Label::Rim => point.weight = point_weight,
+            }
+            label != Label::Grains
+        });
+        let [_, lost_x, lost_y, removed] = world.reduce(lost)?;
+        let [_, raised_x, raised_y] = raised(world, &zone)?;
+        correct_momentum(world, &mut grains, [lost_x - raised_x, lost_y - raised_y])?;
+        enriched.points_removed = removed as u64;
+        grains.extend(stayed(world, &zone, touched)?);
+        // Until now nobody asked how far bodies had come.
+        world.be_home();
+        world.replace_grains(grains, Vec::new())?;
+        enriched.kept = account.close(world, "enrichment")?;
+        Ok(enriched)
+    }
+}
+
+/// What a point is to be: one of the rim of an older zone is left as it is, or replaced.
+fn becomes(zone: &Zone, point: &PlanarHot) -> Label {
+    match zone.at(point.position[0], point.position[1]) {
+        Label::Rim if point.weight < 1.0 => Label::Continuum,
+        label => label,
+    }
+}
+
+/// Whether a grain of an older zone's rim is to be one of the core.
+fn is_raised(zone: &Zone, hot: &Hot<Plane>) -> bool {
+    hot.weight > 0.0 && hot.weight < 1.0 && zone.at(hot.position[0], hot.position[1]) == Label::Grains
+}
+
+/// Mass, kg, and momentum along x and y, N s, that grains of an older zone's rim take over with their whole weight. Collective.
+fn raised<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, zone: &Zone) -> Result<[f64; 3], Error> {
+    let mut sums = ExactSum::<3>::new();
+    for hot in world.grains.hot[..world.grains.owned].iter().filter(|hot| is_raised(zone, hot)) {
+        let mass = (1.0 - hot.weight) * hot.mass;
+        sums.add(0, mass);
+        sums.add(1, mass * hot.velocity[0]);
+        sums.add(2, mass * hot.velocity[1]);
+    }
+    world.reduce(sums)
+}
+
+/// Grains of this rank that have been there, with the contacts that those who `touched` the new ones have got. Collective.
+fn stayed<C: ContactLaw<Plane>>(
+    world: &PlanarWorld<C>,
+    zone: &Zone,
+    touched: Vec<Grain<C>>,
+) -> Result<Vec<Grain<C>>, Error> {
+    let mut touched = transfer::gather_everywhere(world.transport, touched)?;
+    touched.sort_unstable_by_key(|row| row.cold.id);
+    let mut rows = world.grain_rows(0..world.grains.owned);
+    for row in &mut rows {
+        if is_raised(zone, &row.hot) {
+            row.hot.weight = 1.0;
+        }
+        if let Ok(at) = touched.binary_search_by_key(&row.cold.id, |row| row.cold.id) {
+            row.contacts.extend_from_slice(&touched[at].contacts);
+            row.contacts.sort_unstable_by_key(|(partner, _)| *partner);
+        }
+    }
+    Ok(rows)
+}
+
+/// One rigid correction gives the grains exactly the momentum that the points gave up.
+fn correct_momentum<C: ContactLaw<Plane>>(
+    world: &PlanarWorld<C>,
+    grains: &mut [Grain<C>],
+    wanted: [f64; 2],
+) -> Result<(), Error> {
+    let mut sums = ExactSum::<3>::new();
+    for grain in grains.iter() {
+        let mass = grain.hot.weight * grain.hot.mass;
+        sums.add(0, mass);
+        sums.add(1, mass * grain.hot.velocity[0]);
+        sums.add(2, mass * grain.hot.velocity[1]);
+    }
+    let [mass, x, y] = world.reduce(sums)?;
+    let correction = Vector::new((wanted[0] - x) / mass, (wanted[1] - y) / mass);
+    for grain in grains {
+        grain.hot.velocity += correction;
+    }
+    Ok(())
+}
+
+/// Volume mean of the Cauchy stress, Pa.
+fn mean_stress<'a>(points: impl Iterator<Item = &'a PlanarPoint>) -> [f64; 3] {
+    let (mut sum, mut volume) = ([0.0; 3], 0.0);
+    for point in points {
+        // tau V0 = sigma V
+        for (sum, component) in sum.iter_mut().zip(point.hot.stress.0) {
+            *sum += component * point.hot.volume;
+        }
+        volume += point.hot.volume * point.hot.volume_ratio();
+    }
+    sum.map(|sum| sum / volume)
+}
+
+/// Packing fraction by which a grain's share of space follows from its own volume where no better is known.
+const FRACTION_NOMINAL: f64 = 0.84;
+
+/// Mean Love-Weber stress of the free grains, Pa: xx, yy, xy.
+pub fn grain_stress<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, depth: f64) -> Result<[f64; 3], Error> {
+    world.refresh_ghosts();
+    let mut sums = ExactSum::<4>::new();
+    for (row, (hot, cold)) in world.grains.hot[..world.grains.owned].iter().zip(&world.grains.cold).enumerate() {
+        if cold.mover == Mover::Free {
+            let moment = world.contacts.moment(&world.settings.contact, &world.grains, row, [0.0; 2]);
+            sums.add(0, moment[0]);
+            sums.add(1, moment[3]);
+            sums.add(2, 0.5 * (moment[1] + moment[2]));
+            sums.add(3, Plane::grain_volume(hot.radius, depth));
+        }
+    }
+    let [xx, yy, xy, volume] = world.reduce(sums)?;
+    if volume == 0.0 {
+        // All of them are led.
+        return Ok([0.0; 3]);
+    }
+    let space = volume / FRACTION_NOMINAL;
+    Ok([xx / space, yy / space, xy / space])
+}

@@ -1,0 +1,82 @@
+//! The continuum's motion since the start, as training repeats it.
+
+use super::{PlanarPoint, Vector, cell_grid};
+use crate::base::space::{Linear, Plane};
+use crate::couple::motion::{MotionField, Moved};
+use crate::dem::cell::{Cell, Image};
+use crate::law::contact::ContactLaw;
+use crate::mpm::points::Points;
+use crate::mpm::track::Instants;
+use crate::prepare::sheared::PlanarWorld;
+
+/// Way from where something began, across the periods that it has crossed, m.
+pub(super) fn displacement(position: &Vector, (origin, image): (&Vector, Image), cell: &Cell<Plane>) -> Vector {
+    *position - *origin + cell.shift(image)
+}
+
+/// Takes the tracks of all points at their instants; `instants` says which steps these are.
+pub fn track<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, instants: &mut Instants) {
+    if instants.every == 0 || !world.is_due(instants.every) {
+        return;
+    }
+    if instants.full() {
+        instants.thin();
+        world.points.keep_pasts().iter_mut().for_each(|past| past.track.thin());
+        if !world.is_due(instants.every) {
+            return;
+        }
+    }
+    let slot = instants.times.len();
+    instants.times.push(world.time());
+    let cell = world.cell;
+    world.points.keep_pasts();
+    let Points { hot, cold, pasts, .. } = &mut world.points;
+    for ((hot, cold), past) in hot.iter().zip(cold).zip(pasts) {
+        past.track.displacements[slot] = displacement(&hot.position, (&cold.origin, cold.image), &cell);
+    }
+}
+
+/// The continuum's motion since the start, as training repeats it: displacements at rising times, and velocity now.
+pub struct Motion {
+    field: MotionField,
+    /// Seconds, rising, the first being zero.
+    pub(super) times: Vec<f64>,
+}
+
+impl Motion {
+    /// `points` in the order of their ids; `share` of the motion is kept.
+    pub(super) fn of<C: ContactLaw<Plane>>(
+        world: &PlanarWorld<C>,
+        points: &[PlanarPoint],
+        instants: &Instants,
+        share: f64,
+    ) -> Self {
+        let moved = |point: &PlanarPoint| {
+            let mut path = vec![Vector::zero()];
+            path.extend(&point.past.track.displacements[..instants.times.len()]);
+            path.push(displacement(&point.hot.position, (&point.cold.origin, point.cold.image), &world.cell));
+            let mut path: Vec<[f64; 2]> = path.iter().map(|moved| [share * moved[0], share * moved[1]]).collect();
+            path.push([point.hot.velocity[0], point.hot.velocity[1]]);
+            Moved { origin: [point.cold.origin[0], point.cold.origin[1]], mass: point.hot.mass, displacements: path }
+        };
+        let moved: Vec<Moved> = points.iter().map(moved).collect();
+        let mut times = vec![0.0];
+        times.extend(&instants.times);
+        times.push(world.time());
+        Self { field: MotionField::new(cell_grid(world), &moved), times }
+    }
+
+    /// Displacement at the i-th time; none where there was no material.
+    pub(super) fn at(&self, time: usize, origin: &Vector) -> Option<Vector> {
+        self.field.at(time, [origin[0], origin[1]]).map(|[x, y]| Vector::new(x, y))
+    }
+
+    /// The same; zero where there was no material.
+    pub(super) fn displacement(&self, time: usize, origin: &Vector) -> Vector {
+        self.at(time, origin).unwrap_or_else(Vector::zero)
+    }
+
+    pub(super) fn velocity(&self, origin: &Vector) -> Vector {
+        self.displacement(self.times.len(), origin)
+    }
+}

@@ -1,0 +1,108 @@
+//! What the grains of each cell are together, as sums that ranks share.
+
+use std::collections::BTreeMap;
+
+use scree_partition::{ParcelError, Reader, Writer};
+
+use super::motion::displacement;
+use super::{Vector, cell_grid};
+use crate::base::error::Error;
+use crate::base::numbers::Numbers;
+use crate::base::space::{Linear, Plane, Space};
+use crate::couple::patch::Patch;
+use crate::couple::rest::{CellStrain, RestWatch};
+use crate::couple::zone::CellGrid;
+use crate::dem::grains::Mover;
+use crate::law::contact::ContactLaw;
+use crate::prepare::sheared::PlanarWorld;
+
+type Tensor = <Plane as Space>::Tensor;
+
+/// Takes in how the grains have moved for `time`, s, until now. Collective.
+pub fn look_for_rest<C: ContactLaw<Plane>>(
+    world: &mut PlanarWorld<C>,
+    watch: &mut RestWatch,
+    (depth, time): (f64, f64),
+) -> Result<(), Error> {
+    let (grid, patches) = (cell_grid(world), patches(world, depth, false)?);
+    let rate = |cell: &u64| {
+        let rate = around(&grid, &patches, *cell).velocity(grid.cell).gradient;
+        let strain = [rate[(0, 0)], rate[(1, 1)], 0.5 * (rate[(0, 1)] + rate[(1, 0)])];
+        CellStrain { cell: *cell, strain, looks: 0 }
+    };
+    let rates: Vec<CellStrain> = patches.keys().map(rate).collect();
+    watch.take(&rates, time);
+    Ok(())
+}
+
+/// Sums of the cells around one, and of itself, about its centre.
+pub(super) fn around(grid: &CellGrid, patches: &BTreeMap<u64, Patch>, cell: u64) -> Patch {
+    let mut sum = Patch::default();
+    for (beside, step) in grid.around(cell as usize) {
+        if let Some(patch) = patches.get(&(beside as u64)) {
+            sum.add(patch, &Vector::new(step[0] as f64 * grid.cell, step[1] as f64 * grid.cell));
+        }
+    }
+    sum
+}
+
+/// Sums of all cells that hold grains, each about its own centre, on every rank; with the stress of their contacts if that is wanted. A
+/// cell belongs to one rank, which adds its grains up in the order of its rows. Collective.
+pub(super) fn patches<C: ContactLaw<Plane>>(
+    world: &mut PlanarWorld<C>,
+    depth: f64,
+    with_contacts: bool,
+) -> Result<BTreeMap<u64, Patch>, Error> {
+    let grid = cell_grid(world);
+    let moments = if with_contacts { moments(world) } else { Vec::new() };
+    let mut mine: BTreeMap<u64, Patch> = BTreeMap::new();
+    let rows = world.grains.hot[..world.grains.owned].iter().zip(&world.grains.cold).enumerate();
+    for (row, (hot, cold)) in rows.filter(|(_, (_, cold))| cold.mover == Mover::Free) {
+        let Some(cell) = world.cell_of_grain(cold) else { continue };
+        let patch = mine.entry(cell as u64).or_default();
+        let displacement = displacement(&hot.position, (&cold.origin, cold.image), &world.cell);
+        let solid = Plane::grain_volume(hot.radius, depth);
+        patch.add_grain((hot.mass, solid), &(hot.position - grid.centre(cell)), &hot.velocity, &displacement);
+        if hot.weight == 1.0 {
+            patch.core += hot.mass;
+            patch.solid_core += solid;
+            patch.moment += moments.get(row).copied().unwrap_or_else(Tensor::zero);
+        }
+    }
+    let mut parcel = Writer::new();
+    for (cell, patch) in &mine {
+        parcel.u64(*cell);
+        patch.numbers().iter().for_each(|number| parcel.f64(*number));
+    }
+    let mut all = BTreeMap::new();
+    for bytes in world.transport.all_gather(parcel.as_bytes()) {
+        read(&bytes, &mut all).map_err(|error| Error::Run(error.to_string()))?;
+    }
+    Ok(all)
+}
+
+fn read(bytes: &[u8], into: &mut BTreeMap<u64, Patch>) -> Result<(), ParcelError> {
+    let mut reader = Reader::plain(bytes);
+    while reader.left() > 0 {
+        let (cell, mut patch) = (reader.u64()?, Patch::default());
+        for number in patch.numbers_mut() {
+            *number = reader.f64()?;
+        }
+        let before = into.insert(cell, patch);
+        assert!(before.is_none(), "a cell belongs to one rank");
+    }
+    Ok(())
+}
+
+/// Love-Weber sums of all owned grains, J. Collective.
+fn moments<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>) -> Vec<Tensor> {
+    world.refresh_ghosts();
+    let (law, grains) = (&world.settings.contact, &world.grains);
+    let mut moments = vec![Tensor::zero(); grains.owned];
+    let on_bodies = world.walls.bearings(law, grains, (&world.bodies, &world.cell), [0.0; 2]);
+    let on_grains = (0..grains.owned).flat_map(|row| world.contacts.bearings(law, grains, row, [0.0; 2]));
+    for bearing in on_bodies.chain(on_grains) {
+        moments[bearing.row as usize] += bearing.moment();
+    }
+    moments
+}

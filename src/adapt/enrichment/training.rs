@@ -1,0 +1,293 @@
+//! Kinematic training (seed 000, 4.1.1): grains of the packing go through the motion of the points that they replace.
+
+use scree_partition::ExactSum;
+
+use super::motion::Motion;
+use super::residents::Residents;
+use super::{Enriched, Vector, grain_stress};
+use crate::base::error::Error;
+use crate::base::space::{Linear, Plane};
+use crate::bodies::body::{Body, Instant};
+use crate::dem::grains::{Cold, Mover, is_body};
+use crate::domain::rebuild::Parts;
+use crate::domain::world::{PUSHED_DRAG, Settings};
+use crate::job::Enrichment;
+use crate::law::contact::ContactLaw;
+use crate::prepare::reference::Lies;
+use crate::prepare::sheared::{Grain, PlanarWorld};
+
+/// What training has made, rows of this rank's blocks.
+pub(super) struct Trained<C: ContactLaw<Plane>> {
+    pub grains: Vec<Grain<C>>,
+    /// Residents that touch them, with the memories of these contacts alone.
+    pub touched: Vec<Grain<C>>,
+}
+
+/// A world of the chosen grains alone, its rim moved along the continuum's path, everything inside free. Where the material ends nothing
+/// moves with it: bodies come along as they have come, and what else held grains of the packing there, a membrane, holds on with the force
+/// that it had, and drags them along with the continuum. Residents beside them go along the continuum's path as well, and at last to where they stand.
+pub(super) fn train<C: ContactLaw<Plane>>(
+    world: &mut PlanarWorld<C>,
+    (training, depth): (&Enrichment, f64),
+    motion: &Motion,
+    mut grains: Vec<Grain<C>>,
+    held: &Holders<'_>,
+    enriched: &mut Enriched,
+) -> Result<Trained<C>, Error> {
+    for grain in grains.iter_mut().filter(|grain| held.is_led(grain.cold.id.0)) {
+        grain.cold.mover = Mover::Script;
+    }
+    let grains = if world.transport.rank() == 0 { grains } else { Vec::new() };
+    let settings =
+        Settings { grain_steps: 1, loads: Vec::new(), first_kick: 0.5, first_advance: 0.0, ..world.settings.clone() };
+    let touched = touched_bodies(world);
+    let share = training.training;
+    let seat = |number: usize| held.seats.get(number).copied().unwrap_or_else(Vector::zero);
+    let at_start = |number: &usize| {
+        let body = &world.bodies[*number];
+        let rest = Linear::zero();
+        let displacement = seat(*number);
+        Body {
+            path: Vec::new(),
+            servo: None,
+            grip: None,
+            velocity: rest,
+            spin: Linear::zero(),
+            displacement,
+            ..body.clone()
+        }
+    };
+    // From where the packing's bodies stood to where those of the run do.
+    let way = |number: usize, [from, to]: [f64; 2]| {
+        let (body, now) = (&world.bodies[number], world.time());
+        let along = way_of(body, [from, to], now);
+        let rest = body.displacement - way_of(body, [0.0, now], now) - seat(number);
+        (along + rest * ((to - from) / now)) * share
+    };
+    let parts = Parts::fresh(grains, Vec::new(), touched.iter().map(at_start).collect(), world.cell);
+    let mut apart = PlanarWorld::<C>::new(settings, world.layout.clone(), world.transport, 0, parts)?;
+    apart.walls.laws = touched.iter().filter_map(|number| world.walls.laws.get(*number).copied()).collect();
+    hold_open(&mut apart, held);
+
+    let dt = apart.settings.dt;
+    let mut before: Lead = Box::new(|_| Vector::zero());
+    for leg in 0..motion.times.len() - 1 {
+        let ends = [motion.times[leg], motion.times[leg + 1]];
+        let duration = (ends[1] - ends[0]) / training.training_speed;
+        let steps = (duration / dt).round().max(1.0);
+        let along: Lead = Box::new(move |cold| {
+            let to = match held.residents.get(cold.id.0) {
+                Some(resident) if leg + 2 == motion.times.len() => resident.displacement,
+                _ => motion.displacement(leg + 1, &cold.origin),
+            };
+            (to - motion.displacement(leg, &cold.origin)) * (1.0 / (steps * dt))
+        });
+        follow(&mut apart, held, [&before, &along]);
+        before = along;
+        for (body, number) in apart.bodies.iter_mut().zip(&touched) {
+            let velocity = way(*number, ends) * (1.0 / (steps * dt));
+            body.path = vec![Instant { time: 0.0, velocity, spin: Linear::zero() }];
+        }
+        run_steps(&mut apart, steps as u64)?;
+    }
+    apart.bodies.iter_mut().for_each(|body| body.path.clear());
+    let rest = (training.training_rest * apart.step as f64).round();
+    let still: Lead = Box::new(|_| Vector::zero());
+    follow(&mut apart, held, [&before, &still]);
+    run_steps(&mut apart, rest as u64)?;
+    release(&mut apart, held, (depth, enriched.stress_points))?;
+    let energies = apart.energies()?;
+    enriched.training_energy_ratio = energies.kinetic_grains / energies.elastic_grains;
+    enriched.training_steps = apart.step;
+    enriched.stress_grains = grain_stress(&mut apart, depth)?;
+    apart.rebuild()?;
+    world.balance.learn(&apart.balance);
+    let is_resident = |id: u64| held.residents.get(id).is_some();
+    let mut grains = apart.rows().0;
+    drop(apart);
+    let mut touched: Vec<Grain<C>> = grains.extract_if(.., |row| is_resident(row.cold.id.0)).collect();
+    touched
+        .iter_mut()
+        .for_each(|row| row.contacts.retain(|(partner, _)| !is_body(*partner) && !is_resident(partner.0)));
+    touched.retain(|row| !row.contacts.is_empty());
+    Ok(Trained { grains, touched })
+}
+
+/// Bodies that grains touch, by their numbers.
+fn touched_bodies<C: ContactLaw<Plane>>(world: &PlanarWorld<C>) -> Vec<usize> {
+    (0..world.bodies.len()).filter(|number| world.bodies[*number].is_touched()).collect()
+}
+
+/// How far a body has come between two times of a run that has lasted until `now`: along its path, or where a servo has moved it
+/// evenly all the while.
+fn way_of(body: &Body<Plane>, [from, to]: [f64; 2], now: f64) -> Vector {
+    match body.servo {
+        None => body.way_between(from, to),
+        Some(_) => body.displacement * ((to - from) / now),
+    }
+}
+
+/// Who holds grains that are trained, by their ids, rising: the continuum those of the rim, and whatever does so those where the
+/// material ends.
+pub(super) struct Holders<'a> {
+    pub rim: &'a [u64],
+    pub border: &'a [u64],
+    /// Grains beside them that stand already.
+    pub residents: &'a Residents,
+    pub lies: Lies<'a>,
+    /// Where the packing's bodies stood, as displacements, m.
+    pub seats: &'a [Vector],
+}
+
+impl Holders<'_> {
+    fn is_of_rim(&self, id: u64) -> bool {
+        self.rim.binary_search(&id).is_ok()
+    }
+
+    /// Whether a grain moves as it is told to.
+    fn is_led(&self, id: u64) -> bool {
+        self.is_of_rim(id) || self.residents.get(id).is_some()
+    }
+}
+
+/// Grains at the border are pushed from now on by what their contacts leave open as they stand. A piece that is cut there is under one
+/// stress throughout: they bear as much of it as the specimen does at its start, next to nothing at a free surface.
+fn hold_open<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_>) {
+    if held.border.is_empty() {
+        return;
+    }
+    apart.evaluate_contacts();
+    let (grains, gravity) = (&mut apart.grains, apart.settings.field.gravity);
+    for row in 0..grains.owned {
+        let cold = &mut grains.cold[row];
+        if cold.mover == Mover::Free && held.border.binary_search(&cold.id.0).is_ok() {
+            cold.script = match held.lies {
+                Lies::Whole | Lies::Around => -(grains.force[row] + gravity * grains.hot[row].mass),
+                Lies::Tiled(start) => grains.force[row] * -start.stress_share(&cold.origin),
+            };
+        }
+    }
+    grains.push_as_told();
+}
+
+/// How grains are let go between two looks at them: so many steps, in which all are damped by so much per step.
+struct Release {
+    steps: u64,
+    damping: f64,
+}
+
+/// A few grains that are pressed together: their overlaps shrink by a few per cent in each step.
+const RELEASE_OF_ONE: Release = Release { steps: 20, damping: 0.5 };
+/// All of a zone some tens of grains deep, which comes apart within a thousand steps, a small zone within tens: seldom looks would let its
+/// pressure fall far below what is wanted.
+const RELEASE_OF_ALL: Release = Release { steps: 4, damping: 0.02 };
+/// How many times as hard as contacts among free grains in the mean one of the rim may press, and looks at most for it not to.
+const PRESSED_MAX: f64 = 12.0;
+const LOOKS_FOR_ONE: u64 = 20;
+/// How many times the pressure of the points that they replace grains may bear, and looks at most for them to bear no more than it. Grains
+/// that shear dilate where points as yet do not, and what enters under more than its share swells and is the looser for it.
+const PRESSURE_MAX: f64 = 1.1;
+const LOOKS_FOR_ALL: u64 = 2500;
+
+/// Grains of the rim were moved each by itself, and overlap where the continuum strained much; and where it bears next to nothing, as under a
+/// free surface, a strain of a thousandth that grains and points do not share makes a hundred times its stress. They are let go against
+/// heavy damping, before anything moves that could throw them, for as short a time as it takes.
+fn release<C: ContactLaw<Plane>>(
+    apart: &mut PlanarWorld<C>,
+    held: &Holders<'_>,
+    (depth, stress_points): (f64, [f64; 3]),
+) -> Result<(), Error> {
+    let damping = apart.settings.field.damping;
+    let wanted = pressure(&stress_points);
+    let is_loaded = wanted > 0.0 && pressure(&grain_stress(apart, depth)?) > PRESSURE_MAX * wanted;
+    let mut looks = 0;
+    while looks < LOOKS_FOR_ONE && is_squeezed(apart, held)? {
+        let_go(apart, held, &RELEASE_OF_ONE)?;
+        looks += 1;
+    }
+    looks = 0;
+    while is_loaded && looks < LOOKS_FOR_ALL && pressure(&grain_stress(apart, depth)?) > wanted {
+        let_go(apart, held, &RELEASE_OF_ALL)?;
+        looks += 1;
+    }
+    apart.settings.field.damping = damping;
+    Ok(())
+}
+
+/// Some steps in which grains of the rim move as they like, against damping.
+fn let_go<C: ContactLaw<Plane>>(
+    apart: &mut PlanarWorld<C>,
+    held: &Holders<'_>,
+    release: &Release,
+) -> Result<(), Error> {
+    let is_of_rim = |cold: &&mut Cold<Plane>| cold.mover == Mover::Script && held.is_of_rim(cold.id.0);
+    let mut freed = 0;
+    for cold in apart.grains.cold.iter_mut().filter(is_of_rim) {
+        (cold.mover, cold.script) = (Mover::Free, Vector::zero());
+        freed += 1;
+    }
+    apart.settings.field.damping.mass = release.damping / apart.settings.dt;
+    let mut freed = [freed];
+    apart.transport.sum(&mut freed);
+    if freed[0] > 0 {
+        apart.rebuild()?;
+    }
+    run_steps(apart, release.steps)
+}
+
+/// Mean of the normal stresses, positive where they press, Pa.
+fn pressure([xx, yy, _]: &[f64; 3]) -> f64 {
+    -0.5 * (xx + yy)
+}
+
+/// Whether a grain of the rim presses on another, or on a body, far harder than free ones do on each other. Collective.
+fn is_squeezed<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_>) -> Result<bool, Error> {
+    apart.refresh_ghosts();
+    let (grains, law) = (&apart.grains, &apart.settings.contact);
+    let on_bodies = apart.walls.bearings(law, grains, (&apart.bodies, &apart.cell), [0.0; 2]);
+    let on_grains = (0..grains.owned).flat_map(|row| apart.contacts.bearings(law, grains, row, [0.0; 2]));
+    let (mut of_free, mut hardest) = (ExactSum::<2>::new(), [0.0f64]);
+    for bearing in on_grains.chain(on_bodies) {
+        let force = bearing.force.norm();
+        let [one, other] = [grains.cold[bearing.row as usize].id.0, bearing.partner.0];
+        if held.residents.get(one).is_some() && held.residents.get(other).is_some() {
+            // As they press in the run, whatever is done here.
+            continue;
+        }
+        if held.is_led(one) || held.is_led(other) {
+            hardest[0] = hardest[0].max(force);
+        } else {
+            of_free.add(0, 1.0);
+            of_free.add(1, force);
+        }
+    }
+    apart.transport.max(&mut hardest);
+    let [count, sum] = apart.reduce(of_free)?;
+    Ok(hardest[0] * count > PRESSED_MAX * sum)
+}
+
+/// The velocity at which the continuum leads a grain.
+type Lead<'a> = Box<dyn Fn(&Cold<Plane>) -> Vector + 'a>;
+
+/// Grains that are led go on with another velocity than before, and so does what drags those of the border along: a grain that comes off
+/// its neighbours there goes with the continuum, and not away.
+fn follow<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_>, [before, now]: [&Lead<'_>; 2]) {
+    let (drag, grains) = (PUSHED_DRAG / apart.settings.dt, &mut apart.grains);
+    for (cold, hot) in grains.cold.iter_mut().zip(&grains.hot) {
+        match cold.mover {
+            Mover::Script => cold.script = now(cold),
+            Mover::Free if held.border.binary_search(&cold.id.0).is_ok() => {
+                cold.script += (now(cold) - before(cold)) * (drag * hot.weight * hot.mass);
+            }
+            _ => (),
+        }
+    }
+    grains.push_as_told();
+}
+
+fn run_steps<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, steps: u64) -> Result<(), Error> {
+    for _ in 0..steps {
+        world.advance()?;
+    }
+    Ok(())
+}

@@ -1,0 +1,218 @@
+//! Watching for a shear band: the world's side of seed 000, section 3.
+
+use scree_io::column::{Column, Values};
+use scree_partition::{Reader, Writer};
+use serde_json::json;
+
+use crate::adapt::enrichment::cell_grid;
+use crate::base::error::Error;
+use crate::base::parallel::{Held, over_blocks};
+use crate::base::space::Space;
+use crate::couple::oracle::{Memory, NodeFields};
+use crate::dem::walls::place_beside;
+use crate::domain::phases::Phase;
+use crate::domain::world::World;
+use crate::job;
+use crate::job::mpm::Boundary;
+use crate::law::contact::ContactLaw;
+use crate::law::material::{MaterialLaw, MaterialMemory};
+use crate::mpm::look::for_each_node;
+use crate::mpm::points::{Hot, Past};
+use crate::run::Core;
+
+/// One look of the oracle (Algorithm 1): true when a persistent band has been found.
+///
+/// Of the plane alone.
+pub fn watch<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+    world: &mut World<S, C, L>,
+    memory: &mut Memory,
+    settings: &job::Oracle,
+    diameter: f64,
+) -> Result<bool, Error> {
+    let timer = world.phases.start();
+    let last = memory.slot_last();
+    let since = |hot: &Hot<S, L::Memory>, past: &Past<S>, slot: Option<usize>| {
+        hot.memory.plastic_strain() - slot.map_or(0.0, |slot| past.window.samples[slot])
+    };
+    world.points.keep_pasts();
+    let rows = world.points.hot.iter().zip(&world.points.pasts);
+    let mut most = [rows.map(|(hot, past)| since(hot, past, last)).fold(0.0, f64::max)];
+    world.transport.max(&mut most);
+    if !memory.due(most[0], settings) {
+        return Ok(false);
+    }
+    let (slot, begin) = memory.look(most[0], settings);
+    let mut found = false;
+    if let Some(begin) = begin {
+        let fields = node_fields(world, |hot, past| [since(hot, past, last), since(hot, past, Some(begin))])?;
+        let mut flagged = fields.flagged(settings, world.layout.cell, diameter);
+        if world.has_grains() {
+            flagged = beyond_grains(world, flagged)?;
+        }
+        found = memory.persists(flagged, settings);
+    }
+    for (hot, past) in world.points.hot.iter().zip(&mut world.points.pasts) {
+        past.window.samples[slot] = hot.memory.plastic_strain();
+    }
+    world.phases.stop(Phase::Oracle, timer);
+    Ok(found)
+}
+
+/// Those of the nodes that no cell with grains is beside: what a zone holds already is not looked for.
+pub fn beyond_grains<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+    world: &World<S, C, L>,
+    mut nodes: Vec<u64>,
+) -> Result<Vec<u64>, Error> {
+    let (grid, taken) = (cell_grid(world), cells_of_grains(world)?);
+    nodes.retain(|node| !grid.touches(*node, &taken));
+    Ok(nodes)
+}
+
+/// Which cells of the plane hold grains, on every rank.
+fn cells_of_grains<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> Result<Vec<bool>, Error> {
+    let grid = cell_grid(world);
+    let mut taken = vec![false; grid.counts[0] * grid.counts[1]];
+    let mut parcel = Writer::new();
+    for cell in world.grains.cold[..world.grains.owned].iter().filter_map(|cold| world.cell_of_grain(cold)) {
+        if !std::mem::replace(&mut taken[cell], true) {
+            parcel.u64(cell as u64);
+        }
+    }
+    for bytes in world.transport.all_gather(parcel.as_bytes()) {
+        let mut reader = Reader::plain(&bytes);
+        while reader.left() > 0 {
+            taken[reader.u64().map_err(|error| Error::Run(error.to_string()))? as usize] = true;
+        }
+    }
+    Ok(taken)
+}
+
+/// A look where one is due; the first band that persists is told in the log and kept in mind, and left alone. Collective.
+pub fn tell_band<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+    core: &mut Core<S, C, L>,
+    settings: &job::Oracle,
+    diameter: f64,
+) -> Result<(), Error> {
+    if !core.world.is_due(settings.every) {
+        return Ok(());
+    }
+    let found = watch(&mut core.world, &mut core.progress.oracle, settings, diameter)?;
+    if found && core.progress.enriched_step == 0 {
+        let (step, time) = (core.world.step, core.world.time());
+        core.progress.enriched_step = step;
+        let nodes = core.progress.oracle.flagged.iter();
+        let places: Vec<[f64; 2]> = nodes.map(|node| place_of_node(&core.world, *node)).collect();
+        core.on_root(|outputs| outputs.log("band", step, json!({ "time": time, "nodes": places })))?;
+    }
+    Ok(())
+}
+
+/// Two fields of points as mass-weighted means on the nodes of the whole domain, on every rank.
+fn node_fields<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+    world: &mut World<S, C, L>,
+    fields: impl Fn(&Hot<S, L::Memory>, &Past<S>) -> [f64; 2] + Sync,
+) -> Result<NodeFields, Error> {
+    const WORDS: usize = 3;
+    let mosaic = &world.nodes.mosaic;
+    let mut rows = vec![[0.0; WORDS]; mosaic.rows() + mosaic.rows_received];
+    let frames = &world.frames;
+    let pasts = &world.points.pasts;
+    let shape = world.settings.grid.shape;
+    let (ranges, tile_len) = (&world.point_ranges, mosaic.nodes_per_tile);
+    let tiles = &mut rows[..mosaic.rows()];
+    let held = Held { rows: &mut world.points.hot, beside: &mut [(); 0], tiles, tile_len };
+    over_blocks(ranges, held, &|block, Held { rows, tiles, .. }| {
+        for (row, point) in ranges[block].clone().zip(rows.iter()) {
+            let (fields, mass) = (fields(point, &pasts[row]), point.weight * point.mass);
+            for_each_node(&frames[block], shape, &point.position, |node, value| {
+                let share = mass * value;
+                tiles[node][0] += share;
+                tiles[node][1] += share * fields[0];
+                tiles[node][2] += share * fields[1];
+            });
+        }
+        0.0
+    });
+    let halo = &world.nodes.gathered;
+    halo.pack::<WORDS>(&mut world.buffers, |row| rows[row as usize]);
+    halo.exchange::<WORDS>(world.transport, &mut world.buffers, &mut || {});
+    halo.unpack::<WORDS>(&world.buffers, |row, words| rows[row as usize] = words);
+    let sums = mosaic.sum(&rows, [0.0; WORDS], |sum, row| {
+        for (sum, row) in sum.iter_mut().zip(row) {
+            *sum += row;
+        }
+    });
+
+    let counts = [world.layout.cells[0], world.layout.cells[1] + 1];
+    let mut mine = Writer::new();
+    let looked_at = mosaic.owned.iter().zip(&sums).filter(|(node, sum)| sum[0] > 0.0 && is_free(world, node.place));
+    for (node, sum) in looked_at {
+        mine.u64(node.place[1] as u64 * counts[0] as u64 + node.place[0] as u64);
+        mine.f64(sum[1] / sum[0]);
+        mine.f64(sum[2] / sum[0]);
+    }
+    let mut whole = NodeFields::empty(counts);
+    for bytes in world.transport.all_gather(mine.as_bytes()) {
+        let mut reader = Reader::plain(&bytes);
+        while reader.left() > 0 {
+            let torn = |error: scree_partition::ParcelError| Error::Run(error.to_string());
+            let node = reader.u64().map_err(torn)? as usize;
+            whole.present[node] = true;
+            whole.rate[node] = reader.f64().map_err(torn)?;
+            whole.recent[node] = reader.f64().map_err(torn)?;
+        }
+    }
+    Ok(whole)
+}
+
+/// Whether a node is looked at. What holds material slows the strain of the cells beside it, in a flow without a band as well: nodes
+/// within a cell of plates, of bodies among the material, however they touch it, and of faces that hold along them are not.
+fn is_free<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>, place: [i32; 3]) -> bool {
+    let (cell, y, at) = (world.layout.cell, world.node_height(place), world.layout.node_at::<S::Vector>(place));
+    let near_plate = |away: f64| world.bodies.iter().any(|plate| plate.holds(y + away * cell, cell));
+    let near_body = || {
+        world.bodies.iter().filter(|body| body.grip.is_some()).any(|body| {
+            let place = place_beside(body, &world.cell, &at);
+            body.nearest(&place).is_some_and(|nearest| nearest.distance <= cell)
+        })
+    };
+    let near_face = || {
+        (0..S::DIMENSION).any(|axis| {
+            [false, true].into_iter().any(|upper| {
+                let mut beside = place;
+                beside[axis] += if upper { 1 } else { -1 };
+                let holds = matches!(
+                    world.settings.grid.faces[axis][usize::from(upper)],
+                    Boundary::Fixed | Boundary::Friction { .. }
+                );
+                holds && world.layout.is_behind(beside, axis, upper)
+            })
+        })
+    };
+    ![-1.0, 0.0, 1.0].into_iter().any(near_plate) && !near_body() && !near_face()
+}
+
+/// Where a node of [`NodeFields`] is, m.
+pub fn place_of_node<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>, node: u64) -> [f64; 2] {
+    let columns = world.layout.cells[0] as u64;
+    let at: S::Vector = world.layout.node_at([(node % columns) as i32, (node / columns) as i32, 0]);
+    [at[0], at[1]]
+}
+
+/// Of rows of a frame at these places (m), whether the node nearest to each is flagged: 1 or 0.
+pub fn flagged_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+    world: &World<S, C, L>,
+    memory: &Memory,
+    places: &[[f64; 3]],
+) -> Column {
+    let layout = &world.layout;
+    let nearest = |place: &[f64; 3]| -> u64 {
+        let node = |axis: usize| ((place[axis] - layout.corner[axis]) / layout.cell).round().max(0.0) as u64;
+        let columns = layout.cells[0] as u64;
+        // Across a period the last node is the first.
+        let column = if layout.periodic[0] { node(0) % columns } else { node(0) };
+        node(1) * columns + column
+    };
+    let flagged = places.iter().map(|place| i64::from(memory.flagged.binary_search(&nearest(place)).is_ok()));
+    Column { name: "flagged".to_string(), width: 1, values: Values::I64(flagged.collect()) }
+}

@@ -1,0 +1,123 @@
+//! The continuum's own law, driven along the path of the shear test: what is fitted is what will run.
+
+use crate::analysis::calibrate::element::{ROW_SHEAR, Row};
+use crate::base::space::{Linear, Plane, Space};
+use crate::law::material::{CriticalDruckerPrager, CriticalMemory, MaterialLaw};
+
+type Tensor = <Plane as Space>::Tensor;
+
+/// How exactly the normal stress is kept, as a share of it.
+const TOLERANCE: f64 = 1e-9;
+/// Attempts to enclose the stretch that keeps the normal stress, each twice as wide as the last, and to find it.
+const WIDENINGS: usize = 60;
+const ATTEMPTS: usize = 100;
+
+/// A material point in simple shear under a constant normal stress: L = [[0, g], [0, l]] with l such that the Cauchy stress
+/// along y stays.
+struct Point<'a> {
+    law: &'a CriticalDruckerPrager,
+    /// Pa, compression positive.
+    stress: f64,
+    memory: CriticalMemory<Plane>,
+    /// det F since the start.
+    volume: f64,
+    /// Stretch of the last increment over its shear.
+    dilation: f64,
+}
+
+/// Memory, volume and Cauchy stress after an increment.
+type Stepped = (CriticalMemory<Plane>, f64, Tensor);
+
+/// The law's response at rising shear strains, from an isotropic stress (Pa, compression positive) and a packing fraction
+/// on; none where the law cannot keep the normal stress. `fraction` of a row is the law's own Phi.
+pub fn simple_shear(
+    law: &CriticalDruckerPrager,
+    stress: f64,
+    fraction: f64,
+    strains: impl Iterator<Item = f64>,
+) -> Option<Vec<(Row, f64)>> {
+    let isotropic = Tensor::identity() * -stress;
+    let memory = MaterialLaw::<Plane>::start(law, &isotropic, fraction);
+    let mut point = Point { law, stress, memory, volume: 1.0, dilation: 0.0 };
+    let (mut rows, mut strain) = (Vec::new(), 0.0);
+    let mut cauchy = MaterialLaw::<Plane>::stress(law, &point.memory);
+    for wanted in strains {
+        let pieces = ((wanted - strain) / ROW_SHEAR).round().max(1.0);
+        let increment = (wanted - strain) / pieces;
+        if increment > 0.0 {
+            for _ in 0..pieces as usize {
+                cauchy = point.shear(increment)?;
+            }
+        }
+        strain = wanted;
+        let stress = [cauchy[(0, 0)], 0.5 * (cauchy[(0, 1)] + cauchy[(1, 0)]), cauchy[(1, 1)]];
+        rows.push((Row { strain, stress, fraction: point.memory.fraction }, point.volume));
+    }
+    Some(rows)
+}
+
+impl Point<'_> {
+    /// One increment of shear, with the stretch along y that keeps the normal stress.
+    fn shear(&mut self, increment: f64) -> Option<Tensor> {
+        let stretch = self.stretch(increment)?;
+        let (memory, volume, stress) = self.stepped(increment, stretch);
+        (self.memory, self.volume, self.dilation) = (memory, volume, stretch / increment);
+        stress.is_finite().then_some(stress)
+    }
+
+    fn stepped(&self, increment: f64, stretch: f64) -> Stepped {
+        let mut memory = self.memory;
+        let gradient = Tensor::new(0.0, increment, 0.0, stretch);
+        let kirchhoff = MaterialLaw::<Plane>::update(self.law, &gradient, 1.0, &mut memory);
+        let volume = self.volume * (1.0 + stretch);
+        (memory, volume, kirchhoff * (1.0 / volume))
+    }
+
+    /// The root of the missing normal stress by the Illinois form of the false position (Dowell & Jarratt 1971); the stress
+    /// along y rises with the stretch.
+    fn stretch(&self, increment: f64) -> Option<f64> {
+        let missing = |stretch: f64| self.stepped(increment, stretch).2[(1, 1)] / self.stress + 1.0;
+        let middle = self.dilation * increment;
+        let (mut lower, mut upper) = (middle, middle);
+        let mut at = [missing(middle); 2];
+        let mut width = 0.1 * increment;
+        for _ in 0..WIDENINGS {
+            if at[0] > 0.0 {
+                (upper, at[1]) = (lower, at[0]);
+                lower -= width;
+                at[0] = missing(lower);
+            } else if at[1] < 0.0 {
+                (lower, at[0]) = (upper, at[1]);
+                upper += width;
+                at[1] = missing(upper);
+            } else {
+                break;
+            }
+            width *= 2.0;
+        }
+        if !(at[0] <= 0.0 && at[1] >= 0.0) {
+            return None;
+        }
+        let mut side = 0;
+        for _ in 0..ATTEMPTS {
+            if at[1] == at[0] {
+                return Some(lower);
+            }
+            let guess = (lower * at[1] - upper * at[0]) / (at[1] - at[0]);
+            let found = missing(guess);
+            if found.abs() < TOLERANCE {
+                return Some(guess);
+            }
+            if found < 0.0 {
+                (lower, at[0]) = (guess, found);
+                at[1] *= if side == -1 { 0.5 } else { 1.0 };
+                side = -1;
+            } else {
+                (upper, at[1]) = (guess, found);
+                at[0] *= if side == 1 { 0.5 } else { 1.0 };
+                side = 1;
+            }
+        }
+        Some(0.5 * (lower + upper))
+    }
+}

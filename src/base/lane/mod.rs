@@ -1,0 +1,263 @@
+//! Numbers as the kernels of contacts and points see them: one `f64`, or eight side by side in whatever registers the processor has.
+//! A law is written once over [`Real`]; every width rounds alike, lane by lane, so all of them give the same bits
+//! (invariant 2). No fused products anywhere.
+
+use std::fmt::Debug;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+mod eight;
+#[cfg(target_arch = "x86_64")]
+#[allow(unsafe_code, reason = "vector instructions, each used only where the processor has it")]
+mod x86;
+
+use eight::Eight;
+
+// Nobody outside can name these two, so that they are met only in work that `Instructions::run` has entered for them.
+#[cfg(target_arch = "x86_64")]
+use x86::{Avx2, Avx512};
+
+/// Lanes of a [`Pack`].
+pub const LANES: usize = 8;
+
+/// Work that is done with whatever registers the processor has.
+pub trait Packed {
+    type Outcome;
+    fn run<P: Pack>(self) -> Self::Outcome;
+}
+
+/// Work in registers that are chosen already, a function of its own: what does not ask which law or functions a job has is
+/// compiled once and not for each of them. All that it calls must be inlined into it, or entered ([`Pack::enter`]).
+pub trait Kernel<P> {
+    type Outcome;
+    fn run(self) -> Self::Outcome;
+}
+
+struct Entry<W>(W);
+
+impl<P: Pack, W: Packed> Kernel<P> for Entry<W> {
+    type Outcome = W::Outcome;
+    #[inline(always)]
+    fn run(self) -> W::Outcome {
+        self.0.run::<P>()
+    }
+}
+
+/// A number, or several in step.
+pub trait Real:
+    Copy
+    + Debug
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// The outcome of a comparison, lane by lane.
+    type Mask: Copy;
+    /// Lanes.
+    const COUNT: usize;
+    type Numbers: Copy + AsRef<[f64]> + AsMut<[f64]>;
+
+    fn splat(value: f64) -> Self;
+    fn sqrt(self) -> Self;
+    fn abs(self) -> Self;
+    fn floor(self) -> Self;
+    /// The smaller of two ordered numbers; where one is no number, `other`.
+    fn min(self, other: Self) -> Self;
+    fn max(self, other: Self) -> Self;
+    /// `self > other`.
+    fn above(self, other: Self) -> Self::Mask;
+    fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// `yes` where the mask holds, `no` elsewhere.
+    fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// Whether a mask holds in a lane, and in any.
+    fn holds(mask: Self::Mask, lane: usize) -> bool;
+    fn any(mask: Self::Mask) -> bool;
+    /// The lanes one by one, and back.
+    fn numbers(self) -> Self::Numbers;
+    fn of_numbers(numbers: &Self::Numbers) -> Self;
+}
+
+/// Eight numbers in step that can be brought from memory and back.
+pub trait Pack: Real<Numbers = [f64; LANES]> {
+    fn load(from: &[f64; LANES]) -> Self;
+    fn store(self, to: &mut [f64; LANES]);
+    /// Calls the kernel as a function that is compiled for these registers.
+    fn enter<K: Kernel<Self>>(kernel: K) -> K::Outcome;
+    /// Rows for columns: result `w` holds lane `w` of every row.
+    fn transposed(rows: [Self; LANES]) -> [Self; LANES];
+
+    /// Eight words of each of eight records, word by word: result `w` holds word `first + w` of every record.
+    #[inline(always)]
+    fn records(rows: &[&[f64]; LANES], first: usize) -> [Self; LANES] {
+        let mut loaded = [Self::splat(0.0); LANES];
+        for (loaded, row) in loaded.iter_mut().zip(rows) {
+            *loaded = Self::load(eight(row, first));
+        }
+        Self::transposed(loaded)
+    }
+}
+
+/// Eight words of a record from `first` on.
+#[inline(always)]
+pub fn eight(record: &[f64], first: usize) -> &[f64; LANES] {
+    record[first..].first_chunk().expect("a record has the words that it is asked for")
+}
+
+/// The same, to be changed.
+#[inline(always)]
+pub fn eight_mut(record: &mut [f64], first: usize) -> &mut [f64; LANES] {
+    record[first..].first_chunk_mut().expect("a record has the words that it is asked for")
+}
+
+impl Real for f64 {
+    type Mask = bool;
+    const COUNT: usize = 1;
+    type Numbers = [f64; 1];
+
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        f64::floor(self)
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+    #[inline(always)]
+    fn above(self, other: Self) -> bool {
+        self > other
+    }
+    #[inline(always)]
+    fn both(a: bool, b: bool) -> bool {
+        a & b
+    }
+    #[inline(always)]
+    fn either(a: bool, b: bool) -> bool {
+        a | b
+    }
+    #[inline(always)]
+    fn choose(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+    #[inline(always)]
+    fn holds(mask: bool, _: usize) -> bool {
+        mask
+    }
+    #[inline(always)]
+    fn any(mask: bool) -> bool {
+        mask
+    }
+    #[inline(always)]
+    fn numbers(self) -> [f64; 1] {
+        [self]
+    }
+    #[inline(always)]
+    fn of_numbers(numbers: &[f64; 1]) -> Self {
+        numbers[0]
+    }
+}
+
+/// Instructions that this processor has. There is no other way to one than by looking, so that no kernel can run where the
+/// processor lacks what it is compiled for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Instructions(Known);
+
+/// What kernels are compiled for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Known {
+    /// Eight at a time, left to the compiler.
+    Portable,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+impl Known {
+    /// From the narrowest on.
+    const ALL: &[Self] = &[
+        Self::Portable,
+        #[cfg(target_arch = "x86_64")]
+        Self::Avx2,
+        #[cfg(target_arch = "x86_64")]
+        Self::Avx512,
+    ];
+
+    /// Whether this processor has all of them.
+    fn is_here(self) -> bool {
+        match self {
+            Self::Portable => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => is_x86_feature_detected!("avx2"),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => {
+                is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512vl")
+            }
+        }
+    }
+}
+
+impl Instructions {
+    /// All that this processor has, from the narrowest on.
+    pub fn here() -> impl DoubleEndedIterator<Item = Self> {
+        Known::ALL.iter().filter(|known| known.is_here()).map(|known| Self(*known))
+    }
+
+    /// The widest of them; `SCREE_INSTRUCTIONS` (`portable`, `avx2`, `avx512`) asks for one that is no wider.
+    pub fn best() -> Self {
+        let wanted = std::env::var("SCREE_INSTRUCTIONS").unwrap_or_default();
+        let widest = Known::ALL.iter().position(|known| Self(*known).name() == wanted).unwrap_or(Known::ALL.len() - 1);
+        let within = |found: &Self| Known::ALL[..=widest].contains(&found.0);
+        Self::here().rfind(within).expect("every processor has the portable ones")
+    }
+
+    /// Does the work with these registers.
+    #[inline]
+    pub fn run<W: Packed>(self, work: W) -> W::Outcome {
+        match self.0 {
+            Known::Portable => Eight::enter(Entry(work)),
+            #[cfg(target_arch = "x86_64")]
+            Known::Avx2 => Avx2::enter(Entry(work)),
+            #[cfg(target_arch = "x86_64")]
+            Known::Avx512 => Avx512::enter(Entry(work)),
+        }
+    }
+
+    pub fn name(self) -> &'static str {
+        match self.0 {
+            Known::Portable => "portable",
+            #[cfg(target_arch = "x86_64")]
+            Known::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Known::Avx512 => "avx512",
+        }
+    }
+}
+
+impl Debug for Instructions {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(self.name())
+    }
+}

@@ -1,0 +1,13 @@
+//! The ground: errors, numbers, spaces, vectors of registers, records.
+
+pub mod error;
+pub mod ids;
+pub mod lane;
+pub mod math;
+pub mod numbers;
+pub mod parallel;
+pub mod program;
+pub mod record;
+pub mod space;
+pub mod symmetric;
+pub mod zeroed;

@@ -1,0 +1,265 @@
+//! Which cells become grains: seed 000 (Chen et al. 2021), section 4.
+
+use std::collections::BTreeSet;
+
+use nalgebra::SVector;
+
+use crate::job::Enrichment;
+
+/// What a cell holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Label {
+    Continuum,
+    /// The reconciliation zone: grains and points at once.
+    Rim,
+    Grains,
+}
+
+/// The domain's cells, row by row in y. Lengths in m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellGrid {
+    pub counts: [usize; 2],
+    pub cell: f64,
+    /// The lower corner.
+    pub lower: [f64; 2],
+    /// Whether the last column is beside the first.
+    pub periodic: bool,
+}
+
+impl CellGrid {
+    pub fn period(&self) -> f64 {
+        self.counts[0] as f64 * self.cell
+    }
+
+    /// Index of the cell at a place, wrapped in x where the grid is periodic; none beyond the grid.
+    pub fn at(&self, x: f64, y: f64) -> Option<usize> {
+        self.cell_at(((x - self.lower[0]) / self.cell).floor() as i64, ((y - self.lower[1]) / self.cell).floor() as i64)
+    }
+
+    fn cell_at(&self, column: i64, row: i64) -> Option<usize> {
+        let columns = self.counts[0] as i64;
+        let column = if self.periodic { column.rem_euclid(columns) } else { column };
+        let inside = (0..self.counts[1] as i64).contains(&row) && (0..columns).contains(&column);
+        inside.then(|| row as usize * self.counts[0] + column as usize)
+    }
+
+    /// Nodes, rising, within half a cell of one of the straight `parts`, given by their ends, m.
+    pub fn nodes_along(&self, parts: &[[[f64; 2]; 2]]) -> Vec<u64> {
+        // Nodes on both sides of a line half way between them count, whatever round-off says.
+        let reach = (0.5 + 1e-9) * self.cell;
+        let is_along = |node: &u64| parts.iter().any(|part| distance_to(part, self.place_of(*node)) <= reach);
+        // As many nodes as cells: the last row and column of nodes lie on the domain's border, where no material is.
+        (0..(self.counts[0] * self.counts[1]) as u64).filter(is_along).collect()
+    }
+
+    /// Place of a node, m.
+    fn place_of(&self, node: u64) -> [f64; 2] {
+        let (column, row) = (node % self.counts[0] as u64, node / self.counts[0] as u64);
+        [self.lower[0] + column as f64 * self.cell, self.lower[1] + row as f64 * self.cell]
+    }
+
+    /// The cells beside one along either axis.
+    pub fn beside(&self, cell: usize) -> impl Iterator<Item = usize> {
+        [[-1, 0], [1, 0], [0, -1], [0, 1]].into_iter().filter_map(move |step| self.step(cell, step))
+    }
+
+    /// The cells around one, corners counted, and itself, with their columns and rows from it.
+    pub fn around(&self, cell: usize) -> impl Iterator<Item = (usize, [i64; 2])> {
+        let steps = (-1..=1).flat_map(|row| (-1..=1).map(move |column| [column, row]));
+        steps.filter_map(move |step| self.step(cell, step).map(|beside| (beside, step)))
+    }
+
+    /// Centre of a cell, m.
+    pub fn centre(&self, cell: usize) -> SVector<f64, 2> {
+        let [column, row] = [cell % self.counts[0], cell / self.counts[0]];
+        SVector::from([0, 1].map(|axis| self.lower[axis] + ([column, row][axis] as f64 + 0.5) * self.cell))
+    }
+
+    /// Which cells have their centres within `reach`, m, of that of one of `cells`.
+    pub fn near(&self, cells: &[u64], reach: f64) -> Vec<bool> {
+        let most = (reach / self.cell).floor() as i64;
+        let square = (reach / self.cell).powi(2) * (1.0 + 1e-9);
+        let steps = (-most..=most).flat_map(|row| (-most..=most).map(move |column| [column, row]));
+        let is_near = |[column, row]: &[i64; 2]| (column * column + row * row) as f64 <= square;
+        let steps: Vec<[i64; 2]> = steps.filter(is_near).collect();
+        let mut near = vec![false; self.counts[0] * self.counts[1]];
+        for cell in cells {
+            let beside = steps.iter().filter_map(|step| self.step(*cell as usize, *step));
+            beside.for_each(|beside| near[beside] = true);
+        }
+        near
+    }
+
+    /// Nodes, rising, in sets that hang together along axes or across cells, each rising, in the order of their first nodes.
+    pub fn connected(&self, nodes: &[u64]) -> Vec<Vec<u64>> {
+        let cells: Vec<usize> = nodes.iter().map(|node| *node as usize).collect();
+        let sets = self.sets(&cells);
+        sets.into_iter().map(|set| set.into_iter().map(|node| node as u64).collect()).collect()
+    }
+
+    /// The same of cells, which are counted as nodes are.
+    pub fn sets(&self, cells: &[usize]) -> Vec<Vec<usize>> {
+        let mut is_left: BTreeSet<usize> = cells.iter().copied().collect();
+        let mut sets = Vec::new();
+        while let Some(first) = is_left.pop_first() {
+            let (mut set, mut at) = (vec![first], 0);
+            while at < set.len() {
+                let beside: Vec<usize> = self.around(set[at]).map(|(beside, _)| beside).collect();
+                set.extend(beside.into_iter().filter(|beside| is_left.remove(beside)));
+                at += 1;
+            }
+            set.sort_unstable();
+            sets.push(set);
+        }
+        sets
+    }
+
+    /// Whether a node has one of these cells beside it.
+    pub fn touches(&self, node: u64, cells: &[bool]) -> bool {
+        let (column, row) = ((node % self.counts[0] as u64) as i64, (node / self.counts[0] as u64) as i64);
+        let beside = [[-1, -1], [0, -1], [-1, 0], [0, 0]].into_iter();
+        beside.filter_map(|step| self.cell_at(column + step[0], row + step[1])).any(|cell| cells[cell])
+    }
+
+    /// The cell so many columns and rows from one.
+    fn step(&self, cell: usize, [columns, rows]: [i64; 2]) -> Option<usize> {
+        self.cell_at((cell % self.counts[0]) as i64 + columns, (cell / self.counts[0]) as i64 + rows)
+    }
+}
+
+/// Distance of a place to a straight line between two ends, m.
+fn distance_to([from, to]: &[[f64; 2]; 2], place: [f64; 2]) -> f64 {
+    let along = [to[0] - from[0], to[1] - from[1]];
+    let way = [place[0] - from[0], place[1] - from[1]];
+    let square = along[0] * along[0] + along[1] * along[1];
+    let share = if square > 0.0 { (way[0] * along[0] + way[1] * along[1]) / square } else { 0.0 };
+    let share = share.clamp(0.0, 1.0);
+    let [x, y] = [way[0] - share * along[0], way[1] - share * along[1]];
+    (x * x + y * y).sqrt()
+}
+
+/// Labels of all cells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Zone {
+    pub grid: CellGrid,
+    pub labels: Vec<Label>,
+    /// Places of the flagged nodes, m.
+    flagged: Vec<[f64; 2]>,
+}
+
+impl Zone {
+    /// Cells within `phi_0 - t_h/2` of a flagged node are grains, those within `phi_0 + t_h/2` the rim; t_h is one cell.
+    pub fn around(flagged: &[u64], grid: CellGrid, settings: &Enrichment) -> Self {
+        let places = flagged.iter().map(|node| grid.place_of(*node)).collect();
+        let mut zone = Self { grid, labels: Vec::new(), flagged: places };
+        let half = 0.5 * grid.cell;
+        let label = |cell: usize| {
+            let x = grid.lower[0] + ((cell % grid.counts[0]) as f64 + 0.5) * grid.cell;
+            let y = grid.lower[1] + ((cell / grid.counts[0]) as f64 + 0.5) * grid.cell;
+            let distance = zone.distance([x, y]);
+            if distance <= settings.distance - half {
+                Label::Grains
+            } else if distance <= settings.distance + half {
+                Label::Rim
+            } else {
+                Label::Continuum
+            }
+        };
+        zone.labels = (0..grid.counts[0] * grid.counts[1]).map(label).collect();
+        zone
+    }
+
+    /// Which cells lie within so many cells of one of the zone, corners counted.
+    pub fn within(&self, cells: usize) -> Vec<bool> {
+        let mut near: Vec<bool> = self.labels.iter().map(|label| *label != Label::Continuum).collect();
+        let grow = |near: &[bool], steps: [[i64; 2]; 2]| -> Vec<bool> {
+            let beside = |cell: usize| steps.into_iter().filter_map(move |step| self.grid.step(cell, step));
+            (0..near.len()).map(|cell| near[cell] || beside(cell).any(|beside| near[beside])).collect()
+        };
+        for _ in 0..cells {
+            near = grow(&grow(&near, [[-1, 0], [1, 0]]), [[0, -1], [0, 1]]);
+        }
+        near
+    }
+
+    /// Mean height of the flagged nodes, m.
+    pub fn middle(&self) -> f64 {
+        self.flagged.iter().map(|place| place[1]).sum::<f64>() / self.flagged.len() as f64
+    }
+
+    /// Distance of a place to the nearest flagged node, across the period if there is one, m.
+    pub fn distance(&self, place: [f64; 2]) -> f64 {
+        let period = self.grid.period();
+        self.flagged.iter().fold(f64::INFINITY, |least, node| {
+            let x = if self.grid.periodic {
+                let apart = (place[0] - node[0]).rem_euclid(period);
+                apart.min(period - apart)
+            } else {
+                place[0] - node[0]
+            };
+            let y = place[1] - node[1];
+            least.min((x * x + y * y).sqrt())
+        })
+    }
+
+    /// Label of a place, continuum outside the grid.
+    pub fn at(&self, x: f64, y: f64) -> Label {
+        self.grid.at(x, y).map_or(Label::Continuum, |cell| self.labels[cell])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid(periodic: bool) -> CellGrid {
+        CellGrid { counts: [6, 5], cell: 0.5, lower: [1.0, -1.0], periodic }
+    }
+
+    #[test]
+    fn nodes_on_either_side_of_a_line_between_them_are_along_it() {
+        // Half way between the second and third row of nodes, from the third column of nodes to the fourth.
+        let nodes = grid(false).nodes_along(&[[[2.0, -0.25], [2.5, -0.25]]]);
+        assert_eq!(nodes, [8, 9, 14, 15]);
+        // Along a row of nodes: that row alone. Two parts that share an end count their nodes once.
+        let nodes = grid(false).nodes_along(&[[[2.0, -0.5], [2.2, -0.5]], [[2.2, -0.5], [2.5, -0.5]]]);
+        assert_eq!(nodes, [8, 9]);
+        // A part without length.
+        assert_eq!(grid(false).nodes_along(&[[[1.1, -0.9], [1.1, -0.9]]]), [0]);
+    }
+
+    #[test]
+    fn sets_hang_together_across_corners_and_the_period() {
+        let nodes = [0, 5, 7, 16, 21, 28];
+        assert_eq!(grid(false).connected(&nodes), [vec![0, 7], vec![5], vec![16, 21, 28]]);
+        assert_eq!(grid(true).connected(&nodes), [vec![0, 5, 7], vec![16, 21, 28]]);
+    }
+
+    #[test]
+    fn cells_near_others_and_nodes_beside_them_are_told() {
+        let near = |periodic: bool, reach: f64| {
+            let near = grid(periodic).near(&[6], reach);
+            (0..30).filter(|cell| near[*cell]).collect::<Vec<usize>>()
+        };
+        assert_eq!(near(false, 0.5), [0, 6, 7, 12]);
+        assert_eq!(near(true, 0.5), [0, 6, 7, 11, 12]);
+        assert_eq!(near(false, 0.75), [0, 1, 6, 7, 12, 13]);
+        let mut taken = vec![false; 30];
+        taken[6] = true;
+        let touches =
+            |periodic: bool| (0..30).filter(|node| grid(periodic).touches(*node, &taken)).collect::<Vec<u64>>();
+        assert_eq!(touches(false), [6, 7, 12, 13]);
+    }
+
+    #[test]
+    fn cells_within_so_many_of_a_zone_go_around_corners_and_across_the_period() {
+        let mut labels = vec![Label::Continuum; 30];
+        labels[0] = Label::Rim;
+        let near = |periodic: bool| {
+            let zone = Zone { grid: grid(periodic), labels: labels.clone(), flagged: Vec::new() };
+            (0..30).filter(|cell| zone.within(1)[*cell]).collect::<Vec<usize>>()
+        };
+        assert_eq!(near(false), [0, 1, 6, 7]);
+        assert_eq!(near(true), [0, 1, 5, 6, 7, 11]);
+    }
+}

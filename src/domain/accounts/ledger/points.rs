@@ -1,0 +1,356 @@
+//! Energies of a continuum, and where its work goes.
+//!
+//! Forces f(n) belong to positions x(n) and act on nodes, whose velocities are v(n) before and v'(n) after them; those of
+//! points are half a step behind their positions. With J = m (v' - v) all that a step does to a node,
+//!
+//! ```text
+//! T(n) = sum m_p (v_p.v_p + C D C^T)/2 + sum J(n).v(n)/2       kinetic energy at x(n), D as in [`crate::mpm::gather`]
+//! T(n+1) - T(n) = sum J(n).v'(n)/2 + sum J(n+1).v(n+1)/2 - transfer(n)
+//! ```
+//!
+//! so every impulse works half over the drift ahead and half over the one behind, as those of grains do, and the kinetic energy
+//! that is lost between points and grid is known by itself: of points' own motion what a blend damps, and what is finer than
+//! the grid or the affine fields. Elastic energy, that of gravity and what has been dissipated are those of the points at x(n),
+//! with the stress that makes f(n):
+//!
+//! ```text
+//! loads + bodies + ramp = change of (kinetic + elastic + potential + dissipated) + holds + lost
+//! ```
+//!
+//! with the powers: loads: push.v at their points; bodies: force.V, the velocity of the body there; ramp: what bears the share of
+//! gravity that is not there yet, for the potential is that in the whole field; holds: force.(V - v), by which friction, dashpots
+//! and sudden stops take energy at faces and bodies. Gravity itself closes exactly. What is `lost` is the scheme's doing, and
+//! negative where it makes energy: the transfer, and the difference between the work of stress on nodes, with the velocities on
+//! either side of a transfer, and what the law has stored and dissipated, with one of them. The two belong together: where
+//! strain is that of velocities which have been to the points, what the one takes the other gives back in part.
+
+use rayon::prelude::*;
+use scree_partition::ExactSum;
+
+use super::Entry;
+use crate::base::error::Error;
+use crate::base::space::{Linear, Space};
+use crate::dem::walls::place_beside;
+use crate::domain::grid::{absorbed_by_faces, held_by_bodies, held_by_faces};
+use crate::domain::phases::Phase;
+use crate::domain::world::World;
+use crate::job::mpm::Transfer;
+use crate::law::contact::ContactLaw;
+use crate::law::material::{MaterialLaw, MaterialMemory};
+use crate::mpm::look::{for_each_node, moments};
+use crate::mpm::scatter::TileFrame;
+use crate::mpm::tile::{Advanced, Gathered, OwnedNode};
+
+/// What is booked, by slot.
+#[derive(Clone, Copy)]
+enum Item {
+    /// Of everything that acts on nodes.
+    Nodes,
+    Loads,
+    Bodies,
+    Ramp,
+    Holds,
+}
+const ITEMS: usize = 5;
+
+/// What points have.
+#[derive(Clone, Copy)]
+enum Store {
+    Kinetic,
+    Elastic,
+    Potential,
+    Dissipated,
+}
+const STORES: usize = 4;
+
+/// Entries of an account.
+const ENTRIES: usize = 2 * ITEMS + STORES;
+
+/// Energies of the points at the last evaluation of forces, one step before the positions of now, J.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PointEnergies {
+    /// With that of affine fields, and of membranes.
+    pub kinetic: f64,
+    pub elastic: f64,
+    /// In the whole field of gravity, zero at the origin.
+    pub potential: f64,
+    /// By the law, since the start.
+    pub dissipated: f64,
+}
+
+impl PointEnergies {
+    fn sum(&self) -> f64 {
+        self.kinetic + self.elastic + self.potential + self.dissipated
+    }
+}
+
+/// Where the work has gone since the first evaluation, J, up to the last one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PointBalance {
+    pub work_loads: f64,
+    pub work_bodies: f64,
+    /// Of what bears the share of gravity that is yet to come.
+    pub work_ramp: f64,
+    /// Lost where faces and bodies hold nodes: friction, dashpots, sudden stops.
+    pub holds: f64,
+    /// Lost by the scheme; below zero it has made energy.
+    pub lost: f64,
+    /// Of this, kinetic energy between points and grid.
+    pub transfer: f64,
+}
+
+/// The energies of a continuum as this rank keeps them; sums of ranks are exact.
+#[derive(Clone, Debug)]
+pub struct PointLedger<S: Space> {
+    /// At the last evaluation at which they were wanted.
+    stored: Option<ExactSum<STORES>>,
+    account: Option<Account>,
+    /// Velocity (m/s) and spin (rad/s) of bodies over the drift behind.
+    bodies: Vec<(S::Vector, S::Spin)>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Account {
+    /// Up to the last evaluation.
+    booked: ExactSum<ITEMS>,
+    /// Of its forces over the half step ahead of it.
+    ahead: ExactSum<ITEMS>,
+    /// At the first evaluation.
+    start: Option<ExactSum<STORES>>,
+}
+
+/// The drifts on either side of an evaluation.
+const BEHIND: usize = 0;
+const AHEAD: usize = 1;
+
+/// Work over both drifts, J.
+#[derive(Clone, Debug, Default)]
+struct Works([ExactSum<ITEMS>; 2]);
+
+impl Works {
+    /// Books an impulse (N s) that acts while something moves with `velocities` (m/s) behind and ahead.
+    fn add<V: Linear>(&mut self, item: Item, impulse: &V, velocities: &[V; 2]) {
+        for (work, velocity) in self.0.iter_mut().zip(velocities) {
+            work.add(item as usize, 0.5 * impulse.dot(velocity));
+        }
+    }
+
+    fn merged(mut self, other: Self) -> Self {
+        self.0.iter_mut().zip(&other.0).for_each(|(work, more)| work.merge(more));
+        self
+    }
+}
+
+impl<S: Space> Default for PointLedger<S> {
+    fn default() -> Self {
+        Self { stored: None, account: None, bodies: Vec::new() }
+    }
+}
+
+impl<S: Space> PointLedger<S> {
+    /// Keeps account from the next step on.
+    pub fn open(&mut self) {
+        self.account = Some(Account::default());
+    }
+
+    /// Before a step: how bodies have moved.
+    pub(crate) fn open_page(&mut self, motions: impl Iterator<Item = (S::Vector, S::Spin)>) {
+        self.bodies.clear();
+        self.bodies.extend(motions);
+    }
+}
+
+impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+    /// Goes on with an account that was stored; none opens a new one.
+    pub fn resume_point_ledger(&mut self, entries: &[Entry]) -> Result<(), Error> {
+        let mut account = Account::default();
+        if !entries.is_empty() {
+            Entry::expect(entries, ENTRIES, "energies of the continuum")?;
+            // One rank keeps what all have booked so far.
+            let ours = self.transport.rank() == 0;
+            let mut entries = entries.iter().map(|entry| if ours { *entry } else { Entry::default() });
+            account.booked = Entry::take_all(&mut entries);
+            account.ahead = Entry::take_all(&mut entries);
+            account.start = Some(Entry::take_all(&mut entries));
+        }
+        self.point_ledger.account = Some(account);
+        Ok(())
+    }
+
+    /// The account as it is stored, the same on every rank; empty where none is kept. Collective.
+    pub(crate) fn point_ledger_entries(&self) -> Result<Vec<Entry>, Error> {
+        let Some(account) = &self.point_ledger.account else { return Ok(Vec::new()) };
+        let Some(start) = account.start.clone() else { return Ok(Vec::new()) };
+        let (booked, ahead) = (self.total(account.booked.clone())?, self.total(account.ahead.clone())?);
+        let start = self.total(start)?;
+        Ok(Entry::all_of(&booked).chain(Entry::all_of(&ahead)).chain(Entry::all_of(&start)).collect())
+    }
+
+    /// Energies at the last evaluation, the same on every rank; of a step of which [`World::forces_wanted`] was set.
+    /// Collective.
+    pub fn point_energies(&self) -> Result<PointEnergies, Error> {
+        self.energies_of(self.point_ledger.stored.as_ref())
+    }
+
+    /// Whether they were wanted of the last step.
+    pub(crate) fn has_point_energies(&self) -> bool {
+        self.point_ledger.stored.is_some()
+    }
+
+    fn energies_of(&self, stored: Option<&ExactSum<STORES>>) -> Result<PointEnergies, Error> {
+        let Some(stored) = stored else {
+            return Err(Error::Run(format!("step {}: no energies of points have been summed", self.step)));
+        };
+        let [kinetic, elastic, potential, dissipated] = self.reduce(stored.clone())?;
+        Ok(PointEnergies { kinetic, elastic, potential, dissipated })
+    }
+
+    /// The account at the same evaluation, the same on every rank; none where none is kept. Collective.
+    pub fn point_balance(&self) -> Result<Option<PointBalance>, Error> {
+        let Some(account) = &self.point_ledger.account else { return Ok(None) };
+        let (start, now) = (self.energies_of(account.start.as_ref())?, self.point_energies()?);
+        let [nodes, work_loads, work_bodies, work_ramp, holds] = self.reduce(account.booked.clone())?;
+        let transfer = nodes - (now.kinetic - start.kinetic);
+        let work = work_loads + work_bodies + work_ramp;
+        let lost = work - (now.sum() - start.sum()) - holds;
+        Ok(Some(PointBalance { work_loads, work_bodies, work_ramp, holds, lost, transfer }))
+    }
+
+    /// Whether this step is booked: of a continuum alone, where its energies are wanted or an account is kept.
+    pub(crate) fn books_points(&self) -> bool {
+        self.has_points() && !self.has_grains() && (self.forces_wanted || self.point_ledger.account.is_some())
+    }
+
+    /// Between the step of the nodes and that of the points: books the work of the one, and energies of the other where they
+    /// are wanted.
+    pub(crate) fn book_points(&mut self) {
+        let opens = self.point_ledger.account.as_ref().is_some_and(|account| account.start.is_none());
+        let timer = self.phases.start();
+        let Works([behind, ahead]) = self.works_on_nodes().merged(self.works_of_loads());
+        self.point_ledger.stored = (self.forces_wanted || opens).then(|| {
+            let mut stored = self.stored();
+            let mut kicks = ExactSum::<STORES>::new();
+            kicks.set_parts(Store::Kinetic as usize, behind.parts(Item::Nodes as usize));
+            stored.merge(&kicks);
+            stored
+        });
+        if let Some(account) = &mut self.point_ledger.account {
+            if opens {
+                // Forces of the first evaluation work from then on.
+                account.start.clone_from(&self.point_ledger.stored);
+            } else {
+                account.booked.merge(&account.ahead);
+                account.booked.merge(&behind);
+            }
+            account.ahead = ahead;
+        }
+        self.phases.stop(Phase::Output, timer);
+    }
+
+    /// What the points of this rank have, kinetic energy at the velocities that they have.
+    fn stored(&self) -> ExactSum<STORES> {
+        let sums = self.point_ranges.par_iter().enumerate().map(|(block, range)| {
+            let mut sums = ExactSum::new();
+            for row in range.clone() {
+                let (hot, image) = (&self.points.hot[row], self.points.cold[row].image);
+                let place = hot.position + self.cell.shift(image);
+                let volume = hot.weight * hot.volume;
+                sums.add(Store::Kinetic as usize, self.kinetic(&self.frames[block], row));
+                sums.add(Store::Elastic as usize, volume * self.settings.material.elastic_energy(&hot.memory));
+                let weight = self.settings.field.gravity * (hot.weight * hot.mass);
+                sums.add(Store::Potential as usize, -weight.dot(&place));
+                sums.add(Store::Dissipated as usize, volume * hot.memory.plastic_work());
+            }
+            sums
+        });
+        let mut sums = sums.reduce(ExactSum::new, |mut sums, more| {
+            sums.merge(&more);
+            sums
+        });
+        // Nodes move with the mass of membranes, which all ranks have.
+        if self.transport.rank() == 0 {
+            for (mass, velocity) in self.membranes.masses() {
+                sums.add(Store::Kinetic as usize, 0.5 * mass * velocity.dot(velocity));
+            }
+        }
+        sums
+    }
+
+    /// Kinetic energy of a point with its affine field, J.
+    fn kinetic(&self, frame: &TileFrame<S>, row: usize) -> f64 {
+        let (hot, affine) = (&self.points.hot[row], &self.points.beside[row].affine);
+        let mut square = hot.velocity.dot(&hot.velocity);
+        if self.settings.grid.transfer == Transfer::Affine {
+            let moments = moments(frame, self.settings.grid.shape, &hot.position);
+            for (along, moment) in moments.iter().enumerate().take(S::DIMENSION) {
+                for axis in 0..S::DIMENSION {
+                    let slope = affine[along * S::DIMENSION + axis];
+                    square += moment * slope * slope;
+                }
+            }
+        }
+        0.5 * hot.weight * hot.mass * square
+    }
+
+    fn works_on_nodes(&self) -> Works {
+        let nodes = self.nodes.mosaic.owned.par_iter().zip(&self.tiles.sums);
+        let booked = |mut works: Works, (node, sum): (&OwnedNode, &Gathered<S>)| {
+            if sum.mass() > 0.0 {
+                self.work_on_node(node, sum, &self.tiles.advanced[node.row as usize], &mut works);
+            }
+            works
+        };
+        nodes.fold(Works::default, booked).reduce(Works::default, Works::merged)
+    }
+
+    fn work_on_node(&self, node: &OwnedNode, sum: &Gathered<S>, advanced: &Advanced<S>, works: &mut Works) {
+        let (mass, dt, gravity) = (sum.mass(), self.settings.dt, self.gravity_now());
+        let velocities = [sum.momentum() * (1.0 / mass), advanced.velocity()];
+        works.add(Item::Nodes, &((velocities[AHEAD] - velocities[BEHIND]) * mass), &velocities);
+        let missing = gravity - self.settings.field.gravity;
+        if missing != S::Vector::zero() {
+            works.add(Item::Ramp, &(missing * (mass * dt)), &velocities);
+        }
+        // As `nodes::step` reckons it; dashpots act, then bodies and faces hold, one after the other.
+        let free = (sum.momentum() + sum.force() * dt + gravity * (mass * dt)) * (1.0 / mass);
+        let at = (&self.settings.grid, &self.layout);
+        let mut velocity = absorbed_by_faces::<S>(free, &sum.momentum(), at, node, (mass, dt), None);
+        if velocity != free {
+            works.add(Item::Holds, &((free - velocity) * mass), &velocities);
+        }
+        let place: S::Vector = self.layout.node_at(node.place);
+        for (body, motion) in self.bodies.iter().zip(&self.point_ledger.bodies) {
+            let [held, _] = held_by_bodies([velocity; 2], (std::slice::from_ref(body), &self.cell), &place, mass, None);
+            if held != velocity {
+                let (impulse, beside) = ((held - velocity) * mass, place_beside(body, &self.cell, &place));
+                let with = [body.velocity_in(motion, &beside), body.velocity_at(&beside)];
+                works.add(Item::Bodies, &impulse, &with);
+                works.add(Item::Holds, &impulse, &[with[BEHIND] - velocities[BEHIND], with[AHEAD] - velocities[AHEAD]]);
+                velocity = held;
+            }
+        }
+        let held = held_by_faces::<S>([velocity; 2], at.0, at.1, node, mass, None);
+        if held != velocity {
+            works.add(Item::Holds, &((velocity - held) * mass), &velocities);
+        }
+    }
+
+    fn works_of_loads(&self) -> Works {
+        let mut works = Works::default();
+        let (len, shape) = (self.nodes.mosaic.nodes_per_tile, self.settings.grid.shape);
+        let mut loaded = self.points.loaded.iter().peekable();
+        for (block, range) in self.point_ranges.iter().enumerate() {
+            let tile = &self.tiles.advanced[block * len..(block + 1) * len];
+            while let Some((row, push)) = loaded.next_if(|(row, _)| range.contains(&(*row as usize))) {
+                let position = &self.points.hot[*row as usize].position;
+                let mut velocities = [S::Vector::zero(); 2];
+                for_each_node(&self.frames[block], shape, position, |node, value| {
+                    velocities[BEHIND] += (tile[node].velocity() - tile[node].change()) * value;
+                    velocities[AHEAD] += tile[node].velocity() * value;
+                });
+                works.add(Item::Loads, &(*push * self.settings.dt), &velocities);
+            }
+        }
+        works
+    }
+}

@@ -1,0 +1,5 @@
+//! What must be kept: mass, momentum and energy.
+
+pub mod conservation;
+pub mod energy;
+pub mod ledger;

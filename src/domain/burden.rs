@@ -1,0 +1,137 @@
+//! What the material does to the bodies within a step, summed over all ranks, and how they move on under it.
+
+use scree_partition::ExactSum;
+
+use crate::base::error::Error;
+use crate::base::space::{Linear, Space};
+use crate::bodies::body::{BODIES_MAX, Body, Burden};
+use crate::dem::grains::Mover;
+use crate::dem::walls::place_beside;
+use crate::domain::phases::Phase;
+use crate::domain::world::World;
+use crate::law::contact::ContactLaw;
+use crate::law::material::MaterialLaw;
+
+/// Sums over a body: force, torque and momentum of nodes (three components each) and mass of nodes.
+const BODY_SLOTS: usize = 10;
+
+impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+    /// The body that holds a node at height `y`.
+    pub(crate) fn holder(bodies: &[Body<S>], y: f64, cell: f64) -> Option<usize> {
+        bodies.iter().position(|body| body.holds(y, cell))
+    }
+
+    pub(crate) fn accelerate_bodies(&mut self) -> Result<(), Error> {
+        let timer = self.phases.start();
+        let outcome = match self.bodies.len() {
+            0 => Ok(()),
+            1..=2 => self.accelerate::<{ 2 * BODY_SLOTS }>(),
+            _ => self.accelerate::<{ BODIES_MAX * BODY_SLOTS }>(),
+        };
+        self.phases.stop(Phase::Bodies, timer);
+        outcome
+    }
+
+    fn accelerate<const SLOTS: usize>(&mut self) -> Result<(), Error> {
+        // The same on every rank, for what all of them know alone decides it.
+        let feels_nodes = self.has_grid() && self.bodies.iter().any(Body::feels_nodes);
+        let mut sums = [0.0; SLOTS];
+        if self.has_grains() || feels_nodes {
+            let mut here = ExactSum::<SLOTS>::new();
+            self.add_grains(&mut here);
+            if feels_nodes {
+                self.add_nodes(&mut here);
+            }
+            sums = here.reduce(self.transport).map_err(|error| {
+                Error::Run(format!("step {}: the forces on the bodies are not finite or beyond reason ({error}); the run is unstable: check the time step and the last frames", self.step))
+            })?;
+        }
+        // Velocities are those of the middle of the step, so that the way of a body is the integral of its path.
+        let (dt, kick) = (self.dt_of_continuum(), self.kick_share());
+        let time = self.time() + 0.5 * dt;
+        for (body, slots) in self.bodies.iter_mut().zip(sums.chunks_exact(BODY_SLOTS)) {
+            body.accelerate(&burden(slots, kick), time, dt);
+        }
+        Ok(())
+    }
+
+    /// What the grains of this rank do to the bodies that they are glued to or touch.
+    fn add_grains<const SLOTS: usize>(&self, sums: &mut ExactSum<SLOTS>) {
+        let mut add = |body: usize, force: S::Vector, torque: S::Spin| {
+            for axis in 0..S::DIMENSION {
+                sums.add(BODY_SLOTS * body + axis, force[axis]);
+            }
+            for axis in 0..S::Spin::COMPONENTS {
+                sums.add(BODY_SLOTS * body + 3 + axis, torque[axis]);
+            }
+        };
+        for row in self.grains.glued.iter().map(|row| *row as usize) {
+            if let Mover::Body(body) = self.grains.movers[row] {
+                let arm = self.grains.hot[row].position - self.bodies[body as usize].origin();
+                let force = self.grains.force[row];
+                add(body as usize, force, self.grains.torque[row] + S::moment(&arm, &force));
+            }
+        }
+        self.walls.burdens(&self.bodies, add);
+    }
+
+    /// What the nodes of this rank bring along that bodies move with them.
+    fn add_nodes<const SLOTS: usize>(&self, sums: &mut ExactSum<SLOTS>) {
+        let (gravity, dt) = (self.gravity_now(), self.dt_of_continuum());
+        let mut add = |body: usize, momentum: &S::Vector, mass: f64| {
+            for axis in 0..S::DIMENSION {
+                sums.add(BODY_SLOTS * body + 6 + axis, momentum[axis]);
+            }
+            sums.add(BODY_SLOTS * body + 9, mass);
+        };
+        let carries = self.bodies.iter().any(Body::carries);
+        let coupled = self.is_coupled();
+        for (number, (node, sum)) in self.nodes.mosaic.owned.iter().zip(&self.tiles.sums).enumerate() {
+            if sum.mass() <= 0.0 {
+                continue;
+            }
+            let holder = Self::holder(&self.bodies, self.node_height(node.place), self.layout.cell);
+            if holder.is_none() && !carries {
+                continue;
+            }
+            let (mut momentum, mut mass) =
+                (sum.momentum() + sum.force() * dt + gravity * (sum.mass() * dt), sum.mass());
+            if coupled {
+                // A body holds what a node makes of both.
+                let grains = &self.tiles.grain_sums[number];
+                momentum += grains.momentum() - grains.given();
+                mass += grains.mass();
+            }
+            if let Some(body) = holder {
+                add(body, &momentum, mass);
+                continue;
+            }
+            let place: S::Vector = self.layout.node_at(node.place);
+            for (body, held) in self.bodies.iter().enumerate() {
+                let place = place_beside(held, &self.cell, &place);
+                if let Some((momentum, mass)) = held.carried(&place, &momentum, mass) {
+                    add(body, &momentum, mass);
+                }
+            }
+        }
+    }
+}
+
+/// The burden of a body from its sums.
+fn burden<S: Space>(slots: &[f64], kick: f64) -> Burden<S> {
+    let mut burden: Burden<S> = Burden {
+        force: S::Vector::zero(),
+        torque: S::Spin::zero(),
+        kick,
+        node_mass: slots[9],
+        node_momentum: S::Vector::zero(),
+    };
+    for axis in 0..S::DIMENSION {
+        burden.force[axis] = slots[axis];
+        burden.node_momentum[axis] = slots[6 + axis];
+    }
+    for axis in 0..S::Spin::COMPONENTS {
+        burden.torque[axis] = slots[3 + axis];
+    }
+    burden
+}

@@ -1,0 +1,332 @@
+//! The grid of a continuum: what it is like, what holds its nodes, and what they give to that in return.
+
+use scree_partition::ExactSum;
+
+use crate::base::error::Error;
+use crate::base::space::{Linear, Space};
+use crate::bodies::body::{BODIES_MAX, Body};
+use crate::bodies::boundary::{Grip, Hold, absorbed};
+use crate::dem::cell::Cell;
+use crate::dem::walls::place_beside;
+use crate::domain::accounts::ledger::Entry;
+use crate::domain::layout::Layout;
+use crate::domain::world::World;
+use crate::job::mpm::{Boundary, ShapeFunction, StressUpdate, Transfer};
+use crate::law::contact::ContactLaw;
+use crate::law::material::MaterialLaw;
+use crate::mpm::tile::{Gathered, GrainNode, OwnedNode};
+
+/// How the grid of a world works; chosen per job.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    pub shape: ShapeFunction,
+    pub update: StressUpdate,
+    pub transfer: Transfer,
+    /// Lower and upper face of each axis.
+    pub faces: [[Boundary; 2]; 3],
+    /// Impedance of the material along a wave's way and across it, Pa s/m.
+    pub impedance: [f64; 2],
+    /// Out-of-plane depth, m; one in space.
+    pub depth: f64,
+    /// Gravity rises from zero over this time, s.
+    pub gravity_ramp: f64,
+}
+
+impl Grid {
+    /// The scheme of Chen et al. (2021, section 5), nothing held at the faces of the domain.
+    pub fn blend(flip: f64) -> Self {
+        Self {
+            shape: ShapeFunction::Quadratic,
+            update: StressUpdate::Last,
+            transfer: Transfer::Blend { flip },
+            faces: [[Boundary::Free; 2]; 3],
+            impedance: [0.0; 2],
+            depth: 1.0,
+            gravity_ramp: 0.0,
+        }
+    }
+}
+
+/// Impulses (N s) and angular impulses about the bodies' origins (N m s) that the material gave to faces and bodies through
+/// nodes, and grains to bodies that hold nodes, since they were last taken, and impulses of loads and membranes on the material; this rank's share. Exact, so that no order and no rank shows.
+#[derive(Clone, Debug, Default)]
+pub struct Reactions {
+    sums: ExactSum<REACTIONS>,
+}
+
+const FACES: usize = 6;
+const PER_BODY: usize = 6;
+/// Slots of [`Reactions`].
+pub const REACTIONS: usize = LOADS + 3;
+/// The first of those of loads.
+const LOADS: usize = 3 * FACES + PER_BODY * BODIES_MAX;
+
+impl Reactions {
+    pub(crate) fn merge(&mut self, other: &Self) {
+        self.sums.merge(&other.sums);
+    }
+
+    pub(crate) fn merged(mut self, other: Self) -> Self {
+        self.merge(&other);
+        self
+    }
+
+    fn on_face<S: Space>(&mut self, axis: usize, upper: bool, impulse: &S::Vector) {
+        for component in 0..S::DIMENSION {
+            self.sums.add(3 * (2 * axis + usize::from(upper)) + component, impulse[component]);
+        }
+    }
+
+    fn on_body<S: Space>(&mut self, body: usize, impulse: &S::Vector, turn: &S::Spin) {
+        let first = 3 * FACES + PER_BODY * body;
+        for component in 0..S::DIMENSION {
+            self.sums.add(first + component, impulse[component]);
+        }
+        for component in 0..S::Spin::COMPONENTS {
+            self.sums.add(first + 3 + component, turn[component]);
+        }
+    }
+}
+
+/// Impulse of faces, bodies, loads and membranes on the material, by those of [`World::take_reactions`], N s.
+pub fn impulse_on_material(reactions: &[f64; REACTIONS]) -> [f64; 3] {
+    let faces = reactions[..3 * FACES].chunks_exact(3);
+    let bodies = reactions[3 * FACES..LOADS].chunks_exact(PER_BODY);
+    let taken = |axis: usize| faces.clone().chain(bodies.clone()).map(|impulse| impulse[axis]).sum::<f64>();
+    std::array::from_fn(|axis| reactions[LOADS + axis] - taken(axis))
+}
+
+/// Sizes of the same together, face by face, body by body and of all loads, N s.
+pub fn impulse_sizes(reactions: &[f64; REACTIONS]) -> f64 {
+    let size = |impulse: &[f64]| impulse[..3].iter().map(|part| part * part).sum::<f64>().sqrt();
+    let (faces, rest) = reactions.split_at(3 * FACES);
+    let (bodies, loads) = rest.split_at(PER_BODY * BODIES_MAX);
+    faces.chunks_exact(3).chain(bodies.chunks_exact(PER_BODY)).map(size).sum::<f64>() + size(loads)
+}
+
+/// Impulse on a face among those of [`World::take_reactions`], N s.
+pub fn face_impulse(reactions: &[f64; REACTIONS], axis: usize, upper: bool) -> [f64; 3] {
+    std::array::from_fn(|component| reactions[3 * (2 * axis + usize::from(upper)) + component])
+}
+
+/// Impulse (N s) and angular impulse (N m s) on a body among them.
+pub fn body_impulse(reactions: &[f64; REACTIONS], body: usize) -> ([f64; 3], [f64; 3]) {
+    let first = 3 * FACES + PER_BODY * body;
+    let three = |first: usize| std::array::from_fn(|component| reactions[first + component]);
+    (three(first), three(first + 3))
+}
+
+impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+    /// The same as they are stored, and left where they are; the same on every rank. Collective.
+    pub fn reaction_entries(&self) -> Result<Vec<Entry>, Error> {
+        if !self.has_grid() && self.bodies.iter().all(|body| body.grip.is_none()) {
+            return Ok(Vec::new());
+        }
+        Ok(Entry::all_of(&self.total(self.reactions.sums.clone())?).collect())
+    }
+
+    /// Goes on with impulses that were stored: one rank keeps what all have so far.
+    pub fn resume_reactions(&mut self, entries: &[Entry]) -> Result<(), Error> {
+        if entries.is_empty() {
+            return Ok(());
+        }
+        Entry::expect(entries, REACTIONS, "reactions")?;
+        if self.transport.rank() == 0 {
+            self.reactions.sums = Entry::take_all(&mut entries.iter().copied());
+        }
+        Ok(())
+    }
+
+    /// Books the impulse of loads and membranes over the step under way.
+    pub(crate) fn book_loads(&mut self) {
+        let dt = self.dt_of_continuum();
+        // All ranks have all membranes.
+        let of_membranes = if self.transport.rank() == 0 { &self.membranes.brought[..] } else { &[] };
+        let of_membranes = of_membranes.iter().map(|brought| &brought.force);
+        for push in self.points.loaded.iter().map(|(_, push)| push).chain(of_membranes) {
+            for axis in 0..S::DIMENSION {
+                self.reactions.sums.add(LOADS + axis, push[axis] * dt);
+            }
+        }
+    }
+
+    /// Books what grains give to bodies that hold nodes as well, so that one account has all that such a body takes.
+    pub(crate) fn book_touches(&mut self) {
+        if self.walls.list.is_empty() || self.bodies.iter().all(|body| body.grip.is_none()) {
+            return;
+        }
+        let dt = self.kick_share() * self.settings.dt;
+        let Self { walls, bodies, reactions, .. } = self;
+        walls.burdens(bodies, |body, force, torque| {
+            if bodies[body].grip.is_some() {
+                reactions.on_body::<S>(body, &(force * dt), &(torque * dt));
+            }
+        });
+    }
+
+    /// Impulses that have not been taken yet, and that stay so; as those of [`World::take_reactions`]. Collective.
+    pub fn reactions_so_far(&self) -> Result<[f64; REACTIONS], Error> {
+        self.reduce(self.reactions.sums.clone())
+    }
+
+    /// Impulses on faces and bodies through nodes since they were last taken, of all ranks: per face (lower and upper of
+    /// each axis) three components, then per body three of impulse and three of angular impulse; last three of loads on the
+    /// material. Collective.
+    pub fn take_reactions(&mut self) -> Result<[f64; REACTIONS], Error> {
+        let sums = std::mem::take(&mut self.reactions).sums;
+        self.reduce(sums)
+    }
+}
+
+/// What a phase does with the velocities of nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Moment {
+    /// Forces act.
+    Step,
+    /// The velocities that points brought, held where they are held once forces act: were parting told by these velocities
+    /// alone, a node under load that swings by a little would part and be held in turn, and take energy from nowhere.
+    Look,
+}
+
+/// Everything that pushes and holds nodes beside their own forces.
+pub(crate) struct Holders<'a, S: Space> {
+    pub grid: &'a Grid,
+    pub layout: &'a Layout,
+    pub bodies: &'a [Body<S>],
+    pub periods: &'a Cell<S>,
+    pub gravity: S::Vector,
+    pub moment: Moment,
+}
+
+impl<S: Space> Holders<'_, S> {
+    /// What becomes of the velocity `free` of a node that points and grains have made, over a time `dt`.
+    pub fn on(
+        &self,
+        free: S::Vector,
+        node: &OwnedNode,
+        (points, grains): (&Gathered<S>, &GrainNode<S>),
+        dt: f64,
+        reactions: &mut Reactions,
+    ) -> S::Vector {
+        let place: S::Vector = self.layout.node_at(node.place);
+        if let Some(body) = self.bodies.iter().find(|body| body.holds(place[1], self.layout.cell)) {
+            return body.velocity;
+        }
+        let looks = self.moment == Moment::Look;
+        let mut booked = if looks { None } else { Some(reactions) };
+        let mass = points.mass() + grains.mass();
+        let forces = if looks { points.force() * (dt / mass) + self.gravity * dt } else { S::Vector::zero() };
+        let (brought, at) = (points.momentum() + grains.momentum(), (self.grid, self.layout));
+        let pushed = absorbed_by_faces::<S>(free + forces, &brought, at, node, (mass, dt), booked.as_deref_mut());
+        let velocity = if looks { free } else { pushed };
+        let among = (self.bodies, self.periods);
+        let held = held_by_bodies([velocity, pushed], among, &place, mass, booked.as_deref_mut());
+        held_by_faces::<S>(held, self.grid, self.layout, node, mass, booked)
+    }
+}
+
+/// Velocity of a node, and that which forces would give it ([`Hold::on`]), after every body that it or an image of it lies in
+/// has held it, in their order; `mass` is the node's.
+pub(crate) fn held_by_bodies<S: Space>(
+    [mut velocity, mut pushed]: [S::Vector; 2],
+    (bodies, periods): (&[Body<S>], &Cell<S>),
+    place: &S::Vector,
+    mass: f64,
+    mut reactions: Option<&mut Reactions>,
+) -> [S::Vector; 2] {
+    for (number, body) in bodies.iter().enumerate() {
+        let Some((grip, separates)) = body.grip else { continue };
+        let place = place_beside(body, periods, place);
+        let Some(nearest) = body.nearest(&place).filter(|nearest| nearest.distance <= 0.0) else { continue };
+        let hold: Hold<S> = Hold { grip, separates, normal: nearest.normal, velocity: body.velocity_at(&place) };
+        let after = hold.on(&velocity, &pushed);
+        if let Some(reactions) = &mut reactions {
+            let impulse = (velocity - after) * mass;
+            let arm = place - body.origin();
+            reactions.on_body::<S>(number, &impulse, &S::moment(&arm, &impulse));
+        }
+        pushed = hold.on(&pushed, &pushed);
+        velocity = after;
+    }
+    [velocity, pushed]
+}
+
+/// Velocity of a node after the dashpots of every face that absorbs and at or behind which it lies: forces like others, before
+/// anything holds it. `momentum` is its own before forces.
+pub(crate) fn absorbed_by_faces<S: Space>(
+    mut velocity: S::Vector,
+    momentum: &S::Vector,
+    (grid, layout): (&Grid, &Layout),
+    node: &OwnedNode,
+    (mass, dt): (f64, f64),
+    mut reactions: Option<&mut Reactions>,
+) -> S::Vector {
+    let absorbs = |axis: usize, upper: bool| {
+        grid.faces[axis][usize::from(upper)] == Boundary::Absorbing && layout.is_behind(node.place, axis, upper)
+    };
+    let faces =
+        || (0..S::DIMENSION).flat_map(|axis| [(axis, false), (axis, true)]).filter(|face| absorbs(face.0, face.1));
+    if faces().next().is_none() {
+        return velocity;
+    }
+    let dashpot = |axis: usize, component: usize| {
+        grid.impedance[usize::from(component != axis)] * layout.node_area(node.place, axis) * grid.depth
+    };
+    // Of all faces together, for at an edge none comes first.
+    let dashpots: [f64; 3] = std::array::from_fn(|component| faces().map(|(axis, _)| dashpot(axis, component)).sum());
+    let before = *momentum * (1.0 / mass);
+    for (axis, upper) in faces() {
+        let mut impulse = before;
+        for component in 0..S::DIMENSION {
+            impulse[component] *= absorbed([dashpot(axis, component), dashpots[component]], mass, dt);
+        }
+        if let Some(reactions) = &mut reactions {
+            reactions.on_face::<S>(axis, upper, &impulse);
+        }
+        velocity -= impulse * (1.0 / mass);
+    }
+    velocity
+}
+
+/// Velocity of a node after every face of the domain at or behind which it lies has held it, axis by axis; dashpots have acted
+/// already.
+pub(crate) fn held_by_faces<S: Space>(
+    [mut velocity, mut pushed]: [S::Vector; 2],
+    grid: &Grid,
+    layout: &Layout,
+    node: &OwnedNode,
+    mass: f64,
+    mut reactions: Option<&mut Reactions>,
+) -> S::Vector {
+    for axis in 0..S::DIMENSION {
+        for upper in [false, true] {
+            let boundary = grid.faces[axis][usize::from(upper)];
+            if matches!(boundary, Boundary::Periodic | Boundary::Free | Boundary::Absorbing)
+                || !layout.is_behind(node.place, axis, upper)
+            {
+                continue;
+            }
+            let mut normal = S::Vector::zero();
+            normal[axis] = if upper { -1.0 } else { 1.0 };
+            let hold = |grip: Grip, separates: bool| -> Hold<S> {
+                Hold { grip, separates, normal, velocity: S::Vector::zero() }
+            };
+            let after = match boundary {
+                Boundary::Periodic | Boundary::Free | Boundary::Absorbing => velocity,
+                Boundary::Fixed => S::Vector::zero(),
+                Boundary::Roller => hold(Grip::Smooth, false).on(&velocity, &pushed),
+                Boundary::Friction { coefficient } => {
+                    let hold = hold(Grip::Coulomb(coefficient), true);
+                    let after = hold.on(&velocity, &pushed);
+                    pushed = hold.on(&pushed, &pushed);
+                    after
+                }
+            };
+            if let Some(reactions) = &mut reactions {
+                reactions.on_face::<S>(axis, upper, &((velocity - after) * mass));
+            }
+            velocity = after;
+        }
+    }
+    velocity
+}

@@ -1,0 +1,4 @@
+//! What tells that a run has left physics.
+
+pub mod grains;
+pub mod points;

@@ -1,0 +1,18 @@
+//! The world in blocks: who holds what, the step, the accounts and the guards. It alone calls the partition.
+
+pub mod accounts;
+pub mod balance;
+pub mod burden;
+pub mod grid;
+pub mod guards;
+pub mod instant;
+pub mod layout;
+pub mod meter;
+pub mod phases;
+pub mod plan;
+pub mod rebuild;
+pub mod servo;
+pub mod step;
+pub mod stop;
+pub mod transfer;
+pub mod world;

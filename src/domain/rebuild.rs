@@ -1,0 +1,677 @@
+//! Rebuilds: everything goes to the block it lies in, lists are made anew, contact memories move along, and nothing may
+//! be missing afterwards (invariant 4).
+
+use std::ops::Range;
+use std::time::Instant;
+
+use rayon::prelude::*;
+use scree_partition::{Halo, HaloBuffers, HaloCounts, ParcelError, Reader, Transport, Writer, cut};
+
+use crate::base::error::Error;
+use crate::base::ids::GrainId;
+use crate::base::record::{Record, Visitor};
+use crate::base::space::{Linear, Space};
+use crate::bodies::body::Body;
+use crate::dem::cell::{Cell, Image};
+use crate::dem::contacts::Contacts;
+use crate::dem::grains::{Cold, GrainRow, Grains, Mover, Tie};
+use crate::dem::memories::Memories;
+use crate::dem::walls::Walls;
+use crate::domain::accounts::ledger::points::PointLedger;
+use crate::domain::balance::Balance;
+use crate::domain::grid::Reactions;
+use crate::domain::layout::{Deal, Layout, NodeRows};
+use crate::domain::phases::{Phase, Phases};
+use crate::domain::servo::Missed;
+use crate::domain::stop::Wish;
+use crate::domain::transfer;
+use crate::domain::world::{Settings, World};
+use crate::law::contact::ContactLaw;
+use crate::law::material::MaterialLaw;
+use crate::mpm::membrane::Membranes;
+use crate::mpm::points::{Cold as PointCold, Point, Points};
+use crate::mpm::tile::Tiles;
+
+/// What a world is made of, before it has blocks.
+pub struct Parts<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
+    pub grains: Vec<Row<S, C>>,
+    pub points: Vec<Point<S, L::Memory>>,
+    pub bodies: Vec<Body<S>>,
+    pub membranes: Membranes<S>,
+    pub cell: Cell<S>,
+    pub home: Home<S>,
+}
+
+impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> Parts<S, C, L> {
+    /// Of a world that begins: everything is at home. Without membranes.
+    pub fn fresh(
+        grains: Vec<Row<S, C>>,
+        points: Vec<Point<S, L::Memory>>,
+        bodies: Vec<Body<S>>,
+        cell: Cell<S>,
+    ) -> Self {
+        let home = Home { cell, bodies: bodies.iter().map(|body| body.displacement).collect() };
+        Self { grains, points, bodies, membranes: Membranes::default(), cell, home }
+    }
+}
+
+/// Cell and bodies at the last rebuild: lists and their age follow from them, as from the homes of grains.
+#[derive(Clone, Debug)]
+pub struct Home<S: Space> {
+    pub cell: Cell<S>,
+    /// Displacements, m.
+    pub bodies: Vec<S::Vector>,
+}
+
+impl<S: Space> Record for Home<S> {
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        self.cell.visit(visitor);
+    }
+}
+
+impl<S: Space> transfer::Cargo for Home<S> {
+    fn blank() -> Self {
+        Self { cell: Cell::blank(), bodies: Vec::new() }
+    }
+    fn pack_rest(&mut self, to: &mut Writer) {
+        to.u64(self.bodies.len() as u64);
+        for displacement in &mut self.bodies {
+            displacement.as_mut_slice().iter().for_each(|component| to.f64(*component));
+        }
+    }
+    fn unpack_rest(&mut self, from: &mut Reader) -> Result<(), ParcelError> {
+        for _ in 0..from.u64()? {
+            let mut displacement = S::Vector::zero();
+            for component in displacement.as_mut_slice() {
+                *component = from.f64()?;
+            }
+            self.bodies.push(displacement);
+        }
+        Ok(())
+    }
+}
+
+/// A grain with the memories of a law.
+pub type Row<S, C> = GrainRow<S, <C as ContactLaw<S>>::Memory<f64>>;
+
+/// Grains and points of a rank.
+pub type Rows<S, C, L> = (Vec<Row<S, C>>, Vec<Point<S, <L as MaterialLaw<S>>::Memory>>);
+/// A block, and a part of it.
+type Place = (usize, u32);
+/// Where a row stands in the order of rows, by place and id, and where it comes from: a row here, or behind those an
+/// arrived one.
+type Standing = (Place, u64, u32);
+
+/// Width of a part of a cell, in skins, which are a tenth of a grain where the job says nothing, and parts along an axis at most.
+const SKINS_OF_PART: f64 = 20.0;
+const PARTS_MAX: f64 = 64.0;
+
+/// What travels between ranks when rows settle.
+#[derive(Clone, Copy, Debug)]
+enum Travel {
+    Points,
+    Grains,
+    Ghosts,
+}
+
+const TRAVELS: u64 = 3;
+
+/// Rows in their new order.
+pub(crate) struct Moved<T> {
+    /// Where each comes from, as in [`Standing`].
+    sources: Vec<u32>,
+    /// Rows that were here.
+    held: usize,
+    arrived: Vec<T>,
+    /// Rows of each block.
+    ranges: Vec<Range<usize>>,
+}
+
+impl<T: Sync> Moved<T> {
+    /// Whether one of those that have arrived is such.
+    pub(crate) fn brings(&self, such: impl Fn(&T) -> bool) -> bool {
+        self.arrived.iter().any(such)
+    }
+
+    /// A part of every row: of those that were here from `here`, of arrived ones by `of`.
+    pub(crate) fn ordered<U: Copy + Send + Sync>(&self, here: &[U], of: impl Fn(&T) -> U + Sync) -> Vec<U> {
+        let part = |source: &u32| match (*source as usize).checked_sub(self.held) {
+            None => here[*source as usize],
+            Some(number) => of(&self.arrived[number]),
+        };
+        self.sources.par_iter().with_min_len(ROWS_PER_TASK).map(part).collect()
+    }
+}
+
+/// Cells between a point or a vertex and a grain that may still share a node: 1.5 cells of spline and half a cell of drift on
+/// either side.
+const COUPLED_CELLS: usize = 4;
+/// Fewer rows are not worth a task of their own.
+const ROWS_PER_TASK: usize = 4096;
+
+impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
+    /// A world at `step` from parts that the ranks hold in any split (every row on one rank). Homes are taken as they
+    /// are: fresh rows have their position there, rows of a checkpoint the place of their last rebuild.
+    pub fn new(
+        settings: Settings<S, C, L>,
+        layout: Layout,
+        transport: &'t dyn Transport,
+        step: u64,
+        parts: Parts<S, C, L>,
+    ) -> Result<Self, Error> {
+        let ranks = transport.size();
+        let deal = Deal { ranges: cut(&vec![1; layout.block_count()], ranks), rank: transport.rank() };
+        let mut world = Self {
+            transport,
+            settings,
+            layout,
+            deal,
+            step,
+            step_of_cycle: 0,
+            contacts: Contacts::new(&parts.cell),
+            walls: Walls::default(),
+            forces_wanted: false,
+            missed: Missed::default(),
+            moved: 0.0,
+            points_outside: [0.0; 2],
+            cell_home: parts.home.cell,
+            bodies_home: parts.home.bodies,
+            cell: parts.cell,
+            bodies: parts.bodies,
+            grains: Grains::default(),
+            ghosts: Halo::default(),
+            points: Points::default(),
+            reactions: Reactions::default(),
+            grain_ranges: Vec::new(),
+            point_ranges: Vec::new(),
+            coupled: Vec::new(),
+            tiles: Tiles::default(),
+            nodes: NodeRows::default(),
+            frames: Vec::new(),
+            radius_max: 0.0,
+            grains_total: 0,
+            points_total: 0,
+            wish: Wish::None,
+            wish_agreed: Wish::None,
+            rebuilds: 0,
+            settlings: 0,
+            phases: Phases::default(),
+            ledger: None,
+            point_ledger: PointLedger::default(),
+            membranes: parts.membranes,
+            buffers: HaloBuffers::default(),
+            sent: HaloCounts::default(),
+            balance: Balance::from(step),
+        };
+        world.locate_vertices()?;
+        world.replace(parts.grains, parts.points)?;
+        // Rows of the start all come from rank 0, which is no migration, nor is it a part of the run.
+        world.balance.rows_sent = 0;
+        world.balance.deals = 0;
+        world.phases = Phases::default();
+        Ok(world)
+    }
+
+    /// Takes other rows in place of all that there are (every row on one rank), and deals the blocks anew.
+    pub fn replace(&mut self, grains: Vec<Row<S, C>>, points: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
+        // What has been timed belongs to the rows that have been here.
+        self.look_at_costs();
+        self.points = Points::default();
+        self.replace_grains(grains, points)
+    }
+
+    /// The same, but that points which are here stay, beside `fresh_points`. Costs have been looked at.
+    pub fn replace_grains(
+        &mut self,
+        grains: Vec<Row<S, C>>,
+        fresh_points: Vec<Point<S, L::Memory>>,
+    ) -> Result<(), Error> {
+        let (started, booked) = (self.phases.start(), self.phases.total());
+        let mut counts = [grains.len() as i64, (self.points.len() + fresh_points.len()) as i64];
+        self.transport.sum(&mut counts);
+        (self.grains_total, self.points_total) = (counts[0] as u64, counts[1] as u64);
+        let mut radius_max = [grains.iter().map(|grain| grain.hot.radius).fold(0.0, f64::max)];
+        self.transport.max(&mut radius_max);
+        self.radius_max = radius_max[0];
+        let here = self.points.cold.iter().zip(&self.points.hot).map(|(cold, hot)| (cold, hot.weight));
+        let weighed = here.chain(fresh_points.iter().map(|point| (&point.cold, point.hot.weight)));
+        let weights = self.weigh(grains.iter().map(|grain| &grain.cold), weighed)?;
+        let timer = Instant::now();
+        self.deal_out(cut(&weights, self.transport.size()));
+        self.grains = Grains::default();
+        self.contacts.clear();
+        self.walls.list.clear();
+        self.settle(grains, fresh_points)?;
+        self.price_deal(timer);
+        self.phases.stop_around(Phase::Balance, started, booked);
+        Ok(())
+    }
+
+    /// All rows of this rank with their contacts, in block order: along the ranks they are in the order of the curve.
+    pub fn rows(&self) -> Rows<S, C, L> {
+        (self.grain_rows(0..self.grains.owned), self.points.rows().collect())
+    }
+
+    /// Some of the grains of this rank with their contacts, in block order.
+    pub fn grain_rows(&self, rows: Range<usize>) -> Vec<Row<S, C>> {
+        rows.map(|row| self.whole_row(row)).collect()
+    }
+
+    /// Cell and bodies at the last rebuild.
+    pub fn home(&self) -> Home<S> {
+        Home { cell: self.cell_home, bodies: self.bodies_home.clone() }
+    }
+
+    fn whole_row(&self, row: usize) -> Row<S, C> {
+        let contacts = self.carried_by(row).collect();
+        GrainRow { hot: self.grains.hot[row], cold: self.grains.cold[row], tie: self.grains.ties[row], contacts }
+    }
+
+    /// Memories of a row's contacts with grains, then with bodies.
+    pub(crate) fn carried_by(&self, row: usize) -> impl Iterator<Item = (GrainId, C::Memory<f64>)> {
+        self.contacts.carried_by::<C>(&self.grains, row).chain(self.walls.carried_by(row))
+    }
+
+    /// Sends everything home: position of now becomes home, wrapped into the cell.
+    pub fn rebuild(&mut self) -> Result<(), Error> {
+        let (timer, booked) = (self.phases.start(), self.phases.total());
+        for (i, j, times) in self.cell.shorten() {
+            for cold in &mut self.grains.cold[..self.grains.owned] {
+                cold.image[i] += times * cold.image[j];
+            }
+        }
+        for (hot, cold) in self.grains.hot[..self.grains.owned].iter_mut().zip(&mut self.grains.cold) {
+            add_image(&mut cold.image, self.cell.wrap(&mut hot.position, &mut hot.velocity));
+            cold.home = hot.position;
+        }
+        for (hot, cold) in self.points.hot.iter_mut().zip(&mut self.points.cold) {
+            add_image(&mut cold.image, self.cell.wrap(&mut hot.position, &mut hot.velocity));
+            cold.home = hot.position;
+        }
+        self.rebuilds += 1;
+        self.be_home();
+        self.phases.stop_around(Phase::Rebuild, timer, booked);
+        self.settle_anew()
+    }
+
+    /// Cell, bodies and vertices are at home where they are: lists that are made next are as old as that.
+    pub(crate) fn be_home(&mut self) {
+        self.cell_home = self.cell;
+        self.bodies_home.clear();
+        self.bodies_home.extend(self.bodies.iter().map(|body| body.displacement));
+        self.membranes.vertices.iter_mut().for_each(|vertex| vertex.home = vertex.position);
+    }
+
+    /// Sends rows where they belong now, dealing blocks anew if that is due.
+    fn settle_anew(&mut self) -> Result<(), Error> {
+        let timer = self.phases.start();
+        let dealt = self.deal_if_due()?;
+        self.phases.stop(Phase::Balance, timer);
+        let settling = self.phases.start();
+        self.settle(Vec::new(), Vec::new())?;
+        self.phases.stop(if dealt { Phase::Balance } else { Phase::Rebuild }, settling);
+        if dealt {
+            self.price_deal(timer);
+        }
+        Ok(())
+    }
+
+    /// Brings the rows that are here and `fresh` ones to the ranks that own their blocks, in the one order that fixes every
+    /// sum, and makes the lists.
+    pub(crate) fn settle(
+        &mut self,
+        fresh: Vec<Row<S, C>>,
+        fresh_points: Vec<Point<S, L::Memory>>,
+    ) -> Result<(), Error> {
+        self.settlings += 1;
+        self.settle_points(fresh_points)?;
+        self.settle_grains(fresh)?;
+        self.check_counts()?;
+        self.mark_coupled();
+        Ok(())
+    }
+
+    fn settle_points(&mut self, fresh: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
+        let places = || -> Result<Vec<Place>, Error> {
+            let here = self.points.cold.iter();
+            here.chain(fresh.iter().map(|point| &point.cold)).map(|cold| self.block_of_point(cold)).collect()
+        };
+        let places = transfer::agree(self.transport, places())?;
+        let held = self.points.len();
+        let (order, to_ranks) =
+            self.part(&places, held, |row| self.points.cold[row].id.0, |row| self.points.row(row), fresh);
+        self.count_leaving(&to_ranks);
+        let moved = self.join(Travel::Points, (order, held), to_ranks, |point| {
+            Ok((self.block_of_point(&point.cold)?, point.cold.id.0))
+        })?;
+        self.points.take_order(&moved);
+        self.point_ranges = moved.ranges;
+        Ok(())
+    }
+
+    /// Rows that stay are moved once, into their new order; only those that leave become parcels.
+    fn settle_grains(&mut self, fresh: Vec<Row<S, C>>) -> Result<(), Error> {
+        let places = || -> Result<Vec<Place>, Error> {
+            let here = self.grains.cold[..self.grains.owned].iter();
+            here.chain(fresh.iter().map(|row| &row.cold)).map(|cold| self.block_of_grain(cold)).collect()
+        };
+        let places = transfer::agree(self.transport, places())?;
+        self.refuse_thin_blocks()?;
+        let owned = self.grains.owned;
+        let mut memories = Memories::default();
+        for (row, place) in places[..owned].iter().enumerate() {
+            match self.deal.owner(place.0) == self.deal.rank {
+                true => memories.push(self.carried_by(row)),
+                false => memories.push(std::iter::empty()),
+            }
+        }
+        let (order, to_ranks) =
+            self.part(&places, owned, |row| self.grains.cold[row].id.0, |row| self.whole_row(row), fresh);
+        drop(places);
+        self.count_leaving(&to_ranks);
+        self.contacts.clear();
+        let moved = self.join(Travel::Grains, (order, owned), to_ranks, |row| {
+            Ok((self.block_of_grain(&row.cold)?, row.cold.id.0))
+        })?;
+        self.grains.hot = moved.ordered(&self.grains.hot, |row| row.hot);
+        self.grains.cold = moved.ordered(&self.grains.cold, |row| row.cold);
+        self.grains.ties = moved.ordered(&self.grains.ties, |row| row.tie);
+        let Moved { sources, arrived, ranges, .. } = moved;
+        self.grain_ranges = ranges;
+        let pick = |source: &u32| (*source as usize).checked_sub(owned);
+        self.grains.owned = sources.len();
+        self.grains.settle();
+        self.moved = 0.0;
+        self.points_outside = [0.0; 2];
+        self.fetch_ghosts()?;
+
+        let carried = |row: usize| match pick(&sources[row]) {
+            None => memories.of(sources[row] as usize),
+            Some(number) => &arrived[number].contacts,
+        };
+        let margin = self.settings.skin + self.settings.contact.reach();
+        self.contacts.rebuild::<C>(&self.grains, &self.cell_home, carried, margin);
+        self.walls.rebuild(&self.grains, (&self.bodies, &self.cell_home), carried, margin);
+        self.grains.come_near_bodies(self.walls.list.iter().map(|wall| wall.row));
+        Ok(())
+    }
+
+    /// How far apart the centres of two grains may be and still be listed as a pair, m.
+    pub(crate) fn reach(&self) -> f64 {
+        2.0 * self.radius_max + self.settings.skin + self.settings.contact.reach()
+    }
+
+    /// A block's copies come from its neighbours alone, so a contact must not reach across one.
+    fn refuse_thin_blocks(&self) -> Result<(), Error> {
+        let reach = self.reach();
+        let blocks = self.layout.blocks();
+        for (axis, count) in blocks.into_iter().enumerate().take(S::DIMENSION) {
+            let height = self.cell_home.height(axis);
+            // One or two blocks are neighbours of everything; a pair's nearest image must then be the only one in reach.
+            let thinnest = match (count > 2, self.cell.periodic[axis]) {
+                (true, _) => height / count as f64,
+                (false, true) => 0.5 * height,
+                (false, false) => f64::INFINITY,
+            };
+            if self.grains_total > 0 && thinnest < reach {
+                return Err(Error::Run(format!(
+                    "step {}: along axis {axis} the cell is {height:.3e} m thick with {} blocks; contacts reach {reach:.3e} m, which needs thicker ones: take larger `decomposition.block`, or a larger cell for so much deformation",
+                    self.step, count
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// The number of an exchange, which all ranks count alike.
+    fn number_of(&self, travel: Travel) -> u64 {
+        self.settlings * TRAVELS + travel as u64
+    }
+
+    /// Rows that stay are not packed; the others travel in parcels.
+    fn migrate<T: transfer::Cargo>(&self, travel: Travel, mut to_ranks: Vec<Vec<T>>) -> Result<Vec<T>, Error> {
+        let mut rows = std::mem::take(&mut to_ranks[self.transport.rank()]);
+        for arrived in transfer::exchange(self.transport, self.number_of(travel), to_ranks)? {
+            rows.extend(arrived);
+        }
+        Ok(rows)
+    }
+
+    /// Parts the `held` rows that are here, whose places come first, and `fresh` ones into those that stay and parcels.
+    fn part<T>(
+        &self,
+        places: &[Place],
+        held: usize,
+        id: impl Fn(usize) -> u64,
+        whole: impl Fn(usize) -> T,
+        fresh: Vec<T>,
+    ) -> (Vec<Standing>, Vec<Vec<T>>) {
+        let mut to_ranks: Vec<Vec<T>> = (0..self.transport.size()).map(|_| Vec::new()).collect();
+        let mut order = Vec::with_capacity(places.len());
+        for (row, place) in places[..held].iter().enumerate() {
+            match self.deal.owner(place.0) {
+                owner if owner == self.deal.rank => order.push((*place, id(row), row as u32)),
+                owner => to_ranks[owner].push(whole(row)),
+            }
+        }
+        let rank = self.deal.rank;
+        match places[held..].iter().all(|place| self.deal.owner(place.0) == rank) {
+            // On one rank nothing is moved: at the start and at an enrichment these are most rows that there are.
+            true => to_ranks[rank] = fresh,
+            false => {
+                for (row, place) in fresh.into_iter().zip(&places[held..]) {
+                    to_ranks[self.deal.owner(place.0)].push(row);
+                }
+            }
+        }
+        (order, to_ranks)
+    }
+
+    /// Sends the parcels, and puts those that arrive among those that stay; `stands` says where one does.
+    fn join<T: transfer::Cargo>(
+        &self,
+        travel: Travel,
+        (mut order, held): (Vec<Standing>, usize),
+        to_ranks: Vec<Vec<T>>,
+        stands: impl Fn(&T) -> Result<(Place, u64), Error>,
+    ) -> Result<Moved<T>, Error> {
+        let arrived = self.migrate(travel, to_ranks)?;
+        for (number, row) in arrived.iter().enumerate() {
+            let (place, id) = stands(row)?;
+            order.push((place, id, (held + number) as u32));
+        }
+        order.sort_unstable();
+        let ranges = self.ranges(order.len(), |row| order[row].0.0);
+        Ok(Moved { sources: order.into_iter().map(|(_, _, source)| source).collect(), held, arrived, ranges })
+    }
+
+    fn check_counts(&self) -> Result<(), Error> {
+        let mut counts = [self.grains.owned as i64, self.points.len() as i64];
+        self.transport.sum(&mut counts);
+        for (found, expected, what) in
+            [(counts[0], self.grains_total, "grains"), (counts[1], self.points_total, "points")]
+        {
+            if found as u64 != expected {
+                return Err(Error::Run(format!(
+                    "step {}: {expected} {what} before the rebuild, {found} after it; some were lost, which must not happen: please report this",
+                    self.step
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Rows of each block held here, from the block of every row.
+    fn ranges(&self, rows: usize, block_of: impl Fn(usize) -> usize) -> Vec<Range<usize>> {
+        let mut next = 0;
+        let mut range_of = |block: usize| {
+            let start = next;
+            while next < rows && block_of(next) == block {
+                next += 1;
+            }
+            start..next
+        };
+        self.deal.held().map(&mut range_of).collect()
+    }
+
+    /// Parts of a cell along each axis, some two grains wide: grains of one part stand together, so that those that touch are near each
+    /// other in memory, however many of them a cell of the grid holds.
+    fn parts_of_cell(&self) -> usize {
+        let parts = self.layout.cell / (SKINS_OF_PART * self.settings.skin);
+        parts.floor().clamp(1.0, PARTS_MAX) as usize
+    }
+
+    pub(crate) fn block_of_grain(&self, cold: &Cold<S>) -> Result<Place, Error> {
+        self.block_of(&cold.home, self.parts_of_cell(), "grain", cold.id.0)
+    }
+
+    /// Number of the cell that a grain of this rank lay in at the last rebuild, by the same reckoning as its block.
+    pub(crate) fn cell_of_grain(&self, cold: &Cold<S>) -> Option<usize> {
+        self.layout.cell_of::<S>(&self.cell_home.fraction(&cold.home), self.parts_of_cell())
+    }
+
+    /// The same of a point.
+    pub(crate) fn cell_of_point(&self, cold: &PointCold<S>) -> Option<usize> {
+        self.layout.cell_of::<S>(&self.cell_home.fraction(&cold.home), 1)
+    }
+
+    pub(crate) fn block_of_point(&self, cold: &PointCold<S>) -> Result<Place, Error> {
+        self.block_of(&cold.home, 1, "point", cold.id.0)
+    }
+
+    /// Block of a place, and which of the parts of its cells it lies in.
+    fn block_of(&self, home: &S::Vector, parts: usize, what: &str, id: u64) -> Result<Place, Error> {
+        self.layout.place::<S>(&self.cell_home.fraction(home), parts).ok_or_else(|| {
+            let place: Vec<String> = (0..S::DIMENSION).map(|axis| format!("{:.6e}", home[axis])).collect();
+            Error::Run(format!(
+                "step {}: {what} {id} on rank {} is at ({}) m, outside the domain; the run is unstable, or the domain too small: check time.step and the last frames, or move the edges of the domain outwards (cell.lower and cell.upper, of a continuum grid.lower and grid.upper)",
+                self.step,
+                self.transport.rank(),
+                place.join(", "),
+            ))
+        })
+    }
+
+    /// Copies of other ranks' grains within reach of blocks held here, behind the owned rows.
+    fn fetch_ghosts(&mut self) -> Result<(), Error> {
+        let reach = self.reach();
+        let mut heights = [0.0; 3];
+        for (axis, height) in heights.iter_mut().enumerate().take(S::DIMENSION) {
+            *height = self.cell_home.height(axis);
+        }
+        let mut rows_to: Vec<Vec<u32>> = vec![Vec::new(); self.transport.size()];
+        for (block, range) in self.deal.held().zip(&self.grain_ranges) {
+            let around: Vec<(usize, usize)> = self
+                .layout
+                .around(block)
+                .into_iter()
+                .map(|neighbour| (self.deal.owner(neighbour), neighbour))
+                .filter(|(owner, _)| *owner != self.deal.rank)
+                .collect();
+            if around.is_empty() {
+                continue;
+            }
+            for row in range.clone() {
+                let fraction = self.cell_home.fraction(&self.grains.cold[row].home);
+                for (owner, neighbour) in &around {
+                    let near = self.layout.distance::<S>(&fraction, *neighbour, &heights) <= reach;
+                    if near && rows_to[*owner].last() != Some(&(row as u32)) {
+                        rows_to[*owner].push(row as u32);
+                    }
+                }
+            }
+        }
+        let copy = |row: &u32| GrainRow {
+            hot: self.grains.hot[*row as usize],
+            cold: self.grains.cold[*row as usize],
+            tie: Tie::loose(),
+            contacts: Vec::<(_, C::Memory<f64>)>::new(),
+        };
+        // `around` is sorted by block, so an owner may come up again after another: rows must be unique per receiver.
+        for rows in &mut rows_to {
+            rows.sort_unstable();
+            rows.dedup();
+        }
+        let outgoing = rows_to.iter().map(|rows| rows.iter().map(copy).collect()).collect();
+        let incoming = transfer::exchange::<Row<S, C>>(self.transport, self.number_of(Travel::Ghosts), outgoing)?;
+        // Exactly, since growing would double the arrays of owned rows as well.
+        let copies = incoming.iter().map(Vec::len).sum();
+        self.grains.hot.reserve_exact(copies);
+        self.grains.cold.reserve_exact(copies);
+        self.ghosts = Halo::default();
+        self.ghosts.sends = rows_to.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()).collect::<Vec<_>>();
+        for (peer, rows) in incoming.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()) {
+            let first = self.grains.hot.len() as u32;
+            for row in &rows {
+                self.grains.hot.push(row.hot);
+                self.grains.cold.push(row.cold);
+            }
+            self.ghosts.receives.push((peer, first..first + rows.len() as u32));
+        }
+        Ok(())
+    }
+
+    /// Blocks whose grains may share nodes: those with grains within reach of points of the reconciliation zone, or of membranes.
+    fn mark_coupled(&mut self) {
+        if !self.is_coupled() {
+            self.coupled = vec![false; self.deal.held().len()];
+            self.untie();
+            return;
+        }
+        let blocks = self.layout.block_count();
+        let mut counts = vec![0i64; 2 * blocks];
+        for ((block, points), grains) in self.deal.held().zip(&self.point_ranges).zip(&self.grain_ranges) {
+            counts[block] = i64::from(self.points.hot[points.clone()].iter().any(|point| point.weight < 1.0));
+            counts[blocks + block] = grains.len() as i64;
+        }
+        self.transport.sum(&mut counts);
+        let (rim, grains) = counts.split_at_mut(blocks);
+        self.count_vertices(rim);
+        let near = self.near_rim(rim);
+        let coupled: Vec<bool> = near.iter().zip(&*grains).map(|(near, grains)| *near && *grains > 0).collect();
+        // Grains of a block bring to nodes of the blocks around it.
+        let shared = self.with_blocks_around(&coupled)[self.deal.held()].to_vec();
+        let coupled = &coupled[self.deal.held()];
+        if self.coupled != coupled || self.tiles.shared != shared {
+            self.coupled = coupled.to_vec();
+            self.tiles.share(&self.nodes.mosaic, shared);
+        }
+        self.untie();
+    }
+
+    /// Grains away from points have nothing to be tied to.
+    fn untie(&mut self) {
+        for (_, range) in self.coupled.iter().zip(&self.grain_ranges).filter(|(coupled, _)| !**coupled) {
+            self.grains.ties[range.clone()].fill(Tie::loose());
+        }
+    }
+
+    /// Blocks of the whole domain within reach of those that have points of the rim.
+    pub(crate) fn near_rim(&self, rim: &[i64]) -> Vec<bool> {
+        let mut near: Vec<bool> = rim.iter().map(|points| *points > 0).collect();
+        if !near.contains(&true) {
+            return near;
+        }
+        for _ in 0..COUPLED_CELLS.div_ceil(self.layout.cells_per_block) {
+            near = self.with_blocks_around(&near);
+        }
+        near
+    }
+
+    /// Blocks of the whole domain that are among those or beside one of them.
+    fn with_blocks_around(&self, blocks: &[bool]) -> Vec<bool> {
+        let beside = |block: usize| self.layout.around(block).into_iter().any(|neighbour| blocks[neighbour]);
+        (0..blocks.len()).map(|block| blocks[block] || beside(block)).collect()
+    }
+}
+
+fn add_image(image: &mut Image, more: Image) {
+    for (image, more) in image.iter_mut().zip(more) {
+        *image += more;
+    }
+}
+
+/// Whether a grain is glued to a plate.
+pub fn is_glued<S: Space, M>(grain: &GrainRow<S, M>) -> bool {
+    matches!(grain.cold.mover, Mover::Body(_))
+}

@@ -1,0 +1,430 @@
+//! The continuum's part of a step: points to the grid, the grid's own step, and back to points. Tiles at the border of this
+//! rank go first, so that what others need of them travels while the inner ones are worked on.
+
+use std::mem;
+
+use rayon::prelude::*;
+
+use crate::base::lane::Instructions;
+use crate::base::parallel::{Held, over_blocks};
+use crate::base::space::{Linear, Space};
+use crate::dem::grains::Grains;
+use crate::domain::grid::{Grid, Holders, Moment, Reactions};
+use crate::domain::phases::Phase;
+use crate::domain::world::{GRAIN_WORDS_PLANE, GRAIN_WORDS_SOLID, World};
+use crate::job::mpm::{ShapeFunction, StressUpdate, Transfer};
+use crate::law::contact::ContactLaw;
+use crate::law::material::MaterialLaw;
+use crate::mpm::gather::{Taken, Taking, correct_grains, gather_points};
+use crate::mpm::nodes::{self, Stepped};
+use crate::mpm::points::Points;
+use crate::mpm::scatter::{scatter_grains, scatter_loads, scatter_points};
+use crate::mpm::shape::DRIFT_MAX;
+use crate::mpm::tile::{Advanced, Gathered, GrainChange, GrainNode, NODE_WORDS, OwnedNode, Tier, Tiles};
+
+/// Numbers of a node in a message, in the plane and in space: mass, momentum and force of points, where grains share it with
+/// what membranes have along themselves, and what grains bring; velocity and its change for points, and the changes for grains.
+const GATHERED: [usize; 2] = [5, 7];
+const GATHERED_SHARED: [usize; 2] = [8, 7];
+pub(crate) const GRAINS: [usize; 2] = [5, 7];
+const ADVANCED: [usize; 2] = [4, 6];
+pub(crate) const CHANGES: [usize; 2] = [8, 7];
+
+impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+    /// Whether grains share nodes with a continuum or with membranes.
+    pub(crate) fn is_coupled(&self) -> bool {
+        self.has_grid() && self.has_grains()
+    }
+
+    /// Numbers per row of the messages of a step: copies of grains, tiles to nodes, nodes to tiles.
+    pub(crate) fn words(&self) -> [usize; 3] {
+        let space = S::DIMENSION - 2;
+        let grains = [GRAIN_WORDS_PLANE, GRAIN_WORDS_SOLID][space];
+        match self.is_coupled() {
+            true => [grains, GATHERED_SHARED[space] + GRAINS[space], ADVANCED[space] + CHANGES[space]],
+            false => [grains, GATHERED[space], ADVANCED[space]],
+        }
+    }
+
+    /// Times that points go to the grid and back in a step.
+    pub(crate) fn passes(&self) -> usize {
+        if self.settings.grid.update == StressUpdate::Last { 1 } else { 2 }
+    }
+
+    /// Before the forces of the step: stresses, where they are updated first.
+    pub(crate) fn strain_first(&mut self) {
+        if self.has_points() && self.settings.grid.update == StressUpdate::First {
+            self.strain_by_points(Taken::Strain);
+        }
+    }
+
+    /// The first half of the grid's step: everything that nodes are made of, summed.
+    pub(crate) fn fill_grid(&mut self) {
+        if !self.has_grid() {
+            return;
+        }
+        self.scatter_grains();
+        self.fill_by_points();
+        self.begin_cycle();
+    }
+
+    /// The second half: nodes advance, and grains and points take from them what they need.
+    pub(crate) fn step_grid(&mut self) {
+        if !self.has_grid() {
+            return;
+        }
+        let taken = match self.settings.grid.update {
+            StressUpdate::First => Taken::Motion,
+            StressUpdate::Last => Taken::All,
+            StressUpdate::ModifiedLast => Taken::Velocity,
+        };
+        // What is booked of points is what they are before they take.
+        match self.books_points() {
+            true => {
+                self.advance_grid(Moment::Step, |_, _| ());
+                self.book_points();
+                self.take_from_grid(Tier::Border, taken);
+                self.take_from_grid(Tier::Inner, taken);
+            }
+            false => self.advance_grid(Moment::Step, |world, tier| world.take_from_grid(tier, taken)),
+        }
+        self.take_to_membranes();
+        if self.settings.grid.update == StressUpdate::ModifiedLast {
+            self.strain_by_points(Taken::StrainThenPlace);
+        }
+    }
+
+    fn take_from_grid(&mut self, tier: Tier, taken: Taken) {
+        self.correct_grains(tier);
+        self.gather_points(tier, taken);
+    }
+
+    /// Strain of the grid with the velocities of points as they are.
+    fn strain_by_points(&mut self, taken: Taken) {
+        self.fill_by_points();
+        self.advance_grid(Moment::Look, |world, tier| world.gather_points(tier, taken));
+    }
+
+    fn fill_by_points(&mut self) {
+        self.push_loaded();
+        self.push_membranes();
+        self.scatter_points(Tier::Border);
+        self.sum_tiles(|world| world.scatter_points(Tier::Inner));
+    }
+
+    /// What loads are on their points now.
+    fn push_loaded(&mut self) {
+        let time = self.time() + 0.5 * self.dt_of_continuum();
+        let (points, loads) = (&mut self.points, &self.settings.loads);
+        for (row, push) in &mut points.loaded {
+            let (hot, mut borne) = (&points.hot[*row as usize], points.cold[*row as usize].loads);
+            if borne == 0 {
+                // What someone else put on it.
+                continue;
+            }
+            *push = S::Vector::zero();
+            while borne != 0 {
+                *push += loads[borne.trailing_zeros() as usize].on(&hot.deformation, time);
+                borne &= borne - 1;
+            }
+            *push = *push * hot.weight;
+        }
+    }
+
+    /// What points, loads and membranes bring to their tiles; what points bring lies there already if nothing has moved them since they
+    /// last took from the grid.
+    fn scatter_points(&mut self, tier: Tier) {
+        let timer = self.phases.start();
+        if !mem::take(&mut self.points.scattered[tier as usize]) {
+            self.scatter_points_anew(tier);
+        }
+        self.scatter_loads(tier);
+        self.scatter_membranes(tier);
+        self.phases.stop(Phase::Scatter, timer);
+    }
+
+    fn scatter_points_anew(&mut self, tier: Tier) {
+        let how = self.scattering();
+        let (frames, tiers) = (&self.frames, &self.nodes.mosaic.tiers);
+        let (tile_len, rows) = (self.nodes.mosaic.nodes_per_tile, self.nodes.mosaic.rows());
+        let Points { hot, beside, .. } = &mut self.points;
+        let held = Held { rows: hot, beside, tiles: &mut self.tiles.gathered[..rows], tile_len };
+        over_blocks(&self.point_ranges, held, &|block, Held { rows, beside, tiles, .. }| {
+            if tiers[block] == tier {
+                tiles.fill(Gathered::zero());
+                scatter_points(&frames[block], how, (rows, beside), tiles);
+            }
+            0.0
+        });
+    }
+
+    fn scatter_loads(&mut self, tier: Tier) {
+        let Points { hot, loaded, .. } = &mut self.points;
+        if loaded.is_empty() {
+            return;
+        }
+        let shape = self.settings.grid.shape;
+        let (frames, tiers, ranges) = (&self.frames, &self.nodes.mosaic.tiers, &self.point_ranges);
+        let (tile_len, rows) = (self.nodes.mosaic.nodes_per_tile, self.nodes.mosaic.rows());
+        let held = Held { rows: hot, beside: &mut [(); 0], tiles: &mut self.tiles.gathered[..rows], tile_len };
+        over_blocks(ranges, held, &|block, Held { rows, tiles, .. }| {
+            if tiers[block] == tier {
+                let of = |end: usize| loaded.partition_point(|(row, _)| (*row as usize) < end);
+                let loaded = &loaded[of(ranges[block].start)..of(ranges[block].end)];
+                scatter_loads(&frames[block], shape, (rows, ranges[block].start), loaded, tiles);
+            }
+            0.0
+        });
+    }
+
+    /// How points are spread over nodes.
+    fn scattering(&self) -> (ShapeFunction, bool, Instructions) {
+        let Grid { shape, transfer, .. } = self.settings.grid;
+        (shape, transfer == Transfer::Affine, self.contacts.instructions())
+    }
+
+    pub(crate) fn scatter_grains(&mut self) {
+        if !self.is_coupled() {
+            return;
+        }
+        let timer = self.phases.start();
+        let (tile_len, rows) = (self.nodes.mosaic.nodes_per_tile, self.nodes.mosaic.rows());
+        let instructions = self.contacts.instructions();
+        let (frames, coupled, ranges) = (&self.frames, &self.coupled, &self.grain_ranges);
+        let Grains { hot, ties, movers, owned, .. } = &mut self.grains;
+        let held = Held { rows: &mut hot[..*owned], beside: ties, tiles: &mut self.tiles.grains[..rows], tile_len };
+        over_blocks(ranges, held, &|block, Held { rows, beside, tiles, .. }| {
+            if coupled[block] {
+                tiles.fill(GrainNode::zero());
+                let frame = (&frames[block], instructions);
+                scatter_grains(frame, rows, (beside, &movers[ranges[block].clone()]), tiles);
+            }
+            0.0
+        });
+        self.phases.stop(Phase::Couple, timer);
+    }
+
+    /// Sums of all tiles at every node that a tile of this rank owns; `meanwhile` runs while rows of border tiles travel, and
+    /// must leave those of inner ones ready.
+    fn sum_tiles(&mut self, meanwhile: impl FnOnce(&mut Self)) {
+        let work = |world: &mut Self| {
+            meanwhile(world);
+            world.sum_tier(Tier::Inner);
+        };
+        match (S::DIMENSION, self.is_coupled()) {
+            (2, false) => self.gather_rows::<{ GATHERED[0] }>(work),
+            (2, true) => self.gather_rows::<{ GATHERED_SHARED[0] + GRAINS[0] }>(work),
+            (_, false) => self.gather_rows::<{ GATHERED[1] }>(work),
+            (_, true) => self.gather_rows::<{ GATHERED_SHARED[1] + GRAINS[1] }>(work),
+        }
+        self.sum_tier(Tier::Border);
+    }
+
+    /// Rows of tiles to the owners of their nodes: what points bring, and behind it what grains do.
+    fn gather_rows<const W: usize>(&mut self, meanwhile: impl FnOnce(&mut Self)) {
+        let grains = W - if self.is_coupled() { GRAINS[S::DIMENSION - 2] } else { 0 };
+        self.travel(
+            |world| &mut world.nodes.gathered,
+            |world, row| {
+                let mut words = first_words::<W>(&world.tiles.gathered[row].0);
+                if let Some(of_grains) = world.tiles.grains.get(row) {
+                    of_grains.write(&mut words[grains..]);
+                }
+                words
+            },
+            meanwhile,
+            |world, row, words: [f64; W]| {
+                world.tiles.gathered[row] = Gathered::of(padded(&words[..grains]));
+                if let Some(of_grains) = world.tiles.grains.get_mut(row) {
+                    *of_grains = GrainNode::read(&words[grains..]);
+                }
+            },
+        );
+    }
+
+    fn sum_tier(&mut self, tier: Tier) {
+        let timer = self.phases.start();
+        self.tiles.sum(&self.nodes.mosaic, tier);
+        self.phases.stop(Phase::Nodes, timer);
+    }
+
+    /// The equation of motion of nodes; `gather` runs for the tiles of either tier as soon as all their nodes have advanced.
+    fn advance_grid(&mut self, moment: Moment, mut gather: impl FnMut(&mut Self, Tier)) {
+        self.advance_nodes(Tier::Border, moment);
+        let work = |world: &mut Self| {
+            world.advance_nodes(Tier::Inner, moment);
+            world.fill_margins(Tier::Inner);
+            gather(world, Tier::Inner);
+        };
+        match (S::DIMENSION, self.is_coupled()) {
+            (2, false) => self.spread_rows::<{ ADVANCED[0] }>(work),
+            (2, true) => self.spread_rows::<{ ADVANCED[0] + CHANGES[0] }>(work),
+            (_, false) => self.spread_rows::<{ ADVANCED[1] }>(work),
+            (_, true) => self.spread_rows::<{ ADVANCED[1] + CHANGES[1] }>(work),
+        }
+        self.fill_margins(Tier::Border);
+        gather(self, Tier::Border);
+    }
+
+    /// Rows of nodes to the margins of others' tiles: what points take, and behind it what grains do.
+    fn spread_rows<const W: usize>(&mut self, meanwhile: impl FnOnce(&mut Self)) {
+        let changes = ADVANCED[S::DIMENSION - 2];
+        self.travel(
+            |world| &mut world.nodes.advanced,
+            |world, row| {
+                let mut words = first_words::<W>(&world.tiles.advanced[row].0);
+                if let Some(change) = world.tiles.grain_changes.get(row) {
+                    change.write(&mut words[changes..]);
+                }
+                words
+            },
+            meanwhile,
+            |world, row, words: [f64; W]| {
+                world.tiles.advanced[row] = Advanced::of(padded(&words[..changes]));
+                if let Some(change) = world.tiles.grain_changes.get_mut(row) {
+                    *change = GrainChange::read(&words[changes..]);
+                }
+            },
+        );
+    }
+
+    fn fill_margins(&mut self, tier: Tier) {
+        let timer = self.phases.start();
+        self.tiles.copy_margins(&self.nodes.mosaic, tier);
+        self.phases.stop(Phase::Nodes, timer);
+    }
+
+    fn advance_nodes(&mut self, tier: Tier, moment: Moment) {
+        let timer = self.phases.start();
+        let (coupled, dt_grains, dt) = (self.is_coupled(), self.settings.dt, self.dt_of_continuum());
+        let (gravity, looks) = (self.gravity_now(), moment == Moment::Look);
+        let Self { nodes, tiles, bodies, layout, settings, reactions, cell: periods, .. } = self;
+        let (mosaic, Tiles { sums, grain_sums, advanced, grain_changes, strides, shared, .. }) = (&nodes.mosaic, tiles);
+        let (per_tile, len, rows) = (mosaic.owned_per_tile(), mosaic.nodes_per_tile, mosaic.rows());
+        let holders = Holders { grid: &settings.grid, layout, bodies, periods, gravity, moment };
+        let grains_at = |number: usize| if coupled { grain_sums[number] } else { GrainNode::zero() };
+        let advance = |node: &OwnedNode, number: usize, reactions: &mut Reactions| {
+            let (sum, grains) = (&sums[number], grains_at(number));
+            if sum.mass() <= 0.0 {
+                return (Advanced::zero(), nodes::without_points(&grains));
+            }
+            let (mut dt, mut brought) = (dt, sum.momentum() * (1.0 / sum.mass()));
+            if let Some(stride) = strides.get(number).filter(|stride| stride.taken > 0) {
+                (dt, brought) = (dt - stride.taken as f64 * dt_grains, stride.brought);
+            }
+            let hold = |free: S::Vector| holders.on(free, node, (sum, &grains), dt, reactions);
+            let Stepped { velocity, grains } = nodes::step(sum, &grains, &gravity, if looks { 0.0 } else { dt }, hold);
+            (Advanced::new(&velocity, &(velocity - brought)), grains)
+        };
+        // Tiles whose nodes together are worth a task; the nodes of a block have their rows in its own tile.
+        let together = mosaic.tiles_per_task();
+        let wanted = |first: usize| {
+            let of_task = &mosaic.tiers[first..(first + together).min(mosaic.tiles)];
+            (first..).zip(of_task).filter(move |(_, of)| **of == tier).map(|(tile, _)| tile)
+        };
+        let of_task = |task: usize, advanced: &mut [Advanced<S>], changes: &mut [GrainChange<S>]| {
+            let (mut booked, first) = (Reactions::default(), task * together);
+            for tile in wanted(first) {
+                for number in tile * per_tile..(tile + 1) * per_tile {
+                    let node = &mosaic.owned[number];
+                    let row = node.row as usize - first * len;
+                    let (of_points, of_grains) = advance(node, number, &mut booked);
+                    advanced[row] = of_points;
+                    if coupled && shared[tile] {
+                        changes[row] = of_grains;
+                    }
+                }
+            }
+            booked
+        };
+        let tasks = advanced[..rows].par_chunks_mut(len * together);
+        let booked = match coupled {
+            true => {
+                let tasks = tasks.zip(grain_changes[..rows].par_chunks_mut(len * together)).enumerate();
+                let booked = tasks.map(|(task, (advanced, changes))| of_task(task, advanced, changes));
+                booked.reduce(Reactions::default, Reactions::merged)
+            }
+            false => {
+                let booked = tasks.enumerate().map(|(task, advanced)| of_task(task, advanced, &mut []));
+                booked.reduce(Reactions::default, Reactions::merged)
+            }
+        };
+        reactions.merge(&booked);
+        self.phases.stop(Phase::Nodes, timer);
+    }
+
+    /// Gravity over this step, m/s2.
+    pub(crate) fn gravity_now(&self) -> S::Vector {
+        let (gravity, ramp) = (self.settings.field.gravity, self.settings.grid.gravity_ramp);
+        let time = self.time() + 0.5 * self.dt_of_continuum();
+        if time < ramp { gravity * (time / ramp) } else { gravity }
+    }
+
+    pub(crate) fn correct_grains(&mut self, tier: Tier) {
+        if !self.is_coupled() {
+            return;
+        }
+        let timer = self.phases.start();
+        let (len, instructions) = (self.nodes.mosaic.nodes_per_tile, self.contacts.instructions());
+        let (frames, coupled, ranges) = (&self.frames, &self.coupled, &self.grain_ranges);
+        let (tiers, tiles) = (&self.nodes.mosaic.tiers, &self.tiles.grain_changes);
+        let Grains { hot, ties, movers, owned, .. } = &mut self.grains;
+        let held = Held { rows: &mut hot[..*owned], beside: ties, tiles: &mut [(); 0], tile_len: 0 };
+        over_blocks(ranges, held, &|block, Held { rows, beside, .. }| {
+            if coupled[block] && tiers[block] == tier {
+                let tile = &tiles[block * len..(block + 1) * len];
+                let frame = (&frames[block], instructions);
+                correct_grains(frame, tile, rows, beside, &movers[ranges[block].clone()]);
+            }
+            0.0
+        });
+        self.phases.stop(Phase::Couple, timer);
+    }
+
+    /// Points take from their tiles, and bring to them at once what the next pass over the grid will ask for: they are at
+    /// hand now, and would have to be fetched again. What they bring is that of where they are, whenever it is asked for.
+    fn gather_points(&mut self, tier: Tier, taken: Taken) {
+        let timer = self.phases.start();
+        let (settings, dt, how) = (&self.settings, self.dt_of_continuum(), self.scattering());
+        let (tile_len, rows) = (self.nodes.mosaic.nodes_per_tile, self.nodes.mosaic.rows());
+        let Grid { shape, transfer, .. } = settings.grid;
+        let taking = Taking { shape, transfer, taken, dt, instructions: self.contacts.instructions() };
+        let (frames, tiers, advanced) = (&self.frames, &self.nodes.mosaic.tiers, &self.tiles.advanced);
+        // Affine fields, and ways where places wait for the strain.
+        let waits = matches!(taken, Taken::Velocity | Taken::StrainThenPlace);
+        // Farther out a point's nodes are not all in the tile; there is a rebuild before it goes to them.
+        let reach = DRIFT_MAX * self.layout.cell;
+        let Points { hot, beside, scattered, .. } = &mut self.points;
+        let beside = if waits || transfer == Transfer::Affine { &mut beside[..] } else { &mut [] };
+        let held = Held { rows: hot, beside, tiles: &mut self.tiles.gathered[..rows], tile_len };
+        let outside = over_blocks(&self.point_ranges, held, &|block, Held { rows, beside, tiles, .. }| {
+            if tiers[block] != tier {
+                return 0.0;
+            }
+            let (frame, tile) = (&frames[block], &advanced[block * tile_len..(block + 1) * tile_len]);
+            let outside = gather_points(frame, &settings.material, taking, tile, rows, beside);
+            if outside < reach {
+                tiles.fill(Gathered::zero());
+                scatter_points(frame, how, (rows, beside), tiles);
+            }
+            outside
+        });
+        scattered[tier as usize] = outside < reach;
+        if taken != Taken::Velocity && taken != Taken::Strain {
+            self.points_outside[tier as usize] = outside;
+        }
+        self.phases.stop(Phase::Gather, timer);
+    }
+}
+
+/// The first words of a node's row, or all of them; zero behind.
+fn first_words<const W: usize>(node: &[f64; NODE_WORDS]) -> [f64; W] {
+    std::array::from_fn(|word| if word < NODE_WORDS { node[word] } else { 0.0 })
+}
+
+/// A node's row from its first words.
+fn padded(words: &[f64]) -> [f64; NODE_WORDS] {
+    let mut node = [0.0; NODE_WORDS];
+    node[..words.len()].copy_from_slice(words);
+    node
+}

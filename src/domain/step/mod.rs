@@ -1,0 +1,6 @@
+//! The parts of a step that are more than a call.
+
+pub mod cycle;
+pub mod full_step;
+pub mod grid;
+pub mod membranes;

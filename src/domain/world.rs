@@ -1,0 +1,439 @@
+//! The world: everything that is simulated, cut into blocks, some of which this rank holds. The only caller of the
+//! partition; the physics below is called block by block and row by row.
+
+use std::mem;
+use std::ops::Range;
+
+use scree_partition::{Halo, HaloBuffers, HaloCounts, Transport};
+
+use crate::base::error::Error;
+use crate::base::numbers::Numbers;
+use crate::base::space::{Linear, Space};
+use crate::bodies::body::Body;
+use crate::dem::cell::Cell;
+use crate::dem::contacts::{Contacts, Part};
+use crate::dem::grains::Grains;
+use crate::dem::motion::{self, Damped, Falling, Field, Moves};
+use crate::dem::segments::{Finish, Segments, Wait, finish_waiting, larger};
+use crate::dem::walls::Walls;
+use crate::domain::accounts::ledger::EnergyLedger;
+use crate::domain::accounts::ledger::points::PointLedger;
+use crate::domain::balance::Balance;
+use crate::domain::grid::{Grid, Reactions};
+use crate::domain::layout::{Deal, Layout, NodeRows};
+use crate::domain::phases::{Phase, Phases};
+use crate::domain::servo::{CellDrive, Missed};
+use crate::domain::stop::Wish;
+use crate::law::contact::ContactLaw;
+use crate::law::material::MaterialLaw;
+use crate::mpm::load::Load;
+use crate::mpm::membrane::Membranes;
+use crate::mpm::points::Points;
+use crate::mpm::scatter::TileFrame;
+use crate::mpm::shape::DRIFT_MAX;
+use crate::mpm::tile::Tiles;
+
+/// Share of its velocity that a grain which is pushed beside its contacts loses in a step: one that is thrown stops within a part of its
+/// size.
+pub(crate) const PUSHED_DRAG: f64 = 0.1;
+
+/// Constants of a world that no step changes.
+#[derive(Clone, Debug)]
+pub struct Settings<S: Space, C, L> {
+    /// Time step of grains, s.
+    pub dt: f64,
+    /// Steps of grains in one of the continuum, m. Of grains alone those between two looks at lists, and at what bodies bear.
+    pub grain_steps: u64,
+    /// Reach of the neighbour list beyond contact, m.
+    pub skin: f64,
+    pub grid: Grid,
+    /// Loads that points bear by their number.
+    pub loads: Vec<Load<S>>,
+    pub contact: C,
+    pub material: L,
+    /// Forces on grains beside those of contacts.
+    pub field: Field<S>,
+    /// What deforms the cell.
+    pub drive: CellDrive<S>,
+    /// Share of the step by which the very first kick of a run moves velocities: a half where those of the start are of
+    /// time zero, all of it where they are half a step behind already.
+    pub first_kick: f64,
+    /// Time over which contacts advance until the very first evaluation of a run, s: none where they remember nothing yet.
+    pub first_advance: f64,
+}
+
+/// The world as this rank holds it.
+pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
+    pub transport: &'t dyn Transport,
+    pub settings: Settings<S, C, L>,
+    pub layout: Layout,
+    pub deal: Deal,
+    /// Steps done.
+    pub step: u64,
+    /// Steps of grains done in the cycle under way.
+    pub(crate) step_of_cycle: u64,
+    pub cell: Cell<S>,
+    pub bodies: Vec<Body<S>>,
+    pub grains: Grains<S>,
+    pub contacts: Contacts<S>,
+    /// Contacts of grains with bodies.
+    pub walls: Walls<S, C>,
+    /// Copies of other ranks' grains.
+    pub ghosts: Halo,
+    pub points: Points<S, L::Memory>,
+    /// Rows of the blocks held here.
+    pub grain_ranges: Vec<Range<usize>>,
+    pub point_ranges: Vec<Range<usize>>,
+    /// Blocks held here whose grains may share nodes with points of the reconciliation zone.
+    pub coupled: Vec<bool>,
+    pub nodes: NodeRows,
+    pub tiles: Tiles<S>,
+    pub frames: Vec<TileFrame<S>>,
+    /// Largest radius of any grain of the world, m.
+    pub radius_max: f64,
+    /// Grains and points in the whole world; whatever changes them on purpose says so here, everything else is a loss.
+    pub grains_total: u64,
+    pub points_total: u64,
+    /// What this rank has been asked for, and the strongest wish of any rank: all learn it after the same step.
+    pub wish: Wish,
+    pub wish_agreed: Wish,
+    pub rebuilds: u64,
+    /// Times that rows have settled: parcels are numbered by it.
+    pub(crate) settlings: u64,
+    pub phases: Phases,
+    /// Where the work goes, if that is to be known.
+    pub(crate) ledger: Option<Box<EnergyLedger<S, C>>>,
+    /// The same of a continuum, and its energies.
+    pub point_ledger: PointLedger<S>,
+    /// Membranes, all of them on every rank.
+    pub membranes: Membranes<S>,
+    /// Impulses on what holds nodes.
+    pub reactions: Reactions,
+    pub(crate) buffers: HaloBuffers,
+    /// Messages of steps that this rank has sent.
+    pub sent: HaloCounts,
+    /// Who holds which block as the work moves.
+    pub balance: Balance,
+    /// Displacement of each body at the last rebuild, m.
+    pub(crate) bodies_home: Vec<S::Vector>,
+    /// Whether forces of contacts, or energies of points, will be asked for after the coming step.
+    pub forces_wanted: bool,
+    /// The longest way that a grain of this rank has come from home, m.
+    pub(crate) moved: f64,
+    /// How far a point of this rank is out of its block along an axis, at most, by the tier of its tile, m.
+    pub(crate) points_outside: [f64; 2],
+    /// The cell at the last rebuild.
+    pub(crate) cell_home: Cell<S>,
+    /// How a control of stress has followed since the last row.
+    pub missed: Missed,
+}
+
+/// Numbers per row in the messages of a step: position, velocity and spin of a grain in the plane and in space.
+pub(crate) const GRAIN_WORDS_PLANE: usize = 5;
+pub(crate) const GRAIN_WORDS_SOLID: usize = 9;
+
+impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+    /// Simulated time at the end of the steps done, s.
+    pub fn time(&self) -> f64 {
+        self.step as f64 * self.settings.dt
+    }
+
+    /// One step of the continuum, and as many of grains as belong to it.
+    pub fn advance(&mut self) -> Result<(), Error> {
+        for step in 0..self.settings.grain_steps {
+            self.step_of_cycle = step;
+            self.take_step()?;
+            self.step += 1;
+        }
+        self.rebuild_if_due()
+    }
+
+    /// The step itself: afterwards every row still lies where it lay, and forces are those of its start.
+    pub(crate) fn take_step(&mut self) -> Result<(), Error> {
+        if self.is_plain() { self.step_of_grains_alone() } else { self.step_of_all() }
+    }
+
+    /// Whether nothing stands between the kick of a grain and its drift: no grid, no cell that deforms, no account of energy.
+    fn is_plain(&self) -> bool {
+        !self.has_grid() && self.settings.drive.is_at_rest() && self.ledger.is_none()
+    }
+
+    /// The same to the bit as the whole list, with every grain's record touched once.
+    fn step_of_grains_alone(&mut self) -> Result<(), Error> {
+        let dt = self.settings.dt;
+        let farthest = self.evaluate_and_kick::<true>();
+        self.book_touches();
+        if self.begins_cycle() {
+            self.accelerate_bodies()?;
+        }
+        let timer = self.phases.start();
+        self.moved = larger(farthest, motion::follow_and_drift(&mut self.grains, &self.bodies, dt)).sqrt();
+        for body in &mut self.bodies {
+            body.drift(dt);
+        }
+        self.phases.stop(Phase::Motion, timer);
+        Ok(())
+    }
+
+    /// DESIGN.md's list.
+    fn step_of_all(&mut self) -> Result<(), Error> {
+        self.open_page();
+        let (begins, ends) = (self.begins_cycle(), self.ends_cycle());
+        if begins {
+            self.strain_first();
+        }
+        self.evaluate_and_kick::<false>();
+        self.book_touches();
+        match begins {
+            true => {
+                self.fill_grid();
+                self.book_loads();
+                self.accelerate_bodies()?;
+            }
+            false => self.fill_grid_by_grains(),
+        }
+        match ends {
+            true => {
+                self.step_grid();
+                self.move_membranes()?;
+            }
+            false => self.share_grid(),
+        }
+        self.drive_cell()?;
+        self.close_page();
+        self.drift();
+        Ok(())
+    }
+
+    pub(crate) fn has_points(&self) -> bool {
+        self.points_total > 0
+    }
+
+    /// Whether anything goes to nodes of its own: points, or the vertices of membranes.
+    pub(crate) fn has_grid(&self) -> bool {
+        self.has_points() || !self.membranes.is_empty()
+    }
+
+    pub(crate) fn has_grains(&self) -> bool {
+        self.grains_total > 0
+    }
+
+    /// Gives copies of other ranks' grains the state of now. Whatever looks at contacts between steps must call this
+    /// first: since the last step's drift the copies lag behind.
+    pub fn refresh_ghosts(&mut self) {
+        if self.has_grains() {
+            // Messages of steps alone are counted.
+            let sent = self.sent;
+            self.renew_ghosts(|_| ());
+            self.sent = sent;
+        }
+    }
+
+    /// Renews copies and images; `meanwhile` runs while the messages travel and may not look at copies.
+    fn renew_ghosts(&mut self, meanwhile: impl FnOnce(&mut Self)) {
+        match S::DIMENSION {
+            2 => self.renew::<GRAIN_WORDS_PLANE>(meanwhile),
+            _ => self.renew::<GRAIN_WORDS_SOLID>(meanwhile),
+        }
+    }
+
+    fn renew<const W: usize>(&mut self, meanwhile: impl FnOnce(&mut Self)) {
+        let timer = self.phases.start();
+        self.contacts.settle_images(&self.cell);
+        self.phases.stop(Phase::Halo, timer);
+        self.travel(
+            |world| &mut world.ghosts,
+            // The words of a record begin with those that travel.
+            |world, row| -> [f64; W] { std::array::from_fn(|word| world.grains.hot[row].numbers()[word]) },
+            meanwhile,
+            |world, row, words| {
+                let hot = &mut world.grains.hot[row];
+                for axis in 0..S::DIMENSION {
+                    hot.position[axis] = words[axis];
+                    hot.velocity[axis] = words[S::DIMENSION + axis];
+                }
+                for axis in 0..S::Spin::COMPONENTS {
+                    hot.spin[axis] = words[2 * S::DIMENSION + axis];
+                }
+            },
+        );
+    }
+
+    /// Renews the copies of a halo, one message to each neighbour; `meanwhile` runs while they travel.
+    pub(crate) fn travel<const W: usize>(
+        &mut self,
+        halo: impl Fn(&mut Self) -> &mut Halo,
+        pack: impl Fn(&Self, usize) -> [f64; W],
+        meanwhile: impl FnOnce(&mut Self),
+        mut unpack: impl FnMut(&mut Self, usize, [f64; W]),
+    ) {
+        let (timer, booked) = (self.phases.start(), self.phases.total());
+        let (transport, mut meanwhile) = (self.transport, Some(meanwhile));
+        // Out of the world for as long as it is worked on; nothing is copied.
+        let (rows, mut buffers) = (mem::take(halo(self)), mem::take(&mut self.buffers));
+        rows.pack(&mut buffers, |row| pack(self, row as usize));
+        rows.exchange::<W>(transport, &mut buffers, &mut || {
+            if let Some(meanwhile) = meanwhile.take() {
+                meanwhile(self);
+            }
+        });
+        rows.unpack(&buffers, |row, words| unpack(self, row as usize, words));
+        self.sent += rows.counts::<W>();
+        (*halo(self), self.buffers) = (rows, buffers);
+        self.phases.stop_around(Phase::Halo, timer, booked);
+    }
+
+    /// Time over which contacts advance until the coming evaluation, and that over which they turn.
+    pub(crate) fn contact_times(&self) -> [f64; 2] {
+        [if self.step == 0 { self.settings.first_advance } else { self.settings.dt }; 2]
+    }
+
+    /// The passes over pairs and segments, those that need no copies while copies travel; `finish` is done for every grain that other
+    /// grains alone push. Returns the largest that it returned.
+    fn evaluate_pairs(&mut self, finish: &impl Finish<S>) -> f64 {
+        if !self.has_grains() {
+            return 0.0;
+        }
+        let keeps = self.forces_wanted || self.ledger.is_some() || self.settings.drive.servo.is_some();
+        self.contacts.keep_forces(keeps);
+        let (law, times) = (self.settings.contact, self.contact_times());
+        let mut farthest = 0.0;
+        let mut pass = |world: &mut Self, pairs: Part, segments: Segments| {
+            let timer = world.phases.start();
+            world.contacts.pair_pass(&law, &world.grains, pairs, times);
+            let passed = world.contacts.segment_pass(&law, &mut world.grains, segments, times, finish);
+            world.phases.split(timer.elapsed().as_secs_f64(), &passed);
+            farthest = larger(farthest, passed.farthest);
+        };
+        self.renew_ghosts(|world| pass(world, Part::Across, Segments::Inner));
+        pass(self, Part::Border, Segments::Border);
+        farthest
+    }
+
+    /// Forces on all grains as they stand.
+    pub(crate) fn evaluate_contacts(&mut self) {
+        self.evaluate(&Wait);
+    }
+
+    /// The same, and their kicks; where nothing comes between these and their drift, that as well. Returns the square of the longest way
+    /// that a grain has come from home by it, m2.
+    fn evaluate_and_kick<const DRIFTS: bool>(&mut self) -> f64 {
+        let (field, cell, dt) = (self.settings.field, self.cell, self.settings.dt);
+        let dt_kick = self.kick_share() * dt;
+        match field.is_plain() && cell.gradient == S::Tensor::zero() {
+            true => self.evaluate(&Moves::<_, DRIFTS> { kick: Falling { gravity: field.gravity }, dt_kick, dt }),
+            false => self.evaluate(&Moves::<_, DRIFTS> { kick: Damped { field, cell }, dt_kick, dt }),
+        }
+    }
+
+    /// Forces on all grains; `finish` is done for each once all that pushes it is known. Returns the largest that it returned.
+    fn evaluate(&mut self, finish: &impl Finish<S>) -> f64 {
+        let farthest = self.evaluate_pairs(finish);
+        let timer = self.phases.start();
+        let times = self.contact_times();
+        self.walls.evaluate(&self.settings.contact, &mut self.grains, (&self.bodies, &self.cell), times);
+        let Grains { pushed, force, hot, .. } = &mut self.grains;
+        // What nothing leans on any more would be pushed away for good; it stops instead.
+        for (row, push) in pushed.iter().map(|(row, push)| (*row as usize, *push)) {
+            if force[row] != S::Vector::zero() {
+                force[row] += push;
+            }
+            force[row] -= hot[row].velocity * (PUSHED_DRAG * hot[row].weight * hot[row].mass / self.settings.dt);
+        }
+        let farthest = larger(farthest, finish_waiting(&mut self.grains, finish));
+        self.phases.stop(Phase::Contacts, timer);
+        farthest
+    }
+
+    /// Share of the step by which this step's kick moves velocities.
+    pub(crate) fn kick_share(&self) -> f64 {
+        if self.step == 0 { self.settings.first_kick } else { 1.0 }
+    }
+
+    /// Height of a node, m.
+    pub(crate) fn node_height(&self, place: [i32; 3]) -> f64 {
+        self.layout.corner[1] + f64::from(place[1]) * self.layout.cell
+    }
+
+    /// The cell's velocity gradient over the coming drift; grains follow a change of it.
+    fn drive_cell(&mut self) -> Result<(), Error> {
+        if self.settings.drive.is_at_rest() {
+            return Ok(());
+        }
+        let timer = self.phases.start();
+        let gradient = self.gradient_wanted()?;
+        let change = gradient - self.cell.gradient;
+        if change != S::Tensor::zero() {
+            motion::follow_gradient(&mut self.grains, &self.cell, &change);
+        }
+        self.cell.gradient = gradient;
+        self.phases.stop(Phase::Motion, timer);
+        Ok(())
+    }
+
+    fn drift(&mut self) {
+        let timer = self.phases.start();
+        self.moved = motion::drift(&mut self.grains, &self.bodies, self.settings.dt).sqrt();
+        for body in &mut self.bodies {
+            body.drift(self.settings.dt);
+        }
+        if !self.settings.drive.is_at_rest() {
+            self.cell.deform(self.cell.gradient, self.settings.dt);
+        }
+        self.phases.stop(Phase::Motion, timer);
+    }
+
+    /// How far grains and bodies of this rank have come since the last rebuild, how much farther they may come within the next
+    /// cycle, and how far points and vertices have come, as shares of what their lists and blocks allow.
+    fn drift_shares(&self) -> [f64; 3] {
+        let touched = self.bodies.iter().any(Body::is_touched);
+        let mut moved = self.moved;
+        let mut stretch = 0.0;
+        if !self.settings.drive.is_at_rest() && !touched {
+            // Against the mean field, which itself brings a pair nearer by its stretch.
+            let field = self.cell_home.deformation_to(&self.cell);
+            stretch = (field - S::identity()).norm();
+            let corner = self.cell.corner;
+            let mut square = 0.0;
+            for (hot, cold) in self.grains.hot[..self.grains.owned].iter().zip(&self.grains.cold) {
+                let moved = hot.position - corner - field * (cold.home - corner);
+                square = larger(square, moved.dot(&moved));
+            }
+            moved = square.sqrt();
+        }
+        // Points look for bodies at every step; lists are grains' alone.
+        let listed = |body: &Body<S>| body.is_touched() && self.has_grains();
+        for (body, home) in self.bodies.iter().zip(&self.bodies_home).filter(|(body, _)| listed(body)) {
+            moved = larger(moved, (body.displacement - *home).norm());
+        }
+        // Two grains may close half the skin each.
+        let closed = 2.0 * moved + stretch * (2.0 * self.radius_max + self.settings.skin);
+        let vertices = if self.is_coupled() { self.membranes.away_from_home() } else { 0.0 };
+        let points =
+            larger(larger(self.points_outside[0], self.points_outside[1]), vertices) / (DRIFT_MAX * self.layout.cell);
+        [closed / self.settings.skin, 2.0 * self.reach_of_cycle() / self.settings.skin, points]
+    }
+
+    fn rebuild_if_due(&mut self) -> Result<(), Error> {
+        let timer = self.phases.start();
+        // Each by itself, for the farthest grain of a rank need not be its fastest.
+        let [grains, reach, points] = self.drift_shares();
+        let mut most = [grains, reach, points, self.wish.number()];
+        self.transport.max(&mut most);
+        let [grains, reach, points, wish] = most;
+        self.wish_agreed = Wish::of_number(wish);
+        self.phases.stop(Phase::Agree, timer);
+        if grains >= 1.0 && self.settings.grain_steps > 1 {
+            let (step, together) = (self.step, self.settings.grain_steps);
+            return Err(Error::Run(format!(
+                "step {step}: a grain went farther within {together} steps than lists of contacts reach, so that one may have been missed; take fewer than `time.grain_steps = {together}`"
+            )));
+        }
+        if larger(grains + reach, points) < 1.0 {
+            return Ok(());
+        }
+        self.refuse_infinite_points()?;
+        self.refuse_strays()?;
+        self.rebuild()
+    }
+}

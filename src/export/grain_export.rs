@@ -1,0 +1,325 @@
+//! Grains of a state as text for other programs: comma-separated values, or where the name ends in `data` or `lmp` a LAMMPS
+//! data file, and contacts with their memories. Numbers carry 17 significant digits and read back to the same bits.
+//! Velocities are those of half a step before the time of the positions, as the state has them, or of that time.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use scree_io::column::{State, Table, Values};
+use scree_partition::Solo;
+
+use crate::base::error::Error;
+use crate::base::math::PI;
+use crate::base::space::{Components, Linear, Plane, Solid, Space};
+use crate::dem::cell::Cell;
+use crate::dem::grains::{GrainRow, body_partner};
+use crate::domain::step::full_step::{FullStep, full_step};
+use crate::domain::transfer::Cargo;
+use crate::job::{Assembly, Job, Mpm, Scenario};
+use crate::law::contact::{ContactLaw, ForAnyLaw, with_law_of};
+use crate::prepare::grain_file::is_lammps;
+use crate::prepare::sheared;
+use crate::run::{assembly, planar_shear, results};
+use crate::store::checkpoint::{Snapshot, progress_of, scenario_of};
+use crate::store::tables;
+
+/// A grain without its contacts.
+type Row<S> = GrainRow<S, Components<f64, 1>>;
+
+/// What is written of a grain beside its place and its size: by default its velocities as they are in the state, half a
+/// step before the positions, with which a run goes on as if it had not been interrupted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wanted {
+    /// Velocities of the time of the positions.
+    pub velocities_now: bool,
+    /// Forces and torques of its contacts.
+    pub forces: bool,
+}
+
+/// Writes the grains of a state in the format that the file's name asks for.
+pub fn write(state: &State, dir: &Path, file: &Path, wanted: Wanted) -> Result<(), Error> {
+    let is_csv = file.extension().is_some_and(|extension| extension == "csv");
+    if !is_csv && !is_lammps(file) {
+        return Err(Error::User(format!(
+            "{}: the name does not tell the format. End it in .csv for comma-separated values, or in .data or .lmp for a LAMMPS data file.",
+            file.display()
+        )));
+    }
+    if wanted.forces && !is_csv {
+        return Err(Error::User(format!(
+            "{}: LAMMPS data files have no room for forces. Write .csv, or leave --forces out.",
+            file.display()
+        )));
+    }
+    let job = job_of(state, dir)?;
+    let time = progress_of(state)?.step as f64 * job.step();
+    let text = match &job {
+        Job::Shear(job) => with_law_of(&job.contact, Export { job, state, dir, is_csv, wanted, time })?,
+        Job::Assembly(job) => with_law_of(&job.contact, Export { job, state, dir, is_csv, wanted, time })?,
+        Job::Mpm(job) if job.moves_grains() => return Err(not_yet(dir)),
+        Job::Mpm(_) => return Err(no_grains(dir)),
+    };
+    save(file, &text)
+}
+
+/// A state on its way to text.
+struct Export<'a, J> {
+    job: &'a J,
+    state: &'a State,
+    dir: &'a Path,
+    is_csv: bool,
+    wanted: Wanted,
+    /// Of the positions, s.
+    time: f64,
+}
+
+impl ForAnyLaw for Export<'_, Scenario> {
+    type Outcome = Result<String, Error>;
+
+    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
+        let layout = sheared::layout_for(self.job, self.job.specimen.height)?;
+        self.text::<Plane>(sheared::cell_of(&layout), || {
+            let snapshot = Snapshot::from_state(self.state.clone())?;
+            full_step(planar_shear::world_of::<C>(self.job, Some(snapshot), &Solo)?.0)
+        })
+    }
+}
+
+impl ForAnyLaw for Export<'_, Assembly> {
+    type Outcome = Result<String, Error>;
+
+    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
+        match self.job.cell.dimension {
+            2 => self.in_cell::<Plane, C>(),
+            _ => self.in_cell::<Solid, C>(),
+        }
+    }
+}
+
+impl Export<'_, Assembly> {
+    fn in_cell<S: Space, C: ContactLaw<S>>(&self) -> Result<String, Error> {
+        self.text::<S>(cell(self.state, self.job)?, || {
+            let snapshot = Snapshot::from_state(self.state.clone())?;
+            full_step(assembly::world_of::<S, C>(self.job, Some(snapshot), &Solo)?.0)
+        })
+    }
+}
+
+impl<J> Export<'_, J> {
+    /// `now`: the full step of the state, which is reckoned only where it is wanted.
+    fn text<S: Space>(
+        &self,
+        mut cell: Cell<S>,
+        now: impl FnOnce() -> Result<FullStep<S>, Error>,
+    ) -> Result<String, Error> {
+        let mut grains: Vec<Row<S>> = tables::rows(self.state, "grains", &GrainRow::blank())?;
+        if grains.is_empty() {
+            return Err(Error::User(format!(
+                "{}: this state has no grains; a hybrid run has them after enrichment only",
+                self.dir.display()
+            )));
+        }
+        grains.sort_unstable_by_key(|grain| grain.cold.id);
+        let now = if self.wanted == Wanted::default() { None } else { Some(now()?) };
+        if let (true, Some(now)) = (self.wanted.velocities_now, &now) {
+            cell.rate = now.rate;
+            for (grain, now) in grains.iter_mut().zip(&now.grains) {
+                (grain.hot.velocity, grain.hot.spin) = (now.velocity, now.spin);
+            }
+        }
+        for grain in &mut grains {
+            cell.wrap(&mut grain.hot.position, &mut grain.hot.velocity);
+        }
+        match self.is_csv {
+            true => Ok(csv(&grains, now.as_ref().filter(|_| self.wanted.forces), self.time)),
+            false => data(&grains, &cell, self.time),
+        }
+    }
+}
+
+/// Writes the contacts of a state: the two grains, the lower id first, or a grain and a body by its name, the memory of the
+/// contact law word by word, and the time.
+pub fn write_contacts(state: &State, dir: &Path, file: &Path) -> Result<(), Error> {
+    let job = job_of(state, dir)?;
+    let time = progress_of(state)?.step as f64 * job.step();
+    let (law, bodies): (&str, Vec<String>) = match job {
+        Job::Shear(job) => (job.contact.law(), Vec::new()),
+        Job::Assembly(job) => (job.contact.law(), job.bodies.into_iter().map(|body| body.name).collect()),
+        Job::Mpm(Mpm { grains: Some(granular), bodies, .. }) => {
+            (granular.piece.contact.law(), bodies.into_iter().map(|body| body.body.name).collect())
+        }
+        Job::Mpm(_) => return Err(no_grains(dir)),
+    };
+    let missing = || Error::User(format!("{}: this state has no contacts", dir.display()));
+    let table = state.tables.iter().find(|table| table.name == "contacts").ok_or_else(missing)?;
+    save(file, &contacts(table, (law, &bodies), time).ok_or_else(missing)?)
+}
+
+/// Of a job on a grid that has grains.
+pub(crate) fn not_yet(dir: &Path) -> Error {
+    Error::User(format!(
+        "{}: this is a job on a grid, whose grains cannot be exported yet. They are in frames.vtkhdf, of kind 1.",
+        dir.display()
+    ))
+}
+
+fn no_grains(dir: &Path) -> Error {
+    Error::User(format!(
+        "{}: this run is a continuum on a grid and has no grains to export. Its points are in frames.vtkhdf.",
+        dir.display()
+    ))
+}
+
+fn job_of(state: &State, dir: &Path) -> Result<Job, Error> {
+    Job::parse(&scenario_of(state)?, &dir.display().to_string(), &[])
+}
+
+fn save(file: &Path, text: &str) -> Result<(), Error> {
+    results::replace(file, text.as_bytes())
+}
+
+/// The cell as the state left it.
+fn cell<S: Space>(state: &State, job: &Assembly) -> Result<Cell<S>, Error> {
+    let mut cell = crate::prepare::grain_world::cell_of::<S>(job);
+    if let [moved] = &tables::rows(state, "cell", &cell)?[..] {
+        cell.take_motion_of(moved);
+    }
+    Ok(cell)
+}
+
+/// Last column of exported files: the time of the state, s.
+pub const TIME: &str = "time";
+
+/// First line of a CSV file of contacts without its time: words of the memory go by their law, which alone can read them.
+pub fn header_of_contacts(law: &str, words: usize) -> String {
+    let memory: String = (0..words).map(|word| format!(",memory_{law}_{word}")).collect();
+    format!("lower,higher{memory}")
+}
+
+/// First line of a CSV file of grains.
+pub fn header<S: Space>() -> &'static str {
+    match S::DIMENSION {
+        2 => "id,x,y,radius,vx,vy,spin",
+        _ => "id,x,y,z,radius,vx,vy,vz,wx,wy,wz",
+    }
+}
+
+/// The same without velocities.
+pub fn header_of_places<S: Space>() -> &'static str {
+    match S::DIMENSION {
+        2 => "id,x,y,radius",
+        _ => "id,x,y,z,radius",
+    }
+}
+
+/// What follows where forces are written as well.
+fn header_of_forces<S: Space>() -> &'static str {
+    match S::DIMENSION {
+        2 => ",fx,fy,torque",
+        _ => ",fx,fy,fz,tx,ty,tz",
+    }
+}
+
+/// `forces`: the full step whose forces are written.
+fn csv<S: Space>(grains: &[Row<S>], forces: Option<&FullStep<S>>, time: f64) -> String {
+    let mut text = String::from(header::<S>());
+    text.push_str(forces.map_or("", |_| header_of_forces::<S>()));
+    text.push_str(&format!(",{TIME}\n"));
+    for (at, grain) in grains.iter().enumerate() {
+        let hot = &grain.hot;
+        let numbers = components(&hot.position).chain([hot.radius]);
+        let numbers = numbers.chain(components(&hot.velocity)).chain(components(&hot.spin));
+        let load = forces.map(|now| &now.grains[at]);
+        let load = load.into_iter().flat_map(|now| components(&now.force).chain(components(&now.torque)));
+        push(&mut text, grain.cold.id.0, ',', numbers.chain(load).chain([time]));
+    }
+    text
+}
+
+fn components<V: Linear>(vector: &V) -> impl Iterator<Item = f64> {
+    (0..V::COMPONENTS).map(|axis| vector[axis])
+}
+
+/// One line: what names the row, then its numbers.
+fn push(text: &mut String, name: impl std::fmt::Display, between: char, numbers: impl Iterator<Item = f64>) {
+    write!(text, "{name}").expect("text takes what is written");
+    for number in numbers {
+        write!(text, "{between}{number:.16e}").expect("text takes what is written");
+    }
+    text.push('\n');
+}
+
+/// Atom style sphere. Atoms count from 1, grains from 0. Type 1 moves by itself, type 2 + n is glued to body n. LAMMPS takes
+/// the density of a data file as that of spheres; for discs it is the one that gives their mass.
+fn data<S: Space>(grains: &[Row<S>], cell: &Cell<S>, time: f64) -> Result<String, Error> {
+    let kind = |grain: &Row<S>| u64::from(grain.cold.mover.code()) + 1;
+    let kinds = grains.iter().map(kind).max().unwrap_or(1);
+    let mut text = format!(
+        "Grains of scree at time {time:?} s, atom style sphere, units si\n\n{} atoms\n{kinds} atom types\n\n{}\nAtoms # sphere\n\n",
+        grains.len(),
+        bounds(cell)?
+    );
+    for grain in grains {
+        let hot = &grain.hot;
+        let density = hot.mass / (4.0 / 3.0 * PI * hot.radius * hot.radius * hot.radius);
+        let numbers = [2.0 * hot.radius, density].into_iter().chain(in_space(&hot.position));
+        push(&mut text, format!("{} {}", grain.cold.id.0 + 1, kind(grain)), ' ', numbers);
+    }
+    text.push_str("\nVelocities\n\n");
+    for grain in grains {
+        let mut spin = [0.0; 3];
+        for axis in 0..S::Spin::COMPONENTS {
+            spin[3 - S::Spin::COMPONENTS + axis] = grain.hot.spin[axis];
+        }
+        push(&mut text, grain.cold.id.0 + 1, ' ', in_space(&grain.hot.velocity).into_iter().chain(spin));
+    }
+    Ok(text)
+}
+
+fn in_space<V: Linear>(vector: &V) -> [f64; 3] {
+    std::array::from_fn(|axis| if axis < V::COMPONENTS { vector[axis] } else { 0.0 })
+}
+
+/// The box, with tilts where it leans. LAMMPS wants the first edge along x and the second in the plane of x and y; discs lie
+/// in the middle of a box as thick as their plane wants.
+fn bounds<S: Space>(cell: &Cell<S>) -> Result<String, Error> {
+    let edge = |row: usize, column: usize| match row.max(column) < S::DIMENSION {
+        true => cell.edges[column * S::DIMENSION + row],
+        false => 0.0,
+    };
+    if (0..3).any(|row| (0..row).any(|column| edge(row, column) != 0.0)) {
+        return Err(Error::User(
+            "the edges of this cell have turned: the first is not along x, or the second not in the plane of x and y, which LAMMPS data files need. Write .csv instead.".into(),
+        ));
+    }
+    let mut text = String::new();
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        let (lower, upper) = match axis < S::DIMENSION {
+            true => (cell.corner[axis], cell.corner[axis] + edge(axis, axis)),
+            false => (-0.5, 0.5),
+        };
+        writeln!(text, "{lower:.16e} {upper:.16e} {name}lo {name}hi").expect("text takes what is written");
+    }
+    let tilts = [edge(0, 1), edge(0, 2), edge(1, 2)];
+    if tilts != [0.0; 3] {
+        writeln!(text, "{:.16e} {:.16e} {:.16e} xy xz yz", tilts[0], tilts[1], tilts[2])
+            .expect("text takes what is written");
+    }
+    Ok(text)
+}
+
+fn contacts(table: &Table, (law, bodies): (&str, &[String]), time: f64) -> Option<String> {
+    let column = |name: &str| table.columns.iter().find(|column| column.name == name);
+    let (lower, higher, memory) = (column("lower")?, column("higher")?, column("memory")?);
+    let (Values::U64(lower), Values::U64(higher), Values::F64(words)) = (&lower.values, &higher.values, &memory.values)
+    else {
+        return None;
+    };
+    let mut text = format!("{},{TIME}\n", header_of_contacts(law, memory.width));
+    for ((lower, higher), words) in lower.iter().zip(higher).zip(words.chunks_exact(memory.width)) {
+        let body = bodies.iter().enumerate().find(|(at, _)| body_partner(*at as u8).0 == *higher);
+        let partner = body.map_or_else(|| higher.to_string(), |(_, name)| name.clone());
+        push(&mut text, format!("{lower},{partner}"), ',', words.iter().copied().chain([time]));
+    }
+    Some(text)
+}

@@ -1,0 +1,4 @@
+//! Grains for other programs.
+
+pub mod grain_dump;
+pub mod grain_export;

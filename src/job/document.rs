@@ -1,0 +1,137 @@
+//! A job of any kind.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use super::raw::Typed;
+use super::schema::Kind;
+use super::{Assembly, Mpm, Output, Scenario, derived, figures, mpm, resolve, write};
+use crate::base::error::Error;
+
+/// What a job asks for; the table `[cell]` makes it an assembly, `[grid]` a continuum.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Job {
+    /// Planar shear between rough plates: grains, continuum, or both.
+    Shear(Scenario),
+    /// Grains in a cell.
+    Assembly(Assembly),
+    /// A continuum of material points on a grid.
+    Mpm(Mpm),
+}
+
+impl Job {
+    /// Reads a job, lays the `key.path=value` overrides over it and checks the whole.
+    pub fn load(path: &Path, sets: &[String]) -> Result<Self, Error> {
+        Ok(Self::load_typed(path, sets)?.0)
+    }
+
+    /// The same with what was typed, for refusals by who sees more than the job itself, such as the files that it names.
+    pub fn load_typed(path: &Path, sets: &[String]) -> Result<(Self, Typed), Error> {
+        let file = path.display().to_string();
+        let typed = Typed::parse(&read(path)?, &file, sets)?;
+        Ok((Self::of_typed(&typed, &file)?, typed))
+    }
+
+    /// The same from text; `file` names it in messages, and relative paths in it start from its folder.
+    pub fn parse(text: &str, file: &str, sets: &[String]) -> Result<Self, Error> {
+        Self::of_typed(&Typed::parse(text, file, sets)?, file)
+    }
+
+    fn of_typed(typed: &Typed, file: &str) -> Result<Self, Error> {
+        match typed.kind {
+            Kind::Shear => resolve::scenario(typed, file).map(Self::Shear),
+            Kind::Assembly => resolve::assembly(typed, file).map(Self::Assembly),
+            Kind::Mpm => resolve::mpm(typed, file).map(Self::Mpm),
+        }
+    }
+
+    /// The job's name; the default run directory is `runs/<name>`.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Shear(scenario) => &scenario.name,
+            Self::Assembly(assembly) => &assembly.name,
+            Self::Mpm(job) => &job.name,
+        }
+    }
+
+    /// Time step, s.
+    pub fn step(&self) -> f64 {
+        match self {
+            Self::Shear(scenario) => scenario.time.step,
+            Self::Assembly(assembly) => assembly.step,
+            Self::Mpm(job) => job.step,
+        }
+    }
+
+    /// What is written and when.
+    /// Steps of the whole run.
+    pub fn steps(&self) -> u64 {
+        match self {
+            Self::Shear(scenario) => derived::steps(scenario),
+            Self::Assembly(assembly) => figures::steps(assembly),
+            Self::Mpm(job) => mpm::figures::steps(job),
+        }
+    }
+
+    pub fn output(&self) -> &Output {
+        match self {
+            Self::Shear(scenario) => &scenario.output,
+            Self::Assembly(assembly) => &assembly.output,
+            Self::Mpm(job) => &job.output,
+        }
+    }
+
+    /// The job in SI numbers with nothing left to a default. It parses back to an equal job.
+    pub fn to_toml(&self) -> String {
+        match self {
+            Self::Shear(scenario) => scenario.to_toml(),
+            Self::Assembly(assembly) => assembly.to_toml(),
+            Self::Mpm(job) => job.to_toml(),
+        }
+    }
+}
+
+impl Assembly {
+    /// The job in SI numbers with nothing left to a default. It parses back to an equal assembly.
+    pub fn to_toml(&self) -> String {
+        write::assembly(self)
+    }
+}
+
+impl Mpm {
+    /// The job in SI numbers with nothing left to a default. It parses back to an equal continuum.
+    pub fn to_toml(&self) -> String {
+        write::mpm(self)
+    }
+}
+
+/// Bytes of the longest job that is read: hundreds of times the longest that is written by hand.
+const BYTES_MAX: u64 = 1 << 20;
+
+/// The text of a job file, and no more of it than a job may have.
+pub(super) fn read(path: &Path) -> Result<String, Error> {
+    let shown = path.display();
+    let unreadable = |error: &dyn std::fmt::Display| {
+        Error::User(format!(
+            "{shown}: this job cannot be read: {error}. Give the path of a job, for example jobs/quickstart.toml."
+        ))
+    };
+    if path.is_dir() {
+        return Err(unreadable(&"it is a folder"));
+    }
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(|error| unreadable(&error))?;
+    file.take(BYTES_MAX + 1).read_to_end(&mut bytes).map_err(|error| unreadable(&error))?;
+    if bytes.len() as u64 > BYTES_MAX {
+        return Err(unreadable(&format!("it is longer than {BYTES_MAX} bytes, and no job is")));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = 1 + good.iter().filter(|byte| **byte == b'\n').count();
+        let byte = error.as_bytes()[good.len()];
+        Error::User(format!(
+            "{shown}:{line}: this is not text: byte 0x{byte:02x} is no UTF-8. Save the job as UTF-8, or give the path of a job, for example jobs/quickstart.toml."
+        ))
+    })
+}

@@ -1,0 +1,289 @@
+//! Figures that follow from an assembly of grains; [`super::derived`] has those of planar shear.
+
+use std::path::Path;
+
+use super::Contact;
+use super::assembly::{Assembly, Preparation, Shape, Sizes, Source};
+use super::derived::DIAMETER_CUT;
+use super::stable::{self, Bound, GrainScale, HERTZ_OVERLAP, Springs};
+
+/// Share of sigma^2 that is left of a normal distribution cut at three deviations.
+const VARIANCE_CUT: f64 = 0.973_3;
+/// Cost of one sphere over one step on one core, s; it has three times the contacts of a disc.
+const COST_SPHERE: f64 = 150e-9;
+
+impl Sizes {
+    /// Mean diameter, m.
+    pub fn mean(&self) -> f64 {
+        match self {
+            Self::Normal { mean, .. } => *mean,
+            Self::Uniform { min, max } => 0.5 * (min + max),
+            Self::List(list) => list.iter().map(|(diameter, share)| diameter * share).sum(),
+        }
+    }
+
+    /// Smallest diameter that can be drawn, m.
+    pub fn min(&self) -> f64 {
+        match self {
+            Self::Normal { mean, deviation } => mean - DIAMETER_CUT * deviation,
+            Self::Uniform { min, .. } => *min,
+            Self::List(list) => list.iter().map(|(diameter, _)| *diameter).fold(f64::INFINITY, f64::min),
+        }
+    }
+
+    /// Largest diameter that can be drawn, m.
+    pub fn max(&self) -> f64 {
+        match self {
+            Self::Normal { mean, deviation } => mean + DIAMETER_CUT * deviation,
+            Self::Uniform { max, .. } => *max,
+            Self::List(list) => list.iter().map(|(diameter, _)| *diameter).fold(0.0, f64::max),
+        }
+    }
+
+    /// Mean of d^2 (m2) or d^3 (m3).
+    pub fn power_mean(&self, power: usize) -> f64 {
+        let square = power == 2;
+        match self {
+            Self::Normal { mean, deviation } => {
+                let variance = VARIANCE_CUT * deviation * deviation;
+                if square { mean * mean + variance } else { mean * (mean * mean + 3.0 * variance) }
+            }
+            Self::Uniform { min, max } if square => (min * min + min * max + max * max) / 3.0,
+            Self::Uniform { min, max } => (min + max) * (min * min + max * max) / 4.0,
+            Self::List(list) => {
+                let raised = |diameter: f64| if square { diameter * diameter } else { diameter * diameter * diameter };
+                list.iter().map(|(diameter, share)| raised(*diameter) * share).sum()
+            }
+        }
+    }
+}
+
+// Sizes
+
+/// Sizes of grains to be made; those of a file are known to the file alone.
+pub fn sizes(assembly: &Assembly) -> Option<&Sizes> {
+    match &assembly.source {
+        Source::Packed(packed) => Some(&packed.sizes),
+        Source::File(_) => None,
+    }
+}
+
+/// The largest diameter, or what the job calls the mean of those in its file, m.
+pub fn diameter_max(assembly: &Assembly) -> f64 {
+    sizes(assembly).map_or(assembly.matter.diameter_mean, Sizes::max)
+}
+
+/// What lists reach beyond grains in touch, m: the skin, and as far as grains that have touched hold on to each other.
+pub fn margin(assembly: &Assembly) -> f64 {
+    assembly.skin + assembly.contact.reach()
+}
+
+/// A grain of this assembly with that diameter.
+pub fn grain(assembly: &Assembly, diameter: f64) -> GrainScale {
+    GrainScale::of(0.5 * diameter, assembly.matter.density, assembly.cell.depth, assembly.cell.dimension)
+}
+
+/// Area (m2) or volume (m3) of the cell as the job gives it.
+pub fn cell_measure(assembly: &Assembly) -> f64 {
+    let cell = &assembly.cell;
+    (0..cell.dimension).map(|axis| cell.upper[axis] - cell.lower[axis]).product()
+}
+
+/// Share of the cell as the job gives it that the grains to be made fill.
+pub fn fraction_in_cell(assembly: &Assembly) -> Option<f64> {
+    let Source::Packed(packed) = &assembly.source else {
+        return None;
+    };
+    let dimension = assembly.cell.dimension;
+    let sphere = if dimension == 2 { 4.0 } else { 6.0 };
+    let grain = crate::base::math::PI / sphere * packed.sizes.power_mean(dimension);
+    Some(packed.count as f64 * grain / cell_measure(assembly))
+}
+
+/// Number of grains, as far as it is known: from the job, or from a look at the file.
+pub fn grains(assembly: &Assembly) -> Option<u64> {
+    match &assembly.source {
+        Source::Packed(packed) => Some(packed.count),
+        Source::File(read) => grains_in_file(&read.grains),
+    }
+}
+
+/// Rows of a CSV file below its header, or what the head of a LAMMPS data file says.
+fn grains_in_file(file: &Path) -> Option<u64> {
+    let text = std::fs::read_to_string(file).ok()?;
+    if file.extension().is_some_and(|extension| extension == "csv") {
+        return Some(text.lines().skip(1).filter(|line| !line.trim().is_empty()).count() as u64);
+    }
+    let line = text.lines().find(|line| line.split_whitespace().nth(1) == Some("atoms"))?;
+    line.split_whitespace().next()?.parse().ok()
+}
+
+// The run
+
+/// Steps of the whole run. An end that is a whole number of steps but for rounding takes no step more.
+pub fn steps(assembly: &Assembly) -> u64 {
+    let steps = assembly.end / assembly.step;
+    (steps * (1.0 - 1e-12)).ceil() as u64
+}
+
+/// Wall time of that many grains on one core, s, without the making of the packing.
+pub fn wall_time(assembly: &Assembly, grains: u64) -> f64 {
+    steps(assembly) as f64 * grains as f64 * cost_of_grain(assembly)
+}
+
+/// Cost of one grain over one step on one core, s.
+pub fn cost_of_grain(assembly: &Assembly) -> f64 {
+    if assembly.cell.dimension == 2 { super::derived::COST_GRAIN } else { COST_SPHERE }
+}
+
+/// Mean stress that the cell or its packing is held at, Pa, compression positive.
+pub fn pressure(assembly: &Assembly) -> Option<f64> {
+    let held: Vec<f64> =
+        assembly.cell.servo.iter().flat_map(|servo| servo.stress).flatten().map(|stress| -stress).collect();
+    let mean = held.iter().sum::<f64>() / held.len() as f64;
+    match &assembly.source {
+        _ if mean > 0.0 => Some(mean),
+        Source::Packed(packed) => match packed.preparation {
+            Preparation::Compress { stress, .. } => Some(stress),
+            Preparation::Pour => None,
+        },
+        Source::File(_) => None,
+    }
+}
+
+/// Stiffness of contacts against the load across a grain, k_n/(p depth) or k_n/(p d): the reciprocal of the mean overlap in
+/// diameters, where the stress is known. None of Hertz contacts, which stiffen as they are loaded.
+pub fn stiffness_number(assembly: &Assembly) -> Option<f64> {
+    if matches!(assembly.contact, Contact::HertzMindlin(_)) {
+        return None;
+    }
+    pressure(assembly).map(|pressure| springs_mean(assembly).normal / (pressure * thickness(assembly)))
+}
+
+/// Stiffness of mean contacts as a modulus, Pa, under a mean stress (Pa): Hertz contacts stiffen as they are loaded.
+pub fn modulus_under(assembly: &Assembly, stress: f64) -> f64 {
+    let radius = 0.5 * assembly.matter.diameter_mean;
+    let springs = |overlap: f64| Springs::of(&assembly.contact, radius, radius, overlap).normal;
+    let thickness = thickness(assembly);
+    let force = stress * 2.0 * radius * thickness;
+    // F is 2/3 k d with k as the root of d.
+    let share = force / (2.0 / 3.0 * springs(HERTZ_OVERLAP) * HERTZ_OVERLAP * radius);
+    let root = crate::base::math::cbrt(share);
+    springs(HERTZ_OVERLAP * root * root) / thickness
+}
+
+/// What a grain is thick across the plane of a section, m: the depth of discs, the mean diameter of spheres.
+fn thickness(assembly: &Assembly) -> f64 {
+    if assembly.cell.dimension == 2 { assembly.cell.depth } else { assembly.matter.diameter_mean }
+}
+
+/// Largest entry of the velocity gradient, 1/s.
+pub fn rate_max(assembly: &Assembly) -> f64 {
+    assembly.cell.gradient.iter().flatten().fold(0.0, |rate, entry| rate.max(entry.abs()))
+}
+
+/// I = rate d sqrt(rho/p), where both rate and stress are known.
+pub fn inertial_number(assembly: &Assembly) -> Option<f64> {
+    let rate = rate_max(assembly);
+    let pressure = pressure(assembly)?;
+    (rate > 0.0).then(|| rate * assembly.matter.diameter_mean * (assembly.matter.density / pressure).sqrt())
+}
+
+// Stable time steps
+
+/// Springs between two mean grains.
+pub fn springs_mean(assembly: &Assembly) -> Springs {
+    super::derived::springs_mean(&assembly.contact, assembly.matter.diameter_mean)
+}
+
+/// Diameters as the bounds of the step need them, m.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Diameters {
+    /// Of the lightest grain that lies among mean ones.
+    pub smallest: f64,
+    pub mean: f64,
+    /// Those of so many grains that they can gather: each is asked for among its like.
+    pub classes: Vec<f64>,
+}
+
+impl Diameters {
+    /// Of grains to be made; those of a file are known to the file alone, and the job states their mean.
+    fn of_job(assembly: &Assembly) -> Self {
+        let mean = assembly.matter.diameter_mean;
+        let (smallest, classes) = match sizes(assembly) {
+            None => (mean, Vec::new()),
+            Some(Sizes::List(list)) => (mean, list.iter().map(|(diameter, _)| *diameter).collect()),
+            Some(sizes) => (sizes.min(), Vec::new()),
+        };
+        Self { smallest, mean, classes }
+    }
+}
+
+/// What bounds the step by what the job alone says. Grains in a file have [`bounds_with`] once it is read.
+pub fn bounds(assembly: &Assembly) -> Vec<Bound> {
+    bounds_with(assembly, &Diameters::of_job(assembly))
+}
+
+/// What bounds the step: the contacts of grains, damping in proportion to mass, and bodies that servos move.
+pub fn bounds_with(assembly: &Assembly, diameters: &Diameters) -> Vec<Bound> {
+    let [lightest, mean] = [diameters.smallest, diameters.mean].map(|diameter| grain(assembly, diameter));
+    let classes: Vec<GrainScale> = diameters.classes.iter().map(|diameter| grain(assembly, *diameter)).collect();
+    let mut bounds = stable::bounds_of_sizes(&assembly.contact, &lightest, &mean, &classes);
+    if assembly.damping.mass > 0.0 {
+        bounds.push(Bound {
+            cause: "damping in proportion to mass",
+            formula: "2/c",
+            remedy: "Beyond it the damping turns velocities round at every step; shorten the step, or lower damping.mass.",
+            step: 2.0 / assembly.damping.mass,
+        });
+    }
+    let held = assembly.bodies.iter().filter_map(|body| Some((&body.shape, body.motion.servo.as_ref()?)));
+    let held = held.map(|(shape, servo)| {
+        let count = contacts_along(assembly, shape, &servo.direction);
+        stable::bound_of_servo(&assembly.contact, &mean, count, servo.mass)
+    });
+    bounds.extend(held.min_by(|a, b| a.step.total_cmp(&b.step)));
+    bounds
+}
+
+/// Contacts that can press on a body along a direction: of as many mean grains as find room side by side in its shadow, two
+/// of each where the body is itself a layer of grains.
+fn contacts_along(assembly: &Assembly, shape: &Shape, direction: &[f64; 3]) -> f64 {
+    let cell = &assembly.cell;
+    let length = |axis: usize| cell.upper[axis] - cell.lower[axis];
+    let extent = |axis: usize| match shape {
+        Shape::Plane { .. } => length(axis),
+        Shape::Box { lower, upper } | Shape::Layer { lower, upper } => upper[axis] - lower[axis],
+        Shape::Cylinder { radius, axis: along, .. } => (2.0 * radius).max(along[axis].abs() * length(axis)),
+    };
+    let side_by_side = |axis: usize| extent(axis) / assembly.matter.diameter_mean;
+    let shadow = |axis: usize| -> f64 {
+        let across: f64 = (0..cell.dimension).filter(|other| *other != axis).map(side_by_side).product();
+        direction[axis].abs() * across
+    };
+    let grains = (0..cell.dimension).map(shadow).sum::<f64>().max(1.0);
+    if matches!(shape, Shape::Layer { .. }) { 2.0 * grains } else { grains }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Moments of a uniform distribution by the sum over many of its diameters, and a list that is one.
+    #[test]
+    fn moments_of_sizes() {
+        let uniform = Sizes::Uniform { min: 6e-3, max: 14e-3 };
+        let classes = 10_000;
+        let list = (0..classes)
+            .map(|class| (6e-3 + 8e-3 * (f64::from(class) + 0.5) / f64::from(classes), 1.0 / f64::from(classes)))
+            .collect();
+        let list = Sizes::List(list);
+        assert!((list.mean() / uniform.mean() - 1.0).abs() < 1e-9);
+        for power in [2, 3] {
+            assert!((list.power_mean(power) / uniform.power_mean(power) - 1.0).abs() < 1e-6);
+        }
+        let narrow = Sizes::Normal { mean: 1e-3, deviation: 0.0 };
+        assert!((narrow.power_mean(3) / 1e-9 - 1.0).abs() < 1e-12);
+        assert_eq!((narrow.min(), narrow.max()), (1e-3, 1e-3));
+    }
+}

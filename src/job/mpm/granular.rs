@@ -1,0 +1,43 @@
+//! The grains of a continuum's material, and where they take its place.
+
+use crate::job::assembly::Assembly;
+use crate::job::{Enrichment, Method};
+
+/// The grains of a material: what it is made of from the start, or where a band persists, or what a continuum alone stands for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Granular {
+    pub method: Method,
+    /// A periodic piece of packing under the stress of the start; laid side by side it fills the regions.
+    pub piece: Assembly,
+    pub enrichment: Enrichment,
+    pub reference: Origin,
+    /// Bands that need no oracle.
+    pub known: Option<KnownBands>,
+}
+
+/// Where the grains of a hybrid come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// All of the material as grains, which have come to rest between bodies and membranes.
+    Specimen,
+    /// Pieces of packing side by side where a zone is made, and nowhere else.
+    Piece,
+}
+
+impl Origin {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Specimen => "specimen",
+            Self::Piece => "piece",
+        }
+    }
+}
+
+/// Shear bands that the job names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KnownBands {
+    /// When grains take the places of points around them, s.
+    pub at: f64,
+    /// Ends of straight parts, m.
+    pub parts: Vec<[[f64; 2]; 2]>,
+}

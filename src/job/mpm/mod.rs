@@ -1,0 +1,693 @@
+//! A continuum of material points on a grid: what `[grid]` in a job means, in SI units.
+//!
+//! Vectors carry three components; in the plane those of z are zero. Tension is positive in stresses, pressure positive in
+//! compression.
+
+use super::assembly::Body;
+use super::{Oracle, Output};
+use crate::base::math::{PI, cos, sin};
+
+pub mod cone;
+pub mod figures;
+mod granular;
+
+pub use granular::{Granular, KnownBands, Origin};
+
+/// Loads that a job may have: a point knows its own by the bits of a word.
+pub const LOADS_MAX: usize = u64::BITS as usize;
+
+/// The checked job of a continuum.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mpm {
+    /// Job name; the default run directory is `runs/<name>`.
+    pub name: String,
+    pub grid: Grid,
+    pub scheme: Scheme,
+    pub material: Material,
+    /// Where material is at the start; of regions that overlap the first one in the job has the point.
+    pub regions: Vec<Region>,
+    pub stress: InitialStress,
+    pub gravity: Gravity,
+    /// Per axis its lower and its upper face. Both are [`Boundary::Periodic`] where the grid is, and [`Boundary::Free`]
+    /// beyond its axes.
+    pub boundaries: [[Boundary; 2]; 3],
+    pub loads: Vec<Load>,
+    pub membranes: Vec<Membrane>,
+    pub bodies: Vec<RigidBody>,
+    pub follow: Vec<Followed>,
+    /// Looks for a shear band, where one is wanted.
+    pub oracle: Option<Watch>,
+    /// Grains, where the material may be made of them.
+    pub grains: Option<Box<Granular>>,
+    /// Time step, s; of grains, where the job has some.
+    pub step: f64,
+    /// Steps of grains in one of the continuum; one without grains.
+    pub grain_steps: u64,
+    /// Simulated time at which the run ends, s.
+    pub end: f64,
+    /// Edge of a block in cells; divides the cells along every periodic axis.
+    pub cells_per_block: usize,
+    pub output: Output,
+    /// An account of work and energy is kept, in columns of its own.
+    pub ledger: bool,
+}
+
+/// The domain, between walls or periodic, and its cells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    /// 2 (plane strain) or 3.
+    pub dimension: usize,
+    /// The walls, m. Cells of the job lie between them; what a method needs beyond is its own.
+    pub lower: [f64; 3],
+    pub upper: [f64; 3],
+    /// Edge of a cell, m.
+    pub cell: f64,
+    /// Whole cells between the walls; 1 beyond the grid's axes.
+    pub cells: [usize; 3],
+    pub periodic: [bool; 3],
+    /// Out-of-plane depth in two dimensions, m; 1 in three, where nothing looks at it.
+    pub depth: f64,
+}
+
+/// How points and nodes exchange what they carry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scheme {
+    pub shape: ShapeFunction,
+    pub update: StressUpdate,
+    pub transfer: Transfer,
+    /// Points per cell and axis at the start.
+    pub points_per_cell: usize,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShapeFunction {
+    /// Hats over one cell to each side.
+    Linear,
+    /// Hats averaged over a point's box, whose edges keep their length (uGIMP; Bardenhagen & Kober 2004).
+    Generalised,
+    /// Quadratic B-splines, changed beside walls so that their sum stays 1.
+    Quadratic,
+    /// Cubic B-splines, the same.
+    Cubic,
+}
+
+impl ShapeFunction {
+    /// The most that `sum (dN/dx)^2/N` along an axis comes to anywhere, in cells: `2/half + 1/(1 - half)` of uGIMP with points
+    /// of half a length `half`. What a node with next to no mass makes of a stress is bounded by it; hats have no bound, for
+    /// where one vanishes its slope does not.
+    pub fn steepness(self, points_per_cell: usize) -> f64 {
+        let half = 0.5 / points_per_cell as f64;
+        match self {
+            Self::Linear => f64::INFINITY,
+            Self::Generalised => 2.0 / half + 1.0 / (1.0 - half),
+            Self::Quadratic => 6.0,
+            Self::Cubic => 3.136_82,
+        }
+    }
+
+    /// Distance along an axis within which two points with edges of that length share a node, both in cells.
+    pub fn reach(self, edge: f64) -> f64 {
+        match self {
+            Self::Linear => 2.0,
+            Self::Generalised => 2.0 + edge,
+            Self::Quadratic => 3.0,
+            Self::Cubic => 4.0,
+        }
+    }
+}
+
+/// When in a step stresses follow the strain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StressUpdate {
+    /// Before the forces, from the velocities that points brought to the nodes (USF).
+    First,
+    /// After the nodes have moved, from their velocities (USL).
+    Last,
+    /// After them, from the new velocities of points brought to the nodes once more (MUSL).
+    ModifiedLast,
+}
+
+/// What a point takes from the nodes' velocities.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Transfer {
+    /// The share `flip` (0 to 1) by increments (FLIP), the rest by values (PIC). Liang & Zhao (2019), eq. 17 to 19, call
+    /// 1 - flip alpha_PIC.
+    Blend { flip: f64 },
+    /// Values with their affine field (APIC).
+    Affine,
+}
+
+/// What the points are made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// Density of the material with its pores at the start, kg/m3, whatever the packing fraction.
+    pub density: f64,
+    pub law: MaterialLaw,
+}
+
+/// The law with its constants; each law's file under `law/material/` has its equations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MaterialLaw {
+    /// Isotropic and linear in an objective rate.
+    LinearElastic(Elastic),
+    /// Isotropic and linear between Kirchhoff stress and logarithmic strain.
+    Hencky(Elastic),
+    /// Chen et al. (2021), 2.2.
+    CriticalDruckerPrager(CriticalDruckerPrager),
+}
+
+/// Moduli of a solid. In the plane strain out of it is zero, so K of `tau = K tr(eps) 1 + 2 G dev(eps)` with the plane's
+/// deviator is [`Self::bulk_modulus_in`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Elastic {
+    /// K of the solid in space, Pa.
+    pub bulk_modulus: f64,
+    /// G, Pa.
+    pub shear_modulus: f64,
+}
+
+impl Elastic {
+    /// K, Pa, where the mean stress is the mean over that many axes: lambda + 2 G/axes.
+    pub fn bulk_modulus_in(&self, axes: usize) -> f64 {
+        match axes {
+            2 => self.bulk_modulus + self.shear_modulus / 3.0,
+            _ => self.bulk_modulus,
+        }
+    }
+}
+
+/// Critical-state Drucker-Prager plasticity (Chen et al. 2021, eq. 4 to 8).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CriticalDruckerPrager {
+    /// K, Pa: in the plane that of p = tr(tau)/2, in space that of p = tr(tau)/3.
+    pub bulk_modulus: f64,
+    /// G, Pa.
+    pub shear_modulus: f64,
+    /// phi_cs, rad.
+    pub friction_angle_critical: f64,
+    /// Phi_cs.
+    pub fraction_critical: f64,
+    /// Phi that points start with, unless their region has its own.
+    pub fraction: f64,
+    /// chi of tan(psi) = chi (Phi - Phi_cs), tan(phi) = tan(phi_cs) + chi (Phi - Phi_cs).
+    pub dilation_factor: f64,
+    /// xi of dPhi/dt = -(Phi - Phi_cs) Phi xi |deps_p/dt|.
+    pub softening_rate: f64,
+    /// c, Pa.
+    pub cohesion: f64,
+    /// A constant psi of plastic flow, rad, in place of that of chi, which is then zero: phi is phi_cs throughout.
+    pub dilation_angle: Option<f64>,
+}
+
+impl MaterialLaw {
+    /// Modulus of one-dimensional strain, Pa, which carries the fastest wave: lambda + 2 G.
+    pub fn modulus_longitudinal(&self, axes: usize) -> f64 {
+        let shear = self.shear_modulus();
+        let bulk = match self {
+            Self::LinearElastic(elastic) | Self::Hencky(elastic) => elastic.bulk_modulus_in(axes),
+            Self::CriticalDruckerPrager(law) => law.bulk_modulus,
+        };
+        bulk + 2.0 * (1.0 - 1.0 / axes as f64) * shear
+    }
+
+    /// The stiffest answer of a point that nothing around it holds, Pa: `lambda + 2 G` with lambda once more for every other
+    /// axis, or 2 G.
+    pub fn modulus_free(&self, axes: usize) -> f64 {
+        let (along, shear) = (self.modulus_longitudinal(axes), self.shear_modulus());
+        (along + (axes - 1) as f64 * (along - 2.0 * shear)).max(2.0 * shear)
+    }
+
+    /// G, Pa.
+    pub fn shear_modulus(&self) -> f64 {
+        match self {
+            Self::LinearElastic(elastic) | Self::Hencky(elastic) => elastic.shear_modulus,
+            Self::CriticalDruckerPrager(law) => law.shear_modulus,
+        }
+    }
+
+    /// Packing fraction that points start with; of laws without one 1.
+    pub fn fraction(&self) -> f64 {
+        match self {
+            Self::LinearElastic(_) | Self::Hencky(_) => 1.0,
+            Self::CriticalDruckerPrager(law) => law.fraction,
+        }
+    }
+}
+
+/// Material at the start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Region {
+    pub shape: RegionShape,
+    /// Packing fraction that its points start with. Mass does not follow it.
+    pub fraction: f64,
+    /// m/s, rad/s.
+    pub velocity: [f64; 3],
+    /// About the region's [`Region::centre`].
+    pub spin: [f64; 3],
+    /// Added to the velocity.
+    pub waves: Vec<Wave>,
+}
+
+/// A place on the lower or left border of a box belongs to it, one on the upper or right border does not.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RegionShape {
+    Box {
+        lower: [f64; 3],
+        upper: [f64; 3],
+    },
+    /// A disc in the plane.
+    Ball {
+        centre: [f64; 3],
+        radius: f64,
+    },
+    /// A simple polygon in the plane, in either sense.
+    Polygon {
+        vertices: Vec<[f64; 2]>,
+    },
+}
+
+/// `amplitude sin(2 pi direction.(x - origin)/length)` of the velocity at the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wave {
+    /// Unit vector.
+    pub direction: [f64; 3],
+    /// m.
+    pub length: f64,
+    /// A place where it vanishes, m.
+    pub origin: [f64; 3],
+    /// m/s.
+    pub amplitude: [f64; 3],
+}
+
+/// Cauchy stress at the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum InitialStress {
+    None,
+    /// Pa.
+    Isotropic {
+        pressure: f64,
+    },
+    /// Under gravity, which is along `axis`: `-(surcharge + density |g| depth)` along that axis, k0 times it across, with
+    /// the depth below `surface`; no stress above it.
+    Geostatic {
+        axis: usize,
+        /// 1 where gravity points to lower coordinates, -1 where to higher ones: the way up.
+        up: f64,
+        /// Coordinate of the surface along the axis, m.
+        surface: f64,
+        k0: f64,
+        /// Pressure on the surface, Pa.
+        surcharge: f64,
+    },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gravity {
+    /// m/s2.
+    pub acceleration: [f64; 3],
+    /// It rises linearly from zero over this time, s; 0: it is there from the start.
+    pub ramp: f64,
+}
+
+/// What happens at a face of the domain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Boundary {
+    Periodic,
+    /// No motion.
+    Fixed,
+    /// No motion along the normal.
+    Roller,
+    /// No motion into the wall; along it Coulomb friction against what presses.
+    Friction {
+        coefficient: f64,
+    },
+    /// Dashpots `density c` along and across the normal (Lysmer & Kuhlemeyer 1969).
+    Absorbing,
+    /// Nothing: what leaves ends the run.
+    Free,
+}
+
+/// A face of the domain, or the side of material that looks that way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Face {
+    pub axis: usize,
+    pub upper: bool,
+}
+
+/// A load on the surface of the material.
+///
+/// A point bears it where at the start no point is one spacing beyond it across `face`, and its place lies in the window. It
+/// bears the area of its side of that face (spacing, times spacing or depth).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Load {
+    pub face: Face,
+    /// Corners of the window, m.
+    pub lower: [f64; 3],
+    pub upper: [f64; 3],
+    pub kind: LoadKind,
+    /// It rises linearly from zero over this time, s.
+    pub ramp: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LoadKind {
+    /// Force per area of the start, Pa; neither turns nor grows with the surface.
+    Traction([f64; 3]),
+    /// Pa, against the surface's normal, on its area as it is (Nanson: `n a = J F^-T N A`).
+    Pressure(f64),
+}
+
+/// An elastic membrane in the plane, pressed on from one side ([`crate::mpm::membrane`]).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Membrane {
+    pub name: String,
+    pub path: Path,
+    /// The longest that a segment may be at the start, m; whole ones of one length make up the path.
+    pub spacing: f64,
+    /// kg/m2.
+    pub mass_per_area: f64,
+    /// Of a segment, N/m and N s/m.
+    pub stiffness: f64,
+    pub damping: f64,
+    /// What segments bear at the start, N.
+    pub tension: f64,
+    /// Pa, pushing to the left of the way along the path, and the time over which it rises from zero, s.
+    pub pressure: f64,
+    pub ramp: f64,
+}
+
+/// Where a membrane is at the start, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Path {
+    Line {
+        from: [f64; 2],
+        to: [f64; 2],
+    },
+    /// Closed, counter-clockwise: its left is inside.
+    Circle {
+        centre: [f64; 2],
+        radius: f64,
+    },
+}
+
+impl Path {
+    /// m.
+    pub fn length(&self) -> f64 {
+        match self {
+            Self::Line { from, to } => {
+                let [x, y] = [to[0] - from[0], to[1] - from[1]];
+                (x * x + y * y).sqrt()
+            }
+            Self::Circle { radius, .. } => 2.0 * PI * radius,
+        }
+    }
+}
+
+impl Membrane {
+    pub fn is_closed(&self) -> bool {
+        matches!(self.path, Path::Circle { .. })
+    }
+
+    /// Whole segments: a ring has three at least.
+    pub fn segments(&self) -> usize {
+        // Rounding makes no segment more.
+        let wanted = (self.path.length() / self.spacing * (1.0 - 1e-9)).ceil() as usize;
+        wanted.max(if self.is_closed() { 3 } else { 1 })
+    }
+
+    /// Length of a segment at the start, m.
+    pub fn segment(&self) -> f64 {
+        let count = self.segments() as f64;
+        match self.path {
+            Path::Line { .. } => self.path.length() / count,
+            Path::Circle { radius, .. } => 2.0 * radius * sin(PI / count),
+        }
+    }
+
+    /// kg.
+    pub fn mass_of_segment(&self, depth: f64) -> f64 {
+        self.mass_per_area * self.segment() * depth
+    }
+}
+
+/// Looks for a shear band that grains would replace (Chen et al. 2021, section 3); nothing is replaced.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Watch {
+    /// D50 of those grains, m.
+    pub diameter: f64,
+    pub oracle: Oracle,
+}
+
+/// A rigid body that the material touches. A plane's normal points towards the material; no body is a layer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigidBody {
+    pub body: Body,
+    pub contact: BodyContact,
+    /// Material may part from it; otherwise it is held along the normal in both senses.
+    pub separates: bool,
+    /// Force that presses it on grains, along its first way, until they rest, before the run, N; zero: it stays where it is.
+    pub seat: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BodyContact {
+    /// Material moves with the body.
+    Rough,
+    /// Material slides freely.
+    Smooth,
+    /// mu.
+    Coulomb { friction: f64 },
+}
+
+/// The point nearest to a place at the start (of several the one of lowest id) has columns of its own in the series.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Followed {
+    pub name: String,
+    /// m.
+    pub place: [f64; 3],
+}
+
+impl Face {
+    /// As it is written in a job.
+    pub fn name(self) -> String {
+        let axis = ["x", "y", "z"][self.axis];
+        format!("{axis}_{}", if self.upper { "upper" } else { "lower" })
+    }
+
+    /// Every face of a domain of that many axes.
+    pub fn all(axes: usize) -> impl Iterator<Item = Self> {
+        (0..axes).flat_map(|axis| [false, true].map(|upper| Self { axis, upper }))
+    }
+}
+
+impl Grid {
+    /// Extent along an axis, m.
+    pub fn extent(&self, axis: usize) -> f64 {
+        self.upper[axis] - self.lower[axis]
+    }
+}
+
+impl Scheme {
+    /// Whether a node's own new velocity becomes strain, or the affine field of a point, before points have averaged it: then
+    /// one with next to no mass must not gain too much of it within a step.
+    pub fn feels_nodes(&self) -> bool {
+        self.update == StressUpdate::Last || self.transfer == Transfer::Affine
+    }
+}
+
+impl RegionShape {
+    pub fn contains(&self, place: &[f64; 3]) -> bool {
+        match self {
+            Self::Box { lower, upper } => (0..3).all(|axis| {
+                // In the plane both corners are at z = 0.
+                lower[axis] == upper[axis] || (lower[axis]..upper[axis]).contains(&place[axis])
+            }),
+            Self::Ball { centre, radius } => {
+                let arm: [f64; 3] = std::array::from_fn(|axis| place[axis] - centre[axis]);
+                arm[0] * arm[0] + arm[1] * arm[1] + arm[2] * arm[2] <= radius * radius
+            }
+            Self::Polygon { vertices } => polygon_contains(vertices, place),
+        }
+    }
+
+    /// Centre of the box or ball, centroid of the polygon, m.
+    pub fn centre(&self) -> [f64; 3] {
+        match self {
+            Self::Box { lower, upper } => std::array::from_fn(|axis| 0.5 * (lower[axis] + upper[axis])),
+            Self::Ball { centre, .. } => *centre,
+            Self::Polygon { vertices } => polygon_centre(vertices),
+        }
+    }
+}
+
+/// Pairs of vertices one after the other, the last with the first.
+fn edges(vertices: &[[f64; 2]]) -> impl Iterator<Item = ([f64; 2], [f64; 2])> {
+    (0..vertices.len()).map(|at| (vertices[at], vertices[(at + 1) % vertices.len()]))
+}
+
+/// A ray to the right crosses the border an odd number of times.
+fn polygon_contains(vertices: &[[f64; 2]], place: &[f64; 3]) -> bool {
+    let crossed = edges(vertices).filter(|(from, to)| {
+        (from[1] > place[1]) != (to[1] > place[1])
+            && place[0] < from[0] + (to[0] - from[0]) * (place[1] - from[1]) / (to[1] - from[1])
+    });
+    crossed.count() % 2 == 1
+}
+
+/// Area with its sign: positive where the vertices go round against the clock, m2.
+pub fn polygon_area(vertices: &[[f64; 2]]) -> f64 {
+    edges(vertices).map(|(from, to)| 0.5 * (from[0] * to[1] - to[0] * from[1])).sum()
+}
+
+fn polygon_centre(vertices: &[[f64; 2]]) -> [f64; 3] {
+    let area = polygon_area(vertices);
+    let moment = |axis: usize| -> f64 {
+        edges(vertices).map(|(from, to)| (from[axis] + to[axis]) * (from[0] * to[1] - to[0] * from[1]) / 6.0).sum()
+    };
+    [moment(0) / area, moment(1) / area, 0.0]
+}
+
+impl Region {
+    /// Velocity at a place at the start, m/s.
+    pub fn velocity_at(&self, place: &[f64; 3]) -> [f64; 3] {
+        let centre = self.shape.centre();
+        let arm: [f64; 3] = std::array::from_fn(|axis| place[axis] - centre[axis]);
+        let turned = |axis: usize| {
+            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+            self.spin[next] * arm[last] - self.spin[last] * arm[next]
+        };
+        std::array::from_fn(|axis| {
+            let waves = self.waves.iter().map(|wave| wave.share_at(place) * wave.amplitude[axis]);
+            waves.fold(self.velocity[axis] + turned(axis), |sum, wave| sum + wave)
+        })
+    }
+
+    /// Its gradient there, 1/s: row by row the change of a component along each axis.
+    pub fn velocity_gradient_at(&self, place: &[f64; 3]) -> [[f64; 3]; 3] {
+        let [x, y, z] = self.spin;
+        let mut gradient = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]];
+        for wave in &self.waves {
+            let slope = wave.slope_at(place);
+            for (row, amplitude) in gradient.iter_mut().zip(wave.amplitude) {
+                row.iter_mut().zip(wave.direction).for_each(|(change, along)| *change += amplitude * along * slope);
+            }
+        }
+        gradient
+    }
+}
+
+impl Wave {
+    /// What the sine is taken of at a place.
+    fn phase_at(&self, place: &[f64; 3]) -> f64 {
+        let along = |axis: usize| self.direction[axis] * (place[axis] - self.origin[axis]);
+        2.0 * PI * (along(0) + along(1) + along(2)) / self.length
+    }
+
+    /// The sine at a place.
+    fn share_at(&self, place: &[f64; 3]) -> f64 {
+        sin(self.phase_at(place))
+    }
+
+    /// Its change along the wave, 1/m.
+    fn slope_at(&self, place: &[f64; 3]) -> f64 {
+        2.0 * PI / self.length * cos(self.phase_at(place))
+    }
+}
+
+impl Mpm {
+    /// Whether there are grains at some time.
+    pub fn moves_grains(&self) -> bool {
+        self.grains.as_ref().is_some_and(|grains| grains.method.has_grains())
+    }
+
+    /// Whether there are points at some time.
+    pub fn has_points(&self) -> bool {
+        self.grains.as_ref().is_none_or(|grains| grains.method.has_points())
+    }
+
+    /// Whether stresses of single points are noise about the mean of their cell: of several points in a cell nodes feel the sum
+    /// of the stresses alone, and a material that yields as it moves under its weight keeps the differences that its points come to.
+    pub fn has_noisy_stresses(&self) -> bool {
+        let yields = matches!(self.material.law, MaterialLaw::CriticalDruckerPrager(_));
+        let weighs = self.gravity.acceleration != [0.0; 3];
+        self.has_points() && self.scheme.points_per_cell > 1 && yields && weighs
+    }
+
+    /// Time step of the continuum, s.
+    pub fn step_of_continuum(&self) -> f64 {
+        self.grain_steps as f64 * self.step
+    }
+
+    /// Distance of neighbouring points at the start, m.
+    pub fn spacing(&self) -> f64 {
+        self.grid.cell / self.scheme.points_per_cell as f64
+    }
+
+    /// Places of the start along each axis: points may be in the middle of each; 1 beyond the grid's axes.
+    pub fn places(&self) -> [usize; 3] {
+        std::array::from_fn(|axis| match axis < self.grid.dimension {
+            true => self.grid.cells[axis] * self.scheme.points_per_cell,
+            false => 1,
+        })
+    }
+
+    /// The place with that index along each axis, m.
+    pub fn place(&self, index: [usize; 3]) -> [f64; 3] {
+        let per_cell = self.scheme.points_per_cell as f64;
+        std::array::from_fn(|axis| match axis < self.grid.dimension {
+            true => self.grid.lower[axis] + self.grid.cell * ((index[axis] as f64 + 0.5) / per_cell),
+            false => 0.0,
+        })
+    }
+
+    /// What the place at that index is called: ids of points count places, x fastest.
+    pub fn number(&self, [x, y, z]: [usize; 3]) -> u64 {
+        let places = self.places();
+        ((z * places[1] + y) * places[0] + x) as u64
+    }
+
+    /// Pressure along gravity of a geostatic stress at a coordinate along its axis, Pa; of other stresses zero.
+    pub fn overburden(&self, at: f64) -> f64 {
+        let InitialStress::Geostatic { up, surface, surcharge, .. } = self.stress else { return 0.0 };
+        let gravity = self.gravity.acceleration.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let depth = up * (surface - at);
+        if depth > 0.0 { surcharge + self.material.density * gravity * depth } else { 0.0 }
+    }
+
+    /// The region that has the material at a place of the start, if there is any.
+    pub fn region_at(&self, place: &[f64; 3]) -> Option<usize> {
+        self.regions.iter().position(|region| region.shape.contains(place))
+    }
+
+    /// Volume of a point at the start, m3.
+    pub fn point_volume(&self) -> f64 {
+        let spacing = self.spacing();
+        match self.grid.dimension {
+            2 => spacing * spacing * self.grid.depth,
+            _ => spacing * spacing * spacing,
+        }
+    }
+
+    /// Whether the point of the start at that index bears a load.
+    pub fn bears(&self, load: &Load, index: [usize; 3]) -> bool {
+        let place = self.place(index);
+        let inside = (0..self.grid.dimension).all(|axis| (load.lower[axis]..=load.upper[axis]).contains(&place[axis]));
+        inside && self.region_at(&place).is_some() && !self.has_point_beyond(index, load.face)
+    }
+
+    /// Whether there is a point one spacing beyond that of an index, across the periods.
+    fn has_point_beyond(&self, mut index: [usize; 3], face: Face) -> bool {
+        let (axis, count) = (face.axis, self.places()[face.axis]);
+        let at_end = index[axis] == if face.upper { count - 1 } else { 0 };
+        if at_end && !self.grid.periodic[axis] {
+            return false;
+        }
+        index[axis] = if face.upper { (index[axis] + 1) % count } else { (index[axis] + count - 1) % count };
+        self.region_at(&self.place(index)).is_some()
+    }
+
+    /// Area that a point bears at the start, m2.
+    pub fn point_area(&self) -> f64 {
+        self.point_volume() / self.spacing()
+    }
+}

@@ -1,0 +1,338 @@
+//! What no single key of a continuum can tell.
+
+use super::body::norm;
+use super::limits::refuse_memory_of_grid;
+use super::{digits, digits_below, refuse_unstable, significant};
+use crate::base::error::Error;
+use crate::base::math::{PI, atan};
+use crate::job::assembly::Shape;
+use crate::job::mpm::{CriticalDruckerPrager, InitialStress, LoadKind, MaterialLaw, Mpm, RigidBody, figures};
+use crate::job::raw::{Reader, Typed};
+use crate::job::stable::governing;
+
+/// Points that a job may have.
+const POINTS_MAX: u64 = 100_000_000;
+/// Looks whether a point is in a region: seconds of them.
+const LOOKS_MAX: f64 = 1e10;
+
+pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
+    if let MaterialLaw::CriticalDruckerPrager(law) = &job.material.law {
+        check_critical(job, law, typed, top)?;
+    }
+    check_time(job, typed)?;
+    check_points(job, typed, top)?;
+    if let (MaterialLaw::CriticalDruckerPrager(law), InitialStress::Geostatic { axis, k0, .. }) =
+        (&job.material.law, job.stress)
+    {
+        check_geostatic(job, law, (axis, k0), typed)?;
+    }
+    check_stresses(job, typed, top)?;
+    check_loads(job, top)?;
+    check_bodies(job, top)?;
+    check_followed(job, top)
+}
+
+/// The cone must exist at the start, flow on it must not give back more work than friction takes, and a return to it must
+/// be possible.
+fn check_critical(job: &Mpm, law: &CriticalDruckerPrager, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
+    let degrees = |tangent: f64| digits_below(atan(tangent) * 180.0 / PI);
+    if law.friction_angle_critical == 0.0 && law.cohesion == 0.0 {
+        return Err(typed.refusal(
+            "material",
+            "friction_angle_critical",
+            "bears no shear at all, since cohesion is 0 too. Give the material friction or cohesion.",
+        ));
+    }
+    let tables = top.tables("region")?;
+    for (region, table) in job.regions.iter().zip(&tables) {
+        let refused = |problem: &str| match table.has("fraction") {
+            true => table.refusal("fraction", problem),
+            false => typed.refusal("material", "fraction", problem),
+        };
+        let (friction, dilation) = law.tangents(region.fraction);
+        if friction < 0.0 {
+            return Err(refused(&format!(
+                "makes the friction angle negative: tan(phi) = tan(phi_cs) + chi (Phi - Phi_cs) is {}. Write a fraction of at least {}.",
+                digits_below(friction),
+                digits((1e4 * (region.fraction - friction / law.dilation_factor)).ceil() / 1e4)
+            )));
+        }
+        if let Some(problem) = unbearable(law, job.grid.dimension, region.fraction) {
+            return Err(match law.dilation_angle {
+                Some(_) => {
+                    let remedy = "write a dilation angle nearer to zero";
+                    typed.refusal("material", "dilation_angle", &format!("{problem}, or {remedy}."))
+                }
+                None => refused(&format!("{problem}, or {FRACTION_NEARER}.")),
+            });
+        }
+        if dilation <= friction {
+            continue;
+        }
+        return Err(match law.dilation_angle {
+            Some(_) => typed.refusal(
+                "material",
+                "dilation_angle",
+                &format!(
+                    "is more than the friction angle, {} deg, so that flow would give more work than it takes. Write at most that.",
+                    degrees(friction)
+                ),
+            ),
+            None => refused("makes the dilation angle more than the friction angle. Take a lower fraction."),
+        });
+    }
+    Ok(())
+}
+
+/// What to do about a fraction from which the return cannot bear softening, at the end of the sentence of [`unbearable`].
+pub const FRACTION_NEARER: &str = "bring the fraction nearer to fraction_critical, or lower dilation_factor";
+
+/// Why plastic flow from a packing fraction on has no end, as the beginning of a sentence, if it has none.
+pub fn unbearable(law: &CriticalDruckerPrager, axes: usize, fraction: f64) -> Option<String> {
+    let (stiffness, at) = law.stiffness_least(axes, fraction);
+    (stiffness <= 0.0).then(|| {
+        format!(
+            "softens more than the shear modulus can bear: flow is divided by G + K eta etabar, which must be positive and is {} Pa at a packing fraction of {}. Write a shear_modulus of more than {} Pa",
+            significant(stiffness, 3),
+            digits((1e4 * at).round() / 1e4),
+            digits((law.shear_modulus - stiffness).ceil()),
+        )
+    })
+}
+
+/// The share of a k0 that rounding may take a stress on the cone beyond it.
+const K0_SLACK: f64 = 1e-9;
+
+/// Stress that the cone does not bear at the start would be changed in silence.
+fn check_geostatic(
+    job: &Mpm,
+    law: &CriticalDruckerPrager,
+    (axis, k0): (usize, f64),
+    typed: &Typed,
+) -> Result<(), Error> {
+    let axes = job.grid.dimension;
+    let (mut least, mut most) = ((0.0, 0.0), (f64::INFINITY, 0.0));
+    for (number, region) in job.regions.iter().enumerate() {
+        // Cohesion bears the more the less there is above: the deepest point tells of all.
+        let span = figures::span(job, number, axis).expect("every region has points");
+        let overburden = span.map(|at| job.overburden(at)).into_iter().fold(0.0, f64::max);
+        if overburden > 0.0 {
+            let [lower, upper] = law.cone(axes, region.fraction).k0(axes, overburden, law.cohesion);
+            least = if lower > least.0 { (lower, overburden) } else { least };
+            most = if upper < most.0 { (upper, overburden) } else { most };
+        }
+    }
+    let (overburden, advice) = if k0 < least.0 * (1.0 - K0_SLACK) {
+        (least.1, format!("at least {}", digits((1e4 * least.0).ceil() / 1e4)))
+    } else if k0 > most.0 * (1.0 + K0_SLACK) {
+        (most.1, format!("at most {}", digits((1e4 * most.0).floor() / 1e4)))
+    } else {
+        return Ok(());
+    };
+    Err(typed.refusal(
+        "stress",
+        "k0",
+        &format!(
+            "makes a stress that friction and cohesion do not bear where {} kPa lie above, and it would not be the stress of the start. Write {advice}, or give the material more friction or cohesion.",
+            significant(overburden / 1e3, 3)
+        ),
+    ))
+}
+
+fn check_time(job: &Mpm, typed: &Typed) -> Result<(), Error> {
+    refuse_unstable(typed, job.step, &figures::bounds(job), "")?;
+    if job.grain_steps > 1 && job.step_of_continuum() > governing(&figures::bounds(job)).step {
+        let most = (governing(&figures::bounds(job)).step / job.step).floor();
+        let message = format!(
+            "makes steps of the continuum that are not stable. Write at most {most}, or take larger cells or a softer material."
+        );
+        return Err(typed.refusal("time", "grain_steps", &message));
+    }
+    match job.end < job.step {
+        true => {
+            let message = format!("is shorter than one time step. Write at least time.step = {} s.", digits(job.step));
+            Err(typed.refusal("time", "end", &message))
+        }
+        false => Ok(()),
+    }
+}
+
+/// Every region has points, and all together no more than a machine can hold.
+fn check_points(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
+    let too_many = |count: String| {
+        let message = format!(
+            "makes {count} points with scheme.points_per_cell = {}, and at most {POINTS_MAX} are allowed. Take larger cells, or fewer points in each.",
+            job.scheme.points_per_cell
+        );
+        Err(typed.refusal("grid", "cell", &message))
+    };
+    // The outline of a ball in space holds twice the ball.
+    let most = figures::points_max(job);
+    if most > 8.0 * POINTS_MAX as f64 {
+        return too_many(format!("up to {most:.1e}"));
+    }
+    if most * job.regions.len() as f64 > LOOKS_MAX {
+        let message = format!(
+            "makes up to {most:.1e} points, and each is looked for in {} regions, which takes too long. Take larger cells, fewer points in each, or fewer regions.",
+            job.regions.len()
+        );
+        return Err(typed.refusal("grid", "cell", &message));
+    }
+    let counts = figures::points_of_regions(job);
+    for (count, table) in counts.iter().zip(&top.tables("region")?) {
+        if *count == 0 {
+            return Err(table.refusal(
+                "shape",
+                &format!(
+                    "has no point: points stand {} m apart, in the middle of their share of a cell, and none is in this region that is not in one before it. Make it larger, or the cells smaller.",
+                    digits(job.spacing())
+                ),
+            ));
+        }
+    }
+    match counts.iter().sum::<u64>() {
+        total if total > POINTS_MAX => too_many(format!("{total}")),
+        total => refuse_memory_of_grid(typed, figures::memory(job, total)),
+    }
+}
+
+/// Stresses of more than the modulus M crush the material within a step, and gravity may not throw it across half a cell.
+fn check_stresses(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
+    let modulus = job.material.law.modulus_longitudinal(job.grid.dimension);
+    let words = || {
+        format!(
+            "is more than the material's modulus, M = {} Pa, and would crush it in a step. Lower it.",
+            significant(modulus, 3)
+        )
+    };
+    if let InitialStress::Isotropic { pressure } = job.stress
+        && pressure > modulus
+    {
+        return Err(typed.refusal("stress", "pressure", &words()));
+    }
+    for (load, table) in job.loads.iter().zip(&top.tables("load")?) {
+        let (key, size) = match load.kind {
+            LoadKind::Traction(traction) => ("traction", norm(traction)),
+            LoadKind::Pressure(pressure) => ("pressure", pressure),
+        };
+        if size > modulus {
+            return Err(table.refusal(key, &words()));
+        }
+    }
+    for (membrane, table) in job.membranes.iter().zip(&top.tables("membrane")?) {
+        if membrane.pressure.abs() > modulus {
+            return Err(table.refusal("pressure", &words()));
+        }
+    }
+    let fall = norm(job.gravity.acceleration) * job.step_of_continuum() * job.step_of_continuum();
+    if fall > 0.5 * job.grid.cell {
+        let message = format!(
+            "moves material by {} m in its first step, further than half a cell. Lower it, or take a shorter time.step.",
+            significant(fall, 3)
+        );
+        return Err(typed.refusal("gravity", "acceleration", &message));
+    }
+    Ok(())
+}
+
+fn check_loads(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
+    for (load, table) in job.loads.iter().zip(&top.tables("load")?) {
+        if figures::points_loaded(job, load) == 0 {
+            return Err(table.refusal(
+                "face",
+                "meets no surface: no point within the window of the load is bare on that side. Move lower and upper, or take another face.",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Bodies touch the material at the start, at most.
+fn check_bodies(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
+    for (body, table) in job.bodies.iter().zip(&top.tables("body")?) {
+        let inside = |place: &[f64; 3]| job.region_at(place).is_some() && body_contains(body, place);
+        let count: usize = job
+            .regions
+            .iter()
+            .map(|region| figures::indices(figures::places_of(job, region)))
+            .map(|indices| indices.filter(|index| inside(&job.place(*index))).count())
+            .sum();
+        if count > 0 {
+            return Err(table.refusal(
+                "shape",
+                &format!(
+                    "stands in the material: {count} of its points are inside of the body at the start. Move the body or the region."
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn body_contains(body: &RigidBody, place: &[f64; 3]) -> bool {
+    let arm = |from: &[f64; 3]| -> [f64; 3] { std::array::from_fn(|axis| place[axis] - from[axis]) };
+    let dot = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    match &body.body.shape {
+        Shape::Plane { point, normal } => dot(&arm(point), normal) < 0.0,
+        Shape::Box { lower, upper } => {
+            (0..3).all(|axis| lower[axis] == upper[axis] || (lower[axis] < place[axis] && place[axis] < upper[axis]))
+        }
+        Shape::Cylinder { centre, radius, axis } => {
+            let arm = arm(centre);
+            let along = dot(&arm, axis);
+            dot(&arm, &arm) - along * along < radius * radius
+        }
+        Shape::Layer { .. } => unreachable!("a continuum has no layers"),
+    }
+}
+
+fn check_followed(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
+    for (followed, table) in job.follow.iter().zip(&top.tables("follow")?) {
+        if figures::nearest_point(job, &followed.place).is_none() {
+            return Err(
+                table.refusal("place", "has no point within two cells of it at the start. Move it into a region.")
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Whether the border of a polygon neither crosses nor touches itself.
+pub fn simple(vertices: &[[f64; 2]]) -> bool {
+    let count = vertices.len();
+    let edge = |at: usize| (vertices[at], vertices[(at + 1) % count]);
+    (0..count).all(|first| {
+        let (from, to) = edge(first);
+        from != to
+            && (first + 1..count).all(|second| {
+                let adjacent = second == first + 1 || (first == 0 && second == count - 1);
+                adjacent || !meet(edge(first), edge(second))
+            })
+    })
+}
+
+/// Whether two segments have a point in common.
+fn meet((a, b): ([f64; 2], [f64; 2]), (c, d): ([f64; 2], [f64; 2])) -> bool {
+    let side = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+    let apart = |values: [f64; 2], others: [f64; 2]| {
+        values[0].max(values[1]) < others[0].min(others[1]) || others[0].max(others[1]) < values[0].min(values[1])
+    };
+    let (of_c, of_d) = (side(a, b, c), side(a, b, d));
+    let (of_a, of_b) = (side(c, d, a), side(c, d, b));
+    let boxes_apart = (0..2).any(|axis| apart([a[axis], b[axis]], [c[axis], d[axis]]));
+    !boxes_apart && of_c * of_d <= 0.0 && of_a * of_b <= 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polygons_that_cross_themselves() {
+        assert!(simple(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]));
+        assert!(!simple(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]));
+        assert!(!simple(&[[0.0, 0.0], [0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]));
+        // An edge through a corner.
+        assert!(!simple(&[[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 0.0], [0.0, 1.0]]));
+    }
+}

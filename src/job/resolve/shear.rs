@@ -1,0 +1,519 @@
+//! Planar shear. Tables that the method leaves asleep take the values of seed 000, so that nothing later is optional.
+
+use std::path::Path;
+
+use super::contact::contact;
+use super::limits::{refuse_faint_packing, refuse_size_of_shear, refuse_speed_of_plates, refuse_squeeze, refuse_steps};
+use super::material::Material;
+use super::mpm_checks::{FRACTION_NEARER, unbearable};
+use super::{
+    BLOCK_OF_DISCS, DEPTH_DEFAULT, PACKING_ENERGY_RATIO_DEFAULT, PACKING_FRACTION_DEFAULT, PACKING_FRICTION_DEFAULT,
+    SKIN_DEFAULT, digits, folder_of, name, output_with_contacts, refuse_unstable, refuse_wide_sizes, significant,
+};
+use crate::base::error::Error;
+use crate::job::mpm::CriticalDruckerPrager;
+use crate::job::raw::{Reader, Typed};
+use crate::job::{
+    Contact, Continuum, Decomposition, Enrichment, Grains, Loading, Method, Oracle, Output, Packing, Scenario,
+    Specimen, Time, WeakRegion, ZoneLife, derived, stable,
+};
+
+const FLIP_DEFAULT: f64 = 0.95;
+/// Looks of the oracle within its recent window when a band one cell thick takes the whole speed.
+const LOOKS_PER_WINDOW: f64 = 16.0;
+/// How exactly the cells must fill the width.
+const FIT_TOLERANCE: f64 = 1e-9;
+
+/// The checked scenario of a job; `file` is the job's path, whose folder relative paths start from.
+pub fn scenario(typed: &Typed, file: &str) -> Result<Scenario, Error> {
+    let top = typed.table("", true, "a job")?;
+    let method = method(&top, typed)?;
+    let why = format!("method = \"{}\"", method.name());
+    let folder = folder_of(file);
+
+    let specimen = specimen(&typed.table("specimen", true, &why)?)?;
+    let grains = grains(&typed.table("grains", true, &why)?, &folder)?;
+    let loading_table = typed.table("loading", true, &why)?;
+    let stress_normal = loading_table.number("stress_normal")?;
+    let speed = loading_table.number("speed")?;
+    let time = typed.table("time", true, &why)?;
+    let time = Time { step: time.number("step")?, grain_steps: time.count_or("grain_steps", 1)? };
+    let step = time.step;
+
+    let fraction_start = typed.table("continuum", method.has_points(), &why)?.number_if_given("fraction_start")?;
+    let packed = method.has_grains() || fraction_start.is_none();
+    let why_packed = match method.has_grains() {
+        true => why.clone(),
+        false => format!("{why} without continuum.fraction_start makes a packing, which"),
+    };
+    let mass_mean = stable::grain_mass(grains.density, 0.5 * grains.diameter_mean, specimen.depth, 2);
+    let contact = contact(&typed.table("contact", packed, &why_packed)?, mass_mean)?;
+    let packing = packing(&typed.table("packing", false, &why)?, stress_normal, &folder)?;
+    let cut = typed.table("decomposition", false, &why)?;
+    let decomposition = Decomposition {
+        cells_per_block: cut.count_or("cells_per_block", 2)? as usize,
+        skin: cut.number_or("skin", SKIN_DEFAULT * grains.diameter_mean)?,
+    };
+    let table = typed.table("continuum", method.has_points(), &why)?;
+    let material = Material::of(&table, &folder)?;
+    let continuum = continuum((&table, &material), &specimen, &grains, &contact, &decomposition)?;
+    let oracle = oracle(&typed.table("oracle", method == Method::Hybrid, &why)?, continuum.cell / (speed * step))?;
+    let table = typed.table("enrichment", method == Method::Hybrid, &why)?;
+    let enrichment = enrichment(&table, &typed.table("zone", false, &why)?, 22.0 * grains.diameter_mean)?;
+
+    let mut scenario = Scenario {
+        name: name(&top)?,
+        method,
+        seed: top.count_or("seed", 1)?,
+        specimen,
+        grains,
+        contact,
+        packing,
+        continuum,
+        loading: Loading {
+            stress_normal,
+            speed,
+            speed_ramp: loading_table.number("speed_ramp")?,
+            strain_end: loading_table.number("strain_end")?,
+            plate_mass: 0.0,
+            plate_damping: 0.0,
+        },
+        oracle,
+        enrichment,
+        time,
+        decomposition,
+        output: Output::default(),
+        ledger: false,
+    };
+    refuse_size_of_shear(&scenario, typed)?;
+    fill_plate(&mut scenario, &loading_table)?;
+    let duration = derived::duration(&scenario);
+    refuse_steps(typed, duration, step, "loading.strain_end")?;
+    if duration < step {
+        let problem =
+            format!("is reached in {} s, less than one time step. Take more strain.", significant(duration, 3));
+        return Err(loading_table.refusal("strain_end", &problem));
+    }
+    let shown = typed.table("output", false, &why)?;
+    scenario.output = output_with_contacts(&shown, duration, step)?;
+    scenario.ledger = shown.flag_or("ledger", false)?;
+    if scenario.ledger && !method.has_grains() {
+        return Err(shown.refusal(
+            "ledger",
+            "keeps the account of grains, and method = \"mpm\" has none. Remove it, or take another method.",
+        ));
+    }
+    check_together(&scenario, typed)?;
+    Ok(scenario)
+}
+
+fn method(top: &Reader<'_>, typed: &Typed) -> Result<Method, Error> {
+    let methods = [("hybrid", Method::Hybrid), ("dem", Method::Dem), ("mpm", Method::Mpm)];
+    top.choice("method", "method", &methods)?.ok_or_else(|| {
+        typed.refusal_of_all(
+            "the job does not say what it is. Add method = \"hybrid\", \"dem\" or \"mpm\" above the first table for planar shear, a table [cell] for an assembly of grains, or a table [grid] for a continuum.",
+        )
+    })
+}
+
+fn specimen(table: &Reader<'_>) -> Result<Specimen, Error> {
+    Ok(Specimen {
+        width: table.number("width")?,
+        height: table.number("height")?,
+        depth: table.number_or("depth", DEPTH_DEFAULT)?,
+    })
+}
+
+fn grains(table: &Reader<'_>, folder: &Path) -> Result<Grains, Error> {
+    let grains = Grains {
+        diameter_mean: table.number("diameter_mean")?,
+        diameter_deviation: table.number("diameter_deviation")?,
+        density: table.number("density")?,
+        file: table.text_if_given("file")?.map(|path| folder.join(path)),
+    };
+    refuse_wide_sizes(table, grains.diameter_mean, grains.diameter_deviation)?;
+    Ok(grains)
+}
+
+fn packing(table: &Reader<'_>, stress: f64, folder: &Path) -> Result<Packing, Error> {
+    let cache = table.text_if_given("cache")?.unwrap_or("cache");
+    Ok(Packing {
+        friction: table.number_or("friction", PACKING_FRICTION_DEFAULT)?,
+        fraction_start: table.number_or("fraction_start", PACKING_FRACTION_DEFAULT)?,
+        stress: table.number_or("stress", stress)?,
+        height: table.number_if_given("height")?,
+        energy_ratio_max: table.number_or("energy_ratio_max", PACKING_ENERGY_RATIO_DEFAULT)?,
+        cache: folder.join(cache),
+    })
+}
+
+/// Asleep: moduli of the contact law, Table 2 of seed 000 for the rest, and cells that make blocks fit for grains.
+fn continuum(
+    (table, material): (&Reader<'_>, &Material<'_>),
+    specimen: &Specimen,
+    grains: &Grains,
+    contact: &Contact,
+    decomposition: &Decomposition,
+) -> Result<Continuum, Error> {
+    let fraction_start = table.number_if_given("fraction_start")?;
+    let fraction = fraction_start.unwrap_or(derived::FRACTION_DENSE);
+    let springs = derived::springs_mean(contact, grains.diameter_mean);
+    let moduli = derived::moduli_affine(&springs, fraction, specimen.depth);
+    let cells_per_block = decomposition.cells_per_block as f64;
+    let blocks = (specimen.width / (BLOCK_OF_DISCS * grains.diameter_mean)).floor();
+    let cell_of_grains = specimen.width / (blocks.max(2.0) * cells_per_block);
+    let cell = table.number_awake("cell", cell_of_grains)?;
+    Ok(Continuum {
+        bulk_modulus: material.number_awake("bulk_modulus", moduli.bulk)?,
+        shear_modulus: material.number_awake("shear_modulus", moduli.shear)?,
+        friction_angle_critical: material.number_awake("friction_angle_critical", 0.27)?,
+        fraction_critical: material.number_awake("fraction_critical", 0.815)?,
+        dilation_factor: material.number_awake("dilation_factor", 7.0)?,
+        softening_rate: material.number_awake("softening_rate", 0.01)?,
+        cohesion: material.number_or("cohesion", 0.0)?,
+        fraction_start,
+        cell: fitted_cell(table, cell, specimen.width, decomposition.cells_per_block)?,
+        points_per_cell: table.count_or("points_per_cell", 2)? as usize,
+        flip: table.number_or("flip", FLIP_DEFAULT)?,
+        weak: weak_regions(table, specimen)?,
+    })
+}
+
+/// The width over a whole number of cells, which the typed cell must equal to within rounding.
+fn fitted_cell(table: &Reader<'_>, cell: f64, width: f64, cells_per_block: usize) -> Result<f64, Error> {
+    let cells = width / cell;
+    let per_block = cells_per_block as f64;
+    let blocks = (cells / per_block).round();
+    let fits = (cells - blocks * per_block).abs() <= FIT_TOLERANCE * cells;
+    if fits && blocks >= 2.0 {
+        return Ok(width / (blocks * per_block));
+    }
+    let below = (cells / per_block).floor().max(2.0);
+    let choices: Vec<String> = [below, below + 1.0]
+        .iter()
+        .map(|blocks| {
+            let cells = blocks * per_block;
+            format!("\"{} mm\" ({cells} cells)", digits(1e3 * width / cells))
+        })
+        .collect();
+    Err(table.refusal(
+        "cell",
+        &format!(
+            "does not fit: blocks of {cells_per_block} cells (decomposition.cells_per_block) must fill specimen.width = {} mm exactly, at least two of them. Write {}.",
+            digits(1e3 * width),
+            choices.join(" or ")
+        ),
+    ))
+}
+
+fn weak_regions(table: &Reader<'_>, specimen: &Specimen) -> Result<Vec<WeakRegion>, Error> {
+    let regions = table.tables("weak")?;
+    regions
+        .iter()
+        .map(|region| {
+            let corner = |key: &str| region.vector(key).map(|[x, y, _]| [x, y]);
+            let weak = WeakRegion {
+                lower: corner("lower")?,
+                upper: corner("upper")?,
+                fraction_deficit: region.number("fraction_deficit")?,
+            };
+            let size = [specimen.width, specimen.height];
+            for axis in 0..2 {
+                if weak.lower[axis] < 0.0 {
+                    return Err(region.refusal(
+                        "lower",
+                        "lies outside of the specimen, whose lower left corner is [0, 0]. Move it inside.",
+                    ));
+                }
+                if weak.upper[axis] > size[axis] * (1.0 + FIT_TOLERANCE) {
+                    let problem = format!(
+                        "lies outside of the specimen, whose upper right corner is [{}, {}] in m. Move it inside.",
+                        digits(size[0]),
+                        digits(size[1])
+                    );
+                    return Err(region.refusal("upper", &problem));
+                }
+                if weak.upper[axis] <= weak.lower[axis] {
+                    return Err(
+                        region.refusal("upper", "encloses nothing: it must lie above and to the right of lower.")
+                    );
+                }
+            }
+            Ok(weak)
+        })
+        .collect()
+}
+
+/// Asleep: Table 4 of seed 000. `steps_per_strain`: steps in which a band one cell thick shears by 1 at full speed.
+fn oracle(table: &Reader<'_>, steps_per_strain: f64) -> Result<Oracle, Error> {
+    let window = table.number_awake("window", 8e-4)?;
+    let every = (window * steps_per_strain / LOOKS_PER_WINDOW).clamp(1.0, 1e9);
+    Ok(Oracle {
+        laplacian: table.number_awake("laplacian", 1e-6)?,
+        recent_strain: table.number_awake("recent_strain", 1e-4)?,
+        window,
+        persistence: table.number_awake("persistence", 1.2e-3)?,
+        tolerance: table.number_or("tolerance", 0.0)?,
+        every: table.count_or("every", every as u64)?,
+    })
+}
+
+pub(super) fn enrichment(table: &Reader<'_>, zone: &Reader<'_>, distance_asleep: f64) -> Result<Enrichment, Error> {
+    Ok(Enrichment {
+        distance: table.number_awake("distance", distance_asleep)?,
+        weight: table.number_or("weight", 0.5)?,
+        training: table.number_or("training", 1.0)?,
+        training_speed: table.number_or("training_speed", 10.0)?,
+        training_rest: table.number_or("training_rest", 0.5)?,
+        life: ZoneLife {
+            grows: zone.flag_or("grows", false)?,
+            dissolves: zone.flag_or("dissolves", false)?,
+            rest_strain: zone.number_or("rest_strain", 0.05)?,
+            rest_share: zone.number_or("rest_share", 0.02)?,
+        },
+    })
+}
+
+fn fill_plate(scenario: &mut Scenario, table: &Reader<'_>) -> Result<(), Error> {
+    let mass = table.number_or("plate_mass", derived::plate_default(scenario)[0])?;
+    scenario.loading.plate_mass = mass;
+    scenario.loading.plate_damping = table.number_or("plate_damping", derived::plate_damping(scenario, mass))?;
+    Ok(())
+}
+
+/// What no single key can tell.
+fn check_together(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
+    check_height(scenario, typed)?;
+    if scenario.moves_grains() {
+        check_block_edge(scenario, typed)?;
+        check_height_of_packing(scenario, typed)?;
+    }
+    if scenario.method == Method::Hybrid {
+        check_zone(scenario, typed)?;
+        check_life(&scenario.enrichment, typed)?;
+        check_life_in_shear(scenario, typed)?;
+    }
+    if scenario.method.has_points() {
+        check_softening(scenario, typed)?;
+    }
+    refuse_unstable(typed, scenario.time.step, &derived::bounds(scenario), "")?;
+    refuse_speed_of_plates(scenario, typed)?;
+    if scenario.moves_grains() {
+        check_packing(scenario, typed)?;
+    }
+    Ok(())
+}
+
+/// Grains that stand in a zone have gone all of the continuum's way, and those that come to them must as well.
+pub(super) fn check_life(enrichment: &Enrichment, typed: &Typed) -> Result<(), Error> {
+    match enrichment.life.grows && enrichment.training < 1.0 {
+        true => Err(typed.refusal("enrichment", "training", "takes grains along a part of the way that those of a zone which grows have gone. Write 1.0, or zone.grows = false.")),
+        false => Ok(()),
+    }
+}
+
+fn check_life_in_shear(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
+    let life = scenario.enrichment.life;
+    if life.grows && scenario.packing.height.is_some() {
+        return Err(typed.refusal("zone", "grows", "would lay the packing, which lies about the first band, about another one. Write false, or remove packing.height."));
+    }
+    if scenario.ledger && (life.grows || life.dissolves) {
+        return Err(typed.refusal("output", "ledger", "begins anew whenever a zone changes, and this one lives. Remove it, or write zone.grows = false and zone.dissolves = false."));
+    }
+    Ok(())
+}
+
+/// The stress of the packing and that of the run must press grains together, and not into each other.
+fn check_packing(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
+    let number = derived::stiffness_number(scenario);
+    refuse_squeeze(typed, ("loading", "stress_normal"), number)?;
+    let stress = scenario.packing.stress;
+    refuse_squeeze(typed, ("packing", "stress"), number * scenario.loading.stress_normal / stress)?;
+    let time = scenario.grains.diameter_mean * (scenario.grains.density / stress).sqrt();
+    match scenario.grains.file {
+        Some(_) => Ok(()),
+        None => refuse_faint_packing(typed, ("packing", "stress"), time, scenario.time.step),
+    }
+}
+
+/// A return to the cone must be possible wherever the specimen starts.
+fn check_softening(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
+    let continuum = &scenario.continuum;
+    let law = CriticalDruckerPrager {
+        bulk_modulus: continuum.bulk_modulus,
+        shear_modulus: continuum.shear_modulus,
+        friction_angle_critical: continuum.friction_angle_critical,
+        fraction_critical: continuum.fraction_critical,
+        fraction: derived::fraction_start(scenario),
+        dilation_factor: continuum.dilation_factor,
+        softening_rate: continuum.softening_rate,
+        cohesion: continuum.cohesion,
+        dilation_angle: None,
+    };
+    let deficits = continuum.weak.iter().map(|weak| weak.fraction_deficit);
+    for fraction in std::iter::once(0.0).chain(deficits).map(|deficit| law.fraction - deficit) {
+        if let Some(problem) = unbearable(&law, 2, fraction) {
+            let message = format!("{problem}, or {FRACTION_NEARER}.");
+            return Err(typed.refusal("continuum", "dilation_factor", &message));
+        }
+    }
+    Ok(())
+}
+
+fn check_height(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
+    let block = derived::block_edge(scenario);
+    if scenario.specimen.height >= block {
+        return Ok(());
+    }
+    let message = format!(
+        "is lower than one block, which is {} mm ({} cells of {} mm). Make the specimen higher or continuum.cell smaller.",
+        digits(1e3 * block),
+        scenario.decomposition.cells_per_block,
+        digits(1e3 * scenario.continuum.cell)
+    );
+    Err(typed.refusal("specimen", "height", &message))
+}
+
+/// A block's ghosts come from its neighbours alone, so a contact must not reach across one.
+fn check_block_edge(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
+    let edge = derived::block_edge(scenario);
+    let edge_min = 2.0 * derived::diameter_max(scenario) + scenario.decomposition.skin + scenario.contact.reach();
+    if edge >= edge_min {
+        return Ok(());
+    }
+    let message = format!(
+        "makes blocks of {} mm, but two of the largest grains and {} need {} mm. Take larger cells, more decomposition.cells_per_block, or smaller grains.",
+        digits(1e3 * edge),
+        scenario.contact.margin_in_words(),
+        digits(1e3 * edge_min)
+    );
+    Err(typed.refusal("continuum", "cell", &message))
+}
+
+fn check_zone(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
+    let cell = scenario.continuum.cell;
+    let height = scenario.specimen.height;
+    if 2.0 * (scenario.enrichment.distance + cell) < height {
+        return Ok(());
+    }
+    let message = format!(
+        "leaves no continuum: twice this distance and twice a cell must be less than specimen.height = {} mm, so less than {} mm is allowed. For grains everywhere write method = \"dem\".",
+        digits(1e3 * height),
+        digits(1e3 * (0.5 * height - cell).max(0.0))
+    );
+    Err(typed.refusal("enrichment", "distance", &message))
+}
+
+/// Of a packing about a zone: the band, one and a half cells on either side that grains may come from, and one that it may lose while it
+/// is compressed or be off the middle by.
+const CELLS_ABOUT_ZONE: f64 = 5.0;
+
+/// A packing that is lower than the specimen.
+fn check_height_of_packing(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
+    let Some(height) = scenario.packing.height else { return Ok(()) };
+    let refused = |message: &str| Err(typed.refusal("packing", "height", message));
+    let zone = 2.0 * scenario.enrichment.distance + CELLS_ABOUT_ZONE * scenario.continuum.cell;
+    if scenario.method == Method::Dem {
+        return refused("makes less than the specimen, and grains alone fill all of it. Remove the line.");
+    }
+    if scenario.grains.file.is_some() {
+        return refused("is for a packing that is made, and grains.file gives one. Remove one of the two.");
+    }
+    if height >= scenario.specimen.height || height <= zone {
+        return refused(&format!(
+            "must lie between what a zone takes, {} mm (twice enrichment.distance and five cells), and specimen.height = {} mm. Write more than the former, or remove the line.",
+            digits(1e3 * zone),
+            digits(1e3 * scenario.specimen.height)
+        ));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEAD: &str = r#"
+        name = "small"
+        method = "dem"
+        [specimen]
+        width = "24 mm"
+        height = "30 mm"
+        [grains]
+        diameter_mean = "1 mm"
+        diameter_deviation = "0.08 mm"
+        density = 2530
+        [loading]
+        stress_normal = "400 kPa"
+        speed = "2 cm/s"
+        speed_ramp = 0
+        strain_end = 0.1
+        [time]
+        step = "0.4 us"
+    "#;
+    const CONTACT: &str = r#"
+        [contact]
+        stiffness_normal = 1772093.8
+        stiffness_tangential = 886046.9
+        damping_normal = 3.5
+        damping_tangential = 3.5
+        friction = 0.5
+    "#;
+
+    fn parse(text: &str, sets: &[&str]) -> Result<Scenario, Error> {
+        let sets: Vec<String> = sets.iter().map(|set| (*set).to_string()).collect();
+        Scenario::parse(text, "small.toml", &sets)
+    }
+
+    /// A job of grains alone need not speak of a continuum, and gets blocks that fit grains.
+    #[test]
+    fn tables_that_sleep_may_be_missing() {
+        let scenario = parse(&format!("{HEAD}{CONTACT}"), &[]).unwrap();
+        assert_eq!(derived::blocks(&scenario), [2, 3]);
+        assert_eq!(scenario.continuum.weak, []);
+        assert_eq!(scenario.packing.stress, 400e3);
+        let error = parse(HEAD, &[]).unwrap_err().to_string();
+        assert!(error.contains("needs the table [contact]"), "{error}");
+    }
+
+    /// A continuum alone makes a packing only if it is not told its fraction.
+    #[test]
+    fn a_continuum_needs_contacts_only_for_its_packing() {
+        let continuum = r#"
+            [continuum]
+            bulk_modulus = "100 MPa"
+            shear_modulus = "60 MPa"
+            friction_angle_critical = 0.27
+            fraction_critical = 0.815
+            dilation_factor = 7
+            softening_rate = 1
+            cell = "3 mm"
+        "#;
+        let text = format!("{HEAD}{continuum}");
+        let error = parse(&text, &["method=mpm"]).unwrap_err().to_string();
+        assert!(error.contains("needs the table [contact]"), "{error}");
+        let scenario = parse(&text, &["method=mpm", "continuum.fraction_start=0.855"]).unwrap();
+        assert_eq!(scenario.continuum.fraction_start, Some(0.855));
+    }
+
+    #[test]
+    fn the_resolved_job_parses_back_to_the_same_scenario() {
+        let text = format!("{HEAD}{CONTACT}");
+        let sets = [
+            "grains.file=\"a \\\" b.csv\"",
+            "continuum.weak=[{lower=[0, 0], upper=[0.024, \"1 cm\"], fraction_deficit=0.02}]",
+            "time.step=3.3333333333333e-7",
+        ];
+        let scenario = parse(&text, &sets).unwrap();
+        assert_eq!(scenario.continuum.weak[0].upper, [0.024, 0.01]);
+        let back = Scenario::parse(&scenario.to_toml(), "elsewhere/job.toml", &[]).unwrap();
+        assert_eq!(back, scenario);
+    }
+
+    #[test]
+    fn paths_start_from_the_folder_of_the_job() {
+        let text = format!("{HEAD}{CONTACT}");
+        let scenario = Scenario::parse(&text, "/jobs/small.toml", &[]).unwrap();
+        assert_eq!(scenario.packing.cache, Path::new("/jobs/cache"));
+    }
+}

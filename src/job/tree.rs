@@ -1,0 +1,282 @@
+//! The job as a tree of values that remember where they were typed, and the `--set` overrides laid over it.
+
+use std::ops::Range as Span;
+
+use toml::de::{DeTable, DeValue};
+
+use super::schema::Kind;
+use super::units::nearest;
+use crate::base::error::Error;
+
+/// Where a value was typed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    Line(usize),
+    /// On the command line, by `--set`.
+    Set,
+}
+
+#[derive(Clone, Debug)]
+pub struct Node {
+    pub value: Value,
+    pub place: Place,
+    /// The source text, for messages.
+    pub typed: String,
+}
+
+#[derive(Clone, Debug)]
+pub enum Value {
+    Text(String),
+    Integer(i64),
+    Float(f64),
+    Flag(bool),
+    List(Vec<Node>),
+    Table(Vec<Entry>),
+    /// A TOML value that no key of a job takes; with its article.
+    Other(&'static str),
+}
+
+#[derive(Clone, Debug)]
+pub struct Entry {
+    pub key: String,
+    pub place: Place,
+    pub node: Node,
+}
+
+impl Node {
+    /// Reads TOML, sees which kind of job it is, and lays the overrides over it.
+    pub fn parse(text: &str, file: &str, sets: &[String]) -> Result<(Self, Kind), Error> {
+        let source = Source::new(text);
+        let document = DeTable::parse(text).map_err(|error| {
+            let (place, found) = match error.span() {
+                Some(span) => {
+                    let line = source.line_of(span.start);
+                    (format!("{file}:{line}"), format!(", in `{}`", short(text.lines().nth(line - 1).unwrap_or_default())))
+                }
+                None => (file.to_string(), String::new()),
+            };
+            let message = error.message().trim().replace('\n', ", ");
+            Error::User(format!(
+                "{place}: this is not TOML: {message}{found}. Text and quantities with a unit go in quotes, as in width = \"6 cm\"."
+            ))
+        })?;
+        let mut root =
+            Self { value: entries(document.into_inner(), &source), place: Place::Line(1), typed: String::new() };
+        // The file alone decides, so that no override can turn a job into one of the other kind.
+        let has = |table: &str| root.get(table).is_some_and(|entry| matches!(entry.node.value, Value::Table(_)));
+        let marked = [Kind::Assembly, Kind::Mpm].into_iter().find(|kind| kind.mark().is_some_and(has));
+        let kind = marked.unwrap_or(Kind::Shear);
+        for set in sets {
+            apply_set(&mut root, kind, set)?;
+        }
+        Ok((root, kind))
+    }
+
+    pub fn get(&self, key: &str) -> Option<&Entry> {
+        self.entries().iter().find(|entry| entry.key == key)
+    }
+
+    pub fn entries(&self) -> &[Entry] {
+        match &self.value {
+            Value::Table(entries) => entries,
+            _ => &[],
+        }
+    }
+
+    pub fn list(&self) -> &[Node] {
+        match &self.value {
+            Value::List(nodes) => nodes,
+            _ => &[],
+        }
+    }
+}
+
+impl Value {
+    /// With its article, for a sentence.
+    pub fn words(&self) -> &'static str {
+        match self {
+            Self::Text(_) => "text",
+            Self::Integer(_) | Self::Float(_) => "a number",
+            Self::Flag(_) => "a truth value",
+            Self::List(_) => "a list",
+            Self::Table(_) => "a table",
+            Self::Other(words) => words,
+        }
+    }
+}
+
+/// A text and where its lines end.
+struct Source<'a> {
+    text: &'a str,
+    ends: Vec<usize>,
+}
+
+impl<'a> Source<'a> {
+    fn new(text: &'a str) -> Self {
+        Self { text, ends: text.match_indices('\n').map(|(at, _)| at).collect() }
+    }
+
+    fn line_of(&self, offset: usize) -> usize {
+        1 + self.ends.partition_point(|end| *end < offset)
+    }
+
+    /// The source between two offsets as messages show it.
+    fn typed(&self, span: Span<usize>) -> String {
+        short(self.text.get(span).unwrap_or_default())
+    }
+}
+
+/// On one line, cut where a message would grow long. What cannot be seen is shown as a question mark.
+pub fn short(source: &str) -> String {
+    let mut line = String::new();
+    let shown = |c: char| if c.is_control() && !c.is_whitespace() { '?' } else { c };
+    let seen: String = source.chars().take(1000).map(shown).collect();
+    for word in seen.split_whitespace() {
+        let gap = if line.is_empty() { "" } else { " " };
+        line.extend([gap, word]);
+    }
+    if line.chars().count() <= 60 {
+        return line;
+    }
+    let head: String = line.chars().take(57).collect();
+    format!("{head}...")
+}
+
+fn entries(table: DeTable<'_>, source: &Source<'_>) -> Value {
+    let entries = table
+        .into_iter()
+        .map(|(key, value)| Entry {
+            place: Place::Line(source.line_of(key.span().start)),
+            key: key.into_inner().into_owned(),
+            node: node(value, source),
+        })
+        .collect();
+    Value::Table(entries)
+}
+
+fn node(value: toml::Spanned<DeValue<'_>>, source: &Source<'_>) -> Node {
+    let span = value.span();
+    let place = Place::Line(source.line_of(span.start));
+    let typed = source.typed(span);
+    let value = match value.into_inner() {
+        DeValue::String(text) => Value::Text(text.into_owned()),
+        DeValue::Integer(digits) => match i64::from_str_radix(digits.as_str(), digits.radix()) {
+            Ok(value) => Value::Integer(value),
+            Err(_) => Value::Other("a whole number beyond 64 bits"),
+        },
+        DeValue::Float(digits) => match digits.as_str().parse() {
+            Ok(value) => Value::Float(value),
+            Err(_) => Value::Other("a number that cannot be read"),
+        },
+        DeValue::Boolean(value) => Value::Flag(value),
+        DeValue::Datetime(_) => Value::Other("a date"),
+        DeValue::Array(items) => Value::List(items.into_iter().map(|item| node(item, source)).collect()),
+        DeValue::Table(table) => entries(table, source),
+    };
+    Node { value, place, typed }
+}
+
+/// Lays one `key.path=value` over the tree. The value is TOML where it parses as TOML, and text otherwise.
+fn apply_set(root: &mut Node, kind: Kind, whole: &str) -> Result<(), Error> {
+    let set = short(whole);
+    let Some((path, text)) = whole.split_once('=') else {
+        return Err(Error::User(format!(
+            "--set {set}: there is no equals sign. Write for example --set loading.speed=\"5 cm/s\"."
+        )));
+    };
+    let (path, text) = (path.trim(), text.trim());
+    if text.is_empty() {
+        return Err(Error::User(format!(
+            "--set {set}: there is nothing behind the equals sign. Write for example --set loading.speed=\"5 cm/s\"."
+        )));
+    }
+    let parts: Vec<&str> = path.split('.').collect();
+    refuse_unknown_path(&set, kind, &parts)?;
+    let mut value = match DeValue::parse(text) {
+        Ok(value) => node(value, &Source::new(text)),
+        Err(_) => {
+            let typed = format!("\"{}\"", short(text));
+            Node { value: Value::Text(text.to_string()), place: Place::Set, typed }
+        }
+    };
+    value.mark_as_set();
+    insert(root, &parts, value, &set)
+}
+
+impl Node {
+    fn mark_as_set(&mut self) {
+        self.place = Place::Set;
+        match &mut self.value {
+            Value::List(nodes) => nodes.iter_mut().for_each(Self::mark_as_set),
+            Value::Table(entries) => {
+                for entry in entries {
+                    entry.place = Place::Set;
+                    entry.node.mark_as_set();
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// The parts must lead to a key of the schema; `continuum.weak.0.lower` reaches into the first region.
+fn refuse_unknown_path(set: &str, kind: Kind, parts: &[&str]) -> Result<(), Error> {
+    if kind.leads_to_a_key(parts) {
+        return Ok(());
+    }
+    let typed = short(&parts.join("."));
+    if let Some(advice) = kind.belongs_elsewhere(|other| other.leads_to_a_key(parts)) {
+        return Err(Error::User(format!("--set {set}: a job has no {typed}. {advice}")));
+    }
+    let paths = kind.paths();
+    let same_key = || {
+        let last = parts.last().copied().unwrap_or_default();
+        let suffix = format!(".{last}");
+        paths.iter().find(|path| path.ends_with(&suffix))
+    };
+    let whole = || nearest(&typed, paths.iter().map(String::as_str)).map(str::to_string);
+    let advice = match same_key().cloned().or_else(whole) {
+        Some(path) => format!("Did you mean {path}?"),
+        None => "A path is table.key, for example loading.speed.".to_string(),
+    };
+    Err(Error::User(format!("--set {set}: a job has no {typed}. {advice}")))
+}
+
+fn insert(node: &mut Node, parts: &[&str], value: Node, set: &str) -> Result<(), Error> {
+    let [first, rest @ ..] = parts else {
+        *node = value;
+        return Ok(());
+    };
+    match &mut node.value {
+        Value::Table(entries) => {
+            let at = match entries.iter().position(|entry| entry.key == *first) {
+                Some(at) => at,
+                None => {
+                    entries.push(Entry {
+                        key: (*first).to_string(),
+                        place: Place::Set,
+                        node: Node { value: Value::Table(Vec::new()), place: Place::Set, typed: String::new() },
+                    });
+                    entries.len() - 1
+                }
+            };
+            if rest.is_empty() {
+                entries[at].place = Place::Set;
+            }
+            insert(&mut entries[at].node, rest, value, set)
+        }
+        Value::List(nodes) => {
+            let count = nodes.len();
+            let index = first.parse::<usize>().unwrap_or(usize::MAX);
+            match nodes.get_mut(index) {
+                Some(node) => insert(node, rest, value, set),
+                None => Err(Error::User(format!(
+                    "--set {set}: lists are counted from 0, and this one in the job has {count}. Give the whole list to add one."
+                ))),
+            }
+        }
+        _ => Err(Error::User(format!(
+            "--set {set}: {first} lies in something that is no table in the job. Mend the job first."
+        ))),
+    }
+}

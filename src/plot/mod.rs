@@ -1,0 +1,3 @@
+//! Pages and drawings of what runs have left.
+
+pub mod report;

@@ -1,0 +1,263 @@
+//! The world of an assembly at time zero, or at a checkpoint.
+
+use scree_partition::{ExactSum, Transport};
+
+use crate::base::error::Error;
+use crate::base::math;
+use crate::base::space::{AXES, Linear, Space, Words};
+use crate::bodies::body::{self, Body};
+use crate::dem::cell::Cell;
+use crate::dem::grains::{GrainRow, Mover};
+use crate::dem::motion::Field;
+use crate::domain::grid::Grid;
+use crate::domain::layout::{Ground, Layout};
+use crate::domain::rebuild::{Parts, Row};
+use crate::domain::servo::{CellDrive, Response, StressServo};
+use crate::domain::transfer;
+use crate::domain::world::{Settings, World};
+use crate::job::assembly::{Assembly, Packed, Preparation, Read, Shape, Source, Velocities};
+use crate::job::figures;
+use crate::law::contact::ContactLaw;
+use crate::law::material::Absent;
+use crate::mpm::membrane::Membranes;
+use crate::prepare::grain_file;
+use crate::store::checkpoint::Drawn;
+
+/// A world of grains alone.
+pub type GrainWorld<'t, S, C> = World<'t, S, C, Absent>;
+
+/// Grid cells per block and axis: grains of a block stand in the order of its cells, for the sake of the caches.
+const CELLS_PER_BLOCK: usize = 4;
+
+/// The world at time zero.
+pub fn world<'t, S: Space, C: ContactLaw<S>>(
+    job: &Assembly,
+    transport: &'t dyn Transport,
+) -> Result<GrainWorld<'t, S, C>, Error> {
+    let (mut grains, cell): (Vec<Row<S, C>>, Cell<S>) = match &job.source {
+        Source::File(read) => {
+            let read = match transport.rank() {
+                0 => grain_file::read_start::<S, C>(job, read).map(|(grains, cell)| (grains, vec![cell])),
+                _ => Ok((Vec::new(), Vec::new())),
+            };
+            let (grains, cell) = transfer::agree(transport, read)?;
+            (grains, super::packed::same_cell(job, cell, transport)?)
+        }
+        Source::Packed(packed) => {
+            let packing = super::packed::make::<S, C>(job, packed, job.output.save_every(), transport)?;
+            (packing.grains, packing.cell)
+        }
+    };
+    let glued = if transport.rank() == 0 { glue_layers(job, &mut grains, &cell) } else { Ok(()) };
+    transfer::agree(transport, glued)?;
+    world_at(job, transport, 0, Parts::fresh(grains, Vec::new(), drawn::<S>(job).bodies, cell))
+}
+
+/// Cell and bodies as drawn.
+pub fn drawn<S: Space>(job: &Assembly) -> Drawn<S> {
+    let bodies = job.bodies.iter().map(body_of).collect();
+    Drawn { cell: cell_of(job), bodies, membranes: Membranes::default() }
+}
+
+/// The world at a step.
+pub fn world_at<'t, S: Space, C: ContactLaw<S>>(
+    job: &Assembly,
+    transport: &'t dyn Transport,
+    step: u64,
+    parts: Parts<S, C, Absent>,
+) -> Result<GrainWorld<'t, S, C>, Error> {
+    World::new(settings::<S, C>(job), layout::<S>(job)?, transport, step, parts)
+}
+
+/// The cell as drawn.
+pub fn cell_of<S: Space>(job: &Assembly) -> Cell<S> {
+    scaled_cell(job, 1.0)
+}
+
+/// Packing fractions that discs and spheres do not exceed.
+const FRACTION_MAX: [f64; 2] = [0.92, 0.76];
+/// Share by which the lengths of the job's cell change until grains compressed in it fill it to a packing fraction; one
+/// where they are not compressed.
+pub(super) fn shrinkage<S: Space>(job: &Assembly, fraction: f64) -> f64 {
+    match (&job.source, figures::fraction_in_cell(job)) {
+        (Source::Packed(Packed { preparation: Preparation::Compress { .. }, .. }), Some(filled)) => {
+            let share = filled / fraction;
+            if S::DIMENSION == 2 { share.sqrt() } else { math::cbrt(share) }
+        }
+        _ => 1.0,
+    }
+}
+
+/// The cell as drawn with its lengths changed by a share.
+pub(super) fn scaled_cell<S: Space>(job: &Assembly, share: f64) -> Cell<S> {
+    let (lower, upper) = (vector::<S>(&job.cell.lower), vector::<S>(&job.cell.upper));
+    Cell::cuboid(lower, (upper - lower) * share, job.cell.periodic)
+}
+
+/// The cell as drawn, or the smallest that grains which are compressed in it could fill.
+pub(super) fn densest_cell<S: Space>(job: &Assembly) -> Cell<S> {
+    scaled_cell(job, shrinkage::<S>(job, FRACTION_MAX[S::DIMENSION - 2]))
+}
+
+/// Blocks of the job's cell, however it has deformed: those of the smallest that it can start as. By the job alone, so that
+/// a resumed run is cut alike.
+pub(super) fn layout<S: Space>(job: &Assembly) -> Result<Layout, Error> {
+    layout_of(job, &densest_cell::<S>(job))
+}
+
+/// Blocks near the wanted edge, as many as fill the cell.
+pub fn layout_of<S: Space>(job: &Assembly, cell: &Cell<S>) -> Result<Layout, Error> {
+    let (mut cells, mut corner) = ([1; 3], [0.0; 3]);
+    for axis in 0..S::DIMENSION {
+        cells[axis] = CELLS_PER_BLOCK * ((cell.height(axis) / job.block).floor() as usize).max(1);
+        corner[axis] = cell.corner[axis];
+    }
+    let cell_edge = job.block / CELLS_PER_BLOCK as f64;
+    let ground = Ground::open(cells, CELLS_PER_BLOCK, cell_edge, corner, cell.periodic);
+    Layout::new::<S>(ground).map_err(Error::User)
+}
+
+fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent> {
+    let mut gradient = S::Tensor::zero();
+    for i in 0..S::DIMENSION {
+        for j in 0..S::DIMENSION {
+            gradient[j * S::DIMENSION + i] = job.cell.gradient[i][j];
+        }
+    }
+    let servo = job.cell.servo.as_ref().map(|servo| StressServo {
+        stress: servo.stress,
+        response: Response::Contacts { gain: servo.gain },
+        interval: servo.interval,
+        rate_max: servo.rate_max,
+        depth: depth_of::<S>(job),
+    });
+    let first_kick = match job.velocities {
+        Velocities::Now => 0.5,
+        Velocities::HalfStepBefore => 1.0,
+    };
+    // Memories of the step before go on from it, as do velocities of half a step before.
+    let goes_on = matches!(&job.source, Source::File(Read { contacts: Some(_), .. })) && first_kick == 1.0;
+    let first_advance = if goes_on { job.step } else { 0.0 };
+    Settings { first_kick, first_advance, ..settings_in(job, CellDrive { gradient, servo }) }
+}
+
+/// Settings of a world of this job whose cell is driven otherwise, and whose grains start from velocities of time zero.
+pub fn settings_in<S: Space, C: ContactLaw<S>>(job: &Assembly, drive: CellDrive<S>) -> Settings<S, C, Absent> {
+    Settings {
+        dt: job.step,
+        grain_steps: 1,
+        skin: job.skin,
+        grid: Grid::blend(0.0),
+        loads: Vec::new(),
+        contact: C::from_job(&job.contact).expect("the run was given the job's law"),
+        material: Absent,
+        field: Field { gravity: vector::<S>(&job.gravity), damping: job.damping },
+        drive,
+        first_kick: 0.5,
+        first_advance: 0.0,
+    }
+}
+
+/// What the space's measure is multiplied with to give m3.
+pub(super) fn depth_of<S: Space>(job: &Assembly) -> f64 {
+    if S::DIMENSION == 2 { job.cell.depth } else { 1.0 }
+}
+
+/// Volume of the cell, m3.
+pub fn volume<S: Space>(cell: &Cell<S>, job: &Assembly) -> f64 {
+    cell.volume() * depth_of::<S>(job)
+}
+
+/// Volume of all grains, m3.
+pub fn solid_volume<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, job: &Assembly) -> Result<f64, Error> {
+    let mut sum = ExactSum::<1>::new();
+    for hot in &world.grains.hot[..world.grains.owned] {
+        sum.add(0, S::grain_volume(hot.radius, job.cell.depth));
+    }
+    Ok(world.reduce(sum)?[0])
+}
+
+/// Packing fraction of the cell as it is.
+pub fn fraction<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, job: &Assembly) -> Result<f64, Error> {
+    Ok(solid_volume(world, job)? / volume(&world.cell, job))
+}
+
+pub(crate) fn vector<S: Space>(components: &[f64; 3]) -> S::Vector {
+    let mut vector = S::Vector::zero();
+    for axis in 0..S::DIMENSION {
+        vector[axis] = components[axis];
+    }
+    vector
+}
+
+fn spin<S: Space>(components: &[f64; 3]) -> S::Spin {
+    let mut spin = S::Spin::zero();
+    for axis in 0..S::Spin::COMPONENTS {
+        spin[axis] = components[3 - S::Spin::COMPONENTS + axis];
+    }
+    spin
+}
+
+pub(crate) fn body_of<S: Space>(body: &crate::job::assembly::Body) -> Body<S> {
+    let shape = match &body.shape {
+        Shape::Layer { .. } => body::Shape::Layer,
+        Shape::Plane { point, normal } => body::Shape::Plane { point: vector::<S>(point), normal: vector::<S>(normal) },
+        Shape::Box { lower, upper } => body::Shape::Box { lower: vector::<S>(lower), upper: vector::<S>(upper) },
+        Shape::Cylinder { centre, radius, axis } => {
+            body::Shape::Cylinder { centre: vector::<S>(centre), axis: vector::<S>(axis), radius: *radius }
+        }
+    };
+    let mut made = Body::new(&body.name, shape);
+    made.path = body
+        .motion
+        .path
+        .iter()
+        .map(|at| body::Instant { time: at.time, velocity: vector::<S>(&at.velocity), spin: spin::<S>(&at.spin) })
+        .collect();
+    made.servo = body.motion.servo.map(|servo| body::Servo {
+        direction: vector::<S>(&servo.direction),
+        force: servo.force,
+        mass: servo.mass,
+        damping: servo.damping,
+        speed_max: servo.speed_max,
+    });
+    made
+}
+
+/// Hands the grains in their regions to layers; a layer without grains would move nothing and feel nothing.
+fn glue_layers<S: Space, M: Words<f64>>(
+    job: &Assembly,
+    grains: &mut [GrainRow<S, M>],
+    cell: &Cell<S>,
+) -> Result<(), Error> {
+    for (index, body) in job.bodies.iter().enumerate() {
+        let Shape::Layer { lower, upper } = &body.shape else { continue };
+        if glue(grains, index as u8, lower, upper) > 0 {
+            continue;
+        }
+        let ends = |axis: usize| {
+            let edge = cell.corner[axis] + cell.edges[axis * S::DIMENSION + axis];
+            format!("{:.4e} to {edge:.4e} m along {}", cell.corner[axis], AXES[axis])
+        };
+        let reaches: Vec<String> = (0..S::DIMENSION).map(ends).collect();
+        return Err(Error::User(format!(
+            "body `{}` holds no grain: none has its centre between body.lower and body.upper when the run starts, with the cell reaching from {}; a packing that is compressed has shrunk towards cell.lower by then. Move the region to where grains are.",
+            body.name,
+            reaches.join(", ")
+        )));
+    }
+    Ok(())
+}
+
+/// Hands the grains in a box to a body; returns how many there are.
+fn glue<S: Space, M: Words<f64>>(grains: &mut [GrainRow<S, M>], body: u8, lower: &[f64; 3], upper: &[f64; 3]) -> usize {
+    let mut count = 0;
+    for grain in grains {
+        let inside = (0..S::DIMENSION).all(|axis| (lower[axis]..=upper[axis]).contains(&grain.hot.position[axis]));
+        if inside {
+            grain.hand_to(Mover::Body(body));
+            count += 1;
+        }
+    }
+    count
+}

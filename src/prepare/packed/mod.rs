@@ -1,0 +1,183 @@
+//! Packings of grains in a cell: thrown loosely, compressed or poured, and kept in a file named by everything that shaped
+//! them.
+
+use std::time::Duration;
+
+use scree_io::column::State;
+use scree_partition::Transport;
+
+use crate::base::error::Error;
+use crate::base::ids::GrainId;
+use crate::base::record::to_table;
+use crate::base::space::{Plane, Space};
+use crate::bodies::body;
+use crate::dem::cell::Cell;
+use crate::dem::grains::{GrainRow, Mover};
+use crate::dem::walls;
+use crate::domain::rebuild::Row;
+use crate::domain::transfer::{self, Cargo};
+use crate::job::assembly::{Assembly, Packed, Preparation};
+use crate::job::raw::Typed;
+use crate::law::contact::ContactLaw;
+use crate::prepare::cache::{Found, Place};
+use crate::prepare::grain_world::{self, GrainWorld};
+use crate::prepare::sheared::settle;
+use crate::prepare::throw::{places, radii};
+use crate::store::tables;
+
+mod compress;
+mod pour;
+#[cfg(test)]
+mod tests;
+
+/// Grains of a finished packing, at rest, and the cell that holds them.
+pub struct Packing<S: Space, C: ContactLaw<S>> {
+    /// On rank 0 only, in the order of their ids; contacts with their memories.
+    pub grains: Vec<Row<S, C>>,
+    /// On every rank; its lower corner is that of the job.
+    pub cell: Cell<S>,
+}
+
+impl<C: ContactLaw<Plane>> Packing<Plane, C> {
+    /// Grains of copies side by side in the plane, so many along each axis from `lower` on, m: id, place, and the grain that each is a copy of.
+    pub fn side_by_side(
+        &self,
+        lower: [f64; 2],
+        copies: [u64; 2],
+    ) -> impl Iterator<Item = (GrainId, <Plane as Space>::Vector, &Row<Plane, C>)> {
+        let edges = [self.cell.edges[0], self.cell.edges[3]];
+        (0..copies[0] * copies[1]).flat_map(move |copy| {
+            let number = [copy % copies[0], copy / copies[0]];
+            let corner = [0, 1].map(|axis| lower[axis] + number[axis] as f64 * edges[axis] - self.cell.corner[axis]);
+            let first = copy * self.grains.len() as u64;
+            self.grains.iter().enumerate().map(move |(row, grain)| {
+                let place = grain.hot.position + <Plane as Space>::Vector::new(corner[0], corner[1]);
+                (GrainId(first + row as u64), place, grain)
+            })
+        })
+    }
+}
+
+/// The packing that a job wants: from the cache, or made now and cached, with its state saved every so often. Collective.
+pub fn make<S: Space, C: ContactLaw<S>>(
+    job: &Assembly,
+    packed: &Packed,
+    save_every: Duration,
+    transport: &dyn Transport,
+) -> Result<Packing<S, C>, Error> {
+    let place = Place::new(&packed.cache, "assembly", &key(job, packed));
+    match place.find(transport, save_every, |state| of_state::<S, C>(job, state))? {
+        Found::There(found) => {
+            let (grains, cell) = found.map_or((Vec::new(), Vec::new()), |found| (found.grains, vec![found.cell]));
+            Ok(Packing { grains, cell: same_cell(job, cell, transport)? })
+        }
+        Found::ToMake(mut making) => {
+            tracing::info!(grains = packed.count, "making a packing");
+            let mut packing = match packed.preparation {
+                Preparation::Compress { stress, fraction, unloaded } => {
+                    compress::make(job, packed, (stress, fraction, unloaded), &mut making)?
+                }
+                Preparation::Pour => pour::make(job, packed, &mut making)?,
+            };
+            making.finish(|| state_of(&mut packing))?;
+            Ok(packing)
+        }
+    }
+}
+
+/// Refuses what no packing can be made of, before anything is started.
+pub(crate) fn refuse_bad<S: Space>(job: &Assembly, packed: &Packed, typed: &Typed) -> Result<(), Error> {
+    match packed.preparation {
+        Preparation::Compress { .. } => compress::refuse_bad::<S>(job, packed, typed),
+        Preparation::Pour => Ok(()),
+    }
+}
+
+/// Everything that shapes a packing.
+fn key(job: &Assembly, packed: &Packed) -> String {
+    let cell = &job.cell;
+    let falls = matches!(packed.preparation, Preparation::Pour);
+    let shapes: Vec<_> = job.bodies.iter().filter(|_| falls).map(|body| &body.shape).collect();
+    format!(
+        "assembly 2 seed {} cell {} {:?} {:?} {:?} {:?} density {:?} sizes {:?} count {} preparation {:?} friction {:?} start {:?} ratio {:?} contact {:?} gravity {:?} bodies {:?} step {:?} skin {:?} block {:?}",
+        job.seed,
+        cell.dimension,
+        cell.lower,
+        cell.upper,
+        cell.periodic,
+        cell.depth,
+        job.matter.density,
+        packed.sizes,
+        packed.count,
+        packed.preparation,
+        packed.friction,
+        packed.fraction_start,
+        packed.energy_ratio_max,
+        if falls { job.contact } else { job.contact.without_cohesion() },
+        if falls { job.gravity } else { [0.0; 3] },
+        shapes,
+        job.step,
+        job.skin,
+        job.block,
+    )
+}
+
+/// A packing as a state: grains, and the cell that they fill.
+pub fn state_of<S: Space, C: ContactLaw<S>>(packing: &mut Packing<S, C>) -> State {
+    let mut tables = Vec::from(tables::of_grains(&mut packing.grains));
+    tables.push(to_table("cell", &mut [packing.cell], &mut Cell::blank()));
+    State { attributes: Default::default(), tables }
+}
+
+fn of_state<S: Space, C: ContactLaw<S>>(job: &Assembly, mut state: State) -> Result<Packing<S, C>, Error> {
+    let mut cell = grain_world::cell_of(job);
+    let moved: Vec<Cell<S>> = tables::rows(&state, "cell", &cell)?;
+    moved.iter().for_each(|moved| cell.take_motion_of(moved));
+    Ok(Packing { grains: tables::to_grains(&mut state)?, cell })
+}
+
+/// The cell that rank 0 holds, at rest, on every rank.
+pub(super) fn same_cell<S: Space>(
+    job: &Assembly,
+    cell: Vec<Cell<S>>,
+    transport: &dyn Transport,
+) -> Result<Cell<S>, Error> {
+    let shared = transfer::broadcast(transport, cell)?;
+    let mut cell = grain_world::cell_of(job);
+    shared.iter().for_each(|shared| cell.take_motion_of(shared));
+    Ok(cell)
+}
+
+/// Grains at rest at random places of a box, on rank 0 only.
+fn thrown<S: Space, C: ContactLaw<S>>(
+    job: &Assembly,
+    packed: &Packed,
+    cell: &Cell<S>,
+    bodies: &[body::Body<S>],
+) -> Result<Vec<Row<S, C>>, Error> {
+    let radii = radii(&packed.sizes, job.seed, packed.count);
+    let outside = |place: &S::Vector, radius: f64| {
+        bodies.iter().filter_map(|body| walls::nearest(body, cell, place)).all(|nearest| nearest.distance >= radius)
+    };
+    let places = places(cell, &packed.sizes, job.seed, &radii, outside).map_err(|full| {
+        Error::User(format!(
+            "packing.fraction_start = {} is too dense to throw {} grains without overlap: there was no room for grain {}. Discs need 0.45 or less, spheres 0.25, and less where bodies take up room; or take a larger cell.",
+            packed.fraction_start, packed.count, full.grain
+        ))
+    })?;
+    let grain = |(id, (place, radius)): (usize, (&S::Vector, &f64))| {
+        let mass = job.matter.density * S::grain_volume(*radius, job.cell.depth);
+        GrainRow::resting(GrainId(id as u64), *place, *radius, mass, Mover::Free)
+    };
+    Ok(places.iter().zip(&radii).enumerate().map(grain).collect())
+}
+
+/// All grains of a world at rest, on rank 0 in the order of their ids.
+fn gathered<S: Space, C: ContactLaw<S>>(world: &mut GrainWorld<S, C>) -> Result<Vec<Row<S, C>>, Error> {
+    world.rebuild()?;
+    let (rows, _) = world.rows();
+    let mut rows = transfer::gather(world.transport, rows)?.unwrap_or_default();
+    rows.sort_unstable_by_key(|row| row.cold.id);
+    rows.iter_mut().for_each(settle);
+    Ok(rows)
+}

@@ -1,0 +1,144 @@
+//! The specimen of a job at time zero: plates, and grains or points between them.
+
+use scree_partition::Transport;
+
+use crate::base::error::Error;
+use crate::base::ids::PointId;
+use crate::base::space::{Linear, Plane, Space};
+use crate::base::symmetric::Symmetric;
+use crate::bodies::body::{Body, Instant, Servo, Shape, Side};
+use crate::domain::rebuild::Parts;
+use crate::job::{Method, Scenario, derived};
+use crate::law::contact::ContactLaw;
+use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
+use crate::prepare::sheared::{self, Packing, PlanarWorld, cell_of, layout_for, settings_of_run};
+use crate::store::checkpoint::PlanarPoint;
+
+type Vector = <Plane as Space>::Vector;
+
+/// Fastest vertical motion of the servo, as a multiple of the shearing speed.
+const SERVO_SPEED: f64 = 10.0;
+
+/// Lower plate fixed, upper plate sheared under constant normal stress.
+pub fn bodies(scenario: &Scenario, height: f64) -> Vec<Body<Plane>> {
+    let loading = &scenario.loading;
+    let lower = Body::new("lower", Shape::Plate { side: Side::Below, face: 0.0 });
+    let mut upper = Body::new("upper", Shape::Plate { side: Side::Above, face: height });
+    let instant = |time: f64, speed: f64| Instant { time, velocity: Vector::new(speed, 0.0), spin: Linear::zero() };
+    upper.path = match loading.speed_ramp > 0.0 {
+        true => vec![instant(0.0, 0.0), instant(loading.speed_ramp, loading.speed)],
+        false => vec![instant(0.0, loading.speed)],
+    };
+    upper.servo = Some(Servo {
+        direction: Vector::new(0.0, 1.0),
+        force: loading.stress_normal * scenario.specimen.width * scenario.specimen.depth,
+        mass: loading.plate_mass,
+        damping: loading.plate_damping,
+        speed_max: SERVO_SPEED * loading.speed,
+    });
+    vec![lower, upper]
+}
+
+/// What the material of a job starts from.
+pub struct Start<C: ContactLaw<Plane>> {
+    pub packing: Packing<C>,
+    /// Of the specimen, m: the packing's, where that is not a lower one.
+    pub height: f64,
+    /// Of the specimen without plates, kg.
+    pub mass: f64,
+    /// Packing fraction that the continuum's law starts with.
+    pub fraction: f64,
+}
+
+/// The packing, or for a continuum alone with a stated packing fraction the specimen as it is drawn.
+pub fn prepare<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport) -> Result<Start<C>, Error> {
+    let stated = scenario.continuum.fraction_start;
+    let specimen = &scenario.specimen;
+    let mass_at =
+        |fraction: f64| scenario.grains.density * fraction * specimen.width * specimen.height * specimen.depth;
+    let packing = match (scenario.method, stated) {
+        (Method::Mpm, Some(fraction)) => {
+            Packing { grains: Vec::new(), height: specimen.height, mass: mass_at(fraction), fraction }
+        }
+        _ => match scenario.packing.height {
+            Some(height) => sheared::prepare(&as_high_as(scenario, height), transport)?,
+            None => sheared::prepare(scenario, transport)?,
+        },
+    };
+    let fraction = stated.unwrap_or(packing.fraction);
+    let (height, mass) = match scenario.packing.height {
+        Some(_) => (specimen.height, mass_at(packing.fraction)),
+        None => (packing.height, packing.mass),
+    };
+    Ok(Start { packing, height, mass, fraction })
+}
+
+/// The job of a lower specimen, with a plate for one of that height.
+fn as_high_as(scenario: &Scenario, height: f64) -> Scenario {
+    let mut lower = scenario.clone();
+    lower.specimen.height = height;
+    [lower.loading.plate_mass, lower.loading.plate_damping] = derived::plate_default(&lower);
+    lower
+}
+
+/// The world at time zero.
+pub fn world<'t, C: ContactLaw<Plane>>(
+    scenario: &Scenario,
+    transport: &'t dyn Transport,
+    start: Start<C>,
+) -> Result<PlanarWorld<'t, C>, Error> {
+    let height = start.height;
+    let points = if scenario.method.has_points() { points(scenario, transport, &start) } else { Vec::new() };
+    let grains = if scenario.method == Method::Dem { start.packing.grains } else { Vec::new() };
+    let settings = settings_of_run(scenario);
+    let layout = layout_for(scenario, height)?;
+    let (cell, bodies) = (cell_of(&layout), bodies(scenario, height));
+    let parts = Parts::fresh(grains, points, bodies, cell);
+    PlanarWorld::new(settings, layout, transport, 0, parts)
+}
+
+/// Material points on a regular grid between the faces, under the isotropic stress that the packing was made with. Each
+/// rank makes some of the rows.
+fn points<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport, start: &Start<C>) -> Vec<PlanarPoint> {
+    let (width, height) = (scenario.specimen.width, start.height);
+    let continuum = &scenario.continuum;
+    let spacing = continuum.cell / continuum.points_per_cell as f64;
+    let columns = (width / spacing).round() as usize;
+    let rows = (height / spacing).round() as usize;
+    let step = [width / columns as f64, height / rows as f64];
+    let volume = step[0] * step[1] * scenario.specimen.depth;
+    let mass = start.mass / (columns * rows) as f64;
+    let law = CriticalDruckerPrager::new(continuum);
+    let mut points = Vec::new();
+    for row in (0..rows).filter(|row| row % transport.size() == transport.rank()) {
+        for column in 0..columns {
+            let place = [(column as f64 + 0.5) * step[0], (row as f64 + 0.5) * step[1]];
+            let id = PointId((row * columns + column) as u64);
+            let mut point = PlanarPoint::resting(id, Vector::new(place[0], place[1]), mass, volume);
+            let deficit = deficit_at(scenario, place);
+            point.hot.memory = MaterialLaw::<Plane>::start(
+                &law,
+                &(Plane::identity() * -scenario.packing.stress),
+                start.fraction - deficit,
+            );
+            point.hot.stress = Symmetric::of(&MaterialLaw::<Plane>::stress(&law, &point.hot.memory));
+            debug_assert!(point.hot.kirchhoff().is_finite());
+            points.push(point);
+        }
+    }
+    points
+}
+
+/// What the weak regions take from the packing fraction at a place.
+fn deficit_at(scenario: &Scenario, place: [f64; 2]) -> f64 {
+    let inside = |axis: usize, region: &crate::job::WeakRegion| {
+        region.lower[axis] <= place[axis] && place[axis] <= region.upper[axis]
+    };
+    scenario
+        .continuum
+        .weak
+        .iter()
+        .filter(|region| inside(0, region) && inside(1, region))
+        .map(|region| region.fraction_deficit)
+        .sum()
+}

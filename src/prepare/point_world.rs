@@ -1,0 +1,283 @@
+//! The world of a continuum at time zero, or at a checkpoint.
+
+use scree_partition::Transport;
+
+use crate::base::error::Error;
+use crate::base::ids::PointId;
+use crate::base::space::{Linear, Space};
+use crate::base::symmetric::Symmetric;
+use crate::bodies::body::Body;
+use crate::bodies::boundary::Grip;
+use crate::dem::cell::Cell;
+use crate::dem::motion::Field;
+use crate::domain::grid::Grid;
+use crate::domain::layout::{Ground, Layout};
+use crate::domain::rebuild::Parts;
+use crate::domain::servo::CellDrive;
+use crate::domain::world::{Settings, World};
+use crate::job::assembly::Damping;
+use crate::job::mpm::{self, BodyContact, InitialStress, LoadKind, Mpm, Path, Transfer};
+use crate::law::contact::{Absent, ContactLaw};
+use crate::law::material::{Counted, CountedMemory, MaterialLaw};
+use crate::mpm::load::{Kind, Load};
+use crate::mpm::membrane::{self, Membrane, Membranes, Vertex};
+use crate::mpm::points::Point;
+use crate::prepare::grain_world::{body_of, vector};
+use crate::store::checkpoint::Drawn;
+
+/// A world of points alone, of a law with its dissipation.
+pub type PointWorld<'t, S, L> = World<'t, S, Absent, Counted<L>>;
+
+/// Cells behind the walls, at least: nodes there belong to functions of points beside a wall.
+const RIM: usize = 2;
+
+/// A material point of a continuum.
+pub type PointOf<S, L> = Point<S, CountedMemory<<L as MaterialLaw<S>>::Memory>>;
+
+/// The world at time zero. Each rank makes some of the points.
+pub fn world<'t, S: Space, L: MaterialLaw<S>>(
+    job: &Mpm,
+    law: &L,
+    transport: &'t dyn Transport,
+) -> Result<PointWorld<'t, S, L>, Error> {
+    let Drawn { cell, bodies, membranes } = drawn::<S>(job, vertices(job))?;
+    let points = points(job, &Counted(law.clone()), transport);
+    let mut parts = Parts::fresh(Vec::new(), points, bodies, cell);
+    parts.membranes = membranes;
+    world_at(job, law, transport, 0, parts)
+}
+
+/// Cell, bodies and membranes as drawn, these with vertices as they are now.
+pub(crate) fn drawn<S: Space>(job: &Mpm, vertices: Vec<Vertex<S>>) -> Result<Drawn<S>, Error> {
+    Ok(Drawn { cell: cell::<S>(&layout::<S>(job)?), bodies: bodies(job), membranes: hung(job, vertices)? })
+}
+
+/// The world at a step.
+pub fn world_at<'t, S: Space, L: MaterialLaw<S>>(
+    job: &Mpm,
+    law: &L,
+    transport: &'t dyn Transport,
+    step: u64,
+    parts: Parts<S, Absent, Counted<L>>,
+) -> Result<PointWorld<'t, S, L>, Error> {
+    let settings = settings(job, Counted(law.clone()), Absent);
+    World::new(settings, layout::<S>(job)?, transport, step, parts)
+}
+
+/// The membranes of a job with vertices as they are now.
+pub(crate) fn hung<S: Space>(job: &Mpm, vertices: Vec<Vertex<S>>) -> Result<Membranes<S>, Error> {
+    let made_of = membranes(job);
+    let owners =
+        made_of.iter().enumerate().flat_map(|(number, membrane)| std::iter::repeat_n(number as u64, membrane.count));
+    match owners.eq(vertices.iter().map(|vertex| vertex.membrane)) {
+        true => Ok(Membranes::new(made_of, vertices)),
+        false => Err(Error::User(format!(
+            "the {} vertices of membranes in the checkpoint are not those of this job's membranes; it is of another job",
+            vertices.len()
+        ))),
+    }
+}
+
+/// Whole blocks around the domain between its walls.
+pub fn layout<S: Space>(job: &Mpm) -> Result<Layout, Error> {
+    let per_block = job.cells_per_block;
+    let (mut cells, mut rim, mut corner) = ([1; 3], [[0; 2]; 3], [0.0; 3]);
+    for axis in 0..S::DIMENSION {
+        cells[axis] = job.grid.cells[axis];
+        corner[axis] = job.grid.lower[axis];
+        if !job.grid.periodic[axis] {
+            let whole = (job.grid.cells[axis] + 2 * RIM).next_multiple_of(per_block);
+            rim[axis] = [RIM, whole - job.grid.cells[axis] - RIM];
+            cells[axis] = whole;
+            corner[axis] -= RIM as f64 * job.grid.cell;
+        }
+    }
+    let ground = Ground {
+        cells,
+        cells_per_block: per_block,
+        cell: job.grid.cell,
+        corner,
+        periodic: job.grid.periodic,
+        rim,
+        shape: job.scheme.shape,
+        point_half: 0.5 / job.scheme.points_per_cell as f64,
+        walled: true,
+    };
+    Layout::new::<S>(ground).map_err(Error::User)
+}
+
+pub(crate) fn cell<S: Space>(layout: &Layout) -> Cell<S> {
+    let (mut corner, mut lengths) = (S::Vector::zero(), S::Vector::zero());
+    for axis in 0..S::DIMENSION {
+        corner[axis] = layout.corner[axis];
+        lengths[axis] = layout.cells[axis] as f64 * layout.cell;
+    }
+    Cell::cuboid(corner, lengths, layout.periodic)
+}
+
+pub(crate) fn bodies<S: Space>(job: &Mpm) -> Vec<Body<S>> {
+    let made = |rigid: &mpm::RigidBody| {
+        let mut body = body_of::<S>(&rigid.body);
+        let grip = match rigid.contact {
+            BodyContact::Rough => Grip::Rough,
+            BodyContact::Smooth => Grip::Smooth,
+            BodyContact::Coulomb { friction } => Grip::Coulomb(friction),
+        };
+        body.grip = Some((grip, rigid.separates));
+        body
+    };
+    job.bodies.iter().map(made).collect()
+}
+
+/// Settings of a job's run by its laws.
+pub(crate) fn settings<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+    job: &Mpm,
+    material: L,
+    contact: C,
+) -> Settings<S, C, L> {
+    let density = job.material.density;
+    let impedance = [material.p_wave_modulus(), material.shear_modulus()].map(|modulus| (modulus * density).sqrt());
+    Settings {
+        dt: job.step,
+        grain_steps: job.grain_steps,
+        // Without grains there are no lists of pairs for it to reach into.
+        skin: job.grains.as_ref().map_or(job.grid.cell, |grains| grains.piece.skin),
+        grid: Grid {
+            shape: job.scheme.shape,
+            update: job.scheme.update,
+            transfer: job.scheme.transfer,
+            faces: job.boundaries,
+            impedance,
+            depth: if S::DIMENSION == 2 { job.grid.depth } else { 1.0 },
+            gravity_ramp: job.gravity.ramp,
+        },
+        loads: job.loads.iter().map(|load| load_of::<S>(job, load)).collect(),
+        contact,
+        material,
+        field: Field { gravity: vector::<S>(&job.gravity.acceleration), damping: Damping::default() },
+        drive: CellDrive::default(),
+        // Velocities of points are of the time of their positions, and a grid's step is of one length.
+        first_kick: if job.grains.is_some() { 0.5 } else { 1.0 },
+        first_advance: 0.0,
+    }
+}
+
+/// The loads of a point have the area of its side.
+fn load_of<S: Space>(job: &Mpm, load: &mpm::Load) -> Load<S> {
+    let mut area = S::Vector::zero();
+    area[load.face.axis] = if load.face.upper { job.point_area() } else { -job.point_area() };
+    let kind = match load.kind {
+        LoadKind::Traction(traction) => Kind::Traction(vector::<S>(&traction)),
+        LoadKind::Pressure(pressure) => Kind::Pressure(pressure),
+    };
+    Load { area, kind, ramp: load.ramp }
+}
+
+/// What the membranes of a job are made of.
+fn membranes(job: &Mpm) -> Vec<Membrane> {
+    let mut first = 0;
+    let made = |one: &mpm::Membrane| {
+        let (segments, closed) = (one.segments(), one.is_closed());
+        let count = if closed { segments } else { segments + 1 };
+        first += count;
+        let length = one.segment();
+        Membrane {
+            name: one.name.clone(),
+            first: first - count,
+            count,
+            closed,
+            mass: one.mass_of_segment(job.grid.depth),
+            rest: length - one.tension / one.stiffness,
+            stiffness: one.stiffness,
+            damping: one.damping,
+            pressure: one.pressure,
+            ramp: one.ramp,
+            depth: job.grid.depth,
+        }
+    };
+    job.membranes.iter().map(made).collect()
+}
+
+/// Their vertices at the start.
+pub(crate) fn vertices<S: Space>(job: &Mpm) -> Vec<Vertex<S>> {
+    let of = |(number, one): (usize, &mpm::Membrane)| {
+        let mut vertices = at_start::<S>(one);
+        vertices.iter_mut().for_each(|vertex| vertex.membrane = number as u64);
+        vertices
+    };
+    job.membranes.iter().enumerate().flat_map(of).collect()
+}
+
+fn at_start<S: Space>(one: &mpm::Membrane) -> Vec<Vertex<S>> {
+    match one.path {
+        Path::Line { from, to } => {
+            membrane::along_line(&vector::<S>(&widened(from)), &vector::<S>(&widened(to)), one.segments())
+        }
+        Path::Circle { centre, radius } => membrane::on_circle(&vector::<S>(&widened(centre)), radius, one.segments()),
+    }
+}
+
+fn widened([x, y]: [f64; 2]) -> [f64; 3] {
+    [x, y, 0.0]
+}
+
+/// Points in the regions, in the middle of their places; ids count places.
+pub(crate) fn points<S: Space, L: MaterialLaw<S>>(
+    job: &Mpm,
+    law: &L,
+    transport: &dyn Transport,
+) -> Vec<Point<S, L::Memory>> {
+    let places = job.places();
+    let volume = job.point_volume();
+    let mass = volume * job.material.density;
+    assert!(job.loads.len() <= mpm::LOADS_MAX, "a checked job has no more loads than a word has bits");
+    let mut points = Vec::new();
+    let layers = (0..places[2]).flat_map(|z| (0..places[1]).map(move |y| [y, z]));
+    for (number, [y, z]) in layers.enumerate() {
+        if number % transport.size() != transport.rank() {
+            continue;
+        }
+        for x in 0..places[0] {
+            let index = [x, y, z];
+            let place = job.place(index);
+            let Some(region) = job.region_at(&place).map(|region| &job.regions[region]) else { continue };
+            let id = PointId(job.number(index));
+            let mut point = Point::<S, L::Memory>::resting(id, vector::<S>(&place), mass, volume);
+            point.hot.velocity = vector::<S>(&region.velocity_at(&place));
+            if job.scheme.transfer == Transfer::Affine {
+                point.affine = tensor::<S>(&region.velocity_gradient_at(&place));
+            }
+            point.hot.memory = law.start(&stress_at::<S>(job, &place), region.fraction);
+            point.hot.stress = S::Symmetric::of(&law.stress(&point.hot.memory));
+            for (load, _) in job.loads.iter().enumerate().filter(|(_, load)| job.bears(load, index)) {
+                point.cold.loads |= 1 << load;
+            }
+            points.push(point);
+        }
+    }
+    points
+}
+
+fn tensor<S: Space>(rows: &[[f64; 3]; 3]) -> S::Tensor {
+    let mut tensor = S::Tensor::zero();
+    for column in 0..S::DIMENSION {
+        for row in 0..S::DIMENSION {
+            tensor[column * S::DIMENSION + row] = rows[row][column];
+        }
+    }
+    tensor
+}
+
+/// Cauchy stress at the start, Pa.
+pub fn stress_at<S: Space>(job: &Mpm, place: &[f64; 3]) -> S::Tensor {
+    match job.stress {
+        InitialStress::None => S::Tensor::zero(),
+        InitialStress::Isotropic { pressure } => S::identity() * -pressure,
+        InitialStress::Geostatic { axis, k0, .. } => {
+            let vertical = job.overburden(place[axis]);
+            let mut stress = S::identity() * (-k0 * vertical);
+            stress[axis * S::DIMENSION + axis] = -vertical;
+            stress
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! The packing that a zone takes its grains from (seed 000, 4.1: the reference packing), as the run's folder keeps it, and how it lies
+//! in the specimen.
+
+use std::path::Path;
+
+use crate::base::error::Error;
+use crate::base::ids::GrainId;
+use crate::base::space::{Linear, Plane, Space};
+use crate::bodies::body::Body;
+use crate::dem::cell::Cell;
+use crate::dem::grains::{GrainRow, Mover};
+use crate::domain::transfer;
+use crate::law::contact::ContactLaw;
+use crate::prepare::packed::Packing;
+use crate::prepare::sheared::{self, Grain, PlanarWorld, on_root, read_state};
+use crate::store::tables;
+
+type Vector = <Plane as Space>::Vector;
+
+/// How a packing lies in the specimen.
+#[derive(Clone, Copy)]
+pub enum Lies<'a> {
+    /// It is the specimen.
+    Whole,
+    /// As wide as the specimen and not as high: about the middle of the zone.
+    Around,
+    /// Periodic pieces of it side by side, from the lower corner of the domain.
+    Tiled(&'a dyn StartState),
+}
+
+/// What a job says of where its material begins.
+pub trait StartState {
+    /// Whether there is material at a place.
+    fn is_material(&self, place: &Vector) -> bool;
+    /// Mean stress there as a share of the piece's.
+    fn stress_share(&self, place: &Vector) -> f64;
+}
+
+/// Grains of the packing near a zone, in the order of their ids, on every rank.
+pub struct Reference<C: ContactLaw<Plane>> {
+    pub grains: Vec<Grain<C>>,
+    /// Where the packing's bodies stood, as displacements, m; none where bodies stand where the job has them.
+    pub seats: Vec<Vector>,
+}
+
+impl<C: ContactLaw<Plane>> Reference<C> {
+    /// The packing in `file` as it lies. Of tiles only those grains that `is_wanted` asks for by number and place, since all of them may
+    /// be too many; `middle` is that of the zone, m. Collective.
+    pub fn read(
+        world: &PlanarWorld<C>,
+        file: &Path,
+        (lies, middle): (Lies<'_>, f64),
+        is_wanted: impl Fn(GrainId, &Vector) -> bool,
+    ) -> Result<Self, Error> {
+        let transport = world.transport;
+        match lies {
+            Lies::Whole | Lies::Around => {
+                let read = on_root(transport, || {
+                    let state = read_state(file)?;
+                    let bodies = sheared::bodies_of(&state)?;
+                    Ok((sheared::of_state(state)?, bodies))
+                });
+                let ((mut grains, height), bodies) = transfer::agree(transport, read)?.unwrap_or_default();
+                if matches!(lies, Lies::Around) {
+                    let up = Vector::new(0.0, middle - 0.5 * height);
+                    grains.iter_mut().for_each(|grain| lift::<C>(grain, up));
+                }
+                let bodies: Vec<Body<Plane>> = transfer::broadcast(transport, bodies)?;
+                let seats = bodies.iter().map(|body| body.displacement).collect();
+                Ok(Self { grains: transfer::broadcast(transport, grains)?, seats })
+            }
+            Lies::Tiled(start) => {
+                let read = on_root(transport, || read_piece::<C>(file));
+                let (grains, cells) = transfer::agree(transport, read)?.unwrap_or_default();
+                let grains = transfer::broadcast(transport, grains)?;
+                let cell = transfer::broadcast(transport, cells)?.remove(0);
+                let is_wanted = |id, place: &Vector| start.is_material(place) && is_wanted(id, place);
+                Ok(Self { grains: tiled(world, &Packing { grains, cell }, is_wanted), seats: Vec::new() })
+            }
+        }
+    }
+}
+
+fn lift<C: ContactLaw<Plane>>(grain: &mut Grain<C>, up: Vector) {
+    for place in [&mut grain.hot.position, &mut grain.cold.origin, &mut grain.cold.home] {
+        *place += up;
+    }
+}
+
+type Piece<C> = (Vec<Grain<C>>, Vec<Cell<Plane>>);
+
+/// What [`crate::prepare::packed::state_of`] wrote: grains, and the cell that they fill from its lower corner.
+fn read_piece<C: ContactLaw<Plane>>(file: &Path) -> Result<Piece<C>, Error> {
+    let mut state = read_state(file)?;
+    let cells = tables::rows(&state, "cell", &transfer::Cargo::blank())?;
+    match cells.is_empty() {
+        true => {
+            Err(Error::User(format!("{}: the cell of the packing is missing; the file is damaged", file.display())))
+        }
+        false => Ok((tables::to_grains(&mut state)?, cells)),
+    }
+}
+
+/// Grains of all pieces that a domain holds which are wanted and touch no body. Contacts of a piece are with grains of the same piece
+/// that may lie across its border, so none is kept; a compression without friction leaves next to nothing along them.
+fn tiled<C: ContactLaw<Plane>>(
+    world: &PlanarWorld<C>,
+    piece: &Packing<Plane, C>,
+    is_wanted: impl Fn(GrainId, &Vector) -> bool,
+) -> Vec<Grain<C>> {
+    let layout = &world.layout;
+    let edges = [piece.cell.edges[0], piece.cell.edges[3]];
+    let copies = [0, 1].map(|axis| (layout.cells[axis] as f64 * layout.cell / edges[axis]).ceil() as u64);
+    let bodies: Vec<_> =
+        world.bodies.iter().map(|body| Body { displacement: Vector::zero(), ..body.clone() }).collect();
+    let is_free = |place: &Vector, radius: f64| {
+        bodies.iter().filter_map(|body| body.nearest(place)).all(|near| near.distance >= radius)
+    };
+    let all = piece.side_by_side([layout.corner[0], layout.corner[1]], copies);
+    let taken = all.filter(|(id, place, grain)| is_wanted(*id, place) && is_free(place, grain.hot.radius));
+    taken
+        .map(|(id, place, grain)| GrainRow::resting(id, place, grain.hot.radius, grain.hot.mass, Mover::Free))
+        .collect()
+}

@@ -1,0 +1,399 @@
+//! The grains that a job on a grid begins with: pieces of a periodic packing laid side by side, cut to the job's regions, and
+//! brought to rest between its bodies and membranes.
+//!
+//! A piece is under the stress of the start as the points are. Where it is cut, contacts are missing: grains there move by a part of
+//! their overlaps until membranes bear them, and bodies with a `seat` come up to them. All this happens before the run.
+
+use scree_io::column::State;
+use scree_partition::Transport;
+
+use crate::base::error::Error;
+use crate::base::record::to_table;
+use crate::base::space::{Linear, Plane, Space};
+use crate::bodies::body::{Body, Servo};
+use crate::dem::grains::{GrainRow, Mover};
+use crate::dem::motion::Field;
+use crate::domain::rebuild::Parts;
+use crate::domain::transfer::{self, Cargo};
+use crate::domain::world::Settings;
+use crate::job::Method;
+use crate::job::assembly::{Damping, DampingForm, Packed, Preparation, Source};
+use crate::job::mpm::figures::bounding_box;
+use crate::job::mpm::{BodyContact, Granular, Mpm, Origin, RigidBody};
+use crate::law::contact::ContactLaw;
+use crate::law::material::CriticalDruckerPrager;
+use crate::mpm::membrane::Vertex;
+use crate::prepare::cache::{Found, Place};
+use crate::prepare::making::{Leg, Look, Making};
+use crate::prepare::sheared::{Grain, PlanarWorld, on_root, settle, share};
+use crate::prepare::{packed, point_world};
+use crate::store::checkpoint::{self, Drawn, Progress};
+use crate::store::tables;
+
+type Vector = <Plane as Space>::Vector;
+
+/// What a run begins with.
+pub struct Specimen<C: ContactLaw<Plane>> {
+    /// On rank 0 only, in the order of their ids; at rest, contacts with their memories.
+    pub grains: Vec<Grain<C>>,
+    /// Bodies where grains have stopped them, and vertices where grains have; on every rank.
+    pub bodies: Vec<Body<Plane>>,
+    pub vertices: Vec<Vertex<Plane>>,
+    /// Packing fraction of the piece.
+    pub fraction: f64,
+    /// The piece itself, where zones are made of it.
+    pub piece: Option<packed::Packing<Plane, C>>,
+}
+
+/// Damping of grains that come to rest, against the ground per t_p = d sqrt(rho/p), and local.
+const DAMPING_MASS: f64 = 0.2;
+const DAMPING_LOCAL: f64 = 0.2;
+/// Mass of a body that is seated, as a share of the grains', and its dashpot as a share of the critical one for that mass on
+/// material of modulus M as wide as it is high.
+const SEAT_MASS: f64 = 0.1;
+const SEAT_DAMPING: f64 = 0.5;
+/// Inertial number that a body which is seated keeps below, (v/H) d sqrt(rho/p).
+const INERTIAL_NUMBER: f64 = 1e-3;
+/// Steps between two looks at whether everything rests, looks in a row that must find it so, and way of a body between two, in
+/// mean diameters, with which it does.
+const LOOK_EVERY: u64 = 500;
+const CALM_LOOKS: u32 = 3;
+const CALM_WAY: f64 = 1e-4;
+/// How often a specimen is brought to rest for its bodies to come where the job has them, and how near is near enough, in mean
+/// diameters.
+const SEATS_MAX: u64 = 4;
+const SEAT_TOLERANCE: f64 = 0.05;
+/// How far the fractions of packing and material may be apart before it is worth a word.
+const FRACTION_OFF: f64 = 0.02;
+/// Steps after which a specimen that has not come to rest is given up.
+const STEPS_MAX: u64 = 5_000_000;
+/// Friction of rough bodies: grains roll on them, and do not slide.
+const FRICTION_ROUGH: f64 = 1e3;
+
+/// The specimen of a job: from the cache, or made now and cached. Collective.
+pub fn specimen<C: ContactLaw<Plane>>(
+    job: &Mpm,
+    granular: &Granular,
+    transport: &dyn Transport,
+) -> Result<Specimen<C>, Error> {
+    let packed = packed_of(granular);
+    // The piece is no run and has no output of its own.
+    let save_every = job.output.save_every();
+    let piece = packed::make::<Plane, C>(&granular.piece, packed, save_every, transport)?;
+    let depth = job.grid.depth;
+    let solid: f64 = piece.grains.iter().map(|grain| Plane::grain_volume(grain.hot.radius, depth)).sum();
+    let fraction = share(transport, solid / (piece.cell.volume() * depth));
+    if (fraction - job.material.law.fraction()).abs() > FRACTION_OFF && transport.rank() == 0 {
+        let stated = job.material.law.fraction();
+        tracing::warn!(fraction, stated, "warning: the packing's fraction is not that of the material");
+    }
+    let is_tiled = granular.method == Method::Hybrid && granular.reference == Origin::Piece;
+    if granular.method == Method::Mpm || is_tiled {
+        let (bodies, vertices) = (point_world::bodies(job), point_world::vertices(job));
+        return Ok(Specimen { grains: Vec::new(), bodies, vertices, fraction, piece: is_tiled.then_some(piece) });
+    }
+    let place = Place::new(&packed.cache, "specimen", &key(job, granular));
+    let (grains, bodies, vertices) = match place.find(transport, save_every, of_state::<C>)? {
+        Found::There(found) => found.unwrap_or_default(),
+        Found::ToMake(mut making) => {
+            if transport.rank() == 0 {
+                let file = place.file().display();
+                tracing::info!("making the specimen, which other runs of its kind will share: {file}");
+            }
+            let mut rested = rested::<C>(job, granular, &piece, &mut making)?;
+            making.finish(|| state_of::<C>(&mut rested))?;
+            rested
+        }
+    };
+    let shifts = transfer::broadcast(transport, bodies)?;
+    let mut bodies = point_world::bodies::<Plane>(job);
+    bodies.iter_mut().zip(shifts).for_each(|(body, rested)| body.displacement = rested.displacement);
+    Ok(Specimen { grains, bodies, vertices: transfer::broadcast(transport, vertices)?, fraction, piece: None })
+}
+
+/// Laws of contacts with the job's bodies.
+pub fn laws_of_bodies<C: ContactLaw<Plane>>(job: &Mpm, granular: &Granular) -> Vec<C> {
+    let law = |friction: f64| {
+        C::from_job(&granular.piece.contact.without_cohesion().with_friction(friction))
+            .expect("the run was given the job's law")
+    };
+    let of = |contact: BodyContact| match contact {
+        BodyContact::Rough => law(FRICTION_ROUGH),
+        BodyContact::Smooth => law(0.0),
+        BodyContact::Coulomb { friction } => law(friction),
+    };
+    job.bodies.iter().map(|body| of(body.contact)).collect()
+}
+
+fn packed_of(granular: &Granular) -> &Packed {
+    match &granular.piece.source {
+        Source::Packed(packed) => packed,
+        Source::File(_) => unreachable!("a checked job has its piece made"),
+    }
+}
+
+/// Mean stress of the piece, Pa.
+pub fn stress_of(granular: &Granular) -> f64 {
+    match packed_of(granular).preparation {
+        Preparation::Compress { stress, unloaded, .. } => unloaded.unwrap_or(stress),
+        Preparation::Pour => unreachable!("a checked job has its piece compressed"),
+    }
+}
+
+/// The direction in which a body that is seated first goes, along which it comes up to the grains.
+fn way_of_seat(rigid: &RigidBody) -> Option<[f64; 3]> {
+    let velocities = rigid.body.motion.path.iter().map(|at| at.velocity);
+    let first = velocities.filter(|_| rigid.seat > 0.0).find(|velocity| *velocity != [0.0; 3])?;
+    let speed = first.iter().map(|component| component * component).sum::<f64>().sqrt();
+    Some(first.map(|component| component / speed))
+}
+
+/// Everything that shapes a specimen; ways that bodies go in the run do not.
+fn key(job: &Mpm, granular: &Granular) -> String {
+    let piece = &granular.piece;
+    let regions: Vec<_> = job.regions.iter().map(|region| &region.shape).collect();
+    let bodies: Vec<_> = job
+        .bodies
+        .iter()
+        .map(|body| {
+            let (shape, motion) = (&body.body.shape, &body.body.motion);
+            (shape, way_of_seat(body), &motion.servo, body.contact, body.separates, body.seat)
+        })
+        .collect();
+    format!(
+        "specimen 5 seed {} matter {:?} source {:?} contact {:?} step {:?} skin {:?} regions {regions:?} bodies {bodies:?} membranes {:?} gravity {:?} grid {:?} block {} scheme {:?} modulus {:?}",
+        piece.seed,
+        piece.matter,
+        Source::Packed(Packed { cache: Default::default(), ..packed_of(granular).clone() }),
+        piece.contact,
+        piece.step,
+        piece.skin,
+        job.membranes,
+        job.gravity,
+        job.grid,
+        job.cells_per_block,
+        job.scheme,
+        job.material.law.modulus_longitudinal(2),
+    )
+}
+
+/// Grains, bodies and vertices at rest. A body comes to rest on the few grains that stand out most: what lies below where the job
+/// has it is filled up with more grains, and everything brought to rest again.
+fn rested<C: ContactLaw<Plane>>(
+    job: &Mpm,
+    granular: &Granular,
+    piece: &packed::Packing<Plane, C>,
+    making: &mut Making,
+) -> Result<Rested<C>, Error> {
+    let transport = making.transport();
+    let mut raised: Vec<Vector> = vec![Vector::zero(); job.bodies.len()];
+    let mut best: Option<(f64, Rested<C>)> = None;
+    for attempt in 0..SEATS_MAX {
+        let rested = match over::<C>(making, attempt)? {
+            Some(rested) => rested,
+            None => {
+                making.begin(attempt);
+                let mut rested = bring_to_rest::<C>(job, granular, (piece, &raised), making)?;
+                transfer::agree(transport, making.keep(attempt, &state_of::<C>(&mut rested)))?;
+                rested
+            }
+        };
+        let off = rested.1.iter().map(|body| body.displacement.norm()).fold(0.0, f64::max);
+        raised.iter_mut().zip(&rested.1).for_each(|(raised, body)| *raised -= body.displacement);
+        if best.as_ref().is_none_or(|(least, _)| off < *least) {
+            best = Some((off, rested));
+        }
+        if off <= SEAT_TOLERANCE * granular.piece.matter.diameter_mean {
+            break;
+        }
+    }
+    let (off, rested) = best.expect("one was made at least");
+    if off > SEAT_TOLERANCE * granular.piece.matter.diameter_mean && transport.rank() == 0 {
+        tracing::warn!(off, "warning: a body has come to rest that far (m) from where the job has it");
+    }
+    Ok(rested)
+}
+
+/// What an attempt has come to that is over: grains on rank 0, the rest on every rank. Collective.
+fn over<C: ContactLaw<Plane>>(making: &Making, attempt: u64) -> Result<Option<Rested<C>>, Error> {
+    let transport = making.transport();
+    let kept = on_root(transport, || making.kept(attempt).map(of_state::<C>).transpose());
+    let kept = transfer::agree(transport, kept)?.flatten();
+    if transport.broadcast(vec![u8::from(kept.is_some())])[0] == 0 {
+        return Ok(None);
+    }
+    let (grains, bodies, vertices) = kept.unwrap_or_default();
+    Ok(Some((grains, transfer::broadcast(transport, bodies)?, transfer::broadcast(transport, vertices)?)))
+}
+
+/// Copies of the piece over all regions, and of these the grains whose centres lie in one, or in what bodies that are `raised` by so
+/// much (m) leave free, and that touch no body.
+fn cut<C: ContactLaw<Plane>>(
+    job: &Mpm,
+    piece: &packed::Packing<Plane, C>,
+    raised: &[Vector],
+) -> Result<Vec<Grain<C>>, Error> {
+    let boxes: Vec<_> = job.regions.iter().map(|region| bounding_box(&region.shape)).collect();
+    let lower = [0, 1].map(|axis| boxes.iter().map(|corners| corners.0[axis]).fold(f64::INFINITY, f64::min));
+    let upper = [0, 1].map(|axis| boxes.iter().map(|corners| corners.1[axis]).fold(f64::NEG_INFINITY, f64::max));
+    let edges = [piece.cell.edges[0], piece.cell.edges[3]];
+    let more = [0, 1].map(|axis| raised.iter().map(|raised| raised[axis].abs()).fold(0.0, f64::max));
+    // Whole pieces before the corner, so that grains lie where they lie whatever has been raised.
+    let before = [0, 1].map(|axis| (more[axis] / edges[axis]).ceil());
+    let copies = [0, 1]
+        .map(|axis| (before[axis] + ((upper[axis] - lower[axis] + more[axis]) / edges[axis]).ceil().max(1.0)) as u64);
+    let mut bodies = point_world::bodies::<Plane>(job);
+    bodies.iter_mut().zip(raised).for_each(|(body, raised)| body.displacement = *raised);
+    let is_inside = |place: &Vector| job.region_at(&[place[0], place[1], 0.0]).is_some();
+    let mut grains = Vec::new();
+    let first = [0, 1].map(|axis| lower[axis] - before[axis] * edges[axis]);
+    for (id, place, grain) in piece.side_by_side(first, copies) {
+        let is_free =
+            bodies.iter().filter_map(|body| body.nearest(&place)).all(|near| near.distance >= grain.hot.radius);
+        if is_free && (is_inside(&place) || raised.iter().any(|raised| is_inside(&(place - *raised)))) {
+            grains.push(GrainRow::resting(id, place, grain.hot.radius, grain.hot.mass, Mover::Free));
+        }
+    }
+    match grains.is_empty() {
+        true => Err(Error::User(
+            "no grain of the packing has its centre in a [[region]]; make the regions larger than a grain".into(),
+        )),
+        false => Ok(grains),
+    }
+}
+
+type Rested<C> = (Vec<Grain<C>>, Vec<Body<Plane>>, Vec<Vertex<Plane>>);
+
+/// Grains, bodies and vertices once everything rests; rows on rank 0.
+fn bring_to_rest<C: ContactLaw<Plane>>(
+    job: &Mpm,
+    granular: &Granular,
+    (piece, raised): (&packed::Packing<Plane, C>, &[Vector]),
+    making: &mut Making,
+) -> Result<Rested<C>, Error> {
+    let transport = making.transport();
+    let grains = on_root(transport, || cut::<C>(job, piece, raised));
+    let grains = transfer::agree(transport, grains)?.unwrap_or_default();
+    let mass = share(transport, grains.iter().map(|grain| grain.hot.mass).sum());
+    let bodies = seated_bodies(job, granular, mass, raised);
+    let taken_up = making.taken_up::<Plane, C, CriticalDruckerPrager>()?;
+    if taken_up.is_none() {
+        tracing::info!(grains = grains.len(), "bringing the specimen to rest");
+    }
+    let (parts, step) = match taken_up {
+        Some(snapshot) => {
+            let draw = |_: &Progress, vertices| Ok(Drawn { bodies, ..point_world::drawn(job, vertices)? });
+            let (parts, progress) = checkpoint::restore(snapshot, draw, transport)?;
+            (parts, progress.step)
+        }
+        None => {
+            let Drawn { cell, membranes, .. } = point_world::drawn(job, point_world::vertices(job))?;
+            let mut parts = Parts::fresh(grains, Vec::new(), bodies, cell);
+            parts.membranes = membranes;
+            (parts, 0)
+        }
+    };
+    let settings = settings_of_rest(job, granular);
+    let mut world = PlanarWorld::<C>::new(settings, point_world::layout::<Plane>(job)?, transport, step, parts)?;
+    world.walls.laws = laws_of_bodies(job, granular);
+
+    let (goal, diameter) = (packed_of(granular).energy_ratio_max, granular.piece.matter.diameter_mean);
+    let leg = Leg { name: "bringing to rest", rebuilds: false, look_every: LOOK_EVERY, calm_looks: CALM_LOOKS, goal };
+    making.bring_to_rest(&mut world, leg, |_, _| (), |world, notes| {
+        let ratio = world.unrest()?;
+        let ways = world.bodies.iter().zip(raised).enumerate().map(|(number, (body, raised))| {
+            let mut way = Vector::zero();
+            for axis in 0..Plane::DIMENSION {
+                let name = format!("displacement {number} {axis}");
+                way[axis] = body.displacement[axis] - notes.get(&name).unwrap_or(raised[axis]);
+                notes.set(&name, body.displacement[axis]);
+            }
+            way.norm()
+        });
+        let rests = ways.fold(0.0, f64::max) < CALM_WAY * diameter;
+        if world.step > STEPS_MAX {
+            return Err(Error::Run(format!(
+                "the specimen has not come to rest between its bodies and membranes after {} steps: kinetic/elastic energy {ratio:.1e} (wanted {goal:.1e}); raise packing.energy_ratio_max, or look whether anything holds the grains on every side",
+                world.step,
+            )));
+        }
+        let rests = rests && ratio < goal;
+        Ok(Look { rests, ratio, words: format!("{} grains", world.grains_total) })
+    })?;
+    world.rebuild()?;
+    let (rows, _) = world.rows();
+    let mut rows = transfer::gather(transport, rows)?.unwrap_or_default();
+    rows.sort_unstable_by_key(|row| row.cold.id);
+    rows.iter_mut().for_each(settle);
+    let still = |vertex: &Vertex<Plane>| {
+        let at = vertex.position;
+        Vertex { velocity: Vector::zero(), origin: at, home: at, ..*vertex }
+    };
+    let vertices = world.membranes.vertices.iter().map(still).collect();
+    Ok((rows, world.bodies.clone(), vertices))
+}
+
+/// The bodies of a job at rest, or pressed on; `mass` is that of all grains, kg.
+fn seated_bodies(job: &Mpm, granular: &Granular, mass: f64, raised: &[Vector]) -> Vec<Body<Plane>> {
+    let boxes = job.regions.iter().map(|region| bounding_box(&region.shape));
+    let height = boxes.map(|(lower, upper)| upper[1] - lower[1]).fold(0.0, f64::max);
+    let stiffness = job.material.law.modulus_longitudinal(2) * job.grid.depth;
+    let mut bodies = point_world::bodies::<Plane>(job);
+    for ((body, rigid), raised) in bodies.iter_mut().zip(&job.bodies).zip(raised) {
+        body.displacement = *raised;
+        let way = body.path.iter().map(|at| at.velocity).find(|velocity| velocity.norm() > 0.0);
+        body.path.clear();
+        if let (Some(way), true) = (way, rigid.seat > 0.0) {
+            let mass = SEAT_MASS * mass;
+            body.servo = Some(Servo {
+                direction: way * (-1.0 / way.norm()),
+                force: rigid.seat,
+                mass,
+                damping: SEAT_DAMPING * 2.0 * (stiffness * mass).sqrt(),
+                speed_max: INERTIAL_NUMBER * height / time_of_grain(granular),
+            });
+        }
+    }
+    bodies
+}
+
+/// t_p = d sqrt(rho/p), s.
+fn time_of_grain(granular: &Granular) -> f64 {
+    let matter = &granular.piece.matter;
+    matter.diameter_mean * (matter.density / stress_of(granular)).sqrt()
+}
+
+fn settings_of_rest<C: ContactLaw<Plane>>(job: &Mpm, granular: &Granular) -> Settings<Plane, C, CriticalDruckerPrager> {
+    let law = CriticalDruckerPrager::of_job(law_of(job));
+    let contact = C::from_job(&granular.piece.contact).expect("the run was given the job's law");
+    let mut settings = point_world::settings::<Plane, C, _>(job, law, contact);
+    settings.grain_steps = 1;
+    let mass = DAMPING_MASS / time_of_grain(granular);
+    let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass };
+    settings.field = Field { damping, ..settings.field };
+    settings
+}
+
+/// The law of a checked job with grains.
+pub fn law_of(job: &Mpm) -> &crate::job::mpm::CriticalDruckerPrager {
+    match &job.material.law {
+        crate::job::mpm::MaterialLaw::CriticalDruckerPrager(law) => law,
+        _ => unreachable!("a checked job with grains has a law that softens"),
+    }
+}
+
+fn state_of<C: ContactLaw<Plane>>((grains, bodies, vertices): &mut Rested<C>) -> State {
+    let mut tables = Vec::from(tables::of_grains(grains));
+    tables.push(to_table("bodies", bodies, &mut Body::blank()));
+    tables.push(to_table("membranes", vertices, &mut Vertex::blank()));
+    State { attributes: Default::default(), tables }
+}
+
+fn of_state<C: ContactLaw<Plane>>(mut state: State) -> Result<Rested<C>, Error> {
+    let bodies = tables::rows(&state, "bodies", &Body::blank())?;
+    let vertices = tables::rows(&state, "membranes", &Vertex::blank())?;
+    Ok((tables::to_grains(&mut state)?, bodies, vertices))
+}
+
+#[cfg(test)]
+mod tests;

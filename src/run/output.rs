@@ -1,0 +1,252 @@
+//! What a run writes into its folder, on rank 0, and what a person reads.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use scree_io::frames::{self, Frame, FrameFile};
+use scree_io::series::{self, Series};
+use serde_json::{Value, json};
+
+use crate::base::error::Error;
+use crate::base::program;
+use crate::base::space::{Space, Words};
+use crate::domain::meter::Meter;
+use crate::domain::plan::LoadMap;
+use crate::law::material::MaterialMemory;
+use crate::run::folder::{Folder, LOAD, SUMMARY, series_file};
+use crate::run::log::Log;
+use crate::run::{Beginning, Experiment, Options};
+use crate::store::checkpoint::{self, Progress, Snapshot, Target};
+
+/// Open files of a run, on rank 0, and its folder, which is held as long.
+pub struct Outputs {
+    folder: Folder,
+    series: Series,
+    /// Of the columns that the run has, those that its series has: one of a former program may lack some.
+    columns: Vec<usize>,
+    frames: Option<FrameFile>,
+    /// As many as there are frames, where contacts are written.
+    contacts: Option<FrameFile>,
+    /// The most rows that a frame has had.
+    rows: usize,
+    log: Log,
+    /// Figures for `summary.json`.
+    summary: BTreeMap<String, Value>,
+    meter: Meter,
+    /// Step at which this process began, when, and the last one of the run.
+    began: (u64, Instant, u64),
+}
+
+/// What lay where at the end, for `scree plan`.
+pub fn load_file(dir: &Path) -> PathBuf {
+    dir.join(LOAD)
+}
+fn frames_file(dir: &Path) -> PathBuf {
+    dir.join("frames.vtkhdf")
+}
+fn contacts_file(dir: &Path) -> PathBuf {
+    dir.join("contacts.vtkhdf")
+}
+fn failed(path: &Path, error: &dyn std::fmt::Display) -> Error {
+    Error::Run(format!("{}: {error}; the run has stopped", path.display()))
+}
+
+/// The figures of `summary.json`; none where there is none that can be read.
+fn summary_of(dir: &Path) -> BTreeMap<String, Value> {
+    let text = fs::read_to_string(dir.join(SUMMARY)).unwrap_or_default();
+    serde_json::from_str(&text).unwrap_or_default()
+}
+
+/// Of the columns that a run has now, those that its series has, where these are some of them in their order; else all, which the
+/// series will be refused for.
+fn columns_there(path: &Path, header: &[String]) -> Result<Vec<usize>, Error> {
+    let there = series::header(path).map_err(|error| Error::User(error.to_string()))?;
+    let mut next = 0;
+    let mut find = |name: &String| {
+        let found = next + header[next..].iter().position(|column| column == name)?;
+        next = found + 1;
+        Some(found)
+    };
+    let all = || (0..header.len()).collect();
+    Ok(there.iter().map(&mut find).collect::<Option<Vec<usize>>>().unwrap_or_else(all))
+}
+
+/// Whether a run has told that it was done after `step`: who is killed between the last checkpoint and the last words has not.
+fn tells_of_the_end(summary: &BTreeMap<String, Value>, step: u64) -> bool {
+    let tells = |key: &str, what: Value| summary.get(key) == Some(&what);
+    tells("outcome", json!("done")) && tells("steps", json!(step))
+}
+
+/// Adds a frame to its file, which the first one makes.
+fn add(
+    file: &mut Option<FrameFile>,
+    (folder, path): (&Folder, &Path),
+    frame: &Frame,
+    rows: usize,
+) -> Result<(), Error> {
+    let run = Some(folder.id().as_str()).filter(|id| !id.is_empty()).map(|id| (checkpoint::RUN, id));
+    let attributes: Vec<(&str, &str)> = run.into_iter().chain([(checkpoint::PROGRAM, program::identity())]).collect();
+    let added = match file {
+        Some(file) => file.append(frame),
+        None => FrameFile::create(path, &folder.scratch()?, frame, rows, &attributes).map(|made| *file = Some(made)),
+    };
+    added.map_err(|error| failed(path, &error))
+}
+
+/// A log that somebody has put in the place of the run's own is not cut.
+fn refuse_other_log(log: &Log, folder: &Folder) -> Result<(), Error> {
+    match log.run() {
+        Some(run) if folder.id().is_known() && run != folder.id().as_str() => Err(Error::User(format!(
+            "{}: this log is of run {run}, and the folder of run {}. Put the log of this run back, or move this one away.",
+            folder.dir().join("log.jsonl").display(),
+            folder.id().as_str()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+impl Outputs {
+    /// The outputs of a run that begins after `step`, in a folder that has none yet.
+    pub fn create(folder: Folder, experiment: &impl Experiment, step: u64) -> Result<Self, Error> {
+        let (log, path) = (Log::open(folder.dir())?, series_file(folder.dir()));
+        let header = experiment.header();
+        let names: Vec<&str> = header.iter().map(String::as_str).collect();
+        let series = Series::create(&path, &names).map_err(|error| failed(&path, &error))?;
+        Ok(Self::new(folder, log, (series, (0..header.len()).collect()), (step, experiment.steps())))
+    }
+
+    /// Cuts log, series and frames back to what `progress` had written, once all of them are seen to hold that. Those of a branch
+    /// begin here. None where the run has come to its end and told of it: its series is looked at, and everything left as it is.
+    pub fn resume(
+        options: &Options,
+        folder: Folder,
+        progress: &Progress,
+        experiment: &impl Experiment,
+    ) -> Result<Option<Self>, Error> {
+        if options.beginning == Beginning::Branched {
+            return Self::create(folder, experiment, progress.step).map(Some);
+        }
+        let (dir, path) = (folder.dir(), series_file(folder.dir()));
+        let header = experiment.header();
+        let columns = columns_there(&path, &header)?;
+        let names: Vec<&str> = columns.iter().map(|column| header[*column].as_str()).collect();
+        let (rows, digest) = (progress.series_rows as usize, progress.series_digest);
+        let other = |error: scree_io::Error| Error::User(error.to_string());
+        Series::check(&path, &names, rows, digest).map_err(other)?;
+        let summary = summary_of(dir);
+        if progress.step >= experiment.steps() && tells_of_the_end(&summary, progress.step) {
+            return Ok(None);
+        }
+        let frames_wanted = progress.frames as usize;
+        let mut paths = vec![frames_file(dir)];
+        paths.extend(experiment.output().contact_frames.then(|| contacts_file(dir)));
+        for path in &paths {
+            frames::refuse_fewer(path, frames_wanted).map_err(|error| failed(path, &error))?;
+        }
+        let mut log = Log::open(dir)?;
+        refuse_other_log(&log, &folder)?;
+
+        log.cut_after(progress.step)?;
+        let series = Series::resume(&path, &names, rows, digest).map_err(other)?;
+        let scratch = folder.scratch()?;
+        let cut = |path: &PathBuf| {
+            FrameFile::open_and_cut(path, &scratch, frames_wanted).map_err(|error| failed(path, &error))
+        };
+        let mut files = paths.iter().map(cut);
+        let (frames, contacts) = (files.next().transpose()?, files.next().transpose()?);
+        drop(files);
+        let outputs = Self::new(folder, log, (series, columns), (progress.step, experiment.steps()));
+        Ok(Some(Self { frames, contacts, summary, ..outputs }))
+    }
+
+    fn new(folder: Folder, log: Log, (series, columns): (Series, Vec<usize>), (step, steps): (u64, u64)) -> Self {
+        let (summary, meter) = (BTreeMap::new(), Meter::known());
+        let began = (step, Instant::now(), steps);
+        Self { folder, series, columns, frames: None, contacts: None, rows: 0, log, summary, meter, began }
+    }
+
+    pub fn folder(&self) -> &Folder {
+        &self.folder
+    }
+
+    /// Where a checkpoint goes, which tells what run it is of.
+    pub fn target<S: Space, M: Words<f64>, P: MaterialMemory>(
+        &self,
+        path: &Path,
+        head: Snapshot<S, M, P>,
+    ) -> Result<Target, Error> {
+        let folder = path.parent().unwrap_or(self.folder.dir());
+        fs::create_dir_all(folder).map_err(|error| failed(folder, &error))?;
+        let mut head = head.to_state();
+        if self.folder.id().is_known() {
+            head.attributes.insert(checkpoint::RUN.to_string(), self.folder.id().as_str().to_string());
+        }
+        Ok(Target { scratch: self.folder.scratch()?, path: path.to_path_buf(), head })
+    }
+
+    pub fn row(&mut self, values: &[f64]) -> Result<(), Error> {
+        let there: Vec<f64> = self.columns.iter().map(|column| values[*column]).collect();
+        self.series.push(&there).map_err(|error| failed(self.series.path(), &error))
+    }
+
+    /// Rows written so far are on disk afterwards; what stands for them.
+    pub fn sync(&self) -> Result<u64, Error> {
+        self.series.sync().map_err(|error| failed(self.series.path(), &error))?;
+        Ok(self.series.digest())
+    }
+
+    pub fn frame(&mut self, frame: &Frame) -> Result<(), Error> {
+        self.rows = self.rows.max(frame.rows());
+        let path = frames_file(self.folder.dir());
+        add(&mut self.frames, (&self.folder, &path), frame, self.rows)
+    }
+
+    pub fn contacts(&mut self, contacts: &Frame) -> Result<(), Error> {
+        // At first grains may not touch; once they do, each has about four or six neighbours, which a contact is of two.
+        let path = contacts_file(self.folder.dir());
+        add(&mut self.contacts, (&self.folder, &path), contacts, 3 * self.rows)
+    }
+
+    /// One line in `log.jsonl`.
+    pub fn log(&mut self, event: &str, step: u64, mut fields: Value) -> Result<(), Error> {
+        if self.folder.id().is_known() {
+            fields["run"] = json!(self.folder.id().as_str());
+        }
+        self.log.tell(event, step, fields)
+    }
+
+    /// Figures that `summary.json` shows.
+    pub fn note(&mut self, figures: Value) {
+        if let Value::Object(figures) = figures {
+            self.summary.extend(figures);
+        }
+    }
+
+    pub fn write_summary(&mut self) -> Result<(), Error> {
+        if self.folder.id().is_known() {
+            self.summary.insert("run".to_string(), json!(self.folder.id().as_str()));
+        }
+        let text = serde_json::to_string_pretty(&self.summary).map_err(|error| failed(Path::new(SUMMARY), &error))?;
+        self.folder.replace(SUMMARY, &(text + "\n"))
+    }
+
+    /// Where the load lies, and what it costs.
+    pub fn write_load(&self, map: &LoadMap) -> Result<(), Error> {
+        let text = serde_json::to_string(map).map_err(|error| failed(Path::new(LOAD), &error))?;
+        self.folder.replace(LOAD, &(text + "\n"))
+    }
+
+    /// Shows how far the run is.
+    pub fn show(&mut self, step: u64, words: impl FnOnce() -> String) {
+        let (first, since, steps) = self.began;
+        let pace = 1e6 * since.elapsed().as_secs_f64() / (step - first).max(1) as f64;
+        let head = || format!("step {step} of {steps}, {pace:.1} us a step");
+        self.meter.show(step as f64 / steps as f64, head, words);
+    }
+
+    pub fn finish(&mut self) {
+        self.meter.finish();
+    }
+}

@@ -1,0 +1,318 @@
+//! From a job to its experiment: the kind of job, its space and its contact law are chosen here, once per run.
+
+use std::fs;
+use std::path::Path;
+
+use scree_io::column::State;
+use scree_partition::Transport;
+
+use crate::base::error::Error;
+use crate::base::program;
+use crate::base::space::{Plane, Solid};
+use crate::domain::{stop, transfer};
+use crate::job::mpm::{Granular, Mpm};
+use crate::job::{Assembly, Job, Scenario};
+use crate::law::contact::{ContactLaw, ForAnyLaw, with_law_of};
+use crate::prepare::sheared::on_root;
+use crate::run::folder::{self, Folder, packing_file, scenario_file};
+use crate::run::{Beginning, Options, Outcome, assembly, changes, continuum, coupled, planar_shear};
+use crate::store::checkpoint::{self, Snapshot};
+
+/// Runs a job from its start, in a folder of its own that is taken before any work: what cannot be written costs nothing, and
+/// nobody else begins there meanwhile.
+pub fn start(job: &Job, options: &Options, transport: &dyn Transport) -> Result<Outcome, Error> {
+    stop::listen()?;
+    let claimed = on_root(transport, || {
+        let folder = Folder::claim(&options.out)?;
+        folder.write_job(&job.to_toml())?;
+        Ok(folder)
+    });
+    begin_in(transfer::agree(transport, claimed)?, job, options, transport)
+}
+
+/// Runs the job of a folder whose run has not come to its first state: what it has made of its packing is gone on with.
+pub fn start_again(dir: &Path, options: &Options, transport: &dyn Transport) -> Result<Outcome, Error> {
+    stop::listen()?;
+    let taken = on_root(transport, || {
+        let folder = Folder::take(dir)?;
+        let text = fs::read_to_string(scenario_file(dir)).map_err(|error| Error::User(error.to_string()))?;
+        folder.refuse_results()?;
+        folder.clear_outputs()?;
+        Ok((folder, text))
+    });
+    let (folder, text) = transfer::agree(transport, taken)?.unzip();
+    let text = shared_text(transport, text);
+    let job = Job::parse(&text, &scenario_file(dir).display().to_string(), &[])?;
+    tracing::info!("{}: no checkpoint yet; the run begins", dir.display());
+    begin_in(folder, &job, options, transport)
+}
+
+fn begin_in(
+    mut folder: Option<Folder>,
+    job: &Job,
+    options: &Options,
+    transport: &dyn Transport,
+) -> Result<Outcome, Error> {
+    let ended = {
+        let folder = &mut folder;
+        match job {
+            Job::Shear(job) => with_law_of(&job.contact, Start { job, options, folder, transport }),
+            Job::Assembly(job) => with_law_of(&job.contact, Start { job, options, folder, transport }),
+            Job::Mpm(job @ Mpm { grains: Some(granular), .. }) => {
+                let job = &(job, granular.as_ref());
+                with_law_of(&granular.piece.contact, Start { job, options, folder, transport })
+            }
+            Job::Mpm(job) if job.grid.dimension == 2 => continuum::start::<Plane>(job, options, folder, transport),
+            Job::Mpm(job) => continuum::start::<Solid>(job, options, folder, transport),
+        }
+    };
+    match (ended, folder) {
+        (Err(Error::Stopped(step)), _) => Ok(Outcome::Stopped(format!(
+            "Stopped on request while the packing was made, after {step} steps of it, which are kept. `scree resume {0}` goes on.",
+            options.out.display()
+        ))),
+        // A job whose packing cannot be made leaves no folder behind.
+        (Err(error), Some(folder)) => folder.abandon().and(Err(error)),
+        (ended, _) => ended,
+    }
+}
+
+/// How a run is to be gone on with.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Continuation<'a> {
+    /// `key.path=value` over the job of the checkpoint.
+    pub sets: &'a [String],
+    /// The folder of a new run, whose first state is that of the checkpoint; its job may differ in anything.
+    pub branch: Option<&'a Path>,
+}
+
+/// Continues a run from its newest good checkpoint, on any number of ranks and threads.
+pub fn resume(
+    dir: &Path,
+    continuation: Continuation,
+    options: &Options,
+    transport: &dyn Transport,
+) -> Result<Outcome, Error> {
+    stop::listen()?;
+    let read = on_root(transport, || {
+        // Held from here on: whoever else goes on with this run would make of its newest checkpoint an old one.
+        let held = continuation.branch.is_none().then(|| Folder::take(dir)).transpose()?;
+        let (path, state) = checkpoint::latest_state(dir)?;
+        refuse_other_run(dir, &path, &state)?;
+        let (text, beginning) = continued_job(dir, &state, continuation)?;
+        let folder = match (held, continuation.branch) {
+            (Some(folder), _) => folder,
+            (None, Some(new)) => branched(dir, new)?,
+            (None, None) => unreachable!("a folder is taken or branched from"),
+        };
+        Ok((state, (folder, (text, beginning))))
+    });
+    let (state, rest) = transfer::agree(transport, read)?.unzip();
+    let (folder, job) = rest.unzip();
+    let (text, beginning) = job.unzip();
+    let text = shared_text(transport, text);
+    let beginning = beginning.unwrap_or(Beginning::Plain);
+    let beginning = Beginning::of_code(transport.broadcast(vec![beginning as u8])[0]);
+    let options = &Options { beginning, ..options.clone() };
+    match &Job::parse(&text, &scenario_file(dir).display().to_string(), &[])? {
+        Job::Shear(job) => with_law_of(&job.contact, Resume { job, state, options, folder, transport }),
+        Job::Assembly(job) => with_law_of(&job.contact, Resume { job, state, options, folder, transport }),
+        Job::Mpm(job @ Mpm { grains: Some(granular), .. }) => with_law_of(
+            &granular.piece.contact,
+            Resume { job: &(job, granular.as_ref()), state, options, folder, transport },
+        ),
+        Job::Mpm(job) if job.grid.dimension == 2 => continuum::resume::<Plane>(job, state, options, folder, transport),
+        Job::Mpm(job) => continuum::resume::<Solid>(job, state, options, folder, transport),
+    }
+}
+
+/// Rank 0's text, on every rank.
+fn shared_text(transport: &dyn Transport, text: Option<String>) -> String {
+    let bytes = transport.broadcast(text.unwrap_or_default().into_bytes());
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// A checkpoint that was copied into the folder of another run is not gone on with; and whoever goes on by another program than
+/// the one that wrote it is told.
+fn refuse_other_run(dir: &Path, path: &Path, state: &State) -> Result<(), Error> {
+    let of = |key: &str| state.attributes.get(key).map(String::as_str);
+    let folder = folder::run_of(dir);
+    if let Some(run) = of(checkpoint::RUN).filter(|run| folder.is_known() && *run != folder.as_str()) {
+        return Err(Error::User(format!(
+            "{} is a checkpoint of run {run}, and {} is the folder of run {}. Move it back to where it comes from, or start a new run from it there with `scree resume DIR --force-branch NEW_DIR`.",
+            path.display(),
+            dir.display(),
+            folder.as_str()
+        )));
+    }
+    if let Some(program) = of(checkpoint::PROGRAM).filter(|program| !program::is_this(program)) {
+        tracing::warn!(
+            "warning: {} was written by {}, and this is {}: the steps to come may have other bits than those of that program",
+            path.display(),
+            program::name_in(program),
+            program::name()
+        );
+    }
+    if checkpoint::is_of_schema_2(state) {
+        tracing::warn!(
+            "warning: rows of grains in a cell are of one instant from here on, and stress_xy and stress_yx change places (README.md, \"Grains in a cell\"); columns that this run did not have are left out"
+        );
+    }
+    Ok(())
+}
+
+/// The folder of a new run, with what the grains of a zone are taken from.
+fn branched(dir: &Path, new: &Path) -> Result<Folder, Error> {
+    if let Some(refusal) = folder::occupied(new)? {
+        return Err(refusal);
+    }
+    let folder = Folder::claim(new)?;
+    let packing = packing_file(dir);
+    if packing.exists() {
+        folder.copy_packing(&packing)?;
+    }
+    Ok(folder)
+}
+
+/// The job that a run goes on with, and what that makes of the run.
+fn continued_job(dir: &Path, state: &State, continuation: Continuation) -> Result<(String, Beginning), Error> {
+    let text = &checkpoint::scenario_of(state)?;
+    let (shown, file) = (dir.display(), scenario_file(dir));
+    let there = fs::read_to_string(&file).ok();
+    let edited = there.is_some_and(|there| !changes::between(text, &there).is_empty());
+    let Continuation { sets, branch } = continuation;
+    let job = Job::parse(text, &file.display().to_string(), sets)?;
+    let (progress, steps) = (checkpoint::progress_of(state)?, job.steps());
+    let step = progress.step;
+    let job = job.to_toml();
+    // What the run began with as this program writes it, which may have keys that an older one had not.
+    let began = Job::parse(text, &file.display().to_string(), &[])?.to_toml();
+    let changes = changes::between(&began, &job);
+    if let Some(kept) = changes.iter().find(|change| change.is_kept()) {
+        return Err(Error::User(format!(
+            "{shown}: {} is not possible: the grains of a zone are those of the packing that the run began with, also in a branch. Start a new run by `scree run`.",
+            kept.words()
+        )));
+    }
+    let paths = changes.iter().find(|change| progress.enriched_step > 0 && change.asks_for_paths());
+    if let Some(paths) = paths {
+        return Err(Error::User(format!(
+            "{shown}: {} is not possible: grains are there already, and the paths of the points beside them, along which more would have to be trained, have not been kept since. Start a new run by `scree run`.",
+            paths.words()
+        )));
+    }
+    // The last row and the last frame belong to the end that a run had.
+    let refuse_the_past = || match step < steps {
+        true => Ok(()),
+        false => Err(Error::User(format!(
+            "{shown}: the run has come to step {step}, and is to end after step {steps}: nothing is left to be done. Give a later end by --set time.end=..., or loading.strain_end of planar shear."
+        ))),
+    };
+    if branch.is_some() {
+        refuse_the_past()?;
+        return Ok((job, Beginning::Branched));
+    }
+    if let Some(bound) = changes.iter().find(|change| !change.is_free()) {
+        return Err(Error::User(format!(
+            "{shown}: with {} this would be another run than the one that began. A run may go on with other values of {}. To start a new run from this state, add --force-branch NEW_DIR.",
+            bound.words(),
+            changes::free_in_words()
+        )));
+    }
+    if !changes.is_empty() {
+        refuse_the_past()?;
+    }
+    for change in &changes {
+        tracing::info!("going on with {}", change.words());
+    }
+    if changes.is_empty() && edited {
+        tracing::warn!(
+            "warning: {} has been edited, and a run goes on with the job of its checkpoint all the same; change that with --set",
+            file.display()
+        );
+    }
+    Ok((job, if changes.is_empty() { Beginning::Plain } else { Beginning::Changed }))
+}
+
+struct Start<'a, J> {
+    job: &'a J,
+    options: &'a Options,
+    /// On rank 0, until the run begins.
+    folder: &'a mut Option<Folder>,
+    transport: &'a dyn Transport,
+}
+
+impl ForAnyLaw for Start<'_, Scenario> {
+    type Outcome = Result<Outcome, Error>;
+
+    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
+        planar_shear::start::<C>(self.job, self.options, self.folder, self.transport)
+    }
+}
+
+impl ForAnyLaw for Start<'_, Assembly> {
+    type Outcome = Result<Outcome, Error>;
+
+    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
+        match self.job.cell.dimension {
+            2 => assembly::start::<Plane, C>(self.job, self.options, self.folder, self.transport),
+            _ => assembly::start::<Solid, C>(self.job, self.options, self.folder, self.transport),
+        }
+    }
+}
+
+impl ForAnyLaw for Start<'_, (&Mpm, &Granular)> {
+    type Outcome = Result<Outcome, Error>;
+
+    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
+        coupled::start::<C>(*self.job, self.options, self.folder, self.transport)
+    }
+}
+
+struct Resume<'a, J> {
+    job: &'a J,
+    /// On rank 0.
+    state: Option<State>,
+    options: &'a Options,
+    /// On rank 0.
+    folder: Option<Folder>,
+    transport: &'a dyn Transport,
+}
+
+impl ForAnyLaw for Resume<'_, Scenario> {
+    type Outcome = Result<Outcome, Error>;
+
+    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
+        let Self { job, state, options, folder, transport } = self;
+        let snapshot = transfer::agree(transport, state.map(Snapshot::from_state).transpose())?;
+        planar_shear::resume::<C>(job, snapshot, options, folder, transport)
+    }
+}
+
+impl ForAnyLaw for Resume<'_, Assembly> {
+    type Outcome = Result<Outcome, Error>;
+
+    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
+        let Self { job, state, options, folder, transport } = self;
+        match job.cell.dimension {
+            2 => {
+                let snapshot = transfer::agree(transport, state.map(Snapshot::from_state).transpose())?;
+                assembly::resume::<Plane, C>(job, snapshot, options, folder, transport)
+            }
+            _ => {
+                let snapshot = transfer::agree(transport, state.map(Snapshot::from_state).transpose())?;
+                assembly::resume::<Solid, C>(job, snapshot, options, folder, transport)
+            }
+        }
+    }
+}
+
+impl ForAnyLaw for Resume<'_, (&Mpm, &Granular)> {
+    type Outcome = Result<Outcome, Error>;
+
+    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
+        let Self { job, state, options, folder, transport } = self;
+        let snapshot = transfer::agree(transport, state.map(Snapshot::from_state).transpose())?;
+        coupled::resume::<C>(*job, snapshot, options, folder, transport)
+    }
+}

@@ -1,0 +1,91 @@
+//! Whether a snapshot could be the state of a run. The digest tells that a file holds what was written; this, that what was
+//! written can be gone on from, whoever wrote it.
+
+use crate::base::error::Error;
+use crate::base::ids::GrainId;
+use crate::base::record::{Record, Visitor};
+use crate::base::space::{Space, Words};
+use crate::dem::grains::{ContactRow, TieRow, is_body};
+use crate::law::material::MaterialMemory;
+use crate::store::checkpoint::Snapshot;
+
+/// Steps that the twelve digits of a checkpoint's name count.
+const STEP_MAX: u64 = 999_999_999_999;
+
+/// The first field of a record that is no number.
+#[derive(Default)]
+struct NoNumber(Option<&'static str>);
+
+impl Visitor for NoNumber {
+    fn f64s(&mut self, name: &'static str, values: &mut [f64]) {
+        if self.0.is_none() && values.iter().any(|value| value.is_nan()) {
+            self.0 = Some(name);
+        }
+    }
+    fn u64(&mut self, _: &'static str, _: &mut u64) {}
+    fn i64(&mut self, _: &'static str, _: &mut i64) {}
+    fn u8(&mut self, _: &'static str, _: &mut u8) {}
+}
+
+/// Refuses numbers that are none, grains that stand twice or are nothing, contacts that stand twice, and steps beyond
+/// counting.
+pub fn refuse_unsound<S: Space, M: Words<f64>, P: MaterialMemory>(
+    snapshot: &mut Snapshot<S, M, P>,
+) -> Result<(), Error> {
+    let progress = &mut snapshot.progress;
+    for (name, step) in [("step", progress.step), ("series_step", progress.series_step)] {
+        if step > STEP_MAX {
+            return bad("run", 0, &format!("{name} = {step}, and at most {STEP_MAX} steps are counted"));
+        }
+    }
+    if progress.series_step > progress.step {
+        return bad("run", 0, &format!("series_step = {} comes after step = {}", progress.series_step, progress.step));
+    }
+    refuse_no_numbers("run", std::slice::from_mut(progress))?;
+    refuse_no_numbers("cell", std::slice::from_mut(&mut snapshot.cell))?;
+    refuse_no_numbers("cell_home", std::slice::from_mut(&mut snapshot.home.cell))?;
+    refuse_no_numbers("bodies", &mut snapshot.bodies)?;
+    refuse_no_numbers("grains", &mut snapshot.grains)?;
+    refuse_no_numbers("points", &mut snapshot.points)?;
+    refuse_no_numbers("membranes", &mut snapshot.vertices)?;
+    for (row, grain) in snapshot.grains.iter().enumerate() {
+        let (radius, mass) = (grain.hot.radius, grain.hot.mass);
+        if !(radius > 0.0 && radius.is_finite() && mass > 0.0 && mass.is_finite()) {
+            return bad("grains", row, &format!("radius = {radius} and mass = {mass}, and both must be positive"));
+        }
+        if is_body(grain.cold.id) {
+            return bad("grains", row, &format!("id = {} stands for a body", grain.cold.id.0));
+        }
+        if let Some(pair) = grain.contacts.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+            return bad("grains", row, &format!("its contact with {} stands twice", pair[0].0.0));
+        }
+        let touched =
+            |(partner, memory): &(GrainId, M)| ContactRow { lower: grain.cold.id, higher: *partner, memory: *memory };
+        let mut contacts: Vec<ContactRow<M>> = grain.contacts.iter().map(touched).collect();
+        refuse_no_numbers("contacts", &mut contacts)?;
+        refuse_no_numbers("ties", &mut [TieRow::<S> { grain: grain.cold.id, tie: grain.tie }])?;
+    }
+    let mut ids: Vec<GrainId> = snapshot.grains.iter().map(|grain| grain.cold.id).collect();
+    ids.sort_unstable();
+    match ids.windows(2).find(|pair| pair[0] == pair[1]) {
+        Some(pair) => bad("grains", 0, &format!("id = {} stands twice", pair[0].0)),
+        None => Ok(()),
+    }
+}
+
+fn refuse_no_numbers<R: Record>(table: &str, rows: &mut [R]) -> Result<(), Error> {
+    for (row, record) in rows.iter_mut().enumerate() {
+        let mut seen = NoNumber::default();
+        record.visit(&mut seen);
+        if let Some(field) = seen.0 {
+            return bad(table, row, &format!("{field} is not a number"));
+        }
+    }
+    Ok(())
+}
+
+fn bad(table: &str, row: usize, what: &str) -> Result<(), Error> {
+    Err(Error::User(format!(
+        "this checkpoint is no state to go on from: table `{table}`, row {row}: {what}. Take an older checkpoint."
+    )))
+}

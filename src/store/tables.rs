@@ -1,0 +1,117 @@
+//! Rows as tables: what checkpoints and cached packings are made of.
+
+use scree_io::column::{State, Table};
+
+use crate::base::error::Error;
+use crate::base::ids::GrainId;
+use crate::base::record::{from_table, to_table};
+use crate::base::space::{Space, Words};
+use crate::dem::grains::{ContactRow, GrainRow, Tie, TieRow, is_body};
+use crate::domain::transfer::Cargo;
+use crate::law::material::MaterialMemory;
+use crate::mpm::points::Point;
+
+/// Whether a contact stands in the table with grain `id`: with the lower of two ids, and a body's is
+/// above all grains'.
+pub fn stands_with(id: GrainId, partner: GrainId) -> bool {
+    partner > id
+}
+
+/// Tables `grains` and `contacts` of rows in canonical order, or of a piece of them. A contact stands once.
+pub fn of_grains<S: Space, M: Words<f64>>(rows: &mut [GrainRow<S, M>]) -> [Table; 2] {
+    let mut contacts: Vec<ContactRow<M>> = Vec::new();
+    for row in rows.iter() {
+        let lower = row.cold.id;
+        let ours = row.contacts.iter().filter(|(partner, _)| stands_with(lower, *partner));
+        contacts.extend(ours.map(|(higher, memory)| ContactRow { lower, higher: *higher, memory: *memory }));
+    }
+    let mut blank = ContactRow { lower: GrainId(0), higher: GrainId(0), memory: M::zero() };
+    [to_table("grains", rows, &mut GrainRow::blank()), to_table("contacts", &mut contacts, &mut blank)]
+}
+
+/// Table `ties` of the same rows: those that are tied.
+pub fn of_ties<S: Space, M>(rows: &[GrainRow<S, M>]) -> Table {
+    let tied = rows.iter().filter(|row| row.tie != Tie::loose());
+    let mut ties: Vec<TieRow<S>> = tied.map(|row| TieRow { grain: row.cold.id, tie: row.tie }).collect();
+    to_table("ties", &mut ties, &mut blank_tie())
+}
+
+fn blank_tie<S: Space>() -> TieRow<S> {
+    TieRow { grain: GrainId(0), tie: Tie::loose() }
+}
+
+/// Table `points` of rows in canonical order, or of a piece of them.
+pub fn of_points<S: Space, M: MaterialMemory>(rows: &mut [Point<S, M>]) -> Table {
+    to_table("points", rows, &mut Point::blank())
+}
+
+/// Rows of the tables that [`of_grains`] and, where something is tied, [`of_ties`] made, in their order.
+pub fn to_grains<S: Space, M: Words<f64>>(state: &mut State) -> Result<Vec<GrainRow<S, M>>, Error> {
+    let blank = ContactRow { lower: GrainId(0), higher: GrainId(0), memory: M::zero() };
+    let mut rows: Vec<GrainRow<S, M>> = take(state, "grains", &GrainRow::blank())?;
+    let contacts: Vec<ContactRow<M>> = take(state, "contacts", &blank)?;
+    let mut order: Vec<(GrainId, usize)> = rows.iter().enumerate().map(|(at, row)| (row.cold.id, at)).collect();
+    order.sort_unstable();
+    let find = |id: GrainId, table: &str| {
+        let at = order.binary_search_by_key(&id, |(id, _)| *id);
+        at.map(|at| order[at].1)
+            .map_err(|_| Error::User(format!("table `{table}` names grain {}, which table `grains` lacks", id.0)))
+    };
+    if state.tables.iter().any(|table| table.name == "ties") {
+        for TieRow { grain, tie } in take(state, "ties", &blank_tie::<S>())? {
+            rows[find(grain, "ties")?].tie = tie;
+        }
+    }
+    let find = |id: GrainId| find(id, "contacts");
+    for contact in contacts {
+        rows[find(contact.lower)?].contacts.push((contact.higher, contact.memory));
+        // A body is in no table of grains and keeps nothing itself.
+        if !is_body(contact.higher) {
+            rows[find(contact.higher)?].contacts.push((contact.lower, contact.memory));
+        }
+    }
+    for row in &mut rows {
+        row.contacts.sort_unstable_by_key(|(partner, _)| *partner);
+    }
+    Ok(rows)
+}
+
+/// Rows of a table by name.
+pub fn rows<R: crate::base::record::Record + Clone>(state: &State, name: &str, blank: &R) -> Result<Vec<R>, Error> {
+    let table = state
+        .tables
+        .iter()
+        .find(|table| table.name == name)
+        .ok_or_else(|| Error::User(format!("there is no table `{name}`; the file is not of this kind")))?;
+    from_table(table, blank).map_err(Error::User)
+}
+
+/// The same of a table that is then no longer in the state.
+pub fn take<R: crate::base::record::Record + Clone>(state: &mut State, name: &str, blank: &R) -> Result<Vec<R>, Error> {
+    let taken = rows(state, name, blank)?;
+    state.tables.retain(|table| table.name != name);
+    Ok(taken)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::space::{Components, Linear, Plane};
+    use crate::dem::grains::{Mover, body_partner};
+
+    type Memory = Components<f64, 1>;
+
+    #[test]
+    fn contacts_with_grains_and_with_bodies_come_back() {
+        let grain = |id: u64| GrainRow::<Plane, Memory>::resting(GrainId(id), Linear::zero(), 1e-3, 1e-5, Mover::Free);
+        let mut rows = [grain(3), grain(8)];
+        let memory = |number: f64| Components([number]);
+        rows[0].contacts = vec![(GrainId(8), memory(1.0)), (body_partner(0), memory(2.0))];
+        rows[1].contacts = vec![(GrainId(3), memory(1.0))];
+        let mut state = State { attributes: Default::default(), tables: of_grains(&mut rows).into() };
+        let read: Vec<GrainRow<Plane, Memory>> = to_grains(&mut state).unwrap();
+        for (read, row) in read.iter().zip(&rows) {
+            assert_eq!(format!("{:?}", read.contacts), format!("{:?}", row.contacts));
+        }
+    }
+}
