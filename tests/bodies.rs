@@ -117,13 +117,13 @@ fn bounces<S: Space, C: ContactLaw<S>>(law: C) {
 
 fn bounces_under_smooth_laws<S: Space>() {
     let mut smooth = linear();
-    (smooth.constants.friction, smooth.constants.damping_normal, smooth.constants.damping_tangential) = (0.0, 0.0, 0.0);
+    (smooth.friction, smooth.damping_normal, smooth.damping_tangential) = (0.0, 0.0, 0.0);
     bounces::<S, _>(smooth);
     let mut rolling = elastic();
-    (rolling.constants.friction, rolling.constants.rolling_limit) = (0.0, 0.0);
+    (rolling.friction, rolling.rolling_limit) = (0.0, 0.0);
     bounces::<S, _>(rolling);
     let mut ball = hertz();
-    (ball.constants.friction, ball.constants.damping_normal, ball.constants.damping_tangential) = (0.0, 0.0, 0.0);
+    (ball.friction, ball.damping_normal, ball.damping_tangential) = (0.0, 0.0, 0.0);
     bounces::<S, _>(ball);
 }
 
@@ -167,8 +167,8 @@ fn holds_its_force<S: Space, C: ContactLaw<S>>(law: C, overlap: f64) {
 }
 
 fn holds_its_force_under_damped_laws<S: Space>() {
-    holds_its_force::<S, _>(linear(), 0.5 / linear().constants.stiffness_normal);
-    let law = hertz().constants;
+    holds_its_force::<S, _>(linear(), 0.5 / linear().stiffness_normal);
+    let law = hertz();
     let stiffness = 2.0 / 3.0 * std::f64::consts::SQRT_2 * law.shear_modulus * (2.0 * RADIUS).sqrt();
     let softness = 0.5 * (1.0 - law.poisson_ratio) / stiffness;
     holds_its_force::<S, _>(hertz(), math::cbrt(softness * softness));
@@ -248,13 +248,13 @@ fn drives_a_grain<S: Space, C: ContactLaw<S>>(law: C, overlap: f64) {
 
 fn drives_a_grain_under_every_law<S: Space>() {
     let weight = MASS * 9.81;
-    drives_a_grain::<S, _>(linear(), weight / linear().constants.stiffness_normal);
-    let constants = elastic().constants;
+    drives_a_grain::<S, _>(linear(), weight / linear().stiffness_normal);
+    let constants = elastic();
     let mean = 2.0 * RADIUS * 2e-3 / (RADIUS + 2e-3);
     let mut free = elastic();
-    free.constants.rolling_limit = 0.0;
+    free.rolling_limit = 0.0;
     drives_a_grain::<S, _>(free, weight / (constants.young_modulus * mean));
-    let law = hertz().constants;
+    let law = hertz();
     let stiffness = 2.0 / 3.0 * std::f64::consts::SQRT_2 * law.shear_modulus * mean.sqrt() / (1.0 - law.poisson_ratio);
     let softness = weight / stiffness;
     drives_a_grain::<S, _>(hertz(), math::cbrt(softness * softness));

@@ -2,15 +2,14 @@
 
 use scree::base::space::{Linear, Plane, Solid, Space};
 use scree::job::Job;
-use scree::job::mpm::CriticalDruckerPrager;
-use scree::law::material::{self, MaterialLaw};
+use scree::law::material::{self, CriticalConstants, MaterialLaw};
 
 use crate::bad_continua::GOOD;
 use crate::refusals::refused_text;
 
 /// Whether the law takes a stress up as it is.
-fn bears<S: Space>(job: &CriticalDruckerPrager, overburden: f64, k0: f64) -> bool {
-    let law = material::CriticalDruckerPrager::of_job(job);
+fn bears<S: Space>(job: &CriticalConstants, overburden: f64, k0: f64) -> bool {
+    let law = material::CriticalDruckerPrager::of(job);
     let mut stress = S::identity() * (-k0 * overburden);
     stress[0] = -overburden;
     let kept = MaterialLaw::<S>::stress(&law, &law.start(&stress, job.fraction));
@@ -21,7 +20,7 @@ fn bears<S: Space>(job: &CriticalDruckerPrager, overburden: f64, k0: f64) -> boo
 #[test]
 fn the_law_bears_what_the_cone_does() {
     for (cohesion, fraction) in [(0.0, 0.8), (0.0, 0.82), (2e3, 0.77)] {
-        let job = CriticalDruckerPrager {
+        let job = CriticalConstants {
             bulk_modulus: 2e7,
             shear_modulus: 1e7,
             friction_angle_critical: 0.45,

@@ -3,11 +3,11 @@
 use scree::base::ids::GrainId;
 use scree::base::space::{Linear, Plane, Solid, Space};
 use scree::dem::cell::Cell;
+use scree::dem::motion::{Damping, DampingForm};
 use scree::domain::layout::{Ground, Layout};
 use scree::domain::rebuild::Parts;
 use scree::domain::servo::{Response, StressServo};
 use scree::domain::world::World;
-use scree::job::assembly::{Damping, DampingForm};
 use scree::law::contact::{ContactLaw, LinearSpringDashpot};
 use scree_partition::Solo;
 
@@ -24,7 +24,7 @@ fn lengths<S: Space>(length: f64) -> [f64; 3] {
 /// The smooth linear law: forces that positions alone fix.
 fn smooth() -> LinearSpringDashpot {
     let mut law = linear();
-    (law.constants.friction, law.constants.damping_normal, law.constants.damping_tangential) = (0.0, 0.0, 0.0);
+    (law.friction, law.damping_normal, law.damping_tangential) = (0.0, 0.0, 0.0);
     law
 }
 
@@ -95,7 +95,7 @@ fn lattice_stress<S: Space>() {
     steps(&mut world, 1);
     let stress = world.contact_moment().unwrap() * (1.0 / (world.cell.volume() * depth));
     let face = if S::DIMENSION == 2 { spacing * depth } else { spacing * spacing };
-    let wanted = S::identity() * (-smooth().constants.stiffness_normal * overlap / face);
+    let wanted = S::identity() * (-smooth().stiffness_normal * overlap / face);
     let off = (stress - wanted).norm() / wanted.norm();
     println!("stress of a lattice in the {}: off by {off:.1e}", S::NAME);
     assert!(off < 1e-9, "{stress:?} for {wanted:?}, off by {off:e}");
@@ -269,7 +269,7 @@ fn a_sheared_cell_finds_every_pair_across_its_faces() {
 /// periodic or not, such blocks are refused. Cohesion holds on over 3 mm here.
 fn refuses_thin_blocks<S: Space>(periodic: bool) {
     let mut law = cohesive();
-    (law.constants.linear.stiffness_normal, law.constants.cohesion_normal) = (1000.0, 3.0);
+    (law.linear.stiffness_normal, law.cohesion_normal) = (1000.0, 3.0);
     let edge = 48.0 * RADIUS;
     let mut few = Few::<S, _>::new(law, 1e-6, edge);
     few.cell.periodic = [periodic; 3];
@@ -301,7 +301,7 @@ fn blocks_thinner_than_contacts_reach_are_refused_in_open_cells_too() {
 fn a_stress_servo_brings_a_packing_to_its_target() {
     let (depth, spacing) = (0.01, 2.004 * RADIUS);
     let mut law = linear();
-    law.constants.friction = 0.0;
+    law.friction = 0.0;
     let row = spacing * 0.75f64.sqrt();
     let mut few = Few::<Plane, _>::periodic(law, 4e-7, [0.0; 3], [8.0 * spacing, 8.0 * row, 1.0]);
     few.settings.skin = 0.05 * RADIUS;

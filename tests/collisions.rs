@@ -4,8 +4,11 @@ use scree::base::math;
 use scree::base::numbers::Numbers;
 use scree::base::space::{Linear, Plane, Solid, Space};
 use scree::bodies::body::{Body, Shape};
-use scree::job::{self, Linear as LinearContact, NormalForce};
-use scree::law::contact::{ContactLaw, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot};
+use scree::job;
+use scree::law::contact::{
+    ContactLaw, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot as LinearContact,
+    LinearSpringDashpot, NormalForce,
+};
 
 use crate::few::{
     Few, GrainWorld, MASS, RADIUS, cohesive, cohesive_repulsive, elastic, hertz, hot_of, linear, linear_repulsive,
@@ -85,9 +88,9 @@ fn restitution_follows_the_damping<S: Space>() {
     let reduced = 0.5 * MASS;
     for damping in [0.0, 0.5, 2.0, 3.5, 4.96, 7.0] {
         let mut law = linear();
-        law.constants.damping_normal = damping;
+        law.damping_normal = damping;
         let decay = damping / (2.0 * reduced);
-        let duration = math::PI / (law.constants.stiffness_normal / reduced - decay * decay).sqrt();
+        let duration = math::PI / (law.stiffness_normal / reduced - decay * decay).sqrt();
         let seen = head_on::<S, _>(law, [[RADIUS; 2], [MASS; 2]], duration, 4000);
         let wanted = math::exp(-decay * duration);
         println!("restitution {wanted:.3} in the {}: off by {:.1e}", S::NAME, seen.restitution - wanted);
@@ -149,7 +152,7 @@ fn dashpots_only_repel<S: Space>() {
     // What spring (N) and dashpot give at a closing speed, limited or not.
     let limited = |spring: f64, dashpot: f64, limit: NormalForce| (spring + dashpot).max(limit.least());
     let (law, only) = (linear(), linear_repulsive());
-    let LinearContact { stiffness_normal, damping_normal, .. } = law.constants;
+    let LinearContact { stiffness_normal, damping_normal, .. } = law;
     for speed in [0.01, 0.1] {
         rebounds::<S, _>([law, only], sizes, speed, |overlap, closing, limit| {
             (overlap >= 0.0).then(|| limited(stiffness_normal * overlap, damping_normal * closing, limit))
@@ -160,7 +163,7 @@ fn dashpots_only_repel<S: Space>() {
     rebounds::<S, _>([law, only], sizes, 0.8, |overlap, closing, limit| {
         let (spring, dashpot) = (stiffness_normal * overlap, damping_normal * closing);
         let pull = spring.min(0.0);
-        (spring >= -law.constants.cohesion_normal).then(|| (spring + dashpot).max(pull + limit.least()))
+        (spring >= -law.cohesion_normal).then(|| (spring + dashpot).max(pull + limit.least()))
     });
     // Of a constant dashpot, whose rebound depends on speed, and of one by the damping ratio as well.
     for (radii, masses) in [([RADIUS; 2], [MASS; 2]), ([RADIUS, 0.6 * RADIUS], [MASS, 0.216 * MASS])] {
@@ -168,12 +171,10 @@ fn dashpots_only_repel<S: Space>() {
         for ratio in [0.0, 0.3] {
             let of = |normal_force| HertzMindlin {
                 // So little that the slowest and lightest come apart again.
-                constants: job::HertzMindlin {
-                    damping_normal: 0.7,
-                    damping_ratio: ratio,
-                    normal_force,
-                    ..hertz().constants
-                },
+                damping_normal: 0.7,
+                damping_ratio: ratio,
+                normal_force,
+                ..hertz()
             };
             let pair = NormalForce::NAMES.map(|(_, of_name)| of(of_name));
             let stiffness = hertz_stiffness(&pair[0], 2.0 * radii[0] * radii[1] / (radii[0] + radii[1]));
@@ -182,7 +183,7 @@ fn dashpots_only_repel<S: Space>() {
                     let root = overlap.max(0.0).sqrt();
                     // alpha = sqrt(5) zeta of Tsuji et al., whose dashpot is alpha sqrt(m K) d^(1/4) with F = K d^(3/2).
                     let viscous = (5.0 * reduced * stiffness * root).sqrt() * ratio;
-                    let dashpot = (pair[0].constants.damping_normal + viscous) * closing;
+                    let dashpot = (pair[0].damping_normal + viscous) * closing;
                     (overlap >= 0.0).then(|| limited(stiffness * overlap * root, dashpot, limit))
                 })
             });
@@ -204,7 +205,7 @@ fn of_job<C: ContactLaw<Plane>>(lines: &str) -> C {
         "name = \"small\"\nmethod = \"dem\"\n[specimen]\nwidth = 0.024\nheight = 0.03\n[grains]\ndiameter_mean = 1e-3\ndiameter_deviation = 0\ndensity = 2530\n[loading]\nstress_normal = 4e5\nspeed = 0.02\nspeed_ramp = 0\nstrain_end = 0.1\n[time]\nstep = 1e-9\n[contact]\nfriction = 0.5\n{lines}"
     );
     let scenario = job::Scenario::parse(&text, "small.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
-    C::from_job(&scenario.contact).expect("the job names the law")
+    C::from_contact(&scenario.contact).expect("the job names the law")
 }
 
 /// `contact.restitution` is what comes back, with both ranges of the normal force: of linear contacts between mean grains, of
@@ -218,7 +219,7 @@ fn grains_rebound_with_the_restitution_of_the_job() {
             let spring = "stiffness_normal = 1772093.8\nstiffness_tangential = 886046.9";
             let law: LinearSpringDashpot = of_job(&format!("{spring}\n{damped}"));
             // Long enough for the slowest of them.
-            let duration = 3.0 * math::PI * (0.5 * mean / law.constants.stiffness_normal).sqrt();
+            let duration = 3.0 * math::PI * (0.5 * mean / law.stiffness_normal).sqrt();
             let seen = head_on::<Plane, _>(law, [[RADIUS; 2], [mean; 2]], duration, 12000).restitution;
             assert!((seen - restitution).abs() < 1e-3, "linear, {name}: {seen} for {restitution}");
             println!("linear, {name}, restitution {restitution}: off by {:.1e}", seen - restitution);
@@ -253,14 +254,14 @@ const HERTZ_TIME: f64 = 2.943_275_1;
 
 /// Stiffness of `F = k d^(3/2)` by eq. 53 and 55: `k = 2/3 sqrt(2) G sqrt(R_e)/(1 - nu)`.
 fn hertz_stiffness(law: &HertzMindlin, radius_effective: f64) -> f64 {
-    let law = &law.constants;
+    let law = &law;
     2.0 / 3.0 * std::f64::consts::SQRT_2 * law.shear_modulus * radius_effective.sqrt() / (1.0 - law.poisson_ratio)
 }
 
 /// From `m v^2/2 = 2/5 k d^(5/2)` the deepest overlap is `d = (5/4 m v^2/k)^(2/5)`, and the contact lasts 2.9433 d/v.
 #[test]
 fn hertz_contacts_last_and_press_as_they_should() {
-    let law = HertzMindlin { constants: job::HertzMindlin { damping_normal: 0.0, ..hertz().constants } };
+    let law = HertzMindlin { damping_normal: 0.0, ..hertz() };
     for [radii, masses] in [[[RADIUS; 2], [MASS; 2]], [[RADIUS, 0.6 * RADIUS], [MASS, 0.216 * MASS]]] {
         let reduced = masses[0] * masses[1] / (masses[0] + masses[1]);
         let stiffness = hertz_stiffness(&law, 2.0 * radii[0] * radii[1] / (radii[0] + radii[1]));
@@ -276,7 +277,7 @@ fn hertz_contacts_last_and_press_as_they_should() {
 /// Against a flat wall R_e is twice the sphere's radius, and the mass is the sphere's own.
 #[test]
 fn a_hertz_contact_with_a_wall_lasts_and_presses_as_it_should() {
-    let law = HertzMindlin { constants: job::HertzMindlin { damping_normal: 0.0, ..hertz().constants } };
+    let law = HertzMindlin { damping_normal: 0.0, ..hertz() };
     let stiffness = hertz_stiffness(&law, 2.0 * RADIUS);
     let wanted = two_fifths(1.25 * MASS * SPEED * SPEED / stiffness);
     let dt = HERTZ_TIME * wanted / SPEED / 4000.0;
@@ -314,9 +315,9 @@ fn set_velocity<S: Space>(world: &mut GrainWorld<S, LinearCohesive>, velocity: [
 /// Made by touching, the contact holds down to `k_n d = -e_n`; once broken it is made again only by touching.
 fn a_pair_holds_until_pulled_off<S: Space>() {
     let law = cohesive();
-    let (stiffness, pull) = (law.constants.linear.stiffness_normal, law.constants.cohesion_normal);
+    let (stiffness, pull) = (law.linear.stiffness_normal, law.cohesion_normal);
     let (dt, speed) = (2e-7, 0.01);
-    let damping = law.constants.linear.damping_normal;
+    let damping = law.linear.damping_normal;
     let per_step = stiffness * speed * dt;
     let mut world = heavy_pair::<S>(law, dt, 0.3e-7);
     for round in 0..2 {
@@ -363,8 +364,8 @@ fn a_cohesive_contact_holds_to_its_pull_off_force_and_is_made_by_touching() {
 /// `|F_t| <= mu |F_n| + e_t`, in tension as well.
 fn a_pair_slides_at_its_shear_strength<S: Space>() {
     let mut law = cohesive();
-    (law.constants.linear.damping_normal, law.constants.linear.damping_tangential) = (0.0, 0.0);
-    let linear = law.constants.linear;
+    (law.linear.damping_normal, law.linear.damping_tangential) = (0.0, 0.0);
+    let linear = law.linear;
     for normal in [-0.25, 0.7] {
         // Touching first, then drawn to the wanted force, then slid along y by far more than the spring's reach.
         let mut world = heavy_pair::<S>(law, 1e-7, 1e-9);
@@ -380,7 +381,7 @@ fn a_pair_slides_at_its_shear_strength<S: Space>() {
         let along = (a - b) * (1.0 / (a - b).norm());
         let pressing = force.dot(&along);
         let sliding = (force - along * pressing).norm();
-        let wanted = linear.friction * pressing.abs() + law.constants.cohesion_tangential;
+        let wanted = linear.friction * pressing.abs() + law.cohesion_tangential;
         assert!((pressing - normal).abs() < 1e-3, "{pressing} N for {normal} N");
         println!("shear strength with cohesion in the {}: off by {:.1e}", S::NAME, sliding / wanted - 1.0);
         assert!((sliding / wanted - 1.0).abs() < 1e-6, "{sliding} N for {wanted} N at {pressing} N");
@@ -416,8 +417,8 @@ fn oblique<S: Space, C: ContactLaw<S>>(law: C) -> (usize, Vec<u64>) {
 
 fn without_cohesion_it_is_the_linear_law<S: Space>() {
     for law in [linear(), linear_repulsive()] {
-        let bare = job::LinearCohesive { linear: law.constants, cohesion_normal: 0.0, cohesion_tangential: 0.0 };
-        let (with, without) = (oblique::<S, _>(LinearCohesive { constants: bare }), oblique::<S, _>(law));
+        let bare = scree::law::contact::LinearCohesive { linear: law, cohesion_normal: 0.0, cohesion_tangential: 0.0 };
+        let (with, without) = (oblique::<S, _>(bare), oblique::<S, _>(law));
         assert!((50..1400).contains(&without.0), "they touched for {} steps", without.0);
         assert!(with == without, "other bits in {}", S::NAME);
     }
@@ -435,19 +436,19 @@ fn without_cohesion_the_cohesive_law_is_the_linear_one_to_the_bit() {
 fn smooth_collisions_keep_energy<S: Space>() {
     let smooth: LinearSpringDashpot = {
         let mut law = linear();
-        (law.constants.friction, law.constants.damping_normal, law.constants.damping_tangential) = (0.0, 0.0, 0.0);
+        (law.friction, law.damping_normal, law.damping_tangential) = (0.0, 0.0, 0.0);
         law
     };
     let rolling: ElasticRolling = {
         let mut law = elastic();
-        (law.constants.friction, law.constants.rolling_limit) = (0.0, 0.0);
+        (law.friction, law.rolling_limit) = (0.0, 0.0);
         law
     };
     let duration = |stiffness: f64| math::PI * (0.5 * MASS / stiffness).sqrt();
     let sizes = [[RADIUS; 2], [MASS; 2]];
-    let stiffness = smooth.constants.stiffness_normal;
+    let stiffness = smooth.stiffness_normal;
     assert!((head_on::<S, _>(smooth, sizes, duration(stiffness), 2000).restitution - 1.0).abs() < 1e-6);
-    let stiffness = rolling.constants.young_modulus * RADIUS;
+    let stiffness = rolling.young_modulus * RADIUS;
     let seen = head_on::<S, _>(rolling, sizes, duration(stiffness), 2000);
     assert!((seen.restitution - 1.0).abs() < 1e-6 && (seen.touching / 2000.0 - 1.0).abs() < 1e-3);
 }

@@ -3,10 +3,8 @@
 use proptest::prelude::*;
 use scree::base::math::{PI, sin};
 use scree::job::Job;
-use scree::job::mpm::{
-    BodyContact, Boundary, Face, InitialStress, LoadKind, MaterialLaw, Mpm, RegionShape, ShapeFunction, StressUpdate,
-    Transfer, figures,
-};
+use scree::job::mpm::{BodyContact, Boundary, Face, InitialStress, LoadKind, MaterialLaw, Mpm, RegionShape, figures};
+use scree::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 
 use crate::runs::Ran;
 

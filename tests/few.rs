@@ -11,8 +11,9 @@ use scree::domain::layout::{Ground, Layout};
 use scree::domain::rebuild::{Parts, Row};
 use scree::domain::servo::CellDrive;
 use scree::domain::world::{Settings, World};
-use scree::job::{self, Linear, NormalForce, Sliding};
-use scree::law::contact::{ContactLaw, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot};
+use scree::law::contact::{
+    ContactLaw, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding,
+};
 use scree::law::material::Absent;
 use scree::prepare::grain_world;
 use scree_partition::{Solo, Transport};
@@ -25,39 +26,37 @@ pub const MASS: f64 = 2e-5;
 
 /// Table 1 of seed 000 at half its damping.
 pub fn linear() -> LinearSpringDashpot {
-    let constants = Linear {
+    LinearSpringDashpot {
         stiffness_normal: 1_772_093.8,
         stiffness_tangential: 886_046.9,
         damping_normal: 3.5,
         damping_tangential: 3.5,
         friction: 0.5,
         normal_force: NormalForce::TENSILE,
-    };
-    LinearSpringDashpot { constants }
+    }
 }
 
 /// The same with a pull-off force of 0.4 N and a shear strength of 0.2 N.
 pub fn cohesive() -> LinearCohesive {
-    let linear = linear().constants;
-    LinearCohesive { constants: job::LinearCohesive { linear, cohesion_normal: 0.4, cohesion_tangential: 0.2 } }
+    let linear = linear();
+    LinearCohesive { linear, cohesion_normal: 0.4, cohesion_tangential: 0.2 }
 }
 
 /// Of the stiffness of the linear law between two grains of [`RADIUS`].
 pub fn elastic() -> ElasticRolling {
-    let constants = job::ElasticRolling {
+    ElasticRolling {
         young_modulus: 3.5e9,
         stiffness_ratio: 0.8,
         friction: 0.5,
         rolling_stiffness: 1.0,
         rolling_limit: 0.05,
         sliding: Sliding::Scaled,
-    };
-    ElasticRolling { constants }
+    }
 }
 
 /// As stiff as the others at an overlap of a micrometre.
 pub fn hertz() -> HertzMindlin {
-    let constants = job::HertzMindlin {
+    HertzMindlin {
         shear_modulus: 3e10,
         poisson_ratio: 0.2,
         friction: 0.5,
@@ -65,23 +64,22 @@ pub fn hertz() -> HertzMindlin {
         damping_tangential: 2.0,
         damping_ratio: 0.0,
         normal_force: NormalForce::TENSILE,
-    };
-    HertzMindlin { constants }
+    }
 }
 
 /// The laws that have a dashpot, with one that only repels; that of Hertz contacts follows from masses as well.
 pub fn linear_repulsive() -> LinearSpringDashpot {
-    LinearSpringDashpot { constants: Linear { normal_force: NormalForce::REPULSIVE, ..linear().constants } }
+    LinearSpringDashpot { normal_force: NormalForce::REPULSIVE, ..linear() }
 }
 
 pub fn cohesive_repulsive() -> LinearCohesive {
-    let linear = linear_repulsive().constants;
-    LinearCohesive { constants: job::LinearCohesive { linear, ..cohesive().constants } }
+    let linear = linear_repulsive();
+    LinearCohesive { linear, ..cohesive() }
 }
 
 pub fn hertz_repulsive() -> HertzMindlin {
     let normal_force = NormalForce::REPULSIVE;
-    HertzMindlin { constants: job::HertzMindlin { damping_ratio: 0.3, normal_force, ..hertz().constants } }
+    HertzMindlin { damping_ratio: 0.3, normal_force, ..hertz() }
 }
 
 /// What is claimed of every law in every space.

@@ -7,8 +7,7 @@ use scree::base::ids::GrainId;
 use scree::base::math;
 use scree::base::space::{Components, Linear, Plane, Solid, Space, Words};
 use scree::dem::grains::lanes;
-use scree::job::Sliding;
-use scree::law::contact::ContactLaw;
+use scree::law::contact::{ContactLaw, Sliding};
 
 use crate::few::{Few, RADIUS, cohesive, elastic, hertz, linear, row_of, spin, steps, vector};
 
@@ -131,43 +130,41 @@ fn power(base: f64, exponent: u32) -> f64 {
 
 fn every_law<S: Space>(check: impl Check<S>) {
     let mut plain = linear();
-    (plain.constants.friction, plain.constants.damping_normal, plain.constants.damping_tangential) = (1e3, 0.0, 0.0);
+    (plain.friction, plain.damping_normal, plain.damping_tangential) = (1e3, 0.0, 0.0);
     check.of(&Known {
         law: plain,
-        stiffness_tangential: plain.constants.stiffness_tangential,
-        memory: |law, force, _| force * (-1.0 / law.constants.stiffness_tangential),
+        stiffness_tangential: plain.stiffness_tangential,
+        memory: |law, force, _| force * (-1.0 / law.stiffness_tangential),
         rolling: false,
         lengthens: false,
     });
     let mut sticky = cohesive();
-    sticky.constants.linear = plain.constants;
+    sticky.linear = plain;
     check.of(&Known {
         law: sticky,
-        stiffness_tangential: plain.constants.stiffness_tangential,
-        memory: |law, force, _| (force * (-1.0 / law.constants.linear.stiffness_tangential), Components([1.0])),
+        stiffness_tangential: plain.stiffness_tangential,
+        memory: |law, force, _| (force * (-1.0 / law.linear.stiffness_tangential), Components([1.0])),
         rolling: false,
         lengthens: false,
     });
     let mut rolling = elastic();
-    (rolling.constants.friction, rolling.constants.rolling_limit, rolling.constants.sliding) =
-        (1e3, 1e3, Sliding::Surface);
+    (rolling.friction, rolling.rolling_limit, rolling.sliding) = (1e3, 1e3, Sliding::Surface);
     check.of(&Known {
         law: rolling,
-        stiffness_tangential: 0.8 * rolling.constants.young_modulus * RADIUS,
+        stiffness_tangential: 0.8 * rolling.young_modulus * RADIUS,
         memory: |law, force, moment| {
-            let stiffness = law.constants.stiffness_ratio * law.constants.young_modulus * RADIUS;
+            let stiffness = law.stiffness_ratio * law.young_modulus * RADIUS;
             (force * (-1.0 / stiffness), moment * (-1.0 / (stiffness * RADIUS * RADIUS)))
         },
         rolling: true,
         lengthens: false,
     });
     let mut ball = hertz();
-    (ball.constants.friction, ball.constants.damping_normal, ball.constants.damping_tangential) = (1e3, 0.0, 0.0);
+    (ball.friction, ball.damping_normal, ball.damping_tangential) = (1e3, 0.0, 0.0);
     let root = (RADIUS * OVERLAP).sqrt();
     check.of(&Known {
         law: ball,
-        stiffness_tangential: 2.0 * std::f64::consts::SQRT_2 * ball.constants.shear_modulus * root
-            / (2.0 - ball.constants.poisson_ratio),
+        stiffness_tangential: 2.0 * std::f64::consts::SQRT_2 * ball.shear_modulus * root / (2.0 - ball.poisson_ratio),
         memory: |_, force, _| force,
         rolling: false,
         lengthens: false,
@@ -205,12 +202,12 @@ fn a_loaded_contact_of_discs_turns_with_its_grains() {
 #[test]
 fn a_scaled_spring_of_discs_lengthens_by_half_the_square_of_each_angle() {
     let mut law = elastic();
-    (law.constants.friction, law.constants.rolling_limit, law.constants.sliding) = (1e3, 1e3, Sliding::Scaled);
+    (law.friction, law.rolling_limit, law.sliding) = (1e3, 1e3, Sliding::Scaled);
     let known = Known::<Plane, _> {
         law,
         stiffness_tangential: 0.0,
         memory: |law, force, _| {
-            let stiffness = law.constants.stiffness_ratio * law.constants.young_modulus * RADIUS;
+            let stiffness = law.stiffness_ratio * law.young_modulus * RADIUS;
             (force * (-1.0 / stiffness), Words::zero())
         },
         rolling: false,

@@ -69,20 +69,20 @@ fn under_every_law<S: Space>() {
         [(0.0, 0.1, 200.0), (0.0, 0.5, 200.0), (0.0, 0.5, 400.0), (0.0, 5.0, 400.0), (2.0, 0.5, 200.0)]
     {
         let mut law = linear();
-        law.constants.friction = friction;
-        (law.constants.damping_normal, law.constants.damping_tangential) = (damping, damping);
+        law.friction = friction;
+        (law.damping_normal, law.damping_tangential) = (damping, damping);
         gains_nothing::<S, _>(law, steps_of_contact, 0.0);
         let mut sticky = cohesive();
-        sticky.constants.linear = law.constants;
+        sticky.linear = law;
         gains_nothing::<S, _>(sticky, steps_of_contact, 0.0);
         let mut law = hertz();
-        law.constants.friction = friction;
-        (law.constants.damping_normal, law.constants.damping_tangential) = (damping, damping);
+        law.friction = friction;
+        (law.damping_normal, law.damping_tangential) = (damping, damping);
         gains_nothing::<S, _>(law, steps_of_contact, if friction > 1.0 { OF_MINDLIN } else { 0.0 });
         let mut law = elastic();
-        law.constants.friction = friction;
+        law.friction = friction;
         gains_nothing::<S, _>(law, steps_of_contact, 0.0);
-        law.constants.rolling_limit = 0.0;
+        law.rolling_limit = 0.0;
         gains_nothing::<S, _>(law, steps_of_contact, 0.0);
     }
 }

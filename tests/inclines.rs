@@ -130,27 +130,27 @@ fn every_law<S: Space>() {
         law: linear(),
         friction: 0.5,
         shear_strength: 0.0,
-        overlap: |law, force| force / law.constants.stiffness_normal,
-        memory: |law, _, force| force * (-1.0 / law.constants.stiffness_tangential),
+        overlap: |law, force| force / law.stiffness_normal,
+        memory: |law, _, force| force * (-1.0 / law.stiffness_tangential),
     });
     let mut sticky = cohesive();
-    (sticky.constants.cohesion_normal, sticky.constants.cohesion_tangential) = (1e-4, 2e-5);
+    (sticky.cohesion_normal, sticky.cohesion_tangential) = (1e-4, 2e-5);
     rolls_and_slides::<S, _>(&Known {
         law: sticky,
         friction: 0.5,
         shear_strength: 2e-5,
-        overlap: |law, force| force / law.constants.linear.stiffness_normal,
-        memory: |law, _, force| (force * (-1.0 / law.constants.linear.stiffness_tangential), Components([1.0])),
+        overlap: |law, force| force / law.linear.stiffness_normal,
+        memory: |law, _, force| (force * (-1.0 / law.linear.stiffness_tangential), Components([1.0])),
     });
     let mut free = elastic();
-    free.constants.rolling_limit = 0.0;
+    free.rolling_limit = 0.0;
     rolls_and_slides::<S, _>(&Known {
         law: free,
         friction: 0.5,
         shear_strength: 0.0,
-        overlap: |law, force| force / (2.0 * law.constants.young_modulus * RADIUS),
+        overlap: |law, force| force / (2.0 * law.young_modulus * RADIUS),
         memory: |law, _, force| {
-            let stiffness = law.constants.stiffness_ratio * 2.0 * law.constants.young_modulus * RADIUS;
+            let stiffness = law.stiffness_ratio * 2.0 * law.young_modulus * RADIUS;
             (force * (-1.0 / stiffness), Words::zero())
         },
     });
@@ -159,7 +159,7 @@ fn every_law<S: Space>() {
         friction: 0.5,
         shear_strength: 0.0,
         overlap: |law, force| {
-            let law = &law.constants;
+            let law = &law;
             let stiffness = std::f64::consts::SQRT_2 * law.shear_modulus * (2.0 * RADIUS).sqrt();
             let softness = force / (2.0 / 3.0 * stiffness / (1.0 - law.poisson_ratio));
             math::cbrt(softness * softness)
@@ -182,12 +182,12 @@ fn a_sphere_rolls_below_its_friction_limit_and_slides_above_it() {
 /// after `v^2 (1 + I/(m r^2))/(2 eta g)` and stays there.
 fn comes_to_rest<S: Space>() {
     let mut law = elastic();
-    (law.constants.young_modulus, law.constants.rolling_limit) = (3.5e8, 0.3);
+    (law.young_modulus, law.rolling_limit) = (3.5e8, 0.3);
     let known = Known::<S, _> {
         law,
         friction: 0.5,
         shear_strength: 0.0,
-        overlap: |law, force| force / (2.0 * law.constants.young_modulus * RADIUS),
+        overlap: |law, force| force / (2.0 * law.young_modulus * RADIUS),
         memory: |_, _, _| Words::zero(),
     };
     let level = Slope::<S>::new(0.0);
@@ -198,7 +198,7 @@ fn comes_to_rest<S: Space>() {
     few.grains[0].hot.spin = rolling_spin::<S>(&level.normal, &velocity);
     let start = few.grains[0].hot.position;
     let mut world = few.world();
-    let slowing = law.constants.rolling_limit * GRAVITY / (1.0 + inertia_share::<S>());
+    let slowing = law.rolling_limit * GRAVITY / (1.0 + inertia_share::<S>());
     let duration = speed / slowing;
     let total = (duration / 1e-6).round() as usize;
     steps(&mut world, total / 2);

@@ -7,9 +7,10 @@ use scree::adapt::watch;
 use scree::base::ids::PointId;
 use scree::base::math;
 use scree::base::space::Plane;
-use scree::couple::oracle::{LOOKS, Memory, NodeFields};
-use scree::job::{Job, Oracle, Scenario, derived};
+use scree::couple::oracle::{Memory, NodeFields, Oracle};
+use scree::job::{Job, Scenario, derived};
 use scree::law::material::{CriticalDruckerPrager, MaterialMemory};
+use scree::mpm::track::LOOKS;
 use scree::prepare::plates;
 use scree::prepare::point_world::{self, PointWorld};
 use scree::store::checkpoint::PlanarPoint;
@@ -157,7 +158,7 @@ fn triaxial() -> TriaxialStory {
     let Job::Mpm(job) = Job::parse(&text, "triaxial.toml", &[]).unwrap() else { panic!("it has no grid") };
     let scree::job::mpm::MaterialLaw::CriticalDruckerPrager(law) = &job.material.law else { panic!("its law") };
     let watch = job.oracle.unwrap();
-    let mut world = point_world::world::<Plane, _>(&job, &CriticalDruckerPrager::of_job(law), &Solo).unwrap();
+    let mut world = point_world::world::<Plane, _>(&job, &CriticalDruckerPrager::of(law), &Solo).unwrap();
     let (mut memory, height) = (Memory::default(), 0.0942);
     let way = |world: &PointWorld<Plane, CriticalDruckerPrager>| -world.bodies[0].displacement[1];
     while !(world.is_due(watch.oracle.every)

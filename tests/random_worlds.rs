@@ -17,11 +17,10 @@ use scree::domain::rebuild::{Parts, Row};
 use scree::domain::servo::CellDrive;
 use scree::domain::transfer;
 use scree::domain::world::{Settings, World};
-use scree::job::mpm::{ShapeFunction, StressUpdate, Transfer};
-use scree::job::{Linear as LinearContact, NormalForce};
-use scree::law::contact::LinearSpringDashpot;
+use scree::law::contact::{LinearSpringDashpot as LinearContact, LinearSpringDashpot, NormalForce};
 use scree::law::material::{CriticalDruckerPrager, MaterialLaw};
 use scree::mpm::points::Point;
+use scree::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 use scree_partition::transport::threads;
 use scree_partition::{Solo, Transport};
 
@@ -130,7 +129,7 @@ impl Plan {
             skin: 0.15,
             grid: Grid { shape: self.shape, update: self.update, transfer: self.transfer, ..Grid::blend(0.9) },
             loads: Vec::new(),
-            contact: LinearSpringDashpot { constants: contact },
+            contact: contact,
             material: CriticalDruckerPrager { bulk_modulus: 1e4, shear_modulus: 5e3, cohesion: 50.0, ..material() },
             field: Field::default(),
             drive: CellDrive::default(),

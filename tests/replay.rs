@@ -3,9 +3,8 @@
 
 use scree::base::math;
 use scree::base::space::{Plane, Space};
-use scree::job::assembly::{Damping, DampingForm};
-use scree::job::{self, Sliding};
-use scree::law::contact::{ContactLaw, ElasticRolling, LinearSpringDashpot};
+use scree::dem::motion::{Damping, DampingForm};
+use scree::law::contact::{ContactLaw, ElasticRolling, Sliding};
 
 use crate::few::{Few, GrainWorld, hot_of, load_on, steps};
 use crate::worlds::{Tensor, Vector, contact};
@@ -35,7 +34,7 @@ fn five_hundred_discs_relax_as_in_lammps() {
     let start = rows_of(include_str!("data/relax500/start.csv"));
     let later = rows_of(include_str!("data/relax500/later.csv"));
     assert!(start.len() == 500 && later.len() == 500);
-    let law = LinearSpringDashpot { constants: contact(3.5) };
+    let law = contact(3.5);
     let mut few = Few::<Plane, _>::periodic(law, 5e-7, [0.0; 3], [EDGE; 3]);
     // Thin, so that lists are made anew and memories move along on the way.
     few.settings.skin = 3e-5;
@@ -69,15 +68,14 @@ fn five_hundred_discs_relax_as_in_lammps() {
 
 /// YADE's constants of these records; `rolling`: its law with resistance to rolling.
 fn elastic(friction_angle: f64, rolling: bool) -> ElasticRolling {
-    let constants = job::ElasticRolling {
+    ElasticRolling {
         young_modulus: 6e8,
         stiffness_ratio: 0.8,
         friction: math::tan(friction_angle),
         rolling_stiffness: if rolling { 1.0 } else { 0.0 },
         rolling_limit: if rolling { 0.05 } else { 0.0 },
         sliding: Sliding::Scaled,
-    };
-    ElasticRolling { constants }
+    }
 }
 
 const FRICTION_ANGLE: f64 = 28.6 * math::PI / 180.0;

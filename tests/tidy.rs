@@ -31,32 +31,7 @@ const ROOMS: [&str; 20] = [
     "observe", "run", "analysis", "bench", "plot", "export", "cli",
 ];
 /// Imports that go up all the same: file and room. The list may only shrink.
-const UPWARDS: [(&str, &str); 24] = [
-    ("src/adapt/mod.rs", "run"),
-    ("src/adapt/watch.rs", "run"),
-    ("src/base/parallel.rs", "dem"),
-    ("src/bodies/body.rs", "domain"),
-    ("src/couple/oracle.rs", "job"),
-    ("src/couple/zone.rs", "job"),
-    ("src/dem/cell.rs", "domain"),
-    ("src/dem/motion.rs", "job"),
-    ("src/law/contact/absent.rs", "job"),
-    ("src/law/contact/elastic_rolling.rs", "job"),
-    ("src/law/contact/hertz_mindlin.rs", "job"),
-    ("src/law/contact/linear_cohesive.rs", "job"),
-    ("src/law/contact/linear_spring_dashpot.rs", "job"),
-    ("src/law/contact/mod.rs", "job"),
-    ("src/mpm/gather.rs", "job"),
-    ("src/mpm/look.rs", "job"),
-    ("src/mpm/membrane.rs", "domain"),
-    ("src/mpm/points.rs", "couple"),
-    ("src/mpm/points.rs", "domain"),
-    ("src/mpm/scatter.rs", "job"),
-    ("src/mpm/shape.rs", "job"),
-    ("src/prepare/cache.rs", "run"),
-    ("src/prepare/grain_file/contacts.rs", "export"),
-    ("src/prepare/grain_file/csv.rs", "export"),
-];
+const UPWARDS: [(&str, &str); 0] = [];
 
 struct Source {
     /// From the root of the project, with forward slashes.

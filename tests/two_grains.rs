@@ -5,7 +5,8 @@ use std::path::Path;
 use scree::base::math;
 use scree::base::space::{Plane, Space};
 use scree::export::grain_export::{self, Wanted};
-use scree::job::{Job, Linear};
+use scree::job::Job;
+use scree::law::contact::LinearSpringDashpot;
 use scree::run::{Options, start};
 use scree::store::checkpoint;
 use scree_io::column::State;
@@ -20,7 +21,7 @@ const MASS: f64 = 1.987_057_353_395_544_3e-5;
 /// Speed at which grains close, m/s.
 const SPEED: f64 = 0.1;
 
-fn pair_world(transport: &dyn Transport, dt: f64, contact: Linear, pair: [Grain; 2]) -> PlanarWorld<'_> {
+fn pair_world(transport: &dyn Transport, dt: f64, contact: LinearSpringDashpot, pair: [Grain; 2]) -> PlanarWorld<'_> {
     open_world(transport, 1e-3, settings(dt, contact), pair.into(), Vec::new())
 }
 
@@ -33,7 +34,7 @@ struct Oscillator {
 }
 
 impl Oscillator {
-    fn new(contact: &Linear, mass: f64) -> Self {
+    fn new(contact: &LinearSpringDashpot, mass: f64) -> Self {
         let decay = contact.damping_normal / (2.0 * mass);
         Self { decay, frequency: (contact.stiffness_normal / mass - decay * decay).sqrt() }
     }
@@ -77,7 +78,7 @@ fn overlap_of(world: &PlanarWorld) -> [f64; 2] {
 }
 
 /// Largest errors of overlap and velocity over the contact, as shares of the undamped collision's scales.
-fn errors(contact: Linear, steps: u32, mass_of: impl Fn(f64) -> f64) -> [f64; 2] {
+fn errors(contact: LinearSpringDashpot, steps: u32, mass_of: impl Fn(f64) -> f64) -> [f64; 2] {
     let start = [1e-8, SPEED];
     // Up to nine tenths of the contact, so that its end plays no part.
     let dt = 0.9 * Oscillator::new(&contact, 0.5 * MASS).duration() / f64::from(steps);
@@ -96,7 +97,7 @@ fn errors(contact: Linear, steps: u32, mass_of: impl Fn(f64) -> f64) -> [f64; 2]
 }
 
 /// Orders of convergence of overlap and velocity over three halvings of the step.
-fn orders(contact: Linear, mass_of: impl Fn(f64) -> f64 + Copy) -> Vec<f64> {
+fn orders(contact: LinearSpringDashpot, mass_of: impl Fn(f64) -> f64 + Copy) -> Vec<f64> {
     let runs: Vec<[f64; 2]> = [100, 200, 400, 800].iter().map(|steps| errors(contact, *steps, mass_of)).collect();
     let order = |pair: &[[f64; 2]], which: usize| math::ln(pair[0][which] / pair[1][which]) / math::ln(2.0);
     runs.windows(2).flat_map(|pair| [order(pair, 0), order(pair, 1)]).collect()

@@ -11,8 +11,8 @@ use scree::domain::layout::Layout;
 use scree::domain::rebuild::Parts;
 use scree::domain::servo::CellDrive;
 use scree::domain::world::Settings;
-use scree::job::{Linear, NormalForce, Scenario};
-use scree::law::contact::LinearSpringDashpot;
+use scree::job::Scenario;
+use scree::law::contact::{LinearSpringDashpot, NormalForce};
 use scree::law::material::CriticalDruckerPrager;
 use scree::prepare::sheared::{self, cell_of};
 use scree::store::checkpoint::PlanarPoint;
@@ -26,8 +26,8 @@ pub type PlanarWorld<'t> = sheared::PlanarWorld<'t, Law>;
 pub type Grain = sheared::Grain<Law>;
 
 /// Table 1 of seed 000, with a damping to choose.
-pub fn contact(damping: f64) -> Linear {
-    Linear {
+pub fn contact(damping: f64) -> LinearSpringDashpot {
+    LinearSpringDashpot {
         stiffness_normal: 1_772_093.8,
         stiffness_tangential: 886_046.9,
         damping_normal: damping,
@@ -56,14 +56,14 @@ pub fn grain(id: u64, position: [f64; 2], radius: f64, mass: f64) -> Grain {
     Grain::resting(GrainId(id), Vector::new(position[0], position[1]), radius, mass, Mover::Free)
 }
 
-pub fn settings(dt: f64, contact: Linear) -> Settings<Plane, Law, CriticalDruckerPrager> {
+pub fn settings(dt: f64, contact: LinearSpringDashpot) -> Settings<Plane, Law, CriticalDruckerPrager> {
     Settings {
         dt,
         grain_steps: 1,
         skin: 2e-4,
         grid: Grid::blend(0.95),
         loads: Vec::new(),
-        contact: LinearSpringDashpot { constants: contact },
+        contact: contact,
         material: material(),
         field: Field::default(),
         drive: CellDrive::default(),

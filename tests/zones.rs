@@ -2,9 +2,10 @@
 
 use scree::adapt::enrichment::{Enriched, cell_grid, dissolve, enrich, grain_stress};
 use scree::base::space::{Plane, Space, Words};
+use scree::couple::zone::Enrichment;
 use scree::dem::grains::Mover;
 use scree::domain::accounts::energy::Energies;
-use scree::job::{Enrichment, Scenario};
+use scree::job::Scenario;
 use scree::law::contact::ContactLaw;
 use scree::law::material::CriticalMemory;
 use scree::mpm::points::Hot;

@@ -2,7 +2,6 @@
 
 use scree_io::column::{Column, Values};
 use scree_partition::{Reader, Writer};
-use serde_json::json;
 
 use crate::adapt::enrichment::cell_grid;
 use crate::base::error::Error;
@@ -12,13 +11,11 @@ use crate::couple::oracle::{Memory, NodeFields};
 use crate::dem::walls::place_beside;
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
-use crate::job;
 use crate::job::mpm::Boundary;
 use crate::law::contact::ContactLaw;
 use crate::law::material::{MaterialLaw, MaterialMemory};
 use crate::mpm::look::for_each_node;
 use crate::mpm::points::{Hot, Past};
-use crate::run::Core;
 
 /// One look of the oracle (Algorithm 1): true when a persistent band has been found.
 ///
@@ -26,7 +23,7 @@ use crate::run::Core;
 pub fn watch<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     world: &mut World<S, C, L>,
     memory: &mut Memory,
-    settings: &job::Oracle,
+    settings: &crate::couple::oracle::Oracle,
     diameter: f64,
 ) -> Result<bool, Error> {
     let timer = world.phases.start();
@@ -85,26 +82,6 @@ fn cells_of_grains<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<
         }
     }
     Ok(taken)
-}
-
-/// A look where one is due; the first band that persists is told in the log and kept in mind, and left alone. Collective.
-pub fn tell_band<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-    core: &mut Core<S, C, L>,
-    settings: &job::Oracle,
-    diameter: f64,
-) -> Result<(), Error> {
-    if !core.world.is_due(settings.every) {
-        return Ok(());
-    }
-    let found = watch(&mut core.world, &mut core.progress.oracle, settings, diameter)?;
-    if found && core.progress.enriched_step == 0 {
-        let (step, time) = (core.world.step, core.world.time());
-        core.progress.enriched_step = step;
-        let nodes = core.progress.oracle.flagged.iter();
-        let places: Vec<[f64; 2]> = nodes.map(|node| place_of_node(&core.world, *node)).collect();
-        core.on_root(|outputs| outputs.log("band", step, json!({ "time": time, "nodes": places })))?;
-    }
-    Ok(())
 }
 
 /// Two fields of points as mass-weighted means on the nodes of the whole domain, on every rank.

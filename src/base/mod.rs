@@ -8,6 +8,7 @@ pub mod numbers;
 pub mod parallel;
 pub mod program;
 pub mod record;
+pub mod rows;
 pub mod space;
 pub mod symmetric;
 pub mod zeroed;

@@ -3,8 +3,6 @@
 
 use std::ops::Range;
 
-use crate::dem::segments::larger;
-
 /// Fewer rows are not worth a task of their own.
 const ROWS_PER_TASK: usize = 512;
 
@@ -64,4 +62,9 @@ fn halve<A: Send, B: Send, T: Send>(
     let (a, b) =
         rayon::join(|| halve(first, ranges_left, left, work), || halve(first + middle, ranges_right, right, work));
     larger(a, b)
+}
+
+/// The larger of two numbers; what is not a number stays so, since it must not look like standing still.
+pub fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a >= b { a } else { b }
 }

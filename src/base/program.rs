@@ -1,7 +1,9 @@
 //! Who the program is: what it writes of itself into everything that it leaves, so that a curve can be told to a source.
 
+use std::fs;
 use std::sync::LazyLock;
 
+use jiff::Timestamp;
 use scree_io::schema::SCHEMA_VERSION;
 
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -45,6 +47,17 @@ pub fn is_this(identity: &str) -> bool {
 /// The name in such a line, for a person.
 pub fn name_in(identity: &str) -> &str {
     identity.split(',').next().unwrap_or(identity)
+}
+
+/// The name of this machine.
+pub fn host() -> String {
+    fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default().trim().to_string()
+}
+
+/// Now, in UTC to the second.
+pub fn now() -> String {
+    let now = Timestamp::now();
+    Timestamp::from_second(now.as_second()).unwrap_or(now).to_string()
 }
 
 #[cfg(test)]

@@ -218,3 +218,13 @@ pub fn from_table<R: Record + Clone>(table: &Table, blank: &R) -> Result<Vec<R>,
     }
     Ok(rows)
 }
+
+/// A kind of row that can be put into a parcel whole.
+pub trait Cargo: Record + Clone {
+    fn blank() -> Self;
+    /// Fields beside those of the record.
+    fn pack_rest(&mut self, _: &mut Writer) {}
+    fn unpack_rest(&mut self, _: &mut Reader) -> Result<(), ParcelError> {
+        Ok(())
+    }
+}

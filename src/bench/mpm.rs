@@ -117,7 +117,7 @@ fn measured<S: Space>(wanted: &Wanted, transport: &dyn Transport) -> Result<Meas
     let resident = resident_bytes();
     let job = job::<S>(wanted)?;
     let LawOfJob::CriticalDruckerPrager(law) = &job.material.law else { unreachable!("the text names it") };
-    let mut world = point_world::world::<S, _>(&job, &CriticalDruckerPrager::of_job(law), transport)?;
+    let mut world = point_world::world::<S, _>(&job, &CriticalDruckerPrager::of(law), transport)?;
     for _ in 0..WARM_UP.min(wanted.stretches.steps) {
         world.advance()?;
     }

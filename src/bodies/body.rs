@@ -328,7 +328,7 @@ impl<S: Space> Record for Body<S> {
     }
 }
 
-impl<S: Space> crate::domain::transfer::Cargo for Body<S> {
+impl<S: Space> crate::base::record::Cargo for Body<S> {
     fn blank() -> Self {
         Self::new("", Shape::Layer)
     }

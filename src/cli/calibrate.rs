@@ -113,7 +113,7 @@ fn told(calibration: &Calibration, scenario: &Scenario, out: &Path, page: &Path)
     let mut text = String::new();
     let mut line = |words: String| writeln!(text, "{words}").expect(STRING);
     line(format!("{:<26}{:>28}{:>14}{:>14}{:>14}", "", "calibrated", "deviation", "Table 2", "the job now"));
-    let now = scenario.method.has_points().then(|| CriticalDruckerPrager::new(&scenario.continuum));
+    let now = scenario.method.has_points().then(|| CriticalDruckerPrager::of(&scenario.continuum.constants()));
     let or_none = |told: Option<String>| told.unwrap_or_else(|| "-".to_string());
     for key in &KEYS {
         let (_, spread) = calibration.figure(key);

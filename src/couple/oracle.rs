@@ -11,17 +11,26 @@
 //! largest plastic strain rate in the domain: rate independent by construction. The rate itself is the mean over the
 //! interval between two looks, since the instantaneous rate of an explicit step mostly shows its waves.
 
-use crate::job;
+use crate::mpm::track::LOOKS;
 
-/// Looks that a point remembers.
-pub const LOOKS: usize = 10;
 /// Looks within the window c_l.
 const LOOKS_PER_WINDOW: f64 = 8.0;
 
-/// Plastic strain of a point at the last looks; slot `look % LOOKS`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Window {
-    pub samples: [f64; LOOKS],
+/// Shear band detection (seed 000, section 3, Algorithm 1).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Oracle {
+    /// c_0: threshold of the Laplacian.
+    pub laplacian: f64,
+    /// c_1: plastic strain within the recent window.
+    pub recent_strain: f64,
+    /// c_l: length of the recent window in strain of the fastest point.
+    pub window: f64,
+    /// c_g: strain of the fastest point over which the flagged set must stay as it is.
+    pub persistence: f64,
+    /// Share of the flagged set that may have come and gone from one look to the next without its having changed; 0 in the seed.
+    pub tolerance: f64,
+    /// Steps between two looks.
+    pub every: u64,
 }
 
 /// What the oracle remembers; the same on every rank.
@@ -44,13 +53,13 @@ impl Memory {
     }
 
     /// Whether the fastest point's plastic strain since the last look makes it time for another.
-    pub fn due(&self, increment_max: f64, settings: &job::Oracle) -> bool {
+    pub fn due(&self, increment_max: f64, settings: &Oracle) -> bool {
         increment_max >= settings.window / LOOKS_PER_WINDOW
     }
 
     /// Turns the clock for a look; returns the slot the look goes into and the slot where its window begins, which is
     /// none while the run is younger than the window.
-    pub fn look(&mut self, increment_max: f64, settings: &job::Oracle) -> (usize, Option<usize>) {
+    pub fn look(&mut self, increment_max: f64, settings: &Oracle) -> (usize, Option<usize>) {
         self.clock += increment_max;
         let begin = (0..self.looks.min(LOOKS as u64))
             .map(|back| ((self.looks - 1 - back) % LOOKS as u64) as usize)
@@ -64,7 +73,7 @@ impl Memory {
     /// Takes in the flagged set of a look, rising; true once it is not empty and has stayed as it is for c_g, but for the share
     /// of it that may have come and gone since the look before: the more nodes a band has, the likelier one of them is at the
     /// threshold. A set that wanders by less than that from look to look stands, as far as this can tell.
-    pub fn persists(&mut self, flagged: Vec<u64>, settings: &job::Oracle) -> bool {
+    pub fn persists(&mut self, flagged: Vec<u64>, settings: &Oracle) -> bool {
         let common = flagged.iter().filter(|node| self.flagged.binary_search(node).is_ok()).count();
         let changed = flagged.len() + self.flagged.len() - 2 * common;
         if self.flagged.is_empty() && !flagged.is_empty() || changed as f64 > settings.tolerance * flagged.len() as f64
@@ -127,7 +136,7 @@ impl NodeFields {
     }
 
     /// Flagged nodes, rising. `cell` and `diameter` (D50) in m.
-    pub fn flagged(&self, settings: &job::Oracle, cell: f64, diameter: f64) -> Vec<u64> {
+    pub fn flagged(&self, settings: &Oracle, cell: f64, diameter: f64) -> Vec<u64> {
         // Both thresholds times dX^2.
         let threshold = settings.laplacian * (cell * cell / (diameter * diameter)).min(1.0);
         let mut flagged = Vec::new();

@@ -4,7 +4,34 @@ use std::collections::BTreeSet;
 
 use nalgebra::SVector;
 
-use crate::job::Enrichment;
+/// Grains for points (seed 000, section 4).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Enrichment {
+    /// phi_0, m.
+    pub distance: f64,
+    /// w of the reconciliation zone: the grains' share.
+    pub weight: f64,
+    /// Share of the continuum's motion that the packing is trained with, 0 to 1.
+    pub training: f64,
+    /// Training runs this many times faster than the motion it repeats.
+    pub training_speed: f64,
+    /// Rest after training with the rim held, in multiples of the training's own duration.
+    pub training_rest: f64,
+    pub life: ZoneLife,
+}
+
+/// What becomes of a zone once it is there; the seed's, which leave it as it is, are the defaults.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ZoneLife {
+    /// Whether it grows where the oracle finds a band beyond it.
+    pub grows: bool,
+    /// Whether its grains turn back into points where they have come to rest.
+    pub dissolves: bool,
+    /// Shear strain of the cell that shears most over which rest is judged.
+    pub rest_strain: f64,
+    /// Share of that strain below which a cell rests.
+    pub rest_share: f64,
+}
 
 /// What a cell holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -182,7 +182,7 @@ impl<S: Space> Record for Cell<S> {
     }
 }
 
-impl<S: Space> crate::domain::transfer::Cargo for Cell<S> {
+impl<S: Space> crate::base::record::Cargo for Cell<S> {
     fn blank() -> Self {
         Self::cuboid(S::Vector::zero(), S::Vector::zero(), [false; 3])
     }

@@ -3,12 +3,32 @@
 
 use rayon::prelude::*;
 
+use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::Body;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{Grains, Hot, Mover};
-use crate::dem::segments::{Finish, Resting, larger};
-use crate::job::assembly::{Damping, DampingForm};
+use crate::dem::segments::{Finish, Resting};
+
+/// Damping of grains against the mean field of the cell, beside that of their contacts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Damping {
+    /// Local non-viscous damping, 0 to below 1 (Liang & Zhao 2019, eq. 29); 0 is none.
+    pub local: f64,
+    pub form: DampingForm,
+    /// Mass-proportional damping c of -c m v, 1/s (Liu et al. 2016, 2.3.1).
+    pub mass: f64,
+}
+
+/// Two laws go by the name of local damping.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DampingForm {
+    /// Opposes the velocity vector with a share of the force's magnitude (Liang & Zhao 2019, eq. 29).
+    #[default]
+    Vector,
+    /// Scales each component of acceleration by 1 -+ damping, by the sign of its power at mid-step.
+    Component,
+}
 
 /// Forces on grains beside those of contacts.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use crate::base::ids::Row;
 use crate::base::lane::Instructions;
+use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space, Words};
 use crate::dem::cell::Shifts;
 use crate::dem::grains::{Cold, Grains, Hot, Mover};
@@ -75,11 +76,6 @@ impl Passed {
             grains: self.grains + other.grains,
         }
     }
-}
-
-/// The larger of two numbers; what is not a number stays so, since it must not look like standing still.
-pub fn larger(a: f64, b: f64) -> f64 {
-    if a.is_nan() || a >= b { a } else { b }
 }
 
 /// What all tasks of a pass share.

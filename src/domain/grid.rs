@@ -11,9 +11,10 @@ use crate::dem::walls::place_beside;
 use crate::domain::accounts::ledger::Entry;
 use crate::domain::layout::Layout;
 use crate::domain::world::World;
-use crate::job::mpm::{Boundary, ShapeFunction, StressUpdate, Transfer};
+use crate::job::mpm::Boundary;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
+use crate::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 use crate::mpm::tile::{Gathered, GrainNode, OwnedNode};
 
 /// How the grid of a world works; chosen per job.

@@ -6,8 +6,8 @@ use std::ops::Range;
 use scree_partition::{Curve, Halo, Lattice};
 
 use crate::base::space::{Linear, Plane, Space};
-use crate::job::mpm::ShapeFunction;
 use crate::mpm::scatter::TileFrame;
+use crate::mpm::scheme::ShapeFunction;
 use crate::mpm::shape::{Axis, DRIFT_MAX, margins};
 use crate::mpm::tile::{Mosaic, OwnedNode, Tier};
 

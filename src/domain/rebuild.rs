@@ -4,12 +4,12 @@
 use std::ops::Range;
 use std::time::Instant;
 
-use rayon::prelude::*;
 use scree_partition::{Halo, HaloBuffers, HaloCounts, ParcelError, Reader, Transport, Writer, cut};
 
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
 use crate::base::record::{Record, Visitor};
+use crate::base::rows::Moved;
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::Body;
 use crate::dem::cell::{Cell, Image};
@@ -69,7 +69,7 @@ impl<S: Space> Record for Home<S> {
     }
 }
 
-impl<S: Space> transfer::Cargo for Home<S> {
+impl<S: Space> crate::base::record::Cargo for Home<S> {
     fn blank() -> Self {
         Self { cell: Cell::blank(), bodies: Vec::new() }
     }
@@ -115,33 +115,6 @@ enum Travel {
 }
 
 const TRAVELS: u64 = 3;
-
-/// Rows in their new order.
-pub(crate) struct Moved<T> {
-    /// Where each comes from, as in [`Standing`].
-    sources: Vec<u32>,
-    /// Rows that were here.
-    held: usize,
-    arrived: Vec<T>,
-    /// Rows of each block.
-    ranges: Vec<Range<usize>>,
-}
-
-impl<T: Sync> Moved<T> {
-    /// Whether one of those that have arrived is such.
-    pub(crate) fn brings(&self, such: impl Fn(&T) -> bool) -> bool {
-        self.arrived.iter().any(such)
-    }
-
-    /// A part of every row: of those that were here from `here`, of arrived ones by `of`.
-    pub(crate) fn ordered<U: Copy + Send + Sync>(&self, here: &[U], of: impl Fn(&T) -> U + Sync) -> Vec<U> {
-        let part = |source: &u32| match (*source as usize).checked_sub(self.held) {
-            None => here[*source as usize],
-            Some(number) => of(&self.arrived[number]),
-        };
-        self.sources.par_iter().with_min_len(ROWS_PER_TASK).map(part).collect()
-    }
-}
 
 /// Cells between a point or a vertex and a grain that may still share a node: 1.5 cells of spline and half a cell of drift on
 /// either side.
@@ -429,7 +402,11 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     }
 
     /// Rows that stay are not packed; the others travel in parcels.
-    fn migrate<T: transfer::Cargo>(&self, travel: Travel, mut to_ranks: Vec<Vec<T>>) -> Result<Vec<T>, Error> {
+    fn migrate<T: crate::base::record::Cargo>(
+        &self,
+        travel: Travel,
+        mut to_ranks: Vec<Vec<T>>,
+    ) -> Result<Vec<T>, Error> {
         let mut rows = std::mem::take(&mut to_ranks[self.transport.rank()]);
         for arrived in transfer::exchange(self.transport, self.number_of(travel), to_ranks)? {
             rows.extend(arrived);
@@ -468,7 +445,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     }
 
     /// Sends the parcels, and puts those that arrive among those that stay; `stands` says where one does.
-    fn join<T: transfer::Cargo>(
+    fn join<T: crate::base::record::Cargo>(
         &self,
         travel: Travel,
         (mut order, held): (Vec<Standing>, usize),

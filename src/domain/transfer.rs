@@ -6,21 +6,11 @@ use scree_partition::{ParcelError, Reader, Route, Transport, Writer, exchange_ro
 
 use crate::base::error::Error;
 use crate::base::ids::{GrainId, PointId};
-use crate::base::record::{FromParcel, Record, ToParcel};
+use crate::base::record::{Cargo, FromParcel, Record, ToParcel};
 use crate::base::space::{Linear, Space, Words};
 use crate::dem::grains::{GrainRow, Mover};
 use crate::law::material::MaterialMemory;
 use crate::mpm::points::Point;
-
-/// A kind of row that can be put into a parcel whole.
-pub trait Cargo: Record + Clone {
-    fn blank() -> Self;
-    /// Fields beside those of the record.
-    fn pack_rest(&mut self, _: &mut Writer) {}
-    fn unpack_rest(&mut self, _: &mut Reader) -> Result<(), ParcelError> {
-        Ok(())
-    }
-}
 
 impl<S: Space, M: Words<f64>> Cargo for GrainRow<S, M> {
     fn blank() -> Self {

@@ -8,13 +8,14 @@ use scree_partition::{Halo, HaloBuffers, HaloCounts, Transport};
 
 use crate::base::error::Error;
 use crate::base::numbers::Numbers;
+use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::Body;
 use crate::dem::cell::Cell;
 use crate::dem::contacts::{Contacts, Part};
 use crate::dem::grains::Grains;
 use crate::dem::motion::{self, Damped, Falling, Field, Moves};
-use crate::dem::segments::{Finish, Segments, Wait, finish_waiting, larger};
+use crate::dem::segments::{Finish, Segments, Wait, finish_waiting};
 use crate::dem::walls::Walls;
 use crate::domain::accounts::ledger::EnergyLedger;
 use crate::domain::accounts::ledger::points::PointLedger;

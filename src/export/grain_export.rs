@@ -10,13 +10,14 @@ use scree_partition::Solo;
 
 use crate::base::error::Error;
 use crate::base::math::PI;
+use crate::base::record::Cargo;
 use crate::base::space::{Components, Linear, Plane, Solid, Space};
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, body_partner};
 use crate::domain::step::full_step::{FullStep, full_step};
-use crate::domain::transfer::Cargo;
 use crate::job::{Assembly, Job, Mpm, Scenario};
 use crate::law::contact::{ContactLaw, ForAnyLaw, with_law_of};
+use crate::prepare::grain_file::csv::{TIME, header, header_of_contacts};
 use crate::prepare::grain_file::is_lammps;
 use crate::prepare::sheared;
 use crate::run::{assembly, planar_shear, results};
@@ -185,31 +186,6 @@ fn cell<S: Space>(state: &State, job: &Assembly) -> Result<Cell<S>, Error> {
         cell.take_motion_of(moved);
     }
     Ok(cell)
-}
-
-/// Last column of exported files: the time of the state, s.
-pub const TIME: &str = "time";
-
-/// First line of a CSV file of contacts without its time: words of the memory go by their law, which alone can read them.
-pub fn header_of_contacts(law: &str, words: usize) -> String {
-    let memory: String = (0..words).map(|word| format!(",memory_{law}_{word}")).collect();
-    format!("lower,higher{memory}")
-}
-
-/// First line of a CSV file of grains.
-pub fn header<S: Space>() -> &'static str {
-    match S::DIMENSION {
-        2 => "id,x,y,radius,vx,vy,spin",
-        _ => "id,x,y,z,radius,vx,vy,vz,wx,wy,wz",
-    }
-}
-
-/// The same without velocities.
-pub fn header_of_places<S: Space>() -> &'static str {
-    match S::DIMENSION {
-        2 => "id,x,y,radius",
-        _ => "id,x,y,z,radius",
-    }
 }
 
 /// What follows where forces are written as well.

@@ -4,7 +4,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Contact, Output};
+use super::Output;
+use crate::dem::motion::Damping;
+use crate::law::contact::Contact;
 
 /// The checked job of an assembly of grains.
 #[derive(Clone, Debug, PartialEq)]
@@ -151,16 +153,6 @@ pub enum Sizes {
     List(Vec<(f64, f64)>),
 }
 
-/// Damping of grains against the mean field of the cell, beside that of their contacts.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Damping {
-    /// Local non-viscous damping, 0 to below 1 (Liang & Zhao 2019, eq. 29); 0 is none.
-    pub local: f64,
-    pub form: DampingForm,
-    /// Mass-proportional damping c of -c m v, 1/s (Liu et al. 2016, 2.3.1).
-    pub mass: f64,
-}
-
 /// Leapfrog velocities stand half a step before positions; those of a start may be of either time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Velocities {
@@ -169,16 +161,6 @@ pub enum Velocities {
     Now,
     /// Half a step before already: the first kick is whole.
     HalfStepBefore,
-}
-
-/// Two laws go by the name of local damping.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum DampingForm {
-    /// Opposes the velocity vector with a share of the force's magnitude (Liang & Zhao 2019, eq. 29).
-    #[default]
-    Vector,
-    /// Scales each component of acceleration by 1 -+ damping, by the sign of its power at mid-step.
-    Component,
 }
 
 /// A rigid body among the grains.

@@ -7,7 +7,8 @@ use std::f64::consts::PI;
 use super::stable::{self, GrainScale, HERTZ_OVERLAP, Springs};
 
 pub use super::stable::{Bound, governing};
-use super::{Contact, Method, Scenario};
+use super::{Method, Scenario};
+use crate::law::contact::Contact;
 
 /// Packing fraction assumed where only the packing itself will tell (dense discs of this spread: 0.84 to 0.86).
 pub const FRACTION_DENSE: f64 = 0.85;

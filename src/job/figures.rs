@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::Contact;
 use super::assembly::{Assembly, Preparation, Shape, Sizes, Source};
 use super::derived::DIAMETER_CUT;
 use super::stable::{self, Bound, GrainScale, HERTZ_OVERLAP, Springs};
+use crate::law::contact::Contact;
 
 /// Share of sigma^2 that is left of a normal distribution cut at three deviations.
 const VARIANCE_CUT: f64 = 0.973_3;

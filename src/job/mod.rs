@@ -10,6 +10,10 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use crate::base::error::Error;
+use crate::couple::oracle::Oracle;
+use crate::couple::zone::Enrichment;
+use crate::law::contact::Contact;
+use crate::law::material::CriticalConstants;
 
 pub mod assembly;
 pub mod derived;
@@ -135,189 +139,6 @@ pub struct Grains {
     pub file: Option<PathBuf>,
 }
 
-/// The contact law with its constants; each law's file under `law/contact/` has its equations.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Contact {
-    /// `law = "linear"`.
-    Linear(Linear),
-    /// `law = "linear_cohesive"`.
-    LinearCohesive(LinearCohesive),
-    /// `law = "elastic_rolling"`.
-    ElasticRolling(ElasticRolling),
-    /// `law = "hertz_mindlin"`.
-    HertzMindlin(HertzMindlin),
-}
-
-/// Linear spring-dashpot with tangential memory and Coulomb limit (Cundall & Strack 1979; seed 000, 2.1).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Linear {
-    /// k_n, N/m.
-    pub stiffness_normal: f64,
-    /// k_t, N/m.
-    pub stiffness_tangential: f64,
-    /// gamma_n, N s/m; in a job either this or `restitution` of two mean grains.
-    pub damping_normal: f64,
-    /// gamma_t, N s/m.
-    pub damping_tangential: f64,
-    /// mu, the Coulomb coefficient.
-    pub friction: f64,
-    pub normal_force: NormalForce,
-}
-
-/// Which normal forces a spring and its dashpot may come to together. A dashpot slows a contact that opens and so may pull
-/// at its end, which grains without cohesion do not (Schwager & Poeschel 2007); LAMMPS has the limit as `limit_damping`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NormalForce {
-    /// N: a number in place of a name, so that laws limit forces without a branch.
-    least: f64,
-}
-
-impl NormalForce {
-    /// The force may turn tensile while a contact opens, as in the sources of the laws.
-    pub const TENSILE: Self = Self { least: f64::NEG_INFINITY };
-    /// The dashpot makes no tension: F_n = max(F_spring + F_dashpot, 0).
-    pub const REPULSIVE: Self = Self { least: 0.0 };
-    /// As jobs name them.
-    pub const NAMES: [(&'static str, Self); 2] = [("tensile", Self::TENSILE), ("repulsive", Self::REPULSIVE)];
-
-    /// The least normal force, N, repulsive positive: zero, or minus infinity.
-    pub fn least(self) -> f64 {
-        self.least
-    }
-
-    pub fn name(self) -> &'static str {
-        let (name, _) = Self::NAMES.iter().find(|(_, of)| *of == self).expect("there are no others");
-        name
-    }
-}
-
-/// The same with cohesion (seed 000, 2.1).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LinearCohesive {
-    pub linear: Linear,
-    /// e_n, N: a contact made once holds until k_n d < -e_n.
-    pub cohesion_normal: f64,
-    /// e_t, N: |F_t| <= mu |F_n| + e_t.
-    pub cohesion_tangential: f64,
-}
-
-impl LinearCohesive {
-    /// How far apart surfaces that have touched still hold on to each other, m: e_n/k_n.
-    pub fn reach(&self) -> f64 {
-        self.cohesion_normal / self.linear.stiffness_normal
-    }
-}
-
-/// Stiffness from Young's modulus by harmonic means, rolling resistance (seed 002, eq. 20 to 28); no dashpot.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ElasticRolling {
-    /// E, Pa.
-    pub young_modulus: f64,
-    /// Stiffness ratio k_t/k_n, which the paper calls nu.
-    pub stiffness_ratio: f64,
-    pub friction: f64,
-    /// beta: k_r = beta k_t r_i r_j; zero: grains roll freely.
-    pub rolling_stiffness: f64,
-    /// eta: |M| <= eta min(r_i, r_j) F_n.
-    pub rolling_limit: f64,
-    /// What slides: the surfaces as they are, or with the translational part scaled by (r_i + r_j)/(r_i + r_j - d).
-    pub sliding: Sliding,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Sliding {
-    #[default]
-    Surface,
-    Scaled,
-}
-
-/// Hertz normal force, incremental Mindlin tangential force (seed 001, eq. 53 to 56).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HertzMindlin {
-    /// G_g, Pa.
-    pub shear_modulus: f64,
-    /// nu.
-    pub poisson_ratio: f64,
-    pub friction: f64,
-    /// Viscosity of contacts, N s/m.
-    pub damping_normal: f64,
-    pub damping_tangential: f64,
-    /// zeta: dashpots of 2 sqrt(5/6) zeta sqrt(m k_n) beside those, both ways, with the effective mass m. In a job either this or
-    /// the `restitution` that it gives at every speed.
-    pub damping_ratio: f64,
-    pub normal_force: NormalForce,
-}
-
-impl Contact {
-    /// The law as jobs name it.
-    pub fn law(&self) -> &'static str {
-        match self {
-            Self::Linear(_) => "linear",
-            Self::LinearCohesive(_) => "linear_cohesive",
-            Self::ElasticRolling(_) => "elastic_rolling",
-            Self::HertzMindlin(_) => "hertz_mindlin",
-        }
-    }
-
-    /// How far apart surfaces may be and still hold on to each other, m.
-    pub fn reach(&self) -> f64 {
-        match self {
-            Self::LinearCohesive(law) => law.reach(),
-            Self::Linear(_) | Self::ElasticRolling(_) | Self::HertzMindlin(_) => 0.0,
-        }
-    }
-
-    /// What lists reach beyond the grains themselves, as messages call it.
-    pub fn margin_in_words(&self) -> &'static str {
-        if self.reach() > 0.0 { "the skin with the reach of cohesion" } else { "the skin" }
-    }
-
-    /// Which normal forces its dashpot leaves; a law without one never pulls.
-    pub fn normal_force(&self) -> NormalForce {
-        match self {
-            Self::Linear(law) => law.normal_force,
-            Self::LinearCohesive(law) => law.linear.normal_force,
-            Self::ElasticRolling(_) => NormalForce::REPULSIVE,
-            Self::HertzMindlin(law) => law.normal_force,
-        }
-    }
-
-    /// mu.
-    pub fn friction(&self) -> f64 {
-        match self {
-            Self::Linear(law) => law.friction,
-            Self::LinearCohesive(law) => law.linear.friction,
-            Self::ElasticRolling(law) => law.friction,
-            Self::HertzMindlin(law) => law.friction,
-        }
-    }
-
-    /// The same law with another friction coefficient.
-    pub fn with_friction(mut self, friction: f64) -> Self {
-        match &mut self {
-            Self::Linear(law) => law.friction = friction,
-            Self::LinearCohesive(law) => law.linear.friction = friction,
-            Self::ElasticRolling(law) => law.friction = friction,
-            Self::HertzMindlin(law) => law.friction = friction,
-        }
-        self
-    }
-
-    /// The same law between grains that do not cohere.
-    pub fn without_cohesion(mut self) -> Self {
-        if let Self::LinearCohesive(law) = &mut self {
-            (law.cohesion_normal, law.cohesion_tangential) = (0.0, 0.0);
-        }
-        self
-    }
-
-    /// The law while grains are compressed to a packing: with that packing's friction, and without cohesion, which would hold
-    /// them where they were thrown. Whatever touches at the end coheres from the first step of the run on.
-    pub fn while_compressed(self, friction: f64) -> Self {
-        self.with_friction(friction).without_cohesion()
-    }
-}
-
 /// How the packing is made: thrown loosely, compressed by the upper plate under low friction and without cohesion, left to rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packing {
@@ -364,6 +185,23 @@ pub struct Continuum {
     pub weak: Vec<WeakRegion>,
 }
 
+impl Continuum {
+    /// Those of its law, at the critical packing fraction where the job has none for the start.
+    pub fn constants(&self) -> CriticalConstants {
+        CriticalConstants {
+            bulk_modulus: self.bulk_modulus,
+            shear_modulus: self.shear_modulus,
+            friction_angle_critical: self.friction_angle_critical,
+            fraction_critical: self.fraction_critical,
+            fraction: self.fraction_start.unwrap_or(self.fraction_critical),
+            dilation_factor: self.dilation_factor,
+            softening_rate: self.softening_rate,
+            cohesion: self.cohesion,
+            dilation_angle: None,
+        }
+    }
+}
+
 /// A rectangle of points whose law starts from a lower packing fraction; mass is not changed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WeakRegion {
@@ -390,52 +228,6 @@ pub struct Loading {
     pub plate_mass: f64,
     /// Viscous damping of the plate's vertical motion, N s/m.
     pub plate_damping: f64,
-}
-
-/// Shear band detection (seed 000, section 3, Algorithm 1).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Oracle {
-    /// c_0: threshold of the Laplacian.
-    pub laplacian: f64,
-    /// c_1: plastic strain within the recent window.
-    pub recent_strain: f64,
-    /// c_l: length of the recent window in strain of the fastest point.
-    pub window: f64,
-    /// c_g: strain of the fastest point over which the flagged set must stay as it is.
-    pub persistence: f64,
-    /// Share of the flagged set that may have come and gone from one look to the next without its having changed; 0 in the seed.
-    pub tolerance: f64,
-    /// Steps between two looks.
-    pub every: u64,
-}
-
-/// Grains for points (seed 000, section 4).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Enrichment {
-    /// phi_0, m.
-    pub distance: f64,
-    /// w of the reconciliation zone: the grains' share.
-    pub weight: f64,
-    /// Share of the continuum's motion that the packing is trained with, 0 to 1.
-    pub training: f64,
-    /// Training runs this many times faster than the motion it repeats.
-    pub training_speed: f64,
-    /// Rest after training with the rim held, in multiples of the training's own duration.
-    pub training_rest: f64,
-    pub life: ZoneLife,
-}
-
-/// What becomes of a zone once it is there; the seed's, which leave it as it is, are the defaults.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ZoneLife {
-    /// Whether it grows where the oracle finds a band beyond it.
-    pub grows: bool,
-    /// Whether its grains turn back into points where they have come to rest.
-    pub dissolves: bool,
-    /// Shear strain of the cell that shears most over which rest is judged.
-    pub rest_strain: f64,
-    /// Share of that strain below which a cell rests.
-    pub rest_share: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -22,8 +22,8 @@
 //! Dashpots take the place of springs in the rate of decay, without rolling. Local damping bounds nothing: it scales forces
 //! by less than two and changes its sign with the velocity.
 
-use super::Contact;
 use crate::base::math::{PI, atan2};
+use crate::law::contact::Contact;
 
 /// One reason why a time step cannot be longer.
 #[derive(Clone, Debug, PartialEq)]
@@ -129,13 +129,15 @@ impl Springs {
     pub fn of(contact: &Contact, radius_a: f64, radius_b: f64, overlap: f64) -> Self {
         let radius = 2.0 * radius_a * radius_b / (radius_a + radius_b);
         match contact {
-            Contact::Linear(law) | Contact::LinearCohesive(super::LinearCohesive { linear: law, .. }) => Self {
-                normal: law.stiffness_normal,
-                tangential: law.stiffness_tangential,
-                rolling: 0.0,
-                damping_normal: law.damping_normal,
-                damping_tangential: law.damping_tangential,
-            },
+            Contact::Linear(law) | Contact::LinearCohesive(crate::law::contact::LinearCohesive { linear: law, .. }) => {
+                Self {
+                    normal: law.stiffness_normal,
+                    tangential: law.stiffness_tangential,
+                    rolling: 0.0,
+                    damping_normal: law.damping_normal,
+                    damping_tangential: law.damping_tangential,
+                }
+            }
             Contact::ElasticRolling(law) => {
                 let normal = law.young_modulus * radius;
                 let tangential = law.stiffness_ratio * normal;
@@ -398,11 +400,13 @@ pub fn bound_of_servo(contact: &Contact, mean: &GrainScale, count: f64, mass: f6
 
 #[cfg(test)]
 mod tests {
-    use super::super::{ElasticRolling, HertzMindlin, Linear, LinearCohesive, NormalForce, Sliding};
     use super::*;
+    use crate::law::contact::{
+        ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding,
+    };
 
     fn table_1(damping: f64) -> Contact {
-        Contact::Linear(Linear {
+        Contact::Linear(LinearSpringDashpot {
             stiffness_normal: 1_772_093.8,
             stiffness_tangential: 886_046.9,
             damping_normal: damping,
@@ -501,7 +505,7 @@ mod tests {
         for dimension in [2, 3] {
             let grain = GrainScale::of(1e-3, 2650.0, 0.1, dimension);
             let springs = Springs::of(&seed_002(0.0), 1e-3, 1e-3, HERTZ_OVERLAP);
-            let linear = Contact::Linear(Linear {
+            let linear = Contact::Linear(LinearSpringDashpot {
                 stiffness_normal: springs.normal,
                 stiffness_tangential: springs.tangential,
                 damping_normal: 0.0,

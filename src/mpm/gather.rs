@@ -2,14 +2,14 @@
 
 use crate::base::lane::{Instructions, Kernel, LANES, Pack, Packed};
 use crate::base::numbers::{Lanes, Numbers};
+use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space, Words};
 use crate::dem::grains::{Hot as GrainHot, Mover, Tie};
-use crate::dem::segments::larger;
-use crate::job::mpm::{ShapeFunction, Transfer};
 use crate::law::material::MaterialLaw;
 use crate::mpm::nodes;
 use crate::mpm::points::{Beside, Hot};
 use crate::mpm::scatter::{Basis, TileFrame, eight_of};
+use crate::mpm::scheme::{ShapeFunction, Transfer};
 use crate::mpm::shape::{Stencil, row};
 use crate::mpm::tile::{Advanced, GrainChange, NODE_WORDS};
 

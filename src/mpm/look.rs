@@ -1,8 +1,8 @@
 //! The grid from one place, whatever its functions: for what looks at a step, not for the step itself.
 
 use crate::base::space::Space;
-use crate::job::mpm::ShapeFunction;
 use crate::mpm::scatter::TileFrame;
+use crate::mpm::scheme::ShapeFunction;
 use crate::mpm::shape::{Cubic, Generalised, LinearHat, Quadratic, Shape};
 
 /// Calls `visit(node of the tile, N)` for every node that reaches `place` (m), in lexical order.

@@ -16,9 +16,8 @@
 //! lies in.
 
 use crate::base::math;
-use crate::base::record::{Record, Visitor};
+use crate::base::record::{Cargo, Record, Visitor};
 use crate::base::space::{Linear, Space};
-use crate::domain::transfer::Cargo;
 
 /// A chain and what it is made of.
 #[derive(Clone, Debug, PartialEq)]

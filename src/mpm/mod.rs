@@ -1,7 +1,7 @@
 //! The continuum engine: explicit material point method.
 //!
 //! One step is scatter (points to tiles), sum of tiles, [`nodes::step`], spread of tiles, gather (tiles to points), in the
-//! order that the job's [`crate::job::mpm::Scheme`] says. Which nodes another rank sums is not known here: [`tile::Tiles`] has rows for
+//! order that the job's [`scheme::Scheme`] says. Which nodes another rank sums is not known here: [`tile::Tiles`] has rows for
 //! them.
 
 pub mod track;
@@ -13,6 +13,7 @@ pub mod membrane;
 pub mod nodes;
 pub mod points;
 pub mod scatter;
+pub mod scheme;
 pub mod shape;
 pub mod share;
 pub mod tile;

@@ -3,13 +3,12 @@
 use crate::base::ids::{PointId, Row};
 use crate::base::numbers::Numbers;
 use crate::base::record::{Record, Visitor};
+use crate::base::rows::Moved;
 use crate::base::space::{Linear, Space, Words};
 use crate::base::symmetric::Symmetric;
-use crate::couple::oracle::Window;
 use crate::dem::cell::{Image, visit_image};
-use crate::domain::rebuild::Moved;
 use crate::law::material::MaterialMemory;
-use crate::mpm::track::Track;
+use crate::mpm::track::{Track, Window};
 use crate::numbers;
 
 /// The part of a point that every step reads and writes: numbers alone, so that eight of them go side by side.

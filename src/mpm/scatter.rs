@@ -6,8 +6,8 @@ use crate::base::numbers::{Lanes, Numbers};
 use crate::base::space::{Space, Words};
 use crate::base::symmetric::Symmetric;
 use crate::dem::grains::{Hot as GrainHot, Mover, Tie};
-use crate::job::mpm::ShapeFunction;
 use crate::mpm::points::{Beside, Hot};
+use crate::mpm::scheme::ShapeFunction;
 use crate::mpm::shape::{Axis, Cubic, Generalised, LinearHat, Quadratic, Shape, Stencil, row};
 use crate::mpm::tile::{Gathered, GrainNode, NODE_WORDS};
 

@@ -13,7 +13,7 @@
 
 use crate::base::lane::Real;
 use crate::base::space::{Space, Words};
-use crate::job::mpm::ShapeFunction;
+use crate::mpm::scheme::ShapeFunction;
 
 /// Drift from home in cells and per axis at which a rebuild is due, below the half cell that the margins allow.
 pub const DRIFT_MAX: f64 = 0.45;

@@ -4,6 +4,15 @@
 use crate::base::record::{Record, Visitor};
 use crate::base::space::{Linear, Space};
 
+/// Looks that a point remembers.
+pub const LOOKS: usize = 10;
+
+/// Plastic strain of a point at the last looks of an oracle; slot `look % LOOKS`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Window {
+    pub samples: [f64; LOOKS],
+}
+
 /// Instants that a track keeps.
 pub const INSTANTS: usize = 8;
 

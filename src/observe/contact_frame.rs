@@ -15,11 +15,11 @@ use scree_io::column::{Column, Values};
 use scree_io::frames::{Drawn, Frame};
 
 use crate::base::error::Error;
-use crate::base::record::{Record, Visitor};
+use crate::base::record::{Cargo, Record, Visitor};
 use crate::base::space::{Linear, Space};
 use crate::dem::bearing::Bearing;
 use crate::dem::grains::body_of_partner;
-use crate::domain::transfer::{self, Cargo};
+use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;

@@ -19,12 +19,12 @@ use scree_io::frames::{Drawn, Frame};
 
 use crate::base::error::Error;
 use crate::base::math;
-use crate::base::record::{Record, Visitor};
+use crate::base::record::{Cargo, Record, Visitor};
 use crate::base::space::{Linear, Solid, Space};
 use crate::dem::bearing::Bearing;
 use crate::dem::cell::{Cell, Image, visit_image};
 use crate::dem::grains::Mover;
-use crate::domain::transfer::{self, Cargo};
+use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::law::contact::ContactLaw;
 use crate::law::invariants::{Deformation, StressInvariants};

@@ -22,12 +22,11 @@ use scree_partition::Transport;
 use sha2::{Digest, Sha256};
 
 use crate::base::error::Error;
-use crate::base::program;
+use crate::base::program::{self, host, now};
 use crate::domain::stop::{self, Wish};
 use crate::domain::transfer;
 use crate::prepare::making::Making;
 use crate::prepare::sheared::on_root;
-use crate::run::folder::{host, now};
 
 const LOCK: &str = "lock";
 const PROGRESS: &str = "progress.h5";

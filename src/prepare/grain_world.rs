@@ -149,7 +149,7 @@ pub fn settings_in<S: Space, C: ContactLaw<S>>(job: &Assembly, drive: CellDrive<
         skin: job.skin,
         grid: Grid::blend(0.0),
         loads: Vec::new(),
-        contact: C::from_job(&job.contact).expect("the run was given the job's law"),
+        contact: C::from_contact(&job.contact).expect("the run was given the job's law"),
         material: Absent,
         field: Field { gravity: vector::<S>(&job.gravity), damping: job.damping },
         drive,

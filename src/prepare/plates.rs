@@ -108,7 +108,7 @@ fn points<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport, 
     let step = [width / columns as f64, height / rows as f64];
     let volume = step[0] * step[1] * scenario.specimen.depth;
     let mass = start.mass / (columns * rows) as f64;
-    let law = CriticalDruckerPrager::new(continuum);
+    let law = CriticalDruckerPrager::of(&continuum.constants());
     let mut points = Vec::new();
     for row in (0..rows).filter(|row| row % transport.size() == transport.rank()) {
         for column in 0..columns {

@@ -92,7 +92,7 @@ type Piece<C> = (Vec<Grain<C>>, Vec<Cell<Plane>>);
 /// What [`crate::prepare::packed::state_of`] wrote: grains, and the cell that they fill from its lower corner.
 fn read_piece<C: ContactLaw<Plane>>(file: &Path) -> Result<Piece<C>, Error> {
     let mut state = read_state(file)?;
-    let cells = tables::rows(&state, "cell", &transfer::Cargo::blank())?;
+    let cells = tables::rows(&state, "cell", &crate::base::record::Cargo::blank())?;
     match cells.is_empty() {
         true => {
             Err(Error::User(format!("{}: the cell of the packing is missing; the file is damaged", file.display())))

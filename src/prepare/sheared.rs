@@ -7,7 +7,7 @@ use scree_io::store;
 use scree_partition::Transport;
 
 use crate::base::error::Error;
-use crate::base::record::to_table;
+use crate::base::record::{Cargo, to_table};
 use crate::base::space::{Linear, Plane, Space, Words};
 use crate::bodies::body::{Body, Servo, Shape, Side};
 use crate::dem::cell::Cell;
@@ -18,10 +18,10 @@ use crate::domain::layout::Layout;
 use crate::domain::rebuild::{self, Parts, is_glued};
 use crate::domain::servo::CellDrive;
 use crate::domain::stop::{self, Wish};
-use crate::domain::transfer::{self, Cargo};
+use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
-use crate::job::{Contact, Scenario, derived};
-use crate::law::contact::ContactLaw;
+use crate::job::{Scenario, derived};
+use crate::law::contact::{Contact, ContactLaw};
 use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
 use crate::mpm::membrane::Membranes;
 use crate::prepare::cache::{Found, Place};
@@ -80,8 +80,8 @@ pub fn settings_for<C: ContactLaw<Plane>>(
         skin: scenario.decomposition.skin,
         grid: Grid::blend(scenario.continuum.flip),
         loads: Vec::new(),
-        contact: C::from_job(contact).expect("the run was given the job's law"),
-        material: CriticalDruckerPrager::new(&scenario.continuum),
+        contact: C::from_contact(contact).expect("the run was given the job's law"),
+        material: CriticalDruckerPrager::of(&scenario.continuum.constants()),
         field: Field::default(),
         drive: CellDrive::default(),
         first_kick: 0.5,

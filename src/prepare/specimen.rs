@@ -8,16 +8,16 @@ use scree_io::column::State;
 use scree_partition::Transport;
 
 use crate::base::error::Error;
-use crate::base::record::to_table;
+use crate::base::record::{Cargo, to_table};
 use crate::base::space::{Linear, Plane, Space};
 use crate::bodies::body::{Body, Servo};
 use crate::dem::grains::{GrainRow, Mover};
-use crate::dem::motion::Field;
+use crate::dem::motion::{Damping, DampingForm, Field};
 use crate::domain::rebuild::Parts;
-use crate::domain::transfer::{self, Cargo};
+use crate::domain::transfer;
 use crate::domain::world::Settings;
 use crate::job::Method;
-use crate::job::assembly::{Damping, DampingForm, Packed, Preparation, Source};
+use crate::job::assembly::{Packed, Preparation, Source};
 use crate::job::mpm::figures::bounding_box;
 use crate::job::mpm::{BodyContact, Granular, Mpm, Origin, RigidBody};
 use crate::law::contact::ContactLaw;
@@ -114,7 +114,7 @@ pub fn specimen<C: ContactLaw<Plane>>(
 /// Laws of contacts with the job's bodies.
 pub fn laws_of_bodies<C: ContactLaw<Plane>>(job: &Mpm, granular: &Granular) -> Vec<C> {
     let law = |friction: f64| {
-        C::from_job(&granular.piece.contact.without_cohesion().with_friction(friction))
+        C::from_contact(&granular.piece.contact.without_cohesion().with_friction(friction))
             .expect("the run was given the job's law")
     };
     let of = |contact: BodyContact| match contact {
@@ -364,8 +364,8 @@ fn time_of_grain(granular: &Granular) -> f64 {
 }
 
 fn settings_of_rest<C: ContactLaw<Plane>>(job: &Mpm, granular: &Granular) -> Settings<Plane, C, CriticalDruckerPrager> {
-    let law = CriticalDruckerPrager::of_job(law_of(job));
-    let contact = C::from_job(&granular.piece.contact).expect("the run was given the job's law");
+    let law = CriticalDruckerPrager::of(law_of(job));
+    let contact = C::from_contact(&granular.piece.contact).expect("the run was given the job's law");
     let mut settings = point_world::settings::<Plane, C, _>(job, law, contact);
     settings.grain_steps = 1;
     let mass = DAMPING_MASS / time_of_grain(granular);
@@ -375,7 +375,7 @@ fn settings_of_rest<C: ContactLaw<Plane>>(job: &Mpm, granular: &Granular) -> Set
 }
 
 /// The law of a checked job with grains.
-pub fn law_of(job: &Mpm) -> &crate::job::mpm::CriticalDruckerPrager {
+pub fn law_of(job: &Mpm) -> &crate::law::material::CriticalConstants {
     match &job.material.law {
         crate::job::mpm::MaterialLaw::CriticalDruckerPrager(law) => law,
         _ => unreachable!("a checked job with grains has a law that softens"),

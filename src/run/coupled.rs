@@ -5,7 +5,7 @@ use scree_io::frames::Frame;
 use scree_partition::{ExactSum, Transport};
 use serde_json::{Value, json};
 
-use crate::adapt::{Adaptive, Finder, watch};
+use crate::adapt::watch;
 use crate::base::error::Error;
 use crate::base::space::{Plane, Space};
 use crate::dem::grains::Mover;
@@ -22,6 +22,7 @@ use crate::prepare::reference::{Lies, StartState};
 use crate::prepare::sheared::{self, PlanarWorld};
 use crate::prepare::specimen::{self, Specimen};
 use crate::prepare::{packed, point_world};
+use crate::run::adaptive::{Adaptive, Finder};
 use crate::run::continuum::columns;
 use crate::run::folder::Folder;
 use crate::run::planar_shear::{PlanarSnapshot, TRACKS};
@@ -99,7 +100,7 @@ fn at_start<'t, C: ContactLaw<Plane>>(
         Method::Hybrid | Method::Mpm => {
             let mut job = job.clone();
             job.material.density = granular.piece.matter.density * fraction;
-            let points = point_world::points(&job, &CriticalDruckerPrager::of_job(specimen::law_of(&job)), transport);
+            let points = point_world::points(&job, &CriticalDruckerPrager::of(specimen::law_of(&job)), transport);
             (Vec::new(), points, point_world::bodies(&job), point_world::vertices(&job))
         }
     };
@@ -116,8 +117,8 @@ fn world_of<'t, C: ContactLaw<Plane>>(
     parts: Parts<Plane, C, CriticalDruckerPrager>,
     transport: &'t dyn Transport,
 ) -> Result<PlanarWorld<'t, C>, Error> {
-    let law = CriticalDruckerPrager::of_job(specimen::law_of(job));
-    let contact = C::from_job(&granular.piece.contact).expect("the run was given the job's law");
+    let law = CriticalDruckerPrager::of(specimen::law_of(job));
+    let contact = C::from_contact(&granular.piece.contact).expect("the run was given the job's law");
     let settings = point_world::settings(job, law, contact);
     let mut world = PlanarWorld::new(settings, point_world::layout::<Plane>(job)?, transport, step, parts)?;
     world.walls.laws = specimen::laws_of_bodies(job, granular);
@@ -262,7 +263,7 @@ impl<C: ContactLaw<Plane>> Experiment for Coupled<'_, C> {
                 let how = Adaptive { finder, enrichment, lies, depth: self.job.grid.depth };
                 how.adapt(self, core, None).map(|_| ())
             }
-            (Method::Mpm, Finder::Oracle(oracle, diameter)) => watch::tell_band(core, oracle, *diameter),
+            (Method::Mpm, Finder::Oracle(oracle, diameter)) => crate::run::adaptive::tell_band(core, oracle, *diameter),
             _ => Ok(()),
         }
     }

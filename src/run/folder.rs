@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::base::error::Error;
-use crate::base::program;
+use crate::base::program::{self, host, now};
 
 const LOCK: &str = "run.lock";
 const SCRATCH: &str = "run.tmp";
@@ -79,17 +79,6 @@ struct Owner {
     host: String,
     process: u32,
     since: String,
-}
-
-/// The name of this machine.
-pub fn host() -> String {
-    fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default().trim().to_string()
-}
-
-/// Now, in UTC to the second.
-pub fn now() -> String {
-    let now = Timestamp::now();
-    Timestamp::from_second(now.as_second()).unwrap_or(now).to_string()
 }
 
 /// What a folder is, seen from outside.

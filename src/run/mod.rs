@@ -1,5 +1,6 @@
 //! The loop: step, watch, observe, save, stop. What is simulated is an [`Experiment`]; everything here is the same for all.
 
+pub mod adaptive;
 pub mod assembly;
 pub mod changes;
 pub mod continuum;
@@ -21,10 +22,10 @@ use scree_partition::{Reader, Writer};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
-use self::folder::{Folder, host, stop_file};
+use self::folder::{Folder, stop_file};
 use crate::base::error::Error;
-use crate::base::program;
-use crate::base::record::{FromParcel, Record, ToParcel};
+use crate::base::program::{self, host};
+use crate::base::record::{Cargo, FromParcel, Record, ToParcel};
 use crate::base::space::Space;
 use crate::couple::rest::CellStrain;
 use crate::domain::accounts::ledger::Entry;
@@ -33,7 +34,7 @@ use crate::domain::phases::Phase;
 use crate::domain::servo::Missed;
 use crate::domain::step::cycle::is_due;
 use crate::domain::stop::{self, Wish};
-use crate::domain::transfer::{self, Cargo};
+use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::job::Output;
 use crate::law::contact::ContactLaw;

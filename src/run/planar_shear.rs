@@ -4,7 +4,6 @@ use scree_io::frames::Frame;
 use scree_partition::Transport;
 use serde_json::{Value, json};
 
-use crate::adapt::{Adaptive, Finder};
 use crate::base::error::Error;
 use crate::base::space::{Linear, Plane};
 use crate::domain::accounts::ledger::{Balance, SPENT};
@@ -19,6 +18,7 @@ use crate::prepare::loose::UPPER;
 use crate::prepare::plates;
 use crate::prepare::reference::Lies;
 use crate::prepare::sheared::{self, PlanarWorld, cell_of, layout_for, settings_of_run};
+use crate::run::adaptive::{Adaptive, Finder};
 use crate::run::folder::Folder;
 use crate::run::{self, Core, Experiment, Options, Outcome};
 use crate::store::checkpoint::{self, Drawn, Progress, Snapshot};

@@ -10,10 +10,10 @@ use scree_partition::Transport;
 
 use crate::base::error::Error;
 use crate::base::program;
-use crate::base::record::{Record, Visitor, from_table, to_table};
+use crate::base::record::{Cargo, Record, Visitor, from_table, to_table};
 use crate::base::space::{Plane, Space, Words};
 use crate::bodies::body::Body;
-use crate::couple::oracle::{LOOKS, Memory};
+use crate::couple::oracle::Memory;
 use crate::couple::rest::{CellStrain, RestWatch};
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Tie};
@@ -22,7 +22,7 @@ use crate::domain::accounts::ledger::Entry;
 use crate::domain::guards::grains::EnergyGuard;
 use crate::domain::rebuild::{Home, Parts};
 use crate::domain::servo::Missed;
-use crate::domain::transfer::{self, Cargo};
+use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::job::Job;
 use crate::job::units::in_short;
@@ -30,7 +30,7 @@ use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalMemory, MaterialLaw, MaterialMemory};
 use crate::mpm::membrane::{Membranes, Vertex};
 use crate::mpm::points::Point;
-use crate::mpm::track::Instants;
+use crate::mpm::track::{Instants, LOOKS};
 use crate::store::{soundness, tables};
 
 /// Material points of the jobs of this program.

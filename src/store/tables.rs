@@ -4,10 +4,9 @@ use scree_io::column::{State, Table};
 
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
-use crate::base::record::{from_table, to_table};
+use crate::base::record::{Cargo, from_table, to_table};
 use crate::base::space::{Space, Words};
 use crate::dem::grains::{ContactRow, GrainRow, Tie, TieRow, is_body};
-use crate::domain::transfer::Cargo;
 use crate::law::material::MaterialMemory;
 use crate::mpm::points::Point;
 

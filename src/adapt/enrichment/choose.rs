@@ -5,9 +5,8 @@ use super::residents::Residents;
 use super::{PlanarPoint, Refusal, Vector};
 use crate::base::space::Plane;
 use crate::couple::select::{Candidate, select};
-use crate::couple::zone::{CellGrid, Label, Zone};
+use crate::couple::zone::{CellGrid, Enrichment, Label, Zone};
 use crate::dem::grains::Mover;
-use crate::job::Enrichment;
 use crate::law::contact::ContactLaw;
 use crate::prepare::sheared::Grain;
 

@@ -8,10 +8,10 @@ use crate::base::space::{Linear, Plane, Space};
 use crate::base::symmetric::Symmetric;
 use crate::couple::patch::Patch;
 use crate::couple::zone::CellGrid;
-use crate::job::mpm::Transfer;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::mpm::points::Point;
+use crate::mpm::scheme::Transfer;
 use crate::mpm::track::{Instants, Track};
 use crate::prepare::sheared::PlanarWorld;
 

@@ -5,10 +5,10 @@ use scree_partition::{ParcelError, Reader, Writer};
 use super::Vector;
 use super::motion::displacement;
 use crate::base::error::Error;
-use crate::base::record::{Record, Visitor};
+use crate::base::record::{Cargo, Record, Visitor};
 use crate::base::space::{Linear, Plane};
 use crate::dem::grains::{Cold, Hot, Mover};
-use crate::domain::transfer::{self, Cargo};
+use crate::domain::transfer;
 use crate::law::contact::ContactLaw;
 use crate::prepare::sheared::PlanarWorld;
 

@@ -10,11 +10,10 @@ use super::fit::Shear;
 use crate::base::error::Error;
 use crate::base::math;
 use crate::base::space::{Plane, Solid};
-use crate::job::assembly::{
-    Assembly, Cell, CellServo, Damping, Matter, Packed, Preparation, Sizes, Source, Velocities,
-};
-use crate::job::{BLOCK_OF_DISCS, Contact, Job, Output, Scenario, derived};
-use crate::law::contact::{ContactLaw, ForAnyLaw, with_law_of};
+use crate::dem::motion::Damping;
+use crate::job::assembly::{Assembly, Cell, CellServo, Matter, Packed, Preparation, Sizes, Source, Velocities};
+use crate::job::{BLOCK_OF_DISCS, Job, Output, Scenario, derived};
+use crate::law::contact::{Contact, ContactLaw, ForAnyLaw, with_law_of};
 use crate::prepare::grain_world;
 use crate::prepare::sheared::steps;
 

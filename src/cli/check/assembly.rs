@@ -2,9 +2,11 @@
 
 use super::page::{Page, figures, whole};
 use super::{INERTIAL_NUMBER_QUASI_STATIC, STEP_SHARE_MIN, STIFFNESS_NUMBER_MIN};
-use crate::job::assembly::{Assembly, Body, DampingForm, Packed, Preparation, Shape, Sizes, Source};
+use crate::dem::motion::DampingForm;
+use crate::job::assembly::{Assembly, Body, Packed, Preparation, Shape, Sizes, Source};
+use crate::job::figures as of;
 use crate::job::stable::{Bound, HERTZ_OVERLAP, governing};
-use crate::job::{Contact, Linear, NormalForce, Sliding, figures as of};
+use crate::law::contact::{Contact, LinearSpringDashpot, NormalForce, Sliding};
 
 /// Share of the cell that it may deform by in one step before contacts are followed too coarsely.
 const STRAIN_OF_STEP_MAX: f64 = 1e-4;
@@ -93,7 +95,7 @@ pub(super) fn contacts(page: &mut Page, assembly: &Assembly) {
     }
 }
 
-fn linear(page: &mut Page, law: &Linear) {
+fn linear(page: &mut Page, law: &LinearSpringDashpot) {
     page.row("gamma_n and gamma_t", &pair(law.damping_normal, law.damping_tangential, "N s/m"), "absolute");
 }
 

@@ -1,9 +1,10 @@
 //! What is allowed and has a meaning, but is more likely a slip: told by `check` and at the start of a run.
 
 use super::page::figures;
+use crate::job::Job;
 use crate::job::assembly::Assembly;
 use crate::job::mpm::Mpm;
-use crate::job::{Contact, Job};
+use crate::law::contact::Contact;
 
 /// Solids and soils lie between these, kg/m3: from light foams to osmium.
 const DENSITY_MIN: f64 = 20.0;

@@ -10,10 +10,10 @@ use crate::job::assembly::Shape;
 use crate::job::derived::{BYTES_GRAIN, COST_GRAIN};
 use crate::job::figures::bounds as bounds_of_grains;
 use crate::job::mpm::{
-    BodyContact, Boundary, Face, Granular, InitialStress, LoadKind, MaterialLaw, Mpm, RegionShape, ShapeFunction,
-    StressUpdate, Transfer, figures as of,
+    BodyContact, Boundary, Face, Granular, InitialStress, LoadKind, MaterialLaw, Mpm, RegionShape, figures as of,
 };
 use crate::job::stable::governing;
+use crate::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 
 /// Above this share of the wave speed motion is no longer slow against waves.
 const MACH_MAX: f64 = 0.3;

@@ -3,7 +3,8 @@
 use super::page::{Page, figures, megapascals, whole};
 use super::{INERTIAL_NUMBER_QUASI_STATIC, STEP_SHARE_MIN, STIFFNESS_NUMBER_MIN};
 use crate::job::stable::Bound;
-use crate::job::{Contact, Method, Scenario, derived};
+use crate::job::{Method, Scenario, derived};
+use crate::law::contact::Contact;
 
 /// Moduli this many times the affine estimate cannot come from the contact law, which the estimate bounds from above.
 const MODULUS_EXCESS_MAX: f64 = 1.5;

@@ -12,13 +12,13 @@ use crate::dem::grains::Grains;
 use crate::domain::grid::{Grid, Holders, Moment, Reactions};
 use crate::domain::phases::Phase;
 use crate::domain::world::{GRAIN_WORDS_PLANE, GRAIN_WORDS_SOLID, World};
-use crate::job::mpm::{ShapeFunction, StressUpdate, Transfer};
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::mpm::gather::{Taken, Taking, correct_grains, gather_points};
 use crate::mpm::nodes::{self, Stepped};
 use crate::mpm::points::Points;
 use crate::mpm::scatter::{scatter_grains, scatter_loads, scatter_points};
+use crate::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 use crate::mpm::shape::DRIFT_MAX;
 use crate::mpm::tile::{Advanced, Gathered, GrainChange, GrainNode, NODE_WORDS, OwnedNode, Tier, Tiles};
 

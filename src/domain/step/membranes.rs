@@ -4,11 +4,11 @@ use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
-use crate::job::mpm::Transfer;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::mpm::look::for_each_node;
 use crate::mpm::membrane::{Brought, Membranes, Vertex};
+use crate::mpm::scheme::Transfer;
 use crate::mpm::share::dyad;
 use crate::mpm::tile::Tier;
 

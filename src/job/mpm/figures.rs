@@ -176,7 +176,7 @@ pub fn step_through(cell: f64, wave: f64, speed: f64) -> f64 {
 ///
 /// A point of mass m gives node i the mass `m N_i` and the force `-V tau grad N_i`, and takes from it the strain
 /// `grad N_i a_i dt^2`. The largest eigenvalue of that map is no more than the largest of a single point's (Irons & Treharne
-/// 1971), `omega^2 = s M/(density cell^2)` with s of [`super::ShapeFunction::steepness`] and M of a free point, in any arrangement of
+/// 1971), `omega^2 = s M/(density cell^2)` with s of [`crate::mpm::scheme::ShapeFunction::steepness`] and M of a free point, in any arrangement of
 /// points. Where points average the nodes' velocities between steps nothing swings and stress relaxes by `1 - (omega dt)^2` a
 /// step, so `omega dt <= sqrt(2)`; where they do not, a leapfrog would bear 2.
 fn step_of_free_nodes(job: &Mpm) -> f64 {

@@ -1,7 +1,8 @@
 //! The grains of a continuum's material, and where they take its place.
 
+use crate::couple::zone::Enrichment;
+use crate::job::Method;
 use crate::job::assembly::Assembly;
-use crate::job::{Enrichment, Method};
 
 /// The grains of a material: what it is made of from the start, or where a band persists, or what a continuum alone stands for.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,11 +3,13 @@
 //! Vectors carry three components; in the plane those of z are zero. Tension is positive in stresses, pressure positive in
 //! compression.
 
+use super::Output;
 use super::assembly::Body;
-use super::{Oracle, Output};
 use crate::base::math::{PI, cos, sin};
+use crate::couple::oracle::Oracle;
+use crate::law::material::CriticalConstants;
+use crate::mpm::scheme::Scheme;
 
-pub mod cone;
 pub mod figures;
 mod granular;
 
@@ -69,74 +71,6 @@ pub struct Grid {
     pub depth: f64,
 }
 
-/// How points and nodes exchange what they carry.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scheme {
-    pub shape: ShapeFunction,
-    pub update: StressUpdate,
-    pub transfer: Transfer,
-    /// Points per cell and axis at the start.
-    pub points_per_cell: usize,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ShapeFunction {
-    /// Hats over one cell to each side.
-    Linear,
-    /// Hats averaged over a point's box, whose edges keep their length (uGIMP; Bardenhagen & Kober 2004).
-    Generalised,
-    /// Quadratic B-splines, changed beside walls so that their sum stays 1.
-    Quadratic,
-    /// Cubic B-splines, the same.
-    Cubic,
-}
-
-impl ShapeFunction {
-    /// The most that `sum (dN/dx)^2/N` along an axis comes to anywhere, in cells: `2/half + 1/(1 - half)` of uGIMP with points
-    /// of half a length `half`. What a node with next to no mass makes of a stress is bounded by it; hats have no bound, for
-    /// where one vanishes its slope does not.
-    pub fn steepness(self, points_per_cell: usize) -> f64 {
-        let half = 0.5 / points_per_cell as f64;
-        match self {
-            Self::Linear => f64::INFINITY,
-            Self::Generalised => 2.0 / half + 1.0 / (1.0 - half),
-            Self::Quadratic => 6.0,
-            Self::Cubic => 3.136_82,
-        }
-    }
-
-    /// Distance along an axis within which two points with edges of that length share a node, both in cells.
-    pub fn reach(self, edge: f64) -> f64 {
-        match self {
-            Self::Linear => 2.0,
-            Self::Generalised => 2.0 + edge,
-            Self::Quadratic => 3.0,
-            Self::Cubic => 4.0,
-        }
-    }
-}
-
-/// When in a step stresses follow the strain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StressUpdate {
-    /// Before the forces, from the velocities that points brought to the nodes (USF).
-    First,
-    /// After the nodes have moved, from their velocities (USL).
-    Last,
-    /// After them, from the new velocities of points brought to the nodes once more (MUSL).
-    ModifiedLast,
-}
-
-/// What a point takes from the nodes' velocities.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Transfer {
-    /// The share `flip` (0 to 1) by increments (FLIP), the rest by values (PIC). Liang & Zhao (2019), eq. 17 to 19, call
-    /// 1 - flip alpha_PIC.
-    Blend { flip: f64 },
-    /// Values with their affine field (APIC).
-    Affine,
-}
-
 /// What the points are made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
@@ -153,7 +87,7 @@ pub enum MaterialLaw {
     /// Isotropic and linear between Kirchhoff stress and logarithmic strain.
     Hencky(Elastic),
     /// Chen et al. (2021), 2.2.
-    CriticalDruckerPrager(CriticalDruckerPrager),
+    CriticalDruckerPrager(CriticalConstants),
 }
 
 /// Moduli of a solid. In the plane strain out of it is zero, so K of `tau = K tr(eps) 1 + 2 G dev(eps)` with the plane's
@@ -174,29 +108,6 @@ impl Elastic {
             _ => self.bulk_modulus,
         }
     }
-}
-
-/// Critical-state Drucker-Prager plasticity (Chen et al. 2021, eq. 4 to 8).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CriticalDruckerPrager {
-    /// K, Pa: in the plane that of p = tr(tau)/2, in space that of p = tr(tau)/3.
-    pub bulk_modulus: f64,
-    /// G, Pa.
-    pub shear_modulus: f64,
-    /// phi_cs, rad.
-    pub friction_angle_critical: f64,
-    /// Phi_cs.
-    pub fraction_critical: f64,
-    /// Phi that points start with, unless their region has its own.
-    pub fraction: f64,
-    /// chi of tan(psi) = chi (Phi - Phi_cs), tan(phi) = tan(phi_cs) + chi (Phi - Phi_cs).
-    pub dilation_factor: f64,
-    /// xi of dPhi/dt = -(Phi - Phi_cs) Phi xi |deps_p/dt|.
-    pub softening_rate: f64,
-    /// c, Pa.
-    pub cohesion: f64,
-    /// A constant psi of plastic flow, rad, in place of that of chi, which is then zero: phi is phi_cs throughout.
-    pub dilation_angle: Option<f64>,
 }
 
 impl MaterialLaw {
@@ -484,14 +395,6 @@ impl Grid {
     /// Extent along an axis, m.
     pub fn extent(&self, axis: usize) -> f64 {
         self.upper[axis] - self.lower[axis]
-    }
-}
-
-impl Scheme {
-    /// Whether a node's own new velocity becomes strain, or the affine field of a point, before points have averaged it: then
-    /// one with next to no mass must not gain too much of it within a step.
-    pub fn feels_nodes(&self) -> bool {
-        self.update == StressUpdate::Last || self.transfer == Transfer::Affine
     }
 }
 

@@ -11,9 +11,8 @@ use super::{
     SKIN_DEFAULT, folder_of, name, output_with_contacts, refuse_wide_sizes,
 };
 use crate::base::error::Error;
-use crate::job::assembly::{
-    Assembly, Cell, CellServo, Damping, DampingForm, Matter, Packed, Preparation, Read, Sizes, Source, Velocities,
-};
+use crate::dem::motion::{Damping, DampingForm};
+use crate::job::assembly::{Assembly, Cell, CellServo, Matter, Packed, Preparation, Read, Sizes, Source, Velocities};
 use crate::job::raw::{Reader, Typed};
 use crate::job::stable;
 
@@ -246,8 +245,9 @@ fn damping(table: &Reader<'_>) -> Result<Damping, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::job::Job;
     use crate::job::assembly::{BodyServo, PathPoint, Shape};
-    use crate::job::{Contact, Job};
+    use crate::law::contact::Contact;
 
     const PLANE: &str = r#"
         name = "small"

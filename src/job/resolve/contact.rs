@@ -4,7 +4,9 @@ use crate::base::error::Error;
 use crate::base::math::{PI, atan2, exp, ln, tan};
 use crate::job::raw::Reader;
 use crate::job::schema::OF_LAW;
-use crate::job::{Contact, ElasticRolling, HertzMindlin, Linear, LinearCohesive, NormalForce, Sliding};
+use crate::law::contact::{
+    Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding,
+};
 
 /// The contact law. Asleep: the linear one with Table 1 of seed 000 and the damping that is stable.
 ///
@@ -52,13 +54,20 @@ pub fn contact(table: &Reader<'_>, mass_mean: f64) -> Result<Contact, Error> {
     })
 }
 
-fn linear(table: &Reader<'_>, mass_mean: f64) -> Result<Linear, Error> {
+fn linear(table: &Reader<'_>, mass_mean: f64) -> Result<LinearSpringDashpot, Error> {
     let stiffness_normal = table.number_awake("stiffness_normal", 1_772_093.8)?;
     let stiffness_tangential = table.number_awake("stiffness_tangential", 886_046.9)?;
     let normal_force = normal_force(table)?;
     let (damping_normal, damping_tangential) = damping(table, stiffness_normal, mass_mean, normal_force)?;
     let friction = friction(table)?;
-    Ok(Linear { stiffness_normal, stiffness_tangential, damping_normal, damping_tangential, friction, normal_force })
+    Ok(LinearSpringDashpot {
+        stiffness_normal,
+        stiffness_tangential,
+        damping_normal,
+        damping_tangential,
+        friction,
+        normal_force,
+    })
 }
 
 fn normal_force(table: &Reader<'_>) -> Result<NormalForce, Error> {

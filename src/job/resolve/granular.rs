@@ -8,13 +8,13 @@ use super::mpm::domain;
 use super::shear::{check_life, enrichment};
 use super::{BLOCK_OF_DISCS, SKIN_DEFAULT, digits, folder_of};
 use crate::base::error::Error;
-use crate::job::assembly::{Assembly, Cell, Damping, Packed, Preparation, Shape, Source, Velocities};
+use crate::dem::motion::Damping;
+use crate::job::assembly::{Assembly, Cell, Packed, Preparation, Shape, Source, Velocities};
 use crate::job::figures::{diameter_max, fraction_in_cell, margin};
-use crate::job::mpm::{
-    Boundary, Face, Granular, Grid, KnownBands, MaterialLaw, Mpm, Origin, ShapeFunction, StressUpdate,
-};
+use crate::job::mpm::{Boundary, Face, Granular, Grid, KnownBands, MaterialLaw, Mpm, Origin};
 use crate::job::raw::{Reader, Typed};
 use crate::job::{Method, Output, stable};
+use crate::mpm::scheme::{ShapeFunction, StressUpdate};
 
 /// Tables and keys that only grains ask for.
 const TABLES: [&str; 4] = ["packing", "contact", "enrichment", "zone"];

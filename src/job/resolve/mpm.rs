@@ -7,14 +7,16 @@ use super::membrane::membranes;
 use super::mpm_checks::{check, simple};
 use super::{DEPTH_DEFAULT, digits, name, output};
 use crate::base::error::Error;
+use crate::couple::oracle::Oracle;
+use crate::job::Output;
 use crate::job::mpm::{
-    BodyContact, Boundary, CriticalDruckerPrager, Elastic, Face, Followed, Granular, Gravity, Grid, InitialStress,
-    LOADS_MAX, Load, LoadKind, Material, MaterialLaw, Mpm, Region, RegionShape, RigidBody, Scheme, ShapeFunction,
-    StressUpdate, Transfer, Watch, Wave, figures, polygon_area,
+    BodyContact, Boundary, Elastic, Face, Followed, Granular, Gravity, Grid, InitialStress, LOADS_MAX, Load, LoadKind,
+    Material, MaterialLaw, Mpm, Region, RegionShape, RigidBody, Watch, Wave, figures, polygon_area,
 };
 use crate::job::raw::{Reader, Typed};
 use crate::job::stable::governing;
-use crate::job::{Oracle, Output};
+use crate::law::material::CriticalConstants;
+use crate::mpm::scheme::{Scheme, ShapeFunction, StressUpdate, Transfer};
 use crate::mpm::shape::margins;
 
 const FLIP_DEFAULT: f64 = 0.99;
@@ -263,7 +265,7 @@ fn elastic(table: &Reader<'_>) -> Result<Elastic, Error> {
     }
 }
 
-fn critical(table: &Reader<'_>) -> Result<CriticalDruckerPrager, Error> {
+fn critical(table: &Reader<'_>) -> Result<CriticalConstants, Error> {
     let dilation_angle = table.number_if_given("dilation_angle")?;
     if dilation_angle.is_some() && table.number_or("dilation_factor", 0.0)? != 0.0 {
         return Err(table.refusal(
@@ -277,7 +279,7 @@ fn critical(table: &Reader<'_>) -> Result<CriticalDruckerPrager, Error> {
         None => table.number(key),
     };
     let fraction_critical = or_still("fraction_critical", 0.8)?;
-    Ok(CriticalDruckerPrager {
+    Ok(CriticalConstants {
         bulk_modulus: table.number("bulk_modulus")?,
         shear_modulus: table.number("shear_modulus")?,
         friction_angle_critical: table.number("friction_angle_critical")?,

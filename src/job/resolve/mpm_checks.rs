@@ -6,9 +6,10 @@ use super::{digits, digits_below, refuse_unstable, significant};
 use crate::base::error::Error;
 use crate::base::math::{PI, atan};
 use crate::job::assembly::Shape;
-use crate::job::mpm::{CriticalDruckerPrager, InitialStress, LoadKind, MaterialLaw, Mpm, RigidBody, figures};
+use crate::job::mpm::{InitialStress, LoadKind, MaterialLaw, Mpm, RigidBody, figures};
 use crate::job::raw::{Reader, Typed};
 use crate::job::stable::governing;
+use crate::law::material::CriticalConstants;
 
 /// Points that a job may have.
 const POINTS_MAX: u64 = 100_000_000;
@@ -34,7 +35,7 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
 
 /// The cone must exist at the start, flow on it must not give back more work than friction takes, and a return to it must
 /// be possible.
-fn check_critical(job: &Mpm, law: &CriticalDruckerPrager, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
+fn check_critical(job: &Mpm, law: &CriticalConstants, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
     let degrees = |tangent: f64| digits_below(atan(tangent) * 180.0 / PI);
     if law.friction_angle_critical == 0.0 && law.cohesion == 0.0 {
         return Err(typed.refusal(
@@ -88,7 +89,7 @@ fn check_critical(job: &Mpm, law: &CriticalDruckerPrager, typed: &Typed, top: &R
 pub const FRACTION_NEARER: &str = "bring the fraction nearer to fraction_critical, or lower dilation_factor";
 
 /// Why plastic flow from a packing fraction on has no end, as the beginning of a sentence, if it has none.
-pub fn unbearable(law: &CriticalDruckerPrager, axes: usize, fraction: f64) -> Option<String> {
+pub fn unbearable(law: &CriticalConstants, axes: usize, fraction: f64) -> Option<String> {
     let (stiffness, at) = law.stiffness_least(axes, fraction);
     (stiffness <= 0.0).then(|| {
         format!(
@@ -104,12 +105,7 @@ pub fn unbearable(law: &CriticalDruckerPrager, axes: usize, fraction: f64) -> Op
 const K0_SLACK: f64 = 1e-9;
 
 /// Stress that the cone does not bear at the start would be changed in silence.
-fn check_geostatic(
-    job: &Mpm,
-    law: &CriticalDruckerPrager,
-    (axis, k0): (usize, f64),
-    typed: &Typed,
-) -> Result<(), Error> {
+fn check_geostatic(job: &Mpm, law: &CriticalConstants, (axis, k0): (usize, f64), typed: &Typed) -> Result<(), Error> {
     let axes = job.grid.dimension;
     let (mut least, mut most) = ((0.0, 0.0), (f64::INFINITY, 0.0));
     for (number, region) in job.regions.iter().enumerate() {

@@ -11,12 +11,15 @@ use super::{
     SKIN_DEFAULT, digits, folder_of, name, output_with_contacts, refuse_unstable, refuse_wide_sizes, significant,
 };
 use crate::base::error::Error;
-use crate::job::mpm::CriticalDruckerPrager;
+use crate::couple::oracle::Oracle;
+use crate::couple::zone::{Enrichment, ZoneLife};
 use crate::job::raw::{Reader, Typed};
 use crate::job::{
-    Contact, Continuum, Decomposition, Enrichment, Grains, Loading, Method, Oracle, Output, Packing, Scenario,
-    Specimen, Time, WeakRegion, ZoneLife, derived, stable,
+    Continuum, Decomposition, Grains, Loading, Method, Output, Packing, Scenario, Specimen, Time, WeakRegion, derived,
+    stable,
 };
+use crate::law::contact::Contact;
+use crate::law::material::CriticalConstants;
 
 const FLIP_DEFAULT: f64 = 0.95;
 /// Looks of the oracle within its recent window when a band one cell thick takes the whole speed.
@@ -339,7 +342,7 @@ fn check_packing(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
 /// A return to the cone must be possible wherever the specimen starts.
 fn check_softening(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     let continuum = &scenario.continuum;
-    let law = CriticalDruckerPrager {
+    let law = CriticalConstants {
         bulk_modulus: continuum.bulk_modulus,
         shear_modulus: continuum.shear_modulus,
         friction_angle_critical: continuum.friction_angle_critical,

@@ -1,8 +1,9 @@
 //! Grains in a cell.
 
 use super::{Page, list};
+use crate::dem::motion::DampingForm;
 use crate::job::assembly::{
-    Assembly, Body, BodyServo, Cell, DampingForm, Packed, PathPoint, Preparation, Shape, Sizes, Source, Velocities,
+    Assembly, Body, BodyServo, Cell, Packed, PathPoint, Preparation, Shape, Sizes, Source, Velocities,
 };
 
 pub fn assembly(assembly: &Assembly) -> String {

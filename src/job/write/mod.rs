@@ -3,7 +3,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use super::{Contact, Linear, Output, Sliding};
+use super::Output;
+use crate::law::contact::{Contact, LinearSpringDashpot, Sliding};
 
 mod assembly;
 mod mpm;
@@ -116,7 +117,7 @@ impl Page {
         }
     }
 
-    fn linear(&mut self, law: &Linear) {
+    fn linear(&mut self, law: &LinearSpringDashpot) {
         self.number("stiffness_normal", law.stiffness_normal);
         self.number("stiffness_tangential", law.stiffness_tangential);
         self.number("damping_normal", law.damping_normal);

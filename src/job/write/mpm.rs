@@ -5,8 +5,9 @@ use super::shear::{enrichment, oracle, zone};
 use super::{Page, list};
 use crate::job::mpm::{
     BodyContact, Boundary, Elastic, Face, Granular, InitialStress, Load, LoadKind, MaterialLaw, Membrane, Mpm, Path,
-    Region, RegionShape, ShapeFunction, StressUpdate, Transfer, Wave,
+    Region, RegionShape, Wave,
 };
+use crate::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 
 pub fn mpm(job: &Mpm) -> String {
     let mut page = Page::new();

@@ -1,7 +1,9 @@
 //! Planar shear.
 
 use super::Page;
-use crate::job::{Enrichment, Oracle, Scenario, ZoneLife};
+use crate::couple::oracle::Oracle;
+use crate::couple::zone::{Enrichment, ZoneLife};
+use crate::job::Scenario;
 
 pub fn shear(scenario: &Scenario) -> String {
     let mut page = Page::new();

@@ -1,15 +1,14 @@
 //! No contact: the law of worlds that consist of points alone.
 
-use super::{Answer, ContactLaw, FromJob, Resistance, Touch};
+use super::{Answer, Contact, ContactLaw, FromContact, Resistance, Touch};
 use crate::base::lane::Real;
 use crate::base::space::{Components, Space, Words};
-use crate::job;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Absent;
 
-impl FromJob for Absent {
-    fn from_job(_: &job::Contact) -> Option<Self> {
+impl FromContact for Absent {
+    fn from_contact(_: &Contact) -> Option<Self> {
         None
     }
 }

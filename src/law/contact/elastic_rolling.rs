@@ -15,15 +15,31 @@
 //! by from a spring that keeps its length. Twist about the normal is not resisted. Against a flat body r_j is without
 //! bounds: k_n = 2 E r_i, and rolling is resisted as by a grain of the same size.
 
-use super::{Answer, ContactLaw, FLAT, FromJob, Resistance, Touch};
+use super::{Answer, Contact, ContactLaw, FLAT, FromContact, Resistance, Touch};
 use crate::base::lane::Real;
 use crate::base::space::{Lanewise, Space};
-use crate::job::{self, Sliding};
 
-/// The law with its constants; units as in [`job::ElasticRolling`].
+/// Stiffness from Young's modulus by harmonic means, rolling resistance (seed 002, eq. 20 to 28); no dashpot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElasticRolling {
-    pub constants: job::ElasticRolling,
+    /// E, Pa.
+    pub young_modulus: f64,
+    /// Stiffness ratio k_t/k_n, which the paper calls nu.
+    pub stiffness_ratio: f64,
+    pub friction: f64,
+    /// beta: k_r = beta k_t r_i r_j; zero: grains roll freely.
+    pub rolling_stiffness: f64,
+    /// eta: |M| <= eta min(r_i, r_j) F_n.
+    pub rolling_limit: f64,
+    /// What slides: the surfaces as they are, or with the translational part scaled by (r_i + r_j)/(r_i + r_j - d).
+    pub sliding: Sliding,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sliding {
+    #[default]
+    Surface,
+    Scaled,
 }
 
 /// k_n, k_t and k_r of a contact.
@@ -36,7 +52,7 @@ struct Stiffness<R> {
 impl ElasticRolling {
     #[inline(always)]
     fn stiffness<R: Real>(&self, radius_a: R, radius_b: R) -> Stiffness<R> {
-        let law = &self.constants;
+        let law = self;
         let modulus = R::splat(law.young_modulus);
         let (a, b) = (modulus * radius_a, modulus * radius_b);
         let normal = R::splat(2.0) * a * b / (a + b);
@@ -47,10 +63,10 @@ impl ElasticRolling {
     }
 }
 
-impl FromJob for ElasticRolling {
-    fn from_job(contact: &job::Contact) -> Option<Self> {
+impl FromContact for ElasticRolling {
+    fn from_contact(contact: &Contact) -> Option<Self> {
         match contact {
-            job::Contact::ElasticRolling(constants) => Some(Self { constants: *constants }),
+            Contact::ElasticRolling(law) => Some(*law),
             _ => None,
         }
     }
@@ -81,7 +97,7 @@ impl<S: Space> ContactLaw<S> for ElasticRolling {
 
     #[inline(always)]
     fn force<R: Real>(&self, touch: &Touch<S, R>, memory: &mut Self::Memory<R>) -> Answer<S, R> {
-        let law = &self.constants;
+        let law = self;
         let stiffness = self.stiffness(touch.radius_a, touch.radius_b);
         let normal = touch.overlap * stiffness.normal;
         let sliding = <Self as ContactLaw<S>>::sliding(self, touch);
@@ -103,7 +119,7 @@ impl<S: Space> ContactLaw<S> for ElasticRolling {
 
     #[inline(always)]
     fn sliding<R: Real>(&self, touch: &Touch<S, R>) -> S::TangentOf<R> {
-        match self.constants.sliding {
+        match self.sliding {
             Sliding::Surface => touch.velocity_tangential,
             Sliding::Scaled => {
                 let reach = touch.radius_a + touch.radius_b;
@@ -125,7 +141,7 @@ impl<S: Space> ContactLaw<S> for ElasticRolling {
     }
 
     fn friction_limit(&self, _: &Touch<S, f64>, normal: f64) -> f64 {
-        normal * self.constants.friction
+        normal * self.friction
     }
 
     fn elastic_energy(&self, touch: &Touch<S, f64>, (spring, rolled): &Self::Memory<f64>) -> f64 {

@@ -17,22 +17,32 @@
 //! elastic part and is cut with its dashpot to the cone of the elastic normal force. The normal dashpot may pull while a
 //! contact opens, unless it is limited to repel. Against a flat body R_2 is without bounds.
 
-use super::{Answer, ContactLaw, FromJob, Resistance, Touch};
+use super::{Answer, Contact, ContactLaw, FromContact, NormalForce, Resistance, Touch};
 use crate::base::lane::Real;
 use crate::base::space::{Lanewise, Space, Words};
-use crate::job;
 
-/// The law with its constants; units as in [`job::HertzMindlin`].
+/// Hertz normal force, incremental Mindlin tangential force (seed 001, eq. 53 to 56).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HertzMindlin {
-    pub constants: job::HertzMindlin,
+    /// G_g, Pa.
+    pub shear_modulus: f64,
+    /// nu.
+    pub poisson_ratio: f64,
+    pub friction: f64,
+    /// Viscosity of contacts, N s/m.
+    pub damping_normal: f64,
+    pub damping_tangential: f64,
+    /// zeta: dashpots of 2 sqrt(5/6) zeta sqrt(m k_n) beside those, both ways, with the effective mass m. In a job either this or
+    /// the `restitution` that it gives at every speed.
+    pub damping_ratio: f64,
+    pub normal_force: NormalForce,
 }
 
 impl HertzMindlin {
     /// k_n and k_t at an overlap.
     #[inline(always)]
     fn stiffness<R: Real>(&self, radius_a: R, radius_b: R, overlap: R) -> [R; 2] {
-        let law = &self.constants;
+        let law = self;
         let root_two = std::f64::consts::SQRT_2;
         let radius = R::splat(2.0) * radius_a * radius_b / (radius_a + radius_b);
         let root = (radius * R::max(overlap, R::splat(0.0))).sqrt();
@@ -44,7 +54,7 @@ impl HertzMindlin {
     /// What the dashpots have beside their constants, N s/m, at that normal stiffness.
     #[inline(always)]
     fn viscosity<R: Real>(&self, mass_a: R, mass_b: R, stiffness: R) -> R {
-        let ratio = self.constants.damping_ratio;
+        let ratio = self.damping_ratio;
         // One answer for the whole run: who asks for no rebound does not pay for the root.
         if ratio == 0.0 {
             return R::splat(0.0);
@@ -54,10 +64,10 @@ impl HertzMindlin {
     }
 }
 
-impl FromJob for HertzMindlin {
-    fn from_job(contact: &job::Contact) -> Option<Self> {
+impl FromContact for HertzMindlin {
+    fn from_contact(contact: &Contact) -> Option<Self> {
         match contact {
-            job::Contact::HertzMindlin(constants) => Some(Self { constants: *constants }),
+            Contact::HertzMindlin(law) => Some(*law),
             _ => None,
         }
     }
@@ -69,7 +79,7 @@ impl<S: Space> ContactLaw<S> for HertzMindlin {
 
     #[inline(always)]
     fn force<R: Real>(&self, touch: &Touch<S, R>, elastic: &mut S::TangentOf<R>) -> Answer<S, R> {
-        let law = &self.constants;
+        let law = self;
         let zero = R::splat(0.0);
         let [stiffness_normal, stiffness_tangential] = self.stiffness(touch.radius_a, touch.radius_b, touch.overlap);
         let spring = stiffness_normal * touch.overlap * R::splat(2.0 / 3.0);
@@ -99,14 +109,14 @@ impl<S: Space> ContactLaw<S> for HertzMindlin {
 
     fn resistance(&self, [radius_a, radius_b]: [f64; 2], [mass_a, mass_b]: [f64; 2], overlap: f64) -> Resistance {
         let [normal, tangential] = self.stiffness(radius_a, radius_b, overlap);
-        let law = &self.constants;
+        let law = self;
         let dashpot = law.damping_normal.max(law.damping_tangential) + self.viscosity(mass_a, mass_b, normal);
         Resistance { spring: normal.max(tangential), dashpot }
     }
 
     fn friction_limit(&self, touch: &Touch<S, f64>, _: f64) -> f64 {
         let [stiffness, _] = self.stiffness(touch.radius_a, touch.radius_b, touch.overlap);
-        stiffness * touch.overlap * (2.0 / 3.0) * self.constants.friction
+        stiffness * touch.overlap * (2.0 / 3.0) * self.friction
     }
 
     /// Hertz's energy, and that of the tangential spring at the stiffness of now.

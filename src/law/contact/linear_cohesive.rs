@@ -11,21 +11,31 @@
 //! [`super::LinearSpringDashpot`] to the bit.
 
 use super::linear_spring_dashpot::slide;
-use super::{Answer, ContactLaw, FromJob, Resistance, Touch};
+use super::{Answer, Contact, ContactLaw, FromContact, LinearSpringDashpot, Resistance, Touch};
 use crate::base::lane::Real;
 use crate::base::space::{Components, Lanewise, Space, Words};
-use crate::job;
 
-/// The law with its constants; units as in [`job::LinearCohesive`].
+/// The same with cohesion (seed 000, 2.1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearCohesive {
-    pub constants: job::LinearCohesive,
+    pub linear: LinearSpringDashpot,
+    /// e_n, N: a contact made once holds until k_n d < -e_n.
+    pub cohesion_normal: f64,
+    /// e_t, N: |F_t| <= mu |F_n| + e_t.
+    pub cohesion_tangential: f64,
 }
 
-impl FromJob for LinearCohesive {
-    fn from_job(contact: &job::Contact) -> Option<Self> {
+impl LinearCohesive {
+    /// How far apart surfaces that have touched still hold on to each other, m: e_n/k_n.
+    pub fn reach(&self) -> f64 {
+        self.cohesion_normal / self.linear.stiffness_normal
+    }
+}
+
+impl FromContact for LinearCohesive {
+    fn from_contact(contact: &Contact) -> Option<Self> {
         match contact {
-            job::Contact::LinearCohesive(constants) => Some(Self { constants: *constants }),
+            Contact::LinearCohesive(law) => Some(*law),
             _ => None,
         }
     }
@@ -36,39 +46,39 @@ impl<S: Space> ContactLaw<S> for LinearCohesive {
     type Memory<R: Real> = (S::TangentOf<R>, Components<R, 1>);
 
     fn reach(&self) -> f64 {
-        self.constants.reach()
+        self.reach()
     }
 
     #[inline(always)]
     fn holds<R: Real>(&self, touch: &Touch<S, R>, memory: &Self::Memory<R>) -> R::Mask {
         let zero = R::splat(0.0);
-        let pull = touch.overlap * R::splat(self.constants.linear.stiffness_normal);
+        let pull = touch.overlap * R::splat(self.linear.stiffness_normal);
         let made = memory.1.word(0).above(zero);
-        let kept = pull.above(R::splat(-self.constants.cohesion_normal));
+        let kept = pull.above(R::splat(-self.cohesion_normal));
         R::either(touch.overlap.above(zero), R::both(made, kept))
     }
 
     #[inline(always)]
     fn force<R: Real>(&self, touch: &Touch<S, R>, memory: &mut Self::Memory<R>) -> Answer<S, R> {
-        let law = &self.constants.linear;
+        let law = &self.linear;
         let spring = touch.overlap * R::splat(law.stiffness_normal);
         let damped = spring - touch.velocity_normal * R::splat(law.damping_normal);
         let pull = R::min(spring, R::splat(0.0));
         let normal = R::max(pull + R::splat(law.normal_force.least()), damped);
-        let limit = normal.abs() * R::splat(law.friction) + R::splat(self.constants.cohesion_tangential);
+        let limit = normal.abs() * R::splat(law.friction) + R::splat(self.cohesion_tangential);
         let tangential = slide(law, touch, limit, &mut memory.0);
         memory.1.set_word(0, R::splat(1.0));
         Answer { normal, tangential, moment: Words::zero() }
     }
 
     fn springs(&self, touch: &Touch<S, f64>, memory: &Self::Memory<f64>) -> Answer<S, f64> {
-        let law = &self.constants.linear;
+        let law = &self.linear;
         let tangential = memory.0 * -law.stiffness_tangential;
         Answer { normal: touch.overlap * law.stiffness_normal, tangential, moment: Words::zero() }
     }
 
     fn resistance(&self, _: [f64; 2], _: [f64; 2], _: f64) -> Resistance {
-        let law = &self.constants.linear;
+        let law = &self.linear;
         Resistance {
             spring: law.stiffness_normal.max(law.stiffness_tangential),
             dashpot: law.damping_normal.max(law.damping_tangential),
@@ -76,11 +86,11 @@ impl<S: Space> ContactLaw<S> for LinearCohesive {
     }
 
     fn friction_limit(&self, _: &Touch<S, f64>, normal: f64) -> f64 {
-        normal.abs() * self.constants.linear.friction + self.constants.cohesion_tangential
+        normal.abs() * self.linear.friction + self.cohesion_tangential
     }
 
     fn elastic_energy(&self, touch: &Touch<S, f64>, memory: &Self::Memory<f64>) -> f64 {
-        let law = &self.constants.linear;
+        let law = &self.linear;
         0.5 * law.stiffness_normal * touch.overlap * touch.overlap
             + 0.5 * law.stiffness_tangential * memory.0.dot(&memory.0)
     }

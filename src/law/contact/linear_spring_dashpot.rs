@@ -12,23 +12,32 @@
 //! ```
 //!
 //! Damping is absolute (N s/m) and enters in full, as in Table 1 of the paper. The spring is forgotten at the first step
-//! without overlap. Stable only for time steps below the bounds of [`crate::job`], which include the damping.
+//! without overlap. Stable only for time steps below the bounds of `job/stable.rs`, which include the damping.
 
-use super::{Answer, ContactLaw, FromJob, Resistance, Touch};
+use super::{Answer, Contact, ContactLaw, FromContact, NormalForce, Resistance, Touch};
 use crate::base::lane::Real;
 use crate::base::space::{Lanewise, Space, Words};
-use crate::job;
 
-/// The law with its constants; units as in [`job::Linear`].
+/// Linear spring-dashpot with tangential memory and Coulomb limit (Cundall & Strack 1979; seed 000, 2.1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearSpringDashpot {
-    pub constants: job::Linear,
+    /// k_n, N/m.
+    pub stiffness_normal: f64,
+    /// k_t, N/m.
+    pub stiffness_tangential: f64,
+    /// gamma_n, N s/m; in a job either this or `restitution` of two mean grains.
+    pub damping_normal: f64,
+    /// gamma_t, N s/m.
+    pub damping_tangential: f64,
+    /// mu, the Coulomb coefficient.
+    pub friction: f64,
+    pub normal_force: NormalForce,
 }
 
-impl FromJob for LinearSpringDashpot {
-    fn from_job(contact: &job::Contact) -> Option<Self> {
+impl FromContact for LinearSpringDashpot {
+    fn from_contact(contact: &Contact) -> Option<Self> {
         match contact {
-            job::Contact::Linear(constants) => Some(Self { constants: *constants }),
+            Contact::Linear(law) => Some(*law),
             _ => None,
         }
     }
@@ -40,7 +49,7 @@ impl<S: Space> ContactLaw<S> for LinearSpringDashpot {
 
     #[inline(always)]
     fn force<R: Real>(&self, touch: &Touch<S, R>, spring: &mut S::TangentOf<R>) -> Answer<S, R> {
-        let law = &self.constants;
+        let law = self;
         let damped =
             touch.overlap * R::splat(law.stiffness_normal) - touch.velocity_normal * R::splat(law.damping_normal);
         let normal = R::max(R::splat(law.normal_force.least()), damped);
@@ -50,13 +59,13 @@ impl<S: Space> ContactLaw<S> for LinearSpringDashpot {
     }
 
     fn springs(&self, touch: &Touch<S, f64>, spring: &S::TangentOf<f64>) -> Answer<S, f64> {
-        let law = &self.constants;
+        let law = self;
         let tangential = *spring * -law.stiffness_tangential;
         Answer { normal: touch.overlap * law.stiffness_normal, tangential, moment: Words::zero() }
     }
 
     fn resistance(&self, _: [f64; 2], _: [f64; 2], _: f64) -> Resistance {
-        let law = &self.constants;
+        let law = self;
         Resistance {
             spring: law.stiffness_normal.max(law.stiffness_tangential),
             dashpot: law.damping_normal.max(law.damping_tangential),
@@ -64,11 +73,11 @@ impl<S: Space> ContactLaw<S> for LinearSpringDashpot {
     }
 
     fn friction_limit(&self, _: &Touch<S, f64>, normal: f64) -> f64 {
-        normal.abs() * self.constants.friction
+        normal.abs() * self.friction
     }
 
     fn elastic_energy(&self, touch: &Touch<S, f64>, spring: &S::TangentOf<f64>) -> f64 {
-        let law = &self.constants;
+        let law = self;
         0.5 * law.stiffness_normal * touch.overlap * touch.overlap + 0.5 * law.stiffness_tangential * spring.dot(spring)
     }
 }
@@ -76,7 +85,7 @@ impl<S: Space> ContactLaw<S> for LinearSpringDashpot {
 /// Advances the tangential spring and returns its force with the dashpot's, cut to `limit` (N).
 #[inline(always)]
 pub(super) fn slide<S: Space, R: Real>(
-    law: &job::Linear,
+    law: &LinearSpringDashpot,
     touch: &Touch<S, R>,
     limit: R,
     spring: &mut S::TangentOf<R>,

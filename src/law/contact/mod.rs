@@ -1,23 +1,24 @@
-//! Forces between two touching grains. A law is one file here and one line in [`crate::job::Contact`]'s dispatch; it
+//! Forces between two touching grains. A law is one file here and one line in [`Contact`]'s dispatch; it
 //! is written once over [`Real`], chosen once per run, and never branches in the step.
 
 use std::fmt::Debug;
 
 use crate::base::lane::Real;
 use crate::base::space::{Plane, Solid, Space, Words};
-use crate::job;
 
 mod absent;
 mod elastic_rolling;
 mod hertz_mindlin;
 mod linear_cohesive;
 mod linear_spring_dashpot;
+mod normal_force;
 
 pub use absent::Absent;
-pub use elastic_rolling::ElasticRolling;
+pub use elastic_rolling::{ElasticRolling, Sliding};
 pub use hertz_mindlin::HertzMindlin;
 pub use linear_cohesive::LinearCohesive;
 pub use linear_spring_dashpot::LinearSpringDashpot;
+pub use normal_force::NormalForce;
 
 /// Two grains near each other as a law sees them: `a` has the lower id, the normal points from `b` to `a`. Against a body
 /// `b` is the body.
@@ -70,10 +71,93 @@ pub struct Resistance {
     pub dashpot: f64,
 }
 
-/// How a law is made from a job.
-pub trait FromJob: Sized {
-    /// None where the job names another law.
-    fn from_job(contact: &job::Contact) -> Option<Self>;
+/// The contact law with its constants; each law's file beside this one has its equations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Contact {
+    /// `law = "linear"`.
+    Linear(LinearSpringDashpot),
+    /// `law = "linear_cohesive"`.
+    LinearCohesive(LinearCohesive),
+    /// `law = "elastic_rolling"`.
+    ElasticRolling(ElasticRolling),
+    /// `law = "hertz_mindlin"`.
+    HertzMindlin(HertzMindlin),
+}
+
+impl Contact {
+    /// The law as jobs name it.
+    pub fn law(&self) -> &'static str {
+        match self {
+            Self::Linear(_) => "linear",
+            Self::LinearCohesive(_) => "linear_cohesive",
+            Self::ElasticRolling(_) => "elastic_rolling",
+            Self::HertzMindlin(_) => "hertz_mindlin",
+        }
+    }
+
+    /// How far apart surfaces may be and still hold on to each other, m.
+    pub fn reach(&self) -> f64 {
+        match self {
+            Self::LinearCohesive(law) => law.reach(),
+            Self::Linear(_) | Self::ElasticRolling(_) | Self::HertzMindlin(_) => 0.0,
+        }
+    }
+
+    /// What lists reach beyond the grains themselves, as messages call it.
+    pub fn margin_in_words(&self) -> &'static str {
+        if self.reach() > 0.0 { "the skin with the reach of cohesion" } else { "the skin" }
+    }
+
+    /// Which normal forces its dashpot leaves; a law without one never pulls.
+    pub fn normal_force(&self) -> NormalForce {
+        match self {
+            Self::Linear(law) => law.normal_force,
+            Self::LinearCohesive(law) => law.linear.normal_force,
+            Self::ElasticRolling(_) => NormalForce::REPULSIVE,
+            Self::HertzMindlin(law) => law.normal_force,
+        }
+    }
+
+    /// mu.
+    pub fn friction(&self) -> f64 {
+        match self {
+            Self::Linear(law) => law.friction,
+            Self::LinearCohesive(law) => law.linear.friction,
+            Self::ElasticRolling(law) => law.friction,
+            Self::HertzMindlin(law) => law.friction,
+        }
+    }
+
+    /// The same law with another friction coefficient.
+    pub fn with_friction(mut self, friction: f64) -> Self {
+        match &mut self {
+            Self::Linear(law) => law.friction = friction,
+            Self::LinearCohesive(law) => law.linear.friction = friction,
+            Self::ElasticRolling(law) => law.friction = friction,
+            Self::HertzMindlin(law) => law.friction = friction,
+        }
+        self
+    }
+
+    /// The same law between grains that do not cohere.
+    pub fn without_cohesion(mut self) -> Self {
+        if let Self::LinearCohesive(law) = &mut self {
+            (law.cohesion_normal, law.cohesion_tangential) = (0.0, 0.0);
+        }
+        self
+    }
+
+    /// The law while grains are compressed to a packing: with that packing's friction, and without cohesion, which would hold
+    /// them where they were thrown. Whatever touches at the end coheres from the first step of the run on.
+    pub fn while_compressed(self, friction: f64) -> Self {
+        self.with_friction(friction).without_cohesion()
+    }
+}
+
+/// How a law is taken from what a job has chosen.
+pub trait FromContact: Sized {
+    /// None where that is another law.
+    fn from_contact(contact: &Contact) -> Option<Self>;
 }
 
 /// Work that does not care which law it is done with.
@@ -83,17 +167,17 @@ pub trait ForAnyLaw {
 }
 
 /// Does the work with the law that a job names: the one place where laws are told apart.
-pub fn with_law_of<W: ForAnyLaw>(contact: &job::Contact, work: W) -> W::Outcome {
+pub fn with_law_of<W: ForAnyLaw>(contact: &Contact, work: W) -> W::Outcome {
     match contact {
-        job::Contact::Linear(_) => work.with::<LinearSpringDashpot>(),
-        job::Contact::LinearCohesive(_) => work.with::<LinearCohesive>(),
-        job::Contact::ElasticRolling(_) => work.with::<ElasticRolling>(),
-        job::Contact::HertzMindlin(_) => work.with::<HertzMindlin>(),
+        Contact::Linear(_) => work.with::<LinearSpringDashpot>(),
+        Contact::LinearCohesive(_) => work.with::<LinearCohesive>(),
+        Contact::ElasticRolling(_) => work.with::<ElasticRolling>(),
+        Contact::HertzMindlin(_) => work.with::<HertzMindlin>(),
     }
 }
 
 /// A contact law with memory.
-pub trait ContactLaw<S: Space>: FromJob + Copy + Debug + Send + Sync + 'static {
+pub trait ContactLaw<S: Space>: FromContact + Copy + Debug + Send + Sync + 'static {
     /// What a contact remembers, zero where grains do not touch.
     type Memory<R: Real>: Words<R>;
     /// Whether rolling is resisted: [`Answer::moment`] is not always zero.

@@ -35,7 +35,30 @@ use crate::base::math;
 use crate::base::record::{Record, Visitor};
 use crate::base::space::{Space, Words};
 use crate::base::symmetric::Symmetric;
-use crate::{job, numbers};
+use crate::numbers;
+
+/// Critical-state Drucker-Prager plasticity (Chen et al. 2021, eq. 4 to 8).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CriticalConstants {
+    /// K, Pa: in the plane that of p = tr(tau)/2, in space that of p = tr(tau)/3.
+    pub bulk_modulus: f64,
+    /// G, Pa.
+    pub shear_modulus: f64,
+    /// phi_cs, rad.
+    pub friction_angle_critical: f64,
+    /// Phi_cs.
+    pub fraction_critical: f64,
+    /// Phi that points start with, unless their region has its own.
+    pub fraction: f64,
+    /// chi of tan(psi) = chi (Phi - Phi_cs), tan(phi) = tan(phi_cs) + chi (Phi - Phi_cs).
+    pub dilation_factor: f64,
+    /// xi of dPhi/dt = -(Phi - Phi_cs) Phi xi |deps_p/dt|.
+    pub softening_rate: f64,
+    /// c, Pa.
+    pub cohesion: f64,
+    /// A constant psi of plastic flow, rad, in place of that of chi, which is then zero: phi is phi_cs throughout.
+    pub dilation_angle: Option<f64>,
+}
 
 /// The law with its constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -160,7 +183,7 @@ impl<R: Real, T: Symmetric<R>> Parts<R, T> {
 }
 
 impl CriticalDruckerPrager {
-    pub fn of_job(law: &job::mpm::CriticalDruckerPrager) -> Self {
+    pub fn of(law: &CriticalConstants) -> Self {
         // A constant dilation takes the place of chi's.
         let (factor, dilation) = match law.dilation_angle {
             Some(angle) => (0.0, math::tan(angle)),
@@ -175,19 +198,6 @@ impl CriticalDruckerPrager {
             dilation,
             softening_rate: law.softening_rate,
             cohesion: law.cohesion,
-        }
-    }
-
-    pub fn new(continuum: &job::Continuum) -> Self {
-        Self {
-            bulk_modulus: continuum.bulk_modulus,
-            shear_modulus: continuum.shear_modulus,
-            friction_critical: math::tan(continuum.friction_angle_critical),
-            fraction_critical: continuum.fraction_critical,
-            dilation_factor: continuum.dilation_factor,
-            dilation: 0.0,
-            softening_rate: continuum.softening_rate,
-            cohesion: continuum.cohesion,
         }
     }
 

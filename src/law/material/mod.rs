@@ -7,13 +7,14 @@ use crate::base::space::{Linear, Space, Words};
 use crate::base::symmetric::Symmetric;
 
 mod absent;
+pub mod cone;
 mod counted;
 mod critical_drucker_prager;
 mod hencky;
 mod linear_elastic;
 pub use absent::{Absent, Nothing};
 pub use counted::{Counted, CountedMemory};
-pub use critical_drucker_prager::{CriticalDruckerPrager, CriticalMemory};
+pub use critical_drucker_prager::{CriticalConstants, CriticalDruckerPrager, CriticalMemory};
 pub use hencky::Hencky;
 pub use linear_elastic::LinearElastic;
 

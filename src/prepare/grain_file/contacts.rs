@@ -13,9 +13,9 @@ use crate::dem::grains::{GrainRow, Grains, body_partner};
 use crate::dem::neighbours::{Neighbours, Pair};
 use crate::dem::walls;
 use crate::domain::rebuild::Row;
-use crate::export::grain_export::header_of_contacts;
 use crate::job::{Assembly, figures};
 use crate::law::contact::ContactLaw;
+use crate::prepare::grain_file::csv::header_of_contacts;
 use crate::prepare::grain_world;
 
 /// How far apart two grains may be and still be in touch, as a share of the mean diameter: what rounding leaves.

@@ -3,7 +3,31 @@
 use super::{Entry, Source, id, number, vector};
 use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
-use crate::export::grain_export::{TIME, header, header_of_places};
+
+/// Last column of exported files: the time of the state, s.
+pub const TIME: &str = "time";
+
+/// First line of a CSV file of contacts without its time: words of the memory go by their law, which alone can read them.
+pub fn header_of_contacts(law: &str, words: usize) -> String {
+    let memory: String = (0..words).map(|word| format!(",memory_{law}_{word}")).collect();
+    format!("lower,higher{memory}")
+}
+
+/// First line of a CSV file of grains.
+pub fn header<S: Space>() -> &'static str {
+    match S::DIMENSION {
+        2 => "id,x,y,radius,vx,vy,spin",
+        _ => "id,x,y,z,radius,vx,vy,vz,wx,wy,wz",
+    }
+}
+
+/// The same without velocities.
+pub fn header_of_places<S: Space>() -> &'static str {
+    match S::DIMENSION {
+        2 => "id,x,y,radius",
+        _ => "id,x,y,z,radius",
+    }
+}
 
 /// The grains of a file, in its order. Columns stand in any order; without those of velocities grains are at rest.
 pub fn parse<S: Space>(source: &Source, text: &str) -> Result<Vec<Entry<S>>, Error> {

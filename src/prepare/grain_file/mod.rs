@@ -19,7 +19,7 @@ use crate::prepare::sheared::{cell_of, layout_for};
 
 mod checks;
 mod contacts;
-mod csv;
+pub(crate) mod csv;
 mod lammps;
 #[cfg(test)]
 mod tests;

@@ -24,15 +24,15 @@ use crate::base::error::Error;
 use crate::base::space::{AXES, Linear, Space};
 use crate::dem::cell::Cell;
 use crate::dem::grains::GrainRow;
-use crate::dem::motion::Field;
+use crate::dem::motion::{Damping, DampingForm, Field};
 use crate::domain::rebuild::Parts;
 use crate::domain::servo::{CellDrive, Response, StressServo};
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::job::assembly::{Assembly, Damping, DampingForm, Packed};
+use crate::job::assembly::{Assembly, Packed};
+use crate::job::figures;
 use crate::job::raw::Typed;
-use crate::job::{Contact, figures};
-use crate::law::contact::ContactLaw;
+use crate::law::contact::{Contact, ContactLaw};
 use crate::law::material::Absent;
 use crate::mpm::membrane::Membranes;
 use crate::prepare::grain_world;
@@ -452,7 +452,7 @@ impl Press<'_> {
 
 /// The job's law with other constants.
 fn law<S: Space, C: ContactLaw<S>>(contact: &Contact) -> C {
-    C::from_job(contact).expect("the run was given the job's law")
+    C::from_contact(contact).expect("the run was given the job's law")
 }
 
 /// The same law without friction, dashpots, cohesion and resistance to rolling: contacts that keep a gas as hot as it is.

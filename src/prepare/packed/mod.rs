@@ -8,14 +8,14 @@ use scree_partition::Transport;
 
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
-use crate::base::record::to_table;
+use crate::base::record::{Cargo, to_table};
 use crate::base::space::{Plane, Space};
 use crate::bodies::body;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::walls;
 use crate::domain::rebuild::Row;
-use crate::domain::transfer::{self, Cargo};
+use crate::domain::transfer;
 use crate::job::assembly::{Assembly, Packed, Preparation};
 use crate::job::raw::Typed;
 use crate::law::contact::ContactLaw;

@@ -10,12 +10,12 @@ use super::{GrainWorld, Packing, gathered, thrown};
 use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::Body;
-use crate::dem::motion::Field;
+use crate::dem::motion::{Damping, DampingForm, Field};
 use crate::domain::rebuild::Parts;
 use crate::domain::servo::CellDrive;
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::job::assembly::{Assembly, Damping, DampingForm, Packed};
+use crate::job::assembly::{Assembly, Packed};
 use crate::law::contact::ContactLaw;
 use crate::law::material::Absent;
 use crate::mpm::membrane::Membranes;
@@ -52,7 +52,7 @@ pub fn make<S: Space, C: ContactLaw<S>>(
     };
     let mut settings = grain_world::settings_in::<S, C>(job, CellDrive::default());
     settings.contact =
-        C::from_job(&job.contact.with_friction(packed.friction)).expect("the run was given the job's law");
+        C::from_contact(&job.contact.with_friction(packed.friction)).expect("the run was given the job's law");
     settings.field = Field { gravity, damping };
     making.begin(0);
     let (parts, step) = match making.taken_up::<S, C, Absent>()? {

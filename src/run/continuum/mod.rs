@@ -59,7 +59,7 @@ fn with_material_of<S: Space>(law: &mpm::MaterialLaw, work: impl ForAnyMaterial<
             let bulk_modulus = law.bulk_modulus_in(S::DIMENSION);
             work.with(Hencky { bulk_modulus, shear_modulus: law.shear_modulus })
         }
-        mpm::MaterialLaw::CriticalDruckerPrager(law) => work.with(CriticalDruckerPrager::of_job(law)),
+        mpm::MaterialLaw::CriticalDruckerPrager(law) => work.with(CriticalDruckerPrager::of(law)),
     }
 }
 
@@ -245,7 +245,7 @@ impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
     /// A look of the oracle, where the job has one. The first band that persists is told, and left alone.
     fn watch(&mut self, core: &mut PointCore<S, L>) -> Result<(), Error> {
         match &self.job.oracle {
-            Some(mpm::Watch { diameter, oracle }) => watch::tell_band(core, oracle, *diameter),
+            Some(mpm::Watch { diameter, oracle }) => crate::run::adaptive::tell_band(core, oracle, *diameter),
             None => Ok(()),
         }
     }

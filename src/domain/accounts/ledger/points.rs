@@ -34,11 +34,11 @@ use crate::dem::walls::place_beside;
 use crate::domain::grid::{absorbed_by_faces, held_by_bodies, held_by_faces};
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
-use crate::job::mpm::Transfer;
 use crate::law::contact::ContactLaw;
 use crate::law::material::{MaterialLaw, MaterialMemory};
 use crate::mpm::look::{for_each_node, moments};
 use crate::mpm::scatter::TileFrame;
+use crate::mpm::scheme::Transfer;
 use crate::mpm::tile::{Advanced, Gathered, OwnedNode};
 
 /// What is booked, by slot.

@@ -8,15 +8,13 @@ use crate::base::space::{Plane, Solid};
 use crate::bodies::body::{Body, Instant, Servo, Shape};
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
-use crate::dem::motion::Field;
+use crate::dem::motion::{Damping, DampingForm, Field};
 use crate::domain::grid::Grid;
 use crate::domain::layout::{Ground, Layout};
 use crate::domain::rebuild::{Parts, Row};
 use crate::domain::servo::CellDrive;
 use crate::domain::world::Settings;
-use crate::job::assembly::{Damping, DampingForm};
-use crate::job::{self, NormalForce, Sliding};
-use crate::law::contact::{ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot};
+use crate::law::contact::{ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding};
 use crate::law::material::Absent;
 
 const DENSITY: f64 = 2650.0;
@@ -80,8 +78,8 @@ fn run<S: Space, C: ContactLaw<S>>(world: &mut World<'_, S, C, Absent>, steps: u
     (0..steps).for_each(|_| world.advance().unwrap());
 }
 
-fn linear(stiffness: f64, damping: f64, friction: f64) -> job::Linear {
-    job::Linear {
+fn linear(stiffness: f64, damping: f64, friction: f64) -> crate::law::contact::LinearSpringDashpot {
+    crate::law::contact::LinearSpringDashpot {
         stiffness_normal: stiffness,
         stiffness_tangential: 0.5 * stiffness,
         damping_normal: damping,
@@ -160,11 +158,11 @@ fn closes_in_shear<S: Space, C: ContactLaw<S>>(name: &str, law: impl Fn(f64) -> 
 }
 
 fn springs(stiffness: f64, damping: f64, friction: f64) -> LinearSpringDashpot {
-    LinearSpringDashpot { constants: linear(stiffness, damping, friction) }
+    linear(stiffness, damping, friction)
 }
 
 fn hertz(shear_modulus: f64, damping: f64, friction: f64) -> HertzMindlin {
-    let constants = job::HertzMindlin {
+    HertzMindlin {
         shear_modulus,
         poisson_ratio: 0.2,
         friction,
@@ -172,29 +170,22 @@ fn hertz(shear_modulus: f64, damping: f64, friction: f64) -> HertzMindlin {
         damping_tangential: damping,
         damping_ratio: 0.0,
         normal_force: NormalForce::TENSILE,
-    };
-    HertzMindlin { constants }
+    }
 }
 
 fn rolling(young_modulus: f64, sliding: Sliding, friction: f64) -> ElasticRolling {
-    let constants = job::ElasticRolling {
+    ElasticRolling {
         young_modulus,
         stiffness_ratio: 0.8,
         friction,
         rolling_stiffness: 0.5,
         rolling_limit: 0.1,
         sliding,
-    };
-    ElasticRolling { constants }
+    }
 }
 
 fn cohesive(stiffness: f64, damping: f64, [pull, friction]: [f64; 2]) -> LinearCohesive {
-    let constants = job::LinearCohesive {
-        linear: linear(stiffness, damping, friction),
-        cohesion_normal: pull,
-        cohesion_tangential: pull,
-    };
-    LinearCohesive { constants }
+    LinearCohesive { linear: linear(stiffness, damping, friction), cohesion_normal: pull, cohesion_tangential: pull }
 }
 
 #[test]
@@ -222,19 +213,18 @@ fn dashpots_that_only_repel_close_the_account() {
     let repulsive = NormalForce::REPULSIVE;
     let linear = |mu| {
         let law = springs(2e5, 4.0, mu);
-        LinearSpringDashpot { constants: job::Linear { normal_force: repulsive, ..law.constants } }
+        LinearSpringDashpot { normal_force: repulsive, ..law }
     };
     closes_in_shear::<Plane, _>("linear, repulsive", linear, DISCS, 1e-7);
     let cohesive = |mu| {
         let mut law = cohesive(2e5, 4.0, [0.2 * mu, mu]);
-        law.constants.linear.normal_force = repulsive;
+        law.linear.normal_force = repulsive;
         law
     };
     closes_in_shear::<Plane, _>("cohesive, repulsive", cohesive, DISCS, 2e-7);
     let hertz = |mu| {
         let law = hertz(3e8, 0.0, mu);
-        let constants = job::HertzMindlin { damping_ratio: 0.3, normal_force: repulsive, ..law.constants };
-        HertzMindlin { constants }
+        HertzMindlin { damping_ratio: 0.3, normal_force: repulsive, ..law }
     };
     closes_in_shear::<Solid, _>("Hertz, repulsive, by damping ratio", hertz, SPHERES, 1e-7);
 }

@@ -1,7 +1,7 @@
-//! The cone of critical-state Drucker-Prager as a job states it, for what is told before a run. Equations and signs are those
-//! of `law/material/critical_drucker_prager.rs`.
+//! The cone of critical-state Drucker-Prager as its constants state it, for what is told before a run. Equations and signs are those
+//! of [`super::critical_drucker_prager`].
 
-use super::CriticalDruckerPrager;
+use super::critical_drucker_prager::CriticalConstants;
 use crate::base::math::tan;
 
 /// Points of the way of the packing fraction to its critical value that are looked at.
@@ -15,7 +15,7 @@ pub struct Cone {
     pub zeta: f64,
 }
 
-impl CriticalDruckerPrager {
+impl CriticalConstants {
     /// Friction and dilation at a packing fraction: tan(phi) and tan(psi).
     pub fn tangents(&self, fraction: f64) -> (f64, f64) {
         let surplus = self.dilation_factor * (fraction - self.fraction_critical);

@@ -1,0 +1,301 @@
+//! A run that watches for a shear band and puts grains in its place (seed 000, sections 3 and 4): tracks of the points, looks of
+//! the oracle, and once a band persists or one that is known is due, the enrichment with its account. A zone that lives (beyond the
+//! seed) goes on from there: it grows where the oracle finds a band beyond it, and its grains turn back into points where they rest.
+
+use serde_json::{Value, json};
+
+use crate::adapt::enrichment::{self, BeforeAndAfter, Enriched, Plan, Refusal};
+use crate::adapt::watch;
+use crate::base::error::Error;
+use crate::base::space::{Plane, Space};
+use crate::couple::oracle::Oracle;
+use crate::couple::rest::RestWatch;
+use crate::couple::zone::{Enrichment, ZoneLife};
+use crate::domain::phases::Phase;
+use crate::job::mpm::KnownBands;
+use crate::law::contact::ContactLaw;
+use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
+use crate::mpm::track::Instants;
+use crate::prepare::reference::Lies;
+use crate::run::folder::packing_file;
+use crate::run::{Core, Experiment};
+
+/// What tells where a band is.
+pub enum Finder<'s> {
+    /// The oracle, for grains of a D50 (m).
+    Oracle(&'s Oracle, f64),
+    /// The job.
+    Known(&'s KnownBands),
+}
+
+/// What becomes of a band.
+pub struct Adaptive<'s> {
+    pub finder: Finder<'s>,
+    pub enrichment: &'s Enrichment,
+    /// How the packing that grains are taken from lies in the specimen.
+    pub lies: Lies<'s>,
+    /// Of the plane, m.
+    pub depth: f64,
+}
+
+/// Looks of the oracle in one at what rests, for which all ranks hear of all cells of the zone.
+const LOOKS_OF_ORACLE: u64 = 8;
+
+type PlanarCore<'t, C> = Core<'t, Plane, C, CriticalDruckerPrager>;
+
+impl Adaptive<'_> {
+    /// What is due after a step; whether grains have just taken the place of points, or points that of grains. `strain` is told with
+    /// them. Collective.
+    pub fn adapt<C, E>(&self, experiment: &mut E, core: &mut PlanarCore<C>, strain: Option<f64>) -> Result<bool, Error>
+    where
+        C: ContactLaw<Plane>,
+        E: Experiment<Space = Plane, Contact = C, Material = CriticalDruckerPrager>,
+    {
+        if core.progress.enriched_step > 0 {
+            return self.live(core, strain);
+        }
+        enrichment::track(&mut core.world, &mut core.progress.instants);
+        let found = match self.finder {
+            Finder::Oracle(oracle, diameter) => look(core, oracle, diameter)?,
+            Finder::Known(bands) => {
+                let due = core.world.time() >= bands.at;
+                if due {
+                    core.progress.oracle.flagged = enrichment::cell_grid(&core.world).nodes_along(&bands.parts);
+                }
+                due
+            }
+        };
+        if found {
+            self.enrich(experiment, core, strain)?;
+        }
+        Ok(found)
+    }
+
+    /// The same of a zone that is there.
+    fn live<C: ContactLaw<Plane>>(&self, core: &mut PlanarCore<C>, strain: Option<f64>) -> Result<bool, Error> {
+        let (ZoneLife { grows, dissolves, .. }, Finder::Oracle(oracle, diameter)) =
+            (self.enrichment.life, &self.finder)
+        else {
+            return Ok(false);
+        };
+        let mut changed = false;
+        if grows {
+            enrichment::track(&mut core.world, &mut core.progress.instants);
+            if look(core, oracle, *diameter)? {
+                changed |= self.grow(core, strain)?;
+            }
+        }
+        let every = LOOKS_OF_ORACLE * oracle.every.max(core.world.settings.grain_steps);
+        if dissolves && core.world.is_due(every) {
+            changed |= self.dissolve(core, every, strain)?;
+        }
+        if changed {
+            // Whoever has just come would seem to rest.
+            core.progress.rest = RestWatch::default();
+        }
+        Ok(changed)
+    }
+
+    /// More grains, around the nodes that the oracle has flagged beyond the zone, a set of nodes that hang together after the other.
+    /// Where they cannot be, the continuum stays.
+    fn grow<C: ContactLaw<Plane>>(&self, core: &mut PlanarCore<C>, strain: Option<f64>) -> Result<bool, Error> {
+        let flagged = std::mem::take(&mut core.progress.oracle.flagged);
+        let mut has_grown = false;
+        for set in enrichment::cell_grid(&core.world).connected(&flagged) {
+            // What the set before has reached needs no grains of its own.
+            let left = watch::beyond_grains(&core.world, set)?;
+            has_grown |= !left.is_empty() && self.grow_around(&left, core, strain)?;
+        }
+        Ok(has_grown)
+    }
+
+    fn grow_around<C: ContactLaw<Plane>>(
+        &self,
+        flagged: &[u64],
+        core: &mut PlanarCore<C>,
+        strain: Option<f64>,
+    ) -> Result<bool, Error> {
+        let file = packing_file(&core.options.out);
+        core.world.rebuild()?;
+        let (how, packing) = ((self.enrichment, self.depth), (file.as_path(), self.lies));
+        let plan = match Plan::of(&mut core.world, how, flagged, &core.progress.instants, packing)? {
+            Ok(plan) => plan,
+            Err(Refusal(why)) => {
+                let step = core.world.step;
+                core.on_root(|outputs| outputs.log("zone_cannot_grow", step, json!({ "why": why })))?;
+                return Ok(false);
+            }
+        };
+        let enriched = plan.carry_out(&mut core.world)?;
+        tracing::info!(step = core.world.step, strain, grains = enriched.grains, "the zone has grown");
+        let figures = json!({
+            "flagged": flagged.len(),
+            "grains": enriched.grains,
+            "grains_rim": enriched.grains_rim,
+            "points_removed": enriched.points_removed,
+            "points_rim": enriched.points_rim,
+            "stress_points": enriched.stress_points,
+            "stress_grains": enriched.stress_grains,
+        });
+        record_change(core, "zone_grew", (figures, &enriched.kept), strain)?;
+        Ok(true)
+    }
+
+    /// A look at what rests, `every` so many steps; once the busiest cell has sheared enough to tell, grains far from all that shear
+    /// turn back into points.
+    fn dissolve<C: ContactLaw<Plane>>(
+        &self,
+        core: &mut PlanarCore<C>,
+        every: u64,
+        strain: Option<f64>,
+    ) -> Result<bool, Error> {
+        let timer = core.world.phases.start();
+        let time = every as f64 * core.world.settings.dt;
+        enrichment::look_for_rest(&mut core.world, &mut core.progress.rest, (self.depth, time))?;
+        core.world.phases.stop(Phase::Oracle, timer);
+        let life = self.enrichment.life;
+        if core.progress.rest.most() < life.rest_strain {
+            return Ok(false);
+        }
+        let busy: Vec<u64> = std::mem::take(&mut core.progress.rest).busy(life.rest_share).collect();
+        let how = (self.enrichment, self.depth, core.progress.fraction_start);
+        let Some(done) = enrichment::dissolve(&mut core.world, how, &core.progress.instants, &busy)? else {
+            return Ok(false);
+        };
+        let step = core.world.step;
+        if !done.refused.is_empty() {
+            let why = "points in their places would not weigh what grains do";
+            let figures = json!({ "why": why, "mass_factors": done.refused });
+            core.on_root(|outputs| outputs.log("zone_cannot_shrink", step, figures))?;
+        }
+        if done.mass_factors.is_empty() {
+            return Ok(false);
+        }
+        tracing::info!(step, strain, grains = done.grains, "grains at rest have turned back into points");
+        let figures = json!({
+            "grains": done.grains,
+            "grains_rim": done.grains_rim,
+            "points": done.points,
+            "points_whole": done.points_whole,
+            "mass_factors": done.mass_factors,
+        });
+        record_change(core, "zone_shrank", (figures, &done.kept), strain)?;
+        Ok(true)
+    }
+
+    /// Frames on either side show what has changed.
+    fn enrich<C, E>(&self, experiment: &mut E, core: &mut PlanarCore<C>, strain: Option<f64>) -> Result<(), Error>
+    where
+        C: ContactLaw<Plane>,
+        E: Experiment<Space = Plane, Contact = C, Material = CriticalDruckerPrager>,
+    {
+        let made = experiment.frame(core)?;
+        core.write_frame(made)?;
+        let what = match self.finder {
+            Finder::Oracle(..) => "shear band found; training grains for it",
+            Finder::Known(_) => "training grains for known shear bands",
+        };
+        tracing::info!(step = core.world.step, strain, "{what}");
+        let file = packing_file(&core.options.out);
+        let (flagged, instants) = (&core.progress.oracle.flagged, &core.progress.instants);
+        let stepped = core.world.phases.total() - core.world.phases.of(Phase::Output);
+        let started = std::time::Instant::now();
+        let how = (self.enrichment, self.depth);
+        let enriched = enrichment::enrich(&mut core.world, how, flagged, instants, (&file, self.lies))?;
+        core.progress.enriched_step = core.world.step;
+        if !self.enrichment.life.grows {
+            // Points have forgotten where they were then.
+            core.progress.instants = Instants::default();
+        }
+        let seconds = started.elapsed().as_secs_f64();
+        record(core, &enriched, strain, [stepped, seconds])?;
+        let made = experiment.frame(core)?;
+        core.write_frame(made)
+    }
+}
+
+/// A look of the oracle where one is due; whether a band has been found. Collective.
+fn look<C: ContactLaw<Plane>>(core: &mut PlanarCore<C>, oracle: &Oracle, diameter: f64) -> Result<bool, Error> {
+    match core.world.is_due(oracle.every) {
+        true => watch::watch(&mut core.world, &mut core.progress.oracle, oracle, diameter),
+        false => Ok(false),
+    }
+}
+
+/// Logs a change of a zone that is there, with its account.
+fn record_change<C: ContactLaw<Plane>>(
+    core: &mut PlanarCore<C>,
+    event: &str,
+    (mut figures, kept): (Value, &BeforeAndAfter),
+    strain: Option<f64>,
+) -> Result<(), Error> {
+    let (step, time) = (core.world.step, core.world.time());
+    figures["time"] = json!(time);
+    figures["mass"] = json!(kept.mass);
+    figures["momentum"] = json!(kept.momentum);
+    figures["grains_now"] = json!(core.world.grains_total);
+    figures["points_now"] = json!(core.world.points_total);
+    if let Some(strain) = strain {
+        figures["strain"] = json!(strain);
+    }
+    core.on_root(|outputs| outputs.log(event, step, figures))
+}
+
+/// `stepped`: seconds of the steps until then, `seconds`: of the training.
+fn record<C: ContactLaw<Plane>>(
+    core: &mut PlanarCore<C>,
+    enriched: &Enriched,
+    strain: Option<f64>,
+    [stepped, seconds]: [f64; 2],
+) -> Result<(), Error> {
+    let (step, time) = (core.world.step, core.world.time());
+    let mut figures = json!({
+        "enriched_at_time": time,
+        "enriched_grains": enriched.grains,
+        "enriched_grains_rim": enriched.grains_rim,
+        "enriched_points_removed": enriched.points_removed,
+        "enriched_points_rim": enriched.points_rim,
+        "enriched_mass_before": enriched.kept.mass[0],
+        "enriched_mass_after": enriched.kept.mass[1],
+        "enriched_momentum_x_before": enriched.kept.momentum[0][0],
+        "enriched_momentum_x_after": enriched.kept.momentum[1][0],
+        "training_shear_stress_points": enriched.stress_points[2],
+        "training_shear_stress_grains": enriched.stress_grains[2],
+        "training_normal_stress_points": enriched.stress_points[1],
+        "training_normal_stress_grains": enriched.stress_grains[1],
+        "training_lateral_stress_points": enriched.stress_points[0],
+        "training_lateral_stress_grains": enriched.stress_grains[0],
+        "training_energy_ratio": enriched.training_energy_ratio,
+        "training_steps": enriched.training_steps,
+        "training_seconds": seconds,
+        "seconds_of_steps_before_enrichment": stepped,
+    });
+    if let Some(strain) = strain {
+        figures["enriched_at_strain"] = json!(strain);
+    }
+    core.on_root(|outputs| {
+        outputs.log("enriched", step, figures.clone())?;
+        outputs.note(figures);
+        outputs.write_summary()
+    })
+}
+
+/// A look where one is due; the first band that persists is told in the log and kept in mind, and left alone. Collective.
+pub fn tell_band<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+    core: &mut Core<S, C, L>,
+    settings: &Oracle,
+    diameter: f64,
+) -> Result<(), Error> {
+    if !core.world.is_due(settings.every) {
+        return Ok(());
+    }
+    let found = watch::watch(&mut core.world, &mut core.progress.oracle, settings, diameter)?;
+    if found && core.progress.enriched_step == 0 {
+        let (step, time) = (core.world.step, core.world.time());
+        core.progress.enriched_step = step;
+        let nodes = core.progress.oracle.flagged.iter();
+        let places: Vec<[f64; 2]> = nodes.map(|node| watch::place_of_node(&core.world, *node)).collect();
+        core.on_root(|outputs| outputs.log("band", step, json!({ "time": time, "nodes": places })))?;
+    }
+    Ok(())
+}
