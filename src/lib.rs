@@ -12,7 +12,7 @@
 //!   wrong. From here up the partition is known.
 //! * [`store`]: a world as tables; [`prepare`]: every way to come by grains and points; [`adapt`]: grains for points while a run goes on.
 //! * [`observe`]: frames and what is in them; [`run`]: start, loop, output, folder.
-//! * [`analysis`]: numbers from runs; [`bench`]: speed; [`plot`]: pages; [`export`]: grains for other programs; [`cli`]: a file per subcommand.
+//! * [`analysis`]: numbers from runs; [`mod@bench`]: speed; [`plot`]: pages; [`export`]: grains for other programs; [`cli`]: a file per subcommand.
 //!
 //! One word, one thing: a *block* owns *cells*, a *tile* holds its *nodes*; a *grain* is DEM, a *point* is MPM, a *contact* a
 //! touching pair with memory; a *ghost* is a copy of a row another rank owns; a *zone* is where grains replaced points and

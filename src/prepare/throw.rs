@@ -63,7 +63,7 @@ pub fn radii(sizes: &Sizes, seed: u64, count: u64) -> Vec<f64> {
     (0..count).map(|id| sizes.draw(&mut random_of(seed, id))).collect()
 }
 
-/// The box has no room for this grain after [`THROWS_MAX`] throws.
+/// The box has no room for this grain after as many throws as are tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NoRoom {
     pub grain: u64,

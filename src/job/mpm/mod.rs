@@ -153,7 +153,7 @@ pub struct Region {
     pub fraction: f64,
     /// m/s, rad/s.
     pub velocity: [f64; 3],
-    /// About the region's [`Region::centre`].
+    /// About the centre of the region.
     pub spin: [f64; 3],
     /// Added to the velocity.
     pub waves: Vec<Wave>,

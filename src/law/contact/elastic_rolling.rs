@@ -52,13 +52,12 @@ struct Stiffness<R> {
 impl ElasticRolling {
     #[inline(always)]
     fn stiffness<R: Real>(&self, radius_a: R, radius_b: R) -> Stiffness<R> {
-        let law = self;
-        let modulus = R::splat(law.young_modulus);
+        let modulus = R::splat(self.young_modulus);
         let (a, b) = (modulus * radius_a, modulus * radius_b);
         let normal = R::splat(2.0) * a * b / (a + b);
-        let tangential = normal * R::splat(law.stiffness_ratio);
+        let tangential = normal * R::splat(self.stiffness_ratio);
         let partner = R::choose(radius_b.above(R::splat(0.5 * FLAT)), radius_a, radius_b);
-        let rolling = tangential * radius_a * partner * R::splat(law.rolling_stiffness);
+        let rolling = tangential * radius_a * partner * R::splat(self.rolling_stiffness);
         Stiffness { normal, tangential, rolling }
     }
 }
@@ -97,23 +96,22 @@ impl<S: Space> ContactLaw<S> for ElasticRolling {
 
     #[inline(always)]
     fn force<R: Real>(&self, touch: &Touch<S, R>, memory: &mut Self::Memory<R>) -> Answer<S, R> {
-        let law = self;
         let stiffness = self.stiffness(touch.radius_a, touch.radius_b);
         let normal = touch.overlap * stiffness.normal;
         let sliding = <Self as ContactLaw<S>>::sliding(self, touch);
         let (spring, rolled) = memory;
         *spring = S::carry(&touch.normal, touch.twist, spring);
-        if law.sliding == Sliding::Scaled {
+        if self.sliding == Sliding::Scaled {
             let distance = touch.radius_a + touch.radius_b - touch.overlap;
             *spring = *spring + lengthening(touch, distance, spring);
         }
         *spring = *spring + sliding * touch.advance;
-        let tangential = cut(spring, stiffness.tangential, normal * R::splat(law.friction));
+        let tangential = cut(spring, stiffness.tangential, normal * R::splat(self.friction));
 
         let rolling = S::rolling(&touch.normal, &touch.spin_relative);
         *rolled = S::carry_spin(&touch.normal, touch.twist, rolled) + rolling * touch.advance;
         let radius_min = R::min(touch.radius_a, touch.radius_b);
-        let moment = cut(rolled, stiffness.rolling, normal * radius_min * R::splat(law.rolling_limit));
+        let moment = cut(rolled, stiffness.rolling, normal * radius_min * R::splat(self.rolling_limit));
         Answer { normal, tangential, moment }
     }
 

@@ -42,12 +42,11 @@ impl HertzMindlin {
     /// k_n and k_t at an overlap.
     #[inline(always)]
     fn stiffness<R: Real>(&self, radius_a: R, radius_b: R, overlap: R) -> [R; 2] {
-        let law = self;
         let root_two = std::f64::consts::SQRT_2;
         let radius = R::splat(2.0) * radius_a * radius_b / (radius_a + radius_b);
         let root = (radius * R::max(overlap, R::splat(0.0))).sqrt();
-        let normal = root_two * law.shear_modulus / (1.0 - law.poisson_ratio);
-        let tangential = 2.0 * root_two * law.shear_modulus / (2.0 - law.poisson_ratio);
+        let normal = root_two * self.shear_modulus / (1.0 - self.poisson_ratio);
+        let tangential = 2.0 * root_two * self.shear_modulus / (2.0 - self.poisson_ratio);
         [root * R::splat(normal), root * R::splat(tangential)]
     }
 
@@ -79,19 +78,18 @@ impl<S: Space> ContactLaw<S> for HertzMindlin {
 
     #[inline(always)]
     fn force<R: Real>(&self, touch: &Touch<S, R>, elastic: &mut S::TangentOf<R>) -> Answer<S, R> {
-        let law = self;
         let zero = R::splat(0.0);
         let [stiffness_normal, stiffness_tangential] = self.stiffness(touch.radius_a, touch.radius_b, touch.overlap);
         let spring = stiffness_normal * touch.overlap * R::splat(2.0 / 3.0);
         let viscosity = self.viscosity(touch.mass_a, touch.mass_b, stiffness_normal);
-        let damped = spring - touch.velocity_normal * (viscosity + R::splat(law.damping_normal));
-        let normal = R::max(R::splat(law.normal_force.least()), damped);
+        let damped = spring - touch.velocity_normal * (viscosity + R::splat(self.damping_normal));
+        let normal = R::max(R::splat(self.normal_force.least()), damped);
 
         let slid = touch.velocity_tangential * touch.advance;
         let trial_elastic = S::carry(&touch.normal, touch.twist, elastic) - slid * stiffness_tangential;
-        let dashpot = -(touch.velocity_tangential * (viscosity + R::splat(law.damping_tangential)));
+        let dashpot = -(touch.velocity_tangential * (viscosity + R::splat(self.damping_tangential)));
         let trial = trial_elastic + dashpot;
-        let limit = spring * R::splat(law.friction);
+        let limit = spring * R::splat(self.friction);
         let magnitude = trial.norm();
         let slides = magnitude.above(limit);
         // As for the linear law: without an elastic part yet there is no direction to slide in.
@@ -109,8 +107,7 @@ impl<S: Space> ContactLaw<S> for HertzMindlin {
 
     fn resistance(&self, [radius_a, radius_b]: [f64; 2], [mass_a, mass_b]: [f64; 2], overlap: f64) -> Resistance {
         let [normal, tangential] = self.stiffness(radius_a, radius_b, overlap);
-        let law = self;
-        let dashpot = law.damping_normal.max(law.damping_tangential) + self.viscosity(mass_a, mass_b, normal);
+        let dashpot = self.damping_normal.max(self.damping_tangential) + self.viscosity(mass_a, mass_b, normal);
         Resistance { spring: normal.max(tangential), dashpot }
     }
 

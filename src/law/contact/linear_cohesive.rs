@@ -27,7 +27,7 @@ pub struct LinearCohesive {
 
 impl LinearCohesive {
     /// How far apart surfaces that have touched still hold on to each other, m: e_n/k_n.
-    pub fn reach(&self) -> f64 {
+    pub fn pull_off_distance(&self) -> f64 {
         self.cohesion_normal / self.linear.stiffness_normal
     }
 }
@@ -46,7 +46,7 @@ impl<S: Space> ContactLaw<S> for LinearCohesive {
     type Memory<R: Real> = (S::TangentOf<R>, Components<R, 1>);
 
     fn reach(&self) -> f64 {
-        self.reach()
+        self.pull_off_distance()
     }
 
     #[inline(always)]

@@ -49,26 +49,23 @@ impl<S: Space> ContactLaw<S> for LinearSpringDashpot {
 
     #[inline(always)]
     fn force<R: Real>(&self, touch: &Touch<S, R>, spring: &mut S::TangentOf<R>) -> Answer<S, R> {
-        let law = self;
         let damped =
-            touch.overlap * R::splat(law.stiffness_normal) - touch.velocity_normal * R::splat(law.damping_normal);
-        let normal = R::max(R::splat(law.normal_force.least()), damped);
-        let limit = normal.abs() * R::splat(law.friction);
-        let tangential = slide(law, touch, limit, spring);
+            touch.overlap * R::splat(self.stiffness_normal) - touch.velocity_normal * R::splat(self.damping_normal);
+        let normal = R::max(R::splat(self.normal_force.least()), damped);
+        let limit = normal.abs() * R::splat(self.friction);
+        let tangential = slide(self, touch, limit, spring);
         Answer { normal, tangential, moment: Words::zero() }
     }
 
     fn springs(&self, touch: &Touch<S, f64>, spring: &S::TangentOf<f64>) -> Answer<S, f64> {
-        let law = self;
-        let tangential = *spring * -law.stiffness_tangential;
-        Answer { normal: touch.overlap * law.stiffness_normal, tangential, moment: Words::zero() }
+        let tangential = *spring * -self.stiffness_tangential;
+        Answer { normal: touch.overlap * self.stiffness_normal, tangential, moment: Words::zero() }
     }
 
     fn resistance(&self, _: [f64; 2], _: [f64; 2], _: f64) -> Resistance {
-        let law = self;
         Resistance {
-            spring: law.stiffness_normal.max(law.stiffness_tangential),
-            dashpot: law.damping_normal.max(law.damping_tangential),
+            spring: self.stiffness_normal.max(self.stiffness_tangential),
+            dashpot: self.damping_normal.max(self.damping_tangential),
         }
     }
 
@@ -77,8 +74,8 @@ impl<S: Space> ContactLaw<S> for LinearSpringDashpot {
     }
 
     fn elastic_energy(&self, touch: &Touch<S, f64>, spring: &S::TangentOf<f64>) -> f64 {
-        let law = self;
-        0.5 * law.stiffness_normal * touch.overlap * touch.overlap + 0.5 * law.stiffness_tangential * spring.dot(spring)
+        0.5 * self.stiffness_normal * touch.overlap * touch.overlap
+            + 0.5 * self.stiffness_tangential * spring.dot(spring)
     }
 }
 

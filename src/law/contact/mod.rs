@@ -98,7 +98,7 @@ impl Contact {
     /// How far apart surfaces may be and still hold on to each other, m.
     pub fn reach(&self) -> f64 {
         match self {
-            Self::LinearCohesive(law) => law.reach(),
+            Self::LinearCohesive(law) => law.pull_off_distance(),
             Self::Linear(_) | Self::ElasticRolling(_) | Self::HertzMindlin(_) => 0.0,
         }
     }

@@ -1,5 +1,5 @@
 //! The cone of critical-state Drucker-Prager as its constants state it, for what is told before a run. Equations and signs are those
-//! of [`super::critical_drucker_prager`].
+//! of [`super::CriticalDruckerPrager`].
 
 use super::critical_drucker_prager::CriticalConstants;
 use crate::base::math::tan;
