@@ -8,7 +8,7 @@
 //! ```
 //!
 //! which is Cundall's best fit ([`crate::observe::strain`]) about the grain's own centre. Neighbours are the grains that lie
-//! now within a few times the sum of the two radii: whether they touch, and what the lists hold, does not matter.
+//! now within 1.5 times the sum of the two radii: whether they touch, and what the lists hold, does not matter.
 //!
 //! Where a cell deforms, the place of an image at the start is not known, so that only neighbours count that began in the
 //! image of the cell that the grain began in.
