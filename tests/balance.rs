@@ -12,13 +12,13 @@ const STEPS_PER_LOOK: usize = 25;
 fn a_bad_deal_is_mended_and_a_good_one_kept() {
     let seen = threads::run(2, |rank| {
         let mut world = shaken(&rank);
-        let blocks = world.layout.block_count();
+        let blocks = world.holding.layout.block_count();
         world.deal_by(&(0..blocks).map(|block| if block == 0 { 1 << 40 } else { 1 }).collect::<Vec<_>>()).unwrap();
         let mut seen = Vec::new();
         for _ in 0..LOOKS {
             (0..STEPS_PER_LOOK).for_each(|_| world.advance().unwrap());
             world.rebuild().unwrap();
-            seen.push((world.balance.deals, world.grains.owned + world.points.len()));
+            seen.push((world.balance.deals, world.assembly.grains.owned + world.continuum.points.len()));
         }
         seen
     });

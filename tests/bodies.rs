@@ -73,7 +73,7 @@ impl Claim for Balances {
             let (mut touched, mut worst) = (0, [0.0f64; 2]);
             for _ in 0..1000 {
                 steps(&mut world, 1);
-                touched += usize::from(world.grains.force.iter().any(|force| force.norm() > 0.0));
+                touched += usize::from(world.assembly.grains.force.iter().any(|force| force.norm() > 0.0));
                 let now = sums(&world);
                 worst[0] = worst[0].max((now.0 - before.0).norm() / scale[0]);
                 worst[1] = worst[1].max((now.1 - before.1).norm() / scale[1]);

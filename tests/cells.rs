@@ -54,8 +54,8 @@ impl Claim for LoadedPair {
         let mut world = few.world();
         // Some steps, so that there is a tangential force; then none moves, and places are those of the forces.
         steps(&mut world, 20);
-        world.grains.hot.iter_mut().for_each(|hot| hot.velocity = S::Vector::zero());
-        let [a, b] = [0, 1].map(|id| world.grains.hot[row_of(&world, id)].position);
+        world.assembly.grains.hot.iter_mut().for_each(|hot| hot.velocity = S::Vector::zero());
+        let [a, b] = [0, 1].map(|id| world.assembly.grains.hot[row_of(&world, id)].position);
         let mut branch = a - b;
         for axis in 0..S::DIMENSION {
             branch[axis] += edge;
@@ -93,7 +93,7 @@ fn lattice_stress<S: Space>() {
     }
     let mut world = few.world();
     steps(&mut world, 1);
-    let stress = world.contact_moment().unwrap() * (1.0 / (world.cell.volume() * depth));
+    let stress = world.contact_moment().unwrap() * (1.0 / (world.assembly.cell.volume() * depth));
     let face = if S::DIMENSION == 2 { spacing * depth } else { spacing * spacing };
     let wanted = S::identity() * (-smooth().stiffness_normal * overlap / face);
     let off = (stress - wanted).norm() / wanted.norm();
@@ -143,13 +143,14 @@ fn gas<S: Space>(gradient: S::Tensor, speed: f64) -> Few<S, LinearSpringDashpot>
 /// are taken against.
 fn fluctuations<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>) -> Vec<S::Vector> {
     let mut found: Vec<(GrainId, S::Vector)> = world
+        .assembly
         .grains
         .cold
         .iter()
-        .zip(&world.grains.hot)
+        .zip(&world.assembly.grains.hot)
         .map(|(cold, hot)| {
             let before = hot.position - hot.velocity * world.settings.dt;
-            (cold.id, hot.velocity - world.cell.gradient * (before - world.cell.corner))
+            (cold.id, hot.velocity - world.assembly.cell.gradient * (before - world.assembly.cell.corner))
         })
         .collect();
     found.sort_unstable_by_key(|(id, _)| *id);
@@ -172,14 +173,14 @@ fn keeps_its_fluctuations<S: Space>() {
         for (now, own) in fluctuations(&world).iter().zip(&own) {
             worst = worst.max((*now - *own).norm());
         }
-        for hot in &world.grains.hot {
-            let fraction = world.cell.fraction(&hot.position);
+        for hot in &world.assembly.grains.hot {
+            let fraction = world.assembly.cell.fraction(&hot.position);
             assert!((0..S::DIMENSION).all(|axis| (0.0..=1.0).contains(&fraction[axis])), "{fraction:?}");
         }
         let ledger = world.ledger().unwrap();
         assert!((ledger.mass / mass - 1.0).abs() < 1e-14 && world.grains_total == 25, "{} kg", ledger.mass);
     }
-    let crossed = world.grains.cold.iter().filter(|cold| cold.image[1] != 0).count();
+    let crossed = world.assembly.grains.cold.iter().filter(|cold| cold.image[1] != 0).count();
     assert!(crossed > 4, "{crossed} grains crossed the sheared face");
     assert!(worst < 1e-11, "fluctuations changed by {worst:e} m/s in {}", S::NAME);
 }
@@ -195,9 +196,9 @@ fn moves_with_the_mean_field<S: Space>() {
     let any = gradient::<S>([[-2.0, 3.0, 1.0], [0.5, 1.0, -1.5], [2.0, -0.5, 1.5]]);
     let mut world = gas::<S>(any, 0.0).world();
     let places = |world: &GrainWorld<S, LinearSpringDashpot>| -> Vec<S::Vector> {
-        (0..25).map(|id| world.cell.fraction(&world.grains.hot[row_of(world, id)].position)).collect()
+        (0..25).map(|id| world.assembly.cell.fraction(&world.assembly.grains.hot[row_of(world, id)].position)).collect()
     };
-    let (before, edges_before) = (places(&world), world.cell.edges);
+    let (before, edges_before) = (places(&world), world.assembly.cell.edges);
     steps(&mut world, 20_000);
     for (now, before) in places(&world).iter().zip(&before) {
         assert!((*now - *before).norm() < 1e-11, "{before:?} became {now:?}");
@@ -205,7 +206,7 @@ fn moves_with_the_mean_field<S: Space>() {
     for velocity in fluctuations(&world) {
         assert!(velocity.norm() < 1e-11, "{velocity:?} m/s beside the mean field");
     }
-    let edges = world.cell.edges;
+    let edges = world.assembly.cell.edges;
     assert!((edges - edges_before).norm() > 0.1 * edges.norm(), "the cell hardly deformed");
 }
 
@@ -254,7 +255,7 @@ fn finds_its_pairs<S: Space>() {
         }
         let mut world = few.world();
         world.refresh_ghosts();
-        let found = world.contacts.count(&smooth(), &world.grains);
+        let found = world.assembly.contacts.count(&smooth(), &world.assembly.grains);
         assert!(found == wanted && wanted > 20, "shear {shear}: {found} contacts for {wanted} in {}", S::NAME);
     }
 }
@@ -324,8 +325,8 @@ fn a_stress_servo_brings_a_packing_to_its_target() {
     }
     let mut world = few.world();
     steps(&mut world, 60_000);
-    let stress = world.contact_moment().unwrap() * (1.0 / (world.cell.volume() * depth));
-    println!("servo: {stress:?} Pa, gradient {:?}", world.cell.gradient);
+    let stress = world.contact_moment().unwrap() * (1.0 / (world.assembly.cell.volume() * depth));
+    println!("servo: {stress:?} Pa, gradient {:?}", world.assembly.cell.gradient);
     for (axis, wanted) in [(0, -100e3), (1, -130e3)] {
         let found = stress[(axis, axis)];
         assert!((found / wanted - 1.0).abs() < 1e-3, "axis {axis}: {found} Pa for {wanted} Pa");

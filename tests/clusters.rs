@@ -46,7 +46,7 @@ fn cluster<S: Space, C: ContactLaw<S>>(few: &mut Few<S, C>, per_axis: usize, cor
 fn momenta<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, centre: &S::Vector) -> ([S::Vector; 2], [S::Spin; 2]) {
     let (zero, still) = (S::Vector::zero(), S::Spin::zero());
     let (mut linear, mut angular) = ([zero; 2], [still; 2]);
-    for hot in &world.grains.hot {
+    for hot in &world.assembly.grains.hot {
         let momentum = hot.velocity * hot.mass;
         let orbital = S::moment(&(hot.position - *centre), &momentum);
         let own = hot.spin * S::grain_inertia(hot.mass, hot.radius);
@@ -70,7 +70,7 @@ impl Claim for Keeps {
         let mut world = few.world();
         let before = centres.map(|centre| momenta(&world, &centre));
         let spins: Vec<S::Spin> = (0..20).map(|id| hot_of(&world, id).spin).collect();
-        let touching = world.contacts.count(&law, &world.grains);
+        let touching = world.assembly.contacts.count(&law, &world.assembly.grains);
         assert!(touching > 15, "{touching} contacts");
         for step in 0..300 {
             steps(&mut world, 1);
@@ -97,8 +97,14 @@ fn a_free_cluster_keeps_momentum_and_angular_momentum() {
 
 /// Positions, velocities and spins as bits, by id.
 fn bits<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>) -> Vec<u64> {
-    let mut rows: Vec<(u64, Hot<S>)> =
-        world.grains.cold.iter().zip(&world.grains.hot).map(|(cold, hot)| (cold.id.0, *hot)).collect();
+    let mut rows: Vec<(u64, Hot<S>)> = world
+        .assembly
+        .grains
+        .cold
+        .iter()
+        .zip(&world.assembly.grains.hot)
+        .map(|(cold, hot)| (cold.id.0, *hot))
+        .collect();
     rows.sort_unstable_by_key(|(id, _)| *id);
     rows.iter().flat_map(|(_, hot)| hot.numbers().iter().map(|word| word.to_bits())).collect()
 }
@@ -116,9 +122,9 @@ impl Claim for SameBits {
         cluster(&mut few, per_axis, 0.0, 23);
         let run = |instructions: Instructions| {
             let mut world = few.clone().world();
-            world.contacts.use_instructions(instructions);
+            world.assembly.contacts.use_instructions(instructions);
             steps(&mut world, 200);
-            assert!(world.rebuilds > 2 && world.contacts.count(&law, &world.grains) > 30);
+            assert!(world.rebuilds > 2 && world.assembly.contacts.count(&law, &world.assembly.grains) > 30);
             bits(&world)
         };
         let found: Vec<_> = Instructions::here().map(|instructions| (instructions, run(instructions))).collect();
@@ -155,12 +161,12 @@ impl Claim for SameSegments {
                 pool.install(|| {
                     let mut world = few.world_on(&transport);
                     for _ in 0..60 {
-                        world.forces_wanted = kept;
+                        world.assembly.forces_wanted = kept;
                         world.advance().unwrap();
                     }
                     assert!(world.rebuilds > 0);
-                    let owned = world.grains.owned;
-                    let rows = world.grains.cold[..owned].iter().zip(&world.grains.hot);
+                    let owned = world.assembly.grains.owned;
+                    let rows = world.assembly.grains.cold[..owned].iter().zip(&world.assembly.grains.hot);
                     let bits = |hot: &Hot<S>| hot.numbers().iter().map(|word| word.to_bits()).collect();
                     rows.map(|(cold, hot)| (cold.id, bits(hot))).collect::<Vec<(GrainId, Vec<u64>)>>()
                 })
@@ -196,10 +202,10 @@ fn looking_at_forces_now_and_then_lays_no_arrays() {
     pool.install(|| {
         let mut world = few.world();
         let mut bytes_after = |look: bool| {
-            world.forces_wanted = look;
+            world.assembly.forces_wanted = look;
             world.advance().unwrap();
             assert_eq!(world.rebuilds, 0);
-            world.contacts.bytes()
+            world.assembly.contacts.bytes()
         };
         let (before, looked) = (bytes_after(false), bytes_after(true));
         assert!(looked > before, "room for one segment after the other: {before} bytes, for all: {looked}");

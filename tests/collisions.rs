@@ -309,7 +309,7 @@ fn heavy_pair<S: Space>(law: LinearCohesive, dt: f64, overlap: f64) -> GrainWorl
 
 fn set_velocity<S: Space>(world: &mut GrainWorld<S, LinearCohesive>, velocity: [f64; 3]) {
     let row = row_of(world, 0);
-    world.grains.hot[row].velocity = vector::<S>(velocity);
+    world.assembly.grains.hot[row].velocity = vector::<S>(velocity);
 }
 
 /// Made by touching, the contact holds down to `k_n d = -e_n`; once broken it is made again only by touching.
@@ -371,7 +371,7 @@ fn a_pair_slides_at_its_shear_strength<S: Space>() {
         let mut world = heavy_pair::<S>(law, 1e-7, 1e-9);
         steps(&mut world, 1);
         let row = row_of(&world, 0);
-        world.grains.hot[row].position[0] = 2.0 * RADIUS - normal / linear.stiffness_normal;
+        world.assembly.grains.hot[row].position[0] = 2.0 * RADIUS - normal / linear.stiffness_normal;
         set_velocity(&mut world, [0.0, 0.01, 0.0]);
         steps(&mut world, 999);
         // The force is that of the positions before the step's drift.
@@ -409,7 +409,7 @@ fn oblique<S: Space, C: ContactLaw<S>>(law: C) -> (usize, Vec<u64>) {
     let mut touched = 0;
     for _ in 0..1500 {
         steps(&mut world, 1);
-        touched += usize::from(world.grains.force.iter().any(|force| force.norm() > 0.0));
+        touched += usize::from(world.assembly.grains.force.iter().any(|force| force.norm() > 0.0));
         bits.extend((0..2).flat_map(|id| hot_of(&world, id).numbers().to_vec()).map(f64::to_bits));
     }
     (touched, bits)

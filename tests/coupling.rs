@@ -63,15 +63,15 @@ fn coupled_world(transport: &dyn Transport, grains: Vec<Grain>, points: Vec<Plan
 
 /// Sum of the magnitudes of all momenta, N s: what round-off is measured against.
 fn momentum_scale(world: &PlanarWorld) -> f64 {
-    let grains: f64 = world.grains.hot.iter().map(|hot| hot.weight * hot.mass * hot.velocity.norm()).sum();
+    let grains: f64 = world.assembly.grains.hot.iter().map(|hot| hot.weight * hot.mass * hot.velocity.norm()).sum();
     let points: f64 =
-        world.points.rows().map(|point| point.hot.weight * point.hot.mass * point.hot.velocity.norm()).sum();
+        world.continuum.points.rows().map(|point| point.hot.weight * point.hot.mass * point.hot.velocity.norm()).sum();
     grains + points
 }
 
 /// Momentum of the grains alone along x, N s.
 fn grain_momentum(world: &PlanarWorld) -> f64 {
-    world.grains.hot.iter().map(|hot| hot.weight * hot.mass * hot.velocity[0]).sum()
+    world.assembly.grains.hot.iter().map(|hot| hot.weight * hot.mass * hot.velocity[0]).sum()
 }
 
 /// A slab of continuum over a layer of touching grains, both with weight 1/2 where they overlap, everything moving at
@@ -160,10 +160,10 @@ fn both_sides_leave_a_node_with_one_velocity() {
         world.advance().unwrap();
     }
     let (mut shared, mut tied, mut apart) = (0, 0, 0.0f64);
-    let sums = world.tiles.sums.iter().zip(world.tiles.grain_sums.iter());
-    for (node, (sum, of_grains)) in world.nodes.mosaic.owned.iter().zip(sums) {
-        let velocity = world.tiles.advanced[node.row as usize].velocity();
-        let change = world.tiles.grain_changes[node.row as usize];
+    let sums = world.continuum.tiles.sums.iter().zip(world.continuum.tiles.grain_sums.iter());
+    for (node, (sum, of_grains)) in world.holding.nodes.mosaic.owned.iter().zip(sums) {
+        let velocity = world.continuum.tiles.advanced[node.row as usize].velocity();
+        let change = world.continuum.tiles.grain_changes[node.row as usize];
         if sum.mass() == 0.0 || of_grains.mass() == 0.0 {
             let returned = change.velocity() * of_grains.mass() + of_grains.given();
             assert!(returned.norm() <= 1e-15 * of_grains.given().norm() && change.share().all == 0.0, "{of_grains:?}");
@@ -254,16 +254,16 @@ fn what_pulls_grains_off_the_continuum_does_not_make_them_slip() {
     let of_points: f64 = points.iter().map(|point| point.hot.weight * point.hot.mass).sum();
     let mut world = coupled_world(&Solo, grains, points);
     world.settings.field.gravity = Vector::new(0.0, -PULL);
-    let each = Vector::new(0.0, PULL * (of_grains + of_points) / world.points.len() as f64);
-    world.points.loaded = (0..world.points.len() as u32).map(|row| (row, each)).collect();
-    let height = |world: &PlanarWorld| world.points.rows().map(|point| point.hot.position[1]).sum::<f64>();
-    let (count, before) = (world.points.len() as f64, height(&world));
+    let each = Vector::new(0.0, PULL * (of_grains + of_points) / world.continuum.points.len() as f64);
+    world.continuum.points.loaded = (0..world.continuum.points.len() as u32).map(|row| (row, each)).collect();
+    let height = |world: &PlanarWorld| world.continuum.points.rows().map(|point| point.hot.position[1]).sum::<f64>();
+    let (count, before) = (world.continuum.points.len() as f64, height(&world));
     let steps = 2000;
     for _ in 0..steps {
         world.advance().unwrap();
     }
     let points_rose = (height(&world) - before) / count;
-    let slips = world.grains.hot.iter().zip(&world.grains.cold).map(|(hot, cold)| {
+    let slips = world.assembly.grains.hot.iter().zip(&world.assembly.grains.cold).map(|(hot, cold)| {
         let rose = hot.position[1] - cold.origin[1];
         (rose - points_rose).abs()
     });
@@ -290,9 +290,11 @@ fn a_tie_slackens_among_grains_alone() {
     }
     let (now, scale) = (world.ledger().unwrap().momentum, momentum_scale(&world));
     assert!((0..2).all(|axis| (now[axis] - before[axis]).abs() < 1e-13 * scale), "{now:?} from {before:?} of {scale}");
-    let far = world.grains.hot.iter().zip(&world.grains.ties).filter(|(hot, _)| hot.position[1] > 0.0);
+    let far =
+        world.assembly.grains.hot.iter().zip(&world.assembly.grains.ties).filter(|(hot, _)| hot.position[1] > 0.0);
     assert!(far.clone().count() > 400 && far.clone().all(|(_, tie)| *tie == Tie::loose()));
-    let near = world.grains.hot.iter().zip(&world.grains.ties).filter(|(hot, _)| hot.position[1] < -7.6e-3);
+    let near =
+        world.assembly.grains.hot.iter().zip(&world.assembly.grains.ties).filter(|(hot, _)| hot.position[1] < -7.6e-3);
     assert!(near.clone().count() > 40 && near.clone().all(|(_, tie)| *tie != Tie::loose()));
 }
 
@@ -314,19 +316,19 @@ fn a_rigid_translation_stays_rigid() {
         world.advance().unwrap();
     }
     assert!(
-        world.rebuilds > 10 && world.points.rows().any(|point| point.cold.image == [1, 0, 0]),
+        world.rebuilds > 10 && world.continuum.points.rows().any(|point| point.cold.image == [1, 0, 0]),
         "it should cross the period"
     );
     let way = velocity * (f64::from(steps) * DT);
     let period = Vector::new(WIDTH, 0.0);
     let mut worst = [0.0f64; 3];
-    for (hot, cold) in world.grains.hot.iter().zip(&world.grains.cold) {
+    for (hot, cold) in world.assembly.grains.hot.iter().zip(&world.assembly.grains.cold) {
         let moved = hot.position - cold.origin + period * f64::from(cold.image[0]);
         worst[0] = worst[0].max((hot.velocity - velocity).norm() / velocity.norm());
         worst[1] = worst[1].max((moved - way).norm() / way.norm());
         assert_eq!(hot.spin[0], 0.0);
     }
-    for point in world.points.rows() {
+    for point in world.continuum.points.rows() {
         let moved = point.hot.position - point.cold.origin + period * f64::from(point.cold.image[0]);
         worst[0] = worst[0].max((point.hot.velocity - velocity).norm() / velocity.norm());
         worst[1] = worst[1].max((moved - way).norm() / way.norm());
@@ -340,9 +342,9 @@ fn a_rigid_translation_stays_rigid() {
 fn tally(world: &PlanarWorld) -> ([i64; 2], [f64; 2], Vec<i64>) {
     let ranks = world.transport.size();
     let mut counts = vec![0; 2 + ranks];
-    counts[0] = world.grains.owned as i64;
-    counts[1] = world.points.len() as i64;
-    counts[2 + world.transport.rank()] = world.grains.owned as i64;
+    counts[0] = world.assembly.grains.owned as i64;
+    counts[1] = world.continuum.points.len() as i64;
+    counts[2 + world.transport.rank()] = world.assembly.grains.owned as i64;
     world.transport.sum(&mut counts);
     let momentum = world.ledger().unwrap().momentum;
     ([counts[0], counts[1]], [momentum[0], momentum[1]], counts[2..].to_vec())
@@ -360,7 +362,7 @@ fn a_zone_moves_from_rank_to_rank_with_all_that_is_in_it() {
     };
     let moved = threads::run(2, |rank| {
         let mut world = shaken(&rank);
-        let blocks = world.layout.block_count();
+        let blocks = world.holding.layout.block_count();
         // A rank whose first or last block outweighs all others has that block alone.
         let heavy =
             |heavy: usize| (0..blocks).map(|block| if block == heavy { 1 << 40 } else { 1 }).collect::<Vec<u64>>();

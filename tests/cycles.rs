@@ -45,7 +45,7 @@ fn cycles_give_what_steps_give() {
         while world.step < 400 {
             world.advance().unwrap();
         }
-        world.grains.hot.iter().map(|hot| hot.weight * hot.mass * hot.velocity[0]).sum::<f64>()
+        world.assembly.grains.hot.iter().map(|hot| hot.weight * hot.mass * hot.velocity[0]).sum::<f64>()
     };
     let steps = given(1, blend(1));
     let far = |grain_steps: u64| {

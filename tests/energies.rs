@@ -137,7 +137,7 @@ fn rigid(scheme: &str, is_carried: bool) -> [f64; 4] {
     world.bodies[0].grip = is_carried.then_some((Grip::Rough, false));
     world.bodies[0].shape = Shape::Box { lower: [-0.1, -0.1].into(), upper: [0.9, 0.9].into() };
     world.point_ledger.open();
-    world.forces_wanted = true;
+    world.assembly.forces_wanted = true;
     (0..100).for_each(|_| world.advance().unwrap());
     let balance = world.point_balance().unwrap().unwrap();
     let work = balance.work_loads + balance.work_bodies + balance.work_ramp;

@@ -25,9 +25,9 @@ fn settings(distance: f64) -> Enrichment {
 
 /// Mass, momentum along x and y, and the sum of the momenta's magnitudes, of everything with its weight.
 pub fn sums(world: &PlanarWorld) -> [f64; 4] {
-    let grains = world.grains.hot[..world.grains.owned].iter();
+    let grains = world.assembly.grains.hot[..world.assembly.grains.owned].iter();
     let grains = grains.map(|hot| (hot.weight * hot.mass, hot.velocity));
-    let points = world.points.rows().map(|point| (point.hot.weight * point.hot.mass, point.hot.velocity));
+    let points = world.continuum.points.rows().map(|point| (point.hot.weight * point.hot.mass, point.hot.velocity));
     grains.chain(points).fold([0.0; 4], |[mass, x, y, scale], (more, velocity)| {
         [mass + more, x + more * velocity[0], y + more * velocity[1], scale + more * velocity.norm()]
     })
@@ -64,7 +64,7 @@ fn enrichment_keeps_mass_and_momentum_to_round_off() {
     let (mut world, flagged, instants) = up_to_the_band(&scenario, &Solo, &file);
     assert!(instants.times.len() > 3, "a path to train along: {:?}", instants.times);
     let zone = Zone::around(&flagged, cell_grid(&world), &scenario.enrichment);
-    let (before, points_before) = (sums(&world), world.points.rows().collect::<Vec<_>>());
+    let (before, points_before) = (sums(&world), world.continuum.points.rows().collect::<Vec<_>>());
     let energy_before = world.energies().unwrap();
 
     let enriched = enrichment::enrich(
@@ -90,9 +90,9 @@ fn enrichment_keeps_mass_and_momentum_to_round_off() {
     reported_as_it_is(&enriched, before, after);
 
     // Points: none left in the core, one weight in the rim, untouched elsewhere, but for what nobody asks for any more.
-    let weight = world.points.rows().map(|point| point.hot.weight).fold(1.0, f64::min);
+    let weight = world.continuum.points.rows().map(|point| point.hot.weight).fold(1.0, f64::min);
     assert!((weight - 0.5).abs() < 0.05, "rim points keep {weight}");
-    for mut point in world.points.rows() {
+    for mut point in world.continuum.points.rows() {
         let was = points_before.iter().find(|was| was.cold.id == point.cold.id).expect("no new points");
         let wanted = match zone.at(point.hot.position[0], point.hot.position[1]) {
             Label::Continuum => 1.0,
@@ -108,13 +108,13 @@ fn enrichment_keeps_mass_and_momentum_to_round_off() {
     assert_eq!(points_before.len() as u64 - enriched.points_removed, world.points_total);
 
     // Grains: free, each once, w in the rim, whole in the core, and moving as the points did.
-    let mut ids: Vec<u64> = world.grains.cold.iter().map(|cold| cold.id.0).collect();
+    let mut ids: Vec<u64> = world.assembly.grains.cold.iter().map(|cold| cold.id.0).collect();
     ids.sort_unstable();
     ids.dedup();
     assert_eq!(ids.len() as u64, enriched.grains);
-    assert!(world.grains.cold.iter().all(|cold| cold.mover == Mover::Free));
-    let rim = world.grains.hot.iter().filter(|hot| hot.weight == 0.5).count() as u64;
-    let core = world.grains.hot.iter().filter(|hot| hot.weight == 1.0).count() as u64;
+    assert!(world.assembly.grains.cold.iter().all(|cold| cold.mover == Mover::Free));
+    let rim = world.assembly.grains.hot.iter().filter(|hot| hot.weight == 0.5).count() as u64;
+    let core = world.assembly.grains.hot.iter().filter(|hot| hot.weight == 1.0).count() as u64;
     assert_eq!((rim, rim + core), (enriched.grains_rim, enriched.grains));
     assert!(rim > 30 && core > 60, "{rim} grains in the rim, {core} in the core");
     let kinetic = world.energies().unwrap();
@@ -362,7 +362,8 @@ fn a_packing_lower_than_the_specimen_lies_about_the_band() {
     let enriched = enrichment::enrich(&mut world, how, &flagged, &instants, (&file, Lies::Around)).unwrap();
     let after = sums(&world);
     assert!((after[0] / before[0] - 1.0).abs() < 1e-14, "{before:?} {after:?}");
-    let heights: Vec<f64> = world.grains.hot[..world.grains.owned].iter().map(|grain| grain.position[1]).collect();
+    let heights: Vec<f64> =
+        world.assembly.grains.hot[..world.assembly.grains.owned].iter().map(|grain| grain.position[1]).collect();
     let middle = heights.iter().sum::<f64>() / heights.len() as f64;
     println!(
         "{} grains about {middle:.4} m, {:?} for {:?} Pa",

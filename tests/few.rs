@@ -178,23 +178,23 @@ impl<S: Space, C: ContactLaw<S>> Few<S, C> {
 
 /// Row of a grain in a world on one rank.
 pub fn row_of<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, id: u64) -> usize {
-    world.grains.cold.iter().position(|cold| cold.id == GrainId(id)).expect("the grain is here")
+    world.assembly.grains.cold.iter().position(|cold| cold.id == GrainId(id)).expect("the grain is here")
 }
 
 pub fn hot_of<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, id: u64) -> Hot<S> {
-    world.grains.hot[row_of(world, id)]
+    world.assembly.grains.hot[row_of(world, id)]
 }
 
 /// Force and torque of the last evaluation on a grain; gone at a rebuild.
 pub fn load_on<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, id: u64) -> (S::Vector, S::Spin) {
     let row = row_of(world, id);
-    (world.grains.force[row], world.grains.torque[row])
+    (world.assembly.grains.force[row], world.assembly.grains.torque[row])
 }
 
 /// After the last of them the forces may be asked for.
 pub fn steps<S: Space, C: ContactLaw<S>>(world: &mut GrainWorld<S, C>, count: usize) {
     for step in 0..count {
-        world.forces_wanted = step + 1 == count;
+        world.assembly.forces_wanted = step + 1 == count;
         world.advance().unwrap();
     }
 }

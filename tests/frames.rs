@@ -94,7 +94,7 @@ fn errors<S: Space, C: ContactLaw<S>>(known: &Known<S, C>, axis: [f64; 3], count
         let arm = turned::<S>(&start, &axis, angle);
         for (id, side) in [(0, 1.0), (1, -1.0)] {
             let row = row_of(&world, id);
-            let hot = &mut world.grains.hot[row];
+            let hot = &mut world.assembly.grains.hot[row];
             hot.position = arm * side + drift * (f64::from(step) * dt);
             hot.velocity = S::cross(&rate, &(arm * side)) + drift;
             hot.spin = rate;
@@ -105,7 +105,7 @@ fn errors<S: Space, C: ContactLaw<S>>(known: &Known<S, C>, axis: [f64; 3], count
         if world.rebuilds != rebuilds {
             continue;
         }
-        let (force, torque) = (world.grains.force[row], world.grains.torque[row]);
+        let (force, torque) = (world.assembly.grains.force[row], world.assembly.grains.torque[row]);
         if step == 0 {
             pressing = force.dot(&normal);
         }

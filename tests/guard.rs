@@ -105,7 +105,7 @@ fn energy_from_nowhere_names_the_contact_with_a_body() {
     guard.look(&mut world).unwrap();
     steps(&mut world, 1);
     guard.look(&mut world).unwrap();
-    world.grains.hot[0].velocity = up * 10.0;
+    world.assembly.grains.hot[0].velocity = up * 10.0;
     let found = guard.look(&mut world).unwrap().expect("the energy is a hundred times what it was");
     assert!(found.contains("the deepest contact is that of grain 0 and body `table`"), "{found}");
 }

@@ -194,27 +194,28 @@ fn a_row_is_of_the_instant_of_its_state() {
         world_of::<Plane, ElasticRolling>(&job, Some(snapshot), &Solo).unwrap().0
     };
     let now = state();
-    let mut ids: Vec<(u64, usize)> = now.grains.cold.iter().enumerate().map(|(row, cold)| (cold.id.0, row)).collect();
+    let mut ids: Vec<(u64, usize)> =
+        now.assembly.grains.cold.iter().enumerate().map(|(row, cold)| (cold.id.0, row)).collect();
     ids.sort_unstable();
     let full = full_step(state()).unwrap();
     let mut kinetic = [0.0; 2];
     for ((_, row), grain) in ids.iter().zip(&full.grains) {
-        let hot = &now.grains.hot[*row];
+        let hot = &now.assembly.grains.hot[*row];
         kinetic[0] += 0.5 * hot.mass * grain.velocity.dot(&grain.velocity);
         kinetic[1] += 0.5 * Plane::grain_inertia(hot.mass, hot.radius) * grain.spin.dot(&grain.spin);
     }
     let mut next = state();
-    next.forces_wanted = true;
+    next.assembly.forces_wanted = true;
     next.advance().unwrap();
     assert_eq!(next.rebuilds, 0, "forces are gone at a rebuild");
     let mut moment = Tensor::new(0.0, 0.0, 0.0, 0.0);
-    for (at, pair) in next.contacts.neighbours.real_pairs() {
-        let given = next.contacts.given(at).force;
+    for (at, pair) in next.assembly.contacts.neighbours.real_pairs() {
+        let given = next.assembly.contacts.given(at).force;
         let force = Vector::new(given.word(0), given.word(1));
-        let [a, b] = [pair.a, pair.b()].map(|row| now.grains.hot[row as usize].position);
-        moment -= Plane::outer(&force, &(a - b + now.cell.shift(pair.image().image())));
+        let [a, b] = [pair.a, pair.b()].map(|row| now.assembly.grains.hot[row as usize].position);
+        moment -= Plane::outer(&force, &(a - b + now.assembly.cell.shift(pair.image().image())));
     }
-    let stress = moment * (1.0 / (now.cell.volume() * 0.1));
+    let stress = moment * (1.0 / (now.assembly.cell.volume() * 0.1));
     let wanted = [
         ("kinetic_translation", kinetic[0], kinetic[0]),
         ("kinetic_rotation", kinetic[1], kinetic[1]),
@@ -222,7 +223,7 @@ fn a_row_is_of_the_instant_of_its_state() {
         ("stress_xy", stress[(0, 1)], 1e5),
         ("stress_yx", stress[(1, 0)], 1e5),
         ("stress_yy", stress[(1, 1)], 1e5),
-        ("edge_xy", now.cell.edges[(0, 1)], 0.1),
+        ("edge_xy", now.assembly.cell.edges[(0, 1)], 0.1),
     ];
     for (name, wanted, scale) in wanted {
         let off = (of(name) - wanted).abs() / scale;

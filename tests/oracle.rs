@@ -75,17 +75,17 @@ fn watched(sets: &[&str]) -> Story {
             let (height, now) = strain(point);
             (height, now - before.get(&point.cold.id).copied().unwrap_or(0.0))
         };
-        let sheared: Vec<(f64, f64)> = world.points.rows().map(|point| strain(&point)).collect();
-        let shearing: Vec<(f64, f64)> = world.points.rows().map(|point| more(&point)).collect();
+        let sheared: Vec<(f64, f64)> = world.continuum.points.rows().map(|point| strain(&point)).collect();
+        let shearing: Vec<(f64, f64)> = world.continuum.points.rows().map(|point| more(&point)).collect();
         // Norms of strains, of which simple shear has 1/sqrt(2).
         let even = |way: f64| 0.25 * 0.5f64.sqrt() * way / scenario.specimen.height;
         story.by_strain = shares(&sheared, |strain| strain > even(plate(&world)));
         story.by_rate = shares(&shearing, |strain| strain > even(plate(&world) - plate_before));
-        before = world.points.rows().map(|point| (point.cold.id, point.hot.memory.plastic_strain)).collect();
+        before = world.continuum.points.rows().map(|point| (point.cold.id, point.hot.memory.plastic_strain)).collect();
         plate_before = plate(&world);
     }
     story.flagged = memory.flagged;
-    story.plastic_max = world.points.rows().map(|point| point.hot.memory.plastic_strain).fold(0.0, f64::max);
+    story.plastic_max = world.continuum.points.rows().map(|point| point.hot.memory.plastic_strain).fold(0.0, f64::max);
     story
 }
 
@@ -182,7 +182,7 @@ fn triaxial() -> TriaxialStory {
 
     // The last quarter of the way is what the rate is taken over.
     let plastic = |world: &PointWorld<Plane, CriticalDruckerPrager>| -> BTreeMap<PointId, f64> {
-        world.points.rows().map(|point| (point.cold.id, point.hot.memory.plastic_strain())).collect()
+        world.continuum.points.rows().map(|point| (point.cold.id, point.hot.memory.plastic_strain())).collect()
     };
     let (mut ever, mut before) = (BTreeSet::new(), None);
     while way(&world) < 2e-3 {
@@ -200,7 +200,7 @@ fn triaxial() -> TriaxialStory {
     let half = 0.5 * job.grid.cell + 1e-9;
     let mut shares = [[0.0; 2]; 3];
     let mut counts = [0.0; 2];
-    for point in world.points.rows() {
+    for point in world.continuum.points.rows() {
         let (at, origin) = (&point.hot.position, &point.cold.origin);
         let side = usize::from(!is_near([origin[0], origin[1]]));
         counts[side] += 1.0;

@@ -149,7 +149,7 @@ where
         (0..S::DIMENSION).for_each(|row| gradient[column * S::DIMENSION + row] = rows[row][column]);
         middle[column] = 0.4;
     }
-    for (hot, beside) in world.points.hot.iter_mut().zip(&mut world.points.beside) {
+    for (hot, beside) in world.continuum.points.hot.iter_mut().zip(&mut world.continuum.points.beside) {
         hot.velocity = gradient * (hot.position - middle);
         if scheme.contains("affine") {
             beside.affine = gradient;
@@ -159,7 +159,8 @@ where
     let time = world.time();
     let inside =
         |origin: &S::Vector| (0..S::DIMENSION).all(|axis| (origin[axis] - ends[0]).min(ends[1] - origin[axis]) > reach);
-    let rows = world.points.hot.iter().zip(&world.points.cold).filter(|(_, cold)| inside(&cold.origin));
+    let rows =
+        world.continuum.points.hot.iter().zip(&world.continuum.points.cold).filter(|(_, cold)| inside(&cold.origin));
     let mut wanted = S::identity() + gradient * time;
     if scheme.contains("\"first\"") {
         // Strain is that of the step behind, so that there is one before the start in place of the last.

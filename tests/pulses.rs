@@ -116,9 +116,9 @@ fn energy_below(world: &PlanarWorld, height: f64) -> f64 {
         true => 0.5 * weight * mass * velocity.dot(velocity),
         false => 0.0,
     };
-    let grains = world.grains.hot[..world.grains.owned].iter();
+    let grains = world.assembly.grains.hot[..world.assembly.grains.owned].iter();
     let of_grains: f64 = grains.map(|hot| kinetic(hot.weight, hot.mass, &hot.position, &hot.velocity)).sum();
-    let points = world.points.hot.iter();
+    let points = world.continuum.points.hot.iter();
     of_grains + points.map(|hot| kinetic(hot.weight, hot.mass, &hot.position, &hot.velocity)).sum::<f64>()
 }
 

@@ -18,10 +18,10 @@ fn rows_of(text: &str) -> Vec<Vec<f64>> {
 /// How far the world's grains, by id, are from displacements recorded in `unit` m, in two columns from `first`.
 fn way_off<C: ContactLaw<Plane>>(world: &GrainWorld<Plane, C>, later: &[Vec<f64>], first: usize, unit: f64) -> f64 {
     let mut worst = 0.0f64;
-    for (hot, cold) in world.grains.hot.iter().zip(&world.grains.cold) {
+    for (hot, cold) in world.assembly.grains.hot.iter().zip(&world.assembly.grains.cold) {
         let row = &later[cold.id.0 as usize];
         let wanted = Vector::new(row[first] * unit, row[first + 1] * unit);
-        let moved = hot.position - cold.origin + world.cell.shift(cold.image);
+        let moved = hot.position - cold.origin + world.assembly.cell.shift(cold.image);
         worst = worst.max((moved - wanted).amax());
     }
     worst
@@ -156,7 +156,7 @@ fn a_cell_is_sheared_as_in_yade() {
     }
     // YADE tells the forces of the last evaluation, which are those of the instant a step before.
     steps(&mut world, 399);
-    let stress = world.instant().unwrap().moment * (1.0 / (world.cell.volume() * THICKNESS));
+    let stress = world.instant().unwrap().moment * (1.0 / (world.assembly.cell.volume() * THICKNESS));
     let mut stress_off = 0.0f64;
     for (place, wanted) in [(0, 0), (0, 1), (1, 0), (1, 1)].into_iter().zip(STRESS) {
         stress_off = stress_off.max((stress[place] - wanted).abs() / STRESS[3].abs());

@@ -112,11 +112,11 @@ fn said<S: Space, L: MaterialLaw<S>>(
     let of = |transport: &dyn Transport| -> Result<(), Error> {
         let mut world = point_world::<S, L>(&block(S::DIMENSION, [0.0; 3], ""), law, transport);
         world.refuse_spoilt_points().expect("nothing is wrong yet");
-        for row in 0..world.points.len() {
-            if world.points.cold[row].id.0 >= first {
-                let mut point = world.points.row(row);
+        for row in 0..world.continuum.points.len() {
+            if world.continuum.points.cold[row].id.0 >= first {
+                let mut point = world.continuum.points.row(row);
                 spoil(&mut point);
-                world.points.hot[row] = point.hot;
+                world.continuum.points.hot[row] = point.hot;
             }
         }
         world.refuse_spoilt_points()
@@ -199,12 +199,12 @@ fn what_has_flowed_is_torn_by_its_volume_alone() {
     let law = world.settings.material;
     let mut shear = <Plane as Space>::Tensor::zero();
     shear[2] = 1.0;
-    for hot in &mut world.points.hot {
+    for hot in &mut world.continuum.points.hot {
         hot.deformation = (Plane::identity() + shear * 40.0) * hot.deformation;
         law.update(&shear, 1.0, &mut hot.memory);
     }
     world.refuse_spoilt_points().expect("it flows");
-    for hot in &mut world.points.hot {
+    for hot in &mut world.continuum.points.hot {
         hot.deformation *= 6.1;
     }
     assert!(world.refuse_spoilt_points().expect_err("it fills more than it reaches").to_string().contains("is torn"));

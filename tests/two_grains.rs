@@ -72,7 +72,7 @@ fn head_on(overlap: f64, closing: f64) -> [Grain; 2] {
 
 /// Overlap, and its rate half a step earlier.
 fn overlap_of(world: &PlanarWorld) -> [f64; 2] {
-    let [a, b] = [0, 1].map(|id| &world.grains.hot[row_of(world, id)]);
+    let [a, b] = [0, 1].map(|id| &world.assembly.grains.hot[row_of(world, id)]);
     let distance = a.position[0] - b.position[0];
     [a.radius + b.radius - distance, b.velocity[0] - a.velocity[0]]
 }
@@ -147,7 +147,7 @@ fn restitution_and_duration_follow_the_damping() {
 /// Momentum of a world: x, y, and angular about `centre`, each with the sum of the magnitudes that went into it.
 fn momentum(world: &PlanarWorld, centre: [f64; 2]) -> [[f64; 2]; 3] {
     let mut sums = [[0.0; 2]; 3];
-    for hot in &world.grains.hot {
+    for hot in &world.assembly.grains.hot {
         let arm = [hot.position[0] - centre[0], hot.position[1] - centre[1]];
         let inertia = Plane::grain_inertia(hot.mass, hot.radius);
         let terms = [
@@ -177,8 +177,8 @@ fn an_oblique_collision_keeps_linear_and_angular_momentum() {
     let centres = [[0.0, 0.0], [8e-3, 0.0], [-0.02, 0.013]];
     let mut world = pair_world(&Solo, 5e-8, contact(3.5), [a, b]);
     let before = centres.map(|centre| momentum(&world, centre));
-    let touching = |world: &PlanarWorld| world.grains.force.iter().any(|force| *force != Vector::zeros());
-    let (spin_before, mut touched) = (world.grains.hot[row_of(&world, 4)].spin[0], 0);
+    let touching = |world: &PlanarWorld| world.assembly.grains.force.iter().any(|force| *force != Vector::zeros());
+    let (spin_before, mut touched) = (world.assembly.grains.hot[row_of(&world, 4)].spin[0], 0);
     for _ in 0..400 {
         world.advance().unwrap();
         touched += u32::from(touching(&world));
@@ -189,7 +189,7 @@ fn an_oblique_collision_keeps_linear_and_angular_momentum() {
             }
         }
     }
-    let spin = world.grains.hot[row_of(&world, 4)].spin[0];
+    let spin = world.assembly.grains.hot[row_of(&world, 4)].spin[0];
     assert!(touched > 50 && !touching(&world), "they met for {touched} steps");
     assert!((spin - spin_before).abs() > 10.0, "friction did nothing: {spin_before} rad/s became {spin} rad/s");
 }
@@ -236,12 +236,12 @@ impl Record {
         let mut found = Vec::new();
         for _ in &self.rows {
             let rows = [1, 2].map(|id| row_of(&world, id));
-            let places = rows.map(|row| world.grains.hot[row].position);
+            let places = rows.map(|row| world.assembly.grains.hot[row].position);
             world.advance().unwrap();
             let mut values = [0.0; 16];
             for (disc, row) in rows.into_iter().enumerate() {
-                let hot = &world.grains.hot[row];
-                let (force, torque) = (world.grains.force[row], world.grains.torque[row]);
+                let hot = &world.assembly.grains.hot[row];
+                let (force, torque) = (world.assembly.grains.force[row], world.assembly.grains.torque[row]);
                 let velocity = hot.velocity - force * (0.5 * self.dt / hot.mass);
                 let spin = hot.spin - torque * (0.5 * self.dt / Plane::grain_inertia(hot.mass, hot.radius));
                 let state = [places[disc][0], places[disc][1], velocity[0], velocity[1], spin[0]];

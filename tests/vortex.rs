@@ -92,7 +92,7 @@ fn errors(scheme: &str, cells: usize) -> [f64; 2] {
     );
     let law = Hencky { bulk_modulus: BULK, shear_modulus: SHEAR };
     let mut world = point_world::<Plane, _>(&text, &law, &Solo);
-    for (hot, beside) in world.points.hot.iter_mut().zip(&mut world.points.beside) {
+    for (hot, beside) in world.continuum.points.hot.iter_mut().zip(&mut world.continuum.points.beside) {
         // Half a step before the places of the start.
         let before = |place: &Vector| (force_and_place(place, 0.0).1 - force_and_place(place, -step).1) * (1.0 / step);
         hot.velocity = before(&hot.position);
@@ -110,14 +110,14 @@ fn errors(scheme: &str, cells: usize) -> [f64; 2] {
     [steps / 2, steps].map(|until| {
         while (world.step as usize) < until {
             let time = world.time();
-            let points = &mut world.points;
+            let points = &mut world.continuum.points;
             let rows = points.hot.iter().zip(&points.cold);
             let pushes = rows.map(|(hot, cold)| force_and_place(&cold.origin, time).0 * hot.mass);
             points.loaded = pushes.enumerate().map(|(row, push)| (row as u32, push)).collect();
             world.advance().unwrap();
         }
         let time = world.time();
-        let points = &world.points;
+        let points = &world.continuum.points;
         let squares = points.hot.iter().zip(&points.cold).map(|(hot, cold)| {
             let off = hot.position - force_and_place(&cold.origin, time).1;
             off.dot(&off)

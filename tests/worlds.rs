@@ -87,7 +87,10 @@ pub fn open_world<'t>(
 
 /// Row of a grain that this rank owns.
 pub fn row_of(world: &PlanarWorld, id: u64) -> usize {
-    world.grains.cold[..world.grains.owned].iter().position(|cold| cold.id == GrainId(id)).expect("the grain is here")
+    world.assembly.grains.cold[..world.assembly.grains.owned]
+        .iter()
+        .position(|cold| cold.id == GrainId(id))
+        .expect("the grain is here")
 }
 
 /// Numbers that look random and are the same in every run (SplitMix64).

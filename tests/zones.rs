@@ -97,16 +97,22 @@ fn grains_at_rest_turn_into_points_that_bear_what_they_bore() {
     let is_left = |place: &<Plane as Space>::Vector| !stays[grid.at(place[0], place[1]).unwrap()];
     let stress = grain_stress(&mut world, depth).unwrap();
     let (before, energies, points) = (sums(&world), world.energies().unwrap(), world.points_total);
-    let last_id = world.points.cold.iter().map(|cold| cold.id.0).max().unwrap();
-    let moved = world.grains.hot.iter().zip(&world.grains.cold).map(|(hot, cold)| hot.position[0] - cold.origin[0]);
+    let last_id = world.continuum.points.cold.iter().map(|cold| cold.id.0).max().unwrap();
+    let moved = world
+        .assembly
+        .grains
+        .hot
+        .iter()
+        .zip(&world.assembly.grains.cold)
+        .map(|(hot, cold)| hot.position[0] - cold.origin[0]);
     let most = moved.clone().fold(0.0, f64::max);
     let gone: Vec<f64> = moved
-        .zip(&world.grains.hot)
+        .zip(&world.assembly.grains.hot)
         .filter(|(_, hot)| hot.weight == 1.0 && is_left(&hot.position))
         .map(|(moved, _)| moved)
         .collect();
     let gone = gone.iter().sum::<f64>() / gone.len() as f64;
-    let leaving = world.grains.hot.iter().filter(|hot| is_left(&hot.position)).count();
+    let leaving = world.assembly.grains.hot.iter().filter(|hot| is_left(&hot.position)).count();
     assert!(leaving > 50, "only {leaving} of {} grains lie far from the band", world.grains_total);
 
     let done = dissolve(&mut world, (&near, depth, fraction), &instants, &busy).unwrap().expect("grains that rest");
@@ -120,11 +126,11 @@ fn grains_at_rest_turn_into_points_that_bear_what_they_bore() {
     assert!(done.refused.is_empty() && !done.mass_factors.is_empty(), "{done:?}");
     assert!(done.mass_factors.iter().all(|factor| (factor - 1.0).abs() < 0.08), "{done:?}");
     assert!(done.grains_rim > 10 && done.points_whole > 0, "a rim is left and a rim is made: {done:?}");
-    let left = world.grains.hot.iter().filter(|hot| is_left(&hot.position)).count();
+    let left = world.assembly.grains.hot.iter().filter(|hot| is_left(&hot.position)).count();
     assert!(left < leaving / 20, "{left} grains are left behind");
 
     // What was made stands as the grains did, and has come from where they came.
-    let rows: Vec<_> = world.points.rows().collect();
+    let rows: Vec<_> = world.continuum.points.rows().collect();
     assert!(rows.iter().all(|point| !is_left(&point.hot.position) || point.hot.weight == 1.0), "a rim far away");
     let made: Vec<_> = rows.iter().filter(|point| point.cold.id.0 > last_id).collect();
     assert_eq!(made.len() as u64, done.points);

@@ -31,8 +31,8 @@ pub fn watch<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     let since = |hot: &Hot<S, L::Memory>, past: &Past<S>, slot: Option<usize>| {
         hot.memory.plastic_strain() - slot.map_or(0.0, |slot| past.window.samples[slot])
     };
-    world.points.keep_pasts();
-    let rows = world.points.hot.iter().zip(&world.points.pasts);
+    world.continuum.points.keep_pasts();
+    let rows = world.continuum.points.hot.iter().zip(&world.continuum.points.pasts);
     let mut most = [rows.map(|(hot, past)| since(hot, past, last)).fold(0.0, f64::max)];
     world.transport.max(&mut most);
     if !memory.due(most[0], settings) {
@@ -42,13 +42,13 @@ pub fn watch<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     let mut found = false;
     if let Some(begin) = begin {
         let fields = node_fields(world, |hot, past| [since(hot, past, last), since(hot, past, Some(begin))])?;
-        let mut flagged = fields.flagged(settings, world.layout.cell, diameter);
+        let mut flagged = fields.flagged(settings, world.holding.layout.cell, diameter);
         if world.has_grains() {
             flagged = beyond_grains(world, flagged)?;
         }
         found = memory.persists(flagged, settings);
     }
-    for (hot, past) in world.points.hot.iter().zip(&mut world.points.pasts) {
+    for (hot, past) in world.continuum.points.hot.iter().zip(&mut world.continuum.points.pasts) {
         past.window.samples[slot] = hot.memory.plastic_strain();
     }
     world.phases.stop(Phase::Oracle, timer);
@@ -70,7 +70,9 @@ fn cells_of_grains<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<
     let grid = cell_grid(world);
     let mut taken = vec![false; grid.counts[0] * grid.counts[1]];
     let mut parcel = Writer::new();
-    for cell in world.grains.cold[..world.grains.owned].iter().filter_map(|cold| world.cell_of_grain(cold)) {
+    for cell in
+        world.assembly.grains.cold[..world.assembly.grains.owned].iter().filter_map(|cold| world.cell_of_grain(cold))
+    {
         if !std::mem::replace(&mut taken[cell], true) {
             parcel.u64(cell as u64);
         }
@@ -90,14 +92,14 @@ fn node_fields<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     fields: impl Fn(&Hot<S, L::Memory>, &Past<S>) -> [f64; 2] + Sync,
 ) -> Result<NodeFields, Error> {
     const WORDS: usize = 3;
-    let mosaic = &world.nodes.mosaic;
+    let mosaic = &world.holding.nodes.mosaic;
     let mut rows = vec![[0.0; WORDS]; mosaic.rows() + mosaic.rows_received];
-    let frames = &world.frames;
-    let pasts = &world.points.pasts;
+    let frames = &world.continuum.frames;
+    let pasts = &world.continuum.points.pasts;
     let shape = world.settings.grid.shape;
-    let (ranges, tile_len) = (&world.point_ranges, mosaic.nodes_per_tile);
+    let (ranges, tile_len) = (&world.holding.point_ranges, mosaic.nodes_per_tile);
     let tiles = &mut rows[..mosaic.rows()];
-    let held = Held { rows: &mut world.points.hot, beside: &mut [(); 0], tiles, tile_len };
+    let held = Held { rows: &mut world.continuum.points.hot, beside: &mut [(); 0], tiles, tile_len };
     over_blocks(ranges, held, &|block, Held { rows, tiles, .. }| {
         for (row, point) in ranges[block].clone().zip(rows.iter()) {
             let (fields, mass) = (fields(point, &pasts[row]), point.weight * point.mass);
@@ -110,17 +112,17 @@ fn node_fields<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
         }
         0.0
     });
-    let halo = &world.nodes.gathered;
-    halo.pack::<WORDS>(&mut world.buffers, |row| rows[row as usize]);
-    halo.exchange::<WORDS>(world.transport, &mut world.buffers, &mut || {});
-    halo.unpack::<WORDS>(&world.buffers, |row, words| rows[row as usize] = words);
+    let halo = &world.holding.nodes.gathered;
+    halo.pack::<WORDS>(&mut world.holding.buffers, |row| rows[row as usize]);
+    halo.exchange::<WORDS>(world.transport, &mut world.holding.buffers, &mut || {});
+    halo.unpack::<WORDS>(&world.holding.buffers, |row, words| rows[row as usize] = words);
     let sums = mosaic.sum(&rows, [0.0; WORDS], |sum, row| {
         for (sum, row) in sum.iter_mut().zip(row) {
             *sum += row;
         }
     });
 
-    let counts = [world.layout.cells[0], world.layout.cells[1] + 1];
+    let counts = [world.holding.layout.cells[0], world.holding.layout.cells[1] + 1];
     let mut mine = Writer::new();
     let looked_at = mosaic.owned.iter().zip(&sums).filter(|(node, sum)| sum[0] > 0.0 && is_free(world, node.place));
     for (node, sum) in looked_at {
@@ -145,11 +147,12 @@ fn node_fields<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
 /// Whether a node is looked at. What holds material slows the strain of the cells beside it, in a flow without a band as well: nodes
 /// within a cell of plates, of bodies among the material, however they touch it, and of faces that hold along them are not.
 fn is_free<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>, place: [i32; 3]) -> bool {
-    let (cell, y, at) = (world.layout.cell, world.node_height(place), world.layout.node_at::<S::Vector>(place));
+    let (cell, y, at) =
+        (world.holding.layout.cell, world.node_height(place), world.holding.layout.node_at::<S::Vector>(place));
     let near_plate = |away: f64| world.bodies.iter().any(|plate| plate.holds(y + away * cell, cell));
     let near_body = || {
         world.bodies.iter().filter(|body| body.grip.is_some()).any(|body| {
-            let place = place_beside(body, &world.cell, &at);
+            let place = place_beside(body, &world.assembly.cell, &at);
             body.nearest(&place).is_some_and(|nearest| nearest.distance <= cell)
         })
     };
@@ -162,7 +165,7 @@ fn is_free<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>
                     world.settings.grid.faces[axis][usize::from(upper)],
                     Boundary::Fixed | Boundary::Friction { .. }
                 );
-                holds && world.layout.is_behind(beside, axis, upper)
+                holds && world.holding.layout.is_behind(beside, axis, upper)
             })
         })
     };
@@ -171,8 +174,8 @@ fn is_free<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>
 
 /// Where a node of [`NodeFields`] is, m.
 pub fn place_of_node<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>, node: u64) -> [f64; 2] {
-    let columns = world.layout.cells[0] as u64;
-    let at: S::Vector = world.layout.node_at([(node % columns) as i32, (node / columns) as i32, 0]);
+    let columns = world.holding.layout.cells[0] as u64;
+    let at: S::Vector = world.holding.layout.node_at([(node % columns) as i32, (node / columns) as i32, 0]);
     [at[0], at[1]]
 }
 
@@ -182,7 +185,7 @@ pub fn flagged_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     memory: &Memory,
     places: &[[f64; 3]],
 ) -> Column {
-    let layout = &world.layout;
+    let layout = &world.holding.layout;
     let nearest = |place: &[f64; 3]| -> u64 {
         let node = |axis: usize| ((place[axis] - layout.corner[axis]) / layout.cell).round().max(0.0) as u64;
         let columns = layout.cells[0] as u64;

@@ -204,7 +204,7 @@ fn measured<S: Space, C: ContactLaw<S>>(
     world.bodies[UPPER as usize].impulse = S::Vector::zero();
     let speed = Speed::of(&mut world, wanted.stretches, resident, transport)?;
     let impulse = world.bodies[UPPER as usize].impulse;
-    let pairs = world.contacts.neighbours.real_pairs().count();
+    let pairs = world.assembly.contacts.neighbours.real_pairs().count();
     let mut sums = [world.bytes() as i64, pairs as i64];
     transport.sum(&mut sums);
     let per_grain = |sum: f64| sum / speed.rows as f64;

@@ -55,7 +55,7 @@ impl Speed {
     ) -> Result<Self, Error> {
         let rebuilds = world.rebuilds;
         world.phases.seconds = Default::default();
-        world.sent = HaloCounts::default();
+        world.holding.sent = HaloCounts::default();
         let rows = world.grains_total + world.points_total;
         let mut stretches = Vec::with_capacity(wanted.count);
         for _ in 0..wanted.count {
@@ -73,16 +73,16 @@ impl Speed {
         let phases = world.phases.over_ranks(transport);
         let mut resident = [(resident_bytes() - resident).max(0)];
         transport.sum(&mut resident);
-        let mut most = [(world.grains.owned + world.points.len()) as i64];
+        let mut most = [(world.assembly.grains.owned + world.continuum.points.len()) as i64];
         transport.max_integer(&mut most);
-        let mut sent = [world.sent.messages as i64, world.sent.bytes as i64];
+        let mut sent = [world.holding.sent.messages as i64, world.holding.sent.bytes as i64];
         transport.sum(&mut sent);
         let [messages, bytes] = sent.map(|sum| sum as f64 / steps as f64);
         Ok(Self {
             messages,
             bytes,
             space: S::NAME,
-            instructions: world.contacts.instructions().name(),
+            instructions: world.assembly.contacts.instructions().name(),
             rows,
             ranks: transport.size(),
             steps,

@@ -123,7 +123,7 @@ fn measured<S: Space>(wanted: &Wanted, transport: &dyn Transport) -> Result<Meas
     }
     let speed = Speed::of(&mut world, wanted.stretches, resident, transport)?;
     let mut strain = ExactSum::<1>::new();
-    for hot in &world.points.hot {
+    for hot in &world.continuum.points.hot {
         strain.add(0, hot.memory.plastic_strain());
     }
     let plastic_strain = world.reduce(strain)?[0] / speed.rows as f64;

@@ -1,6 +1,7 @@
 //! The grain engine: grains, the pairs that may touch, forces with memory, motion. It does not know ranks: rows beyond
 //! [`grains::Grains::owned`] are copies whose positions and velocities somebody else keeps fresh.
 
+pub mod assembly;
 pub mod bearing;
 pub mod cell;
 pub mod contacts;

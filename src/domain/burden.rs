@@ -65,14 +65,14 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 sums.add(BODY_SLOTS * body + 3 + axis, torque[axis]);
             }
         };
-        for row in self.grains.glued.iter().map(|row| *row as usize) {
-            if let Mover::Body(body) = self.grains.movers[row] {
-                let arm = self.grains.hot[row].position - self.bodies[body as usize].origin();
-                let force = self.grains.force[row];
-                add(body as usize, force, self.grains.torque[row] + S::moment(&arm, &force));
+        for row in self.assembly.grains.glued.iter().map(|row| *row as usize) {
+            if let Mover::Body(body) = self.assembly.grains.movers[row] {
+                let arm = self.assembly.grains.hot[row].position - self.bodies[body as usize].origin();
+                let force = self.assembly.grains.force[row];
+                add(body as usize, force, self.assembly.grains.torque[row] + S::moment(&arm, &force));
             }
         }
-        self.walls.burdens(&self.bodies, add);
+        self.assembly.walls.burdens(&self.bodies, add);
     }
 
     /// What the nodes of this rank bring along that bodies move with them.
@@ -86,11 +86,12 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         };
         let carries = self.bodies.iter().any(Body::carries);
         let coupled = self.is_coupled();
-        for (number, (node, sum)) in self.nodes.mosaic.owned.iter().zip(&self.tiles.sums).enumerate() {
+        for (number, (node, sum)) in self.holding.nodes.mosaic.owned.iter().zip(&self.continuum.tiles.sums).enumerate()
+        {
             if sum.mass() <= 0.0 {
                 continue;
             }
-            let holder = Self::holder(&self.bodies, self.node_height(node.place), self.layout.cell);
+            let holder = Self::holder(&self.bodies, self.node_height(node.place), self.holding.layout.cell);
             if holder.is_none() && !carries {
                 continue;
             }
@@ -98,7 +99,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 (sum.momentum() + sum.force() * dt + gravity * (sum.mass() * dt), sum.mass());
             if coupled {
                 // A body holds what a node makes of both.
-                let grains = &self.tiles.grain_sums[number];
+                let grains = &self.continuum.tiles.grain_sums[number];
                 momentum += grains.momentum() - grains.given();
                 mass += grains.mass();
             }
@@ -106,9 +107,9 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 add(body, &momentum, mass);
                 continue;
             }
-            let place: S::Vector = self.layout.node_at(node.place);
+            let place: S::Vector = self.holding.layout.node_at(node.place);
             for (body, held) in self.bodies.iter().enumerate() {
-                let place = place_beside(held, &self.cell, &place);
+                let place = place_beside(held, &self.assembly.cell, &place);
                 if let Some((momentum, mass)) = held.carried(&place, &momentum, mass) {
                     add(body, &momentum, mass);
                 }

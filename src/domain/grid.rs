@@ -6,6 +6,7 @@ use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::{BODIES_MAX, Body};
 use crate::bodies::boundary::{Grip, Hold, absorbed};
+use crate::dem::assembly::Assembly;
 use crate::dem::cell::Cell;
 use crate::dem::walls::place_beside;
 use crate::domain::accounts::ledger::Entry;
@@ -142,9 +143,9 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     pub(crate) fn book_loads(&mut self) {
         let dt = self.dt_of_continuum();
         // All ranks have all membranes.
-        let of_membranes = if self.transport.rank() == 0 { &self.membranes.brought[..] } else { &[] };
+        let of_membranes = if self.transport.rank() == 0 { &self.continuum.membranes.brought[..] } else { &[] };
         let of_membranes = of_membranes.iter().map(|brought| &brought.force);
-        for push in self.points.loaded.iter().map(|(_, push)| push).chain(of_membranes) {
+        for push in self.continuum.points.loaded.iter().map(|(_, push)| push).chain(of_membranes) {
             for axis in 0..S::DIMENSION {
                 self.reactions.sums.add(LOADS + axis, push[axis] * dt);
             }
@@ -153,11 +154,11 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Books what grains give to bodies that hold nodes as well, so that one account has all that such a body takes.
     pub(crate) fn book_touches(&mut self) {
-        if self.walls.list.is_empty() || self.bodies.iter().all(|body| body.grip.is_none()) {
+        if self.assembly.walls.list.is_empty() || self.bodies.iter().all(|body| body.grip.is_none()) {
             return;
         }
         let dt = self.kick_share() * self.settings.dt;
-        let Self { walls, bodies, reactions, .. } = self;
+        let Self { assembly: Assembly { walls, .. }, bodies, reactions, .. } = self;
         walls.burdens(bodies, |body, force, torque| {
             if bodies[body].grip.is_some() {
                 reactions.on_body::<S>(body, &(force * dt), &(torque * dt));

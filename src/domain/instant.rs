@@ -53,7 +53,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let [translation, rotation, elastic] = [0, 1, 2].map(|place| S::Tensor::COMPONENTS + place);
         let mut contacts = 0;
         let mut of_walls = of_walls.into_iter().peekable();
-        for row in 0..self.grains.owned {
+        for row in 0..self.assembly.grains.owned {
             let mut load = (S::Vector::zero(), S::Spin::zero());
             let mut part = self.part_of_contacts(row, &mut load);
             while let Some(wall) = of_walls.next_if(|wall| wall.row == row) {
@@ -62,7 +62,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 part.moment += wall.moment;
                 part.elastic += wall.elastic;
             }
-            if self.grains.cold[row].mover == Mover::Free {
+            if self.assembly.grains.cold[row].mover == Mover::Free {
                 part.kinetic = self.kinetic_of(row, &load);
             }
             (0..S::Tensor::COMPONENTS).for_each(|component| sums.add(component, part.moment[component]));
@@ -87,12 +87,12 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Contacts with grains: their load on the row, and of those with higher ids what they add to the sums.
     fn part_of_contacts(&self, row: usize, (force, torque): &mut (S::Vector, S::Spin)) -> Part<S> {
-        let (law, grains, times) = (&self.settings.contact, &self.grains, self.contact_times());
+        let (law, grains, times) = (&self.settings.contact, &self.assembly.grains, self.contact_times());
         let mut part = Part { moment: S::Tensor::zero(), elastic: 0.0, contacts: 0, kinetic: [0.0; 2] };
-        for term in self.contacts.neighbours.terms_of(row) {
-            let pair = &self.contacts.neighbours.pairs[term.pair()];
-            let touch = self.contacts.touch_after(grains, pair, times);
-            let mut memory = self.contacts.recall::<C>(term.pair());
+        for term in self.assembly.contacts.neighbours.terms_of(row) {
+            let pair = &self.assembly.contacts.neighbours.pairs[term.pair()];
+            let touch = self.assembly.contacts.touch_after(grains, pair, times);
+            let mut memory = self.assembly.contacts.recall::<C>(term.pair());
             if !law.holds(&touch, &memory) {
                 continue;
             }
@@ -117,8 +117,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Energies of translation and rotation at the full step, with the acceleration of that load.
     fn kinetic_of(&self, row: usize, (force, torque): &(S::Vector, S::Spin)) -> [f64; 2] {
-        let (field, cell, dt) = (self.settings.field, self.cell, self.settings.dt);
-        let hot = &self.grains.hot[row];
+        let (field, cell, dt) = (self.settings.field, self.assembly.cell, self.settings.dt);
+        let hot = &self.assembly.grains.hot[row];
         let mut after = *hot;
         match field.is_plain() && cell.gradient == S::Tensor::zero() {
             true => Falling { gravity: field.gravity }.kick(&mut after, (force, torque), self.kick_share() * dt),
@@ -134,7 +134,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     }
 
     fn loads_of_walls(&self) -> Vec<crate::dem::walls::Load<S>> {
-        let bodies = (self.bodies.as_slice(), &self.cell);
-        self.walls.loads(&self.settings.contact, &self.grains, bodies, self.contact_times()).collect()
+        let bodies = (self.bodies.as_slice(), &self.assembly.cell);
+        self.assembly.walls.loads(&self.settings.contact, &self.assembly.grains, bodies, self.contact_times()).collect()
     }
 }

@@ -5,6 +5,7 @@ pub mod balance;
 pub mod burden;
 pub mod grid;
 pub mod guards;
+pub mod holding;
 pub mod instant;
 pub mod layout;
 pub mod meter;

@@ -12,6 +12,7 @@ use crate::base::record::{Record, Visitor};
 use crate::base::rows::Moved;
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::Body;
+use crate::dem::assembly::Assembly;
 use crate::dem::cell::{Cell, Image};
 use crate::dem::contacts::Contacts;
 use crate::dem::grains::{Cold, GrainRow, Grains, Mover, Tie};
@@ -20,6 +21,7 @@ use crate::dem::walls::Walls;
 use crate::domain::accounts::ledger::points::PointLedger;
 use crate::domain::balance::Balance;
 use crate::domain::grid::Reactions;
+use crate::domain::holding::Holding;
 use crate::domain::layout::{Deal, Layout, NodeRows};
 use crate::domain::phases::{Phase, Phases};
 use crate::domain::servo::Missed;
@@ -28,6 +30,7 @@ use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
+use crate::mpm::continuum::Continuum;
 use crate::mpm::membrane::Membranes;
 use crate::mpm::points::{Cold as PointCold, Point, Points};
 use crate::mpm::tile::Tiles;
@@ -134,47 +137,29 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     ) -> Result<Self, Error> {
         let ranks = transport.size();
         let deal = Deal { ranges: cut(&vec![1; layout.block_count()], ranks), rank: transport.rank() };
+        let mut assembly = Assembly::empty(parts.cell);
+        assembly.cell_home = parts.home.cell;
         let mut world = Self {
             transport,
             settings,
-            layout,
-            deal,
             step,
             step_of_cycle: 0,
-            contacts: Contacts::new(&parts.cell),
-            walls: Walls::default(),
-            forces_wanted: false,
-            missed: Missed::default(),
-            moved: 0.0,
-            points_outside: [0.0; 2],
-            cell_home: parts.home.cell,
-            bodies_home: parts.home.bodies,
-            cell: parts.cell,
+            assembly,
+            continuum: Continuum::empty(parts.membranes),
             bodies: parts.bodies,
-            grains: Grains::default(),
-            ghosts: Halo::default(),
-            points: Points::default(),
-            reactions: Reactions::default(),
-            grain_ranges: Vec::new(),
-            point_ranges: Vec::new(),
-            coupled: Vec::new(),
-            tiles: Tiles::default(),
-            nodes: NodeRows::default(),
-            frames: Vec::new(),
-            radius_max: 0.0,
+            bodies_home: parts.home.bodies,
+            holding: Holding::empty(layout, deal),
             grains_total: 0,
             points_total: 0,
             wish: Wish::None,
             wish_agreed: Wish::None,
             rebuilds: 0,
-            settlings: 0,
+            balance: Balance::from(step),
             phases: Phases::default(),
             ledger: None,
             point_ledger: PointLedger::default(),
-            membranes: parts.membranes,
-            buffers: HaloBuffers::default(),
-            sent: HaloCounts::default(),
-            balance: Balance::from(step),
+            reactions: Reactions::default(),
+            missed: Missed::default(),
         };
         world.locate_vertices()?;
         world.replace(parts.grains, parts.points)?;
@@ -189,7 +174,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     pub fn replace(&mut self, grains: Vec<Row<S, C>>, points: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
         // What has been timed belongs to the rows that have been here.
         self.look_at_costs();
-        self.points = Points::default();
+        self.continuum.points = Points::default();
         self.replace_grains(grains, points)
     }
 
@@ -200,20 +185,21 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         fresh_points: Vec<Point<S, L::Memory>>,
     ) -> Result<(), Error> {
         let (started, booked) = (self.phases.start(), self.phases.total());
-        let mut counts = [grains.len() as i64, (self.points.len() + fresh_points.len()) as i64];
+        let mut counts = [grains.len() as i64, (self.continuum.points.len() + fresh_points.len()) as i64];
         self.transport.sum(&mut counts);
         (self.grains_total, self.points_total) = (counts[0] as u64, counts[1] as u64);
         let mut radius_max = [grains.iter().map(|grain| grain.hot.radius).fold(0.0, f64::max)];
         self.transport.max(&mut radius_max);
-        self.radius_max = radius_max[0];
-        let here = self.points.cold.iter().zip(&self.points.hot).map(|(cold, hot)| (cold, hot.weight));
+        self.assembly.radius_max = radius_max[0];
+        let here =
+            self.continuum.points.cold.iter().zip(&self.continuum.points.hot).map(|(cold, hot)| (cold, hot.weight));
         let weighed = here.chain(fresh_points.iter().map(|point| (&point.cold, point.hot.weight)));
         let weights = self.weigh(grains.iter().map(|grain| &grain.cold), weighed)?;
         let timer = Instant::now();
         self.deal_out(cut(&weights, self.transport.size()));
-        self.grains = Grains::default();
-        self.contacts.clear();
-        self.walls.list.clear();
+        self.assembly.grains = Grains::default();
+        self.assembly.contacts.clear();
+        self.assembly.walls.list.clear();
         self.settle(grains, fresh_points)?;
         self.price_deal(timer);
         self.phases.stop_around(Phase::Balance, started, booked);
@@ -222,7 +208,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// All rows of this rank with their contacts, in block order: along the ranks they are in the order of the curve.
     pub fn rows(&self) -> Rows<S, C, L> {
-        (self.grain_rows(0..self.grains.owned), self.points.rows().collect())
+        (self.grain_rows(0..self.assembly.grains.owned), self.continuum.points.rows().collect())
     }
 
     /// Some of the grains of this rank with their contacts, in block order.
@@ -232,33 +218,40 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// Cell and bodies at the last rebuild.
     pub fn home(&self) -> Home<S> {
-        Home { cell: self.cell_home, bodies: self.bodies_home.clone() }
+        Home { cell: self.assembly.cell_home, bodies: self.bodies_home.clone() }
     }
 
     fn whole_row(&self, row: usize) -> Row<S, C> {
         let contacts = self.carried_by(row).collect();
-        GrainRow { hot: self.grains.hot[row], cold: self.grains.cold[row], tie: self.grains.ties[row], contacts }
+        GrainRow {
+            hot: self.assembly.grains.hot[row],
+            cold: self.assembly.grains.cold[row],
+            tie: self.assembly.grains.ties[row],
+            contacts,
+        }
     }
 
     /// Memories of a row's contacts with grains, then with bodies.
     pub(crate) fn carried_by(&self, row: usize) -> impl Iterator<Item = (GrainId, C::Memory<f64>)> {
-        self.contacts.carried_by::<C>(&self.grains, row).chain(self.walls.carried_by(row))
+        self.assembly.contacts.carried_by::<C>(&self.assembly.grains, row).chain(self.assembly.walls.carried_by(row))
     }
 
     /// Sends everything home: position of now becomes home, wrapped into the cell.
     pub fn rebuild(&mut self) -> Result<(), Error> {
         let (timer, booked) = (self.phases.start(), self.phases.total());
-        for (i, j, times) in self.cell.shorten() {
-            for cold in &mut self.grains.cold[..self.grains.owned] {
+        for (i, j, times) in self.assembly.cell.shorten() {
+            for cold in &mut self.assembly.grains.cold[..self.assembly.grains.owned] {
                 cold.image[i] += times * cold.image[j];
             }
         }
-        for (hot, cold) in self.grains.hot[..self.grains.owned].iter_mut().zip(&mut self.grains.cold) {
-            add_image(&mut cold.image, self.cell.wrap(&mut hot.position, &mut hot.velocity));
+        for (hot, cold) in
+            self.assembly.grains.hot[..self.assembly.grains.owned].iter_mut().zip(&mut self.assembly.grains.cold)
+        {
+            add_image(&mut cold.image, self.assembly.cell.wrap(&mut hot.position, &mut hot.velocity));
             cold.home = hot.position;
         }
-        for (hot, cold) in self.points.hot.iter_mut().zip(&mut self.points.cold) {
-            add_image(&mut cold.image, self.cell.wrap(&mut hot.position, &mut hot.velocity));
+        for (hot, cold) in self.continuum.points.hot.iter_mut().zip(&mut self.continuum.points.cold) {
+            add_image(&mut cold.image, self.assembly.cell.wrap(&mut hot.position, &mut hot.velocity));
             cold.home = hot.position;
         }
         self.rebuilds += 1;
@@ -269,10 +262,10 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// Cell, bodies and vertices are at home where they are: lists that are made next are as old as that.
     pub(crate) fn be_home(&mut self) {
-        self.cell_home = self.cell;
+        self.assembly.cell_home = self.assembly.cell;
         self.bodies_home.clear();
         self.bodies_home.extend(self.bodies.iter().map(|body| body.displacement));
-        self.membranes.vertices.iter_mut().for_each(|vertex| vertex.home = vertex.position);
+        self.continuum.membranes.vertices.iter_mut().for_each(|vertex| vertex.home = vertex.position);
     }
 
     /// Sends rows where they belong now, dealing blocks anew if that is due.
@@ -296,7 +289,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         fresh: Vec<Row<S, C>>,
         fresh_points: Vec<Point<S, L::Memory>>,
     ) -> Result<(), Error> {
-        self.settlings += 1;
+        self.holding.settlings += 1;
         self.settle_points(fresh_points)?;
         self.settle_grains(fresh)?;
         self.check_counts()?;
@@ -306,56 +299,61 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     fn settle_points(&mut self, fresh: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
         let places = || -> Result<Vec<Place>, Error> {
-            let here = self.points.cold.iter();
+            let here = self.continuum.points.cold.iter();
             here.chain(fresh.iter().map(|point| &point.cold)).map(|cold| self.block_of_point(cold)).collect()
         };
         let places = transfer::agree(self.transport, places())?;
-        let held = self.points.len();
-        let (order, to_ranks) =
-            self.part(&places, held, |row| self.points.cold[row].id.0, |row| self.points.row(row), fresh);
+        let held = self.continuum.points.len();
+        let (order, to_ranks) = self.part(
+            &places,
+            held,
+            |row| self.continuum.points.cold[row].id.0,
+            |row| self.continuum.points.row(row),
+            fresh,
+        );
         self.count_leaving(&to_ranks);
         let moved = self.join(Travel::Points, (order, held), to_ranks, |point| {
             Ok((self.block_of_point(&point.cold)?, point.cold.id.0))
         })?;
-        self.points.take_order(&moved);
-        self.point_ranges = moved.ranges;
+        self.continuum.points.take_order(&moved);
+        self.holding.point_ranges = moved.ranges;
         Ok(())
     }
 
     /// Rows that stay are moved once, into their new order; only those that leave become parcels.
     fn settle_grains(&mut self, fresh: Vec<Row<S, C>>) -> Result<(), Error> {
         let places = || -> Result<Vec<Place>, Error> {
-            let here = self.grains.cold[..self.grains.owned].iter();
+            let here = self.assembly.grains.cold[..self.assembly.grains.owned].iter();
             here.chain(fresh.iter().map(|row| &row.cold)).map(|cold| self.block_of_grain(cold)).collect()
         };
         let places = transfer::agree(self.transport, places())?;
         self.refuse_thin_blocks()?;
-        let owned = self.grains.owned;
+        let owned = self.assembly.grains.owned;
         let mut memories = Memories::default();
         for (row, place) in places[..owned].iter().enumerate() {
-            match self.deal.owner(place.0) == self.deal.rank {
+            match self.holding.deal.owner(place.0) == self.holding.deal.rank {
                 true => memories.push(self.carried_by(row)),
                 false => memories.push(std::iter::empty()),
             }
         }
         let (order, to_ranks) =
-            self.part(&places, owned, |row| self.grains.cold[row].id.0, |row| self.whole_row(row), fresh);
+            self.part(&places, owned, |row| self.assembly.grains.cold[row].id.0, |row| self.whole_row(row), fresh);
         drop(places);
         self.count_leaving(&to_ranks);
-        self.contacts.clear();
+        self.assembly.contacts.clear();
         let moved = self.join(Travel::Grains, (order, owned), to_ranks, |row| {
             Ok((self.block_of_grain(&row.cold)?, row.cold.id.0))
         })?;
-        self.grains.hot = moved.ordered(&self.grains.hot, |row| row.hot);
-        self.grains.cold = moved.ordered(&self.grains.cold, |row| row.cold);
-        self.grains.ties = moved.ordered(&self.grains.ties, |row| row.tie);
+        self.assembly.grains.hot = moved.ordered(&self.assembly.grains.hot, |row| row.hot);
+        self.assembly.grains.cold = moved.ordered(&self.assembly.grains.cold, |row| row.cold);
+        self.assembly.grains.ties = moved.ordered(&self.assembly.grains.ties, |row| row.tie);
         let Moved { sources, arrived, ranges, .. } = moved;
-        self.grain_ranges = ranges;
+        self.holding.grain_ranges = ranges;
         let pick = |source: &u32| (*source as usize).checked_sub(owned);
-        self.grains.owned = sources.len();
-        self.grains.settle();
-        self.moved = 0.0;
-        self.points_outside = [0.0; 2];
+        self.assembly.grains.owned = sources.len();
+        self.assembly.grains.settle();
+        self.assembly.moved = 0.0;
+        self.continuum.points_outside = [0.0; 2];
         self.fetch_ghosts()?;
 
         let carried = |row: usize| match pick(&sources[row]) {
@@ -363,25 +361,25 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             Some(number) => &arrived[number].contacts,
         };
         let margin = self.settings.skin + self.settings.contact.reach();
-        self.contacts.rebuild::<C>(&self.grains, &self.cell_home, carried, margin);
-        self.walls.rebuild(&self.grains, (&self.bodies, &self.cell_home), carried, margin);
-        self.grains.come_near_bodies(self.walls.list.iter().map(|wall| wall.row));
+        self.assembly.contacts.rebuild::<C>(&self.assembly.grains, &self.assembly.cell_home, carried, margin);
+        self.assembly.walls.rebuild(&self.assembly.grains, (&self.bodies, &self.assembly.cell_home), carried, margin);
+        self.assembly.grains.come_near_bodies(self.assembly.walls.list.iter().map(|wall| wall.row));
         Ok(())
     }
 
     /// How far apart the centres of two grains may be and still be listed as a pair, m.
     pub(crate) fn reach(&self) -> f64 {
-        2.0 * self.radius_max + self.settings.skin + self.settings.contact.reach()
+        2.0 * self.assembly.radius_max + self.settings.skin + self.settings.contact.reach()
     }
 
     /// A block's copies come from its neighbours alone, so a contact must not reach across one.
     fn refuse_thin_blocks(&self) -> Result<(), Error> {
         let reach = self.reach();
-        let blocks = self.layout.blocks();
+        let blocks = self.holding.layout.blocks();
         for (axis, count) in blocks.into_iter().enumerate().take(S::DIMENSION) {
-            let height = self.cell_home.height(axis);
+            let height = self.assembly.cell_home.height(axis);
             // One or two blocks are neighbours of everything; a pair's nearest image must then be the only one in reach.
-            let thinnest = match (count > 2, self.cell.periodic[axis]) {
+            let thinnest = match (count > 2, self.assembly.cell.periodic[axis]) {
                 (true, _) => height / count as f64,
                 (false, true) => 0.5 * height,
                 (false, false) => f64::INFINITY,
@@ -398,7 +396,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// The number of an exchange, which all ranks count alike.
     fn number_of(&self, travel: Travel) -> u64 {
-        self.settlings * TRAVELS + travel as u64
+        self.holding.settlings * TRAVELS + travel as u64
     }
 
     /// Rows that stay are not packed; the others travel in parcels.
@@ -426,18 +424,18 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let mut to_ranks: Vec<Vec<T>> = (0..self.transport.size()).map(|_| Vec::new()).collect();
         let mut order = Vec::with_capacity(places.len());
         for (row, place) in places[..held].iter().enumerate() {
-            match self.deal.owner(place.0) {
-                owner if owner == self.deal.rank => order.push((*place, id(row), row as u32)),
+            match self.holding.deal.owner(place.0) {
+                owner if owner == self.holding.deal.rank => order.push((*place, id(row), row as u32)),
                 owner => to_ranks[owner].push(whole(row)),
             }
         }
-        let rank = self.deal.rank;
-        match places[held..].iter().all(|place| self.deal.owner(place.0) == rank) {
+        let rank = self.holding.deal.rank;
+        match places[held..].iter().all(|place| self.holding.deal.owner(place.0) == rank) {
             // On one rank nothing is moved: at the start and at an enrichment these are most rows that there are.
             true => to_ranks[rank] = fresh,
             false => {
                 for (row, place) in fresh.into_iter().zip(&places[held..]) {
-                    to_ranks[self.deal.owner(place.0)].push(row);
+                    to_ranks[self.holding.deal.owner(place.0)].push(row);
                 }
             }
         }
@@ -463,7 +461,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     }
 
     fn check_counts(&self) -> Result<(), Error> {
-        let mut counts = [self.grains.owned as i64, self.points.len() as i64];
+        let mut counts = [self.assembly.grains.owned as i64, self.continuum.points.len() as i64];
         self.transport.sum(&mut counts);
         for (found, expected, what) in
             [(counts[0], self.grains_total, "grains"), (counts[1], self.points_total, "points")]
@@ -488,13 +486,13 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             }
             start..next
         };
-        self.deal.held().map(&mut range_of).collect()
+        self.holding.deal.held().map(&mut range_of).collect()
     }
 
     /// Parts of a cell along each axis, some two grains wide: grains of one part stand together, so that those that touch are near each
     /// other in memory, however many of them a cell of the grid holds.
     fn parts_of_cell(&self) -> usize {
-        let parts = self.layout.cell / (SKINS_OF_PART * self.settings.skin);
+        let parts = self.holding.layout.cell / (SKINS_OF_PART * self.settings.skin);
         parts.floor().clamp(1.0, PARTS_MAX) as usize
     }
 
@@ -504,12 +502,12 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// Number of the cell that a grain of this rank lay in at the last rebuild, by the same reckoning as its block.
     pub(crate) fn cell_of_grain(&self, cold: &Cold<S>) -> Option<usize> {
-        self.layout.cell_of::<S>(&self.cell_home.fraction(&cold.home), self.parts_of_cell())
+        self.holding.layout.cell_of::<S>(&self.assembly.cell_home.fraction(&cold.home), self.parts_of_cell())
     }
 
     /// The same of a point.
     pub(crate) fn cell_of_point(&self, cold: &PointCold<S>) -> Option<usize> {
-        self.layout.cell_of::<S>(&self.cell_home.fraction(&cold.home), 1)
+        self.holding.layout.cell_of::<S>(&self.assembly.cell_home.fraction(&cold.home), 1)
     }
 
     pub(crate) fn block_of_point(&self, cold: &PointCold<S>) -> Result<Place, Error> {
@@ -518,7 +516,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// Block of a place, and which of the parts of its cells it lies in.
     fn block_of(&self, home: &S::Vector, parts: usize, what: &str, id: u64) -> Result<Place, Error> {
-        self.layout.place::<S>(&self.cell_home.fraction(home), parts).ok_or_else(|| {
+        self.holding.layout.place::<S>(&self.assembly.cell_home.fraction(home), parts).ok_or_else(|| {
             let place: Vec<String> = (0..S::DIMENSION).map(|axis| format!("{:.6e}", home[axis])).collect();
             Error::Run(format!(
                 "step {}: {what} {id} on rank {} is at ({}) m, outside the domain; the run is unstable, or the domain too small: check time.step and the last frames, or move the edges of the domain outwards (cell.lower and cell.upper, of a continuum grid.lower and grid.upper)",
@@ -534,24 +532,25 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let reach = self.reach();
         let mut heights = [0.0; 3];
         for (axis, height) in heights.iter_mut().enumerate().take(S::DIMENSION) {
-            *height = self.cell_home.height(axis);
+            *height = self.assembly.cell_home.height(axis);
         }
         let mut rows_to: Vec<Vec<u32>> = vec![Vec::new(); self.transport.size()];
-        for (block, range) in self.deal.held().zip(&self.grain_ranges) {
+        for (block, range) in self.holding.deal.held().zip(&self.holding.grain_ranges) {
             let around: Vec<(usize, usize)> = self
+                .holding
                 .layout
                 .around(block)
                 .into_iter()
-                .map(|neighbour| (self.deal.owner(neighbour), neighbour))
-                .filter(|(owner, _)| *owner != self.deal.rank)
+                .map(|neighbour| (self.holding.deal.owner(neighbour), neighbour))
+                .filter(|(owner, _)| *owner != self.holding.deal.rank)
                 .collect();
             if around.is_empty() {
                 continue;
             }
             for row in range.clone() {
-                let fraction = self.cell_home.fraction(&self.grains.cold[row].home);
+                let fraction = self.assembly.cell_home.fraction(&self.assembly.grains.cold[row].home);
                 for (owner, neighbour) in &around {
-                    let near = self.layout.distance::<S>(&fraction, *neighbour, &heights) <= reach;
+                    let near = self.holding.layout.distance::<S>(&fraction, *neighbour, &heights) <= reach;
                     if near && rows_to[*owner].last() != Some(&(row as u32)) {
                         rows_to[*owner].push(row as u32);
                     }
@@ -559,8 +558,8 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             }
         }
         let copy = |row: &u32| GrainRow {
-            hot: self.grains.hot[*row as usize],
-            cold: self.grains.cold[*row as usize],
+            hot: self.assembly.grains.hot[*row as usize],
+            cold: self.assembly.grains.cold[*row as usize],
             tie: Tie::loose(),
             contacts: Vec::<(_, C::Memory<f64>)>::new(),
         };
@@ -573,17 +572,18 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let incoming = transfer::exchange::<Row<S, C>>(self.transport, self.number_of(Travel::Ghosts), outgoing)?;
         // Exactly, since growing would double the arrays of owned rows as well.
         let copies = incoming.iter().map(Vec::len).sum();
-        self.grains.hot.reserve_exact(copies);
-        self.grains.cold.reserve_exact(copies);
-        self.ghosts = Halo::default();
-        self.ghosts.sends = rows_to.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()).collect::<Vec<_>>();
+        self.assembly.grains.hot.reserve_exact(copies);
+        self.assembly.grains.cold.reserve_exact(copies);
+        self.holding.ghosts = Halo::default();
+        self.holding.ghosts.sends =
+            rows_to.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()).collect::<Vec<_>>();
         for (peer, rows) in incoming.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()) {
-            let first = self.grains.hot.len() as u32;
+            let first = self.assembly.grains.hot.len() as u32;
             for row in &rows {
-                self.grains.hot.push(row.hot);
-                self.grains.cold.push(row.cold);
+                self.assembly.grains.hot.push(row.hot);
+                self.assembly.grains.cold.push(row.cold);
             }
-            self.ghosts.receives.push((peer, first..first + rows.len() as u32));
+            self.holding.ghosts.receives.push((peer, first..first + rows.len() as u32));
         }
         Ok(())
     }
@@ -591,14 +591,16 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     /// Blocks whose grains may share nodes: those with grains within reach of points of the reconciliation zone, or of membranes.
     fn mark_coupled(&mut self) {
         if !self.is_coupled() {
-            self.coupled = vec![false; self.deal.held().len()];
+            self.holding.coupled = vec![false; self.holding.deal.held().len()];
             self.untie();
             return;
         }
-        let blocks = self.layout.block_count();
+        let blocks = self.holding.layout.block_count();
         let mut counts = vec![0i64; 2 * blocks];
-        for ((block, points), grains) in self.deal.held().zip(&self.point_ranges).zip(&self.grain_ranges) {
-            counts[block] = i64::from(self.points.hot[points.clone()].iter().any(|point| point.weight < 1.0));
+        for ((block, points), grains) in
+            self.holding.deal.held().zip(&self.holding.point_ranges).zip(&self.holding.grain_ranges)
+        {
+            counts[block] = i64::from(self.continuum.points.hot[points.clone()].iter().any(|point| point.weight < 1.0));
             counts[blocks + block] = grains.len() as i64;
         }
         self.transport.sum(&mut counts);
@@ -607,19 +609,20 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let near = self.near_rim(rim);
         let coupled: Vec<bool> = near.iter().zip(&*grains).map(|(near, grains)| *near && *grains > 0).collect();
         // Grains of a block bring to nodes of the blocks around it.
-        let shared = self.with_blocks_around(&coupled)[self.deal.held()].to_vec();
-        let coupled = &coupled[self.deal.held()];
-        if self.coupled != coupled || self.tiles.shared != shared {
-            self.coupled = coupled.to_vec();
-            self.tiles.share(&self.nodes.mosaic, shared);
+        let shared = self.with_blocks_around(&coupled)[self.holding.deal.held()].to_vec();
+        let coupled = &coupled[self.holding.deal.held()];
+        if self.holding.coupled != coupled || self.continuum.tiles.shared != shared {
+            self.holding.coupled = coupled.to_vec();
+            self.continuum.tiles.share(&self.holding.nodes.mosaic, shared);
         }
         self.untie();
     }
 
     /// Grains away from points have nothing to be tied to.
     fn untie(&mut self) {
-        for (_, range) in self.coupled.iter().zip(&self.grain_ranges).filter(|(coupled, _)| !**coupled) {
-            self.grains.ties[range.clone()].fill(Tie::loose());
+        for (_, range) in self.holding.coupled.iter().zip(&self.holding.grain_ranges).filter(|(coupled, _)| !**coupled)
+        {
+            self.assembly.grains.ties[range.clone()].fill(Tie::loose());
         }
     }
 
@@ -629,7 +632,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         if !near.contains(&true) {
             return near;
         }
-        for _ in 0..COUPLED_CELLS.div_ceil(self.layout.cells_per_block) {
+        for _ in 0..COUPLED_CELLS.div_ceil(self.holding.layout.cells_per_block) {
             near = self.with_blocks_around(&near);
         }
         near
@@ -637,7 +640,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// Blocks of the whole domain that are among those or beside one of them.
     fn with_blocks_around(&self, blocks: &[bool]) -> Vec<bool> {
-        let beside = |block: usize| self.layout.around(block).into_iter().any(|neighbour| blocks[neighbour]);
+        let beside = |block: usize| self.holding.layout.around(block).into_iter().any(|neighbour| blocks[neighbour]);
         (0..blocks.len()).map(|block| blocks[block] || beside(block)).collect()
     }
 }

@@ -125,10 +125,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let drive = self.settings.drive;
         let Some(servo) = drive.servo else { return Ok(drive.gradient) };
         if !self.step.is_multiple_of(servo.interval) {
-            return Ok(self.cell.gradient);
+            return Ok(self.assembly.cell.gradient);
         }
         let sums = self.strained()?;
-        let volume = self.cell.volume() * servo.depth;
+        let volume = self.assembly.cell.volume() * servo.depth;
         let between = servo.interval as f64 * self.settings.dt;
         let bears = (0..S::DIMENSION).any(|axis| sums.springs[axis] > 0.0 || sums.dashpots[axis] > 0.0);
         let mut gradient = drive.gradient;
@@ -139,12 +139,12 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             let resistance = [sums.springs[axis] / volume, sums.dashpots[axis] / volume];
             let [rate, learns] = servo.response.to(missing, resistance, between);
             if !bears {
-                self.cell.learnt[axis] = 0.0;
+                self.assembly.cell.learnt[axis] = 0.0;
             }
-            let wanted = rate + self.cell.learnt[axis];
+            let wanted = rate + self.assembly.cell.learnt[axis];
             gradient[diagonal] = wanted.clamp(-servo.rate_max, servo.rate_max);
             if gradient[diagonal] == wanted {
-                self.cell.learnt[axis] += learns;
+                self.assembly.cell.learnt[axis] += learns;
             }
             self.missed.squares[axis] += missing * missing;
         }
@@ -155,7 +155,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Sums over all contacts of the world at the evaluation just done. Within a block rows are summed in their order, blocks
     /// exactly.
     fn strained(&self) -> Result<Strained<S>, Error> {
-        let (law, grains, cell) = (&self.settings.contact, &self.grains, &self.cell);
+        let (law, grains, cell) = (&self.settings.contact, &self.assembly.grains, &self.assembly.cell);
         let mut sums = ExactSum::<15>::new();
         let [of_springs, of_dashpots] = [S::Tensor::COMPONENTS, S::Tensor::COMPONENTS + S::DIMENSION];
         let mut add = |part: &Strained<S>| {
@@ -165,17 +165,17 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 sums.add(of_dashpots + axis, part.dashpots[axis]);
             }
         };
-        for range in &self.grain_ranges {
+        for range in &self.holding.grain_ranges {
             let mut block = Strained::zero();
             for row in range.clone() {
-                let part = self.contacts.strained(law, grains, cell, row);
+                let part = self.assembly.contacts.strained(law, grains, cell, row);
                 block.moment += part.moment;
                 block.springs += part.springs;
                 block.dashpots += part.dashpots;
             }
             add(&block);
         }
-        self.walls.strained(law, grains, cell).for_each(|part| add(&part));
+        self.assembly.walls.strained(law, grains, cell).for_each(|part| add(&part));
         let total = self.reduce(sums)?;
         let mut strained = Strained::<S>::zero();
         for (component, sum) in total.iter().take(S::Tensor::COMPONENTS).enumerate() {
@@ -195,9 +195,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.refresh_ghosts();
         let law = &self.settings.contact;
         let times = self.contact_times();
-        let walls = self.walls.bearings(law, &self.grains, (&self.bodies, &self.cell), times);
+        let walls =
+            self.assembly.walls.bearings(law, &self.assembly.grains, (&self.bodies, &self.assembly.cell), times);
         let walls = walls.map(|bearing| bearing.moment() * bearing.weight);
-        self.sum_moments(|row| self.contacts.moment(law, &self.grains, row, times), walls)
+        self.sum_moments(|row| self.assembly.contacts.moment(law, &self.assembly.grains, row, times), walls)
     }
 
     fn sum_moments(
@@ -211,7 +212,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 sums.add(component, moment[component]);
             }
         };
-        for range in &self.grain_ranges {
+        for range in &self.holding.grain_ranges {
             let mut block = S::Tensor::zero();
             for row in range.clone() {
                 block += of_row(row);

@@ -2,37 +2,32 @@
 //! partition; the physics below is called block by block and row by row.
 
 use std::mem;
-use std::ops::Range;
 
-use scree_partition::{Halo, HaloBuffers, HaloCounts, Transport};
+use scree_partition::{Halo, Transport};
 
 use crate::base::error::Error;
 use crate::base::numbers::Numbers;
 use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::Body;
-use crate::dem::cell::Cell;
-use crate::dem::contacts::{Contacts, Part};
+use crate::dem::assembly::Assembly;
+use crate::dem::contacts::Part;
 use crate::dem::grains::Grains;
 use crate::dem::motion::{self, Damped, Falling, Field, Moves};
 use crate::dem::segments::{Finish, Segments, Wait, finish_waiting};
-use crate::dem::walls::Walls;
 use crate::domain::accounts::ledger::EnergyLedger;
 use crate::domain::accounts::ledger::points::PointLedger;
 use crate::domain::balance::Balance;
 use crate::domain::grid::{Grid, Reactions};
-use crate::domain::layout::{Deal, Layout, NodeRows};
+use crate::domain::holding::Holding;
 use crate::domain::phases::{Phase, Phases};
 use crate::domain::servo::{CellDrive, Missed};
 use crate::domain::stop::Wish;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
+use crate::mpm::continuum::Continuum;
 use crate::mpm::load::Load;
-use crate::mpm::membrane::Membranes;
-use crate::mpm::points::Points;
-use crate::mpm::scatter::TileFrame;
 use crate::mpm::shape::DRIFT_MAX;
-use crate::mpm::tile::Tiles;
 
 /// Share of its velocity that a grain which is pushed beside its contacts loses in a step: one that is thrown stops within a part of its
 /// size.
@@ -67,31 +62,17 @@ pub struct Settings<S: Space, C, L> {
 pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub transport: &'t dyn Transport,
     pub settings: Settings<S, C, L>,
-    pub layout: Layout,
-    pub deal: Deal,
     /// Steps done.
     pub step: u64,
     /// Steps of grains done in the cycle under way.
     pub(crate) step_of_cycle: u64,
-    pub cell: Cell<S>,
+    /// Those of this rank, and copies of others that these touch.
+    pub assembly: Assembly<S, C>,
+    pub continuum: Continuum<S, L::Memory>,
     pub bodies: Vec<Body<S>>,
-    pub grains: Grains<S>,
-    pub contacts: Contacts<S>,
-    /// Contacts of grains with bodies.
-    pub walls: Walls<S, C>,
-    /// Copies of other ranks' grains.
-    pub ghosts: Halo,
-    pub points: Points<S, L::Memory>,
-    /// Rows of the blocks held here.
-    pub grain_ranges: Vec<Range<usize>>,
-    pub point_ranges: Vec<Range<usize>>,
-    /// Blocks held here whose grains may share nodes with points of the reconciliation zone.
-    pub coupled: Vec<bool>,
-    pub nodes: NodeRows,
-    pub tiles: Tiles<S>,
-    pub frames: Vec<TileFrame<S>>,
-    /// Largest radius of any grain of the world, m.
-    pub radius_max: f64,
+    /// Displacement of each body at the last rebuild, m.
+    pub(crate) bodies_home: Vec<S::Vector>,
+    pub holding: Holding,
     /// Grains and points in the whole world; whatever changes them on purpose says so here, everything else is a loss.
     pub grains_total: u64,
     pub points_total: u64,
@@ -99,32 +80,15 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub wish: Wish,
     pub wish_agreed: Wish,
     pub rebuilds: u64,
-    /// Times that rows have settled: parcels are numbered by it.
-    pub(crate) settlings: u64,
+    /// Who holds which block as the work moves.
+    pub balance: Balance,
     pub phases: Phases,
     /// Where the work goes, if that is to be known.
     pub(crate) ledger: Option<Box<EnergyLedger<S, C>>>,
     /// The same of a continuum, and its energies.
     pub point_ledger: PointLedger<S>,
-    /// Membranes, all of them on every rank.
-    pub membranes: Membranes<S>,
     /// Impulses on what holds nodes.
     pub reactions: Reactions,
-    pub(crate) buffers: HaloBuffers,
-    /// Messages of steps that this rank has sent.
-    pub sent: HaloCounts,
-    /// Who holds which block as the work moves.
-    pub balance: Balance,
-    /// Displacement of each body at the last rebuild, m.
-    pub(crate) bodies_home: Vec<S::Vector>,
-    /// Whether forces of contacts, or energies of points, will be asked for after the coming step.
-    pub forces_wanted: bool,
-    /// The longest way that a grain of this rank has come from home, m.
-    pub(crate) moved: f64,
-    /// How far a point of this rank is out of its block along an axis, at most, by the tier of its tile, m.
-    pub(crate) points_outside: [f64; 2],
-    /// The cell at the last rebuild.
-    pub(crate) cell_home: Cell<S>,
     /// How a control of stress has followed since the last row.
     pub missed: Missed,
 }
@@ -168,7 +132,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             self.accelerate_bodies()?;
         }
         let timer = self.phases.start();
-        self.moved = larger(farthest, motion::follow_and_drift(&mut self.grains, &self.bodies, dt)).sqrt();
+        self.assembly.moved =
+            larger(farthest, motion::follow_and_drift(&mut self.assembly.grains, &self.bodies, dt)).sqrt();
         for body in &mut self.bodies {
             body.drift(dt);
         }
@@ -212,7 +177,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Whether anything goes to nodes of its own: points, or the vertices of membranes.
     pub(crate) fn has_grid(&self) -> bool {
-        self.has_points() || !self.membranes.is_empty()
+        self.has_points() || !self.continuum.membranes.is_empty()
     }
 
     pub(crate) fn has_grains(&self) -> bool {
@@ -224,9 +189,9 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     pub fn refresh_ghosts(&mut self) {
         if self.has_grains() {
             // Messages of steps alone are counted.
-            let sent = self.sent;
+            let sent = self.holding.sent;
             self.renew_ghosts(|_| ());
-            self.sent = sent;
+            self.holding.sent = sent;
         }
     }
 
@@ -240,15 +205,15 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn renew<const W: usize>(&mut self, meanwhile: impl FnOnce(&mut Self)) {
         let timer = self.phases.start();
-        self.contacts.settle_images(&self.cell);
+        self.assembly.contacts.settle_images(&self.assembly.cell);
         self.phases.stop(Phase::Halo, timer);
         self.travel(
-            |world| &mut world.ghosts,
+            |world| &mut world.holding.ghosts,
             // The words of a record begin with those that travel.
-            |world, row| -> [f64; W] { std::array::from_fn(|word| world.grains.hot[row].numbers()[word]) },
+            |world, row| -> [f64; W] { std::array::from_fn(|word| world.assembly.grains.hot[row].numbers()[word]) },
             meanwhile,
             |world, row, words| {
-                let hot = &mut world.grains.hot[row];
+                let hot = &mut world.assembly.grains.hot[row];
                 for axis in 0..S::DIMENSION {
                     hot.position[axis] = words[axis];
                     hot.velocity[axis] = words[S::DIMENSION + axis];
@@ -271,7 +236,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let (timer, booked) = (self.phases.start(), self.phases.total());
         let (transport, mut meanwhile) = (self.transport, Some(meanwhile));
         // Out of the world for as long as it is worked on; nothing is copied.
-        let (rows, mut buffers) = (mem::take(halo(self)), mem::take(&mut self.buffers));
+        let (rows, mut buffers) = (mem::take(halo(self)), mem::take(&mut self.holding.buffers));
         rows.pack(&mut buffers, |row| pack(self, row as usize));
         rows.exchange::<W>(transport, &mut buffers, &mut || {
             if let Some(meanwhile) = meanwhile.take() {
@@ -279,8 +244,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             }
         });
         rows.unpack(&buffers, |row, words| unpack(self, row as usize, words));
-        self.sent += rows.counts::<W>();
-        (*halo(self), self.buffers) = (rows, buffers);
+        self.holding.sent += rows.counts::<W>();
+        (*halo(self), self.holding.buffers) = (rows, buffers);
         self.phases.stop_around(Phase::Halo, timer, booked);
     }
 
@@ -295,14 +260,15 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if !self.has_grains() {
             return 0.0;
         }
-        let keeps = self.forces_wanted || self.ledger.is_some() || self.settings.drive.servo.is_some();
-        self.contacts.keep_forces(keeps);
+        let keeps = self.assembly.forces_wanted || self.ledger.is_some() || self.settings.drive.servo.is_some();
+        self.assembly.contacts.keep_forces(keeps);
         let (law, times) = (self.settings.contact, self.contact_times());
         let mut farthest = 0.0;
         let mut pass = |world: &mut Self, pairs: Part, segments: Segments| {
             let timer = world.phases.start();
-            world.contacts.pair_pass(&law, &world.grains, pairs, times);
-            let passed = world.contacts.segment_pass(&law, &mut world.grains, segments, times, finish);
+            world.assembly.contacts.pair_pass(&law, &world.assembly.grains, pairs, times);
+            let passed =
+                world.assembly.contacts.segment_pass(&law, &mut world.assembly.grains, segments, times, finish);
             world.phases.split(timer.elapsed().as_secs_f64(), &passed);
             farthest = larger(farthest, passed.farthest);
         };
@@ -319,7 +285,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// The same, and their kicks; where nothing comes between these and their drift, that as well. Returns the square of the longest way
     /// that a grain has come from home by it, m2.
     fn evaluate_and_kick<const DRIFTS: bool>(&mut self) -> f64 {
-        let (field, cell, dt) = (self.settings.field, self.cell, self.settings.dt);
+        let (field, cell, dt) = (self.settings.field, self.assembly.cell, self.settings.dt);
         let dt_kick = self.kick_share() * dt;
         match field.is_plain() && cell.gradient == S::Tensor::zero() {
             true => self.evaluate(&Moves::<_, DRIFTS> { kick: Falling { gravity: field.gravity }, dt_kick, dt }),
@@ -332,8 +298,13 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let farthest = self.evaluate_pairs(finish);
         let timer = self.phases.start();
         let times = self.contact_times();
-        self.walls.evaluate(&self.settings.contact, &mut self.grains, (&self.bodies, &self.cell), times);
-        let Grains { pushed, force, hot, .. } = &mut self.grains;
+        self.assembly.walls.evaluate(
+            &self.settings.contact,
+            &mut self.assembly.grains,
+            (&self.bodies, &self.assembly.cell),
+            times,
+        );
+        let Grains { pushed, force, hot, .. } = &mut self.assembly.grains;
         // What nothing leans on any more would be pushed away for good; it stops instead.
         for (row, push) in pushed.iter().map(|(row, push)| (*row as usize, *push)) {
             if force[row] != S::Vector::zero() {
@@ -341,7 +312,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             }
             force[row] -= hot[row].velocity * (PUSHED_DRAG * hot[row].weight * hot[row].mass / self.settings.dt);
         }
-        let farthest = larger(farthest, finish_waiting(&mut self.grains, finish));
+        let farthest = larger(farthest, finish_waiting(&mut self.assembly.grains, finish));
         self.phases.stop(Phase::Contacts, timer);
         farthest
     }
@@ -353,7 +324,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Height of a node, m.
     pub(crate) fn node_height(&self, place: [i32; 3]) -> f64 {
-        self.layout.corner[1] + f64::from(place[1]) * self.layout.cell
+        self.holding.layout.corner[1] + f64::from(place[1]) * self.holding.layout.cell
     }
 
     /// The cell's velocity gradient over the coming drift; grains follow a change of it.
@@ -363,23 +334,23 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         }
         let timer = self.phases.start();
         let gradient = self.gradient_wanted()?;
-        let change = gradient - self.cell.gradient;
+        let change = gradient - self.assembly.cell.gradient;
         if change != S::Tensor::zero() {
-            motion::follow_gradient(&mut self.grains, &self.cell, &change);
+            motion::follow_gradient(&mut self.assembly.grains, &self.assembly.cell, &change);
         }
-        self.cell.gradient = gradient;
+        self.assembly.cell.gradient = gradient;
         self.phases.stop(Phase::Motion, timer);
         Ok(())
     }
 
     fn drift(&mut self) {
         let timer = self.phases.start();
-        self.moved = motion::drift(&mut self.grains, &self.bodies, self.settings.dt).sqrt();
+        self.assembly.moved = motion::drift(&mut self.assembly.grains, &self.bodies, self.settings.dt).sqrt();
         for body in &mut self.bodies {
             body.drift(self.settings.dt);
         }
         if !self.settings.drive.is_at_rest() {
-            self.cell.deform(self.cell.gradient, self.settings.dt);
+            self.assembly.cell.deform(self.assembly.cell.gradient, self.settings.dt);
         }
         self.phases.stop(Phase::Motion, timer);
     }
@@ -388,15 +359,17 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// cycle, and how far points and vertices have come, as shares of what their lists and blocks allow.
     fn drift_shares(&self) -> [f64; 3] {
         let touched = self.bodies.iter().any(Body::is_touched);
-        let mut moved = self.moved;
+        let mut moved = self.assembly.moved;
         let mut stretch = 0.0;
         if !self.settings.drive.is_at_rest() && !touched {
             // Against the mean field, which itself brings a pair nearer by its stretch.
-            let field = self.cell_home.deformation_to(&self.cell);
+            let field = self.assembly.cell_home.deformation_to(&self.assembly.cell);
             stretch = (field - S::identity()).norm();
-            let corner = self.cell.corner;
+            let corner = self.assembly.cell.corner;
             let mut square = 0.0;
-            for (hot, cold) in self.grains.hot[..self.grains.owned].iter().zip(&self.grains.cold) {
+            for (hot, cold) in
+                self.assembly.grains.hot[..self.assembly.grains.owned].iter().zip(&self.assembly.grains.cold)
+            {
                 let moved = hot.position - corner - field * (cold.home - corner);
                 square = larger(square, moved.dot(&moved));
             }
@@ -408,10 +381,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             moved = larger(moved, (body.displacement - *home).norm());
         }
         // Two grains may close half the skin each.
-        let closed = 2.0 * moved + stretch * (2.0 * self.radius_max + self.settings.skin);
-        let vertices = if self.is_coupled() { self.membranes.away_from_home() } else { 0.0 };
-        let points =
-            larger(larger(self.points_outside[0], self.points_outside[1]), vertices) / (DRIFT_MAX * self.layout.cell);
+        let closed = 2.0 * moved + stretch * (2.0 * self.assembly.radius_max + self.settings.skin);
+        let vertices = if self.is_coupled() { self.continuum.membranes.away_from_home() } else { 0.0 };
+        let points = larger(larger(self.continuum.points_outside[0], self.continuum.points_outside[1]), vertices)
+            / (DRIFT_MAX * self.holding.layout.cell);
         [closed / self.settings.skin, 2.0 * self.reach_of_cycle() / self.settings.skin, points]
     }
 

@@ -4,6 +4,7 @@
 //! order that the job's [`scheme::Scheme`] says. Which nodes another rank sums is not known here: [`tile::Tiles`] has rows for
 //! them.
 
+pub mod continuum;
 pub mod track;
 
 pub mod gather;

@@ -105,12 +105,13 @@ pub fn contact_frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
 
 /// Contacts of owned rows in their order: with grains of higher ids in the order of these, then with bodies.
 fn lines<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> Vec<Line> {
-    let (grains, law, times) = (&world.grains, &world.settings.contact, world.contact_times());
-    let mut on_bodies = world.walls.bearings(law, grains, (&world.bodies, &world.cell), times).peekable();
+    let (grains, law, times) = (&world.assembly.grains, &world.settings.contact, world.contact_times());
+    let mut on_bodies =
+        world.assembly.walls.bearings(law, grains, (&world.bodies, &world.assembly.cell), times).peekable();
     let mut lines = Vec::new();
     for row in 0..grains.owned {
         let id = grains.cold[row].id;
-        let ours = world.contacts.bearings(law, grains, row, times).filter(|bearing| id < bearing.partner);
+        let ours = world.assembly.contacts.bearings(law, grains, row, times).filter(|bearing| id < bearing.partner);
         lines.extend(ours.map(|bearing| line(world, &bearing)));
         while let Some(bearing) = on_bodies.next_if(|bearing| bearing.row as usize == row) {
             lines.push(line(world, &bearing));
@@ -122,15 +123,15 @@ fn lines<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) 
 fn line<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>, bearing: &Bearing<S>) -> Line {
     let row = bearing.row as usize;
     let nothing = S::Vector::zero();
-    let mut begin = world.grains.hot[row].position;
-    world.cell.wrap(&mut begin, &mut nothing.clone());
+    let mut begin = world.assembly.grains.hot[row].position;
+    world.assembly.cell.wrap(&mut begin, &mut nothing.clone());
     let end = begin + bearing.branch;
     let body = body_of_partner(bearing.partner);
-    let image = world.cell.wrap(&mut end.clone(), &mut nothing.clone());
+    let image = world.assembly.cell.wrap(&mut end.clone(), &mut nothing.clone());
     Line {
         begin: spread(&begin),
         end: spread(&end),
-        lower: world.grains.cold[row].id.0 as i64,
+        lower: world.assembly.grains.cold[row].id.0 as i64,
         higher: body.map_or(bearing.partner.0 as i64, |body| body as i64),
         partner: if body.is_some() { Partner::Body } else { Partner::Grain } as i64,
         across: i64::from(body.is_none() && image != [0; 3]),

@@ -131,18 +131,18 @@ pub fn frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
 ) -> Result<Option<Frame>, Error> {
     world.refresh_ghosts();
     let told = if may_have_points { (0..OBSERVED.len()).collect() } else { OBSERVED_OF_GRAINS.to_vec() };
-    let rows = (world.grains_total + world.points_total) as usize + world.membranes.vertices.len();
+    let rows = (world.grains_total + world.points_total) as usize + world.continuum.membranes.vertices.len();
     let mut drawn = Drawing { positions: Vec::new(), fields: fields::<S>(told) };
     // Grains and points apart: along the ranks either is in the order of the curve, the two mixed would not be. And one after the
     // other, points in pieces, for rank 0 may not have room for all these rows beside the frame.
     if let Some(mut grains) = transfer::gather(world.transport, grain_rows(world, depth, fraction))? {
         drawn.reserve(rows);
-        let positions = settle_grains(&mut grains, &world.cell, !world.settings.drive.is_at_rest());
+        let positions = settle_grains(&mut grains, &world.assembly.cell, !world.settings.drive.is_at_rest());
         drawn.add(&grains, positions);
     }
-    let place = |row: &Row| wrapped::<S>(row, &world.cell).1;
+    let place = |row: &Row| wrapped::<S>(row, &world.assembly.cell).1;
     let pieces = |rows| point_rows(world, rows, depth);
-    transfer::stream(world.transport, world.points.len(), pieces, |points| {
+    transfer::stream(world.transport, world.continuum.points.len(), pieces, |points| {
         drawn.add(&points, points.iter().map(place));
         Ok(())
     })?;
@@ -152,7 +152,7 @@ pub fn frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     let vertices = vertex_rows(world);
     drawn.add(&vertices, vertices.iter().map(place));
     let (positions, fields) = (drawn.positions, drawn.fields.into_iter().map(Field::column).collect());
-    let whole = of_cell(&world.cell, depth);
+    let whole = of_cell(&world.assembly.cell, depth);
     Ok(Some(Frame { time: world.time(), drawn: Drawn::Points, positions, fields, whole }))
 }
 
@@ -285,14 +285,15 @@ fn grain_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     depth: f64,
     fraction: f64,
 ) -> Vec<Row> {
-    let (grains, law, times) = (&world.grains, &world.settings.contact, world.contact_times());
-    let on_bodies: Vec<Bearing<S>> = world.walls.bearings(law, grains, (&world.bodies, &world.cell), times).collect();
+    let (grains, law, times) = (&world.assembly.grains, &world.settings.contact, world.contact_times());
+    let on_bodies: Vec<Bearing<S>> =
+        world.assembly.walls.bearings(law, grains, (&world.bodies, &world.assembly.cell), times).collect();
     let row = |row: usize| {
         let (hot, cold) = (&grains.hot[row], &grains.cold[row]);
         let first = on_bodies.partition_point(|bearing| (bearing.row as usize) < row);
         let on_bodies = on_bodies[first..].iter().take_while(|bearing| bearing.row as usize == row).copied();
         let (mut moment, mut coordination) = (S::Tensor::zero(), 0);
-        for bearing in world.contacts.bearings(law, grains, row, times).chain(on_bodies) {
+        for bearing in world.assembly.contacts.bearings(law, grains, row, times).chain(on_bodies) {
             moment += bearing.moment();
             coordination += 1;
         }
@@ -308,7 +309,7 @@ fn grain_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
             position: spread(&hot.position),
             radius: hot.radius,
             weight: if glued { 1.0 } else { hot.weight },
-            displacement: displacement(&hot.position, &cold.origin, cold.image, &world.cell),
+            displacement: displacement(&hot.position, &cold.origin, cold.image, &world.assembly.cell),
             image: cold.image,
             velocity: spread(&hot.velocity),
             spin: spread_spin(&hot.spin),
@@ -326,13 +327,13 @@ fn vertex_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C
         kind: Kind::Membrane as i64,
         id: number as u64,
         position: spread(&vertex.position),
-        radius: 0.25 * world.membranes.of(vertex).rest,
+        radius: 0.25 * world.continuum.membranes.of(vertex).rest,
         weight: 1.0,
         displacement: spread(&(vertex.position - vertex.origin)),
         velocity: spread(&vertex.velocity),
         ..Row::default()
     };
-    world.membranes.vertices.iter().enumerate().map(row).collect()
+    world.continuum.membranes.vertices.iter().enumerate().map(row).collect()
 }
 
 fn point_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
@@ -350,7 +351,7 @@ fn point_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
             if S::DIMENSION == 2 { share.sqrt() } else { math::cbrt(share) }
         },
         weight: hot.weight,
-        displacement: displacement(&hot.position, &cold.origin, cold.image, &world.cell),
+        displacement: displacement(&hot.position, &cold.origin, cold.image, &world.assembly.cell),
         image: cold.image,
         velocity: spread(&hot.velocity),
         spin: [0.0; 3],
@@ -358,5 +359,5 @@ fn point_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
         stress: symmetric::<S>(&(hot.kirchhoff() * (1.0 / hot.volume_ratio()))),
         observed: observed(&world.settings.material, hot),
     };
-    world.points.hot[rows.clone()].iter().zip(&world.points.cold[rows]).map(row).collect()
+    world.continuum.points.hot[rows.clone()].iter().zip(&world.continuum.points.cold[rows]).map(row).collect()
 }

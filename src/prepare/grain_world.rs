@@ -171,7 +171,7 @@ pub fn volume<S: Space>(cell: &Cell<S>, job: &Assembly) -> f64 {
 /// Volume of all grains, m3.
 pub fn solid_volume<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, job: &Assembly) -> Result<f64, Error> {
     let mut sum = ExactSum::<1>::new();
-    for hot in &world.grains.hot[..world.grains.owned] {
+    for hot in &world.assembly.grains.hot[..world.assembly.grains.owned] {
         sum.add(0, S::grain_volume(hot.radius, job.cell.depth));
     }
     Ok(world.reduce(sum)?[0])
@@ -179,7 +179,7 @@ pub fn solid_volume<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, job: &
 
 /// Packing fraction of the cell as it is.
 pub fn fraction<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, job: &Assembly) -> Result<f64, Error> {
-    Ok(solid_volume(world, job)? / volume(&world.cell, job))
+    Ok(solid_volume(world, job)? / volume(&world.assembly.cell, job))
 }
 
 pub(crate) fn vector<S: Space>(components: &[f64; 3]) -> S::Vector {

@@ -295,7 +295,7 @@ fn bring_to_rest<C: ContactLaw<Plane>>(
     };
     let settings = settings_of_rest(job, granular);
     let mut world = PlanarWorld::<C>::new(settings, point_world::layout::<Plane>(job)?, transport, step, parts)?;
-    world.walls.laws = laws_of_bodies(job, granular);
+    world.assembly.walls.laws = laws_of_bodies(job, granular);
 
     let (goal, diameter) = (packed_of(granular).energy_ratio_max, granular.piece.matter.diameter_mean);
     let leg = Leg { name: "bringing to rest", rebuilds: false, look_every: LOOK_EVERY, calm_looks: CALM_LOOKS, goal };
@@ -329,7 +329,7 @@ fn bring_to_rest<C: ContactLaw<Plane>>(
         let at = vertex.position;
         Vertex { velocity: Vector::zero(), origin: at, home: at, ..*vertex }
     };
-    let vertices = world.membranes.vertices.iter().map(still).collect();
+    let vertices = world.continuum.membranes.vertices.iter().map(still).collect();
     Ok((rows, world.bodies.clone(), vertices))
 }
 

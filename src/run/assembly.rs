@@ -108,7 +108,7 @@ impl<S: Space, C: ContactLaw<S>> Element<'_, S, C> {
         if fraction > FRACTION_LEFT_MIN * start {
             return Ok(());
         }
-        let (moment, volume) = (world.contact_moment()?, grain_world::volume(&world.cell, self.job));
+        let (moment, volume) = (world.contact_moment()?, grain_world::volume(&world.assembly.cell, self.job));
         let borne = |axis: usize| moment[axis * S::DIMENSION + axis] / volume;
         let idle = held(servo).find(|(axis, target)| *target != 0.0 && borne(*axis) / target < SHARE_BORNE_MIN);
         let Some((axis, target)) = idle else { return Ok(()) };
@@ -187,10 +187,10 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
     fn row(&mut self, core: &mut GrainCore<S, C>) -> Result<Vec<f64>, Error> {
         let world = &mut core.world;
         let Instant { moment, kinetic_translation, kinetic_rotation, elastic, contacts } = world.instant()?;
-        let volume = grain_world::volume(&world.cell, self.job);
+        let volume = grain_world::volume(&world.assembly.cell, self.job);
         let solid = grain_world::solid_volume(world, self.job)?;
         let mut row = vec![world.step as f64, world.time(), world.grains_total as f64, contacts as f64, solid / volume];
-        for (tensor, scale) in [(moment, 1.0 / volume), (world.cell.edges, 1.0)] {
+        for (tensor, scale) in [(moment, 1.0 / volume), (world.assembly.cell.edges, 1.0)] {
             for i in 0..S::DIMENSION {
                 row.extend((0..S::DIMENSION).map(|j| tensor[j * S::DIMENSION + i] * scale));
             }

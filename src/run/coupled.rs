@@ -121,7 +121,7 @@ fn world_of<'t, C: ContactLaw<Plane>>(
     let contact = C::from_contact(&granular.piece.contact).expect("the run was given the job's law");
     let settings = point_world::settings(job, law, contact);
     let mut world = PlanarWorld::new(settings, point_world::layout::<Plane>(job)?, transport, step, parts)?;
-    world.walls.laws = specimen::laws_of_bodies(job, granular);
+    world.assembly.walls.laws = specimen::laws_of_bodies(job, granular);
     Ok(world)
 }
 
@@ -183,26 +183,28 @@ impl<C: ContactLaw<Plane>> Coupled<'_, C> {
                 sums.add(3 + axis, mass * velocity[axis]);
             }
         };
-        for (hot, cold) in world.points.hot.iter().zip(&world.points.cold) {
-            let place = hot.position + world.cell.shift(cold.image);
+        for (hot, cold) in world.continuum.points.hot.iter().zip(&world.continuum.points.cold) {
+            let place = hot.position + world.assembly.cell.shift(cold.image);
             add(hot.weight * hot.mass, hot.weight * hot.volume * hot.volume_ratio(), place, hot.velocity);
         }
-        for (hot, cold) in world.grains.hot[..world.grains.owned].iter().zip(&world.grains.cold) {
+        for (hot, cold) in
+            world.assembly.grains.hot[..world.assembly.grains.owned].iter().zip(&world.assembly.grains.cold)
+        {
             if cold.mover == Mover::Free {
                 let volume = Plane::grain_volume(hot.radius, depth) / fraction;
-                let place = hot.position + world.cell.shift(cold.image);
+                let place = hot.position + world.assembly.cell.shift(cold.image);
                 add(hot.weight * hot.mass, hot.weight * volume, place, hot.velocity);
             }
         }
-        for hot in &world.points.hot {
+        for hot in &world.continuum.points.hot {
             let stress = hot.kirchhoff();
             (0..4).for_each(|component| sums.add(6 + component, hot.weight * hot.volume * stress[component]));
         }
         world.refresh_ghosts();
-        let (law, grains) = (&world.settings.contact, &world.grains);
+        let (law, grains) = (&world.settings.contact, &world.assembly.grains);
         let times = world.contact_times();
-        let on_bodies = world.walls.bearings(law, grains, (&world.bodies, &world.cell), times);
-        let on_grains = (0..grains.owned).flat_map(|row| world.contacts.bearings(law, grains, row, times));
+        let on_bodies = world.assembly.walls.bearings(law, grains, (&world.bodies, &world.assembly.cell), times);
+        let on_grains = (0..grains.owned).flat_map(|row| world.assembly.contacts.bearings(law, grains, row, times));
         for bearing in on_grains.chain(on_bodies) {
             let moment = bearing.moment() * bearing.weight;
             (0..4).for_each(|component| sums.add(6 + component, moment[component]));
@@ -289,7 +291,7 @@ impl<C: ContactLaw<Plane>> Experiment for Coupled<'_, C> {
         row.extend(columns::row_of_bodies(world, &reactions, duration));
         row.extend(columns::row_of_membranes(world));
         if self.is_enclosed() {
-            row.push(world.membranes.enclosed() * self.job.grid.depth);
+            row.push(world.continuum.membranes.enclosed() * self.job.grid.depth);
         }
         Ok(row)
     }

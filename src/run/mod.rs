@@ -358,7 +358,7 @@ impl<'t, E: Experiment> Run<'t, E> {
         }
         while self.core.world.step < self.steps {
             self.core.world.wish = self.wish();
-            self.core.world.forces_wanted = self.row_due(self.core.world.step + self.together());
+            self.core.world.assembly.forces_wanted = self.row_due(self.core.world.step + self.together());
             self.core.world.advance()?;
             self.grain_steps += self.together() * self.core.world.grains_total;
             self.point_steps += self.core.world.points_total;

@@ -231,12 +231,12 @@ pub fn head<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     Snapshot {
         scenario,
         progress,
-        cell: world.cell,
+        cell: world.assembly.cell,
         bodies: world.bodies.clone(),
         home: world.home(),
         grains: Vec::new(),
         points: Vec::new(),
-        vertices: world.membranes.vertices.clone(),
+        vertices: world.continuum.membranes.vertices.clone(),
     }
 }
 
@@ -255,12 +255,14 @@ pub fn write<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
         pieces.iter().try_for_each(|piece| writer.append(piece)).map_err(not_written)
     };
     let grains = |rows| world.grain_rows(rows);
-    transfer::stream(transport, world.grains.owned, grains, |mut rows| {
+    transfer::stream(transport, world.assembly.grains.owned, grains, |mut rows| {
         append(&tables::of_grains(&mut rows))?;
         append(&[tables::of_ties(&rows)])
     })?;
-    let points = |rows: Range<usize>| rows.map(|row| world.points.row(row)).collect();
-    transfer::stream(transport, world.points.len(), points, |mut rows| append(&[tables::of_points(&mut rows)]))?;
+    let points = |rows: Range<usize>| rows.map(|row| world.continuum.points.row(row)).collect();
+    transfer::stream(transport, world.continuum.points.len(), points, |mut rows| {
+        append(&[tables::of_points(&mut rows)])
+    })?;
     let finished = writer.map_or(Ok(()), |writer| writer.finish().map_err(not_written));
     transfer::agree(transport, finished)
 }
@@ -299,13 +301,13 @@ pub fn restore<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
 /// Rows over all ranks of the tables that come in pieces.
 fn row_totals<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> [(&'static str, usize); 4] {
     let contacts = |row: usize| {
-        let id = world.grains.cold[row].id;
+        let id = world.assembly.grains.cold[row].id;
         world.carried_by(row).filter(|(partner, _)| tables::stands_with(id, *partner)).count()
     };
-    let grains = world.grains.owned;
+    let grains = world.assembly.grains.owned;
     let contacts = (0..grains).map(contacts).sum::<usize>();
-    let ties = world.grains.ties.iter().filter(|tie| **tie != Tie::loose()).count();
-    let mut totals = [grains as i64, contacts as i64, ties as i64, world.points.len() as i64];
+    let ties = world.assembly.grains.ties.iter().filter(|tie| **tie != Tie::loose()).count();
+    let mut totals = [grains as i64, contacts as i64, ties as i64, world.continuum.points.len() as i64];
     world.transport.sum(&mut totals);
     let [grains, contacts, ties, points] = totals.map(|total| total as usize);
     [("grains", grains), ("contacts", contacts), ("ties", ties), ("points", points)]

@@ -61,7 +61,7 @@ pub struct Enriched {
 
 /// The cells of the world's domain.
 pub fn cell_grid<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> CellGrid {
-    let layout = &world.layout;
+    let layout = &world.holding.layout;
     CellGrid {
         counts: [layout.cells[0], layout.cells[1]],
         cell: layout.cell,
@@ -89,7 +89,7 @@ pub fn enrich<C: ContactLaw<Plane>>(
     match Plan::of(world, how, flagged, instants, packing)? {
         Ok(plan) => {
             if !how.0.life.grows {
-                world.points.forget();
+                world.continuum.points.forget();
             }
             plan.carry_out(world)
         }
@@ -123,7 +123,7 @@ impl<C: ContactLaw<Plane>> Plan<C> {
         let zone = Zone::around(flagged, cell_grid(world), settings);
         let near = zone.within(MARGIN);
         let is_near = |place: &Vector| zone.grid.at(place[0], place[1]).is_some_and(|cell| near[cell]);
-        let points = world.points.rows().filter(|point| is_near(&point.hot.position)).collect();
+        let points = world.continuum.points.rows().filter(|point| is_near(&point.hot.position)).collect();
         let mut points = transfer::gather_everywhere(world.transport, points)?;
         points.sort_unstable_by_key(|point| point.cold.id);
         let (zone_of, points_of) = (&zone, &points);
@@ -180,7 +180,7 @@ impl<C: ContactLaw<Plane>> Plan<C> {
         let account = Account::open(world)?;
         world.look_at_costs();
         let mut lost = ExactSum::<4>::new();
-        world.points.retain(|point| {
+        world.continuum.points.retain(|point| {
             let label = becomes(&zone, point);
             let freed = match label {
                 Label::Continuum => 0.0,
@@ -226,7 +226,7 @@ fn is_raised(zone: &Zone, hot: &Hot<Plane>) -> bool {
 /// Mass, kg, and momentum along x and y, N s, that grains of an older zone's rim take over with their whole weight. Collective.
 fn raised<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, zone: &Zone) -> Result<[f64; 3], Error> {
     let mut sums = ExactSum::<3>::new();
-    for hot in world.grains.hot[..world.grains.owned].iter().filter(|hot| is_raised(zone, hot)) {
+    for hot in world.assembly.grains.hot[..world.assembly.grains.owned].iter().filter(|hot| is_raised(zone, hot)) {
         let mass = (1.0 - hot.weight) * hot.mass;
         sums.add(0, mass);
         sums.add(1, mass * hot.velocity[0]);
@@ -243,7 +243,7 @@ fn stayed<C: ContactLaw<Plane>>(
 ) -> Result<Vec<Grain<C>>, Error> {
     let mut touched = transfer::gather_everywhere(world.transport, touched)?;
     touched.sort_unstable_by_key(|row| row.cold.id);
-    let mut rows = world.grain_rows(0..world.grains.owned);
+    let mut rows = world.grain_rows(0..world.assembly.grains.owned);
     for row in &mut rows {
         if is_raised(zone, &row.hot) {
             row.hot.weight = 1.0;
@@ -297,9 +297,11 @@ const FRACTION_NOMINAL: f64 = 0.84;
 pub fn grain_stress<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, depth: f64) -> Result<[f64; 3], Error> {
     world.refresh_ghosts();
     let mut sums = ExactSum::<4>::new();
-    for (row, (hot, cold)) in world.grains.hot[..world.grains.owned].iter().zip(&world.grains.cold).enumerate() {
+    for (row, (hot, cold)) in
+        world.assembly.grains.hot[..world.assembly.grains.owned].iter().zip(&world.assembly.grains.cold).enumerate()
+    {
         if cold.mover == Mover::Free {
-            let moment = world.contacts.moment(&world.settings.contact, &world.grains, row, [0.0; 2]);
+            let moment = world.assembly.contacts.moment(&world.settings.contact, &world.assembly.grains, row, [0.0; 2]);
             sums.add(0, moment[0]);
             sums.add(1, moment[3]);
             sums.add(2, 0.5 * (moment[1] + moment[2]));

@@ -21,16 +21,16 @@ pub fn track<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, instants: &mut In
     }
     if instants.full() {
         instants.thin();
-        world.points.keep_pasts().iter_mut().for_each(|past| past.track.thin());
+        world.continuum.points.keep_pasts().iter_mut().for_each(|past| past.track.thin());
         if !world.is_due(instants.every) {
             return;
         }
     }
     let slot = instants.times.len();
     instants.times.push(world.time());
-    let cell = world.cell;
-    world.points.keep_pasts();
-    let Points { hot, cold, pasts, .. } = &mut world.points;
+    let cell = world.assembly.cell;
+    world.continuum.points.keep_pasts();
+    let Points { hot, cold, pasts, .. } = &mut world.continuum.points;
     for ((hot, cold), past) in hot.iter().zip(cold).zip(pasts) {
         past.track.displacements[slot] = displacement(&hot.position, (&cold.origin, cold.image), &cell);
     }
@@ -54,7 +54,7 @@ impl Motion {
         let moved = |point: &PlanarPoint| {
             let mut path = vec![Vector::zero()];
             path.extend(&point.past.track.displacements[..instants.times.len()]);
-            path.push(displacement(&point.hot.position, (&point.cold.origin, point.cold.image), &world.cell));
+            path.push(displacement(&point.hot.position, (&point.cold.origin, point.cold.image), &world.assembly.cell));
             let mut path: Vec<[f64; 2]> = path.iter().map(|moved| [share * moved[0], share * moved[1]]).collect();
             path.push([point.hot.velocity[0], point.hot.velocity[1]]);
             Moved { origin: [point.cold.origin[0], point.cold.origin[1]], mass: point.hot.mass, displacements: path }

@@ -56,11 +56,12 @@ pub(super) fn patches<C: ContactLaw<Plane>>(
     let grid = cell_grid(world);
     let moments = if with_contacts { moments(world) } else { Vec::new() };
     let mut mine: BTreeMap<u64, Patch> = BTreeMap::new();
-    let rows = world.grains.hot[..world.grains.owned].iter().zip(&world.grains.cold).enumerate();
+    let rows =
+        world.assembly.grains.hot[..world.assembly.grains.owned].iter().zip(&world.assembly.grains.cold).enumerate();
     for (row, (hot, cold)) in rows.filter(|(_, (_, cold))| cold.mover == Mover::Free) {
         let Some(cell) = world.cell_of_grain(cold) else { continue };
         let patch = mine.entry(cell as u64).or_default();
-        let displacement = displacement(&hot.position, (&cold.origin, cold.image), &world.cell);
+        let displacement = displacement(&hot.position, (&cold.origin, cold.image), &world.assembly.cell);
         let solid = Plane::grain_volume(hot.radius, depth);
         patch.add_grain((hot.mass, solid), &(hot.position - grid.centre(cell)), &hot.velocity, &displacement);
         if hot.weight == 1.0 {
@@ -97,10 +98,10 @@ fn read(bytes: &[u8], into: &mut BTreeMap<u64, Patch>) -> Result<(), ParcelError
 /// Love-Weber sums of all owned grains, J. Collective.
 fn moments<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>) -> Vec<Tensor> {
     world.refresh_ghosts();
-    let (law, grains) = (&world.settings.contact, &world.grains);
+    let (law, grains) = (&world.settings.contact, &world.assembly.grains);
     let mut moments = vec![Tensor::zero(); grains.owned];
-    let on_bodies = world.walls.bearings(law, grains, (&world.bodies, &world.cell), [0.0; 2]);
-    let on_grains = (0..grains.owned).flat_map(|row| world.contacts.bearings(law, grains, row, [0.0; 2]));
+    let on_bodies = world.assembly.walls.bearings(law, grains, (&world.bodies, &world.assembly.cell), [0.0; 2]);
+    let on_grains = (0..grains.owned).flat_map(|row| world.assembly.contacts.bearings(law, grains, row, [0.0; 2]));
     for bearing in on_bodies.chain(on_grains) {
         moments[bearing.row as usize] += bearing.moment();
     }

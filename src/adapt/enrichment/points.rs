@@ -70,7 +70,7 @@ fn middle_of(grid: &CellGrid, parts: u64, (cell, part): (u64, u64)) -> Vector {
 
 /// An id that no point has, and none above it.
 pub(super) fn first_free_id<C: ContactLaw<Plane>>(world: &PlanarWorld<C>) -> u64 {
-    let mut most = [world.points.cold.iter().map(|cold| cold.id.0).max().unwrap_or(0) as f64];
+    let mut most = [world.continuum.points.cold.iter().map(|cold| cold.id.0).max().unwrap_or(0) as f64];
     world.transport.max(&mut most);
     most[0] as u64 + 1
 }

@@ -46,12 +46,12 @@ pub(super) struct Residents(Vec<Resident>);
 impl Residents {
     /// Collective.
     pub fn of<C: ContactLaw<Plane>>(world: &PlanarWorld<C>) -> Result<Self, Error> {
-        let rows = world.grains.hot[..world.grains.owned].iter().zip(&world.grains.cold);
+        let rows = world.assembly.grains.hot[..world.assembly.grains.owned].iter().zip(&world.assembly.grains.cold);
         let free = rows.filter(|(_, cold)| cold.mover == Mover::Free);
         let resident = |(hot, cold): (&Hot<Plane>, &Cold<Plane>)| Resident {
             id: cold.id.0,
             origin: cold.origin,
-            displacement: displacement(&hot.position, (&cold.origin, cold.image), &world.cell),
+            displacement: displacement(&hot.position, (&cold.origin, cold.image), &world.assembly.cell),
         };
         let mut all = transfer::gather_everywhere(world.transport, free.map(resident).collect())?;
         all.sort_unstable_by_key(|resident: &Resident| resident.id);

@@ -64,9 +64,10 @@ pub(super) fn train<C: ContactLaw<Plane>>(
         let rest = body.displacement - way_of(body, [0.0, now], now) - seat(number);
         (along + rest * ((to - from) / now)) * share
     };
-    let parts = Parts::fresh(grains, Vec::new(), touched.iter().map(at_start).collect(), world.cell);
-    let mut apart = PlanarWorld::<C>::new(settings, world.layout.clone(), world.transport, 0, parts)?;
-    apart.walls.laws = touched.iter().filter_map(|number| world.walls.laws.get(*number).copied()).collect();
+    let parts = Parts::fresh(grains, Vec::new(), touched.iter().map(at_start).collect(), world.assembly.cell);
+    let mut apart = PlanarWorld::<C>::new(settings, world.holding.layout.clone(), world.transport, 0, parts)?;
+    apart.assembly.walls.laws =
+        touched.iter().filter_map(|number| world.assembly.walls.laws.get(*number).copied()).collect();
     hold_open(&mut apart, held);
 
     let dt = apart.settings.dt;
@@ -157,7 +158,7 @@ fn hold_open<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_
         return;
     }
     apart.evaluate_contacts();
-    let (grains, gravity) = (&mut apart.grains, apart.settings.field.gravity);
+    let (grains, gravity) = (&mut apart.assembly.grains, apart.settings.field.gravity);
     for row in 0..grains.owned {
         let cold = &mut grains.cold[row];
         if cold.mover == Mover::Free && held.border.binary_search(&cold.id.0).is_ok() {
@@ -222,7 +223,7 @@ fn let_go<C: ContactLaw<Plane>>(
 ) -> Result<(), Error> {
     let is_of_rim = |cold: &&mut Cold<Plane>| cold.mover == Mover::Script && held.is_of_rim(cold.id.0);
     let mut freed = 0;
-    for cold in apart.grains.cold.iter_mut().filter(is_of_rim) {
+    for cold in apart.assembly.grains.cold.iter_mut().filter(is_of_rim) {
         (cold.mover, cold.script) = (Mover::Free, Vector::zero());
         freed += 1;
     }
@@ -243,9 +244,9 @@ fn pressure([xx, yy, _]: &[f64; 3]) -> f64 {
 /// Whether a grain of the rim presses on another, or on a body, far harder than free ones do on each other. Collective.
 fn is_squeezed<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_>) -> Result<bool, Error> {
     apart.refresh_ghosts();
-    let (grains, law) = (&apart.grains, &apart.settings.contact);
-    let on_bodies = apart.walls.bearings(law, grains, (&apart.bodies, &apart.cell), [0.0; 2]);
-    let on_grains = (0..grains.owned).flat_map(|row| apart.contacts.bearings(law, grains, row, [0.0; 2]));
+    let (grains, law) = (&apart.assembly.grains, &apart.settings.contact);
+    let on_bodies = apart.assembly.walls.bearings(law, grains, (&apart.bodies, &apart.assembly.cell), [0.0; 2]);
+    let on_grains = (0..grains.owned).flat_map(|row| apart.assembly.contacts.bearings(law, grains, row, [0.0; 2]));
     let (mut of_free, mut hardest) = (ExactSum::<2>::new(), [0.0f64]);
     for bearing in on_grains.chain(on_bodies) {
         let force = bearing.force.norm();
@@ -272,7 +273,7 @@ type Lead<'a> = Box<dyn Fn(&Cold<Plane>) -> Vector + 'a>;
 /// Grains that are led go on with another velocity than before, and so does what drags those of the border along: a grain that comes off
 /// its neighbours there goes with the continuum, and not away.
 fn follow<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_>, [before, now]: [&Lead<'_>; 2]) {
-    let (drag, grains) = (PUSHED_DRAG / apart.settings.dt, &mut apart.grains);
+    let (drag, grains) = (PUSHED_DRAG / apart.settings.dt, &mut apart.assembly.grains);
     for (cold, hot) in grains.cold.iter_mut().zip(&grains.hot) {
         match cold.mover {
             Mover::Script => cold.script = now(cold),

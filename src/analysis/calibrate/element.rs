@@ -243,7 +243,7 @@ fn row<C: ContactLaw<Plane>>(
     job: &Assembly,
     solid: f64,
 ) -> Result<Row, Error> {
-    let volume = grain_world::volume(&world.cell, job);
+    let volume = grain_world::volume(&world.assembly.cell, job);
     let moment = world.contact_moment()? * (1.0 / volume);
     let shear = 0.5 * (moment[(0, 1)] + moment[(1, 0)]);
     Ok(Row { strain: 0.0, stress: [moment[(0, 0)], shear, moment[(1, 1)]], fraction: solid / volume })

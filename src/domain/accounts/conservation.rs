@@ -203,7 +203,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             + energies.elastic_grains
             + energies.kinetic_points
             + energies.elastic_points
-            + self.membranes.energy();
+            + self.continuum.membranes.energy();
         let mut sums = ExactSum::<5>::new();
         let mut add = |mass: f64, velocity: &S::Vector| {
             sums.add(0, mass);
@@ -213,18 +213,19 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             sums.add(4, mass * velocity.norm());
         };
         // Velocities are of the drift that has led here: against the mean field at its beginning they have no image.
-        let (cell, drift) = (&self.cell, if self.step == 0 { 0.0 } else { self.settings.dt });
-        for (hot, cold) in self.grains.hot[..self.grains.owned].iter().zip(&self.grains.cold) {
+        let (cell, drift) = (&self.assembly.cell, if self.step == 0 { 0.0 } else { self.settings.dt });
+        for (hot, cold) in self.assembly.grains.hot[..self.assembly.grains.owned].iter().zip(&self.assembly.grains.cold)
+        {
             if cold.mover == Mover::Free {
                 let place = hot.position - hot.velocity * drift - cell.corner;
                 add(hot.weight * hot.mass, &(hot.velocity - cell.gradient * place));
             }
         }
-        for point in &self.points.hot {
+        for point in &self.continuum.points.hot {
             add(point.weight * point.mass, &point.velocity);
         }
         if self.transport.rank() == 0 {
-            self.membranes.masses().for_each(|(mass, velocity)| add(mass, velocity));
+            self.continuum.membranes.masses().for_each(|(mass, velocity)| add(mass, velocity));
         }
         let [mass, x, y, z, motion] = self.reduce(sums)?;
         Ok(Holdings { mass, momentum: [x, y, z], motion, energy })

@@ -34,7 +34,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     pub fn energies(&mut self) -> Result<Energies, Error> {
         self.refresh_ghosts();
         let mut sums = ExactSum::<5>::new();
-        for (hot, cold) in self.grains.hot[..self.grains.owned].iter().zip(&self.grains.cold) {
+        for (hot, cold) in self.assembly.grains.hot[..self.assembly.grains.owned].iter().zip(&self.assembly.grains.cold)
+        {
             if cold.mover == Mover::Free {
                 let mass = hot.weight * hot.mass;
                 let inertia = S::grain_inertia(mass, hot.radius);
@@ -43,13 +44,17 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 sums.add(4, rotation);
             }
         }
-        for energy in self.contacts.elastic_energies::<C>(&self.settings.contact, &self.grains) {
+        for energy in self.assembly.contacts.elastic_energies::<C>(&self.settings.contact, &self.assembly.grains) {
             sums.add(1, energy);
         }
-        for energy in self.walls.elastic_energies(&self.settings.contact, &self.grains, (&self.bodies, &self.cell)) {
+        for energy in self.assembly.walls.elastic_energies(
+            &self.settings.contact,
+            &self.assembly.grains,
+            (&self.bodies, &self.assembly.cell),
+        ) {
             sums.add(1, energy);
         }
-        for point in &self.points.hot {
+        for point in &self.continuum.points.hot {
             sums.add(2, 0.5 * point.weight * point.mass * point.velocity.dot(&point.velocity));
             sums.add(3, point.weight * point.volume * self.settings.material.elastic_energy(&point.memory));
         }
@@ -61,10 +66,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// has dimensions. Others, rattlers, bear nothing, and fly to and fro between those that do long after these have come to rest.
     pub fn kinetic_of_bearing(&mut self) -> Result<f64, Error> {
         self.refresh_ghosts();
-        let (law, grains, times) = (&self.settings.contact, &self.grains, self.contact_times());
-        let bearing_on = |row: usize| self.contacts.bearings(law, grains, row, times).count() as u32;
+        let (law, grains, times) = (&self.settings.contact, &self.assembly.grains, self.contact_times());
+        let bearing_on = |row: usize| self.assembly.contacts.bearings(law, grains, row, times).count() as u32;
         let mut contacts: Vec<u32> = (0..grains.owned).map(bearing_on).collect();
-        for bearing in self.walls.bearings(law, grains, (&self.bodies, &self.cell), times) {
+        for bearing in self.assembly.walls.bearings(law, grains, (&self.bodies, &self.assembly.cell), times) {
             contacts[bearing.row as usize] += 1;
         }
         let mut sum = ExactSum::<1>::new();
@@ -91,12 +96,13 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 sums.add(1 + axis, mass * velocity[axis]);
             }
         };
-        for (hot, cold) in self.grains.hot[..self.grains.owned].iter().zip(&self.grains.cold) {
+        for (hot, cold) in self.assembly.grains.hot[..self.assembly.grains.owned].iter().zip(&self.assembly.grains.cold)
+        {
             if cold.mover == Mover::Free {
                 add(hot.weight * hot.mass, &hot.velocity);
             }
         }
-        for point in &self.points.hot {
+        for point in &self.continuum.points.hot {
             add(point.weight * point.mass, &point.velocity);
         }
         let [mass, x, y, z] = self.reduce(sums)?;

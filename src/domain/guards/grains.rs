@@ -101,14 +101,15 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     fn look(&mut self) -> Result<Look, Error> {
         let energies = self.energies()?;
         let mut fallen = ExactSum::<1>::new();
-        for (hot, cold) in self.grains.hot[..self.grains.owned].iter().zip(&self.grains.cold) {
-            let place = hot.position + self.cell.shift(cold.image);
+        for (hot, cold) in self.assembly.grains.hot[..self.assembly.grains.owned].iter().zip(&self.assembly.grains.cold)
+        {
+            let place = hot.position + self.assembly.cell.shift(cold.image);
             fallen.add(0, hot.mass * place.dot(&self.settings.field.gravity));
         }
         let [gravity] = self.reduce(fallen)?;
-        let power = match self.cell.gradient == S::Tensor::zero() {
+        let power = match self.assembly.cell.gradient == S::Tensor::zero() {
             true => 0.0,
-            false => self.contact_moment()?.dot(&self.cell.gradient),
+            false => self.contact_moment()?.dot(&self.assembly.cell.gradient),
         };
         Ok(Look {
             step: self.step,
@@ -121,8 +122,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// The deepest contact of the world, of equal ones that of the lowest ids.
     pub fn deepest_contact(&mut self) -> Option<Deepest> {
         self.refresh_ghosts();
-        let of_walls = self.walls.deepest(&self.grains, (&self.bodies, &self.cell));
-        let mine = self.contacts.deepest(&self.grains).into_iter().chain(of_walls);
+        let of_walls = self.assembly.walls.deepest(&self.assembly.grains, (&self.bodies, &self.assembly.cell));
+        let mine = self.assembly.contacts.deepest(&self.assembly.grains).into_iter().chain(of_walls);
         let words = mine.flat_map(|(share, [a, b])| [share.to_bits(), a.0, b.0]);
         let bytes: Vec<u8> = words.flat_map(u64::to_le_bytes).collect();
         let all = self.transport.all_gather(&bytes);
@@ -159,14 +160,18 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Bytes of this rank's arrays of grains, contacts, lists and messages.
     pub fn bytes(&self) -> usize {
-        let halo: usize = self.ghosts.sends.iter().map(|(_, rows)| rows.capacity() * size_of::<u32>()).sum();
-        self.grains.bytes() + self.contacts.bytes() + self.walls.bytes() + halo + self.buffers.bytes()
+        let halo: usize = self.holding.ghosts.sends.iter().map(|(_, rows)| rows.capacity() * size_of::<u32>()).sum();
+        self.assembly.grains.bytes()
+            + self.assembly.contacts.bytes()
+            + self.assembly.walls.bytes()
+            + halo
+            + self.holding.buffers.bytes()
     }
 
     /// Contacts of the whole world that hold now.
     pub fn contact_count(&mut self) -> u64 {
         self.refresh_ghosts();
-        let mut counts = [self.contacts.count(&self.settings.contact, &self.grains) as i64];
+        let mut counts = [self.assembly.contacts.count(&self.settings.contact, &self.assembly.grains) as i64];
         self.transport.sum(&mut counts);
         counts[0] as u64
     }

@@ -71,7 +71,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn refuse_torn_points(&self) -> Result<(), Error> {
         let reach_in_edges = |hot: &Hot<S, L::Memory>| {
-            let edge = self.edge_of(hot) / self.layout.cell;
+            let edge = self.edge_of(hot) / self.holding.layout.cell;
             self.settings.grid.shape.reach(edge) / edge
         };
         let spoilt = |hot: &Hot<S, L::Memory>| {
@@ -93,8 +93,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     fn refuse_fast_points(&self) -> Result<(), Error> {
         let modulus = self.settings.material.p_wave_modulus();
         let wave_of = |hot: &Hot<S, L::Memory>| ((modulus + hot.kirchhoff().norm()) * hot.volume / hot.mass).sqrt();
-        let step_of = |hot: &Hot<S, L::Memory>| step_through(self.layout.cell, wave_of(hot), hot.velocity.norm());
-        let mut tightest = [self.points.hot.iter().map(step_of).fold(f64::INFINITY, f64::min)].map(|step| -step);
+        let step_of =
+            |hot: &Hot<S, L::Memory>| step_through(self.holding.layout.cell, wave_of(hot), hot.velocity.norm());
+        let mut tightest =
+            [self.continuum.points.hot.iter().map(step_of).fold(f64::INFINITY, f64::min)].map(|step| -step);
         self.transport.max(&mut tightest);
         let [wanted] = tightest.map(|step| -step);
         if self.dt_of_continuum() <= wanted {
@@ -104,7 +106,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.refuse_lowest(spoilt, |[speed, wave]| {
             format!(
                 "moves at {speed:.3e} m/s among waves of {wave:.3e} m/s and with them crosses more than a cell of {:.3e} m in a step of {:.6e} s: a `time.step` of at most {wanted:.3e} s is needed now, or larger cells; run the job again with a shorter step",
-                self.layout.cell,
+                self.holding.layout.cell,
                 self.dt_of_continuum()
             )
         })
@@ -117,11 +119,11 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         }
         let spoilt = |hot: &Hot<S, L::Memory>| {
             let (mut place, mut velocity) = (hot.position, hot.velocity);
-            self.cell.wrap(&mut place, &mut velocity);
-            self.layout.place::<S>(&self.cell.fraction(&place), 1).is_none().then_some([0.0; TOLD])
+            self.assembly.cell.wrap(&mut place, &mut velocity);
+            self.holding.layout.place::<S>(&self.assembly.cell.fraction(&place), 1).is_none().then_some([0.0; TOLD])
         };
         let extents: Vec<String> = (0..S::DIMENSION)
-            .map(|axis| self.layout.extent(axis).map(|end| format!("{end:.6e}")).join(" to "))
+            .map(|axis| self.holding.layout.extent(axis).map(|end| format!("{end:.6e}")).join(" to "))
             .collect();
         self.refuse_lowest(spoilt, |_| {
             format!(
@@ -158,7 +160,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     }
 
     fn lowest(&self, spoilt: impl Fn(&Hot<S, L::Memory>) -> Option<[f64; TOLD]>) -> Option<Culprit> {
-        let rows = self.points.hot.iter().zip(&self.points.cold);
+        let rows = self.continuum.points.hot.iter().zip(&self.continuum.points.cold);
         let mine =
             rows.filter_map(|(hot, cold)| Some((cold.id, hot.position, spoilt(hot)?))).min_by_key(|found| found.0);
         let bytes: Vec<u8> = mine

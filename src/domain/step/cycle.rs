@@ -15,11 +15,13 @@
 
 use crate::base::space::{Linear, Space};
 use crate::domain::grid::{Holders, Moment};
+use crate::domain::holding::Holding;
 use crate::domain::phases::Phase;
 use crate::domain::step::grid::{CHANGES, GRAINS};
 use crate::domain::world::World;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
+use crate::mpm::continuum::Continuum;
 use crate::mpm::nodes::{self, Stepped};
 use crate::mpm::tile::{GrainChange, GrainNode, Stride, Tier, Tiles};
 
@@ -52,7 +54,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         if self.settings.grain_steps == 1 {
             return 0.0;
         }
-        let grains = self.grains.hot[..self.grains.owned].iter().map(|hot| hot.velocity);
+        let grains = self.assembly.grains.hot[..self.assembly.grains.owned].iter().map(|hot| hot.velocity);
         // A body that comes on may be faster than all grains that are at rest yet.
         let touched = self.bodies.iter().filter(|body| body.is_touched() && self.has_grains());
         let squares = grains.chain(touched.map(|body| body.velocity)).map(|velocity| velocity.dot(&velocity));
@@ -62,7 +64,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// No node has gone with grains yet.
     pub(crate) fn begin_cycle(&mut self) {
         if self.settings.grain_steps > 1 {
-            self.tiles.strides.fill(Stride::zero());
+            self.continuum.tiles.strides.fill(Stride::zero());
         }
     }
 
@@ -80,21 +82,21 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn gather_grains<const W: usize>(&mut self) {
         self.travel(
-            |world| &mut world.nodes.gathered,
+            |world| &mut world.holding.nodes.gathered,
             |world, row| {
                 let mut words = [0.0; W];
-                world.tiles.grains[row].write(&mut words);
+                world.continuum.tiles.grains[row].write(&mut words);
                 words
             },
             |world| world.sum_grains(Tier::Inner),
-            |world, row, words| world.tiles.grains[row] = GrainNode::read(&words),
+            |world, row, words| world.continuum.tiles.grains[row] = GrainNode::read(&words),
         );
         self.sum_grains(Tier::Border);
     }
 
     fn sum_grains(&mut self, tier: Tier) {
         let timer = self.phases.start();
-        self.tiles.sum_grains(&self.nodes.mosaic, tier);
+        self.continuum.tiles.sum_grains(&self.holding.nodes.mosaic, tier);
         self.phases.stop(Phase::Nodes, timer);
     }
 
@@ -112,24 +114,24 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     fn spread_changes<const W: usize>(&mut self) {
         self.share_nodes(Tier::Border);
         self.travel(
-            |world| &mut world.nodes.advanced,
+            |world| &mut world.holding.nodes.advanced,
             |world, row| {
                 let mut words = [0.0; W];
-                world.tiles.grain_changes[row].write(&mut words);
+                world.continuum.tiles.grain_changes[row].write(&mut words);
                 words
             },
             |world| {
                 world.share_nodes(Tier::Inner);
                 world.take_changes(Tier::Inner);
             },
-            |world, row, words| world.tiles.grain_changes[row] = GrainChange::read(&words),
+            |world, row, words| world.continuum.tiles.grain_changes[row] = GrainChange::read(&words),
         );
         self.take_changes(Tier::Border);
     }
 
     fn take_changes(&mut self, tier: Tier) {
         let timer = self.phases.start();
-        self.tiles.copy_margins_of_grains(&self.nodes.mosaic, tier);
+        self.continuum.tiles.copy_margins_of_grains(&self.holding.nodes.mosaic, tier);
         self.phases.stop(Phase::Nodes, timer);
         self.correct_grains(tier);
     }
@@ -138,7 +140,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     fn share_nodes(&mut self, tier: Tier) {
         let timer = self.phases.start();
         let (gravity, dt, done) = (self.gravity_now(), self.settings.dt, self.step_of_cycle + 1);
-        let Self { nodes, tiles, bodies, layout, settings, reactions, cell: periods, .. } = self;
+        let Self { holding, assembly, continuum: Continuum { tiles, .. }, bodies, settings, reactions, .. } = self;
+        let (Holding { nodes, layout, .. }, periods) = (&*holding, &assembly.cell);
         let Tiles { sums, grain_sums, grain_changes, strides, shared, .. } = tiles;
         let (mosaic, grid) = (&nodes.mosaic, &settings.grid);
         let holders = Holders { grid, layout, bodies, periods, gravity, moment: Moment::Step };

@@ -45,9 +45,9 @@ pub fn full_step<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     assert_eq!(world.transport.size(), 1, "the grains of a full step are all here");
     // The very first kick of a run begins at a full step, or half a step before it as every other does.
     let share = 1.0 - 0.5 / world.kick_share();
-    let (before, Cell { rate, gradient, edges, .. }) = (world.grains.hot.clone(), world.cell);
+    let (before, Cell { rate, gradient, edges, .. }) = (world.assembly.grains.hot.clone(), world.assembly.cell);
     world.take_step()?;
-    let (grains, cell) = (&world.grains, &world.cell);
+    let (grains, cell) = (&world.assembly.grains, &world.assembly.cell);
     let jump = cell.gradient - gradient;
     let mut order: Vec<usize> = (0..grains.owned).collect();
     order.sort_unstable_by_key(|row| grains.cold[*row].id);

@@ -10,10 +10,12 @@ use crate::base::parallel::{Held, over_blocks};
 use crate::base::space::{Linear, Space};
 use crate::dem::grains::Grains;
 use crate::domain::grid::{Grid, Holders, Moment, Reactions};
+use crate::domain::holding::Holding;
 use crate::domain::phases::Phase;
 use crate::domain::world::{GRAIN_WORDS_PLANE, GRAIN_WORDS_SOLID, World};
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
+use crate::mpm::continuum::Continuum;
 use crate::mpm::gather::{Taken, Taking, correct_grains, gather_points};
 use crate::mpm::nodes::{self, Stepped};
 use crate::mpm::points::Points;
@@ -115,7 +117,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// What loads are on their points now.
     fn push_loaded(&mut self) {
         let time = self.time() + 0.5 * self.dt_of_continuum();
-        let (points, loads) = (&mut self.points, &self.settings.loads);
+        let (points, loads) = (&mut self.continuum.points, &self.settings.loads);
         for (row, push) in &mut points.loaded {
             let (hot, mut borne) = (&points.hot[*row as usize], points.cold[*row as usize].loads);
             if borne == 0 {
@@ -135,7 +137,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// last took from the grid.
     fn scatter_points(&mut self, tier: Tier) {
         let timer = self.phases.start();
-        if !mem::take(&mut self.points.scattered[tier as usize]) {
+        if !mem::take(&mut self.continuum.points.scattered[tier as usize]) {
             self.scatter_points_anew(tier);
         }
         self.scatter_loads(tier);
@@ -145,11 +147,11 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn scatter_points_anew(&mut self, tier: Tier) {
         let how = self.scattering();
-        let (frames, tiers) = (&self.frames, &self.nodes.mosaic.tiers);
-        let (tile_len, rows) = (self.nodes.mosaic.nodes_per_tile, self.nodes.mosaic.rows());
-        let Points { hot, beside, .. } = &mut self.points;
-        let held = Held { rows: hot, beside, tiles: &mut self.tiles.gathered[..rows], tile_len };
-        over_blocks(&self.point_ranges, held, &|block, Held { rows, beside, tiles, .. }| {
+        let (frames, tiers) = (&self.continuum.frames, &self.holding.nodes.mosaic.tiers);
+        let (tile_len, rows) = (self.holding.nodes.mosaic.nodes_per_tile, self.holding.nodes.mosaic.rows());
+        let Points { hot, beside, .. } = &mut self.continuum.points;
+        let held = Held { rows: hot, beside, tiles: &mut self.continuum.tiles.gathered[..rows], tile_len };
+        over_blocks(&self.holding.point_ranges, held, &|block, Held { rows, beside, tiles, .. }| {
             if tiers[block] == tier {
                 tiles.fill(Gathered::zero());
                 scatter_points(&frames[block], how, (rows, beside), tiles);
@@ -159,14 +161,16 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     }
 
     fn scatter_loads(&mut self, tier: Tier) {
-        let Points { hot, loaded, .. } = &mut self.points;
+        let Points { hot, loaded, .. } = &mut self.continuum.points;
         if loaded.is_empty() {
             return;
         }
         let shape = self.settings.grid.shape;
-        let (frames, tiers, ranges) = (&self.frames, &self.nodes.mosaic.tiers, &self.point_ranges);
-        let (tile_len, rows) = (self.nodes.mosaic.nodes_per_tile, self.nodes.mosaic.rows());
-        let held = Held { rows: hot, beside: &mut [(); 0], tiles: &mut self.tiles.gathered[..rows], tile_len };
+        let (frames, tiers, ranges) =
+            (&self.continuum.frames, &self.holding.nodes.mosaic.tiers, &self.holding.point_ranges);
+        let (tile_len, rows) = (self.holding.nodes.mosaic.nodes_per_tile, self.holding.nodes.mosaic.rows());
+        let held =
+            Held { rows: hot, beside: &mut [(); 0], tiles: &mut self.continuum.tiles.gathered[..rows], tile_len };
         over_blocks(ranges, held, &|block, Held { rows, tiles, .. }| {
             if tiers[block] == tier {
                 let of = |end: usize| loaded.partition_point(|(row, _)| (*row as usize) < end);
@@ -180,7 +184,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// How points are spread over nodes.
     fn scattering(&self) -> (ShapeFunction, bool, Instructions) {
         let Grid { shape, transfer, .. } = self.settings.grid;
-        (shape, transfer == Transfer::Affine, self.contacts.instructions())
+        (shape, transfer == Transfer::Affine, self.assembly.contacts.instructions())
     }
 
     pub(crate) fn scatter_grains(&mut self) {
@@ -188,11 +192,12 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             return;
         }
         let timer = self.phases.start();
-        let (tile_len, rows) = (self.nodes.mosaic.nodes_per_tile, self.nodes.mosaic.rows());
-        let instructions = self.contacts.instructions();
-        let (frames, coupled, ranges) = (&self.frames, &self.coupled, &self.grain_ranges);
-        let Grains { hot, ties, movers, owned, .. } = &mut self.grains;
-        let held = Held { rows: &mut hot[..*owned], beside: ties, tiles: &mut self.tiles.grains[..rows], tile_len };
+        let (tile_len, rows) = (self.holding.nodes.mosaic.nodes_per_tile, self.holding.nodes.mosaic.rows());
+        let instructions = self.assembly.contacts.instructions();
+        let (frames, coupled, ranges) = (&self.continuum.frames, &self.holding.coupled, &self.holding.grain_ranges);
+        let Grains { hot, ties, movers, owned, .. } = &mut self.assembly.grains;
+        let held =
+            Held { rows: &mut hot[..*owned], beside: ties, tiles: &mut self.continuum.tiles.grains[..rows], tile_len };
         over_blocks(ranges, held, &|block, Held { rows, beside, tiles, .. }| {
             if coupled[block] {
                 tiles.fill(GrainNode::zero());
@@ -224,18 +229,18 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     fn gather_rows<const W: usize>(&mut self, meanwhile: impl FnOnce(&mut Self)) {
         let grains = W - if self.is_coupled() { GRAINS[S::DIMENSION - 2] } else { 0 };
         self.travel(
-            |world| &mut world.nodes.gathered,
+            |world| &mut world.holding.nodes.gathered,
             |world, row| {
-                let mut words = first_words::<W>(&world.tiles.gathered[row].0);
-                if let Some(of_grains) = world.tiles.grains.get(row) {
+                let mut words = first_words::<W>(&world.continuum.tiles.gathered[row].0);
+                if let Some(of_grains) = world.continuum.tiles.grains.get(row) {
                     of_grains.write(&mut words[grains..]);
                 }
                 words
             },
             meanwhile,
             |world, row, words: [f64; W]| {
-                world.tiles.gathered[row] = Gathered::of(padded(&words[..grains]));
-                if let Some(of_grains) = world.tiles.grains.get_mut(row) {
+                world.continuum.tiles.gathered[row] = Gathered::of(padded(&words[..grains]));
+                if let Some(of_grains) = world.continuum.tiles.grains.get_mut(row) {
                     *of_grains = GrainNode::read(&words[grains..]);
                 }
             },
@@ -244,7 +249,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn sum_tier(&mut self, tier: Tier) {
         let timer = self.phases.start();
-        self.tiles.sum(&self.nodes.mosaic, tier);
+        self.continuum.tiles.sum(&self.holding.nodes.mosaic, tier);
         self.phases.stop(Phase::Nodes, timer);
     }
 
@@ -270,18 +275,18 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     fn spread_rows<const W: usize>(&mut self, meanwhile: impl FnOnce(&mut Self)) {
         let changes = ADVANCED[S::DIMENSION - 2];
         self.travel(
-            |world| &mut world.nodes.advanced,
+            |world| &mut world.holding.nodes.advanced,
             |world, row| {
-                let mut words = first_words::<W>(&world.tiles.advanced[row].0);
-                if let Some(change) = world.tiles.grain_changes.get(row) {
+                let mut words = first_words::<W>(&world.continuum.tiles.advanced[row].0);
+                if let Some(change) = world.continuum.tiles.grain_changes.get(row) {
                     change.write(&mut words[changes..]);
                 }
                 words
             },
             meanwhile,
             |world, row, words: [f64; W]| {
-                world.tiles.advanced[row] = Advanced::of(padded(&words[..changes]));
-                if let Some(change) = world.tiles.grain_changes.get_mut(row) {
+                world.continuum.tiles.advanced[row] = Advanced::of(padded(&words[..changes]));
+                if let Some(change) = world.continuum.tiles.grain_changes.get_mut(row) {
                     *change = GrainChange::read(&words[changes..]);
                 }
             },
@@ -290,7 +295,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn fill_margins(&mut self, tier: Tier) {
         let timer = self.phases.start();
-        self.tiles.copy_margins(&self.nodes.mosaic, tier);
+        self.continuum.tiles.copy_margins(&self.holding.nodes.mosaic, tier);
         self.phases.stop(Phase::Nodes, timer);
     }
 
@@ -298,7 +303,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let timer = self.phases.start();
         let (coupled, dt_grains, dt) = (self.is_coupled(), self.settings.dt, self.dt_of_continuum());
         let (gravity, looks) = (self.gravity_now(), moment == Moment::Look);
-        let Self { nodes, tiles, bodies, layout, settings, reactions, cell: periods, .. } = self;
+        let Self { holding, assembly, continuum: Continuum { tiles, .. }, bodies, settings, reactions, .. } = self;
+        let (Holding { nodes, layout, .. }, periods) = (&*holding, &assembly.cell);
         let (mosaic, Tiles { sums, grain_sums, advanced, grain_changes, strides, shared, .. }) = (&nodes.mosaic, tiles);
         let (per_tile, len, rows) = (mosaic.owned_per_tile(), mosaic.nodes_per_tile, mosaic.rows());
         let holders = Holders { grid: &settings.grid, layout, bodies, periods, gravity, moment };
@@ -365,10 +371,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             return;
         }
         let timer = self.phases.start();
-        let (len, instructions) = (self.nodes.mosaic.nodes_per_tile, self.contacts.instructions());
-        let (frames, coupled, ranges) = (&self.frames, &self.coupled, &self.grain_ranges);
-        let (tiers, tiles) = (&self.nodes.mosaic.tiers, &self.tiles.grain_changes);
-        let Grains { hot, ties, movers, owned, .. } = &mut self.grains;
+        let (len, instructions) = (self.holding.nodes.mosaic.nodes_per_tile, self.assembly.contacts.instructions());
+        let (frames, coupled, ranges) = (&self.continuum.frames, &self.holding.coupled, &self.holding.grain_ranges);
+        let (tiers, tiles) = (&self.holding.nodes.mosaic.tiers, &self.continuum.tiles.grain_changes);
+        let Grains { hot, ties, movers, owned, .. } = &mut self.assembly.grains;
         let held = Held { rows: &mut hot[..*owned], beside: ties, tiles: &mut [(); 0], tile_len: 0 };
         over_blocks(ranges, held, &|block, Held { rows, beside, .. }| {
             if coupled[block] && tiers[block] == tier {
@@ -386,18 +392,19 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     fn gather_points(&mut self, tier: Tier, taken: Taken) {
         let timer = self.phases.start();
         let (settings, dt, how) = (&self.settings, self.dt_of_continuum(), self.scattering());
-        let (tile_len, rows) = (self.nodes.mosaic.nodes_per_tile, self.nodes.mosaic.rows());
+        let (tile_len, rows) = (self.holding.nodes.mosaic.nodes_per_tile, self.holding.nodes.mosaic.rows());
         let Grid { shape, transfer, .. } = settings.grid;
-        let taking = Taking { shape, transfer, taken, dt, instructions: self.contacts.instructions() };
-        let (frames, tiers, advanced) = (&self.frames, &self.nodes.mosaic.tiers, &self.tiles.advanced);
+        let taking = Taking { shape, transfer, taken, dt, instructions: self.assembly.contacts.instructions() };
+        let (frames, tiers, advanced) =
+            (&self.continuum.frames, &self.holding.nodes.mosaic.tiers, &self.continuum.tiles.advanced);
         // Affine fields, and ways where places wait for the strain.
         let waits = matches!(taken, Taken::Velocity | Taken::StrainThenPlace);
         // Farther out a point's nodes are not all in the tile; there is a rebuild before it goes to them.
-        let reach = DRIFT_MAX * self.layout.cell;
-        let Points { hot, beside, scattered, .. } = &mut self.points;
+        let reach = DRIFT_MAX * self.holding.layout.cell;
+        let Points { hot, beside, scattered, .. } = &mut self.continuum.points;
         let beside = if waits || transfer == Transfer::Affine { &mut beside[..] } else { &mut [] };
-        let held = Held { rows: hot, beside, tiles: &mut self.tiles.gathered[..rows], tile_len };
-        let outside = over_blocks(&self.point_ranges, held, &|block, Held { rows, beside, tiles, .. }| {
+        let held = Held { rows: hot, beside, tiles: &mut self.continuum.tiles.gathered[..rows], tile_len };
+        let outside = over_blocks(&self.holding.point_ranges, held, &|block, Held { rows, beside, tiles, .. }| {
             if tiers[block] != tier {
                 return 0.0;
             }
@@ -411,7 +418,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         });
         scattered[tier as usize] = outside < reach;
         if taken != Taken::Velocity && taken != Taken::Strain {
-            self.points_outside[tier as usize] = outside;
+            self.continuum.points_outside[tier as usize] = outside;
         }
         self.phases.stop(Phase::Gather, timer);
     }

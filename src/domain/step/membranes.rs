@@ -15,21 +15,21 @@ use crate::mpm::tile::Tier;
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Forces of membranes as they are now.
     pub(crate) fn push_membranes(&mut self) {
-        if !self.membranes.is_empty() {
+        if !self.continuum.membranes.is_empty() {
             let time = self.time() + 0.5 * self.dt_of_continuum();
-            self.membranes.push(time);
+            self.continuum.membranes.push(time);
         }
     }
 
     /// What membranes bring to the tiles of one tier, vertex by vertex, on top of what is there.
     pub(crate) fn scatter_membranes(&mut self, tier: Tier) {
-        let (held, mosaic, shape) = (self.deal.held(), &self.nodes.mosaic, self.settings.grid.shape);
+        let (held, mosaic, shape) = (self.holding.deal.held(), &self.holding.nodes.mosaic, self.settings.grid.shape);
         let len = mosaic.nodes_per_tile;
-        for (vertex, brought) in self.membranes.vertices.iter().zip(&self.membranes.brought) {
+        for (vertex, brought) in self.continuum.membranes.vertices.iter().zip(&self.continuum.membranes.brought) {
             let Some(number) = here(&held, brought).filter(|number| mosaic.tiers[*number] == tier) else { continue };
-            let tile = &mut self.tiles.gathered[number * len..(number + 1) * len];
+            let tile = &mut self.continuum.tiles.gathered[number * len..(number + 1) * len];
             let (momentum, along) = (vertex.velocity * brought.mass, dyad::<S>(brought.mass, &brought.along));
-            for_each_node(&self.frames[number], shape, &brought.place, |node, value| {
+            for_each_node(&self.continuum.frames[number], shape, &brought.place, |node, value| {
                 tile[node].bring(brought.mass * value, &(momentum * value), &(brought.force * value));
                 tile[node].bring_along(&along, value);
             });
@@ -39,20 +39,20 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// What vertices take from the nodes as points do: velocities, and the way to where they will be. Each is taken by the
     /// rank that holds its block, and told to all. Collective.
     pub(crate) fn take_to_membranes(&mut self) {
-        if self.membranes.is_empty() {
+        if self.continuum.membranes.is_empty() {
             return;
         }
         let timer = self.phases.start();
-        let (held, len) = (self.deal.held(), self.nodes.mosaic.nodes_per_tile);
+        let (held, len) = (self.holding.deal.held(), self.holding.nodes.mosaic.nodes_per_tile);
         let (dt, grid) = (self.dt_of_continuum(), &self.settings.grid);
-        let Membranes { vertices, brought, words, .. } = &mut self.membranes;
+        let Membranes { vertices, brought, words, .. } = &mut self.continuum.membranes;
         words.clear();
         words.resize(2 * S::DIMENSION * vertices.len(), 0);
         for ((vertex, brought), words) in vertices.iter().zip(&*brought).zip(words.chunks_exact_mut(2 * S::DIMENSION)) {
             let Some(number) = here(&held, brought) else { continue };
-            let tile = &self.tiles.advanced[number * len..(number + 1) * len];
+            let tile = &self.continuum.tiles.advanced[number * len..(number + 1) * len];
             let (mut value, mut change) = (S::Vector::zero(), S::Vector::zero());
-            for_each_node(&self.frames[number], grid.shape, &brought.place, |node, share| {
+            for_each_node(&self.continuum.frames[number], grid.shape, &brought.place, |node, share| {
                 value += tile[node].velocity() * share;
                 change += tile[node].change() * share;
             });
@@ -80,10 +80,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// The way that was kept.
     pub(crate) fn move_membranes(&mut self) -> Result<(), Error> {
-        if self.membranes.is_empty() {
+        if self.continuum.membranes.is_empty() {
             return Ok(());
         }
-        for (vertex, brought) in self.membranes.vertices.iter_mut().zip(&self.membranes.brought) {
+        for (vertex, brought) in self.continuum.membranes.vertices.iter_mut().zip(&self.continuum.membranes.brought) {
             vertex.position += brought.way;
         }
         self.locate_vertices()
@@ -91,10 +91,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Finds the blocks that vertices lie in; one that has left the grid ends the run, on every rank alike.
     pub(crate) fn locate_vertices(&mut self) -> Result<(), Error> {
-        for number in 0..self.membranes.vertices.len() {
-            let vertex: &Vertex<S> = &self.membranes.vertices[number];
+        for number in 0..self.continuum.membranes.vertices.len() {
+            let vertex: &Vertex<S> = &self.continuum.membranes.vertices[number];
             let Some((block, place)) = self.block_of_vertex(&vertex.position) else {
-                let membrane = self.membranes.of(vertex);
+                let membrane = self.continuum.membranes.of(vertex);
                 let (name, within) = (&membrane.name, number - membrane.first);
                 let at: Vec<String> = (0..S::DIMENSION).map(|axis| format!("{:.6e}", vertex.position[axis])).collect();
                 return Err(Error::Run(format!(
@@ -103,7 +103,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                     at.join(", ")
                 )));
             };
-            let brought = &mut self.membranes.brought[number];
+            let brought = &mut self.continuum.membranes.brought[number];
             (brought.block, brought.place) = (block, place);
         }
         Ok(())
@@ -112,17 +112,17 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// The block of a position, which periods have not been taken off, and its place there.
     fn block_of_vertex(&self, position: &S::Vector) -> Option<(usize, S::Vector)> {
         let mut place = *position;
-        self.cell.wrap(&mut place, &mut S::Vector::zero());
-        let fraction = self.cell.fraction(&place);
+        self.assembly.cell.wrap(&mut place, &mut S::Vector::zero());
+        let fraction = self.assembly.cell.fraction(&place);
         // Across periods a place beyond counting stays where it was.
         let inside = (0..S::DIMENSION).all(|axis| (-1e-9..=1.0 + 1e-9).contains(&fraction[axis]));
-        let (block, _) = self.layout.place::<S>(&fraction, 1).filter(|_| inside)?;
+        let (block, _) = self.holding.layout.place::<S>(&fraction, 1).filter(|_| inside)?;
         Some((block, place))
     }
 
     /// Counts vertices in the blocks that they lay in at the last rebuild. All ranks have all of them.
     pub(crate) fn count_vertices(&self, counts: &mut [i64]) {
-        let homes = self.membranes.vertices.iter().map(|vertex| self.block_of_vertex(&vertex.home));
+        let homes = self.continuum.membranes.vertices.iter().map(|vertex| self.block_of_vertex(&vertex.home));
         homes.flatten().for_each(|(block, _)| counts[block] += 1);
     }
 }

@@ -411,5 +411,5 @@ fn a_sheared_cell_is_read_back_leaning() {
     job.source = crate::job::assembly::Source::File(Read { grains: folder.path().join("grains.data"), contacts: None });
     let world =
         grain_world::world::<Plane, crate::law::contact::LinearSpringDashpot>(&job, &scree_partition::Solo).unwrap();
-    assert_eq!(world.cell.edges, cell.edges);
+    assert_eq!(world.assembly.cell.edges, cell.edges);
 }

@@ -271,7 +271,7 @@ impl Press<'_> {
         };
         making.notes().set(&format!("fraction of attempt {attempt}"), fraction);
         let grains = gathered(&mut world)?;
-        let mut cell = world.cell;
+        let mut cell = world.assembly.cell;
         (cell.gradient, cell.rate) = (S::Tensor::zero(), S::Tensor::zero());
         tracing::info!(steps = world.step, fraction, cooling, "a packing is at rest");
         Ok((fraction, Packing { grains, cell }))
@@ -360,7 +360,7 @@ impl Press<'_> {
         let leg = Leg { name: "cooling a gas", rebuilds: false, look_every: LOOK_EVERY, calm_looks: 1, goal: COLD };
         let set = |world: &mut GrainWorld<S, C>, notes: &mut Notes| {
             world.settings.contact = law(&without_loss(&self.job.contact));
-            let answer = Answer::noted(notes).unwrap_or_else(|| self.answer(&world.cell, HOT, self.stress));
+            let answer = Answer::noted(notes).unwrap_or_else(|| self.answer(&world.assembly.cell, HOT, self.stress));
             world.settings.drive = self.drive(answer.note(notes));
             let damping = Damping { mass: cooling / self.time(), ..Damping::default() };
             world.settings.field = Field { gravity: S::Vector::zero(), damping };
@@ -373,10 +373,10 @@ impl Press<'_> {
             if !rests {
                 // Z = p V/(N kT) rises from about one to the modulus of the contacts over p.
                 let energy = 2.0 * energies.kinetic_grains / S::DIMENSION as f64;
-                let compressibility = self.stress * grain_world::volume(&world.cell, self.job) / energy;
+                let compressibility = self.stress * grain_world::volume(&world.assembly.cell, self.job) / energy;
                 let modulus =
                     (self.stress * (1.0 + compressibility)).min(figures::modulus_under(self.job, self.stress));
-                world.settings.drive = self.drive(self.answer(&world.cell, HOT, modulus).note(notes));
+                world.settings.drive = self.drive(self.answer(&world.assembly.cell, HOT, modulus).note(notes));
                 self.refuse_endless(world, ratio)?;
             }
             Ok(Look { rests, ratio, words: self.words(world)? })
@@ -397,14 +397,15 @@ impl Press<'_> {
             let damping =
                 Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
             world.settings.field = Field { gravity: S::Vector::zero(), damping };
-            let first = || self.answer_of_grains(&world.cell, stage == Stage::Unloading);
+            let first = || self.answer_of_grains(&world.assembly.cell, stage == Stage::Unloading);
             let answer = Answer::noted(notes).unwrap_or_else(first);
             world.settings.drive = self.drive(answer.note(notes));
         };
         making.bring_to_rest(world, leg, set, |world, notes| {
             let ratio = world.unrest()?;
             let (stresses, carried) = self.stresses(world)?;
-            world.settings.drive = self.drive(self.answer_of_grains(&world.cell, carried >= CARRIES).note(notes));
+            world.settings.drive =
+                self.drive(self.answer_of_grains(&world.assembly.cell, carried >= CARRIES).note(notes));
             let at_stress = stresses.iter().all(|stress| (stress - 1.0).abs() < STRESS_TOLERANCE);
             self.refuse_endless(world, ratio)?;
             Ok(Look { rests: at_stress && ratio < goal, ratio, words: self.words(world)? })
@@ -422,7 +423,7 @@ impl Press<'_> {
     /// Normal stresses of the contacts as shares of the wanted stress (one along axes that there are not), and their mean.
     fn stresses<S: Space, C: ContactLaw<S>>(&self, world: &mut GrainWorld<S, C>) -> Result<([f64; 3], f64), Error> {
         let moment = world.contact_moment()?;
-        let volume = grain_world::volume(&world.cell, self.job);
+        let volume = grain_world::volume(&world.assembly.cell, self.job);
         let mut stresses = [1.0; 3];
         for (axis, stress) in stresses.iter_mut().enumerate().take(S::DIMENSION) {
             *stress = -moment[axis * S::DIMENSION + axis] / (volume * self.stress);

@@ -89,7 +89,7 @@ fn settle<S: Space, C: ContactLaw<S>>(
     let gravity = world.settings.field.gravity;
     let weight = world.ledger()?.mass * gravity.norm();
     let (goal, energy) = (packed.energy_ratio_max, weight * job.matter.diameter_mean);
-    let height = (0..S::DIMENSION).map(|axis| world.cell.height(axis)).fold(0.0, f64::max);
+    let height = (0..S::DIMENSION).map(|axis| world.assembly.cell.height(axis)).fold(0.0, f64::max);
     // From rest, with what damping leaves of gravity.
     let fall = (2.0 * height / ((1.0 - DAMPING_LOCAL) * gravity.norm())).sqrt();
     let steps_max = (FALLS_MAX * fall / job.step) as u64;
@@ -113,7 +113,7 @@ fn settle<S: Space, C: ContactLaw<S>>(
 fn carried<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>) -> Result<f64, Error> {
     let gravity = world.settings.field.gravity;
     let mut sum = ExactSum::<1>::new();
-    for wall in &world.walls.list {
+    for wall in &world.assembly.walls.list {
         sum.add(0, -wall.force.dot(&gravity) / gravity.norm());
     }
     Ok(world.reduce(sum)?[0])

@@ -136,7 +136,7 @@ fn made<S: Space>(job: &Assembly, transport: &dyn Transport) -> Result<Packing<S
 fn stresses<S: Space>(job: &Assembly, stress: f64) -> Vec<f64> {
     let mut world = grain_world::world::<S, Law>(job, &Solo).unwrap();
     let moment = world.contact_moment().unwrap();
-    let volume = grain_world::volume(&world.cell, job);
+    let volume = grain_world::volume(&world.assembly.cell, job);
     (0..S::DIMENSION).map(|axis| -moment[axis * S::DIMENSION + axis] / volume / stress).collect()
 }
 
@@ -153,7 +153,7 @@ fn compresses<S: Space>(text: &str, fractions: std::ops::Range<f64>) {
     let world = grain_world::world::<S, Law>(&alone, &Solo).unwrap();
     let fraction = grain_world::fraction(&world, &alone).unwrap();
     assert!(fractions.contains(&fraction), "{fraction}");
-    assert_eq!(world.cell.corner, packing.cell.corner);
+    assert_eq!(world.assembly.cell.corner, packing.cell.corner);
 
     let text_of = |rows: &[Row<S, Law>]| format!("{rows:?}");
     let wanted = (text_of(&packing.grains), packing.cell.edges);
@@ -286,13 +286,13 @@ fn poured_grains_rest_on_the_bodies() {
     assert!(packing.grains.iter().filter(with_body).count() > 8);
     assert!(packing.grains.iter().all(|row| row.hot.position[1] > 1.4e-3 && row.hot.position[1] < 20e-3));
     let mut world = grain_world::world::<Plane, Law>(&job, &Solo).unwrap();
-    assert_eq!(world.cell, grain_world::cell_of(&job));
+    assert_eq!(world.assembly.cell, grain_world::cell_of(&job));
     let weight = 9.81 * packing.grains.iter().map(|row| row.hot.mass).sum::<f64>();
     for steps in [1, 4000] {
         for _ in 0..steps {
             world.advance().unwrap();
         }
-        let carried: f64 = world.walls.list.iter().map(|wall| wall.force[1]).sum();
+        let carried: f64 = world.assembly.walls.list.iter().map(|wall| wall.force[1]).sum();
         assert!((carried / weight - 1.0).abs() < 0.01, "{steps} steps: {}", carried / weight);
     }
     // Falling by a grain's size would have taken 3,600 steps.
@@ -318,7 +318,7 @@ fn a_layer_that_catches_no_grain_is_refused() {
     let layer = |lower: &str, upper: &str| {
         let body = format!("\n[[body]]\nname = \"rough\"\nshape = \"layer\"\nlower = {lower}\nupper = {upper}\n");
         grain_world::world::<Plane, Law>(&job(&format!("{DISCS}{body}"), &SMALL, folder.path()), &Solo)
-            .map(|world| world.grains.cold.iter().filter(|cold| cold.mover != Mover::Free).count())
+            .map(|world| world.assembly.grains.cold.iter().filter(|cold| cold.mover != Mover::Free).count())
     };
     assert!(layer("[\"-2 mm\", \"3 mm\"]", "[\"14 mm\", \"4 mm\"]").unwrap() > 3);
     let refusal = layer("[\"-2 mm\", \"14 mm\"]", "[\"14 mm\", \"15 mm\"]").expect_err("nothing lies there");
@@ -338,7 +338,7 @@ fn world_of<S: Space>(job: &Assembly, grains: Vec<Row<S, Law>>, cell: Cell<S>) -
 /// Force and torque of every grain in the first step.
 fn forces<S: Space>(world: &mut GrainWorld<S, Law>) -> BTreeMap<u64, (S::Vector, S::Spin)> {
     world.advance().unwrap();
-    let grains = &world.grains;
+    let grains = &world.assembly.grains;
     (0..grains.owned).map(|row| (grains.cold[row].id.0, (grains.force[row], grains.torque[row]))).collect()
 }
 
@@ -374,7 +374,8 @@ fn tiles<S: Space>(text: &str, counts: [usize; 3], lean: f64) {
     let mut base = world_of(&job, packing.grains, packing.cell);
     let mut large = world_of(&job, tiled, cell);
     assert_eq!(large.contact_count(), copies * base.contact_count());
-    let [shallow, deep] = [&mut base, &mut large].map(|world| world.contacts.deepest(&world.grains).unwrap().0);
+    let [shallow, deep] =
+        [&mut base, &mut large].map(|world| world.assembly.contacts.deepest(&world.assembly.grains).unwrap().0);
     assert!((deep / shallow - 1.0).abs() < 1e-11, "{shallow} {deep}");
     let energies = [&mut base, &mut large].map(|world| world.energies().unwrap().elastic_grains);
     assert!((energies[1] / (copies as f64 * energies[0]) - 1.0).abs() < 1e-11, "{energies:?}");

@@ -28,8 +28,8 @@ pub fn of_extents<S: Space>() -> Vec<String> {
 /// Of points and free grains, m. Collective.
 pub fn row_of_extents<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> Vec<f64> {
     let mut extents = [f64::NEG_INFINITY; 6];
-    let points = world.points.hot.iter().map(|hot| (&hot.position, 0.0));
-    let grains = world.grains.hot[..world.grains.owned].iter().map(|hot| (&hot.position, hot.radius));
+    let points = world.continuum.points.hot.iter().map(|hot| (&hot.position, 0.0));
+    let grains = world.assembly.grains.hot[..world.assembly.grains.owned].iter().map(|hot| (&hot.position, hot.radius));
     for (position, radius) in points.chain(grains) {
         for axis in 0..S::DIMENSION {
             extents[2 * axis] = extents[2 * axis].max(radius - position[axis]);
@@ -73,6 +73,6 @@ pub fn of_membranes(job: &Mpm) -> Vec<String> {
 
 /// m and N.
 pub fn row_of_membranes<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> Vec<f64> {
-    let membranes = &world.membranes;
+    let membranes = &world.continuum.membranes;
     membranes.made_of.iter().flat_map(|membrane| membranes.stretch(membrane)).collect()
 }

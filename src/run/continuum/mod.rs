@@ -151,8 +151,8 @@ impl<'s, S: Space, L: MaterialLaw<S>> Continuum<'s, S, L> {
     /// Exact sums over points: mass, mass times place, momentum, volume as it is, volume times stress.
     fn sums(&self, world: &PointWorld<S, L>) -> Result<[f64; SUMS], Error> {
         let mut sums = ExactSum::<SUMS>::new();
-        for (hot, cold) in world.points.hot.iter().zip(&world.points.cold) {
-            let place = hot.position + world.cell.shift(cold.image);
+        for (hot, cold) in world.continuum.points.hot.iter().zip(&world.continuum.points.cold) {
+            let place = hot.position + world.assembly.cell.shift(cold.image);
             sums.add(0, hot.mass);
             for axis in 0..S::DIMENSION {
                 sums.add(1 + axis, hot.mass * place[axis]);
@@ -170,9 +170,9 @@ impl<'s, S: Space, L: MaterialLaw<S>> Continuum<'s, S, L> {
     /// What is told of a point wherever it is; the same on every rank.
     fn follow(&self, world: &PointWorld<S, L>, id: PointId) -> Vec<f64> {
         let mut told = vec![0.0; 3 * S::DIMENSION + OBSERVED.len()];
-        if let Some(row) = world.points.cold.iter().position(|cold| cold.id == id) {
-            let (hot, cold) = (&world.points.hot[row], &world.points.cold[row]);
-            let place = hot.position + world.cell.shift(cold.image);
+        if let Some(row) = world.continuum.points.cold.iter().position(|cold| cold.id == id) {
+            let (hot, cold) = (&world.continuum.points.hot[row], &world.continuum.points.cold[row]);
+            let place = hot.position + world.assembly.cell.shift(cold.image);
             for axis in 0..S::DIMENSION {
                 told[axis] = place[axis];
                 told[S::DIMENSION + axis] = place[axis] - cold.origin[axis];

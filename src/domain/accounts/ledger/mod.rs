@@ -294,25 +294,25 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.point_ledger.open_page(self.bodies.iter().map(|body| (body.velocity, body.spin)));
         let Some(ledger) = &mut self.ledger else { return };
         let page = &mut ledger.page;
-        let owned = self.grains.hot[..self.grains.owned].iter();
+        let owned = self.assembly.grains.hot[..self.assembly.grains.owned].iter();
         page.motion.clear();
         page.motion.extend(owned.map(|hot| (hot.velocity, hot.spin)));
         page.memories.clear();
-        page.memories.extend_from_slice(self.contacts.memories());
+        page.memories.extend_from_slice(self.assembly.contacts.memories());
         page.memories_of_walls.clear();
-        page.memories_of_walls.extend(self.walls.list.iter().map(|wall| wall.memory));
+        page.memories_of_walls.extend(self.assembly.walls.list.iter().map(|wall| wall.memory));
         page.bodies.clear();
         page.bodies.extend(self.bodies.iter().map(|body| (body.velocity, body.spin)));
-        page.gradient = self.cell.gradient;
+        page.gradient = self.assembly.cell.gradient;
     }
 
     /// After the kicks of a step, before its drift: books the work of its forces.
     pub(crate) fn close_page(&mut self) {
         let Some(mut ledger) = self.ledger.take() else { return };
         let timer = self.phases.start();
-        let (mut cell_before, mut cell_after) = (self.cell, self.cell);
+        let (mut cell_before, mut cell_after) = (self.assembly.cell, self.assembly.cell);
         cell_before.gradient = ledger.page.gradient;
-        cell_after.rate = self.cell.gradient * self.cell.edges;
+        cell_after.rate = self.assembly.cell.gradient * self.assembly.cell.edges;
         let step = Step {
             law: &self.settings.contact,
             field: &self.settings.field,
@@ -320,14 +320,14 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             share: self.kick_share(),
             passed: if self.step == 0 { 0.0 } else { self.settings.dt },
             coupled: self.is_coupled(),
-            grains: &self.grains,
-            contacts: &self.contacts,
+            grains: &self.assembly.grains,
+            contacts: &self.assembly.contacts,
             bodies: &self.bodies,
             page: &ledger.page,
             cells: [&cell_before, &cell_after],
             shifts_after: Shifts::of(&cell_after),
         };
-        let Sums { behind, ahead, stored } = step.sums(&self.walls);
+        let Sums { behind, ahead, stored } = step.sums(&self.assembly.walls);
         match &ledger.start {
             // Forces of the first evaluation work from then on.
             None => ledger.start = Some(stored.clone()),

@@ -218,7 +218,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Whether this step is booked: of a continuum alone, where its energies are wanted or an account is kept.
     pub(crate) fn books_points(&self) -> bool {
-        self.has_points() && !self.has_grains() && (self.forces_wanted || self.point_ledger.account.is_some())
+        self.has_points() && !self.has_grains() && (self.assembly.forces_wanted || self.point_ledger.account.is_some())
     }
 
     /// Between the step of the nodes and that of the points: books the work of the one, and energies of the other where they
@@ -227,7 +227,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let opens = self.point_ledger.account.as_ref().is_some_and(|account| account.start.is_none());
         let timer = self.phases.start();
         let Works([behind, ahead]) = self.works_on_nodes().merged(self.works_of_loads());
-        self.point_ledger.stored = (self.forces_wanted || opens).then(|| {
+        self.point_ledger.stored = (self.assembly.forces_wanted || opens).then(|| {
             let mut stored = self.stored();
             let mut kicks = ExactSum::<STORES>::new();
             kicks.set_parts(Store::Kinetic as usize, behind.parts(Item::Nodes as usize));
@@ -249,13 +249,13 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// What the points of this rank have, kinetic energy at the velocities that they have.
     fn stored(&self) -> ExactSum<STORES> {
-        let sums = self.point_ranges.par_iter().enumerate().map(|(block, range)| {
+        let sums = self.holding.point_ranges.par_iter().enumerate().map(|(block, range)| {
             let mut sums = ExactSum::new();
             for row in range.clone() {
-                let (hot, image) = (&self.points.hot[row], self.points.cold[row].image);
-                let place = hot.position + self.cell.shift(image);
+                let (hot, image) = (&self.continuum.points.hot[row], self.continuum.points.cold[row].image);
+                let place = hot.position + self.assembly.cell.shift(image);
                 let volume = hot.weight * hot.volume;
-                sums.add(Store::Kinetic as usize, self.kinetic(&self.frames[block], row));
+                sums.add(Store::Kinetic as usize, self.kinetic(&self.continuum.frames[block], row));
                 sums.add(Store::Elastic as usize, volume * self.settings.material.elastic_energy(&hot.memory));
                 let weight = self.settings.field.gravity * (hot.weight * hot.mass);
                 sums.add(Store::Potential as usize, -weight.dot(&place));
@@ -269,7 +269,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         });
         // Nodes move with the mass of membranes, which all ranks have.
         if self.transport.rank() == 0 {
-            for (mass, velocity) in self.membranes.masses() {
+            for (mass, velocity) in self.continuum.membranes.masses() {
                 sums.add(Store::Kinetic as usize, 0.5 * mass * velocity.dot(velocity));
             }
         }
@@ -278,7 +278,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Kinetic energy of a point with its affine field, J.
     fn kinetic(&self, frame: &TileFrame<S>, row: usize) -> f64 {
-        let (hot, affine) = (&self.points.hot[row], &self.points.beside[row].affine);
+        let (hot, affine) = (&self.continuum.points.hot[row], &self.continuum.points.beside[row].affine);
         let mut square = hot.velocity.dot(&hot.velocity);
         if self.settings.grid.transfer == Transfer::Affine {
             let moments = moments(frame, self.settings.grid.shape, &hot.position);
@@ -293,10 +293,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     }
 
     fn works_on_nodes(&self) -> Works {
-        let nodes = self.nodes.mosaic.owned.par_iter().zip(&self.tiles.sums);
+        let nodes = self.holding.nodes.mosaic.owned.par_iter().zip(&self.continuum.tiles.sums);
         let booked = |mut works: Works, (node, sum): (&OwnedNode, &Gathered<S>)| {
             if sum.mass() > 0.0 {
-                self.work_on_node(node, sum, &self.tiles.advanced[node.row as usize], &mut works);
+                self.work_on_node(node, sum, &self.continuum.tiles.advanced[node.row as usize], &mut works);
             }
             works
         };
@@ -313,16 +313,17 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         }
         // As `nodes::step` reckons it; dashpots act, then bodies and faces hold, one after the other.
         let free = (sum.momentum() + sum.force() * dt + gravity * (mass * dt)) * (1.0 / mass);
-        let at = (&self.settings.grid, &self.layout);
+        let at = (&self.settings.grid, &self.holding.layout);
         let mut velocity = absorbed_by_faces::<S>(free, &sum.momentum(), at, node, (mass, dt), None);
         if velocity != free {
             works.add(Item::Holds, &((free - velocity) * mass), &velocities);
         }
-        let place: S::Vector = self.layout.node_at(node.place);
+        let place: S::Vector = self.holding.layout.node_at(node.place);
         for (body, motion) in self.bodies.iter().zip(&self.point_ledger.bodies) {
-            let [held, _] = held_by_bodies([velocity; 2], (std::slice::from_ref(body), &self.cell), &place, mass, None);
+            let [held, _] =
+                held_by_bodies([velocity; 2], (std::slice::from_ref(body), &self.assembly.cell), &place, mass, None);
             if held != velocity {
-                let (impulse, beside) = ((held - velocity) * mass, place_beside(body, &self.cell, &place));
+                let (impulse, beside) = ((held - velocity) * mass, place_beside(body, &self.assembly.cell, &place));
                 let with = [body.velocity_in(motion, &beside), body.velocity_at(&beside)];
                 works.add(Item::Bodies, &impulse, &with);
                 works.add(Item::Holds, &impulse, &[with[BEHIND] - velocities[BEHIND], with[AHEAD] - velocities[AHEAD]]);
@@ -337,14 +338,14 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn works_of_loads(&self) -> Works {
         let mut works = Works::default();
-        let (len, shape) = (self.nodes.mosaic.nodes_per_tile, self.settings.grid.shape);
-        let mut loaded = self.points.loaded.iter().peekable();
-        for (block, range) in self.point_ranges.iter().enumerate() {
-            let tile = &self.tiles.advanced[block * len..(block + 1) * len];
+        let (len, shape) = (self.holding.nodes.mosaic.nodes_per_tile, self.settings.grid.shape);
+        let mut loaded = self.continuum.points.loaded.iter().peekable();
+        for (block, range) in self.holding.point_ranges.iter().enumerate() {
+            let tile = &self.continuum.tiles.advanced[block * len..(block + 1) * len];
             while let Some((row, push)) = loaded.next_if(|(row, _)| range.contains(&(*row as usize))) {
-                let position = &self.points.hot[*row as usize].position;
+                let position = &self.continuum.points.hot[*row as usize].position;
                 let mut velocities = [S::Vector::zero(); 2];
-                for_each_node(&self.frames[block], shape, position, |node, value| {
+                for_each_node(&self.continuum.frames[block], shape, position, |node, value| {
                     velocities[BEHIND] += (tile[node].velocity() - tile[node].change()) * value;
                     velocities[AHEAD] += tile[node].velocity() * value;
                 });

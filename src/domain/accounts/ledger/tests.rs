@@ -250,15 +250,15 @@ fn shear_that_goes_far() {
         world.settings.drive = shear(500.0);
         world.settings.drive.gradient[0] = 20.0;
         world.open_ledger();
-        let (mut work, rebuilds, edge) = (0.0, world.rebuilds, world.cell.edges);
+        let (mut work, rebuilds, edge) = (0.0, world.rebuilds, world.assembly.cell.edges);
         for step in 0..5000 {
             let share = if step == 0 { 0.5 } else { 1.0 };
-            work += share * world.settings.dt * world.contact_moment().unwrap().dot(&world.cell.gradient);
+            work += share * world.settings.dt * world.contact_moment().unwrap().dot(&world.assembly.cell.gradient);
             world.advance().unwrap();
         }
         let balance = world.balance().unwrap();
         assert!(world.rebuilds > rebuilds + 10);
-        assert!(world.cell.edges[2] < 0.5 * edge[3], "the cell has not turned: {}", world.cell.edges);
+        assert!(world.assembly.cell.edges[2] < 0.5 * edge[3], "the cell has not turned: {}", world.assembly.cell.edges);
         close("far", &balance, balance.work_cell, 1e-4);
         assert!(balance.damping > 0.05 * balance.work_cell);
         // Stress times rate times volume, by what observers see between steps.
@@ -356,7 +356,13 @@ fn grains_fall_on_a_plane() {
         world.settings.field.damping = Damping { local: 0.1, form: DampingForm::Vector, mass: 0.0 };
         // Positions of the last evaluation, to which the account goes.
         let height = |world: &World<'_, Solid, HertzMindlin, Absent>| -> f64 {
-            world.grains.hot.iter().map(|hot| hot.mass * (hot.position[2] - hot.velocity[2] * world.settings.dt)).sum()
+            world
+                .assembly
+                .grains
+                .hot
+                .iter()
+                .map(|hot| hot.mass * (hot.position[2] - hot.velocity[2] * world.settings.dt))
+                .sum()
         };
         let before = height(&world);
         world.open_ledger();
@@ -447,7 +453,7 @@ fn layers_shear_what_lies_between() {
 fn ranks_and_interruptions_do_not_show() {
     let start = || {
         let rest = packed::<Plane, _>(&Solo, [hertz(1e9, 1.0, 0.0), hertz(1e9, 1.0, 0.5)], DISCS);
-        (rest.rows().0, rest.cell)
+        (rest.rows().0, rest.assembly.cell)
     };
     let (rows, cell) = start();
     let length = DISCS.0 as f64 * DISCS.1;
@@ -455,7 +461,7 @@ fn ranks_and_interruptions_do_not_show() {
         let ours = |rows: &[Row<Plane, HertzMindlin>]| if transport.rank() == 0 { rows.to_vec() } else { Vec::new() };
         let box_of = ([length, length, 0.0], [true, true, false]);
         let mut world = world(transport, (hertz(1e9, 1.0, 0.5), 4e-7), box_of, ours(&rows), Vec::new());
-        world.cell = cell;
+        world.assembly.cell = cell;
         world.settings.drive = shear(300.0);
         if kept {
             world.open_ledger();
@@ -464,8 +470,8 @@ fn ranks_and_interruptions_do_not_show() {
         if interrupted {
             let entries = world.ledger_entries().unwrap();
             let saved = crate::domain::transfer::gather(transport, world.rows().0).unwrap().unwrap_or_default();
-            let (settings, layout) = (world.settings.clone(), world.layout.clone());
-            let parts = Parts::fresh(saved, Vec::new(), Vec::new(), world.cell);
+            let (settings, layout) = (world.settings.clone(), world.holding.layout.clone());
+            let parts = Parts::fresh(saved, Vec::new(), Vec::new(), world.assembly.cell);
             world = World::new(settings, layout, transport, 400, parts).unwrap();
             world.resume_ledger(&entries).unwrap();
         }
@@ -498,7 +504,7 @@ fn an_account_changes_nothing() {
             world.open_ledger();
         }
         run(&mut world, 1000);
-        world.grains.hot
+        world.assembly.grains.hot
     };
     assert_eq!(positions(true), positions(false));
 }
@@ -509,15 +515,15 @@ fn an_account_changes_nothing() {
 fn grains_with_a_force_of_their_own_wait_for_it() {
     let end = |is_booked: bool| {
         let mut world = packed::<Plane, _>(&Solo, [springs(2e5, 1.0, 0.0), springs(2e5, 1.0, 0.5)], DISCS);
-        world.grains.cold[20].script = vector::<Plane>([1.0, -2.0, 0.0]);
-        world.grains.push_as_told();
+        world.assembly.grains.cold[20].script = vector::<Plane>([1.0, -2.0, 0.0]);
+        world.assembly.grains.push_as_told();
         if is_booked {
             world.open_ledger();
         }
-        let before = world.grains.hot[20].velocity;
+        let before = world.assembly.grains.hot[20].velocity;
         run(&mut world, 100);
-        assert!((world.grains.hot[20].velocity - before).norm() > 1e-3, "it is not pushed");
-        world.grains.hot.clone()
+        assert!((world.assembly.grains.hot[20].velocity - before).norm() > 1e-3, "it is not pushed");
+        world.assembly.grains.hot.clone()
     };
     assert!(end(false) == end(true));
 }
