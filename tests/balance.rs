@@ -18,7 +18,7 @@ fn a_bad_deal_is_mended_and_a_good_one_kept() {
         for _ in 0..LOOKS {
             (0..STEPS_PER_LOOK).for_each(|_| world.advance().unwrap());
             world.rebuild().unwrap();
-            seen.push((world.balance.deals, world.assembly.grains.owned + world.continuum.points.len()));
+            seen.push((world.load_balance.deals, world.assembly.grains.owned + world.continuum.points.len()));
         }
         seen
     });
@@ -41,5 +41,5 @@ fn one_rank_measures_what_rows_cost() {
     assert_eq!([total(&map.grains), total(&map.points)], [world.grains_total, world.points_total]);
     // Of a nanosecond to some microseconds: measured, in seconds.
     assert!(map.costs.iter().all(|cost| (1e-10..1e-4).contains(cost)), "{:?}", map.costs);
-    assert_eq!(world.balance.deals, 0);
+    assert_eq!(world.load_balance.deals, 0);
 }

@@ -177,7 +177,7 @@ fn keeps_its_fluctuations<S: Space>() {
             let fraction = world.assembly.cell.fraction(&hot.position);
             assert!((0..S::DIMENSION).all(|axis| (0.0..=1.0).contains(&fraction[axis])), "{fraction:?}");
         }
-        let ledger = world.ledger().unwrap();
+        let ledger = world.holdings().unwrap();
         assert!((ledger.mass / mass - 1.0).abs() < 1e-14 && world.grains_total == 25, "{} kg", ledger.mass);
     }
     let crossed = world.assembly.grains.cold.iter().filter(|cold| cold.image[1] != 0).count();

@@ -97,17 +97,17 @@ pub fn shaken(transport: &dyn Transport) -> PlanarWorld<'_> {
 #[test]
 fn a_step_keeps_the_momentum_of_grains_and_points() {
     let mut world = shaken(&Solo);
-    let before = world.ledger().unwrap();
+    let before = world.holdings().unwrap();
     let grains_before = grain_momentum(&world);
     let mut worst = 0.0f64;
     for step in 0..200 {
         let scale = momentum_scale(&world);
-        let one = world.ledger().unwrap();
+        let one = world.holdings().unwrap();
         world.advance().unwrap();
         if step == 100 {
             world.rebuild().unwrap();
         }
-        let now = world.ledger().unwrap();
+        let now = world.holdings().unwrap();
         assert_eq!(now.mass, before.mass, "step {step}");
         for axis in 0..2 {
             let change = (now.momentum[axis] - one.momentum[axis]).abs() / scale;
@@ -284,11 +284,11 @@ fn a_tie_slackens_among_grains_alone() {
     }
     let points = point_rows(-7..-5, 0.0, |_| 0.5);
     let mut world = coupled_world(&Solo, grains, points);
-    let before = world.ledger().unwrap().momentum;
+    let before = world.holdings().unwrap().momentum;
     for _ in 0..20 {
         world.advance().unwrap();
     }
-    let (now, scale) = (world.ledger().unwrap().momentum, momentum_scale(&world));
+    let (now, scale) = (world.holdings().unwrap().momentum, momentum_scale(&world));
     assert!((0..2).all(|axis| (now[axis] - before[axis]).abs() < 1e-13 * scale), "{now:?} from {before:?} of {scale}");
     let far =
         world.assembly.grains.hot.iter().zip(&world.assembly.grains.ties).filter(|(hot, _)| hot.position[1] > 0.0);
@@ -339,14 +339,14 @@ fn a_rigid_translation_stays_rigid() {
 }
 
 /// Grains, points and momenta of the whole world, and the grains of each rank.
-fn tally(world: &PlanarWorld) -> ([i64; 2], [f64; 2], Vec<i64>) {
+fn tally(world: &mut PlanarWorld) -> ([i64; 2], [f64; 2], Vec<i64>) {
     let ranks = world.transport.size();
     let mut counts = vec![0; 2 + ranks];
     counts[0] = world.assembly.grains.owned as i64;
     counts[1] = world.continuum.points.len() as i64;
     counts[2 + world.transport.rank()] = world.assembly.grains.owned as i64;
     world.transport.sum(&mut counts);
-    let momentum = world.ledger().unwrap().momentum;
+    let momentum = world.holdings().unwrap().momentum;
     ([counts[0], counts[1]], [momentum[0], momentum[1]], counts[2..].to_vec())
 }
 
@@ -358,7 +358,7 @@ fn a_zone_moves_from_rank_to_rank_with_all_that_is_in_it() {
     let alone = {
         let mut world = shaken(&Solo);
         (0..3 * LEG).for_each(|_| world.advance().unwrap());
-        tally(&world)
+        tally(&mut world)
     };
     let moved = threads::run(2, |rank| {
         let mut world = shaken(&rank);
@@ -368,14 +368,14 @@ fn a_zone_moves_from_rank_to_rank_with_all_that_is_in_it() {
             |heavy: usize| (0..blocks).map(|block| if block == heavy { 1 << 40 } else { 1 }).collect::<Vec<u64>>();
         let mut seen = Vec::new();
         for weights in [vec![1; blocks], heavy(0), heavy(blocks - 1)] {
-            let before = tally(&world);
+            let before = tally(&mut world);
             world.deal_by(&weights).unwrap();
-            let after = tally(&world);
+            let after = tally(&mut world);
             assert_eq!((before.0, before.1), (after.0, after.1), "a deal changed counts or momentum");
             seen.push(after.2);
             (0..LEG).for_each(|_| world.advance().unwrap());
         }
-        (seen, tally(&world))
+        (seen, tally(&mut world))
     });
     let (seen, end) = &moved[0];
     let all = alone.0[0];

@@ -19,13 +19,13 @@ fn blend(grain_steps: u64) -> f64 {
 fn a_cycle_keeps_the_momentum_of_grains_and_points() {
     let mut world = shaken(&Solo);
     world.settings.grain_steps = 8;
-    let before = world.ledger().unwrap();
+    let before = world.holdings().unwrap();
     for cycle in 0..50 {
         world.advance().unwrap();
         if cycle == 25 {
             world.rebuild().unwrap();
         }
-        let now = world.ledger().unwrap();
+        let now = world.holdings().unwrap();
         assert_eq!(now.mass, before.mass, "cycle {cycle}");
         for axis in 0..2 {
             let speed = (now.momentum[axis] - before.momentum[axis]).abs() / now.mass;

@@ -262,7 +262,7 @@ fn ran<S: Space>(seed: u64, transport: &dyn Transport, deals: Option<u64>) -> Re
             world.deal_by(&weights)?;
         }
     }
-    Ok(Ran { state: state(&world), sent: world.balance.rows_sent, rebuilds: world.rebuilds })
+    Ok(Ran { state: state(&world), sent: world.load_balance.rows_sent, rebuilds: world.rebuilds })
 }
 
 /// One world on one rank and on several; counts of what happened, to see that something did.

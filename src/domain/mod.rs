@@ -1,13 +1,13 @@
 //! The world in blocks: who holds what, the step, the accounts and the guards. It alone calls the partition.
 
 pub mod accounts;
-pub mod balance;
 pub mod burden;
 pub mod grid;
 pub mod guards;
 pub mod holding;
 pub mod instant;
 pub mod layout;
+pub mod load_balance;
 pub mod meter;
 pub mod phases;
 pub mod plan;

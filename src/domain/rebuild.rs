@@ -19,10 +19,10 @@ use crate::dem::grains::{Cold, GrainRow, Grains, Mover, Tie};
 use crate::dem::memories::Memories;
 use crate::dem::walls::Walls;
 use crate::domain::accounts::ledger::points::PointLedger;
-use crate::domain::balance::Balance;
 use crate::domain::grid::Reactions;
 use crate::domain::holding::Holding;
 use crate::domain::layout::{Deal, Layout, NodeRows};
+use crate::domain::load_balance::LoadBalance;
 use crate::domain::phases::{Phase, Phases};
 use crate::domain::servo::Missed;
 use crate::domain::stop::Wish;
@@ -154,7 +154,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             wish: Wish::None,
             wish_agreed: Wish::None,
             rebuilds: 0,
-            balance: Balance::from(step),
+            load_balance: LoadBalance::from(step),
             phases: Phases::default(),
             ledger: None,
             point_ledger: PointLedger::default(),
@@ -164,8 +164,8 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         world.locate_vertices()?;
         world.replace(parts.grains, parts.points)?;
         // Rows of the start all come from rank 0, which is no migration, nor is it a part of the run.
-        world.balance.rows_sent = 0;
-        world.balance.deals = 0;
+        world.load_balance.rows_sent = 0;
+        world.load_balance.deals = 0;
         world.phases = Phases::default();
         Ok(world)
     }

@@ -17,9 +17,9 @@ use crate::dem::motion::{self, Damped, Falling, Field, Moves};
 use crate::dem::segments::{Finish, Segments, Wait, finish_waiting};
 use crate::domain::accounts::ledger::EnergyLedger;
 use crate::domain::accounts::ledger::points::PointLedger;
-use crate::domain::balance::Balance;
 use crate::domain::grid::{Grid, Reactions};
 use crate::domain::holding::Holding;
+use crate::domain::load_balance::LoadBalance;
 use crate::domain::phases::{Phase, Phases};
 use crate::domain::servo::{CellDrive, Missed};
 use crate::domain::stop::Wish;
@@ -81,7 +81,7 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub wish_agreed: Wish,
     pub rebuilds: u64,
     /// Who holds which block as the work moves.
-    pub balance: Balance,
+    pub load_balance: LoadBalance,
     pub phases: Phases,
     /// Where the work goes, if that is to be known.
     pub(crate) ledger: Option<Box<EnergyLedger<S, C>>>,

@@ -2,6 +2,7 @@
 
 use crate::base::error::Error;
 use crate::base::space::Plane;
+use crate::domain::accounts::conservation::Holdings;
 use crate::law::contact::ContactLaw;
 use crate::prepare::sheared::PlanarWorld;
 
@@ -26,9 +27,8 @@ pub struct BeforeAndAfter {
 impl Account {
     /// Collective.
     pub fn open<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>) -> Result<Self, Error> {
-        let ledger = world.ledger()?;
-        let motion = world.holdings()?.motion;
-        Ok(Self { mass: ledger.mass, momentum: [ledger.momentum[0], ledger.momentum[1]], motion })
+        let Holdings { mass, momentum: [x, y, _], motion, .. } = world.holdings()?;
+        Ok(Self { mass, momentum: [x, y], motion })
     }
 
     /// What was kept of it; an error where not all was, to round-off. Collective.

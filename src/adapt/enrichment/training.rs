@@ -102,7 +102,7 @@ pub(super) fn train<C: ContactLaw<Plane>>(
     enriched.training_steps = apart.step;
     enriched.stress_grains = grain_stress(&mut apart, depth)?;
     apart.rebuild()?;
-    world.balance.learn(&apart.balance);
+    world.load_balance.learn(&apart.load_balance);
     let is_resident = |id: u64| held.residents.get(id).is_some();
     let mut grains = apart.rows().0;
     drop(apart);

@@ -22,13 +22,6 @@ pub struct Energies {
     pub elastic_points: f64,
 }
 
-/// Mass and momentum of everything that moves by its own forces, kg and N s, weighted.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Ledger {
-    pub mass: f64,
-    pub momentum: [f64; 3],
-}
-
 impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Energies at the positions of now.
     pub fn energies(&mut self) -> Result<Energies, Error> {
@@ -86,27 +79,6 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     pub fn unrest(&mut self) -> Result<f64, Error> {
         let (kinetic, elastic) = (self.kinetic_of_bearing()?, self.energies()?.elastic_grains);
         Ok(if elastic > 0.0 { kinetic / elastic } else { f64::INFINITY })
-    }
-
-    pub fn ledger(&self) -> Result<Ledger, Error> {
-        let mut sums = ExactSum::<4>::new();
-        let mut add = |mass: f64, velocity: &S::Vector| {
-            sums.add(0, mass);
-            for axis in 0..S::DIMENSION {
-                sums.add(1 + axis, mass * velocity[axis]);
-            }
-        };
-        for (hot, cold) in self.assembly.grains.hot[..self.assembly.grains.owned].iter().zip(&self.assembly.grains.cold)
-        {
-            if cold.mover == Mover::Free {
-                add(hot.weight * hot.mass, &hot.velocity);
-            }
-        }
-        for point in &self.continuum.points.hot {
-            add(point.weight * point.mass, &point.velocity);
-        }
-        let [mass, x, y, z] = self.reduce(sums)?;
-        Ok(Ledger { mass, momentum: [x, y, z] })
     }
 
     /// Exact sums over all ranks; what is not finite stops the run.

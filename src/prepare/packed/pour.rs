@@ -87,7 +87,7 @@ fn settle<S: Space, C: ContactLaw<S>>(
     making: &mut Making,
 ) -> Result<(), Error> {
     let gravity = world.settings.field.gravity;
-    let weight = world.ledger()?.mass * gravity.norm();
+    let weight = world.holdings()?.mass * gravity.norm();
     let (goal, energy) = (packed.energy_ratio_max, weight * job.matter.diameter_mean);
     let height = (0..S::DIMENSION).map(|axis| world.assembly.cell.height(axis)).fold(0.0, f64::max);
     // From rest, with what damping leaves of gravity.

@@ -50,7 +50,7 @@ const UNIT: f64 = 1e12;
 
 /// Costs as they have been measured, and whether another deal would pay. The same on every rank but for what is being timed.
 #[derive(Clone, Debug, Default)]
-pub struct Balance {
+pub struct LoadBalance {
     /// Time of a step per row of each kind, s; zero before it has been measured.
     costs: [f64; KINDS],
     /// Time of each kind on this rank at the last look, s, and the step then.
@@ -66,7 +66,7 @@ pub struct Balance {
     pub rows_sent: u64,
 }
 
-impl Balance {
+impl LoadBalance {
     /// Of a world that begins at a step.
     pub(crate) fn from(step: u64) -> Self {
         Self { step, ..Self::default() }
@@ -127,14 +127,14 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// What the best deal would have saved a step adds up until it comes to what the last one took: so the time that is lost
     /// is of the order of what dealing takes, and work that moves to and fro moves no blocks.
     pub(crate) fn deal_if_due(&mut self) -> Result<bool, Error> {
-        let (ranks, steps) = (self.transport.size(), self.step - self.balance.step);
+        let (ranks, steps) = (self.transport.size(), self.step - self.load_balance.step);
         let (costs, rows) = self.measure_costs();
         if ranks == 1 {
             return Ok(false);
         }
         let load = costs.iter().zip(rows).map(|(cost, rows)| cost * rows as f64).sum::<f64>();
         let (mut total, mut most) =
-            ([(UNIT * load) as i64], [(UNIT * load) as i64, (UNIT * self.balance.price) as i64]);
+            ([(UNIT * load) as i64], [(UNIT * load) as i64, (UNIT * self.load_balance.price) as i64]);
         self.transport.sum(&mut total);
         self.transport.max_integer(&mut most);
         let [heaviest_now, price] = most;
@@ -146,8 +146,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let weights = self.weigh(self.assembly.grains.cold[..self.assembly.grains.owned].iter(), points)?;
         let best = cut(&weights, ranks);
         let gain = heaviest(&weights, &self.holding.deal.ranges).saturating_sub(heaviest(&weights, &best));
-        self.balance.lost += steps as f64 * gain as f64;
-        if self.balance.lost <= price as f64 {
+        self.load_balance.lost += steps as f64 * gain as f64;
+        if self.load_balance.lost <= price as f64 {
             return Ok(false);
         }
         self.deal_out(best);
@@ -157,10 +157,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Costs of rows with what has been timed since the last look, and rows here, by kind. Collective.
     fn measure_costs(&mut self) -> ([f64; KINDS], [u64; KINDS]) {
         let rows = self.rows_of_kinds();
-        let mut sums = self.balance.timed(&self.phases, self.step, rows);
+        let mut sums = self.load_balance.timed(&self.phases, self.step, rows);
         self.transport.sum(&mut sums);
-        self.balance.take(&sums);
-        (self.balance.costs(S::DIMENSION), rows)
+        self.load_balance.take(&sums);
+        (self.load_balance.costs(S::DIMENSION), rows)
     }
 
     /// What lies where and what it costs, on every rank; `steps` have been timed, and output takes so long of each (s).
@@ -304,7 +304,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let mut rim = rim.to_vec();
         self.count_vertices(&mut rim);
         let coupled = self.near_rim(&rim);
-        let costs = self.balance.costs(S::DIMENSION);
+        let costs = self.load_balance.costs(S::DIMENSION);
         let cost = |kind: Kind, rows: i64| costs[kind as usize] * rows as f64;
         let weight = |block: usize| {
             cost(Kind::Grain, grains[block])
@@ -337,15 +337,15 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     pub(crate) fn count_leaving<T>(&mut self, to_ranks: &[Vec<T>]) {
         let rank = self.transport.rank();
         let leaving = to_ranks.iter().enumerate().filter(|(to, _)| *to != rank);
-        self.balance.rows_sent += leaving.map(|(_, rows)| rows.len() as u64).sum::<u64>();
+        self.load_balance.rows_sent += leaving.map(|(_, rows)| rows.len() as u64).sum::<u64>();
     }
 
     /// What a deal with its migration took since `timer`, as the next decision reckons with it: with the lists that a rebuild
     /// makes anyway, so that it is rather dealt too seldom.
     pub(crate) fn price_deal(&mut self, timer: Instant) {
-        self.balance.price = timer.elapsed().as_secs_f64();
-        self.balance.lost = 0.0;
-        self.balance.deals += 1;
+        self.load_balance.price = timer.elapsed().as_secs_f64();
+        self.load_balance.lost = 0.0;
+        self.load_balance.deals += 1;
     }
 
     /// Takes what has been timed so far, before the rows become others. Collective.
