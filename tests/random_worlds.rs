@@ -129,7 +129,7 @@ impl Plan {
             skin: 0.15,
             grid: Grid { shape: self.shape, update: self.update, transfer: self.transfer, ..Grid::blend(0.9) },
             loads: Vec::new(),
-            contact: contact,
+            contact,
             material: CriticalDruckerPrager { bulk_modulus: 1e4, shear_modulus: 5e3, cohesion: 50.0, ..material() },
             field: Field::default(),
             drive: CellDrive::default(),

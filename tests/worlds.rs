@@ -63,7 +63,7 @@ pub fn settings(dt: f64, contact: LinearSpringDashpot) -> Settings<Plane, Law, C
         skin: 2e-4,
         grid: Grid::blend(0.95),
         loads: Vec::new(),
-        contact: contact,
+        contact,
         material: material(),
         field: Field::default(),
         drive: CellDrive::default(),

@@ -4,7 +4,7 @@
 use std::ops::Range;
 use std::time::Instant;
 
-use scree_partition::{Halo, HaloBuffers, HaloCounts, ParcelError, Reader, Transport, Writer, cut};
+use scree_partition::{Halo, ParcelError, Reader, Transport, Writer, cut};
 
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
@@ -14,14 +14,12 @@ use crate::base::space::{Linear, Space};
 use crate::bodies::body::Body;
 use crate::dem::assembly::Assembly;
 use crate::dem::cell::{Cell, Image};
-use crate::dem::contacts::Contacts;
 use crate::dem::grains::{Cold, GrainRow, Grains, Mover, Tie};
 use crate::dem::memories::Memories;
-use crate::dem::walls::Walls;
 use crate::domain::accounts::ledger::points::PointLedger;
 use crate::domain::grid::Reactions;
 use crate::domain::holding::Holding;
-use crate::domain::layout::{Deal, Layout, NodeRows};
+use crate::domain::layout::{Deal, Layout};
 use crate::domain::load_balance::LoadBalance;
 use crate::domain::phases::{Phase, Phases};
 use crate::domain::servo::Missed;
@@ -33,7 +31,6 @@ use crate::law::material::MaterialLaw;
 use crate::mpm::continuum::Continuum;
 use crate::mpm::membrane::Membranes;
 use crate::mpm::points::{Cold as PointCold, Point, Points};
-use crate::mpm::tile::Tiles;
 
 /// What a world is made of, before it has blocks.
 pub struct Parts<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
@@ -122,8 +119,6 @@ const TRAVELS: u64 = 3;
 /// Cells between a point or a vertex and a grain that may still share a node: 1.5 cells of spline and half a cell of drift on
 /// either side.
 const COUPLED_CELLS: usize = 4;
-/// Fewer rows are not worth a task of their own.
-const ROWS_PER_TASK: usize = 4096;
 
 impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     /// A world at `step` from parts that the ranks hold in any split (every row on one rank). Homes are taken as they

@@ -30,7 +30,7 @@ pub fn header_of_places<S: Space>() -> &'static str {
 }
 
 /// The grains of a file, in its order. Columns stand in any order; without those of velocities grains are at rest.
-pub fn parse<S: Space>(source: &Source, text: &str) -> Result<Vec<Entry<S>>, Error> {
+pub(super) fn parse<S: Space>(source: &Source, text: &str) -> Result<Vec<Entry<S>>, Error> {
     // Spreadsheets begin a file with a byte-order mark.
     let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
     let found = words_of(lines.next().map_or("", |(_, line)| line));
