@@ -7,6 +7,7 @@ pub mod loose;
 pub mod packed;
 pub mod plates;
 pub mod point_world;
+pub mod recipe;
 pub mod reference;
 pub mod sheared;
 pub mod specimen;

@@ -25,9 +25,9 @@ use crate::law::contact::{Contact, ContactLaw};
 use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
 use crate::mpm::membrane::Membranes;
 use crate::prepare::cache::{Found, Place};
-use crate::prepare::grain_file;
 use crate::prepare::loose::{UPPER, glue_layers, glued_reach, throw};
 use crate::prepare::making::{Leg, Look, Making};
+use crate::prepare::{grain_file, recipe};
 use crate::store::checkpoint::{self, Drawn};
 use crate::store::tables;
 
@@ -112,7 +112,7 @@ pub fn prepare<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transp
         let grains = transfer::agree(transport, on_root(transport, || grain_file::read(scenario, file)))?;
         return measured(scenario, transport, grains.unwrap_or_default(), scenario.specimen.height);
     }
-    let place = Place::new(&scenario.packing.cache, "packing", &key(scenario));
+    let place = Place::new(&scenario.packing.cache, "packing", &recipe::sheared(scenario));
     let (grains, height) = match place.find(transport, scenario.output.save_every(), of_state)? {
         Found::There(found) => {
             let (grains, height) = found.unwrap_or_default();
@@ -162,33 +162,6 @@ fn measured<C: ContactLaw<Plane>>(
     let mass = share(transport, grains.iter().filter(|grain| !is_glued(grain)).map(|grain| grain.hot.mass).sum());
     let volume = scenario.specimen.width * height * scenario.specimen.depth;
     Ok(Packing { grains, height, mass, fraction: mass / (scenario.grains.density * volume) })
-}
-
-/// Names everything that shapes a packing.
-fn key(scenario: &Scenario) -> String {
-    let specimen = &scenario.specimen;
-    format!(
-        "packing 5 seed {} plate {:?} {:?} specimen {:?} {:?} {:?} grains {:?} {:?} {:?} contact {:?} friction {:?} start {:?} stress {:?} ratio {:?} step {:?} cell {:?} block {:?} skin {:?} glued {:?}",
-        scenario.seed,
-        scenario.loading.plate_mass,
-        scenario.loading.plate_damping,
-        specimen.width,
-        specimen.height,
-        specimen.depth,
-        scenario.grains.diameter_mean,
-        scenario.grains.diameter_deviation,
-        scenario.grains.density,
-        scenario.contact.without_cohesion(),
-        scenario.packing.friction,
-        scenario.packing.fraction_start,
-        scenario.packing.stress,
-        scenario.packing.energy_ratio_max,
-        scenario.time.step,
-        scenario.continuum.cell,
-        scenario.decomposition.cells_per_block,
-        scenario.decomposition.skin,
-        glued_reach(scenario),
-    )
 }
 
 /// Inertial number that the compressing plate keeps below, I = (v/H) d sqrt(rho/P).

@@ -26,7 +26,7 @@ use crate::mpm::membrane::Vertex;
 use crate::prepare::cache::{Found, Place};
 use crate::prepare::making::{Leg, Look, Making};
 use crate::prepare::sheared::{Grain, PlanarWorld, on_root, settle, share};
-use crate::prepare::{packed, point_world};
+use crate::prepare::{packed, point_world, recipe};
 use crate::store::checkpoint::{self, Drawn, Progress};
 use crate::store::tables;
 
@@ -92,7 +92,7 @@ pub fn specimen<C: ContactLaw<Plane>>(
         let (bodies, vertices) = (point_world::bodies(job), point_world::vertices(job));
         return Ok(Specimen { grains: Vec::new(), bodies, vertices, fraction, piece: is_tiled.then_some(piece) });
     }
-    let place = Place::new(&packed.cache, "specimen", &key(job, granular));
+    let place = Place::new(&packed.cache, "specimen", &recipe::specimen(job, granular, way_of_seat));
     let (grains, bodies, vertices) = match place.find(transport, save_every, of_state::<C>)? {
         Found::There(found) => found.unwrap_or_default(),
         Found::ToMake(mut making) => {
@@ -146,35 +146,6 @@ fn way_of_seat(rigid: &RigidBody) -> Option<[f64; 3]> {
     let first = velocities.filter(|_| rigid.seat > 0.0).find(|velocity| *velocity != [0.0; 3])?;
     let speed = first.iter().map(|component| component * component).sum::<f64>().sqrt();
     Some(first.map(|component| component / speed))
-}
-
-/// Everything that shapes a specimen; ways that bodies go in the run do not.
-fn key(job: &Mpm, granular: &Granular) -> String {
-    let piece = &granular.piece;
-    let regions: Vec<_> = job.regions.iter().map(|region| &region.shape).collect();
-    let bodies: Vec<_> = job
-        .bodies
-        .iter()
-        .map(|body| {
-            let (shape, motion) = (&body.body.shape, &body.body.motion);
-            (shape, way_of_seat(body), &motion.servo, body.contact, body.separates, body.seat)
-        })
-        .collect();
-    format!(
-        "specimen 5 seed {} matter {:?} source {:?} contact {:?} step {:?} skin {:?} regions {regions:?} bodies {bodies:?} membranes {:?} gravity {:?} grid {:?} block {} scheme {:?} modulus {:?}",
-        piece.seed,
-        piece.matter,
-        Source::Packed(Packed { cache: Default::default(), ..packed_of(granular).clone() }),
-        piece.contact,
-        piece.step,
-        piece.skin,
-        job.membranes,
-        job.gravity,
-        job.grid,
-        job.cells_per_block,
-        job.scheme,
-        job.material.law.modulus_longitudinal(2),
-    )
 }
 
 /// Grains, bodies and vertices at rest. A body comes to rest on the few grains that stand out most: what lies below where the job

@@ -21,6 +21,7 @@ use crate::job::raw::Typed;
 use crate::law::contact::ContactLaw;
 use crate::prepare::cache::{Found, Place};
 use crate::prepare::grain_world::{self, GrainWorld};
+use crate::prepare::recipe;
 use crate::prepare::sheared::settle;
 use crate::prepare::throw::{places, radii};
 use crate::store::tables;
@@ -65,7 +66,7 @@ pub fn make<S: Space, C: ContactLaw<S>>(
     save_every: Duration,
     transport: &dyn Transport,
 ) -> Result<Packing<S, C>, Error> {
-    let place = Place::new(&packed.cache, "assembly", &key(job, packed));
+    let place = Place::new(&packed.cache, "assembly", &recipe::packed(job, packed));
     match place.find(transport, save_every, |state| of_state::<S, C>(job, state))? {
         Found::There(found) => {
             let (grains, cell) = found.map_or((Vec::new(), Vec::new()), |found| (found.grains, vec![found.cell]));
@@ -91,35 +92,6 @@ pub(crate) fn refuse_bad<S: Space>(job: &Assembly, packed: &Packed, typed: &Type
         Preparation::Compress { .. } => compress::refuse_bad::<S>(job, packed, typed),
         Preparation::Pour => Ok(()),
     }
-}
-
-/// Everything that shapes a packing.
-fn key(job: &Assembly, packed: &Packed) -> String {
-    let cell = &job.cell;
-    let falls = matches!(packed.preparation, Preparation::Pour);
-    let shapes: Vec<_> = job.bodies.iter().filter(|_| falls).map(|body| &body.shape).collect();
-    format!(
-        "assembly 2 seed {} cell {} {:?} {:?} {:?} {:?} density {:?} sizes {:?} count {} preparation {:?} friction {:?} start {:?} ratio {:?} contact {:?} gravity {:?} bodies {:?} step {:?} skin {:?} block {:?}",
-        job.seed,
-        cell.dimension,
-        cell.lower,
-        cell.upper,
-        cell.periodic,
-        cell.depth,
-        job.matter.density,
-        packed.sizes,
-        packed.count,
-        packed.preparation,
-        packed.friction,
-        packed.fraction_start,
-        packed.energy_ratio_max,
-        if falls { job.contact } else { job.contact.without_cohesion() },
-        if falls { job.gravity } else { [0.0; 3] },
-        shapes,
-        job.step,
-        job.skin,
-        job.block,
-    )
 }
 
 /// A packing as a state: grains, and the cell that they fill.
