@@ -231,7 +231,7 @@ fn a_zone_that_leaves_no_continuum() {
     );
 }
 
-/// Table 1 of the paper as printed: its damping with its step loses friction (DESIGN, section 6).
+/// Table 1 of the paper as printed: its damping with its step loses friction (see `job/stable.rs`).
 #[test]
 fn the_papers_time_step_with_its_damping() {
     let printed = GOOD.0.replace("\"3.5 N s/m\"", "\"7.0 N s/m\"").replace("\"0.4 us\"", "5.0e-7");

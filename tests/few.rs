@@ -24,7 +24,7 @@ pub type GrainWorld<'t, S, C> = grain_world::GrainWorld<'t, S, C>;
 pub const RADIUS: f64 = 5e-4;
 pub const MASS: f64 = 2e-5;
 
-/// Table 1 of seed 000 at half its damping.
+/// Table 1 of Chen et al. (2021) at half its damping.
 pub fn linear() -> LinearSpringDashpot {
     LinearSpringDashpot {
         stiffness_normal: 1_772_093.8,

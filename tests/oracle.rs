@@ -1,4 +1,4 @@
-//! The oracle of seed 000, section 3: where a persistent shear band is, and where there is none.
+//! The oracle of Chen et al. (2021), section 3: where a persistent shear band is, and where there is none.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -103,7 +103,7 @@ const DENSE: &str = "continuum.fraction_start=0.85";
 const LOOSE: &str = "continuum.fraction_start=0.79";
 const CRITICAL: &str = "continuum.fraction_critical=0.815";
 
-/// Seed 000, figure 5, first row: the weak region between 15 and 21 mm becomes the band, and nothing else is flagged.
+/// Chen et al. (2021), figure 5, first row: the weak region between 15 and 21 mm becomes the band, and nothing else is flagged.
 #[test]
 fn an_over_consolidated_specimen_shows_its_band() {
     let story = watched(&[DENSE, CRITICAL, "loading.strain_end=0.1"]);

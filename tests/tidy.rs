@@ -1,4 +1,4 @@
-//! The style of DESIGN and STYLE, as far as reading the source can tell. A line that breaks a rule is named with its remedy.
+//! The style of docs/design.md, as far as reading the source can tell. A line that breaks a rule is named with its remedy.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -447,4 +447,15 @@ fn imports_go_down() {
     assert!(new.is_empty(), "these import from a room above theirs; move what they need down: {new:#?}");
     let gone: Vec<_> = UPWARDS.iter().filter(|(file, room)| !upwards.contains(&(file.to_string(), room))).collect();
     assert!(gone.is_empty(), "these do not any more; take them from UPWARDS: {gone:#?}");
+}
+
+/// What a contributor is told of the rooms is what there is.
+#[test]
+fn every_room_stands_in_the_design() {
+    let design = fs::read_to_string(root().join("docs/design.md")).expect("docs/design.md is the design");
+    for entry in fs::read_dir(root().join("src")).expect("src/ exists") {
+        let path = entry.expect("src/ can be listed").path();
+        let room = path.file_name().expect("a room has a name").to_string_lossy().into_owned();
+        assert!(!path.is_dir() || design.contains(&format!("`{room}`")), "docs/design.md does not name {room}");
+    }
 }

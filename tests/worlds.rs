@@ -25,7 +25,7 @@ pub type Law = LinearSpringDashpot;
 pub type PlanarWorld<'t> = sheared::PlanarWorld<'t, Law>;
 pub type Grain = sheared::Grain<Law>;
 
-/// Table 1 of seed 000, with a damping to choose.
+/// Table 1 of Chen et al. (2021), with a damping to choose.
 pub fn contact(damping: f64) -> LinearSpringDashpot {
     LinearSpringDashpot {
         stiffness_normal: 1_772_093.8,

@@ -1,4 +1,4 @@
-//! Watching for a shear band: the world's side of seed 000, section 3.
+//! Watching for a shear band: the world's side of Chen et al. (2021), section 3.
 
 use scree_io::column::{Column, Values};
 use scree_partition::{Reader, Writer};

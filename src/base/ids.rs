@@ -1,4 +1,4 @@
-//! Ids, rows and places are different things and different types (STYLE.md, habit 8).
+//! Ids, rows and places are different things and different types.
 
 /// Names a grain for the whole run, on every rank and across restarts. Grains glued to plates share this space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]

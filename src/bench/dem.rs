@@ -55,7 +55,7 @@ pub fn measure(wanted: &Wanted, transport: &dyn Transport) -> Result<Measured, E
     }
 }
 
-/// Tiles of the packing along each axis, and grains in one: twice as high as wide, as the shear test of seed 000.
+/// Tiles of the packing along each axis, and grains in one: twice as high as wide, as the shear test of Chen et al. (2021).
 fn tiles<S: Space>(grains: u64) -> ([usize; 3], u64) {
     let (base, height) = if S::DIMENSION == 2 { (764.0, 2.0) } else { (1000.0, 1.0) };
     let whole = grains as f64 / base;
@@ -68,7 +68,7 @@ fn tiles<S: Space>(grains: u64) -> ([usize; 3], u64) {
     ([along as usize, up as usize, depth], base)
 }
 
-/// The packing that is tiled: Table 1 of seed 000 with the damping that is stable, or spheres of Table I of seed 001
+/// The packing that is tiled: Table 1 of Chen et al. (2021) with the damping that is stable, or spheres of Table I of Liu et al. (2016)
 /// made softer, so that the step is that of a sheared packing and not of quartz.
 fn job<S: Space>(base: u64) -> Result<Assembly, Error> {
     let text = if S::DIMENSION == 2 {

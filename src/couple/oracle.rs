@@ -1,4 +1,4 @@
-//! Where a persistent shear band is: seed 000 (Chen et al. 2021), section 3 and Algorithm 1.
+//! Where a persistent shear band is: Chen et al. (2021), section 3 and Algorithm 1.
 //!
 //! A node is flagged where the plastic strain rate e bends sharply and has lately been at work:
 //!
@@ -16,7 +16,7 @@ use crate::mpm::track::LOOKS;
 /// Looks within the window c_l.
 const LOOKS_PER_WINDOW: f64 = 8.0;
 
-/// Shear band detection (seed 000, section 3, Algorithm 1).
+/// Shear band detection (Chen et al. 2021, section 3, Algorithm 1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Oracle {
     /// c_0: threshold of the Laplacian.
@@ -27,7 +27,7 @@ pub struct Oracle {
     pub window: f64,
     /// c_g: strain of the fastest point over which the flagged set must stay as it is.
     pub persistence: f64,
-    /// Share of the flagged set that may have come and gone from one look to the next without its having changed; 0 in the seed.
+    /// Share of the flagged set that may have come and gone from one look to the next without its having changed; 0 in Chen et al. (2021).
     pub tolerance: f64,
     /// Steps between two looks.
     pub every: u64,

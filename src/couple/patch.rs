@@ -4,7 +4,7 @@
 //! b(x) = <b> + G (x - <x>),   G = <(b - <b>) (x - <x>)^T> <(x - <x>) (x - <x>)^T>^-1
 //! ```
 //!
-//! as Cundall's best fit of the strain among neighbours (seed 000, appendix A, eq. 50), over cells in their place.
+//! as Cundall's best fit of the strain among neighbours (Chen et al. 2021, appendix A, eq. 50), over cells in their place.
 
 use nalgebra::{SMatrix, SVector};
 

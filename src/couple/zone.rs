@@ -1,10 +1,10 @@
-//! Which cells become grains: seed 000 (Chen et al. 2021), section 4.
+//! Which cells become grains: Chen et al. (2021), section 4.
 
 use std::collections::BTreeSet;
 
 use nalgebra::SVector;
 
-/// Grains for points (seed 000, section 4).
+/// Grains for points (Chen et al. 2021, section 4).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Enrichment {
     /// phi_0, m.
@@ -20,7 +20,7 @@ pub struct Enrichment {
     pub life: ZoneLife,
 }
 
-/// What becomes of a zone once it is there; the seed's, which leave it as it is, are the defaults.
+/// What becomes of a zone once it is there; those of Chen et al. (2021), which leave it as it is, are the defaults.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ZoneLife {
     /// Whether it grows where the oracle finds a band beyond it.

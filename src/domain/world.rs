@@ -141,7 +141,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         Ok(())
     }
 
-    /// DESIGN.md's list.
+    /// The step of everything, in the one order that fixes every sum.
     fn step_of_all(&mut self) -> Result<(), Error> {
         self.open_page();
         let (begins, ends) = (self.begins_cycle(), self.ends_cycle());

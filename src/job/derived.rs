@@ -1,6 +1,6 @@
 //! Figures that follow from a scenario: what `scree check` prints and what refuses an unstable time step.
 //!
-//! Everything here is a pure function of the checked input, in SI units. "Seed 000" is Chen et al. 2021.
+//! Everything here is a pure function of the checked input, in SI units.
 
 use std::f64::consts::PI;
 
@@ -45,7 +45,7 @@ pub fn diameter_max(scenario: &Scenario) -> f64 {
     scenario.grains.diameter_mean + DIAMETER_CUT * scenario.grains.diameter_deviation
 }
 
-/// Mass of the grain of mean diameter, kg. Table 1 of seed 000 with a depth of 1 cm: 1.987e-5 kg.
+/// Mass of the grain of mean diameter, kg. Table 1 of Chen et al. (2021) with a depth of 1 cm: 1.987e-5 kg.
 pub fn grain_mass_mean(scenario: &Scenario) -> f64 {
     let radius = 0.5 * scenario.grains.diameter_mean;
     stable::grain_mass(scenario.grains.density, radius, scenario.specimen.depth, 2)
@@ -301,7 +301,7 @@ fn cost_of_point(scenario: &Scenario) -> f64 {
     COST_POINT / grain_steps(scenario) as f64
 }
 
-/// How much faster the hybrid is than grains alone (seed 000, 6.4.1):
+/// How much faster the hybrid is than grains alone (Chen et al. 2021, 6.4.1):
 /// 1 / (T_D/T + (1 - T_D/T) C_C / (C_D N_D)), with C_C per cell, C_D per grain and N_D grains per cell.
 pub fn speed_up(scenario: &Scenario) -> f64 {
     let zone = zone_height(scenario) / scenario.specimen.height;
@@ -376,7 +376,7 @@ mod tests {
         assert_eq!(speed_up_by(1.0, element, grains), 1.0);
     }
 
-    /// Table 1 and DESIGN section 6: mean mass, stiffness number, affine K of about 100 MPa, 58 grains in a cell.
+    /// Table 1 with a depth of 1 cm: mean mass, stiffness number, affine K of about 100 MPa, 58 grains in a cell.
     #[test]
     fn figures_of_the_papers_specimen() {
         let scenario = planar_shear(&[]).unwrap();

@@ -126,7 +126,7 @@ pub struct Specimen {
     pub depth: f64,
 }
 
-/// Sizes and matter of the grains (seed 000, Table 1).
+/// Sizes and matter of the grains (Chen et al. 2021, Table 1).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grains {
     /// Mean diameter D50, m.
@@ -156,7 +156,7 @@ pub struct Packing {
     pub cache: PathBuf,
 }
 
-/// Critical-state Drucker-Prager continuum on a background grid (seed 000, 2.2).
+/// Critical-state Drucker-Prager continuum on a background grid (Chen et al. 2021, 2.2).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Continuum {
     /// K, Pa.
@@ -181,7 +181,7 @@ pub struct Continuum {
     pub points_per_cell: usize,
     /// Share of FLIP in the velocity update, 0 (PIC) to 1 (FLIP).
     pub flip: f64,
-    /// Regions that start with another packing fraction, so that shear has a place to begin (seed 000, 6.1).
+    /// Regions that start with another packing fraction, so that shear has a place to begin (Chen et al. 2021, 6.1).
     pub weak: Vec<WeakRegion>,
 }
 

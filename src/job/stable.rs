@@ -144,7 +144,7 @@ impl Springs {
                 let rolling = law.rolling_stiffness * tangential * radius_a * radius_b;
                 Self { normal, tangential, rolling, damping_normal: 0.0, damping_tangential: 0.0 }
             }
-            // k = sqrt(2) G sqrt(R d)/(1 - nu) and 2 sqrt(2) G sqrt(R d)/(2 - nu): seed 001, eq. 53 and 54.
+            // k = sqrt(2) G sqrt(R d)/(1 - nu) and 2 sqrt(2) G sqrt(R d)/(2 - nu): Liu et al. (2016), eq. 53 and 54.
             Contact::HertzMindlin(law) => {
                 let root = 2.0f64.sqrt() * law.shear_modulus * radius * overlap.sqrt();
                 Self {
@@ -192,11 +192,11 @@ const DAMPED_SPINNING: &str = "Beyond it rotations flip at every step and fricti
 /// Dashpots are taken with mean grains alone, six or twelve around each, and with the lightest grain among them: it has
 /// fewer contacts but less mass, and chatters where the spread of sizes is wide.
 ///
-/// Measured in a dense packing of Table 1 of seed 000 (m = 1.987e-5 kg): gamma = 7 N s/m is clean at 2e-7 s and chatters at
+/// Measured in a dense packing of Table 1 of Chen et al. (2021) (m = 1.987e-5 kg): gamma = 7 N s/m is clean at 2e-7 s and chatters at
 /// 5e-7 s; gamma = 3.5 N s/m is clean at 4.5e-7 s and one grain in ten chatters at 5e-7 s. Here: 2.33e-7 s and 4.47e-7 s. A
-/// dashpot alone bounds rotation by m/(2 z gamma_t). Discs of 6 to 14 mm with E = 600 MPa and k_t/k_n = 0.8 (Table 1 of seed
-/// 002, 0.1 m deep) are clean at 3.16e-5 s in YADE, and the stiffest mode of two packings of theirs (reference/dem/rve_yade,
-/// all contacts sticking) allows 3.87e-5 s; here: 3.33e-5 s.
+/// dashpot alone bounds rotation by m/(2 z gamma_t). Discs of 6 to 14 mm with E = 600 MPa and k_t/k_n = 0.8 (Table 1 of
+/// Liang & Zhao 2019, 0.1 m deep) are clean at 3.16e-5 s in YADE, and the stiffest mode of two packings of theirs (all
+/// contacts sticking) allows 3.87e-5 s; here: 3.33e-5 s.
 pub fn bounds(contact: &Contact, lightest: &GrainScale, mean: &GrainScale) -> Vec<Bound> {
     let mut bounds = match contact {
         Contact::Linear(_) | Contact::LinearCohesive(_) => Vec::from(bounds_of_equals(contact, lightest)),
@@ -435,7 +435,7 @@ mod tests {
         governing(&bounds(contact, lightest, mean)).step
     }
 
-    /// reference/dem/README.md, "What these runs showed about Table 1 of seed 000".
+    /// With LAMMPS, on Table 1 of Chen et al. (2021).
     #[test]
     fn what_was_measured_with_dashpots() {
         let (lightest, mean) = (disc(0.38e-3), disc(0.5e-3));
@@ -491,7 +491,7 @@ mod tests {
         assert!(bound_of_servo(&springs, &mean, 20.0, 1.0).step > step(&springs, &mean, &mean));
     }
 
-    /// YADE ran these discs at 3.16e-5 s (reference/dem/rve_yade); a grain alone among its like would not be let to.
+    /// YADE ran these discs at 3.16e-5 s; a grain alone among its like would not be let to.
     #[test]
     fn what_was_measured_with_stiffness_that_grows_with_size() {
         let grain = |radius| GrainScale::of(radius, 2650.0, 0.1, 2);
@@ -555,7 +555,7 @@ mod tests {
         assert_eq!(bounds_cohesive, bounds(&table_1(3.5), &grain, &grain));
     }
 
-    /// Seed 001, Table I: G = 29 GPa, nu = 0.15, spheres of 0.43 to 1.18 mm.
+    /// Liu et al. (2016), Table I: G = 29 GPa, nu = 0.15, spheres of 0.43 to 1.18 mm.
     #[test]
     fn hertz_contacts() {
         let law = HertzMindlin {

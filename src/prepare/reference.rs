@@ -1,4 +1,4 @@
-//! The packing that a zone takes its grains from (seed 000, 4.1: the reference packing), as the run's folder keeps it, and how it lies
+//! The packing that a zone takes its grains from (Chen et al. 2021, 4.1: the reference packing), as the run's folder keeps it, and how it lies
 //! in the specimen.
 
 use std::path::Path;

@@ -1,6 +1,6 @@
-//! A run that watches for a shear band and puts grains in its place (seed 000, sections 3 and 4): tracks of the points, looks of
-//! the oracle, and once a band persists or one that is known is due, the enrichment with its account. A zone that lives (beyond the
-//! seed) goes on from there: it grows where the oracle finds a band beyond it, and its grains turn back into points where they rest.
+//! A run that watches for a shear band and puts grains in its place (Chen et al. 2021, sections 3 and 4): tracks of the points, looks of
+//! the oracle, and once a band persists or one that is known is due, the enrichment with its account. A zone that lives (beyond that
+//! paper) goes on from there: it grows where the oracle finds a band beyond it, and its grains turn back into points where they rest.
 
 use serde_json::{Value, json};
 

@@ -1,4 +1,4 @@
-//! Planar shear between rough plates (seed 000, 6.1): start, resume, the oracle's watch, and what a run shows.
+//! Planar shear between rough plates (Chen et al. 2021, 6.1): start, resume, the oracle's watch, and what a run shows.
 
 use scree_io::frames::Frame;
 use scree_partition::Transport;

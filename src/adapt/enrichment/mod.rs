@@ -1,4 +1,4 @@
-//! Replacing a shear band by grains: the world's side of seed 000, section 4.
+//! Replacing a shear band by grains: the world's side of Chen et al. (2021), section 4.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Kinematic training (seed 000, 4.1.1): grains of the packing go through the motion of the points that they replace.
+//! Kinematic training (Chen et al. 2021, 4.1.1): grains of the packing go through the motion of the points that they replace.
 
 use scree_partition::ExactSum;
 

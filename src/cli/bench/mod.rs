@@ -23,7 +23,7 @@ pub(super) enum Bench {
         /// Grains, about: the packing is made of equal tiles.
         #[arg(long, default_value_t = 7640)]
         grains: u64,
-        /// Discs of seed 000, Table 1 (plane), or Hertz-Mindlin spheres (solid).
+        /// Discs of Chen et al. (2021), Table 1 (plane), or Hertz-Mindlin spheres (solid).
         #[arg(long, default_value = "plane", value_parser = ["plane", "solid"])]
         space: String,
         #[command(flatten)]

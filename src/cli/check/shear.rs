@@ -10,7 +10,7 @@ use crate::law::contact::Contact;
 const MODULUS_EXCESS_MAX: f64 = 1.5;
 /// Below this factor a hybrid is not worth its trouble.
 const SPEED_UP_MIN: f64 = 1.5;
-/// Recent strain and distance that the paper calls the most one should take (seed 000, 3.2 and 4).
+/// Recent strain and distance that the paper calls the most one should take (Chen et al. 2021, 3.2 and 4).
 const RECENT_STRAIN_MAX: f64 = 0.05;
 const DISTANCE_IN_DIAMETERS_MAX: f64 = 30.0;
 /// Mass conservation would want xi near chi; with much less the material does not soften as it dilates.

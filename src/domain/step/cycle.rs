@@ -1,4 +1,4 @@
-//! Several steps of grains in one of the continuum (DESIGN.md, section 5), m of them.
+//! Several steps of grains in one of the continuum, m of them.
 //!
 //! A cycle begins with points on their way to the grid, and ends with their way back over all of its time. In between the
 //! nodes that they share with grains go in step with these, under the points' force of the beginning,

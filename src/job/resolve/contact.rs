@@ -8,7 +8,7 @@ use crate::law::contact::{
     Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding,
 };
 
-/// The contact law. Asleep: the linear one with Table 1 of seed 000 and the damping that is stable.
+/// The contact law. Asleep: the linear one with Table 1 of Chen et al. (2021) and the damping that is stable.
 ///
 /// `mass_mean`: mass of the mean grain, kg, which turns a restitution into a damping.
 pub fn contact(table: &Reader<'_>, mass_mean: f64) -> Result<Contact, Error> {
@@ -183,7 +183,7 @@ mod tests {
 
     const SPRINGS: &str = "stiffness_normal = 1772093.8\nstiffness_tangential = 886046.9\n";
 
-    /// Table 1 of seed 000: a restitution of 0.1 takes 4.96 N s/m (reference/dem/README.md); 7 N s/m follows only if m/2 is
+    /// Table 1 of Chen et al. (2021): a restitution of 0.1 takes 4.96 N s/m; 7 N s/m follows only if m/2 is
     /// mistaken for m.
     #[test]
     fn a_restitution_becomes_a_damping() {

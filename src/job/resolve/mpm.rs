@@ -512,7 +512,7 @@ fn load(table: &Reader<'_>, grid: &Grid) -> Result<Load, Error> {
     }
 }
 
-/// Defaults are those of Tables 6 and 9 of seed 000, of the triaxial test and of indentation.
+/// Defaults are those of Tables 6 and 9 of Chen et al. (2021), of the triaxial test and of indentation.
 fn oracle(
     table: &Reader<'_>,
     grid: &Grid,

@@ -1,4 +1,4 @@
-//! Planar shear. Tables that the method leaves asleep take the values of seed 000, so that nothing later is optional.
+//! Planar shear. Tables that the method leaves asleep take the values of Chen et al. (2021), so that nothing later is optional.
 
 use std::path::Path;
 
@@ -150,7 +150,7 @@ fn packing(table: &Reader<'_>, stress: f64, folder: &Path) -> Result<Packing, Er
     })
 }
 
-/// Asleep: moduli of the contact law, Table 2 of seed 000 for the rest, and cells that make blocks fit for grains.
+/// Asleep: moduli of the contact law, Table 2 of Chen et al. (2021) for the rest, and cells that make blocks fit for grains.
 fn continuum(
     (table, material): (&Reader<'_>, &Material<'_>),
     specimen: &Specimen,
@@ -247,7 +247,7 @@ fn weak_regions(table: &Reader<'_>, specimen: &Specimen) -> Result<Vec<WeakRegio
         .collect()
 }
 
-/// Asleep: Table 4 of seed 000. `steps_per_strain`: steps in which a band one cell thick shears by 1 at full speed.
+/// Asleep: Table 4 of Chen et al. (2021). `steps_per_strain`: steps in which a band one cell thick shears by 1 at full speed.
 fn oracle(table: &Reader<'_>, steps_per_strain: f64) -> Result<Oracle, Error> {
     let window = table.number_awake("window", 8e-4)?;
     let every = (window * steps_per_strain / LOOKS_PER_WINDOW).clamp(1.0, 1e9);

@@ -19,7 +19,7 @@ use super::{Answer, Contact, ContactLaw, FLAT, FromContact, Resistance, Touch};
 use crate::base::lane::Real;
 use crate::base::space::{Lanewise, Space};
 
-/// Stiffness from Young's modulus by harmonic means, rolling resistance (seed 002, eq. 20 to 28); no dashpot.
+/// Stiffness from Young's modulus by harmonic means, rolling resistance (Liang & Zhao 2019, eq. 20 to 28); no dashpot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElasticRolling {
     /// E, Pa.

@@ -21,7 +21,7 @@ use super::{Answer, Contact, ContactLaw, FromContact, NormalForce, Resistance, T
 use crate::base::lane::Real;
 use crate::base::space::{Lanewise, Space, Words};
 
-/// Hertz normal force, incremental Mindlin tangential force (seed 001, eq. 53 to 56).
+/// Hertz normal force, incremental Mindlin tangential force (Liu et al. 2016, eq. 53 to 56).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HertzMindlin {
     /// G_g, Pa.

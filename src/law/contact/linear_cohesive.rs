@@ -15,7 +15,7 @@ use super::{Answer, Contact, ContactLaw, FromContact, LinearSpringDashpot, Resis
 use crate::base::lane::Real;
 use crate::base::space::{Components, Lanewise, Space, Words};
 
-/// The same with cohesion (seed 000, 2.1).
+/// The same with cohesion (Chen et al. 2021, 2.1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearCohesive {
     pub linear: LinearSpringDashpot,

@@ -18,7 +18,7 @@ use super::{Answer, Contact, ContactLaw, FromContact, NormalForce, Resistance, T
 use crate::base::lane::Real;
 use crate::base::space::{Lanewise, Space, Words};
 
-/// Linear spring-dashpot with tangential memory and Coulomb limit (Cundall & Strack 1979; seed 000, 2.1).
+/// Linear spring-dashpot with tangential memory and Coulomb limit (Cundall & Strack 1979; Chen et al. 2021, 2.1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearSpringDashpot {
     /// k_n, N/m.

@@ -5,8 +5,8 @@
 //! than I = 1e-3, where a packing is quasi-static, once they do. Fluctuations against the shrinking cell are damped at the
 //! rate 0.2/t_p, which stops grains that drift without contacts, and by local damping of 0.2 for contact laws without
 //! dashpots; neither carries stress once grains are at rest. More of either was slower or looser: 1,000 discs with
-//! Table 1 of seed 000 under 400 kPa come to rest within 30,000 steps at packing fractions of 0.843 to 0.845, as damped
-//! compressions with LAMMPS did (reference/dem/README.md).
+//! Table 1 of Chen et al. (2021) under 400 kPa come to rest within 30,000 steps at packing fractions of 0.843 to 0.845, as damped
+//! compressions with LAMMPS did.
 //!
 //! What is compressed like this jams early. Denser packings come from a gas: grains without friction and dashpots, with
 //! random velocities of the energy p V_grain, are kept under the stress while mass-proportional damping cools them slowly,
