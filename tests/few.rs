@@ -13,6 +13,7 @@ use scree::domain::servo::CellDrive;
 use scree::domain::world::{Settings, World};
 use scree::law::contact::{
     ContactLaw, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding,
+    TangentialForce,
 };
 use scree::law::material::Absent;
 use scree::prepare::grain_world;
@@ -64,6 +65,7 @@ pub fn hertz() -> HertzMindlin {
         damping_tangential: 2.0,
         damping_ratio: 0.0,
         normal_force: NormalForce::TENSILE,
+        tangential_force: TangentialForce::Incremental,
     }
 }
 

@@ -23,7 +23,7 @@
 //! by less than two and changes its sign with the velocity.
 
 use crate::base::math::{PI, atan2};
-use crate::law::contact::Contact;
+use crate::law::contact::{Contact, TangentialForce};
 
 /// One reason why a time step cannot be longer.
 #[derive(Clone, Debug, PartialEq)]
@@ -566,6 +566,7 @@ mod tests {
             damping_tangential: 0.0,
             damping_ratio: 0.0,
             normal_force: NormalForce::TENSILE,
+            tangential_force: TangentialForce::Incremental,
         };
         let sphere = |radius| GrainScale::of(radius, 2650.0, 0.0, 3);
         let springs = Springs::of(&Contact::HertzMindlin(law), 1e-3, 1e-3, 0.01);

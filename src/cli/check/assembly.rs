@@ -6,7 +6,7 @@ use crate::dem::motion::DampingForm;
 use crate::job::assembly::{Assembly, Body, Packed, Preparation, Shape, Sizes, Source};
 use crate::job::figures as of;
 use crate::job::stable::{Bound, HERTZ_OVERLAP, governing};
-use crate::law::contact::{Contact, LinearSpringDashpot, NormalForce, Sliding};
+use crate::law::contact::{Contact, LinearSpringDashpot, NormalForce, Sliding, TangentialForce};
 
 /// Share of the cell that it may deform by in one step before contacts are followed too coarsely.
 const STRAIN_OF_STEP_MAX: f64 = 1e-4;
@@ -65,6 +65,13 @@ pub(super) fn contacts(page: &mut Page, assembly: &Assembly) {
             if law.damping_ratio > 0.0 {
                 page.row("damping ratio", &figures(law.damping_ratio), "zeta of dashpots 2 sqrt(5/6) zeta sqrt(m k_n)");
             }
+            let note = match law.tangential_force {
+                TangentialForce::Incremental => {
+                    "kept while contacts open, which may gain energy where they hardly slide"
+                }
+                TangentialForce::Rescaled => "falls with the radius of contacts that open",
+            };
+            page.row("tangential force", law.tangential_force.name(), note);
         }
     }
     if !matches!(assembly.contact, Contact::ElasticRolling(_)) {

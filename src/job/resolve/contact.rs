@@ -5,7 +5,7 @@ use crate::base::math::{PI, atan2, exp, ln, tan};
 use crate::job::raw::Reader;
 use crate::job::schema::OF_LAW;
 use crate::law::contact::{
-    Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding,
+    Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding, TangentialForce,
 };
 
 /// The contact law. Asleep: the linear one with Table 1 of Chen et al. (2021) and the damping that is stable.
@@ -48,6 +48,12 @@ pub fn contact(table: &Reader<'_>, mass_mean: f64) -> Result<Contact, Error> {
                 damping_tangential: table.number_or("damping_tangential", 0.0)?,
                 damping_ratio,
                 normal_force,
+                tangential_force: table.choice_or(
+                    "tangential_force",
+                    "form of the tangential force",
+                    &TangentialForce::NAMES,
+                    TangentialForce::default(),
+                )?,
             })
         }
         other => panic!("the schema has a law {other} that is not read"),

@@ -13,6 +13,7 @@ pub const KEYS: &[Key] = &[
     number("restitution", "the rebound of two mean grains, in place of dampings", RATIO, Range::open(0.0, 1.0), "0.1"),
     number("damping_ratio", "zeta of dashpots 2 sqrt(5/6) zeta sqrt(m k_n), m the effective mass", RATIO, NOT_NEGATIVE, "0.2"),
     text("normal_force", "what spring and dashpot may come to: tensile (the dashpot may pull while a contact opens) or repulsive", "\"repulsive\""),
+    text("tangential_force", "its elastic part while a contact opens: incremental (kept) or rescaled with the radius of the contact", "\"rescaled\""),
     number("friction", "mu, the Coulomb coefficient", RATIO, Range::closed(0.0, 5.0), "0.5"),
     number("friction_angle", "the angle whose tangent is mu, in place of friction", Dimension::ANGLE, Range::closed(0.0, 1.3734), "\"28.6 deg\""),
     number("cohesion_normal", "e_n, the pull that a contact bears", Dimension::FORCE, NOT_NEGATIVE, "\"0.2 N\""),
@@ -63,6 +64,7 @@ pub const OF_LAW: [(&str, &[&str]); 4] = [
             "damping_ratio",
             "restitution",
             "normal_force",
+            "tangential_force",
         ],
     ),
 ];

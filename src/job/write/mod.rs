@@ -113,6 +113,7 @@ impl Page {
                 self.number("damping_tangential", law.damping_tangential);
                 self.number("damping_ratio", law.damping_ratio);
                 self.text("normal_force", law.normal_force.name());
+                self.text("tangential_force", law.tangential_force.name());
             }
         }
     }

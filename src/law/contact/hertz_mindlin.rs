@@ -8,6 +8,7 @@
 //! dashpots  -C_n v_n and -C_t v_t beside the springs                    (56)
 //! C    = gamma + 2 sqrt(5/6) zeta sqrt(m k_n),  m = m_1 m_2/(m_1 + m_2)
 //! F_n  = max(2/3 k_n d - C_n v_n, 0)             normal_force = "repulsive"
+//! F_t <- F_t sqrt(d/d_before)  where d < d_before  tangential_force = "rescaled"
 //! ```
 //!
 //! gamma is the constant damping of the paper, with which the rebound depends on speed. With zeta it does not (Tsuji et al.
@@ -16,6 +17,10 @@
 //! The normal increments integrate to Hertz's closed form, which is what is computed. The tangential force remembers its
 //! elastic part and is cut with its dashpot to the cone of the elastic normal force. The normal dashpot may pull while a
 //! contact opens, unless it is limited to repel. Against a flat body R_2 is without bounds.
+//!
+//! By (54) alone the tangential force is kept while a contact opens and its stiffness falls, so that what is stored in it,
+//! F_t^2/(2 k_t), grows from nothing (Elata & Berryman 1996): up to 2e-4 of the energy of an impact that hardly slides. Rescaled it
+//! falls with the radius of the contact, which cannot bear what it bore (Walton 1987), and no impact gains.
 
 use super::{Answer, Contact, ContactLaw, FromContact, NormalForce, Resistance, Touch};
 use crate::base::lane::Real;
@@ -36,6 +41,29 @@ pub struct HertzMindlin {
     /// the `restitution` that it gives at every speed.
     pub damping_ratio: f64,
     pub normal_force: NormalForce,
+    pub tangential_force: TangentialForce,
+}
+
+/// What becomes of the elastic tangential force while a contact opens.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TangentialForce {
+    /// It is the sum of its increments, as in the paper.
+    #[default]
+    Incremental,
+    /// It falls with the radius of the contact.
+    Rescaled,
+}
+
+impl TangentialForce {
+    /// As jobs name them.
+    pub const NAMES: [(&'static str, Self); 2] = [("incremental", Self::Incremental), ("rescaled", Self::Rescaled)];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Incremental => "incremental",
+            Self::Rescaled => "rescaled",
+        }
+    }
 }
 
 impl HertzMindlin {
@@ -48,6 +76,21 @@ impl HertzMindlin {
         let normal = root_two * self.shear_modulus / (1.0 - self.poisson_ratio);
         let tangential = 2.0 * root_two * self.shear_modulus / (2.0 - self.poisson_ratio);
         [root * R::splat(normal), root * R::splat(tangential)]
+    }
+
+    /// What is left of the elastic part of the tangential force that a contact came with.
+    #[inline(always)]
+    fn carried<S: Space, R: Real>(&self, touch: &Touch<S, R>, elastic: &S::TangentOf<R>) -> S::TangentOf<R> {
+        let carried = S::carry(&touch.normal, touch.twist, elastic);
+        // One answer for the whole run, as below.
+        match self.tangential_force {
+            TangentialForce::Incremental => carried,
+            TangentialForce::Rescaled => {
+                let closed = R::max(touch.velocity_normal, R::splat(0.0)) * touch.advance;
+                let overlap = R::max(touch.overlap, R::splat(0.0));
+                carried * (overlap / R::max(overlap + closed, R::splat(f64::MIN_POSITIVE))).sqrt()
+            }
+        }
     }
 
     /// What the dashpots have beside their constants, N s/m, at that normal stiffness.
@@ -86,7 +129,7 @@ impl<S: Space> ContactLaw<S> for HertzMindlin {
         let normal = R::max(R::splat(self.normal_force.least()), damped);
 
         let slid = touch.velocity_tangential * touch.advance;
-        let trial_elastic = S::carry(&touch.normal, touch.twist, elastic) - slid * stiffness_tangential;
+        let trial_elastic = self.carried(touch, elastic) - slid * stiffness_tangential;
         let dashpot = -(touch.velocity_tangential * (viscosity + R::splat(self.damping_tangential)));
         let trial = trial_elastic + dashpot;
         let limit = spring * R::splat(self.friction);

@@ -15,7 +15,7 @@ mod normal_force;
 
 pub use absent::Absent;
 pub use elastic_rolling::{ElasticRolling, Sliding};
-pub use hertz_mindlin::HertzMindlin;
+pub use hertz_mindlin::{HertzMindlin, TangentialForce};
 pub use linear_cohesive::LinearCohesive;
 pub use linear_spring_dashpot::LinearSpringDashpot;
 pub use normal_force::NormalForce;

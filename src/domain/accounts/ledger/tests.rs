@@ -14,7 +14,9 @@ use crate::domain::layout::{Ground, Layout};
 use crate::domain::rebuild::{Parts, Row};
 use crate::domain::servo::CellDrive;
 use crate::domain::world::Settings;
-use crate::law::contact::{ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding};
+use crate::law::contact::{
+    ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding, TangentialForce,
+};
 use crate::law::material::Absent;
 
 const DENSITY: f64 = 2650.0;
@@ -170,6 +172,7 @@ fn hertz(shear_modulus: f64, damping: f64, friction: f64) -> HertzMindlin {
         damping_tangential: damping,
         damping_ratio: 0.0,
         normal_force: NormalForce::TENSILE,
+        tangential_force: TangentialForce::Incremental,
     }
 }
 
@@ -202,6 +205,8 @@ fn dense_shear_of_spheres() {
     closes_in_shear::<Solid, _>("linear", |mu| springs(5e4, 0.1, mu), SPHERES, 5e-8);
     closes_in_shear::<Solid, _>("cohesive", |mu| cohesive(5e4, 0.1, [0.1 * mu, mu]), SPHERES, 3e-7);
     closes_in_shear::<Solid, _>("Hertz", |mu| hertz(3e8, 0.1, mu), SPHERES, 5e-8);
+    let rescaled = |mu| HertzMindlin { tangential_force: TangentialForce::Rescaled, ..hertz(3e8, 0.1, mu) };
+    closes_in_shear::<Solid, _>("Hertz, rescaled", rescaled, SPHERES, 5e-8);
     closes_in_shear::<Solid, _>("rolling", |mu| rolling(1e8, Sliding::Surface, mu), SPHERES, 1e-7);
     closes_in_shear::<Solid, _>("rolling, scaled", |mu| rolling(1e8, Sliding::Scaled, mu), SPHERES, 2e-7);
 }
