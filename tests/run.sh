@@ -1,9 +1,18 @@
 #!/usr/bin/env bash
 # All tests: format, lints, and every test of the workspace, those of MPI under real mpirun. Sets up what is missing.
 #
-#     bash tests/run.sh
+#     bash tests/run.sh           everything
+#     bash tests/run.sh quick     for work in between: format, lints, golden digests, and physics that takes seconds
 set -euo pipefail
 cd "$(dirname "$0")/.."
+tier=${1:-all}
+case $tier in
+    all | quick) ;;
+    *)
+        echo "usage: bash tests/run.sh [all|quick]" >&2
+        exit 2
+        ;;
+esac
 # shellcheck source=tests/setup
 . tests/setup
 
@@ -37,6 +46,16 @@ export SCREE_PYTHON
 # Release throughout, so that build scripts and macros are compiled once.
 echo "== Lints, with MPI"
 cargo clippy --release --workspace --all-targets -- -D warnings || fail "a lint"
+
+if [ "$tier" = quick ]; then
+    # A profile of its own, built piece by piece: what has not changed is not compiled again.
+    echo "== Golden digests and quick physics"
+    cargo test --profile quick --test main -- gate tidy bad_ bodies cells clusters collisions continua contact_files coupling frames \
+        grazing inclines invariance laws material membranes oracle patches pieces pulses rowe two_grains vortex || fail "a test"
+    echo "Good so far: format, lints, golden digests and quick physics, in $((SECONDS - started)) s."
+    exit 0
+fi
+
 echo "== Lints, without MPI"
 cargo clippy --release --workspace --all-targets --no-default-features -- -D warnings || fail "a lint without MPI"
 
