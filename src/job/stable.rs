@@ -23,7 +23,7 @@
 //! by less than two and changes its sign with the velocity.
 
 use crate::base::math::{PI, atan2};
-use crate::law::contact::{Contact, TangentialForce};
+use crate::law::contact::Contact;
 
 /// One reason why a time step cannot be longer.
 #[derive(Clone, Debug, PartialEq)]
@@ -402,7 +402,7 @@ pub fn bound_of_servo(contact: &Contact, mean: &GrainScale, count: f64, mass: f6
 mod tests {
     use super::*;
     use crate::law::contact::{
-        ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding,
+        ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding, TangentialForce,
     };
 
     fn table_1(damping: f64) -> Contact {
