@@ -168,9 +168,6 @@ mod tests {
                     "enrichment.distance=5 mm",
                     "output.series_interval=1",
                     "packing.cache=elsewhere",
-                    "contact.law=linear_cohesive",
-                    "contact.cohesion_normal=1",
-                    "contact.cohesion_tangential=1",
                 ],
             ),
             (POURED, &["name=other", "time.end=1", "body.1.spin=3", "output.ledger=true", "damping.local=0.2"]),
@@ -188,7 +185,7 @@ mod tests {
             ),
         ];
         for (text, sets) in same {
-            for set in sets.iter().filter(|set| !set.starts_with("contact.")) {
+            for set in sets {
                 assert_eq!(of(text, &[*set]), of(text, &[]), "{set}");
             }
             assert_eq!(of(text, sets), of(text, &[]));
@@ -233,6 +230,23 @@ mod tests {
                 assert_ne!(of(text, &[*set]), of(text, &[]), "{set}");
             }
         }
+    }
+
+    /// A packing is made without cohesion; contacts of a law that knows it remember more than those of one that does not.
+    #[test]
+    fn cohesion_is_not_of_the_packing() {
+        let cohesive = |normal: &str| {
+            of(
+                SHEAR,
+                &[
+                    "contact.law=linear_cohesive",
+                    &format!("contact.cohesion_normal={normal}"),
+                    "contact.cohesion_tangential=1",
+                ],
+            )
+        };
+        assert_eq!(cohesive("1"), cohesive("2"));
+        assert_ne!(cohesive("1"), of(SHEAR, &[]));
     }
 
     /// A packing's name hangs on what a job says, not on how the program calls it inside.
