@@ -12,7 +12,7 @@ const STEPS_PER_LOOK: usize = 25;
 fn a_bad_deal_is_mended_and_a_good_one_kept() {
     let seen = threads::run(2, |rank| {
         let mut world = shaken(&rank);
-        let blocks = world.holding.layout.block_count();
+        let blocks = world.subdomain.layout.block_count();
         world.deal_by(&(0..blocks).map(|block| if block == 0 { 1 << 40 } else { 1 }).collect::<Vec<_>>()).unwrap();
         let mut seen = Vec::new();
         for _ in 0..LOOKS {

@@ -161,7 +161,7 @@ fn both_sides_leave_a_node_with_one_velocity() {
     }
     let (mut shared, mut tied, mut apart) = (0, 0, 0.0f64);
     let sums = world.continuum.tiles.sums.iter().zip(world.continuum.tiles.grain_sums.iter());
-    for (node, (sum, of_grains)) in world.holding.nodes.mosaic.owned.iter().zip(sums) {
+    for (node, (sum, of_grains)) in world.subdomain.nodes.mosaic.owned.iter().zip(sums) {
         let velocity = world.continuum.tiles.advanced[node.row as usize].velocity();
         let change = world.continuum.tiles.grain_changes[node.row as usize];
         if sum.mass() == 0.0 || of_grains.mass() == 0.0 {
@@ -362,7 +362,7 @@ fn a_zone_moves_from_rank_to_rank_with_all_that_is_in_it() {
     };
     let moved = threads::run(2, |rank| {
         let mut world = shaken(&rank);
-        let blocks = world.holding.layout.block_count();
+        let blocks = world.subdomain.layout.block_count();
         // A rank whose first or last block outweighs all others has that block alone.
         let heavy =
             |heavy: usize| (0..blocks).map(|block| if block == heavy { 1 << 40 } else { 1 }).collect::<Vec<u64>>();

@@ -258,7 +258,8 @@ fn ran<S: Space>(seed: u64, transport: &dyn Transport, deals: Option<u64>) -> Re
         if let Some(deals) = &mut deals
             && deals.one_in(5)
         {
-            let weights: Vec<u64> = (0..world.holding.layout.block_count()).map(|_| deals.below(1000) as u64).collect();
+            let weights: Vec<u64> =
+                (0..world.subdomain.layout.block_count()).map(|_| deals.below(1000) as u64).collect();
             world.deal_by(&weights)?;
         }
     }

@@ -42,7 +42,7 @@ pub fn watch<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     let mut found = false;
     if let Some(begin) = begin {
         let fields = node_fields(world, |hot, past| [since(hot, past, last), since(hot, past, Some(begin))])?;
-        let mut flagged = fields.flagged(settings, world.holding.layout.cell, diameter);
+        let mut flagged = fields.flagged(settings, world.subdomain.layout.cell, diameter);
         if world.has_grains() {
             flagged = beyond_grains(world, flagged)?;
         }
@@ -92,12 +92,12 @@ fn node_fields<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     fields: impl Fn(&Hot<S, L::Memory>, &Past<S>) -> [f64; 2] + Sync,
 ) -> Result<NodeFields, Error> {
     const WORDS: usize = 3;
-    let mosaic = &world.holding.nodes.mosaic;
+    let mosaic = &world.subdomain.nodes.mosaic;
     let mut rows = vec![[0.0; WORDS]; mosaic.rows() + mosaic.rows_received];
     let frames = &world.continuum.frames;
     let pasts = &world.continuum.points.pasts;
     let shape = world.settings.grid.shape;
-    let (ranges, tile_len) = (&world.holding.point_ranges, mosaic.nodes_per_tile);
+    let (ranges, tile_len) = (&world.subdomain.point_ranges, mosaic.nodes_per_tile);
     let tiles = &mut rows[..mosaic.rows()];
     let held = Held { rows: &mut world.continuum.points.hot, beside: &mut [(); 0], tiles, tile_len };
     over_blocks(ranges, held, &|block, Held { rows, tiles, .. }| {
@@ -112,17 +112,17 @@ fn node_fields<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
         }
         0.0
     });
-    let halo = &world.holding.nodes.gathered;
-    halo.pack::<WORDS>(&mut world.holding.buffers, |row| rows[row as usize]);
-    halo.exchange::<WORDS>(world.transport, &mut world.holding.buffers, &mut || {});
-    halo.unpack::<WORDS>(&world.holding.buffers, |row, words| rows[row as usize] = words);
+    let halo = &world.subdomain.nodes.gathered;
+    halo.pack::<WORDS>(&mut world.subdomain.buffers, |row| rows[row as usize]);
+    halo.exchange::<WORDS>(world.transport, &mut world.subdomain.buffers, &mut || {});
+    halo.unpack::<WORDS>(&world.subdomain.buffers, |row, words| rows[row as usize] = words);
     let sums = mosaic.sum(&rows, [0.0; WORDS], |sum, row| {
         for (sum, row) in sum.iter_mut().zip(row) {
             *sum += row;
         }
     });
 
-    let counts = [world.holding.layout.cells[0], world.holding.layout.cells[1] + 1];
+    let counts = [world.subdomain.layout.cells[0], world.subdomain.layout.cells[1] + 1];
     let mut mine = Writer::new();
     let looked_at = mosaic.owned.iter().zip(&sums).filter(|(node, sum)| sum[0] > 0.0 && is_free(world, node.place));
     for (node, sum) in looked_at {
@@ -148,7 +148,7 @@ fn node_fields<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
 /// within a cell of plates, of bodies among the material, however they touch it, and of faces that hold along them are not.
 fn is_free<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>, place: [i32; 3]) -> bool {
     let (cell, y, at) =
-        (world.holding.layout.cell, world.node_height(place), world.holding.layout.node_at::<S::Vector>(place));
+        (world.subdomain.layout.cell, world.node_height(place), world.subdomain.layout.node_at::<S::Vector>(place));
     let near_plate = |away: f64| world.bodies.iter().any(|plate| plate.holds(y + away * cell, cell));
     let near_body = || {
         world.bodies.iter().filter(|body| body.grip.is_some()).any(|body| {
@@ -165,7 +165,7 @@ fn is_free<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>
                     world.settings.grid.faces[axis][usize::from(upper)],
                     Boundary::Fixed | Boundary::Friction { .. }
                 );
-                holds && world.holding.layout.is_behind(beside, axis, upper)
+                holds && world.subdomain.layout.is_behind(beside, axis, upper)
             })
         })
     };
@@ -174,8 +174,8 @@ fn is_free<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>
 
 /// Where a node of [`NodeFields`] is, m.
 pub fn place_of_node<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>, node: u64) -> [f64; 2] {
-    let columns = world.holding.layout.cells[0] as u64;
-    let at: S::Vector = world.holding.layout.node_at([(node % columns) as i32, (node / columns) as i32, 0]);
+    let columns = world.subdomain.layout.cells[0] as u64;
+    let at: S::Vector = world.subdomain.layout.node_at([(node % columns) as i32, (node / columns) as i32, 0]);
     [at[0], at[1]]
 }
 
@@ -185,7 +185,7 @@ pub fn flagged_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
     memory: &Memory,
     places: &[[f64; 3]],
 ) -> Column {
-    let layout = &world.holding.layout;
+    let layout = &world.subdomain.layout;
     let nearest = |place: &[f64; 3]| -> u64 {
         let node = |axis: usize| ((place[axis] - layout.corner[axis]) / layout.cell).round().max(0.0) as u64;
         let columns = layout.cells[0] as u64;

@@ -55,7 +55,7 @@ impl Speed {
     ) -> Result<Self, Error> {
         let rebuilds = world.rebuilds;
         world.phases.seconds = Default::default();
-        world.holding.sent = HaloCounts::default();
+        world.subdomain.sent = HaloCounts::default();
         let rows = world.grains_total + world.points_total;
         let mut stretches = Vec::with_capacity(wanted.count);
         for _ in 0..wanted.count {
@@ -75,7 +75,7 @@ impl Speed {
         transport.sum(&mut resident);
         let mut most = [(world.assembly.grains.owned + world.continuum.points.len()) as i64];
         transport.max_integer(&mut most);
-        let mut sent = [world.holding.sent.messages as i64, world.holding.sent.bytes as i64];
+        let mut sent = [world.subdomain.sent.messages as i64, world.subdomain.sent.bytes as i64];
         transport.sum(&mut sent);
         let [messages, bytes] = sent.map(|sum| sum as f64 / steps as f64);
         Ok(Self {

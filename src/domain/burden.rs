@@ -86,12 +86,13 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         };
         let carries = self.bodies.iter().any(Body::carries);
         let coupled = self.is_coupled();
-        for (number, (node, sum)) in self.holding.nodes.mosaic.owned.iter().zip(&self.continuum.tiles.sums).enumerate()
+        for (number, (node, sum)) in
+            self.subdomain.nodes.mosaic.owned.iter().zip(&self.continuum.tiles.sums).enumerate()
         {
             if sum.mass() <= 0.0 {
                 continue;
             }
-            let holder = Self::holder(&self.bodies, self.node_height(node.place), self.holding.layout.cell);
+            let holder = Self::holder(&self.bodies, self.node_height(node.place), self.subdomain.layout.cell);
             if holder.is_none() && !carries {
                 continue;
             }
@@ -107,7 +108,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 add(body, &momentum, mass);
                 continue;
             }
-            let place: S::Vector = self.holding.layout.node_at(node.place);
+            let place: S::Vector = self.subdomain.layout.node_at(node.place);
             for (body, held) in self.bodies.iter().enumerate() {
                 let place = place_beside(held, &self.assembly.cell, &place);
                 if let Some((momentum, mass)) = held.carried(&place, &momentum, mass) {

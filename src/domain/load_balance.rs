@@ -145,7 +145,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             self.continuum.points.cold.iter().zip(&self.continuum.points.hot).map(|(cold, hot)| (cold, hot.weight));
         let weights = self.weigh(self.assembly.grains.cold[..self.assembly.grains.owned].iter(), points)?;
         let best = cut(&weights, ranks);
-        let gain = heaviest(&weights, &self.holding.deal.ranges).saturating_sub(heaviest(&weights, &best));
+        let gain = heaviest(&weights, &self.subdomain.deal.ranges).saturating_sub(heaviest(&weights, &best));
         self.load_balance.lost += steps as f64 * gain as f64;
         if self.load_balance.lost <= price as f64 {
             return Ok(false);
@@ -167,7 +167,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Collective.
     pub fn load_map(&mut self, steps: u64, threads: usize, output: f64) -> LoadMap {
         let (costs, _) = self.measure_costs();
-        let (blocks, offsets) = (self.holding.layout.block_count(), neighbours(S::DIMENSION));
+        let (blocks, offsets) = (self.subdomain.layout.block_count(), neighbours(S::DIMENSION));
         let [mut grains, mut points, mut coupled] = [0; 3].map(|zero| vec![zero; blocks]);
         // Of each block: pairs of neighbours, one bit for each, and grains within reach of all of them.
         let mut near = Vec::new();
@@ -176,18 +176,18 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             false => 0.0,
         });
         let reach = self.reach();
-        for (number, block) in self.holding.deal.held().enumerate() {
-            let at = self.holding.layout.listed(block);
-            points[at] = self.holding.point_ranges[number].len() as i64;
-            grains[at] = self.holding.grain_ranges[number].len() as i64;
-            coupled[at] = if self.is_coupled() && self.holding.coupled[number] { grains[at] } else { 0 };
+        for (number, block) in self.subdomain.deal.held().enumerate() {
+            let at = self.subdomain.layout.listed(block);
+            points[at] = self.subdomain.point_ranges[number].len() as i64;
+            grains[at] = self.subdomain.grain_ranges[number].len() as i64;
+            coupled[at] = if self.is_coupled() && self.subdomain.coupled[number] { grains[at] } else { 0 };
             let mut masks = BTreeMap::new();
             let others = self.others(block, &offsets);
-            for row in self.holding.grain_ranges[number].clone() {
+            for row in self.subdomain.grain_ranges[number].clone() {
                 let fraction = self.assembly.cell_home.fraction(&self.assembly.grains.cold[row].home);
                 let bit = |(bit, other): (usize, &Option<usize>)| {
                     let other = (*other)?;
-                    (self.holding.layout.distance::<S>(&fraction, other, &heights) <= reach).then_some(1 << bit)
+                    (self.subdomain.layout.distance::<S>(&fraction, other, &heights) <= reach).then_some(1 << bit)
                 };
                 let mask: u32 = others.iter().enumerate().filter_map(bit).sum();
                 if mask != 0 {
@@ -210,17 +210,17 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let has_grid = self.has_grid();
         LoadMap {
             dimension: S::DIMENSION,
-            blocks: self.holding.layout.blocks(),
-            periodic: self.holding.layout.periodic,
+            blocks: self.subdomain.layout.blocks(),
+            periodic: self.subdomain.layout.periodic,
             grains,
             coupled,
             points,
             near,
             shared: match has_grid {
-                true => offsets.iter().map(|offset| self.holding.layout.shared_nodes(*offset) as u32).collect(),
+                true => offsets.iter().map(|offset| self.subdomain.layout.shared_nodes(*offset) as u32).collect(),
                 false => Vec::new(),
             },
-            nodes: self.holding.layout.tile_edge().pow(S::DIMENSION as u32),
+            nodes: self.subdomain.layout.tile_edge().pow(S::DIMENSION as u32),
             costs,
             words: self.words(),
             passes: usize::from(has_grid) * self.passes(),
@@ -239,7 +239,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     fn others(&self, block: usize, offsets: &[[i32; 3]]) -> Vec<Option<usize>> {
         let mut others: Vec<Option<usize>> = Vec::with_capacity(offsets.len());
         for offset in offsets {
-            let other = self.holding.layout.neighbour(block, *offset);
+            let other = self.subdomain.layout.neighbour(block, *offset);
             others.push(other.filter(|other| *other != block && !others.contains(&Some(*other))));
         }
         others
@@ -251,7 +251,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         for (block, masks) in &mine {
             masks.iter().for_each(|(mask, rows)| numbers.u32_array([*block, *mask, *rows]));
         }
-        let mut near = vec![Vec::new(); self.holding.layout.block_count()];
+        let mut near = vec![Vec::new(); self.subdomain.layout.block_count()];
         for bytes in self.transport.all_gather(numbers.as_bytes()) {
             for [block, mask, rows] in bytes.as_chunks::<12>().0.iter().map(|entry| {
                 let number = |at: usize| u32::from_le_bytes([entry[at], entry[at + 1], entry[at + 2], entry[at + 3]]);
@@ -265,13 +265,13 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Rows here that cost time, by their kind.
     fn rows_of_kinds(&self) -> [u64; KINDS] {
-        let coupled = self.holding.grain_ranges.iter().zip(&self.holding.coupled).filter(|(_, coupled)| **coupled);
+        let coupled = self.subdomain.grain_ranges.iter().zip(&self.subdomain.coupled).filter(|(_, coupled)| **coupled);
         let coupled = coupled.map(|(range, _)| range.len()).sum::<usize>();
         let mut rows = [0; KINDS];
         rows[Kind::Grain as usize] = self.assembly.grains.owned as u64;
         rows[Kind::Coupled as usize] = if self.is_coupled() { coupled as u64 } else { 0 };
         rows[Kind::Point as usize] = self.continuum.points.len() as u64;
-        rows[Kind::Tile as usize] = self.holding.nodes.mosaic.tiles as u64;
+        rows[Kind::Tile as usize] = self.subdomain.nodes.mosaic.tiles as u64;
         rows
     }
 
@@ -282,7 +282,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         grains: impl Iterator<Item = &'a Cold<S>>,
         points: impl Iterator<Item = (&'a PointCold<S>, f64)>,
     ) -> Result<Vec<u64>, Error> {
-        let blocks = self.holding.layout.block_count();
+        let blocks = self.subdomain.layout.block_count();
         // Grains, points, and points of the rim, block by block.
         let mut counts = vec![0i64; 3 * blocks];
         let count = || -> Result<(), Error> {
@@ -317,11 +317,11 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Gives every rank its stretch of the curve, and lays the tiles of this one's. Rows must settle afterwards.
     pub(crate) fn deal_out(&mut self, ranges: Vec<Range<usize>>) {
-        self.holding.deal = Deal { ranges, rank: self.transport.rank() };
-        self.holding.nodes =
-            if self.has_grid() { self.holding.layout.node_rows(&self.holding.deal) } else { Default::default() };
-        self.continuum.tiles = Tiles::lay(&self.holding.nodes.mosaic, self.is_coupled());
-        self.continuum.frames = self.holding.deal.held().map(|block| self.holding.layout.frame(block)).collect();
+        self.subdomain.deal = Deal { ranges, rank: self.transport.rank() };
+        self.subdomain.nodes =
+            if self.has_grid() { self.subdomain.layout.node_rows(&self.subdomain.deal) } else { Default::default() };
+        self.continuum.tiles = Tiles::lay(&self.subdomain.nodes.mosaic, self.is_coupled());
+        self.continuum.frames = self.subdomain.deal.held().map(|block| self.subdomain.layout.frame(block)).collect();
     }
 
     /// Deals blocks by any weights, with everything in them, and nothing else: no home changes. For who wants to see that

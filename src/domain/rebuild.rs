@@ -18,12 +18,12 @@ use crate::dem::grains::{Cold, GrainRow, Grains, Mover, Tie};
 use crate::dem::memories::Memories;
 use crate::domain::accounts::ledger::points::PointLedger;
 use crate::domain::grid::Reactions;
-use crate::domain::holding::Holding;
 use crate::domain::layout::{Deal, Layout};
 use crate::domain::load_balance::LoadBalance;
 use crate::domain::phases::{Phase, Phases};
 use crate::domain::servo::Missed;
 use crate::domain::stop::Wish;
+use crate::domain::subdomain::Subdomain;
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
 use crate::law::contact::ContactLaw;
@@ -143,7 +143,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             continuum: Continuum::empty(parts.membranes),
             bodies: parts.bodies,
             bodies_home: parts.home.bodies,
-            holding: Holding::empty(layout, deal),
+            subdomain: Subdomain::empty(layout, deal),
             grains_total: 0,
             points_total: 0,
             wish: Wish::None,
@@ -284,7 +284,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         fresh: Vec<Row<S, C>>,
         fresh_points: Vec<Point<S, L::Memory>>,
     ) -> Result<(), Error> {
-        self.holding.settlings += 1;
+        self.subdomain.settlings += 1;
         self.settle_points(fresh_points)?;
         self.settle_grains(fresh)?;
         self.check_counts()?;
@@ -311,7 +311,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             Ok((self.block_of_point(&point.cold)?, point.cold.id.0))
         })?;
         self.continuum.points.take_order(&moved);
-        self.holding.point_ranges = moved.ranges;
+        self.subdomain.point_ranges = moved.ranges;
         Ok(())
     }
 
@@ -326,7 +326,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let owned = self.assembly.grains.owned;
         let mut memories = Memories::default();
         for (row, place) in places[..owned].iter().enumerate() {
-            match self.holding.deal.owner(place.0) == self.holding.deal.rank {
+            match self.subdomain.deal.owner(place.0) == self.subdomain.deal.rank {
                 true => memories.push(self.carried_by(row)),
                 false => memories.push(std::iter::empty()),
             }
@@ -343,7 +343,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.assembly.grains.cold = moved.ordered(&self.assembly.grains.cold, |row| row.cold);
         self.assembly.grains.ties = moved.ordered(&self.assembly.grains.ties, |row| row.tie);
         let Moved { sources, arrived, ranges, .. } = moved;
-        self.holding.grain_ranges = ranges;
+        self.subdomain.grain_ranges = ranges;
         let pick = |source: &u32| (*source as usize).checked_sub(owned);
         self.assembly.grains.owned = sources.len();
         self.assembly.grains.settle();
@@ -370,7 +370,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     /// A block's copies come from its neighbours alone, so a contact must not reach across one.
     fn refuse_thin_blocks(&self) -> Result<(), Error> {
         let reach = self.reach();
-        let blocks = self.holding.layout.blocks();
+        let blocks = self.subdomain.layout.blocks();
         for (axis, count) in blocks.into_iter().enumerate().take(S::DIMENSION) {
             let height = self.assembly.cell_home.height(axis);
             // One or two blocks are neighbours of everything; a pair's nearest image must then be the only one in reach.
@@ -391,7 +391,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// The number of an exchange, which all ranks count alike.
     fn number_of(&self, travel: Travel) -> u64 {
-        self.holding.settlings * TRAVELS + travel as u64
+        self.subdomain.settlings * TRAVELS + travel as u64
     }
 
     /// Rows that stay are not packed; the others travel in parcels.
@@ -419,18 +419,18 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let mut to_ranks: Vec<Vec<T>> = (0..self.transport.size()).map(|_| Vec::new()).collect();
         let mut order = Vec::with_capacity(places.len());
         for (row, place) in places[..held].iter().enumerate() {
-            match self.holding.deal.owner(place.0) {
-                owner if owner == self.holding.deal.rank => order.push((*place, id(row), row as u32)),
+            match self.subdomain.deal.owner(place.0) {
+                owner if owner == self.subdomain.deal.rank => order.push((*place, id(row), row as u32)),
                 owner => to_ranks[owner].push(whole(row)),
             }
         }
-        let rank = self.holding.deal.rank;
-        match places[held..].iter().all(|place| self.holding.deal.owner(place.0) == rank) {
+        let rank = self.subdomain.deal.rank;
+        match places[held..].iter().all(|place| self.subdomain.deal.owner(place.0) == rank) {
             // On one rank nothing is moved: at the start and at an enrichment these are most rows that there are.
             true => to_ranks[rank] = fresh,
             false => {
                 for (row, place) in fresh.into_iter().zip(&places[held..]) {
-                    to_ranks[self.holding.deal.owner(place.0)].push(row);
+                    to_ranks[self.subdomain.deal.owner(place.0)].push(row);
                 }
             }
         }
@@ -481,13 +481,13 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             }
             start..next
         };
-        self.holding.deal.held().map(&mut range_of).collect()
+        self.subdomain.deal.held().map(&mut range_of).collect()
     }
 
     /// Parts of a cell along each axis, some two grains wide: grains of one part stand together, so that those that touch are near each
     /// other in memory, however many of them a cell of the grid holds.
     fn parts_of_cell(&self) -> usize {
-        let parts = self.holding.layout.cell / (SKINS_OF_PART * self.settings.skin);
+        let parts = self.subdomain.layout.cell / (SKINS_OF_PART * self.settings.skin);
         parts.floor().clamp(1.0, PARTS_MAX) as usize
     }
 
@@ -497,12 +497,12 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// Number of the cell that a grain of this rank lay in at the last rebuild, by the same reckoning as its block.
     pub(crate) fn cell_of_grain(&self, cold: &Cold<S>) -> Option<usize> {
-        self.holding.layout.cell_of::<S>(&self.assembly.cell_home.fraction(&cold.home), self.parts_of_cell())
+        self.subdomain.layout.cell_of::<S>(&self.assembly.cell_home.fraction(&cold.home), self.parts_of_cell())
     }
 
     /// The same of a point.
     pub(crate) fn cell_of_point(&self, cold: &PointCold<S>) -> Option<usize> {
-        self.holding.layout.cell_of::<S>(&self.assembly.cell_home.fraction(&cold.home), 1)
+        self.subdomain.layout.cell_of::<S>(&self.assembly.cell_home.fraction(&cold.home), 1)
     }
 
     pub(crate) fn block_of_point(&self, cold: &PointCold<S>) -> Result<Place, Error> {
@@ -511,7 +511,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// Block of a place, and which of the parts of its cells it lies in.
     fn block_of(&self, home: &S::Vector, parts: usize, what: &str, id: u64) -> Result<Place, Error> {
-        self.holding.layout.place::<S>(&self.assembly.cell_home.fraction(home), parts).ok_or_else(|| {
+        self.subdomain.layout.place::<S>(&self.assembly.cell_home.fraction(home), parts).ok_or_else(|| {
             let place: Vec<String> = (0..S::DIMENSION).map(|axis| format!("{:.6e}", home[axis])).collect();
             Error::Run(format!(
                 "step {}: {what} {id} on rank {} is at ({}) m, outside the domain; the run is unstable, or the domain too small: check time.step and the last frames, or move the edges of the domain outwards (cell.lower and cell.upper, of a continuum grid.lower and grid.upper)",
@@ -530,14 +530,14 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             *height = self.assembly.cell_home.height(axis);
         }
         let mut rows_to: Vec<Vec<u32>> = vec![Vec::new(); self.transport.size()];
-        for (block, range) in self.holding.deal.held().zip(&self.holding.grain_ranges) {
+        for (block, range) in self.subdomain.deal.held().zip(&self.subdomain.grain_ranges) {
             let around: Vec<(usize, usize)> = self
-                .holding
+                .subdomain
                 .layout
                 .around(block)
                 .into_iter()
-                .map(|neighbour| (self.holding.deal.owner(neighbour), neighbour))
-                .filter(|(owner, _)| *owner != self.holding.deal.rank)
+                .map(|neighbour| (self.subdomain.deal.owner(neighbour), neighbour))
+                .filter(|(owner, _)| *owner != self.subdomain.deal.rank)
                 .collect();
             if around.is_empty() {
                 continue;
@@ -545,7 +545,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             for row in range.clone() {
                 let fraction = self.assembly.cell_home.fraction(&self.assembly.grains.cold[row].home);
                 for (owner, neighbour) in &around {
-                    let near = self.holding.layout.distance::<S>(&fraction, *neighbour, &heights) <= reach;
+                    let near = self.subdomain.layout.distance::<S>(&fraction, *neighbour, &heights) <= reach;
                     if near && rows_to[*owner].last() != Some(&(row as u32)) {
                         rows_to[*owner].push(row as u32);
                     }
@@ -569,8 +569,8 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let copies = incoming.iter().map(Vec::len).sum();
         self.assembly.grains.hot.reserve_exact(copies);
         self.assembly.grains.cold.reserve_exact(copies);
-        self.holding.ghosts = Halo::default();
-        self.holding.ghosts.sends =
+        self.subdomain.ghosts = Halo::default();
+        self.subdomain.ghosts.sends =
             rows_to.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()).collect::<Vec<_>>();
         for (peer, rows) in incoming.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()) {
             let first = self.assembly.grains.hot.len() as u32;
@@ -578,7 +578,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
                 self.assembly.grains.hot.push(row.hot);
                 self.assembly.grains.cold.push(row.cold);
             }
-            self.holding.ghosts.receives.push((peer, first..first + rows.len() as u32));
+            self.subdomain.ghosts.receives.push((peer, first..first + rows.len() as u32));
         }
         Ok(())
     }
@@ -586,14 +586,14 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     /// Blocks whose grains may share nodes: those with grains within reach of points of the reconciliation zone, or of membranes.
     fn mark_coupled(&mut self) {
         if !self.is_coupled() {
-            self.holding.coupled = vec![false; self.holding.deal.held().len()];
+            self.subdomain.coupled = vec![false; self.subdomain.deal.held().len()];
             self.untie();
             return;
         }
-        let blocks = self.holding.layout.block_count();
+        let blocks = self.subdomain.layout.block_count();
         let mut counts = vec![0i64; 2 * blocks];
         for ((block, points), grains) in
-            self.holding.deal.held().zip(&self.holding.point_ranges).zip(&self.holding.grain_ranges)
+            self.subdomain.deal.held().zip(&self.subdomain.point_ranges).zip(&self.subdomain.grain_ranges)
         {
             counts[block] = i64::from(self.continuum.points.hot[points.clone()].iter().any(|point| point.weight < 1.0));
             counts[blocks + block] = grains.len() as i64;
@@ -604,18 +604,19 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let near = self.near_rim(rim);
         let coupled: Vec<bool> = near.iter().zip(&*grains).map(|(near, grains)| *near && *grains > 0).collect();
         // Grains of a block bring to nodes of the blocks around it.
-        let shared = self.with_blocks_around(&coupled)[self.holding.deal.held()].to_vec();
-        let coupled = &coupled[self.holding.deal.held()];
-        if self.holding.coupled != coupled || self.continuum.tiles.shared != shared {
-            self.holding.coupled = coupled.to_vec();
-            self.continuum.tiles.share(&self.holding.nodes.mosaic, shared);
+        let shared = self.with_blocks_around(&coupled)[self.subdomain.deal.held()].to_vec();
+        let coupled = &coupled[self.subdomain.deal.held()];
+        if self.subdomain.coupled != coupled || self.continuum.tiles.shared != shared {
+            self.subdomain.coupled = coupled.to_vec();
+            self.continuum.tiles.share(&self.subdomain.nodes.mosaic, shared);
         }
         self.untie();
     }
 
     /// Grains away from points have nothing to be tied to.
     fn untie(&mut self) {
-        for (_, range) in self.holding.coupled.iter().zip(&self.holding.grain_ranges).filter(|(coupled, _)| !**coupled)
+        for (_, range) in
+            self.subdomain.coupled.iter().zip(&self.subdomain.grain_ranges).filter(|(coupled, _)| !**coupled)
         {
             self.assembly.grains.ties[range.clone()].fill(Tie::loose());
         }
@@ -627,7 +628,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         if !near.contains(&true) {
             return near;
         }
-        for _ in 0..COUPLED_CELLS.div_ceil(self.holding.layout.cells_per_block) {
+        for _ in 0..COUPLED_CELLS.div_ceil(self.subdomain.layout.cells_per_block) {
             near = self.with_blocks_around(&near);
         }
         near
@@ -635,7 +636,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
 
     /// Blocks of the whole domain that are among those or beside one of them.
     fn with_blocks_around(&self, blocks: &[bool]) -> Vec<bool> {
-        let beside = |block: usize| self.holding.layout.around(block).into_iter().any(|neighbour| blocks[neighbour]);
+        let beside = |block: usize| self.subdomain.layout.around(block).into_iter().any(|neighbour| blocks[neighbour]);
         (0..blocks.len()).map(|block| blocks[block] || beside(block)).collect()
     }
 }

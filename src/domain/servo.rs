@@ -165,7 +165,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 sums.add(of_dashpots + axis, part.dashpots[axis]);
             }
         };
-        for range in &self.holding.grain_ranges {
+        for range in &self.subdomain.grain_ranges {
             let mut block = Strained::zero();
             for row in range.clone() {
                 let part = self.assembly.contacts.strained(law, grains, cell, row);
@@ -212,7 +212,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 sums.add(component, moment[component]);
             }
         };
-        for range in &self.holding.grain_ranges {
+        for range in &self.subdomain.grain_ranges {
             let mut block = S::Tensor::zero();
             for row in range.clone() {
                 block += of_row(row);

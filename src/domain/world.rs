@@ -18,11 +18,11 @@ use crate::dem::segments::{Finish, Segments, Wait, finish_waiting};
 use crate::domain::accounts::ledger::EnergyLedger;
 use crate::domain::accounts::ledger::points::PointLedger;
 use crate::domain::grid::{Grid, Reactions};
-use crate::domain::holding::Holding;
 use crate::domain::load_balance::LoadBalance;
 use crate::domain::phases::{Phase, Phases};
 use crate::domain::servo::{CellDrive, Missed};
 use crate::domain::stop::Wish;
+use crate::domain::subdomain::Subdomain;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::mpm::continuum::Continuum;
@@ -72,7 +72,7 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub bodies: Vec<Body<S>>,
     /// Displacement of each body at the last rebuild, m.
     pub(crate) bodies_home: Vec<S::Vector>,
-    pub holding: Holding,
+    pub subdomain: Subdomain,
     /// Grains and points in the whole world; whatever changes them on purpose says so here, everything else is a loss.
     pub grains_total: u64,
     pub points_total: u64,
@@ -189,9 +189,9 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     pub fn refresh_ghosts(&mut self) {
         if self.has_grains() {
             // Messages of steps alone are counted.
-            let sent = self.holding.sent;
+            let sent = self.subdomain.sent;
             self.renew_ghosts(|_| ());
-            self.holding.sent = sent;
+            self.subdomain.sent = sent;
         }
     }
 
@@ -208,7 +208,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.assembly.contacts.settle_images(&self.assembly.cell);
         self.phases.stop(Phase::Halo, timer);
         self.travel(
-            |world| &mut world.holding.ghosts,
+            |world| &mut world.subdomain.ghosts,
             // The words of a record begin with those that travel.
             |world, row| -> [f64; W] { std::array::from_fn(|word| world.assembly.grains.hot[row].numbers()[word]) },
             meanwhile,
@@ -236,7 +236,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let (timer, booked) = (self.phases.start(), self.phases.total());
         let (transport, mut meanwhile) = (self.transport, Some(meanwhile));
         // Out of the world for as long as it is worked on; nothing is copied.
-        let (rows, mut buffers) = (mem::take(halo(self)), mem::take(&mut self.holding.buffers));
+        let (rows, mut buffers) = (mem::take(halo(self)), mem::take(&mut self.subdomain.buffers));
         rows.pack(&mut buffers, |row| pack(self, row as usize));
         rows.exchange::<W>(transport, &mut buffers, &mut || {
             if let Some(meanwhile) = meanwhile.take() {
@@ -244,8 +244,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             }
         });
         rows.unpack(&buffers, |row, words| unpack(self, row as usize, words));
-        self.holding.sent += rows.counts::<W>();
-        (*halo(self), self.holding.buffers) = (rows, buffers);
+        self.subdomain.sent += rows.counts::<W>();
+        (*halo(self), self.subdomain.buffers) = (rows, buffers);
         self.phases.stop_around(Phase::Halo, timer, booked);
     }
 
@@ -324,7 +324,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Height of a node, m.
     pub(crate) fn node_height(&self, place: [i32; 3]) -> f64 {
-        self.holding.layout.corner[1] + f64::from(place[1]) * self.holding.layout.cell
+        self.subdomain.layout.corner[1] + f64::from(place[1]) * self.subdomain.layout.cell
     }
 
     /// The cell's velocity gradient over the coming drift; grains follow a change of it.
@@ -384,7 +384,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let closed = 2.0 * moved + stretch * (2.0 * self.assembly.radius_max + self.settings.skin);
         let vertices = if self.is_coupled() { self.continuum.membranes.away_from_home() } else { 0.0 };
         let points = larger(larger(self.continuum.points_outside[0], self.continuum.points_outside[1]), vertices)
-            / (DRIFT_MAX * self.holding.layout.cell);
+            / (DRIFT_MAX * self.subdomain.layout.cell);
         [closed / self.settings.skin, 2.0 * self.reach_of_cycle() / self.settings.skin, points]
     }
 

@@ -30,7 +30,7 @@ mod write;
 pub use crate::job::document::Job;
 pub use assembly::Assembly;
 pub use mpm::Mpm;
-pub(crate) use resolve::{BLOCK_OF_DISCS, BYPASS, MATERIAL_KEYS, digits_below, significant};
+pub(crate) use resolve::{BLOCK_OF_DISCS, BYPASS, MATERIAL_KEYS, digits_below, margin_in_words, significant};
 
 /// Which parts of the program are awake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,7 +12,6 @@ use crate::job::mpm::{
     Boundary, Elastic, Granular, InitialStress, Material, MaterialLaw, Mpm, Origin, Region, RigidBody,
 };
 use crate::job::{Continuum, Grains, Loading, Method, Output, Packing, Scenario, Time};
-use crate::prepare::loose::glued_reach;
 
 /// Of a packing between plates.
 pub fn sheared(job: &Scenario) -> String {
@@ -44,7 +43,7 @@ pub fn sheared(job: &Scenario) -> String {
         ledger: false,
         ..job.clone()
     };
-    format!("sheared 6, glued within {:?}\n{}", glued_reach(job), recipe.to_toml())
+    format!("sheared 6\n{}", recipe.to_toml())
 }
 
 /// Of grains that are compressed in a cell, or poured into it.
@@ -102,7 +101,7 @@ pub fn specimen(job: &Mpm, granular: &Granular, way_of_seat: impl Fn(&RigidBody)
         ledger: false,
         ..job.clone()
     };
-    format!("specimen 6, step of grains {:?}\n{}", granular.piece.step, recipe.to_toml())
+    format!("specimen 6\n{}", recipe.to_toml())
 }
 
 /// An assembly whose packing is made and that then does nothing.

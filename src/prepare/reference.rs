@@ -108,7 +108,7 @@ fn tiled<C: ContactLaw<Plane>>(
     piece: &Packing<Plane, C>,
     is_wanted: impl Fn(GrainId, &Vector) -> bool,
 ) -> Vec<Grain<C>> {
-    let layout = &world.holding.layout;
+    let layout = &world.subdomain.layout;
     let edges = [piece.cell.edges[0], piece.cell.edges[3]];
     let copies = [0, 1].map(|axis| (layout.cells[axis] as f64 * layout.cell / edges[axis]).ceil() as u64);
     let bodies: Vec<_> =

@@ -29,7 +29,7 @@ pub struct Stretch {
 pub fn figures<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<'_, S, C, L>, stretch: &Stretch) -> Value {
     let steps = (world.step - stretch.first_step).max(1) as f64;
     let mut sent =
-        [world.holding.sent.messages as i64, world.holding.sent.bytes as i64, world.load_balance.rows_sent as i64];
+        [world.subdomain.sent.messages as i64, world.subdomain.sent.bytes as i64, world.load_balance.rows_sent as i64];
     world.transport.sum(&mut sent);
     let [messages, bytes, rows_moved] = sent;
     let phases = world.phases.over_ranks(world.transport);

@@ -78,7 +78,7 @@ pub fn dissolve<C: ContactLaw<Plane>>(
     }
     world.rebuild()?;
     let mut patches = patches(world, depth, true)?;
-    let parts = world.holding.layout.points_per_cell() as u64;
+    let parts = world.subdomain.layout.points_per_cell() as u64;
     let volume = (grid.cell / parts as f64).powi(2) * depth;
     let full = FILLED_CELL * fraction * volume * (parts * parts) as f64;
     for patch in patches.values_mut().filter(|patch| patch.solid >= full) {

@@ -61,7 +61,7 @@ pub struct Enriched {
 
 /// The cells of the world's domain.
 pub fn cell_grid<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> CellGrid {
-    let layout = &world.holding.layout;
+    let layout = &world.subdomain.layout;
     CellGrid {
         counts: [layout.cells[0], layout.cells[1]],
         cell: layout.cell,

@@ -65,7 +65,7 @@ pub(super) fn train<C: ContactLaw<Plane>>(
         (along + rest * ((to - from) / now)) * share
     };
     let parts = Parts::fresh(grains, Vec::new(), touched.iter().map(at_start).collect(), world.assembly.cell);
-    let mut apart = PlanarWorld::<C>::new(settings, world.holding.layout.clone(), world.transport, 0, parts)?;
+    let mut apart = PlanarWorld::<C>::new(settings, world.subdomain.layout.clone(), world.transport, 0, parts)?;
     apart.assembly.walls.laws =
         touched.iter().filter_map(|number| world.assembly.walls.laws.get(*number).copied()).collect();
     hold_open(&mut apart, held);

@@ -160,12 +160,12 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Bytes of this rank's arrays of grains, contacts, lists and messages.
     pub fn bytes(&self) -> usize {
-        let halo: usize = self.holding.ghosts.sends.iter().map(|(_, rows)| rows.capacity() * size_of::<u32>()).sum();
+        let halo: usize = self.subdomain.ghosts.sends.iter().map(|(_, rows)| rows.capacity() * size_of::<u32>()).sum();
         self.assembly.grains.bytes()
             + self.assembly.contacts.bytes()
             + self.assembly.walls.bytes()
             + halo
-            + self.holding.buffers.bytes()
+            + self.subdomain.buffers.bytes()
     }
 
     /// Contacts of the whole world that hold now.

@@ -71,7 +71,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn refuse_torn_points(&self) -> Result<(), Error> {
         let reach_in_edges = |hot: &Hot<S, L::Memory>| {
-            let edge = self.edge_of(hot) / self.holding.layout.cell;
+            let edge = self.edge_of(hot) / self.subdomain.layout.cell;
             self.settings.grid.shape.reach(edge) / edge
         };
         let spoilt = |hot: &Hot<S, L::Memory>| {
@@ -94,7 +94,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let modulus = self.settings.material.p_wave_modulus();
         let wave_of = |hot: &Hot<S, L::Memory>| ((modulus + hot.kirchhoff().norm()) * hot.volume / hot.mass).sqrt();
         let step_of =
-            |hot: &Hot<S, L::Memory>| step_through(self.holding.layout.cell, wave_of(hot), hot.velocity.norm());
+            |hot: &Hot<S, L::Memory>| step_through(self.subdomain.layout.cell, wave_of(hot), hot.velocity.norm());
         let mut tightest =
             [self.continuum.points.hot.iter().map(step_of).fold(f64::INFINITY, f64::min)].map(|step| -step);
         self.transport.max(&mut tightest);
@@ -106,7 +106,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         self.refuse_lowest(spoilt, |[speed, wave]| {
             format!(
                 "moves at {speed:.3e} m/s among waves of {wave:.3e} m/s and with them crosses more than a cell of {:.3e} m in a step of {:.6e} s: a `time.step` of at most {wanted:.3e} s is needed now, or larger cells; run the job again with a shorter step",
-                self.holding.layout.cell,
+                self.subdomain.layout.cell,
                 self.dt_of_continuum()
             )
         })
@@ -120,10 +120,10 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let spoilt = |hot: &Hot<S, L::Memory>| {
             let (mut place, mut velocity) = (hot.position, hot.velocity);
             self.assembly.cell.wrap(&mut place, &mut velocity);
-            self.holding.layout.place::<S>(&self.assembly.cell.fraction(&place), 1).is_none().then_some([0.0; TOLD])
+            self.subdomain.layout.place::<S>(&self.assembly.cell.fraction(&place), 1).is_none().then_some([0.0; TOLD])
         };
         let extents: Vec<String> = (0..S::DIMENSION)
-            .map(|axis| self.holding.layout.extent(axis).map(|end| format!("{end:.6e}")).join(" to "))
+            .map(|axis| self.subdomain.layout.extent(axis).map(|end| format!("{end:.6e}")).join(" to "))
             .collect();
         self.refuse_lowest(spoilt, |_| {
             format!(

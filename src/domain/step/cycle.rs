@@ -15,9 +15,9 @@
 
 use crate::base::space::{Linear, Space};
 use crate::domain::grid::{Holders, Moment};
-use crate::domain::holding::Holding;
 use crate::domain::phases::Phase;
 use crate::domain::step::grid::{CHANGES, GRAINS};
+use crate::domain::subdomain::Subdomain;
 use crate::domain::world::World;
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
@@ -82,7 +82,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn gather_grains<const W: usize>(&mut self) {
         self.travel(
-            |world| &mut world.holding.nodes.gathered,
+            |world| &mut world.subdomain.nodes.gathered,
             |world, row| {
                 let mut words = [0.0; W];
                 world.continuum.tiles.grains[row].write(&mut words);
@@ -96,7 +96,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn sum_grains(&mut self, tier: Tier) {
         let timer = self.phases.start();
-        self.continuum.tiles.sum_grains(&self.holding.nodes.mosaic, tier);
+        self.continuum.tiles.sum_grains(&self.subdomain.nodes.mosaic, tier);
         self.phases.stop(Phase::Nodes, timer);
     }
 
@@ -114,7 +114,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     fn spread_changes<const W: usize>(&mut self) {
         self.share_nodes(Tier::Border);
         self.travel(
-            |world| &mut world.holding.nodes.advanced,
+            |world| &mut world.subdomain.nodes.advanced,
             |world, row| {
                 let mut words = [0.0; W];
                 world.continuum.tiles.grain_changes[row].write(&mut words);
@@ -131,7 +131,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn take_changes(&mut self, tier: Tier) {
         let timer = self.phases.start();
-        self.continuum.tiles.copy_margins_of_grains(&self.holding.nodes.mosaic, tier);
+        self.continuum.tiles.copy_margins_of_grains(&self.subdomain.nodes.mosaic, tier);
         self.phases.stop(Phase::Nodes, timer);
         self.correct_grains(tier);
     }
@@ -140,8 +140,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     fn share_nodes(&mut self, tier: Tier) {
         let timer = self.phases.start();
         let (gravity, dt, done) = (self.gravity_now(), self.settings.dt, self.step_of_cycle + 1);
-        let Self { holding, assembly, continuum: Continuum { tiles, .. }, bodies, settings, reactions, .. } = self;
-        let (Holding { nodes, layout, .. }, periods) = (&*holding, &assembly.cell);
+        let Self { subdomain, assembly, continuum: Continuum { tiles, .. }, bodies, settings, reactions, .. } = self;
+        let (Subdomain { nodes, layout, .. }, periods) = (&*subdomain, &assembly.cell);
         let Tiles { sums, grain_sums, grain_changes, strides, shared, .. } = tiles;
         let (mosaic, grid) = (&nodes.mosaic, &settings.grid);
         let holders = Holders { grid, layout, bodies, periods, gravity, moment: Moment::Step };

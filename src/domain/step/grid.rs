@@ -10,8 +10,8 @@ use crate::base::parallel::{Held, over_blocks};
 use crate::base::space::{Linear, Space};
 use crate::dem::grains::Grains;
 use crate::domain::grid::{Grid, Holders, Moment, Reactions};
-use crate::domain::holding::Holding;
 use crate::domain::phases::Phase;
+use crate::domain::subdomain::Subdomain;
 use crate::domain::world::{GRAIN_WORDS_PLANE, GRAIN_WORDS_SOLID, World};
 use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
@@ -147,11 +147,11 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn scatter_points_anew(&mut self, tier: Tier) {
         let how = self.scattering();
-        let (frames, tiers) = (&self.continuum.frames, &self.holding.nodes.mosaic.tiers);
-        let (tile_len, rows) = (self.holding.nodes.mosaic.nodes_per_tile, self.holding.nodes.mosaic.rows());
+        let (frames, tiers) = (&self.continuum.frames, &self.subdomain.nodes.mosaic.tiers);
+        let (tile_len, rows) = (self.subdomain.nodes.mosaic.nodes_per_tile, self.subdomain.nodes.mosaic.rows());
         let Points { hot, beside, .. } = &mut self.continuum.points;
         let held = Held { rows: hot, beside, tiles: &mut self.continuum.tiles.gathered[..rows], tile_len };
-        over_blocks(&self.holding.point_ranges, held, &|block, Held { rows, beside, tiles, .. }| {
+        over_blocks(&self.subdomain.point_ranges, held, &|block, Held { rows, beside, tiles, .. }| {
             if tiers[block] == tier {
                 tiles.fill(Gathered::zero());
                 scatter_points(&frames[block], how, (rows, beside), tiles);
@@ -167,8 +167,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         }
         let shape = self.settings.grid.shape;
         let (frames, tiers, ranges) =
-            (&self.continuum.frames, &self.holding.nodes.mosaic.tiers, &self.holding.point_ranges);
-        let (tile_len, rows) = (self.holding.nodes.mosaic.nodes_per_tile, self.holding.nodes.mosaic.rows());
+            (&self.continuum.frames, &self.subdomain.nodes.mosaic.tiers, &self.subdomain.point_ranges);
+        let (tile_len, rows) = (self.subdomain.nodes.mosaic.nodes_per_tile, self.subdomain.nodes.mosaic.rows());
         let held =
             Held { rows: hot, beside: &mut [(); 0], tiles: &mut self.continuum.tiles.gathered[..rows], tile_len };
         over_blocks(ranges, held, &|block, Held { rows, tiles, .. }| {
@@ -192,9 +192,9 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             return;
         }
         let timer = self.phases.start();
-        let (tile_len, rows) = (self.holding.nodes.mosaic.nodes_per_tile, self.holding.nodes.mosaic.rows());
+        let (tile_len, rows) = (self.subdomain.nodes.mosaic.nodes_per_tile, self.subdomain.nodes.mosaic.rows());
         let instructions = self.assembly.contacts.instructions();
-        let (frames, coupled, ranges) = (&self.continuum.frames, &self.holding.coupled, &self.holding.grain_ranges);
+        let (frames, coupled, ranges) = (&self.continuum.frames, &self.subdomain.coupled, &self.subdomain.grain_ranges);
         let Grains { hot, ties, movers, owned, .. } = &mut self.assembly.grains;
         let held =
             Held { rows: &mut hot[..*owned], beside: ties, tiles: &mut self.continuum.tiles.grains[..rows], tile_len };
@@ -229,7 +229,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     fn gather_rows<const W: usize>(&mut self, meanwhile: impl FnOnce(&mut Self)) {
         let grains = W - if self.is_coupled() { GRAINS[S::DIMENSION - 2] } else { 0 };
         self.travel(
-            |world| &mut world.holding.nodes.gathered,
+            |world| &mut world.subdomain.nodes.gathered,
             |world, row| {
                 let mut words = first_words::<W>(&world.continuum.tiles.gathered[row].0);
                 if let Some(of_grains) = world.continuum.tiles.grains.get(row) {
@@ -249,7 +249,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn sum_tier(&mut self, tier: Tier) {
         let timer = self.phases.start();
-        self.continuum.tiles.sum(&self.holding.nodes.mosaic, tier);
+        self.continuum.tiles.sum(&self.subdomain.nodes.mosaic, tier);
         self.phases.stop(Phase::Nodes, timer);
     }
 
@@ -275,7 +275,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     fn spread_rows<const W: usize>(&mut self, meanwhile: impl FnOnce(&mut Self)) {
         let changes = ADVANCED[S::DIMENSION - 2];
         self.travel(
-            |world| &mut world.holding.nodes.advanced,
+            |world| &mut world.subdomain.nodes.advanced,
             |world, row| {
                 let mut words = first_words::<W>(&world.continuum.tiles.advanced[row].0);
                 if let Some(change) = world.continuum.tiles.grain_changes.get(row) {
@@ -295,7 +295,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn fill_margins(&mut self, tier: Tier) {
         let timer = self.phases.start();
-        self.continuum.tiles.copy_margins(&self.holding.nodes.mosaic, tier);
+        self.continuum.tiles.copy_margins(&self.subdomain.nodes.mosaic, tier);
         self.phases.stop(Phase::Nodes, timer);
     }
 
@@ -303,8 +303,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let timer = self.phases.start();
         let (coupled, dt_grains, dt) = (self.is_coupled(), self.settings.dt, self.dt_of_continuum());
         let (gravity, looks) = (self.gravity_now(), moment == Moment::Look);
-        let Self { holding, assembly, continuum: Continuum { tiles, .. }, bodies, settings, reactions, .. } = self;
-        let (Holding { nodes, layout, .. }, periods) = (&*holding, &assembly.cell);
+        let Self { subdomain, assembly, continuum: Continuum { tiles, .. }, bodies, settings, reactions, .. } = self;
+        let (Subdomain { nodes, layout, .. }, periods) = (&*subdomain, &assembly.cell);
         let (mosaic, Tiles { sums, grain_sums, advanced, grain_changes, strides, shared, .. }) = (&nodes.mosaic, tiles);
         let (per_tile, len, rows) = (mosaic.owned_per_tile(), mosaic.nodes_per_tile, mosaic.rows());
         let holders = Holders { grid: &settings.grid, layout, bodies, periods, gravity, moment };
@@ -371,9 +371,9 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             return;
         }
         let timer = self.phases.start();
-        let (len, instructions) = (self.holding.nodes.mosaic.nodes_per_tile, self.assembly.contacts.instructions());
-        let (frames, coupled, ranges) = (&self.continuum.frames, &self.holding.coupled, &self.holding.grain_ranges);
-        let (tiers, tiles) = (&self.holding.nodes.mosaic.tiers, &self.continuum.tiles.grain_changes);
+        let (len, instructions) = (self.subdomain.nodes.mosaic.nodes_per_tile, self.assembly.contacts.instructions());
+        let (frames, coupled, ranges) = (&self.continuum.frames, &self.subdomain.coupled, &self.subdomain.grain_ranges);
+        let (tiers, tiles) = (&self.subdomain.nodes.mosaic.tiers, &self.continuum.tiles.grain_changes);
         let Grains { hot, ties, movers, owned, .. } = &mut self.assembly.grains;
         let held = Held { rows: &mut hot[..*owned], beside: ties, tiles: &mut [(); 0], tile_len: 0 };
         over_blocks(ranges, held, &|block, Held { rows, beside, .. }| {
@@ -392,19 +392,19 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     fn gather_points(&mut self, tier: Tier, taken: Taken) {
         let timer = self.phases.start();
         let (settings, dt, how) = (&self.settings, self.dt_of_continuum(), self.scattering());
-        let (tile_len, rows) = (self.holding.nodes.mosaic.nodes_per_tile, self.holding.nodes.mosaic.rows());
+        let (tile_len, rows) = (self.subdomain.nodes.mosaic.nodes_per_tile, self.subdomain.nodes.mosaic.rows());
         let Grid { shape, transfer, .. } = settings.grid;
         let taking = Taking { shape, transfer, taken, dt, instructions: self.assembly.contacts.instructions() };
         let (frames, tiers, advanced) =
-            (&self.continuum.frames, &self.holding.nodes.mosaic.tiers, &self.continuum.tiles.advanced);
+            (&self.continuum.frames, &self.subdomain.nodes.mosaic.tiers, &self.continuum.tiles.advanced);
         // Affine fields, and ways where places wait for the strain.
         let waits = matches!(taken, Taken::Velocity | Taken::StrainThenPlace);
         // Farther out a point's nodes are not all in the tile; there is a rebuild before it goes to them.
-        let reach = DRIFT_MAX * self.holding.layout.cell;
+        let reach = DRIFT_MAX * self.subdomain.layout.cell;
         let Points { hot, beside, scattered, .. } = &mut self.continuum.points;
         let beside = if waits || transfer == Transfer::Affine { &mut beside[..] } else { &mut [] };
         let held = Held { rows: hot, beside, tiles: &mut self.continuum.tiles.gathered[..rows], tile_len };
-        let outside = over_blocks(&self.holding.point_ranges, held, &|block, Held { rows, beside, tiles, .. }| {
+        let outside = over_blocks(&self.subdomain.point_ranges, held, &|block, Held { rows, beside, tiles, .. }| {
             if tiers[block] != tier {
                 return 0.0;
             }

@@ -23,7 +23,8 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// What membranes bring to the tiles of one tier, vertex by vertex, on top of what is there.
     pub(crate) fn scatter_membranes(&mut self, tier: Tier) {
-        let (held, mosaic, shape) = (self.holding.deal.held(), &self.holding.nodes.mosaic, self.settings.grid.shape);
+        let (held, mosaic, shape) =
+            (self.subdomain.deal.held(), &self.subdomain.nodes.mosaic, self.settings.grid.shape);
         let len = mosaic.nodes_per_tile;
         for (vertex, brought) in self.continuum.membranes.vertices.iter().zip(&self.continuum.membranes.brought) {
             let Some(number) = here(&held, brought).filter(|number| mosaic.tiers[*number] == tier) else { continue };
@@ -43,7 +44,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
             return;
         }
         let timer = self.phases.start();
-        let (held, len) = (self.holding.deal.held(), self.holding.nodes.mosaic.nodes_per_tile);
+        let (held, len) = (self.subdomain.deal.held(), self.subdomain.nodes.mosaic.nodes_per_tile);
         let (dt, grid) = (self.dt_of_continuum(), &self.settings.grid);
         let Membranes { vertices, brought, words, .. } = &mut self.continuum.membranes;
         words.clear();
@@ -116,7 +117,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let fraction = self.assembly.cell.fraction(&place);
         // Across periods a place beyond counting stays where it was.
         let inside = (0..S::DIMENSION).all(|axis| (-1e-9..=1.0 + 1e-9).contains(&fraction[axis]));
-        let (block, _) = self.holding.layout.place::<S>(&fraction, 1).filter(|_| inside)?;
+        let (block, _) = self.subdomain.layout.place::<S>(&fraction, 1).filter(|_| inside)?;
         Some((block, place))
     }
 

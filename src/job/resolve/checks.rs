@@ -6,6 +6,12 @@ use crate::base::error::Error;
 use crate::job::assembly::{Assembly, Packed, Preparation, Source};
 use crate::job::figures;
 use crate::job::raw::Typed;
+use crate::law::contact::Contact;
+
+/// What lists reach beyond the grains themselves, as messages call it.
+pub(crate) fn margin_in_words(contact: &Contact) -> &'static str {
+    if contact.reach() > 0.0 { "the skin with the reach of cohesion" } else { "the skin" }
+}
 
 /// Length of a periodic axis in largest diameters: with less, a grain and its image could share a neighbour.
 const PERIOD_IN_DIAMETERS: f64 = 4.0;
@@ -96,7 +102,7 @@ fn check_cell(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
     let cell = &assembly.cell;
     let diameter_max = figures::diameter_max(assembly);
     let reach = PERIOD_IN_DIAMETERS * diameter_max + figures::margin(assembly);
-    let margin = assembly.contact.margin_in_words();
+    let margin = margin_in_words(&assembly.contact);
     let known = matches!(assembly.source, Source::Packed(_));
     for axis in (0..cell.dimension).filter(|axis| known && cell.periodic[*axis]) {
         let length = cell.upper[axis] - cell.lower[axis];

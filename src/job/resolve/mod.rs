@@ -22,6 +22,7 @@ mod shear;
 
 pub use assembly::assembly;
 pub use checks::BYPASS;
+pub(crate) use checks::margin_in_words;
 pub use material::KEYS as MATERIAL_KEYS;
 pub use mpm::mpm;
 pub use shear::scenario;

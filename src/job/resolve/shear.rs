@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::checks::margin_in_words;
 use super::contact::contact;
 use super::limits::{refuse_faint_packing, refuse_size_of_shear, refuse_speed_of_plates, refuse_squeeze, refuse_steps};
 use super::material::Material;
@@ -387,7 +388,7 @@ fn check_block_edge(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     let message = format!(
         "makes blocks of {} mm, but two of the largest grains and {} need {} mm. Take larger cells, more decomposition.cells_per_block, or smaller grains.",
         digits(1e3 * edge),
-        scenario.contact.margin_in_words(),
+        margin_in_words(&scenario.contact),
         digits(1e3 * edge_min)
     );
     Err(typed.refusal("continuum", "cell", &message))

@@ -103,11 +103,6 @@ impl Contact {
         }
     }
 
-    /// What lists reach beyond the grains themselves, as messages call it.
-    pub fn margin_in_words(&self) -> &'static str {
-        if self.reach() > 0.0 { "the skin with the reach of cohesion" } else { "the skin" }
-    }
-
     /// Which normal forces its dashpot leaves; a law without one never pulls.
     pub fn normal_force(&self) -> NormalForce {
         match self {

@@ -30,8 +30,8 @@ use crate::domain::servo::{CellDrive, Response, StressServo};
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::job::assembly::{Assembly, Packed};
-use crate::job::figures;
 use crate::job::raw::Typed;
+use crate::job::{figures, margin_in_words};
 use crate::law::contact::{Contact, ContactLaw};
 use crate::law::material::Absent;
 use crate::mpm::membrane::Membranes;
@@ -223,7 +223,7 @@ fn complaint_of_narrow<S: Space>(job: &Assembly, packed: &Packed) -> Option<Comp
         packed.count,
         cell.height(axis),
         AXES[axis],
-        job.contact.margin_in_words()
+        margin_in_words(&job.contact)
     );
     Some(Complaint { table: "grains", key: "count", message })
 }

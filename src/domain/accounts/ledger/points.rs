@@ -249,7 +249,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// What the points of this rank have, kinetic energy at the velocities that they have.
     fn stored(&self) -> ExactSum<STORES> {
-        let sums = self.holding.point_ranges.par_iter().enumerate().map(|(block, range)| {
+        let sums = self.subdomain.point_ranges.par_iter().enumerate().map(|(block, range)| {
             let mut sums = ExactSum::new();
             for row in range.clone() {
                 let (hot, image) = (&self.continuum.points.hot[row], self.continuum.points.cold[row].image);
@@ -293,7 +293,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     }
 
     fn works_on_nodes(&self) -> Works {
-        let nodes = self.holding.nodes.mosaic.owned.par_iter().zip(&self.continuum.tiles.sums);
+        let nodes = self.subdomain.nodes.mosaic.owned.par_iter().zip(&self.continuum.tiles.sums);
         let booked = |mut works: Works, (node, sum): (&OwnedNode, &Gathered<S>)| {
             if sum.mass() > 0.0 {
                 self.work_on_node(node, sum, &self.continuum.tiles.advanced[node.row as usize], &mut works);
@@ -313,12 +313,12 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         }
         // As `nodes::step` reckons it; dashpots act, then bodies and faces hold, one after the other.
         let free = (sum.momentum() + sum.force() * dt + gravity * (mass * dt)) * (1.0 / mass);
-        let at = (&self.settings.grid, &self.holding.layout);
+        let at = (&self.settings.grid, &self.subdomain.layout);
         let mut velocity = absorbed_by_faces::<S>(free, &sum.momentum(), at, node, (mass, dt), None);
         if velocity != free {
             works.add(Item::Holds, &((free - velocity) * mass), &velocities);
         }
-        let place: S::Vector = self.holding.layout.node_at(node.place);
+        let place: S::Vector = self.subdomain.layout.node_at(node.place);
         for (body, motion) in self.bodies.iter().zip(&self.point_ledger.bodies) {
             let [held, _] =
                 held_by_bodies([velocity; 2], (std::slice::from_ref(body), &self.assembly.cell), &place, mass, None);
@@ -338,9 +338,9 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn works_of_loads(&self) -> Works {
         let mut works = Works::default();
-        let (len, shape) = (self.holding.nodes.mosaic.nodes_per_tile, self.settings.grid.shape);
+        let (len, shape) = (self.subdomain.nodes.mosaic.nodes_per_tile, self.settings.grid.shape);
         let mut loaded = self.continuum.points.loaded.iter().peekable();
-        for (block, range) in self.holding.point_ranges.iter().enumerate() {
+        for (block, range) in self.subdomain.point_ranges.iter().enumerate() {
             let tile = &self.continuum.tiles.advanced[block * len..(block + 1) * len];
             while let Some((row, push)) = loaded.next_if(|(row, _)| range.contains(&(*row as usize))) {
                 let position = &self.continuum.points.hot[*row as usize].position;

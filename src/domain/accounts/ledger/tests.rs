@@ -475,7 +475,7 @@ fn ranks_and_interruptions_do_not_show() {
         if interrupted {
             let entries = world.ledger_entries().unwrap();
             let saved = crate::domain::transfer::gather(transport, world.rows().0).unwrap().unwrap_or_default();
-            let (settings, layout) = (world.settings.clone(), world.holding.layout.clone());
+            let (settings, layout) = (world.settings.clone(), world.subdomain.layout.clone());
             let parts = Parts::fresh(saved, Vec::new(), Vec::new(), world.assembly.cell);
             world = World::new(settings, layout, transport, 400, parts).unwrap();
             world.resume_ledger(&entries).unwrap();

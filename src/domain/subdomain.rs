@@ -1,4 +1,4 @@
-//! What a rank holds of the world, and what it tells its neighbours.
+//! The part of the domain that a rank owns, and what it tells its neighbours.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use scree_partition::{Halo, HaloBuffers, HaloCounts};
 use crate::domain::layout::{Deal, Layout, NodeRows};
 
 /// Blocks, rows and copies of a rank.
-pub struct Holding {
+pub struct Subdomain {
     pub layout: Layout,
     pub deal: Deal,
     /// Rows of the blocks held here.
@@ -25,7 +25,7 @@ pub struct Holding {
     pub(crate) settlings: u64,
 }
 
-impl Holding {
+impl Subdomain {
     /// Blocks without rows.
     pub fn empty(layout: Layout, deal: Deal) -> Self {
         Self {
