@@ -65,6 +65,12 @@ if command -v cargo-deny >/dev/null 2>&1; then
     cargo deny --log-level error check --hide-inclusion-graph || fail "cargo deny"
 fi
 
+# Where the nightly toolchain has it; bash tests/miri.sh installs it.
+if cargo +nightly miri --version >/dev/null 2>&1; then
+    echo "== Unsafe code, under Miri"
+    bash tests/miri.sh || fail "Miri"
+fi
+
 echo "== Tests"
 cargo test --release --workspace 2>&1 | tee "$log" || fail "a test"
 

@@ -142,3 +142,75 @@ impl<P: Pack> Lanes<P> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::lane::{Instructions, Packed};
+
+    /// Eleven numbers: its last group of eight overlaps the first.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    #[repr(C)]
+    struct Record {
+        one: f64,
+        nine: [f64; 9],
+        last: f64,
+    }
+    numbers!(impl[] Record[] { one: f64, nine: [f64; 9], last: f64 });
+
+    fn records() -> [Record; LANES] {
+        let of = |record: usize, number: usize| (100 * record + number) as f64 - 350.25;
+        std::array::from_fn(|record| Record {
+            one: of(record, 0),
+            nine: std::array::from_fn(|number| of(record, 1 + number)),
+            last: of(record, 10),
+        })
+    }
+
+    /// Records through lanes into other records, and what comes of a number on the way.
+    struct Through(fn(&Record) -> f64);
+
+    impl Packed for Through {
+        type Outcome = [Record; LANES];
+        fn run<P: Pack>(self) -> Self::Outcome {
+            let from = records();
+            let mut lanes = Lanes::<P>::zero();
+            lanes.load(&from.each_ref(), Record::WIDTH);
+            let (zero, last) = (P::splat(0.0), lanes.0[10]);
+            let root = last.abs().sqrt() / P::splat(3.0);
+            let below = P::choose(P::both(zero.above(last), root.above(P::splat(1.0))), -root, root.floor());
+            lanes.0[10] = P::max(P::min(below * last + last - root, P::splat(5e3)), P::splat(-5e3));
+            let wanted = from.each_ref().map(self.0);
+            for (lane, (found, wanted)) in lanes.0[10].numbers().into_iter().zip(wanted).enumerate() {
+                assert!(found.to_bits() == wanted.to_bits(), "lane {lane}: {found} for {wanted}");
+            }
+            let mut to = [Record { one: 0.0, nine: [0.0; 9], last: 0.0 }; LANES];
+            lanes.store(&mut to);
+            to
+        }
+    }
+
+    /// In whatever registers, as one by one.
+    #[test]
+    fn records_go_into_lanes_and_come_back() {
+        let last = |record: &Record| {
+            let root = record.last.abs().sqrt() / 3.0;
+            let below = if 0.0 > record.last && root > 1.0 { -root } else { root.floor() };
+            (below * record.last + record.last - root).clamp(-5e3, 5e3)
+        };
+        for instructions in Instructions::here() {
+            let found = instructions.run(Through(last));
+            for (found, from) in found.into_iter().zip(records()) {
+                assert_eq!(found, Record { last: last(&from), ..from }, "{instructions:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_record_is_its_numbers() {
+        let mut record = records()[1];
+        assert_eq!(record.numbers(), [&[record.one][..], &record.nine, &[record.last]].concat());
+        record.numbers_mut()[10] = 7.0;
+        assert_eq!(record.last, 7.0);
+    }
+}
