@@ -14,8 +14,8 @@ use scree::job::Job;
 const MEMORY_MAX: u64 = 2 << 30;
 /// Time of one reading.
 const TIME_MAX: Duration = Duration::from_secs(10);
-/// Bytes of the longest refusal.
-const WORDS_MAX: usize = 1500;
+/// Bytes of the longest refusal, of twenty mistakes.
+const WORDS_MAX: usize = 20 * 1500;
 
 /// Where they are said to stand: files that they name are looked for beside it.
 const FILE: &str = "jobs/job.toml";

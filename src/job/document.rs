@@ -39,11 +39,11 @@ impl Job {
     }
 
     fn of_typed(typed: &Typed, file: &str) -> Result<Self, Error> {
-        match typed.kind {
+        typed.settled(match typed.kind {
             Kind::Shear => resolve::scenario(typed, file).map(Self::Shear),
             Kind::Assembly => resolve::assembly(typed, file).map(Self::Assembly),
             Kind::Mpm => resolve::mpm(typed, file).map(Self::Mpm),
-        }
+        })
     }
 
     /// The job's name; the default run directory is `runs/<name>`.

@@ -11,9 +11,24 @@ use crate::base::error::Error;
 /// Where a value was typed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    Line(usize),
+    File(Spot),
     /// On the command line, by `--set`.
     Set,
+}
+
+/// A piece of a line of the job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Spot {
+    /// Counted from 1.
+    pub line: usize,
+    /// Characters before it on the line, and how many it has there.
+    pub column: usize,
+    pub length: usize,
+}
+
+impl Spot {
+    /// The job as a whole.
+    const TOP: Self = Self { line: 1, column: 0, length: 0 };
 }
 
 #[derive(Clone, Debug)]
@@ -61,7 +76,7 @@ impl Node {
             ))
         })?;
         let mut root =
-            Self { value: entries(document.into_inner(), &source), place: Place::Line(1), typed: String::new() };
+            Self { value: entries(document.into_inner(), &source), place: Place::File(Spot::TOP), typed: String::new() };
         // The file alone decides, so that no override can turn a job into one of the other kind.
         let has = |table: &str| root.get(table).is_some_and(|entry| matches!(entry.node.value, Value::Table(_)));
         let marked = [Kind::Assembly, Kind::Mpm].into_iter().find(|kind| kind.mark().is_some_and(has));
@@ -120,6 +135,16 @@ impl<'a> Source<'a> {
         1 + self.ends.partition_point(|end| *end < offset)
     }
 
+    /// Where a stretch of the source begins, and what of it is on that line.
+    fn place(&self, span: Span<usize>) -> Place {
+        let line = self.line_of(span.start);
+        let start = if line > 1 { self.ends[line - 2] + 1 } else { 0 };
+        let end = self.ends.get(line - 1).copied().unwrap_or(self.text.len());
+        let count = |from: usize, to: usize| self.text.get(from..to).map_or(0, |text| text.chars().count());
+        let length = count(span.start, span.end.min(end));
+        Place::File(Spot { line, column: count(start, span.start), length })
+    }
+
     /// The source between two offsets as messages show it.
     fn typed(&self, span: Span<usize>) -> String {
         short(self.text.get(span).unwrap_or_default())
@@ -146,7 +171,7 @@ fn entries(table: DeTable<'_>, source: &Source<'_>) -> Value {
     let entries = table
         .into_iter()
         .map(|(key, value)| Entry {
-            place: Place::Line(source.line_of(key.span().start)),
+            place: source.place(key.span()),
             key: key.into_inner().into_owned(),
             node: node(value, source),
         })
@@ -156,8 +181,7 @@ fn entries(table: DeTable<'_>, source: &Source<'_>) -> Value {
 
 fn node(value: toml::Spanned<DeValue<'_>>, source: &Source<'_>) -> Node {
     let span = value.span();
-    let place = Place::Line(source.line_of(span.start));
-    let typed = source.typed(span);
+    let (place, typed) = (source.place(span.clone()), source.typed(span));
     let value = match value.into_inner() {
         DeValue::String(text) => Value::Text(text.into_owned()),
         DeValue::Integer(digits) => match i64::from_str_radix(digits.as_str(), digits.radix()) {
@@ -176,6 +200,11 @@ fn node(value: toml::Spanned<DeValue<'_>>, source: &Source<'_>) -> Node {
     Node { value, place, typed }
 }
 
+/// A value as it would be typed right of the equals sign; none where it is no TOML.
+pub fn typed_value(text: &str) -> Option<Node> {
+    DeValue::parse(text).ok().map(|value| node(value, &Source::new(text)))
+}
+
 /// Lays one `key.path=value` over the tree. The value is TOML where it parses as TOML, and text otherwise.
 fn apply_set(root: &mut Node, kind: Kind, whole: &str) -> Result<(), Error> {
     let set = short(whole);
@@ -192,9 +221,9 @@ fn apply_set(root: &mut Node, kind: Kind, whole: &str) -> Result<(), Error> {
     }
     let parts: Vec<&str> = path.split('.').collect();
     refuse_unknown_path(&set, kind, &parts)?;
-    let mut value = match DeValue::parse(text) {
-        Ok(value) => node(value, &Source::new(text)),
-        Err(_) => {
+    let mut value = match typed_value(text) {
+        Some(value) => value,
+        None => {
             let typed = format!("\"{}\"", short(text));
             Node { value: Value::Text(text.to_string()), place: Place::Set, typed }
         }

@@ -1,51 +1,94 @@
-//! The job as typed: every key known, and readers that take one key at a time and refuse it in a sentence.
+//! The job as typed: every key known, and readers that take one key at a time. What is wrong is noted, so that a person learns of
+//! all mistakes at once.
 
 use super::schema::{Kind, Table, Wants};
 use super::tree::{Entry, Node, Place, Value, short};
 use super::units::nearest;
 use crate::base::error::Error;
 
+mod mistakes;
 mod reader;
+
+use mistakes::Mistakes;
 pub use reader::Reader;
 
-/// A job whose keys are all known; its values are not yet read.
+/// A job whose values are not yet read.
 #[derive(Debug)]
 pub struct Typed {
     pub kind: Kind,
     root: Node,
     file: String,
+    text: String,
+    mistakes: Mistakes,
 }
 
 impl Typed {
-    /// Reads the text of a job, lays the overrides over it and refuses keys that do not exist.
+    /// Reads the text of a job, lays the overrides over it and notes keys that do not exist.
     pub fn parse(text: &str, file: &str, sets: &[String]) -> Result<Self, Error> {
         let (root, kind) = Node::parse(text, file, sets)?;
-        let typed = Self { kind, root, file: file.to_string() };
-        typed.refuse_unknown()?;
+        let (file, text) = (file.to_string(), text.to_string());
+        let typed = Self { kind, root, file, text, mistakes: Mistakes::default() };
+        typed.note_unknown();
         Ok(typed)
     }
 
+    /// Notes a mistake within one key.
+    pub(super) fn note(&self, place: Option<Place>, error: Error) {
+        self.mistakes.note(place, error);
+    }
+
+    /// Notes a mistake of keys that are good by themselves and do not go together.
+    pub fn note_together(&self, error: Error) {
+        self.mistakes.note_together(error);
+    }
+
+    /// The same of a check that has failed.
+    pub fn check(&self, outcome: Result<(), Error>) {
+        if let Err(error) = outcome {
+            self.note_together(error);
+        }
+    }
+
+    /// Ends reading where something has been noted, before anything is done that trusts all of it.
+    pub fn stop_if_wrong(&self) -> Result<(), Error> {
+        self.settled(Ok(()))
+    }
+
+    /// What came of reading and checking, or all mistakes.
+    pub fn settled<T>(&self, outcome: Result<T, Error>) -> Result<T, Error> {
+        self.mistakes.settled(&self.file, outcome)
+    }
+
     /// A reader of one table; `awake` says that the method cannot do without it.
-    pub fn table(&self, name: &str, awake: bool, why: &str) -> Result<Reader<'_>, Error> {
+    pub fn table(&self, name: &str, awake: bool, why: &str) -> Reader<'_> {
         let table = self.kind.table(name);
         let node = match name {
             "" => Some(&self.root),
             _ => self.root.get(name).map(|entry| &entry.node),
         };
-        if node.is_none() && awake {
+        let node = node.filter(|node| matches!(node.value, Value::Table(_)));
+        if node.is_none() && awake && self.root.get(name).is_none() {
             let shown = match self.kind {
                 Kind::Shear => "jobs/planar_shear.toml",
                 Kind::Assembly => "jobs/element/uniaxial.toml",
                 Kind::Mpm => "jobs/continuum/column_collapse.toml",
             };
-            return Err(Error::User(format!(
+            let missing = format!(
                 "{}: {why} needs the table [{name}] ({}), and the job has none. Add it with the keys {}; {shown} shows one.",
                 self.file,
                 table.about,
                 table.key_list()
-            )));
+            );
+            // Asked for more than once, it is missing once.
+            self.mistakes.note_once(Error::User(missing));
         }
-        Ok(Reader::new(&self.file, table, node, awake))
+        Reader::new(self, table, node, awake)
+    }
+
+    /// A place, and the error there with the line that it is on.
+    fn told(&self, place: Option<Place>, message: &str) -> Error {
+        let shown = mistakes::excerpt(&self.text, place).unwrap_or_default();
+        Error::User(format!("{}: {message}{shown}", at(&self.file, place)))
     }
 
     /// An error at a key, wherever it was typed, or at the file if it was left to its default.
@@ -54,13 +97,13 @@ impl Typed {
             "" => self.root.get(key),
             _ => self.root.get(table).and_then(|entry| entry.node.get(key).or(Some(entry))),
         };
-        let place = entry.map(|entry| entry.place);
         let path = self.kind.table(table).path(key);
         let shown = match entry {
             Some(entry) if entry.key == key => format!("{path} = {}", entry.node.typed),
             _ => format!("{path} (by default)"),
         };
-        Error::User(format!("{}: {shown} {message}", at(&self.file, place)))
+        let place = entry.map(|entry| if entry.key == key { entry.node.place } else { entry.place });
+        self.told(place, &format!("{shown} {message}"))
     }
 
     /// An error at the job as a whole.
@@ -74,81 +117,71 @@ impl Typed {
         Some(at(&self.file, Some(entry.place)))
     }
 
-    /// Refuses everything but these keys of one table, in what is no whole job; `what` names it.
-    pub fn refuse_all_but(&self, table: &str, keys: &[&str], what: &str) -> Result<(), Error> {
+    /// Notes everything but these keys of one table, in what is no whole job; `what` names it.
+    pub fn note_all_but(&self, table: &str, keys: &[&str], what: &str) {
         let foreign = |entry: &Entry, shown: String| {
-            Error::User(format!(
-                "{}: {shown} does not belong into {what}, which has one table [{table}] with {}. Move it to the job.",
-                at(&self.file, Some(entry.place)),
+            let message = format!(
+                "{shown} does not belong into {what}, which has one table [{table}] with {}. Move it to the job.",
                 keys.join(", ")
-            ))
+            );
+            self.note(Some(entry.place), self.told(Some(entry.place), &message));
         };
         for entry in self.root.entries() {
             if entry.key != table {
-                return Err(foreign(entry, short(&entry.key)));
-            }
-            let mut inside = entry.node.entries().iter();
-            if let Some(other) = inside.find(|inner| !keys.contains(&inner.key.as_str())) {
-                return Err(foreign(other, format!("{table}.{}", other.key)));
-            }
-        }
-        Ok(())
-    }
-
-    fn refuse_unknown(&self) -> Result<(), Error> {
-        let mut top = self.root.entries().to_vec();
-        top.sort_by_key(|entry| order(entry.place));
-        for entry in &top {
-            if let Some(key) = self.kind.top().key(&entry.key) {
-                self.refuse_unknown_inside(key.wants, &entry.node)?;
+                foreign(entry, short(&entry.key));
                 continue;
             }
-            match self.kind.table_if_known(&entry.key) {
-                Some(table) if !table.name.is_empty() => self.refuse_unknown_in(table, entry)?,
-                _ => return Err(self.unknown_at_top(entry)),
+            for other in entry.node.entries().iter().filter(|inner| !keys.contains(&inner.key.as_str())) {
+                foreign(other, format!("{table}.{}", other.key));
             }
         }
-        Ok(())
     }
 
-    fn refuse_unknown_in(&self, table: &'static Table, entry: &Entry) -> Result<(), Error> {
-        if !matches!(entry.node.value, Value::Table(_)) {
-            return Err(Error::User(format!(
-                "{}: {} = {} is {}, but {} is a table ({}). Write [{}] on a line of its own and its keys below.",
-                at(&self.file, Some(entry.place)),
-                entry.key,
-                entry.node.typed,
-                entry.node.value.words(),
-                entry.key,
-                table.about,
-                entry.key
-            )));
-        }
-        self.refuse_unknown_keys(table, &entry.node)
-    }
-
-    fn refuse_unknown_keys(&self, table: &'static Table, node: &Node) -> Result<(), Error> {
-        let mut keys = node.entries().to_vec();
-        keys.sort_by_key(|key| order(key.place));
-        for key in &keys {
-            let Some(known) = table.key(&key.key) else {
-                return Err(self.unknown_key(table, key));
+    fn note_unknown(&self) {
+        for entry in self.root.entries() {
+            if let Some(key) = self.kind.top().key(&entry.key) {
+                self.note_unknown_inside(key.wants, &entry.node);
+                continue;
+            }
+            let message = match self.kind.table_if_known(&entry.key) {
+                Some(table) if !table.name.is_empty() => match entry.node.value {
+                    Value::Table(_) => {
+                        self.note_unknown_keys(table, &entry.node);
+                        continue;
+                    }
+                    _ => format!(
+                        "{0} = {1} is {2}, but {0} is a table ({3}). Write [{0}] on a line of its own and its keys below.",
+                        entry.key,
+                        entry.node.typed,
+                        entry.node.value.words(),
+                        table.about,
+                    ),
+                },
+                _ => self.unknown_at_top(entry),
             };
-            self.refuse_unknown_inside(known.wants, &key.node)?;
+            self.note(Some(entry.place), self.told(Some(entry.place), &message));
         }
-        Ok(())
     }
 
-    /// Tables within a key's value; what is no table there is refused when it is read.
-    fn refuse_unknown_inside(&self, wants: Wants, node: &Node) -> Result<(), Error> {
+    fn note_unknown_keys(&self, table: &'static Table, node: &Node) {
+        for entry in node.entries() {
+            match table.key(&entry.key) {
+                Some(known) => self.note_unknown_inside(known.wants, &entry.node),
+                None => self.note(Some(entry.place), self.told(Some(entry.place), &self.unknown_key(table, entry))),
+            }
+        }
+    }
+
+    /// Tables within a key's value; what is no table there is noted when it is read.
+    fn note_unknown_inside(&self, wants: Wants, node: &Node) {
         match wants {
-            Wants::Table(inner) => self.refuse_unknown_keys(inner, node),
-            Wants::Tables(inner) => node.list().iter().try_for_each(|item| self.refuse_unknown_keys(inner, item)),
-            _ => Ok(()),
+            Wants::Table(inner) => self.note_unknown_keys(inner, node),
+            Wants::Tables(inner) => node.list().iter().for_each(|item| self.note_unknown_keys(inner, item)),
+            _ => {}
         }
     }
 
-    fn unknown_key(&self, table: &Table, entry: &Entry) -> Error {
+    fn unknown_key(&self, table: &Table, entry: &Entry) -> String {
         let key = &entry.key;
         let has = |kind: Kind| kind.table_if_known(table.name).is_some_and(|twin| twin.key(key).is_some());
         let elsewhere = self.kind.belongs_elsewhere(has);
@@ -160,17 +193,11 @@ impl Typed {
                 homes => format!("There is one in {}.", homes.join(" and in ")),
             },
         };
-        Error::User(format!(
-            "{}: {} has no key {}. {advice}",
-            at(&self.file, Some(entry.place)),
-            table.words(),
-            short(key)
-        ))
+        format!("{} has no key {}. {advice}", table.words(), short(key))
     }
 
-    fn unknown_at_top(&self, entry: &Entry) -> Error {
+    fn unknown_at_top(&self, entry: &Entry) -> String {
         let key = &entry.key;
-        let place = at(&self.file, Some(entry.place));
         let tables = self.kind.tables().iter().map(|table| table.name).filter(|name| !name.is_empty());
         let marks = ["cell", "grid"].into_iter().filter(|_| self.kind == Kind::Shear);
         let names = tables.clone().chain(marks);
@@ -184,7 +211,7 @@ impl Typed {
                 (None, Some(name)) => format!("Did you mean [{name}]?"),
                 (None, None) => format!("The tables of a job are: {}.", tables.collect::<Vec<_>>().join(", ")),
             };
-            return Error::User(format!("{place}: there is no table [{}]. {advice}", short(key)));
+            return format!("there is no table [{}]. {advice}", short(key));
         }
         let advice = match (elsewhere, self.homes(key).as_slice()) {
             (Some(elsewhere), _) => elsewhere,
@@ -197,7 +224,7 @@ impl Typed {
             }
             (None, homes) => format!("It belongs in {}.", homes.join(" or in ")),
         };
-        Error::User(format!("{place}: the job's top level has no key {}. {advice}", short(key)))
+        format!("the job's top level has no key {}. {advice}", short(key))
     }
 
     /// The tables that have a key of this name.
@@ -209,16 +236,8 @@ impl Typed {
 
 fn at(file: &str, place: Option<Place>) -> String {
     match place {
-        Some(Place::Line(line)) => format!("{file}:{line}"),
+        Some(Place::File(spot)) => format!("{file}:{}", spot.line),
         Some(Place::Set) => "--set".to_string(),
         None => file.to_string(),
-    }
-}
-
-/// File order, the command line last.
-fn order(place: Place) -> usize {
-    match place {
-        Place::Line(line) => line,
-        Place::Set => usize::MAX,
     }
 }

@@ -7,7 +7,7 @@ use super::checks::check;
 use super::contact::contact;
 use super::limits::{refuse_speed_of_body, refuse_steps};
 use super::{
-    BLOCK_OF_DISCS, DEPTH_DEFAULT, PACKING_ENERGY_RATIO_DEFAULT, PACKING_FRACTION_DEFAULT, PACKING_FRICTION_DEFAULT,
+    BLOCK_OF_DISCS, CACHE_DEFAULT, DEPTH_DEFAULT, PACKING_ENERGY_RATIO_DEFAULT, PACKING_FRACTION_DEFAULT, PACKING_FRICTION_DEFAULT,
     SKIN_DEFAULT, folder_of, name, output_with_contacts, refuse_wide_sizes,
 };
 use crate::base::error::Error;
@@ -40,21 +40,21 @@ const OF_PREPARATION: [(&str, &[&str]); 2] = [("compress", &["stress", "fraction
 /// The checked assembly of a job; `file` is the job's path, whose folder relative paths start from.
 pub fn assembly(typed: &Typed, file: &str) -> Result<Assembly, Error> {
     let why = "an assembly of grains";
-    let top = typed.table("", true, why)?;
-    let (name, seed) = (name(&top)?, top.count_or("seed", 1)?);
+    let top = typed.table("", true, why);
+    let (name, seed) = (name(&top)?, top.count_or("seed", 1));
     let folder = folder_of(file);
 
-    let (cell, gravity) = cell(typed.table("cell", true, why)?)?;
-    let grains = typed.table("grains", true, why)?;
-    let packing = typed.table("packing", false, why)?;
+    let (cell, gravity) = cell(typed.table("cell", true, why))?;
+    let grains = typed.table("grains", true, why);
+    let packing = typed.table("packing", false, why);
     let (matter, source) = source(&grains, &packing, &cell, &folder)?;
     let mass_mean = stable::grain_mass(matter.density, 0.5 * matter.diameter_mean, cell.depth, cell.dimension);
-    let contact = contact(&typed.table("contact", true, why)?, mass_mean)?;
-    let time = typed.table("time", true, why)?;
-    let step = time.number("step")?;
-    let end = time.number("end")?;
-    let cut = typed.table("decomposition", false, why)?;
-    let shown = typed.table("output", false, why)?;
+    let contact = contact(&typed.table("contact", true, why), mass_mean)?;
+    let time = typed.table("time", true, why);
+    let step = time.number("step");
+    let end = time.number("end");
+    let cut = typed.table("decomposition", false, why);
+    let shown = typed.table("output", false, why);
     let block = if cell.dimension == 2 { BLOCK_OF_DISCS } else { BLOCK_OF_SPHERES };
 
     let domain = Domain {
@@ -64,9 +64,9 @@ pub fn assembly(typed: &Typed, file: &str) -> Result<Assembly, Error> {
         upper: cell.upper,
         periodic: cell.periodic,
     };
-    let bodies = bodies(&top.with_axes(cell.dimension), &domain)?;
+    let bodies = bodies(&top.with_axes(cell.dimension), &domain);
     for (body, table) in &bodies {
-        refuse_speed_of_body(body, table, step, matter.diameter_mean)?;
+        typed.check(refuse_speed_of_body(body, table, step, matter.diameter_mean));
     }
     let bodies = bodies.into_iter().map(|(body, _)| body).collect();
 
@@ -77,56 +77,57 @@ pub fn assembly(typed: &Typed, file: &str) -> Result<Assembly, Error> {
         matter,
         source,
         contact,
-        damping: damping(&typed.table("damping", false, why)?)?,
+        damping: damping(&typed.table("damping", false, why)),
         gravity,
         bodies,
         step,
         end,
-        velocities: time.choice_or("velocities", "time of velocities", &VELOCITIES, Velocities::Now)?,
-        allow_unstable: time.flag_or("allow_unstable", false)?,
-        skin: cut.number_or("skin", SKIN_DEFAULT * matter.diameter_mean)?,
-        block: cut.number_or("block", block * matter.diameter_mean)?,
+        velocities: time.choice_or("velocities", "time of velocities", &VELOCITIES, Velocities::Now),
+        allow_unstable: time.flag_or("allow_unstable", false),
+        skin: cut.number_or("skin", SKIN_DEFAULT * matter.diameter_mean),
+        block: cut.number_or("block", block * matter.diameter_mean),
         output: output_with_contacts(&shown, end, step)?,
-        ledger: shown.flag_or("ledger", false)?,
+        ledger: shown.flag_or("ledger", false),
         cell,
     };
-    check(&assembly, typed)?;
+    typed.stop_if_wrong()?;
+    check(&assembly, typed);
     Ok(assembly)
 }
 
 /// The cell and the acceleration in it.
 fn cell(table: Reader<'_>) -> Result<(Cell, [f64; 3]), Error> {
-    let dimension = table.choose("space", "space", &[("plane", 2), ("solid", 3)])?;
+    let dimension = table.choose("space", "space", &[("plane", 2), ("solid", 3)]);
     let table = table.with_axes(dimension);
     if dimension == 3 && table.has("depth") {
         return Err(table.refusal("depth", "belongs to space = \"plane\"; spheres have no depth. Remove the line."));
     }
     let cell = Cell {
         dimension,
-        lower: table.vector_if_given("lower")?.unwrap_or_default(),
-        upper: table.vector("upper")?,
-        periodic: table.flags_or("periodic", true)?,
-        depth: table.number_or("depth", if dimension == 2 { DEPTH_DEFAULT } else { 1.0 })?,
-        gradient: table.gradient("velocity_gradient")?,
+        lower: table.vector_if_given("lower").unwrap_or_default(),
+        upper: table.vector("upper"),
+        periodic: table.flags_or("periodic", true),
+        depth: table.number_or("depth", if dimension == 2 { DEPTH_DEFAULT } else { 1.0 }),
+        gradient: table.gradient("velocity_gradient"),
         servo: cell_servo(&table)?,
     };
     if (0..dimension).any(|axis| cell.upper[axis] <= cell.lower[axis]) {
         return Err(table.refusal("upper", "encloses nothing: it must be more than lower along every axis."));
     }
-    Ok((cell, table.vector_if_given("gravity")?.unwrap_or_default()))
+    Ok((cell, table.vector_if_given("gravity").unwrap_or_default()))
 }
 
 fn cell_servo(table: &Reader<'_>) -> Result<Option<CellServo>, Error> {
-    let Some(stress) = table.stresses("stress")? else {
+    let Some(stress) = table.stresses("stress") else {
         return match OF_SERVO.into_iter().find(|key| table.has(key)) {
             Some(key) => Err(table
                 .refusal(key, "is of axes held at a stress, and there is no cell.stress. Add it, or remove the line.")),
             None => Ok(None),
         };
     };
-    let rate_max = table.number("rate_max")?;
-    let gain = table.number_or("stress_gain", CellServo::GAIN)?;
-    let interval = table.count_or("stress_interval", CellServo::INTERVAL)?;
+    let rate_max = table.number("rate_max");
+    let gain = table.number_or("stress_gain", CellServo::GAIN);
+    let interval = table.count_or("stress_interval", CellServo::INTERVAL);
     Ok(Some(CellServo { stress, rate_max, gain, interval }))
 }
 
@@ -136,8 +137,8 @@ pub(super) fn source(
     cell: &Cell,
     folder: &Path,
 ) -> Result<(Matter, Source), Error> {
-    let density = grains.number("density")?;
-    if let Some(file) = grains.text_if_given("file")? {
+    let density = grains.number("density");
+    if let Some(file) = grains.text_if_given("file") {
         if let Some(key) = OF_MADE.into_iter().find(|key| grains.has(key)) {
             return Err(grains.refusal(
                 key,
@@ -148,8 +149,8 @@ pub(super) fn source(
             return Err(packing
                 .refusal_of_table("makes grains, and grains.file says that they are read. Remove one of the two."));
         }
-        let matter = Matter { density, diameter_mean: grains.number("diameter_mean")? };
-        let contacts = grains.text_if_given("contacts")?.map(|contacts| folder.join(contacts));
+        let matter = Matter { density, diameter_mean: grains.number("diameter_mean") };
+        let contacts = grains.text_if_given("contacts").map(|contacts| folder.join(contacts));
         return Ok((matter, Source::File(Read { grains: folder.join(file), contacts })));
     }
     if grains.has("contacts") {
@@ -158,7 +159,7 @@ pub(super) fn source(
             "is what contacts of grains from a file remember, and there is no grains.file. Add it, or remove the line.",
         ));
     }
-    let Some(count) = grains.count_if_given("count")? else {
+    let Some(count) = grains.count_if_given("count") else {
         return Err(grains.refusal_of_table(
             "says neither where grains are read from nor how many are made. Add file = \"grains.csv\", or count = 400.",
         ));
@@ -170,23 +171,23 @@ pub(super) fn source(
 
 fn sizes(grains: &Reader<'_>) -> Result<Sizes, Error> {
     let names = OF_DISTRIBUTION.map(|(name, _)| (name, name));
-    let distribution = grains.choice_or("distribution", "distribution", &names, "normal")?;
-    grains.refuse_keys_of_others("distribution", distribution, &OF_DISTRIBUTION)?;
+    let distribution = grains.choice_or("distribution", "distribution", &names, "normal");
+    grains.note_keys_of_others("distribution", distribution, &OF_DISTRIBUTION);
     match distribution {
         "normal" => {
-            let (mean, deviation) = (grains.number("diameter_mean")?, grains.number("diameter_deviation")?);
+            let (mean, deviation) = (grains.number("diameter_mean"), grains.number("diameter_deviation"));
             refuse_wide_sizes(grains, mean, deviation)?;
             Ok(Sizes::Normal { mean, deviation })
         }
         "uniform" => {
-            let (min, max) = (grains.number("diameter_min")?, grains.number("diameter_max")?);
+            let (min, max) = (grains.number("diameter_min"), grains.number("diameter_max"));
             match min <= max {
                 true => Ok(Sizes::Uniform { min, max }),
                 false => Err(grains.refusal("diameter_max", "is less than grains.diameter_min. Exchange them.")),
             }
         }
         _ => {
-            let list = grains.shares("diameters")?;
+            let list = grains.shares("diameters");
             let sum: f64 = list.iter().map(|(_, share)| share).sum();
             match (sum - 1.0).abs() <= SHARES_TOLERANCE {
                 true => Ok(Sizes::List(list)),
@@ -204,17 +205,17 @@ fn sizes(grains: &Reader<'_>) -> Result<Sizes, Error> {
 
 fn packed(table: &Reader<'_>, sizes: Sizes, count: u64, cell: &Cell, folder: &Path) -> Result<Packed, Error> {
     let names = OF_PREPARATION.map(|(name, _)| (name, name));
-    let Some(preparation) = table.choice("preparation", "preparation", &names)? else {
+    let Some(preparation) = table.choice("preparation", "preparation", &names) else {
         return Err(table.refusal_of_table(
             "must say how the grains of grains.count are made. Add preparation = \"compress\" with a stress, or preparation = \"pour\".",
         ));
     };
-    table.refuse_keys_of_others("preparation", preparation, &OF_PREPARATION)?;
+    table.note_keys_of_others("preparation", preparation, &OF_PREPARATION);
     let preparation = match preparation {
         "compress" => Preparation::Compress {
-            stress: table.number("stress")?,
-            fraction: table.number_if_given("fraction")?,
-            unloaded: table.number_if_given("unloaded")?,
+            stress: table.number("stress"),
+            fraction: table.number_if_given("fraction"),
+            unloaded: table.number_if_given("unloaded"),
         },
         _ => Preparation::Pour,
     };
@@ -223,23 +224,23 @@ fn packed(table: &Reader<'_>, sizes: Sizes, count: u64, cell: &Cell, folder: &Pa
         sizes,
         count,
         preparation,
-        friction: table.number_or("friction", PACKING_FRICTION_DEFAULT)?,
-        fraction_start: table.number_or("fraction_start", fraction_start)?,
-        energy_ratio_max: table.number_or("energy_ratio_max", PACKING_ENERGY_RATIO_DEFAULT)?,
-        cache: folder.join(table.text_if_given("cache")?.unwrap_or("cache")),
+        friction: table.number_or("friction", PACKING_FRICTION_DEFAULT),
+        fraction_start: table.number_or("fraction_start", fraction_start),
+        energy_ratio_max: table.number_or("energy_ratio_max", PACKING_ENERGY_RATIO_DEFAULT),
+        cache: folder.join(table.text_if_given("cache").unwrap_or_else(|| CACHE_DEFAULT.into())),
     })
 }
 
 const VELOCITIES: [(&str, Velocities); 2] =
     [("now", Velocities::Now), ("half_step_before", Velocities::HalfStepBefore)];
 
-fn damping(table: &Reader<'_>) -> Result<Damping, Error> {
+fn damping(table: &Reader<'_>) -> Damping {
     let forms = [("vector", DampingForm::Vector), ("component", DampingForm::Component)];
-    Ok(Damping {
-        local: table.number_or("local", 0.0)?,
-        form: table.choice_or("form", "form of local damping", &forms, DampingForm::Vector)?,
-        mass: table.number_or("mass", 0.0)?,
-    })
+    Damping {
+        local: table.number_or("local", 0.0),
+        form: table.choice_or("form", "form of local damping", &forms, DampingForm::Vector),
+        mass: table.number_or("mass", 0.0),
+    }
 }
 
 #[cfg(test)]

@@ -39,23 +39,23 @@ impl Domain {
 }
 
 /// The bodies of a job with the tables that they were typed in.
-pub fn bodies<'a>(top: &Reader<'a>, cell: &Domain) -> Result<Vec<(Body, Reader<'a>)>, Error> {
-    let tables = top.tables("body")?;
+pub fn bodies<'a>(top: &Reader<'a>, cell: &Domain) -> Vec<(Body, Reader<'a>)> {
+    let tables = top.tables("body");
     if let Some(table) = tables.get(BODIES_MAX) {
-        return Err(table.refusal_of_table(&format!(
+        table.note(table.refusal_of_table(&format!(
             "is one too many: a job may have {BODIES_MAX} bodies, and this one has {}. Remove some.",
             tables.len()
         )));
     }
     let mut bodies: Vec<(Body, Reader<'a>)> = Vec::new();
     for table in tables {
-        let body = body(&table, cell)?;
+        let Some(body) = table.one_of_many(body(&table, cell)) else { continue };
         if bodies.iter().any(|(other, _)| other.name == body.name) {
-            return Err(table.refusal("name", "names another body already. Give each a name of its own."));
+            table.note(table.refusal("name", "names another body already. Give each a name of its own."));
         }
         bodies.push((body, table));
     }
-    Ok(bodies)
+    bodies
 }
 
 fn body(table: &Reader<'_>, cell: &Domain) -> Result<Body, Error> {
@@ -64,13 +64,13 @@ fn body(table: &Reader<'_>, cell: &Domain) -> Result<Body, Error> {
     let motion = Motion { path: path(table)?, servo: servo(table)? };
     refuse_spin(table, cell, &shape, &motion)?;
     refuse_path_along_servo(table, &motion)?;
-    Ok(Body { name: name.to_string(), shape, motion })
+    Ok(Body { name, shape, motion })
 }
 
 fn shape(table: &Reader<'_>, cell: &Domain) -> Result<Shape, Error> {
     let names: Vec<(&str, &str)> = cell.shapes().iter().map(|(name, _)| (*name, *name)).collect();
-    let name = table.choose("shape", "shape", &names)?;
-    table.refuse_keys_of_others("shape", name, cell.shapes())?;
+    let name = table.choose("shape", "shape", &names);
+    table.note_keys_of_others("shape", name, cell.shapes());
     Ok(match name {
         "plane" => {
             let point = inside(table, "point", cell)?;
@@ -107,7 +107,7 @@ fn cylinder(table: &Reader<'_>, cell: &Domain) -> Result<Shape, Error> {
         2 => [0.0, 0.0, 1.0],
         _ => direction(table, "axis")?,
     };
-    let (centre, radius) = (inside(table, "centre", cell)?, table.number("radius")?);
+    let (centre, radius) = (inside(table, "centre", cell)?, table.number("radius"));
     for along in (0..cell.dimension).filter(|along| cell.periodic[*along]) {
         let reach = radius * (1.0 - axis[along] * axis[along]).max(0.0).sqrt();
         if centre[along] - reach < cell.lower[along] || centre[along] + reach > cell.upper[along] {
@@ -128,7 +128,7 @@ pub const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// A point of the domain, its faces included.
 pub fn inside(table: &Reader<'_>, key: &str, cell: &Domain) -> Result<[f64; 3], Error> {
-    let point = table.vector(key)?;
+    let point = table.vector(key);
     match (0..cell.dimension).find(|axis| !(cell.lower[*axis]..=cell.upper[*axis]).contains(&point[*axis])) {
         None => Ok(point),
         Some(axis) => Err(table.refusal(
@@ -145,9 +145,9 @@ pub fn inside(table: &Reader<'_>, key: &str, cell: &Domain) -> Result<[f64; 3], 
 }
 
 /// The name of what has columns of its own in the series.
-pub fn name_of_columns<'a>(table: &Reader<'a>) -> Result<&'a str, Error> {
-    let name = table.text("name")?;
-    match is_plain(name) {
+pub fn name_of_columns(table: &Reader<'_>) -> Result<String, Error> {
+    let name = table.text("name");
+    match is_plain(&name) {
         true => Ok(name),
         false => Err(table.refusal(
             "name",
@@ -167,7 +167,7 @@ pub fn corners(table: &Reader<'_>, cell: &Domain) -> Result<([f64; 3], [f64; 3])
 
 /// Two corners of a box that the walls of a grid may cut: a side of it on a wall would let the nodes there go along the wall.
 fn corners_cut_by_walls(table: &Reader<'_>, domain: &Domain) -> Result<([f64; 3], [f64; 3]), Error> {
-    let (lower, upper) = (table.vector("lower")?, table.vector("upper")?);
+    let (lower, upper) = (table.vector("lower"), table.vector("upper"));
     let met = |axis: usize| lower[axis] < domain.upper[axis] && upper[axis] > domain.lower[axis];
     let within = |axis: usize| lower[axis] >= domain.lower[axis] && upper[axis] <= domain.upper[axis];
     let walled = |axis: usize| domain.name == "grid" && !domain.periodic[axis];
@@ -180,7 +180,7 @@ fn corners_cut_by_walls(table: &Reader<'_>, domain: &Domain) -> Result<([f64; 3]
 
 /// A direction, brought to length 1.
 pub fn direction(table: &Reader<'_>, key: &str) -> Result<[f64; 3], Error> {
-    let typed = table.vector(key)?;
+    let typed = table.vector(key);
     let length = norm(typed);
     if (length - 1.0).abs() <= UNIT_TOLERANCE {
         return Ok(typed);
@@ -201,7 +201,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 
 /// Either a path, or one velocity and spin with their ramp.
 fn path(table: &Reader<'_>) -> Result<Vec<PathPoint>, Error> {
-    let points = table.tables("path")?;
+    let points = table.tables("path");
     if points.is_empty() {
         return path_of_one_velocity(table);
     }
@@ -210,7 +210,7 @@ fn path(table: &Reader<'_>) -> Result<Vec<PathPoint>, Error> {
     }
     let mut path: Vec<PathPoint> = Vec::new();
     for point in points {
-        let time = point.number("time")?;
+        let time = point.number("time");
         match path.last() {
             None if time != 0.0 => {
                 return Err(
@@ -222,8 +222,8 @@ fn path(table: &Reader<'_>) -> Result<Vec<PathPoint>, Error> {
             }
             _ => path.push(PathPoint {
                 time,
-                velocity: point.vector_if_given("velocity")?.unwrap_or_default(),
-                spin: point.spin_if_given("spin")?.unwrap_or_default(),
+                velocity: point.vector_if_given("velocity").unwrap_or_default(),
+                spin: point.spin_if_given("spin").unwrap_or_default(),
             }),
         }
     }
@@ -231,8 +231,8 @@ fn path(table: &Reader<'_>) -> Result<Vec<PathPoint>, Error> {
 }
 
 fn path_of_one_velocity(table: &Reader<'_>) -> Result<Vec<PathPoint>, Error> {
-    let (velocity, spin) = (table.vector_if_given("velocity")?, table.spin_if_given("spin")?);
-    let ramp = table.number_or("ramp", 0.0)?;
+    let (velocity, spin) = (table.vector_if_given("velocity"), table.spin_if_given("spin"));
+    let ramp = table.number_or("ramp", 0.0);
     if velocity.is_none() && spin.is_none() {
         return match table.has("ramp") {
             true => Err(table.refusal("ramp", "has nothing to raise: add velocity or spin, or remove the line.")),
@@ -248,10 +248,10 @@ fn path_of_one_velocity(table: &Reader<'_>) -> Result<Vec<PathPoint>, Error> {
 }
 
 fn servo(table: &Reader<'_>) -> Result<Option<BodyServo>, Error> {
-    let Some(servo) = table.inner("servo")? else {
+    let Some(servo) = table.inner("servo") else {
         return Ok(None);
     };
-    let force = match (servo.number_if_given("force")?, servo.has("stress") || servo.has("area")) {
+    let force = match (servo.number_if_given("force"), servo.has("stress") || servo.has("area")) {
         (Some(_), true) => {
             return Err(servo.refusal(
                 "force",
@@ -259,15 +259,15 @@ fn servo(table: &Reader<'_>) -> Result<Option<BodyServo>, Error> {
             ));
         }
         (Some(force), false) => force,
-        (None, true) => servo.number("stress")? * servo.number("area")?,
-        (None, false) => servo.number("force")?,
+        (None, true) => servo.number("stress") * servo.number("area"),
+        (None, false) => servo.number("force"),
     };
     Ok(Some(BodyServo {
         direction: direction(&servo, "direction")?,
         force,
-        mass: servo.number("mass")?,
-        damping: servo.number_or("damping", 0.0)?,
-        speed_max: servo.number("speed_max")?,
+        mass: servo.number("mass"),
+        damping: servo.number_or("damping", 0.0),
+        speed_max: servo.number("speed_max"),
     }))
 }
 

@@ -22,16 +22,16 @@ const FRACTION_START_MAX_SPHERES: f64 = 0.36;
 /// Some records of other programs were made with unstable steps.
 pub const BYPASS: &str = " Only to repeat an unstable run on purpose, write time.allow_unstable = true.";
 
-pub fn check(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
-    check_deformation(assembly, typed)?;
-    check_cell(assembly, typed)?;
-    limits::refuse_size_of_cell(assembly, typed)?;
-    limits::refuse_speeds(assembly, typed)?;
+pub fn check(assembly: &Assembly, typed: &Typed) {
+    typed.check(check_deformation(assembly, typed));
+    typed.check(check_cell(assembly, typed));
+    typed.check(limits::refuse_size_of_cell(assembly, typed));
+    typed.check(limits::refuse_speeds(assembly, typed));
     if let Source::Packed(packed) = &assembly.source {
-        check_packing(assembly, packed, typed)?;
+        typed.check(check_packing(assembly, packed, typed));
     }
-    check_time(assembly, typed)?;
-    check_stress(assembly, typed)
+    typed.check(check_time(assembly, typed));
+    typed.check(check_stress(assembly, typed));
 }
 
 /// The same of a piece of packing, whose cell is not the job's own.

@@ -12,40 +12,40 @@ use crate::law::contact::{
 ///
 /// `mass_mean`: mass of the mean grain, kg, which turns a restitution into a damping.
 pub fn contact(table: &Reader<'_>, mass_mean: f64) -> Result<Contact, Error> {
-    let law = table.choice_or("law", "contact law", &OF_LAW.map(|(name, _)| (name, name)), "linear")?;
-    table.refuse_keys_of_others("law", law, &OF_LAW)?;
+    let law = table.choice_or("law", "contact law", &OF_LAW.map(|(name, _)| (name, name)), "linear");
+    table.note_keys_of_others("law", law, &OF_LAW);
     Ok(match law {
         "linear" => Contact::Linear(linear(table, mass_mean)?),
         "linear_cohesive" => Contact::LinearCohesive(LinearCohesive {
             linear: linear(table, mass_mean)?,
-            cohesion_normal: table.number("cohesion_normal")?,
-            cohesion_tangential: table.number("cohesion_tangential")?,
+            cohesion_normal: table.number("cohesion_normal"),
+            cohesion_tangential: table.number("cohesion_tangential"),
         }),
         "elastic_rolling" => Contact::ElasticRolling(ElasticRolling {
-            young_modulus: table.number("young_modulus")?,
-            stiffness_ratio: table.number("stiffness_ratio")?,
+            young_modulus: table.number("young_modulus"),
+            stiffness_ratio: table.number("stiffness_ratio"),
             friction: friction(table)?,
-            rolling_stiffness: table.number_or("rolling_stiffness", 0.0)?,
-            rolling_limit: table.number_or("rolling_limit", 0.0)?,
+            rolling_stiffness: table.number_or("rolling_stiffness", 0.0),
+            rolling_limit: table.number_or("rolling_limit", 0.0),
             sliding: table.choice_or(
                 "sliding",
                 "form of sliding",
                 &[("surface", Sliding::Surface), ("scaled", Sliding::Scaled)],
                 Sliding::Surface,
-            )?,
+            ),
         }),
         "hertz_mindlin" => {
-            let normal_force = normal_force(table)?;
+            let normal_force = normal_force(table);
             let damping_ratio = match restitution(table, &["damping_normal", "damping_tangential", "damping_ratio"])? {
                 Some(restitution) => damping_of(restitution, normal_force, 1.0),
-                None => table.number_or("damping_ratio", 0.0)?,
+                None => table.number_or("damping_ratio", 0.0),
             };
             Contact::HertzMindlin(HertzMindlin {
-                shear_modulus: table.number("shear_modulus")?,
-                poisson_ratio: table.number("poisson_ratio")?,
+                shear_modulus: table.number("shear_modulus"),
+                poisson_ratio: table.number("poisson_ratio"),
                 friction: friction(table)?,
-                damping_normal: table.number_or("damping_normal", 0.0)?,
-                damping_tangential: table.number_or("damping_tangential", 0.0)?,
+                damping_normal: table.number_or("damping_normal", 0.0),
+                damping_tangential: table.number_or("damping_tangential", 0.0),
                 damping_ratio,
                 normal_force,
                 tangential_force: table.choice_or(
@@ -53,7 +53,7 @@ pub fn contact(table: &Reader<'_>, mass_mean: f64) -> Result<Contact, Error> {
                     "form of the tangential force",
                     &TangentialForce::NAMES,
                     TangentialForce::default(),
-                )?,
+                ),
             })
         }
         other => panic!("the schema has a law {other} that is not read"),
@@ -61,9 +61,9 @@ pub fn contact(table: &Reader<'_>, mass_mean: f64) -> Result<Contact, Error> {
 }
 
 fn linear(table: &Reader<'_>, mass_mean: f64) -> Result<LinearSpringDashpot, Error> {
-    let stiffness_normal = table.number_awake("stiffness_normal", 1_772_093.8)?;
-    let stiffness_tangential = table.number_awake("stiffness_tangential", 886_046.9)?;
-    let normal_force = normal_force(table)?;
+    let stiffness_normal = table.number_awake("stiffness_normal", 1_772_093.8);
+    let stiffness_tangential = table.number_awake("stiffness_tangential", 886_046.9);
+    let normal_force = normal_force(table);
     let (damping_normal, damping_tangential) = damping(table, stiffness_normal, mass_mean, normal_force)?;
     let friction = friction(table)?;
     Ok(LinearSpringDashpot {
@@ -76,14 +76,14 @@ fn linear(table: &Reader<'_>, mass_mean: f64) -> Result<LinearSpringDashpot, Err
     })
 }
 
-fn normal_force(table: &Reader<'_>) -> Result<NormalForce, Error> {
+fn normal_force(table: &Reader<'_>) -> NormalForce {
     table.choice_or("normal_force", "range of the normal force", &NormalForce::NAMES, NormalForce::TENSILE)
 }
 
 /// The restitution, which the keys of dampings cannot stand beside.
 fn restitution(table: &Reader<'_>, dampings: &[&str]) -> Result<Option<f64>, Error> {
     let damped = dampings.iter().find(|key| table.has(key));
-    match (table.number_if_given("restitution")?, damped) {
+    match (table.number_if_given("restitution"), damped) {
         (Some(_), Some(key)) => {
             let [others @ .., last] = dampings else { unreachable!("there are dampings") };
             Err(table.refusal(
@@ -111,7 +111,7 @@ fn damping(table: &Reader<'_>, stiffness: f64, mass_mean: f64, normal_force: Nor
             "does not say how contacts are damped. Add restitution, for example restitution = 0.5, or both damping_normal and damping_tangential, for example \"3.5 N s/m\".",
         ));
     }
-    Ok((table.number_awake("damping_normal", 3.5)?, table.number_awake("damping_tangential", 3.5)?))
+    Ok((table.number_awake("damping_normal", 3.5), table.number_awake("damping_tangential", 3.5)))
 }
 
 /// Damping with which two grains rebound with that restitution, in the unit of `critical`, the critical damping of their
@@ -160,14 +160,14 @@ fn rebound_repulsive(ratio: f64) -> f64 {
 
 /// The Coulomb coefficient, or the tangent of its angle.
 fn friction(table: &Reader<'_>) -> Result<f64, Error> {
-    let angle = table.number_if_given("friction_angle")?;
+    let angle = table.number_if_given("friction_angle");
     match (angle, table.has("friction")) {
         (Some(_), true) => Err(table.refusal(
             "friction_angle",
             "stands beside contact.friction, and each says how rough grains are. Keep one of them.",
         )),
         (Some(angle), false) => Ok(tan(angle)),
-        (None, _) => table.number_awake("friction", 0.5),
+        (None, _) => Ok(table.number_awake("friction", 0.5)),
     }
 }
 

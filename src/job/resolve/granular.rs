@@ -36,15 +36,15 @@ pub fn granular(
     file: &str,
 ) -> Result<Option<Granular>, Error> {
     let why = "a job with grains";
-    let grains = typed.table("grains", false, why)?;
+    let grains = typed.table("grains", false, why);
     if !grains.is_typed() {
-        let asleep = TABLES.into_iter().map(|name| typed.table(name, false, why)).collect::<Result<Vec<_>, _>>()?;
+        let asleep = TABLES.map(|name| typed.table(name, false, why));
         if let Some(table) = asleep.iter().find(|table| table.is_typed()) {
             return Err(
                 table.refusal_of_table("is for jobs with grains, and this one has none. Add [grains], or remove it.")
             );
         }
-        let cut = typed.table("decomposition", false, why)?;
+        let cut = typed.table("decomposition", false, why);
         let only = [(top, "method"), (top, "seed"), (top, "band"), (time, "grain_steps"), (&cut, "skin")];
         for (table, key) in only {
             if table.has(key) {
@@ -59,20 +59,20 @@ pub fn granular(
     if grid.dimension != 2 {
         return Err(grains.refusal_of_table("are discs beside a continuum in plane strain, and this grid is in space. Write grid.space = \"plane\", or remove the table."));
     }
-    let method = top.choose("method", "method", &METHODS)?;
+    let method = top.choose("method", "method", &METHODS);
     let piece = piece(typed, top, grid, time, file)?;
-    let table = typed.table("enrichment", method == Method::Hybrid, why)?;
+    let table = typed.table("enrichment", method == Method::Hybrid, why);
     let reference = match table.has("reference") {
-        true => table.choose("reference", "origin", &ORIGINS)?,
+        true => table.choose("reference", "origin", &ORIGINS),
         false => Origin::Specimen,
     };
-    let enrichment = enrichment(&table, &typed.table("zone", false, why)?, grid.cell)?;
+    let enrichment = enrichment(&table, &typed.table("zone", false, why), grid.cell);
     let known = known_bands(top, &table, grid)?;
     Ok(Some(Granular { method, piece, enrichment, reference, known }))
 }
 
 fn known_bands(top: &Reader<'_>, enrichment: &Reader<'_>, grid: &Grid) -> Result<Option<KnownBands>, Error> {
-    let tables = top.tables("band")?;
+    let tables = top.tables("band");
     let Some(first) = tables.first() else {
         return match enrichment.has("at") {
             true => Err(enrichment.refusal("at", "is when grains take the places of points around every [[band]], and there is none. Add [[band]] with from and to, or remove the line: the oracle says when.")),
@@ -88,13 +88,13 @@ fn known_bands(top: &Reader<'_>, enrichment: &Reader<'_>, grid: &Grid) -> Result
         let [from, to] = ["from", "to"].map(|key| inside(table, key, &domain).map(|[x, y, _]| [x, y]));
         parts.push([from?, to?]);
     }
-    Ok(Some(KnownBands { at: enrichment.number("at")?, parts }))
+    Ok(Some(KnownBands { at: enrichment.number("at"), parts }))
 }
 
 /// The piece of packing.
 fn piece(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>, file: &str) -> Result<Assembly, Error> {
     let why = "a job with grains";
-    let (grains, packing) = (typed.table("grains", true, why)?, typed.table("packing", true, why)?);
+    let (grains, packing) = (typed.table("grains", true, why), typed.table("packing", true, why));
     let mut cell = Cell {
         dimension: 2,
         lower: [0.0; 3],
@@ -110,12 +110,12 @@ fn piece(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>, file: 
         return Err(grains.refusal_of_table(message));
     };
     let mass_mean = stable::grain_mass(matter.density, 0.5 * matter.diameter_mean, cell.depth, 2);
-    let contact = contact(&typed.table("contact", true, why)?, mass_mean)?;
-    let step = time.number("step")?;
-    let cut = typed.table("decomposition", false, why)?;
+    let contact = contact(&typed.table("contact", true, why), mass_mean)?;
+    let step = time.number("step");
+    let cut = typed.table("decomposition", false, why);
     let mut piece = Assembly {
         name: "packing".to_string(),
-        seed: top.count_or("seed", 1)?,
+        seed: top.count_or("seed", 1),
         matter,
         source,
         contact,
@@ -126,7 +126,7 @@ fn piece(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>, file: 
         end: step,
         velocities: Velocities::Now,
         allow_unstable: false,
-        skin: cut.number_or("skin", SKIN_DEFAULT * matter.diameter_mean)?,
+        skin: cut.number_or("skin", SKIN_DEFAULT * matter.diameter_mean),
         block: BLOCK_OF_DISCS * matter.diameter_mean,
         output: Output::default(),
         ledger: false,
@@ -144,7 +144,7 @@ fn piece(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>, file: 
 fn check_known_bands(job: &Mpm, grains: &Granular, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
     let Some(KnownBands { at, parts }) = &grains.known else { return Ok(()) };
     if job.oracle.is_some() {
-        return Err(top.tables("band")?[0]
+        return Err(top.tables("band")[0]
             .refusal_of_table("is known, and [oracle] looks for one as well. Remove one of the two."));
     }
     if *at >= job.end {
@@ -152,7 +152,7 @@ fn check_known_bands(job: &Mpm, grains: &Granular, typed: &Typed, top: &Reader<'
             format!("is not before the run ends: time.end = {} s. Write less, or let it go on.", digits(job.end));
         return Err(typed.refusal("enrichment", "at", &message));
     }
-    for ([from, to], table) in parts.iter().zip(&top.tables("band")?) {
+    for ([from, to], table) in parts.iter().zip(&top.tables("band")) {
         let way = [to[0] - from[0], to[1] - from[1]];
         let steps = (2.0 * (way[0] * way[0] + way[1] * way[1]).sqrt() / job.grid.cell).ceil().max(1.0);
         let place = |step: f64| [from[0] + way[0] * step / steps, from[1] + way[1] * step / steps, 0.0];
@@ -164,11 +164,11 @@ fn check_known_bands(job: &Mpm, grains: &Granular, typed: &Typed, top: &Reader<'
 }
 
 /// What grains ask of the rest of the job.
-pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
-    for (body, table) in job.bodies.iter().zip(&top.tables("body")?) {
+pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
+    for (body, table) in job.bodies.iter().zip(&top.tables("body")) {
         let moves = body.body.motion.path.iter().any(|at| at.velocity != [0.0; 3]);
         if body.seat > 0.0 && (job.grains.is_none() || !moves || body.body.motion.servo.is_some()) {
-            return Err(table.refusal(
+            typed.note_together(table.refusal(
                 "seat",
                 "presses a body that moves along a path on grains before the run, and this job has no grains, or the body no path. Remove the line.",
             ));
@@ -177,45 +177,45 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
         if let (true, Some(way), Shape::Plane { normal, .. }) = (body.seat > 0.0, first, &body.body.shape)
             && way[0] * normal[0] + way[1] * normal[1] <= 0.0
         {
-            return Err(table.refusal(
+            typed.note_together(table.refusal(
                 "seat",
                 "presses the body along its first way, and that leads away from the grains. Remove the line, or let the path begin towards them.",
             ));
         }
     }
-    let Some(grains) = &job.grains else { return Ok(()) };
+    let Some(grains) = &job.grains else { return };
     if !matches!(job.material.law, MaterialLaw::CriticalDruckerPrager(_)) {
-        return Err(typed.refusal(
+        typed.note_together(typed.refusal(
             "material",
             "law",
             "does not soften as grains do. In a job with grains write \"critical_drucker_prager\".",
         ));
     }
     if job.scheme.shape != ShapeFunction::Quadratic {
-        return Err(typed.refusal(
+        typed.note_together(typed.refusal(
             "scheme",
             "shape",
             "is not that of grains, which share nodes by quadratic splines. Write \"quadratic\".",
         ));
     }
     if job.scheme.update != StressUpdate::Last {
-        return Err(typed.refusal(
+        typed.note_together(typed.refusal(
             "scheme",
             "update",
             "goes to the nodes twice a step, and grains share them once. In a job with grains write \"last\".",
         ));
     }
-    if let Some(table) = top.tables("follow")?.first() {
-        return Err(table.refusal_of_table("follows a point, which grains may replace. Remove it; frames.vtkhdf has every grain and point with its id."));
+    if let Some(table) = top.tables("follow").first() {
+        typed.note_together(table.refusal_of_table("follows a point, which grains may replace. Remove it; frames.vtkhdf has every grain and point with its id."));
     }
-    for (region, table) in job.regions.iter().zip(&top.tables("region")?) {
+    for (region, table) in job.regions.iter().zip(&top.tables("region")) {
         if region.velocity != [0.0; 3] || region.spin != [0.0; 3] || !region.waves.is_empty() {
-            return Err(table.refusal_of_table("gives points a velocity, and grains begin at rest. Remove velocity, spin and wave; move a [[body]] instead."));
+            typed.note_together(table.refusal_of_table("gives points a velocity, and grains begin at rest. Remove velocity, spin and wave; move a [[body]] instead."));
         }
     }
     let most = SKIN_MAX * job.grid.cell;
     if grains.piece.skin > most {
-        return Err(typed.refusal(
+        typed.note_together(typed.refusal(
             "decomposition",
             "skin",
             &format!(
@@ -225,15 +225,15 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
         ));
     }
     if job.ledger {
-        return Err(typed.refusal("output", "ledger", "keeps the account of points, and does not know grains. Remove it; summary.json tells what was kept of mass and momentum."));
+        typed.note_together(typed.refusal("output", "ledger", "keeps the account of points, and does not know grains. Remove it; summary.json tells what was kept of mass and momentum."));
     }
     if !job.loads.is_empty() {
-        return Err(top.tables("load")?[0].refusal_of_table("is borne by points, and grains do not know it. Press by a [[body]] or a [[membrane]] in a job with grains."));
+        typed.note_together(top.tables("load")[0].refusal_of_table("is borne by points, and grains do not know it. Press by a [[body]] or a [[membrane]] in a job with grains."));
     }
     for face in Face::all(2) {
         let kind = job.boundaries[face.axis][usize::from(face.upper)];
         if !matches!(kind, Boundary::Free | Boundary::Periodic) {
-            return Err(top.refusal(
+            typed.note_together(top.refusal(
                 "boundary",
                 &format!(
                     "leaves {} to hold nodes, and grains do not feel faces. Write kind = \"free\" for that face, and put a [[body]] with shape = \"plane\" in front of it.",
@@ -243,21 +243,21 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
         }
     }
     if job.grid.periodic[..2].contains(&true) {
-        return Err(typed.refusal(
+        typed.note_together(typed.refusal(
             "grid",
             "periodic",
             "has a period that pieces of packing do not fit. Write false, and hold the grains by bodies and membranes.",
         ));
     }
-    let ramped = job.membranes.iter().zip(top.tables("membrane")?).find(|(membrane, _)| membrane.ramp > 0.0);
+    let ramped = job.membranes.iter().zip(top.tables("membrane")).find(|(membrane, _)| membrane.ramp > 0.0);
     if let Some((_, table)) = ramped {
-        return Err(table.refusal(
+        typed.note_together(table.refusal(
             "ramp",
             "lets go of grains that have come to rest under the whole pressure before the run. Remove the line.",
         ));
     }
     if job.gravity.ramp > 0.0 {
-        return Err(typed.refusal(
+        typed.note_together(typed.refusal(
             "gravity",
             "ramp",
             "lets go of grains that have come to rest under all of gravity before the run. Remove the line.",
@@ -266,7 +266,7 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
     let (edge, least) =
         (job.cells_per_block as f64 * job.grid.cell, 2.0 * diameter_max(&grains.piece) + margin(&grains.piece));
     if edge < least {
-        return Err(typed.refusal(
+        typed.note_together(typed.refusal(
             "decomposition",
             "cells_per_block",
             &format!(
@@ -279,20 +279,20 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
     let distance = grains.enrichment.distance;
     if grains.method == Method::Hybrid {
         if job.oracle.is_none() && grains.known.is_none() {
-            return Err(top.refusal("method", "puts grains where a band persists, and nothing looks for one. Add [oracle], or [[band]] where one is known, or write \"mpm\" or \"dem\"."));
+            typed.note_together(top.refusal("method", "puts grains where a band persists, and nothing looks for one. Add [oracle], or [[band]] where one is known, or write \"mpm\" or \"dem\"."));
         }
-        check_known_bands(job, grains, typed, top)?;
-        check_life(&grains.enrichment, typed)?;
+        typed.check(check_known_bands(job, grains, typed, top));
+        typed.check(check_life(&grains.enrichment, typed));
         if job.oracle.is_none() {
             let life = grains.enrichment.life;
             let key = if life.grows { Some("grows") } else { life.dissolves.then_some("dissolves") };
             if let Some(key) = key {
-                return Err(typed.refusal("zone", key, "lets a zone live by what the oracle sees, and bands that are known have none. Write false, or put [oracle] in the place of [[band]] and enrichment.at."));
+                typed.note_together(typed.refusal("zone", key, "lets a zone live by what the oracle sees, and bands that are known have none. Write false, or put [oracle] in the place of [[band]] and enrichment.at."));
             }
         }
         if distance < CELLS_OF_ZONE * job.grid.cell {
             let least = CELLS_OF_ZONE * job.grid.cell;
-            return Err(typed.refusal(
+            typed.note_together(typed.refusal(
                 "enrichment",
                 "distance",
                 &format!(
@@ -302,5 +302,4 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
             ));
         }
     }
-    Ok(())
 }

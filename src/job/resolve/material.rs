@@ -28,7 +28,7 @@ pub struct Material<'a> {
 impl<'a> Material<'a> {
     /// `folder` is that of the job, where relative paths start from.
     pub fn of(job: &'a Reader<'a>, folder: &Path) -> Result<Self, Error> {
-        let Some(name) = job.text_if_given("material")? else { return Ok(Self { job, file: None }) };
+        let Some(name) = job.text_if_given("material") else { return Ok(Self { job, file: None }) };
         let path = folder.join(name);
         if !path.is_file() {
             let problem = format!(
@@ -38,33 +38,32 @@ impl<'a> Material<'a> {
             return Err(job.refusal("material", &problem));
         }
         let file = Typed::parse(&read(&path)?, &path.display().to_string(), &[])?;
-        file.refuse_all_but(TABLE, &KEYS, "a file of a material")?;
+        file.note_all_but(TABLE, &KEYS, "a file of a material");
         let material = Self { job, file: Some(file) };
         KEYS.iter().try_for_each(|key| material.refuse_twice(key))?;
         Ok(material)
     }
 
     /// Required where the method needs the continuum; elsewhere a value that nothing will look at.
-    pub fn number_awake(&self, key: &str, asleep: f64) -> Result<f64, Error> {
-        match self.in_file(key)? {
-            Some(value) => Ok(value),
-            None => self.job.number_awake(key, asleep),
-        }
+    pub fn number_awake(&self, key: &str, asleep: f64) -> f64 {
+        self.in_file(key).unwrap_or_else(|| self.job.number_awake(key, asleep))
     }
 
-    pub fn number_or(&self, key: &str, default: f64) -> Result<f64, Error> {
-        match self.in_file(key)? {
-            Some(value) => Ok(value),
-            None => self.job.number_or(key, default),
-        }
+    pub fn number_or(&self, key: &str, default: f64) -> f64 {
+        self.in_file(key).unwrap_or_else(|| self.job.number_or(key, default))
     }
 
     /// The file's number, unless `--set` lays another over it.
-    fn in_file(&self, key: &str) -> Result<Option<f64>, Error> {
+    fn in_file(&self, key: &str) -> Option<f64> {
         match &self.file {
-            Some(file) if !self.job.has(key) => file.table(TABLE, true, "a file of a material")?.number_if_given(key),
-            _ => Ok(None),
+            Some(file) if !self.job.has(key) => file.table(TABLE, true, "a file of a material").number_if_given(key),
+            _ => None,
         }
+    }
+
+    /// Mistakes in its file.
+    pub fn stop_if_wrong(&self) -> Result<(), Error> {
+        self.file.as_ref().map_or(Ok(()), Typed::stop_if_wrong)
     }
 
     /// Which of the two would be meant nobody could tell.

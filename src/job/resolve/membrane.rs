@@ -16,13 +16,13 @@ const OF_MEMBRANE: Owners<2> = [("line", &["from", "to"]), ("circle", &["centre"
 
 pub fn membranes(top: &Reader<'_>, grid: &Grid) -> Result<Vec<Membrane>, Error> {
     let mut membranes: Vec<Membrane> = Vec::new();
-    for table in top.tables("membrane")? {
+    for table in top.tables("membrane") {
         if grid.dimension != 2 {
             return Err(table.refusal_of_table(
                 "is a line, and this grid is in space, where a membrane would be a sheet. Remove it, and write a [[load]] with kind = \"pressure\" on the face of the material.",
             ));
         }
-        let membrane = membrane(&table, grid)?;
+        let Some(membrane) = table.one_of_many(membrane(&table, grid)) else { continue };
         if membranes.iter().any(|other| other.name == membrane.name) {
             return Err(table.refusal("name", "names another membrane already. Give each a name of its own."));
         }
@@ -41,9 +41,9 @@ fn membrane(table: &Reader<'_>, grid: &Grid) -> Result<Membrane, Error> {
     let domain = domain(grid);
     let name = body::name_of_columns(table)?;
     let within = |key: &str| body::inside(table, key, &domain).map(|[x, y, _]| [x, y]);
-    let path = match chosen(table, "shape", "shape", &OF_MEMBRANE, None)? {
+    let path = match chosen(table, "shape", "shape", &OF_MEMBRANE, None) {
         "line" => Path::Line { from: within("from")?, to: within("to")? },
-        _ => Path::Circle { centre: within("centre")?, radius: table.number("radius")? },
+        _ => Path::Circle { centre: within("centre")?, radius: table.number("radius") },
     };
     if let Path::Circle { centre, radius } = path {
         let outside = |axis: &usize| {
@@ -60,15 +60,15 @@ fn membrane(table: &Reader<'_>, grid: &Grid) -> Result<Membrane, Error> {
         return Err(table.refusal("to", "is where the line begins. Move one of the two ends."));
     }
     let membrane = Membrane {
-        name: name.to_string(),
+        name,
         path,
-        spacing: table.number_or("spacing", SPACING_DEFAULT * grid.cell)?,
-        mass_per_area: table.number_or("mass_per_area", MASS_PER_AREA_DEFAULT)?,
-        stiffness: table.number("stiffness")?,
-        damping: table.number_or("damping", 0.0)?,
-        tension: table.number_or("tension", 0.0)?,
-        pressure: table.number("pressure")?,
-        ramp: table.number_or("ramp", 0.0)?,
+        spacing: table.number_or("spacing", SPACING_DEFAULT * grid.cell),
+        mass_per_area: table.number_or("mass_per_area", MASS_PER_AREA_DEFAULT),
+        stiffness: table.number("stiffness"),
+        damping: table.number_or("damping", 0.0),
+        tension: table.number_or("tension", 0.0),
+        pressure: table.number("pressure"),
+        ramp: table.number_or("ramp", 0.0),
     };
     let shortest = membrane.stiffness * membrane.segment();
     if membrane.spacing > grid.cell * (1.0 + WHOLE_TOLERANCE) {

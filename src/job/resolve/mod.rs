@@ -28,6 +28,8 @@ pub use mpm::mpm;
 pub use shear::scenario;
 
 const DEPTH_DEFAULT: f64 = 0.01;
+/// The folder of finished packings, beside the job.
+const CACHE_DEFAULT: &str = "cache";
 /// Edge of a block in mean diameters of discs, where only grains ask for blocks.
 pub const BLOCK_OF_DISCS: f64 = 12.0;
 /// Cundall 1989.
@@ -46,9 +48,9 @@ const CHECKPOINT_WALL_DEFAULT: f64 = 600.0;
 
 /// The name becomes a folder, so it keeps to letters that every file system takes.
 fn name(top: &Reader<'_>) -> Result<String, Error> {
-    let name = top.text("name")?;
-    if is_plain(name) {
-        return Ok(name.to_string());
+    let name = top.text("name");
+    if is_plain(&name) {
+        return Ok(name);
     }
     Err(top.refusal(
         "name",
@@ -87,7 +89,7 @@ fn refuse_wide_sizes(grains: &Reader<'_>, mean: f64, deviation: f64) -> Result<(
 
 fn output(table: &Reader<'_>, duration: f64, step: f64) -> Result<Output, Error> {
     let interval = |key: &str, count: f64| -> Result<f64, Error> {
-        let interval = table.number_or(key, (duration / count).max(step))?;
+        let interval = table.number_or(key, (duration / count).max(step));
         if interval < step {
             let problem =
                 format!("is shorter than one time step. Write at least time.step = {} s.", digits_above(step));
@@ -100,17 +102,17 @@ fn output(table: &Reader<'_>, duration: f64, step: f64) -> Result<Output, Error>
         series_interval: interval("series_interval", ROWS_DEFAULT)?,
         frame_interval: interval("frame_interval", FRAMES_DEFAULT)?,
         checkpoint_interval: interval("checkpoint_interval", CHECKPOINTS_DEFAULT)?,
-        checkpoint_steps: table.count_or("checkpoint_steps", 0)?,
-        checkpoint_wall_interval: table.number_or("checkpoint_wall_interval", CHECKPOINT_WALL_DEFAULT)?,
-        checkpoints_kept: table.count_or("checkpoints_kept", 3)? as usize,
-        checkpoints_for_good: table.count_or("checkpoints_for_good", 0)? as usize,
+        checkpoint_steps: table.count_or("checkpoint_steps", 0),
+        checkpoint_wall_interval: table.number_or("checkpoint_wall_interval", CHECKPOINT_WALL_DEFAULT),
+        checkpoints_kept: table.count_or("checkpoints_kept", 3) as usize,
+        checkpoints_for_good: table.count_or("checkpoints_for_good", 0) as usize,
         contact_frames: false,
     })
 }
 
 /// The same of a job that has contacts.
 fn output_with_contacts(table: &Reader<'_>, duration: f64, step: f64) -> Result<Output, Error> {
-    Ok(Output { contact_frames: table.flag_or("contact_frames", false)?, ..output(table, duration, step)? })
+    Ok(Output { contact_frames: table.flag_or("contact_frames", false), ..output(table, duration, step)? })
 }
 
 /// `bypass`: what else can be done where the job's kind allows it.

@@ -76,42 +76,42 @@ const OF_BOUNDARY: Owners<5> =
 const OF_LOAD: Owners<2> = [("traction", &["traction"]), ("pressure", &["pressure"])];
 const OF_CONTACT: Owners<3> = [("rough", &[]), ("smooth", &[]), ("coulomb", &["friction"])];
 
-/// The choice of a selector, with the keys of other choices refused.
+/// The choice of a selector, with the keys of other choices noted.
 pub(super) fn chosen<const N: usize>(
     table: &Reader<'_>,
     selector: &str,
     noun: &str,
     owners: &Owners<N>,
     default: Option<&'static str>,
-) -> Result<&'static str, Error> {
+) -> &'static str {
     let names = owners.map(|(name, _)| (name, name));
     let chosen = match default {
-        Some(default) => table.choice_or(selector, noun, &names, default)?,
-        None => table.choose(selector, noun, &names)?,
+        Some(default) => table.choice_or(selector, noun, &names, default),
+        None => table.choose(selector, noun, &names),
     };
-    table.refuse_keys_of_others(selector, chosen, owners)?;
-    Ok(chosen)
+    table.note_keys_of_others(selector, chosen, owners);
+    chosen
 }
 
 /// The checked continuum of a job.
 pub fn mpm(typed: &Typed, file: &str) -> Result<Mpm, Error> {
     let why = "a continuum";
-    let top = typed.table("", true, why)?;
+    let top = typed.table("", true, why);
     let name = name(&top)?;
-    let grid = grid(typed.table("grid", true, why)?)?;
+    let grid = grid(typed.table("grid", true, why))?;
     let axes = grid.dimension;
     let top = top.with_axes(axes);
-    let scheme = scheme(&typed.table("scheme", false, why)?)?;
-    let time = typed.table("time", true, why)?;
+    let scheme = scheme(&typed.table("scheme", false, why))?;
+    let time = typed.table("time", true, why);
     let grains = granular(typed, &top, &grid, &time, file)?;
-    let material = material(&typed.table("material", true, why)?, grains.as_ref())?;
-    let gravity = gravity(&typed.table("gravity", false, why)?.with_axes(axes))?;
-    let stress = stress(&typed.table("stress", false, why)?, &grid, &gravity)?;
+    let material = material(&typed.table("material", true, why), grains.as_ref())?;
+    let gravity = gravity(&typed.table("gravity", false, why).with_axes(axes));
+    let stress = stress(&typed.table("stress", false, why), &grid, &gravity)?;
     let regions = regions(&top, &grid, &material.law)?;
     let (bodies, follow) = bodies_and_followed(&top, &grid)?;
-    let grain_steps = if grains.is_some() { time.count_or("grain_steps", 1)? } else { 1 };
+    let grain_steps = if grains.is_some() { time.count_or("grain_steps", 1) } else { 1 };
     let of_grains = (grains.as_ref(), grain_steps);
-    let oracle = oracle(&typed.table("oracle", false, why)?, &grid, &material.law, of_grains)?;
+    let oracle = oracle(&typed.table("oracle", false, why), &grid, &material.law, of_grains)?;
     let mut job = Mpm {
         name,
         scheme,
@@ -129,42 +129,43 @@ pub fn mpm(typed: &Typed, file: &str) -> Result<Mpm, Error> {
         grains: grains.map(Box::new),
         step: 0.0,
         end: 0.0,
-        cells_per_block: cells_per_block(&typed.table("decomposition", false, why)?, &grid, scheme.shape)?,
+        cells_per_block: cells_per_block(&typed.table("decomposition", false, why), &grid, scheme.shape)?,
         output: Output::default(),
         ledger: false,
         grid,
     };
-    job.end = time.number("end")?;
+    job.end = time.number("end");
     job.step = step(&time, &job)?;
     refuse_steps(typed, job.end, job.step, "time.end")?;
-    let shown = typed.table("output", false, why)?;
+    let shown = typed.table("output", false, why);
     job.output = output(&shown, job.end, job.step)?;
-    job.ledger = shown.flag_or("ledger", false)?;
+    job.ledger = shown.flag_or("ledger", false);
     if job.ledger && !job.membranes.is_empty() {
         return Err(shown.refusal(
             "ledger",
             "keeps the account of what points, loads and bodies store and do, and does not know what membranes do. Remove it; summary.json tells what was kept of mass and momentum, membranes included.",
         ));
     }
+    typed.stop_if_wrong()?;
     check(&job, typed, &top)?;
-    check_granular(&job, typed, &top)?;
+    check_granular(&job, typed, &top);
     Ok(job)
 }
 
 fn grid(table: Reader<'_>) -> Result<Grid, Error> {
-    let dimension = table.choose("space", "space", &[("plane", 2), ("solid", 3)])?;
+    let dimension = table.choose("space", "space", &[("plane", 2), ("solid", 3)]);
     let table = table.with_axes(dimension);
     if dimension == 3 && table.has("depth") {
         return Err(table.refusal("depth", "belongs to space = \"plane\"; a solid has no depth. Remove the line."));
     }
     let mut grid = Grid {
         dimension,
-        lower: table.vector_if_given("lower")?.unwrap_or_default(),
-        upper: table.vector("upper")?,
-        cell: table.number("cell")?,
+        lower: table.vector_if_given("lower").unwrap_or_default(),
+        upper: table.vector("upper"),
+        cell: table.number("cell"),
         cells: [1; 3],
-        periodic: table.flags_or("periodic", false)?,
-        depth: table.number_or("depth", if dimension == 2 { DEPTH_DEFAULT } else { 1.0 })?,
+        periodic: table.flags_or("periodic", false),
+        depth: table.number_or("depth", if dimension == 2 { DEPTH_DEFAULT } else { 1.0 }),
     };
     if (0..dimension).any(|axis| grid.upper[axis] <= grid.lower[axis]) {
         return Err(table.refusal("upper", "encloses nothing: it must be more than lower along every axis."));
@@ -204,15 +205,15 @@ fn whole_cells(table: &Reader<'_>, grid: &Grid, axis: usize) -> Result<usize, Er
 }
 
 fn scheme(table: &Reader<'_>) -> Result<Scheme, Error> {
-    let transfer = match chosen(table, "transfer", "transfer", &OF_TRANSFER, Some("blend"))? {
-        "blend" => Transfer::Blend { flip: table.number_or("flip", FLIP_DEFAULT)? },
+    let transfer = match chosen(table, "transfer", "transfer", &OF_TRANSFER, Some("blend")) {
+        "blend" => Transfer::Blend { flip: table.number_or("flip", FLIP_DEFAULT) },
         _ => Transfer::Affine,
     };
     let scheme = Scheme {
-        shape: table.choice_or("shape", "shape function", &SHAPES, ShapeFunction::Quadratic)?,
-        update: table.choice_or("update", "time to update stress", &UPDATES, StressUpdate::Last)?,
+        shape: table.choice_or("shape", "shape function", &SHAPES, ShapeFunction::Quadratic),
+        update: table.choice_or("update", "time to update stress", &UPDATES, StressUpdate::Last),
         transfer,
-        points_per_cell: table.count_or("points_per_cell", POINTS_PER_CELL_DEFAULT)? as usize,
+        points_per_cell: table.count_or("points_per_cell", POINTS_PER_CELL_DEFAULT) as usize,
     };
     if scheme.feels_nodes() && scheme.shape.steepness(scheme.points_per_cell).is_infinite() {
         return Err(table.refusal("shape", NODES_THROWN));
@@ -221,13 +222,13 @@ fn scheme(table: &Reader<'_>) -> Result<Scheme, Error> {
 }
 
 fn material(table: &Reader<'_>, grains: Option<&Granular>) -> Result<Material, Error> {
-    let law = match chosen(table, "law", "material law", &OF_LAW, None)? {
+    let law = match chosen(table, "law", "material law", &OF_LAW, None) {
         "linear_elastic" => MaterialLaw::LinearElastic(elastic(table)?),
         "hencky" => MaterialLaw::Hencky(elastic(table)?),
         _ => MaterialLaw::CriticalDruckerPrager(critical(table)?),
     };
     let density = match grains {
-        None => table.number("density")?,
+        None => table.number("density"),
         Some(_) if table.has("density") => {
             return Err(table.refusal(
                 "density",
@@ -252,11 +253,11 @@ fn elastic(table: &Reader<'_>) -> Result<Elastic, Error> {
             ),
         )),
         (Some(_), None) => Ok(Elastic {
-            bulk_modulus: table.number("bulk_modulus")?,
-            shear_modulus: table.number("shear_modulus")?,
+            bulk_modulus: table.number("bulk_modulus"),
+            shear_modulus: table.number("shear_modulus"),
         }),
         _ => {
-            let (young, poisson) = (table.number("young_modulus")?, table.number("poisson_ratio")?);
+            let (young, poisson) = (table.number("young_modulus"), table.number("poisson_ratio"));
             Ok(Elastic {
                 bulk_modulus: young / (3.0 * (1.0 - 2.0 * poisson)),
                 shear_modulus: young / (2.0 * (1.0 + poisson)),
@@ -266,8 +267,8 @@ fn elastic(table: &Reader<'_>) -> Result<Elastic, Error> {
 }
 
 fn critical(table: &Reader<'_>) -> Result<CriticalConstants, Error> {
-    let dilation_angle = table.number_if_given("dilation_angle")?;
-    if dilation_angle.is_some() && table.number_or("dilation_factor", 0.0)? != 0.0 {
+    let dilation_angle = table.number_if_given("dilation_angle");
+    if dilation_angle.is_some() && table.number_or("dilation_factor", 0.0) != 0.0 {
         return Err(table.refusal(
             "dilation_angle",
             "stands beside material.dilation_factor, and each says how flow dilates. Drop dilation_factor for a constant angle of dilation and of friction, or dilation_angle for angles that follow the packing fraction.",
@@ -278,31 +279,31 @@ fn critical(table: &Reader<'_>) -> Result<CriticalConstants, Error> {
         Some(_) => table.number_or(key, still),
         None => table.number(key),
     };
-    let fraction_critical = or_still("fraction_critical", 0.8)?;
+    let fraction_critical = or_still("fraction_critical", 0.8);
     Ok(CriticalConstants {
-        bulk_modulus: table.number("bulk_modulus")?,
-        shear_modulus: table.number("shear_modulus")?,
-        friction_angle_critical: table.number("friction_angle_critical")?,
+        bulk_modulus: table.number("bulk_modulus"),
+        shear_modulus: table.number("shear_modulus"),
+        friction_angle_critical: table.number("friction_angle_critical"),
         fraction_critical,
-        fraction: or_still("fraction", fraction_critical)?,
-        dilation_factor: or_still("dilation_factor", 0.0)?,
-        softening_rate: or_still("softening_rate", 0.0)?,
-        cohesion: table.number_or("cohesion", 0.0)?,
+        fraction: or_still("fraction", fraction_critical),
+        dilation_factor: or_still("dilation_factor", 0.0),
+        softening_rate: or_still("softening_rate", 0.0),
+        cohesion: table.number_or("cohesion", 0.0),
         dilation_angle,
     })
 }
 
-fn gravity(table: &Reader<'_>) -> Result<Gravity, Error> {
+fn gravity(table: &Reader<'_>) -> Gravity {
     if !table.is_typed() {
-        return Ok(Gravity { acceleration: [0.0; 3], ramp: 0.0 });
+        return Gravity { acceleration: [0.0; 3], ramp: 0.0 };
     }
-    Ok(Gravity { acceleration: table.vector("acceleration")?, ramp: table.number_or("ramp", 0.0)? })
+    Gravity { acceleration: table.vector("acceleration"), ramp: table.number_or("ramp", 0.0) }
 }
 
 fn stress(table: &Reader<'_>, grid: &Grid, gravity: &Gravity) -> Result<InitialStress, Error> {
-    match chosen(table, "kind", "kind of stress", &OF_STRESS, Some("none"))? {
+    match chosen(table, "kind", "kind of stress", &OF_STRESS, Some("none")) {
         "none" => Ok(InitialStress::None),
-        "isotropic" => Ok(InitialStress::Isotropic { pressure: table.number("pressure")? }),
+        "isotropic" => Ok(InitialStress::Isotropic { pressure: table.number("pressure") }),
         _ => geostatic(table, grid, gravity),
     }
 }
@@ -330,7 +331,7 @@ fn geostatic(table: &Reader<'_>, grid: &Grid, gravity: &Gravity) -> Result<Initi
             ),
         ));
     }
-    let surface = table.number("surface")?;
+    let surface = table.number("surface");
     if !(grid.lower[axis]..=grid.upper[axis]).contains(&surface) {
         return Err(table.refusal(
             "surface",
@@ -346,8 +347,8 @@ fn geostatic(table: &Reader<'_>, grid: &Grid, gravity: &Gravity) -> Result<Initi
         axis,
         up: -gravity.acceleration[axis].signum(),
         surface,
-        k0: table.number("k0")?,
-        surcharge: table.number_or("surcharge", 0.0)?,
+        k0: table.number("k0"),
+        surcharge: table.number_or("surcharge", 0.0),
     })
 }
 
@@ -357,11 +358,11 @@ pub(super) fn domain(grid: &Grid) -> Domain {
 }
 
 fn regions(top: &Reader<'_>, grid: &Grid, law: &MaterialLaw) -> Result<Vec<Region>, Error> {
-    let tables = top.tables("region")?;
+    let tables = top.tables("region");
     if tables.is_empty() {
         return Err(top.refusal("region", "is empty, and a continuum has material somewhere. Add a [[region]]."));
     }
-    tables.iter().map(|table| region(table, grid, law)).collect()
+    Ok(tables.iter().filter_map(|table| table.one_of_many(region(table, grid, law))).collect())
 }
 
 fn region(table: &Reader<'_>, grid: &Grid, law: &MaterialLaw) -> Result<Region, Error> {
@@ -374,22 +375,22 @@ fn region(table: &Reader<'_>, grid: &Grid, law: &MaterialLaw) -> Result<Region, 
     }
     Ok(Region {
         shape,
-        fraction: table.number_or("fraction", law.fraction())?,
-        velocity: table.vector_if_given("velocity")?.unwrap_or_default(),
-        spin: table.spin_if_given("spin")?.unwrap_or_default(),
-        waves: table.tables("wave")?.iter().map(|wave| self::wave(wave, grid)).collect::<Result<_, _>>()?,
+        fraction: table.number_or("fraction", law.fraction()),
+        velocity: table.vector_if_given("velocity").unwrap_or_default(),
+        spin: table.spin_if_given("spin").unwrap_or_default(),
+        waves: table.tables("wave").iter().map(|wave| self::wave(wave, grid)).collect::<Result<_, _>>()?,
     })
 }
 
 fn region_shape(table: &Reader<'_>, grid: &Grid) -> Result<RegionShape, Error> {
     let domain = domain(grid);
-    match chosen(table, "shape", "shape", &OF_REGION, None)? {
+    match chosen(table, "shape", "shape", &OF_REGION, None) {
         "box" => {
             let (lower, upper) = body::corners(table, &domain)?;
             Ok(RegionShape::Box { lower, upper })
         }
         "ball" => {
-            let (centre, radius) = (body::inside(table, "centre", &domain)?, table.number("radius")?);
+            let (centre, radius) = (body::inside(table, "centre", &domain)?, table.number("radius"));
             let outside =
                 |axis: &usize| centre[*axis] - radius < grid.lower[*axis] || centre[*axis] + radius > grid.upper[*axis];
             match (0..grid.dimension).find(outside) {
@@ -411,7 +412,7 @@ fn polygon(table: &Reader<'_>, grid: &Grid) -> Result<RegionShape, Error> {
     if grid.dimension == 3 {
         return Err(table.refusal("shape", "belongs to space = \"plane\". In space write \"box\" or \"ball\"."));
     }
-    let vertices = table.polygon("vertices")?;
+    let vertices = table.polygon("vertices");
     let outside = |vertex: &[f64; 2]| (0..2).any(|axis| !(grid.lower[axis]..=grid.upper[axis]).contains(&vertex[axis]));
     if let Some([x, y]) = vertices.iter().find(|vertex| outside(vertex)) {
         return Err(table.refusal(
@@ -431,13 +432,13 @@ fn polygon(table: &Reader<'_>, grid: &Grid) -> Result<RegionShape, Error> {
 fn wave(table: &Reader<'_>, grid: &Grid) -> Result<Wave, Error> {
     Ok(Wave {
         direction: body::direction(table, "direction")?,
-        length: table.number("length")?,
-        origin: table.vector_if_given("origin")?.unwrap_or(grid.lower),
-        amplitude: table.vector("amplitude")?,
+        length: table.number("length"),
+        origin: table.vector_if_given("origin").unwrap_or(grid.lower),
+        amplitude: table.vector("amplitude"),
     })
 }
 
-fn face(table: &Reader<'_>, grid: &Grid) -> Result<Face, Error> {
+fn face(table: &Reader<'_>, grid: &Grid) -> Face {
     let faces: Vec<(String, Face)> = Face::all(grid.dimension).map(|face| (face.name(), face)).collect();
     let named: Vec<(&str, Face)> = faces.iter().map(|(name, face)| (name.as_str(), *face)).collect();
     table.choose("face", "face", &named)
@@ -445,12 +446,12 @@ fn face(table: &Reader<'_>, grid: &Grid) -> Result<Face, Error> {
 
 fn boundaries(top: &Reader<'_>, grid: &Grid) -> Result<[[Boundary; 2]; 3], Error> {
     let mut boundaries: [[Option<Boundary>; 2]; 3] = Default::default();
-    for table in top.tables("boundary")? {
-        let face = face(&table, grid)?;
-        let kind = match chosen(&table, "kind", "kind of boundary", &OF_BOUNDARY, None)? {
+    for table in top.tables("boundary") {
+        let face = face(&table, grid);
+        let kind = match chosen(&table, "kind", "kind of boundary", &OF_BOUNDARY, None) {
             "fixed" => Boundary::Fixed,
             "roller" => Boundary::Roller,
-            "friction" => Boundary::Friction { coefficient: table.number("coefficient")? },
+            "friction" => Boundary::Friction { coefficient: table.number("coefficient") },
             "absorbing" => Boundary::Absorbing,
             _ => Boundary::Free,
         };
@@ -480,28 +481,28 @@ fn boundaries(top: &Reader<'_>, grid: &Grid) -> Result<[[Boundary; 2]; 3], Error
 }
 
 fn loads(top: &Reader<'_>, grid: &Grid) -> Result<Vec<Load>, Error> {
-    let tables = top.tables("load")?;
+    let tables = top.tables("load");
     if let Some(table) = tables.get(LOADS_MAX) {
         return Err(table.refusal_of_table(&format!(
             "is one of {}, and at most {LOADS_MAX} are allowed. Join loads that are alike in one window, or remove some.",
             tables.len()
         )));
     }
-    tables.iter().map(|table| load(table, grid)).collect()
+    Ok(tables.iter().filter_map(|table| table.one_of_many(load(table, grid))).collect())
 }
 
 fn load(table: &Reader<'_>, grid: &Grid) -> Result<Load, Error> {
-    let kind = chosen(table, "kind", "kind of load", &OF_LOAD, None)?;
-    let (lower, upper) = (table.vector_if_given("lower")?, table.vector_if_given("upper")?);
+    let kind = chosen(table, "kind", "kind of load", &OF_LOAD, None);
+    let (lower, upper) = (table.vector_if_given("lower"), table.vector_if_given("upper"));
     let load = Load {
-        face: face(table, grid)?,
+        face: face(table, grid),
         lower: lower.unwrap_or(grid.lower),
         upper: upper.unwrap_or(grid.upper),
         kind: match kind {
-            "traction" => LoadKind::Traction(table.vector("traction")?),
-            _ => LoadKind::Pressure(table.number("pressure")?),
+            "traction" => LoadKind::Traction(table.vector("traction")),
+            _ => LoadKind::Pressure(table.number("pressure")),
         },
-        ramp: table.number_or("ramp", 0.0)?,
+        ramp: table.number_or("ramp", 0.0),
     };
     match (0..grid.dimension).all(|axis| load.lower[axis] < load.upper[axis]) {
         true => Ok(load),
@@ -536,16 +537,16 @@ fn oracle(
         ));
     }
     let oracle = Oracle {
-        laplacian: table.number_or("laplacian", 1e-6)?,
-        recent_strain: table.number_or("recent_strain", 8e-3)?,
-        window: table.number_or("window", 2e-2)?,
-        persistence: table.number_or("persistence", 9.6e-3)?,
-        tolerance: table.number_or("tolerance", 0.0)?,
-        every: table.count_or("every", LOOK_EVERY_DEFAULT * grain_steps)?,
+        laplacian: table.number_or("laplacian", 1e-6),
+        recent_strain: table.number_or("recent_strain", 8e-3),
+        window: table.number_or("window", 2e-2),
+        persistence: table.number_or("persistence", 9.6e-3),
+        tolerance: table.number_or("tolerance", 0.0),
+        every: table.count_or("every", LOOK_EVERY_DEFAULT * grain_steps),
     };
     let diameter = match grains {
-        Some(grains) => table.number_or("diameter", grains.piece.matter.diameter_mean)?,
-        None => table.number("diameter")?,
+        Some(grains) => table.number_or("diameter", grains.piece.matter.diameter_mean),
+        None => table.number("diameter"),
     };
     Ok(Some(Watch { diameter, oracle }))
 }
@@ -553,23 +554,23 @@ fn oracle(
 fn bodies_and_followed(top: &Reader<'_>, grid: &Grid) -> Result<(Vec<RigidBody>, Vec<Followed>), Error> {
     let domain = domain(grid);
     let mut bodies = Vec::new();
-    for (body, table) in body::bodies(top, &domain)? {
-        let contact = match chosen(&table, "contact", "contact", &OF_CONTACT, None)? {
+    for (body, table) in body::bodies(top, &domain) {
+        let contact = match chosen(&table, "contact", "contact", &OF_CONTACT, None) {
             "rough" => BodyContact::Rough,
             "smooth" => BodyContact::Smooth,
-            _ => BodyContact::Coulomb { friction: table.number("friction")? },
+            _ => BodyContact::Coulomb { friction: table.number("friction") },
         };
-        let seat = table.number_if_given("seat")?.unwrap_or_default();
-        bodies.push(RigidBody { body, contact, separates: table.flag_or("separates", true)?, seat });
+        let seat = table.number_if_given("seat").unwrap_or_default();
+        bodies.push(RigidBody { body, contact, separates: table.flag_or("separates", true), seat });
     }
     let mut follow: Vec<Followed> = Vec::new();
-    for table in top.tables("follow")? {
+    for table in top.tables("follow") {
         let name = body::name_of_columns(&table)?;
         let bodies = bodies.iter().map(|body: &RigidBody| body.body.name.as_str());
         if bodies.chain(follow.iter().map(|point| point.name.as_str())).any(|other| other == name) {
             return Err(table.refusal("name", "names another point or body already. Give each a name of its own."));
         }
-        follow.push(Followed { name: name.to_string(), place: body::inside(&table, "place", &domain)? });
+        follow.push(Followed { name, place: body::inside(&table, "place", &domain)? });
     }
     Ok((bodies, follow))
 }
@@ -585,7 +586,7 @@ fn cells_per_block(table: &Reader<'_>, grid: &Grid, shape: ShapeFunction) -> Res
         None => "Change grid.upper.".to_string(),
     };
     let refused = |problem: &str| Err(table.refusal("cells_per_block", &format!("{problem} {advice}")));
-    match (table.count_if_given("cells_per_block")?, best) {
+    match (table.count_if_given("cells_per_block"), best) {
         (Some(count), _) if (count as usize) < least => refused(&format!(
             "is too few for the {least} nodes that scheme.shape = \"{}\" reaches beyond a block: a block and its neighbours must hold them, so at least {least} are needed.",
             name_of(shape)
@@ -612,7 +613,7 @@ fn name_of(shape: ShapeFunction) -> &'static str {
 
 /// Given, or a share of the stable one.
 fn step(table: &Reader<'_>, job: &Mpm) -> Result<f64, Error> {
-    match (table.number_if_given("step")?, table.number_if_given("safety")?) {
+    match (table.number_if_given("step"), table.number_if_given("safety")) {
         (Some(_), Some(_)) => {
             Err(table.refusal("safety", "stands beside time.step, and each says how long a step is. Keep one of them."))
         }

@@ -18,19 +18,21 @@ const LOOKS_MAX: f64 = 1e10;
 
 pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
     if let MaterialLaw::CriticalDruckerPrager(law) = &job.material.law {
-        check_critical(job, law, typed, top)?;
+        typed.check(check_critical(job, law, typed, top));
     }
-    check_time(job, typed)?;
+    typed.check(check_time(job, typed));
+    // What comes after it goes through all points.
     check_points(job, typed, top)?;
     if let (MaterialLaw::CriticalDruckerPrager(law), InitialStress::Geostatic { axis, k0, .. }) =
         (&job.material.law, job.stress)
     {
-        check_geostatic(job, law, (axis, k0), typed)?;
+        typed.check(check_geostatic(job, law, (axis, k0), typed));
     }
-    check_stresses(job, typed, top)?;
-    check_loads(job, top)?;
-    check_bodies(job, top)?;
-    check_followed(job, top)
+    typed.check(check_stresses(job, typed, top));
+    typed.check(check_loads(job, top));
+    typed.check(check_bodies(job, top));
+    typed.check(check_followed(job, top));
+    Ok(())
 }
 
 /// The cone must exist at the start, flow on it must not give back more work than friction takes, and a return to it must
@@ -44,7 +46,7 @@ fn check_critical(job: &Mpm, law: &CriticalConstants, typed: &Typed, top: &Reade
             "bears no shear at all, since cohesion is 0 too. Give the material friction or cohesion.",
         ));
     }
-    let tables = top.tables("region")?;
+    let tables = top.tables("region");
     for (region, table) in job.regions.iter().zip(&tables) {
         let refused = |problem: &str| match table.has("fraction") {
             true => table.refusal("fraction", problem),
@@ -175,7 +177,7 @@ fn check_points(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error>
         return Err(typed.refusal("grid", "cell", &message));
     }
     let counts = figures::points_of_regions(job);
-    for (count, table) in counts.iter().zip(&top.tables("region")?) {
+    for (count, table) in counts.iter().zip(&top.tables("region")) {
         if *count == 0 {
             return Err(table.refusal(
                 "shape",
@@ -206,7 +208,7 @@ fn check_stresses(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Erro
     {
         return Err(typed.refusal("stress", "pressure", &words()));
     }
-    for (load, table) in job.loads.iter().zip(&top.tables("load")?) {
+    for (load, table) in job.loads.iter().zip(&top.tables("load")) {
         let (key, size) = match load.kind {
             LoadKind::Traction(traction) => ("traction", norm(traction)),
             LoadKind::Pressure(pressure) => ("pressure", pressure),
@@ -215,7 +217,7 @@ fn check_stresses(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Erro
             return Err(table.refusal(key, &words()));
         }
     }
-    for (membrane, table) in job.membranes.iter().zip(&top.tables("membrane")?) {
+    for (membrane, table) in job.membranes.iter().zip(&top.tables("membrane")) {
         if membrane.pressure.abs() > modulus {
             return Err(table.refusal("pressure", &words()));
         }
@@ -232,7 +234,7 @@ fn check_stresses(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Erro
 }
 
 fn check_loads(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
-    for (load, table) in job.loads.iter().zip(&top.tables("load")?) {
+    for (load, table) in job.loads.iter().zip(&top.tables("load")) {
         if figures::points_loaded(job, load) == 0 {
             return Err(table.refusal(
                 "face",
@@ -245,7 +247,7 @@ fn check_loads(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
 
 /// Bodies touch the material at the start, at most.
 fn check_bodies(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
-    for (body, table) in job.bodies.iter().zip(&top.tables("body")?) {
+    for (body, table) in job.bodies.iter().zip(&top.tables("body")) {
         let inside = |place: &[f64; 3]| job.region_at(place).is_some() && body_contains(body, place);
         let count: usize = job
             .regions
@@ -283,7 +285,7 @@ fn body_contains(body: &RigidBody, place: &[f64; 3]) -> bool {
 }
 
 fn check_followed(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
-    for (followed, table) in job.follow.iter().zip(&top.tables("follow")?) {
+    for (followed, table) in job.follow.iter().zip(&top.tables("follow")) {
         if figures::nearest_point(job, &followed.place).is_none() {
             return Err(
                 table.refusal("place", "has no point within two cells of it at the start. Move it into a region.")

@@ -8,7 +8,7 @@ use super::limits::{refuse_faint_packing, refuse_size_of_shear, refuse_speed_of_
 use super::material::Material;
 use super::mpm_checks::{FRACTION_NEARER, unbearable};
 use super::{
-    BLOCK_OF_DISCS, DEPTH_DEFAULT, PACKING_ENERGY_RATIO_DEFAULT, PACKING_FRACTION_DEFAULT, PACKING_FRICTION_DEFAULT,
+    BLOCK_OF_DISCS, CACHE_DEFAULT, DEPTH_DEFAULT, PACKING_ENERGY_RATIO_DEFAULT, PACKING_FRACTION_DEFAULT, PACKING_FRICTION_DEFAULT,
     SKIN_DEFAULT, digits, folder_of, name, output_with_contacts, refuse_unstable, refuse_wide_sizes, significant,
 };
 use crate::base::error::Error;
@@ -30,45 +30,46 @@ const FIT_TOLERANCE: f64 = 1e-9;
 
 /// The checked scenario of a job; `file` is the job's path, whose folder relative paths start from.
 pub fn scenario(typed: &Typed, file: &str) -> Result<Scenario, Error> {
-    let top = typed.table("", true, "a job")?;
+    let top = typed.table("", true, "a job");
     let method = method(&top, typed)?;
     let why = format!("method = \"{}\"", method.name());
     let folder = folder_of(file);
 
-    let specimen = specimen(&typed.table("specimen", true, &why)?)?;
-    let grains = grains(&typed.table("grains", true, &why)?, &folder)?;
-    let loading_table = typed.table("loading", true, &why)?;
-    let stress_normal = loading_table.number("stress_normal")?;
-    let speed = loading_table.number("speed")?;
-    let time = typed.table("time", true, &why)?;
-    let time = Time { step: time.number("step")?, grain_steps: time.count_or("grain_steps", 1)? };
+    let specimen = specimen(&typed.table("specimen", true, &why));
+    let grains = grains(&typed.table("grains", true, &why), &folder)?;
+    let loading_table = typed.table("loading", true, &why);
+    let stress_normal = loading_table.number("stress_normal");
+    let speed = loading_table.number("speed");
+    let time = typed.table("time", true, &why);
+    let time = Time { step: time.number("step"), grain_steps: time.count_or("grain_steps", 1) };
     let step = time.step;
 
-    let fraction_start = typed.table("continuum", method.has_points(), &why)?.number_if_given("fraction_start")?;
+    let fraction_start = typed.table("continuum", method.has_points(), &why).number_if_given("fraction_start");
     let packed = method.has_grains() || fraction_start.is_none();
     let why_packed = match method.has_grains() {
         true => why.clone(),
         false => format!("{why} without continuum.fraction_start makes a packing, which"),
     };
     let mass_mean = stable::grain_mass(grains.density, 0.5 * grains.diameter_mean, specimen.depth, 2);
-    let contact = contact(&typed.table("contact", packed, &why_packed)?, mass_mean)?;
-    let packing = packing(&typed.table("packing", false, &why)?, stress_normal, &folder)?;
-    let cut = typed.table("decomposition", false, &why)?;
+    let contact = contact(&typed.table("contact", packed, &why_packed), mass_mean)?;
+    let packing = packing(&typed.table("packing", false, &why), stress_normal, &folder);
+    let cut = typed.table("decomposition", false, &why);
     let decomposition = Decomposition {
-        cells_per_block: cut.count_or("cells_per_block", 2)? as usize,
-        skin: cut.number_or("skin", SKIN_DEFAULT * grains.diameter_mean)?,
+        cells_per_block: cut.count_or("cells_per_block", 2) as usize,
+        skin: cut.number_or("skin", SKIN_DEFAULT * grains.diameter_mean),
     };
-    let table = typed.table("continuum", method.has_points(), &why)?;
+    let table = typed.table("continuum", method.has_points(), &why);
     let material = Material::of(&table, &folder)?;
     let continuum = continuum((&table, &material), &specimen, &grains, &contact, &decomposition)?;
-    let oracle = oracle(&typed.table("oracle", method == Method::Hybrid, &why)?, continuum.cell / (speed * step))?;
-    let table = typed.table("enrichment", method == Method::Hybrid, &why)?;
-    let enrichment = enrichment(&table, &typed.table("zone", false, &why)?, 22.0 * grains.diameter_mean)?;
+    material.stop_if_wrong()?;
+    let oracle = oracle(&typed.table("oracle", method == Method::Hybrid, &why), continuum.cell / (speed * step));
+    let table = typed.table("enrichment", method == Method::Hybrid, &why);
+    let enrichment = enrichment(&table, &typed.table("zone", false, &why), 22.0 * grains.diameter_mean);
 
     let mut scenario = Scenario {
         name: name(&top)?,
         method,
-        seed: top.count_or("seed", 1)?,
+        seed: top.count_or("seed", 1),
         specimen,
         grains,
         contact,
@@ -77,8 +78,8 @@ pub fn scenario(typed: &Typed, file: &str) -> Result<Scenario, Error> {
         loading: Loading {
             stress_normal,
             speed,
-            speed_ramp: loading_table.number("speed_ramp")?,
-            strain_end: loading_table.number("strain_end")?,
+            speed_ramp: loading_table.number("speed_ramp"),
+            strain_end: loading_table.number("strain_end"),
             plate_mass: 0.0,
             plate_damping: 0.0,
         },
@@ -90,7 +91,7 @@ pub fn scenario(typed: &Typed, file: &str) -> Result<Scenario, Error> {
         ledger: false,
     };
     refuse_size_of_shear(&scenario, typed)?;
-    fill_plate(&mut scenario, &loading_table)?;
+    fill_plate(&mut scenario, &loading_table);
     let duration = derived::duration(&scenario);
     refuse_steps(typed, duration, step, "loading.strain_end")?;
     if duration < step {
@@ -98,57 +99,58 @@ pub fn scenario(typed: &Typed, file: &str) -> Result<Scenario, Error> {
             format!("is reached in {} s, less than one time step. Take more strain.", significant(duration, 3));
         return Err(loading_table.refusal("strain_end", &problem));
     }
-    let shown = typed.table("output", false, &why)?;
+    let shown = typed.table("output", false, &why);
     scenario.output = output_with_contacts(&shown, duration, step)?;
-    scenario.ledger = shown.flag_or("ledger", false)?;
+    scenario.ledger = shown.flag_or("ledger", false);
     if scenario.ledger && !method.has_grains() {
         return Err(shown.refusal(
             "ledger",
             "keeps the account of grains, and method = \"mpm\" has none. Remove it, or take another method.",
         ));
     }
-    check_together(&scenario, typed)?;
+    typed.stop_if_wrong()?;
+    check_together(&scenario, typed);
     Ok(scenario)
 }
 
 fn method(top: &Reader<'_>, typed: &Typed) -> Result<Method, Error> {
     let methods = [("hybrid", Method::Hybrid), ("dem", Method::Dem), ("mpm", Method::Mpm)];
-    top.choice("method", "method", &methods)?.ok_or_else(|| {
+    top.choice("method", "method", &methods).ok_or_else(|| {
         typed.refusal_of_all(
             "the job does not say what it is. Add method = \"hybrid\", \"dem\" or \"mpm\" above the first table for planar shear, a table [cell] for an assembly of grains, or a table [grid] for a continuum.",
         )
     })
 }
 
-fn specimen(table: &Reader<'_>) -> Result<Specimen, Error> {
-    Ok(Specimen {
-        width: table.number("width")?,
-        height: table.number("height")?,
-        depth: table.number_or("depth", DEPTH_DEFAULT)?,
-    })
+fn specimen(table: &Reader<'_>) -> Specimen {
+    Specimen {
+        width: table.number("width"),
+        height: table.number("height"),
+        depth: table.number_or("depth", DEPTH_DEFAULT),
+    }
 }
 
 fn grains(table: &Reader<'_>, folder: &Path) -> Result<Grains, Error> {
     let grains = Grains {
-        diameter_mean: table.number("diameter_mean")?,
-        diameter_deviation: table.number("diameter_deviation")?,
-        density: table.number("density")?,
-        file: table.text_if_given("file")?.map(|path| folder.join(path)),
+        diameter_mean: table.number("diameter_mean"),
+        diameter_deviation: table.number("diameter_deviation"),
+        density: table.number("density"),
+        file: table.text_if_given("file").map(|path| folder.join(path)),
     };
     refuse_wide_sizes(table, grains.diameter_mean, grains.diameter_deviation)?;
     Ok(grains)
 }
 
-fn packing(table: &Reader<'_>, stress: f64, folder: &Path) -> Result<Packing, Error> {
-    let cache = table.text_if_given("cache")?.unwrap_or("cache");
-    Ok(Packing {
-        friction: table.number_or("friction", PACKING_FRICTION_DEFAULT)?,
-        fraction_start: table.number_or("fraction_start", PACKING_FRACTION_DEFAULT)?,
-        stress: table.number_or("stress", stress)?,
-        height: table.number_if_given("height")?,
-        energy_ratio_max: table.number_or("energy_ratio_max", PACKING_ENERGY_RATIO_DEFAULT)?,
+fn packing(table: &Reader<'_>, stress: f64, folder: &Path) -> Packing {
+    let cache = table.text_if_given("cache").unwrap_or_else(|| CACHE_DEFAULT.into());
+    Packing {
+        friction: table.number_or("friction", PACKING_FRICTION_DEFAULT),
+        fraction_start: table.number_or("fraction_start", PACKING_FRACTION_DEFAULT),
+        stress: table.number_or("stress", stress),
+        height: table.number_if_given("height"),
+        energy_ratio_max: table.number_or("energy_ratio_max", PACKING_ENERGY_RATIO_DEFAULT),
         cache: folder.join(cache),
-    })
+    }
 }
 
 /// Asleep: moduli of the contact law, Table 2 of Chen et al. (2021) for the rest, and cells that make blocks fit for grains.
@@ -159,26 +161,26 @@ fn continuum(
     contact: &Contact,
     decomposition: &Decomposition,
 ) -> Result<Continuum, Error> {
-    let fraction_start = table.number_if_given("fraction_start")?;
+    let fraction_start = table.number_if_given("fraction_start");
     let fraction = fraction_start.unwrap_or(derived::FRACTION_DENSE);
     let springs = derived::springs_mean(contact, grains.diameter_mean);
     let moduli = derived::moduli_affine(&springs, fraction, specimen.depth);
     let cells_per_block = decomposition.cells_per_block as f64;
     let blocks = (specimen.width / (BLOCK_OF_DISCS * grains.diameter_mean)).floor();
     let cell_of_grains = specimen.width / (blocks.max(2.0) * cells_per_block);
-    let cell = table.number_awake("cell", cell_of_grains)?;
+    let cell = table.number_awake("cell", cell_of_grains);
     Ok(Continuum {
-        bulk_modulus: material.number_awake("bulk_modulus", moduli.bulk)?,
-        shear_modulus: material.number_awake("shear_modulus", moduli.shear)?,
-        friction_angle_critical: material.number_awake("friction_angle_critical", 0.27)?,
-        fraction_critical: material.number_awake("fraction_critical", 0.815)?,
-        dilation_factor: material.number_awake("dilation_factor", 7.0)?,
-        softening_rate: material.number_awake("softening_rate", 0.01)?,
-        cohesion: material.number_or("cohesion", 0.0)?,
+        bulk_modulus: material.number_awake("bulk_modulus", moduli.bulk),
+        shear_modulus: material.number_awake("shear_modulus", moduli.shear),
+        friction_angle_critical: material.number_awake("friction_angle_critical", 0.27),
+        fraction_critical: material.number_awake("fraction_critical", 0.815),
+        dilation_factor: material.number_awake("dilation_factor", 7.0),
+        softening_rate: material.number_awake("softening_rate", 0.01),
+        cohesion: material.number_or("cohesion", 0.0),
         fraction_start,
         cell: fitted_cell(table, cell, specimen.width, decomposition.cells_per_block)?,
-        points_per_cell: table.count_or("points_per_cell", 2)? as usize,
-        flip: table.number_or("flip", FLIP_DEFAULT)?,
+        points_per_cell: table.count_or("points_per_cell", 2) as usize,
+        flip: table.number_or("flip", FLIP_DEFAULT),
         weak: weak_regions(table, specimen)?,
     })
 }
@@ -211,15 +213,18 @@ fn fitted_cell(table: &Reader<'_>, cell: f64, width: f64, cells_per_block: usize
 }
 
 fn weak_regions(table: &Reader<'_>, specimen: &Specimen) -> Result<Vec<WeakRegion>, Error> {
-    let regions = table.tables("weak")?;
+    let regions = table.tables("weak");
     regions
         .iter()
         .map(|region| {
-            let corner = |key: &str| region.vector(key).map(|[x, y, _]| [x, y]);
+            let corner = |key: &str| {
+                let [x, y, _] = region.vector(key);
+                [x, y]
+            };
             let weak = WeakRegion {
-                lower: corner("lower")?,
-                upper: corner("upper")?,
-                fraction_deficit: region.number("fraction_deficit")?,
+                lower: corner("lower"),
+                upper: corner("upper"),
+                fraction_deficit: region.number("fraction_deficit"),
             };
             let size = [specimen.width, specimen.height];
             for axis in 0..2 {
@@ -249,63 +254,61 @@ fn weak_regions(table: &Reader<'_>, specimen: &Specimen) -> Result<Vec<WeakRegio
 }
 
 /// Asleep: Table 4 of Chen et al. (2021). `steps_per_strain`: steps in which a band one cell thick shears by 1 at full speed.
-fn oracle(table: &Reader<'_>, steps_per_strain: f64) -> Result<Oracle, Error> {
-    let window = table.number_awake("window", 8e-4)?;
+fn oracle(table: &Reader<'_>, steps_per_strain: f64) -> Oracle {
+    let window = table.number_awake("window", 8e-4);
     let every = (window * steps_per_strain / LOOKS_PER_WINDOW).clamp(1.0, 1e9);
-    Ok(Oracle {
-        laplacian: table.number_awake("laplacian", 1e-6)?,
-        recent_strain: table.number_awake("recent_strain", 1e-4)?,
+    Oracle {
+        laplacian: table.number_awake("laplacian", 1e-6),
+        recent_strain: table.number_awake("recent_strain", 1e-4),
         window,
-        persistence: table.number_awake("persistence", 1.2e-3)?,
-        tolerance: table.number_or("tolerance", 0.0)?,
-        every: table.count_or("every", every as u64)?,
-    })
+        persistence: table.number_awake("persistence", 1.2e-3),
+        tolerance: table.number_or("tolerance", 0.0),
+        every: table.count_or("every", every as u64),
+    }
 }
 
-pub(super) fn enrichment(table: &Reader<'_>, zone: &Reader<'_>, distance_asleep: f64) -> Result<Enrichment, Error> {
-    Ok(Enrichment {
-        distance: table.number_awake("distance", distance_asleep)?,
-        weight: table.number_or("weight", 0.5)?,
-        training: table.number_or("training", 1.0)?,
-        training_speed: table.number_or("training_speed", 10.0)?,
-        training_rest: table.number_or("training_rest", 0.5)?,
+pub(super) fn enrichment(table: &Reader<'_>, zone: &Reader<'_>, distance_asleep: f64) -> Enrichment {
+    Enrichment {
+        distance: table.number_awake("distance", distance_asleep),
+        weight: table.number_or("weight", 0.5),
+        training: table.number_or("training", 1.0),
+        training_speed: table.number_or("training_speed", 10.0),
+        training_rest: table.number_or("training_rest", 0.5),
         life: ZoneLife {
-            grows: zone.flag_or("grows", false)?,
-            dissolves: zone.flag_or("dissolves", false)?,
-            rest_strain: zone.number_or("rest_strain", 0.05)?,
-            rest_share: zone.number_or("rest_share", 0.02)?,
+            grows: zone.flag_or("grows", false),
+            dissolves: zone.flag_or("dissolves", false),
+            rest_strain: zone.number_or("rest_strain", 0.05),
+            rest_share: zone.number_or("rest_share", 0.02),
         },
-    })
+    }
 }
 
-fn fill_plate(scenario: &mut Scenario, table: &Reader<'_>) -> Result<(), Error> {
-    let mass = table.number_or("plate_mass", derived::plate_default(scenario)[0])?;
+fn fill_plate(scenario: &mut Scenario, table: &Reader<'_>) {
+    let mass = table.number_or("plate_mass", derived::plate_default(scenario)[0]);
     scenario.loading.plate_mass = mass;
-    scenario.loading.plate_damping = table.number_or("plate_damping", derived::plate_damping(scenario, mass))?;
-    Ok(())
+    scenario.loading.plate_damping = table.number_or("plate_damping", derived::plate_damping(scenario, mass));
 }
 
 /// What no single key can tell.
-fn check_together(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
-    check_height(scenario, typed)?;
+fn check_together(scenario: &Scenario, typed: &Typed) {
+    typed.check(check_height(scenario, typed));
     if scenario.moves_grains() {
-        check_block_edge(scenario, typed)?;
-        check_height_of_packing(scenario, typed)?;
+        typed.check(check_block_edge(scenario, typed));
+        typed.check(check_height_of_packing(scenario, typed));
     }
     if scenario.method == Method::Hybrid {
-        check_zone(scenario, typed)?;
-        check_life(&scenario.enrichment, typed)?;
-        check_life_in_shear(scenario, typed)?;
+        typed.check(check_zone(scenario, typed));
+        typed.check(check_life(&scenario.enrichment, typed));
+        typed.check(check_life_in_shear(scenario, typed));
     }
     if scenario.method.has_points() {
-        check_softening(scenario, typed)?;
+        typed.check(check_softening(scenario, typed));
     }
-    refuse_unstable(typed, scenario.time.step, &derived::bounds(scenario), "")?;
-    refuse_speed_of_plates(scenario, typed)?;
+    typed.check(refuse_unstable(typed, scenario.time.step, &derived::bounds(scenario), ""));
+    typed.check(refuse_speed_of_plates(scenario, typed));
     if scenario.moves_grains() {
-        check_packing(scenario, typed)?;
+        typed.check(check_packing(scenario, typed));
     }
-    Ok(())
 }
 
 /// Grains that stand in a zone have gone all of the continuum's way, and those that come to them must as well.
