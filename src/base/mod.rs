@@ -2,6 +2,7 @@
 
 pub mod error;
 pub mod ids;
+pub mod keys;
 pub mod lane;
 pub mod math;
 pub mod numbers;
@@ -11,4 +12,5 @@ pub mod record;
 pub mod rows;
 pub mod space;
 pub mod symmetric;
+pub mod units;
 pub mod zeroed;

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use super::resume::refuse_no_run;
 use crate::base::error::Error;
+use crate::base::units::{Dimension, in_short, quantity};
 use crate::export::grain_dump::{self, Moment};
 use crate::export::grain_export::{self, Wanted};
-use crate::job::units::{Dimension, in_short, quantity};
 use crate::run::results::refuse_existing;
 use crate::store::checkpoint;
 

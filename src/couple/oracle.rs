@@ -11,6 +11,7 @@
 //! largest plastic strain rate in the domain: rate independent by construction. The rate itself is the mean over the
 //! interval between two looks, since the instantaneous rate of an explicit step mostly shows its waves.
 
+use crate::base::keys::{Form, NOT_NEGATIVE, POSITIVE, RATIO, Range, count, number};
 use crate::mpm::track::LOOKS;
 
 /// Looks within the window c_l.
@@ -31,6 +32,31 @@ pub struct Oracle {
     pub tolerance: f64,
     /// Steps between two looks.
     pub every: u64,
+}
+
+impl Oracle {
+    /// Table 4 of Chen et al. (2021): planar shear.
+    pub const OF_SHEAR: Self =
+        Self { laplacian: 1e-6, recent_strain: 1e-4, window: 8e-4, persistence: 1.2e-3, tolerance: 0.0, every: 1 };
+    /// Tables 6 and 9 of Chen et al. (2021): the triaxial test and indentation.
+    pub const OF_GRID: Self =
+        Self { laplacian: 1e-6, recent_strain: 8e-3, window: 2e-2, persistence: 9.6e-3, tolerance: 0.0, every: 1 };
+
+    /// The keys of `[oracle]`; `every` steps between two looks follow from the window and from steps by default.
+    pub fn keys(&mut self, form: &mut dyn Form, every: impl Fn(f64) -> u64) {
+        let chen = "that of Chen et al. (2021), Tables 4, 6 and 9";
+        form.number(&mut self.laplacian, number("laplacian", "c_0", RATIO, POSITIVE, "1e-6").follows(chen));
+        form.number(&mut self.recent_strain, number("recent_strain", "c_1", RATIO, NOT_NEGATIVE, "8e-3").follows(chen));
+        form.number(&mut self.window, number("window", "c_l", RATIO, POSITIVE, "2e-2").follows(chen));
+        form.number(&mut self.persistence, number("persistence", "c_g", RATIO, POSITIVE, "9.6e-3").follows(chen));
+        let about = "the share of flagged nodes that may come and go from look to look";
+        form.number(&mut self.tolerance, number("tolerance", about, RATIO, Range::closed(0.0, 0.5), "0.1").or("0.0"));
+        if form.is_needed() && !form.has("every") {
+            self.every = every(self.window);
+        }
+        let key = count("every", "steps between two looks", (1, 1_000_000_000), "50");
+        form.count(&mut self.every, key.follows("twenty steps of the continuum, or sixteen looks in a window"));
+    }
 }
 
 /// What the oracle remembers; the same on every rank.

@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 
 use nalgebra::SVector;
 
+use crate::base::keys::{Form, LENGTH, POSITIVE, RATIO, Range, flag, number};
+
 /// Grains for points (Chen et al. 2021, section 4).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Enrichment {
@@ -18,6 +20,48 @@ pub struct Enrichment {
     /// Rest after training with the rim held, in multiples of the training's own duration.
     pub training_rest: f64,
     pub life: ZoneLife,
+}
+
+impl Enrichment {
+    /// As Chen et al. (2021) have it, around a zone of that phi_0, m.
+    pub const fn around(distance: f64) -> Self {
+        let life = ZoneLife { grows: false, dissolves: false, rest_strain: 0.05, rest_share: 0.02 };
+        Self { distance, weight: 0.5, training: 1.0, training_speed: 10.0, training_rest: 0.5, life }
+    }
+
+    /// The keys of `[enrichment]`.
+    pub fn keys(&mut self, form: &mut dyn Form) {
+        form.number(&mut self.distance, number("distance", "phi_0", LENGTH, POSITIVE, "\"2.2 cm\""));
+        let weight = "w, the grains' share in the rim";
+        form.number(&mut self.weight, number("weight", weight, RATIO, Range::open(0.0, 1.0), "0.5").or("0.5"));
+        let training = "the share of the motion trained";
+        form.number(&mut self.training, number("training", training, RATIO, Range::closed(0.0, 1.0), "1.0").or("1.0"));
+        let (speed, rest) = ("how much faster training runs", "rest after training");
+        form.number(
+            &mut self.training_speed,
+            number("training_speed", speed, RATIO, Range::closed(0.01, 1e6), "10.0").or("10.0"),
+        );
+        form.number(
+            &mut self.training_rest,
+            number("training_rest", rest, RATIO, Range::closed(0.0, 1000.0), "0.5").or("0.5"),
+        );
+    }
+}
+
+impl ZoneLife {
+    /// The keys of `[zone]`.
+    pub fn keys(&mut self, form: &mut dyn Form) {
+        let grows = "whether it follows the band where the oracle finds it beyond";
+        form.flag(&mut self.grows, flag("grows", grows, "false").or("false"));
+        form.flag(
+            &mut self.dissolves,
+            flag("dissolves", "whether grains at rest turn back into points", "false").or("false"),
+        );
+        let (strain, share) =
+            ("the strain of the busiest cell over which rest is judged", "the share of it below which a cell rests");
+        form.number(&mut self.rest_strain, number("rest_strain", strain, RATIO, POSITIVE, "0.05").or("0.05"));
+        form.number(&mut self.rest_share, number("rest_share", share, RATIO, Range::open(0.0, 1.0), "0.02").or("0.02"));
+    }
 }
 
 /// What becomes of a zone once it is there; those of Chen et al. (2021), which leave it as it is, are the defaults.

@@ -3,8 +3,10 @@
 
 use rayon::prelude::*;
 
+use crate::base::keys::{Form, NOT_NEGATIVE, RATIO, Range, choose, number, text};
 use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space};
+use crate::base::units::Dimension;
 use crate::bodies::body::Body;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{Grains, Hot, Mover};
@@ -18,6 +20,19 @@ pub struct Damping {
     pub form: DampingForm,
     /// Mass-proportional damping c of -c m v, 1/s (Liu et al. 2016, 2.3.1).
     pub mass: f64,
+}
+
+impl Damping {
+    /// The keys of `[damping]`.
+    pub fn keys(&mut self, form: &mut dyn Form) {
+        let about = "local damping, a share of the force on a grain";
+        form.number(&mut self.local, number("local", about, RATIO, Range::below(0.0, 1.0), "0.1").or("0.0"));
+        let key = text("form", "the law of local damping: vector or component", "\"vector\"").or("vector");
+        let forms = [("vector", DampingForm::Vector), ("component", DampingForm::Component)];
+        choose(form, &mut self.form, "form of local damping", key, &forms);
+        let about = "c of the damping force -c m v";
+        form.number(&mut self.mass, number("mass", about, Dimension::RATE, NOT_NEGATIVE, "\"10 1/s\"").or("0.0"));
+    }
 }
 
 /// Two laws go by the name of local damping.

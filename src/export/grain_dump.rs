@@ -23,9 +23,9 @@ use scree_io::{Column, Values};
 
 use crate::base::error::Error;
 use crate::base::space::{Plane, Solid, Space};
+use crate::base::units::in_short;
 use crate::export::grain_export::not_yet;
 use crate::job::Job;
-use crate::job::units::in_short;
 use crate::observe::frame::Kind;
 use crate::run::results::Aside;
 use crate::store::checkpoint::which;

@@ -4,7 +4,15 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Output;
+use super::output::Output;
+use super::schema::{list, section};
+use super::shear::{rest_and_cache, skin};
+use super::write::Page;
+use crate::base::keys::{
+    DAMPING, DENSITY, FORCE, Form, Key, LENGTH, MASS, NOT_NEGATIVE, POSITIVE, RATIO, Range, SPEED, STRESS, TIME, Table,
+    Wants, choose, count, flag, key, number, text, variant, vector,
+};
+use crate::base::units::Dimension;
 use crate::dem::motion::Damping;
 use crate::law::contact::Contact;
 
@@ -39,6 +47,110 @@ pub struct Assembly {
     pub ledger: bool,
 }
 
+impl Assembly {
+    /// The job in SI numbers with nothing left to a default. It parses back to an equal assembly.
+    pub fn to_toml(&self) -> String {
+        let (mut job, mut page) = (self.clone(), Page::new(self.cell.dimension));
+        job.head(&mut page);
+        page.section("cell", |page| job.keys_of_cell(page));
+        page.section("grains", |page| keys_of_grains(page, &mut job.matter, &mut job.source));
+        if let Source::Packed(packed) = &mut job.source {
+            page.section("packing", |page| packed.keys(page));
+        }
+        page.section("contact", |page| job.contact.keys(page, 0.0));
+        page.section("damping", |page| job.damping.keys(page));
+        page.section("time", |page| job.keys_of_time(page));
+        page.section("decomposition", |page| job.keys_of_decomposition(page));
+        page.section("output", |page| job.output.keys(page, &mut job.ledger));
+        Body::list(&mut job.bodies, &mut page);
+        page.text()
+    }
+
+    pub(super) fn head(&mut self, form: &mut dyn Form) {
+        form.text(&mut self.name, text("name", "the job's name, also that of its run directory", "\"rve_shear\""));
+        form.count(&mut self.seed, count("seed", "the seed of every random number", (0, i64::MAX as u64), "1").or("1"));
+    }
+
+    pub(super) fn keys_of_cell(&mut self, form: &mut dyn Form) {
+        self.cell.keys(form);
+        let gravity = vector("gravity", "the acceleration of every grain", Dimension::ACCELERATION, "\"-9.81 m/s2\"");
+        form.vector(&mut self.gravity, gravity.follows("none"));
+    }
+
+    pub(super) fn keys_of_time(&mut self, form: &mut dyn Form) {
+        form.number(&mut self.step, number("step", "the time step", TIME, POSITIVE, "\"0.4 us\""));
+        form.number(
+            &mut self.end,
+            number("end", "the simulated time at which the run ends", TIME, POSITIVE, "\"0.5 s\""),
+        );
+        let about = "what time the velocities of the start belong to: now, or half_step_before";
+        let names = [("now", Velocities::Now), ("half_step_before", Velocities::HalfStepBefore)];
+        let key = text("velocities", about, "\"now\"").or("now");
+        choose(form, &mut self.velocities, "time of velocities", key, &names);
+        let about = "lets a step pass that is longer than the stable one";
+        form.flag(&mut self.allow_unstable, flag("allow_unstable", about, "true").or("false"));
+    }
+
+    pub(super) fn keys_of_decomposition(&mut self, form: &mut dyn Form) {
+        skin(form, &mut self.skin);
+        let block = number("block", "the edge that blocks aim at", LENGTH, POSITIVE, "\"12 mm\"");
+        form.number(&mut self.block, block.follows("twelve mean diameters of discs, six of spheres"));
+    }
+
+    /// The tables of a job, with all their keys.
+    pub(super) fn tables() -> Vec<Table> {
+        let mut job = Self::blank();
+        let mut packed = Packed::blank(2);
+        vec![
+            section("", "the job itself", |form| {
+                job.head(form);
+                Body::list(&mut job.bodies, form);
+            }),
+            section("cell", "the domain of an assembly of grains", |form| job.keys_of_cell(form)),
+            section("grains", "sizes and matter of the grains", |form| {
+                keys_of_grains(form, &mut job.matter, &mut job.source);
+            }),
+            section("packing", "how grains that are not read from a file are made", |form| packed.keys(form)),
+            section("contact", "forces between grains", |form| job.contact.keys(form, 0.0)),
+            section("damping", "damping of grains beside that of their contacts", |form| job.damping.keys(form)),
+            section("time", "the time step and the end", |form| job.keys_of_time(form)),
+            section("decomposition", "how the domain is cut", |form| job.keys_of_decomposition(form)),
+            section("output", "what is written and when", |form| job.output.keys(form, &mut job.ledger)),
+        ]
+    }
+
+    /// What a job is before it is read.
+    pub(super) fn blank() -> Self {
+        Self {
+            name: String::new(),
+            seed: 1,
+            cell: Cell {
+                dimension: 2,
+                lower: [0.0; 3],
+                upper: [0.0; 3],
+                periodic: [false; 3],
+                depth: 1.0,
+                gradient: [[0.0; 3]; 3],
+                servo: None,
+            },
+            matter: Matter { density: 0.0, diameter_mean: 0.0 },
+            source: Source::Packed(Packed::blank(2)),
+            contact: Contact::LAWS[0].1,
+            damping: Damping::default(),
+            gravity: [0.0; 3],
+            bodies: Vec::new(),
+            step: 0.0,
+            end: 0.0,
+            velocities: Velocities::Now,
+            allow_unstable: false,
+            skin: 0.0,
+            block: 0.0,
+            output: Output::default(),
+            ledger: false,
+        }
+    }
+}
+
 /// The domain: a box, periodic along some axes, that may deform.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
@@ -55,6 +167,40 @@ pub struct Cell {
     pub gradient: [[f64; 3]; 3],
     /// Stress control of axes (normal components), in place of the diagonal of `gradient`.
     pub servo: Option<CellServo>,
+}
+
+/// The space of a domain.
+pub(super) fn space(form: &mut dyn Form, dimension: &mut usize, about: &'static str) {
+    choose(form, dimension, "space", text("space", about, "\"plane\""), &[("plane", 2), ("solid", 3)]);
+    form.set_axes(*dimension);
+}
+
+/// The out-of-plane depth of a domain, which spheres and solids do not have.
+pub(super) fn depth(form: &mut dyn Form, depth: &mut f64, whose: &str) {
+    if form.axes() == 2 {
+        let key = number("depth", "the out-of-plane depth in the plane", LENGTH, POSITIVE, "\"1 cm\"");
+        return form.number(depth, key.or("\"1 cm\""));
+    }
+    *depth = 1.0;
+    if form.has("depth") {
+        form.note("depth", &format!("belongs to space = \"plane\"; {whose} no depth. Remove the line."));
+    }
+}
+
+impl Cell {
+    fn keys(&mut self, form: &mut dyn Form) {
+        space(form, &mut self.dimension, "plane for discs, solid for spheres");
+        form.vector(&mut self.lower, vector("lower", "the lower corner", LENGTH, "\"0 cm\"").follows("the origin"));
+        form.vector(&mut self.upper, vector("upper", "the upper corner", LENGTH, "\"9 cm\""));
+        if form.is_needed() {
+            self.periodic = std::array::from_fn(|axis| axis < self.dimension);
+        }
+        form.flags(&mut self.periodic, key("periodic", "which axes are periodic", Wants::Flags, "true").follows("all"));
+        depth(form, &mut self.depth, "spheres have");
+        let about = "L of dh/dt = L h for the cell's edges h";
+        form.gradient(&mut self.gradient, key("velocity_gradient", about, Wants::Gradient, "0.0").follows("none"));
+        CellServo::keys(&mut self.servo, form);
+    }
 }
 
 /// Axes whose rate of stretch is set so that the normal stress reaches a target.
@@ -74,6 +220,33 @@ impl CellServo {
     /// Defaults: the cell answers within two steps, less than the period of a grain among its neighbours.
     pub const GAIN: f64 = 1.0;
     pub const INTERVAL: u64 = 2;
+
+    fn keys(servo: &mut Option<Self>, form: &mut dyn Form) {
+        let about = "the normal stress that each axis is held at, tension positive, or \"free\"";
+        let mut stress = servo.as_ref().map(|servo| servo.stress);
+        form.stresses(&mut stress, key("stress", about, Wants::Stresses, "\"-100 kPa\"").optional());
+        if form.is_needed() && stress.is_none() {
+            if let Some(key) = ["rate_max", "stress_gain", "stress_interval"].into_iter().find(|key| form.has(key)) {
+                form.note(key, "is of axes held at a stress, and there is no cell.stress. Add it, or remove the line.");
+            }
+            *servo = None;
+            return;
+        }
+        let blank = Self { stress: [None; 3], rate_max: 0.0, gain: Self::GAIN, interval: Self::INTERVAL };
+        let mut held = servo.clone().unwrap_or(blank);
+        // Written where there is one alone.
+        if stress.is_none() && !form.describes() {
+            return;
+        }
+        held.stress = stress.unwrap_or_default();
+        let rate = "the largest rate of stretch of axes held at a stress";
+        form.number(&mut held.rate_max, number("rate_max", rate, Dimension::RATE, POSITIVE, "\"2 1/s\""));
+        let gain = "the share of a missing stress that is made up between two looks at it";
+        form.number(&mut held.gain, number("stress_gain", gain, RATIO, Range::closed(1e-3, 1.0), "1.0").or("1.0"));
+        let interval = "steps between two looks at the stress";
+        form.count(&mut held.interval, count("stress_interval", interval, (1, 1000), "2").or("2"));
+        *servo = Some(held);
+    }
 }
 
 /// What grains are made of.
@@ -91,6 +264,53 @@ pub enum Source {
     File(Read),
     /// Made by the program and kept in the cache.
     Packed(Packed),
+}
+
+/// The keys of `[grains]`: where grains come from, and of those that are made their sizes.
+pub(super) fn keys_of_grains(form: &mut dyn Form, matter: &mut Matter, source: &mut Source) {
+    form.number(
+        &mut matter.density,
+        number("density", "the density of the solid", DENSITY, POSITIVE, "\"2650 kg/m3\""),
+    );
+    let (mut file, mut contacts) = match source {
+        Source::File(read) => (Some(read.grains.clone()), read.contacts.clone()),
+        Source::Packed(_) => (None, None),
+    };
+    form.path_if_given(
+        &mut file,
+        text("file", "grains to start from, as a CSV or a LAMMPS data file", "\"grains.csv\"").optional(),
+    );
+    let about = "what the contacts of these grains remember at the start, as scree export --contacts writes it";
+    form.path_if_given(&mut contacts, text("contacts", about, "\"contacts.csv\"").optional());
+    if let Some(grains) = file {
+        /// Keys that only grains to be made need.
+        const OF_MADE: [&str; 6] =
+            ["count", "distribution", "diameter_deviation", "diameter_min", "diameter_max", "diameters"];
+        if let Some(key) = OF_MADE.into_iter().find(|key| form.has(key)) {
+            form.note(key, "is for grains to be made, and grains.file says that they are read. Remove one of the two.");
+        }
+        form.number(
+            &mut matter.diameter_mean,
+            number("diameter_mean", "the mean diameter", LENGTH, POSITIVE, "\"1 mm\""),
+        );
+        *source = Source::File(Read { grains, contacts });
+        return;
+    }
+    if contacts.is_some() {
+        let problem =
+            "is what contacts of grains from a file remember, and there is no grains.file. Add it, or remove the line.";
+        form.note("contacts", problem);
+    }
+    let Source::Packed(packed) = source else { unreachable!("grains without a file are made") };
+    if form.is_needed() && !form.has("count") {
+        form.note_table(
+            "says neither where grains are read from nor how many are made. Add file = \"grains.csv\", or count = 400.",
+        );
+    } else {
+        form.count(&mut packed.count, count("count", "grains to be made", (1, 100_000_000), "400"));
+    }
+    packed.sizes.keys(form);
+    matter.diameter_mean = packed.sizes.mean();
 }
 
 /// Files that a start is read from.
@@ -127,6 +347,40 @@ pub struct Packed {
     pub cache: PathBuf,
 }
 
+impl Packed {
+    pub(super) fn blank(dimension: usize) -> Self {
+        Self {
+            sizes: Sizes::Normal { mean: 0.0, deviation: 0.0 },
+            count: 1,
+            preparation: Preparation::COMPRESS,
+            friction: 0.0,
+            // Thrown without overlap one after the other, discs jam at 0.547, spheres at 0.38.
+            fraction_start: if dimension == 2 { 0.45 } else { 0.25 },
+            energy_ratio_max: 0.0,
+            cache: PathBuf::new(),
+        }
+    }
+
+    /// The keys of `[packing]`.
+    pub(super) fn keys(&mut self, form: &mut dyn Form) {
+        if form.is_needed() && !form.has("preparation") {
+            form.note_table(
+                "must say how the grains of grains.count are made. Add preparation = \"compress\" with a stress, or preparation = \"pour\".",
+            );
+        } else {
+            self.preparation.keys(form);
+        }
+        let (friction, start) = ("friction while the packing is made", "the packing fraction of the loose start");
+        form.number(
+            &mut self.friction,
+            number("friction", friction, RATIO, Range::closed(0.0, 5.0), "0.01").or("0.01"),
+        );
+        let start = number("fraction_start", start, RATIO, Range::closed(0.02, 0.5), "0.45");
+        form.number(&mut self.fraction_start, start.follows("0.45 of discs, 0.25 of spheres"));
+        rest_and_cache(form, &mut self.energy_ratio_max, &mut self.cache);
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Preparation {
     /// A cell periodic along every axis is compressed to this mean stress, Pa (compression positive). Frictionless and
@@ -135,6 +389,27 @@ pub enum Preparation {
     Compress { stress: f64, fraction: Option<f64>, unloaded: Option<f64> },
     /// Grains fall under the job's gravity onto its bodies.
     Pour,
+}
+
+impl Preparation {
+    const COMPRESS: Self = Self::Compress { stress: 0.0, fraction: None, unloaded: None };
+
+    fn keys(&mut self, form: &mut dyn Form) {
+        let about = "compress a periodic cell without cohesion, or pour onto bodies";
+        let kinds = [("compress", Self::COMPRESS), ("pour", Self::Pour)];
+        variant(form, self, "preparation", text("preparation", about, "\"compress\""), &kinds, |kind, form| {
+            let Self::Compress { stress, fraction, unloaded } = kind else { return };
+            let about = "the mean stress that the packing is compressed to, compression positive";
+            form.number(stress, number("stress", about, STRESS, POSITIVE, "\"100 kPa\""));
+            let about = "the packing fraction to be reached, by a hot start where compression alone stops short";
+            form.number_if_given(
+                fraction,
+                number("fraction", about, RATIO, Range::closed(0.3, 0.92), "0.85").optional(),
+            );
+            let about = "a lower mean stress that the packing comes to once it is compressed";
+            form.number_if_given(unloaded, number("unloaded", about, STRESS, POSITIVE, "\"2 kPa\"").optional());
+        });
+    }
 }
 
 /// Diameters, m.
@@ -151,6 +426,36 @@ pub enum Sizes {
     },
     /// Diameters with their shares of the number of grains, which add up to 1.
     List(Vec<(f64, f64)>),
+}
+
+impl Sizes {
+    fn keys(&mut self, form: &mut dyn Form) {
+        let kinds = [
+            ("normal", Self::Normal { mean: 0.0, deviation: 0.0 }),
+            ("uniform", Self::Uniform { min: 0.0, max: 0.0 }),
+            ("list", Self::List(Vec::new())),
+        ];
+        let key = text("distribution", "how diameters are spread: normal, uniform or list", "\"normal\"").or("normal");
+        variant(form, self, "distribution", key, &kinds, |sizes, form| match sizes {
+            Self::Normal { mean, deviation } => {
+                form.number(mean, number("diameter_mean", "the mean diameter", LENGTH, POSITIVE, "\"1 mm\""));
+                let about = "the standard deviation of diameters";
+                form.number(deviation, number("diameter_deviation", about, LENGTH, NOT_NEGATIVE, "\"0.08 mm\""));
+            }
+            Self::Uniform { min, max } => {
+                form.number(min, number("diameter_min", "the smallest diameter", LENGTH, POSITIVE, "\"6 mm\""));
+                form.number(max, number("diameter_max", "the largest diameter", LENGTH, POSITIVE, "\"14 mm\""));
+            }
+            Self::List(list) => {
+                let about = "diameters with their shares of the number of grains";
+                form.shares(list, key_of_shares("diameters", about));
+            }
+        });
+    }
+}
+
+fn key_of_shares(name: &'static str, about: &'static str) -> Key {
+    key(name, about, Wants::Shares, "[[\"1 mm\", 0.5], [\"2 mm\", 0.5]]")
 }
 
 /// Leapfrog velocities stand half a step before positions; those of a start may be of either time.
@@ -171,6 +476,31 @@ pub struct Body {
     pub motion: Motion,
 }
 
+impl Body {
+    pub(super) const BLANK: Self = Self {
+        name: String::new(),
+        shape: Shape::Box { lower: [0.0; 3], upper: [0.0; 3] },
+        motion: Motion { path: Vec::new(), servo: None },
+    };
+
+    /// The key of a job that has bodies.
+    pub(super) fn list(bodies: &mut Vec<Self>, form: &mut dyn Form) {
+        let key = key("body", "rigid bodies among the grains", Wants::Text, "[]").optional();
+        list(form, bodies, key, "a rigid body", &Self::BLANK, |body, form| {
+            body.keys(form, true);
+            body.motion.keys(form);
+        });
+    }
+
+    /// What it is called and its shape. A layer is made of grains.
+    pub(super) fn keys(&mut self, form: &mut dyn Form, among_grains: bool) {
+        form.text(&mut self.name, text("name", "the body's name", "\"lid\""));
+        let kinds = Shape::kinds();
+        let kinds = &kinds[..if among_grains { 4 } else { 3 }];
+        variant(form, &mut self.shape, "shape", text("shape", "the body's shape", "\"plane\""), kinds, Shape::keys);
+    }
+}
+
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// Half space below a plane: through `point`, with the unit `normal` towards the grains.
@@ -183,6 +513,52 @@ pub enum Shape {
     Layer { lower: [f64; 3], upper: [f64; 3] },
 }
 
+impl Shape {
+    fn kinds() -> [(&'static str, Self); 4] {
+        let [lower, upper, point, normal, centre, axis] = [[0.0; 3]; 6];
+        [
+            ("plane", Self::Plane { point, normal }),
+            ("box", Self::Box { lower, upper }),
+            ("cylinder", Self::Cylinder { centre, radius: 0.0, axis }),
+            ("layer", Self::Layer { lower, upper }),
+        ]
+    }
+
+    fn keys(&mut self, form: &mut dyn Form) {
+        match self {
+            Self::Plane { point, normal } => {
+                form.vector(point, vector("point", "a point of the plane", LENGTH, "\"0 cm\""));
+                form.vector(
+                    normal,
+                    vector("normal", "the direction from the plane towards what it holds", RATIO, "1.0"),
+                );
+            }
+            Self::Box { lower, upper } | Self::Layer { lower, upper } => corners(form, lower, upper),
+            Self::Cylinder { centre, radius, axis } => {
+                form.vector(centre, vector("centre", "the centre, or a point of the axis", LENGTH, "\"1 cm\""));
+                form.number(radius, number("radius", "the radius", LENGTH, POSITIVE, "\"5 mm\""));
+                if form.axes() == 3 || form.describes() {
+                    form.vector(axis, vector("axis", "the direction of the cylinder", RATIO, "1.0"));
+                    return;
+                }
+                *axis = [0.0, 0.0, 1.0];
+                if form.has("axis") {
+                    form.note(
+                        "axis",
+                        "belongs to space = \"solid\"; in the plane a cylinder is a disc. Remove the line.",
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Two corners of a box.
+pub(super) fn corners(form: &mut dyn Form, lower: &mut [f64; 3], upper: &mut [f64; 3]) {
+    form.vector(lower, vector("lower", "the lower corner", LENGTH, "\"1 cm\""));
+    form.vector(upper, vector("upper", "the upper corner", LENGTH, "\"2 cm\""));
+}
+
 /// How a body moves: along a path, and under stress control in one direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
@@ -191,11 +567,60 @@ pub struct Motion {
     pub servo: Option<BodyServo>,
 }
 
+impl Motion {
+    /// Either a path, or one velocity and spin with their ramp; and the servo.
+    pub(super) fn keys(&mut self, form: &mut dyn Form) {
+        let (mut velocity, mut spin, mut ramp) = (None, None, None);
+        form.vector_if_given(&mut velocity, vector("velocity", "the velocity", SPEED, "\"1 cm/s\"").optional());
+        form.spin_if_given(&mut spin, key("spin", "the angular velocity", Wants::Spin, "\"3 rad/s\"").optional());
+        let about = "the time over which velocity and spin rise from zero";
+        form.number_if_given(&mut ramp, number("ramp", about, TIME, NOT_NEGATIVE, "\"10 ms\"").optional());
+        if form.has("path") {
+            if let Some(key) = ["velocity", "spin", "ramp"].into_iter().find(|key| form.has(key)) {
+                form.note(key, "stands beside body.path, and each says how the body moves. Keep one of them.");
+            }
+        } else if velocity.is_some() || spin.is_some() {
+            self.path =
+                PathPoint::rising_to(velocity.unwrap_or_default(), spin.unwrap_or_default(), ramp.unwrap_or(0.0));
+        } else if ramp.is_some() {
+            form.note("ramp", "has nothing to raise: add velocity or spin, or remove the line.");
+        }
+        let about = "velocity and spin at given times, in place of velocity, spin and ramp";
+        let path = key("path", about, Wants::Text, "[{time = 0, velocity = [0, 0]}]").optional();
+        list(form, &mut self.path, path, "velocity and spin at a time", &PathPoint::BLANK, PathPoint::keys);
+        let example = "{direction = [0, 1], force = \"5 N\", mass = \"10 g\", speed_max = \"1 cm/s\"}";
+        let servo = key("servo", "the force or stress that the body is held at", Wants::Text, example).optional();
+        let mut held = self.servo.unwrap_or(BodyServo::BLANK);
+        let about = "the force or stress that a body is held at";
+        let is_held = form.table(self.servo.is_some(), servo, about, &mut |form| held.keys(form));
+        self.servo = is_held.then_some(held);
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathPoint {
     pub time: f64,
     pub velocity: [f64; 3],
     pub spin: [f64; 3],
+}
+
+impl PathPoint {
+    const BLANK: Self = Self { time: 0.0, velocity: [0.0; 3], spin: [0.0; 3] };
+
+    fn keys(&mut self, form: &mut dyn Form) {
+        form.number(&mut self.time, number("time", "the time", TIME, NOT_NEGATIVE, "\"10 ms\""));
+        form.vector(&mut self.velocity, vector("velocity", "the velocity", SPEED, "\"1 cm/s\"").follows("none"));
+        form.spin(&mut self.spin, key("spin", "the angular velocity", Wants::Spin, "\"3 rad/s\"").follows("none"));
+    }
+
+    /// One velocity and spin, which rise from zero over `ramp`, s.
+    fn rising_to(velocity: [f64; 3], spin: [f64; 3], ramp: f64) -> Vec<Self> {
+        let full = Self { time: ramp, velocity, spin };
+        match ramp > 0.0 {
+            true => vec![Self::BLANK, full],
+            false => vec![full],
+        }
+    }
 }
 
 /// M dv/dt = f.n - F - damping v, with v the speed along the unit `direction` and F the force that is held.
@@ -209,4 +634,36 @@ pub struct BodyServo {
     pub mass: f64,
     pub damping: f64,
     pub speed_max: f64,
+}
+
+impl BodyServo {
+    const BLANK: Self = Self { direction: [0.0; 3], force: 0.0, mass: 0.0, damping: 0.0, speed_max: 0.0 };
+
+    fn keys(&mut self, form: &mut dyn Form) {
+        form.vector(&mut self.direction, vector("direction", "the direction that the body is pushed in", RATIO, "1.0"));
+        let about = "the force on the body along that direction";
+        let force = number("force", about, FORCE, NOT_NEGATIVE, "\"5 N\"");
+        let stress =
+            number("stress", "the force over the area, in place of force", STRESS, NOT_NEGATIVE, "\"100 kPa\"");
+        let area = number("area", "the area of stress", Dimension::AREA, POSITIVE, "\"4 cm2\"");
+        let by_stress = form.has("stress") || form.has("area");
+        if by_stress && form.has("force") {
+            let problem = "stands beside a stress or an area, and each says what the body is held at. Keep force, or stress and area.";
+            form.note("force", problem);
+        }
+        if by_stress || form.describes() {
+            let (mut pressure, mut over) = (0.0, 0.0);
+            form.number(&mut pressure, stress);
+            form.number(&mut over, area);
+            self.force = pressure * over;
+        }
+        if !by_stress {
+            form.number(&mut self.force, force);
+        }
+        form.number(&mut self.mass, number("mass", "the mass that the servo moves", MASS, POSITIVE, "\"10 g\""));
+        let damping = number("damping", "damping of that motion", DAMPING, NOT_NEGATIVE, "\"10 N s/m\"");
+        form.number(&mut self.damping, damping.or("0.0"));
+        let speed = "the largest speed along that direction";
+        form.number(&mut self.speed_max, number("speed_max", speed, SPEED, POSITIVE, "\"1 cm/s\""));
+    }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::raw::Typed;
 use super::schema::Kind;
-use super::{Assembly, Mpm, Output, Scenario, derived, figures, mpm, resolve, write};
+use super::{Assembly, Mpm, Output, Scenario, derived, figures, mpm, resolve};
 use crate::base::error::Error;
 
 /// What a job asks for; the table `[cell]` makes it an assembly, `[grid]` a continuum.
@@ -30,19 +30,19 @@ impl Job {
     pub fn load_typed(path: &Path, sets: &[String]) -> Result<(Self, Typed), Error> {
         let file = path.display().to_string();
         let typed = Typed::parse(&read(path)?, &file, sets)?;
-        Ok((Self::of_typed(&typed, &file)?, typed))
+        Ok((Self::of_typed(&typed)?, typed))
     }
 
     /// The same from text; `file` names it in messages, and relative paths in it start from its folder.
     pub fn parse(text: &str, file: &str, sets: &[String]) -> Result<Self, Error> {
-        Self::of_typed(&Typed::parse(text, file, sets)?, file)
+        Self::of_typed(&Typed::parse(text, file, sets)?)
     }
 
-    fn of_typed(typed: &Typed, file: &str) -> Result<Self, Error> {
+    fn of_typed(typed: &Typed) -> Result<Self, Error> {
         typed.settled(match typed.kind {
-            Kind::Shear => resolve::scenario(typed, file).map(Self::Shear),
-            Kind::Assembly => resolve::assembly(typed, file).map(Self::Assembly),
-            Kind::Mpm => resolve::mpm(typed, file).map(Self::Mpm),
+            Kind::Shear => resolve::scenario(typed).map(Self::Shear),
+            Kind::Assembly => resolve::assembly(typed).map(Self::Assembly),
+            Kind::Mpm => resolve::mpm(typed).map(Self::Mpm),
         })
     }
 
@@ -89,20 +89,6 @@ impl Job {
             Self::Assembly(assembly) => assembly.to_toml(),
             Self::Mpm(job) => job.to_toml(),
         }
-    }
-}
-
-impl Assembly {
-    /// The job in SI numbers with nothing left to a default. It parses back to an equal assembly.
-    pub fn to_toml(&self) -> String {
-        write::assembly(self)
-    }
-}
-
-impl Mpm {
-    /// The job in SI numbers with nothing left to a default. It parses back to an equal continuum.
-    pub fn to_toml(&self) -> String {
-        write::mpm(self)
     }
 }
 

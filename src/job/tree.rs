@@ -5,8 +5,8 @@ use std::ops::Range as Span;
 use toml::de::{DeTable, DeValue};
 
 use super::schema::Kind;
-use super::units::nearest;
 use crate::base::error::Error;
+use crate::base::units::nearest;
 
 /// Where a value was typed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,8 +75,11 @@ impl Node {
                 "{place}: this is not TOML: {message}{found}. Text and quantities with a unit go in quotes, as in width = \"6 cm\"."
             ))
         })?;
-        let mut root =
-            Self { value: entries(document.into_inner(), &source), place: Place::File(Spot::TOP), typed: String::new() };
+        let mut root = Self {
+            value: entries(document.into_inner(), &source),
+            place: Place::File(Spot::TOP),
+            typed: String::new(),
+        };
         // The file alone decides, so that no override can turn a job into one of the other kind.
         let has = |table: &str| root.get(table).is_some_and(|entry| matches!(entry.node.value, Value::Table(_)));
         let marked = [Kind::Assembly, Kind::Mpm].into_iter().find(|kind| kind.mark().is_some_and(has));

@@ -1,5 +1,7 @@
 //! How points and nodes exchange what they carry: the choices of a job.
 
+use crate::base::keys::{Form, RATIO, Range, choose, count, number, size, text, variant};
+
 /// How points and nodes exchange what they carry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scheme {
@@ -68,7 +70,55 @@ pub enum Transfer {
     Affine,
 }
 
+impl ShapeFunction {
+    pub const NAMES: [(&'static str, Self); 4] = [
+        ("linear", Self::Linear),
+        ("generalised", Self::Generalised),
+        ("quadratic", Self::Quadratic),
+        ("cubic", Self::Cubic),
+    ];
+
+    /// As it is written in a job.
+    pub fn name(self) -> &'static str {
+        Self::NAMES.iter().find(|(_, of)| *of == self).map(|(name, _)| *name).expect("every shape has a name")
+    }
+}
+
+/// Share of FLIP by default.
+const FLIP: &str = "0.99";
+
 impl Scheme {
+    pub const DEFAULT: Self = Self {
+        shape: ShapeFunction::Quadratic,
+        update: StressUpdate::Last,
+        transfer: Transfer::Blend { flip: 0.99 },
+        points_per_cell: 2,
+    };
+
+    /// The keys of `[scheme]`.
+    pub fn keys(&mut self, form: &mut dyn Form) {
+        let shapes = "the shape functions: linear, generalised, quadratic or cubic";
+        let key = text("shape", shapes, "\"quadratic\"").or("quadratic");
+        choose(form, &mut self.shape, "shape function", key, &ShapeFunction::NAMES);
+        let key =
+            text("update", "when stresses follow the strain: first, last or modified_last", "\"last\"").or("last");
+        let updates = [
+            ("first", StressUpdate::First),
+            ("last", StressUpdate::Last),
+            ("modified_last", StressUpdate::ModifiedLast),
+        ];
+        choose(form, &mut self.update, "time to update stress", key, &updates);
+        let key = text("transfer", "what points take from the nodes: blend or affine", "\"blend\"").or("blend");
+        let kinds = [("blend", Transfer::Blend { flip: 0.99 }), ("affine", Transfer::Affine)];
+        variant(form, &mut self.transfer, "transfer", key, &kinds, |transfer, form| {
+            let Transfer::Blend { flip } = transfer else { return };
+            let about = "the share of increments in the velocity update, 0 (PIC) to 1 (FLIP)";
+            form.number(flip, number("flip", about, RATIO, Range::closed(0.0, 1.0), "0.99").or(FLIP));
+        });
+        let key = count("points_per_cell", "points per cell and axis", (1, 16), "2").or("2");
+        size(form, &mut self.points_per_cell, key);
+    }
+
     /// Whether a node's own new velocity becomes strain, or the affine field of a point, before points have averaged it: then
     /// one with next to no mass must not gain too much of it within a step.
     pub fn feels_nodes(&self) -> bool {

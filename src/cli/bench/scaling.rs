@@ -12,11 +12,11 @@ use clap::Args;
 
 use super::launch::{Launcher, cores, is_launched};
 use crate::base::error::Error;
+use crate::base::units::{Dimension, quantity};
 use crate::bench::scaling::{Point, Sample, Scaling, first_difference, strong, weak};
 use crate::bench::widen;
 use crate::cli::cores::counted;
 use crate::job::Job;
-use crate::job::units::{Dimension, quantity};
 use crate::plot::report;
 use crate::run::Outcome;
 use crate::store::checkpoint;

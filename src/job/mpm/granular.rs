@@ -35,7 +35,7 @@ impl Origin {
 }
 
 /// Shear bands that the job names.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct KnownBands {
     /// When grains take the places of points around them, s.
     pub at: f64,

@@ -12,6 +12,7 @@ use crate::mpm::scheme::Scheme;
 
 pub mod figures;
 mod granular;
+mod keys;
 
 pub use granular::{Granular, KnownBands, Origin};
 

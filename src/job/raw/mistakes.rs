@@ -21,18 +21,17 @@ pub struct Mistakes {
 
 impl Mistakes {
     pub fn note(&self, place: Option<Place>, error: Error) {
-        self.of_keys.borrow_mut().push((order(place), error.to_string()));
+        let (mut known, message) = (self.of_keys.borrow_mut(), error.to_string());
+        // A key may be read more than once.
+        if known.iter().all(|(_, other)| *other != message) {
+            known.push((order(place), message));
+        }
     }
 
     pub fn note_together(&self, error: Error) {
-        self.of_all.borrow_mut().push(error.to_string());
-    }
-
-    /// Of the job as a whole, unless it has been noted before.
-    pub fn note_once(&self, error: Error) {
-        let message = error.to_string();
-        if self.of_keys.borrow().iter().all(|(_, known)| *known != message) {
-            self.of_keys.borrow_mut().push((usize::MAX - 1, message));
+        let (mut known, message) = (self.of_all.borrow_mut(), error.to_string());
+        if !known.contains(&message) {
+            known.push(message);
         }
     }
 
@@ -76,7 +75,18 @@ fn order(place: Option<Place>) -> usize {
 pub fn excerpt(text: &str, place: Option<Place>) -> Option<String> {
     let Some(Place::File(spot)) = place else { return None };
     let line = text.lines().nth(spot.line - 1).filter(|line| spot.length > 0 && line.chars().count() <= LINE_MAX)?;
-    let seen: String = line.chars().map(|c| if c == '\t' { ' ' } else if c.is_control() { '?' } else { c }).collect();
+    let seen: String = line
+        .chars()
+        .map(|c| {
+            if c == '\t' {
+                ' '
+            } else if c.is_control() {
+                '?'
+            } else {
+                c
+            }
+        })
+        .collect();
     let number = spot.line.to_string();
     let (margin, before, marks) = (" ".repeat(number.len()), " ".repeat(spot.column), "^".repeat(spot.length));
     Some(format!("\n  {number} | {seen}\n  {margin} | {before}{marks}"))

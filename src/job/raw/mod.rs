@@ -1,10 +1,11 @@
 //! The job as typed: every key known, and readers that take one key at a time. What is wrong is noted, so that a person learns of
 //! all mistakes at once.
 
-use super::schema::{Kind, Table, Wants};
+use super::schema::Kind;
 use super::tree::{Entry, Node, Place, Value, short};
-use super::units::nearest;
 use crate::base::error::Error;
+use crate::base::keys::{Table, Wants};
+use crate::base::units::nearest;
 
 mod mistakes;
 mod reader;
@@ -79,10 +80,14 @@ impl Typed {
                 table.about,
                 table.key_list()
             );
-            // Asked for more than once, it is missing once.
-            self.mistakes.note_once(Error::User(missing));
+            self.note(None, Error::User(missing));
         }
         Reader::new(self, table, node, awake)
+    }
+
+    /// The same of a table that a job may do without: what is required in it is so where it was typed.
+    pub fn table_if_typed(&self, name: &str) -> Reader<'_> {
+        self.table(name, self.root.get(name).is_some(), "")
     }
 
     /// A place, and the error there with the line that it is on.
@@ -140,7 +145,7 @@ impl Typed {
     fn note_unknown(&self) {
         for entry in self.root.entries() {
             if let Some(key) = self.kind.top().key(&entry.key) {
-                self.note_unknown_inside(key.wants, &entry.node);
+                self.note_unknown_inside(&key.wants, &entry.node);
                 continue;
             }
             let message = match self.kind.table_if_known(&entry.key) {
@@ -163,17 +168,17 @@ impl Typed {
         }
     }
 
-    fn note_unknown_keys(&self, table: &'static Table, node: &Node) {
+    fn note_unknown_keys(&self, table: &Table, node: &Node) {
         for entry in node.entries() {
             match table.key(&entry.key) {
-                Some(known) => self.note_unknown_inside(known.wants, &entry.node),
+                Some(known) => self.note_unknown_inside(&known.wants, &entry.node),
                 None => self.note(Some(entry.place), self.told(Some(entry.place), &self.unknown_key(table, entry))),
             }
         }
     }
 
     /// Tables within a key's value; what is no table there is noted when it is read.
-    fn note_unknown_inside(&self, wants: Wants, node: &Node) {
+    fn note_unknown_inside(&self, wants: &Wants, node: &Node) {
         match wants {
             Wants::Table(inner) => self.note_unknown_keys(inner, node),
             Wants::Tables(inner) => node.list().iter().for_each(|item| self.note_unknown_keys(inner, item)),
@@ -183,7 +188,7 @@ impl Typed {
 
     fn unknown_key(&self, table: &Table, entry: &Entry) -> String {
         let key = &entry.key;
-        let has = |kind: Kind| kind.table_if_known(table.name).is_some_and(|twin| twin.key(key).is_some());
+        let has = |kind: Kind| kind.table_if_known(&table.name).is_some_and(|twin| twin.key(key).is_some());
         let elsewhere = self.kind.belongs_elsewhere(has);
         let advice = match (elsewhere, nearest(key, table.keys.iter().map(|known| known.name))) {
             (Some(elsewhere), _) => elsewhere,
@@ -198,7 +203,7 @@ impl Typed {
 
     fn unknown_at_top(&self, entry: &Entry) -> String {
         let key = &entry.key;
-        let tables = self.kind.tables().iter().map(|table| table.name).filter(|name| !name.is_empty());
+        let tables = self.kind.tables().iter().map(|table| table.name.as_str()).filter(|name| !name.is_empty());
         let marks = ["cell", "grid"].into_iter().filter(|_| self.kind == Kind::Shear);
         let names = tables.clone().chain(marks);
         let elsewhere = self.kind.belongs_elsewhere(|kind| match entry.node.value {

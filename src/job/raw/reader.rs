@@ -1,10 +1,14 @@
-//! Readers of one table. Every getter names file, line, value and remedy of what it notes.
+//! Reads the keys of one table. Every refusal names file, line, value and remedy, and is noted; reading goes on with the example of
+//! the key in the place of its value.
 
-use super::super::schema::{Key, Table, Wants};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
 use super::super::tree::{Entry, Node, Place, Value, short, typed_value};
-use super::super::units::{Dimension, Refusal, quantity};
 use super::Typed;
 use crate::base::error::Error;
+use crate::base::keys::{DefaultValue, Form, Key, Owner, Table, Wants};
+use crate::base::units::{Dimension, Refusal, quantity};
 
 /// Size of the largest and of the smallest number but 0, in SI units: far beyond all that is granular, and products of
 /// several stay numbers.
@@ -15,19 +19,20 @@ const ENTRIES_MAX: usize = 1000;
 const TIMES_MAX: usize = 100_000;
 
 /// One table of the job.
+#[derive(Clone)]
 pub struct Reader<'a> {
     typed: &'a Typed,
-    table: &'static Table,
+    table: &'a Table,
     node: Option<&'a Node>,
     awake: bool,
-    /// Components that a vector has: 2 in the plane, 3 in space.
     axes: usize,
+    /// The same table of another file, which has what this one has not.
+    beneath: Option<Box<Reader<'a>>>,
 }
 
-/// Reading never stops: what is refused is noted, and the example of its key stands in for it.
 impl<'a> Reader<'a> {
-    pub(super) fn new(typed: &'a Typed, table: &'static Table, node: Option<&'a Node>, awake: bool) -> Self {
-        Self { typed, table, node, awake, axes: 2 }
+    pub(super) fn new(typed: &'a Typed, table: &'a Table, node: Option<&'a Node>, awake: bool) -> Self {
+        Self { typed, table, node, awake, axes: 2, beneath: None }
     }
 
     /// The same table, read in a space of that many axes.
@@ -36,13 +41,15 @@ impl<'a> Reader<'a> {
         self
     }
 
-    pub fn has(&self, key: &str) -> bool {
-        self.find(key).is_some()
+    /// The same table with another one beneath it, whose keys count where this one has none.
+    pub fn over(mut self, beneath: Reader<'a>) -> Self {
+        self.beneath = Some(Box::new(beneath));
+        self
     }
 
     /// Whether the key was given on the command line.
     pub fn is_set(&self, key: &str) -> bool {
-        self.find(key).is_some_and(|entry| entry.place == Place::Set)
+        self.find(key).is_some_and(|(_, entry)| entry.place == Place::Set)
     }
 
     /// Whether the table was typed at all.
@@ -50,13 +57,8 @@ impl<'a> Reader<'a> {
         self.node.is_some()
     }
 
-    /// Whether the job cannot do without this table.
-    pub fn is_awake(&self) -> bool {
-        self.awake
-    }
-
     /// Notes a mistake of this table, which nothing that is read later depends on.
-    pub fn note(&self, error: Error) {
+    pub fn add(&self, error: Error) {
         self.typed.note(self.node.map(|node| node.place), error);
     }
 
@@ -65,315 +67,22 @@ impl<'a> Reader<'a> {
         outcome.map_err(|error| self.typed.note_together(error)).ok()
     }
 
-    /// The value of a key as `how` reads it; none where it was not typed.
-    fn given<T>(&self, key: &str, how: impl Fn(&'static Key, &Node) -> Result<T, Error>) -> Option<T> {
-        let (known, entry) = (self.known(key), self.find(key)?);
-        Some(how(known, &entry.node).unwrap_or_else(|error| {
-            self.typed.note(Some(entry.place), error);
-            self.example(known, how)
-        }))
-    }
-
-    /// The same of a key that must be there.
-    fn required<T>(&self, key: &str, how: impl Fn(&'static Key, &Node) -> Result<T, Error>) -> T {
-        self.given(key, &how).unwrap_or_else(|| {
-            // A table that is missing is noted as one.
-            if self.node.is_some() {
-                self.note(self.missing(key));
-            }
-            self.example(self.known(key), how)
-        })
-    }
-
-    /// What stands in for a value that cannot be had.
-    fn example<T>(&self, known: &'static Key, how: impl Fn(&'static Key, &Node) -> Result<T, Error>) -> T {
-        let node = typed_value(&known.example(self.axes));
-        let read = node.and_then(|node| how(known, &node).ok());
-        read.unwrap_or_else(|| panic!("the example of {} cannot be read", self.table.path(known.name)))
-    }
-
-    pub fn number(&self, key: &str) -> f64 {
-        self.required(key, |known, node| self.number_at(known, node))
-    }
-
-    pub fn number_or(&self, key: &str, default: f64) -> f64 {
-        self.number_if_given(key).unwrap_or(default)
-    }
-
-    /// Required where the method needs the table; elsewhere a value that nothing will look at.
-    pub fn number_awake(&self, key: &str, asleep: f64) -> f64 {
-        match self.awake {
-            true => self.number(key),
-            false => self.number_or(key, asleep),
-        }
-    }
-
-    pub fn number_if_given(&self, key: &str) -> Option<f64> {
-        self.given(key, |known, node| self.number_at(known, node))
-    }
-
-    fn number_at(&self, known: &'static Key, node: &Node) -> Result<f64, Error> {
-        let Wants::Number(dimension, range) = known.wants else {
-            panic!("{} is not a number in the schema", self.table.path(known.name));
+    /// Readers of the tables of a list such as `[[body]]`.
+    pub fn list(&self, name: &str) -> Vec<Reader<'a>> {
+        let Some(Wants::Tables(table)) = self.table.key(name).map(|key| &key.wants) else {
+            panic!("{} is not a list of tables", self.table.path(name));
         };
-        let value = self.quantity(known, node, dimension)?;
-        if !range.contains(value) {
-            let allowed = range.words(&dimension.unit());
-            return Err(self.refuse(known, node, &format!("is out of range: it must be {allowed}.")));
-        }
-        self.refuse_size(known, node, value)?;
-        Ok(value)
-    }
-
-    pub fn count_or(&self, key: &str, default: u64) -> u64 {
-        self.count_if_given(key).unwrap_or(default)
-    }
-
-    pub fn count_if_given(&self, key: &str) -> Option<u64> {
-        self.given(key, |known, node| {
-            let Wants::Count(min, max) = known.wants else {
-                panic!("{} is not a count in the schema", self.table.path(known.name));
-            };
-            let value = match node.value {
-                Value::Integer(value) => u64::try_from(value).ok(),
-                _ => None,
-            };
-            value.filter(|value| (min..=max).contains(value)).ok_or_else(|| {
-                let allowed = match max {
-                    u64::MAX => format!("{min} or more"),
-                    _ => format!("between {min} and {max}"),
-                };
-                self.refuse(known, node, &format!("is refused: it must be a whole number {allowed}."))
-            })
-        })
-    }
-
-    pub fn text(&self, key: &str) -> String {
-        self.required(key, |known, node| self.text_at(known, node))
-    }
-
-    pub fn text_if_given(&self, key: &str) -> Option<String> {
-        self.given(key, |known, node| self.text_at(known, node))
-    }
-
-    fn text_at(&self, known: &'static Key, node: &Node) -> Result<String, Error> {
-        match &node.value {
-            Value::Text(text) if !text.is_empty() => Ok(text.clone()),
-            Value::Text(_) => Err(self.refuse(known, node, "is empty.")),
-            other => {
-                let problem = format!("is {}, but text in quotes is wanted.", other.words());
-                Err(self.refuse(known, node, &problem))
-            }
-        }
-    }
-
-    /// One of some words; `noun` says what they are.
-    pub fn choice<T: Copy>(&self, key: &str, noun: &str, choices: &[(&str, T)]) -> Option<T> {
-        let entry = self.find(key)?;
-        let known = self.known(key);
-        let chosen = self.text_at(known, &entry.node).and_then(|word| {
-            let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
-            let found = choices.iter().find(|(name, _)| *name == word).map(|(_, chosen)| *chosen);
-            found.ok_or_else(|| self.refusal(key, &format!("is no {noun}: write {}.", either(&names))))
-        });
-        Some(chosen.unwrap_or_else(|error| {
-            self.typed.note(Some(entry.place), error);
-            choices[0].1
-        }))
-    }
-
-    /// The same where there is no default.
-    pub fn choose<T: Copy>(&self, key: &str, noun: &str, choices: &[(&str, T)]) -> T {
-        self.choice(key, noun, choices).unwrap_or_else(|| {
-            if self.node.is_some() {
-                self.note(self.missing(key));
-            }
-            choices[0].1
-        })
-    }
-
-    pub fn choice_or<T: Copy>(&self, key: &str, noun: &str, choices: &[(&str, T)], default: T) -> T {
-        self.choice(key, noun, choices).unwrap_or(default)
-    }
-
-    /// Notes keys that belong to another choice of `selector` than the chosen one.
-    pub fn note_keys_of_others(&self, selector: &str, chosen: &str, owners: &[(&str, &[&str])]) {
-        let own = |key: &str| owners.iter().any(|(name, keys)| *name == chosen && keys.contains(&key));
-        for known in self.table.keys.iter().filter(|known| !own(known.name)) {
-            let others: Vec<&str> =
-                owners.iter().filter(|(_, keys)| keys.contains(&known.name)).map(|(name, _)| *name).collect();
-            let Some(entry) = self.find(known.name).filter(|_| !others.is_empty()) else { continue };
-            let default = if self.has(selector) { "" } else { ", by default" };
-            let problem = format!(
-                "belongs to {selector} = {}, and here {selector} is \"{chosen}\"{default}. Remove the line, or change {selector}.",
-                either(&others)
-            );
-            self.typed.note(Some(entry.place), self.refusal(known.name, &problem));
-        }
-    }
-
-    pub fn flag_or(&self, key: &str, default: bool) -> bool {
-        self.given(key, |known, node| self.flag(known, node)).unwrap_or(default)
-    }
-
-    /// A truth value for each axis; beyond them false.
-    pub fn flags_or(&self, key: &str, default: bool) -> [bool; 3] {
-        let each = |known: &'static Key, node: &Node| {
-            let mut flags = [false; 3];
-            for (flag, node) in flags.iter_mut().zip(self.items(known, node, "a truth value")?) {
-                *flag = self.flag(known, node)?;
-            }
-            Ok(flags)
-        };
-        self.given(key, each).unwrap_or_else(|| std::array::from_fn(|axis| axis < self.axes && default))
-    }
-
-    /// A number for each axis; beyond them zero.
-    pub fn vector(&self, key: &str) -> [f64; 3] {
-        self.required(key, |known, node| self.vector_at(known, node))
-    }
-
-    pub fn vector_if_given(&self, key: &str) -> Option<[f64; 3]> {
-        self.given(key, |known, node| self.vector_at(known, node))
-    }
-
-    fn vector_at(&self, known: &'static Key, node: &Node) -> Result<[f64; 3], Error> {
-        let Wants::Vector(dimension) = known.wants else {
-            panic!("{} is not a vector in the schema", self.table.path(known.name));
-        };
-        self.components(known, node, dimension)
-    }
-
-    /// In the plane a number, about the axis out of it; in space a vector.
-    pub fn spin_if_given(&self, key: &str) -> Option<[f64; 3]> {
-        self.given(key, |known, node| match self.axes {
-            2 => Ok([0.0, 0.0, self.finite(known, node, Dimension::SPIN)?]),
-            _ => self.components(known, node, Dimension::SPIN),
-        })
-    }
-
-    /// A row of rates for each axis; by default zero.
-    pub fn gradient(&self, key: &str) -> [[f64; 3]; 3] {
-        let rows = |known: &'static Key, node: &Node| {
-            let mut gradient = [[0.0; 3]; 3];
-            for (row, node) in gradient.iter_mut().zip(self.items(known, node, "a row of rates (1/s)")?) {
-                *row = self.components(known, node, Dimension::RATE)?;
-            }
-            Ok(gradient)
-        };
-        self.given(key, rows).unwrap_or_default()
-    }
-
-    /// For each axis a stress, or none where it is "free".
-    pub fn stresses(&self, key: &str) -> Option<[Option<f64>; 3]> {
-        self.given(key, |known, node| {
-            let mut stresses = [None; 3];
-            for (stress, node) in stresses.iter_mut().zip(self.items(known, node, "a stress (Pa) or \"free\"")?) {
-                *stress = match &node.value {
-                    Value::Text(word) if word == "free" => None,
-                    Value::Text(word) if word.starts_with(char::is_alphabetic) => {
-                        return Err(self.refuse(known, node, "is neither a stress nor \"free\"."));
-                    }
-                    _ => Some(self.finite(known, node, Dimension::STRESS)?),
-                };
-            }
-            Ok(stresses)
-        })
-    }
-
-    /// Pairs of a length and a share, all positive.
-    pub fn shares(&self, key: &str) -> Vec<(f64, f64)> {
-        self.required(key, |known, node| {
-            let wanted = "is refused: a list of pairs is wanted, each a length (m) and a share, both more than 0.";
-            let refused = || self.refuse(known, node, wanted);
-            self.refuse_entries(known, node, ENTRIES_MAX)?;
-            if node.list().is_empty() {
-                return Err(refused());
-            }
-            let pairs = node.list().iter().map(|pair| match pair.list() {
-                [length, share] => {
-                    let length = self.finite(known, length, Dimension::LENGTH)?;
-                    let share = self.finite(known, share, Dimension::RATIO)?;
-                    if length > 0.0 && share > 0.0 { Ok((length, share)) } else { Err(refused()) }
-                }
-                _ => Err(refused()),
-            });
-            pairs.collect()
-        })
-    }
-
-    /// Corners of a polygon in the plane.
-    pub fn polygon(&self, key: &str) -> Vec<[f64; 2]> {
-        self.required(key, |known, node| {
-            let wanted = "is refused: a list of three or more points is wanted, each two lengths (m).";
-            let refused = || self.refuse(known, node, wanted);
-            if node.list().len() < 3 {
-                return Err(refused());
-            }
-            self.refuse_entries(known, node, ENTRIES_MAX)?;
-            let corners = node.list().iter().map(|point| match point.list() {
-                [x, y] => {
-                    let length = |node| self.finite(known, node, Dimension::LENGTH);
-                    Ok([length(x)?, length(y)?])
-                }
-                _ => Err(refused()),
-            });
-            corners.collect()
-        })
-    }
-
-    /// A reader of the table that a key holds, such as `servo = { ... }`.
-    pub fn inner(&self, key: &str) -> Option<Reader<'a>> {
-        let known = self.known(key);
-        let Wants::Table(table) = known.wants else {
-            panic!("{} is not a table in the schema", self.table.path(key));
-        };
-        let entry = self.find(key)?;
-        if matches!(entry.node.value, Value::Table(_)) {
-            return Some(self.reader_of(table, &entry.node));
-        }
-        let words = entry.node.value.words();
-        let problem = format!("is {words}, but a table with the keys {} is wanted.", table.key_list());
-        self.typed.note(Some(entry.place), self.refuse(known, &entry.node, &problem));
-        None
-    }
-
-    /// Readers of the tables of a list such as `[[continuum.weak]]`.
-    pub fn tables(&self, key: &str) -> Vec<Reader<'a>> {
-        let Wants::Tables(table) = self.known(key).wants else {
-            panic!("{} is not a list of tables in the schema", self.table.path(key));
-        };
-        let Some(entry) = self.find(key) else {
-            return Vec::new();
-        };
-        let refused = |node: &Node| {
-            let path = self.table.path(key);
-            let message = format!(
-                "{path} is {}, but a list of tables is wanted. Write [[{path}]] on a line of its own, and {} below.",
-                node.value.words(),
-                table.key_list()
-            );
-            self.typed.note(Some(node.place), self.typed.told(Some(node.place), &message));
-        };
-        let Value::List(nodes) = &entry.node.value else {
-            refused(&entry.node);
-            return Vec::new();
-        };
-        let most = if key == "path" { TIMES_MAX } else { ENTRIES_MAX };
-        if let Err(error) = self.refuse_entries(self.known(key), &entry.node, most) {
-            self.typed.note(Some(entry.place), error);
-            return Vec::new();
-        }
-        nodes.iter().filter(|node| !matches!(node.value, Value::Table(_))).for_each(refused);
-        let tables = nodes.iter().filter(|node| matches!(node.value, Value::Table(_)));
+        let Some((_, entry)) = self.find(name) else { return Vec::new() };
+        let tables = entry.node.list().iter().filter(|node| matches!(node.value, Value::Table(_)));
         tables.map(|node| self.reader_of(table, node)).collect()
     }
 
     /// An error at a key of this table; `problem` says what is wrong and what to do.
     pub fn refusal(&self, key: &str, problem: &str) -> Error {
-        match self.find(key) {
-            Some(entry) => self.found(self.known(key), &entry.node, problem),
-            None => self.missing(key),
+        match (self.find(key), self.table.key(key)) {
+            (Some((typed, entry)), _) => self.found(typed, key, &entry.node, problem),
+            (None, Some(known)) => self.missing(known),
+            (None, None) => panic!("{} is no key", self.table.path(key)),
         }
     }
 
@@ -387,72 +96,171 @@ impl<'a> Reader<'a> {
         self.node.map(|node| node.place)
     }
 
-    fn known(&self, key: &str) -> &'static Key {
-        self.table.key(key).unwrap_or_else(|| panic!("the schema has no key {}", self.table.path(key)))
+    fn find(&self, key: &str) -> Option<(&'a Typed, &'a Entry)> {
+        let own = self.node.and_then(|node| node.get(key)).map(|entry| (self.typed, entry));
+        own.or_else(|| self.beneath.as_ref()?.find(key))
     }
 
-    fn find(&self, key: &str) -> Option<&'a Entry> {
-        self.node.and_then(|node| node.get(key))
-    }
-
-    fn reader_of(&self, table: &'static Table, node: &'a Node) -> Reader<'a> {
+    fn reader_of(&self, table: &'a Table, node: &'a Node) -> Reader<'a> {
         Reader::new(self.typed, table, Some(node), true).with_axes(self.axes)
     }
 
+    /// The value of a key as `how` reads it; none where it was not typed.
+    fn given<T>(&self, key: &Key, how: impl Fn(&Key, &Node) -> Result<T, Error>) -> Option<T> {
+        let (typed, entry) = self.find(key.name)?;
+        let reader = if std::ptr::eq(typed, self.typed) { self } else { self.beneath.as_deref()? };
+        debug_assert!(self.table.key(key.name).is_some(), "{} is described", self.table.path(key.name));
+        Some(how(key, &entry.node).unwrap_or_else(|error| {
+            reader.typed.note(Some(entry.place), error);
+            self.example(key, how)
+        }))
+    }
+
+    /// The value of a key that is typed, or has a default; elsewhere `value` is left as it is.
+    fn read<T>(&self, value: &mut T, key: &Key, how: impl Fn(&Key, &Node) -> Result<T, Error>) {
+        match (self.given(key, &how), key.default) {
+            (Some(given), _) => *value = given,
+            (None, DefaultValue::Value(typed)) => {
+                let read = typed_value(typed).and_then(|node| how(key, &node).ok());
+                *value = read.unwrap_or_else(|| panic!("the default of {} cannot be read", self.table.path(key.name)));
+            }
+            (None, DefaultValue::Required) if self.awake => {
+                self.note_missing(key);
+                *value = self.example(key, how);
+            }
+            (None, _) => {}
+        }
+    }
+
+    /// A table that is missing is noted as one.
+    fn note_missing(&self, key: &Key) {
+        if self.node.is_some() {
+            self.add(self.missing(key));
+        }
+    }
+
+    /// What stands in for a value that cannot be had.
+    fn example<T>(&self, key: &Key, how: impl Fn(&Key, &Node) -> Result<T, Error>) -> T {
+        let node = typed_value(&key.example(self.axes));
+        let read = node.and_then(|node| how(key, &node).ok());
+        read.unwrap_or_else(|| panic!("the example of {} cannot be read", self.table.path(key.name)))
+    }
+
+    fn number_at(&self, key: &Key, node: &Node) -> Result<f64, Error> {
+        let Wants::Number(dimension, range) = key.wants else {
+            panic!("{} is not a number", self.table.path(key.name));
+        };
+        let value = self.quantity(key, node, dimension)?;
+        if !range.contains(value) {
+            let allowed = range.words(&dimension.unit());
+            return Err(self.refuse(key, node, &format!("is out of range: it must be {allowed}.")));
+        }
+        self.refuse_size(key, node, value)?;
+        Ok(value)
+    }
+
+    fn text_at(&self, key: &Key, node: &Node) -> Result<String, Error> {
+        match &node.value {
+            Value::Text(text) if !text.is_empty() => Ok(text.clone()),
+            Value::Text(_) => Err(self.refuse(key, node, "is empty.")),
+            other => {
+                let problem = format!("is {}, but text in quotes is wanted.", other.words());
+                Err(self.refuse(key, node, &problem))
+            }
+        }
+    }
+
+    fn path_at(&self, key: &Key, node: &Node) -> Result<PathBuf, Error> {
+        Ok(folder_of(&self.typed.file).join(self.text_at(key, node)?))
+    }
+
+    fn vector_at(&self, key: &Key, node: &Node) -> Result<[f64; 3], Error> {
+        let Wants::Vector(dimension) = key.wants else {
+            panic!("{} is not a vector", self.table.path(key.name));
+        };
+        self.components(key, node, dimension)
+    }
+
+    fn spin_at(&self, key: &Key, node: &Node) -> Result<[f64; 3], Error> {
+        match self.axes {
+            2 => Ok([0.0, 0.0, self.finite(key, node, Dimension::SPIN)?]),
+            _ => self.components(key, node, Dimension::SPIN),
+        }
+    }
+
+    /// Notes keys that belong to another choice of `selector` than the chosen one.
+    fn note_keys_of_others(&self, selector: &str, chosen: &str) {
+        for known in &self.table.keys {
+            let owners: Vec<&str> =
+                known.owners.iter().filter(|owner| owner.selector == selector).map(|owner| owner.choice).collect();
+            let Some((typed, entry)) = self.find(known.name).filter(|_| !owners.is_empty()) else { continue };
+            if owners.contains(&chosen) {
+                continue;
+            }
+            let default = if self.has(selector) { "" } else { ", by default" };
+            let problem = format!(
+                "belongs to {selector} = {}, and here {selector} is \"{chosen}\"{default}. Remove the line, or change {selector}.",
+                either(&owners)
+            );
+            typed.note(Some(entry.place), self.refusal(known.name, &problem));
+        }
+    }
+
     /// The items of a list that has one for each axis.
-    fn items<'n>(&self, known: &Key, node: &'n Node, each: &str) -> Result<&'n [Node], Error> {
+    fn items<'n>(&self, key: &Key, node: &'n Node, each: &str) -> Result<&'n [Node], Error> {
         let items = node.list();
         if items.len() == self.axes {
             return Ok(items);
         }
         let count = if self.axes == 2 { "two" } else { "three" };
-        Err(self.refuse(known, node, &format!("is refused: a list of {count} is wanted, each {each}.")))
+        Err(self.refuse(key, node, &format!("is refused: a list of {count} is wanted, each {each}.")))
     }
 
-    fn components(&self, known: &Key, node: &Node, dimension: Dimension) -> Result<[f64; 3], Error> {
+    fn components(&self, key: &Key, node: &Node, dimension: Dimension) -> Result<[f64; 3], Error> {
         let mut vector = [0.0; 3];
-        for (component, node) in vector.iter_mut().zip(self.items(known, node, &with_unit(dimension))?) {
-            *component = self.finite(known, node, dimension)?;
+        for (component, node) in vector.iter_mut().zip(self.items(key, node, &with_unit(dimension))?) {
+            *component = self.finite(key, node, dimension)?;
         }
         Ok(vector)
     }
 
-    fn flag(&self, known: &Key, node: &Node) -> Result<bool, Error> {
+    fn flag_at(&self, key: &Key, node: &Node) -> Result<bool, Error> {
         match node.value {
             Value::Flag(flag) => Ok(flag),
-            ref other => Err(self.refuse(known, node, &format!("is {}, but true or false is wanted.", other.words()))),
+            ref other => Err(self.refuse(key, node, &format!("is {}, but true or false is wanted.", other.words()))),
         }
     }
 
-    fn finite(&self, known: &Key, node: &Node, wanted: Dimension) -> Result<f64, Error> {
-        match self.quantity(known, node, wanted)? {
-            value if value.is_finite() => self.refuse_size(known, node, value).map(|()| value),
-            _ => Err(self.refuse(known, node, "is out of range: it must be finite.")),
+    fn finite(&self, key: &Key, node: &Node, wanted: Dimension) -> Result<f64, Error> {
+        match self.quantity(key, node, wanted)? {
+            value if value.is_finite() => self.refuse_size(key, node, value).map(|()| value),
+            _ => Err(self.refuse(key, node, "is out of range: it must be finite.")),
         }
     }
 
     /// What follows from a number beyond these sizes may be no number any more.
-    fn refuse_size(&self, known: &Key, node: &Node, value: f64) -> Result<(), Error> {
+    fn refuse_size(&self, key: &Key, node: &Node, value: f64) -> Result<(), Error> {
         if value == 0.0 || (SIZE_MIN..=SIZE_MAX).contains(&value.abs()) {
             return Ok(());
         }
         let problem =
             format!("is out of range: in SI units, sizes from {SIZE_MIN:e} to {SIZE_MAX:e} are allowed, and 0.");
-        Err(self.refuse(known, node, &problem))
+        Err(self.refuse(key, node, &problem))
     }
 
-    fn refuse_entries(&self, known: &Key, node: &Node, max: usize) -> Result<(), Error> {
+    fn refuse_entries(&self, key: &str, node: &Node, max: usize) -> Result<(), Error> {
         match node.list().len() {
             count if count > max => {
-                let path = self.table.path(known.name);
-                let message = format!("{path} has {count} entries, and at most {max} are allowed. Join some, or remove them.");
+                let path = self.table.path(key);
+                let message =
+                    format!("{path} has {count} entries, and at most {max} are allowed. Join some, or remove them.");
                 Err(self.typed.told(Some(node.place), &message))
             }
             _ => Ok(()),
         }
     }
 
-    fn quantity(&self, known: &Key, node: &Node, wanted: Dimension) -> Result<f64, Error> {
+    fn quantity(&self, key: &Key, node: &Node, wanted: Dimension) -> Result<f64, Error> {
         let problem = match &node.value {
             Value::Integer(value) => return Ok(*value as f64),
             Value::Float(value) => return Ok(*value),
@@ -462,30 +270,279 @@ impl<'a> Reader<'a> {
             },
             other => format!("is {}, but {} is wanted.", other.words(), wanted.words()),
         };
-        Err(self.refuse(known, node, &problem))
+        Err(self.refuse(key, node, &problem))
     }
 
-    fn missing(&self, key: &str) -> Error {
-        let known = self.known(key);
+    fn missing(&self, key: &Key) -> Error {
         let message = format!(
-            "{} has no {key}, {}. Add for example {key} = {}.",
+            "{} has no {1}, {2}. Add for example {1} = {3}.",
             self.table.words(),
-            known.about,
-            known.example(self.axes)
+            key.name,
+            key.about,
+            key.example(self.axes)
         );
         self.typed.told(self.place(), &message)
     }
 
     /// An error at a value, with an example of what would be right.
-    fn refuse(&self, known: &Key, node: &Node, problem: &str) -> Error {
-        let example = known.example(self.axes);
-        self.found(known, node, &format!("{problem} Write for example {} = {example}.", known.name))
+    fn refuse(&self, key: &Key, node: &Node, problem: &str) -> Error {
+        let typed = match self.find(key.name) {
+            Some((typed, _)) => typed,
+            None => self.typed,
+        };
+        let example = key.example(self.axes);
+        self.found(typed, key.name, node, &format!("{problem} Write for example {} = {example}.", key.name))
     }
 
-    fn found(&self, known: &Key, node: &Node, problem: &str) -> Error {
-        let path = self.table.path(known.name);
-        self.typed.told(Some(node.place), &format!("{path} = {} {problem}", node.typed))
+    fn found(&self, typed: &Typed, key: &str, node: &Node, problem: &str) -> Error {
+        let path = self.table.path(key);
+        typed.told(Some(node.place), &format!("{path} = {} {problem}", node.typed))
     }
+}
+
+impl Form for Reader<'_> {
+    fn axes(&self) -> usize {
+        self.axes
+    }
+
+    fn set_axes(&mut self, axes: usize) {
+        self.axes = axes;
+    }
+
+    fn number(&mut self, value: &mut f64, key: Key) {
+        self.read(value, &key, |key, node| self.number_at(key, node));
+    }
+
+    fn number_if_given(&mut self, value: &mut Option<f64>, key: Key) {
+        *value = self.given(&key, |key, node| self.number_at(key, node));
+    }
+
+    fn count(&mut self, value: &mut u64, key: Key) {
+        self.read(value, &key, |key, node| {
+            let Wants::Count(min, max) = key.wants else {
+                panic!("{} is not a count", self.table.path(key.name));
+            };
+            let value = match node.value {
+                Value::Integer(value) => u64::try_from(value).ok(),
+                _ => None,
+            };
+            value.filter(|value| (min..=max).contains(value)).ok_or_else(|| {
+                let allowed = match max {
+                    u64::MAX => format!("{min} or more"),
+                    _ => format!("between {min} and {max}"),
+                };
+                self.refuse(key, node, &format!("is refused: it must be a whole number {allowed}."))
+            })
+        });
+    }
+
+    fn flag(&mut self, value: &mut bool, key: Key) {
+        self.read(value, &key, |key, node| self.flag_at(key, node));
+    }
+
+    fn flags(&mut self, value: &mut [bool; 3], key: Key) {
+        self.read(value, &key, |key, node| {
+            let mut flags = [false; 3];
+            for (flag, node) in flags.iter_mut().zip(self.items(key, node, "a truth value")?) {
+                *flag = self.flag_at(key, node)?;
+            }
+            Ok(flags)
+        });
+    }
+
+    fn text(&mut self, value: &mut String, key: Key) {
+        self.read(value, &key, |key, node| self.text_at(key, node));
+    }
+
+    fn path(&mut self, value: &mut PathBuf, key: Key) {
+        self.read(value, &key, |key, node| self.path_at(key, node));
+    }
+
+    fn path_if_given(&mut self, value: &mut Option<PathBuf>, key: Key) {
+        *value = self.given(&key, |key, node| self.path_at(key, node));
+    }
+
+    fn vector(&mut self, value: &mut [f64; 3], key: Key) {
+        self.read(value, &key, |key, node| self.vector_at(key, node));
+    }
+
+    fn vector_if_given(&mut self, value: &mut Option<[f64; 3]>, key: Key) {
+        *value = self.given(&key, |key, node| self.vector_at(key, node));
+    }
+
+    fn spin(&mut self, value: &mut [f64; 3], key: Key) {
+        self.read(value, &key, |key, node| self.spin_at(key, node));
+    }
+
+    fn spin_if_given(&mut self, value: &mut Option<[f64; 3]>, key: Key) {
+        *value = self.given(&key, |key, node| self.spin_at(key, node));
+    }
+
+    fn gradient(&mut self, value: &mut [[f64; 3]; 3], key: Key) {
+        self.read(value, &key, |key, node| {
+            let mut gradient = [[0.0; 3]; 3];
+            for (row, node) in gradient.iter_mut().zip(self.items(key, node, "a row of rates (1/s)")?) {
+                *row = self.components(key, node, Dimension::RATE)?;
+            }
+            Ok(gradient)
+        });
+    }
+
+    fn stresses(&mut self, value: &mut Option<[Option<f64>; 3]>, key: Key) {
+        *value = self.given(&key, |key, node| {
+            let mut stresses = [None; 3];
+            for (stress, node) in stresses.iter_mut().zip(self.items(key, node, "a stress (Pa) or \"free\"")?) {
+                *stress = match &node.value {
+                    Value::Text(word) if word == "free" => None,
+                    Value::Text(word) if word.starts_with(char::is_alphabetic) => {
+                        return Err(self.refuse(key, node, "is neither a stress nor \"free\"."));
+                    }
+                    _ => Some(self.finite(key, node, Dimension::STRESS)?),
+                };
+            }
+            Ok(stresses)
+        });
+    }
+
+    fn shares(&mut self, value: &mut Vec<(f64, f64)>, key: Key) {
+        self.read(value, &key, |key, node| {
+            let wanted = "is refused: a list of pairs is wanted, each a length (m) and a share, both more than 0.";
+            let refused = || self.refuse(key, node, wanted);
+            self.refuse_entries(key.name, node, ENTRIES_MAX)?;
+            if node.list().is_empty() {
+                return Err(refused());
+            }
+            let pairs = node.list().iter().map(|pair| match pair.list() {
+                [length, share] => {
+                    let length = self.finite(key, length, Dimension::LENGTH)?;
+                    let share = self.finite(key, share, Dimension::RATIO)?;
+                    if length > 0.0 && share > 0.0 { Ok((length, share)) } else { Err(refused()) }
+                }
+                _ => Err(refused()),
+            });
+            pairs.collect()
+        });
+    }
+
+    fn polygon(&mut self, value: &mut Vec<[f64; 2]>, key: Key) {
+        self.read(value, &key, |key, node| {
+            let wanted = "is refused: a list of three or more points is wanted, each two lengths (m).";
+            let refused = || self.refuse(key, node, wanted);
+            if node.list().len() < 3 {
+                return Err(refused());
+            }
+            self.refuse_entries(key.name, node, ENTRIES_MAX)?;
+            let corners = node.list().iter().map(|point| match point.list() {
+                [x, y] => {
+                    let length = |node| self.finite(key, node, Dimension::LENGTH);
+                    Ok([length(x)?, length(y)?])
+                }
+                _ => Err(refused()),
+            });
+            corners.collect()
+        });
+    }
+
+    fn choice(&mut self, chosen: usize, noun: &str, names: &[&'static str], key: Key) -> Range<usize> {
+        let mut chosen = chosen;
+        if let Some((typed, entry)) = self.find(key.name) {
+            let found = self.text_at(&key, &entry.node).and_then(|word| {
+                let found = names.iter().position(|name| *name == word);
+                found.ok_or_else(|| self.refusal(key.name, &format!("is no {noun}: write {}.", either(names))))
+            });
+            match found {
+                Ok(found) => chosen = found,
+                // Which keys go with it nobody knows.
+                Err(error) => {
+                    typed.note(Some(entry.place), error);
+                    return chosen..chosen + 1;
+                }
+            }
+        } else if let DefaultValue::Value(default) = key.default {
+            chosen = names.iter().position(|name| *name == default).expect("the default is a choice");
+        } else if key.default == DefaultValue::Required && self.awake {
+            self.note_missing(&key);
+            return chosen..chosen + 1;
+        }
+        self.note_keys_of_others(key.name, names[chosen]);
+        chosen..chosen + 1
+    }
+
+    fn enter(&mut self, _: Owner) {}
+
+    fn leave(&mut self) {}
+
+    fn table(&mut self, _: bool, key: Key, _: &'static str, inside: &mut dyn FnMut(&mut dyn Form)) -> bool {
+        let Some(Wants::Table(table)) = self.table.key(key.name).map(|key| &key.wants) else {
+            panic!("{} is not a table", self.table.path(key.name));
+        };
+        let Some((typed, entry)) = self.find(key.name) else { return false };
+        if matches!(entry.node.value, Value::Table(_)) {
+            inside(&mut self.reader_of(table, &entry.node));
+            return true;
+        }
+        let words = entry.node.value.words();
+        let problem = format!("is {words}, but a table with the keys {} is wanted.", table.key_list());
+        typed.note(Some(entry.place), self.refuse(&key, &entry.node, &problem));
+        false
+    }
+
+    fn tables(&mut self, _: usize, key: Key, _: &'static str, each: &mut dyn FnMut(usize, &mut dyn Form)) {
+        let Some(Wants::Tables(table)) = self.table.key(key.name).map(|key| &key.wants) else {
+            panic!("{} is not a list of tables", self.table.path(key.name));
+        };
+        let Some((typed, entry)) = self.find(key.name) else { return };
+        let refused = |node: &Node| {
+            let path = self.table.path(key.name);
+            let message = format!(
+                "{path} is {}, but a list of tables is wanted. Write [[{path}]] on a line of its own, and {} below.",
+                node.value.words(),
+                table.key_list()
+            );
+            typed.note(Some(node.place), typed.told(Some(node.place), &message));
+        };
+        let Value::List(nodes) = &entry.node.value else { return refused(&entry.node) };
+        let most = if key.name == "path" { TIMES_MAX } else { ENTRIES_MAX };
+        if let Err(error) = self.refuse_entries(key.name, &entry.node, most) {
+            return typed.note(Some(entry.place), error);
+        }
+        let mut number = 0;
+        for node in nodes {
+            match node.value {
+                Value::Table(_) => {
+                    each(number, &mut self.reader_of(table, node));
+                    number += 1;
+                }
+                _ => refused(node),
+            }
+        }
+    }
+
+    fn has(&self, key: &str) -> bool {
+        self.find(key).is_some()
+    }
+
+    fn is_needed(&self) -> bool {
+        self.awake
+    }
+
+    fn note(&mut self, key: &str, problem: &str) {
+        self.typed.note_together(self.refusal(key, problem));
+    }
+
+    fn note_table(&mut self, problem: &str) {
+        self.typed.note_together(self.refusal_of_table(problem));
+    }
+}
+
+/// The folder that relative paths of a job start from.
+fn folder_of(file: &str) -> PathBuf {
+    let folder = Path::new(file).parent().unwrap_or(Path::new(""));
+    let folder = match folder.as_os_str().is_empty() {
+        true => Path::new("."),
+        false => folder,
+    };
+    std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf())
 }
 
 /// `"a", "b" or "c"`.

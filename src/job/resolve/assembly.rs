@@ -1,245 +1,96 @@
 //! Grains in a cell.
 
-use std::path::Path;
-
-use super::body::{Domain, bodies};
+use super::body::{Domain, check_bodies};
 use super::checks::check;
-use super::contact::contact;
 use super::limits::{refuse_speed_of_body, refuse_steps};
-use super::{
-    BLOCK_OF_DISCS, CACHE_DEFAULT, DEPTH_DEFAULT, PACKING_ENERGY_RATIO_DEFAULT, PACKING_FRACTION_DEFAULT, PACKING_FRICTION_DEFAULT,
-    SKIN_DEFAULT, folder_of, name, output_with_contacts, refuse_wide_sizes,
-};
+use super::{BLOCK_OF_DISCS, SKIN_DEFAULT, check_name, output, refuse_wide_sizes};
 use crate::base::error::Error;
-use crate::dem::motion::{Damping, DampingForm};
-use crate::job::assembly::{Assembly, Cell, CellServo, Matter, Packed, Preparation, Read, Sizes, Source, Velocities};
+use crate::job::assembly::{Assembly, Packed, Sizes, Source, keys_of_grains};
 use crate::job::raw::{Reader, Typed};
 use crate::job::stable;
 
-/// Packing fraction of a loose start of spheres; thrown one after the other they jam at 0.38.
-const PACKING_FRACTION_SPHERES: f64 = 0.25;
 /// Edge of a block in mean diameters: fewer than of discs, so that a block holds some hundred grains in both.
 const BLOCK_OF_SPHERES: f64 = 6.0;
 /// How exactly shares of sizes add up to 1.
 const SHARES_TOLERANCE: f64 = 1e-9;
 
-/// Keys of `[cell]` that only axes held at a stress need.
-const OF_SERVO: [&str; 3] = ["rate_max", "stress_gain", "stress_interval"];
-
-/// How the keys of `[grains]` part by how diameters are spread.
-const OF_DISTRIBUTION: [(&str, &[&str]); 3] = [
-    ("normal", &["diameter_mean", "diameter_deviation"]),
-    ("uniform", &["diameter_min", "diameter_max"]),
-    ("list", &["diameters"]),
-];
-/// Keys of `[grains]` that only grains to be made need.
-const OF_MADE: [&str; 6] = ["count", "distribution", "diameter_deviation", "diameter_min", "diameter_max", "diameters"];
-/// How the keys of `[packing]` part by the preparation.
-const OF_PREPARATION: [(&str, &[&str]); 2] = [("compress", &["stress", "fraction", "unloaded"]), ("pour", &[])];
-
-/// The checked assembly of a job; `file` is the job's path, whose folder relative paths start from.
-pub fn assembly(typed: &Typed, file: &str) -> Result<Assembly, Error> {
+/// The checked assembly of a job.
+pub fn assembly(typed: &Typed) -> Result<Assembly, Error> {
     let why = "an assembly of grains";
-    let top = typed.table("", true, why);
-    let (name, seed) = (name(&top)?, top.count_or("seed", 1));
-    let folder = folder_of(file);
+    let mut job = Assembly::blank();
+    let mut top = typed.table("", true, why);
+    job.head(&mut top);
+    check_name(&top, &job.name);
 
-    let (cell, gravity) = cell(typed.table("cell", true, why))?;
-    let grains = typed.table("grains", true, why);
-    let packing = typed.table("packing", false, why);
-    let (matter, source) = source(&grains, &packing, &cell, &folder)?;
-    let mass_mean = stable::grain_mass(matter.density, 0.5 * matter.diameter_mean, cell.depth, cell.dimension);
-    let contact = contact(&typed.table("contact", true, why), mass_mean)?;
-    let time = typed.table("time", true, why);
-    let step = time.number("step");
-    let end = time.number("end");
-    let cut = typed.table("decomposition", false, why);
-    let shown = typed.table("output", false, why);
-    let block = if cell.dimension == 2 { BLOCK_OF_DISCS } else { BLOCK_OF_SPHERES };
+    let mut cell = typed.table("cell", true, why);
+    job.keys_of_cell(&mut cell);
+    if (0..job.cell.dimension).any(|axis| job.cell.upper[axis] <= job.cell.lower[axis]) {
+        typed.note_together(cell.refusal("upper", "encloses nothing: it must be more than lower along every axis."));
+    }
+    read_grains(&mut job, typed, why);
+    let discs = job.cell.dimension == 2;
+    let diameter = job.matter.diameter_mean;
+    let mass_mean = stable::grain_mass(job.matter.density, 0.5 * diameter, job.cell.depth, job.cell.dimension);
+    job.contact.keys(&mut typed.table("contact", true, why), mass_mean);
+    job.damping.keys(&mut typed.table("damping", false, why));
+    job.keys_of_time(&mut typed.table("time", true, why));
+    (job.skin, job.block) = (SKIN_DEFAULT * diameter, if discs { BLOCK_OF_DISCS } else { BLOCK_OF_SPHERES } * diameter);
+    job.keys_of_decomposition(&mut typed.table("decomposition", false, why));
 
+    let mut top = top.with_axes(job.cell.dimension);
+    crate::job::assembly::Body::list(&mut job.bodies, &mut top);
     let domain = Domain {
         name: "cell",
-        dimension: cell.dimension,
-        lower: cell.lower,
-        upper: cell.upper,
-        periodic: cell.periodic,
+        dimension: job.cell.dimension,
+        lower: job.cell.lower,
+        upper: job.cell.upper,
+        periodic: job.cell.periodic,
     };
-    let bodies = bodies(&top.with_axes(cell.dimension), &domain);
-    for (body, table) in &bodies {
-        typed.check(refuse_speed_of_body(body, table, step, matter.diameter_mean));
+    check_bodies(job.bodies.iter_mut(), &top, &domain);
+    for (body, table) in job.bodies.iter().zip(&top.list("body")) {
+        typed.check(refuse_speed_of_body(body, table, job.step, diameter));
     }
-    let bodies = bodies.into_iter().map(|(body, _)| body).collect();
-
-    refuse_steps(typed, end, step, "time.end")?;
-    let assembly = Assembly {
-        name,
-        seed,
-        matter,
-        source,
-        contact,
-        damping: damping(&typed.table("damping", false, why)),
-        gravity,
-        bodies,
-        step,
-        end,
-        velocities: time.choice_or("velocities", "time of velocities", &VELOCITIES, Velocities::Now),
-        allow_unstable: time.flag_or("allow_unstable", false),
-        skin: cut.number_or("skin", SKIN_DEFAULT * matter.diameter_mean),
-        block: cut.number_or("block", block * matter.diameter_mean),
-        output: output_with_contacts(&shown, end, step)?,
-        ledger: shown.flag_or("ledger", false),
-        cell,
-    };
+    refuse_steps(typed, job.end, job.step, "time.end")?;
+    (job.output, job.ledger) = output(&mut typed.table("output", false, why), job.end, job.step)?;
     typed.stop_if_wrong()?;
-    check(&assembly, typed);
-    Ok(assembly)
+    check(&job, typed);
+    Ok(job)
 }
 
-/// The cell and the acceleration in it.
-fn cell(table: Reader<'_>) -> Result<(Cell, [f64; 3]), Error> {
-    let dimension = table.choose("space", "space", &[("plane", 2), ("solid", 3)]);
-    let table = table.with_axes(dimension);
-    if dimension == 3 && table.has("depth") {
-        return Err(table.refusal("depth", "belongs to space = \"plane\"; spheres have no depth. Remove the line."));
+/// `[grains]`, and of those that are made `[packing]`.
+pub(super) fn read_grains(job: &mut Assembly, typed: &Typed, why: &str) {
+    let mut grains = typed.table("grains", true, why);
+    job.source = Source::Packed(Packed::blank(job.cell.dimension));
+    keys_of_grains(&mut grains, &mut job.matter, &mut job.source);
+    let mut packing = typed.table("packing", matches!(job.source, Source::Packed(_)), why);
+    match &mut job.source {
+        Source::Packed(packed) => {
+            packed.keys(&mut packing);
+            typed.check(check_sizes(&packed.sizes, &grains));
+        }
+        Source::File(_) if packing.is_typed() => typed.note_together(
+            packing.refusal_of_table("makes grains, and grains.file says that they are read. Remove one of the two."),
+        ),
+        Source::File(_) => {}
     }
-    let cell = Cell {
-        dimension,
-        lower: table.vector_if_given("lower").unwrap_or_default(),
-        upper: table.vector("upper"),
-        periodic: table.flags_or("periodic", true),
-        depth: table.number_or("depth", if dimension == 2 { DEPTH_DEFAULT } else { 1.0 }),
-        gradient: table.gradient("velocity_gradient"),
-        servo: cell_servo(&table)?,
-    };
-    if (0..dimension).any(|axis| cell.upper[axis] <= cell.lower[axis]) {
-        return Err(table.refusal("upper", "encloses nothing: it must be more than lower along every axis."));
-    }
-    Ok((cell, table.vector_if_given("gravity").unwrap_or_default()))
 }
 
-fn cell_servo(table: &Reader<'_>) -> Result<Option<CellServo>, Error> {
-    let Some(stress) = table.stresses("stress") else {
-        return match OF_SERVO.into_iter().find(|key| table.has(key)) {
-            Some(key) => Err(table
-                .refusal(key, "is of axes held at a stress, and there is no cell.stress. Add it, or remove the line.")),
-            None => Ok(None),
-        };
-    };
-    let rate_max = table.number("rate_max");
-    let gain = table.number_or("stress_gain", CellServo::GAIN);
-    let interval = table.count_or("stress_interval", CellServo::INTERVAL);
-    Ok(Some(CellServo { stress, rate_max, gain, interval }))
-}
-
-pub(super) fn source(
-    grains: &Reader<'_>,
-    packing: &Reader<'_>,
-    cell: &Cell,
-    folder: &Path,
-) -> Result<(Matter, Source), Error> {
-    let density = grains.number("density");
-    if let Some(file) = grains.text_if_given("file") {
-        if let Some(key) = OF_MADE.into_iter().find(|key| grains.has(key)) {
-            return Err(grains.refusal(
-                key,
-                "is for grains to be made, and grains.file says that they are read. Remove one of the two.",
-            ));
+fn check_sizes(sizes: &Sizes, table: &Reader<'_>) -> Result<(), Error> {
+    match sizes {
+        Sizes::Normal { mean, deviation } => refuse_wide_sizes(table, *mean, *deviation),
+        Sizes::Uniform { min, max } if min > max => {
+            Err(table.refusal("diameter_max", "is less than grains.diameter_min. Exchange them."))
         }
-        if packing.is_typed() {
-            return Err(packing
-                .refusal_of_table("makes grains, and grains.file says that they are read. Remove one of the two."));
-        }
-        let matter = Matter { density, diameter_mean: grains.number("diameter_mean") };
-        let contacts = grains.text_if_given("contacts").map(|contacts| folder.join(contacts));
-        return Ok((matter, Source::File(Read { grains: folder.join(file), contacts })));
-    }
-    if grains.has("contacts") {
-        return Err(grains.refusal(
-            "contacts",
-            "is what contacts of grains from a file remember, and there is no grains.file. Add it, or remove the line.",
-        ));
-    }
-    let Some(count) = grains.count_if_given("count") else {
-        return Err(grains.refusal_of_table(
-            "says neither where grains are read from nor how many are made. Add file = \"grains.csv\", or count = 400.",
-        ));
-    };
-    let sizes = sizes(grains)?;
-    let matter = Matter { density, diameter_mean: sizes.mean() };
-    Ok((matter, Source::Packed(packed(packing, sizes, count, cell, folder)?)))
-}
-
-fn sizes(grains: &Reader<'_>) -> Result<Sizes, Error> {
-    let names = OF_DISTRIBUTION.map(|(name, _)| (name, name));
-    let distribution = grains.choice_or("distribution", "distribution", &names, "normal");
-    grains.note_keys_of_others("distribution", distribution, &OF_DISTRIBUTION);
-    match distribution {
-        "normal" => {
-            let (mean, deviation) = (grains.number("diameter_mean"), grains.number("diameter_deviation"));
-            refuse_wide_sizes(grains, mean, deviation)?;
-            Ok(Sizes::Normal { mean, deviation })
-        }
-        "uniform" => {
-            let (min, max) = (grains.number("diameter_min"), grains.number("diameter_max"));
-            match min <= max {
-                true => Ok(Sizes::Uniform { min, max }),
-                false => Err(grains.refusal("diameter_max", "is less than grains.diameter_min. Exchange them.")),
-            }
-        }
-        _ => {
-            let list = grains.shares("diameters");
+        Sizes::Uniform { .. } => Ok(()),
+        Sizes::List(list) => {
             let sum: f64 = list.iter().map(|(_, share)| share).sum();
-            match (sum - 1.0).abs() <= SHARES_TOLERANCE {
-                true => Ok(Sizes::List(list)),
-                false => Err(grains.refusal(
-                    "diameters",
-                    &format!(
-                        "does not add up: the shares of all diameters make {}, and 1 is wanted.",
-                        super::digits(sum)
-                    ),
-                )),
+            if (sum - 1.0).abs() <= SHARES_TOLERANCE {
+                return Ok(());
             }
+            let sum = super::digits(sum);
+            let problem = format!("does not add up: the shares of all diameters make {sum}, and 1 is wanted.");
+            Err(table.refusal("diameters", &problem))
         }
-    }
-}
-
-fn packed(table: &Reader<'_>, sizes: Sizes, count: u64, cell: &Cell, folder: &Path) -> Result<Packed, Error> {
-    let names = OF_PREPARATION.map(|(name, _)| (name, name));
-    let Some(preparation) = table.choice("preparation", "preparation", &names) else {
-        return Err(table.refusal_of_table(
-            "must say how the grains of grains.count are made. Add preparation = \"compress\" with a stress, or preparation = \"pour\".",
-        ));
-    };
-    table.note_keys_of_others("preparation", preparation, &OF_PREPARATION);
-    let preparation = match preparation {
-        "compress" => Preparation::Compress {
-            stress: table.number("stress"),
-            fraction: table.number_if_given("fraction"),
-            unloaded: table.number_if_given("unloaded"),
-        },
-        _ => Preparation::Pour,
-    };
-    let fraction_start = if cell.dimension == 2 { PACKING_FRACTION_DEFAULT } else { PACKING_FRACTION_SPHERES };
-    Ok(Packed {
-        sizes,
-        count,
-        preparation,
-        friction: table.number_or("friction", PACKING_FRICTION_DEFAULT),
-        fraction_start: table.number_or("fraction_start", fraction_start),
-        energy_ratio_max: table.number_or("energy_ratio_max", PACKING_ENERGY_RATIO_DEFAULT),
-        cache: folder.join(table.text_if_given("cache").unwrap_or_else(|| CACHE_DEFAULT.into())),
-    })
-}
-
-const VELOCITIES: [(&str, Velocities); 2] =
-    [("now", Velocities::Now), ("half_step_before", Velocities::HalfStepBefore)];
-
-fn damping(table: &Reader<'_>) -> Damping {
-    let forms = [("vector", DampingForm::Vector), ("component", DampingForm::Component)];
-    Damping {
-        local: table.number_or("local", 0.0),
-        form: table.choice_or("form", "form of local damping", &forms, DampingForm::Vector),
-        mass: table.number_or("mass", 0.0),
     }
 }
 
@@ -247,7 +98,10 @@ fn damping(table: &Reader<'_>) -> Damping {
 mod tests {
     use super::*;
     use crate::job::Job;
-    use crate::job::assembly::{BodyServo, PathPoint, Shape};
+    use std::path::Path;
+
+    use crate::dem::motion::Damping;
+    use crate::job::assembly::{BodyServo, CellServo, PathPoint, Read, Shape};
     use crate::law::contact::Contact;
 
     const PLANE: &str = r#"

@@ -2,7 +2,8 @@
 
 use super::is_plain;
 use crate::base::error::Error;
-use crate::job::assembly::{Body, BodyServo, Motion, PathPoint, Shape};
+use crate::base::keys::Form;
+use crate::job::assembly::{Body, Motion, PathPoint, Shape};
 use crate::job::raw::Reader;
 
 /// Bodies that a job may have.
@@ -11,16 +12,6 @@ const BODIES_MAX: usize = 8;
 const UNIT_TOLERANCE: f64 = 1e-12;
 /// Sine of the angle within which two directions count as the same.
 const PARALLEL_TOLERANCE: f64 = 1e-9;
-
-type Owners = &'static [(&'static str, &'static [&'static str])];
-
-const PLANE: (&str, &[&str]) = ("plane", &["point", "normal"]);
-const BOX: (&str, &[&str]) = ("box", &["lower", "upper"]);
-const CYLINDER: (&str, &[&str]) = ("cylinder", &["centre", "radius", "axis"]);
-const LAYER: (&str, &[&str]) = ("layer", &["lower", "upper"]);
-/// The keys of each shape; a layer is made of grains.
-const OF_SHAPE_AMONG_GRAINS: Owners = &[PLANE, BOX, CYLINDER, LAYER];
-const OF_SHAPE: Owners = &[PLANE, BOX, CYLINDER];
 
 /// Where bodies may be.
 pub struct Domain {
@@ -32,105 +23,83 @@ pub struct Domain {
     pub periodic: [bool; 3],
 }
 
-impl Domain {
-    fn shapes(&self) -> Owners {
-        if self.name == "cell" { OF_SHAPE_AMONG_GRAINS } else { OF_SHAPE }
-    }
-}
-
-/// The bodies of a job with the tables that they were typed in.
-pub fn bodies<'a>(top: &Reader<'a>, cell: &Domain) -> Vec<(Body, Reader<'a>)> {
-    let tables = top.tables("body");
+/// Brings directions to length 1, and refuses bodies that do not fit where they are; `top` has them as they were typed.
+pub fn check_bodies<'a>(bodies: impl Iterator<Item = &'a mut Body>, top: &Reader<'_>, cell: &Domain) {
+    let tables = top.list("body");
     if let Some(table) = tables.get(BODIES_MAX) {
-        table.note(table.refusal_of_table(&format!(
+        table.add(table.refusal_of_table(&format!(
             "is one too many: a job may have {BODIES_MAX} bodies, and this one has {}. Remove some.",
             tables.len()
         )));
     }
-    let mut bodies: Vec<(Body, Reader<'a>)> = Vec::new();
-    for table in tables {
-        let Some(body) = table.one_of_many(body(&table, cell)) else { continue };
-        if bodies.iter().any(|(other, _)| other.name == body.name) {
-            table.note(table.refusal("name", "names another body already. Give each a name of its own."));
+    let mut names: Vec<&str> = Vec::new();
+    for (body, table) in bodies.zip(&tables) {
+        table.one_of_many(check_body(body, table, cell));
+        if names.contains(&body.name.as_str()) {
+            table.add(table.refusal("name", "names another body already. Give each a name of its own."));
         }
-        bodies.push((body, table));
+        names.push(&body.name);
     }
-    bodies
 }
 
-fn body(table: &Reader<'_>, cell: &Domain) -> Result<Body, Error> {
-    let name = name_of_columns(table)?;
-    let shape = shape(table, cell)?;
-    let motion = Motion { path: path(table)?, servo: servo(table)? };
-    refuse_spin(table, cell, &shape, &motion)?;
-    refuse_path_along_servo(table, &motion)?;
-    Ok(Body { name, shape, motion })
+fn check_body(body: &mut Body, table: &Reader<'_>, cell: &Domain) -> Result<(), Error> {
+    check_name_of_columns(table, &body.name)?;
+    check_shape(&mut body.shape, table, cell)?;
+    check_path(&body.motion.path, table)?;
+    if let Some(servo) = &mut body.motion.servo {
+        unit(&mut servo.direction, "servo", table)?;
+    }
+    refuse_spin(table, cell, &body.shape, &body.motion)?;
+    refuse_path_along_servo(table, &body.motion)
 }
 
-fn shape(table: &Reader<'_>, cell: &Domain) -> Result<Shape, Error> {
-    let names: Vec<(&str, &str)> = cell.shapes().iter().map(|(name, _)| (*name, *name)).collect();
-    let name = table.choose("shape", "shape", &names);
-    table.note_keys_of_others("shape", name, cell.shapes());
-    Ok(match name {
-        "plane" => {
-            let point = inside(table, "point", cell)?;
-            let normal = direction(table, "normal")?;
-            if let Some(axis) = (0..cell.dimension).find(|axis| cell.periodic[*axis] && normal[*axis] != 0.0) {
-                return Err(table.refusal(
+fn check_shape(shape: &mut Shape, table: &Reader<'_>, cell: &Domain) -> Result<(), Error> {
+    match shape {
+        Shape::Plane { point, normal } => {
+            check_inside(table, "point", point, cell)?;
+            unit(normal, "normal", table)?;
+            match (0..cell.dimension).find(|axis| cell.periodic[*axis] && normal[*axis] != 0.0) {
+                Some(axis) => Err(table.refusal(
                     "normal",
                     &format!(
                         "leans along {}, and the {} is periodic there, so the half space would meet its own images. Turn it, or set {1}.periodic to false along {0}.",
                         AXES[axis], cell.name
                     ),
-                ));
+                )),
+                None => Ok(()),
             }
-            Shape::Plane { point, normal }
         }
-        "box" => {
-            let (lower, upper) = corners_cut_by_walls(table, cell)?;
-            Shape::Box { lower, upper }
-        }
-        "layer" => {
-            let (lower, upper) = corners(table, cell)?;
-            Shape::Layer { lower, upper }
-        }
-        _ => cylinder(table, cell)?,
-    })
-}
-
-fn cylinder(table: &Reader<'_>, cell: &Domain) -> Result<Shape, Error> {
-    let axis = match cell.dimension {
-        2 if table.has("axis") => {
-            return Err(table
-                .refusal("axis", "belongs to space = \"solid\"; in the plane a cylinder is a disc. Remove the line."));
-        }
-        2 => [0.0, 0.0, 1.0],
-        _ => direction(table, "axis")?,
-    };
-    let (centre, radius) = (inside(table, "centre", cell)?, table.number("radius"));
-    for along in (0..cell.dimension).filter(|along| cell.periodic[*along]) {
-        let reach = radius * (1.0 - axis[along] * axis[along]).max(0.0).sqrt();
-        if centre[along] - reach < cell.lower[along] || centre[along] + reach > cell.upper[along] {
-            return Err(table.refusal(
-                "radius",
-                &format!(
-                    "reaches beyond the {} along {}, where it is periodic. Make it smaller, or move its centre inwards.",
-                    cell.name, AXES[along]
-                ),
-            ));
+        Shape::Box { lower, upper } => check_corners_cut_by_walls(table, lower, upper, cell),
+        Shape::Layer { lower, upper } => check_corners(table, lower, upper, cell),
+        Shape::Cylinder { centre, radius, axis } => {
+            if cell.dimension == 3 {
+                unit(axis, "axis", table)?;
+            }
+            check_inside(table, "centre", centre, cell)?;
+            for along in (0..cell.dimension).filter(|along| cell.periodic[*along]) {
+                let reach = *radius * (1.0 - axis[along] * axis[along]).max(0.0).sqrt();
+                if centre[along] - reach < cell.lower[along] || centre[along] + reach > cell.upper[along] {
+                    return Err(table.refusal(
+                        "radius",
+                        &format!(
+                            "reaches beyond the {} along {}, where it is periodic. Make it smaller, or move its centre inwards.",
+                            cell.name, AXES[along]
+                        ),
+                    ));
+                }
+            }
+            Ok(())
         }
     }
-    Ok(Shape::Cylinder { centre, radius, axis })
 }
 
 /// As axes are called in messages.
 pub const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// A point of the domain, its faces included.
-pub fn inside(table: &Reader<'_>, key: &str, cell: &Domain) -> Result<[f64; 3], Error> {
-    let point = table.vector(key);
+/// A point must be one of the domain, its faces included.
+pub fn check_inside(table: &Reader<'_>, key: &str, point: &[f64; 3], cell: &Domain) -> Result<(), Error> {
     match (0..cell.dimension).find(|axis| !(cell.lower[*axis]..=cell.upper[*axis]).contains(&point[*axis])) {
-        None => Ok(point),
+        None => Ok(()),
         Some(axis) => Err(table.refusal(
             key,
             &format!(
@@ -145,10 +114,9 @@ pub fn inside(table: &Reader<'_>, key: &str, cell: &Domain) -> Result<[f64; 3], 
 }
 
 /// The name of what has columns of its own in the series.
-pub fn name_of_columns(table: &Reader<'_>) -> Result<String, Error> {
-    let name = table.text("name");
-    match is_plain(&name) {
-        true => Ok(name),
+pub fn check_name_of_columns(table: &Reader<'_>, name: &str) -> Result<(), Error> {
+    match is_plain(name) {
+        true => Ok(()),
         false => Err(table.refusal(
             "name",
             "is refused: it names columns of series.csv, so write letters, digits, \"_\", \"-\" and \".\" only, a letter or digit first.",
@@ -156,39 +124,44 @@ pub fn name_of_columns(table: &Reader<'_>) -> Result<String, Error> {
     }
 }
 
-/// Two corners of a box in the domain.
-pub fn corners(table: &Reader<'_>, cell: &Domain) -> Result<([f64; 3], [f64; 3]), Error> {
-    let (lower, upper) = (inside(table, "lower", cell)?, inside(table, "upper", cell)?);
+/// Two corners must be those of a box in the domain.
+pub fn check_corners(table: &Reader<'_>, lower: &[f64; 3], upper: &[f64; 3], cell: &Domain) -> Result<(), Error> {
+    check_inside(table, "lower", lower, cell)?;
+    check_inside(table, "upper", upper, cell)?;
     match (0..cell.dimension).all(|axis| lower[axis] < upper[axis]) {
-        true => Ok((lower, upper)),
+        true => Ok(()),
         false => Err(table.refusal("upper", "encloses nothing: it must be more than lower along every axis.")),
     }
 }
 
-/// Two corners of a box that the walls of a grid may cut: a side of it on a wall would let the nodes there go along the wall.
-fn corners_cut_by_walls(table: &Reader<'_>, domain: &Domain) -> Result<([f64; 3], [f64; 3]), Error> {
-    let (lower, upper) = (table.vector("lower"), table.vector("upper"));
+/// The walls of a grid may cut a body: a side of it on a wall would let the nodes there go along the wall.
+fn check_corners_cut_by_walls(
+    table: &Reader<'_>,
+    lower: &[f64; 3],
+    upper: &[f64; 3],
+    domain: &Domain,
+) -> Result<(), Error> {
     let met = |axis: usize| lower[axis] < domain.upper[axis] && upper[axis] > domain.lower[axis];
     let within = |axis: usize| lower[axis] >= domain.lower[axis] && upper[axis] <= domain.upper[axis];
     let walled = |axis: usize| domain.name == "grid" && !domain.periodic[axis];
     let fits = |axis: usize| lower[axis] < upper[axis] && if walled(axis) { met(axis) } else { within(axis) };
     match (0..domain.dimension).all(fits) {
-        true => Ok((lower, upper)),
-        false => corners(table, domain),
+        true => Ok(()),
+        false => check_corners(table, lower, upper, domain),
     }
 }
 
-/// A direction, brought to length 1.
-pub fn direction(table: &Reader<'_>, key: &str) -> Result<[f64; 3], Error> {
-    let typed = table.vector(key);
-    let length = norm(typed);
+/// Brings a direction to length 1.
+pub fn unit(direction: &mut [f64; 3], key: &str, table: &Reader<'_>) -> Result<(), Error> {
+    let length = norm(*direction);
     if (length - 1.0).abs() <= UNIT_TOLERANCE {
-        return Ok(typed);
+        return Ok(());
     }
-    match length > 0.0 && length.is_finite() {
-        true => Ok(typed.map(|component| component / length)),
-        false => Err(table.refusal(key, "points nowhere. Write a direction of any length but zero.")),
+    if length > 0.0 && length.is_finite() {
+        *direction = direction.map(|component| component / length);
+        return Ok(());
     }
+    Err(table.refusal(key, "points nowhere. Write a direction of any length but zero."))
 }
 
 pub fn norm(vector: [f64; 3]) -> f64 {
@@ -199,76 +172,18 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Either a path, or one velocity and spin with their ramp.
-fn path(table: &Reader<'_>) -> Result<Vec<PathPoint>, Error> {
-    let points = table.tables("path");
-    if points.is_empty() {
-        return path_of_one_velocity(table);
-    }
-    if let Some(key) = ["velocity", "spin", "ramp"].into_iter().find(|key| table.has(key)) {
-        return Err(table.refusal(key, "stands beside body.path, and each says how the body moves. Keep one of them."));
-    }
-    let mut path: Vec<PathPoint> = Vec::new();
-    for point in points {
-        let time = point.number("time");
-        match path.last() {
-            None if time != 0.0 => {
-                return Err(
-                    point.refusal("time", "leaves open how the body starts: the first time of a path must be 0.")
-                );
-            }
-            Some(last) if time <= last.time => {
-                return Err(point.refusal("time", "does not come after the time before it. Put the path in order."));
-            }
-            _ => path.push(PathPoint {
-                time,
-                velocity: point.vector_if_given("velocity").unwrap_or_default(),
-                spin: point.spin_if_given("spin").unwrap_or_default(),
-            }),
+/// A path begins at the start and goes forward.
+fn check_path(path: &[PathPoint], table: &Reader<'_>) -> Result<(), Error> {
+    for (number, point) in table.list("path").iter().enumerate() {
+        let time = path[number].time;
+        if number == 0 && time != 0.0 {
+            return Err(point.refusal("time", "leaves open how the body starts: the first time of a path must be 0."));
+        }
+        if number > 0 && time <= path[number - 1].time {
+            return Err(point.refusal("time", "does not come after the time before it. Put the path in order."));
         }
     }
-    Ok(path)
-}
-
-fn path_of_one_velocity(table: &Reader<'_>) -> Result<Vec<PathPoint>, Error> {
-    let (velocity, spin) = (table.vector_if_given("velocity"), table.spin_if_given("spin"));
-    let ramp = table.number_or("ramp", 0.0);
-    if velocity.is_none() && spin.is_none() {
-        return match table.has("ramp") {
-            true => Err(table.refusal("ramp", "has nothing to raise: add velocity or spin, or remove the line.")),
-            false => Ok(Vec::new()),
-        };
-    }
-    let (velocity, spin) = (velocity.unwrap_or_default(), spin.unwrap_or_default());
-    let full = PathPoint { time: ramp, velocity, spin };
-    match ramp > 0.0 {
-        true => Ok(vec![PathPoint { time: 0.0, velocity: [0.0; 3], spin: [0.0; 3] }, full]),
-        false => Ok(vec![full]),
-    }
-}
-
-fn servo(table: &Reader<'_>) -> Result<Option<BodyServo>, Error> {
-    let Some(servo) = table.inner("servo") else {
-        return Ok(None);
-    };
-    let force = match (servo.number_if_given("force"), servo.has("stress") || servo.has("area")) {
-        (Some(_), true) => {
-            return Err(servo.refusal(
-                "force",
-                "stands beside a stress or an area, and each says what the body is held at. Keep force, or stress and area.",
-            ));
-        }
-        (Some(force), false) => force,
-        (None, true) => servo.number("stress") * servo.number("area"),
-        (None, false) => servo.number("force"),
-    };
-    Ok(Some(BodyServo {
-        direction: direction(&servo, "direction")?,
-        force,
-        mass: servo.number("mass"),
-        damping: servo.number_or("damping", 0.0),
-        speed_max: servo.number("speed_max"),
-    }))
+    Ok(())
 }
 
 /// A spin must leave the shape where it is, or nothing says about which point it turns.

@@ -1,25 +1,22 @@
 //! Grains that the material of a continuum's job may be made of.
 
-use super::assembly::source;
-use super::body::inside;
+use super::assembly::read_grains;
+use super::body::check_inside;
 use super::checks::check_as_piece;
-use super::contact::contact;
 use super::mpm::domain;
-use super::shear::{check_life, enrichment};
-use super::{BLOCK_OF_DISCS, SKIN_DEFAULT, digits, folder_of};
+use super::shear::check_life;
+use super::{BLOCK_OF_DISCS, SKIN_DEFAULT, digits};
 use crate::base::error::Error;
-use crate::dem::motion::Damping;
-use crate::job::assembly::{Assembly, Cell, Packed, Preparation, Shape, Source, Velocities};
+use crate::base::keys::{Form, POSITIVE, TIME, number};
+use crate::job::assembly::{Assembly, Packed, Preparation, Shape, Source};
 use crate::job::figures::{diameter_max, fraction_in_cell, margin};
-use crate::job::mpm::{Boundary, Face, Granular, Grid, KnownBands, MaterialLaw, Mpm, Origin};
+use crate::job::mpm::{Boundary, Face, Granular, Grid, KnownBands, MaterialLaw, Mpm};
 use crate::job::raw::{Reader, Typed};
-use crate::job::{Method, Output, stable};
+use crate::job::{Method, stable};
 use crate::mpm::scheme::{ShapeFunction, StressUpdate};
 
 /// Tables and keys that only grains ask for.
 const TABLES: [&str; 4] = ["packing", "contact", "enrichment", "zone"];
-const METHODS: [(&str, Method); 3] = [("mpm", Method::Mpm), ("dem", Method::Dem), ("hybrid", Method::Hybrid)];
-const ORIGINS: [(&str, Origin); 2] = [("specimen", Origin::Specimen), ("piece", Origin::Piece)];
 /// Packing fraction of the piece as it is drawn; compression makes it what it is.
 const FRACTION_DRAWN: f64 = 0.84;
 /// Skin in cells: a grain may come half of it out of its block, and nodes reach a little less than half a cell beyond.
@@ -28,123 +25,80 @@ const SKIN_MAX: f64 = 0.8;
 const CELLS_OF_ZONE: f64 = 1.25;
 
 /// What `[grains]` and its like say, if the job has them.
-pub fn granular(
-    typed: &Typed,
-    top: &Reader<'_>,
-    grid: &Grid,
-    time: &Reader<'_>,
-    file: &str,
-) -> Result<Option<Granular>, Error> {
+pub fn granular(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>) -> Result<Option<Granular>, Error> {
     let why = "a job with grains";
     let grains = typed.table("grains", false, why);
     if !grains.is_typed() {
         let asleep = TABLES.map(|name| typed.table(name, false, why));
-        if let Some(table) = asleep.iter().find(|table| table.is_typed()) {
-            return Err(
-                table.refusal_of_table("is for jobs with grains, and this one has none. Add [grains], or remove it.")
+        for table in asleep.iter().filter(|table| table.is_typed()) {
+            typed.note_together(
+                table.refusal_of_table("is for jobs with grains, and this one has none. Add [grains], or remove it."),
             );
         }
         let cut = typed.table("decomposition", false, why);
         let only = [(top, "method"), (top, "seed"), (top, "band"), (time, "grain_steps"), (&cut, "skin")];
-        for (table, key) in only {
-            if table.has(key) {
-                return Err(table.refusal(
-                    key,
-                    "is for jobs with grains, and this one has none. Add [grains], or remove the line.",
-                ));
-            }
+        for (table, key) in only.into_iter().filter(|(table, key)| table.has(key)) {
+            let problem = "is for jobs with grains, and this one has none. Add [grains], or remove the line.";
+            typed.note_together(table.refusal(key, problem));
         }
         return Ok(None);
     }
     if grid.dimension != 2 {
         return Err(grains.refusal_of_table("are discs beside a continuum in plane strain, and this grid is in space. Write grid.space = \"plane\", or remove the table."));
     }
-    let method = top.choose("method", "method", &METHODS);
-    let piece = piece(typed, top, grid, time, file)?;
-    let table = typed.table("enrichment", method == Method::Hybrid, why);
-    let reference = match table.has("reference") {
-        true => table.choose("reference", "origin", &ORIGINS),
-        false => Origin::Specimen,
-    };
-    let enrichment = enrichment(&table, &typed.table("zone", false, why), grid.cell);
-    let known = known_bands(top, &table, grid)?;
-    Ok(Some(Granular { method, piece, enrichment, reference, known }))
+    let mut granular = Granular::blank();
+    granular.method.keys(&mut top.clone(), "what a job with grains is made of: mpm, dem or hybrid");
+    read_piece(&mut granular.piece, typed, grid, time);
+    granular.enrichment.distance = grid.cell;
+    granular.keys_of_enrichment(&mut typed.table("enrichment", granular.method == Method::Hybrid, why));
+    granular.enrichment.life.keys(&mut typed.table("zone", false, why));
+    Ok(Some(granular))
 }
 
-fn known_bands(top: &Reader<'_>, enrichment: &Reader<'_>, grid: &Grid) -> Result<Option<KnownBands>, Error> {
-    let tables = top.tables("band");
-    let Some(first) = tables.first() else {
-        return match enrichment.has("at") {
-            true => Err(enrichment.refusal("at", "is when grains take the places of points around every [[band]], and there is none. Add [[band]] with from and to, or remove the line: the oracle says when.")),
-            false => Ok(None),
-        };
-    };
-    if !enrichment.has("at") {
-        return Err(first.refusal_of_table("is known from the start, and nothing says when grains take its place. Write enrichment.at, or remove the table: the oracle finds bands."));
+/// Bands that are known, and when grains take their places.
+pub fn place_bands(grains: &mut Granular, parts: Vec<[[f64; 2]; 2]>, top: &Reader<'_>, typed: &Typed) {
+    let tables = top.list("band");
+    match (&mut grains.known, tables.first()) {
+        (Some(known), Some(_)) => known.parts = parts,
+        (Some(_), None) => typed.note_together(typed.refusal("enrichment", "at", "is when grains take the places of points around every [[band]], and there is none. Add [[band]] with from and to, or remove the line: the oracle says when.")),
+        (None, Some(first)) => typed.note_together(first.refusal_of_table("is known from the start, and nothing says when grains take its place. Write enrichment.at, or remove the table: the oracle finds bands.")),
+        (None, None) => {}
     }
-    let domain = domain(grid);
-    let mut parts = Vec::new();
-    for table in &tables {
-        let [from, to] = ["from", "to"].map(|key| inside(table, key, &domain).map(|[x, y, _]| [x, y]));
-        parts.push([from?, to?]);
-    }
-    Ok(Some(KnownBands { at: enrichment.number("at"), parts }))
 }
 
 /// The piece of packing.
-fn piece(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>, file: &str) -> Result<Assembly, Error> {
+fn read_piece(piece: &mut Assembly, typed: &Typed, grid: &Grid, time: &Reader<'_>) {
     let why = "a job with grains";
-    let (grains, packing) = (typed.table("grains", true, why), typed.table("packing", true, why));
-    let mut cell = Cell {
-        dimension: 2,
-        lower: [0.0; 3],
-        upper: [1.0, 1.0, 0.0],
-        periodic: [true, true, false],
-        depth: grid.depth,
-        gradient: [[0.0; 3]; 3],
-        servo: None,
-    };
-    let (matter, source) = source(&grains, &packing, &cell, &folder_of(file))?;
-    let Source::Packed(Packed { preparation: Preparation::Compress { .. }, .. }) = source else {
+    piece.name = "packing".to_string();
+    piece.cell.depth = grid.depth;
+    piece.cell.periodic = [true, true, false];
+    read_grains(piece, typed, why);
+    if !matches!(piece.source, Source::Packed(Packed { preparation: Preparation::Compress { .. }, .. })) {
         let message = "must be compressed, so that pieces of packing can be laid side by side: write packing.preparation = \"compress\" and grains.count.";
-        return Err(grains.refusal_of_table(message));
-    };
-    let mass_mean = stable::grain_mass(matter.density, 0.5 * matter.diameter_mean, cell.depth, 2);
-    let contact = contact(&typed.table("contact", true, why), mass_mean)?;
-    let step = time.number("step");
-    let cut = typed.table("decomposition", false, why);
-    let mut piece = Assembly {
-        name: "packing".to_string(),
-        seed: top.count_or("seed", 1),
-        matter,
-        source,
-        contact,
-        damping: Damping::default(),
-        gravity: [0.0; 3],
-        bodies: Vec::new(),
-        step,
-        end: step,
-        velocities: Velocities::Now,
-        allow_unstable: false,
-        skin: cut.number_or("skin", SKIN_DEFAULT * matter.diameter_mean),
-        block: BLOCK_OF_DISCS * matter.diameter_mean,
-        output: Output::default(),
-        ledger: false,
-        cell: cell.clone(),
-    };
+        typed.note_together(typed.table("grains", false, why).refusal_of_table(message));
+    }
+    let mass_mean = stable::grain_mass(piece.matter.density, 0.5 * piece.matter.diameter_mean, grid.depth, 2);
+    piece.contact.keys(&mut typed.table("contact", true, why), mass_mean);
+    number_of(&mut piece.step, time);
+    piece.end = piece.step;
+    piece.skin = SKIN_DEFAULT * piece.matter.diameter_mean;
+    piece.block = BLOCK_OF_DISCS * piece.matter.diameter_mean;
     // A square that its grains fill about as they will once they are compressed.
-    let edge = (fraction_in_cell(&piece).unwrap_or(FRACTION_DRAWN) / FRACTION_DRAWN).sqrt();
-    cell.upper = [edge, edge, 0.0];
-    piece.cell = cell;
-    check_as_piece(&piece, typed)?;
-    Ok(piece)
+    piece.cell.upper = [1.0, 1.0, 0.0];
+    let edge = (fraction_in_cell(piece).unwrap_or(FRACTION_DRAWN) / FRACTION_DRAWN).sqrt();
+    piece.cell.upper = [edge, edge, 0.0];
+}
+
+/// The time step of grains, which no stable step of a continuum can stand for.
+fn number_of(step: &mut f64, time: &Reader<'_>) {
+    time.clone().number(step, number("step", "the time step", TIME, POSITIVE, "\"10 us\""));
 }
 
 /// Bands that grains are to take the place of must be met, in time and by material.
 fn check_known_bands(job: &Mpm, grains: &Granular, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
     let Some(KnownBands { at, parts }) = &grains.known else { return Ok(()) };
     if job.oracle.is_some() {
-        return Err(top.tables("band")[0]
+        return Err(top.list("band")[0]
             .refusal_of_table("is known, and [oracle] looks for one as well. Remove one of the two."));
     }
     if *at >= job.end {
@@ -152,7 +106,10 @@ fn check_known_bands(job: &Mpm, grains: &Granular, typed: &Typed, top: &Reader<'
             format!("is not before the run ends: time.end = {} s. Write less, or let it go on.", digits(job.end));
         return Err(typed.refusal("enrichment", "at", &message));
     }
-    for ([from, to], table) in parts.iter().zip(&top.tables("band")) {
+    let domain = domain(&job.grid);
+    for ([from, to], table) in parts.iter().zip(&top.list("band")) {
+        check_inside(table, "from", &[from[0], from[1], 0.0], &domain)?;
+        check_inside(table, "to", &[to[0], to[1], 0.0], &domain)?;
         let way = [to[0] - from[0], to[1] - from[1]];
         let steps = (2.0 * (way[0] * way[0] + way[1] * way[1]).sqrt() / job.grid.cell).ceil().max(1.0);
         let place = |step: f64| [from[0] + way[0] * step / steps, from[1] + way[1] * step / steps, 0.0];
@@ -165,7 +122,7 @@ fn check_known_bands(job: &Mpm, grains: &Granular, typed: &Typed, top: &Reader<'
 
 /// What grains ask of the rest of the job.
 pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
-    for (body, table) in job.bodies.iter().zip(&top.tables("body")) {
+    for (body, table) in job.bodies.iter().zip(&top.list("body")) {
         let moves = body.body.motion.path.iter().any(|at| at.velocity != [0.0; 3]);
         if body.seat > 0.0 && (job.grains.is_none() || !moves || body.body.motion.servo.is_some()) {
             typed.note_together(table.refusal(
@@ -184,6 +141,7 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
         }
     }
     let Some(grains) = &job.grains else { return };
+    typed.check(check_as_piece(&grains.piece, typed));
     if !matches!(job.material.law, MaterialLaw::CriticalDruckerPrager(_)) {
         typed.note_together(typed.refusal(
             "material",
@@ -205,10 +163,10 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
             "goes to the nodes twice a step, and grains share them once. In a job with grains write \"last\".",
         ));
     }
-    if let Some(table) = top.tables("follow").first() {
+    if let Some(table) = top.list("follow").first() {
         typed.note_together(table.refusal_of_table("follows a point, which grains may replace. Remove it; frames.vtkhdf has every grain and point with its id."));
     }
-    for (region, table) in job.regions.iter().zip(&top.tables("region")) {
+    for (region, table) in job.regions.iter().zip(&top.list("region")) {
         if region.velocity != [0.0; 3] || region.spin != [0.0; 3] || !region.waves.is_empty() {
             typed.note_together(table.refusal_of_table("gives points a velocity, and grains begin at rest. Remove velocity, spin and wave; move a [[body]] instead."));
         }
@@ -228,7 +186,7 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
         typed.note_together(typed.refusal("output", "ledger", "keeps the account of points, and does not know grains. Remove it; summary.json tells what was kept of mass and momentum."));
     }
     if !job.loads.is_empty() {
-        typed.note_together(top.tables("load")[0].refusal_of_table("is borne by points, and grains do not know it. Press by a [[body]] or a [[membrane]] in a job with grains."));
+        typed.note_together(top.list("load")[0].refusal_of_table("is borne by points, and grains do not know it. Press by a [[body]] or a [[membrane]] in a job with grains."));
     }
     for face in Face::all(2) {
         let kind = job.boundaries[face.axis][usize::from(face.upper)];
@@ -249,7 +207,7 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
             "has a period that pieces of packing do not fit. Write false, and hold the grains by bodies and membranes.",
         ));
     }
-    let ramped = job.membranes.iter().zip(top.tables("membrane")).find(|(membrane, _)| membrane.ramp > 0.0);
+    let ramped = job.membranes.iter().zip(top.list("membrane")).find(|(membrane, _)| membrane.ramp > 0.0);
     if let Some((_, table)) = ramped {
         typed.note_together(table.refusal(
             "ramp",

@@ -2,6 +2,7 @@
 
 use super::{digits, digits_above, significant};
 use crate::base::error::Error;
+use crate::base::keys::Form;
 use crate::job::assembly::{Assembly, Body, Packed, Preparation, Source};
 use crate::job::raw::{Reader, Typed};
 use crate::job::{Scenario, derived, figures};

@@ -2,74 +2,70 @@
 
 use super::body::{self, AXES};
 use super::digits;
-use super::mpm::{Owners, WHOLE_TOLERANCE, chosen, domain};
+use super::mpm::{WHOLE_TOLERANCE, domain};
 use crate::base::error::Error;
 use crate::job::mpm::{Grid, Membrane, Path};
 use crate::job::raw::Reader;
 
-/// Of a membrane: latex of 0.3 mm, kg/m2, and segments of half a cell.
-const MASS_PER_AREA_DEFAULT: f64 = 0.3;
+/// Of a segment, in cells.
 const SPACING_DEFAULT: f64 = 0.5;
 /// Vertices that all membranes may have, about: every rank has all of them, and ranks tell each other all of them at every step.
 const VERTICES_MAX: f64 = 1e5;
-const OF_MEMBRANE: Owners<2> = [("line", &["from", "to"]), ("circle", &["centre", "radius"])];
 
-pub fn membranes(top: &Reader<'_>, grid: &Grid) -> Result<Vec<Membrane>, Error> {
-    let mut membranes: Vec<Membrane> = Vec::new();
-    for table in top.tables("membrane") {
+pub fn check_membranes(membranes: &mut [Membrane], top: &Reader<'_>, grid: &Grid) -> Result<(), Error> {
+    let mut vertices = 0.0;
+    let tables = top.list("membrane");
+    for number in 0..membranes.len() {
+        let (membrane, table) = (&mut membranes[number], &tables[number]);
         if grid.dimension != 2 {
             return Err(table.refusal_of_table(
                 "is a line, and this grid is in space, where a membrane would be a sheet. Remove it, and write a [[load]] with kind = \"pressure\" on the face of the material.",
             ));
         }
-        let Some(membrane) = table.one_of_many(membrane(&table, grid)) else { continue };
-        if membranes.iter().any(|other| other.name == membrane.name) {
-            return Err(table.refusal("name", "names another membrane already. Give each a name of its own."));
+        if membrane.spacing.is_nan() {
+            membrane.spacing = SPACING_DEFAULT * grid.cell;
         }
-        membranes.push(membrane);
-        if membranes.iter().map(|membrane| membrane.path.length() / membrane.spacing).sum::<f64>() > VERTICES_MAX {
+        table.one_of_many(check_membrane(membrane, table, grid));
+        vertices += membrane.path.length() / membrane.spacing;
+        if membranes[..number].iter().any(|other| other.name == membranes[number].name) {
+            table.add(table.refusal("name", "names another membrane already. Give each a name of its own."));
+        }
+        if vertices > VERTICES_MAX {
             return Err(table.refusal(
                 "spacing",
                 &format!("makes more than {VERTICES_MAX:e} vertices of all membranes together. Take longer segments."),
             ));
         }
     }
-    Ok(membranes)
+    Ok(())
 }
 
-fn membrane(table: &Reader<'_>, grid: &Grid) -> Result<Membrane, Error> {
+fn check_membrane(membrane: &Membrane, table: &Reader<'_>, grid: &Grid) -> Result<(), Error> {
     let domain = domain(grid);
-    let name = body::name_of_columns(table)?;
-    let within = |key: &str| body::inside(table, key, &domain).map(|[x, y, _]| [x, y]);
-    let path = match chosen(table, "shape", "shape", &OF_MEMBRANE, None) {
-        "line" => Path::Line { from: within("from")?, to: within("to")? },
-        _ => Path::Circle { centre: within("centre")?, radius: table.number("radius") },
-    };
-    if let Path::Circle { centre, radius } = path {
-        let outside = |axis: &usize| {
-            !grid.periodic[*axis] && !(grid.lower[*axis] + radius..=grid.upper[*axis] - radius).contains(&centre[*axis])
-        };
-        if let Some(axis) = (0..2).find(outside) {
-            return Err(table.refusal(
-                "radius",
-                &format!("reaches out of the grid along {}. Lower it, or move the centre.", AXES[axis]),
-            ));
+    body::check_name_of_columns(table, &membrane.name)?;
+    let within = |key: &str, [x, y]: [f64; 2]| body::check_inside(table, key, &[x, y, 0.0], &domain);
+    match membrane.path {
+        Path::Line { from, to } => {
+            within("from", from)?;
+            within("to", to)?;
+        }
+        Path::Circle { centre, radius } => {
+            within("centre", centre)?;
+            let outside = |axis: &usize| {
+                !grid.periodic[*axis]
+                    && !(grid.lower[*axis] + radius..=grid.upper[*axis] - radius).contains(&centre[*axis])
+            };
+            if let Some(axis) = (0..2).find(outside) {
+                return Err(table.refusal(
+                    "radius",
+                    &format!("reaches out of the grid along {}. Lower it, or move the centre.", AXES[axis]),
+                ));
+            }
         }
     }
-    if path.length() == 0.0 {
+    if membrane.path.length() == 0.0 {
         return Err(table.refusal("to", "is where the line begins. Move one of the two ends."));
     }
-    let membrane = Membrane {
-        name,
-        path,
-        spacing: table.number_or("spacing", SPACING_DEFAULT * grid.cell),
-        mass_per_area: table.number_or("mass_per_area", MASS_PER_AREA_DEFAULT),
-        stiffness: table.number("stiffness"),
-        damping: table.number_or("damping", 0.0),
-        tension: table.number_or("tension", 0.0),
-        pressure: table.number("pressure"),
-        ramp: table.number_or("ramp", 0.0),
-    };
     let shortest = membrane.stiffness * membrane.segment();
     if membrane.spacing > grid.cell * (1.0 + WHOLE_TOLERANCE) {
         return Err(table.refusal(
@@ -89,5 +85,5 @@ fn membrane(table: &Reader<'_>, grid: &Grid) -> Result<Membrane, Error> {
             ),
         ));
     }
-    Ok(membrane)
+    Ok(())
 }

@@ -1,26 +1,22 @@
 //! A continuum of material points on a grid.
 
-use super::body::{self, AXES, Domain};
-use super::granular::{check as check_granular, granular};
+use super::body::{self, AXES, Domain, check_bodies, unit};
+use super::granular::{check as check_granular, granular, place_bands};
 use super::limits::refuse_steps;
-use super::membrane::membranes;
+use super::membrane::check_membranes;
 use super::mpm_checks::{check, simple};
-use super::{DEPTH_DEFAULT, digits, name, output};
+use super::{check_name, digits, output};
 use crate::base::error::Error;
-use crate::couple::oracle::Oracle;
-use crate::job::Output;
+use crate::base::keys::Form;
 use crate::job::mpm::{
-    BodyContact, Boundary, Elastic, Face, Followed, Granular, Gravity, Grid, InitialStress, LOADS_MAX, Load, LoadKind,
-    Material, MaterialLaw, Mpm, Region, RegionShape, RigidBody, Watch, Wave, figures, polygon_area,
+    Boundary, Face, Followed, Gravity, Grid, InitialStress, LOADS_MAX, Load, MaterialLaw, Mpm, Region, RegionShape,
+    Watch, figures, polygon_area,
 };
 use crate::job::raw::{Reader, Typed};
 use crate::job::stable::governing;
-use crate::law::material::CriticalConstants;
-use crate::mpm::scheme::{Scheme, ShapeFunction, StressUpdate, Transfer};
+use crate::mpm::scheme::{Scheme, ShapeFunction};
 use crate::mpm::shape::margins;
 
-const FLIP_DEFAULT: f64 = 0.99;
-const POINTS_PER_CELL_DEFAULT: u64 = 2;
 /// The step over the stable one.
 const SAFETY_DEFAULT: f64 = 0.5;
 /// Steps of the continuum between two looks of the oracle.
@@ -33,144 +29,74 @@ const CELLS_MAX: f64 = 1e9;
 const BLOCK_OF_PLANE: usize = 8;
 const BLOCK_OF_SOLID: usize = 4;
 
-const SHAPES: [(&str, ShapeFunction); 4] = [
-    ("linear", ShapeFunction::Linear),
-    ("generalised", ShapeFunction::Generalised),
-    ("quadratic", ShapeFunction::Quadratic),
-    ("cubic", ShapeFunction::Cubic),
-];
-const UPDATES: [(&str, StressUpdate); 3] =
-    [("first", StressUpdate::First), ("last", StressUpdate::Last), ("modified_last", StressUpdate::ModifiedLast)];
-
 /// Why hats go with some of the schemes only.
 const NODES_THROWN: &str = "goes with transfer = \"blend\" and update = \"modified_last\" or \"first\" alone: where stress is updated last (which it is unless the job says so) or velocities are affine, a node that a point barely reaches is thrown about at any time step. Take one of those updates, or another shape.";
 
-/// The keys that belong to each choice of a selector.
-pub(super) type Owners<const N: usize> = [(&'static str, &'static [&'static str]); N];
-const OF_TRANSFER: Owners<2> = [("blend", &["flip"]), ("affine", &[])];
-const OF_ELASTIC: &[&str] = &["young_modulus", "poisson_ratio", "bulk_modulus", "shear_modulus"];
-const OF_LAW: Owners<3> = [
-    ("linear_elastic", OF_ELASTIC),
-    ("hencky", OF_ELASTIC),
-    (
-        "critical_drucker_prager",
-        &[
-            "bulk_modulus",
-            "shear_modulus",
-            "friction_angle_critical",
-            "fraction_critical",
-            "fraction",
-            "dilation_factor",
-            "softening_rate",
-            "cohesion",
-            "dilation_angle",
-        ],
-    ),
-];
-const OF_REGION: Owners<3> =
-    [("box", &["lower", "upper"]), ("ball", &["centre", "radius"]), ("polygon", &["vertices"])];
-const OF_STRESS: Owners<3> =
-    [("none", &[]), ("isotropic", &["pressure"]), ("geostatic", &["surface", "k0", "surcharge"])];
-const OF_BOUNDARY: Owners<5> =
-    [("fixed", &[]), ("roller", &[]), ("friction", &["coefficient"]), ("absorbing", &[]), ("free", &[])];
-const OF_LOAD: Owners<2> = [("traction", &["traction"]), ("pressure", &["pressure"])];
-const OF_CONTACT: Owners<3> = [("rough", &[]), ("smooth", &[]), ("coulomb", &["friction"])];
-
-/// The choice of a selector, with the keys of other choices noted.
-pub(super) fn chosen<const N: usize>(
-    table: &Reader<'_>,
-    selector: &str,
-    noun: &str,
-    owners: &Owners<N>,
-    default: Option<&'static str>,
-) -> &'static str {
-    let names = owners.map(|(name, _)| (name, name));
-    let chosen = match default {
-        Some(default) => table.choice_or(selector, noun, &names, default),
-        None => table.choose(selector, noun, &names),
-    };
-    table.note_keys_of_others(selector, chosen, owners);
-    chosen
-}
-
 /// The checked continuum of a job.
-pub fn mpm(typed: &Typed, file: &str) -> Result<Mpm, Error> {
+pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     let why = "a continuum";
-    let top = typed.table("", true, why);
-    let name = name(&top)?;
-    let grid = grid(typed.table("grid", true, why))?;
-    let axes = grid.dimension;
-    let top = top.with_axes(axes);
-    let scheme = scheme(&typed.table("scheme", false, why))?;
-    let time = typed.table("time", true, why);
-    let grains = granular(typed, &top, &grid, &time, file)?;
-    let material = material(&typed.table("material", true, why), grains.as_ref())?;
-    let gravity = gravity(&typed.table("gravity", false, why).with_axes(axes));
-    let stress = stress(&typed.table("stress", false, why), &grid, &gravity)?;
-    let regions = regions(&top, &grid, &material.law)?;
-    let (bodies, follow) = bodies_and_followed(&top, &grid)?;
-    let grain_steps = if grains.is_some() { time.count_or("grain_steps", 1) } else { 1 };
-    let of_grains = (grains.as_ref(), grain_steps);
-    let oracle = oracle(&typed.table("oracle", false, why), &grid, &material.law, of_grains)?;
-    let mut job = Mpm {
-        name,
-        scheme,
-        material,
-        regions,
-        stress,
-        gravity,
-        boundaries: boundaries(&top, &grid)?,
-        loads: loads(&top, &grid)?,
-        membranes: membranes(&top, &grid)?,
-        bodies,
-        follow,
-        oracle,
-        grain_steps,
-        grains: grains.map(Box::new),
-        step: 0.0,
-        end: 0.0,
-        cells_per_block: cells_per_block(&typed.table("decomposition", false, why), &grid, scheme.shape)?,
-        output: Output::default(),
-        ledger: false,
-        grid,
-    };
-    job.end = time.number("end");
-    job.step = step(&time, &job)?;
+    let mut job = Mpm::blank();
+    job.grid = grid(typed.table("grid", true, why))?;
+    let axes = job.grid.dimension;
+    let mut top = typed.table("", true, why).with_axes(axes);
+    let mut time = typed.table("time", true, why);
+    let mut cut = typed.table("decomposition", false, why);
+    job.scheme = scheme(&mut typed.table("scheme", false, why))?;
+    job.grains = granular(typed, &top, &job.grid, &time)?.map(Box::new);
+    job.head(&mut top);
+    check_name(&top, &job.name);
+    job.material.keys(&mut typed.table("material", true, why), job.grains.is_some());
+    if let Some(grains) = &job.grains {
+        // As far as it is known before the packing is made.
+        job.material.density = grains.piece.matter.density * job.material.law.fraction();
+    }
+    let mut gravity = typed.table_if_typed("gravity").with_axes(axes);
+    if gravity.is_typed() {
+        job.gravity.keys(&mut gravity);
+    }
+    let mut stress = typed.table_if_typed("stress");
+    job.stress.keys(&mut stress);
+    typed.check(place_geostatic(&mut job.stress, &stress, &job.grid, &job.gravity));
+    let (mut named, mut parts) = (Vec::new(), Vec::new());
+    job.lists(&mut top, &mut named, &mut parts);
+    if let Some(grains) = &mut job.grains {
+        place_bands(grains, parts, &top, typed);
+    }
+    place_boundaries(&mut job, &named, &top);
+    check_lists(&mut job, &top, typed)?;
+    job.keys_of_time(&mut time);
+    job.oracle = oracle(typed, &job)?;
+    job.cells_per_block = 0;
+    job.keys_of_decomposition(&mut cut);
+    job.cells_per_block = cells_per_block(&cut, job.cells_per_block, &job.grid, job.scheme.shape)?;
+    typed.stop_if_wrong()?;
+    job.step = step(&mut time, &job)?;
     refuse_steps(typed, job.end, job.step, "time.end")?;
-    let shown = typed.table("output", false, why);
-    job.output = output(&shown, job.end, job.step)?;
-    job.ledger = shown.flag_or("ledger", false);
+    let mut shown = typed.table("output", false, why);
+    (job.output, job.ledger) = output(&mut shown, job.end, job.step)?;
     if job.ledger && !job.membranes.is_empty() {
         return Err(shown.refusal(
             "ledger",
             "keeps the account of what points, loads and bodies store and do, and does not know what membranes do. Remove it; summary.json tells what was kept of mass and momentum, membranes included.",
         ));
     }
-    typed.stop_if_wrong()?;
+    if job.output.contact_frames && job.grains.is_none() {
+        return Err(
+            shown.refusal("contact_frames", "writes the contacts of grains, and this job has none. Remove the line.")
+        );
+    }
     check(&job, typed, &top)?;
     check_granular(&job, typed, &top);
     Ok(job)
 }
 
-fn grid(table: Reader<'_>) -> Result<Grid, Error> {
-    let dimension = table.choose("space", "space", &[("plane", 2), ("solid", 3)]);
-    let table = table.with_axes(dimension);
-    if dimension == 3 && table.has("depth") {
-        return Err(table.refusal("depth", "belongs to space = \"plane\"; a solid has no depth. Remove the line."));
-    }
-    let mut grid = Grid {
-        dimension,
-        lower: table.vector_if_given("lower").unwrap_or_default(),
-        upper: table.vector("upper"),
-        cell: table.number("cell"),
-        cells: [1; 3],
-        periodic: table.flags_or("periodic", false),
-        depth: table.number_or("depth", if dimension == 2 { DEPTH_DEFAULT } else { 1.0 }),
-    };
-    if (0..dimension).any(|axis| grid.upper[axis] <= grid.lower[axis]) {
+fn grid(mut table: Reader<'_>) -> Result<Grid, Error> {
+    let mut grid = Mpm::blank().grid;
+    grid.keys(&mut table);
+    if (0..grid.dimension).any(|axis| grid.upper[axis] <= grid.lower[axis]) {
         return Err(table.refusal("upper", "encloses nothing: it must be more than lower along every axis."));
     }
-    for axis in 0..dimension {
+    for axis in 0..grid.dimension {
         grid.cells[axis] = whole_cells(&table, &grid, axis)?;
     }
     let cells: f64 = grid.cells.iter().map(|count| *count as f64).product();
@@ -204,111 +130,23 @@ fn whole_cells(table: &Reader<'_>, grid: &Grid, axis: usize) -> Result<usize, Er
     ))
 }
 
-fn scheme(table: &Reader<'_>) -> Result<Scheme, Error> {
-    let transfer = match chosen(table, "transfer", "transfer", &OF_TRANSFER, Some("blend")) {
-        "blend" => Transfer::Blend { flip: table.number_or("flip", FLIP_DEFAULT) },
-        _ => Transfer::Affine,
-    };
-    let scheme = Scheme {
-        shape: table.choice_or("shape", "shape function", &SHAPES, ShapeFunction::Quadratic),
-        update: table.choice_or("update", "time to update stress", &UPDATES, StressUpdate::Last),
-        transfer,
-        points_per_cell: table.count_or("points_per_cell", POINTS_PER_CELL_DEFAULT) as usize,
-    };
+fn scheme(table: &mut Reader<'_>) -> Result<Scheme, Error> {
+    let mut scheme = Scheme::DEFAULT;
+    scheme.keys(table);
     if scheme.feels_nodes() && scheme.shape.steepness(scheme.points_per_cell).is_infinite() {
         return Err(table.refusal("shape", NODES_THROWN));
     }
     Ok(scheme)
 }
 
-fn material(table: &Reader<'_>, grains: Option<&Granular>) -> Result<Material, Error> {
-    let law = match chosen(table, "law", "material law", &OF_LAW, None) {
-        "linear_elastic" => MaterialLaw::LinearElastic(elastic(table)?),
-        "hencky" => MaterialLaw::Hencky(elastic(table)?),
-        _ => MaterialLaw::CriticalDruckerPrager(critical(table)?),
-    };
-    let density = match grains {
-        None => table.number("density"),
-        Some(_) if table.has("density") => {
-            return Err(table.refusal(
-                "density",
-                "is that of the packing in a job with grains: grains.density times its packing fraction. Remove the line.",
-            ));
-        }
-        // As far as it is known before the packing is made.
-        Some(grains) => grains.piece.matter.density * law.fraction(),
-    };
-    Ok(Material { density, law })
-}
-
-/// E and nu, or K and G.
-fn elastic(table: &Reader<'_>) -> Result<Elastic, Error> {
-    let of_bulk = ["bulk_modulus", "shear_modulus"].into_iter().find(|key| table.has(key));
-    let of_young = ["young_modulus", "poisson_ratio"].into_iter().find(|key| table.has(key));
-    match (of_bulk, of_young) {
-        (Some(key), Some(other)) => Err(table.refusal(
-            key,
-            &format!(
-                "stands beside material.{other}, and two moduli are enough. Keep young_modulus and poisson_ratio, or bulk_modulus and shear_modulus."
-            ),
-        )),
-        (Some(_), None) => Ok(Elastic {
-            bulk_modulus: table.number("bulk_modulus"),
-            shear_modulus: table.number("shear_modulus"),
-        }),
-        _ => {
-            let (young, poisson) = (table.number("young_modulus"), table.number("poisson_ratio"));
-            Ok(Elastic {
-                bulk_modulus: young / (3.0 * (1.0 - 2.0 * poisson)),
-                shear_modulus: young / (2.0 * (1.0 + poisson)),
-            })
-        }
-    }
-}
-
-fn critical(table: &Reader<'_>) -> Result<CriticalConstants, Error> {
-    let dilation_angle = table.number_if_given("dilation_angle");
-    if dilation_angle.is_some() && table.number_or("dilation_factor", 0.0) != 0.0 {
-        return Err(table.refusal(
-            "dilation_angle",
-            "stands beside material.dilation_factor, and each says how flow dilates. Drop dilation_factor for a constant angle of dilation and of friction, or dilation_angle for angles that follow the packing fraction.",
-        ));
-    }
-    // With a constant psi nothing need follow the packing fraction.
-    let or_still = |key: &str, still: f64| match dilation_angle {
-        Some(_) => table.number_or(key, still),
-        None => table.number(key),
-    };
-    let fraction_critical = or_still("fraction_critical", 0.8);
-    Ok(CriticalConstants {
-        bulk_modulus: table.number("bulk_modulus"),
-        shear_modulus: table.number("shear_modulus"),
-        friction_angle_critical: table.number("friction_angle_critical"),
-        fraction_critical,
-        fraction: or_still("fraction", fraction_critical),
-        dilation_factor: or_still("dilation_factor", 0.0),
-        softening_rate: or_still("softening_rate", 0.0),
-        cohesion: table.number_or("cohesion", 0.0),
-        dilation_angle,
-    })
-}
-
-fn gravity(table: &Reader<'_>) -> Gravity {
-    if !table.is_typed() {
-        return Gravity { acceleration: [0.0; 3], ramp: 0.0 };
-    }
-    Gravity { acceleration: table.vector("acceleration"), ramp: table.number_or("ramp", 0.0) }
-}
-
-fn stress(table: &Reader<'_>, grid: &Grid, gravity: &Gravity) -> Result<InitialStress, Error> {
-    match chosen(table, "kind", "kind of stress", &OF_STRESS, Some("none")) {
-        "none" => Ok(InitialStress::None),
-        "isotropic" => Ok(InitialStress::Isotropic { pressure: table.number("pressure") }),
-        _ => geostatic(table, grid, gravity),
-    }
-}
-
-fn geostatic(table: &Reader<'_>, grid: &Grid, gravity: &Gravity) -> Result<InitialStress, Error> {
+/// Finds the axis of a geostatic stress, and refuses one that gravity does not go with.
+fn place_geostatic(
+    stress: &mut InitialStress,
+    table: &Reader<'_>,
+    grid: &Grid,
+    gravity: &Gravity,
+) -> Result<(), Error> {
+    let InitialStress::Geostatic { axis: along_axis, up, surface, .. } = stress else { return Ok(()) };
     let along: Vec<usize> = (0..grid.dimension).filter(|axis| gravity.acceleration[*axis] != 0.0).collect();
     let [axis] = along[..] else {
         return Err(table.refusal(
@@ -331,8 +169,7 @@ fn geostatic(table: &Reader<'_>, grid: &Grid, gravity: &Gravity) -> Result<Initi
             ),
         ));
     }
-    let surface = table.number("surface");
-    if !(grid.lower[axis]..=grid.upper[axis]).contains(&surface) {
+    if !(grid.lower[axis]..=grid.upper[axis]).contains(surface) {
         return Err(table.refusal(
             "surface",
             &format!(
@@ -343,13 +180,8 @@ fn geostatic(table: &Reader<'_>, grid: &Grid, gravity: &Gravity) -> Result<Initi
             ),
         ));
     }
-    Ok(InitialStress::Geostatic {
-        axis,
-        up: -gravity.acceleration[axis].signum(),
-        surface,
-        k0: table.number("k0"),
-        surcharge: table.number_or("surcharge", 0.0),
-    })
+    (*along_axis, *up) = (axis, -gravity.acceleration[axis].signum());
+    Ok(())
 }
 
 pub(super) fn domain(grid: &Grid) -> Domain {
@@ -357,40 +189,65 @@ pub(super) fn domain(grid: &Grid) -> Domain {
     Domain { name: "grid", dimension, lower, upper, periodic }
 }
 
-fn regions(top: &Reader<'_>, grid: &Grid, law: &MaterialLaw) -> Result<Vec<Region>, Error> {
-    let tables = top.tables("region");
-    if tables.is_empty() {
+/// What was typed in lists, held to the grid and to the material.
+fn check_lists(job: &mut Mpm, top: &Reader<'_>, typed: &Typed) -> Result<(), Error> {
+    let domain = domain(&job.grid);
+    if job.regions.is_empty() {
         return Err(top.refusal("region", "is empty, and a continuum has material somewhere. Add a [[region]]."));
     }
-    Ok(tables.iter().filter_map(|table| table.one_of_many(region(table, grid, law))).collect())
+    for (region, table) in job.regions.iter_mut().zip(&top.list("region")) {
+        table.one_of_many(check_region(region, table, &job.grid, &job.material.law));
+    }
+    let loads = top.list("load");
+    if let Some(table) = loads.get(LOADS_MAX) {
+        return Err(table.refusal_of_table(&format!(
+            "is one of {}, and at most {LOADS_MAX} are allowed. Join loads that are alike in one window, or remove some.",
+            loads.len()
+        )));
+    }
+    for (load, table) in job.loads.iter_mut().zip(&loads) {
+        table.one_of_many(check_load(load, table, &job.grid));
+    }
+    typed.check(check_membranes(&mut job.membranes, top, &job.grid));
+    check_bodies(job.bodies.iter_mut().map(|body| &mut body.body), top, &domain);
+    for (number, table) in top.list("follow").iter().enumerate() {
+        let Followed { name, place } = &job.follow[number];
+        typed.check(body::check_name_of_columns(table, name));
+        let bodies = job.bodies.iter().map(|body| &body.body.name);
+        if bodies.chain(job.follow[..number].iter().map(|point| &point.name)).any(|other| other == name) {
+            table.add(table.refusal("name", "names another point or body already. Give each a name of its own."));
+        }
+        typed.check(body::check_inside(table, "place", place, &domain));
+    }
+    Ok(())
 }
 
-fn region(table: &Reader<'_>, grid: &Grid, law: &MaterialLaw) -> Result<Region, Error> {
-    let shape = region_shape(table, grid)?;
+fn check_region(region: &mut Region, table: &Reader<'_>, grid: &Grid, law: &MaterialLaw) -> Result<(), Error> {
+    check_region_shape(&region.shape, table, grid)?;
     if table.has("fraction") && !matches!(law, MaterialLaw::CriticalDruckerPrager(_)) {
         return Err(table.refusal(
             "fraction",
             "belongs to law = \"critical_drucker_prager\"; an elastic material has no packing fraction. Remove the line.",
         ));
     }
-    Ok(Region {
-        shape,
-        fraction: table.number_or("fraction", law.fraction()),
-        velocity: table.vector_if_given("velocity").unwrap_or_default(),
-        spin: table.spin_if_given("spin").unwrap_or_default(),
-        waves: table.tables("wave").iter().map(|wave| self::wave(wave, grid)).collect::<Result<_, _>>()?,
-    })
+    if region.fraction.is_nan() {
+        region.fraction = law.fraction();
+    }
+    for (wave, table) in region.waves.iter_mut().zip(&table.list("wave")) {
+        unit(&mut wave.direction, "direction", table)?;
+        if wave.origin[0].is_nan() {
+            wave.origin = grid.lower;
+        }
+    }
+    Ok(())
 }
 
-fn region_shape(table: &Reader<'_>, grid: &Grid) -> Result<RegionShape, Error> {
+fn check_region_shape(shape: &RegionShape, table: &Reader<'_>, grid: &Grid) -> Result<(), Error> {
     let domain = domain(grid);
-    match chosen(table, "shape", "shape", &OF_REGION, None) {
-        "box" => {
-            let (lower, upper) = body::corners(table, &domain)?;
-            Ok(RegionShape::Box { lower, upper })
-        }
-        "ball" => {
-            let (centre, radius) = (body::inside(table, "centre", &domain)?, table.number("radius"));
+    match shape {
+        RegionShape::Box { lower, upper } => body::check_corners(table, lower, upper, &domain),
+        RegionShape::Ball { centre, radius } => {
+            body::check_inside(table, "centre", centre, &domain)?;
             let outside =
                 |axis: &usize| centre[*axis] - radius < grid.lower[*axis] || centre[*axis] + radius > grid.upper[*axis];
             match (0..grid.dimension).find(outside) {
@@ -401,18 +258,17 @@ fn region_shape(table: &Reader<'_>, grid: &Grid) -> Result<RegionShape, Error> {
                         AXES[axis]
                     ),
                 )),
-                None => Ok(RegionShape::Ball { centre, radius }),
+                None => Ok(()),
             }
         }
-        _ => polygon(table, grid),
+        RegionShape::Polygon { vertices } => check_polygon(vertices, table, grid),
     }
 }
 
-fn polygon(table: &Reader<'_>, grid: &Grid) -> Result<RegionShape, Error> {
+fn check_polygon(vertices: &[[f64; 2]], table: &Reader<'_>, grid: &Grid) -> Result<(), Error> {
     if grid.dimension == 3 {
         return Err(table.refusal("shape", "belongs to space = \"plane\". In space write \"box\" or \"ball\"."));
     }
-    let vertices = table.polygon("vertices");
     let outside = |vertex: &[f64; 2]| (0..2).any(|axis| !(grid.lower[axis]..=grid.upper[axis]).contains(&vertex[axis]));
     if let Some([x, y]) = vertices.iter().find(|vertex| outside(vertex)) {
         return Err(table.refusal(
@@ -420,163 +276,91 @@ fn polygon(table: &Reader<'_>, grid: &Grid) -> Result<RegionShape, Error> {
             &format!("has a corner outside of the grid, at {} and {} m. Move it inside.", digits(*x), digits(*y)),
         ));
     }
-    if polygon_area(&vertices) == 0.0 || !simple(&vertices) {
+    if polygon_area(vertices) == 0.0 || !simple(vertices) {
         return Err(table.refusal(
             "vertices",
             "is no simple polygon: its border crosses or touches itself, or encloses nothing. List the corners in order around it.",
         ));
     }
-    Ok(RegionShape::Polygon { vertices })
+    Ok(())
 }
 
-fn wave(table: &Reader<'_>, grid: &Grid) -> Result<Wave, Error> {
-    Ok(Wave {
-        direction: body::direction(table, "direction")?,
-        length: table.number("length"),
-        origin: table.vector_if_given("origin").unwrap_or(grid.lower),
-        amplitude: table.vector("amplitude"),
-    })
-}
-
-fn face(table: &Reader<'_>, grid: &Grid) -> Face {
-    let faces: Vec<(String, Face)> = Face::all(grid.dimension).map(|face| (face.name(), face)).collect();
-    let named: Vec<(&str, Face)> = faces.iter().map(|(name, face)| (name.as_str(), *face)).collect();
-    table.choose("face", "face", &named)
-}
-
-fn boundaries(top: &Reader<'_>, grid: &Grid) -> Result<[[Boundary; 2]; 3], Error> {
+/// Each face as it was typed; others have rollers, or are periodic with the grid, or lie beyond its axes.
+fn place_boundaries(job: &mut Mpm, named: &[(Face, Boundary)], top: &Reader<'_>) {
+    let grid = &job.grid;
     let mut boundaries: [[Option<Boundary>; 2]; 3] = Default::default();
-    for table in top.tables("boundary") {
-        let face = face(&table, grid);
-        let kind = match chosen(&table, "kind", "kind of boundary", &OF_BOUNDARY, None) {
-            "fixed" => Boundary::Fixed,
-            "roller" => Boundary::Roller,
-            "friction" => Boundary::Friction { coefficient: table.number("coefficient") },
-            "absorbing" => Boundary::Absorbing,
-            _ => Boundary::Free,
-        };
+    for (number, table) in top.list("boundary").iter().enumerate() {
+        let (face, kind) = named[number];
         if grid.periodic[face.axis] {
-            return Err(table.refusal(
+            table.one_of_many::<()>(Err(table.refusal(
                 "face",
                 &format!(
                     "is no boundary: the grid is periodic along {}. Remove this [[boundary]], or set grid.periodic to false there.",
                     AXES[face.axis]
                 ),
-            ));
+            )));
         }
         let place = &mut boundaries[face.axis][usize::from(face.upper)];
         if place.is_some() {
-            return Err(table.refusal("face", "has a boundary already. Keep one of them."));
+            table.one_of_many::<()>(Err(table.refusal("face", "has a boundary already. Keep one of them.")));
         }
         *place = Some(kind);
     }
-    Ok(std::array::from_fn(|axis| {
+    job.boundaries = std::array::from_fn(|axis| {
         let default = match axis {
             axis if axis >= grid.dimension => Boundary::Free,
             axis if grid.periodic[axis] => Boundary::Periodic,
             _ => Boundary::Roller,
         };
         boundaries[axis].map(|kind| kind.unwrap_or(default))
-    }))
+    });
 }
 
-fn loads(top: &Reader<'_>, grid: &Grid) -> Result<Vec<Load>, Error> {
-    let tables = top.tables("load");
-    if let Some(table) = tables.get(LOADS_MAX) {
-        return Err(table.refusal_of_table(&format!(
-            "is one of {}, and at most {LOADS_MAX} are allowed. Join loads that are alike in one window, or remove some.",
-            tables.len()
-        )));
+fn check_load(load: &mut Load, table: &Reader<'_>, grid: &Grid) -> Result<(), Error> {
+    for (corner, wall) in [(&mut load.lower, grid.lower), (&mut load.upper, grid.upper)] {
+        if corner[0].is_nan() {
+            *corner = wall;
+        }
     }
-    Ok(tables.iter().filter_map(|table| table.one_of_many(load(table, grid))).collect())
-}
-
-fn load(table: &Reader<'_>, grid: &Grid) -> Result<Load, Error> {
-    let kind = chosen(table, "kind", "kind of load", &OF_LOAD, None);
-    let (lower, upper) = (table.vector_if_given("lower"), table.vector_if_given("upper"));
-    let load = Load {
-        face: face(table, grid),
-        lower: lower.unwrap_or(grid.lower),
-        upper: upper.unwrap_or(grid.upper),
-        kind: match kind {
-            "traction" => LoadKind::Traction(table.vector("traction")),
-            _ => LoadKind::Pressure(table.number("pressure")),
-        },
-        ramp: table.number_or("ramp", 0.0),
-    };
     match (0..grid.dimension).all(|axis| load.lower[axis] < load.upper[axis]) {
-        true => Ok(load),
+        true => Ok(()),
         false => Err(table.refusal(
-            if upper.is_some() { "upper" } else { "lower" },
+            if table.has("upper") { "upper" } else { "lower" },
             "leaves no window: its upper corner must be more than its lower one along every axis.",
         )),
     }
 }
 
-/// Defaults are those of Tables 6 and 9 of Chen et al. (2021), of the triaxial test and of indentation.
-fn oracle(
-    table: &Reader<'_>,
-    grid: &Grid,
-    law: &MaterialLaw,
-    (grains, grain_steps): (Option<&Granular>, u64),
-) -> Result<Option<Watch>, Error> {
+/// Whether a band is looked for.
+fn oracle(typed: &Typed, job: &Mpm) -> Result<Option<Watch>, Error> {
+    let mut table = typed.table_if_typed("oracle");
     if !table.is_typed() {
         return Ok(None);
     }
-    if grid.dimension != 2 {
+    if job.grid.dimension != 2 {
         return Err(table.refusal_of_table("looks for bands in the plane, and this grid is in space. Remove it."));
     }
-    if grid.periodic[1] {
+    if job.grid.periodic[1] {
         return Err(table.refusal_of_table(
             "looks across periods along x alone, and this grid is periodic along y. Turn the job by a quarter, or remove the table.",
         ));
     }
-    if !matches!(law, MaterialLaw::CriticalDruckerPrager(_)) {
+    if !matches!(job.material.law, MaterialLaw::CriticalDruckerPrager(_)) {
         return Err(table.refusal_of_table(
             "looks for plastic flow, and an elastic material has none. Remove it, or take law = \"critical_drucker_prager\".",
         ));
     }
-    let oracle = Oracle {
-        laplacian: table.number_or("laplacian", 1e-6),
-        recent_strain: table.number_or("recent_strain", 8e-3),
-        window: table.number_or("window", 2e-2),
-        persistence: table.number_or("persistence", 9.6e-3),
-        tolerance: table.number_or("tolerance", 0.0),
-        every: table.count_or("every", LOOK_EVERY_DEFAULT * grain_steps),
-    };
-    let diameter = match grains {
-        Some(grains) => table.number_or("diameter", grains.piece.matter.diameter_mean),
-        None => table.number("diameter"),
-    };
-    Ok(Some(Watch { diameter, oracle }))
-}
-
-fn bodies_and_followed(top: &Reader<'_>, grid: &Grid) -> Result<(Vec<RigidBody>, Vec<Followed>), Error> {
-    let domain = domain(grid);
-    let mut bodies = Vec::new();
-    for (body, table) in body::bodies(top, &domain) {
-        let contact = match chosen(&table, "contact", "contact", &OF_CONTACT, None) {
-            "rough" => BodyContact::Rough,
-            "smooth" => BodyContact::Smooth,
-            _ => BodyContact::Coulomb { friction: table.number("friction") },
-        };
-        let seat = table.number_if_given("seat").unwrap_or_default();
-        bodies.push(RigidBody { body, contact, separates: table.flag_or("separates", true), seat });
+    let mut watch = Watch::BLANK;
+    if let Some(grains) = &job.grains {
+        watch.diameter = grains.piece.matter.diameter_mean;
     }
-    let mut follow: Vec<Followed> = Vec::new();
-    for table in top.tables("follow") {
-        let name = body::name_of_columns(&table)?;
-        let bodies = bodies.iter().map(|body: &RigidBody| body.body.name.as_str());
-        if bodies.chain(follow.iter().map(|point| point.name.as_str())).any(|other| other == name) {
-            return Err(table.refusal("name", "names another point or body already. Give each a name of its own."));
-        }
-        follow.push(Followed { name, place: body::inside(&table, "place", &domain)? });
-    }
-    Ok((bodies, follow))
+    watch.keys(&mut table, |_| LOOK_EVERY_DEFAULT * job.grain_steps);
+    Ok(Some(watch))
 }
 
 /// As large as wanted, as long as blocks fill every periodic axis; larger where none of those does.
-fn cells_per_block(table: &Reader<'_>, grid: &Grid, shape: ShapeFunction) -> Result<usize, Error> {
+/// `typed` is 0 where the job does not say.
+fn cells_per_block(table: &Reader<'_>, typed: usize, grid: &Grid, shape: ShapeFunction) -> Result<usize, Error> {
     let least = margins(shape).into_iter().fold(0, usize::max);
     let fits = |count: usize| (0..3).all(|axis| !grid.periodic[axis] || grid.cells[axis].is_multiple_of(count));
     let wanted = if grid.dimension == 2 { BLOCK_OF_PLANE } else { BLOCK_OF_SOLID };
@@ -586,17 +370,17 @@ fn cells_per_block(table: &Reader<'_>, grid: &Grid, shape: ShapeFunction) -> Res
         None => "Change grid.upper.".to_string(),
     };
     let refused = |problem: &str| Err(table.refusal("cells_per_block", &format!("{problem} {advice}")));
-    match (table.count_if_given("cells_per_block"), best) {
-        (Some(count), _) if (count as usize) < least => refused(&format!(
+    match ((typed > 0).then_some(typed), best) {
+        (Some(count), _) if count < least => refused(&format!(
             "is too few for the {least} nodes that scheme.shape = \"{}\" reaches beyond a block: a block and its neighbours must hold them, so at least {least} are needed.",
-            name_of(shape)
+            shape.name()
         )),
-        (Some(count), _) if fits(count as usize) => Ok(count as usize),
+        (Some(count), _) if fits(count) => Ok(count),
         (Some(_), _) => refused("does not fit: blocks must fill the grid along its periodic axes."),
         (None, Some(best)) => Ok(best),
         (None, None) => Err(table.refusal_of_table(&format!(
             "cannot be chosen: no number of cells from {least} (the least for scheme.shape = \"{}\") to {BLOCK_OF_PLANE} divides those along the periodic axes, {}. Change grid.upper or grid.cell.",
-            name_of(shape),
+            shape.name(),
             (0..grid.dimension)
                 .filter(|axis| grid.periodic[*axis])
                 .map(|axis| format!("{} along {}", grid.cells[axis], AXES[axis]))
@@ -606,18 +390,15 @@ fn cells_per_block(table: &Reader<'_>, grid: &Grid, shape: ShapeFunction) -> Res
     }
 }
 
-/// As it is written in a job.
-fn name_of(shape: ShapeFunction) -> &'static str {
-    SHAPES.iter().find(|(_, other)| *other == shape).map(|(name, _)| *name).expect("every shape has a name")
-}
-
 /// Given, or a share of the stable one.
-fn step(table: &Reader<'_>, job: &Mpm) -> Result<f64, Error> {
-    match (table.number_if_given("step"), table.number_if_given("safety")) {
-        (Some(_), Some(_)) => {
-            Err(table.refusal("safety", "stands beside time.step, and each says how long a step is. Keep one of them."))
-        }
-        (Some(step), None) => Ok(step),
-        (None, safety) => Ok(safety.unwrap_or(SAFETY_DEFAULT) * governing(&figures::bounds(job)).step),
+fn step(table: &mut Reader<'_>, job: &Mpm) -> Result<f64, Error> {
+    if table.has("step") && table.has("safety") {
+        return Err(
+            table.refusal("safety", "stands beside time.step, and each says how long a step is. Keep one of them.")
+        );
     }
+    if table.has("step") {
+        return Ok(job.step);
+    }
+    Ok(Mpm::safety(table).unwrap_or(SAFETY_DEFAULT) * governing(&figures::bounds(job)).step)
 }

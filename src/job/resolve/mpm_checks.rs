@@ -4,6 +4,7 @@ use super::body::norm;
 use super::limits::refuse_memory_of_grid;
 use super::{digits, digits_below, refuse_unstable, significant};
 use crate::base::error::Error;
+use crate::base::keys::Form;
 use crate::base::math::{PI, atan};
 use crate::job::assembly::Shape;
 use crate::job::mpm::{InitialStress, LoadKind, MaterialLaw, Mpm, RigidBody, figures};
@@ -46,7 +47,7 @@ fn check_critical(job: &Mpm, law: &CriticalConstants, typed: &Typed, top: &Reade
             "bears no shear at all, since cohesion is 0 too. Give the material friction or cohesion.",
         ));
     }
-    let tables = top.tables("region");
+    let tables = top.list("region");
     for (region, table) in job.regions.iter().zip(&tables) {
         let refused = |problem: &str| match table.has("fraction") {
             true => table.refusal("fraction", problem),
@@ -177,7 +178,7 @@ fn check_points(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error>
         return Err(typed.refusal("grid", "cell", &message));
     }
     let counts = figures::points_of_regions(job);
-    for (count, table) in counts.iter().zip(&top.tables("region")) {
+    for (count, table) in counts.iter().zip(&top.list("region")) {
         if *count == 0 {
             return Err(table.refusal(
                 "shape",
@@ -208,7 +209,7 @@ fn check_stresses(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Erro
     {
         return Err(typed.refusal("stress", "pressure", &words()));
     }
-    for (load, table) in job.loads.iter().zip(&top.tables("load")) {
+    for (load, table) in job.loads.iter().zip(&top.list("load")) {
         let (key, size) = match load.kind {
             LoadKind::Traction(traction) => ("traction", norm(traction)),
             LoadKind::Pressure(pressure) => ("pressure", pressure),
@@ -217,7 +218,7 @@ fn check_stresses(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Erro
             return Err(table.refusal(key, &words()));
         }
     }
-    for (membrane, table) in job.membranes.iter().zip(&top.tables("membrane")) {
+    for (membrane, table) in job.membranes.iter().zip(&top.list("membrane")) {
         if membrane.pressure.abs() > modulus {
             return Err(table.refusal("pressure", &words()));
         }
@@ -234,7 +235,7 @@ fn check_stresses(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Erro
 }
 
 fn check_loads(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
-    for (load, table) in job.loads.iter().zip(&top.tables("load")) {
+    for (load, table) in job.loads.iter().zip(&top.list("load")) {
         if figures::points_loaded(job, load) == 0 {
             return Err(table.refusal(
                 "face",
@@ -247,7 +248,7 @@ fn check_loads(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
 
 /// Bodies touch the material at the start, at most.
 fn check_bodies(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
-    for (body, table) in job.bodies.iter().zip(&top.tables("body")) {
+    for (body, table) in job.bodies.iter().zip(&top.list("body")) {
         let inside = |place: &[f64; 3]| job.region_at(place).is_some() && body_contains(body, place);
         let count: usize = job
             .regions
@@ -285,7 +286,7 @@ fn body_contains(body: &RigidBody, place: &[f64; 3]) -> bool {
 }
 
 fn check_followed(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
-    for (followed, table) in job.follow.iter().zip(&top.tables("follow")) {
+    for (followed, table) in job.follow.iter().zip(&top.list("follow")) {
         if figures::nearest_point(job, &followed.place).is_none() {
             return Err(
                 table.refusal("place", "has no point within two cells of it at the start. Move it into a region.")

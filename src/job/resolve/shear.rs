@@ -1,188 +1,127 @@
 //! Planar shear. Tables that the method leaves asleep take the values of Chen et al. (2021), so that nothing later is optional.
 
-use std::path::Path;
-
 use super::checks::margin_in_words;
-use super::contact::contact;
 use super::limits::{refuse_faint_packing, refuse_size_of_shear, refuse_speed_of_plates, refuse_squeeze, refuse_steps};
-use super::material::Material;
 use super::mpm_checks::{FRACTION_NEARER, unbearable};
 use super::{
-    BLOCK_OF_DISCS, CACHE_DEFAULT, DEPTH_DEFAULT, PACKING_ENERGY_RATIO_DEFAULT, PACKING_FRACTION_DEFAULT, PACKING_FRICTION_DEFAULT,
-    SKIN_DEFAULT, digits, folder_of, name, output_with_contacts, refuse_unstable, refuse_wide_sizes, significant,
+    BLOCK_OF_DISCS, SKIN_DEFAULT, check_name, digits, material, output, refuse_unstable, refuse_wide_sizes, significant,
 };
 use crate::base::error::Error;
-use crate::couple::oracle::Oracle;
-use crate::couple::zone::{Enrichment, ZoneLife};
+use crate::base::keys::Form;
+use crate::couple::zone::Enrichment;
 use crate::job::raw::{Reader, Typed};
-use crate::job::{
-    Continuum, Decomposition, Grains, Loading, Method, Output, Packing, Scenario, Specimen, Time, WeakRegion, derived,
-    stable,
-};
-use crate::law::contact::Contact;
+use crate::job::{Continuum, Method, Scenario, Specimen, WeakRegion, derived, stable};
 use crate::law::material::CriticalConstants;
 
-const FLIP_DEFAULT: f64 = 0.95;
+/// phi_0 where nothing looks at it, in mean diameters.
+const DISTANCE_ASLEEP: f64 = 22.0;
 /// Looks of the oracle within its recent window when a band one cell thick takes the whole speed.
 const LOOKS_PER_WINDOW: f64 = 16.0;
 /// How exactly the cells must fill the width.
 const FIT_TOLERANCE: f64 = 1e-9;
 
-/// The checked scenario of a job; `file` is the job's path, whose folder relative paths start from.
-pub fn scenario(typed: &Typed, file: &str) -> Result<Scenario, Error> {
-    let top = typed.table("", true, "a job");
-    let method = method(&top, typed)?;
+/// The checked scenario of a job; `file` is the job's path, whose folder the file of a material starts from.
+pub fn scenario(typed: &Typed) -> Result<Scenario, Error> {
+    let mut top = typed.table("", true, "a job");
+    if !top.has("method") {
+        return Err(typed.refusal_of_all(
+            "the job does not say what it is. Add method = \"hybrid\", \"dem\" or \"mpm\" above the first table for planar shear, a table [cell] for an assembly of grains, or a table [grid] for a continuum.",
+        ));
+    }
+    let mut job = Scenario::asleep();
+    job.head(&mut top);
+    check_name(&top, &job.name);
+    let method = job.method;
     let why = format!("method = \"{}\"", method.name());
-    let folder = folder_of(file);
 
-    let specimen = specimen(&typed.table("specimen", true, &why));
-    let grains = grains(&typed.table("grains", true, &why), &folder)?;
-    let loading_table = typed.table("loading", true, &why);
-    let stress_normal = loading_table.number("stress_normal");
-    let speed = loading_table.number("speed");
-    let time = typed.table("time", true, &why);
-    let time = Time { step: time.number("step"), grain_steps: time.count_or("grain_steps", 1) };
-    let step = time.step;
+    job.specimen.keys(&mut typed.table("specimen", true, &why));
+    let mut table = typed.table("grains", true, &why);
+    job.grains.keys(&mut table);
+    typed.check(refuse_wide_sizes(&table, job.grains.diameter_mean, job.grains.diameter_deviation));
+    let mut loading = typed.table("loading", true, &why);
+    job.loading.keys(&mut loading);
+    job.time.keys(&mut typed.table("time", true, &why));
+    let diameter = job.grains.diameter_mean;
+    job.decomposition.skin = SKIN_DEFAULT * diameter;
+    job.decomposition.keys(&mut typed.table("decomposition", false, &why));
+    job.packing.stress = job.loading.stress_normal;
+    job.packing.keys(&mut typed.table("packing", false, &why));
 
-    let fraction_start = typed.table("continuum", method.has_points(), &why).number_if_given("fraction_start");
-    let packed = method.has_grains() || fraction_start.is_none();
+    let mut table = typed.table("continuum", method.has_points(), &why);
+    let packed = method.has_grains() || !table.has("fraction_start");
     let why_packed = match method.has_grains() {
         true => why.clone(),
         false => format!("{why} without continuum.fraction_start makes a packing, which"),
     };
-    let mass_mean = stable::grain_mass(grains.density, 0.5 * grains.diameter_mean, specimen.depth, 2);
-    let contact = contact(&typed.table("contact", packed, &why_packed), mass_mean)?;
-    let packing = packing(&typed.table("packing", false, &why), stress_normal, &folder);
-    let cut = typed.table("decomposition", false, &why);
-    let decomposition = Decomposition {
-        cells_per_block: cut.count_or("cells_per_block", 2) as usize,
-        skin: cut.number_or("skin", SKIN_DEFAULT * grains.diameter_mean),
-    };
-    let table = typed.table("continuum", method.has_points(), &why);
-    let material = Material::of(&table, &folder)?;
-    let continuum = continuum((&table, &material), &specimen, &grains, &contact, &decomposition)?;
-    material.stop_if_wrong()?;
-    let oracle = oracle(&typed.table("oracle", method == Method::Hybrid, &why), continuum.cell / (speed * step));
-    let table = typed.table("enrichment", method == Method::Hybrid, &why);
-    let enrichment = enrichment(&table, &typed.table("zone", false, &why), 22.0 * grains.diameter_mean);
+    let mass_mean = stable::grain_mass(job.grains.density, 0.5 * diameter, job.specimen.depth, 2);
+    job.contact.keys(&mut typed.table("contact", packed, &why_packed), mass_mean);
+    let file = material::file_of(&table)?;
+    continuum(&mut job, &mut table, file.as_ref())?;
+    if let Some(file) = &file {
+        file.stop_if_wrong()?;
+    }
+    // Steps in which a band one cell thick shears by 1 at full speed.
+    let steps_per_strain = job.continuum.cell / (job.loading.speed * job.time.step);
+    job.oracle.every = steps_between_looks(job.oracle.window, steps_per_strain);
+    job.oracle.keys(&mut typed.table("oracle", method == Method::Hybrid, &why), |window| {
+        steps_between_looks(window, steps_per_strain)
+    });
+    job.enrichment.distance = DISTANCE_ASLEEP * diameter;
+    job.enrichment.keys(&mut typed.table("enrichment", method == Method::Hybrid, &why));
+    job.enrichment.life.keys(&mut typed.table("zone", false, &why));
 
-    let mut scenario = Scenario {
-        name: name(&top)?,
-        method,
-        seed: top.count_or("seed", 1),
-        specimen,
-        grains,
-        contact,
-        packing,
-        continuum,
-        loading: Loading {
-            stress_normal,
-            speed,
-            speed_ramp: loading_table.number("speed_ramp"),
-            strain_end: loading_table.number("strain_end"),
-            plate_mass: 0.0,
-            plate_damping: 0.0,
-        },
-        oracle,
-        enrichment,
-        time,
-        decomposition,
-        output: Output::default(),
-        ledger: false,
-    };
-    refuse_size_of_shear(&scenario, typed)?;
-    fill_plate(&mut scenario, &loading_table);
-    let duration = derived::duration(&scenario);
-    refuse_steps(typed, duration, step, "loading.strain_end")?;
-    if duration < step {
+    refuse_size_of_shear(&job, typed)?;
+    job.loading.plate_mass = derived::plate_default(&job)[0];
+    job.loading.keys_of_plate(&mut loading);
+    job.loading.plate_damping = derived::plate_damping(&job, job.loading.plate_mass);
+    job.loading.keys_of_plate(&mut loading);
+    let duration = derived::duration(&job);
+    refuse_steps(typed, duration, job.time.step, "loading.strain_end")?;
+    if duration < job.time.step {
         let problem =
             format!("is reached in {} s, less than one time step. Take more strain.", significant(duration, 3));
-        return Err(loading_table.refusal("strain_end", &problem));
+        return Err(loading.refusal("strain_end", &problem));
     }
-    let shown = typed.table("output", false, &why);
-    scenario.output = output_with_contacts(&shown, duration, step)?;
-    scenario.ledger = shown.flag_or("ledger", false);
-    if scenario.ledger && !method.has_grains() {
+    let mut shown = typed.table("output", false, &why);
+    (job.output, job.ledger) = output(&mut shown, duration, job.time.step)?;
+    if job.ledger && !method.has_grains() {
         return Err(shown.refusal(
             "ledger",
             "keeps the account of grains, and method = \"mpm\" has none. Remove it, or take another method.",
         ));
     }
     typed.stop_if_wrong()?;
-    check_together(&scenario, typed);
-    Ok(scenario)
+    check_together(&job, typed);
+    Ok(job)
 }
 
-fn method(top: &Reader<'_>, typed: &Typed) -> Result<Method, Error> {
-    let methods = [("hybrid", Method::Hybrid), ("dem", Method::Dem), ("mpm", Method::Mpm)];
-    top.choice("method", "method", &methods).ok_or_else(|| {
-        typed.refusal_of_all(
-            "the job does not say what it is. Add method = \"hybrid\", \"dem\" or \"mpm\" above the first table for planar shear, a table [cell] for an assembly of grains, or a table [grid] for a continuum.",
-        )
-    })
+fn steps_between_looks(window: f64, steps_per_strain: f64) -> u64 {
+    (window * steps_per_strain / LOOKS_PER_WINDOW).clamp(1.0, 1e9) as u64
 }
 
-fn specimen(table: &Reader<'_>) -> Specimen {
-    Specimen {
-        width: table.number("width"),
-        height: table.number("height"),
-        depth: table.number_or("depth", DEPTH_DEFAULT),
+/// Asleep: moduli of the contact law, and cells that make blocks fit for grains.
+fn continuum(job: &mut Scenario, table: &mut Reader<'_>, file: Option<&Typed>) -> Result<(), Error> {
+    let mut beneath = table.clone();
+    if let Some(file) = file {
+        material::refuse_twice(table, file)?;
+        beneath = beneath.over(file.table("continuum", true, "a file of a material"));
     }
-}
-
-fn grains(table: &Reader<'_>, folder: &Path) -> Result<Grains, Error> {
-    let grains = Grains {
-        diameter_mean: table.number("diameter_mean"),
-        diameter_deviation: table.number("diameter_deviation"),
-        density: table.number("density"),
-        file: table.text_if_given("file").map(|path| folder.join(path)),
-    };
-    refuse_wide_sizes(table, grains.diameter_mean, grains.diameter_deviation)?;
-    Ok(grains)
-}
-
-fn packing(table: &Reader<'_>, stress: f64, folder: &Path) -> Packing {
-    let cache = table.text_if_given("cache").unwrap_or_else(|| CACHE_DEFAULT.into());
-    Packing {
-        friction: table.number_or("friction", PACKING_FRICTION_DEFAULT),
-        fraction_start: table.number_or("fraction_start", PACKING_FRACTION_DEFAULT),
-        stress: table.number_or("stress", stress),
-        height: table.number_if_given("height"),
-        energy_ratio_max: table.number_or("energy_ratio_max", PACKING_ENERGY_RATIO_DEFAULT),
-        cache: folder.join(cache),
-    }
-}
-
-/// Asleep: moduli of the contact law, Table 2 of Chen et al. (2021) for the rest, and cells that make blocks fit for grains.
-fn continuum(
-    (table, material): (&Reader<'_>, &Material<'_>),
-    specimen: &Specimen,
-    grains: &Grains,
-    contact: &Contact,
-    decomposition: &Decomposition,
-) -> Result<Continuum, Error> {
-    let fraction_start = table.number_if_given("fraction_start");
-    let fraction = fraction_start.unwrap_or(derived::FRACTION_DENSE);
+    let Scenario { continuum, specimen, grains, contact, decomposition, .. } = job;
+    continuum.fraction_start = None;
+    let mut start = Continuum { weak: Vec::new(), ..continuum.clone() };
+    start.keys(&mut beneath.clone());
     let springs = derived::springs_mean(contact, grains.diameter_mean);
+    let fraction = start.fraction_start.unwrap_or(derived::FRACTION_DENSE);
     let moduli = derived::moduli_affine(&springs, fraction, specimen.depth);
-    let cells_per_block = decomposition.cells_per_block as f64;
+    (continuum.bulk_modulus, continuum.shear_modulus) = (moduli.bulk, moduli.shear);
     let blocks = (specimen.width / (BLOCK_OF_DISCS * grains.diameter_mean)).floor();
-    let cell_of_grains = specimen.width / (blocks.max(2.0) * cells_per_block);
-    let cell = table.number_awake("cell", cell_of_grains);
-    Ok(Continuum {
-        bulk_modulus: material.number_awake("bulk_modulus", moduli.bulk),
-        shear_modulus: material.number_awake("shear_modulus", moduli.shear),
-        friction_angle_critical: material.number_awake("friction_angle_critical", 0.27),
-        fraction_critical: material.number_awake("fraction_critical", 0.815),
-        dilation_factor: material.number_awake("dilation_factor", 7.0),
-        softening_rate: material.number_awake("softening_rate", 0.01),
-        cohesion: material.number_or("cohesion", 0.0),
-        fraction_start,
-        cell: fitted_cell(table, cell, specimen.width, decomposition.cells_per_block)?,
-        points_per_cell: table.count_or("points_per_cell", 2) as usize,
-        flip: table.number_or("flip", FLIP_DEFAULT),
-        weak: weak_regions(table, specimen)?,
-    })
+    continuum.cell = specimen.width / (blocks.max(2.0) * decomposition.cells_per_block as f64);
+    continuum.keys(&mut beneath);
+    continuum.cell = fitted_cell(table, continuum.cell, specimen.width, decomposition.cells_per_block)?;
+    for (weak, table) in continuum.weak.iter().zip(&table.list("weak")) {
+        table.one_of_many(check_weak(weak, table, specimen));
+    }
+    Ok(())
 }
 
 /// The width over a whole number of cells, which the typed cell must equal to within rounding.
@@ -212,81 +151,26 @@ fn fitted_cell(table: &Reader<'_>, cell: f64, width: f64, cells_per_block: usize
     ))
 }
 
-fn weak_regions(table: &Reader<'_>, specimen: &Specimen) -> Result<Vec<WeakRegion>, Error> {
-    let regions = table.tables("weak");
-    regions
-        .iter()
-        .map(|region| {
-            let corner = |key: &str| {
-                let [x, y, _] = region.vector(key);
-                [x, y]
-            };
-            let weak = WeakRegion {
-                lower: corner("lower"),
-                upper: corner("upper"),
-                fraction_deficit: region.number("fraction_deficit"),
-            };
-            let size = [specimen.width, specimen.height];
-            for axis in 0..2 {
-                if weak.lower[axis] < 0.0 {
-                    return Err(region.refusal(
-                        "lower",
-                        "lies outside of the specimen, whose lower left corner is [0, 0]. Move it inside.",
-                    ));
-                }
-                if weak.upper[axis] > size[axis] * (1.0 + FIT_TOLERANCE) {
-                    let problem = format!(
-                        "lies outside of the specimen, whose upper right corner is [{}, {}] in m. Move it inside.",
-                        digits(size[0]),
-                        digits(size[1])
-                    );
-                    return Err(region.refusal("upper", &problem));
-                }
-                if weak.upper[axis] <= weak.lower[axis] {
-                    return Err(
-                        region.refusal("upper", "encloses nothing: it must lie above and to the right of lower.")
-                    );
-                }
-            }
-            Ok(weak)
-        })
-        .collect()
-}
-
-/// Asleep: Table 4 of Chen et al. (2021). `steps_per_strain`: steps in which a band one cell thick shears by 1 at full speed.
-fn oracle(table: &Reader<'_>, steps_per_strain: f64) -> Oracle {
-    let window = table.number_awake("window", 8e-4);
-    let every = (window * steps_per_strain / LOOKS_PER_WINDOW).clamp(1.0, 1e9);
-    Oracle {
-        laplacian: table.number_awake("laplacian", 1e-6),
-        recent_strain: table.number_awake("recent_strain", 1e-4),
-        window,
-        persistence: table.number_awake("persistence", 1.2e-3),
-        tolerance: table.number_or("tolerance", 0.0),
-        every: table.count_or("every", every as u64),
+fn check_weak(weak: &WeakRegion, region: &Reader<'_>, specimen: &Specimen) -> Result<(), Error> {
+    let size = [specimen.width, specimen.height];
+    for axis in 0..2 {
+        if weak.lower[axis] < 0.0 {
+            return Err(region
+                .refusal("lower", "lies outside of the specimen, whose lower left corner is [0, 0]. Move it inside."));
+        }
+        if weak.upper[axis] > size[axis] * (1.0 + FIT_TOLERANCE) {
+            let problem = format!(
+                "lies outside of the specimen, whose upper right corner is [{}, {}] in m. Move it inside.",
+                digits(size[0]),
+                digits(size[1])
+            );
+            return Err(region.refusal("upper", &problem));
+        }
+        if weak.upper[axis] <= weak.lower[axis] {
+            return Err(region.refusal("upper", "encloses nothing: it must lie above and to the right of lower."));
+        }
     }
-}
-
-pub(super) fn enrichment(table: &Reader<'_>, zone: &Reader<'_>, distance_asleep: f64) -> Enrichment {
-    Enrichment {
-        distance: table.number_awake("distance", distance_asleep),
-        weight: table.number_or("weight", 0.5),
-        training: table.number_or("training", 1.0),
-        training_speed: table.number_or("training_speed", 10.0),
-        training_rest: table.number_or("training_rest", 0.5),
-        life: ZoneLife {
-            grows: zone.flag_or("grows", false),
-            dissolves: zone.flag_or("dissolves", false),
-            rest_strain: zone.number_or("rest_strain", 0.05),
-            rest_share: zone.number_or("rest_share", 0.02),
-        },
-    }
-}
-
-fn fill_plate(scenario: &mut Scenario, table: &Reader<'_>) {
-    let mass = table.number_or("plate_mass", derived::plate_default(scenario)[0]);
-    scenario.loading.plate_mass = mass;
-    scenario.loading.plate_damping = table.number_or("plate_damping", derived::plate_damping(scenario, mass));
+    Ok(())
 }
 
 /// What no single key can tell.
@@ -438,6 +322,8 @@ fn check_height_of_packing(scenario: &Scenario, typed: &Typed) -> Result<(), Err
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
 
     const HEAD: &str = r#"

@@ -15,7 +15,8 @@
 //! by from a spring that keeps its length. Twist about the normal is not resisted. Against a flat body r_j is without
 //! bounds: k_n = 2 E r_i, and rolling is resisted as by a grain of the same size.
 
-use super::{Answer, Contact, ContactLaw, FLAT, FromContact, Resistance, Touch};
+use super::{Answer, Contact, ContactLaw, FLAT, FromContact, Resistance, Touch, constants};
+use crate::base::keys::{Form, POSITIVE, RATIO, Range, STRESS, choose, number, text};
 use crate::base::lane::Real;
 use crate::base::space::{Lanewise, Space};
 
@@ -50,6 +51,39 @@ struct Stiffness<R> {
 }
 
 impl ElasticRolling {
+    pub(super) const ASLEEP: Self = Self {
+        young_modulus: 600e6,
+        stiffness_ratio: 0.8,
+        friction: 0.5,
+        rolling_stiffness: 0.0,
+        rolling_limit: 0.0,
+        sliding: Sliding::Surface,
+    };
+
+    pub(super) fn keys(&mut self, form: &mut dyn Form) {
+        form.number(
+            &mut self.young_modulus,
+            number("young_modulus", "E of k_n = E r*", STRESS, POSITIVE, "\"600 MPa\""),
+        );
+        form.number(
+            &mut self.stiffness_ratio,
+            number("stiffness_ratio", "k_t/k_n", RATIO, Range::closed(0.0, 10.0), "0.8"),
+        );
+        constants::friction(form, &mut self.friction);
+        let (stiffness, limit) = ("beta of k_r = beta k_t r_i r_j", "eta of |M| <= eta min(r_i, r_j) F_n");
+        form.number(
+            &mut self.rolling_stiffness,
+            number("rolling_stiffness", stiffness, RATIO, Range::closed(0.0, 100.0), "1.0").or("0.0"),
+        );
+        form.number(
+            &mut self.rolling_limit,
+            number("rolling_limit", limit, RATIO, Range::closed(0.0, 10.0), "0.05").or("0.0"),
+        );
+        let key = text("sliding", "what slides: surface or scaled", "\"surface\"").or("surface");
+        let names = [("surface", Sliding::Surface), ("scaled", Sliding::Scaled)];
+        choose(form, &mut self.sliding, "form of sliding", key, &names);
+    }
+
     #[inline(always)]
     fn stiffness<R: Real>(&self, radius_a: R, radius_b: R) -> Stiffness<R> {
         let modulus = R::splat(self.young_modulus);

@@ -22,7 +22,8 @@
 //! F_t^2/(2 k_t), grows from nothing (Elata & Berryman 1996): up to 2e-4 of the energy of an impact that hardly slides. Rescaled it
 //! falls with the radius of the contact, which cannot bear what it bore (Walton 1987), and no impact gains.
 
-use super::{Answer, Contact, ContactLaw, FromContact, NormalForce, Resistance, Touch};
+use super::{Answer, Contact, ContactLaw, FromContact, NormalForce, Resistance, Touch, constants};
+use crate::base::keys::{DAMPING, Form, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, choose, number, text};
 use crate::base::lane::Real;
 use crate::base::space::{Lanewise, Space, Words};
 
@@ -67,6 +68,45 @@ impl TangentialForce {
 }
 
 impl HertzMindlin {
+    pub(super) const ASLEEP: Self = Self {
+        shear_modulus: 29e9,
+        poisson_ratio: 0.15,
+        friction: 0.5,
+        damping_normal: 0.0,
+        damping_tangential: 0.0,
+        damping_ratio: 0.0,
+        normal_force: NormalForce::TENSILE,
+        tangential_force: TangentialForce::Incremental,
+    };
+
+    pub(super) fn keys(&mut self, form: &mut dyn Form) {
+        form.number(
+            &mut self.shear_modulus,
+            number("shear_modulus", "G of the grains' solid", STRESS, POSITIVE, "\"29 GPa\""),
+        );
+        let poisson = "Poisson's ratio of the grains' solid";
+        form.number(&mut self.poisson_ratio, number("poisson_ratio", poisson, RATIO, Range::closed(0.0, 0.5), "0.15"));
+        constants::friction(form, &mut self.friction);
+        constants::normal_force(form, &mut self.normal_force);
+        match constants::restitution(form, &["damping_normal", "damping_tangential", "damping_ratio"]) {
+            Some(restitution) => self.damping_ratio = constants::damping_of(restitution, self.normal_force, 1.0),
+            None => {
+                let key = |name, about| number(name, about, DAMPING, NOT_NEGATIVE, "\"3.5 N s/m\"").or("0.0");
+                form.number(&mut self.damping_normal, key("damping_normal", "gamma_n"));
+                form.number(&mut self.damping_tangential, key("damping_tangential", "gamma_t"));
+                let about = "zeta of dashpots 2 sqrt(5/6) zeta sqrt(m k_n), m the effective mass";
+                form.number(
+                    &mut self.damping_ratio,
+                    number("damping_ratio", about, RATIO, NOT_NEGATIVE, "0.2").or("0.0"),
+                );
+            }
+        }
+        let about =
+            "its elastic part while a contact opens: incremental (kept) or rescaled with the radius of the contact";
+        let key = text("tangential_force", about, "\"rescaled\"").or("incremental");
+        choose(form, &mut self.tangential_force, "form of the tangential force", key, &TangentialForce::NAMES);
+    }
+
     /// k_n and k_t at an overlap.
     #[inline(always)]
     fn stiffness<R: Real>(&self, radius_a: R, radius_b: R, overlap: R) -> [R; 2] {

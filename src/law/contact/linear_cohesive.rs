@@ -12,6 +12,7 @@
 
 use super::linear_spring_dashpot::slide;
 use super::{Answer, Contact, ContactLaw, FromContact, LinearSpringDashpot, Resistance, Touch};
+use crate::base::keys::{FORCE, Form, NOT_NEGATIVE, number};
 use crate::base::lane::Real;
 use crate::base::space::{Components, Lanewise, Space, Words};
 
@@ -26,6 +27,24 @@ pub struct LinearCohesive {
 }
 
 impl LinearCohesive {
+    pub(super) fn keys(&mut self, form: &mut dyn Form, mass_mean: f64) {
+        self.linear.keys(form, mass_mean);
+        form.number(
+            &mut self.cohesion_normal,
+            number("cohesion_normal", "e_n, the pull that a contact bears", FORCE, NOT_NEGATIVE, "\"0.2 N\""),
+        );
+        form.number(
+            &mut self.cohesion_tangential,
+            number(
+                "cohesion_tangential",
+                "e_t, shear that a contact bears beyond friction",
+                FORCE,
+                NOT_NEGATIVE,
+                "\"0.2 N\"",
+            ),
+        );
+    }
+
     /// How far apart surfaces that have touched still hold on to each other, m: e_n/k_n.
     pub fn pull_off_distance(&self) -> f64 {
         self.cohesion_normal / self.linear.stiffness_normal

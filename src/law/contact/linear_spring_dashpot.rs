@@ -14,7 +14,8 @@
 //! Damping is absolute (N s/m) and enters in full, as in Table 1 of the paper. The spring is forgotten at the first step
 //! without overlap. Stable only for time steps below the bounds of `job/stable.rs`, which include the damping.
 
-use super::{Answer, Contact, ContactLaw, FromContact, NormalForce, Resistance, Touch};
+use super::{Answer, Contact, ContactLaw, FromContact, NormalForce, Resistance, Touch, constants};
+use crate::base::keys::{DAMPING, Form, NOT_NEGATIVE, POSITIVE, STIFFNESS, number};
 use crate::base::lane::Real;
 use crate::base::space::{Lanewise, Space, Words};
 
@@ -32,6 +33,48 @@ pub struct LinearSpringDashpot {
     /// mu, the Coulomb coefficient.
     pub friction: f64,
     pub normal_force: NormalForce,
+}
+
+impl LinearSpringDashpot {
+    /// Table 1 of Chen et al. (2021) with the damping that is stable.
+    pub const CHEN: Self = Self {
+        stiffness_normal: 1_772_093.8,
+        stiffness_tangential: 886_046.9,
+        damping_normal: 3.5,
+        damping_tangential: 3.5,
+        friction: 0.5,
+        normal_force: NormalForce::TENSILE,
+    };
+
+    /// `mass_mean`: mass of the mean grain, kg, which turns a restitution into a damping.
+    pub(super) fn keys(&mut self, form: &mut dyn Form, mass_mean: f64) {
+        form.number(
+            &mut self.stiffness_normal,
+            number("stiffness_normal", "k_n", STIFFNESS, POSITIVE, "\"1772 kN/m\""),
+        );
+        form.number(
+            &mut self.stiffness_tangential,
+            number("stiffness_tangential", "k_t", STIFFNESS, NOT_NEGATIVE, "\"886 kN/m\""),
+        );
+        constants::normal_force(form, &mut self.normal_force);
+        let dampings = ["damping_normal", "damping_tangential"];
+        match constants::restitution(form, &dampings) {
+            Some(restitution) => {
+                let critical = 2.0 * (self.stiffness_normal * 0.5 * mass_mean).sqrt();
+                self.damping_normal = constants::damping_of(restitution, self.normal_force, critical);
+                self.damping_tangential = self.damping_normal;
+            }
+            None if form.is_needed() && !dampings.iter().any(|key| form.has(key)) => form.note_table(
+                "does not say how contacts are damped. Add restitution, for example restitution = 0.5, or both damping_normal and damping_tangential, for example \"3.5 N s/m\".",
+            ),
+            None => {
+                let key = |name, about| number(name, about, DAMPING, NOT_NEGATIVE, "\"3.5 N s/m\"");
+                form.number(&mut self.damping_normal, key("damping_normal", "gamma_n"));
+                form.number(&mut self.damping_tangential, key("damping_tangential", "gamma_t"));
+            }
+        }
+        constants::friction(form, &mut self.friction);
+    }
 }
 
 impl FromContact for LinearSpringDashpot {

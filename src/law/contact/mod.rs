@@ -3,10 +3,12 @@
 
 use std::fmt::Debug;
 
+use crate::base::keys::{Form, text, variant};
 use crate::base::lane::Real;
 use crate::base::space::{Plane, Solid, Space, Words};
 
 mod absent;
+mod constants;
 mod elastic_rolling;
 mod hertz_mindlin;
 mod linear_cohesive;
@@ -85,14 +87,36 @@ pub enum Contact {
 }
 
 impl Contact {
+    /// The laws as jobs name them, with constants for jobs that say nothing of contacts because nothing of them touches.
+    pub const LAWS: [(&'static str, Self); 4] = {
+        let linear = LinearSpringDashpot::CHEN;
+        [
+            ("linear", Self::Linear(linear)),
+            (
+                "linear_cohesive",
+                Self::LinearCohesive(LinearCohesive { linear, cohesion_normal: 0.0, cohesion_tangential: 0.0 }),
+            ),
+            ("elastic_rolling", Self::ElasticRolling(ElasticRolling::ASLEEP)),
+            ("hertz_mindlin", Self::HertzMindlin(HertzMindlin::ASLEEP)),
+        ]
+    };
+
+    /// The keys of `[contact]`. `mass_mean`: mass of the mean grain, kg, which turns a restitution into a damping.
+    pub fn keys(&mut self, form: &mut dyn Form, mass_mean: f64) {
+        let about = "the contact law: linear, linear_cohesive, elastic_rolling or hertz_mindlin";
+        let key = text("law", about, "\"linear\"").or("linear");
+        variant(form, self, "contact law", key, &Self::LAWS, |law, form| match law {
+            Self::Linear(law) => law.keys(form, mass_mean),
+            Self::LinearCohesive(law) => law.keys(form, mass_mean),
+            Self::ElasticRolling(law) => law.keys(form),
+            Self::HertzMindlin(law) => law.keys(form),
+        });
+    }
+
     /// The law as jobs name it.
     pub fn law(&self) -> &'static str {
-        match self {
-            Self::Linear(_) => "linear",
-            Self::LinearCohesive(_) => "linear_cohesive",
-            Self::ElasticRolling(_) => "elastic_rolling",
-            Self::HertzMindlin(_) => "hertz_mindlin",
-        }
+        let is_this = |of: &Self| std::mem::discriminant(of) == std::mem::discriminant(self);
+        Self::LAWS.iter().find(|(_, of)| is_this(of)).map(|(name, _)| *name).expect("every law has a name")
     }
 
     /// How far apart surfaces may be and still hold on to each other, m.

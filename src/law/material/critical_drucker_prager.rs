@@ -28,8 +28,11 @@
 //! |deps_p| is the Frobenius norm: `dlambda sqrt(1/2 + etabar^2/d)` on the cone. The memory is
 //! `b_e - I`, which keeps the digits of small strains and needs no exponential in an elastic step.
 
+use std::f64::consts::FRAC_PI_4;
+
 use super::hencky::{isotropic_strain, isotropic_stress, p_wave_modulus};
 use super::{MaterialLaw, MaterialMemory, alone};
+use crate::base::keys::{ANGLE, Form, Key, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, number};
 use crate::base::lane::Real;
 use crate::base::math;
 use crate::base::record::{Record, Visitor};
@@ -58,6 +61,90 @@ pub struct CriticalConstants {
     pub cohesion: f64,
     /// A constant psi of plastic flow, rad, in place of that of chi, which is then zero: phi is phi_cs throughout.
     pub dilation_angle: Option<f64>,
+}
+
+impl CriticalConstants {
+    /// Table 2 of Chen et al. (2021) without its moduli, for jobs that say nothing of a continuum because they have none.
+    pub const CHEN: Self = Self {
+        bulk_modulus: 630e6,
+        shear_modulus: 460e6,
+        friction_angle_critical: 0.27,
+        fraction_critical: 0.815,
+        fraction: 0.815,
+        dilation_factor: 7.0,
+        softening_rate: 0.01,
+        cohesion: 0.0,
+        dilation_angle: None,
+    };
+
+    /// The keys of a material of this law.
+    pub fn keys(&mut self, form: &mut dyn Form) {
+        let angle = number(
+            "dilation_angle",
+            "a constant psi in place of that of chi",
+            ANGLE,
+            Range::closed(-FRAC_PI_4, FRAC_PI_4),
+            "\"0 deg\"",
+        );
+        form.number_if_given(&mut self.dilation_angle, angle.optional());
+        let still = self.dilation_angle.is_some();
+        if still && form.is_needed() && !form.has("fraction_critical") {
+            self.fraction_critical = FRACTION_STILL;
+        }
+        self.keys_of_flow(form, still);
+        if !form.has("fraction") && still && form.is_needed() {
+            self.fraction = self.fraction_critical;
+        }
+        form.number(
+            &mut self.fraction,
+            unless(
+                still,
+                number("fraction", "the packing fraction that points start with", RATIO, Range::open(0.0, 1.0), "0.83"),
+            ),
+        );
+        if still && self.dilation_factor != 0.0 {
+            form.note(
+                "dilation_angle",
+                "stands beside material.dilation_factor, and each says how flow dilates. Drop dilation_factor for a constant angle of dilation and of friction, or dilation_angle for angles that follow the packing fraction.",
+            );
+        }
+    }
+
+    /// Those that a file of a material has: all but the packing fraction of the start. `still`: the dilation angle is constant, so
+    /// that nothing need follow the packing fraction.
+    pub fn keys_of_flow(&mut self, form: &mut dyn Form, still: bool) {
+        if still && form.is_needed() {
+            (self.dilation_factor, self.softening_rate) = (0.0, 0.0);
+        }
+        form.number(&mut self.bulk_modulus, number("bulk_modulus", "K", STRESS, POSITIVE, "\"630 MPa\""));
+        form.number(&mut self.shear_modulus, number("shear_modulus", "G", STRESS, POSITIVE, "\"460 MPa\""));
+        form.number(
+            &mut self.friction_angle_critical,
+            number("friction_angle_critical", "phi_cs", ANGLE, Range::below(0.0, 1.3734), "\"30 deg\""),
+        );
+        form.number(
+            &mut self.fraction_critical,
+            unless(still, number("fraction_critical", "Phi_cs", RATIO, Range::open(0.0, 1.0), "0.815")),
+        );
+        let (chi, xi) = ("chi of tan(psi) = chi (Phi - Phi_cs)", "xi of dPhi/dt = -(Phi - Phi_cs) Phi xi |deps_p/dt|");
+        form.number(
+            &mut self.dilation_factor,
+            unless(still, number("dilation_factor", chi, RATIO, Range::closed(0.0, 100.0), "7")),
+        );
+        form.number(
+            &mut self.softening_rate,
+            unless(still, number("softening_rate", xi, RATIO, Range::closed(0.0, 1000.0), "7")),
+        );
+        form.number(&mut self.cohesion, number("cohesion", "c", STRESS, NOT_NEGATIVE, "\"10 kPa\"").or("0.0"));
+    }
+}
+
+/// Phi_cs where nothing looks at it.
+const FRACTION_STILL: f64 = 0.8;
+
+/// A key that must be typed unless the dilation angle is constant.
+fn unless(still: bool, key: Key) -> Key {
+    if still { key.follows("nothing: the dilation angle is constant") } else { key }
 }
 
 /// The law with its constants.

@@ -1,0 +1,562 @@
+//! The tables of a continuum's job and their keys.
+
+use super::{
+    BodyContact, Boundary, Elastic, Face, Followed, Granular, Gravity, Grid, InitialStress, KnownBands, Load, LoadKind,
+    Material, MaterialLaw, Membrane, Mpm, Origin, Path, Region, RegionShape, RigidBody, Watch, Wave,
+};
+use crate::base::keys::{
+    DAMPING, DENSITY, FORCE, Form, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, SPEED, STIFFNESS, STRESS, TIME, Table,
+    Wants, choose, count, flag, key, number, size, text, variant, vector,
+};
+use crate::base::units::Dimension;
+use crate::couple::oracle::Oracle;
+use crate::couple::zone::Enrichment;
+use crate::job::assembly::{Assembly, Body, Packed, Source, corners, depth, keys_of_grains, space};
+use crate::job::schema::{list, section};
+use crate::job::shear::{keys_of_subcycling, plane, skin};
+use crate::job::write::Page;
+use crate::job::{Method, Output};
+use crate::law::contact::Contact;
+use crate::law::material::CriticalConstants;
+use crate::mpm::scheme::Scheme;
+
+impl Mpm {
+    /// The job in SI numbers with nothing left to a default. It parses back to an equal continuum.
+    pub fn to_toml(&self) -> String {
+        let (mut job, mut page) = (self.clone(), Page::new(self.grid.dimension));
+        job.head(&mut page);
+        page.section("grid", |page| job.grid.keys(page));
+        page.section("scheme", |page| job.scheme.keys(page));
+        page.section("material", |page| job.material.keys(page, job.grains.is_some()));
+        page.section("stress", |page| job.stress.keys(page));
+        page.section("gravity", |page| job.gravity.keys(page));
+        page.section("time", |page| job.keys_of_time(page));
+        if let Some(watch) = &mut job.oracle {
+            page.section("oracle", |page| watch.keys(page, |_| 0));
+        }
+        page.section("decomposition", |page| job.keys_of_decomposition(page));
+        if let Some(granular) = &mut job.grains {
+            let piece = &mut granular.piece;
+            page.section("grains", |page| keys_of_grains(page, &mut piece.matter, &mut piece.source));
+            if let Source::Packed(packed) = &mut piece.source {
+                page.section("packing", |page| packed.keys(page));
+            }
+            page.section("contact", |page| piece.contact.keys(page, 0.0));
+            page.section("enrichment", |page| granular.keys_of_enrichment(page));
+            page.section("zone", |page| granular.enrichment.life.keys(page));
+        }
+        page.section("output", |page| job.output.keys(page, &mut job.ledger));
+        let (mut named, mut parts) = (job.boundaries_named(), job.parts_of_bands());
+        job.lists(&mut page, &mut named, &mut parts);
+        page.text()
+    }
+
+    pub(in crate::job) fn head(&mut self, form: &mut dyn Form) {
+        form.text(
+            &mut self.name,
+            text("name", "the job's name, also that of its run directory", "\"column_collapse\""),
+        );
+        let mut blank = form.describes().then(Granular::blank);
+        if let Some(grains) = self.grains.as_deref_mut().or(blank.as_mut()) {
+            grains.method.keys(form, "what a job with grains is made of: mpm, dem or hybrid");
+            let seed = count("seed", "the seed of every random number", (0, i64::MAX as u64), "1");
+            form.count(&mut grains.piece.seed, seed.or("1"));
+        }
+    }
+
+    pub(in crate::job) fn keys_of_time(&mut self, form: &mut dyn Form) {
+        form.number(
+            &mut self.step,
+            number("step", "the time step", TIME, POSITIVE, "\"10 us\"").follows("safety times the stable one"),
+        );
+        form.number(
+            &mut self.end,
+            number("end", "the simulated time at which the run ends", TIME, POSITIVE, "\"1 s\""),
+        );
+        if self.grains.is_some() || form.describes() {
+            keys_of_subcycling(&mut self.grain_steps, form);
+        }
+        Self::safety(form);
+    }
+
+    /// The time step over the stable one, where it is typed.
+    pub(in crate::job) fn safety(form: &mut dyn Form) -> Option<f64> {
+        let mut safety = None;
+        let about = "the time step over the stable one, in place of step";
+        let key = number("safety", about, RATIO, Range::above(0.0, 1.0), "0.5");
+        form.number_if_given(&mut safety, key.follows("0.5 where there is no step"));
+        safety
+    }
+
+    pub(in crate::job) fn keys_of_decomposition(&mut self, form: &mut dyn Form) {
+        let about = "the edge of a block in cells";
+        let cells =
+            count("cells_per_block", about, (2, 64), "8").follows("8 in the plane, 4 in space, or what fits periods");
+        size(form, &mut self.cells_per_block, cells);
+        let mut blank = form.describes().then(Granular::blank);
+        if let Some(grains) = self.grains.as_deref_mut().or(blank.as_mut()) {
+            skin(form, &mut grains.piece.skin);
+        }
+    }
+
+    /// Faces with what happens at them.
+    fn boundaries_named(&self) -> Vec<(Face, Boundary)> {
+        Face::all(self.grid.dimension)
+            .map(|face| (face, self.boundaries[face.axis][usize::from(face.upper)]))
+            .filter(|(_, boundary)| *boundary != Boundary::Periodic)
+            .collect()
+    }
+
+    fn parts_of_bands(&self) -> Vec<[[f64; 2]; 2]> {
+        self.grains.as_ref().and_then(|grains| grains.known.clone()).unwrap_or_default().parts
+    }
+
+    /// Tables of which there may be any number; faces with what happens at them, and parts of bands, stand beside the job.
+    pub(in crate::job) fn lists(
+        &mut self,
+        form: &mut dyn Form,
+        named: &mut Vec<(Face, Boundary)>,
+        parts: &mut Vec<[[f64; 2]; 2]>,
+    ) {
+        let of = |name, about, example| key(name, about, Wants::Text, example).optional();
+        let region =
+            of("region", "where material is at the start", "[{shape = \"box\", lower = [0, 0], upper = [1, 1]}]");
+        list(form, &mut self.regions, region, "material at the start", &Region::BLANK, Region::keys);
+        let boundary =
+            of("boundary", "what happens at the faces of the grid", "[{face = \"y_lower\", kind = \"fixed\"}]");
+        let blank = (Face { axis: 0, upper: false }, Boundary::Fixed);
+        list(form, named, boundary, "what happens at a face of the grid", &blank, Boundary::keys);
+        let example = "[{face = \"y_upper\", kind = \"pressure\", pressure = \"1 kPa\"}]";
+        let load = of("load", "loads on the material's surface", example);
+        list(form, &mut self.loads, load, "a load on the material's surface", &Load::BLANK, Load::keys);
+        let membrane = of("membrane", "elastic membranes that press on the material", "[]");
+        let about = "an elastic membrane under pressure, in the plane";
+        list(form, &mut self.membranes, membrane, about, &Membrane::BLANK, Membrane::keys);
+        let body = of("body", "rigid bodies that the material touches", "[]");
+        list(form, &mut self.bodies, body, "a rigid body", &RigidBody::BLANK, RigidBody::keys);
+        let band = of("band", "straight parts of shear bands that are known", "[]");
+        list(form, parts, band, "a straight part of a shear band that is known", &[[0.0; 2]; 2], keys_of_band);
+        let follow =
+            of("follow", "points with columns of their own in the series", "[{name = \"tip\", place = [0, 0]}]");
+        let about = "a point with columns of its own in the series";
+        list(form, &mut self.follow, follow, about, &Followed::BLANK, Followed::keys);
+    }
+
+    /// The tables of a job, with all their keys.
+    pub(in crate::job) fn tables() -> Vec<Table> {
+        let mut job = Self::blank();
+        let (mut grains, mut packed) = (Granular::blank(), Packed::blank(2));
+        let piece = &mut grains.piece;
+        let mut watch = Watch::BLANK;
+        vec![
+            section("", "the job itself", |form| {
+                job.head(form);
+                job.lists(form, &mut Vec::new(), &mut Vec::new());
+            }),
+            section("grid", "the domain of a continuum and its cells", |form| job.grid.keys(form)),
+            section("scheme", "how points and nodes exchange what they carry", |form| job.scheme.keys(form)),
+            section("material", "what the points are made of", |form| job.material.keys(form, false)),
+            section("stress", "the stress at the start", |form| job.stress.keys(form)),
+            section("gravity", "the acceleration of all material", |form| job.gravity.keys(form)),
+            section("time", "the time step and the end", |form| job.keys_of_time(form)),
+            section("decomposition", "how the domain is cut", |form| job.keys_of_decomposition(form)),
+            section("oracle", "where a shear band would be replaced by grains", |form| watch.keys(form, |_| 0)),
+            section("grains", "sizes and matter of the grains", |form| {
+                keys_of_grains(form, &mut piece.matter, &mut piece.source);
+            }),
+            section("packing", "how a piece of packing is made, which is laid side by side", |form| packed.keys(form)),
+            section("contact", "forces between grains", |form| piece.contact.keys(form, 0.0)),
+            section("enrichment", "grains for points", |form| grains.keys_of_enrichment(form)),
+            section("zone", "what becomes of the grains' zone", |form| grains.enrichment.life.keys(form)),
+            section("output", "what is written and when", |form| job.output.keys(form, &mut job.ledger)),
+        ]
+    }
+
+    /// What a job is before it is read.
+    pub(in crate::job) fn blank() -> Self {
+        Self {
+            name: String::new(),
+            grid: Grid {
+                dimension: 2,
+                lower: [0.0; 3],
+                upper: [0.0; 3],
+                cell: 0.0,
+                cells: [1; 3],
+                periodic: [false; 3],
+                depth: 1.0,
+            },
+            scheme: Scheme::DEFAULT,
+            material: Material { density: 0.0, law: MaterialLaw::LAWS[0].1 },
+            regions: Vec::new(),
+            stress: InitialStress::None,
+            gravity: Gravity { acceleration: [0.0; 3], ramp: 0.0 },
+            boundaries: [[Boundary::Free; 2]; 3],
+            loads: Vec::new(),
+            membranes: Vec::new(),
+            bodies: Vec::new(),
+            follow: Vec::new(),
+            oracle: None,
+            grains: None,
+            step: 0.0,
+            grain_steps: 1,
+            end: 0.0,
+            cells_per_block: 0,
+            output: Output::default(),
+            ledger: false,
+        }
+    }
+}
+
+impl Grid {
+    pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
+        space(form, &mut self.dimension, "plane for plane strain, solid for three dimensions");
+        form.vector(&mut self.lower, vector("lower", "the lower corner", LENGTH, "\"0 m\"").follows("the origin"));
+        form.vector(&mut self.upper, vector("upper", "the upper corner", LENGTH, "\"4 m\""));
+        form.number(&mut self.cell, number("cell", "the edge of a cell", LENGTH, POSITIVE, "\"10 cm\""));
+        depth(form, &mut self.depth, "a solid has");
+        form.flags(
+            &mut self.periodic,
+            key("periodic", "which axes are periodic", Wants::Flags, "false").follows("none"),
+        );
+    }
+}
+
+impl MaterialLaw {
+    /// The laws as jobs name them, with constants before any is read.
+    pub const LAWS: [(&'static str, Self); 3] = {
+        let elastic = Elastic { bulk_modulus: 0.0, shear_modulus: 0.0 };
+        [
+            ("linear_elastic", Self::LinearElastic(elastic)),
+            ("hencky", Self::Hencky(elastic)),
+            ("critical_drucker_prager", Self::CriticalDruckerPrager(CriticalConstants::CHEN)),
+        ]
+    };
+
+    /// The law as jobs name it.
+    pub fn name(&self) -> &'static str {
+        let is_this = |of: &Self| std::mem::discriminant(of) == std::mem::discriminant(self);
+        Self::LAWS.iter().find(|(_, of)| is_this(of)).map(|(name, _)| *name).expect("every law has a name")
+    }
+}
+
+impl Material {
+    /// Beside grains the density is theirs.
+    pub(in crate::job) fn keys(&mut self, form: &mut dyn Form, beside_grains: bool) {
+        let about = "the material law: linear_elastic, hencky or critical_drucker_prager";
+        let key = text("law", about, "\"hencky\"");
+        variant(form, &mut self.law, "material law", key, &MaterialLaw::LAWS, |law, form| match law {
+            MaterialLaw::LinearElastic(elastic) | MaterialLaw::Hencky(elastic) => elastic.keys(form),
+            MaterialLaw::CriticalDruckerPrager(critical) => critical.keys(form),
+        });
+        if !beside_grains {
+            let about = "the density of the material with its pores";
+            form.number(&mut self.density, number("density", about, DENSITY, POSITIVE, "\"2000 kg/m3\""));
+        } else if form.has("density") {
+            form.note(
+                "density",
+                "is that of the packing in a job with grains: grains.density times its packing fraction. Remove the line.",
+            );
+        }
+    }
+}
+
+impl Elastic {
+    /// E and nu, or K and G.
+    fn keys(&mut self, form: &mut dyn Form) {
+        let of_bulk = ["bulk_modulus", "shear_modulus"].into_iter().find(|key| form.has(key));
+        let of_young = ["young_modulus", "poisson_ratio"].into_iter().find(|key| form.has(key));
+        if let (Some(key), Some(other)) = (of_bulk, of_young) {
+            let problem = format!(
+                "stands beside material.{other}, and two moduli are enough. Keep young_modulus and poisson_ratio, or bulk_modulus and shear_modulus."
+            );
+            return form.note(key, &problem);
+        }
+        if form.describes() || form.is_needed() && of_bulk.is_none() {
+            let (mut young, mut poisson) = (0.0, 0.0);
+            form.number(&mut young, number("young_modulus", "E", STRESS, POSITIVE, "\"10 MPa\""));
+            form.number(&mut poisson, number("poisson_ratio", "Poisson's ratio", RATIO, Range::open(-1.0, 0.5), "0.3"));
+            self.bulk_modulus = young / (3.0 * (1.0 - 2.0 * poisson));
+            self.shear_modulus = young / (2.0 * (1.0 + poisson));
+        }
+        if !form.is_needed() || of_bulk.is_some() {
+            form.number(&mut self.bulk_modulus, number("bulk_modulus", "K", STRESS, POSITIVE, "\"630 MPa\""));
+            form.number(&mut self.shear_modulus, number("shear_modulus", "G", STRESS, POSITIVE, "\"460 MPa\""));
+        }
+    }
+}
+
+impl InitialStress {
+    pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
+        let kinds = [
+            ("none", Self::None),
+            ("isotropic", Self::Isotropic { pressure: 0.0 }),
+            ("geostatic", Self::Geostatic { axis: 1, up: 1.0, surface: 0.0, k0: 0.0, surcharge: 0.0 }),
+        ];
+        let key = text("kind", "none, isotropic or geostatic", "\"geostatic\"").or("none");
+        variant(form, self, "kind of stress", key, &kinds, |stress, form| match stress {
+            Self::None => {}
+            Self::Isotropic { pressure } => {
+                form.number(pressure, number("pressure", "the pressure everywhere", STRESS, POSITIVE, "\"100 kPa\""));
+            }
+            Self::Geostatic { surface, k0, surcharge, .. } => {
+                let about = "the coordinate of the surface along gravity";
+                form.number(surface, number("surface", about, LENGTH, Range::ANY, "\"1 m\""));
+                let about = "the stress across over the stress along gravity";
+                form.number(k0, number("k0", about, RATIO, Range::closed(0.0, 10.0), "0.5"));
+                let about = "the pressure on the surface";
+                form.number(surcharge, number("surcharge", about, STRESS, NOT_NEGATIVE, "\"20 kPa\"").or("0.0"));
+            }
+        });
+    }
+}
+
+impl Gravity {
+    pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
+        let about = "the acceleration";
+        form.vector(&mut self.acceleration, vector("acceleration", about, Dimension::ACCELERATION, "\"-9.81 m/s2\""));
+        let about = "the time over which it rises from zero";
+        form.number(&mut self.ramp, number("ramp", about, TIME, NOT_NEGATIVE, "\"0.1 s\"").or("0.0"));
+    }
+}
+
+impl Region {
+    const BLANK: Self = Self {
+        shape: RegionShape::Box { lower: [0.0; 3], upper: [0.0; 3] },
+        fraction: f64::NAN,
+        velocity: [0.0; 3],
+        spin: [0.0; 3],
+        waves: Vec::new(),
+    };
+
+    /// Where it has no packing fraction of its own, it has that of the material.
+    pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
+        let [lower, upper, centre] = [[0.0; 3]; 3];
+        let kinds = [
+            ("box", RegionShape::Box { lower, upper }),
+            ("ball", RegionShape::Ball { centre, radius: 0.0 }),
+            ("polygon", RegionShape::Polygon { vertices: Vec::new() }),
+        ];
+        let key_of_shape = text("shape", "box, ball or polygon", "\"box\"");
+        variant(form, &mut self.shape, "shape", key_of_shape, &kinds, |shape, form| match shape {
+            RegionShape::Box { lower, upper } => corners(form, lower, upper),
+            RegionShape::Ball { centre, radius } => {
+                form.vector(centre, vector("centre", "the centre", LENGTH, "\"1 m\""));
+                form.number(radius, number("radius", "the radius", LENGTH, POSITIVE, "\"10 cm\""));
+            }
+            RegionShape::Polygon { vertices } => {
+                let about = "the corners of a polygon in the plane";
+                form.polygon(vertices, key("vertices", about, Wants::Polygon, "[[0, 0], [\"2 m\", 0], [0, \"1 m\"]]"));
+            }
+        });
+        let mut fraction = Some(self.fraction).filter(|fraction| !fraction.is_nan());
+        let about = "the packing fraction that its points start with";
+        let own = number("fraction", about, RATIO, Range::open(0.0, 1.0), "0.83").follows("that of the material");
+        form.number_if_given(&mut fraction, own);
+        self.fraction = fraction.unwrap_or(f64::NAN);
+        form.vector(
+            &mut self.velocity,
+            vector("velocity", "the velocity at the start", SPEED, "\"1 cm/s\"").follows("none"),
+        );
+        let about = "the angular velocity about its centre at the start";
+        form.spin(&mut self.spin, key("spin", about, Wants::Spin, "\"3 rad/s\"").follows("none"));
+        let example = "[{direction = [1, 0], length = \"2 m\", amplitude = [\"1 mm/s\", 0]}]";
+        let wave = key("wave", "sines added to its velocity at the start", Wants::Text, example).optional();
+        list(form, &mut self.waves, wave, "a sine of the velocity at the start", &Wave::BLANK, Wave::keys);
+    }
+}
+
+impl Wave {
+    const BLANK: Self = Self { direction: [0.0; 3], length: 0.0, origin: [f64::NAN; 3], amplitude: [0.0; 3] };
+
+    fn keys(&mut self, form: &mut dyn Form) {
+        form.vector(&mut self.direction, vector("direction", "the direction that it changes along", RATIO, "1.0"));
+        form.number(&mut self.length, number("length", "the wave length", LENGTH, POSITIVE, "\"2 m\""));
+        let origin = vector("origin", "a place where it vanishes", LENGTH, "\"0 m\"");
+        form.vector(&mut self.origin, origin.follows("the lower corner of the grid"));
+        form.vector(&mut self.amplitude, vector("amplitude", "the velocity at its crest", SPEED, "\"1 mm/s\""));
+    }
+}
+
+/// Which face, of those that a domain has.
+fn keys_of_face(face: &mut Face, form: &mut dyn Form, about: &'static str, example: &'static str) {
+    const NAMES: [&str; 6] = ["x_lower", "x_upper", "y_lower", "y_upper", "z_lower", "z_upper"];
+    let faces: Vec<(&'static str, Face)> = NAMES.into_iter().zip(Face::all(form.axes())).collect();
+    choose(form, face, "face", text("face", about, example), &faces);
+}
+
+impl Boundary {
+    pub(in crate::job) fn keys((face, boundary): &mut (Face, Self), form: &mut dyn Form) {
+        keys_of_face(face, form, "which face: x_lower, x_upper and so on", "\"y_lower\"");
+        let kinds = [
+            ("fixed", Self::Fixed),
+            ("roller", Self::Roller),
+            ("friction", Self::Friction { coefficient: 0.0 }),
+            ("absorbing", Self::Absorbing),
+            ("free", Self::Free),
+        ];
+        let key = text("kind", "fixed, roller, friction, absorbing or free", "\"fixed\"");
+        variant(form, boundary, "kind of boundary", key, &kinds, |kind, form| {
+            let Self::Friction { coefficient } = kind else { return };
+            let about = "the Coulomb coefficient";
+            form.number(coefficient, number("coefficient", about, RATIO, Range::closed(0.0, 5.0), "0.5"));
+        });
+    }
+}
+
+impl Load {
+    const BLANK: Self = Self {
+        face: Face { axis: 0, upper: false },
+        lower: [f64::NAN; 3],
+        upper: [f64::NAN; 3],
+        kind: LoadKind::Pressure(0.0),
+        ramp: 0.0,
+    };
+
+    pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
+        keys_of_face(&mut self.face, form, "which side of the material: x_lower, x_upper and so on", "\"y_upper\"");
+        let window = |name, about| vector(name, about, LENGTH, "\"1 m\"").follows("that of the grid");
+        form.vector(&mut self.lower, window("lower", "the lower corner of what is loaded"));
+        form.vector(&mut self.upper, window("upper", "the upper corner of what is loaded"));
+        let kinds = [("traction", LoadKind::Traction([0.0; 3])), ("pressure", LoadKind::Pressure(0.0))];
+        let key = text("kind", "traction or pressure", "\"pressure\"");
+        variant(form, &mut self.kind, "kind of load", key, &kinds, |kind, form| match kind {
+            LoadKind::Traction(traction) => {
+                form.vector(traction, vector("traction", "the force per area of the start", STRESS, "\"10 kPa\""));
+            }
+            LoadKind::Pressure(pressure) => {
+                let about = "the pressure against the surface's normal";
+                form.number(pressure, number("pressure", about, STRESS, POSITIVE, "\"10 kPa\""));
+            }
+        });
+        let about = "the time over which it rises from zero";
+        form.number(&mut self.ramp, number("ramp", about, TIME, NOT_NEGATIVE, "\"0.1 s\"").or("0.0"));
+    }
+}
+
+impl Membrane {
+    const BLANK: Self = Self {
+        name: String::new(),
+        path: Path::Line { from: [0.0; 2], to: [0.0; 2] },
+        spacing: f64::NAN,
+        mass_per_area: 0.0,
+        stiffness: 0.0,
+        damping: 0.0,
+        tension: 0.0,
+        pressure: 0.0,
+        ramp: 0.0,
+    };
+
+    pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
+        form.text(&mut self.name, text("name", "the membrane's name", "\"left\""));
+        let kinds = [
+            ("line", Path::Line { from: [0.0; 2], to: [0.0; 2] }),
+            ("circle", Path::Circle { centre: [0.0; 2], radius: 0.0 }),
+        ];
+        variant(form, &mut self.path, "shape", text("shape", "line or circle", "\"line\""), &kinds, |path, form| {
+            match path {
+                Path::Line { from, to } => {
+                    let about = "where a line begins; pressure pushes to the left of the way from there";
+                    plane(form, from, vector("from", about, LENGTH, "\"0 m\""));
+                    plane(form, to, vector("to", "where a line ends", LENGTH, "\"9 cm\""));
+                }
+                Path::Circle { centre, radius } => {
+                    let about = "the centre of a circle; pressure pushes inwards";
+                    plane(form, centre, vector("centre", about, LENGTH, "\"5 cm\""));
+                    form.number(radius, number("radius", "the radius of a circle", LENGTH, POSITIVE, "\"4 cm\""));
+                }
+            }
+        });
+        let spacing = number("spacing", "the length of its segments", LENGTH, POSITIVE, "\"2 mm\"");
+        form.number(&mut self.spacing, spacing.follows("half a cell"));
+        // Latex of 0.3 mm.
+        let mass = number("mass_per_area", "its mass per area", Dimension::MASS_PER_AREA, POSITIVE, "\"0.3 kg/m2\"");
+        form.number(&mut self.mass_per_area, mass.or("0.3"));
+        let about = "force on a segment per lengthening of it";
+        form.number(&mut self.stiffness, number("stiffness", about, STIFFNESS, POSITIVE, "\"10 kN/m\""));
+        let about = "force on a segment per speed of its lengthening";
+        form.number(&mut self.damping, number("damping", about, DAMPING, NOT_NEGATIVE, "\"1 N s/m\"").or("0.0"));
+        let about = "the force on a segment at the start";
+        form.number(&mut self.tension, number("tension", about, FORCE, NOT_NEGATIVE, "\"2 N\"").or("0.0"));
+        let about = "the pressure, to the left of its way";
+        form.number(&mut self.pressure, number("pressure", about, STRESS, Range::ANY, "\"100 kPa\""));
+        let about = "the time over which the pressure rises from zero";
+        form.number(&mut self.ramp, number("ramp", about, TIME, NOT_NEGATIVE, "\"0.1 s\"").or("0.0"));
+    }
+}
+
+impl RigidBody {
+    const BLANK: Self = Self { body: Body::BLANK, contact: BodyContact::Rough, separates: true, seat: 0.0 };
+
+    pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
+        self.body.keys(form, false);
+        let kinds = [
+            ("rough", BodyContact::Rough),
+            ("smooth", BodyContact::Smooth),
+            ("coulomb", BodyContact::Coulomb { friction: 0.0 }),
+        ];
+        let key = text("contact", "how the material touches it: rough, smooth or coulomb", "\"rough\"");
+        variant(form, &mut self.contact, "contact", key, &kinds, |contact, form| {
+            let BodyContact::Coulomb { friction } = contact else { return };
+            let about = "the Coulomb coefficient";
+            form.number(friction, number("friction", about, RATIO, Range::closed(0.0, 5.0), "0.5"));
+        });
+        form.flag(&mut self.separates, flag("separates", "whether material may part from it", "true").or("true"));
+        let mut seat = Some(self.seat).filter(|seat| *seat > 0.0);
+        let about = "the force that presses it along its first way on grains until they rest, before the run";
+        form.number_if_given(&mut seat, number("seat", about, FORCE, POSITIVE, "\"60 N\"").optional());
+        self.seat = seat.unwrap_or_default();
+        self.body.motion.keys(form);
+    }
+}
+
+impl Watch {
+    pub(in crate::job) const BLANK: Self = Self { diameter: f64::NAN, oracle: Oracle::OF_GRID };
+
+    pub(in crate::job) fn keys(&mut self, form: &mut dyn Form, every: impl Fn(f64) -> u64) {
+        let diameter = number("diameter", "D50 of those grains", LENGTH, POSITIVE, "\"1 mm\"");
+        // Where the job has grains, it is theirs.
+        let known = !self.diameter.is_nan();
+        form.number(&mut self.diameter, if known { diameter.follows("that of the grains") } else { diameter });
+        self.oracle.keys(form, every);
+    }
+}
+
+fn keys_of_band([from, to]: &mut [[f64; 2]; 2], form: &mut dyn Form) {
+    plane(form, from, vector("from", "where it begins", LENGTH, "\"0 m\""));
+    plane(form, to, vector("to", "where it ends", LENGTH, "\"9 cm\""));
+}
+
+impl Followed {
+    const BLANK: Self = Self { name: String::new(), place: [0.0; 3] };
+
+    pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
+        form.text(&mut self.name, text("name", "the point's name", "\"tip\""));
+        let about = "the place that it is nearest to at the start";
+        form.vector(&mut self.place, vector("place", about, LENGTH, "\"1 m\""));
+    }
+}
+
+impl Granular {
+    pub(in crate::job) fn blank() -> Self {
+        Self {
+            method: Method::Hybrid,
+            piece: Assembly { contact: Contact::LAWS[0].1, ..Assembly::blank() },
+            enrichment: Enrichment::around(0.0),
+            reference: Origin::Specimen,
+            known: None,
+        }
+    }
+
+    pub(in crate::job) fn keys_of_enrichment(&mut self, form: &mut dyn Form) {
+        self.enrichment.keys(form);
+        let names = [("specimen", Origin::Specimen), ("piece", Origin::Piece)];
+        let key = text("reference", "where grains come from: specimen or piece", "\"specimen\"").or("specimen");
+        choose(form, &mut self.reference, "origin", key, &names);
+        let mut at = self.known.as_ref().map(|known| known.at);
+        let about = "when grains take the places of points around every [[band]]";
+        form.number_if_given(&mut at, number("at", about, TIME, POSITIVE, "\"0.1 s\"").optional());
+        if let Some(at) = at {
+            self.known.get_or_insert_with(KnownBands::default).at = at;
+        }
+    }
+}

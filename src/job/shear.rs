@@ -1,0 +1,469 @@
+//! Planar shear of a specimen between rough plates (Chen et al. 2021, section 6).
+
+use std::path::{Path, PathBuf};
+
+use super::document;
+use super::output::Output;
+use super::schema::section;
+use super::write::Page;
+use super::{Job, Method};
+use crate::base::error::Error;
+use crate::base::keys::{
+    DAMPING, DENSITY, Form, Key, LENGTH, MASS, NOT_NEGATIVE, POSITIVE, RATIO, Range, SPEED, STRESS, TIME, Table, Wants,
+    count, key, number, size, text, vector,
+};
+use crate::couple::oracle::Oracle;
+use crate::couple::zone::Enrichment;
+use crate::law::contact::Contact;
+use crate::law::material::CriticalConstants;
+
+/// The checked job. All quantities in SI units, angles in radians.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenario {
+    /// Job name; the default run directory is `runs/<name>`.
+    pub name: String,
+    pub method: Method,
+    /// Seed of every random number of the job.
+    pub seed: u64,
+    pub specimen: Specimen,
+    pub grains: Grains,
+    pub contact: Contact,
+    pub packing: Packing,
+    pub continuum: Continuum,
+    pub loading: Loading,
+    pub oracle: Oracle,
+    pub enrichment: Enrichment,
+    pub time: Time,
+    pub decomposition: Decomposition,
+    pub output: Output,
+    /// An account of work and energy of the grains is kept, in columns of its own.
+    pub ledger: bool,
+}
+
+impl Scenario {
+    /// Reads a job of planar shear, lays the `key.path=value` overrides over it and checks the whole.
+    pub fn load(path: &Path, sets: &[String]) -> Result<Self, Error> {
+        Self::parse(&document::read(path)?, &path.display().to_string(), sets)
+    }
+
+    /// The same from text; `file` names it in messages, and relative paths in it start from its folder.
+    pub fn parse(text: &str, file: &str, sets: &[String]) -> Result<Self, Error> {
+        match Job::parse(text, file, sets)? {
+            Job::Shear(scenario) => Ok(scenario),
+            Job::Assembly(_) => Err(Error::User(format!(
+                "{file}: this job is an assembly of grains, because it has a table [cell], and a job of planar shear is wanted here."
+            ))),
+            Job::Mpm(_) => Err(Error::User(format!(
+                "{file}: this job is a continuum on a grid, because it has a table [grid], and a job of planar shear is wanted here."
+            ))),
+        }
+    }
+
+    /// Whether grains are simulated at any time: in the run itself, or to make the packing that a continuum starts from.
+    pub fn moves_grains(&self) -> bool {
+        self.method.has_grains() || self.continuum.fraction_start.is_none()
+    }
+
+    /// The job in SI numbers with nothing left to a default. It parses back to an equal scenario.
+    pub fn to_toml(&self) -> String {
+        let (mut job, mut page) = (self.clone(), Page::new(2));
+        job.head(&mut page);
+        page.section("specimen", |page| job.specimen.keys(page));
+        page.section("grains", |page| job.grains.keys(page));
+        page.section("contact", |page| job.contact.keys(page, 0.0));
+        page.section("packing", |page| job.packing.keys(page));
+        page.section("loading", |page| job.loading.keys(page));
+        page.section("oracle", |page| job.oracle.keys(page, |_| 0));
+        page.section("enrichment", |page| job.enrichment.keys(page));
+        page.section("zone", |page| job.enrichment.life.keys(page));
+        page.section("time", |page| job.time.keys(page));
+        page.section("decomposition", |page| job.decomposition.keys(page));
+        page.section("output", |page| job.output.keys(page, &mut job.ledger));
+        page.section("continuum", |page| job.continuum.keys(page));
+        page.text()
+    }
+
+    /// Keys above the first table.
+    pub(super) fn head(&mut self, form: &mut dyn Form) {
+        form.text(&mut self.name, text("name", "the job's name, also that of its run directory", "\"planar_shear\""));
+        Method::keys(&mut self.method, form, "which parts of the program are awake");
+        form.count(&mut self.seed, count("seed", "the seed of every random number", (0, i64::MAX as u64), "1").or("1"));
+    }
+
+    /// The tables of a job, with all their keys.
+    pub(super) fn tables() -> Vec<Table> {
+        let mut job = Self::asleep();
+        vec![
+            section("", "the job itself", |form| job.head(form)),
+            section("specimen", "the box of material", |form| job.specimen.keys(form)),
+            section("grains", "sizes and matter of the grains", |form| job.grains.keys(form)),
+            section("contact", "forces between grains", |form| job.contact.keys(form, 0.0)),
+            section("packing", "how the packing is made, without cohesion", |form| job.packing.keys(form)),
+            section("continuum", "the continuum and its grid", |form| {
+                let material = text(
+                    "material",
+                    "a file with the keys from bulk_modulus to cohesion",
+                    "\"materials/chen_table_2.toml\"",
+                );
+                form.path_if_given(&mut None, material.optional());
+                job.continuum.keys(form);
+            }),
+            section("loading", "what is done to the specimen", |form| job.loading.keys(form)),
+            section("oracle", "shear band detection", |form| job.oracle.keys(form, |_| 0)),
+            section("enrichment", "grains for points", |form| job.enrichment.keys(form)),
+            section("zone", "what becomes of the grains' zone", |form| job.enrichment.life.keys(form)),
+            section("time", "the time step", |form| job.time.keys(form)),
+            section("decomposition", "how the domain is cut", |form| job.decomposition.keys(form)),
+            section("output", "what is written and when", |form| job.output.keys(form, &mut job.ledger)),
+        ]
+    }
+
+    /// What a job is before it is read: tables that its method leaves asleep keep the values of Chen et al. (2021).
+    pub(super) fn asleep() -> Self {
+        Self {
+            name: String::new(),
+            method: Method::Hybrid,
+            seed: 1,
+            specimen: Specimen { width: 0.0, height: 0.0, depth: 0.0 },
+            grains: Grains { diameter_mean: 0.0, diameter_deviation: 0.0, density: 0.0, file: None },
+            contact: Contact::LAWS[0].1,
+            packing: Packing {
+                friction: 0.0,
+                fraction_start: 0.0,
+                stress: 0.0,
+                height: None,
+                energy_ratio_max: 0.0,
+                cache: PathBuf::new(),
+            },
+            continuum: Continuum {
+                bulk_modulus: 0.0,
+                shear_modulus: 0.0,
+                friction_angle_critical: CriticalConstants::CHEN.friction_angle_critical,
+                fraction_critical: CriticalConstants::CHEN.fraction_critical,
+                dilation_factor: CriticalConstants::CHEN.dilation_factor,
+                softening_rate: CriticalConstants::CHEN.softening_rate,
+                cohesion: 0.0,
+                fraction_start: None,
+                cell: 0.0,
+                points_per_cell: 0,
+                flip: 0.0,
+                weak: Vec::new(),
+            },
+            loading: Loading {
+                stress_normal: 0.0,
+                speed: 0.0,
+                speed_ramp: 0.0,
+                strain_end: 0.0,
+                plate_mass: 0.0,
+                plate_damping: 0.0,
+            },
+            oracle: Oracle::OF_SHEAR,
+            enrichment: Enrichment::around(0.0),
+            time: Time { step: 0.0, grain_steps: 1 },
+            decomposition: Decomposition { cells_per_block: 0, skin: 0.0 },
+            output: Output::default(),
+            ledger: false,
+        }
+    }
+}
+
+/// The box of material: periodic in x, between a lower and an upper plate in y.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Specimen {
+    /// Period in x, m.
+    pub width: f64,
+    /// Distance of the plates' faces that the packing aims at, m; the packing's own height is what is used.
+    pub height: f64,
+    /// Out-of-plane depth of the 2D material, m.
+    pub depth: f64,
+}
+
+impl Specimen {
+    pub(super) fn keys(&mut self, form: &mut dyn Form) {
+        form.number(&mut self.width, number("width", "the period in x", LENGTH, POSITIVE, "\"6 cm\""));
+        form.number(&mut self.height, number("height", "the distance of the plates", LENGTH, POSITIVE, "\"12 cm\""));
+        let depth = number("depth", "the out-of-plane depth", LENGTH, POSITIVE, "\"1 cm\"");
+        form.number(&mut self.depth, depth.or("\"1 cm\""));
+    }
+}
+
+/// Sizes and matter of the grains (Chen et al. 2021, Table 1).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grains {
+    /// Mean diameter D50, m.
+    pub diameter_mean: f64,
+    /// Standard deviation of the normal distribution of diameters, m; cut at three deviations.
+    pub diameter_deviation: f64,
+    /// Density of the solid, kg/m3.
+    pub density: f64,
+    /// Grains read from a CSV file (`id,x,y,radius,vx,vy,spin`) instead of a generated packing.
+    pub file: Option<PathBuf>,
+}
+
+impl Grains {
+    pub(super) fn keys(&mut self, form: &mut dyn Form) {
+        let deviation = "the standard deviation of diameters";
+        form.number(
+            &mut self.diameter_mean,
+            number("diameter_mean", "the mean diameter D50", LENGTH, POSITIVE, "\"1 mm\""),
+        );
+        form.number(
+            &mut self.diameter_deviation,
+            number("diameter_deviation", deviation, LENGTH, NOT_NEGATIVE, "\"0.08 mm\""),
+        );
+        form.number(
+            &mut self.density,
+            number("density", "the density of the solid", DENSITY, POSITIVE, "\"2530 kg/m3\""),
+        );
+        form.path_if_given(
+            &mut self.file,
+            text("file", "grains to start from, as a CSV file", "\"grains.csv\"").optional(),
+        );
+    }
+}
+
+/// How the packing is made: thrown loosely, compressed by the upper plate under low friction and without cohesion, left to rest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Packing {
+    /// Friction coefficient while the packing is made (Cundall 1989: 0.01).
+    pub friction: f64,
+    /// Packing fraction of the loose start, 0.2 to 0.5.
+    pub fraction_start: f64,
+    /// Normal stress that the packing is brought to, Pa.
+    pub stress: f64,
+    /// Height that the packing is drawn with, m, where that is not the specimen's: of a tall hybrid only the zone is made of it.
+    pub height: Option<f64>,
+    /// Compression ends when kinetic energy is below this share of elastic energy.
+    pub energy_ratio_max: f64,
+    /// Folder of finished packings, reused by key.
+    pub cache: PathBuf,
+}
+
+impl Packing {
+    pub(super) fn keys(&mut self, form: &mut dyn Form) {
+        let (friction, start) = ("friction while the packing is made", "the packing fraction of the loose start");
+        form.number(
+            &mut self.friction,
+            number("friction", friction, RATIO, Range::closed(0.0, 5.0), "0.01").or("0.01"),
+        );
+        form.number(
+            &mut self.fraction_start,
+            number("fraction_start", start, RATIO, Range::closed(0.2, 0.5), "0.45").or("0.45"),
+        );
+        let stress = number("stress", "the normal stress of the packing", STRESS, POSITIVE, "\"400 kPa\"");
+        form.number(&mut self.stress, stress.follows("loading.stress_normal"));
+        let height = "the height of a packing that only the zone is made of";
+        form.number_if_given(&mut self.height, number("height", height, LENGTH, POSITIVE, "\"12 cm\"").optional());
+        rest_and_cache(form, &mut self.energy_ratio_max, &mut self.cache);
+    }
+}
+
+/// When a packing is at rest, and where finished ones are kept.
+pub(super) fn rest_and_cache(form: &mut dyn Form, energy_ratio_max: &mut f64, cache: &mut PathBuf) {
+    let ratio = "kinetic over elastic energy at rest";
+    form.number(
+        energy_ratio_max,
+        number("energy_ratio_max", ratio, RATIO, Range::closed(1e-12, 0.1), "1e-4").or("1e-4"),
+    );
+    form.path(cache, text("cache", "the folder of finished packings", "\"cache\"").or("\"cache\""));
+}
+
+/// Critical-state Drucker-Prager continuum on a background grid (Chen et al. 2021, 2.2).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Continuum {
+    /// K, Pa.
+    pub bulk_modulus: f64,
+    /// G, Pa.
+    pub shear_modulus: f64,
+    /// phi_cs, rad.
+    pub friction_angle_critical: f64,
+    /// Phi_cs.
+    pub fraction_critical: f64,
+    /// chi of tan(psi) = chi (Phi - Phi_cs).
+    pub dilation_factor: f64,
+    /// xi of dPhi/dt = -(Phi - Phi_cs) Phi xi |deps_p/dt|.
+    pub softening_rate: f64,
+    /// c, Pa.
+    pub cohesion: f64,
+    /// Packing fraction the material starts with; none: that of the packing.
+    pub fraction_start: Option<f64>,
+    /// Edge of a grid cell, m.
+    pub cell: f64,
+    /// Material points per cell and axis.
+    pub points_per_cell: usize,
+    /// Share of FLIP in the velocity update, 0 (PIC) to 1 (FLIP).
+    pub flip: f64,
+    /// Regions that start with another packing fraction, so that shear has a place to begin (Chen et al. 2021, 6.1).
+    pub weak: Vec<WeakRegion>,
+}
+
+impl Continuum {
+    pub(super) fn keys(&mut self, form: &mut dyn Form) {
+        let mut law = self.constants();
+        law.keys_of_flow(form, false);
+        self.bulk_modulus = law.bulk_modulus;
+        self.shear_modulus = law.shear_modulus;
+        self.friction_angle_critical = law.friction_angle_critical;
+        self.fraction_critical = law.fraction_critical;
+        self.dilation_factor = law.dilation_factor;
+        self.softening_rate = law.softening_rate;
+        self.cohesion = law.cohesion;
+        let start =
+            number("fraction_start", "the packing fraction at the start", RATIO, Range::closed(0.4, 0.95), "0.855");
+        form.number_if_given(&mut self.fraction_start, start.optional());
+        form.number(&mut self.cell, number("cell", "the edge of a grid cell", LENGTH, POSITIVE, "\"7.5 mm\""));
+        size(
+            form,
+            &mut self.points_per_cell,
+            count("points_per_cell", "material points per cell and axis", (1, 8), "2").or("2"),
+        );
+        form.number(
+            &mut self.flip,
+            number("flip", "the share of FLIP", RATIO, Range::closed(0.0, 1.0), "0.95").or("0.95"),
+        );
+        let weak = key("weak", "regions that start looser", Wants::Text, "[]").optional();
+        super::schema::list(
+            form,
+            &mut self.weak,
+            weak,
+            "a region that starts looser",
+            &WeakRegion::BLANK,
+            WeakRegion::keys,
+        );
+    }
+}
+
+impl Continuum {
+    /// Those of its law, at the critical packing fraction where the job has none for the start.
+    pub fn constants(&self) -> CriticalConstants {
+        CriticalConstants {
+            bulk_modulus: self.bulk_modulus,
+            shear_modulus: self.shear_modulus,
+            friction_angle_critical: self.friction_angle_critical,
+            fraction_critical: self.fraction_critical,
+            fraction: self.fraction_start.unwrap_or(self.fraction_critical),
+            dilation_factor: self.dilation_factor,
+            softening_rate: self.softening_rate,
+            cohesion: self.cohesion,
+            dilation_angle: None,
+        }
+    }
+}
+
+/// A rectangle of points whose law starts from a lower packing fraction; mass is not changed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WeakRegion {
+    /// Lower left corner, m from the left edge and above the face of the lower plate.
+    pub lower: [f64; 2],
+    /// Upper right corner, m.
+    pub upper: [f64; 2],
+    /// Subtracted from the packing fraction there.
+    pub fraction_deficit: f64,
+}
+
+impl WeakRegion {
+    const BLANK: Self = Self { lower: [0.0; 2], upper: [0.0; 2], fraction_deficit: 0.0 };
+
+    fn keys(&mut self, form: &mut dyn Form) {
+        plane(form, &mut self.lower, vector("lower", "the lower left corner", LENGTH, "\"5 cm\""));
+        plane(form, &mut self.upper, vector("upper", "the upper right corner", LENGTH, "\"6 cm\""));
+        let about = "subtracted from the packing fraction there";
+        form.number(
+            &mut self.fraction_deficit,
+            number("fraction_deficit", about, RATIO, Range::closed(0.0, 0.3), "0.02"),
+        );
+    }
+}
+
+/// A place in the plane.
+pub(super) fn plane(form: &mut dyn Form, value: &mut [f64; 2], key: Key) {
+    let mut place = [value[0], value[1], 0.0];
+    form.vector(&mut place, key);
+    *value = [place[0], place[1]];
+}
+
+/// Planar shear between rough plates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loading {
+    /// Normal stress the upper plate is held at, Pa (compression positive here).
+    pub stress_normal: f64,
+    /// Horizontal speed of the upper plate, m/s.
+    pub speed: f64,
+    /// The speed rises linearly from zero over this time, s.
+    pub speed_ramp: f64,
+    /// The run ends at this horizontal strain (plate displacement over specimen width).
+    pub strain_end: f64,
+    /// Mass of the upper plate, kg.
+    pub plate_mass: f64,
+    /// Viscous damping of the plate's vertical motion, N s/m.
+    pub plate_damping: f64,
+}
+
+impl Loading {
+    pub(super) fn keys(&mut self, form: &mut dyn Form) {
+        let stress = "the normal stress on the upper plate";
+        form.number(&mut self.stress_normal, number("stress_normal", stress, STRESS, POSITIVE, "\"400 kPa\""));
+        form.number(
+            &mut self.speed,
+            number("speed", "the horizontal speed of the upper plate", SPEED, POSITIVE, "\"2 cm/s\""),
+        );
+        let ramp = "the time over which the speed rises";
+        form.number(&mut self.speed_ramp, number("speed_ramp", ramp, TIME, NOT_NEGATIVE, "\"1 ms\""));
+        let end = "the horizontal strain that the run ends at";
+        form.number(&mut self.strain_end, number("strain_end", end, RATIO, Range::above(0.0, 100.0), "0.57"));
+        self.keys_of_plate(form);
+    }
+
+    /// Those that follow from the rest of the job by default.
+    pub(super) fn keys_of_plate(&mut self, form: &mut dyn Form) {
+        let mass = number("plate_mass", "the mass of the upper plate", MASS, POSITIVE, "\"15 g\"");
+        form.number(&mut self.plate_mass, mass.follows("that of a layer of grains"));
+        let damping = "damping of the plate's vertical motion";
+        let damping = number("plate_damping", damping, DAMPING, NOT_NEGATIVE, "\"1000 N s/m\"");
+        form.number(&mut self.plate_damping, damping.follows("half of what is critical"));
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Time {
+    /// Time step of grains, s.
+    pub step: f64,
+    /// Steps of grains in one of the continuum.
+    pub grain_steps: u64,
+}
+
+impl Time {
+    pub(super) fn keys(&mut self, form: &mut dyn Form) {
+        form.number(&mut self.step, number("step", "the time step", TIME, POSITIVE, "\"0.4 us\""));
+        keys_of_subcycling(&mut self.grain_steps, form);
+    }
+}
+
+pub(super) fn keys_of_subcycling(grain_steps: &mut u64, form: &mut dyn Form) {
+    form.count(grain_steps, count("grain_steps", "steps of grains in one of the continuum", (1, 1000), "8").or("1"));
+}
+
+/// How the domain is cut; results do not depend on it (invariant 2), except through `cells_per_block`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Decomposition {
+    /// Edge of a block in cells.
+    pub cells_per_block: usize,
+    /// Reach of the neighbour list beyond contact, m.
+    pub skin: f64,
+}
+
+impl Decomposition {
+    pub(super) fn keys(&mut self, form: &mut dyn Form) {
+        size(
+            form,
+            &mut self.cells_per_block,
+            count("cells_per_block", "the edge of a block in cells", (2, 64), "2").or("2"),
+        );
+        skin(form, &mut self.skin);
+    }
+}
+
+pub(super) fn skin(form: &mut dyn Form, skin: &mut f64) {
+    let about = "the reach of the neighbour list beyond contact";
+    form.number(skin, number("skin", about, LENGTH, POSITIVE, "\"0.1 mm\"").follows("a tenth of the mean diameter"));
+}
