@@ -21,7 +21,7 @@ const DENSE: &str = r#"
     upper = ["10 cm", "10 cm"]
     depth = "10 cm"
     velocity_gradient = [[0, 0], [0, "-0.3 1/s"]]
-    stress = ["-100 kPa", "free"]
+    stress_normal = ["100 kPa", "free"]
     rate_max = "30 1/s"
     [grains]
     density = 2650
@@ -55,7 +55,7 @@ const SPHERES: &str = r#"
     space = "solid"
     upper = ["7 mm", "7 mm", "7 mm"]
     velocity_gradient = [[0, 0, 0], [0, 0, 0], [0, 0, "-5 1/s"]]
-    stress = ["-100 kPa", "-150 kPa", "free"]
+    stress_normal = ["100 kPa", "150 kPa", "free"]
     rate_max = "500 1/s"
     [grains]
     density = 2650
@@ -154,7 +154,7 @@ fn a_cell_without_contacts_closes_and_holds_its_stress() {
         &[
             ("upper = [\"10 cm\", \"10 cm\"]", "upper = [\"8.8 cm\", \"8.8 cm\"]"),
             ("[0, \"-0.3 1/s\"]]", "[0, 0]]"),
-            ("[\"-100 kPa\", \"free\"]", "[\"-100 kPa\", \"-50 kPa\"]"),
+            ("[\"100 kPa\", \"free\"]", "[\"100 kPa\", \"50 kPa\"]"),
             ("rate_max = \"30 1/s\"", "rate_max = \"3 1/s\""),
             ("local = 0.1", "local = 0.3"),
             ("end = \"0.2 s\"", "end = \"0.4 s\""),
@@ -241,7 +241,7 @@ fn a_cell_that_grows_with_nothing_bearing_its_load_stops_the_run() {
     let pulled = [
         ("preparation = \"compress\"", cache.as_str()),
         ("velocity_gradient = [[0, 0], [0, \"-0.3 1/s\"]]\n", ""),
-        ("\"-100 kPa\", \"free\"", "\"1 MPa\", \"free\""),
+        ("\"100 kPa\", \"free\"", "\"-1 MPa\", \"free\""),
         ("end = \"0.2 s\"", "end = \"0.3 s\""),
     ];
     let text = replaced(DENSE.to_string(), &pulled);
@@ -251,12 +251,12 @@ fn a_cell_that_grows_with_nothing_bearing_its_load_stops_the_run() {
     assert_eq!(error.exit_code(), 3, "{told}");
     for wanted in [
         "the cell has grown until its grains fill 0.",
-        "of the 1000000 Pa that cell.stress holds x at",
-        "Tension is positive in cell.stress: write it negative",
+        "of the -1000000 Pa that cell.stress_normal holds x at",
+        "Compression is positive in cell.stress_normal: write it positive",
     ] {
         assert!(told.contains(wanted), "{wanted}: {told}");
     }
     // The same load the other way round, or at grains that bear it, is an ordinary run.
-    let pressed = replaced(text.clone(), &[("\"1 MPa\", \"free\"", "\"-100 kPa\", \"free\""), ("0.3 s", "0.05 s")]);
+    let pressed = replaced(text.clone(), &[("\"-1 MPa\", \"free\"", "\"100 kPa\", \"free\""), ("0.3 s", "0.05 s")]);
     assert!(run(&pressed, "pressed").is_ok());
 }

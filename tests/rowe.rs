@@ -44,7 +44,7 @@ fn peak(friction: f64) -> [f64; 2] {
         space = "solid"
         upper = [{edge:e}, {edge:e}, {edge:e}]
         velocity_gradient = [[0, 0, 0], [0, 0, 0], [0, 0, -{rate:e}]]
-        stress = [-{PRESSURE:e}, -{PRESSURE:e}, "free"]
+        stress_normal = [{PRESSURE:e}, {PRESSURE:e}, "free"]
         rate_max = {:e}
         [grains]
         density = 2650

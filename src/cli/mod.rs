@@ -9,7 +9,7 @@ use std::process::ExitCode;
 use std::sync::{Arc, Once, Weak};
 use std::time::{Duration, Instant};
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use scree_partition::transport::{Solo, Transport};
 
 use self::cores::Placement;
@@ -17,6 +17,7 @@ use crate::base::error::Error;
 use crate::base::program;
 use crate::domain::stop;
 use crate::export::grain_export::Wanted;
+use crate::job::{Job, reference, templates};
 use crate::plot::report;
 use crate::run::Outcome;
 use crate::run::start::Continuation;
@@ -70,7 +71,29 @@ enum Command {
         /// Threads that each rank is going to have, to be told what that means here.
         #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
         threads: Option<u16>,
+        /// Print the job written out instead: SI numbers, every default.
+        #[arg(long)]
+        expand: bool,
     },
+    /// Print a job to begin with: small, explained key by key, and ready to run.
+    New {
+        /// What it shows: hybrid, dem, mpm, element, pour or continuum.
+        method: String,
+    },
+    /// Tell the tables of jobs and their keys: what they mean, units, ranges and defaults.
+    Keys {
+        /// The table, for example contact or body.servo; none: a list of all.
+        table: Option<String>,
+    },
+    /// Print a JSON Schema of jobs, for editors.
+    Schema,
+    /// Print the completions of a shell: bash, zsh, fish, elvish or powershell.
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page.
+    Man,
     /// Run a job.
     Run {
         /// The job, a TOML file.
@@ -227,7 +250,10 @@ fn dispatch(command: Command, begun: Instant, transport: &dyn Transport) -> u8 {
             finish(resume::command(&dir, continuation, &Placement::of(transport, threads), transport), transport)
         }
         Command::Bench { what } => finish(bench::command(&what, transport), transport),
-        Command::Check { job, set, threads } => {
+        Command::Check { job, set, expand: true, .. } => {
+            on_rank_zero(transport, || Ok(Job::load(&job, &set)?.to_toml()))
+        }
+        Command::Check { job, set, threads, expand: false } => {
             let placement = Placement::of(transport, threads);
             on_rank_zero(transport, || Ok(check::command(&job, &set)? + &check::placed(&placement)))
         }
@@ -236,6 +262,20 @@ fn dispatch(command: Command, begun: Instant, transport: &dyn Transport) -> u8 {
             on_rank_zero(transport, || calibrate::command(&typed, &placement, transport))
         }
         alone => on_rank_zero(transport, || match alone {
+            Command::New { method } => templates::job(&method),
+            Command::Keys { table } => reference::page(table.as_deref()),
+            Command::Schema => Ok(format!("{:#}\n", reference::json_schema())),
+            Command::Completions { shell } => {
+                let mut written = Vec::new();
+                clap_complete::generate(shell, &mut Arguments::command(), "scree", &mut written);
+                Ok(String::from_utf8_lossy(&written).into_owned())
+            }
+            Command::Man => {
+                let mut written = Vec::new();
+                let made = clap_mangen::Man::new(Arguments::command()).render(&mut written);
+                made.map_err(|error| Error::Run(format!("The manual page cannot be made: {error}.")))?;
+                Ok(String::from_utf8_lossy(&written).into_owned())
+            }
             Command::Digest { path } => digest::command(&path),
             Command::Plan(plan) => plan::command(&plan),
             Command::Report { dirs, out, between } => {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::output::Output;
 use super::schema::{list, section};
-use super::shear::{rest_and_cache, skin};
+use super::shear::{keys_of_step, rest_and_cache, skin};
 use super::write::Page;
 use crate::base::keys::{
     DAMPING, DENSITY, FORCE, Form, Key, LENGTH, MASS, NOT_NEGATIVE, POSITIVE, RATIO, Range, SPEED, STRESS, TIME, Table,
@@ -78,7 +78,7 @@ impl Assembly {
     }
 
     pub(super) fn keys_of_time(&mut self, form: &mut dyn Form) {
-        form.number(&mut self.step, number("step", "the time step", TIME, POSITIVE, "\"0.4 us\""));
+        keys_of_step(&mut self.step, form);
         form.number(
             &mut self.end,
             number("end", "the simulated time at which the run ends", TIME, POSITIVE, "\"0.5 s\""),
@@ -222,12 +222,18 @@ impl CellServo {
     pub const INTERVAL: u64 = 2;
 
     fn keys(servo: &mut Option<Self>, form: &mut dyn Form) {
-        let about = "the normal stress that each axis is held at, tension positive, or \"free\"";
-        let mut stress = servo.as_ref().map(|servo| servo.stress);
-        form.stresses(&mut stress, key("stress", about, Wants::Stresses, "\"-100 kPa\"").optional());
+        let about = "the normal stress that each axis is held at, compression positive, or \"free\"";
+        // Jobs count compression positive, all else tension.
+        let turned = |stress: [Option<f64>; 3]| stress.map(|stress| stress.map(|stress| 0.0 - stress));
+        let mut stress = servo.as_ref().map(|servo| turned(servo.stress));
+        let key_of_stress = key("stress_normal", about, Wants::Stresses, "\"100 kPa\"");
+        form.stresses(&mut stress, key_of_stress.optional());
         if form.is_needed() && stress.is_none() {
             if let Some(key) = ["rate_max", "stress_gain", "stress_interval"].into_iter().find(|key| form.has(key)) {
-                form.note(key, "is of axes held at a stress, and there is no cell.stress. Add it, or remove the line.");
+                form.note(
+                    key,
+                    "is of axes held at a stress, and there is no cell.stress_normal. Add it, or remove the line.",
+                );
             }
             *servo = None;
             return;
@@ -238,7 +244,7 @@ impl CellServo {
         if stress.is_none() && !form.describes() {
             return;
         }
-        held.stress = stress.unwrap_or_default();
+        held.stress = turned(stress.unwrap_or_default());
         let rate = "the largest rate of stretch of axes held at a stress";
         form.number(&mut held.rate_max, number("rate_max", rate, Dimension::RATE, POSITIVE, "\"2 1/s\""));
         let gain = "the share of a missing stress that is made up between two looks at it";

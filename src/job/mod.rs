@@ -14,10 +14,13 @@ pub mod figures;
 pub mod mpm;
 mod output;
 pub mod raw;
+pub mod reference;
+mod renamed;
 mod resolve;
 pub mod schema;
 mod shear;
 pub mod stable;
+pub mod templates;
 mod tree;
 mod write;
 

@@ -39,7 +39,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    const ALL: [Self; 3] = [Self::Shear, Self::Assembly, Self::Mpm];
+    pub const ALL: [Self; 3] = [Self::Shear, Self::Assembly, Self::Mpm];
 
     /// The job's top level, then its tables in the order they are written in.
     pub fn tables(self) -> &'static [Table] {

@@ -434,9 +434,14 @@ pub struct Time {
 
 impl Time {
     pub(super) fn keys(&mut self, form: &mut dyn Form) {
-        form.number(&mut self.step, number("step", "the time step", TIME, POSITIVE, "\"0.4 us\""));
+        keys_of_step(&mut self.step, form);
         keys_of_subcycling(&mut self.grain_steps, form);
     }
+}
+
+/// The time step of whatever moves.
+pub(super) fn keys_of_step(step: &mut f64, form: &mut dyn Form) {
+    form.number(step, number("step", "the time step", TIME, POSITIVE, "\"0.4 us\"").follows("half of the stable one"));
 }
 
 pub(super) fn keys_of_subcycling(grain_steps: &mut u64, form: &mut dyn Form) {

@@ -4,7 +4,9 @@ use std::ops::Range as Span;
 
 use toml::de::{DeTable, DeValue};
 
+use super::renamed::{Renamed, translate};
 use super::schema::Kind;
+use super::write::RESOLVED;
 use crate::base::error::Error;
 use crate::base::units::nearest;
 
@@ -84,6 +86,9 @@ impl Node {
         let has = |table: &str| root.get(table).is_some_and(|entry| matches!(entry.node.value, Value::Table(_)));
         let marked = [Kind::Assembly, Kind::Mpm].into_iter().find(|kind| kind.mark().is_some_and(has));
         let kind = marked.unwrap_or(Kind::Shear);
+        if text.starts_with(RESOLVED) {
+            translate(&mut root, kind);
+        }
         for set in sets {
             apply_set(&mut root, kind, set)?;
         }
@@ -92,6 +97,13 @@ impl Node {
 
     pub fn get(&self, key: &str) -> Option<&Entry> {
         self.entries().iter().find(|entry| entry.key == key)
+    }
+
+    pub fn get_mut(&mut self, key: &str) -> Option<&mut Entry> {
+        match &mut self.value {
+            Value::Table(entries) => entries.iter_mut().find(|entry| entry.key == key),
+            _ => None,
+        }
     }
 
     pub fn entries(&self) -> &[Entry] {
@@ -257,6 +269,13 @@ fn refuse_unknown_path(set: &str, kind: Kind, parts: &[&str]) -> Result<(), Erro
         return Ok(());
     }
     let typed = short(&parts.join("."));
+    if let [table, key] = parts
+        && let Some(renamed) = Renamed::of(kind, table, key)
+    {
+        let text = set.split_once('=').map_or("", |(_, text)| text.trim());
+        let advice = typed_value(text).map(|value| renamed.advice(&value)).unwrap_or_default();
+        return Err(Error::User(format!("--set {set}: a job has no {typed}. {advice}")));
+    }
     if let Some(advice) = kind.belongs_elsewhere(|other| other.leads_to_a_key(parts)) {
         return Err(Error::User(format!("--set {set}: a job has no {typed}. {advice}")));
     }

@@ -6,8 +6,9 @@ use std::path::PathBuf;
 
 use crate::base::keys::{Form, Key, Owner};
 
-/// What stands above a job that has been written out.
-const HEAD: &str = "# Resolved by scree: SI units, angles in rad, every default written out.";
+/// What a job begins with that has been written out, and the rest of that line.
+pub const RESOLVED: &str = "# Resolved by scree";
+const HEAD: &str = ": SI units, angles in rad, every default written out.";
 
 /// Writes what it visits.
 pub struct Page {
@@ -19,7 +20,7 @@ pub struct Page {
 
 impl Page {
     pub fn new(axes: usize) -> Self {
-        Self { text: format!("{HEAD}\n"), axes, path: String::new() }
+        Self { text: format!("{RESOLVED}{HEAD}\n"), axes, path: String::new() }
     }
 
     pub fn text(self) -> String {

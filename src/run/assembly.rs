@@ -115,15 +115,16 @@ impl<S: Space, C: ContactLaw<S>> Element<'_, S, C> {
         let name = AXES[axis];
         let pulls = match target > 0.0 {
             true => {
-                "Tension is positive in cell.stress: write it negative to press grains together, or take law = \"linear_cohesive\""
+                "Compression is positive in cell.stress_normal: write it positive to press grains together, or take law = \"linear_cohesive\""
             }
             false => "The grains fly apart: lower their velocities or cell.rate_max, or start from a denser packing",
         };
         Err(Error::Run(format!(
-            "step {}, time {:.6e} s: the cell has grown until its grains fill {fraction:.3} of it, {start:.3} at the start, and their contacts bear {:.3e} Pa of the {target} Pa that cell.stress holds {name} at; nothing bears the load. {pulls}.",
+            "step {}, time {:.6e} s: the cell has grown until its grains fill {fraction:.3} of it, {start:.3} at the start, and their contacts bear {:.3e} Pa of the {} Pa that cell.stress_normal holds {name} at; nothing bears the load. {pulls}.",
             world.step,
             world.time(),
-            borne(axis),
+            0.0 - borne(axis),
+            0.0 - target,
         )))
     }
 }

@@ -59,7 +59,7 @@ fn pull(job: &Assembly) -> Vec<String> {
         return Vec::new();
     }
     vec![format!(
-        "cell.stress pulls along {} (tension is positive) at grains without cohesion: nothing bears it, and the cell grows until the run stops. Write a negative stress to press, or take law = \"linear_cohesive\".",
+        "cell.stress_normal pulls along {} (compression is positive) at grains without cohesion: nothing bears it, and the cell grows until the run stops. Write a positive stress to press, or take law = \"linear_cohesive\".",
         pulled.join(" and ")
     )]
 }
@@ -147,8 +147,8 @@ mod tests {
             let told = told(sets);
             assert!(told.len() == 1 && told[0].contains(wanted), "{told:?}");
         };
-        let held = ["cell.stress=[\"1 MPa\", \"free\"]", "cell.rate_max=1"];
-        one(&held, "cell.stress pulls along x (tension is positive)");
+        let held = ["cell.stress_normal=[\"-1 MPa\", \"free\"]", "cell.rate_max=1"];
+        one(&held, "cell.stress_normal pulls along x (compression is positive)");
         let cohesive =
             ["contact.law=linear_cohesive", "contact.cohesion_normal=\"0.1 N\"", "contact.cohesion_tangential=0"];
         assert_eq!(told(&[&held[..], &cohesive].concat()), Vec::<String>::new());

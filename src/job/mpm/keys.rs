@@ -13,7 +13,7 @@ use crate::couple::oracle::Oracle;
 use crate::couple::zone::Enrichment;
 use crate::job::assembly::{Assembly, Body, Packed, Source, corners, depth, keys_of_grains, space};
 use crate::job::schema::{list, section};
-use crate::job::shear::{keys_of_subcycling, plane, skin};
+use crate::job::shear::{keys_of_step, keys_of_subcycling, plane, skin};
 use crate::job::write::Page;
 use crate::job::{Method, Output};
 use crate::law::contact::Contact;
@@ -65,10 +65,7 @@ impl Mpm {
     }
 
     pub(in crate::job) fn keys_of_time(&mut self, form: &mut dyn Form) {
-        form.number(
-            &mut self.step,
-            number("step", "the time step", TIME, POSITIVE, "\"10 us\"").follows("safety times the stable one"),
-        );
+        keys_of_step(&mut self.step, form);
         form.number(
             &mut self.end,
             number("end", "the simulated time at which the run ends", TIME, POSITIVE, "\"1 s\""),

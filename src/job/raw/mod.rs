@@ -1,6 +1,7 @@
 //! The job as typed: every key known, and readers that take one key at a time. What is wrong is noted, so that a person learns of
 //! all mistakes at once.
 
+use super::renamed::Renamed;
 use super::schema::Kind;
 use super::tree::{Entry, Node, Place, Value, short};
 use crate::base::error::Error;
@@ -188,6 +189,9 @@ impl Typed {
 
     fn unknown_key(&self, table: &Table, entry: &Entry) -> String {
         let key = &entry.key;
+        if let Some(renamed) = Renamed::of(self.kind, &table.name, key) {
+            return format!("{} has no key {key}. {}", table.words(), renamed.advice(&entry.node));
+        }
         let has = |kind: Kind| kind.table_if_known(&table.name).is_some_and(|twin| twin.key(key).is_some());
         let elsewhere = self.kind.belongs_elsewhere(has);
         let advice = match (elsewhere, nearest(key, table.keys.iter().map(|known| known.name))) {

@@ -3,11 +3,13 @@
 use super::body::{Domain, check_bodies};
 use super::checks::check;
 use super::limits::{refuse_speed_of_body, refuse_steps};
-use super::{BLOCK_OF_DISCS, SKIN_DEFAULT, check_name, output, refuse_wide_sizes};
+use super::{BLOCK_OF_DISCS, SAFETY_DEFAULT, SKIN_DEFAULT, check_name, output, refuse_wide_sizes};
 use crate::base::error::Error;
+use crate::base::keys::Form;
 use crate::job::assembly::{Assembly, Packed, Sizes, Source, keys_of_grains};
+use crate::job::figures;
 use crate::job::raw::{Reader, Typed};
-use crate::job::stable;
+use crate::job::stable::{self, governing};
 
 /// Edge of a block in mean diameters: fewer than of discs, so that a block holds some hundred grains in both.
 const BLOCK_OF_SPHERES: f64 = 6.0;
@@ -33,7 +35,8 @@ pub fn assembly(typed: &Typed) -> Result<Assembly, Error> {
     let mass_mean = stable::grain_mass(job.matter.density, 0.5 * diameter, job.cell.depth, job.cell.dimension);
     job.contact.keys(&mut typed.table("contact", true, why), mass_mean);
     job.damping.keys(&mut typed.table("damping", false, why));
-    job.keys_of_time(&mut typed.table("time", true, why));
+    let mut time = typed.table("time", true, why);
+    job.keys_of_time(&mut time);
     (job.skin, job.block) = (SKIN_DEFAULT * diameter, if discs { BLOCK_OF_DISCS } else { BLOCK_OF_SPHERES } * diameter);
     job.keys_of_decomposition(&mut typed.table("decomposition", false, why));
 
@@ -47,6 +50,9 @@ pub fn assembly(typed: &Typed) -> Result<Assembly, Error> {
         periodic: job.cell.periodic,
     };
     check_bodies(job.bodies.iter_mut(), &top, &domain);
+    if !time.has("step") {
+        job.step = SAFETY_DEFAULT * governing(&figures::bounds(&job)).step;
+    }
     for (body, table) in job.bodies.iter().zip(&top.list("body")) {
         typed.check(refuse_speed_of_body(body, table, job.step, diameter));
     }
@@ -209,7 +215,7 @@ mod tests {
     fn a_cell_that_deforms() {
         let sets = [
             "cell.velocity_gradient=[[0, \"2 1/s\"], [0, -0.1]]",
-            "cell.stress=[\"-50 kPa\", \"free\"]",
+            "cell.stress_normal=[\"50 kPa\", \"free\"]",
             "cell.rate_max=3",
             "cell.stress_gain=0.25",
         ];

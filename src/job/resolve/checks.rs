@@ -47,7 +47,7 @@ pub fn check_as_piece(piece: &Assembly, typed: &Typed) -> Result<(), Error> {
 fn check_stress(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
     if let Some(number) = figures::stiffness_number(assembly) {
         let held = assembly.cell.servo.is_some();
-        limits::refuse_squeeze(typed, if held { ("cell", "stress") } else { ("packing", "stress") }, number)?;
+        limits::refuse_squeeze(typed, if held { ("cell", "stress_normal") } else { ("packing", "stress") }, number)?;
     }
     match &assembly.source {
         Source::Packed(Packed { preparation: Preparation::Compress { stress, unloaded, .. }, .. }) => {
@@ -74,7 +74,7 @@ fn check_deformation(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
         if (moved || held(axis)) && !cell.periodic[axis] {
             return Err(typed.refusal(
                 "cell",
-                if moved { "velocity_gradient" } else { "stress" },
+                if moved { "velocity_gradient" } else { "stress_normal" },
                 &format!(
                     "deforms the cell along {name}, which is not periodic. Set cell.periodic to true along {name}, or move bodies instead."
                 ),
@@ -83,7 +83,7 @@ fn check_deformation(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
         if held(axis) && cell.gradient[axis][axis] != 0.0 {
             return Err(typed.refusal(
                 "cell",
-                "stress",
+                "stress_normal",
                 &format!(
                     "holds {name} at a stress, and cell.velocity_gradient stretches {name} at a rate. Write \"free\" here, or 0 there."
                 ),
@@ -91,9 +91,11 @@ fn check_deformation(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
         }
     }
     match &cell.servo {
-        Some(servo) if servo.stress.iter().all(Option::is_none) => {
-            Err(typed.refusal("cell", "stress", "holds no axis at a stress. Remove cell.stress and cell.rate_max."))
-        }
+        Some(servo) if servo.stress.iter().all(Option::is_none) => Err(typed.refusal(
+            "cell",
+            "stress_normal",
+            "holds no axis at a stress. Remove cell.stress_normal and cell.rate_max.",
+        )),
         _ => Ok(()),
     }
 }

@@ -7,7 +7,7 @@ use super::mpm::domain;
 use super::shear::check_life;
 use super::{BLOCK_OF_DISCS, SKIN_DEFAULT, digits};
 use crate::base::error::Error;
-use crate::base::keys::{Form, POSITIVE, TIME, number};
+use crate::base::keys::Form;
 use crate::job::assembly::{Assembly, Packed, Preparation, Shape, Source};
 use crate::job::figures::{diameter_max, fraction_in_cell, margin};
 use crate::job::mpm::{Boundary, Face, Granular, Grid, KnownBands, MaterialLaw, Mpm};
@@ -48,7 +48,7 @@ pub fn granular(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>)
     }
     let mut granular = Granular::blank();
     granular.method.keys(&mut top.clone(), "what a job with grains is made of: mpm, dem or hybrid");
-    read_piece(&mut granular.piece, typed, grid, time);
+    read_piece(&mut granular.piece, typed, grid);
     granular.enrichment.distance = grid.cell;
     granular.keys_of_enrichment(&mut typed.table("enrichment", granular.method == Method::Hybrid, why));
     granular.enrichment.life.keys(&mut typed.table("zone", false, why));
@@ -67,7 +67,7 @@ pub fn place_bands(grains: &mut Granular, parts: Vec<[[f64; 2]; 2]>, top: &Reade
 }
 
 /// The piece of packing.
-fn read_piece(piece: &mut Assembly, typed: &Typed, grid: &Grid, time: &Reader<'_>) {
+fn read_piece(piece: &mut Assembly, typed: &Typed, grid: &Grid) {
     let why = "a job with grains";
     piece.name = "packing".to_string();
     piece.cell.depth = grid.depth;
@@ -79,19 +79,12 @@ fn read_piece(piece: &mut Assembly, typed: &Typed, grid: &Grid, time: &Reader<'_
     }
     let mass_mean = stable::grain_mass(piece.matter.density, 0.5 * piece.matter.diameter_mean, grid.depth, 2);
     piece.contact.keys(&mut typed.table("contact", true, why), mass_mean);
-    number_of(&mut piece.step, time);
-    piece.end = piece.step;
     piece.skin = SKIN_DEFAULT * piece.matter.diameter_mean;
     piece.block = BLOCK_OF_DISCS * piece.matter.diameter_mean;
     // A square that its grains fill about as they will once they are compressed.
     piece.cell.upper = [1.0, 1.0, 0.0];
     let edge = (fraction_in_cell(piece).unwrap_or(FRACTION_DRAWN) / FRACTION_DRAWN).sqrt();
     piece.cell.upper = [edge, edge, 0.0];
-}
-
-/// The time step of grains, which no stable step of a continuum can stand for.
-fn number_of(step: &mut f64, time: &Reader<'_>) {
-    time.clone().number(step, number("step", "the time step", TIME, POSITIVE, "\"10 us\""));
 }
 
 /// Bands that grains are to take the place of must be met, in time and by material.

@@ -5,7 +5,7 @@ use super::granular::{check as check_granular, granular, place_bands};
 use super::limits::refuse_steps;
 use super::membrane::check_membranes;
 use super::mpm_checks::{check, simple};
-use super::{check_name, digits, output};
+use super::{SAFETY_DEFAULT, check_name, digits, output};
 use crate::base::error::Error;
 use crate::base::keys::Form;
 use crate::job::mpm::{
@@ -17,8 +17,6 @@ use crate::job::stable::governing;
 use crate::mpm::scheme::{Scheme, ShapeFunction};
 use crate::mpm::shape::margins;
 
-/// The step over the stable one.
-const SAFETY_DEFAULT: f64 = 0.5;
 /// Steps of the continuum between two looks of the oracle.
 const LOOK_EVERY_DEFAULT: u64 = 20;
 /// How far an extent may be from whole cells, in cells.
@@ -71,6 +69,9 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     job.cells_per_block = cells_per_block(&cut, job.cells_per_block, &job.grid, job.scheme.shape)?;
     typed.stop_if_wrong()?;
     job.step = step(&mut time, &job)?;
+    if let Some(grains) = &mut job.grains {
+        (grains.piece.step, grains.piece.end) = (job.step, job.step);
+    }
     refuse_steps(typed, job.end, job.step, "time.end")?;
     let mut shown = typed.table("output", false, why);
     (job.output, job.ledger) = output(&mut shown, job.end, job.step)?;
@@ -400,5 +401,9 @@ fn step(table: &mut Reader<'_>, job: &Mpm) -> Result<f64, Error> {
     if table.has("step") {
         return Ok(job.step);
     }
-    Ok(Mpm::safety(table).unwrap_or(SAFETY_DEFAULT) * governing(&figures::bounds(job)).step)
+    let mut bounds = figures::bounds(job);
+    if let Some(grains) = &job.grains {
+        bounds.extend(crate::job::figures::bounds(&grains.piece));
+    }
+    Ok(Mpm::safety(table).unwrap_or(SAFETY_DEFAULT) * governing(&bounds).step)
 }

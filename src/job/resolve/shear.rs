@@ -4,12 +4,14 @@ use super::checks::margin_in_words;
 use super::limits::{refuse_faint_packing, refuse_size_of_shear, refuse_speed_of_plates, refuse_squeeze, refuse_steps};
 use super::mpm_checks::{FRACTION_NEARER, unbearable};
 use super::{
-    BLOCK_OF_DISCS, SKIN_DEFAULT, check_name, digits, material, output, refuse_unstable, refuse_wide_sizes, significant,
+    BLOCK_OF_DISCS, SAFETY_DEFAULT, SKIN_DEFAULT, check_name, digits, material, output, refuse_unstable,
+    refuse_wide_sizes, significant,
 };
 use crate::base::error::Error;
 use crate::base::keys::Form;
 use crate::couple::zone::Enrichment;
 use crate::job::raw::{Reader, Typed};
+use crate::job::stable::governing;
 use crate::job::{Continuum, Method, Scenario, Specimen, WeakRegion, derived, stable};
 use crate::law::material::CriticalConstants;
 
@@ -40,7 +42,8 @@ pub fn scenario(typed: &Typed) -> Result<Scenario, Error> {
     typed.check(refuse_wide_sizes(&table, job.grains.diameter_mean, job.grains.diameter_deviation));
     let mut loading = typed.table("loading", true, &why);
     job.loading.keys(&mut loading);
-    job.time.keys(&mut typed.table("time", true, &why));
+    let mut time = typed.table("time", false, &why);
+    job.time.keys(&mut time);
     let diameter = job.grains.diameter_mean;
     job.decomposition.skin = SKIN_DEFAULT * diameter;
     job.decomposition.keys(&mut typed.table("decomposition", false, &why));
@@ -60,6 +63,14 @@ pub fn scenario(typed: &Typed) -> Result<Scenario, Error> {
     if let Some(file) = &file {
         file.stop_if_wrong()?;
     }
+    refuse_size_of_shear(&job, typed)?;
+    job.loading.plate_mass = derived::plate_default(&job)[0];
+    job.loading.keys_of_plate(&mut loading);
+    job.loading.plate_damping = derived::plate_damping(&job, job.loading.plate_mass);
+    job.loading.keys_of_plate(&mut loading);
+    if !time.has("step") {
+        job.time.step = SAFETY_DEFAULT * governing(&derived::bounds(&job)).step;
+    }
     // Steps in which a band one cell thick shears by 1 at full speed.
     let steps_per_strain = job.continuum.cell / (job.loading.speed * job.time.step);
     job.oracle.every = steps_between_looks(job.oracle.window, steps_per_strain);
@@ -70,11 +81,6 @@ pub fn scenario(typed: &Typed) -> Result<Scenario, Error> {
     job.enrichment.keys(&mut typed.table("enrichment", method == Method::Hybrid, &why));
     job.enrichment.life.keys(&mut typed.table("zone", false, &why));
 
-    refuse_size_of_shear(&job, typed)?;
-    job.loading.plate_mass = derived::plate_default(&job)[0];
-    job.loading.keys_of_plate(&mut loading);
-    job.loading.plate_damping = derived::plate_damping(&job, job.loading.plate_mass);
-    job.loading.keys_of_plate(&mut loading);
     let duration = derived::duration(&job);
     refuse_steps(typed, duration, job.time.step, "loading.strain_end")?;
     if duration < job.time.step {

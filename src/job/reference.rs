@@ -1,0 +1,310 @@
+//! Every key of jobs for people and for editors, from what the types declare.
+
+use std::fmt::Write;
+
+use serde_json::{Map, Value, json};
+
+use super::schema::Kind;
+use crate::base::error::Error;
+use crate::base::keys::{DefaultValue, Key, Table, Wants};
+use crate::base::units::nearest;
+
+/// Columns of a page.
+const WIDTH: usize = 100;
+
+/// The tables of jobs, or all about one of them.
+pub fn page(name: Option<&str>) -> Result<String, Error> {
+    match name {
+        None => Ok(overview()),
+        Some(name) => of_table(name),
+    }
+}
+
+/// Every table with its keys, as a page of the documentation.
+pub fn markdown() -> String {
+    let mut page = String::from(
+        "# Keys of jobs\n\nWhat `scree keys` tells, table by table; made by `SCREE_ACCEPT=1 cargo test --release --lib reference`. Quantities are numbers in SI\nunits, or text with a unit. Compression is positive in all that is called stress or pressure.\n",
+    );
+    for name in names() {
+        let shown = if name.is_empty() { "job" } else { &name };
+        let text = of_table(shown).expect("every table has a page");
+        write!(page, "\n## {shown}\n\n```\n{}\n```\n", text.trim_end()).expect("a string takes every write");
+    }
+    page
+}
+
+/// Kinds of jobs that have a table.
+fn kinds_with(name: &str) -> Vec<Kind> {
+    Kind::ALL.into_iter().filter(|kind| find(*kind, name).is_some()).collect()
+}
+
+/// A table of any depth.
+fn find(kind: Kind, name: &str) -> Option<&'static Table> {
+    kind.tables_of_all_depths().into_iter().find(|table| table.name == name)
+}
+
+fn names() -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for table in Kind::ALL.into_iter().flat_map(Kind::tables_of_all_depths) {
+        if !names.contains(&table.name) {
+            names.push(table.name.clone());
+        }
+    }
+    names
+}
+
+fn overview() -> String {
+    let mut page = String::from(
+        "Tables of a job. `scree keys TABLE` tells the keys of one; `scree keys job` those above the first table.\n\n",
+    );
+    for name in names() {
+        let kinds = kinds_with(&name);
+        let table = find(kinds[0], &name).expect("one of them has it");
+        let shown = if name.is_empty() { "job".to_string() } else { table.words() };
+        let of = if kinds.len() == Kind::ALL.len() { String::new() } else { format!(" ({})", list(&kinds)) };
+        writeln!(page, "  {shown:<22} {}{of}", table.about).expect("a string takes every write");
+    }
+    page
+}
+
+fn list(kinds: &[Kind]) -> String {
+    kinds.iter().map(|kind| kind.words().0).collect::<Vec<_>>().join(", ")
+}
+
+fn of_table(name: &str) -> Result<String, Error> {
+    let bare = name.trim_matches(|c| c == '[' || c == ']');
+    let bare = if bare == "job" { "" } else { bare };
+    let kinds = kinds_with(bare);
+    if kinds.is_empty() {
+        let names = names();
+        let advice = match nearest(bare, names.iter().map(String::as_str)) {
+            Some(near) => format!("Did you mean {near}?"),
+            None => "scree keys lists them.".to_string(),
+        };
+        return Err(Error::User(format!("A job has no table {name}. {advice}")));
+    }
+    // Kinds of jobs whose table is the same are told of together.
+    let mut told: Vec<(Vec<Kind>, String)> = Vec::new();
+    for kind in kinds {
+        let table = find(kind, bare).expect("it has the table");
+        let keys: String = table.keys.iter().map(of_key).collect();
+        match told.iter_mut().find(|(_, other)| *other == keys) {
+            Some((same, _)) => same.push(kind),
+            None => told.push((vec![kind], keys)),
+        }
+    }
+    let mut page = String::new();
+    for (kinds, keys) in told {
+        let table = find(kinds[0], bare).expect("it has the table");
+        let head = if bare.is_empty() { "Above the first table".to_string() } else { table.words() };
+        write!(page, "{head}: {}; in {}\n\n{keys}\n", table.about, list(&kinds)).expect("a string takes every write");
+    }
+    Ok(page)
+}
+
+fn of_key(key: &Key) -> String {
+    let mut said = format!("{}. {}", capital(key.about), words(&key.wants));
+    said += &match key.default {
+        DefaultValue::Required => "; required".to_string(),
+        DefaultValue::Value(value) => format!("; default {value}"),
+        DefaultValue::Follows(words) => format!("; default: {words}"),
+        DefaultValue::None => "; may be left out".to_string(),
+    };
+    for selector in selectors(key) {
+        let choices: Vec<&str> =
+            key.owners.iter().filter(|owner| owner.selector == selector).map(|owner| owner.choice).collect();
+        said += &format!("; with {selector} = \"{}\"", choices.join("\" or \""));
+    }
+    let mut text = format!("  {} = {}\n", key.name, key.example(2));
+    let mut line = String::from("     ");
+    for word in said.split(' ') {
+        if line.chars().count() + 1 + word.chars().count() > WIDTH {
+            text += &(std::mem::replace(&mut line, String::from("     ")) + "\n");
+        }
+        line += &format!(" {word}");
+    }
+    text + &line + ".\n"
+}
+
+fn selectors(key: &Key) -> Vec<&'static str> {
+    let mut selectors: Vec<&'static str> = key.owners.iter().map(|owner| owner.selector).collect();
+    selectors.dedup();
+    selectors
+}
+
+fn capital(text: &str) -> String {
+    // Symbols such as k_n and phi_cs stay as they are.
+    match text.split(' ').next() {
+        Some(word) if word.contains('_') || word.chars().count() < 3 && word != "a" => text.to_string(),
+        _ => text.chars().take(1).flat_map(char::to_uppercase).chain(text.chars().skip(1)).collect(),
+    }
+}
+
+/// What a key may be.
+fn words(wants: &Wants) -> String {
+    match wants {
+        Wants::Text => "Text".to_string(),
+        Wants::Choice(names) => format!("One of \"{}\"", names.join("\", \"")),
+        Wants::Flag => "true or false".to_string(),
+        Wants::Flags => "true or false for each axis".to_string(),
+        Wants::Count(min, max) => format!("A whole number between {min} and {max}"),
+        Wants::Number(dimension, range) => {
+            let unit = dimension.unit();
+            let shown = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
+            format!("{}{shown}, {}", capital(&dimension.words()), range.words(&unit))
+        }
+        Wants::Vector(dimension) => {
+            format!("{} for each axis, in {}", capital(&dimension.words()), unit_words(&dimension.unit()))
+        }
+        Wants::Spin => "A spin (rad/s); in space one for each axis".to_string(),
+        Wants::Gradient => "A row of rates (1/s) for each axis".to_string(),
+        Wants::Stresses => "A stress (Pa) or \"free\" for each axis".to_string(),
+        Wants::Shares => "Pairs of a length and a share".to_string(),
+        Wants::Polygon => "Three or more points".to_string(),
+        Wants::Table(table) => format!("A table with {}", table.key_list()),
+        Wants::Tables(table) => format!("Any number of tables [[{}]] with {}", table.name, table.key_list()),
+    }
+}
+
+fn unit_words(unit: &str) -> &str {
+    if unit.is_empty() { "pure numbers" } else { unit }
+}
+
+/// A JSON Schema of jobs, for editors that know TOML.
+pub fn json_schema() -> Value {
+    let mut properties = Map::new();
+    for kind in Kind::ALL {
+        for table in kind.tables() {
+            if table.name.is_empty() {
+                table.keys.iter().for_each(|key| merge(&mut properties, key.name, of_json(key)));
+            } else {
+                merge(&mut properties, &table.name, object(table));
+            }
+        }
+    }
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "A job of scree",
+        "description": "Quantities are numbers in SI units, or text with a unit. Which keys go together `scree check` tells.",
+        "type": "object",
+        "properties": properties,
+        "additionalProperties": false,
+        "required": ["name"],
+    })
+}
+
+/// Where kinds of jobs have a key in different forms, an editor takes either.
+fn merge(properties: &mut Map<String, Value>, name: &str, new: Value) {
+    match properties.get_mut(name) {
+        None => drop(properties.insert(name.to_string(), new)),
+        Some(old) if *old == new => {}
+        Some(old) => match (old.get_mut("properties"), new.get("properties")) {
+            (Some(Value::Object(old)), Some(Value::Object(new))) => {
+                new.iter().for_each(|(name, value)| merge(old, name, value.clone()));
+            }
+            _ => match old.get_mut("anyOf") {
+                Some(Value::Array(choices)) if !choices.contains(&new) => choices.push(new),
+                Some(_) => {}
+                None => *old = json!({ "anyOf": [old.clone(), new] }),
+            },
+        },
+    }
+}
+
+fn object(table: &Table) -> Value {
+    let mut properties = Map::new();
+    table.keys.iter().for_each(|key| merge(&mut properties, key.name, of_json(key)));
+    json!({ "type": "object", "description": table.about, "properties": properties, "additionalProperties": false })
+}
+
+fn of_json(key: &Key) -> Value {
+    let quantity = json!({ "type": ["number", "string"] });
+    let list = |item: Value| json!({ "type": "array", "items": item });
+    let mut value = match &key.wants {
+        Wants::Text => json!({ "type": "string" }),
+        Wants::Choice(names) => json!({ "enum": names }),
+        Wants::Flag => json!({ "type": "boolean" }),
+        Wants::Flags => list(json!({ "type": "boolean" })),
+        Wants::Count(min, max) => json!({ "type": "integer", "minimum": min, "maximum": max }),
+        Wants::Number(dimension, range) => {
+            let mut value = quantity;
+            let bound = |open: bool, word: &str| match open {
+                true => format!("exclusive{}", capital(word)),
+                false => word.to_string(),
+            };
+            if range.min.is_finite() {
+                value[bound(range.min_open, "minimum")] = json!(range.min);
+            }
+            if range.max.is_finite() {
+                value[bound(range.max_open, "maximum")] = json!(range.max);
+            }
+            value["x-unit"] = json!(dimension.unit());
+            value
+        }
+        Wants::Vector(dimension) => {
+            let mut value = list(quantity);
+            value["x-unit"] = json!(dimension.unit());
+            value
+        }
+        Wants::Spin => json!({ "type": ["number", "string", "array"], "x-unit": "rad/s" }),
+        Wants::Gradient => list(list(quantity)),
+        Wants::Stresses => list(quantity),
+        Wants::Shares | Wants::Polygon => list(list(quantity)),
+        Wants::Table(table) => object(table),
+        Wants::Tables(table) => list(object(table)),
+    };
+    value["description"] = json!(format!("{}. {}", capital(key.about), words(&key.wants)));
+    value["examples"] = json!([key.example(2)]);
+    if let DefaultValue::Value(default) = key.default {
+        value["default"] = json!(default.trim_matches('"'));
+    }
+    value
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_table_has_a_page() {
+        for name in names() {
+            let shown = if name.is_empty() { "job".to_string() } else { name };
+            let page = page(Some(&shown)).unwrap();
+            assert!(page.lines().all(|line| line.chars().count() <= 160), "{page}");
+        }
+        let wrong = page(Some("contacts")).unwrap_err().to_string();
+        assert_eq!(wrong, "A job has no table contacts. Did you mean contact?");
+        let contact = page(Some("[contact]")).unwrap();
+        assert!(contact.contains("in jobs of planar shear, assemblies of grains, continua on a grid"), "{contact}");
+        assert!(contact.contains("with law = \"hertz_mindlin\""), "{contact}");
+    }
+
+    /// The page in the documentation is that of the program.
+    #[test]
+    fn the_documentation_has_every_key() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/keys.md");
+        if std::env::var_os("SCREE_ACCEPT").is_some() {
+            std::fs::write(path, markdown()).unwrap();
+        }
+        assert!(std::fs::read_to_string(path).unwrap_or_default() == markdown(), "docs/keys.md is old: see its head");
+    }
+
+    /// An editor that checks a job by it finds every key of every shipped job.
+    #[test]
+    fn the_schema_has_every_key() {
+        let schema = json_schema();
+        assert_eq!(schema["properties"]["contact"]["properties"]["friction"]["maximum"], 5.0);
+        assert_eq!(schema["properties"]["grid"]["properties"]["cell"]["x-unit"], "m");
+        assert_eq!(schema["properties"]["body"]["items"]["properties"]["servo"]["type"], "object");
+        for kind in Kind::ALL {
+            for path in kind.paths() {
+                let mut at = &schema;
+                for part in path.split('.') {
+                    at = if part == "0" { &at["items"] } else { &at["properties"][part] };
+                    at = at["anyOf"].as_array().and_then(|choices| choices.last()).unwrap_or(at);
+                }
+                assert!(at["description"].is_string(), "{path}");
+            }
+        }
+    }
+}
