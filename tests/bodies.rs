@@ -3,7 +3,7 @@
 use scree::base::math;
 use scree::base::space::{Linear, Plane, Solid, Space};
 use scree::bodies::body::{Body, Instant, Servo, Shape};
-use scree::law::contact::ContactLaw;
+use scree::law::contact::Contact;
 
 use crate::few::{
     Claim, Few, GrainWorld, MASS, RADIUS, elastic, for_every_law, hertz, hot_of, linear, load_on, spin, steps, vector,
@@ -47,9 +47,9 @@ fn place_of<S: Space>(place: &S::Vector) -> [f64; 3] {
 struct Balances;
 
 impl Claim for Balances {
-    fn hold<S: Space, C: ContactLaw<S>>(law: C) {
+    fn hold<S: Space>(law: Contact) {
         for meeting in meetings::<S>(1e-7) {
-            let mut few = Few::<S, C>::new(law, 5e-8, 24.0 * RADIUS);
+            let mut few = Few::<S>::new(law, 5e-8, 24.0 * RADIUS);
             let mut body = Body::new("body", meeting.shape);
             // Turning in place, so that its surface rubs.
             let turn = spin::<S>([30.0, -20.0, 60.0]);
@@ -61,7 +61,7 @@ impl Claim for Balances {
             hot.spin = spin::<S>([-100.0, 50.0, 150.0]);
             let mut world = few.world();
             // What grain and body have between them, and its parts' magnitudes.
-            let sums = |world: &GrainWorld<S, C>| {
+            let sums = |world: &GrainWorld<S>| {
                 let (hot, body) = (hot_of(world, 0), &world.bodies[0]);
                 let momentum = hot.velocity * hot.mass;
                 let orbital = S::moment(&(hot.position - origin), &momentum);
@@ -97,9 +97,9 @@ fn a_collision_with_a_body_keeps_momentum_and_angular_momentum() {
 }
 
 /// Without friction and damping a grain leaves as fast as it came, mirrored, its spin as it was.
-fn bounces<S: Space, C: ContactLaw<S>>(law: C) {
+fn bounces<S: Space>(law: Contact) {
     for meeting in meetings::<S>(1e-7) {
-        let mut few = Few::<S, C>::new(law, 2e-8, 24.0 * RADIUS);
+        let mut few = Few::<S>::new(law, 2e-8, 24.0 * RADIUS);
         few.bodies.push(Body::new("body", meeting.shape));
         let hot = &mut few.add(place_of::<S>(&meeting.place), RADIUS, MASS).hot;
         hot.velocity = meeting.normal * -0.2;
@@ -118,13 +118,13 @@ fn bounces<S: Space, C: ContactLaw<S>>(law: C) {
 fn bounces_under_smooth_laws<S: Space>() {
     let mut smooth = linear();
     (smooth.friction, smooth.damping_normal, smooth.damping_tangential) = (0.0, 0.0, 0.0);
-    bounces::<S, _>(smooth);
+    bounces::<S>(smooth.into());
     let mut rolling = elastic();
     (rolling.friction, rolling.rolling_limit) = (0.0, 0.0);
-    bounces::<S, _>(rolling);
+    bounces::<S>(rolling.into());
     let mut ball = hertz();
     (ball.friction, ball.damping_normal, ball.damping_tangential) = (0.0, 0.0, 0.0);
-    bounces::<S, _>(ball);
+    bounces::<S>(ball.into());
 }
 
 #[test]
@@ -135,9 +135,9 @@ fn smooth_grains_bounce_off_bodies_as_fast_as_they_came() {
 
 /// A grain between a fixed plane and one that presses with a held force: the force comes out, and both contacts are as deep
 /// as it makes them.
-fn holds_its_force<S: Space, C: ContactLaw<S>>(law: C, overlap: f64) {
+fn holds_its_force<S: Space>(law: Contact, overlap: f64) {
     const FORCE: f64 = 0.5;
-    let mut few = Few::<S, C>::new(law, 2e-7, 24.0 * RADIUS);
+    let mut few = Few::<S>::new(law, 2e-7, 24.0 * RADIUS);
     let (up, zero) = (vector::<S>([0.0, 1.0, 0.0]), vector::<S>([0.0; 3]));
     few.bodies.push(Body::new("table", Shape::Plane { point: zero, normal: up }));
     let mut press = Body::new("press", Shape::Plane { point: up * (2.0 * RADIUS + 1e-6), normal: -up });
@@ -167,11 +167,11 @@ fn holds_its_force<S: Space, C: ContactLaw<S>>(law: C, overlap: f64) {
 }
 
 fn holds_its_force_under_damped_laws<S: Space>() {
-    holds_its_force::<S, _>(linear(), 0.5 / linear().stiffness_normal);
+    holds_its_force::<S>(linear().into(), 0.5 / linear().stiffness_normal);
     let law = hertz();
     let stiffness = 2.0 / 3.0 * std::f64::consts::SQRT_2 * law.shear_modulus * (2.0 * RADIUS).sqrt();
     let softness = 0.5 * (1.0 - law.poisson_ratio) / stiffness;
-    holds_its_force::<S, _>(hertz(), math::cbrt(softness * softness));
+    holds_its_force::<S>(hertz().into(), math::cbrt(softness * softness));
 }
 
 #[test]
@@ -183,7 +183,7 @@ fn a_servo_comes_to_the_force_it_holds() {
 /// Ramps up, holds, ramps down to another speed: the way is the integral of the path, to round-off.
 fn follows_its_path<S: Space>() {
     let dt = 1e-5;
-    let mut few = Few::<S, _>::new(linear(), dt, 24.0 * RADIUS);
+    let mut few = Few::<S>::new(linear(), dt, 24.0 * RADIUS);
     let mut body =
         Body::new("body", Shape::Plane { point: vector::<S>([0.0; 3]), normal: vector::<S>([1.0, 0.0, 0.0]) });
     let (fast, slow) = (vector::<S>([0.3, -0.2, 0.1]), vector::<S>([-0.1, 0.0, 0.2]));
@@ -214,10 +214,10 @@ fn a_body_follows_its_path_exactly() {
 
 /// A grain pressed by its weight onto a cylinder that spins in place: the surface rubs past and drives the grain with
 /// mu m g; what drives the grain brakes the cylinder.
-fn drives_a_grain<S: Space, C: ContactLaw<S>>(law: C, overlap: f64) {
+fn drives_a_grain<S: Space>(law: Contact, overlap: f64) {
     const CYLINDER: f64 = 2e-3;
     let (gravity, friction, dt) = (9.81, 0.5, 2e-7);
-    let mut few = Few::<S, C>::new(law, dt, 48.0 * RADIUS);
+    let mut few = Few::<S>::new(law, dt, 48.0 * RADIUS);
     let axis = if S::DIMENSION == 2 { vector::<S>([0.0; 3]) } else { vector::<S>([0.0, 0.0, 1.0]) };
     let mut body = Body::new("roll", Shape::Cylinder { centre: vector::<S>([0.0; 3]), axis, radius: CYLINDER });
     // Counterclockwise, so that the top runs to the left.
@@ -248,16 +248,16 @@ fn drives_a_grain<S: Space, C: ContactLaw<S>>(law: C, overlap: f64) {
 
 fn drives_a_grain_under_every_law<S: Space>() {
     let weight = MASS * 9.81;
-    drives_a_grain::<S, _>(linear(), weight / linear().stiffness_normal);
+    drives_a_grain::<S>(linear().into(), weight / linear().stiffness_normal);
     let constants = elastic();
     let mean = 2.0 * RADIUS * 2e-3 / (RADIUS + 2e-3);
     let mut free = elastic();
     free.rolling_limit = 0.0;
-    drives_a_grain::<S, _>(free, weight / (constants.young_modulus * mean));
+    drives_a_grain::<S>(free.into(), weight / (constants.young_modulus * mean));
     let law = hertz();
     let stiffness = 2.0 / 3.0 * std::f64::consts::SQRT_2 * law.shear_modulus * mean.sqrt() / (1.0 - law.poisson_ratio);
     let softness = weight / stiffness;
-    drives_a_grain::<S, _>(hertz(), math::cbrt(softness * softness));
+    drives_a_grain::<S>(hertz().into(), math::cbrt(softness * softness));
 }
 
 #[test]
@@ -272,7 +272,7 @@ fn is_felt_across_faces<S: Space>(shape: Shape<S>, offset: f64) {
     let law = elastic();
     let edge = 24.0 * RADIUS;
     let run = |periods: f64| {
-        let mut few = Few::<S, _>::periodic(law, 2e-8, [-0.5 * edge; 3], [edge; 3]);
+        let mut few = Few::<S>::periodic(law, 2e-8, [-0.5 * edge; 3], [edge; 3]);
         few.settings.skin = 0.2 * RADIUS;
         let mut body = Body::new("body", shape);
         // Into the face, and for another run two periods on.

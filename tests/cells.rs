@@ -8,7 +8,7 @@ use scree::domain::layout::{Ground, Layout};
 use scree::domain::rebuild::Parts;
 use scree::domain::servo::{Response, StressServo};
 use scree::domain::world::World;
-use scree::law::contact::{ContactLaw, LinearSpringDashpot};
+use scree::law::contact::{Contact, LinearSpringDashpot};
 use scree_partition::Solo;
 
 use crate::few::{
@@ -32,9 +32,9 @@ struct LoadedPair;
 
 /// One pair across the cell's edge, so heavy that it stays: the sum is minus force times branch.
 impl Claim for LoadedPair {
-    fn hold<S: Space, C: ContactLaw<S>>(law: C) {
+    fn hold<S: Space>(law: Contact) {
         let edge = 20.0 * RADIUS;
-        let mut few = Few::<S, C>::periodic(law, 1e-7, [0.0; 3], lengths::<S>(edge));
+        let mut few = Few::<S>::periodic(law, 1e-7, [0.0; 3], lengths::<S>(edge));
         few.settings.skin = RADIUS;
         let branch = vector::<S>([1.1, 1.2, 0.9]);
         let branch = branch * ((2.0 * RADIUS - 2e-6) / branch.norm());
@@ -84,7 +84,7 @@ fn lattice_stress<S: Space>() {
     const PER_AXIS: usize = 4;
     let (overlap, depth) = (1.5e-6, if S::DIMENSION == 2 { 0.01 } else { 1.0 });
     let spacing = 2.0 * RADIUS - overlap;
-    let mut few = Few::<S, _>::periodic(smooth(), 1e-7, [0.0; 3], lengths::<S>(spacing * PER_AXIS as f64));
+    let mut few = Few::<S>::periodic(smooth(), 1e-7, [0.0; 3], lengths::<S>(spacing * PER_AXIS as f64));
     few.settings.skin = 0.1 * RADIUS;
     let layers = if S::DIMENSION == 2 { 1 } else { PER_AXIS };
     for place in 0..PER_AXIS * PER_AXIS * layers {
@@ -119,10 +119,10 @@ fn gradient<S: Space>(rows: [[f64; 3]; 3]) -> S::Tensor {
 }
 
 /// Grains so small that they never meet, with velocities of their own of up to `speed` m/s.
-fn gas<S: Space>(gradient: S::Tensor, speed: f64) -> Few<S, LinearSpringDashpot> {
+fn gas<S: Space>(gradient: S::Tensor, speed: f64) -> Few<S> {
     let edge = 40.0 * RADIUS;
     let corner = [-0.3 * edge, 0.1 * edge, -edge];
-    let mut few = Few::<S, _>::periodic(linear(), 1e-5, corner, lengths::<S>(edge));
+    let mut few = Few::<S>::periodic(linear(), 1e-5, corner, lengths::<S>(edge));
     few.settings.skin = 2.0 * RADIUS;
     few.settings.drive.gradient = gradient;
     let mut random = Random(3);
@@ -141,7 +141,7 @@ fn gas<S: Space>(gradient: S::Tensor, speed: f64) -> Few<S, LinearSpringDashpot>
 
 /// Velocities against the mean field where the last step set out from, by id: that is what velocities half a step behind
 /// are taken against.
-fn fluctuations<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>) -> Vec<S::Vector> {
+fn fluctuations<S: Space>(world: &GrainWorld<S>) -> Vec<S::Vector> {
     let mut found: Vec<(GrainId, S::Vector)> = world
         .assembly
         .grains
@@ -195,7 +195,7 @@ fn a_gas_in_simple_shear_keeps_its_fluctuations_across_the_faces() {
 fn moves_with_the_mean_field<S: Space>() {
     let any = gradient::<S>([[-2.0, 3.0, 1.0], [0.5, 1.0, -1.5], [2.0, -0.5, 1.5]]);
     let mut world = gas::<S>(any, 0.0).world();
-    let places = |world: &GrainWorld<S, LinearSpringDashpot>| -> Vec<S::Vector> {
+    let places = |world: &GrainWorld<S>| -> Vec<S::Vector> {
         (0..25).map(|id| world.assembly.cell.fraction(&world.assembly.grains.hot[row_of(world, id)].position)).collect()
     };
     let (before, edges_before) = (places(&world), world.assembly.cell.edges);
@@ -221,7 +221,7 @@ fn finds_its_pairs<S: Space>() {
     let edge = 16.0 * RADIUS;
     let mut random = Random(17);
     for shear in [0.0, 0.4, 1.0, 1.7] {
-        let mut few = Few::<S, _>::periodic(smooth(), 1e-7, [0.0; 3], lengths::<S>(edge));
+        let mut few = Few::<S>::periodic(smooth(), 1e-7, [0.0; 3], lengths::<S>(edge));
         few.settings.skin = 0.1 * RADIUS;
         let mut cell: Cell<S> = few.cell;
         let mut rows = [[0.0; 3]; 3];
@@ -272,7 +272,7 @@ fn refuses_thin_blocks<S: Space>(periodic: bool) {
     let mut law = cohesive();
     (law.linear.stiffness_normal, law.cohesion_normal) = (1000.0, 3.0);
     let edge = 48.0 * RADIUS;
-    let mut few = Few::<S, _>::new(law, 1e-6, edge);
+    let mut few = Few::<S>::new(law, 1e-6, edge);
     few.cell.periodic = [periodic; 3];
     few.settings.skin = 0.1 * RADIUS;
     few.add([0.0; 3], RADIUS, MASS);
@@ -304,7 +304,7 @@ fn a_stress_servo_brings_a_packing_to_its_target() {
     let mut law = linear();
     law.friction = 0.0;
     let row = spacing * 0.75f64.sqrt();
-    let mut few = Few::<Plane, _>::periodic(law, 4e-7, [0.0; 3], [8.0 * spacing, 8.0 * row, 1.0]);
+    let mut few = Few::<Plane>::periodic(law, 4e-7, [0.0; 3], [8.0 * spacing, 8.0 * row, 1.0]);
     few.settings.skin = 0.05 * RADIUS;
     few.settings.field.damping = Damping { local: 0.3, form: DampingForm::Vector, mass: 0.0 };
     let target = [Some(-100e3), Some(-130e3), None];

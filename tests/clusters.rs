@@ -7,7 +7,7 @@ use scree::base::numbers::Numbers;
 use scree::base::space::{Linear, Plane, Space};
 use scree::dem::grains::Hot;
 use scree::dem::neighbours::SEGMENT;
-use scree::law::contact::ContactLaw;
+use scree::law::contact::Contact;
 use scree_partition::Transport;
 use scree_partition::transport::threads;
 
@@ -31,7 +31,7 @@ fn lattice<S: Space>(per_axis: usize, random: &mut Random) -> Vec<[f64; 3]> {
 }
 
 /// A cluster with sizes, velocities and spins of its own, about the middle of the world.
-fn cluster<S: Space, C: ContactLaw<S>>(few: &mut Few<S, C>, per_axis: usize, corner: f64, seed: u64) {
+fn cluster<S: Space>(few: &mut Few<S>, per_axis: usize, corner: f64, seed: u64) {
     let mut random = Random(seed);
     for place in lattice::<S>(per_axis, &mut random) {
         let share = 1.0 + 0.02 * random.signed();
@@ -43,7 +43,7 @@ fn cluster<S: Space, C: ContactLaw<S>>(few: &mut Few<S, C>, per_axis: usize, cor
 }
 
 /// Momentum, and angular momentum about `centre`, each with the sum of the magnitudes that went into it.
-fn momenta<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, centre: &S::Vector) -> ([S::Vector; 2], [S::Spin; 2]) {
+fn momenta<S: Space>(world: &GrainWorld<S>, centre: &S::Vector) -> ([S::Vector; 2], [S::Spin; 2]) {
     let (zero, still) = (S::Vector::zero(), S::Spin::zero());
     let (mut linear, mut angular) = ([zero; 2], [still; 2]);
     for hot in &world.assembly.grains.hot {
@@ -61,8 +61,8 @@ fn momenta<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, centre: &S::Vec
 struct Keeps;
 
 impl Claim for Keeps {
-    fn hold<S: Space, C: ContactLaw<S>>(law: C) {
-        let mut few = Few::<S, C>::new(law, 2e-7, 24.0 * RADIUS);
+    fn hold<S: Space>(law: Contact) {
+        let mut few = Few::<S>::new(law, 2e-7, 24.0 * RADIUS);
         // Thirty-six discs, twenty-seven spheres.
         let per_axis = if S::DIMENSION == 2 { 6 } else { 3 };
         cluster(&mut few, per_axis, -3.0 * RADIUS, 11);
@@ -70,7 +70,7 @@ impl Claim for Keeps {
         let mut world = few.world();
         let before = centres.map(|centre| momenta(&world, &centre));
         let spins: Vec<S::Spin> = (0..20).map(|id| hot_of(&world, id).spin).collect();
-        let touching = world.assembly.contacts.count(&law, &world.assembly.grains);
+        let touching = world.assembly.contacts.count(world.law(), &world.assembly.grains);
         assert!(touching > 15, "{touching} contacts");
         for step in 0..300 {
             steps(&mut world, 1);
@@ -96,7 +96,7 @@ fn a_free_cluster_keeps_momentum_and_angular_momentum() {
 }
 
 /// Positions, velocities and spins as bits, by id.
-fn bits<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>) -> Vec<u64> {
+fn bits<S: Space>(world: &GrainWorld<S>) -> Vec<u64> {
     let mut rows: Vec<(u64, Hot<S>)> = world
         .assembly
         .grains
@@ -112,11 +112,11 @@ fn bits<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>) -> Vec<u64> {
 struct SameBits;
 
 impl Claim for SameBits {
-    fn hold<S: Space, C: ContactLaw<S>>(law: C) {
+    fn hold<S: Space>(law: Contact) {
         let per_axis = if S::DIMENSION == 2 { 8 } else { 4 };
         let edge = 1.99 * RADIUS * per_axis as f64;
         // Periodic and sheared, so that pairs in one image and across images have a part in it.
-        let mut few = Few::<S, C>::periodic(law, 2e-7, [0.0; 3], [edge; 3]);
+        let mut few = Few::<S>::periodic(law, 2e-7, [0.0; 3], [edge; 3]);
         few.settings.skin = 0.05 * RADIUS;
         few.settings.drive.gradient[S::DIMENSION] = 50.0;
         cluster(&mut few, per_axis, 0.0, 23);
@@ -124,7 +124,7 @@ impl Claim for SameBits {
             let mut world = few.clone().world();
             world.assembly.contacts.use_instructions(instructions);
             steps(&mut world, 200);
-            assert!(world.rebuilds > 2 && world.assembly.contacts.count(&law, &world.assembly.grains) > 30);
+            assert!(world.rebuilds > 2 && world.assembly.contacts.count(world.law(), &world.assembly.grains) > 30);
             bits(&world)
         };
         let found: Vec<_> = Instructions::here().map(|instructions| (instructions, run(instructions))).collect();
@@ -144,11 +144,11 @@ fn every_width_of_registers_gives_the_same_bits() {
 struct SameSegments;
 
 impl Claim for SameSegments {
-    fn hold<S: Space, C: ContactLaw<S>>(law: C) {
+    fn hold<S: Space>(law: Contact) {
         // Several segments, the last of them not full; a rigid box that does not deform, so that grains move on at once.
         let per_axis = if S::DIMENSION == 2 { 52 } else { 14 };
         let edge = 1.99 * RADIUS * per_axis as f64;
-        let mut few = Few::<S, C>::periodic(law, 2e-7, [0.0; 3], [edge; 3]);
+        let mut few = Few::<S>::periodic(law, 2e-7, [0.0; 3], [edge; 3]);
         few.settings.skin = 0.05 * RADIUS;
         cluster(&mut few, per_axis, 0.0, 29);
         let grains = few.grains.len();
@@ -195,7 +195,7 @@ fn segments_ranks_and_threads_give_the_same_bits() {
 #[test]
 fn looking_at_forces_now_and_then_lays_no_arrays() {
     let per_axis = 40;
-    let mut few = Few::<Plane, _>::periodic(linear(), 2e-7, [0.0; 3], [1.99 * RADIUS * per_axis as f64; 3]);
+    let mut few = Few::<Plane>::periodic(linear(), 2e-7, [0.0; 3], [1.99 * RADIUS * per_axis as f64; 3]);
     cluster(&mut few, per_axis, 0.0, 31);
     // On one thread there is one such room.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();

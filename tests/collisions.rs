@@ -6,8 +6,8 @@ use scree::base::space::{Linear, Plane, Solid, Space};
 use scree::bodies::body::{Body, Shape};
 use scree::job;
 use scree::law::contact::{
-    ContactLaw, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot as LinearContact,
-    LinearSpringDashpot, NormalForce,
+    Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot as LinearContact, LinearSpringDashpot,
+    NormalForce,
 };
 
 use crate::few::{
@@ -28,20 +28,20 @@ struct Seen {
 }
 
 /// Two grains closing along a diagonal of the space, `duration` being what the contact is expected to last, s.
-fn head_on<S: Space, C: ContactLaw<S>>(law: C, sizes: [[f64; 2]; 2], duration: f64, steps_wanted: u32) -> Seen {
-    head_on_at::<S, C>(law, sizes, SPEED, duration, steps_wanted)
+fn head_on<S: Space>(law: impl Into<Contact>, sizes: [[f64; 2]; 2], duration: f64, steps_wanted: u32) -> Seen {
+    head_on_at::<S>(law, sizes, SPEED, duration, steps_wanted)
 }
 
 /// The same at a speed, m/s.
-fn head_on_at<S: Space, C: ContactLaw<S>>(
-    law: C,
+fn head_on_at<S: Space>(
+    law: impl Into<Contact>,
     [radii, masses]: [[f64; 2]; 2],
     speed: f64,
     duration: f64,
     steps_wanted: u32,
 ) -> Seen {
     let dt = duration / f64::from(steps_wanted);
-    let mut few = Few::<S, C>::new(law, dt, 24.0 * RADIUS);
+    let mut few = Few::<S>::new(law, dt, 24.0 * RADIUS);
     let along = vector::<S>([2.0, -1.0, 2.0]);
     let along = along * (1.0 / along.norm());
     let gap = 2.7 * speed * dt;
@@ -91,7 +91,7 @@ fn restitution_follows_the_damping<S: Space>() {
         law.damping_normal = damping;
         let decay = damping / (2.0 * reduced);
         let duration = math::PI / (law.stiffness_normal / reduced - decay * decay).sqrt();
-        let seen = head_on::<S, _>(law, [[RADIUS; 2], [MASS; 2]], duration, 4000);
+        let seen = head_on::<S>(law, [[RADIUS; 2], [MASS; 2]], duration, 4000);
         let wanted = math::exp(-decay * duration);
         println!("restitution {wanted:.3} in the {}: off by {:.1e}", S::NAME, seen.restitution - wanted);
         assert!((seen.restitution - wanted).abs() < 5e-4, "damping {damping}: {} for {wanted}", seen.restitution);
@@ -127,16 +127,16 @@ fn by_the_equation(force: impl Fn(f64, f64) -> Option<f64>, reduced: f64, speed:
 }
 
 /// Held to the equation of its own motion, and told from the law whose dashpot may pull: the rebounds of both.
-fn rebounds<S: Space, C: ContactLaw<S>>(
-    [tensile, repulsive]: [C; 2],
+fn rebounds<S: Space>(
+    [tensile, repulsive]: [Contact; 2],
     [radii, masses]: [[f64; 2]; 2],
     speed: f64,
     force: impl Fn(f64, f64, NormalForce) -> Option<f64>,
 ) -> [f64; 2] {
     let reduced = masses[0] * masses[1] / (masses[0] + masses[1]);
-    let one = |law: C, limit: NormalForce| {
+    let one = |law: Contact, limit: NormalForce| {
         let [wanted, duration] = by_the_equation(|d, v| force(d, v, limit), reduced, speed, 1e-9);
-        let seen = head_on_at::<S, C>(law, [radii, masses], speed, duration, 4000);
+        let seen = head_on_at::<S>(law, [radii, masses], speed, duration, 4000);
         assert!((seen.restitution - wanted).abs() < 5e-4, "{} for {wanted}: {law:?}", seen.restitution);
         println!("rebound by the equation {wanted:.4}, off by {:.1e}: {law:?}", seen.restitution - wanted);
         seen.restitution
@@ -154,13 +154,13 @@ fn dashpots_only_repel<S: Space>() {
     let (law, only) = (linear(), linear_repulsive());
     let LinearContact { stiffness_normal, damping_normal, .. } = law;
     for speed in [0.01, 0.1] {
-        rebounds::<S, _>([law, only], sizes, speed, |overlap, closing, limit| {
+        rebounds::<S>([law.into(), only.into()], sizes, speed, |overlap, closing, limit| {
             (overlap >= 0.0).then(|| limited(stiffness_normal * overlap, damping_normal * closing, limit))
         });
     }
     // Fast enough to come apart again; in tension the spring alone pulls.
     let (law, only) = (cohesive(), cohesive_repulsive());
-    rebounds::<S, _>([law, only], sizes, 0.8, |overlap, closing, limit| {
+    rebounds::<S>([law.into(), only.into()], sizes, 0.8, |overlap, closing, limit| {
         let (spring, dashpot) = (stiffness_normal * overlap, damping_normal * closing);
         let pull = spring.min(0.0);
         (spring >= -law.cohesion_normal).then(|| (spring + dashpot).max(pull + limit.least()))
@@ -179,7 +179,7 @@ fn dashpots_only_repel<S: Space>() {
             let pair = NormalForce::NAMES.map(|(_, of_name)| of(of_name));
             let stiffness = hertz_stiffness(&pair[0], 2.0 * radii[0] * radii[1] / (radii[0] + radii[1]));
             let seen = [0.1, 0.8].map(|speed| {
-                rebounds::<S, _>(pair, [radii, masses], speed, |overlap, closing, limit| {
+                rebounds::<S>(pair.map(Contact::from), [radii, masses], speed, |overlap, closing, limit| {
                     let root = overlap.max(0.0).sqrt();
                     // alpha = sqrt(5) zeta of Tsuji et al., whose dashpot is alpha sqrt(m K) d^(1/4) with F = K d^(3/2).
                     let viscous = (5.0 * reduced * stiffness * root).sqrt() * ratio;
@@ -200,12 +200,12 @@ fn a_dashpot_that_only_repels_leaves_what_the_equation_leaves() {
 }
 
 /// The contact that a job of planar shear gets with these lines, and its law.
-fn of_job<C: ContactLaw<Plane>>(lines: &str) -> C {
+fn of_job(lines: &str) -> Contact {
     let text = format!(
         "name = \"small\"\nmethod = \"dem\"\n[specimen]\nwidth = 0.024\nheight = 0.03\n[grains]\ndiameter_mean = 1e-3\ndiameter_deviation = 0\ndensity = 2530\n[loading]\nstress_normal = 4e5\nspeed = 0.02\nspeed_ramp = 0\nstrain_end = 0.1\n[time]\nstep = 1e-9\n[contact]\nfriction = 0.5\n{lines}"
     );
     let scenario = job::Scenario::parse(&text, "small.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
-    C::from_contact(&scenario.contact).expect("the job names the law")
+    scenario.contact
 }
 
 /// `contact.restitution` is what comes back, with both ranges of the normal force: of linear contacts between mean grains, of
@@ -217,22 +217,22 @@ fn grains_rebound_with_the_restitution_of_the_job() {
         for restitution in [0.1, 0.5, 0.9] {
             let damped = format!("restitution = {restitution}\nnormal_force = \"{name}\"");
             let spring = "stiffness_normal = 1772093.8\nstiffness_tangential = 886046.9";
-            let law: LinearSpringDashpot = of_job(&format!("{spring}\n{damped}"));
+            let Contact::Linear(law) = of_job(&format!("{spring}\n{damped}")) else { panic!("by default") };
             // Long enough for the slowest of them.
             let duration = 3.0 * math::PI * (0.5 * mean / law.stiffness_normal).sqrt();
-            let seen = head_on::<Plane, _>(law, [[RADIUS; 2], [mean; 2]], duration, 12000).restitution;
+            let seen = head_on::<Plane>(law, [[RADIUS; 2], [mean; 2]], duration, 12000).restitution;
             assert!((seen - restitution).abs() < 1e-3, "linear, {name}: {seen} for {restitution}");
             println!("linear, {name}, restitution {restitution}: off by {:.1e}", seen - restitution);
 
             let solid = "law = \"hertz_mindlin\"\nshear_modulus = 3e8\npoisson_ratio = 0.2";
-            let law: HertzMindlin = of_job(&format!("{solid}\n{damped}"));
+            let Contact::HertzMindlin(law) = of_job(&format!("{solid}\n{damped}")) else { panic!("as it says") };
             for (radii, masses) in [([RADIUS; 2], [MASS; 2]), ([RADIUS, 0.6 * RADIUS], [MASS, 0.216 * MASS])] {
                 for speed in [0.01, 0.1, 1.0] {
                     let reduced = masses[0] * masses[1] / (masses[0] + masses[1]);
                     let stiffness = hertz_stiffness(&law, 2.0 * radii[0] * radii[1] / (radii[0] + radii[1]));
                     let overlap = two_fifths(1.25 * reduced * speed * speed / stiffness);
                     let duration = 3.0 * HERTZ_TIME * overlap / speed;
-                    let seen = head_on_at::<Solid, _>(law, [radii, masses], speed, duration, 12000).restitution;
+                    let seen = head_on_at::<Solid>(law, [radii, masses], speed, duration, 12000).restitution;
                     assert!((seen - restitution).abs() < 1e-3, "Hertz, {name}, {speed} m/s: {seen} for {restitution}");
                     println!(
                         "Hertz, {name}, {speed} m/s, restitution {restitution}: off by {:.1e}",
@@ -267,7 +267,7 @@ fn hertz_contacts_last_and_press_as_they_should() {
         let stiffness = hertz_stiffness(&law, 2.0 * radii[0] * radii[1] / (radii[0] + radii[1]));
         let overlap = two_fifths(1.25 * reduced * SPEED * SPEED / stiffness);
         let duration = HERTZ_TIME * overlap / SPEED;
-        let seen = head_on::<Solid, _>(law, [radii, masses], duration, 4000);
+        let seen = head_on::<Solid>(law, [radii, masses], duration, 4000);
         let off = [seen.overlap / overlap - 1.0, seen.touching / 4000.0 - 1.0, seen.restitution - 1.0];
         println!("Hertz: overlap, duration, restitution off by {off:?}");
         assert!(off.iter().all(|off| off.abs() < 1e-6), "overlap, duration, restitution off by {off:?}");
@@ -281,7 +281,7 @@ fn a_hertz_contact_with_a_wall_lasts_and_presses_as_it_should() {
     let stiffness = hertz_stiffness(&law, 2.0 * RADIUS);
     let wanted = two_fifths(1.25 * MASS * SPEED * SPEED / stiffness);
     let dt = HERTZ_TIME * wanted / SPEED / 4000.0;
-    let mut few = Few::<Solid, _>::new(law, dt, 24.0 * RADIUS);
+    let mut few = Few::<Solid>::new(law, dt, 24.0 * RADIUS);
     let (point, normal) = (vector::<Solid>([0.0; 3]), vector::<Solid>([0.6, 0.0, 0.8]));
     few.bodies.push(Body::new("wall", Shape::Plane { point, normal }));
     let place = normal * (RADIUS + 2.7 * SPEED * dt);
@@ -300,14 +300,14 @@ fn a_hertz_contact_with_a_wall_lasts_and_presses_as_it_should() {
 }
 
 /// Two grains so heavy that forces do not move them, apart by a negative `overlap` along x; the second is at rest.
-fn heavy_pair<S: Space>(law: LinearCohesive, dt: f64, overlap: f64) -> GrainWorld<'static, S, LinearCohesive> {
-    let mut few = Few::<S, _>::new(law, dt, 24.0 * RADIUS);
+fn heavy_pair<S: Space>(law: LinearCohesive, dt: f64, overlap: f64) -> GrainWorld<'static, S> {
+    let mut few = Few::<S>::new(law, dt, 24.0 * RADIUS);
     few.add([2.0 * RADIUS - overlap, 0.0, 0.0], RADIUS, 1e20);
     few.add([0.0; 3], RADIUS, 1e20);
     few.world()
 }
 
-fn set_velocity<S: Space>(world: &mut GrainWorld<S, LinearCohesive>, velocity: [f64; 3]) {
+fn set_velocity<S: Space>(world: &mut GrainWorld<S>, velocity: [f64; 3]) {
     let row = row_of(world, 0);
     world.assembly.grains.hot[row].velocity = vector::<S>(velocity);
 }
@@ -395,8 +395,8 @@ fn a_cohesive_contact_slides_at_friction_and_shear_strength() {
 }
 
 /// An oblique collision with spins: steps in touch, and positions, velocities and spins as bits after every step.
-fn oblique<S: Space, C: ContactLaw<S>>(law: C) -> (usize, Vec<u64>) {
-    let mut few = Few::<S, C>::new(law, 5e-8, 24.0 * RADIUS);
+fn oblique<S: Space>(law: impl Into<Contact>) -> (usize, Vec<u64>) {
+    let mut few = Few::<S>::new(law, 5e-8, 24.0 * RADIUS);
     let along = vector::<S>([3.0, 8.0, 4.0]);
     let apart = along * (1.801 * RADIUS / along.norm());
     let place: [f64; 3] = std::array::from_fn(|axis| if axis < S::DIMENSION { apart[axis] } else { 0.0 });
@@ -418,12 +418,12 @@ fn oblique<S: Space, C: ContactLaw<S>>(law: C) -> (usize, Vec<u64>) {
 fn without_cohesion_it_is_the_linear_law<S: Space>() {
     for law in [linear(), linear_repulsive()] {
         let bare = scree::law::contact::LinearCohesive { linear: law, cohesion_normal: 0.0, cohesion_tangential: 0.0 };
-        let (with, without) = (oblique::<S, _>(bare), oblique::<S, _>(law));
+        let (with, without) = (oblique::<S>(bare), oblique::<S>(law));
         assert!((50..1400).contains(&without.0), "they touched for {} steps", without.0);
         assert!(with == without, "other bits in {}", S::NAME);
     }
     // At this speed the two do not come apart again.
-    assert!(oblique::<S, _>(cohesive()).0 > 1400, "cohesion should tell");
+    assert!(oblique::<S>(cohesive()).0 > 1400, "cohesion should tell");
 }
 
 #[test]
@@ -447,9 +447,9 @@ fn smooth_collisions_keep_energy<S: Space>() {
     let duration = |stiffness: f64| math::PI * (0.5 * MASS / stiffness).sqrt();
     let sizes = [[RADIUS; 2], [MASS; 2]];
     let stiffness = smooth.stiffness_normal;
-    assert!((head_on::<S, _>(smooth, sizes, duration(stiffness), 2000).restitution - 1.0).abs() < 1e-6);
+    assert!((head_on::<S>(smooth, sizes, duration(stiffness), 2000).restitution - 1.0).abs() < 1e-6);
     let stiffness = rolling.young_modulus * RADIUS;
-    let seen = head_on::<S, _>(rolling, sizes, duration(stiffness), 2000);
+    let seen = head_on::<S>(rolling, sizes, duration(stiffness), 2000);
     assert!((seen.restitution - 1.0).abs() < 1e-6 && (seen.touching / 2000.0 - 1.0).abs() < 1e-3);
 }
 

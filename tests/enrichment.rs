@@ -3,20 +3,18 @@
 use proptest::prelude::*;
 use scree::adapt::enrichment::{self, Enriched, cell_grid};
 use scree::adapt::watch;
-use scree::base::space::Plane;
 use scree::couple::oracle::Memory;
 use scree::couple::select::{Candidate, Selection, select};
 use scree::couple::zone::{CellGrid, Enrichment, Label, Zone, ZoneLife};
 use scree::dem::grains::Mover;
 use scree::job::Scenario;
-use scree::law::contact::ContactLaw;
 use scree::mpm::points::{Past, Point};
 use scree::mpm::track::Instants;
 use scree::prepare::reference::Lies;
 use scree::prepare::{plates, sheared};
 use scree_partition::{Solo, Transport};
 
-use crate::worlds::{Law, PlanarWorld, Random, packed_job};
+use crate::worlds::{PlanarWorld, Random, packed_job};
 
 fn settings(distance: f64) -> Enrichment {
     let life = ZoneLife { grows: false, dissolves: false, rest_strain: 0.05, rest_share: 0.02 };
@@ -39,8 +37,8 @@ pub fn up_to_the_band<'t>(
     transport: &'t dyn Transport,
     packing_file: &std::path::Path,
 ) -> (PlanarWorld<'t>, Vec<u64>, Instants) {
-    let mut start = plates::prepare::<Law>(scenario, transport).unwrap();
-    let packing = sheared::state_of(&mut start.packing.grains, start.packing.height, &mut []);
+    let mut start = plates::prepare(scenario, transport).unwrap();
+    let packing = sheared::state_of(&mut start.packing.grains, &scenario.contact, start.packing.height, &mut []);
     scree_io::store::write(packing_file, &packing).unwrap();
     let mut world = plates::world(scenario, transport, start).unwrap();
     let (mut memory, mut instants) = (Memory::default(), Instants { times: Vec::new(), every: 300 });
@@ -354,8 +352,7 @@ fn a_packing_lower_than_the_specimen_lies_about_the_band() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("packing.h5");
     let (mut world, flagged, instants) = up_to_the_band(&tall, &Solo, &file);
-    let (_, height) =
-        sheared::of_state::<<Law as ContactLaw<Plane>>::Memory<f64>>(sheared::read_state(&file).unwrap()).unwrap();
+    let (_, height) = sheared::of_state(sheared::read_state(&file).unwrap(), &tall.contact).unwrap();
     assert!((height / 36e-3 - 1.0).abs() < 0.05, "the packing is {height} m high");
     let before = sums(&world);
     let how = (&tall.enrichment, tall.specimen.depth);

@@ -4,22 +4,21 @@ use scree::base::ids::GrainId;
 use scree::base::space::{Linear as _, Plane, Solid, Space};
 use scree::bodies::body::Body;
 use scree::dem::cell::Cell;
-use scree::dem::grains::{Hot, Mover};
+use scree::dem::grains::{GrainRow, Hot, Mover};
 use scree::dem::motion::Field;
 use scree::domain::grid::Grid;
 use scree::domain::layout::{Ground, Layout};
-use scree::domain::rebuild::{Parts, Row};
+use scree::domain::rebuild::Parts;
 use scree::domain::servo::CellDrive;
 use scree::domain::world::{Settings, World};
 use scree::law::contact::{
-    ContactLaw, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding,
-    TangentialForce,
+    Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding, TangentialForce,
 };
 use scree::law::material::Absent;
 use scree::prepare::grain_world;
 use scree_partition::{Solo, Transport};
 
-pub type GrainWorld<'t, S, C> = grain_world::GrainWorld<'t, S, C>;
+pub type GrainWorld<'t, S> = grain_world::GrainWorld<'t, S>;
 
 /// Radius (m) and mass (kg) of a grain that fits the laws below.
 pub const RADIUS: f64 = 5e-4;
@@ -86,7 +85,7 @@ pub fn hertz_repulsive() -> HertzMindlin {
 
 /// What is claimed of every law in every space.
 pub trait Claim {
-    fn hold<S: Space, C: ContactLaw<S>>(law: C);
+    fn hold<S: Space>(law: Contact);
 }
 
 pub fn for_every_law<T: Claim>() {
@@ -95,13 +94,13 @@ pub fn for_every_law<T: Claim>() {
 }
 
 fn in_space<T: Claim, S: Space>() {
-    T::hold::<S, _>(linear());
-    T::hold::<S, _>(cohesive());
-    T::hold::<S, _>(elastic());
-    T::hold::<S, _>(hertz());
-    T::hold::<S, _>(linear_repulsive());
-    T::hold::<S, _>(cohesive_repulsive());
-    T::hold::<S, _>(hertz_repulsive());
+    T::hold::<S>(linear().into());
+    T::hold::<S>(cohesive().into());
+    T::hold::<S>(elastic().into());
+    T::hold::<S>(hertz().into());
+    T::hold::<S>(linear_repulsive().into());
+    T::hold::<S>(cohesive_repulsive().into());
+    T::hold::<S>(hertz_repulsive().into());
 }
 
 /// The components of three that a space has.
@@ -124,16 +123,16 @@ pub fn spin<S: Space>(components: [f64; 3]) -> S::Spin {
 
 /// What a world of grains alone is made from.
 #[derive(Clone)]
-pub struct Few<S: Space, C: ContactLaw<S>> {
-    pub grains: Vec<Row<S, C>>,
+pub struct Few<S: Space> {
+    pub grains: Vec<GrainRow<S>>,
     pub bodies: Vec<Body<S>>,
     pub cell: Cell<S>,
-    pub settings: Settings<S, C, Absent>,
+    pub settings: Settings<S, Absent>,
 }
 
-impl<S: Space, C: ContactLaw<S>> Few<S, C> {
+impl<S: Space> Few<S> {
     /// No grains yet, in an open cube of `edge` m about the origin.
-    pub fn new(contact: C, dt: f64, edge: f64) -> Self {
+    pub fn new(contact: impl Into<Contact>, dt: f64, edge: f64) -> Self {
         let cell = Cell::cuboid(vector::<S>([-0.5 * edge; 3]), vector::<S>([edge; 3]), [false; 3]);
         let settings = Settings {
             dt,
@@ -141,7 +140,7 @@ impl<S: Space, C: ContactLaw<S>> Few<S, C> {
             skin: 0.02 * edge,
             grid: Grid::blend(0.0),
             loads: Vec::new(),
-            contact,
+            contact: Some(contact.into()),
             material: Absent,
             field: Field::default(),
             drive: CellDrive::default(),
@@ -152,23 +151,23 @@ impl<S: Space, C: ContactLaw<S>> Few<S, C> {
     }
 
     /// The same in a box that is periodic along every axis.
-    pub fn periodic(contact: C, dt: f64, corner: [f64; 3], lengths: [f64; 3]) -> Self {
+    pub fn periodic(contact: impl Into<Contact>, dt: f64, corner: [f64; 3], lengths: [f64; 3]) -> Self {
         let cell = Cell::cuboid(vector::<S>(corner), vector::<S>(lengths), [true; 3]);
         Self { cell, ..Self::new(contact, dt, lengths[0]) }
     }
 
     /// A free grain at rest; ids count up from 0.
-    pub fn add(&mut self, position: [f64; 3], radius: f64, mass: f64) -> &mut Row<S, C> {
+    pub fn add(&mut self, position: [f64; 3], radius: f64, mass: f64) -> &mut GrainRow<S> {
         let id = GrainId(self.grains.len() as u64);
-        self.grains.push(Row::<S, C>::resting(id, vector::<S>(position), radius, mass, Mover::Free));
+        self.grains.push(GrainRow::<S>::resting(id, vector::<S>(position), radius, mass, Mover::Free));
         self.grains.last_mut().expect("one was added")
     }
 
-    pub fn world(self) -> GrainWorld<'static, S, C> {
+    pub fn world(self) -> GrainWorld<'static, S> {
         self.world_on(&Solo)
     }
 
-    pub fn world_on(self, transport: &dyn Transport) -> GrainWorld<'_, S, C> {
+    pub fn world_on(self, transport: &dyn Transport) -> GrainWorld<'_, S> {
         let Self { grains, bodies, cell, settings } = self;
         let corner = std::array::from_fn(|axis| if axis < S::DIMENSION { cell.corner[axis] } else { 0.0 });
         let edge = cell.edges[0];
@@ -179,22 +178,22 @@ impl<S: Space, C: ContactLaw<S>> Few<S, C> {
 }
 
 /// Row of a grain in a world on one rank.
-pub fn row_of<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, id: u64) -> usize {
+pub fn row_of<S: Space>(world: &GrainWorld<S>, id: u64) -> usize {
     world.assembly.grains.cold.iter().position(|cold| cold.id == GrainId(id)).expect("the grain is here")
 }
 
-pub fn hot_of<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, id: u64) -> Hot<S> {
+pub fn hot_of<S: Space>(world: &GrainWorld<S>, id: u64) -> Hot<S> {
     world.assembly.grains.hot[row_of(world, id)]
 }
 
 /// Force and torque of the last evaluation on a grain; gone at a rebuild.
-pub fn load_on<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, id: u64) -> (S::Vector, S::Spin) {
+pub fn load_on<S: Space>(world: &GrainWorld<S>, id: u64) -> (S::Vector, S::Spin) {
     let row = row_of(world, id);
     (world.assembly.grains.force[row], world.assembly.grains.torque[row])
 }
 
 /// After the last of them the forces may be asked for.
-pub fn steps<S: Space, C: ContactLaw<S>>(world: &mut GrainWorld<S, C>, count: usize) {
+pub fn steps<S: Space>(world: &mut GrainWorld<S>, count: usize) {
     for step in 0..count {
         world.assembly.forces_wanted = step + 1 == count;
         world.advance().unwrap();

@@ -7,7 +7,7 @@ use scree::base::ids::GrainId;
 use scree::base::math;
 use scree::base::space::{Components, Linear, Plane, Solid, Space, Words};
 use scree::dem::grains::lanes;
-use scree::law::contact::{ContactLaw, Sliding};
+use scree::law::contact::{Contact, Memory, Sliding};
 
 use crate::few::{Few, RADIUS, cohesive, elastic, hertz, linear, row_of, spin, steps, vector};
 
@@ -17,14 +17,13 @@ const FORCE: f64 = 0.5;
 const MOMENT: f64 = 1e-4;
 
 /// Memory of a contact that holds a tangential force and a moment.
-type Holding<S, C> =
-    fn(&C, <S as Space>::TangentOf<f64>, <S as Space>::SpinOf<f64>) -> <C as ContactLaw<S>>::Memory<f64>;
+type Holding<S> = Box<dyn Fn(<S as Space>::TangentOf<f64>, <S as Space>::SpinOf<f64>) -> Memory>;
 
 /// A law and what is known of its contact at [`OVERLAP`].
-struct Known<S: Space, C: ContactLaw<S>> {
-    law: C,
+struct Known<S: Space> {
+    law: Contact,
     stiffness_tangential: f64,
-    memory: Holding<S, C>,
+    memory: Holding<S>,
     /// Whether it resists rolling.
     rolling: bool,
     /// Whether turning counts as no sliding, but lengthens the spring.
@@ -58,7 +57,7 @@ fn turned_spin<S: Space>(spin: &S::Spin, axis: &S::Spin, angle: f64) -> S::Spin 
 
 /// Largest error of force and torque, as shares of [`FORCE`] and of its torque, over one radian about `axis` in `count`
 /// steps.
-fn errors<S: Space, C: ContactLaw<S>>(known: &Known<S, C>, axis: [f64; 3], count: u32) -> [f64; 2] {
+fn errors<S: Space>(known: &Known<S>, axis: [f64; 3], count: u32) -> [f64; 2] {
     let dt = 1e-6;
     let angle_step = 1.0 / f64::from(count);
     let axis = spin::<S>(axis);
@@ -75,14 +74,14 @@ fn errors<S: Space, C: ContactLaw<S>>(known: &Known<S, C>, axis: [f64; 3], count
     };
 
     // So heavy that no force moves them.
-    let mut few = Few::<S, C>::new(known.law, dt, 40.0 * RADIUS);
+    let mut few = Few::<S>::new(known.law, dt, 40.0 * RADIUS);
     let start = normal * (0.5 * distance);
     for (side, partner) in [(1.0, 1), (-1.0, 0)] {
         let row = few.add([0.0; 3], RADIUS, 1e20);
         row.hot.position = start * side;
         row.cold.home = row.hot.position;
         let held = S::tangential::<f64>(&lanes(&normal), &lanes(&tangential));
-        row.contacts.push((GrainId(partner), (known.memory)(&known.law, held, lanes(&moment))));
+        row.contacts.push((GrainId(partner), (known.memory)(held, lanes(&moment))));
     }
     let mut world = few.world();
     let drift = vector::<S>([0.4, -0.3, 0.2]);
@@ -132,30 +131,30 @@ fn every_law<S: Space>(check: impl Check<S>) {
     let mut plain = linear();
     (plain.friction, plain.damping_normal, plain.damping_tangential) = (1e3, 0.0, 0.0);
     check.of(&Known {
-        law: plain,
+        law: plain.into(),
         stiffness_tangential: plain.stiffness_tangential,
-        memory: |law, force, _| force * (-1.0 / law.stiffness_tangential),
+        memory: Box::new(move |force, _| Memory::of(&(force * (-1.0 / plain.stiffness_tangential)))),
         rolling: false,
         lengthens: false,
     });
     let mut sticky = cohesive();
     sticky.linear = plain;
     check.of(&Known {
-        law: sticky,
+        law: sticky.into(),
         stiffness_tangential: plain.stiffness_tangential,
-        memory: |law, force, _| (force * (-1.0 / law.linear.stiffness_tangential), Components([1.0])),
+        memory: Box::new(move |force, _| Memory::of(&(force * (-1.0 / plain.stiffness_tangential), Components([1.0])))),
         rolling: false,
         lengthens: false,
     });
     let mut rolling = elastic();
     (rolling.friction, rolling.rolling_limit, rolling.sliding) = (1e3, 1e3, Sliding::Surface);
     check.of(&Known {
-        law: rolling,
+        law: rolling.into(),
         stiffness_tangential: 0.8 * rolling.young_modulus * RADIUS,
-        memory: |law, force, moment| {
-            let stiffness = law.stiffness_ratio * law.young_modulus * RADIUS;
-            (force * (-1.0 / stiffness), moment * (-1.0 / (stiffness * RADIUS * RADIUS)))
-        },
+        memory: Box::new(move |force, moment| {
+            let stiffness = rolling.stiffness_ratio * rolling.young_modulus * RADIUS;
+            Memory::of(&(force * (-1.0 / stiffness), moment * (-1.0 / (stiffness * RADIUS * RADIUS))))
+        }),
         rolling: true,
         lengthens: false,
     });
@@ -163,9 +162,9 @@ fn every_law<S: Space>(check: impl Check<S>) {
     (ball.friction, ball.damping_normal, ball.damping_tangential) = (1e3, 0.0, 0.0);
     let root = (RADIUS * OVERLAP).sqrt();
     check.of(&Known {
-        law: ball,
+        law: ball.into(),
         stiffness_tangential: 2.0 * std::f64::consts::SQRT_2 * ball.shear_modulus * root / (2.0 - ball.poisson_ratio),
-        memory: |_, force, _| force,
+        memory: Box::new(|force, _| Memory::of(&force)),
         rolling: false,
         lengthens: false,
     });
@@ -173,13 +172,13 @@ fn every_law<S: Space>(check: impl Check<S>) {
 
 /// What is asked of every law.
 trait Check<S: Space> {
-    fn of<C: ContactLaw<S>>(&self, known: &Known<S, C>);
+    fn of(&self, known: &Known<S>);
 }
 
 struct Exact;
 
 impl Check<Plane> for Exact {
-    fn of<C: ContactLaw<Plane>>(&self, known: &Known<Plane, C>) {
+    fn of(&self, known: &Known<Plane>) {
         for axis in [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]] {
             let errors = errors(known, axis, 500);
             println!("a contact carried by a rotation: force and torque off by {errors:?}");
@@ -203,13 +202,14 @@ fn a_loaded_contact_of_discs_turns_with_its_grains() {
 fn a_scaled_spring_of_discs_lengthens_by_half_the_square_of_each_angle() {
     let mut law = elastic();
     (law.friction, law.rolling_limit, law.sliding) = (1e3, 1e3, Sliding::Scaled);
-    let known = Known::<Plane, _> {
-        law,
+    let known = Known::<Plane> {
+        law: law.into(),
         stiffness_tangential: 0.0,
-        memory: |law, force, _| {
+        memory: Box::new(move |force, _| {
             let stiffness = law.stiffness_ratio * law.young_modulus * RADIUS;
-            (force * (-1.0 / stiffness), Words::zero())
-        },
+            let rolled = <<Plane as Space>::SpinOf<f64> as Words<f64>>::zero();
+            Memory::of(&(force * (-1.0 / stiffness), rolled))
+        }),
         rolling: false,
         lengthens: true,
     };
@@ -225,7 +225,7 @@ const AXES: [[f64; 3]; 3] = [[0.6, 0.64, 0.48], [-0.64, 0.6, 0.0], [0.3, -0.5, 0
 struct Converges;
 
 impl Check<Solid> for Converges {
-    fn of<C: ContactLaw<Solid>>(&self, known: &Known<Solid, C>) {
+    fn of(&self, known: &Known<Solid>) {
         for axis in AXES {
             let [coarse, middle, fine] = [100, 200, 400].map(|count| errors(known, axis, count));
             for which in 0..2 {

@@ -4,7 +4,7 @@
 use scree::base::math;
 use scree::base::space::{Plane, Solid, Space};
 use scree::bodies::body::{Body, Shape};
-use scree::law::contact::{ContactLaw, TangentialForce};
+use scree::law::contact::{Contact, TangentialForce};
 
 use crate::few::{Few, GrainWorld, MASS, RADIUS, cohesive, elastic, hertz, linear, spin, steps, vector};
 
@@ -33,16 +33,16 @@ const OF_STEPS: f64 = 5.0;
 const OF_INCREMENTS: f64 = 3e-4;
 
 /// Kinetic and elastic energy after over that before, less one.
-fn gain<S: Space, C: ContactLaw<S>>(law: C, degrees: f64, turns: [f64; 3], dt: f64) -> f64 {
+fn gain<S: Space>(law: Contact, degrees: f64, turns: [f64; 3], dt: f64) -> f64 {
     let angle = degrees * math::PI / 180.0;
     let (along, normal) = (vector::<S>([1.0, 0.0, 0.0]), vector::<S>([0.0, 1.0, 0.0]));
-    let mut few = Few::<S, C>::new(law, dt, 64.0 * RADIUS);
+    let mut few = Few::<S>::new(law, dt, 64.0 * RADIUS);
     few.bodies.push(Body::new("wall", Shape::Plane { point: vector::<S>([0.0; 3]), normal }));
     let gap = 1e-9;
     let hot = &mut few.add([0.0, RADIUS + gap, 0.0], RADIUS, MASS).hot;
     hot.velocity = (along * math::cos(angle) - normal * math::sin(angle)) * SPEED;
     hot.spin = spin::<S>([turns[1], turns[2], turns[0]]) * (SPEED / RADIUS);
-    let energy = |world: &mut GrainWorld<S, C>| {
+    let energy = |world: &mut GrainWorld<S>| {
         let found = world.energies().unwrap();
         found.kinetic_grains + found.elastic_grains
     };
@@ -54,10 +54,11 @@ fn gain<S: Space, C: ContactLaw<S>>(law: C, degrees: f64, turns: [f64; 3], dt: f
 }
 
 /// The most that is gained over all angles and spins is at most what the steps of a contact make, and `more`.
-fn gains_nothing<S: Space, C: ContactLaw<S>>(law: C, steps_of_contact: f64, more: f64) {
+fn gains_nothing<S: Space>(law: impl Into<Contact>, steps_of_contact: f64, more: f64) {
+    let law = law.into();
     let cases = ANGLES.into_iter().flat_map(|degrees| SPINS.map(|turns| (degrees, turns)));
     let gains =
-        cases.map(|(degrees, turns)| (gain::<S, C>(law, degrees, turns, DURATION / steps_of_contact), degrees, turns));
+        cases.map(|(degrees, turns)| (gain::<S>(law, degrees, turns, DURATION / steps_of_contact), degrees, turns));
     let (most, degrees, turns) = gains.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
     let what = format!("{most:+.1e} at {degrees} degrees with {turns:?} in the {}: {law:?}", S::NAME);
     println!("{steps_of_contact} steps a contact: {what}");
@@ -72,21 +73,21 @@ fn under_every_law<S: Space>() {
         let mut law = linear();
         law.friction = friction;
         (law.damping_normal, law.damping_tangential) = (damping, damping);
-        gains_nothing::<S, _>(law, steps_of_contact, 0.0);
+        gains_nothing::<S>(law, steps_of_contact, 0.0);
         let mut sticky = cohesive();
         sticky.linear = law;
-        gains_nothing::<S, _>(sticky, steps_of_contact, 0.0);
+        gains_nothing::<S>(sticky, steps_of_contact, 0.0);
         let mut law = hertz();
         law.friction = friction;
         (law.damping_normal, law.damping_tangential) = (damping, damping);
-        gains_nothing::<S, _>(law, steps_of_contact, if friction > 1.0 { OF_INCREMENTS } else { 0.0 });
+        gains_nothing::<S>(law, steps_of_contact, if friction > 1.0 { OF_INCREMENTS } else { 0.0 });
         law.tangential_force = TangentialForce::Rescaled;
-        gains_nothing::<S, _>(law, steps_of_contact, 0.0);
+        gains_nothing::<S>(law, steps_of_contact, 0.0);
         let mut law = elastic();
         law.friction = friction;
-        gains_nothing::<S, _>(law, steps_of_contact, 0.0);
+        gains_nothing::<S>(law, steps_of_contact, 0.0);
         law.rolling_limit = 0.0;
-        gains_nothing::<S, _>(law, steps_of_contact, 0.0);
+        gains_nothing::<S>(law, steps_of_contact, 0.0);
     }
 }
 

@@ -95,7 +95,7 @@ fn energy_that_grows_before_the_second_look_is_found() {
 /// What energy has grown since the last look is found at a look, and the contact with a body is named where no grains touch.
 #[test]
 fn energy_from_nowhere_names_the_contact_with_a_body() {
-    let mut few = Few::<Plane, _>::new(linear(), 2e-7, 24.0 * RADIUS);
+    let mut few = Few::<Plane>::new(linear(), 2e-7, 24.0 * RADIUS);
     let up = vector::<Plane>([0.0, 1.0, 0.0]);
     few.bodies.push(Body::new("table", Shape::Plane { point: <Plane as Space>::Vector::zero(), normal: up }));
     few.add([0.0, 0.99 * RADIUS, 0.0], RADIUS, MASS);

@@ -1,9 +1,9 @@
 //! Cells held at a stress, as jobs run: how closely the stress is followed, and that a row of their series is of one instant.
 
 use scree::base::space::{Plane, Space, Words};
+use scree::dem::law::memory_words;
 use scree::domain::step::full_step::full_step;
 use scree::job::Job;
-use scree::law::contact::ElasticRolling;
 use scree::prepare::grain_world::GrainWorld;
 use scree::run::assembly::world_of;
 use scree::run::start;
@@ -189,9 +189,11 @@ fn a_row_is_of_the_instant_of_its_state() {
     assert_eq!(of("step"), 1001.0);
 
     let Job::Assembly(job) = parse(&text) else { panic!("it has a cell") };
-    let state = || -> GrainWorld<Plane, ElasticRolling> {
-        let snapshot = Snapshot::from_state(checkpoint::latest_state(&out).unwrap().1).unwrap();
-        world_of::<Plane, ElasticRolling>(&job, Some(snapshot), &Solo).unwrap().0
+    let state = || -> GrainWorld<Plane> {
+        let snapshot =
+            Snapshot::from_state(checkpoint::latest_state(&out).unwrap().1, memory_words::<Plane>(&job.contact))
+                .unwrap();
+        world_of::<Plane>(&job, Some(snapshot), &Solo).unwrap().0
     };
     let now = state();
     let mut ids: Vec<(u64, usize)> =

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
-use scree::base::space::{Components, Plane};
+use scree::base::space::Plane;
 use scree::job::Job;
 use scree::law::material::Nothing;
 use scree::store::checkpoint::{self, Snapshot};
@@ -45,7 +45,7 @@ step = "0.2 us"
 end = "2 us"
 "#;
 
-type Discs = Snapshot<Plane, Components<f64, 1>, Nothing>;
+type Discs = Snapshot<Plane, Nothing>;
 
 /// The newest checkpoint of a run of the job.
 fn checkpoint_in(folder: &Path) -> PathBuf {
@@ -102,11 +102,11 @@ fn no_table_takes_the_program_down() {
 fn tables_that_are_no_state() {
     let folder = tempfile::tempdir().expect("a folder to work in");
     let good = store::read(&checkpoint_in(folder.path())).expect("it is good");
-    Discs::from_state(good.clone()).unwrap_or_else(|error| panic!("{error}"));
+    Discs::from_state(good.clone(), 1).unwrap_or_else(|error| panic!("{error}"));
     let refused = |wanted: &str, change: &dyn Fn(&mut State)| {
         let mut state = good.clone();
         change(&mut state);
-        let said = Discs::from_state(state).expect_err(wanted).to_string();
+        let said = Discs::from_state(state, 1).expect_err(wanted).to_string();
         assert!(said.contains(wanted), "wanted: {wanted}\nsaid: {said}");
     };
     refused("there is no table `grains`", &|state| state.tables.retain(|table| table.name != "grains"));
@@ -228,7 +228,7 @@ mod in_a_cage {
         proptest!(config, |(place in places, kind in 0..12_u32, bit in any::<u32>())| {
             let mut state = good.clone();
             change(&mut state, place, kind, bit);
-            match Discs::from_state(state) {
+            match Discs::from_state(state, 1) {
                 Ok(snapshot) => drop(Job::parse(&snapshot.scenario, "scenario.toml", &[])),
                 Err(error) => prop_assert_eq!(error.exit_code(), 2),
             }

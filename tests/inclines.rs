@@ -4,24 +4,25 @@ use scree::base::math;
 use scree::base::space::{Components, Linear, Plane, Solid, Space, Words};
 use scree::bodies::body::{Body, Shape};
 use scree::dem::grains::{body_partner, lanes};
-use scree::law::contact::ContactLaw;
+use scree::law::contact::{Contact, Memory};
 
 use crate::few::{Few, GrainWorld, MASS, RADIUS, cohesive, elastic, hertz, hot_of, linear, steps, vector};
 
 const GRAVITY: f64 = 9.81;
 
-/// Memory of a contact of an overlap (m) that holds a tangential force.
-type Holding<S, C> = fn(&C, f64, <S as Space>::TangentOf<f64>) -> <C as ContactLaw<S>>::Memory<f64>;
+/// Overlap under a normal force, m.
+type Pressed = Box<dyn Fn(f64) -> f64>;
+/// Memory of a contact that holds a tangential force.
+type Holding<S> = Box<dyn Fn(<S as Space>::TangentOf<f64>) -> Memory>;
 
 /// What is known beforehand of a law's contact with a plane.
-struct Known<S: Space, C: ContactLaw<S>> {
-    law: C,
+struct Known<S: Space> {
+    law: Contact,
     friction: f64,
     /// N, beside friction.
     shear_strength: f64,
-    /// Overlap under a normal force, m.
-    overlap: fn(&C, f64) -> f64,
-    memory: Holding<S, C>,
+    overlap: Pressed,
+    memory: Holding<S>,
 }
 
 /// A slope that rises along `uphill`.
@@ -42,15 +43,15 @@ impl<S: Space> Slope<S> {
     }
 
     /// A grain at rest on the slope, its contact bearing the weight and `hold` N uphill.
-    fn grain<C: ContactLaw<S>>(&self, known: &Known<S, C>, dt: f64, hold: f64) -> Few<S, C> {
-        let mut few = Few::<S, C>::new(known.law, dt, 24.0 * RADIUS);
+    fn grain(&self, known: &Known<S>, dt: f64, hold: f64) -> Few<S> {
+        let mut few = Few::<S>::new(known.law, dt, 24.0 * RADIUS);
         few.settings.field.gravity = vector::<S>([0.0, -GRAVITY, 0.0]);
         let shape = Shape::Plane { point: vector::<S>([0.0; 3]), normal: self.normal };
         few.bodies.push(Body::new("slope", shape));
-        let overlap = (known.overlap)(&known.law, MASS * GRAVITY * self.cosine);
+        let overlap = (known.overlap)(MASS * GRAVITY * self.cosine);
         let normal = lanes(&self.normal);
         let held = S::tangential::<f64>(&normal, &lanes(&(self.uphill * hold)));
-        let memory = (known.memory)(&known.law, overlap, held);
+        let memory = (known.memory)(held);
         let row = few.add([0.0; 3], RADIUS, MASS);
         row.hot.position = self.normal * (RADIUS - overlap);
         (row.cold.home, row.cold.origin) = (row.hot.position, row.hot.position);
@@ -65,7 +66,7 @@ fn rolling_spin<S: Space>(normal: &S::Vector, velocity: &S::Vector) -> S::Spin {
 }
 
 /// Mean acceleration and spin-up over steps 200 to 1200.
-fn rates<S: Space, C: ContactLaw<S>>(world: &mut GrainWorld<S, C>) -> (S::Vector, S::Spin) {
+fn rates<S: Space>(world: &mut GrainWorld<S>) -> (S::Vector, S::Spin) {
     steps(world, 200);
     let early = hot_of(world, 0);
     steps(world, 1000);
@@ -80,9 +81,9 @@ fn inertia_share<S: Space>() -> f64 {
 }
 
 /// `a = g sin/(1 + I/(m r (r - d/2)))`: friction acts at the middle of the overlap, surfaces slide with full radii.
-fn rolls<S: Space, C: ContactLaw<S>>(known: &Known<S, C>, tangent: f64) {
+fn rolls<S: Space>(known: &Known<S>, tangent: f64) {
     let slope = Slope::<S>::new(tangent);
-    let overlap = (known.overlap)(&known.law, MASS * GRAVITY * slope.cosine);
+    let overlap = (known.overlap)(MASS * GRAVITY * slope.cosine);
     let share = inertia_share::<S>() * RADIUS / (RADIUS - 0.5 * overlap);
     let wanted = GRAVITY * slope.sine / (1.0 + share);
     let friction = MASS * share * wanted;
@@ -98,10 +99,10 @@ fn rolls<S: Space, C: ContactLaw<S>>(known: &Known<S, C>, tangent: f64) {
 }
 
 /// `a = g sin - (mu g cos + e_t/m)`, `dw/dt = (mu m g cos + e_t) (r - d/2)/I`.
-fn slides<S: Space, C: ContactLaw<S>>(known: &Known<S, C>, tangent: f64) {
+fn slides<S: Space>(known: &Known<S>, tangent: f64) {
     let slope = Slope::<S>::new(tangent);
     let normal = MASS * GRAVITY * slope.cosine;
-    let overlap = (known.overlap)(&known.law, normal);
+    let overlap = (known.overlap)(normal);
     let friction = known.friction * normal + known.shear_strength;
     let mut world = slope.grain(known, 2e-7, friction).world();
     let (acceleration, spin_up) = rates(&mut world);
@@ -117,7 +118,7 @@ fn slides<S: Space, C: ContactLaw<S>>(known: &Known<S, C>, tangent: f64) {
 }
 
 /// Below `tan = mu (1 + m r^2/I)` a grain rolls, above it slides.
-fn rolls_and_slides<S: Space, C: ContactLaw<S>>(known: &Known<S, C>) {
+fn rolls_and_slides<S: Space>(known: &Known<S>) {
     let limit = known.friction * (1.0 + 1.0 / inertia_share::<S>());
     rolls(known, 0.3);
     rolls(known, 0.97 * limit);
@@ -125,46 +126,54 @@ fn rolls_and_slides<S: Space, C: ContactLaw<S>>(known: &Known<S, C>) {
     slides(known, if known.shear_strength > 0.0 { 4.0 } else { 1.03 * limit });
 }
 
+/// A tangential spring beside a rolling one that is as long as it was.
+fn rolled_freely<S: Space>(spring: S::TangentOf<f64>) -> Memory {
+    let rolled: S::SpinOf<f64> = Words::zero();
+    Memory::of(&(spring, rolled))
+}
+
 fn every_law<S: Space>() {
-    rolls_and_slides::<S, _>(&Known {
-        law: linear(),
+    rolls_and_slides::<S>(&Known {
+        law: linear().into(),
         friction: 0.5,
         shear_strength: 0.0,
-        overlap: |law, force| force / law.stiffness_normal,
-        memory: |law, _, force| force * (-1.0 / law.stiffness_tangential),
+        overlap: Box::new(|force| force / linear().stiffness_normal),
+        memory: Box::new(|force| Memory::of(&(force * (-1.0 / linear().stiffness_tangential)))),
     });
     let mut sticky = cohesive();
     (sticky.cohesion_normal, sticky.cohesion_tangential) = (1e-4, 2e-5);
-    rolls_and_slides::<S, _>(&Known {
-        law: sticky,
+    rolls_and_slides::<S>(&Known {
+        law: sticky.into(),
         friction: 0.5,
         shear_strength: 2e-5,
-        overlap: |law, force| force / law.linear.stiffness_normal,
-        memory: |law, _, force| (force * (-1.0 / law.linear.stiffness_tangential), Components([1.0])),
+        overlap: Box::new(move |force| force / sticky.linear.stiffness_normal),
+        memory: Box::new(move |force| {
+            Memory::of(&(force * (-1.0 / sticky.linear.stiffness_tangential), Components([1.0])))
+        }),
     });
     let mut free = elastic();
     free.rolling_limit = 0.0;
-    rolls_and_slides::<S, _>(&Known {
-        law: free,
+    rolls_and_slides::<S>(&Known {
+        law: free.into(),
         friction: 0.5,
         shear_strength: 0.0,
-        overlap: |law, force| force / (2.0 * law.young_modulus * RADIUS),
-        memory: |law, _, force| {
-            let stiffness = law.stiffness_ratio * 2.0 * law.young_modulus * RADIUS;
-            (force * (-1.0 / stiffness), Words::zero())
-        },
+        overlap: Box::new(move |force| force / (2.0 * free.young_modulus * RADIUS)),
+        memory: Box::new(move |force| {
+            let stiffness = free.stiffness_ratio * 2.0 * free.young_modulus * RADIUS;
+            rolled_freely::<S>(force * (-1.0 / stiffness))
+        }),
     });
-    rolls_and_slides::<S, _>(&Known {
-        law: hertz(),
+    rolls_and_slides::<S>(&Known {
+        law: hertz().into(),
         friction: 0.5,
         shear_strength: 0.0,
-        overlap: |law, force| {
-            let law = &law;
+        overlap: Box::new(|force| {
+            let law = hertz();
             let stiffness = std::f64::consts::SQRT_2 * law.shear_modulus * (2.0 * RADIUS).sqrt();
             let softness = force / (2.0 / 3.0 * stiffness / (1.0 - law.poisson_ratio));
             math::cbrt(softness * softness)
-        },
-        memory: |_, _, force| force,
+        }),
+        memory: Box::new(|force| Memory::of(&force)),
     });
 }
 
@@ -183,12 +192,12 @@ fn a_sphere_rolls_below_its_friction_limit_and_slides_above_it() {
 fn comes_to_rest<S: Space>() {
     let mut law = elastic();
     (law.young_modulus, law.rolling_limit) = (3.5e8, 0.3);
-    let known = Known::<S, _> {
-        law,
+    let known = Known::<S> {
+        law: law.into(),
         friction: 0.5,
         shear_strength: 0.0,
-        overlap: |law, force| force / (2.0 * law.young_modulus * RADIUS),
-        memory: |_, _, _| Words::zero(),
+        overlap: Box::new(move |force| force / (2.0 * law.young_modulus * RADIUS)),
+        memory: Box::new(|_| rolled_freely::<S>(Words::zero())),
     };
     let level = Slope::<S>::new(0.0);
     let speed = 0.02;

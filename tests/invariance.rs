@@ -10,7 +10,7 @@ use scree::store::checkpoint;
 use scree_partition::transport::threads;
 
 use crate::runs::{copy_folder, done, options, result};
-use crate::worlds::{Law, packed_job};
+use crate::worlds::packed_job;
 
 /// Runs one at a time: ranks that wait for each other should not wait for another test's as well.
 fn turn() -> MutexGuard<'static, ()> {
@@ -114,7 +114,7 @@ fn through_enrichment(changes: &[&str]) -> String {
         for later in &kept[from + 1..] {
             std::fs::remove_file(checkpoint::folder(&out).join(later)).unwrap();
         }
-        let (_, snapshot): (_, PlanarSnapshot<Law>) = checkpoint::latest(&out).unwrap();
+        let (_, snapshot): (_, PlanarSnapshot) = checkpoint::latest(&out, 1).unwrap();
         assert_eq!(snapshot.progress.enriched_step > 0, from != 1, "{} of {kept:?}", kept[from]);
         threads::run(ranks, |rank| start::resume(&out, Default::default(), &options(&out), &rank).unwrap());
         assert!(result(&out) == wanted, "{changes:?}, resumed from {} on {ranks} ranks: another end", kept[from]);

@@ -16,7 +16,7 @@ use scree::prepare::point_world::{self, PointWorld};
 use scree::store::checkpoint::PlanarPoint;
 use scree_partition::Solo;
 
-use crate::worlds::{Law, PlanarWorld, Random, job};
+use crate::worlds::{PlanarWorld, Random, job};
 
 /// What the oracle said over a run.
 struct Story {
@@ -46,7 +46,7 @@ fn shares(points: &[(f64, f64)], is_flagged: impl Fn(f64) -> bool) -> [f64; 2] {
 /// A continuum alone, watched to the end of the run or until the oracle fires.
 fn watched(sets: &[&str]) -> Story {
     let scenario = job(&[&["method=mpm"], sets].concat());
-    let start = plates::prepare::<Law>(&scenario, &Solo).unwrap();
+    let start = plates::prepare(&scenario, &Solo).unwrap();
     let mut world = plates::world(&scenario, &Solo, start).unwrap();
     let mut memory = Memory::default();
     let mut story = Story {

@@ -5,16 +5,15 @@ use std::process::Command;
 
 use scree::base::error::Error;
 use scree::base::ids::{GrainId, PointId};
-use scree::base::space::{Plane, Words};
 use scree::domain::transfer::{self, PIECE_ROWS};
-use scree::law::contact::ContactLaw;
+use scree::law::contact::Memory;
 use scree::run::planar_shear::PlanarSnapshot;
 use scree::store::checkpoint::{self, PlanarPoint, Progress, Target};
 use scree_io::{digest, store};
 use scree_partition::transport::threads;
 use scree_partition::{Solo, Transport};
 
-use crate::worlds::{Grain, Law, PlanarWorld, Vector, contact, grain, open_world, settings};
+use crate::worlds::{Grain, PlanarWorld, Vector, contact, grain, open_world, settings};
 
 const CELL: f64 = 3e-3;
 /// Grains and points along an axis; of each there are more than a piece has.
@@ -29,8 +28,7 @@ fn world(transport: &dyn Transport) -> PlanarWorld<'_> {
     let grains = ids.clone().map(|id| {
         let mut row: Grain = grain(id, place(id), 0.501 * spacing, 1e-6);
         let mut touch = |lower: u64, partner: u64| {
-            let mut memory = <Law as ContactLaw<Plane>>::Memory::<f64>::zero();
-            memory.set_word(0, 1e-9 * (lower + 1) as f64);
+            let memory = Memory::of_words(&[1e-9 * (lower + 1) as f64]);
             row.contacts.push((GrainId(partner), memory));
         };
         if !id.is_multiple_of(SIDE) {
@@ -50,7 +48,7 @@ fn world(transport: &dyn Transport) -> PlanarWorld<'_> {
 }
 
 /// All of a world but its rows.
-fn head(world: &PlanarWorld) -> PlanarSnapshot<Law> {
+fn head(world: &PlanarWorld) -> PlanarSnapshot {
     checkpoint::head(world, Progress::default(), "name = \"pieces\"".to_string())
 }
 
@@ -66,7 +64,7 @@ fn pieces_of_any_number_of_ranks_are_the_whole_state() {
     let folder = tempfile::tempdir().unwrap();
     let alone = world(&Solo);
     let (grains, points) = alone.rows();
-    let whole = PlanarSnapshot::<Law> { grains, points, ..head(&alone) }.to_state();
+    let whole = PlanarSnapshot { grains, points, ..head(&alone) }.to_state();
     assert!(whole.table("contacts").unwrap().rows == (SIDE * (SIDE - 1)) as usize);
     for ranks in 1..5 {
         let path = folder.path().join(format!("{ranks}.h5"));

@@ -13,7 +13,7 @@ use scree::prepare::sheared::cell_of;
 use scree::store::checkpoint::PlanarPoint;
 use scree_partition::Solo;
 
-use crate::worlds::{Grain, Law, PlanarWorld, Vector, contact, grain, material, settings};
+use crate::worlds::{Grain, PlanarWorld, Vector, contact, grain, material, settings};
 
 const CELL: f64 = 3e-3;
 const COLUMNS: usize = 4;
@@ -126,7 +126,7 @@ fn energy_below(world: &PlanarWorld, height: f64) -> f64 {
 fn passed(bar: Bar, length: f64) -> [f64; 2] {
     let layout = Layout::plane([COLUMNS, ROWS], 2, CELL, [0.0, -0.5 * ROWS as f64 * CELL]).unwrap();
     let cell = cell_of(&layout);
-    let mut settings: Settings<Plane, Law, CriticalDruckerPrager> = settings(DT, contact(0.0));
+    let mut settings: Settings<Plane, CriticalDruckerPrager> = settings(DT, contact(0.0));
     (settings.grid, settings.material) = (Grid::blend(1.0), elastic());
     let parts = Parts::fresh(grains(bar, length), points(bar, length), Vec::new(), cell);
     let mut world = PlanarWorld::new(settings, layout, &Solo, 0, parts).unwrap();

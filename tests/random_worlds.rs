@@ -9,15 +9,16 @@ use scree::base::ids::{GrainId, PointId};
 use scree::base::space::{Linear, Plane, Solid, Space};
 use scree::base::symmetric::Symmetric;
 use scree::dem::cell::Cell;
+use scree::dem::grains::GrainRow;
 use scree::dem::grains::Mover;
 use scree::dem::motion::Field;
 use scree::domain::grid::Grid;
 use scree::domain::layout::{Ground, Layout, RIM_CELLS};
-use scree::domain::rebuild::{Parts, Row};
+use scree::domain::rebuild::Parts;
 use scree::domain::servo::CellDrive;
 use scree::domain::transfer;
 use scree::domain::world::{Settings, World};
-use scree::law::contact::{LinearSpringDashpot as LinearContact, LinearSpringDashpot, NormalForce};
+use scree::law::contact::{LinearSpringDashpot as LinearContact, NormalForce};
 use scree::law::material::{CriticalDruckerPrager, MaterialLaw};
 use scree::mpm::points::Point;
 use scree::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
@@ -34,7 +35,7 @@ const RANKS_MAX: usize = 8;
 const SPACING: f64 = 0.8;
 const RADIUS: f64 = 0.42;
 
-type Made<'t, S> = World<'t, S, LinearSpringDashpot, CriticalDruckerPrager>;
+type Made<'t, S> = World<'t, S, CriticalDruckerPrager>;
 type Memory<S> = <CriticalDruckerPrager as MaterialLaw<S>>::Memory;
 
 /// What a world is, all of it from one number; cells have an edge of a metre.
@@ -114,7 +115,7 @@ impl Plan {
         Layout::new::<S>(ground).unwrap()
     }
 
-    fn settings<S: Space>(&self) -> Settings<S, LinearSpringDashpot, CriticalDruckerPrager> {
+    fn settings<S: Space>(&self) -> Settings<S, CriticalDruckerPrager> {
         let contact = LinearContact {
             stiffness_normal: 2e4,
             stiffness_tangential: 1e4,
@@ -129,7 +130,7 @@ impl Plan {
             skin: 0.15,
             grid: Grid { shape: self.shape, update: self.update, transfer: self.transfer, ..Grid::blend(0.9) },
             loads: Vec::new(),
-            contact,
+            contact: Some(contact.into()),
             material: CriticalDruckerPrager { bulk_modulus: 1e4, shear_modulus: 5e3, cohesion: 50.0, ..material() },
             field: Field::default(),
             drive: CellDrive::default(),
@@ -167,11 +168,11 @@ impl Plan {
         velocity
     }
 
-    fn made_grains<S: Space>(&mut self) -> Vec<Row<S, LinearSpringDashpot>> {
+    fn made_grains<S: Space>(&mut self) -> Vec<GrainRow<S>> {
         let places = self.places::<S>(SPACING, 0.1);
         let row = |(id, place): (usize, S::Vector)| {
             let radius = RADIUS * (0.95 + 0.05 * self.random.signed());
-            let mut grain = Row::<S, LinearSpringDashpot>::resting(GrainId(id as u64), place, radius, 1.0, Mover::Free);
+            let mut grain = GrainRow::<S>::resting(GrainId(id as u64), place, radius, 1.0, Mover::Free);
             grain.hot.velocity = self.velocity::<S>(12.0);
             (0..S::Spin::COMPONENTS).for_each(|axis| grain.hot.spin[axis] = 5.0 * self.random.signed());
             grain.hot.weight = if self.points { 0.5 } else { 1.0 };

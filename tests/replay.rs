@@ -4,7 +4,7 @@
 use scree::base::math;
 use scree::base::space::{Plane, Space};
 use scree::dem::motion::{Damping, DampingForm};
-use scree::law::contact::{ContactLaw, ElasticRolling, Sliding};
+use scree::law::contact::{ElasticRolling, Sliding};
 
 use crate::few::{Few, GrainWorld, hot_of, load_on, steps};
 use crate::worlds::{Tensor, Vector, contact};
@@ -16,7 +16,7 @@ fn rows_of(text: &str) -> Vec<Vec<f64>> {
 }
 
 /// How far the world's grains, by id, are from displacements recorded in `unit` m, in two columns from `first`.
-fn way_off<C: ContactLaw<Plane>>(world: &GrainWorld<Plane, C>, later: &[Vec<f64>], first: usize, unit: f64) -> f64 {
+fn way_off(world: &GrainWorld<Plane>, later: &[Vec<f64>], first: usize, unit: f64) -> f64 {
     let mut worst = 0.0f64;
     for (hot, cold) in world.assembly.grains.hot.iter().zip(&world.assembly.grains.cold) {
         let row = &later[cold.id.0 as usize];
@@ -35,7 +35,7 @@ fn five_hundred_discs_relax_as_in_lammps() {
     let later = rows_of(include_str!("data/relax500/later.csv"));
     assert!(start.len() == 500 && later.len() == 500);
     let law = contact(3.5);
-    let mut few = Few::<Plane, _>::periodic(law, 5e-7, [0.0; 3], [EDGE; 3]);
+    let mut few = Few::<Plane>::periodic(law, 5e-7, [0.0; 3], [EDGE; 3]);
     // Thin, so that lists are made anew and memories move along on the way.
     few.settings.skin = 3e-5;
     for disc in &start {
@@ -89,7 +89,7 @@ fn mass_of(radius: f64) -> f64 {
 /// Largest error of a column as a share of the column's largest number.
 fn two_discs(text: &str, rolling: bool) -> f64 {
     let record = rows_of(text);
-    let mut few = Few::<Plane, _>::new(elastic(FRICTION_ANGLE, rolling), 1e-6, 0.04);
+    let mut few = Few::<Plane>::new(elastic(FRICTION_ANGLE, rolling), 1e-6, 0.04);
     // YADE's velocities are half a step behind from the start.
     few.settings.first_kick = 1.0;
     for (disc, radius) in [0.006, 0.004].into_iter().enumerate() {
@@ -138,8 +138,7 @@ fn a_cell_is_sheared_as_in_yade() {
     let start = rows_of(include_str!("data/rve_shear/start.csv"));
     let later = rows_of(include_str!("data/rve_shear/later.csv"));
     assert!(start.len() == 400 && later.len() == 400);
-    let mut few =
-        Few::<Plane, _>::periodic(elastic(FRICTION_ANGLE, false), 3.160_231_572_372_892_6e-5, [0.0; 3], EDGES);
+    let mut few = Few::<Plane>::periodic(elastic(FRICTION_ANGLE, false), 3.160_231_572_372_892_6e-5, [0.0; 3], EDGES);
     few.settings.skin = 4e-4;
     few.settings.first_kick = 1.0;
     few.settings.drive.gradient = Tensor::new(0.0, 1.0, 0.0, 0.0);

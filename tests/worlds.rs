@@ -20,10 +20,8 @@ use scree_partition::{Solo, Transport};
 
 pub type Vector = <Plane as Space>::Vector;
 pub type Tensor = <Plane as Space>::Tensor;
-/// The law of Table 1, in the worlds of jobs between plates.
-pub type Law = LinearSpringDashpot;
-pub type PlanarWorld<'t> = sheared::PlanarWorld<'t, Law>;
-pub type Grain = sheared::Grain<Law>;
+pub type PlanarWorld<'t> = sheared::PlanarWorld<'t>;
+pub type Grain = sheared::Grain;
 
 /// Table 1 of Chen et al. (2021), with a damping to choose.
 pub fn contact(damping: f64) -> LinearSpringDashpot {
@@ -56,14 +54,14 @@ pub fn grain(id: u64, position: [f64; 2], radius: f64, mass: f64) -> Grain {
     Grain::resting(GrainId(id), Vector::new(position[0], position[1]), radius, mass, Mover::Free)
 }
 
-pub fn settings(dt: f64, contact: LinearSpringDashpot) -> Settings<Plane, Law, CriticalDruckerPrager> {
+pub fn settings(dt: f64, contact: LinearSpringDashpot) -> Settings<Plane, CriticalDruckerPrager> {
     Settings {
         dt,
         grain_steps: 1,
         skin: 2e-4,
         grid: Grid::blend(0.95),
         loads: Vec::new(),
-        contact,
+        contact: Some(contact.into()),
         material: material(),
         field: Field::default(),
         drive: CellDrive::default(),
@@ -76,7 +74,7 @@ pub fn settings(dt: f64, contact: LinearSpringDashpot) -> Settings<Plane, Law, C
 pub fn open_world<'t>(
     transport: &'t dyn Transport,
     cell: f64,
-    settings: Settings<Plane, Law, CriticalDruckerPrager>,
+    settings: Settings<Plane, CriticalDruckerPrager>,
     grains: Vec<Grain>,
     points: Vec<PlanarPoint>,
 ) -> PlanarWorld<'t> {
@@ -121,7 +119,7 @@ pub fn job(sets: &[&str]) -> Scenario {
 pub fn packed_job(sets: &[&str]) -> Scenario {
     static MADE: OnceLock<()> = OnceLock::new();
     MADE.get_or_init(|| {
-        sheared::prepare::<Law>(&job(&[]), &Solo).unwrap_or_else(|error| panic!("{error}"));
+        sheared::prepare(&job(&[]), &Solo).unwrap_or_else(|error| panic!("{error}"));
     });
     job(sets)
 }

@@ -1,12 +1,11 @@
 //! Zones that live: they grow where the band goes, and give back the grains that rest.
 
 use scree::adapt::enrichment::{Enriched, cell_grid, dissolve, enrich, grain_stress};
-use scree::base::space::{Plane, Space, Words};
+use scree::base::space::{Plane, Space};
 use scree::couple::zone::Enrichment;
 use scree::dem::grains::Mover;
 use scree::domain::accounts::energy::Energies;
 use scree::job::Scenario;
-use scree::law::contact::ContactLaw;
 use scree::law::material::CriticalMemory;
 use scree::mpm::points::Hot;
 use scree::mpm::track::Instants;
@@ -17,7 +16,7 @@ use scree_partition::Solo;
 use crate::coupled::triaxial;
 use crate::enrichment::{sums, up_to_the_band};
 use crate::runs::{Ran, parse, replaced, same};
-use crate::worlds::{Law, PlanarWorld, packed_job};
+use crate::worlds::{PlanarWorld, packed_job};
 
 /// A zone too small for its band, which grows along it; and judged so strictly that it gives grains back as well.
 pub fn restless(end: f64) -> String {
@@ -205,11 +204,9 @@ fn a_zone_grows_around_grains_that_stay_as_they_are() {
         raised += usize::from(now.hot.weight > resident.hot.weight);
         // Old contacts have their memories, and there are new ones.
         for contact in &resident.contacts {
-            let words =
-                |of: &<Law as ContactLaw<Plane>>::Memory<f64>| (0..1).map(|word| of.word(word)).collect::<Vec<_>>();
             let kept = now.contacts.iter().find(|(partner, _)| *partner == contact.0);
             let kept = kept.unwrap_or_else(|| panic!("a contact of grain {} is gone", now.cold.id.0));
-            assert_eq!(words(&kept.1), words(&contact.1), "a contact of grain {} lost its memory", now.cold.id.0);
+            assert_eq!(kept.1, contact.1, "a contact of grain {} lost its memory", now.cold.id.0);
         }
         joined += usize::from(now.contacts.len() > resident.contacts.len());
     }

@@ -12,7 +12,6 @@ use crate::dem::walls::place_beside;
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
 use crate::job::mpm::Boundary;
-use crate::law::contact::ContactLaw;
 use crate::law::material::{MaterialLaw, MaterialMemory};
 use crate::mpm::look::for_each_node;
 use crate::mpm::points::{Hot, Past};
@@ -20,8 +19,8 @@ use crate::mpm::points::{Hot, Past};
 /// One look of the oracle (Algorithm 1): true when a persistent band has been found.
 ///
 /// Of the plane alone.
-pub fn watch<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-    world: &mut World<S, C, L>,
+pub fn watch<S: Space, L: MaterialLaw<S>>(
+    world: &mut World<S, L>,
     memory: &mut Memory,
     settings: &crate::couple::oracle::Oracle,
     diameter: f64,
@@ -56,17 +55,14 @@ pub fn watch<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
 }
 
 /// Those of the nodes that no cell with grains is beside: what a zone holds already is not looked for.
-pub fn beyond_grains<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-    world: &World<S, C, L>,
-    mut nodes: Vec<u64>,
-) -> Result<Vec<u64>, Error> {
+pub fn beyond_grains<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, mut nodes: Vec<u64>) -> Result<Vec<u64>, Error> {
     let (grid, taken) = (cell_grid(world), cells_of_grains(world)?);
     nodes.retain(|node| !grid.touches(*node, &taken));
     Ok(nodes)
 }
 
 /// Which cells of the plane hold grains, on every rank.
-fn cells_of_grains<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> Result<Vec<bool>, Error> {
+fn cells_of_grains<S: Space, L: MaterialLaw<S>>(world: &World<S, L>) -> Result<Vec<bool>, Error> {
     let grid = cell_grid(world);
     let mut taken = vec![false; grid.counts[0] * grid.counts[1]];
     let mut parcel = Writer::new();
@@ -87,8 +83,8 @@ fn cells_of_grains<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<
 }
 
 /// Two fields of points as mass-weighted means on the nodes of the whole domain, on every rank.
-fn node_fields<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-    world: &mut World<S, C, L>,
+fn node_fields<S: Space, L: MaterialLaw<S>>(
+    world: &mut World<S, L>,
     fields: impl Fn(&Hot<S, L::Memory>, &Past<S>) -> [f64; 2] + Sync,
 ) -> Result<NodeFields, Error> {
     const WORDS: usize = 3;
@@ -146,7 +142,7 @@ fn node_fields<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
 
 /// Whether a node is looked at. What holds material slows the strain of the cells beside it, in a flow without a band as well: nodes
 /// within a cell of plates, of bodies among the material, however they touch it, and of faces that hold along them are not.
-fn is_free<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>, place: [i32; 3]) -> bool {
+fn is_free<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, place: [i32; 3]) -> bool {
     let (cell, y, at) =
         (world.subdomain.layout.cell, world.node_height(place), world.subdomain.layout.node_at::<S::Vector>(place));
     let near_plate = |away: f64| world.bodies.iter().any(|plate| plate.holds(y + away * cell, cell));
@@ -173,18 +169,14 @@ fn is_free<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>
 }
 
 /// Where a node of [`NodeFields`] is, m.
-pub fn place_of_node<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>, node: u64) -> [f64; 2] {
+pub fn place_of_node<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, node: u64) -> [f64; 2] {
     let columns = world.subdomain.layout.cells[0] as u64;
     let at: S::Vector = world.subdomain.layout.node_at([(node % columns) as i32, (node / columns) as i32, 0]);
     [at[0], at[1]]
 }
 
 /// Of rows of a frame at these places (m), whether the node nearest to each is flagged: 1 or 0.
-pub fn flagged_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-    world: &World<S, C, L>,
-    memory: &Memory,
-    places: &[[f64; 3]],
-) -> Column {
+pub fn flagged_rows<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, memory: &Memory, places: &[[f64; 3]]) -> Column {
     let layout = &world.subdomain.layout;
     let nearest = |place: &[f64; 3]| -> u64 {
         let node = |axis: usize| ((place[axis] - layout.corner[axis]) / layout.cell).round().max(0.0) as u64;

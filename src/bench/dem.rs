@@ -8,14 +8,14 @@ use crate::base::error::Error;
 use crate::base::space::{Linear, Plane, Solid, Space};
 use crate::bodies::body::{self, Body, Servo, Shape};
 use crate::dem::cell::Cell;
+use crate::dem::grains::GrainRow;
 use crate::dem::grains::Mover;
 use crate::dem::tile::tile;
-use crate::domain::rebuild::{Parts, Row};
+use crate::domain::rebuild::Parts;
 use crate::domain::servo::CellDrive;
 use crate::domain::world::World;
 use crate::job::assembly::Source;
 use crate::job::{Assembly, Job};
-use crate::law::contact::{ContactLaw, HertzMindlin, LinearSpringDashpot};
 use crate::prepare::grain_world::{self, GrainWorld};
 
 /// What is measured.
@@ -50,8 +50,8 @@ const UPPER: u8 = 1;
 /// Runs the measurement on all ranks.
 pub fn measure(wanted: &Wanted, transport: &dyn Transport) -> Result<Measured, Error> {
     match wanted.solid {
-        false => measured::<Plane, LinearSpringDashpot>(wanted, "linear", transport),
-        true => measured::<Solid, HertzMindlin>(wanted, "hertz_mindlin", transport),
+        false => measured::<Plane>(wanted, "linear", transport),
+        true => measured::<Solid>(wanted, "hertz_mindlin", transport),
     }
 }
 
@@ -139,18 +139,15 @@ fn job<S: Space>(base: u64) -> Result<Assembly, Error> {
 }
 
 /// The sheared world: periodic along all axes but y, where the outer layers are glued together.
-fn world<'t, S: Space, C: ContactLaw<S>>(
-    wanted: &Wanted,
-    transport: &'t dyn Transport,
-) -> Result<GrainWorld<'t, S, C>, Error> {
+fn world<'t, S: Space>(wanted: &Wanted, transport: &'t dyn Transport) -> Result<GrainWorld<'t, S>, Error> {
     let (counts, base) = tiles::<S>(wanted.grains);
     let mut job = job::<S>(base)?;
     let Source::Packed(packed) = &mut job.source else { unreachable!("grains are made") };
     packed.cache = std::env::temp_dir().join("scree-bench");
     let packed = packed.clone();
-    let packing = crate::prepare::packed::make::<S, C>(&job, &packed, job.output.save_every(), transport)?;
+    let packing = crate::prepare::packed::make::<S>(&job, &packed, job.output.save_every(), transport)?;
     let edges = packing.cell.edges;
-    let mut grains: Vec<Row<S, C>> = tile(packing.grains, &edges, counts);
+    let mut grains: Vec<GrainRow<S>> = tile(packing.grains, &edges, counts);
 
     let diameter = job.matter.diameter_mean;
     let mut lengths = S::Vector::zero();
@@ -170,7 +167,7 @@ fn world<'t, S: Space, C: ContactLaw<S>>(
     corner[1] = -room;
     lengths[1] = height + 2.0 * room;
     let cell = Cell::cuboid(corner, lengths, [true, false, true]);
-    let settings = grain_world::settings_in::<S, C>(&job, CellDrive::default());
+    let settings = grain_world::settings_in::<S>(&job, CellDrive::default());
     let layout = grain_world::layout_of::<S>(&job, &cell)?;
     let bodies = bodies::<S>(&job, &lengths);
     World::new(settings, layout, transport, 0, Parts::fresh(grains, Vec::new(), bodies, cell))
@@ -191,13 +188,9 @@ fn bodies<S: Space>(job: &Assembly, lengths: &S::Vector) -> Vec<Body<S>> {
     vec![Body::new("lower", Shape::Layer), upper]
 }
 
-fn measured<S: Space, C: ContactLaw<S>>(
-    wanted: &Wanted,
-    law: &'static str,
-    transport: &dyn Transport,
-) -> Result<Measured, Error> {
+fn measured<S: Space>(wanted: &Wanted, law: &'static str, transport: &dyn Transport) -> Result<Measured, Error> {
     let resident = resident_bytes();
-    let mut world = world::<S, C>(wanted, transport)?;
+    let mut world = world::<S>(wanted, transport)?;
     for _ in 0..WARM_UP.min(wanted.stretches.steps) {
         world.advance()?;
     }

@@ -7,7 +7,6 @@ use scree_partition::{HaloCounts, Transport};
 use crate::base::error::Error;
 use crate::base::space::Space;
 use crate::domain::world::World;
-use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 
 pub mod dem;
@@ -47,8 +46,8 @@ pub struct Speed {
 
 impl Speed {
     /// Of a world that is warm, on all ranks; `resident` is what the program took before there was a world, bytes.
-    fn of<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-        world: &mut World<S, C, L>,
+    fn of<S: Space, L: MaterialLaw<S>>(
+        world: &mut World<S, L>,
         wanted: Stretches,
         resident: i64,
         transport: &dyn Transport,

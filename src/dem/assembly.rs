@@ -5,17 +5,16 @@ use crate::dem::cell::Cell;
 use crate::dem::contacts::Contacts;
 use crate::dem::grains::Grains;
 use crate::dem::walls::Walls;
-use crate::law::contact::ContactLaw;
 
 /// An assembly of grains with the contacts between them.
-pub struct Assembly<S: Space, C: ContactLaw<S>> {
+pub struct Assembly<S: Space> {
     pub cell: Cell<S>,
     /// The cell at the last rebuild of the lists.
     pub(crate) cell_home: Cell<S>,
     pub grains: Grains<S>,
     pub contacts: Contacts<S>,
     /// Contacts of grains with bodies.
-    pub walls: Walls<S, C>,
+    pub walls: Walls<S>,
     /// Largest radius of any grain, m; in a world that of all ranks.
     pub radius_max: f64,
     /// The longest way that a grain has come from home, m.
@@ -24,7 +23,7 @@ pub struct Assembly<S: Space, C: ContactLaw<S>> {
     pub forces_wanted: bool,
 }
 
-impl<S: Space, C: ContactLaw<S>> Assembly<S, C> {
+impl<S: Space> Assembly<S> {
     /// A cell without grains.
     pub fn empty(cell: Cell<S>) -> Self {
         Self {

@@ -9,9 +9,8 @@ use crate::bodies::body::Body;
 use crate::dem::cell::Cell;
 use crate::dem::contacts::Contacts;
 use crate::dem::grains::{Grains, body_partner, vector};
-use crate::dem::kernel::give;
+use crate::dem::law::Law;
 use crate::dem::walls::{Walls, beside, middle, touch_of};
-use crate::law::contact::ContactLaw;
 
 /// A contact as a grain has it.
 #[derive(Clone, Copy, Debug)]
@@ -45,9 +44,9 @@ impl<S: Space> Bearing<S> {
 
 impl<S: Space> Contacts<S> {
     /// Those of an owned row with other grains, in the order of the partners' ids.
-    pub fn bearings<C: ContactLaw<S>>(
+    pub fn bearings(
         &self,
-        law: &C,
+        law: &dyn Law<S>,
         grains: &Grains<S>,
         row: usize,
         times: [f64; 2],
@@ -55,8 +54,8 @@ impl<S: Space> Contacts<S> {
         self.neighbours.terms_of(row).iter().filter_map(move |term| {
             let pair = &self.neighbours.pairs[term.pair()];
             let touch = self.touch_after(grains, pair, times);
-            let mut memory = self.recall::<C>(term.pair());
-            let force: S::Vector = vector(&give(law, &touch, 1.0, [0.0, 0.0], &mut memory).force);
+            let mut memory = self.recall(term.pair());
+            let force: S::Vector = vector(&law.give(&touch, 1.0, [0.0, 0.0], &mut memory).force);
             if force == S::Vector::zero() {
                 return None;
             }
@@ -77,16 +76,16 @@ impl<S: Space> Contacts<S> {
 
     /// Love-Weber sum over the contacts of an owned row with other grains, not weighted, J; over the grain's share of space it
     /// is its mean stress, tension positive.
-    pub fn moment<C: ContactLaw<S>>(&self, law: &C, grains: &Grains<S>, row: usize, times: [f64; 2]) -> S::Tensor {
+    pub fn moment(&self, law: &dyn Law<S>, grains: &Grains<S>, row: usize, times: [f64; 2]) -> S::Tensor {
         self.bearings(law, grains, row, times).fold(S::Tensor::zero(), |sum, bearing| sum + bearing.moment())
     }
 }
 
-impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
+impl<S: Space> Walls<S> {
     /// Those of grains with bodies, in the order of rows, then bodies.
     pub fn bearings<'a>(
         &'a self,
-        law: &'a C,
+        law: &'a dyn Law<S>,
         grains: &'a Grains<S>,
         (bodies, cell): (&'a [Body<S>], &'a Cell<S>),
         times: [f64; 2],
@@ -98,7 +97,7 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
             let touch = touch_of(&hot, body, (body.velocity, body.spin), &nearest, times);
             let mut memory = wall.memory;
             let law = self.law_of(wall.body, law);
-            let force: S::Vector = vector(&give(law, &touch, 1.0, [0.0, 0.0], &mut memory).force);
+            let force: S::Vector = vector(&law.give(&touch, 1.0, [0.0, 0.0], &mut memory).force);
             let branch = middle(&nearest, touch.overlap) - hot.position;
             let (partner, weight) = (body_partner(wall.body), hot.weight);
             let bearing = Bearing { row: wall.row, partner, force, branch, share: 1.0, weight };

@@ -6,13 +6,15 @@ use std::time::Instant;
 
 use crate::base::ids::GrainId;
 use crate::base::lane::{Instructions, LANES};
-use crate::base::space::{Linear, Space, Words};
+use crate::base::space::{Linear, Space};
 use crate::dem::cell::{Cell, Shifts};
-use crate::dem::grains::{Grains, is_body, lanes};
-use crate::dem::kernel::{Given, Pass, Side, pair_pass, pair_weight, row_words, side_of_row, touch};
+use crate::dem::grains::{Grains, lanes};
+use crate::dem::kernel::{Given, Pass, Side, pair_pass, pair_weight, side_of_row, touch};
+use crate::dem::law::Law;
+use crate::dem::memories::Carried;
 use crate::dem::neighbours::{Neighbours, Pair};
 use crate::dem::segments::{Finish, Passed, Resting, Segments, Shared, Stretch, row_of};
-use crate::law::contact::{ContactLaw, Touch};
+use crate::law::contact::{Memory, Touch};
 
 /// Listed pairs with their memories and forces.
 #[derive(Clone, Debug)]
@@ -20,6 +22,8 @@ pub struct Contacts<S: Space> {
     pub neighbours: Neighbours,
     /// `[pack][word][lane]`; zero where the pair does not touch.
     memory: Vec<f64>,
+    /// Words of what a pair remembers.
+    words: usize,
     /// `[pair][word]` of pairs that no segment holds alone.
     outer: Lines,
     /// The same of the others, where they are kept; else a room for each task, in which one segment's follow another's.
@@ -72,6 +76,7 @@ impl<S: Space> Contacts<S> {
         Self {
             neighbours: Neighbours::default(),
             memory: Vec::new(),
+            words: 0,
             outer: Lines::default(),
             inner: Lines::default(),
             keeps: false,
@@ -101,26 +106,27 @@ impl<S: Space> Contacts<S> {
     }
 
     /// New list for `grains`; the memories that owned rows carry find their pairs.
-    pub fn rebuild<'m, C: ContactLaw<S>>(
+    pub fn rebuild<I: Iterator<Item = Carried>>(
         &mut self,
+        law: &dyn Law<S>,
         grains: &Grains<S>,
         cell: &Cell<S>,
-        carried: impl Fn(usize) -> &'m [(GrainId, C::Memory<f64>)],
+        carried: impl Fn(usize) -> I,
         margin: f64,
     ) {
         self.neighbours.build(grains, cell, margin);
-        self.memory = vec![0.0; self.neighbours.pairs.len() * <C::Memory<f64> as Words<f64>>::COUNT];
-        self.row = row_words::<S, C>();
+        (self.words, self.row) = (law.memory_words(), law.row_words());
+        self.memory = vec![0.0; self.neighbours.pairs.len() * self.words];
         self.lay_forces();
         for row in 0..grains.owned {
             // Both run in the order of partner ids: memories are moved along, not searched for.
-            let mut memories = carried(row).iter().peekable();
+            let mut memories = carried(row).peekable();
             for at in self.neighbours.starts[row]..self.neighbours.starts[row + 1] {
                 let term = self.neighbours.terms[at as usize];
                 let partner = grains.cold[self.neighbours.partner(term) as usize].id;
                 while memories.next_if(|(id, _)| *id < partner).is_some() {}
                 if let Some((_, memory)) = memories.next_if(|(id, _)| *id == partner) {
-                    self.remember::<C>(term.pair(), memory);
+                    self.remember(term.pair(), &memory);
                 }
             }
         }
@@ -156,19 +162,27 @@ impl<S: Space> Contacts<S> {
         }
     }
 
-    fn remember<C: ContactLaw<S>>(&mut self, pair: usize, memory: &C::Memory<f64>) {
-        let count = <C::Memory<f64> as Words<f64>>::COUNT;
-        for word in 0..count {
-            self.memory[(pair / LANES * count + word) * LANES + pair % LANES] = memory.word(word);
+    fn remember(&mut self, pair: usize, memory: &Memory) {
+        for (word, value) in memory.words().iter().enumerate() {
+            self.memory[(pair / LANES * self.words + word) * LANES + pair % LANES] = *value;
         }
     }
 
     /// What a pair remembers.
-    pub fn recall<C: ContactLaw<S>>(&self, pair: usize) -> C::Memory<f64> {
-        recall_from::<S, C>(&self.memory, pair)
+    pub fn recall(&self, pair: usize) -> Memory {
+        self.recall_from(&self.memory, pair)
     }
 
-    /// All memories, for [`recall_from`].
+    /// The same from memories of this list at another time.
+    pub fn recall_from(&self, memories: &[f64], pair: usize) -> Memory {
+        let mut memory = Memory::blank(self.words);
+        for (word, value) in memory.words_mut().iter_mut().enumerate() {
+            *value = memories[(pair / LANES * self.words + word) * LANES + pair % LANES];
+        }
+        memory
+    }
+
+    /// All memories, for [`Self::recall_from`].
     pub fn memories(&self) -> &[f64] {
         &self.memory
     }
@@ -195,16 +209,11 @@ impl<S: Space> Contacts<S> {
     }
 
     /// Memories of the touching contacts of an owned row, in the order of partner ids.
-    pub fn carried_by<C: ContactLaw<S>>(
-        &self,
-        grains: &Grains<S>,
-        row: usize,
-    ) -> impl Iterator<Item = (GrainId, C::Memory<f64>)> {
+    pub fn carried_by(&self, grains: &Grains<S>, row: usize) -> impl Iterator<Item = Carried> {
         self.neighbours.terms_of(row).iter().filter_map(move |term| {
-            let memory = self.recall::<C>(term.pair());
-            let blank = (0..<C::Memory<f64> as Words<f64>>::COUNT).all(|word| memory.word(word) == 0.0);
+            let memory = self.recall(term.pair());
             let partner = grains.cold[self.neighbours.partner(*term) as usize].id;
-            (!blank).then_some((partner, memory))
+            (!memory.is_blank()).then_some((partner, memory))
         })
     }
 
@@ -215,25 +224,24 @@ impl<S: Space> Contacts<S> {
 
     /// Pair pass over a part of the list that no segment holds alone. Memories advance by `advance` seconds (zero at the
     /// very first evaluation).
-    pub fn pair_pass<C: ContactLaw<S>>(&mut self, law: &C, grains: &Grains<S>, part: Part, [advance, dt]: [f64; 2]) {
-        let hot = &grains.hot;
-        let pass = Pass { law, hot, first: 0, shifts: &self.shifts, advance, dt, instructions: self.instructions };
+    pub fn pair_pass(&mut self, law: &dyn Law<S>, grains: &Grains<S>, part: Part, [advance, dt]: [f64; 2]) {
+        let (hot, shifts, instructions) = (&grains.hot, Some(&self.shifts), self.instructions);
+        let pass = Pass { hot, first: 0, shifts, advance, dt, instructions };
         let (within, border) = (self.neighbours.within(), self.neighbours.border);
         let pairs = match part {
             Part::Across => within..border,
             Part::Border => border..self.neighbours.pairs.len(),
         };
-        let words = <C::Memory<f64> as Words<f64>>::COUNT;
-        let memory = &mut self.memory[pairs.start * words..pairs.end * words];
+        let memory = &mut self.memory[pairs.start * self.words..pairs.end * self.words];
         let forces = &mut self.outer.numbers_mut()[(pairs.start - within) * self.row..(pairs.end - within) * self.row];
-        pair_pass(pass, &self.neighbours.pairs[pairs], memory, forces);
+        pair_pass(law, &pass, &self.neighbours.pairs[pairs], memory, forces);
     }
 
     /// The pairs of every segment, and what follows for its grains: those that need no copies, or the others. Pairs that
     /// such a segment shares must have been evaluated.
-    pub fn segment_pass<C: ContactLaw<S>>(
+    pub fn segment_pass(
         &mut self,
-        law: &C,
+        law: &dyn Law<S>,
         grains: &mut Grains<S>,
         which: Segments,
         times: [f64; 2],
@@ -243,7 +251,7 @@ impl<S: Space> Contacts<S> {
         let Grains { hot, cold, movers, waits, homes, force, torque, .. } = grains;
         let shared = Shared {
             law,
-            shifts: &self.shifts,
+            memory: self.words,
             times,
             instructions: self.instructions,
             neighbours,
@@ -259,7 +267,7 @@ impl<S: Space> Contacts<S> {
             start: 0,
             ends: &neighbours.segment_ends,
             pairs: &neighbours.pairs[..neighbours.within()],
-            memory: &mut self.memory[..neighbours.within() * <C::Memory<f64> as Words<f64>>::COUNT],
+            memory: &mut self.memory[..neighbours.within() * self.words],
             forces: self.inner.numbers_mut(),
             hot: &mut hot[..owned],
             force,
@@ -300,9 +308,9 @@ impl<S: Space> Contacts<S> {
     }
 
     /// Elastic energy of the contacts that this rank accounts for (those whose lower id it owns), weighted, J.
-    pub fn elastic_energies<'a, C: ContactLaw<S>>(
+    pub fn elastic_energies<'a>(
         &'a self,
-        law: &'a C,
+        law: &'a dyn Law<S>,
         grains: &'a Grains<S>,
     ) -> impl Iterator<Item = f64> + 'a {
         self.neighbours.real_pairs().filter_map(move |(index, pair)| {
@@ -310,7 +318,7 @@ impl<S: Space> Contacts<S> {
                 return None;
             }
             let touch = self.touch_of(grains, pair);
-            let memory = self.recall::<C>(index);
+            let memory = self.recall(index);
             let holds = law.holds(&touch, &memory);
             holds.then(|| Self::weight_of(grains, pair) * law.elastic_energy(&touch, &memory))
         })
@@ -327,9 +335,9 @@ impl<S: Space> Contacts<S> {
     }
 
     /// Contacts of this rank's account that hold now.
-    pub fn count<C: ContactLaw<S>>(&self, law: &C, grains: &Grains<S>) -> usize {
+    pub fn count(&self, law: &dyn Law<S>, grains: &Grains<S>) -> usize {
         let holds = |(index, pair): &(usize, &Pair)| {
-            (pair.a as usize) < grains.owned && law.holds(&self.touch_of(grains, pair), &self.recall::<C>(*index))
+            (pair.a as usize) < grains.owned && law.holds(&self.touch_of(grains, pair), &self.recall(*index))
         };
         self.neighbours.real_pairs().filter(holds).count()
     }
@@ -341,22 +349,7 @@ impl<S: Space> Contacts<S> {
     }
 }
 
-/// The memory of a pair among those of all.
-pub fn recall_from<S: Space, C: ContactLaw<S>>(memories: &[f64], pair: usize) -> C::Memory<f64> {
-    let count = <C::Memory<f64> as Words<f64>>::COUNT;
-    let mut memory = C::Memory::<f64>::zero();
-    for word in 0..count {
-        memory.set_word(word, memories[(pair / LANES * count + word) * LANES + pair % LANES]);
-    }
-    memory
-}
-
 /// Which of two overlaps is deeper; of equal ones that of lower ids, whoever finds it.
 pub fn deeper(a: &(f64, [GrainId; 2]), b: &(f64, [GrainId; 2])) -> Ordering {
     a.0.total_cmp(&b.0).then(b.1.cmp(&a.1))
-}
-
-/// Where the contacts with bodies begin in a row's memories.
-pub fn first_of_bodies<M>(carried: &[(GrainId, M)]) -> usize {
-    carried.partition_point(|(partner, _)| !is_body(*partner))
 }

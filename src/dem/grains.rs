@@ -4,6 +4,8 @@ use crate::base::ids::{GrainId, Row};
 use crate::base::record::{Record, Visitor};
 use crate::base::space::{Linear, Space, Words};
 use crate::dem::cell::{Image, visit_image};
+use crate::dem::memories::Carried;
+use crate::law::contact::Memory;
 use crate::numbers;
 
 /// The part of a grain that a contact and its own motion read: whole vector registers of `f64` without a gap.
@@ -133,12 +135,12 @@ impl<S: Space> Default for Grains<S> {
 
 /// A whole grain with the memories of its contacts, as it travels, rests on disk or is handed to a new world.
 #[derive(Clone, Debug)]
-pub struct GrainRow<S: Space, M> {
+pub struct GrainRow<S: Space> {
     pub hot: Hot<S>,
     pub cold: Cold<S>,
     pub tie: Tie<S>,
     /// Memories of touching contacts by the partner's id, in its order; in the orientation lower to higher id.
-    pub contacts: Vec<(GrainId, M)>,
+    pub contacts: Vec<Carried>,
 }
 
 impl Mover {
@@ -218,7 +220,7 @@ impl<S: Space> Grains<S> {
     }
 }
 
-impl<S: Space, M: Words<f64>> GrainRow<S, M> {
+impl<S: Space> GrainRow<S> {
     /// A grain at rest at `position`, with nothing remembered.
     pub fn resting(id: GrainId, position: S::Vector, radius: f64, mass: f64, mover: Mover) -> Self {
         let zero = S::Vector::zero();
@@ -241,7 +243,7 @@ impl<S: Space, M: Words<f64>> GrainRow<S, M> {
 }
 
 /// The grain itself; its tie and its contacts are records of their own.
-impl<S: Space, M> Record for GrainRow<S, M> {
+impl<S: Space> Record for GrainRow<S> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
         let (hot, cold) = (&mut self.hot, &mut self.cold);
         visitor.u64("id", &mut cold.id.0);
@@ -295,21 +297,17 @@ impl<S: Space> Record for TieRow<S> {
 
 /// A touching contact as it rests on disk.
 #[derive(Clone, Debug)]
-pub struct ContactRow<M> {
+pub struct ContactRow {
     pub lower: GrainId,
     pub higher: GrainId,
-    pub memory: M,
+    pub memory: Memory,
 }
 
-impl<M: Words<f64>> Record for ContactRow<M> {
+impl Record for ContactRow {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
         visitor.u64("lower", &mut self.lower.0);
         visitor.u64("higher", &mut self.higher.0);
-        let mut words: Vec<f64> = (0..M::COUNT).map(|index| self.memory.word(index)).collect();
-        visitor.f64s("memory", &mut words);
-        for (index, word) in words.into_iter().enumerate() {
-            self.memory.set_word(index, word);
-        }
+        visitor.f64s("memory", self.memory.words_mut());
     }
 }
 

@@ -9,6 +9,7 @@ use crate::base::numbers::Numbers;
 use crate::base::space::{Lanewise, Linear, Space, Words};
 use crate::dem::cell::{ImageCode, Shifts};
 use crate::dem::grains::Hot;
+use crate::dem::law::Law;
 use crate::dem::neighbours::Pair;
 use crate::law::contact::{Answer, ContactLaw, FLAT, Touch};
 
@@ -48,41 +49,45 @@ pub fn side_of_row<S: Space>(row: &[f64], is_b: bool) -> (S::Vector, S::Spin) {
 
 /// What all pairs of a pass share.
 #[derive(Clone, Copy)]
-pub struct Pass<'a, S: Space, C> {
-    pub law: &'a C,
+pub struct Pass<'a, S: Space> {
     /// Records from row `first` on.
     pub hot: &'a [Hot<S>],
     pub first: Row,
-    pub shifts: &'a Shifts<S>,
+    /// Of the images that pairs lie in; none where each lies in one image.
+    pub shifts: Option<&'a Shifts<S>>,
     /// Time over which memories advance, s, and the step that twists are reckoned over.
     pub advance: f64,
     pub dt: f64,
     pub instructions: Instructions,
 }
 
-/// Evaluates whole packs of `pairs`, which may lie in different images, on all threads. `memory` holds
-/// `[pack][word][lane]`, `forces` `[pair][word]`.
-pub fn pair_pass<S: Space, C: ContactLaw<S>>(pass: Pass<S, C>, pairs: &[Pair], memory: &mut [f64], forces: &mut [f64]) {
-    let words = <C::Memory<f64> as Words<f64>>::COUNT;
+/// Evaluates whole packs of `pairs` on all threads. `memory` holds `[pack][word][lane]`, `forces` `[pair][word]`.
+pub fn pair_pass<S: Space>(law: &dyn Law<S>, pass: &Pass<S>, pairs: &[Pair], memory: &mut [f64], forces: &mut [f64]) {
+    let (words, row) = (law.memory_words(), law.row_words());
     debug_assert!(pairs.len().is_multiple_of(LANES) && memory.len() == pairs.len() * words);
-    let row = row_words::<S, C>();
     (pairs.par_chunks(CHUNK), memory.par_chunks_mut(CHUNK * words), forces.par_chunks_mut(CHUNK * row))
         .into_par_iter()
-        .for_each(|(pairs, memory, forces)| evaluate::<S, C, true>(&pass, pairs, memory, forces));
+        .for_each(|(pairs, memory, forces)| law.evaluate(pass, pairs, memory, forces));
 }
 
-/// The same on this thread; `ACROSS` tells that pairs may lie in different images.
-pub fn evaluate<S: Space, C: ContactLaw<S>, const ACROSS: bool>(
-    pass: &Pass<S, C>,
+/// The same on this thread.
+pub fn evaluate<S: Space, C: ContactLaw<S>>(
+    law: &C,
+    pass: &Pass<S>,
     pairs: &[Pair],
     memory: &mut [f64],
     forces: &mut [f64],
 ) {
-    pass.instructions.run(Packs::<S, C, ACROSS> { pass, pairs, memory, forces });
+    match pass.shifts {
+        Some(_) => pass.instructions.run(Packs::<S, C, true> { law, pass, pairs, memory, forces }),
+        None => pass.instructions.run(Packs::<S, C, false> { law, pass, pairs, memory, forces }),
+    }
 }
 
+/// `ACROSS` tells that pairs may lie in different images.
 struct Packs<'a, S: Space, C, const ACROSS: bool> {
-    pass: &'a Pass<'a, S, C>,
+    law: &'a C,
+    pass: &'a Pass<'a, S>,
     pairs: &'a [Pair],
     memory: &'a mut [f64],
     forces: &'a mut [f64],
@@ -93,42 +98,33 @@ impl<S: Space, C: ContactLaw<S>, const ACROSS: bool> Packed for Packs<'_, S, C, 
 
     #[inline(always)]
     fn run<P: Pack>(self) {
-        packs::<S, C, P, ACROSS>(self.pass, self.pairs, self.memory, self.forces);
+        packs::<S, C, P, ACROSS>(self);
     }
 }
 
 #[inline(always)]
-fn packs<S: Space, C: ContactLaw<S>, P: Pack, const ACROSS: bool>(
-    pass: &Pass<S, C>,
-    pairs: &[Pair],
-    memory: &mut [f64],
-    forces: &mut [f64],
-) {
+fn packs<S: Space, C: ContactLaw<S>, P: Pack, const ACROSS: bool>(packs: Packs<S, C, ACROSS>) {
+    let Packs { law, pass, pairs, memory, forces } = packs;
     let memory_words = <C::Memory<P> as Words<P>>::COUNT;
     let (pairs, _) = pairs.as_chunks::<LANES>();
     let (memory, _) = memory.as_chunks_mut::<LANES>();
     for (pack, pairs) in pairs.iter().enumerate() {
         let memory = &mut memory[pack * memory_words..(pack + 1) * memory_words];
         let forces = &mut forces[pack * LANES * row_words::<S, C>()..(pack + 1) * LANES * row_words::<S, C>()];
-        let (a, b) = (read::<S, C, P>(pass, pairs, |pair| pair.a), read::<S, C, P>(pass, pairs, Pair::b));
-        let (shift, rate) = if ACROSS { shifts::<S, P>(pass.shifts, pairs) } else { (Words::zero(), Words::zero()) };
+        let (a, b) = (read::<S, P>(pass, pairs, |pair| pair.a), read::<S, P>(pass, pairs, Pair::b));
+        let (shift, rate) = match pass.shifts {
+            Some(of) if ACROSS => shifts::<S, P>(of, pairs),
+            _ => (Words::zero(), Words::zero()),
+        };
         let mut recalled = C::Memory::<P>::zero();
         for (word, lanes) in memory.iter().enumerate() {
             recalled.set_word(word, P::load(lanes));
         }
         let moved = [P::splat(pass.advance), P::splat(pass.dt)];
         let given = if ACROSS {
-            contact(
-                pass.law,
-                &a,
-                &b,
-                a.position - b.position + shift,
-                a.velocity - b.velocity + rate,
-                moved,
-                &mut recalled,
-            )
+            contact(law, &a, &b, a.position - b.position + shift, a.velocity - b.velocity + rate, moved, &mut recalled)
         } else {
-            contact(pass.law, &a, &b, a.position - b.position, a.velocity - b.velocity, moved, &mut recalled)
+            contact(law, &a, &b, a.position - b.position, a.velocity - b.velocity, moved, &mut recalled)
         };
         for (word, lanes) in memory.iter_mut().enumerate() {
             recalled.word(word).store(lanes);
@@ -139,7 +135,7 @@ fn packs<S: Space, C: ContactLaw<S>, P: Pack, const ACROSS: bool>(
 
 /// The records of one side of a pack.
 #[inline(always)]
-fn read<S: Space, C, P: Pack>(pass: &Pass<S, C>, pairs: &[Pair; LANES], side: impl Fn(Pair) -> Row) -> Side<S, P> {
+fn read<S: Space, P: Pack>(pass: &Pass<S>, pairs: &[Pair; LANES], side: impl Fn(Pair) -> Row) -> Side<S, P> {
     let record = |lane: usize| &pass.hot[(side(pairs[lane]) - pass.first) as usize];
     let rows: [&[f64]; LANES] = std::array::from_fn(|lane| record(lane).numbers());
     let low = P::records(&rows, 0);

@@ -1,31 +1,38 @@
 //! Memories of contacts apart from any list: how they get from the list of before a rebuild to that of after it.
 
 use crate::base::ids::GrainId;
+use crate::law::contact::Memory;
 
-/// What a row's contacts remember: partner and memory, in the order of partners.
-pub type Carried<M> = Vec<(GrainId, M)>;
+/// What a contact of a row remembers, and with whom it is.
+pub type Carried = (GrainId, Memory);
 
-/// The memories of many rows, one after the other.
+/// What the contacts of many rows remember, row after row, in the order of partners.
 #[derive(Clone, Debug)]
-pub struct Memories<M> {
-    /// Those of row i are `entries[starts[i]..starts[i + 1]]`.
+pub struct Memories {
+    /// Words of each.
+    width: usize,
+    /// Those of row i are `starts[i]..starts[i + 1]`.
     starts: Vec<u32>,
-    entries: Carried<M>,
+    partners: Vec<GrainId>,
+    words: Vec<f64>,
 }
 
-impl<M> Default for Memories<M> {
-    fn default() -> Self {
-        Self { starts: vec![0], entries: Vec::new() }
-    }
-}
-
-impl<M> Memories<M> {
-    pub fn push(&mut self, row: impl Iterator<Item = (GrainId, M)>) {
-        self.entries.extend(row);
-        self.starts.push(self.entries.len() as u32);
+impl Memories {
+    pub fn new(width: usize) -> Self {
+        Self { width, starts: vec![0], partners: Vec::new(), words: Vec::new() }
     }
 
-    pub fn of(&self, row: usize) -> &[(GrainId, M)] {
-        &self.entries[self.starts[row] as usize..self.starts[row + 1] as usize]
+    pub fn push(&mut self, row: impl Iterator<Item = Carried>) {
+        for (partner, memory) in row {
+            assert_eq!(memory.words().len(), self.width, "memories of one law are equally long");
+            self.partners.push(partner);
+            self.words.extend_from_slice(memory.words());
+        }
+        self.starts.push(self.partners.len() as u32);
+    }
+
+    pub fn of(&self, row: usize) -> impl Iterator<Item = Carried> + '_ {
+        let entries = self.starts[row] as usize..self.starts[row + 1] as usize;
+        entries.map(|at| (self.partners[at], Memory::of_words(&self.words[at * self.width..(at + 1) * self.width])))
     }
 }

@@ -7,6 +7,7 @@ pub mod cell;
 pub mod contacts;
 pub mod grains;
 pub mod kernel;
+pub mod law;
 pub mod memories;
 pub mod motion;
 pub mod neighbours;

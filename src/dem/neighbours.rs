@@ -349,7 +349,7 @@ fn list_row<S: Space>(grains: &Grains<S>, cell: &Cell<S>, bins: &Bins, margin: f
 mod tests {
     use super::*;
     use crate::base::ids::GrainId;
-    use crate::base::space::{Components, Plane};
+    use crate::base::space::Plane;
     use crate::dem::grains::GrainRow;
 
     /// Grains of half a metre, of which only a few patches of a wide cell hold some.
@@ -374,8 +374,7 @@ mod tests {
         places.push([20.0, 30.0]);
         let mut grains = Grains::<Plane>::default();
         for (id, place) in (0..).zip(&places) {
-            type Row = GrainRow<Plane, Components<f64, 1>>;
-            let row = Row::resting(GrainId(id), vector(*place), 0.25, 1.0, Mover::Free);
+            let row = GrainRow::<Plane>::resting(GrainId(id), vector(*place), 0.25, 1.0, Mover::Free);
             grains.hot.push(row.hot);
             grains.cold.push(row.cold);
         }

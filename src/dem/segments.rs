@@ -6,12 +6,11 @@ use std::time::Instant;
 use crate::base::ids::Row;
 use crate::base::lane::Instructions;
 use crate::base::parallel::larger;
-use crate::base::space::{Linear, Space, Words};
-use crate::dem::cell::Shifts;
+use crate::base::space::{Linear, Space};
 use crate::dem::grains::{Cold, Grains, Hot, Mover};
-use crate::dem::kernel::{Pass, evaluate, side_of_row};
+use crate::dem::kernel::{Pass, side_of_row};
+use crate::dem::law::Law;
 use crate::dem::neighbours::{Neighbours, Pair, SEGMENT};
-use crate::law::contact::ContactLaw;
 
 /// Which segments: those whose pairs need no copies of other ranks' grains, or the others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,9 +78,10 @@ impl Passed {
 }
 
 /// What all tasks of a pass share.
-pub struct Shared<'a, S: Space, C, F> {
-    pub law: &'a C,
-    pub shifts: &'a Shifts<S>,
+pub struct Shared<'a, S: Space, F> {
+    pub law: &'a dyn Law<S>,
+    /// Words of what a pair remembers.
+    pub memory: usize,
     pub times: [f64; 2],
     pub instructions: Instructions,
     pub neighbours: &'a Neighbours,
@@ -112,9 +112,7 @@ pub struct Stretch<'a, S: Space> {
     pub torque: &'a mut [S::Spin],
 }
 
-impl<S: Space, C: ContactLaw<S>, F: Finish<S>> Shared<'_, S, C, F> {
-    const MEMORY: usize = <C::Memory<f64> as Words<f64>>::COUNT;
-
+impl<S: Space, F: Finish<S>> Shared<'_, S, F> {
     /// Halves of halves until there are as many stretches as tasks.
     pub fn run(&self, stretch: Stretch<S>, tasks: usize) -> Passed {
         if tasks <= 1 || stretch.ends.len() <= 1 {
@@ -126,7 +124,7 @@ impl<S: Space, C: ContactLaw<S>, F: Finish<S>> Shared<'_, S, C, F> {
         let middle = ends_left[segments - 1] as usize;
         let pairs = middle - stretch.start;
         let (pairs_left, pairs_right) = stretch.pairs.split_at(pairs);
-        let (memory_left, memory_right) = stretch.memory.split_at_mut(pairs * Self::MEMORY);
+        let (memory_left, memory_right) = stretch.memory.split_at_mut(pairs * self.memory);
         let forces = self.room.map_or(pairs * self.row, |room| left * room);
         let (forces_left, forces_right) = stretch.forces.split_at_mut(forces);
         let rows = (segments * SEGMENT).min(stretch.hot.len());
@@ -169,7 +167,7 @@ impl<S: Space, C: ContactLaw<S>, F: Finish<S>> Shared<'_, S, C, F> {
                 let begun = Instant::now();
                 let room = if self.room.is_some() { 0..pairs.len() } else { pairs.clone() };
                 let forces = &mut stretch.forces[room.start * self.row..room.end * self.row];
-                let memory = &mut stretch.memory[pairs.start * Self::MEMORY..pairs.end * Self::MEMORY];
+                let memory = &mut stretch.memory[pairs.start * self.memory..pairs.end * self.memory];
                 let hot = &mut stretch.hot[rows.clone()];
                 self.evaluate(segment, &stretch.pairs[pairs], memory, forces, hot);
                 let evaluated = Instant::now();
@@ -189,9 +187,8 @@ impl<S: Space, C: ContactLaw<S>, F: Finish<S>> Shared<'_, S, C, F> {
     fn evaluate(&self, segment: usize, pairs: &[Pair], memory: &mut [f64], forces: &mut [f64], hot: &[Hot<S>]) {
         let [advance, dt] = self.times;
         let first = (segment * SEGMENT) as Row;
-        let (law, shifts, instructions) = (self.law, self.shifts, self.instructions);
-        let pass = Pass { law, hot, first, shifts, advance, dt, instructions };
-        evaluate::<S, C, false>(&pass, pairs, memory, forces);
+        let pass = Pass { hot, first, shifts: None, advance, dt, instructions: self.instructions };
+        self.law.evaluate(&pass, pairs, memory, forces);
     }
 
     /// `forces` are those of the pairs from `start` on.

@@ -17,8 +17,9 @@ use crate::base::space::{Linear, Space};
 use crate::dem::cell::Cell;
 use crate::dem::contacts::Contacts;
 use crate::dem::grains::{Grains, Mover};
+use crate::dem::law::Law;
 use crate::dem::walls::Walls;
-use crate::law::contact::{ContactLaw, FLAT, Resistance};
+use crate::law::contact::{FLAT, Resistance};
 
 /// Sums over contacts that bear force; over the volume they are stress, K and C.
 #[derive(Clone, Copy, Debug)]
@@ -49,7 +50,7 @@ impl<S: Space> Strained<S> {
 
 impl<S: Space> Contacts<S> {
     /// Of contacts of an owned row with grains of higher ids, with the forces of the last evaluation and its positions.
-    pub fn strained<C: ContactLaw<S>>(&self, law: &C, grains: &Grains<S>, cell: &Cell<S>, row: usize) -> Strained<S> {
+    pub fn strained(&self, law: &dyn Law<S>, grains: &Grains<S>, cell: &Cell<S>, row: usize) -> Strained<S> {
         let mut sums = Strained::zero();
         for term in self.neighbours.terms_of(row).iter().filter(|term| !term.is_b()) {
             let force = self.force_of(term.pair());
@@ -73,11 +74,11 @@ impl<S: Space> Contacts<S> {
     }
 }
 
-impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
+impl<S: Space> Walls<S> {
     /// Of all contacts with bodies, one by one.
     pub fn strained<'a>(
         &'a self,
-        law: &'a C,
+        law: &'a dyn Law<S>,
         grains: &'a Grains<S>,
         cell: &'a Cell<S>,
     ) -> impl Iterator<Item = Strained<S>> + 'a {

@@ -4,16 +4,12 @@
 //! the memory of their contact is oriented by.
 
 use crate::base::ids::GrainId;
-use crate::base::space::{Linear, Space, Words};
+use crate::base::space::{Linear, Space};
 use crate::dem::grains::{GrainRow, is_body};
 
 /// Repeats the grains of a cell `counts` times along its edges (columns, m), along which it must be periodic where the
 /// count is not one. A contact across a face between copies joins neighbours. The rows come in the order of their ids.
-pub fn tile<S: Space, M: Words<f64>>(
-    mut rows: Vec<GrainRow<S, M>>,
-    edges: &S::Tensor,
-    counts: [usize; 3],
-) -> Vec<GrainRow<S, M>> {
+pub fn tile<S: Space>(mut rows: Vec<GrainRow<S>>, edges: &S::Tensor, counts: [usize; 3]) -> Vec<GrainRow<S>> {
     let counts: [usize; 3] = std::array::from_fn(|axis| if axis < S::DIMENSION { counts[axis].max(1) } else { 1 });
     let copies = counts.iter().product::<usize>();
     let inverse = S::inverse(edges).expect("the edges of a cell span it");

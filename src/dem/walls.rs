@@ -2,20 +2,21 @@
 
 use crate::base::ids::{GrainId, Row};
 use crate::base::lane::Real;
-use crate::base::space::{Linear, Space, Words};
+use crate::base::space::{Linear, Space};
 use crate::bodies::body::{BODIES_MAX, Body, Nearest};
 use crate::dem::cell::{Cell, Image};
-use crate::dem::contacts::{deeper, first_of_bodies};
+use crate::dem::contacts::deeper;
 use crate::dem::grains::{Grains, Hot, Mover, body_partner, lanes, vector};
-use crate::dem::kernel::{Given, give};
-use crate::law::contact::{ContactLaw, FLAT, Touch};
+use crate::dem::law::{Law, law_of};
+use crate::dem::memories::Carried;
+use crate::law::contact::{Contact, FLAT, Memory, Touch};
 
 /// A grain near a body.
 #[derive(Clone, Debug)]
-pub struct Wall<S: Space, M> {
+pub struct Wall<S: Space> {
     pub row: Row,
     pub body: u8,
-    pub memory: M,
+    pub memory: Memory,
     /// Force on the grain and where it acts on the body, of the last evaluation, N and m; and where the grain stands against
     /// its image beside the body, m.
     pub force: S::Vector,
@@ -38,25 +39,26 @@ pub struct Load<S: Space> {
 
 /// Grains near bodies in the order of rows, then bodies.
 #[derive(Clone, Debug)]
-pub struct Walls<S: Space, C: ContactLaw<S>> {
-    pub list: Vec<Wall<S, C::Memory<f64>>>,
+pub struct Walls<S: Space> {
+    pub list: Vec<Wall<S>>,
     /// Laws of bodies in their order, where grains touch them otherwise than each other; empty where they do not.
-    pub laws: Vec<C>,
+    pub laws: Vec<Contact>,
 }
 
-impl<S: Space, C: ContactLaw<S>> Default for Walls<S, C> {
+impl<S: Space> Default for Walls<S> {
     fn default() -> Self {
         Self { list: Vec::new(), laws: Vec::new() }
     }
 }
 
-impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
+impl<S: Space> Walls<S> {
     /// Lists the free owned grains closer to a body than contact plus `margin`; memories are moved along.
-    pub fn rebuild<'m>(
+    pub fn rebuild<I: Iterator<Item = Carried>>(
         &mut self,
+        law: &dyn Law<S>,
         grains: &Grains<S>,
         (bodies, cell): (&[Body<S>], &Cell<S>),
-        carried: impl Fn(usize) -> &'m [(GrainId, C::Memory<f64>)],
+        carried: impl Fn(usize) -> I,
         margin: f64,
     ) {
         self.list.clear();
@@ -72,10 +74,8 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
                 bodies.iter().enumerate().map(|(index, body)| (index as u8, nearest(body, cell, &cold.home)))
             {
                 if nearest.is_some_and(|nearest| nearest.distance < hot.radius + margin) {
-                    let memories = carried(row);
-                    let memories = &memories[first_of_bodies(memories)..];
-                    let memory = memories.iter().find(|(partner, _)| *partner == body_partner(body));
-                    let memory = memory.map_or_else(Words::zero, |(_, memory)| *memory);
+                    let memory = carried(row).find(|(partner, _)| *partner == body_partner(body));
+                    let memory = memory.map_or_else(|| Memory::blank(law.memory_words()), |(_, memory)| memory);
                     let zero = S::Vector::zero();
                     self.list.push(Wall {
                         row: row as Row,
@@ -92,36 +92,34 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
     }
 
     /// Memories of the touching contacts of a row with bodies, in their order.
-    pub fn carried_by(&self, row: usize) -> impl Iterator<Item = (GrainId, C::Memory<f64>)> + '_ {
+    pub fn carried_by(&self, row: usize) -> impl Iterator<Item = Carried> + '_ {
         let first = self.list.partition_point(|wall| (wall.row as usize) < row);
         let ours = self.list[first..].iter().take_while(move |wall| wall.row as usize == row);
-        let remembered =
-            ours.filter(|wall| (0..<C::Memory<f64> as Words<f64>>::COUNT).any(|word| wall.memory.word(word) != 0.0));
-        remembered.map(|wall| (body_partner(wall.body), wall.memory))
+        ours.filter(|wall| !wall.memory.is_blank()).map(|wall| (body_partner(wall.body), wall.memory))
     }
 
     /// The law of contacts with a body; `law` is that of grains with each other.
-    pub fn law_of<'a>(&'a self, body: u8, law: &'a C) -> &'a C {
-        self.laws.get(body as usize).unwrap_or(law)
+    pub fn law_of<'a>(&'a self, body: u8, law: &'a dyn Law<S>) -> &'a dyn Law<S> {
+        self.laws.get(body as usize).map_or(law, law_of)
     }
 
     /// Evaluates every contact and adds its force to the grain's; after the grains' own sums.
     pub fn evaluate(
         &mut self,
-        law: &C,
+        law: &dyn Law<S>,
         grains: &mut Grains<S>,
         (bodies, cell): (&[Body<S>], &Cell<S>),
         [advance, dt]: [f64; 2],
     ) {
         let Self { list, laws } = self;
         for wall in list {
-            let law = laws.get(wall.body as usize).unwrap_or(law);
+            let law = laws.get(wall.body as usize).map_or(law, law_of);
             let (row, body) = (wall.row as usize, &bodies[wall.body as usize]);
             let (hot, shift) = beside(body, cell, &grains.hot[row]);
             let Some(nearest) = body.nearest(&hot.position) else { continue };
             let touch = touch_of(&hot, body, (body.velocity, body.spin), &nearest, [advance, dt]);
             let arm = hot.radius - 0.5 * touch.overlap;
-            let given: Given<S, f64> = give(law, &touch, hot.weight, [arm, 0.0], &mut wall.memory);
+            let given = law.give(&touch, hot.weight, [arm, 0.0], &mut wall.memory);
             wall.force = vector(&given.force);
             // Without an arm the body's side holds the resistance to rolling alone.
             wall.moment = -vector::<S::Spin, _>(&given.torque_b);
@@ -134,7 +132,7 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
     /// Elastic energies of the contacts, weighted, J.
     pub fn elastic_energies<'a>(
         &'a self,
-        law: &'a C,
+        law: &'a dyn Law<S>,
         grains: &'a Grains<S>,
         (bodies, cell): (&'a [Body<S>], &'a Cell<S>),
     ) -> impl Iterator<Item = f64> + 'a {
@@ -150,7 +148,7 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
     /// What every contact that holds does at the coming evaluation, in the order of rows, then bodies.
     pub fn loads<'a>(
         &'a self,
-        law: &'a C,
+        law: &'a dyn Law<S>,
         grains: &'a Grains<S>,
         (bodies, cell): (&'a [Body<S>], &'a Cell<S>),
         times: [f64; 2],
@@ -165,7 +163,7 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
                 return None;
             }
             let arm = hot.radius - 0.5 * touch.overlap;
-            let given = give(law, &touch, hot.weight, [arm, 0.0], &mut memory);
+            let given = law.give(&touch, hot.weight, [arm, 0.0], &mut memory);
             let force: S::Vector = vector(&given.force);
             Some(Load {
                 row: wall.row as usize,
@@ -189,7 +187,7 @@ impl<S: Space, C: ContactLaw<S>> Walls<S, C> {
 
     /// Bytes that the list holds.
     pub fn bytes(&self) -> usize {
-        self.list.capacity() * size_of::<Wall<S, C::Memory<f64>>>()
+        self.list.capacity() * size_of::<Wall<S>>()
     }
 
     /// Force and torque (about the body's origin) of the grains on each body, one addend a contact.

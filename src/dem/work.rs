@@ -3,7 +3,8 @@
 
 use crate::base::space::{Lanewise, Space, Words};
 use crate::dem::kernel::Given;
-use crate::law::contact::{Answer, ContactLaw, Touch};
+use crate::dem::law::Law;
+use crate::law::contact::{Answer, Memory, Touch};
 
 /// Forces of a contact at the last evaluation, weighted: those of springs, and the rest, which is dashpots.
 #[derive(Clone, Copy, Debug)]
@@ -30,10 +31,10 @@ const LIMIT_REACHED: f64 = 1.0 - 1e-9;
 impl<S: Space> Parted<S> {
     /// `memory` is that after the evaluation, `arm` the lever that the torque on `a` has, m. None where the contact does
     /// not hold.
-    pub fn of<C: ContactLaw<S>>(
-        law: &C,
+    pub fn of(
+        law: &dyn Law<S>,
         touch: &Touch<S, f64>,
-        memory: &C::Memory<f64>,
+        memory: &Memory,
         given: &Given<S, f64>,
         [weight, arm]: [f64; 2],
     ) -> Option<Self> {
@@ -63,7 +64,7 @@ impl<S: Space> Parted<S> {
     /// u = v_t + (w_a + w_b) x n d/2        what the tangential force works on
     /// lost by levers = -F_spring.(u - s'),  s' the rate at which the spring stretches
     /// ```
-    pub fn losses<C: ContactLaw<S>>(&self, law: &C, touch: &Touch<S, f64>, turning: &S::SpinOf<f64>) -> Losses {
+    pub fn losses(&self, law: &dyn Law<S>, touch: &Touch<S, f64>, turning: &S::SpinOf<f64>) -> Losses {
         let moved = touch.velocity_tangential + S::surface(&touch.normal, turning) * (0.5 * self.overlap);
         let along = -self.dashpots.tangential.dot(&moved);
         let others = -self.dashpots.normal * touch.velocity_normal - self.dashpots.moment.dot(&touch.spin_relative);
@@ -97,12 +98,12 @@ struct End<S: Space> {
 }
 
 impl<S: Space> End<S> {
-    fn of<C: ContactLaw<S>>(law: &C, touch: &Touch<S, f64>, memory: &C::Memory<f64>) -> Self {
+    fn of(law: &dyn Law<S>, touch: &Touch<S, f64>, memory: &Memory) -> Self {
         if !law.holds(touch, memory) {
             let answer = Answer { normal: 0.0, tangential: Words::zero(), moment: Words::zero() };
             return Self { holds: false, stored_normal: 0.0, stored: 0.0, answer };
         }
-        let stored_normal = law.elastic_energy(touch, &Words::zero());
+        let stored_normal = law.elastic_energy(touch, &Memory::blank(law.memory_words()));
         let stored = law.elastic_energy(touch, memory);
         Self { holds: true, stored_normal, stored, answer: law.springs(touch, memory) }
     }
@@ -116,10 +117,10 @@ impl<S: Space> End<S> {
 ///                                                                                   f(n-1), M(n-1) carried along
 /// made    = work on the motion by half steps - what slip and energies account for
 /// ```
-pub fn settle<S: Space, C: ContactLaw<S>>(
-    law: &C,
+pub fn settle<S: Space>(
+    law: &dyn Law<S>,
     [before, now]: [&Touch<S, f64>; 2],
-    [memory_before, memory]: [&C::Memory<f64>; 2],
+    [memory_before, memory]: [&Memory; 2],
 ) -> Settled {
     let (first, last) = (End::of(law, before, memory_before), End::of(law, now, memory));
     let dt = now.advance;

@@ -13,10 +13,8 @@ use scree_partition::ExactSum;
 use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::dem::grains::{Mover, vector};
-use crate::dem::kernel::give;
 use crate::dem::motion::{Damped, Falling, Kick};
 use crate::domain::world::World;
-use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 
 /// Sums over the world.
@@ -44,7 +42,7 @@ struct Part<S: Space> {
 
 const SUMS: usize = 9 + 3;
 
-impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     /// Grains as they are, between steps. Collective.
     pub fn instant(&mut self) -> Result<Instant<S>, Error> {
         self.refresh_ghosts();
@@ -87,18 +85,18 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     /// Contacts with grains: their load on the row, and of those with higher ids what they add to the sums.
     fn part_of_contacts(&self, row: usize, (force, torque): &mut (S::Vector, S::Spin)) -> Part<S> {
-        let (law, grains, times) = (&self.settings.contact, &self.assembly.grains, self.contact_times());
+        let (law, grains, times) = (self.law(), &self.assembly.grains, self.contact_times());
         let mut part = Part { moment: S::Tensor::zero(), elastic: 0.0, contacts: 0, kinetic: [0.0; 2] };
         for term in self.assembly.contacts.neighbours.terms_of(row) {
             let pair = &self.assembly.contacts.neighbours.pairs[term.pair()];
             let touch = self.assembly.contacts.touch_after(grains, pair, times);
-            let mut memory = self.assembly.contacts.recall::<C>(term.pair());
+            let mut memory = self.assembly.contacts.recall(term.pair());
             if !law.holds(&touch, &memory) {
                 continue;
             }
             let weight = crate::dem::contacts::Contacts::<S>::weight_of(grains, pair);
             let half = 0.5 * touch.overlap;
-            let given = give(law, &touch, weight, [touch.radius_a - half, touch.radius_b - half], &mut memory);
+            let given = law.give(&touch, weight, [touch.radius_a - half, touch.radius_b - half], &mut memory);
             let on_a: S::Vector = vector(&given.force);
             if term.is_b() {
                 *force -= on_a;
@@ -135,6 +133,6 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
 
     fn loads_of_walls(&self) -> Vec<crate::dem::walls::Load<S>> {
         let bodies = (self.bodies.as_slice(), &self.assembly.cell);
-        self.assembly.walls.loads(&self.settings.contact, &self.assembly.grains, bodies, self.contact_times()).collect()
+        self.assembly.walls.loads(self.law(), &self.assembly.grains, bodies, self.contact_times()).collect()
     }
 }

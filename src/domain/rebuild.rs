@@ -7,7 +7,6 @@ use std::time::Instant;
 use scree_partition::{Halo, ParcelError, Reader, Transport, Writer, cut};
 
 use crate::base::error::Error;
-use crate::base::ids::GrainId;
 use crate::base::record::{Record, Visitor};
 use crate::base::rows::Moved;
 use crate::base::space::{Linear, Space};
@@ -15,7 +14,8 @@ use crate::bodies::body::Body;
 use crate::dem::assembly::Assembly;
 use crate::dem::cell::{Cell, Image};
 use crate::dem::grains::{Cold, GrainRow, Grains, Mover, Tie};
-use crate::dem::memories::Memories;
+use crate::dem::law::law_or_absent;
+use crate::dem::memories::{Carried, Memories};
 use crate::domain::accounts::ledger::points::PointLedger;
 use crate::domain::grid::Reactions;
 use crate::domain::layout::{Deal, Layout};
@@ -26,15 +26,14 @@ use crate::domain::stop::Wish;
 use crate::domain::subdomain::Subdomain;
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
-use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::mpm::continuum::Continuum;
 use crate::mpm::membrane::Membranes;
 use crate::mpm::points::{Cold as PointCold, Point, Points};
 
 /// What a world is made of, before it has blocks.
-pub struct Parts<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
-    pub grains: Vec<Row<S, C>>,
+pub struct Parts<S: Space, L: MaterialLaw<S>> {
+    pub grains: Vec<GrainRow<S>>,
     pub points: Vec<Point<S, L::Memory>>,
     pub bodies: Vec<Body<S>>,
     pub membranes: Membranes<S>,
@@ -42,10 +41,10 @@ pub struct Parts<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub home: Home<S>,
 }
 
-impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> Parts<S, C, L> {
+impl<S: Space, L: MaterialLaw<S>> Parts<S, L> {
     /// Of a world that begins: everything is at home. Without membranes.
     pub fn fresh(
-        grains: Vec<Row<S, C>>,
+        grains: Vec<GrainRow<S>>,
         points: Vec<Point<S, L::Memory>>,
         bodies: Vec<Body<S>>,
         cell: Cell<S>,
@@ -91,11 +90,8 @@ impl<S: Space> crate::base::record::Cargo for Home<S> {
     }
 }
 
-/// A grain with the memories of a law.
-pub type Row<S, C> = GrainRow<S, <C as ContactLaw<S>>::Memory<f64>>;
-
 /// Grains and points of a rank.
-pub type Rows<S, C, L> = (Vec<Row<S, C>>, Vec<Point<S, <L as MaterialLaw<S>>::Memory>>);
+pub type Rows<S, L> = (Vec<GrainRow<S>>, Vec<Point<S, <L as MaterialLaw<S>>::Memory>>);
 /// A block, and a part of it.
 type Place = (usize, u32);
 /// Where a row stands in the order of rows, by place and id, and where it comes from: a row here, or behind those an
@@ -120,15 +116,15 @@ const TRAVELS: u64 = 3;
 /// either side.
 const COUPLED_CELLS: usize = 4;
 
-impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
+impl<'t, S: Space, L: MaterialLaw<S>> World<'t, S, L> {
     /// A world at `step` from parts that the ranks hold in any split (every row on one rank). Homes are taken as they
     /// are: fresh rows have their position there, rows of a checkpoint the place of their last rebuild.
     pub fn new(
-        settings: Settings<S, C, L>,
+        settings: Settings<S, L>,
         layout: Layout,
         transport: &'t dyn Transport,
         step: u64,
-        parts: Parts<S, C, L>,
+        parts: Parts<S, L>,
     ) -> Result<Self, Error> {
         let ranks = transport.size();
         let deal = Deal { ranges: cut(&vec![1; layout.block_count()], ranks), rank: transport.rank() };
@@ -166,7 +162,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     }
 
     /// Takes other rows in place of all that there are (every row on one rank), and deals the blocks anew.
-    pub fn replace(&mut self, grains: Vec<Row<S, C>>, points: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
+    pub fn replace(&mut self, grains: Vec<GrainRow<S>>, points: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
         // What has been timed belongs to the rows that have been here.
         self.look_at_costs();
         self.continuum.points = Points::default();
@@ -176,7 +172,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     /// The same, but that points which are here stay, beside `fresh_points`. Costs have been looked at.
     pub fn replace_grains(
         &mut self,
-        grains: Vec<Row<S, C>>,
+        grains: Vec<GrainRow<S>>,
         fresh_points: Vec<Point<S, L::Memory>>,
     ) -> Result<(), Error> {
         let (started, booked) = (self.phases.start(), self.phases.total());
@@ -202,12 +198,12 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     }
 
     /// All rows of this rank with their contacts, in block order: along the ranks they are in the order of the curve.
-    pub fn rows(&self) -> Rows<S, C, L> {
+    pub fn rows(&self) -> Rows<S, L> {
         (self.grain_rows(0..self.assembly.grains.owned), self.continuum.points.rows().collect())
     }
 
     /// Some of the grains of this rank with their contacts, in block order.
-    pub fn grain_rows(&self, rows: Range<usize>) -> Vec<Row<S, C>> {
+    pub fn grain_rows(&self, rows: Range<usize>) -> Vec<GrainRow<S>> {
         rows.map(|row| self.whole_row(row)).collect()
     }
 
@@ -216,7 +212,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         Home { cell: self.assembly.cell_home, bodies: self.bodies_home.clone() }
     }
 
-    fn whole_row(&self, row: usize) -> Row<S, C> {
+    fn whole_row(&self, row: usize) -> GrainRow<S> {
         let contacts = self.carried_by(row).collect();
         GrainRow {
             hot: self.assembly.grains.hot[row],
@@ -227,8 +223,8 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     }
 
     /// Memories of a row's contacts with grains, then with bodies.
-    pub(crate) fn carried_by(&self, row: usize) -> impl Iterator<Item = (GrainId, C::Memory<f64>)> {
-        self.assembly.contacts.carried_by::<C>(&self.assembly.grains, row).chain(self.assembly.walls.carried_by(row))
+    pub(crate) fn carried_by(&self, row: usize) -> impl Iterator<Item = Carried> {
+        self.assembly.contacts.carried_by(&self.assembly.grains, row).chain(self.assembly.walls.carried_by(row))
     }
 
     /// Sends everything home: position of now becomes home, wrapped into the cell.
@@ -281,7 +277,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     /// sum, and makes the lists.
     pub(crate) fn settle(
         &mut self,
-        fresh: Vec<Row<S, C>>,
+        fresh: Vec<GrainRow<S>>,
         fresh_points: Vec<Point<S, L::Memory>>,
     ) -> Result<(), Error> {
         self.subdomain.settlings += 1;
@@ -316,7 +312,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
     }
 
     /// Rows that stay are moved once, into their new order; only those that leave become parcels.
-    fn settle_grains(&mut self, fresh: Vec<Row<S, C>>) -> Result<(), Error> {
+    fn settle_grains(&mut self, fresh: Vec<GrainRow<S>>) -> Result<(), Error> {
         let places = || -> Result<Vec<Place>, Error> {
             let here = self.assembly.grains.cold[..self.assembly.grains.owned].iter();
             here.chain(fresh.iter().map(|row| &row.cold)).map(|cold| self.block_of_grain(cold)).collect()
@@ -324,7 +320,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         let places = transfer::agree(self.transport, places())?;
         self.refuse_thin_blocks()?;
         let owned = self.assembly.grains.owned;
-        let mut memories = Memories::default();
+        let mut memories = Memories::new(self.law().memory_words());
         for (row, place) in places[..owned].iter().enumerate() {
             match self.subdomain.deal.owner(place.0) == self.subdomain.deal.rank {
                 true => memories.push(self.carried_by(row)),
@@ -344,27 +340,27 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
         self.assembly.grains.ties = moved.ordered(&self.assembly.grains.ties, |row| row.tie);
         let Moved { sources, arrived, ranges, .. } = moved;
         self.subdomain.grain_ranges = ranges;
-        let pick = |source: &u32| (*source as usize).checked_sub(owned);
+        // A source of a row is one that was here, or behind those one that arrived.
+        arrived.iter().for_each(|row| memories.push(row.contacts.iter().copied()));
         self.assembly.grains.owned = sources.len();
         self.assembly.grains.settle();
         self.assembly.moved = 0.0;
         self.continuum.points_outside = [0.0; 2];
         self.fetch_ghosts()?;
 
-        let carried = |row: usize| match pick(&sources[row]) {
-            None => memories.of(sources[row] as usize),
-            Some(number) => &arrived[number].contacts,
-        };
-        let margin = self.settings.skin + self.settings.contact.reach();
-        self.assembly.contacts.rebuild::<C>(&self.assembly.grains, &self.assembly.cell_home, carried, margin);
-        self.assembly.walls.rebuild(&self.assembly.grains, (&self.bodies, &self.assembly.cell_home), carried, margin);
+        let carried = |row: usize| memories.of(sources[row] as usize);
+        let law = law_or_absent(&self.settings.contact);
+        let margin = self.settings.skin + law.reach();
+        let Assembly { grains, contacts, walls, cell_home, .. } = &mut self.assembly;
+        contacts.rebuild(law, grains, cell_home, carried, margin);
+        walls.rebuild(law, grains, (&self.bodies, cell_home), carried, margin);
         self.assembly.grains.come_near_bodies(self.assembly.walls.list.iter().map(|wall| wall.row));
         Ok(())
     }
 
     /// How far apart the centres of two grains may be and still be listed as a pair, m.
     pub(crate) fn reach(&self) -> f64 {
-        2.0 * self.assembly.radius_max + self.settings.skin + self.settings.contact.reach()
+        2.0 * self.assembly.radius_max + self.settings.skin + self.law().reach()
     }
 
     /// A block's copies come from its neighbours alone, so a contact must not reach across one.
@@ -556,7 +552,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             hot: self.assembly.grains.hot[*row as usize],
             cold: self.assembly.grains.cold[*row as usize],
             tie: Tie::loose(),
-            contacts: Vec::<(_, C::Memory<f64>)>::new(),
+            contacts: Vec::new(),
         };
         // `around` is sorted by block, so an owner may come up again after another: rows must be unique per receiver.
         for rows in &mut rows_to {
@@ -564,7 +560,7 @@ impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'t, S, C, L> {
             rows.dedup();
         }
         let outgoing = rows_to.iter().map(|rows| rows.iter().map(copy).collect()).collect();
-        let incoming = transfer::exchange::<Row<S, C>>(self.transport, self.number_of(Travel::Ghosts), outgoing)?;
+        let incoming = transfer::exchange::<GrainRow<S>>(self.transport, self.number_of(Travel::Ghosts), outgoing)?;
         // Exactly, since growing would double the arrays of owned rows as well.
         let copies = incoming.iter().map(Vec::len).sum();
         self.assembly.grains.hot.reserve_exact(copies);
@@ -648,6 +644,6 @@ fn add_image(image: &mut Image, more: Image) {
 }
 
 /// Whether a grain is glued to a plate.
-pub fn is_glued<S: Space, M>(grain: &GrainRow<S, M>) -> bool {
+pub fn is_glued<S: Space>(grain: &GrainRow<S>) -> bool {
     matches!(grain.cold.mover, Mover::Body(_))
 }

@@ -26,7 +26,6 @@ use crate::base::record::{Record, Visitor};
 use crate::base::space::{Linear, Space};
 use crate::dem::strained::Strained;
 use crate::domain::world::World;
-use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 
 /// Response times over which the rate of a flow is learnt.
@@ -119,7 +118,7 @@ impl<S: Space> CellDrive<S> {
     }
 }
 
-impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     /// The velocity gradient over the coming drift, after an evaluation.
     pub(crate) fn gradient_wanted(&mut self) -> Result<S::Tensor, Error> {
         let drive = self.settings.drive;
@@ -155,7 +154,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Sums over all contacts of the world at the evaluation just done. Within a block rows are summed in their order, blocks
     /// exactly.
     fn strained(&self) -> Result<Strained<S>, Error> {
-        let (law, grains, cell) = (&self.settings.contact, &self.assembly.grains, &self.assembly.cell);
+        let (law, grains, cell) = (self.law(), &self.assembly.grains, &self.assembly.cell);
         let mut sums = ExactSum::<15>::new();
         let [of_springs, of_dashpots] = [S::Tensor::COMPONENTS, S::Tensor::COMPONENTS + S::DIMENSION];
         let mut add = |part: &Strained<S>| {
@@ -193,7 +192,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// summed in their order, blocks exactly.
     pub fn contact_moment(&mut self) -> Result<S::Tensor, Error> {
         self.refresh_ghosts();
-        let law = &self.settings.contact;
+        let law = self.law();
         let times = self.contact_times();
         let walls =
             self.assembly.walls.bearings(law, &self.assembly.grains, (&self.bodies, &self.assembly.cell), times);

@@ -7,12 +7,13 @@ use scree_partition::{ParcelError, Reader, Route, Transport, Writer, exchange_ro
 use crate::base::error::Error;
 use crate::base::ids::{GrainId, PointId};
 use crate::base::record::{Cargo, FromParcel, Record, ToParcel};
-use crate::base::space::{Linear, Space, Words};
+use crate::base::space::{Linear, Space};
 use crate::dem::grains::{GrainRow, Mover};
+use crate::law::contact::Memory;
 use crate::law::material::MaterialMemory;
 use crate::mpm::points::Point;
 
-impl<S: Space, M: Words<f64>> Cargo for GrainRow<S, M> {
+impl<S: Space> Cargo for GrainRow<S> {
     fn blank() -> Self {
         Self::resting(GrainId(0), S::Vector::zero(), 0.0, 0.0, Mover::Free)
     }
@@ -21,9 +22,8 @@ impl<S: Space, M: Words<f64>> Cargo for GrainRow<S, M> {
         to.u64(self.contacts.len() as u64);
         for (partner, memory) in &self.contacts {
             to.u64(partner.0);
-            for word in 0..M::COUNT {
-                to.f64(memory.word(word));
-            }
+            to.u64(memory.words().len() as u64);
+            memory.words().iter().for_each(|word| to.f64(*word));
         }
     }
     fn unpack_rest(&mut self, from: &mut Reader) -> Result<(), ParcelError> {
@@ -32,9 +32,9 @@ impl<S: Space, M: Words<f64>> Cargo for GrainRow<S, M> {
         tie.failure.map_or(Ok(()), Err)?;
         for _ in 0..from.u64()? {
             let partner = GrainId(from.u64()?);
-            let mut memory = M::zero();
-            for word in 0..M::COUNT {
-                memory.set_word(word, from.f64()?);
+            let mut memory = Memory::blank(from.u64()? as usize);
+            for word in memory.words_mut() {
+                *word = from.f64()?;
             }
             self.contacts.push((partner, memory));
         }

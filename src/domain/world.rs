@@ -13,6 +13,7 @@ use crate::bodies::body::Body;
 use crate::dem::assembly::Assembly;
 use crate::dem::contacts::Part;
 use crate::dem::grains::Grains;
+use crate::dem::law::{Law, law_or_absent};
 use crate::dem::motion::{self, Damped, Falling, Field, Moves};
 use crate::dem::segments::{Finish, Segments, Wait, finish_waiting};
 use crate::domain::accounts::ledger::EnergyLedger;
@@ -23,7 +24,7 @@ use crate::domain::phases::{Phase, Phases};
 use crate::domain::servo::{CellDrive, Missed};
 use crate::domain::stop::Wish;
 use crate::domain::subdomain::Subdomain;
-use crate::law::contact::ContactLaw;
+use crate::law::contact::Contact;
 use crate::law::material::MaterialLaw;
 use crate::mpm::continuum::Continuum;
 use crate::mpm::load::Load;
@@ -35,7 +36,7 @@ pub(crate) const PUSHED_DRAG: f64 = 0.1;
 
 /// Constants of a world that no step changes.
 #[derive(Clone, Debug)]
-pub struct Settings<S: Space, C, L> {
+pub struct Settings<S: Space, L> {
     /// Time step of grains, s.
     pub dt: f64,
     /// Steps of grains in one of the continuum, m. Of grains alone those between two looks at lists, and at what bodies bear.
@@ -45,7 +46,8 @@ pub struct Settings<S: Space, C, L> {
     pub grid: Grid,
     /// Loads that points bear by their number.
     pub loads: Vec<Load<S>>,
-    pub contact: C,
+    /// Of grains; none where there are points alone.
+    pub contact: Option<Contact>,
     pub material: L,
     /// Forces on grains beside those of contacts.
     pub field: Field<S>,
@@ -59,15 +61,15 @@ pub struct Settings<S: Space, C, L> {
 }
 
 /// The world as this rank holds it.
-pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
+pub struct World<'t, S: Space, L: MaterialLaw<S>> {
     pub transport: &'t dyn Transport,
-    pub settings: Settings<S, C, L>,
+    pub settings: Settings<S, L>,
     /// Steps done.
     pub step: u64,
     /// Steps of grains done in the cycle under way.
     pub(crate) step_of_cycle: u64,
     /// Those of this rank, and copies of others that these touch.
-    pub assembly: Assembly<S, C>,
+    pub assembly: Assembly<S>,
     pub continuum: Continuum<S, L::Memory>,
     pub bodies: Vec<Body<S>>,
     /// Displacement of each body at the last rebuild, m.
@@ -84,7 +86,7 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     pub load_balance: LoadBalance,
     pub phases: Phases,
     /// Where the work goes, if that is to be known.
-    pub(crate) ledger: Option<Box<EnergyLedger<S, C>>>,
+    pub(crate) ledger: Option<Box<EnergyLedger<S>>>,
     /// The same of a continuum, and its energies.
     pub point_ledger: PointLedger<S>,
     /// Impulses on what holds nodes.
@@ -97,10 +99,15 @@ pub struct World<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
 pub(crate) const GRAIN_WORDS_PLANE: usize = 5;
 pub(crate) const GRAIN_WORDS_SOLID: usize = 9;
 
-impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     /// Simulated time at the end of the steps done, s.
     pub fn time(&self) -> f64 {
         self.step as f64 * self.settings.dt
+    }
+
+    /// The law of contacts, of grains with each other.
+    pub fn law(&self) -> &dyn Law<S> {
+        law_or_absent(&self.settings.contact)
     }
 
     /// One step of the continuum, and as many of grains as belong to it.
@@ -262,13 +269,14 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         }
         let keeps = self.assembly.forces_wanted || self.ledger.is_some() || self.settings.drive.servo.is_some();
         self.assembly.contacts.keep_forces(keeps);
-        let (law, times) = (self.settings.contact, self.contact_times());
+        let times = self.contact_times();
         let mut farthest = 0.0;
         let mut pass = |world: &mut Self, pairs: Part, segments: Segments| {
             let timer = world.phases.start();
-            world.assembly.contacts.pair_pass(&law, &world.assembly.grains, pairs, times);
-            let passed =
-                world.assembly.contacts.segment_pass(&law, &mut world.assembly.grains, segments, times, finish);
+            let (law, Assembly { contacts, grains, .. }) =
+                (law_or_absent(&world.settings.contact), &mut world.assembly);
+            contacts.pair_pass(law, grains, pairs, times);
+            let passed = contacts.segment_pass(law, grains, segments, times, finish);
             world.phases.split(timer.elapsed().as_secs_f64(), &passed);
             farthest = larger(farthest, passed.farthest);
         };
@@ -299,7 +307,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         let timer = self.phases.start();
         let times = self.contact_times();
         self.assembly.walls.evaluate(
-            &self.settings.contact,
+            law_or_absent(&self.settings.contact),
             &mut self.assembly.grains,
             (&self.bodies, &self.assembly.cell),
             times,

@@ -11,21 +11,18 @@ use scree_partition::Solo;
 use crate::base::error::Error;
 use crate::base::math::PI;
 use crate::base::record::Cargo;
-use crate::base::space::{Components, Linear, Plane, Solid, Space};
+use crate::base::space::{Linear, Plane, Solid, Space};
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, body_partner};
+use crate::dem::law::memory_words;
 use crate::domain::step::full_step::{FullStep, full_step};
 use crate::job::{Assembly, Job, Mpm, Scenario};
-use crate::law::contact::{ContactLaw, ForAnyLaw, with_law_of};
 use crate::prepare::grain_file::csv::{TIME, header, header_of_contacts};
 use crate::prepare::grain_file::is_lammps;
 use crate::prepare::sheared;
 use crate::run::{assembly, planar_shear, results};
 use crate::store::checkpoint::{Snapshot, progress_of, scenario_of};
 use crate::store::tables;
-
-/// A grain without its contacts.
-type Row<S> = GrainRow<S, Components<f64, 1>>;
 
 /// What is written of a grain beside its place and its size: by default its velocities as they are in the state, half a
 /// step before the positions, with which a run goes on as if it had not been interrupted.
@@ -55,8 +52,11 @@ pub fn write(state: &State, dir: &Path, file: &Path, wanted: Wanted) -> Result<(
     let job = job_of(state, dir)?;
     let time = progress_of(state)?.step as f64 * job.step();
     let text = match &job {
-        Job::Shear(job) => with_law_of(&job.contact, Export { job, state, dir, is_csv, wanted, time })?,
-        Job::Assembly(job) => with_law_of(&job.contact, Export { job, state, dir, is_csv, wanted, time })?,
+        Job::Shear(job) => Export { job, state, dir, is_csv, wanted, time }.between_plates()?,
+        Job::Assembly(job) => {
+            let export = Export { job, state, dir, is_csv, wanted, time };
+            if job.cell.dimension == 2 { export.in_cell::<Plane>()? } else { export.in_cell::<Solid>()? }
+        }
         Job::Mpm(job) if job.moves_grains() => return Err(not_yet(dir)),
         Job::Mpm(_) => return Err(no_grains(dir)),
     };
@@ -74,34 +74,23 @@ struct Export<'a, J> {
     time: f64,
 }
 
-impl ForAnyLaw for Export<'_, Scenario> {
-    type Outcome = Result<String, Error>;
-
-    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
+impl Export<'_, Scenario> {
+    fn between_plates(&self) -> Result<String, Error> {
         let layout = sheared::layout_for(self.job, self.job.specimen.height)?;
         self.text::<Plane>(sheared::cell_of(&layout), || {
-            let snapshot = Snapshot::from_state(self.state.clone())?;
-            full_step(planar_shear::world_of::<C>(self.job, Some(snapshot), &Solo)?.0)
+            let memory_words = memory_words::<Plane>(&self.job.contact);
+            let snapshot = Snapshot::from_state(self.state.clone(), memory_words)?;
+            full_step(planar_shear::world_of(self.job, Some(snapshot), &Solo)?.0)
         })
     }
 }
 
-impl ForAnyLaw for Export<'_, Assembly> {
-    type Outcome = Result<String, Error>;
-
-    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
-        match self.job.cell.dimension {
-            2 => self.in_cell::<Plane, C>(),
-            _ => self.in_cell::<Solid, C>(),
-        }
-    }
-}
-
 impl Export<'_, Assembly> {
-    fn in_cell<S: Space, C: ContactLaw<S>>(&self) -> Result<String, Error> {
+    fn in_cell<S: Space>(&self) -> Result<String, Error> {
         self.text::<S>(cell(self.state, self.job)?, || {
-            let snapshot = Snapshot::from_state(self.state.clone())?;
-            full_step(assembly::world_of::<S, C>(self.job, Some(snapshot), &Solo)?.0)
+            let memory_words = memory_words::<S>(&self.job.contact);
+            let snapshot = Snapshot::from_state(self.state.clone(), memory_words)?;
+            full_step(assembly::world_of::<S>(self.job, Some(snapshot), &Solo)?.0)
         })
     }
 }
@@ -113,7 +102,7 @@ impl<J> Export<'_, J> {
         mut cell: Cell<S>,
         now: impl FnOnce() -> Result<FullStep<S>, Error>,
     ) -> Result<String, Error> {
-        let mut grains: Vec<Row<S>> = tables::rows(self.state, "grains", &GrainRow::blank())?;
+        let mut grains: Vec<GrainRow<S>> = tables::rows(self.state, "grains", &GrainRow::blank())?;
         if grains.is_empty() {
             return Err(Error::User(format!(
                 "{}: this state has no grains; a hybrid run has them after enrichment only",
@@ -197,7 +186,7 @@ fn header_of_forces<S: Space>() -> &'static str {
 }
 
 /// `forces`: the full step whose forces are written.
-fn csv<S: Space>(grains: &[Row<S>], forces: Option<&FullStep<S>>, time: f64) -> String {
+fn csv<S: Space>(grains: &[GrainRow<S>], forces: Option<&FullStep<S>>, time: f64) -> String {
     let mut text = String::from(header::<S>());
     text.push_str(forces.map_or("", |_| header_of_forces::<S>()));
     text.push_str(&format!(",{TIME}\n"));
@@ -227,8 +216,8 @@ fn push(text: &mut String, name: impl std::fmt::Display, between: char, numbers:
 
 /// Atom style sphere. Atoms count from 1, grains from 0. Type 1 moves by itself, type 2 + n is glued to body n. LAMMPS takes
 /// the density of a data file as that of spheres; for discs it is the one that gives their mass.
-fn data<S: Space>(grains: &[Row<S>], cell: &Cell<S>, time: f64) -> Result<String, Error> {
-    let kind = |grain: &Row<S>| u64::from(grain.cold.mover.code()) + 1;
+fn data<S: Space>(grains: &[GrainRow<S>], cell: &Cell<S>, time: f64) -> Result<String, Error> {
+    let kind = |grain: &GrainRow<S>| u64::from(grain.cold.mover.code()) + 1;
     let kinds = grains.iter().map(kind).max().unwrap_or(1);
     let mut text = format!(
         "Grains of scree at time {time:?} s, atom style sphere, units si\n\n{} atoms\n{kinds} atom types\n\n{}\nAtoms # sphere\n\n",

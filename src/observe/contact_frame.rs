@@ -21,7 +21,6 @@ use crate::dem::bearing::Bearing;
 use crate::dem::grains::body_of_partner;
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::observe::frame::spread;
 
@@ -74,9 +73,7 @@ impl Cargo for Line {
 pub const BYTES_PER_LINE: usize = 8 * (6 + 2 + 1 + 4 + 3 + 2 + 1);
 
 /// The contacts as they are; a world without any gives a frame without lines. Copies of other ranks' grains must be of now.
-pub fn contact_frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-    world: &mut World<S, C, L>,
-) -> Result<Option<Frame>, Error> {
+pub fn contact_frame<S: Space, L: MaterialLaw<S>>(world: &mut World<S, L>) -> Result<Option<Frame>, Error> {
     world.refresh_ghosts();
     let Some(lines) = transfer::gather(world.transport, lines(world))? else { return Ok(None) };
     let whole = |name: &str, get: &dyn Fn(&Line) -> i64| Column {
@@ -104,8 +101,8 @@ pub fn contact_frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
 }
 
 /// Contacts of owned rows in their order: with grains of higher ids in the order of these, then with bodies.
-fn lines<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> Vec<Line> {
-    let (grains, law, times) = (&world.assembly.grains, &world.settings.contact, world.contact_times());
+fn lines<S: Space, L: MaterialLaw<S>>(world: &World<S, L>) -> Vec<Line> {
+    let (grains, law, times) = (&world.assembly.grains, world.law(), world.contact_times());
     let mut on_bodies =
         world.assembly.walls.bearings(law, grains, (&world.bodies, &world.assembly.cell), times).peekable();
     let mut lines = Vec::new();
@@ -120,7 +117,7 @@ fn lines<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) 
     lines
 }
 
-fn line<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>, bearing: &Bearing<S>) -> Line {
+fn line<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, bearing: &Bearing<S>) -> Line {
     let row = bearing.row as usize;
     let nothing = S::Vector::zero();
     let mut begin = world.assembly.grains.hot[row].position;

@@ -26,7 +26,6 @@ use crate::dem::cell::{Cell, Image, visit_image};
 use crate::dem::grains::Mover;
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::law::contact::ContactLaw;
 use crate::law::invariants::{Deformation, StressInvariants};
 use crate::law::material::MaterialLaw;
 use crate::mpm::membrane::Vertex;
@@ -123,8 +122,8 @@ fn displacement<S: Space>(position: &S::Vector, origin: &S::Vector, image: Image
 
 /// The world as it is; `depth` in m, `fraction` the packing fraction that gives a grain its share of space. All frames of a
 /// run have the same fields: those of points where it `may_have_points`.
-pub fn frame<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-    world: &mut World<S, C, L>,
+pub fn frame<S: Space, L: MaterialLaw<S>>(
+    world: &mut World<S, L>,
     depth: f64,
     fraction: f64,
     may_have_points: bool,
@@ -280,12 +279,8 @@ fn settle_grains<S: Space>(rows: &mut [Row], cell: &Cell<S>, deforms: bool) -> V
     images.into_iter().map(|(_, position)| position).collect()
 }
 
-fn grain_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-    world: &World<S, C, L>,
-    depth: f64,
-    fraction: f64,
-) -> Vec<Row> {
-    let (grains, law, times) = (&world.assembly.grains, &world.settings.contact, world.contact_times());
+fn grain_rows<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, depth: f64, fraction: f64) -> Vec<Row> {
+    let (grains, law, times) = (&world.assembly.grains, world.law(), world.contact_times());
     let on_bodies: Vec<Bearing<S>> =
         world.assembly.walls.bearings(law, grains, (&world.bodies, &world.assembly.cell), times).collect();
     let row = |row: usize| {
@@ -322,7 +317,7 @@ fn grain_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
 }
 
 /// Vertices of membranes, as discs of half a segment at rest.
-fn vertex_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> Vec<Row> {
+fn vertex_rows<S: Space, L: MaterialLaw<S>>(world: &World<S, L>) -> Vec<Row> {
     let row = |(number, vertex): (usize, &Vertex<S>)| Row {
         kind: Kind::Membrane as i64,
         id: number as u64,
@@ -336,11 +331,7 @@ fn vertex_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C
     world.continuum.membranes.vertices.iter().enumerate().map(row).collect()
 }
 
-fn point_rows<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-    world: &World<S, C, L>,
-    rows: Range<usize>,
-    depth: f64,
-) -> Vec<Row> {
+fn point_rows<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, rows: Range<usize>, depth: f64) -> Vec<Row> {
     let row = |(hot, cold): (&Hot<S, L::Memory>, &Cold<S>)| Row {
         kind: Kind::Point as i64,
         id: cold.id.0,

@@ -4,47 +4,43 @@ use scree_partition::{ExactSum, Transport};
 
 use crate::base::error::Error;
 use crate::base::math;
-use crate::base::space::{AXES, Linear, Space, Words};
+use crate::base::space::{AXES, Linear, Space};
 use crate::bodies::body::{self, Body};
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::motion::Field;
 use crate::domain::grid::Grid;
 use crate::domain::layout::{Ground, Layout};
-use crate::domain::rebuild::{Parts, Row};
+use crate::domain::rebuild::Parts;
 use crate::domain::servo::{CellDrive, Response, StressServo};
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
 use crate::job::assembly::{Assembly, Packed, Preparation, Read, Shape, Source, Velocities};
 use crate::job::figures;
-use crate::law::contact::ContactLaw;
 use crate::law::material::Absent;
 use crate::mpm::membrane::Membranes;
 use crate::prepare::grain_file;
 use crate::store::checkpoint::Drawn;
 
 /// A world of grains alone.
-pub type GrainWorld<'t, S, C> = World<'t, S, C, Absent>;
+pub type GrainWorld<'t, S> = World<'t, S, Absent>;
 
 /// Grid cells per block and axis: grains of a block stand in the order of its cells, for the sake of the caches.
 const CELLS_PER_BLOCK: usize = 4;
 
 /// The world at time zero.
-pub fn world<'t, S: Space, C: ContactLaw<S>>(
-    job: &Assembly,
-    transport: &'t dyn Transport,
-) -> Result<GrainWorld<'t, S, C>, Error> {
-    let (mut grains, cell): (Vec<Row<S, C>>, Cell<S>) = match &job.source {
+pub fn world<'t, S: Space>(job: &Assembly, transport: &'t dyn Transport) -> Result<GrainWorld<'t, S>, Error> {
+    let (mut grains, cell): (Vec<GrainRow<S>>, Cell<S>) = match &job.source {
         Source::File(read) => {
             let read = match transport.rank() {
-                0 => grain_file::read_start::<S, C>(job, read).map(|(grains, cell)| (grains, vec![cell])),
+                0 => grain_file::read_start::<S>(job, read).map(|(grains, cell)| (grains, vec![cell])),
                 _ => Ok((Vec::new(), Vec::new())),
             };
             let (grains, cell) = transfer::agree(transport, read)?;
             (grains, super::packed::same_cell(job, cell, transport)?)
         }
         Source::Packed(packed) => {
-            let packing = super::packed::make::<S, C>(job, packed, job.output.save_every(), transport)?;
+            let packing = super::packed::make::<S>(job, packed, job.output.save_every(), transport)?;
             (packing.grains, packing.cell)
         }
     };
@@ -60,13 +56,13 @@ pub fn drawn<S: Space>(job: &Assembly) -> Drawn<S> {
 }
 
 /// The world at a step.
-pub fn world_at<'t, S: Space, C: ContactLaw<S>>(
+pub fn world_at<'t, S: Space>(
     job: &Assembly,
     transport: &'t dyn Transport,
     step: u64,
-    parts: Parts<S, C, Absent>,
-) -> Result<GrainWorld<'t, S, C>, Error> {
-    World::new(settings::<S, C>(job), layout::<S>(job)?, transport, step, parts)
+    parts: Parts<S, Absent>,
+) -> Result<GrainWorld<'t, S>, Error> {
+    World::new(settings::<S>(job), layout::<S>(job)?, transport, step, parts)
 }
 
 /// The cell as drawn.
@@ -117,7 +113,7 @@ pub fn layout_of<S: Space>(job: &Assembly, cell: &Cell<S>) -> Result<Layout, Err
     Layout::new::<S>(ground).map_err(Error::User)
 }
 
-fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent> {
+fn settings<S: Space>(job: &Assembly) -> Settings<S, Absent> {
     let mut gradient = S::Tensor::zero();
     for i in 0..S::DIMENSION {
         for j in 0..S::DIMENSION {
@@ -142,14 +138,14 @@ fn settings<S: Space, C: ContactLaw<S>>(job: &Assembly) -> Settings<S, C, Absent
 }
 
 /// Settings of a world of this job whose cell is driven otherwise, and whose grains start from velocities of time zero.
-pub fn settings_in<S: Space, C: ContactLaw<S>>(job: &Assembly, drive: CellDrive<S>) -> Settings<S, C, Absent> {
+pub fn settings_in<S: Space>(job: &Assembly, drive: CellDrive<S>) -> Settings<S, Absent> {
     Settings {
         dt: job.step,
         grain_steps: 1,
         skin: job.skin,
         grid: Grid::blend(0.0),
         loads: Vec::new(),
-        contact: C::from_contact(&job.contact).expect("the run was given the job's law"),
+        contact: Some(job.contact),
         material: Absent,
         field: Field { gravity: vector::<S>(&job.gravity), damping: job.damping },
         drive,
@@ -169,7 +165,7 @@ pub fn volume<S: Space>(cell: &Cell<S>, job: &Assembly) -> f64 {
 }
 
 /// Volume of all grains, m3.
-pub fn solid_volume<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, job: &Assembly) -> Result<f64, Error> {
+pub fn solid_volume<S: Space>(world: &GrainWorld<S>, job: &Assembly) -> Result<f64, Error> {
     let mut sum = ExactSum::<1>::new();
     for hot in &world.assembly.grains.hot[..world.assembly.grains.owned] {
         sum.add(0, S::grain_volume(hot.radius, job.cell.depth));
@@ -178,7 +174,7 @@ pub fn solid_volume<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, job: &
 }
 
 /// Packing fraction of the cell as it is.
-pub fn fraction<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>, job: &Assembly) -> Result<f64, Error> {
+pub fn fraction<S: Space>(world: &GrainWorld<S>, job: &Assembly) -> Result<f64, Error> {
     Ok(solid_volume(world, job)? / volume(&world.assembly.cell, job))
 }
 
@@ -225,11 +221,7 @@ pub(crate) fn body_of<S: Space>(body: &crate::job::assembly::Body) -> Body<S> {
 }
 
 /// Hands the grains in their regions to layers; a layer without grains would move nothing and feel nothing.
-fn glue_layers<S: Space, M: Words<f64>>(
-    job: &Assembly,
-    grains: &mut [GrainRow<S, M>],
-    cell: &Cell<S>,
-) -> Result<(), Error> {
+fn glue_layers<S: Space>(job: &Assembly, grains: &mut [GrainRow<S>], cell: &Cell<S>) -> Result<(), Error> {
     for (index, body) in job.bodies.iter().enumerate() {
         let Shape::Layer { lower, upper } = &body.shape else { continue };
         if glue(grains, index as u8, lower, upper) > 0 {
@@ -250,7 +242,7 @@ fn glue_layers<S: Space, M: Words<f64>>(
 }
 
 /// Hands the grains in a box to a body; returns how many there are.
-fn glue<S: Space, M: Words<f64>>(grains: &mut [GrainRow<S, M>], body: u8, lower: &[f64; 3], upper: &[f64; 3]) -> usize {
+fn glue<S: Space>(grains: &mut [GrainRow<S>], body: u8, lower: &[f64; 3], upper: &[f64; 3]) -> usize {
     let mut count = 0;
     for grain in grains {
         let inside = (0..S::DIMENSION).all(|axis| (lower[axis]..=upper[axis]).contains(&grain.hot.position[axis]));

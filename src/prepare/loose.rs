@@ -3,7 +3,7 @@
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
 use crate::base::math::PI;
-use crate::base::space::{Linear, Plane, Space, Words};
+use crate::base::space::{Linear, Plane, Space};
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
 use crate::job::Scenario;
@@ -21,14 +21,14 @@ const FRACTION_EXPECTED: f64 = 0.845;
 const GLUED_LAYER: f64 = 3.0;
 
 /// Grains as thrown, and the height of the upper plate's face above the lower's, m.
-pub struct Thrown<M> {
-    pub grains: Vec<GrainRow<Plane, M>>,
+pub struct Thrown {
+    pub grains: Vec<GrainRow<Plane>>,
     pub height: f64,
 }
 
 /// Glues the outer layers of a packing between faces at 0 and `height` to the plates, and lowers everything so that the
 /// lower face is at y = 0 again; returns the height between the new faces, m.
-pub fn glue_layers<M: Words<f64>>(scenario: &Scenario, height: f64, grains: &mut [GrainRow<Plane, M>]) -> f64 {
+pub fn glue_layers(scenario: &Scenario, height: f64, grains: &mut [GrainRow<Plane>]) -> f64 {
     let depth = glued_depth(scenario);
     for grain in grains.iter_mut() {
         if grain.hot.position[1] < depth {
@@ -65,7 +65,7 @@ pub fn count_of(scenario: &Scenario) -> usize {
 }
 
 /// Throws the grains: free ones at random places without overlap, row by row the glued ones of both plates.
-pub fn throw<M: Words<f64>>(scenario: &Scenario) -> Result<Thrown<M>, Error> {
+pub fn throw(scenario: &Scenario) -> Result<Thrown, Error> {
     let width = scenario.specimen.width;
     let (mean, deviation) = (scenario.grains.diameter_mean, scenario.grains.diameter_deviation);
     let sizes = Sizes::Normal { mean, deviation };
@@ -84,13 +84,13 @@ pub fn throw<M: Words<f64>>(scenario: &Scenario) -> Result<Thrown<M>, Error> {
     let free = |(id, (place, radius)): (usize, (&<Plane as Space>::Vector, &f64))| {
         GrainRow::resting(GrainId(id as u64), *place, *radius, mass_of(scenario, *radius), Mover::Free)
     };
-    let mut grains: Vec<GrainRow<Plane, M>> = places.iter().zip(&radii).enumerate().map(free).collect();
+    let mut grains: Vec<GrainRow<Plane>> = places.iter().zip(&radii).enumerate().map(free).collect();
     glue_rows(scenario, height, &mut grains);
     Ok(Thrown { grains, height })
 }
 
 /// One row of mean grains, shoulder to shoulder, makes each plate rough; its outermost points lie on the plate's face.
-fn glue_rows<M: Words<f64>>(scenario: &Scenario, height: f64, grains: &mut Vec<GrainRow<Plane, M>>) {
+fn glue_rows(scenario: &Scenario, height: f64, grains: &mut Vec<GrainRow<Plane>>) {
     let width = scenario.specimen.width;
     let number = (width / scenario.grains.diameter_mean).floor().max(1.0) as usize;
     let radius = 0.5 * width / number as f64;

@@ -24,11 +24,12 @@ use super::cache::Held;
 use crate::base::error::Error;
 use crate::base::math;
 use crate::base::space::Space;
+use crate::dem::law::memory_words;
 use crate::domain::meter::Meter;
 use crate::domain::stop::{self, Wish};
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::law::contact::ContactLaw;
+use crate::law::contact::Contact;
 use crate::law::material::MaterialLaw;
 use crate::prepare::sheared::on_root;
 use crate::store::checkpoint::{self, Progress, Snapshot, Target};
@@ -131,15 +132,15 @@ impl<'t> Making<'t> {
         self.left.take_if(|(left, _)| left.attempt != attempt);
     }
 
-    /// The state in which this attempt was left, where it was; rank 0 holds it. Collective.
-    pub fn taken_up<S, C, L>(&mut self) -> Result<Option<LeftOf<S, C, L>>, Error>
+    /// The state in which this attempt was left, under that law, where it was; rank 0 holds it. Collective.
+    pub fn taken_up<S, L>(&mut self, contact: &Contact) -> Result<Option<LeftOf<S, L>>, Error>
     where
         S: Space,
-        C: ContactLaw<S>,
         L: MaterialLaw<S>,
     {
         let Some((_, state)) = &mut self.left else { return Ok(None) };
-        let snapshot = transfer::agree(self.transport, state.take().map(Snapshot::from_state).transpose())?;
+        let read = |state| Snapshot::from_state(state, memory_words::<S>(contact));
+        let snapshot = transfer::agree(self.transport, state.take().map(read).transpose())?;
         if let Some(snapshot) = &snapshot {
             tracing::info!(step = snapshot.progress.step, "going on with a packing in the making");
         }
@@ -154,12 +155,12 @@ impl<'t> Making<'t> {
     /// Steps a world under the settings of a leg until everything rests. One that a taken-up state has behind it is passed over.
     /// Settings that a look changes, or that depend on the world as the leg found it, must be in the notes of the leg: they are
     /// empty when it begins, and as they were when it is gone on with, which calls `set` again.
-    pub fn bring_to_rest<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+    pub fn bring_to_rest<S: Space, L: MaterialLaw<S>>(
         &mut self,
-        world: &mut World<'_, S, C, L>,
+        world: &mut World<'_, S, L>,
         leg: Leg,
-        set: impl FnOnce(&mut World<'_, S, C, L>, &mut Notes),
-        mut look: impl FnMut(&mut World<'_, S, C, L>, &mut Notes) -> Result<Look, Error>,
+        set: impl FnOnce(&mut World<'_, S, L>, &mut Notes),
+        mut look: impl FnMut(&mut World<'_, S, L>, &mut Notes) -> Result<Look, Error>,
     ) -> Result<(), Error> {
         self.at.leg += 1;
         match self.left.take_if(|(left, _)| left.leg <= self.at.leg) {
@@ -201,11 +202,7 @@ impl<'t> Making<'t> {
     }
 
     /// The steps that are left until the next look; saves and stops on the way where that is wished.
-    fn step<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-        &mut self,
-        world: &mut World<'_, S, C, L>,
-        look_every: u64,
-    ) -> Result<(), Error> {
+    fn step<S: Space, L: MaterialLaw<S>>(&mut self, world: &mut World<'_, S, L>, look_every: u64) -> Result<(), Error> {
         while self.at.since < look_every {
             world.wish = self.wish();
             world.advance()?;
@@ -227,7 +224,7 @@ impl<'t> Making<'t> {
     }
 
     /// Writes the state as it is, and where in the making that is. Collective.
-    fn save<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(&mut self, world: &World<'_, S, C, L>) -> Result<(), Error> {
+    fn save<S: Space, L: MaterialLaw<S>>(&mut self, world: &World<'_, S, L>) -> Result<(), Error> {
         let started = Instant::now();
         let target = on_root(self.transport, || {
             let held = self.held.as_ref().expect("rank 0 holds the packing");
@@ -245,7 +242,7 @@ impl<'t> Making<'t> {
     }
 
     /// Keeps time for the last save.
-    fn reserve<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(&self, world: &World<'_, S, C, L>, took: Duration) {
+    fn reserve<S: Space, L: MaterialLaw<S>>(&self, world: &World<'_, S, L>, took: Duration) {
         let rows = world.grains_total + world.points_total;
         stop::reserve(stop::RESERVE_LEAST + (2 * took).max(stop::ROW_SAVED * rows as u32));
     }
@@ -275,10 +272,10 @@ impl<'t> Making<'t> {
 }
 
 /// A state that was left, on rank 0.
-pub type LeftOf<S, C, L> = Option<SnapshotOf<S, C, L>>;
+pub type LeftOf<S, L> = Option<SnapshotOf<S, L>>;
 
 /// A state with the memories of laws.
-pub type SnapshotOf<S, C, L> = Snapshot<S, <C as ContactLaw<S>>::Memory<f64>, <L as MaterialLaw<S>>::Memory>;
+pub type SnapshotOf<S, L> = Snapshot<S, <L as MaterialLaw<S>>::Memory>;
 
 /// What a stopped process has left, if it can be read; what cannot is begun again.
 fn left_in(held: &Held) -> Option<(Position, State)> {

@@ -9,7 +9,6 @@ use crate::base::symmetric::Symmetric;
 use crate::bodies::body::{Body, Instant, Servo, Shape, Side};
 use crate::domain::rebuild::Parts;
 use crate::job::{Method, Scenario, derived};
-use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
 use crate::prepare::sheared::{self, Packing, PlanarWorld, cell_of, layout_for, settings_of_run};
 use crate::store::checkpoint::PlanarPoint;
@@ -40,8 +39,8 @@ pub fn bodies(scenario: &Scenario, height: f64) -> Vec<Body<Plane>> {
 }
 
 /// What the material of a job starts from.
-pub struct Start<C: ContactLaw<Plane>> {
-    pub packing: Packing<C>,
+pub struct Start {
+    pub packing: Packing,
     /// Of the specimen, m: the packing's, where that is not a lower one.
     pub height: f64,
     /// Of the specimen without plates, kg.
@@ -51,7 +50,7 @@ pub struct Start<C: ContactLaw<Plane>> {
 }
 
 /// The packing, or for a continuum alone with a stated packing fraction the specimen as it is drawn.
-pub fn prepare<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport) -> Result<Start<C>, Error> {
+pub fn prepare(scenario: &Scenario, transport: &dyn Transport) -> Result<Start, Error> {
     let stated = scenario.continuum.fraction_start;
     let specimen = &scenario.specimen;
     let mass_at =
@@ -82,11 +81,7 @@ fn as_high_as(scenario: &Scenario, height: f64) -> Scenario {
 }
 
 /// The world at time zero.
-pub fn world<'t, C: ContactLaw<Plane>>(
-    scenario: &Scenario,
-    transport: &'t dyn Transport,
-    start: Start<C>,
-) -> Result<PlanarWorld<'t, C>, Error> {
+pub fn world<'t>(scenario: &Scenario, transport: &'t dyn Transport, start: Start) -> Result<PlanarWorld<'t>, Error> {
     let height = start.height;
     let points = if scenario.method.has_points() { points(scenario, transport, &start) } else { Vec::new() };
     let grains = if scenario.method == Method::Dem { start.packing.grains } else { Vec::new() };
@@ -99,7 +94,7 @@ pub fn world<'t, C: ContactLaw<Plane>>(
 
 /// Material points on a regular grid between the faces, under the isotropic stress that the packing was made with. Each
 /// rank makes some of the rows.
-fn points<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport, start: &Start<C>) -> Vec<PlanarPoint> {
+fn points(scenario: &Scenario, transport: &dyn Transport, start: &Start) -> Vec<PlanarPoint> {
     let (width, height) = (scenario.specimen.width, start.height);
     let continuum = &scenario.continuum;
     let spacing = continuum.cell / continuum.points_per_cell as f64;

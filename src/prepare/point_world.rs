@@ -16,7 +16,7 @@ use crate::domain::rebuild::Parts;
 use crate::domain::servo::CellDrive;
 use crate::domain::world::{Settings, World};
 use crate::job::mpm::{self, BodyContact, InitialStress, LoadKind, Mpm, Path};
-use crate::law::contact::{Absent, ContactLaw};
+use crate::law::contact::Contact;
 use crate::law::material::{Counted, CountedMemory, MaterialLaw};
 use crate::mpm::load::{Kind, Load};
 use crate::mpm::membrane::{self, Membrane, Membranes, Vertex};
@@ -26,7 +26,7 @@ use crate::prepare::grain_world::{body_of, vector};
 use crate::store::checkpoint::Drawn;
 
 /// A world of points alone, of a law with its dissipation.
-pub type PointWorld<'t, S, L> = World<'t, S, Absent, Counted<L>>;
+pub type PointWorld<'t, S, L> = World<'t, S, Counted<L>>;
 
 /// Cells behind the walls, at least: nodes there belong to functions of points beside a wall.
 const RIM: usize = 2;
@@ -58,9 +58,9 @@ pub fn world_at<'t, S: Space, L: MaterialLaw<S>>(
     law: &L,
     transport: &'t dyn Transport,
     step: u64,
-    parts: Parts<S, Absent, Counted<L>>,
+    parts: Parts<S, Counted<L>>,
 ) -> Result<PointWorld<'t, S, L>, Error> {
-    let settings = settings(job, Counted(law.clone()), Absent);
+    let settings = settings(job, Counted(law.clone()), None);
     World::new(settings, layout::<S>(job)?, transport, step, parts)
 }
 
@@ -130,11 +130,11 @@ pub(crate) fn bodies<S: Space>(job: &Mpm) -> Vec<Body<S>> {
 }
 
 /// Settings of a job's run by its laws.
-pub(crate) fn settings<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
+pub(crate) fn settings<S: Space, L: MaterialLaw<S>>(
     job: &Mpm,
     material: L,
-    contact: C,
-) -> Settings<S, C, L> {
+    contact: Option<Contact>,
+) -> Settings<S, L> {
     let density = job.material.density;
     let impedance = [material.p_wave_modulus(), material.shear_modulus()].map(|modulus| (modulus * density).sqrt());
     Settings {

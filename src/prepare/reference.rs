@@ -9,8 +9,9 @@ use crate::base::space::{Linear, Plane, Space};
 use crate::bodies::body::Body;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
+use crate::dem::law::memory_words;
 use crate::domain::transfer;
-use crate::law::contact::ContactLaw;
+use crate::law::contact::Contact;
 use crate::prepare::packed::Packing;
 use crate::prepare::sheared::{self, Grain, PlanarWorld, on_root, read_state};
 use crate::store::tables;
@@ -37,40 +38,41 @@ pub trait StartState {
 }
 
 /// Grains of the packing near a zone, in the order of their ids, on every rank.
-pub struct Reference<C: ContactLaw<Plane>> {
-    pub grains: Vec<Grain<C>>,
+pub struct Reference {
+    pub grains: Vec<Grain>,
     /// Where the packing's bodies stood, as displacements, m; none where bodies stand where the job has them.
     pub seats: Vec<Vector>,
 }
 
-impl<C: ContactLaw<Plane>> Reference<C> {
+impl Reference {
     /// The packing in `file` as it lies. Of tiles only those grains that `is_wanted` asks for by number and place, since all of them may
     /// be too many; `middle` is that of the zone, m. Collective.
     pub fn read(
-        world: &PlanarWorld<C>,
+        world: &PlanarWorld,
         file: &Path,
         (lies, middle): (Lies<'_>, f64),
         is_wanted: impl Fn(GrainId, &Vector) -> bool,
     ) -> Result<Self, Error> {
         let transport = world.transport;
+        let contact = world.settings.contact.as_ref().expect("a packing has a contact law");
         match lies {
             Lies::Whole | Lies::Around => {
                 let read = on_root(transport, || {
                     let state = read_state(file)?;
                     let bodies = sheared::bodies_of(&state)?;
-                    Ok((sheared::of_state(state)?, bodies))
+                    Ok((sheared::of_state(state, contact)?, bodies))
                 });
                 let ((mut grains, height), bodies) = transfer::agree(transport, read)?.unwrap_or_default();
                 if matches!(lies, Lies::Around) {
                     let up = Vector::new(0.0, middle - 0.5 * height);
-                    grains.iter_mut().for_each(|grain| lift::<C>(grain, up));
+                    grains.iter_mut().for_each(|grain| lift(grain, up));
                 }
                 let bodies: Vec<Body<Plane>> = transfer::broadcast(transport, bodies)?;
                 let seats = bodies.iter().map(|body| body.displacement).collect();
                 Ok(Self { grains: transfer::broadcast(transport, grains)?, seats })
             }
             Lies::Tiled(start) => {
-                let read = on_root(transport, || read_piece::<C>(file));
+                let read = on_root(transport, || read_piece(file, contact));
                 let (grains, cells) = transfer::agree(transport, read)?.unwrap_or_default();
                 let grains = transfer::broadcast(transport, grains)?;
                 let cell = transfer::broadcast(transport, cells)?.remove(0);
@@ -81,33 +83,29 @@ impl<C: ContactLaw<Plane>> Reference<C> {
     }
 }
 
-fn lift<C: ContactLaw<Plane>>(grain: &mut Grain<C>, up: Vector) {
+fn lift(grain: &mut Grain, up: Vector) {
     for place in [&mut grain.hot.position, &mut grain.cold.origin, &mut grain.cold.home] {
         *place += up;
     }
 }
 
-type Piece<C> = (Vec<Grain<C>>, Vec<Cell<Plane>>);
+type Piece = (Vec<Grain>, Vec<Cell<Plane>>);
 
 /// What [`crate::prepare::packed::state_of`] wrote: grains, and the cell that they fill from its lower corner.
-fn read_piece<C: ContactLaw<Plane>>(file: &Path) -> Result<Piece<C>, Error> {
+fn read_piece(file: &Path, contact: &Contact) -> Result<Piece, Error> {
     let mut state = read_state(file)?;
     let cells = tables::rows(&state, "cell", &crate::base::record::Cargo::blank())?;
     match cells.is_empty() {
         true => {
             Err(Error::User(format!("{}: the cell of the packing is missing; the file is damaged", file.display())))
         }
-        false => Ok((tables::to_grains(&mut state)?, cells)),
+        false => Ok((tables::to_grains(&mut state, memory_words::<Plane>(contact))?, cells)),
     }
 }
 
 /// Grains of all pieces that a domain holds which are wanted and touch no body. Contacts of a piece are with grains of the same piece
 /// that may lie across its border, so none is kept; a compression without friction leaves next to nothing along them.
-fn tiled<C: ContactLaw<Plane>>(
-    world: &PlanarWorld<C>,
-    piece: &Packing<Plane, C>,
-    is_wanted: impl Fn(GrainId, &Vector) -> bool,
-) -> Vec<Grain<C>> {
+fn tiled(world: &PlanarWorld, piece: &Packing<Plane>, is_wanted: impl Fn(GrainId, &Vector) -> bool) -> Vec<Grain> {
     let layout = &world.subdomain.layout;
     let edges = [piece.cell.edges[0], piece.cell.edges[3]];
     let copies = [0, 1].map(|axis| (layout.cells[axis] as f64 * layout.cell / edges[axis]).ceil() as u64);

@@ -8,20 +8,21 @@ use scree_partition::Transport;
 
 use crate::base::error::Error;
 use crate::base::record::{Cargo, to_table};
-use crate::base::space::{Linear, Plane, Space, Words};
+use crate::base::space::{Linear, Plane, Space};
 use crate::bodies::body::{Body, Servo, Shape, Side};
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Tie};
+use crate::dem::law::memory_words;
 use crate::dem::motion::Field;
 use crate::domain::grid::Grid;
 use crate::domain::layout::Layout;
-use crate::domain::rebuild::{self, Parts, is_glued};
+use crate::domain::rebuild::{Parts, is_glued};
 use crate::domain::servo::CellDrive;
 use crate::domain::stop::{self, Wish};
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
 use crate::job::{Scenario, derived};
-use crate::law::contact::{Contact, ContactLaw};
+use crate::law::contact::Contact;
 use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
 use crate::mpm::membrane::Membranes;
 use crate::prepare::cache::{Found, Place};
@@ -32,15 +33,15 @@ use crate::store::checkpoint::{self, Drawn};
 use crate::store::tables;
 
 /// The world that jobs between plates run in.
-pub type PlanarWorld<'t, C> = World<'t, Plane, C, CriticalDruckerPrager>;
+pub type PlanarWorld<'t> = World<'t, Plane, CriticalDruckerPrager>;
 /// Its grains.
-pub type Grain<C> = rebuild::Row<Plane, C>;
+pub type Grain = GrainRow<Plane>;
 
 type Vector = <Plane as Space>::Vector;
 
 /// A finished packing: rows on rank 0 only, in canonical order; the rest everywhere.
-pub struct Packing<C: ContactLaw<Plane>> {
-    pub grains: Vec<Grain<C>>,
+pub struct Packing {
+    pub grains: Vec<Grain>,
     /// Distance of the plates' faces, m.
     pub height: f64,
     /// Mass of the free grains, kg, and their packing fraction between the faces.
@@ -70,17 +71,14 @@ pub fn layout_for(scenario: &Scenario, height: f64) -> Result<Layout, Error> {
 }
 
 /// Settings of a world of this job's grains alone, with constants of its own in their law.
-pub fn settings_for<C: ContactLaw<Plane>>(
-    scenario: &Scenario,
-    contact: &Contact,
-) -> Settings<Plane, C, CriticalDruckerPrager> {
+pub fn settings_for(scenario: &Scenario, contact: &Contact) -> Settings<Plane, CriticalDruckerPrager> {
     Settings {
         dt: scenario.time.step,
         grain_steps: 1,
         skin: scenario.decomposition.skin,
         grid: Grid::blend(scenario.continuum.flip),
         loads: Vec::new(),
-        contact: C::from_contact(contact).expect("the run was given the job's law"),
+        contact: Some(*contact),
         material: CriticalDruckerPrager::of(&scenario.continuum.constants()),
         field: Field::default(),
         drive: CellDrive::default(),
@@ -90,7 +88,7 @@ pub fn settings_for<C: ContactLaw<Plane>>(
 }
 
 /// Settings of the run of this job.
-pub fn settings_of_run<C: ContactLaw<Plane>>(scenario: &Scenario) -> Settings<Plane, C, CriticalDruckerPrager> {
+pub fn settings_of_run(scenario: &Scenario) -> Settings<Plane, CriticalDruckerPrager> {
     let settings = settings_for(scenario, &scenario.contact);
     Settings { grain_steps: derived::grain_steps(scenario), ..settings }
 }
@@ -107,31 +105,29 @@ pub fn cell_of(layout: &Layout) -> Cell<Plane> {
 }
 
 /// The job's packing: read from its grain file, from the cache, or made now and cached.
-pub fn prepare<C: ContactLaw<Plane>>(scenario: &Scenario, transport: &dyn Transport) -> Result<Packing<C>, Error> {
+pub fn prepare(scenario: &Scenario, transport: &dyn Transport) -> Result<Packing, Error> {
     if let Some(file) = &scenario.grains.file {
         let grains = transfer::agree(transport, on_root(transport, || grain_file::read(scenario, file)))?;
         return measured(scenario, transport, grains.unwrap_or_default(), scenario.specimen.height);
     }
     let place = Place::new(&scenario.packing.cache, "packing", &recipe::sheared(scenario));
-    let (grains, height) = match place.find(transport, scenario.output.save_every(), of_state)? {
-        Found::There(found) => {
-            let (grains, height) = found.unwrap_or_default();
-            (grains, share(transport, height))
-        }
-        Found::ToMake(mut making) => {
-            let (mut grains, height) = make::<C>(scenario, &mut making)?;
-            making.finish(|| state_of(&mut grains, height, &mut []))?;
-            (grains, height)
-        }
-    };
+    let (grains, height) =
+        match place.find(transport, scenario.output.save_every(), |state| of_state(state, &scenario.contact))? {
+            Found::There(found) => {
+                let (grains, height) = found.unwrap_or_default();
+                (grains, share(transport, height))
+            }
+            Found::ToMake(mut making) => {
+                let (mut grains, height) = make(scenario, &mut making)?;
+                making.finish(|| state_of(&mut grains, &scenario.contact, height, &mut []))?;
+                (grains, height)
+            }
+        };
     measured(scenario, transport, grains, height)
 }
 
 /// That many steps of a packing in the making, unless any rank is asked to stop.
-pub fn steps<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-    world: &mut World<'_, S, C, L>,
-    count: u64,
-) -> Result<(), Error> {
+pub fn steps<S: Space, L: MaterialLaw<S>>(world: &mut World<'_, S, L>, count: u64) -> Result<(), Error> {
     for _ in 0..count {
         world.wish = stop::wish();
         world.advance()?;
@@ -153,12 +149,7 @@ pub(crate) fn share(transport: &dyn Transport, number: f64) -> f64 {
     f64::from_le_bytes(bytes.try_into().expect("eight bytes were sent"))
 }
 
-fn measured<C: ContactLaw<Plane>>(
-    scenario: &Scenario,
-    transport: &dyn Transport,
-    grains: Vec<Grain<C>>,
-    height: f64,
-) -> Result<Packing<C>, Error> {
+fn measured(scenario: &Scenario, transport: &dyn Transport, grains: Vec<Grain>, height: f64) -> Result<Packing, Error> {
     let mass = share(transport, grains.iter().filter(|grain| !is_glued(grain)).map(|grain| grain.hot.mass).sum());
     let volume = scenario.specimen.width * height * scenario.specimen.depth;
     Ok(Packing { grains, height, mass, fraction: mass / (scenario.grains.density * volume) })
@@ -172,7 +163,7 @@ const LOOK_EVERY: u64 = 1000;
 const STEPS_MAX: u64 = 20_000_000;
 
 /// Throws and compresses. Rows on rank 0.
-fn make<C: ContactLaw<Plane>>(scenario: &Scenario, making: &mut Making) -> Result<(Vec<Grain<C>>, f64), Error> {
+fn make(scenario: &Scenario, making: &mut Making) -> Result<(Vec<Grain>, f64), Error> {
     let transport = making.transport();
     let thrown = throw(scenario)?;
     let stress = scenario.packing.stress;
@@ -185,7 +176,7 @@ fn make<C: ContactLaw<Plane>>(scenario: &Scenario, making: &mut Making) -> Resul
         membranes: Membranes::default(),
     };
     making.begin(0);
-    let (parts, step) = match making.taken_up::<Plane, C, CriticalDruckerPrager>()? {
+    let (parts, step) = match making.taken_up::<Plane, CriticalDruckerPrager>(&scenario.contact)? {
         Some(snapshot) => {
             let (parts, progress) = checkpoint::restore(snapshot, |_, _| Ok(drawn), transport)?;
             (parts, progress.step)
@@ -196,7 +187,7 @@ fn make<C: ContactLaw<Plane>>(scenario: &Scenario, making: &mut Making) -> Resul
             (Parts::fresh(grains, Vec::new(), drawn.bodies, drawn.cell), 0)
         }
     };
-    let mut world = PlanarWorld::<C>::new(settings, layout, transport, step, parts)?;
+    let mut world = PlanarWorld::new(settings, layout, transport, step, parts)?;
     let goal = scenario.packing.energy_ratio_max;
     let leg = Leg { name: "compressing", rebuilds: false, look_every: LOOK_EVERY, calm_looks: 1, goal };
     making.bring_to_rest(&mut world, leg, |_, _| (), |world, _| {
@@ -242,7 +233,7 @@ fn pressing_plates(scenario: &Scenario, height: f64, load: f64) -> Vec<Body<Plan
 
 /// A grain of a finished packing is at rest, its origin is where it is, and nothing is left of what tied it to membranes: a file has no ties,
 /// and what comes out of one must be what went into it.
-pub fn settle<S: Space, M>(grain: &mut GrainRow<S, M>) {
+pub fn settle<S: Space>(grain: &mut GrainRow<S>) {
     grain.tie = Tie::loose();
     grain.hot.velocity = S::Vector::zero();
     grain.hot.spin = S::Spin::zero();
@@ -251,10 +242,10 @@ pub fn settle<S: Space, M>(grain: &mut GrainRow<S, M>) {
     grain.cold.image = [0; 3];
 }
 
-/// A packing as a state, with the bodies that its grains have come to rest at.
-pub fn state_of<M: Words<f64>>(grains: &mut [GrainRow<Plane, M>], height: f64, bodies: &mut [Body<Plane>]) -> State {
+/// A packing under a contact law as a state, with the bodies that its grains have come to rest at.
+pub fn state_of(grains: &mut [GrainRow<Plane>], contact: &Contact, height: f64, bodies: &mut [Body<Plane>]) -> State {
     let attributes = [(HEIGHT.to_string(), format!("{height:?}"))].into();
-    let mut tables = Vec::from(tables::of_grains(grains));
+    let mut tables = Vec::from(tables::of_grains(grains, memory_words::<Plane>(contact)));
     if !bodies.is_empty() {
         tables.push(to_table("bodies", bodies, &mut Body::blank()));
     }
@@ -272,10 +263,10 @@ pub fn bodies_of(state: &State) -> Result<Vec<Body<Plane>>, Error> {
 }
 
 /// Grains and height of what [`state_of`] made.
-pub fn of_state<M: Words<f64>>(mut state: State) -> Result<(Vec<GrainRow<Plane, M>>, f64), Error> {
+pub fn of_state(mut state: State, contact: &Contact) -> Result<(Vec<GrainRow<Plane>>, f64), Error> {
     let height = state.attributes.get(HEIGHT).and_then(|height| height.parse().ok());
     let height = height.ok_or_else(|| Error::User("the packing's height is missing".to_string()))?;
-    Ok((tables::to_grains(&mut state)?, height))
+    Ok((tables::to_grains(&mut state, memory_words::<Plane>(contact))?, height))
 }
 
 /// Reads the packing in a run's folder.
@@ -290,7 +281,6 @@ mod tests {
     use super::*;
     use crate::domain::stop::lives;
     use crate::job::Job;
-    use crate::law::contact::LinearSpringDashpot as Law;
 
     const QUICKSTART: &str = include_str!("../../jobs/quickstart.toml");
 
@@ -310,7 +300,7 @@ mod tests {
             Ok(Job::Shear(scenario)) => scenario,
             other => panic!("{other:?}"),
         };
-        let (made, lives) = lives::of(steps, || prepare::<Law>(&scenario, &Solo));
+        let (made, lives) = lives::of(steps, || prepare(&scenario, &Solo));
         (format!("{:?} {}", made.grains, made.height), lives)
     }
 

@@ -12,6 +12,7 @@ use crate::base::record::{Cargo, to_table};
 use crate::base::space::{Linear, Plane, Space};
 use crate::bodies::body::{Body, Servo};
 use crate::dem::grains::{GrainRow, Mover};
+use crate::dem::law::memory_words;
 use crate::dem::motion::{Damping, DampingForm, Field};
 use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
@@ -20,7 +21,7 @@ use crate::job::Method;
 use crate::job::assembly::{Packed, Preparation, Source};
 use crate::job::mpm::figures::bounding_box;
 use crate::job::mpm::{BodyContact, Granular, Mpm, Origin, RigidBody};
-use crate::law::contact::ContactLaw;
+use crate::law::contact::Contact;
 use crate::law::material::CriticalDruckerPrager;
 use crate::mpm::membrane::Vertex;
 use crate::prepare::cache::{Found, Place};
@@ -33,16 +34,16 @@ use crate::store::tables;
 type Vector = <Plane as Space>::Vector;
 
 /// What a run begins with.
-pub struct Specimen<C: ContactLaw<Plane>> {
+pub struct Specimen {
     /// On rank 0 only, in the order of their ids; at rest, contacts with their memories.
-    pub grains: Vec<Grain<C>>,
+    pub grains: Vec<Grain>,
     /// Bodies where grains have stopped them, and vertices where grains have; on every rank.
     pub bodies: Vec<Body<Plane>>,
     pub vertices: Vec<Vertex<Plane>>,
     /// Packing fraction of the piece.
     pub fraction: f64,
     /// The piece itself, where zones are made of it.
-    pub piece: Option<packed::Packing<Plane, C>>,
+    pub piece: Option<packed::Packing<Plane>>,
 }
 
 /// Damping of grains that come to rest, against the ground per t_p = d sqrt(rho/p), and local.
@@ -71,15 +72,11 @@ const STEPS_MAX: u64 = 5_000_000;
 const FRICTION_ROUGH: f64 = 1e3;
 
 /// The specimen of a job: from the cache, or made now and cached. Collective.
-pub fn specimen<C: ContactLaw<Plane>>(
-    job: &Mpm,
-    granular: &Granular,
-    transport: &dyn Transport,
-) -> Result<Specimen<C>, Error> {
+pub fn specimen(job: &Mpm, granular: &Granular, transport: &dyn Transport) -> Result<Specimen, Error> {
     let packed = packed_of(granular);
     // The piece is no run and has no output of its own.
     let save_every = job.output.save_every();
-    let piece = packed::make::<Plane, C>(&granular.piece, packed, save_every, transport)?;
+    let piece = packed::make::<Plane>(&granular.piece, packed, save_every, transport)?;
     let depth = job.grid.depth;
     let solid: f64 = piece.grains.iter().map(|grain| Plane::grain_volume(grain.hot.radius, depth)).sum();
     let fraction = share(transport, solid / (piece.cell.volume() * depth));
@@ -93,18 +90,19 @@ pub fn specimen<C: ContactLaw<Plane>>(
         return Ok(Specimen { grains: Vec::new(), bodies, vertices, fraction, piece: is_tiled.then_some(piece) });
     }
     let place = Place::new(&packed.cache, "specimen", &recipe::specimen(job, granular, way_of_seat));
-    let (grains, bodies, vertices) = match place.find(transport, save_every, of_state::<C>)? {
-        Found::There(found) => found.unwrap_or_default(),
-        Found::ToMake(mut making) => {
-            if transport.rank() == 0 {
-                let file = place.file().display();
-                tracing::info!("making the specimen, which other runs of its kind will share: {file}");
+    let (grains, bodies, vertices) =
+        match place.find(transport, save_every, |state| of_state(state, &granular.piece.contact))? {
+            Found::There(found) => found.unwrap_or_default(),
+            Found::ToMake(mut making) => {
+                if transport.rank() == 0 {
+                    let file = place.file().display();
+                    tracing::info!("making the specimen, which other runs of its kind will share: {file}");
+                }
+                let mut rested = rested(job, granular, &piece, &mut making)?;
+                making.finish(|| state_of(&mut rested, &granular.piece.contact))?;
+                rested
             }
-            let mut rested = rested::<C>(job, granular, &piece, &mut making)?;
-            making.finish(|| state_of::<C>(&mut rested))?;
-            rested
-        }
-    };
+        };
     let shifts = transfer::broadcast(transport, bodies)?;
     let mut bodies = point_world::bodies::<Plane>(job);
     bodies.iter_mut().zip(shifts).for_each(|(body, rested)| body.displacement = rested.displacement);
@@ -112,11 +110,8 @@ pub fn specimen<C: ContactLaw<Plane>>(
 }
 
 /// Laws of contacts with the job's bodies.
-pub fn laws_of_bodies<C: ContactLaw<Plane>>(job: &Mpm, granular: &Granular) -> Vec<C> {
-    let law = |friction: f64| {
-        C::from_contact(&granular.piece.contact.without_cohesion().with_friction(friction))
-            .expect("the run was given the job's law")
-    };
+pub fn laws_of_bodies(job: &Mpm, granular: &Granular) -> Vec<Contact> {
+    let law = |friction: f64| granular.piece.contact.without_cohesion().with_friction(friction);
     let of = |contact: BodyContact| match contact {
         BodyContact::Rough => law(FRICTION_ROUGH),
         BodyContact::Smooth => law(0.0),
@@ -150,22 +145,22 @@ fn way_of_seat(rigid: &RigidBody) -> Option<[f64; 3]> {
 
 /// Grains, bodies and vertices at rest. A body comes to rest on the few grains that stand out most: what lies below where the job
 /// has it is filled up with more grains, and everything brought to rest again.
-fn rested<C: ContactLaw<Plane>>(
+fn rested(
     job: &Mpm,
     granular: &Granular,
-    piece: &packed::Packing<Plane, C>,
+    piece: &packed::Packing<Plane>,
     making: &mut Making,
-) -> Result<Rested<C>, Error> {
+) -> Result<Rested, Error> {
     let transport = making.transport();
     let mut raised: Vec<Vector> = vec![Vector::zero(); job.bodies.len()];
-    let mut best: Option<(f64, Rested<C>)> = None;
+    let mut best: Option<(f64, Rested)> = None;
     for attempt in 0..SEATS_MAX {
-        let rested = match over::<C>(making, attempt)? {
+        let rested = match over(making, attempt, &granular.piece.contact)? {
             Some(rested) => rested,
             None => {
                 making.begin(attempt);
-                let mut rested = bring_to_rest::<C>(job, granular, (piece, &raised), making)?;
-                transfer::agree(transport, making.keep(attempt, &state_of::<C>(&mut rested)))?;
+                let mut rested = bring_to_rest(job, granular, (piece, &raised), making)?;
+                transfer::agree(transport, making.keep(attempt, &state_of(&mut rested, &granular.piece.contact)))?;
                 rested
             }
         };
@@ -186,9 +181,9 @@ fn rested<C: ContactLaw<Plane>>(
 }
 
 /// What an attempt has come to that is over: grains on rank 0, the rest on every rank. Collective.
-fn over<C: ContactLaw<Plane>>(making: &Making, attempt: u64) -> Result<Option<Rested<C>>, Error> {
+fn over(making: &Making, attempt: u64, contact: &Contact) -> Result<Option<Rested>, Error> {
     let transport = making.transport();
-    let kept = on_root(transport, || making.kept(attempt).map(of_state::<C>).transpose());
+    let kept = on_root(transport, || making.kept(attempt).map(|state| of_state(state, contact)).transpose());
     let kept = transfer::agree(transport, kept)?.flatten();
     if transport.broadcast(vec![u8::from(kept.is_some())])[0] == 0 {
         return Ok(None);
@@ -199,11 +194,7 @@ fn over<C: ContactLaw<Plane>>(making: &Making, attempt: u64) -> Result<Option<Re
 
 /// Copies of the piece over all regions, and of these the grains whose centres lie in one, or in what bodies that are `raised` by so
 /// much (m) leave free, and that touch no body.
-fn cut<C: ContactLaw<Plane>>(
-    job: &Mpm,
-    piece: &packed::Packing<Plane, C>,
-    raised: &[Vector],
-) -> Result<Vec<Grain<C>>, Error> {
+fn cut(job: &Mpm, piece: &packed::Packing<Plane>, raised: &[Vector]) -> Result<Vec<Grain>, Error> {
     let boxes: Vec<_> = job.regions.iter().map(|region| bounding_box(&region.shape)).collect();
     let lower = [0, 1].map(|axis| boxes.iter().map(|corners| corners.0[axis]).fold(f64::INFINITY, f64::min));
     let upper = [0, 1].map(|axis| boxes.iter().map(|corners| corners.1[axis]).fold(f64::NEG_INFINITY, f64::max));
@@ -233,21 +224,21 @@ fn cut<C: ContactLaw<Plane>>(
     }
 }
 
-type Rested<C> = (Vec<Grain<C>>, Vec<Body<Plane>>, Vec<Vertex<Plane>>);
+type Rested = (Vec<Grain>, Vec<Body<Plane>>, Vec<Vertex<Plane>>);
 
 /// Grains, bodies and vertices once everything rests; rows on rank 0.
-fn bring_to_rest<C: ContactLaw<Plane>>(
+fn bring_to_rest(
     job: &Mpm,
     granular: &Granular,
-    (piece, raised): (&packed::Packing<Plane, C>, &[Vector]),
+    (piece, raised): (&packed::Packing<Plane>, &[Vector]),
     making: &mut Making,
-) -> Result<Rested<C>, Error> {
+) -> Result<Rested, Error> {
     let transport = making.transport();
-    let grains = on_root(transport, || cut::<C>(job, piece, raised));
+    let grains = on_root(transport, || cut(job, piece, raised));
     let grains = transfer::agree(transport, grains)?.unwrap_or_default();
     let mass = share(transport, grains.iter().map(|grain| grain.hot.mass).sum());
     let bodies = seated_bodies(job, granular, mass, raised);
-    let taken_up = making.taken_up::<Plane, C, CriticalDruckerPrager>()?;
+    let taken_up = making.taken_up::<Plane, CriticalDruckerPrager>(&granular.piece.contact)?;
     if taken_up.is_none() {
         tracing::info!(grains = grains.len(), "bringing the specimen to rest");
     }
@@ -265,7 +256,7 @@ fn bring_to_rest<C: ContactLaw<Plane>>(
         }
     };
     let settings = settings_of_rest(job, granular);
-    let mut world = PlanarWorld::<C>::new(settings, point_world::layout::<Plane>(job)?, transport, step, parts)?;
+    let mut world = PlanarWorld::new(settings, point_world::layout::<Plane>(job)?, transport, step, parts)?;
     world.assembly.walls.laws = laws_of_bodies(job, granular);
 
     let (goal, diameter) = (packed_of(granular).energy_ratio_max, granular.piece.matter.diameter_mean);
@@ -334,10 +325,9 @@ fn time_of_grain(granular: &Granular) -> f64 {
     matter.diameter_mean * (matter.density / stress_of(granular)).sqrt()
 }
 
-fn settings_of_rest<C: ContactLaw<Plane>>(job: &Mpm, granular: &Granular) -> Settings<Plane, C, CriticalDruckerPrager> {
+fn settings_of_rest(job: &Mpm, granular: &Granular) -> Settings<Plane, CriticalDruckerPrager> {
     let law = CriticalDruckerPrager::of(law_of(job));
-    let contact = C::from_contact(&granular.piece.contact).expect("the run was given the job's law");
-    let mut settings = point_world::settings::<Plane, C, _>(job, law, contact);
+    let mut settings = point_world::settings::<Plane, _>(job, law, Some(granular.piece.contact));
     settings.grain_steps = 1;
     let mass = DAMPING_MASS / time_of_grain(granular);
     let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass };
@@ -353,17 +343,17 @@ pub fn law_of(job: &Mpm) -> &crate::law::material::CriticalConstants {
     }
 }
 
-fn state_of<C: ContactLaw<Plane>>((grains, bodies, vertices): &mut Rested<C>) -> State {
-    let mut tables = Vec::from(tables::of_grains(grains));
+fn state_of((grains, bodies, vertices): &mut Rested, contact: &Contact) -> State {
+    let mut tables = Vec::from(tables::of_grains(grains, memory_words::<Plane>(contact)));
     tables.push(to_table("bodies", bodies, &mut Body::blank()));
     tables.push(to_table("membranes", vertices, &mut Vertex::blank()));
     State { attributes: Default::default(), tables }
 }
 
-fn of_state<C: ContactLaw<Plane>>(mut state: State) -> Result<Rested<C>, Error> {
+fn of_state(mut state: State, contact: &Contact) -> Result<Rested, Error> {
     let bodies = tables::rows(&state, "bodies", &Body::blank())?;
     let vertices = tables::rows(&state, "membranes", &Vertex::blank())?;
-    Ok((tables::to_grains(&mut state)?, bodies, vertices))
+    Ok((tables::to_grains(&mut state, memory_words::<Plane>(contact))?, bodies, vertices))
 }
 
 #[cfg(test)]

@@ -13,7 +13,6 @@ use crate::couple::rest::RestWatch;
 use crate::couple::zone::{Enrichment, ZoneLife};
 use crate::domain::phases::Phase;
 use crate::job::mpm::KnownBands;
-use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
 use crate::mpm::track::Instants;
 use crate::prepare::reference::Lies;
@@ -41,15 +40,14 @@ pub struct Adaptive<'s> {
 /// Looks of the oracle in one at what rests, for which all ranks hear of all cells of the zone.
 const LOOKS_OF_ORACLE: u64 = 8;
 
-type PlanarCore<'t, C> = Core<'t, Plane, C, CriticalDruckerPrager>;
+type PlanarCore<'t> = Core<'t, Plane, CriticalDruckerPrager>;
 
 impl Adaptive<'_> {
     /// What is due after a step; whether grains have just taken the place of points, or points that of grains. `strain` is told with
     /// them. Collective.
-    pub fn adapt<C, E>(&self, experiment: &mut E, core: &mut PlanarCore<C>, strain: Option<f64>) -> Result<bool, Error>
+    pub fn adapt<E>(&self, experiment: &mut E, core: &mut PlanarCore, strain: Option<f64>) -> Result<bool, Error>
     where
-        C: ContactLaw<Plane>,
-        E: Experiment<Space = Plane, Contact = C, Material = CriticalDruckerPrager>,
+        E: Experiment<Space = Plane, Material = CriticalDruckerPrager>,
     {
         if core.progress.enriched_step > 0 {
             return self.live(core, strain);
@@ -72,7 +70,7 @@ impl Adaptive<'_> {
     }
 
     /// The same of a zone that is there.
-    fn live<C: ContactLaw<Plane>>(&self, core: &mut PlanarCore<C>, strain: Option<f64>) -> Result<bool, Error> {
+    fn live(&self, core: &mut PlanarCore, strain: Option<f64>) -> Result<bool, Error> {
         let (ZoneLife { grows, dissolves, .. }, Finder::Oracle(oracle, diameter)) =
             (self.enrichment.life, &self.finder)
         else {
@@ -98,7 +96,7 @@ impl Adaptive<'_> {
 
     /// More grains, around the nodes that the oracle has flagged beyond the zone, a set of nodes that hang together after the other.
     /// Where they cannot be, the continuum stays.
-    fn grow<C: ContactLaw<Plane>>(&self, core: &mut PlanarCore<C>, strain: Option<f64>) -> Result<bool, Error> {
+    fn grow(&self, core: &mut PlanarCore, strain: Option<f64>) -> Result<bool, Error> {
         let flagged = std::mem::take(&mut core.progress.oracle.flagged);
         let mut has_grown = false;
         for set in enrichment::cell_grid(&core.world).connected(&flagged) {
@@ -109,12 +107,7 @@ impl Adaptive<'_> {
         Ok(has_grown)
     }
 
-    fn grow_around<C: ContactLaw<Plane>>(
-        &self,
-        flagged: &[u64],
-        core: &mut PlanarCore<C>,
-        strain: Option<f64>,
-    ) -> Result<bool, Error> {
+    fn grow_around(&self, flagged: &[u64], core: &mut PlanarCore, strain: Option<f64>) -> Result<bool, Error> {
         let file = packing_file(&core.options.out);
         core.world.rebuild()?;
         let (how, packing) = ((self.enrichment, self.depth), (file.as_path(), self.lies));
@@ -143,12 +136,7 @@ impl Adaptive<'_> {
 
     /// A look at what rests, `every` so many steps; once the busiest cell has sheared enough to tell, grains far from all that shear
     /// turn back into points.
-    fn dissolve<C: ContactLaw<Plane>>(
-        &self,
-        core: &mut PlanarCore<C>,
-        every: u64,
-        strain: Option<f64>,
-    ) -> Result<bool, Error> {
+    fn dissolve(&self, core: &mut PlanarCore, every: u64, strain: Option<f64>) -> Result<bool, Error> {
         let timer = core.world.phases.start();
         let time = every as f64 * core.world.settings.dt;
         enrichment::look_for_rest(&mut core.world, &mut core.progress.rest, (self.depth, time))?;
@@ -184,10 +172,9 @@ impl Adaptive<'_> {
     }
 
     /// Frames on either side show what has changed.
-    fn enrich<C, E>(&self, experiment: &mut E, core: &mut PlanarCore<C>, strain: Option<f64>) -> Result<(), Error>
+    fn enrich<E>(&self, experiment: &mut E, core: &mut PlanarCore, strain: Option<f64>) -> Result<(), Error>
     where
-        C: ContactLaw<Plane>,
-        E: Experiment<Space = Plane, Contact = C, Material = CriticalDruckerPrager>,
+        E: Experiment<Space = Plane, Material = CriticalDruckerPrager>,
     {
         let made = experiment.frame(core)?;
         core.write_frame(made)?;
@@ -215,7 +202,7 @@ impl Adaptive<'_> {
 }
 
 /// A look of the oracle where one is due; whether a band has been found. Collective.
-fn look<C: ContactLaw<Plane>>(core: &mut PlanarCore<C>, oracle: &Oracle, diameter: f64) -> Result<bool, Error> {
+fn look(core: &mut PlanarCore, oracle: &Oracle, diameter: f64) -> Result<bool, Error> {
     match core.world.is_due(oracle.every) {
         true => watch::watch(&mut core.world, &mut core.progress.oracle, oracle, diameter),
         false => Ok(false),
@@ -223,8 +210,8 @@ fn look<C: ContactLaw<Plane>>(core: &mut PlanarCore<C>, oracle: &Oracle, diamete
 }
 
 /// Logs a change of a zone that is there, with its account.
-fn record_change<C: ContactLaw<Plane>>(
-    core: &mut PlanarCore<C>,
+fn record_change(
+    core: &mut PlanarCore,
     event: &str,
     (mut figures, kept): (Value, &BeforeAndAfter),
     strain: Option<f64>,
@@ -242,8 +229,8 @@ fn record_change<C: ContactLaw<Plane>>(
 }
 
 /// `stepped`: seconds of the steps until then, `seconds`: of the training.
-fn record<C: ContactLaw<Plane>>(
-    core: &mut PlanarCore<C>,
+fn record(
+    core: &mut PlanarCore,
     enriched: &Enriched,
     strain: Option<f64>,
     [stepped, seconds]: [f64; 2],
@@ -281,8 +268,8 @@ fn record<C: ContactLaw<Plane>>(
 }
 
 /// A look where one is due; the first band that persists is told in the log and kept in mind, and left alone. Collective.
-pub fn tell_band<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-    core: &mut Core<S, C, L>,
+pub fn tell_band<S: Space, L: MaterialLaw<S>>(
+    core: &mut Core<S, L>,
     settings: &Oracle,
     diameter: f64,
 ) -> Result<(), Error> {

@@ -1,17 +1,19 @@
 //! Grains in a cell: element tests, collisions, pours (`[cell]` in a job).
 
+use scree_io::column::State;
 use scree_io::frames::Frame;
 use scree_partition::Transport;
 use serde_json::{Value, json};
 
 use crate::base::error::Error;
 use crate::base::space::{AXES, Linear, Plane, Solid, Space};
+use crate::dem::law::memory_words;
 use crate::domain::accounts::ledger::SPENT;
 use crate::domain::instant::Instant;
+use crate::domain::transfer;
 use crate::job::assembly::{Assembly, CellServo, Source};
 use crate::job::raw::Typed;
 use crate::job::{Output, figures};
-use crate::law::contact::ContactLaw;
 use crate::law::material::{Absent, Nothing};
 use crate::observe::frame::frame;
 use crate::prepare::grain_world::{self, GrainWorld};
@@ -20,15 +22,15 @@ use crate::run::folder::Folder;
 use crate::run::{self, Core, Experiment, Options, Outcome};
 use crate::store::checkpoint::{self, Progress, Snapshot};
 
-/// The job, with its space and contact law.
-pub struct Element<'s, S, C> {
+/// The job, with its space.
+pub struct Element<'s, S> {
     job: &'s Assembly,
-    kinds: std::marker::PhantomData<(S, C)>,
+    kinds: std::marker::PhantomData<S>,
 }
 
-type GrainCore<'t, S, C> = Core<'t, S, C, Absent>;
-/// A run's state with the memories of a law.
-pub type GrainSnapshot<S, C> = Snapshot<S, <C as ContactLaw<S>>::Memory<f64>, Nothing>;
+type GrainCore<'t, S> = Core<'t, S, Absent>;
+/// A run's state.
+pub type GrainSnapshot<S> = Snapshot<S, Nothing>;
 
 /// Refuses what a job's file or packing would be refused for, before anything is started.
 pub fn refuse_bad(job: &Assembly, typed: &Typed) -> Result<(), Error> {
@@ -40,43 +42,45 @@ pub fn refuse_bad(job: &Assembly, typed: &Typed) -> Result<(), Error> {
 }
 
 /// Runs a job from its start.
-pub fn start<S: Space, C: ContactLaw<S>>(
+pub fn start<S: Space>(
     job: &Assembly,
     options: &Options,
     folder: &mut Option<Folder>,
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
-    let mut world = grain_world::world::<S, C>(job, transport)?;
+    let mut world = grain_world::world::<S>(job, transport)?;
     if job.ledger {
         world.open_ledger();
     }
     let progress = Progress { fraction_start: grain_world::fraction(&world, job)?, ..Progress::default() };
-    let experiment = Element { job, kinds: std::marker::PhantomData::<(S, C)> };
+    let experiment = Element { job, kinds: std::marker::PhantomData::<S> };
     run::begin(experiment, world, progress, options, folder)
 }
 
-/// Continues a run from a snapshot that rank 0 holds.
-pub fn resume<S: Space, C: ContactLaw<S>>(
+/// Continues a run from a state that rank 0 holds.
+pub fn resume<S: Space>(
     job: &Assembly,
-    snapshot: Option<GrainSnapshot<S, C>>,
+    state: Option<State>,
     options: &Options,
     folder: Option<Folder>,
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
-    let (mut world, progress) = world_of::<S, C>(job, snapshot, transport)?;
+    let read = |state| Snapshot::from_state(state, memory_words::<S>(&job.contact));
+    let snapshot = transfer::agree(transport, state.map(read).transpose())?;
+    let (mut world, progress) = world_of::<S>(job, snapshot, transport)?;
     if job.ledger {
         world.resume_ledger(&progress.ledger)?;
     }
-    let experiment = Element { job, kinds: std::marker::PhantomData::<(S, C)> };
+    let experiment = Element { job, kinds: std::marker::PhantomData::<S> };
     run::go_on_with(experiment, world, progress, options, folder)
 }
 
 /// The world of a snapshot that rank 0 holds, and how far its run is.
-pub fn world_of<'t, S: Space, C: ContactLaw<S>>(
+pub fn world_of<'t, S: Space>(
     job: &Assembly,
-    snapshot: Option<GrainSnapshot<S, C>>,
+    snapshot: Option<GrainSnapshot<S>>,
     transport: &'t dyn Transport,
-) -> Result<(GrainWorld<'t, S, C>, Progress), Error> {
+) -> Result<(GrainWorld<'t, S>, Progress), Error> {
     let draw = |_: &Progress, _| Ok(grain_world::drawn(job));
     let (parts, progress) = checkpoint::restore(snapshot, draw, transport)?;
     let mut world = grain_world::world_at(job, transport, progress.step, parts)?;
@@ -98,10 +102,10 @@ fn held(servo: &CellServo) -> impl Iterator<Item = (usize, f64)> + '_ {
     (0..3).filter_map(|axis| Some((axis, servo.stress[axis]?)))
 }
 
-impl<S: Space, C: ContactLaw<S>> Element<'_, S, C> {
+impl<S: Space> Element<'_, S> {
     /// Stops the run where the grains fill half of what they filled at the start and bear nothing of a stress that an axis is
     /// held at: grains that dilate go a third apart at most, and in a cell twice as large they have no contacts.
-    fn refuse_bearing_nothing(&self, core: &mut GrainCore<S, C>, servo: &CellServo) -> Result<(), Error> {
+    fn refuse_bearing_nothing(&self, core: &mut GrainCore<S>, servo: &CellServo) -> Result<(), Error> {
         let start = core.progress.fraction_start;
         let world = &mut core.world;
         let fraction = grain_world::fraction(world, self.job)?;
@@ -129,9 +133,8 @@ impl<S: Space, C: ContactLaw<S>> Element<'_, S, C> {
     }
 }
 
-impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
+impl<S: Space> Experiment for Element<'_, S> {
     type Space = S;
-    type Contact = C;
     type Material = Absent;
 
     fn job(&self) -> String {
@@ -170,7 +173,7 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
     }
 
     /// A cell that grows because nothing bears the stress it is held at has left physics.
-    fn watch(&mut self, core: &mut GrainCore<S, C>) -> Result<(), Error> {
+    fn watch(&mut self, core: &mut GrainCore<S>) -> Result<(), Error> {
         let step = core.world.step;
         match &self.job.cell.servo {
             Some(servo) if step.is_multiple_of(BEARING_EVERY) || step >= self.steps() => {
@@ -185,7 +188,7 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
     /// the root mean square of what was missing of it (Pa), and of every body the mean
     /// force (N) and torque (N m) of the grains on it since the last row and its displacement (m); last, where it is kept,
     /// the account of energy ([`crate::domain::accounts::ledger`]).
-    fn row(&mut self, core: &mut GrainCore<S, C>) -> Result<Vec<f64>, Error> {
+    fn row(&mut self, core: &mut GrainCore<S>) -> Result<Vec<f64>, Error> {
         let world = &mut core.world;
         let Instant { moment, kinetic_translation, kinetic_rotation, elastic, contacts } = world.instant()?;
         let volume = grain_world::volume(&world.assembly.cell, self.job);
@@ -221,15 +224,15 @@ impl<S: Space, C: ContactLaw<S>> Experiment for Element<'_, S, C> {
         Ok(row)
     }
 
-    fn frame(&mut self, core: &mut GrainCore<S, C>) -> Result<Option<Frame>, Error> {
+    fn frame(&mut self, core: &mut GrainCore<S>) -> Result<Option<Frame>, Error> {
         frame(&mut core.world, self.job.cell.depth, core.progress.fraction_start, false)
     }
 
-    fn words(&self, core: &GrainCore<S, C>) -> String {
+    fn words(&self, core: &GrainCore<S>) -> String {
         format!("time {:.4e} s, {} grains", core.world.time(), core.world.grains_total)
     }
 
-    fn figures(&self, _: &GrainCore<S, C>) -> Value {
+    fn figures(&self, _: &GrainCore<S>) -> Value {
         json!({})
     }
 

@@ -1,6 +1,7 @@
 //! Jobs on a grid whose material is grains from the start, points that grains replace where a band persists, or points alone:
 //! one job, three methods (`[grid]` with `[grains]`).
 
+use scree_io::column::State;
 use scree_io::frames::Frame;
 use scree_partition::{ExactSum, Transport};
 use serde_json::{Value, json};
@@ -9,12 +10,12 @@ use crate::adapt::watch;
 use crate::base::error::Error;
 use crate::base::space::{Plane, Space};
 use crate::dem::grains::Mover;
+use crate::dem::law::memory_words;
 use crate::domain::grid::REACTIONS;
 use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
 use crate::job::mpm::{Granular, Mpm, Origin, Watch, figures};
 use crate::job::{Job, Method, Output};
-use crate::law::contact::ContactLaw;
 use crate::law::material::CriticalDruckerPrager;
 use crate::mpm::track::Instants;
 use crate::observe::frame::frame;
@@ -25,18 +26,18 @@ use crate::prepare::{packed, point_world};
 use crate::run::adaptive::{Adaptive, Finder};
 use crate::run::continuum::columns;
 use crate::run::folder::Folder;
-use crate::run::planar_shear::{PlanarSnapshot, TRACKS};
+use crate::run::planar_shear::TRACKS;
 use crate::run::{self, Core, Experiment, Options, Outcome};
+use crate::store::checkpoint::Snapshot;
 use crate::store::checkpoint::{self, Progress};
 
-/// The job, with the contact law it names.
-pub struct Coupled<'s, C> {
+/// The job.
+pub struct Coupled<'s> {
     job: &'s Mpm,
     granular: &'s Granular,
-    law: std::marker::PhantomData<C>,
 }
 
-type PlanarCore<'t, C> = Core<'t, Plane, C, CriticalDruckerPrager>;
+type PlanarCore<'t> = Core<'t, Plane, CriticalDruckerPrager>;
 type Vector = <Plane as Space>::Vector;
 
 /// Columns of `series.csv` before those of extents, bodies and membranes.
@@ -62,18 +63,18 @@ const HEADER: [&str; 18] = [
 ];
 
 /// Runs a job from its start.
-pub fn start<C: ContactLaw<Plane>>(
+pub fn start(
     (job, granular): (&Mpm, &Granular),
     options: &Options,
     folder: &mut Option<Folder>,
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
-    let mut made = specimen::specimen::<C>(job, granular, transport)?;
+    let mut made = specimen::specimen(job, granular, transport)?;
     if granular.method == Method::Hybrid {
         let write = |folder: &mut Folder| {
             folder.write_packing(&match &mut made.piece {
-                Some(piece) => packed::state_of(piece),
-                None => sheared::state_of(&mut made.grains, 0.0, &mut made.bodies),
+                Some(piece) => packed::state_of(piece, &granular.piece.contact),
+                None => sheared::state_of(&mut made.grains, &granular.piece.contact, 0.0, &mut made.bodies),
             })
         };
         transfer::agree(transport, folder.as_mut().map_or(Ok(()), write))?;
@@ -84,16 +85,16 @@ pub fn start<C: ContactLaw<Plane>>(
         ..Progress::default()
     };
     let world = at_start(job, granular, made, transport)?;
-    run::begin(Coupled { job, granular, law: std::marker::PhantomData::<C> }, world, progress, options, folder)
+    run::begin(Coupled { job, granular }, world, progress, options, folder)
 }
 
 /// The world at time zero: where grains begin, bodies and membranes are as these have been brought to rest.
-fn at_start<'t, C: ContactLaw<Plane>>(
+fn at_start<'t>(
     job: &Mpm,
     granular: &Granular,
-    made: Specimen<C>,
+    made: Specimen,
     transport: &'t dyn Transport,
-) -> Result<PlanarWorld<'t, C>, Error> {
+) -> Result<PlanarWorld<'t>, Error> {
     let Specimen { grains, bodies, vertices, fraction, .. } = made;
     let (grains, points, bodies, vertices) = match granular.method {
         Method::Dem => (grains, Vec::new(), bodies, vertices),
@@ -110,34 +111,35 @@ fn at_start<'t, C: ContactLaw<Plane>>(
     world_of(job, granular, 0, parts, transport)
 }
 
-fn world_of<'t, C: ContactLaw<Plane>>(
+fn world_of<'t>(
     job: &Mpm,
     granular: &Granular,
     step: u64,
-    parts: Parts<Plane, C, CriticalDruckerPrager>,
+    parts: Parts<Plane, CriticalDruckerPrager>,
     transport: &'t dyn Transport,
-) -> Result<PlanarWorld<'t, C>, Error> {
+) -> Result<PlanarWorld<'t>, Error> {
     let law = CriticalDruckerPrager::of(specimen::law_of(job));
-    let contact = C::from_contact(&granular.piece.contact).expect("the run was given the job's law");
-    let settings = point_world::settings(job, law, contact);
+    let settings = point_world::settings(job, law, Some(granular.piece.contact));
     let mut world = PlanarWorld::new(settings, point_world::layout::<Plane>(job)?, transport, step, parts)?;
     world.assembly.walls.laws = specimen::laws_of_bodies(job, granular);
     Ok(world)
 }
 
-/// Continues a run from a snapshot that rank 0 holds.
-pub fn resume<C: ContactLaw<Plane>>(
+/// Continues a run from a state that rank 0 holds.
+pub fn resume(
     (job, granular): (&Mpm, &Granular),
-    snapshot: Option<PlanarSnapshot<C>>,
+    state: Option<State>,
     options: &Options,
     folder: Option<Folder>,
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
+    let read = |state| Snapshot::from_state(state, memory_words::<Plane>(&granular.piece.contact));
+    let snapshot = transfer::agree(transport, state.map(read).transpose())?;
     let draw = |_: &Progress, vertices| point_world::drawn(job, vertices);
     let (parts, progress) = checkpoint::restore(snapshot, draw, transport)?;
     let mut world = world_of(job, granular, progress.step, parts, transport)?;
     world.resume_reactions(&progress.reactions)?;
-    run::go_on_with(Coupled { job, granular, law: std::marker::PhantomData::<C> }, world, progress, options, folder)
+    run::go_on_with(Coupled { job, granular }, world, progress, options, folder)
 }
 
 /// Where the material of a job begins, and under which share of the piece's mean `stress`, Pa.
@@ -160,7 +162,7 @@ impl StartState for Start<'_> {
 /// Sums over points and free grains: mass, mass times place, momentum, volume, and volume times stress of points.
 const SUMS: usize = 10;
 
-impl<C: ContactLaw<Plane>> Coupled<'_, C> {
+impl Coupled<'_> {
     /// Whether membranes joined end to end have an inside: one ring, or lines.
     fn is_enclosed(&self) -> bool {
         match &self.job.membranes[..] {
@@ -172,7 +174,7 @@ impl<C: ContactLaw<Plane>> Coupled<'_, C> {
 
     /// Mass, kg, volume, m3, centre of mass, m, momentum, N s, and mean stress over the volume, Pa: of points as they are, of grains
     /// over their share of space at the packing fraction of the start. Collective.
-    fn means(&self, core: &mut PlanarCore<C>) -> Result<Vec<f64>, Error> {
+    fn means(&self, core: &mut PlanarCore) -> Result<Vec<f64>, Error> {
         let (world, depth, fraction) = (&mut core.world, self.job.grid.depth, core.progress.fraction_start);
         let mut sums = ExactSum::<SUMS>::new();
         let mut add = |mass: f64, volume: f64, place: <Plane as Space>::Vector, velocity: <Plane as Space>::Vector| {
@@ -201,7 +203,7 @@ impl<C: ContactLaw<Plane>> Coupled<'_, C> {
             (0..4).for_each(|component| sums.add(6 + component, hot.weight * hot.volume * stress[component]));
         }
         world.refresh_ghosts();
-        let (law, grains) = (&world.settings.contact, &world.assembly.grains);
+        let (law, grains) = (world.law(), &world.assembly.grains);
         let times = world.contact_times();
         let on_bodies = world.assembly.walls.bearings(law, grains, (&world.bodies, &world.assembly.cell), times);
         let on_grains = (0..grains.owned).flat_map(|row| world.assembly.contacts.bearings(law, grains, row, times));
@@ -218,9 +220,8 @@ impl<C: ContactLaw<Plane>> Coupled<'_, C> {
     }
 }
 
-impl<C: ContactLaw<Plane>> Experiment for Coupled<'_, C> {
+impl Experiment for Coupled<'_> {
     type Space = Plane;
-    type Contact = C;
     type Material = CriticalDruckerPrager;
 
     fn job(&self) -> String {
@@ -248,7 +249,7 @@ impl<C: ContactLaw<Plane>> Experiment for Coupled<'_, C> {
     }
 
     /// Tracks, oracle, and in a hybrid its grains.
-    fn watch(&mut self, core: &mut PlanarCore<C>) -> Result<(), Error> {
+    fn watch(&mut self, core: &mut PlanarCore) -> Result<(), Error> {
         let Granular { method, enrichment, reference, known, .. } = self.granular;
         let finder = match (known, &self.job.oracle) {
             (Some(known), None) => Finder::Known(known),
@@ -270,7 +271,7 @@ impl<C: ContactLaw<Plane>> Experiment for Coupled<'_, C> {
         }
     }
 
-    fn row(&mut self, core: &mut PlanarCore<C>) -> Result<Vec<f64>, Error> {
+    fn row(&mut self, core: &mut PlanarCore) -> Result<Vec<f64>, Error> {
         let means = self.means(core)?;
         let energies = core.world.energies()?;
         let world = &mut core.world;
@@ -296,7 +297,7 @@ impl<C: ContactLaw<Plane>> Experiment for Coupled<'_, C> {
         Ok(row)
     }
 
-    fn frame(&mut self, core: &mut PlanarCore<C>) -> Result<Option<Frame>, Error> {
+    fn frame(&mut self, core: &mut PlanarCore) -> Result<Option<Frame>, Error> {
         let may_have_points = self.granular.method != Method::Dem;
         let mut frame = frame(&mut core.world, self.job.grid.depth, core.progress.fraction_start, may_have_points)?;
         if let (Some(frame), Some(_), true) = (&mut frame, &self.job.oracle, may_have_points) {
@@ -305,12 +306,12 @@ impl<C: ContactLaw<Plane>> Experiment for Coupled<'_, C> {
         Ok(frame)
     }
 
-    fn words(&self, core: &PlanarCore<C>) -> String {
+    fn words(&self, core: &PlanarCore) -> String {
         let (grains, points) = (core.world.grains_total, core.world.points_total);
         format!("time {:.4e} s, {grains} grains and {points} points", core.world.time())
     }
 
-    fn figures(&self, _: &PlanarCore<C>) -> Value {
+    fn figures(&self, _: &PlanarCore) -> Value {
         json!({})
     }
 }

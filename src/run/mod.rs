@@ -37,7 +37,6 @@ use crate::domain::stop::{self, Wish};
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::job::Output;
-use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::observe::contact_frame::contact_frame;
 use crate::run::output::Outputs;
@@ -92,7 +91,6 @@ pub enum Outcome {
 /// What is run: where one kind of job differs from another.
 pub trait Experiment {
     type Space: Space;
-    type Contact: ContactLaw<Self::Space>;
     type Material: MaterialLaw<Self::Space>;
 
     /// The resolved job.
@@ -119,10 +117,10 @@ pub trait Experiment {
 }
 
 /// The world of an experiment with what a run keeps beside it.
-pub type CoreOf<'t, E> = Core<'t, <E as Experiment>::Space, <E as Experiment>::Contact, <E as Experiment>::Material>;
+pub type CoreOf<'t, E> = Core<'t, <E as Experiment>::Space, <E as Experiment>::Material>;
 
 /// The world of an experiment.
-pub type WorldOf<'t, E> = World<'t, <E as Experiment>::Space, <E as Experiment>::Contact, <E as Experiment>::Material>;
+pub type WorldOf<'t, E> = World<'t, <E as Experiment>::Space, <E as Experiment>::Material>;
 
 /// Begins a run in the folder that rank 0 holds for it, and ends it.
 pub fn begin<E: Experiment>(
@@ -157,8 +155,8 @@ pub fn go_on_with<E: Experiment>(
 }
 
 /// The state of a run, and where it writes.
-pub struct Core<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
-    pub world: World<'t, S, C, L>,
+pub struct Core<'t, S: Space, L: MaterialLaw<S>> {
+    pub world: World<'t, S, L>,
     pub progress: Progress,
     pub options: Options,
     /// On rank 0.
@@ -167,8 +165,8 @@ pub struct Core<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> {
     contact_frames: bool,
 }
 
-impl<'t, S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> Core<'t, S, C, L> {
-    pub fn new(world: World<'t, S, C, L>, mut progress: Progress, options: &Options, outputs: Option<Outputs>) -> Self {
+impl<'t, S: Space, L: MaterialLaw<S>> Core<'t, S, L> {
+    pub fn new(world: World<'t, S, L>, mut progress: Progress, options: &Options, outputs: Option<Outputs>) -> Self {
         if options.beginning == Beginning::Branched {
             (progress.series_rows, progress.frames) = (0, 0);
         }

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use crate::base::error::Error;
 use crate::base::program;
-use crate::base::space::{Space, Words};
+use crate::base::space::Space;
 use crate::domain::meter::Meter;
 use crate::domain::plan::LoadMap;
 use crate::law::material::MaterialMemory;
@@ -172,11 +172,7 @@ impl Outputs {
     }
 
     /// Where a checkpoint goes, which tells what run it is of.
-    pub fn target<S: Space, M: Words<f64>, P: MaterialMemory>(
-        &self,
-        path: &Path,
-        head: Snapshot<S, M, P>,
-    ) -> Result<Target, Error> {
+    pub fn target<S: Space, P: MaterialMemory>(&self, path: &Path, head: Snapshot<S, P>) -> Result<Target, Error> {
         let folder = path.parent().unwrap_or(self.folder.dir());
         fs::create_dir_all(folder).map_err(|error| failed(folder, &error))?;
         let mut head = head.to_state();

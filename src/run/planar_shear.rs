@@ -1,15 +1,16 @@
 //! Planar shear between rough plates (Chen et al. 2021, 6.1): start, resume, the oracle's watch, and what a run shows.
 
+use scree_io::column::State;
 use scree_io::frames::Frame;
 use scree_partition::Transport;
 use serde_json::{Value, json};
 
 use crate::base::error::Error;
 use crate::base::space::{Linear, Plane};
+use crate::dem::law::memory_words;
 use crate::domain::accounts::ledger::{Balance, SPENT};
 use crate::domain::transfer;
 use crate::job::{Method, Output, Scenario, derived};
-use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalDruckerPrager, CriticalMemory};
 use crate::mpm::membrane::Membranes;
 use crate::mpm::track::Instants;
@@ -46,27 +47,27 @@ const HEADER: [&str; 12] = [
 /// [`SPENT`].
 const WORK: [&str; 2] = ["work_bodies", "work_nodes"];
 
-/// The job, with the contact law it names.
-pub struct PlanarShear<'s, C> {
+/// The job.
+pub struct PlanarShear<'s> {
     scenario: &'s Scenario,
-    law: std::marker::PhantomData<C>,
 }
 
-type PlanarCore<'t, C> = Core<'t, Plane, C, CriticalDruckerPrager>;
-/// A run's state with the memories of a law.
-pub type PlanarSnapshot<C> = Snapshot<Plane, <C as ContactLaw<Plane>>::Memory<f64>, CriticalMemory<Plane>>;
+type PlanarCore<'t> = Core<'t, Plane, CriticalDruckerPrager>;
+/// A run's state.
+pub type PlanarSnapshot = Snapshot<Plane, CriticalMemory<Plane>>;
 
 /// Runs a job from its start.
-pub fn start<C: ContactLaw<Plane>>(
+pub fn start(
     scenario: &Scenario,
     options: &Options,
     folder: &mut Option<Folder>,
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
-    let mut start = plates::prepare::<C>(scenario, transport)?;
+    let mut start = plates::prepare(scenario, transport)?;
     if let (Method::Hybrid, made) = (scenario.method, &mut start.packing) {
-        let write =
-            |folder: &mut Folder| folder.write_packing(&sheared::state_of(&mut made.grains, made.height, &mut []));
+        let write = |folder: &mut Folder| {
+            folder.write_packing(&sheared::state_of(&mut made.grains, &scenario.contact, made.height, &mut []))
+        };
         transfer::agree(transport, folder.as_mut().map_or(Ok(()), write))?;
     }
     let progress = Progress {
@@ -79,32 +80,34 @@ pub fn start<C: ContactLaw<Plane>>(
     if scenario.ledger {
         world.open_ledger();
     }
-    let experiment = PlanarShear { scenario, law: std::marker::PhantomData::<C> };
+    let experiment = PlanarShear { scenario };
     run::begin(experiment, world, progress, options, folder)
 }
 
-/// Continues a run from a snapshot that rank 0 holds.
-pub fn resume<C: ContactLaw<Plane>>(
+/// Continues a run from a state that rank 0 holds.
+pub fn resume(
     scenario: &Scenario,
-    snapshot: Option<PlanarSnapshot<C>>,
+    state: Option<State>,
     options: &Options,
     folder: Option<Folder>,
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
+    let read = |state| Snapshot::from_state(state, memory_words::<Plane>(&scenario.contact));
+    let snapshot = transfer::agree(transport, state.map(read).transpose())?;
     let (mut world, progress) = world_of(scenario, snapshot, transport)?;
     if scenario.ledger {
         world.resume_ledger(&progress.ledger)?;
     }
-    let experiment = PlanarShear { scenario, law: std::marker::PhantomData::<C> };
+    let experiment = PlanarShear { scenario };
     run::go_on_with(experiment, world, progress, options, folder)
 }
 
 /// The world of a snapshot that rank 0 holds, and how far its run is.
-pub fn world_of<'t, C: ContactLaw<Plane>>(
+pub fn world_of<'t>(
     scenario: &Scenario,
-    snapshot: Option<PlanarSnapshot<C>>,
+    snapshot: Option<PlanarSnapshot>,
     transport: &'t dyn Transport,
-) -> Result<(PlanarWorld<'t, C>, Progress), Error> {
+) -> Result<(PlanarWorld<'t>, Progress), Error> {
     let draw = |progress: &Progress, _| {
         let cell = cell_of(&layout_for(scenario, progress.height_start)?);
         Ok(Drawn { cell, bodies: plates::bodies(scenario, progress.height_start), membranes: Membranes::default() })
@@ -115,16 +118,15 @@ pub fn world_of<'t, C: ContactLaw<Plane>>(
     Ok((PlanarWorld::new(settings, layout, transport, progress.step, parts)?, progress))
 }
 
-impl<C: ContactLaw<Plane>> PlanarShear<'_, C> {
+impl PlanarShear<'_> {
     /// Horizontal strain: displacement of the upper plate over the width.
-    fn strain(&self, core: &PlanarCore<C>) -> f64 {
+    fn strain(&self, core: &PlanarCore) -> f64 {
         core.world.bodies[UPPER as usize].displacement[0] / self.scenario.specimen.width
     }
 }
 
-impl<C: ContactLaw<Plane>> Experiment for PlanarShear<'_, C> {
+impl Experiment for PlanarShear<'_> {
     type Space = Plane;
-    type Contact = C;
     type Material = CriticalDruckerPrager;
 
     fn job(&self) -> String {
@@ -148,7 +150,7 @@ impl<C: ContactLaw<Plane>> Experiment for PlanarShear<'_, C> {
     }
 
     /// Tracks, oracle, enrichment.
-    fn watch(&mut self, core: &mut PlanarCore<C>) -> Result<(), Error> {
+    fn watch(&mut self, core: &mut PlanarCore) -> Result<(), Error> {
         if self.scenario.method != Method::Hybrid {
             return Ok(());
         }
@@ -164,7 +166,7 @@ impl<C: ContactLaw<Plane>> Experiment for PlanarShear<'_, C> {
         Ok(())
     }
 
-    fn row(&mut self, core: &mut PlanarCore<C>) -> Result<Vec<f64>, Error> {
+    fn row(&mut self, core: &mut PlanarCore) -> Result<Vec<f64>, Error> {
         let strain = self.strain(core);
         let energies = core.world.energies()?;
         let step = core.world.step;
@@ -195,17 +197,17 @@ impl<C: ContactLaw<Plane>> Experiment for PlanarShear<'_, C> {
         Ok(row)
     }
 
-    fn frame(&mut self, core: &mut PlanarCore<C>) -> Result<Option<Frame>, Error> {
+    fn frame(&mut self, core: &mut PlanarCore) -> Result<Option<Frame>, Error> {
         let may_have_points = self.scenario.method != Method::Dem;
         frame(&mut core.world, self.scenario.specimen.depth, core.progress.fraction_start, may_have_points)
     }
 
-    fn words(&self, core: &PlanarCore<C>) -> String {
+    fn words(&self, core: &PlanarCore) -> String {
         let (grains, points) = (core.world.grains_total, core.world.points_total);
         format!("horizontal strain {:.2} %, {grains} grains and {points} points", 100.0 * self.strain(core))
     }
 
-    fn figures(&self, core: &PlanarCore<C>) -> Value {
+    fn figures(&self, core: &PlanarCore) -> Value {
         json!({ "strain": self.strain(core) })
     }
 }

@@ -10,13 +10,12 @@ use crate::base::error::Error;
 use crate::base::program;
 use crate::base::space::{Plane, Solid};
 use crate::domain::{stop, transfer};
-use crate::job::mpm::{Granular, Mpm};
-use crate::job::{Assembly, Job, Scenario};
-use crate::law::contact::{ContactLaw, ForAnyLaw, with_law_of};
+use crate::job::Job;
+use crate::job::mpm::Mpm;
 use crate::prepare::sheared::on_root;
 use crate::run::folder::{self, Folder, packing_file, scenario_file};
 use crate::run::{Beginning, Options, Outcome, assembly, changes, continuum, coupled, planar_shear};
-use crate::store::checkpoint::{self, Snapshot};
+use crate::store::checkpoint;
 
 /// Runs a job from its start, in a folder of its own that is taken before any work: what cannot be written costs nothing, and
 /// nobody else begins there meanwhile.
@@ -56,11 +55,11 @@ fn begin_in(
     let ended = {
         let folder = &mut folder;
         match job {
-            Job::Shear(job) => with_law_of(&job.contact, Start { job, options, folder, transport }),
-            Job::Assembly(job) => with_law_of(&job.contact, Start { job, options, folder, transport }),
+            Job::Shear(job) => planar_shear::start(job, options, folder, transport),
+            Job::Assembly(job) if job.cell.dimension == 2 => assembly::start::<Plane>(job, options, folder, transport),
+            Job::Assembly(job) => assembly::start::<Solid>(job, options, folder, transport),
             Job::Mpm(job @ Mpm { grains: Some(granular), .. }) => {
-                let job = &(job, granular.as_ref());
-                with_law_of(&granular.piece.contact, Start { job, options, folder, transport })
+                coupled::start((job, granular), options, folder, transport)
             }
             Job::Mpm(job) if job.grid.dimension == 2 => continuum::start::<Plane>(job, options, folder, transport),
             Job::Mpm(job) => continuum::start::<Solid>(job, options, folder, transport),
@@ -115,12 +114,14 @@ pub fn resume(
     let beginning = Beginning::of_code(transport.broadcast(vec![beginning as u8])[0]);
     let options = &Options { beginning, ..options.clone() };
     match &Job::parse(&text, &scenario_file(dir).display().to_string(), &[])? {
-        Job::Shear(job) => with_law_of(&job.contact, Resume { job, state, options, folder, transport }),
-        Job::Assembly(job) => with_law_of(&job.contact, Resume { job, state, options, folder, transport }),
-        Job::Mpm(job @ Mpm { grains: Some(granular), .. }) => with_law_of(
-            &granular.piece.contact,
-            Resume { job: &(job, granular.as_ref()), state, options, folder, transport },
-        ),
+        Job::Shear(job) => planar_shear::resume(job, state, options, folder, transport),
+        Job::Assembly(job) if job.cell.dimension == 2 => {
+            assembly::resume::<Plane>(job, state, options, folder, transport)
+        }
+        Job::Assembly(job) => assembly::resume::<Solid>(job, state, options, folder, transport),
+        Job::Mpm(job @ Mpm { grains: Some(granular), .. }) => {
+            coupled::resume((job, granular), state, options, folder, transport)
+        }
         Job::Mpm(job) if job.grid.dimension == 2 => continuum::resume::<Plane>(job, state, options, folder, transport),
         Job::Mpm(job) => continuum::resume::<Solid>(job, state, options, folder, transport),
     }
@@ -232,87 +233,4 @@ fn continued_job(dir: &Path, state: &State, continuation: Continuation) -> Resul
         );
     }
     Ok((job, if changes.is_empty() { Beginning::Plain } else { Beginning::Changed }))
-}
-
-struct Start<'a, J> {
-    job: &'a J,
-    options: &'a Options,
-    /// On rank 0, until the run begins.
-    folder: &'a mut Option<Folder>,
-    transport: &'a dyn Transport,
-}
-
-impl ForAnyLaw for Start<'_, Scenario> {
-    type Outcome = Result<Outcome, Error>;
-
-    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
-        planar_shear::start::<C>(self.job, self.options, self.folder, self.transport)
-    }
-}
-
-impl ForAnyLaw for Start<'_, Assembly> {
-    type Outcome = Result<Outcome, Error>;
-
-    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
-        match self.job.cell.dimension {
-            2 => assembly::start::<Plane, C>(self.job, self.options, self.folder, self.transport),
-            _ => assembly::start::<Solid, C>(self.job, self.options, self.folder, self.transport),
-        }
-    }
-}
-
-impl ForAnyLaw for Start<'_, (&Mpm, &Granular)> {
-    type Outcome = Result<Outcome, Error>;
-
-    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
-        coupled::start::<C>(*self.job, self.options, self.folder, self.transport)
-    }
-}
-
-struct Resume<'a, J> {
-    job: &'a J,
-    /// On rank 0.
-    state: Option<State>,
-    options: &'a Options,
-    /// On rank 0.
-    folder: Option<Folder>,
-    transport: &'a dyn Transport,
-}
-
-impl ForAnyLaw for Resume<'_, Scenario> {
-    type Outcome = Result<Outcome, Error>;
-
-    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
-        let Self { job, state, options, folder, transport } = self;
-        let snapshot = transfer::agree(transport, state.map(Snapshot::from_state).transpose())?;
-        planar_shear::resume::<C>(job, snapshot, options, folder, transport)
-    }
-}
-
-impl ForAnyLaw for Resume<'_, Assembly> {
-    type Outcome = Result<Outcome, Error>;
-
-    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
-        let Self { job, state, options, folder, transport } = self;
-        match job.cell.dimension {
-            2 => {
-                let snapshot = transfer::agree(transport, state.map(Snapshot::from_state).transpose())?;
-                assembly::resume::<Plane, C>(job, snapshot, options, folder, transport)
-            }
-            _ => {
-                let snapshot = transfer::agree(transport, state.map(Snapshot::from_state).transpose())?;
-                assembly::resume::<Solid, C>(job, snapshot, options, folder, transport)
-            }
-        }
-    }
-}
-
-impl ForAnyLaw for Resume<'_, (&Mpm, &Granular)> {
-    type Outcome = Result<Outcome, Error>;
-
-    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
-        let Self { job, state, options, folder, transport } = self;
-        let snapshot = transfer::agree(transport, state.map(Snapshot::from_state).transpose())?;
-        coupled::resume::<C>(*job, snapshot, options, folder, transport)
-    }
 }

@@ -11,7 +11,7 @@ use scree_partition::Transport;
 use crate::base::error::Error;
 use crate::base::program;
 use crate::base::record::{Cargo, Record, Visitor, from_table, to_table};
-use crate::base::space::{Plane, Space, Words};
+use crate::base::space::{Plane, Space};
 use crate::base::units::in_short;
 use crate::bodies::body::Body;
 use crate::couple::oracle::Memory;
@@ -26,7 +26,6 @@ use crate::domain::servo::Missed;
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::job::Job;
-use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalMemory, MaterialLaw, MaterialMemory};
 use crate::mpm::membrane::{Membranes, Vertex};
 use crate::mpm::points::Point;
@@ -115,20 +114,22 @@ impl Record for CellStrain {
 
 /// Everything of a run on one rank.
 #[derive(Clone, Debug)]
-pub struct Snapshot<S: Space, M, P> {
+pub struct Snapshot<S: Space, P> {
     /// The resolved job.
     pub scenario: String,
     pub progress: Progress,
     pub cell: Cell<S>,
     pub bodies: Vec<Body<S>>,
     pub home: Home<S>,
-    pub grains: Vec<GrainRow<S, M>>,
+    pub grains: Vec<GrainRow<S>>,
+    /// Words of what their contacts remember.
+    pub memory_words: usize,
     pub points: Vec<Point<S, P>>,
     /// Of membranes, all of them.
     pub vertices: Vec<Vertex<S>>,
 }
 
-impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
+impl<S: Space, P: MaterialMemory> Snapshot<S, P> {
     pub fn to_state(mut self) -> State {
         let progress = &mut self.progress;
         let mut flags: Vec<Flag> = progress.oracle.flagged.iter().copied().map(Flag).collect();
@@ -145,7 +146,7 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
             to_table("bodies", &mut self.bodies, &mut Body::blank()),
             to_table("bodies_home", &mut at_home, &mut Body::blank()),
         ];
-        tables.extend(tables::of_grains(&mut self.grains));
+        tables.extend(tables::of_grains(&mut self.grains, self.memory_words));
         tables.push(tables::of_ties(&self.grains));
         // A run without an account has no table of it.
         if !progress.ledger.is_empty() {
@@ -169,10 +170,11 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
         State { attributes: attributes.into(), tables }
     }
 
-    /// Tables are used up one after the other, so that rows by the million are there twice one kind at a time.
-    pub fn from_state(mut state: State) -> Result<Self, Error> {
+    /// The state of a run under a contact law with so many words of memory. Tables are used up one after the other, so that rows by
+    /// the million are there twice one kind at a time.
+    pub fn from_state(mut state: State, memory_words: usize) -> Result<Self, Error> {
         let points = tables::take(&mut state, "points", &Point::<S, P>::blank())?;
-        let grains = tables::to_grains(&mut state)?;
+        let grains = tables::to_grains(&mut state, memory_words)?;
         let state = &state;
         let flags: Vec<Flag> = tables::rows(state, "flagged", &Flag::default())?;
         let times: Vec<Instant> = tables::rows(state, "instants", &Instant::default())?;
@@ -202,6 +204,7 @@ impl<S: Space, M: Words<f64>, P: MaterialMemory> Snapshot<S, M, P> {
                 bodies: at_home.into_iter().map(|body| body.displacement).collect(),
             },
             grains,
+            memory_words,
             points,
             vertices: match state.tables.iter().any(|table| table.name == "membranes") {
                 true => tables::rows(state, "membranes", &Vertex::blank())?,
@@ -223,11 +226,11 @@ pub struct Target {
 }
 
 /// All of a world's state but its grains and points; `progress` is that of its run, `scenario` its job.
-pub fn head<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-    world: &World<S, C, L>,
+pub fn head<S: Space, L: MaterialLaw<S>>(
+    world: &World<S, L>,
     progress: Progress,
     scenario: String,
-) -> Snapshot<S, C::Memory<f64>, L::Memory> {
+) -> Snapshot<S, L::Memory> {
     Snapshot {
         scenario,
         progress,
@@ -235,6 +238,7 @@ pub fn head<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
         bodies: world.bodies.clone(),
         home: world.home(),
         grains: Vec::new(),
+        memory_words: world.law().memory_words(),
         points: Vec::new(),
         vertices: world.continuum.membranes.vertices.clone(),
     }
@@ -242,10 +246,7 @@ pub fn head<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
 
 /// Writes a world's state. Grains and points the ranks hand to rank 0 piece by piece, along the curve, so that none ever needs
 /// them all. Collective; where rank 0 cannot write, all return its error, and an older file of that name is as it was.
-pub fn write<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-    target: Option<Target>,
-    world: &World<S, C, L>,
-) -> Result<(), Error> {
+pub fn write<S: Space, L: MaterialLaw<S>>(target: Option<Target>, world: &World<S, L>) -> Result<(), Error> {
     let transport = world.transport;
     let totals = row_totals(world);
     let begun = target.map(|target| begin(&target, totals)).transpose();
@@ -254,9 +255,9 @@ pub fn write<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
         let Some(writer) = &mut writer else { return Ok(()) };
         pieces.iter().try_for_each(|piece| writer.append(piece)).map_err(not_written)
     };
-    let grains = |rows| world.grain_rows(rows);
+    let (grains, memory_words) = (|rows| world.grain_rows(rows), world.law().memory_words());
     transfer::stream(transport, world.assembly.grains.owned, grains, |mut rows| {
-        append(&tables::of_grains(&mut rows))?;
+        append(&tables::of_grains(&mut rows, memory_words))?;
         append(&[tables::of_ties(&rows)])
     })?;
     let points = |rows: Range<usize>| rows.map(|row| world.continuum.points.row(row)).collect();
@@ -276,11 +277,11 @@ pub struct Drawn<S: Space> {
 
 /// The parts of a world, and how far its run is, from a snapshot that rank 0 holds; `draw` draws it with the vertices that its
 /// membranes have. Collective.
-pub fn restore<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-    snapshot: Option<Snapshot<S, C::Memory<f64>, L::Memory>>,
+pub fn restore<S: Space, L: MaterialLaw<S>>(
+    snapshot: Option<Snapshot<S, L::Memory>>,
     draw: impl FnOnce(&Progress, Vec<Vertex<S>>) -> Result<Drawn<S>, Error>,
     transport: &dyn Transport,
-) -> Result<(Parts<S, C, L>, Progress), Error> {
+) -> Result<(Parts<S, L>, Progress), Error> {
     let (progress, cell, bodies, home, vertices, grains, points) = match snapshot {
         Some(of) => (vec![of.progress], vec![of.cell], of.bodies, vec![of.home], of.vertices, of.grains, of.points),
         None => Default::default(),
@@ -299,7 +300,7 @@ pub fn restore<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
 }
 
 /// Rows over all ranks of the tables that come in pieces.
-fn row_totals<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> [(&'static str, usize); 4] {
+fn row_totals<S: Space, L: MaterialLaw<S>>(world: &World<S, L>) -> [(&'static str, usize); 4] {
     let contacts = |row: usize| {
         let id = world.assembly.grains.cold[row].id;
         world.carried_by(row).filter(|(partner, _)| tables::stands_with(id, *partner)).count()
@@ -384,9 +385,12 @@ pub fn newest_in_words(dir: &Path) -> String {
 }
 
 /// The newest good checkpoint of a run directory; damaged newer ones are reported.
-pub fn latest<S: Space, M: Words<f64>, P: MaterialMemory>(dir: &Path) -> Result<(PathBuf, Snapshot<S, M, P>), Error> {
+pub fn latest<S: Space, P: MaterialMemory>(
+    dir: &Path,
+    memory_words: usize,
+) -> Result<(PathBuf, Snapshot<S, P>), Error> {
     let (path, state) = latest_state(dir)?;
-    Ok((path, Snapshot::from_state(state)?))
+    Ok((path, Snapshot::from_state(state, memory_words)?))
 }
 
 /// The same before it is read as a state of one kind of job.

@@ -4,8 +4,9 @@
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
 use crate::base::record::{Record, Visitor};
-use crate::base::space::{Space, Words};
+use crate::base::space::Space;
 use crate::dem::grains::{ContactRow, TieRow, is_body};
+use crate::dem::memories::Carried;
 use crate::law::material::MaterialMemory;
 use crate::store::checkpoint::Snapshot;
 
@@ -29,9 +30,7 @@ impl Visitor for NoNumber {
 
 /// Refuses numbers that are none, grains that stand twice or are nothing, contacts that stand twice, and steps beyond
 /// counting.
-pub fn refuse_unsound<S: Space, M: Words<f64>, P: MaterialMemory>(
-    snapshot: &mut Snapshot<S, M, P>,
-) -> Result<(), Error> {
+pub fn refuse_unsound<S: Space, P: MaterialMemory>(snapshot: &mut Snapshot<S, P>) -> Result<(), Error> {
     let progress = &mut snapshot.progress;
     for (name, step) in [("step", progress.step), ("series_step", progress.series_step)] {
         if step > STEP_MAX {
@@ -60,8 +59,8 @@ pub fn refuse_unsound<S: Space, M: Words<f64>, P: MaterialMemory>(
             return bad("grains", row, &format!("its contact with {} stands twice", pair[0].0.0));
         }
         let touched =
-            |(partner, memory): &(GrainId, M)| ContactRow { lower: grain.cold.id, higher: *partner, memory: *memory };
-        let mut contacts: Vec<ContactRow<M>> = grain.contacts.iter().map(touched).collect();
+            |(partner, memory): &Carried| ContactRow { lower: grain.cold.id, higher: *partner, memory: *memory };
+        let mut contacts: Vec<ContactRow> = grain.contacts.iter().map(touched).collect();
         refuse_no_numbers("contacts", &mut contacts)?;
         refuse_no_numbers("ties", &mut [TieRow::<S> { grain: grain.cold.id, tie: grain.tie }])?;
     }

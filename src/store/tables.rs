@@ -5,8 +5,9 @@ use scree_io::column::{State, Table};
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
 use crate::base::record::{Cargo, from_table, to_table};
-use crate::base::space::{Space, Words};
+use crate::base::space::Space;
 use crate::dem::grains::{ContactRow, GrainRow, Tie, TieRow, is_body};
+use crate::law::contact::Memory;
 use crate::law::material::MaterialMemory;
 use crate::mpm::points::Point;
 
@@ -16,23 +17,28 @@ pub fn stands_with(id: GrainId, partner: GrainId) -> bool {
     partner > id
 }
 
-/// Tables `grains` and `contacts` of rows in canonical order, or of a piece of them. A contact stands once.
-pub fn of_grains<S: Space, M: Words<f64>>(rows: &mut [GrainRow<S, M>]) -> [Table; 2] {
-    let mut contacts: Vec<ContactRow<M>> = Vec::new();
+/// Tables `grains` and `contacts` of rows in canonical order, or of a piece of them, under a law with so many words of memory. A
+/// contact stands once.
+pub fn of_grains<S: Space>(rows: &mut [GrainRow<S>], memory_words: usize) -> [Table; 2] {
+    let mut contacts: Vec<ContactRow> = Vec::new();
     for row in rows.iter() {
         let lower = row.cold.id;
         let ours = row.contacts.iter().filter(|(partner, _)| stands_with(lower, *partner));
         contacts.extend(ours.map(|(higher, memory)| ContactRow { lower, higher: *higher, memory: *memory }));
     }
-    let mut blank = ContactRow { lower: GrainId(0), higher: GrainId(0), memory: M::zero() };
+    let mut blank = blank_contact(memory_words);
     [to_table("grains", rows, &mut GrainRow::blank()), to_table("contacts", &mut contacts, &mut blank)]
 }
 
 /// Table `ties` of the same rows: those that are tied.
-pub fn of_ties<S: Space, M>(rows: &[GrainRow<S, M>]) -> Table {
+pub fn of_ties<S: Space>(rows: &[GrainRow<S>]) -> Table {
     let tied = rows.iter().filter(|row| row.tie != Tie::loose());
     let mut ties: Vec<TieRow<S>> = tied.map(|row| TieRow { grain: row.cold.id, tie: row.tie }).collect();
     to_table("ties", &mut ties, &mut blank_tie())
+}
+
+fn blank_contact(memory_words: usize) -> ContactRow {
+    ContactRow { lower: GrainId(0), higher: GrainId(0), memory: Memory::blank(memory_words) }
 }
 
 fn blank_tie<S: Space>() -> TieRow<S> {
@@ -45,10 +51,9 @@ pub fn of_points<S: Space, M: MaterialMemory>(rows: &mut [Point<S, M>]) -> Table
 }
 
 /// Rows of the tables that [`of_grains`] and, where something is tied, [`of_ties`] made, in their order.
-pub fn to_grains<S: Space, M: Words<f64>>(state: &mut State) -> Result<Vec<GrainRow<S, M>>, Error> {
-    let blank = ContactRow { lower: GrainId(0), higher: GrainId(0), memory: M::zero() };
-    let mut rows: Vec<GrainRow<S, M>> = take(state, "grains", &GrainRow::blank())?;
-    let contacts: Vec<ContactRow<M>> = take(state, "contacts", &blank)?;
+pub fn to_grains<S: Space>(state: &mut State, memory_words: usize) -> Result<Vec<GrainRow<S>>, Error> {
+    let mut rows: Vec<GrainRow<S>> = take(state, "grains", &GrainRow::blank())?;
+    let contacts: Vec<ContactRow> = take(state, "contacts", &blank_contact(memory_words))?;
     let mut order: Vec<(GrainId, usize)> = rows.iter().enumerate().map(|(at, row)| (row.cold.id, at)).collect();
     order.sort_unstable();
     let find = |id: GrainId, table: &str| {
@@ -95,20 +100,18 @@ pub fn take<R: crate::base::record::Record + Clone>(state: &mut State, name: &st
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::space::{Components, Linear, Plane};
+    use crate::base::space::{Linear, Plane};
     use crate::dem::grains::{Mover, body_partner};
-
-    type Memory = Components<f64, 1>;
 
     #[test]
     fn contacts_with_grains_and_with_bodies_come_back() {
-        let grain = |id: u64| GrainRow::<Plane, Memory>::resting(GrainId(id), Linear::zero(), 1e-3, 1e-5, Mover::Free);
+        let grain = |id: u64| GrainRow::<Plane>::resting(GrainId(id), Linear::zero(), 1e-3, 1e-5, Mover::Free);
         let mut rows = [grain(3), grain(8)];
-        let memory = |number: f64| Components([number]);
+        let memory = |number: f64| Memory::of_words(&[number]);
         rows[0].contacts = vec![(GrainId(8), memory(1.0)), (body_partner(0), memory(2.0))];
         rows[1].contacts = vec![(GrainId(3), memory(1.0))];
-        let mut state = State { attributes: Default::default(), tables: of_grains(&mut rows).into() };
-        let read: Vec<GrainRow<Plane, Memory>> = to_grains(&mut state).unwrap();
+        let mut state = State { attributes: Default::default(), tables: of_grains(&mut rows, 1).into() };
+        let read: Vec<GrainRow<Plane>> = to_grains(&mut state, 1).unwrap();
         for (read, row) in read.iter().zip(&rows) {
             assert_eq!(format!("{:?}", read.contacts), format!("{:?}", row.contacts));
         }

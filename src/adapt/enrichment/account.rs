@@ -1,9 +1,7 @@
 //! What a change of a zone may not change: mass and momentum of the whole world.
 
 use crate::base::error::Error;
-use crate::base::space::Plane;
 use crate::domain::accounts::conservation::Holdings;
-use crate::law::contact::ContactLaw;
 use crate::prepare::sheared::PlanarWorld;
 
 /// Of which mass, and of which of all motion, whichever way it goes, a change may not exceed this share.
@@ -26,13 +24,13 @@ pub struct BeforeAndAfter {
 
 impl Account {
     /// Collective.
-    pub fn open<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>) -> Result<Self, Error> {
+    pub fn open(world: &mut PlanarWorld) -> Result<Self, Error> {
         let Holdings { mass, momentum: [x, y, _], motion, .. } = world.holdings()?;
         Ok(Self { mass, momentum: [x, y], motion })
     }
 
     /// What was kept of it; an error where not all was, to round-off. Collective.
-    pub fn close<C: ContactLaw<Plane>>(self, world: &mut PlanarWorld<C>, what: &str) -> Result<BeforeAndAfter, Error> {
+    pub fn close(self, world: &mut PlanarWorld, what: &str) -> Result<BeforeAndAfter, Error> {
         let after = Self::open(world)?;
         let kept = BeforeAndAfter { mass: [self.mass, after.mass], momentum: [self.momentum, after.momentum] };
         let off = |axis: usize| (after.momentum[axis] - self.momentum[axis]).abs();

@@ -3,17 +3,15 @@
 use super::motion::Motion;
 use super::residents::Residents;
 use super::{PlanarPoint, Refusal, Vector};
-use crate::base::space::Plane;
 use crate::couple::select::{Candidate, select};
 use crate::couple::zone::{CellGrid, Enrichment, Label, Zone};
 use crate::dem::grains::Mover;
-use crate::law::contact::ContactLaw;
 use crate::prepare::sheared::Grain;
 
-pub(super) struct Chosen<C: ContactLaw<Plane>> {
-    pub grains: Vec<Grain<C>>,
+pub(super) struct Chosen {
+    pub grains: Vec<Grain>,
     /// Grains of the packing that stand beside them already.
-    pub beside: Vec<Grain<C>>,
+    pub beside: Vec<Grain>,
     /// Ids of rim grains, rising.
     pub rim: Vec<u64>,
     /// Weight that points of the rim keep.
@@ -62,13 +60,13 @@ impl<'a> Sight<'a> {
 }
 
 /// Those that are to enter. They weigh what the zone's `[core, rim]` give up: all of the core's mass, kg, and w of the rim's.
-pub(super) fn choose<C: ContactLaw<Plane>>(
+pub(super) fn choose(
     settings: &Enrichment,
     zone: &Zone,
     sight: &Sight<'_>,
-    packing: &[Grain<C>],
+    packing: &[Grain],
     [core, rim_mass]: [f64; 2],
-) -> Result<Chosen<C>, Refusal> {
+) -> Result<Chosen, Refusal> {
     let (mut candidates, mut beside) = (Vec::new(), Vec::new());
     for (row, grain) in packing.iter().enumerate() {
         let place = match sight.stands(grain.cold.id.0, &grain.cold.origin) {
@@ -113,12 +111,7 @@ pub(super) fn choose<C: ContactLaw<Plane>>(
 }
 
 /// Ids, rising, of the grains within two cells of where the material ends.
-pub(super) fn border<C: ContactLaw<Plane>>(
-    grid: &CellGrid,
-    points: &[PlanarPoint],
-    residents: &Residents,
-    chosen: &Chosen<C>,
-) -> Vec<u64> {
+pub(super) fn border(grid: &CellGrid, points: &[PlanarPoint], residents: &Residents, chosen: &Chosen) -> Vec<u64> {
     let mut filled = vec![false; grid.counts[0] * grid.counts[1]];
     let cell_of = |origin: &Vector| grid.at(origin[0], origin[1]);
     let began = points.iter().map(|point| &point.cold.origin).chain(residents.iter().map(|resident| &resident.origin));
@@ -126,7 +119,7 @@ pub(super) fn border<C: ContactLaw<Plane>>(
     let is_inner = |cell: usize| filled[cell] && grid.beside(cell).filter(|beside| filled[*beside]).count() == 4;
     let inner: Vec<bool> = (0..filled.len()).map(is_inner).collect();
     let is_deep = |cell: usize| inner[cell] && grid.beside(cell).all(|beside| inner[beside]);
-    let at_border = |grain: &&Grain<C>| !cell_of(&grain.cold.origin).is_some_and(is_deep);
+    let at_border = |grain: &&Grain| !cell_of(&grain.cold.origin).is_some_and(is_deep);
     let mut border: Vec<u64> = chosen.grains.iter().filter(at_border).map(|grain| grain.cold.id.0).collect();
     border.sort_unstable();
     border

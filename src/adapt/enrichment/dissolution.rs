@@ -19,7 +19,6 @@ use crate::base::space::{Plane, Space};
 use crate::couple::patch::Patch;
 use crate::couple::zone::{CellGrid, Enrichment};
 use crate::dem::grains::{Hot, Mover};
-use crate::law::contact::ContactLaw;
 use crate::mpm::track::Instants;
 use crate::prepare::sheared::{Grain, PlanarWorld};
 
@@ -65,8 +64,8 @@ impl Fate {
 
 /// Turns grains far from all `busy` cells back into points; nothing where there are none. `depth` is that of the plane, m, `fraction`
 /// the packing's at the start. Collective.
-pub fn dissolve<C: ContactLaw<Plane>>(
-    world: &mut PlanarWorld<C>,
+pub fn dissolve(
+    world: &mut PlanarWorld,
     (settings, depth, fraction): (&Enrichment, f64, f64),
     instants: &Instants,
     busy: &[u64],
@@ -112,8 +111,8 @@ struct Ground<'a> {
 }
 
 /// What grains and points of this rank are to become, and what that moves from these to those, set by set.
-struct Draft<C: ContactLaw<Plane>> {
-    grains: Vec<Grain<C>>,
+struct Draft {
+    grains: Vec<Grain>,
     /// What remains of their weights.
     left: Vec<f64>,
     /// Volume of grains outside the rim that give up their place, by cell and part of it, m3.
@@ -126,8 +125,8 @@ struct Draft<C: ContactLaw<Plane>> {
     sums: Vec<ExactSum<SUMS>>,
 }
 
-impl<C: ContactLaw<Plane>> Draft<C> {
-    fn of(world: &PlanarWorld<C>, ground: &Ground<'_>, settings: &Enrichment, (sets, depth): (usize, f64)) -> Self {
+impl Draft {
+    fn of(world: &PlanarWorld, ground: &Ground<'_>, settings: &Enrichment, (sets, depth): (usize, f64)) -> Self {
         let (grains, points) = world.rows();
         let left = grains.iter().map(|grain| weight_left(world, ground.fates, settings, grain)).collect();
         let freed = points.iter().map(|point| freed(world, ground.fates, point)).collect();
@@ -155,7 +154,7 @@ impl<C: ContactLaw<Plane>> Draft<C> {
         draft
     }
 
-    fn make_points(&mut self, world: &PlanarWorld<C>, ground: &Ground<'_>, settings: &Enrichment, instants: &Instants) {
+    fn make_points(&mut self, world: &PlanarWorld, ground: &Ground<'_>, settings: &Enrichment, instants: &Instants) {
         let Ground { grid, patches, fates, parts, volume, fraction } = *ground;
         let taken = self.points.iter().filter_map(|point| {
             let cell = world.cell_of_point(&point.cold)?;
@@ -176,7 +175,7 @@ impl<C: ContactLaw<Plane>> Draft<C> {
     }
 
     /// What comes of each set, none where it stays. Collective.
-    fn agree(&mut self, world: &PlanarWorld<C>) -> Result<(Dissolved, Vec<Option<Change>>), Error> {
+    fn agree(&mut self, world: &PlanarWorld) -> Result<(Dissolved, Vec<Option<Change>>), Error> {
         let (mut done, mut changes) = (Dissolved::default(), Vec::new());
         for sums in std::mem::take(&mut self.sums) {
             let of = world.reduce(sums)?;
@@ -200,10 +199,10 @@ impl<C: ContactLaw<Plane>> Draft<C> {
 
     fn carried_out(
         self,
-        world: &PlanarWorld<C>,
+        world: &PlanarWorld,
         fates: &[Fate],
         changes: &[Option<Change>],
-    ) -> (Vec<Grain<C>>, Vec<PlanarPoint>) {
+    ) -> (Vec<Grain>, Vec<PlanarPoint>) {
         let Self { mut grains, left, mut points, freed, made, .. } = self;
         for (grain, left) in grains.iter_mut().zip(left) {
             let set = world.cell_of_grain(&grain.cold).and_then(|cell| fates[cell].set());
@@ -231,7 +230,7 @@ impl<C: ContactLaw<Plane>> Draft<C> {
 }
 
 /// The set in which a point of the old rim comes to stand for all of its place, if it does.
-fn freed<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, fates: &[Fate], point: &PlanarPoint) -> Option<usize> {
+fn freed(world: &PlanarWorld, fates: &[Fate], point: &PlanarPoint) -> Option<usize> {
     match world.cell_of_point(&point.cold).map(|cell| fates[cell]) {
         Some(Fate::Leaves(set)) if point.hot.weight < 1.0 => Some(set),
         _ => None,
@@ -274,12 +273,7 @@ impl Change {
 }
 
 /// What remains of a grain's weight.
-fn weight_left<C: ContactLaw<Plane>>(
-    world: &PlanarWorld<C>,
-    fates: &[Fate],
-    settings: &Enrichment,
-    grain: &Grain<C>,
-) -> f64 {
+fn weight_left(world: &PlanarWorld, fates: &[Fate], settings: &Enrichment, grain: &Grain) -> f64 {
     let weight = grain.hot.weight;
     let fate = world.cell_of_grain(&grain.cold).map_or(Fate::Stays, |cell| fates[cell]);
     match fate {

@@ -11,7 +11,6 @@ use crate::couple::zone::{CellGrid, Enrichment, Label, Zone};
 use crate::dem::grains::{Hot, Mover};
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::law::contact::ContactLaw;
 use crate::law::material::{CriticalMemory, MaterialLaw};
 use crate::mpm::points::{Hot as PointHot, Point};
 use crate::mpm::track::Instants;
@@ -60,7 +59,7 @@ pub struct Enriched {
 }
 
 /// The cells of the world's domain.
-pub fn cell_grid<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> CellGrid {
+pub fn cell_grid<S: Space, L: MaterialLaw<S>>(world: &World<S, L>) -> CellGrid {
     let layout = &world.subdomain.layout;
     CellGrid {
         counts: [layout.cells[0], layout.cells[1]],
@@ -75,8 +74,8 @@ const MARGIN: usize = 6;
 
 /// Replaces the points around the flagged nodes by trained grains of the packing in `packing_file`, which `lies` in the specimen;
 /// `depth` is that of the plane, m. Grains that are there already stay.
-pub fn enrich<C: ContactLaw<Plane>>(
-    world: &mut PlanarWorld<C>,
+pub fn enrich(
+    world: &mut PlanarWorld,
     how: (&Enrichment, f64),
     flagged: &[u64],
     instants: &Instants,
@@ -102,19 +101,19 @@ pub fn enrich<C: ContactLaw<Plane>>(
 pub struct Refusal(pub String);
 
 /// Who is to go and who is to come, trained; nothing has been changed yet.
-pub struct Plan<C: ContactLaw<Plane>> {
+pub struct Plan {
     zone: Zone,
     /// That points of the rim keep.
     point_weight: f64,
     /// Rows of this rank's blocks.
-    trained: Trained<C>,
+    trained: Trained,
     enriched: Enriched,
 }
 
-impl<C: ContactLaw<Plane>> Plan<C> {
+impl Plan {
     /// For a world whose grains, if it has any, are at home. Collective.
     pub fn of(
-        world: &mut PlanarWorld<C>,
+        world: &mut PlanarWorld,
         (settings, depth): (&Enrichment, f64),
         flagged: &[u64],
         instants: &Instants,
@@ -142,7 +141,7 @@ impl<C: ContactLaw<Plane>> Plan<C> {
         let is_wanted = |id: GrainId, origin: &Vector| !matches!(sight.stands(id.0, origin), Stands::Away);
         let Reference { grains: packing, seats } =
             Reference::read(world, packing_file, (lies, zone.middle()), is_wanted)?;
-        let chosen = match choose::<C>(settings, &zone, &sight, &packing, [core - raised, rim]) {
+        let chosen = match choose(settings, &zone, &sight, &packing, [core - raised, rim]) {
             Ok(chosen) => chosen,
             Err(refusal) => return Ok(Err(refusal)),
         };
@@ -175,7 +174,7 @@ impl<C: ContactLaw<Plane>> Plan<C> {
     }
 
     /// Puts the grains in. Collective.
-    pub fn carry_out(self, world: &mut PlanarWorld<C>) -> Result<Enriched, Error> {
+    pub fn carry_out(self, world: &mut PlanarWorld) -> Result<Enriched, Error> {
         let Self { zone, point_weight, trained: Trained { mut grains, touched }, mut enriched } = self;
         let account = Account::open(world)?;
         world.look_at_costs();
@@ -224,7 +223,7 @@ fn is_raised(zone: &Zone, hot: &Hot<Plane>) -> bool {
 }
 
 /// Mass, kg, and momentum along x and y, N s, that grains of an older zone's rim take over with their whole weight. Collective.
-fn raised<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, zone: &Zone) -> Result<[f64; 3], Error> {
+fn raised(world: &PlanarWorld, zone: &Zone) -> Result<[f64; 3], Error> {
     let mut sums = ExactSum::<3>::new();
     for hot in world.assembly.grains.hot[..world.assembly.grains.owned].iter().filter(|hot| is_raised(zone, hot)) {
         let mass = (1.0 - hot.weight) * hot.mass;
@@ -236,11 +235,7 @@ fn raised<C: ContactLaw<Plane>>(world: &PlanarWorld<C>, zone: &Zone) -> Result<[
 }
 
 /// Grains of this rank that have been there, with the contacts that those who `touched` the new ones have got. Collective.
-fn stayed<C: ContactLaw<Plane>>(
-    world: &PlanarWorld<C>,
-    zone: &Zone,
-    touched: Vec<Grain<C>>,
-) -> Result<Vec<Grain<C>>, Error> {
+fn stayed(world: &PlanarWorld, zone: &Zone, touched: Vec<Grain>) -> Result<Vec<Grain>, Error> {
     let mut touched = transfer::gather_everywhere(world.transport, touched)?;
     touched.sort_unstable_by_key(|row| row.cold.id);
     let mut rows = world.grain_rows(0..world.assembly.grains.owned);
@@ -257,11 +252,7 @@ fn stayed<C: ContactLaw<Plane>>(
 }
 
 /// One rigid correction gives the grains exactly the momentum that the points gave up.
-fn correct_momentum<C: ContactLaw<Plane>>(
-    world: &PlanarWorld<C>,
-    grains: &mut [Grain<C>],
-    wanted: [f64; 2],
-) -> Result<(), Error> {
+fn correct_momentum(world: &PlanarWorld, grains: &mut [Grain], wanted: [f64; 2]) -> Result<(), Error> {
     let mut sums = ExactSum::<3>::new();
     for grain in grains.iter() {
         let mass = grain.hot.weight * grain.hot.mass;
@@ -294,14 +285,14 @@ fn mean_stress<'a>(points: impl Iterator<Item = &'a PlanarPoint>) -> [f64; 3] {
 const FRACTION_NOMINAL: f64 = 0.84;
 
 /// Mean Love-Weber stress of the free grains, Pa: xx, yy, xy.
-pub fn grain_stress<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, depth: f64) -> Result<[f64; 3], Error> {
+pub fn grain_stress(world: &mut PlanarWorld, depth: f64) -> Result<[f64; 3], Error> {
     world.refresh_ghosts();
     let mut sums = ExactSum::<4>::new();
     for (row, (hot, cold)) in
         world.assembly.grains.hot[..world.assembly.grains.owned].iter().zip(&world.assembly.grains.cold).enumerate()
     {
         if cold.mover == Mover::Free {
-            let moment = world.assembly.contacts.moment(&world.settings.contact, &world.assembly.grains, row, [0.0; 2]);
+            let moment = world.assembly.contacts.moment(world.law(), &world.assembly.grains, row, [0.0; 2]);
             sums.add(0, moment[0]);
             sums.add(1, moment[3]);
             sums.add(2, 0.5 * (moment[1] + moment[2]));

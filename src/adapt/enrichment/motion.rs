@@ -4,7 +4,6 @@ use super::{PlanarPoint, Vector, cell_grid};
 use crate::base::space::{Linear, Plane};
 use crate::couple::motion::{MotionField, Moved};
 use crate::dem::cell::{Cell, Image};
-use crate::law::contact::ContactLaw;
 use crate::mpm::points::Points;
 use crate::mpm::track::Instants;
 use crate::prepare::sheared::PlanarWorld;
@@ -15,7 +14,7 @@ pub(super) fn displacement(position: &Vector, (origin, image): (&Vector, Image),
 }
 
 /// Takes the tracks of all points at their instants; `instants` says which steps these are.
-pub fn track<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, instants: &mut Instants) {
+pub fn track(world: &mut PlanarWorld, instants: &mut Instants) {
     if instants.every == 0 || !world.is_due(instants.every) {
         return;
     }
@@ -45,12 +44,7 @@ pub struct Motion {
 
 impl Motion {
     /// `points` in the order of their ids; `share` of the motion is kept.
-    pub(super) fn of<C: ContactLaw<Plane>>(
-        world: &PlanarWorld<C>,
-        points: &[PlanarPoint],
-        instants: &Instants,
-        share: f64,
-    ) -> Self {
+    pub(super) fn of(world: &PlanarWorld, points: &[PlanarPoint], instants: &Instants, share: f64) -> Self {
         let moved = |point: &PlanarPoint| {
             let mut path = vec![Vector::zero()];
             path.extend(&point.past.track.displacements[..instants.times.len()]);

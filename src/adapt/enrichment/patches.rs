@@ -13,17 +13,12 @@ use crate::couple::patch::Patch;
 use crate::couple::rest::{CellStrain, RestWatch};
 use crate::couple::zone::CellGrid;
 use crate::dem::grains::Mover;
-use crate::law::contact::ContactLaw;
 use crate::prepare::sheared::PlanarWorld;
 
 type Tensor = <Plane as Space>::Tensor;
 
 /// Takes in how the grains have moved for `time`, s, until now. Collective.
-pub fn look_for_rest<C: ContactLaw<Plane>>(
-    world: &mut PlanarWorld<C>,
-    watch: &mut RestWatch,
-    (depth, time): (f64, f64),
-) -> Result<(), Error> {
+pub fn look_for_rest(world: &mut PlanarWorld, watch: &mut RestWatch, (depth, time): (f64, f64)) -> Result<(), Error> {
     let (grid, patches) = (cell_grid(world), patches(world, depth, false)?);
     let rate = |cell: &u64| {
         let rate = around(&grid, &patches, *cell).velocity(grid.cell).gradient;
@@ -48,11 +43,7 @@ pub(super) fn around(grid: &CellGrid, patches: &BTreeMap<u64, Patch>, cell: u64)
 
 /// Sums of all cells that hold grains, each about its own centre, on every rank; with the stress of their contacts if that is wanted. A
 /// cell belongs to one rank, which adds its grains up in the order of its rows. Collective.
-pub(super) fn patches<C: ContactLaw<Plane>>(
-    world: &mut PlanarWorld<C>,
-    depth: f64,
-    with_contacts: bool,
-) -> Result<BTreeMap<u64, Patch>, Error> {
+pub(super) fn patches(world: &mut PlanarWorld, depth: f64, with_contacts: bool) -> Result<BTreeMap<u64, Patch>, Error> {
     let grid = cell_grid(world);
     let moments = if with_contacts { moments(world) } else { Vec::new() };
     let mut mine: BTreeMap<u64, Patch> = BTreeMap::new();
@@ -96,9 +87,9 @@ fn read(bytes: &[u8], into: &mut BTreeMap<u64, Patch>) -> Result<(), ParcelError
 }
 
 /// Love-Weber sums of all owned grains, J. Collective.
-fn moments<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>) -> Vec<Tensor> {
+fn moments(world: &mut PlanarWorld) -> Vec<Tensor> {
     world.refresh_ghosts();
-    let (law, grains) = (&world.settings.contact, &world.assembly.grains);
+    let (law, grains) = (world.law(), &world.assembly.grains);
     let mut moments = vec![Tensor::zero(); grains.owned];
     let on_bodies = world.assembly.walls.bearings(law, grains, (&world.bodies, &world.assembly.cell), [0.0; 2]);
     let on_grains = (0..grains.owned).flat_map(|row| world.assembly.contacts.bearings(law, grains, row, [0.0; 2]));

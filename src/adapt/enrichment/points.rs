@@ -8,7 +8,6 @@ use crate::base::space::{Linear, Plane, Space};
 use crate::base::symmetric::Symmetric;
 use crate::couple::patch::Patch;
 use crate::couple::zone::CellGrid;
-use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::mpm::points::Point;
 use crate::mpm::scheme::Transfer;
@@ -24,12 +23,12 @@ const FILLED_PLACE: f64 = 0.5;
 /// Cells of this rank and parts of them that points are to be made in, in their order: all of a full cell's that are free, and elsewhere
 /// those that grains fill. `filled` is the volume of the grains outside the rim that give up their place, m3, `taken` where points are,
 /// `solid` what grains fill of a part in the mean, m3.
-pub(super) fn places<C: ContactLaw<Plane>>(
+pub(super) fn places(
     (grid, patches): (&CellGrid, &BTreeMap<u64, Patch>),
     (parts, solid): (u64, f64),
     filled: &BTreeMap<(u64, u64), f64>,
     taken: BTreeSet<(u64, u64)>,
-    world: &PlanarWorld<C>,
+    world: &PlanarWorld,
 ) -> BTreeSet<(u64, u64)> {
     let is_free = |cell: u64, part: u64| {
         let place = middle_of(grid, parts, (cell, part));
@@ -69,7 +68,7 @@ fn middle_of(grid: &CellGrid, parts: u64, (cell, part): (u64, u64)) -> Vector {
 }
 
 /// An id that no point has, and none above it.
-pub(super) fn first_free_id<C: ContactLaw<Plane>>(world: &PlanarWorld<C>) -> u64 {
+pub(super) fn first_free_id(world: &PlanarWorld) -> u64 {
     let mut most = [world.continuum.points.cold.iter().map(|cold| cold.id.0).max().unwrap_or(0) as f64];
     world.transport.max(&mut most);
     most[0] as u64 + 1
@@ -97,7 +96,7 @@ pub(super) struct Maker<'a> {
 
 impl Maker<'_> {
     /// In the middle of a part of a cell, as the grains of the patch around the cell's centre are in the mean.
-    pub fn point<C: ContactLaw<Plane>>(&self, world: &PlanarWorld<C>, at: (u64, u64), patch: &Patch) -> PlanarPoint {
+    pub fn point(&self, world: &PlanarWorld, at: (u64, u64), patch: &Patch) -> PlanarPoint {
         let place = middle_of(self.grid, self.parts, at);
         let way = place - self.grid.centre(at.0 as usize);
         let (velocity, displacement) = (patch.velocity(self.grid.cell), patch.displacement(self.grid.cell));

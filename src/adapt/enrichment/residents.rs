@@ -9,7 +9,6 @@ use crate::base::record::{Cargo, Record, Visitor};
 use crate::base::space::{Linear, Plane};
 use crate::dem::grains::{Cold, Hot, Mover};
 use crate::domain::transfer;
-use crate::law::contact::ContactLaw;
 use crate::prepare::sheared::PlanarWorld;
 
 /// Where a grain of the packing has come.
@@ -45,7 +44,7 @@ pub(super) struct Residents(Vec<Resident>);
 
 impl Residents {
     /// Collective.
-    pub fn of<C: ContactLaw<Plane>>(world: &PlanarWorld<C>) -> Result<Self, Error> {
+    pub fn of(world: &PlanarWorld) -> Result<Self, Error> {
         let rows = world.assembly.grains.hot[..world.assembly.grains.owned].iter().zip(&world.assembly.grains.cold);
         let free = rows.filter(|(_, cold)| cold.mover == Mover::Free);
         let resident = |(hot, cold): (&Hot<Plane>, &Cold<Plane>)| Resident {

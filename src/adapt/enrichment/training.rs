@@ -12,28 +12,27 @@ use crate::couple::zone::Enrichment;
 use crate::dem::grains::{Cold, Mover, is_body};
 use crate::domain::rebuild::Parts;
 use crate::domain::world::{PUSHED_DRAG, Settings};
-use crate::law::contact::ContactLaw;
 use crate::prepare::reference::Lies;
 use crate::prepare::sheared::{Grain, PlanarWorld};
 
 /// What training has made, rows of this rank's blocks.
-pub(super) struct Trained<C: ContactLaw<Plane>> {
-    pub grains: Vec<Grain<C>>,
+pub(super) struct Trained {
+    pub grains: Vec<Grain>,
     /// Residents that touch them, with the memories of these contacts alone.
-    pub touched: Vec<Grain<C>>,
+    pub touched: Vec<Grain>,
 }
 
 /// A world of the chosen grains alone, its rim moved along the continuum's path, everything inside free. Where the material ends nothing
 /// moves with it: bodies come along as they have come, and what else held grains of the packing there, a membrane, holds on with the force
 /// that it had, and drags them along with the continuum. Residents beside them go along the continuum's path as well, and at last to where they stand.
-pub(super) fn train<C: ContactLaw<Plane>>(
-    world: &mut PlanarWorld<C>,
+pub(super) fn train(
+    world: &mut PlanarWorld,
     (training, depth): (&Enrichment, f64),
     motion: &Motion,
-    mut grains: Vec<Grain<C>>,
+    mut grains: Vec<Grain>,
     held: &Holders<'_>,
     enriched: &mut Enriched,
-) -> Result<Trained<C>, Error> {
+) -> Result<Trained, Error> {
     for grain in grains.iter_mut().filter(|grain| held.is_led(grain.cold.id.0)) {
         grain.cold.mover = Mover::Script;
     }
@@ -65,7 +64,7 @@ pub(super) fn train<C: ContactLaw<Plane>>(
         (along + rest * ((to - from) / now)) * share
     };
     let parts = Parts::fresh(grains, Vec::new(), touched.iter().map(at_start).collect(), world.assembly.cell);
-    let mut apart = PlanarWorld::<C>::new(settings, world.subdomain.layout.clone(), world.transport, 0, parts)?;
+    let mut apart = PlanarWorld::new(settings, world.subdomain.layout.clone(), world.transport, 0, parts)?;
     apart.assembly.walls.laws =
         touched.iter().filter_map(|number| world.assembly.walls.laws.get(*number).copied()).collect();
     hold_open(&mut apart, held);
@@ -106,7 +105,7 @@ pub(super) fn train<C: ContactLaw<Plane>>(
     let is_resident = |id: u64| held.residents.get(id).is_some();
     let mut grains = apart.rows().0;
     drop(apart);
-    let mut touched: Vec<Grain<C>> = grains.extract_if(.., |row| is_resident(row.cold.id.0)).collect();
+    let mut touched: Vec<Grain> = grains.extract_if(.., |row| is_resident(row.cold.id.0)).collect();
     touched
         .iter_mut()
         .for_each(|row| row.contacts.retain(|(partner, _)| !is_body(*partner) && !is_resident(partner.0)));
@@ -115,7 +114,7 @@ pub(super) fn train<C: ContactLaw<Plane>>(
 }
 
 /// Bodies that grains touch, by their numbers.
-fn touched_bodies<C: ContactLaw<Plane>>(world: &PlanarWorld<C>) -> Vec<usize> {
+fn touched_bodies(world: &PlanarWorld) -> Vec<usize> {
     (0..world.bodies.len()).filter(|number| world.bodies[*number].is_touched()).collect()
 }
 
@@ -153,7 +152,7 @@ impl Holders<'_> {
 
 /// Grains at the border are pushed from now on by what their contacts leave open as they stand. A piece that is cut there is under one
 /// stress throughout: they bear as much of it as the specimen does at its start, next to nothing at a free surface.
-fn hold_open<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_>) {
+fn hold_open(apart: &mut PlanarWorld, held: &Holders<'_>) {
     if held.border.is_empty() {
         return;
     }
@@ -193,11 +192,7 @@ const LOOKS_FOR_ALL: u64 = 2500;
 /// Grains of the rim were moved each by itself, and overlap where the continuum strained much; and where it bears next to nothing, as under a
 /// free surface, a strain of a thousandth that grains and points do not share makes a hundred times its stress. They are let go against
 /// heavy damping, before anything moves that could throw them, for as short a time as it takes.
-fn release<C: ContactLaw<Plane>>(
-    apart: &mut PlanarWorld<C>,
-    held: &Holders<'_>,
-    (depth, stress_points): (f64, [f64; 3]),
-) -> Result<(), Error> {
+fn release(apart: &mut PlanarWorld, held: &Holders<'_>, (depth, stress_points): (f64, [f64; 3])) -> Result<(), Error> {
     let damping = apart.settings.field.damping;
     let wanted = pressure(&stress_points);
     let is_loaded = wanted > 0.0 && pressure(&grain_stress(apart, depth)?) > PRESSURE_MAX * wanted;
@@ -216,11 +211,7 @@ fn release<C: ContactLaw<Plane>>(
 }
 
 /// Some steps in which grains of the rim move as they like, against damping.
-fn let_go<C: ContactLaw<Plane>>(
-    apart: &mut PlanarWorld<C>,
-    held: &Holders<'_>,
-    release: &Release,
-) -> Result<(), Error> {
+fn let_go(apart: &mut PlanarWorld, held: &Holders<'_>, release: &Release) -> Result<(), Error> {
     let is_of_rim = |cold: &&mut Cold<Plane>| cold.mover == Mover::Script && held.is_of_rim(cold.id.0);
     let mut freed = 0;
     for cold in apart.assembly.grains.cold.iter_mut().filter(is_of_rim) {
@@ -242,9 +233,9 @@ fn pressure([xx, yy, _]: &[f64; 3]) -> f64 {
 }
 
 /// Whether a grain of the rim presses on another, or on a body, far harder than free ones do on each other. Collective.
-fn is_squeezed<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_>) -> Result<bool, Error> {
+fn is_squeezed(apart: &mut PlanarWorld, held: &Holders<'_>) -> Result<bool, Error> {
     apart.refresh_ghosts();
-    let (grains, law) = (&apart.assembly.grains, &apart.settings.contact);
+    let (grains, law) = (&apart.assembly.grains, apart.law());
     let on_bodies = apart.assembly.walls.bearings(law, grains, (&apart.bodies, &apart.assembly.cell), [0.0; 2]);
     let on_grains = (0..grains.owned).flat_map(|row| apart.assembly.contacts.bearings(law, grains, row, [0.0; 2]));
     let (mut of_free, mut hardest) = (ExactSum::<2>::new(), [0.0f64]);
@@ -272,7 +263,7 @@ type Lead<'a> = Box<dyn Fn(&Cold<Plane>) -> Vector + 'a>;
 
 /// Grains that are led go on with another velocity than before, and so does what drags those of the border along: a grain that comes off
 /// its neighbours there goes with the continuum, and not away.
-fn follow<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_>, [before, now]: [&Lead<'_>; 2]) {
+fn follow(apart: &mut PlanarWorld, held: &Holders<'_>, [before, now]: [&Lead<'_>; 2]) {
     let (drag, grains) = (PUSHED_DRAG / apart.settings.dt, &mut apart.assembly.grains);
     for (cold, hot) in grains.cold.iter_mut().zip(&grains.hot) {
         match cold.mover {
@@ -286,7 +277,7 @@ fn follow<C: ContactLaw<Plane>>(apart: &mut PlanarWorld<C>, held: &Holders<'_>, 
     grains.push_as_told();
 }
 
-fn run_steps<C: ContactLaw<Plane>>(world: &mut PlanarWorld<C>, steps: u64) -> Result<(), Error> {
+fn run_steps(world: &mut PlanarWorld, steps: u64) -> Result<(), Error> {
     for _ in 0..steps {
         world.advance()?;
     }

@@ -9,11 +9,11 @@ use scree_partition::Solo;
 use super::fit::Shear;
 use crate::base::error::Error;
 use crate::base::math;
-use crate::base::space::{Plane, Solid};
+use crate::base::space::Plane;
 use crate::dem::motion::Damping;
 use crate::job::assembly::{Assembly, Cell, CellServo, Matter, Packed, Preparation, Sizes, Source, Velocities};
 use crate::job::{BLOCK_OF_DISCS, Job, Output, Scenario, derived};
-use crate::law::contact::{Contact, ContactLaw, ForAnyLaw, with_law_of};
+use crate::law::contact::Contact;
 use crate::prepare::grain_world;
 use crate::prepare::sheared::steps;
 
@@ -194,28 +194,9 @@ impl Element<'_> {
 
     /// Does the test; the packing comes from the cache where it is there.
     pub fn measure(&self) -> Result<Vec<Row>, Error> {
-        let job = self.job()?;
-        with_law_of(&job.contact, Measure { element: self, job: &job })
-    }
-
-    /// Does it as a shear test.
-    pub fn shear(&self) -> Result<Shear, Error> {
-        Ok(Shear { stress: self.stress(), rows: self.measure()? })
-    }
-}
-
-struct Measure<'a> {
-    element: &'a Element<'a>,
-    job: &'a Assembly,
-}
-
-impl ForAnyLaw for Measure<'_> {
-    type Outcome = Result<Vec<Row>, Error>;
-
-    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
-        let Self { element, job } = self;
-        let (test, rate) = (element.test, element.rate());
-        let mut world = grain_world::world::<Plane, C>(job, &Solo)?;
+        let job = &self.job()?;
+        let (test, rate) = (self.test, self.rate());
+        let mut world = grain_world::world::<Plane>(job, &Solo)?;
         let solid = grain_world::solid_volume(&world, job)?;
         let count = (test.strain_end() / test.strain_of_row()).round() as u64;
         let mut rows: Vec<Row> = Vec::with_capacity(count as usize + 1);
@@ -235,14 +216,15 @@ impl ForAnyLaw for Measure<'_> {
         }
         Ok(rows)
     }
+
+    /// Does it as a shear test.
+    pub fn shear(&self) -> Result<Shear, Error> {
+        Ok(Shear { stress: self.stress(), rows: self.measure()? })
+    }
 }
 
 /// Stress and packing fraction of now; `solid` is the volume of all grains, m3.
-fn row<C: ContactLaw<Plane>>(
-    world: &mut grain_world::GrainWorld<Plane, C>,
-    job: &Assembly,
-    solid: f64,
-) -> Result<Row, Error> {
+fn row(world: &mut grain_world::GrainWorld<Plane>, job: &Assembly, solid: f64) -> Result<Row, Error> {
     let volume = grain_world::volume(&world.assembly.cell, job);
     let moment = world.contact_moment()? * (1.0 / volume);
     let shear = 0.5 * (moment[(0, 1)] + moment[(1, 0)]);

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use super::cores::Placement;
 use crate::base::error::Error;
-use crate::base::space::Components;
 use crate::job::raw::Typed;
 use crate::job::{Job, Mpm};
 use crate::prepare::grain_file;
@@ -52,7 +51,7 @@ pub(super) fn refuse_bad_grains(job: &Job, typed: &Typed) -> Result<(), Error> {
         return Err(typed.refusal("grains", "file", &message));
     }
     match (job, file) {
-        (Job::Shear(scenario), Some(file)) => grain_file::read::<Components<f64, 1>>(scenario, file).map(|_| ()),
+        (Job::Shear(scenario), Some(file)) => grain_file::read(scenario, file).map(|_| ()),
         (Job::Assembly(assembly), _) => crate::run::assembly::refuse_bad(assembly, typed),
         (Job::Mpm(Mpm { grains: Some(granular), .. }), _) => crate::run::assembly::refuse_bad(&granular.piece, typed),
         _ => Ok(()),

@@ -6,7 +6,6 @@ use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::dem::grains::Mover;
 use crate::domain::world::World;
-use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 
 /// J; every grain, point and contact with its weight in the mixture.
@@ -22,7 +21,7 @@ pub struct Energies {
     pub elastic_points: f64,
 }
 
-impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     /// Energies at the positions of now.
     pub fn energies(&mut self) -> Result<Energies, Error> {
         self.refresh_ghosts();
@@ -37,14 +36,12 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
                 sums.add(4, rotation);
             }
         }
-        for energy in self.assembly.contacts.elastic_energies::<C>(&self.settings.contact, &self.assembly.grains) {
+        for energy in self.assembly.contacts.elastic_energies(self.law(), &self.assembly.grains) {
             sums.add(1, energy);
         }
-        for energy in self.assembly.walls.elastic_energies(
-            &self.settings.contact,
-            &self.assembly.grains,
-            (&self.bodies, &self.assembly.cell),
-        ) {
+        for energy in
+            self.assembly.walls.elastic_energies(self.law(), &self.assembly.grains, (&self.bodies, &self.assembly.cell))
+        {
             sums.add(1, energy);
         }
         for point in &self.continuum.points.hot {
@@ -59,7 +56,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// has dimensions. Others, rattlers, bear nothing, and fly to and fro between those that do long after these have come to rest.
     pub fn kinetic_of_bearing(&mut self) -> Result<f64, Error> {
         self.refresh_ghosts();
-        let (law, grains, times) = (&self.settings.contact, &self.assembly.grains, self.contact_times());
+        let (law, grains, times) = (self.law(), &self.assembly.grains, self.contact_times());
         let bearing_on = |row: usize| self.assembly.contacts.bearings(law, grains, row, times).count() as u32;
         let mut contacts: Vec<u32> = (0..grains.owned).map(bearing_on).collect();
         for bearing in self.assembly.walls.bearings(law, grains, (&self.bodies, &self.assembly.cell), times) {

@@ -9,7 +9,6 @@ use crate::base::space::{Linear, Space};
 use crate::dem::contacts::deeper;
 use crate::dem::grains::body_of_partner;
 use crate::domain::world::World;
-use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 
 /// Energy and work at the last look; part of a run's state, so that a run that is taken up is stopped where it would have been.
@@ -35,10 +34,7 @@ const GROWTH_MAX: f64 = 2.0;
 
 impl EnergyGuard {
     /// What a run of grains is told whose energy has grown by more than the work done on them explains.
-    pub fn look<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-        &mut self,
-        world: &mut World<'_, S, C, L>,
-    ) -> Result<Option<String>, Error> {
+    pub fn look<S: Space, L: MaterialLaw<S>>(&mut self, world: &mut World<'_, S, L>) -> Result<Option<String>, Error> {
         if world.grains_total == 0 || world.points_total > 0 {
             *self = Self::default();
             return Ok(None);
@@ -97,7 +93,7 @@ impl Deepest {
     }
 }
 
-impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     fn look(&mut self) -> Result<Look, Error> {
         let energies = self.energies()?;
         let mut fallen = ExactSum::<1>::new();
@@ -171,7 +167,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
     /// Contacts of the whole world that hold now.
     pub fn contact_count(&mut self) -> u64 {
         self.refresh_ghosts();
-        let mut counts = [self.assembly.contacts.count(&self.settings.contact, &self.assembly.grains) as i64];
+        let mut counts = [self.assembly.contacts.count(self.law(), &self.assembly.grains) as i64];
         self.transport.sum(&mut counts);
         counts[0] as u64
     }

@@ -7,7 +7,6 @@ use crate::base::numbers::Numbers;
 use crate::base::space::{Linear, Space};
 use crate::domain::world::World;
 use crate::job::mpm::figures::step_through;
-use crate::law::contact::ContactLaw;
 use crate::law::material::{MaterialLaw, MaterialMemory};
 use crate::mpm::points::Hot;
 
@@ -50,7 +49,7 @@ fn deformation_of<S: Space, M: MaterialMemory>(hot: &Hot<S, M>, reach: f64) -> [
     [ratio, share]
 }
 
-impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     /// Stops a run whose points are no continuum any more, or are too fast for its step. Collective.
     pub fn refuse_spoilt_points(&self) -> Result<(), Error> {
         if !self.has_points() {

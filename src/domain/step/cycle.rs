@@ -19,7 +19,6 @@ use crate::domain::phases::Phase;
 use crate::domain::step::grid::{CHANGES, GRAINS};
 use crate::domain::subdomain::Subdomain;
 use crate::domain::world::World;
-use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::mpm::continuum::Continuum;
 use crate::mpm::nodes::{self, Stepped};
@@ -29,7 +28,7 @@ use crate::mpm::tile::{GrainChange, GrainNode, Stride, Tier, Tiles};
 /// a collision with a heavier one, and as much again for what its contacts have stored.
 const FASTER: f64 = 4.0;
 
-impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     /// Time step of the continuum, s.
     pub(crate) fn dt_of_continuum(&self) -> f64 {
         self.settings.grain_steps as f64 * self.settings.dt

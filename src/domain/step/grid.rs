@@ -13,7 +13,6 @@ use crate::domain::grid::{Grid, Holders, Moment, Reactions};
 use crate::domain::phases::Phase;
 use crate::domain::subdomain::Subdomain;
 use crate::domain::world::{GRAIN_WORDS_PLANE, GRAIN_WORDS_SOLID, World};
-use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::mpm::continuum::Continuum;
 use crate::mpm::gather::{Taken, Taking, correct_grains, gather_points};
@@ -32,7 +31,7 @@ pub(crate) const GRAINS: [usize; 2] = [5, 7];
 const ADVANCED: [usize; 2] = [4, 6];
 pub(crate) const CHANGES: [usize; 2] = [8, 7];
 
-impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     /// Whether grains share nodes with a continuum or with membranes.
     pub(crate) fn is_coupled(&self) -> bool {
         self.has_grid() && self.has_grains()

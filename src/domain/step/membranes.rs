@@ -4,7 +4,6 @@ use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
-use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 use crate::mpm::look::for_each_node;
 use crate::mpm::membrane::{Brought, Membranes, Vertex};
@@ -12,7 +11,7 @@ use crate::mpm::scheme::Transfer;
 use crate::mpm::share::dyad;
 use crate::mpm::tile::Tier;
 
-impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     /// Forces of membranes as they are now.
     pub(crate) fn push_membranes(&mut self) {
         if !self.continuum.membranes.is_empty() {

@@ -1,17 +1,11 @@
 //! No contact: the law of worlds that consist of points alone.
 
-use super::{Answer, Contact, ContactLaw, FromContact, Resistance, Touch};
+use super::{Answer, ContactLaw, Resistance, Touch};
 use crate::base::lane::Real;
 use crate::base::space::{Components, Space, Words};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Absent;
-
-impl FromContact for Absent {
-    fn from_contact(_: &Contact) -> Option<Self> {
-        None
-    }
-}
 
 impl<S: Space> ContactLaw<S> for Absent {
     /// Always zero; tables want a width.

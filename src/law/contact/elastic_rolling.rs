@@ -15,7 +15,7 @@
 //! by from a spring that keeps its length. Twist about the normal is not resisted. Against a flat body r_j is without
 //! bounds: k_n = 2 E r_i, and rolling is resisted as by a grain of the same size.
 
-use super::{Answer, Contact, ContactLaw, FLAT, FromContact, Resistance, Touch, constants};
+use super::{Answer, Contact, ContactLaw, FLAT, Resistance, Touch, constants};
 use crate::base::keys::{Form, POSITIVE, RATIO, Range, STRESS, choose, number, text};
 use crate::base::lane::Real;
 use crate::base::space::{Lanewise, Space};
@@ -96,12 +96,9 @@ impl ElasticRolling {
     }
 }
 
-impl FromContact for ElasticRolling {
-    fn from_contact(contact: &Contact) -> Option<Self> {
-        match contact {
-            Contact::ElasticRolling(law) => Some(*law),
-            _ => None,
-        }
+impl From<ElasticRolling> for Contact {
+    fn from(law: ElasticRolling) -> Self {
+        Self::ElasticRolling(law)
     }
 }
 

@@ -22,7 +22,7 @@
 //! F_t^2/(2 k_t), grows from nothing (Elata & Berryman 1996): up to 2e-4 of the energy of an impact that hardly slides. Rescaled it
 //! falls with the radius of the contact, which cannot bear what it bore (Walton 1987), and no impact gains.
 
-use super::{Answer, Contact, ContactLaw, FromContact, NormalForce, Resistance, Touch, constants};
+use super::{Answer, Contact, ContactLaw, NormalForce, Resistance, Touch, constants};
 use crate::base::keys::{DAMPING, Form, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, choose, number, text};
 use crate::base::lane::Real;
 use crate::base::space::{Lanewise, Space, Words};
@@ -146,12 +146,9 @@ impl HertzMindlin {
     }
 }
 
-impl FromContact for HertzMindlin {
-    fn from_contact(contact: &Contact) -> Option<Self> {
-        match contact {
-            Contact::HertzMindlin(law) => Some(*law),
-            _ => None,
-        }
+impl From<HertzMindlin> for Contact {
+    fn from(law: HertzMindlin) -> Self {
+        Self::HertzMindlin(law)
     }
 }
 

@@ -11,7 +11,7 @@
 //! [`super::LinearSpringDashpot`] to the bit.
 
 use super::linear_spring_dashpot::slide;
-use super::{Answer, Contact, ContactLaw, FromContact, LinearSpringDashpot, Resistance, Touch};
+use super::{Answer, Contact, ContactLaw, LinearSpringDashpot, Resistance, Touch};
 use crate::base::keys::{FORCE, Form, NOT_NEGATIVE, number};
 use crate::base::lane::Real;
 use crate::base::space::{Components, Lanewise, Space, Words};
@@ -51,12 +51,9 @@ impl LinearCohesive {
     }
 }
 
-impl FromContact for LinearCohesive {
-    fn from_contact(contact: &Contact) -> Option<Self> {
-        match contact {
-            Contact::LinearCohesive(law) => Some(*law),
-            _ => None,
-        }
+impl From<LinearCohesive> for Contact {
+    fn from(law: LinearCohesive) -> Self {
+        Self::LinearCohesive(law)
     }
 }
 

@@ -14,7 +14,7 @@
 //! Damping is absolute (N s/m) and enters in full, as in Table 1 of the paper. The spring is forgotten at the first step
 //! without overlap. Stable only for time steps below the bounds of `job/stable.rs`, which include the damping.
 
-use super::{Answer, Contact, ContactLaw, FromContact, NormalForce, Resistance, Touch, constants};
+use super::{Answer, Contact, ContactLaw, NormalForce, Resistance, Touch, constants};
 use crate::base::keys::{DAMPING, Form, NOT_NEGATIVE, POSITIVE, STIFFNESS, number};
 use crate::base::lane::Real;
 use crate::base::space::{Lanewise, Space, Words};
@@ -77,12 +77,9 @@ impl LinearSpringDashpot {
     }
 }
 
-impl FromContact for LinearSpringDashpot {
-    fn from_contact(contact: &Contact) -> Option<Self> {
-        match contact {
-            Contact::Linear(law) => Some(*law),
-            _ => None,
-        }
+impl From<LinearSpringDashpot> for Contact {
+    fn from(law: LinearSpringDashpot) -> Self {
+        Self::Linear(law)
     }
 }
 

@@ -1,11 +1,11 @@
 //! Forces between two touching grains. A law is one file here and one line in [`Contact`]'s dispatch; it
-//! is written once over [`Real`], chosen once per run, and never branches in the step.
+//! is written once over [`Real`], chosen once per pass, and never branches within one.
 
 use std::fmt::Debug;
 
 use crate::base::keys::{Form, text, variant};
 use crate::base::lane::Real;
-use crate::base::space::{Plane, Solid, Space, Words};
+use crate::base::space::{Space, Words};
 
 mod absent;
 mod constants;
@@ -13,6 +13,7 @@ mod elastic_rolling;
 mod hertz_mindlin;
 mod linear_cohesive;
 mod linear_spring_dashpot;
+mod memory;
 mod normal_force;
 
 pub use absent::Absent;
@@ -20,6 +21,7 @@ pub use elastic_rolling::{ElasticRolling, Sliding};
 pub use hertz_mindlin::{HertzMindlin, TangentialForce};
 pub use linear_cohesive::LinearCohesive;
 pub use linear_spring_dashpot::LinearSpringDashpot;
+pub use memory::Memory;
 pub use normal_force::NormalForce;
 
 /// Two grains near each other as a law sees them: `a` has the lower id, the normal points from `b` to `a`. Against a body
@@ -119,6 +121,16 @@ impl Contact {
         Self::LAWS.iter().find(|(_, of)| is_this(of)).map(|(name, _)| *name).expect("every law has a name")
     }
 
+    /// Does the work with the law: the one place where laws are told apart.
+    pub fn apply<'a, S: Space, W: ForAnyLaw<'a, S>>(&'a self, work: W) -> W::Outcome {
+        match self {
+            Self::Linear(law) => work.with(law),
+            Self::LinearCohesive(law) => work.with(law),
+            Self::ElasticRolling(law) => work.with(law),
+            Self::HertzMindlin(law) => work.with(law),
+        }
+    }
+
     /// How far apart surfaces may be and still hold on to each other, m.
     pub fn reach(&self) -> f64 {
         match self {
@@ -173,30 +185,14 @@ impl Contact {
     }
 }
 
-/// How a law is taken from what a job has chosen.
-pub trait FromContact: Sized {
-    /// None where that is another law.
-    fn from_contact(contact: &Contact) -> Option<Self>;
-}
-
 /// Work that does not care which law it is done with.
-pub trait ForAnyLaw {
+pub trait ForAnyLaw<'a, S: Space> {
     type Outcome;
-    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome;
-}
-
-/// Does the work with the law that a job names: the one place where laws are told apart.
-pub fn with_law_of<W: ForAnyLaw>(contact: &Contact, work: W) -> W::Outcome {
-    match contact {
-        Contact::Linear(_) => work.with::<LinearSpringDashpot>(),
-        Contact::LinearCohesive(_) => work.with::<LinearCohesive>(),
-        Contact::ElasticRolling(_) => work.with::<ElasticRolling>(),
-        Contact::HertzMindlin(_) => work.with::<HertzMindlin>(),
-    }
+    fn with<C: ContactLaw<S>>(self, law: &'a C) -> Self::Outcome;
 }
 
 /// A contact law with memory.
-pub trait ContactLaw<S: Space>: FromContact + Copy + Debug + Send + Sync + 'static {
+pub trait ContactLaw<S: Space>: Copy + Debug + Send + Sync + 'static {
     /// What a contact remembers, zero where grains do not touch.
     type Memory<R: Real>: Words<R>;
     /// Whether rolling is resisted: [`Answer::moment`] is not always zero.

@@ -159,10 +159,10 @@ pub fn refuse_other_masses<S: Space>(
 }
 
 /// Deep overlaps of rows in the order of `entries`.
-pub fn refuse_overlaps<S: Space, M>(
+pub fn refuse_overlaps<S: Space>(
     source: &Source,
     entries: &[Entry<S>],
-    rows: &[GrainRow<S, M>],
+    rows: &[GrainRow<S>],
     cell: &Cell<S>,
 ) -> Result<(), Error> {
     let all = Grains::<S> {

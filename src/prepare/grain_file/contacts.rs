@@ -7,14 +7,14 @@ use super::csv::{columns_of, words_of};
 use super::{Source, id, number};
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
-use crate::base::space::{Linear, Space, Words};
+use crate::base::space::{Linear, Space};
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Grains, body_partner};
+use crate::dem::law::memory_words;
 use crate::dem::neighbours::{Neighbours, Pair};
 use crate::dem::walls;
-use crate::domain::rebuild::Row;
 use crate::job::{Assembly, figures};
-use crate::law::contact::ContactLaw;
+use crate::law::contact::Memory;
 use crate::prepare::grain_file::csv::header_of_contacts;
 use crate::prepare::grain_world;
 
@@ -22,16 +22,16 @@ use crate::prepare::grain_world;
 const TOUCH_TOLERANCE: f64 = 1e-9;
 
 /// Gives each grain what its contacts remember; `grains` stand in the order of their ids, as they do when a run starts.
-pub fn read<S: Space, C: ContactLaw<S>>(
+pub fn read<S: Space>(
     job: &Assembly,
     source: &Source,
-    grains: &mut [Row<S, C>],
+    grains: &mut [GrainRow<S>],
     cell: &Cell<S>,
 ) -> Result<(), Error> {
     let text = source.text("of contacts", "one of comma-separated values, as scree export --contacts writes it,")?;
     let law = job.contact.law();
-    let words = <C::Memory<f64> as Words<f64>>::COUNT;
-    let header = header_of_contacts(law, words);
+    let memory_words = memory_words::<S>(&job.contact);
+    let header = header_of_contacts(law, memory_words);
     let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
     let found = words_of(lines.next().map_or("", |(_, line)| line));
     let Some(columns) = columns_of(&found, &header) else {
@@ -55,11 +55,11 @@ pub fn read<S: Space, C: ContactLaw<S>>(
         if let Some(first) = lines_of_pairs.insert(pair, index + 1) {
             return Err(bad(&format!("this contact stands in line {first} already; remove one of the two")));
         }
-        let mut memory = C::Memory::<f64>::zero();
-        for (at, word) in words[2..].iter().enumerate() {
+        let mut memory = Memory::blank(memory_words);
+        for (at, (to, word)) in memory.words_mut().iter_mut().zip(&words[2..]).enumerate() {
             let named =
                 |what: String| bad(&format!("{what}, in column {}", header.split(',').nth(2 + at).unwrap_or("")));
-            memory.set_word(at, number(word).map_err(named)?);
+            *to = number(word).map_err(named)?;
         }
         let [lower, higher] = pair;
         // Both grains carry what they remember, each by the name of the other.
@@ -85,7 +85,7 @@ struct Near<'a, S: Space> {
 }
 
 impl<'a, S: Space> Near<'a, S> {
-    fn of<M>(job: &'a Assembly, rows: &[GrainRow<S, M>], cell: &'a Cell<S>) -> Self {
+    fn of(job: &'a Assembly, rows: &[GrainRow<S>], cell: &'a Cell<S>) -> Self {
         let grains = Grains::<S> {
             hot: rows.iter().map(|grain| grain.hot).collect(),
             cold: rows.iter().map(|grain| grain.cold).collect(),

@@ -6,13 +6,12 @@ use std::path::Path;
 
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
-use crate::base::space::{Linear, Plane, Solid, Space, Words};
+use crate::base::space::{Linear, Plane, Solid, Space};
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
 use crate::job::assembly::Read;
 use crate::job::stable::Bound;
 use crate::job::{Assembly, Scenario, derived, figures};
-use crate::law::contact::{ContactLaw, ForAnyLaw, with_law_of};
 use crate::prepare::grain_world;
 use crate::prepare::loose::{LOWER, UPPER, mass_of};
 use crate::prepare::sheared::{cell_of, layout_for};
@@ -75,7 +74,7 @@ struct Listing<S: Space> {
 }
 
 /// Grains and the cell they start in.
-pub type Start<S, M> = (Vec<GrainRow<S, M>>, Cell<S>);
+pub type Start<S> = (Vec<GrainRow<S>>, Cell<S>);
 
 impl<S: Space> Listing<S> {
     fn read(source: &Source) -> Result<Self, Error> {
@@ -91,7 +90,7 @@ impl<S: Space> Listing<S> {
 
 /// Grains of a job between plates in the order of their ids. Centres below y = 0 are glued to the lower plate, centres
 /// above `specimen.height` to the upper one.
-pub fn read<M: Words<f64>>(scenario: &Scenario, file: &Path) -> Result<Vec<GrainRow<Plane, M>>, Error> {
+pub fn read(scenario: &Scenario, file: &Path) -> Result<Vec<GrainRow<Plane>>, Error> {
     let source = Source { file, key: "grains.file" };
     let Listing { mut entries, bounds } = Listing::<Plane>::read(&source)?;
     let (width, height) = (scenario.specimen.width, scenario.specimen.height);
@@ -118,7 +117,7 @@ pub fn read<M: Words<f64>>(scenario: &Scenario, file: &Path) -> Result<Vec<Grain
         _ => Mover::Free,
     };
     let row = |entry: &Entry<Plane>| row(entry, mass_of(scenario, entry.radius), mover(entry.position[1]));
-    let grains: Vec<GrainRow<Plane, M>> = entries.iter().map(row).collect();
+    let grains: Vec<GrainRow<Plane>> = entries.iter().map(row).collect();
     if !grains.iter().any(|grain| grain.cold.mover == Mover::Free) {
         return Err(
             source.bad(1, "there is no free grain in this file; export one from a run, or remove `grains.file`")
@@ -132,12 +131,12 @@ pub fn read<M: Words<f64>>(scenario: &Scenario, file: &Path) -> Result<Vec<Grain
 }
 
 /// Grains of an assembly in the order of their ids.
-pub fn read_assembly<S: Space, M: Words<f64>>(job: &Assembly, file: &Path) -> Result<Vec<GrainRow<S, M>>, Error> {
+pub fn read_assembly<S: Space>(job: &Assembly, file: &Path) -> Result<Vec<GrainRow<S>>, Error> {
     Ok(read_with_cell(job, file)?.0)
 }
 
 /// The same, and the cell they start in: the job's, leaning as the box of a LAMMPS file may.
-pub fn read_with_cell<S: Space, M: Words<f64>>(job: &Assembly, file: &Path) -> Result<Start<S, M>, Error> {
+pub fn read_with_cell<S: Space>(job: &Assembly, file: &Path) -> Result<Start<S>, Error> {
     let source = Source { file, key: "grains.file" };
     let Listing { mut entries, bounds } = Listing::<S>::read(&source)?;
     let mut cell = grain_world::cell_of::<S>(job);
@@ -160,17 +159,17 @@ pub fn read_with_cell<S: Space, M: Words<f64>>(job: &Assembly, file: &Path) -> R
     entries.sort_by_key(|entry| entry.id);
     checks::refuse_repeated_ids(&source, &entries)?;
     checks::refuse_sizes_of_assembly(job, &source, &entries)?;
-    let grains: Vec<GrainRow<S, M>> = entries.iter().map(|entry| row(entry, mass(entry.radius), Mover::Free)).collect();
+    let grains: Vec<GrainRow<S>> = entries.iter().map(|entry| row(entry, mass(entry.radius), Mover::Free)).collect();
     checks::refuse_overlaps(&source, &entries, &grains, &cell)?;
     checks::refuse_overlaps_with_bodies(job, &source, &entries)?;
     Ok((grains, cell))
 }
 
 /// The start of a job whose grains are read, with what their contacts remember.
-pub fn read_start<S: Space, C: ContactLaw<S>>(job: &Assembly, read: &Read) -> Result<Start<S, C::Memory<f64>>, Error> {
+pub fn read_start<S: Space>(job: &Assembly, read: &Read) -> Result<Start<S>, Error> {
     let (mut grains, cell) = read_with_cell(job, &read.grains)?;
     if let Some(file) = &read.contacts {
-        contacts::read::<S, C>(job, &Source { file, key: "grains.contacts" }, &mut grains, &cell)?;
+        contacts::read(job, &Source { file, key: "grains.contacts" }, &mut grains, &cell)?;
     }
     Ok((grains, cell))
 }
@@ -199,26 +198,13 @@ fn bounds_in<S: Space>(job: &Assembly, file: &Path) -> Result<Option<Vec<Bound>>
 
 /// Refuses what [`read_start`] would refuse, before anything is started.
 pub fn refuse_bad(job: &Assembly, read: &Read) -> Result<(), Error> {
-    with_law_of(&job.contact, Refuse { job, read })
-}
-
-struct Refuse<'a> {
-    job: &'a Assembly,
-    read: &'a Read,
-}
-
-impl ForAnyLaw for Refuse<'_> {
-    type Outcome = Result<(), Error>;
-
-    fn with<C: ContactLaw<Plane> + ContactLaw<Solid>>(self) -> Self::Outcome {
-        match self.job.cell.dimension {
-            2 => read_start::<Plane, C>(self.job, self.read).map(|_| ()),
-            _ => read_start::<Solid, C>(self.job, self.read).map(|_| ()),
-        }
+    match job.cell.dimension {
+        2 => read_start::<Plane>(job, read).map(|_| ()),
+        _ => read_start::<Solid>(job, read).map(|_| ()),
     }
 }
 
-fn row<S: Space, M: Words<f64>>(entry: &Entry<S>, mass: f64, mover: Mover) -> GrainRow<S, M> {
+fn row<S: Space>(entry: &Entry<S>, mass: f64, mover: Mover) -> GrainRow<S> {
     let mut grain = GrainRow::resting(GrainId(entry.id), entry.position, entry.radius, mass, mover);
     grain.hot.velocity = entry.velocity;
     grain.hot.spin = entry.spin;

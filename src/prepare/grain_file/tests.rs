@@ -4,17 +4,15 @@ use std::path::PathBuf;
 
 use super::*;
 use crate::base::numbers::Numbers;
-use crate::base::space::Components;
 use crate::dem::cell::Cell;
 use crate::dem::grains::body_partner;
 use crate::domain::rebuild::Home;
 use crate::export::grain_export::{self, Wanted};
 use crate::job::Job;
+use crate::law::contact::Memory;
 use crate::law::material::Nothing;
 use crate::prepare::grain_world;
 use crate::store::checkpoint::{Progress, Snapshot};
-
-type Memory = Components<f64, 1>;
 
 const HEADER: &str = "id,x,y,radius,vx,vy,spin";
 
@@ -98,7 +96,7 @@ fn check(cases: &[(&str, &str)], said: impl Fn(&str) -> String) {
 fn what_a_job_may_not_say_a_grain_file_may_not_either() {
     let job = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/quickstart.toml");
     let scenario = Scenario::load(&job, &["method=dem".into()]).unwrap();
-    let refusal = |rows: &str| said("grains.csv", &format!("{HEADER}\n{rows}"), |file| read::<Memory>(&scenario, file));
+    let refusal = |rows: &str| said("grains.csv", &format!("{HEADER}\n{rows}"), |file| read(&scenario, file));
     check(
         &[
             ("0,0.01,0.02,0.0005,0,0,0\n1,0.012,-0.001,0.0005,0,0,0\n", "2 grains"),
@@ -128,7 +126,7 @@ fn columns_are_known_by_their_names() {
     let file = folder.path().join("grains.csv");
     let rows = |text: &str| {
         std::fs::write(&file, text).unwrap();
-        let rows = read_assembly::<Solid, Memory>(&spheres, &file).map_err(|error| error.to_string())?;
+        let rows = read_assembly::<Solid>(&spheres, &file).map_err(|error| error.to_string())?;
         Ok::<_, String>(
             rows.into_iter().map(|row| (row.cold.id.0, row.hot.position, row.hot.radius)).collect::<Vec<_>>(),
         )
@@ -149,7 +147,7 @@ fn grains_of_an_assembly_are_held_to_its_bounds() {
     let spheres = job(SPHERES);
     let places = |rows: &str| {
         let text = format!("id,x,y,z,radius\n{rows}");
-        said("grains.csv", &text, |file| read_assembly::<Solid, Memory>(&spheres, file))
+        said("grains.csv", &text, |file| read_assembly::<Solid>(&spheres, file))
     };
     check(
         &[
@@ -171,7 +169,7 @@ fn grains_of_an_assembly_are_held_to_its_bounds() {
         ],
         places,
     );
-    let other = said("grains.csv", "id,x,y,radius\n", |file| read_assembly::<Solid, Memory>(&spheres, file));
+    let other = said("grains.csv", "id,x,y,radius\n", |file| read_assembly::<Solid>(&spheres, file));
     assert!(
         other.starts_with("1: the first line must name the columns id,x,y,z,radius,vx,vy,vz,wx,wy,wz, or id,x,y,z,radius, in any order; it is `"),
         "{other}"
@@ -191,7 +189,7 @@ const ATOMS: &str = "\nAtoms # sphere\n\n1 1 8e-4 2500 0 0 0 0 1 -1\n2 1 8e-4 25
 #[test]
 fn lammps_files_are_read_or_refused_by_line() {
     let spheres = job(SPHERES);
-    let refusal = |text: &str| said("grains.data", text, |file| read_assembly::<Solid, Memory>(&spheres, file));
+    let refusal = |text: &str| said("grains.data", text, |file| read_assembly::<Solid>(&spheres, file));
     let whole = format!("{HEAD}{ATOMS}");
     assert_eq!(refusal(&whole), "2 grains");
     assert_eq!(refusal(&format!("{HEAD}\nMasses\n\n1 1.0\n{ATOMS}\nVelocities\n\n2 1 0 0 0 0 3\n")), "2 grains");
@@ -252,7 +250,7 @@ fn masses_of_discs_stand_in_two_ways() {
         let text = format!(
             "discs\n2 atoms\n0 4e-3 xlo xhi\n0 5e-3 ylo yhi\n-1 1 zlo zhi\nAtoms\n1 1 8e-4 {a} 1e-3 1e-3 {z}\n2 1 1e-3 {b} 2e-3 1e-3 0\n"
         );
-        said("grains.lmp", &text, |file| read_assembly::<Plane, Memory>(&discs, file))
+        said("grains.lmp", &text, |file| read_assembly::<Plane>(&discs, file))
     };
     assert_eq!(refusal([25.0, 25.0], "0"), "2 grains");
     assert_eq!(refusal([25.0 / (4.0 / 3.0 * 4e-4), 25.0 / (4.0 / 3.0 * 5e-4)], "0"), "2 grains");
@@ -272,8 +270,8 @@ fn masses_of_discs_stand_in_two_ways() {
 }
 
 /// A state of a few grains that move, two of them beyond a face, and a contact with a body.
-fn state<S: Space>(job: &Assembly, cell: Cell<S>) -> (scree_io::column::State, Vec<GrainRow<S, Memory>>) {
-    let mut rows: Vec<GrainRow<S, Memory>> = Vec::new();
+fn state<S: Space>(job: &Assembly, cell: Cell<S>) -> (scree_io::column::State, Vec<GrainRow<S>>) {
+    let mut rows: Vec<GrainRow<S>> = Vec::new();
     for id in 0..4u64 {
         let mut place = cell.corner;
         for axis in 0..S::DIMENSION {
@@ -282,7 +280,7 @@ fn state<S: Space>(job: &Assembly, cell: Cell<S>) -> (scree_io::column::State, V
         }
         let radius = 4e-4 + 1e-5 / (id as f64 + 3.0);
         let mass = job.matter.density * S::grain_volume(radius, job.cell.depth);
-        let mut row: GrainRow<S, Memory> = GrainRow::resting(GrainId(id), place, radius, mass, Mover::Free);
+        let mut row: GrainRow<S> = GrainRow::resting(GrainId(id), place, radius, mass, Mover::Free);
         for axis in 0..S::DIMENSION {
             row.hot.velocity[axis] = 0.1 / (3.0 + id as f64) - axis as f64;
         }
@@ -291,16 +289,17 @@ fn state<S: Space>(job: &Assembly, cell: Cell<S>) -> (scree_io::column::State, V
         }
         rows.push(row);
     }
-    rows[0].contacts = vec![(GrainId(2), Components([0.1])), (body_partner(0), Components([0.7]))];
+    rows[0].contacts = vec![(GrainId(2), Memory::of_words(&[0.1])), (body_partner(0), Memory::of_words(&[0.7]))];
     let mut moved = rows.clone();
     moved[1].hot.position += cell.shift([1, -1, 0]);
-    let snapshot = Snapshot::<S, Memory, Nothing> {
+    let snapshot = Snapshot::<S, Nothing> {
         scenario: Job::Assembly(job.clone()).to_toml(),
         progress: Progress::default(),
         cell,
         home: Home { cell, bodies: Vec::new() },
         bodies: Vec::new(),
         grains: moved,
+        memory_words: 1,
         points: Vec::new(),
         vertices: Vec::new(),
     };
@@ -313,7 +312,7 @@ fn come_back<S: Space>(job: &Assembly) {
     for name in ["grains.csv", "grains.data"] {
         let file = folder.path().join(name);
         grain_export::write(&state, folder.path(), &file, Wanted::default()).unwrap();
-        let read = read_assembly::<S, Memory>(job, &file).unwrap_or_else(|error| panic!("{error}"));
+        let read = read_assembly::<S>(job, &file).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(read.len(), rows.len());
         for (read, row) in read.iter().zip(&rows) {
             // Across the period a place may be rounded.
@@ -380,27 +379,28 @@ fn a_sheared_cell_is_read_back_leaning() {
     // At the top of the cell, beyond the upright one's edge in x, and the same across the period.
     rows[3].hot.position = cell.corner + cell.edges * <Plane as Space>::Vector::new(0.95, 0.9);
     assert!(rows[3].hot.position[0] > discs.cell.upper[0]);
-    let snapshot = Snapshot::<Plane, Memory, Nothing> {
+    let snapshot = Snapshot::<Plane, Nothing> {
         scenario: Job::Assembly(discs.clone()).to_toml(),
         progress: Progress::default(),
         cell,
         home: Home { cell, bodies: Vec::new() },
         bodies: Vec::new(),
         grains: rows.clone(),
+        memory_words: 1,
         points: Vec::new(),
         vertices: Vec::new(),
     };
     let state = snapshot.to_state();
     let file = folder.path().join("grains.data");
     grain_export::write(&state, folder.path(), &file, Wanted::default()).unwrap();
-    let (read, start) = read_with_cell::<Plane, Memory>(&discs, &file).unwrap_or_else(|error| panic!("{error}"));
+    let (read, start) = read_with_cell::<Plane>(&discs, &file).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(start.edges, cell.edges);
     for (read, row) in read.iter().zip(&rows) {
         assert!((read.hot.position - row.hot.position).norm() < 1e-15, "{:?} {:?}", read.hot, row.hot);
     }
     let file = folder.path().join("grains.csv");
     grain_export::write(&state, folder.path(), &file, Wanted::default()).unwrap();
-    let found = read_assembly::<Plane, Memory>(&discs, &file).unwrap_err().to_string();
+    let found = read_assembly::<Plane>(&discs, &file).unwrap_err().to_string();
     assert!(
         found.ends_with("the grains of a cell that leans are read with its tilts from a LAMMPS data file"),
         "{found}"
@@ -409,7 +409,6 @@ fn a_sheared_cell_is_read_back_leaning() {
     // And the world that a run starts from leans.
     let mut job = discs.clone();
     job.source = crate::job::assembly::Source::File(Read { grains: folder.path().join("grains.data"), contacts: None });
-    let world =
-        grain_world::world::<Plane, crate::law::contact::LinearSpringDashpot>(&job, &scree_partition::Solo).unwrap();
+    let world = grain_world::world::<Plane>(&job, &scree_partition::Solo).unwrap();
     assert_eq!(world.assembly.cell.edges, cell.edges);
 }

@@ -32,7 +32,7 @@ use crate::domain::world::World;
 use crate::job::assembly::{Assembly, Packed};
 use crate::job::raw::Typed;
 use crate::job::{figures, margin_in_words};
-use crate::law::contact::{Contact, ContactLaw};
+use crate::law::contact::Contact;
 use crate::law::material::Absent;
 use crate::mpm::membrane::Membranes;
 use crate::prepare::grain_world;
@@ -125,12 +125,12 @@ impl Answer {
 const COMPRESSED: &str = "fraction compressed";
 
 /// Throws and compresses to a stress, to a packing fraction if one is wanted, and unloads to a lower stress likewise.
-pub fn make<S: Space, C: ContactLaw<S>>(
+pub fn make<S: Space>(
     job: &Assembly,
     packed: &Packed,
     (stress, wanted, unloaded): (f64, Option<f64>, Option<f64>),
     making: &mut Making,
-) -> Result<Packing<S, C>, Error> {
+) -> Result<Packing<S>, Error> {
     if let Some(Complaint { table, key, message }) = complaint::<S>(job, packed) {
         return Err(Error::User(format!("{table}.{key} {message}")));
     }
@@ -139,7 +139,7 @@ pub fn make<S: Space, C: ContactLaw<S>>(
     let plain = match press.over(making, 0) {
         Some(fraction) => fraction,
         None => {
-            let (fraction, packing) = press.attempt::<S, C>(making, 0, None)?;
+            let (fraction, packing) = press.attempt::<S>(making, 0, None)?;
             if (fraction - wanted).abs() <= FRACTION_TOLERANCE {
                 return Ok(packing);
             }
@@ -160,7 +160,7 @@ pub fn make<S: Space, C: ContactLaw<S>>(
         let fraction = match press.over(making, gas) {
             Some(fraction) => fraction,
             None => {
-                let (fraction, packing) = press.attempt::<S, C>(making, gas, Some(cooling))?;
+                let (fraction, packing) = press.attempt::<S>(making, gas, Some(cooling))?;
                 if (fraction - wanted).abs() <= FRACTION_TOLERANCE {
                     return Ok(packing);
                 }
@@ -240,16 +240,16 @@ impl Press<'_> {
     }
 
     /// One packing, and its fraction under the stress: from grains at rest, or from a gas with that cooling per t_p.
-    fn attempt<S: Space, C: ContactLaw<S>>(
+    fn attempt<S: Space>(
         &self,
         making: &mut Making,
         attempt: u64,
         cooling: Option<f64>,
-    ) -> Result<(f64, Packing<S, C>), Error> {
+    ) -> Result<(f64, Packing<S>), Error> {
         making.begin(attempt);
-        let mut world = match making.taken_up::<S, C, Absent>()? {
+        let mut world = match making.taken_up::<S, Absent>(&self.job.contact)? {
             Some(snapshot) => self.taken_up(snapshot, making.transport())?,
-            None => self.loose::<S, C>(cooling.is_some(), making.transport())?,
+            None => self.loose::<S>(cooling.is_some(), making.transport())?,
         };
         if let Some(cooling) = cooling {
             self.cool(&mut world, cooling, making)?;
@@ -278,11 +278,11 @@ impl Press<'_> {
     }
 
     /// The world of an attempt where it was left.
-    fn taken_up<'t, S: Space, C: ContactLaw<S>>(
+    fn taken_up<'t, S: Space>(
         &self,
-        snapshot: Option<SnapshotOf<S, C, Absent>>,
+        snapshot: Option<SnapshotOf<S, Absent>>,
         transport: &'t dyn Transport,
-    ) -> Result<GrainWorld<'t, S, C>, Error> {
+    ) -> Result<GrainWorld<'t, S>, Error> {
         let cell = grain_world::cell_of::<S>(self.job);
         let draw = |_: &Progress, _| Ok(Drawn { cell, bodies: Vec::new(), membranes: Membranes::default() });
         let (parts, progress) = checkpoint::restore(snapshot, draw, transport)?;
@@ -291,15 +291,11 @@ impl Press<'_> {
     }
 
     /// Thrown grains in the cell that is to shrink.
-    fn loose<'t, S: Space, C: ContactLaw<S>>(
-        &self,
-        hot: bool,
-        transport: &'t dyn Transport,
-    ) -> Result<GrainWorld<'t, S, C>, Error> {
+    fn loose<'t, S: Space>(&self, hot: bool, transport: &'t dyn Transport) -> Result<GrainWorld<'t, S>, Error> {
         let share = grain_world::shrinkage::<S>(self.job, self.packed.fraction_start);
         let cell = grain_world::scaled_cell::<S>(self.job, share);
         let made = on_root(transport, || {
-            let mut grains = thrown::<S, C>(self.job, self.packed, &cell, &[])?;
+            let mut grains = thrown::<S>(self.job, self.packed, &cell, &[])?;
             if hot {
                 self.heat(&mut grains);
             }
@@ -312,8 +308,8 @@ impl Press<'_> {
     }
 
     /// Random velocities of the mean energy p V_grain per direction, without momentum.
-    fn heat<S: Space, M>(&self, grains: &mut [GrainRow<S, M>]) {
-        let volume = |grain: &GrainRow<S, M>| S::grain_volume(grain.hot.radius, self.job.cell.depth);
+    fn heat<S: Space>(&self, grains: &mut [GrainRow<S>]) {
+        let volume = |grain: &GrainRow<S>| S::grain_volume(grain.hot.radius, self.job.cell.depth);
         let energy = self.stress * grains.iter().map(volume).sum::<f64>() / grains.len() as f64;
         let (mut momentum, mut mass) = (S::Vector::zero(), 0.0);
         for grain in grains.iter_mut() {
@@ -351,15 +347,10 @@ impl Press<'_> {
     }
 
     /// A gas under the stress, cooled until it is cold.
-    fn cool<S: Space, C: ContactLaw<S>>(
-        &self,
-        world: &mut GrainWorld<S, C>,
-        cooling: f64,
-        making: &mut Making,
-    ) -> Result<(), Error> {
+    fn cool<S: Space>(&self, world: &mut GrainWorld<S>, cooling: f64, making: &mut Making) -> Result<(), Error> {
         let leg = Leg { name: "cooling a gas", rebuilds: false, look_every: LOOK_EVERY, calm_looks: 1, goal: COLD };
-        let set = |world: &mut GrainWorld<S, C>, notes: &mut Notes| {
-            world.settings.contact = law(&without_loss(&self.job.contact));
+        let set = |world: &mut GrainWorld<S>, notes: &mut Notes| {
+            world.settings.contact = Some(without_loss(&self.job.contact));
             let answer = Answer::noted(notes).unwrap_or_else(|| self.answer(&world.assembly.cell, HOT, self.stress));
             world.settings.drive = self.drive(answer.note(notes));
             let damping = Damping { mass: cooling / self.time(), ..Damping::default() };
@@ -384,16 +375,16 @@ impl Press<'_> {
     }
 
     /// Compresses or unloads under friction and damping until everything rests under the stress.
-    fn bring_to_rest<S: Space, C: ContactLaw<S>>(
+    fn bring_to_rest<S: Space>(
         &self,
-        world: &mut GrainWorld<S, C>,
+        world: &mut GrainWorld<S>,
         stage: Stage,
         making: &mut Making,
     ) -> Result<(), Error> {
         let goal = self.packed.energy_ratio_max;
         let leg = Leg { name: stage.name(), rebuilds: true, look_every: LOOK_EVERY, calm_looks: CALM_LOOKS, goal };
-        let set = |world: &mut GrainWorld<S, C>, notes: &mut Notes| {
-            world.settings.contact = law(&self.job.contact.while_compressed(self.packed.friction));
+        let set = |world: &mut GrainWorld<S>, notes: &mut Notes| {
+            world.settings.contact = Some(self.job.contact.while_compressed(self.packed.friction));
             let damping =
                 Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
             world.settings.field = Field { gravity: S::Vector::zero(), damping };
@@ -421,7 +412,7 @@ impl Press<'_> {
     }
 
     /// Normal stresses of the contacts as shares of the wanted stress (one along axes that there are not), and their mean.
-    fn stresses<S: Space, C: ContactLaw<S>>(&self, world: &mut GrainWorld<S, C>) -> Result<([f64; 3], f64), Error> {
+    fn stresses<S: Space>(&self, world: &mut GrainWorld<S>) -> Result<([f64; 3], f64), Error> {
         let moment = world.contact_moment()?;
         let volume = grain_world::volume(&world.assembly.cell, self.job);
         let mut stresses = [1.0; 3];
@@ -432,12 +423,12 @@ impl Press<'_> {
     }
 
     /// How far the packing is.
-    fn words<S: Space, C: ContactLaw<S>>(&self, world: &mut GrainWorld<S, C>) -> Result<String, Error> {
+    fn words<S: Space>(&self, world: &mut GrainWorld<S>) -> Result<String, Error> {
         let (_, stress) = self.stresses(world)?;
         Ok(format!("{stress:.3} of the stress, packing fraction {:.4}", grain_world::fraction(world, self.job)?))
     }
 
-    fn refuse_endless<S: Space, C: ContactLaw<S>>(&self, world: &GrainWorld<S, C>, ratio: f64) -> Result<(), Error> {
+    fn refuse_endless<S: Space>(&self, world: &GrainWorld<S>, ratio: f64) -> Result<(), Error> {
         if world.step <= STEPS_MAX {
             return Ok(());
         }
@@ -449,11 +440,6 @@ impl Press<'_> {
             grain_world::fraction(world, self.job)?,
         )))
     }
-}
-
-/// The job's law with other constants.
-fn law<S: Space, C: ContactLaw<S>>(contact: &Contact) -> C {
-    C::from_contact(contact).expect("the run was given the job's law")
 }
 
 /// The same law without friction, dashpots, cohesion and resistance to rolling: contacts that keep a gas as hot as it is.

@@ -13,12 +13,12 @@ use crate::base::space::{Plane, Space};
 use crate::bodies::body;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
+use crate::dem::law::memory_words;
 use crate::dem::walls;
-use crate::domain::rebuild::Row;
 use crate::domain::transfer;
 use crate::job::assembly::{Assembly, Packed, Preparation};
 use crate::job::raw::Typed;
-use crate::law::contact::ContactLaw;
+use crate::law::contact::Contact;
 use crate::prepare::cache::{Found, Place};
 use crate::prepare::grain_world::{self, GrainWorld};
 use crate::prepare::recipe;
@@ -32,20 +32,20 @@ mod pour;
 mod tests;
 
 /// Grains of a finished packing, at rest, and the cell that holds them.
-pub struct Packing<S: Space, C: ContactLaw<S>> {
+pub struct Packing<S: Space> {
     /// On rank 0 only, in the order of their ids; contacts with their memories.
-    pub grains: Vec<Row<S, C>>,
+    pub grains: Vec<GrainRow<S>>,
     /// On every rank; its lower corner is that of the job.
     pub cell: Cell<S>,
 }
 
-impl<C: ContactLaw<Plane>> Packing<Plane, C> {
+impl Packing<Plane> {
     /// Grains of copies side by side in the plane, so many along each axis from `lower` on, m: id, place, and the grain that each is a copy of.
     pub fn side_by_side(
         &self,
         lower: [f64; 2],
         copies: [u64; 2],
-    ) -> impl Iterator<Item = (GrainId, <Plane as Space>::Vector, &Row<Plane, C>)> {
+    ) -> impl Iterator<Item = (GrainId, <Plane as Space>::Vector, &GrainRow<Plane>)> {
         let edges = [self.cell.edges[0], self.cell.edges[3]];
         (0..copies[0] * copies[1]).flat_map(move |copy| {
             let number = [copy % copies[0], copy / copies[0]];
@@ -60,14 +60,14 @@ impl<C: ContactLaw<Plane>> Packing<Plane, C> {
 }
 
 /// The packing that a job wants: from the cache, or made now and cached, with its state saved every so often. Collective.
-pub fn make<S: Space, C: ContactLaw<S>>(
+pub fn make<S: Space>(
     job: &Assembly,
     packed: &Packed,
     save_every: Duration,
     transport: &dyn Transport,
-) -> Result<Packing<S, C>, Error> {
+) -> Result<Packing<S>, Error> {
     let place = Place::new(&packed.cache, "assembly", &recipe::packed(job, packed));
-    match place.find(transport, save_every, |state| of_state::<S, C>(job, state))? {
+    match place.find(transport, save_every, |state| of_state::<S>(job, state))? {
         Found::There(found) => {
             let (grains, cell) = found.map_or((Vec::new(), Vec::new()), |found| (found.grains, vec![found.cell]));
             Ok(Packing { grains, cell: same_cell(job, cell, transport)? })
@@ -80,7 +80,7 @@ pub fn make<S: Space, C: ContactLaw<S>>(
                 }
                 Preparation::Pour => pour::make(job, packed, &mut making)?,
             };
-            making.finish(|| state_of(&mut packing))?;
+            making.finish(|| state_of(&mut packing, &job.contact))?;
             Ok(packing)
         }
     }
@@ -94,18 +94,18 @@ pub(crate) fn refuse_bad<S: Space>(job: &Assembly, packed: &Packed, typed: &Type
     }
 }
 
-/// A packing as a state: grains, and the cell that they fill.
-pub fn state_of<S: Space, C: ContactLaw<S>>(packing: &mut Packing<S, C>) -> State {
-    let mut tables = Vec::from(tables::of_grains(&mut packing.grains));
+/// A packing under a contact law as a state: grains, and the cell that they fill.
+pub fn state_of<S: Space>(packing: &mut Packing<S>, contact: &Contact) -> State {
+    let mut tables = Vec::from(tables::of_grains(&mut packing.grains, memory_words::<S>(contact)));
     tables.push(to_table("cell", &mut [packing.cell], &mut Cell::blank()));
     State { attributes: Default::default(), tables }
 }
 
-fn of_state<S: Space, C: ContactLaw<S>>(job: &Assembly, mut state: State) -> Result<Packing<S, C>, Error> {
+fn of_state<S: Space>(job: &Assembly, mut state: State) -> Result<Packing<S>, Error> {
     let mut cell = grain_world::cell_of(job);
     let moved: Vec<Cell<S>> = tables::rows(&state, "cell", &cell)?;
     moved.iter().for_each(|moved| cell.take_motion_of(moved));
-    Ok(Packing { grains: tables::to_grains(&mut state)?, cell })
+    Ok(Packing { grains: tables::to_grains(&mut state, memory_words::<S>(&job.contact))?, cell })
 }
 
 /// The cell that rank 0 holds, at rest, on every rank.
@@ -121,12 +121,12 @@ pub(super) fn same_cell<S: Space>(
 }
 
 /// Grains at rest at random places of a box, on rank 0 only.
-fn thrown<S: Space, C: ContactLaw<S>>(
+fn thrown<S: Space>(
     job: &Assembly,
     packed: &Packed,
     cell: &Cell<S>,
     bodies: &[body::Body<S>],
-) -> Result<Vec<Row<S, C>>, Error> {
+) -> Result<Vec<GrainRow<S>>, Error> {
     let radii = radii(&packed.sizes, job.seed, packed.count);
     let outside = |place: &S::Vector, radius: f64| {
         bodies.iter().filter_map(|body| walls::nearest(body, cell, place)).all(|nearest| nearest.distance >= radius)
@@ -145,7 +145,7 @@ fn thrown<S: Space, C: ContactLaw<S>>(
 }
 
 /// All grains of a world at rest, on rank 0 in the order of their ids.
-fn gathered<S: Space, C: ContactLaw<S>>(world: &mut GrainWorld<S, C>) -> Result<Vec<Row<S, C>>, Error> {
+fn gathered<S: Space>(world: &mut GrainWorld<S>) -> Result<Vec<GrainRow<S>>, Error> {
     world.rebuild()?;
     let (rows, _) = world.rows();
     let mut rows = transfer::gather(world.transport, rows)?.unwrap_or_default();

@@ -16,7 +16,6 @@ use crate::domain::servo::CellDrive;
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::job::assembly::{Assembly, Packed};
-use crate::law::contact::ContactLaw;
 use crate::law::material::Absent;
 use crate::mpm::membrane::Membranes;
 use crate::prepare::grain_world;
@@ -36,11 +35,7 @@ const CALM_LOOKS: u32 = 2;
 const FALLS_MAX: f64 = 300.0;
 
 /// Throws the grains into the cell and lets them fall.
-pub fn make<S: Space, C: ContactLaw<S>>(
-    job: &Assembly,
-    packed: &Packed,
-    making: &mut Making,
-) -> Result<Packing<S, C>, Error> {
+pub fn make<S: Space>(job: &Assembly, packed: &Packed, making: &mut Making) -> Result<Packing<S>, Error> {
     let transport = making.transport();
     let cell = grain_world::cell_of::<S>(job);
     let bodies: Vec<Body<S>> = job.bodies.iter().map(|body| still(grain_world::body_of(body))).collect();
@@ -50,24 +45,23 @@ pub fn make<S: Space, C: ContactLaw<S>>(
         form: DampingForm::Component,
         mass: DAMPING_MASS * (gravity.norm() / job.matter.diameter_mean).sqrt(),
     };
-    let mut settings = grain_world::settings_in::<S, C>(job, CellDrive::default());
-    settings.contact =
-        C::from_contact(&job.contact.with_friction(packed.friction)).expect("the run was given the job's law");
+    let mut settings = grain_world::settings_in::<S>(job, CellDrive::default());
+    settings.contact = Some(job.contact.with_friction(packed.friction));
     settings.field = Field { gravity, damping };
     making.begin(0);
-    let (parts, step) = match making.taken_up::<S, C, Absent>()? {
+    let (parts, step) = match making.taken_up::<S, Absent>(&job.contact)? {
         Some(snapshot) => {
             let draw = |_: &Progress, _| Ok(Drawn { cell, bodies, membranes: Membranes::default() });
             let (parts, progress) = checkpoint::restore(snapshot, draw, transport)?;
             (parts, progress.step)
         }
         None => {
-            let grains = on_root(transport, || thrown::<S, C>(job, packed, &cell, &bodies));
+            let grains = on_root(transport, || thrown::<S>(job, packed, &cell, &bodies));
             let grains = transfer::agree(transport, grains)?.unwrap_or_default();
             (Parts::fresh(grains, Vec::new(), bodies, cell), 0)
         }
     };
-    let mut world: GrainWorld<S, C> = World::new(settings, grain_world::layout::<S>(job)?, transport, step, parts)?;
+    let mut world: GrainWorld<S> = World::new(settings, grain_world::layout::<S>(job)?, transport, step, parts)?;
     settle(job, packed, &mut world, making)?;
     tracing::info!(steps = world.step, "the grains are at rest");
     Ok(Packing { grains: gathered(&mut world)?, cell })
@@ -80,10 +74,10 @@ fn still<S: Space>(mut body: Body<S>) -> Body<S> {
     body
 }
 
-fn settle<S: Space, C: ContactLaw<S>>(
+fn settle<S: Space>(
     job: &Assembly,
     packed: &Packed,
-    world: &mut GrainWorld<S, C>,
+    world: &mut GrainWorld<S>,
     making: &mut Making,
 ) -> Result<(), Error> {
     let gravity = world.settings.field.gravity;
@@ -110,7 +104,7 @@ fn settle<S: Space, C: ContactLaw<S>>(
 }
 
 /// Force of the bodies on the grains against gravity, N, of the last step.
-fn carried<S: Space, C: ContactLaw<S>>(world: &GrainWorld<S, C>) -> Result<f64, Error> {
+fn carried<S: Space>(world: &GrainWorld<S>) -> Result<f64, Error> {
     let gravity = world.settings.field.gravity;
     let mut sum = ExactSum::<1>::new();
     for wall in &world.assembly.walls.list {

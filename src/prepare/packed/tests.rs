@@ -17,7 +17,6 @@ use crate::domain::stop::lives;
 use crate::domain::world::World;
 use crate::job::assembly::Source;
 use crate::job::{Job, figures};
-use crate::law::contact::LinearSpringDashpot as Law;
 use crate::prepare::grain_world::{self, GrainWorld};
 
 const DISCS: &str = r#"
@@ -127,14 +126,14 @@ fn job(text: &str, sets: &[&str], folder: &Path) -> Assembly {
     }
 }
 
-fn made<S: Space>(job: &Assembly, transport: &dyn Transport) -> Result<Packing<S, Law>, Error> {
+fn made<S: Space>(job: &Assembly, transport: &dyn Transport) -> Result<Packing<S>, Error> {
     let Source::Packed(packed) = &job.source else { panic!("the job makes its grains") };
     make(job, packed, job.output.save_every(), transport)
 }
 
 /// The normal stresses of a packing over the wanted stress, from a world of its own.
 fn stresses<S: Space>(job: &Assembly, stress: f64) -> Vec<f64> {
-    let mut world = grain_world::world::<S, Law>(job, &Solo).unwrap();
+    let mut world = grain_world::world::<S>(job, &Solo).unwrap();
     let moment = world.contact_moment().unwrap();
     let volume = grain_world::volume(&world.assembly.cell, job);
     (0..S::DIMENSION).map(|axis| -moment[axis * S::DIMENSION + axis] / volume / stress).collect()
@@ -150,12 +149,12 @@ fn compresses<S: Space>(text: &str, fractions: std::ops::Range<f64>) {
     assert!(packing.grains.iter().map(|row| row.contacts.len()).sum::<usize>() > 3 * packing.grains.len());
     let found = stresses::<S>(&alone, 1e6);
     assert!(found.iter().all(|stress| (stress - 1.0).abs() < 0.01), "{found:?}");
-    let world = grain_world::world::<S, Law>(&alone, &Solo).unwrap();
+    let world = grain_world::world::<S>(&alone, &Solo).unwrap();
     let fraction = grain_world::fraction(&world, &alone).unwrap();
     assert!(fractions.contains(&fraction), "{fraction}");
     assert_eq!(world.assembly.cell.corner, packing.cell.corner);
 
-    let text_of = |rows: &[Row<S, Law>]| format!("{rows:?}");
+    let text_of = |rows: &[GrainRow<S>]| format!("{rows:?}");
     let wanted = (text_of(&packing.grains), packing.cell.edges);
     let cached = made::<S>(&alone, &Solo).unwrap();
     assert!((text_of(&cached.grains), cached.cell.edges) == wanted, "from the cache");
@@ -169,7 +168,7 @@ fn compresses<S: Space>(text: &str, fractions: std::ops::Range<f64>) {
 /// A packing that is stopped every so many steps and gone on with is to the bit the one that nobody stopped: whatever its looks
 /// have set is saved with it.
 fn is_the_same_in_short_lives<S: Space>(text: &str, sets: &[&str], steps: u64) {
-    let text_of = |packing: Packing<S, Law>| format!("{:?} {:?}", packing.grains, packing.cell.edges);
+    let text_of = |packing: Packing<S>| format!("{:?} {:?}", packing.grains, packing.cell.edges);
     let whole = tempfile::tempdir().unwrap();
     let wanted = text_of(made::<S>(&job(text, sets, whole.path()), &Solo).unwrap());
     let folder = tempfile::tempdir().unwrap();
@@ -220,7 +219,7 @@ fn a_packing_is_unloaded_to_a_lower_stress() {
         made::<Plane>(&job, &Solo).unwrap();
         let found = stresses::<Plane>(&job, stress);
         assert!(found.iter().all(|stress| (stress - 1.0).abs() < 0.02), "{found:?}");
-        grain_world::fraction(&grain_world::world::<Plane, Law>(&job, &Solo).unwrap(), &job).unwrap()
+        grain_world::fraction(&grain_world::world::<Plane>(&job, &Solo).unwrap(), &job).unwrap()
     };
     let loaded = fraction(&["grains.count=150"], 1e6);
     let unloaded = fraction(&["grains.count=150", "packing.unloaded=10 kPa"], 1e4);
@@ -234,7 +233,7 @@ fn a_gas_packs_denser_than_grains_at_rest() {
     let small = ["grains.count=150", "packing.friction=0.01", "packing.energy_ratio_max=1e-3"];
     let fraction = |job: &Assembly| {
         made::<Plane>(job, &Solo).unwrap();
-        grain_world::fraction(&grain_world::world::<Plane, Law>(job, &Solo).unwrap(), job).unwrap()
+        grain_world::fraction(&grain_world::world::<Plane>(job, &Solo).unwrap(), job).unwrap()
     };
     let plain = fraction(&job(DISCS, &small, folder.path()));
     let wanted = plain + 0.006;
@@ -282,10 +281,10 @@ fn poured_grains_rest_on_the_bodies() {
     let folder = tempfile::tempdir().unwrap();
     let job = job(POUR, &[], folder.path());
     let packing = made::<Plane>(&job, &Solo).unwrap();
-    let with_body = |row: &&Row<Plane, Law>| row.contacts.iter().any(|(partner, _)| is_body(*partner));
+    let with_body = |row: &&GrainRow<Plane>| row.contacts.iter().any(|(partner, _)| is_body(*partner));
     assert!(packing.grains.iter().filter(with_body).count() > 8);
     assert!(packing.grains.iter().all(|row| row.hot.position[1] > 1.4e-3 && row.hot.position[1] < 20e-3));
-    let mut world = grain_world::world::<Plane, Law>(&job, &Solo).unwrap();
+    let mut world = grain_world::world::<Plane>(&job, &Solo).unwrap();
     assert_eq!(world.assembly.cell, grain_world::cell_of(&job));
     let weight = 9.81 * packing.grains.iter().map(|row| row.hot.mass).sum::<f64>();
     for steps in [1, 4000] {
@@ -317,7 +316,7 @@ fn a_layer_that_catches_no_grain_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let layer = |lower: &str, upper: &str| {
         let body = format!("\n[[body]]\nname = \"rough\"\nshape = \"layer\"\nlower = {lower}\nupper = {upper}\n");
-        grain_world::world::<Plane, Law>(&job(&format!("{DISCS}{body}"), &SMALL, folder.path()), &Solo)
+        grain_world::world::<Plane>(&job(&format!("{DISCS}{body}"), &SMALL, folder.path()), &Solo)
             .map(|world| world.assembly.grains.cold.iter().filter(|cold| cold.mover != Mover::Free).count())
     };
     assert!(layer("[\"-2 mm\", \"3 mm\"]", "[\"14 mm\", \"4 mm\"]").unwrap() > 3);
@@ -329,14 +328,14 @@ fn a_layer_that_catches_no_grain_is_refused() {
 }
 
 /// A world of some rows in a cell of their own.
-fn world_of<S: Space>(job: &Assembly, grains: Vec<Row<S, Law>>, cell: Cell<S>) -> GrainWorld<'static, S, Law> {
+fn world_of<S: Space>(job: &Assembly, grains: Vec<GrainRow<S>>, cell: Cell<S>) -> GrainWorld<'static, S> {
     let settings = grain_world::settings_in(job, CellDrive::default());
     let layout = grain_world::layout_of(job, &cell).unwrap();
     World::new(settings, layout, &Solo, 0, Parts::fresh(grains, Vec::new(), Vec::new(), cell)).unwrap()
 }
 
 /// Force and torque of every grain in the first step.
-fn forces<S: Space>(world: &mut GrainWorld<S, Law>) -> BTreeMap<u64, (S::Vector, S::Spin)> {
+fn forces<S: Space>(world: &mut GrainWorld<S>) -> BTreeMap<u64, (S::Vector, S::Spin)> {
     world.advance().unwrap();
     let grains = &world.assembly.grains;
     (0..grains.owned).map(|row| (grains.cold[row].id.0, (grains.force[row], grains.torque[row]))).collect()

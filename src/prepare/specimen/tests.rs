@@ -5,7 +5,6 @@ use scree_partition::Solo;
 use super::*;
 use crate::domain::stop::lives;
 use crate::job::Job;
-use crate::law::contact::LinearSpringDashpot as Law;
 
 /// Its specimen takes two attempts until it fits.
 const TRIAXIAL: &str = include_str!("../../../tests/gate/triaxial.toml");
@@ -16,7 +15,7 @@ fn made(steps: u64) -> (String, u64) {
     let sets = ["method=dem".to_string(), format!("packing.cache={}", folder.path().display())];
     let Ok(Job::Mpm(job)) = Job::parse(TRIAXIAL, "job.toml", &sets) else { panic!("a job on a grid") };
     let granular = job.grains.as_deref().unwrap();
-    let (made, lives) = lives::of(steps, || specimen::<Law>(&job, granular, &Solo));
+    let (made, lives) = lives::of(steps, || specimen(&job, granular, &Solo));
     let moved: Vec<Vector> = made.bodies.iter().map(|body| body.displacement).collect();
     (format!("{:?} {moved:?} {:?}", made.grains, made.vertices), lives)
 }

@@ -4,7 +4,6 @@ use crate::base::space::{AXES, Linear, Space};
 use crate::domain::grid::{self, REACTIONS};
 use crate::domain::world::World;
 use crate::job::mpm::Mpm;
-use crate::law::contact::ContactLaw;
 use crate::law::material::MaterialLaw;
 
 pub(super) const FACES: [&str; 2] = ["lower", "upper"];
@@ -26,7 +25,7 @@ pub fn of_extents<S: Space>() -> Vec<String> {
 }
 
 /// Of points and free grains, m. Collective.
-pub fn row_of_extents<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> Vec<f64> {
+pub fn row_of_extents<S: Space, L: MaterialLaw<S>>(world: &World<S, L>) -> Vec<f64> {
     let mut extents = [f64::NEG_INFINITY; 6];
     let points = world.continuum.points.hot.iter().map(|hot| (&hot.position, 0.0));
     let grains = world.assembly.grains.hot[..world.assembly.grains.owned].iter().map(|hot| (&hot.position, hot.radius));
@@ -52,8 +51,8 @@ pub fn of_bodies<S: Space>(job: &Mpm) -> Vec<String> {
 }
 
 /// N, N m and m; means over `duration`, s, of what was taken off nodes and grains.
-pub fn row_of_bodies<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(
-    world: &World<S, C, L>,
+pub fn row_of_bodies<S: Space, L: MaterialLaw<S>>(
+    world: &World<S, L>,
     reactions: &[f64; REACTIONS],
     duration: f64,
 ) -> Vec<f64> {
@@ -72,7 +71,7 @@ pub fn of_membranes(job: &Mpm) -> Vec<String> {
 }
 
 /// m and N.
-pub fn row_of_membranes<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>>(world: &World<S, C, L>) -> Vec<f64> {
+pub fn row_of_membranes<S: Space, L: MaterialLaw<S>>(world: &World<S, L>) -> Vec<f64> {
     let membranes = &world.continuum.membranes;
     membranes.made_of.iter().flat_map(|membrane| membranes.stretch(membrane)).collect()
 }

@@ -9,11 +9,11 @@ use crate::adapt::watch;
 use crate::base::error::Error;
 use crate::base::ids::PointId;
 use crate::base::space::{Linear, Space};
+use crate::dem::law::law_or_absent;
 use crate::domain::grid::{self, REACTIONS};
 use crate::domain::transfer;
 use crate::job::mpm::{self, Mpm};
 use crate::job::{Job, Output};
-use crate::law::contact::Absent;
 use crate::law::material::{Counted, CountedMemory, CriticalDruckerPrager, Hencky, LinearElastic, MaterialLaw};
 use crate::observe::frame::frame;
 use crate::observe::point::{OBSERVED, observed};
@@ -28,12 +28,8 @@ use columns::FACES;
 
 use crate::base::space::AXES;
 
-type PointCore<'t, S, L> = Core<'t, S, Absent, Counted<L>>;
-type PointSnapshot<S, L> = Snapshot<
-    S,
-    <Absent as crate::law::contact::ContactLaw<S>>::Memory<f64>,
-    CountedMemory<<L as MaterialLaw<S>>::Memory>,
->;
+type PointCore<'t, S, L> = Core<'t, S, Counted<L>>;
+type PointSnapshot<S, L> = Snapshot<S, CountedMemory<<L as MaterialLaw<S>>::Memory>>;
 
 /// The job, with its space and material law.
 pub struct Continuum<'s, S: Space, L> {
@@ -114,8 +110,8 @@ pub fn resume<S: Space>(
 impl<S: Space> ForAnyMaterial<S> for Resume<'_> {
     fn with<L: MaterialLaw<S>>(self, law: L) -> Result<Outcome, Error> {
         let Self { job, state, options, folder, transport } = self;
-        let snapshot: Option<PointSnapshot<S, L>> =
-            transfer::agree(transport, state.map(Snapshot::from_state).transpose())?;
+        let read = |state| Snapshot::from_state(state, law_or_absent::<S>(&None).memory_words());
+        let snapshot: Option<PointSnapshot<S, L>> = transfer::agree(transport, state.map(read).transpose())?;
         let draw = |_: &Progress, vertices| point_world::drawn(job, vertices);
         let (parts, progress) = checkpoint::restore(snapshot, draw, transport)?;
         let mut world = point_world::world_at::<S, L>(job, &law, transport, progress.step, parts)?;
@@ -198,7 +194,6 @@ fn nearest(job: &Mpm, wanted: &[f64; 3]) -> PointId {
 
 impl<S: Space, L: MaterialLaw<S>> Experiment for Continuum<'_, S, L> {
     type Space = S;
-    type Contact = Absent;
     type Material = Counted<L>;
 
     fn job(&self) -> String {

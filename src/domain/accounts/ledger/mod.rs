@@ -37,7 +37,7 @@ use crate::base::space::{Linear, Space};
 use crate::dem::cell::Shifts;
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
-use crate::law::contact::ContactLaw;
+use crate::law::contact::Memory;
 use crate::law::material::MaterialLaw;
 
 pub mod points;
@@ -137,7 +137,7 @@ impl Balance {
 
 /// The account of this rank; sums of ranks are exact, so that nothing depends on who booked what.
 #[derive(Clone, Debug)]
-pub struct EnergyLedger<S: Space, C: ContactLaw<S>> {
+pub struct EnergyLedger<S: Space> {
     /// Up to the last evaluation.
     booked: ExactSum<ITEMS>,
     /// Of its forces over the half step behind it.
@@ -146,16 +146,16 @@ pub struct EnergyLedger<S: Space, C: ContactLaw<S>> {
     start: Option<ExactSum<STORES>>,
     /// At the last evaluation; none before the first one here.
     stored: Option<ExactSum<STORES>>,
-    page: Page<S, C::Memory<f64>>,
+    page: Page<S>,
 }
 
 /// What a step changes and the account needs.
 #[derive(Clone, Debug)]
-struct Page<S: Space, M> {
+struct Page<S: Space> {
     /// Velocity (m/s) and spin (rad/s) of owned rows.
     motion: Vec<(S::Vector, S::Spin)>,
     memories: Vec<f64>,
-    memories_of_walls: Vec<M>,
+    memories_of_walls: Vec<Memory>,
     bodies: Vec<(S::Vector, S::Spin)>,
     /// Velocity gradient of the cell, 1/s.
     gradient: S::Tensor,
@@ -209,7 +209,7 @@ impl Entry {
 /// Entries of a ledger.
 const ENTRIES: usize = 2 * ITEMS + STORES;
 
-impl<S: Space, C: ContactLaw<S>> EnergyLedger<S, C> {
+impl<S: Space> EnergyLedger<S> {
     fn new() -> Self {
         let page = Page {
             motion: Vec::new(),
@@ -222,7 +222,7 @@ impl<S: Space, C: ContactLaw<S>> EnergyLedger<S, C> {
     }
 }
 
-impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     /// Keeps account of the grains' energy from the next step on.
     pub fn open_ledger(&mut self) {
         self.ledger = Some(Box::new(EnergyLedger::new()));
@@ -314,7 +314,7 @@ impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
         cell_before.gradient = ledger.page.gradient;
         cell_after.rate = self.assembly.cell.gradient * self.assembly.cell.edges;
         let step = Step {
-            law: &self.settings.contact,
+            law: self.law(),
             field: &self.settings.field,
             dt: self.settings.dt,
             share: self.kick_share(),

@@ -34,7 +34,6 @@ use crate::dem::walls::place_beside;
 use crate::domain::grid::{absorbed_by_faces, held_by_bodies, held_by_faces};
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
-use crate::law::contact::ContactLaw;
 use crate::law::material::{MaterialLaw, MaterialMemory};
 use crate::mpm::look::{for_each_node, moments};
 use crate::mpm::scatter::TileFrame;
@@ -160,7 +159,7 @@ impl<S: Space> PointLedger<S> {
     }
 }
 
-impl<S: Space, C: ContactLaw<S>, L: MaterialLaw<S>> World<'_, S, C, L> {
+impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     /// Goes on with an account that was stored; none opens a new one.
     pub fn resume_point_ledger(&mut self, entries: &[Entry]) -> Result<(), Error> {
         let mut account = Account::default();

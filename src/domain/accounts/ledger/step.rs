@@ -7,14 +7,15 @@ use super::{ITEMS, Item, Page, STORES};
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::Body;
 use crate::dem::cell::{Cell, ImageCode, Shifts};
-use crate::dem::contacts::{Contacts, recall_from};
+use crate::dem::contacts::Contacts;
 use crate::dem::grains::{Grains, Hot, Mover, lanes, vector};
 use crate::dem::kernel::{Given, Side, pair_weight, touch};
+use crate::dem::law::Law;
 use crate::dem::motion::{Field, damped};
 use crate::dem::neighbours::Term;
 use crate::dem::walls::{Wall, Walls, beside, touch_of};
 use crate::dem::work::{Parted, settle};
-use crate::law::contact::{ContactLaw, Touch};
+use crate::law::contact::{Memory, Touch};
 
 /// Sums over rows and walls: work over the drift behind the evaluation and over that ahead, and energies.
 #[derive(Clone, Debug, Default)]
@@ -61,8 +62,8 @@ impl Lines {
 }
 
 /// A step between its kicks and its drift.
-pub struct Step<'a, S: Space, C: ContactLaw<S>> {
-    pub law: &'a C,
+pub struct Step<'a, S: Space> {
+    pub law: &'a dyn Law<S>,
     pub field: &'a Field<S>,
     pub dt: f64,
     /// Share of it by which this step has kicked, and how long the drift behind took, s.
@@ -73,15 +74,15 @@ pub struct Step<'a, S: Space, C: ContactLaw<S>> {
     pub grains: &'a Grains<S>,
     pub contacts: &'a Contacts<S>,
     pub bodies: &'a [Body<S>],
-    pub page: &'a Page<S, C::Memory<f64>>,
+    pub page: &'a Page<S>,
     /// With the gradients and rates of the drifts behind and ahead; edges of now.
     pub cells: [&'a Cell<S>; 2],
     pub shifts_after: Shifts<S>,
 }
 
-impl<S: Space, C: ContactLaw<S>> Step<'_, S, C> {
+impl<S: Space> Step<'_, S> {
     /// What the rows and walls of this rank add.
-    pub fn sums(&self, walls: &Walls<S, C>) -> Sums {
+    pub fn sums(&self, walls: &Walls<S>) -> Sums {
         let rows = (0..self.grains.owned).into_par_iter();
         let sums = rows.fold(Sums::default, |sums, row| sums.with(&self.row(row))).reduce(Sums::default, Sums::merged);
         let rows = walls.list.iter().zip(&self.page.memories_of_walls);
@@ -180,14 +181,14 @@ impl<S: Space, C: ContactLaw<S>> Step<'_, S, C> {
         let separation = a.position - b.position + *shift;
         let relative = a.velocity - b.velocity + *rate;
         let now = of_sides::<S>([&a, &b], (separation, relative), [self.passed, self.dt]);
-        let memory = self.contacts.recall::<C>(term.pair());
+        let memory = self.contacts.recall(term.pair());
         let given = self.contacts.given(term.pair());
         let weight = pair_weight(a.weight, b.weight);
 
         if !term.is_b() {
             let first = separation - relative * self.passed;
             let first = of_sides::<S>([&a, &b], (first, relative), [0.0, 0.0]);
-            let memory_before = recall_from::<S, C>(&self.page.memories, term.pair());
+            let memory_before = self.contacts.recall_from(&self.page.memories, term.pair());
             let settled = settle(self.law, [&first, &now], [&memory_before, &memory]);
             lines.add(BEHIND, Item::Slip, weight * settled.slipped);
             lines.add(BEHIND, Item::Made, weight * settled.made);
@@ -214,7 +215,7 @@ impl<S: Space, C: ContactLaw<S>> Step<'_, S, C> {
     }
 
     /// A contact with a body over both drifts.
-    fn wall(&self, wall: &Wall<S, C::Memory<f64>>, memory_before: &C::Memory<f64>, law: &C) -> Lines {
+    fn wall(&self, wall: &Wall<S>, memory_before: &Memory, law: &dyn Law<S>) -> Lines {
         let mut lines = Lines::default();
         let (row, number) = (wall.row as usize, wall.body as usize);
         let body = &self.bodies[number];
@@ -253,8 +254,8 @@ impl<S: Space, C: ContactLaw<S>> Step<'_, S, C> {
     }
 }
 
-fn lose<S: Space, C: ContactLaw<S>>(
-    law: &C,
+fn lose<S: Space>(
+    law: &dyn Law<S>,
     parted: &Parted<S>,
     touch: &Touch<S, f64>,
     turning: &S::Spin,

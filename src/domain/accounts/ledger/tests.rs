@@ -11,11 +11,11 @@ use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::motion::{Damping, DampingForm, Field};
 use crate::domain::grid::Grid;
 use crate::domain::layout::{Ground, Layout};
-use crate::domain::rebuild::{Parts, Row};
+use crate::domain::rebuild::Parts;
 use crate::domain::servo::CellDrive;
 use crate::domain::world::Settings;
 use crate::law::contact::{
-    ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding, TangentialForce,
+    Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding, TangentialForce,
 };
 use crate::law::material::Absent;
 
@@ -42,26 +42,26 @@ fn vector<S: Space>(components: [f64; 3]) -> S::Vector {
     vector
 }
 
-fn grain<S: Space, C: ContactLaw<S>>(id: u64, place: [f64; 3], radius: f64) -> Row<S, C> {
+fn grain<S: Space>(id: u64, place: [f64; 3], radius: f64) -> GrainRow<S> {
     let mass = DENSITY * S::grain_volume(radius, DEPTH);
     GrainRow::resting(GrainId(id), vector::<S>(place), radius, mass, Mover::Free)
 }
 
 /// A box from the origin with edges along the axes, in blocks of about 3 mm.
-fn world<S: Space, C: ContactLaw<S>>(
+fn world<S: Space>(
     transport: &dyn Transport,
-    (law, dt): (C, f64),
+    (law, dt): (impl Into<Contact>, f64),
     (lengths, periodic): ([f64; 3], [bool; 3]),
-    grains: Vec<Row<S, C>>,
+    grains: Vec<GrainRow<S>>,
     bodies: Vec<Body<S>>,
-) -> World<'_, S, C, Absent> {
+) -> World<'_, S, Absent> {
     let settings = Settings {
         dt,
         grain_steps: 1,
         skin: 2e-4,
         grid: Grid::blend(0.0),
         loads: Vec::new(),
-        contact: law,
+        contact: Some(law.into()),
         material: Absent,
         field: Field::default(),
         drive: CellDrive::default(),
@@ -76,7 +76,7 @@ fn world<S: Space, C: ContactLaw<S>>(
     World::new(settings, layout, transport, 0, Parts::fresh(grains, Vec::new(), bodies, cell)).unwrap()
 }
 
-fn run<S: Space, C: ContactLaw<S>>(world: &mut World<'_, S, C, Absent>, steps: usize) {
+fn run<S: Space>(world: &mut World<'_, S, Absent>, steps: usize) {
     (0..steps).for_each(|_| world.advance().unwrap());
 }
 
@@ -92,11 +92,11 @@ fn linear(stiffness: f64, damping: f64, friction: f64) -> crate::law::contact::L
 }
 
 /// A dense periodic packing at rest.
-fn packed<S: Space, C: ContactLaw<S>>(
+fn packed<S: Space>(
     transport: &dyn Transport,
-    [smooth, law]: [C; 2],
+    [smooth, law]: [impl Into<Contact>; 2],
     (count, spacing): (usize, f64),
-) -> World<'_, S, C, Absent> {
+) -> World<'_, S, Absent> {
     let mut random = Random(7);
     let mut grains = Vec::new();
     let layers = if S::DIMENSION == 3 { count } else { 1 };
@@ -104,7 +104,7 @@ fn packed<S: Space, C: ContactLaw<S>>(
         for y in 0..count {
             for x in 0..count {
                 let place = [x, y, z].map(|at| (at as f64 + 0.5 + 0.05 * random.signed()) * spacing);
-                grains.push(grain::<S, C>(grains.len() as u64, place, MEAN_RADIUS * (1.0 + 0.15 * random.signed())));
+                grains.push(grain::<S>(grains.len() as u64, place, MEAN_RADIUS * (1.0 + 0.15 * random.signed())));
             }
         }
     }
@@ -113,7 +113,7 @@ fn packed<S: Space, C: ContactLaw<S>>(
     world.settings.field.damping = Damping { local: 0.5, form: DampingForm::Component, mass: 1e3 };
     run(&mut world, 6000);
     world.settings.field.damping = Damping::default();
-    world.settings.contact = law;
+    world.settings.contact = Some(law.into());
     world
 }
 
@@ -142,8 +142,8 @@ const DISCS: (usize, f64) = (8, 0.945e-3);
 const SPHERES: (usize, f64) = (4, 0.91e-3);
 
 /// Dense shear to a strain of 0.032, in 4000 steps or twice as many of half the length.
-fn sheared<S: Space, C: ContactLaw<S>>(law: impl Fn(f64) -> C, packing: (usize, f64), refinement: usize) -> Balance {
-    let mut world = packed::<S, C>(&Solo, [law(0.0), law(0.5)], packing);
+fn sheared<S: Space, C: Into<Contact>>(law: impl Fn(f64) -> C, packing: (usize, f64), refinement: usize) -> Balance {
+    let mut world = packed::<S>(&Solo, [law(0.0), law(0.5)], packing);
     world.settings.dt = 4e-7 / refinement as f64;
     world.settings.drive = shear(RATE);
     world.open_ledger();
@@ -153,8 +153,8 @@ fn sheared<S: Space, C: ContactLaw<S>>(law: impl Fn(f64) -> C, packing: (usize, 
 
 /// `share`: what of the work may not close. It is what laws make by stretching their springs in the plane of the drift's
 /// end, and goes down with the time step.
-fn closes_in_shear<S: Space, C: ContactLaw<S>>(name: &str, law: impl Fn(f64) -> C, packing: (usize, f64), share: f64) {
-    let balance = sheared::<S, C>(&law, packing, 1);
+fn closes_in_shear<S: Space, C: Into<Contact>>(name: &str, law: impl Fn(f64) -> C, packing: (usize, f64), share: f64) {
+    let balance = sheared::<S, _>(&law, packing, 1);
     close(name, &balance, balance.work(), share);
     assert!(balance.friction > 0.0 && balance.work_cell > 0.0);
 }
@@ -250,7 +250,7 @@ fn the_residual_goes_with_the_time_step() {
 #[test]
 fn shear_that_goes_far() {
     for form in [DampingForm::Component, DampingForm::Vector] {
-        let mut world = packed::<Plane, _>(&Solo, [springs(2e5, 1.0, 0.0), springs(2e5, 1.0, 0.5)], DISCS);
+        let mut world = packed::<Plane>(&Solo, [springs(2e5, 1.0, 0.0), springs(2e5, 1.0, 0.5)], DISCS);
         world.settings.field.damping = Damping { local: 0.1, form, mass: 50.0 };
         world.settings.drive = shear(500.0);
         world.settings.drive.gradient[0] = 20.0;
@@ -271,7 +271,7 @@ fn shear_that_goes_far() {
     }
 }
 
-fn velocity<S: Space, C: ContactLaw<S>>(mut row: Row<S, C>, velocity: [f64; 3], spin: f64) -> Row<S, C> {
+fn velocity<S: Space>(mut row: GrainRow<S>, velocity: [f64; 3], spin: f64) -> GrainRow<S> {
     row.hot.velocity = vector::<S>(velocity);
     row.hot.spin[S::Spin::COMPONENTS - 1] = spin;
     row
@@ -282,16 +282,8 @@ fn velocity<S: Space, C: ContactLaw<S>>(mut row: Row<S, C>, velocity: [f64; 3], 
 fn two_discs_collide() {
     let collide = |law: LinearSpringDashpot, dt: f64| {
         let grains = vec![
-            velocity::<Plane, LinearSpringDashpot>(
-                grain::<Plane, LinearSpringDashpot>(0, [4e-3, 4e-3, 0.0], 5e-4),
-                [0.3, 0.0, 0.0],
-                200.0,
-            ),
-            velocity::<Plane, LinearSpringDashpot>(
-                grain::<Plane, LinearSpringDashpot>(1, [5.02e-3, 4.3e-3, 0.0], 4e-4),
-                [-0.4, 0.1, 0.0],
-                50.0,
-            ),
+            velocity::<Plane>(grain::<Plane>(0, [4e-3, 4e-3, 0.0], 5e-4), [0.3, 0.0, 0.0], 200.0),
+            velocity::<Plane>(grain::<Plane>(1, [5.02e-3, 4.3e-3, 0.0], 4e-4), [-0.4, 0.1, 0.0], 50.0),
         ];
         let mut world = world(&Solo, (law, dt), ([8e-3, 8e-3, 0.0], [true, true, false]), grains, Vec::new());
         world.open_ledger();
@@ -322,10 +314,10 @@ fn a_disc_slides_until_it_rolls() {
     let floor =
         Body::new("floor", Shape::Plane { point: vector::<Plane>([0.0; 3]), normal: vector::<Plane>([0.0, 1.0, 0.0]) });
     let law = springs(2e5, 0.5, 0.4);
-    let mut disc = grain::<Plane, LinearSpringDashpot>(0, [1e-3, 0.0, 0.0], 5e-4);
+    let mut disc = grain::<Plane>(0, [1e-3, 0.0, 0.0], 5e-4);
     disc.hot.position[1] = 5e-4 - disc.hot.mass * 9.81 / 2e5;
     disc.cold.home = disc.hot.position;
-    let disc = velocity::<Plane, LinearSpringDashpot>(disc, [0.02, 0.0, 0.0], 0.0);
+    let disc = velocity::<Plane>(disc, [0.02, 0.0, 0.0], 0.0);
     let mut world = world(&Solo, (law, 2e-6), ([9e-3, 9e-3, 0.0], [true, false, false]), vec![disc], vec![floor]);
     world.settings.field.gravity = vector::<Plane>([0.0, -9.81, 0.0]);
     world.open_ledger();
@@ -352,7 +344,7 @@ fn grains_fall_on_a_plane() {
         for number in 0..24u64 {
             let [x, y, z] = [number % 2, number / 2 % 4, number / 8].map(|at| at as f64 + 0.02 * random.signed());
             let place = [(x + 2.5) * 1.1e-3, (y + 0.5) * 1.1e-3, (z + 0.5) * 1.4e-3];
-            grains.push(grain::<Solid, HertzMindlin>(number, place, MEAN_RADIUS * (1.0 + 0.05 * random.signed())));
+            grains.push(grain::<Solid>(number, place, MEAN_RADIUS * (1.0 + 0.05 * random.signed())));
         }
         let box_of = ([9e-3, 4.4e-3, 9e-3], [false, true, false]);
         let law = hertz(1e7, 0.003, 0.5);
@@ -360,7 +352,7 @@ fn grains_fall_on_a_plane() {
         world.settings.field.gravity = vector::<Solid>([0.0, 0.0, -9.81]);
         world.settings.field.damping = Damping { local: 0.1, form: DampingForm::Vector, mass: 0.0 };
         // Positions of the last evaluation, to which the account goes.
-        let height = |world: &World<'_, Solid, HertzMindlin, Absent>| -> f64 {
+        let height = |world: &World<'_, Solid, Absent>| -> f64 {
             world
                 .assembly
                 .grains
@@ -387,7 +379,7 @@ fn grains_fall_on_a_plane() {
 #[test]
 fn a_cylinder_drags_grains() {
     let law = |friction: f64| rolling(4e8, Sliding::Surface, friction);
-    let rest = packed::<Plane, _>(&Solo, [law(0.0), law(0.0)], DISCS);
+    let rest = packed::<Plane>(&Solo, [law(0.0), law(0.0)], DISCS);
     let (middle, radius) = (0.5 * DISCS.0 as f64 * DISCS.1, 1.2e-3);
     let centre = vector::<Plane>([middle, middle, 0.0]);
     let (rows, _) = rest.rows();
@@ -411,7 +403,7 @@ fn a_cylinder_drags_grains() {
     world.settings.field.damping = Damping { local: 0.5, form: DampingForm::Component, mass: 1e3 };
     run(&mut world, 5000);
     world.settings.field.damping = Damping::default();
-    world.settings.contact = law(0.5);
+    world.settings.contact = Some(law(0.5).into());
     world.open_ledger();
     run(&mut world, 5000);
     let balance = world.balance().unwrap();
@@ -424,7 +416,7 @@ fn a_cylinder_drags_grains() {
 #[test]
 fn layers_shear_what_lies_between() {
     let law = cohesive(2e5, 1.0, [0.1, 0.5]);
-    let (mut rows, _) = packed::<Plane, _>(&Solo, [cohesive(2e5, 1.0, [0.0, 0.0]), law], DISCS).rows();
+    let (mut rows, _) = packed::<Plane>(&Solo, [cohesive(2e5, 1.0, [0.0, 0.0]), law], DISCS).rows();
     let length = DISCS.0 as f64 * DISCS.1;
     for row in &mut rows {
         row.contacts.clear();
@@ -457,13 +449,13 @@ fn layers_shear_what_lies_between() {
 #[test]
 fn ranks_and_interruptions_do_not_show() {
     let start = || {
-        let rest = packed::<Plane, _>(&Solo, [hertz(1e9, 1.0, 0.0), hertz(1e9, 1.0, 0.5)], DISCS);
+        let rest = packed::<Plane>(&Solo, [hertz(1e9, 1.0, 0.0), hertz(1e9, 1.0, 0.5)], DISCS);
         (rest.rows().0, rest.assembly.cell)
     };
     let (rows, cell) = start();
     let length = DISCS.0 as f64 * DISCS.1;
     let on = |transport: &dyn Transport, interrupted: bool, kept: bool| {
-        let ours = |rows: &[Row<Plane, HertzMindlin>]| if transport.rank() == 0 { rows.to_vec() } else { Vec::new() };
+        let ours = |rows: &[GrainRow<Plane>]| if transport.rank() == 0 { rows.to_vec() } else { Vec::new() };
         let box_of = ([length, length, 0.0], [true, true, false]);
         let mut world = world(transport, (hertz(1e9, 1.0, 0.5), 4e-7), box_of, ours(&rows), Vec::new());
         world.assembly.cell = cell;
@@ -501,7 +493,7 @@ fn an_account_changes_nothing() {
         let grains = (0..64u64).map(|number| {
             let [x, y, z] = [number % 4, number / 4 % 4, number / 16].map(|at| (at as f64 + 0.5) * 0.95e-3);
             let speed = [0; 3].map(|_| 0.1 * random.signed());
-            velocity::<Solid, HertzMindlin>(grain::<Solid, HertzMindlin>(number, [x, y, z], MEAN_RADIUS), speed, 30.0)
+            velocity::<Solid>(grain::<Solid>(number, [x, y, z], MEAN_RADIUS), speed, 30.0)
         });
         let box_of = ([3.8e-3; 3], [true; 3]);
         let mut world = world(&Solo, (hertz(3e8, 0.1, 0.5), 2e-7), box_of, grains.collect(), Vec::new());
@@ -519,7 +511,7 @@ fn an_account_changes_nothing() {
 #[test]
 fn grains_with_a_force_of_their_own_wait_for_it() {
     let end = |is_booked: bool| {
-        let mut world = packed::<Plane, _>(&Solo, [springs(2e5, 1.0, 0.0), springs(2e5, 1.0, 0.5)], DISCS);
+        let mut world = packed::<Plane>(&Solo, [springs(2e5, 1.0, 0.0), springs(2e5, 1.0, 0.5)], DISCS);
         world.assembly.grains.cold[20].script = vector::<Plane>([1.0, -2.0, 0.0]);
         world.assembly.grains.push_as_told();
         if is_booked {

@@ -1,0 +1,92 @@
+//! A contact law as those hold it who need not know which it is. What a law reckons is compiled for each; what calls it is
+//! compiled once, and asks once for a whole stretch of pairs, or for one contact where a single one is looked at.
+
+use std::fmt::Debug;
+
+use crate::base::space::{Space, Words};
+use crate::dem::kernel::{Given, Pass, evaluate, give, row_words};
+use crate::dem::neighbours::Pair;
+use crate::law::contact::{Absent, Answer, Contact, ContactLaw, ForAnyLaw, Memory, Resistance, Touch};
+
+/// [`ContactLaw`] with memories in words; every contact law is one of these.
+pub trait Law<S: Space>: Debug + Send + Sync {
+    /// Words of what a contact remembers.
+    fn memory_words(&self) -> usize;
+    /// Words of a pair's row of forces.
+    fn row_words(&self) -> usize;
+    fn reach(&self) -> f64;
+    /// Whole packs of pairs, on this thread. `memory` holds `[pack][word][lane]`, `forces` `[pair][word]`.
+    fn evaluate(&self, pass: &Pass<S>, pairs: &[Pair], memory: &mut [f64], forces: &mut [f64]);
+    fn holds(&self, touch: &Touch<S, f64>, memory: &Memory) -> bool;
+    /// Forces of a contact with `weight`, their torques by the lever arms of both sides, m; nothing where it does not hold.
+    fn give(&self, touch: &Touch<S, f64>, weight: f64, arms: [f64; 2], memory: &mut Memory) -> Given<S, f64>;
+    fn sliding(&self, touch: &Touch<S, f64>) -> S::TangentOf<f64>;
+    fn springs(&self, touch: &Touch<S, f64>, memory: &Memory) -> Answer<S, f64>;
+    fn resistance(&self, radii: [f64; 2], masses: [f64; 2], overlap: f64) -> Resistance;
+    fn friction_limit(&self, touch: &Touch<S, f64>, normal: f64) -> f64;
+    fn elastic_energy(&self, touch: &Touch<S, f64>, memory: &Memory) -> f64;
+}
+
+impl<S: Space, C: ContactLaw<S>> Law<S> for C {
+    fn memory_words(&self) -> usize {
+        <C::Memory<f64> as Words<f64>>::COUNT
+    }
+    fn row_words(&self) -> usize {
+        row_words::<S, C>()
+    }
+    fn reach(&self) -> f64 {
+        ContactLaw::<S>::reach(self)
+    }
+    fn evaluate(&self, pass: &Pass<S>, pairs: &[Pair], memory: &mut [f64], forces: &mut [f64]) {
+        evaluate(self, pass, pairs, memory, forces);
+    }
+    fn holds(&self, touch: &Touch<S, f64>, memory: &Memory) -> bool {
+        ContactLaw::holds(self, touch, &memory.to())
+    }
+    fn give(&self, touch: &Touch<S, f64>, weight: f64, arms: [f64; 2], memory: &mut Memory) -> Given<S, f64> {
+        let mut advanced = memory.to();
+        let given = give(self, touch, weight, arms, &mut advanced);
+        *memory = Memory::of(&advanced);
+        given
+    }
+    fn sliding(&self, touch: &Touch<S, f64>) -> S::TangentOf<f64> {
+        ContactLaw::sliding(self, touch)
+    }
+    fn springs(&self, touch: &Touch<S, f64>, memory: &Memory) -> Answer<S, f64> {
+        ContactLaw::springs(self, touch, &memory.to())
+    }
+    fn resistance(&self, radii: [f64; 2], masses: [f64; 2], overlap: f64) -> Resistance {
+        ContactLaw::<S>::resistance(self, radii, masses, overlap)
+    }
+    fn friction_limit(&self, touch: &Touch<S, f64>, normal: f64) -> f64 {
+        ContactLaw::friction_limit(self, touch, normal)
+    }
+    fn elastic_energy(&self, touch: &Touch<S, f64>, memory: &Memory) -> f64 {
+        ContactLaw::elastic_energy(self, touch, &memory.to())
+    }
+}
+
+/// The law that a job names.
+pub fn law_of<S: Space>(contact: &Contact) -> &dyn Law<S> {
+    contact.apply(Unnamed)
+}
+
+/// The same of a world that may have none.
+pub fn law_or_absent<S: Space>(contact: &Option<Contact>) -> &dyn Law<S> {
+    contact.as_ref().map_or(&Absent, law_of)
+}
+
+/// Words of what a contact remembers under that law.
+pub fn memory_words<S: Space>(contact: &Contact) -> usize {
+    law_of::<S>(contact).memory_words()
+}
+
+struct Unnamed;
+
+impl<'a, S: Space> ForAnyLaw<'a, S> for Unnamed {
+    type Outcome = &'a dyn Law<S>;
+
+    fn with<C: ContactLaw<S>>(self, law: &'a C) -> Self::Outcome {
+        law
+    }
+}
