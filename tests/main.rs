@@ -95,6 +95,8 @@ mod material;
 mod membranes;
 /// The quickstart has the same digest and curve on 1 to 4 ranks, 1 and 2 threads, and through SIGTERM and resume.
 mod mpirun;
+/// A job to begin with runs at the first try, and the example of the README as printed; mistakes come all at once; keys explain themselves.
+mod newcomer;
 /// The oracle fires on an over-consolidated specimen, in its band only, and at the same strain at twice the speed; it
 /// is silent on an under-consolidated one, beside plates, and on bands that do not persist; in a membrane it flags the diagonal
 /// band and nothing else.

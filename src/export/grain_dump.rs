@@ -24,7 +24,6 @@ use scree_io::{Column, Values};
 use crate::base::error::Error;
 use crate::base::space::{Plane, Solid, Space};
 use crate::base::units::in_short;
-use crate::export::grain_export::not_yet;
 use crate::job::Job;
 use crate::observe::frame::Kind;
 use crate::run::results::Aside;
@@ -78,8 +77,7 @@ pub fn write(dir: &Path, file: &Path, moment: Moment) -> Result<String, Error> {
 fn job_of(dir: &Path) -> Result<Job, Error> {
     let job = Job::load(&dir.join("scenario.toml"), &[])?;
     match job {
-        Job::Mpm(job) if job.moves_grains() => Err(not_yet(dir)),
-        Job::Mpm(_) => Err(Error::User(format!(
+        Job::Mpm(job) if !job.moves_grains() => Err(Error::User(format!(
             "{}: this run is a continuum on a grid and has no grains to export. Its points are in frames.vtkhdf.",
             dir.display()
         ))),
@@ -201,7 +199,10 @@ fn mass(job: &Job, radius: f64) -> f64 {
             };
             job.matter.density * volume
         }
-        Job::Mpm(_) => 0.0,
+        Job::Mpm(job) => {
+            let density = job.grains.as_ref().map_or(0.0, |grains| grains.piece.matter.density);
+            density * Plane::grain_volume(radius, job.grid.depth)
+        }
     }
 }
 

@@ -19,7 +19,7 @@ use crate::domain::step::full_step::{FullStep, full_step};
 use crate::job::{Assembly, Job, Mpm, Scenario};
 use crate::prepare::grain_file::csv::{TIME, header, header_of_contacts};
 use crate::prepare::grain_file::is_lammps;
-use crate::prepare::sheared;
+use crate::prepare::{point_world, sheared};
 use crate::run::{assembly, planar_shear, results};
 use crate::store::checkpoint::{Snapshot, progress_of, scenario_of};
 use crate::store::tables;
@@ -57,7 +57,7 @@ pub fn write(state: &State, dir: &Path, file: &Path, wanted: Wanted) -> Result<(
             let export = Export { job, state, dir, is_csv, wanted, time };
             if job.cell.dimension == 2 { export.in_cell::<Plane>()? } else { export.in_cell::<Solid>()? }
         }
-        Job::Mpm(job) if job.moves_grains() => return Err(not_yet(dir)),
+        Job::Mpm(job) if job.moves_grains() => Export { job, state, dir, is_csv, wanted, time }.on_a_grid()?,
         Job::Mpm(_) => return Err(no_grains(dir)),
     };
     save(file, &text)
@@ -81,6 +81,18 @@ impl Export<'_, Scenario> {
             let memory_words = memory_words::<Plane>(&self.job.contact);
             let snapshot = Snapshot::from_state(self.state.clone(), memory_words)?;
             full_step(planar_shear::world_of(self.job, Some(snapshot), &Solo)?.0)
+        })
+    }
+}
+
+impl Export<'_, Mpm> {
+    fn on_a_grid(&self) -> Result<String, Error> {
+        let cell = point_world::cell::<Plane>(&point_world::layout::<Plane>(self.job)?);
+        self.text::<Plane>(cell, || {
+            Err(Error::User(format!(
+                "{}: nodes push grains that share them with points, so that full steps of these are known in the next step only. Leave --velocities now and --forces out; contacts.vtkhdf has forces where output.contact_frames = true.",
+                self.dir.display()
+            )))
         })
     }
 }
@@ -143,14 +155,6 @@ pub fn write_contacts(state: &State, dir: &Path, file: &Path) -> Result<(), Erro
     let missing = || Error::User(format!("{}: this state has no contacts", dir.display()));
     let table = state.tables.iter().find(|table| table.name == "contacts").ok_or_else(missing)?;
     save(file, &contacts(table, (law, &bodies), time).ok_or_else(missing)?)
-}
-
-/// Of a job on a grid that has grains.
-pub(crate) fn not_yet(dir: &Path) -> Error {
-    Error::User(format!(
-        "{}: this is a job on a grid, whose grains cannot be exported yet. They are in frames.vtkhdf, of kind 1.",
-        dir.display()
-    ))
 }
 
 fn no_grains(dir: &Path) -> Error {

@@ -73,7 +73,8 @@ impl Assembly {
 
     pub(super) fn keys_of_cell(&mut self, form: &mut dyn Form) {
         self.cell.keys(form);
-        let gravity = vector("gravity", "the acceleration of every grain", Dimension::ACCELERATION, "\"-9.81 m/s2\"");
+        let gravity =
+            vector("gravity", "the acceleration of every grain", Dimension::ACCELERATION, "[0, \"-9.81 m/s2\"]");
         form.vector(&mut self.gravity, gravity.follows("none"));
     }
 

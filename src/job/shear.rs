@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::document;
 use super::output::Output;
+use super::resolve::key_of_material;
 use super::schema::section;
 use super::write::Page;
 use super::{Job, Method};
@@ -100,12 +101,7 @@ impl Scenario {
             section("contact", "forces between grains", |form| job.contact.keys(form, 0.0)),
             section("packing", "how the packing is made, without cohesion", |form| job.packing.keys(form)),
             section("continuum", "the continuum and its grid", |form| {
-                let material = text(
-                    "material",
-                    "a file with the keys from bulk_modulus to cohesion",
-                    "\"materials/chen_table_2.toml\"",
-                );
-                form.path_if_given(&mut None, material.optional());
+                form.path_if_given(&mut None, key_of_material("material"));
                 job.continuum.keys(form);
             }),
             section("loading", "what is done to the specimen", |form| job.loading.keys(form)),

@@ -86,7 +86,8 @@ impl Node {
         let has = |table: &str| root.get(table).is_some_and(|entry| matches!(entry.node.value, Value::Table(_)));
         let marked = [Kind::Assembly, Kind::Mpm].into_iter().find(|kind| kind.mark().is_some_and(has));
         let kind = marked.unwrap_or(Kind::Shear);
-        if text.starts_with(RESOLVED) {
+        // In a run's folder the line that names the run stands above.
+        if text.lines().take(2).any(|line| line.starts_with(RESOLVED)) {
             translate(&mut root, kind);
         }
         for set in sets {

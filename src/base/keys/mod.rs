@@ -31,7 +31,7 @@ pub struct Key {
     pub name: &'static str,
     /// What it means, as a part of a sentence.
     pub about: &'static str,
-    /// As it would be typed right of the equals sign; of a vector, one component.
+    /// As it would be typed right of the equals sign; of a vector one component, or all of those in the plane.
     pub example: &'static str,
     pub wants: Wants,
     pub default: DefaultValue,
@@ -161,6 +161,11 @@ impl Key {
     pub fn example(&self, axes: usize) -> String {
         let list = |of: &str, count: usize| format!("[{}]", vec![of; count].join(", "));
         match self.wants {
+            // A list is of the plane; in space nothing comes first.
+            Wants::Vector(_) if self.example.starts_with('[') => match axes {
+                3 => self.example.replacen('[', "[0, ", 1),
+                _ => self.example.to_string(),
+            },
             Wants::Vector(_) | Wants::Flags | Wants::Stresses => list(self.example, axes),
             Wants::Spin if axes == 3 => list(self.example, 3),
             Wants::Gradient => list(&list(self.example, axes), axes),

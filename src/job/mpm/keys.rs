@@ -12,6 +12,7 @@ use crate::base::units::Dimension;
 use crate::couple::oracle::Oracle;
 use crate::couple::zone::Enrichment;
 use crate::job::assembly::{Assembly, Body, Packed, Source, corners, depth, keys_of_grains, space};
+use crate::job::resolve::key_of_material;
 use crate::job::schema::{list, section};
 use crate::job::shear::{keys_of_step, keys_of_subcycling, plane, skin};
 use crate::job::write::Page;
@@ -152,7 +153,10 @@ impl Mpm {
             }),
             section("grid", "the domain of a continuum and its cells", |form| job.grid.keys(form)),
             section("scheme", "how points and nodes exchange what they carry", |form| job.scheme.keys(form)),
-            section("material", "what the points are made of", |form| job.material.keys(form, false)),
+            section("material", "what the points are made of", |form| {
+                job.material.keys(form, false);
+                form.path_if_given(&mut None, key_of_material("file"));
+            }),
             section("stress", "the stress at the start", |form| job.stress.keys(form)),
             section("gravity", "the acceleration of all material", |form| job.gravity.keys(form)),
             section("time", "the time step and the end", |form| job.keys_of_time(form)),
@@ -310,7 +314,10 @@ impl InitialStress {
 impl Gravity {
     pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
         let about = "the acceleration";
-        form.vector(&mut self.acceleration, vector("acceleration", about, Dimension::ACCELERATION, "\"-9.81 m/s2\""));
+        form.vector(
+            &mut self.acceleration,
+            vector("acceleration", about, Dimension::ACCELERATION, "[0, \"-9.81 m/s2\"]"),
+        );
         let about = "the time over which it rises from zero";
         form.number(&mut self.ramp, number("ramp", about, TIME, NOT_NEGATIVE, "\"0.1 s\"").or("0.0"));
     }

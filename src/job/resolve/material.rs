@@ -1,8 +1,8 @@
-//! The material of the continuum: in the job's own `[continuum]`, or in a file that `[continuum] material` names, which
-//! holds these keys and nothing else.
+//! The material of the continuum: in the job's own table, or in a file that `[continuum] material` or `[material] file` names,
+//! which holds these keys and nothing else.
 
 use crate::base::error::Error;
-use crate::base::keys::{Form, text};
+use crate::base::keys::{Form, Key, text};
 use crate::job::document::read;
 use crate::job::raw::{Reader, Typed};
 
@@ -18,18 +18,23 @@ pub const KEYS: [&str; 7] = [
 ];
 const TABLE: &str = "continuum";
 
-/// The file that the job's table names, if it does.
-pub fn file_of(job: &Reader<'_>) -> Result<Option<Typed>, Error> {
-    let (mut path, about) = (None, "a file with the keys from bulk_modulus to cohesion");
-    let key = text("material", about, "\"materials/chen_table_2.toml\"");
-    job.clone().path_if_given(&mut path, key.optional());
+/// The key that names such a file.
+pub const fn key(name: &'static str) -> Key {
+    let about = "a file with the keys from bulk_modulus to cohesion, as scree calibrate writes it";
+    text(name, about, "\"materials/chen_table_2.toml\"").optional()
+}
+
+/// The file that a key of the job's table names, if it does.
+pub fn file_of(job: &Reader<'_>, name: &'static str) -> Result<Option<Typed>, Error> {
+    let mut path = None;
+    job.clone().path_if_given(&mut path, key(name));
     let Some(path) = path else { return Ok(None) };
     if !path.is_file() {
         let problem = format!(
-            "names no file of a material: there is none at {}. Give a path that starts from the job's folder, for example material = \"materials/chen_table_2.toml\", or remove the key and write the material here.",
+            "names no file of a material: there is none at {}. Give a path that starts from the job's folder, for example {name} = \"materials/chen_table_2.toml\", or remove the key and write the material here.",
             path.display()
         );
-        return Err(job.refusal("material", &problem));
+        return Err(job.refusal(name, &problem));
     }
     let file = Typed::parse(&read(&path)?, &path.display().to_string(), &[])?;
     file.note_all_but(TABLE, &KEYS, "a file of a material");
@@ -37,12 +42,12 @@ pub fn file_of(job: &Reader<'_>) -> Result<Option<Typed>, Error> {
 }
 
 /// Of a key that stands in both nobody could tell which is meant, unless it was given on the command line.
-pub fn refuse_twice(job: &Reader<'_>, file: &Typed) -> Result<(), Error> {
+pub fn refuse_twice(job: &Reader<'_>, file: &Typed, name: &str) -> Result<(), Error> {
     for key in KEYS {
         match file.place_of(TABLE, key) {
             Some(place) if job.has(key) && !job.is_set(key) => {
                 let problem = format!(
-                    "stands in {place} as well, the file that continuum.material names. Remove one of the two; to override the file once, use --set."
+                    "stands in {place} as well, the file that {name} names. Remove one of the two; to override the file once, use --set."
                 );
                 return Err(job.refusal(key, &problem));
             }

@@ -23,6 +23,7 @@ pub use assembly::assembly;
 pub use checks::BYPASS;
 pub(crate) use checks::margin_in_words;
 pub use material::KEYS as MATERIAL_KEYS;
+pub(super) use material::key as key_of_material;
 pub use mpm::mpm;
 pub use shear::scenario;
 

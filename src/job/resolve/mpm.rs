@@ -5,7 +5,7 @@ use super::granular::{check as check_granular, granular, place_bands};
 use super::limits::refuse_steps;
 use super::membrane::check_membranes;
 use super::mpm_checks::{check, simple};
-use super::{SAFETY_DEFAULT, check_name, digits, output};
+use super::{SAFETY_DEFAULT, check_name, digits, material, output};
 use crate::base::error::Error;
 use crate::base::keys::Form;
 use crate::job::mpm::{
@@ -43,7 +43,14 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     job.grains = granular(typed, &top, &job.grid, &time)?.map(Box::new);
     job.head(&mut top);
     check_name(&top, &job.name);
-    job.material.keys(&mut typed.table("material", true, why), job.grains.is_some());
+    let mut material = typed.table("material", true, why);
+    let file = material::file_of(&material, "file")?;
+    if let Some(file) = &file {
+        material::refuse_twice(&material, file, "material.file")?;
+        material = material.over(file.table("continuum", true, "a file of a material"));
+    }
+    job.material.keys(&mut material, job.grains.is_some());
+    file.as_ref().map_or(Ok(()), Typed::stop_if_wrong)?;
     if let Some(grains) = &job.grains {
         // As far as it is known before the packing is made.
         job.material.density = grains.piece.matter.density * job.material.law.fraction();

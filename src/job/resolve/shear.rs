@@ -58,7 +58,7 @@ pub fn scenario(typed: &Typed) -> Result<Scenario, Error> {
     };
     let mass_mean = stable::grain_mass(job.grains.density, 0.5 * diameter, job.specimen.depth, 2);
     job.contact.keys(&mut typed.table("contact", packed, &why_packed), mass_mean);
-    let file = material::file_of(&table)?;
+    let file = material::file_of(&table, "material")?;
     continuum(&mut job, &mut table, file.as_ref())?;
     if let Some(file) = &file {
         file.stop_if_wrong()?;
@@ -109,7 +109,7 @@ fn steps_between_looks(window: f64, steps_per_strain: f64) -> u64 {
 fn continuum(job: &mut Scenario, table: &mut Reader<'_>, file: Option<&Typed>) -> Result<(), Error> {
     let mut beneath = table.clone();
     if let Some(file) = file {
-        material::refuse_twice(table, file)?;
+        material::refuse_twice(table, file, "continuum.material")?;
         beneath = beneath.over(file.table("continuum", true, "a file of a material"));
     }
     let Scenario { continuum, specimen, grains, contact, decomposition, .. } = job;
