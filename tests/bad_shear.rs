@@ -159,7 +159,7 @@ fn degrees_that_are_read_as_radians() {
     GOOD.refused(
         "\"15.5 deg\"",
         "15.5",
-        "job.toml:23: continuum.friction_angle_critical = 15.5 is out of range: it must be between 0 and 1.5708 rad, both excluded. Write for example friction_angle_critical = \"15.5 deg\".",
+        "job.toml:23: continuum.friction_angle_critical = 15.5 is out of range: it must be 0 rad or more and less than 1.3734 rad. Write for example friction_angle_critical = \"30 deg\".",
     );
 }
 

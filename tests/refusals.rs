@@ -18,6 +18,15 @@ impl Good {
         refused_text(&self.0.replace(right, wrong), &[], message);
     }
 
+    /// One of the messages that the good job with `right` replaced by `wrong` is refused with: more than one thing is wrong then.
+    #[track_caller]
+    pub fn refused_among(&self, right: &str, wrong: &str, message: &str) {
+        assert_eq!(self.0.matches(right).count(), 1, "the good job has {right} once");
+        let error = Job::parse(&self.0.replace(right, wrong), "job.toml", &[]).expect_err("the job is wrong");
+        let told = without_excerpts(&error.to_string());
+        assert!(told.contains(" mistakes.\n\n") && told.split("\n\n").any(|one| one == message), "{told}");
+    }
+
     /// The message that the good job is refused with under an override.
     #[track_caller]
     pub fn refused_set(&self, set: &str, message: &str) {
@@ -35,6 +44,9 @@ pub fn refused_text(text: &str, sets: &[&str], message: &str) {
 
 /// A refusal without the lines of the job that it shows; the catalogue has them.
 pub fn without_excerpts(told: &str) -> String {
-    let is_shown = |line: &&str| line.trim_start().trim_start_matches(|c: char| c.is_ascii_digit()).starts_with(" |");
+    let is_shown = |line: &&str| {
+        let bare = line.trim_start().trim_start_matches(|c: char| c.is_ascii_digit()).trim_start();
+        line.starts_with("  ") && bare.starts_with('|')
+    };
     told.lines().filter(|line| !is_shown(line)).collect::<Vec<_>>().join("\n")
 }

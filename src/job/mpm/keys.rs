@@ -332,7 +332,7 @@ impl Region {
         waves: Vec::new(),
     };
 
-    /// Where it has no packing fraction of its own, it has that of the material.
+    /// Where it has no packing fraction of its own, it has that of the material; elastic ones, which have none, count as 1.
     pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
         let [lower, upper, centre] = [[0.0; 3]; 3];
         let kinds = [
@@ -352,7 +352,7 @@ impl Region {
                 form.polygon(vertices, key("vertices", about, Wants::Polygon, "[[0, 0], [\"2 m\", 0], [0, \"1 m\"]]"));
             }
         });
-        let mut fraction = Some(self.fraction).filter(|fraction| !fraction.is_nan());
+        let mut fraction = Some(self.fraction).filter(|fraction| *fraction < 1.0);
         let about = "the packing fraction that its points start with";
         let own = number("fraction", about, RATIO, Range::open(0.0, 1.0), "0.83").follows("that of the material");
         form.number_if_given(&mut fraction, own);

@@ -7,6 +7,8 @@ use crate::base::error::Error;
 
 /// Mistakes that are told; of more there is only a count.
 const TOLD_MAX: usize = 20;
+/// Mistakes that are looked for.
+const NOTED_MAX: usize = 100;
 /// Characters of the longest line that is shown.
 const LINE_MAX: usize = 160;
 
@@ -20,6 +22,11 @@ pub struct Mistakes {
 }
 
 impl Mistakes {
+    /// Whether there are so many that nobody wants to know of more.
+    pub fn are_enough(&self) -> bool {
+        self.of_keys.borrow().len() >= NOTED_MAX
+    }
+
     pub fn note(&self, place: Option<Place>, error: Error) {
         let (mut known, message) = (self.of_keys.borrow_mut(), error.to_string());
         // A key may be read more than once.

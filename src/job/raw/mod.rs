@@ -14,6 +14,9 @@ mod reader;
 use mistakes::Mistakes;
 pub use reader::Reader;
 
+/// Keys that do not exist which are compared with one that is missing.
+const STRANGE_MAX: usize = 20;
+
 /// A job whose values are not yet read.
 #[derive(Debug)]
 pub struct Typed {
@@ -69,7 +72,7 @@ impl Typed {
             _ => self.root.get(name).map(|entry| &entry.node),
         };
         let node = node.filter(|node| matches!(node.value, Value::Table(_)));
-        if node.is_none() && awake && self.root.get(name).is_none() {
+        if node.is_none() && awake && self.root.get(name).is_none() && !self.is_misspelt(name) {
             let shown = match self.kind {
                 Kind::Shear => "jobs/planar_shear.toml",
                 Kind::Assembly => "jobs/element/uniaxial.toml",
@@ -89,6 +92,13 @@ impl Typed {
     /// The same of a table that a job may do without: what is required in it is so where it was typed.
     pub fn table_if_typed(&self, name: &str) -> Reader<'_> {
         self.table(name, self.root.get(name).is_some(), "")
+    }
+
+    /// Whether a table that does not exist has been taken for this one.
+    fn is_misspelt(&self, name: &str) -> bool {
+        let names = || self.kind.tables().iter().map(|table| table.name.as_str()).filter(|name| !name.is_empty());
+        let strange = self.root.entries().iter().filter(|entry| self.kind.table_if_known(&entry.key).is_none());
+        strange.take(STRANGE_MAX).any(|entry| nearest(&entry.key, names()) == Some(name))
     }
 
     /// A place, and the error there with the line that it is on.
@@ -145,6 +155,9 @@ impl Typed {
 
     fn note_unknown(&self) {
         for entry in self.root.entries() {
+            if self.mistakes.are_enough() {
+                return;
+            }
             if let Some(key) = self.kind.top().key(&entry.key) {
                 self.note_unknown_inside(&key.wants, &entry.node);
                 continue;
@@ -171,6 +184,9 @@ impl Typed {
 
     fn note_unknown_keys(&self, table: &Table, node: &Node) {
         for entry in node.entries() {
+            if self.mistakes.are_enough() {
+                return;
+            }
             match table.key(&entry.key) {
                 Some(known) => self.note_unknown_inside(&known.wants, &entry.node),
                 None => self.note(Some(entry.place), self.told(Some(entry.place), &self.unknown_key(table, entry))),

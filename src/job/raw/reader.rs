@@ -5,10 +5,10 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::super::tree::{Entry, Node, Place, Value, short, typed_value};
-use super::Typed;
+use super::{STRANGE_MAX, Typed};
 use crate::base::error::Error;
 use crate::base::keys::{DefaultValue, Form, Key, Owner, Table, Wants};
-use crate::base::units::{Dimension, Refusal, quantity};
+use crate::base::units::{Dimension, Refusal, nearest, quantity};
 
 /// Size of the largest and of the smallest number but 0, in SI units: far beyond all that is granular, and products of
 /// several stay numbers.
@@ -132,9 +132,12 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// A table that is missing is noted as one.
+    /// A table that is missing is noted as one, and a key that is misspelt as that.
     fn note_missing(&self, key: &Key) {
-        if self.node.is_some() {
+        let Some(node) = self.node else { return };
+        let names = || self.table.keys.iter().map(|known| known.name);
+        let mut strange = node.entries().iter().filter(|entry| self.table.key(&entry.key).is_none()).take(STRANGE_MAX);
+        if !strange.any(|entry| nearest(&entry.key, names()) == Some(key.name)) {
             self.add(self.missing(key));
         }
     }
@@ -527,11 +530,12 @@ impl Form for Reader<'_> {
     }
 
     fn note(&mut self, key: &str, problem: &str) {
-        self.typed.note_together(self.refusal(key, problem));
+        let place = self.find(key).map(|(_, entry)| entry.place);
+        self.typed.note(place, self.refusal(key, problem));
     }
 
     fn note_table(&mut self, problem: &str) {
-        self.typed.note_together(self.refusal_of_table(problem));
+        self.add(self.refusal_of_table(problem));
     }
 }
 

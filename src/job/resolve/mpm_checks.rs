@@ -18,14 +18,18 @@ const POINTS_MAX: u64 = 100_000_000;
 const LOOKS_MAX: f64 = 1e10;
 
 pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
+    let mut flows = true;
     if let MaterialLaw::CriticalDruckerPrager(law) = &job.material.law {
-        typed.check(check_critical(job, law, typed, top));
+        let checked = check_critical(job, law, typed, top);
+        flows = checked.is_ok();
+        typed.check(checked);
     }
     typed.check(check_time(job, typed));
     // What comes after it goes through all points.
     check_points(job, typed, top)?;
     if let (MaterialLaw::CriticalDruckerPrager(law), InitialStress::Geostatic { axis, k0, .. }) =
         (&job.material.law, job.stress)
+        && flows
     {
         typed.check(check_geostatic(job, law, (axis, k0), typed));
     }
