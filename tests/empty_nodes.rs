@@ -77,12 +77,13 @@ const TOLERANCE: f64 = 0.05;
 /// At the default step, about a thousand of them.
 #[test]
 fn a_body_that_flies_spins_and_shakes_gains_no_energy() {
-    for (dimension, end) in [(2, 3.0), (3, 0.6)] {
+    // In space, where a step costs many times as much, of one law: what nodes do to energy is no law's doing.
+    for (dimension, end, laws) in [(2, 3.0, &[ELASTIC, PLASTIC][..]), (3, 0.4, &[ELASTIC])] {
         let flight = Flight { dimension, edge: 0.4, spin: 3.0, safety: 0.5, end };
         for scheme in schemes() {
             // Points that cross cells of linear functions heat them, which is not the nodes' doing: held as jobs have it.
             let scheme = if scheme.contains("linear") { scheme.replace("flip = 1.0", "flip = 0.99") } else { scheme };
-            for law in [ELASTIC, PLASTIC] {
+            for law in laws {
                 let [most, last] = flight.growth(&scheme, law);
                 println!("{dimension}D {:56} {} {most:.3} {last:.3}", scheme.replace('\n', " "), &law[7..13]);
                 assert!(most < 1.0 + TOLERANCE, "energy grows to {most}: {dimension}D {scheme} {law}");

@@ -64,10 +64,9 @@ fn all_mistakes_are_told_at_once() {
     ] {
         assert!(keys.contains(part), "{part}\n{keys}");
     }
-    let together =
-        said(&example.replace("0.08 mm", "0.4 mm").replace("10 cm/s", "1e6 m/s").replace("\"400 kPa\"", "1e9"));
-    assert!(together.contains("grains.diameter_deviation"), "{together}");
-    assert!(together.contains("loading.stress_normal"), "{together}");
+    let together = said(&(example.replace("\"400 kPa\"", "1e9") + "step = \"1 ms\"\n"));
+    assert!(together.contains("loading.stress_normal = 1e9 squeezes"), "{together}");
+    assert!(together.contains("time.step = \"1 ms\" is unstable"), "{together}");
 }
 
 #[test]

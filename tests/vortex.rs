@@ -126,7 +126,8 @@ fn errors(scheme: &str, cells: usize) -> [f64; 2] {
     })
 }
 
-/// At three meshes; uGIMP is not held to the finest, where its points come apart on the way back.
+/// At three meshes for one scheme of each transfer, at two for the others; uGIMP is not held to the finest, where its points come
+/// apart on the way back.
 #[test]
 fn a_vortex_is_met_with_second_order() {
     for (scheme, limits) in [
@@ -136,7 +137,8 @@ fn a_vortex_is_met_with_second_order() {
         ("shape = \"cubic\"\nupdate = \"modified_last\"\nflip = 1.0", [7e-4, 3e-3]),
         ("shape = \"generalised\"\nupdate = \"modified_last\"\nflip = 1.0", [2e-3, 1.0]),
     ] {
-        let all = [32, 64, 128].map(|cells| errors(scheme, cells));
+        let finest = if scheme.contains("affine") || scheme.contains("cubic") { 128 } else { 64 };
+        let all = [finest / 4, finest / 2, finest].map(|cells| errors(scheme, cells));
         let [half, end] = [0, 1].map(|which| all.map(|errors| errors[which]));
         println!(
             "{:60} at half time {} orders {:.2?}, at the end {} orders {:.2?}",
@@ -146,7 +148,11 @@ fn a_vortex_is_met_with_second_order() {
             words(&end),
             orders(&end)
         );
-        assert!(half[2] < limits[0] && end[2] < limits[1], "{scheme}");
-        assert!(scheme.contains("generalised") || orders(&end)[0] > 1.9, "{scheme}");
+        // Limits are those of 128 cells; twice as large ones are off by four times as much, and a fifth more where the order is not
+        // reached yet.
+        let share = if finest == 128 { 1.0 } else { 4.0 * 1.2 };
+        assert!(half[2] < share * limits[0] && end[2] < share * limits[1], "{scheme}");
+        let coarse = if finest == 128 { 0 } else { 1 };
+        assert!(scheme.contains("generalised") || orders(&end)[coarse] > 1.9, "{scheme}");
     }
 }
