@@ -224,7 +224,7 @@ fn drives_a_grain<S: Space>(law: Contact, overlap: f64) {
     let turn = spin::<S>([0.0, 0.0, 50.0]);
     body.path = vec![Instant { time: 0.0, velocity: vector::<S>([0.0; 3]), spin: turn }];
     few.bodies.push(body);
-    few.settings.field.gravity = vector::<S>([0.0, -gravity, 0.0]);
+    few.settings.grains.field.gravity = vector::<S>([0.0, -gravity, 0.0]);
     few.add([0.0, CYLINDER + RADIUS - overlap, 0.0], RADIUS, MASS);
     let mut world = few.world();
     steps(&mut world, 100);
@@ -273,7 +273,7 @@ fn is_felt_across_faces<S: Space>(shape: Shape<S>, offset: f64) {
     let edge = 24.0 * RADIUS;
     let run = |periods: f64| {
         let mut few = Few::<S>::periodic(law, 2e-8, [-0.5 * edge; 3], [edge; 3]);
-        few.settings.skin = 0.2 * RADIUS;
+        few.settings.grains.skin = 0.2 * RADIUS;
         let mut body = Body::new("body", shape);
         // Into the face, and for another run two periods on.
         body.displacement[0] = 0.5 * edge - offset;

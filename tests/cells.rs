@@ -3,10 +3,10 @@
 use scree::base::ids::GrainId;
 use scree::base::space::{Linear, Plane, Solid, Space};
 use scree::dem::cell::Cell;
+use scree::dem::drive::{Response, StressServo};
 use scree::dem::motion::{Damping, DampingForm};
 use scree::domain::layout::{Ground, Layout};
 use scree::domain::rebuild::Parts;
-use scree::domain::servo::{Response, StressServo};
 use scree::domain::world::World;
 use scree::law::contact::{Contact, LinearSpringDashpot};
 use scree_partition::Solo;
@@ -35,7 +35,7 @@ impl Claim for LoadedPair {
     fn hold<S: Space>(law: Contact) {
         let edge = 20.0 * RADIUS;
         let mut few = Few::<S>::periodic(law, 1e-7, [0.0; 3], lengths::<S>(edge));
-        few.settings.skin = RADIUS;
+        few.settings.grains.skin = RADIUS;
         let branch = vector::<S>([1.1, 1.2, 0.9]);
         let branch = branch * ((2.0 * RADIUS - 2e-6) / branch.norm());
         let at = vector::<S>([0.2 * RADIUS; 3]);
@@ -85,7 +85,7 @@ fn lattice_stress<S: Space>() {
     let (overlap, depth) = (1.5e-6, if S::DIMENSION == 2 { 0.01 } else { 1.0 });
     let spacing = 2.0 * RADIUS - overlap;
     let mut few = Few::<S>::periodic(smooth(), 1e-7, [0.0; 3], lengths::<S>(spacing * PER_AXIS as f64));
-    few.settings.skin = 0.1 * RADIUS;
+    few.settings.grains.skin = 0.1 * RADIUS;
     let layers = if S::DIMENSION == 2 { 1 } else { PER_AXIS };
     for place in 0..PER_AXIS * PER_AXIS * layers {
         let at = [place % PER_AXIS, place / PER_AXIS % PER_AXIS, place / PER_AXIS / PER_AXIS];
@@ -123,8 +123,8 @@ fn gas<S: Space>(gradient: S::Tensor, speed: f64) -> Few<S> {
     let edge = 40.0 * RADIUS;
     let corner = [-0.3 * edge, 0.1 * edge, -edge];
     let mut few = Few::<S>::periodic(linear(), 1e-5, corner, lengths::<S>(edge));
-    few.settings.skin = 2.0 * RADIUS;
-    few.settings.drive.gradient = gradient;
+    few.settings.grains.skin = 2.0 * RADIUS;
+    few.settings.grains.drive.gradient = gradient;
     let mut random = Random(3);
     for column in 0..25 {
         let at = [column % 5, column / 5, column * 7 % 5];
@@ -149,7 +149,7 @@ fn fluctuations<S: Space>(world: &GrainWorld<S>) -> Vec<S::Vector> {
         .iter()
         .zip(&world.assembly.grains.hot)
         .map(|(cold, hot)| {
-            let before = hot.position - hot.velocity * world.settings.dt;
+            let before = hot.position - hot.velocity * world.settings.grains.dt;
             (cold.id, hot.velocity - world.assembly.cell.gradient * (before - world.assembly.cell.corner))
         })
         .collect();
@@ -222,7 +222,7 @@ fn finds_its_pairs<S: Space>() {
     let mut random = Random(17);
     for shear in [0.0, 0.4, 1.0, 1.7] {
         let mut few = Few::<S>::periodic(smooth(), 1e-7, [0.0; 3], lengths::<S>(edge));
-        few.settings.skin = 0.1 * RADIUS;
+        few.settings.grains.skin = 0.1 * RADIUS;
         let mut cell: Cell<S> = few.cell;
         let mut rows = [[0.0; 3]; 3];
         (rows[0][1], rows[1][2], rows[0][2]) = (shear, -0.3 * shear, 0.5 * shear);
@@ -274,7 +274,7 @@ fn refuses_thin_blocks<S: Space>(periodic: bool) {
     let edge = 48.0 * RADIUS;
     let mut few = Few::<S>::new(law, 1e-6, edge);
     few.cell.periodic = [periodic; 3];
-    few.settings.skin = 0.1 * RADIUS;
+    few.settings.grains.skin = 0.1 * RADIUS;
     few.add([0.0; 3], RADIUS, MASS);
     let laid = |blocks: usize| {
         let Few { grains, bodies, cell, settings } = few.clone();
@@ -305,10 +305,10 @@ fn a_stress_servo_brings_a_packing_to_its_target() {
     law.friction = 0.0;
     let row = spacing * 0.75f64.sqrt();
     let mut few = Few::<Plane>::periodic(law, 4e-7, [0.0; 3], [8.0 * spacing, 8.0 * row, 1.0]);
-    few.settings.skin = 0.05 * RADIUS;
-    few.settings.field.damping = Damping { local: 0.3, form: DampingForm::Vector, mass: 0.0 };
+    few.settings.grains.skin = 0.05 * RADIUS;
+    few.settings.grains.field.damping = Damping { local: 0.3, form: DampingForm::Vector, mass: 0.0 };
     let target = [Some(-100e3), Some(-130e3), None];
-    few.settings.drive.servo = Some(StressServo {
+    few.settings.grains.drive.servo = Some(StressServo {
         stress: target,
         response: Response::Contacts { gain: 0.5 },
         interval: 5,

@@ -31,7 +31,7 @@ fn lattice<S: Space>(per_axis: usize, random: &mut Random) -> Vec<[f64; 3]> {
 }
 
 /// A cluster with sizes, velocities and spins of its own, about the middle of the world.
-fn cluster<S: Space>(few: &mut Few<S>, per_axis: usize, corner: f64, seed: u64) {
+pub fn cluster<S: Space>(few: &mut Few<S>, per_axis: usize, corner: f64, seed: u64) {
     let mut random = Random(seed);
     for place in lattice::<S>(per_axis, &mut random) {
         let share = 1.0 + 0.02 * random.signed();
@@ -117,8 +117,8 @@ impl Claim for SameBits {
         let edge = 1.99 * RADIUS * per_axis as f64;
         // Periodic and sheared, so that pairs in one image and across images have a part in it.
         let mut few = Few::<S>::periodic(law, 2e-7, [0.0; 3], [edge; 3]);
-        few.settings.skin = 0.05 * RADIUS;
-        few.settings.drive.gradient[S::DIMENSION] = 50.0;
+        few.settings.grains.skin = 0.05 * RADIUS;
+        few.settings.grains.drive.gradient[S::DIMENSION] = 50.0;
         cluster(&mut few, per_axis, 0.0, 23);
         let run = |instructions: Instructions| {
             let mut world = few.clone().world();
@@ -149,7 +149,7 @@ impl Claim for SameSegments {
         let per_axis = if S::DIMENSION == 2 { 52 } else { 14 };
         let edge = 1.99 * RADIUS * per_axis as f64;
         let mut few = Few::<S>::periodic(law, 2e-7, [0.0; 3], [edge; 3]);
-        few.settings.skin = 0.05 * RADIUS;
+        few.settings.grains.skin = 0.05 * RADIUS;
         cluster(&mut few, per_axis, 0.0, 29);
         let grains = few.grains.len();
         assert!(grains > 2 * SEGMENT && !grains.is_multiple_of(SEGMENT));

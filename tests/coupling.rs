@@ -253,7 +253,7 @@ fn what_pulls_grains_off_the_continuum_does_not_make_them_slip() {
     let of_grains: f64 = grains.iter().map(|grain| grain.hot.weight * grain.hot.mass).sum();
     let of_points: f64 = points.iter().map(|point| point.hot.weight * point.hot.mass).sum();
     let mut world = coupled_world(&Solo, grains, points);
-    world.settings.field.gravity = Vector::new(0.0, -PULL);
+    world.settings.grains.field.gravity = Vector::new(0.0, -PULL);
     let each = Vector::new(0.0, PULL * (of_grains + of_points) / world.continuum.points.len() as f64);
     world.continuum.points.loaded = (0..world.continuum.points.len() as u32).map(|row| (row, each)).collect();
     let height = |world: &PlanarWorld| world.continuum.points.rows().map(|point| point.hot.position[1]).sum::<f64>();

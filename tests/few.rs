@@ -3,13 +3,12 @@
 use scree::base::ids::GrainId;
 use scree::base::space::{Linear as _, Plane, Solid, Space};
 use scree::bodies::body::Body;
+use scree::dem::assembly::Constants;
 use scree::dem::cell::Cell;
 use scree::dem::grains::{GrainRow, Hot, Mover};
-use scree::dem::motion::Field;
 use scree::domain::grid::Grid;
 use scree::domain::layout::{Ground, Layout};
 use scree::domain::rebuild::Parts;
-use scree::domain::servo::CellDrive;
 use scree::domain::world::{Settings, World};
 use scree::law::contact::{
     Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding, TangentialForce,
@@ -135,17 +134,11 @@ impl<S: Space> Few<S> {
     pub fn new(contact: impl Into<Contact>, dt: f64, edge: f64) -> Self {
         let cell = Cell::cuboid(vector::<S>([-0.5 * edge; 3]), vector::<S>([edge; 3]), [false; 3]);
         let settings = Settings {
-            dt,
+            grains: Constants::new(dt, 0.02 * edge, Some(contact.into())),
             grain_steps: 1,
-            skin: 0.02 * edge,
             grid: Grid::blend(0.0),
             loads: Vec::new(),
-            contact: Some(contact.into()),
             material: Absent,
-            field: Field::default(),
-            drive: CellDrive::default(),
-            first_kick: 0.5,
-            first_advance: 0.0,
         };
         Self { grains: Vec::new(), bodies: Vec::new(), cell, settings }
     }

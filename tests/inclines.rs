@@ -45,7 +45,7 @@ impl<S: Space> Slope<S> {
     /// A grain at rest on the slope, its contact bearing the weight and `hold` N uphill.
     fn grain(&self, known: &Known<S>, dt: f64, hold: f64) -> Few<S> {
         let mut few = Few::<S>::new(known.law, dt, 24.0 * RADIUS);
-        few.settings.field.gravity = vector::<S>([0.0, -GRAVITY, 0.0]);
+        few.settings.grains.field.gravity = vector::<S>([0.0, -GRAVITY, 0.0]);
         let shape = Shape::Plane { point: vector::<S>([0.0; 3]), normal: self.normal };
         few.bodies.push(Body::new("slope", shape));
         let overlap = (known.overlap)(MASS * GRAVITY * self.cosine);
@@ -71,7 +71,7 @@ fn rates<S: Space>(world: &mut GrainWorld<S>) -> (S::Vector, S::Spin) {
     let early = hot_of(world, 0);
     steps(world, 1000);
     let late = hot_of(world, 0);
-    let per_second = 1.0 / (1000.0 * world.settings.dt);
+    let per_second = 1.0 / (1000.0 * world.settings.grains.dt);
     ((late.velocity - early.velocity) * per_second, (late.spin - early.spin) * per_second)
 }
 

@@ -123,6 +123,8 @@ mod rowe;
 mod runs;
 /// Every contact law, in the plane and in space, has the same bits on 1 to 4 ranks, 1 and 2 threads, and after resume.
 mod same_bits;
+/// A sample of grains that steps by itself, without ranks, is a world of one rank to the bit.
+mod samples;
 /// `scree bench scaling` measures jobs on several numbers of ranks, from a checkpoint on and wider, and leaves a page.
 mod scaling;
 /// Every scheme of the continuum, in the plane and in space, has the same bits on 1 to 4 ranks, 1 and 2 threads, with any

@@ -164,7 +164,7 @@ where
     let mut wanted = S::identity() + gradient * time;
     if scheme.contains("\"first\"") {
         // Strain is that of the step behind, so that there is one before the start in place of the last.
-        let step = world.settings.dt;
+        let step = world.settings.grains.dt;
         let before = S::inverse(&(S::identity() - gradient * step)).unwrap();
         wanted = (S::identity() + gradient * (time - step)) * before;
     }

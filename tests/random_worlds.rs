@@ -8,14 +8,13 @@ use scree::base::error::Error;
 use scree::base::ids::{GrainId, PointId};
 use scree::base::space::{Linear, Plane, Solid, Space};
 use scree::base::symmetric::Symmetric;
+use scree::dem::assembly::Constants;
 use scree::dem::cell::Cell;
 use scree::dem::grains::GrainRow;
 use scree::dem::grains::Mover;
-use scree::dem::motion::Field;
 use scree::domain::grid::Grid;
 use scree::domain::layout::{Ground, Layout, RIM_CELLS};
 use scree::domain::rebuild::Parts;
-use scree::domain::servo::CellDrive;
 use scree::domain::transfer;
 use scree::domain::world::{Settings, World};
 use scree::law::contact::{LinearSpringDashpot as LinearContact, NormalForce};
@@ -125,17 +124,11 @@ impl Plan {
             normal_force: NormalForce::TENSILE,
         };
         Settings {
-            dt: STEP,
+            grains: Constants::new(STEP, 0.15, Some(contact.into())),
             grain_steps: 1,
-            skin: 0.15,
             grid: Grid { shape: self.shape, update: self.update, transfer: self.transfer, ..Grid::blend(0.9) },
             loads: Vec::new(),
-            contact: Some(contact.into()),
             material: CriticalDruckerPrager { bulk_modulus: 1e4, shear_modulus: 5e3, cohesion: 50.0, ..material() },
-            field: Field::default(),
-            drive: CellDrive::default(),
-            first_kick: 0.5,
-            first_advance: 0.0,
         }
     }
 
@@ -210,7 +203,7 @@ impl Plan {
             let mut gradient = S::Tensor::zero();
             // Column by column: velocity along x that grows with y.
             gradient[S::DIMENSION] = self.shear;
-            settings.drive.gradient = gradient;
+            settings.grains.drive.gradient = gradient;
             cell.gradient = gradient;
         }
         let grains = if self.grains { self.made_grains::<S>() } else { Vec::new() };

@@ -37,7 +37,7 @@ fn five_hundred_discs_relax_as_in_lammps() {
     let law = contact(3.5);
     let mut few = Few::<Plane>::periodic(law, 5e-7, [0.0; 3], [EDGE; 3]);
     // Thin, so that lists are made anew and memories move along on the way.
-    few.settings.skin = 3e-5;
+    few.settings.grains.skin = 3e-5;
     for disc in &start {
         let [radius, x, y, vx, vy, omega] = disc[..] else { panic!("six columns") };
         let mass = 25.3 * math::PI * radius * radius;
@@ -91,7 +91,7 @@ fn two_discs(text: &str, rolling: bool) -> f64 {
     let record = rows_of(text);
     let mut few = Few::<Plane>::new(elastic(FRICTION_ANGLE, rolling), 1e-6, 0.04);
     // YADE's velocities are half a step behind from the start.
-    few.settings.first_kick = 1.0;
+    few.settings.grains.first_kick = 1.0;
     for (disc, radius) in [0.006, 0.004].into_iter().enumerate() {
         let [x, y, vx, vy, omega] = record[0][1 + 5 * disc..][..5] else { panic!("five columns") };
         let hot = &mut few.add([x, y, 0.0], radius, mass_of(radius)).hot;
@@ -139,10 +139,10 @@ fn a_cell_is_sheared_as_in_yade() {
     let later = rows_of(include_str!("data/rve_shear/later.csv"));
     assert!(start.len() == 400 && later.len() == 400);
     let mut few = Few::<Plane>::periodic(elastic(FRICTION_ANGLE, false), 3.160_231_572_372_892_6e-5, [0.0; 3], EDGES);
-    few.settings.skin = 4e-4;
-    few.settings.first_kick = 1.0;
-    few.settings.drive.gradient = Tensor::new(0.0, 1.0, 0.0, 0.0);
-    few.settings.field.damping = Damping { local: 0.1, form: DampingForm::Component, mass: 0.0 };
+    few.settings.grains.skin = 4e-4;
+    few.settings.grains.first_kick = 1.0;
+    few.settings.grains.drive.gradient = Tensor::new(0.0, 1.0, 0.0, 0.0);
+    few.settings.grains.field.damping = Damping { local: 0.1, form: DampingForm::Component, mass: 0.0 };
     for disc in &start {
         few.add([disc[1], disc[2], 0.0], disc[0], mass_of(disc[0]));
     }

@@ -4,12 +4,11 @@ use std::sync::OnceLock;
 
 use scree::base::ids::GrainId;
 use scree::base::space::{Plane, Space};
+use scree::dem::assembly::Constants;
 use scree::dem::grains::Mover;
-use scree::dem::motion::Field;
 use scree::domain::grid::Grid;
 use scree::domain::layout::Layout;
 use scree::domain::rebuild::Parts;
-use scree::domain::servo::CellDrive;
 use scree::domain::world::Settings;
 use scree::job::Scenario;
 use scree::law::contact::{LinearSpringDashpot, NormalForce};
@@ -56,17 +55,11 @@ pub fn grain(id: u64, position: [f64; 2], radius: f64, mass: f64) -> Grain {
 
 pub fn settings(dt: f64, contact: LinearSpringDashpot) -> Settings<Plane, CriticalDruckerPrager> {
     Settings {
-        dt,
+        grains: Constants::new(dt, 2e-4, Some(contact.into())),
         grain_steps: 1,
-        skin: 2e-4,
         grid: Grid::blend(0.95),
         loads: Vec::new(),
-        contact: Some(contact.into()),
         material: material(),
-        field: Field::default(),
-        drive: CellDrive::default(),
-        first_kick: 0.5,
-        first_advance: 0.0,
     }
 }
 

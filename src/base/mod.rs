@@ -1,6 +1,7 @@
 //! The ground: errors, numbers, spaces, vectors of registers, records.
 
 pub mod error;
+pub mod exact;
 pub mod ids;
 pub mod keys;
 pub mod lane;

@@ -64,13 +64,6 @@ impl Lines {
     }
 }
 
-/// Which part of the list that no segment holds alone: pairs of owned rows, or those with copies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
-    Across,
-    Border,
-}
-
 impl<S: Space> Contacts<S> {
     pub fn new(cell: &Cell<S>) -> Self {
         Self {
@@ -222,15 +215,16 @@ impl<S: Space> Contacts<S> {
         self.shifts = Shifts::of(cell);
     }
 
-    /// Pair pass over a part of the list that no segment holds alone. Memories advance by `advance` seconds (zero at the
+    /// Pair pass over the part of the list that no segment holds alone: pairs of owned rows, which segments without copies share, or
+    /// those with copies. Memories advance by `advance` seconds (zero at the
     /// very first evaluation).
-    pub fn pair_pass(&mut self, law: &dyn Law<S>, grains: &Grains<S>, part: Part, [advance, dt]: [f64; 2]) {
+    pub fn pair_pass(&mut self, law: &dyn Law<S>, grains: &Grains<S>, which: Segments, [advance, dt]: [f64; 2]) {
         let (hot, shifts, instructions) = (&grains.hot, Some(&self.shifts), self.instructions);
         let pass = Pass { hot, first: 0, shifts, advance, dt, instructions };
         let (within, border) = (self.neighbours.within(), self.neighbours.border);
-        let pairs = match part {
-            Part::Across => within..border,
-            Part::Border => border..self.neighbours.pairs.len(),
+        let pairs = match which {
+            Segments::Inner => within..border,
+            Segments::Border => border..self.neighbours.pairs.len(),
         };
         let memory = &mut self.memory[pairs.start * self.words..pairs.end * self.words];
         let forces = &mut self.outer.numbers_mut()[(pairs.start - within) * self.row..(pairs.end - within) * self.row];

@@ -13,6 +13,7 @@
 //! once. Where a body or a glued grain does not follow the cell, the way of the other from the cell's corner takes the place
 //! of one b_a.
 
+use crate::base::exact::ExactSum;
 use crate::base::space::{Linear, Space};
 use crate::dem::cell::Cell;
 use crate::dem::contacts::Contacts;
@@ -20,6 +21,9 @@ use crate::dem::grains::{Grains, Mover};
 use crate::dem::law::Law;
 use crate::dem::walls::Walls;
 use crate::law::contact::{FLAT, Resistance};
+
+/// Components of [`Strained`], in space.
+pub const STRAINED: usize = 15;
 
 /// Sums over contacts that bear force; over the volume they are stress, K and C.
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +40,31 @@ impl<S: Space> Strained<S> {
     pub fn zero() -> Self {
         Self { moment: S::Tensor::zero(), springs: S::Vector::zero(), dashpots: S::Vector::zero() }
     }
+
+    /// Adds every component to a sum of its own.
+    pub fn add_to(&self, sums: &mut ExactSum<STRAINED>) {
+        let [springs, dashpots] = Self::FIRST;
+        (0..S::Tensor::COMPONENTS).for_each(|component| sums.add(component, self.moment[component]));
+        for axis in 0..S::DIMENSION {
+            sums.add(springs + axis, self.springs[axis]);
+            sums.add(dashpots + axis, self.dashpots[axis]);
+        }
+    }
+
+    /// From those sums.
+    pub fn of_sums(sums: &[f64; STRAINED]) -> Self {
+        let [springs, dashpots] = Self::FIRST;
+        let mut strained = Self::zero();
+        (0..S::Tensor::COMPONENTS).for_each(|component| strained.moment[component] = sums[component]);
+        for axis in 0..S::DIMENSION {
+            strained.springs[axis] = sums[springs + axis];
+            strained.dashpots[axis] = sums[dashpots + axis];
+        }
+        strained
+    }
+
+    /// Where springs and dashpots begin.
+    const FIRST: [usize; 2] = [S::Tensor::COMPONENTS, S::Tensor::COMPONENTS + S::DIMENSION];
 
     /// A contact with the branch `branch` that strains as a bar from the origin to `strained` does.
     fn add(&mut self, force: &S::Vector, branch: &S::Vector, strained: &S::Vector, resistance: Resistance) {

@@ -156,7 +156,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
         if self.assembly.walls.list.is_empty() || self.bodies.iter().all(|body| body.grip.is_none()) {
             return;
         }
-        let dt = self.kick_share() * self.settings.dt;
+        let dt = self.kick_share() * self.settings.grains.dt;
         let Self { assembly: Assembly { walls, .. }, bodies, reactions, .. } = self;
         walls.burdens(bodies, |body, force, torque| {
             if bodies[body].grip.is_some() {

@@ -115,7 +115,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
 
     /// Energies of translation and rotation at the full step, with the acceleration of that load.
     fn kinetic_of(&self, row: usize, (force, torque): &(S::Vector, S::Spin)) -> [f64; 2] {
-        let (field, cell, dt) = (self.settings.field, self.assembly.cell, self.settings.dt);
+        let (field, cell, dt) = (self.settings.grains.field, self.assembly.cell, self.settings.grains.dt);
         let hot = &self.assembly.grains.hot[row];
         let mut after = *hot;
         match field.is_plain() && cell.gradient == S::Tensor::zero() {

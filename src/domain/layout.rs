@@ -18,6 +18,10 @@ pub const RIM_CELLS: usize = 2;
 /// too far comes back by itself.
 const WALL_SLACK: f64 = 0.05;
 
+/// Width of a part of a cell, in skins, which are a tenth of a grain where the job says nothing, and parts along an axis at most.
+const SKINS_OF_PART: f64 = 20.0;
+const PARTS_MAX: f64 = 64.0;
+
 /// The domain: cells, blocks and the curve; the same on every rank. Places in it are shares of its edges, so that it may
 /// deform.
 #[derive(Clone, Debug)]
@@ -222,6 +226,12 @@ impl Layout {
             }
         }
         Some(self.positions[((at[2] * self.blocks[1] + at[1]) * self.blocks[0] + at[0]) as usize] as usize)
+    }
+
+    /// Parts of a cell along each axis, some two grains wide: grains of one part stand together, so that those that touch are near each
+    /// other in memory, however many of them a cell of the grid holds.
+    pub fn parts_of_cell(&self, skin: f64) -> usize {
+        (self.cell / (SKINS_OF_PART * skin)).floor().clamp(1.0, PARTS_MAX) as usize
     }
 
     /// Block of a place given by its shares of the edges, wrapped into the periods, and which part of the block it lies in, whose

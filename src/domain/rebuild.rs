@@ -11,17 +11,15 @@ use crate::base::record::{Record, Visitor};
 use crate::base::rows::Moved;
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::Body;
-use crate::dem::assembly::Assembly;
-use crate::dem::cell::{Cell, Image};
+use crate::dem::assembly::{Assembly, add_image};
+use crate::dem::cell::Cell;
 use crate::dem::grains::{Cold, GrainRow, Grains, Mover, Tie};
-use crate::dem::law::law_or_absent;
-use crate::dem::memories::{Carried, Memories};
+use crate::dem::memories::Memories;
 use crate::domain::accounts::ledger::points::PointLedger;
 use crate::domain::grid::Reactions;
 use crate::domain::layout::{Deal, Layout};
 use crate::domain::load_balance::LoadBalance;
 use crate::domain::phases::{Phase, Phases};
-use crate::domain::servo::Missed;
 use crate::domain::stop::Wish;
 use crate::domain::subdomain::Subdomain;
 use crate::domain::transfer;
@@ -98,10 +96,6 @@ type Place = (usize, u32);
 /// arrived one.
 type Standing = (Place, u64, u32);
 
-/// Width of a part of a cell, in skins, which are a tenth of a grain where the job says nothing, and parts along an axis at most.
-const SKINS_OF_PART: f64 = 20.0;
-const PARTS_MAX: f64 = 64.0;
-
 /// What travels between ranks when rows settle.
 #[derive(Clone, Copy, Debug)]
 enum Travel {
@@ -150,7 +144,6 @@ impl<'t, S: Space, L: MaterialLaw<S>> World<'t, S, L> {
             ledger: None,
             point_ledger: PointLedger::default(),
             reactions: Reactions::default(),
-            missed: Missed::default(),
         };
         world.locate_vertices()?;
         world.replace(parts.grains, parts.points)?;
@@ -204,7 +197,7 @@ impl<'t, S: Space, L: MaterialLaw<S>> World<'t, S, L> {
 
     /// Some of the grains of this rank with their contacts, in block order.
     pub fn grain_rows(&self, rows: Range<usize>) -> Vec<GrainRow<S>> {
-        rows.map(|row| self.whole_row(row)).collect()
+        rows.map(|row| self.assembly.whole_row(row)).collect()
     }
 
     /// Cell and bodies at the last rebuild.
@@ -212,35 +205,10 @@ impl<'t, S: Space, L: MaterialLaw<S>> World<'t, S, L> {
         Home { cell: self.assembly.cell_home, bodies: self.bodies_home.clone() }
     }
 
-    fn whole_row(&self, row: usize) -> GrainRow<S> {
-        let contacts = self.carried_by(row).collect();
-        GrainRow {
-            hot: self.assembly.grains.hot[row],
-            cold: self.assembly.grains.cold[row],
-            tie: self.assembly.grains.ties[row],
-            contacts,
-        }
-    }
-
-    /// Memories of a row's contacts with grains, then with bodies.
-    pub(crate) fn carried_by(&self, row: usize) -> impl Iterator<Item = Carried> {
-        self.assembly.contacts.carried_by(&self.assembly.grains, row).chain(self.assembly.walls.carried_by(row))
-    }
-
     /// Sends everything home: position of now becomes home, wrapped into the cell.
     pub fn rebuild(&mut self) -> Result<(), Error> {
         let (timer, booked) = (self.phases.start(), self.phases.total());
-        for (i, j, times) in self.assembly.cell.shorten() {
-            for cold in &mut self.assembly.grains.cold[..self.assembly.grains.owned] {
-                cold.image[i] += times * cold.image[j];
-            }
-        }
-        for (hot, cold) in
-            self.assembly.grains.hot[..self.assembly.grains.owned].iter_mut().zip(&mut self.assembly.grains.cold)
-        {
-            add_image(&mut cold.image, self.assembly.cell.wrap(&mut hot.position, &mut hot.velocity));
-            cold.home = hot.position;
-        }
+        self.assembly.go_home();
         for (hot, cold) in self.continuum.points.hot.iter_mut().zip(&mut self.continuum.points.cold) {
             add_image(&mut cold.image, self.assembly.cell.wrap(&mut hot.position, &mut hot.velocity));
             cold.home = hot.position;
@@ -323,12 +291,17 @@ impl<'t, S: Space, L: MaterialLaw<S>> World<'t, S, L> {
         let mut memories = Memories::new(self.law().memory_words());
         for (row, place) in places[..owned].iter().enumerate() {
             match self.subdomain.deal.owner(place.0) == self.subdomain.deal.rank {
-                true => memories.push(self.carried_by(row)),
+                true => memories.push(self.assembly.carried_by(row)),
                 false => memories.push(std::iter::empty()),
             }
         }
-        let (order, to_ranks) =
-            self.part(&places, owned, |row| self.assembly.grains.cold[row].id.0, |row| self.whole_row(row), fresh);
+        let (order, to_ranks) = self.part(
+            &places,
+            owned,
+            |row| self.assembly.grains.cold[row].id.0,
+            |row| self.assembly.whole_row(row),
+            fresh,
+        );
         drop(places);
         self.count_leaving(&to_ranks);
         self.assembly.contacts.clear();
@@ -349,18 +322,13 @@ impl<'t, S: Space, L: MaterialLaw<S>> World<'t, S, L> {
         self.fetch_ghosts()?;
 
         let carried = |row: usize| memories.of(sources[row] as usize);
-        let law = law_or_absent(&self.settings.contact);
-        let margin = self.settings.skin + law.reach();
-        let Assembly { grains, contacts, walls, cell_home, .. } = &mut self.assembly;
-        contacts.rebuild(law, grains, cell_home, carried, margin);
-        walls.rebuild(law, grains, (&self.bodies, cell_home), carried, margin);
-        self.assembly.grains.come_near_bodies(self.assembly.walls.list.iter().map(|wall| wall.row));
+        self.assembly.list(&self.settings.grains, &self.bodies, carried);
         Ok(())
     }
 
     /// How far apart the centres of two grains may be and still be listed as a pair, m.
     pub(crate) fn reach(&self) -> f64 {
-        2.0 * self.assembly.radius_max + self.settings.skin + self.law().reach()
+        2.0 * self.assembly.radius_max + self.settings.grains.margin()
     }
 
     /// A block's copies come from its neighbours alone, so a contact must not reach across one.
@@ -480,11 +448,8 @@ impl<'t, S: Space, L: MaterialLaw<S>> World<'t, S, L> {
         self.subdomain.deal.held().map(&mut range_of).collect()
     }
 
-    /// Parts of a cell along each axis, some two grains wide: grains of one part stand together, so that those that touch are near each
-    /// other in memory, however many of them a cell of the grid holds.
     fn parts_of_cell(&self) -> usize {
-        let parts = self.subdomain.layout.cell / (SKINS_OF_PART * self.settings.skin);
-        parts.floor().clamp(1.0, PARTS_MAX) as usize
+        self.subdomain.layout.parts_of_cell(self.settings.grains.skin)
     }
 
     pub(crate) fn block_of_grain(&self, cold: &Cold<S>) -> Result<Place, Error> {
@@ -634,12 +599,6 @@ impl<'t, S: Space, L: MaterialLaw<S>> World<'t, S, L> {
     fn with_blocks_around(&self, blocks: &[bool]) -> Vec<bool> {
         let beside = |block: usize| self.subdomain.layout.around(block).into_iter().any(|neighbour| blocks[neighbour]);
         (0..blocks.len()).map(|block| blocks[block] || beside(block)).collect()
-    }
-}
-
-fn add_image(image: &mut Image, more: Image) {
-    for (image, more) in image.iter_mut().zip(more) {
-        *image += more;
     }
 }
 

@@ -10,54 +10,32 @@ use crate::base::numbers::Numbers;
 use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::Body;
-use crate::dem::assembly::Assembly;
-use crate::dem::contacts::Part;
-use crate::dem::grains::Grains;
-use crate::dem::law::{Law, law_or_absent};
-use crate::dem::motion::{self, Damped, Falling, Field, Moves};
-use crate::dem::segments::{Finish, Segments, Wait, finish_waiting};
+use crate::dem::assembly::{Assembly, Constants};
+use crate::dem::law::Law;
+use crate::dem::motion::{Damped, Falling, Moves};
+use crate::dem::segments::{Finish, Segments, Wait};
 use crate::domain::accounts::ledger::EnergyLedger;
 use crate::domain::accounts::ledger::points::PointLedger;
 use crate::domain::grid::{Grid, Reactions};
 use crate::domain::load_balance::LoadBalance;
 use crate::domain::phases::{Phase, Phases};
-use crate::domain::servo::{CellDrive, Missed};
 use crate::domain::stop::Wish;
 use crate::domain::subdomain::Subdomain;
-use crate::law::contact::Contact;
 use crate::law::material::MaterialLaw;
 use crate::mpm::continuum::Continuum;
 use crate::mpm::load::Load;
 use crate::mpm::shape::DRIFT_MAX;
 
-/// Share of its velocity that a grain which is pushed beside its contacts loses in a step: one that is thrown stops within a part of its
-/// size.
-pub(crate) const PUSHED_DRAG: f64 = 0.1;
-
 /// Constants of a world that no step changes.
 #[derive(Clone, Debug)]
 pub struct Settings<S: Space, L> {
-    /// Time step of grains, s.
-    pub dt: f64,
+    pub grains: Constants<S>,
     /// Steps of grains in one of the continuum, m. Of grains alone those between two looks at lists, and at what bodies bear.
     pub grain_steps: u64,
-    /// Reach of the neighbour list beyond contact, m.
-    pub skin: f64,
     pub grid: Grid,
     /// Loads that points bear by their number.
     pub loads: Vec<Load<S>>,
-    /// Of grains; none where there are points alone.
-    pub contact: Option<Contact>,
     pub material: L,
-    /// Forces on grains beside those of contacts.
-    pub field: Field<S>,
-    /// What deforms the cell.
-    pub drive: CellDrive<S>,
-    /// Share of the step by which the very first kick of a run moves velocities: a half where those of the start are of
-    /// time zero, all of it where they are half a step behind already.
-    pub first_kick: f64,
-    /// Time over which contacts advance until the very first evaluation of a run, s: none where they remember nothing yet.
-    pub first_advance: f64,
 }
 
 /// The world as this rank holds it.
@@ -91,8 +69,6 @@ pub struct World<'t, S: Space, L: MaterialLaw<S>> {
     pub point_ledger: PointLedger<S>,
     /// Impulses on what holds nodes.
     pub reactions: Reactions,
-    /// How a control of stress has followed since the last row.
-    pub missed: Missed,
 }
 
 /// Numbers per row in the messages of a step: position, velocity and spin of a grain in the plane and in space.
@@ -102,12 +78,12 @@ pub(crate) const GRAIN_WORDS_SOLID: usize = 9;
 impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     /// Simulated time at the end of the steps done, s.
     pub fn time(&self) -> f64 {
-        self.step as f64 * self.settings.dt
+        self.step as f64 * self.settings.grains.dt
     }
 
     /// The law of contacts, of grains with each other.
     pub fn law(&self) -> &dyn Law<S> {
-        law_or_absent(&self.settings.contact)
+        self.settings.grains.law()
     }
 
     /// One step of the continuum, and as many of grains as belong to it.
@@ -127,20 +103,19 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
 
     /// Whether nothing stands between the kick of a grain and its drift: no grid, no cell that deforms, no account of energy.
     fn is_plain(&self) -> bool {
-        !self.has_grid() && self.settings.drive.is_at_rest() && self.ledger.is_none()
+        !self.has_grid() && self.settings.grains.drive.is_at_rest() && self.ledger.is_none()
     }
 
     /// The same to the bit as the whole list, with every grain's record touched once.
     fn step_of_grains_alone(&mut self) -> Result<(), Error> {
-        let dt = self.settings.dt;
+        let dt = self.settings.grains.dt;
         let farthest = self.evaluate_and_kick::<true>();
         self.book_touches();
         if self.begins_cycle() {
             self.accelerate_bodies()?;
         }
         let timer = self.phases.start();
-        self.assembly.moved =
-            larger(farthest, motion::follow_and_drift(&mut self.assembly.grains, &self.bodies, dt)).sqrt();
+        self.assembly.drift_glued(farthest, &self.bodies, dt);
         for body in &mut self.bodies {
             body.drift(dt);
         }
@@ -258,7 +233,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
 
     /// Time over which contacts advance until the coming evaluation, and that over which they turn.
     pub(crate) fn contact_times(&self) -> [f64; 2] {
-        [if self.step == 0 { self.settings.first_advance } else { self.settings.dt }; 2]
+        self.settings.grains.contact_times(self.step)
     }
 
     /// The passes over pairs and segments, those that need no copies while copies travel; `finish` is done for every grain that other
@@ -267,21 +242,17 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
         if !self.has_grains() {
             return 0.0;
         }
-        let keeps = self.assembly.forces_wanted || self.ledger.is_some() || self.settings.drive.servo.is_some();
+        let keeps = self.assembly.keeps_forces(&self.settings.grains) || self.ledger.is_some();
         self.assembly.contacts.keep_forces(keeps);
-        let times = self.contact_times();
         let mut farthest = 0.0;
-        let mut pass = |world: &mut Self, pairs: Part, segments: Segments| {
+        let mut pass = |world: &mut Self, which: Segments| {
             let timer = world.phases.start();
-            let (law, Assembly { contacts, grains, .. }) =
-                (law_or_absent(&world.settings.contact), &mut world.assembly);
-            contacts.pair_pass(law, grains, pairs, times);
-            let passed = contacts.segment_pass(law, grains, segments, times, finish);
+            let passed = world.assembly.evaluate_pairs(&world.settings.grains, world.step, which, finish);
             world.phases.split(timer.elapsed().as_secs_f64(), &passed);
             farthest = larger(farthest, passed.farthest);
         };
-        self.renew_ghosts(|world| pass(world, Part::Across, Segments::Inner));
-        pass(self, Part::Border, Segments::Border);
+        self.renew_ghosts(|world| pass(world, Segments::Inner));
+        pass(self, Segments::Border);
         farthest
     }
 
@@ -293,7 +264,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     /// The same, and their kicks; where nothing comes between these and their drift, that as well. Returns the square of the longest way
     /// that a grain has come from home by it, m2.
     fn evaluate_and_kick<const DRIFTS: bool>(&mut self) -> f64 {
-        let (field, cell, dt) = (self.settings.field, self.assembly.cell, self.settings.dt);
+        let (field, cell, dt) = (self.settings.grains.field, self.assembly.cell, self.settings.grains.dt);
         let dt_kick = self.kick_share() * dt;
         match field.is_plain() && cell.gradient == S::Tensor::zero() {
             true => self.evaluate(&Moves::<_, DRIFTS> { kick: Falling { gravity: field.gravity }, dt_kick, dt }),
@@ -305,29 +276,14 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     fn evaluate(&mut self, finish: &impl Finish<S>) -> f64 {
         let farthest = self.evaluate_pairs(finish);
         let timer = self.phases.start();
-        let times = self.contact_times();
-        self.assembly.walls.evaluate(
-            law_or_absent(&self.settings.contact),
-            &mut self.assembly.grains,
-            (&self.bodies, &self.assembly.cell),
-            times,
-        );
-        let Grains { pushed, force, hot, .. } = &mut self.assembly.grains;
-        // What nothing leans on any more would be pushed away for good; it stops instead.
-        for (row, push) in pushed.iter().map(|(row, push)| (*row as usize, *push)) {
-            if force[row] != S::Vector::zero() {
-                force[row] += push;
-            }
-            force[row] -= hot[row].velocity * (PUSHED_DRAG * hot[row].weight * hot[row].mass / self.settings.dt);
-        }
-        let farthest = larger(farthest, finish_waiting(&mut self.assembly.grains, finish));
+        let rest = self.assembly.evaluate_rest(&self.settings.grains, self.step, &self.bodies, finish);
         self.phases.stop(Phase::Contacts, timer);
-        farthest
+        larger(farthest, rest)
     }
 
     /// Share of the step by which this step's kick moves velocities.
     pub(crate) fn kick_share(&self) -> f64 {
-        if self.step == 0 { self.settings.first_kick } else { 1.0 }
+        self.settings.grains.kick_share(self.step)
     }
 
     /// Height of a node, m.
@@ -337,28 +293,22 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
 
     /// The cell's velocity gradient over the coming drift; grains follow a change of it.
     fn drive_cell(&mut self) -> Result<(), Error> {
-        if self.settings.drive.is_at_rest() {
+        if self.settings.grains.drive.is_at_rest() {
             return Ok(());
         }
         let timer = self.phases.start();
-        let gradient = self.gradient_wanted()?;
-        let change = gradient - self.assembly.cell.gradient;
-        if change != S::Tensor::zero() {
-            motion::follow_gradient(&mut self.assembly.grains, &self.assembly.cell, &change);
-        }
-        self.assembly.cell.gradient = gradient;
+        let drive = self.settings.grains.drive;
+        let sums = if drive.looks_at(self.step) { Some(self.strained()?) } else { None };
+        self.assembly.drive(&self.settings.grains, sums.as_ref());
         self.phases.stop(Phase::Motion, timer);
         Ok(())
     }
 
     fn drift(&mut self) {
         let timer = self.phases.start();
-        self.assembly.moved = motion::drift(&mut self.assembly.grains, &self.bodies, self.settings.dt).sqrt();
+        self.assembly.drift(&self.settings.grains, &self.bodies);
         for body in &mut self.bodies {
-            body.drift(self.settings.dt);
-        }
-        if !self.settings.drive.is_at_rest() {
-            self.assembly.cell.deform(self.assembly.cell.gradient, self.settings.dt);
+            body.drift(self.settings.grains.dt);
         }
         self.phases.stop(Phase::Motion, timer);
     }
@@ -366,34 +316,16 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     /// How far grains and bodies of this rank have come since the last rebuild, how much farther they may come within the next
     /// cycle, and how far points and vertices have come, as shares of what their lists and blocks allow.
     fn drift_shares(&self) -> [f64; 3] {
-        let touched = self.bodies.iter().any(Body::is_touched);
-        let mut moved = self.assembly.moved;
-        let mut stretch = 0.0;
-        if !self.settings.drive.is_at_rest() && !touched {
-            // Against the mean field, which itself brings a pair nearer by its stretch.
-            let field = self.assembly.cell_home.deformation_to(&self.assembly.cell);
-            stretch = (field - S::identity()).norm();
-            let corner = self.assembly.cell.corner;
-            let mut square = 0.0;
-            for (hot, cold) in
-                self.assembly.grains.hot[..self.assembly.grains.owned].iter().zip(&self.assembly.grains.cold)
-            {
-                let moved = hot.position - corner - field * (cold.home - corner);
-                square = larger(square, moved.dot(&moved));
-            }
-            moved = square.sqrt();
-        }
+        let touched =
+            |(body, home): (&Body<S>, &S::Vector)| body.is_touched().then(|| (body.displacement - *home).norm());
+        let bodies = self.bodies.iter().zip(&self.bodies_home).filter_map(touched).reduce(larger);
         // Points look for bodies at every step; lists are grains' alone.
-        let listed = |body: &Body<S>| body.is_touched() && self.has_grains();
-        for (body, home) in self.bodies.iter().zip(&self.bodies_home).filter(|(body, _)| listed(body)) {
-            moved = larger(moved, (body.displacement - *home).norm());
-        }
-        // Two grains may close half the skin each.
-        let closed = 2.0 * moved + stretch * (2.0 * self.assembly.radius_max + self.settings.skin);
+        let closed =
+            self.assembly.closed(&self.settings.grains, bodies.map(|way| if self.has_grains() { way } else { 0.0 }));
         let vertices = if self.is_coupled() { self.continuum.membranes.away_from_home() } else { 0.0 };
         let points = larger(larger(self.continuum.points_outside[0], self.continuum.points_outside[1]), vertices)
             / (DRIFT_MAX * self.subdomain.layout.cell);
-        [closed / self.settings.skin, 2.0 * self.reach_of_cycle() / self.settings.skin, points]
+        [closed, 2.0 * self.reach_of_cycle() / self.settings.grains.skin, points]
     }
 
     fn rebuild_if_due(&mut self) -> Result<(), Error> {

@@ -136,7 +136,7 @@ pub fn frame<S: Space, L: MaterialLaw<S>>(
     // other, points in pieces, for rank 0 may not have room for all these rows beside the frame.
     if let Some(mut grains) = transfer::gather(world.transport, grain_rows(world, depth, fraction))? {
         drawn.reserve(rows);
-        let positions = settle_grains(&mut grains, &world.assembly.cell, !world.settings.drive.is_at_rest());
+        let positions = settle_grains(&mut grains, &world.assembly.cell, !world.settings.grains.drive.is_at_rest());
         drawn.add(&grains, positions);
     }
     let place = |row: &Row| wrapped::<S>(row, &world.assembly.cell).1;

@@ -1,18 +1,20 @@
 //! The world of an assembly at time zero, or at a checkpoint.
 
-use scree_partition::{ExactSum, Transport};
+use scree_partition::{ExactSum, Solo, Transport};
 
 use crate::base::error::Error;
 use crate::base::math;
 use crate::base::space::{AXES, Linear, Space};
 use crate::bodies::body::{self, Body};
+use crate::dem::assembly::Constants;
 use crate::dem::cell::Cell;
-use crate::dem::grains::{GrainRow, Mover};
+use crate::dem::drive::{CellDrive, Response, StressServo};
+use crate::dem::grains::{GrainRow, Grains, Mover};
 use crate::dem::motion::Field;
+use crate::dem::sample::Sample;
 use crate::domain::grid::Grid;
 use crate::domain::layout::{Ground, Layout};
 use crate::domain::rebuild::Parts;
-use crate::domain::servo::{CellDrive, Response, StressServo};
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
 use crate::job::assembly::{Assembly, Packed, Preparation, Read, Shape, Source, Velocities};
@@ -30,23 +32,37 @@ const CELLS_PER_BLOCK: usize = 4;
 
 /// The world at time zero.
 pub fn world<'t, S: Space>(job: &Assembly, transport: &'t dyn Transport) -> Result<GrainWorld<'t, S>, Error> {
-    let (mut grains, cell): (Vec<GrainRow<S>>, Cell<S>) = match &job.source {
+    let (mut grains, cell) = at_start(job, transport)?;
+    let glued = if transport.rank() == 0 { glue_layers(job, &mut grains, &cell) } else { Ok(()) };
+    transfer::agree(transport, glued)?;
+    world_at(job, transport, 0, Parts::fresh(grains, Vec::new(), drawn::<S>(job).bodies, cell))
+}
+
+/// The grains of a job without bodies as a sample, with the bits of its world.
+pub fn sample<S: Space>(job: &Assembly) -> Result<Sample<S>, Error> {
+    let (grains, cell) = at_start(job, &Solo)?;
+    let layout = layout::<S>(job)?;
+    let parts = layout.parts_of_cell(job.skin);
+    let order = move |fraction: &S::Vector| layout.place::<S>(fraction, parts).expect("a sample's cell is periodic");
+    Sample::new(&grains, cell, constants(job), Box::new(order))
+}
+
+/// Grains on rank 0, and the cell that they start in.
+fn at_start<S: Space>(job: &Assembly, transport: &dyn Transport) -> Result<(Vec<GrainRow<S>>, Cell<S>), Error> {
+    match &job.source {
         Source::File(read) => {
             let read = match transport.rank() {
                 0 => grain_file::read_start::<S>(job, read).map(|(grains, cell)| (grains, vec![cell])),
                 _ => Ok((Vec::new(), Vec::new())),
             };
             let (grains, cell) = transfer::agree(transport, read)?;
-            (grains, super::packed::same_cell(job, cell, transport)?)
+            Ok((grains, super::packed::same_cell(job, cell, transport)?))
         }
         Source::Packed(packed) => {
             let packing = super::packed::make::<S>(job, packed, job.output.save_every(), transport)?;
-            (packing.grains, packing.cell)
+            Ok((packing.grains, packing.cell))
         }
-    };
-    let glued = if transport.rank() == 0 { glue_layers(job, &mut grains, &cell) } else { Ok(()) };
-    transfer::agree(transport, glued)?;
-    world_at(job, transport, 0, Parts::fresh(grains, Vec::new(), drawn::<S>(job).bodies, cell))
+    }
 }
 
 /// Cell and bodies as drawn.
@@ -62,7 +78,7 @@ pub fn world_at<'t, S: Space>(
     step: u64,
     parts: Parts<S, Absent>,
 ) -> Result<GrainWorld<'t, S>, Error> {
-    World::new(settings::<S>(job), layout::<S>(job)?, transport, step, parts)
+    World::new(settings_of(constants(job)), layout::<S>(job)?, transport, step, parts)
 }
 
 /// The cell as drawn.
@@ -113,7 +129,8 @@ pub fn layout_of<S: Space>(job: &Assembly, cell: &Cell<S>) -> Result<Layout, Err
     Layout::new::<S>(ground).map_err(Error::User)
 }
 
-fn settings<S: Space>(job: &Assembly) -> Settings<S, Absent> {
+/// Constants of the grains of a job.
+pub(crate) fn constants<S: Space>(job: &Assembly) -> Constants<S> {
     let mut gradient = S::Tensor::zero();
     for i in 0..S::DIMENSION {
         for j in 0..S::DIMENSION {
@@ -134,24 +151,23 @@ fn settings<S: Space>(job: &Assembly) -> Settings<S, Absent> {
     // Memories of the step before go on from it, as do velocities of half a step before.
     let goes_on = matches!(&job.source, Source::File(Read { contacts: Some(_), .. })) && first_kick == 1.0;
     let first_advance = if goes_on { job.step } else { 0.0 };
-    Settings { first_kick, first_advance, ..settings_in(job, CellDrive { gradient, servo }) }
+    Constants { first_kick, first_advance, ..constants_in(job, CellDrive { gradient, servo }) }
+}
+
+/// The same where the cell is driven otherwise, and grains start from velocities of time zero.
+fn constants_in<S: Space>(job: &Assembly, drive: CellDrive<S>) -> Constants<S> {
+    let field = Field { gravity: vector::<S>(&job.gravity), damping: job.damping };
+    Constants { field, drive, ..Constants::new(job.step, job.skin, Some(job.contact)) }
 }
 
 /// Settings of a world of this job whose cell is driven otherwise, and whose grains start from velocities of time zero.
 pub fn settings_in<S: Space>(job: &Assembly, drive: CellDrive<S>) -> Settings<S, Absent> {
-    Settings {
-        dt: job.step,
-        grain_steps: 1,
-        skin: job.skin,
-        grid: Grid::blend(0.0),
-        loads: Vec::new(),
-        contact: Some(job.contact),
-        material: Absent,
-        field: Field { gravity: vector::<S>(&job.gravity), damping: job.damping },
-        drive,
-        first_kick: 0.5,
-        first_advance: 0.0,
-    }
+    settings_of(constants_in(job, drive))
+}
+
+/// Of grains alone.
+fn settings_of<S: Space>(grains: Constants<S>) -> Settings<S, Absent> {
+    Settings { grains, grain_steps: 1, grid: Grid::blend(0.0), loads: Vec::new(), material: Absent }
 }
 
 /// What the space's measure is multiplied with to give m3.
@@ -166,11 +182,14 @@ pub fn volume<S: Space>(cell: &Cell<S>, job: &Assembly) -> f64 {
 
 /// Volume of all grains, m3.
 pub fn solid_volume<S: Space>(world: &GrainWorld<S>, job: &Assembly) -> Result<f64, Error> {
-    let mut sum = ExactSum::<1>::new();
-    for hot in &world.assembly.grains.hot[..world.assembly.grains.owned] {
-        sum.add(0, S::grain_volume(hot.radius, job.cell.depth));
-    }
-    Ok(world.reduce(sum)?[0])
+    Ok(world.reduce(solid_of(&world.assembly.grains, job))?[0])
+}
+
+/// The same of the grains that are here.
+pub fn solid_of<S: Space>(grains: &Grains<S>, job: &Assembly) -> ExactSum<1> {
+    let mut sum = ExactSum::new();
+    grains.hot[..grains.owned].iter().for_each(|hot| sum.add(0, S::grain_volume(hot.radius, job.cell.depth)));
+    sum
 }
 
 /// Packing fraction of the cell as it is.

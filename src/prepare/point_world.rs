@@ -8,12 +8,12 @@ use crate::base::space::{Linear, Space};
 use crate::base::symmetric::Symmetric;
 use crate::bodies::body::Body;
 use crate::bodies::boundary::Grip;
+use crate::dem::assembly::Constants;
 use crate::dem::cell::Cell;
 use crate::dem::motion::{Damping, Field};
 use crate::domain::grid::Grid;
 use crate::domain::layout::{Ground, Layout};
 use crate::domain::rebuild::Parts;
-use crate::domain::servo::CellDrive;
 use crate::domain::world::{Settings, World};
 use crate::job::mpm::{self, BodyContact, InitialStress, LoadKind, Mpm, Path};
 use crate::law::contact::Contact;
@@ -138,10 +138,14 @@ pub(crate) fn settings<S: Space, L: MaterialLaw<S>>(
     let density = job.material.density;
     let impedance = [material.p_wave_modulus(), material.shear_modulus()].map(|modulus| (modulus * density).sqrt());
     Settings {
-        dt: job.step,
+        grains: Constants {
+            field: Field { gravity: vector::<S>(&job.gravity.acceleration), damping: Damping::default() },
+            // Velocities of points are of the time of their positions, and a grid's step is of one length.
+            first_kick: if job.grains.is_some() { 0.5 } else { 1.0 },
+            // Without grains there are no lists of pairs for the skin to reach into.
+            ..Constants::new(job.step, job.grains.as_ref().map_or(job.grid.cell, |grains| grains.piece.skin), contact)
+        },
         grain_steps: job.grain_steps,
-        // Without grains there are no lists of pairs for it to reach into.
-        skin: job.grains.as_ref().map_or(job.grid.cell, |grains| grains.piece.skin),
         grid: Grid {
             shape: job.scheme.shape,
             update: job.scheme.update,
@@ -152,13 +156,7 @@ pub(crate) fn settings<S: Space, L: MaterialLaw<S>>(
             gravity_ramp: job.gravity.ramp,
         },
         loads: job.loads.iter().map(|load| load_of::<S>(job, load)).collect(),
-        contact,
         material,
-        field: Field { gravity: vector::<S>(&job.gravity.acceleration), damping: Damping::default() },
-        drive: CellDrive::default(),
-        // Velocities of points are of the time of their positions, and a grid's step is of one length.
-        first_kick: if job.grains.is_some() { 0.5 } else { 1.0 },
-        first_advance: 0.0,
     }
 }
 

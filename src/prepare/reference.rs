@@ -54,7 +54,7 @@ impl Reference {
         is_wanted: impl Fn(GrainId, &Vector) -> bool,
     ) -> Result<Self, Error> {
         let transport = world.transport;
-        let contact = world.settings.contact.as_ref().expect("a packing has a contact law");
+        let contact = world.settings.grains.contact.as_ref().expect("a packing has a contact law");
         match lies {
             Lies::Whole | Lies::Around => {
                 let read = on_root(transport, || {

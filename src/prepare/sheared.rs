@@ -10,14 +10,13 @@ use crate::base::error::Error;
 use crate::base::record::{Cargo, to_table};
 use crate::base::space::{Linear, Plane, Space};
 use crate::bodies::body::{Body, Servo, Shape, Side};
+use crate::dem::assembly::Constants;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Tie};
 use crate::dem::law::memory_words;
-use crate::dem::motion::Field;
 use crate::domain::grid::Grid;
 use crate::domain::layout::Layout;
 use crate::domain::rebuild::{Parts, is_glued};
-use crate::domain::servo::CellDrive;
 use crate::domain::stop::{self, Wish};
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
@@ -73,17 +72,11 @@ pub fn layout_for(scenario: &Scenario, height: f64) -> Result<Layout, Error> {
 /// Settings of a world of this job's grains alone, with constants of its own in their law.
 pub fn settings_for(scenario: &Scenario, contact: &Contact) -> Settings<Plane, CriticalDruckerPrager> {
     Settings {
-        dt: scenario.time.step,
+        grains: Constants::new(scenario.time.step, scenario.decomposition.skin, Some(*contact)),
         grain_steps: 1,
-        skin: scenario.decomposition.skin,
         grid: Grid::blend(scenario.continuum.flip),
         loads: Vec::new(),
-        contact: Some(*contact),
         material: CriticalDruckerPrager::of(&scenario.continuum.constants()),
-        field: Field::default(),
-        drive: CellDrive::default(),
-        first_kick: 0.5,
-        first_advance: 0.0,
     }
 }
 

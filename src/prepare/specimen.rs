@@ -331,7 +331,7 @@ fn settings_of_rest(job: &Mpm, granular: &Granular) -> Settings<Plane, CriticalD
     settings.grain_steps = 1;
     let mass = DAMPING_MASS / time_of_grain(granular);
     let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass };
-    settings.field = Field { damping, ..settings.field };
+    settings.grains.field = Field { damping, ..settings.grains.field };
     settings
 }
 

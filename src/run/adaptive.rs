@@ -138,7 +138,7 @@ impl Adaptive<'_> {
     /// turn back into points.
     fn dissolve(&self, core: &mut PlanarCore, every: u64, strain: Option<f64>) -> Result<bool, Error> {
         let timer = core.world.phases.start();
-        let time = every as f64 * core.world.settings.dt;
+        let time = every as f64 * core.world.settings.grains.dt;
         enrichment::look_for_rest(&mut core.world, &mut core.progress.rest, (self.depth, time))?;
         core.world.phases.stop(Phase::Oracle, timer);
         let life = self.enrichment.life;

@@ -84,7 +84,7 @@ pub fn world_of<'t, S: Space>(
     let draw = |_: &Progress, _| Ok(grain_world::drawn(job));
     let (parts, progress) = checkpoint::restore(snapshot, draw, transport)?;
     let mut world = grain_world::world_at(job, transport, progress.step, parts)?;
-    world.missed = progress.missed.first().copied().unwrap_or_default();
+    world.assembly.missed = progress.missed.first().copied().unwrap_or_default();
     Ok((world, progress))
 }
 
@@ -201,7 +201,7 @@ impl<S: Space> Experiment for Element<'_, S> {
         }
         row.extend([kinetic_translation, kinetic_rotation, elastic]);
         if let Some(servo) = &self.job.cell.servo {
-            let missed = std::mem::take(&mut world.missed);
+            let missed = std::mem::take(&mut world.assembly.missed);
             for (axis, target) in held(servo) {
                 // A row without a look of the servo before it has what is missing now.
                 let now = (moment[axis * S::DIMENSION + axis] / volume - target).abs();

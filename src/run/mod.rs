@@ -28,10 +28,10 @@ use crate::base::program::{self, host};
 use crate::base::record::{Cargo, FromParcel, Record, ToParcel};
 use crate::base::space::Space;
 use crate::couple::rest::CellStrain;
+use crate::dem::drive::Missed;
 use crate::domain::accounts::ledger::Entry;
 use crate::domain::guards::grains::EnergyGuard;
 use crate::domain::phases::Phase;
-use crate::domain::servo::Missed;
 use crate::domain::step::cycle::is_due;
 use crate::domain::stop::{self, Wish};
 use crate::domain::transfer;
@@ -289,7 +289,7 @@ pub struct Run<'t, E: Experiment> {
 impl<'t, E: Experiment> Run<'t, E> {
     pub fn new(experiment: E, mut core: CoreOf<'t, E>) -> Result<Self, Error> {
         core.contact_frames = experiment.output().contact_frames;
-        let step = core.world.settings.dt;
+        let step = core.world.settings.grains.dt;
         let every = |interval: f64| ((interval / step).round() as u64).max(1);
         let output = experiment.output();
         let cadence = Cadence {
@@ -412,7 +412,7 @@ impl<'t, E: Experiment> Run<'t, E> {
             "threads": options.threads,
             "job": job_digest,
             "steps": self.steps,
-            "time_step": world.settings.dt,
+            "time_step": world.settings.grains.dt,
             "grains": world.grains_total,
             "points": world.points_total,
             "allow_unstable": self.experiment.allows_unstable(),
@@ -424,7 +424,7 @@ impl<'t, E: Experiment> Run<'t, E> {
                 host(),
                 &job_digest[..12],
                 self.steps,
-                world.settings.dt,
+                world.settings.grains.dt,
                 world.grains_total,
                 world.points_total,
             );
@@ -553,7 +553,7 @@ impl<'t, E: Experiment> Run<'t, E> {
         core.progress.step = core.world.step;
         core.progress.ledger = core.world.ledger_entries()?;
         core.progress.reactions = core.world.reaction_entries()?;
-        core.progress.missed = core.world.missed.rows();
+        core.progress.missed = core.world.assembly.missed.rows();
         let saved = core.world.step;
         let file = folder.join(store::file_name(saved));
         let head = checkpoint::head(&core.world, core.progress.clone(), self.experiment.job());

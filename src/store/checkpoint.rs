@@ -17,12 +17,12 @@ use crate::bodies::body::Body;
 use crate::couple::oracle::Memory;
 use crate::couple::rest::{CellStrain, RestWatch};
 use crate::dem::cell::Cell;
+use crate::dem::drive::Missed;
 use crate::dem::grains::{GrainRow, Tie};
 use crate::domain::accounts::conservation::Kept;
 use crate::domain::accounts::ledger::Entry;
 use crate::domain::guards::grains::EnergyGuard;
 use crate::domain::rebuild::{Home, Parts};
-use crate::domain::servo::Missed;
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::job::Job;
@@ -303,7 +303,7 @@ pub fn restore<S: Space, L: MaterialLaw<S>>(
 fn row_totals<S: Space, L: MaterialLaw<S>>(world: &World<S, L>) -> [(&'static str, usize); 4] {
     let contacts = |row: usize| {
         let id = world.assembly.grains.cold[row].id;
-        world.carried_by(row).filter(|(partner, _)| tables::stands_with(id, *partner)).count()
+        world.assembly.carried_by(row).filter(|(partner, _)| tables::stands_with(id, *partner)).count()
     };
     let grains = world.assembly.grains.owned;
     let contacts = (0..grains).map(contacts).sum::<usize>();

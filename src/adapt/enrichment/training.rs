@@ -9,9 +9,10 @@ use crate::base::error::Error;
 use crate::base::space::{Linear, Plane};
 use crate::bodies::body::{Body, Instant};
 use crate::couple::zone::Enrichment;
+use crate::dem::assembly::{Constants, PUSHED_DRAG};
 use crate::dem::grains::{Cold, Mover, is_body};
 use crate::domain::rebuild::Parts;
-use crate::domain::world::{PUSHED_DRAG, Settings};
+use crate::domain::world::Settings;
 use crate::prepare::reference::Lies;
 use crate::prepare::sheared::{Grain, PlanarWorld};
 
@@ -37,8 +38,9 @@ pub(super) fn train(
         grain.cold.mover = Mover::Script;
     }
     let grains = if world.transport.rank() == 0 { grains } else { Vec::new() };
-    let settings =
-        Settings { grain_steps: 1, loads: Vec::new(), first_kick: 0.5, first_advance: 0.0, ..world.settings.clone() };
+    let of = &world.settings;
+    let constants = Constants { first_kick: 0.5, first_advance: 0.0, ..of.grains.clone() };
+    let settings = Settings { grains: constants, grain_steps: 1, loads: Vec::new(), ..of.clone() };
     let touched = touched_bodies(world);
     let share = training.training;
     let seat = |number: usize| held.seats.get(number).copied().unwrap_or_else(Vector::zero);
@@ -69,7 +71,7 @@ pub(super) fn train(
         touched.iter().filter_map(|number| world.assembly.walls.laws.get(*number).copied()).collect();
     hold_open(&mut apart, held);
 
-    let dt = apart.settings.dt;
+    let dt = apart.settings.grains.dt;
     let mut before: Lead = Box::new(|_| Vector::zero());
     for leg in 0..motion.times.len() - 1 {
         let ends = [motion.times[leg], motion.times[leg + 1]];
@@ -157,7 +159,7 @@ fn hold_open(apart: &mut PlanarWorld, held: &Holders<'_>) {
         return;
     }
     apart.evaluate_contacts();
-    let (grains, gravity) = (&mut apart.assembly.grains, apart.settings.field.gravity);
+    let (grains, gravity) = (&mut apart.assembly.grains, apart.settings.grains.field.gravity);
     for row in 0..grains.owned {
         let cold = &mut grains.cold[row];
         if cold.mover == Mover::Free && held.border.binary_search(&cold.id.0).is_ok() {
@@ -193,7 +195,7 @@ const LOOKS_FOR_ALL: u64 = 2500;
 /// free surface, a strain of a thousandth that grains and points do not share makes a hundred times its stress. They are let go against
 /// heavy damping, before anything moves that could throw them, for as short a time as it takes.
 fn release(apart: &mut PlanarWorld, held: &Holders<'_>, (depth, stress_points): (f64, [f64; 3])) -> Result<(), Error> {
-    let damping = apart.settings.field.damping;
+    let damping = apart.settings.grains.field.damping;
     let wanted = pressure(&stress_points);
     let is_loaded = wanted > 0.0 && pressure(&grain_stress(apart, depth)?) > PRESSURE_MAX * wanted;
     let mut looks = 0;
@@ -206,7 +208,7 @@ fn release(apart: &mut PlanarWorld, held: &Holders<'_>, (depth, stress_points): 
         let_go(apart, held, &RELEASE_OF_ALL)?;
         looks += 1;
     }
-    apart.settings.field.damping = damping;
+    apart.settings.grains.field.damping = damping;
     Ok(())
 }
 
@@ -218,7 +220,7 @@ fn let_go(apart: &mut PlanarWorld, held: &Holders<'_>, release: &Release) -> Res
         (cold.mover, cold.script) = (Mover::Free, Vector::zero());
         freed += 1;
     }
-    apart.settings.field.damping.mass = release.damping / apart.settings.dt;
+    apart.settings.grains.field.damping.mass = release.damping / apart.settings.grains.dt;
     let mut freed = [freed];
     apart.transport.sum(&mut freed);
     if freed[0] > 0 {
@@ -264,7 +266,7 @@ type Lead<'a> = Box<dyn Fn(&Cold<Plane>) -> Vector + 'a>;
 /// Grains that are led go on with another velocity than before, and so does what drags those of the border along: a grain that comes off
 /// its neighbours there goes with the continuum, and not away.
 fn follow(apart: &mut PlanarWorld, held: &Holders<'_>, [before, now]: [&Lead<'_>; 2]) {
-    let (drag, grains) = (PUSHED_DRAG / apart.settings.dt, &mut apart.assembly.grains);
+    let (drag, grains) = (PUSHED_DRAG / apart.settings.grains.dt, &mut apart.assembly.grains);
     for (cold, hot) in grains.cold.iter_mut().zip(&grains.hot) {
         match cold.mover {
             Mover::Script => cold.script = now(cold),

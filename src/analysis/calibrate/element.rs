@@ -4,18 +4,17 @@
 //! All are slow against t_p = d sqrt(rho/p), in which the stress moves a grain by its own size: a rate of strain times t_p is
 //! the inertial number I (da Cruz et al. 2005), and below 1e-3 grains flow as if they had all the time there is.
 
-use scree_partition::Solo;
-
 use super::fit::Shear;
 use crate::base::error::Error;
 use crate::base::math;
 use crate::base::space::Plane;
 use crate::dem::motion::Damping;
+use crate::dem::sample::Sample;
+use crate::domain::stop::{self, Wish};
 use crate::job::assembly::{Assembly, Cell, CellServo, Matter, Packed, Preparation, Sizes, Source, Velocities};
 use crate::job::{BLOCK_OF_DISCS, Job, Output, Scenario, derived};
 use crate::law::contact::Contact;
 use crate::prepare::grain_world;
-use crate::prepare::sheared::steps;
 
 /// Volume strain of the compressions, and its share that gives the moduli: from there on contacts slide.
 pub const STRAIN_VOLUME: f64 = 1e-3;
@@ -196,18 +195,18 @@ impl Element<'_> {
     pub fn measure(&self) -> Result<Vec<Row>, Error> {
         let job = &self.job()?;
         let (test, rate) = (self.test, self.rate());
-        let mut world = grain_world::world::<Plane>(job, &Solo)?;
-        let solid = grain_world::solid_volume(&world, job)?;
+        let mut sample = grain_world::sample::<Plane>(job)?;
+        let solid = grain_world::solid_of(&sample.assembly.grains, job).value(0);
         let count = (test.strain_end() / test.strain_of_row()).round() as u64;
         let mut rows: Vec<Row> = Vec::with_capacity(count as usize + 1);
         for number in 0..=count {
             let due = (number as f64 * test.strain_of_row() / (rate * job.step)).round() as u64;
-            let missing = due - world.step;
-            steps(&mut world, missing)?;
-            world.refuse_deep_overlaps(OVERLAP_MAX)?;
-            let row = row(&mut world, job, solid)?;
+            let missing = due - sample.step;
+            steps(&mut sample, missing)?;
+            sample.refuse_deep_overlaps(OVERLAP_MAX)?;
+            let row = row(&mut sample, job, solid);
             let strain = match test {
-                Test::Shear { .. } => rate * world.time(),
+                Test::Shear { .. } => rate * sample.time(),
                 Test::Isotropic | Test::Uniaxial => {
                     rows.first().map_or(0.0, |first| math::ln(row.fraction / first.fraction))
                 }
@@ -223,10 +222,21 @@ impl Element<'_> {
     }
 }
 
+/// So many steps, unless a stop is asked for.
+fn steps(sample: &mut Sample<Plane>, count: u64) -> Result<(), Error> {
+    for _ in 0..count {
+        sample.advance()?;
+        if stop::wish() == Wish::Stop {
+            return Err(Error::Stopped(sample.step));
+        }
+    }
+    Ok(())
+}
+
 /// Stress and packing fraction of now; `solid` is the volume of all grains, m3.
-fn row(world: &mut grain_world::GrainWorld<Plane>, job: &Assembly, solid: f64) -> Result<Row, Error> {
-    let volume = grain_world::volume(&world.assembly.cell, job);
-    let moment = world.contact_moment()? * (1.0 / volume);
+fn row(sample: &mut Sample<Plane>, job: &Assembly, solid: f64) -> Row {
+    let volume = grain_world::volume(&sample.assembly.cell, job);
+    let moment = sample.contact_moment() * (1.0 / volume);
     let shear = 0.5 * (moment[(0, 1)] + moment[(1, 0)]);
-    Ok(Row { strain: 0.0, stress: [moment[(0, 0)], shear, moment[(1, 1)]], fraction: solid / volume })
+    Row { strain: 0.0, stress: [moment[(0, 0)], shear, moment[(1, 1)]], fraction: solid / volume }
 }

@@ -212,7 +212,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
             sums.add(4, mass * velocity.norm());
         };
         // Velocities are of the drift that has led here: against the mean field at its beginning they have no image.
-        let (cell, drift) = (&self.assembly.cell, if self.step == 0 { 0.0 } else { self.settings.dt });
+        let (cell, drift) = (&self.assembly.cell, if self.step == 0 { 0.0 } else { self.settings.grains.dt });
         for (hot, cold) in self.assembly.grains.hot[..self.assembly.grains.owned].iter().zip(&self.assembly.grains.cold)
         {
             if cold.mover == Mover::Free {
@@ -265,14 +265,14 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
         let (whole, sizes) = self.impulses_of_bodies();
         let by_bodies = std::array::from_fn(|axis| whole[axis] - start.by_bodies[axis]);
         let time = self.time_of_gravity(self.step) - self.time_of_gravity(start.step);
-        let given = self.settings.field.gravity * (now.mass * time);
+        let given = self.settings.grains.field.gravity * (now.mass * time);
         let mut by_gravity = [0.0; 3];
         (0..S::DIMENSION).for_each(|axis| by_gravity[axis] = given[axis]);
         let impulses = sizes + since.through_nodes_sizes + given.norm();
         let bodies_alone = !self.bodies.is_empty()
             && self.bodies.iter().all(|body| body.grip.is_none())
-            && self.settings.drive.is_at_rest()
-            && self.settings.field.gravity == S::Vector::zero();
+            && self.settings.grains.drive.is_at_rest()
+            && self.settings.grains.field.gravity == S::Vector::zero();
         Ok(Conservation {
             start: *start,
             now,
@@ -280,7 +280,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
             by_nodes,
             by_gravity,
             impulses,
-            is_damped: !self.settings.field.is_plain(),
+            is_damped: !self.settings.grains.field.is_plain(),
             work: bodies_alone.then(|| self.work_of_bodies() - start.work),
             grains: self.has_balance().then(|| self.balance()).transpose()?,
             points: if self.has_point_energies() { self.point_balance()? } else { None },
@@ -294,7 +294,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
             return 0.0;
         }
         if !self.has_points() {
-            return (step as f64 - 1.0 + self.settings.first_kick) * self.settings.dt;
+            return (step as f64 - 1.0 + self.settings.grains.first_kick) * self.settings.grains.dt;
         }
         let (dt, ramp) = (self.dt_of_continuum(), self.settings.grid.gravity_ramp);
         let steps = (step / self.settings.grain_steps) as f64;

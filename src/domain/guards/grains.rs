@@ -44,7 +44,7 @@ impl EnergyGuard {
         if before.step == 0 {
             return Ok(None);
         }
-        let passed = (now.step - before.step) as f64 * world.settings.dt;
+        let passed = (now.step - before.step) as f64 * world.settings.grains.dt;
         let put_in = (now.work - before.work).max(0.0) + now.power.abs().max(before.power.abs()) * passed;
         if now.energy <= GROWTH_MAX * (before.energy + put_in) {
             return Ok(None);
@@ -100,7 +100,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
         for (hot, cold) in self.assembly.grains.hot[..self.assembly.grains.owned].iter().zip(&self.assembly.grains.cold)
         {
             let place = hot.position + self.assembly.cell.shift(cold.image);
-            fallen.add(0, hot.mass * place.dot(&self.settings.field.gravity));
+            fallen.add(0, hot.mass * place.dot(&self.settings.grains.field.gravity));
         }
         let [gravity] = self.reduce(fallen)?;
         let power = match self.assembly.cell.gradient == S::Tensor::zero() {

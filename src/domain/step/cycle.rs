@@ -31,7 +31,7 @@ const FASTER: f64 = 4.0;
 impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     /// Time step of the continuum, s.
     pub(crate) fn dt_of_continuum(&self) -> f64 {
-        self.settings.grain_steps as f64 * self.settings.dt
+        self.settings.grain_steps as f64 * self.settings.grains.dt
     }
 
     /// Whether something that happens every so many steps is due after those that are done.
@@ -138,7 +138,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     /// Nodes that grains and points share are few: one task has them all.
     fn share_nodes(&mut self, tier: Tier) {
         let timer = self.phases.start();
-        let (gravity, dt, done) = (self.gravity_now(), self.settings.dt, self.step_of_cycle + 1);
+        let (gravity, dt, done) = (self.gravity_now(), self.settings.grains.dt, self.step_of_cycle + 1);
         let Self { subdomain, assembly, continuum: Continuum { tiles, .. }, bodies, settings, reactions, .. } = self;
         let (Subdomain { nodes, layout, .. }, periods) = (&*subdomain, &assembly.cell);
         let Tiles { sums, grain_sums, grain_changes, strides, shared, .. } = tiles;

@@ -300,7 +300,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
 
     fn advance_nodes(&mut self, tier: Tier, moment: Moment) {
         let timer = self.phases.start();
-        let (coupled, dt_grains, dt) = (self.is_coupled(), self.settings.dt, self.dt_of_continuum());
+        let (coupled, dt_grains, dt) = (self.is_coupled(), self.settings.grains.dt, self.dt_of_continuum());
         let (gravity, looks) = (self.gravity_now(), moment == Moment::Look);
         let Self { subdomain, assembly, continuum: Continuum { tiles, .. }, bodies, settings, reactions, .. } = self;
         let (Subdomain { nodes, layout, .. }, periods) = (&*subdomain, &assembly.cell);
@@ -360,7 +360,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
 
     /// Gravity over this step, m/s2.
     pub(crate) fn gravity_now(&self) -> S::Vector {
-        let (gravity, ramp) = (self.settings.field.gravity, self.settings.grid.gravity_ramp);
+        let (gravity, ramp) = (self.settings.grains.field.gravity, self.settings.grid.gravity_ramp);
         let time = self.time() + 0.5 * self.dt_of_continuum();
         if time < ramp { gravity * (time / ramp) } else { gravity }
     }

@@ -23,10 +23,10 @@ use super::{GrainWorld, Packing, gathered, thrown};
 use crate::base::error::Error;
 use crate::base::space::{AXES, Linear, Space};
 use crate::dem::cell::Cell;
+use crate::dem::drive::{CellDrive, Response, StressServo};
 use crate::dem::grains::GrainRow;
 use crate::dem::motion::{Damping, DampingForm, Field};
 use crate::domain::rebuild::Parts;
-use crate::domain::servo::{CellDrive, Response, StressServo};
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::job::assembly::{Assembly, Packed};
@@ -350,11 +350,11 @@ impl Press<'_> {
     fn cool<S: Space>(&self, world: &mut GrainWorld<S>, cooling: f64, making: &mut Making) -> Result<(), Error> {
         let leg = Leg { name: "cooling a gas", rebuilds: false, look_every: LOOK_EVERY, calm_looks: 1, goal: COLD };
         let set = |world: &mut GrainWorld<S>, notes: &mut Notes| {
-            world.settings.contact = Some(without_loss(&self.job.contact));
+            world.settings.grains.contact = Some(without_loss(&self.job.contact));
             let answer = Answer::noted(notes).unwrap_or_else(|| self.answer(&world.assembly.cell, HOT, self.stress));
-            world.settings.drive = self.drive(answer.note(notes));
+            world.settings.grains.drive = self.drive(answer.note(notes));
             let damping = Damping { mass: cooling / self.time(), ..Damping::default() };
-            world.settings.field = Field { gravity: S::Vector::zero(), damping };
+            world.settings.grains.field = Field { gravity: S::Vector::zero(), damping };
         };
         making.bring_to_rest(world, leg, set, |world, notes| {
             // A gas has no grains that bear, and no rattlers: all of it must be cold.
@@ -367,7 +367,7 @@ impl Press<'_> {
                 let compressibility = self.stress * grain_world::volume(&world.assembly.cell, self.job) / energy;
                 let modulus =
                     (self.stress * (1.0 + compressibility)).min(figures::modulus_under(self.job, self.stress));
-                world.settings.drive = self.drive(self.answer(&world.assembly.cell, HOT, modulus).note(notes));
+                world.settings.grains.drive = self.drive(self.answer(&world.assembly.cell, HOT, modulus).note(notes));
                 self.refuse_endless(world, ratio)?;
             }
             Ok(Look { rests, ratio, words: self.words(world)? })
@@ -384,18 +384,18 @@ impl Press<'_> {
         let goal = self.packed.energy_ratio_max;
         let leg = Leg { name: stage.name(), rebuilds: true, look_every: LOOK_EVERY, calm_looks: CALM_LOOKS, goal };
         let set = |world: &mut GrainWorld<S>, notes: &mut Notes| {
-            world.settings.contact = Some(self.job.contact.while_compressed(self.packed.friction));
+            world.settings.grains.contact = Some(self.job.contact.while_compressed(self.packed.friction));
             let damping =
                 Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
-            world.settings.field = Field { gravity: S::Vector::zero(), damping };
+            world.settings.grains.field = Field { gravity: S::Vector::zero(), damping };
             let first = || self.answer_of_grains(&world.assembly.cell, stage == Stage::Unloading);
             let answer = Answer::noted(notes).unwrap_or_else(first);
-            world.settings.drive = self.drive(answer.note(notes));
+            world.settings.grains.drive = self.drive(answer.note(notes));
         };
         making.bring_to_rest(world, leg, set, |world, notes| {
             let ratio = world.unrest()?;
             let (stresses, carried) = self.stresses(world)?;
-            world.settings.drive =
+            world.settings.grains.drive =
                 self.drive(self.answer_of_grains(&world.assembly.cell, carried >= CARRIES).note(notes));
             let at_stress = stresses.iter().all(|stress| (stress - 1.0).abs() < STRESS_TOLERANCE);
             self.refuse_endless(world, ratio)?;

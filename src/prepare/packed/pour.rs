@@ -10,9 +10,9 @@ use super::{GrainWorld, Packing, gathered, thrown};
 use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::Body;
+use crate::dem::drive::CellDrive;
 use crate::dem::motion::{Damping, DampingForm, Field};
 use crate::domain::rebuild::Parts;
-use crate::domain::servo::CellDrive;
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::job::assembly::{Assembly, Packed};
@@ -46,8 +46,8 @@ pub fn make<S: Space>(job: &Assembly, packed: &Packed, making: &mut Making) -> R
         mass: DAMPING_MASS * (gravity.norm() / job.matter.diameter_mean).sqrt(),
     };
     let mut settings = grain_world::settings_in::<S>(job, CellDrive::default());
-    settings.contact = Some(job.contact.with_friction(packed.friction));
-    settings.field = Field { gravity, damping };
+    settings.grains.contact = Some(job.contact.with_friction(packed.friction));
+    settings.grains.field = Field { gravity, damping };
     making.begin(0);
     let (parts, step) = match making.taken_up::<S, Absent>(&job.contact)? {
         Some(snapshot) => {
@@ -80,7 +80,7 @@ fn settle<S: Space>(
     world: &mut GrainWorld<S>,
     making: &mut Making,
 ) -> Result<(), Error> {
-    let gravity = world.settings.field.gravity;
+    let gravity = world.settings.grains.field.gravity;
     let weight = world.holdings()?.mass * gravity.norm();
     let (goal, energy) = (packed.energy_ratio_max, weight * job.matter.diameter_mean);
     let height = (0..S::DIMENSION).map(|axis| world.assembly.cell.height(axis)).fold(0.0, f64::max);
@@ -105,7 +105,7 @@ fn settle<S: Space>(
 
 /// Force of the bodies on the grains against gravity, N, of the last step.
 fn carried<S: Space>(world: &GrainWorld<S>) -> Result<f64, Error> {
-    let gravity = world.settings.field.gravity;
+    let gravity = world.settings.grains.field.gravity;
     let mut sum = ExactSum::<1>::new();
     for wall in &world.assembly.walls.list {
         sum.add(0, -wall.force.dot(&gravity) / gravity.norm());

@@ -315,10 +315,10 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
         cell_after.rate = self.assembly.cell.gradient * self.assembly.cell.edges;
         let step = Step {
             law: self.law(),
-            field: &self.settings.field,
-            dt: self.settings.dt,
+            field: &self.settings.grains.field,
+            dt: self.settings.grains.dt,
             share: self.kick_share(),
-            passed: if self.step == 0 { 0.0 } else { self.settings.dt },
+            passed: if self.step == 0 { 0.0 } else { self.settings.grains.dt },
             coupled: self.is_coupled(),
             grains: &self.assembly.grains,
             contacts: &self.assembly.contacts,

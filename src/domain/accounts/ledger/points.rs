@@ -256,7 +256,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
                 let volume = hot.weight * hot.volume;
                 sums.add(Store::Kinetic as usize, self.kinetic(&self.continuum.frames[block], row));
                 sums.add(Store::Elastic as usize, volume * self.settings.material.elastic_energy(&hot.memory));
-                let weight = self.settings.field.gravity * (hot.weight * hot.mass);
+                let weight = self.settings.grains.field.gravity * (hot.weight * hot.mass);
                 sums.add(Store::Potential as usize, -weight.dot(&place));
                 sums.add(Store::Dissipated as usize, volume * hot.memory.plastic_work());
             }
@@ -303,10 +303,10 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     }
 
     fn work_on_node(&self, node: &OwnedNode, sum: &Gathered<S>, advanced: &Advanced<S>, works: &mut Works) {
-        let (mass, dt, gravity) = (sum.mass(), self.settings.dt, self.gravity_now());
+        let (mass, dt, gravity) = (sum.mass(), self.settings.grains.dt, self.gravity_now());
         let velocities = [sum.momentum() * (1.0 / mass), advanced.velocity()];
         works.add(Item::Nodes, &((velocities[AHEAD] - velocities[BEHIND]) * mass), &velocities);
-        let missing = gravity - self.settings.field.gravity;
+        let missing = gravity - self.settings.grains.field.gravity;
         if missing != S::Vector::zero() {
             works.add(Item::Ramp, &(missing * (mass * dt)), &velocities);
         }
@@ -348,7 +348,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
                     velocities[BEHIND] += (tile[node].velocity() - tile[node].change()) * value;
                     velocities[AHEAD] += tile[node].velocity() * value;
                 });
-                works.add(Item::Loads, &(*push * self.settings.dt), &velocities);
+                works.add(Item::Loads, &(*push * self.settings.grains.dt), &velocities);
             }
         }
         works

@@ -6,13 +6,14 @@ use super::*;
 use crate::base::ids::GrainId;
 use crate::base::space::{Plane, Solid};
 use crate::bodies::body::{Body, Instant, Servo, Shape};
+use crate::dem::assembly::Constants;
 use crate::dem::cell::Cell;
+use crate::dem::drive::CellDrive;
 use crate::dem::grains::{GrainRow, Mover};
-use crate::dem::motion::{Damping, DampingForm, Field};
+use crate::dem::motion::{Damping, DampingForm};
 use crate::domain::grid::Grid;
 use crate::domain::layout::{Ground, Layout};
 use crate::domain::rebuild::Parts;
-use crate::domain::servo::CellDrive;
 use crate::domain::world::Settings;
 use crate::law::contact::{
     Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding, TangentialForce,
@@ -56,17 +57,11 @@ fn world<S: Space>(
     bodies: Vec<Body<S>>,
 ) -> World<'_, S, Absent> {
     let settings = Settings {
-        dt,
+        grains: Constants::new(dt, 2e-4, Some(law.into())),
         grain_steps: 1,
-        skin: 2e-4,
         grid: Grid::blend(0.0),
         loads: Vec::new(),
-        contact: Some(law.into()),
         material: Absent,
-        field: Field::default(),
-        drive: CellDrive::default(),
-        first_kick: 0.5,
-        first_advance: 0.0,
     };
     let mut cells = [1; 3];
     (0..S::DIMENSION).for_each(|axis| cells[axis] = 2 * ((lengths[axis] / 3e-3) as usize).max(1));
@@ -110,10 +105,10 @@ fn packed<S: Space>(
     }
     let length = count as f64 * spacing;
     let mut world = world(transport, (smooth, 4e-7), ([length; 3], [true; 3]), grains, Vec::new());
-    world.settings.field.damping = Damping { local: 0.5, form: DampingForm::Component, mass: 1e3 };
+    world.settings.grains.field.damping = Damping { local: 0.5, form: DampingForm::Component, mass: 1e3 };
     run(&mut world, 6000);
-    world.settings.field.damping = Damping::default();
-    world.settings.contact = Some(law.into());
+    world.settings.grains.field.damping = Damping::default();
+    world.settings.grains.contact = Some(law.into());
     world
 }
 
@@ -144,8 +139,8 @@ const SPHERES: (usize, f64) = (4, 0.91e-3);
 /// Dense shear to a strain of 0.032, in 4000 steps or twice as many of half the length.
 fn sheared<S: Space, C: Into<Contact>>(law: impl Fn(f64) -> C, packing: (usize, f64), refinement: usize) -> Balance {
     let mut world = packed::<S>(&Solo, [law(0.0), law(0.5)], packing);
-    world.settings.dt = 4e-7 / refinement as f64;
-    world.settings.drive = shear(RATE);
+    world.settings.grains.dt = 4e-7 / refinement as f64;
+    world.settings.grains.drive = shear(RATE);
     world.open_ledger();
     run(&mut world, 4000 * refinement);
     world.balance().unwrap()
@@ -251,14 +246,15 @@ fn the_residual_goes_with_the_time_step() {
 fn shear_that_goes_far() {
     for form in [DampingForm::Component, DampingForm::Vector] {
         let mut world = packed::<Plane>(&Solo, [springs(2e5, 1.0, 0.0), springs(2e5, 1.0, 0.5)], DISCS);
-        world.settings.field.damping = Damping { local: 0.1, form, mass: 50.0 };
-        world.settings.drive = shear(500.0);
-        world.settings.drive.gradient[0] = 20.0;
+        world.settings.grains.field.damping = Damping { local: 0.1, form, mass: 50.0 };
+        world.settings.grains.drive = shear(500.0);
+        world.settings.grains.drive.gradient[0] = 20.0;
         world.open_ledger();
         let (mut work, rebuilds, edge) = (0.0, world.rebuilds, world.assembly.cell.edges);
         for step in 0..5000 {
             let share = if step == 0 { 0.5 } else { 1.0 };
-            work += share * world.settings.dt * world.contact_moment().unwrap().dot(&world.assembly.cell.gradient);
+            work +=
+                share * world.settings.grains.dt * world.contact_moment().unwrap().dot(&world.assembly.cell.gradient);
             world.advance().unwrap();
         }
         let balance = world.balance().unwrap();
@@ -319,7 +315,7 @@ fn a_disc_slides_until_it_rolls() {
     disc.cold.home = disc.hot.position;
     let disc = velocity::<Plane>(disc, [0.02, 0.0, 0.0], 0.0);
     let mut world = world(&Solo, (law, 2e-6), ([9e-3, 9e-3, 0.0], [true, false, false]), vec![disc], vec![floor]);
-    world.settings.field.gravity = vector::<Plane>([0.0, -9.81, 0.0]);
+    world.settings.grains.field.gravity = vector::<Plane>([0.0, -9.81, 0.0]);
     world.open_ledger();
     run(&mut world, 2500);
     let balance = world.balance().unwrap();
@@ -349,8 +345,8 @@ fn grains_fall_on_a_plane() {
         let box_of = ([9e-3, 4.4e-3, 9e-3], [false, true, false]);
         let law = hertz(1e7, 0.003, 0.5);
         let mut world = world(&Solo, (law, 4e-6 / refinement as f64), box_of, grains, bodies);
-        world.settings.field.gravity = vector::<Solid>([0.0, 0.0, -9.81]);
-        world.settings.field.damping = Damping { local: 0.1, form: DampingForm::Vector, mass: 0.0 };
+        world.settings.grains.field.gravity = vector::<Solid>([0.0, 0.0, -9.81]);
+        world.settings.grains.field.damping = Damping { local: 0.1, form: DampingForm::Vector, mass: 0.0 };
         // Positions of the last evaluation, to which the account goes.
         let height = |world: &World<'_, Solid, Absent>| -> f64 {
             world
@@ -358,7 +354,7 @@ fn grains_fall_on_a_plane() {
                 .grains
                 .hot
                 .iter()
-                .map(|hot| hot.mass * (hot.position[2] - hot.velocity[2] * world.settings.dt))
+                .map(|hot| hot.mass * (hot.position[2] - hot.velocity[2] * world.settings.grains.dt))
                 .sum()
         };
         let before = height(&world);
@@ -400,10 +396,10 @@ fn a_cylinder_drags_grains() {
     let length = 2.0 * middle;
     let mut world = world(&Solo, (law(0.0), 4e-7), ([length, length, 0.0], [true, true, false]), rows, vec![drum]);
     // The others make room first.
-    world.settings.field.damping = Damping { local: 0.5, form: DampingForm::Component, mass: 1e3 };
+    world.settings.grains.field.damping = Damping { local: 0.5, form: DampingForm::Component, mass: 1e3 };
     run(&mut world, 5000);
-    world.settings.field.damping = Damping::default();
-    world.settings.contact = Some(law(0.5).into());
+    world.settings.grains.field.damping = Damping::default();
+    world.settings.grains.contact = Some(law(0.5).into());
     world.open_ledger();
     run(&mut world, 5000);
     let balance = world.balance().unwrap();
@@ -459,7 +455,7 @@ fn ranks_and_interruptions_do_not_show() {
         let box_of = ([length, length, 0.0], [true, true, false]);
         let mut world = world(transport, (hertz(1e9, 1.0, 0.5), 4e-7), box_of, ours(&rows), Vec::new());
         world.assembly.cell = cell;
-        world.settings.drive = shear(300.0);
+        world.settings.grains.drive = shear(300.0);
         if kept {
             world.open_ledger();
         }

@@ -19,14 +19,10 @@
 //!
 //! Packings in the making hardly touch or are gases, whose contacts of now tell little: they are given eta.
 
-use scree_partition::ExactSum;
-
-use crate::base::error::Error;
 use crate::base::record::{Record, Visitor};
 use crate::base::space::{Linear, Space};
+use crate::dem::cell::Cell;
 use crate::dem::strained::Strained;
-use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 
 /// Response times over which the rate of a flow is learnt.
 const MEMORY: f64 = 20.0;
@@ -116,114 +112,57 @@ impl<S: Space> CellDrive<S> {
     pub fn is_at_rest(&self) -> bool {
         self.gradient == S::Tensor::zero() && self.servo.is_none()
     }
+
+    /// Whether the stress is looked at in this step.
+    pub fn looks_at(&self, step: u64) -> bool {
+        self.servo.is_some_and(|servo| step.is_multiple_of(servo.interval))
+    }
+
+    /// The velocity gradient of a cell over the coming drift of `dt`, with the sums over its contacts where the step looks at them.
+    pub fn gradient_of(
+        &self,
+        cell: &mut Cell<S>,
+        sums: Option<&Strained<S>>,
+        dt: f64,
+        missed: &mut Missed,
+    ) -> S::Tensor {
+        match (&self.servo, sums) {
+            (None, _) => self.gradient,
+            (Some(_), None) => cell.gradient,
+            (Some(servo), Some(sums)) => servo.follow(self.gradient, cell, sums, dt, missed),
+        }
+    }
 }
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
-    /// The velocity gradient over the coming drift, after an evaluation.
-    pub(crate) fn gradient_wanted(&mut self) -> Result<S::Tensor, Error> {
-        let drive = self.settings.drive;
-        let Some(servo) = drive.servo else { return Ok(drive.gradient) };
-        if !self.step.is_multiple_of(servo.interval) {
-            return Ok(self.assembly.cell.gradient);
-        }
-        let sums = self.strained()?;
-        let volume = self.assembly.cell.volume() * servo.depth;
-        let between = servo.interval as f64 * self.settings.dt;
+impl StressServo {
+    fn follow<S: Space>(
+        &self,
+        mut gradient: S::Tensor,
+        cell: &mut Cell<S>,
+        sums: &Strained<S>,
+        dt: f64,
+        missed: &mut Missed,
+    ) -> S::Tensor {
+        let volume = cell.volume() * self.depth;
+        let between = self.interval as f64 * dt;
         let bears = (0..S::DIMENSION).any(|axis| sums.springs[axis] > 0.0 || sums.dashpots[axis] > 0.0);
-        let mut gradient = drive.gradient;
         for axis in 0..S::DIMENSION {
-            let Some(target) = servo.stress[axis] else { continue };
+            let Some(target) = self.stress[axis] else { continue };
             let diagonal = axis * S::DIMENSION + axis;
             let missing = target - sums.moment[diagonal] / volume;
             let resistance = [sums.springs[axis] / volume, sums.dashpots[axis] / volume];
-            let [rate, learns] = servo.response.to(missing, resistance, between);
+            let [rate, learns] = self.response.to(missing, resistance, between);
             if !bears {
-                self.assembly.cell.learnt[axis] = 0.0;
+                cell.learnt[axis] = 0.0;
             }
-            let wanted = rate + self.assembly.cell.learnt[axis];
-            gradient[diagonal] = wanted.clamp(-servo.rate_max, servo.rate_max);
+            let wanted = rate + cell.learnt[axis];
+            gradient[diagonal] = wanted.clamp(-self.rate_max, self.rate_max);
             if gradient[diagonal] == wanted {
-                self.assembly.cell.learnt[axis] += learns;
+                cell.learnt[axis] += learns;
             }
-            self.missed.squares[axis] += missing * missing;
+            missed.squares[axis] += missing * missing;
         }
-        self.missed.looks += 1;
-        Ok(gradient)
-    }
-
-    /// Sums over all contacts of the world at the evaluation just done. Within a block rows are summed in their order, blocks
-    /// exactly.
-    fn strained(&self) -> Result<Strained<S>, Error> {
-        let (law, grains, cell) = (self.law(), &self.assembly.grains, &self.assembly.cell);
-        let mut sums = ExactSum::<15>::new();
-        let [of_springs, of_dashpots] = [S::Tensor::COMPONENTS, S::Tensor::COMPONENTS + S::DIMENSION];
-        let mut add = |part: &Strained<S>| {
-            (0..S::Tensor::COMPONENTS).for_each(|component| sums.add(component, part.moment[component]));
-            for axis in 0..S::DIMENSION {
-                sums.add(of_springs + axis, part.springs[axis]);
-                sums.add(of_dashpots + axis, part.dashpots[axis]);
-            }
-        };
-        for range in &self.subdomain.grain_ranges {
-            let mut block = Strained::zero();
-            for row in range.clone() {
-                let part = self.assembly.contacts.strained(law, grains, cell, row);
-                block.moment += part.moment;
-                block.springs += part.springs;
-                block.dashpots += part.dashpots;
-            }
-            add(&block);
-        }
-        self.assembly.walls.strained(law, grains, cell).for_each(|part| add(&part));
-        let total = self.reduce(sums)?;
-        let mut strained = Strained::<S>::zero();
-        for (component, sum) in total.iter().take(S::Tensor::COMPONENTS).enumerate() {
-            strained.moment[component] = *sum;
-        }
-        for axis in 0..S::DIMENSION {
-            strained.springs[axis] = total[of_springs + axis];
-            strained.dashpots[axis] = total[of_dashpots + axis];
-        }
-        Ok(strained)
-    }
-
-    /// Love-Weber sum over all contacts of the world, J: minus force times branch at the positions and velocities of now, with
-    /// the forces of the coming evaluation. Over the volume it is the mean stress, tension positive. Within a block rows are
-    /// summed in their order, blocks exactly.
-    pub fn contact_moment(&mut self) -> Result<S::Tensor, Error> {
-        self.refresh_ghosts();
-        let law = self.law();
-        let times = self.contact_times();
-        let walls =
-            self.assembly.walls.bearings(law, &self.assembly.grains, (&self.bodies, &self.assembly.cell), times);
-        let walls = walls.map(|bearing| bearing.moment() * bearing.weight);
-        self.sum_moments(|row| self.assembly.contacts.moment(law, &self.assembly.grains, row, times), walls)
-    }
-
-    fn sum_moments(
-        &self,
-        of_row: impl Fn(usize) -> S::Tensor,
-        of_walls: impl Iterator<Item = S::Tensor>,
-    ) -> Result<S::Tensor, Error> {
-        let mut sums = ExactSum::<9>::new();
-        let mut add = |moment: &S::Tensor| {
-            for component in 0..S::Tensor::COMPONENTS {
-                sums.add(component, moment[component]);
-            }
-        };
-        for range in &self.subdomain.grain_ranges {
-            let mut block = S::Tensor::zero();
-            for row in range.clone() {
-                block += of_row(row);
-            }
-            add(&block);
-        }
-        of_walls.for_each(|moment| add(&moment));
-        let total = self.reduce(sums)?;
-        let mut moment = S::Tensor::zero();
-        for component in 0..S::Tensor::COMPONENTS {
-            moment[component] = total[component];
-        }
-        Ok(moment)
+        missed.looks += 1;
+        gradient
     }
 }
