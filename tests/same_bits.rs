@@ -129,10 +129,10 @@ fn sheared(dimension: usize, law: (&str, &str), file: &Path) -> String {
     let zero = list(dimension, ["0", "0", "0"]);
     let rows = [list(dimension, ["0", "200.0", "0"]), zero.clone(), zero];
     let cell = format!(
-        "upper = {}\nvelocity_gradient = [{}]\nstress = {}\nrate_max = 50.0",
+        "upper = {}\nvelocity_gradient = [{}]\nstress_normal = {}\nrate_max = 50.0",
         if dimension == 2 { "[0.016, 0.020]" } else { "[0.009, 0.008, 0.007]" },
         rows[..dimension].join(", "),
-        list(dimension, ["\"free\"", "-5e4", "\"free\""]),
+        list(dimension, ["\"free\"", "5e4", "\"free\""]),
     );
     job(dimension, law, file, &cell, "[damping]\nlocal = 0.1\nform = \"component\"\nmass = 1.0")
 }
