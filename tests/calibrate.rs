@@ -6,9 +6,10 @@ use std::process::{Command, Output};
 use scree::analysis::calibrate::element::{ROW_SHEAR, Row};
 use scree::analysis::calibrate::fit::{Fit, Shear, axial, fit, friction, modulus, pressure};
 use scree::analysis::calibrate::path::simple_shear;
+use scree::analysis::calibrate::{Subject, Wanted, elements};
 use scree::base::math;
 use scree::base::space::{Plane, Space};
-use scree::job::Scenario;
+use scree::job::{Job, Scenario};
 use scree::law::material::{CriticalDruckerPrager, MaterialLaw};
 
 use crate::mpirun::words;
@@ -230,4 +231,26 @@ fn jobs_of_other_grains_are_refused() {
     refused(&["--set", "grains.file=grains.csv"], &["jobs/quickstart.toml: grains.file = ", "Calibrate a copy"]);
     let alone = ["--set", "method=mpm", "--set", "continuum.fraction_start=0.84"];
     refused(&alone, &["jobs/quickstart.toml: ", "continuum.fraction_start", "--set method=dem"]);
+}
+
+/// Grains beside a continuum on a grid are tested as those of planar shear are; what has no grains, or no continuum, is told so.
+#[test]
+fn grains_of_a_job_on_a_grid_are_tested() {
+    let load = |path: &str| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
+        Subject::of(&Job::load(&path, &[]).unwrap(), "job.toml")
+    };
+    let subject = load("jobs/triaxial.toml").unwrap();
+    assert_eq!((subject.taken_by, subject.stress), (["material", "file"], 100e3));
+    assert!(subject.now.is_some());
+    let wanted = Wanted { grains: 300, packings: 1, strain: 0.2 };
+    let tests = elements(&subject, wanted, 7);
+    assert_eq!(tests.len(), 3);
+    for test in tests {
+        let job = test.job().unwrap_or_else(|error| panic!("{}: {error}", test.name()));
+        assert_eq!((job.contact, job.seed, job.cell.periodic), (subject.piece.contact, 7, [true, true, false]));
+    }
+    let told = |path: &str| load(path).unwrap_err().to_string();
+    assert!(told("jobs/continuum/column_collapse.toml").contains("has no grains"));
+    assert!(told("jobs/element/uniaxial.toml").contains("no continuum to calibrate"));
 }

@@ -89,3 +89,57 @@ fn keys_schema_completions_and_manual() {
     let expanded = told(&scree(folder.path(), &["check", "--expand", "pour.toml"]));
     assert!(expanded.contains("checkpoints_kept = 3"), "{expanded}");
 }
+
+/// What grains in a cell have grains beside a continuum on a grid have too: export, dumps, contacts, frames of contacts, and a
+/// file of the material; `check` once sent for another remedy.
+#[test]
+fn a_grid_with_grains_has_what_grains_have() {
+    let folder = tempfile::tempdir().unwrap();
+    let gate = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gate/triaxial.toml");
+    let gate = gate.to_str().unwrap();
+    let set = ["--set", "method=dem", "--set", "output.contact_frames=true", "--set", "packing.cache=cache"];
+    let cache = format!("packing.cache={}", folder.path().join("cache").display());
+    let set: Vec<&str> =
+        set.into_iter().map(|word| if word == "packing.cache=cache" { &cache } else { word }).collect();
+    let ran = scree(folder.path(), &[&["run", gate, "--out", "run"], &set[..]].concat());
+    assert!(ran.status.success(), "{}", told(&ran));
+    assert!(folder.path().join("run/contacts.vtkhdf").is_file());
+    for files in [
+        ["--grains", "grains.csv", "--contacts", "contacts.csv"],
+        ["--grains", "grains.data", "--lammps-dump", "grains.dump"],
+    ] {
+        let exported = scree(folder.path(), &[&["export", "run"], &files[..]].concat());
+        assert!(exported.status.success(), "{}", told(&exported));
+    }
+    let grains = fs::read_to_string(folder.path().join("grains.csv")).unwrap();
+    let dump = fs::read_to_string(folder.path().join("grains.dump")).unwrap();
+    let atoms = dump.lines().skip_while(|line| !line.contains("NUMBER OF ATOMS")).nth(1).unwrap();
+    assert_eq!(atoms.parse::<usize>().unwrap(), grains.lines().count() - 1);
+    let mass = dump.lines().last().unwrap().split(' ').nth(12).unwrap().parse::<f64>().unwrap();
+    assert!(mass > 0.0, "grains have their mass: {mass}");
+    let contacts = fs::read_to_string(folder.path().join("contacts.csv")).unwrap();
+    assert!(contacts.starts_with("lower,higher,memory_") && contacts.lines().count() > 100);
+    let forces = scree(folder.path(), &["export", "run", "--grains", "forces.csv", "--forces"]);
+    assert!(!forces.status.success() && told(&forces).contains("Leave --velocities now and --forces out"));
+
+    let material = "[continuum]\nbulk_modulus = \"86.4 MPa\"\nshear_modulus = \"39.3 MPa\"\nfriction_angle_critical = 0.35\nfraction_critical = 0.815\ndilation_factor = 5\nsoftening_rate = 10\ncohesion = 0\n";
+    fs::write(folder.path().join("material.toml"), material).unwrap();
+    let text = fs::read_to_string(gate).unwrap();
+    let (from, to) = (text.find("bulk_modulus").unwrap(), text.find("fraction = 0.842").unwrap());
+    let of_file = format!("{}file = \"material.toml\"\n{}", &text[..from], &text[to..]);
+    let rest = of_file.replace("softening_rate = 10\n", "").replace("dilation_factor = 5\n", "");
+    fs::write(folder.path().join("of_file.toml"), rest).unwrap();
+    let expanded =
+        [gate, "of_file.toml"].map(|job| told(&scree(folder.path(), &["check", "--expand", job, "--set", &cache])));
+    assert!(expanded[0] == expanded[1], "{}\n{}", expanded[0], expanded[1]);
+}
+
+/// A missing acceleration of gravity was once shown with its value along every axis.
+#[test]
+fn gravity_is_shown_along_one_axis() {
+    let folder = tempfile::tempdir().unwrap();
+    let job = told(&scree(folder.path(), &["new", "continuum"])).replace("acceleration =", "# acceleration =");
+    fs::write(folder.path().join("job.toml"), job).unwrap();
+    let checked = told(&scree(folder.path(), &["check", "job.toml"]));
+    assert!(checked.contains("Add for example acceleration = [0, \"-9.81 m/s2\"]."), "{checked}");
+}

@@ -11,9 +11,9 @@ use super::cores::Placement;
 use super::start_threads_of;
 use crate::analysis::calibrate::element::Element;
 use crate::analysis::calibrate::fragment::in_unit;
-use crate::analysis::calibrate::{self, Calibration, KEYS, Wanted, elements, other_stress};
+use crate::analysis::calibrate::{self, Calibration, KEYS, Subject, Wanted, elements};
 use crate::base::error::Error;
-use crate::job::{Job, Scenario};
+use crate::job::Job;
 use crate::law::material::CriticalDruckerPrager;
 use crate::plot::report;
 use crate::run::results::{Results, unwritable};
@@ -60,22 +60,13 @@ pub(super) fn command(typed: &Calibrate, placement: &Placement, transport: &dyn 
             typed.strain
         )));
     }
-    let scenario = match Job::load(&typed.job, &typed.set)? {
-        Job::Shear(scenario) => scenario,
-        Job::Assembly(_) | Job::Mpm(_) => {
-            return Err(Error::User(format!(
-                "{}: only jobs of planar shear have both grains and a continuum to calibrate, and this one is of another kind. Give one with `method`.",
-                typed.job.display()
-            )));
-        }
-    };
-    calibrate::refuse_other_grains(&scenario, &typed.job.display().to_string())?;
+    let subject = Subject::of(&Job::load(&typed.job, &typed.set)?, &typed.job.display().to_string())?;
     let wanted = Wanted { grains: u64::from(typed.grains), packings: u64::from(typed.packings), strain: typed.strain };
-    let elements = elements(&scenario, wanted, scenario.seed);
+    let elements = elements(&subject, wanted, subject.piece.seed);
     // A job that cannot be tested leaves no folder behind.
     let job = |element: &Element| Ok((format!("{}.toml", element.name()), element.job()?.to_toml()));
     let jobs = elements.iter().map(job).collect::<Result<Vec<_>, Error>>()?;
-    let out = typed.out.clone().unwrap_or_else(|| Path::new("runs").join(format!("calibrate_{}", scenario.name)));
+    let out = typed.out.clone().unwrap_or_else(|| Path::new("runs").join(format!("calibrate_{}", subject.name)));
     fs::create_dir_all(&out).map_err(|error| unwritable(&out, &error))?;
     start_threads_of(placement)?;
 
@@ -83,13 +74,13 @@ pub(super) fn command(typed: &Calibrate, placement: &Placement, transport: &dyn 
     for (file, job) in &jobs {
         results.add(out.join(file), job);
     }
-    let calibration = calibrate::calibrate(&scenario, wanted)?;
+    let calibration = calibrate::calibrate(&subject, wanted)?;
     let command = typed.words();
-    results.add(out.join(FRAGMENT), &calibration.fragment(&scenario.name, &command));
-    let json = serde_json::to_string(&calibration.to_json(&scenario.name, &command)).expect("numbers are written");
+    results.add(out.join(FRAGMENT), &calibration.fragment(&subject.name, &command));
+    let json = serde_json::to_string(&calibration.to_json(&subject.name, &command)).expect("numbers are written");
     results.add(out.join(DATA), &(json + "\n"));
-    let page = report::write_calibration(&calibration, (&scenario, &command), &out, results)?;
-    Ok(told(&calibration, &scenario, &out, &page))
+    let page = report::write_calibration(&calibration, (&subject, &command), &out, results)?;
+    Ok(told(&calibration, &subject, &out, &page))
 }
 
 impl Calibrate {
@@ -109,11 +100,11 @@ impl Calibrate {
     }
 }
 
-fn told(calibration: &Calibration, scenario: &Scenario, out: &Path, page: &Path) -> String {
+fn told(calibration: &Calibration, subject: &Subject, out: &Path, page: &Path) -> String {
     let mut text = String::new();
     let mut line = |words: String| writeln!(text, "{words}").expect(STRING);
     line(format!("{:<26}{:>28}{:>14}{:>14}{:>14}", "", "calibrated", "deviation", "Table 2", "the job now"));
-    let now = scenario.method.has_points().then(|| CriticalDruckerPrager::of(&scenario.continuum.constants()));
+    let now = subject.now.as_ref().map(CriticalDruckerPrager::of);
     let or_none = |told: Option<String>| told.unwrap_or_else(|| "-".to_string());
     for key in &KEYS {
         let (_, spread) = calibration.figure(key);
@@ -126,7 +117,7 @@ fn told(calibration: &Calibration, scenario: &Scenario, out: &Path, page: &Path)
             or_none(now.as_ref().map(|law| in_unit(key, (key.of)(law), 4)))
         ));
     }
-    other_stress(scenario).into_iter().for_each(&mut line);
+    subject.other_stress.iter().cloned().for_each(&mut line);
     let quality = &calibration.quality;
     let [grains, law] = quality.peak;
     line(format!(
@@ -146,8 +137,10 @@ fn told(calibration: &Calibration, scenario: &Scenario, out: &Path, page: &Path)
         1e-6 * quality.secant[1]
     ));
     line(format!(
-        "The page is {}. In a job's [continuum], material = \"{}\" takes the place of these keys.",
+        "The page is {}. In the job's [{}], {} = \"{}\" takes the place of these keys.",
         page.display(),
+        subject.taken_by[0],
+        subject.taken_by[1],
         out.join(FRAGMENT).display()
     ));
     text

@@ -121,7 +121,7 @@ impl Assembly {
     }
 
     /// What a job is before it is read.
-    pub(super) fn blank() -> Self {
+    pub(crate) fn blank() -> Self {
         Self {
             name: String::new(),
             seed: 1,

@@ -4,15 +4,15 @@
 //! All are slow against t_p = d sqrt(rho/p), in which the stress moves a grain by its own size: a rate of strain times t_p is
 //! the inertial number I (da Cruz et al. 2005), and below 1e-3 grains flow as if they had all the time there is.
 
+use super::Subject;
 use super::fit::Shear;
 use crate::base::error::Error;
-use crate::base::math;
+use crate::base::math::{self, PI};
 use crate::base::space::Plane;
-use crate::dem::motion::Damping;
 use crate::dem::sample::Sample;
 use crate::domain::stop::{self, Wish};
-use crate::job::assembly::{Assembly, Cell, CellServo, Matter, Packed, Preparation, Sizes, Source, Velocities};
-use crate::job::{BLOCK_OF_DISCS, Job, Output, Scenario, derived};
+use crate::job::assembly::{Assembly, Cell, CellServo};
+use crate::job::{Job, Output, derived, figures};
 use crate::law::contact::Contact;
 use crate::prepare::grain_world;
 
@@ -47,7 +47,7 @@ pub enum Test {
 #[derive(Clone, Copy, Debug)]
 pub struct Element<'a> {
     /// Whose grains they are, made and tested under its packing's stress.
-    pub scenario: &'a Scenario,
+    pub subject: &'a Subject,
     /// The job's law, or the same without cohesion.
     pub contact: Contact,
     pub test: Test,
@@ -112,18 +112,18 @@ impl Test {
 impl Element<'_> {
     /// Of the test, and of its file.
     pub fn name(&self) -> String {
-        let without = if self.contact == self.scenario.contact { "" } else { "_without_cohesion" };
+        let without = if self.contact == self.subject.piece.contact { "" } else { "_without_cohesion" };
         format!("{}{without}", self.test.name())
     }
 
     /// Of the packing, and of the shear; Pa.
     pub fn stress(&self) -> f64 {
-        self.scenario.packing.stress
+        self.subject.stress
     }
 
     /// Rate of strain, 1/s.
     pub fn rate(&self) -> f64 {
-        let grains = &self.scenario.grains;
+        let grains = &self.subject.piece.matter;
         self.test.inertial() / (grains.diameter_mean * (grains.density / self.stress()).sqrt())
     }
 
@@ -137,12 +137,14 @@ impl Element<'_> {
     }
 
     fn assembly(&self) -> Assembly {
-        let (scenario, grains, packing) = (self.scenario, &self.scenario.grains, &self.scenario.packing);
-        let side = (self.grains as f64 * derived::grain_area_mean(scenario) / derived::FRACTION_DENSE).sqrt();
+        let stress = self.stress();
+        let packed = self.subject.packed(self.grains, self.seed, ENERGY_RATIO_MOST);
+        let square = figures::sizes(&packed).map_or(0.0, |sizes| sizes.power_mean(2));
+        let side = (self.grains as f64 * (0.25 * PI * square) / derived::FRACTION_DENSE).sqrt();
         let rate = self.rate();
         let servo = match self.test {
             Test::Shear { .. } => {
-                let stress = [None, Some(-packing.stress), None];
+                let stress = [None, Some(-stress), None];
                 let (gain, interval) = (CellServo::GAIN, CellServo::INTERVAL);
                 Some(CellServo { stress, rate_max: STRETCH_MOST * rate, gain, interval })
             }
@@ -150,44 +152,23 @@ impl Element<'_> {
         };
         let end = self.test.strain_end() / rate;
         Assembly {
-            name: format!("{}_{}_{}", scenario.name, self.name(), self.seed),
-            seed: self.seed,
+            name: format!("{}_{}_{}", self.subject.name, self.name(), self.seed),
             cell: Cell {
-                dimension: 2,
-                lower: [0.0; 3],
                 upper: [side, side, 0.0],
                 periodic: [true, true, false],
-                depth: scenario.specimen.depth,
                 gradient: self.test.gradient(rate),
                 servo,
+                ..packed.cell.clone()
             },
-            matter: Matter { density: grains.density, diameter_mean: grains.diameter_mean },
-            source: Source::Packed(Packed {
-                sizes: Sizes::Normal { mean: grains.diameter_mean, deviation: grains.diameter_deviation },
-                count: self.grains,
-                preparation: Preparation::Compress { stress: packing.stress, fraction: None, unloaded: None },
-                friction: packing.friction,
-                fraction_start: packing.fraction_start,
-                energy_ratio_max: packing.energy_ratio_max.min(ENERGY_RATIO_MOST),
-                cache: packing.cache.clone(),
-            }),
             contact: self.contact,
-            damping: Damping::default(),
-            gravity: [0.0; 3],
-            bodies: Vec::new(),
-            step: scenario.time.step,
             end,
-            velocities: Velocities::Now,
-            allow_unstable: false,
-            skin: scenario.decomposition.skin,
-            block: BLOCK_OF_DISCS * grains.diameter_mean,
             output: Output {
                 series_interval: self.test.strain_of_row() / rate,
                 frame_interval: end,
                 checkpoint_interval: end,
-                ..scenario.output
+                ..packed.output
             },
-            ledger: false,
+            ..packed
         }
     }
 

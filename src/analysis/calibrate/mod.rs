@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::base::error::Error;
 use crate::base::math;
-use crate::job::{MATERIAL_KEYS, Scenario, significant};
+use crate::job::MATERIAL_KEYS;
 use crate::law::material::CriticalDruckerPrager;
 
 pub mod element;
@@ -17,6 +17,9 @@ pub mod fit;
 pub mod fragment;
 mod least_squares;
 pub mod path;
+mod subject;
+
+pub use subject::Subject;
 
 use element::{Element, Row, Test};
 use fit::{Fit, Quality, Shear, axial, fit, modulus, pressure};
@@ -81,39 +84,11 @@ pub const KEYS: [Key; 7] = {
     ]
 };
 
-/// Refuses a job whose grains are not those that would be tested; `file` is that of the job.
-pub fn refuse_other_grains(scenario: &Scenario, file: &str) -> Result<(), Error> {
-    if let Some(given) = &scenario.grains.file {
-        return Err(Error::User(format!(
-            "{file}: grains.file = \"{}\" gives the packing, and calibration makes packings of its own by grains.diameter_mean, grains.diameter_deviation and [packing]: what it finds would not be of these grains. Calibrate a copy of the job without grains.file whose [packing] makes grains like them.",
-            given.display()
-        )));
-    }
-    if !scenario.moves_grains() {
-        return Err(Error::User(format!(
-            "{file}: with method = \"mpm\" and continuum.fraction_start this job has no grains at any time, and its [contact] binds nothing. Remove continuum.fraction_start, so that the continuum starts from a packing of these grains; or, if [grains], [contact] and [packing] are those of the material, add --set method=dem."
-        )));
-    }
-    Ok(())
-}
-
-/// Where packings are made under another stress than that which the job shears them at.
-pub fn other_stress(scenario: &Scenario) -> Option<String> {
-    let [packed, loaded] = [scenario.packing.stress, scenario.loading.stress_normal].map(|stress| 1e-3 * stress);
-    (packed != loaded).then(|| {
-        format!(
-            "Made and tested under packing.stress = {} kPa, these are not the figures at loading.stress_normal = {} kPa: stiffness and dilation hang on the stress.",
-            significant(packed, 6),
-            significant(loaded, 6)
-        )
-    })
-}
-
 /// Makes the packings, tests them and fits. Nothing depends on how many threads do it.
-pub fn calibrate(scenario: &Scenario, wanted: Wanted) -> Result<Calibration, Error> {
-    let seeds: Vec<u64> = (0..wanted.packings).map(|number| scenario.seed + number).collect();
+pub fn calibrate(subject: &Subject, wanted: Wanted) -> Result<Calibration, Error> {
+    let seeds: Vec<u64> = (0..wanted.packings).map(|number| subject.piece.seed + number).collect();
     let specimens =
-        seeds.into_par_iter().map(|seed| specimen(scenario, wanted, seed)).collect::<Result<Vec<Specimen>, Error>>()?;
+        seeds.into_par_iter().map(|seed| specimen(subject, wanted, seed)).collect::<Result<Vec<Specimen>, Error>>()?;
     let mean = |of: fn(&CriticalDruckerPrager) -> f64| {
         specimens.iter().map(|specimen| of(&specimen.fit.law)).sum::<f64>() / specimens.len() as f64
     };
@@ -122,14 +97,14 @@ pub fn calibrate(scenario: &Scenario, wanted: Wanted) -> Result<Calibration, Err
     let dry: Vec<&Shear> = specimens.iter().filter_map(|specimen| specimen.dry.as_ref()).collect();
     let fit = fit_with(&dry, &tests, moduli)?;
     let quality = Quality::of(&fit.law, &tests).expect("the law that was fitted follows the tests");
-    Ok(Calibration { wanted, stress: scenario.packing.stress, specimens, fit, quality })
+    Ok(Calibration { wanted, stress: subject.stress, specimens, fit, quality })
 }
 
 /// The tests of one packing, in the order that they are done in: two compressions, the shear, and where grains cohere the
 /// shear without.
-pub fn elements(scenario: &Scenario, wanted: Wanted, seed: u64) -> Vec<Element<'_>> {
-    let of = |test, contact| Element { scenario, contact, test, grains: wanted.grains, seed };
-    let (contact, shear) = (scenario.contact, Test::Shear { strain: wanted.strain });
+pub fn elements(subject: &Subject, wanted: Wanted, seed: u64) -> Vec<Element<'_>> {
+    let of = |test, contact| Element { subject, contact, test, grains: wanted.grains, seed };
+    let (contact, shear) = (subject.piece.contact, Test::Shear { strain: wanted.strain });
     let mut elements = vec![of(Test::Isotropic, contact), of(Test::Uniaxial, contact), of(shear, contact)];
     let dry = contact.without_cohesion();
     elements.extend((dry != contact).then(|| of(shear, dry)));
@@ -148,8 +123,8 @@ fn fit_with(dry: &[&Shear], tests: &[&Shear], moduli: [f64; 2]) -> Result<Fit, E
     Ok(fit)
 }
 
-fn specimen(scenario: &Scenario, wanted: Wanted, seed: u64) -> Result<Specimen, Error> {
-    let elements = elements(scenario, wanted, seed);
+fn specimen(subject: &Subject, wanted: Wanted, seed: u64) -> Result<Specimen, Error> {
+    let elements = elements(subject, wanted, seed);
     let [isotropic, uniaxial, shear, without @ ..] = elements.as_slice() else { unreachable!("three tests at least") };
     let (isotropic, uniaxial) = (isotropic.measure()?, uniaxial.measure()?);
     let (bulk, p_wave) = (modulus(&isotropic, pressure), modulus(&uniaxial, axial));

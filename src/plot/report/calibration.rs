@@ -9,8 +9,7 @@ use super::{WIDTH, colour};
 use crate::analysis::calibrate::element::{INERTIAL_COMPRESSION, INERTIAL_SHEAR, Row, STRAIN_SMALL};
 use crate::analysis::calibrate::fit::{Shear, axial, compression, friction, pressure, response, smoothed};
 use crate::analysis::calibrate::fragment::in_unit;
-use crate::analysis::calibrate::{Calibration, KEYS, Specimen, other_stress};
-use crate::job::Scenario;
+use crate::analysis::calibrate::{Calibration, KEYS, Specimen, Subject};
 
 /// Shear strain of the close view.
 const STRAIN_CLOSE: f64 = 0.06;
@@ -27,12 +26,12 @@ pub fn drawings(calibration: &Calibration) -> Vec<(&'static str, String)> {
 /// The whole page around the drawings.
 pub fn page(
     calibration: &Calibration,
-    scenario: &Scenario,
+    subject: &Subject,
     command: &str,
     drawings: &[(&'static str, String)],
 ) -> String {
-    let title = escape(&format!("Calibration of {}", scenario.name));
-    let mut body = format!("<h1>{title}</h1>\n<p class=\"lead\">{}</p>\n", escape(&lead(calibration, scenario)));
+    let title = escape(&format!("Calibration of {}", subject.name));
+    let mut body = format!("<h1>{title}</h1>\n<p class=\"lead\">{}</p>\n", escape(&lead(calibration, subject)));
     for (index, (name, drawing)) in drawings.iter().enumerate() {
         figure(&mut body, index + 1, drawing, caption(name));
     }
@@ -46,12 +45,12 @@ pub fn page(
          <details><summary>The complete scenario</summary>\n<pre>{}</pre>\n</details>\n",
         crate::base::program::name(),
         escape(command),
-        escape(&scenario.to_toml())
+        escape(&subject.text)
     );
     whole(&title, &body)
 }
 
-fn lead(calibration: &Calibration, scenario: &Scenario) -> String {
+fn lead(calibration: &Calibration, subject: &Subject) -> String {
     let quality = &calibration.quality;
     let [grains, law] = quality.peak;
     let mut words = format!(
@@ -71,7 +70,7 @@ fn lead(calibration: &Calibration, scenario: &Scenario) -> String {
         significant(law[0], 3),
         percent(law[1]),
     );
-    if let Some(other) = other_stress(scenario) {
+    if let Some(other) = &subject.other_stress {
         words += &format!(" {other}");
     }
     words

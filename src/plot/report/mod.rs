@@ -7,9 +7,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::analysis::calibrate::Calibration;
+use crate::analysis::calibrate::Subject;
 use crate::base::error::Error;
 use crate::bench::scaling::Scaling;
-use crate::job::Scenario;
 use crate::job::schema::Kind;
 use crate::run::results::{Results, unwritable};
 
@@ -122,14 +122,14 @@ pub fn write_scaling(scaling: &Scaling, out: &Path) -> Result<PathBuf, Error> {
 /// beside it; returns where the page is.
 pub fn write_calibration(
     calibration: &Calibration,
-    (scenario, command): (&Scenario, &str),
+    (subject, command): (&Subject, &str),
     out: &Path,
     results: Results,
 ) -> Result<PathBuf, Error> {
     let drawings = calibration::drawings(calibration);
     let mut sheaf = Sheaf { results, ..Sheaf::of(out.join("calibration.html")) };
     drawings.iter().for_each(|(name, drawing)| sheaf.add_drawing(&format!("{name}.svg"), drawing));
-    sheaf.finish(&calibration::page(calibration, scenario, command, &drawings), None)
+    sheaf.finish(&calibration::page(calibration, subject, command, &drawings), None)
 }
 
 /// A page with all that lies beside it.
