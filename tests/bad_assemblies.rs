@@ -240,12 +240,12 @@ fn a_cohesion_that_reaches_across_blocks() {
 
 #[test]
 fn grains_that_are_neither_read_nor_made() {
-    GOOD.refused(
+    GOOD.refused_among(
         "count = 100\n",
         "",
         "job.toml:10: [grains] says neither where grains are read from nor how many are made. Add file = \"grains.csv\", or count = 400.",
     );
-    GOOD.refused(
+    GOOD.refused_among(
         "count = 100",
         "file = \"g.csv\"",
         "job.toml:13: grains.distribution = \"uniform\" is for grains to be made, and grains.file says that they are read. Remove one of the two.",
@@ -319,22 +319,22 @@ fn a_key_of_another_shape() {
 
 #[test]
 fn a_motion_that_contradicts_itself() {
-    GOOD.refused(
+    GOOD.refused_among(
         "velocity = [\"1 cm/s\", 0]",
         "velocity = [0, \"1 cm/s\"]",
         "job.toml:44: body.velocity = [0, \"1 cm/s\"] moves the body along the direction of its servo, which moves it there by itself. Remove that component.",
     );
-    GOOD.refused(
+    GOOD.refused_among(
         "velocity = [\"1 cm/s\", 0]",
         "velocity = [\"1 cm/s\", 0]\nspin = \"3 rad/s\"",
         "job.toml:45: body.spin = \"3 rad/s\" turns a body that cannot turn: only a cylinder spins, and in space a plane about its normal. Remove the spin.",
     );
-    GOOD.refused(
+    GOOD.refused_among(
         "velocity = [\"1 cm/s\", 0]",
         "path = [{time = 0}, {time = \"1 s\"}, {time = 0.5}]",
         "job.toml:44: body.path.time = 0.5 does not come after the time before it. Put the path in order.",
     );
-    GOOD.refused(
+    GOOD.refused_among(
         "force = \"5 N\"",
         "force = \"5 N\", stress = \"1 kPa\"",
         "job.toml:45: body.servo.force = \"5 N\" stands beside a stress or an area, and each says what the body is held at. Keep force, or stress and area.",

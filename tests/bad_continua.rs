@@ -118,17 +118,17 @@ fn a_continuum_where_planar_shear_is_wanted() {
 
 #[test]
 fn tables_and_keys_of_other_jobs() {
-    GOOD.refused(
+    GOOD.refused_among(
         "[gravity]\n",
         "[specimen]\nwidth = 1\n\n[gravity]\n",
         "job.toml:35: there is no table [specimen]. It belongs to jobs of planar shear, and this job is a continuum on a grid because it has a table [grid]. Remove one of the two.",
     );
-    GOOD.refused(
+    GOOD.refused_among(
         "[gravity]\n",
         "[cell]\nspace = \"plane\"\n\n[gravity]\n",
         "job.toml:3: there is no table [grid]. It belongs to continua on a grid, and this job is an assembly of grains because it has a table [cell]. Remove one of the two.",
     );
-    GOOD.refused(
+    GOOD.refused_among(
         "name = \"good\"",
         "name = \"good\"\nmethod = \"mpm\"",
         "job.toml:2: method = \"mpm\" is for jobs with grains, and this one has none. Add [grains], or remove the line.",
@@ -266,12 +266,12 @@ fn words_that_are_no_choice() {
 
 #[test]
 fn keys_of_another_law() {
-    GOOD.refused(
+    GOOD.refused_among(
         "cohesion = \"1 kPa\"",
         "poisson_ratio = 0.3",
         "job.toml:28: material.poisson_ratio = 0.3 belongs to law = \"linear_elastic\" or \"hencky\", and here law is \"critical_drucker_prager\". Remove the line, or change law.",
     );
-    GOOD.refused(
+    GOOD.refused_among(
         "law = \"critical_drucker_prager\"",
         "law = \"hencky\"",
         "job.toml:23: material.friction_angle_critical = \"30 deg\" belongs to law = \"critical_drucker_prager\", and here law is \"hencky\". Remove the line, or change law.",
@@ -499,17 +499,17 @@ fn blocks_that_do_not_fill_a_period() {
 
 #[test]
 fn geostatic_stress_without_gravity() {
-    GOOD.refused(
+    GOOD.refused_among(
         "acceleration = [0, \"-9.81 m/s2\"]",
         "acceleration = [0, 0]",
         "job.toml:31: stress.kind = \"geostatic\" is the stress under gravity along one axis, and gravity.acceleration is not. Write for example gravity.acceleration = [0, \"-9.81 m/s2\"].",
     );
-    GOOD.refused(
+    GOOD.refused_among(
         "acceleration = [0, \"-9.81 m/s2\"]",
         "acceleration = [1, \"-9.81 m/s2\"]",
         "job.toml:31: stress.kind = \"geostatic\" is the stress under gravity along one axis, and gravity.acceleration is not. Write for example gravity.acceleration = [0, \"-9.81 m/s2\"].",
     );
-    GOOD.refused(
+    GOOD.refused_among(
         "acceleration = [0, \"-9.81 m/s2\"]",
         "acceleration = [0, \"-9.81 m/s2\"]\nramp = \"1 s\"",
         "job.toml:31: stress.kind = \"geostatic\" balances gravity from the start, and gravity.ramp raises it from zero. Remove gravity.ramp, or the stress.",
@@ -518,7 +518,7 @@ fn geostatic_stress_without_gravity() {
         "stress.surface=3 m",
         "--set: stress.surface = \"3 m\" lies outside of the grid, which reaches from 0 to 2 m along y. Move it inside.",
     );
-    GOOD.refused(
+    GOOD.refused_among(
         "k0 = 0.5",
         "pressure = \"1 kPa\"",
         "job.toml:33: stress.pressure = \"1 kPa\" belongs to kind = \"isotropic\", and here kind is \"geostatic\". Remove the line, or change kind.",
@@ -527,17 +527,17 @@ fn geostatic_stress_without_gravity() {
 
 #[test]
 fn a_load_that_meets_no_surface() {
-    GOOD.refused(
+    GOOD.refused_among(
         "lower = [0, \"0.5 m\"]",
         "lower = [0, \"1.5 m\"]",
         "job.toml:69: load.face = \"y_upper\" meets no surface: no point within the window of the load is bare on that side. Move lower and upper, or take another face.",
     );
-    GOOD.refused(
+    GOOD.refused_among(
         "lower = [0, \"0.5 m\"]",
         "lower = [\"1 m\", \"0.5 m\"]",
         "job.toml:71: load.upper = [\"1 m\", \"2 m\"] leaves no window: its upper corner must be more than its lower one along every axis.",
     );
-    GOOD.refused(
+    GOOD.refused_among(
         "pressure = \"10 kPa\"",
         "traction = [0, \"-10 kPa\"]",
         "job.toml:73: load.traction = [0, \"-10 kPa\"] belongs to kind = \"traction\", and here kind is \"pressure\". Remove the line, or change kind.",

@@ -257,17 +257,17 @@ fn a_time_step_that_waves_outrun() {
 /// Every key of a law that the job does not have is named with its owner.
 #[test]
 fn a_key_of_another_contact_law() {
-    GOOD.refused(
+    GOOD.refused_among(
         "friction = 0.5",
         "friction = 0.5\nrolling_limit = 0.05",
         "job.toml:19: contact.rolling_limit = 0.05 belongs to law = \"elastic_rolling\", and here law is \"linear\", by default. Remove the line, or change law.",
     );
-    GOOD.refused(
+    GOOD.refused_among(
         "friction = 0.5",
         "friction = 0.5\nlaw = \"elastic_rolling\"",
         "job.toml:14: contact.stiffness_normal = 1772093.8 belongs to law = \"linear\" or \"linear_cohesive\", and here law is \"elastic_rolling\". Remove the line, or change law.",
     );
-    GOOD.refused(
+    GOOD.refused_among(
         "friction = 0.5",
         "friction = 0.5\nlaw = \"hertz\"",
         "job.toml:19: contact.law = \"hertz\" is no contact law: write \"linear\", \"linear_cohesive\", \"elastic_rolling\" or \"hertz_mindlin\".",

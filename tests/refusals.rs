@@ -18,13 +18,13 @@ impl Good {
         refused_text(&self.0.replace(right, wrong), &[], message);
     }
 
-    /// One of the messages that the good job with `right` replaced by `wrong` is refused with: more than one thing is wrong then.
+    /// A message that the good job with `right` replaced by `wrong` is refused with, where more than one thing may be wrong then.
     #[track_caller]
     pub fn refused_among(&self, right: &str, wrong: &str, message: &str) {
         assert_eq!(self.0.matches(right).count(), 1, "the good job has {right} once");
         let error = Job::parse(&self.0.replace(right, wrong), "job.toml", &[]).expect_err("the job is wrong");
         let told = without_excerpts(&error.to_string());
-        assert!(told.contains(" mistakes.\n\n") && told.split("\n\n").any(|one| one == message), "{told}");
+        assert!(told.split("\n\n").any(|one| one == message), "{told}");
     }
 
     /// The message that the good job is refused with under an override.
