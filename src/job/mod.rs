@@ -43,7 +43,8 @@ pub enum Method {
 }
 
 impl Method {
-    const NAMES: [(&'static str, Self); 3] = [("hybrid", Self::Hybrid), ("dem", Self::Dem), ("mpm", Self::Mpm)];
+    pub(crate) const NAMES: [(&'static str, Self); 3] =
+        [("hybrid", Self::Hybrid), ("dem", Self::Dem), ("mpm", Self::Mpm)];
 
     fn keys(&mut self, form: &mut dyn Form, about: &'static str) {
         choose(form, self, "method", text("method", about, "\"hybrid\""), &Self::NAMES);

@@ -198,16 +198,21 @@ fn merge(properties: &mut Map<String, Value>, name: &str, new: Value) {
     match properties.get_mut(name) {
         None => drop(properties.insert(name.to_string(), new)),
         Some(old) if *old == new => {}
-        Some(old) => match (old.get_mut("properties"), new.get("properties")) {
-            (Some(Value::Object(old)), Some(Value::Object(new))) => {
-                new.iter().for_each(|(name, value)| merge(old, name, value.clone()));
+        Some(old) => {
+            for place in ["/properties", "/items/properties"] {
+                if let (Some(Value::Object(old)), Some(Value::Object(new))) =
+                    (old.pointer_mut(place), new.pointer(place))
+                {
+                    new.iter().for_each(|(name, value)| merge(old, name, value.clone()));
+                    return;
+                }
             }
-            _ => match old.get_mut("anyOf") {
+            match old.get_mut("anyOf") {
                 Some(Value::Array(choices)) if !choices.contains(&new) => choices.push(new),
                 Some(_) => {}
                 None => *old = json!({ "anyOf": [old.clone(), new] }),
-            },
-        },
+            }
+        }
     }
 }
 

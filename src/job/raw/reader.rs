@@ -52,6 +52,12 @@ impl<'a> Reader<'a> {
         self.find(key).is_some_and(|(_, entry)| entry.place == Place::Set)
     }
 
+    /// Whether a key says something that is none of these names.
+    pub fn is_none_of(&self, key: &str, names: &[&str]) -> bool {
+        let typed = self.find(key).map(|(_, entry)| &entry.node.value);
+        typed.is_some_and(|value| !matches!(value, Value::Text(text) if names.contains(&text.as_str())))
+    }
+
     /// Whether the table was typed at all.
     pub fn is_typed(&self) -> bool {
         self.node.is_some()
@@ -535,7 +541,10 @@ impl Form for Reader<'_> {
     }
 
     fn note_table(&mut self, problem: &str) {
-        self.add(self.refusal_of_table(problem));
+        // A table that is missing is noted as one.
+        if self.is_typed() {
+            self.add(self.refusal_of_table(problem));
+        }
     }
 }
 

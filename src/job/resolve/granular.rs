@@ -31,7 +31,7 @@ pub fn granular(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>)
     if !grains.is_typed() {
         let asleep = TABLES.map(|name| typed.table(name, false, why));
         for table in asleep.iter().filter(|table| table.is_typed()) {
-            typed.note_together(
+            table.add(
                 table.refusal_of_table("is for jobs with grains, and this one has none. Add [grains], or remove it."),
             );
         }
@@ -39,7 +39,7 @@ pub fn granular(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>)
         let only = [(top, "method"), (top, "seed"), (top, "band"), (time, "grain_steps"), (&cut, "skin")];
         for (table, key) in only.into_iter().filter(|(table, key)| table.has(key)) {
             let problem = "is for jobs with grains, and this one has none. Add [grains], or remove the line.";
-            typed.note_together(table.refusal(key, problem));
+            table.clone().note(key, problem);
         }
         return Ok(None);
     }

@@ -38,6 +38,7 @@ pub fn file_of(job: &Reader<'_>, name: &'static str) -> Result<Option<Typed>, Er
     }
     let file = Typed::parse(&read(&path)?, &path.display().to_string(), &[])?;
     file.note_all_but(TABLE, &KEYS, "a file of a material");
+    file.stop_if_wrong()?;
     Ok(Some(file))
 }
 

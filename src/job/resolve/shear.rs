@@ -33,6 +33,10 @@ pub fn scenario(typed: &Typed) -> Result<Scenario, Error> {
     let mut job = Scenario::asleep();
     job.head(&mut top);
     check_name(&top, &job.name);
+    if top.is_none_of("method", &Method::NAMES.map(|(name, _)| name)) {
+        // What else a job needs hangs on it.
+        typed.stop_if_wrong()?;
+    }
     let method = job.method;
     let why = format!("method = \"{}\"", method.name());
 
