@@ -128,7 +128,10 @@ pub fn with_derived(mut columns: Vec<Column>) -> Vec<Column> {
     let mut derived = Vec::new();
     let mut add = |name: &str, values: Vec<f64>| derived.push(Column { name: name.to_owned(), values });
     if let Some((contacts, grains)) = of("contacts").zip(of("grains")) {
-        add("contacts_of_a_grain", contacts.iter().zip(grains).map(|(contacts, grains)| 2.0 * contacts / grains).collect());
+        add(
+            "contacts_of_a_grain",
+            contacts.iter().zip(grains).map(|(contacts, grains)| 2.0 * contacts / grains).collect(),
+        );
     }
     for (name, volume) in [("volume_change", of("volume")), ("volume_strain", of("enclosed_volume"))] {
         if let Some(volume) = volume {
@@ -181,8 +184,14 @@ mod tests {
     #[test]
     fn columns_are_known_by_their_names() {
         let told = |name: &str| describe(name).words;
-        assert_eq!([told("x_lower_force"), told("x_wall_force"), told("corner_p")], ["face x_lower", "x_wall", "corner"]);
-        assert_eq!((describe("stress_yy").sign, describe("stress_xy").sign, describe("corner_p").sign), (-1.0, 1.0, -1.0));
+        assert_eq!(
+            [told("x_lower_force"), told("x_wall_force"), told("corner_p")],
+            ["face x_lower", "x_wall", "corner"]
+        );
+        assert_eq!(
+            (describe("stress_yy").sign, describe("stress_xy").sign, describe("corner_p").sign),
+            (-1.0, 1.0, -1.0)
+        );
         assert_eq!(describe("corner_plastic_strain").words, "corner");
         assert_eq!(describe("energy_lost_transfer").quantity, Quantity::Number);
     }

@@ -101,20 +101,23 @@ impl Drive {
     /// The largest component of a cell's velocity gradient: along an axis logarithmic strain, since the start of the run.
     fn of_cell(run: &Run) -> Result<Option<Self>, Error> {
         let Some(rows) = run.value("cell.velocity_gradient").and_then(Value::as_array) else { return Ok(None) };
-        let entries = rows.iter().enumerate().flat_map(|(i, row)| {
-            numbers(Some(row)).into_iter().enumerate().map(move |(j, rate)| ([i, j], rate))
-        });
+        let entries = rows
+            .iter()
+            .enumerate()
+            .flat_map(|(i, row)| numbers(Some(row)).into_iter().enumerate().map(move |(j, rate)| ([i, j], rate)));
         let largest = entries.reduce(|best, other| if other.1.abs() > best.1.abs() { other } else { best });
         let Some(([i, j], rate)) = largest.filter(|(_, rate)| *rate != 0.0) else { return Ok(None) };
         let column = |what: &str, [i, j]: [usize; 2]| run.whole(&format!("{what}_{}{}", AXES[i], AXES[j]));
         let (own, along) = (column("edge", [i, j])?, column("edge", [j, j])?);
-        let deformed = |row: usize| if i == j { math::ln(own[row] / own[0]) } else { own[row] / along[row] - own[0] / along[0] };
+        let deformed =
+            |row: usize| if i == j { math::ln(own[row] / own[0]) } else { own[row] / along[row] - own[0] / along[0] };
         let (sign, first) = (rate.signum(), rate.abs() * run.column("time")[0]);
         let values = (0..own.len()).map(|row| first + sign * deformed(row)).collect();
         let stress = column("stress", [i, j])?.iter().map(|stress| sign * stress).collect();
         let words = if i == j { ["axial strain", "axial stress"] } else { ["shear strain", "shear stress"] };
         let of = [AXES[i], AXES[j]].concat();
-        let how = format!("component {of} of the mean stress of the contacts, against that of the cell\u{2019}s strain");
+        let how =
+            format!("component {of} of the mean stress of the contacts, against that of the cell\u{2019}s strain");
         Ok(Some(Self { how, ..Self::strain(words[0], values, (words[1], stress)) }))
     }
 }
@@ -146,7 +149,8 @@ impl Press {
         let velocities = path.iter().map(|point| numbers(point.get("velocity"))).filter(|of| of.len() == axes);
         let speed = |velocity: &[f64]| velocity.iter().map(|component| component * component).sum::<f64>();
         let fastest = velocities.max_by(|a, b| speed(a).total_cmp(&speed(b))).filter(|of| speed(of) > 0.0)?;
-        let axis = (0..axes).reduce(|best, axis| if fastest[axis].abs() > fastest[best].abs() { axis } else { best })?;
+        let axis =
+            (0..axes).reduce(|best, axis| if fastest[axis].abs() > fastest[best].abs() { axis } else { best })?;
         let list = |key: &str| Some(numbers(body.get(key))).filter(|list| list.len() == axes);
         let extents = |ends: &[[f64; 2]]| ends.iter().map(|[lower, upper]| upper - lower).collect::<Vec<_>>();
         let own = match (list("lower").zip(list("upper")), body.get("radius").and_then(as_number)) {
@@ -174,7 +178,11 @@ impl Press {
         let name = format!("{}_{what}_{}", self.name, AXES[self.axis]);
         run.whole(&name).map_err(|_| {
             let path = run.directory.join("series.csv");
-            broken(&path, &format!("has no whole column `{name}`"), "Resume the run; it takes the file up where the checkpoint left it")
+            broken(
+                &path,
+                &format!("has no whole column `{name}`"),
+                "Resume the run; it takes the file up where the checkpoint left it",
+            )
         })
     }
 
@@ -261,9 +269,8 @@ mod tests {
             ("stress_xy", [5.0, 6.0]),
             ("stress_yy", [-50.0, -60.0]),
         ];
-        let of = |gradient: &str| {
-            Drive::of(&run(&format!("[cell]\nvelocity_gradient = {gradient}\n"), &columns)).unwrap()
-        };
+        let of =
+            |gradient: &str| Drive::of(&run(&format!("[cell]\nvelocity_gradient = {gradient}\n"), &columns)).unwrap();
         let shear = of("[[0.0, 0.01], [0.0, 0.0]]");
         assert!((shear.values[0] - 0.01).abs() < 1e-12 && (shear.values[1] - 0.04).abs() < 1e-12, "{shear:?}");
         assert_eq!((shear.words.as_str(), shear.stress.unwrap().values), ("shear strain", vec![5.0, 6.0]));
@@ -277,6 +284,9 @@ mod tests {
     fn a_body_in_a_cell_has_a_way_alone() {
         let body = "[cell]\n[[body]]\nname = \"lid\"\npath = [{time = 0.0, velocity = [0.0, -1.0]}]\n";
         let drive = Drive::of(&run(body, &[("time", [1.0, 2.0]), ("lid_displacement_y", [-0.1, -0.2])])).unwrap();
-        assert_eq!((drive.measure, drive.words.as_str(), drive.values), (Measure::Length, "displacement of lid", vec![0.1, 0.2]));
+        assert_eq!(
+            (drive.measure, drive.words.as_str(), drive.values),
+            (Measure::Length, "displacement of lid", vec![0.1, 0.2])
+        );
     }
 }

@@ -118,9 +118,7 @@ impl Run {
 
     /// A number of the scenario that there is no run without.
     pub fn needed(&self, path: &str) -> Result<f64, Error> {
-        let told = || {
-            broken(&self.directory.join("scenario.toml"), &format!("has no positive number `{path}`"), COPY)
-        };
+        let told = || broken(&self.directory.join("scenario.toml"), &format!("has no positive number `{path}`"), COPY);
         self.number(path).filter(|value| *value > 0.0).ok_or_else(told)
     }
 
@@ -172,7 +170,8 @@ impl Run {
 
     /// 2 or 3.
     pub fn dimension(&self) -> usize {
-        let is_solid = |table: &str| self.value(&format!("{table}.space")).and_then(toml::Value::as_str) == Some("solid");
+        let is_solid =
+            |table: &str| self.value(&format!("{table}.space")).and_then(toml::Value::as_str) == Some("solid");
         if is_solid("grid") || is_solid("cell") { 3 } else { 2 }
     }
 

@@ -58,40 +58,6 @@ mod tests {
             let body = |id: i64| Body { id, position: [0.1, 1e-3 * id as f64], weight, radius, ..Body::default() };
             Snapshot { bodies: (0..9).map(body).collect(), ..Snapshot::default() }
         };
-        let [before, now] = pairs.fold([0.0; 2], |sum, pair| [sum[0] + pair[0], sum[1] + pair[1]]);
-        (before > 0.0).then(|| now / before - 1.0)
-    }
-
-    /// Share of their space that the grains among these bodies fill.
-    pub fn fraction(&self, bodies: &[Body]) -> Option<f64> {
-        let grains = bodies.iter().filter(|body| body.kind == Kind::Grain);
-        let pairs = grains.filter_map(|body| Some([body.area(), body.weight * self.area(body)?]));
-        let [full, space] = pairs.fold([0.0; 2], |sum, pair| [sum[0] + pair[0], sum[1] + pair[1]]);
-        (space > 0.0).then(|| full / space)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A band's points had half of their weight left when its zone had grown over them, and its volume strain was told as -44 %.
-    #[test]
-    fn points_that_a_zone_has_grown_over_do_not_shrink() {
-        let span = Span { left: 0.0, width: 1.0, is_periodic: false, diameter: 1e-3 };
-        let point = |id: i64, weight: f64, radius: f64| Body {
-            kind: Kind::Point,
-            id,
-            position: [0.1, 1e-3 * id as f64],
-            displacement: [0.0; 2],
-            radius,
-            weight,
-            shear_stress: 0.0,
-        };
-        let snapshot = |weight: f64, radius: f64| Snapshot {
-            time: 0.0,
-            bodies: (0..9).map(|id| point(id, weight, radius)).collect(),
-        };
         let [before, now] = [snapshot(1.0, 1e-3), snapshot(0.5, 1.01e-3)];
         let swelling = Spaces::of(&now, &span).swelling(&Spaces::of(&before, &span), &now.bodies).unwrap();
         assert!((swelling - (1.01 * 1.01 - 1.0)).abs() < 1e-12, "{swelling}");

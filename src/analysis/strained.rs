@@ -5,10 +5,10 @@
 //! largest mean in which the mean is at least half of it.
 
 use super::band::{self, Band, Candidates, Strained};
+use super::curve::highest;
 use super::run::Run;
 use super::snapshot::{Body, Kind, Snapshot};
 use super::strip::{self, Field, Strip};
-use super::curve::highest;
 use crate::base::error::Error;
 use crate::observe::strain::best_fit_strains;
 
@@ -80,9 +80,9 @@ pub fn strained(snapshot: &Snapshot, earlier: Option<&Snapshot>, span: &Span) ->
     for grains in [false, true] {
         let (mut rows, mut positions, mut displacements) = (Vec::new(), Vec::new(), Vec::new());
         for (row, body) in snapshot.bodies.iter().enumerate().filter(|(_, body)| body.kind.is_grain() == grains) {
-            let Some(origin) = earlier.map_or(Some([0.0; 2]), |earlier| {
-                earlier.row_of(body).map(|row| earlier.bodies[row].displacement)
-            }) else {
+            let Some(origin) = earlier
+                .map_or(Some([0.0; 2]), |earlier| earlier.row_of(body).map(|row| earlier.bodies[row].displacement))
+            else {
                 continue;
             };
             rows.push(row);
@@ -121,7 +121,8 @@ pub fn stripped(bodies: &[Valued], span: &Span) -> Option<Strip> {
     let of = |get: fn(&Valued) -> f64| free(bodies).map(get).collect::<Vec<f64>>();
     let positions: Vec<[f64; 2]> = free(bodies).map(|row| row.body.position).collect();
     let (strains, areas, radii) = (of(|row| row.value), of(|row| row.body.area()), of(|row| row.body.radius));
-    let field = Field { positions: &positions, strains: &strains, areas: &areas, radii: &radii, diameter: span.diameter };
+    let field =
+        Field { positions: &positions, strains: &strains, areas: &areas, radii: &radii, diameter: span.diameter };
     strip::strongest(&field)
 }
 

@@ -119,8 +119,7 @@ impl<'a> Among<'a> {
         let member = |(index, run): (usize, &'a Run)| {
             let (case, number) = of[index];
             let group = groups[number].name.clone();
-            let who =
-                Who { index, number, run: run.label(), group, seed: run.seed(), training: run.training() };
+            let who = Who { index, number, run: run.label(), group, seed: run.seed(), training: run.training() };
             Member { run, who, case }
         };
         Self { members: runs.iter().enumerate().map(member).collect(), apart, groups }
@@ -175,7 +174,11 @@ impl<'a> Among<'a> {
         }
         if let Some(other) = self.members.iter().find(|member| member.run.drive.words != first.drive.words) {
             let [own, words] = [&other.run.drive.words, &first.drive.words];
-            return Some(format!("curves of {} stand against {own}, those of {} against {words}", other.who.run, first.label()));
+            return Some(format!(
+                "curves of {} stand against {own}, those of {} against {words}",
+                other.who.run,
+                first.label()
+            ));
         }
         let back = self.members.iter().find(|member| member.run.drive.turns_back)?;
         let what = back.run.drive.body.as_ref().map_or("its strain".to_owned(), |body| format!("`{body}`"));
@@ -194,7 +197,8 @@ fn difference_of(first: &Run, other: &Run) -> Option<String> {
         let tell = |ends: &[[f64; 2]]| {
             ends.iter().map(|[lower, upper]| format!("{lower} to {upper}")).collect::<Vec<_>>().join(" and ")
         };
-        let what = || format!("its material reaches from {} m, that of the other from {} m", tell(&others), tell(&ends));
+        let what =
+            || format!("its material reaches from {} m, that of the other from {} m", tell(&others), tell(&ends));
         differ.then(what)
     })
 }
@@ -236,7 +240,9 @@ fn has_tables(list: &[Value]) -> bool {
 /// alone regions are only where they lie, which is the same for all runs of a case.
 fn kind_of(run: &Run) -> Table {
     let unused: &[&str] = match run.method.as_str() {
-        "dem" => &["continuum", "material", "region", "scheme.points_per_cell", "oracle", "enrichment", "time.grain_steps"],
+        "dem" => {
+            &["continuum", "material", "region", "scheme.points_per_cell", "oracle", "enrichment", "time.grain_steps"]
+        }
         "mpm" => &["oracle", "enrichment"],
         _ => &[],
     };
@@ -253,7 +259,8 @@ fn kind_of(run: &Run) -> Table {
 /// Things that a group may be named by.
 fn told_of(run: &Run) -> [Option<String>; 5] {
     let hybrid = |path: &str| run.number(path).filter(|_| run.is("hybrid"));
-    let millimetres = |what: &str, length: Option<f64>| length.map(|length| format!("{what} {}\u{2009}mm", short(1e3 * length)));
+    let millimetres =
+        |what: &str, length: Option<f64>| length.map(|length| format!("{what} {}\u{2009}mm", short(1e3 * length)));
     let coheres = ["contact.cohesion_normal", "contact.cohesion_tangential"];
     let is_cohesive = coheres.iter().any(|path| run.number(path).is_some_and(|cohesion| cohesion > 0.0));
     [

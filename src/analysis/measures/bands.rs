@@ -106,10 +106,9 @@ impl Measured {
         let strip = stripped(&bodies, span);
         let band = if span.is_periodic { boxes[0].clone() } else { strip.as_ref().map(|strip| strip.band.clone()) };
         let half = width_at_half(&bodies, span.diameter).filter(|_| span.is_periodic);
-        let [bottom, top] = range(bodies.iter().flat_map(|row| {
-            [-1.0, 1.0].map(|side| row.body.position[1] + side * row.body.radius)
-        }))
-        .unwrap_or_default();
+        let [bottom, top] =
+            range(bodies.iter().flat_map(|row| [-1.0, 1.0].map(|side| row.body.position[1] + side * row.body.radius)))
+                .unwrap_or_default();
         let mut measured = Self {
             who: member.who.clone(),
             between_strains: [from, to].map(|frame| run.at_frame(frame)),

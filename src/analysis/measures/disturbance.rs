@@ -16,34 +16,31 @@ const RECOVERED: f64 = 0.9;
 pub const STRAIN_AVERAGED: f64 = 0.0027;
 
 /// Grains took the place of points, and what it did to the stress.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Enrichment {
-    /// First row with the new grains.
-    pub row: usize,
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Disturbance {
+    /// At the enrichment.
     pub strain: f64,
-    /// s.
-    pub time: f64,
-    /// Grains that came with that row.
-    pub grains: f64,
-    /// Mean of the last rows before, as many as are averaged over, Pa.
-    pub before: f64,
-    /// Lowest moving average within [`STRAIN_DISTURBED`], Pa.
-    pub lowest: f64,
-    /// Highest row, not averaged, within [`STRAIN_DISTURBED`], Pa.
-    pub highest: f64,
-    /// Of the rows within [`STRAIN_DISTURBED`] the one farthest from `before`, as a share of that with its sign.
+    pub time_s: f64,
+    pub rows_averaged: usize,
+    /// Mean of the last rows before, as many as are averaged over.
+    pub before_pa: f64,
+    /// Lowest moving average within [`STRAIN_DISTURBED`], and its fall as a share of the level before.
+    pub lowest_average_pa: f64,
+    pub drop: f64,
+    /// Highest row, not averaged, within [`STRAIN_DISTURBED`].
+    pub highest_row_pa: f64,
+    /// Of the rows within [`STRAIN_DISTURBED`] the one farthest from the level before, as a share of that with its sign.
     pub excursion: Option<f64>,
-    /// Mean between [`STRAIN_DISTURBED`] and [`STRAIN_SETTLED`] after, Pa; none if the run ends before.
-    pub settled: Option<f64>,
+    /// Mean between [`STRAIN_DISTURBED`] and [`STRAIN_SETTLED`] after; none if the run ends before.
+    pub settled_pa: Option<f64>,
     /// Strain from enrichment to recovery: from its lowest point on, the moving average first reaches [`RECOVERED`] of
     /// the settled level. Zero if it never was below.
-    pub recovery: Option<f64>,
+    pub strain_until_recovered: Option<f64>,
 }
 
-impl Enrichment {
+impl Disturbance {
     /// Of strains and stresses row by row, of which that row is the first with the new grains, by averages over `window` rows.
-    fn of(strains: &[f64], stresses: &[f64], row: usize, at: (f64, f64), window: usize) -> Self {
-        let (time, strain) = at;
+    fn of(strains: &[f64], stresses: &[f64], row: usize, (time_s, strain): (f64, f64), window: usize) -> Self {
         let averages = smooth(stresses, Some(row), window);
         let within = |from: f64, to: f64| -> Vec<usize> {
             (row..strains.len()).filter(|&row| (strain + from..=strain + to).contains(&strains[row])).collect()
@@ -51,28 +48,28 @@ impl Enrichment {
         let near = within(0.0, STRAIN_DISTURBED);
         let lowest = near.iter().fold(row, |best, &row| if averages[row] < averages[best] { row } else { best });
         let later: Vec<f64> = within(STRAIN_DISTURBED, STRAIN_SETTLED).iter().map(|&row| stresses[row]).collect();
-        let settled = (later.len() >= window).then(|| mean(&later));
-        let recovery = settled.and_then(|level| {
+        let settled_pa = (later.len() >= window).then(|| mean(&later));
+        let strain_until_recovered = settled_pa.and_then(|level| {
             if averages[lowest] >= RECOVERED * level {
                 return Some(0.0);
             }
             let back = (lowest..strains.len()).find(|&row| averages[row] >= RECOVERED * level)?;
             Some(strains[back] - strain)
         });
-        let before = mean(&stresses[row.saturating_sub(window)..row]);
-        let away = within(f64::NEG_INFINITY, STRAIN_DISTURBED).into_iter().map(|row| stresses[row] / before - 1.0);
+        let before_pa = mean(&stresses[row.saturating_sub(window)..row]);
+        let away = within(f64::NEG_INFINITY, STRAIN_DISTURBED).into_iter().map(|row| stresses[row] / before_pa - 1.0);
         let farthest = away.reduce(|most, away| if away.abs() > most.abs() { away } else { most });
         Self {
-            row,
             strain,
-            time,
-            grains: 0.0,
-            before,
-            lowest: averages[lowest],
-            highest: near.iter().map(|&row| stresses[row]).fold(stresses[row], f64::max),
+            time_s,
+            rows_averaged: window,
+            before_pa,
+            lowest_average_pa: averages[lowest],
+            drop: averages[lowest] / before_pa - 1.0,
+            highest_row_pa: near.iter().map(|&row| stresses[row]).fold(stresses[row], f64::max),
             excursion: farthest.filter(|away| away.is_finite()),
-            settled,
-            recovery,
+            settled_pa,
+            strain_until_recovered,
         }
     }
 }
@@ -87,39 +84,15 @@ pub fn window(member: &Member) -> usize {
 pub struct Disturbed {
     #[serde(flatten)]
     pub who: Who,
-    #[serde(skip)]
-    pub enrichment: Enrichment,
-    pub strain: f64,
-    pub rows_averaged: usize,
-    pub before_pa: f64,
-    pub lowest_average_pa: f64,
-    pub highest_row_pa: f64,
-    pub drop: f64,
-    pub excursion: Option<f64>,
-    pub settled_pa: Option<f64>,
-    pub strain_until_recovered: Option<f64>,
+    #[serde(flatten)]
+    pub by: Disturbance,
 }
 
 pub fn measured(among: &Among) -> Found<Vec<Disturbed>> {
     let disturbed = |member: &Member| {
         let (row, at) = member.run.cut().zip(member.run.enrichment())?;
-        let rows = window(member);
-        let found = Enrichment::of(&member.run.drive.values, member.stress(), row, at, rows);
-        let grains = member.run.column("grains");
-        let found = Enrichment { grains: grains[row] - grains[0], ..found };
-        Some(Disturbed {
-            who: member.who.clone(),
-            strain: found.strain,
-            rows_averaged: rows,
-            before_pa: found.before,
-            lowest_average_pa: found.lowest,
-            highest_row_pa: found.highest,
-            drop: found.lowest / found.before - 1.0,
-            excursion: found.excursion,
-            settled_pa: found.settled,
-            strain_until_recovered: found.recovery,
-            enrichment: found,
-        })
+        let by = Disturbance::of(&member.run.drive.values, member.stress(), row, at, window(member));
+        Some(Disturbed { who: member.who.clone(), by })
     };
     let silent = among.hybrids().filter(|member| member.run.cut().is_none());
     let line = |member: &Member| format!("{} was not enriched: nothing was disturbed.", member.who.run);
@@ -143,29 +116,33 @@ mod tests {
         (strains, stresses)
     }
 
-    fn found((strains, stresses): &(Vec<f64>, Vec<f64>)) -> Enrichment {
+    fn found((strains, stresses): &(Vec<f64>, Vec<f64>)) -> Disturbance {
         let row = strains.iter().position(|strain| *strain >= 0.04).unwrap();
-        Enrichment::of(strains, stresses, row, (0.4, strains[row]), WINDOW)
+        Disturbance::of(strains, stresses, row, (0.4, strains[row]), WINDOW)
     }
 
     #[test]
     fn a_dip_after_enrichment_is_found_with_its_recovery() {
         let found = found(&rows(30.0));
         assert!((found.strain - 0.04).abs() < 1.5e-4, "{}", found.strain);
-        assert_eq!((found.before, found.highest), (100.0, 90.0));
-        assert!(found.lowest > 30.0 && found.lowest < 36.0, "{}", found.lowest);
-        assert!((found.settled.unwrap() - 90.0).abs() < 1e-9);
+        assert_eq!((found.before_pa, found.highest_row_pa), (100.0, 90.0));
+        assert!(found.lowest_average_pa > 30.0 && found.lowest_average_pa < 36.0, "{}", found.lowest_average_pa);
+        assert!((found.settled_pa.unwrap() - 90.0).abs() < 1e-9);
         // 90 % of 90 is 81, reached after 0.85 of the way.
-        assert!((found.recovery.unwrap() - 0.85 * 0.005).abs() < 3e-4, "{:?}", found.recovery);
+        assert!(
+            (found.strain_until_recovered.unwrap() - 0.85 * 0.005).abs() < 3e-4,
+            "{:?}",
+            found.strain_until_recovered
+        );
         assert!((found.excursion.unwrap() + 0.7).abs() < 0.02, "{:?}", found.excursion);
     }
 
     #[test]
     fn without_a_dip_recovery_is_at_once_and_a_spike_is_not_averaged_away() {
-        assert_eq!(found(&rows(88.0)).recovery, Some(0.0));
+        assert_eq!(found(&rows(88.0)).strain_until_recovered, Some(0.0));
         let mut spiked = rows(90.0);
         spiked.1[420] = 140.0;
-        assert_eq!(found(&spiked).highest, 140.0);
+        assert_eq!(found(&spiked).highest_row_pa, 140.0);
     }
 
     #[test]
@@ -173,6 +150,6 @@ mod tests {
         let (mut strains, mut stresses) = rows(30.0);
         (strains.truncate(405), stresses.truncate(405));
         let found = found(&(strains, stresses));
-        assert_eq!((found.settled, found.recovery), (None, None));
+        assert_eq!((found.settled_pa, found.strain_until_recovered), (None, None));
     }
 }

@@ -157,7 +157,8 @@ fn pace_after(hybrid: &Run, times: &Times) -> Option<f64> {
 
 /// The run of the continuum alone that tells what a hybrid's elements cost.
 fn continuum_alone<'a, 'm>(among: &'m Among<'a>, hybrid: &Member) -> Option<&'m Member<'a>> {
-    let is_alike = |member: &&Member| member.run.cell_edge() == hybrid.run.cell_edge() && Times::of(member.run).is_some();
+    let is_alike =
+        |member: &&Member| member.run.cell_edge() == hybrid.run.cell_edge() && Times::of(member.run).is_some();
     let alone: Vec<&Member> = among.of_method(hybrid.case, "mpm").filter(is_alike).collect();
     alone.iter().find(|member| member.who.seed == hybrid.who.seed).or(alone.first()).copied()
 }
@@ -196,8 +197,7 @@ fn grains(run: &Run, frame: usize) -> Result<Option<(f64, f64)>, Error> {
 }
 
 fn formula(among: &Among, hybrid: &Member, partner: &Member) -> Result<Option<Formula>, Error> {
-    let (Some(frame), Some(own), Some(times)) =
-        (hybrid.run.enriched, Times::of(hybrid.run), Times::of(partner.run))
+    let (Some(frame), Some(own), Some(times)) = (hybrid.run.enriched, Times::of(hybrid.run), Times::of(partner.run))
     else {
         return Ok(None);
     };

@@ -91,9 +91,8 @@ pub fn measured(among: &Among, wanted: Option<[f64; 2]>) -> Found<Stress> {
 
 /// Why these members cannot be compared with grains alone of their packing, a line each.
 fn without_partner(among: &Among) -> Vec<String> {
-    let alone = |member: &&Member| {
-        ["hybrid", "mpm"].iter().any(|method| member.is(method)) && among.partner(member).is_none()
-    };
+    let alone =
+        |member: &&Member| ["hybrid", "mpm"].iter().any(|method| member.is(method)) && among.partner(member).is_none();
     let line = |member: &Member| {
         let seed = member.who.seed.map_or_else(String::new, |seed| format!(" with seed {seed}"));
         let run = &member.who.run;
@@ -140,7 +139,8 @@ fn differences(
     }
     let grains: Vec<&Member> = among.members.iter().filter(|one| one.is("dem")).collect();
     for (index, one) in grains.iter().enumerate() {
-        let others = grains[index + 1..].iter().filter(|other| other.case == one.case && other.who.seed != one.who.seed);
+        let others =
+            grains[index + 1..].iter().filter(|other| other.case == one.case && other.who.seed != one.who.seed);
         for other in others {
             add([&one.who.run, &other.who.run], Kind::Spread, [curve(one), curve(other)], since(one));
         }

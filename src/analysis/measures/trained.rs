@@ -72,7 +72,8 @@ fn compare(among: &Among, hybrid: &Member) -> Result<Result<Trained, String>, Er
     let before = after.checked_sub(1).filter(|_| share < 1.0);
     if let Some(before) = before.filter(|&before| strains[after] - strains[before] > strain) {
         // Between them the stress rises and turns; a straight line through it says nothing.
-        let [from, to, at] = [strains[before], strains[after], strain].map(|strain| format!("{:.3}\u{2009}%", 100.0 * strain));
+        let [from, to, at] =
+            [strains[before], strains[after], strain].map(|strain| format!("{:.3}\u{2009}%", 100.0 * strain));
         return fail(&format!(
             "the run of grains alone has frames at strains of {from} and {to} only, too far from {at}; a short run of it \
              with a smaller output.frame_interval will do"

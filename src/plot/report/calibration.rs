@@ -1,11 +1,11 @@
 //! The page of `scree calibrate`: what the element tests of grains gave, and the law that follows them.
 
 use super::chart::{self, Axis, Chart, Curve, Entry};
+use super::colour;
 use super::numbers::{percent, significant};
 use super::page::{figure, table, whole};
 use super::svg::{INK, Stroke, escape};
 use super::words::Table;
-use super::colour;
 use crate::analysis::calibrate::element::{INERTIAL_COMPRESSION, INERTIAL_SHEAR, Row, STRAIN_SMALL};
 use crate::analysis::calibrate::fit::{Shear, axial, compression, friction, pressure, response, smoothed};
 use crate::analysis::calibrate::fragment::in_unit;

@@ -1,11 +1,11 @@
 //! Curves of the named columns of series, whatever jobs wrote them: a chart says which columns it is of, the runs decide what of
 //! that there is.
 
+use super::Drawn;
 use super::chart::{Axis, Chart, Curve, Entry, Level, Moment, draw};
 use super::colour;
 use super::numbers::{significant, unit_of_time};
 use super::svg::Stroke;
-use super::Drawn;
 use crate::analysis::columns::{Column, Description, Quantity, describe, is_meant};
 use crate::analysis::curve::{WINDOW, range, smooth};
 use crate::analysis::drive::Measure;
@@ -211,14 +211,15 @@ fn figure(panel: &Panel, runs: &Runs, number: &str) -> Option<Drawn> {
 fn lines<'a>(spec: &Spec, runs: &Runs<'a>) -> Vec<Line<'a>> {
     let mut names: Vec<&str> = Vec::new();
     let mut lines = Vec::new();
-    for (run, (of, _)) in runs.iter().enumerate() {
-        let meant = |column: &&Column| spec.columns.iter().any(|pattern| is_meant(&column.name, pattern));
-        for column in of.columns.iter().filter(meant) {
-            let number = names.iter().position(|name| *name == column.name).unwrap_or_else(|| {
-                names.push(&column.name);
-                names.len() - 1
-            });
-            lines.push(Line { run, number, description: describe(&column.name), column });
+    for pattern in spec.columns {
+        for (run, (of, _)) in runs.iter().enumerate() {
+            for column in of.columns.iter().filter(|column| is_meant(&column.name, pattern)) {
+                let number = names.iter().position(|name| *name == column.name).unwrap_or_else(|| {
+                    names.push(&column.name);
+                    names.len() - 1
+                });
+                lines.push(Line { run, number, description: describe(&column.name), column });
+            }
         }
     }
     lines.retain(|line| line.column.values.iter().any(|value| *value > 0.0) || !spec.is_logarithmic);
@@ -233,7 +234,7 @@ fn vertical(spec: &Spec, label: &str, values: impl Iterator<Item = f64>) -> Axis
 fn chart(spec: &Spec, runs: &Runs, lines: &[Line]) -> Chart<'static> {
     let (x, unit) = axis_of(runs);
     let stroke = |line: &Line, width: f64| match runs.len() {
-        1 => Stroke::new(colour::line(line.number), width),
+        1 => Stroke::new(colour::line(line.number), width).dash(colour::DASHES[line.number / colour::LINES.len() % 6]),
         _ => Stroke::new(runs[line.run].1, width).dash(colour::DASHES[line.number % colour::DASHES.len()]),
     };
     let quantity = lines.first().map_or(Quantity::Number, |line| line.description.quantity);
@@ -256,13 +257,15 @@ fn chart(spec: &Spec, runs: &Runs, lines: &[Line]) -> Chart<'static> {
         }
     }
     if runs.len() > 1 {
-        let named = |(run, colour): &(&Run, &'static str)| Entry { words: run.label(), stroke: Stroke::new(colour, 2.2) };
+        let named =
+            |(run, colour): &(&Run, &'static str)| Entry { words: run.label(), stroke: Stroke::new(colour, 2.2) };
         entries.extend(runs.iter().map(named));
     }
     let columns = lines.iter().map(|line| line.number + 1).max().unwrap_or(0);
     for number in (0..columns).filter(|_| columns > 1 || lines[0].description.words != spec.label) {
         let Some(line) = lines.iter().find(|line| line.number == number) else { continue };
-        let stroke = if runs.len() == 1 { stroke(line, 1.5) } else { Stroke { colour: "#555555", ..stroke(line, 1.5) } };
+        let stroke =
+            if runs.len() == 1 { stroke(line, 1.5) } else { Stroke { colour: "#555555", ..stroke(line, 1.5) } };
         entries.push(Entry { words: line.description.words.clone(), stroke });
     }
     if has_noise {

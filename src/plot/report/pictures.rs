@@ -96,14 +96,24 @@ pub fn draw(name: &str, pictures: &[Picture], columns: Option<usize>, colours: &
     let height = (upper - lower) * scale;
     let titles = if pictures.iter().any(|picture| !picture.head.is_empty()) { TITLES + HEAD } else { TITLES };
     let row = titles + height + BELOW;
-    let bottom = pictures.len().div_ceil(columns) as f64 * row;
+    // What has a head begins a row.
+    let mut cells: Vec<[usize; 2]> = Vec::new();
+    for picture in pictures {
+        cells.push(match cells.last() {
+            None => [0, 0],
+            Some([down, across]) if !picture.head.is_empty() || across + 1 == columns => [down + 1, 0],
+            Some([down, across]) => [*down, across + 1],
+        });
+    }
+    let bottom = cells.last().map_or(0, |[down, _]| down + 1) as f64 * row;
     let mut svg = Svg::new(name, WIDTH, bottom + COLOURS + MARKS);
-    for (index, (picture, view)) in pictures.iter().zip(&views).enumerate() {
-        let left = MARGIN + (index % columns) as f64 * (room + beside) + 0.5 * (room - view.width() * scale);
-        let top = (index / columns) as f64 * row + titles;
+    for ((picture, view), [down, across]) in pictures.iter().zip(&views).zip(cells) {
+        let left = MARGIN + across as f64 * (room + beside) + 0.5 * (room - view.width() * scale);
+        let top = down as f64 * row + titles;
         let frame = Frame { left, top, width: view.width() * scale, height };
         let panel = Panel { picture, left: view.across[0], bottom: lower, scale, frame, colours };
-        let above = |svg: &mut Svg, up: f64, words: &str, letters| svg.text([frame.left, frame.top - up], words, letters);
+        let above =
+            |svg: &mut Svg, up: f64, words: &str, letters| svg.text([frame.left, frame.top - up], words, letters);
         above(&mut svg, 48.0, &picture.head, Letters::new(14.0, Anchor::Start).bold());
         above(&mut svg, 26.0, &picture.titles[0], Letters::new(13.0, Anchor::Start).bold());
         above(&mut svg, 10.0, &picture.titles[1], Letters::new(12.0, Anchor::Start));
@@ -111,7 +121,7 @@ pub fn draw(name: &str, pictures: &[Picture], columns: Option<usize>, colours: &
         if let Some(band) = &picture.band {
             panel.band(&mut svg, band);
         }
-        if index == 0 {
+        if [down, across] == [0, 0] {
             panel.length(&mut svg);
         }
     }
@@ -160,7 +170,8 @@ fn cell(run: &Run, time: f64) -> Option<[[f64; 2]; 4]> {
     let (row, up) = (run.row_at(time), run.dimension() - 1);
     let lower = run.numbers("cell.lower");
     let corner = [0, up].map(|axis| lower.get(axis).copied().unwrap_or(0.0));
-    let entry = |i: usize, j: usize| run.column(&format!("edge_{}{}", axes[i], axes[j])).get(row).copied().unwrap_or(0.0);
+    let entry =
+        |i: usize, j: usize| run.column(&format!("edge_{}{}", axes[i], axes[j])).get(row).copied().unwrap_or(0.0);
     Some([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[first, second]| {
         let place = |axis: usize| first * entry(axis, 0) + second * entry(axis, up);
         [corner[0] + place(0), corner[1] + place(up)]
@@ -227,13 +238,14 @@ impl Panel<'_> {
                 let edge = row.body.edge(2);
                 for position in self.images(row.body.position, 0.5 * edge) {
                     let [x, y] = self.place(position);
-                    // A hair wider, so that neighbours leave no gap.
-                    let edge = edge * self.scale + 0.3;
+                    // A little larger, so that no gaps show between squares that touch.
+                    let edge = 1.06 * edge * self.scale;
                     square([x - 0.5 * edge, y - 0.5 * edge], edge, row.value);
                 }
             }
         } else {
-            let [columns, rows] = [self.frame.width, self.frame.height].map(|length| (length / PIXEL).ceil().max(1.0) as usize);
+            let [columns, rows] =
+                [self.frame.width, self.frame.height].map(|length| (length / PIXEL).ceil().max(1.0) as usize);
             // Sum and count in the plane; in space what is nearest along y.
             let mut pixels = vec![(0.0, 0.0, f64::INFINITY); columns * rows];
             for row in points() {
@@ -281,7 +293,8 @@ impl Panel<'_> {
             for (_, row) in group {
                 for position in self.images(row.body.position, row.body.radius) {
                     let [x, y] = self.place(position).map(number);
-                    let _ = write!(text, "<circle cx=\"{x}\" cy=\"{y}\" r=\"{}\"/>", number(row.body.radius * self.scale));
+                    let _ =
+                        write!(text, "<circle cx=\"{x}\" cy=\"{y}\" r=\"{}\"/>", number(row.body.radius * self.scale));
                 }
             }
             svg.raw(&(text + "</g>\n"));
@@ -319,7 +332,8 @@ impl Panel<'_> {
     fn period(&self, svg: &mut Svg) {
         let bodies = &self.picture.bodies;
         if !bodies.iter().any(|row| row.body.kind == Kind::Glued) {
-            let edges = bodies.iter().flat_map(|row| [-1.0, 1.0].map(|side| row.body.position[1] + side * row.body.radius));
+            let edges =
+                bodies.iter().flat_map(|row| [-1.0, 1.0].map(|side| row.body.position[1] + side * row.body.radius));
             let [lower, upper] = range(edges).unwrap_or_default().map(|y| self.place([self.left, y])[1]);
             for top in [lower, upper - 5.0] {
                 svg.rectangle(Frame { top, height: 5.0, ..self.frame }, colour::PLATE);
@@ -341,7 +355,8 @@ impl Panel<'_> {
         let thin = Stroke::new(INK, 1.0).dash("4 3");
         let up = run.dimension() - 1;
         let [lower, upper] = ["grid.lower", "grid.upper"].map(|path| run.numbers(path));
-        let grid = (lower.len() > up && upper.len() > up).then(|| corners([lower[0], lower[up]], [upper[0], upper[up]]));
+        let grid =
+            (lower.len() > up && upper.len() > up).then(|| corners([lower[0], lower[up]], [upper[0], upper[up]]));
         for outline in cell(run, time).into_iter().chain(grid) {
             self.polygon(svg, outline, thin);
         }
@@ -375,7 +390,8 @@ impl Panel<'_> {
         let Some(span) = self.picture.run.span else { return };
         svg.clipped(self.frame, |svg| {
             for image in span.images() {
-                let corners = band.corners().map(|corner| pair(self.place([corner[0] + image * span.width, corner[1]])));
+                let corners =
+                    band.corners().map(|corner| pair(self.place([corner[0] + image * span.width, corner[1]])));
                 let path = match corners {
                     // A band that closes round the period has no ends.
                     [a, b, c, d] if band.closed => format!("M{a}L{b}M{c}L{d}"),
@@ -435,9 +451,12 @@ fn marks(svg: &mut Svg, pictures: &[Picture], y: f64) {
             x += text_width(words, 12.0) + 60.0;
         }
     };
-    let line = |stroke: Stroke<'static>| move |svg: &mut Svg, x: f64| svg.line([x, y - 4.0], [x + 24.0, y - 4.0], stroke);
+    let line =
+        |stroke: Stroke<'static>| move |svg: &mut Svg, x: f64| svg.line([x, y - 4.0], [x + 24.0, y - 4.0], stroke);
     let patch = |fill: &'static str| {
-        move |svg: &mut Svg, x: f64| svg.rectangle(Frame { left: x + 12.0, top: y - 10.0, width: 12.0, height: 12.0 }, fill)
+        move |svg: &mut Svg, x: f64| {
+            svg.rectangle(Frame { left: x + 12.0, top: y - 10.0, width: 12.0, height: 12.0 }, fill)
+        }
     };
     let band = pictures.iter().any(|picture| picture.band.is_some());
     mark(has(&|row| row.body.weight < 1.0), "rim: grains and points share the mass", &line(Stroke::new(RIM, 1.6)));

@@ -135,7 +135,8 @@ fn curves(scaling: &Scaling) -> String {
         curves,
         ..Chart::default()
     };
-    let charts = [("(a)", "speed-up", 1.1 * highest, speed_ups), ("(b)", "efficiency", 1.1 * best, efficiencies)].map(chart);
+    let charts =
+        [("(a)", "speed-up", 1.1 * highest, speed_ups), ("(b)", "efficiency", 1.1 * best, efficiencies)].map(chart);
     chart::draw("speed_up", "Speed-up and efficiency against ranks", &entries, &charts, 2)
 }
 

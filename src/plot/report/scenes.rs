@@ -2,7 +2,7 @@
 //! strains; coloured by strain since the start and by mean stress.
 
 use super::Drawn;
-use super::numbers::{percent, plain, power_of_ten, exponent, round_up, time};
+use super::numbers::{exponent, percent, plain, power_of_ten, round_up, time};
 use super::pictures::{Colours, Picture, draw, nearly_all, strain_end};
 use crate::analysis::drive::Measure;
 use crate::analysis::run::Run;
@@ -84,7 +84,9 @@ impl Strain {
     }
 
     fn coloured(self, run: &Run, snapshot: &Snapshot) -> Vec<Valued> {
-        let by = |value: fn(&Body) -> f64| snapshot.bodies.iter().map(|&body| Valued { body, value: value(&body) }).collect();
+        let by = |value: fn(&Body) -> f64| {
+            snapshot.bodies.iter().map(|&body| Valued { body, value: value(&body) }).collect()
+        };
         match (self, run.span) {
             (Self::Fitted, Some(span)) => strained(snapshot, None, &span),
             (Self::Plastic, _) => by(|body| body.plastic),
@@ -102,7 +104,11 @@ impl Strain {
                 "the magnitude |e\u{2032}| = \u{221a}(e\u{2032}:e\u{2032}) of the deviatoric part of the best-fit strain since each \
                  body began, over Delaunay neighbours (simple shear by \u{3b3} has \u{3b3}/\u{221a}2), points and grains fitted apart",
             ],
-            Self::Deviatoric => ["deviatoric_strain", "deviatoric strain", "deviatoric strain since the start, of a grain that of its neighbours"],
+            Self::Deviatoric => [
+                "deviatoric_strain",
+                "deviatoric strain",
+                "deviatoric strain since the start, of a grain that of its neighbours",
+            ],
         }
     }
 }
@@ -161,7 +167,8 @@ fn round_end(value: f64) -> f64 {
 }
 
 fn shown(runs: &[&Run]) -> String {
-    let mut words = "The material at the moments given, grains in their true size, points as squares of their size".to_owned();
+    let mut words =
+        "The material at the moments given, grains in their true size, points as squares of their size".to_owned();
     if runs.iter().any(|run| run.dimension() == 3) {
         words += ", seen along y";
     }

@@ -5,7 +5,7 @@ use serde_json::{Map, Value};
 use super::numbers::{THIN, interval, kilopascal, percent, plain, relative, significant, time, with_unit};
 use super::parts::{bands, stress};
 use crate::analysis::measures::Measures;
-use crate::analysis::measures::disturbance::{Disturbed, STRAIN_DISTURBED, STRAIN_SETTLED};
+use crate::analysis::measures::disturbance::{Disturbance, STRAIN_DISTURBED, STRAIN_SETTLED};
 use crate::analysis::run::Run;
 use crate::analysis::snapshot::Kind;
 use crate::base::error::Error;
@@ -35,9 +35,10 @@ pub fn paragraph(run: &Run, measures: Option<&Measures>, index: usize) -> Result
     let mut words = beginning(run)?;
     let disturbed = measures.and_then(|measures| measures.disturbed(index));
     match disturbed {
-        Some(found) => words += &enrichment(run, found),
+        Some(found) => words += &enrichment(run, &found.by),
         None if run.is("hybrid") && run.cut().is_none() => {
-            words += " No persistent shear band was found, so no grains were inserted: the specimen stayed a continuum.";
+            words +=
+                " No persistent shear band was found, so no grains were inserted: the specimen stayed a continuum.";
         }
         None => {}
     }
@@ -89,34 +90,39 @@ fn beginning(run: &Run) -> Result<String, Error> {
     }
     let kind = if is_plane { "in plane strain" } else { "in space" };
     let law = run.value("material.law").and_then(toml::Value::as_str).unwrap_or("its law").replace('_', " ");
-    Ok(format!("The material began as {material} {kind} ({law}); the run is of {}.", time(run.last("time").unwrap_or(0.0))))
+    Ok(format!(
+        "The material began as {material} {kind} ({law}); the run is of {}.",
+        time(run.last("time").unwrap_or(0.0))
+    ))
 }
 
-fn enrichment(run: &Run, found: &Disturbed) -> String {
-    let rows = found.rows_averaged;
+fn enrichment(run: &Run, by: &Disturbance) -> String {
+    let rows = by.rows_averaged;
+    let grains = run.column("grains");
+    let grains = run.cut().map_or(0.0, |row| grains[row] - grains[0]);
     let mut words = format!(
-        " At a {} of {} (t = {}{THIN}s) a persistent shear band was found and {:.0} grains took the place of points in and around \
+        " At {} of {} (t = {}{THIN}s) a persistent shear band was found and {:.0} grains took the place of points in and around \
          it. The stress was {} in the {rows} rows before. Over the next {} of strain its moving average did not fall below {} ({}) \
          and no single row was above {} ({}).",
+        percent(by.strain),
         run.drive.words,
-        percent(found.strain),
-        plain(found.enrichment.time, 3),
-        found.enrichment.grains,
-        kilopascal(found.before_pa),
+        plain(by.time_s, 3),
+        grains,
+        kilopascal(by.before_pa),
         percent(STRAIN_DISTURBED),
-        kilopascal(found.lowest_average_pa),
-        relative(found.lowest_average_pa, found.before_pa),
-        kilopascal(found.highest_row_pa),
-        relative(found.highest_row_pa, found.before_pa),
+        kilopascal(by.lowest_average_pa),
+        relative(by.lowest_average_pa, by.before_pa),
+        kilopascal(by.highest_row_pa),
+        relative(by.highest_row_pa, by.before_pa),
     );
-    if let Some(settled) = found.settled_pa {
+    if let Some(settled) = by.settled_pa {
         words += &format!(
             " From {} of strain after enrichment it averaged {} ({}).",
             interval([STRAIN_DISTURBED, STRAIN_SETTLED]),
             kilopascal(settled),
-            relative(settled, found.before_pa),
+            relative(settled, by.before_pa),
         );
-        words += &match found.strain_until_recovered {
+        words += &match by.strain_until_recovered {
             Some(0.0) => " The average never fell below 90\u{2009}% of that level.".to_owned(),
             Some(strain) => format!(
                 " After its dip the average was back at 90\u{2009}% of that level {} of strain after enrichment.",
@@ -282,12 +288,14 @@ mod tests {
     #[test]
     fn tables_leave_out_what_no_run_has_and_print_no_json() {
         let mut run = Run::made("method = \"dem\"\n[specimen]\nwidth = 0.06\n[time]\nstep = 4e-7");
-        run.summary = serde_json::from_str(r#"{"ranks": 2, "mass": {"end": 0.25, "by": [1, 2.5]}, "none": null}"#).unwrap();
+        run.summary =
+            serde_json::from_str(r#"{"ranks": 2, "mass": {"end": 0.25, "by": [1, 2.5]}, "none": null}"#).unwrap();
         let runs = [run];
         let rows = scenario(&runs).rows;
         assert_eq!(rows[1], ("Width (period)".to_owned(), vec!["60\u{2009}mm".to_owned()]));
         assert_eq!(rows[2].1[0], "4\u{2009}\u{d7}\u{2009}10\u{207b}\u{2077}\u{2009}s");
-        let told: Vec<String> = summary(&runs).rows.iter().map(|(name, cells)| format!("{name} = {}", cells[0])).collect();
+        let told: Vec<String> =
+            summary(&runs).rows.iter().map(|(name, cells)| format!("{name} = {}", cells[0])).collect();
         assert_eq!(told, ["mass: by = 1, 2.5", "mass: end = 0.25", "ranks = 2"]);
     }
 }

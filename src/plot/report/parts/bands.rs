@@ -71,11 +71,13 @@ fn thickness(measures: &Measures, bands: &Bands) -> Sheet {
 }
 
 fn boxes(measures: &Measures, bands: &Bands) -> Sheet {
-    let size = |of: &Option<Box>| {
-        of.as_ref().map(|of| format!("{} ({})", tenths(of.thickness_d50), tenths(of.length_d50)))
-    };
+    let size =
+        |of: &Option<Box>| of.as_ref().map(|of| format!("{} ({})", tenths(of.thickness_d50), tenths(of.length_d50)));
     Sheet::of(
-        &format!("The box around the most strained 2{THIN}% (appendix A): thickness, in brackets length, {}", unit(measures)),
+        &format!(
+            "The box around the most strained 2{THIN}% (appendix A): thickness, in brackets length, {}",
+            unit(measures)
+        ),
         &bands.runs,
         |band| band.who.run.clone(),
         &[
@@ -191,7 +193,8 @@ pub fn told(measures: &Measures, index: usize) -> Option<String> {
     if band.thickness < SINGLE_ROW * span.diameter {
         return Some(format!(" {between} strain gathered in a single row, {above}."));
     }
-    let slope = if span.is_periodic { String::new() } else { format!(" at {}", degrees(found.slope_deg.unwrap_or(0.0))) };
+    let slope =
+        if span.is_periodic { String::new() } else { format!(" at {}", degrees(found.slope_deg.unwrap_or(0.0))) };
     Some(format!(
         " {between} strain gathered in a band {} {unit} ({}{THIN}mm) thick{slope}, centred {above}.",
         long(band.thickness),

@@ -51,7 +51,12 @@ pub fn trained(measures: &Measures, all: &[Trained]) -> Result<Part, Error> {
             ("frames of it", &|trained| Some(frames(trained))),
         ],
     );
-    Ok(Part { sentences: vec![sentence], figures: vec![pictures(measures, all)?], sheets: vec![sheet], ..Part::default() })
+    Ok(Part {
+        sentences: vec![sentence],
+        figures: vec![pictures(measures, all)?],
+        sheets: vec![sheet],
+        ..Part::default()
+    })
 }
 
 /// The best trained packing that there is, an untrained one of the same specimen and packing, and the grains alone.
@@ -99,8 +104,8 @@ fn pictures(measures: &Measures, all: &[Trained]) -> Result<Drawn, Error> {
 }
 
 pub fn recovery(found: &Disturbed) -> Option<String> {
-    found.settled_pa?;
-    Some(match found.strain_until_recovered {
+    found.by.settled_pa?;
+    Some(match found.by.strain_until_recovered {
         Some(0.0) => "never below".to_owned(),
         Some(strain) => percent(strain),
         None => "not reached".to_owned(),
@@ -109,7 +114,8 @@ pub fn recovery(found: &Disturbed) -> Option<String> {
 
 pub fn disturbance(measures: &Measures, all: &[Disturbed]) -> Part {
     let groups = &measures.among.groups;
-    let against = |value: f64, found: &Disturbed| format!("{} ({})", kilopascal(value), relative(value, found.before_pa));
+    let against =
+        |value: f64, found: &Disturbed| format!("{} ({})", kilopascal(value), relative(value, found.by.before_pa));
     let (lowest, highest) = (within("lowest average"), within("highest row"));
     let settled = format!("level from {} after", interval([STRAIN_DISTURBED, STRAIN_SETTLED]));
     let sheet = Sheet::of(
@@ -118,20 +124,20 @@ pub fn disturbance(measures: &Measures, all: &[Disturbed]) -> Part {
         |found| with_training(&found.who.run, found.who.training),
         &[
             ("at strain", &|found| {
-                Some(format!("{} (t = {}{THIN}s)", percent(found.strain), plain(found.enrichment.time, 3)))
+                Some(format!("{} (t = {}{THIN}s)", percent(found.by.strain), plain(found.by.time_s, 3)))
             }),
-            ("before", &|found| Some(kilopascal(found.before_pa))),
-            ("lowest average", &|found| Some(against(found.lowest_average_pa, found))),
-            ("drop", &|found| Some(change(found.drop))),
-            ("highest row", &|found| Some(against(found.highest_row_pa, found))),
-            ("farthest row", &|found| found.excursion.map(change)),
-            ("level after", &|found| found.settled_pa.map(|level| against(level, found))),
+            ("before", &|found| Some(kilopascal(found.by.before_pa))),
+            ("lowest average", &|found| Some(against(found.by.lowest_average_pa, found))),
+            ("drop", &|found| Some(change(found.by.drop))),
+            ("highest row", &|found| Some(against(found.by.highest_row_pa, found))),
+            ("farthest row", &|found| found.by.excursion.map(change)),
+            ("level after", &|found| found.by.settled_pa.map(|level| against(level, found))),
             ("strain until 90\u{2009}% of that", &recovery),
         ],
     );
-    let drops: Vec<_> = all.iter().map(|found| (&found.who, found.drop)).collect();
+    let drops: Vec<_> = all.iter().map(|found| (&found.who, found.by.drop)).collect();
     let recovered: Vec<_> =
-        all.iter().filter_map(|found| Some((&found.who, found.strain_until_recovered?))).collect();
+        all.iter().filter_map(|found| Some((&found.who, found.by.strain_until_recovered?))).collect();
     let mut words = format!(
         "Within {} of strain after enrichment the moving average of stress changes by: {}.",
         percent(STRAIN_DISTURBED),
@@ -140,7 +146,7 @@ pub fn disturbance(measures: &Measures, all: &[Disturbed]) -> Part {
     if !recovered.is_empty() {
         words += &format!(" It recovers after a strain of: {}.", by_group(groups, &recovered, percent));
     }
-    for found in all.iter().filter(|found| found.settled_pa.is_some() && found.strain_until_recovered.is_none()) {
+    for found in all.iter().filter(|found| found.by.settled_pa.is_some() && found.by.strain_until_recovered.is_none()) {
         words += &format!(" That of {} does not recover.", found.who.run);
     }
     Part { sentences: vec![words], sheets: vec![sheet], ..Part::default() }

@@ -69,7 +69,10 @@ fn sentences(of: &str, strain: &str, compared: &[Compared]) -> Vec<String> {
     if let Some(first) = chosen.first() {
         let told = chosen.iter().map(told).collect::<Vec<_>>().join("; ");
         let difference = &first.difference;
-        all.push(format!("{of} from {} of {strain}: {told}.", interval([difference.from_strain, difference.to_strain])));
+        all.push(format!(
+            "{of} from {} of {strain}: {told}.",
+            interval([difference.from_strain, difference.to_strain])
+        ));
     }
     if !spread.is_empty() {
         let told = |pick: fn(&Compared) -> f64| {
@@ -102,7 +105,8 @@ fn caption(measures: &Measures, words: &str) -> String {
         caption += &format!("; 1{THIN}% of strain is {}{THIN}mm", plain(10.0 * metres, 3));
     }
     if measures.stress.of.spreads.iter().any(Option::is_some) {
-        caption += "; of several packings the mean, with the band between the least and the most, and thin lines for each";
+        caption +=
+            "; of several packings the mean, with the band between the least and the most, and thin lines for each";
     }
     if !measures.disturbance.of.is_empty() {
         caption += &format!(
@@ -150,7 +154,8 @@ fn drawing(measures: &Measures, label: &str) -> String {
     entries.push(Entry { words: "moving average".to_owned(), stroke: Stroke::new(ink, 1.8) });
     entries.push(Entry { words: "single rows".to_owned(), stroke: Stroke::new(ink, 0.8).opacity(0.4) });
     raw.append(&mut curves);
-    let words = if runs.iter().filter(|(run, _)| run.enrichment().is_some()).count() == 1 { "grains inserted" } else { "" };
+    let words =
+        if runs.iter().filter(|(run, _)| run.enrichment().is_some()).count() == 1 { "grains inserted" } else { "" };
     let mut charts = vec![Chart {
         x,
         y: Axis::around(label, shown.iter().map(|stress| stress / UNITS[1])),
@@ -176,7 +181,7 @@ fn close(measures: &Measures, label: &str, entries: &mut Vec<Entry<'static>>) ->
     let shown = all.iter().map(same).reduce(|a, b| if b.len() > a.len() { b } else { a })?;
     let partner = among.partner(&among.members[shown[0]]).map(|partner| partner.index());
     let found = || shown.iter().filter_map(|&index| measures.disturbed(index));
-    let [first, last] = range(found().map(|found| found.strain))?;
+    let [first, last] = range(found().map(|found| found.by.strain))?;
     let end = shown.iter().map(|&index| among.members[index].strain_end()).fold(0.0, f64::max);
     let [lower, upper] = [(first - CLOSE[0]).max(0.0), (last + CLOSE[1]).min(end)];
     let (mut raw, mut curves) = (Vec::new(), Vec::new());
@@ -190,12 +195,12 @@ fn close(measures: &Measures, label: &str, entries: &mut Vec<Entry<'static>>) ->
     }
     let level = |index: &usize| {
         let colour = if among.members.len() == 1 { QUIET } else { super::colour_of(measures, *index) };
-        let before = measures.disturbed(*index)?.before_pa / UNITS[1];
+        let before = measures.disturbed(*index)?.by.before_pa / UNITS[1];
         Some(chart::Level { at: before, stroke: Stroke::new(colour, 1.1).dash("2 3") })
     };
     let levels: Vec<_> = shown.iter().filter_map(level).collect();
     if let ([level], Some(found)) = (levels.as_slice(), found().next()) {
-        let words = format!("mean of {} rows before: {} kPa", found.rows_averaged, significant(level.at, 3));
+        let words = format!("mean of {} rows before: {} kPa", found.by.rows_averaged, significant(level.at, 3));
         entries.push(Entry { words, stroke: level.stroke });
     }
     raw.append(&mut curves);
@@ -205,7 +210,11 @@ fn close(measures: &Measures, label: &str, entries: &mut Vec<Entry<'static>>) ->
         title: "(b) about the enrichment".to_owned(),
         y: Axis::around(label, seen.collect::<Vec<_>>().into_iter()),
         x: Axis::exact(&axis_of(&runs(measures)).0.label, lower / UNITS[0], upper / UNITS[0]),
-        moments: vec![Moment { at: first / UNITS[0], words: String::new(), stroke: Stroke::new(QUIET, 1.0).dash("5 3") }],
+        moments: vec![Moment {
+            at: first / UNITS[0],
+            words: String::new(),
+            stroke: Stroke::new(QUIET, 1.0).dash("5 3"),
+        }],
         levels,
         curves: raw,
         ..Chart::default()
@@ -230,7 +239,9 @@ pub fn levels(measures: &Measures, levels: &[Level]) -> Part {
                 Some(format!("{}, {}", kilopascal(level.residual_pa), interval(level.residual_between_strains)))
             }),
             ("fall from the peak", &|level| Some(percent(level.softening))),
-            ("at the end", &|level| Some(format!("{} at {}", kilopascal(level.stress_end_pa), percent(level.strain_end)))),
+            ("at the end", &|level| {
+                Some(format!("{} at {}", kilopascal(level.stress_end_pa), percent(level.strain_end)))
+            }),
             ("volume strain at the end", &|level| level.volume_strain_end.map(change)),
             ("normal stress, second half", &|level| spread(level)),
         ],

@@ -5,14 +5,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use scree_io::series::Series;
-use scree_io::{Column, Drawn, Frame, FrameFile, Values};
+use scree_io::{Frame, FrameFile};
 use serde_json::Value;
 
+use super::made_up::{Row, SPACING, frame_of};
 use crate::base::error::Error;
 use crate::base::math;
 use crate::plot::report::write;
 
-const SPACING: f64 = 1e-3;
 /// Bodies along either axis.
 const BODIES: [i64; 2] = [40, 60];
 const DEPTH: f64 = 0.01;
@@ -74,36 +74,21 @@ impl<'a> Made<'a> {
     }
 
     fn frame(&self, strain: f64) -> Frame {
-        let mut rows = Vec::new();
-        for id in 0..BODIES[0] * BODIES[1] {
-            let origin = [id % BODIES[0], id / BODIES[0]].map(|at| (at as f64 + 0.5) * SPACING);
-            let (off, moved) = self.moved(origin, strain);
+        let body = |id: i64| {
+            let [x, y] = [id % BODIES[0], id / BODIES[0]].map(|at| (at as f64 + 0.5) * SPACING);
+            let (off, displacement) = self.moved([x, y], strain);
             let is_grain = match self.method {
                 "dem" => true,
                 "hybrid" => strain >= ENRICHED && off.abs() < ZONE,
                 _ => false,
             };
-            rows.push((i64::from(is_grain), id, origin, moved));
-        }
+            let position = [x + displacement[0], y + displacement[1]];
+            let stress = [-1e5; 3];
+            Row { kind: i64::from(is_grain), id, position, displacement, weight: 1.0, stress, deviatoric: strain }
+        };
         // A vertex of a membrane, far outside and with the id of a grain.
-        rows.push((3, 7, [-1.0, 0.0], [0.3, 0.0]));
-        let column = |name: &str, width: usize, values: Values| Column { name: name.to_owned(), width, values };
-        let same = |value: f64, width: usize| Values::F64(vec![value; width * rows.len()]);
-        Frame {
-            time: strain,
-            drawn: Drawn::Points,
-            positions: rows.iter().map(|(_, _, [x, y], [dx, dy])| [x + dx, y + dy, 0.0]).collect(),
-            whole: Vec::new(),
-            fields: vec![
-                column("kind", 1, Values::I64(rows.iter().map(|row| row.0).collect())),
-                column("id", 1, Values::I64(rows.iter().map(|row| row.1).collect())),
-                column("radius", 1, same(0.5 * SPACING, 1)),
-                column("weight", 1, same(1.0, 1)),
-                column("displacement", 3, Values::F64(rows.iter().flat_map(|row| [row.3[0], row.3[1], 0.0]).collect())),
-                column("stress", 3, same(-1e5, 3)),
-                column("deviatoric_strain", 1, same(strain, 1)),
-            ],
-        }
+        let vertex = Row { kind: 3, id: 7, position: [-0.7, 0.0], displacement: [0.3, 0.0], ..Row::default() };
+        frame_of(strain, &(0..BODIES[0] * BODIES[1]).map(body).chain([vertex]).collect::<Vec<_>>())
     }
 
     fn scenario(&self) -> String {
