@@ -2,4 +2,13 @@
 
 pub mod band;
 pub mod calibrate;
+pub mod columns;
+pub mod curve;
+pub mod drive;
+pub mod measures;
+pub mod run;
+pub mod snapshot;
+pub mod space;
+pub mod strained;
 pub mod strip;
+pub mod zone;

@@ -157,10 +157,9 @@ enum Command {
         /// The page. Default: report.html in the first folder.
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
-        /// Of runs that are compared: the strains that incremental strain and the band are measured between; horizontal ones of
-        /// planar shear, and where a body presses on grains its way over the height of the material or its own breadth, which
-        /// stresses are compared between, too. Default: 0.37,0.57 or 0.055,0.085, of shorter runs the same share of what they
-        /// have in common.
+        /// The strains that incremental strain and the band are measured between; horizontal ones of planar shear, and where a body
+        /// presses its way over the height of the material or its own breadth, which stresses are compared between, too. Default:
+        /// 0.37,0.57 or 0.055,0.085, of shorter runs the same share of what they have in common.
         #[arg(long, value_name = "FROM,TO", value_parser = report::strains)]
         between: Option<[f64; 2]>,
     },

@@ -1,11 +1,11 @@
 //! The page of `scree calibrate`: what the element tests of grains gave, and the law that follows them.
 
-use super::chart::{Axis, Chart, Curve, Entry, percent, side_by_side, significant};
-use super::figures::{HEIGHT, start};
+use super::chart::{self, Axis, Chart, Curve, Entry};
+use super::colour;
+use super::numbers::{percent, significant};
 use super::page::{figure, table, whole};
 use super::svg::{INK, Stroke, escape};
 use super::words::Table;
-use super::{WIDTH, colour};
 use crate::analysis::calibrate::element::{INERTIAL_COMPRESSION, INERTIAL_SHEAR, Row, STRAIN_SMALL};
 use crate::analysis::calibrate::fit::{Shear, axial, compression, friction, pressure, response, smoothed};
 use crate::analysis::calibrate::fragment::in_unit;
@@ -100,11 +100,7 @@ fn fit_stroke() -> Stroke<'static> {
 }
 
 fn draw(name: &str, title: &str, charts: &[Chart], entries: &[Entry]) -> String {
-    let (mut svg, top) = start(name, WIDTH, entries);
-    for (chart, frame) in charts.iter().zip(side_by_side(charts.len(), WIDTH, top, HEIGHT)) {
-        chart.draw(&mut svg, frame);
-    }
-    svg.finish(title)
+    chart::draw(name, title, entries, charts, charts.len())
 }
 
 fn packing_entries(calibration: &Calibration) -> Vec<Entry<'static>> {
@@ -151,8 +147,7 @@ fn chart_of<'a>(title: &str, (x, end): (&str, f64), y: &str, curves: Vec<Curve<'
         // Nothing here is negative but by noise.
         y: Axis { lower: around.lower.max(0.0), ..around },
         curves,
-        moments: Vec::new(),
-        levels: Vec::new(),
+        ..Chart::default()
     }
 }
 

@@ -1,6 +1,8 @@
 //! Curves over axes.
 
-use super::svg::{Anchor, FAINT, Frame, INK, Letters, Stroke, Svg, number, shortened};
+use super::WIDTH;
+use super::numbers::{exponent, power_label, power_of_ten};
+use super::svg::{Anchor, Frame, INK, Letters, Stroke, Svg, number};
 use crate::base::math;
 
 /// Room left of a chart's frame for its labels, pixels.
@@ -10,15 +12,16 @@ const TICK_LETTERS: f64 = 11.5;
 const LABEL_LETTERS: f64 = 13.0;
 
 /// How values are laid out along an axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scale {
+    #[default]
     Linear,
     /// By powers of ten; values that are not positive have no place.
     Logarithmic,
 }
 
 /// An axis: a name with its unit, and the range of values.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Axis {
     pub label: String,
     pub lower: f64,
@@ -101,8 +104,16 @@ pub struct Level<'a> {
     pub stroke: Stroke<'a>,
 }
 
-/// Curves over two axes.
+/// What lies between two curves (in units of the axes), filled faintly.
 #[derive(Clone, Debug)]
+pub struct Area<'a> {
+    pub lower: Vec<[f64; 2]>,
+    pub upper: Vec<[f64; 2]>,
+    pub colour: &'a str,
+}
+
+/// Curves over two axes.
+#[derive(Clone, Debug, Default)]
 pub struct Chart<'a> {
     /// Stands above the frame; may be empty.
     pub title: String,
@@ -111,23 +122,12 @@ pub struct Chart<'a> {
     pub curves: Vec<Curve<'a>>,
     pub moments: Vec<Moment<'a>>,
     pub levels: Vec<Level<'a>>,
+    pub areas: Vec<Area<'a>>,
+    /// Stand above the frame, below the title.
+    pub entries: Vec<Entry<'a>>,
 }
 
 impl Chart<'_> {
-    /// Fills what lies between two curves (in units of the axes), faintly; to be called before [`Self::draw`].
-    pub fn fill_between(&self, svg: &mut Svg, frame: Frame, lower: &[[f64; 2]], upper: &[[f64; 2]], colour: &str) {
-        let place = |&[x, y]: &[f64; 2]| {
-            [frame.left + self.x.share(x) * frame.width, frame.bottom() - self.y.share(y) * frame.height]
-        };
-        let around: Vec<String> = lower.iter().chain(upper.iter().rev()).map(place).map(pair).collect();
-        if around.len() > 2 {
-            svg.clipped(frame, |svg| {
-                let path = around.join("L");
-                svg.raw(&format!("<path d=\"M{path}Z\" fill=\"{colour}\" fill-opacity=\"0.18\"/>\n"));
-            });
-        }
-    }
-
     /// Draws the chart; `frame` is the rectangle of the axes, labels go outside of it.
     pub fn draw(&self, svg: &mut Svg, frame: Frame) {
         let place = |x: f64, y: f64| {
@@ -145,6 +145,12 @@ impl Chart<'_> {
         }
 
         svg.clipped(frame, |svg| {
+            for area in &self.areas {
+                let around = area.lower.iter().chain(area.upper.iter().rev());
+                let path = around.map(|[x, y]| pair(place(*x, *y))).collect::<Vec<_>>().join("L");
+                let colour = area.colour;
+                svg.raw(&format!("<path d=\"M{path}Z\" fill=\"{colour}\" fill-opacity=\"0.18\"/>\n"));
+            }
             for level in &self.levels {
                 let y = place(self.x.lower, level.at)[1];
                 svg.line([frame.left, y], [frame.right(), y], level.stroke);
@@ -225,13 +231,6 @@ pub fn text_width(words: &str, size: f64) -> f64 {
     words.chars().count() as f64 * size * 0.5
 }
 
-/// A frame around a faint background, for charts without data.
-pub fn empty(svg: &mut Svg, frame: Frame, words: &str) {
-    svg.outline(frame, Stroke::new(FAINT, 1.0));
-    let middle = [frame.left + 0.5 * frame.width, frame.top + 0.5 * frame.height];
-    svg.text(middle, words, Letters::new(LABEL_LETTERS, Anchor::Middle).colour("#777777"));
-}
-
 /// Smallest and largest of the finite values; zero and one if there are none.
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (lower, upper) = values
@@ -263,58 +262,6 @@ pub fn linear_ticks(lower: f64, upper: f64, count: usize) -> Vec<(f64, String)> 
         .collect()
 }
 
-/// The power of ten at or below a positive value.
-pub fn exponent(value: f64) -> i32 {
-    let text = format!("{value:e}");
-    text.split_once('e').and_then(|(_, power)| power.parse().ok()).unwrap_or(0)
-}
-
-/// Ten to `power`, to the last bit.
-pub fn power_of_ten(power: i32) -> f64 {
-    format!("1e{power}").parse().expect("a power of ten is a number")
-}
-
-/// `10` with a raised exponent.
-fn power_label(power: i32) -> String {
-    let plain = power.to_string();
-    let raised = plain.chars().map(|letter| match letter {
-        '-' => '\u{207b}',
-        '1' => '\u{b9}',
-        '2' => '\u{b2}',
-        '3' => '\u{b3}',
-        digit => char::from_u32(0x2070 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
-    });
-    format!("10{}", raised.collect::<String>())
-}
-
-/// A share in percent with the decimals that three digits need; what would show as less than 0.001 % is nothing.
-pub fn percent(share: f64) -> String {
-    let value = 100.0 * share;
-    let text = if value.abs() < 5e-4 { "0".to_owned() } else { shortened(significant(value, 3)) };
-    format!("{text}\u{2009}%")
-}
-
-/// A number in words fit for a sentence: `digits` significant ones.
-pub fn significant(value: f64, digits: usize) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return if value == 0.0 { "0".to_owned() } else { "\u{2013}".to_owned() };
-    }
-    let power = exponent(value.abs());
-    if !(-4..6).contains(&power) {
-        let text = format!("{value:.*e}", digits.saturating_sub(1));
-        let (mantissa, _) = text.split_once('e').expect("scientific notation has an exponent");
-        let power = exponent(text.parse::<f64>().expect("a number").abs());
-        return minus(format!("{}\u{2009}\u{d7}\u{2009}{}", shortened(mantissa.to_owned()), power_label(power)));
-    }
-    let decimals = usize::try_from(digits as i32 - 1 - power).unwrap_or(0);
-    minus(format!("{value:.decimals$}"))
-}
-
-/// With a true minus sign.
-fn minus(text: String) -> String {
-    text.replace('-', "\u{2212}")
-}
-
 /// Fewer places where many share a column of pixels: the lowest and the highest of each column stay, in their order.
 fn thinned(places: &[[f64; 2]]) -> Vec<[f64; 2]> {
     const KEEP_ALL: usize = 3000;
@@ -341,18 +288,39 @@ fn thinned(places: &[[f64; 2]]) -> Vec<[f64; 2]> {
     thin
 }
 
-/// The frames of `count` charts side by side in a drawing `width` pixels wide.
-pub fn side_by_side(count: usize, width: f64, top: f64, height: f64) -> Vec<Frame> {
-    const GAP_RIGHT: f64 = 16.0;
-    let cell = width / count as f64;
-    (0..count)
-        .map(|index| Frame {
-            left: index as f64 * cell + MARGIN_LEFT,
-            top,
-            width: cell - MARGIN_LEFT - GAP_RIGHT,
-            height,
-        })
-        .collect()
+/// Height of the axes of a chart, room below them, and between legend and axes for a title, pixels.
+const HEIGHT: f64 = 250.0;
+const FOOT: f64 = 50.0;
+const TITLE: f64 = 28.0;
+const GAP_RIGHT: f64 = 16.0;
+const TOP: f64 = 18.0;
+
+/// Charts in rows of so many, each with its legend, below a legend of all of them.
+pub fn draw(name: &str, description: &str, shared: &[Entry], charts: &[Chart], columns: usize) -> String {
+    let cell = WIDTH / columns.max(1) as f64;
+    // The legend decides the height: draw it once to know.
+    let height = |width: f64, entries: &[Entry]| match entries {
+        [] => 0.0,
+        entries => legend(&mut Svg::new(name, width, 0.0), [0.0, 0.0], width, entries),
+    };
+    let across = cell - MARGIN_LEFT - GAP_RIGHT;
+    let rows: Vec<&[Chart]> = charts.chunks(columns.max(1)).collect();
+    let legends = |row: &[Chart]| row.iter().map(|chart| height(across, &chart.entries)).fold(0.0, f64::max);
+    let head = height(WIDTH - MARGIN_LEFT - GAP_RIGHT, shared);
+    let total = rows.iter().map(|row| legends(row) + TITLE + HEIGHT + FOOT).sum::<f64>();
+    let mut svg = Svg::new(name, WIDTH, TOP + head + total);
+    legend(&mut svg, [MARGIN_LEFT, TOP], WIDTH - MARGIN_LEFT - GAP_RIGHT, shared);
+    let mut top = if head > 0.0 { head } else { 0.0 } + 4.0;
+    for row in rows {
+        let room = legends(row);
+        for (column, chart) in row.iter().enumerate() {
+            let left = column as f64 * cell + MARGIN_LEFT;
+            legend(&mut svg, [left, top + TOP - 4.0], across, &chart.entries);
+            chart.draw(&mut svg, Frame { left, top: top + room + TITLE, width: across, height: HEIGHT });
+        }
+        top += room + TITLE + HEIGHT + FOOT;
+    }
+    svg.finish(description)
 }
 
 /// A place as `x y`, for paths.
@@ -391,17 +359,6 @@ mod tests {
         assert!((axis.share(1e-6) - 0.5).abs() < 1e-12);
         let cut = Axis::decades("E", [1e-30, 2.0].into_iter(), 6);
         assert_eq!((cut.lower, cut.upper), (1e-5, 10.0));
-    }
-
-    #[test]
-    fn numbers_read_well() {
-        assert_eq!(significant(123.456, 3), "123");
-        assert_eq!(significant(0.012345, 3), "0.0123");
-        assert_eq!(significant(-2.0, 3), "\u{2212}2.00");
-        assert_eq!(significant(0.0, 3), "0");
-        assert_eq!(significant(3.2e-7, 2), "3.2\u{2009}\u{d7}\u{2009}10\u{207b}\u{2077}");
-        assert_eq!([percent(0.1), percent(0.03499), percent(1e-9)], ["10\u{2009}%", "3.5\u{2009}%", "0\u{2009}%"]);
-        assert_eq!(power_label(-13), "10\u{207b}\u{b9}\u{b3}");
     }
 
     #[test]

@@ -3,6 +3,9 @@
 /// Lines of several runs: Okabe and Ito (2008), without yellow, which is too pale for a line.
 pub const LINES: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#000000"];
 
+/// Dashes of lines that share a colour.
+pub const DASHES: [&str; 6] = ["", "7 3", "2 2", "8 2 2 2", "12 4", "8 2 2 2 2 2"];
+
 /// Fill of a row whose strain is not known.
 pub const UNKNOWN: &str = "#bdbdbd";
 /// Fill of what belongs to a plate.

@@ -1,6 +1,6 @@
 //! The outline of a patch of scattered places: the border of all that lies within a reach of one of them.
 
-use super::span::Span;
+use crate::analysis::strained::Span;
 
 /// Cells of the grid per reach.
 const CELLS_PER_REACH: f64 = 4.0;

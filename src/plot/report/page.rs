@@ -1,143 +1,114 @@
 //! The page that holds everything: one file, no script, nothing fetched.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
-use super::compare::Comparison;
-use super::figures::label;
-use super::findings::{STRAIN_DISTURBED, WINDOW};
-use super::records::Record;
+use super::Drawn;
+use super::parts::{Part, Sheet};
 use super::svg::{FONT, escape};
-use super::words::{self, Story, Table};
+use super::words::{self, Table};
+use crate::analysis::run::Run;
 
-/// The drawings of a report, by the names of their files.
-pub struct Drawings {
-    pub shear_stress: String,
-    pub volume: String,
-    pub specimen: String,
-    pub energies: String,
+/// What a report says of its runs.
+pub struct Report<'a> {
+    pub runs: &'a [Run],
+    /// What happened, run by run.
+    pub paragraphs: Vec<String>,
+    pub parts: Vec<Part>,
+    /// Pictures, and curves of columns.
+    pub figures: Vec<Drawn>,
 }
 
-impl Drawings {
-    /// Each drawing with the name of its file.
-    pub fn files(&self) -> [(&'static str, &str); 4] {
-        [
-            ("shear_stress.svg", &self.shear_stress),
-            ("volume.svg", &self.volume),
-            ("specimen.svg", &self.specimen),
-            ("energies.svg", &self.energies),
-        ]
+impl Report<'_> {
+    /// The main findings of a comparison as a paragraph.
+    pub fn findings(&self) -> String {
+        self.parts.iter().flat_map(|part| part.sentences.iter().map(String::as_str)).collect::<Vec<_>>().join(" ")
     }
-}
 
-/// The whole page.
-pub fn page(stories: &[Story], drawings: &Drawings, comparison: Option<&Comparison>) -> String {
-    let title = escape(&words::title(stories));
-    let mut body = format!("<h1>{title}</h1>\n");
-    let compared = comparison.map_or(0, |comparison| compared(&mut body, comparison));
-    for story in stories {
-        let _ = match stories {
-            [_] => writeln!(body, "<p class=\"lead\">{}</p>", escape(&story.paragraph())),
-            _ => {
-                writeln!(
-                    body,
-                    "<p class=\"lead\"><b>{}.</b> {}</p>",
-                    escape(&label(story.run)),
-                    escape(&story.paragraph())
-                )
+    /// The whole page.
+    pub fn page(&self) -> String {
+        let title = escape(&words::title(self.runs));
+        let mut body = format!("<h1>{title}</h1>\n");
+        let mut figures = 0;
+        match self.paragraphs.as_slice() {
+            [only] => {
+                lead(&mut body, &escape(only));
+                self.measured(&mut body, &mut figures);
             }
-        };
-    }
-    figure(&mut body, compared + 1, &drawings.shear_stress, &stress_caption(stories));
-    figure(
-        &mut body,
-        compared + 2,
-        &drawings.volume,
-        "(a) Volume strain, positive in dilation, and (b) normal stress on the upper plate, against horizontal \
-         strain; single rows faint, their moving average on top.",
-    );
-    figure(&mut body, compared + 3, &drawings.specimen, &specimen_caption(stories));
-    figure(
-        &mut body,
-        compared + 4,
-        &drawings.energies,
-        "Energies against horizontal strain: elastic energy of the contacts (grains) and of the continuum (points), \
-         and kinetic energy. What is zero has no place on this scale.",
-    );
-    let names: Vec<String> = stories.iter().map(|story| label(story.run)).collect();
-    table(&mut body, "What was measured", &names, &words::findings(stories));
-    table(&mut body, "Scenario", &names, &words::scenario(stories));
-    table(&mut body, "Summary of the run", &names, &words::summary(stories));
-    let sources: Vec<Source> =
-        stories.iter().map(|story| (label(story.run), &*story.run.directory, &*story.run.scenario_text)).collect();
-    made(&mut body, &sources);
-    whole(&title, &body)
-}
-
-/// The comparison: its findings, figures and tables, and what is not there; the number of figures.
-fn compared(body: &mut String, comparison: &Comparison) -> usize {
-    body.push_str("<h2>Compared</h2>\n");
-    for part in comparison.parts.iter().filter(|part| !part.sentences.is_empty()) {
-        let _ = writeln!(body, "<p class=\"lead\">{}</p>", escape(&part.sentences.join(" ")));
-    }
-    let mut figures = 0;
-    for part in &comparison.parts {
-        for drawn in &part.figures {
+            several => {
+                body.push_str("<h2>Compared</h2>\n");
+                for part in self.parts.iter().filter(|part| !part.sentences.is_empty()) {
+                    lead(&mut body, &escape(&part.sentences.join(" ")));
+                }
+                self.measured(&mut body, &mut figures);
+                body.push_str("<p>All of these figures stand in <code>comparison.json</code> beside this page.</p>\n");
+                body.push_str("<h2>Run by run</h2>\n");
+                for (run, words) in self.runs.iter().zip(several) {
+                    lead(&mut body, &format!("<b>{}.</b> {}", escape(&run.label()), escape(words)));
+                }
+            }
+        }
+        for drawn in &self.figures {
             figures += 1;
-            figure(body, figures, &drawn.drawing, &drawn.caption);
+            figure(&mut body, figures, &drawn.drawing, &drawn.caption);
         }
-        for sheet in &part.sheets {
-            table(body, sheet.title, &sheet.columns, &sheet.table);
-        }
-        for why in &part.left_out {
-            let _ = writeln!(body, "<p class=\"left-out\">{}</p>", escape(why));
+        let names: Vec<String> = self.runs.iter().map(Run::label).collect();
+        table(&mut body, "Scenario", &names, &words::scenario(self.runs));
+        table(&mut body, "Summary of the run", &names, &words::summary(self.runs));
+        self.made(&mut body);
+        whole(&title, &body)
+    }
+
+    /// Figures, tables, and what is not there; of one run nobody asked for more than there is.
+    fn measured(&self, body: &mut String, figures: &mut usize) {
+        for part in &self.parts {
+            for drawn in &part.figures {
+                *figures += 1;
+                figure(body, *figures, &drawn.drawing, &drawn.caption);
+            }
+            part.sheets.iter().for_each(|sheet| self.sheet(body, sheet));
+            for why in part.left_out.iter().filter(|_| self.runs.len() > 1) {
+                let _ = writeln!(body, "<p class=\"left-out\">{}</p>", escape(why));
+            }
         }
     }
-    body.push_str("<p>All of these figures stand in <code>comparison.json</code> beside this page.</p>\n");
-    body.push_str("<h2>Run by run</h2>\n");
-    figures
-}
 
-/// What the pictures of an assembly show.
-pub const GRAINS_CAPTION: &str = "The grains in their true size, spheres seen along y, coloured by the mean stress of \
-     their contacts, compression positive; grey: glued to a body; dashed: the cell.";
-
-/// A run with what is said of it and its drawings.
-pub struct Section<'a> {
-    pub record: &'a Record,
-    pub words: String,
-    pub figures: Vec<Figure>,
-}
-
-/// A name, a drawing and a caption.
-pub type Figure = (&'static str, String, &'static str);
-
-/// The page of runs of grains in cells or of continua, one below the other, after what they are compared by.
-pub fn sections(sections: &[Section], comparison: Option<&Comparison>) -> String {
-    let names: Vec<&str> = sections.iter().map(|section| section.record.name.as_str()).collect();
-    let title = escape(&names.join(", "));
-    let mut body = format!("<h1>{title}</h1>\n");
-    let mut figures = comparison.map_or(0, |comparison| compared(&mut body, comparison));
-    for section in sections {
-        let record = section.record;
-        if sections.len() > 1 {
-            let directory = record.directory.display().to_string();
-            let _ = writeln!(body, "<h2>{} ({})</h2>", escape(&record.name), escape(&directory));
-        }
-        let _ = writeln!(body, "<p class=\"lead\">{}</p>", escape(&section.words));
-        for (_, drawing, caption) in &section.figures {
-            figures += 1;
-            figure(&mut body, figures, drawing, caption);
+    /// A row for each run, or of a single run one for each column.
+    fn sheet(&self, body: &mut String, sheet: &Sheet) {
+        match (self.runs.len(), sheet.rows.as_slice()) {
+            (1, [(_, cells)]) => {
+                let row = |(name, cell): (&&str, &String)| ((*name).to_owned(), vec![cell.clone()]);
+                let rows = sheet.columns.iter().zip(cells).map(row).collect();
+                table(body, &sheet.title, &[""], &Table { rows });
+            }
+            _ => table(body, &sheet.title, &sheet.columns, &Table { rows: sheet.rows.clone() }),
         }
     }
-    let summaries: Vec<_> = sections.iter().map(|section| &section.record.summary).collect();
-    table(&mut body, "Summary of the run", &names, &words::summaries(&summaries));
-    let sources: Vec<Source> = sections
-        .iter()
-        .map(|section| (section.record.name.clone(), &*section.record.directory, &*section.record.scenario_text))
-        .collect();
-    made(&mut body, &sources);
-    whole(&title, &body)
+
+    /// How to make it again.
+    fn made(&self, body: &mut String) {
+        body.push_str("<h2>How this was made</h2>\n");
+        let directories: Vec<String> = self.runs.iter().map(|run| run.directory.display().to_string()).collect();
+        let _ = writeln!(
+            body,
+            "<p>By {} with <code>scree report {}</code>, from each directory's <code>scenario.toml</code>, \
+             <code>summary.json</code>, <code>series.csv</code> and <code>frames.vtkhdf</code>. The drawings lie beside \
+             this page in <code>figures/</code>, as SVG.</p>",
+            crate::base::program::name(),
+            escape(&directories.join(" "))
+        );
+        for run in self.runs {
+            let _ = writeln!(
+                body,
+                "<details><summary>The complete scenario of {}</summary>\n<pre>{}</pre>\n</details>",
+                escape(&run.label()),
+                escape(&run.scenario_text)
+            );
+        }
+    }
+}
+
+fn lead(body: &mut String, words: &str) {
+    let _ = writeln!(body, "<p class=\"lead\">{words}</p>");
 }
 
 /// A page around its body, with the style of all of them.
@@ -185,44 +156,6 @@ pub fn figure(body: &mut String, number: usize, drawing: &str, caption: &str) {
     );
 }
 
-fn stress_caption(stories: &[Story]) -> String {
-    let mut caption = format!(
-        "Shear stress (tangential force on the upper plate over its area) against horizontal strain (displacement of \
-         the upper plate over the specimen's width). Faint: rows of series.csv, each the mean over its interval; full: \
-         their moving average over {WINDOW} rows"
-    );
-    if stories.iter().any(|story| story.findings.enrichment.is_some()) {
-        let _ = write!(
-            caption,
-            ", which does not look across the enrichment (dashed). (b) shows the enrichment closely; dotted: the mean \
-             of the {WINDOW} rows before it. Dip and spike are looked for within {:.0}\u{2009}% of strain after it",
-            100.0 * STRAIN_DISTURBED
-        );
-    }
-    caption + "."
-}
-
-fn specimen_caption(stories: &[Story]) -> String {
-    let mut caption = "The specimen, periodic in the horizontal direction, at the strains given. Grains are discs in \
-                       their true size, points are squares of their area"
-        .to_owned();
-    let rim =
-        |story: &Story| story.scenes.scenes.iter().any(|scene| scene.bodies.iter().any(|row| row.body.weight < 1.0));
-    if stories.iter().any(rim) {
-        caption += "; in the outlined rim both live and share the mass";
-    }
-    caption += ". Colour: magnitude |e\u{2032}| = \u{221a}(e\u{2032}:e\u{2032}) of the deviatoric part of the best-fit \
-                strain over Delaunay neighbours (simple shear by \u{3b3} has \u{3b3}/\u{221a}2), points and grains \
-                fitted apart; in the last panel it counts from the strain given there, body by body, and bodies that \
-                were not there yet are grey";
-    if stories.iter().any(|story| story.scenes.band.is_some()) {
-        caption += ". Dashed: the band, that is the smallest box around the most strained 2\u{2009}% of the material \
-                    (98th percentile by area) without outliers beyond two standard deviations, level and without ends \
-                    where it closes round the period; its thickness stands beside it";
-    }
-    caption + ". After Chen et al. (2021), figures 9 and 11 and appendix A."
-}
-
 /// A table with a column for each of `runs`; nothing where it has no rows.
 pub fn table(body: &mut String, title: &str, runs: &[impl AsRef<str>], table: &Table) {
     if table.rows.is_empty() {
@@ -247,29 +180,4 @@ pub fn table(body: &mut String, title: &str, runs: &[impl AsRef<str>], table: &T
         body.push_str("</tr>\n");
     }
     body.push_str("</tbody></table></div>\n");
-}
-
-/// Name, directory and scenario of a run.
-type Source<'a> = (String, &'a Path, &'a str);
-
-/// How to make it again.
-fn made(body: &mut String, sources: &[Source]) {
-    body.push_str("<h2>How this was made</h2>\n");
-    let directories: Vec<String> = sources.iter().map(|(_, directory, _)| directory.display().to_string()).collect();
-    let _ = writeln!(
-        body,
-        "<p>By {} with <code>scree report {}</code>, from each directory's <code>scenario.toml</code>, \
-         <code>summary.json</code>, <code>series.csv</code> and <code>frames.vtkhdf</code>. The drawings lie beside \
-         this page in <code>figures/</code>, as SVG.</p>",
-        crate::base::program::name(),
-        escape(&directories.join(" "))
-    );
-    for (name, _, scenario) in sources {
-        let _ = writeln!(
-            body,
-            "<details><summary>The complete scenario of {}</summary>\n<pre>{}</pre>\n</details>",
-            escape(name),
-            escape(scenario)
-        );
-    }
 }

@@ -1,343 +1,300 @@
-//! The specimen at the drawn moments, bodies in their true size, coloured by strain.
+//! Curves of the named columns of series, whatever jobs wrote them: a chart says which columns it is of, the runs decide what of
+//! that there is.
 
-use std::fmt::Write as _;
+use super::Drawn;
+use super::chart::{Axis, Chart, Curve, Entry, Level, Moment, draw};
+use super::colour;
+use super::numbers::{significant, unit_of_time};
+use super::svg::Stroke;
+use crate::analysis::columns::{Column, Description, Quantity, describe, is_meant};
+use crate::analysis::curve::{WINDOW, range, smooth};
+use crate::analysis::drive::Measure;
+use crate::analysis::run::Run;
 
-use super::chart::{exponent, haloed, linear_ticks, pair, percent, power_of_ten, significant, tick_step};
-use super::figures::label;
-use super::load::{Kind, Run};
-use super::scenes::{Scenes, Since, Valued, free, heights, square_edge};
-use super::span::Span;
-use super::svg::{Anchor, Frame, INK, Letters, Stroke, Svg, number, tenth};
-use super::words::{D50, in_diameters};
-use super::{colour, contour};
-use crate::analysis::band::Band;
+/// Columns up to which several runs share a chart, run by run in one colour; of more, each run has its own.
+const OVERLAID: usize = 4;
+/// Decades of energy below the largest that are shown.
+const DECADES: i32 = 9;
+/// Forces are shown in kN from here on, N.
+const KILO_FROM: f64 = 1e4;
+/// A stress that is held shows no closer than this share of what it is held at: a well-held one shall look like one.
+const HELD_ROOM: f64 = 0.05;
+/// Colour of marks that belong to the only run there is.
+pub const QUIET: &str = "#444444";
 
-const MARGIN_LEFT: f64 = 22.0;
-/// Room for the measure of the band beside the last panel.
-const MARGIN_RIGHT: f64 = 92.0;
-const GAP: f64 = 26.0;
-const HEIGHT_MAX: f64 = 500.0;
-const TITLES: f64 = 46.0;
-const LEGEND: f64 = 92.0;
-/// Columns of panels.
-const COLUMNS: usize = 3;
-/// Share of the bodies that may lie beyond the end of the colours.
-const BEYOND: f64 = 0.01;
-const RIM: &str = "#ff2fa0";
-/// A band whose slope is below this lies level, rad.
-const LEVEL: f64 = 0.1;
-
-/// A run with its scenes.
-pub struct Told<'a> {
-    pub run: &'a Run,
-    pub scenes: &'a Scenes,
+/// What a chart is of.
+struct Spec {
+    columns: &'static [&'static str],
+    label: &'static str,
+    /// In the caption.
+    words: &'static str,
+    is_logarithmic: bool,
 }
 
-/// Draws a row of panels for every run, and the colours below.
-pub fn draw(told: &[Told], width: f64) -> String {
-    let room = (width - MARGIN_LEFT - MARGIN_RIGHT - GAP * (COLUMNS - 1) as f64) / COLUMNS as f64;
-    // One scale for all runs, so that sizes compare.
-    let scale = told.iter().fold(f64::INFINITY, |scale, Told { run, scenes }| {
-        scale.min(room / run.width).min(HEIGHT_MAX / (scenes.heights[1] - scenes.heights[0]))
-    });
-    let several = told.len() > 1;
-    let title_height = if several { TITLES + 22.0 } else { TITLES };
-    let row_height = |scenes: &Scenes| title_height + (scenes.heights[1] - scenes.heights[0]) * scale + 26.0;
-    let height: f64 = told.iter().map(|told| row_height(told.scenes)).sum::<f64>() + LEGEND;
-
-    let colours = Colours::of(told);
-    let mut svg = Svg::new("specimen", width, height);
-    let mut top = 0.0;
-    for Told { run, scenes } in told {
-        if several {
-            svg.text([MARGIN_LEFT, top + 18.0], &label(run), Letters::new(14.0, Anchor::Start).bold());
-        }
-        for (column, scene) in scenes.scenes.iter().enumerate() {
-            let panel = Panel {
-                span: run.span(),
-                scale,
-                bottom: scenes.heights[0],
-                frame: Frame {
-                    left: MARGIN_LEFT + column as f64 * (room + GAP) + 0.5 * (room - run.width * scale),
-                    top: top + title_height,
-                    width: run.width * scale,
-                    height: (scenes.heights[1] - scenes.heights[0]) * scale,
-                },
-            };
-            let letter = ["a", "b", "c"][column.min(2)];
-            let titles = [format!("({letter}) {}", scene.title), format!("strain {}", percent(scene.strain))];
-            panel.titles(&mut svg, &titles);
-            panel.bodies(&mut svg, &scene.bodies, colours.upper(scene.since));
-            if let Some(band) = scenes.band.as_ref().filter(|_| column + 1 == scenes.scenes.len()) {
-                panel.band(&mut svg, band);
-            }
-            if column == 0 {
-                panel.length(&mut svg);
-            }
-        }
-        top += row_height(scenes);
-    }
-    colours.draw(&mut svg, told, width, room, top);
-    svg.finish("The specimen, bodies coloured by incremental deviatoric strain")
-}
-
-/// Where a scene is drawn.
+/// Charts side by side.
 pub struct Panel {
-    pub span: Span,
-    /// Pixels per metre.
-    pub scale: f64,
-    /// Height of the specimen's lower edge, m.
-    pub bottom: f64,
-    pub frame: Frame,
+    name: &'static str,
+    charts: &'static [Spec],
 }
 
-impl Panel {
-    fn place(&self, position: [f64; 2]) -> [f64; 2] {
-        [
-            self.frame.left + (position[0] - self.span.left) * self.scale,
-            self.frame.bottom() - (position[1] - self.bottom) * self.scale,
-        ]
-    }
+const fn of(columns: &'static [&'static str], label: &'static str, words: &'static str) -> Spec {
+    Spec { columns, label, words, is_logarithmic: false }
+}
 
-    /// A line in bold letters above the frame and a plain one below it.
-    pub fn titles(&self, svg: &mut Svg, [bold, plain]: &[String; 2]) {
-        svg.text([self.frame.left, self.frame.top - 26.0], bold, Letters::new(13.0, Anchor::Start).bold());
-        svg.text([self.frame.left, self.frame.top - 10.0], plain, Letters::new(12.0, Anchor::Start));
-    }
+pub const PANELS: [Panel; 5] = [
+    Panel {
+        name: "volume",
+        charts: &[
+            of(&["volume_strain"], "volume strain", "volume strain of the whole, positive in dilation"),
+            of(
+                &["normal_stress"],
+                "normal stress",
+                "normal stress on the upper plate; single rows faint, their moving average on top, dashed what it is held at",
+            ),
+        ],
+    },
+    Panel {
+        name: "stress",
+        charts: &[
+            of(
+                &["stress_xx", "stress_yy", "stress_zz", "stress_xy"],
+                "stress",
+                "volume mean of the stress (of grains in a cell of that of their contacts), normal stresses positive in compression",
+            ),
+            of(&["fraction"], "packing fraction", "packing fraction of the cell"),
+            of(&["contacts_of_a_grain"], "contacts of a grain", "contacts of a grain in the mean"),
+            of(&["volume_change"], "change of volume", "change of volume since the first row"),
+        ],
+    },
+    Panel {
+        name: "energies",
+        charts: &[
+            Spec {
+                columns: &["elastic*", "kinetic*", "dissipated"],
+                label: "energy",
+                words: "elastic energy of contacts and of the continuum, kinetic energy, what has been dissipated; what is zero has \
+                        no place on this scale",
+                is_logarithmic: true,
+            },
+            of(
+                &["change_of_*"],
+                "change since the first row",
+                "potential energy and the sum with those of (a), or the account of energy, since the first row: the work of loads, \
+                 bodies, gravity and the cell, and what has been taken, where the run kept account ([output] ledger)",
+            ),
+        ],
+    },
+    Panel {
+        name: "reactions",
+        charts: &[of(
+            &["*_force"],
+            "force",
+            "force of the material on every face that holds it and on every body, magnitude of the mean over a row of series.csv",
+        )],
+    },
+    Panel {
+        name: "followed",
+        charts: &[
+            of(&["*_moved"], "displacement", "magnitude of the displacement of points that are followed"),
+            of(&["*_p"], "mean stress", "their mean stress, compression positive"),
+            of(&["*_plastic_strain"], "plastic strain", "their plastic strain"),
+        ],
+    },
+];
 
-    /// Points as squares, grains as discs over them, plates in grey, the rim with its outline.
-    pub fn bodies(&self, svg: &mut Svg, bodies: &[Valued], upper: f64) {
-        svg.clipped(self.frame, |svg| {
-            svg.rectangle(self.frame, "#ffffff");
-            let mut rows: Vec<(usize, &Valued)> = bodies.iter().map(|row| (shade(row, upper), row)).collect();
-            rows.sort_by_key(|(shade, row)| (row.body.kind, *shade));
-            for group in rows.chunk_by(|a, b| (a.1.body.kind, a.0) == (b.1.body.kind, b.0)) {
-                let fill = match (group[0].1.body.kind, group[0].0) {
-                    (Kind::Glued, _) => colour::PLATE.to_owned(),
-                    (_, shade) if shade < colour::STEPS => colour::map(shade),
-                    _ => colour::UNKNOWN.to_owned(),
-                };
-                svg.raw(&self.shapes(group, &fill));
-            }
-            self.rim(svg, bodies);
-        });
-        if !self.span.is_periodic {
-            return;
-        }
-        if !bodies.iter().any(|row| row.body.kind == Kind::Glued) {
-            let [lower, upper] = heights(bodies).map(|y| self.place([self.span.left, y])[1]);
-            for top in [lower, upper - 5.0] {
-                svg.rectangle(Frame { top, height: 5.0, ..self.frame }, colour::PLATE);
-            }
-        }
-        for x in [self.frame.left, self.frame.right()] {
-            svg.line([x, self.frame.top], [x, self.frame.bottom()], Stroke::new("#999999", 0.8).dash("3 3"));
-        }
-    }
+/// The runs with the colours of their curves.
+pub type Runs<'a> = [(&'a Run, &'static str)];
 
-    /// Bodies of one kind and colour; what crosses a side of the period shows on both.
-    fn shapes(&self, group: &[(usize, &Valued)], fill: &str) -> String {
-        let mut text = String::new();
-        let point = group[0].1.body.kind == Kind::Point;
-        let _ = write!(text, r#"<g fill="{fill}">"#);
-        if point {
-            text.push_str("<path shape-rendering=\"crispEdges\" d=\"");
-        }
-        for (_, Valued { body, .. }) in group {
-            let reach = if point { 0.5 * square_edge(body.radius) } else { body.radius };
-            let mut images = vec![0.0];
-            let width = self.span.width;
-            if self.span.is_periodic && body.position[0] < reach {
-                images.push(width);
-            }
-            if self.span.is_periodic && body.position[0] > width - reach {
-                images.push(-width);
-            }
-            for image in images {
-                let place = self.place([body.position[0] + image, body.position[1]]);
-                if point {
-                    // A hair wider, so that neighbours leave no gap.
-                    let edge = 2.0 * reach * self.scale + 0.3;
-                    let (x, y) = (tenth(place[0] - 0.5 * edge), tenth(place[1] - 0.5 * edge));
-                    let edge = tenth(edge);
-                    let _ = write!(text, "M{x} {y}h{edge}v{edge}h-{edge}z");
-                } else {
-                    let (x, y) = (number(place[0]), number(place[1]));
-                    let _ = write!(text, r#"<circle cx="{x}" cy="{y}" r="{}"/>"#, number(reach * self.scale));
-                }
-            }
-        }
-        text.push_str(if point { "\"/></g>\n" } else { "</g>\n" });
-        text
-    }
+/// A column of one of the runs.
+struct Line<'a> {
+    run: usize,
+    /// Which of the chart's columns it is.
+    number: usize,
+    description: Description,
+    column: &'a Column,
+}
 
-    /// The border of the reconciliation zone: of all bodies that carry less than their full weight.
-    fn rim(&self, svg: &mut Svg, bodies: &[Valued]) {
-        let rim: Vec<&Valued> = bodies.iter().filter(|row| row.body.weight < 1.0).collect();
-        let places: Vec<[f64; 2]> = rim.iter().map(|row| row.body.position).collect();
-        let reach = rim.iter().map(|row| row.body.radius).fold(0.0, f64::max) * 1.4;
-        let mut path = String::new();
-        for [from, to] in contour::outline(&places, reach, &self.span) {
-            let _ = write!(path, "M{}L{}", pair(self.place(from)), pair(self.place(to)));
-        }
-        svg.path(&path, Stroke::new("#ffffff", 2.2));
-        svg.path(&path, Stroke::new(RIM, 1.2));
-    }
-
-    /// The box of the band, and its thickness beside the panel.
-    pub fn band(&self, svg: &mut Svg, band: &Band) {
-        svg.clipped(self.frame, |svg| {
-            for image in self.span.images() {
-                let corners =
-                    band.corners().map(|corner| pair(self.place([corner[0] + image * self.span.width, corner[1]])));
-                let path = match corners {
-                    // A band that closes round the period has no ends.
-                    [a, b, c, d] if band.closed => format!("M{a}L{b}M{c}L{d}"),
-                    corners => format!("M{}Z", corners.join("L")),
-                };
-                svg.path(&path, Stroke::new("#ffffff", 3.0));
-                svg.path(&path, Stroke::new("#000000", 1.4).dash("5 4"));
-            }
-        });
-        let middle = self.place(band.centre)[1];
-        let x = self.frame.right() + 10.0;
-        if band.angle.abs() < LEVEL {
-            let half = 0.5 * band.thickness * self.scale;
-            let stroke = Stroke::new(INK, 1.2);
-            svg.line([x, middle - half], [x, middle + half], stroke);
-            for y in [middle - half, middle + half] {
-                svg.line([x - 4.0, y], [x + 4.0, y], stroke);
-            }
-        }
-        let words = format!("{} {D50}", in_diameters(band.thickness / self.span.diameter));
-        haloed(svg, [x + 8.0, middle + 4.5], &words, Letters::new(13.0, Anchor::Start));
-    }
-
-    /// A length to compare with, below the panel.
-    pub fn length(&self, svg: &mut Svg) {
-        let across = tick_step(self.span.width / self.span.diameter, 3).max(1.0);
-        let length = across * self.span.diameter * self.scale;
-        let (x, y) = (self.frame.left, self.frame.bottom() + 15.0);
-        svg.line([x, y], [x + length, y], Stroke::new(INK, 2.0));
-        let words =
-            format!("{across:.0} D\u{2085}\u{2080} = {}\u{2009}mm", significant(across * self.span.diameter * 1e3, 2));
-        svg.text([x + length + 8.0, y + 4.0], &words, Letters::new(12.0, Anchor::Start));
+impl Line<'_> {
+    fn values(&self) -> Vec<f64> {
+        let scale = self.description.sign / self.description.quantity.shown().2;
+        self.column.values.iter().map(|value| scale * value).collect()
     }
 }
 
-/// The step of the colour map, or one beyond it where the strain is not known.
-fn shade(row: &Valued, upper: f64) -> usize {
-    if row.value.is_nan() { colour::STEPS } else { colour::step(row.value / upper) }
+/// What curves stand against: an axis for all runs, and what one of its unit is.
+pub fn axis_of(runs: &Runs) -> (Axis, f64) {
+    let ends = runs.iter().filter_map(|(run, _)| range(run.drive.values.iter().copied()));
+    let [lower, upper] = ends.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]).unwrap_or_default();
+    let drive = &runs[0].0.drive;
+    let (unit, length) = match drive.measure {
+        Measure::Strain => ("%", 1e-2),
+        Measure::Length => ("mm", 1e-3),
+        Measure::Time => unit_of_time(upper),
+    };
+    (Axis::exact(&format!("{} ({unit})", drive.words), lower.min(0.0) / length, upper / length), length)
 }
 
-/// The strain at which the colours end, for both ways of counting it.
-struct Colours {
-    origin: f64,
-    frame: f64,
+/// Places of values against strain or what else the run is driven by; in two pieces that do not touch at row `cut`.
+pub fn places(along: &[f64], values: &[f64], units: [f64; 2], cut: Option<usize>) -> Vec<[f64; 2]> {
+    let mut places: Vec<[f64; 2]> = along.iter().zip(values).map(|(x, y)| [x / units[0], y / units[1]]).collect();
+    if let Some(cut) = cut {
+        places.insert(cut, [f64::NAN; 2]);
+    }
+    places
 }
 
-impl Colours {
-    fn of(told: &[Told]) -> Self {
-        let upper = |origin: bool| {
-            let mut most: f64 = 0.0;
-            let scenes = told.iter().flat_map(|told| &told.scenes.scenes);
-            for scene in scenes.filter(|scene| (scene.since == Since::Origin) == origin) {
-                most = most.max(nearly_largest(&scene.bodies));
+/// The values without the extreme half percent at either end: single rows may leave the axes.
+pub fn central(values: &[f64]) -> Vec<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let cut = sorted.len() / 200;
+    sorted[cut..sorted.len() - cut].to_vec()
+}
+
+/// Where grains were inserted.
+pub fn moments(runs: &Runs, unit: f64, words: &str) -> Vec<Moment<'static>> {
+    let moment = |(run, colour): &(&Run, &'static str)| {
+        let (_, strain) = run.enrichment()?;
+        let colour = if runs.len() == 1 { QUIET } else { colour };
+        Some(Moment { at: strain / unit, words: words.to_owned(), stroke: Stroke::new(colour, 1.0).dash("5 3") })
+    };
+    runs.iter().filter_map(moment).collect()
+}
+
+/// The figures of runs that stand against the same; names get the number of the set that the runs are, where there are several.
+pub fn figures(runs: &Runs, number: &str) -> Vec<Drawn> {
+    PANELS.iter().filter_map(|panel| figure(panel, runs, number)).collect()
+}
+
+fn figure(panel: &Panel, runs: &Runs, number: &str) -> Option<Drawn> {
+    let (mut charts, mut words): (Vec<Chart>, Vec<&str>) = (Vec::new(), Vec::new());
+    for spec in panel.charts {
+        let lines = lines(spec, runs);
+        if lines.is_empty() {
+            continue;
+        }
+        words.push(spec.words);
+        let columns = lines.iter().map(|line| line.number + 1).max().unwrap_or(0);
+        if runs.len() == 1 || (columns <= OVERLAID && !spec.is_logarithmic) {
+            charts.push(chart(spec, runs, &lines));
+        } else {
+            let (unit, all) = (lines.iter().flat_map(Line::values).collect::<Vec<_>>(), charts.len());
+            for run in 0..runs.len() {
+                let own: Vec<Line> = self::lines(spec, &runs[run..=run]);
+                charts.push(Chart { title: runs[run].0.label(), ..chart(spec, &runs[run..=run], &own) });
             }
-            round_up(most)
-        };
-        Self { origin: upper(true), frame: upper(false) }
-    }
-
-    fn upper(&self, since: Since) -> f64 {
-        match since {
-            Since::Origin => self.origin,
-            Since::Frame(_) => self.frame,
+            // One scale for all of them.
+            if spec.is_logarithmic {
+                charts[all..].iter_mut().for_each(|chart| chart.y = vertical(spec, "energy (J)", unit.iter().copied()));
+            }
         }
     }
-
-    fn draw(&self, svg: &mut Svg, told: &[Told], width: f64, room: f64, top: f64) {
-        let scenes = || told.iter().flat_map(|told| &told.scenes.scenes);
-        let bar = room.min(230.0);
-        let last = told.iter().map(|told| told.scenes.scenes.len()).max().unwrap_or(1) - 1;
-        let letters = ["(a)", "(a), (b)", "(a) to (c)"];
-        let columns = scenes().filter(|scene| scene.since == Since::Origin).count().div_ceil(told.len());
-        if columns > 0 {
-            let span = columns as f64 * (room + GAP) - GAP;
-            let words = format!("{}: strain since the start, |e\u{2032}|", letters[columns.min(3) - 1]);
-            colour_bar(svg, [MARGIN_LEFT + 0.5 * (span - bar), top + 10.0], bar, self.origin, &words);
-        }
-        let from = scenes().find_map(|scene| if let Since::Frame(strain) = scene.since { Some(strain) } else { None });
-        if let Some(from) = from {
-            let left = MARGIN_LEFT + last as f64 * (room + GAP) + 0.5 * (room - bar);
-            let letter = ["(a)", "(b)", "(c)"][last.min(2)];
-            let words = format!("{letter}: strain since {}, |e\u{2032}|", percent(from));
-            colour_bar(svg, [left.min(width - bar - 20.0), top + 10.0], bar, self.frame, &words);
-        }
-        let mut x = MARGIN_LEFT;
-        let y = top + 82.0;
-        let letters = Letters::new(12.0, Anchor::Start);
-        let has = |test: &dyn Fn(&Valued) -> bool| scenes().any(|scene| scene.bodies.iter().any(test));
-        if has(&|row| row.body.weight < 1.0) {
-            svg.line([x, y - 4.0], [x + 24.0, y - 4.0], Stroke::new(RIM, 1.6));
-            svg.text([x + 30.0, y], "rim: grains and points share the mass", letters);
-            x += 270.0;
-        }
-        if told.iter().any(|told| told.scenes.band.is_some()) {
-            svg.line([x, y - 4.0], [x + 24.0, y - 4.0], Stroke::new("#000000", 1.4).dash("5 4"));
-            svg.text([x + 30.0, y], "band: 98th percentile", letters);
-            x += 190.0;
-        }
-        svg.rectangle(Frame { left: x, top: y - 10.0, width: 12.0, height: 12.0 }, colour::PLATE);
-        svg.text([x + 18.0, y], "plate", letters);
-        x += 75.0;
-        if has(&|row| row.value.is_nan() && row.body.kind != Kind::Glued) {
-            svg.rectangle(Frame { left: x, top: y - 10.0, width: 12.0, height: 12.0 }, colour::UNKNOWN);
-            svg.text([x + 18.0, y], "strain not known", letters);
-        }
+    let several = charts.len() > 1;
+    for (chart, letter) in charts.iter_mut().zip('a'..).filter(|_| several) {
+        chart.title = format!("({letter}) {}", chart.title);
     }
+    let is_lettered = several && words.len() == charts.len();
+    let lettered = |(words, letter): (&&str, char)| {
+        if is_lettered { format!("({letter}) {words}") } else { (*words).to_owned() }
+    };
+    let told: Vec<String> = words.iter().zip('a'..).map(lettered).collect();
+    let mut caption = format!("{}, against {}.", told.join("; "), runs[0].0.drive.words);
+    if let Some(first) = caption.get(..1).map(str::to_uppercase) {
+        caption.replace_range(..1, &first);
+    }
+    let columns = charts.len().min(if charts.len() == 3 { 3 } else { 2 });
+    let name = format!("{}{number}", panel.name);
+    let drawing = draw(&name, &format!("Curves of {}", panel.name), &[], &charts, columns);
+    (!charts.is_empty()).then_some(Drawn { name, drawing, caption })
 }
 
-/// The value that few bodies beside the plates exceed: where colours end. Zero where none has a value.
-pub fn nearly_largest(bodies: &[Valued]) -> f64 {
-    let mut values: Vec<f64> = free(bodies).map(|row| row.value).filter(|value| value.is_finite()).collect();
-    values.sort_by(f64::total_cmp);
-    let beyond = (values.len() as f64 * BEYOND) as usize;
-    values.len().checked_sub(1 + beyond).map_or(0.0, |index| values[index])
+fn lines<'a>(spec: &Spec, runs: &Runs<'a>) -> Vec<Line<'a>> {
+    let mut names: Vec<&str> = Vec::new();
+    let mut lines = Vec::new();
+    for pattern in spec.columns {
+        for (run, (of, _)) in runs.iter().enumerate() {
+            for column in of.columns.iter().filter(|column| is_meant(&column.name, pattern)) {
+                let number = names.iter().position(|name| *name == column.name).unwrap_or_else(|| {
+                    names.push(&column.name);
+                    names.len() - 1
+                });
+                lines.push(Line { run, number, description: describe(&column.name), column });
+            }
+        }
+    }
+    lines.retain(|line| line.column.values.iter().any(|value| *value > 0.0) || !spec.is_logarithmic);
+    lines
 }
 
-/// The next of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten.
-pub fn round_up(value: f64) -> f64 {
-    if value <= 1e-12 {
-        return 1e-3;
-    }
-    let decade = power_of_ten(exponent(value));
-    let factor = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0].into_iter().find(|factor| factor * decade >= value);
-    factor.unwrap_or(10.0) * decade
+fn vertical(spec: &Spec, label: &str, values: impl Iterator<Item = f64>) -> Axis {
+    if spec.is_logarithmic { Axis::decades(label, values, DECADES) } else { Axis::around(label, values) }
 }
 
-pub fn colour_bar(svg: &mut Svg, place: [f64; 2], width: f64, upper: f64, words: &str) {
-    colour_bar_between(svg, place, width, [0.0, upper], words);
-}
-
-/// The same from a lower end on that is not zero.
-pub fn colour_bar_between(svg: &mut Svg, place: [f64; 2], width: f64, [lower, upper]: [f64; 2], words: &str) {
-    let step = width / colour::STEPS as f64;
-    for index in 0..colour::STEPS {
-        let left = place[0] + index as f64 * step;
-        svg.rectangle(Frame { left, top: place[1], width: step + 0.5, height: 12.0 }, &colour::map(index));
+/// Of one run a colour for each column; of several a colour for each run, and dashes for columns.
+fn chart(spec: &Spec, runs: &Runs, lines: &[Line]) -> Chart<'static> {
+    let (x, unit) = axis_of(runs);
+    let stroke = |line: &Line, width: f64| match runs.len() {
+        1 => Stroke::new(colour::line(line.number), width).dash(colour::DASHES[line.number / colour::LINES.len() % 6]),
+        _ => Stroke::new(runs[line.run].1, width).dash(colour::DASHES[line.number % colour::DASHES.len()]),
+    };
+    let quantity = lines.first().map_or(Quantity::Number, |line| line.description.quantity);
+    let large = lines.iter().flat_map(Line::values).fold(0.0, f64::max) >= KILO_FROM && quantity == Quantity::Force;
+    let (sign, thousand) = if large { ("kN", 1e3) } else { (quantity.shown().1, 1.0) };
+    let label = if sign.is_empty() { spec.label.to_owned() } else { format!("{} ({sign})", spec.label) };
+    let (mut curves, mut shown, mut entries): (Vec<Curve>, Vec<f64>, Vec<Entry>) = Default::default();
+    let has_noise = lines.iter().any(|line| line.description.is_noisy);
+    for line in lines {
+        let (run, values) = (runs[line.run].0, line.values());
+        let drawn = |values: &[f64], cut| places(&run.drive.values, values, [unit, thousand], cut);
+        if line.description.is_noisy {
+            let averages = smooth(&values, run.cut(), WINDOW);
+            curves.insert(0, Curve { places: drawn(&values, None), stroke: stroke(line, 0.8).opacity(0.3) });
+            curves.push(Curve { places: drawn(&averages, run.cut()), stroke: stroke(line, 1.8) });
+            shown.extend(averages.into_iter().chain(central(&values)));
+        } else {
+            curves.push(Curve { places: drawn(&values, None), stroke: stroke(line, 1.5) });
+            shown.extend(values.iter().map(|value| value / thousand));
+        }
     }
-    svg.outline(Frame { left: place[0], top: place[1], width, height: 12.0 }, Stroke::new(INK, 0.8));
-    let ticks = linear_ticks(lower, upper, 4);
-    for (index, (value, text)) in ticks.iter().enumerate() {
-        let x = place[0] + (value - lower) / (upper - lower) * width;
-        svg.line([x, place[1] + 12.0], [x, place[1] + 16.0], Stroke::new(INK, 0.8));
-        let reached = index + 1 == ticks.len() && *value > upper * (1.0 - 1e-9);
-        let text = if reached { format!("\u{2265}\u{2009}{text}") } else { text.clone() };
-        svg.text([x, place[1] + 28.0], &text, Letters::new(11.0, Anchor::Middle));
+    if runs.len() > 1 {
+        let named =
+            |(run, colour): &(&Run, &'static str)| Entry { words: run.label(), stroke: Stroke::new(colour, 2.2) };
+        entries.extend(runs.iter().map(named));
     }
-    let middle = [place[0] + 0.5 * width, place[1] + 46.0];
-    svg.text(middle, words, Letters::new(12.0, Anchor::Middle));
+    let columns = lines.iter().map(|line| line.number + 1).max().unwrap_or(0);
+    for number in (0..columns).filter(|_| columns > 1 || lines[0].description.words != spec.label) {
+        let Some(line) = lines.iter().find(|line| line.number == number) else { continue };
+        let stroke =
+            if runs.len() == 1 { stroke(line, 1.5) } else { Stroke { colour: "#555555", ..stroke(line, 1.5) } };
+        entries.push(Entry { words: line.description.words.clone(), stroke });
+    }
+    if has_noise {
+        let ink = if runs.len() == 1 { colour::line(0) } else { "#555555" };
+        entries.push(Entry { words: format!("mean over {WINDOW} rows"), stroke: Stroke::new(ink, 1.8) });
+        entries.push(Entry { words: "single rows".to_owned(), stroke: Stroke::new(ink, 0.8).opacity(0.4) });
+    }
+    let held = lines.iter().filter(|line| line.column.name == "normal_stress");
+    let mut held: Vec<f64> = held.filter_map(|line| runs[line.run].0.number("loading.stress_normal")).collect();
+    held.sort_by(f64::total_cmp);
+    held.dedup();
+    let dashed = Stroke::new("#000000", 1.2).dash("6 4");
+    if let [held] = held.as_slice() {
+        let words = format!("held at {} kPa", significant(held / 1e3, 3));
+        entries.push(Entry { words, stroke: dashed });
+    }
+    shown.extend(held.iter().flat_map(|held| [1.0 - HELD_ROOM, 1.0 + HELD_ROOM].map(|share| share * held / 1e3)));
+    if quantity == Quantity::Strain {
+        shown.push(0.0);
+    }
+    Chart {
+        y: vertical(spec, &label, shown.into_iter()),
+        x,
+        curves,
+        moments: moments(runs, unit, ""),
+        levels: held.iter().map(|held| Level { at: held / 1e3, stroke: dashed }).collect(),
+        entries,
+        ..Chart::default()
+    }
 }
 
 #[cfg(test)]
@@ -345,9 +302,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn colours_end_at_a_round_strain() {
-        for (value, round) in [(0.0, 1e-3), (0.13, 0.15), (0.2, 0.2), (0.21, 0.3), (9.0, 10.0), (0.0017, 0.002)] {
-            assert!((round_up(value) - round).abs() < 1e-12, "{value}: {}", round_up(value));
-        }
+    fn charts_have_the_columns_that_there_are() {
+        let column = |name: &str| Column { name: name.to_owned(), values: vec![1.0, 2.0] };
+        let mut run = Run::made("name = \"a\"");
+        run.columns = ["time", "elastic", "kinetic_grains", "x_lower_force", "plate_force"].map(column).to_vec();
+        (run.drive.words, run.drive.values) = ("time".to_owned(), vec![0.0, 2.0]);
+        let drawn = figures(&[(&run, colour::line(0))], "_2");
+        assert_eq!(drawn.iter().map(|drawn| drawn.name.as_str()).collect::<Vec<_>>(), ["energies_2", "reactions_2"]);
+        assert!(drawn[1].drawing.contains(">face x_lower<") && drawn[1].drawing.contains(">plate<"));
+        assert!(drawn[0].drawing.contains("time (s)") && drawn[0].drawing.contains(">elastic<"));
+        let other = run.clone();
+        let both = figures(&[(&run, colour::line(0)), (&other, colour::line(1))], "");
+        // Energies run by run, forces over each other.
+        assert!(both[0].drawing.contains("(b) a") && !both[1].drawing.contains("(b)"));
+    }
+
+    #[test]
+    fn a_curve_breaks_where_grains_were_inserted() {
+        let drawn = places(&[0.01, 0.02], &[1e3, 2e3], [0.01, 1e3], Some(1));
+        assert!(drawn[1][0].is_nan() && drawn[2] == [2.0, 2.0] && drawn.len() == 3);
     }
 }

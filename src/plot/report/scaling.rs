@@ -1,14 +1,14 @@
 //! The page of `scree bench scaling`: speed-up against ranks, and where the time of a step goes.
 
-use super::chart::{Axis, Chart, Curve, Entry, MARGIN_LEFT, legend, linear_ticks, side_by_side, significant};
+use super::chart::{self, Axis, Chart, Curve, Entry, MARGIN_LEFT, legend, linear_ticks};
+use super::numbers::significant;
 use super::page::{figure, table, whole};
 use super::svg::{Anchor, Frame, INK, Letters, Stroke, Svg, escape};
 use super::words::Table;
 use super::{WIDTH, colour};
 use crate::bench::scaling::{Point, Scaling};
 
-/// Height of the axes of the curves, and room above and below, pixels.
-const HEIGHT: f64 = 260.0;
+/// Room above and below bars, pixels.
 const HEAD: f64 = 74.0;
 const FOOT: f64 = 52.0;
 /// A bar of phases, and the distance of the next, pixels.
@@ -91,8 +91,6 @@ fn caption(name: &str) -> &'static str {
 
 /// Speed-up and efficiency against ranks.
 fn curves(scaling: &Scaling) -> String {
-    let mut svg = Svg::new("speed_up", WIDTH, HEAD + HEIGHT + FOOT);
-    let frames = side_by_side(2, WIDTH, HEAD, HEIGHT);
     let most = scaling.strong.iter().chain(&scaling.weak).map(|point| point.ranks).max().unwrap_or(1) as f64;
     let (strong, weak) = (colour::line(0), colour::line(1));
     let ideal = Stroke::new(INK, 1.0).dash("5 4");
@@ -130,22 +128,16 @@ fn curves(scaling: &Scaling) -> String {
         entries.push(entry("weak scaling", weak));
     }
     entries.push(Entry { words: "ideal".to_string(), stroke: ideal });
-    legend(&mut svg, [frames[0].left, 18.0], WIDTH - MARGIN_LEFT, &entries);
-    for (title, label, upper, curves, frame) in [
-        ("(a)", "speed-up", 1.1 * highest, speed_ups, frames[0]),
-        ("(b)", "efficiency", 1.1 * best, efficiencies, frames[1]),
-    ] {
-        let chart = Chart {
-            title: title.to_string(),
-            x: Axis::exact("ranks", 0.0, 1.1 * most),
-            y: Axis::exact(label, 0.0, upper),
-            curves,
-            moments: Vec::new(),
-            levels: Vec::new(),
-        };
-        chart.draw(&mut svg, frame);
-    }
-    svg.finish("Speed-up and efficiency against ranks")
+    let chart = |(title, label, upper, curves): (&str, &str, f64, Vec<Curve<'static>>)| Chart {
+        title: title.to_string(),
+        x: Axis::exact("ranks", 0.0, 1.1 * most),
+        y: Axis::exact(label, 0.0, upper),
+        curves,
+        ..Chart::default()
+    };
+    let charts =
+        [("(a)", "speed-up", 1.1 * highest, speed_ups), ("(b)", "efficiency", 1.1 * best, efficiencies)].map(chart);
+    chart::draw("speed_up", "Speed-up and efficiency against ranks", &entries, &charts, 2)
 }
 
 /// A stretch of a bar.

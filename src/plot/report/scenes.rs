@@ -1,296 +1,237 @@
-//! The moments of a run that are drawn, with the strain of every body.
+//! The moments of runs that are drawn: before and after an enrichment and the end, or start, middle and end, of several runs at equal
+//! strains; coloured by strain since the start and by mean stress.
 
-use super::load::{Body, Kind, Run, Snapshot};
-use super::span::Span;
-use crate::analysis::band::{self, Band, CANDIDATE_SHARE, Candidates, Strained};
+use super::Drawn;
+use super::numbers::{exponent, percent, plain, power_of_ten, round_up, time};
+use super::pictures::{Colours, Picture, draw, nearly_all, strain_end};
+use crate::analysis::drive::Measure;
+use crate::analysis::run::Run;
+use crate::analysis::snapshot::{Body, Snapshot};
+use crate::analysis::strained::{Valued, strained};
 use crate::base::error::Error;
-use crate::base::math;
-use crate::observe::strain::best_fit_strains;
+use crate::job::Job;
 
-/// Neighbours farther apart than this many mean diameters do not share a strain of grains.
-pub const EDGE_MAX_DIAMETERS: f64 = 2.5;
-/// The same for points, in edges of the square of a point's area.
-const EDGE_MAX_POINTS: f64 = 3.0;
+/// Below this share of the compression, tension is left to the lower end of the colours.
+const TENSION_SHARE_MIN: f64 = 0.05;
 
-/// A body with the number that colours it.
+/// Places of the scenes of runs that have no enrichment of their own, and of the last scene of all.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Valued {
-    pub body: Body,
-    /// Of a scene |e_d|, counted as the scene says; not a number where nothing is known.
-    pub value: f64,
-}
-
-/// What the strain of a scene counts from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Since {
-    /// Each body's origin: the start of the run for points, the packing for grains.
-    Origin,
-    /// A frame at this horizontal strain.
-    Frame(f64),
-}
-
-/// One drawn moment.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Scene {
-    pub title: &'static str,
-    /// Horizontal strain of the specimen.
-    pub strain: f64,
-    pub since: Since,
-    pub bodies: Vec<Valued>,
-}
-
-impl Scene {
-    pub fn heights(&self) -> [f64; 2] {
-        heights(&self.bodies)
-    }
-}
-
-/// The bodies that a band is made of: all but the plates.
-pub fn free(bodies: &[Valued]) -> impl Iterator<Item = &Valued> {
-    bodies.iter().filter(|row| row.body.kind != Kind::Glued)
-}
-
-/// Lowest and highest edge of the bodies, m.
-pub fn heights(bodies: &[Valued]) -> [f64; 2] {
-    bodies.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[lower, upper], Valued { body, .. }| {
-        [lower.min(body.position[1] - body.radius), upper.max(body.position[1] + body.radius)]
-    })
-}
-
-/// The drawn moments of a run and the band measured in the last.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Scenes {
-    pub scenes: Vec<Scene>,
-    pub band: Option<Band>,
-    /// Share of the band's members between the lowest and the highest free grain of a hybrid run.
-    pub inside: Option<f64>,
-    /// Lowest and highest edge of any body over all scenes, m.
-    pub heights: [f64; 2],
-}
-
-impl Scenes {
-    pub fn of(run: &Run, timing: &Timing, enriched: Option<usize>) -> Result<Self, Error> {
-        let mut scenes = Vec::new();
-        for Moment { frame, title, since } in moments(run, timing, enriched) {
-            let snapshot = run.snapshot(frame)?;
-            let earlier = since.map(|frame| run.snapshot(frame)).transpose()?;
-            scenes.push(Scene {
-                title,
-                strain: run.series.strain_at(snapshot.time),
-                since: earlier
-                    .as_ref()
-                    .map_or(Since::Origin, |earlier| Since::Frame(run.series.strain_at(earlier.time))),
-                bodies: strained(&snapshot, earlier.as_ref(), &run.span()),
-            });
-        }
-        let heights = scenes.iter().map(Scene::heights);
-        let heights = heights.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or([0.0, 1.0]);
-        let last = scenes.last().filter(|scene| scene.since != Since::Origin);
-        let band = last.and_then(|scene| measured(&scene.bodies, run.width, Candidates::Share(CANDIDATE_SHARE)));
-        let inside =
-            last.zip(band.as_ref()).filter(|_| run.method == "hybrid").and_then(|(scene, band)| inside(scene, band));
-        Ok(Self { scenes, band, inside, heights })
-    }
-}
-
-/// Which scenes of several runs belong together: those at equal horizontal strains.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Timing {
-    /// Of the first scene, for runs without an enrichment of their own.
+struct Timing {
     first: f64,
-    /// Of the second, for the same runs.
     second: f64,
-    /// That the strain of the last scene counts from: after every enrichment.
-    reference: f64,
-    /// Of the last scene: reached by all runs.
     end: f64,
     /// There is an enrichment to compare with.
-    compared: bool,
+    is_compared: bool,
 }
 
 impl Timing {
-    /// For runs with their first enriched frames.
-    pub fn of(runs: &[(&Run, Option<usize>)]) -> Self {
-        let end = runs.iter().map(|(run, _)| run.strain_of(run.frame_times.len() - 1)).fold(f64::INFINITY, f64::min);
-        let around = |run: &Run, frame: usize| (run.strain_of(frame - 1), run.strain_of(frame));
-        let enriched = runs.iter().filter_map(|&(run, frame)| frame.map(|frame| around(run, frame)));
-        let compared = enriched.clone().next();
-        let (first, second) = compared.unwrap_or((0.0, 0.5 * end));
-        let reference = enriched.map(|(_, after)| after).fold(second, f64::max);
-        Self { first, second, reference, end, compared: compared.is_some() }
+    fn of(runs: &[&Run]) -> Self {
+        let end = runs.iter().map(|run| run.last_frame()).fold(f64::INFINITY, f64::min);
+        let enriched = runs.iter().find_map(|run| Some((run, run.enriched?)));
+        let around = |(run, frame): (&&Run, usize)| (run.at_frame(frame - 1), run.at_frame(frame));
+        let (first, second) = enriched.map_or((0.0, 0.5 * end), around);
+        Self { first, second, end, is_compared: enriched.is_some() }
     }
 }
 
-/// A frame to draw.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Moment {
-    frame: usize,
-    title: &'static str,
-    /// The frame that strain counts from; none: each body's origin.
-    since: Option<usize>,
-}
-
-/// The frames to draw: before and after enrichment and the last; without enrichment start, middle and end, or the
-/// strains that a run to compare with has its scenes at.
-fn moments(run: &Run, timing: &Timing, enriched: Option<usize>) -> Vec<Moment> {
-    let (first, second, titles) = match enriched {
+/// Frames to draw, with titles.
+fn moments(run: &Run, timing: Timing) -> Vec<(usize, &'static str)> {
+    let (first, second, titles) = match run.enriched {
         Some(after) => (after - 1, after, ["before enrichment", "just after enrichment"]),
-        None if timing.compared => (run.frame_at(timing.first), run.frame_at(timing.second), ["before", "after"]),
-        None => (run.frame_at(timing.first), run.frame_at(timing.second), ["start", "middle"]),
+        None => {
+            let titles = if timing.is_compared { ["before", "after"] } else { ["start", "middle"] };
+            (run.frame_at(timing.first), run.frame_at(timing.second), titles)
+        }
     };
     let last = run.frame_at(timing.end);
-    let since = run.frame_at(timing.reference).max(second);
-    let mut moments = vec![Moment { frame: first, title: titles[0], since: None }];
-    if second > first && (second < last || enriched.is_some()) {
-        moments.push(Moment { frame: second, title: titles[1], since: None });
+    let mut moments = vec![(first, titles[0])];
+    if second > first && (second < last || run.enriched.is_some()) {
+        moments.push((second, titles[1]));
     }
-    if last > since {
-        moments.push(Moment { frame: last, title: "end", since: Some(since) });
-    } else if last > moments[moments.len() - 1].frame {
-        moments.push(Moment { frame: last, title: "end", since: Some(first) });
+    if last > moments[moments.len() - 1].0 {
+        moments.push((last, "end"));
     }
     moments
 }
 
-/// The first frame with free grains of a hybrid run, if there is one before it; once there, they stay.
-pub fn enriched_frame(run: &Run) -> Result<Option<usize>, Error> {
-    if run.method != "hybrid" {
-        return Ok(None);
+/// How far a run is at a frame, in words.
+pub fn place(run: &Run, frame: usize) -> String {
+    let at = run.at_frame(frame);
+    match run.drive.measure {
+        _ if run.drive.turns_back => time(at),
+        Measure::Strain => format!("strain {}", percent(at)),
+        Measure::Length => format!("{}\u{2009}mm", plain(1e3 * at, 3)),
+        Measure::Time => time(at),
     }
-    first_with_grains(run.frame_times.len(), |frame| run.snapshot(frame))
 }
 
-/// The first of so many frames with free grains, if there is one before it without.
-pub fn first_with_grains(
-    frames: usize,
-    snapshot: impl Fn(usize) -> Result<Snapshot, Error>,
-) -> Result<Option<usize>, Error> {
-    let (mut from, mut to) = (0, frames);
-    while from < to {
-        let middle = from + (to - from) / 2;
-        if snapshot(middle)?.bodies.iter().any(|body| body.kind == Kind::Grain) {
-            to = middle;
-        } else {
-            from = middle + 1;
-        }
-    }
-    Ok((from > 0 && from < frames).then_some(from))
+/// What bodies of a run have of strain since they began.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Strain {
+    /// Fitted to the motion of neighbours.
+    Fitted,
+    Plastic,
+    Deviatoric,
 }
 
-/// Strain of every body since its origin, or since it was in `earlier`; bodies that are not there have none.
-///
-/// Points and grains are fitted apart: in the rim, where both live, they share their motion only on the average.
-pub fn strained(snapshot: &Snapshot, earlier: Option<&Snapshot>, span: &Span) -> Vec<Valued> {
-    let mut result: Vec<Valued> = snapshot.bodies.iter().map(|&body| Valued { body, value: f64::NAN }).collect();
-    for grains in [false, true] {
-        let mut rows = Vec::new();
-        let mut positions = Vec::new();
-        let mut displacements = Vec::new();
-        for (row, body) in snapshot.bodies.iter().enumerate().filter(|(_, body)| body.kind.is_grain() == grains) {
-            let origin = match earlier {
-                None => [0.0; 2],
-                Some(earlier) => match find(earlier, body) {
-                    Some(before) => before.displacement,
-                    None => continue,
-                },
-            };
-            rows.push(row);
-            positions.push(body.position);
-            displacements.push([body.displacement[0] - origin[0], body.displacement[1] - origin[1]]);
+impl Strain {
+    fn of(run: &Run) -> Self {
+        match (run.span, run.has_grains()) {
+            (_, false) => Self::Plastic,
+            (Some(_), true) => Self::Fitted,
+            (None, true) => Self::Deviatoric,
         }
-        let edge_max = if grains {
-            EDGE_MAX_DIAMETERS * span.diameter
-        } else {
-            let radius_max = rows.iter().map(|&row| snapshot.bodies[row].radius).fold(0.0, f64::max);
-            EDGE_MAX_POINTS * square_edge(radius_max)
+    }
+
+    fn coloured(self, run: &Run, snapshot: &Snapshot) -> Vec<Valued> {
+        let by = |value: fn(&Body) -> f64| {
+            snapshot.bodies.iter().map(|&body| Valued { body, value: value(&body) }).collect()
         };
-        let values = best_fit_strains(&positions, &displacements, span.period(), edge_max);
-        for (row, value) in rows.into_iter().zip(values) {
-            result[row].value = value;
+        match (self, run.span) {
+            (Self::Fitted, Some(span)) => strained(snapshot, None, &span),
+            (Self::Plastic, _) => by(|body| body.plastic),
+            _ => by(|body| body.deviatoric),
         }
     }
-    result
+
+    /// Name of the drawing, words of the colours, and of the caption.
+    fn words(self) -> [&'static str; 3] {
+        match self {
+            Self::Plastic => ["plastic_strain", "plastic strain", "plastic strain"],
+            Self::Fitted => [
+                "specimen",
+                "strain since the start, |e\u{2032}|",
+                "the magnitude |e\u{2032}| = \u{221a}(e\u{2032}:e\u{2032}) of the deviatoric part of the best-fit strain since each \
+                 body began, over Delaunay neighbours (simple shear by \u{3b3} has \u{3b3}/\u{221a}2), points and grains fitted apart",
+            ],
+            Self::Deviatoric => [
+                "deviatoric_strain",
+                "deviatoric strain",
+                "deviatoric strain since the start, of a grain that of its neighbours",
+            ],
+        }
+    }
 }
 
-/// Edge of the square that has the area of a disc.
-pub fn square_edge(radius: f64) -> f64 {
-    radius * math::PI.sqrt()
+/// The pictures of runs that stand against the same.
+pub fn figures(runs: &[&Run], number: &str) -> Result<Vec<Drawn>, Error> {
+    let timing = Timing::of(runs);
+    let (mut by_strain, mut by_stress) = (Vec::new(), Vec::new());
+    let strain = Strain::of(runs[0]);
+    let mut columns = 2;
+    for run in runs {
+        let moments = moments(run, timing);
+        columns = columns.max(moments.len());
+        for (column, (frame, title)) in moments.into_iter().enumerate() {
+            let snapshot = run.snapshot(frame)?;
+            let titles = [format!("({}) {title}", ["a", "b", "c"][column.min(2)]), place(run, frame)];
+            let head = if runs.len() > 1 && column == 0 { run.label() } else { String::new() };
+            let stressed = snapshot.bodies.iter().map(|&body| Valued { body, value: body.pressure }).collect();
+            for (pictures, bodies) in [(&mut by_strain, strain.coloured(run, &snapshot)), (&mut by_stress, stressed)] {
+                let picture = Picture::of(run, &snapshot, bodies, titles.clone());
+                pictures.push(Picture { head: head.clone(), ..picture });
+            }
+        }
+    }
+    let mut figures = Vec::new();
+    let mut add = |name: &str, pictures: &[Picture], colours: &Colours, caption: String| {
+        let name = format!("{name}{number}");
+        let description = format!("The specimen, coloured by {}", colours.words);
+        let drawing = draw(&name, pictures, Some(columns), colours, &description);
+        figures.push(Drawn { name, drawing, caption });
+    };
+    let largest = nearly_all(by_strain.iter().flat_map(|picture| &picture.bodies).filter(|row| row.value > 0.0))[1];
+    if largest > 0.0 {
+        let [name, words, told] = strain.words();
+        let colours = Colours { ends: [0.0, strain_end(&by_strain).max(round_up(largest))], unit: 1.0, words };
+        add(name, &by_strain, &colours, format!("{} Colour: {told}.", shown(runs)));
+    }
+    let [least, most] = nearly_all(by_stress.iter().flat_map(|picture| &picture.bodies));
+    if most > 0.0 || least < 0.0 {
+        let is_tensile = least < -TENSION_SHARE_MIN * most.abs();
+        let end = round_end(most.max(if is_tensile { -least } else { 0.0 }));
+        let ends = [if is_tensile { -end } else { 0.0 }, end];
+        let colours = Colours { ends, unit: 1e3, words: "mean stress, compression positive (kPa)" };
+        add("mean_stress", &by_stress, &colours, stress_caption(runs));
+    }
+    Ok(figures)
 }
 
-fn find<'a>(snapshot: &'a Snapshot, body: &Body) -> Option<&'a Body> {
-    let key = (body.kind.is_grain(), body.id);
-    let found = snapshot.bodies.binary_search_by_key(&key, |body| (body.kind.is_grain(), body.id));
-    found.ok().map(|row| &snapshot.bodies[row])
+/// A round value at or above a positive one; of none, one.
+fn round_end(value: f64) -> f64 {
+    if value <= 0.0 {
+        return 1.0;
+    }
+    let decade = power_of_ten(exponent(value));
+    decade * round_up(value / decade)
 }
 
-/// The band of strained bodies, plates left out.
-pub fn measured(bodies: &[Valued], period: f64, wanted: Candidates) -> Option<Band> {
-    let positions: Vec<[f64; 2]> = free(bodies).map(|row| row.body.position).collect();
-    let strains: Vec<f64> = free(bodies).map(|row| row.value).collect();
-    let areas: Vec<f64> = free(bodies).map(|row| row.body.area()).collect();
-    band::measure_by(&Strained { positions: &positions, strains: &strains, areas: &areas, period }, wanted)
+fn shown(runs: &[&Run]) -> String {
+    let mut words =
+        "The material at the moments given, grains in their true size, points as squares of their size".to_owned();
+    if runs.iter().any(|run| run.dimension() == 3) {
+        words += ", seen along y";
+    }
+    if runs.iter().any(|run| run.period() > 0.0) {
+        words += ", periodic in the horizontal direction";
+    }
+    if runs.iter().any(|run| run.enriched.is_some()) {
+        words += "; in the outlined rim grains and points share the mass";
+    }
+    if runs.iter().any(|run| run.period() == 0.0) {
+        words += ". Dashed: the grid or the cell; grey: bodies, what is glued to them, and vertices of membranes";
+    }
+    words + "."
 }
 
-/// Share of the band's members between the lowest and the highest free grain.
-fn inside(scene: &Scene, band: &Band) -> Option<f64> {
-    let grains = scene.bodies.iter().filter(|row| row.body.kind == Kind::Grain).map(|row| row.body.position[1]);
-    let (lower, upper) =
-        grains.fold((f64::INFINITY, f64::NEG_INFINITY), |(lower, upper), y| (lower.min(y), upper.max(y)));
-    let heights: Vec<f64> = free(&scene.bodies).map(|row| row.body.position[1]).collect();
-    let within = band.members.iter().filter(|&&row| (lower..=upper).contains(&heights[row])).count();
-    (lower <= upper).then(|| within as f64 / band.members.len() as f64)
+fn stress_caption(runs: &[&Run]) -> String {
+    let mut words = format!(
+        "{} Colour: mean stress, of plane strain the mean in the plane, of a grain that of its contacts over its share of space.",
+        shown(runs)
+    );
+    // As the job says; one of a former program may not be read any more.
+    let is_noisy = |run: &&Run| match Job::parse(&run.scenario_text, "scenario.toml", &[]) {
+        Ok(Job::Mpm(job)) => job.has_noisy_stresses(),
+        _ => false,
+    };
+    if runs.iter().any(is_noisy) {
+        words += " With several points in a cell the stresses of single points under gravity, those that are followed too, are noise \
+                  about the mean of their cell: take scheme.points_per_cell = 1, which has far less of it.";
+    }
+    words
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::findings::tests::hybrid;
     use super::*;
 
-    /// A run with a frame at every percent of strain up to ten.
-    fn run() -> Run {
-        let mut run = hybrid(50.0);
-        run.frame_times = (0..=10).map(|frame| f64::from(frame) * 0.1).collect();
-        run
+    /// A run with a frame at every percent of strain up to ten, or fewer.
+    fn run(frames: usize, enriched: Option<usize>) -> Run {
+        let mut run = Run::made("method = \"hybrid\"");
+        run.columns = vec![crate::analysis::columns::Column { name: "time".into(), values: vec![0.0, 1.0] }];
+        run.drive.values = vec![0.0, 0.1];
+        run.frame_times = (0..frames).map(|frame| frame as f64 * 0.1).collect();
+        Run { enriched, ..run }
     }
 
-    fn frames(moments: &[Moment]) -> Vec<(usize, Option<usize>)> {
-        moments.iter().map(|moment| (moment.frame, moment.since)).collect()
-    }
-
-    #[test]
-    fn an_enriched_run_shows_before_after_and_end() {
-        let run = run();
-        let timing = Timing::of(&[(&run, Some(5))]);
-        assert_eq!(frames(&moments(&run, &timing, Some(5))), [(4, None), (5, None), (10, Some(5))]);
+    fn frames(run: &Run, timing: Timing) -> Vec<usize> {
+        moments(run, timing).into_iter().map(|(frame, _)| frame).collect()
     }
 
     #[test]
-    fn a_run_without_enrichment_shows_start_middle_and_end() {
-        let run = run();
-        let timing = Timing::of(&[(&run, None)]);
-        assert_eq!(frames(&moments(&run, &timing, None)), [(0, None), (5, None), (10, Some(5))]);
+    fn runs_show_before_after_and_end_or_start_middle_and_end() {
+        let of = |run: Run| frames(&run, Timing::of(&[&run]));
+        assert_eq!(of(run(11, Some(5))), [4, 5, 10]);
+        assert_eq!(of(run(11, None)), [0, 5, 10]);
+        assert_eq!((of(run(1, None)), of(run(2, None)), of(run(2, Some(1)))), (vec![0], vec![0, 1], vec![0, 1]));
     }
 
     #[test]
-    fn compared_runs_are_shown_at_equal_strains() {
-        let (run, mut short) = (run(), run());
-        short.frame_times.truncate(9);
-        let timing = Timing::of(&[(&run, Some(3)), (&run, Some(6)), (&short, None)]);
-        assert_eq!(frames(&moments(&run, &timing, Some(3))), [(2, None), (3, None), (8, Some(6))]);
-        assert_eq!(frames(&moments(&run, &timing, Some(6))), [(5, None), (6, None), (8, Some(6))]);
-        assert_eq!(frames(&moments(&short, &timing, None)), [(2, None), (3, None), (8, Some(6))]);
-    }
-
-    #[test]
-    fn few_frames_still_make_scenes() {
-        let mut run = run();
-        run.frame_times.truncate(1);
-        let timing = Timing::of(&[(&run, None)]);
-        assert_eq!(frames(&moments(&run, &timing, None)), [(0, None)]);
-        run.frame_times.push(0.1);
-        let timing = Timing::of(&[(&run, None)]);
-        assert_eq!(frames(&moments(&run, &timing, None)), [(0, None), (1, Some(0))]);
-        let timing = Timing::of(&[(&run, Some(1))]);
-        assert_eq!(frames(&moments(&run, &timing, Some(1))), [(0, None), (1, None)]);
+    fn several_runs_are_shown_at_equal_strains() {
+        let (early, late, short) = (run(11, Some(3)), run(11, Some(6)), run(9, None));
+        let timing = Timing::of(&[&early, &late, &short]);
+        assert_eq!(frames(&early, timing), [2, 3, 8]);
+        assert_eq!(frames(&late, timing), [5, 6, 8]);
+        assert_eq!(frames(&short, timing), [2, 3, 8]);
     }
 }

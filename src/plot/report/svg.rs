@@ -6,8 +6,6 @@ use std::fmt::Write as _;
 pub const FONT: &str = "Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-serif";
 /// Colour of axes and text.
 pub const INK: &str = "#222222";
-/// Colour of what should stay in the background.
-pub const FAINT: &str = "#d9d9d9";
 
 /// A rectangle of the drawing, pixels, y downwards.
 #[derive(Clone, Copy, Debug, PartialEq)]

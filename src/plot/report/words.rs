@@ -1,27 +1,18 @@
-//! What happened, in sentences and in tables.
+//! What happened to a run, in sentences and in tables.
 
-use super::chart::{percent, significant};
-use super::figures::label;
-use super::findings::{Enrichment, Findings, STRAIN_DISTURBED, STRAIN_SETTLED, WINDOW};
-use super::load::{Kind, Run, figure};
-use super::scenes::{Scenes, Since};
+use serde_json::{Map, Value};
 
-/// A thin space between number and unit.
-pub const THIN: &str = "\u{2009}";
-pub const D50: &str = "D\u{2085}\u{2080}";
+use super::numbers::{THIN, interval, kilopascal, percent, plain, relative, significant, time, with_unit};
+use super::parts::{bands, stress};
+use crate::analysis::measures::Measures;
+use crate::analysis::measures::disturbance::{Disturbance, STRAIN_DISTURBED, STRAIN_SETTLED};
+use crate::analysis::run::Run;
+use crate::analysis::snapshot::Kind;
+use crate::base::error::Error;
+
 /// Runs that a title names.
 const TITLE_NAMES: usize = 4;
-/// A band thicker than this share of the specimen is none.
-const LOCALISED: f64 = 0.5;
-/// A box thinner than this share of a diameter holds one row.
-const SINGLE_ROW: f64 = 1e-3;
-
-/// A run with all that is said about it.
-pub struct Story<'a> {
-    pub run: &'a Run,
-    pub findings: &'a Findings,
-    pub scenes: &'a Scenes,
-}
+const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// A table with a column for every run.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,214 +30,156 @@ impl Table {
     }
 }
 
-impl Story<'_> {
-    /// What happened, in one paragraph.
-    pub fn paragraph(&self) -> String {
-        let mut words = self.beginning();
-        match &self.findings.enrichment {
-            Some(enrichment) => words += &self.enrichment(enrichment),
-            None if self.run.method == "hybrid" => {
-                words +=
-                    " No persistent shear band was found, so no grains were inserted: the specimen stayed a continuum.";
-            }
-            None => {}
+/// What happened, in one paragraph: of every run what its columns and its measures tell.
+pub fn paragraph(run: &Run, measures: Option<&Measures>, index: usize) -> Result<String, Error> {
+    let mut words = beginning(run)?;
+    let disturbed = measures.and_then(|measures| measures.disturbed(index));
+    match disturbed {
+        Some(found) => words += &enrichment(run, &found.by),
+        None if run.is("hybrid") && run.cut().is_none() => {
+            words +=
+                " No persistent shear band was found, so no grains were inserted: the specimen stayed a continuum.";
         }
+        None => {}
+    }
+    if let Some(level) = measures.and_then(|measures| measures.level(index)) {
+        let stress = run.drive.stress.as_ref().map_or("stress", |stress| &stress.words);
         words += &format!(
-            " The moving average of shear stress peaked at {} at a strain of {}; the run ended at a strain of {} \
-             with {} and a volume strain of {}.",
-            kilopascal(self.findings.peak.1),
-            percent(self.findings.peak.0),
-            percent(self.findings.strain_end),
-            kilopascal(self.findings.shear_end),
-            signed_percent(self.findings.volume_strain_end),
+            " The moving average of {stress} peaked at {} at a strain of {}; the run ended at a strain of {} with {}",
+            kilopascal(level.peak_pa),
+            percent(level.peak_strain),
+            percent(level.strain_end),
+            kilopascal(level.stress_end_pa),
         );
-        words += &self.normal();
-        words += &self.band_words();
-        words
-    }
-
-    fn beginning(&self) -> String {
-        let first = self.scenes.scenes.first();
-        let count =
-            |kind: Kind| first.map_or(0, |scene| scene.bodies.iter().filter(|row| row.body.kind == kind).count());
-        let material = match (count(Kind::Point), count(Kind::Grain)) {
-            (0, grains) => format!("{grains} grains"),
-            (points, 0) => format!("a continuum of {points} points"),
-            (points, grains) => format!("{points} points and {grains} grains"),
+        words += &match level.volume_strain_end {
+            Some(volume) => format!(" and a volume strain of {}.", super::numbers::change(volume)),
+            None => ".".to_owned(),
         };
-        let speed = figure(&self.run.scenario, "loading.speed")
-            .map_or_else(String::new, |speed| format!(" at {}{THIN}cm/s", plain(100.0 * speed, 3)));
-        let stress = self
-            .run
-            .stress_normal
-            .map_or_else(String::new, |stress| format!(" under a normal stress of {}", kilopascal(stress)));
-        format!("The specimen began as {material} between rough plates and was sheared{speed}{stress}.")
-    }
-
-    fn enrichment(&self, enrichment: &Enrichment) -> String {
-        let series = &self.run.series;
-        let grains = series.grains[enrichment.row] - series.grains[0];
-        let mut words = format!(
-            " At a horizontal strain of {} (t = {}{THIN}s) a persistent shear band was found and {grains:.0} grains \
-             took the place of points in and around it. Shear stress was {} in the {WINDOW} rows before. Over the \
-             next {} of strain its moving average did not fall below {} ({}) and no single row was above {} ({}).",
-            percent(enrichment.strain),
-            plain(enrichment.time, 3),
-            kilopascal(enrichment.before),
-            percent(STRAIN_DISTURBED),
-            kilopascal(enrichment.lowest),
-            relative(enrichment.lowest, enrichment.before),
-            kilopascal(enrichment.highest),
-            relative(enrichment.highest, enrichment.before),
-        );
-        if let Some(settled) = enrichment.settled {
+        if let Some(told) = stress::spread(level) {
             words += &format!(
-                " From {} to {} of strain after enrichment it averaged {} ({}).",
-                percent(STRAIN_DISTURBED),
-                percent(STRAIN_SETTLED),
-                kilopascal(settled),
-                relative(settled, enrichment.before),
-            );
-            words += &match enrichment.recovery {
-                Some(0.0) => " The average never fell below 90\u{2009}% of that level.".to_owned(),
-                Some(strain) => format!(
-                    " After its dip the average was back at 90\u{2009}% of that level {} of strain after enrichment.",
-                    percent(strain)
-                ),
-                None => " After its dip the average did not come back to 90\u{2009}% of that level.".to_owned(),
-            };
-        }
-        words
-    }
-
-    fn normal(&self) -> String {
-        let findings = self.findings;
-        format!(
-            " Over the second half of the run the normal stress was {} (mean and standard deviation of the rows).",
-            spread(findings.normal_mean, findings.normal_deviation),
-        )
-    }
-
-    fn band_words(&self) -> String {
-        let Some(interval) = self.interval() else { return String::new() };
-        let Some(band) = &self.scenes.band else {
-            return format!(" {interval} strain did not gather in a band that could be measured.");
-        };
-        let height = self.scenes.heights[1] - self.scenes.heights[0];
-        if band.thickness > LOCALISED * height {
-            return format!(
-                " {interval} the most strained 2\u{2009}% of the material were spread over {} {D50} of the specimen's \
-                 {} {D50}: not a band.",
-                plain(band.thickness / self.run.diameter, 2),
-                plain(height / self.run.diameter, 2),
+                " Over the second half of the run the normal stress was {told} (mean and standard deviation of the rows)."
             );
         }
-        let inside = self.scenes.inside.map_or_else(String::new, |share| {
-            format!("; {} of its members lie between the lowest and the highest inserted grain", percent(share))
-        });
-        let above = plain((band.centre[1] - self.scenes.heights[0]) / self.run.diameter, 2);
-        // The box holds places and not the points about them.
-        if band.thickness < SINGLE_ROW * self.run.diameter {
-            return format!(
-                " {interval} strain gathered in a single row, {above} {D50} above the specimen's lower edge{inside}."
-            );
-        }
-        format!(
-            " {interval} strain gathered in a band {} {D50} ({}{THIN}mm) thick, centred {above} {D50} above the specimen's \
-             lower edge{inside}.",
-            in_diameters(band.thickness / self.run.diameter),
-            plain(1e3 * band.thickness, 2),
-        )
     }
-
-    /// The interval of strain that the band is measured over.
-    fn interval(&self) -> Option<String> {
-        let scene = self.scenes.scenes.last()?;
-        match scene.since {
-            Since::Origin => None,
-            Since::Frame(from) => Some(format!("From a strain of {} to {}", percent(from), percent(scene.strain))),
-        }
-    }
+    words += &at_the_end(run)?;
+    words += &measures.and_then(|measures| bands::told(measures, index)).unwrap_or_default();
+    Ok(words)
 }
 
-/// What was measured, a column for every run.
-pub fn findings(stories: &[Story]) -> Table {
-    let mut table = Table::default();
-    let mut row = |name: &str, cell: &dyn Fn(&Story) -> Option<String>| {
-        table.row(name, stories.iter().map(cell).collect());
+fn beginning(run: &Run) -> Result<String, Error> {
+    let bodies = run.snapshot(0)?.bodies;
+    let count = |kind: Kind| bodies.iter().filter(|body| body.kind == kind).count();
+    let (points, grains) = (count(Kind::Point), count(Kind::Grain));
+    let is_plane = run.dimension() == 2;
+    if run.scenario.contains_key("cell") {
+        let kind = if is_plane { "discs" } else { "spheres" };
+        let [grains, end] = ["grains", "time"].map(|column| run.last(column).unwrap_or(0.0));
+        return Ok(format!("{grains:.0} {kind} in a cell for {}.", time(end)));
+    }
+    let material = match (points, grains) {
+        (0, grains) => format!("{grains} grains"),
+        (points, 0) => format!("a continuum of {points} points"),
+        (points, grains) => format!("{points} points and {grains} grains"),
     };
-    let enriched = |tell: &dyn Fn(&Enrichment) -> Option<String>| {
-        let tell = |story: &Story| story.findings.enrichment.as_ref().and_then(tell);
-        stories.iter().map(tell).collect::<Vec<_>>()
+    if run.period() > 0.0 {
+        let speed = run.number("loading.speed").map(|speed| format!(" at {}{THIN}cm/s", plain(100.0 * speed, 3)));
+        let stress = run.number("loading.stress_normal").or_else(|| run.number("loading.normal_stress"));
+        let stress = stress.map(|stress| format!(" under a normal stress of {}", kilopascal(stress)));
+        let [speed, stress] = [speed, stress].map(Option::unwrap_or_default);
+        return Ok(format!("The specimen began as {material} between rough plates and was sheared{speed}{stress}."));
+    }
+    let kind = if is_plane { "in plane strain" } else { "in space" };
+    let law = run.value("material.law").and_then(toml::Value::as_str).unwrap_or("its law").replace('_', " ");
+    Ok(format!(
+        "The material began as {material} {kind} ({law}); the run is of {}.",
+        time(run.last("time").unwrap_or(0.0))
+    ))
+}
+
+fn enrichment(run: &Run, by: &Disturbance) -> String {
+    let rows = by.rows_averaged;
+    let grains = run.column("grains");
+    let grains = run.cut().map_or(0.0, |row| grains[row] - grains[0]);
+    let mut words = format!(
+        " At {} of {} (t = {}{THIN}s) a persistent shear band was found and {:.0} grains took the place of points in and around \
+         it. The stress was {} in the {rows} rows before. Over the next {} of strain its moving average did not fall below {} ({}) \
+         and no single row was above {} ({}).",
+        percent(by.strain),
+        run.drive.words,
+        plain(by.time_s, 3),
+        grains,
+        kilopascal(by.before_pa),
+        percent(STRAIN_DISTURBED),
+        kilopascal(by.lowest_average_pa),
+        relative(by.lowest_average_pa, by.before_pa),
+        kilopascal(by.highest_row_pa),
+        relative(by.highest_row_pa, by.before_pa),
+    );
+    if let Some(settled) = by.settled_pa {
+        words += &format!(
+            " From {} of strain after enrichment it averaged {} ({}).",
+            interval([STRAIN_DISTURBED, STRAIN_SETTLED]),
+            kilopascal(settled),
+            relative(settled, by.before_pa),
+        );
+        words += &match by.strain_until_recovered {
+            Some(0.0) => " The average never fell below 90\u{2009}% of that level.".to_owned(),
+            Some(strain) => format!(
+                " After its dip the average was back at 90\u{2009}% of that level {} of strain after enrichment.",
+                percent(strain)
+            ),
+            None => " After its dip the average did not come back to 90\u{2009}% of that level.".to_owned(),
+        };
+    }
+    words
+}
+
+/// What columns and the last frame tell of the end.
+fn at_the_end(run: &Run) -> Result<String, Error> {
+    let axes = &AXES[..run.dimension()];
+    let last = |column: &str| run.last(column);
+    if let (Some(fraction), Some(contacts)) = (last("fraction"), last("contacts_of_a_grain")) {
+        let stress = |axis: &&str| significant(-1e-3 * last(&format!("stress_{axis}{axis}")).unwrap_or(f64::NAN), 3);
+        return Ok(format!(
+            " At the end the packing fraction is {}, a grain has {} contacts, and the normal stresses of the contacts are {} kPa \
+             (compression positive) along {}.",
+            significant(fraction, 4),
+            significant(contacts, 3),
+            axes.iter().map(stress).collect::<Vec<_>>().join(", "),
+            axes.join(", "),
+        ));
+    }
+    if run.column("lower_x").is_empty() {
+        return Ok(String::new());
+    }
+    let moved = |axis: &&str| {
+        let centre = run.column(&format!("centre_{axis}"));
+        let way = last(&format!("centre_{axis}")).unwrap_or(f64::NAN) - centre.first().copied().unwrap_or(f64::NAN);
+        way * way
     };
-    row("Peak shear stress (moving average)", &|story| {
-        Some(format!("{} at {}", kilopascal(story.findings.peak.1), percent(story.findings.peak.0)))
-    });
-    row("Shear stress at the end", &|story| {
-        Some(format!("{} at {}", kilopascal(story.findings.shear_end), percent(story.findings.strain_end)))
-    });
-    row("Normal stress, second half", &|story| {
-        let findings = story.findings;
-        Some(spread(findings.normal_mean, findings.normal_deviation))
-    });
-    row("Volume strain at the end", &|story| Some(signed_percent(story.findings.volume_strain_end)));
-    table.row(
-        "Enriched at horizontal strain",
-        enriched(&|e| Some(format!("{} (t = {}{THIN}s)", percent(e.strain), plain(e.time, 3)))),
-    );
-    table.row("Shear stress before enrichment", enriched(&|e| Some(kilopascal(e.before))));
-    table.row(
-        &format!("Lowest average within {}", percent(STRAIN_DISTURBED)),
-        enriched(&|e| Some(format!("{} ({})", kilopascal(e.lowest), relative(e.lowest, e.before)))),
-    );
-    table.row(
-        &format!("Highest row within {}", percent(STRAIN_DISTURBED)),
-        enriched(&|e| Some(format!("{} ({})", kilopascal(e.highest), relative(e.highest, e.before)))),
-    );
-    table.row(
-        &format!("Level from {} to {} after", percent(STRAIN_DISTURBED), percent(STRAIN_SETTLED)),
-        enriched(&|e| e.settled.map(|level| format!("{} ({})", kilopascal(level), relative(level, e.before)))),
-    );
-    table.row(
-        "Strain until 90\u{2009}% of that level",
-        enriched(&|e| {
-            e.settled?;
-            Some(match e.recovery {
-                Some(0.0) => "never below".to_owned(),
-                Some(strain) => percent(strain),
-                None => "not reached".to_owned(),
-            })
-        }),
-    );
-    let mut row = |name: &str, cell: &dyn Fn(&Story) -> Option<String>| {
-        table.row(name, stories.iter().map(cell).collect());
+    let extent = |axis: &&str| {
+        let end = |end: &str| significant(last(&format!("{end}_{axis}")).unwrap_or(f64::NAN), 3);
+        format!("{} to {}\u{2009}m along {axis}", end("lower"), end("upper"))
     };
-    row("Band measured over strain", &|story| {
-        let scene = story.scenes.scenes.last()?;
-        story.scenes.band.as_ref()?;
-        match scene.since {
-            Since::Origin => None,
-            Since::Frame(from) => Some(format!("{} to {}", percent(from), percent(scene.strain))),
-        }
-    });
-    row("Band thickness", &|story| {
-        let thickness = story.scenes.band.as_ref()?.thickness;
-        Some(format!("{} {D50} ({}{THIN}mm)", plain(thickness / story.run.diameter, 2), plain(1e3 * thickness, 2)))
-    });
-    row("Centre of the band above the lower edge", &|story| {
-        let centre = story.scenes.band.as_ref()?.centre[1] - story.scenes.heights[0];
-        Some(format!("{} {D50} ({}{THIN}mm)", plain(centre / story.run.diameter, 2), plain(1e3 * centre, 2)))
-    });
-    row("Inclination of the band", &|story| {
-        let angle = story.scenes.band.as_ref()?.angle;
-        Some(format!("{:.1}\u{b0}", angle * 180.0 / crate::base::math::PI).replace('-', "\u{2212}"))
-    });
-    row("Members of the band inside the zone", &|story| story.scenes.inside.map(percent));
-    table
+    let bodies = run.snapshot(run.frame_times.len() - 1)?.bodies;
+    let what = if run.has_grains() { "deviatoric" } else { "plastic" };
+    let strain = bodies.iter().map(|body| if run.has_grains() { body.deviatoric } else { body.plastic });
+    let yielded = match strain.fold(0.0, f64::max) {
+        strain if strain > 0.0 => format!("the largest {what} strain is {}", significant(strain, 3)),
+        _ => "no point has yielded".to_owned(),
+    };
+    let grains = last("grains").map_or_else(String::new, |grains| format!("{grains:.0} grains and "));
+    Ok(format!(
+        " At the end there are {grains}{:.0} points, their centre of mass has moved by {}\u{2009}m since the first row of the series, \
+         the material reaches from {}, and {yielded}.",
+        last("points").unwrap_or(0.0),
+        significant(axes.iter().map(moved).sum::<f64>().sqrt(), 3),
+        axes.iter().map(extent).collect::<Vec<_>>().join(", "),
+    ))
 }
 
 /// The scenario's main figures: path, name, factor from SI, unit.
-const SCENARIO: [(&str, &str, f64, &str); 27] = [
+const SCENARIO: [(&str, &str, f64, &str); 36] = [
     ("specimen.width", "Width (period)", 1e3, "mm"),
     ("specimen.height", "Height aimed at", 1e3, "mm"),
     ("specimen.depth", "Out-of-plane depth", 1e3, "mm"),
@@ -265,6 +198,14 @@ const SCENARIO: [(&str, &str, f64, &str); 27] = [
     ("continuum.dilation_factor", "Dilation factor \u{3c7}", 1.0, ""),
     ("continuum.softening_rate", "Softening rate \u{3be}", 1.0, ""),
     ("continuum.cell", "Grid cell", 1e3, "mm"),
+    ("grid.cell", "Grid cell", 1e3, "mm"),
+    ("grid.depth", "Out-of-plane depth", 1e3, "mm"),
+    ("scheme.points_per_cell", "Points along a cell", 1.0, ""),
+    ("material.bulk_modulus", "Bulk modulus K", 1e-6, "MPa"),
+    ("material.shear_modulus", "Shear modulus G", 1e-6, "MPa"),
+    ("material.friction_angle_critical", "Critical friction angle", 180.0 / std::f64::consts::PI, "\u{b0}"),
+    ("material.cohesion", "Cohesion", 1e-3, "kPa"),
+    ("packing.stress", "Stress of the packing", 1e-3, "kPa"),
     ("loading.stress_normal", "Normal stress", 1e-3, "kPa"),
     ("loading.speed", "Speed of the upper plate", 1e2, "cm/s"),
     ("loading.strain_end", "Horizontal strain at the end", 1e2, "%"),
@@ -273,169 +214,88 @@ const SCENARIO: [(&str, &str, f64, &str); 27] = [
     ("enrichment.distance", "Enrichment distance \u{3c6}\u{2080}", 1e3, "mm"),
     ("enrichment.weight", "Weight of grains in the rim", 1.0, ""),
     ("enrichment.training", "Share of training", 1.0, ""),
+    ("time.end", "End", 1.0, "s"),
     ("time.step", "Time step", 1.0, "s"),
 ];
 
 /// The main figures of the scenarios, a column for every run.
-pub fn scenario(stories: &[Story]) -> Table {
+pub fn scenario(runs: &[Run]) -> Table {
     let mut table = Table::default();
-    table.row("Method", stories.iter().map(|story| Some(story.run.method.clone())).collect());
+    let method = |run: &Run| Some(run.method.clone()).filter(|method| !method.is_empty());
+    table.row("Method", runs.iter().map(method).collect());
     for (path, name, factor, unit) in SCENARIO {
-        let cells = stories.iter().map(|story| {
-            let value = figure(&story.run.scenario, path)?;
-            Some(with_unit(&plain(factor * value, 4), unit))
-        });
-        table.row(name, cells.collect());
+        let cell = |run: &Run| Some(with_unit(&plain(factor * run.number(path)?, 4), unit));
+        table.row(name, runs.iter().map(cell).collect());
     }
     table
 }
 
-/// All of the summaries, a column for every run.
-pub fn summary(stories: &[Story]) -> Table {
-    summaries(&stories.iter().map(|story| &story.run.summary).collect::<Vec<_>>())
-}
-
-/// The same of summaries by themselves.
-pub fn summaries(summaries: &[&serde_json::Map<String, serde_json::Value>]) -> Table {
+/// All of the summaries, a column for every run; what lies in tables of a summary has their names before its own.
+pub fn summary(runs: &[Run]) -> Table {
+    let summaries: Vec<Vec<(String, String)>> = runs.iter().map(|run| flat("", &run.summary)).collect();
     let mut keys: Vec<&String> = Vec::new();
-    for key in summaries.iter().flat_map(|summary| summary.keys()) {
+    for (key, _) in summaries.iter().flatten() {
         if !keys.contains(&key) {
             keys.push(key);
         }
     }
     let mut table = Table::default();
     for key in keys {
-        let cells = summaries.iter().map(|summary| match summary.get(key)? {
-            serde_json::Value::String(words) => Some(words.clone()),
-            serde_json::Value::Number(number) if number.is_f64() => Some(plain(number.as_f64()?, 5)),
-            serde_json::Value::Null => None,
-            other => Some(other.to_string()),
-        });
-        table.row(&key.replace('_', " "), cells.collect());
+        let cell = |of: &Vec<(String, String)>| of.iter().find(|(own, _)| own == key).map(|(_, told)| told.clone());
+        table.row(key, summaries.iter().map(cell).collect());
     }
     table
 }
 
-/// What happened, as text without any markup: a paragraph for every run.
-pub fn plain_text(stories: &[Story]) -> String {
-    let tell = |story: &Story| match stories {
-        [_] => format!("{}\n", story.paragraph()),
-        _ => format!("{}. {}\n", label(story.run), story.paragraph()),
+fn flat(above: &str, of: &Map<String, Value>) -> Vec<(String, String)> {
+    let told = |value: &Value| match value {
+        Value::String(words) => words.clone(),
+        Value::Number(number) if number.is_f64() => plain(number.as_f64().unwrap_or(f64::NAN), 5),
+        Value::Bool(is_so) => if *is_so { "yes" } else { "no" }.to_owned(),
+        Value::Null => "\u{2013}".to_owned(),
+        other => other.to_string(),
     };
-    plain_letters(&stories.iter().map(tell).collect::<Vec<_>>().join("\n"))
-}
-
-/// Terminals show plain spaces and digits best.
-pub fn plain_letters(text: &str) -> String {
-    text.replace(THIN, " ").replace(D50, "D50").replace('\u{2212}', "-")
+    let entry = |(key, value): (&String, &Value)| {
+        let name = format!("{above}{}", key.replace('_', " "));
+        match value {
+            Value::Object(below) => flat(&format!("{name}: "), below),
+            Value::Array(list) if list.iter().all(Value::is_object) => {
+                let below = list.iter().zip(1..).filter_map(|(value, number)| Some((value.as_object()?, number)));
+                below.flat_map(|(below, number)| flat(&format!("{name} {number}: "), below)).collect()
+            }
+            Value::Array(list) => vec![(name, list.iter().map(told).collect::<Vec<_>>().join(", "))],
+            Value::Null => Vec::new(),
+            value => vec![(name, told(value))],
+        }
+    };
+    of.iter().flat_map(entry).collect()
 }
 
 /// The title of a report.
-pub fn title(stories: &[Story]) -> String {
-    let names: Vec<String> = stories.iter().map(|story| label(story.run)).collect();
+pub fn title(runs: &[Run]) -> String {
+    let names: Vec<String> = runs.iter().map(Run::label).collect();
     match names.as_slice() {
-        [name] => format!("Planar shear: {name}"),
-        many if many.len() > TITLE_NAMES => format!("Planar shear compared: {} runs", many.len()),
-        _ => format!("Planar shear compared: {}", names.join(", ")),
+        [name] => name.clone(),
+        many if many.len() > TITLE_NAMES => format!("{} runs compared", many.len()),
+        _ => format!("{} compared", names.join(", ")),
     }
-}
-
-/// A thickness in mean diameters with two digits: nothing where it is less than a twentieth of one, as of a single row of
-/// points.
-pub fn in_diameters(thickness: f64) -> String {
-    if thickness < 0.05 { "0".to_owned() } else { plain(thickness, 2) }
-}
-
-fn with_unit(number: &str, unit: &str) -> String {
-    match unit {
-        "" => number.to_owned(),
-        "\u{b0}" => format!("{number}{unit}"),
-        _ => format!("{number}{THIN}{unit}"),
-    }
-}
-
-/// A number with up to `digits` significant ones, zeros at the end left away.
-pub fn plain(value: f64, digits: usize) -> String {
-    let text = significant(value, digits);
-    if text.contains('\u{d7}') { text } else { super::svg::shortened(text) }
-}
-
-pub fn kilopascal(stress: f64) -> String {
-    format!("{}{THIN}kPa", significant(stress / 1e3, 3))
-}
-
-/// A stress with its standard deviation.
-fn spread(mean: f64, deviation: f64) -> String {
-    format!("({} \u{b1} {}){THIN}kPa", significant(mean / 1e3, 3), plain(deviation / 1e3, 2))
-}
-
-pub fn signed_percent(share: f64) -> String {
-    let sign = if share > 0.0 { "+" } else { "" };
-    format!("{sign}{}", percent(share))
-}
-
-/// The change from `before` in whole percent.
-pub fn relative(value: f64, before: f64) -> String {
-    if before == 0.0 {
-        return "from zero".to_owned();
-    }
-    let change = format!("{:+.0}", 100.0 * (value / before - 1.0));
-    let change = if change == "-0" { "+0".to_owned() } else { change.replace('-', "\u{2212}") };
-    format!("{change}{THIN}%")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plot::report::findings::tests::hybrid;
-
-    fn told(run: &Run) -> (Findings, Scenes) {
-        let scenes = Scenes { scenes: Vec::new(), band: None, inside: None, heights: [0.0, 0.1] };
-        (Findings::of(run), scenes)
-    }
 
     #[test]
-    fn the_paragraph_names_enrichment_and_recovery() {
-        let mut run = hybrid(50e3);
-        for stress in &mut run.series.shear_stress {
-            *stress = if *stress == 100.0 { 100e3 } else { stress.max(50e3) };
-        }
-        let (findings, scenes) = told(&run);
-        let words = Story { run: &run, findings: &findings, scenes: &scenes }.paragraph();
-        assert!(words.contains("At a horizontal strain of 4\u{2009}%"), "{words}");
-        assert!(words.contains("840 grains took the place"), "{words}");
-        assert!(words.contains("Shear stress was 100\u{2009}kPa"), "{words}");
-    }
-
-    #[test]
-    fn a_silent_oracle_is_said_so() {
-        let mut run = hybrid(50e3);
-        run.series.grains.fill(60.0);
-        let (findings, scenes) = told(&run);
-        let words = Story { run: &run, findings: &findings, scenes: &scenes }.paragraph();
-        assert!(words.contains("No persistent shear band was found"), "{words}");
-    }
-
-    #[test]
-    fn tables_leave_out_what_no_run_has() {
-        let mut run = hybrid(50e3);
-        run.method = "dem".into();
-        run.scenario = toml::from_str("[specimen]\nwidth = 0.06\n[time]\nstep = 4e-7").unwrap();
-        run.summary.insert("ranks".to_owned(), 2.into());
-        let (findings_here, scenes) = told(&run);
-        let stories = [Story { run: &run, findings: &findings_here, scenes: &scenes }];
-        assert!(findings(&stories).rows.iter().all(|(name, _)| !name.contains("nrich")));
-        let rows = scenario(&stories).rows;
+    fn tables_leave_out_what_no_run_has_and_print_no_json() {
+        let mut run = Run::made("method = \"dem\"\n[specimen]\nwidth = 0.06\n[time]\nstep = 4e-7");
+        run.summary =
+            serde_json::from_str(r#"{"ranks": 2, "mass": {"end": 0.25, "by": [1, 2.5]}, "none": null}"#).unwrap();
+        let runs = [run];
+        let rows = scenario(&runs).rows;
         assert_eq!(rows[1], ("Width (period)".to_owned(), vec!["60\u{2009}mm".to_owned()]));
         assert_eq!(rows[2].1[0], "4\u{2009}\u{d7}\u{2009}10\u{207b}\u{2077}\u{2009}s");
-        assert_eq!(summary(&stories).rows, [("ranks".to_owned(), vec!["2".to_owned()])]);
-    }
-
-    #[test]
-    fn changes_are_told_in_percent() {
-        assert_eq!(relative(125.0, 100.0), "+25\u{2009}%");
-        assert_eq!(relative(85.0, 100.0), "\u{2212}15\u{2009}%");
-        assert_eq!(relative(99.9, 100.0), "+0\u{2009}%");
-        assert_eq!(signed_percent(-0.0123), "\u{2212}1.23\u{2009}%");
+        let told: Vec<String> =
+            summary(&runs).rows.iter().map(|(name, cells)| format!("{name} = {}", cells[0])).collect();
+        assert_eq!(told, ["mass: by = 1, 2.5", "mass: end = 0.25", "ranks = 2"]);
     }
 }

@@ -24,12 +24,42 @@ const STRAIN_END: f64 = 0.1;
 pub const DIPPED: f64 = 10.0 * ROW;
 const SWING: f64 = 16.0 * ROW;
 
-/// What a body of the made-up run is told by.
-struct Row {
-    kind: i64,
-    id: i64,
-    origin: [f64; 2],
-    weight: f64,
+/// What a body of a made-up frame is told by.
+#[derive(Clone, Copy, Default)]
+pub struct Row {
+    pub kind: i64,
+    pub id: i64,
+    pub position: [f64; 2],
+    pub displacement: [f64; 2],
+    pub weight: f64,
+    pub stress: [f64; 3],
+    pub deviatoric: f64,
+}
+
+/// A frame of bodies that are half of [`SPACING`] in radius.
+pub fn frame_of(time: f64, rows: &[Row]) -> Frame {
+    let column = |name: &str, width: usize, values: Values| Column { name: name.to_owned(), width, values };
+    let whole = |of: fn(&Row) -> i64| Values::I64(rows.iter().map(of).collect());
+    let real = |of: fn(&Row) -> f64| Values::F64(rows.iter().map(of).collect());
+    Frame {
+        time,
+        drawn: Drawn::Points,
+        positions: rows.iter().map(|row| [row.position[0], row.position[1], 0.0]).collect(),
+        whole: Vec::new(),
+        fields: vec![
+            column("kind", 1, whole(|row| row.kind)),
+            column("id", 1, whole(|row| row.id)),
+            column("radius", 1, real(|_| 0.5 * SPACING)),
+            column("weight", 1, real(|row| row.weight)),
+            column(
+                "displacement",
+                3,
+                Values::F64(rows.iter().flat_map(|row| [row.displacement[0], row.displacement[1], 0.0]).collect()),
+            ),
+            column("stress", 3, Values::F64(rows.iter().flat_map(|row| row.stress).collect())),
+            column("deviatoric_strain", 1, real(|row| row.deviatoric)),
+        ],
+    }
 }
 
 /// What a made-up run differs in from others.
@@ -109,51 +139,31 @@ impl<'a> Made<'a> {
         let mut rows = Vec::new();
         let method = self.method;
         let grains = method == "hybrid" && strain > ENRICHED;
+        let stress = self.stress_grains * if method == "dem" { strain } else { ENRICHED + ROW };
         for id in 0..((WIDTH / SPACING).round() * (HEIGHT / SPACING).round()) as i64 {
             let columns = (WIDTH / SPACING).round() as i64;
-            let origin = [((id % columns) as f64 + 0.5) * SPACING, ((id / columns) as f64 + 0.5) * SPACING];
-            let y = origin[1];
+            let [x, y] = [((id % columns) as f64 + 0.5) * SPACING, ((id / columns) as f64 + 0.5) * SPACING];
+            let moved = self.displacement([x, y], strain);
             let plate = !(SPACING..HEIGHT - SPACING).contains(&y);
             let inside = (ZONE[0]..ZONE[1]).contains(&y);
             let rim = inside && !(ZONE[0] + RIM..ZONE[1] - RIM).contains(&y);
             let weight = if grains && rim { 0.5 } else { 1.0 };
+            let (position, displacement) = ([(x + moved).rem_euclid(WIDTH), y], [moved, 0.0]);
+            let point = Row { id, position, displacement, weight, ..Row::default() };
             if plate && method != "mpm" {
-                rows.push(Row { kind: 2, id, origin, weight: 1.0 });
+                rows.push(Row { kind: 2, weight: 1.0, ..point });
             } else if method == "dem" || (grains && inside) {
-                rows.push(Row { kind: 1, id, origin, weight });
+                rows.push(Row { kind: 1, stress: [0.0, 0.0, stress], ..point });
             }
             if method != "dem" && (!grains || !inside || rim) {
-                rows.push(Row { kind: 0, id, origin, weight });
+                rows.push(point);
             }
         }
         rows
     }
 
     fn frame(&self, strain: f64) -> Frame {
-        let rows = self.rows(strain);
-        let moved: Vec<f64> = rows.iter().map(|row| self.displacement(row.origin, strain)).collect();
-        let positions =
-            rows.iter().zip(&moved).map(|(row, u)| [(row.origin[0] + u).rem_euclid(WIDTH), row.origin[1], 0.0]);
-        let column = |name: &str, width: usize, values: Values| Column { name: name.to_owned(), width, values };
-        let stress = self.stress_grains * if self.method == "dem" { strain } else { ENRICHED + ROW };
-        let stresses = rows.iter().flat_map(|row| [0.0, 0.0, if row.kind == 1 { stress } else { 0.0 }]).collect();
-        let same = |value: f64, width: usize| Values::F64(vec![value; width * rows.len()]);
-        Frame {
-            time: strain,
-            drawn: Drawn::Points,
-            positions: positions.collect(),
-            whole: Vec::new(),
-            fields: vec![
-                column("kind", 1, Values::I64(rows.iter().map(|row| row.kind).collect())),
-                column("id", 1, Values::I64(rows.iter().map(|row| row.id).collect())),
-                column("radius", 1, same(0.5 * SPACING, 1)),
-                column("weight", 1, Values::F64(rows.iter().map(|row| row.weight).collect())),
-                column("displacement", 3, Values::F64(moved.iter().flat_map(|&u| [u, 0.0, 0.0]).collect())),
-                column("velocity", 3, same(0.0, 3)),
-                column("stress", 3, Values::F64(stresses)),
-                column("plastic_strain", 1, same(0.0, 1)),
-            ],
-        }
+        frame_of(strain, &self.rows(strain))
     }
 
     /// Writes a run to 10 % strain.

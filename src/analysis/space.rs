@@ -1,15 +1,14 @@
 //! The space that bodies fill, and by how much a group of them swells: of grains their shares of a triangulation, of points what
 //! their volume has become.
 
+use super::snapshot::{Body, Kind, Snapshot};
+use super::strained::{EDGE_MAX_DIAMETERS, Span};
 use crate::base::math::PI;
 use crate::observe::space_share::space_shares;
-use crate::plot::report::load::{Body, Kind, Snapshot};
-use crate::plot::report::scenes::EDGE_MAX_DIAMETERS;
-use crate::plot::report::span::Span;
 
 /// Bodies of a snapshot with the area that each fills, m2, whatever its weight.
 pub struct Spaces<'s> {
-    bodies: &'s [Body],
+    snapshot: &'s Snapshot,
     areas: Vec<f64>,
 }
 
@@ -22,13 +21,11 @@ impl<'s> Spaces<'s> {
         for (row, share) in grains.into_iter().zip(space_shares(&places, EDGE_MAX_DIAMETERS * span.diameter)) {
             areas[row] = share;
         }
-        Self { bodies, areas }
+        Self { snapshot, areas }
     }
 
     fn area(&self, body: &Body) -> Option<f64> {
-        let key = |body: &Body| (body.kind.is_grain(), body.id);
-        let row = self.bodies.binary_search_by_key(&key(body), key).ok()?;
-        Some(self.areas[row])
+        Some(self.areas[self.snapshot.row_of(body)?])
     }
 
     /// Change of the area of these bodies since an earlier snapshot, as a share of it; of those that are in both. Each counts by the
@@ -57,18 +54,9 @@ mod tests {
     #[test]
     fn points_that_a_zone_has_grown_over_do_not_shrink() {
         let span = Span { left: 0.0, width: 1.0, is_periodic: false, diameter: 1e-3 };
-        let point = |id: i64, weight: f64, radius: f64| Body {
-            kind: Kind::Point,
-            id,
-            position: [0.1, 1e-3 * id as f64],
-            displacement: [0.0; 2],
-            radius,
-            weight,
-            shear_stress: 0.0,
-        };
-        let snapshot = |weight: f64, radius: f64| Snapshot {
-            time: 0.0,
-            bodies: (0..9).map(|id| point(id, weight, radius)).collect(),
+        let snapshot = |weight: f64, radius: f64| {
+            let body = |id: i64| Body { id, position: [0.1, 1e-3 * id as f64], weight, radius, ..Body::default() };
+            Snapshot { bodies: (0..9).map(body).collect(), ..Snapshot::default() }
         };
         let [before, now] = [snapshot(1.0, 1e-3), snapshot(0.5, 1.01e-3)];
         let swelling = Spaces::of(&now, &span).swelling(&Spaces::of(&before, &span), &now.bodies).unwrap();

@@ -1,8 +1,8 @@
 //! The region that a hybrid's grains took over, by where they began: the same material can be found in any other run.
 
-use super::among::Member;
+use super::run::Run;
+use super::snapshot::Body;
 use crate::base::error::Error;
-use crate::plot::report::load::{Body, Kind};
 
 /// A body lies in the zone if it began within this many mean diameters of where a grain of the zone began: near enough to
 /// leave out the next grain of the same packing, far enough to leave no holes in another one.
@@ -23,11 +23,11 @@ pub struct Zone {
 
 impl Zone {
     /// Of the grains that are there alone, without points, just after a hybrid's enrichment.
-    pub fn of(member: &Member) -> Result<Option<Self>, Error> {
-        let Some(frame) = member.enriched else { return Ok(None) };
-        let snapshot = member.run.snapshot(frame)?;
-        let origins = snapshot.bodies.iter().filter(|body| is_inner(body)).map(Body::origin).collect();
-        Ok(Self::around(origins, member.run.diameter, member.run.width))
+    pub fn of(run: &Run) -> Result<Option<Self>, Error> {
+        let Some(frame) = run.enriched else { return Ok(None) };
+        let snapshot = run.snapshot(frame)?;
+        let origins = snapshot.bodies.iter().filter(|body| body.is_inner()).map(Body::origin).collect();
+        Ok(Self::around(origins, run.grain()?, run.period()))
     }
 
     fn around(mut origins: Vec<[f64; 2]>, diameter: f64, period: f64) -> Option<Self> {
@@ -63,13 +63,9 @@ impl Zone {
     }
 }
 
-/// A grain outside of the rim.
-pub fn is_inner(body: &Body) -> bool {
-    body.kind == Kind::Grain && body.weight >= 1.0
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::snapshot::Kind;
     use super::*;
 
     #[test]
@@ -77,12 +73,9 @@ mod tests {
         let zone = Zone::around(vec![[0.1, 5.0], [3.0, 6.0]], 0.5 / REACH, 10.0).unwrap();
         let body = |origin: [f64; 2]| Body {
             kind: Kind::Grain,
-            id: 0,
             position: [(origin[0] + 17.0).rem_euclid(10.0), origin[1] + 1.0],
             displacement: [17.0, 1.0],
-            radius: 0.5,
-            weight: 1.0,
-            shear_stress: 0.0,
+            ..Body::default()
         };
         assert_eq!(zone.heights(), [5.0, 6.0]);
         assert_eq!(zone.shared_with(&[body([0.101, 5.0]), body([3.0, 6.2])]), 0.5);

@@ -1,0 +1,274 @@
+//! Incremental strain and bands (Chen et al. 2021, figures 11, 12, 18, 19, 21, 24, appendix A), with how much a thickness hangs on
+//! choices: the interval of strain, the percentile, the packing. Where sides are joined the band is the box of appendix A; where they
+//! are apart it is the strongest straight one ([`crate::analysis::strip`]), beside which the box holds all bands at once.
+
+use serde::Serialize;
+
+use super::Found;
+use super::among::{Among, Group, Member, Who};
+use crate::analysis::band::{Band, CANDIDATE_SHARE, Candidates};
+use crate::analysis::curve::{mean, range};
+use crate::analysis::run::Run;
+use crate::analysis::snapshot::{Body, Kind};
+use crate::analysis::space::Spaces;
+use crate::analysis::strained::{Span, Valued, boxed, free, increment, stripped, width_at_half};
+use crate::base::error::Error;
+use crate::base::math::PI;
+
+/// Runs that end by this share less than an interval still reach its end.
+pub const END_SLACK: f64 = 0.02;
+/// Shares of the material that are candidates for a box: the 98th percentile, the 97th and the 99th.
+const SHARES: [f64; 3] = [CANDIDATE_SHARE, 0.03, 0.01];
+/// Pieces of the interval that are measured by themselves.
+const PIECES: usize = 3;
+
+/// The box of appendix A; lengths in mean diameters.
+#[derive(Clone, Debug, Serialize)]
+pub struct Box {
+    pub thickness_d50: f64,
+    pub length_d50: f64,
+    pub slope_deg: f64,
+}
+
+/// A piece of the interval.
+#[derive(Clone, Debug, Serialize)]
+pub struct Piece {
+    pub between_strains: [f64; 2],
+    pub thickness_d50: Option<f64>,
+    pub slope_deg: Option<f64>,
+}
+
+/// The band of a run, measured in several ways; lengths in mean diameters, or in cells where there are no grains.
+#[derive(Clone, Debug, Serialize)]
+pub struct Measured {
+    #[serde(flatten)]
+    pub who: Who,
+    /// Of the two frames.
+    pub between_strains: [f64; 2],
+    pub thickness_d50: Option<f64>,
+    pub thickness_cells: Option<f64>,
+    /// With one body in the band: what the box around centres leaves out.
+    pub thickness_cells_with_bodies: Option<f64>,
+    pub slope_deg: Option<f64>,
+    pub length_d50: Option<f64>,
+    pub centre_m: Option<[f64; 2]>,
+    /// Of the specimen's lower edge, m.
+    pub height_m: Option<f64>,
+    /// Share of all strain that lies in it.
+    pub share_of_strain: Option<f64>,
+    pub pieces: Vec<Piece>,
+    /// Width at half of the largest mean strain.
+    pub width_at_half_d50: Option<f64>,
+    pub width_at_half_cells: Option<f64>,
+    /// Swelling of the band over the interval, and the packing fraction of its grains at the end.
+    pub volume_strain: Option<f64>,
+    pub packing_fraction_end: Option<f64>,
+    pub box_98th: Option<Box>,
+    pub box_97th: Option<Box>,
+    pub box_99th: Option<Box>,
+    /// By the threshold of the same packing's grains alone, which is what the paper's words say.
+    pub box_dem_threshold: Option<Box>,
+    /// Share of its members between the lowest and the highest grain of a hybrid's zone.
+    pub inside_zone: Option<f64>,
+    #[serde(skip)]
+    pub span: Option<Span>,
+    #[serde(skip)]
+    pub bodies: Vec<Valued>,
+    #[serde(skip)]
+    pub band: Option<Band>,
+    #[serde(skip)]
+    threshold: Option<f64>,
+    /// From the lowest to the highest edge of the bodies, m.
+    #[serde(skip)]
+    pub height: f64,
+}
+
+impl Measured {
+    /// Bodies in the box of the band.
+    pub fn members(&self) -> Vec<Body> {
+        let rows: Vec<&Valued> = free(&self.bodies).collect();
+        self.band.iter().flat_map(|band| band.members.iter().map(|&row| rows[row].body)).collect()
+    }
+
+    fn of(member: &Member, span: &Span, between: [f64; 2]) -> Result<Option<Self>, Error> {
+        let run = member.run;
+        let [from, to] = between.map(|strain| run.frame_at(strain));
+        let from = from.max(run.enriched.unwrap_or(0));
+        if from >= to || run.last_frame() < between[1] * (1.0 - END_SLACK) {
+            return Ok(None);
+        }
+        let bodies = increment(run, span, [from, to])?;
+        let diameters = |length: f64| length / span.diameter;
+        let cells = |length: f64| Some(length / run.cell_edge()?);
+        let box_by = |wanted: Candidates| boxed(&bodies, span, wanted);
+        let boxes = SHARES.map(|share| box_by(Candidates::Share(share)));
+        let told = |band: &Option<Band>| band.as_ref().map(|band| Box::of(band, span));
+        let strip = stripped(&bodies, span);
+        let band = if span.is_periodic { boxes[0].clone() } else { strip.as_ref().map(|strip| strip.band.clone()) };
+        let half = width_at_half(&bodies, span.diameter).filter(|_| span.is_periodic);
+        let [bottom, top] =
+            range(bodies.iter().flat_map(|row| [-1.0, 1.0].map(|side| row.body.position[1] + side * row.body.radius)))
+                .unwrap_or_default();
+        let mut measured = Self {
+            who: member.who.clone(),
+            between_strains: [from, to].map(|frame| run.at_frame(frame)),
+            thickness_d50: band.as_ref().map(|band| diameters(band.thickness)),
+            thickness_cells: band.as_ref().and_then(|band| cells(band.thickness)),
+            thickness_cells_with_bodies: None,
+            slope_deg: band.as_ref().map(slope),
+            length_d50: band.as_ref().map(|band| diameters(band.length)),
+            centre_m: band.as_ref().map(|band| band.centre),
+            height_m: band.as_ref().map(|band| band.centre[1] - bottom),
+            share_of_strain: strip.as_ref().map(|strip| strip.share),
+            pieces: pieces(run, span, [from, to])?,
+            width_at_half_d50: half.map(diameters),
+            width_at_half_cells: half.and_then(cells),
+            volume_strain: None,
+            packing_fraction_end: None,
+            box_98th: told(&boxes[0]),
+            box_97th: told(&boxes[1]),
+            box_99th: told(&boxes[2]),
+            box_dem_threshold: None,
+            inside_zone: None,
+            span: Some(*span),
+            threshold: boxes[0].as_ref().map(|band| band.threshold),
+            height: top - bottom,
+            bodies,
+            band,
+        };
+        let members = measured.members();
+        let thickest = members.iter().map(Body::extent).reduce(f64::max);
+        let with_bodies = |(band, body): (&Band, f64)| cells(band.thickness + body);
+        measured.thickness_cells_with_bodies =
+            measured.band.as_ref().zip(thickest).filter(|_| span.is_periodic).and_then(with_bodies);
+        measured.inside_zone = inside_zone(run, &measured.bodies, &members);
+        if !span.is_periodic && !members.is_empty() {
+            let [first, last] = [run.snapshot(from)?, run.snapshot(to)?];
+            let [before, after] = [&first, &last].map(|snapshot| Spaces::of(snapshot, span));
+            measured.volume_strain = after.swelling(&before, &members);
+            measured.packing_fraction_end = after.fraction(&members);
+        }
+        Ok(Some(measured))
+    }
+}
+
+impl Box {
+    fn of(band: &Band, span: &Span) -> Self {
+        let [thickness_d50, length_d50] = [band.thickness, band.length].map(|length| length / span.diameter);
+        Self { thickness_d50, length_d50, slope_deg: slope(band) }
+    }
+}
+
+/// Degrees, to a tenth, which is more than is known.
+fn slope(band: &Band) -> f64 {
+    (10.0 * band.angle * 180.0 / PI).round() / 10.0
+}
+
+fn inside_zone(run: &Run, bodies: &[Valued], members: &[Body]) -> Option<f64> {
+    let grains = bodies.iter().filter(|row| row.body.kind == Kind::Grain).map(|row| row.body.position[1]);
+    let [lower, upper] = range(grains).filter(|_| run.is("hybrid") && !members.is_empty())?;
+    let within = members.iter().filter(|body| (lower..=upper).contains(&body.position[1])).count();
+    Some(within as f64 / members.len() as f64)
+}
+
+/// Pieces of an interval of frames, equal in strain as nearly as there are frames; none of one that has no more than one piece.
+fn pieces(run: &Run, span: &Span, [from, to]: [usize; 2]) -> Result<Vec<Piece>, Error> {
+    let [first, last] = [from, to].map(|frame| run.at_frame(frame));
+    let edge = |piece: usize| run.frame_at(first + piece as f64 / PIECES as f64 * (last - first));
+    let mut edges: Vec<usize> = (0..=PIECES).map(edge).collect();
+    edges.dedup();
+    let piece = |pair: &[usize]| {
+        let bodies = increment(run, span, [pair[0], pair[1]])?;
+        let band = match span.is_periodic {
+            true => boxed(&bodies, span, Candidates::Share(CANDIDATE_SHARE)),
+            false => stripped(&bodies, span).map(|strip| strip.band),
+        };
+        Ok(Piece {
+            between_strains: [pair[0], pair[1]].map(|frame| run.at_frame(frame)),
+            thickness_d50: band.as_ref().map(|band| band.thickness / span.diameter),
+            slope_deg: band.as_ref().map(slope),
+        })
+    };
+    if edges.len() > 2 { edges.windows(2).map(piece).collect() } else { Ok(Vec::new()) }
+}
+
+/// Thicknesses of the packings of a group.
+#[derive(Clone, Debug, Serialize)]
+pub struct OfGroup {
+    pub group: String,
+    pub packings: usize,
+    pub mean_d50: f64,
+    pub least_d50: f64,
+    pub most_d50: f64,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct Bands {
+    pub between_strains: [f64; 2],
+    pub groups: Vec<OfGroup>,
+    pub runs: Vec<Measured>,
+}
+
+impl Bands {
+    pub fn of_run(&self, index: usize) -> Option<&Measured> {
+        self.runs.iter().find(|measured| measured.who.index == index)
+    }
+}
+
+/// The strains to measure between, or why there are none.
+fn interval(among: &Among, wanted: Option<[f64; 2]>) -> Result<[f64; 2], String> {
+    let drive = &among.members[0].run.drive;
+    let [end, longest] = range(among.members.iter().map(|member| member.run.last_frame())).unwrap_or_default();
+    let [from, to] = wanted.unwrap_or(drive.interval.map(|share| share * end.min(drive.interval_of_most)));
+    let percent = |strain: f64| format!("{:.3}\u{2009}%", 100.0 * strain);
+    if to > longest * (1.0 + END_SLACK) {
+        return Err(format!("the longest run ends at {}, and {} was asked for", percent(longest), percent(to)));
+    }
+    let from = among.enriched().fold(from, f64::max);
+    if from < to {
+        Ok([from, to])
+    } else if to <= 0.0 {
+        Err("a run has no two frames at different strains".to_owned())
+    } else {
+        Err(format!("the last enrichment is at {}, the interval ends at {}", percent(from), percent(to)))
+    }
+}
+
+pub fn measured(among: &Among, wanted: Option<[f64; 2]>) -> Result<Found<Option<Bands>>, Error> {
+    if among.members.iter().any(|member| member.run.span.is_none()) {
+        return Ok(Found::nothing("Bands are measured in the plane, and not in a cell of grains.".to_owned()));
+    }
+    let between = match interval(among, wanted) {
+        Ok(between) => between,
+        Err(why) => return Ok(Found::nothing(format!("Incremental strain and bands are left out: {why}."))),
+    };
+    let mut runs: Vec<Measured> = Vec::new();
+    let mut left_out = Vec::new();
+    for member in &among.members {
+        let measured = member.run.span.map(|span| Measured::of(member, &span, between)).transpose()?.flatten();
+        match measured {
+            Some(measured) => runs.push(measured),
+            None => left_out.push(format!(
+                "No band of {}: it has no two frames between these strains, or ends before.",
+                member.who.run
+            )),
+        }
+    }
+    for row in 0..runs.len() {
+        let member = &among.members[runs[row].who.index];
+        let partner = among.stand_in(member).filter(|_| !member.is("dem"));
+        let alone = partner.and_then(|partner| runs.iter().find(|other| other.who.index == partner.index()));
+        if let Some((threshold, span)) = alone.and_then(|alone| alone.threshold).zip(runs[row].span) {
+            let band = boxed(&runs[row].bodies, &span, Candidates::Beyond(threshold));
+            runs[row].box_dem_threshold = band.map(|band| Box::of(&band, &span));
+        }
+    }
+    let of_group = |group: &Group| {
+        let own = runs.iter().filter(|measured| group.members.contains(&measured.who.index));
+        let own: Vec<f64> = own.filter_map(|measured| measured.thickness_d50).collect();
+        let [least_d50, most_d50] = range(own.iter().copied())?;
+        Some(OfGroup { group: group.name.clone(), packings: own.len(), mean_d50: mean(&own), least_d50, most_d50 })
+    };
+    let groups = among.groups.iter().filter_map(of_group).collect();
+    Ok(Found::of(Some(Bands { between_strains: between, groups, runs }), left_out))
+}
