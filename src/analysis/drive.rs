@@ -86,6 +86,7 @@ impl Drive {
 
     /// The upper plate of planar shear.
     fn of_plates(run: &Run) -> Result<Self, Error> {
+        let strain = run.whole("strain")?.to_vec();
         let stress = ("shear stress", run.whole("shear_stress")?.to_vec());
         Ok(Self {
             key: "shear_stress",
@@ -94,7 +95,7 @@ impl Drive {
             metres: Some(run.needed("specimen.width")?),
             interval: OF_SHEAR,
             interval_of_most: SHEAR_END,
-            ..Self::strain("horizontal strain", run.whole("strain")?.to_vec(), stress)
+            ..Self::strain("horizontal strain", strain, stress)
         })
     }
 

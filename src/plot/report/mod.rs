@@ -79,7 +79,8 @@ pub fn write(dirs: &[PathBuf], out: Option<&Path>, between: Option<[f64; 2]>) ->
     }
     let paragraph = |(index, run): (usize, &Run)| words::paragraph(run, measures.as_ref(), index);
     let paragraphs = runs.iter().enumerate().map(paragraph).collect::<Result<Vec<_>, _>>()?;
-    let report = page::Report { runs: &runs, paragraphs, parts, figures };
+    let tells_why = runs.len() > 1 || between.is_some();
+    let report = page::Report { runs: &runs, paragraphs, parts, figures, tells_why };
 
     let mut sheaf = Sheaf::at(first, out);
     let drawings = report.parts.iter().flat_map(|part| &part.figures).chain(&report.figures);

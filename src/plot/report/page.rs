@@ -16,6 +16,8 @@ pub struct Report<'a> {
     pub parts: Vec<Part>,
     /// Pictures, and curves of columns.
     pub figures: Vec<Drawn>,
+    /// Somebody has asked for more than there may be: several runs, or an interval.
+    pub tells_why: bool,
 }
 
 impl Report<'_> {
@@ -58,7 +60,7 @@ impl Report<'_> {
         whole(&title, &body)
     }
 
-    /// Figures, tables, and what is not there; of one run nobody asked for more than there is.
+    /// Figures, tables, and what is not there.
     fn measured(&self, body: &mut String, figures: &mut usize) {
         for part in &self.parts {
             for drawn in &part.figures {
@@ -66,7 +68,7 @@ impl Report<'_> {
                 figure(body, *figures, &drawn.drawing, &drawn.caption);
             }
             part.sheets.iter().for_each(|sheet| self.sheet(body, sheet));
-            for why in part.left_out.iter().filter(|_| self.runs.len() > 1) {
+            for why in part.left_out.iter().filter(|_| self.tells_why) {
                 let _ = writeln!(body, "<p class=\"left-out\">{}</p>", escape(why));
             }
         }

@@ -175,7 +175,7 @@ upper = ["3 mm", "3 mm", "5 mm"]
     let options = crate::run::Options::new(out.clone(), 1);
     crate::run::start::start(&job, &options, &scree_partition::Solo).unwrap();
     let page = write(std::slice::from_ref(&out), None, None).unwrap();
-    (fs::read_to_string(page).unwrap(), fs::read_to_string(out.join("figures/bodies.svg")).unwrap())
+    (fs::read_to_string(page).unwrap(), fs::read_to_string(out.join("figures/reactions.svg")).unwrap())
 }
 
 #[test]
