@@ -120,14 +120,19 @@ fn every_message_has_its_input() {
     }
 }
 
-/// What names a place in a job names its file; the rest says what is wrong with the file as a whole.
+/// What names a place in a job names its file; the rest says what is wrong with the file as a whole. Below each mistake stands the line
+/// that it is on, and nothing else.
 #[test]
 fn messages_name_their_file() {
     for entry in entries().into_iter().filter(|entry| subcommand(entry) == Some("check")) {
         let said = fs::read_to_string(entry.with_extension("txt")).expect("a text stands beside it");
         let name = entry.file_name().expect("an entry has a name").to_string_lossy().into_owned();
         let named = [format!("{name}:"), "grains/".to_string(), "materials/".to_string()];
-        assert!(named.iter().any(|file| said.starts_with(file)), "{name}: {said}");
-        assert!(said.lines().count() == 1 && said.ends_with('\n'), "{name}: one paragraph");
+        assert!(said.ends_with('\n'), "{name}: {said}");
+        for mistake in said.trim_end().split("\n\n") {
+            let (message, excerpt) = mistake.split_once('\n').unwrap_or((mistake, ""));
+            assert!(named.iter().any(|file| message.starts_with(file)), "{name}: {message}");
+            assert!(excerpt.lines().all(|line| line.starts_with("  ") && line.contains(" | ")), "{name}: {excerpt}");
+        }
     }
 }
