@@ -4,7 +4,8 @@ use scree::base::ids::PointId;
 use scree::base::space::{Plane, Space};
 use scree::base::symmetric::Symmetric;
 use scree::dem::grains::Tie;
-use scree::law::material::MaterialLaw;
+use scree::domain::accounts::ledger::Accounts;
+use scree::law::material::{Counted, MaterialLaw};
 use scree::mpm::nodes;
 use scree::mpm::share::dyad;
 use scree::mpm::tile::{Gathered, GrainNode};
@@ -37,7 +38,7 @@ fn grain_rows(rows: std::ops::Range<i32>, radius: f64, weight: impl Fn(f64) -> f
 
 /// Points on a grid of half cells under an isotropic pressure.
 fn point_rows(rows: std::ops::Range<i32>, pressure: f64, weight: impl Fn(f64) -> f64) -> Vec<PlanarPoint> {
-    let law = material();
+    let law = Counted(material());
     let volume = 0.25 * CELL * CELL * DEPTH;
     let mut points = Vec::new();
     for row in rows {
@@ -130,7 +131,7 @@ fn the_account_of_grains_closes_with_the_work_of_nodes() {
     for grain_steps in [1, 4] {
         let mut world = shaken(&Solo);
         world.settings.grain_steps = grain_steps;
-        world.open_ledger();
+        world.open_accounts(Accounts::GRAINS);
         for step in 0..600 / grain_steps {
             world.advance().unwrap();
             if step == 100 {

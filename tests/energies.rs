@@ -3,6 +3,7 @@
 use scree::base::space::Plane;
 use scree::bodies::body::Shape;
 use scree::bodies::boundary::Grip;
+use scree::domain::accounts::ledger::Accounts;
 use scree::law::material::Hencky;
 use scree_partition::Solo;
 
@@ -136,7 +137,7 @@ fn rigid(scheme: &str, is_carried: bool) -> [f64; 4] {
     let mut world = point_world::<Plane, _>(&text, &law, &Solo);
     world.bodies[0].grip = is_carried.then_some((Grip::Rough, false));
     world.bodies[0].shape = Shape::Box { lower: [-0.1, -0.1].into(), upper: [0.9, 0.9].into() };
-    world.point_ledger.open();
+    world.open_accounts(Accounts::POINTS);
     world.assembly.forces_wanted = true;
     (0..100).for_each(|_| world.advance().unwrap());
     let balance = world.point_balance().unwrap().unwrap();

@@ -7,6 +7,7 @@ use scree::couple::oracle::Memory;
 use scree::couple::select::{Candidate, Selection, select};
 use scree::couple::zone::{CellGrid, Enrichment, Label, Zone, ZoneLife};
 use scree::dem::grains::Mover;
+use scree::domain::accounts::ledger::Accounts;
 use scree::job::Scenario;
 use scree::mpm::points::{Past, Point};
 use scree::mpm::track::Instants;
@@ -120,7 +121,7 @@ fn enrichment_keeps_mass_and_momentum_to_round_off() {
     assert!((kinetic / energy_before.kinetic_points - 1.0).abs() < 0.1, "{kinetic} J of motion after enrichment");
 
     // And so it goes on, with an account of the grains' energy.
-    world.open_ledger();
+    world.open_accounts(Accounts::GRAINS);
     for _ in 0..500 {
         world.advance().unwrap();
     }

@@ -1,13 +1,12 @@
 //! Cells held at a stress, as jobs run: how closely the stress is followed, and that a row of their series is of one instant.
 
 use scree::base::space::{Plane, Space, Words};
-use scree::dem::law::memory_words;
 use scree::domain::step::full_step::full_step;
 use scree::job::Job;
 use scree::prepare::grain_world::GrainWorld;
-use scree::run::assembly::world_of;
-use scree::run::start;
-use scree::store::checkpoint::{self, Snapshot};
+use scree::run::assembly::InSpace;
+use scree::run::start::{self, world_of};
+use scree::store::checkpoint;
 use scree_partition::Solo;
 
 use crate::runs::{Ran, done, options, parse, replaced};
@@ -190,10 +189,8 @@ fn a_row_is_of_the_instant_of_its_state() {
 
     let Job::Assembly(job) = parse(&text) else { panic!("it has a cell") };
     let state = || -> GrainWorld<Plane> {
-        let snapshot =
-            Snapshot::from_state(checkpoint::latest_state(&out).unwrap().1, memory_words::<Plane>(&job.contact))
-                .unwrap();
-        world_of::<Plane>(&job, Some(snapshot), &Solo).unwrap().0
+        let (_, state) = checkpoint::latest_state(&out).unwrap();
+        world_of(&InSpace::<Plane>::new(&job), Some(state), &Solo).unwrap().0
     };
     let now = state();
     let mut ids: Vec<(u64, usize)> =

@@ -4,9 +4,8 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use scree::job::{Job, Scenario};
-use scree::run::planar_shear::PlanarSnapshot;
 use scree::run::start;
-use scree::store::checkpoint;
+use scree::store::checkpoint::{self, PlanarSnapshot};
 use scree_partition::transport::threads;
 
 use crate::runs::{copy_folder, done, options, result};

@@ -70,7 +70,7 @@ fn watched(sets: &[&str]) -> Story {
             story.fired = Some((strain, memory.clock, memory.looks));
         }
         story.rows_ever.extend(memory.flagged.iter().map(|node| row_of(&scenario, *node)));
-        let strain = |point: &PlanarPoint| (point.hot.position[1], point.hot.memory.plastic_strain);
+        let strain = |point: &PlanarPoint| (point.hot.position[1], point.hot.memory.plastic_strain());
         let more = |point: &PlanarPoint| {
             let (height, now) = strain(point);
             (height, now - before.get(&point.cold.id).copied().unwrap_or(0.0))
@@ -81,11 +81,13 @@ fn watched(sets: &[&str]) -> Story {
         let even = |way: f64| 0.25 * 0.5f64.sqrt() * way / scenario.specimen.height;
         story.by_strain = shares(&sheared, |strain| strain > even(plate(&world)));
         story.by_rate = shares(&shearing, |strain| strain > even(plate(&world) - plate_before));
-        before = world.continuum.points.rows().map(|point| (point.cold.id, point.hot.memory.plastic_strain)).collect();
+        before =
+            world.continuum.points.rows().map(|point| (point.cold.id, point.hot.memory.plastic_strain())).collect();
         plate_before = plate(&world);
     }
     story.flagged = memory.flagged;
-    story.plastic_max = world.continuum.points.rows().map(|point| point.hot.memory.plastic_strain).fold(0.0, f64::max);
+    story.plastic_max =
+        world.continuum.points.rows().map(|point| point.hot.memory.plastic_strain()).fold(0.0, f64::max);
     story
 }
 

@@ -12,8 +12,8 @@ use scree::domain::rebuild::Parts;
 use scree::domain::world::Settings;
 use scree::job::Scenario;
 use scree::law::contact::{LinearSpringDashpot, NormalForce};
-use scree::law::material::CriticalDruckerPrager;
-use scree::prepare::sheared::{self, cell_of};
+use scree::law::material::{Counted, CriticalDruckerPrager};
+use scree::prepare::sheared::{self, PlanarMaterial, cell_of};
 use scree::store::checkpoint::PlanarPoint;
 use scree_partition::{Solo, Transport};
 
@@ -53,13 +53,13 @@ pub fn grain(id: u64, position: [f64; 2], radius: f64, mass: f64) -> Grain {
     Grain::resting(GrainId(id), Vector::new(position[0], position[1]), radius, mass, Mover::Free)
 }
 
-pub fn settings(dt: f64, contact: LinearSpringDashpot) -> Settings<Plane, CriticalDruckerPrager> {
+pub fn settings(dt: f64, contact: LinearSpringDashpot) -> Settings<Plane, PlanarMaterial> {
     Settings {
         grains: Constants::new(dt, 2e-4, Some(contact.into())),
         grain_steps: 1,
         grid: Grid::blend(0.95),
         loads: Vec::new(),
-        material: material(),
+        material: Counted(material()),
     }
 }
 
@@ -67,7 +67,7 @@ pub fn settings(dt: f64, contact: LinearSpringDashpot) -> Settings<Plane, Critic
 pub fn open_world<'t>(
     transport: &'t dyn Transport,
     cell: f64,
-    settings: Settings<Plane, CriticalDruckerPrager>,
+    settings: Settings<Plane, PlanarMaterial>,
     grains: Vec<Grain>,
     points: Vec<PlanarPoint>,
 ) -> PlanarWorld<'t> {

@@ -6,7 +6,7 @@ use scree::couple::zone::Enrichment;
 use scree::dem::grains::Mover;
 use scree::domain::accounts::energy::Energies;
 use scree::job::Scenario;
-use scree::law::material::CriticalMemory;
+use scree::law::material::{CountedMemory, CriticalMemory, MaterialMemory};
 use scree::mpm::points::Hot;
 use scree::mpm::track::Instants;
 use scree::prepare::reference::Lies;
@@ -70,7 +70,7 @@ fn enriched<'t>(scenario: &Scenario, folder: &std::path::Path) -> (PlanarWorld<'
 }
 
 /// A number of a point.
-type Figure = dyn Fn(&Hot<Plane, CriticalMemory<Plane>>) -> f64;
+type Figure = dyn Fn(&Hot<Plane, CountedMemory<CriticalMemory<Plane>>>) -> f64;
 
 fn advance(world: &mut PlanarWorld, steps: u64) {
     for _ in 0..steps {
@@ -141,11 +141,11 @@ fn grains_at_rest_turn_into_points_that_bear_what_they_bore() {
     let mean = |of: &Figure| made.iter().map(|point| of(&point.hot) * point.hot.volume).sum::<f64>() / volume;
     let stress_of = |component: usize| mean(&move |hot| hot.stress.0[component]);
     let of_points = [stress_of(0), stress_of(1), stress_of(2)];
-    println!("stress of points {of_points:?}, fraction {}", mean(&|hot| hot.memory.fraction));
+    println!("stress of points {of_points:?}, fraction {}", mean(&|hot| hot.memory.fraction()));
     for (points, grains) in of_points.iter().zip(stress) {
         assert!((points - grains).abs() < 0.2 * stress[1].abs(), "{of_points:?} Pa of points for {stress:?} of grains");
     }
-    assert!((mean(&|hot| hot.memory.fraction) / fraction - 1.0).abs() < 0.02);
+    assert!((mean(&|hot| hot.memory.fraction()) / fraction - 1.0).abs() < 0.02);
     let moved = |point: &PlanarPoint| point.hot.position[0] - point.cold.origin[0];
     let whole: Vec<_> = made.iter().filter(|point| point.hot.weight == 1.0).collect();
     let mean = whole.iter().map(|point| moved(point)).sum::<f64>() / whole.len() as f64;

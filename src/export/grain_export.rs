@@ -11,17 +11,18 @@ use scree_partition::Solo;
 use crate::base::error::Error;
 use crate::base::math::PI;
 use crate::base::record::Cargo;
-use crate::base::space::{Linear, Plane, Solid, Space};
+use crate::base::space::{Linear, Space};
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, body_partner};
-use crate::dem::law::memory_words;
 use crate::domain::step::full_step::{FullStep, full_step};
-use crate::job::{Assembly, Job, Mpm, Scenario};
+use crate::job::{Job, Mpm};
+use crate::mpm::membrane::Vertex;
 use crate::prepare::grain_file::csv::{TIME, header, header_of_contacts};
 use crate::prepare::grain_file::is_lammps;
-use crate::prepare::{point_world, sheared};
-use crate::run::{assembly, planar_shear, results};
-use crate::store::checkpoint::{Snapshot, progress_of, scenario_of};
+use crate::run::experiment::Setup;
+use crate::run::results;
+use crate::run::start::{ForAnySetup, with_setup_of, world_of};
+use crate::store::checkpoint::{progress_of, scenario_of};
 use crate::store::tables;
 
 /// What is written of a grain beside its place and its size: by default its velocities as they are in the state, half a
@@ -50,22 +51,22 @@ pub fn write(state: &State, dir: &Path, file: &Path, wanted: Wanted) -> Result<(
         )));
     }
     let job = job_of(state, dir)?;
-    let time = progress_of(state)?.step as f64 * job.step();
-    let text = match &job {
-        Job::Shear(job) => Export { job, state, dir, is_csv, wanted, time }.between_plates()?,
-        Job::Assembly(job) => {
-            let export = Export { job, state, dir, is_csv, wanted, time };
-            if job.cell.dimension == 2 { export.in_cell::<Plane>()? } else { export.in_cell::<Solid>()? }
+    match &job {
+        Job::Mpm(on_grid) if !on_grid.moves_grains() => return Err(no_grains(dir)),
+        Job::Mpm(_) if wanted != Wanted::default() => {
+            return Err(Error::User(format!(
+                "{}: nodes push grains that share them with points, so that full steps of these are known in the next step only. Leave --velocities now and --forces out; contacts.vtkhdf has forces where output.contact_frames = true.",
+                dir.display()
+            )));
         }
-        Job::Mpm(job) if job.moves_grains() => Export { job, state, dir, is_csv, wanted, time }.on_a_grid()?,
-        Job::Mpm(_) => return Err(no_grains(dir)),
-    };
-    save(file, &text)
+        _ => {}
+    }
+    let time = progress_of(state)?.step as f64 * job.step();
+    save(file, &with_setup_of(&job, Export { state, dir, is_csv, wanted, time })?)
 }
 
 /// A state on its way to text.
-struct Export<'a, J> {
-    job: &'a J,
+struct Export<'a> {
     state: &'a State,
     dir: &'a Path,
     is_csv: bool,
@@ -74,40 +75,15 @@ struct Export<'a, J> {
     time: f64,
 }
 
-impl Export<'_, Scenario> {
-    fn between_plates(&self) -> Result<String, Error> {
-        let layout = sheared::layout_for(self.job, self.job.specimen.height)?;
-        self.text::<Plane>(sheared::cell_of(&layout), || {
-            let memory_words = memory_words::<Plane>(&self.job.contact);
-            let snapshot = Snapshot::from_state(self.state.clone(), memory_words)?;
-            full_step(planar_shear::world_of(self.job, Some(snapshot), &Solo)?.0)
+impl ForAnySetup<String> for Export<'_> {
+    fn with<J: Setup>(self, job: &J) -> Result<String, Error> {
+        self.text::<J::Space>(cell_of(self.state, job)?, || {
+            full_step(world_of(job, Some(self.state.clone()), &Solo)?.0)
         })
     }
 }
 
-impl Export<'_, Mpm> {
-    fn on_a_grid(&self) -> Result<String, Error> {
-        let cell = point_world::cell::<Plane>(&point_world::layout::<Plane>(self.job)?);
-        self.text::<Plane>(cell, || {
-            Err(Error::User(format!(
-                "{}: nodes push grains that share them with points, so that full steps of these are known in the next step only. Leave --velocities now and --forces out; contacts.vtkhdf has forces where output.contact_frames = true.",
-                self.dir.display()
-            )))
-        })
-    }
-}
-
-impl Export<'_, Assembly> {
-    fn in_cell<S: Space>(&self) -> Result<String, Error> {
-        self.text::<S>(cell(self.state, self.job)?, || {
-            let memory_words = memory_words::<S>(&self.job.contact);
-            let snapshot = Snapshot::from_state(self.state.clone(), memory_words)?;
-            full_step(assembly::world_of::<S>(self.job, Some(snapshot), &Solo)?.0)
-        })
-    }
-}
-
-impl<J> Export<'_, J> {
+impl Export<'_> {
     /// `now`: the full step of the state, which is reckoned only where it is wanted.
     fn text<S: Space>(
         &self,
@@ -173,8 +149,12 @@ fn save(file: &Path, text: &str) -> Result<(), Error> {
 }
 
 /// The cell as the state left it.
-fn cell<S: Space>(state: &State, job: &Assembly) -> Result<Cell<S>, Error> {
-    let mut cell = crate::prepare::grain_world::cell_of::<S>(job);
+fn cell_of<J: Setup>(state: &State, job: &J) -> Result<Cell<J::Space>, Error> {
+    let vertices = match state.tables.iter().any(|table| table.name == "membranes") {
+        true => tables::rows(state, "membranes", &Vertex::blank())?,
+        false => Vec::new(),
+    };
+    let mut cell = job.drawn(&progress_of(state)?, vertices)?.cell;
     if let [moved] = &tables::rows(state, "cell", &cell)?[..] {
         cell.take_motion_of(moved);
     }

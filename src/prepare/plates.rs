@@ -9,7 +9,7 @@ use crate::base::symmetric::Symmetric;
 use crate::bodies::body::{Body, Instant, Servo, Shape, Side};
 use crate::domain::rebuild::Parts;
 use crate::job::{Method, Scenario, derived};
-use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
+use crate::law::material::{Counted, CriticalDruckerPrager, MaterialLaw};
 use crate::prepare::sheared::{self, Packing, PlanarWorld, cell_of, layout_for, settings_of_run};
 use crate::store::checkpoint::PlanarPoint;
 
@@ -103,7 +103,7 @@ fn points(scenario: &Scenario, transport: &dyn Transport, start: &Start) -> Vec<
     let step = [width / columns as f64, height / rows as f64];
     let volume = step[0] * step[1] * scenario.specimen.depth;
     let mass = start.mass / (columns * rows) as f64;
-    let law = CriticalDruckerPrager::of(&continuum.constants());
+    let law = Counted(CriticalDruckerPrager::of(&continuum.constants()));
     let mut points = Vec::new();
     for row in (0..rows).filter(|row| row % transport.size() == transport.rank()) {
         for column in 0..columns {

@@ -22,7 +22,7 @@ use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
 use crate::job::{Scenario, derived};
 use crate::law::contact::Contact;
-use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
+use crate::law::material::{Counted, CriticalDruckerPrager, MaterialLaw};
 use crate::mpm::membrane::Membranes;
 use crate::prepare::cache::{Found, Place};
 use crate::prepare::loose::{UPPER, glue_layers, glued_reach, throw};
@@ -31,8 +31,10 @@ use crate::prepare::{grain_file, recipe};
 use crate::store::checkpoint::{self, Drawn};
 use crate::store::tables;
 
-/// The world that jobs between plates run in.
-pub type PlanarWorld<'t> = World<'t, Plane, CriticalDruckerPrager>;
+/// The material of jobs whose grains may stand for points, with the energy that it dissipates.
+pub type PlanarMaterial = Counted<CriticalDruckerPrager>;
+/// The world of these jobs.
+pub type PlanarWorld<'t> = World<'t, Plane, PlanarMaterial>;
 /// Its grains.
 pub type Grain = GrainRow<Plane>;
 
@@ -70,18 +72,18 @@ pub fn layout_for(scenario: &Scenario, height: f64) -> Result<Layout, Error> {
 }
 
 /// Settings of a world of this job's grains alone, with constants of its own in their law.
-pub fn settings_for(scenario: &Scenario, contact: &Contact) -> Settings<Plane, CriticalDruckerPrager> {
+pub fn settings_for(scenario: &Scenario, contact: &Contact) -> Settings<Plane, PlanarMaterial> {
     Settings {
         grains: Constants::new(scenario.time.step, scenario.decomposition.skin, Some(*contact)),
         grain_steps: 1,
         grid: Grid::blend(scenario.continuum.flip),
         loads: Vec::new(),
-        material: CriticalDruckerPrager::of(&scenario.continuum.constants()),
+        material: Counted(CriticalDruckerPrager::of(&scenario.continuum.constants())),
     }
 }
 
 /// Settings of the run of this job.
-pub fn settings_of_run(scenario: &Scenario) -> Settings<Plane, CriticalDruckerPrager> {
+pub fn settings_of_run(scenario: &Scenario) -> Settings<Plane, PlanarMaterial> {
     let settings = settings_for(scenario, &scenario.contact);
     Settings { grain_steps: derived::grain_steps(scenario), ..settings }
 }
@@ -169,7 +171,7 @@ fn make(scenario: &Scenario, making: &mut Making) -> Result<(Vec<Grain>, f64), E
         membranes: Membranes::default(),
     };
     making.begin(0);
-    let (parts, step) = match making.taken_up::<Plane, CriticalDruckerPrager>(&scenario.contact)? {
+    let (parts, step) = match making.taken_up::<Plane, PlanarMaterial>(&scenario.contact)? {
         Some(snapshot) => {
             let (parts, progress) = checkpoint::restore(snapshot, |_, _| Ok(drawn), transport)?;
             (parts, progress.step)

@@ -20,13 +20,13 @@ use crate::domain::world::Settings;
 use crate::job::Method;
 use crate::job::assembly::{Packed, Preparation, Source};
 use crate::job::mpm::figures::bounding_box;
-use crate::job::mpm::{BodyContact, Granular, Mpm, Origin, RigidBody};
+use crate::job::mpm::{BodyContact, Granular, MaterialLaw, Mpm, Origin, RigidBody};
 use crate::law::contact::Contact;
-use crate::law::material::CriticalDruckerPrager;
+use crate::law::material::{Counted, CriticalConstants, CriticalDruckerPrager};
 use crate::mpm::membrane::Vertex;
 use crate::prepare::cache::{Found, Place};
 use crate::prepare::making::{Leg, Look, Making};
-use crate::prepare::sheared::{Grain, PlanarWorld, on_root, settle, share};
+use crate::prepare::sheared::{Grain, PlanarMaterial, PlanarWorld, on_root, settle, share};
 use crate::prepare::{packed, point_world, recipe};
 use crate::store::checkpoint::{self, Drawn, Progress};
 use crate::store::tables;
@@ -238,7 +238,7 @@ fn bring_to_rest(
     let grains = transfer::agree(transport, grains)?.unwrap_or_default();
     let mass = share(transport, grains.iter().map(|grain| grain.hot.mass).sum());
     let bodies = seated_bodies(job, granular, mass, raised);
-    let taken_up = making.taken_up::<Plane, CriticalDruckerPrager>(&granular.piece.contact)?;
+    let taken_up = making.taken_up::<Plane, PlanarMaterial>(&granular.piece.contact)?;
     if taken_up.is_none() {
         tracing::info!(grains = grains.len(), "bringing the specimen to rest");
     }
@@ -325,9 +325,8 @@ fn time_of_grain(granular: &Granular) -> f64 {
     matter.diameter_mean * (matter.density / stress_of(granular)).sqrt()
 }
 
-fn settings_of_rest(job: &Mpm, granular: &Granular) -> Settings<Plane, CriticalDruckerPrager> {
-    let law = CriticalDruckerPrager::of(law_of(job));
-    let mut settings = point_world::settings::<Plane, _>(job, law, Some(granular.piece.contact));
+fn settings_of_rest(job: &Mpm, granular: &Granular) -> Settings<Plane, PlanarMaterial> {
+    let mut settings = point_world::settings(job, material_of(job), Some(granular.piece.contact));
     settings.grain_steps = 1;
     let mass = DAMPING_MASS / time_of_grain(granular);
     let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass };
@@ -335,10 +334,14 @@ fn settings_of_rest(job: &Mpm, granular: &Granular) -> Settings<Plane, CriticalD
     settings
 }
 
-/// The law of a checked job with grains.
-pub fn law_of(job: &Mpm) -> &crate::law::material::CriticalConstants {
+/// The material of a checked job with grains.
+pub fn material_of(job: &Mpm) -> PlanarMaterial {
+    Counted(CriticalDruckerPrager::of(law_of(job)))
+}
+
+fn law_of(job: &Mpm) -> &CriticalConstants {
     match &job.material.law {
-        crate::job::mpm::MaterialLaw::CriticalDruckerPrager(law) => law,
+        MaterialLaw::CriticalDruckerPrager(law) => law,
         _ => unreachable!("a checked job with grains has a law that softens"),
     }
 }

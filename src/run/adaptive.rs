@@ -13,11 +13,12 @@ use crate::couple::rest::RestWatch;
 use crate::couple::zone::{Enrichment, ZoneLife};
 use crate::domain::phases::Phase;
 use crate::job::mpm::KnownBands;
-use crate::law::material::{CriticalDruckerPrager, MaterialLaw};
+use crate::law::material::MaterialLaw;
 use crate::mpm::track::Instants;
 use crate::prepare::reference::Lies;
+use crate::prepare::sheared::PlanarMaterial;
+use crate::run::Core;
 use crate::run::folder::packing_file;
-use crate::run::{Core, Experiment};
 
 /// What tells where a band is.
 pub enum Finder<'s> {
@@ -40,15 +41,11 @@ pub struct Adaptive<'s> {
 /// Looks of the oracle in one at what rests, for which all ranks hear of all cells of the zone.
 const LOOKS_OF_ORACLE: u64 = 8;
 
-type PlanarCore<'t> = Core<'t, Plane, CriticalDruckerPrager>;
+type PlanarCore<'t> = Core<'t, Plane, PlanarMaterial>;
 
 impl Adaptive<'_> {
-    /// What is due after a step; whether grains have just taken the place of points, or points that of grains. `strain` is told with
-    /// them. Collective.
-    pub fn adapt<E>(&self, experiment: &mut E, core: &mut PlanarCore, strain: Option<f64>) -> Result<bool, Error>
-    where
-        E: Experiment<Space = Plane, Material = CriticalDruckerPrager>,
-    {
+    /// What is due after a step. `strain` is told with it. Collective.
+    pub fn adapt(&self, core: &mut PlanarCore, strain: Option<f64>) -> Result<(), Error> {
         if core.progress.enriched_step > 0 {
             return self.live(core, strain);
         }
@@ -63,18 +60,15 @@ impl Adaptive<'_> {
                 due
             }
         };
-        if found {
-            self.enrich(experiment, core, strain)?;
-        }
-        Ok(found)
+        if found { self.enrich(core, strain) } else { Ok(()) }
     }
 
     /// The same of a zone that is there.
-    fn live(&self, core: &mut PlanarCore, strain: Option<f64>) -> Result<bool, Error> {
+    fn live(&self, core: &mut PlanarCore, strain: Option<f64>) -> Result<(), Error> {
         let (ZoneLife { grows, dissolves, .. }, Finder::Oracle(oracle, diameter)) =
             (self.enrichment.life, &self.finder)
         else {
-            return Ok(false);
+            return Ok(());
         };
         let mut changed = false;
         if grows {
@@ -91,7 +85,7 @@ impl Adaptive<'_> {
             // Whoever has just come would seem to rest.
             core.progress.rest = RestWatch::default();
         }
-        Ok(changed)
+        Ok(())
     }
 
     /// More grains, around the nodes that the oracle has flagged beyond the zone, a set of nodes that hang together after the other.
@@ -171,13 +165,9 @@ impl Adaptive<'_> {
         Ok(true)
     }
 
-    /// Frames on either side show what has changed.
-    fn enrich<E>(&self, experiment: &mut E, core: &mut PlanarCore, strain: Option<f64>) -> Result<(), Error>
-    where
-        E: Experiment<Space = Plane, Material = CriticalDruckerPrager>,
-    {
-        let made = experiment.frame(core)?;
-        core.write_frame(made)?;
+    /// Frames on either side show what has changed. What is there now has accounts of energy from here on.
+    fn enrich(&self, core: &mut PlanarCore, strain: Option<f64>) -> Result<(), Error> {
+        core.write_frame()?;
         let what = match self.finder {
             Finder::Oracle(..) => "shear band found; training grains for it",
             Finder::Known(_) => "training grains for known shear bands",
@@ -196,8 +186,8 @@ impl Adaptive<'_> {
         }
         let seconds = started.elapsed().as_secs_f64();
         record(core, &enriched, strain, [stepped, seconds])?;
-        let made = experiment.frame(core)?;
-        core.write_frame(made)
+        core.world.open_accounts(core.accounts);
+        core.write_frame()
     }
 }
 

@@ -1,10 +1,11 @@
-//! The loop: step, watch, observe, save, stop. What is simulated is an [`Experiment`]; everything here is the same for all.
+//! The loop: step, watch, observe, save, stop. What is told of a run is an [`Experiment`]; everything here is the same for all.
 
 pub mod adaptive;
 pub mod assembly;
 pub mod changes;
-pub mod continuum;
-pub mod coupled;
+pub mod columns;
+pub mod experiment;
+pub mod grid;
 pub mod log;
 pub mod output;
 pub mod planar_shear;
@@ -16,29 +17,30 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use scree_io::frames::Frame;
 use scree_io::store;
 use scree_partition::{Reader, Writer};
-use serde_json::{Value, json};
+use serde_json::json;
 use sha2::{Digest, Sha256};
 
+use self::experiment::{Experiment, Picture};
 use self::folder::{Folder, stop_file};
+use crate::adapt::watch;
 use crate::base::error::Error;
 use crate::base::program::{self, host};
 use crate::base::record::{Cargo, FromParcel, Record, ToParcel};
 use crate::base::space::Space;
 use crate::couple::rest::CellStrain;
 use crate::dem::drive::Missed;
-use crate::domain::accounts::ledger::Entry;
+use crate::domain::accounts::ledger::{Accounts, Entry};
 use crate::domain::guards::grains::EnergyGuard;
 use crate::domain::phases::Phase;
 use crate::domain::step::cycle::is_due;
 use crate::domain::stop::{self, Wish};
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::job::Output;
 use crate::law::material::MaterialLaw;
 use crate::observe::contact_frame::contact_frame;
+use crate::observe::frame::frame;
 use crate::run::output::Outputs;
 use crate::run::summary::Stretch;
 use crate::store::checkpoint::{self, Progress};
@@ -88,61 +90,31 @@ pub enum Outcome {
     Stopped(String),
 }
 
-/// What is run: where one kind of job differs from another.
-pub trait Experiment {
-    type Space: Space;
-    type Material: MaterialLaw<Self::Space>;
-
-    /// The resolved job.
-    fn job(&self) -> String;
-    fn output(&self) -> &Output;
-    /// Steps of the whole run.
-    fn steps(&self) -> u64;
-    /// Names of the columns of `series.csv`.
-    fn header(&self) -> Vec<String>;
-    /// What happens between two steps beside observing.
-    fn watch(&mut self, core: &mut CoreOf<Self>) -> Result<(), Error>;
-    /// A row of the series.
-    fn row(&mut self, core: &mut CoreOf<Self>) -> Result<Vec<f64>, Error>;
-    /// A frame, on rank 0.
-    fn frame(&mut self, core: &mut CoreOf<Self>) -> Result<Option<Frame>, Error>;
-    /// How far the run is, for a person.
-    fn words(&self, core: &CoreOf<Self>) -> String;
-    /// Figures for the summary.
-    fn figures(&self, core: &CoreOf<Self>) -> Value;
-    /// Whether an unstable step was allowed, so that energy which grows is told and stops nothing.
-    fn allows_unstable(&self) -> bool {
-        false
-    }
-}
-
-/// The world of an experiment with what a run keeps beside it.
-pub type CoreOf<'t, E> = Core<'t, <E as Experiment>::Space, <E as Experiment>::Material>;
-
-/// The world of an experiment.
-pub type WorldOf<'t, E> = World<'t, <E as Experiment>::Space, <E as Experiment>::Material>;
-
 /// Begins a run in the folder that rank 0 holds for it, and ends it.
-pub fn begin<E: Experiment>(
-    experiment: E,
-    world: WorldOf<E>,
+pub fn begin<S: Space, L: MaterialLaw<S>>(
+    experiment: Experiment<'_, S, L>,
+    mut world: World<S, L>,
     progress: Progress,
     options: &Options,
     folder: &mut Option<Folder>,
 ) -> Result<Outcome, Error> {
+    world.open_accounts(experiment.accounts);
     let outputs = folder.take().map(|folder| Outputs::create(folder, &experiment, 0)).transpose();
     let outputs = transfer::agree(world.transport, outputs)?;
-    Run::new(experiment, Core::new(world, progress, options, outputs))?.go()
+    let core = Core::new(world, progress, options, (outputs, &experiment));
+    Run::new(experiment, core)?.go()
 }
 
 /// Goes on with a run from a checkpoint to its end, in the folder that rank 0 holds since before it read that.
-pub fn go_on_with<E: Experiment>(
-    experiment: E,
-    world: WorldOf<E>,
+pub fn go_on_with<S: Space, L: MaterialLaw<S>>(
+    experiment: Experiment<'_, S, L>,
+    mut world: World<S, L>,
     progress: Progress,
     options: &Options,
     folder: Option<Folder>,
 ) -> Result<Outcome, Error> {
+    world.resume_reactions(&progress.reactions)?;
+    world.resume_accounts(experiment.accounts, &progress.ledger)?;
     let transport = world.transport;
     let outputs = folder.map(|folder| Outputs::resume(options, folder, &progress, &experiment)).transpose();
     let outputs = transfer::agree(transport, outputs)?;
@@ -151,7 +123,8 @@ pub fn go_on_with<E: Experiment>(
         let out = options.out.display();
         return Ok(Outcome::Done(format!("{out}: this run is done already; nothing was changed.")));
     }
-    Run::new(experiment, Core::new(world, progress, options, outputs.flatten()))?.go()
+    let core = Core::new(world, progress, options, (outputs.flatten(), &experiment));
+    Run::new(experiment, core)?.go()
 }
 
 /// The state of a run, and where it writes.
@@ -161,16 +134,26 @@ pub struct Core<'t, S: Space, L: MaterialLaw<S>> {
     pub options: Options,
     /// On rank 0.
     outputs: Option<Outputs>,
+    /// Accounts that are kept.
+    pub accounts: Accounts,
+    picture: Picture,
     /// Whether contacts are written with every frame.
     contact_frames: bool,
 }
 
 impl<'t, S: Space, L: MaterialLaw<S>> Core<'t, S, L> {
-    pub fn new(world: World<'t, S, L>, mut progress: Progress, options: &Options, outputs: Option<Outputs>) -> Self {
+    fn new(
+        world: World<'t, S, L>,
+        mut progress: Progress,
+        options: &Options,
+        (outputs, experiment): (Option<Outputs>, &Experiment<S, L>),
+    ) -> Self {
         if options.beginning == Beginning::Branched {
             (progress.series_rows, progress.frames) = (0, 0);
         }
-        Self { world, progress, options: options.clone(), outputs, contact_frames: false }
+        let Experiment { accounts, picture, output, .. } = *experiment;
+        let contact_frames = output.contact_frames;
+        Self { world, progress, options: options.clone(), outputs, accounts, picture, contact_frames }
     }
 
     /// What only rank 0 does, with an outcome that all ranks share.
@@ -179,8 +162,13 @@ impl<'t, S: Space, L: MaterialLaw<S>> Core<'t, S, L> {
         transfer::agree(self.world.transport, outcome)
     }
 
-    /// Writes a frame that rank 0 holds, and where they are wanted the contacts of the same time.
-    pub fn write_frame(&mut self, made: Option<Frame>) -> Result<(), Error> {
+    /// Writes a frame, and where they are wanted the contacts of the same time.
+    pub fn write_frame(&mut self) -> Result<(), Error> {
+        let Picture { depth, may_have_points, flagged, .. } = self.picture;
+        let mut made = frame(&mut self.world, depth, self.progress.fraction_start, may_have_points)?;
+        if let (Some(frame), true) = (&mut made, flagged) {
+            frame.fields.push(watch::flagged_rows(&self.world, &self.progress.oracle, &frame.positions));
+        }
         let contacts = if self.contact_frames { contact_frame(&mut self.world)? } else { None };
         self.progress.frames += 1;
         self.on_root(|outputs| {
@@ -264,9 +252,9 @@ enum Written {
 type Writing = [(f64, u64); 3];
 
 /// A run under way.
-pub struct Run<'t, E: Experiment> {
-    experiment: E,
-    core: CoreOf<'t, E>,
+struct Run<'t, 's, S: Space, L: MaterialLaw<S>> {
+    experiment: Experiment<'s, S, L>,
+    core: Core<'t, S, L>,
     steps: u64,
     cadence: Cadence,
     /// Rebuilds at the last look at overlaps.
@@ -286,19 +274,18 @@ pub struct Run<'t, E: Experiment> {
     writing: Writing,
 }
 
-impl<'t, E: Experiment> Run<'t, E> {
-    pub fn new(experiment: E, mut core: CoreOf<'t, E>) -> Result<Self, Error> {
-        core.contact_frames = experiment.output().contact_frames;
+impl<'t, 's, S: Space, L: MaterialLaw<S>> Run<'t, 's, S, L> {
+    fn new(experiment: Experiment<'s, S, L>, mut core: Core<'t, S, L>) -> Result<Self, Error> {
         let step = core.world.settings.grains.dt;
         let every = |interval: f64| ((interval / step).round() as u64).max(1);
-        let output = experiment.output();
+        let output = experiment.output;
         let cadence = Cadence {
             series: every(output.series_interval),
             frame: every(output.frame_interval),
             checkpoint: every(output.checkpoint_interval),
             checkpoint_steps: Some(output.checkpoint_steps).filter(|steps| *steps > 0),
         };
-        let (first_step, steps) = (core.world.step, experiment.steps());
+        let (first_step, steps) = (core.world.step, experiment.steps);
         if first_step == 0 || core.options.beginning == Beginning::Branched {
             core.progress.kept = core.world.kept_from_now()?;
             core.progress.guard = EnergyGuard::default();
@@ -328,7 +315,7 @@ impl<'t, E: Experiment> Run<'t, E> {
     }
 
     /// Goes on to the end of the run. A run that stops itself says where it can be taken up again.
-    pub fn go(self) -> Result<Outcome, Error> {
+    fn go(self) -> Result<Outcome, Error> {
         let out = self.core.options.out.clone();
         self.go_on().map_err(|error| match error {
             Error::Run(what) => {
@@ -351,7 +338,7 @@ impl<'t, E: Experiment> Run<'t, E> {
         }
         if beginning != Beginning::Plain {
             // Now that there is a state that goes with it.
-            let job = self.experiment.job();
+            let job = self.experiment.job.clone();
             self.core.on_root(|outputs| outputs.folder().write_job(&job))?;
         }
         while self.core.world.step < self.steps {
@@ -360,7 +347,7 @@ impl<'t, E: Experiment> Run<'t, E> {
             self.core.world.advance()?;
             self.grain_steps += self.together() * self.core.world.grains_total;
             self.point_steps += self.core.world.points_total;
-            self.experiment.watch(&mut self.core)?;
+            (self.experiment.watch)(&mut self.core)?;
             self.observe()?;
             match self.core.world.wish_agreed {
                 Wish::Stop if self.core.world.step < self.steps => return self.stopped(),
@@ -383,7 +370,7 @@ impl<'t, E: Experiment> Run<'t, E> {
         if is_over || self.stop_file_is_there(now) {
             return Wish::Stop;
         }
-        if now - self.saved >= self.experiment.output().save_every() { Wish::Save } else { asked }
+        if now - self.saved >= self.experiment.output.save_every() { Wish::Save } else { asked }
     }
 
     /// Looked for once a second, for looking may take long.
@@ -397,7 +384,7 @@ impl<'t, E: Experiment> Run<'t, E> {
 
     /// Who runs what, in the log and for a person.
     fn tell_beginning(&mut self) -> Result<(), Error> {
-        let (world, options, job) = (&self.core.world, &self.core.options, self.experiment.job());
+        let (world, options, job) = (&self.core.world, &self.core.options, self.experiment.job.clone());
         let step = world.step;
         let job_digest = digest_of_text(&job);
         let what = match (options.beginning, step) {
@@ -415,7 +402,7 @@ impl<'t, E: Experiment> Run<'t, E> {
             "time_step": world.settings.grains.dt,
             "grains": world.grains_total,
             "points": world.points_total,
-            "allow_unstable": self.experiment.allows_unstable(),
+            "allow_unstable": self.experiment.allows_unstable,
         });
         if self.core.outputs.is_some() {
             tracing::info!(
@@ -428,7 +415,7 @@ impl<'t, E: Experiment> Run<'t, E> {
                 world.grains_total,
                 world.points_total,
             );
-            if self.experiment.allows_unstable() {
+            if self.experiment.allows_unstable {
                 tracing::warn!(
                     "warning: time.allow_unstable is on: an unstable step passes, and energy that grows is told instead of stopping the run"
                 );
@@ -473,7 +460,7 @@ impl<'t, E: Experiment> Run<'t, E> {
         }
         let grown = if due || is_first { progress.guard.look(world)? } else { None };
         let Some(grown) = grown else { return Ok(()) };
-        if !self.experiment.allows_unstable() {
+        if !self.experiment.allows_unstable {
             return Err(Error::Run(grown));
         }
         // Once is enough for a person; the log has all.
@@ -497,7 +484,7 @@ impl<'t, E: Experiment> Run<'t, E> {
             self.save()?;
         }
         if self.is_due(step, SHOW_EVERY) && self.core.outputs.is_some() {
-            let words = self.experiment.words(&self.core);
+            let words = self.experiment.told(&self.core.world);
             if let Some(outputs) = &mut self.core.outputs {
                 outputs.show(step, || words);
             }
@@ -507,7 +494,10 @@ impl<'t, E: Experiment> Run<'t, E> {
 
     fn write_row(&mut self) -> Result<(), Error> {
         let timer = self.core.world.phases.start();
-        let row = self.experiment.row(&mut self.core)?;
+        let mut row = Vec::new();
+        for columns in &mut self.experiment.columns {
+            row.extend(columns.row(&mut self.core)?);
+        }
         self.core.progress.series_step = self.core.world.step;
         self.core.progress.series_rows += 1;
         let outcome = self.core.on_root(|outputs| outputs.row(&row));
@@ -532,8 +522,7 @@ impl<'t, E: Experiment> Run<'t, E> {
 
     fn write_frame(&mut self) -> Result<(), Error> {
         let timer = self.core.world.phases.start();
-        let made = self.experiment.frame(&mut self.core)?;
-        let outcome = self.core.write_frame(made);
+        let outcome = self.core.write_frame();
         self.book(Written::Frame, timer);
         outcome
     }
@@ -556,11 +545,11 @@ impl<'t, E: Experiment> Run<'t, E> {
         core.progress.missed = core.world.assembly.missed.rows();
         let saved = core.world.step;
         let file = folder.join(store::file_name(saved));
-        let head = checkpoint::head(&core.world, core.progress.clone(), self.experiment.job());
+        let head = checkpoint::head(&core.world, core.progress.clone(), self.experiment.job.clone());
         let target = core.outputs.as_ref().map(|outputs| outputs.target(&file, head)).transpose();
         let target = transfer::agree(core.world.transport, target)?;
         let (_, written_before) = self.writing[Written::Checkpoint as usize];
-        let (output, number) = (self.experiment.output(), written_before + 1);
+        let (output, number) = (self.experiment.output, written_before + 1);
         let (kept, for_good) = (output.checkpoints_kept, output.checkpoints_for_good as u64);
         let out = &core.options.out.clone();
         let tidy = |_: &mut Outputs| {
@@ -601,7 +590,7 @@ impl<'t, E: Experiment> Run<'t, E> {
             "{words}\nStopped on request at step {} of {}, {}. Continue with `scree resume {}`.",
             self.core.world.step,
             self.steps,
-            self.experiment.words(&self.core),
+            self.experiment.told(&self.core.world),
             self.core.options.out.display()
         )))
     }
@@ -612,7 +601,7 @@ impl<'t, E: Experiment> Run<'t, E> {
         Ok(Outcome::Done(format!(
             "{words}\nDone: {} steps in {seconds:.1} s, {} at the end.\nResults are in {out}; `scree report {out}` draws them.",
             self.core.world.step - self.first_step,
-            self.experiment.words(&self.core),
+            self.experiment.told(&self.core.world),
         )))
     }
 
@@ -634,12 +623,10 @@ impl<'t, E: Experiment> Run<'t, E> {
         };
         let mut figures = summary::figures(world, &stretch);
         figures["outcome"] = json!(outcome);
-        figures["allow_unstable"] = json!(self.experiment.allows_unstable());
+        figures["allow_unstable"] = json!(self.experiment.allows_unstable);
         let words = format!("{}\n{}", summary::words(&figures), conservation.words());
-        if let Value::Object(more) = self.experiment.figures(&self.core) {
-            for (name, figure) in more {
-                figures[name] = figure;
-            }
+        if let Some(strain) = &self.experiment.strain {
+            figures["strain"] = json!(strain(world));
         }
         let (step, steps) = (world.step, world.step - self.first_step);
         let output = self.output_per_step();

@@ -14,10 +14,12 @@ use crate::base::program;
 use crate::base::space::Space;
 use crate::domain::meter::Meter;
 use crate::domain::plan::LoadMap;
+use crate::law::material::MaterialLaw;
 use crate::law::material::MaterialMemory;
+use crate::run::experiment::Experiment;
 use crate::run::folder::{Folder, LOAD, SUMMARY, series_file};
 use crate::run::log::Log;
-use crate::run::{Beginning, Experiment, Options};
+use crate::run::{Beginning, Options};
 use crate::store::checkpoint::{self, Progress, Snapshot, Target};
 
 /// Open files of a run, on rank 0, and its folder, which is held as long.
@@ -109,21 +111,25 @@ fn refuse_other_log(log: &Log, folder: &Folder) -> Result<(), Error> {
 
 impl Outputs {
     /// The outputs of a run that begins after `step`, in a folder that has none yet.
-    pub fn create(folder: Folder, experiment: &impl Experiment, step: u64) -> Result<Self, Error> {
+    pub fn create<S: Space, L: MaterialLaw<S>>(
+        folder: Folder,
+        experiment: &Experiment<S, L>,
+        step: u64,
+    ) -> Result<Self, Error> {
         let (log, path) = (Log::open(folder.dir())?, series_file(folder.dir()));
         let header = experiment.header();
         let names: Vec<&str> = header.iter().map(String::as_str).collect();
         let series = Series::create(&path, &names).map_err(|error| failed(&path, &error))?;
-        Ok(Self::new(folder, log, (series, (0..header.len()).collect()), (step, experiment.steps())))
+        Ok(Self::new(folder, log, (series, (0..header.len()).collect()), (step, experiment.steps)))
     }
 
     /// Cuts log, series and frames back to what `progress` had written, once all of them are seen to hold that. Those of a branch
     /// begin here. None where the run has come to its end and told of it: its series is looked at, and everything left as it is.
-    pub fn resume(
+    pub fn resume<S: Space, L: MaterialLaw<S>>(
         options: &Options,
         folder: Folder,
         progress: &Progress,
-        experiment: &impl Experiment,
+        experiment: &Experiment<S, L>,
     ) -> Result<Option<Self>, Error> {
         if options.beginning == Beginning::Branched {
             return Self::create(folder, experiment, progress.step).map(Some);
@@ -136,12 +142,12 @@ impl Outputs {
         let other = |error: scree_io::Error| Error::User(error.to_string());
         Series::check(&path, &names, rows, digest).map_err(other)?;
         let summary = summary_of(dir);
-        if progress.step >= experiment.steps() && tells_of_the_end(&summary, progress.step) {
+        if progress.step >= experiment.steps && tells_of_the_end(&summary, progress.step) {
             return Ok(None);
         }
         let frames_wanted = progress.frames as usize;
         let mut paths = vec![frames_file(dir)];
-        paths.extend(experiment.output().contact_frames.then(|| contacts_file(dir)));
+        paths.extend(experiment.output.contact_frames.then(|| contacts_file(dir)));
         for path in &paths {
             frames::refuse_fewer(path, frames_wanted).map_err(|error| failed(path, &error))?;
         }
@@ -157,7 +163,7 @@ impl Outputs {
         let mut files = paths.iter().map(cut);
         let (frames, contacts) = (files.next().transpose()?, files.next().transpose()?);
         drop(files);
-        let outputs = Self::new(folder, log, (series, columns), (progress.step, experiment.steps()));
+        let outputs = Self::new(folder, log, (series, columns), (progress.step, experiment.steps));
         Ok(Some(Self { frames, contacts, summary, ..outputs }))
     }
 

@@ -1,4 +1,4 @@
-//! From a job to its experiment: the kind of job, its space and its contact law are chosen here, once per run.
+//! From a job to its run: the kind of job, its space and its material are chosen here, once per run.
 
 use std::fs;
 use std::path::Path;
@@ -8,14 +8,20 @@ use scree_partition::Transport;
 
 use crate::base::error::Error;
 use crate::base::program;
-use crate::base::space::{Plane, Solid};
+use crate::base::space::{Plane, Solid, Space};
+use crate::dem::law::law_or_absent;
 use crate::domain::{stop, transfer};
 use crate::job::Job;
-use crate::job::mpm::Mpm;
+use crate::job::mpm::{Elastic, MaterialLaw, Mpm};
+use crate::law;
+use crate::law::material::{CriticalDruckerPrager, Hencky, LinearElastic};
 use crate::prepare::sheared::on_root;
+use crate::run::assembly::InSpace;
+use crate::run::experiment::{Setup, WorldOf};
 use crate::run::folder::{self, Folder, packing_file, scenario_file};
-use crate::run::{Beginning, Options, Outcome, assembly, changes, continuum, coupled, planar_shear};
-use crate::store::checkpoint;
+use crate::run::grid::{Grains, Points};
+use crate::run::{self, Beginning, Options, Outcome, changes};
+use crate::store::checkpoint::{self, Progress, Snapshot};
 
 /// Runs a job from its start, in a folder of its own that is taken before any work: what cannot be written costs nothing, and
 /// nobody else begins there meanwhile.
@@ -52,19 +58,7 @@ fn begin_in(
     options: &Options,
     transport: &dyn Transport,
 ) -> Result<Outcome, Error> {
-    let ended = {
-        let folder = &mut folder;
-        match job {
-            Job::Shear(job) => planar_shear::start(job, options, folder, transport),
-            Job::Assembly(job) if job.cell.dimension == 2 => assembly::start::<Plane>(job, options, folder, transport),
-            Job::Assembly(job) => assembly::start::<Solid>(job, options, folder, transport),
-            Job::Mpm(job @ Mpm { grains: Some(granular), .. }) => {
-                coupled::start((job, granular), options, folder, transport)
-            }
-            Job::Mpm(job) if job.grid.dimension == 2 => continuum::start::<Plane>(job, options, folder, transport),
-            Job::Mpm(job) => continuum::start::<Solid>(job, options, folder, transport),
-        }
-    };
+    let ended = with_setup_of(job, Start { options, folder: &mut folder, transport });
     match (ended, folder) {
         (Err(Error::Stopped(step)), _) => Ok(Outcome::Stopped(format!(
             "Stopped on request while the packing was made, after {step} steps of it, which are kept. `scree resume {0}` goes on.",
@@ -113,19 +107,87 @@ pub fn resume(
     let beginning = beginning.unwrap_or(Beginning::Plain);
     let beginning = Beginning::of_code(transport.broadcast(vec![beginning as u8])[0]);
     let options = &Options { beginning, ..options.clone() };
-    match &Job::parse(&text, &scenario_file(dir).display().to_string(), &[])? {
-        Job::Shear(job) => planar_shear::resume(job, state, options, folder, transport),
-        Job::Assembly(job) if job.cell.dimension == 2 => {
-            assembly::resume::<Plane>(job, state, options, folder, transport)
-        }
-        Job::Assembly(job) => assembly::resume::<Solid>(job, state, options, folder, transport),
-        Job::Mpm(job @ Mpm { grains: Some(granular), .. }) => {
-            coupled::resume((job, granular), state, options, folder, transport)
-        }
-        Job::Mpm(job) if job.grid.dimension == 2 => continuum::resume::<Plane>(job, state, options, folder, transport),
-        Job::Mpm(job) => continuum::resume::<Solid>(job, state, options, folder, transport),
+    let job = Job::parse(&text, &scenario_file(dir).display().to_string(), &[])?;
+    with_setup_of(&job, Resume { state, options, folder, transport })
+}
+
+/// Work that does not care with which kind of job it is done.
+pub trait ForAnySetup<R> {
+    fn with<J: Setup>(self, job: &J) -> Result<R, Error>;
+}
+
+/// Does the work with the kind of a job, in its space and with its law: the one place where these are told apart.
+pub fn with_setup_of<R>(job: &Job, work: impl ForAnySetup<R>) -> Result<R, Error> {
+    match job {
+        Job::Shear(job) => work.with(job),
+        Job::Assembly(job) if job.cell.dimension == 2 => work.with(&InSpace::<Plane>::new(job)),
+        Job::Assembly(job) => work.with(&InSpace::<Solid>::new(job)),
+        Job::Mpm(job @ Mpm { grains: Some(granular), .. }) => work.with(&Grains::new(job, granular)),
+        Job::Mpm(job) if job.grid.dimension == 2 => with_points_of::<Plane, R>(job, work),
+        Job::Mpm(job) => with_points_of::<Solid, R>(job, work),
     }
 }
+
+fn with_points_of<S: Space, R>(job: &Mpm, work: impl ForAnySetup<R>) -> Result<R, Error> {
+    let elastic = |law: &Elastic| (law.bulk_modulus_in(S::DIMENSION), law.shear_modulus);
+    match &job.material.law {
+        MaterialLaw::LinearElastic(law) => {
+            let (bulk_modulus, shear_modulus) = elastic(law);
+            work.with(&Points::<S, _>::new(job, LinearElastic { bulk_modulus, shear_modulus }))
+        }
+        MaterialLaw::Hencky(law) => {
+            let (bulk_modulus, shear_modulus) = elastic(law);
+            work.with(&Points::<S, _>::new(job, Hencky { bulk_modulus, shear_modulus }))
+        }
+        MaterialLaw::CriticalDruckerPrager(law) => work.with(&Points::<S, _>::new(job, CriticalDruckerPrager::of(law))),
+    }
+}
+
+/// A run from its start.
+struct Start<'a> {
+    options: &'a Options,
+    folder: &'a mut Option<Folder>,
+    transport: &'a dyn Transport,
+}
+
+impl ForAnySetup<Outcome> for Start<'_> {
+    fn with<J: Setup>(self, job: &J) -> Result<Outcome, Error> {
+        let (world, progress) = job.begin(self.folder, self.transport)?;
+        run::begin(job.experiment(), world, progress, self.options, self.folder)
+    }
+}
+
+/// A run from a state that rank 0 holds.
+struct Resume<'a> {
+    state: Option<State>,
+    options: &'a Options,
+    folder: Option<Folder>,
+    transport: &'a dyn Transport,
+}
+
+impl ForAnySetup<Outcome> for Resume<'_> {
+    fn with<J: Setup>(self, job: &J) -> Result<Outcome, Error> {
+        let (world, progress) = world_of(job, self.state, self.transport)?;
+        run::go_on_with(job.experiment(), world, progress, self.options, self.folder)
+    }
+}
+
+/// The world of a state that rank 0 holds, and how far its run is.
+pub fn world_of<'t, J: Setup>(
+    job: &J,
+    state: Option<State>,
+    transport: &'t dyn Transport,
+) -> Result<(WorldOf<'t, J>, Progress), Error> {
+    let memory_words = law_or_absent::<J::Space>(&job.contact()).memory_words();
+    let read = |state| Snapshot::from_state(state, memory_words);
+    let snapshot: Option<Snapshot<J::Space, MemoryOf<J>>> = transfer::agree(transport, state.map(read).transpose())?;
+    let (parts, progress) =
+        checkpoint::restore(snapshot, |progress, vertices| job.drawn(progress, vertices), transport)?;
+    Ok((job.world_at(&progress, parts, transport)?, progress))
+}
+
+/// What its points remember.
+type MemoryOf<J> = <<J as Setup>::Material as law::material::MaterialLaw<<J as Setup>::Space>>::Memory;
 
 /// Rank 0's text, on every rank.
 fn shared_text(transport: &dyn Transport, text: Option<String>) -> String {

@@ -26,14 +26,16 @@ use crate::domain::rebuild::{Home, Parts};
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::job::Job;
-use crate::law::material::{CriticalMemory, MaterialLaw, MaterialMemory};
+use crate::law::material::{CountedMemory, CriticalMemory, MaterialLaw, MaterialMemory};
 use crate::mpm::membrane::{Membranes, Vertex};
 use crate::mpm::points::Point;
 use crate::mpm::track::{Instants, LOOKS};
 use crate::store::{soundness, tables};
 
 /// Material points of the jobs of this program.
-pub type PlanarPoint = Point<Plane, CriticalMemory<Plane>>;
+pub type PlanarPoint = Point<Plane, CountedMemory<CriticalMemory<Plane>>>;
+/// State of a run that has such points.
+pub type PlanarSnapshot = Snapshot<Plane, CountedMemory<CriticalMemory<Plane>>>;
 
 /// What a run remembers beside grains, points, bodies and cell; the same on every rank.
 #[derive(Clone, Debug, Default, PartialEq)]

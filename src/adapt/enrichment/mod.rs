@@ -11,7 +11,7 @@ use crate::couple::zone::{CellGrid, Enrichment, Label, Zone};
 use crate::dem::grains::{Hot, Mover};
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::law::material::{CriticalMemory, MaterialLaw};
+use crate::law::material::{CountedMemory, CriticalMemory, MaterialLaw};
 use crate::mpm::points::{Hot as PointHot, Point};
 use crate::mpm::track::Instants;
 use crate::prepare::reference::{Lies, Reference};
@@ -38,8 +38,9 @@ use residents::Residents;
 use training::{Holders, Trained, train};
 
 type Vector = <Plane as Space>::Vector;
-type PlanarPoint = Point<Plane, CriticalMemory<Plane>>;
-type PlanarHot = PointHot<Plane, CriticalMemory<Plane>>;
+type PlanarMemory = CountedMemory<CriticalMemory<Plane>>;
+type PlanarPoint = Point<Plane, PlanarMemory>;
+type PlanarHot = PointHot<Plane, PlanarMemory>;
 
 /// What an enrichment did, for the log and the summary.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -4,7 +4,7 @@ use super::assembly::read_grains;
 use super::body::check_inside;
 use super::checks::check_as_piece;
 use super::mpm::domain;
-use super::shear::check_life;
+use super::shear::{LEDGER_OF_LIVING_ZONE, check_life};
 use super::{BLOCK_OF_DISCS, SKIN_DEFAULT, digits};
 use crate::base::error::Error;
 use crate::base::keys::Form;
@@ -175,8 +175,14 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
             ),
         ));
     }
-    if job.ledger {
-        typed.note_together(typed.refusal("output", "ledger", "keeps the account of points, and does not know grains. Remove it; summary.json tells what was kept of mass and momentum."));
+    if job.ledger && grains.method == Method::Hybrid {
+        let life = grains.enrichment.life;
+        if life.grows || life.dissolves {
+            typed.note_together(typed.refusal("output", "ledger", LEDGER_OF_LIVING_ZONE));
+        }
+        if job.grain_steps > 1 {
+            typed.note_together(typed.refusal("output", "ledger", "books what grains and points do to each other step by step, and time.grain_steps takes several steps of grains in one of points. Remove it, or write time.grain_steps = 1."));
+        }
     }
     if !job.loads.is_empty() {
         typed.note_together(top.list("load")[0].refusal_of_table("is borne by points, and grains do not know it. Press by a [[body]] or a [[membrane]] in a job with grains."));

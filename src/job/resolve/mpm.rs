@@ -82,12 +82,6 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     refuse_steps(typed, job.end, job.step, "time.end")?;
     let mut shown = typed.table("output", false, why);
     (job.output, job.ledger) = output(&mut shown, job.end, job.step)?;
-    if job.ledger && !job.membranes.is_empty() {
-        return Err(shown.refusal(
-            "ledger",
-            "keeps the account of what points, loads and bodies store and do, and does not know what membranes do. Remove it; summary.json tells what was kept of mass and momentum, membranes included.",
-        ));
-    }
     if job.output.contact_frames && job.grains.is_none() {
         return Err(
             shown.refusal("contact_frames", "writes the contacts of grains, and this job has none. Remove the line.")

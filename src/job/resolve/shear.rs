@@ -205,6 +205,9 @@ fn check_together(scenario: &Scenario, typed: &Typed) {
     }
 }
 
+/// Why an account of energy cannot be kept of a zone that lives.
+pub(super) const LEDGER_OF_LIVING_ZONE: &str = "begins anew whenever a zone changes, and this one lives. Remove it, or write zone.grows = false and zone.dissolves = false.";
+
 /// Grains that stand in a zone have gone all of the continuum's way, and those that come to them must as well.
 pub(super) fn check_life(enrichment: &Enrichment, typed: &Typed) -> Result<(), Error> {
     match enrichment.life.grows && enrichment.training < 1.0 {
@@ -219,7 +222,7 @@ fn check_life_in_shear(scenario: &Scenario, typed: &Typed) -> Result<(), Error> 
         return Err(typed.refusal("zone", "grows", "would lay the packing, which lies about the first band, about another one. Write false, or remove packing.height."));
     }
     if scenario.ledger && (life.grows || life.dissolves) {
-        return Err(typed.refusal("output", "ledger", "begins anew whenever a zone changes, and this one lives. Remove it, or write zone.grows = false and zone.dissolves = false."));
+        return Err(typed.refusal("output", "ledger", LEDGER_OF_LIVING_ZONE));
     }
     Ok(())
 }

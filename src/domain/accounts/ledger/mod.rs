@@ -28,6 +28,7 @@
 //! plane in which laws let surfaces slide turns within a drift. Both are known contact by contact ([`Balance::made`]), and
 //! both count as residual: they are what a shorter step mends. What is left without them is rounding.
 
+use points::PointLedger;
 use scree_partition::ExactSum;
 use step::{Step, Sums};
 
@@ -222,10 +223,26 @@ impl<S: Space> EnergyLedger<S> {
     }
 }
 
+/// Of whose energy an account is kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Accounts {
+    pub grains: bool,
+    pub points: bool,
+}
+
+impl Accounts {
+    pub const GRAINS: Self = Self { grains: true, points: false };
+    pub const POINTS: Self = Self { grains: false, points: true };
+}
+
 impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
-    /// Keeps account of the grains' energy from the next step on.
-    pub fn open_ledger(&mut self) {
-        self.ledger = Some(Box::new(EnergyLedger::new()));
+    /// Keeps account of energy from the next step on.
+    pub fn open_accounts(&mut self, of: Accounts) {
+        self.ledger = of.grains.then(|| Box::new(EnergyLedger::new()));
+        self.point_ledger = PointLedger::default();
+        if of.points {
+            self.point_ledger.open();
+        }
     }
 
     /// The account so far, the same on every rank. Collective.
@@ -256,10 +273,19 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
         })
     }
 
-    /// The account as it is stored, the same on every rank; empty where none is kept. Collective.
+    /// Accounts as they are stored, that of grains first, the same on every rank; empty where none is kept, or nothing has been booked
+    /// yet. Collective.
     pub fn ledger_entries(&self) -> Result<Vec<Entry>, Error> {
-        let Some(ledger) = &self.ledger else { return self.point_ledger_entries() };
-        let Some(start) = ledger.start.clone() else { return Ok(Vec::new()) };
+        let mut entries = self.entries_of_grains()?;
+        entries.extend(self.point_ledger_entries()?);
+        Ok(entries)
+    }
+
+    fn entries_of_grains(&self) -> Result<Vec<Entry>, Error> {
+        let Some((ledger, start)) = self.ledger.as_ref().and_then(|ledger| Some((ledger, ledger.start.clone()?)))
+        else {
+            return Ok(Vec::new());
+        };
         let booked = self.total(ledger.booked.clone())?;
         let ahead = self.total(ledger.ahead.clone())?;
         let start = self.total(start)?;
@@ -271,17 +297,24 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
         self.ledger.as_ref().is_some_and(|ledger| ledger.start.is_some() && ledger.stored.is_some())
     }
 
-    /// Goes on with an account that was stored; none opens a new one.
-    pub fn resume_ledger(&mut self, entries: &[Entry]) -> Result<(), Error> {
-        self.open_ledger();
-        let Some(ledger) = self.ledger.as_mut().filter(|_| !entries.is_empty()) else { return Ok(()) };
-        Entry::expect(entries, ENTRIES, "energies of grains")?;
+    /// Goes on with accounts that were stored; none opens new ones.
+    pub fn resume_accounts(&mut self, of: Accounts, entries: &[Entry]) -> Result<(), Error> {
+        self.open_accounts(of);
+        if entries.is_empty() {
+            return Ok(());
+        }
+        let sizes = [(of.grains, ENTRIES), (of.points, points::ENTRIES)];
+        let kept = sizes.into_iter().filter(|(is_kept, _)| *is_kept).map(|(_, entries)| entries).sum();
+        Entry::expect(entries, kept, "energies")?;
         // One rank keeps what all have booked so far.
         let ours = self.transport.rank() == 0;
         let mut entries = entries.iter().map(|entry| if ours { *entry } else { Entry::default() });
-        ledger.booked = Entry::take_all(&mut entries);
-        ledger.ahead = Entry::take_all(&mut entries);
-        ledger.start = Some(Entry::take_all(&mut entries));
+        if let Some(ledger) = &mut self.ledger {
+            ledger.booked = Entry::take_all(&mut entries);
+            ledger.ahead = Entry::take_all(&mut entries);
+            ledger.start = Some(Entry::take_all(&mut entries));
+        }
+        self.point_ledger.go_on(&mut entries);
         Ok(())
     }
 

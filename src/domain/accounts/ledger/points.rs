@@ -17,7 +17,14 @@
 //! loads + bodies + ramp = change of (kinetic + elastic + potential + dissipated) + holds + lost
 //! ```
 //!
-//! with the powers: loads: push.v at their points; bodies: force.V, the velocity of the body there; ramp: what bears the share of
+//! and what grains do to points through the nodes that both share on the side of the work,
+//!
+//! ```text
+//! X = m_c V - (P_c + f dt + m_c g dt)      V: velocity of points and grains together before anything holds the node
+//! ```
+//!
+//! with the powers: loads: push.v at their points, and force.v of membranes at their vertices, which are no part of the account
+//! but for their mass; grains: X.v/dt, which with what these take ([`super`], nodes) is lost where the two are made one; bodies: force.V, the velocity of the body there; ramp: what bears the share of
 //! gravity that is not there yet, for the potential is that in the whole field; holds: force.(V - v), by which friction, dashpots
 //! and sudden stops take energy at faces and bodies. Gravity itself closes exactly. What is `lost` is the scheme's doing, and
 //! negative where it makes energy: the transfer, and the difference between the work of stress on nodes, with the velocities on
@@ -37,8 +44,8 @@ use crate::domain::world::World;
 use crate::law::material::{MaterialLaw, MaterialMemory};
 use crate::mpm::look::{for_each_node, moments};
 use crate::mpm::scatter::TileFrame;
-use crate::mpm::scheme::Transfer;
-use crate::mpm::tile::{Advanced, Gathered, OwnedNode};
+use crate::mpm::scheme::{ShapeFunction, Transfer};
+use crate::mpm::tile::{Advanced, Gathered, GrainNode, OwnedNode};
 
 /// What is booked, by slot.
 #[derive(Clone, Copy)]
@@ -49,8 +56,9 @@ enum Item {
     Bodies,
     Ramp,
     Holds,
+    Grains,
 }
-const ITEMS: usize = 5;
+const ITEMS: usize = 6;
 
 /// What points have.
 #[derive(Clone, Copy)]
@@ -63,7 +71,7 @@ enum Store {
 const STORES: usize = 4;
 
 /// Entries of an account.
-const ENTRIES: usize = 2 * ITEMS + STORES;
+pub(super) const ENTRIES: usize = 2 * ITEMS + STORES;
 
 /// Energies of the points at the last evaluation of forces, one step before the positions of now, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -90,6 +98,11 @@ pub struct PointBalance {
     pub work_bodies: f64,
     /// Of what bears the share of gravity that is yet to come.
     pub work_ramp: f64,
+    /// Of grains that share nodes with points.
+    pub work_grains: f64,
+    /// Change of kinetic, elastic and potential energy, and what the law has dissipated.
+    pub stored: f64,
+    pub dissipated: f64,
     /// Lost where faces and bodies hold nodes: friction, dashpots, sudden stops.
     pub holds: f64,
     /// Lost by the scheme; below zero it has made energy.
@@ -152,6 +165,15 @@ impl<S: Space> PointLedger<S> {
         self.account = Some(Account::default());
     }
 
+    /// Goes on with what was stored of an account that is kept.
+    pub(super) fn go_on(&mut self, entries: &mut impl Iterator<Item = Entry>) {
+        if let Some(account) = &mut self.account {
+            account.booked = Entry::take_all(entries);
+            account.ahead = Entry::take_all(entries);
+            account.start = Some(Entry::take_all(entries));
+        }
+    }
+
     /// Before a step: how bodies have moved.
     pub(crate) fn open_page(&mut self, motions: impl Iterator<Item = (S::Vector, S::Spin)>) {
         self.bodies.clear();
@@ -160,22 +182,6 @@ impl<S: Space> PointLedger<S> {
 }
 
 impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
-    /// Goes on with an account that was stored; none opens a new one.
-    pub fn resume_point_ledger(&mut self, entries: &[Entry]) -> Result<(), Error> {
-        let mut account = Account::default();
-        if !entries.is_empty() {
-            Entry::expect(entries, ENTRIES, "energies of the continuum")?;
-            // One rank keeps what all have booked so far.
-            let ours = self.transport.rank() == 0;
-            let mut entries = entries.iter().map(|entry| if ours { *entry } else { Entry::default() });
-            account.booked = Entry::take_all(&mut entries);
-            account.ahead = Entry::take_all(&mut entries);
-            account.start = Some(Entry::take_all(&mut entries));
-        }
-        self.point_ledger.account = Some(account);
-        Ok(())
-    }
-
     /// The account as it is stored, the same on every rank; empty where none is kept. Collective.
     pub(crate) fn point_ledger_entries(&self) -> Result<Vec<Entry>, Error> {
         let Some(account) = &self.point_ledger.account else { return Ok(Vec::new()) };
@@ -204,20 +210,27 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
         Ok(PointEnergies { kinetic, elastic, potential, dissipated })
     }
 
-    /// The account at the same evaluation, the same on every rank; none where none is kept. Collective.
+    /// The account at the same evaluation, the same on every rank; none where none is kept, or nothing has been booked. Collective.
     pub fn point_balance(&self) -> Result<Option<PointBalance>, Error> {
-        let Some(account) = &self.point_ledger.account else { return Ok(None) };
+        let Some(account) = self.point_ledger.account.as_ref().filter(|account| account.start.is_some()) else {
+            return Ok(None);
+        };
         let (start, now) = (self.energies_of(account.start.as_ref())?, self.point_energies()?);
-        let [nodes, work_loads, work_bodies, work_ramp, holds] = self.reduce(account.booked.clone())?;
+        let [nodes, work_loads, work_bodies, work_ramp, holds, work_grains] = self.reduce(account.booked.clone())?;
         let transfer = nodes - (now.kinetic - start.kinetic);
-        let work = work_loads + work_bodies + work_ramp;
+        let work = work_loads + work_bodies + work_ramp + work_grains;
         let lost = work - (now.sum() - start.sum()) - holds;
-        Ok(Some(PointBalance { work_loads, work_bodies, work_ramp, holds, lost, transfer }))
+        let dissipated = now.dissipated - start.dissipated;
+        let stored = now.sum() - start.sum() - dissipated;
+        let of =
+            PointBalance { work_loads, work_bodies, work_ramp, work_grains, stored, dissipated, holds, lost, transfer };
+        Ok(Some(of))
     }
 
-    /// Whether this step is booked: of a continuum alone, where its energies are wanted or an account is kept.
+    /// Whether this step is booked: where an account is kept, or of a continuum alone energies are wanted.
     pub(crate) fn books_points(&self) -> bool {
-        self.has_points() && !self.has_grains() && (self.assembly.forces_wanted || self.point_ledger.account.is_some())
+        let wanted = self.assembly.forces_wanted && !self.has_grains();
+        self.has_points() && (wanted || self.point_ledger.account.is_some())
     }
 
     /// Between the step of the nodes and that of the points: books the work of the one, and energies of the other where they
@@ -225,7 +238,8 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     pub(crate) fn book_points(&mut self) {
         let opens = self.point_ledger.account.as_ref().is_some_and(|account| account.start.is_none());
         let timer = self.phases.start();
-        let Works([behind, ahead]) = self.works_on_nodes().merged(self.works_of_loads());
+        let Works([behind, ahead]) =
+            self.works_on_nodes().merged(self.works_of_loads()).merged(self.works_of_membranes());
         self.point_ledger.stored = (self.assembly.forces_wanted || opens).then(|| {
             let mut stored = self.stored();
             let mut kicks = ExactSum::<STORES>::new();
@@ -292,35 +306,51 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     }
 
     fn works_on_nodes(&self) -> Works {
-        let nodes = self.subdomain.nodes.mosaic.owned.par_iter().zip(&self.continuum.tiles.sums);
-        let booked = |mut works: Works, (node, sum): (&OwnedNode, &Gathered<S>)| {
+        let nodes = self.subdomain.nodes.mosaic.owned.par_iter().enumerate().zip(&self.continuum.tiles.sums);
+        let coupled = self.is_coupled();
+        let booked = |mut works: Works, ((number, node), sum): ((usize, &OwnedNode), &Gathered<S>)| {
             if sum.mass() > 0.0 {
-                self.work_on_node(node, sum, &self.continuum.tiles.advanced[node.row as usize], &mut works);
+                let grains = if coupled { self.continuum.tiles.grain_sums[number] } else { GrainNode::zero() };
+                let advanced = &self.continuum.tiles.advanced[node.row as usize];
+                self.work_on_node(node, (sum, &grains), advanced, &mut works);
             }
             works
         };
         nodes.fold(Works::default, booked).reduce(Works::default, Works::merged)
     }
 
-    fn work_on_node(&self, node: &OwnedNode, sum: &Gathered<S>, advanced: &Advanced<S>, works: &mut Works) {
-        let (mass, dt, gravity) = (sum.mass(), self.settings.grains.dt, self.gravity_now());
+    /// As [`crate::mpm::nodes::step`] and [`crate::domain::grid::Holders`] reckon it: grains and points become one, dashpots act, then
+    /// bodies and faces hold, one after the other. Of what acts on both, points have their share of the mass.
+    fn work_on_node(
+        &self,
+        node: &OwnedNode,
+        (sum, grains): (&Gathered<S>, &GrainNode<S>),
+        advanced: &Advanced<S>,
+        works: &mut Works,
+    ) {
+        let (mass, dt, gravity) = (sum.mass(), self.dt_of_continuum(), self.gravity_now());
         let velocities = [sum.momentum() * (1.0 / mass), advanced.velocity()];
         works.add(Item::Nodes, &((velocities[AHEAD] - velocities[BEHIND]) * mass), &velocities);
         let missing = gravity - self.settings.grains.field.gravity;
         if missing != S::Vector::zero() {
             works.add(Item::Ramp, &(missing * (mass * dt)), &velocities);
         }
-        // As `nodes::step` reckons it; dashpots act, then bodies and faces hold, one after the other.
-        let free = (sum.momentum() + sum.force() * dt + gravity * (mass * dt)) * (1.0 / mass);
+        let alone = sum.momentum() + sum.force() * dt + gravity * (mass * dt);
+        let (mut both, mut brought, mut free) = (mass, sum.momentum(), alone * (1.0 / mass));
+        if grains.mass() > 0.0 {
+            (both, brought) = (mass + grains.mass(), sum.momentum() + grains.momentum());
+            free = (alone - grains.given() + grains.momentum()) * (1.0 / both);
+            works.add(Item::Grains, &(free * mass - alone), &velocities);
+        }
         let at = (&self.settings.grid, &self.subdomain.layout);
-        let mut velocity = absorbed_by_faces::<S>(free, &sum.momentum(), at, node, (mass, dt), None);
+        let mut velocity = absorbed_by_faces::<S>(free, &brought, at, node, (both, dt), None);
         if velocity != free {
             works.add(Item::Holds, &((free - velocity) * mass), &velocities);
         }
         let place: S::Vector = self.subdomain.layout.node_at(node.place);
         for (body, motion) in self.bodies.iter().zip(&self.point_ledger.bodies) {
             let [held, _] =
-                held_by_bodies([velocity; 2], (std::slice::from_ref(body), &self.assembly.cell), &place, mass, None);
+                held_by_bodies([velocity; 2], (std::slice::from_ref(body), &self.assembly.cell), &place, both, None);
             if held != velocity {
                 let (impulse, beside) = ((held - velocity) * mass, place_beside(body, &self.assembly.cell, &place));
                 let with = [body.velocity_in(motion, &beside), body.velocity_at(&beside)];
@@ -329,7 +359,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
                 velocity = held;
             }
         }
-        let held = held_by_faces::<S>([velocity; 2], at.0, at.1, node, mass, None);
+        let held = held_by_faces::<S>([velocity; 2], at.0, at.1, node, both, None);
         if held != velocity {
             works.add(Item::Holds, &((velocity - held) * mass), &velocities);
         }
@@ -343,14 +373,39 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
             let tile = &self.continuum.tiles.advanced[block * len..(block + 1) * len];
             while let Some((row, push)) = loaded.next_if(|(row, _)| range.contains(&(*row as usize))) {
                 let position = &self.continuum.points.hot[*row as usize].position;
-                let mut velocities = [S::Vector::zero(); 2];
-                for_each_node(&self.continuum.frames[block], shape, position, |node, value| {
-                    velocities[BEHIND] += (tile[node].velocity() - tile[node].change()) * value;
-                    velocities[AHEAD] += tile[node].velocity() * value;
-                });
-                works.add(Item::Loads, &(*push * self.settings.grains.dt), &velocities);
+                let velocities = velocities_at(&self.continuum.frames[block], shape, position, tile);
+                works.add(Item::Loads, &(*push * self.dt_of_continuum()), &velocities);
             }
         }
         works
     }
+
+    /// Of vertices whose blocks are here.
+    fn works_of_membranes(&self) -> Works {
+        let mut works = Works::default();
+        let (held, len, shape) =
+            (self.subdomain.deal.held(), self.subdomain.nodes.mosaic.nodes_per_tile, self.settings.grid.shape);
+        for brought in self.continuum.membranes.brought.iter().filter(|brought| held.contains(&brought.block)) {
+            let block = brought.block - held.start;
+            let tile = &self.continuum.tiles.advanced[block * len..(block + 1) * len];
+            let velocities = velocities_at(&self.continuum.frames[block], shape, &brought.place, tile);
+            works.add(Item::Loads, &(brought.force * self.dt_of_continuum()), &velocities);
+        }
+        works
+    }
+}
+
+/// What nodes make of velocities before and after their step at a place, m/s.
+fn velocities_at<S: Space>(
+    frame: &TileFrame<S>,
+    shape: ShapeFunction,
+    place: &S::Vector,
+    tile: &[Advanced<S>],
+) -> [S::Vector; 2] {
+    let mut velocities = [S::Vector::zero(); 2];
+    for_each_node(frame, shape, place, |node, value| {
+        velocities[BEHIND] += (tile[node].velocity() - tile[node].change()) * value;
+        velocities[AHEAD] += tile[node].velocity() * value;
+    });
+    velocities
 }

@@ -141,7 +141,7 @@ fn sheared<S: Space, C: Into<Contact>>(law: impl Fn(f64) -> C, packing: (usize, 
     let mut world = packed::<S>(&Solo, [law(0.0), law(0.5)], packing);
     world.settings.grains.dt = 4e-7 / refinement as f64;
     world.settings.grains.drive = shear(RATE);
-    world.open_ledger();
+    world.open_accounts(Accounts::GRAINS);
     run(&mut world, 4000 * refinement);
     world.balance().unwrap()
 }
@@ -249,7 +249,7 @@ fn shear_that_goes_far() {
         world.settings.grains.field.damping = Damping { local: 0.1, form, mass: 50.0 };
         world.settings.grains.drive = shear(500.0);
         world.settings.grains.drive.gradient[0] = 20.0;
-        world.open_ledger();
+        world.open_accounts(Accounts::GRAINS);
         let (mut work, rebuilds, edge) = (0.0, world.rebuilds, world.assembly.cell.edges);
         for step in 0..5000 {
             let share = if step == 0 { 0.5 } else { 1.0 };
@@ -282,7 +282,7 @@ fn two_discs_collide() {
             velocity::<Plane>(grain::<Plane>(1, [5.02e-3, 4.3e-3, 0.0], 4e-4), [-0.4, 0.1, 0.0], 50.0),
         ];
         let mut world = world(&Solo, (law, dt), ([8e-3, 8e-3, 0.0], [true, true, false]), grains, Vec::new());
-        world.open_ledger();
+        world.open_accounts(Accounts::GRAINS);
         let before = world.energies().unwrap();
         run(&mut world, (4e-4 / dt) as usize);
         let (balance, after) = (world.balance().unwrap(), world.energies().unwrap());
@@ -316,7 +316,7 @@ fn a_disc_slides_until_it_rolls() {
     let disc = velocity::<Plane>(disc, [0.02, 0.0, 0.0], 0.0);
     let mut world = world(&Solo, (law, 2e-6), ([9e-3, 9e-3, 0.0], [true, false, false]), vec![disc], vec![floor]);
     world.settings.grains.field.gravity = vector::<Plane>([0.0, -9.81, 0.0]);
-    world.open_ledger();
+    world.open_accounts(Accounts::GRAINS);
     run(&mut world, 2500);
     let balance = world.balance().unwrap();
     close("slide", &balance, balance.kinetic_start, 1e-6);
@@ -358,7 +358,7 @@ fn grains_fall_on_a_plane() {
                 .sum()
         };
         let before = height(&world);
-        world.open_ledger();
+        world.open_accounts(Accounts::GRAINS);
         run(&mut world, 8000 * refinement);
         let balance = world.balance().unwrap();
         close("fall", &balance, balance.work_gravity, 3e-3 / (refinement * refinement) as f64);
@@ -400,7 +400,7 @@ fn a_cylinder_drags_grains() {
     run(&mut world, 5000);
     world.settings.grains.field.damping = Damping::default();
     world.settings.grains.contact = Some(law(0.5).into());
-    world.open_ledger();
+    world.open_accounts(Accounts::GRAINS);
     run(&mut world, 5000);
     let balance = world.balance().unwrap();
     close("drum", &balance, balance.work_bodies, 1e-6);
@@ -433,7 +433,7 @@ fn layers_shear_what_lies_between() {
     let bodies = vec![Body::new("lower", Shape::Layer), upper];
     let lengths = [length, length + 4e-3, 0.0];
     let mut world = world(&Solo, (law, 4e-7), (lengths, [true, false, false]), rows, bodies);
-    world.open_ledger();
+    world.open_accounts(Accounts::GRAINS);
     run(&mut world, 5000);
     let balance = world.balance().unwrap();
     close("layers", &balance, balance.work_bodies.abs() + balance.elastic_start, 1e-6);
@@ -457,7 +457,7 @@ fn ranks_and_interruptions_do_not_show() {
         world.assembly.cell = cell;
         world.settings.grains.drive = shear(300.0);
         if kept {
-            world.open_ledger();
+            world.open_accounts(Accounts::GRAINS);
         }
         run(&mut world, 400);
         if interrupted {
@@ -466,7 +466,7 @@ fn ranks_and_interruptions_do_not_show() {
             let (settings, layout) = (world.settings.clone(), world.subdomain.layout.clone());
             let parts = Parts::fresh(saved, Vec::new(), Vec::new(), world.assembly.cell);
             world = World::new(settings, layout, transport, 400, parts).unwrap();
-            world.resume_ledger(&entries).unwrap();
+            world.resume_accounts(Accounts::GRAINS, &entries).unwrap();
         }
         run(&mut world, 400);
         let moved = world.energies().unwrap().kinetic_grains.to_bits();
@@ -494,7 +494,7 @@ fn an_account_changes_nothing() {
         let box_of = ([3.8e-3; 3], [true; 3]);
         let mut world = world(&Solo, (hertz(3e8, 0.1, 0.5), 2e-7), box_of, grains.collect(), Vec::new());
         if kept {
-            world.open_ledger();
+            world.open_accounts(Accounts::GRAINS);
         }
         run(&mut world, 1000);
         world.assembly.grains.hot
@@ -511,7 +511,7 @@ fn grains_with_a_force_of_their_own_wait_for_it() {
         world.assembly.grains.cold[20].script = vector::<Plane>([1.0, -2.0, 0.0]);
         world.assembly.grains.push_as_told();
         if is_booked {
-            world.open_ledger();
+            world.open_accounts(Accounts::GRAINS);
         }
         let before = world.assembly.grains.hot[20].velocity;
         run(&mut world, 100);

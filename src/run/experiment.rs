@@ -1,0 +1,103 @@
+//! What is run: the world of a job at its start or at a checkpoint, and what is told of it. A kind of job is a [`Setup`]; the loop,
+//! start and resume know no other.
+
+use scree_partition::Transport;
+
+use crate::base::error::Error;
+use crate::base::space::Space;
+use crate::domain::accounts::ledger::Accounts;
+use crate::domain::rebuild::Parts;
+use crate::domain::world::World;
+use crate::job::Output;
+use crate::law::contact::Contact;
+use crate::law::material::MaterialLaw;
+use crate::mpm::membrane::Vertex;
+use crate::run::Core;
+use crate::run::columns::Columns;
+use crate::run::folder::Folder;
+use crate::store::checkpoint::{Drawn, Progress};
+
+/// A kind of job: how its world comes about. All ranks call these together.
+pub trait Setup {
+    type Space: Space;
+    type Material: MaterialLaw<Self::Space>;
+
+    /// What is told of the run, and what happens between its steps.
+    fn experiment(&self) -> Experiment<'_, Self::Space, Self::Material>;
+    /// The law of contacts between grains, where there may be some.
+    fn contact(&self) -> Option<Contact>;
+    /// The world at time zero. `folder` is where rank 0 keeps what a later state is made of.
+    fn begin<'t>(
+        &self,
+        folder: &mut Option<Folder>,
+        transport: &'t dyn Transport,
+    ) -> Result<(WorldOf<'t, Self>, Progress), Error>;
+    /// Cell, bodies and membranes as they are drawn, these with vertices as they are now.
+    fn drawn(&self, progress: &Progress, vertices: Vec<Vertex<Self::Space>>) -> Result<Drawn<Self::Space>, Error>;
+    /// The world of a state.
+    fn world_at<'t>(
+        &self,
+        progress: &Progress,
+        parts: Parts<Self::Space, Self::Material>,
+        transport: &'t dyn Transport,
+    ) -> Result<WorldOf<'t, Self>, Error>;
+}
+
+/// The world of a kind of job.
+pub type WorldOf<'t, M> = World<'t, <M as Setup>::Space, <M as Setup>::Material>;
+
+/// What happens between two steps beside observing.
+type Watch<'s, S, L> = Box<dyn for<'t> FnMut(&mut Core<'t, S, L>) -> Result<(), Error> + 's>;
+
+type Strain<'s, S, L> = Box<dyn Fn(&World<S, L>) -> f64 + 's>;
+
+/// What is told of a run.
+pub struct Experiment<'s, S: Space, L: MaterialLaw<S>> {
+    /// The resolved job.
+    pub job: String,
+    pub output: &'s Output,
+    /// Steps of the whole run.
+    pub steps: u64,
+    /// Accounts of energy that are kept from the first step on, and anew once grains have entered.
+    pub accounts: Accounts,
+    /// An unstable step was allowed, so that energy which grows is told and stops nothing.
+    pub allows_unstable: bool,
+    pub picture: Picture,
+    /// Those of `series.csv`, in their order.
+    pub columns: Vec<Columns<'s, S, L>>,
+    pub watch: Watch<'s, S, L>,
+    /// Horizontal strain, where the job has one; it is told in the place of time.
+    pub strain: Option<Strain<'s, S, L>>,
+}
+
+impl<S: Space, L: MaterialLaw<S>> Experiment<'_, S, L> {
+    /// Names of the columns of `series.csv`.
+    pub fn header(&self) -> Vec<String> {
+        self.columns.iter().flat_map(|columns| columns.names.clone()).collect()
+    }
+
+    /// How far the run is, for a person.
+    pub fn told(&self, world: &World<S, L>) -> String {
+        let (grains, points) = (world.grains_total, world.points_total);
+        let counts = match (self.picture.may_have_grains, self.picture.may_have_points) {
+            (true, false) => format!("{grains} grains"),
+            (false, _) => format!("{points} points"),
+            (true, true) => format!("{grains} grains and {points} points"),
+        };
+        match &self.strain {
+            Some(strain) => format!("horizontal strain {:.2} %, {counts}", 100.0 * strain(world)),
+            None => format!("time {:.4e} s, {counts}", world.time()),
+        }
+    }
+}
+
+/// What frames show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Picture {
+    /// Out-of-plane depth, m.
+    pub depth: f64,
+    pub may_have_grains: bool,
+    pub may_have_points: bool,
+    /// Points near the nodes that the oracle has flagged are marked.
+    pub flagged: bool,
+}

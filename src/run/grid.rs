@@ -1,0 +1,278 @@
+//! Jobs on a grid (`[grid]`): a continuum of points; or with `[grains]` grains from the start, points that grains replace where a band
+//! persists, or points that stand for grains.
+
+use std::marker::PhantomData;
+
+use scree_partition::Transport;
+
+use crate::base::error::Error;
+use crate::base::ids::PointId;
+use crate::base::space::{Plane, Space};
+use crate::domain::accounts::ledger::Accounts;
+use crate::domain::rebuild::Parts;
+use crate::domain::transfer;
+use crate::domain::world::World;
+use crate::job::mpm::{self, Granular, Mpm, Origin, Watch, figures};
+use crate::job::{Job, Method};
+use crate::law::contact::Contact;
+use crate::law::material::{Counted, MaterialLaw};
+use crate::mpm::membrane::Vertex;
+use crate::mpm::track::Instants;
+use crate::prepare::reference::{Lies, StartState};
+use crate::prepare::sheared::{self, PlanarMaterial, PlanarWorld};
+use crate::prepare::specimen::{self, Specimen};
+use crate::prepare::{packed, point_world};
+use crate::run::Core;
+use crate::run::adaptive::{Adaptive, Finder, tell_band};
+use crate::run::columns::{self, Columns, Work, grid};
+use crate::run::experiment::{Experiment, Picture, Setup};
+use crate::run::folder::Folder;
+use crate::run::planar_shear::TRACKS;
+use crate::store::checkpoint::{Drawn, Progress};
+
+/// A continuum alone, with its space and its law.
+pub struct Points<'s, S, L> {
+    job: &'s Mpm,
+    law: L,
+    space: PhantomData<S>,
+}
+
+impl<'s, S: Space, L: MaterialLaw<S>> Points<'s, S, L> {
+    pub fn new(job: &'s Mpm, law: L) -> Self {
+        Self { job, law, space: PhantomData }
+    }
+}
+
+impl<S: Space, L: MaterialLaw<S>> Setup for Points<'_, S, L> {
+    type Space = S;
+    type Material = Counted<L>;
+
+    fn experiment(&self) -> Experiment<'_, S, Counted<L>> {
+        let job = self.job;
+        let mut columns = vec![clock(), Columns::new(["points"], |core| Ok(vec![core.world.points_total as f64]))];
+        columns.push(grid::means(job.grid.depth));
+        columns.push(grid::energies_of_points());
+        columns.extend(job.ledger.then(grid::account_of_points));
+        columns.extend(job.oracle.is_some().then(grid::oracle));
+        columns.extend([grid::extents(), grid::reactions(job), grid::membranes(job)]);
+        columns.extend(job.follow.iter().map(|follow| grid::followed(&follow.name, nearest(job, &follow.place))));
+        Experiment {
+            picture: Picture {
+                depth: job.grid.depth,
+                may_have_grains: false,
+                may_have_points: true,
+                flagged: job.oracle.is_some(),
+            },
+            // The first band that persists is told, and left alone.
+            watch: Box::new(|core| match &job.oracle {
+                Some(Watch { diameter, oracle }) => tell_band(core, oracle, *diameter),
+                None => Ok(()),
+            }),
+            ..of_job(job, columns)
+        }
+    }
+
+    fn contact(&self) -> Option<Contact> {
+        None
+    }
+
+    fn begin<'t>(
+        &self,
+        _: &mut Option<Folder>,
+        transport: &'t dyn Transport,
+    ) -> Result<(World<'t, S, Counted<L>>, Progress), Error> {
+        Ok((point_world::world(self.job, &self.law, transport)?, Progress::default()))
+    }
+
+    fn drawn(&self, _: &Progress, vertices: Vec<Vertex<S>>) -> Result<Drawn<S>, Error> {
+        point_world::drawn(self.job, vertices)
+    }
+
+    fn world_at<'t>(
+        &self,
+        progress: &Progress,
+        parts: Parts<S, Counted<L>>,
+        transport: &'t dyn Transport,
+    ) -> Result<World<'t, S, Counted<L>>, Error> {
+        point_world::world_at(self.job, &self.law, transport, progress.step, parts)
+    }
+}
+
+/// What all jobs on a grid have, with these columns.
+fn of_job<'s, S: Space, L: MaterialLaw<S>>(job: &'s Mpm, columns: Vec<Columns<'s, S, L>>) -> Experiment<'s, S, L> {
+    Experiment {
+        job: Job::Mpm(job.clone()).to_toml(),
+        output: &job.output,
+        steps: figures::steps(job),
+        accounts: Accounts { grains: false, points: job.ledger },
+        allows_unstable: false,
+        picture: Picture { depth: job.grid.depth, may_have_grains: false, may_have_points: false, flagged: false },
+        columns,
+        watch: Box::new(|_| Ok(())),
+        strain: None,
+    }
+}
+
+fn clock<'s, S: Space, L: MaterialLaw<S>>() -> Columns<'s, S, L> {
+    Columns::new(["step", "time"], |core| Ok(vec![core.world.step as f64, core.world.time()]))
+}
+
+/// The point that is followed.
+fn nearest(job: &Mpm, wanted: &[f64; 3]) -> PointId {
+    let index = mpm::figures::nearest_point(job, wanted).expect("a checked job follows points that are there");
+    PointId(job.number(index))
+}
+
+/// A material that grains are, or may take the place of.
+pub struct Grains<'s> {
+    job: &'s Mpm,
+    granular: &'s Granular,
+}
+
+type PlanarCore<'t> = Core<'t, Plane, PlanarMaterial>;
+
+/// Works of the account of the grains' energy.
+const WORKS: [Work; 3] = [
+    ("work_bodies", |balance| balance.work_bodies),
+    ("work_gravity", |balance| balance.work_gravity),
+    ("work_nodes", |balance| balance.work_nodes),
+];
+
+impl<'s> Grains<'s> {
+    pub fn new(job: &'s Mpm, granular: &'s Granular) -> Self {
+        Self { job, granular }
+    }
+
+    /// Tracks, oracle, and in a hybrid its grains.
+    fn watch(&self, core: &mut PlanarCore) -> Result<(), Error> {
+        let Granular { method, enrichment, reference, known, .. } = self.granular;
+        let finder = match (known, &self.job.oracle) {
+            (Some(known), None) => Finder::Known(known),
+            (_, Some(Watch { diameter, oracle })) => Finder::Oracle(oracle, *diameter),
+            (None, None) => return Ok(()),
+        };
+        let start = Start { job: self.job, stress: specimen::stress_of(self.granular) };
+        let lies = match reference {
+            Origin::Specimen => Lies::Whole,
+            Origin::Piece => Lies::Tiled(&start),
+        };
+        match (method, &finder) {
+            (Method::Hybrid, _) => Adaptive { finder, enrichment, lies, depth: self.job.grid.depth }.adapt(core, None),
+            (Method::Mpm, Finder::Oracle(oracle, diameter)) => tell_band(core, oracle, *diameter),
+            _ => Ok(()),
+        }
+    }
+
+    /// Where grains begin, bodies and membranes are as these have been brought to rest.
+    fn at_start(&self, made: Specimen, transport: &dyn Transport) -> Result<Parts<Plane, PlanarMaterial>, Error> {
+        let Specimen { grains, bodies, vertices, fraction, .. } = made;
+        let (job, granular) = (self.job, self.granular);
+        let (grains, points, bodies, vertices) = match granular.method {
+            Method::Dem => (grains, Vec::new(), bodies, vertices),
+            Method::Hybrid | Method::Mpm => {
+                let mut job = job.clone();
+                job.material.density = granular.piece.matter.density * fraction;
+                let points = point_world::points(&job, &specimen::material_of(&job), transport);
+                (Vec::new(), points, point_world::bodies(&job), point_world::vertices(&job))
+            }
+        };
+        let cell = point_world::cell::<Plane>(&point_world::layout::<Plane>(job)?);
+        let mut parts = Parts::fresh(grains, points, bodies, cell);
+        parts.membranes = point_world::hung(job, vertices)?;
+        Ok(parts)
+    }
+}
+
+impl Setup for Grains<'_> {
+    type Space = Plane;
+    type Material = PlanarMaterial;
+
+    fn experiment(&self) -> Experiment<'_, Plane, PlanarMaterial> {
+        let job = self.job;
+        let mut columns = vec![clock(), columns::counts(), grid::means(job.grid.depth), columns::energies()];
+        let may_have_points = self.granular.method != Method::Dem;
+        if job.ledger {
+            columns.push(columns::account_of_grains(&WORKS));
+            columns.extend(may_have_points.then(grid::account_beside_grains));
+        }
+        columns.extend([grid::oracle(), grid::extents(), grid::reactions(job), grid::membranes(job)]);
+        columns.extend(grid::is_enclosed(job).then(|| grid::enclosed_volume(job.grid.depth)));
+        Experiment {
+            picture: Picture {
+                depth: job.grid.depth,
+                may_have_grains: true,
+                may_have_points,
+                flagged: may_have_points && job.oracle.is_some(),
+            },
+            accounts: Accounts { grains: job.ledger, points: job.ledger && may_have_points },
+            watch: Box::new(|core| self.watch(core)),
+            ..of_job(job, columns)
+        }
+    }
+
+    fn contact(&self) -> Option<Contact> {
+        Some(self.granular.piece.contact)
+    }
+
+    fn begin<'t>(
+        &self,
+        folder: &mut Option<Folder>,
+        transport: &'t dyn Transport,
+    ) -> Result<(PlanarWorld<'t>, Progress), Error> {
+        let (job, granular) = (self.job, self.granular);
+        let mut made = specimen::specimen(job, granular, transport)?;
+        if granular.method == Method::Hybrid {
+            let write = |folder: &mut Folder| {
+                folder.write_packing(&match &mut made.piece {
+                    Some(piece) => packed::state_of(piece, &granular.piece.contact),
+                    None => sheared::state_of(&mut made.grains, &granular.piece.contact, 0.0, &mut made.bodies),
+                })
+            };
+            transfer::agree(transport, folder.as_mut().map_or(Ok(()), write))?;
+        }
+        let progress = Progress {
+            fraction_start: made.fraction,
+            instants: Instants { times: Vec::new(), every: (figures::steps(job) / TRACKS).max(1) },
+            ..Progress::default()
+        };
+        let parts = self.at_start(made, transport)?;
+        Ok((self.world_at(&progress, parts, transport)?, progress))
+    }
+
+    fn drawn(&self, _: &Progress, vertices: Vec<Vertex<Plane>>) -> Result<Drawn<Plane>, Error> {
+        point_world::drawn(self.job, vertices)
+    }
+
+    fn world_at<'t>(
+        &self,
+        progress: &Progress,
+        parts: Parts<Plane, PlanarMaterial>,
+        transport: &'t dyn Transport,
+    ) -> Result<PlanarWorld<'t>, Error> {
+        let (job, granular) = (self.job, self.granular);
+        let settings = point_world::settings(job, specimen::material_of(job), Some(granular.piece.contact));
+        let layout = point_world::layout::<Plane>(job)?;
+        let mut world = PlanarWorld::new(settings, layout, transport, progress.step, parts)?;
+        world.assembly.walls.laws = specimen::laws_of_bodies(job, granular);
+        Ok(world)
+    }
+}
+
+/// Where the material of a job begins, and under which share of the piece's mean `stress`, Pa.
+struct Start<'s> {
+    job: &'s Mpm,
+    stress: f64,
+}
+
+type Vector = <Plane as Space>::Vector;
+
+impl StartState for Start<'_> {
+    fn is_material(&self, place: &Vector) -> bool {
+        self.job.region_at(&[place[0], place[1], 0.0]).is_some()
+    }
+
+    fn stress_share(&self, place: &Vector) -> f64 {
+        let stress = point_world::stress_at::<Plane>(self.job, &[place[0], place[1], 0.0]);
+        -0.5 * (stress[0] + stress[3]) / self.stress
+    }
+}
