@@ -6,6 +6,7 @@ use scree::bodies::body::Body;
 use scree::dem::assembly::Constants;
 use scree::dem::cell::Cell;
 use scree::dem::grains::{GrainRow, Hot, Mover};
+use scree::dem::law::law_of;
 use scree::domain::grid::Grid;
 use scree::domain::layout::{Ground, Layout};
 use scree::domain::rebuild::Parts;
@@ -134,7 +135,7 @@ impl<S: Space> Few<S> {
     pub fn new(contact: impl Into<Contact>, dt: f64, edge: f64) -> Self {
         let cell = Cell::cuboid(vector::<S>([-0.5 * edge; 3]), vector::<S>([edge; 3]), [false; 3]);
         let settings = Settings {
-            grains: Constants::new(dt, 0.02 * edge, Some(contact.into())),
+            grains: Constants::new(dt, 0.02 * edge, law_of(&contact.into())),
             grain_steps: 1,
             grid: Grid::blend(0.0),
             loads: Vec::new(),

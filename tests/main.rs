@@ -130,6 +130,7 @@ mod scaling;
 /// Every scheme of the continuum, in the plane and in space, has the same bits on 1 to 4 ranks, 1 and 2 threads, with any
 /// instructions, and after resume.
 mod scheme_bits;
+mod seams;
 /// Points that are inverted, torn, no numbers, too fast for the step or outside of the grid stop the run with their id.
 mod spoilt_points;
 /// A packing in the making says how far it is, and stops when asked to, on one rank as on two; a run that stops itself

@@ -12,6 +12,7 @@ use scree::dem::assembly::Constants;
 use scree::dem::cell::Cell;
 use scree::dem::grains::GrainRow;
 use scree::dem::grains::Mover;
+use scree::dem::law::law_of;
 use scree::domain::grid::Grid;
 use scree::domain::layout::{Ground, Layout, RIM_CELLS};
 use scree::domain::rebuild::Parts;
@@ -124,7 +125,7 @@ impl Plan {
             normal_force: NormalForce::TENSILE,
         };
         Settings {
-            grains: Constants::new(STEP, 0.15, Some(contact.into())),
+            grains: Constants::new(STEP, 0.15, law_of(&contact.into())),
             grain_steps: 1,
             grid: Grid { shape: self.shape, update: self.update, transfer: self.transfer, ..Grid::blend(0.9) },
             loads: Vec::new(),

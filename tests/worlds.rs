@@ -6,6 +6,7 @@ use scree::base::ids::GrainId;
 use scree::base::space::{Plane, Space};
 use scree::dem::assembly::Constants;
 use scree::dem::grains::Mover;
+use scree::dem::law::law_of;
 use scree::domain::grid::Grid;
 use scree::domain::layout::Layout;
 use scree::domain::rebuild::Parts;
@@ -55,7 +56,7 @@ pub fn grain(id: u64, position: [f64; 2], radius: f64, mass: f64) -> Grain {
 
 pub fn settings(dt: f64, contact: LinearSpringDashpot) -> Settings<Plane, PlanarMaterial> {
     Settings {
-        grains: Constants::new(dt, 2e-4, Some(contact.into())),
+        grains: Constants::new(dt, 2e-4, law_of(&contact.into())),
         grain_steps: 1,
         grid: Grid::blend(0.95),
         loads: Vec::new(),

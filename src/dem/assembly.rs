@@ -12,13 +12,12 @@ use crate::dem::cell::{Cell, Image};
 use crate::dem::contacts::Contacts;
 use crate::dem::drive::{CellDrive, Missed};
 use crate::dem::grains::{GrainRow, Grains};
-use crate::dem::law::{Law, law_or_absent};
+use crate::dem::law::{Law, SharedLaw};
 use crate::dem::memories::Carried;
 use crate::dem::motion::{self, Field};
 use crate::dem::segments::{Finish, Passed, Segments, finish_waiting};
 use crate::dem::strained::{STRAINED, Strained};
 use crate::dem::walls::Walls;
-use crate::law::contact::Contact;
 
 /// Share of its velocity that a grain which is pushed beside its contacts loses in a step: one that is thrown stops within a part of its
 /// size.
@@ -31,8 +30,8 @@ pub struct Constants<S: Space> {
     pub dt: f64,
     /// Reach of the neighbour list beyond contact, m.
     pub skin: f64,
-    /// None where there are no grains.
-    pub contact: Option<Contact>,
+    /// The law of contacts of grains with each other.
+    pub law: SharedLaw<S>,
     /// Forces on grains beside those of contacts.
     pub field: Field<S>,
     /// What deforms the cell.
@@ -46,14 +45,14 @@ pub struct Constants<S: Space> {
 
 impl<S: Space> Constants<S> {
     /// Of grains that nothing but contacts moves, in a cell that rests, from velocities of time zero.
-    pub fn new(dt: f64, skin: f64, contact: Option<Contact>) -> Self {
+    pub fn new(dt: f64, skin: f64, law: SharedLaw<S>) -> Self {
         let (field, drive) = (Field::default(), CellDrive::default());
-        Self { dt, skin, contact, field, drive, first_kick: 0.5, first_advance: 0.0 }
+        Self { dt, skin, law, field, drive, first_kick: 0.5, first_advance: 0.0 }
     }
 
     /// The law of contacts of grains with each other.
     pub fn law(&self) -> &dyn Law<S> {
-        law_or_absent(&self.contact)
+        &*self.law
     }
 
     /// How far apart surfaces may be and still be listed, m.

@@ -2,6 +2,7 @@
 //! compiled once, and asks once for a whole stretch of pairs, or for one contact where a single one is looked at.
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use crate::base::space::{Space, Words};
 use crate::dem::kernel::{Given, Pass, evaluate, give, row_words};
@@ -66,14 +67,17 @@ impl<S: Space, C: ContactLaw<S>> Law<S> for C {
     }
 }
 
+/// A law with its constants, as worlds share it.
+pub type SharedLaw<S> = Arc<dyn Law<S>>;
+
 /// The law that a job names.
-pub fn law_of<S: Space>(contact: &Contact) -> &dyn Law<S> {
+pub fn law_of<S: Space>(contact: &Contact) -> SharedLaw<S> {
     contact.apply(Unnamed)
 }
 
-/// The same of a world that may have none.
-pub fn law_or_absent<S: Space>(contact: &Option<Contact>) -> &dyn Law<S> {
-    contact.as_ref().map_or(&Absent, law_of)
+/// That of worlds without grains.
+pub fn no_law<S: Space>() -> SharedLaw<S> {
+    Arc::new(Absent)
 }
 
 /// Words of what a contact remembers under that law.
@@ -83,10 +87,10 @@ pub fn memory_words<S: Space>(contact: &Contact) -> usize {
 
 struct Unnamed;
 
-impl<'a, S: Space> ForAnyLaw<'a, S> for Unnamed {
-    type Outcome = &'a dyn Law<S>;
+impl<S: Space> ForAnyLaw<S> for Unnamed {
+    type Outcome = SharedLaw<S>;
 
-    fn with<C: ContactLaw<S>>(self, law: &'a C) -> Self::Outcome {
-        law
+    fn with<C: ContactLaw<S>>(self, law: &C) -> Self::Outcome {
+        Arc::new(*law)
     }
 }

@@ -7,9 +7,9 @@ use crate::bodies::body::{BODIES_MAX, Body, Nearest};
 use crate::dem::cell::{Cell, Image};
 use crate::dem::contacts::deeper;
 use crate::dem::grains::{Grains, Hot, Mover, body_partner, lanes, vector};
-use crate::dem::law::{Law, law_of};
+use crate::dem::law::{Law, SharedLaw};
 use crate::dem::memories::Carried;
-use crate::law::contact::{Contact, FLAT, Memory, Touch};
+use crate::law::contact::{FLAT, Memory, Touch};
 
 /// A grain near a body.
 #[derive(Clone, Debug)]
@@ -42,7 +42,7 @@ pub struct Load<S: Space> {
 pub struct Walls<S: Space> {
     pub list: Vec<Wall<S>>,
     /// Laws of bodies in their order, where grains touch them otherwise than each other; empty where they do not.
-    pub laws: Vec<Contact>,
+    pub laws: Vec<SharedLaw<S>>,
 }
 
 impl<S: Space> Default for Walls<S> {
@@ -100,7 +100,7 @@ impl<S: Space> Walls<S> {
 
     /// The law of contacts with a body; `law` is that of grains with each other.
     pub fn law_of<'a>(&'a self, body: u8, law: &'a dyn Law<S>) -> &'a dyn Law<S> {
-        self.laws.get(body as usize).map_or(law, law_of)
+        self.laws.get(body as usize).map_or(law, |law| &**law)
     }
 
     /// Evaluates every contact and adds its force to the grain's; after the grains' own sums.
@@ -113,7 +113,7 @@ impl<S: Space> Walls<S> {
     ) {
         let Self { list, laws } = self;
         for wall in list {
-            let law = laws.get(wall.body as usize).map_or(law, law_of);
+            let law = laws.get(wall.body as usize).map_or(law, |law| &**law);
             let (row, body) = (wall.row as usize, &bodies[wall.body as usize]);
             let (hot, shift) = beside(body, cell, &grains.hot[row]);
             let Some(nearest) = body.nearest(&hot.position) else { continue };

@@ -31,7 +31,7 @@ impl Output {
     const CHECKPOINTS: f64 = 10.0;
 
     /// That of a run of so many seconds, in steps of `step` s, where the job does not say.
-    pub(super) fn of_run(duration: f64, step: f64) -> Self {
+    pub fn of_run(duration: f64, step: f64) -> Self {
         let interval = |count: f64| (duration / count).max(step);
         Self {
             series_interval: interval(Self::ROWS),

@@ -10,6 +10,7 @@ use crate::dem::assembly::Constants;
 use crate::dem::cell::Cell;
 use crate::dem::drive::{CellDrive, Response, StressServo};
 use crate::dem::grains::{GrainRow, Grains, Mover};
+use crate::dem::law::law_of;
 use crate::dem::motion::Field;
 use crate::dem::sample::Sample;
 use crate::domain::grid::Grid;
@@ -157,7 +158,7 @@ pub(crate) fn constants<S: Space>(job: &Assembly) -> Constants<S> {
 /// The same where the cell is driven otherwise, and grains start from velocities of time zero.
 fn constants_in<S: Space>(job: &Assembly, drive: CellDrive<S>) -> Constants<S> {
     let field = Field { gravity: vector::<S>(&job.gravity), damping: job.damping };
-    Constants { field, drive, ..Constants::new(job.step, job.skin, Some(job.contact)) }
+    Constants { field, drive, ..Constants::new(job.step, job.skin, law_of(&job.contact)) }
 }
 
 /// Settings of a world of this job whose cell is driven otherwise, and whose grains start from velocities of time zero.

@@ -10,13 +10,13 @@ use crate::bodies::body::Body;
 use crate::bodies::boundary::Grip;
 use crate::dem::assembly::Constants;
 use crate::dem::cell::Cell;
+use crate::dem::law::{SharedLaw, no_law};
 use crate::dem::motion::{Damping, Field};
 use crate::domain::grid::Grid;
 use crate::domain::layout::{Ground, Layout};
 use crate::domain::rebuild::Parts;
 use crate::domain::world::{Settings, World};
 use crate::job::mpm::{self, BodyContact, InitialStress, LoadKind, Mpm, Path};
-use crate::law::contact::Contact;
 use crate::law::material::{Counted, CountedMemory, MaterialLaw};
 use crate::mpm::load::{Kind, Load};
 use crate::mpm::membrane::{self, Membrane, Membranes, Vertex};
@@ -60,7 +60,7 @@ pub fn world_at<'t, S: Space, L: MaterialLaw<S>>(
     step: u64,
     parts: Parts<S, Counted<L>>,
 ) -> Result<PointWorld<'t, S, L>, Error> {
-    let settings = settings(job, Counted(law.clone()), None);
+    let settings = settings(job, Counted(law.clone()), no_law());
     World::new(settings, layout::<S>(job)?, transport, step, parts)
 }
 
@@ -130,11 +130,7 @@ pub(crate) fn bodies<S: Space>(job: &Mpm) -> Vec<Body<S>> {
 }
 
 /// Settings of a job's run by its laws.
-pub(crate) fn settings<S: Space, L: MaterialLaw<S>>(
-    job: &Mpm,
-    material: L,
-    contact: Option<Contact>,
-) -> Settings<S, L> {
+pub(crate) fn settings<S: Space, L: MaterialLaw<S>>(job: &Mpm, material: L, law: SharedLaw<S>) -> Settings<S, L> {
     let density = job.material.density;
     let impedance = [material.p_wave_modulus(), material.shear_modulus()].map(|modulus| (modulus * density).sqrt());
     Settings {
@@ -143,7 +139,7 @@ pub(crate) fn settings<S: Space, L: MaterialLaw<S>>(
             // Velocities of points are of the time of their positions, and a grid's step is of one length.
             first_kick: if job.grains.is_some() { 0.5 } else { 1.0 },
             // Without grains there are no lists of pairs for the skin to reach into.
-            ..Constants::new(job.step, job.grains.as_ref().map_or(job.grid.cell, |grains| grains.piece.skin), contact)
+            ..Constants::new(job.step, job.grains.as_ref().map_or(job.grid.cell, |grains| grains.piece.skin), law)
         },
         grain_steps: job.grain_steps,
         grid: Grid {

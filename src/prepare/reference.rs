@@ -9,9 +9,7 @@ use crate::base::space::{Linear, Plane, Space};
 use crate::bodies::body::Body;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
-use crate::dem::law::memory_words;
 use crate::domain::transfer;
-use crate::law::contact::Contact;
 use crate::prepare::packed::Packing;
 use crate::prepare::sheared::{self, Grain, PlanarWorld, on_root, read_state};
 use crate::store::tables;
@@ -54,13 +52,13 @@ impl Reference {
         is_wanted: impl Fn(GrainId, &Vector) -> bool,
     ) -> Result<Self, Error> {
         let transport = world.transport;
-        let contact = world.settings.grains.contact.as_ref().expect("a packing has a contact law");
+        let memory_words = world.law().memory_words();
         match lies {
             Lies::Whole | Lies::Around => {
                 let read = on_root(transport, || {
                     let state = read_state(file)?;
                     let bodies = sheared::bodies_of(&state)?;
-                    Ok((sheared::of_state(state, contact)?, bodies))
+                    Ok((sheared::of_state(state, memory_words)?, bodies))
                 });
                 let ((mut grains, height), bodies) = transfer::agree(transport, read)?.unwrap_or_default();
                 if matches!(lies, Lies::Around) {
@@ -72,7 +70,7 @@ impl Reference {
                 Ok(Self { grains: transfer::broadcast(transport, grains)?, seats })
             }
             Lies::Tiled(start) => {
-                let read = on_root(transport, || read_piece(file, contact));
+                let read = on_root(transport, || read_piece(file, memory_words));
                 let (grains, cells) = transfer::agree(transport, read)?.unwrap_or_default();
                 let grains = transfer::broadcast(transport, grains)?;
                 let cell = transfer::broadcast(transport, cells)?.remove(0);
@@ -92,14 +90,14 @@ fn lift(grain: &mut Grain, up: Vector) {
 type Piece = (Vec<Grain>, Vec<Cell<Plane>>);
 
 /// What [`crate::prepare::packed::state_of`] wrote: grains, and the cell that they fill from its lower corner.
-fn read_piece(file: &Path, contact: &Contact) -> Result<Piece, Error> {
+fn read_piece(file: &Path, memory_words: usize) -> Result<Piece, Error> {
     let mut state = read_state(file)?;
     let cells = tables::rows(&state, "cell", &crate::base::record::Cargo::blank())?;
     match cells.is_empty() {
         true => {
             Err(Error::User(format!("{}: the cell of the packing is missing; the file is damaged", file.display())))
         }
-        false => Ok((tables::to_grains(&mut state, memory_words::<Plane>(contact))?, cells)),
+        false => Ok((tables::to_grains(&mut state, memory_words)?, cells)),
     }
 }
 

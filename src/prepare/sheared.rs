@@ -13,7 +13,7 @@ use crate::bodies::body::{Body, Servo, Shape, Side};
 use crate::dem::assembly::Constants;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Tie};
-use crate::dem::law::memory_words;
+use crate::dem::law::{law_of, memory_words};
 use crate::domain::grid::Grid;
 use crate::domain::layout::Layout;
 use crate::domain::rebuild::{Parts, is_glued};
@@ -74,7 +74,7 @@ pub fn layout_for(scenario: &Scenario, height: f64) -> Result<Layout, Error> {
 /// Settings of a world of this job's grains alone, with constants of its own in their law.
 pub fn settings_for(scenario: &Scenario, contact: &Contact) -> Settings<Plane, PlanarMaterial> {
     Settings {
-        grains: Constants::new(scenario.time.step, scenario.decomposition.skin, Some(*contact)),
+        grains: Constants::new(scenario.time.step, scenario.decomposition.skin, law_of(contact)),
         grain_steps: 1,
         grid: Grid::blend(scenario.continuum.flip),
         loads: Vec::new(),
@@ -106,8 +106,9 @@ pub fn prepare(scenario: &Scenario, transport: &dyn Transport) -> Result<Packing
         return measured(scenario, transport, grains.unwrap_or_default(), scenario.specimen.height);
     }
     let place = Place::new(&scenario.packing.cache, "packing", &recipe::sheared(scenario));
+    let memory_words = memory_words::<Plane>(&scenario.contact);
     let (grains, height) =
-        match place.find(transport, scenario.output.save_every(), |state| of_state(state, &scenario.contact))? {
+        match place.find(transport, scenario.output.save_every(), |state| of_state(state, memory_words))? {
             Found::There(found) => {
                 let (grains, height) = found.unwrap_or_default();
                 (grains, share(transport, height))
@@ -257,11 +258,11 @@ pub fn bodies_of(state: &State) -> Result<Vec<Body<Plane>>, Error> {
     }
 }
 
-/// Grains and height of what [`state_of`] made.
-pub fn of_state(mut state: State, contact: &Contact) -> Result<(Vec<GrainRow<Plane>>, f64), Error> {
+/// Grains, under a law with so many words of memory, and height of what [`state_of`] made.
+pub fn of_state(mut state: State, memory_words: usize) -> Result<(Vec<GrainRow<Plane>>, f64), Error> {
     let height = state.attributes.get(HEIGHT).and_then(|height| height.parse().ok());
     let height = height.ok_or_else(|| Error::User("the packing's height is missing".to_string()))?;
-    Ok((tables::to_grains(&mut state, memory_words::<Plane>(contact))?, height))
+    Ok((tables::to_grains(&mut state, memory_words)?, height))
 }
 
 /// Reads the packing in a run's folder.

@@ -12,7 +12,7 @@ use crate::base::record::{Cargo, to_table};
 use crate::base::space::{Linear, Plane, Space};
 use crate::bodies::body::{Body, Servo};
 use crate::dem::grains::{GrainRow, Mover};
-use crate::dem::law::memory_words;
+use crate::dem::law::{SharedLaw, law_of, memory_words};
 use crate::dem::motion::{Damping, DampingForm, Field};
 use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
@@ -110,8 +110,8 @@ pub fn specimen(job: &Mpm, granular: &Granular, transport: &dyn Transport) -> Re
 }
 
 /// Laws of contacts with the job's bodies.
-pub fn laws_of_bodies(job: &Mpm, granular: &Granular) -> Vec<Contact> {
-    let law = |friction: f64| granular.piece.contact.without_cohesion().with_friction(friction);
+pub fn laws_of_bodies(job: &Mpm, granular: &Granular) -> Vec<SharedLaw<Plane>> {
+    let law = |friction: f64| law_of(&granular.piece.contact.without_cohesion().with_friction(friction));
     let of = |contact: BodyContact| match contact {
         BodyContact::Rough => law(FRICTION_ROUGH),
         BodyContact::Smooth => law(0.0),
@@ -326,7 +326,7 @@ fn time_of_grain(granular: &Granular) -> f64 {
 }
 
 fn settings_of_rest(job: &Mpm, granular: &Granular) -> Settings<Plane, PlanarMaterial> {
-    let mut settings = point_world::settings(job, material_of(job), Some(granular.piece.contact));
+    let mut settings = point_world::settings(job, material_of(job), law_of(&granular.piece.contact));
     settings.grain_steps = 1;
     let mass = DAMPING_MASS / time_of_grain(granular);
     let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass };
@@ -336,10 +336,10 @@ fn settings_of_rest(job: &Mpm, granular: &Granular) -> Settings<Plane, PlanarMat
 
 /// The material of a checked job with grains.
 pub fn material_of(job: &Mpm) -> PlanarMaterial {
-    Counted(CriticalDruckerPrager::of(law_of(job)))
+    Counted(CriticalDruckerPrager::of(constants_of(job)))
 }
 
-fn law_of(job: &Mpm) -> &CriticalConstants {
+fn constants_of(job: &Mpm) -> &CriticalConstants {
     match &job.material.law {
         MaterialLaw::CriticalDruckerPrager(law) => law,
         _ => unreachable!("a checked job with grains has a law that softens"),

@@ -6,13 +6,13 @@ use scree_partition::Transport;
 
 use crate::base::error::Error;
 use crate::base::space::{AXES, Linear, Plane, Solid, Space};
+use crate::dem::law::{SharedLaw, law_of};
 use crate::domain::accounts::ledger::Accounts;
 use crate::domain::instant::Instant;
 use crate::domain::rebuild::Parts;
 use crate::job::assembly::{Assembly, CellServo, Source};
 use crate::job::raw::Typed;
 use crate::job::{Job, figures};
-use crate::law::contact::Contact;
 use crate::law::material::Absent;
 use crate::mpm::membrane::Vertex;
 use crate::prepare::grain_world::{self, GrainWorld};
@@ -83,8 +83,8 @@ impl<S: Space> Setup for InSpace<'_, S> {
         }
     }
 
-    fn contact(&self) -> Option<Contact> {
-        Some(self.job.contact)
+    fn law(&self) -> SharedLaw<S> {
+        law_of(&self.job.contact)
     }
 
     fn begin<'t>(

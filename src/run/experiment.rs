@@ -5,11 +5,11 @@ use scree_partition::Transport;
 
 use crate::base::error::Error;
 use crate::base::space::Space;
+use crate::dem::law::SharedLaw;
 use crate::domain::accounts::ledger::Accounts;
 use crate::domain::rebuild::Parts;
 use crate::domain::world::World;
 use crate::job::Output;
-use crate::law::contact::Contact;
 use crate::law::material::MaterialLaw;
 use crate::mpm::membrane::Vertex;
 use crate::run::Core;
@@ -24,8 +24,8 @@ pub trait Setup {
 
     /// What is told of the run, and what happens between its steps.
     fn experiment(&self) -> Experiment<'_, Self::Space, Self::Material>;
-    /// The law of contacts between grains, where there may be some.
-    fn contact(&self) -> Option<Contact>;
+    /// The law of contacts between grains.
+    fn law(&self) -> SharedLaw<Self::Space>;
     /// The world at time zero. `folder` is where rank 0 keeps what a later state is made of.
     fn begin<'t>(
         &self,

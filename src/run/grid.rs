@@ -8,13 +8,13 @@ use scree_partition::Transport;
 use crate::base::error::Error;
 use crate::base::ids::PointId;
 use crate::base::space::{Plane, Space};
+use crate::dem::law::{SharedLaw, law_of, no_law};
 use crate::domain::accounts::ledger::Accounts;
 use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::job::mpm::{self, Granular, Mpm, Origin, Watch, figures};
 use crate::job::{Job, Method};
-use crate::law::contact::Contact;
 use crate::law::material::{Counted, MaterialLaw};
 use crate::mpm::membrane::Vertex;
 use crate::mpm::track::Instants;
@@ -72,8 +72,8 @@ impl<S: Space, L: MaterialLaw<S>> Setup for Points<'_, S, L> {
         }
     }
 
-    fn contact(&self) -> Option<Contact> {
-        None
+    fn law(&self) -> SharedLaw<S> {
+        no_law()
     }
 
     fn begin<'t>(
@@ -210,8 +210,8 @@ impl Setup for Grains<'_> {
         }
     }
 
-    fn contact(&self) -> Option<Contact> {
-        Some(self.granular.piece.contact)
+    fn law(&self) -> SharedLaw<Plane> {
+        law_of(&self.granular.piece.contact)
     }
 
     fn begin<'t>(
@@ -250,7 +250,7 @@ impl Setup for Grains<'_> {
         transport: &'t dyn Transport,
     ) -> Result<PlanarWorld<'t>, Error> {
         let (job, granular) = (self.job, self.granular);
-        let settings = point_world::settings(job, specimen::material_of(job), Some(granular.piece.contact));
+        let settings = point_world::settings(job, specimen::material_of(job), law_of(&granular.piece.contact));
         let layout = point_world::layout::<Plane>(job)?;
         let mut world = PlanarWorld::new(settings, layout, transport, progress.step, parts)?;
         world.assembly.walls.laws = specimen::laws_of_bodies(job, granular);

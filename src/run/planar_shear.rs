@@ -4,11 +4,11 @@ use scree_partition::Transport;
 
 use crate::base::error::Error;
 use crate::base::space::{Linear, Plane};
+use crate::dem::law::{SharedLaw, law_of};
 use crate::domain::accounts::ledger::Accounts;
 use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
 use crate::job::{Method, Scenario, derived};
-use crate::law::contact::Contact;
 use crate::mpm::membrane::{Membranes, Vertex};
 use crate::mpm::track::Instants;
 use crate::prepare::loose::UPPER;
@@ -57,8 +57,8 @@ impl Setup for Scenario {
         }
     }
 
-    fn contact(&self) -> Option<Contact> {
-        Some(self.contact)
+    fn law(&self) -> SharedLaw<Plane> {
+        law_of(&self.contact)
     }
 
     fn begin<'t>(

@@ -9,7 +9,6 @@ use scree_partition::Transport;
 use crate::base::error::Error;
 use crate::base::program;
 use crate::base::space::{Plane, Solid, Space};
-use crate::dem::law::law_or_absent;
 use crate::domain::{stop, transfer};
 use crate::job::Job;
 use crate::job::mpm::{Elastic, MaterialLaw, Mpm};
@@ -27,12 +26,25 @@ use crate::store::checkpoint::{self, Progress, Snapshot};
 /// nobody else begins there meanwhile.
 pub fn start(job: &Job, options: &Options, transport: &dyn Transport) -> Result<Outcome, Error> {
     stop::listen()?;
+    let folder = claim(&job.to_toml(), options, transport)?;
+    with_setup_of(job, Start { folder, options, transport })
+}
+
+/// The same of a setup that no job file describes.
+pub fn start_setup(setup: &impl Setup, options: &Options, transport: &dyn Transport) -> Result<Outcome, Error> {
+    stop::listen()?;
+    let folder = claim(&setup.experiment().job, options, transport)?;
+    Start { folder, options, transport }.with(setup)
+}
+
+/// A folder for a run of the resolved job, on rank 0.
+fn claim(job: &str, options: &Options, transport: &dyn Transport) -> Result<Option<Folder>, Error> {
     let claimed = on_root(transport, || {
         let folder = Folder::claim(&options.out)?;
-        folder.write_job(&job.to_toml())?;
+        folder.write_job(job)?;
         Ok(folder)
     });
-    begin_in(transfer::agree(transport, claimed)?, job, options, transport)
+    transfer::agree(transport, claimed)
 }
 
 /// Runs the job of a folder whose run has not come to its first state: what it has made of its packing is gone on with.
@@ -49,25 +61,7 @@ pub fn start_again(dir: &Path, options: &Options, transport: &dyn Transport) -> 
     let text = shared_text(transport, text);
     let job = Job::parse(&text, &scenario_file(dir).display().to_string(), &[])?;
     tracing::info!("{}: no checkpoint yet; the run begins", dir.display());
-    begin_in(folder, &job, options, transport)
-}
-
-fn begin_in(
-    mut folder: Option<Folder>,
-    job: &Job,
-    options: &Options,
-    transport: &dyn Transport,
-) -> Result<Outcome, Error> {
-    let ended = with_setup_of(job, Start { options, folder: &mut folder, transport });
-    match (ended, folder) {
-        (Err(Error::Stopped(step)), _) => Ok(Outcome::Stopped(format!(
-            "Stopped on request while the packing was made, after {step} steps of it, which are kept. `scree resume {0}` goes on.",
-            options.out.display()
-        ))),
-        // A job whose packing cannot be made leaves no folder behind.
-        (Err(error), Some(folder)) => folder.abandon().and(Err(error)),
-        (ended, _) => ended,
-    }
+    with_setup_of(&job, Start { folder, options, transport })
 }
 
 /// How a run is to be gone on with.
@@ -143,17 +137,28 @@ fn with_points_of<S: Space, R>(job: &Mpm, work: impl ForAnySetup<R>) -> Result<R
     }
 }
 
-/// A run from its start.
+/// A run from its start, in the folder that rank 0 holds for it.
 struct Start<'a> {
+    folder: Option<Folder>,
     options: &'a Options,
-    folder: &'a mut Option<Folder>,
     transport: &'a dyn Transport,
 }
 
 impl ForAnySetup<Outcome> for Start<'_> {
     fn with<J: Setup>(self, job: &J) -> Result<Outcome, Error> {
-        let (world, progress) = job.begin(self.folder, self.transport)?;
-        run::begin(job.experiment(), world, progress, self.options, self.folder)
+        let Self { mut folder, options, transport } = self;
+        let made = job.begin(&mut folder, transport);
+        let ended =
+            made.and_then(|(world, progress)| run::begin(job.experiment(), world, progress, options, &mut folder));
+        match (ended, folder) {
+            (Err(Error::Stopped(step)), _) => Ok(Outcome::Stopped(format!(
+                "Stopped on request while the packing was made, after {step} steps of it, which are kept. `scree resume {0}` goes on.",
+                options.out.display()
+            ))),
+            // A job whose packing cannot be made leaves no folder behind.
+            (Err(error), Some(folder)) => folder.abandon().and(Err(error)),
+            (ended, _) => ended,
+        }
     }
 }
 
@@ -178,7 +183,7 @@ pub fn world_of<'t, J: Setup>(
     state: Option<State>,
     transport: &'t dyn Transport,
 ) -> Result<(WorldOf<'t, J>, Progress), Error> {
-    let memory_words = law_or_absent::<J::Space>(&job.contact()).memory_words();
+    let memory_words = job.law().memory_words();
     let read = |state| Snapshot::from_state(state, memory_words);
     let snapshot: Option<Snapshot<J::Space, MemoryOf<J>>> = transfer::agree(transport, state.map(read).transpose())?;
     let (parts, progress) =

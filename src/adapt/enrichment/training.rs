@@ -68,7 +68,7 @@ pub(super) fn train(
     let parts = Parts::fresh(grains, Vec::new(), touched.iter().map(at_start).collect(), world.assembly.cell);
     let mut apart = PlanarWorld::new(settings, world.subdomain.layout.clone(), world.transport, 0, parts)?;
     apart.assembly.walls.laws =
-        touched.iter().filter_map(|number| world.assembly.walls.laws.get(*number).copied()).collect();
+        touched.iter().filter_map(|number| world.assembly.walls.laws.get(*number).cloned()).collect();
     hold_open(&mut apart, held);
 
     let dt = apart.settings.grains.dt;

@@ -122,7 +122,7 @@ impl Contact {
     }
 
     /// Does the work with the law: the one place where laws are told apart.
-    pub fn apply<'a, S: Space, W: ForAnyLaw<'a, S>>(&'a self, work: W) -> W::Outcome {
+    pub fn apply<S: Space, W: ForAnyLaw<S>>(&self, work: W) -> W::Outcome {
         match self {
             Self::Linear(law) => work.with(law),
             Self::LinearCohesive(law) => work.with(law),
@@ -186,9 +186,9 @@ impl Contact {
 }
 
 /// Work that does not care which law it is done with.
-pub trait ForAnyLaw<'a, S: Space> {
+pub trait ForAnyLaw<S: Space> {
     type Outcome;
-    fn with<C: ContactLaw<S>>(self, law: &'a C) -> Self::Outcome;
+    fn with<C: ContactLaw<S>>(self, law: &C) -> Self::Outcome;
 }
 
 /// A contact law with memory.

@@ -25,6 +25,7 @@ use crate::base::space::{AXES, Linear, Space};
 use crate::dem::cell::Cell;
 use crate::dem::drive::{CellDrive, Response, StressServo};
 use crate::dem::grains::GrainRow;
+use crate::dem::law::law_of;
 use crate::dem::motion::{Damping, DampingForm, Field};
 use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
@@ -350,7 +351,7 @@ impl Press<'_> {
     fn cool<S: Space>(&self, world: &mut GrainWorld<S>, cooling: f64, making: &mut Making) -> Result<(), Error> {
         let leg = Leg { name: "cooling a gas", rebuilds: false, look_every: LOOK_EVERY, calm_looks: 1, goal: COLD };
         let set = |world: &mut GrainWorld<S>, notes: &mut Notes| {
-            world.settings.grains.contact = Some(without_loss(&self.job.contact));
+            world.settings.grains.law = law_of(&without_loss(&self.job.contact));
             let answer = Answer::noted(notes).unwrap_or_else(|| self.answer(&world.assembly.cell, HOT, self.stress));
             world.settings.grains.drive = self.drive(answer.note(notes));
             let damping = Damping { mass: cooling / self.time(), ..Damping::default() };
@@ -384,7 +385,7 @@ impl Press<'_> {
         let goal = self.packed.energy_ratio_max;
         let leg = Leg { name: stage.name(), rebuilds: true, look_every: LOOK_EVERY, calm_looks: CALM_LOOKS, goal };
         let set = |world: &mut GrainWorld<S>, notes: &mut Notes| {
-            world.settings.grains.contact = Some(self.job.contact.while_compressed(self.packed.friction));
+            world.settings.grains.law = law_of(&self.job.contact.while_compressed(self.packed.friction));
             let damping =
                 Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
             world.settings.grains.field = Field { gravity: S::Vector::zero(), damping };

@@ -11,6 +11,7 @@ use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::Body;
 use crate::dem::drive::CellDrive;
+use crate::dem::law::law_of;
 use crate::dem::motion::{Damping, DampingForm, Field};
 use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
@@ -46,7 +47,7 @@ pub fn make<S: Space>(job: &Assembly, packed: &Packed, making: &mut Making) -> R
         mass: DAMPING_MASS * (gravity.norm() / job.matter.diameter_mean).sqrt(),
     };
     let mut settings = grain_world::settings_in::<S>(job, CellDrive::default());
-    settings.grains.contact = Some(job.contact.with_friction(packed.friction));
+    settings.grains.law = law_of(&job.contact.with_friction(packed.friction));
     settings.grains.field = Field { gravity, damping };
     making.begin(0);
     let (parts, step) = match making.taken_up::<S, Absent>(&job.contact)? {

@@ -10,6 +10,7 @@ use crate::dem::assembly::Constants;
 use crate::dem::cell::Cell;
 use crate::dem::drive::CellDrive;
 use crate::dem::grains::{GrainRow, Mover};
+use crate::dem::law::law_of;
 use crate::dem::motion::{Damping, DampingForm};
 use crate::domain::grid::Grid;
 use crate::domain::layout::{Ground, Layout};
@@ -57,7 +58,7 @@ fn world<S: Space>(
     bodies: Vec<Body<S>>,
 ) -> World<'_, S, Absent> {
     let settings = Settings {
-        grains: Constants::new(dt, 2e-4, Some(law.into())),
+        grains: Constants::new(dt, 2e-4, law_of(&law.into())),
         grain_steps: 1,
         grid: Grid::blend(0.0),
         loads: Vec::new(),
@@ -108,7 +109,7 @@ fn packed<S: Space>(
     world.settings.grains.field.damping = Damping { local: 0.5, form: DampingForm::Component, mass: 1e3 };
     run(&mut world, 6000);
     world.settings.grains.field.damping = Damping::default();
-    world.settings.grains.contact = Some(law.into());
+    world.settings.grains.law = law_of(&law.into());
     world
 }
 
@@ -399,7 +400,7 @@ fn a_cylinder_drags_grains() {
     world.settings.grains.field.damping = Damping { local: 0.5, form: DampingForm::Component, mass: 1e3 };
     run(&mut world, 5000);
     world.settings.grains.field.damping = Damping::default();
-    world.settings.grains.contact = Some(law(0.5).into());
+    world.settings.grains.law = law_of(&law(0.5).into());
     world.open_accounts(Accounts::GRAINS);
     run(&mut world, 5000);
     let balance = world.balance().unwrap();
