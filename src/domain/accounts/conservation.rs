@@ -145,7 +145,7 @@ impl Conservation {
         }
         if let Some(of) = &self.points {
             figures["energy"]["points"] = json!({
-                "work": of.work_loads + of.work_bodies + of.work_ramp, "holds": of.holds, "lost": of.lost,
+                "work": of.work(), "holds": of.holds, "lost": of.lost,
             });
         }
         figures

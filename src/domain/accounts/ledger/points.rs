@@ -111,6 +111,12 @@ pub struct PointBalance {
     pub transfer: f64,
 }
 
+impl PointBalance {
+    pub fn work(&self) -> f64 {
+        self.work_loads + self.work_bodies + self.work_ramp + self.work_grains
+    }
+}
+
 /// The energies of a continuum as this rank keeps them; sums of ranks are exact.
 #[derive(Clone, Debug)]
 pub struct PointLedger<S: Space> {
