@@ -37,7 +37,11 @@ impl Output {
             series_interval: interval(Self::ROWS),
             frame_interval: interval(Self::FRAMES),
             checkpoint_interval: interval(Self::CHECKPOINTS),
-            ..Self::default()
+            checkpoint_steps: 0,
+            checkpoint_wall_interval: 600.0,
+            checkpoints_kept: 3,
+            checkpoints_for_good: 10,
+            contact_frames: false,
         }
     }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use scree_io::column::{State, Table};
+use scree_io::column::{Column, State, Table, Values};
 use scree_io::digest;
 use scree_io::store::{self, Writer};
 use scree_partition::Transport;
@@ -175,6 +175,7 @@ impl<S: Space, P: MaterialMemory> Snapshot<S, P> {
     /// The state of a run under a contact law with so many words of memory. Tables are used up one after the other, so that rows by
     /// the million are there twice one kind at a time.
     pub fn from_state(mut state: State, memory_words: usize) -> Result<Self, Error> {
+        count_dissipation(&mut state);
         let points = tables::take(&mut state, "points", &Point::<S, P>::blank())?;
         let grains = tables::to_grains(&mut state, memory_words)?;
         let state = &state;
@@ -215,6 +216,16 @@ impl<S: Space, P: MaterialMemory> Snapshot<S, P> {
         };
         soundness::refuse_unsound(&mut snapshot)?;
         Ok(snapshot)
+    }
+}
+
+/// Points of states that were written before what they dissipate was counted begin at nothing.
+fn count_dissipation(state: &mut State) {
+    let tables =
+        state.tables.iter_mut().filter(|table| table.name == "points" && table.column("plastic_strain").is_ok());
+    for table in tables.filter(|table| table.column("plastic_work").is_err()) {
+        let values = Values::F64(vec![0.0; table.rows]);
+        table.columns.push(Column { name: "plastic_work".to_string(), width: 1, values });
     }
 }
 

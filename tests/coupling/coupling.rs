@@ -4,6 +4,7 @@ use scree::base::ids::PointId;
 use scree::base::space::{Plane, Space};
 use scree::base::symmetric::Symmetric;
 use scree::dem::grains::Tie;
+use scree::domain::accounts::energy::Energies;
 use scree::domain::accounts::ledger::Accounts;
 use scree::law::material::{Counted, MaterialLaw};
 use scree::mpm::nodes;
@@ -150,6 +151,37 @@ fn the_account_of_grains_closes_with_the_work_of_nodes() {
         assert!(balance.residual().abs() < 1e-2, "{balance:?}");
         assert!(balance.work_nodes.abs() > 0.05 * turnover && balance.dissipated() > 0.05 * turnover, "{balance:?}");
     }
+}
+
+/// What grains take from the nodes that they share with points, points give: all but what is lost where two velocities become one. With what
+/// points store and dissipate the rest of it is the scheme's own loss, which the same slab alone has as well.
+#[test]
+fn the_account_of_points_has_the_work_of_grains() {
+    let mut world = shaken(&Solo);
+    let all = |of: Energies| of.kinetic_grains + of.elastic_grains + of.kinetic_points + of.elastic_points;
+    let before = all(world.energies().unwrap());
+    world.open_accounts(Accounts { grains: true, points: true });
+    for step in 0..600 {
+        world.assembly.forces_wanted = step == 599;
+        world.advance().unwrap();
+    }
+    let (grains, points) = (world.balance().unwrap(), world.point_balance().unwrap().unwrap());
+    let shared = grains.work_nodes + points.work_grains;
+    println!(
+        "grains {:.3e} J, points {:.3e} J, lost where they meet {shared:.3e} J",
+        grains.work_nodes, points.work_grains
+    );
+    println!("points: stored {:.3e}, dissipated {:.3e}, lost {:.3e} J", points.stored, points.dissipated, points.lost);
+    assert!(shared < 0.0, "sharing has made {shared} J");
+    // Nothing else works on anything: what there is less is what both accounts and the meeting have lost, but for the half step
+    // between the account and the state.
+    let after = all(world.energies().unwrap());
+    let lost = grains.dissipated() + points.dissipated + points.lost - shared;
+    let scale = grains.kinetic_start + grains.elastic_start;
+    println!("{before:.4e} J before, {after:.4e} after, {lost:.4e} lost");
+    assert!((before - after - lost).abs() < 5e-3 * before, "{before} J before, {after} after, {lost} lost");
+    assert!(lost > 0.05 * before, "{lost} J of {before}");
+    assert!(points.lost > -1e-3 * scale, "the scheme makes {} J", points.lost);
 }
 
 /// At every node of a real step that both sides reach: one velocity, and the momentum of both before. What ties have given

@@ -22,11 +22,11 @@ const FILE: &str = "jobs/job.toml";
 
 /// Good jobs of every kind.
 const GOOD: [&str; 5] = [
-    include_str!("../jobs/planar_shear.toml"),
-    include_str!("../jobs/element/uniaxial.toml"),
-    include_str!("../jobs/element/pour.toml"),
-    include_str!("../jobs/continuum/column_collapse.toml"),
-    include_str!("../jobs/continuum/prandtl_surcharge.toml"),
+    include_str!("../../jobs/planar_shear.toml"),
+    include_str!("../../jobs/element/uniaxial.toml"),
+    include_str!("../../jobs/element/pour.toml"),
+    include_str!("../../jobs/continuum/column_collapse.toml"),
+    include_str!("../../jobs/continuum/prandtl_surcharge.toml"),
 ];
 
 /// What takes the place of a value: of another type, absurd, or nearly right.

@@ -31,7 +31,7 @@ fn a_hybrid_runs_at_the_first_try() {
 
 #[test]
 fn the_example_of_the_readme_runs_as_printed() {
-    let readme = include_str!("../README.md");
+    let readme = include_str!("../../README.md");
     let example = readme.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("mine.toml"), example).unwrap();
@@ -42,7 +42,7 @@ fn the_example_of_the_readme_runs_as_printed() {
 /// Of keys that are wrong by themselves each is told, with the line and marks below it; so are all checks of several keys.
 #[test]
 fn all_mistakes_are_told_at_once() {
-    let readme = include_str!("../README.md");
+    let readme = include_str!("../../README.md");
     let example = readme.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let said = |text: &str| {

@@ -31,8 +31,8 @@ fn way_off(world: &GrainWorld<Plane>, later: &[Vec<f64>], first: usize, unit: f6
 #[test]
 fn five_hundred_discs_relax_as_in_lammps() {
     const EDGE: f64 = 0.021_245_825_767_663_297;
-    let start = rows_of(include_str!("data/relax500/start.csv"));
-    let later = rows_of(include_str!("data/relax500/later.csv"));
+    let start = rows_of(include_str!("../data/relax500/start.csv"));
+    let later = rows_of(include_str!("../data/relax500/later.csv"));
     assert!(start.len() == 500 && later.len() == 500);
     let law = contact(3.5);
     let mut few = Few::<Plane>::periodic(law, 5e-7, [0.0; 3], [EDGE; 3]);
@@ -122,8 +122,8 @@ fn two_discs(text: &str, rolling: bool) -> f64 {
 
 #[test]
 fn two_discs_collide_as_in_yade() {
-    let friction = two_discs(include_str!("data/two_discs_yade/friction.csv"), false);
-    let rolling = two_discs(include_str!("data/two_discs_yade/rolling.csv"), true);
+    let friction = two_discs(include_str!("../data/two_discs_yade/friction.csv"), false);
+    let rolling = two_discs(include_str!("../data/two_discs_yade/rolling.csv"), true);
     println!("two discs: friction {friction:.1e}, rolling {rolling:.1e}");
     assert!(friction < 1e-13 && rolling < 1e-13, "friction {friction:e}, rolling {rolling:e}");
 }
@@ -135,8 +135,8 @@ fn a_cell_is_sheared_as_in_yade() {
     /// Pa, after 500 steps: xx, xy, yx, yy.
     const STRESS: [f64; 4] =
         [-129_790.209_831_670_76, 62_086.588_161_690_74, 62_070.142_443_940_21, -130_944.094_929_315_56];
-    let start = rows_of(include_str!("data/rve_shear/start.csv"));
-    let later = rows_of(include_str!("data/rve_shear/later.csv"));
+    let start = rows_of(include_str!("../data/rve_shear/start.csv"));
+    let later = rows_of(include_str!("../data/rve_shear/later.csv"));
     assert!(start.len() == 400 && later.len() == 400);
     let mut few = Few::<Plane>::periodic(elastic(FRICTION_ANGLE, false), 3.160_231_572_372_892_6e-5, [0.0; 3], EDGES);
     few.settings.grains.skin = 4e-4;

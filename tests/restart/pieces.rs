@@ -77,6 +77,20 @@ fn pieces_of_any_number_of_ranks_are_the_whole_state() {
     }
 }
 
+/// States of before points counted what they dissipate are gone on with, from nothing.
+#[test]
+fn points_that_counted_nothing_begin_at_nothing() {
+    let alone = world(&Solo);
+    let (_, points) = alone.rows();
+    let mut state = PlanarSnapshot { points: points.clone(), ..head(&alone) }.to_state();
+    for table in state.tables.iter_mut().filter(|table| table.name == "points") {
+        table.columns.retain(|column| column.name != "plastic_work");
+    }
+    let read = PlanarSnapshot::from_state(state, 1).unwrap().points;
+    assert_eq!(read.len(), points.len());
+    assert!(read.iter().zip(&points).all(|(read, point)| read.hot == point.hot && read.cold.id == point.cold.id));
+}
+
 /// The other half of the next test: runs where no file may have more than some kilobytes.
 #[test]
 fn under_a_limit() {

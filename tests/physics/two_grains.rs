@@ -258,7 +258,8 @@ impl Record {
 /// largest of its column. The record's own coordinates are used: a shift would cost digits of the overlap.
 #[test]
 fn a_collision_computed_by_another_program_is_repeated() {
-    for text in [include_str!("data/two_discs_equal_nospin.csv"), include_str!("data/two_discs_unequal_spin.csv")] {
+    for text in [include_str!("../data/two_discs_equal_nospin.csv"), include_str!("../data/two_discs_unequal_spin.csv")]
+    {
         let record = Record::parse(text);
         assert!(record.rows.len() > 30);
         let mut worst = 0.0f64;
@@ -308,7 +309,8 @@ const FULL: Wanted = Wanted { velocities_now: true, forces: true };
 /// The same record met by what a user can get at: a run from a file, and exports of its checkpoints.
 #[test]
 fn exports_at_full_steps_are_those_of_another_program() {
-    for text in [include_str!("data/two_discs_equal_nospin.csv"), include_str!("data/two_discs_unequal_spin.csv")] {
+    for text in [include_str!("../data/two_discs_equal_nospin.csv"), include_str!("../data/two_discs_unequal_spin.csv")]
+    {
         let record = Record::parse(text);
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("discs.csv");
@@ -322,7 +324,7 @@ fn exports_at_full_steps_are_those_of_another_program() {
         let end = (record.rows.len() - 1) as f64 * record.dt;
         let sets = [format!("grains.file={}", file.display()), format!("time.end={end:e}")];
         let out = folder.path().join("run");
-        run_by_steps(include_str!("../jobs/element/two_discs.toml"), &sets, &out);
+        run_by_steps(include_str!("../../jobs/element/two_discs.toml"), &sets, &out);
         let mut worst = 0.0f64;
         for row in &record.rows[1..] {
             let found = exported(&out, row[0] as u64, FULL);
