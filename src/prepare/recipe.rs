@@ -76,7 +76,8 @@ pub fn specimen(job: &Mpm, granular: &Granular, way_of_seat: impl Fn(&RigidBody)
         RigidBody { body: Body { name: String::new(), motion, ..rigid.body.clone() }, ..rigid.clone() }
     };
     // Of the material only its stiffness is looked at.
-    let stiffness = Elastic { bulk_modulus: job.material.law.modulus_longitudinal(2), shear_modulus: 0.0 };
+    let stiffness =
+        Elastic { bulk_modulus: job.material.law.modulus_longitudinal(job.grid.dimension), shear_modulus: 0.0 };
     let grains = Granular {
         method: Method::Dem,
         piece: Assembly { gravity: [0.0; 3], bodies: Vec::new(), ..piece(&granular.piece, packed) },

@@ -106,13 +106,13 @@ fn read_piece(file: &Path, memory_words: usize) -> Result<Piece, Error> {
 fn tiled(world: &PlanarWorld, piece: &Packing<Plane>, is_wanted: impl Fn(GrainId, &Vector) -> bool) -> Vec<Grain> {
     let layout = &world.subdomain.layout;
     let edges = [piece.cell.edges[0], piece.cell.edges[3]];
-    let copies = [0, 1].map(|axis| (layout.cells[axis] as f64 * layout.cell / edges[axis]).ceil() as u64);
+    let copies = |axis: usize| (layout.cells[axis] as f64 * layout.cell / edges[axis]).ceil() as u64;
     let bodies: Vec<_> =
         world.bodies.iter().map(|body| Body { displacement: Vector::zero(), ..body.clone() }).collect();
     let is_free = |place: &Vector, radius: f64| {
         bodies.iter().filter_map(|body| body.nearest(place)).all(|near| near.distance >= radius)
     };
-    let all = piece.side_by_side([layout.corner[0], layout.corner[1]], copies);
+    let all = piece.side_by_side(layout.corner, [copies(0), copies(1), 1]);
     let taken = all.filter(|(id, place, grain)| is_wanted(*id, place) && is_free(place, grain.hot.radius));
     taken
         .map(|(id, place, grain)| GrainRow::resting(id, place, grain.hot.radius, grain.hot.mass, Mover::Free))

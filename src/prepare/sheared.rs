@@ -239,9 +239,9 @@ pub fn settle<S: Space>(grain: &mut GrainRow<S>) {
 }
 
 /// A packing under a contact law as a state, with the bodies that its grains have come to rest at.
-pub fn state_of(grains: &mut [GrainRow<Plane>], contact: &Contact, height: f64, bodies: &mut [Body<Plane>]) -> State {
+pub fn state_of<S: Space>(grains: &mut [GrainRow<S>], contact: &Contact, height: f64, bodies: &mut [Body<S>]) -> State {
     let attributes = [(HEIGHT.to_string(), format!("{height:?}"))].into();
-    let mut tables = Vec::from(tables::of_grains(grains, memory_words::<Plane>(contact)));
+    let mut tables = Vec::from(tables::of_grains(grains, memory_words::<S>(contact)));
     if !bodies.is_empty() {
         tables.push(to_table("bodies", bodies, &mut Body::blank()));
     }

@@ -9,41 +9,39 @@ use scree_partition::Transport;
 
 use crate::base::error::Error;
 use crate::base::record::{Cargo, to_table};
-use crate::base::space::{Linear, Plane, Space};
+use crate::base::space::{Linear, Space};
 use crate::bodies::body::{Body, Servo};
 use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::law::{SharedLaw, law_of, memory_words};
 use crate::dem::motion::{Damping, DampingForm, Field};
 use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
-use crate::domain::world::Settings;
+use crate::domain::world::{Settings, World};
 use crate::job::Method;
 use crate::job::assembly::{Packed, Preparation, Source};
 use crate::job::mpm::figures::bounding_box;
-use crate::job::mpm::{BodyContact, Granular, MaterialLaw, Mpm, Origin, RigidBody};
+use crate::job::mpm::{BodyContact, Granular, Mpm, Origin, RigidBody};
 use crate::law::contact::Contact;
-use crate::law::material::{Counted, CriticalConstants, CriticalDruckerPrager};
+use crate::law::material::MaterialLaw;
 use crate::mpm::membrane::Vertex;
 use crate::prepare::cache::{Found, Place};
 use crate::prepare::making::{Leg, Look, Making};
-use crate::prepare::sheared::{Grain, PlanarMaterial, PlanarWorld, on_root, settle, share};
+use crate::prepare::sheared::{on_root, settle, share};
 use crate::prepare::{packed, point_world, recipe};
 use crate::store::checkpoint::{self, Drawn, Progress};
 use crate::store::tables;
 
-type Vector = <Plane as Space>::Vector;
-
 /// What a run begins with.
-pub struct Specimen {
+pub struct Specimen<S: Space> {
     /// On rank 0 only, in the order of their ids; at rest, contacts with their memories.
-    pub grains: Vec<Grain>,
+    pub grains: Vec<GrainRow<S>>,
     /// Bodies where grains have stopped them, and vertices where grains have; on every rank.
-    pub bodies: Vec<Body<Plane>>,
-    pub vertices: Vec<Vertex<Plane>>,
+    pub bodies: Vec<Body<S>>,
+    pub vertices: Vec<Vertex<S>>,
     /// Packing fraction of the piece.
     pub fraction: f64,
     /// The piece itself, where zones are made of it.
-    pub piece: Option<packed::Packing<Plane>>,
+    pub piece: Option<packed::Packing<S>>,
 }
 
 /// Damping of grains that come to rest, against the ground per t_p = d sqrt(rho/p), and local.
@@ -72,16 +70,22 @@ const STEPS_MAX: u64 = 5_000_000;
 const FRICTION_ROUGH: f64 = 1e3;
 
 /// The specimen of a job: from the cache, or made now and cached. Collective.
-pub fn specimen(job: &Mpm, granular: &Granular, transport: &dyn Transport) -> Result<Specimen, Error> {
+pub fn specimen<S: Space, L: MaterialLaw<S>>(
+    (job, granular): (&Mpm, &Granular),
+    material: &L,
+    transport: &dyn Transport,
+) -> Result<Specimen<S>, Error> {
     let packed = packed_of(granular);
     // The piece is no run and has no output of its own.
     let save_every = job.output.save_every();
-    let piece = packed::make::<Plane>(&granular.piece, packed, save_every, transport)?;
+    let piece = packed::make::<S>(&granular.piece, packed, save_every, transport)?;
     let depth = job.grid.depth;
-    let solid: f64 = piece.grains.iter().map(|grain| Plane::grain_volume(grain.hot.radius, depth)).sum();
-    let fraction = share(transport, solid / (piece.cell.volume() * depth));
-    if (fraction - job.material.law.fraction()).abs() > FRACTION_OFF && transport.rank() == 0 {
-        let stated = job.material.law.fraction();
+    let solid: f64 = piece.grains.iter().map(|grain| S::grain_volume(grain.hot.radius, depth)).sum();
+    let volume = piece.cell.volume() * if S::DIMENSION == 2 { depth } else { 1.0 };
+    let fraction = share(transport, solid / volume);
+    let stated = job.material.law.fraction();
+    // An elastic law has none of its own.
+    if stated < 1.0 && (fraction - stated).abs() > FRACTION_OFF && transport.rank() == 0 {
         tracing::warn!(fraction, stated, "warning: the packing's fraction is not that of the material");
     }
     let is_tiled = granular.method == Method::Hybrid && granular.reference == Origin::Piece;
@@ -98,19 +102,19 @@ pub fn specimen(job: &Mpm, granular: &Granular, transport: &dyn Transport) -> Re
                     let file = place.file().display();
                     tracing::info!("making the specimen, which other runs of its kind will share: {file}");
                 }
-                let mut rested = rested(job, granular, &piece, &mut making)?;
+                let mut rested = rested((job, granular), material, &piece, &mut making)?;
                 making.finish(|| state_of(&mut rested, &granular.piece.contact))?;
                 rested
             }
         };
     let shifts = transfer::broadcast(transport, bodies)?;
-    let mut bodies = point_world::bodies::<Plane>(job);
+    let mut bodies = point_world::bodies::<S>(job);
     bodies.iter_mut().zip(shifts).for_each(|(body, rested)| body.displacement = rested.displacement);
     Ok(Specimen { grains, bodies, vertices: transfer::broadcast(transport, vertices)?, fraction, piece: None })
 }
 
 /// Laws of contacts with the job's bodies.
-pub fn laws_of_bodies(job: &Mpm, granular: &Granular) -> Vec<SharedLaw<Plane>> {
+pub fn laws_of_bodies<S: Space>(job: &Mpm, granular: &Granular) -> Vec<SharedLaw<S>> {
     let law = |friction: f64| law_of(&granular.piece.contact.without_cohesion().with_friction(friction));
     let of = |contact: BodyContact| match contact {
         BodyContact::Rough => law(FRICTION_ROUGH),
@@ -145,21 +149,21 @@ fn way_of_seat(rigid: &RigidBody) -> Option<[f64; 3]> {
 
 /// Grains, bodies and vertices at rest. A body comes to rest on the few grains that stand out most: what lies below where the job
 /// has it is filled up with more grains, and everything brought to rest again.
-fn rested(
-    job: &Mpm,
-    granular: &Granular,
-    piece: &packed::Packing<Plane>,
+fn rested<S: Space, L: MaterialLaw<S>>(
+    (job, granular): (&Mpm, &Granular),
+    material: &L,
+    piece: &packed::Packing<S>,
     making: &mut Making,
-) -> Result<Rested, Error> {
+) -> Result<Rested<S>, Error> {
     let transport = making.transport();
-    let mut raised: Vec<Vector> = vec![Vector::zero(); job.bodies.len()];
-    let mut best: Option<(f64, Rested)> = None;
+    let mut raised: Vec<S::Vector> = vec![S::Vector::zero(); job.bodies.len()];
+    let mut best: Option<(f64, Rested<S>)> = None;
     for attempt in 0..SEATS_MAX {
         let rested = match over(making, attempt, &granular.piece.contact)? {
             Some(rested) => rested,
             None => {
                 making.begin(attempt);
-                let mut rested = bring_to_rest(job, granular, (piece, &raised), making)?;
+                let mut rested = bring_to_rest((job, granular), material, (piece, &raised), making)?;
                 transfer::agree(transport, making.keep(attempt, &state_of(&mut rested, &granular.piece.contact)))?;
                 rested
             }
@@ -181,7 +185,7 @@ fn rested(
 }
 
 /// What an attempt has come to that is over: grains on rank 0, the rest on every rank. Collective.
-fn over(making: &Making, attempt: u64, contact: &Contact) -> Result<Option<Rested>, Error> {
+fn over<S: Space>(making: &Making, attempt: u64, contact: &Contact) -> Result<Option<Rested<S>>, Error> {
     let transport = making.transport();
     let kept = on_root(transport, || making.kept(attempt).map(|state| of_state(state, contact)).transpose());
     let kept = transfer::agree(transport, kept)?.flatten();
@@ -194,21 +198,27 @@ fn over(making: &Making, attempt: u64, contact: &Contact) -> Result<Option<Reste
 
 /// Copies of the piece over all regions, and of these the grains whose centres lie in one, or in what bodies that are `raised` by so
 /// much (m) leave free, and that touch no body.
-fn cut(job: &Mpm, piece: &packed::Packing<Plane>, raised: &[Vector]) -> Result<Vec<Grain>, Error> {
+fn cut<S: Space>(job: &Mpm, piece: &packed::Packing<S>, raised: &[S::Vector]) -> Result<Vec<GrainRow<S>>, Error> {
     let boxes: Vec<_> = job.regions.iter().map(|region| bounding_box(&region.shape)).collect();
-    let lower = [0, 1].map(|axis| boxes.iter().map(|corners| corners.0[axis]).fold(f64::INFINITY, f64::min));
-    let upper = [0, 1].map(|axis| boxes.iter().map(|corners| corners.1[axis]).fold(f64::NEG_INFINITY, f64::max));
-    let edges = [piece.cell.edges[0], piece.cell.edges[3]];
-    let more = [0, 1].map(|axis| raised.iter().map(|raised| raised[axis].abs()).fold(0.0, f64::max));
-    // Whole pieces before the corner, so that grains lie where they lie whatever has been raised.
-    let before = [0, 1].map(|axis| (more[axis] / edges[axis]).ceil());
-    let copies = [0, 1]
-        .map(|axis| (before[axis] + ((upper[axis] - lower[axis] + more[axis]) / edges[axis]).ceil().max(1.0)) as u64);
-    let mut bodies = point_world::bodies::<Plane>(job);
+    let (mut first, mut copies) = ([0.0; 3], [1; 3]);
+    for axis in 0..S::DIMENSION {
+        let lower = boxes.iter().map(|corners| corners.0[axis]).fold(f64::INFINITY, f64::min);
+        let upper = boxes.iter().map(|corners| corners.1[axis]).fold(f64::NEG_INFINITY, f64::max);
+        let edge = piece.cell.edges[axis * S::DIMENSION + axis];
+        let more = raised.iter().map(|raised| raised[axis].abs()).fold(0.0, f64::max);
+        // Whole pieces before the corner, so that grains lie where they lie whatever has been raised.
+        let before = (more / edge).ceil();
+        copies[axis] = (before + ((upper - lower + more) / edge).ceil().max(1.0)) as u64;
+        first[axis] = lower - before * edge;
+    }
+    let mut bodies = point_world::bodies::<S>(job);
     bodies.iter_mut().zip(raised).for_each(|(body, raised)| body.displacement = *raised);
-    let is_inside = |place: &Vector| job.region_at(&[place[0], place[1], 0.0]).is_some();
+    let is_inside = |place: &S::Vector| {
+        let mut at = [0.0; 3];
+        (0..S::DIMENSION).for_each(|axis| at[axis] = place[axis]);
+        job.region_at(&at).is_some()
+    };
     let mut grains = Vec::new();
-    let first = [0, 1].map(|axis| lower[axis] - before[axis] * edges[axis]);
     for (id, place, grain) in piece.side_by_side(first, copies) {
         let is_free =
             bodies.iter().filter_map(|body| body.nearest(&place)).all(|near| near.distance >= grain.hot.radius);
@@ -224,21 +234,21 @@ fn cut(job: &Mpm, piece: &packed::Packing<Plane>, raised: &[Vector]) -> Result<V
     }
 }
 
-type Rested = (Vec<Grain>, Vec<Body<Plane>>, Vec<Vertex<Plane>>);
+type Rested<S> = (Vec<GrainRow<S>>, Vec<Body<S>>, Vec<Vertex<S>>);
 
 /// Grains, bodies and vertices once everything rests; rows on rank 0.
-fn bring_to_rest(
-    job: &Mpm,
-    granular: &Granular,
-    (piece, raised): (&packed::Packing<Plane>, &[Vector]),
+fn bring_to_rest<S: Space, L: MaterialLaw<S>>(
+    (job, granular): (&Mpm, &Granular),
+    material: &L,
+    (piece, raised): (&packed::Packing<S>, &[S::Vector]),
     making: &mut Making,
-) -> Result<Rested, Error> {
+) -> Result<Rested<S>, Error> {
     let transport = making.transport();
     let grains = on_root(transport, || cut(job, piece, raised));
     let grains = transfer::agree(transport, grains)?.unwrap_or_default();
     let mass = share(transport, grains.iter().map(|grain| grain.hot.mass).sum());
     let bodies = seated_bodies(job, granular, mass, raised);
-    let taken_up = making.taken_up::<Plane, PlanarMaterial>(&granular.piece.contact)?;
+    let taken_up = making.taken_up::<S, L>(&granular.piece.contact)?;
     if taken_up.is_none() {
         tracing::info!(grains = grains.len(), "bringing the specimen to rest");
     }
@@ -255,8 +265,8 @@ fn bring_to_rest(
             (parts, 0)
         }
     };
-    let settings = settings_of_rest(job, granular);
-    let mut world = PlanarWorld::new(settings, point_world::layout::<Plane>(job)?, transport, step, parts)?;
+    let settings = settings_of_rest(job, granular, material.clone());
+    let mut world = World::new(settings, point_world::layout::<S>(job)?, transport, step, parts)?;
     world.assembly.walls.laws = laws_of_bodies(job, granular);
 
     let (goal, diameter) = (packed_of(granular).energy_ratio_max, granular.piece.matter.diameter_mean);
@@ -264,8 +274,8 @@ fn bring_to_rest(
     making.bring_to_rest(&mut world, leg, |_, _| (), |world, notes| {
         let ratio = world.unrest()?;
         let ways = world.bodies.iter().zip(raised).enumerate().map(|(number, (body, raised))| {
-            let mut way = Vector::zero();
-            for axis in 0..Plane::DIMENSION {
+            let mut way = S::Vector::zero();
+            for axis in 0..S::DIMENSION {
                 let name = format!("displacement {number} {axis}");
                 way[axis] = body.displacement[axis] - notes.get(&name).unwrap_or(raised[axis]);
                 notes.set(&name, body.displacement[axis]);
@@ -287,20 +297,23 @@ fn bring_to_rest(
     let mut rows = transfer::gather(transport, rows)?.unwrap_or_default();
     rows.sort_unstable_by_key(|row| row.cold.id);
     rows.iter_mut().for_each(settle);
-    let still = |vertex: &Vertex<Plane>| {
+    let still = |vertex: &Vertex<S>| {
         let at = vertex.position;
-        Vertex { velocity: Vector::zero(), origin: at, home: at, ..*vertex }
+        Vertex { velocity: S::Vector::zero(), origin: at, home: at, ..*vertex }
     };
     let vertices = world.continuum.membranes.vertices.iter().map(still).collect();
     Ok((rows, world.bodies.clone(), vertices))
 }
 
 /// The bodies of a job at rest, or pressed on; `mass` is that of all grains, kg.
-fn seated_bodies(job: &Mpm, granular: &Granular, mass: f64, raised: &[Vector]) -> Vec<Body<Plane>> {
+fn seated_bodies<S: Space>(job: &Mpm, granular: &Granular, mass: f64, raised: &[S::Vector]) -> Vec<Body<S>> {
     let boxes = job.regions.iter().map(|region| bounding_box(&region.shape));
-    let height = boxes.map(|(lower, upper)| upper[1] - lower[1]).fold(0.0, f64::max);
-    let stiffness = job.material.law.modulus_longitudinal(2) * job.grid.depth;
-    let mut bodies = point_world::bodies::<Plane>(job);
+    let up = S::DIMENSION - 1;
+    let height = boxes.map(|(lower, upper)| upper[up] - lower[up]).fold(0.0, f64::max);
+    // Across the plane, or in space as wide as it is high.
+    let depth = if S::DIMENSION == 2 { job.grid.depth } else { height };
+    let stiffness = job.material.law.modulus_longitudinal(S::DIMENSION) * depth;
+    let mut bodies = point_world::bodies::<S>(job);
     for ((body, rigid), raised) in bodies.iter_mut().zip(&job.bodies).zip(raised) {
         body.displacement = *raised;
         let way = body.path.iter().map(|at| at.velocity).find(|velocity| velocity.norm() > 0.0);
@@ -325,8 +338,8 @@ fn time_of_grain(granular: &Granular) -> f64 {
     matter.diameter_mean * (matter.density / stress_of(granular)).sqrt()
 }
 
-fn settings_of_rest(job: &Mpm, granular: &Granular) -> Settings<Plane, PlanarMaterial> {
-    let mut settings = point_world::settings(job, material_of(job), law_of(&granular.piece.contact));
+fn settings_of_rest<S: Space, L: MaterialLaw<S>>(job: &Mpm, granular: &Granular, material: L) -> Settings<S, L> {
+    let mut settings = point_world::settings(job, material, law_of(&granular.piece.contact));
     settings.grain_steps = 1;
     let mass = DAMPING_MASS / time_of_grain(granular);
     let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass };
@@ -334,29 +347,17 @@ fn settings_of_rest(job: &Mpm, granular: &Granular) -> Settings<Plane, PlanarMat
     settings
 }
 
-/// The material of a checked job with grains.
-pub fn material_of(job: &Mpm) -> PlanarMaterial {
-    Counted(CriticalDruckerPrager::of(constants_of(job)))
-}
-
-fn constants_of(job: &Mpm) -> &CriticalConstants {
-    match &job.material.law {
-        MaterialLaw::CriticalDruckerPrager(law) => law,
-        _ => unreachable!("a checked job with grains has a law that softens"),
-    }
-}
-
-fn state_of((grains, bodies, vertices): &mut Rested, contact: &Contact) -> State {
-    let mut tables = Vec::from(tables::of_grains(grains, memory_words::<Plane>(contact)));
+fn state_of<S: Space>((grains, bodies, vertices): &mut Rested<S>, contact: &Contact) -> State {
+    let mut tables = Vec::from(tables::of_grains(grains, memory_words::<S>(contact)));
     tables.push(to_table("bodies", bodies, &mut Body::blank()));
     tables.push(to_table("membranes", vertices, &mut Vertex::blank()));
     State { attributes: Default::default(), tables }
 }
 
-fn of_state(mut state: State, contact: &Contact) -> Result<Rested, Error> {
+fn of_state<S: Space>(mut state: State, contact: &Contact) -> Result<Rested<S>, Error> {
     let bodies = tables::rows(&state, "bodies", &Body::blank())?;
     let vertices = tables::rows(&state, "membranes", &Vertex::blank())?;
-    Ok((tables::to_grains(&mut state, memory_words::<Plane>(contact))?, bodies, vertices))
+    Ok((tables::to_grains(&mut state, memory_words::<S>(contact))?, bodies, vertices))
 }
 
 #[cfg(test)]

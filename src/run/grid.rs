@@ -15,11 +15,11 @@ use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::job::mpm::{self, Granular, Mpm, Origin, Watch, figures};
 use crate::job::{Job, Method};
-use crate::law::material::{Counted, MaterialLaw};
+use crate::law::material::{Counted, CriticalDruckerPrager, MaterialLaw};
 use crate::mpm::membrane::Vertex;
 use crate::mpm::track::Instants;
 use crate::prepare::reference::{Lies, StartState};
-use crate::prepare::sheared::{self, PlanarMaterial, PlanarWorld};
+use crate::prepare::sheared;
 use crate::prepare::specimen::{self, Specimen};
 use crate::prepare::{packed, point_world};
 use crate::run::Core;
@@ -123,13 +123,16 @@ fn nearest(job: &Mpm, wanted: &[f64; 3]) -> PointId {
     PointId(job.number(index))
 }
 
-/// A material that grains are, or may take the place of.
-pub struct Grains<'s> {
+/// A material that grains are, or may take the place of, with its space and its law.
+pub struct Grains<'s, S: Space, L: MaterialLaw<S>> {
     job: &'s Mpm,
     granular: &'s Granular,
+    law: Counted<L>,
+    /// Puts grains where they are due, where the job wants that.
+    adapt: Adapt<S, L>,
 }
 
-type PlanarCore<'t> = Core<'t, Plane, PlanarMaterial>;
+type Adapt<S, L> = fn(&Adaptive<'_>, &mut Core<'_, S, Counted<L>>) -> Result<(), Error>;
 
 /// Works of the account of the grains' energy.
 const WORKS: [Work; 3] = [
@@ -138,13 +141,21 @@ const WORKS: [Work; 3] = [
     ("work_nodes", |balance| balance.work_nodes),
 ];
 
-impl<'s> Grains<'s> {
-    pub fn new(job: &'s Mpm, granular: &'s Granular) -> Self {
-        Self { job, granular }
+impl<'s> Grains<'s, Plane, CriticalDruckerPrager> {
+    /// Grains that may take the place of points.
+    pub fn hybrid(job: &'s Mpm, granular: &'s Granular, law: CriticalDruckerPrager) -> Self {
+        Self { adapt: |how, core| how.adapt(core, None), ..Self::new(job, granular, law) }
+    }
+}
+
+impl<'s, S: Space, L: MaterialLaw<S>> Grains<'s, S, L> {
+    /// Grains alone, or points alone.
+    pub fn new(job: &'s Mpm, granular: &'s Granular, law: L) -> Self {
+        Self { job, granular, law: Counted(law), adapt: |_, _| Ok(()) }
     }
 
     /// Tracks, oracle, and in a hybrid its grains.
-    fn watch(&self, core: &mut PlanarCore) -> Result<(), Error> {
+    fn watch(&self, core: &mut Core<S, Counted<L>>) -> Result<(), Error> {
         let Granular { method, enrichment, reference, known, .. } = self.granular;
         let finder = match (known, &self.job.oracle) {
             (Some(known), None) => Finder::Known(known),
@@ -157,14 +168,16 @@ impl<'s> Grains<'s> {
             Origin::Piece => Lies::Tiled(&start),
         };
         match (method, &finder) {
-            (Method::Hybrid, _) => Adaptive { finder, enrichment, lies, depth: self.job.grid.depth }.adapt(core, None),
+            (Method::Hybrid, _) => {
+                (self.adapt)(&Adaptive { finder, enrichment, lies, depth: self.job.grid.depth }, core)
+            }
             (Method::Mpm, Finder::Oracle(oracle, diameter)) => tell_band(core, oracle, *diameter),
             _ => Ok(()),
         }
     }
 
     /// Where grains begin, bodies and membranes are as these have been brought to rest.
-    fn at_start(&self, made: Specimen, transport: &dyn Transport) -> Result<Parts<Plane, PlanarMaterial>, Error> {
+    fn at_start(&self, made: Specimen<S>, transport: &dyn Transport) -> Result<Parts<S, Counted<L>>, Error> {
         let Specimen { grains, bodies, vertices, fraction, .. } = made;
         let (job, granular) = (self.job, self.granular);
         let (grains, points, bodies, vertices) = match granular.method {
@@ -172,22 +185,22 @@ impl<'s> Grains<'s> {
             Method::Hybrid | Method::Mpm => {
                 let mut job = job.clone();
                 job.material.density = granular.piece.matter.density * fraction;
-                let points = point_world::points(&job, &specimen::material_of(&job), transport);
+                let points = point_world::points(&job, &self.law, transport);
                 (Vec::new(), points, point_world::bodies(&job), point_world::vertices(&job))
             }
         };
-        let cell = point_world::cell::<Plane>(&point_world::layout::<Plane>(job)?);
+        let cell = point_world::cell::<S>(&point_world::layout::<S>(job)?);
         let mut parts = Parts::fresh(grains, points, bodies, cell);
         parts.membranes = point_world::hung(job, vertices)?;
         Ok(parts)
     }
 }
 
-impl Setup for Grains<'_> {
-    type Space = Plane;
-    type Material = PlanarMaterial;
+impl<S: Space, L: MaterialLaw<S>> Setup for Grains<'_, S, L> {
+    type Space = S;
+    type Material = Counted<L>;
 
-    fn experiment(&self) -> Experiment<'_, Plane, PlanarMaterial> {
+    fn experiment(&self) -> Experiment<'_, S, Counted<L>> {
         let job = self.job;
         let mut columns = vec![clock(), columns::counts(), grid::means(job.grid.depth), columns::energies()];
         let may_have_points = self.granular.method != Method::Dem;
@@ -197,6 +210,7 @@ impl Setup for Grains<'_> {
         }
         columns.extend([grid::oracle(), grid::extents(), grid::reactions(job), grid::membranes(job)]);
         columns.extend(grid::is_enclosed(job).then(|| grid::enclosed_volume(job.grid.depth)));
+        columns.extend(job.follow.iter().map(|follow| grid::followed(&follow.name, nearest(job, &follow.place))));
         Experiment {
             picture: Picture {
                 depth: job.grid.depth,
@@ -210,7 +224,7 @@ impl Setup for Grains<'_> {
         }
     }
 
-    fn law(&self) -> SharedLaw<Plane> {
+    fn law(&self) -> SharedLaw<S> {
         law_of(&self.granular.piece.contact)
     }
 
@@ -218,9 +232,9 @@ impl Setup for Grains<'_> {
         &self,
         folder: &mut Option<Folder>,
         transport: &'t dyn Transport,
-    ) -> Result<(PlanarWorld<'t>, Progress), Error> {
+    ) -> Result<(World<'t, S, Counted<L>>, Progress), Error> {
         let (job, granular) = (self.job, self.granular);
-        let mut made = specimen::specimen(job, granular, transport)?;
+        let mut made = specimen::specimen((job, granular), &self.law, transport)?;
         if granular.method == Method::Hybrid {
             let write = |folder: &mut Folder| {
                 folder.write_packing(&match &mut made.piece {
@@ -239,20 +253,20 @@ impl Setup for Grains<'_> {
         Ok((self.world_at(&progress, parts, transport)?, progress))
     }
 
-    fn drawn(&self, _: &Progress, vertices: Vec<Vertex<Plane>>) -> Result<Drawn<Plane>, Error> {
+    fn drawn(&self, _: &Progress, vertices: Vec<Vertex<S>>) -> Result<Drawn<S>, Error> {
         point_world::drawn(self.job, vertices)
     }
 
     fn world_at<'t>(
         &self,
         progress: &Progress,
-        parts: Parts<Plane, PlanarMaterial>,
+        parts: Parts<S, Counted<L>>,
         transport: &'t dyn Transport,
-    ) -> Result<PlanarWorld<'t>, Error> {
+    ) -> Result<World<'t, S, Counted<L>>, Error> {
         let (job, granular) = (self.job, self.granular);
-        let settings = point_world::settings(job, specimen::material_of(job), law_of(&granular.piece.contact));
-        let layout = point_world::layout::<Plane>(job)?;
-        let mut world = PlanarWorld::new(settings, layout, transport, progress.step, parts)?;
+        let settings = point_world::settings(job, self.law.clone(), law_of(&granular.piece.contact));
+        let layout = point_world::layout::<S>(job)?;
+        let mut world = World::new(settings, layout, transport, progress.step, parts)?;
         world.assembly.walls.laws = specimen::laws_of_bodies(job, granular);
         Ok(world)
     }

@@ -10,8 +10,8 @@ use crate::base::error::Error;
 use crate::base::program;
 use crate::base::space::{Plane, Solid, Space};
 use crate::domain::{stop, transfer};
-use crate::job::Job;
 use crate::job::mpm::{Elastic, MaterialLaw, Mpm};
+use crate::job::{Job, Method};
 use crate::law;
 use crate::law::material::{CriticalDruckerPrager, Hencky, LinearElastic};
 use crate::prepare::sheared::on_root;
@@ -116,24 +116,40 @@ pub fn with_setup_of<R>(job: &Job, work: impl ForAnySetup<R>) -> Result<R, Error
         Job::Shear(job) => work.with(job),
         Job::Assembly(job) if job.cell.dimension == 2 => work.with(&InSpace::<Plane>::new(job)),
         Job::Assembly(job) => work.with(&InSpace::<Solid>::new(job)),
-        Job::Mpm(job @ Mpm { grains: Some(granular), .. }) => work.with(&Grains::new(job, granular)),
-        Job::Mpm(job) if job.grid.dimension == 2 => with_points_of::<Plane, R>(job, work),
-        Job::Mpm(job) => with_points_of::<Solid, R>(job, work),
+        Job::Mpm(job) if job.grid.dimension == 2 => on_a_grid::<Plane, R>(job, work),
+        Job::Mpm(job) => on_a_grid::<Solid, R>(job, work),
     }
 }
 
-fn with_points_of<S: Space, R>(job: &Mpm, work: impl ForAnySetup<R>) -> Result<R, Error> {
+fn on_a_grid<S: Space, R>(job: &Mpm, work: impl ForAnySetup<R>) -> Result<R, Error> {
     let elastic = |law: &Elastic| (law.bulk_modulus_in(S::DIMENSION), law.shear_modulus);
     match &job.material.law {
         MaterialLaw::LinearElastic(law) => {
             let (bulk_modulus, shear_modulus) = elastic(law);
-            work.with(&Points::<S, _>::new(job, LinearElastic { bulk_modulus, shear_modulus }))
+            of_material::<S, _, R>(job, LinearElastic { bulk_modulus, shear_modulus }, work)
         }
         MaterialLaw::Hencky(law) => {
             let (bulk_modulus, shear_modulus) = elastic(law);
-            work.with(&Points::<S, _>::new(job, Hencky { bulk_modulus, shear_modulus }))
+            of_material::<S, _, R>(job, Hencky { bulk_modulus, shear_modulus }, work)
         }
-        MaterialLaw::CriticalDruckerPrager(law) => work.with(&Points::<S, _>::new(job, CriticalDruckerPrager::of(law))),
+        MaterialLaw::CriticalDruckerPrager(law) => {
+            let law = CriticalDruckerPrager::of(law);
+            match job.grains.as_deref() {
+                Some(granular) if granular.method == Method::Hybrid => work.with(&Grains::hybrid(job, granular, law)),
+                _ => of_material::<S, _, R>(job, law, work),
+            }
+        }
+    }
+}
+
+fn of_material<S: Space, L: law::material::MaterialLaw<S>, R>(
+    job: &Mpm,
+    law: L,
+    work: impl ForAnySetup<R>,
+) -> Result<R, Error> {
+    match &job.grains {
+        Some(granular) => work.with(&Grains::<S, L>::new(job, granular, law)),
+        None => work.with(&Points::<S, L>::new(job, law)),
     }
 }
 

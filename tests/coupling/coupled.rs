@@ -265,3 +265,134 @@ fn grains_between_walls_alone_have_the_same_bits_on_any_ranks_and_after_a_restar
     let pushed = |line: &str| line.split(',').nth(at).unwrap().parse::<f64>().unwrap() < -1.0;
     assert!(series.lines().skip(1).any(pushed), "nothing leans on the wall: {series}");
 }
+
+/// A box of grains in space, or of points that stand for them, under a plate: a job on a grid whose faces hold both.
+fn pressed_box(space: &str, method: &str, law: &str, more: &str) -> String {
+    let solid = space == "solid";
+    let list = |x: &str, y: &str, z: &str| if solid { format!("[{x}, {y}, {z}]") } else { format!("[{x}, {z}]") };
+    let side = if solid { "8 mm" } else { "12 mm" };
+    let (upper, top) = (list("\"8 mm\"", "\"8 mm\"", &format!("\"{side}\"")), list("0", "0", "\"6 mm\""));
+    let (lower, corner) = (list("0", "0", "0"), list("\"8 mm\"", "\"8 mm\"", "\"6 mm\""));
+    let (down, way) = (list("0", "0", "-1"), list("0", "0", "\"-5 cm/s\""));
+    let faces = ["x_lower", "x_upper", "y_lower", "y_upper", "z_lower", "z_upper"];
+    let held = |face: &&str| {
+        if face.ends_with("upper") && (face.starts_with('z') || !solid && face.starts_with('y')) {
+            "free"
+        } else {
+            "roller"
+        }
+    };
+    let faces: String = faces[..if solid { 6 } else { 4 }]
+        .iter()
+        .map(|face| format!("[[boundary]]\nface = \"{face}\"\nkind = \"{}\"\n", held(face)))
+        .collect();
+    format!(
+        r#"
+        name = "box"
+        method = "{method}"
+        [grid]
+        space = "{space}"
+        upper = {upper}
+        cell = "2 mm"
+        [material]
+        {law}
+        [stress]
+        kind = "isotropic"
+        pressure = "50 kPa"
+        [[region]]
+        shape = "box"
+        lower = {lower}
+        upper = {corner}
+        {faces}
+        [[body]]
+        name = "plate"
+        shape = "plane"
+        point = {top}
+        normal = {down}
+        velocity = {way}
+        ramp = "0.1 ms"
+        contact = "smooth"
+        [grains]
+        density = 2650
+        count = 60
+        diameter_mean = "1 mm"
+        diameter_deviation = "0.05 mm"
+        [contact]
+        stiffness_normal = 100000
+        stiffness_tangential = 80000
+        restitution = 0.3
+        friction = 0.3
+        [packing]
+        preparation = "compress"
+        stress = "50 kPa"
+        energy_ratio_max = 1e-2
+        cache = "{cache}"
+        [time]
+        end = "1 ms"
+        [output]
+        checkpoint_interval = "0.4 ms"
+        checkpoints_kept = 9
+        frame_interval = 1.0
+        {more}
+        "#,
+        cache = std::env::temp_dir().join("scree_test_packings").display(),
+    )
+}
+
+const ELASTIC: &str = "law = \"hencky\"\n        young_modulus = \"20 MPa\"\n        poisson_ratio = 0.2";
+
+/// Grains of a job on a grid are spheres in space and discs in the plane, beside any law; faces that hold nodes hold them by planes of
+/// their names, which bear what the plate presses down.
+#[test]
+fn grains_in_space_are_held_by_faces_and_have_the_same_bits_on_any_ranks_and_after_a_restart() {
+    for space in ["solid", "plane"] {
+        let folder = tempfile::tempdir().unwrap();
+        let job = parse(&pressed_box(space, "dem", ELASTIC, "ledger = true"));
+        let (_, series) = same(&job, folder.path(), &format!("grains in a box, {space}"));
+        let lines: Vec<Vec<&str>> = series.lines().map(|line| line.split(',').collect()).collect();
+        let last = |name: &str| -> f64 {
+            let at =
+                lines[0].iter().position(|other| *other == name).unwrap_or_else(|| panic!("no {name}: {:?}", lines[0]));
+            lines[lines.len() - 1][at].parse().unwrap()
+        };
+        let up = if space == "solid" { "z" } else { "y" };
+        let [floor, plate] = [format!("{up}_lower_force_{up}"), format!("plate_force_{up}")].map(|name| last(&name));
+        println!(
+            "{space}: {} grains, floor {floor:.3} N, plate {plate:.3} N, residual {:.1e}",
+            last("grains"),
+            last("ledger_residual")
+        );
+        assert!(
+            floor < 0.0 && plate > 0.0 && (floor / plate + 1.0).abs() < 0.3,
+            "{floor} N on the floor, {plate} N on the plate"
+        );
+        assert!(last("grains") > 30.0 && last("ledger_residual").abs() < 1e-2, "{series}");
+    }
+}
+
+/// Points that stand for grains have all that points have: any law, faces, loads, periods, points that are followed.
+#[test]
+fn points_of_the_density_of_a_packing_bear_loads_between_faces() {
+    let more = r#"
+        [[load]]
+        face = "y_upper"
+        kind = "pressure"
+        pressure = "20 kPa"
+        [[follow]]
+        name = "middle"
+        place = ["4 mm", "3 mm"]
+        "#;
+    let text = pressed_box("plane", "mpm", ELASTIC, more);
+    let (from, to) = (text.find("[[body]]").unwrap(), text.find("[grains]").unwrap());
+    let text = format!("{}{}", &text[..from], &text[to..]);
+    let changes = [
+        ("pressure = \"50 kPa\"", "pressure = \"20 kPa\""),
+        ("cell = \"2 mm\"", "cell = \"2 mm\"\n        periodic = [true, false]"),
+        ("[[boundary]]\nface = \"x_lower\"\nkind = \"roller\"\n", ""),
+        ("[[boundary]]\nface = \"x_upper\"\nkind = \"roller\"\n", ""),
+    ];
+    let ran = Ran::of(&replaced(text, &changes));
+    let (pressure, grains) = (ran.series("middle_p"), ran.series("grains"));
+    assert!(pressure.iter().all(|p| (p.abs() / 20e3 - 1.0).abs() < 1e-6), "{pressure:?}");
+    assert!(grains.iter().all(|grains| *grains == 0.0) && ran.series("points")[0] > 0.0);
+}

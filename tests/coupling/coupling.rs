@@ -159,10 +159,14 @@ fn the_account_of_grains_closes_with_the_work_of_nodes() {
 fn the_account_of_points_has_the_work_of_grains() {
     let mut world = shaken(&Solo);
     let all = |of: Energies| of.kinetic_grains + of.elastic_grains + of.kinetic_points + of.elastic_points;
+    // Velocities that differ from place to place become one within a few steps, in which half a step is much.
+    for _ in 0..100 {
+        world.advance().unwrap();
+    }
     let before = all(world.energies().unwrap());
     world.open_accounts(Accounts { grains: true, points: true });
-    for step in 0..600 {
-        world.assembly.forces_wanted = step == 599;
+    for step in 0..500 {
+        world.assembly.forces_wanted = step == 499;
         world.advance().unwrap();
     }
     let (grains, points) = (world.balance().unwrap(), world.point_balance().unwrap().unwrap());
@@ -177,11 +181,10 @@ fn the_account_of_points_has_the_work_of_grains() {
     // between the account and the state.
     let after = all(world.energies().unwrap());
     let lost = grains.dissipated() + points.dissipated + points.lost - shared;
-    let scale = grains.kinetic_start + grains.elastic_start;
     println!("{before:.4e} J before, {after:.4e} after, {lost:.4e} lost");
-    assert!((before - after - lost).abs() < 5e-3 * before, "{before} J before, {after} after, {lost} lost");
+    assert!((before - after - lost).abs() < 1e-2 * before, "{before} J before, {after} after, {lost} lost");
     assert!(lost > 0.05 * before, "{lost} J of {before}");
-    assert!(points.lost > -1e-3 * scale, "the scheme makes {} J", points.lost);
+    assert!(points.lost > 0.0, "the scheme makes {} J", points.lost);
 }
 
 /// At every node of a real step that both sides reach: one velocity, and the momentum of both before. What ties have given

@@ -19,7 +19,7 @@ use scree::domain::rebuild::Parts;
 use scree::domain::transfer;
 use scree::domain::world::{Settings, World};
 use scree::law::contact::{LinearSpringDashpot as LinearContact, NormalForce};
-use scree::law::material::{CriticalDruckerPrager, MaterialLaw};
+use scree::law::material::{Counted, CriticalDruckerPrager, MaterialLaw};
 use scree::mpm::points::Point;
 use scree::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 use scree_partition::transport::threads;
@@ -35,8 +35,9 @@ const RANKS_MAX: usize = 8;
 const SPACING: f64 = 0.8;
 const RADIUS: f64 = 0.42;
 
-type Made<'t, S> = World<'t, S, CriticalDruckerPrager>;
-type Memory<S> = <CriticalDruckerPrager as MaterialLaw<S>>::Memory;
+type Law = Counted<CriticalDruckerPrager>;
+type Made<'t, S> = World<'t, S, Law>;
+type Memory<S> = <Law as MaterialLaw<S>>::Memory;
 
 /// What a world is, all of it from one number; cells have an edge of a metre.
 struct Plan {
@@ -115,7 +116,7 @@ impl Plan {
         Layout::new::<S>(ground).unwrap()
     }
 
-    fn settings<S: Space>(&self) -> Settings<S, CriticalDruckerPrager> {
+    fn settings<S: Space>(&self) -> Settings<S, Law> {
         let contact = LinearContact {
             stiffness_normal: 2e4,
             stiffness_tangential: 1e4,
@@ -129,7 +130,12 @@ impl Plan {
             grain_steps: 1,
             grid: Grid { shape: self.shape, update: self.update, transfer: self.transfer, ..Grid::blend(0.9) },
             loads: Vec::new(),
-            material: CriticalDruckerPrager { bulk_modulus: 1e4, shear_modulus: 5e3, cohesion: 50.0, ..material() },
+            material: Counted(CriticalDruckerPrager {
+                bulk_modulus: 1e4,
+                shear_modulus: 5e3,
+                cohesion: 50.0,
+                ..material()
+            }),
         }
     }
 

@@ -2,22 +2,13 @@
 
 use super::assembly::contacts;
 use super::page::{Page, figures, whole};
-use crate::base::math::PI;
 use crate::job::Method;
 use crate::job::assembly::{Packed, Preparation, Source};
-use crate::job::figures::sizes;
+use crate::job::mpm::forecast::grains_if_discrete;
 use crate::job::mpm::{Granular, InitialStress, Mpm, Origin, figures as of};
 
 /// How far stresses of points and packing may be apart.
 const STRESS_OFF: f64 = 0.05;
-
-/// Grains, if the whole material were discrete.
-pub fn grains_if_discrete(job: &Mpm, granular: &Granular) -> f64 {
-    let points: u64 = of::points_of_regions(job).iter().sum();
-    let area = points as f64 * job.point_volume() / job.grid.depth;
-    let square = sizes(&granular.piece).map_or(0.0, |sizes| sizes.power_mean(2));
-    area * job.material.law.fraction() / (0.25 * PI * square)
-}
 
 /// The section on grains.
 pub fn grains(page: &mut Page, job: &Mpm) {

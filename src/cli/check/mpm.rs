@@ -2,15 +2,15 @@
 
 use super::STEP_SHARE_MIN;
 use super::assembly::motion;
-use super::granular::{self, grains, grains_if_discrete};
+use super::granular::{self, grains};
 use super::page::{Page, figures, megapascals, whole};
 use crate::base::math::PI;
 use crate::job::Method;
 use crate::job::assembly::Shape;
-use crate::job::derived::{BYTES_GRAIN, COST_GRAIN};
 use crate::job::figures::bounds as bounds_of_grains;
+use crate::job::mpm::forecast::Forecast;
 use crate::job::mpm::{
-    BodyContact, Boundary, Face, Granular, InitialStress, LoadKind, MaterialLaw, Mpm, RegionShape, figures as of,
+    BodyContact, Boundary, Face, InitialStress, LoadKind, MaterialLaw, Mpm, RegionShape, figures as of,
 };
 use crate::job::stable::governing;
 use crate::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
@@ -37,7 +37,7 @@ pub fn page(job: &Mpm) -> String {
     bodies(&mut page, job);
     grains(&mut page, job);
     steps(&mut page, job);
-    cost(&mut page, job, counts.iter().sum());
+    cost(&mut page, job);
     for warning in warnings(job) {
         page.line(&format!("\nwarning: {warning}"));
     }
@@ -283,26 +283,33 @@ fn steps(page: &mut Page, job: &Mpm) {
     page.bounds("stable step", &of::bounds(job));
 }
 
-fn cost(page: &mut Page, job: &Mpm, points: u64) {
+fn cost(page: &mut Page, job: &Mpm) {
+    let of_job = Forecast::of(job);
+    let hours = |seconds: f64| format!("{} h ({} s)", figures(seconds / 3600.0), figures(seconds));
     page.section("Cost");
     page.row("simulated time", &format!("{} s", figures(job.end)), "");
     page.row("steps", &whole(of::steps(job) as f64), "");
-    let grains = job.grains.as_ref().map_or(0.0, |granular| match granular.method {
-        Method::Dem => grains_if_discrete(job, granular),
-        Method::Hybrid | Method::Mpm => 0.0,
-    });
-    let points = if job.has_points() { points } else { 0 };
-    let memory = of::memory(job, points) + BYTES_GRAIN * grains;
-    page.row("memory", &format!("{} MB", figures(1e-6 * memory)), "of all ranks together, about");
-    let seconds = of::wall_time(job, points) / job.grain_steps as f64 + of::steps(job) as f64 * grains * COST_GRAIN;
-    let note = match job.grains.as_deref() {
-        Some(Granular { method: Method::Hybrid, .. }) => "on one core, before there are grains".to_string(),
-        Some(Granular { method: Method::Dem, .. }) => {
-            format!("on one core, at {} ns a grain and step", whole(1e9 * COST_GRAIN))
-        }
+    let method = job.grains.as_deref().map(|granular| granular.method);
+    if method == Some(Method::Hybrid) {
+        let rows = format!("{} points, {} grains", whole(of_job.points), whole(of_job.grains));
+        let share = figures(100.0 * of_job.zone);
+        page.row("after enrichment", &rows, &format!("about, in zones of {share} % of the material"));
+    }
+    page.row("memory", &format!("{} MB", figures(1e-6 * of_job.memory)), "of all ranks together, about");
+    if of_job.piece > 0.0 {
+        page.row("making the packing", &hours(of_job.piece), "about; none where packing.cache has it");
+    }
+    if of_job.specimen > 0.0 {
+        page.row("bringing it to rest", &hours(of_job.specimen), "about; none where packing.cache has it");
+    }
+    let note = match method {
+        Some(Method::Hybrid) => "of the steps on one core, with grains from the start".to_string(),
+        Some(Method::Dem) => "of the steps on one core".to_string(),
         _ => format!("on one core, at {} ns a point and step", whole(1e9 * of::cost_of_point(job))),
     };
-    page.row("time to run", &format!("{} h ({} s)", figures(seconds / 3600.0), figures(seconds)), &note);
+    page.row("time to run", &hours(of_job.steps), &note);
+    let rows = of_job.points + of_job.grains;
+    page.pictures(&job.output, job.end, [rows, of_job.grains], job.grid.dimension);
 }
 
 /// How far a node's function reaches, in cells.

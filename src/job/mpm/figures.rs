@@ -253,10 +253,14 @@ pub fn mass(job: &Mpm, points: u64) -> f64 {
 
 /// An estimate of what all ranks together hold in memory, bytes.
 pub fn memory(job: &Mpm, points: u64) -> f64 {
+    BYTES_OF_POINT[space(job)] * points as f64 + BYTES_OF_NODE[space(job)] * nodes(job)
+}
+
+/// Nodes of all tiles, with their margins.
+pub fn nodes(job: &Mpm) -> f64 {
     let edge = job.cells_per_block + margins(job.scheme.shape).iter().sum::<usize>();
-    let tile = edge.pow(job.grid.dimension as u32) as f64;
     let blocks: f64 = blocks(job).iter().map(|count| *count as f64).product();
-    BYTES_OF_POINT[space(job)] * points as f64 + BYTES_OF_NODE[space(job)] * tile * blocks
+    edge.pow(job.grid.dimension as u32) as f64 * blocks
 }
 
 /// Wall time of that many points on one core, s.

@@ -11,6 +11,7 @@ use crate::law::material::CriticalConstants;
 use crate::mpm::scheme::Scheme;
 
 pub mod figures;
+pub mod forecast;
 mod granular;
 mod keys;
 

@@ -3,7 +3,7 @@
 use super::body::{Domain, check_bodies};
 use super::checks::check;
 use super::limits::{refuse_speed_of_body, refuse_steps};
-use super::{BLOCK_OF_DISCS, SAFETY_DEFAULT, SKIN_DEFAULT, check_name, output, refuse_wide_sizes};
+use super::{BLOCK_OF_DISCS, BLOCK_OF_SPHERES, SAFETY_DEFAULT, SKIN_DEFAULT, check_name, output, refuse_wide_sizes};
 use crate::base::error::Error;
 use crate::base::keys::Form;
 use crate::job::assembly::{Assembly, Packed, Sizes, Source, keys_of_grains};
@@ -12,7 +12,6 @@ use crate::job::raw::{Reader, Typed};
 use crate::job::stable::{self, governing};
 
 /// Edge of a block in mean diameters: fewer than of discs, so that a block holds some hundred grains in both.
-const BLOCK_OF_SPHERES: f64 = 6.0;
 /// How exactly shares of sizes add up to 1.
 const SHARES_TOLERANCE: f64 = 1e-9;
 

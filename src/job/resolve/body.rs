@@ -7,7 +7,7 @@ use crate::job::assembly::{Body, Motion, PathPoint, Shape};
 use crate::job::raw::Reader;
 
 /// Bodies that a job may have.
-const BODIES_MAX: usize = 8;
+pub(super) const BODIES_MAX: usize = 8;
 /// How far a typed direction may be from length 1 to be taken as it is, so that resolving twice changes no bit.
 const UNIT_TOLERANCE: f64 = 1e-12;
 /// Sine of the angle within which two directions count as the same.

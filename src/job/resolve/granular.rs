@@ -1,24 +1,26 @@
 //! Grains that the material of a continuum's job may be made of.
 
 use super::assembly::read_grains;
-use super::body::check_inside;
+use super::body::{BODIES_MAX, check_inside};
 use super::checks::check_as_piece;
 use super::mpm::domain;
 use super::shear::{LEDGER_OF_LIVING_ZONE, check_life};
-use super::{BLOCK_OF_DISCS, SKIN_DEFAULT, digits};
+use super::{BLOCK_OF_DISCS, BLOCK_OF_SPHERES, SKIN_DEFAULT, digits};
 use crate::base::error::Error;
 use crate::base::keys::Form;
-use crate::job::assembly::{Assembly, Packed, Preparation, Shape, Source};
+use crate::base::math;
+use crate::job::assembly::{Assembly, Body, Motion, Packed, Preparation, Shape, Source};
 use crate::job::figures::{diameter_max, fraction_in_cell, margin};
-use crate::job::mpm::{Boundary, Face, Granular, Grid, KnownBands, MaterialLaw, Mpm};
+use crate::job::mpm::forecast::FRACTION_OF_PACKING;
+use crate::job::mpm::{BodyContact, Boundary, Face, Granular, Grid, KnownBands, MaterialLaw, Mpm, RigidBody};
 use crate::job::raw::{Reader, Typed};
 use crate::job::{Method, stable};
 use crate::mpm::scheme::{ShapeFunction, StressUpdate};
 
 /// Tables and keys that only grains ask for.
 const TABLES: [&str; 4] = ["packing", "contact", "enrichment", "zone"];
-/// Packing fraction of the piece as it is drawn; compression makes it what it is.
-const FRACTION_DRAWN: f64 = 0.84;
+/// How far a plane that stands in for a face stands before it, in cells.
+const BEFORE_FACE: f64 = 1e-9;
 /// Skin in cells: a grain may come half of it out of its block, and nodes reach a little less than half a cell beyond.
 const SKIN_MAX: f64 = 0.8;
 /// Cells that a zone keeps between its flagged nodes and its rim, at least.
@@ -43,11 +45,11 @@ pub fn granular(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>)
         }
         return Ok(None);
     }
-    if grid.dimension != 2 {
-        return Err(grains.refusal_of_table("are discs beside a continuum in plane strain, and this grid is in space. Write grid.space = \"plane\", or remove the table."));
-    }
     let mut granular = Granular::blank();
     granular.method.keys(&mut top.clone(), "what a job with grains is made of: mpm, dem or hybrid");
+    if granular.method == Method::Hybrid && grid.dimension != 2 {
+        return Err(grains.refusal_of_table("take the place of points in plane strain, and this grid is in space. Write grid.space = \"plane\", or method = \"dem\" or \"mpm\"."));
+    }
     read_piece(&mut granular.piece, typed, grid);
     granular.enrichment.distance = grid.cell;
     granular.keys_of_enrichment(&mut typed.table("enrichment", granular.method == Method::Hybrid, why));
@@ -70,21 +72,52 @@ pub fn place_bands(grains: &mut Granular, parts: Vec<[[f64; 2]; 2]>, top: &Reade
 fn read_piece(piece: &mut Assembly, typed: &Typed, grid: &Grid) {
     let why = "a job with grains";
     piece.name = "packing".to_string();
-    piece.cell.depth = grid.depth;
-    piece.cell.periodic = [true, true, false];
+    (piece.cell.dimension, piece.cell.depth) = (grid.dimension, grid.depth);
+    piece.cell.periodic = std::array::from_fn(|axis| axis < grid.dimension);
     read_grains(piece, typed, why);
     if !matches!(piece.source, Source::Packed(Packed { preparation: Preparation::Compress { .. }, .. })) {
         let message = "must be compressed, so that pieces of packing can be laid side by side: write packing.preparation = \"compress\" and grains.count.";
         typed.note_together(typed.table("grains", false, why).refusal_of_table(message));
     }
-    let mass_mean = stable::grain_mass(piece.matter.density, 0.5 * piece.matter.diameter_mean, grid.depth, 2);
+    let radius = 0.5 * piece.matter.diameter_mean;
+    let mass_mean = stable::grain_mass(piece.matter.density, radius, grid.depth, grid.dimension);
     piece.contact.keys(&mut typed.table("contact", true, why), mass_mean);
     piece.skin = SKIN_DEFAULT * piece.matter.diameter_mean;
-    piece.block = BLOCK_OF_DISCS * piece.matter.diameter_mean;
-    // A square that its grains fill about as they will once they are compressed.
-    piece.cell.upper = [1.0, 1.0, 0.0];
-    let edge = (fraction_in_cell(piece).unwrap_or(FRACTION_DRAWN) / FRACTION_DRAWN).sqrt();
-    piece.cell.upper = [edge, edge, 0.0];
+    let block = if grid.dimension == 2 { BLOCK_OF_DISCS } else { BLOCK_OF_SPHERES };
+    piece.block = block * piece.matter.diameter_mean;
+    // A square or cube that its grains fill about as they will once they are compressed.
+    let of_edge = |edge: f64| std::array::from_fn(|axis| if axis < grid.dimension { edge } else { 0.0 });
+    piece.cell.upper = of_edge(1.0);
+    let fraction = FRACTION_OF_PACKING[grid.dimension - 2];
+    let share = fraction_in_cell(piece).unwrap_or(fraction) / fraction;
+    piece.cell.upper = of_edge(if grid.dimension == 2 { share.sqrt() } else { math::cbrt(share) });
+}
+
+/// Grains do not feel faces: where some may move, planes that hold grains and nodes alike stand in the place of every face that holds
+/// nodes, under its name.
+pub fn stand_in_for_faces(job: &mut Mpm) {
+    if !job.moves_grains() {
+        return;
+    }
+    for face in Face::all(job.grid.dimension) {
+        let boundary = &mut job.boundaries[face.axis][usize::from(face.upper)];
+        let (contact, separates) = match *boundary {
+            Boundary::Fixed => (BodyContact::Rough, false),
+            Boundary::Roller => (BodyContact::Smooth, false),
+            Boundary::Friction { coefficient } => (BodyContact::Coulomb { friction: coefficient }, true),
+            Boundary::Periodic | Boundary::Absorbing | Boundary::Free => continue,
+        };
+        *boundary = Boundary::Free;
+        let (mut point, mut normal) = ([0.0; 3], [0.0; 3]);
+        let inwards = if face.upper { -1.0 } else { 1.0 };
+        let at = if face.upper { job.grid.upper } else { job.grid.lower };
+        normal[face.axis] = inwards;
+        // Nodes on the face are behind the plane, whatever rounding says.
+        point[face.axis] = at[face.axis] + inwards * BEFORE_FACE * job.grid.cell;
+        let shape = Shape::Plane { point, normal };
+        let body = Body { name: face.name(), shape, motion: Motion { path: Vec::new(), servo: None } };
+        job.bodies.push(RigidBody { body, contact, separates, seat: 0.0 });
+    }
 }
 
 /// Bands that grains are to take the place of must be met, in time and by material.
@@ -135,11 +168,14 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
     }
     let Some(grains) = &job.grains else { return };
     typed.check(check_as_piece(&grains.piece, typed));
-    if !matches!(job.material.law, MaterialLaw::CriticalDruckerPrager(_)) {
+    if grains.method == Method::Mpm {
+        return;
+    }
+    if grains.method == Method::Hybrid && !matches!(job.material.law, MaterialLaw::CriticalDruckerPrager(_)) {
         typed.note_together(typed.refusal(
             "material",
             "law",
-            "does not soften as grains do. In a job with grains write \"critical_drucker_prager\".",
+            "does not soften as grains do. In a hybrid write \"critical_drucker_prager\".",
         ));
     }
     if job.scheme.shape != ShapeFunction::Quadratic {
@@ -187,19 +223,25 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
     if !job.loads.is_empty() {
         typed.note_together(top.list("load")[0].refusal_of_table("is borne by points, and grains do not know it. Press by a [[body]] or a [[membrane]] in a job with grains."));
     }
-    for face in Face::all(2) {
-        let kind = job.boundaries[face.axis][usize::from(face.upper)];
-        if !matches!(kind, Boundary::Free | Boundary::Periodic) {
+    for face in Face::all(job.grid.dimension) {
+        if job.boundaries[face.axis][usize::from(face.upper)] == Boundary::Absorbing {
             typed.note_together(top.refusal(
                 "boundary",
                 &format!(
-                    "leaves {} to hold nodes, and grains do not feel faces. Write kind = \"free\" for that face, and put a [[body]] with shape = \"plane\" in front of it.",
+                    "takes waves from nodes at {}, and grains have no such dashpots. Write kind = \"fixed\", \"roller\" or \"friction\" for that face.",
                     face.name()
                 ),
             ));
         }
     }
-    if job.grid.periodic[..2].contains(&true) {
+    if job.bodies.len() > BODIES_MAX {
+        let [most, now] = [BODIES_MAX, job.bodies.len()];
+        let message = format!(
+            "makes {now} bodies with the planes that stand in for faces, and a job may have {most}. Write kind = \"free\" for faces that nothing reaches, or remove bodies."
+        );
+        typed.note_together(top.refusal("boundary", &message));
+    }
+    if job.grid.periodic.contains(&true) {
         typed.note_together(typed.refusal(
             "grid",
             "periodic",

@@ -1,13 +1,14 @@
 //! A continuum of material points on a grid.
 
 use super::body::{self, AXES, Domain, check_bodies, unit};
-use super::granular::{check as check_granular, granular, place_bands};
+use super::granular::{check as check_granular, granular, place_bands, stand_in_for_faces};
 use super::limits::refuse_steps;
 use super::membrane::check_membranes;
 use super::mpm_checks::{check, simple};
 use super::{SAFETY_DEFAULT, check_name, digits, material, output};
 use crate::base::error::Error;
 use crate::base::keys::Form;
+use crate::job::mpm::forecast::fraction_of_packing;
 use crate::job::mpm::{
     Boundary, Face, Followed, Gravity, Grid, InitialStress, LOADS_MAX, Load, MaterialLaw, Mpm, Region, RegionShape,
     Watch, figures, polygon_area,
@@ -53,7 +54,7 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     file.as_ref().map_or(Ok(()), Typed::stop_if_wrong)?;
     if let Some(grains) = &job.grains {
         // As far as it is known before the packing is made.
-        job.material.density = grains.piece.matter.density * job.material.law.fraction();
+        job.material.density = grains.piece.matter.density * fraction_of_packing(&job);
     }
     let mut gravity = typed.table_if_typed("gravity").with_axes(axes);
     if gravity.is_typed() {
@@ -69,6 +70,7 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     }
     place_boundaries(&mut job, &named, &top);
     check_lists(&mut job, &top, typed)?;
+    stand_in_for_faces(&mut job);
     job.keys_of_time(&mut time);
     job.oracle = oracle(typed, &job)?;
     job.cells_per_block = 0;

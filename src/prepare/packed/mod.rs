@@ -9,7 +9,7 @@ use scree_partition::Transport;
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
 use crate::base::record::{Cargo, to_table};
-use crate::base::space::{Plane, Space};
+use crate::base::space::{Linear, Space};
 use crate::bodies::body;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
@@ -39,22 +39,26 @@ pub struct Packing<S: Space> {
     pub cell: Cell<S>,
 }
 
-impl Packing<Plane> {
-    /// Grains of copies side by side in the plane, so many along each axis from `lower` on, m: id, place, and the grain that each is a copy of.
+impl<S: Space> Packing<S> {
+    /// Grains of copies side by side, so many along each axis from `lower` on, m: id, place, and the grain that each is a copy of.
     pub fn side_by_side(
         &self,
-        lower: [f64; 2],
-        copies: [u64; 2],
-    ) -> impl Iterator<Item = (GrainId, <Plane as Space>::Vector, &GrainRow<Plane>)> {
-        let edges = [self.cell.edges[0], self.cell.edges[3]];
-        (0..copies[0] * copies[1]).flat_map(move |copy| {
-            let number = [copy % copies[0], copy / copies[0]];
-            let corner = [0, 1].map(|axis| lower[axis] + number[axis] as f64 * edges[axis] - self.cell.corner[axis]);
+        lower: [f64; 3],
+        copies: [u64; 3],
+    ) -> impl Iterator<Item = (GrainId, S::Vector, &GrainRow<S>)> {
+        (0..copies.iter().product::<u64>()).flat_map(move |copy| {
+            let number = [copy % copies[0], copy / copies[0] % copies[1], copy / (copies[0] * copies[1])];
+            let mut corner = S::Vector::zero();
+            for axis in 0..S::DIMENSION {
+                let edge = self.cell.edges[axis * S::DIMENSION + axis];
+                corner[axis] = lower[axis] + number[axis] as f64 * edge - self.cell.corner[axis];
+            }
             let first = copy * self.grains.len() as u64;
-            self.grains.iter().enumerate().map(move |(row, grain)| {
-                let place = grain.hot.position + <Plane as Space>::Vector::new(corner[0], corner[1]);
-                (GrainId(first + row as u64), place, grain)
-            })
+            let place = move |(row, grain): (usize, _)| -> (GrainId, S::Vector, &GrainRow<S>) {
+                let grain: &GrainRow<S> = grain;
+                (GrainId(first + row as u64), grain.hot.position + corner, grain)
+            };
+            self.grains.iter().enumerate().map(place)
         })
     }
 }
