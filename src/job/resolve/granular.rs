@@ -158,7 +158,7 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
         }
         let first = body.body.motion.path.iter().map(|at| at.velocity).find(|velocity| *velocity != [0.0; 3]);
         if let (true, Some(way), Shape::Plane { normal, .. }) = (body.seat > 0.0, first, &body.body.shape)
-            && way[0] * normal[0] + way[1] * normal[1] <= 0.0
+            && way.iter().zip(normal).map(|(way, normal)| way * normal).sum::<f64>() <= 0.0
         {
             typed.note_together(table.refusal(
                 "seat",
