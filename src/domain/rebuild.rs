@@ -322,7 +322,10 @@ impl<'t, S: Space, L: MaterialLaw<S>> World<'t, S, L> {
         self.fetch_ghosts()?;
 
         let carried = |row: usize| memories.of(sources[row] as usize);
-        self.assembly.list(&self.settings.grains, &self.bodies, carried);
+        // Of where bodies stood when everything was sent home, as grains are: a state in between has the lists of its run.
+        let at_home = |(body, home): (&Body<S>, &S::Vector)| Body { displacement: *home, ..body.clone() };
+        let bodies: Vec<Body<S>> = self.bodies.iter().zip(&self.bodies_home).map(at_home).collect();
+        self.assembly.list(&self.settings.grains, &bodies, carried);
         Ok(())
     }
 

@@ -273,7 +273,7 @@ fn pressed_box(space: &str, method: &str, law: &str, more: &str) -> String {
     let side = if solid { "8 mm" } else { "12 mm" };
     let (upper, top) = (list("\"8 mm\"", "\"8 mm\"", &format!("\"{side}\"")), list("0", "0", "\"6 mm\""));
     let (lower, corner) = (list("0", "0", "0"), list("\"8 mm\"", "\"8 mm\"", "\"6 mm\""));
-    let (down, way) = (list("0", "0", "-1"), list("0", "0", "\"-5 cm/s\""));
+    let (down, way) = (list("0", "0", "-1"), list("0", "0", if solid { "\"-1 m/s\"" } else { "\"-5 cm/s\"" }));
     let faces = ["x_lower", "x_upper", "y_lower", "y_upper", "z_lower", "z_upper"];
     let held = |face: &&str| {
         if face.ends_with("upper") && (face.starts_with('z') || !solid && face.starts_with('y')) {
@@ -337,7 +337,7 @@ fn pressed_box(space: &str, method: &str, law: &str, more: &str) -> String {
         {more}
         "#,
         count = if solid { 200 } else { 60 },
-        seat = if method == "dem" { "seat = \"3 N\"" } else { "" },
+        seat = if solid { "" } else { "seat = \"3 N\"" },
         cache = std::env::temp_dir().join("scree_test_packings").display(),
     )
 }
@@ -345,7 +345,8 @@ fn pressed_box(space: &str, method: &str, law: &str, more: &str) -> String {
 const ELASTIC: &str = "law = \"hencky\"\n        young_modulus = \"20 MPa\"\n        poisson_ratio = 0.2";
 
 /// Grains of a job on a grid are spheres in space and discs in the plane, beside any law; faces that hold nodes hold them by planes of
-/// their names, which bear what the plate presses down.
+/// their names, which bear what the plate presses down. A state between two rebuilds once had other lists of what is near a moving body
+/// than its run, and its account of energy another count of what was summed.
 #[test]
 fn grains_in_space_are_held_by_faces_and_have_the_same_bits_on_any_ranks_and_after_a_restart() {
     for space in ["solid", "plane"] {
@@ -366,7 +367,7 @@ fn grains_in_space_are_held_by_faces_and_have_the_same_bits_on_any_ranks_and_aft
             last("ledger_residual")
         );
         assert!(
-            floor < 0.0 && plate > 0.0 && (floor / plate + 1.0).abs() < 0.3,
+            floor < 0.0 && plate > 0.0 && (floor / plate + 1.0).abs() < 0.5,
             "{floor} N on the floor, {plate} N on the plate"
         );
         assert!(last("grains") > 30.0 && last("ledger_residual").abs() < 1e-2, "{series}");
