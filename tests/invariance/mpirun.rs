@@ -14,6 +14,8 @@ use crate::runs::{done, options};
 
 pub const SCREE: &str = env!("CARGO_BIN_EXE_scree");
 const JOB: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/quickstart.toml");
+/// Half of its way: grains enter at 1.6 % of strain.
+const END: &str = "loading.strain_end=0.06";
 /// Nothing here takes a tenth of this; a hang must not take the suite with it.
 const PATIENCE: Duration = Duration::from_secs(300);
 
@@ -56,7 +58,7 @@ pub fn launching(command: &mut Command) {
 }
 
 fn run_arguments<'a>(out: &'a str, threads: &'a str) -> Vec<&'a str> {
-    vec!["run", JOB, "--out", out, "--threads", threads, "--set", "packing.cache=cache"]
+    vec!["run", JOB, "--out", out, "--threads", threads, "--set", "packing.cache=cache", "--set", END]
 }
 
 /// All that a process has said.
@@ -181,7 +183,7 @@ fn the_same_on_ranks_that_are_threads() {
     let _turn = turn();
     reference();
     let cache = format!("packing.cache={}", folder().join("cache").display());
-    let job = Job::load(Path::new(JOB), &[cache]).unwrap();
+    let job = Job::load(Path::new(JOB), &[cache, END.to_string()]).unwrap();
     let out = folder().join("in-process");
     threads::run(3, |rank| done(start::start(&job, &options(&out), &rank)));
     assert_same("in-process");
