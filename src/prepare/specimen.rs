@@ -58,6 +58,8 @@ const INERTIAL_NUMBER: f64 = 1e-3;
 const LOOK_EVERY: u64 = 500;
 const CALM_LOOKS: u32 = 3;
 const CALM_WAY: f64 = 1e-4;
+/// Elastic energy of grains under a stress, about, as a share of that stress times their volume.
+const UNBORNE: f64 = 1e-3;
 /// How often a specimen is brought to rest for its bodies to come where the job has them, and how near is near enough, in mean
 /// diameters.
 const SEATS_MAX: u64 = 4;
@@ -270,6 +272,7 @@ fn bring_to_rest<S: Space, L: MaterialLaw<S>>(
     world.assembly.walls.laws = laws_of_bodies(job, granular);
 
     let (goal, diameter) = (packed_of(granular).energy_ratio_max, granular.piece.matter.diameter_mean);
+    let pressed = stress_of(granular) * mass / granular.piece.matter.density;
     let leg = Leg { name: "bringing to rest", rebuilds: false, look_every: LOOK_EVERY, calm_looks: CALM_LOOKS, goal };
     making.bring_to_rest(&mut world, leg, |_, _| (), |world, notes| {
         let ratio = world.unrest()?;
@@ -289,7 +292,9 @@ fn bring_to_rest<S: Space, L: MaterialLaw<S>>(
                 world.step,
             )));
         }
-        let rests = rests && ratio < goal;
+        // Grains that nothing presses bear nothing, and rest once next to none of what they would bear is left in their motion.
+        let lies = ratio.is_infinite() && world.energies()?.kinetic_grains < goal * UNBORNE * pressed;
+        let rests = rests && (ratio < goal || lies);
         Ok(Look { rests, ratio, words: format!("{} grains", world.grains_total) })
     })?;
     world.rebuild()?;

@@ -374,6 +374,14 @@ fn grains_in_space_are_held_by_faces_and_have_the_same_bits_on_any_ranks_and_aft
     }
 }
 
+/// A specimen that is cut of a packing and that nothing presses bears nothing: its kinetic energy was compared to none at all, and it was
+/// given up after five million steps.
+#[test]
+fn grains_that_nothing_presses_come_to_rest() {
+    let ran = Ran::of(&pressed_box("plane", "dem", ELASTIC, "").replace("seat = \"3 N\"", ""));
+    assert!(ran.series("grains").iter().all(|grains| *grains > 30.0 && *grains == ran.series("grains")[0]));
+}
+
 /// Points that stand for grains have all that points have: any law, faces, loads, periods, points that are followed.
 #[test]
 fn points_of_the_density_of_a_packing_bear_loads_between_faces() {
