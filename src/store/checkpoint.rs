@@ -33,9 +33,11 @@ use crate::mpm::track::{Instants, LOOKS};
 use crate::store::{soundness, tables};
 
 /// Material points of the jobs of this program.
-pub type PlanarPoint = Point<Plane, CountedMemory<CriticalMemory<Plane>>>;
+pub type PlanarPoint = Point<Plane, PlanarMemory>;
+/// What they remember.
+pub type PlanarMemory = CountedMemory<CriticalMemory<Plane>>;
 /// State of a run that has such points.
-pub type PlanarSnapshot = Snapshot<Plane, CountedMemory<CriticalMemory<Plane>>>;
+pub type PlanarSnapshot = Snapshot<Plane, PlanarMemory>;
 
 /// What a run remembers beside grains, points, bodies and cell; the same on every rank.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -11,11 +11,12 @@ use crate::couple::zone::{CellGrid, Enrichment, Label, Zone};
 use crate::dem::grains::{Hot, Mover};
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::law::material::{CountedMemory, CriticalMemory, MaterialLaw};
-use crate::mpm::points::{Hot as PointHot, Point};
+use crate::law::material::MaterialLaw;
+use crate::mpm::points::Hot as PointHot;
 use crate::mpm::track::Instants;
 use crate::prepare::reference::{Lies, Reference};
 use crate::prepare::sheared::{Grain, PlanarWorld};
+use crate::store::checkpoint::{PlanarMemory, PlanarPoint};
 
 mod account;
 mod choose;
@@ -38,8 +39,6 @@ use residents::Residents;
 use training::{Holders, Trained, train};
 
 type Vector = <Plane as Space>::Vector;
-type PlanarMemory = CountedMemory<CriticalMemory<Plane>>;
-type PlanarPoint = Point<Plane, PlanarMemory>;
 type PlanarHot = PointHot<Plane, PlanarMemory>;
 
 /// What an enrichment did, for the log and the summary.

@@ -7,6 +7,8 @@ use crate::job::assembly::{Packed, Preparation, Shape, Source};
 use crate::job::derived::BYTES_GRAIN;
 use crate::job::figures::sizes;
 
+// Chosen on `jobs/triaxial.toml`, one core (VALIDATION.md, "Forecasts"); in space by `scree bench dem --space solid`.
+
 /// Wall time of a grain and step, s: in a periodic piece that is compressed, among grains and bodies alone, and where grains share
 /// nodes with points or membranes.
 const COST_IN_PIECE: f64 = 80e-9;

@@ -297,10 +297,10 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
         self.ledger.as_ref().is_some_and(|ledger| ledger.start.is_some() && ledger.stored.is_some())
     }
 
-    /// Goes on with accounts that were stored; none opens new ones.
+    /// Goes on with accounts that were stored; none opens new ones. A branch that keeps none has no use for those of its run.
     pub fn resume_accounts(&mut self, of: Accounts, entries: &[Entry]) -> Result<(), Error> {
         self.open_accounts(of);
-        if entries.is_empty() {
+        if entries.is_empty() || of == Accounts::default() {
             return Ok(());
         }
         let sizes = [(of.grains, ENTRIES), (of.points, points::ENTRIES)];

@@ -467,6 +467,9 @@ fn ranks_and_interruptions_do_not_show() {
             let (settings, layout) = (world.settings.clone(), world.subdomain.layout.clone());
             let parts = Parts::fresh(saved, Vec::new(), Vec::new(), world.assembly.cell);
             world = World::new(settings, layout, transport, 400, parts).unwrap();
+            // As a branch that keeps none.
+            world.resume_accounts(Accounts::default(), &entries).unwrap();
+            assert!(world.ledger_entries().unwrap().is_empty());
             world.resume_accounts(Accounts::GRAINS, &entries).unwrap();
         }
         run(&mut world, 400);
