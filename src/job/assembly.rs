@@ -136,7 +136,7 @@ impl Assembly {
             },
             matter: Matter { density: 0.0, diameter_mean: 0.0 },
             source: Source::Packed(Packed::blank(2)),
-            contact: Contact::LAWS[0].1,
+            contact: Contact::ASLEEP,
             damping: Damping::default(),
             gravity: [0.0; 3],
             bodies: Vec::new(),

@@ -4,11 +4,11 @@
 
 use std::f64::consts::PI;
 
-use super::stable::{self, GrainScale, HERTZ_OVERLAP, Springs};
+use super::stable::{self, GrainScale, HERTZ_OVERLAP, springs_at};
 
 pub use super::stable::{Bound, governing};
 use super::{Method, Scenario};
-use crate::law::contact::Contact;
+use crate::law::contact::{Contact, FLAT, Springs};
 
 /// Packing fraction assumed where only the packing itself will tell (dense discs of this spread: 0.84 to 0.86).
 pub const FRACTION_DENSE: f64 = 0.85;
@@ -109,7 +109,7 @@ pub fn moduli_affine(springs: &Springs, fraction: f64, depth: f64) -> Moduli {
 
 /// Springs between two mean grains.
 pub fn springs_mean(contact: &Contact, diameter_mean: f64) -> Springs {
-    Springs::of(contact, 0.5 * diameter_mean, 0.5 * diameter_mean, HERTZ_OVERLAP)
+    springs_at(contact, [0.5 * diameter_mean; 2], [FLAT; 2], HERTZ_OVERLAP)
 }
 
 /// The affine estimate for this scenario's contact law.

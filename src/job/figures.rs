@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::assembly::{Assembly, Preparation, Shape, Sizes, Source};
 use super::derived::DIAMETER_CUT;
-use super::stable::{self, Bound, GrainScale, HERTZ_OVERLAP, Springs};
-use crate::law::contact::Contact;
+use super::stable::{self, Bound, GrainScale, HERTZ_OVERLAP, springs_at};
+use crate::law::contact::{FLAT, Springs, Stiffening};
 
 /// Share of sigma^2 that is left of a normal distribution cut at three deviations.
 const VARIANCE_CUT: f64 = 0.973_3;
@@ -154,7 +154,7 @@ pub fn pressure(assembly: &Assembly) -> Option<f64> {
 /// Stiffness of contacts against the load across a grain, k_n/(p depth) or k_n/(p d): the reciprocal of the mean overlap in
 /// diameters, where the stress is known. None of Hertz contacts, which stiffen as they are loaded.
 pub fn stiffness_number(assembly: &Assembly) -> Option<f64> {
-    if matches!(assembly.contact, Contact::HertzMindlin(_)) {
+    if assembly.contact.stiffening() == Stiffening::WithOverlap {
         return None;
     }
     pressure(assembly).map(|pressure| springs_mean(assembly).normal / (pressure * thickness(assembly)))
@@ -163,7 +163,7 @@ pub fn stiffness_number(assembly: &Assembly) -> Option<f64> {
 /// Stiffness of mean contacts as a modulus, Pa, under a mean stress (Pa): Hertz contacts stiffen as they are loaded.
 pub fn modulus_under(assembly: &Assembly, stress: f64) -> f64 {
     let radius = 0.5 * assembly.matter.diameter_mean;
-    let springs = |overlap: f64| Springs::of(&assembly.contact, radius, radius, overlap).normal;
+    let springs = |overlap: f64| springs_at(&assembly.contact, [radius; 2], [FLAT; 2], overlap).normal;
     let thickness = thickness(assembly);
     let force = stress * 2.0 * radius * thickness;
     // F is 2/3 k d with k as the root of d.

@@ -122,7 +122,7 @@ impl Scenario {
             seed: 1,
             specimen: Specimen { width: 0.0, height: 0.0, depth: 0.0 },
             grains: Grains { diameter_mean: 0.0, diameter_deviation: 0.0, density: 0.0, file: None },
-            contact: Contact::LAWS[0].1,
+            contact: Contact::ASLEEP,
             packing: Packing {
                 friction: 0.0,
                 fraction_start: 0.0,

@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
-use crate::job::Output;
+use crate::base::keys::{Form, Wants};
 use crate::job::stable::{Bound, governing};
+use crate::job::{Output, listed};
 use crate::observe::contact_frame::BYTES_PER_LINE;
 use crate::observe::frame::BYTES_PER_ROW;
 
@@ -28,6 +29,17 @@ impl Page {
             line.push_str(note);
         }
         self.line(line.trim_end());
+    }
+
+    /// What keys say, each in a row with what it means.
+    pub fn keys(&mut self, axes: usize, visit: impl FnOnce(&mut dyn Form)) {
+        for (key, value) in listed(axes, visit) {
+            let shown = match (&key.wants, value.parse::<f64>()) {
+                (Wants::Number(dimension, _), Ok(number)) => format!("{} {}", figures(number), dimension.unit()),
+                _ => value.trim_matches('"').to_string(),
+            };
+            self.row(key.name, shown.trim_end(), key.about);
+        }
     }
 
     /// What frames and contacts will take on disk, of a run of so many seconds with so many rows and, among them, grains.

@@ -4,7 +4,7 @@ use super::page::{Page, figures, megapascals, whole};
 use super::{INERTIAL_NUMBER_QUASI_STATIC, STEP_SHARE_MIN, STIFFNESS_NUMBER_MIN};
 use crate::job::stable::Bound;
 use crate::job::{Method, Scenario, derived};
-use crate::law::contact::Contact;
+use crate::law::contact::Stiffening;
 
 /// Moduli this many times the affine estimate cannot come from the contact law, which the estimate bounds from above.
 const MODULUS_EXCESS_MAX: f64 = 1.5;
@@ -189,13 +189,9 @@ fn warnings_of_motion(scenario: &Scenario, grains: &[Bound]) -> Vec<String> {
         ));
     }
     let stiffness = derived::stiffness_number(scenario);
-    let key = match scenario.contact {
-        Contact::Linear(_) | Contact::LinearCohesive(_) => Some("stiffness_normal"),
-        Contact::ElasticRolling(_) => Some("young_modulus"),
-        // Their stiffness is that of an overlap which is not the mean one.
-        Contact::HertzMindlin(_) => None,
-    };
-    if let Some(key) = key
+    let [key, _] = scenario.contact.keys_of_stiffness();
+    // Where it grows with overlap it is that of an overlap which is not the mean one.
+    if scenario.contact.stiffening() != Stiffening::WithOverlap
         && scenario.method.has_grains()
         && stiffness < STIFFNESS_NUMBER_MIN
     {

@@ -544,7 +544,7 @@ impl Granular {
     pub(in crate::job) fn blank() -> Self {
         Self {
             method: Method::Hybrid,
-            piece: Assembly { contact: Contact::LAWS[0].1, ..Assembly::blank() },
+            piece: Assembly { contact: Contact::ASLEEP, ..Assembly::blank() },
             enrichment: Enrichment::around(0.0),
             reference: Origin::Specimen,
             known: None,
