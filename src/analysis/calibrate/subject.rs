@@ -2,7 +2,7 @@
 
 use crate::base::error::Error;
 use crate::job::assembly::{Assembly, Matter, Packed, Preparation, Sizes, Source};
-use crate::job::mpm::{Granular, MaterialLaw, Mpm};
+use crate::job::mpm::{Granular, Mpm};
 use crate::job::{BLOCK_OF_DISCS, Job, Scenario, significant};
 use crate::law::material::CriticalConstants;
 
@@ -83,10 +83,7 @@ impl Subject {
             _ => unreachable!("a checked job has its piece compressed"),
         };
         let now = match job {
-            Job::Mpm(Mpm { material, .. }) => match material.law {
-                MaterialLaw::CriticalDruckerPrager(law) => Some(law),
-                MaterialLaw::LinearElastic(_) | MaterialLaw::Hencky(_) => None,
-            },
+            Job::Mpm(Mpm { material, .. }) => material.law.critical().copied(),
             _ => None,
         };
         let piece = Assembly { output: *job.output(), ..granular.piece.clone() };

@@ -3,15 +3,12 @@
 use super::STEP_SHARE_MIN;
 use super::assembly::motion;
 use super::granular::{self, grains};
-use super::page::{Page, figures, megapascals, whole};
-use crate::base::math::PI;
+use super::page::{Page, figures, whole};
 use crate::job::Method;
 use crate::job::assembly::Shape;
 use crate::job::figures::bounds as bounds_of_grains;
 use crate::job::mpm::forecast::Forecast;
-use crate::job::mpm::{
-    BodyContact, Boundary, Face, InitialStress, LoadKind, MaterialLaw, Mpm, RegionShape, figures as of,
-};
+use crate::job::mpm::{BodyContact, Boundary, Face, InitialStress, LoadKind, Mpm, RegionShape, figures as of};
 use crate::job::stable::governing;
 use crate::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 
@@ -104,36 +101,7 @@ fn scheme(page: &mut Page, job: &Mpm) {
 fn material(page: &mut Page, job: &Mpm) {
     page.section("Material");
     let axes = job.grid.dimension;
-    let moduli = |page: &mut Page, bulk: f64, shear: f64| {
-        page.row("K and G", &megapascals(bulk, shear), if axes == 2 { "K of the mean of two axes" } else { "" });
-    };
-    match &job.material.law {
-        MaterialLaw::LinearElastic(law) => {
-            page.row("law", "linear_elastic", "");
-            moduli(page, law.bulk_modulus_in(axes), law.shear_modulus);
-        }
-        MaterialLaw::Hencky(law) => {
-            page.row("law", "hencky", "");
-            moduli(page, law.bulk_modulus_in(axes), law.shear_modulus);
-        }
-        MaterialLaw::CriticalDruckerPrager(law) => {
-            page.row("law", "critical_drucker_prager", "");
-            moduli(page, law.bulk_modulus, law.shear_modulus);
-            let degrees = |angle: f64| format!("{} deg", figures(angle * 180.0 / PI));
-            page.row("phi_cs", &degrees(law.friction_angle_critical), "");
-            page.row(
-                "Phi and Phi_cs",
-                &format!("{} and {}", figures(law.fraction), figures(law.fraction_critical)),
-                "",
-            );
-            let rates = format!("{} and {}", figures(law.dilation_factor), figures(law.softening_rate));
-            page.row("chi and xi", &rates, "");
-            page.row("cohesion", &format!("{} kPa", figures(1e-3 * law.cohesion)), "");
-            if let Some(angle) = law.dilation_angle {
-                page.row("psi", &degrees(angle), "constant");
-            }
-        }
-    }
+    page.keys(axes, |form| job.material.law.clone().keys(form));
     page.row("density", &format!("{} kg/m3", figures(job.material.density)), "");
     let (along, across) = of::wave_speeds(job);
     page.row("wave speeds", &format!("{} and {} m/s", figures(along), figures(across)), "along and across");

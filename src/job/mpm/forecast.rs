@@ -1,6 +1,6 @@
 //! What a job on a grid will take on one core, part by part, before anything of it is done.
 
-use super::{Granular, KnownBands, MaterialLaw, Mpm, Origin, figures};
+use super::{Granular, KnownBands, Mpm, Origin, figures};
 use crate::base::math::PI;
 use crate::job::Method;
 use crate::job::assembly::{Packed, Preparation, Shape, Source};
@@ -88,10 +88,7 @@ pub const FRACTION_OF_PACKING: [f64; 2] = [0.84, 0.62];
 
 /// Packing fraction of the material, of a law that has none that of such grains.
 pub fn fraction_of_packing(job: &Mpm) -> f64 {
-    match job.material.law {
-        MaterialLaw::CriticalDruckerPrager(law) => law.fraction,
-        MaterialLaw::LinearElastic(_) | MaterialLaw::Hencky(_) => FRACTION_OF_PACKING[job.grid.dimension - 2],
-    }
+    job.material.law.fraction().unwrap_or(FRACTION_OF_PACKING[job.grid.dimension - 2])
 }
 
 /// Grains, if the whole material were discrete.
