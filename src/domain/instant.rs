@@ -42,7 +42,7 @@ struct Part<S: Space> {
 
 const SUMS: usize = 9 + 3;
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     /// Grains as they are, between steps. Collective.
     pub fn instant(&mut self) -> Result<Instant<S>, Error> {
         self.refresh_ghosts();

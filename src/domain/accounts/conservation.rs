@@ -194,7 +194,7 @@ fn relative(error: f64, scale: f64) -> f64 {
     if scale > 0.0 { error / scale } else { error }
 }
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     /// What there is now. Collective.
     pub fn holdings(&mut self) -> Result<Holdings, Error> {
         let energies = self.energies()?;

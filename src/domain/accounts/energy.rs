@@ -21,7 +21,7 @@ pub struct Energies {
     pub elastic_points: f64,
 }
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     /// Energies at the positions of now.
     pub fn energies(&mut self) -> Result<Energies, Error> {
         self.refresh_ghosts();

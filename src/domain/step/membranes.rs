@@ -11,7 +11,7 @@ use crate::mpm::scheme::Transfer;
 use crate::mpm::share::dyad;
 use crate::mpm::tile::Tier;
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     /// Forces of membranes as they are now.
     pub(crate) fn push_membranes(&mut self) {
         if !self.continuum.membranes.is_empty() {
