@@ -7,7 +7,6 @@ use super::{Speed, Stretches, resident_bytes};
 use crate::base::error::Error;
 use crate::base::space::{Plane, Solid, Space};
 use crate::job::{Job, Mpm};
-use crate::law::material::MaterialMemory;
 use crate::mpm::stress::material_of;
 use crate::prepare::point_world;
 

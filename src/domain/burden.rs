@@ -9,7 +9,6 @@ use crate::dem::grains::Mover;
 use crate::dem::walls::place_beside;
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 
 /// Sums over a body: force, torque and momentum of nodes (three components each) and mass of nodes.
 const BODY_SLOTS: usize = 10;

@@ -13,7 +13,6 @@ use crate::domain::accounts::ledger::Entry;
 use crate::domain::layout::Layout;
 use crate::domain::world::World;
 use crate::job::mpm::Boundary;
-use crate::law::material::MaterialLaw;
 use crate::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 use crate::mpm::tile::{Gathered, GrainNode, OwnedNode};
 

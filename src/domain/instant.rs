@@ -15,7 +15,6 @@ use crate::base::space::{Linear, Space};
 use crate::dem::grains::{Mover, vector};
 use crate::dem::motion::{Damped, Falling, Kick};
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 
 /// Sums over the world.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -24,7 +24,6 @@ use crate::domain::stop::Wish;
 use crate::domain::subdomain::Subdomain;
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
-use crate::law::material::MaterialLaw;
 use crate::mpm::continuum::Continuum;
 use crate::mpm::membrane::Membranes;
 use crate::mpm::points::{Cold as PointCold, Point, Points};

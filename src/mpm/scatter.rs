@@ -2,7 +2,7 @@
 
 use crate::base::ids::Row;
 use crate::base::lane::{Instructions, Kernel, LANES, Pack, Packed, Real};
-use crate::base::numbers::{Lanes, Numbers};
+use crate::base::numbers::Lanes;
 use crate::base::space::{Space, Words};
 use crate::base::symmetric::Symmetric;
 use crate::dem::grains::{Hot as GrainHot, Mover, Tie};

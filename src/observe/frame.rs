@@ -27,7 +27,6 @@ use crate::dem::grains::Mover;
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::law::invariants::{Deformation, StressInvariants};
-use crate::law::material::MaterialLaw;
 use crate::mpm::membrane::Vertex;
 use crate::mpm::points::{Cold, Hot};
 use crate::observe::local_strain::{Place, best_fit_deformations};

@@ -13,7 +13,6 @@ use crate::couple::rest::RestWatch;
 use crate::couple::zone::{Enrichment, ZoneLife};
 use crate::domain::phases::Phase;
 use crate::job::mpm::KnownBands;
-use crate::law::material::MaterialLaw;
 use crate::mpm::track::Instants;
 use crate::prepare::reference::Lies;
 use crate::run::Core;

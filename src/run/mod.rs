@@ -38,7 +38,6 @@ use crate::domain::step::cycle::is_due;
 use crate::domain::stop::{self, Wish};
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 use crate::observe::contact_frame::contact_frame;
 use crate::observe::frame::frame;
 use crate::run::output::Outputs;

@@ -9,7 +9,6 @@ use scree::base::math;
 use scree::base::space::Plane;
 use scree::couple::oracle::{Memory, NodeFields, Oracle};
 use scree::job::{Job, Scenario, derived};
-use scree::law::material::MaterialMemory;
 use scree::mpm::stress::material_of;
 use scree::mpm::track::LOOKS;
 use scree::prepare::plates;

@@ -26,7 +26,6 @@ use crate::domain::accounts::ledger::Balance;
 use crate::domain::accounts::ledger::points::PointBalance;
 use crate::domain::grid::{REACTIONS, impulse_on_material, impulse_sizes};
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 
 /// At the start of a run, or of a branch of one, and what has been given since; the same on every rank.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -6,7 +6,6 @@ use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::dem::grains::Mover;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 
 /// J; every grain, point and contact with its weight in the mixture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

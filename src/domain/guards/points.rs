@@ -7,7 +7,6 @@ use crate::base::numbers::Numbers;
 use crate::base::space::{Linear, Space};
 use crate::domain::world::World;
 use crate::job::mpm::figures::step_through;
-use crate::law::material::{MaterialLaw, MaterialMemory};
 use crate::mpm::points::Hot;
 use crate::mpm::stress::StressModel;
 

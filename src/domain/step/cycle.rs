@@ -19,7 +19,6 @@ use crate::domain::phases::Phase;
 use crate::domain::step::grid::{CHANGES, GRAINS};
 use crate::domain::subdomain::Subdomain;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 use crate::mpm::continuum::Continuum;
 use crate::mpm::nodes::{self, Stepped};
 use crate::mpm::tile::{GrainChange, GrainNode, Stride, Tier, Tiles};

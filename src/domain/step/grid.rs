@@ -13,7 +13,6 @@ use crate::domain::grid::{Grid, Holders, Moment, Reactions};
 use crate::domain::phases::Phase;
 use crate::domain::subdomain::Subdomain;
 use crate::domain::world::{GRAIN_WORDS_PLANE, GRAIN_WORDS_SOLID, World};
-use crate::law::material::MaterialLaw;
 use crate::mpm::continuum::Continuum;
 use crate::mpm::gather::{Block, Taken, Taking, correct_grains};
 use crate::mpm::nodes::{self, Stepped};

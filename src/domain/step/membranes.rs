@@ -4,7 +4,6 @@ use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 use crate::mpm::look::for_each_node;
 use crate::mpm::membrane::{Brought, Membranes, Vertex};
 use crate::mpm::scheme::Transfer;

@@ -39,7 +39,6 @@ use crate::dem::cell::Shifts;
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
 use crate::law::contact::Memory;
-use crate::law::material::MaterialLaw;
 
 pub mod points;
 mod step;

@@ -41,7 +41,6 @@ use crate::dem::walls::place_beside;
 use crate::domain::grid::{absorbed_by_faces, held_by_bodies, held_by_faces};
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 use crate::mpm::look::{for_each_node, moments};
 use crate::mpm::scatter::TileFrame;
 use crate::mpm::scheme::{ShapeFunction, Transfer};
