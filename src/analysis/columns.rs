@@ -46,7 +46,7 @@ pub struct Description {
 }
 
 /// Names with their words. A star stands for the name of a face, of a body or of what is followed.
-const KNOWN: [(&str, &str, Quantity); 41] = {
+const KNOWN: [(&str, &str, Quantity); 44] = {
     use Quantity::*;
     [
         ("shear_stress", "shear stress", Stress),
@@ -84,6 +84,9 @@ const KNOWN: [(&str, &str, Quantity); 41] = {
         ("change_of_dissipated_damping", "taken by damping", Energy),
         ("change_of_dissipated_levers", "taken by levers", Energy),
         ("change_of_ledger_residual", "not explained", Energy),
+        ("change_of_points_work_grains", "work of grains on points", Energy),
+        ("change_of_points_dissipated", "dissipated, points", Energy),
+        ("change_of_points_energy_lost_transfer", "lost by the transfer, points", Energy),
         ("x_*_force", "face x_*", Force),
         ("y_*_force", "face y_*", Force),
         ("z_*_force", "face z_*", Force),
@@ -110,16 +113,26 @@ pub fn is_meant(name: &str, pattern: &str) -> bool {
 /// What a column of that name says.
 pub fn describe(name: &str) -> Description {
     let of_face = |pattern: &str| pattern.find('*') == Some(2);
-    let found = KNOWN.iter().find_map(|&(pattern, words, quantity)| {
-        let star = starred(name, pattern).filter(|star| !of_face(pattern) || ["lower", "upper"].contains(star))?;
-        Some((words.replace('*', star), quantity))
-    });
+    let known = |name: &str| {
+        KNOWN.iter().find_map(|&(pattern, words, quantity)| {
+            let star = starred(name, pattern).filter(|star| !of_face(pattern) || ["lower", "upper"].contains(star))?;
+            Some((words.replace('*', star), quantity))
+        })
+    };
+    // The account of points beside grains has the words of that of points alone.
+    let of_points = || known(&alone(name)?).map(|(words, quantity)| (format!("{words}, points"), quantity));
+    let found = known(name).or_else(of_points);
     let (words, quantity) = found.unwrap_or_else(|| match starred(name, "*_plastic_strain") {
         Some(followed) => (followed.to_owned(), Quantity::Number),
         None => (name.replace('_', " "), Quantity::Number),
     });
     let turned = name.ends_with("_p") || ["stress_xx", "stress_yy", "stress_zz"].contains(&name);
     Description { words, quantity, sign: if turned { -1.0 } else { 1.0 }, is_noisy: NOISY.contains(&name) }
+}
+
+/// The name that a column of the account of points has where there are no grains.
+fn alone(name: &str) -> Option<String> {
+    name.strip_prefix("change_of_points_").map(|rest| format!("change_of_{rest}"))
 }
 
 /// Columns with those that follow from them: lengths of vectors, changes since the first row, ratios.
@@ -162,6 +175,12 @@ pub fn with_derived(mut columns: Vec<Column>) -> Vec<Column> {
             add(&format!("change_of_{name}"), change(values));
         }
     }
+    for column in columns.iter().filter(|column| column.name.starts_with("points_")) {
+        let name = format!("change_of_{}", column.name);
+        if describe(&name).quantity == Quantity::Energy {
+            add(&name, change(&column.values));
+        }
+    }
     columns.extend(derived);
     columns
 }
@@ -194,6 +213,8 @@ mod tests {
         );
         assert_eq!(describe("corner_plastic_strain").words, "corner");
         assert_eq!(describe("energy_lost_transfer").quantity, Quantity::Number);
+        assert_eq!(told("change_of_points_work_loads"), "work of loads, points");
+        assert_eq!(told("change_of_points_work_grains"), "work of grains on points");
     }
 
     #[test]
@@ -206,10 +227,14 @@ mod tests {
             column("contacts", [6.0, 9.0]),
             column("grains", [3.0, 3.0]),
             column("work_loads", [1.0, 1.5]),
+            column("points_energy_lost", [0.5, 0.75]),
+            column("points_removed", [0.0, 4.0]),
         ]);
         let of = |name: &str| columns.iter().find(|column| column.name == name).unwrap().values.clone();
         assert_eq!((of("wall_force"), of("contacts_of_a_grain")), (vec![5.0, 2.0], vec![4.0, 6.0]));
         assert!((of("volume_change")[1] - 0.05).abs() < 1e-12);
         assert_eq!(of("change_of_work_loads"), [0.0, 0.5]);
+        assert_eq!(of("change_of_points_energy_lost"), [0.0, 0.25]);
+        assert!(columns.iter().all(|column| column.name != "change_of_points_removed"));
     }
 }
