@@ -2,10 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::job::Output;
 use crate::job::stable::{Bound, governing};
-use crate::observe::contact_frame::BYTES_PER_LINE;
-use crate::observe::frame::BYTES_PER_ROW;
 
 /// Lines with aligned columns.
 pub struct Page(pub String);
@@ -30,19 +27,6 @@ impl Page {
         self.line(line.trim_end());
     }
 
-    /// What frames and contacts will take on disk, of a run of so many seconds with so many rows and, among them, grains.
-    pub fn pictures(&mut self, output: &Output, duration: f64, [rows, grains]: [f64; 2], axes: usize) {
-        let frames = 1.0 + (duration / output.frame_interval).ceil();
-        let size = |bytes: f64| format!("{} of {} MB", whole(frames), figures(1e-6 * bytes));
-        self.row("frames", &size(rows * BYTES_PER_ROW as f64), "each at most; they are compressed");
-        if output.contact_frames {
-            // Frictional packings bear their load with about four contacts a disc and six a sphere, each of two grains.
-            let lines = axes as f64 * grains;
-            let note = format!("each, with {axes} contacts a grain; they are compressed");
-            self.row("frames of contacts", &size(lines * BYTES_PER_LINE as f64), &note);
-        }
-    }
-
     /// The tightest bound first, then all of them with their causes.
     pub fn bounds(&mut self, label: &str, bounds: &[Bound]) {
         let governing = governing(bounds);
@@ -59,6 +43,16 @@ impl Page {
 
 pub fn megapascals(bulk: f64, shear: f64) -> String {
     format!("{} and {} MPa", figures(1e-6 * bulk), figures(1e-6 * shear))
+}
+
+/// `1 x 2 x 3`, of some axes.
+pub fn times(axes: usize, of: impl Fn(usize) -> String) -> String {
+    (0..axes).map(of).collect::<Vec<_>>().join(" x ")
+}
+
+/// `1, 2, 3`.
+pub fn components(vector: &[f64]) -> String {
+    vector.iter().map(|component| figures(*component)).collect::<Vec<_>>().join(", ")
 }
 
 /// Three significant digits.
