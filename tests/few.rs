@@ -12,7 +12,8 @@ use scree::domain::layout::{Ground, Layout};
 use scree::domain::rebuild::Parts;
 use scree::domain::world::{Settings, World};
 use scree::law::contact::{
-    Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding, TangentialForce,
+    Adhesion, Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce,
+    RollingResistance, Sliding, TangentialForce,
 };
 use scree::law::material::Absent;
 use scree::prepare::grain_world;
@@ -83,6 +84,19 @@ pub fn hertz_repulsive() -> HertzMindlin {
     HertzMindlin { damping_ratio: 0.3, normal_force, ..hertz() }
 }
 
+/// Laws with the parts that go with any: resistance to rolling, adhesion, and both.
+pub fn rolling() -> Contact {
+    Contact { rolling: Some(RollingResistance { stiffness: 1.0, limit: 0.05 }), ..linear_repulsive().into() }
+}
+
+pub fn adhesive() -> Contact {
+    Contact { adhesion: Some(Adhesion { surface_energy: 20.0 }), ..hertz().into() }
+}
+
+pub fn adhesive_rolling() -> Contact {
+    Contact { adhesion: adhesive().adhesion, ..rolling() }
+}
+
 /// What is claimed of every law in every space.
 pub trait Claim {
     fn hold<S: Space>(law: Contact);
@@ -101,6 +115,9 @@ fn in_space<T: Claim, S: Space>() {
     T::hold::<S>(linear_repulsive().into());
     T::hold::<S>(cohesive_repulsive().into());
     T::hold::<S>(hertz_repulsive().into());
+    T::hold::<S>(rolling());
+    T::hold::<S>(adhesive());
+    T::hold::<S>(adhesive_rolling());
 }
 
 /// The components of three that a space has.

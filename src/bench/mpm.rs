@@ -6,7 +6,6 @@ use scree_partition::{ExactSum, Transport};
 use super::{Speed, Stretches, resident_bytes};
 use crate::base::error::Error;
 use crate::base::space::{Plane, Solid, Space};
-use crate::job::mpm::MaterialLaw as LawOfJob;
 use crate::job::{Job, Mpm};
 use crate::law::material::{CriticalDruckerPrager, MaterialMemory};
 use crate::prepare::point_world;
@@ -113,7 +112,7 @@ fn job<S: Space>(wanted: &Wanted) -> Result<Mpm, Error> {
 fn measured<S: Space>(wanted: &Wanted, transport: &dyn Transport) -> Result<Measured, Error> {
     let resident = resident_bytes();
     let job = job::<S>(wanted)?;
-    let LawOfJob::CriticalDruckerPrager(law) = &job.material.law else { unreachable!("the text names it") };
+    let Some(law) = job.material.law.critical() else { unreachable!("the text names it") };
     let mut world = point_world::world::<S, _>(&job, &CriticalDruckerPrager::of(law), transport)?;
     for _ in 0..WARM_UP.min(wanted.stretches.steps) {
         world.advance()?;

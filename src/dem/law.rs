@@ -7,7 +7,7 @@ use std::sync::Arc;
 use crate::base::space::{Space, Words};
 use crate::dem::kernel::{Given, Pass, evaluate, give, row_words};
 use crate::dem::neighbours::Pair;
-use crate::law::contact::{Absent, Answer, Contact, ContactLaw, ForAnyLaw, Memory, Resistance, Touch};
+use crate::law::contact::{Absent, Answer, Contact, ContactLaw, ForAnyLaw, Memory, Springs, Touch};
 
 /// [`ContactLaw`] with memories in words; every contact law is one of these.
 pub trait Law<S: Space>: Debug + Send + Sync {
@@ -23,7 +23,7 @@ pub trait Law<S: Space>: Debug + Send + Sync {
     fn give(&self, touch: &Touch<S, f64>, weight: f64, arms: [f64; 2], memory: &mut Memory) -> Given<S, f64>;
     fn sliding(&self, touch: &Touch<S, f64>) -> S::TangentOf<f64>;
     fn springs(&self, touch: &Touch<S, f64>, memory: &Memory) -> Answer<S, f64>;
-    fn resistance(&self, radii: [f64; 2], masses: [f64; 2], overlap: f64) -> Resistance;
+    fn stiffness(&self, radii: [f64; 2], masses: [f64; 2], overlap: f64) -> Springs;
     fn friction_limit(&self, touch: &Touch<S, f64>, normal: f64) -> f64;
     fn elastic_energy(&self, touch: &Touch<S, f64>, memory: &Memory) -> f64;
 }
@@ -56,8 +56,8 @@ impl<S: Space, C: ContactLaw<S>> Law<S> for C {
     fn springs(&self, touch: &Touch<S, f64>, memory: &Memory) -> Answer<S, f64> {
         ContactLaw::springs(self, touch, &memory.to())
     }
-    fn resistance(&self, radii: [f64; 2], masses: [f64; 2], overlap: f64) -> Resistance {
-        ContactLaw::<S>::resistance(self, radii, masses, overlap)
+    fn stiffness(&self, radii: [f64; 2], masses: [f64; 2], overlap: f64) -> Springs {
+        ContactLaw::<S>::stiffness(self, radii, masses, overlap)
     }
     fn friction_limit(&self, touch: &Touch<S, f64>, normal: f64) -> f64 {
         ContactLaw::friction_limit(self, touch, normal)

@@ -20,7 +20,7 @@ use crate::dem::contacts::Contacts;
 use crate::dem::grains::{Grains, Mover};
 use crate::dem::law::Law;
 use crate::dem::walls::Walls;
-use crate::law::contact::{FLAT, Resistance};
+use crate::law::contact::{FLAT, Springs};
 
 /// Components of [`Strained`], in space.
 pub const STRAINED: usize = 15;
@@ -67,12 +67,12 @@ impl<S: Space> Strained<S> {
     const FIRST: [usize; 2] = [S::Tensor::COMPONENTS, S::Tensor::COMPONENTS + S::DIMENSION];
 
     /// A contact with the branch `branch` that strains as a bar from the origin to `strained` does.
-    fn add(&mut self, force: &S::Vector, branch: &S::Vector, strained: &S::Vector, resistance: Resistance) {
+    fn add(&mut self, force: &S::Vector, branch: &S::Vector, strained: &S::Vector, springs: Springs) {
         self.moment -= S::outer(force, branch);
         for axis in 0..S::DIMENSION {
             let square = (branch[axis] * strained[axis]).abs();
-            self.springs[axis] += resistance.spring * square;
-            self.dashpots[axis] += resistance.dashpot * square;
+            self.springs[axis] += springs.stiffest() * square;
+            self.dashpots[axis] += springs.most_damped() * square;
         }
     }
 }
@@ -96,8 +96,8 @@ impl<S: Space> Contacts<S> {
             };
             let overlap = a.radius + b.radius - branch.norm();
             let masses = [a, b].map(|hot| if hot.weight > 0.0 { hot.mass } else { FLAT });
-            let resistance = law.resistance([a.radius, b.radius], masses, overlap);
-            sums.add(&force, &branch, &strained, resistance);
+            let springs = law.stiffness([a.radius, b.radius], masses, overlap);
+            sums.add(&force, &branch, &strained, springs);
         }
         sums
     }
@@ -117,8 +117,8 @@ impl<S: Space> Walls<S> {
             let branch = hot.position - wall.shift - wall.point;
             let overlap = 2.0 * (hot.radius - branch.norm());
             let mut sums = Strained::zero();
-            let resistance = self.law_of(wall.body, law).resistance([hot.radius, FLAT], [hot.mass, FLAT], overlap);
-            sums.add(&wall.force, &branch, &(hot.position - cell.corner), resistance);
+            let springs = self.law_of(wall.body, law).stiffness([hot.radius, FLAT], [hot.mass, FLAT], overlap);
+            sums.add(&wall.force, &branch, &(hot.position - cell.corner), springs);
             sums
         })
     }

@@ -7,13 +7,11 @@ use std::f64::consts::PI;
 
 use super::assembly::{Assembly, Cell, Matter, Packed, Preparation, Sizes, Source};
 use super::figures::{self, grain_measure};
-use super::mpm::{
-    Boundary, Granular, Gravity, Grid, InitialStress, Material, MaterialLaw, Mpm, Origin, Region, RegionShape, Watch,
-};
-use super::stable::{Bound, HERTZ_OVERLAP, Springs};
+use super::mpm::{Boundary, Granular, Gravity, Grid, InitialStress, Material, Mpm, Origin, Region, RegionShape, Watch};
+use super::stable::{Bound, HERTZ_OVERLAP, springs_at};
 use super::{BLOCK_OF_DISCS, Method, Scenario};
-use crate::law::contact::Contact;
-use crate::law::material::CriticalConstants;
+use crate::law::contact::{Contact, FLAT, Springs};
+use crate::law::material::{ConstitutiveLaw, CriticalConstants};
 use crate::mpm::scheme::{Scheme, ShapeFunction, StressUpdate, Transfer};
 
 /// Packing fraction assumed where only the packing itself will tell (dense discs of this spread: 0.84 to 0.86).
@@ -61,7 +59,7 @@ impl Scenario {
         let (continuum, specimen) = (&self.continuum, &self.specimen);
         let (lower, upper) = ([0.0; 3], [specimen.width, specimen.height, 0.0]);
         let fraction = fraction_start(self);
-        let law = MaterialLaw::CriticalDruckerPrager(CriticalConstants { fraction, ..continuum.constants() });
+        let law = ConstitutiveLaw::CriticalDruckerPrager(CriticalConstants { fraction, ..continuum.constants() });
         let watch = Watch { diameter: self.grains.diameter_mean, oracle: self.oracle };
         Mpm {
             name: self.name.clone(),
@@ -158,7 +156,7 @@ pub fn moduli_affine(springs: &Springs, fraction: f64, depth: f64) -> Moduli {
 
 /// Springs between two mean grains.
 pub fn springs_mean(contact: &Contact, diameter_mean: f64) -> Springs {
-    Springs::of(contact, 0.5 * diameter_mean, 0.5 * diameter_mean, HERTZ_OVERLAP)
+    springs_at(contact, [0.5 * diameter_mean; 2], [FLAT; 2], HERTZ_OVERLAP)
 }
 
 /// Default mass of the upper plate, kg: a tenth of the specimen's.

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::assembly::{Assembly, Packed, Preparation, Shape, Sizes, Source};
-use super::stable::{self, Bound, GrainScale, HERTZ_OVERLAP, Springs};
+use super::stable::{self, Bound, GrainScale, HERTZ_OVERLAP, springs_at};
 use crate::base::math::PI;
-use crate::law::contact::Contact;
+use crate::law::contact::{FLAT, Springs, Stiffening};
 
 /// Share of sigma^2 that is left of a normal distribution cut at three deviations.
 const VARIANCE_CUT: f64 = 0.973_3;
@@ -148,7 +148,8 @@ pub fn stresses_of_packing(assembly: &Assembly) -> Vec<f64> {
 /// Stiffness of mean contacts against the load across a grain, k_n/(p depth) or k_n/(p d): the reciprocal of the mean overlap
 /// in diameters. None of Hertz contacts, which stiffen as they are loaded.
 pub fn stiffness_number(assembly: &Assembly, pressure: f64) -> Option<f64> {
-    (!matches!(assembly.contact, Contact::HertzMindlin(_))).then(|| stiffness_over_load(assembly, pressure))
+    let stiffens = assembly.contact.stiffening() == Stiffening::WithOverlap;
+    (!stiffens).then(|| stiffness_over_load(assembly, pressure))
 }
 
 /// The same of any law, of Hertz contacts at an overlap that grains should not reach.
@@ -159,7 +160,7 @@ pub fn stiffness_over_load(assembly: &Assembly, pressure: f64) -> f64 {
 /// Stiffness of mean contacts as a modulus, Pa, under a mean stress (Pa): Hertz contacts stiffen as they are loaded.
 pub fn modulus_under(assembly: &Assembly, stress: f64) -> f64 {
     let radius = 0.5 * assembly.matter.diameter_mean;
-    let springs = |overlap: f64| Springs::of(&assembly.contact, radius, radius, overlap).normal;
+    let springs = |overlap: f64| springs_at(&assembly.contact, [radius; 2], [FLAT; 2], overlap).normal;
     let thickness = thickness(assembly);
     let force = stress * 2.0 * radius * thickness;
     // F is 2/3 k d with k as the root of d.

@@ -31,6 +31,7 @@ pub use mpm::Mpm;
 pub use output::Output;
 pub(crate) use resolve::{BLOCK_OF_DISCS, BYPASS, MATERIAL_KEYS, digits_below, margin_in_words, significant};
 pub use shear::{Continuum, Decomposition, Grains, Loading, Packing, Scenario, Specimen, Time, WeakRegion};
+pub(crate) use write::listed;
 
 /// Which parts of the program are awake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

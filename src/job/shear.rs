@@ -122,7 +122,7 @@ impl Scenario {
             seed: 1,
             specimen: Specimen { width: 0.0, height: 0.0, depth: 0.0 },
             grains: Grains { diameter_mean: 0.0, diameter_deviation: 0.0, density: 0.0, file: None },
-            contact: Contact::LAWS[0].1,
+            contact: Contact::ASLEEP,
             packing: Packing {
                 friction: 0.0,
                 fraction_start: 0.0,
@@ -236,7 +236,7 @@ pub struct Packing {
 }
 
 impl Packing {
-    pub(super) fn keys(&mut self, form: &mut dyn Form) {
+    pub fn keys(&mut self, form: &mut dyn Form) {
         let (friction, start) = ("friction while the packing is made", "the packing fraction of the loose start");
         form.number(
             &mut self.friction,
@@ -396,7 +396,7 @@ pub struct Loading {
 }
 
 impl Loading {
-    pub(super) fn keys(&mut self, form: &mut dyn Form) {
+    pub fn keys(&mut self, form: &mut dyn Form) {
         let stress = "the normal stress on the upper plate";
         form.number(&mut self.stress_normal, number("stress_normal", stress, STRESS, POSITIVE, "\"400 kPa\""));
         form.number(

@@ -16,11 +16,20 @@ pub struct Page {
     axes: usize,
     /// The table under way, as it is called in its head.
     path: String,
+    /// Keys as they come, with what was written for them.
+    keys: Vec<(Key, String)>,
+}
+
+/// The keys that `visit` declares, with what a job would say of them.
+pub fn listed(axes: usize, visit: impl FnOnce(&mut dyn Form)) -> Vec<(Key, String)> {
+    let mut page = Page::new(axes);
+    visit(&mut page);
+    page.keys
 }
 
 impl Page {
     pub fn new(axes: usize) -> Self {
-        Self { text: format!("{RESOLVED}{HEAD}\n"), axes, path: String::new() }
+        Self { text: format!("{RESOLVED}{HEAD}\n"), axes, path: String::new(), keys: Vec::new() }
     }
 
     pub fn text(self) -> String {
@@ -46,6 +55,7 @@ impl Page {
 
     fn key(&mut self, key: &Key, value: &str) {
         self.line(&format!("{} = {value}", key.name));
+        self.keys.push((key.clone(), value.to_string()));
     }
 
     fn below(&self, key: &Key) -> String {

@@ -8,10 +8,9 @@ use crate::couple::oracle::Oracle;
 use crate::couple::zone::{Enrichment, ZoneLife};
 use crate::dem::motion::Damping;
 use crate::job::assembly::{Assembly, Body, Cell, Motion, Packed, PathPoint, Preparation, Source, Velocities};
-use crate::job::mpm::{
-    Boundary, Elastic, Granular, InitialStress, Material, MaterialLaw, Mpm, Origin, Region, RigidBody,
-};
+use crate::job::mpm::{Boundary, Granular, InitialStress, Material, Mpm, Origin, Region, RigidBody};
 use crate::job::{Continuum, Grains, Loading, Method, Output, Packing, Scenario, Time};
+use crate::law::material::{ConstitutiveLaw, Elastic};
 
 /// Of a packing between plates.
 pub fn sheared(job: &Scenario) -> String {
@@ -87,7 +86,7 @@ pub fn specimen(job: &Mpm, granular: &Granular, way_of_seat: impl Fn(&RigidBody)
     };
     let recipe = Mpm {
         name: "specimen".into(),
-        material: Material { density: 0.0, law: MaterialLaw::Hencky(stiffness) },
+        material: Material { density: 0.0, law: ConstitutiveLaw::Hencky(stiffness) },
         regions: job.regions.iter().map(region).collect(),
         stress: InitialStress::None,
         boundaries: [[Boundary::Free; 2]; 3],

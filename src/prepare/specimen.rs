@@ -85,9 +85,8 @@ pub fn specimen<S: Space, L: MaterialLaw<S>>(
     let solid: f64 = piece.grains.iter().map(|grain| S::grain_volume(grain.hot.radius, depth)).sum();
     let volume = piece.cell.volume() * if S::DIMENSION == 2 { depth } else { 1.0 };
     let fraction = share(transport, solid / volume);
-    let stated = job.material.law.fraction();
-    // An elastic law has none of its own.
-    if stated < 1.0 && (fraction - stated).abs() > FRACTION_OFF && transport.rank() == 0 {
+    let off = job.material.law.fraction().filter(|stated| (fraction - stated).abs() > FRACTION_OFF);
+    if let (Some(stated), 0) = (off, transport.rank()) {
         tracing::warn!(fraction, stated, "warning: the packing's fraction is not that of the material");
     }
     let is_tiled = granular.method == Method::Hybrid && granular.reference == Origin::Piece;

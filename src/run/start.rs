@@ -1,6 +1,7 @@
 //! From a job to its run: the kind of job, its space and its material are chosen here, once per run.
 
 use std::fs;
+use std::marker::PhantomData;
 use std::path::Path;
 
 use scree_io::column::State;
@@ -10,10 +11,9 @@ use crate::base::error::Error;
 use crate::base::program;
 use crate::base::space::{Plane, Solid, Space};
 use crate::domain::{stop, transfer};
-use crate::job::mpm::{Elastic, MaterialLaw, Mpm};
+use crate::job::mpm::Mpm;
 use crate::job::{Job, Method};
-use crate::law;
-use crate::law::material::{CriticalDruckerPrager, Hencky, LinearElastic};
+use crate::law::material::{CriticalDruckerPrager, ForAnyMaterial, MaterialLaw};
 use crate::prepare::sheared::on_root;
 use crate::run::assembly::InSpace;
 use crate::run::experiment::{Setup, WorldOf};
@@ -122,34 +122,29 @@ pub fn with_setup_of<R>(job: &Job, work: impl ForAnySetup<R>) -> Result<R, Error
 }
 
 fn on_a_grid<S: Space, R>(job: &Mpm, work: impl ForAnySetup<R>) -> Result<R, Error> {
-    let elastic = |law: &Elastic| (law.bulk_modulus_in(S::DIMENSION), law.shear_modulus);
-    match &job.material.law {
-        MaterialLaw::LinearElastic(law) => {
-            let (bulk_modulus, shear_modulus) = elastic(law);
-            of_material::<S, _, R>(job, LinearElastic { bulk_modulus, shear_modulus }, work)
+    match (&job.grains, job.material.law.critical()) {
+        (Some(granular), Some(law)) if granular.method == Method::Hybrid => {
+            work.with(&Grains::hybrid(job, granular, CriticalDruckerPrager::of(law)))
         }
-        MaterialLaw::Hencky(law) => {
-            let (bulk_modulus, shear_modulus) = elastic(law);
-            of_material::<S, _, R>(job, Hencky { bulk_modulus, shear_modulus }, work)
-        }
-        MaterialLaw::CriticalDruckerPrager(law) => {
-            let law = CriticalDruckerPrager::of(law);
-            match job.grains.as_deref() {
-                Some(granular) if granular.method == Method::Hybrid => work.with(&Grains::hybrid(job, granular, law)),
-                _ => of_material::<S, _, R>(job, law, work),
-            }
-        }
+        _ => job.material.law.apply::<S, _>(OfMaterial { job, work, outcome: PhantomData }),
     }
 }
 
-fn of_material<S: Space, L: law::material::MaterialLaw<S>, R>(
-    job: &Mpm,
-    law: L,
-    work: impl ForAnySetup<R>,
-) -> Result<R, Error> {
-    match &job.grains {
-        Some(granular) => work.with(&Grains::<S, L>::new(job, granular, law)),
-        None => work.with(&Points::<S, L>::new(job, law)),
+/// Work with a job on a grid of that material.
+struct OfMaterial<'j, W, R> {
+    job: &'j Mpm,
+    work: W,
+    outcome: PhantomData<R>,
+}
+
+impl<S: Space, R, W: ForAnySetup<R>> ForAnyMaterial<S> for OfMaterial<'_, W, R> {
+    type Outcome = Result<R, Error>;
+
+    fn with<L: MaterialLaw<S>>(self, law: L) -> Result<R, Error> {
+        match &self.job.grains {
+            Some(granular) => self.work.with(&Grains::<S, L>::new(self.job, granular, law)),
+            None => self.work.with(&Points::<S, L>::new(self.job, law)),
+        }
     }
 }
 
@@ -208,7 +203,7 @@ pub fn world_of<'t, J: Setup>(
 }
 
 /// What its points remember.
-type MemoryOf<J> = <<J as Setup>::Material as law::material::MaterialLaw<<J as Setup>::Space>>::Memory;
+type MemoryOf<J> = <<J as Setup>::Material as MaterialLaw<<J as Setup>::Space>>::Memory;
 
 /// Rank 0's text, on every rank.
 fn shared_text(transport: &dyn Transport, text: Option<String>) -> String {

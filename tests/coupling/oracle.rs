@@ -158,7 +158,7 @@ fn triaxial() -> TriaxialStory {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/continuum/triaxial.toml");
     let text = std::fs::read_to_string(&file).unwrap();
     let Job::Mpm(job) = Job::parse(&text, "triaxial.toml", &[]).unwrap() else { panic!("it has no grid") };
-    let scree::job::mpm::MaterialLaw::CriticalDruckerPrager(law) = &job.material.law else { panic!("its law") };
+    let Some(law) = job.material.law.critical() else { panic!("its law") };
     let watch = job.oracle.unwrap();
     let mut world = point_world::world::<Plane, _>(&job, &CriticalDruckerPrager::of(law), &Solo).unwrap();
     let (mut memory, height) = (Memory::default(), 0.0942);

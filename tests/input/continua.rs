@@ -3,7 +3,8 @@
 use proptest::prelude::*;
 use scree::base::math::{PI, sin};
 use scree::job::Job;
-use scree::job::mpm::{BodyContact, Boundary, Face, InitialStress, LoadKind, MaterialLaw, Mpm, RegionShape, figures};
+use scree::job::mpm::{BodyContact, Boundary, Face, InitialStress, LoadKind, Mpm, RegionShape, figures};
+use scree::law::material::{ConstitutiveLaw, Described};
 use scree::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 
 use crate::runs::Ran;
@@ -151,7 +152,7 @@ fn what_is_left_out_has_its_default() {
     assert_eq!(job.boundaries, [[Boundary::Roller; 2], [Boundary::Roller; 2], [Boundary::Free; 2]]);
     assert_eq!((job.stress, job.gravity.acceleration, job.cells_per_block), (InitialStress::None, [0.0; 3], 8));
     // lambda = 4 MPa, G = 4 MPa, so c^2 = 12 MPa/1000 kg/m3.
-    let MaterialLaw::LinearElastic(elastic) = job.material.law else { panic!("as it was asked for") };
+    let ConstitutiveLaw::LinearElastic(elastic) = job.material.law else { panic!("as it was asked for") };
     assert!((elastic.shear_modulus / 4e6 - 1.0).abs() < 1e-14);
     assert!((elastic.bulk_modulus_in(2) / 8e6 - 1.0).abs() < 1e-14);
     for axes in [2, 3] {

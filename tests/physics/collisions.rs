@@ -6,13 +6,13 @@ use scree::base::space::{Linear, Plane, Solid, Space};
 use scree::bodies::body::{Body, Shape};
 use scree::job;
 use scree::law::contact::{
-    Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot as LinearContact, LinearSpringDashpot,
-    NormalForce,
+    Contact, ElasticRolling, Force, HertzMindlin, LinearCohesive, LinearSpringDashpot as LinearContact,
+    LinearSpringDashpot, NormalForce, RollingResistance, Sliding,
 };
 
 use crate::few::{
-    Few, GrainWorld, MASS, RADIUS, cohesive, cohesive_repulsive, elastic, hertz, hot_of, linear, linear_repulsive,
-    load_on, row_of, spin, steps, vector,
+    Few, GrainWorld, MASS, RADIUS, adhesive, cohesive, cohesive_repulsive, elastic, hertz, hot_of, linear,
+    linear_repulsive, load_on, row_of, spin, steps, vector,
 };
 
 /// Speed at which grains close, m/s.
@@ -217,7 +217,7 @@ fn grains_rebound_with_the_restitution_of_the_job() {
         for restitution in [0.1, 0.5, 0.9] {
             let damped = format!("restitution = {restitution}\nnormal_force = \"{name}\"");
             let spring = "stiffness_normal = 1772093.8\nstiffness_tangential = 886046.9";
-            let Contact::Linear(law) = of_job(&format!("{spring}\n{damped}")) else { panic!("by default") };
+            let Force::Linear(law) = of_job(&format!("{spring}\n{damped}")).force else { panic!("by default") };
             // Long enough for the slowest of them.
             let duration = 3.0 * math::PI * (0.5 * mean / law.stiffness_normal).sqrt();
             let seen = head_on::<Plane>(law, [[RADIUS; 2], [mean; 2]], duration, 12000).restitution;
@@ -225,7 +225,7 @@ fn grains_rebound_with_the_restitution_of_the_job() {
             println!("linear, {name}, restitution {restitution}: off by {:.1e}", seen - restitution);
 
             let solid = "law = \"hertz_mindlin\"\nshear_modulus = 3e8\npoisson_ratio = 0.2";
-            let Contact::HertzMindlin(law) = of_job(&format!("{solid}\n{damped}")) else { panic!("as it says") };
+            let Force::HertzMindlin(law) = of_job(&format!("{solid}\n{damped}")).force else { panic!("as it says") };
             for (radii, masses) in [([RADIUS; 2], [MASS; 2]), ([RADIUS, 0.6 * RADIUS], [MASS, 0.216 * MASS])] {
                 for speed in [0.01, 0.1, 1.0] {
                     let reduced = masses[0] * masses[1] / (masses[0] + masses[1]);
@@ -392,6 +392,79 @@ fn a_pair_slides_at_its_shear_strength<S: Space>() {
 fn a_cohesive_contact_slides_at_friction_and_shear_strength() {
     a_pair_slides_at_its_shear_strength::<Plane>();
     a_pair_slides_at_its_shear_strength::<Solid>();
+}
+
+/// Adhesion by Derjaguin, Muller & Toporov (1975): 4 pi gamma R parts two grains, at no overlap at all, and what they rest at is where
+/// Hertz's force is that. Nothing acts once they are apart.
+fn adhesion_parts_at_its_force<S: Space>() {
+    let law = adhesive();
+    let Force::HertzMindlin(hertz) = law.force else { panic!("as it was made") };
+    let pull = 4.0 * math::PI * law.adhesion.unwrap().surface_energy * 0.5 * RADIUS;
+    let (dt, speed) = (1e-8, 1e-3);
+    let mut few = Few::<S>::new(law, dt, 24.0 * RADIUS);
+    few.add([2.0 * RADIUS - 3e-9, 0.0, 0.0], RADIUS, 1e20).hot.velocity = vector::<S>([speed, 0.0, 0.0]);
+    few.add([0.0; 3], RADIUS, 1e20);
+    let mut world = few.world();
+    let mut weakest = 0.0f64;
+    for _ in 0..400 {
+        let gap = hot_of(&world, 0).position[0] - hot_of(&world, 1).position[0] - 2.0 * RADIUS;
+        steps(&mut world, 1);
+        let force = load_on(&world, 0).0[0];
+        assert_eq!(force != 0.0, gap < 0.0, "gap {gap} m, force {force} N");
+        weakest = weakest.min(force + hertz.damping_normal * speed);
+    }
+    println!("adhesion in the {}: off by {:.1e}", S::NAME, weakest / -pull - 1.0);
+    assert!((weakest / -pull - 1.0).abs() < 1e-3, "{weakest} N for {pull} N");
+
+    // At rest once its dashpot has taken what it came with.
+    let mut few = Few::<S>::new(law, 2e-8, 24.0 * RADIUS);
+    few.add([2.0 * RADIUS - 1e-8, 0.0, 0.0], RADIUS, MASS);
+    few.add([0.0; 3], RADIUS, MASS);
+    let mut world = few.world();
+    steps(&mut world, 40_000);
+    let overlap = 2.0 * RADIUS - (hot_of(&world, 0).position - hot_of(&world, 1).position).norm();
+    let wanted = math::cbrt(pull / hertz_stiffness(&hertz, RADIUS));
+    assert!((overlap / (wanted * wanted) - 1.0).abs() < 1e-3, "{overlap} m for {} m", wanted * wanted);
+}
+
+#[test]
+fn grains_that_adhere_part_at_the_force_of_their_surface_energy() {
+    adhesion_parts_at_its_force::<Plane>();
+    adhesion_parts_at_its_force::<Solid>();
+}
+
+/// Rolling beside the linear law is that of the law which has it by itself: between equal grains, without dashpots, the two are one.
+fn rolling_is_one_part<S: Space>() {
+    let own = ElasticRolling { sliding: Sliding::Surface, ..elastic() };
+    let springs = LinearSpringDashpot {
+        stiffness_normal: own.young_modulus * RADIUS,
+        stiffness_tangential: own.stiffness_ratio * own.young_modulus * RADIUS,
+        damping_normal: 0.0,
+        damping_tangential: 0.0,
+        ..linear()
+    };
+    let beside = RollingResistance { stiffness: own.rolling_stiffness, limit: own.rolling_limit };
+    let met = |law: Contact| {
+        let mut few = Few::<S>::new(law, 5e-8, 24.0 * RADIUS);
+        let hot = &mut few.add([1.999 * RADIUS, 0.0, 0.0], RADIUS, MASS).hot;
+        (hot.velocity, hot.spin) = (vector::<S>([-0.31, -0.12, 0.2]), spin::<S>([40.0, -60.0, 170.0]));
+        few.add([0.0; 3], RADIUS, MASS).hot.spin = spin::<S>([10.0, 30.0, -90.0]);
+        let mut world = few.world();
+        steps(&mut world, 1500);
+        [0, 1].map(|id| hot_of(&world, id).spin)
+    };
+    let [alone, together, none] =
+        [own.into(), Contact { rolling: Some(beside), ..springs.into() }, Contact::from(springs)].map(met);
+    for (alone, together) in alone.iter().zip(&together) {
+        assert!((*alone - *together).norm() < 1e-8 * alone.norm(), "{alone:?} {together:?}");
+    }
+    assert!((alone[0] - none[0]).norm() > 1e-3 * alone[0].norm(), "rolling should tell");
+}
+
+#[test]
+fn rolling_beside_a_law_is_that_of_the_law_that_has_it() {
+    rolling_is_one_part::<Plane>();
+    rolling_is_one_part::<Solid>();
 }
 
 /// An oblique collision with spins: steps in touch, and positions, velocities and spins as bits after every step.

@@ -20,7 +20,7 @@ use scree::domain::layout::Layout;
 use scree::domain::rebuild::Parts;
 use scree::domain::world::{Settings, World};
 use scree::job::Output;
-use scree::law::contact::{Answer, ContactLaw, Resistance, Touch};
+use scree::law::contact::{Answer, ContactLaw, Springs as Stiffness, Touch};
 use scree::law::material::{MaterialLaw, MaterialMemory};
 use scree::mpm::membrane::{Membranes, Vertex};
 use scree::mpm::points::Point;
@@ -55,8 +55,8 @@ impl<S: Space> ContactLaw<S> for Springs {
     fn springs(&self, touch: &Touch<S, f64>, memory: &Self::Memory<f64>) -> Answer<S, f64> {
         self.force(touch, &mut memory.clone())
     }
-    fn resistance(&self, _: [f64; 2], _: [f64; 2], _: f64) -> Resistance {
-        Resistance { spring: self.stiffness, dashpot: 0.0 }
+    fn stiffness(&self, _: [f64; 2], _: [f64; 2], _: f64) -> Stiffness {
+        Stiffness { normal: self.stiffness, ..Stiffness::default() }
     }
     fn friction_limit(&self, _: &Touch<S, f64>, _: f64) -> f64 {
         0.0

@@ -3,7 +3,6 @@
 use crate::base::error::Error;
 use crate::job::assembly::{Assembly, Preparation, Source};
 use crate::job::figures::stresses_of_packing;
-use crate::job::mpm::MaterialLaw;
 use crate::job::{Job, Scenario, significant};
 use crate::law::material::CriticalConstants;
 
@@ -42,11 +41,10 @@ impl Subject {
         if let Some(scenario) = job.as_shear() {
             refuse_other_grains(scenario, file)?;
         }
-        let now = match (job.as_shear(), continuum.material.law) {
-            // Of a fraction that only its packing tells it is not asked.
-            (Some(scenario), _) => scenario.method.has_points().then(|| scenario.continuum.constants()),
-            (None, MaterialLaw::CriticalDruckerPrager(law)) => Some(law),
-            (None, MaterialLaw::LinearElastic(_) | MaterialLaw::Hencky(_)) => None,
+        // Of a fraction that only its packing tells it is not asked.
+        let now = match job.as_shear() {
+            Some(scenario) => scenario.method.has_points().then(|| scenario.continuum.constants()),
+            None => continuum.material.law.critical().copied(),
         };
         Ok(Self {
             name: job.name().to_string(),

@@ -58,15 +58,9 @@ fn motion(body: &Body) -> String {
     if told.is_empty() { "at rest".to_string() } else { told.join(", ") }
 }
 
-/// The plates of planar shear.
+/// The upper one of two rough plates that shear what is between them.
 pub fn plates(page: &mut Page, slots: &Slots) {
     let Some(scenario) = slots.job.as_shear() else { return };
-    let loading = &scenario.loading;
-    page.section("Plates");
-    page.row("lower plate", "rough", "at rest");
-    let [speed, ramp] = [loading.speed, loading.speed_ramp].map(figures);
-    let stress = figures(1e-3 * loading.stress_normal);
-    page.row("upper plate", "rough", &format!("{speed} m/s along x after a ramp of {ramp} s, held at {stress} kPa"));
-    page.row("mass of the upper plate", &format!("{} kg", figures(loading.plate_mass)), "");
-    page.row("damping of the upper plate", &format!("{} N s/m", figures(loading.plate_damping)), "");
+    page.section("Loading");
+    page.keys(2, |form| scenario.loading.clone().keys(form));
 }

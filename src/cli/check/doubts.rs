@@ -43,14 +43,14 @@ fn noise(job: &Mpm) -> Option<String> {
 
 /// A stress that pulls at grains which hold on to nothing.
 fn pull(job: &Assembly) -> Vec<String> {
-    let Some(servo) = job.cell.servo.as_ref().filter(|_| job.contact.reach() == 0.0) else { return Vec::new() };
+    let Some(servo) = job.cell.servo.as_ref().filter(|_| !job.contact.coheres()) else { return Vec::new() };
     let pulled: Vec<&str> =
         (0..3).filter(|axis| servo.stress[*axis].is_some_and(|stress| stress > 0.0)).map(|axis| AXES[axis]).collect();
     if pulled.is_empty() {
         return Vec::new();
     }
     vec![format!(
-        "cell.stress_normal pulls along {} (compression is positive) at grains without cohesion: nothing bears it, and the cell grows until the run stops. Write a positive stress to press, or take law = \"linear_cohesive\".",
+        "cell.stress_normal pulls along {} (compression is positive) at grains without cohesion: nothing bears it, and the cell grows until the run stops. Write a positive stress to press, or take law = \"linear_cohesive\" or a contact.surface_energy.",
         pulled.join(" and ")
     )]
 }
@@ -90,31 +90,20 @@ fn gravity(key: &str, gravity: &[f64; 3], axes: usize) -> Vec<String> {
 
 /// A limit to forces that the law does not make.
 fn idle_friction(contact: &Contact) -> Vec<String> {
-    let [resists, rolls] = match contact {
-        Contact::Linear(law) => [law.stiffness_tangential + law.damping_tangential > 0.0, true],
-        Contact::LinearCohesive(law) => [law.linear.stiffness_tangential + law.linear.damping_tangential > 0.0, true],
-        Contact::ElasticRolling(law) => {
-            let rolls = law.rolling_stiffness * law.stiffness_ratio > 0.0 || law.rolling_limit == 0.0;
-            [law.stiffness_ratio > 0.0, rolls]
-        }
-        Contact::HertzMindlin(_) => [true, true],
-    };
+    // Of any two grains that overlap.
+    let springs = contact.springs([1.0; 2], [1.0; 2], 0.1);
+    let [_, stiffness] = contact.keys_of_stiffness();
     let mut doubts = Vec::new();
-    if !resists && contact.friction() > 0.0 {
-        let stiffness = match contact {
-            Contact::ElasticRolling(_) => "contact.stiffness_ratio",
-            _ => "contact.stiffness_tangential",
-        };
+    if springs.tangential + springs.damping_tangential == 0.0 && contact.friction() > 0.0 {
         doubts.push(format!(
-            "contact.friction = {} limits nothing: with {stiffness} = 0 the law has no tangential force. Give it that stiffness, or write friction = 0.",
+            "contact.friction = {} limits nothing: with contact.{stiffness} = 0 the law has no tangential force. Give it that stiffness, or write friction = 0.",
             figures(contact.friction())
         ));
     }
-    if !rolls {
-        doubts.push(
-            "contact.rolling_limit limits nothing: with contact.rolling_stiffness or contact.stiffness_ratio = 0 the law has no resistance to rolling. Give it that stiffness, or remove the limit."
-                .to_string(),
-        );
+    if contact.rolling().is_some_and(|rolling| rolling.limit > 0.0) && springs.rolling == 0.0 {
+        doubts.push(format!(
+            "contact.rolling_limit limits nothing: with contact.rolling_stiffness or contact.{stiffness} = 0 the law has no resistance to rolling. Give it that stiffness, or remove the limit."
+        ));
     }
     doubts
 }

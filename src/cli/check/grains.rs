@@ -2,7 +2,7 @@
 
 use super::Slots;
 use super::page::{Page, figures, whole};
-use crate::job::assembly::{Packed, Preparation, Sizes, Source};
+use crate::job::assembly::{Packed, Source};
 use crate::job::figures as of;
 use crate::job::mpm::forecast::{fraction_of_packing, grains_if_discrete};
 use crate::job::mpm::{Mpm, figures as of_points};
@@ -17,15 +17,6 @@ pub fn section(page: &mut Page, slots: &Slots) {
             page.row("grains", &count, "");
         }
     }
-    match &grains.source {
-        Source::File(read) => {
-            page.row("start", "file", &read.grains.display().to_string());
-            if let Some(contacts) = &read.contacts {
-                page.row("contacts at the start", "file", &contacts.display().to_string());
-            }
-        }
-        Source::Packed(packed) => made(page, slots, packed),
-    }
     if let Some(fraction) = slots.job.as_assembly().and_then(of::fraction_in_cell) {
         page.row("solid volume fraction", &figures(fraction), "of these grains in the cell as the job gives it");
     }
@@ -36,6 +27,15 @@ pub fn section(page: &mut Page, slots: &Slots) {
         &format!("{} kg", figures(of::grain(grains, mean).mass)),
         if grains.cell.dimension == 2 { "rho pi r^2 depth" } else { "rho 4/3 pi r^3" },
     );
+    match &grains.source {
+        Source::File(read) => {
+            page.row("read from", &read.grains.display().to_string(), "");
+            if let Some(contacts) = &read.contacts {
+                page.row("contacts read from", &contacts.display().to_string(), "");
+            }
+        }
+        Source::Packed(packed) => made(page, slots, packed),
+    }
 }
 
 /// Grains that all of a continuum's material would be made of.
@@ -52,27 +52,16 @@ fn in_material(page: &mut Page, slots: &Slots, on: &Mpm) {
 }
 
 fn made(page: &mut Page, slots: &Slots, packed: &Packed) {
-    let how = match packed.preparation {
-        Preparation::Compress { stress, fraction, unloaded } => {
-            let fraction =
-                fraction.map_or_else(String::new, |of| format!(", to a solid volume fraction of {}", figures(of)));
-            let unloaded = unloaded.map_or_else(String::new, |to| format!(", unloaded to {} kPa", figures(1e-3 * to)));
-            format!("compressed to {} kPa{fraction}{unloaded}", figures(1e-3 * stress))
-        }
-        Preparation::Pour => "poured onto the bodies".to_string(),
-    };
-    let piece = slots.job.as_mpm().map_or_else(String::new, |_| {
-        format!("; {} grains in a periodic piece of packing", whole(packed.count as f64))
-    });
-    page.row("start", "packing", &format!("{how}{piece}"));
-    page.row("friction while packing", &figures(packed.friction), "");
-    page.row(
-        "diameters",
-        &format!("{} to {} mm", figures(1e3 * packed.sizes.min()), figures(1e3 * packed.sizes.max())),
-        match &packed.sizes {
-            Sizes::Normal { .. } => "normal, cut at three deviations",
-            Sizes::Uniform { .. } => "uniform",
-            Sizes::List(_) => "in classes",
-        },
-    );
+    let axes = slots.job.dimension();
+    page.keys(axes, |form| packed.sizes.clone().keys(form));
+    let [min, max] = [packed.sizes.min(), packed.sizes.max()].map(|diameter| figures(1e3 * diameter));
+    page.row("diameters", &format!("{min} to {max} mm"), "a normal distribution is cut at three deviations");
+    page.section("Packing");
+    if slots.job.as_mpm().is_some() {
+        page.row("grains of a piece", &whole(packed.count as f64), "laid side by side");
+    }
+    match slots.job.as_shear() {
+        Some(scenario) => page.keys(axes, |form| scenario.packing.clone().keys(form)),
+        None => page.keys(axes, |form| packed.clone().keys(form)),
+    }
 }

@@ -2,6 +2,10 @@
 
 use std::fmt::Write;
 
+use crate::base::keys::{Form, Wants};
+use crate::base::math::PI;
+use crate::base::units::Dimension;
+use crate::job::listed;
 use crate::job::stable::{Bound, governing};
 
 /// Lines with aligned columns.
@@ -25,6 +29,17 @@ impl Page {
             line.push_str(note);
         }
         self.line(line.trim_end());
+    }
+
+    /// What keys say, each in a row with what it means.
+    pub fn keys(&mut self, axes: usize, visit: impl FnOnce(&mut dyn Form)) {
+        for (key, value) in listed(axes, visit) {
+            let shown = match (&key.wants, value.parse::<f64>()) {
+                (Wants::Number(dimension, _), Ok(number)) => quantity(number, *dimension),
+                _ => value.trim_matches('"').to_string(),
+            };
+            self.row(key.name, shown.trim_end(), key.about);
+        }
     }
 
     /// The tightest bound first, then all of them with their causes.
@@ -53,6 +68,18 @@ pub fn times(axes: usize, of: impl Fn(usize) -> String) -> String {
 /// `1, 2, 3`.
 pub fn components(vector: &[f64]) -> String {
     vector.iter().map(|component| figures(*component)).collect::<Vec<_>>().join(", ")
+}
+
+/// A number with the unit that the page has for its like.
+fn quantity(number: f64, dimension: Dimension) -> String {
+    let (scale, unit) = match dimension {
+        of if of == Dimension::LENGTH => (1e3, "mm".to_string()),
+        of if of == Dimension::ANGLE => (180.0 / PI, "deg".to_string()),
+        of if of == Dimension::STRESS && number.abs() >= 1e6 => (1e-6, "MPa".to_string()),
+        of if of == Dimension::STRESS => (1e-3, "kPa".to_string()),
+        of => (1.0, of.unit()),
+    };
+    format!("{} {unit}", figures(scale * number))
 }
 
 /// Three significant digits.

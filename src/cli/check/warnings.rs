@@ -4,8 +4,7 @@ use super::Slots;
 use super::page::{figures, megapascals};
 use crate::job::assembly::Shape;
 use crate::job::figures::{rate_max, stresses_of_packing};
-use crate::job::mpm::{InitialStress, MaterialLaw, Mpm, RegionShape, figures as of};
-use crate::law::contact::Contact;
+use crate::job::mpm::{InitialStress, Mpm, RegionShape, figures as of};
 use crate::mpm::scheme::ShapeFunction;
 
 /// Above this number grains feel inertia and stress depends on speed (da Cruz et al. 2005).
@@ -100,11 +99,7 @@ fn inertia(slots: &Slots) -> Option<String> {
 
 fn soft_contacts(slots: &Slots) -> Option<String> {
     let number = slots.stiffness_number().filter(|number| *number < STIFFNESS_NUMBER_MIN)?;
-    let key = match slots.grains.as_deref()?.contact {
-        Contact::Linear(_) | Contact::LinearCohesive(_) => "stiffness_normal",
-        Contact::ElasticRolling(_) => "young_modulus",
-        Contact::HertzMindlin(_) => "shear_modulus",
-    };
+    let [key, _] = slots.grains.as_deref()?.contact.keys_of_stiffness();
     Some(format!(
         "contacts are soft for their load: the stiffness number is {}, so mean overlaps exceed a hundredth of a diameter. Raise contact.{key} or lower {}.",
         figures(number),
@@ -148,7 +143,7 @@ fn hybrid(slots: &Slots) -> Vec<String> {
         return Vec::new();
     };
     let mut warnings = Vec::new();
-    if let MaterialLaw::CriticalDruckerPrager(law) = &job.material.law {
+    if let Some(law) = job.material.law.critical() {
         let [bulk, shear] = [law.bulk_modulus / affine.bulk, law.shear_modulus / affine.shear];
         if bulk.max(shear) > MODULUS_EXCESS_MAX {
             warnings.push(format!(

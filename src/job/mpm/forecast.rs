@@ -1,6 +1,6 @@
 //! What a job will take on one core, part by part, before anything of it is done.
 
-use super::{KnownBands, MaterialLaw, Mpm, Origin, figures};
+use super::{KnownBands, Mpm, Origin, figures};
 use crate::job::assembly::{Assembly, Shape};
 use crate::job::figures::{grain_measure, grains, sizes, stresses_of_packing};
 use crate::job::{Job, Method, derived};
@@ -120,10 +120,7 @@ pub const FRACTION_OF_PACKING: [f64; 2] = [0.84, 0.62];
 
 /// Packing fraction of the material, of a law that has none that of such grains.
 pub fn fraction_of_packing(job: &Mpm) -> f64 {
-    match job.material.law {
-        MaterialLaw::CriticalDruckerPrager(law) => law.fraction,
-        MaterialLaw::LinearElastic(_) | MaterialLaw::Hencky(_) => FRACTION_OF_PACKING[job.grid.dimension - 2],
-    }
+    job.material.law.fraction().unwrap_or(FRACTION_OF_PACKING[job.grid.dimension - 2])
 }
 
 /// Grains, if all of the material were discrete.

@@ -1,8 +1,8 @@
 //! The tables of a continuum's job and their keys.
 
 use super::{
-    BodyContact, Boundary, Elastic, Face, Followed, Granular, Gravity, Grid, InitialStress, KnownBands, Load, LoadKind,
-    Material, MaterialLaw, Membrane, Mpm, Origin, Path, Region, RegionShape, RigidBody, Watch, Wave,
+    BodyContact, Boundary, Face, Followed, Granular, Gravity, Grid, InitialStress, KnownBands, Load, LoadKind,
+    Material, Membrane, Mpm, Origin, Path, Region, RegionShape, RigidBody, Watch, Wave,
 };
 use crate::base::keys::{
     DAMPING, DENSITY, FORCE, Form, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, SPEED, STIFFNESS, STRESS, TIME, Table,
@@ -18,7 +18,7 @@ use crate::job::shear::{keys_of_step, keys_of_subcycling, plane, skin};
 use crate::job::write::Page;
 use crate::job::{Method, Output};
 use crate::law::contact::Contact;
-use crate::law::material::CriticalConstants;
+use crate::law::material::ConstitutiveLaw;
 use crate::mpm::scheme::Scheme;
 
 impl Mpm {
@@ -187,7 +187,7 @@ impl Mpm {
                 depth: 1.0,
             },
             scheme: Scheme::DEFAULT,
-            material: Material { density: 0.0, law: MaterialLaw::LAWS[0].1 },
+            material: Material { density: 0.0, law: ConstitutiveLaw::LAWS[0].1 },
             regions: Vec::new(),
             stress: InitialStress::None,
             gravity: Gravity { acceleration: [0.0; 3], ramp: 0.0 },
@@ -222,33 +222,10 @@ impl Grid {
     }
 }
 
-impl MaterialLaw {
-    /// The laws as jobs name them, with constants before any is read.
-    pub const LAWS: [(&'static str, Self); 3] = {
-        let elastic = Elastic { bulk_modulus: 0.0, shear_modulus: 0.0 };
-        [
-            ("linear_elastic", Self::LinearElastic(elastic)),
-            ("hencky", Self::Hencky(elastic)),
-            ("critical_drucker_prager", Self::CriticalDruckerPrager(CriticalConstants::CHEN)),
-        ]
-    };
-
-    /// The law as jobs name it.
-    pub fn name(&self) -> &'static str {
-        let is_this = |of: &Self| std::mem::discriminant(of) == std::mem::discriminant(self);
-        Self::LAWS.iter().find(|(_, of)| is_this(of)).map(|(name, _)| *name).expect("every law has a name")
-    }
-}
-
 impl Material {
     /// Beside grains the density is theirs.
     pub(in crate::job) fn keys(&mut self, form: &mut dyn Form, beside_grains: bool) {
-        let about = "the material law: linear_elastic, hencky or critical_drucker_prager";
-        let key = text("law", about, "\"hencky\"");
-        variant(form, &mut self.law, "material law", key, &MaterialLaw::LAWS, |law, form| match law {
-            MaterialLaw::LinearElastic(elastic) | MaterialLaw::Hencky(elastic) => elastic.keys(form),
-            MaterialLaw::CriticalDruckerPrager(critical) => critical.keys(form),
-        });
+        self.law.keys(form);
         if !beside_grains {
             let about = "the density of the material with its pores";
             form.number(&mut self.density, number("density", about, DENSITY, POSITIVE, "\"2000 kg/m3\""));
@@ -261,33 +238,8 @@ impl Material {
     }
 }
 
-impl Elastic {
-    /// E and nu, or K and G.
-    fn keys(&mut self, form: &mut dyn Form) {
-        let of_bulk = ["bulk_modulus", "shear_modulus"].into_iter().find(|key| form.has(key));
-        let of_young = ["young_modulus", "poisson_ratio"].into_iter().find(|key| form.has(key));
-        if let (Some(key), Some(other)) = (of_bulk, of_young) {
-            let problem = format!(
-                "stands beside material.{other}, and two moduli are enough. Keep young_modulus and poisson_ratio, or bulk_modulus and shear_modulus."
-            );
-            return form.note(key, &problem);
-        }
-        if form.describes() || form.is_needed() && of_bulk.is_none() {
-            let (mut young, mut poisson) = (0.0, 0.0);
-            form.number(&mut young, number("young_modulus", "E", STRESS, POSITIVE, "\"10 MPa\""));
-            form.number(&mut poisson, number("poisson_ratio", "Poisson's ratio", RATIO, Range::open(-1.0, 0.5), "0.3"));
-            self.bulk_modulus = young / (3.0 * (1.0 - 2.0 * poisson));
-            self.shear_modulus = young / (2.0 * (1.0 + poisson));
-        }
-        if !form.is_needed() || of_bulk.is_some() {
-            form.number(&mut self.bulk_modulus, number("bulk_modulus", "K", STRESS, POSITIVE, "\"630 MPa\""));
-            form.number(&mut self.shear_modulus, number("shear_modulus", "G", STRESS, POSITIVE, "\"460 MPa\""));
-        }
-    }
-}
-
 impl InitialStress {
-    pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
+    pub fn keys(&mut self, form: &mut dyn Form) {
         let kinds = [
             ("none", Self::None),
             ("isotropic", Self::Isotropic { pressure: 0.0 }),
@@ -544,7 +496,7 @@ impl Granular {
     pub(in crate::job) fn blank() -> Self {
         Self {
             method: Method::Hybrid,
-            piece: Assembly { contact: Contact::LAWS[0].1, ..Assembly::blank() },
+            piece: Assembly { contact: Contact::ASLEEP, ..Assembly::blank() },
             enrichment: Enrichment::around(0.0),
             reference: Origin::Specimen,
             known: None,

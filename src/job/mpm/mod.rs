@@ -7,7 +7,7 @@ use super::Output;
 use super::assembly::Body;
 use crate::base::math::{PI, cos, sin};
 use crate::couple::oracle::Oracle;
-use crate::law::material::CriticalConstants;
+use crate::law::material::ConstitutiveLaw;
 use crate::mpm::scheme::Scheme;
 
 pub mod figures;
@@ -78,73 +78,7 @@ pub struct Grid {
 pub struct Material {
     /// Density of the material with its pores at the start, kg/m3, whatever the packing fraction.
     pub density: f64,
-    pub law: MaterialLaw,
-}
-
-/// The law with its constants; each law's file under `law/material/` has its equations.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum MaterialLaw {
-    /// Isotropic and linear in an objective rate.
-    LinearElastic(Elastic),
-    /// Isotropic and linear between Kirchhoff stress and logarithmic strain.
-    Hencky(Elastic),
-    /// Chen et al. (2021), 2.2.
-    CriticalDruckerPrager(CriticalConstants),
-}
-
-/// Moduli of a solid. In the plane strain out of it is zero, so K of `tau = K tr(eps) 1 + 2 G dev(eps)` with the plane's
-/// deviator is [`Self::bulk_modulus_in`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Elastic {
-    /// K of the solid in space, Pa.
-    pub bulk_modulus: f64,
-    /// G, Pa.
-    pub shear_modulus: f64,
-}
-
-impl Elastic {
-    /// K, Pa, where the mean stress is the mean over that many axes: lambda + 2 G/axes.
-    pub fn bulk_modulus_in(&self, axes: usize) -> f64 {
-        match axes {
-            2 => self.bulk_modulus + self.shear_modulus / 3.0,
-            _ => self.bulk_modulus,
-        }
-    }
-}
-
-impl MaterialLaw {
-    /// Modulus of one-dimensional strain, Pa, which carries the fastest wave: lambda + 2 G.
-    pub fn modulus_longitudinal(&self, axes: usize) -> f64 {
-        let shear = self.shear_modulus();
-        let bulk = match self {
-            Self::LinearElastic(elastic) | Self::Hencky(elastic) => elastic.bulk_modulus_in(axes),
-            Self::CriticalDruckerPrager(law) => law.bulk_modulus,
-        };
-        bulk + 2.0 * (1.0 - 1.0 / axes as f64) * shear
-    }
-
-    /// The stiffest answer of a point that nothing around it holds, Pa: `lambda + 2 G` with lambda once more for every other
-    /// axis, or 2 G.
-    pub fn modulus_free(&self, axes: usize) -> f64 {
-        let (along, shear) = (self.modulus_longitudinal(axes), self.shear_modulus());
-        (along + (axes - 1) as f64 * (along - 2.0 * shear)).max(2.0 * shear)
-    }
-
-    /// G, Pa.
-    pub fn shear_modulus(&self) -> f64 {
-        match self {
-            Self::LinearElastic(elastic) | Self::Hencky(elastic) => elastic.shear_modulus,
-            Self::CriticalDruckerPrager(law) => law.shear_modulus,
-        }
-    }
-
-    /// Packing fraction that points start with; of laws without one 1.
-    pub fn fraction(&self) -> f64 {
-        match self {
-            Self::LinearElastic(_) | Self::Hencky(_) => 1.0,
-            Self::CriticalDruckerPrager(law) => law.fraction,
-        }
-    }
+    pub law: ConstitutiveLaw,
 }
 
 /// Material at the start.
@@ -513,7 +447,7 @@ impl Mpm {
     /// Whether stresses of single points are noise about the mean of their cell: of several points in a cell nodes feel the sum
     /// of the stresses alone, and a material that yields as it moves under its weight keeps the differences that its points come to.
     pub fn has_noisy_stresses(&self) -> bool {
-        let yields = matches!(self.material.law, MaterialLaw::CriticalDruckerPrager(_));
+        let yields = self.material.law.yields();
         let weighs = self.gravity.acceleration != [0.0; 3];
         self.has_points() && self.scheme.points_per_cell > 1 && yields && weighs
     }

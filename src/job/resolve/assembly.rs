@@ -107,7 +107,7 @@ mod tests {
 
     use crate::dem::motion::Damping;
     use crate::job::assembly::{BodyServo, CellServo, PathPoint, Read, Shape};
-    use crate::law::contact::Contact;
+    use crate::law::contact::Force;
 
     const PLANE: &str = r#"
         name = "small"
@@ -260,7 +260,7 @@ mod tests {
         let text = text.replace("[packing]\n        preparation = \"compress\"\n        stress = \"100 kPa\"", "");
         let assembly = assembly_of(&text, &[]);
         assert_eq!(assembly.source, Source::File(Read { grains: "/jobs/g.csv".into(), contacts: None }));
-        let Contact::Linear(law) = assembly.contact else { panic!("by default") };
+        let Force::Linear(law) = assembly.contact.force else { panic!("by default") };
         assert!(law.damping_normal > 0.0);
         assert_eq!(assembly.matter.diameter_mean, 1e-3);
     }

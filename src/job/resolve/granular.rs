@@ -12,7 +12,7 @@ use crate::base::math;
 use crate::job::assembly::{Assembly, Body, Motion, Packed, Preparation, Shape, Source};
 use crate::job::figures::{diameter_max, fraction_in_cell, margin};
 use crate::job::mpm::forecast::FRACTION_OF_PACKING;
-use crate::job::mpm::{BodyContact, Boundary, Face, Granular, Grid, KnownBands, MaterialLaw, Mpm, RigidBody};
+use crate::job::mpm::{BodyContact, Boundary, Face, Granular, Grid, KnownBands, Mpm, RigidBody};
 use crate::job::raw::{Reader, Typed};
 use crate::job::{Method, stable};
 use crate::mpm::scheme::{ShapeFunction, StressUpdate};
@@ -171,7 +171,7 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
     if grains.method == Method::Mpm {
         return;
     }
-    if grains.method == Method::Hybrid && !matches!(job.material.law, MaterialLaw::CriticalDruckerPrager(_)) {
+    if grains.method == Method::Hybrid && job.material.law.critical().is_none() {
         typed.note_together(typed.refusal(
             "material",
             "law",

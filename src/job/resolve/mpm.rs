@@ -10,11 +10,12 @@ use crate::base::error::Error;
 use crate::base::keys::Form;
 use crate::job::mpm::forecast::fraction_of_packing;
 use crate::job::mpm::{
-    Boundary, Face, Followed, Gravity, Grid, InitialStress, LOADS_MAX, Load, MaterialLaw, Mpm, Region, RegionShape,
-    Watch, figures, polygon_area,
+    Boundary, Face, Followed, Gravity, Grid, InitialStress, LOADS_MAX, Load, Mpm, Region, RegionShape, Watch, figures,
+    polygon_area,
 };
 use crate::job::raw::{Reader, Typed};
 use crate::job::stable::governing;
+use crate::law::material::ConstitutiveLaw;
 use crate::mpm::scheme::{Scheme, ShapeFunction};
 use crate::mpm::shape::margins;
 
@@ -226,16 +227,16 @@ fn check_lists(job: &mut Mpm, top: &Reader<'_>, typed: &Typed) -> Result<(), Err
     Ok(())
 }
 
-fn check_region(region: &mut Region, table: &Reader<'_>, grid: &Grid, law: &MaterialLaw) -> Result<(), Error> {
+fn check_region(region: &mut Region, table: &Reader<'_>, grid: &Grid, law: &ConstitutiveLaw) -> Result<(), Error> {
     check_region_shape(&region.shape, table, grid)?;
-    if table.has("fraction") && !matches!(law, MaterialLaw::CriticalDruckerPrager(_)) {
+    if table.has("fraction") && law.fraction().is_none() {
         return Err(table.refusal(
             "fraction",
             "belongs to law = \"critical_drucker_prager\"; an elastic material has no packing fraction. Remove the line.",
         ));
     }
     if region.fraction.is_nan() {
-        region.fraction = law.fraction();
+        region.fraction = law.fraction().unwrap_or(1.0);
     }
     for (wave, table) in region.waves.iter_mut().zip(&table.list("wave")) {
         unit(&mut wave.direction, "direction", table)?;
@@ -349,7 +350,7 @@ fn oracle(typed: &Typed, job: &Mpm) -> Result<Option<Watch>, Error> {
             "looks across periods along x alone, and this grid is periodic along y. Turn the job by a quarter, or remove the table.",
         ));
     }
-    if !matches!(job.material.law, MaterialLaw::CriticalDruckerPrager(_)) {
+    if !job.material.law.yields() {
         return Err(table.refusal_of_table(
             "looks for plastic flow, and an elastic material has none. Remove it, or take law = \"critical_drucker_prager\".",
         ));

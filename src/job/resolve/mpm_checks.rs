@@ -7,7 +7,7 @@ use crate::base::error::Error;
 use crate::base::keys::Form;
 use crate::base::math::{PI, atan};
 use crate::job::assembly::Shape;
-use crate::job::mpm::{InitialStress, LoadKind, MaterialLaw, Mpm, RigidBody, figures};
+use crate::job::mpm::{InitialStress, LoadKind, Mpm, RigidBody, figures};
 use crate::job::raw::{Reader, Typed};
 use crate::job::stable::governing;
 use crate::law::material::CriticalConstants;
@@ -19,7 +19,7 @@ const LOOKS_MAX: f64 = 1e10;
 
 pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
     let mut flows = true;
-    if let MaterialLaw::CriticalDruckerPrager(law) = &job.material.law {
+    if let Some(law) = job.material.law.critical() {
         let checked = check_critical(job, law, typed, top);
         flows = checked.is_ok();
         typed.check(checked);
@@ -27,8 +27,7 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
     typed.check(check_time(job, typed));
     // What comes after it goes through all points.
     check_points(job, typed, top)?;
-    if let (MaterialLaw::CriticalDruckerPrager(law), InitialStress::Geostatic { axis, k0, .. }) =
-        (&job.material.law, job.stress)
+    if let (Some(law), InitialStress::Geostatic { axis, k0, .. }) = (job.material.law.critical(), job.stress)
         && flows
     {
         typed.check(check_geostatic(job, law, (axis, k0), typed));

@@ -4,7 +4,7 @@ use super::{digits, digits_above, digits_below};
 use crate::base::error::Error;
 use crate::base::math::{PI, exp};
 use crate::job::Scenario;
-use crate::law::contact::{Contact, NormalForce, Sliding};
+use crate::law::contact::{Adhesion, Contact, Force, NormalForce, RollingResistance, Sliding};
 
 /// The contact of a job of planar shear with these lines under `[contact]`.
 fn contact_of(lines: &str) -> Result<Contact, Error> {
@@ -23,7 +23,7 @@ const SPRINGS: &str = "stiffness_normal = 1772093.8\nstiffness_tangential = 8860
 /// mistaken for m.
 #[test]
 fn a_restitution_becomes_a_damping() {
-    let Contact::Linear(law) = contact_of(&format!("{SPRINGS}restitution = 0.1\nfriction = 0.5")).unwrap() else {
+    let Force::Linear(law) = contact_of(&format!("{SPRINGS}restitution = 0.1\nfriction = 0.5")).unwrap().force else {
         panic!("linear is the default")
     };
     assert!((law.damping_normal - 4.96).abs() < 0.005, "{}", law.damping_normal);
@@ -35,7 +35,7 @@ fn a_friction_angle_becomes_a_coefficient() {
     let law = "law = \"elastic_rolling\"\nyoung_modulus = \"600 MPa\"\nstiffness_ratio = 0.8\n";
     let contact = contact_of(&format!("{law}friction_angle = \"28.6 deg\"")).unwrap();
     assert!((contact.friction() - 0.545_27).abs() < 1e-4, "{}", contact.friction());
-    let Contact::ElasticRolling(rolling) = contact else { panic!("as it was asked for") };
+    let Force::ElasticRolling(rolling) = contact.force else { panic!("as it was asked for") };
     assert_eq!((rolling.rolling_stiffness, rolling.rolling_limit), (0.0, 0.0));
     assert_eq!(rolling.sliding, Sliding::Surface);
 }
@@ -45,18 +45,37 @@ fn every_law_is_read() {
     let cohesive = format!(
         "law = \"linear_cohesive\"\n{SPRINGS}damping_normal = 1\ndamping_tangential = 0\nfriction = 0.5\ncohesion_normal = \"2 N\"\ncohesion_tangential = 1"
     );
-    let Contact::LinearCohesive(law) = contact_of(&cohesive).unwrap() else { panic!("as it was asked for") };
+    let Force::LinearCohesive(law) = contact_of(&cohesive).unwrap().force else { panic!("as it was asked for") };
     assert_eq!((law.cohesion_normal, law.cohesion_tangential, law.linear.damping_tangential), (2.0, 1.0, 0.0));
     let hertz = "law = \"hertz_mindlin\"\nshear_modulus = \"29 GPa\"\npoisson_ratio = 0.15\nfriction = 0.5";
-    let Contact::HertzMindlin(law) = contact_of(hertz).unwrap() else { panic!("as it was asked for") };
+    let Force::HertzMindlin(law) = contact_of(hertz).unwrap().force else { panic!("as it was asked for") };
     assert_eq!((law.shear_modulus, law.damping_normal, law.damping_ratio), (29e9, 0.0, 0.0));
     assert_eq!(law.normal_force, NormalForce::TENSILE);
 }
+
+/// Any law may resist rolling, and its grains adhere.
+#[test]
+fn parts_go_with_every_law() {
+    let linear = format!("{SPRINGS}restitution = 0.5\nfriction = 0.5\n");
+    let hertz = "law = \"hertz_mindlin\"\nshear_modulus = \"29 GPa\"\npoisson_ratio = 0.15\nfriction = 0.5\n";
+    for law in [linear.as_str(), hertz] {
+        let plain = contact_of(law).unwrap();
+        assert_eq!((plain.rolling, plain.adhesion, plain.coheres()), (None, None, false));
+        let parts = "rolling_stiffness = 1.0\nrolling_limit = 0.05\nsurface_energy = \"50 mJ/m2\"";
+        let contact = contact_of(&format!("{law}{parts}")).unwrap();
+        assert_eq!(contact.rolling, Some(RollingResistance { stiffness: 1.0, limit: 0.05 }));
+        assert_eq!(contact.adhesion, Some(Adhesion { surface_energy: 0.05 }));
+        assert!(contact.coheres() && contact.without_cohesion().rolling == contact.rolling);
+        let lone = contact_of(&format!("{law}rolling_limit = 0.05")).unwrap_err().to_string();
+        assert!(lone.contains("stands alone. Add contact.rolling_stiffness = 1.0"), "{lone}");
+    }
+}
+
 #[test]
 fn a_restitution_of_hertz_contacts_becomes_a_damping_ratio() {
     let hertz = "law = \"hertz_mindlin\"\nshear_modulus = \"29 GPa\"\npoisson_ratio = 0.15\nfriction = 0.5\n";
-    let ratio = |lines: &str| match contact_of(&format!("{hertz}{lines}")).unwrap() {
-        Contact::HertzMindlin(law) => (law.damping_ratio, law.normal_force),
+    let ratio = |lines: &str| match contact_of(&format!("{hertz}{lines}")).unwrap().force {
+        Force::HertzMindlin(law) => (law.damping_ratio, law.normal_force),
         other => panic!("{other:?}"),
     };
     let (tensile, _) = ratio("restitution = 0.5");

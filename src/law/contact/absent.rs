@@ -1,6 +1,6 @@
 //! No contact: the law of worlds that consist of points alone.
 
-use super::{Answer, ContactLaw, Resistance, Touch};
+use super::{Answer, ContactLaw, Springs, Touch};
 use crate::base::lane::Real;
 use crate::base::space::{Components, Space, Words};
 
@@ -18,8 +18,8 @@ impl<S: Space> ContactLaw<S> for Absent {
     fn springs(&self, touch: &Touch<S, f64>, memory: &Self::Memory<f64>) -> Answer<S, f64> {
         self.force(touch, &mut memory.clone())
     }
-    fn resistance(&self, _: [f64; 2], _: [f64; 2], _: f64) -> Resistance {
-        Resistance::default()
+    fn stiffness(&self, _: [f64; 2], _: [f64; 2], _: f64) -> Springs {
+        Springs::default()
     }
     fn friction_limit(&self, _: &Touch<S, f64>, _: f64) -> f64 {
         0.0

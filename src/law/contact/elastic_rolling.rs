@@ -15,7 +15,10 @@
 //! by from a spring that keeps its length. Twist about the normal is not resisted. Against a flat body r_j is without
 //! bounds: k_n = 2 E r_i, and rolling is resisted as by a grain of the same size.
 
-use super::{Answer, Contact, ContactLaw, FLAT, Resistance, Touch, constants};
+use super::rolling::cut;
+use super::{
+    Answer, ContactLaw, Described, Force, NormalForce, RollingResistance, Springs, Stiffening, Touch, constants,
+};
 use crate::base::keys::{Form, POSITIVE, RATIO, Range, STRESS, choose, number, text};
 use crate::base::lane::Real;
 use crate::base::space::{Lanewise, Space};
@@ -60,7 +63,25 @@ impl ElasticRolling {
         sliding: Sliding::Surface,
     };
 
-    pub(super) fn keys(&mut self, form: &mut dyn Form) {
+    /// Elastic, tangential and rolling stiffness.
+    #[inline(always)]
+    fn springs_of<R: Real>(&self, radius_a: R, radius_b: R) -> Stiffness<R> {
+        let modulus = R::splat(self.young_modulus);
+        let (a, b) = (modulus * radius_a, modulus * radius_b);
+        let normal = R::splat(2.0) * a * b / (a + b);
+        let tangential = normal * R::splat(self.stiffness_ratio);
+        let rolling = self.resistance().at(tangential, radius_a, radius_b);
+        Stiffness { normal, tangential, rolling }
+    }
+
+    #[inline(always)]
+    fn resistance(&self) -> RollingResistance {
+        RollingResistance { stiffness: self.rolling_stiffness, limit: self.rolling_limit }
+    }
+}
+
+impl Described for ElasticRolling {
+    fn keys(&mut self, form: &mut dyn Form, _: f64) {
         form.number(
             &mut self.young_modulus,
             number("young_modulus", "E of k_n = E r*", STRESS, POSITIVE, "\"600 MPa\""),
@@ -70,46 +91,43 @@ impl ElasticRolling {
             number("stiffness_ratio", "k_t/k_n", RATIO, Range::closed(0.0, 10.0), "0.8"),
         );
         constants::friction(form, &mut self.friction);
-        let (stiffness, limit) = ("beta of k_r = beta k_t r_i r_j", "eta of |M| <= eta min(r_i, r_j) F_n");
-        form.number(
-            &mut self.rolling_stiffness,
-            number("rolling_stiffness", stiffness, RATIO, Range::closed(0.0, 100.0), "1.0").or("0.0"),
-        );
-        form.number(
-            &mut self.rolling_limit,
-            number("rolling_limit", limit, RATIO, Range::closed(0.0, 10.0), "0.05").or("0.0"),
-        );
+        form.number(&mut self.rolling_stiffness, RollingResistance::STIFFNESS.or("0.0"));
+        form.number(&mut self.rolling_limit, RollingResistance::LIMIT.or("0.0"));
         let key = text("sliding", "what slides: surface or scaled", "\"surface\"").or("surface");
         let names = [("surface", Sliding::Surface), ("scaled", Sliding::Scaled)];
         choose(form, &mut self.sliding, "form of sliding", key, &names);
     }
 
-    #[inline(always)]
-    fn stiffness<R: Real>(&self, radius_a: R, radius_b: R) -> Stiffness<R> {
-        let modulus = R::splat(self.young_modulus);
-        let (a, b) = (modulus * radius_a, modulus * radius_b);
-        let normal = R::splat(2.0) * a * b / (a + b);
-        let tangential = normal * R::splat(self.stiffness_ratio);
-        let partner = R::choose(radius_b.above(R::splat(0.5 * FLAT)), radius_a, radius_b);
-        let rolling = tangential * radius_a * partner * R::splat(self.rolling_stiffness);
-        Stiffness { normal, tangential, rolling }
+    fn friction(&mut self) -> &mut f64 {
+        &mut self.friction
+    }
+
+    /// There is no dashpot to pull.
+    fn normal_force(&self) -> NormalForce {
+        NormalForce::REPULSIVE
+    }
+
+    fn without_loss(&mut self) {
+        (self.rolling_stiffness, self.rolling_limit) = (0.0, 0.0);
+    }
+
+    fn rolling(&self) -> Option<RollingResistance> {
+        Some(self.resistance())
+    }
+
+    fn stiffening(&self) -> Stiffening {
+        Stiffening::WithSize
+    }
+
+    fn keys_of_stiffness(&self) -> [&'static str; 2] {
+        ["young_modulus", "stiffness_ratio"]
     }
 }
 
-impl From<ElasticRolling> for Contact {
+impl From<ElasticRolling> for Force {
     fn from(law: ElasticRolling) -> Self {
         Self::ElasticRolling(law)
     }
-}
-
-/// What an elastic spring gives when it may carry at most `limit`; beyond it the spring is cut.
-#[inline(always)]
-fn cut<R: Real, V: Lanewise<R>>(spring: &mut V, stiffness: R, limit: R) -> V {
-    let trial = -(*spring * stiffness);
-    let magnitude = trial.norm();
-    let share = R::choose(magnitude.above(limit), limit / magnitude, R::splat(1.0));
-    *spring = *spring * share;
-    trial * share
 }
 
 /// What turning to first order adds to a spring: half the square of the angle that the normal turned through, along the way
@@ -127,7 +145,7 @@ impl<S: Space> ContactLaw<S> for ElasticRolling {
 
     #[inline(always)]
     fn force<R: Real>(&self, touch: &Touch<S, R>, memory: &mut Self::Memory<R>) -> Answer<S, R> {
-        let stiffness = self.stiffness(touch.radius_a, touch.radius_b);
+        let stiffness = self.springs_of(touch.radius_a, touch.radius_b);
         let normal = touch.overlap * stiffness.normal;
         let sliding = <Self as ContactLaw<S>>::sliding(self, touch);
         let (spring, rolled) = memory;
@@ -138,11 +156,7 @@ impl<S: Space> ContactLaw<S> for ElasticRolling {
         }
         *spring = *spring + sliding * touch.advance;
         let tangential = cut(spring, stiffness.tangential, normal * R::splat(self.friction));
-
-        let rolling = S::rolling(&touch.normal, &touch.spin_relative);
-        *rolled = S::carry_spin(&touch.normal, touch.twist, rolled) + rolling * touch.advance;
-        let radius_min = R::min(touch.radius_a, touch.radius_b);
-        let moment = cut(rolled, stiffness.rolling, normal * radius_min * R::splat(self.rolling_limit));
+        let moment = self.resistance().moment(touch, stiffness.rolling, normal, rolled);
         Answer { normal, tangential, moment }
     }
 
@@ -159,14 +173,19 @@ impl<S: Space> ContactLaw<S> for ElasticRolling {
     }
 
     fn springs(&self, touch: &Touch<S, f64>, (spring, rolled): &Self::Memory<f64>) -> Answer<S, f64> {
-        let stiffness = self.stiffness(touch.radius_a, touch.radius_b);
+        let stiffness = self.springs_of(touch.radius_a, touch.radius_b);
         let (tangential, moment) = (*spring * -stiffness.tangential, *rolled * -stiffness.rolling);
         Answer { normal: touch.overlap * stiffness.normal, tangential, moment }
     }
 
-    fn resistance(&self, [radius_a, radius_b]: [f64; 2], _: [f64; 2], _: f64) -> Resistance {
-        let stiffness = self.stiffness(radius_a, radius_b);
-        Resistance { spring: stiffness.normal.max(stiffness.tangential), dashpot: 0.0 }
+    #[inline(always)]
+    fn stiffness_tangential<R: Real>(&self, touch: &Touch<S, R>) -> R {
+        self.springs_of(touch.radius_a, touch.radius_b).tangential
+    }
+
+    fn stiffness(&self, [radius_a, radius_b]: [f64; 2], _: [f64; 2], _: f64) -> Springs {
+        let Stiffness { normal, tangential, rolling } = self.springs_of(radius_a, radius_b);
+        Springs { normal, tangential, rolling, damping_normal: 0.0, damping_tangential: 0.0 }
     }
 
     fn friction_limit(&self, _: &Touch<S, f64>, normal: f64) -> f64 {
@@ -174,7 +193,7 @@ impl<S: Space> ContactLaw<S> for ElasticRolling {
     }
 
     fn elastic_energy(&self, touch: &Touch<S, f64>, (spring, rolled): &Self::Memory<f64>) -> f64 {
-        let stiffness = self.stiffness(touch.radius_a, touch.radius_b);
+        let stiffness = self.springs_of(touch.radius_a, touch.radius_b);
         0.5 * stiffness.normal * touch.overlap * touch.overlap
             + 0.5 * stiffness.tangential * spring.dot(spring)
             + 0.5 * stiffness.rolling * rolled.dot(rolled)

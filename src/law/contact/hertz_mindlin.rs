@@ -22,7 +22,7 @@
 //! F_t^2/(2 k_t), grows from nothing (Elata & Berryman 1996): up to 2e-4 of the energy of an impact that hardly slides. Rescaled it
 //! falls with the radius of the contact, which cannot bear what it bore (Walton 1987), and no impact gains.
 
-use super::{Answer, Contact, ContactLaw, NormalForce, Resistance, Touch, constants};
+use super::{Answer, ContactLaw, Described, Force, NormalForce, Springs, Stiffening, Touch, constants};
 use crate::base::keys::{DAMPING, Form, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, choose, number, text};
 use crate::base::lane::Real;
 use crate::base::space::{Lanewise, Space, Words};
@@ -79,7 +79,47 @@ impl HertzMindlin {
         tangential_force: TangentialForce::Incremental,
     };
 
-    pub(super) fn keys(&mut self, form: &mut dyn Form) {
+    /// k_n and k_t at an overlap.
+    #[inline(always)]
+    fn springs_of<R: Real>(&self, radius_a: R, radius_b: R, overlap: R) -> [R; 2] {
+        let root_two = std::f64::consts::SQRT_2;
+        let radius = R::splat(2.0) * radius_a * radius_b / (radius_a + radius_b);
+        let root = (radius * R::max(overlap, R::splat(0.0))).sqrt();
+        let normal = root_two * self.shear_modulus / (1.0 - self.poisson_ratio);
+        let tangential = 2.0 * root_two * self.shear_modulus / (2.0 - self.poisson_ratio);
+        [root * R::splat(normal), root * R::splat(tangential)]
+    }
+
+    /// What is left of the elastic part of the tangential force that a contact came with.
+    #[inline(always)]
+    fn carried<S: Space, R: Real>(&self, touch: &Touch<S, R>, elastic: &S::TangentOf<R>) -> S::TangentOf<R> {
+        let carried = S::carry(&touch.normal, touch.twist, elastic);
+        // One answer for the whole run, as below.
+        match self.tangential_force {
+            TangentialForce::Incremental => carried,
+            TangentialForce::Rescaled => {
+                let closed = R::max(touch.velocity_normal, R::splat(0.0)) * touch.advance;
+                let overlap = R::max(touch.overlap, R::splat(0.0));
+                carried * (overlap / R::max(overlap + closed, R::splat(f64::MIN_POSITIVE))).sqrt()
+            }
+        }
+    }
+
+    /// What the dashpots have beside their constants, N s/m, at that normal stiffness.
+    #[inline(always)]
+    fn viscosity<R: Real>(&self, [mass_a, mass_b]: [R; 2], stiffness: R) -> R {
+        let ratio = self.damping_ratio;
+        // One answer for the whole run: who asks for no rebound does not pay for the root.
+        if ratio == 0.0 {
+            return R::splat(0.0);
+        }
+        let mass = mass_a * mass_b / (mass_a + mass_b);
+        (mass * stiffness).sqrt() * R::splat(2.0 * (5.0f64 / 6.0).sqrt() * ratio)
+    }
+}
+
+impl Described for HertzMindlin {
+    fn keys(&mut self, form: &mut dyn Form, _: f64) {
         form.number(
             &mut self.shear_modulus,
             number("shear_modulus", "G of the grains' solid", STRESS, POSITIVE, "\"29 GPa\""),
@@ -107,46 +147,28 @@ impl HertzMindlin {
         choose(form, &mut self.tangential_force, "form of the tangential force", key, &TangentialForce::NAMES);
     }
 
-    /// k_n and k_t at an overlap.
-    #[inline(always)]
-    fn stiffness<R: Real>(&self, radius_a: R, radius_b: R, overlap: R) -> [R; 2] {
-        let root_two = std::f64::consts::SQRT_2;
-        let radius = R::splat(2.0) * radius_a * radius_b / (radius_a + radius_b);
-        let root = (radius * R::max(overlap, R::splat(0.0))).sqrt();
-        let normal = root_two * self.shear_modulus / (1.0 - self.poisson_ratio);
-        let tangential = 2.0 * root_two * self.shear_modulus / (2.0 - self.poisson_ratio);
-        [root * R::splat(normal), root * R::splat(tangential)]
+    fn friction(&mut self) -> &mut f64 {
+        &mut self.friction
     }
 
-    /// What is left of the elastic part of the tangential force that a contact came with.
-    #[inline(always)]
-    fn carried<S: Space, R: Real>(&self, touch: &Touch<S, R>, elastic: &S::TangentOf<R>) -> S::TangentOf<R> {
-        let carried = S::carry(&touch.normal, touch.twist, elastic);
-        // One answer for the whole run, as below.
-        match self.tangential_force {
-            TangentialForce::Incremental => carried,
-            TangentialForce::Rescaled => {
-                let closed = R::max(touch.velocity_normal, R::splat(0.0)) * touch.advance;
-                let overlap = R::max(touch.overlap, R::splat(0.0));
-                carried * (overlap / R::max(overlap + closed, R::splat(f64::MIN_POSITIVE))).sqrt()
-            }
-        }
+    fn normal_force(&self) -> NormalForce {
+        self.normal_force
     }
 
-    /// What the dashpots have beside their constants, N s/m, at that normal stiffness.
-    #[inline(always)]
-    fn viscosity<R: Real>(&self, mass_a: R, mass_b: R, stiffness: R) -> R {
-        let ratio = self.damping_ratio;
-        // One answer for the whole run: who asks for no rebound does not pay for the root.
-        if ratio == 0.0 {
-            return R::splat(0.0);
-        }
-        let mass = mass_a * mass_b / (mass_a + mass_b);
-        (mass * stiffness).sqrt() * R::splat(2.0 * (5.0f64 / 6.0).sqrt() * ratio)
+    fn without_loss(&mut self) {
+        (self.damping_normal, self.damping_tangential, self.damping_ratio) = (0.0, 0.0, 0.0);
+    }
+
+    fn stiffening(&self) -> Stiffening {
+        Stiffening::WithOverlap
+    }
+
+    fn keys_of_stiffness(&self) -> [&'static str; 2] {
+        ["shear_modulus", "shear_modulus"]
     }
 }
 
-impl From<HertzMindlin> for Contact {
+impl From<HertzMindlin> for Force {
     fn from(law: HertzMindlin) -> Self {
         Self::HertzMindlin(law)
     }
@@ -159,9 +181,9 @@ impl<S: Space> ContactLaw<S> for HertzMindlin {
     #[inline(always)]
     fn force<R: Real>(&self, touch: &Touch<S, R>, elastic: &mut S::TangentOf<R>) -> Answer<S, R> {
         let zero = R::splat(0.0);
-        let [stiffness_normal, stiffness_tangential] = self.stiffness(touch.radius_a, touch.radius_b, touch.overlap);
+        let [stiffness_normal, stiffness_tangential] = self.springs_of(touch.radius_a, touch.radius_b, touch.overlap);
         let spring = stiffness_normal * touch.overlap * R::splat(2.0 / 3.0);
-        let viscosity = self.viscosity(touch.mass_a, touch.mass_b, stiffness_normal);
+        let viscosity = self.viscosity([touch.mass_a, touch.mass_b], stiffness_normal);
         let damped = spring - touch.velocity_normal * (viscosity + R::splat(self.damping_normal));
         let normal = R::max(R::splat(self.normal_force.least()), damped);
 
@@ -181,24 +203,31 @@ impl<S: Space> ContactLaw<S> for HertzMindlin {
     }
 
     fn springs(&self, touch: &Touch<S, f64>, elastic: &S::TangentOf<f64>) -> Answer<S, f64> {
-        let [stiffness, _] = self.stiffness(touch.radius_a, touch.radius_b, touch.overlap);
+        let [stiffness, _] = self.springs_of(touch.radius_a, touch.radius_b, touch.overlap);
         Answer { normal: stiffness * touch.overlap * (2.0 / 3.0), tangential: *elastic, moment: Words::zero() }
     }
 
-    fn resistance(&self, [radius_a, radius_b]: [f64; 2], [mass_a, mass_b]: [f64; 2], overlap: f64) -> Resistance {
-        let [normal, tangential] = self.stiffness(radius_a, radius_b, overlap);
-        let dashpot = self.damping_normal.max(self.damping_tangential) + self.viscosity(mass_a, mass_b, normal);
-        Resistance { spring: normal.max(tangential), dashpot }
+    #[inline(always)]
+    fn stiffness_tangential<R: Real>(&self, touch: &Touch<S, R>) -> R {
+        self.springs_of(touch.radius_a, touch.radius_b, touch.overlap)[1]
+    }
+
+    fn stiffness(&self, [radius_a, radius_b]: [f64; 2], masses: [f64; 2], overlap: f64) -> Springs {
+        let [normal, tangential] = self.springs_of(radius_a, radius_b, overlap);
+        let viscosity = self.viscosity(masses, normal);
+        let [damping_normal, damping_tangential] =
+            [self.damping_normal, self.damping_tangential].map(|damping| damping + viscosity);
+        Springs { normal, tangential, rolling: 0.0, damping_normal, damping_tangential }
     }
 
     fn friction_limit(&self, touch: &Touch<S, f64>, _: f64) -> f64 {
-        let [stiffness, _] = self.stiffness(touch.radius_a, touch.radius_b, touch.overlap);
+        let [stiffness, _] = self.springs_of(touch.radius_a, touch.radius_b, touch.overlap);
         stiffness * touch.overlap * (2.0 / 3.0) * self.friction
     }
 
     /// Hertz's energy, and that of the tangential spring at the stiffness of now.
     fn elastic_energy(&self, touch: &Touch<S, f64>, elastic: &S::TangentOf<f64>) -> f64 {
-        let [normal, tangential] = self.stiffness(touch.radius_a, touch.radius_b, touch.overlap);
+        let [normal, tangential] = self.springs_of(touch.radius_a, touch.radius_b, touch.overlap);
         let stored = if tangential > 0.0 { 0.5 * elastic.dot(elastic) / tangential } else { 0.0 };
         4.0 / 15.0 * normal * touch.overlap * touch.overlap + stored
     }

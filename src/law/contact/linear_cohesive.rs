@@ -11,7 +11,7 @@
 //! [`super::LinearSpringDashpot`] to the bit.
 
 use super::linear_spring_dashpot::slide;
-use super::{Answer, Contact, ContactLaw, LinearSpringDashpot, Resistance, Touch};
+use super::{Answer, ContactLaw, Described, Force, LinearSpringDashpot, NormalForce, Springs, Stiffening, Touch};
 use crate::base::keys::{FORCE, Form, NOT_NEGATIVE, number};
 use crate::base::lane::Real;
 use crate::base::space::{Components, Lanewise, Space, Words};
@@ -26,8 +26,8 @@ pub struct LinearCohesive {
     pub cohesion_tangential: f64,
 }
 
-impl LinearCohesive {
-    pub(super) fn keys(&mut self, form: &mut dyn Form, mass_mean: f64) {
+impl Described for LinearCohesive {
+    fn keys(&mut self, form: &mut dyn Form, mass_mean: f64) {
         self.linear.keys(form, mass_mean);
         form.number(
             &mut self.cohesion_normal,
@@ -45,13 +45,39 @@ impl LinearCohesive {
         );
     }
 
+    fn friction(&mut self) -> &mut f64 {
+        &mut self.linear.friction
+    }
+
+    fn normal_force(&self) -> NormalForce {
+        self.linear.normal_force
+    }
+
+    fn without_cohesion(&mut self) {
+        (self.cohesion_normal, self.cohesion_tangential) = (0.0, 0.0);
+    }
+
+    fn without_loss(&mut self) {
+        self.linear.without_loss();
+    }
+
+    fn stiffening(&self) -> Stiffening {
+        self.linear.stiffening()
+    }
+
+    fn keys_of_stiffness(&self) -> [&'static str; 2] {
+        self.linear.keys_of_stiffness()
+    }
+}
+
+impl LinearCohesive {
     /// How far apart surfaces that have touched still hold on to each other, m: e_n/k_n.
     pub fn pull_off_distance(&self) -> f64 {
         self.cohesion_normal / self.linear.stiffness_normal
     }
 }
 
-impl From<LinearCohesive> for Contact {
+impl From<LinearCohesive> for Force {
     fn from(law: LinearCohesive) -> Self {
         Self::LinearCohesive(law)
     }
@@ -93,12 +119,13 @@ impl<S: Space> ContactLaw<S> for LinearCohesive {
         Answer { normal: touch.overlap * law.stiffness_normal, tangential, moment: Words::zero() }
     }
 
-    fn resistance(&self, _: [f64; 2], _: [f64; 2], _: f64) -> Resistance {
-        let law = &self.linear;
-        Resistance {
-            spring: law.stiffness_normal.max(law.stiffness_tangential),
-            dashpot: law.damping_normal.max(law.damping_tangential),
-        }
+    #[inline(always)]
+    fn stiffness_tangential<R: Real>(&self, _: &Touch<S, R>) -> R {
+        R::splat(self.linear.stiffness_tangential)
+    }
+
+    fn stiffness(&self, radii: [f64; 2], masses: [f64; 2], overlap: f64) -> Springs {
+        ContactLaw::<S>::stiffness(&self.linear, radii, masses, overlap)
     }
 
     fn friction_limit(&self, _: &Touch<S, f64>, normal: f64) -> f64 {

@@ -14,7 +14,7 @@
 //! Damping is absolute (N s/m) and enters in full, as in Table 1 of the paper. The spring is forgotten at the first step
 //! without overlap. Stable only for time steps below the bounds of `job/stable.rs`, which include the damping.
 
-use super::{Answer, Contact, ContactLaw, NormalForce, Resistance, Touch, constants};
+use super::{Answer, ContactLaw, Described, Force, NormalForce, Springs, Stiffening, Touch, constants};
 use crate::base::keys::{DAMPING, Form, NOT_NEGATIVE, POSITIVE, STIFFNESS, number};
 use crate::base::lane::Real;
 use crate::base::space::{Lanewise, Space, Words};
@@ -45,9 +45,10 @@ impl LinearSpringDashpot {
         friction: 0.5,
         normal_force: NormalForce::TENSILE,
     };
+}
 
-    /// `mass_mean`: mass of the mean grain, kg, which turns a restitution into a damping.
-    pub(super) fn keys(&mut self, form: &mut dyn Form, mass_mean: f64) {
+impl Described for LinearSpringDashpot {
+    fn keys(&mut self, form: &mut dyn Form, mass_mean: f64) {
         form.number(
             &mut self.stiffness_normal,
             number("stiffness_normal", "k_n", STIFFNESS, POSITIVE, "\"1772 kN/m\""),
@@ -75,9 +76,29 @@ impl LinearSpringDashpot {
         }
         constants::friction(form, &mut self.friction);
     }
+
+    fn friction(&mut self) -> &mut f64 {
+        &mut self.friction
+    }
+
+    fn normal_force(&self) -> NormalForce {
+        self.normal_force
+    }
+
+    fn without_loss(&mut self) {
+        (self.damping_normal, self.damping_tangential) = (0.0, 0.0);
+    }
+
+    fn stiffening(&self) -> Stiffening {
+        Stiffening::Constant
+    }
+
+    fn keys_of_stiffness(&self) -> [&'static str; 2] {
+        ["stiffness_normal", "stiffness_tangential"]
+    }
 }
 
-impl From<LinearSpringDashpot> for Contact {
+impl From<LinearSpringDashpot> for Force {
     fn from(law: LinearSpringDashpot) -> Self {
         Self::Linear(law)
     }
@@ -102,10 +123,18 @@ impl<S: Space> ContactLaw<S> for LinearSpringDashpot {
         Answer { normal: touch.overlap * self.stiffness_normal, tangential, moment: Words::zero() }
     }
 
-    fn resistance(&self, _: [f64; 2], _: [f64; 2], _: f64) -> Resistance {
-        Resistance {
-            spring: self.stiffness_normal.max(self.stiffness_tangential),
-            dashpot: self.damping_normal.max(self.damping_tangential),
+    #[inline(always)]
+    fn stiffness_tangential<R: Real>(&self, _: &Touch<S, R>) -> R {
+        R::splat(self.stiffness_tangential)
+    }
+
+    fn stiffness(&self, _: [f64; 2], _: [f64; 2], _: f64) -> Springs {
+        Springs {
+            normal: self.stiffness_normal,
+            tangential: self.stiffness_tangential,
+            rolling: 0.0,
+            damping_normal: self.damping_normal,
+            damping_tangential: self.damping_tangential,
         }
     }
 

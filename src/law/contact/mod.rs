@@ -1,13 +1,14 @@
-//! Forces between two touching grains. A law is one file here and one line in [`Contact`]'s dispatch; it
-//! is written once over [`Real`], chosen once per pass, and never branches within one.
+//! Forces between two touching grains. A law is one file here and its lines in the list of [`chosen`]; [`rolling`] and [`adhesion`] are
+//! parts that go with any of them. A law is written once over [`Real`], chosen once per pass, and never branches within one.
 
 use std::fmt::Debug;
 
-use crate::base::keys::{Form, text, variant};
 use crate::base::lane::Real;
 use crate::base::space::{Space, Words};
 
 mod absent;
+pub mod adhesion;
+pub mod chosen;
 mod constants;
 mod elastic_rolling;
 mod hertz_mindlin;
@@ -15,14 +16,20 @@ mod linear_cohesive;
 mod linear_spring_dashpot;
 mod memory;
 mod normal_force;
+pub mod rolling;
+mod springs;
 
 pub use absent::Absent;
+pub use adhesion::Adhesion;
+pub use chosen::{Contact, Described, Force};
 pub use elastic_rolling::{ElasticRolling, Sliding};
 pub use hertz_mindlin::{HertzMindlin, TangentialForce};
 pub use linear_cohesive::LinearCohesive;
 pub use linear_spring_dashpot::LinearSpringDashpot;
 pub use memory::Memory;
 pub use normal_force::NormalForce;
+pub use rolling::RollingResistance;
+pub use springs::{Springs, Stiffening};
 
 /// Two grains near each other as a law sees them: `a` has the lower id, the normal points from `b` to `a`. Against a body
 /// `b` is the body.
@@ -66,125 +73,6 @@ pub struct Answer<S: Space, R: Real> {
     pub moment: S::SpinOf<R>,
 }
 
-/// What resists the strain of a contact that bears force, along its stiffer direction.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Resistance {
-    /// Stiffness of the springs, N/m.
-    pub spring: f64,
-    /// Constant of the dashpots, N s/m.
-    pub dashpot: f64,
-}
-
-/// The contact law with its constants; each law's file beside this one has its equations.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Contact {
-    /// `law = "linear"`.
-    Linear(LinearSpringDashpot),
-    /// `law = "linear_cohesive"`.
-    LinearCohesive(LinearCohesive),
-    /// `law = "elastic_rolling"`.
-    ElasticRolling(ElasticRolling),
-    /// `law = "hertz_mindlin"`.
-    HertzMindlin(HertzMindlin),
-}
-
-impl Contact {
-    /// The laws as jobs name them, with constants for jobs that say nothing of contacts because nothing of them touches.
-    pub const LAWS: [(&'static str, Self); 4] = {
-        let linear = LinearSpringDashpot::CHEN;
-        [
-            ("linear", Self::Linear(linear)),
-            (
-                "linear_cohesive",
-                Self::LinearCohesive(LinearCohesive { linear, cohesion_normal: 0.0, cohesion_tangential: 0.0 }),
-            ),
-            ("elastic_rolling", Self::ElasticRolling(ElasticRolling::ASLEEP)),
-            ("hertz_mindlin", Self::HertzMindlin(HertzMindlin::ASLEEP)),
-        ]
-    };
-
-    /// The keys of `[contact]`. `mass_mean`: mass of the mean grain, kg, which turns a restitution into a damping.
-    pub fn keys(&mut self, form: &mut dyn Form, mass_mean: f64) {
-        let about = "the contact law: linear, linear_cohesive, elastic_rolling or hertz_mindlin";
-        let key = text("law", about, "\"linear\"").or("linear");
-        variant(form, self, "contact law", key, &Self::LAWS, |law, form| match law {
-            Self::Linear(law) => law.keys(form, mass_mean),
-            Self::LinearCohesive(law) => law.keys(form, mass_mean),
-            Self::ElasticRolling(law) => law.keys(form),
-            Self::HertzMindlin(law) => law.keys(form),
-        });
-    }
-
-    /// The law as jobs name it.
-    pub fn law(&self) -> &'static str {
-        let is_this = |of: &Self| std::mem::discriminant(of) == std::mem::discriminant(self);
-        Self::LAWS.iter().find(|(_, of)| is_this(of)).map(|(name, _)| *name).expect("every law has a name")
-    }
-
-    /// Does the work with the law: the one place where laws are told apart.
-    pub fn apply<S: Space, W: ForAnyLaw<S>>(&self, work: W) -> W::Outcome {
-        match self {
-            Self::Linear(law) => work.with(law),
-            Self::LinearCohesive(law) => work.with(law),
-            Self::ElasticRolling(law) => work.with(law),
-            Self::HertzMindlin(law) => work.with(law),
-        }
-    }
-
-    /// How far apart surfaces may be and still hold on to each other, m.
-    pub fn reach(&self) -> f64 {
-        match self {
-            Self::LinearCohesive(law) => law.pull_off_distance(),
-            Self::Linear(_) | Self::ElasticRolling(_) | Self::HertzMindlin(_) => 0.0,
-        }
-    }
-
-    /// Which normal forces its dashpot leaves; a law without one never pulls.
-    pub fn normal_force(&self) -> NormalForce {
-        match self {
-            Self::Linear(law) => law.normal_force,
-            Self::LinearCohesive(law) => law.linear.normal_force,
-            Self::ElasticRolling(_) => NormalForce::REPULSIVE,
-            Self::HertzMindlin(law) => law.normal_force,
-        }
-    }
-
-    /// mu.
-    pub fn friction(&self) -> f64 {
-        match self {
-            Self::Linear(law) => law.friction,
-            Self::LinearCohesive(law) => law.linear.friction,
-            Self::ElasticRolling(law) => law.friction,
-            Self::HertzMindlin(law) => law.friction,
-        }
-    }
-
-    /// The same law with another friction coefficient.
-    pub fn with_friction(mut self, friction: f64) -> Self {
-        match &mut self {
-            Self::Linear(law) => law.friction = friction,
-            Self::LinearCohesive(law) => law.linear.friction = friction,
-            Self::ElasticRolling(law) => law.friction = friction,
-            Self::HertzMindlin(law) => law.friction = friction,
-        }
-        self
-    }
-
-    /// The same law between grains that do not cohere.
-    pub fn without_cohesion(mut self) -> Self {
-        if let Self::LinearCohesive(law) = &mut self {
-            (law.cohesion_normal, law.cohesion_tangential) = (0.0, 0.0);
-        }
-        self
-    }
-
-    /// The law while grains are compressed to a packing: with that packing's friction, and without cohesion, which would hold
-    /// them where they were thrown. Whatever touches at the end coheres from the first step of the run on.
-    pub fn while_compressed(self, friction: f64) -> Self {
-        self.with_friction(friction).without_cohesion()
-    }
-}
-
 /// Work that does not care which law it is done with.
 pub trait ForAnyLaw<S: Space> {
     type Outcome;
@@ -221,9 +109,14 @@ pub trait ContactLaw<S: Space>: Copy + Debug + Send + Sync + 'static {
     /// What the springs alone answer in a contact that holds, by its memory after the evaluation: the rest is dashpots.
     fn springs(&self, touch: &Touch<S, f64>, memory: &Self::Memory<f64>) -> Answer<S, f64>;
 
-    /// Stiffness of now: that of the normal or of the tangential direction, whichever is more. Radii in m, masses in kg as a
-    /// touch has them. The dashpot is that of a contact that closes, which nothing limits.
-    fn resistance(&self, radii: [f64; 2], masses: [f64; 2], overlap: f64) -> Resistance;
+    /// Tangential stiffness of a contact that holds, N/m; nothing of a law without tangential springs.
+    #[inline(always)]
+    fn stiffness_tangential<R: Real>(&self, _touch: &Touch<S, R>) -> R {
+        R::splat(0.0)
+    }
+
+    /// Springs and dashpots of a contact as it is. Radii in m, masses in kg as a touch has them.
+    fn stiffness(&self, radii: [f64; 2], masses: [f64; 2], overlap: f64) -> Springs;
 
     /// The most that spring and dashpot may carry along the surface together, N, at a normal force (N).
     fn friction_limit(&self, touch: &Touch<S, f64>, normal: f64) -> f64;

@@ -31,7 +31,7 @@
 use std::f64::consts::FRAC_PI_4;
 
 use super::hencky::{isotropic_strain, isotropic_stress, p_wave_modulus};
-use super::{MaterialLaw, MaterialMemory, alone};
+use super::{Described, MaterialLaw, MaterialMemory, alone};
 use crate::base::keys::{ANGLE, Form, Key, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, number};
 use crate::base::lane::Real;
 use crate::base::math;
@@ -78,7 +78,37 @@ impl CriticalConstants {
     };
 
     /// The keys of a material of this law.
-    pub fn keys(&mut self, form: &mut dyn Form) {
+    /// Those that a file of a material has: all but the packing fraction of the start. `still`: the dilation angle is constant, so
+    /// that nothing need follow the packing fraction.
+    pub fn keys_of_flow(&mut self, form: &mut dyn Form, still: bool) {
+        if still && form.is_needed() {
+            (self.dilation_factor, self.softening_rate) = (0.0, 0.0);
+        }
+        form.number(&mut self.bulk_modulus, number("bulk_modulus", "K", STRESS, POSITIVE, "\"630 MPa\""));
+        form.number(&mut self.shear_modulus, number("shear_modulus", "G", STRESS, POSITIVE, "\"460 MPa\""));
+        form.number(
+            &mut self.friction_angle_critical,
+            number("friction_angle_critical", "phi_cs", ANGLE, Range::below(0.0, 1.3734), "\"30 deg\""),
+        );
+        form.number(
+            &mut self.fraction_critical,
+            unless(still, number("fraction_critical", "Phi_cs", RATIO, Range::open(0.0, 1.0), "0.815")),
+        );
+        let (chi, xi) = ("chi of tan(psi) = chi (Phi - Phi_cs)", "xi of dPhi/dt = -(Phi - Phi_cs) Phi xi |deps_p/dt|");
+        form.number(
+            &mut self.dilation_factor,
+            unless(still, number("dilation_factor", chi, RATIO, Range::closed(0.0, 100.0), "7")),
+        );
+        form.number(
+            &mut self.softening_rate,
+            unless(still, number("softening_rate", xi, RATIO, Range::closed(0.0, 1000.0), "7")),
+        );
+        form.number(&mut self.cohesion, number("cohesion", "c", STRESS, NOT_NEGATIVE, "\"10 kPa\"").or("0.0"));
+    }
+}
+
+impl Described for CriticalConstants {
+    fn keys(&mut self, form: &mut dyn Form) {
         let angle = number(
             "dilation_angle",
             "a constant psi in place of that of chi",
@@ -110,32 +140,21 @@ impl CriticalConstants {
         }
     }
 
-    /// Those that a file of a material has: all but the packing fraction of the start. `still`: the dilation angle is constant, so
-    /// that nothing need follow the packing fraction.
-    pub fn keys_of_flow(&mut self, form: &mut dyn Form, still: bool) {
-        if still && form.is_needed() {
-            (self.dilation_factor, self.softening_rate) = (0.0, 0.0);
-        }
-        form.number(&mut self.bulk_modulus, number("bulk_modulus", "K", STRESS, POSITIVE, "\"630 MPa\""));
-        form.number(&mut self.shear_modulus, number("shear_modulus", "G", STRESS, POSITIVE, "\"460 MPa\""));
-        form.number(
-            &mut self.friction_angle_critical,
-            number("friction_angle_critical", "phi_cs", ANGLE, Range::below(0.0, 1.3734), "\"30 deg\""),
-        );
-        form.number(
-            &mut self.fraction_critical,
-            unless(still, number("fraction_critical", "Phi_cs", RATIO, Range::open(0.0, 1.0), "0.815")),
-        );
-        let (chi, xi) = ("chi of tan(psi) = chi (Phi - Phi_cs)", "xi of dPhi/dt = -(Phi - Phi_cs) Phi xi |deps_p/dt|");
-        form.number(
-            &mut self.dilation_factor,
-            unless(still, number("dilation_factor", chi, RATIO, Range::closed(0.0, 100.0), "7")),
-        );
-        form.number(
-            &mut self.softening_rate,
-            unless(still, number("softening_rate", xi, RATIO, Range::closed(0.0, 1000.0), "7")),
-        );
-        form.number(&mut self.cohesion, number("cohesion", "c", STRESS, NOT_NEGATIVE, "\"10 kPa\"").or("0.0"));
+    /// As it is given: that of the space it is for.
+    fn bulk_modulus_in(&self, _: usize) -> f64 {
+        self.bulk_modulus
+    }
+
+    fn shear_modulus(&self) -> f64 {
+        self.shear_modulus
+    }
+
+    fn fraction(&self) -> Option<f64> {
+        Some(self.fraction)
+    }
+
+    fn yields(&self) -> bool {
+        true
     }
 }
 

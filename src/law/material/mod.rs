@@ -7,14 +7,18 @@ use crate::base::space::{Linear, Space, Words};
 use crate::base::symmetric::Symmetric;
 
 mod absent;
+pub mod chosen;
 pub mod cone;
 mod counted;
 mod critical_drucker_prager;
+mod elastic;
 mod hencky;
 mod linear_elastic;
 pub use absent::{Absent, Nothing};
+pub use chosen::{ConstitutiveLaw, Described, ForAnyMaterial};
 pub use counted::{Counted, CountedMemory};
 pub use critical_drucker_prager::{CriticalConstants, CriticalDruckerPrager, CriticalMemory};
+pub use elastic::Elastic;
 pub use hencky::Hencky;
 pub use linear_elastic::LinearElastic;
 

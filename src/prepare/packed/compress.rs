@@ -33,7 +33,6 @@ use crate::domain::world::World;
 use crate::job::assembly::{Assembly, Packed};
 use crate::job::raw::Typed;
 use crate::job::{figures, margin_in_words};
-use crate::law::contact::Contact;
 use crate::law::material::Absent;
 use crate::mpm::membrane::Membranes;
 use crate::prepare::grain_world;
@@ -351,7 +350,7 @@ impl Press<'_> {
     fn cool<S: Space>(&self, world: &mut GrainWorld<S>, cooling: f64, making: &mut Making) -> Result<(), Error> {
         let leg = Leg { name: "cooling a gas", rebuilds: false, look_every: LOOK_EVERY, calm_looks: 1, goal: COLD };
         let set = |world: &mut GrainWorld<S>, notes: &mut Notes| {
-            world.settings.grains.law = law_of(&without_loss(&self.job.contact));
+            world.settings.grains.law = law_of(&self.job.contact.without_loss());
             let answer = Answer::noted(notes).unwrap_or_else(|| self.answer(&world.assembly.cell, HOT, self.stress));
             world.settings.grains.drive = self.drive(answer.note(notes));
             let damping = Damping { mass: cooling / self.time(), ..Damping::default() };
@@ -441,18 +440,4 @@ impl Press<'_> {
             grain_world::fraction(world, self.job)?,
         )))
     }
-}
-
-/// The same law without friction, dashpots, cohesion and resistance to rolling: contacts that keep a gas as hot as it is.
-fn without_loss(contact: &Contact) -> Contact {
-    let mut contact = contact.while_compressed(0.0);
-    match &mut contact {
-        Contact::Linear(law) => (law.damping_normal, law.damping_tangential) = (0.0, 0.0),
-        Contact::LinearCohesive(law) => (law.linear.damping_normal, law.linear.damping_tangential) = (0.0, 0.0),
-        Contact::ElasticRolling(law) => (law.rolling_stiffness, law.rolling_limit) = (0.0, 0.0),
-        Contact::HertzMindlin(law) => {
-            (law.damping_normal, law.damping_tangential, law.damping_ratio) = (0.0, 0.0, 0.0);
-        }
-    }
-    contact
 }

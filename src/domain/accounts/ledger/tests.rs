@@ -17,7 +17,8 @@ use crate::domain::layout::{Ground, Layout};
 use crate::domain::rebuild::Parts;
 use crate::domain::world::Settings;
 use crate::law::contact::{
-    Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce, Sliding, TangentialForce,
+    Adhesion, Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce,
+    RollingResistance, Sliding, TangentialForce,
 };
 use crate::law::material::Absent;
 
@@ -228,6 +229,19 @@ fn dashpots_that_only_repel_close_the_account() {
         HertzMindlin { damping_ratio: 0.3, normal_force: repulsive, ..law }
     };
     closes_in_shear::<Solid, _>("Hertz, repulsive, by damping ratio", hertz, SPHERES, 1e-7);
+}
+
+/// Parts that go with any law store and lose what the law beside them does not.
+#[test]
+fn rolling_and_adhesion_beside_other_laws_close_the_account() {
+    let resists = Some(RollingResistance { stiffness: 0.5, limit: 0.1 });
+    let rolls = |mu| Contact { rolling: resists, ..springs(2e5, 1.0, mu).into() };
+    closes_in_shear::<Plane, _>("linear, rolling", rolls, DISCS, 2e-7);
+    let rolls = |mu| Contact { rolling: resists, ..hertz(3e8, 0.1, mu).into() };
+    closes_in_shear::<Solid, _>("Hertz, rolling", rolls, SPHERES, 2e-7);
+    // A pull of a hundredth of what presses.
+    let adheres = |mu| Contact { adhesion: Some(Adhesion { surface_energy: 5.0 }), ..rolls(mu) };
+    closes_in_shear::<Solid, _>("Hertz, rolling, adhesive", adheres, SPHERES, 3e-6);
 }
 
 /// What does not close is the time step's: half of it at half the step.
