@@ -15,7 +15,7 @@ use scree::law::contact::{
     Adhesion, Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce,
     RollingResistance, Sliding, TangentialForce,
 };
-use scree::law::material::Absent;
+use scree::mpm::stress::no_material;
 use scree::prepare::grain_world;
 use scree_partition::{Solo, Transport};
 
@@ -144,7 +144,7 @@ pub struct Few<S: Space> {
     pub grains: Vec<GrainRow<S>>,
     pub bodies: Vec<Body<S>>,
     pub cell: Cell<S>,
-    pub settings: Settings<S, Absent>,
+    pub settings: Settings<S>,
 }
 
 impl<S: Space> Few<S> {
@@ -156,7 +156,7 @@ impl<S: Space> Few<S> {
             grain_steps: 1,
             grid: Grid::blend(0.0),
             loads: Vec::new(),
-            material: Absent,
+            material: no_material(),
         };
         Self { grains: Vec::new(), bodies: Vec::new(), cell, settings }
     }

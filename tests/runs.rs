@@ -3,10 +3,13 @@
 
 use std::path::{Path, PathBuf};
 
+use std::sync::Arc;
+
 use scree::base::math::ln;
 use scree::base::space::Space;
 use scree::job::Job;
 use scree::law::material::MaterialLaw;
+use scree::mpm::stress::SharedMaterial;
 use scree::prepare::point_world::{self, PointWorld};
 use scree::run::{Options, Outcome, start};
 use scree::store::checkpoint;
@@ -65,13 +68,13 @@ pub fn list(dimension: usize, values: [f64; 3]) -> String {
 }
 
 /// The world at the start of a job in which nothing but points moves, of a law that need not be the job's.
-pub fn point_world<'t, S: Space, L: MaterialLaw<S>>(
+pub fn point_world<'t, S: Space>(
     text: &str,
-    law: &L,
+    law: impl MaterialLaw<S>,
     transport: &'t dyn Transport,
-) -> PointWorld<'t, S, L> {
+) -> PointWorld<'t, S> {
     let Job::Mpm(job) = parse(text) else { panic!("it has no grid") };
-    point_world::world(&job, law, transport).unwrap()
+    point_world::world(&job, &(Arc::new(law) as SharedMaterial<S>), transport).unwrap()
 }
 
 /// A job with other words in places that are there exactly once.

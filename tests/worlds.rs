@@ -2,6 +2,8 @@
 
 use std::sync::OnceLock;
 
+use std::sync::Arc;
+
 use scree::base::ids::GrainId;
 use scree::base::space::{Plane, Space};
 use scree::dem::assembly::Constants;
@@ -13,14 +15,15 @@ use scree::domain::rebuild::Parts;
 use scree::domain::world::Settings;
 use scree::job::Scenario;
 use scree::law::contact::{LinearSpringDashpot, NormalForce};
-use scree::law::material::{Counted, CriticalDruckerPrager};
-use scree::prepare::sheared::{self, PlanarMaterial, cell_of};
-use scree::store::checkpoint::PlanarPoint;
+use scree::law::material::CriticalDruckerPrager;
+use scree::mpm::points::Point;
+use scree::prepare::sheared::{self, cell_of};
 use scree_partition::{Solo, Transport};
 
 pub type Vector = <Plane as Space>::Vector;
 pub type Tensor = <Plane as Space>::Tensor;
 pub type PlanarWorld<'t> = sheared::PlanarWorld<'t>;
+pub type PlanarPoint = Point<Plane>;
 pub type Grain = sheared::Grain;
 
 /// Table 1 of Chen et al. (2021), with a damping to choose.
@@ -54,13 +57,13 @@ pub fn grain(id: u64, position: [f64; 2], radius: f64, mass: f64) -> Grain {
     Grain::resting(GrainId(id), Vector::new(position[0], position[1]), radius, mass, Mover::Free)
 }
 
-pub fn settings(dt: f64, contact: LinearSpringDashpot) -> Settings<Plane, PlanarMaterial> {
+pub fn settings(dt: f64, contact: LinearSpringDashpot) -> Settings<Plane> {
     Settings {
         grains: Constants::new(dt, 2e-4, law_of(&contact.into())),
         grain_steps: 1,
         grid: Grid::blend(0.95),
         loads: Vec::new(),
-        material: Counted(material()),
+        material: Arc::new(material()),
     }
 }
 
@@ -68,7 +71,7 @@ pub fn settings(dt: f64, contact: LinearSpringDashpot) -> Settings<Plane, Planar
 pub fn open_world<'t>(
     transport: &'t dyn Transport,
     cell: f64,
-    settings: Settings<Plane, PlanarMaterial>,
+    settings: Settings<Plane>,
     grains: Vec<Grain>,
     points: Vec<PlanarPoint>,
 ) -> PlanarWorld<'t> {

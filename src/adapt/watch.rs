@@ -12,23 +12,23 @@ use crate::dem::walls::place_beside;
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
 use crate::job::mpm::Boundary;
-use crate::law::material::{MaterialLaw, MaterialMemory};
 use crate::mpm::look::for_each_node;
 use crate::mpm::points::{Hot, Past};
 
 /// One look of the oracle (Algorithm 1): true when a persistent band has been found.
 ///
 /// Of the plane alone.
-pub fn watch<S: Space, L: MaterialLaw<S>>(
-    world: &mut World<S, L>,
+pub fn watch<S: Space>(
+    world: &mut World<S>,
     memory: &mut Memory,
     settings: &crate::couple::oracle::Oracle,
     diameter: f64,
 ) -> Result<bool, Error> {
     let timer = world.phases.start();
     let last = memory.slot_last();
-    let since = |hot: &Hot<S, L::Memory>, past: &Past<S>, slot: Option<usize>| {
-        hot.memory.plastic_strain() - slot.map_or(0.0, |slot| past.window.samples[slot])
+    let law = world.settings.material.clone();
+    let since = |hot: &Hot<S>, past: &Past<S>, slot: Option<usize>| {
+        law.plastic_strain(&hot.memory) - slot.map_or(0.0, |slot| past.window.samples[slot])
     };
     world.continuum.points.keep_pasts();
     let rows = world.continuum.points.hot.iter().zip(&world.continuum.points.pasts);
@@ -48,21 +48,21 @@ pub fn watch<S: Space, L: MaterialLaw<S>>(
         found = memory.persists(flagged, settings);
     }
     for (hot, past) in world.continuum.points.hot.iter().zip(&mut world.continuum.points.pasts) {
-        past.window.samples[slot] = hot.memory.plastic_strain();
+        past.window.samples[slot] = law.plastic_strain(&hot.memory);
     }
     world.phases.stop(Phase::Oracle, timer);
     Ok(found)
 }
 
 /// Those of the nodes that no cell with grains is beside: what a zone holds already is not looked for.
-pub fn beyond_grains<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, mut nodes: Vec<u64>) -> Result<Vec<u64>, Error> {
+pub fn beyond_grains<S: Space>(world: &World<S>, mut nodes: Vec<u64>) -> Result<Vec<u64>, Error> {
     let (grid, taken) = (cell_grid(world), cells_of_grains(world)?);
     nodes.retain(|node| !grid.touches(*node, &taken));
     Ok(nodes)
 }
 
 /// Which cells of the plane hold grains, on every rank.
-fn cells_of_grains<S: Space, L: MaterialLaw<S>>(world: &World<S, L>) -> Result<Vec<bool>, Error> {
+fn cells_of_grains<S: Space>(world: &World<S>) -> Result<Vec<bool>, Error> {
     let grid = cell_grid(world);
     let mut taken = vec![false; grid.counts[0] * grid.counts[1]];
     let mut parcel = Writer::new();
@@ -83,9 +83,9 @@ fn cells_of_grains<S: Space, L: MaterialLaw<S>>(world: &World<S, L>) -> Result<V
 }
 
 /// Two fields of points as mass-weighted means on the nodes of the whole domain, on every rank.
-fn node_fields<S: Space, L: MaterialLaw<S>>(
-    world: &mut World<S, L>,
-    fields: impl Fn(&Hot<S, L::Memory>, &Past<S>) -> [f64; 2] + Sync,
+fn node_fields<S: Space>(
+    world: &mut World<S>,
+    fields: impl Fn(&Hot<S>, &Past<S>) -> [f64; 2] + Sync,
 ) -> Result<NodeFields, Error> {
     const WORDS: usize = 3;
     let mosaic = &world.subdomain.nodes.mosaic;
@@ -142,7 +142,7 @@ fn node_fields<S: Space, L: MaterialLaw<S>>(
 
 /// Whether a node is looked at. What holds material slows the strain of the cells beside it, in a flow without a band as well: nodes
 /// within a cell of plates, of bodies among the material, however they touch it, and of faces that hold along them are not.
-fn is_free<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, place: [i32; 3]) -> bool {
+fn is_free<S: Space>(world: &World<S>, place: [i32; 3]) -> bool {
     let (cell, y, at) =
         (world.subdomain.layout.cell, world.node_height(place), world.subdomain.layout.node_at::<S::Vector>(place));
     let near_plate = |away: f64| world.bodies.iter().any(|plate| plate.holds(y + away * cell, cell));
@@ -169,14 +169,14 @@ fn is_free<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, place: [i32; 3]) ->
 }
 
 /// Where a node of [`NodeFields`] is, m.
-pub fn place_of_node<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, node: u64) -> [f64; 2] {
+pub fn place_of_node<S: Space>(world: &World<S>, node: u64) -> [f64; 2] {
     let columns = world.subdomain.layout.cells[0] as u64;
     let at: S::Vector = world.subdomain.layout.node_at([(node % columns) as i32, (node / columns) as i32, 0]);
     [at[0], at[1]]
 }
 
 /// Of rows of a frame at these places (m), whether the node nearest to each is flagged: 1 or 0.
-pub fn flagged_rows<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, memory: &Memory, places: &[[f64; 3]]) -> Column {
+pub fn flagged_rows<S: Space>(world: &World<S>, memory: &Memory, places: &[[f64; 3]]) -> Column {
     let layout = &world.subdomain.layout;
     let nearest = |place: &[f64; 3]| -> u64 {
         let node = |axis: usize| ((place[axis] - layout.corner[axis]) / layout.cell).round().max(0.0) as u64;

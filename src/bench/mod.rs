@@ -7,7 +7,6 @@ use scree_partition::{HaloCounts, Transport};
 use crate::base::error::Error;
 use crate::base::space::Space;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 
 pub mod dem;
 pub mod mpm;
@@ -46,8 +45,8 @@ pub struct Speed {
 
 impl Speed {
     /// Of a world that is warm, on all ranks; `resident` is what the program took before there was a world, bytes.
-    fn of<S: Space, L: MaterialLaw<S>>(
-        world: &mut World<S, L>,
+    fn of<S: Space>(
+        world: &mut World<S>,
         wanted: Stretches,
         resident: i64,
         transport: &dyn Transport,

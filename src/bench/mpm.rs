@@ -7,7 +7,7 @@ use super::{Speed, Stretches, resident_bytes};
 use crate::base::error::Error;
 use crate::base::space::{Plane, Solid, Space};
 use crate::job::{Job, Mpm};
-use crate::law::material::{CriticalDruckerPrager, MaterialMemory};
+use crate::mpm::stress::material_of;
 use crate::prepare::point_world;
 
 /// What is measured.
@@ -112,15 +112,14 @@ fn job<S: Space>(wanted: &Wanted) -> Result<Mpm, Error> {
 fn measured<S: Space>(wanted: &Wanted, transport: &dyn Transport) -> Result<Measured, Error> {
     let resident = resident_bytes();
     let job = job::<S>(wanted)?;
-    let Some(law) = job.material.law.critical() else { unreachable!("the text names it") };
-    let mut world = point_world::world::<S, _>(&job, &CriticalDruckerPrager::of(law), transport)?;
+    let mut world = point_world::world::<S>(&job, &material_of(&job.material.law), transport)?;
     for _ in 0..WARM_UP.min(wanted.stretches.steps) {
         world.advance()?;
     }
     let speed = Speed::of(&mut world, wanted.stretches, resident, transport)?;
     let mut strain = ExactSum::<1>::new();
     for hot in &world.continuum.points.hot {
-        strain.add(0, hot.memory.plastic_strain());
+        strain.add(0, world.settings.material.plastic_strain(&hot.memory));
     }
     let plastic_strain = world.reduce(strain)?[0] / speed.rows as f64;
     Ok(Measured { speed, plastic_strain })

@@ -9,12 +9,11 @@ use crate::dem::grains::Mover;
 use crate::dem::walls::place_beside;
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 
 /// Sums over a body: force, torque and momentum of nodes (three components each) and mass of nodes.
 const BODY_SLOTS: usize = 10;
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     /// The body that holds a node at height `y`.
     pub(crate) fn holder(bodies: &[Body<S>], y: f64, cell: f64) -> Option<usize> {
         bodies.iter().position(|body| body.holds(y, cell))

@@ -13,7 +13,6 @@ use crate::domain::accounts::ledger::Entry;
 use crate::domain::layout::Layout;
 use crate::domain::world::World;
 use crate::job::mpm::Boundary;
-use crate::law::material::MaterialLaw;
 use crate::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 use crate::mpm::tile::{Gathered, GrainNode, OwnedNode};
 
@@ -117,7 +116,7 @@ pub fn body_impulse(reactions: &[f64; REACTIONS], body: usize) -> ([f64; 3], [f6
     (three(first), three(first + 3))
 }
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     /// The same as they are stored, and left where they are; the same on every rank. Collective.
     pub fn reaction_entries(&self) -> Result<Vec<Entry>, Error> {
         if !self.has_grid() && self.bodies.iter().all(|body| body.grip.is_none()) {

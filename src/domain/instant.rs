@@ -15,7 +15,6 @@ use crate::base::space::{Linear, Space};
 use crate::dem::grains::{Mover, vector};
 use crate::dem::motion::{Damped, Falling, Kick};
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 
 /// Sums over the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +41,7 @@ struct Part<S: Space> {
 
 const SUMS: usize = 9 + 3;
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     /// Grains as they are, between steps. Collective.
     pub fn instant(&mut self) -> Result<Instant<S>, Error> {
         self.refresh_ghosts();

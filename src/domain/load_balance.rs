@@ -16,7 +16,6 @@ use crate::domain::phases::{Phase, Phases};
 use crate::domain::plan::{LoadMap, neighbours};
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 use crate::mpm::points::Cold as PointCold;
 use crate::mpm::tile::Tiles;
 
@@ -120,7 +119,7 @@ fn heaviest(weights: &[u64], ranges: &[Range<usize>]) -> u64 {
     ranges.iter().map(|range| weights[range.clone()].iter().sum()).max().unwrap_or(0)
 }
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     /// Deals blocks anew if that is due, and says whether it did; homes are those of the coming deal.
     ///
     /// What the best deal would have saved a step adds up until it comes to what the last one took: so the time that is lost

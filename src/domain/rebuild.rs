@@ -24,29 +24,23 @@ use crate::domain::stop::Wish;
 use crate::domain::subdomain::Subdomain;
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
-use crate::law::material::MaterialLaw;
 use crate::mpm::continuum::Continuum;
 use crate::mpm::membrane::Membranes;
 use crate::mpm::points::{Cold as PointCold, Point, Points};
 
 /// What a world is made of, before it has blocks.
-pub struct Parts<S: Space, L: MaterialLaw<S>> {
+pub struct Parts<S: Space> {
     pub grains: Vec<GrainRow<S>>,
-    pub points: Vec<Point<S, L::Memory>>,
+    pub points: Vec<Point<S>>,
     pub bodies: Vec<Body<S>>,
     pub membranes: Membranes<S>,
     pub cell: Cell<S>,
     pub home: Home<S>,
 }
 
-impl<S: Space, L: MaterialLaw<S>> Parts<S, L> {
+impl<S: Space> Parts<S> {
     /// Of a world that begins: everything is at home. Without membranes.
-    pub fn fresh(
-        grains: Vec<GrainRow<S>>,
-        points: Vec<Point<S, L::Memory>>,
-        bodies: Vec<Body<S>>,
-        cell: Cell<S>,
-    ) -> Self {
+    pub fn fresh(grains: Vec<GrainRow<S>>, points: Vec<Point<S>>, bodies: Vec<Body<S>>, cell: Cell<S>) -> Self {
         let home = Home { cell, bodies: bodies.iter().map(|body| body.displacement).collect() };
         Self { grains, points, bodies, membranes: Membranes::default(), cell, home }
     }
@@ -89,7 +83,7 @@ impl<S: Space> crate::base::record::Cargo for Home<S> {
 }
 
 /// Grains and points of a rank.
-pub type Rows<S, L> = (Vec<GrainRow<S>>, Vec<Point<S, <L as MaterialLaw<S>>::Memory>>);
+pub type Rows<S> = (Vec<GrainRow<S>>, Vec<Point<S>>);
 /// A block, and a part of it.
 type Place = (usize, u32);
 /// Where a row stands in the order of rows, by place and id, and where it comes from: a row here, or behind those an
@@ -110,15 +104,15 @@ const TRAVELS: u64 = 3;
 /// either side.
 const COUPLED_CELLS: usize = 4;
 
-impl<'t, S: Space, L: MaterialLaw<S>> World<'t, S, L> {
+impl<'t, S: Space> World<'t, S> {
     /// A world at `step` from parts that the ranks hold in any split (every row on one rank). Homes are taken as they
     /// are: fresh rows have their position there, rows of a checkpoint the place of their last rebuild.
     pub fn new(
-        settings: Settings<S, L>,
+        settings: Settings<S>,
         layout: Layout,
         transport: &'t dyn Transport,
         step: u64,
-        parts: Parts<S, L>,
+        parts: Parts<S>,
     ) -> Result<Self, Error> {
         let ranks = transport.size();
         let deal = Deal { ranges: cut(&vec![1; layout.block_count()], ranks), rank: transport.rank() };
@@ -155,7 +149,7 @@ impl<'t, S: Space, L: MaterialLaw<S>> World<'t, S, L> {
     }
 
     /// Takes other rows in place of all that there are (every row on one rank), and deals the blocks anew.
-    pub fn replace(&mut self, grains: Vec<GrainRow<S>>, points: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
+    pub fn replace(&mut self, grains: Vec<GrainRow<S>>, points: Vec<Point<S>>) -> Result<(), Error> {
         // What has been timed belongs to the rows that have been here.
         self.look_at_costs();
         self.continuum.points = Points::default();
@@ -163,11 +157,7 @@ impl<'t, S: Space, L: MaterialLaw<S>> World<'t, S, L> {
     }
 
     /// The same, but that points which are here stay, beside `fresh_points`. Costs have been looked at.
-    pub fn replace_grains(
-        &mut self,
-        grains: Vec<GrainRow<S>>,
-        fresh_points: Vec<Point<S, L::Memory>>,
-    ) -> Result<(), Error> {
+    pub fn replace_grains(&mut self, grains: Vec<GrainRow<S>>, fresh_points: Vec<Point<S>>) -> Result<(), Error> {
         let (started, booked) = (self.phases.start(), self.phases.total());
         let mut counts = [grains.len() as i64, (self.continuum.points.len() + fresh_points.len()) as i64];
         self.transport.sum(&mut counts);
@@ -191,7 +181,7 @@ impl<'t, S: Space, L: MaterialLaw<S>> World<'t, S, L> {
     }
 
     /// All rows of this rank with their contacts, in block order: along the ranks they are in the order of the curve.
-    pub fn rows(&self) -> Rows<S, L> {
+    pub fn rows(&self) -> Rows<S> {
         (self.grain_rows(0..self.assembly.grains.owned), self.continuum.points.rows().collect())
     }
 
@@ -243,11 +233,7 @@ impl<'t, S: Space, L: MaterialLaw<S>> World<'t, S, L> {
 
     /// Brings the rows that are here and `fresh` ones to the ranks that own their blocks, in the one order that fixes every
     /// sum, and makes the lists.
-    pub(crate) fn settle(
-        &mut self,
-        fresh: Vec<GrainRow<S>>,
-        fresh_points: Vec<Point<S, L::Memory>>,
-    ) -> Result<(), Error> {
+    pub(crate) fn settle(&mut self, fresh: Vec<GrainRow<S>>, fresh_points: Vec<Point<S>>) -> Result<(), Error> {
         self.subdomain.settlings += 1;
         self.settle_points(fresh_points)?;
         self.settle_grains(fresh)?;
@@ -256,7 +242,7 @@ impl<'t, S: Space, L: MaterialLaw<S>> World<'t, S, L> {
         Ok(())
     }
 
-    fn settle_points(&mut self, fresh: Vec<Point<S, L::Memory>>) -> Result<(), Error> {
+    fn settle_points(&mut self, fresh: Vec<Point<S>>) -> Result<(), Error> {
         let places = || -> Result<Vec<Place>, Error> {
             let here = self.continuum.points.cold.iter();
             here.chain(fresh.iter().map(|point| &point.cold)).map(|cold| self.block_of_point(cold)).collect()

@@ -4,9 +4,8 @@ use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::dem::strained::Strained;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     /// At the evaluation just done.
     pub(crate) fn strained(&self) -> Result<Strained<S>, Error> {
         let sums = self.assembly.strained(&self.settings.grains, &self.subdomain.grain_ranges);

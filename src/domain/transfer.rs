@@ -10,7 +10,6 @@ use crate::base::record::{Cargo, FromParcel, Record, ToParcel};
 use crate::base::space::{Linear, Space};
 use crate::dem::grains::{GrainRow, Mover};
 use crate::law::contact::Memory;
-use crate::law::material::MaterialMemory;
 use crate::mpm::points::Point;
 
 impl<S: Space> Cargo for GrainRow<S> {
@@ -42,7 +41,7 @@ impl<S: Space> Cargo for GrainRow<S> {
     }
 }
 
-impl<S: Space, M: MaterialMemory> Cargo for Point<S, M> {
+impl<S: Space> Cargo for Point<S> {
     fn blank() -> Self {
         Self::resting(PointId(0), S::Vector::zero(), 0.0, 0.0)
     }

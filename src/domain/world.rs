@@ -21,34 +21,34 @@ use crate::domain::load_balance::LoadBalance;
 use crate::domain::phases::{Phase, Phases};
 use crate::domain::stop::Wish;
 use crate::domain::subdomain::Subdomain;
-use crate::law::material::MaterialLaw;
 use crate::mpm::continuum::Continuum;
 use crate::mpm::load::Load;
 use crate::mpm::shape::DRIFT_MAX;
+use crate::mpm::stress::SharedMaterial;
 
 /// Constants of a world that no step changes.
 #[derive(Clone, Debug)]
-pub struct Settings<S: Space, L> {
+pub struct Settings<S: Space> {
     pub grains: Constants<S>,
     /// Steps of grains in one of the continuum, m. Of grains alone those between two looks at lists, and at what bodies bear.
     pub grain_steps: u64,
     pub grid: Grid,
     /// Loads that points bear by their number.
     pub loads: Vec<Load<S>>,
-    pub material: L,
+    pub material: SharedMaterial<S>,
 }
 
 /// The world as this rank holds it.
-pub struct World<'t, S: Space, L: MaterialLaw<S>> {
+pub struct World<'t, S: Space> {
     pub transport: &'t dyn Transport,
-    pub settings: Settings<S, L>,
+    pub settings: Settings<S>,
     /// Steps done.
     pub step: u64,
     /// Steps of grains done in the cycle under way.
     pub(crate) step_of_cycle: u64,
     /// Those of this rank, and copies of others that these touch.
     pub assembly: Assembly<S>,
-    pub continuum: Continuum<S, L::Memory>,
+    pub continuum: Continuum<S>,
     pub bodies: Vec<Body<S>>,
     /// Displacement of each body at the last rebuild, m.
     pub(crate) bodies_home: Vec<S::Vector>,
@@ -75,7 +75,7 @@ pub struct World<'t, S: Space, L: MaterialLaw<S>> {
 pub(crate) const GRAIN_WORDS_PLANE: usize = 5;
 pub(crate) const GRAIN_WORDS_SOLID: usize = 9;
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     /// Simulated time at the end of the steps done, s.
     pub fn time(&self) -> f64 {
         self.step as f64 * self.settings.grains.dt

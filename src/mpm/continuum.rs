@@ -6,9 +6,9 @@ use crate::mpm::points::Points;
 use crate::mpm::scatter::TileFrame;
 use crate::mpm::tile::Tiles;
 
-/// A continuum of points whose law remembers an `M`.
-pub struct Continuum<S: Space, M> {
-    pub points: Points<S, M>,
+/// A continuum of points.
+pub struct Continuum<S: Space> {
+    pub points: Points<S>,
     pub tiles: Tiles<S>,
     /// Where each tile is.
     pub frames: Vec<TileFrame<S>>,
@@ -18,7 +18,7 @@ pub struct Continuum<S: Space, M> {
     pub(crate) points_outside: [f64; 2],
 }
 
-impl<S: Space, M> Continuum<S, M> {
+impl<S: Space> Continuum<S> {
     /// Membranes without points.
     pub fn empty(membranes: Membranes<S>) -> Self {
         Self {

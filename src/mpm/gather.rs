@@ -55,26 +55,23 @@ pub struct Taking {
 /// F <- (1 + L dt) F                                     F <- (1 - L dt)^-1 F where stress is updated first
 /// ```
 ///
-/// `beside` stands empty where the scheme needs nothing of it. Returns how far out of the block a point is along an axis,
-/// at most, m; infinity where a place is no number.
-pub fn gather_points<S: Space, L: MaterialLaw<S>>(
-    frame: &TileFrame<S>,
-    law: &L,
-    taking: Taking,
-    tile: &[Advanced<S>],
-    points: &mut [Hot<S, L::Memory>],
-    beside: &mut [Beside<S>],
-) -> f64 {
-    taking.instructions.run(Gather { frame, law, taking, tile, points, beside })
+/// Returns how far out of the block a point is along an axis, at most, m; infinity where a place is no number.
+pub fn gather_points<S: Space, L: MaterialLaw<S>>(law: &L, taking: Taking, block: Block<S>) -> f64 {
+    taking.instructions.run(Gather { law, taking, block })
 }
 
-struct Gather<'a, S: Space, L: MaterialLaw<S>> {
-    frame: &'a TileFrame<S>,
+/// A block's points and the tile that they lie on; `beside` stands empty where the scheme needs nothing of it.
+pub struct Block<'a, S: Space> {
+    pub frame: &'a TileFrame<S>,
+    pub tile: &'a [Advanced<S>],
+    pub points: &'a mut [Hot<S>],
+    pub beside: &'a mut [Beside<S>],
+}
+
+struct Gather<'a, S: Space, L> {
     law: &'a L,
     taking: Taking,
-    tile: &'a [Advanced<S>],
-    points: &'a mut [Hot<S, L::Memory>],
-    beside: &'a mut [Beside<S>],
+    block: Block<'a, S>,
 }
 
 /// Second moments of the functions along an axis below this share of a squared cell are not divided by: on a node itself
@@ -157,7 +154,7 @@ impl<S: Space, L: MaterialLaw<S>> Packed for Gather<'_, S, L> {
 
     #[inline(always)]
     fn run<P: Pack>(self) -> f64 {
-        let Self { frame, law, taking, tile, points, beside } = self;
+        let Self { law, taking, block: Block { frame, tile, points, beside } } = self;
         let Taking { shape, taken, .. } = taking;
         let affine = taking.transfer == Transfer::Affine && taken.has_motion();
         let mut outside = P::splat(f64::NEG_INFINITY);
@@ -165,8 +162,8 @@ impl<S: Space, L: MaterialLaw<S>> Packed for Gather<'_, S, L> {
         let mut sums = [Sums::<P>::zero(); LANES];
         for (group, points) in points.chunks_mut(LANES).enumerate() {
             let beside = if beside.is_empty() { &mut [] } else { &mut beside[group * LANES..][..points.len()] };
-            lanes.load(&eight_of(points), Hot::<S, L::Memory>::WIDTH);
-            basis.set::<S, P>(frame, (shape, affine), frame.place(&lanes.words(Hot::<S, L::Memory>::POSITION)));
+            lanes.load(&eight_of(points), Hot::<S>::WIDTH);
+            basis.set::<S, P>(frame, (shape, affine), frame.place(&lanes.words(Hot::<S>::POSITION)));
             let (basis, edge, sums) = (&basis, frame.edge, &mut sums);
             match (shape, affine) {
                 (ShapeFunction::Cubic, false) => P::enter(Sum::<S, P, 4, false> { basis, edge, tile, sums }),
@@ -176,7 +173,7 @@ impl<S: Space, L: MaterialLaw<S>> Packed for Gather<'_, S, L> {
             }
             let sums = by_words::<S, P>(sums, affine);
             if taken.has_motion() {
-                move_points::<S, L, P>(&taking, &sums.value, &mut lanes, beside);
+                move_points::<S, P>(&taking, &sums.value, &mut lanes, beside);
                 if affine {
                     take_affine::<S, P>(frame, basis, &sums.arm, beside);
                 }
@@ -184,7 +181,7 @@ impl<S: Space, L: MaterialLaw<S>> Packed for Gather<'_, S, L> {
             if taken.has_strain() {
                 strain_points::<S, L, P>(law, &taking, &sums.slope, &mut lanes, beside);
             }
-            outside = farther(outside, outside_of::<S, L, P>(frame, &lanes));
+            outside = farther(outside, outside_of::<S, P>(frame, &lanes));
             lanes.store(points);
         }
         outside.numbers().into_iter().fold(0.0, larger)
@@ -223,7 +220,7 @@ fn by_words<S: Space, P: Pack>(rows: &[Sums<P>; LANES], affine: bool) -> SumsByW
 
 /// Velocity and place, or the way there.
 #[inline(always)]
-fn move_points<S: Space, L: MaterialLaw<S>, P: Pack>(
+fn move_points<S: Space, P: Pack>(
     taking: &Taking,
     value: &[P; NODE_WORDS],
     lanes: &mut Lanes<P>,
@@ -232,7 +229,7 @@ fn move_points<S: Space, L: MaterialLaw<S>, P: Pack>(
     let dt = P::splat(taking.dt);
     for axis in 0..S::DIMENSION {
         let (velocity, change) = (value[axis], value[S::DIMENSION + axis]);
-        let own = &mut lanes.0[Hot::<S, L::Memory>::VELOCITY + axis];
+        let own = &mut lanes.0[Hot::<S>::VELOCITY + axis];
         *own = match taking.transfer {
             Transfer::Blend { flip } => (*own + change) * P::splat(flip) + velocity * P::splat(1.0 - flip),
             Transfer::Affine => velocity,
@@ -243,7 +240,7 @@ fn move_points<S: Space, L: MaterialLaw<S>, P: Pack>(
                 beside.way[axis] = way;
             }
         } else {
-            let place = &mut lanes.0[Hot::<S, L::Memory>::POSITION + axis];
+            let place = &mut lanes.0[Hot::<S>::POSITION + axis];
             *place = *place + velocity * dt;
         }
     }
@@ -294,23 +291,23 @@ fn strain_points<S: Space, L: MaterialLaw<S>, P: Pack>(
     if taking.taken == Taken::Strain {
         gradient = before_the_way::<S, P>(&gradient, dt);
     }
-    let first = Hot::<S, L::Memory>::DEFORMATION;
+    let first = Hot::<S>::DEFORMATION;
     let deformation: S::TensorOf<P> = lanes.words(first);
     let more = product::<S, P>(&gradient, &deformation);
     for entry in 0..S::Tensor::COMPONENTS {
         lanes.0[first + entry] = deformation.word(entry) + more.word(entry) * dt;
     }
-    let memory = Hot::<S, L::Memory>::MEMORY;
-    let words = &mut lanes.0[memory..memory + L::Memory::WIDTH];
-    let stress = law.update_lanes(&gradient, taking.dt, words, &mut P::splat(0.0));
-    lanes.set_words(Hot::<S, L::Memory>::STRESS, &stress);
+    let memory = Hot::<S>::MEMORY;
+    let (words, work) = lanes.0[memory..].split_at_mut(S::PointMemory::WIDTH);
+    let stress = law.update_lanes(&gradient, taking.dt, &mut words[..L::Memory::WIDTH], &mut work[0]);
+    lanes.set_words(Hot::<S>::STRESS, &stress);
     if taking.taken == Taken::StrainThenPlace {
         for axis in 0..S::DIMENSION {
             let mut way = [0.0; LANES];
             for (way, beside) in way.iter_mut().zip(beside) {
                 *way = beside.way[axis];
             }
-            let place = &mut lanes.0[Hot::<S, L::Memory>::POSITION + axis];
+            let place = &mut lanes.0[Hot::<S>::POSITION + axis];
             *place = *place + P::load(&way);
         }
     }
@@ -358,8 +355,8 @@ fn farther<P: Pack>(so_far: P, another: P) -> P {
 
 /// How far out of the block each point is, m; negative inside.
 #[inline(always)]
-fn outside_of<S: Space, L: MaterialLaw<S>, P: Pack>(frame: &TileFrame<S>, lanes: &Lanes<P>) -> P {
-    let place: S::VectorOf<P> = frame.place(&lanes.words(Hot::<S, L::Memory>::POSITION));
+fn outside_of<S: Space, P: Pack>(frame: &TileFrame<S>, lanes: &Lanes<P>) -> P {
+    let place: S::VectorOf<P> = frame.place(&lanes.words(Hot::<S>::POSITION));
     let mut outside = P::splat(f64::NEG_INFINITY);
     for axis in 0..S::DIMENSION {
         let ([lower, upper], place) = (frame.inside[axis], place.word(axis));

@@ -17,4 +17,5 @@ pub mod scatter;
 pub mod scheme;
 pub mod shape;
 pub mod share;
+pub mod stress;
 pub mod tile;

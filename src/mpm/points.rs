@@ -7,14 +7,13 @@ use crate::base::rows::Moved;
 use crate::base::space::{Linear, Space, Words};
 use crate::base::symmetric::Symmetric;
 use crate::dem::cell::{Image, visit_image};
-use crate::law::material::MaterialMemory;
 use crate::mpm::track::{Track, Window};
 use crate::numbers;
 
 /// The part of a point that every step reads and writes: numbers alone, so that eight of them go side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
-pub struct Hot<S: Space, M> {
+pub struct Hot<S: Space> {
     /// m; wrapped into the period at rebuilds only.
     pub position: S::Vector,
     /// Velocity half a step behind the position, m/s.
@@ -29,11 +28,13 @@ pub struct Hot<S: Space, M> {
     pub stress: S::Symmetric,
     /// Deformation gradient F since the start.
     pub deformation: S::Tensor,
-    /// Memory of the material law.
-    pub memory: M,
+    /// Memory of the material law, in words.
+    pub memory: S::PointMemory,
+    /// Energy dissipated since the start, J per initial volume, m3.
+    pub plastic_work: f64,
 }
 
-numbers!(impl[S: Space, M: Numbers] Hot[S, M] {
+numbers!(impl[S: Space] Hot[S] {
     position: S::Vector,
     velocity: S::Vector,
     mass: f64,
@@ -41,11 +42,12 @@ numbers!(impl[S: Space, M: Numbers] Hot[S, M] {
     weight: f64,
     stress: S::Symmetric,
     deformation: S::Tensor,
-    memory: M,
+    memory: S::PointMemory,
+    plastic_work: f64,
 });
 
 /// Where the fields of [`Hot`] begin among its numbers.
-impl<S: Space, M> Hot<S, M> {
+impl<S: Space> Hot<S> {
     pub const POSITION: usize = 0;
     pub const VELOCITY: usize = S::DIMENSION;
     pub const MASS: usize = 2 * S::DIMENSION;
@@ -102,8 +104,8 @@ impl<S: Space> Default for Past<S> {
 
 /// A whole material point, as it travels, rests on disk or is handed to a new world.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point<S: Space, M> {
-    pub hot: Hot<S, M>,
+pub struct Point<S: Space> {
+    pub hot: Hot<S>,
     pub cold: Cold<S>,
     /// See [`Beside::affine`].
     pub affine: S::Tensor,
@@ -113,8 +115,8 @@ pub struct Point<S: Space, M> {
 /// Points of this rank in block order, within a block by (cell, id) of the last rebuild: the order of every sum over
 /// points.
 #[derive(Clone, Debug)]
-pub struct Points<S: Space, M> {
-    pub hot: Vec<Hot<S, M>>,
+pub struct Points<S: Space> {
+    pub hot: Vec<Hot<S>>,
     pub cold: Vec<Cold<S>>,
     pub beside: Vec<Beside<S>>,
     /// One for every row, or none at all where nothing is remembered: as much memory as the rest.
@@ -126,7 +128,7 @@ pub struct Points<S: Space, M> {
     pub scattered: [bool; 2],
 }
 
-impl<S: Space, M> Default for Points<S, M> {
+impl<S: Space> Default for Points<S> {
     fn default() -> Self {
         Self {
             hot: Vec::new(),
@@ -139,7 +141,7 @@ impl<S: Space, M> Default for Points<S, M> {
     }
 }
 
-impl<S: Space, M: MaterialMemory> Points<S, M> {
+impl<S: Space> Points<S> {
     pub fn len(&self) -> usize {
         self.hot.len()
     }
@@ -149,11 +151,11 @@ impl<S: Space, M: MaterialMemory> Points<S, M> {
     }
 
     /// Whole rows, in their order.
-    pub fn rows(&self) -> impl Iterator<Item = Point<S, M>> {
+    pub fn rows(&self) -> impl Iterator<Item = Point<S>> {
         (0..self.len()).map(|row| self.row(row))
     }
 
-    pub fn row(&self, row: usize) -> Point<S, M> {
+    pub fn row(&self, row: usize) -> Point<S> {
         let past = self.pasts.get(row).copied().unwrap_or_default();
         Point { hot: self.hot[row], cold: self.cold[row], affine: self.beside[row].affine, past }
     }
@@ -172,7 +174,7 @@ impl<S: Space, M: MaterialMemory> Points<S, M> {
 
     /// Only those that `stays` says of, which may change them, are left, in their order. The world must settle its rows next: which are
     /// whose block's is out of date.
-    pub(crate) fn retain(&mut self, stays: impl FnMut(&mut Hot<S, M>) -> bool) {
+    pub(crate) fn retain(&mut self, stays: impl FnMut(&mut Hot<S>) -> bool) {
         let stays: Vec<bool> = self.hot.iter_mut().map(stays).collect();
         retain(&mut self.hot, &stays);
         retain(&mut self.cold, &stays);
@@ -183,13 +185,13 @@ impl<S: Space, M: MaterialMemory> Points<S, M> {
     }
 
     /// Takes the rows of a rebuild in place of its own.
-    pub(crate) fn take_order(&mut self, moved: &Moved<Point<S, M>>) {
+    pub(crate) fn take_order(&mut self, moved: &Moved<Point<S>>) {
         if !self.pasts.is_empty() || moved.brings(|point| point.past != Past::default()) {
             self.pasts = moved.ordered(self.keep_pasts(), |point| point.past);
         }
         self.hot = moved.ordered(&self.hot, |point| point.hot);
         self.cold = moved.ordered(&self.cold, |point| point.cold);
-        let arrived = |point: &Point<S, M>| Beside { affine: point.affine, way: S::Vector::zero() };
+        let arrived = |point: &Point<S>| Beside { affine: point.affine, way: S::Vector::zero() };
         self.beside = moved.ordered(&self.beside, arrived);
         self.scattered = [false; 2];
         self.find_loaded();
@@ -207,7 +209,7 @@ fn retain<T>(rows: &mut Vec<T>, stays: &[bool]) {
     rows.retain(|_| stays.next() == Some(&true));
 }
 
-impl<S: Space, M> Hot<S, M> {
+impl<S: Space> Hot<S> {
     /// The stress as a tensor, Pa.
     pub fn kirchhoff(&self) -> S::Tensor {
         self.stress.tensor()
@@ -219,7 +221,7 @@ impl<S: Space, M> Hot<S, M> {
     }
 }
 
-impl<S: Space, M: MaterialMemory> Point<S, M> {
+impl<S: Space> Point<S> {
     /// A point at rest at `position`, its first memory and stress to be given by its law.
     pub fn resting(id: PointId, position: S::Vector, mass: f64, volume: f64) -> Self {
         Self {
@@ -231,7 +233,8 @@ impl<S: Space, M: MaterialMemory> Point<S, M> {
                 weight: 1.0,
                 stress: S::Symmetric::zero(),
                 deformation: S::identity(),
-                memory: M::default(),
+                memory: S::PointMemory::default(),
+                plastic_work: 0.0,
             },
             cold: Cold { id, home: position, origin: position, image: [0; 3], loads: 0 },
             affine: S::Tensor::zero(),
@@ -240,7 +243,11 @@ impl<S: Space, M: MaterialMemory> Point<S, M> {
     }
 }
 
-impl<S: Space, M: MaterialMemory> Record for Point<S, M> {
+/// What the memory of a law is called where nobody knows the law, and what comes after it.
+pub const MEMORY: &str = "memory";
+pub const PLASTIC_WORK: &str = "plastic_work";
+
+impl<S: Space> Record for Point<S> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
         let Self { hot, cold, affine, past } = self;
         visitor.u64("id", &mut cold.id.0);
@@ -256,7 +263,8 @@ impl<S: Space, M: MaterialMemory> Record for Point<S, M> {
         visitor.f64s("stress", hot.stress.as_mut_slice());
         visitor.f64s("deformation", hot.deformation.as_mut_slice());
         visitor.f64s("affine", affine.as_mut_slice());
-        hot.memory.visit(visitor);
+        visitor.f64s(MEMORY, hot.memory.numbers_mut());
+        visitor.f64s(PLASTIC_WORK, std::slice::from_mut(&mut hot.plastic_work));
         visitor.f64s("window", &mut past.window.samples);
         past.track.visit(visitor);
     }

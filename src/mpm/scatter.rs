@@ -2,7 +2,7 @@
 
 use crate::base::ids::Row;
 use crate::base::lane::{Instructions, Kernel, LANES, Pack, Packed, Real};
-use crate::base::numbers::{Lanes, Numbers};
+use crate::base::numbers::Lanes;
 use crate::base::space::{Space, Words};
 use crate::base::symmetric::Symmetric;
 use crate::dem::grains::{Hot as GrainHot, Mover, Tie};
@@ -184,25 +184,25 @@ pub fn eight_of<T>(rows: &[T]) -> [&T; LANES] {
 
 /// What the block's points bring, weighted, to a tile that has been cleared: `m_i = sum w m N_i`, `p_i = sum w m v N_i`, with
 /// the affine field `p_i = sum w m (v + C (x_i - x)) N_i`, and `f_i = -sum w V0 tau grad N_i`.
-pub fn scatter_points<S: Space, M: Numbers + Sync>(
+pub fn scatter_points<S: Space>(
     frame: &TileFrame<S>,
     (shape, affine, instructions): (ShapeFunction, bool, Instructions),
-    (points, beside): (&[Hot<S, M>], &[Beside<S>]),
+    (points, beside): (&[Hot<S>], &[Beside<S>]),
     tile: &mut [Gathered<S>],
 ) {
     instructions.run(Scatter { frame, shape, affine, points, beside, tile });
 }
 
-struct Scatter<'a, S: Space, M> {
+struct Scatter<'a, S: Space> {
     frame: &'a TileFrame<S>,
     shape: ShapeFunction,
     affine: bool,
-    points: &'a [Hot<S, M>],
+    points: &'a [Hot<S>],
     beside: &'a [Beside<S>],
     tile: &'a mut [Gathered<S>],
 }
 
-impl<S: Space, M: Numbers> Packed for Scatter<'_, S, M> {
+impl<S: Space> Packed for Scatter<'_, S> {
     type Outcome = ();
 
     #[inline(always)]
@@ -211,11 +211,11 @@ impl<S: Space, M: Numbers> Packed for Scatter<'_, S, M> {
         let (mut lanes, mut basis) = (Lanes::<P>::zero(), Basis::zero());
         let mut shares = [Share::<P>::zero(); LANES];
         for (group, points) in points.chunks(LANES).enumerate() {
-            lanes.load(&eight_of(points), Hot::<S, M>::DEFORMATION);
-            basis.set::<S, P>(frame, (shape, affine), frame.place(&lanes.words(Hot::<S, M>::POSITION)));
-            set_shares::<S, M, P>(&lanes, &mut shares);
+            lanes.load(&eight_of(points), Hot::<S>::DEFORMATION);
+            basis.set::<S, P>(frame, (shape, affine), frame.place(&lanes.words(Hot::<S>::POSITION)));
+            set_shares::<S, P>(&lanes, &mut shares);
             if affine {
-                set_arms::<S, M, P>(&lanes, &beside[group * LANES..][..points.len()], &mut shares);
+                set_arms::<S, P>(&lanes, &beside[group * LANES..][..points.len()], &mut shares);
             }
             let (basis, shares, edge) = (&basis, &shares[..points.len()], frame.edge);
             match (shape, affine) {
@@ -239,17 +239,17 @@ struct Share<P> {
 
 /// The shares of eight points in step, without those of affine fields.
 #[inline(always)]
-fn set_shares<S: Space, M: Numbers, P: Pack>(lanes: &Lanes<P>, shares: &mut [Share<P>; LANES]) {
+fn set_shares<S: Space, P: Pack>(lanes: &Lanes<P>, shares: &mut [Share<P>; LANES]) {
     let zero = P::splat(0.0);
     let at = |number: usize| lanes.0[number];
-    let weight = at(Hot::<S, M>::WEIGHT);
-    let mass = weight * at(Hot::<S, M>::MASS);
+    let weight = at(Hot::<S>::WEIGHT);
+    let mass = weight * at(Hot::<S>::MASS);
     let (mut value, mut slope) = ([zero; NODE_WORDS], [[zero; NODE_WORDS]; 3]);
     value[0] = mass;
     for axis in 0..S::DIMENSION {
-        value[1 + axis] = at(Hot::<S, M>::VELOCITY + axis) * mass;
+        value[1 + axis] = at(Hot::<S>::VELOCITY + axis) * mass;
     }
-    let stress = lanes.words::<S::SymmetricOf<P>>(Hot::<S, M>::STRESS) * -(weight * at(Hot::<S, M>::VOLUME));
+    let stress = lanes.words::<S::SymmetricOf<P>>(Hot::<S>::STRESS) * -(weight * at(Hot::<S>::VOLUME));
     let stress = stress.tensor();
     for (along, slope) in slope.iter_mut().enumerate().take(S::DIMENSION) {
         for axis in 0..S::DIMENSION {
@@ -267,8 +267,8 @@ fn set_shares<S: Space, M: Numbers, P: Pack>(lanes: &Lanes<P>, shares: &mut [Sha
 }
 
 #[inline(always)]
-fn set_arms<S: Space, M: Numbers, P: Pack>(lanes: &Lanes<P>, beside: &[Beside<S>], shares: &mut [Share<P>; LANES]) {
-    let mass = lanes.0[Hot::<S, M>::WEIGHT] * lanes.0[Hot::<S, M>::MASS];
+fn set_arms<S: Space, P: Pack>(lanes: &Lanes<P>, beside: &[Beside<S>], shares: &mut [Share<P>; LANES]) {
+    let mass = lanes.0[Hot::<S>::WEIGHT] * lanes.0[Hot::<S>::MASS];
     for along in 0..S::DIMENSION {
         let mut arm = [P::splat(0.0); NODE_WORDS];
         for axis in 0..S::DIMENSION {
@@ -342,10 +342,10 @@ impl<P: Pack> Share<P> {
 }
 
 /// Forces from without on the block's points to the nodes: `f_i += sum N_i t`. `first` is the block's first row.
-pub fn scatter_loads<S: Space, M>(
+pub fn scatter_loads<S: Space>(
     frame: &TileFrame<S>,
     shape: ShapeFunction,
-    (points, first): (&[Hot<S, M>], usize),
+    (points, first): (&[Hot<S>], usize),
     loaded: &[(Row, S::Vector)],
     tile: &mut [Gathered<S>],
 ) {

@@ -21,7 +21,6 @@ use crate::dem::bearing::Bearing;
 use crate::dem::grains::body_of_partner;
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 use crate::observe::frame::spread;
 
 /// What a line leads to.
@@ -73,7 +72,7 @@ impl Cargo for Line {
 pub const BYTES_PER_LINE: usize = 8 * (6 + 2 + 1 + 4 + 3 + 2 + 1);
 
 /// The contacts as they are; a world without any gives a frame without lines. Copies of other ranks' grains must be of now.
-pub fn contact_frame<S: Space, L: MaterialLaw<S>>(world: &mut World<S, L>) -> Result<Option<Frame>, Error> {
+pub fn contact_frame<S: Space>(world: &mut World<S>) -> Result<Option<Frame>, Error> {
     world.refresh_ghosts();
     let Some(lines) = transfer::gather(world.transport, lines(world))? else { return Ok(None) };
     let whole = |name: &str, get: &dyn Fn(&Line) -> i64| Column {
@@ -101,7 +100,7 @@ pub fn contact_frame<S: Space, L: MaterialLaw<S>>(world: &mut World<S, L>) -> Re
 }
 
 /// Contacts of owned rows in their order: with grains of higher ids in the order of these, then with bodies.
-fn lines<S: Space, L: MaterialLaw<S>>(world: &World<S, L>) -> Vec<Line> {
+fn lines<S: Space>(world: &World<S>) -> Vec<Line> {
     let (grains, law, times) = (&world.assembly.grains, world.law(), world.contact_times());
     let mut on_bodies =
         world.assembly.walls.bearings(law, grains, (&world.bodies, &world.assembly.cell), times).peekable();
@@ -117,7 +116,7 @@ fn lines<S: Space, L: MaterialLaw<S>>(world: &World<S, L>) -> Vec<Line> {
     lines
 }
 
-fn line<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, bearing: &Bearing<S>) -> Line {
+fn line<S: Space>(world: &World<S>, bearing: &Bearing<S>) -> Line {
     let row = bearing.row as usize;
     let nothing = S::Vector::zero();
     let mut begin = world.assembly.grains.hot[row].position;

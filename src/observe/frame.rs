@@ -27,7 +27,6 @@ use crate::dem::grains::Mover;
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::law::invariants::{Deformation, StressInvariants};
-use crate::law::material::MaterialLaw;
 use crate::mpm::membrane::Vertex;
 use crate::mpm::points::{Cold, Hot};
 use crate::observe::local_strain::{Place, best_fit_deformations};
@@ -122,8 +121,8 @@ fn displacement<S: Space>(position: &S::Vector, origin: &S::Vector, image: Image
 
 /// The world as it is; `depth` in m, `fraction` the packing fraction that gives a grain its share of space. All frames of a
 /// run have the same fields: those of points where it `may_have_points`.
-pub fn frame<S: Space, L: MaterialLaw<S>>(
-    world: &mut World<S, L>,
+pub fn frame<S: Space>(
+    world: &mut World<S>,
     depth: f64,
     fraction: f64,
     may_have_points: bool,
@@ -279,7 +278,7 @@ fn settle_grains<S: Space>(rows: &mut [Row], cell: &Cell<S>, deforms: bool) -> V
     images.into_iter().map(|(_, position)| position).collect()
 }
 
-fn grain_rows<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, depth: f64, fraction: f64) -> Vec<Row> {
+fn grain_rows<S: Space>(world: &World<S>, depth: f64, fraction: f64) -> Vec<Row> {
     let (grains, law, times) = (&world.assembly.grains, world.law(), world.contact_times());
     let on_bodies: Vec<Bearing<S>> =
         world.assembly.walls.bearings(law, grains, (&world.bodies, &world.assembly.cell), times).collect();
@@ -317,7 +316,7 @@ fn grain_rows<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, depth: f64, frac
 }
 
 /// Vertices of membranes, as discs of half a segment at rest.
-fn vertex_rows<S: Space, L: MaterialLaw<S>>(world: &World<S, L>) -> Vec<Row> {
+fn vertex_rows<S: Space>(world: &World<S>) -> Vec<Row> {
     let row = |(number, vertex): (usize, &Vertex<S>)| Row {
         kind: Kind::Membrane as i64,
         id: number as u64,
@@ -331,8 +330,8 @@ fn vertex_rows<S: Space, L: MaterialLaw<S>>(world: &World<S, L>) -> Vec<Row> {
     world.continuum.membranes.vertices.iter().enumerate().map(row).collect()
 }
 
-fn point_rows<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, rows: Range<usize>, depth: f64) -> Vec<Row> {
-    let row = |(hot, cold): (&Hot<S, L::Memory>, &Cold<S>)| Row {
+fn point_rows<S: Space>(world: &World<S>, rows: Range<usize>, depth: f64) -> Vec<Row> {
+    let row = |(hot, cold): (&Hot<S>, &Cold<S>)| Row {
         kind: Kind::Point as i64,
         id: cold.id.0,
         position: spread(&hot.position),
@@ -348,7 +347,7 @@ fn point_rows<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, rows: Range<usiz
         spin: [0.0; 3],
         coordination: 0,
         stress: symmetric::<S>(&(hot.kirchhoff() * (1.0 / hot.volume_ratio()))),
-        observed: observed(&world.settings.material, hot),
+        observed: observed(&*world.settings.material, hot),
     };
     world.continuum.points.hot[rows.clone()].iter().zip(&world.continuum.points.cold[rows]).map(row).collect()
 }

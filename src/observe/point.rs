@@ -2,8 +2,8 @@
 
 use crate::base::space::Space;
 use crate::law::invariants::{Deformation, StressInvariants};
-use crate::law::material::{MaterialLaw, MaterialMemory};
 use crate::mpm::points::Hot;
+use crate::mpm::stress::StressModel;
 
 /// Names of what [`observed`] returns.
 pub const OBSERVED: [&str; 8] = [
@@ -20,7 +20,7 @@ pub const OBSERVED: [&str; 8] = [
 /// Mean and deviatoric Cauchy stress, in the plane those of the plane, as the laws have them, and the stress across it (Pa; 0 in
 /// space), strains and rotation (rad) since the start
 /// ([`crate::law::invariants`]), packing fraction and accumulated plastic strain.
-pub fn observed<S: Space, L: MaterialLaw<S>>(law: &L, hot: &Hot<S, L::Memory>) -> [f64; OBSERVED.len()] {
+pub fn observed<S: Space>(law: &dyn StressModel<S>, hot: &Hot<S>) -> [f64; OBSERVED.len()] {
     let ratio = 1.0 / hot.volume_ratio();
     let stress = StressInvariants::of::<S>(&(hot.kirchhoff() * ratio));
     let strain = Deformation::of::<S>(&hot.deformation);
@@ -31,7 +31,7 @@ pub fn observed<S: Space, L: MaterialLaw<S>>(law: &L, hot: &Hot<S, L::Memory>) -
         strain.volumetric,
         strain.deviatoric,
         strain.rotation_angle,
-        hot.memory.fraction(),
-        hot.memory.plastic_strain(),
+        law.fraction(&hot.memory),
+        law.plastic_strain(&hot.memory),
     ]
 }

@@ -20,13 +20,13 @@ use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
 use crate::job::assembly::{Assembly, Packed, Preparation, Read, Shape, Source, Velocities};
 use crate::job::figures;
-use crate::law::material::Absent;
 use crate::mpm::membrane::Membranes;
+use crate::mpm::stress::no_material;
 use crate::prepare::grain_file;
 use crate::store::checkpoint::Drawn;
 
 /// A world of grains alone.
-pub type GrainWorld<'t, S> = World<'t, S, Absent>;
+pub type GrainWorld<'t, S> = World<'t, S>;
 
 /// Grid cells per block and axis: grains of a block stand in the order of its cells, for the sake of the caches.
 const CELLS_PER_BLOCK: usize = 4;
@@ -77,7 +77,7 @@ pub fn world_at<'t, S: Space>(
     job: &Assembly,
     transport: &'t dyn Transport,
     step: u64,
-    parts: Parts<S, Absent>,
+    parts: Parts<S>,
 ) -> Result<GrainWorld<'t, S>, Error> {
     World::new(settings_of(constants(job)), layout::<S>(job)?, transport, step, parts)
 }
@@ -162,13 +162,13 @@ fn constants_in<S: Space>(job: &Assembly, drive: CellDrive<S>) -> Constants<S> {
 }
 
 /// Settings of a world of this job whose cell is driven otherwise, and whose grains start from velocities of time zero.
-pub fn settings_in<S: Space>(job: &Assembly, drive: CellDrive<S>) -> Settings<S, Absent> {
+pub fn settings_in<S: Space>(job: &Assembly, drive: CellDrive<S>) -> Settings<S> {
     settings_of(constants_in(job, drive))
 }
 
 /// Of grains alone.
-fn settings_of<S: Space>(grains: Constants<S>) -> Settings<S, Absent> {
-    Settings { grains, grain_steps: 1, grid: Grid::blend(0.0), loads: Vec::new(), material: Absent }
+fn settings_of<S: Space>(grains: Constants<S>) -> Settings<S> {
+    Settings { grains, grain_steps: 1, grid: Grid::blend(0.0), loads: Vec::new(), material: no_material() }
 }
 
 /// What the space's measure is multiplied with to give m3.

@@ -30,7 +30,6 @@ use crate::domain::stop::{self, Wish};
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::law::contact::Contact;
-use crate::law::material::MaterialLaw;
 use crate::prepare::sheared::on_root;
 use crate::store::checkpoint::{self, Progress, Snapshot, Target};
 
@@ -133,11 +132,7 @@ impl<'t> Making<'t> {
     }
 
     /// The state in which this attempt was left, under that law, where it was; rank 0 holds it. Collective.
-    pub fn taken_up<S, L>(&mut self, contact: &Contact) -> Result<Option<LeftOf<S, L>>, Error>
-    where
-        S: Space,
-        L: MaterialLaw<S>,
-    {
+    pub fn taken_up<S: Space>(&mut self, contact: &Contact) -> Result<Option<LeftOf<S>>, Error> {
         let Some((_, state)) = &mut self.left else { return Ok(None) };
         let read = |state| Snapshot::from_state(state, memory_words::<S>(contact));
         let snapshot = transfer::agree(self.transport, state.take().map(read).transpose())?;
@@ -155,12 +150,12 @@ impl<'t> Making<'t> {
     /// Steps a world under the settings of a leg until everything rests. One that a taken-up state has behind it is passed over.
     /// Settings that a look changes, or that depend on the world as the leg found it, must be in the notes of the leg: they are
     /// empty when it begins, and as they were when it is gone on with, which calls `set` again.
-    pub fn bring_to_rest<S: Space, L: MaterialLaw<S>>(
+    pub fn bring_to_rest<S: Space>(
         &mut self,
-        world: &mut World<'_, S, L>,
+        world: &mut World<'_, S>,
         leg: Leg,
-        set: impl FnOnce(&mut World<'_, S, L>, &mut Notes),
-        mut look: impl FnMut(&mut World<'_, S, L>, &mut Notes) -> Result<Look, Error>,
+        set: impl FnOnce(&mut World<'_, S>, &mut Notes),
+        mut look: impl FnMut(&mut World<'_, S>, &mut Notes) -> Result<Look, Error>,
     ) -> Result<(), Error> {
         self.at.leg += 1;
         match self.left.take_if(|(left, _)| left.leg <= self.at.leg) {
@@ -202,7 +197,7 @@ impl<'t> Making<'t> {
     }
 
     /// The steps that are left until the next look; saves and stops on the way where that is wished.
-    fn step<S: Space, L: MaterialLaw<S>>(&mut self, world: &mut World<'_, S, L>, look_every: u64) -> Result<(), Error> {
+    fn step<S: Space>(&mut self, world: &mut World<'_, S>, look_every: u64) -> Result<(), Error> {
         while self.at.since < look_every {
             world.wish = self.wish();
             world.advance()?;
@@ -224,7 +219,7 @@ impl<'t> Making<'t> {
     }
 
     /// Writes the state as it is, and where in the making that is. Collective.
-    fn save<S: Space, L: MaterialLaw<S>>(&mut self, world: &World<'_, S, L>) -> Result<(), Error> {
+    fn save<S: Space>(&mut self, world: &World<'_, S>) -> Result<(), Error> {
         let started = Instant::now();
         let target = on_root(self.transport, || {
             let held = self.held.as_ref().expect("rank 0 holds the packing");
@@ -242,7 +237,7 @@ impl<'t> Making<'t> {
     }
 
     /// Keeps time for the last save.
-    fn reserve<S: Space, L: MaterialLaw<S>>(&self, world: &World<'_, S, L>, took: Duration) {
+    fn reserve<S: Space>(&self, world: &World<'_, S>, took: Duration) {
         let rows = world.grains_total + world.points_total;
         stop::reserve(stop::RESERVE_LEAST + (2 * took).max(stop::ROW_SAVED * rows as u32));
     }
@@ -272,10 +267,7 @@ impl<'t> Making<'t> {
 }
 
 /// A state that was left, on rank 0.
-pub type LeftOf<S, L> = Option<SnapshotOf<S, L>>;
-
-/// A state with the memories of laws.
-pub type SnapshotOf<S, L> = Snapshot<S, <L as MaterialLaw<S>>::Memory>;
+pub type LeftOf<S> = Option<Snapshot<S>>;
 
 /// What a stopped process has left, if it can be read; what cannot is begun again.
 fn left_in(held: &Held) -> Option<(Position, State)> {

@@ -9,9 +9,8 @@ use crate::base::symmetric::Symmetric;
 use crate::bodies::body::{Body, Instant, Servo, Shape, Side};
 use crate::domain::rebuild::Parts;
 use crate::job::{Method, Scenario, derived};
-use crate::law::material::{Counted, CriticalDruckerPrager, MaterialLaw};
+use crate::mpm::points::Point;
 use crate::prepare::sheared::{self, Packing, PlanarWorld, cell_of, layout_for, settings_of_run};
-use crate::store::checkpoint::PlanarPoint;
 
 type Vector = <Plane as Space>::Vector;
 
@@ -94,7 +93,7 @@ pub fn world<'t>(scenario: &Scenario, transport: &'t dyn Transport, start: Start
 
 /// Material points on a regular grid between the faces, under the isotropic stress that the packing was made with. Each
 /// rank makes some of the rows.
-fn points(scenario: &Scenario, transport: &dyn Transport, start: &Start) -> Vec<PlanarPoint> {
+fn points(scenario: &Scenario, transport: &dyn Transport, start: &Start) -> Vec<Point<Plane>> {
     let (width, height) = (scenario.specimen.width, start.height);
     let continuum = &scenario.continuum;
     let spacing = continuum.cell / continuum.points_per_cell as f64;
@@ -103,20 +102,16 @@ fn points(scenario: &Scenario, transport: &dyn Transport, start: &Start) -> Vec<
     let step = [width / columns as f64, height / rows as f64];
     let volume = step[0] * step[1] * scenario.specimen.depth;
     let mass = start.mass / (columns * rows) as f64;
-    let law = Counted(CriticalDruckerPrager::of(&continuum.constants()));
+    let law = sheared::material(scenario);
     let mut points = Vec::new();
     for row in (0..rows).filter(|row| row % transport.size() == transport.rank()) {
         for column in 0..columns {
             let place = [(column as f64 + 0.5) * step[0], (row as f64 + 0.5) * step[1]];
             let id = PointId((row * columns + column) as u64);
-            let mut point = PlanarPoint::resting(id, Vector::new(place[0], place[1]), mass, volume);
+            let mut point = Point::<Plane>::resting(id, Vector::new(place[0], place[1]), mass, volume);
             let deficit = deficit_at(scenario, place);
-            point.hot.memory = MaterialLaw::<Plane>::start(
-                &law,
-                &(Plane::identity() * -scenario.packing.stress),
-                start.fraction - deficit,
-            );
-            point.hot.stress = Symmetric::of(&MaterialLaw::<Plane>::stress(&law, &point.hot.memory));
+            point.hot.memory = law.start(&(Plane::identity() * -scenario.packing.stress), start.fraction - deficit);
+            point.hot.stress = Symmetric::of(&law.stress(&point.hot.memory));
             debug_assert!(point.hot.kirchhoff().is_finite());
             points.push(point);
         }

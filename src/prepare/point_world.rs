@@ -17,31 +17,31 @@ use crate::domain::layout::{Ground, Layout};
 use crate::domain::rebuild::Parts;
 use crate::domain::world::{Settings, World};
 use crate::job::mpm::{self, BodyContact, InitialStress, LoadKind, Mpm, Path};
-use crate::law::material::{Counted, CountedMemory, MaterialLaw};
 use crate::mpm::load::{Kind, Load};
 use crate::mpm::membrane::{self, Membrane, Membranes, Vertex};
 use crate::mpm::points::Point;
 use crate::mpm::scheme::Transfer;
+use crate::mpm::stress::SharedMaterial;
 use crate::prepare::grain_world::{body_of, vector};
 use crate::store::checkpoint::Drawn;
 
 /// A world of points alone, of a law with its dissipation.
-pub type PointWorld<'t, S, L> = World<'t, S, Counted<L>>;
+pub type PointWorld<'t, S> = World<'t, S>;
 
 /// Cells behind the walls, at least: nodes there belong to functions of points beside a wall.
 const RIM: usize = 2;
 
 /// A material point of a continuum.
-pub type PointOf<S, L> = Point<S, CountedMemory<<L as MaterialLaw<S>>::Memory>>;
+pub type PointOf<S> = Point<S>;
 
 /// The world at time zero. Each rank makes some of the points.
-pub fn world<'t, S: Space, L: MaterialLaw<S>>(
+pub fn world<'t, S: Space>(
     job: &Mpm,
-    law: &L,
+    law: &SharedMaterial<S>,
     transport: &'t dyn Transport,
-) -> Result<PointWorld<'t, S, L>, Error> {
+) -> Result<PointWorld<'t, S>, Error> {
     let Drawn { cell, bodies, membranes } = drawn::<S>(job, vertices(job))?;
-    let points = points(job, &Counted(law.clone()), transport);
+    let points = points(job, law, transport);
     let mut parts = Parts::fresh(Vec::new(), points, bodies, cell);
     parts.membranes = membranes;
     world_at(job, law, transport, 0, parts)
@@ -53,14 +53,14 @@ pub(crate) fn drawn<S: Space>(job: &Mpm, vertices: Vec<Vertex<S>>) -> Result<Dra
 }
 
 /// The world at a step.
-pub fn world_at<'t, S: Space, L: MaterialLaw<S>>(
+pub fn world_at<'t, S: Space>(
     job: &Mpm,
-    law: &L,
+    law: &SharedMaterial<S>,
     transport: &'t dyn Transport,
     step: u64,
-    parts: Parts<S, Counted<L>>,
-) -> Result<PointWorld<'t, S, L>, Error> {
-    let settings = settings(job, Counted(law.clone()), no_law());
+    parts: Parts<S>,
+) -> Result<PointWorld<'t, S>, Error> {
+    let settings = settings(job, law.clone(), no_law());
     World::new(settings, layout::<S>(job)?, transport, step, parts)
 }
 
@@ -130,7 +130,7 @@ pub(crate) fn bodies<S: Space>(job: &Mpm) -> Vec<Body<S>> {
 }
 
 /// Settings of a job's run by its laws.
-pub(crate) fn settings<S: Space, L: MaterialLaw<S>>(job: &Mpm, material: L, law: SharedLaw<S>) -> Settings<S, L> {
+pub(crate) fn settings<S: Space>(job: &Mpm, material: SharedMaterial<S>, law: SharedLaw<S>) -> Settings<S> {
     let density = job.material.density;
     let impedance = [material.p_wave_modulus(), material.shear_modulus()].map(|modulus| (modulus * density).sqrt());
     Settings {
@@ -216,11 +216,7 @@ fn widened([x, y]: [f64; 2]) -> [f64; 3] {
 }
 
 /// Points in the regions, in the middle of their places; ids count places.
-pub(crate) fn points<S: Space, L: MaterialLaw<S>>(
-    job: &Mpm,
-    law: &L,
-    transport: &dyn Transport,
-) -> Vec<Point<S, L::Memory>> {
+pub(crate) fn points<S: Space>(job: &Mpm, law: &SharedMaterial<S>, transport: &dyn Transport) -> Vec<Point<S>> {
     let places = job.places();
     let volume = job.point_volume();
     let mass = volume * job.material.density;
@@ -236,7 +232,7 @@ pub(crate) fn points<S: Space, L: MaterialLaw<S>>(
             let place = job.place(index);
             let Some(region) = job.region_at(&place).map(|region| &job.regions[region]) else { continue };
             let id = PointId(job.number(index));
-            let mut point = Point::<S, L::Memory>::resting(id, vector::<S>(&place), mass, volume);
+            let mut point = Point::<S>::resting(id, vector::<S>(&place), mass, volume);
             point.hot.velocity = vector::<S>(&region.velocity_at(&place));
             if job.scheme.transfer == Transfer::Affine {
                 point.affine = tensor::<S>(&region.velocity_gradient_at(&place));

@@ -1,6 +1,7 @@
 //! Packings made ahead: thrown, compressed under low friction, kept in a file named by everything that shaped them.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use scree_io::column::State;
 use scree_io::store;
@@ -22,8 +23,9 @@ use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
 use crate::job::{Scenario, derived};
 use crate::law::contact::Contact;
-use crate::law::material::{Counted, CriticalDruckerPrager, MaterialLaw};
+use crate::law::material::CriticalDruckerPrager;
 use crate::mpm::membrane::Membranes;
+use crate::mpm::stress::SharedMaterial;
 use crate::prepare::cache::{Found, Place};
 use crate::prepare::loose::{UPPER, glue_layers, glued_reach, throw};
 use crate::prepare::making::{Leg, Look, Making};
@@ -31,10 +33,8 @@ use crate::prepare::{grain_file, recipe};
 use crate::store::checkpoint::{self, Drawn};
 use crate::store::tables;
 
-/// The material of jobs whose grains may stand for points, with the energy that it dissipates.
-pub type PlanarMaterial = Counted<CriticalDruckerPrager>;
 /// The world of these jobs.
-pub type PlanarWorld<'t> = World<'t, Plane, PlanarMaterial>;
+pub type PlanarWorld<'t> = World<'t, Plane>;
 /// Its grains.
 pub type Grain = GrainRow<Plane>;
 
@@ -72,18 +72,23 @@ pub fn layout_for(scenario: &Scenario, height: f64) -> Result<Layout, Error> {
 }
 
 /// Settings of a world of this job's grains alone, with constants of its own in their law.
-pub fn settings_for(scenario: &Scenario, contact: &Contact) -> Settings<Plane, PlanarMaterial> {
+pub fn settings_for(scenario: &Scenario, contact: &Contact) -> Settings<Plane> {
     Settings {
         grains: Constants::new(scenario.time.step, scenario.decomposition.skin, law_of(contact)),
         grain_steps: 1,
         grid: Grid::blend(scenario.continuum.flip),
         loads: Vec::new(),
-        material: Counted(CriticalDruckerPrager::of(&scenario.continuum.constants())),
+        material: material(scenario),
     }
 }
 
+/// The law of this job's points.
+pub fn material(scenario: &Scenario) -> SharedMaterial<Plane> {
+    Arc::new(CriticalDruckerPrager::of(&scenario.continuum.constants()))
+}
+
 /// Settings of the run of this job.
-pub fn settings_of_run(scenario: &Scenario) -> Settings<Plane, PlanarMaterial> {
+pub fn settings_of_run(scenario: &Scenario) -> Settings<Plane> {
     let settings = settings_for(scenario, &scenario.contact);
     Settings { grain_steps: derived::grain_steps(scenario), ..settings }
 }
@@ -123,7 +128,7 @@ pub fn prepare(scenario: &Scenario, transport: &dyn Transport) -> Result<Packing
 }
 
 /// That many steps of a packing in the making, unless any rank is asked to stop.
-pub fn steps<S: Space, L: MaterialLaw<S>>(world: &mut World<'_, S, L>, count: u64) -> Result<(), Error> {
+pub fn steps<S: Space>(world: &mut World<'_, S>, count: u64) -> Result<(), Error> {
     for _ in 0..count {
         world.wish = stop::wish();
         world.advance()?;
@@ -172,7 +177,7 @@ fn make(scenario: &Scenario, making: &mut Making) -> Result<(Vec<Grain>, f64), E
         membranes: Membranes::default(),
     };
     making.begin(0);
-    let (parts, step) = match making.taken_up::<Plane, PlanarMaterial>(&scenario.contact)? {
+    let (parts, step) = match making.taken_up::<Plane>(&scenario.contact)? {
         Some(snapshot) => {
             let (parts, progress) = checkpoint::restore(snapshot, |_, _| Ok(drawn), transport)?;
             (parts, progress.step)

@@ -22,8 +22,8 @@ use crate::job::assembly::{Packed, Preparation, Source};
 use crate::job::mpm::figures::bounding_box;
 use crate::job::mpm::{BodyContact, Granular, Mpm, Origin, RigidBody};
 use crate::law::contact::Contact;
-use crate::law::material::MaterialLaw;
 use crate::mpm::membrane::Vertex;
+use crate::mpm::stress::material_of;
 use crate::prepare::cache::{Found, Place};
 use crate::prepare::making::{Leg, Look, Making};
 use crate::prepare::sheared::{on_root, settle, share};
@@ -72,11 +72,7 @@ const STEPS_MAX: u64 = 5_000_000;
 const FRICTION_ROUGH: f64 = 1e3;
 
 /// The specimen of a job: from the cache, or made now and cached. Collective.
-pub fn specimen<S: Space, L: MaterialLaw<S>>(
-    (job, granular): (&Mpm, &Granular),
-    material: &L,
-    transport: &dyn Transport,
-) -> Result<Specimen<S>, Error> {
+pub fn specimen<S: Space>((job, granular): (&Mpm, &Granular), transport: &dyn Transport) -> Result<Specimen<S>, Error> {
     let packed = packed_of(granular);
     // The piece is no run and has no output of its own.
     let save_every = job.output.save_every();
@@ -103,7 +99,7 @@ pub fn specimen<S: Space, L: MaterialLaw<S>>(
                     let file = place.file().display();
                     tracing::info!("making the specimen, which other runs of its kind will share: {file}");
                 }
-                let mut rested = rested((job, granular), material, &piece, &mut making)?;
+                let mut rested = rested((job, granular), &piece, &mut making)?;
                 making.finish(|| state_of(&mut rested, &granular.piece.contact))?;
                 rested
             }
@@ -150,9 +146,8 @@ fn way_of_seat(rigid: &RigidBody) -> Option<[f64; 3]> {
 
 /// Grains, bodies and vertices at rest. A body comes to rest on the few grains that stand out most: what lies below where the job
 /// has it is filled up with more grains, and everything brought to rest again.
-fn rested<S: Space, L: MaterialLaw<S>>(
+fn rested<S: Space>(
     (job, granular): (&Mpm, &Granular),
-    material: &L,
     piece: &packed::Packing<S>,
     making: &mut Making,
 ) -> Result<Rested<S>, Error> {
@@ -164,7 +159,7 @@ fn rested<S: Space, L: MaterialLaw<S>>(
             Some(rested) => rested,
             None => {
                 making.begin(attempt);
-                let mut rested = bring_to_rest((job, granular), material, (piece, &raised), making)?;
+                let mut rested = bring_to_rest((job, granular), (piece, &raised), making)?;
                 transfer::agree(transport, making.keep(attempt, &state_of(&mut rested, &granular.piece.contact)))?;
                 rested
             }
@@ -238,9 +233,8 @@ fn cut<S: Space>(job: &Mpm, piece: &packed::Packing<S>, raised: &[S::Vector]) ->
 type Rested<S> = (Vec<GrainRow<S>>, Vec<Body<S>>, Vec<Vertex<S>>);
 
 /// Grains, bodies and vertices once everything rests; rows on rank 0.
-fn bring_to_rest<S: Space, L: MaterialLaw<S>>(
+fn bring_to_rest<S: Space>(
     (job, granular): (&Mpm, &Granular),
-    material: &L,
     (piece, raised): (&packed::Packing<S>, &[S::Vector]),
     making: &mut Making,
 ) -> Result<Rested<S>, Error> {
@@ -249,7 +243,7 @@ fn bring_to_rest<S: Space, L: MaterialLaw<S>>(
     let grains = transfer::agree(transport, grains)?.unwrap_or_default();
     let mass = share(transport, grains.iter().map(|grain| grain.hot.mass).sum());
     let bodies = seated_bodies(job, granular, mass, raised);
-    let taken_up = making.taken_up::<S, L>(&granular.piece.contact)?;
+    let taken_up = making.taken_up::<S>(&granular.piece.contact)?;
     if taken_up.is_none() {
         tracing::info!(grains = grains.len(), "bringing the specimen to rest");
     }
@@ -266,7 +260,7 @@ fn bring_to_rest<S: Space, L: MaterialLaw<S>>(
             (parts, 0)
         }
     };
-    let settings = settings_of_rest(job, granular, material.clone());
+    let settings = settings_of_rest(job, granular);
     let mut world = World::new(settings, point_world::layout::<S>(job)?, transport, step, parts)?;
     world.assembly.walls.laws = laws_of_bodies(job, granular);
 
@@ -342,8 +336,8 @@ fn time_of_grain(granular: &Granular) -> f64 {
     matter.diameter_mean * (matter.density / stress_of(granular)).sqrt()
 }
 
-fn settings_of_rest<S: Space, L: MaterialLaw<S>>(job: &Mpm, granular: &Granular, material: L) -> Settings<S, L> {
-    let mut settings = point_world::settings(job, material, law_of(&granular.piece.contact));
+fn settings_of_rest<S: Space>(job: &Mpm, granular: &Granular) -> Settings<S> {
+    let mut settings = point_world::settings(job, material_of(&job.material.law), law_of(&granular.piece.contact));
     settings.grain_steps = 1;
     let mass = DAMPING_MASS / time_of_grain(granular);
     let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass };

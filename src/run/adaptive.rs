@@ -13,10 +13,8 @@ use crate::couple::rest::RestWatch;
 use crate::couple::zone::{Enrichment, ZoneLife};
 use crate::domain::phases::Phase;
 use crate::job::mpm::KnownBands;
-use crate::law::material::MaterialLaw;
 use crate::mpm::track::Instants;
 use crate::prepare::reference::Lies;
-use crate::prepare::sheared::PlanarMaterial;
 use crate::run::Core;
 use crate::run::folder::packing_file;
 
@@ -41,7 +39,7 @@ pub struct Adaptive<'s> {
 /// Looks of the oracle in one at what rests, for which all ranks hear of all cells of the zone.
 const LOOKS_OF_ORACLE: u64 = 8;
 
-type PlanarCore<'t> = Core<'t, Plane, PlanarMaterial>;
+type PlanarCore<'t> = Core<'t, Plane>;
 
 impl Adaptive<'_> {
     /// What is due after a step. `strain` is told with it. Collective.
@@ -258,11 +256,7 @@ fn record(
 }
 
 /// A look where one is due; the first band that persists is told in the log and kept in mind, and left alone. Collective.
-pub fn tell_band<S: Space, L: MaterialLaw<S>>(
-    core: &mut Core<S, L>,
-    settings: &Oracle,
-    diameter: f64,
-) -> Result<(), Error> {
+pub fn tell_band<S: Space>(core: &mut Core<S>, settings: &Oracle, diameter: f64) -> Result<(), Error> {
     if !core.world.is_due(settings.every) {
         return Ok(());
     }

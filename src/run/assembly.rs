@@ -13,8 +13,8 @@ use crate::domain::rebuild::Parts;
 use crate::job::assembly::{Assembly, CellServo, Source};
 use crate::job::raw::Typed;
 use crate::job::{Job, figures};
-use crate::law::material::Absent;
 use crate::mpm::membrane::Vertex;
+use crate::mpm::stress::{SharedMaterial, no_material};
 use crate::prepare::grain_world::{self, GrainWorld};
 use crate::prepare::{grain_file, packed};
 use crate::run::Core;
@@ -36,7 +36,7 @@ impl<'s, S: Space> InSpace<'s, S> {
     }
 }
 
-type GrainCore<'t, S> = Core<'t, S, Absent>;
+type GrainCore<'t, S> = Core<'t, S>;
 
 /// Refuses what a job's file or packing would be refused for, before anything is started.
 pub fn refuse_bad(job: &Assembly, typed: &Typed) -> Result<(), Error> {
@@ -56,9 +56,8 @@ const WORKS: [Work; 3] = [
 
 impl<S: Space> Setup for InSpace<'_, S> {
     type Space = S;
-    type Material = Absent;
 
-    fn experiment(&self) -> Experiment<'_, S, Absent> {
+    fn experiment(&self) -> Experiment<'_, S> {
         let job = self.job;
         let mut columns = vec![state(job), bodies(job)];
         if job.ledger {
@@ -87,6 +86,10 @@ impl<S: Space> Setup for InSpace<'_, S> {
         law_of(&self.job.contact)
     }
 
+    fn material(&self) -> SharedMaterial<S> {
+        no_material()
+    }
+
     fn begin<'t>(
         &self,
         _: &mut Option<Folder>,
@@ -104,7 +107,7 @@ impl<S: Space> Setup for InSpace<'_, S> {
     fn world_at<'t>(
         &self,
         progress: &Progress,
-        parts: Parts<S, Absent>,
+        parts: Parts<S>,
         transport: &'t dyn Transport,
     ) -> Result<GrainWorld<'t, S>, Error> {
         let mut world = grain_world::world_at(self.job, transport, progress.step, parts)?;
@@ -116,7 +119,7 @@ impl<S: Space> Setup for InSpace<'_, S> {
 /// All at the instant of the positions ([`crate::domain::instant`]): mean stress of the contacts (tension positive, the
 /// direction of the force first, Pa), edges of the cell (m), energies (J); and of every axis held at a stress the root mean square of
 /// what was missing of it since the last row (Pa).
-fn state<S: Space>(job: &Assembly) -> Columns<'_, S, Absent> {
+fn state<S: Space>(job: &Assembly) -> Columns<'_, S> {
     let axes: Vec<(usize, f64)> = job.cell.servo.iter().flat_map(held).collect();
     let mut names: Vec<String> = ["step", "time", "grains", "contacts", "fraction"].map(String::from).into();
     names.extend(of_tensor::<S>("stress"));
@@ -143,7 +146,7 @@ fn state<S: Space>(job: &Assembly) -> Columns<'_, S, Absent> {
 }
 
 /// Of every body the mean force (N) and torque (N m) of the grains on it since the last row, and its displacement (m).
-fn bodies<S: Space>(job: &Assembly) -> Columns<'_, S, Absent> {
+fn bodies<S: Space>(job: &Assembly) -> Columns<'_, S> {
     Columns::new(job.bodies.iter().flat_map(|body| of_body::<S>(&body.name)), |core: &mut GrainCore<S>| {
         let (world, mut row) = (&mut core.world, Vec::new());
         let duration = (world.step - core.progress.series_step) as f64 * job.step;

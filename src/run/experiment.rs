@@ -10,8 +10,8 @@ use crate::domain::accounts::ledger::Accounts;
 use crate::domain::rebuild::Parts;
 use crate::domain::world::World;
 use crate::job::Output;
-use crate::law::material::MaterialLaw;
 use crate::mpm::membrane::Vertex;
+use crate::mpm::stress::SharedMaterial;
 use crate::run::Core;
 use crate::run::columns::Columns;
 use crate::run::folder::Folder;
@@ -20,12 +20,13 @@ use crate::store::checkpoint::{Drawn, Progress};
 /// A kind of job: how its world comes about. All ranks call these together.
 pub trait Setup {
     type Space: Space;
-    type Material: MaterialLaw<Self::Space>;
 
     /// What is told of the run, and what happens between its steps.
-    fn experiment(&self) -> Experiment<'_, Self::Space, Self::Material>;
+    fn experiment(&self) -> Experiment<'_, Self::Space>;
     /// The law of contacts between grains.
     fn law(&self) -> SharedLaw<Self::Space>;
+    /// The law of the points' material.
+    fn material(&self) -> SharedMaterial<Self::Space>;
     /// The world at time zero. `folder` is where rank 0 keeps what a later state is made of.
     fn begin<'t>(
         &self,
@@ -38,21 +39,21 @@ pub trait Setup {
     fn world_at<'t>(
         &self,
         progress: &Progress,
-        parts: Parts<Self::Space, Self::Material>,
+        parts: Parts<Self::Space>,
         transport: &'t dyn Transport,
     ) -> Result<WorldOf<'t, Self>, Error>;
 }
 
 /// The world of a kind of job.
-pub type WorldOf<'t, M> = World<'t, <M as Setup>::Space, <M as Setup>::Material>;
+pub type WorldOf<'t, M> = World<'t, <M as Setup>::Space>;
 
 /// What happens between two steps beside observing.
-type Watch<'s, S, L> = Box<dyn for<'t> FnMut(&mut Core<'t, S, L>) -> Result<(), Error> + 's>;
+type Watch<'s, S> = Box<dyn for<'t> FnMut(&mut Core<'t, S>) -> Result<(), Error> + 's>;
 
-type Strain<'s, S, L> = Box<dyn Fn(&World<S, L>) -> f64 + 's>;
+type Strain<'s, S> = Box<dyn Fn(&World<S>) -> f64 + 's>;
 
 /// What is told of a run.
-pub struct Experiment<'s, S: Space, L: MaterialLaw<S>> {
+pub struct Experiment<'s, S: Space> {
     /// The resolved job.
     pub job: String,
     pub output: &'s Output,
@@ -64,20 +65,20 @@ pub struct Experiment<'s, S: Space, L: MaterialLaw<S>> {
     pub allows_unstable: bool,
     pub picture: Picture,
     /// Those of `series.csv`, in their order.
-    pub columns: Vec<Columns<'s, S, L>>,
-    pub watch: Watch<'s, S, L>,
+    pub columns: Vec<Columns<'s, S>>,
+    pub watch: Watch<'s, S>,
     /// Horizontal strain, where the job has one; it is told in the place of time.
-    pub strain: Option<Strain<'s, S, L>>,
+    pub strain: Option<Strain<'s, S>>,
 }
 
-impl<S: Space, L: MaterialLaw<S>> Experiment<'_, S, L> {
+impl<S: Space> Experiment<'_, S> {
     /// Names of the columns of `series.csv`.
     pub fn header(&self) -> Vec<String> {
         self.columns.iter().flat_map(|columns| columns.names.clone()).collect()
     }
 
     /// How far the run is, for a person.
-    pub fn told(&self, world: &World<S, L>) -> String {
+    pub fn told(&self, world: &World<S>) -> String {
         let (grains, points) = (world.grains_total, world.points_total);
         let counts = match (self.picture.may_have_grains, self.picture.may_have_points) {
             (true, false) => format!("{grains} grains"),

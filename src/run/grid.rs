@@ -1,8 +1,6 @@
 //! Jobs on a grid (`[grid]`): a continuum of points; or with `[grains]` grains from the start, points that grains replace where a band
 //! persists, or points that stand for grains.
 
-use std::marker::PhantomData;
-
 use scree_partition::Transport;
 
 use crate::base::error::Error;
@@ -16,8 +14,8 @@ use crate::domain::world::World;
 use crate::job::figures::steps;
 use crate::job::mpm::{self, Granular, Mpm, Origin, Watch};
 use crate::job::{Job, Method};
-use crate::law::material::{Counted, CriticalDruckerPrager, MaterialLaw};
 use crate::mpm::membrane::Vertex;
+use crate::mpm::stress::{SharedMaterial, material_of};
 use crate::mpm::track::Instants;
 use crate::prepare::reference::{Lies, StartState};
 use crate::prepare::sheared;
@@ -32,23 +30,21 @@ use crate::run::planar_shear::TRACKS;
 use crate::store::checkpoint::{Drawn, Progress};
 
 /// A continuum alone, with its space and its law.
-pub struct Points<'s, S, L> {
+pub struct Points<'s, S: Space> {
     job: &'s Mpm,
-    law: L,
-    space: PhantomData<S>,
+    law: SharedMaterial<S>,
 }
 
-impl<'s, S: Space, L: MaterialLaw<S>> Points<'s, S, L> {
-    pub fn new(job: &'s Mpm, law: L) -> Self {
-        Self { job, law, space: PhantomData }
+impl<'s, S: Space> Points<'s, S> {
+    pub fn new(job: &'s Mpm) -> Self {
+        Self { job, law: material_of(&job.material.law) }
     }
 }
 
-impl<S: Space, L: MaterialLaw<S>> Setup for Points<'_, S, L> {
+impl<S: Space> Setup for Points<'_, S> {
     type Space = S;
-    type Material = Counted<L>;
 
-    fn experiment(&self) -> Experiment<'_, S, Counted<L>> {
+    fn experiment(&self) -> Experiment<'_, S> {
         let job = self.job;
         let mut columns = vec![clock(), Columns::new(["points"], |core| Ok(vec![core.world.points_total as f64]))];
         columns.push(grid::means(job.grid.depth));
@@ -77,11 +73,15 @@ impl<S: Space, L: MaterialLaw<S>> Setup for Points<'_, S, L> {
         no_law()
     }
 
+    fn material(&self) -> SharedMaterial<S> {
+        self.law.clone()
+    }
+
     fn begin<'t>(
         &self,
         _: &mut Option<Folder>,
         transport: &'t dyn Transport,
-    ) -> Result<(World<'t, S, Counted<L>>, Progress), Error> {
+    ) -> Result<(World<'t, S>, Progress), Error> {
         Ok((point_world::world(self.job, &self.law, transport)?, Progress::default()))
     }
 
@@ -92,15 +92,15 @@ impl<S: Space, L: MaterialLaw<S>> Setup for Points<'_, S, L> {
     fn world_at<'t>(
         &self,
         progress: &Progress,
-        parts: Parts<S, Counted<L>>,
+        parts: Parts<S>,
         transport: &'t dyn Transport,
-    ) -> Result<World<'t, S, Counted<L>>, Error> {
+    ) -> Result<World<'t, S>, Error> {
         point_world::world_at(self.job, &self.law, transport, progress.step, parts)
     }
 }
 
 /// What all jobs on a grid have, with these columns.
-fn of_job<'s, S: Space, L: MaterialLaw<S>>(job: &'s Mpm, columns: Vec<Columns<'s, S, L>>) -> Experiment<'s, S, L> {
+fn of_job<'s, S: Space>(job: &'s Mpm, columns: Vec<Columns<'s, S>>) -> Experiment<'s, S> {
     Experiment {
         job: Job::Mpm(job.clone()).to_toml(),
         output: &job.output,
@@ -114,7 +114,7 @@ fn of_job<'s, S: Space, L: MaterialLaw<S>>(job: &'s Mpm, columns: Vec<Columns<'s
     }
 }
 
-fn clock<'s, S: Space, L: MaterialLaw<S>>() -> Columns<'s, S, L> {
+fn clock<'s, S: Space>() -> Columns<'s, S> {
     Columns::new(["step", "time"], |core| Ok(vec![core.world.step as f64, core.world.time()]))
 }
 
@@ -125,15 +125,15 @@ fn nearest(job: &Mpm, wanted: &[f64; 3]) -> PointId {
 }
 
 /// A material that grains are, or may take the place of, with its space and its law.
-pub struct Grains<'s, S: Space, L: MaterialLaw<S>> {
+pub struct Grains<'s, S: Space> {
     job: &'s Mpm,
     granular: &'s Granular,
-    law: Counted<L>,
+    law: SharedMaterial<S>,
     /// Puts grains where they are due, where the job wants that.
-    adapt: Adapt<S, L>,
+    adapt: Adapt<S>,
 }
 
-type Adapt<S, L> = fn(&Adaptive<'_>, &mut Core<'_, S, Counted<L>>) -> Result<(), Error>;
+type Adapt<S> = fn(&Adaptive<'_>, &mut Core<'_, S>) -> Result<(), Error>;
 
 /// Works of the account of the grains' energy.
 const WORKS: [Work; 3] = [
@@ -142,21 +142,21 @@ const WORKS: [Work; 3] = [
     ("work_nodes", |balance| balance.work_nodes),
 ];
 
-impl<'s> Grains<'s, Plane, CriticalDruckerPrager> {
+impl<'s> Grains<'s, Plane> {
     /// Grains that may take the place of points.
-    pub fn hybrid(job: &'s Mpm, granular: &'s Granular, law: CriticalDruckerPrager) -> Self {
-        Self { adapt: |how, core| how.adapt(core, None), ..Self::new(job, granular, law) }
+    pub fn hybrid(job: &'s Mpm, granular: &'s Granular) -> Self {
+        Self { adapt: |how, core| how.adapt(core, None), ..Self::new(job, granular) }
     }
 }
 
-impl<'s, S: Space, L: MaterialLaw<S>> Grains<'s, S, L> {
+impl<'s, S: Space> Grains<'s, S> {
     /// Grains alone, or points alone.
-    pub fn new(job: &'s Mpm, granular: &'s Granular, law: L) -> Self {
-        Self { job, granular, law: Counted(law), adapt: |_, _| Ok(()) }
+    pub fn new(job: &'s Mpm, granular: &'s Granular) -> Self {
+        Self { job, granular, law: material_of(&job.material.law), adapt: |_, _| Ok(()) }
     }
 
     /// Tracks, oracle, and in a hybrid its grains.
-    fn watch(&self, core: &mut Core<S, Counted<L>>) -> Result<(), Error> {
+    fn watch(&self, core: &mut Core<S>) -> Result<(), Error> {
         let Granular { method, enrichment, reference, known, .. } = self.granular;
         let finder = match (known, &self.job.oracle) {
             (Some(known), None) => Finder::Known(known),
@@ -178,7 +178,7 @@ impl<'s, S: Space, L: MaterialLaw<S>> Grains<'s, S, L> {
     }
 
     /// Where grains begin, bodies and membranes are as these have been brought to rest.
-    fn at_start(&self, made: Specimen<S>, transport: &dyn Transport) -> Result<Parts<S, Counted<L>>, Error> {
+    fn at_start(&self, made: Specimen<S>, transport: &dyn Transport) -> Result<Parts<S>, Error> {
         let Specimen { grains, bodies, vertices, fraction, .. } = made;
         let (job, granular) = (self.job, self.granular);
         let (grains, points, bodies, vertices) = match granular.method {
@@ -197,11 +197,10 @@ impl<'s, S: Space, L: MaterialLaw<S>> Grains<'s, S, L> {
     }
 }
 
-impl<S: Space, L: MaterialLaw<S>> Setup for Grains<'_, S, L> {
+impl<S: Space> Setup for Grains<'_, S> {
     type Space = S;
-    type Material = Counted<L>;
 
-    fn experiment(&self) -> Experiment<'_, S, Counted<L>> {
+    fn experiment(&self) -> Experiment<'_, S> {
         let job = self.job;
         let mut columns = vec![clock(), columns::counts(), grid::means(job.grid.depth), columns::energies()];
         let may_have_points = self.granular.method != Method::Dem;
@@ -229,13 +228,17 @@ impl<S: Space, L: MaterialLaw<S>> Setup for Grains<'_, S, L> {
         law_of(&self.granular.piece.contact)
     }
 
+    fn material(&self) -> SharedMaterial<S> {
+        self.law.clone()
+    }
+
     fn begin<'t>(
         &self,
         folder: &mut Option<Folder>,
         transport: &'t dyn Transport,
-    ) -> Result<(World<'t, S, Counted<L>>, Progress), Error> {
+    ) -> Result<(World<'t, S>, Progress), Error> {
         let (job, granular) = (self.job, self.granular);
-        let mut made = specimen::specimen((job, granular), &self.law, transport)?;
+        let mut made = specimen::specimen((job, granular), transport)?;
         if granular.method == Method::Hybrid {
             let write = |folder: &mut Folder| {
                 folder.write_packing(&match &mut made.piece {
@@ -261,9 +264,9 @@ impl<S: Space, L: MaterialLaw<S>> Setup for Grains<'_, S, L> {
     fn world_at<'t>(
         &self,
         progress: &Progress,
-        parts: Parts<S, Counted<L>>,
+        parts: Parts<S>,
         transport: &'t dyn Transport,
-    ) -> Result<World<'t, S, Counted<L>>, Error> {
+    ) -> Result<World<'t, S>, Error> {
         let (job, granular) = (self.job, self.granular);
         let settings = point_world::settings(job, self.law.clone(), law_of(&granular.piece.contact));
         let layout = point_world::layout::<S>(job)?;

@@ -38,7 +38,6 @@ use crate::domain::step::cycle::is_due;
 use crate::domain::stop::{self, Wish};
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 use crate::observe::contact_frame::contact_frame;
 use crate::observe::frame::frame;
 use crate::run::output::Outputs;
@@ -91,9 +90,9 @@ pub enum Outcome {
 }
 
 /// Begins a run in the folder that rank 0 holds for it, and ends it.
-pub fn begin<S: Space, L: MaterialLaw<S>>(
-    experiment: Experiment<'_, S, L>,
-    mut world: World<S, L>,
+pub fn begin<S: Space>(
+    experiment: Experiment<'_, S>,
+    mut world: World<S>,
     progress: Progress,
     options: &Options,
     folder: &mut Option<Folder>,
@@ -106,9 +105,9 @@ pub fn begin<S: Space, L: MaterialLaw<S>>(
 }
 
 /// Goes on with a run from a checkpoint to its end, in the folder that rank 0 holds since before it read that.
-pub fn go_on_with<S: Space, L: MaterialLaw<S>>(
-    experiment: Experiment<'_, S, L>,
-    mut world: World<S, L>,
+pub fn go_on_with<S: Space>(
+    experiment: Experiment<'_, S>,
+    mut world: World<S>,
     progress: Progress,
     options: &Options,
     folder: Option<Folder>,
@@ -128,8 +127,8 @@ pub fn go_on_with<S: Space, L: MaterialLaw<S>>(
 }
 
 /// The state of a run, and where it writes.
-pub struct Core<'t, S: Space, L: MaterialLaw<S>> {
-    pub world: World<'t, S, L>,
+pub struct Core<'t, S: Space> {
+    pub world: World<'t, S>,
     pub progress: Progress,
     pub options: Options,
     /// On rank 0.
@@ -141,12 +140,12 @@ pub struct Core<'t, S: Space, L: MaterialLaw<S>> {
     contact_frames: bool,
 }
 
-impl<'t, S: Space, L: MaterialLaw<S>> Core<'t, S, L> {
+impl<'t, S: Space> Core<'t, S> {
     fn new(
-        world: World<'t, S, L>,
+        world: World<'t, S>,
         mut progress: Progress,
         options: &Options,
-        (outputs, experiment): (Option<Outputs>, &Experiment<S, L>),
+        (outputs, experiment): (Option<Outputs>, &Experiment<S>),
     ) -> Self {
         if options.beginning == Beginning::Branched {
             (progress.series_rows, progress.frames) = (0, 0);
@@ -252,9 +251,9 @@ enum Written {
 type Writing = [(f64, u64); 3];
 
 /// A run under way.
-struct Run<'t, 's, S: Space, L: MaterialLaw<S>> {
-    experiment: Experiment<'s, S, L>,
-    core: Core<'t, S, L>,
+struct Run<'t, 's, S: Space> {
+    experiment: Experiment<'s, S>,
+    core: Core<'t, S>,
     steps: u64,
     cadence: Cadence,
     /// Rebuilds at the last look at overlaps.
@@ -274,8 +273,8 @@ struct Run<'t, 's, S: Space, L: MaterialLaw<S>> {
     writing: Writing,
 }
 
-impl<'t, 's, S: Space, L: MaterialLaw<S>> Run<'t, 's, S, L> {
-    fn new(experiment: Experiment<'s, S, L>, mut core: Core<'t, S, L>) -> Result<Self, Error> {
+impl<'t, 's, S: Space> Run<'t, 's, S> {
+    fn new(experiment: Experiment<'s, S>, mut core: Core<'t, S>) -> Result<Self, Error> {
         let step = core.world.settings.grains.dt;
         let every = |interval: f64| ((interval / step).round() as u64).max(1);
         let output = experiment.output;

@@ -14,8 +14,6 @@ use crate::base::program;
 use crate::base::space::Space;
 use crate::domain::meter::Meter;
 use crate::domain::plan::LoadMap;
-use crate::law::material::MaterialLaw;
-use crate::law::material::MaterialMemory;
 use crate::run::experiment::Experiment;
 use crate::run::folder::{Folder, LOAD, SUMMARY, series_file};
 use crate::run::log::Log;
@@ -111,11 +109,7 @@ fn refuse_other_log(log: &Log, folder: &Folder) -> Result<(), Error> {
 
 impl Outputs {
     /// The outputs of a run that begins after `step`, in a folder that has none yet.
-    pub fn create<S: Space, L: MaterialLaw<S>>(
-        folder: Folder,
-        experiment: &Experiment<S, L>,
-        step: u64,
-    ) -> Result<Self, Error> {
+    pub fn create<S: Space>(folder: Folder, experiment: &Experiment<S>, step: u64) -> Result<Self, Error> {
         let (log, path) = (Log::open(folder.dir())?, series_file(folder.dir()));
         let header = experiment.header();
         let names: Vec<&str> = header.iter().map(String::as_str).collect();
@@ -125,11 +119,11 @@ impl Outputs {
 
     /// Cuts log, series and frames back to what `progress` had written, once all of them are seen to hold that. Those of a branch
     /// begin here. None where the run has come to its end and told of it: its series is looked at, and everything left as it is.
-    pub fn resume<S: Space, L: MaterialLaw<S>>(
+    pub fn resume<S: Space>(
         options: &Options,
         folder: Folder,
         progress: &Progress,
-        experiment: &Experiment<S, L>,
+        experiment: &Experiment<S>,
     ) -> Result<Option<Self>, Error> {
         if options.beginning == Beginning::Branched {
             return Self::create(folder, experiment, progress.step).map(Some);
@@ -178,7 +172,7 @@ impl Outputs {
     }
 
     /// Where a checkpoint goes, which tells what run it is of.
-    pub fn target<S: Space, P: MaterialMemory>(&self, path: &Path, head: Snapshot<S, P>) -> Result<Target, Error> {
+    pub fn target<S: Space>(&self, path: &Path, head: Snapshot<S>) -> Result<Target, Error> {
         let folder = path.parent().unwrap_or(self.folder.dir());
         fs::create_dir_all(folder).map_err(|error| failed(folder, &error))?;
         let mut head = head.to_state();

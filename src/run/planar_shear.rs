@@ -10,11 +10,12 @@ use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
 use crate::job::{Method, Scenario, derived};
 use crate::mpm::membrane::{Membranes, Vertex};
+use crate::mpm::stress::SharedMaterial;
 use crate::mpm::track::Instants;
 use crate::prepare::loose::UPPER;
 use crate::prepare::plates;
 use crate::prepare::reference::Lies;
-use crate::prepare::sheared::{self, PlanarMaterial, PlanarWorld, cell_of, layout_for, settings_of_run};
+use crate::prepare::sheared::{self, PlanarWorld, cell_of, layout_for, settings_of_run};
 use crate::run::Core;
 use crate::run::adaptive::{Adaptive, Finder};
 use crate::run::columns::{self, Columns, Work};
@@ -28,13 +29,12 @@ pub(crate) const TRACKS: u64 = 256;
 /// Works of the account of the grains' energy.
 const WORKS: [Work; 2] = [("work_bodies", |balance| balance.work_bodies), ("work_nodes", |balance| balance.work_nodes)];
 
-type PlanarCore<'t> = Core<'t, Plane, PlanarMaterial>;
+type PlanarCore<'t> = Core<'t, Plane>;
 
 impl Setup for Scenario {
     type Space = Plane;
-    type Material = PlanarMaterial;
 
-    fn experiment(&self) -> Experiment<'_, Plane, PlanarMaterial> {
+    fn experiment(&self) -> Experiment<'_, Plane> {
         let mut columns = vec![plate(self), columns::counts(), columns::energies()];
         if self.ledger {
             columns.push(columns::account_of_grains(&WORKS));
@@ -59,6 +59,10 @@ impl Setup for Scenario {
 
     fn law(&self) -> SharedLaw<Plane> {
         law_of(&self.contact)
+    }
+
+    fn material(&self) -> SharedMaterial<Plane> {
+        sheared::material(self)
     }
 
     fn begin<'t>(
@@ -90,7 +94,7 @@ impl Setup for Scenario {
     fn world_at<'t>(
         &self,
         progress: &Progress,
-        parts: Parts<Plane, PlanarMaterial>,
+        parts: Parts<Plane>,
         transport: &'t dyn Transport,
     ) -> Result<PlanarWorld<'t>, Error> {
         let layout = layout_for(self, progress.height_start)?;
@@ -104,7 +108,7 @@ fn strain(scenario: &Scenario, world: &PlanarWorld) -> f64 {
 }
 
 /// Step, time (s), strain, what the upper plate takes over its area since the last row (Pa), and volume strain.
-fn plate(scenario: &Scenario) -> Columns<'_, Plane, PlanarMaterial> {
+fn plate(scenario: &Scenario) -> Columns<'_, Plane> {
     let names = ["step", "time", "strain", "shear_stress", "normal_stress", "volume_strain"];
     Columns::new(names, |core| {
         let (strain, step, dt) = (strain(scenario, &core.world), core.world.step, scenario.time.step);

@@ -1,7 +1,6 @@
 //! From a job to its run: the kind of job, its space and its material are chosen here, once per run.
 
 use std::fs;
-use std::marker::PhantomData;
 use std::path::Path;
 
 use scree_io::column::State;
@@ -9,11 +8,10 @@ use scree_partition::Transport;
 
 use crate::base::error::Error;
 use crate::base::program;
-use crate::base::space::{Plane, Solid, Space};
+use crate::base::space::{Plane, Solid};
 use crate::domain::{stop, transfer};
-use crate::job::mpm::Mpm;
-use crate::job::{Job, Method};
-use crate::law::material::{CriticalDruckerPrager, ForAnyMaterial, MaterialLaw};
+use crate::job::Job;
+use crate::mpm::stress::MemoryColumns;
 use crate::prepare::sheared::on_root;
 use crate::run::assembly::InSpace;
 use crate::run::experiment::{Setup, WorldOf};
@@ -116,35 +114,12 @@ pub fn with_setup_of<R>(job: &Job, work: impl ForAnySetup<R>) -> Result<R, Error
         Job::Shear(job) => work.with(job),
         Job::Assembly(job) if job.cell.dimension == 2 => work.with(&InSpace::<Plane>::new(job)),
         Job::Assembly(job) => work.with(&InSpace::<Solid>::new(job)),
-        Job::Mpm(job) if job.grid.dimension == 2 => on_a_grid::<Plane, R>(job, work),
-        Job::Mpm(job) => on_a_grid::<Solid, R>(job, work),
-    }
-}
-
-fn on_a_grid<S: Space, R>(job: &Mpm, work: impl ForAnySetup<R>) -> Result<R, Error> {
-    match (&job.grains, job.material.law.critical()) {
-        (Some(granular), Some(law)) if granular.method == Method::Hybrid => {
-            work.with(&Grains::hybrid(job, granular, CriticalDruckerPrager::of(law)))
-        }
-        _ => job.material.law.apply::<S, _>(OfMaterial { job, work, outcome: PhantomData }),
-    }
-}
-
-/// Work with a job on a grid of that material.
-struct OfMaterial<'j, W, R> {
-    job: &'j Mpm,
-    work: W,
-    outcome: PhantomData<R>,
-}
-
-impl<S: Space, R, W: ForAnySetup<R>> ForAnyMaterial<S> for OfMaterial<'_, W, R> {
-    type Outcome = Result<R, Error>;
-
-    fn with<L: MaterialLaw<S>>(self, law: L) -> Result<R, Error> {
-        match &self.job.grains {
-            Some(granular) => self.work.with(&Grains::<S, L>::new(self.job, granular, law)),
-            None => self.work.with(&Points::<S, L>::new(self.job, law)),
-        }
+        Job::Mpm(job) => match (&job.grains, job.grid.dimension) {
+            (None, 2) => work.with(&Points::<Plane>::new(job)),
+            (None, _) => work.with(&Points::<Solid>::new(job)),
+            (Some(granular), 2) => work.with(&Grains::<Plane>::hybrid(job, granular)),
+            (Some(granular), _) => work.with(&Grains::<Solid>::new(job, granular)),
+        },
     }
 }
 
@@ -196,14 +171,27 @@ pub fn world_of<'t, J: Setup>(
 ) -> Result<(WorldOf<'t, J>, Progress), Error> {
     let memory_words = job.law().memory_words();
     let read = |state| Snapshot::from_state(state, memory_words);
-    let snapshot: Option<Snapshot<J::Space, MemoryOf<J>>> = transfer::agree(transport, state.map(read).transpose())?;
+    let snapshot: Option<Snapshot<J::Space>> = transfer::agree(transport, state.map(read).transpose())?;
+    let refused =
+        snapshot.as_ref().map_or(Ok(()), |of| refuse_other_law(&of.memory_columns, &job.material().memory_columns()));
+    transfer::agree(transport, refused)?;
     let (parts, progress) =
         checkpoint::restore(snapshot, |progress, vertices| job.drawn(progress, vertices), transport)?;
     Ok((job.world_at(&progress, parts, transport)?, progress))
 }
 
-/// What its points remember.
-type MemoryOf<J> = <<J as Setup>::Material as MaterialLaw<<J as Setup>::Space>>::Memory;
+/// What points remember under one law says nothing to another.
+fn refuse_other_law(found: &MemoryColumns, wanted: &MemoryColumns) -> Result<(), Error> {
+    let names = |columns: &MemoryColumns| columns.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>().join(", ");
+    match found == wanted {
+        true => Ok(()),
+        false => Err(Error::User(format!(
+            "points of the checkpoint remember {}, and those of this job {}; it is of another material law",
+            names(found),
+            names(wanted)
+        ))),
+    }
+}
 
 /// Rank 0's text, on every rank.
 fn shared_text(transport: &dyn Transport, text: Option<String>) -> String {

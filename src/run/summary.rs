@@ -5,7 +5,6 @@ use serde_json::{Map, Value, json};
 use crate::base::space::Space;
 use crate::domain::accounts::conservation::Conservation;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 
 /// From its start or its last resumption to now, as rank 0 has seen it.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +24,7 @@ pub struct Stretch {
 }
 
 /// Its figures; collective, and of use on rank 0.
-pub fn figures<S: Space, L: MaterialLaw<S>>(world: &World<'_, S, L>, stretch: &Stretch) -> Value {
+pub fn figures<S: Space>(world: &World<'_, S>, stretch: &Stretch) -> Value {
     let steps = (world.step - stretch.first_step).max(1) as f64;
     let mut sent =
         [world.subdomain.sent.messages as i64, world.subdomain.sent.bytes as i64, world.load_balance.rows_sent as i64];

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use scree_io::column::{Column, State, Table, Values};
+use scree_io::column::{State, Table};
 use scree_io::digest;
 use scree_io::store::{self, Writer};
 use scree_partition::Transport;
@@ -11,7 +11,7 @@ use scree_partition::Transport;
 use crate::base::error::Error;
 use crate::base::program;
 use crate::base::record::{Cargo, Record, Visitor, from_table, to_table};
-use crate::base::space::{Plane, Space};
+use crate::base::space::Space;
 use crate::base::units::in_short;
 use crate::bodies::body::Body;
 use crate::couple::oracle::Memory;
@@ -26,18 +26,11 @@ use crate::domain::rebuild::{Home, Parts};
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::job::Job;
-use crate::law::material::{CountedMemory, CriticalMemory, MaterialLaw, MaterialMemory};
 use crate::mpm::membrane::{Membranes, Vertex};
 use crate::mpm::points::Point;
+use crate::mpm::stress::MemoryColumns;
 use crate::mpm::track::{Instants, LOOKS};
 use crate::store::{soundness, tables};
-
-/// Material points of the jobs of this program.
-pub type PlanarPoint = Point<Plane, PlanarMemory>;
-/// What they remember.
-pub type PlanarMemory = CountedMemory<CriticalMemory<Plane>>;
-/// State of a run that has such points.
-pub type PlanarSnapshot = Snapshot<Plane, PlanarMemory>;
 
 /// What a run remembers beside grains, points, bodies and cell; the same on every rank.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -118,7 +111,7 @@ impl Record for CellStrain {
 
 /// Everything of a run on one rank.
 #[derive(Clone, Debug)]
-pub struct Snapshot<S: Space, P> {
+pub struct Snapshot<S: Space> {
     /// The resolved job.
     pub scenario: String,
     pub progress: Progress,
@@ -128,12 +121,14 @@ pub struct Snapshot<S: Space, P> {
     pub grains: Vec<GrainRow<S>>,
     /// Words of what their contacts remember.
     pub memory_words: usize,
-    pub points: Vec<Point<S, P>>,
+    pub points: Vec<Point<S>>,
+    /// What their law remembers.
+    pub memory_columns: MemoryColumns,
     /// Of membranes, all of them.
     pub vertices: Vec<Vertex<S>>,
 }
 
-impl<S: Space, P: MaterialMemory> Snapshot<S, P> {
+impl<S: Space> Snapshot<S> {
     pub fn to_state(mut self) -> State {
         let progress = &mut self.progress;
         let mut flags: Vec<Flag> = progress.oracle.flagged.iter().copied().map(Flag).collect();
@@ -168,7 +163,7 @@ impl<S: Space, P: MaterialMemory> Snapshot<S, P> {
         if !self.vertices.is_empty() {
             tables.push(to_table("membranes", &mut self.vertices, &mut Vertex::blank()));
         }
-        tables.push(tables::of_points(&mut self.points));
+        tables.push(tables::of_points(&mut self.points, &self.memory_columns));
         let attributes =
             [("scenario".to_string(), self.scenario), (PROGRAM.to_string(), program::identity().to_string())];
         State { attributes: attributes.into(), tables }
@@ -177,8 +172,7 @@ impl<S: Space, P: MaterialMemory> Snapshot<S, P> {
     /// The state of a run under a contact law with so many words of memory. Tables are used up one after the other, so that rows by
     /// the million are there twice one kind at a time.
     pub fn from_state(mut state: State, memory_words: usize) -> Result<Self, Error> {
-        count_dissipation(&mut state);
-        let points = tables::take(&mut state, "points", &Point::<S, P>::blank())?;
+        let (points, memory_columns) = tables::to_points(&mut state)?;
         let grains = tables::to_grains(&mut state, memory_words)?;
         let state = &state;
         let flags: Vec<Flag> = tables::rows(state, "flagged", &Flag::default())?;
@@ -211,6 +205,7 @@ impl<S: Space, P: MaterialMemory> Snapshot<S, P> {
             grains,
             memory_words,
             points,
+            memory_columns,
             vertices: match state.tables.iter().any(|table| table.name == "membranes") {
                 true => tables::rows(state, "membranes", &Vertex::blank())?,
                 false => Vec::new(),
@@ -218,16 +213,6 @@ impl<S: Space, P: MaterialMemory> Snapshot<S, P> {
         };
         soundness::refuse_unsound(&mut snapshot)?;
         Ok(snapshot)
-    }
-}
-
-/// Points of states that were written before what they dissipate was counted begin at nothing.
-fn count_dissipation(state: &mut State) {
-    let tables =
-        state.tables.iter_mut().filter(|table| table.name == "points" && table.column("plastic_strain").is_ok());
-    for table in tables.filter(|table| table.column("plastic_work").is_err()) {
-        let values = Values::F64(vec![0.0; table.rows]);
-        table.columns.push(Column { name: "plastic_work".to_string(), width: 1, values });
     }
 }
 
@@ -241,11 +226,7 @@ pub struct Target {
 }
 
 /// All of a world's state but its grains and points; `progress` is that of its run, `scenario` its job.
-pub fn head<S: Space, L: MaterialLaw<S>>(
-    world: &World<S, L>,
-    progress: Progress,
-    scenario: String,
-) -> Snapshot<S, L::Memory> {
+pub fn head<S: Space>(world: &World<S>, progress: Progress, scenario: String) -> Snapshot<S> {
     Snapshot {
         scenario,
         progress,
@@ -255,13 +236,14 @@ pub fn head<S: Space, L: MaterialLaw<S>>(
         grains: Vec::new(),
         memory_words: world.law().memory_words(),
         points: Vec::new(),
+        memory_columns: world.settings.material.memory_columns(),
         vertices: world.continuum.membranes.vertices.clone(),
     }
 }
 
 /// Writes a world's state. Grains and points the ranks hand to rank 0 piece by piece, along the curve, so that none ever needs
 /// them all. Collective; where rank 0 cannot write, all return its error, and an older file of that name is as it was.
-pub fn write<S: Space, L: MaterialLaw<S>>(target: Option<Target>, world: &World<S, L>) -> Result<(), Error> {
+pub fn write<S: Space>(target: Option<Target>, world: &World<S>) -> Result<(), Error> {
     let transport = world.transport;
     let totals = row_totals(world);
     let begun = target.map(|target| begin(&target, totals)).transpose();
@@ -275,9 +257,10 @@ pub fn write<S: Space, L: MaterialLaw<S>>(target: Option<Target>, world: &World<
         append(&tables::of_grains(&mut rows, memory_words))?;
         append(&[tables::of_ties(&rows)])
     })?;
+    let memory_columns = world.settings.material.memory_columns();
     let points = |rows: Range<usize>| rows.map(|row| world.continuum.points.row(row)).collect();
     transfer::stream(transport, world.continuum.points.len(), points, |mut rows| {
-        append(&[tables::of_points(&mut rows)])
+        append(&[tables::of_points(&mut rows, &memory_columns)])
     })?;
     let finished = writer.map_or(Ok(()), |writer| writer.finish().map_err(not_written));
     transfer::agree(transport, finished)
@@ -292,11 +275,11 @@ pub struct Drawn<S: Space> {
 
 /// The parts of a world, and how far its run is, from a snapshot that rank 0 holds; `draw` draws it with the vertices that its
 /// membranes have. Collective.
-pub fn restore<S: Space, L: MaterialLaw<S>>(
-    snapshot: Option<Snapshot<S, L::Memory>>,
+pub fn restore<S: Space>(
+    snapshot: Option<Snapshot<S>>,
     draw: impl FnOnce(&Progress, Vec<Vertex<S>>) -> Result<Drawn<S>, Error>,
     transport: &dyn Transport,
-) -> Result<(Parts<S, L>, Progress), Error> {
+) -> Result<(Parts<S>, Progress), Error> {
     let (progress, cell, bodies, home, vertices, grains, points) = match snapshot {
         Some(of) => (vec![of.progress], vec![of.cell], of.bodies, vec![of.home], of.vertices, of.grains, of.points),
         None => Default::default(),
@@ -315,7 +298,7 @@ pub fn restore<S: Space, L: MaterialLaw<S>>(
 }
 
 /// Rows over all ranks of the tables that come in pieces.
-fn row_totals<S: Space, L: MaterialLaw<S>>(world: &World<S, L>) -> [(&'static str, usize); 4] {
+fn row_totals<S: Space>(world: &World<S>) -> [(&'static str, usize); 4] {
     let contacts = |row: usize| {
         let id = world.assembly.grains.cold[row].id;
         world.assembly.carried_by(row).filter(|(partner, _)| tables::stands_with(id, *partner)).count()
@@ -400,10 +383,7 @@ pub fn newest_in_words(dir: &Path) -> String {
 }
 
 /// The newest good checkpoint of a run directory; damaged newer ones are reported.
-pub fn latest<S: Space, P: MaterialMemory>(
-    dir: &Path,
-    memory_words: usize,
-) -> Result<(PathBuf, Snapshot<S, P>), Error> {
+pub fn latest<S: Space>(dir: &Path, memory_words: usize) -> Result<(PathBuf, Snapshot<S>), Error> {
     let (path, state) = latest_state(dir)?;
     Ok((path, Snapshot::from_state(state, memory_words)?))
 }

@@ -7,7 +7,6 @@ use crate::base::record::{Record, Visitor};
 use crate::base::space::Space;
 use crate::dem::grains::{ContactRow, TieRow, is_body};
 use crate::dem::memories::Carried;
-use crate::law::material::MaterialMemory;
 use crate::store::checkpoint::Snapshot;
 
 /// Steps that the twelve digits of a checkpoint's name count.
@@ -30,7 +29,7 @@ impl Visitor for NoNumber {
 
 /// Refuses numbers that are none, grains that stand twice or are nothing, contacts that stand twice, and steps beyond
 /// counting.
-pub fn refuse_unsound<S: Space, P: MaterialMemory>(snapshot: &mut Snapshot<S, P>) -> Result<(), Error> {
+pub fn refuse_unsound<S: Space>(snapshot: &mut Snapshot<S>) -> Result<(), Error> {
     let progress = &mut snapshot.progress;
     for (name, step) in [("step", progress.step), ("series_step", progress.series_step)] {
         if step > STEP_MAX {

@@ -1,15 +1,16 @@
 //! Rows as tables: what checkpoints and cached packings are made of.
 
-use scree_io::column::{State, Table};
+use scree_io::column::{Column, State, Table, Values};
 
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
+use crate::base::numbers::Numbers;
 use crate::base::record::{Cargo, from_table, to_table};
 use crate::base::space::Space;
 use crate::dem::grains::{ContactRow, GrainRow, Tie, TieRow, is_body};
 use crate::law::contact::Memory;
-use crate::law::material::MaterialMemory;
-use crate::mpm::points::Point;
+use crate::mpm::points::{MEMORY, PLASTIC_WORK, Point};
+use crate::mpm::stress::MemoryColumns;
 
 /// Whether a contact stands in the table with grain `id`: with the lower of two ids, and a body's is
 /// above all grains'.
@@ -45,9 +46,70 @@ fn blank_tie<S: Space>() -> TieRow<S> {
     TieRow { grain: GrainId(0), tie: Tie::loose() }
 }
 
-/// Table `points` of rows in canonical order, or of a piece of them.
-pub fn of_points<S: Space, M: MaterialMemory>(rows: &mut [Point<S, M>]) -> Table {
-    to_table("points", rows, &mut Point::blank())
+/// Table `points` of rows in canonical order, or of a piece of them, with what the law remembers in columns of its own. A law that
+/// remembers nothing dissipates nothing either.
+pub fn of_points<S: Space>(rows: &mut [Point<S>], memory: &[(String, usize)]) -> Table {
+    let mut table = to_table("points", rows, &mut Point::blank());
+    let at = table.columns.iter().position(|column| column.name == MEMORY).expect("points have a memory");
+    let words = table.columns.remove(at);
+    let words = numbers_of(&words);
+    let mut first = 0;
+    for (number, (name, width)) in memory.iter().enumerate() {
+        let of_row = |row: &[f64]| row[first..first + width].to_vec();
+        let values = words.chunks(S::PointMemory::WIDTH).flat_map(of_row).collect();
+        let column = Column { name: name.clone(), width: *width, values: Values::F64(values) };
+        table.columns.insert(at + number, column);
+        first += width;
+    }
+    if memory.is_empty() {
+        table.columns.retain(|column| column.name != PLASTIC_WORK);
+    }
+    table
+}
+
+/// Rows of the table that [`of_points`] made, and the columns that their law has. Points of states that were written before what they
+/// dissipate was counted begin at nothing.
+pub fn to_points<S: Space>(state: &mut State) -> Result<(Vec<Point<S>>, MemoryColumns), Error> {
+    let Some(table) = state.tables.iter_mut().find(|table| table.name == "points") else {
+        return Err(Error::User("there is no table `points`".to_string()));
+    };
+    let (Some(first), Some(last)) = (place_of(table, "affine"), place_of(table, "window")) else {
+        return take(state, "points", &Point::blank()).map(|rows| (rows, MemoryColumns::new()));
+    };
+    let mut own: Vec<Column> = table.columns.drain(first + 1..last).collect();
+    // Up to schema 2 it came behind all others.
+    let dissipated = own.iter().position(|column| column.name == PLASTIC_WORK).map(|at| own.remove(at));
+    let memory: MemoryColumns = own.iter().map(|column| (column.name.clone(), column.width)).collect();
+    let width: usize = memory.iter().map(|(_, width)| width).sum();
+    if width > S::PointMemory::WIDTH || own.iter().any(|column| numbers_of(column).len() != table.rows * column.width) {
+        return Err(Error::User(format!(
+            "points remember {width} numbers, and {} are the most",
+            S::PointMemory::WIDTH
+        )));
+    }
+    let mut words = vec![0.0; table.rows * S::PointMemory::WIDTH];
+    for (row, words) in words.chunks_mut(S::PointMemory::WIDTH).enumerate() {
+        let values = own.iter().flat_map(|column| &numbers_of(column)[row * column.width..(row + 1) * column.width]);
+        words.iter_mut().zip(values).for_each(|(word, value)| *word = *value);
+    }
+    let nothing = || Column { name: PLASTIC_WORK.into(), width: 1, values: Values::F64(vec![0.0; table.rows]) };
+    if place_of(table, PLASTIC_WORK).is_none() {
+        table.columns.push(dissipated.unwrap_or_else(nothing));
+    }
+    table.columns.push(Column { name: MEMORY.into(), width: S::PointMemory::WIDTH, values: Values::F64(words) });
+    take(state, "points", &Point::blank()).map(|rows| (rows, memory))
+}
+
+fn place_of(table: &Table, name: &str) -> Option<usize> {
+    table.columns.iter().position(|column| column.name == name)
+}
+
+/// The numbers of a column of numbers, none of another.
+fn numbers_of(column: &Column) -> &[f64] {
+    match &column.values {
+        Values::F64(values) => values,
+        _ => &[],
+    }
 }
 
 /// Rows of the tables that [`of_grains`] and, where something is tied, [`of_ties`] made, in their order.

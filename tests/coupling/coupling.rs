@@ -6,15 +6,14 @@ use scree::base::symmetric::Symmetric;
 use scree::dem::grains::Tie;
 use scree::domain::accounts::energy::Energies;
 use scree::domain::accounts::ledger::Accounts;
-use scree::law::material::{Counted, MaterialLaw};
 use scree::mpm::nodes;
 use scree::mpm::share::dyad;
+use scree::mpm::stress::StressModel;
 use scree::mpm::tile::{Gathered, GrainNode};
-use scree::store::checkpoint::PlanarPoint;
 use scree_partition::transport::threads;
 use scree_partition::{Solo, Transport};
 
-use crate::worlds::{Grain, PlanarWorld, Random, Vector, contact, grain, material, open_world, settings};
+use crate::worlds::{Grain, PlanarPoint, PlanarWorld, Random, Vector, contact, grain, material, open_world, settings};
 
 const CELL: f64 = 3e-3;
 const WIDTH: f64 = 16.0 * CELL;
@@ -39,7 +38,7 @@ fn grain_rows(rows: std::ops::Range<i32>, radius: f64, weight: impl Fn(f64) -> f
 
 /// Points on a grid of half cells under an isotropic pressure.
 fn point_rows(rows: std::ops::Range<i32>, pressure: f64, weight: impl Fn(f64) -> f64) -> Vec<PlanarPoint> {
-    let law = Counted(material());
+    let law = material();
     let volume = 0.25 * CELL * CELL * DEPTH;
     let mut points = Vec::new();
     for row in rows {
@@ -50,8 +49,8 @@ fn point_rows(rows: std::ops::Range<i32>, pressure: f64, weight: impl Fn(f64) ->
                 let id = PointId(points.len() as u64);
                 let mut point = PlanarPoint::resting(id, place, 0.85 * DENSITY * volume, volume);
                 point.hot.weight = weight;
-                point.hot.memory = MaterialLaw::<Plane>::start(&law, &(Plane::identity() * -pressure), 0.85);
-                point.hot.stress = Symmetric::of(&MaterialLaw::<Plane>::stress(&law, &point.hot.memory));
+                point.hot.memory = StressModel::<Plane>::start(&law, &(Plane::identity() * -pressure), 0.85);
+                point.hot.stress = Symmetric::of(&StressModel::<Plane>::stress(&law, &point.hot.memory));
                 points.push(point);
             }
         }

@@ -9,14 +9,13 @@ use scree::base::math;
 use scree::base::space::Plane;
 use scree::couple::oracle::{Memory, NodeFields, Oracle};
 use scree::job::{Job, Scenario, derived};
-use scree::law::material::{CriticalDruckerPrager, MaterialMemory};
+use scree::mpm::stress::material_of;
 use scree::mpm::track::LOOKS;
 use scree::prepare::plates;
 use scree::prepare::point_world::{self, PointWorld};
-use scree::store::checkpoint::PlanarPoint;
 use scree_partition::Solo;
 
-use crate::worlds::{PlanarWorld, Random, job};
+use crate::worlds::{PlanarPoint, PlanarWorld, Random, job};
 
 /// What the oracle said over a run.
 struct Story {
@@ -70,7 +69,8 @@ fn watched(sets: &[&str]) -> Story {
             story.fired = Some((strain, memory.clock, memory.looks));
         }
         story.rows_ever.extend(memory.flagged.iter().map(|node| row_of(&scenario, *node)));
-        let strain = |point: &PlanarPoint| (point.hot.position[1], point.hot.memory.plastic_strain());
+        let law = world.settings.material.clone();
+        let strain = |point: &PlanarPoint| (point.hot.position[1], law.plastic_strain(&point.hot.memory));
         let more = |point: &PlanarPoint| {
             let (height, now) = strain(point);
             (height, now - before.get(&point.cold.id).copied().unwrap_or(0.0))
@@ -82,12 +82,16 @@ fn watched(sets: &[&str]) -> Story {
         story.by_strain = shares(&sheared, |strain| strain > even(plate(&world)));
         story.by_rate = shares(&shearing, |strain| strain > even(plate(&world) - plate_before));
         before =
-            world.continuum.points.rows().map(|point| (point.cold.id, point.hot.memory.plastic_strain())).collect();
+            world.continuum.points.rows().map(|point| (point.cold.id, law.plastic_strain(&point.hot.memory))).collect();
         plate_before = plate(&world);
     }
     story.flagged = memory.flagged;
-    story.plastic_max =
-        world.continuum.points.rows().map(|point| point.hot.memory.plastic_strain()).fold(0.0, f64::max);
+    story.plastic_max = world
+        .continuum
+        .points
+        .rows()
+        .map(|point| world.settings.material.plastic_strain(&point.hot.memory))
+        .fold(0.0, f64::max);
     story
 }
 
@@ -158,11 +162,11 @@ fn triaxial() -> TriaxialStory {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/continuum/triaxial.toml");
     let text = std::fs::read_to_string(&file).unwrap();
     let Job::Mpm(job) = Job::parse(&text, "triaxial.toml", &[]).unwrap() else { panic!("it has no grid") };
-    let Some(law) = job.material.law.critical() else { panic!("its law") };
+    let law = material_of(&job.material.law);
     let watch = job.oracle.unwrap();
-    let mut world = point_world::world::<Plane, _>(&job, &CriticalDruckerPrager::of(law), &Solo).unwrap();
+    let mut world = point_world::world::<Plane>(&job, &law, &Solo).unwrap();
     let (mut memory, height) = (Memory::default(), 0.0942);
-    let way = |world: &PointWorld<Plane, CriticalDruckerPrager>| -world.bodies[0].displacement[1];
+    let way = |world: &PointWorld<Plane>| -world.bodies[0].displacement[1];
     while !(world.is_due(watch.oracle.every)
         && watch::watch(&mut world, &mut memory, &watch.oracle, watch.diameter).unwrap())
     {
@@ -183,8 +187,8 @@ fn triaxial() -> TriaxialStory {
     };
 
     // The last quarter of the way is what the rate is taken over.
-    let plastic = |world: &PointWorld<Plane, CriticalDruckerPrager>| -> BTreeMap<PointId, f64> {
-        world.continuum.points.rows().map(|point| (point.cold.id, point.hot.memory.plastic_strain())).collect()
+    let plastic = |world: &PointWorld<Plane>| -> BTreeMap<PointId, f64> {
+        world.continuum.points.rows().map(|point| (point.cold.id, law.plastic_strain(&point.hot.memory))).collect()
     };
     let (mut ever, mut before) = (BTreeSet::new(), None);
     while way(&world) < 2e-3 {
@@ -206,7 +210,7 @@ fn triaxial() -> TriaxialStory {
         let (at, origin) = (&point.hot.position, &point.cold.origin);
         let side = usize::from(!is_near([origin[0], origin[1]]));
         counts[side] += 1.0;
-        let strain = point.hot.memory.plastic_strain();
+        let strain = law.plastic_strain(&point.hot.memory);
         // A quarter of what compression by that way alone comes to.
         let even = |way: f64| 0.25 * way / height;
         let flagged = nodes.iter().any(|node| (at[0] - node[0]).abs() <= half && (at[1] - node[1]).abs() <= half);

@@ -8,12 +8,12 @@ use scree::domain::grid::Grid;
 use scree::domain::layout::Layout;
 use scree::domain::rebuild::Parts;
 use scree::domain::world::Settings;
-use scree::law::material::{Counted, CriticalDruckerPrager, MaterialLaw};
-use scree::prepare::sheared::{PlanarMaterial, cell_of};
-use scree::store::checkpoint::PlanarPoint;
+use scree::law::material::CriticalDruckerPrager;
+use scree::mpm::stress::StressModel;
+use scree::prepare::sheared::cell_of;
 use scree_partition::Solo;
 
-use crate::worlds::{Grain, PlanarWorld, Vector, contact, grain, material, settings};
+use crate::worlds::{Grain, PlanarPoint, PlanarWorld, Vector, contact, grain, material, settings};
 
 const CELL: f64 = 3e-3;
 const COLUMNS: usize = 4;
@@ -102,8 +102,8 @@ fn points(bar: Bar, length: f64) -> Vec<PlanarPoint> {
             tensor[0] *= (law.bulk_modulus - law.shear_modulus) / modulus;
             point.hot.weight = weight;
             point.hot.velocity = Vector::new(0.0, pulse(y, length));
-            point.hot.memory = MaterialLaw::<Plane>::start(&Counted(law), &tensor, FRACTION);
-            point.hot.stress = Symmetric::of(&MaterialLaw::<Plane>::stress(&Counted(law), &point.hot.memory));
+            point.hot.memory = StressModel::<Plane>::start(&law, &tensor, FRACTION);
+            point.hot.stress = Symmetric::of(&StressModel::<Plane>::stress(&law, &point.hot.memory));
             points.push(point);
         }
     }
@@ -126,8 +126,8 @@ fn energy_below(world: &PlanarWorld, height: f64) -> f64 {
 fn passed(bar: Bar, length: f64) -> [f64; 2] {
     let layout = Layout::plane([COLUMNS, ROWS], 2, CELL, [0.0, -0.5 * ROWS as f64 * CELL]).unwrap();
     let cell = cell_of(&layout);
-    let mut settings: Settings<Plane, PlanarMaterial> = settings(DT, contact(0.0));
-    (settings.grid, settings.material) = (Grid::blend(1.0), Counted(elastic()));
+    let mut settings: Settings<Plane> = settings(DT, contact(0.0));
+    (settings.grid, settings.material) = (Grid::blend(1.0), std::sync::Arc::new(elastic()));
     let parts = Parts::fresh(grains(bar, length), points(bar, length), Vec::new(), cell);
     let mut world = PlanarWorld::new(settings, layout, &Solo, 0, parts).unwrap();
     let before = energy_below(&world, f64::INFINITY);

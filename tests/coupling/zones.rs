@@ -6,17 +6,15 @@ use scree::couple::zone::Enrichment;
 use scree::dem::grains::Mover;
 use scree::domain::accounts::energy::Energies;
 use scree::job::Scenario;
-use scree::law::material::{CountedMemory, CriticalMemory, MaterialMemory};
 use scree::mpm::points::Hot;
 use scree::mpm::track::Instants;
 use scree::prepare::reference::Lies;
-use scree::store::checkpoint::PlanarPoint;
 use scree_partition::Solo;
 
 use crate::coupled::triaxial;
 use crate::enrichment::{sums, up_to_the_band};
 use crate::runs::{Ran, parse, replaced, same};
-use crate::worlds::{PlanarWorld, packed_job};
+use crate::worlds::{PlanarPoint, PlanarWorld, packed_job};
 
 /// A zone too small for its band, which grows along it; and judged so strictly that it gives grains back as well.
 pub fn restless(end: f64) -> String {
@@ -70,7 +68,7 @@ fn enriched<'t>(scenario: &Scenario, folder: &std::path::Path) -> (PlanarWorld<'
 }
 
 /// A number of a point.
-type Figure = dyn Fn(&Hot<Plane, CountedMemory<CriticalMemory<Plane>>>) -> f64;
+type Figure = dyn Fn(&Hot<Plane>) -> f64;
 
 fn advance(world: &mut PlanarWorld, steps: u64) {
     for _ in 0..steps {
@@ -137,15 +135,17 @@ fn grains_at_rest_turn_into_points_that_bear_what_they_bore() {
         let wanted = if is_left(&point.hot.position) { 1.0 } else { 0.5 };
         assert_eq!(point.hot.weight, wanted, "{point:?}");
     }
+    let law = world.settings.material.clone();
+    let fraction_of = move |hot: &Hot<Plane>| law.fraction(&hot.memory);
     let volume: f64 = made.iter().map(|point| point.hot.volume).sum();
     let mean = |of: &Figure| made.iter().map(|point| of(&point.hot) * point.hot.volume).sum::<f64>() / volume;
     let stress_of = |component: usize| mean(&move |hot| hot.stress.0[component]);
     let of_points = [stress_of(0), stress_of(1), stress_of(2)];
-    println!("stress of points {of_points:?}, fraction {}", mean(&|hot| hot.memory.fraction()));
+    println!("stress of points {of_points:?}, fraction {}", mean(&fraction_of));
     for (points, grains) in of_points.iter().zip(stress) {
         assert!((points - grains).abs() < 0.2 * stress[1].abs(), "{of_points:?} Pa of points for {stress:?} of grains");
     }
-    assert!((mean(&|hot| hot.memory.fraction()) / fraction - 1.0).abs() < 0.02);
+    assert!((mean(&fraction_of) / fraction - 1.0).abs() < 0.02);
     let moved = |point: &PlanarPoint| point.hot.position[0] - point.cold.origin[0];
     let whole: Vec<_> = made.iter().filter(|point| point.hot.weight == 1.0).collect();
     let mean = whole.iter().map(|point| moved(point)).sum::<f64>() / whole.len() as f64;

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use proptest::prelude::*;
 use scree::base::space::Plane;
 use scree::job::Job;
-use scree::law::material::Nothing;
 use scree::store::checkpoint::{self, Snapshot};
 use scree_io::column::{State, Values};
 use scree_io::store;
@@ -45,7 +44,7 @@ step = "0.2 us"
 end = "2 us"
 "#;
 
-type Discs = Snapshot<Plane, Nothing>;
+type Discs = Snapshot<Plane>;
 
 /// The newest checkpoint of a run of the job.
 fn checkpoint_in(folder: &Path) -> PathBuf {

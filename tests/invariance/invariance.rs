@@ -3,9 +3,10 @@
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use scree::base::space::Plane;
 use scree::job::{Job, Scenario};
 use scree::run::start;
-use scree::store::checkpoint::{self, PlanarSnapshot};
+use scree::store::checkpoint::{self, Snapshot};
 use scree_partition::transport::threads;
 
 use crate::runs::{copy_folder, done, options, result};
@@ -113,7 +114,7 @@ fn through_enrichment(changes: &[&str]) -> String {
         for later in &kept[from + 1..] {
             std::fs::remove_file(checkpoint::folder(&out).join(later)).unwrap();
         }
-        let (_, snapshot): (_, PlanarSnapshot) = checkpoint::latest(&out, 1).unwrap();
+        let (_, snapshot): (_, Snapshot<Plane>) = checkpoint::latest(&out, 1).unwrap();
         assert_eq!(snapshot.progress.enriched_step > 0, from != 1, "{} of {kept:?}", kept[from]);
         threads::run(ranks, |rank| start::resume(&out, Default::default(), &options(&out), &rank).unwrap());
         assert!(result(&out) == wanted, "{changes:?}, resumed from {} on {ranks} ranks: another end", kept[from]);

@@ -19,7 +19,7 @@ use scree::domain::rebuild::Parts;
 use scree::domain::transfer;
 use scree::domain::world::{Settings, World};
 use scree::law::contact::{LinearSpringDashpot as LinearContact, NormalForce};
-use scree::law::material::{Counted, CriticalDruckerPrager, MaterialLaw};
+use scree::law::material::CriticalDruckerPrager;
 use scree::mpm::points::Point;
 use scree::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 use scree_partition::transport::threads;
@@ -35,9 +35,7 @@ const RANKS_MAX: usize = 8;
 const SPACING: f64 = 0.8;
 const RADIUS: f64 = 0.42;
 
-type Law = Counted<CriticalDruckerPrager>;
-type Made<'t, S> = World<'t, S, Law>;
-type Memory<S> = <Law as MaterialLaw<S>>::Memory;
+type Made<'t, S> = World<'t, S>;
 
 /// What a world is, all of it from one number; cells have an edge of a metre.
 struct Plan {
@@ -116,7 +114,7 @@ impl Plan {
         Layout::new::<S>(ground).unwrap()
     }
 
-    fn settings<S: Space>(&self) -> Settings<S, Law> {
+    fn settings<S: Space>(&self) -> Settings<S> {
         let contact = LinearContact {
             stiffness_normal: 2e4,
             stiffness_tangential: 1e4,
@@ -130,7 +128,7 @@ impl Plan {
             grain_steps: 1,
             grid: Grid { shape: self.shape, update: self.update, transfer: self.transfer, ..Grid::blend(0.9) },
             loads: Vec::new(),
-            material: Counted(CriticalDruckerPrager {
+            material: std::sync::Arc::new(CriticalDruckerPrager {
                 bulk_modulus: 1e4,
                 shear_modulus: 5e3,
                 cohesion: 50.0,
@@ -181,7 +179,7 @@ impl Plan {
         places.into_iter().enumerate().map(row).collect()
     }
 
-    fn made_points<S: Space>(&mut self) -> Vec<Point<S, Memory<S>>> {
+    fn made_points<S: Space>(&mut self) -> Vec<Point<S>> {
         let spacing = 0.5;
         let volume = (0..S::DIMENSION).map(|_| spacing).product::<f64>();
         let law = self.settings::<S>().material;
@@ -193,8 +191,8 @@ impl Plan {
             let mut point = Point::resting(PointId(id as u64), place, volume, volume);
             point.hot.velocity = drift + self.velocity::<S>(2.0);
             point.hot.weight = if self.grains { 0.5 } else { 1.0 };
-            point.hot.memory = MaterialLaw::<S>::start(&law, &(S::identity() * -40.0), 0.85);
-            point.hot.stress = Symmetric::of(&MaterialLaw::<S>::stress(&law, &point.hot.memory));
+            point.hot.memory = law.start(&(S::identity() * -40.0), 0.85);
+            point.hot.stress = Symmetric::of(&law.stress(&point.hot.memory));
             points.push(point);
         }
         points

@@ -134,7 +134,7 @@ fn rigid(scheme: &str, is_carried: bool) -> [f64; 4] {
         .replace("lower = [0, 0.4]\n        upper = [0.7, 0.6]", "lower = [0, 0.7]\n        upper = [0.7, 0.8]")
         .replace("velocity = [0, 0]}", "velocity = [0.1, 0.3]}");
     let law = Hencky { bulk_modulus: 1e5, shear_modulus: 1e5 };
-    let mut world = point_world::<Plane, _>(&text, &law, &Solo);
+    let mut world = point_world::<Plane>(&text, law, &Solo);
     world.bodies[0].grip = is_carried.then_some((Grip::Rough, false));
     world.bodies[0].shape = Shape::Box { lower: [-0.1, -0.1].into(), upper: [0.9, 0.9].into() };
     world.open_accounts(Accounts::POINTS);

@@ -143,7 +143,7 @@ where
     Hencky: MaterialLaw<S>,
 {
     let law = Hencky { bulk_modulus: 1e-12, shear_modulus: 1e-12 };
-    let mut world = point_world::<S, _>(&moving(S::DIMENSION, scheme, ends), &law, &Solo);
+    let mut world = point_world::<S>(&moving(S::DIMENSION, scheme, ends), law, &Solo);
     let (mut gradient, mut middle) = (S::Tensor::zero(), S::Vector::zero());
     for column in 0..S::DIMENSION {
         (0..S::DIMENSION).for_each(|row| gradient[column * S::DIMENSION + row] = rows[row][column]);

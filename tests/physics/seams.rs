@@ -24,6 +24,7 @@ use scree::law::contact::{Answer, ContactLaw, Springs as Stiffness, Touch};
 use scree::law::material::{MaterialLaw, MaterialMemory};
 use scree::mpm::membrane::{Membranes, Vertex};
 use scree::mpm::points::Point;
+use scree::mpm::stress::{SharedMaterial, StressModel};
 use scree::numbers;
 use scree::prepare::sheared::cell_of;
 use scree::run::Core;
@@ -149,7 +150,7 @@ impl DiscsAndFluid {
     }
 
     /// Discs on the right that meet, and on the left a block of fluid that is squeezed.
-    fn parts(transport: &dyn Transport) -> Result<Parts<Plane, Fluid>, Error> {
+    fn parts(transport: &dyn Transport) -> Result<Parts<Plane>, Error> {
         let cell = cell_of(&Self::layout()?);
         if transport.rank() > 0 {
             return Ok(Parts::fresh(Vec::new(), Vec::new(), Vec::new(), cell));
@@ -167,7 +168,7 @@ impl DiscsAndFluid {
             let place = at + Vector::new(0.25 * CELL, 0.25 * CELL) + middle - Vector::new(3.0 * CELL, 3.0 * CELL);
             let mut point = Point::resting(PointId(number), place, DENSITY * volume, volume);
             point.hot.velocity = (place - middle) * RATE;
-            point.hot.memory = MaterialLaw::<Plane>::start(&FLUID, &(Plane::identity() * 0.0), 1.0);
+            point.hot.memory = StressModel::<Plane>::start(&FLUID, &(Plane::identity() * 0.0), 1.0);
             point
         };
         Ok(Parts::fresh(vec![disc(0, -1.0), disc(1, 1.0)], (0..144).map(point).collect(), Vec::new(), cell))
@@ -176,11 +177,10 @@ impl DiscsAndFluid {
 
 impl Setup for DiscsAndFluid {
     type Space = Plane;
-    type Material = Fluid;
 
-    fn experiment(&self) -> Experiment<'_, Plane, Fluid> {
+    fn experiment(&self) -> Experiment<'_, Plane> {
         let clock = Columns::new(["step", "time"], |core| Ok(vec![core.world.step as f64, core.world.time()]));
-        let approach = Columns::new(["approach"], |core: &mut Core<Plane, Fluid>| {
+        let approach = Columns::new(["approach"], |core: &mut Core<Plane>| {
             let grains = &core.world.assembly.grains;
             let mut of_discs = [0.0_f64; 2];
             for (hot, cold) in grains.hot[..grains.owned].iter().zip(&grains.cold) {
@@ -209,11 +209,15 @@ impl Setup for DiscsAndFluid {
         Arc::new(SPRINGS)
     }
 
+    fn material(&self) -> SharedMaterial<Plane> {
+        Arc::new(FLUID)
+    }
+
     fn begin<'t>(
         &self,
         _: &mut Option<Folder>,
         transport: &'t dyn Transport,
-    ) -> Result<(World<'t, Plane, Fluid>, Progress), Error> {
+    ) -> Result<(World<'t, Plane>, Progress), Error> {
         let progress = Progress { fraction_start: 1.0, ..Progress::default() };
         Ok((self.world_at(&progress, Self::parts(transport)?, transport)?, progress))
     }
@@ -225,15 +229,15 @@ impl Setup for DiscsAndFluid {
     fn world_at<'t>(
         &self,
         progress: &Progress,
-        parts: Parts<Plane, Fluid>,
+        parts: Parts<Plane>,
         transport: &'t dyn Transport,
-    ) -> Result<World<'t, Plane, Fluid>, Error> {
+    ) -> Result<World<'t, Plane>, Error> {
         let settings = Settings {
             grains: Constants::new(STEP, 0.1 * RADIUS, self.law()),
             grain_steps: 1,
             grid: Grid::blend(1.0),
             loads: Vec::new(),
-            material: FLUID,
+            material: self.material(),
         };
         World::new(settings, Self::layout()?, transport, progress.step, parts)
     }

@@ -91,7 +91,7 @@ fn errors(scheme: &str, cells: usize) -> [f64; 2] {
         "#
     );
     let law = Hencky { bulk_modulus: BULK, shear_modulus: SHEAR };
-    let mut world = point_world::<Plane, _>(&text, &law, &Solo);
+    let mut world = point_world::<Plane>(&text, law, &Solo);
     for (hot, beside) in world.continuum.points.hot.iter_mut().zip(&mut world.continuum.points.beside) {
         // Half a step before the places of the start.
         let before = |place: &Vector| (force_and_place(place, 0.0).1 - force_and_place(place, -step).1) * (1.0 / step);

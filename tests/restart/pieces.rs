@@ -5,9 +5,12 @@ use std::process::Command;
 
 use scree::base::error::Error;
 use scree::base::ids::{GrainId, PointId};
+use scree::base::space::Plane;
 use scree::domain::transfer::{self, PIECE_ROWS};
 use scree::law::contact::Memory;
-use scree::store::checkpoint::{self, PlanarPoint, PlanarSnapshot, Progress, Target};
+use scree::store::checkpoint::{self, Progress, Snapshot, Target};
+
+use crate::worlds::PlanarPoint;
 use scree_io::{digest, store};
 use scree_partition::transport::threads;
 use scree_partition::{Solo, Transport};
@@ -47,7 +50,7 @@ fn world(transport: &dyn Transport) -> PlanarWorld<'_> {
 }
 
 /// All of a world but its rows.
-fn head(world: &PlanarWorld) -> PlanarSnapshot {
+fn head(world: &PlanarWorld) -> Snapshot<Plane> {
     checkpoint::head(world, Progress::default(), "name = \"pieces\"".to_string())
 }
 
@@ -63,7 +66,7 @@ fn pieces_of_any_number_of_ranks_are_the_whole_state() {
     let folder = tempfile::tempdir().unwrap();
     let alone = world(&Solo);
     let (grains, points) = alone.rows();
-    let whole = PlanarSnapshot { grains, points, ..head(&alone) }.to_state();
+    let whole = Snapshot { grains, points, ..head(&alone) }.to_state();
     assert!(whole.table("contacts").unwrap().rows == (SIDE * (SIDE - 1)) as usize);
     for ranks in 1..5 {
         let path = folder.path().join(format!("{ranks}.h5"));
@@ -82,11 +85,11 @@ fn pieces_of_any_number_of_ranks_are_the_whole_state() {
 fn points_that_counted_nothing_begin_at_nothing() {
     let alone = world(&Solo);
     let (_, points) = alone.rows();
-    let mut state = PlanarSnapshot { points: points.clone(), ..head(&alone) }.to_state();
+    let mut state = Snapshot { points: points.clone(), ..head(&alone) }.to_state();
     for table in state.tables.iter_mut().filter(|table| table.name == "points") {
         table.columns.retain(|column| column.name != "plastic_work");
     }
-    let read = PlanarSnapshot::from_state(state, 1).unwrap().points;
+    let read = Snapshot::<Plane>::from_state(state, 1).unwrap().points;
     assert_eq!(read.len(), points.len());
     assert!(read.iter().zip(&points).all(|(read, point)| read.hot == point.hot && read.cold.id == point.cold.id));
 }

@@ -11,12 +11,10 @@ use crate::couple::zone::{CellGrid, Enrichment, Label, Zone};
 use crate::dem::grains::{Hot, Mover};
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
-use crate::mpm::points::Hot as PointHot;
+use crate::mpm::points::{Hot as PointHot, Point};
 use crate::mpm::track::Instants;
 use crate::prepare::reference::{Lies, Reference};
 use crate::prepare::sheared::{Grain, PlanarWorld};
-use crate::store::checkpoint::{PlanarMemory, PlanarPoint};
 
 mod account;
 mod choose;
@@ -39,7 +37,8 @@ use residents::Residents;
 use training::{Holders, Trained, train};
 
 type Vector = <Plane as Space>::Vector;
-type PlanarHot = PointHot<Plane, PlanarMemory>;
+type PlanarHot = PointHot<Plane>;
+type PlanarPoint = Point<Plane>;
 
 /// What an enrichment did, for the log and the summary.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -59,7 +58,7 @@ pub struct Enriched {
 }
 
 /// The cells of the world's domain.
-pub fn cell_grid<S: Space, L: MaterialLaw<S>>(world: &World<S, L>) -> CellGrid {
+pub fn cell_grid<S: Space>(world: &World<S>) -> CellGrid {
     let layout = &world.subdomain.layout;
     CellGrid {
         counts: [layout.cells[0], layout.cells[1]],

@@ -8,7 +8,6 @@ use crate::base::space::{Linear, Plane, Space};
 use crate::base::symmetric::Symmetric;
 use crate::couple::patch::Patch;
 use crate::couple::zone::CellGrid;
-use crate::law::material::MaterialLaw;
 use crate::mpm::points::Point;
 use crate::mpm::scheme::Transfer;
 use crate::mpm::track::{Instants, Track};

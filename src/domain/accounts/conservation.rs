@@ -26,7 +26,6 @@ use crate::domain::accounts::ledger::Balance;
 use crate::domain::accounts::ledger::points::PointBalance;
 use crate::domain::grid::{REACTIONS, impulse_on_material, impulse_sizes};
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 
 /// At the start of a run, or of a branch of one, and what has been given since; the same on every rank.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -194,7 +193,7 @@ fn relative(error: f64, scale: f64) -> f64 {
     if scale > 0.0 { error / scale } else { error }
 }
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     /// What there is now. Collective.
     pub fn holdings(&mut self) -> Result<Holdings, Error> {
         let energies = self.energies()?;

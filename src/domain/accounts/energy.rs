@@ -6,7 +6,6 @@ use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::dem::grains::Mover;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 
 /// J; every grain, point and contact with its weight in the mixture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -21,7 +20,7 @@ pub struct Energies {
     pub elastic_points: f64,
 }
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     /// Energies at the positions of now.
     pub fn energies(&mut self) -> Result<Energies, Error> {
         self.refresh_ghosts();

@@ -9,7 +9,6 @@ use crate::base::space::{Linear, Space};
 use crate::dem::contacts::deeper;
 use crate::dem::grains::body_of_partner;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 
 /// Energy and work at the last look; part of a run's state, so that a run that is taken up is stopped where it would have been.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -34,7 +33,7 @@ const GROWTH_MAX: f64 = 2.0;
 
 impl EnergyGuard {
     /// What a run of grains is told whose energy has grown by more than the work done on them explains.
-    pub fn look<S: Space, L: MaterialLaw<S>>(&mut self, world: &mut World<'_, S, L>) -> Result<Option<String>, Error> {
+    pub fn look<S: Space>(&mut self, world: &mut World<'_, S>) -> Result<Option<String>, Error> {
         if world.grains_total == 0 || world.points_total > 0 {
             *self = Self::default();
             return Ok(None);
@@ -93,7 +92,7 @@ impl Deepest {
     }
 }
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     fn look(&mut self) -> Result<Look, Error> {
         let energies = self.energies()?;
         let mut fallen = ExactSum::<1>::new();

@@ -7,8 +7,8 @@ use crate::base::numbers::Numbers;
 use crate::base::space::{Linear, Space};
 use crate::domain::world::World;
 use crate::job::mpm::figures::step_through;
-use crate::law::material::{MaterialLaw, MaterialMemory};
 use crate::mpm::points::Hot;
+use crate::mpm::stress::StressModel;
 
 /// Below this share of its volume at the start a point counts as inverted: no law here means so much compression, and from
 /// there one more step turns it inside out.
@@ -32,9 +32,9 @@ struct Culprit {
 /// Neighbours stand one edge apart at the start. Where an edge is longer than the reach of the shape functions they share no
 /// node any more, and what was one body is torn by the grid alone (numerical fracture). A point that has flowed has other
 /// neighbours by now; its edges are those of a cube of its volume.
-fn deformation_of<S: Space, M: MaterialMemory>(hot: &Hot<S, M>, reach: f64) -> [f64; TOLD] {
+fn deformation_of<S: Space>(law: &dyn StressModel<S>, hot: &Hot<S>, reach: f64) -> [f64; TOLD] {
     let ratio = hot.volume_ratio();
-    let share = match hot.memory.plastic_strain() > 0.0 {
+    let share = match law.plastic_strain(&hot.memory) > 0.0 {
         true => ratio / (0..S::DIMENSION).fold(1.0, |volume, _| volume * reach),
         false => {
             let edge = |axis: usize| {
@@ -49,7 +49,7 @@ fn deformation_of<S: Space, M: MaterialMemory>(hot: &Hot<S, M>, reach: f64) -> [
     [ratio, share]
 }
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     /// Stops a run whose points are no continuum any more, or are too fast for its step. Collective.
     pub fn refuse_spoilt_points(&self) -> Result<(), Error> {
         if !self.has_points() {
@@ -61,20 +61,19 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     }
 
     pub(crate) fn refuse_infinite_points(&self) -> Result<(), Error> {
-        let spoilt =
-            |hot: &Hot<S, L::Memory>| (!hot.numbers().iter().all(|number| number.is_finite())).then_some([0.0; TOLD]);
+        let spoilt = |hot: &Hot<S>| (!hot.numbers().iter().all(|number| number.is_finite())).then_some([0.0; TOLD]);
         self.refuse_lowest(spoilt, |_| {
             "has a velocity, stress or deformation that is no finite number; the run is unstable: shorten `time.step`, check loads and moduli, and go on from an earlier checkpoint".to_string()
         })
     }
 
     fn refuse_torn_points(&self) -> Result<(), Error> {
-        let reach_in_edges = |hot: &Hot<S, L::Memory>| {
+        let reach_in_edges = |hot: &Hot<S>| {
             let edge = self.edge_of(hot) / self.subdomain.layout.cell;
             self.settings.grid.shape.reach(edge) / edge
         };
-        let spoilt = |hot: &Hot<S, L::Memory>| {
-            let [ratio, share] = deformation_of(hot, reach_in_edges(hot));
+        let spoilt = |hot: &Hot<S>| {
+            let [ratio, share] = deformation_of(&*self.settings.material, hot, reach_in_edges(hot));
             (ratio <= VOLUME_MIN || share > 1.0).then_some([ratio, share])
         };
         self.refuse_lowest(spoilt, |[ratio, share]| match ratio <= VOLUME_MIN {
@@ -91,9 +90,8 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     /// adds to it, `c^2 = (M + |tau|)/density`.
     fn refuse_fast_points(&self) -> Result<(), Error> {
         let modulus = self.settings.material.p_wave_modulus();
-        let wave_of = |hot: &Hot<S, L::Memory>| ((modulus + hot.kirchhoff().norm()) * hot.volume / hot.mass).sqrt();
-        let step_of =
-            |hot: &Hot<S, L::Memory>| step_through(self.subdomain.layout.cell, wave_of(hot), hot.velocity.norm());
+        let wave_of = |hot: &Hot<S>| ((modulus + hot.kirchhoff().norm()) * hot.volume / hot.mass).sqrt();
+        let step_of = |hot: &Hot<S>| step_through(self.subdomain.layout.cell, wave_of(hot), hot.velocity.norm());
         let mut tightest =
             [self.continuum.points.hot.iter().map(step_of).fold(f64::INFINITY, f64::min)].map(|step| -step);
         self.transport.max(&mut tightest);
@@ -101,7 +99,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
         if self.dt_of_continuum() <= wanted {
             return Ok(());
         }
-        let spoilt = |hot: &Hot<S, L::Memory>| (step_of(hot) <= wanted).then(|| [hot.velocity.norm(), wave_of(hot)]);
+        let spoilt = |hot: &Hot<S>| (step_of(hot) <= wanted).then(|| [hot.velocity.norm(), wave_of(hot)]);
         self.refuse_lowest(spoilt, |[speed, wave]| {
             format!(
                 "moves at {speed:.3e} m/s among waves of {wave:.3e} m/s and with them crosses more than a cell of {:.3e} m in a step of {:.6e} s: a `time.step` of at most {wanted:.3e} s is needed now, or larger cells; run the job again with a shorter step",
@@ -116,7 +114,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
         if !self.has_points() {
             return Ok(());
         }
-        let spoilt = |hot: &Hot<S, L::Memory>| {
+        let spoilt = |hot: &Hot<S>| {
             let (mut place, mut velocity) = (hot.position, hot.velocity);
             self.assembly.cell.wrap(&mut place, &mut velocity);
             self.subdomain.layout.place::<S>(&self.assembly.cell.fraction(&place), 1).is_none().then_some([0.0; TOLD])
@@ -133,7 +131,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     }
 
     /// Edge of a point's cube at the start, m.
-    fn edge_of(&self, hot: &Hot<S, L::Memory>) -> f64 {
+    fn edge_of(&self, hot: &Hot<S>) -> f64 {
         match S::DIMENSION {
             2 => (hot.volume / self.settings.grid.depth).sqrt(),
             _ => crate::base::math::cbrt(hot.volume),
@@ -143,7 +141,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
     /// Stops the run where `spoilt` tells something of a point, in words about the one of lowest id.
     fn refuse_lowest(
         &self,
-        spoilt: impl Fn(&Hot<S, L::Memory>) -> Option<[f64; TOLD]>,
+        spoilt: impl Fn(&Hot<S>) -> Option<[f64; TOLD]>,
         words: impl FnOnce([f64; TOLD]) -> String,
     ) -> Result<(), Error> {
         let Some(Culprit { id, place, told }) = self.lowest(spoilt) else { return Ok(()) };
@@ -158,7 +156,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
         )))
     }
 
-    fn lowest(&self, spoilt: impl Fn(&Hot<S, L::Memory>) -> Option<[f64; TOLD]>) -> Option<Culprit> {
+    fn lowest(&self, spoilt: impl Fn(&Hot<S>) -> Option<[f64; TOLD]>) -> Option<Culprit> {
         let rows = self.continuum.points.hot.iter().zip(&self.continuum.points.cold);
         let mine =
             rows.filter_map(|(hot, cold)| Some((cold.id, hot.position, spoilt(hot)?))).min_by_key(|found| found.0);

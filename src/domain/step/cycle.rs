@@ -19,7 +19,6 @@ use crate::domain::phases::Phase;
 use crate::domain::step::grid::{CHANGES, GRAINS};
 use crate::domain::subdomain::Subdomain;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 use crate::mpm::continuum::Continuum;
 use crate::mpm::nodes::{self, Stepped};
 use crate::mpm::tile::{GrainChange, GrainNode, Stride, Tier, Tiles};
@@ -28,7 +27,7 @@ use crate::mpm::tile::{GrainChange, GrainNode, Stride, Tier, Tiles};
 /// a collision with a heavier one, and as much again for what its contacts have stored.
 const FASTER: f64 = 4.0;
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     /// Time step of the continuum, s.
     pub(crate) fn dt_of_continuum(&self) -> f64 {
         self.settings.grain_steps as f64 * self.settings.grains.dt

@@ -15,7 +15,6 @@ use crate::base::space::{Linear, Space};
 use crate::dem::cell::Cell;
 use crate::dem::grains::Mover;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 
 /// All grains of a world at a full step.
 #[derive(Clone, Debug)]
@@ -38,7 +37,7 @@ pub struct GrainNow<S: Space> {
 }
 
 /// The full step at which a world on one rank stands; the world is used up.
-pub fn full_step<S: Space, L: MaterialLaw<S>>(mut world: World<'_, S, L>) -> Result<FullStep<S>, Error> {
+pub fn full_step<S: Space>(mut world: World<'_, S>) -> Result<FullStep<S>, Error> {
     assert_eq!(world.transport.size(), 1, "the grains of a full step are all here");
     // The very first kick of a run begins at a full step, or half a step before it as every other does.
     let share = 1.0 - 0.5 / world.kick_share();

@@ -13,9 +13,8 @@ use crate::domain::grid::{Grid, Holders, Moment, Reactions};
 use crate::domain::phases::Phase;
 use crate::domain::subdomain::Subdomain;
 use crate::domain::world::{GRAIN_WORDS_PLANE, GRAIN_WORDS_SOLID, World};
-use crate::law::material::MaterialLaw;
 use crate::mpm::continuum::Continuum;
-use crate::mpm::gather::{Taken, Taking, correct_grains, gather_points};
+use crate::mpm::gather::{Block, Taken, Taking, correct_grains};
 use crate::mpm::nodes::{self, Stepped};
 use crate::mpm::points::Points;
 use crate::mpm::scatter::{scatter_grains, scatter_loads, scatter_points};
@@ -31,7 +30,7 @@ pub(crate) const GRAINS: [usize; 2] = [5, 7];
 const ADVANCED: [usize; 2] = [4, 6];
 pub(crate) const CHANGES: [usize; 2] = [8, 7];
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     /// Whether grains share nodes with a continuum or with membranes.
     pub(crate) fn is_coupled(&self) -> bool {
         self.has_grid() && self.has_grains()
@@ -408,7 +407,8 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
                 return 0.0;
             }
             let (frame, tile) = (&frames[block], &advanced[block * tile_len..(block + 1) * tile_len]);
-            let outside = gather_points(frame, &settings.material, taking, tile, rows, beside);
+            let points = Block { frame, tile, points: &mut *rows, beside: &mut *beside };
+            let outside = settings.material.gather(taking, points);
             if outside < reach {
                 tiles.fill(Gathered::zero());
                 scatter_points(frame, how, (rows, beside), tiles);

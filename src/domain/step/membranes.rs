@@ -4,14 +4,13 @@ use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
-use crate::law::material::MaterialLaw;
 use crate::mpm::look::for_each_node;
 use crate::mpm::membrane::{Brought, Membranes, Vertex};
 use crate::mpm::scheme::Transfer;
 use crate::mpm::share::dyad;
 use crate::mpm::tile::Tier;
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     /// Forces of membranes as they are now.
     pub(crate) fn push_membranes(&mut self) {
         if !self.continuum.membranes.is_empty() {

@@ -71,7 +71,8 @@ impl Force {
         match self {
             Self::Linear(law) => parts.beside(law, work),
             Self::LinearCohesive(law) => parts.beside(law, work),
-            Self::ElasticRolling(law) => parts.beside(law, work),
+            // It has its resistance to rolling by itself.
+            Self::ElasticRolling(law) => parts.adhering(*law, work),
             Self::HertzMindlin(law) => parts.beside(law, work),
         }
     }
@@ -122,13 +123,16 @@ impl Contact {
     }
 
     fn beside<S: Space, C: ContactLaw<S>, W: ForAnyLaw<S>>(&self, law: &C, work: W) -> W::Outcome {
-        match (self.rolling, self.adhesion) {
-            (None, None) => work.with(law),
-            (Some(resistance), None) => work.with(&Rolling { law: *law, resistance }),
-            (None, Some(adhesion)) => work.with(&Adhesive { law: *law, adhesion }),
-            (Some(resistance), Some(adhesion)) => {
-                work.with(&Adhesive { law: Rolling { law: *law, resistance }, adhesion })
-            }
+        match self.rolling {
+            Some(resistance) => self.adhering(Rolling { law: *law, resistance }, work),
+            None => self.adhering(*law, work),
+        }
+    }
+
+    fn adhering<S: Space, C: ContactLaw<S>, W: ForAnyLaw<S>>(&self, law: C, work: W) -> W::Outcome {
+        match self.adhesion {
+            Some(adhesion) => work.with(&Adhesive { law, adhesion }),
+            None => work.with(&law),
         }
     }
 

@@ -13,7 +13,7 @@ pub struct Memory {
 
 impl Memory {
     /// No law remembers more: beside every grain's contacts at a rebuild there is room for so many.
-    pub const WORDS_MAX: usize = 6;
+    pub const WORDS_MAX: usize = 7;
 
     /// Nothing remembered.
     pub fn blank(count: usize) -> Self {

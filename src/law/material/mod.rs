@@ -1,5 +1,7 @@
 //! Stress from deformation inside a continuum.
 
+use std::fmt::Debug;
+
 use crate::base::lane::Real;
 use crate::base::numbers::Numbers;
 use crate::base::record::Record;
@@ -9,14 +11,12 @@ use crate::base::symmetric::Symmetric;
 mod absent;
 pub mod chosen;
 pub mod cone;
-mod counted;
 mod critical_drucker_prager;
 mod elastic;
 mod hencky;
 mod linear_elastic;
 pub use absent::{Absent, Nothing};
 pub use chosen::{ConstitutiveLaw, Described, ForAnyMaterial};
-pub use counted::{Counted, CountedMemory};
 pub use critical_drucker_prager::{CriticalConstants, CriticalDruckerPrager, CriticalMemory};
 pub use elastic::Elastic;
 pub use hencky::Hencky;
@@ -26,7 +26,7 @@ pub use linear_elastic::LinearElastic;
 ///
 /// In the plane a law's bulk modulus is the plane's, `p = tr(tau)/2 = K tr(eps)`: that of a body in plane strain,
 /// `K = K_body + G/3`, with the same shear modulus and the same `K - G = lambda`.
-pub trait MaterialLaw<S: Space>: Clone + Send + Sync + 'static {
+pub trait MaterialLaw<S: Space>: Debug + Send + Sync + 'static {
     type Memory: MaterialMemory;
 
     /// Memory of a point whose Kirchhoff stress is the symmetric tensor `stress` (Pa, tension positive) at packing
@@ -119,15 +119,9 @@ fn alone<S: Space, L: MaterialLaw<S>>(
 }
 
 /// What every material memory can say of itself; as a [`Record`] it travels and is stored.
-pub trait MaterialMemory:
-    Record + Numbers + Copy + Default + Send + Sync + std::fmt::Debug + PartialEq + 'static
-{
+pub trait MaterialMemory: Record + Numbers + Copy + Default + Send + Sync + Debug + PartialEq + 'static {
     /// Accumulated plastic strain, the integral of |deps_p/dt|.
     fn plastic_strain(&self) -> f64;
     /// Packing fraction that the law works with.
     fn fraction(&self) -> f64;
-    /// Energy dissipated since the start, J per initial volume (m3), where it is [`Counted`]; 0 elsewhere.
-    fn plastic_work(&self) -> f64 {
-        0.0
-    }
 }

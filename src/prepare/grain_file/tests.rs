@@ -10,7 +10,6 @@ use crate::domain::rebuild::Home;
 use crate::export::grain_export::{self, Wanted};
 use crate::job::Job;
 use crate::law::contact::Memory;
-use crate::law::material::Nothing;
 use crate::prepare::grain_world;
 use crate::store::checkpoint::{Progress, Snapshot};
 
@@ -292,7 +291,7 @@ fn state<S: Space>(job: &Assembly, cell: Cell<S>) -> (scree_io::column::State, V
     rows[0].contacts = vec![(GrainId(2), Memory::of_words(&[0.1])), (body_partner(0), Memory::of_words(&[0.7]))];
     let mut moved = rows.clone();
     moved[1].hot.position += cell.shift([1, -1, 0]);
-    let snapshot = Snapshot::<S, Nothing> {
+    let snapshot = Snapshot::<S> {
         scenario: Job::Assembly(job.clone()).to_toml(),
         progress: Progress::default(),
         cell,
@@ -301,6 +300,7 @@ fn state<S: Space>(job: &Assembly, cell: Cell<S>) -> (scree_io::column::State, V
         grains: moved,
         memory_words: 1,
         points: Vec::new(),
+        memory_columns: Vec::new(),
         vertices: Vec::new(),
     };
     (snapshot.to_state(), rows)
@@ -379,7 +379,7 @@ fn a_sheared_cell_is_read_back_leaning() {
     // At the top of the cell, beyond the upright one's edge in x, and the same across the period.
     rows[3].hot.position = cell.corner + cell.edges * <Plane as Space>::Vector::new(0.95, 0.9);
     assert!(rows[3].hot.position[0] > discs.cell.upper[0]);
-    let snapshot = Snapshot::<Plane, Nothing> {
+    let snapshot = Snapshot::<Plane> {
         scenario: Job::Assembly(discs.clone()).to_toml(),
         progress: Progress::default(),
         cell,
@@ -388,6 +388,7 @@ fn a_sheared_cell_is_read_back_leaning() {
         grains: rows.clone(),
         memory_words: 1,
         points: Vec::new(),
+        memory_columns: Vec::new(),
         vertices: Vec::new(),
     };
     let state = snapshot.to_state();

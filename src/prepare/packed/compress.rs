@@ -33,13 +33,12 @@ use crate::domain::world::World;
 use crate::job::assembly::{Assembly, Packed};
 use crate::job::raw::Typed;
 use crate::job::{figures, margin_in_words};
-use crate::law::material::Absent;
 use crate::mpm::membrane::Membranes;
 use crate::prepare::grain_world;
-use crate::prepare::making::{Leg, Look, Making, Notes, SnapshotOf};
+use crate::prepare::making::{Leg, Look, Making, Notes};
 use crate::prepare::sheared::on_root;
 use crate::prepare::throw::{normal, random_of};
-use crate::store::checkpoint::{self, Drawn, Progress};
+use crate::store::checkpoint::{self, Drawn, Progress, Snapshot};
 
 /// Inertial numbers of the shrinking cell: grains that hardly touch, that carry, and of the gas.
 const LOOSE: f64 = 1e-2;
@@ -247,7 +246,7 @@ impl Press<'_> {
         cooling: Option<f64>,
     ) -> Result<(f64, Packing<S>), Error> {
         making.begin(attempt);
-        let mut world = match making.taken_up::<S, Absent>(&self.job.contact)? {
+        let mut world = match making.taken_up::<S>(&self.job.contact)? {
             Some(snapshot) => self.taken_up(snapshot, making.transport())?,
             None => self.loose::<S>(cooling.is_some(), making.transport())?,
         };
@@ -280,7 +279,7 @@ impl Press<'_> {
     /// The world of an attempt where it was left.
     fn taken_up<'t, S: Space>(
         &self,
-        snapshot: Option<SnapshotOf<S, Absent>>,
+        snapshot: Option<Snapshot<S>>,
         transport: &'t dyn Transport,
     ) -> Result<GrainWorld<'t, S>, Error> {
         let cell = grain_world::cell_of::<S>(self.job);

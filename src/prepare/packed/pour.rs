@@ -17,7 +17,6 @@ use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::job::assembly::{Assembly, Packed};
-use crate::law::material::Absent;
 use crate::mpm::membrane::Membranes;
 use crate::prepare::grain_world;
 use crate::prepare::making::{Leg, Look, Making};
@@ -50,7 +49,7 @@ pub fn make<S: Space>(job: &Assembly, packed: &Packed, making: &mut Making) -> R
     settings.grains.law = law_of(&job.contact.with_friction(packed.friction));
     settings.grains.field = Field { gravity, damping };
     making.begin(0);
-    let (parts, step) = match making.taken_up::<S, Absent>(&job.contact)? {
+    let (parts, step) = match making.taken_up::<S>(&job.contact)? {
         Some(snapshot) => {
             let draw = |_: &Progress, _| Ok(Drawn { cell, bodies, membranes: Membranes::default() });
             let (parts, progress) = checkpoint::restore(snapshot, draw, transport)?;

@@ -6,7 +6,6 @@ use super::*;
 use crate::base::space::Plane;
 use crate::domain::stop::lives;
 use crate::job::Job;
-use crate::law::material::{Counted, CriticalDruckerPrager};
 
 /// Its specimen takes two attempts until it fits.
 const TRIAXIAL: &str = include_str!("../../../tests/gate/triaxial.toml");
@@ -17,9 +16,7 @@ fn made(steps: u64) -> (String, u64) {
     let sets = ["method=dem".to_string(), format!("packing.cache={}", folder.path().display())];
     let Ok(Job::Mpm(job)) = Job::parse(TRIAXIAL, "job.toml", &sets) else { panic!("a job on a grid") };
     let granular = job.grains.as_deref().unwrap();
-    let Some(law) = job.material.law.critical() else { panic!("its law") };
-    let material = Counted(CriticalDruckerPrager::of(law));
-    let (made, lives) = lives::of(steps, || specimen::<Plane, _>((&job, granular), &material, &Solo));
+    let (made, lives) = lives::of(steps, || specimen::<Plane>((&job, granular), &Solo));
     let moved: Vec<_> = made.bodies.iter().map(|body| body.displacement).collect();
     (format!("{:?} {moved:?} {:?}", made.grains, made.vertices), lives)
 }

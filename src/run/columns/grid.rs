@@ -9,7 +9,6 @@ use crate::dem::grains::Mover;
 use crate::domain::grid::{self, REACTIONS};
 use crate::domain::world::World;
 use crate::job::mpm::{Boundary, Mpm};
-use crate::law::material::MaterialLaw;
 use crate::observe::point::{OBSERVED, observed};
 use crate::run::Core;
 
@@ -24,7 +23,7 @@ const STRESS: usize = 8;
 
 /// Mass (kg), volume (m3), centre of mass (m), momentum (N s), and mean Cauchy stress over the volume (Pa): of points as they are, of
 /// grains over their share of space at the packing fraction of the start.
-pub fn means<S: Space, L: MaterialLaw<S>>(depth: f64) -> Columns<'static, S, L> {
+pub fn means<S: Space>(depth: f64) -> Columns<'static, S> {
     let mut names: Vec<String> = ["mass", "volume"].map(String::from).into();
     names.extend(of_vector::<S>("centre"));
     names.extend(of_vector::<S>("momentum"));
@@ -45,7 +44,7 @@ pub fn means<S: Space, L: MaterialLaw<S>>(depth: f64) -> Columns<'static, S, L> 
     })
 }
 
-fn add_points<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, sums: &mut ExactSum<SUMS>) {
+fn add_points<S: Space>(world: &World<S>, sums: &mut ExactSum<SUMS>) {
     for (hot, cold) in world.continuum.points.hot.iter().zip(&world.continuum.points.cold) {
         let place = hot.position + world.assembly.cell.shift(cold.image);
         let volume = hot.weight * hot.volume;
@@ -55,11 +54,7 @@ fn add_points<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, sums: &mut Exact
     }
 }
 
-fn add_grains<S: Space, L: MaterialLaw<S>>(
-    world: &mut World<S, L>,
-    (depth, fraction): (f64, f64),
-    sums: &mut ExactSum<SUMS>,
-) {
+fn add_grains<S: Space>(world: &mut World<S>, (depth, fraction): (f64, f64), sums: &mut ExactSum<SUMS>) {
     let grains = &world.assembly.grains;
     for (hot, cold) in grains.hot[..grains.owned].iter().zip(&grains.cold) {
         if cold.mover == Mover::Free {
@@ -89,7 +84,7 @@ fn add<V: Linear>(sums: &mut ExactSum<SUMS>, mass: f64, volume: f64, (place, vel
 }
 
 /// Energies of points at the last evaluation of forces, J.
-pub fn energies_of_points<'s, S: Space, L: MaterialLaw<S>>() -> Columns<'s, S, L> {
+pub fn energies_of_points<'s, S: Space>() -> Columns<'s, S> {
     Columns::new(["kinetic", "elastic", "potential", "dissipated"], |core| {
         let of = core.world.point_energies()?;
         Ok(vec![of.kinetic, of.elastic, of.potential, of.dissipated])
@@ -97,7 +92,7 @@ pub fn energies_of_points<'s, S: Space, L: MaterialLaw<S>>() -> Columns<'s, S, L
 }
 
 /// Their account ([`crate::domain::accounts::ledger::points`]) at the same evaluation, J.
-pub fn account_of_points<'s, S: Space, L: MaterialLaw<S>>() -> Columns<'s, S, L> {
+pub fn account_of_points<'s, S: Space>() -> Columns<'s, S> {
     let names = ["work_loads", "work_bodies", "work_ramp", "dissipated_holds", "energy_lost", "energy_lost_transfer"];
     Columns::new(names, |core| {
         let of = core.world.point_balance()?.unwrap_or_default();
@@ -106,7 +101,7 @@ pub fn account_of_points<'s, S: Space, L: MaterialLaw<S>>() -> Columns<'s, S, L>
 }
 
 /// The same of points that grains may stand beside, under names that tell them from those of grains: work = stored + dissipated + lost.
-pub fn account_beside_grains<'s, S: Space, L: MaterialLaw<S>>() -> Columns<'s, S, L> {
+pub fn account_beside_grains<'s, S: Space>() -> Columns<'s, S> {
     let work = ["work_loads", "work_bodies", "work_ramp", "work_grains"].into_iter();
     let spent = ["energy_stored", "dissipated", "dissipated_holds", "energy_lost", "energy_lost_transfer"];
     Columns::new(work.chain(spent).map(|name| format!("points_{name}")), |core| {
@@ -118,7 +113,7 @@ pub fn account_beside_grains<'s, S: Space, L: MaterialLaw<S>>() -> Columns<'s, S
 }
 
 /// Nodes that the oracle flags now, and whether there has been a band that persists.
-pub fn oracle<'s, S: Space, L: MaterialLaw<S>>() -> Columns<'s, S, L> {
+pub fn oracle<'s, S: Space>() -> Columns<'s, S> {
     Columns::new(["flagged_nodes", "band"], |core| {
         let progress = &core.progress;
         Ok(vec![progress.oracle.flagged.len() as f64, f64::from(u8::from(progress.enriched_step > 0))])
@@ -126,9 +121,9 @@ pub fn oracle<'s, S: Space, L: MaterialLaw<S>>() -> Columns<'s, S, L> {
 }
 
 /// Lowest and highest coordinate of points and grains along each axis, m.
-pub fn extents<'s, S: Space, L: MaterialLaw<S>>() -> Columns<'s, S, L> {
+pub fn extents<'s, S: Space>() -> Columns<'s, S> {
     let names = AXES[..S::DIMENSION].iter().flat_map(|axis| FACES.map(|end| format!("{end}_{axis}")));
-    Columns::new(names, |core: &mut Core<S, L>| {
+    Columns::new(names, |core: &mut Core<S>| {
         let (world, mut extents) = (&core.world, [f64::NEG_INFINITY; 6]);
         let points = world.continuum.points.hot.iter().map(|hot| (&hot.position, 0.0));
         let grains = &world.assembly.grains;
@@ -146,7 +141,7 @@ pub fn extents<'s, S: Space, L: MaterialLaw<S>>() -> Columns<'s, S, L> {
 
 /// What faces that hold nodes and bodies take of the material, and how far bodies have come: means since the last row, N and N m,
 /// and m.
-pub fn reactions<S: Space, L: MaterialLaw<S>>(job: &Mpm) -> Columns<'_, S, L> {
+pub fn reactions<S: Space>(job: &Mpm) -> Columns<'_, S> {
     let axes = (0..S::DIMENSION).flat_map(|axis| [(axis, false), (axis, true)]);
     let faces: Vec<(usize, bool)> = axes
         .filter(|(axis, upper)| {
@@ -158,7 +153,7 @@ pub fn reactions<S: Space, L: MaterialLaw<S>>(job: &Mpm) -> Columns<'_, S, L> {
     };
     let of_bodies = job.bodies.iter().flat_map(|body| of_body::<S>(&body.body.name));
     let names: Vec<String> = faces.iter().flat_map(of_face).chain(of_bodies).collect();
-    Columns::new(names, move |core: &mut Core<S, L>| {
+    Columns::new(names, move |core: &mut Core<S>| {
         let world = &mut core.world;
         let reactions: [f64; REACTIONS] = world.take_reactions()?;
         core.progress.kept.take(&reactions);
@@ -179,7 +174,7 @@ pub fn reactions<S: Space, L: MaterialLaw<S>>(job: &Mpm) -> Columns<'_, S, L> {
 }
 
 /// Of each membrane its length, m, and the least and most that its segments bear, N.
-pub fn membranes<S: Space, L: MaterialLaw<S>>(job: &Mpm) -> Columns<'_, S, L> {
+pub fn membranes<S: Space>(job: &Mpm) -> Columns<'_, S> {
     let of = |name: &str| ["length", "tension_least", "tension_most"].map(|what| format!("{name}_{what}"));
     Columns::new(job.membranes.iter().flat_map(|membrane| of(&membrane.name)), |core| {
         let membranes = &core.world.continuum.membranes;
@@ -188,12 +183,12 @@ pub fn membranes<S: Space, L: MaterialLaw<S>>(job: &Mpm) -> Columns<'_, S, L> {
 }
 
 /// Volume to the left of all membranes joined end to end, m3; of the plane, with its depth.
-pub fn enclosed_volume<'s, S: Space, L: MaterialLaw<S>>(depth: f64) -> Columns<'s, S, L> {
+pub fn enclosed_volume<'s, S: Space>(depth: f64) -> Columns<'s, S> {
     Columns::new(["enclosed_volume"], move |core| Ok(vec![core.world.continuum.membranes.enclosed() * depth]))
 }
 
 /// A point that is followed through time: place, displacement (m), velocity (m/s), and what [`OBSERVED`] names.
-pub fn followed<'s, S: Space, L: MaterialLaw<S>>(name: &str, id: PointId) -> Columns<'s, S, L> {
+pub fn followed<'s, S: Space>(name: &str, id: PointId) -> Columns<'s, S> {
     let of = |what: &str| of_vector::<S>(&format!("{name}_{what}"));
     let mut names: Vec<String> = ["place", "displacement", "velocity"].into_iter().flat_map(of).collect();
     names.extend(OBSERVED.iter().map(|what| format!("{name}_{what}")));
@@ -201,7 +196,7 @@ pub fn followed<'s, S: Space, L: MaterialLaw<S>>(name: &str, id: PointId) -> Col
 }
 
 /// What is told of a point wherever it is; the same on every rank.
-fn follow<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, id: PointId) -> Vec<f64> {
+fn follow<S: Space>(world: &World<S>, id: PointId) -> Vec<f64> {
     let mut told = vec![0.0; 3 * S::DIMENSION + OBSERVED.len()];
     if let Some(row) = world.continuum.points.cold.iter().position(|cold| cold.id == id) {
         let (hot, cold) = (&world.continuum.points.hot[row], &world.continuum.points.cold[row]);
@@ -211,7 +206,7 @@ fn follow<S: Space, L: MaterialLaw<S>>(world: &World<S, L>, id: PointId) -> Vec<
             told[S::DIMENSION + axis] = place[axis] - cold.origin[axis];
             told[2 * S::DIMENSION + axis] = hot.velocity[axis];
         }
-        told[3 * S::DIMENSION..].copy_from_slice(&observed(&world.settings.material, hot));
+        told[3 * S::DIMENSION..].copy_from_slice(&observed(&*world.settings.material, hot));
     }
     // One rank has the point, the others add nothing.
     let mut bits: Vec<i64> = told.iter().map(|number| number.to_bits() as i64).collect();

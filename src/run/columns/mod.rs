@@ -3,31 +3,30 @@
 use crate::base::error::Error;
 use crate::base::space::{AXES, Space};
 use crate::domain::accounts::ledger::{Balance, SPENT};
-use crate::law::material::MaterialLaw;
 use crate::run::Core;
 
 pub mod grid;
 
 /// Numbers of a group, by all ranks together.
-type Row<'s, S, L> = Box<dyn for<'t> FnMut(&mut Core<'t, S, L>) -> Result<Vec<f64>, Error> + 's>;
+type Row<'s, S> = Box<dyn for<'t> FnMut(&mut Core<'t, S>) -> Result<Vec<f64>, Error> + 's>;
 
 /// Columns that are told together.
-pub struct Columns<'s, S: Space, L: MaterialLaw<S>> {
+pub struct Columns<'s, S: Space> {
     pub names: Vec<String>,
-    row: Row<'s, S, L>,
+    row: Row<'s, S>,
 }
 
-impl<'s, S: Space, L: MaterialLaw<S>> Columns<'s, S, L> {
+impl<'s, S: Space> Columns<'s, S> {
     /// `row` makes a number for each name. Collective.
     pub fn new<N: ToString>(
         names: impl IntoIterator<Item = N>,
-        row: impl for<'t> FnMut(&mut Core<'t, S, L>) -> Result<Vec<f64>, Error> + 's,
+        row: impl for<'t> FnMut(&mut Core<'t, S>) -> Result<Vec<f64>, Error> + 's,
     ) -> Self {
         Self { names: names.into_iter().map(|name| name.to_string()).collect(), row: Box::new(row) }
     }
 
     /// Numbers now, as many as there are names. Collective.
-    pub fn row(&mut self, core: &mut Core<S, L>) -> Result<Vec<f64>, Error> {
+    pub fn row(&mut self, core: &mut Core<S>) -> Result<Vec<f64>, Error> {
         let row = (self.row)(core)?;
         assert_eq!(row.len(), self.names.len(), "a number for each of {:?}", self.names);
         Ok(row)
@@ -60,12 +59,12 @@ pub fn of_body<S: Space>(name: &str) -> Vec<String> {
 }
 
 /// Grains and points that there are.
-pub fn counts<'s, S: Space, L: MaterialLaw<S>>() -> Columns<'s, S, L> {
+pub fn counts<'s, S: Space>() -> Columns<'s, S> {
     Columns::new(["grains", "points"], |core| Ok(vec![core.world.grains_total as f64, core.world.points_total as f64]))
 }
 
 /// Energies at the positions of now, J.
-pub fn energies<'s, S: Space, L: MaterialLaw<S>>() -> Columns<'s, S, L> {
+pub fn energies<'s, S: Space>() -> Columns<'s, S> {
     Columns::new(["kinetic_grains", "elastic_grains", "kinetic_points", "elastic_points"], |core| {
         let of = core.world.energies()?;
         Ok(vec![of.kinetic_grains, of.elastic_grains, of.kinetic_points, of.elastic_points])
@@ -77,7 +76,7 @@ pub type Work = (&'static str, fn(&Balance) -> f64);
 
 /// The account of the grains' energy ([`crate::domain::accounts::ledger`]) since the start or since they entered, J: work of what there
 /// is, by its name, and what has become of it.
-pub fn account_of_grains<'s, S: Space, L: MaterialLaw<S>>(works: &'s [Work]) -> Columns<'s, S, L> {
+pub fn account_of_grains<'s, S: Space>(works: &'s [Work]) -> Columns<'s, S> {
     let names = works.iter().map(|(name, _)| *name).chain(SPENT);
     Columns::new(names, |core| {
         // None before the first step, nor right after grains have entered.

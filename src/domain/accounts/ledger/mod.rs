@@ -39,7 +39,6 @@ use crate::dem::cell::Shifts;
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
 use crate::law::contact::Memory;
-use crate::law::material::MaterialLaw;
 
 pub mod points;
 mod step;
@@ -235,7 +234,7 @@ impl Accounts {
     pub const POINTS: Self = Self { grains: false, points: true };
 }
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     /// Keeps account of energy from the next step on.
     pub fn open_accounts(&mut self, of: Accounts) {
         self.ledger = of.grains.then(|| Box::new(EnergyLedger::new()));

@@ -41,7 +41,6 @@ use crate::dem::walls::place_beside;
 use crate::domain::grid::{absorbed_by_faces, held_by_bodies, held_by_faces};
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
-use crate::law::material::{MaterialLaw, MaterialMemory};
 use crate::mpm::look::{for_each_node, moments};
 use crate::mpm::scatter::TileFrame;
 use crate::mpm::scheme::{ShapeFunction, Transfer};
@@ -187,7 +186,7 @@ impl<S: Space> PointLedger<S> {
     }
 }
 
-impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
+impl<S: Space> World<'_, S> {
     /// The account as it is stored, the same on every rank; empty where none is kept. Collective.
     pub(crate) fn point_ledger_entries(&self) -> Result<Vec<Entry>, Error> {
         let Some(account) = &self.point_ledger.account else { return Ok(Vec::new()) };
@@ -278,7 +277,7 @@ impl<S: Space, L: MaterialLaw<S>> World<'_, S, L> {
                 sums.add(Store::Elastic as usize, volume * self.settings.material.elastic_energy(&hot.memory));
                 let weight = self.settings.grains.field.gravity * (hot.weight * hot.mass);
                 sums.add(Store::Potential as usize, -weight.dot(&place));
-                sums.add(Store::Dissipated as usize, volume * hot.memory.plastic_work());
+                sums.add(Store::Dissipated as usize, volume * hot.plastic_work);
             }
             sums
         });

@@ -20,7 +20,7 @@ use crate::law::contact::{
     Adhesion, Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce,
     RollingResistance, Sliding, TangentialForce,
 };
-use crate::law::material::Absent;
+use crate::mpm::stress::no_material;
 
 const DENSITY: f64 = 2650.0;
 const DEPTH: f64 = 0.01;
@@ -57,13 +57,13 @@ fn world<S: Space>(
     (lengths, periodic): ([f64; 3], [bool; 3]),
     grains: Vec<GrainRow<S>>,
     bodies: Vec<Body<S>>,
-) -> World<'_, S, Absent> {
+) -> World<'_, S> {
     let settings = Settings {
         grains: Constants::new(dt, 2e-4, law_of(&law.into())),
         grain_steps: 1,
         grid: Grid::blend(0.0),
         loads: Vec::new(),
-        material: Absent,
+        material: no_material(),
     };
     let mut cells = [1; 3];
     (0..S::DIMENSION).for_each(|axis| cells[axis] = 2 * ((lengths[axis] / 3e-3) as usize).max(1));
@@ -73,7 +73,7 @@ fn world<S: Space>(
     World::new(settings, layout, transport, 0, Parts::fresh(grains, Vec::new(), bodies, cell)).unwrap()
 }
 
-fn run<S: Space>(world: &mut World<'_, S, Absent>, steps: usize) {
+fn run<S: Space>(world: &mut World<'_, S>, steps: usize) {
     (0..steps).for_each(|_| world.advance().unwrap());
 }
 
@@ -93,7 +93,7 @@ fn packed<S: Space>(
     transport: &dyn Transport,
     [smooth, law]: [impl Into<Contact>; 2],
     (count, spacing): (usize, f64),
-) -> World<'_, S, Absent> {
+) -> World<'_, S> {
     let mut random = Random(7);
     let mut grains = Vec::new();
     let layers = if S::DIMENSION == 3 { count } else { 1 };
@@ -363,7 +363,7 @@ fn grains_fall_on_a_plane() {
         world.settings.grains.field.gravity = vector::<Solid>([0.0, 0.0, -9.81]);
         world.settings.grains.field.damping = Damping { local: 0.1, form: DampingForm::Vector, mass: 0.0 };
         // Positions of the last evaluation, to which the account goes.
-        let height = |world: &World<'_, Solid, Absent>| -> f64 {
+        let height = |world: &World<'_, Solid>| -> f64 {
             world
                 .assembly
                 .grains

@@ -1,0 +1,121 @@
+//! A material law as those hold it who need not know which it is. What a law reckons is compiled for each; what calls it is compiled
+//! once, and asks once for all points of a block, or for one where a single one is looked at.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use crate::base::numbers::Numbers;
+use crate::base::record::{Record, Visitor};
+use crate::base::space::Space;
+use crate::law::material::{Absent, ConstitutiveLaw, ForAnyMaterial, MaterialLaw, MaterialMemory};
+use crate::mpm::gather::{Block, Taking, gather_points};
+
+/// [`MaterialLaw`] with memories in words; every material law is one of these.
+pub trait StressModel<S: Space>: Debug + Send + Sync {
+    /// Velocity, place and stress of the points of a block, on this thread; see [`gather_points`].
+    fn gather(&self, taking: Taking, block: Block<S>) -> f64;
+    /// Memory of a point under a Kirchhoff stress, Pa, at a packing fraction.
+    fn start(&self, stress: &S::Tensor, fraction: f64) -> S::PointMemory;
+    /// Kirchhoff stress of a memory as it is, Pa.
+    fn stress(&self, memory: &S::PointMemory) -> S::Tensor;
+    fn out_of_plane(&self, memory: &S::PointMemory) -> f64;
+    fn elastic_energy(&self, memory: &S::PointMemory) -> f64;
+    /// Accumulated plastic strain.
+    fn plastic_strain(&self, memory: &S::PointMemory) -> f64;
+    /// Packing fraction that the law works with.
+    fn fraction(&self, memory: &S::PointMemory) -> f64;
+    fn p_wave_modulus(&self) -> f64;
+    fn shear_modulus(&self) -> f64;
+    /// Names and widths of what a memory is, in the order of its words.
+    fn memory_columns(&self) -> MemoryColumns;
+}
+
+/// Names and widths of the columns that a memory is kept in.
+pub type MemoryColumns = Vec<(String, usize)>;
+
+/// A law with its constants, as worlds share it.
+pub type SharedMaterial<S> = Arc<dyn StressModel<S>>;
+
+impl<S: Space, L: MaterialLaw<S>> StressModel<S> for L {
+    fn gather(&self, taking: Taking, block: Block<S>) -> f64 {
+        gather_points(self, taking, block)
+    }
+    fn start(&self, stress: &S::Tensor, fraction: f64) -> S::PointMemory {
+        const { assert!(L::Memory::WIDTH <= S::PointMemory::WIDTH, "the law remembers more than a point has room for") };
+        let mut words = S::PointMemory::default();
+        let memory = MaterialLaw::start(self, stress, fraction);
+        words.numbers_mut()[..L::Memory::WIDTH].copy_from_slice(memory.numbers());
+        words
+    }
+    fn stress(&self, memory: &S::PointMemory) -> S::Tensor {
+        MaterialLaw::stress(self, &of_words::<S, L>(memory))
+    }
+    fn out_of_plane(&self, memory: &S::PointMemory) -> f64 {
+        MaterialLaw::out_of_plane(self, &of_words::<S, L>(memory))
+    }
+    fn elastic_energy(&self, memory: &S::PointMemory) -> f64 {
+        MaterialLaw::elastic_energy(self, &of_words::<S, L>(memory))
+    }
+    fn plastic_strain(&self, memory: &S::PointMemory) -> f64 {
+        of_words::<S, L>(memory).plastic_strain()
+    }
+    fn fraction(&self, memory: &S::PointMemory) -> f64 {
+        of_words::<S, L>(memory).fraction()
+    }
+    fn p_wave_modulus(&self) -> f64 {
+        MaterialLaw::p_wave_modulus(self)
+    }
+    fn shear_modulus(&self) -> f64 {
+        MaterialLaw::shear_modulus(self)
+    }
+    fn memory_columns(&self) -> MemoryColumns {
+        let mut columns = Columns(Vec::new());
+        L::Memory::default().visit(&mut columns);
+        columns.0
+    }
+}
+
+/// The law that a job names.
+pub fn material_of<S: Space>(law: &ConstitutiveLaw) -> SharedMaterial<S> {
+    law.apply(Unnamed)
+}
+
+struct Unnamed;
+
+impl<S: Space> ForAnyMaterial<S> for Unnamed {
+    type Outcome = SharedMaterial<S>;
+
+    fn with<L: MaterialLaw<S>>(self, law: L) -> SharedMaterial<S> {
+        Arc::new(law)
+    }
+}
+
+/// That of worlds without points.
+pub fn no_material<S: Space>() -> SharedMaterial<S> {
+    Arc::new(Absent)
+}
+
+/// The memory of a law, as it is in words.
+fn of_words<S: Space, L: MaterialLaw<S>>(words: &S::PointMemory) -> L::Memory {
+    let mut memory = L::Memory::default();
+    memory.numbers_mut().copy_from_slice(&words.numbers()[..L::Memory::WIDTH]);
+    memory
+}
+
+/// Notes what a memory shows.
+struct Columns(MemoryColumns);
+
+impl Visitor for Columns {
+    fn f64s(&mut self, name: &'static str, values: &mut [f64]) {
+        self.0.push((name.to_string(), values.len()));
+    }
+    fn u64(&mut self, name: &'static str, _: &mut u64) {
+        unreachable!("{name}: memories are numbers");
+    }
+    fn i64(&mut self, name: &'static str, _: &mut i64) {
+        unreachable!("{name}: memories are numbers");
+    }
+    fn u8(&mut self, name: &'static str, _: &mut u8) {
+        unreachable!("{name}: memories are numbers");
+    }
+}
