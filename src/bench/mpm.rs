@@ -106,10 +106,7 @@ fn job<S: Space>(wanted: &Wanted) -> Result<Mpm, Error> {
         y = along("0", "1"),
         amplitude = along("\"5 m/s\"", "0"),
     );
-    match Job::parse(&text, "bench", &[])? {
-        Job::Mpm(job) => Ok(job),
-        _ => unreachable!("the text has a [grid]"),
-    }
+    Ok(Job::parse(&text, "bench", &[])?.as_mpm().expect("the text has a [grid]").clone())
 }
 
 fn measured<S: Space>(wanted: &Wanted, transport: &dyn Transport) -> Result<Measured, Error> {

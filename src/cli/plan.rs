@@ -14,7 +14,7 @@ use super::start_threads;
 use crate::base::error::Error;
 use crate::base::units::{Dimension, quantity};
 use crate::domain::plan::{Forecast, LoadMap, Network, forecast};
-use crate::job::{Job, Method};
+use crate::job::Method;
 use crate::run::output::load_file;
 use crate::run::{Options, start};
 
@@ -102,9 +102,7 @@ fn measured(plan: &Plan) -> Result<LoadMap, Error> {
     let options = Options { steps_for: Some(Duration::from_secs(plan.seconds)), ..options };
     start::start(&job, &options, &Solo)?;
     let map = map_of_run(&folder.0)?;
-    if matches!(&job, Job::Shear(scenario) if scenario.method == Method::Hybrid)
-        && map.grains.iter().all(|rows| *rows == 0)
-    {
+    if job.method() == Method::Hybrid && map.grains.iter().all(|rows| *rows == 0) {
         tracing::warn!(
             "warning: in {} s the hybrid found no band, so this is the plan of its continuum; measure for longer with --seconds, or plan from the folder of a run that has",
             plan.seconds

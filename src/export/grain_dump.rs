@@ -24,7 +24,8 @@ use scree_io::{Column, Values};
 use crate::base::error::Error;
 use crate::base::space::{Plane, Solid, Space};
 use crate::base::units::in_short;
-use crate::job::Job;
+use crate::export::refuse_points_alone;
+use crate::job::{Assembly, Job};
 use crate::observe::frame::Kind;
 use crate::run::results::Aside;
 use crate::store::checkpoint::which;
@@ -40,7 +41,8 @@ pub enum Moment {
 
 /// Writes the grains of a run into `file` and says in words what is there.
 pub fn write(dir: &Path, file: &Path, moment: Moment) -> Result<String, Error> {
-    let job = job_of(dir)?;
+    let job = Job::load(&dir.join("scenario.toml"), &[])?;
+    refuse_points_alone(&job, dir)?;
     let path = dir.join("frames.vtkhdf");
     let unreadable = |error: scree_io::Error| Error::User(error.to_string());
     let times = frames::times(&path).map_err(unreadable)?;
@@ -71,17 +73,6 @@ pub fn write(dir: &Path, file: &Path, moment: Moment) -> Result<String, Error> {
             let count = written.len();
             Ok(format!("The grains of {count} frames from {first} s to {last} s are in {}\n", file.display()))
         }
-    }
-}
-
-fn job_of(dir: &Path) -> Result<Job, Error> {
-    let job = Job::load(&dir.join("scenario.toml"), &[])?;
-    match job {
-        Job::Mpm(job) if !job.moves_grains() => Err(Error::User(format!(
-            "{}: this run is a continuum on a grid and has no grains to export. Its points are in frames.vtkhdf.",
-            dir.display()
-        ))),
-        job => Ok(job),
     }
 }
 
@@ -153,6 +144,7 @@ fn section(frame: &Frame, job: &Job, first: bool) -> Result<Option<String>, Erro
     rows.sort_unstable_by_key(|row| ids[*row]);
     let [velocity, spin, radius, stress] =
         [fields.row("velocity")?, fields.row("spin")?, fields.row("radius")?, fields.row("stress")?];
+    let grains = job.grains().expect("a job that moves grains has some");
     let width = stress.len() / frame.rows();
     let names: String = STRESSES[..width].iter().map(|name| format!(" stress_{name}")).collect();
     let mut text = String::new();
@@ -174,7 +166,7 @@ fn section(frame: &Frame, job: &Job, first: bool) -> Result<Option<String>, Erro
         numbers(&mut text, &frame.positions[row]);
         numbers(&mut text, &velocity[3 * row..3 * row + 3]);
         numbers(&mut text, &spin[3 * row..3 * row + 3]);
-        numbers(&mut text, &[radius[row], mass(job, radius[row])]);
+        numbers(&mut text, &[radius[row], mass(&grains, radius[row])]);
         write!(text, " {}", coordination[row]).expect("text takes what is written");
         numbers(&mut text, &stress[width * row..width * (row + 1)]);
         text.push('\n');
@@ -189,21 +181,12 @@ fn numbers(text: &mut String, numbers: &[f64]) {
 }
 
 /// kg.
-fn mass(job: &Job, radius: f64) -> f64 {
-    match job {
-        Job::Shear(job) => job.grains.density * Plane::grain_volume(radius, job.specimen.depth),
-        Job::Assembly(job) => {
-            let volume = match job.cell.dimension {
-                2 => Plane::grain_volume(radius, job.cell.depth),
-                _ => Solid::grain_volume(radius, job.cell.depth),
-            };
-            job.matter.density * volume
-        }
-        Job::Mpm(job) => {
-            let density = job.grains.as_ref().map_or(0.0, |grains| grains.piece.matter.density);
-            density * Plane::grain_volume(radius, job.grid.depth)
-        }
-    }
+fn mass(grains: &Assembly, radius: f64) -> f64 {
+    let volume = match grains.cell.dimension {
+        2 => Plane::grain_volume(radius, grains.cell.depth),
+        _ => Solid::grain_volume(radius, grains.cell.depth),
+    };
+    grains.matter.density * volume
 }
 
 /// The box. LAMMPS wants the first edge along x and the second in the plane of x and y, and gives the bounds of what leans as

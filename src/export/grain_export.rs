@@ -15,7 +15,8 @@ use crate::base::space::{Linear, Space};
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, body_partner};
 use crate::domain::step::full_step::{FullStep, full_step};
-use crate::job::{Job, Mpm};
+use crate::export::refuse_points_alone;
+use crate::job::Job;
 use crate::mpm::membrane::Vertex;
 use crate::prepare::grain_file::csv::{TIME, header, header_of_contacts};
 use crate::prepare::grain_file::is_lammps;
@@ -51,15 +52,11 @@ pub fn write(state: &State, dir: &Path, file: &Path, wanted: Wanted) -> Result<(
         )));
     }
     let job = job_of(state, dir)?;
-    match &job {
-        Job::Mpm(on_grid) if !on_grid.moves_grains() => return Err(no_grains(dir)),
-        Job::Mpm(_) if wanted != Wanted::default() => {
-            return Err(Error::User(format!(
-                "{}: nodes push grains that share them with points, so that full steps of these are known in the next step only. Leave --velocities now and --forces out; contacts.vtkhdf has forces where output.contact_frames = true.",
-                dir.display()
-            )));
-        }
-        _ => {}
+    if job.as_mpm().is_some() && wanted != Wanted::default() {
+        return Err(Error::User(format!(
+            "{}: nodes push grains that share them with points, so that full steps of these are known in the next step only. Leave --velocities now and --forces out; contacts.vtkhdf has forces where output.contact_frames = true.",
+            dir.display()
+        )));
     }
     let time = progress_of(state)?.step as f64 * job.step();
     save(file, &with_setup_of(&job, Export { state, dir, is_csv, wanted, time })?)
@@ -120,28 +117,18 @@ impl Export<'_> {
 pub fn write_contacts(state: &State, dir: &Path, file: &Path) -> Result<(), Error> {
     let job = job_of(state, dir)?;
     let time = progress_of(state)?.step as f64 * job.step();
-    let (law, bodies): (&str, Vec<String>) = match job {
-        Job::Shear(job) => (job.contact.law(), Vec::new()),
-        Job::Assembly(job) => (job.contact.law(), job.bodies.into_iter().map(|body| body.name).collect()),
-        Job::Mpm(Mpm { grains: Some(granular), bodies, .. }) => {
-            (granular.piece.contact.law(), bodies.into_iter().map(|body| body.body.name).collect())
-        }
-        Job::Mpm(_) => return Err(no_grains(dir)),
-    };
+    let law = job.grains().expect("a job that moves grains has some").contact.law();
+    let bodies: Vec<String> = job.bodies().into_iter().map(|body| body.name.clone()).collect();
     let missing = || Error::User(format!("{}: this state has no contacts", dir.display()));
     let table = state.tables.iter().find(|table| table.name == "contacts").ok_or_else(missing)?;
     save(file, &contacts(table, (law, &bodies), time).ok_or_else(missing)?)
 }
 
-fn no_grains(dir: &Path) -> Error {
-    Error::User(format!(
-        "{}: this run is a continuum on a grid and has no grains to export. Its points are in frames.vtkhdf.",
-        dir.display()
-    ))
-}
-
+/// The job of a state that may have grains.
 fn job_of(state: &State, dir: &Path) -> Result<Job, Error> {
-    Job::parse(&scenario_of(state)?, &dir.display().to_string(), &[])
+    let job = Job::parse(&scenario_of(state)?, &dir.display().to_string(), &[])?;
+    refuse_points_alone(&job, dir)?;
+    Ok(job)
 }
 
 fn save(file: &Path, text: &str) -> Result<(), Error> {

@@ -369,7 +369,7 @@ impl Packed {
     }
 
     /// The keys of `[packing]`.
-    pub(super) fn keys(&mut self, form: &mut dyn Form) {
+    pub fn keys(&mut self, form: &mut dyn Form) {
         if form.is_needed() && !form.has("preparation") {
             form.note_table(
                 "must say how the grains of grains.count are made. Add preparation = \"compress\" with a stress, or preparation = \"pour\".",
@@ -436,7 +436,7 @@ pub enum Sizes {
 }
 
 impl Sizes {
-    fn keys(&mut self, form: &mut dyn Form) {
+    pub fn keys(&mut self, form: &mut dyn Form) {
         let kinds = [
             ("normal", Self::Normal { mean: 0.0, deviation: 0.0 }),
             ("uniform", Self::Uniform { min: 0.0, max: 0.0 }),

@@ -1,67 +1,114 @@
-//! Figures that follow from a scenario: what `scree check` prints and what refuses an unstable time step.
+//! Figures that follow from planar shear, and what it is as grains and as a continuum on a grid, from which all other figures
+//! follow ([`super::figures`], [`super::mpm::figures`]).
 //!
 //! Everything here is a pure function of the checked input, in SI units.
 
 use std::f64::consts::PI;
 
-use super::stable::{self, GrainScale, HERTZ_OVERLAP, springs_at};
-
-pub use super::stable::{Bound, governing};
-use super::{Method, Scenario};
+use super::assembly::{Assembly, Cell, Matter, Packed, Preparation, Sizes, Source};
+use super::figures::{self, grain_measure};
+use super::mpm::{Boundary, Granular, Gravity, Grid, InitialStress, Material, Mpm, Origin, Region, RegionShape, Watch};
+use super::stable::{Bound, HERTZ_OVERLAP, springs_at};
+use super::{BLOCK_OF_DISCS, Method, Scenario};
 use crate::law::contact::{Contact, FLAT, Springs};
+use crate::law::material::{ConstitutiveLaw, CriticalConstants};
+use crate::mpm::scheme::{Scheme, ShapeFunction, StressUpdate, Transfer};
 
 /// Packing fraction assumed where only the packing itself will tell (dense discs of this spread: 0.84 to 0.86).
 pub const FRACTION_DENSE: f64 = 0.85;
 /// Contacts of a disc in a dense frictional packing, for the affine estimates.
 pub const COORDINATION_DENSE: f64 = 4.0;
-/// Standard deviations at which the normal distribution of diameters is cut.
-pub const DIAMETER_CUT: f64 = 3.0;
-/// Share of sigma^2 that is left of a normal distribution cut at three deviations.
-const VARIANCE_CUT: f64 = 0.973_3;
 /// Share of the time a P wave takes through one cell that a step of the continuum may last.
 pub const COURANT_MAX: f64 = 0.5;
-/// Cost of one grain over one step on one core, s.
-pub const COST_GRAIN: f64 = 50e-9;
-/// Cost of one material point over one step on one core, s.
-pub const COST_POINT: f64 = 150e-9;
-/// Bytes that one grain takes with its contacts, neighbour list and ghosts.
-pub const BYTES_GRAIN: f64 = 1000.0;
-/// Bytes that one material point takes.
-const BYTES_POINT: f64 = 500.0;
-/// Bytes that one grid node takes over all of its fields.
-const BYTES_NODE: f64 = 200.0;
-/// Bytes that the program and its libraries take before there is any material.
-const BYTES_PROGRAM: f64 = 40e6;
+impl Scenario {
+    /// Grains of the job's sizes that fill the whole specimen.
+    pub fn grains_of_specimen(&self) -> Assembly {
+        let (grains, packing) = (&self.grains, &self.packing);
+        let sizes = Sizes::Normal { mean: grains.diameter_mean, deviation: grains.diameter_deviation };
+        let area = self.specimen.width * self.specimen.height;
+        let blank = Assembly::blank();
+        Assembly {
+            seed: self.seed,
+            cell: Cell {
+                upper: [self.specimen.width, self.specimen.height, 0.0],
+                periodic: [true, false, false],
+                depth: self.specimen.depth,
+                ..blank.cell
+            },
+            matter: Matter { density: grains.density, diameter_mean: grains.diameter_mean },
+            source: Source::Packed(Packed {
+                count: (area * fraction_start(self) / grain_measure(&sizes, 2)) as u64,
+                sizes,
+                preparation: Preparation::Compress { stress: packing.stress, fraction: None, unloaded: None },
+                friction: packing.friction,
+                fraction_start: packing.fraction_start,
+                energy_ratio_max: packing.energy_ratio_max,
+                cache: packing.cache.clone(),
+            }),
+            contact: self.contact,
+            step: self.time.step,
+            skin: self.decomposition.skin,
+            block: BLOCK_OF_DISCS * grains.diameter_mean,
+            output: self.output,
+            ..blank
+        }
+    }
 
-// Geometry of the grains
-
-/// Diameter of the smallest grain that can be drawn, m.
-pub fn diameter_min(scenario: &Scenario) -> f64 {
-    scenario.grains.diameter_mean - DIAMETER_CUT * scenario.grains.diameter_deviation
-}
-
-/// Diameter of the largest grain that can be drawn, m.
-pub fn diameter_max(scenario: &Scenario) -> f64 {
-    scenario.grains.diameter_mean + DIAMETER_CUT * scenario.grains.diameter_deviation
-}
-
-/// Mass of the grain of mean diameter, kg. Table 1 of Chen et al. (2021) with a depth of 1 cm: 1.987e-5 kg.
-pub fn grain_mass_mean(scenario: &Scenario) -> f64 {
-    let radius = 0.5 * scenario.grains.diameter_mean;
-    stable::grain_mass(scenario.grains.density, radius, scenario.specimen.depth, 2)
-}
-
-/// Mass of the lightest grain that can be drawn, kg.
-pub fn grain_mass_min(scenario: &Scenario) -> f64 {
-    let radius = 0.5 * diameter_min(scenario);
-    stable::grain_mass(scenario.grains.density, radius, scenario.specimen.depth, 2)
-}
-
-/// Mean area of a grain's disc, m2: pi (mean^2 + variance) / 4.
-pub fn grain_area_mean(scenario: &Scenario) -> f64 {
-    let mean = scenario.grains.diameter_mean;
-    let deviation = scenario.grains.diameter_deviation;
-    0.25 * PI * (mean * mean + VARIANCE_CUT * deviation * deviation)
+    /// The continuum between the plates and the grains that may take its place, as a job on a grid has them.
+    pub fn on_grid(&self) -> Mpm {
+        let (continuum, specimen) = (&self.continuum, &self.specimen);
+        let (lower, upper) = ([0.0; 3], [specimen.width, specimen.height, 0.0]);
+        let fraction = fraction_start(self);
+        let law = ConstitutiveLaw::CriticalDruckerPrager(CriticalConstants { fraction, ..continuum.constants() });
+        let watch = Watch { diameter: self.grains.diameter_mean, oracle: self.oracle };
+        Mpm {
+            name: self.name.clone(),
+            grid: Grid {
+                dimension: 2,
+                lower,
+                upper,
+                cell: continuum.cell,
+                cells: [cells_x(self), cells_y(self), 1],
+                periodic: [true, false, false],
+                depth: specimen.depth,
+            },
+            scheme: Scheme {
+                shape: ShapeFunction::Quadratic,
+                update: StressUpdate::Last,
+                transfer: Transfer::Blend { flip: continuum.flip },
+                points_per_cell: continuum.points_per_cell,
+            },
+            material: Material { density: density_bulk(self), law },
+            regions: vec![Region {
+                shape: RegionShape::Box { lower, upper },
+                fraction,
+                velocity: [0.0; 3],
+                spin: [0.0; 3],
+                waves: Vec::new(),
+            }],
+            stress: InitialStress::Isotropic { pressure: self.packing.stress },
+            gravity: Gravity { acceleration: [0.0; 3], ramp: 0.0 },
+            boundaries: [[Boundary::Periodic; 2], [Boundary::Free; 2], [Boundary::Free; 2]],
+            loads: Vec::new(),
+            membranes: Vec::new(),
+            bodies: Vec::new(),
+            follow: Vec::new(),
+            oracle: (self.method == Method::Hybrid).then_some(watch),
+            grains: Some(Box::new(Granular {
+                method: self.method,
+                piece: self.grains_of_specimen(),
+                enrichment: self.enrichment,
+                reference: Origin::Specimen,
+                known: None,
+            })),
+            step: self.time.step,
+            grain_steps: grain_steps(self),
+            end: duration(self),
+            cells_per_block: self.decomposition.cells_per_block,
+            output: self.output,
+            ledger: self.ledger,
+        }
+    }
 }
 
 // Material
@@ -110,17 +157,6 @@ pub fn moduli_affine(springs: &Springs, fraction: f64, depth: f64) -> Moduli {
 /// Springs between two mean grains.
 pub fn springs_mean(contact: &Contact, diameter_mean: f64) -> Springs {
     springs_at(contact, [0.5 * diameter_mean; 2], [FLAT; 2], HERTZ_OVERLAP)
-}
-
-/// The affine estimate for this scenario's contact law.
-pub fn moduli_of_grains(scenario: &Scenario) -> Moduli {
-    let springs = springs_mean(&scenario.contact, scenario.grains.diameter_mean);
-    moduli_affine(&springs, fraction_start(scenario), scenario.specimen.depth)
-}
-
-/// Speed of a P wave, m/s: sqrt((K + G) / rho) in plane strain.
-pub fn wave_speed(bulk: f64, shear: f64, density: f64) -> f64 {
-    ((bulk + shear) / density).sqrt()
 }
 
 /// Default mass of the upper plate, kg: a tenth of the specimen's.
@@ -184,19 +220,6 @@ pub fn grain_steps(scenario: &Scenario) -> u64 {
     if scenario.method.has_points() { scenario.time.grain_steps } else { 1 }
 }
 
-/// The most of them that are stable.
-pub fn grain_steps_max(scenario: &Scenario) -> u64 {
-    let alone = point_bound(scenario).step * scenario.time.grain_steps as f64;
-    (alone / scenario.time.step).floor().max(1.0) as u64
-}
-
-/// I = rate D sqrt(rho / P): inertia against confinement; below about 1e-3 flow is quasi-static (GDR MiDi 2004).
-pub fn inertial_number(scenario: &Scenario, shear_rate: f64) -> f64 {
-    let time_of_grain =
-        scenario.grains.diameter_mean * (scenario.grains.density / scenario.loading.stress_normal).sqrt();
-    shear_rate * time_of_grain
-}
-
 /// Shear rate if the whole height shears alike, 1/s.
 pub fn shear_rate_mean(scenario: &Scenario) -> f64 {
     scenario.loading.speed / scenario.specimen.height
@@ -208,25 +231,7 @@ pub fn shear_rate_band(scenario: &Scenario) -> f64 {
     scenario.loading.speed / band
 }
 
-/// k_n / (P depth): the reciprocal of the mean overlap in diameters.
-pub fn stiffness_number(scenario: &Scenario) -> f64 {
-    let springs = springs_mean(&scenario.contact, scenario.grains.diameter_mean);
-    springs.normal / (scenario.loading.stress_normal * scenario.specimen.depth)
-}
-
 // Sizes
-
-/// Grains, if the whole specimen were discrete.
-pub fn grains_if_discrete(scenario: &Scenario) -> f64 {
-    let area = scenario.specimen.width * scenario.specimen.height;
-    area * fraction_start(scenario) / grain_area_mean(scenario)
-}
-
-/// Grains in one cell of the grid.
-pub fn grains_per_cell(scenario: &Scenario) -> f64 {
-    let cell = scenario.continuum.cell;
-    cell * cell * fraction_start(scenario) / grain_area_mean(scenario)
-}
 
 /// Cells along x, an exact division after the scenario's checks.
 pub fn cells_x(scenario: &Scenario) -> usize {
@@ -237,12 +242,6 @@ pub fn cells_x(scenario: &Scenario) -> usize {
 pub fn cells_y(scenario: &Scenario) -> usize {
     let cells = scenario.specimen.height / scenario.continuum.cell;
     (cells - 1e-9).ceil() as usize
-}
-
-/// Blocks along x and y that the specimen touches.
-pub fn blocks(scenario: &Scenario) -> [usize; 2] {
-    let edge = scenario.decomposition.cells_per_block;
-    [cells_x(scenario).div_ceil(edge), cells_y(scenario).div_ceil(edge)]
 }
 
 /// Edge of a block, m.
@@ -262,74 +261,27 @@ pub fn zone_height(scenario: &Scenario) -> f64 {
     zone.min(scenario.specimen.height)
 }
 
-/// Material points and grains that are alive together at the costliest time.
-pub fn population(scenario: &Scenario) -> (f64, f64) {
-    let points = points(scenario) as f64;
-    let grains = grains_if_discrete(scenario);
+/// Share of the specimen's grains that are held in memory: those that a hybrid takes grains from may fill its zone alone.
+pub fn share_of_grains(scenario: &Scenario) -> f64 {
     match scenario.method {
-        Method::Dem => (0.0, grains),
-        Method::Mpm => (points, 0.0),
-        Method::Hybrid => {
-            let zone = zone_height(scenario) / scenario.specimen.height;
-            (points * (1.0 - zone), grains * zone)
-        }
+        Method::Dem => 1.0,
+        Method::Mpm => 0.0,
+        Method::Hybrid => scenario.packing.height.map_or(1.0, |height| height / scenario.specimen.height),
     }
 }
 
-/// Memory of all ranks together, bytes; a rough figure. A hybrid also holds the packing that grains are taken from.
-pub fn memory(scenario: &Scenario) -> f64 {
-    let (points, grains) = match scenario.method {
-        Method::Hybrid => {
-            let share = scenario.packing.height.map_or(1.0, |height| height / scenario.specimen.height);
-            (points(scenario) as f64, share * grains_if_discrete(scenario))
-        }
-        _ => population(scenario),
-    };
-    let nodes = (cells_x(scenario) * cells_y(scenario)) as f64;
-    BYTES_PROGRAM + BYTES_GRAIN * grains + BYTES_POINT * points + BYTES_NODE * nodes
-}
-
-/// Wall time on one core, s, without the making of the packing; a hybrid is taken as enriched from the start.
-pub fn wall_time(scenario: &Scenario) -> f64 {
-    let (points, grains) = population(scenario);
-    let per_step = points * cost_of_point(scenario) + grains * COST_GRAIN;
-    steps(scenario) as f64 * per_step
-}
-
-/// Wall time that a point takes in a step of grains, s: it goes to the grid once for several.
-fn cost_of_point(scenario: &Scenario) -> f64 {
-    COST_POINT / grain_steps(scenario) as f64
-}
-
-/// How much faster the hybrid is than grains alone (Chen et al. 2021, 6.4.1):
-/// 1 / (T_D/T + (1 - T_D/T) C_C / (C_D N_D)), with C_C per cell, C_D per grain and N_D grains per cell.
-pub fn speed_up(scenario: &Scenario) -> f64 {
-    let zone = zone_height(scenario) / scenario.specimen.height;
-    let per_cell = scenario.continuum.points_per_cell * scenario.continuum.points_per_cell;
-    let cost_continuum = per_cell as f64 * cost_of_point(scenario);
-    let cost_grains = COST_GRAIN * grains_per_cell(scenario);
-    speed_up_by(zone, cost_continuum, cost_grains)
-}
-
-/// The same with T_D/T, C_C and C_D N_D as they were measured; costs in s per cell and step.
+/// How much faster a hybrid is than grains alone (Chen et al. 2021, 6.4.1):
+/// 1 / (T_D/T + (1 - T_D/T) C_C / (C_D N_D)), with costs in s per cell and step, C_D N_D of its grains.
 pub fn speed_up_by(zone: f64, cost_continuum: f64, cost_grains: f64) -> f64 {
     1.0 / (zone + (1.0 - zone) * cost_continuum / cost_grains)
 }
 
 // Stable time steps
 
-/// What bounds the step of the grains: [`stable::bounds`] with the lightest and the mean disc of this scenario.
-pub fn grain_bounds(scenario: &Scenario) -> Vec<Bound> {
-    let radius = 0.5 * scenario.grains.diameter_mean;
-    let lightest = GrainScale { radius: 0.5 * diameter_min(scenario), mass: grain_mass_min(scenario), dimension: 2 };
-    let mean = GrainScale { radius, mass: grain_mass_mean(scenario), dimension: 2 };
-    stable::bounds(&scenario.contact, &lightest, &mean)
-}
-
 /// What bounds the step of the continuum: a P wave may cross half a cell.
 pub fn point_bound(scenario: &Scenario) -> Bound {
     let continuum = &scenario.continuum;
-    let speed = wave_speed(continuum.bulk_modulus, continuum.shear_modulus, density_bulk(scenario));
+    let speed = ((continuum.bulk_modulus + continuum.shear_modulus) / density_bulk(scenario)).sqrt();
     Bound {
         cause: "P wave through a cell",
         formula: "0.5 cell/sqrt((K + G)/rho)/grain_steps",
@@ -338,16 +290,17 @@ pub fn point_bound(scenario: &Scenario) -> Bound {
     }
 }
 
-/// Every bound that this method is held to.
-pub fn bounds(scenario: &Scenario) -> Vec<Bound> {
-    bounds_with(scenario, &grain_bounds(scenario))
+/// The same of its own step, which is several of grains.
+pub fn point_bound_alone(scenario: &Scenario) -> Bound {
+    let bound = point_bound(scenario);
+    Bound { formula: "0.5 cell/sqrt((K + G)/rho)", step: bound.step * scenario.time.grain_steps as f64, ..bound }
 }
 
-/// The same with the bounds of the grains that there are.
-pub fn bounds_with(scenario: &Scenario, grains: &[Bound]) -> Vec<Bound> {
+/// Every bound that this method is held to.
+pub fn bounds(scenario: &Scenario) -> Vec<Bound> {
     let mut bounds = Vec::new();
     if scenario.moves_grains() {
-        bounds.extend_from_slice(grains);
+        bounds.extend(figures::bounds(&scenario.grains_of_specimen()));
     }
     if scenario.method.has_points() {
         bounds.push(point_bound(scenario));
@@ -358,6 +311,7 @@ pub fn bounds_with(scenario: &Scenario, grains: &[Bound]) -> Vec<Bound> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::job::mpm::{self, forecast::grains_if_discrete};
 
     fn planar_shear(sets: &[&str]) -> Result<Scenario, crate::base::error::Error> {
         let sets: Vec<String> = sets.iter().map(|set| (*set).to_string()).collect();
@@ -381,15 +335,17 @@ mod tests {
     fn figures_of_the_papers_specimen() {
         let scenario = planar_shear(&[]).unwrap();
         let near = |value: f64, wanted: f64| assert!((value / wanted - 1.0).abs() < 0.02, "{value}");
-        near(grain_mass_mean(&scenario), 1.987e-5);
-        near(stiffness_number(&scenario), 443.0);
-        near(moduli_of_grains(&scenario).bulk, 95.9e6);
-        near(moduli_of_grains(&scenario).shear, 71.9e6);
-        near(grains_if_discrete(&scenario), 7740.0);
-        near(grains_per_cell(&scenario), 60.5);
+        let (grains, on_grid) = (scenario.grains_of_specimen(), scenario.on_grid());
+        near(figures::grain(&grains, 1e-3).mass, 1.987e-5);
+        near(figures::stiffness_over_load(&grains, 4e5), 443.0);
+        let moduli = moduli_affine(&springs_mean(&scenario.contact, 1e-3), FRACTION_DENSE, 0.01);
+        near(moduli.bulk, 95.9e6);
+        near(moduli.shear, 71.9e6);
+        near(figures::grains(&grains).unwrap() as f64, 7740.0);
+        near(grains_if_discrete(&on_grid), 7740.0);
         assert_eq!([cells_x(&scenario), cells_y(&scenario)], [8, 16]);
-        assert_eq!(blocks(&scenario), [4, 8]);
-        assert_eq!(points(&scenario), 512);
+        assert_eq!(mpm::figures::blocks(&on_grid), [4, 8, 1]);
+        assert_eq!([points(&scenario), mpm::figures::points(&on_grid) as usize], [512; 2]);
         assert_eq!(steps(&scenario), 4_281_250);
     }
 

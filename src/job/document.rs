@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::raw::Typed;
 use super::schema::Kind;
-use super::{Assembly, Mpm, Output, Scenario, derived, figures, mpm, resolve};
+use super::{Assembly, Mpm, Output, Scenario, derived, figures, resolve};
 use crate::base::error::Error;
 
 /// What a job asks for; the table `[cell]` makes it an assembly, `[grid]` a continuum.
@@ -64,16 +64,15 @@ impl Job {
         }
     }
 
-    /// What is written and when.
     /// Steps of the whole run.
     pub fn steps(&self) -> u64 {
         match self {
             Self::Shear(scenario) => derived::steps(scenario),
-            Self::Assembly(assembly) => figures::steps(assembly),
-            Self::Mpm(job) => mpm::figures::steps(job),
+            Self::Assembly(_) | Self::Mpm(_) => figures::steps(self.end(), self.step()),
         }
     }
 
+    /// What is written and when.
     pub fn output(&self) -> &Output {
         match self {
             Self::Shear(scenario) => &scenario.output,

@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use super::assembly::{Assembly, Preparation, Shape, Sizes, Source};
-use super::derived::DIAMETER_CUT;
+use super::assembly::{Assembly, Packed, Preparation, Shape, Sizes, Source};
 use super::stable::{self, Bound, GrainScale, HERTZ_OVERLAP, springs_at};
+use crate::base::math::PI;
 use crate::law::contact::{FLAT, Springs, Stiffening};
 
 /// Share of sigma^2 that is left of a normal distribution cut at three deviations.
 const VARIANCE_CUT: f64 = 0.973_3;
-/// Cost of one sphere over one step on one core, s; it has three times the contacts of a disc.
-const COST_SPHERE: f64 = 150e-9;
+/// Standard deviations at which the normal distribution of diameters is cut.
+const DIAMETER_CUT: f64 = 3.0;
 
 impl Sizes {
     /// Mean diameter, m.
@@ -94,10 +94,12 @@ pub fn fraction_in_cell(assembly: &Assembly) -> Option<f64> {
     let Source::Packed(packed) = &assembly.source else {
         return None;
     };
-    let dimension = assembly.cell.dimension;
-    let sphere = if dimension == 2 { 4.0 } else { 6.0 };
-    let grain = crate::base::math::PI / sphere * packed.sizes.power_mean(dimension);
-    Some(packed.count as f64 * grain / cell_measure(assembly))
+    Some(packed.count as f64 * grain_measure(&packed.sizes, assembly.cell.dimension) / cell_measure(assembly))
+}
+
+/// Mean area (m2) of discs, mean volume (m3) of spheres.
+pub fn grain_measure(sizes: &Sizes, dimension: usize) -> f64 {
+    PI / if dimension == 2 { 4.0 } else { 6.0 } * sizes.power_mean(dimension)
 }
 
 /// Number of grains, as far as it is known: from the job, or from a look at the file.
@@ -120,20 +122,9 @@ fn grains_in_file(file: &Path) -> Option<u64> {
 
 // The run
 
-/// Steps of the whole run. An end that is a whole number of steps but for rounding takes no step more.
-pub fn steps(assembly: &Assembly) -> u64 {
-    let steps = assembly.end / assembly.step;
-    (steps * (1.0 - 1e-12)).ceil() as u64
-}
-
-/// Wall time of that many grains on one core, s, without the making of the packing.
-pub fn wall_time(assembly: &Assembly, grains: u64) -> f64 {
-    steps(assembly) as f64 * grains as f64 * cost_of_grain(assembly)
-}
-
-/// Cost of one grain over one step on one core, s.
-pub fn cost_of_grain(assembly: &Assembly) -> f64 {
-    if assembly.cell.dimension == 2 { super::derived::COST_GRAIN } else { COST_SPHERE }
+/// Steps of a run to `end`, s. An end that is a whole number of steps but for rounding takes no step more.
+pub fn steps(end: f64, step: f64) -> u64 {
+    ((end / step) * (1.0 - 1e-12)).ceil() as u64
 }
 
 /// Mean stress that the cell or its packing is held at, Pa, compression positive.
@@ -141,23 +132,29 @@ pub fn pressure(assembly: &Assembly) -> Option<f64> {
     let held: Vec<f64> =
         assembly.cell.servo.iter().flat_map(|servo| servo.stress).flatten().map(|stress| -stress).collect();
     let mean = held.iter().sum::<f64>() / held.len() as f64;
+    if mean > 0.0 { Some(mean) } else { stresses_of_packing(assembly).first().copied() }
+}
+
+/// Mean stresses that a packing is compressed to and then unloaded to, Pa.
+pub fn stresses_of_packing(assembly: &Assembly) -> Vec<f64> {
     match &assembly.source {
-        _ if mean > 0.0 => Some(mean),
-        Source::Packed(packed) => match packed.preparation {
-            Preparation::Compress { stress, .. } => Some(stress),
-            Preparation::Pour => None,
-        },
-        Source::File(_) => None,
+        Source::Packed(Packed { preparation: Preparation::Compress { stress, unloaded, .. }, .. }) => {
+            std::iter::once(*stress).chain(*unloaded).collect()
+        }
+        _ => Vec::new(),
     }
 }
 
-/// Stiffness of contacts against the load across a grain, k_n/(p depth) or k_n/(p d): the reciprocal of the mean overlap in
-/// diameters, where the stress is known. None of Hertz contacts, which stiffen as they are loaded.
-pub fn stiffness_number(assembly: &Assembly) -> Option<f64> {
-    if assembly.contact.stiffening() == Stiffening::WithOverlap {
-        return None;
-    }
-    pressure(assembly).map(|pressure| springs_mean(assembly).normal / (pressure * thickness(assembly)))
+/// Stiffness of mean contacts against the load across a grain, k_n/(p depth) or k_n/(p d): the reciprocal of the mean overlap
+/// in diameters. None of Hertz contacts, which stiffen as they are loaded.
+pub fn stiffness_number(assembly: &Assembly, pressure: f64) -> Option<f64> {
+    let stiffens = assembly.contact.stiffening() == Stiffening::WithOverlap;
+    (!stiffens).then(|| stiffness_over_load(assembly, pressure))
+}
+
+/// The same of any law, of Hertz contacts at an overlap that grains should not reach.
+pub fn stiffness_over_load(assembly: &Assembly, pressure: f64) -> f64 {
+    springs_mean(assembly).normal / (pressure * thickness(assembly))
 }
 
 /// Stiffness of mean contacts as a modulus, Pa, under a mean stress (Pa): Hertz contacts stiffen as they are loaded.
@@ -182,11 +179,9 @@ pub fn rate_max(assembly: &Assembly) -> f64 {
     assembly.cell.gradient.iter().flatten().fold(0.0, |rate, entry| rate.max(entry.abs()))
 }
 
-/// I = rate d sqrt(rho/p), where both rate and stress are known.
-pub fn inertial_number(assembly: &Assembly) -> Option<f64> {
-    let rate = rate_max(assembly);
-    let pressure = pressure(assembly)?;
-    (rate > 0.0).then(|| rate * assembly.matter.diameter_mean * (assembly.matter.density / pressure).sqrt())
+/// I = rate d sqrt(rho/p): inertia against confinement; below about 1e-3 flow is quasi-static (GDR MiDi 2004).
+pub fn inertial_number(assembly: &Assembly, rate: f64, pressure: f64) -> f64 {
+    rate * assembly.matter.diameter_mean * (assembly.matter.density / pressure).sqrt()
 }
 
 // Stable time steps

@@ -19,6 +19,7 @@ mod renamed;
 mod resolve;
 pub mod schema;
 mod shear;
+mod slots;
 pub mod stable;
 pub mod templates;
 mod tree;

@@ -236,7 +236,7 @@ pub struct Packing {
 }
 
 impl Packing {
-    pub(super) fn keys(&mut self, form: &mut dyn Form) {
+    pub fn keys(&mut self, form: &mut dyn Form) {
         let (friction, start) = ("friction while the packing is made", "the packing fraction of the loose start");
         form.number(
             &mut self.friction,
@@ -396,7 +396,7 @@ pub struct Loading {
 }
 
 impl Loading {
-    pub(super) fn keys(&mut self, form: &mut dyn Form) {
+    pub fn keys(&mut self, form: &mut dyn Form) {
         let stress = "the normal stress on the upper plate";
         form.number(&mut self.stress_normal, number("stress_normal", stress, STRESS, POSITIVE, "\"400 kPa\""));
         form.number(

@@ -63,7 +63,7 @@ impl<S: Space> Setup for InSpace<'_, S> {
         if job.ledger {
             columns.push(columns::account_of_grains(&WORKS));
         }
-        let steps = figures::steps(job);
+        let steps = figures::steps(job.end, job.step);
         Experiment {
             job: Job::Assembly(job.clone()).to_toml(),
             output: &job.output,

@@ -11,7 +11,8 @@ use crate::domain::accounts::ledger::Accounts;
 use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::job::mpm::{self, Granular, Mpm, Origin, Watch, figures};
+use crate::job::figures::steps;
+use crate::job::mpm::{self, Granular, Mpm, Origin, Watch};
 use crate::job::{Job, Method};
 use crate::mpm::membrane::Vertex;
 use crate::mpm::stress::{SharedMaterial, material_of};
@@ -103,7 +104,7 @@ fn of_job<'s, S: Space>(job: &'s Mpm, columns: Vec<Columns<'s, S>>) -> Experimen
     Experiment {
         job: Job::Mpm(job.clone()).to_toml(),
         output: &job.output,
-        steps: figures::steps(job),
+        steps: steps(job.end, job.step),
         accounts: Accounts { grains: false, points: job.ledger },
         allows_unstable: false,
         picture: Picture { depth: job.grid.depth, may_have_grains: false, may_have_points: false, flagged: false },
@@ -249,7 +250,7 @@ impl<S: Space> Setup for Grains<'_, S> {
         }
         let progress = Progress {
             fraction_start: made.fraction,
-            instants: Instants { times: Vec::new(), every: (figures::steps(job) / TRACKS).max(1) },
+            instants: Instants { times: Vec::new(), every: (steps(job.end, job.step) / TRACKS).max(1) },
             ..Progress::default()
         };
         let parts = self.at_start(made, transport)?;

@@ -239,7 +239,8 @@ fn regions_have_their_points() {
 #[test]
 fn a_run_takes_the_steps_that_check_counts() {
     let text = LITTLE.replace("end = 1\n", "end = 6.8e-4\nstep = 2e-4\n[output]\nseries_interval = 2e-4\n");
-    let steps = figures::steps(&read(&text));
+    let job = read(&text);
+    let steps = scree::job::figures::steps(job.end, job.step);
     assert_eq!((steps, *Ran::of(&text).series("step").last().unwrap()), (4, 4.0));
 }
 

@@ -130,10 +130,8 @@ impl Element<'_> {
     /// The test as a job that `scree run` takes, checked like any other.
     pub fn job(&self) -> Result<Assembly, Error> {
         let text = self.assembly().to_toml();
-        match Job::parse(&text, &format!("the {} test of this job's grains", self.name()), &[])? {
-            Job::Assembly(job) => Ok(job),
-            Job::Shear(_) | Job::Mpm(_) => unreachable!("an assembly is written as one"),
-        }
+        let job = Job::parse(&text, &format!("the {} test of this job's grains", self.name()), &[])?;
+        Ok(job.as_assembly().expect("an assembly is written as one").clone())
     }
 
     fn assembly(&self) -> Assembly {

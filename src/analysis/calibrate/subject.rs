@@ -1,9 +1,9 @@
 //! Whose grains are tested: what a job of any method that has grains and a continuum says of them.
 
 use crate::base::error::Error;
-use crate::job::assembly::{Assembly, Matter, Packed, Preparation, Sizes, Source};
-use crate::job::mpm::{Granular, Mpm};
-use crate::job::{BLOCK_OF_DISCS, Job, Scenario, significant};
+use crate::job::assembly::{Assembly, Preparation, Source};
+use crate::job::figures::stresses_of_packing;
+use crate::job::{Job, Scenario, significant};
 use crate::law::material::CriticalConstants;
 
 /// The grains of a job and the material that it has for them.
@@ -28,66 +28,33 @@ pub struct Subject {
 impl Subject {
     /// Refuses a job whose grains are not those that would be tested; `file` is that of the job.
     pub fn of(job: &Job, file: &str) -> Result<Self, Error> {
-        let text = job.to_toml();
-        match job {
-            Job::Shear(scenario) => Self::of_shear(scenario, file, text),
-            Job::Mpm(Mpm { grains: Some(granular), .. }) => Ok(Self::of_grid(job.name(), granular, job, text)),
-            Job::Mpm(_) => Err(Error::User(format!(
-                "{file}: this continuum has no grains, so that there is nothing to calibrate it by. Add [grains], [packing], [contact] and method, or give a job of planar shear."
-            ))),
-            Job::Assembly(_) => Err(Error::User(format!(
-                "{file}: this job has grains alone and no continuum to calibrate. Give a job of planar shear, or one with [grid] and [grains]."
-            ))),
+        let (Some(grains), Some(continuum)) = (job.grains(), job.continuum()) else {
+            return Err(Error::User(match job.grains() {
+                Some(_) => format!(
+                    "{file}: this job has grains alone and no continuum to calibrate. Give a job of planar shear, or one with [grid] and [grains]."
+                ),
+                None => format!(
+                    "{file}: this continuum has no grains, so that there is nothing to calibrate it by. Add [grains], [packing], [contact] and method, or give a job of planar shear."
+                ),
+            }));
+        };
+        if let Some(scenario) = job.as_shear() {
+            refuse_other_grains(scenario, file)?;
         }
-    }
-
-    fn of_shear(scenario: &Scenario, file: &str, text: String) -> Result<Self, Error> {
-        refuse_other_grains(scenario, file)?;
-        let (grains, packing) = (&scenario.grains, &scenario.packing);
-        let [packed, loaded] = [packing.stress, scenario.loading.stress_normal].map(|stress| 1e-3 * stress);
-        let other_stress = (packed != loaded).then(|| {
-            format!(
-                "Made and tested under packing.stress = {} kPa, these are not the figures at loading.stress_normal = {} kPa: stiffness and dilation hang on the stress.",
-                significant(packed, 6),
-                significant(loaded, 6)
-            )
-        });
-        let mut piece = Assembly {
-            seed: scenario.seed,
-            matter: Matter { density: grains.density, diameter_mean: grains.diameter_mean },
-            source: Source::Packed(Packed {
-                sizes: Sizes::Normal { mean: grains.diameter_mean, deviation: grains.diameter_deviation },
-                count: 1,
-                preparation: Preparation::Compress { stress: packing.stress, fraction: None, unloaded: None },
-                friction: packing.friction,
-                fraction_start: packing.fraction_start,
-                energy_ratio_max: packing.energy_ratio_max,
-                cache: packing.cache.clone(),
-            }),
-            contact: scenario.contact,
-            step: scenario.time.step,
-            skin: scenario.decomposition.skin,
-            block: BLOCK_OF_DISCS * grains.diameter_mean,
-            output: scenario.output,
-            ..Assembly::blank()
+        // Of a fraction that only its packing tells it is not asked.
+        let now = match job.as_shear() {
+            Some(scenario) => scenario.method.has_points().then(|| scenario.continuum.constants()),
+            None => continuum.material.law.critical().copied(),
         };
-        piece.cell.depth = scenario.specimen.depth;
-        let now = scenario.method.has_points().then(|| scenario.continuum.constants());
-        let (name, stress) = (scenario.name.clone(), packing.stress);
-        Ok(Self { name, piece, stress, now, other_stress, taken_by: ["continuum", "material"], text })
-    }
-
-    fn of_grid(name: &str, granular: &Granular, job: &Job, text: String) -> Self {
-        let stress = match &granular.piece.source {
-            Source::Packed(Packed { preparation: Preparation::Compress { stress, .. }, .. }) => *stress,
-            _ => unreachable!("a checked job has its piece compressed"),
-        };
-        let now = match job {
-            Job::Mpm(Mpm { material, .. }) => material.law.critical().copied(),
-            _ => None,
-        };
-        let piece = Assembly { output: *job.output(), ..granular.piece.clone() };
-        Self { name: name.to_string(), piece, stress, now, other_stress: None, taken_by: ["material", "file"], text }
+        Ok(Self {
+            name: job.name().to_string(),
+            stress: *stresses_of_packing(&grains).first().expect("these grains are compressed"),
+            piece: Assembly { output: *job.output(), ..grains.into_owned() },
+            now,
+            other_stress: job.as_shear().and_then(other_stress),
+            taken_by: if job.as_shear().is_some() { ["continuum", "material"] } else { ["material", "file"] },
+            text: job.to_toml(),
+        })
     }
 
     /// The piece with so many grains of that seed, at rest to that share of energy.
@@ -100,6 +67,18 @@ impl Subject {
         }
         piece
     }
+}
+
+/// Where a packing is sheared under another stress than it is made under.
+fn other_stress(scenario: &Scenario) -> Option<String> {
+    let [packed, loaded] = [scenario.packing.stress, scenario.loading.stress_normal].map(|stress| 1e-3 * stress);
+    (packed != loaded).then(|| {
+        format!(
+            "Made and tested under packing.stress = {} kPa, these are not the figures at loading.stress_normal = {} kPa: stiffness and dilation hang on the stress.",
+            significant(packed, 6),
+            significant(loaded, 6)
+        )
+    })
 }
 
 /// Refuses a job whose grains are not those that would be tested; `file` is that of the job.

@@ -16,26 +16,17 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// One sentence each, with what to write instead.
 pub fn doubts(job: &Job) -> Vec<String> {
-    match job {
-        Job::Shear(job) => [density("grains.density", job.grains.density), idle_friction(&job.contact)].concat(),
-        Job::Assembly(job) => [
-            pull(job),
-            density("grains.density", job.matter.density),
-            gravity("cell.gravity", &job.gravity, job.cell.dimension),
-            idle_friction(&job.contact),
-        ]
-        .concat(),
-        Job::Mpm(job) => of_continuum(job),
+    let mut doubts = Vec::new();
+    if let Some(grains) = job.grains() {
+        doubts.extend(pull(&grains));
+        doubts.extend(density("grains.density", grains.matter.density));
+        doubts.extend(gravity("cell.gravity", &grains.gravity, grains.cell.dimension));
+        doubts.extend(idle_friction(&grains.contact));
     }
-}
-
-fn of_continuum(job: &Mpm) -> Vec<String> {
-    let mut doubts = gravity("gravity.acceleration", &job.gravity.acceleration, job.grid.dimension);
-    doubts.extend(density("material.density", job.material.density));
-    doubts.extend(noise(job));
-    if let Some(granular) = &job.grains {
-        doubts.extend(density("grains.density", granular.piece.matter.density));
-        doubts.extend(idle_friction(&granular.piece.contact));
+    if let Some(job) = job.as_mpm() {
+        doubts.extend(density("material.density", job.material.density));
+        doubts.extend(gravity("gravity.acceleration", &job.gravity.acceleration, job.grid.dimension));
+        doubts.extend(noise(job));
     }
     doubts
 }

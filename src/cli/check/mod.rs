@@ -2,59 +2,89 @@
 
 use std::path::Path;
 
+use self::page::Page;
+use self::slots::Slots;
 use super::cores::Placement;
 use crate::base::error::Error;
 use crate::job::raw::Typed;
-use crate::job::{Job, Mpm};
+use crate::job::{Job, Method};
 use crate::prepare::grain_file;
 
-mod assembly;
+mod bodies;
+mod contact;
+mod continuum;
+mod cost;
+mod coupling;
+mod domain;
 mod doubts;
-mod granular;
-mod mpm;
+mod grains;
 mod page;
-mod shear;
+mod slots;
+mod steps;
+mod warnings;
 
 pub(super) use doubts::doubts;
 
-/// Above this number grains feel inertia and stress depends on speed (da Cruz et al. 2005).
-const INERTIAL_NUMBER_QUASI_STATIC: f64 = 1e-3;
-/// Below this number overlaps are no longer small against a grain.
-const STIFFNESS_NUMBER_MIN: f64 = 100.0;
-/// A step this small a share of the stable one wastes time.
-const STEP_SHARE_MIN: f64 = 0.1;
+/// The sections of the page; one is left out where a job has nothing of it.
+const SECTIONS: [fn(&mut Page, &Slots); 14] = [
+    domain::section,
+    domain::faces,
+    grains::section,
+    contact::section,
+    continuum::scheme,
+    continuum::material,
+    continuum::start,
+    bodies::plates,
+    bodies::bodies,
+    bodies::membranes,
+    coupling::section,
+    steps::loading,
+    steps::steps,
+    cost::section,
+];
 
 pub(super) fn command(job: &Path, sets: &[String]) -> Result<String, Error> {
     let (job, typed) = Job::load_typed(job, sets)?;
     refuse_bad_grains(&job, &typed)?;
-    let page = match &job {
-        Job::Shear(scenario) => shear::page(scenario, &grain_file::bounds(scenario)?),
-        Job::Assembly(assembly) => assembly::page(assembly, &grain_file::bounds_of_assembly(assembly)?),
-        Job::Mpm(job) => mpm::page(job),
+    Ok(format!("{}\nThe job is good. Nothing was started.\n", page(&job)?))
+}
+
+fn page(job: &Job) -> Result<String, Error> {
+    let slots = Slots::of(job)?;
+    let mut page = Page(String::new());
+    let moving = match job.method() {
+        Method::Hybrid => "continuum with grains where it localises",
+        Method::Dem => "grains alone",
+        Method::Mpm => "continuum alone",
     };
-    let doubts: String = doubts(&job).iter().map(|doubt| format!("\nwarning: {doubt}\n")).collect();
-    Ok(format!("{page}{doubts}\nThe job is good. Nothing was started.\n"))
+    let space = match (job.dimension(), job.as_assembly()) {
+        (2, Some(_)) => "discs in the plane",
+        (2, None) => "plane strain",
+        (_, Some(_)) => "spheres in space",
+        (_, None) => "in space",
+    };
+    page.line(&format!("{}: method {}, {moving}, {space}", job.name(), job.method().name()));
+    SECTIONS.iter().for_each(|section| section(&mut page, &slots));
+    for warning in warnings::warnings(&slots).into_iter().chain(doubts(job)) {
+        page.line(&format!("\nwarning: {warning}"));
+    }
+    Ok(page.0)
 }
 
 /// Grains that cannot be read or made are found before anything is started.
 pub(super) fn refuse_bad_grains(job: &Job, typed: &Typed) -> Result<(), Error> {
-    let file = match job {
-        Job::Shear(scenario) => scenario.grains.file.as_deref(),
-        Job::Assembly(assembly) => assembly.source.file(),
-        Job::Mpm(_) => None,
-    };
-    if let Some(file) = file.filter(|file| !file.is_file()) {
+    let Some(grains) = job.grains() else { return Ok(()) };
+    if let Some(file) = grains.source.file().filter(|file| !file.is_file()) {
         let message = format!(
             "names no file of grains: there is none at {}. Give a path that starts from the job's folder, for example file = \"grains.csv\", or remove the key to have grains made.",
             file.display()
         );
         return Err(typed.refusal("grains", "file", &message));
     }
-    match (job, file) {
-        (Job::Shear(scenario), Some(file)) => grain_file::read(scenario, file).map(|_| ()),
-        (Job::Assembly(assembly), _) => crate::run::assembly::refuse_bad(assembly, typed),
-        (Job::Mpm(Mpm { grains: Some(granular), .. }), _) => crate::run::assembly::refuse_bad(&granular.piece, typed),
-        _ => Ok(()),
+    match (job.as_shear(), grains.source.file()) {
+        (Some(scenario), Some(file)) => grain_file::read(scenario, file).map(|_| ()),
+        (Some(_), None) => Ok(()),
+        (None, _) => crate::run::assembly::refuse_bad(&grains, typed),
     }
 }
 
@@ -98,9 +128,9 @@ mod tests {
     #[test]
     fn each_method_prints_its_own_figures() {
         let grains = checked("planar_shear.toml", &["method=dem"]);
-        assert!(!grains.contains("material points") && grains.contains("k_n/(P depth)"), "{grains}");
+        assert!(!grains.contains("material points") && grains.contains("stiffness number"), "{grains}");
         let points = checked("planar_shear.toml", &["method=mpm"]);
-        assert!(points.contains("material points") && !points.contains("k_n/(P depth)"), "{points}");
+        assert!(points.contains("material points") && !points.contains("stiffness number"), "{points}");
         assert!(!grains.contains("speed-up") && !points.contains("speed-up"));
     }
 
@@ -112,9 +142,8 @@ mod tests {
         let (_, tail) = rest.split_once("[packing]").unwrap();
         let page = |law: &str| {
             let text = format!("{head}[contact]\nfriction = 0.5\n{law}\n[packing]{tail}");
-            let scenario = crate::job::Scenario::parse(&text, "job.toml", &[]);
-            let scenario = scenario.unwrap_or_else(|error| panic!("{error}"));
-            shear::page(&scenario, &crate::job::derived::grain_bounds(&scenario))
+            let job = Job::parse(&text, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+            super::page(&job).unwrap()
         };
         let linear = "stiffness_normal = 1e5\nstiffness_tangential = 5e4\ndamping_normal = 1\ndamping_tangential = 1";
         let elastic = "law = \"elastic_rolling\"\nyoung_modulus = 1e8\nstiffness_ratio = 0.5";
@@ -153,9 +182,14 @@ mod tests {
     #[test]
     fn assemblies_print_what_they_have() {
         let pour = checked("element/pour.toml", &[]);
-        for wanted in
-            ["spheres in space", "floor                          plane", "20,000 and 10,000 N/m", "40,000", "poured"]
-        {
+        for wanted in [
+            "spheres in space",
+            "floor                          plane",
+            "20,000 N/m",
+            "10,000 N/m",
+            "40,000",
+            "preparation                    pour",
+        ] {
             assert!(pour.contains(wanted), "{wanted}: {pour}");
         }
         let discs = checked("element/two_discs.toml", &[]);

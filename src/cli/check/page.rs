@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use crate::base::keys::{Form, Wants};
+use crate::base::math::PI;
+use crate::base::units::Dimension;
+use crate::job::listed;
 use crate::job::stable::{Bound, governing};
-use crate::job::{Output, listed};
-use crate::observe::contact_frame::BYTES_PER_LINE;
-use crate::observe::frame::BYTES_PER_ROW;
 
 /// Lines with aligned columns.
 pub struct Page(pub String);
@@ -35,23 +35,10 @@ impl Page {
     pub fn keys(&mut self, axes: usize, visit: impl FnOnce(&mut dyn Form)) {
         for (key, value) in listed(axes, visit) {
             let shown = match (&key.wants, value.parse::<f64>()) {
-                (Wants::Number(dimension, _), Ok(number)) => format!("{} {}", figures(number), dimension.unit()),
+                (Wants::Number(dimension, _), Ok(number)) => quantity(number, *dimension),
                 _ => value.trim_matches('"').to_string(),
             };
             self.row(key.name, shown.trim_end(), key.about);
-        }
-    }
-
-    /// What frames and contacts will take on disk, of a run of so many seconds with so many rows and, among them, grains.
-    pub fn pictures(&mut self, output: &Output, duration: f64, [rows, grains]: [f64; 2], axes: usize) {
-        let frames = 1.0 + (duration / output.frame_interval).ceil();
-        let size = |bytes: f64| format!("{} of {} MB", whole(frames), figures(1e-6 * bytes));
-        self.row("frames", &size(rows * BYTES_PER_ROW as f64), "each at most; they are compressed");
-        if output.contact_frames {
-            // Frictional packings bear their load with about four contacts a disc and six a sphere, each of two grains.
-            let lines = axes as f64 * grains;
-            let note = format!("each, with {axes} contacts a grain; they are compressed");
-            self.row("frames of contacts", &size(lines * BYTES_PER_LINE as f64), &note);
         }
     }
 
@@ -71,6 +58,28 @@ impl Page {
 
 pub fn megapascals(bulk: f64, shear: f64) -> String {
     format!("{} and {} MPa", figures(1e-6 * bulk), figures(1e-6 * shear))
+}
+
+/// `1 x 2 x 3`, of some axes.
+pub fn times(axes: usize, of: impl Fn(usize) -> String) -> String {
+    (0..axes).map(of).collect::<Vec<_>>().join(" x ")
+}
+
+/// `1, 2, 3`.
+pub fn components(vector: &[f64]) -> String {
+    vector.iter().map(|component| figures(*component)).collect::<Vec<_>>().join(", ")
+}
+
+/// A number with the unit that the page has for its like.
+fn quantity(number: f64, dimension: Dimension) -> String {
+    let (scale, unit) = match dimension {
+        of if of == Dimension::LENGTH => (1e3, "mm".to_string()),
+        of if of == Dimension::ANGLE => (180.0 / PI, "deg".to_string()),
+        of if of == Dimension::STRESS && number.abs() >= 1e6 => (1e-6, "MPa".to_string()),
+        of if of == Dimension::STRESS => (1e-3, "kPa".to_string()),
+        of => (1.0, of.unit()),
+    };
+    format!("{} {unit}", figures(scale * number))
 }
 
 /// Three significant digits.

@@ -58,6 +58,11 @@ pub fn indices([x, y, z]: [Range<usize>; 3]) -> impl Iterator<Item = [usize; 3]>
     })
 }
 
+/// All points.
+pub fn points(job: &Mpm) -> u64 {
+    points_of_regions(job).iter().sum()
+}
+
 /// Points of every region.
 pub fn points_of_regions(job: &Mpm) -> Vec<u64> {
     let count = |(number, region): (usize, &Region)| {
@@ -233,11 +238,6 @@ fn step_of_membrane(membrane: &Membrane, depth: f64) -> f64 {
 
 // The run
 
-/// Steps of the whole run. An end that is a whole number of steps but for rounding takes no step more.
-pub fn steps(job: &Mpm) -> u64 {
-    ((job.end / job.step) * (1.0 - 1e-12)).ceil() as u64
-}
-
 /// Blocks along each axis that cover the grid between its walls.
 pub fn blocks(job: &Mpm) -> [usize; 3] {
     std::array::from_fn(|axis| match axis < job.grid.dimension {
@@ -261,11 +261,6 @@ pub fn nodes(job: &Mpm) -> f64 {
     let edge = job.cells_per_block + margins(job.scheme.shape).iter().sum::<usize>();
     let blocks: f64 = blocks(job).iter().map(|count| *count as f64).product();
     edge.pow(job.grid.dimension as u32) as f64 * blocks
-}
-
-/// Wall time of that many points on one core, s.
-pub fn wall_time(job: &Mpm, points: u64) -> f64 {
-    steps(job) as f64 * points as f64 * cost_of_point(job)
 }
 
 /// Cost of one point over one step on one core, s.

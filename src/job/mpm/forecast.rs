@@ -1,16 +1,14 @@
-//! What a job on a grid will take on one core, part by part, before anything of it is done.
+//! What a job will take on one core, part by part, before anything of it is done.
 
-use super::{Granular, KnownBands, Mpm, Origin, figures};
-use crate::base::math::PI;
-use crate::job::Method;
-use crate::job::assembly::{Packed, Preparation, Shape, Source};
-use crate::job::derived::BYTES_GRAIN;
-use crate::job::figures::sizes;
+use super::{KnownBands, Mpm, Origin, figures};
+use crate::job::assembly::{Assembly, Shape};
+use crate::job::figures::{grain_measure, grains, sizes, stresses_of_packing};
+use crate::job::{Job, Method, derived};
 
 // Chosen on `jobs/triaxial.toml`, one core (VALIDATION.md, "Forecasts"); in space by `scree bench dem --space solid`.
 
-/// Wall time of a grain and step, s: in a periodic piece that is compressed, among grains and bodies alone, and where grains share
-/// nodes with points or membranes.
+/// Wall time of a grain and step, s: in a periodic cell that is compressed, among grains and bodies alone, and what it takes more to
+/// share nodes with points or membranes.
 const COST_IN_PIECE: f64 = 80e-9;
 const COST_OF_GRAIN: [f64; 2] = [40e-9, 120e-9];
 const COST_OF_SHARING: f64 = 60e-9;
@@ -22,65 +20,99 @@ const TIME_OF_SPECIMEN: f64 = 80.0;
 /// How often a specimen with bodies that are seated comes to rest, about.
 const SEATINGS: f64 = 3.0;
 
+/// Bytes that one grain takes with its contacts, neighbour list and ghosts.
+const BYTES_OF_GRAIN: f64 = 1000.0;
+/// Bytes that the program and its libraries take before there is any material.
+const BYTES_OF_PROGRAM: f64 = 40e6;
+
 /// A job's rows at its costliest time and what it takes on one core.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forecast {
     pub points: f64,
     pub grains: f64,
     /// Share of the material that grains take the place of.
     pub zone: f64,
-    /// Of making the piece of packing and of bringing the specimen to rest, where neither is in the cache yet, s.
+    /// Of compressing a packing in a cell and of bringing the specimen to rest, where neither is in the cache yet, s.
     pub piece: f64,
     pub specimen: f64,
+    /// Of a grain and of a point in a step of each, s; zero where there are none.
+    pub cost_of_grain: f64,
+    pub cost_of_point: f64,
     /// Of the steps, s; a hybrid is taken as enriched from the start.
     pub steps: f64,
+    /// How much longer the steps of grains alone would take (Chen et al. 2021, 6.4.1).
+    pub speed_up: f64,
     /// Of all ranks together, bytes.
     pub memory: f64,
 }
 
 impl Forecast {
-    pub fn of(job: &Mpm) -> Self {
-        let points: u64 = figures::points_of_regions(job).iter().sum();
-        let Some(granular) = job.grains.as_deref() else {
-            let steps = figures::wall_time(job, points);
-            return Self { points: points as f64, steps, memory: figures::memory(job, points), ..Self::default() };
+    /// None of grains in a file that cannot be counted.
+    pub fn of(job: &Job) -> Option<Self> {
+        let (method, assembly, on_grid) = (job.method(), job.grains(), job.continuum());
+        let continuum = on_grid.as_deref();
+        let all = match continuum {
+            Some(continuum) => grains_if_discrete(continuum),
+            None => grains(assembly.as_deref()?)? as f64,
         };
-        let all = grains_if_discrete(job, granular);
-        let zone = match granular.method {
-            Method::Dem => 1.0,
-            Method::Mpm => 0.0,
-            Method::Hybrid => zone_share(job, granular),
+        let zone = match (method, continuum) {
+            (Method::Hybrid, Some(continuum)) => zone_share(job, continuum),
+            (Method::Dem, _) => 1.0,
+            _ => 0.0,
         };
-        let has_points = granular.method != Method::Dem;
-        let points = if has_points { points as f64 * (1.0 - zone) } else { 0.0 };
-        let shares = has_points || !job.membranes.is_empty();
-        let nodes = figures::nodes(job) * COST_OF_NODE;
-        let cost = COST_OF_GRAIN[job.grid.dimension - 2];
-        let of_grain = cost + if shares { COST_OF_SHARING } else { 0.0 };
-        let of_cycle = points * figures::cost_of_point(job) + if shares && zone > 0.0 { nodes } else { 0.0 };
-        let each = zone * all * of_grain + of_cycle / job.grain_steps as f64;
-        let is_held = !job.membranes.is_empty();
-        let of_rest = cost + if is_held { COST_OF_SHARING + nodes / all } else { 0.0 };
-        let is_made = match granular.method {
-            Method::Dem => true,
-            Method::Hybrid => granular.reference == Origin::Specimen,
-            Method::Mpm => false,
+        let points =
+            continuum.filter(|_| method.has_points()).map_or(0.0, |on| figures::points(on) as f64 * (1.0 - zone));
+        let cycle = continuum.map_or(1.0, |on| on.grain_steps as f64);
+        let is_held = continuum.is_some_and(|on| !on.membranes.is_empty());
+        let cost = COST_OF_GRAIN[job.dimension() - 2];
+        let of_nodes = continuum.map_or(0.0, |on| figures::nodes(on) * COST_OF_NODE);
+        let of_points = continuum.map_or(0.0, |on| points * figures::cost_of_point(on) / cycle);
+        let alone = |cycle: f64| all * cost + if is_held { all * COST_OF_SHARING + of_nodes / cycle } else { 0.0 };
+        let each = match method {
+            Method::Dem => alone(cycle),
+            Method::Mpm => of_points,
+            Method::Hybrid => {
+                let shared = if is_held { 1.0 } else { continuum.map_or(0.0, share_of_rim) };
+                zone * all * (cost + shared * COST_OF_SHARING) + of_points + of_nodes / cycle
+            }
         };
-        Self {
+        let held = share_held(job, method);
+        let piece = assembly.as_deref().map_or(0.0, |assembly| time_of_piece(job, assembly));
+        let specimen = job.as_mpm().map_or(0.0, |on| held * steps_of_specimen(on) * alone(1.0));
+        let of_continuum = continuum.map_or(0.0, |on| figures::memory(on, points as u64));
+        Some(Self {
             points,
             grains: zone * all,
             zone,
-            piece: steps_of_piece(job, granular) * count(granular) * COST_IN_PIECE,
-            specimen: if is_made { steps_of_specimen(job, granular) * all * of_rest } else { 0.0 },
-            steps: figures::steps(job) as f64 * each,
-            memory: figures::memory(job, points as u64) + BYTES_GRAIN * zone.max(f64::from(u8::from(is_made))) * all,
-        }
+            piece,
+            specimen,
+            cost_of_grain: if zone > 0.0 { cost } else { 0.0 },
+            cost_of_point: continuum.filter(|_| points > 0.0).map_or(0.0, figures::cost_of_point),
+            steps: job.steps() as f64 * each,
+            speed_up: alone(cycle) / each,
+            memory: BYTES_OF_PROGRAM + BYTES_OF_GRAIN * held.max(zone) * all + of_continuum,
+        })
     }
+}
 
-    /// Of all parts, s.
-    pub fn seconds(&self) -> f64 {
-        self.piece + self.specimen + self.steps
+/// Bytes that grains and points between plates take on all ranks together, by their numbers.
+pub fn memory_between_plates(on_grid: &Mpm, points: f64, grains: f64) -> f64 {
+    BYTES_OF_PROGRAM + BYTES_OF_GRAIN * grains + figures::memory(on_grid, points as u64)
+}
+
+/// Share of the grains of all of the material that are there, moving or not.
+fn share_held(job: &Job, method: Method) -> f64 {
+    if let Some(scenario) = job.as_shear() {
+        return derived::share_of_grains(scenario);
     }
+    let reference = job.as_mpm().and_then(|on| on.grains.as_ref()).map(|granular| granular.reference);
+    let is_made = method == Method::Dem || (method == Method::Hybrid && reference == Some(Origin::Specimen));
+    f64::from(u8::from(is_made))
+}
+
+/// Share of a zone's grains that lie in its rim, a cell at either side.
+fn share_of_rim(on: &Mpm) -> f64 {
+    on.grains.as_ref().map_or(0.0, |granular| (on.grid.cell / granular.enrichment.distance).min(1.0))
 }
 
 /// Packing fractions of dense grains of nearly one size, in the plane and in space.
@@ -91,25 +123,28 @@ pub fn fraction_of_packing(job: &Mpm) -> f64 {
     job.material.law.fraction().unwrap_or(FRACTION_OF_PACKING[job.grid.dimension - 2])
 }
 
-/// Grains, if the whole material were discrete.
-pub fn grains_if_discrete(job: &Mpm, granular: &Granular) -> f64 {
-    let points: u64 = figures::points_of_regions(job).iter().sum();
-    let volume = points as f64 * job.point_volume();
-    let mean = sizes(&granular.piece).map_or(0.0, |sizes| sizes.power_mean(job.grid.dimension));
-    let grain = if job.grid.dimension == 2 { 0.25 * PI * mean * job.grid.depth } else { PI / 6.0 * mean };
-    volume * fraction_of_packing(job) / grain
+/// Grains, if all of the material were discrete.
+pub fn grains_if_discrete(job: &Mpm) -> f64 {
+    let Some(sizes) = job.grains.as_ref().and_then(|granular| sizes(&granular.piece)) else { return 0.0 };
+    let depth = if job.grid.dimension == 2 { job.grid.depth } else { 1.0 };
+    let volume = figures::points(job) as f64 * job.point_volume();
+    volume * fraction_of_packing(job) / (grain_measure(sizes, job.grid.dimension) * depth)
 }
 
-/// Share of the material that the zones of a hybrid take: of bands that are known by their length; of one that is to be found as if it
-/// went through the least extent of the material under 45 degrees, on both sides of a body that is narrower.
-fn zone_share(job: &Mpm, granular: &Granular) -> f64 {
+/// Share of the material that the zones of a hybrid take: between plates around a flat band; of bands that are known by their length; of
+/// one that is to be found as if it went through the least extent of the material under 45 degrees, on both sides of a body that is
+/// narrower.
+fn zone_share(of: &Job, job: &Mpm) -> f64 {
+    if let Some(scenario) = of.as_shear() {
+        return derived::zone_height(scenario) / scenario.specimen.height;
+    }
+    let Some(granular) = &job.grains else { return 0.0 };
     let boxes: Vec<_> = job.regions.iter().map(|region| figures::bounding_box(&region.shape)).collect();
     let extent = |axis: usize| {
         let lower = boxes.iter().map(|corners| corners.0[axis]).fold(f64::INFINITY, f64::min);
         boxes.iter().map(|corners| corners.1[axis]).fold(f64::NEG_INFINITY, f64::max) - lower
     };
-    let points: u64 = figures::points_of_regions(job).iter().sum();
-    let area = points as f64 * job.point_volume() / job.grid.depth;
+    let area = figures::points(job) as f64 * job.point_volume() / job.grid.depth;
     let length = match &granular.known {
         Some(KnownBands { parts, .. }) => {
             let of = |[from, to]: &[[f64; 2]; 2]| {
@@ -130,37 +165,26 @@ fn zone_share(job: &Mpm, granular: &Granular) -> f64 {
     (length * 2.0 * granular.enrichment.distance / area).min(1.0)
 }
 
-fn packed(granular: &Granular) -> Option<&Packed> {
-    match &granular.piece.source {
-        Source::Packed(packed) => Some(packed),
-        Source::File(_) => None,
+/// Steps in which a grain crosses its own size under a stress, Pa.
+fn steps_per_time(grains: &Assembly, step: f64, stress: f64) -> f64 {
+    grains.matter.diameter_mean * (grains.matter.density / stress).sqrt() / step
+}
+
+/// Wall time of compressing the grains of a cell, s; none of those that are poured, lie in a file or are compressed by plates.
+fn time_of_piece(job: &Job, assembly: &Assembly) -> f64 {
+    let stresses = stresses_of_packing(assembly);
+    if job.as_shear().is_some() || stresses.is_empty() {
+        return 0.0;
     }
+    let times = |stress: &f64| TIME_OF_PIECE * steps_per_time(assembly, job.step(), *stress);
+    let count = grains(assembly).unwrap_or_default() as f64;
+    stresses.iter().map(times).sum::<f64>() * count * COST_IN_PIECE
 }
 
-fn count(granular: &Granular) -> f64 {
-    packed(granular).map_or(0.0, |packed| packed.count as f64)
-}
-
-/// Steps in one t_p under a stress, Pa.
-fn steps_per_time(job: &Mpm, granular: &Granular, stress: f64) -> f64 {
-    let matter = &granular.piece.matter;
-    matter.diameter_mean * (matter.density / stress).sqrt() / job.step
-}
-
-/// Stresses that a piece comes to rest under, one after the other, Pa.
-fn stresses(granular: &Granular) -> Vec<f64> {
-    match packed(granular).map(|packed| &packed.preparation) {
-        Some(Preparation::Compress { stress, unloaded, .. }) => std::iter::once(*stress).chain(*unloaded).collect(),
-        _ => Vec::new(),
-    }
-}
-
-fn steps_of_piece(job: &Mpm, granular: &Granular) -> f64 {
-    stresses(granular).iter().map(|stress| TIME_OF_PIECE * steps_per_time(job, granular, *stress)).sum()
-}
-
-fn steps_of_specimen(job: &Mpm, granular: &Granular) -> f64 {
+/// Steps in which a specimen comes to rest that is cut of its packing.
+fn steps_of_specimen(job: &Mpm) -> f64 {
+    let Some(granular) = &job.grains else { return 0.0 };
     let times = if job.bodies.iter().any(|body| body.seat > 0.0) { SEATINGS } else { 1.0 };
-    let last = stresses(granular).last().map_or(0.0, |stress| steps_per_time(job, granular, *stress));
-    times * TIME_OF_SPECIMEN * last
+    let stresses = stresses_of_packing(&granular.piece);
+    times * TIME_OF_SPECIMEN * stresses.last().map_or(0.0, |stress| steps_per_time(&granular.piece, job.step, *stress))
 }

@@ -239,7 +239,7 @@ impl Material {
 }
 
 impl InitialStress {
-    pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
+    pub fn keys(&mut self, form: &mut dyn Form) {
         let kinds = [
             ("none", Self::None),
             ("isotropic", Self::Isotropic { pressure: 0.0 }),

@@ -45,7 +45,8 @@ pub fn check_as_piece(piece: &Assembly, typed: &Typed) -> Result<(), Error> {
 
 /// The stress of the packing and that of the cell must press grains together, and not into each other.
 fn check_stress(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
-    if let Some(number) = figures::stiffness_number(assembly) {
+    let number = figures::pressure(assembly).and_then(|pressure| figures::stiffness_number(assembly, pressure));
+    if let Some(number) = number {
         let held = assembly.cell.servo.is_some();
         limits::refuse_squeeze(typed, if held { ("cell", "stress_normal") } else { ("packing", "stress") }, number)?;
     }

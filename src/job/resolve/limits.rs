@@ -4,6 +4,7 @@ use super::{digits, digits_above, significant};
 use crate::base::error::Error;
 use crate::base::keys::Form;
 use crate::job::assembly::{Assembly, Body, Packed, Preparation, Source};
+use crate::job::mpm::forecast::memory_between_plates;
 use crate::job::raw::{Reader, Typed};
 use crate::job::{Scenario, derived, figures};
 
@@ -72,12 +73,15 @@ pub fn refuse_size_of_shear(job: &Scenario, typed: &Typed) -> Result<(), Error> 
         );
         return Err(typed.refusal("specimen", "width", &message));
     }
-    let memory = derived::memory(job);
+    let points = derived::points(job) as f64;
+    let grains = figures::grains(&job.grains_of_specimen()).unwrap_or_default() as f64;
+    let of_method = if job.method.has_points() { points } else { 0.0 };
+    let memory = memory_between_plates(&job.on_grid(), of_method, derived::share_of_grains(job) * grains);
     if memory > MEMORY_MAX {
         let message = format!(
             "makes a specimen of {} grains and {} points, which take about {} GB of memory, and at most {} GB are allowed. Take a smaller specimen, larger grains, or larger cells.",
-            significant(derived::grains_if_discrete(job), 3),
-            significant(derived::points(job) as f64, 3),
+            significant(grains, 3),
+            significant(points, 3),
             significant(1e-9 * memory, 3),
             MEMORY_MAX / 1e9
         );

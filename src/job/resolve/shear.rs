@@ -12,7 +12,7 @@ use crate::base::keys::Form;
 use crate::couple::zone::Enrichment;
 use crate::job::raw::{Reader, Typed};
 use crate::job::stable::governing;
-use crate::job::{Continuum, Method, Scenario, Specimen, WeakRegion, derived, stable};
+use crate::job::{Continuum, Method, Scenario, Specimen, WeakRegion, derived, figures, stable};
 use crate::law::material::CriticalConstants;
 
 /// phi_0 where nothing looks at it, in mean diameters.
@@ -229,7 +229,7 @@ fn check_life_in_shear(scenario: &Scenario, typed: &Typed) -> Result<(), Error> 
 
 /// The stress of the packing and that of the run must press grains together, and not into each other.
 fn check_packing(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
-    let number = derived::stiffness_number(scenario);
+    let number = figures::stiffness_over_load(&scenario.grains_of_specimen(), scenario.loading.stress_normal);
     refuse_squeeze(typed, ("loading", "stress_normal"), number)?;
     let stress = scenario.packing.stress;
     refuse_squeeze(typed, ("packing", "stress"), number * scenario.loading.stress_normal / stress)?;
@@ -243,17 +243,7 @@ fn check_packing(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
 /// A return to the cone must be possible wherever the specimen starts.
 fn check_softening(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     let continuum = &scenario.continuum;
-    let law = CriticalConstants {
-        bulk_modulus: continuum.bulk_modulus,
-        shear_modulus: continuum.shear_modulus,
-        friction_angle_critical: continuum.friction_angle_critical,
-        fraction_critical: continuum.fraction_critical,
-        fraction: derived::fraction_start(scenario),
-        dilation_factor: continuum.dilation_factor,
-        softening_rate: continuum.softening_rate,
-        cohesion: continuum.cohesion,
-        dilation_angle: None,
-    };
+    let law = CriticalConstants { fraction: derived::fraction_start(scenario), ..continuum.constants() };
     let deficits = continuum.weak.iter().map(|weak| weak.fraction_deficit);
     for fraction in std::iter::once(0.0).chain(deficits).map(|deficit| law.fraction - deficit) {
         if let Some(problem) = unbearable(&law, 2, fraction) {
@@ -281,7 +271,9 @@ fn check_height(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
 /// A block's ghosts come from its neighbours alone, so a contact must not reach across one.
 fn check_block_edge(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     let edge = derived::block_edge(scenario);
-    let edge_min = 2.0 * derived::diameter_max(scenario) + scenario.decomposition.skin + scenario.contact.reach();
+    let edge_min = 2.0 * figures::diameter_max(&scenario.grains_of_specimen())
+        + scenario.decomposition.skin
+        + scenario.contact.reach();
     if edge >= edge_min {
         return Ok(());
     }
@@ -375,7 +367,7 @@ mod tests {
     #[test]
     fn tables_that_sleep_may_be_missing() {
         let scenario = parse(&format!("{HEAD}{CONTACT}"), &[]).unwrap();
-        assert_eq!(derived::blocks(&scenario), [2, 3]);
+        assert_eq!(crate::job::mpm::figures::blocks(&scenario.on_grid()), [2, 3, 1]);
         assert_eq!(scenario.continuum.weak, []);
         assert_eq!(scenario.packing.stress, 400e3);
         let error = parse(HEAD, &[]).unwrap_err().to_string();

@@ -10,7 +10,7 @@ use crate::dem::grains::{GrainRow, Grains};
 use crate::dem::neighbours::Neighbours;
 use crate::dem::walls;
 use crate::job::figures::{self, Diameters};
-use crate::job::stable::{self, GrainScale, governing};
+use crate::job::stable::{self, governing};
 use crate::job::{Assembly, BYPASS, Scenario, digits_below};
 use crate::prepare::grain_world;
 use crate::prepare::sheared::layout_for;
@@ -285,22 +285,9 @@ pub fn refuse_sizes(scenario: &Scenario, source: &Source, entries: &[Entry<Plane
             ),
         ));
     }
-    sizes.refuse_step(source, scenario.time.step, &bounds_of_discs(scenario, &sizes), "")?;
+    let bounds = figures::bounds_with(&scenario.grains_of_specimen(), &sizes.diameters());
+    sizes.refuse_step(source, scenario.time.step, &bounds, "")?;
     sizes.refuse_other_mean(source, scenario.grains.diameter_mean)
-}
-
-fn bounds_of_discs(scenario: &Scenario, sizes: &Sizes<Plane>) -> Vec<stable::Bound> {
-    let disc = |diameter: f64| {
-        GrainScale::of(0.5 * diameter, scenario.grains.density, scenario.specimen.depth, Plane::DIMENSION)
-    };
-    let Diameters { smallest, mean, classes } = sizes.diameters();
-    let classes: Vec<GrainScale> = classes.into_iter().map(disc).collect();
-    stable::bounds_of_sizes(&scenario.contact, &disc(smallest), &disc(mean), &classes)
-}
-
-/// What bounds the step of these grains; None of no grains.
-pub fn bounds_between_plates(scenario: &Scenario, entries: &[Entry<Plane>]) -> Option<Vec<stable::Bound>> {
-    Some(bounds_of_discs(scenario, &Sizes::of(entries)?))
 }
 
 // In a cell

@@ -11,7 +11,7 @@ use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
 use crate::job::assembly::Read;
 use crate::job::stable::Bound;
-use crate::job::{Assembly, Scenario, derived, figures};
+use crate::job::{Assembly, Scenario, figures};
 use crate::prepare::grain_world;
 use crate::prepare::loose::{LOWER, UPPER, mass_of};
 use crate::prepare::sheared::{cell_of, layout_for};
@@ -174,16 +174,8 @@ pub fn read_start<S: Space>(job: &Assembly, read: &Read) -> Result<Start<S>, Err
     Ok((grains, cell))
 }
 
-/// What bounds the step of the grains of a job between plates: those of its file, where it has one.
-pub fn bounds(scenario: &Scenario) -> Result<Vec<Bound>, Error> {
-    let Some(file) = &scenario.grains.file else { return Ok(derived::grain_bounds(scenario)) };
-    let entries = Listing::<Plane>::read(&Source { file, key: "grains.file" })?.entries;
-    let of_file = checks::bounds_between_plates(scenario, &entries);
-    Ok(of_file.unwrap_or_else(|| derived::grain_bounds(scenario)))
-}
-
-/// The same of an assembly.
-pub fn bounds_of_assembly(job: &Assembly) -> Result<Vec<Bound>, Error> {
+/// What bounds the step of grains: of those of their file, where they have one.
+pub fn bounds(job: &Assembly) -> Result<Vec<Bound>, Error> {
     let of_file = match (job.source.file(), job.cell.dimension) {
         (None, _) => None,
         (Some(file), 2) => bounds_in::<Plane>(job, file)?,

@@ -1,0 +1,60 @@
+//! What a run takes: time, memory, disk.
+
+use super::Slots;
+use super::page::{Page, figures, whole};
+use crate::job::Method;
+use crate::job::assembly::Source;
+use crate::observe::contact_frame::BYTES_PER_LINE;
+use crate::observe::frame::BYTES_PER_ROW;
+
+pub fn section(page: &mut Page, slots: &Slots) {
+    let job = slots.job;
+    page.section("Cost");
+    page.row("simulated time", &format!("{} s", figures(job.end())), "");
+    page.row("steps", &whole(job.steps() as f64), "");
+    let Some(forecast) = &slots.forecast else { return };
+    let is_hybrid = job.method() == Method::Hybrid;
+    if is_hybrid {
+        let rows = format!("{} points, {} grains", whole(forecast.points), whole(forecast.grains));
+        let note = format!("about, in zones of {} % of the material", figures(100.0 * forecast.zone));
+        page.row("after enrichment", &rows, &note);
+        page.row("speed-up over grains alone", &figures(forecast.speed_up), "about, of the steps after enrichment");
+    }
+    page.row("memory", &format!("{} MB", figures(1e-6 * forecast.memory)), "of all ranks together, about");
+    for (label, seconds) in [("making the packing", forecast.piece), ("equilibrating the specimen", forecast.specimen)]
+    {
+        if seconds > 0.0 {
+            page.row(label, &hours(seconds), "on one core, about; none where packing.cache has it");
+        }
+    }
+    let costs = [(forecast.cost_of_grain, "a grain"), (forecast.cost_of_point, "a point")];
+    let costs: Vec<String> = costs
+        .iter()
+        .filter(|(cost, _)| *cost > 0.0)
+        .map(|(cost, whose)| format!("{} ns {whose}", whole(1e9 * cost)))
+        .collect();
+    let is_made = slots.grains.as_ref().is_some_and(|grains| matches!(grains.source, Source::Packed(_)));
+    let packing = if forecast.piece == 0.0 && is_made { ", without the packing" } else { "" };
+    let enriched = if is_hybrid { ", with grains from the start" } else { "" };
+    let note = format!("on one core{packing}{enriched}, at {} and step", costs.join(" and "));
+    page.row("time to run", &hours(forecast.steps), &note);
+    frames(page, slots, [forecast.points + forecast.grains, forecast.grains]);
+}
+
+fn hours(seconds: f64) -> String {
+    format!("{} h ({} s)", figures(seconds / 3600.0), figures(seconds))
+}
+
+/// What frames and contacts will take on disk, of so many rows and, among them, grains.
+fn frames(page: &mut Page, slots: &Slots, [rows, grains]: [f64; 2]) {
+    let (output, axes) = (slots.job.output(), slots.job.dimension());
+    let frames = 1.0 + (slots.job.end() / output.frame_interval).ceil();
+    let size = |bytes: f64| format!("{} of {} MB", whole(frames), figures(1e-6 * bytes));
+    page.row("frames", &size(rows * BYTES_PER_ROW as f64), "each at most; they are compressed");
+    if output.contact_frames {
+        // Frictional packings bear their load with about four contacts a disc and six a sphere, each of two grains.
+        let lines = axes as f64 * grains;
+        let note = format!("each, with {axes} contacts a grain; they are compressed");
+        page.row("frames of contacts", &size(lines * BYTES_PER_LINE as f64), &note);
+    }
+}

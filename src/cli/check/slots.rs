@@ -1,0 +1,98 @@
+//! What the sections of the page are told of: the parts that a job of any kind may have, with what follows from them.
+
+use std::borrow::Cow;
+
+use crate::base::error::Error;
+use crate::job::derived::{self, Moduli, moduli_affine};
+use crate::job::mpm::forecast::{Forecast, fraction_of_packing};
+use crate::job::mpm::{Granular, Mpm};
+use crate::job::stable::Bound;
+use crate::job::{Assembly, Job, Method, figures};
+use crate::prepare::grain_file;
+
+pub struct Slots<'j> {
+    pub job: &'j Job,
+    pub grains: Option<Cow<'j, Assembly>>,
+    pub continuum: Option<Cow<'j, Mpm>>,
+    /// Of the job's step; none of grains that never move.
+    pub bounds_of_grains: Vec<Bound>,
+    /// Of the continuum's own step.
+    pub bounds_of_continuum: Vec<Bound>,
+    pub forecast: Option<Forecast>,
+}
+
+impl<'j> Slots<'j> {
+    /// Reads the file of grains, if there is one.
+    pub fn of(job: &'j Job) -> Result<Self, Error> {
+        let grains = job.grains();
+        let moving = grains.as_deref().filter(|_| job.moves_grains());
+        let bounds_of_grains = moving.map(grain_file::bounds).transpose()?.unwrap_or_default();
+        Ok(Self {
+            job,
+            continuum: job.continuum(),
+            bounds_of_grains,
+            bounds_of_continuum: job.bounds_of_continuum(),
+            forecast: Forecast::of(job),
+            grains,
+        })
+    }
+
+    /// The continuum whose material is looked at: between plates a method without points does not.
+    pub fn material(&self) -> Option<&Mpm> {
+        let is_read = self.job.method().has_points() || self.job.as_mpm().is_some();
+        self.continuum.as_deref().filter(|_| is_read)
+    }
+
+    /// The grains that take the place of points.
+    pub fn coupled(&self) -> Option<&Granular> {
+        let granular = self.continuum.as_deref()?.grains.as_deref()?;
+        (granular.method == Method::Hybrid).then_some(granular)
+    }
+
+    /// m/s2, and the time over which it rises, s.
+    pub fn gravity(&self) -> ([f64; 3], f64) {
+        match (&self.continuum, &self.grains) {
+            (Some(on), _) => (on.gravity.acceleration, on.gravity.ramp),
+            (None, grains) => (grains.as_ref().map_or([0.0; 3], |grains| grains.gravity), 0.0),
+        }
+    }
+
+    /// What the contacts of grains give beside a continuum in the plane, at most.
+    pub fn moduli_of_contacts(&self) -> Option<Moduli> {
+        let (on, grains) = (self.continuum.as_deref()?, self.grains.as_deref()?);
+        let springs = figures::springs_mean(grains);
+        let is_wanted = on.grid.dimension == 2 && self.job.method().has_grains();
+        is_wanted.then(|| moduli_affine(&springs, fraction_of_packing(on), on.grid.depth))
+    }
+
+    /// What says the stress that grains are held at or made under.
+    pub fn key_of_pressure(&self) -> &'static str {
+        let is_held = self.grains.as_ref().is_some_and(|grains| grains.cell.servo.is_some());
+        match self.job.as_shear() {
+            Some(_) => "loading.stress_normal",
+            None if is_held => "cell.stress_normal",
+            None => "packing.stress",
+        }
+    }
+
+    /// Inertial numbers, with what each one's rate is.
+    pub fn inertial_numbers(&self) -> Vec<(f64, &'static str)> {
+        let (Some(grains), Some(pressure)) = (self.grains.as_deref(), self.job.pressure()) else { return Vec::new() };
+        let number = |rate| figures::inertial_number(grains, rate, pressure);
+        match self.job.as_shear() {
+            Some(scenario) => vec![
+                (number(derived::shear_rate_mean(scenario)), "the whole height shearing alike"),
+                (number(derived::shear_rate_band(scenario)), "a band of ten diameters taking it all"),
+            ],
+            None => match figures::rate_max(grains) {
+                0.0 => Vec::new(),
+                rate => vec![(number(rate), "the largest of the cell")],
+            },
+        }
+    }
+
+    pub fn stiffness_number(&self) -> Option<f64> {
+        let grains = self.grains.as_deref().filter(|_| self.job.method().has_grains())?;
+        figures::stiffness_number(grains, self.job.pressure()?)
+    }
+}

@@ -1,0 +1,262 @@
+//! What is allowed, but probably not meant.
+
+use super::Slots;
+use super::page::{figures, megapascals};
+use crate::job::assembly::Shape;
+use crate::job::figures::{rate_max, stresses_of_packing};
+use crate::job::mpm::{InitialStress, Mpm, RegionShape, figures as of};
+use crate::mpm::scheme::ShapeFunction;
+
+/// Above this number grains feel inertia and stress depends on speed (da Cruz et al. 2005).
+const INERTIAL_NUMBER_QUASI_STATIC: f64 = 1e-3;
+/// Below this number overlaps are no longer small against a grain.
+const STIFFNESS_NUMBER_MIN: f64 = 100.0;
+/// A step this small a share of the stable one wastes time.
+const STEP_SHARE_MIN: f64 = 0.1;
+/// Share of the cell that it may deform by in one step before contacts are followed too coarsely.
+const STRAIN_OF_STEP_MAX: f64 = 1e-4;
+/// Moduli this many times the affine estimate cannot come from the contact law, which the estimate bounds from above.
+const MODULUS_EXCESS_MAX: f64 = 1.5;
+/// Below this factor a hybrid is not worth its trouble.
+const SPEED_UP_MIN: f64 = 1.5;
+/// Recent strain and distance that the paper calls the most one should take (Chen et al. 2021, 3.2 and 4).
+const RECENT_STRAIN_MAX: f64 = 0.05;
+const DISTANCE_IN_DIAMETERS_MAX: f64 = 30.0;
+/// Mass conservation would want xi near chi; with much less the material does not soften as it dilates.
+const SOFTENING_SHARE_MIN: f64 = 0.05;
+/// How far stresses of points and packing may be apart.
+const STRESS_OFF: f64 = 0.05;
+/// Above this share of the wave speed motion is no longer slow against waves.
+const MACH_MAX: f64 = 0.3;
+/// How far the points' volume may be from the region's before it is worth a word.
+const VOLUME_TOLERANCE: f64 = 0.01;
+
+/// One sentence each, with what to write instead.
+pub fn warnings(slots: &Slots) -> Vec<String> {
+    let mut warnings = Vec::new();
+    warnings.extend(step(slots));
+    warnings.extend(strain_of_step(slots));
+    warnings.extend(inertia(slots));
+    warnings.extend(soft_contacts(slots));
+    warnings.extend(endless_fall(slots));
+    warnings.extend(softening(slots));
+    warnings.extend(sudden_start(slots));
+    warnings.extend(hybrid(slots));
+    if let Some(job) = slots.job.as_mpm() {
+        warnings.extend(other_stress(job));
+        warnings.extend(fast_motion(job));
+        warnings.extend(filled_regions(job));
+        warnings.extend(thin_bodies(job));
+        warnings.extend(linear_shape(job));
+    }
+    warnings
+}
+
+fn step(slots: &Slots) -> Option<String> {
+    let cycle = slots.continuum.as_deref().map_or(1.0, |job| job.grain_steps as f64);
+    let step = slots.job.step();
+    let of_grains = slots.bounds_of_grains.iter().map(|bound| (bound.step, bound.cause));
+    let of_continuum = slots.bounds_of_continuum.iter().map(|bound| (bound.step / cycle, bound.cause));
+    let (stable, cause) = of_grains.chain(of_continuum).min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (share, stable) = (figures(step / stable), (stable, figures(stable)));
+    if step > stable.0 {
+        let stable = stable.1;
+        return Some(format!(
+            "the time step is {share} times the stable one, {stable} s ({cause}), and time.allow_unstable lets it pass."
+        ));
+    }
+    (step < STEP_SHARE_MIN * stable.0).then(|| {
+        format!("the time step is {share} of the stable one, {} s. A longer time.step would save time.", stable.1)
+    })
+}
+
+fn strain_of_step(slots: &Slots) -> Option<String> {
+    let assembly = slots.job.as_assembly()?;
+    let strain = rate_max(assembly) * assembly.step;
+    (strain > STRAIN_OF_STEP_MAX).then(|| {
+        format!(
+            "the cell deforms by {} in one step; above {STRAIN_OF_STEP_MAX} grains cannot follow. Lower cell.velocity_gradient or time.step.",
+            figures(strain)
+        )
+    })
+}
+
+fn inertia(slots: &Slots) -> Option<String> {
+    let (number, whose) = slots.inertial_numbers().pop()?;
+    let (key, rate, unit) = match (slots.job.as_shear(), slots.job.as_assembly()) {
+        (Some(scenario), _) => ("loading.speed", scenario.loading.speed, "m/s"),
+        (None, Some(assembly)) => ("cell.velocity_gradient", rate_max(assembly), "1/s"),
+        (None, None) => return None,
+    };
+    (number > INERTIAL_NUMBER_QUASI_STATIC).then(|| {
+        format!(
+            "the inertial number is {} ({whose}); above {INERTIAL_NUMBER_QUASI_STATIC} stress depends on the rate. Lower {key} to at most {} {unit} for quasi-static deformation.",
+            figures(number),
+            figures(rate * INERTIAL_NUMBER_QUASI_STATIC / number)
+        )
+    })
+}
+
+fn soft_contacts(slots: &Slots) -> Option<String> {
+    let number = slots.stiffness_number().filter(|number| *number < STIFFNESS_NUMBER_MIN)?;
+    let [key, _] = slots.grains.as_deref()?.contact.keys_of_stiffness();
+    Some(format!(
+        "contacts are soft for their load: the stiffness number is {}, so mean overlaps exceed a hundredth of a diameter. Raise contact.{key} or lower {}.",
+        figures(number),
+        slots.key_of_pressure()
+    ))
+}
+
+fn endless_fall(slots: &Slots) -> Option<String> {
+    let assembly = slots.job.as_assembly()?;
+    (assembly.bodies.is_empty() && assembly.gravity != [0.0; 3])
+        .then(|| "there is gravity and no body to rest on, so grains gather speed until the run ends.".to_string())
+}
+
+fn softening(slots: &Slots) -> Option<String> {
+    let continuum = &slots.job.as_shear().filter(|job| job.method.has_points())?.continuum;
+    (continuum.softening_rate < SOFTENING_SHARE_MIN * continuum.dilation_factor).then(|| {
+        format!(
+            "continuum.softening_rate = {} hardly softens the material: keeping mass while it dilates would take a rate near continuum.dilation_factor = {}. The continuum will localise through its weak regions alone.",
+            continuum.softening_rate, continuum.dilation_factor
+        )
+    })
+}
+
+fn sudden_start(slots: &Slots) -> Option<String> {
+    let scenario = slots.job.as_shear().filter(|job| job.method.has_points())?;
+    let crossing = scenario.specimen.height / of::wave_speeds(slots.continuum.as_deref()?).1;
+    (scenario.loading.speed_ramp < 2.0 * crossing).then(|| {
+        format!(
+            "a shear wave needs {} s through the specimen, and loading.speed_ramp = {} s is shorter than there and back: the start is a blow. A ramp of {} s would be gentle.",
+            figures(crossing),
+            figures(scenario.loading.speed_ramp),
+            figures(10.0 * crossing)
+        )
+    })
+}
+
+fn hybrid(slots: &Slots) -> Vec<String> {
+    let (Some(granular), Some(job), Some(affine)) =
+        (slots.coupled(), slots.continuum.as_deref(), slots.moduli_of_contacts())
+    else {
+        return Vec::new();
+    };
+    let mut warnings = Vec::new();
+    if let Some(law) = job.material.law.critical() {
+        let [bulk, shear] = [law.bulk_modulus / affine.bulk, law.shear_modulus / affine.shear];
+        if bulk.max(shear) > MODULUS_EXCESS_MAX {
+            warnings.push(format!(
+                "the continuum is stiffer than these contacts can make it: K is {} and G {} times the affine estimate, which is an upper bound. Stress will jump where grains replace points. Take moduli near {}, or stiffer contacts.",
+                figures(bulk),
+                figures(shear),
+                megapascals(affine.bulk, affine.shear)
+            ));
+        }
+    }
+    if let Some(forecast) = slots.forecast.filter(|forecast| forecast.speed_up < SPEED_UP_MIN) {
+        let verdict = if forecast.speed_up < 1.0 { "is slower than grains alone" } else { "hardly pays" };
+        warnings.push(format!(
+            "with zones of {} of the material a hybrid {verdict}: its speed-up is about {}. More grains in a cell, a smaller enrichment.distance or a larger specimen would help; method = \"dem\" is the alternative.",
+            figures(forecast.zone),
+            figures(forecast.speed_up)
+        ));
+    }
+    if let Some(watch) = job.oracle.filter(|watch| watch.oracle.recent_strain > RECENT_STRAIN_MAX) {
+        warnings.push(format!(
+            "oracle.recent_strain = {} is more than the {RECENT_STRAIN_MAX} that the method's authors call the most; bands may never be found.",
+            watch.oracle.recent_strain
+        ));
+    }
+    let distance = granular.enrichment.distance / granular.piece.matter.diameter_mean;
+    if distance > DISTANCE_IN_DIAMETERS_MAX {
+        warnings.push(format!(
+            "enrichment.distance is {} mean diameters; bands are 10 to 30 thick, and more than {DISTANCE_IN_DIAMETERS_MAX} only costs time.",
+            figures(distance)
+        ));
+    }
+    warnings
+}
+
+/// Stresses of the start that are not alike.
+fn other_stress(job: &Mpm) -> Option<String> {
+    let stress = stresses_of_packing(&job.grains.as_ref()?.piece).pop()?;
+    let InitialStress::Isotropic { pressure } = job.stress else { return None };
+    ((pressure / stress - 1.0).abs() > STRESS_OFF).then(|| {
+        format!(
+            "points begin under {} kPa (stress.pressure) and the packing under {} kPa ([packing]): grains that replace points would bear something else. Write the same.",
+            figures(1e-3 * pressure),
+            figures(1e-3 * stress)
+        )
+    })
+}
+
+fn fast_motion(job: &Mpm) -> Option<String> {
+    let share = of::speed_max(job) / of::wave_speeds(job).0;
+    (share > MACH_MAX).then(|| {
+        format!(
+            "the job moves material at {} of the speed of its waves; above {MACH_MAX} it is a blow, not a load.",
+            figures(share)
+        )
+    })
+}
+
+fn filled_regions(job: &Mpm) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for (number, region) in job.regions.iter().enumerate() {
+        let RegionShape::Box { lower, upper } = &region.shape else { continue };
+        let inside = |index: &[usize; 3]| region.shape.contains(&job.place(*index));
+        let count = of::indices(of::places_of(job, region)).filter(inside).count();
+        let depth = if job.grid.dimension == 2 { job.grid.depth } else { 1.0 };
+        let volume: f64 = (0..job.grid.dimension).map(|axis| upper[axis] - lower[axis]).product::<f64>() * depth;
+        let filled = count as f64 * job.point_volume() / volume;
+        if (filled - 1.0).abs() > VOLUME_TOLERANCE {
+            warnings.push(format!(
+                "the points of region {} fill {} of its box: its edges do not lie midway between places of points, which are {} mm apart.",
+                number + 1,
+                figures(filled),
+                figures(1e3 * job.spacing())
+            ));
+        }
+    }
+    warnings
+}
+
+/// How far a node's function reaches, in cells.
+fn reach(shape: ShapeFunction) -> f64 {
+    match shape {
+        ShapeFunction::Linear => 1.0,
+        ShapeFunction::Generalised | ShapeFunction::Quadratic => 1.5,
+        ShapeFunction::Cubic => 2.0,
+    }
+}
+
+fn thin_bodies(job: &Mpm) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for body in &job.bodies {
+        let thickness = match &body.body.shape {
+            Shape::Box { lower, upper } => {
+                (0..job.grid.dimension).map(|axis| upper[axis] - lower[axis]).fold(f64::INFINITY, f64::min)
+            }
+            Shape::Cylinder { radius, .. } => 2.0 * radius,
+            Shape::Plane { .. } | Shape::Layer { .. } => continue,
+        };
+        let wanted = 2.0 * reach(job.scheme.shape) * job.grid.cell;
+        if thickness < wanted {
+            warnings.push(format!(
+                "body `{}` is {} mm thick. Material reaches nodes beyond its middle, which hold it from the other side: make it {} mm at least, or the cells smaller.",
+                body.body.name,
+                figures(1e3 * thickness),
+                figures(1e3 * wanted)
+            ));
+        }
+    }
+    warnings
+}
+
+fn linear_shape(job: &Mpm) -> Option<String> {
+    (job.scheme.shape == ShapeFunction::Linear).then(|| {
+        "with linear shape functions points that cross from cell to cell make their stresses jump, and nothing but a flip below 1 takes away the energy of that. Quadratic ones do not."
+            .to_string()
+    })
+}
