@@ -285,16 +285,16 @@ fn contacts(table: &Table, (law, bodies): (&str, &[String]), (forces, time): (&F
     };
     let names = header_of_contacts(law, memory.width).replacen("higher", &format!("higher,{}", FORCES.join(",")), 1);
     let mut text = format!("{names},{TIME}\n");
+    // What touches since the last evaluation bears force and remembers nothing yet.
+    let mut rows: BTreeMap<[GrainId; 2], ([f64; 2], Vec<f64>)> =
+        forces.iter().map(|(pair, forces)| (*pair, (*forces, vec![0.0; memory.width]))).collect();
     for ((lower, higher), words) in lower.iter().zip(higher).zip(words.chunks_exact(memory.width)) {
-        let body = bodies.iter().enumerate().find(|(at, _)| body_partner(*at as u8).0 == *higher);
-        let partner = body.map_or_else(|| higher.to_string(), |(_, name)| name.clone());
-        let forces = forces.get(&[GrainId(*lower), GrainId(*higher)]).copied().unwrap_or_default();
-        push(
-            &mut text,
-            format!("{lower},{partner}"),
-            ',',
-            forces.into_iter().chain(words.iter().copied()).chain([time]),
-        );
+        rows.entry([GrainId(*lower), GrainId(*higher)]).or_default().1 = words.to_vec();
+    }
+    for ([lower, higher], (forces, words)) in rows {
+        let body = bodies.iter().enumerate().find(|(at, _)| body_partner(*at as u8) == higher);
+        let partner = body.map_or_else(|| higher.0.to_string(), |(_, name)| name.clone());
+        push(&mut text, format!("{},{partner}", lower.0), ',', forces.into_iter().chain(words).chain([time]));
     }
     Some(text)
 }
