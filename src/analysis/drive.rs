@@ -38,6 +38,8 @@ pub struct Drive {
     pub words: String,
     pub values: Vec<f64>,
     pub stress: Option<Resistance>,
+    /// Whether each value of it is that of one instant, and not the mean since the row before.
+    pub is_of_instants: bool,
     /// In `comparison.json`, what stands under its curves.
     pub key: &'static str,
     /// The values fall somewhere: no two of its frames are at strains that follow each other.
@@ -119,7 +121,7 @@ impl Drive {
         let of = [AXES[i], AXES[j]].concat();
         let how =
             format!("component {of} of the mean stress of the contacts, against that of the cell\u{2019}s strain");
-        Ok(Some(Self { how, ..Self::strain(words[0], values, (words[1], stress)) }))
+        Ok(Some(Self { how, is_of_instants: true, ..Self::strain(words[0], values, (words[1], stress)) }))
     }
 }
 

@@ -1,4 +1,4 @@
-//! `scree calibrate`: the figures of a job's continuum from simulated element tests of its own grains.
+//! `scree calibrate`: the material parameters of a job's continuum from simulated element tests of its own grains.
 
 use std::fmt::Write;
 use std::fs;
@@ -20,7 +20,7 @@ use crate::run::results::{Results, unwritable};
 
 #[derive(Args)]
 pub(super) struct Calibrate {
-    /// The job of planar shear, a TOML file.
+    /// A job of planar shear, or one with [grid] and [grains]; a TOML file.
     job: PathBuf,
     /// Folder for the fragment, the page and the data. Default: runs/calibrate_<job name>.
     #[arg(long, value_name = "DIR")]

@@ -142,6 +142,10 @@ fn words(seats: &[Seat], threads: &[usize]) -> String {
     format!("{} of {threads} on {place}", counted(seats.len(), "rank"))
 }
 
+fn no_more_than(cores: usize) -> String {
+    format!("no more than {}", counted(cores, "rank"))
+}
+
 fn warnings(seats: &[Seat], threads: &[usize]) -> Vec<String> {
     let bound = (0..seats.len())
         .find(|rank| threads[*rank] > seats[*rank].cores.len() && seats[*rank].online > seats[*rank].cores.len());
@@ -162,11 +166,17 @@ fn warnings(seats: &[Seat], threads: &[usize]) -> Vec<String> {
     });
     crowded.map_or(Vec::new(), |(rank, wanted, cores)| {
         let ranks = beside(seats, &seats[rank]).count();
+        let threads = (cores / ranks).max(1);
+        // Fewer threads help where ranks have more than one alone.
+        let remedy = match beside(seats, &seats[rank]).any(|(other, _)| threads_of(seats, other) > threads) {
+            true if ranks > cores => format!("take {}, each with --threads 1", no_more_than(cores)),
+            true => format!("take fewer ranks, or --threads {threads}"),
+            false => format!("take {}", no_more_than(cores)),
+        };
         vec![format!(
-            "{} with {wanted} threads together share {}. They wait for each other and the run is slower than with one thread a core: take fewer ranks, or --threads {}.",
+            "{} with {wanted} threads together share {}. They wait for each other and the run is slower than with one thread a core: {remedy}.",
             counted(ranks, "rank"),
             counted(cores, "core"),
-            (cores / ranks).max(1)
         )]
     })
 }
@@ -228,6 +238,7 @@ mod tests {
         );
         let crowded = warnings(&vec![seat(&[0, 1], 2, 0); 4]);
         assert!(crowded.contains("4 ranks with 4 threads together share 2 cores"), "{crowded}");
+        assert!(crowded.ends_with("a core: take no more than 2 ranks."), "{crowded}");
         let crowded = warnings(&vec![seat(&[0, 1], 2, 2); 2]);
         assert!(
             crowded.contains("2 ranks with 4 threads together share 2 cores") && crowded.contains("--threads 1"),

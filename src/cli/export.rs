@@ -26,6 +26,11 @@ pub(super) fn command(
     (at, all): (Option<&str>, bool),
     wanted: Wanted,
 ) -> Result<String, Error> {
+    if files.grains.is_none() && files.contacts.is_none() && files.dump.is_none() {
+        return Err(Error::User(
+            "There is no file to write. Give --grains FILE.csv (or FILE.data), --contacts FILE.csv or --lammps-dump FILE.".into(),
+        ));
+    }
     refuse_no_run(dir)?;
     for file in [files.grains, files.contacts, files.dump].into_iter().flatten() {
         refuse_existing(file, files.overwrite)?;

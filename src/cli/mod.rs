@@ -77,12 +77,13 @@ enum Command {
     },
     /// Print a job to begin with: small, explained key by key, and ready to run.
     New {
-        /// What it shows: hybrid, dem, mpm, element, pour or continuum.
+        /// What it shows. dem, mpm, hybrid: planar shear of grains, of a continuum, of both; element: biaxial compression of a
+        /// periodic cell of grains; pour: spheres under gravity; continuum: collapse of a column of sand.
         method: String,
     },
     /// Tell the tables of jobs and their keys: what they mean, units, ranges and defaults.
     Keys {
-        /// The table, for example contact or body.servo; none: a list of all.
+        /// A table or a key, for example contact, body.servo, friction or contact.friction; none: a list of all tables.
         table: Option<String>,
     },
     /// Print a JSON Schema of jobs, for editors.
@@ -123,8 +124,8 @@ enum Command {
         /// Threads of each rank. Default: the cores of this machine over the ranks on it.
         #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
         threads: Option<u16>,
-        /// Go on with another end or other outputs, for example --set time.end="2 s" or --set output.frame_interval="1 ms".
-        /// May be repeated.
+        /// Go on with another end or other outputs, for example --set time.end="2 s" (of planar shear --set
+        /// loading.strain_end=0.2) or --set output.frame_interval="1 ms". May be repeated.
         #[arg(long, value_name = "KEY.PATH=VALUE")]
         set: Vec<String>,
         /// Start a new run in this folder from the state of the old one, whatever --set changes; the old one is left as it is.
@@ -140,7 +141,7 @@ enum Command {
         #[command(subcommand)]
         what: bench::Bench,
     },
-    /// Find the figures of a job's continuum by simulated element tests of its own grains.
+    /// Find the material parameters of a job's continuum by simulated element tests of its own grains.
     Calibrate(calibrate::Calibrate),
     /// Foresee time, efficiency and memory on other numbers of ranks, from what a run has measured and a network.
     Plan(plan::Plan),
@@ -163,15 +164,15 @@ enum Command {
         #[arg(long, value_name = "FROM,TO", value_parser = report::strains)]
         between: Option<[f64; 2]>,
     },
-    /// Write the grains of a checkpoint as CSV or as a LAMMPS data file, and its contacts, or the grains of frames as a
-    /// LAMMPS dump, with 17 significant digits.
+    /// Write the grains of a checkpoint as CSV or as a LAMMPS data file, its contacts, or the grains of frames as a LAMMPS dump, with
+    /// 17 significant digits. One of --grains, --contacts and --lammps-dump is needed.
     Export {
         /// Folder of the run.
         dir: PathBuf,
         /// The file of grains to write: comma-separated values (.csv) or a LAMMPS data file (.data, .lmp).
-        #[arg(long, value_name = "FILE", required_unless_present_any = ["contacts", "lammps_dump"])]
+        #[arg(long, value_name = "FILE")]
         grains: Option<PathBuf>,
-        /// The CSV file of contacts to write: lower and higher id (or a body's name), and the law's memory.
+        /// The CSV file of contacts to write: lower and higher id (or a body's name), normal and tangential force, the law's memory.
         #[arg(long, value_name = "FILE")]
         contacts: Option<PathBuf>,
         /// The LAMMPS text dump to write, for OVITO and others: the grains of the run's last frame.

@@ -9,6 +9,7 @@ use clap::Args;
 use scree_partition::Solo;
 use serde_json::{Value, json};
 
+use super::cores::counted;
 use super::run::{Wanted, prepare};
 use super::start_threads;
 use crate::base::error::Error;
@@ -126,7 +127,13 @@ fn page(plan: &Plan, map: &LoadMap, network: &Network, alone: &Forecast, foresee
     let mut line = |text: String| writeln!(page, "{text}").expect("a string takes every line");
     let total = |counts: &[u32]| counts.iter().map(|count| u64::from(*count)).sum::<u64>() * u64::from(plan.times);
     let blocks = map.grains.len() as u64 * u64::from(plan.times);
-    line(format!("{} grains and {} points in {blocks} blocks", total(&map.grains), total(&map.points)));
+    let of = |count: u64, what: &str| counted(count as usize, what);
+    line(format!(
+        "{} and {} in {}",
+        of(total(&map.grains), "grain"),
+        of(total(&map.points), "point"),
+        of(blocks, "block")
+    ));
     let tiles = if map.shared.is_empty() { 0 } else { blocks };
     let kinds = [
         (total(&map.grains), "a grain"),
@@ -137,10 +144,10 @@ fn page(plan: &Plan, map: &LoadMap, network: &Network, alone: &Forecast, foresee
     let costs = kinds.iter().zip(map.costs).filter(|((rows, _), _)| *rows > 0);
     let costs: Vec<String> = costs.map(|((_, words), cost)| format!("{:.1} ns {words}", 1e9 * cost)).collect();
     line(format!(
-        "measured over {} steps on {} ranks of {} threads: {}",
-        map.steps,
-        map.ranks,
-        map.threads,
+        "measured over {} on {} of {}: {}",
+        of(map.steps, "step"),
+        of(map.ranks as u64, "rank"),
+        of(map.threads as u64, "thread"),
         costs.join(", ")
     ));
     line(match map.rebuilds > 0.0 {
@@ -170,7 +177,7 @@ fn page(plan: &Plan, map: &LoadMap, network: &Network, alone: &Forecast, foresee
     for forecast in foreseen.iter().filter(|forecast| forecast.ranks > 1) {
         let (loss, words) = forecast.bottleneck();
         let share = forecast.losses[loss as usize] / forecast.step;
-        line(format!("{} ranks: {:.0} % of a step goes to {words}", forecast.ranks, 100.0 * share));
+        line(format!("{}: {:.0} % of a step goes to {words}", counted(forecast.ranks, "rank"), 100.0 * share));
     }
     page
 }

@@ -2,6 +2,7 @@
 //! data file, and contacts with their memories. Numbers carry 17 significant digits and read back to the same bits.
 //! Velocities are those of half a step before the time of the positions, as the state has them, or of that time.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -9,6 +10,7 @@ use scree_io::column::{State, Table, Values};
 use scree_partition::Solo;
 
 use crate::base::error::Error;
+use crate::base::ids::GrainId;
 use crate::base::math::PI;
 use crate::base::record::Cargo;
 use crate::base::space::{Linear, Space};
@@ -18,7 +20,8 @@ use crate::domain::step::full_step::{FullStep, full_step};
 use crate::export::refuse_points_alone;
 use crate::job::Job;
 use crate::mpm::membrane::Vertex;
-use crate::prepare::grain_file::csv::{TIME, header, header_of_contacts};
+use crate::observe::contact_frame;
+use crate::prepare::grain_file::csv::{FORCES, TIME, header, header_of_contacts};
 use crate::prepare::grain_file::is_lammps;
 use crate::run::experiment::Setup;
 use crate::run::results;
@@ -112,8 +115,8 @@ impl Export<'_> {
     }
 }
 
-/// Writes the contacts of a state: the two grains, the lower id first, or a grain and a body by its name, the memory of the
-/// contact law word by word, and the time.
+/// Writes the contacts of a state: the two grains, the lower id first, or a grain and a body by its name, the forces across and along
+/// the contact, the memory of the contact law word by word, and the time.
 pub fn write_contacts(state: &State, dir: &Path, file: &Path) -> Result<(), Error> {
     let job = job_of(state, dir)?;
     let time = progress_of(state)?.step as f64 * job.step();
@@ -121,7 +124,23 @@ pub fn write_contacts(state: &State, dir: &Path, file: &Path) -> Result<(), Erro
     let bodies: Vec<String> = job.bodies().into_iter().map(|body| body.name.clone()).collect();
     let missing = || Error::User(format!("{}: this state has no contacts", dir.display()));
     let table = state.tables.iter().find(|table| table.name == "contacts").ok_or_else(missing)?;
-    save(file, &contacts(table, (law, &bodies), time).ok_or_else(missing)?)
+    let forces = with_setup_of(&job, ForcesOf { state })?;
+    save(file, &contacts(table, (law, &bodies), (&forces, time)).ok_or_else(missing)?)
+}
+
+/// Forces of contacts, by their partners; nothing of those that bear none.
+type Forces = BTreeMap<[GrainId; 2], [f64; 2]>;
+
+/// Looks at the forces of a state's contacts.
+struct ForcesOf<'a> {
+    state: &'a State,
+}
+
+impl ForAnySetup<Forces> for ForcesOf<'_> {
+    fn with<J: Setup>(self, job: &J) -> Result<Forces, Error> {
+        let (mut world, _) = world_of(job, Some(self.state.clone()), &Solo)?;
+        Ok(contact_frame::forces(&mut world))
+    }
 }
 
 /// The job of a state that may have grains.
@@ -244,18 +263,25 @@ fn bounds<S: Space>(cell: &Cell<S>) -> Result<String, Error> {
     Ok(text)
 }
 
-fn contacts(table: &Table, (law, bodies): (&str, &[String]), time: f64) -> Option<String> {
+fn contacts(table: &Table, (law, bodies): (&str, &[String]), (forces, time): (&Forces, f64)) -> Option<String> {
     let column = |name: &str| table.columns.iter().find(|column| column.name == name);
     let (lower, higher, memory) = (column("lower")?, column("higher")?, column("memory")?);
     let (Values::U64(lower), Values::U64(higher), Values::F64(words)) = (&lower.values, &higher.values, &memory.values)
     else {
         return None;
     };
-    let mut text = format!("{},{TIME}\n", header_of_contacts(law, memory.width));
+    let names = header_of_contacts(law, memory.width).replacen("higher", &format!("higher,{}", FORCES.join(",")), 1);
+    let mut text = format!("{names},{TIME}\n");
+    // What touches since the last evaluation bears force and remembers nothing yet.
+    let mut rows: BTreeMap<[GrainId; 2], ([f64; 2], Vec<f64>)> =
+        forces.iter().map(|(pair, forces)| (*pair, (*forces, vec![0.0; memory.width]))).collect();
     for ((lower, higher), words) in lower.iter().zip(higher).zip(words.chunks_exact(memory.width)) {
-        let body = bodies.iter().enumerate().find(|(at, _)| body_partner(*at as u8).0 == *higher);
-        let partner = body.map_or_else(|| higher.to_string(), |(_, name)| name.clone());
-        push(&mut text, format!("{lower},{partner}"), ',', words.iter().copied().chain([time]));
+        rows.entry([GrainId(*lower), GrainId(*higher)]).or_default().1 = words.to_vec();
+    }
+    for ([lower, higher], (forces, words)) in rows {
+        let body = bodies.iter().enumerate().find(|(at, _)| body_partner(*at as u8) == higher);
+        let partner = body.map_or_else(|| higher.0.to_string(), |(_, name)| name.clone());
+        push(&mut text, format!("{},{partner}", lower.0), ',', forces.into_iter().chain(words).chain([time]));
     }
     Some(text)
 }

@@ -247,7 +247,8 @@ impl CellServo {
         }
         held.stress = turned(stress.unwrap_or_default());
         let rate = "the largest rate of stretch of axes held at a stress";
-        form.number(&mut held.rate_max, number("rate_max", rate, Dimension::RATE, POSITIVE, "\"2 1/s\""));
+        let rate = number("rate_max", rate, Dimension::RATE, POSITIVE, "\"2 1/s\"");
+        form.number(&mut held.rate_max, rate.required("where stress_normal is given"));
         let gain = "the share of a missing stress that is made up between two looks at it";
         form.number(&mut held.gain, number("stress_gain", gain, RATIO, Range::closed(1e-3, 1.0), "1.0").or("1.0"));
         let interval = "steps between two looks at the stress";
@@ -283,10 +284,8 @@ pub(super) fn keys_of_grains(form: &mut dyn Form, matter: &mut Matter, source: &
         Source::File(read) => (Some(read.grains.clone()), read.contacts.clone()),
         Source::Packed(_) => (None, None),
     };
-    form.path_if_given(
-        &mut file,
-        text("file", "grains to start from, as a CSV or a LAMMPS data file", "\"grains.csv\"").optional(),
-    );
+    let about_file = "grains to start from, a CSV or a LAMMPS data file; in place of count, [packing] and all sizes but diameter_mean";
+    form.path_if_given(&mut file, text("file", about_file, "\"grains.csv\"").optional());
     let about = "what the contacts of these grains remember at the start, as scree export --contacts writes it";
     form.path_if_given(&mut contacts, text("contacts", about, "\"contacts.csv\"").optional());
     if let Some(grains) = file {
@@ -314,7 +313,8 @@ pub(super) fn keys_of_grains(form: &mut dyn Form, matter: &mut Matter, source: &
             "says neither where grains are read from nor how many are made. Add file = \"grains.csv\", or count = 400.",
         );
     } else {
-        form.count(&mut packed.count, count("count", "grains to be made", (1, 100_000_000), "400"));
+        let made = count("count", "grains to be made", (1, 100_000_000), "400");
+        form.count(&mut packed.count, made.required("unless file is given"));
     }
     packed.sizes.keys(form);
     matter.diameter_mean = packed.sizes.mean();
@@ -382,7 +382,7 @@ impl Packed {
             &mut self.friction,
             number("friction", friction, RATIO, Range::closed(0.0, 5.0), "0.01").or("0.01"),
         );
-        let start = number("fraction_start", start, RATIO, Range::closed(0.02, 0.5), "0.45");
+        let start = number("fraction_start", start, RATIO, Range::closed(0.02, 0.5), "0.25");
         form.number(&mut self.fraction_start, start.follows("0.45 of discs, 0.25 of spheres"));
         rest_and_cache(form, &mut self.energy_ratio_max, &mut self.cache);
     }
@@ -408,7 +408,7 @@ impl Preparation {
             let Self::Compress { stress, fraction, unloaded } = kind else { return };
             let about = "the mean stress that the packing is compressed to, compression positive";
             form.number(stress, number("stress", about, STRESS, POSITIVE, "\"100 kPa\""));
-            let about = "the packing fraction to be reached, by a hot start where compression alone stops short";
+            let about = "the packing fraction to be reached; where compression stops short, by a hot start: grains in random motion, without friction";
             form.number_if_given(
                 fraction,
                 number("fraction", about, RATIO, Range::closed(0.3, 0.92), "0.85").optional(),
@@ -592,7 +592,7 @@ impl Motion {
         } else if ramp.is_some() {
             form.note("ramp", "has nothing to raise: add velocity or spin, or remove the line.");
         }
-        let about = "velocity and spin at given times, in place of velocity, spin and ramp";
+        let about = "velocity and spin at given times, linear in between, the last kept on; in place of velocity, spin and ramp";
         let path = key("path", about, Wants::Text, "[{time = 0, velocity = [0, 0]}]").optional();
         list(form, &mut self.path, path, "velocity and spin at a time", &PathPoint::BLANK, PathPoint::keys);
         let example = "{direction = [0, 1], force = \"5 N\", mass = \"10 g\", speed_max = \"1 cm/s\"}";
@@ -633,7 +633,7 @@ impl PathPoint {
 /// M dv/dt = f.n - F - damping v, with v the speed along the unit `direction` and F the force that is held.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyServo {
-    /// Direction the grains push the body in.
+    /// Direction in which the grains push the body.
     pub direction: [f64; 3],
     /// Force of the grains along `direction` that is to be kept, N.
     pub force: f64,
@@ -647,12 +647,13 @@ impl BodyServo {
     const BLANK: Self = Self { direction: [0.0; 3], force: 0.0, mass: 0.0, damping: 0.0, speed_max: 0.0 };
 
     fn keys(&mut self, form: &mut dyn Form) {
-        form.vector(&mut self.direction, vector("direction", "the direction that the body is pushed in", RATIO, "1.0"));
-        let about = "the force on the body along that direction";
-        let force = number("force", about, FORCE, NOT_NEGATIVE, "\"5 N\"");
+        form.vector(&mut self.direction, vector("direction", "the direction in which the grains push the body, from them into it; the servo pushes the other way. [0, 1] for a lid that presses down", RATIO, "[0, 1]"));
+        let about = "the force of the grains on the body along that direction, which is kept";
+        let force = number("force", about, FORCE, NOT_NEGATIVE, "\"5 N\"").required("unless stress and area are given");
         let stress =
-            number("stress", "the force over the area, in place of force", STRESS, NOT_NEGATIVE, "\"100 kPa\"");
-        let area = number("area", "the area of stress", Dimension::AREA, POSITIVE, "\"4 cm2\"");
+            number("stress", "the force over the area, in place of force", STRESS, NOT_NEGATIVE, "\"100 kPa\"")
+                .required("unless force is given");
+        let area = number("area", "the area of stress", Dimension::AREA, POSITIVE, "\"4 cm2\"").required("with stress");
         let by_stress = form.has("stress") || form.has("area");
         if by_stress && form.has("force") {
             let problem = "stands beside a stress or an area, and each says what the body is held at. Keep force, or stress and area.";

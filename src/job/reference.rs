@@ -55,7 +55,7 @@ fn names() -> Vec<String> {
 
 fn overview() -> String {
     let mut page = String::from(
-        "Tables of a job. `scree keys TABLE` tells the keys of one; `scree keys job` those above the first table.\n\n",
+        "Tables of a job. `scree keys TABLE` tells the keys of one, `scree keys job` those above the first table, `scree keys friction` or\n`scree keys contact.friction` one key.\n\n",
     );
     for name in names() {
         let kinds = kinds_with(&name);
@@ -74,20 +74,43 @@ fn list(kinds: &[Kind]) -> String {
 fn of_table(name: &str) -> Result<String, Error> {
     let bare = name.trim_matches(|c| c == '[' || c == ']');
     let bare = if bare == "job" { "" } else { bare };
-    let kinds = kinds_with(bare);
-    if kinds.is_empty() {
-        let names = names();
-        let advice = match nearest(bare, names.iter().map(String::as_str)) {
-            Some(near) => format!("Did you mean {near}?"),
-            None => "scree keys lists them.".to_string(),
-        };
-        return Err(Error::User(format!("A job has no table {name}. {advice}")));
+    if kinds_with(bare).is_empty() {
+        return of_one_key(bare);
     }
+    Ok(told(bare, &|_| true))
+}
+
+/// A key by its name, or by its table and its name.
+fn of_one_key(name: &str) -> Result<String, Error> {
+    let names = names();
+    let (of, key) = match name.rsplit_once('.') {
+        Some((table, key)) => (Some(table), key),
+        None => (None, name),
+    };
+    let wanted = names.iter().filter(|name| of.is_none_or(|table| *name == table));
+    let page: String = wanted.map(|table| told(table, &|known| known.name == key)).collect();
+    if !page.is_empty() {
+        return Ok(page);
+    }
+    let keys = Kind::ALL.into_iter().flat_map(Kind::tables_of_all_depths).flat_map(|table| &table.keys);
+    let known = names.iter().map(String::as_str).chain(keys.map(|key| key.name));
+    let advice = match nearest(key, known) {
+        Some(near) => format!("Did you mean {near}?"),
+        None => "scree keys lists the tables.".to_string(),
+    };
+    Err(Error::User(format!("A job has no table and no key {name}. {advice}")))
+}
+
+/// The keys of a table that are wanted; nothing where it has none of them.
+fn told(bare: &str, wanted: &dyn Fn(&Key) -> bool) -> String {
     // Kinds of jobs whose table is the same are told of together.
     let mut told: Vec<(Vec<Kind>, String)> = Vec::new();
-    for kind in kinds {
+    for kind in kinds_with(bare) {
         let table = find(kind, bare).expect("it has the table");
-        let keys: String = table.keys.iter().map(of_key).collect();
+        let keys: String = table.keys.iter().filter(|key| wanted(key)).map(of_key).collect();
+        if keys.is_empty() {
+            continue;
+        }
         match told.iter_mut().find(|(_, other)| *other == keys) {
             Some((same, _)) => same.push(kind),
             None => told.push((vec![kind], keys)),
@@ -99,13 +122,14 @@ fn of_table(name: &str) -> Result<String, Error> {
         let head = if bare.is_empty() { "Above the first table".to_string() } else { table.words() };
         write!(page, "{head}: {}; in {}\n\n{keys}\n", table.about, list(&kinds)).expect("a string takes every write");
     }
-    Ok(page)
+    page
 }
 
 fn of_key(key: &Key) -> String {
     let mut said = format!("{}. {}", capital(key.about), words(&key.wants));
     said += &match key.default {
         DefaultValue::Required => "; required".to_string(),
+        DefaultValue::RequiredIn(words) => format!("; required {words}"),
         DefaultValue::Value(value) => format!("; default {value}"),
         DefaultValue::Follows(words) => format!("; default: {words}"),
         DefaultValue::None => "; may be left out".to_string(),
@@ -133,9 +157,11 @@ fn selectors(key: &Key) -> Vec<&'static str> {
 }
 
 fn capital(text: &str) -> String {
+    const GREEK: [&str; 7] = ["beta", "chi", "eta", "gamma", "mu", "xi", "zeta"];
     // Symbols such as k_n and phi_cs stay as they are.
-    match text.split(' ').next() {
-        Some(word) if word.contains('_') || word.chars().count() < 3 && word != "a" => text.to_string(),
+    let is_symbol = |word: &str| word.contains('_') || word.len() == 1 && word != "a" || GREEK.contains(&word);
+    match text.split([' ', ',']).next() {
+        Some(word) if is_symbol(word) => text.to_string(),
         _ => text.chars().take(1).flat_map(char::to_uppercase).chain(text.chars().skip(1)).collect(),
     }
 }
@@ -145,8 +171,8 @@ fn words(wants: &Wants) -> String {
     match wants {
         Wants::Text => "Text".to_string(),
         Wants::Choice(names) => format!("One of \"{}\"", names.join("\", \"")),
-        Wants::Flag => "true or false".to_string(),
-        Wants::Flags => "true or false for each axis".to_string(),
+        Wants::Flag => "Either true or false".to_string(),
+        Wants::Flags => "Either true or false for each axis".to_string(),
         Wants::Count(min, max) => format!("A whole number between {min} and {max}"),
         Wants::Number(dimension, range) => {
             let unit = dimension.unit();
@@ -154,7 +180,8 @@ fn words(wants: &Wants) -> String {
             format!("{}{shown}, {}", capital(&dimension.words()), range.words(&unit))
         }
         Wants::Vector(dimension) => {
-            format!("{} for each axis, in {}", capital(&dimension.words()), unit_words(&dimension.unit()))
+            let (unit, words) = (dimension.unit(), capital(&dimension.words()));
+            if unit.is_empty() { format!("{words} for each axis") } else { format!("{words} for each axis, in {unit}") }
         }
         Wants::Spin => "A spin (rad/s); in space one for each axis".to_string(),
         Wants::Gradient => "A row of rates (1/s) for each axis".to_string(),
@@ -164,10 +191,6 @@ fn words(wants: &Wants) -> String {
         Wants::Table(table) => format!("A table with {}", table.key_list()),
         Wants::Tables(table) => format!("Any number of tables [[{}]] with {}", table.name, table.key_list()),
     }
-}
-
-fn unit_words(unit: &str) -> &str {
-    if unit.is_empty() { "pure numbers" } else { unit }
 }
 
 /// A JSON Schema of jobs, for editors that know TOML.
@@ -277,11 +300,18 @@ mod tests {
             let page = page(Some(&shown)).unwrap();
             assert!(page.lines().all(|line| line.chars().count() <= 160), "{page}");
         }
-        let wrong = page(Some("contacts")).unwrap_err().to_string();
-        assert_eq!(wrong, "A job has no table contacts. Did you mean contact?");
+        let wrong = page(Some("contcat")).unwrap_err().to_string();
+        assert_eq!(wrong, "A job has no table and no key contcat. Did you mean contact?");
+        let wrong = page(Some("contact.fricton")).unwrap_err().to_string();
+        assert_eq!(wrong, "A job has no table and no key contact.fricton. Did you mean friction?");
         let contact = page(Some("[contact]")).unwrap();
         assert!(contact.contains("in jobs of planar shear, assemblies of grains, continua on a grid"), "{contact}");
         assert!(contact.contains("with law = \"hertz_mindlin\""), "{contact}");
+        assert!(contact.contains("required unless friction_angle"), "{contact}");
+        let friction = page(Some("contact.friction")).unwrap();
+        assert!(friction.contains("friction = 0.5") && !friction.contains("stiffness"), "{friction}");
+        let every = page(Some("friction")).unwrap();
+        assert!(every.contains("[contact]") && every.contains("[packing]") && every.contains("[[body]]"), "{every}");
     }
 
     /// The page in the documentation is that of the program.
@@ -300,6 +330,8 @@ mod tests {
         let schema = json_schema();
         assert_eq!(schema["properties"]["contact"]["properties"]["friction"]["maximum"], 5.0);
         assert_eq!(schema["properties"]["grid"]["properties"]["cell"]["x-unit"], "m");
+        let faces = &schema["properties"]["boundary"]["items"]["properties"]["face"]["enum"];
+        assert!(faces.as_array().unwrap().contains(&json!("z_lower")), "{faces}");
         assert_eq!(schema["properties"]["body"]["items"]["properties"]["servo"]["type"], "object");
         for kind in Kind::ALL {
             for path in kind.paths() {

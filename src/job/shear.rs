@@ -213,7 +213,12 @@ impl Grains {
         );
         form.path_if_given(
             &mut self.file,
-            text("file", "grains to start from, as a CSV file", "\"grains.csv\"").optional(),
+            text(
+                "file",
+                "grains to start from, a CSV file; in place of a packing that the program makes",
+                "\"grains.csv\"",
+            )
+            .optional(),
         );
     }
 }

@@ -277,6 +277,11 @@ fn refuse_unknown_path(set: &str, kind: Kind, parts: &[&str]) -> Result<(), Erro
         let advice = typed_value(text).map(|value| renamed.advice(&value)).unwrap_or_default();
         return Err(Error::User(format!("--set {set}: a job has no {typed}. {advice}")));
     }
+    if kind == Kind::Shear && parts == ["time", "end"] {
+        return Err(Error::User(format!(
+            "--set {set}: a job of planar shear has no {typed}; it ends at a strain. Set loading.strain_end, for example --set loading.strain_end=0.2."
+        )));
+    }
     if let Some(advice) = kind.belongs_elsewhere(|other| other.leads_to_a_key(parts)) {
         return Err(Error::User(format!("--set {set}: a job has no {typed}. {advice}")));
     }

@@ -11,10 +11,13 @@
 //! is the mean stress of the contacts in the volume V, tension positive; f is the force on the grain where the line begins,
 //! w the contact's weight, which is one but where grains and points share a place.
 
+use std::collections::BTreeMap;
+
 use scree_io::column::{Column, Values};
 use scree_io::frames::{Drawn, Frame};
 
 use crate::base::error::Error;
+use crate::base::ids::GrainId;
 use crate::base::record::{Cargo, Record, Visitor};
 use crate::base::space::{Linear, Space};
 use crate::dem::bearing::Bearing;
@@ -99,21 +102,32 @@ pub fn contact_frame<S: Space>(world: &mut World<S>) -> Result<Option<Frame>, Er
     Ok(Some(Frame { time: world.time(), drawn: Drawn::Lines, positions, fields, whole: Vec::new() }))
 }
 
-/// Contacts of owned rows in their order: with grains of higher ids in the order of these, then with bodies.
 fn lines<S: Space>(world: &World<S>) -> Vec<Line> {
+    bearings(world).iter().map(|bearing| line(world, bearing)).collect()
+}
+
+/// Forces of the contacts of a world on one rank across and along each (N, as in a frame), by the lower id and the partner.
+pub fn forces<S: Space>(world: &mut World<S>) -> BTreeMap<[GrainId; 2], [f64; 2]> {
+    world.refresh_ghosts();
+    let id = |bearing: &Bearing<S>| world.assembly.grains.cold[bearing.row as usize].id;
+    bearings(world).iter().map(|bearing| ([id(bearing), bearing.partner], bearing.parts())).collect()
+}
+
+/// Contacts of owned rows in their order: with grains of higher ids in the order of these, then with bodies.
+fn bearings<S: Space>(world: &World<S>) -> Vec<Bearing<S>> {
     let (grains, law, times) = (&world.assembly.grains, world.law(), world.contact_times());
     let mut on_bodies =
         world.assembly.walls.bearings(law, grains, (&world.bodies, &world.assembly.cell), times).peekable();
-    let mut lines = Vec::new();
+    let mut found = Vec::new();
     for row in 0..grains.owned {
         let id = grains.cold[row].id;
         let ours = world.assembly.contacts.bearings(law, grains, row, times).filter(|bearing| id < bearing.partner);
-        lines.extend(ours.map(|bearing| line(world, &bearing)));
+        found.extend(ours);
         while let Some(bearing) = on_bodies.next_if(|bearing| bearing.row as usize == row) {
-            lines.push(line(world, &bearing));
+            found.push(bearing);
         }
     }
-    lines
+    found
 }
 
 fn line<S: Space>(world: &World<S>, bearing: &Bearing<S>) -> Line {

@@ -414,6 +414,12 @@ impl<'t, 's, S: Space> Run<'t, 's, S> {
                 world.grains_total,
                 world.points_total,
             );
+            let (blocks, ranks) = (world.subdomain.layout.block_count(), world.transport.size());
+            if blocks < ranks {
+                tracing::warn!(
+                    "warning: ranks: {ranks}, blocks to be shared out: {blocks}. The ranks beyond have nothing to do; take no more ranks than blocks"
+                );
+            }
             if self.experiment.allows_unstable {
                 tracing::warn!(
                     "warning: time.allow_unstable is on: an unstable step passes, and energy that grows is told instead of stopping the run"

@@ -306,6 +306,12 @@ fn a_body_outside_of_the_cell() {
         "normal = [0, 0]",
         "job.toml:37: body.normal = [0, 0] points nowhere. Write a direction of any length but zero.",
     );
+    // A floor that would leave its grains.
+    GOOD.refused(
+        "normal = [0, 1]",
+        "normal = [0, 1]\nservo = {direction = [0, 1], force = \"5 N\", mass = \"10 g\", speed_max = \"1 cm/s\"}",
+        "job.toml:38: body.servo = {direction = [0, 1], force = \"5 N\", mass = \"10 g\", speed_... has a direction along the normal of its plane, so that the plane would leave the grains for ever: direction is the one in which grains push the body, against that normal. Turn it around.",
+    );
 }
 
 #[test]

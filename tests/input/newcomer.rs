@@ -76,6 +76,7 @@ fn keys_schema_completions_and_manual() {
         (vec!["keys"], "[contact]"),
         (vec!["keys", "contact"], "stiffness_normal = \"1772 kN/m\""),
         (vec!["keys", "body.servo"], "speed_max"),
+        (vec!["keys", "contact.friction"], "friction = 0.5"),
         (vec!["schema"], "\"$schema\""),
         (vec!["completions", "bash"], "complete"),
         (vec!["man"], ".TH scree"),
@@ -118,7 +119,9 @@ fn a_grid_with_grains_has_what_grains_have() {
     let mass = dump.lines().last().unwrap().split(' ').nth(12).unwrap().parse::<f64>().unwrap();
     assert!(mass > 0.0, "grains have their mass: {mass}");
     let contacts = fs::read_to_string(folder.path().join("contacts.csv")).unwrap();
-    assert!(contacts.starts_with("lower,higher,memory_") && contacts.lines().count() > 100);
+    assert!(
+        contacts.starts_with("lower,higher,force_normal,force_tangential,memory_") && contacts.lines().count() > 100
+    );
     let forces = scree(folder.path(), &["export", "run", "--grains", "forces.csv", "--forces"]);
     assert!(!forces.status.success() && told(&forces).contains("Leave --velocities now and --forces out"));
 

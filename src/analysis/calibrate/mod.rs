@@ -1,4 +1,4 @@
-//! `scree calibrate`: the figures of the continuum from simulated element tests of a job's own grains (Chen et al. 2021, 2.2).
+//! `scree calibrate`: the material parameters of the continuum from simulated element tests of a job's own grains (Chen et al. 2021, 2.2).
 //!
 //! Packings of these grains in a periodic cell are compressed isotropically, which gives K, and uniaxially, which gives
 //! M = K + G, and sheared at a constant normal stress. The law that follows the shear tests with the least squares has the

@@ -51,12 +51,21 @@ pub struct Owner {
 pub enum DefaultValue {
     /// It must be typed, unless nothing looks at its table.
     Required,
+    /// It must be typed in some jobs, said in words behind `required`: "unless count is given".
+    RequiredIn(&'static str),
     /// This, as it would be typed.
     Value(&'static str),
     /// What follows from other keys, in words.
     Follows(&'static str),
     /// Nothing: what it stands for is not there.
     None,
+}
+
+impl DefaultValue {
+    /// Whether it must be typed where a form asks for it.
+    pub const fn is_required(self) -> bool {
+        matches!(self, Self::Required | Self::RequiredIn(_))
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -140,6 +149,12 @@ impl Key {
     /// By default what the value is before it is read, which follows from other keys.
     pub const fn follows(mut self, words: &'static str) -> Self {
         self.default = DefaultValue::Follows(words);
+        self
+    }
+
+    /// It must be typed in some jobs alone: `required("unless friction_angle is given")`. Who reads it asks for it in these.
+    pub const fn required(mut self, words: &'static str) -> Self {
+        self.default = DefaultValue::RequiredIn(words);
         self
     }
 

@@ -108,12 +108,12 @@ impl Conservation {
         })
     }
 
-    /// Mass that has come from nowhere, as a share of all.
+    /// Mass that nothing accounts for, as a share of all.
     pub fn mass_error(&self) -> f64 {
         relative(self.now.mass - self.start.mass, self.start.mass)
     }
 
-    /// The largest component of momentum that has come from nowhere, as a share of the impulses or of all motion; none where
+    /// The largest component of momentum that nothing accounts for, as a share of the impulses or of all motion; none where
     /// damping has it.
     pub fn momentum_error(&self) -> Option<f64> {
         let largest = self.momentum_left().iter().fold(0.0, |most: f64, value| most.max(value.abs()));
@@ -180,7 +180,7 @@ impl Conservation {
         }
         words += &format!(", {:.4e} now", self.now.energy);
         if let Some(of) = &self.grains {
-            words += &format!("; of grains {:.1e} of the work is nowhere", of.residual());
+            words += &format!("; energy residual of grains {:.1e} of the work", of.residual());
         }
         if let Some(of) = &self.points {
             words += &format!("; of points the scheme has lost {:.3e}", of.lost);

@@ -228,7 +228,8 @@ impl Material {
         self.law.keys(form);
         if !beside_grains {
             let about = "the density of the material with its pores";
-            form.number(&mut self.density, number("density", about, DENSITY, POSITIVE, "\"2000 kg/m3\""));
+            let density = number("density", about, DENSITY, POSITIVE, "\"2000 kg/m3\"");
+            form.number(&mut self.density, density.required("in a job without grains"));
         } else if form.has("density") {
             form.note(
                 "density",
@@ -336,7 +337,9 @@ impl Wave {
 /// Which face, of those that a domain has.
 fn keys_of_face(face: &mut Face, form: &mut dyn Form, about: &'static str, example: &'static str) {
     const NAMES: [&str; 6] = ["x_lower", "x_upper", "y_lower", "y_upper", "z_lower", "z_upper"];
-    let faces: Vec<(&'static str, Face)> = NAMES.into_iter().zip(Face::all(form.axes())).collect();
+    // In the plane those of z are unknown; a page and a schema are for space too.
+    let axes = if form.describes() { 3 } else { form.axes() };
+    let faces: Vec<(&'static str, Face)> = NAMES.into_iter().zip(Face::all(axes)).collect();
     choose(form, face, "face", text("face", about, example), &faces);
 }
 
@@ -472,7 +475,10 @@ impl Watch {
         let diameter = number("diameter", "D50 of those grains", LENGTH, POSITIVE, "\"1 mm\"");
         // Where the job has grains, it is theirs.
         let known = !self.diameter.is_nan();
-        form.number(&mut self.diameter, if known { diameter.follows("that of the grains") } else { diameter });
+        form.number(
+            &mut self.diameter,
+            if known { diameter.follows("that of the grains") } else { diameter.required("in a job without grains") },
+        );
         self.oracle.keys(form, every);
     }
 }

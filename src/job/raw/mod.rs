@@ -231,6 +231,9 @@ impl Typed {
             _ => kind.top().key(key).is_some(),
         });
         if matches!(entry.node.value, Value::Table(_)) {
+            if self.kind == Kind::Assembly && key == "gravity" && self.root.get("grid").is_none() {
+                return "there is no table [gravity] in an assembly of grains. Here gravity is a key of [cell]: gravity = [0, \"-9.81 m/s2\"].".into();
+            }
             let advice = match (elsewhere, nearest(key, names)) {
                 (Some(elsewhere), _) => elsewhere,
                 (None, Some(name)) => format!("Did you mean [{name}]?"),

@@ -130,7 +130,7 @@ impl<'a> Reader<'a> {
                 let read = typed_value(typed).and_then(|node| how(key, &node).ok());
                 *value = read.unwrap_or_else(|| panic!("the default of {} cannot be read", self.table.path(key.name)));
             }
-            (None, DefaultValue::Required) if self.awake => {
+            (None, default) if default.is_required() && self.awake => {
                 self.note_missing(key);
                 *value = self.example(key, how);
             }
@@ -469,7 +469,7 @@ impl Form for Reader<'_> {
             }
         } else if let DefaultValue::Value(default) = key.default {
             chosen = names.iter().position(|name| *name == default).expect("the default is a choice");
-        } else if key.default == DefaultValue::Required && self.awake {
+        } else if key.default.is_required() && self.awake {
             self.note_missing(&key);
             return chosen..chosen + 1;
         }

@@ -47,6 +47,7 @@ pub fn assembly(typed: &Typed) -> Result<Assembly, Error> {
         lower: job.cell.lower,
         upper: job.cell.upper,
         periodic: job.cell.periodic,
+        coheres: job.contact.coheres(),
     };
     check_bodies(job.bodies.iter_mut(), &top, &domain);
     if !time.has("step") {

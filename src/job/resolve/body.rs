@@ -21,6 +21,8 @@ pub struct Domain {
     pub lower: [f64; 3],
     pub upper: [f64; 3],
     pub periodic: [bool; 3],
+    /// Whether material may pull at a body.
+    pub coheres: bool,
 }
 
 /// Brings directions to length 1, and refuses bodies that do not fit where they are; `top` has them as they were typed.
@@ -49,6 +51,7 @@ fn check_body(body: &mut Body, table: &Reader<'_>, cell: &Domain) -> Result<(), 
     if let Some(servo) = &mut body.motion.servo {
         unit(&mut servo.direction, "servo", table)?;
     }
+    refuse_servo_from_behind(table, body, cell)?;
     refuse_spin(table, cell, &body.shape, &body.motion)?;
     refuse_path_along_servo(table, &body.motion)
 }
@@ -214,6 +217,21 @@ fn refuse_spin(table: &Reader<'_>, cell: &Domain, shape: &Shape, motion: &Motion
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Grains push a plane against its normal and no other way: a servo that waits for a push along it carries the plane away.
+fn refuse_servo_from_behind(table: &Reader<'_>, body: &Body, cell: &Domain) -> Result<(), Error> {
+    match (&body.shape, &body.motion.servo) {
+        (Shape::Plane { normal, .. }, Some(servo))
+            if servo.force > 0.0 && !cell.coheres && dot(*normal, servo.direction) > 0.0 =>
+        {
+            Err(table.refusal(
+                "servo",
+                "has a direction along the normal of its plane, so that the plane would leave the grains for ever: direction is the one in which grains push the body, against that normal. Turn it around.",
+            ))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Along its direction the servo alone moves the body.

@@ -20,8 +20,8 @@ const TABLE: &str = "continuum";
 
 /// The key that names such a file.
 pub const fn key(name: &'static str) -> Key {
-    let about = "a file with the keys from bulk_modulus to cohesion, as scree calibrate writes it";
-    text(name, about, "\"materials/chen_table_2.toml\"").optional()
+    let about = "a file with the keys from bulk_modulus to cohesion, in place of them; scree calibrate writes one";
+    text(name, about, "\"calibrated.toml\"").optional()
 }
 
 /// The file that a key of the job's table names, if it does.

@@ -191,7 +191,7 @@ fn place_geostatic(
 
 pub(super) fn domain(grid: &Grid) -> Domain {
     let Grid { dimension, lower, upper, periodic, .. } = *grid;
-    Domain { name: "grid", dimension, lower, upper, periodic }
+    Domain { name: "grid", dimension, lower, upper, periodic, coheres: true }
 }
 
 /// What was typed in lists, held to the grid and to the material.

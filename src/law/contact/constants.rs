@@ -14,8 +14,11 @@ pub(super) fn friction(form: &mut dyn Form, value: &mut f64) {
             .optional(),
     );
     let Some(angle) = angle else {
-        return form
-            .number(value, number("friction", "mu, the Coulomb coefficient", RATIO, Range::closed(0.0, 5.0), "0.5"));
+        return form.number(
+            value,
+            number("friction", "mu, the Coulomb coefficient", RATIO, Range::closed(0.0, 5.0), "0.5")
+                .required("unless friction_angle is given"),
+        );
     };
     if form.has("friction") {
         form.note(
@@ -36,7 +39,7 @@ pub(super) fn normal_force(form: &mut dyn Form, value: &mut NormalForce) {
 /// The restitution, beside which no key of `dampings` may stand.
 pub(super) fn restitution(form: &mut dyn Form, dampings: &[&str]) -> Option<f64> {
     let mut restitution = None;
-    let about = "the rebound of two mean grains, in place of dampings";
+    let about = "the coefficient of restitution of two mean grains, in place of dampings";
     form.number_if_given(
         &mut restitution,
         number("restitution", about, RATIO, Range::open(0.0, 1.0), "0.1").optional(),

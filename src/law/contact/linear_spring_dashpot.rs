@@ -69,7 +69,8 @@ impl Described for LinearSpringDashpot {
                 "does not say how contacts are damped. Add restitution, for example restitution = 0.5, or both damping_normal and damping_tangential, for example \"3.5 N s/m\".",
             ),
             None => {
-                let key = |name, about| number(name, about, DAMPING, NOT_NEGATIVE, "\"3.5 N s/m\"");
+                let unless = "unless restitution is given; with hertz_mindlin 0 by default";
+                let key = |name, about| number(name, about, DAMPING, NOT_NEGATIVE, "\"3.5 N s/m\"").required(unless);
                 form.number(&mut self.damping_normal, key("damping_normal", "gamma_n"));
                 form.number(&mut self.damping_tangential, key("damping_tangential", "gamma_t"));
             }

@@ -24,11 +24,12 @@ pub struct RollingResistance {
 
 impl RollingResistance {
     pub(super) const STIFFNESS: Key = {
-        let about = "beta of k_r = beta k_t r_i r_j, which resists rolling";
+        let about = "beta of k_r = beta k_t r_i r_j, which resists rolling; together with rolling_limit";
         number("rolling_stiffness", about, RATIO, Range::closed(0.0, 100.0), "1.0")
     };
     pub(super) const LIMIT: Key = {
-        let about = "eta of |M| <= eta min(r_i, r_j) F_n, the most that resists rolling";
+        let about =
+            "eta of |M| <= eta min(r_i, r_j) F_n, the most that resists rolling; together with rolling_stiffness";
         number("rolling_limit", about, RATIO, Range::closed(0.0, 10.0), "0.05")
     };
 

@@ -86,7 +86,7 @@ fn caption(name: &str) -> &'static str {
         "shear" => {
             "Simple shear under a constant normal stress: shear stress over normal stress against shear strain, (b) its \
              beginning. Faint: rows of each packing; full: their average over a stretch of 1\u{2009}% of strain; dashed: the law \
-             with the figures of the fit to all packings."
+             with the parameters fitted to all packings."
         }
         _ => {
             "Packing fraction in simple shear. Full: the grains; dashed: \u{3a6} of the law, by its equation (8); dotted: what the \

@@ -7,6 +7,9 @@ use crate::base::space::{Linear, Space};
 /// Last column of exported files: the time of the state, s.
 pub const TIME: &str = "time";
 
+/// Columns of exported contacts that nothing is read from: forces follow from places and memories, N.
+pub const FORCES: [&str; 2] = ["force_normal", "force_tangential"];
+
 /// First line of a CSV file of contacts without its time: words of the memory go by their law, which alone can read them.
 pub fn header_of_contacts(law: &str, words: usize) -> String {
     let memory: String = (0..words).map(|word| format!(",memory_{law}_{word}")).collect();
@@ -60,12 +63,14 @@ pub fn words_of(line: &str) -> Vec<&str> {
     line.split(',').map(str::trim).collect()
 }
 
-/// Where each column of a header stands among those found, if they are the same ones. The time that exports state may stand
-/// beside them: a run starts at time zero, whatever its grains come from.
+/// Where each column of a header stands among those found, if they are the same ones. The time and the forces of contacts that
+/// exports state may stand beside them: a run starts at time zero, whatever its grains come from.
 pub fn columns_of(found: &[&str], header: &str) -> Option<Vec<usize>> {
     let wanted: Vec<&str> = header.split(',').collect();
-    let others = found.iter().filter(|name| **name != TIME).count();
-    match others == wanted.len() && found.len() <= others + 1 {
+    let told = [TIME, FORCES[0], FORCES[1]];
+    let others = found.iter().filter(|name| !told.contains(name)).count();
+    let is_once = |name: &&str| found.iter().filter(|other| *other == name).count() <= 1;
+    match others == wanted.len() && told.iter().all(is_once) {
         true => wanted.iter().map(|name| found.iter().position(|other| other == name)).collect(),
         false => None,
     }

@@ -121,7 +121,7 @@ impl Balance {
         (self.kinetic - self.kinetic_start) + (self.elastic - self.elastic_start)
     }
 
-    /// Work that is nowhere.
+    /// Energy residual: work that nothing accounts for.
     pub fn imbalance(&self) -> f64 {
         self.work() - self.stored() - self.dissipated()
     }

@@ -121,7 +121,7 @@ fn close(name: &str, balance: &Balance, turnover: f64, share: f64) {
     let lost = balance.imbalance() / turnover;
     let unexplained = (balance.imbalance() + balance.made) / turnover;
     println!("{name}: residual {lost:.2e}, unexplained {unexplained:.2e} of {turnover:.2e} J; {balance:?}");
-    assert!(unexplained.abs() < UNEXPLAINED_MAX, "{name}: {unexplained:e} of the work is nowhere: {balance:?}");
+    assert!(unexplained.abs() < UNEXPLAINED_MAX, "{name}: {unexplained:e} of the work is residual: {balance:?}");
     assert!(lost.abs() < share, "{name}: {lost:e} of the work does not close: {balance:?}");
 }
 

@@ -94,9 +94,10 @@ fn caption(measures: &Measures, words: &str) -> String {
     let rate = end.strain_end() / end.run.column("time").last().copied().unwrap_or(1.0);
     let window = measures.stress.of.window_s;
     let mut caption = format!(
-        "{words} ({}). Faint: rows of series.csv, each the mean over its interval; full: their moving average over {}{THIN}ms, \
+        "{words} ({}). Faint: rows of series.csv, each {}; full: their moving average over {}{THIN}ms, \
          {} of strain at the mean speed of {} (Chen et al. 2021, figures 10, 12, 17 and 23)",
         drive.how,
+        if drive.is_of_instants { "of one instant" } else { "the mean over its interval" },
         plain(1e3 * window, 3),
         percent(window * rate),
         end.who.run
