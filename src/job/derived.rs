@@ -7,12 +7,12 @@ use std::f64::consts::PI;
 
 use super::assembly::{Assembly, Cell, Matter, Packed, Preparation, Sizes, Source};
 use super::figures::{self, grain_measure};
-use super::mpm::{Boundary, Granular, Gravity, Grid, InitialStress, Material, Mpm, Origin, Region, RegionShape, Watch};
+use super::mpm::{Granular, Grid, InitialStress, Material, Mpm, Region, RegionShape, Watch};
 use super::stable::{Bound, HERTZ_OVERLAP, springs_at};
 use super::{BLOCK_OF_DISCS, Method, Scenario};
 use crate::law::contact::{Contact, FLAT, Springs};
 use crate::law::material::{ConstitutiveLaw, CriticalConstants};
-use crate::mpm::scheme::{Scheme, ShapeFunction, StressUpdate, Transfer};
+use crate::mpm::scheme::{Scheme, Transfer};
 
 /// Packing fraction assumed where only the packing itself will tell (dense discs of this spread: 0.84 to 0.86).
 pub const FRACTION_DENSE: f64 = 0.85;
@@ -61,52 +61,41 @@ impl Scenario {
         let fraction = fraction_start(self);
         let law = ConstitutiveLaw::CriticalDruckerPrager(CriticalConstants { fraction, ..continuum.constants() });
         let watch = Watch { diameter: self.grains.diameter_mean, oracle: self.oracle };
+        let granular = Granular {
+            method: self.method,
+            piece: self.grains_of_specimen(),
+            enrichment: self.enrichment,
+            ..Granular::blank()
+        };
+        let blank = Mpm::blank();
         Mpm {
             name: self.name.clone(),
             grid: Grid {
-                dimension: 2,
                 lower,
                 upper,
                 cell: continuum.cell,
                 cells: [cells_x(self), cells_y(self), 1],
                 periodic: [true, false, false],
                 depth: specimen.depth,
+                ..blank.grid
             },
             scheme: Scheme {
-                shape: ShapeFunction::Quadratic,
-                update: StressUpdate::Last,
                 transfer: Transfer::Blend { flip: continuum.flip },
                 points_per_cell: continuum.points_per_cell,
+                ..Scheme::DEFAULT
             },
             material: Material { density: density_bulk(self), law },
-            regions: vec![Region {
-                shape: RegionShape::Box { lower, upper },
-                fraction,
-                velocity: [0.0; 3],
-                spin: [0.0; 3],
-                waves: Vec::new(),
-            }],
+            regions: vec![Region { shape: RegionShape::Box { lower, upper }, fraction, ..Region::BLANK }],
             stress: InitialStress::Isotropic { pressure: self.packing.stress },
-            gravity: Gravity { acceleration: [0.0; 3], ramp: 0.0 },
-            boundaries: [[Boundary::Periodic; 2], [Boundary::Free; 2], [Boundary::Free; 2]],
-            loads: Vec::new(),
-            membranes: Vec::new(),
-            bodies: Vec::new(),
-            follow: Vec::new(),
             oracle: (self.method == Method::Hybrid).then_some(watch),
-            grains: Some(Box::new(Granular {
-                method: self.method,
-                piece: self.grains_of_specimen(),
-                enrichment: self.enrichment,
-                reference: Origin::Specimen,
-                known: None,
-            })),
+            grains: Some(Box::new(granular)),
             step: self.time.step,
             grain_steps: grain_steps(self),
             end: duration(self),
             cells_per_block: self.decomposition.cells_per_block,
             output: self.output,
             ledger: self.ledger,
+            ..blank
         }
     }
 }
@@ -159,42 +148,25 @@ pub fn springs_mean(contact: &Contact, diameter_mean: f64) -> Springs {
     springs_at(contact, [0.5 * diameter_mean; 2], [FLAT; 2], HERTZ_OVERLAP)
 }
 
-/// Default mass of the upper plate, kg: a tenth of the specimen's.
-pub fn plate_mass_default(specimen_mass: f64) -> f64 {
-    0.1 * specimen_mass
-}
-
 /// Share of critical damping: enough to end the ringing of the start within a few periods, while the dashpot's own pull,
 /// damping times the speed of dilation, stays below a per cent of the load.
 const PLATE_DAMPING_RATIO: f64 = 0.1;
 
-/// Default damping of the upper plate, N s/m: a tenth of critical for plate and specimen as one oscillator.
-///
-/// The specimen is an elastic column of stiffness k = (K + G) width depth / height; a third of its mass moves with the
-/// plate, as for a rod held at its far end (Rayleigh). Critical damping is 2 sqrt(k m).
-pub fn plate_damping_default(
-    modulus_p: f64,
-    [width, height, depth]: [f64; 3],
-    plate_mass: f64,
-    specimen_mass: f64,
-) -> f64 {
-    let stiffness = modulus_p * width * depth / height;
-    let mass = plate_mass + specimen_mass / 3.0;
-    PLATE_DAMPING_RATIO * 2.0 * (stiffness * mass).sqrt()
-}
-
-/// Mass, kg, and damping, N s/m, of a plate of which the job says nothing.
+/// Mass, kg, and damping, N s/m, of a plate of which the job says nothing: a tenth of the specimen's mass.
 pub fn plate_default(scenario: &Scenario) -> [f64; 2] {
-    let specimen_mass = specimen_mass(scenario);
-    let mass = plate_mass_default(specimen_mass);
+    let mass = 0.1 * specimen_mass(scenario);
     [mass, plate_damping(scenario, mass)]
 }
 
-/// Default damping of a plate of that mass, kg, over the job's specimen, N s/m.
+/// Default damping of a plate of that mass, kg, N s/m: a tenth of critical for plate and specimen as one oscillator.
+///
+/// The specimen is an elastic column of stiffness k = (K + G) width depth / height; a third of its mass moves with the
+/// plate, as for a rod held at its far end (Rayleigh). Critical damping is 2 sqrt(k m).
 pub fn plate_damping(scenario: &Scenario, plate_mass: f64) -> f64 {
     let modulus_p = scenario.continuum.bulk_modulus + scenario.continuum.shear_modulus;
-    let size = [scenario.specimen.width, scenario.specimen.height, scenario.specimen.depth];
-    plate_damping_default(modulus_p, size, plate_mass, specimen_mass(scenario))
+    let stiffness = modulus_p * scenario.specimen.width * scenario.specimen.depth / scenario.specimen.height;
+    let mass = plate_mass + specimen_mass(scenario) / 3.0;
+    PLATE_DAMPING_RATIO * 2.0 * (stiffness * mass).sqrt()
 }
 
 // The run

@@ -79,7 +79,6 @@ impl Forecast {
         let held = share_held(job, method);
         let piece = assembly.as_deref().map_or(0.0, |assembly| time_of_piece(job, assembly));
         let specimen = job.as_mpm().map_or(0.0, |on| held * steps_of_specimen(on) * alone(1.0));
-        let of_continuum = continuum.map_or(0.0, |on| figures::memory(on, points as u64));
         Some(Self {
             points,
             grains: zone * all,
@@ -90,14 +89,14 @@ impl Forecast {
             cost_of_point: continuum.filter(|_| points > 0.0).map_or(0.0, figures::cost_of_point),
             steps: job.steps() as f64 * each,
             speed_up: alone(cycle) / each,
-            memory: BYTES_OF_PROGRAM + BYTES_OF_GRAIN * held.max(zone) * all + of_continuum,
+            memory: memory(continuum, points, held.max(zone) * all),
         })
     }
 }
 
-/// Bytes that grains and points between plates take on all ranks together, by their numbers.
-pub fn memory_between_plates(on_grid: &Mpm, points: f64, grains: f64) -> f64 {
-    BYTES_OF_PROGRAM + BYTES_OF_GRAIN * grains + figures::memory(on_grid, points as u64)
+/// Bytes that so many points and grains take on all ranks together.
+pub fn memory(continuum: Option<&Mpm>, points: f64, grains: f64) -> f64 {
+    BYTES_OF_PROGRAM + BYTES_OF_GRAIN * grains + continuum.map_or(0.0, |on| figures::memory(on, points as u64))
 }
 
 /// Share of the grains of all of the material that are there, moving or not.

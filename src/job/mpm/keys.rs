@@ -277,7 +277,7 @@ impl Gravity {
 }
 
 impl Region {
-    const BLANK: Self = Self {
+    pub(in crate::job) const BLANK: Self = Self {
         shape: RegionShape::Box { lower: [0.0; 3], upper: [0.0; 3] },
         fraction: f64::NAN,
         velocity: [0.0; 3],

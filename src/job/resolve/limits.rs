@@ -4,7 +4,7 @@ use super::{digits, digits_above, significant};
 use crate::base::error::Error;
 use crate::base::keys::Form;
 use crate::job::assembly::{Assembly, Body, Packed, Preparation, Source};
-use crate::job::mpm::forecast::memory_between_plates;
+use crate::job::mpm::forecast::memory;
 use crate::job::raw::{Reader, Typed};
 use crate::job::{Scenario, derived, figures};
 
@@ -76,7 +76,7 @@ pub fn refuse_size_of_shear(job: &Scenario, typed: &Typed) -> Result<(), Error> 
     let points = derived::points(job) as f64;
     let grains = figures::grains(&job.grains_of_specimen()).unwrap_or_default() as f64;
     let of_method = if job.method.has_points() { points } else { 0.0 };
-    let memory = memory_between_plates(&job.on_grid(), of_method, derived::share_of_grains(job) * grains);
+    let memory = memory(Some(&job.on_grid()), of_method, derived::share_of_grains(job) * grains);
     if memory > MEMORY_MAX {
         let message = format!(
             "makes a specimen of {} grains and {} points, which take about {} GB of memory, and at most {} GB are allowed. Take a smaller specimen, larger grains, or larger cells.",

@@ -229,10 +229,12 @@ fn check_life_in_shear(scenario: &Scenario, typed: &Typed) -> Result<(), Error> 
 
 /// The stress of the packing and that of the run must press grains together, and not into each other.
 fn check_packing(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
-    let number = figures::stiffness_over_load(&scenario.grains_of_specimen(), scenario.loading.stress_normal);
-    refuse_squeeze(typed, ("loading", "stress_normal"), number)?;
-    let stress = scenario.packing.stress;
-    refuse_squeeze(typed, ("packing", "stress"), number * scenario.loading.stress_normal / stress)?;
+    let (grains, stress) = (scenario.grains_of_specimen(), scenario.packing.stress);
+    for (key, stress) in
+        [(("loading", "stress_normal"), scenario.loading.stress_normal), (("packing", "stress"), stress)]
+    {
+        refuse_squeeze(typed, key, figures::stiffness_over_load(&grains, stress))?;
+    }
     let time = scenario.grains.diameter_mean * (scenario.grains.density / stress).sqrt();
     match scenario.grains.file {
         Some(_) => Ok(()),
