@@ -105,6 +105,10 @@ mod large;
 /// band and nothing else.
 #[path = "coupling/oracle.rs"]
 mod oracle;
+/// Pieces of packing are joined across the periods of a grid, as dense and as firm there as elsewhere, and jobs of them, hybrids too, have
+/// the same bits on any ranks.
+#[path = "coupling/periods.rs"]
+mod periods;
 /// A pressure pulse through the rim of a zone: next to nothing of it comes back.
 #[path = "coupling/pulses.rs"]
 mod pulses;

@@ -118,8 +118,13 @@ impl CellGrid {
     pub fn nodes_along(&self, parts: &[[[f64; 2]; 2]]) -> Vec<u64> {
         // Nodes on both sides of a line half way between them count, whatever round-off says.
         let reach = (0.5 + 1e-9) * self.cell;
-        let is_along = |node: &u64| parts.iter().any(|part| distance_to(part, self.place_of(*node)) <= reach);
-        // As many nodes as cells: the last row and column of nodes lie on the domain's border, where no material is.
+        let is_along = |node: &u64| {
+            let [x, y] = self.place_of(*node);
+            // The last column of nodes is the first where the last column of cells is beside the first.
+            let mut images = [x, x + self.period()].into_iter().take(if self.periodic { 2 } else { 1 });
+            images.any(|x| parts.iter().any(|part| distance_to(part, [x, y]) <= reach))
+        };
+        // As many nodes as cells: elsewhere the last row and column of nodes lie on the domain's border, where no material is.
         (0..(self.counts[0] * self.counts[1]) as u64).filter(is_along).collect()
     }
 
@@ -253,6 +258,13 @@ impl Zone {
         near
     }
 
+    /// A cell of grains at a place is one of the rim instead.
+    pub fn share(&mut self, x: f64, y: f64) {
+        if let Some(cell) = self.grid.at(x, y).filter(|cell| self.labels[*cell] == Label::Grains) {
+            self.labels[cell] = Label::Rim;
+        }
+    }
+
     /// Mean height of the flagged nodes, m.
     pub fn middle(&self) -> f64 {
         self.flagged.iter().map(|place| place[1]).sum::<f64>() / self.flagged.len() as f64
@@ -297,6 +309,9 @@ mod tests {
         assert_eq!(nodes, [8, 9]);
         // A part without length.
         assert_eq!(grid(false).nodes_along(&[[[1.1, -0.9], [1.1, -0.9]]]), [0]);
+        // Up to the end of a period, where the first column is.
+        assert_eq!(grid(false).nodes_along(&[[[3.5, -0.5], [4.0, -0.5]]]), [11]);
+        assert_eq!(grid(true).nodes_along(&[[[3.5, -0.5], [4.0, -0.5]]]), [6, 11]);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 
 pub mod grain_file;
 pub mod grain_world;
+pub mod join;
 pub mod loose;
 pub mod packed;
 pub mod plates;

@@ -9,7 +9,9 @@ use crate::base::space::{Linear, Plane, Space};
 use crate::bodies::body::Body;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
+use crate::dem::walls::place_beside;
 use crate::domain::transfer;
+use crate::prepare::join::{Join, Laid, wrapped};
 use crate::prepare::packed::Packing;
 use crate::prepare::sheared::{self, Grain, PlanarWorld, on_root, read_state};
 use crate::store::tables;
@@ -74,8 +76,7 @@ impl Reference {
                 let (grains, cells) = transfer::agree(transport, read)?.unwrap_or_default();
                 let grains = transfer::broadcast(transport, grains)?;
                 let cell = transfer::broadcast(transport, cells)?.remove(0);
-                let is_wanted = |id, place: &Vector| start.is_material(place) && is_wanted(id, place);
-                Ok(Self { grains: tiled(world, &Packing { grains, cell }, is_wanted), seats: Vec::new() })
+                Ok(Self { grains: tiled(world, &Packing { grains, cell }, start, is_wanted), seats: Vec::new() })
             }
         }
     }
@@ -101,20 +102,48 @@ fn read_piece(file: &Path, memory_words: usize) -> Result<Piece, Error> {
     }
 }
 
-/// Grains of all pieces that a domain holds which are wanted and touch no body. Contacts of a piece are with grains of the same piece
-/// that may lie across its border, so none is kept; a compression without friction leaves next to nothing along them.
-fn tiled(world: &PlanarWorld, piece: &Packing<Plane>, is_wanted: impl Fn(GrainId, &Vector) -> bool) -> Vec<Grain> {
+/// Grains of all pieces that a domain holds which are wanted and touch no body, joined across its periods. Contacts of a piece are with
+/// grains of the same piece that may lie across its border, so none is kept; a compression without friction leaves next to nothing along
+/// them.
+fn tiled(
+    world: &PlanarWorld,
+    piece: &Packing<Plane>,
+    start: &dyn StartState,
+    is_wanted: impl Fn(GrainId, &Vector) -> bool,
+) -> Vec<Grain> {
     let layout = &world.subdomain.layout;
+    let cell = &world.assembly.cell;
     let edges = [piece.cell.edges[0], piece.cell.edges[3]];
-    let copies = |axis: usize| (layout.cells[axis] as f64 * layout.cell / edges[axis]).ceil() as u64;
     let bodies: Vec<_> =
         world.bodies.iter().map(|body| Body { displacement: Vector::zero(), ..body.clone() }).collect();
     let is_free = |place: &Vector, radius: f64| {
-        bodies.iter().filter_map(|body| body.nearest(place)).all(|near| near.distance >= radius)
+        let mut near = bodies.iter().filter_map(|body| body.nearest(&place_beside(body, cell, place)));
+        near.all(|near| near.distance >= radius)
     };
-    let all = piece.side_by_side(layout.corner, [copies(0), copies(1), 1]);
-    let taken = all.filter(|(id, place, grain)| is_wanted(*id, place) && is_free(place, grain.hot.radius));
-    taken
-        .map(|(id, place, grain)| GrainRow::resting(id, place, grain.hot.radius, grain.hot.mass, Mover::Free))
-        .collect()
+    let is_material = |place: &Vector| start.is_material(place);
+    let join = cell.periodic.contains(&true).then(|| Join::of((cell, &bodies), &is_material, piece));
+    let (mut first, mut copies) = (layout.corner, [1; 3]);
+    for axis in 0..2 {
+        copies[axis] = (layout.cells[axis] as f64 * layout.cell / edges[axis]).ceil() as u64;
+        if let Some(join) = join.as_ref().filter(|_| cell.periodic[axis]) {
+            (first[axis], copies[axis]) = join.pieces(axis, edges[axis]);
+        }
+    }
+    let all = piece.side_by_side(first, copies);
+    let all = all.map(|(id, place, grain)| Laid { id, place, radius: grain.hot.radius, mass: grain.hot.mass });
+    let is_inside = |laid: &Laid<Plane>| is_material(&wrapped(cell, &laid.place));
+    let is_free = |laid: &Laid<Plane>| is_free(&wrapped(cell, &laid.place), laid.radius);
+    let is_wanted = |laid: &Laid<Plane>| is_wanted(laid.id, &laid.place);
+    let taken: Vec<Laid<Plane>> = match &join {
+        Some(join) => {
+            // Those at a boundary are joined, whoever is wanted, so that they stand at the same places for every zone.
+            let is_looked_at = |laid: &Laid<Plane>| join.is_at_boundary(&laid.place) || is_wanted(laid);
+            let near = all.filter(|laid| join.is_near(&laid.place) && is_inside(laid));
+            let joined = join.joined(near.filter(|laid| is_looked_at(laid) && is_free(laid)).collect());
+            joined.into_iter().filter(is_wanted).collect()
+        }
+        None => all.filter(|laid| is_inside(laid) && is_wanted(laid) && is_free(laid)).collect(),
+    };
+    let resting = |laid: &Laid<Plane>| GrainRow::resting(laid.id, laid.place, laid.radius, laid.mass, Mover::Free);
+    taken.iter().map(resting).collect()
 }

@@ -2,7 +2,8 @@
 //! brought to rest between its bodies and membranes.
 //!
 //! A piece is under the stress of the start as the points are. Where it is cut, contacts are missing: grains there move by a part of
-//! their overlaps until membranes bear them, and bodies with a `seat` come up to them. All this happens before the run.
+//! their overlaps until membranes bear them, and bodies with a `seat` come up to them. Where the grid is periodic it is joined to itself
+//! ([`crate::prepare::join`]). All this happens before the run.
 
 use scree_io::column::State;
 use scree_partition::Transport;
@@ -14,6 +15,7 @@ use crate::bodies::body::{Body, Servo};
 use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::law::{SharedLaw, law_of, memory_words};
 use crate::dem::motion::{Damping, DampingForm, Field};
+use crate::dem::walls::place_beside;
 use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
@@ -25,6 +27,7 @@ use crate::law::contact::Contact;
 use crate::mpm::membrane::Vertex;
 use crate::mpm::stress::material_of;
 use crate::prepare::cache::{Found, Place};
+use crate::prepare::join::{Join, Laid, wrapped};
 use crate::prepare::making::{Leg, Look, Making};
 use crate::prepare::sheared::{on_root, settle, share};
 use crate::prepare::{packed, point_world, recipe};
@@ -193,41 +196,59 @@ fn over<S: Space>(making: &Making, attempt: u64, contact: &Contact) -> Result<Op
 }
 
 /// Copies of the piece over all regions, and of these the grains whose centres lie in one, or in what bodies that are `raised` by so
-/// much (m) leave free, and that touch no body.
+/// much (m) leave free, and that touch no body. Across the periods of the grid they are joined.
 fn cut<S: Space>(job: &Mpm, piece: &packed::Packing<S>, raised: &[S::Vector]) -> Result<Vec<GrainRow<S>>, Error> {
+    let cell = point_world::cell::<S>(&point_world::layout::<S>(job)?);
+    let mut bodies = point_world::bodies::<S>(job);
+    bodies.iter_mut().zip(raised).for_each(|(body, raised)| body.displacement = *raised);
+    let is_inside = |place: &S::Vector| job.region_at(&components::<S>(place)).is_some();
+    let is_material = |place: &S::Vector| {
+        is_inside(place) || raised.iter().any(|raised| is_inside(&wrapped(&cell, &(*place - *raised))))
+    };
+    let is_free = |place: &S::Vector, radius: f64| {
+        let mut near = bodies.iter().filter_map(|body| body.nearest(&place_beside(body, &cell, place)));
+        near.all(|near| near.distance >= radius)
+    };
+    let is_periodic = cell.periodic.contains(&true);
+    let join = is_periodic.then(|| Join::of((&cell, &bodies), &is_material, piece));
     let boxes: Vec<_> = job.regions.iter().map(|region| bounding_box(&region.shape)).collect();
     let (mut first, mut copies) = ([0.0; 3], [1; 3]);
     for axis in 0..S::DIMENSION {
+        let edge = piece.cell.edges[axis * S::DIMENSION + axis];
+        if let Some(join) = join.as_ref().filter(|_| cell.periodic[axis]) {
+            (first[axis], copies[axis]) = join.pieces(axis, edge);
+            continue;
+        }
         let lower = boxes.iter().map(|corners| corners.0[axis]).fold(f64::INFINITY, f64::min);
         let upper = boxes.iter().map(|corners| corners.1[axis]).fold(f64::NEG_INFINITY, f64::max);
-        let edge = piece.cell.edges[axis * S::DIMENSION + axis];
         let more = raised.iter().map(|raised| raised[axis].abs()).fold(0.0, f64::max);
         // Whole pieces before the corner, so that grains lie where they lie whatever has been raised.
         let before = (more / edge).ceil();
         copies[axis] = (before + ((upper - lower + more) / edge).ceil().max(1.0)) as u64;
         first[axis] = lower - before * edge;
     }
-    let mut bodies = point_world::bodies::<S>(job);
-    bodies.iter_mut().zip(raised).for_each(|(body, raised)| body.displacement = *raised);
-    let is_inside = |place: &S::Vector| {
-        let mut at = [0.0; 3];
-        (0..S::DIMENSION).for_each(|axis| at[axis] = place[axis]);
-        job.region_at(&at).is_some()
+    let laid = piece.side_by_side(first, copies);
+    let laid = laid.map(|(id, place, grain)| Laid { id, place, radius: grain.hot.radius, mass: grain.hot.mass });
+    let is_taken = |laid: &Laid<S>| {
+        let place = wrapped(&cell, &laid.place);
+        is_free(&place, laid.radius) && is_material(&place)
     };
-    let mut grains = Vec::new();
-    for (id, place, grain) in piece.side_by_side(first, copies) {
-        let is_free =
-            bodies.iter().filter_map(|body| body.nearest(&place)).all(|near| near.distance >= grain.hot.radius);
-        if is_free && (is_inside(&place) || raised.iter().any(|raised| is_inside(&(place - *raised)))) {
-            grains.push(GrainRow::resting(id, place, grain.hot.radius, grain.hot.mass, Mover::Free));
-        }
-    }
-    match grains.is_empty() {
+    let taken = match &join {
+        Some(join) => join.joined(laid.filter(|laid| join.is_near(&laid.place)).filter(is_taken).collect()),
+        None => laid.filter(is_taken).collect(),
+    };
+    let resting = |laid: &Laid<S>| GrainRow::resting(laid.id, laid.place, laid.radius, laid.mass, Mover::Free);
+    match taken.is_empty() {
         true => Err(Error::User(
             "no grain of the packing has its centre in a [[region]]; make the regions larger than a grain".into(),
         )),
-        false => Ok(grains),
+        false => Ok(taken.iter().map(resting).collect()),
     }
+}
+
+/// A place as jobs have it.
+fn components<S: Space>(place: &S::Vector) -> [f64; 3] {
+    std::array::from_fn(|axis| if axis < S::DIMENSION { place[axis] } else { 0.0 })
 }
 
 type Rested<S> = (Vec<GrainRow<S>>, Vec<Body<S>>, Vec<Vertex<S>>);
@@ -337,11 +358,15 @@ fn time_of_grain(granular: &Granular) -> f64 {
 }
 
 fn settings_of_rest<S: Space>(job: &Mpm, granular: &Granular) -> Settings<S> {
-    let mut settings = point_world::settings(job, material_of(&job.material.law), law_of(&granular.piece.contact));
+    let mut settings: Settings<S> =
+        point_world::settings(job, material_of(&job.material.law), law_of(&granular.piece.contact));
     settings.grain_steps = 1;
     let mass = DAMPING_MASS / time_of_grain(granular);
     let damping = Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass };
-    settings.grains.field = Field { damping, ..settings.grains.field };
+    let mut gravity = settings.grains.field.gravity;
+    // Along a period nothing need hold grains back, and they would fall for ever.
+    (0..S::DIMENSION).filter(|axis| job.grid.periodic[*axis]).for_each(|axis| gravity[axis] = 0.0);
+    settings.grains.field = Field { damping, gravity };
     settings
 }
 

@@ -118,12 +118,15 @@ impl Plan {
         instants: &Instants,
         (packing_file, lies): (&Path, Lies<'_>),
     ) -> Result<Result<Self, Refusal>, Error> {
-        let zone = Zone::around(flagged, cell_grid(world), settings);
+        let mut zone = Zone::around(flagged, cell_grid(world), settings);
         let near = zone.within(MARGIN);
         let is_near = |place: &Vector| zone.grid.at(place[0], place[1]).is_some_and(|cell| near[cell]);
         let points = world.continuum.points.rows().filter(|point| is_near(&point.hot.position)).collect();
         let mut points = transfer::gather_everywhere(world.transport, points)?;
         points.sort_unstable_by_key(|point| point.cold.id);
+        // Points bear loads, and grains do not: they share the cells of those that do.
+        let loaded = points.iter().filter(|point| point.cold.loads != 0).map(|point| point.hot.position);
+        loaded.for_each(|place| zone.share(place[0], place[1]));
         let (zone_of, points_of) = (&zone, &points);
         let of = |wanted: Label| points_of.iter().filter(move |point| becomes(zone_of, &point.hot) == wanted);
         let mass_of = |wanted: Label| of(wanted).map(|point| point.hot.weight * point.hot.mass).sum::<f64>();

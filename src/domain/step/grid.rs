@@ -112,7 +112,7 @@ impl<S: Space> World<'_, S> {
         self.sum_tiles(|world| world.scatter_points(Tier::Inner));
     }
 
-    /// What loads are on their points now.
+    /// What loads are on their points now. One that grains share its place with bears all of it: they bear none.
     fn push_loaded(&mut self) {
         let time = self.time() + 0.5 * self.dt_of_continuum();
         let (points, loads) = (&mut self.continuum.points, &self.settings.loads);
@@ -127,7 +127,6 @@ impl<S: Space> World<'_, S> {
                 *push += loads[borne.trailing_zeros() as usize].on(&hot.deformation, time);
                 borne &= borne - 1;
             }
-            *push = *push * hot.weight;
         }
     }
 

@@ -73,7 +73,7 @@ impl Forecast {
             Method::Mpm => of_points,
             Method::Hybrid => {
                 let shared = if is_held { 1.0 } else { continuum.map_or(0.0, share_of_rim) };
-                zone * all * (cost + shared * COST_OF_SHARING) + of_points + of_nodes / cycle
+                zone * (all * (cost + shared * COST_OF_SHARING) + of_nodes / cycle) + of_points
             }
         };
         let held = share_held(job, method);

@@ -251,6 +251,14 @@ impl Path {
 }
 
 impl Membrane {
+    /// Where it begins and ends along x or y, m.
+    pub fn extent(&self, axis: usize) -> [f64; 2] {
+        match self.path {
+            Path::Line { from, to } => [from[axis].min(to[axis]), from[axis].max(to[axis])],
+            Path::Circle { centre, radius } => [centre[axis] - radius, centre[axis] + radius],
+        }
+    }
+
     pub fn is_closed(&self) -> bool {
         matches!(self.path, Path::Circle { .. })
     }

@@ -14,7 +14,7 @@ pub(crate) fn margin_in_words(contact: &Contact) -> &'static str {
 }
 
 /// Length of a periodic axis in largest diameters: with less, a grain and its image could share a neighbour.
-const PERIOD_IN_DIAMETERS: f64 = 4.0;
+pub(super) const PERIOD_IN_DIAMETERS: f64 = 4.0;
 /// Packing fraction that no packing of spheres has; of discs the key's own range says it.
 const FRACTION_MAX_SPHERES: f64 = 0.74;
 /// Spheres thrown one after the other jam at 0.38, discs at 0.547.

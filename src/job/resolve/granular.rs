@@ -1,8 +1,8 @@
 //! Grains that the material of a continuum's job may be made of.
 
 use super::assembly::read_grains;
-use super::body::{BODIES_MAX, check_inside};
-use super::checks::check_as_piece;
+use super::body::{AXES, BODIES_MAX, check_inside};
+use super::checks::{PERIOD_IN_DIAMETERS, check_as_piece};
 use super::mpm::domain;
 use super::shear::{LEDGER_OF_LIVING_ZONE, check_life};
 use super::{BLOCK_OF_DISCS, BLOCK_OF_SPHERES, SKIN_DEFAULT, digits};
@@ -11,8 +11,9 @@ use crate::base::keys::Form;
 use crate::base::math;
 use crate::job::assembly::{Assembly, Body, Motion, Packed, Preparation, Shape, Source};
 use crate::job::figures::{diameter_max, fraction_in_cell, margin};
+use crate::job::mpm::figures::bounding_box;
 use crate::job::mpm::forecast::FRACTION_OF_PACKING;
-use crate::job::mpm::{BodyContact, Boundary, Face, Granular, Grid, KnownBands, Mpm, RigidBody};
+use crate::job::mpm::{BodyContact, Boundary, Face, Granular, Grid, KnownBands, Mpm, Origin, Path, RigidBody};
 use crate::job::raw::{Reader, Typed};
 use crate::job::{Method, stable};
 use crate::mpm::scheme::{ShapeFunction, StressUpdate};
@@ -146,6 +147,73 @@ fn check_known_bands(job: &Mpm, grains: &Granular, typed: &Typed, top: &Reader<'
     Ok(())
 }
 
+/// Loads are borne by points.
+fn check_loads(job: &Mpm, grains: &Granular, typed: &Typed, top: &Reader<'_>) {
+    for (load, table) in job.loads.iter().zip(&top.list("load")) {
+        if grains.method == Method::Dem {
+            typed.note_together(table.refusal_of_table("is borne by points, and this job has grains alone. Press by a [[body]] with a servo, or in the plane by a [[membrane]]; or write method = \"hybrid\" or \"mpm\"."));
+        } else if grains.reference == Origin::Specimen && load.ramp == 0.0 {
+            typed.note_together(table.refusal_of_table("is all there from the start, and the specimen that grains of a zone are taken from comes to rest without it. Let it rise from zero over a time, its ramp, or write enrichment.reference = \"piece\"."));
+        }
+    }
+}
+
+/// Pieces of packing are joined across a period; what nothing presses, or ends at it, is not.
+fn check_periods(job: &Mpm, grains: &Granular, typed: &Typed, top: &Reader<'_>) {
+    let (grid, mut axes) = (&job.grid, 0..job.grid.dimension);
+    let (most, margin) = (diameter_max(&grains.piece), margin(&grains.piece));
+    let least = PERIOD_IN_DIAMETERS * most + margin;
+    for axis in axes.clone().filter(|axis| grid.periodic[*axis] && grid.extent(*axis) < least) {
+        typed.note_together(typed.refusal(
+            "grid",
+            "upper",
+            &format!(
+                "makes the grid {} mm long along {}, where it is periodic, but four of the largest grains and the skin need {} mm. Make it longer, or take smaller grains.",
+                digits(1e3 * grid.extent(axis)),
+                AXES[axis],
+                digits(1e3 * least)
+            ),
+        ));
+    }
+    let fills = |axis: usize| {
+        let boxes = job.regions.iter().map(|region| bounding_box(&region.shape));
+        let (lower, upper): (Vec<_>, Vec<_>) = boxes.map(|(lower, upper)| (lower[axis], upper[axis])).unzip();
+        lower.into_iter().fold(f64::INFINITY, f64::min) < grid.lower[axis] + 0.5 * most
+            && upper.into_iter().fold(f64::NEG_INFINITY, f64::max) > grid.upper[axis] - 0.5 * most
+    };
+    if axes.all(|axis| grid.periodic[axis] && fills(axis)) {
+        typed.note_together(typed.refusal(
+            "grid",
+            "periodic",
+            "leaves no side from which anything presses the grains, so that nothing says what stress they are under. Write false along one axis and hold them there by faces or bodies, or take [cell] for [grid], which is held at a stress.",
+        ));
+    }
+    if grains.method == Method::Hybrid && grid.periodic[1] && job.oracle.is_none() {
+        typed.note_together(typed.refusal(
+            "grid",
+            "periodic",
+            "is true along y, and a zone reaches across periods along x alone. Turn the job by a quarter, or write false there.",
+        ));
+    }
+    for (membrane, table) in job.membranes.iter().zip(&top.list("membrane")) {
+        let end = |axis: &usize| {
+            let [lower, upper] = membrane.extent(*axis);
+            grid.periodic[*axis]
+                && (lower < grid.lower[*axis] + membrane.spacing || upper > grid.upper[*axis] - membrane.spacing)
+        };
+        if let Some(axis) = (0..2).find(end) {
+            let key = if matches!(membrane.path, Path::Circle { .. }) { "centre" } else { "from" };
+            typed.note_together(table.refusal(
+                key,
+                &format!(
+                    "brings the membrane to where the grid is periodic along {}: membranes are not joined across a period, and grains would come through between its ends. Keep it a segment away, press by a [[body]] with a seat or a servo, or set grid.periodic to false there.",
+                    AXES[axis]
+                ),
+            ));
+        }
+    }
+}
+
 /// What grains ask of the rest of the job.
 pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
     for (body, table) in job.bodies.iter().zip(&top.list("body")) {
@@ -220,9 +288,7 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
             typed.note_together(typed.refusal("output", "ledger", "books what grains and points do to each other step by step, and time.grain_steps takes several steps of grains in one of points. Remove it, or write time.grain_steps = 1."));
         }
     }
-    if !job.loads.is_empty() {
-        typed.note_together(top.list("load")[0].refusal_of_table("is borne by points, and grains do not know it. Press by a [[body]] or a [[membrane]] in a job with grains."));
-    }
+    check_loads(job, grains, typed, top);
     for face in Face::all(job.grid.dimension) {
         if job.boundaries[face.axis][usize::from(face.upper)] == Boundary::Absorbing {
             typed.note_together(top.refusal(
@@ -241,13 +307,7 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
         );
         typed.note_together(top.refusal("boundary", &message));
     }
-    if job.grid.periodic.contains(&true) {
-        typed.note_together(typed.refusal(
-            "grid",
-            "periodic",
-            "has a period that pieces of packing do not fit. Write false, and hold the grains by bodies and membranes.",
-        ));
-    }
+    check_periods(job, grains, typed, top);
     let ramped = job.membranes.iter().zip(top.list("membrane")).find(|(membrane, _)| membrane.ramp > 0.0);
     if let Some((_, table)) = ramped {
         typed.note_together(table.refusal(
