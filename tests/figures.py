@@ -254,7 +254,7 @@ def outside(folder):
 
 def sheared(folder):
     """Within 20 cm of the plate's middle, where deviatoric strain is over 0.15. Points have their area at the start, grains
-    theirs over a packing fraction of 0.84."""
+    theirs over a solid volume fraction of 0.84."""
     import numpy
 
     frames, job = Frames(folder), scenario(folder)

@@ -39,7 +39,7 @@ mod held_nodes;
 /// Stress of a cell is held where it is dense, soft, of spheres or without contacts, and a row of its series is of one instant.
 #[path = "physics/held_stress.rs"]
 mod held_stress;
-/// Discs and spheres roll, slide and come to rest on planes as closed forms say, under every law.
+/// Discs and spheres roll, slide and equilibrate on planes as closed forms say, under every law.
 #[path = "physics/inclines.rs"]
 mod inclines;
 /// Every material law in both spaces: many turns, large stretch, returns from random states, energies, starts.

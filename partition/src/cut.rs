@@ -37,7 +37,7 @@ pub fn cut(weights: &[u64], parts: usize) -> Vec<Range<usize>> {
 }
 
 /// Running totals of the weights. A block counts `weight * blocks + 1`, which makes the number of
-/// blocks in a part the tie-breaker below any difference of weight; u128 holds that for any u64
+/// blocks in a part the penalty spring-breaker below any difference of weight; u128 holds that for any u64
 /// weights of up to 2^32 blocks.
 struct Load {
     before: Vec<u128>,

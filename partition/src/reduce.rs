@@ -59,9 +59,9 @@ impl<const N: usize> ExactSum<N> {
         match to_quanta(value) {
             Some(quanta) => {
                 self.quanta[slot] = self.quanta[slot].wrapping_add(quanta);
-                self.burden(slot, (quanta.unsigned_abs() >> QUANTUM_BITS) as u64 + 1);
+                self.reaction(slot, (quanta.unsigned_abs() >> QUANTUM_BITS) as u64 + 1);
             }
-            None => self.burden(slot, LOAD_MAX),
+            None => self.reaction(slot, LOAD_MAX),
         }
     }
 
@@ -69,7 +69,7 @@ impl<const N: usize> ExactSum<N> {
     pub fn merge(&mut self, other: &Self) {
         for slot in 0..N {
             self.quanta[slot] = self.quanta[slot].wrapping_add(other.quanta[slot]);
-            self.burden(slot, other.load[slot]);
+            self.reaction(slot, other.load[slot]);
         }
     }
 
@@ -117,7 +117,7 @@ impl<const N: usize> ExactSum<N> {
     }
 
     /// Capped, so that it can only stay spoiled, and fits the total over ranks.
-    fn burden(&mut self, slot: usize, magnitude: u64) {
+    fn reaction(&mut self, slot: usize, magnitude: u64) {
         self.load[slot] = (self.load[slot] + magnitude).min(LOAD_MAX);
     }
 }

@@ -53,7 +53,7 @@ const KNOWN: [(&str, &str, Quantity); 44] = {
         ("normal_stress", "normal stress", Stress),
         ("volume_strain", "volume strain", Strain),
         ("volume_change", "change of volume", Strain),
-        ("fraction", "packing fraction", Number),
+        ("fraction", "solid volume fraction", Number),
         ("contacts_of_a_grain", "contacts of a grain", Number),
         ("stress_xx", "\u{2212}xx", Stress),
         ("stress_yy", "\u{2212}yy", Stress),

@@ -77,7 +77,7 @@ pub struct Body<S: Space> {
 
 /// What the material does to a body within a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Burden<S: Space> {
+pub struct Reaction<S: Space> {
     /// Of grains, glued or touching, N and N m about the body's origin.
     pub force: S::Vector,
     pub torque: S::Spin,
@@ -210,26 +210,26 @@ impl<S: Space> Body<S> {
         }
     }
 
-    /// New velocity under `burden`, and the impulse that the material gave. Held nodes are part of the moving mass, so that
+    /// New velocity under `reaction`, and the impulse that the material gave. Held nodes are part of the moving mass, so that
     /// a light plate on a heavy continuum is stable.
-    pub fn accelerate(&mut self, burden: &Burden<S>, time: f64, dt: f64) {
+    pub fn accelerate(&mut self, reaction: &Reaction<S>, time: f64, dt: f64) {
         let (before, spin_before) = (self.velocity, self.spin);
         let instant = self.path_at(time);
         self.velocity = instant.velocity;
         self.spin = instant.spin;
         if let Some(servo) = &self.servo {
             let n = servo.direction;
-            let load = burden.force.dot(&n) - servo.force;
+            let load = reaction.force.dot(&n) - servo.force;
             // The dashpot is implicit in the new velocity: stable for any damping.
-            let speed = (servo.mass * before.dot(&n) + burden.node_momentum.dot(&n) + load * dt)
-                / (servo.mass + burden.node_mass + servo.damping * dt);
+            let speed = (servo.mass * before.dot(&n) + reaction.node_momentum.dot(&n) + load * dt)
+                / (servo.mass + reaction.node_mass + servo.damping * dt);
             let speed = speed.clamp(-servo.speed_max, servo.speed_max);
             self.velocity += n * (speed - self.velocity.dot(&n));
         }
-        let impulse = burden.force * dt + burden.node_momentum - self.velocity * burden.node_mass;
-        let turn = burden.torque * dt;
+        let impulse = reaction.force * dt + reaction.node_momentum - self.velocity * reaction.node_mass;
+        let turn = reaction.torque * dt;
         self.impulse += impulse;
-        self.impulse_whole += impulse - burden.force * ((1.0 - burden.kick) * dt);
+        self.impulse_whole += impulse - reaction.force * ((1.0 - reaction.kick) * dt);
         self.impulse_angular += turn;
         // By the mean of the velocities on either side of the force: the work that changes kinetic energies by as much.
         self.work -= 0.5 * (impulse.dot(&(before + self.velocity)) + turn.dot(&(spin_before + self.spin)));

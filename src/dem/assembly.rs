@@ -109,8 +109,8 @@ impl<S: Space> Assembly<S> {
 
     /// An owned row with the memories of its contacts.
     pub fn whole_row(&self, row: usize) -> GrainRow<S> {
-        let Grains { hot, cold, ties, .. } = &self.grains;
-        GrainRow { hot: hot[row], cold: cold[row], tie: ties[row], contacts: self.carried_by(row).collect() }
+        let Grains { hot, cold, springs, .. } = &self.grains;
+        GrainRow { hot: hot[row], cold: cold[row], spring: springs[row], contacts: self.carried_by(row).collect() }
     }
 
     /// Memories of a row's contacts with grains, then with bodies.

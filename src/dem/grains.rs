@@ -63,24 +63,24 @@ pub struct Cold<S: Space> {
     pub script: S::Vector,
 }
 
-/// What ties a grain to the continuum that shares its place: a spring and a dashpot on the way that it slips, as changes of
+/// What penalty springs a grain to the continuum that shares its place: a spring and a dashpot on the way that it slips, as changes of
 /// its velocity in a step, m/s ([`crate::mpm::nodes`]). Both are zero away from the rim.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tie<S: Space> {
+pub struct PenaltySpring<S: Space> {
     /// Of the spring.
     pub spring: S::Vector,
     /// Of both in the step to come.
     pub given: S::Vector,
 }
 
-impl<S: Space> Tie<S> {
+impl<S: Space> PenaltySpring<S> {
     /// Of a grain that has not slipped.
     pub fn loose() -> Self {
         Self { spring: S::Vector::zero(), given: S::Vector::zero() }
     }
 }
 
-impl<S: Space> Record for Tie<S> {
+impl<S: Space> Record for PenaltySpring<S> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
         visitor.f64s("spring", self.spring.as_mut_slice());
         visitor.f64s("given", self.given.as_mut_slice());
@@ -107,7 +107,7 @@ pub struct Grains<S: Space> {
     pub waiting: Vec<Row>,
     pub waits: Vec<bool>,
     /// Ties of owned rows to the continuum.
-    pub ties: Vec<Tie<S>>,
+    pub springs: Vec<PenaltySpring<S>>,
     /// Force and torque on owned rows, N and N m; weighted as the contacts are.
     pub force: Vec<S::Vector>,
     pub torque: Vec<S::Spin>,
@@ -126,7 +126,7 @@ impl<S: Space> Default for Grains<S> {
             near_bodies: Vec::new(),
             waiting: Vec::new(),
             waits: Vec::new(),
-            ties: Vec::new(),
+            springs: Vec::new(),
             force: Vec::new(),
             torque: Vec::new(),
         }
@@ -138,7 +138,7 @@ impl<S: Space> Default for Grains<S> {
 pub struct GrainRow<S: Space> {
     pub hot: Hot<S>,
     pub cold: Cold<S>,
-    pub tie: Tie<S>,
+    pub spring: PenaltySpring<S>,
     /// Memories of touching contacts by the partner's id, in its order; in the orientation lower to higher id.
     pub contacts: Vec<Carried>,
 }
@@ -213,7 +213,7 @@ impl<S: Space> Grains<S> {
             + self.pushed.capacity() * size_of::<(Row, S::Vector)>()
             + (self.near_bodies.capacity() + self.waiting.capacity()) * size_of::<Row>()
             + self.waits.capacity() * size_of::<bool>()
-            + self.ties.capacity() * size_of::<Tie<S>>()
+            + self.springs.capacity() * size_of::<PenaltySpring<S>>()
             + self.homes.capacity() * size_of::<S::Vector>()
             + self.force.capacity() * size_of::<S::Vector>()
             + self.torque.capacity() * size_of::<S::Spin>()
@@ -228,7 +228,7 @@ impl<S: Space> GrainRow<S> {
         let mut row = Self {
             hot: Hot { position, velocity: zero, spin: S::Spin::zero(), radius, weight: 1.0, mass, spare },
             cold: Cold { id, mover, origin: position, image: [0; 3], home: position, script: zero },
-            tie: Tie::loose(),
+            spring: PenaltySpring::loose(),
             contacts: Vec::new(),
         };
         row.hand_to(mover);
@@ -242,7 +242,7 @@ impl<S: Space> GrainRow<S> {
     }
 }
 
-/// The grain itself; its tie and its contacts are records of their own.
+/// The grain itself; its penalty spring and its contacts are records of their own.
 impl<S: Space> Record for GrainRow<S> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
         let (hot, cold) = (&mut self.hot, &mut self.cold);
@@ -281,17 +281,17 @@ pub fn body_of_partner(partner: GrainId) -> Option<usize> {
     partner.0.checked_sub(FIRST_BODY).map(|body| body as usize)
 }
 
-/// What a grain's tie remembers as it rests on disk.
+/// What a grain's penalty spring remembers as it rests on disk.
 #[derive(Clone, Debug)]
-pub struct TieRow<S: Space> {
+pub struct PenaltySpringRow<S: Space> {
     pub grain: GrainId,
-    pub tie: Tie<S>,
+    pub spring: PenaltySpring<S>,
 }
 
-impl<S: Space> Record for TieRow<S> {
+impl<S: Space> Record for PenaltySpringRow<S> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
         visitor.u64("grain", &mut self.grain.0);
-        self.tie.visit(visitor);
+        self.spring.visit(visitor);
     }
 }
 

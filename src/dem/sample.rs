@@ -9,7 +9,7 @@ use crate::base::space::{Linear, Space};
 use crate::dem::assembly::{Assembly, Constants};
 use crate::dem::cell::Cell;
 use crate::dem::contacts::deeper;
-use crate::dem::grains::{Cold, GrainRow, Hot, Tie};
+use crate::dem::grains::{Cold, GrainRow, Hot, PenaltySpring};
 use crate::dem::memories::Memories;
 use crate::dem::motion::{Damped, Falling, Moves};
 use crate::dem::segments::{Finish, Segments};
@@ -38,7 +38,7 @@ impl<S: Space> Sample<S> {
         let mut sample = Self { assembly, constants, step: 0, order, together: Vec::new() };
         let mut memories = Memories::new(sample.constants.law().memory_words());
         rows.iter().for_each(|row| memories.push(row.contacts.iter().copied()));
-        sample.arrange(&memories, |row| (rows[row].hot, rows[row].cold, rows[row].tie), rows.len())?;
+        sample.arrange(&memories, |row| (rows[row].hot, rows[row].cold, rows[row].spring), rows.len())?;
         Ok(sample)
     }
 
@@ -115,14 +115,14 @@ impl<S: Space> Sample<S> {
         let mut memories = Memories::new(self.constants.law().memory_words());
         (0..self.assembly.grains.owned).for_each(|row| memories.push(self.assembly.carried_by(row)));
         let grains = std::mem::take(&mut self.assembly.grains);
-        self.arrange(&memories, |row| (grains.hot[row], grains.cold[row], grains.ties[row]), grains.owned)
+        self.arrange(&memories, |row| (grains.hot[row], grains.cold[row], grains.springs[row]), grains.owned)
     }
 
     /// Puts rows in order and makes their lists.
     fn arrange(
         &mut self,
         memories: &Memories,
-        row_of: impl Fn(usize) -> (Hot<S>, Cold<S>, Tie<S>),
+        row_of: impl Fn(usize) -> (Hot<S>, Cold<S>, PenaltySpring<S>),
         count: usize,
     ) -> Result<(), Error> {
         self.refuse_narrow()?;
@@ -140,12 +140,12 @@ impl<S: Space> Sample<S> {
         });
         self.together = together.collect();
         let grains = &mut self.assembly.grains;
-        (grains.hot, grains.cold, grains.ties) = (Vec::new(), Vec::new(), Vec::new());
+        (grains.hot, grains.cold, grains.springs) = (Vec::new(), Vec::new(), Vec::new());
         for (_, _, row) in &order {
-            let (hot, cold, tie) = row_of(*row);
+            let (hot, cold, spring) = row_of(*row);
             grains.hot.push(hot);
             grains.cold.push(cold);
-            grains.ties.push(tie);
+            grains.springs.push(spring);
         }
         grains.owned = count;
         grains.settle();

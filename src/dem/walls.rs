@@ -191,7 +191,7 @@ impl<S: Space> Walls<S> {
     }
 
     /// Force and torque (about the body's origin) of the grains on each body, one addend a contact.
-    pub fn burdens(&self, bodies: &[Body<S>], mut add: impl FnMut(usize, S::Vector, S::Spin)) {
+    pub fn reactions_of(&self, bodies: &[Body<S>], mut add: impl FnMut(usize, S::Vector, S::Spin)) {
         let mut origins = [S::Vector::zero(); BODIES_MAX];
         for (origin, body) in origins.iter_mut().zip(bodies) {
             *origin = body.origin();

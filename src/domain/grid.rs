@@ -157,7 +157,7 @@ impl<S: Space> World<'_, S> {
         }
         let dt = self.kick_share() * self.settings.grains.dt;
         let Self { assembly: Assembly { walls, .. }, bodies, reactions, .. } = self;
-        walls.burdens(bodies, |body, force, torque| {
+        walls.reactions_of(bodies, |body, force, torque| {
             if bodies[body].grip.is_some() {
                 reactions.on_body::<S>(body, &(force * dt), &(torque * dt));
             }
@@ -189,7 +189,7 @@ pub(crate) enum Moment {
 }
 
 /// Everything that pushes and holds nodes beside their own forces.
-pub(crate) struct Holders<'a, S: Space> {
+pub(crate) struct BoundaryConditions<'a, S: Space> {
     pub grid: &'a Grid,
     pub layout: &'a Layout,
     pub bodies: &'a [Body<S>],
@@ -198,7 +198,7 @@ pub(crate) struct Holders<'a, S: Space> {
     pub moment: Moment,
 }
 
-impl<S: Space> Holders<'_, S> {
+impl<S: Space> BoundaryConditions<'_, S> {
     /// What becomes of the velocity `free` of a node that points and grains have made, over a time `dt`.
     pub fn on(
         &self,

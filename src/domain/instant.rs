@@ -6,7 +6,7 @@
 //! ```
 //!
 //! with the acceleration of [`crate::dem::motion`] in the cell's gradient of the last step. Reckoned on copies, so that looking
-//! changes nothing. It is of grains alone: what nodes and ties of a continuum do to them is not in it.
+//! changes nothing. It is of grains alone: what nodes and penalty springs of a continuum do to them is not in it.
 
 use scree_partition::ExactSum;
 

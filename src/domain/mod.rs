@@ -1,7 +1,6 @@
 //! The world in blocks: who holds what, the step, the accounts and the guards. It alone calls the partition.
 
 pub mod accounts;
-pub mod burden;
 pub mod grid;
 pub mod guards;
 pub mod instant;
@@ -10,6 +9,7 @@ pub mod load_balance;
 pub mod meter;
 pub mod phases;
 pub mod plan;
+pub mod reaction;
 pub mod rebuild;
 pub mod step;
 pub mod stop;

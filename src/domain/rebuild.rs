@@ -13,7 +13,7 @@ use crate::base::space::{Linear, Space};
 use crate::bodies::body::Body;
 use crate::dem::assembly::{Assembly, add_image};
 use crate::dem::cell::Cell;
-use crate::dem::grains::{Cold, GrainRow, Grains, Mover, Tie};
+use crate::dem::grains::{Cold, GrainRow, Grains, Mover, PenaltySpring};
 use crate::dem::memories::Memories;
 use crate::domain::accounts::ledger::points::PointLedger;
 use crate::domain::grid::Reactions;
@@ -296,7 +296,7 @@ impl<'t, S: Space> World<'t, S> {
         })?;
         self.assembly.grains.hot = moved.ordered(&self.assembly.grains.hot, |row| row.hot);
         self.assembly.grains.cold = moved.ordered(&self.assembly.grains.cold, |row| row.cold);
-        self.assembly.grains.ties = moved.ordered(&self.assembly.grains.ties, |row| row.tie);
+        self.assembly.grains.springs = moved.ordered(&self.assembly.grains.springs, |row| row.spring);
         let Moved { sources, arrived, ranges, .. } = moved;
         self.subdomain.grain_ranges = ranges;
         // A source of a row is one that was here, or behind those one that arrived.
@@ -505,7 +505,7 @@ impl<'t, S: Space> World<'t, S> {
         let copy = |row: &u32| GrainRow {
             hot: self.assembly.grains.hot[*row as usize],
             cold: self.assembly.grains.cold[*row as usize],
-            tie: Tie::loose(),
+            spring: PenaltySpring::loose(),
             contacts: Vec::new(),
         };
         // `around` is sorted by block, so an owner may come up again after another: rows must be unique per receiver.
@@ -568,7 +568,7 @@ impl<'t, S: Space> World<'t, S> {
         for (_, range) in
             self.subdomain.coupled.iter().zip(&self.subdomain.grain_ranges).filter(|(coupled, _)| !**coupled)
         {
-            self.assembly.grains.ties[range.clone()].fill(Tie::loose());
+            self.assembly.grains.springs[range.clone()].fill(PenaltySpring::loose());
         }
     }
 

@@ -17,7 +17,7 @@ impl<S: Space> Cargo for GrainRow<S> {
         Self::resting(GrainId(0), S::Vector::zero(), 0.0, 0.0, Mover::Free)
     }
     fn pack_rest(&mut self, to: &mut Writer) {
-        self.tie.visit(&mut ToParcel(to));
+        self.spring.visit(&mut ToParcel(to));
         to.u64(self.contacts.len() as u64);
         for (partner, memory) in &self.contacts {
             to.u64(partner.0);
@@ -26,9 +26,9 @@ impl<S: Space> Cargo for GrainRow<S> {
         }
     }
     fn unpack_rest(&mut self, from: &mut Reader) -> Result<(), ParcelError> {
-        let mut tie = FromParcel { reader: from, failure: None };
-        self.tie.visit(&mut tie);
-        tie.failure.map_or(Ok(()), Err)?;
+        let mut spring = FromParcel { reader: from, failure: None };
+        self.spring.visit(&mut spring);
+        spring.failure.map_or(Ok(()), Err)?;
         for _ in 0..from.u64()? {
             let partner = GrainId(from.u64()?);
             let mut memory = Memory::blank(from.u64()? as usize);

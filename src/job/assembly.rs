@@ -339,7 +339,7 @@ impl Source {
     }
 }
 
-/// How grains are made: thrown loosely into the cell, then brought to rest.
+/// How grains are made: inserted loosely into the cell, then equilibrated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packed {
     pub sizes: Sizes,
@@ -347,7 +347,7 @@ pub struct Packed {
     pub preparation: Preparation,
     /// Friction coefficient while the packing is made.
     pub friction: f64,
-    /// Packing fraction of the loose start.
+    /// Solid volume fraction of the loose start.
     pub fraction_start: f64,
     /// At rest when kinetic energy is below this share of elastic energy.
     pub energy_ratio_max: f64,
@@ -361,7 +361,7 @@ impl Packed {
             count: 1,
             preparation: Preparation::COMPRESS,
             friction: 0.0,
-            // Thrown without overlap one after the other, discs jam at 0.547, spheres at 0.38.
+            // Inserted without overlap one after the other, discs jam at 0.547, spheres at 0.38.
             fraction_start: if dimension == 2 { 0.45 } else { 0.25 },
             energy_ratio_max: 0.0,
             cache: PathBuf::new(),
@@ -377,7 +377,7 @@ impl Packed {
         } else {
             self.preparation.keys(form);
         }
-        let (friction, start) = ("friction while the packing is made", "the packing fraction of the loose start");
+        let (friction, start) = ("friction while the packing is made", "the solid volume fraction of the loose start");
         form.number(
             &mut self.friction,
             number("friction", friction, RATIO, Range::closed(0.0, 5.0), "0.01").or("0.01"),
@@ -408,7 +408,7 @@ impl Preparation {
             let Self::Compress { stress, fraction, unloaded } = kind else { return };
             let about = "the mean stress that the packing is compressed to, compression positive";
             form.number(stress, number("stress", about, STRESS, POSITIVE, "\"100 kPa\""));
-            let about = "the packing fraction to be reached; where compression stops short, by a hot start: grains in random motion, without friction";
+            let about = "the solid volume fraction to be reached; where compression stops short, by a hot start: grains in random motion, without friction";
             form.number_if_given(
                 fraction,
                 number("fraction", about, RATIO, Range::closed(0.3, 0.92), "0.85").optional(),

@@ -14,7 +14,7 @@ use crate::law::contact::{Contact, FLAT, Springs};
 use crate::law::material::{ConstitutiveLaw, CriticalConstants};
 use crate::mpm::scheme::{Scheme, Transfer};
 
-/// Packing fraction assumed where only the packing itself will tell (dense discs of this spread: 0.84 to 0.86).
+/// Solid volume fraction assumed where only the packing itself will tell (dense discs of this spread: 0.84 to 0.86).
 pub const FRACTION_DENSE: f64 = 0.85;
 /// Contacts of a disc in a dense frictional packing, for the affine estimates.
 pub const COORDINATION_DENSE: f64 = 4.0;
@@ -102,7 +102,7 @@ impl Scenario {
 
 // Material
 
-/// Packing fraction that the specimen starts with, as far as it is known before the packing is made.
+/// Solid volume fraction that the specimen starts with, as far as it is known before the packing is made.
 pub fn fraction_start(scenario: &Scenario) -> f64 {
     scenario.continuum.fraction_start.unwrap_or(FRACTION_DENSE)
 }

@@ -74,7 +74,7 @@ impl Output {
         let contacts = "writes contacts as lines into contacts.vtkhdf with every frame";
         form.flag(&mut self.contact_frames, flag("contact_frames", contacts, "true").or("false"));
         let account = "adds columns of work done, energy stored and energy lost to series.csv";
-        form.flag(ledger, flag("ledger", account, "true").or("false"));
+        form.flag(ledger, flag("energy_balance", account, "true").or("false"));
     }
 
     /// Wall time between states that are saved, of a run and of its packing in the making.

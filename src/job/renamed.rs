@@ -13,13 +13,22 @@ pub struct Renamed {
     turned: Option<&'static str>,
 }
 
-const RENAMED: [Renamed; 1] = [Renamed {
-    kind: Kind::Assembly,
-    table: "cell",
-    old: "stress",
-    new: "stress_normal",
-    turned: Some("compression is positive in all that jobs call stress or pressure"),
-}];
+const RENAMED: [Renamed; 4] = [
+    Renamed {
+        kind: Kind::Assembly,
+        table: "cell",
+        old: "stress",
+        new: "stress_normal",
+        turned: Some("compression is positive in all that jobs call stress or pressure"),
+    },
+    balance(Kind::Shear),
+    balance(Kind::Assembly),
+    balance(Kind::Mpm),
+];
+
+const fn balance(kind: Kind) -> Renamed {
+    Renamed { kind, table: "output", old: "ledger", new: "energy_balance", turned: None }
+}
 
 impl Renamed {
     pub fn of(kind: Kind, table: &str, key: &str) -> Option<&'static Self> {

@@ -223,12 +223,12 @@ impl Grains {
     }
 }
 
-/// How the packing is made: thrown loosely, compressed by the upper plate under low friction and without cohesion, left to rest.
+/// How the packing is made: inserted loosely, compressed by the upper plate under low friction and without cohesion, left to rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packing {
     /// Friction coefficient while the packing is made (Cundall 1989: 0.01).
     pub friction: f64,
-    /// Packing fraction of the loose start, 0.2 to 0.5.
+    /// Solid volume fraction of the loose start, 0.2 to 0.5.
     pub fraction_start: f64,
     /// Normal stress that the packing is brought to, Pa.
     pub stress: f64,
@@ -242,7 +242,7 @@ pub struct Packing {
 
 impl Packing {
     pub fn keys(&mut self, form: &mut dyn Form) {
-        let (friction, start) = ("friction while the packing is made", "the packing fraction of the loose start");
+        let (friction, start) = ("friction while the packing is made", "the solid volume fraction of the loose start");
         form.number(
             &mut self.friction,
             number("friction", friction, RATIO, Range::closed(0.0, 5.0), "0.01").or("0.01"),
@@ -286,7 +286,7 @@ pub struct Continuum {
     pub softening_rate: f64,
     /// c, Pa.
     pub cohesion: f64,
-    /// Packing fraction the material starts with; none: that of the packing.
+    /// Solid volume fraction the material starts with; none: that of the packing.
     pub fraction_start: Option<f64>,
     /// Edge of a grid cell, m.
     pub cell: f64,
@@ -294,7 +294,7 @@ pub struct Continuum {
     pub points_per_cell: usize,
     /// Share of FLIP in the velocity update, 0 (PIC) to 1 (FLIP).
     pub flip: f64,
-    /// Regions that start with another packing fraction, so that shear has a place to begin (Chen et al. 2021, 6.1).
+    /// Regions that start with another solid volume fraction, so that shear has a place to begin (Chen et al. 2021, 6.1).
     pub weak: Vec<WeakRegion>,
 }
 
@@ -309,8 +309,13 @@ impl Continuum {
         self.dilation_factor = law.dilation_factor;
         self.softening_rate = law.softening_rate;
         self.cohesion = law.cohesion;
-        let start =
-            number("fraction_start", "the packing fraction at the start", RATIO, Range::closed(0.4, 0.95), "0.855");
+        let start = number(
+            "fraction_start",
+            "the solid volume fraction at the start",
+            RATIO,
+            Range::closed(0.4, 0.95),
+            "0.855",
+        );
         form.number_if_given(&mut self.fraction_start, start.optional());
         form.number(&mut self.cell, number("cell", "the edge of a grid cell", LENGTH, POSITIVE, "\"7.5 mm\""));
         size(
@@ -335,7 +340,7 @@ impl Continuum {
 }
 
 impl Continuum {
-    /// Those of its law, at the critical packing fraction where the job has none for the start.
+    /// Those of its law, at the critical solid volume fraction where the job has none for the start.
     pub fn constants(&self) -> CriticalConstants {
         CriticalConstants {
             bulk_modulus: self.bulk_modulus,
@@ -351,14 +356,14 @@ impl Continuum {
     }
 }
 
-/// A rectangle of points whose law starts from a lower packing fraction; mass is not changed.
+/// A rectangle of points whose law starts from a lower solid volume fraction; mass is not changed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WeakRegion {
     /// Lower left corner, m from the left edge and above the face of the lower plate.
     pub lower: [f64; 2],
     /// Upper right corner, m.
     pub upper: [f64; 2],
-    /// Subtracted from the packing fraction there.
+    /// Subtracted from the solid volume fraction there.
     pub fraction_deficit: f64,
 }
 
@@ -368,7 +373,7 @@ impl WeakRegion {
     fn keys(&mut self, form: &mut dyn Form) {
         plane(form, &mut self.lower, vector("lower", "the lower left corner", LENGTH, "\"5 cm\""));
         plane(form, &mut self.upper, vector("upper", "the upper right corner", LENGTH, "\"6 cm\""));
-        let about = "subtracted from the packing fraction there";
+        let about = "subtracted from the solid volume fraction there";
         form.number(
             &mut self.fraction_deficit,
             number("fraction_deficit", about, RATIO, Range::closed(0.0, 0.3), "0.02"),

@@ -4,7 +4,7 @@ use crate::base::lane::{Instructions, Kernel, LANES, Pack, Packed};
 use crate::base::numbers::{Lanes, Numbers};
 use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space, Words};
-use crate::dem::grains::{Hot as GrainHot, Mover, Tie};
+use crate::dem::grains::{Hot as GrainHot, Mover, PenaltySpring};
 use crate::law::material::MaterialLaw;
 use crate::mpm::nodes;
 use crate::mpm::points::{Beside, Hot};
@@ -365,23 +365,23 @@ fn outside_of<S: Space, P: Pack>(frame: &TileFrame<S>, lanes: &Lanes<P>) -> P {
     outside * P::splat(frame.cell)
 }
 
-/// Correction of the block's free grains: `v += sum N lambda_i/m_i`, and what their ties do in the next step. Spin is left
+/// Correction of the block's free grains: `v += sum N lambda_i/m_i`, and what their penalty springs do in the next step. Spin is left
 /// alone.
 pub fn correct_grains<S: Space>(
     (frame, instructions): (&TileFrame<S>, Instructions),
     tile: &[GrainChange<S>],
     hot: &mut [GrainHot<S>],
-    ties: &mut [Tie<S>],
+    springs: &mut [PenaltySpring<S>],
     movers: &[Mover],
 ) {
-    instructions.run(Correct { frame, tile, hot, ties, movers });
+    instructions.run(Correct { frame, tile, hot, springs, movers });
 }
 
 struct Correct<'a, S: Space> {
     frame: &'a TileFrame<S>,
     tile: &'a [GrainChange<S>],
     hot: &'a mut [GrainHot<S>],
-    ties: &'a mut [Tie<S>],
+    springs: &'a mut [PenaltySpring<S>],
     movers: &'a [Mover],
 }
 
@@ -390,10 +390,10 @@ impl<S: Space> Packed for Correct<'_, S> {
 
     #[inline(always)]
     fn run<P: Pack>(self) {
-        let Self { frame, tile, hot, ties, movers } = self;
+        let Self { frame, tile, hot, springs, movers } = self;
         let (mut basis, mut changes) = (Basis::zero(), [[0.0; NODE_WORDS]; LANES]);
-        let groups = hot.chunks_mut(LANES).zip(ties.chunks_mut(LANES)).zip(movers.chunks(LANES));
-        for ((hot, ties), movers) in groups {
+        let groups = hot.chunks_mut(LANES).zip(springs.chunks_mut(LANES)).zip(movers.chunks(LANES));
+        for ((hot, springs), movers) in groups {
             if !basis.set_of_grains::<S, P>(frame, hot, movers) {
                 continue;
             }
@@ -405,12 +405,13 @@ impl<S: Space> Packed for Correct<'_, S> {
                 changes: &mut changes[..grains],
                 pack: std::marker::PhantomData,
             });
-            let free = hot.iter_mut().zip(ties).zip(&changes).zip(movers).filter(|(_, mover)| **mover == Mover::Free);
-            for (((hot, tie), change), _) in free {
+            let free =
+                hot.iter_mut().zip(springs).zip(&changes).zip(movers).filter(|(_, mover)| **mover == Mover::Free);
+            for (((hot, spring), change), _) in free {
                 let change = GrainChange::<S>::of(*change);
                 hot.velocity += change.velocity();
                 let share = change.share();
-                *tie = nodes::tied(tie, &(share.of(&hot.velocity) - change.shared()), &share);
+                *spring = nodes::tied(spring, &(share.of(&hot.velocity) - change.shared()), &share);
             }
         }
     }

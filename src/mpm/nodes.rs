@@ -1,7 +1,7 @@
 //! What happens on the nodes: momentum balance, what holds them, and how grains and continuum go together.
 //!
 //! ```text
-//! P_c <- P_c + f dt + m_c g dt - J                    the continuum's own step, and what ties have given grains
+//! P_c <- P_c + f dt + m_c g dt - J                    the continuum's own step, and what penalty springs have given grains
 //! lambda = (m_d P_c - m_c P_d)/(m_c + m_d)            equal velocities, momentum kept (Yue et al. 2018)
 //! P_c -= lambda,  P_d += lambda
 //! ```
@@ -20,12 +20,12 @@
 //! ```
 //!
 //! With it a grain slips by `a dt^2/(k s)`, some nanometres, and stays there; where it comes among grains alone, its spring
-//! slackens. A membrane, whose mass m is part of m_c, ties grains across itself alone: along it (t) they slide on, or some layers of
+//! slackens. A membrane, whose mass m is part of m_c, penalty springs grains across itself alone: along it (t) they slide on, or some layers of
 //! them would be glued to it by springs that wind up without end. Spring and dashpot are impulses between grains and continuum
 //! at a node, so that momentum is kept, and a node's velocity does not feel them.
 
 use crate::base::space::{Linear, Space};
-use crate::dem::grains::Tie;
+use crate::dem::grains::PenaltySpring;
 use crate::mpm::share::Share;
 use crate::mpm::tile::{Gathered, GrainChange, GrainNode};
 
@@ -67,7 +67,7 @@ pub fn step<S: Space>(
     Stepped { velocity, grains: GrainChange::new(&share, &change, &velocity) }
 }
 
-/// A node with grains alone, or with nothing: what ties have given there, nobody has paid for.
+/// A node with grains alone, or with nothing: what penalty springs have given there, nobody has paid for.
 pub fn without_points<S: Space>(grains: &GrainNode<S>) -> GrainChange<S> {
     let nothing = Share::new(0.0, [0.0; 3]);
     match grains.mass() > 0.0 {
@@ -76,8 +76,8 @@ pub fn without_points<S: Space>(grains: &GrainNode<S>) -> GrainChange<S> {
     }
 }
 
-/// A tie after a step in which its grain has come to slip at `slip`, u, m/s, among nodes of which the continuum has `share`.
-pub fn tied<S: Space>(tie: &Tie<S>, slip: &S::Vector, share: &Share<S>) -> Tie<S> {
-    let spring = share.left_of(&(tie.spring - *slip * SPRING), HOLDS);
-    Tie { spring, given: spring - *slip * DASHPOT }
+/// A penalty spring after a step in which its grain has come to slip at `slip`, u, m/s, among nodes of which the continuum has `share`.
+pub fn tied<S: Space>(spring: &PenaltySpring<S>, slip: &S::Vector, share: &Share<S>) -> PenaltySpring<S> {
+    let spring = share.left_of(&(spring.spring - *slip * SPRING), HOLDS);
+    PenaltySpring { spring, given: spring - *slip * DASHPOT }
 }

@@ -5,7 +5,7 @@ use crate::base::lane::{Instructions, Kernel, LANES, Pack, Packed, Real};
 use crate::base::numbers::Lanes;
 use crate::base::space::{Space, Words};
 use crate::base::symmetric::Symmetric;
-use crate::dem::grains::{Hot as GrainHot, Mover, Tie};
+use crate::dem::grains::{Hot as GrainHot, Mover, PenaltySpring};
 use crate::mpm::points::{Beside, Hot};
 use crate::mpm::scheme::ShapeFunction;
 use crate::mpm::shape::{Axis, Cubic, Generalised, LinearHat, Quadratic, Shape, Stencil, row};
@@ -367,20 +367,20 @@ pub fn scatter_loads<S: Space>(
     }
 }
 
-/// What the block's free grains bring, at their positions before the step, once their ties have given them what is due.
+/// What the block's free grains bring, at their positions before the step, once their penalty springs have given them what is due.
 pub fn scatter_grains<S: Space>(
     (frame, instructions): (&TileFrame<S>, Instructions),
     hot: &mut [GrainHot<S>],
-    (ties, movers): (&[Tie<S>], &[Mover]),
+    (springs, movers): (&[PenaltySpring<S>], &[Mover]),
     tile: &mut [GrainNode<S>],
 ) {
-    instructions.run(ScatterGrains { frame, hot, ties, movers, tile });
+    instructions.run(ScatterGrains { frame, hot, springs, movers, tile });
 }
 
 struct ScatterGrains<'a, S: Space> {
     frame: &'a TileFrame<S>,
     hot: &'a mut [GrainHot<S>],
-    ties: &'a [Tie<S>],
+    springs: &'a [PenaltySpring<S>],
     movers: &'a [Mover],
     tile: &'a mut [GrainNode<S>],
 }
@@ -390,16 +390,16 @@ impl<S: Space> Packed for ScatterGrains<'_, S> {
 
     #[inline(always)]
     fn run<P: Pack>(self) {
-        let Self { frame, hot, ties, movers, tile } = self;
+        let Self { frame, hot, springs, movers, tile } = self;
         let mut basis = Basis::zero();
-        let groups = hot.chunks_mut(LANES).zip(ties.chunks(LANES)).zip(movers.chunks(LANES));
-        for ((hot, ties), movers) in groups {
+        let groups = hot.chunks_mut(LANES).zip(springs.chunks(LANES)).zip(movers.chunks(LANES));
+        for ((hot, springs), movers) in groups {
             if basis.set_of_grains::<S, P>(frame, hot, movers) {
                 P::enter(AddGrains::<S, P> {
                     basis: &basis,
                     edge: frame.edge,
                     hot,
-                    ties,
+                    springs,
                     movers,
                     tile,
                     pack: std::marker::PhantomData,
@@ -414,7 +414,7 @@ struct AddGrains<'a, S: Space, P> {
     basis: &'a Basis,
     edge: usize,
     hot: &'a mut [GrainHot<S>],
-    ties: &'a [Tie<S>],
+    springs: &'a [PenaltySpring<S>],
     movers: &'a [Mover],
     tile: &'a mut [GrainNode<S>],
     pack: std::marker::PhantomData<P>,
@@ -425,14 +425,14 @@ impl<S: Space, P: Pack> Kernel<P> for AddGrains<'_, S, P> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { basis, edge, hot, ties, movers, tile, .. } = self;
-        for (lane, ((hot, tie), mover)) in hot.iter_mut().zip(ties).zip(movers).enumerate() {
+        let Self { basis, edge, hot, springs, movers, tile, .. } = self;
+        for (lane, ((hot, spring), mover)) in hot.iter_mut().zip(springs).zip(movers).enumerate() {
             if *mover != Mover::Free {
                 continue;
             }
-            hot.velocity += tie.given;
+            hot.velocity += spring.given;
             let mass = hot.weight * hot.mass;
-            let brought = GrainNode::<S>::new(mass, &(hot.velocity * mass), &(tie.given * mass));
+            let brought = GrainNode::<S>::new(mass, &(hot.velocity * mass), &(spring.given * mass));
             let brought = P::load(&brought.0);
             for k in 0..Stencil::<S, P, 3>::LAYERS {
                 for j in 0..3 {

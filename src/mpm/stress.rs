@@ -14,7 +14,7 @@ use crate::mpm::gather::{Block, Taking, gather_points};
 pub trait StressModel<S: Space>: Debug + Send + Sync {
     /// Velocity, place and stress of the points of a block, on this thread; see [`gather_points`].
     fn gather(&self, taking: Taking, block: Block<S>) -> f64;
-    /// Memory of a point under a Kirchhoff stress, Pa, at a packing fraction.
+    /// Memory of a point under a Kirchhoff stress, Pa, at a solid volume fraction.
     fn start(&self, stress: &S::Tensor, fraction: f64) -> S::PointMemory;
     /// Kirchhoff stress of a memory as it is, Pa.
     fn stress(&self, memory: &S::PointMemory) -> S::Tensor;
@@ -22,7 +22,7 @@ pub trait StressModel<S: Space>: Debug + Send + Sync {
     fn elastic_energy(&self, memory: &S::PointMemory) -> f64;
     /// Accumulated plastic strain.
     fn plastic_strain(&self, memory: &S::PointMemory) -> f64;
-    /// Packing fraction that the law works with.
+    /// Solid volume fraction that the law works with.
     fn fraction(&self, memory: &S::PointMemory) -> f64;
     fn p_wave_modulus(&self) -> f64;
     fn shear_modulus(&self) -> f64;

@@ -22,8 +22,8 @@ const NODES_PER_TASK: usize = 512;
 #[repr(align(64))]
 pub struct Gathered<S: Space>(pub [f64; NODE_WORDS], PhantomData<S>);
 
-/// What grains bring to a node, weighted: mass, kg; momentum after their own kick and what their ties have given them, N s;
-/// and of this what ties have given, which the continuum has to give back. In this order; the other words are zero.
+/// What grains bring to a node, weighted: mass, kg; momentum after their own kick and what their penalty springs have given them, N s;
+/// and of this what penalty springs have given, which the continuum has to give back. In this order; the other words are zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(64))]
 pub struct GrainNode<S: Space>(pub [f64; NODE_WORDS], PhantomData<S>);
@@ -33,7 +33,7 @@ pub struct GrainNode<S: Space>(pub [f64; NODE_WORDS], PhantomData<S>);
 #[repr(align(64))]
 pub struct Advanced<S: Space>(pub [f64; NODE_WORDS], PhantomData<S>);
 
-/// What a node gives back to grains: the continuum's share of the node's mass, by which ties hold; change of their velocities,
+/// What a node gives back to grains: the continuum's share of the node's mass, by which penalty springs hold; change of their velocities,
 /// m/s; the node's velocity times the share, m/s; and in the plane what the share is less by along membranes. In this order;
 /// the other words are zero.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! f the force on the grain, b the way from its centre to half way between the two centres, or to where a body is touched,
-//! V the grain's volume and phi the packing fraction at the start. Its coordination is the number of contacts that bear
+//! V the grain's volume and phi the solid volume fraction at the start. Its coordination is the number of contacts that bear
 //! force. Its strains are those of the deformation that its neighbours tell ([`crate::observe::local_strain`]), by the
 //! formulas that points have; they are zero where the neighbours do not tell any.
 
@@ -119,7 +119,7 @@ fn displacement<S: Space>(position: &S::Vector, origin: &S::Vector, image: Image
     spread(&(*position - *origin + cell.shift(image)))
 }
 
-/// The world as it is; `depth` in m, `fraction` the packing fraction that gives a grain its share of space. All frames of a
+/// The world as it is; `depth` in m, `fraction` the solid volume fraction that gives a grain its share of space. All frames of a
 /// run have the same fields: those of points where it `may_have_points`.
 pub fn frame<S: Space>(
     world: &mut World<S>,

@@ -19,7 +19,7 @@ pub const OBSERVED: [&str; 8] = [
 
 /// Mean and deviatoric Cauchy stress, in the plane those of the plane, as the laws have them, and the stress across it (Pa; 0 in
 /// space), strains and rotation (rad) since the start
-/// ([`crate::law::invariants`]), packing fraction and accumulated plastic strain.
+/// ([`crate::law::invariants`]), solid volume fraction and accumulated plastic strain.
 pub fn observed<S: Space>(law: &dyn StressModel<S>, hot: &Hot<S>) -> [f64; OBSERVED.len()] {
     let ratio = 1.0 / hot.volume_ratio();
     let stress = StressInvariants::of::<S>(&(hot.kirchhoff() * ratio));

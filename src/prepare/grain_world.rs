@@ -87,9 +87,9 @@ pub fn cell_of<S: Space>(job: &Assembly) -> Cell<S> {
     scaled_cell(job, 1.0)
 }
 
-/// Packing fractions that discs and spheres do not exceed.
+/// Solid volume fractions that discs and spheres do not exceed.
 const FRACTION_MAX: [f64; 2] = [0.92, 0.76];
-/// Share by which the lengths of the job's cell change until grains compressed in it fill it to a packing fraction; one
+/// Share by which the lengths of the job's cell change until grains compressed in it fill it to a solid volume fraction; one
 /// where they are not compressed.
 pub(super) fn shrinkage<S: Space>(job: &Assembly, fraction: f64) -> f64 {
     match (&job.source, figures::fraction_in_cell(job)) {
@@ -193,7 +193,7 @@ pub fn solid_of<S: Space>(grains: &Grains<S>, job: &Assembly) -> ExactSum<1> {
     sum
 }
 
-/// Packing fraction of the cell as it is.
+/// Solid volume fraction of the cell as it is.
 pub fn fraction<S: Space>(world: &GrainWorld<S>, job: &Assembly) -> Result<f64, Error> {
     Ok(solid_volume(world, job)? / volume(&world.assembly.cell, job))
 }

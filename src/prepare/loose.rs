@@ -1,4 +1,4 @@
-//! Packings: grains thrown loosely between two rough plates, to be compressed by the upper one.
+//! Packings: grains inserted loosely between two rough plates, to be compressed by the upper one.
 
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
@@ -8,20 +8,20 @@ use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
 use crate::job::Scenario;
 use crate::job::assembly::Sizes;
-use crate::prepare::throw::{places, radii};
+use crate::prepare::insert::{places, radii};
 
 /// Plates by their index in a world.
 pub const LOWER: u8 = 0;
 pub const UPPER: u8 = 1;
 
-/// Packing fraction that the number of grains is reckoned with.
+/// Solid volume fraction that the number of grains is reckoned with.
 const FRACTION_EXPECTED: f64 = 0.845;
 /// Depth of the layer of the finished packing that is glued to each plate, in mean diameters. A single flat row would
 /// order the grains beside it into a smooth, weak interface along which the specimen slips instead of shearing.
 const GLUED_LAYER: f64 = 3.0;
 
-/// Grains as thrown, and the height of the upper plate's face above the lower's, m.
-pub struct Thrown {
+/// Grains as inserted, and the height of the upper plate's face above the lower's, m.
+pub struct Inserted {
     pub grains: Vec<GrainRow<Plane>>,
     pub height: f64,
 }
@@ -56,7 +56,7 @@ pub fn glued_reach(scenario: &Scenario) -> f64 {
     glued_depth(scenario) + 1.5 * scenario.grains.diameter_mean
 }
 
-/// Grains that fill the specimen and the layers to be glued at the expected packing fraction.
+/// Grains that fill the specimen and the layers to be glued at the expected solid volume fraction.
 pub fn count_of(scenario: &Scenario) -> usize {
     let (mean, deviation) = (scenario.grains.diameter_mean, scenario.grains.diameter_deviation);
     let area = 0.25 * PI * (mean * mean + deviation * deviation);
@@ -64,8 +64,8 @@ pub fn count_of(scenario: &Scenario) -> usize {
     (FRACTION_EXPECTED * scenario.specimen.width * height / area).round() as usize
 }
 
-/// Throws the grains: free ones at random places without overlap, row by row the glued ones of both plates.
-pub fn throw(scenario: &Scenario) -> Result<Thrown, Error> {
+/// Inserts the grains: free ones at random places without overlap, row by row the glued ones of both plates.
+pub fn insert(scenario: &Scenario) -> Result<Inserted, Error> {
     let width = scenario.specimen.width;
     let (mean, deviation) = (scenario.grains.diameter_mean, scenario.grains.diameter_deviation);
     let sizes = Sizes::Normal { mean, deviation };
@@ -76,7 +76,7 @@ pub fn throw(scenario: &Scenario) -> Result<Thrown, Error> {
         Cell::<Plane>::cuboid(Linear::zero(), <Plane as Space>::Vector::new(width, height), [true, false, false]);
     let places = places(&room, &sizes, scenario.seed, &radii, |_, _| true).map_err(|_| {
         Error::User(format!(
-            "`packing.fraction_start` = {} is too dense to throw {} grains without overlap; use 0.45 or less",
+            "`packing.fraction_start` = {} is too dense to insert {} grains without overlap; use 0.45 or less",
             scenario.packing.fraction_start,
             radii.len()
         ))
@@ -86,7 +86,7 @@ pub fn throw(scenario: &Scenario) -> Result<Thrown, Error> {
     };
     let mut grains: Vec<GrainRow<Plane>> = places.iter().zip(&radii).enumerate().map(free).collect();
     glue_rows(scenario, height, &mut grains);
-    Ok(Thrown { grains, height })
+    Ok(Inserted { grains, height })
 }
 
 /// One row of mean grains, shoulder to shoulder, makes each plate rough; its outermost points lie on the plate's face.

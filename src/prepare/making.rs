@@ -7,7 +7,7 @@
 //! ```text
 //! making.begin(attempt)
 //! world = making.taken_up()? or a fresh one
-//! making.bring_to_rest(world, leg, settings, look)      as many as there are; those that are behind it are passed over
+//! making.equilibrate(world, leg, settings, look)      as many as there are; those that are behind it are passed over
 //! making.notes().set(...)                               what later attempts must know
 //! making.finish(state)
 //! ```
@@ -69,7 +69,7 @@ impl Notes {
 /// The attribute of a saved state that tells its position.
 const POSITION: &str = "making";
 
-/// How a leg is brought to rest.
+/// How a leg is equilibrated.
 #[derive(Clone, Copy, Debug)]
 pub struct Leg {
     /// For a person.
@@ -150,7 +150,7 @@ impl<'t> Making<'t> {
     /// Steps a world under the settings of a leg until everything rests. One that a taken-up state has behind it is passed over.
     /// Settings that a look changes, or that depend on the world as the leg found it, must be in the notes of the leg: they are
     /// empty when it begins, and as they were when it is gone on with, which calls `set` again.
-    pub fn bring_to_rest<S: Space>(
+    pub fn equilibrate<S: Space>(
         &mut self,
         world: &mut World<'_, S>,
         leg: Leg,

@@ -3,6 +3,7 @@
 
 pub mod grain_file;
 pub mod grain_world;
+pub mod insert;
 pub mod join;
 pub mod loose;
 pub mod packed;
@@ -12,7 +13,6 @@ pub mod recipe;
 pub mod reference;
 pub mod sheared;
 pub mod specimen;
-pub mod throw;
 
 pub mod cache;
 pub mod making;

@@ -44,11 +44,11 @@ pub struct Start {
     pub height: f64,
     /// Of the specimen without plates, kg.
     pub mass: f64,
-    /// Packing fraction that the continuum's law starts with.
+    /// Solid volume fraction that the continuum's law starts with.
     pub fraction: f64,
 }
 
-/// The packing, or for a continuum alone with a stated packing fraction the specimen as it is drawn.
+/// The packing, or for a continuum alone with a stated solid volume fraction the specimen as it is drawn.
 pub fn prepare(scenario: &Scenario, transport: &dyn Transport) -> Result<Start, Error> {
     let stated = scenario.continuum.fraction_start;
     let specimen = &scenario.specimen;
@@ -119,7 +119,7 @@ fn points(scenario: &Scenario, transport: &dyn Transport, start: &Start) -> Vec<
     points
 }
 
-/// What the weak regions take from the packing fraction at a place.
+/// What the weak regions take from the solid volume fraction at a place.
 fn deficit_at(scenario: &Scenario, place: [f64; 2]) -> f64 {
     let inside = |axis: usize, region: &crate::job::WeakRegion| {
         region.lower[axis] <= place[axis] && place[axis] <= region.upper[axis]

@@ -42,7 +42,7 @@ pub fn sheared(job: &Scenario) -> String {
         ledger: false,
         ..job.clone()
     };
-    format!("sheared 6\n{}", recipe.to_toml())
+    named("sheared 6", &recipe.to_toml())
 }
 
 /// Of grains that are compressed in a cell, or poured into it.
@@ -55,10 +55,10 @@ pub fn packed(job: &Assembly, packed: &Packed) -> String {
         bodies: job.bodies.iter().filter(|_| falls).map(body).collect(),
         ..piece(job, packed)
     };
-    format!("packed 3\n{}", recipe.to_toml())
+    named("packed 3", &recipe.to_toml())
 }
 
-/// Of a piece of packing that has been laid side by side and come to rest between bodies and membranes. Ways that bodies go in the run do
+/// Of a piece of packing that has been laid side by side and equilibrate between bodies and membranes. Ways that bodies go in the run do
 /// not shape it, but for the first, along which they come up to the grains.
 pub fn specimen(job: &Mpm, granular: &Granular, way_of_seat: impl Fn(&RigidBody) -> Option<[f64; 3]>) -> String {
     let Source::Packed(packed) = &granular.piece.source else { unreachable!("a checked job has its piece made") };
@@ -101,7 +101,12 @@ pub fn specimen(job: &Mpm, granular: &Granular, way_of_seat: impl Fn(&RigidBody)
         ledger: false,
         ..job.clone()
     };
-    format!("specimen 6\n{}", recipe.to_toml())
+    named("specimen 6", &recipe.to_toml())
+}
+
+/// A key that has another name now stands under the one that it had: what is in caches is found.
+fn named(how: &str, job: &str) -> String {
+    format!("{how}\n{}", job.replace("\nenergy_balance = ", "\nledger = "))
 }
 
 /// An assembly whose packing is made and that then does nothing.
@@ -169,7 +174,7 @@ mod tests {
                     "packing.cache=elsewhere",
                 ],
             ),
-            (POURED, &["name=other", "time.end=1", "body.1.spin=3", "output.ledger=true", "damping.local=0.2"]),
+            (POURED, &["name=other", "time.end=1", "body.1.spin=3", "output.energy_balance=true", "damping.local=0.2"]),
             (
                 TRIAXIAL,
                 &[

@@ -1,4 +1,4 @@
-//! Packings made ahead: thrown, compressed under low friction, kept in a file named by everything that shaped them.
+//! Packings made ahead: inserted, compressed under low friction, kept in a file named by everything that shaped them.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use crate::base::space::{Linear, Plane, Space};
 use crate::bodies::body::{Body, Servo, Shape, Side};
 use crate::dem::assembly::Constants;
 use crate::dem::cell::Cell;
-use crate::dem::grains::{GrainRow, Tie};
+use crate::dem::grains::{GrainRow, PenaltySpring};
 use crate::dem::law::{law_of, memory_words};
 use crate::domain::grid::Grid;
 use crate::domain::layout::Layout;
@@ -27,7 +27,7 @@ use crate::law::material::CriticalDruckerPrager;
 use crate::mpm::membrane::Membranes;
 use crate::mpm::stress::SharedMaterial;
 use crate::prepare::cache::{Found, Place};
-use crate::prepare::loose::{UPPER, glue_layers, glued_reach, throw};
+use crate::prepare::loose::{UPPER, glue_layers, glued_reach, insert};
 use crate::prepare::making::{Leg, Look, Making};
 use crate::prepare::{grain_file, recipe};
 use crate::store::checkpoint::{self, Drawn};
@@ -45,7 +45,7 @@ pub struct Packing {
     pub grains: Vec<Grain>,
     /// Distance of the plates' faces, m.
     pub height: f64,
-    /// Mass of the free grains, kg, and their packing fraction between the faces.
+    /// Mass of the free grains, kg, and their solid volume fraction between the faces.
     pub mass: f64,
     pub fraction: f64,
 }
@@ -160,20 +160,20 @@ fn measured(scenario: &Scenario, transport: &dyn Transport, grains: Vec<Grain>, 
 const INERTIAL_NUMBER: f64 = 1e-3;
 /// Steps between two looks at whether the packing is at rest.
 const LOOK_EVERY: u64 = 1000;
-/// Steps after which a packing that has not come to rest is given up.
+/// Steps after which a packing that has not equilibrated is given up.
 const STEPS_MAX: u64 = 20_000_000;
 
-/// Throws and compresses. Rows on rank 0.
+/// Inserts and compresses. Rows on rank 0.
 fn make(scenario: &Scenario, making: &mut Making) -> Result<(Vec<Grain>, f64), Error> {
     let transport = making.transport();
-    let thrown = throw(scenario)?;
+    let inserted = insert(scenario)?;
     let stress = scenario.packing.stress;
     let load = stress * scenario.specimen.width * scenario.specimen.depth;
-    let layout = layout_for(scenario, thrown.height)?;
+    let layout = layout_for(scenario, inserted.height)?;
     let settings = settings_for(scenario, &scenario.contact.while_compressed(scenario.packing.friction));
     let drawn = Drawn {
         cell: cell_of(&layout),
-        bodies: pressing_plates(scenario, thrown.height, load),
+        bodies: pressing_plates(scenario, inserted.height, load),
         membranes: Membranes::default(),
     };
     making.begin(0);
@@ -183,22 +183,22 @@ fn make(scenario: &Scenario, making: &mut Making) -> Result<(Vec<Grain>, f64), E
             (parts, progress.step)
         }
         None => {
-            tracing::info!(grains = thrown.grains.len(), "making a packing");
-            let grains = if transport.rank() == 0 { thrown.grains } else { Vec::new() };
+            tracing::info!(grains = inserted.grains.len(), "making a packing");
+            let grains = if transport.rank() == 0 { inserted.grains } else { Vec::new() };
             (Parts::fresh(grains, Vec::new(), drawn.bodies, drawn.cell), 0)
         }
     };
     let mut world = PlanarWorld::new(settings, layout, transport, step, parts)?;
     let goal = scenario.packing.energy_ratio_max;
     let leg = Leg { name: "compressing", rebuilds: false, look_every: LOOK_EVERY, calm_looks: 1, goal };
-    making.bring_to_rest(&mut world, leg, |_, _| (), |world, _| {
+    making.equilibrate(&mut world, leg, |_, _| (), |world, _| {
         let ratio = world.unrest()?;
         let plate = &mut world.bodies[UPPER as usize];
         let force = plate.impulse[1] / (LOOK_EVERY as f64 * scenario.time.step) / load;
         plate.impulse = Vector::zero();
         if world.step > STEPS_MAX {
             return Err(Error::Run(format!(
-                "the packing has not come to rest after {} steps: kinetic/elastic energy {ratio:.1e} (wanted {goal:.1e}), load {force:.3} of the target; raise `packing.energy_ratio_max` or check `contact` and `time.step`",
+                "the packing has not equilibrated after {} steps: kinetic/elastic energy {ratio:.1e} (wanted {goal:.1e}), load {force:.3} of the target; raise `packing.energy_ratio_max` or check `contact` and `time.step`",
                 world.step,
             )));
         }
@@ -215,7 +215,7 @@ fn make(scenario: &Scenario, making: &mut Making) -> Result<(Vec<Grain>, f64), E
     Ok((rows, height))
 }
 
-/// A plate that rests, and one that presses on what is thrown below it.
+/// A plate that rests, and one that presses on what is inserted below it.
 fn pressing_plates(scenario: &Scenario, height: f64, load: f64) -> Vec<Body<Plane>> {
     let grains = &scenario.grains;
     let speed_max = INERTIAL_NUMBER * scenario.specimen.height / grains.diameter_mean
@@ -232,10 +232,10 @@ fn pressing_plates(scenario: &Scenario, height: f64, load: f64) -> Vec<Body<Plan
     vec![lower, Body { servo: Some(servo), ..upper }]
 }
 
-/// A grain of a finished packing is at rest, its origin is where it is, and nothing is left of what tied it to membranes: a file has no ties,
+/// A grain of a finished packing is at rest, its origin is where it is, and nothing is left of what tied it to membranes: a file has no penalty springs,
 /// and what comes out of one must be what went into it.
 pub fn settle<S: Space>(grain: &mut GrainRow<S>) {
-    grain.tie = Tie::loose();
+    grain.spring = PenaltySpring::loose();
     grain.hot.velocity = S::Vector::zero();
     grain.hot.spin = S::Spin::zero();
     grain.cold.origin = grain.hot.position;
@@ -243,7 +243,7 @@ pub fn settle<S: Space>(grain: &mut GrainRow<S>) {
     grain.cold.image = [0; 3];
 }
 
-/// A packing under a contact law as a state, with the bodies that its grains have come to rest at.
+/// A packing under a contact law as a state, with the bodies that its grains have equilibrated at.
 pub fn state_of<S: Space>(grains: &mut [GrainRow<S>], contact: &Contact, height: f64, bodies: &mut [Body<S>]) -> State {
     let attributes = [(HEIGHT.to_string(), format!("{height:?}"))].into();
     let mut tables = Vec::from(tables::of_grains(grains, memory_words::<S>(contact)));

@@ -1,5 +1,5 @@
 //! The grains that a job on a grid begins with: pieces of a periodic packing laid side by side, cut to the job's regions, and
-//! brought to rest between its bodies and membranes.
+//! equilibrated between its bodies and membranes.
 //!
 //! A piece is under the stress of the start as the points are. Where it is cut, contacts are missing: grains there move by a part of
 //! their overlaps until membranes bear them, and bodies with a `seat` come up to them. Where the grid is periodic it is joined to itself
@@ -41,13 +41,13 @@ pub struct Specimen<S: Space> {
     /// Bodies where grains have stopped them, and vertices where grains have; on every rank.
     pub bodies: Vec<Body<S>>,
     pub vertices: Vec<Vertex<S>>,
-    /// Packing fraction of the piece.
+    /// Solid volume fraction of the piece.
     pub fraction: f64,
     /// The piece itself, where zones are made of it.
     pub piece: Option<packed::Packing<S>>,
 }
 
-/// Damping of grains that come to rest, against the ground per t_p = d sqrt(rho/p), and local.
+/// Damping of grains that equilibrate, against the ground per t_p = d sqrt(rho/p), and local.
 const DAMPING_MASS: f64 = 0.2;
 const DAMPING_LOCAL: f64 = 0.2;
 /// Mass of a body that is seated, as a share of the grains', and its dashpot as a share of the critical one for that mass on
@@ -63,13 +63,13 @@ const CALM_LOOKS: u32 = 3;
 const CALM_WAY: f64 = 1e-4;
 /// Elastic energy of grains under a stress, about, as a share of that stress times their volume.
 const UNBORNE: f64 = 1e-3;
-/// How often a specimen is brought to rest for its bodies to come where the job has them, and how near is near enough, in mean
+/// How often a specimen is equilibrated for its bodies to come where the job has them, and how near is near enough, in mean
 /// diameters.
 const SEATS_MAX: u64 = 4;
 const SEAT_TOLERANCE: f64 = 0.05;
 /// How far the fractions of packing and material may be apart before it is worth a word.
 const FRACTION_OFF: f64 = 0.02;
-/// Steps after which a specimen that has not come to rest is given up.
+/// Steps after which a specimen that has not equilibrated is given up.
 const STEPS_MAX: u64 = 5_000_000;
 /// Friction of rough bodies: grains roll on them, and do not slide.
 const FRICTION_ROUGH: f64 = 1e3;
@@ -147,8 +147,8 @@ fn way_of_seat(rigid: &RigidBody) -> Option<[f64; 3]> {
     Some(first.map(|component| component / speed))
 }
 
-/// Grains, bodies and vertices at rest. A body comes to rest on the few grains that stand out most: what lies below where the job
-/// has it is filled up with more grains, and everything brought to rest again.
+/// Grains, bodies and vertices at rest. A body equilibrates on the few grains that stand out most: what lies below where the job
+/// has it is filled up with more grains, and everything equilibrated again.
 fn rested<S: Space>(
     (job, granular): (&Mpm, &Granular),
     piece: &packed::Packing<S>,
@@ -162,7 +162,7 @@ fn rested<S: Space>(
             Some(rested) => rested,
             None => {
                 making.begin(attempt);
-                let mut rested = bring_to_rest((job, granular), (piece, &raised), making)?;
+                let mut rested = equilibrate((job, granular), (piece, &raised), making)?;
                 transfer::agree(transport, making.keep(attempt, &state_of(&mut rested, &granular.piece.contact)))?;
                 rested
             }
@@ -178,7 +178,7 @@ fn rested<S: Space>(
     }
     let (off, rested) = best.expect("one was made at least");
     if off > SEAT_TOLERANCE * granular.piece.matter.diameter_mean && transport.rank() == 0 {
-        tracing::warn!(off, "warning: a body has come to rest that far (m) from where the job has it");
+        tracing::warn!(off, "warning: a body has equilibrated that far (m) from where the job has it");
     }
     Ok(rested)
 }
@@ -254,7 +254,7 @@ fn components<S: Space>(place: &S::Vector) -> [f64; 3] {
 type Rested<S> = (Vec<GrainRow<S>>, Vec<Body<S>>, Vec<Vertex<S>>);
 
 /// Grains, bodies and vertices once everything rests; rows on rank 0.
-fn bring_to_rest<S: Space>(
+fn equilibrate<S: Space>(
     (job, granular): (&Mpm, &Granular),
     (piece, raised): (&packed::Packing<S>, &[S::Vector]),
     making: &mut Making,
@@ -266,7 +266,7 @@ fn bring_to_rest<S: Space>(
     let bodies = seated_bodies(job, granular, mass, raised);
     let taken_up = making.taken_up::<S>(&granular.piece.contact)?;
     if taken_up.is_none() {
-        tracing::info!(grains = grains.len(), "bringing the specimen to rest");
+        tracing::info!(grains = grains.len(), "equilibrating the specimen");
     }
     let (parts, step) = match taken_up {
         Some(snapshot) => {
@@ -287,8 +287,8 @@ fn bring_to_rest<S: Space>(
 
     let (goal, diameter) = (packed_of(granular).energy_ratio_max, granular.piece.matter.diameter_mean);
     let pressed = stress_of(granular) * mass / granular.piece.matter.density;
-    let leg = Leg { name: "bringing to rest", rebuilds: false, look_every: LOOK_EVERY, calm_looks: CALM_LOOKS, goal };
-    making.bring_to_rest(&mut world, leg, |_, _| (), |world, notes| {
+    let leg = Leg { name: "equilibrating", rebuilds: false, look_every: LOOK_EVERY, calm_looks: CALM_LOOKS, goal };
+    making.equilibrate(&mut world, leg, |_, _| (), |world, notes| {
         let ratio = world.unrest()?;
         let ways = world.bodies.iter().zip(raised).enumerate().map(|(number, (body, raised))| {
             let mut way = S::Vector::zero();
@@ -302,7 +302,7 @@ fn bring_to_rest<S: Space>(
         let rests = ways.fold(0.0, f64::max) < CALM_WAY * diameter;
         if world.step > STEPS_MAX {
             return Err(Error::Run(format!(
-                "the specimen has not come to rest between its bodies and membranes after {} steps: kinetic/elastic energy {ratio:.1e} (wanted {goal:.1e}); raise packing.energy_ratio_max, or look whether anything holds the grains on every side",
+                "the specimen has not equilibrated between its bodies and membranes after {} steps: kinetic/elastic energy {ratio:.1e} (wanted {goal:.1e}); raise packing.energy_ratio_max, or look whether anything holds the grains on every side",
                 world.step,
             )));
         }

@@ -161,7 +161,7 @@ fn bodies<S: Space>(job: &Assembly) -> Columns<'_, S> {
     })
 }
 
-/// Steps between two looks at whether contacts bear what the cell is held at; the share of the packing fraction of the start
+/// Steps between two looks at whether contacts bear what the cell is held at; the share of the solid volume fraction of the start
 /// that is left when they are looked at, and that of the stress below which they bear nothing.
 const BEARING_EVERY: u64 = 1000;
 const FRACTION_LEFT_MIN: f64 = 0.5;

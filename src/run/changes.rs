@@ -6,7 +6,7 @@ use toml::{Table, Value};
 const FREE: [&str; 2] = ["time.end", "loading.strain_end"];
 const FREE_TABLE: &str = "output.";
 /// Of that table, what is kept from the start of a run on or not at all.
-const BOUND: [&str; 2] = ["output.contact_frames", "output.ledger"];
+const BOUND: [&str; 2] = ["output.contact_frames", "output.energy_balance"];
 /// Keys that the packing in a run's folder was made by, and how it lies: it goes along with every branch.
 const KEPT: [&str; 2] = ["packing.height", "enrichment.reference"];
 
@@ -83,8 +83,8 @@ mod tests {
 
     #[test]
     fn changes_are_named_and_told_apart() {
-        let old = "name = \"a\"\n[time]\nend = 1.0\n[contact]\nfriction = 0.5\n[[body]]\nname = \"lid\"\nvelocity = [0.0, 1.0]\n[output]\nledger = false\n";
-        let new = "name = \"a\"\n[time]\nend = 2.0\n[contact]\nfriction = 0.4\n[[body]]\nname = \"lid\"\nvelocity = [0.0, 2.0]\n[output]\nledger = true\nframe_interval = 1.0\n";
+        let old = "name = \"a\"\n[time]\nend = 1.0\n[contact]\nfriction = 0.5\n[[body]]\nname = \"lid\"\nvelocity = [0.0, 1.0]\n[output]\nenergy_balance = false\n";
+        let new = "name = \"a\"\n[time]\nend = 2.0\n[contact]\nfriction = 0.4\n[[body]]\nname = \"lid\"\nvelocity = [0.0, 2.0]\n[output]\nenergy_balance = true\nframe_interval = 1.0\n";
         let changes = between(old, new);
         let words: Vec<String> = changes.iter().map(Change::words).collect();
         assert_eq!(
@@ -93,7 +93,7 @@ mod tests {
                 "body[0].velocity from [0.0, 1.0] to [0.0, 2.0]",
                 "contact.friction from 0.5 to 0.4",
                 "output.frame_interval from nothing to 1.0",
-                "output.ledger from false to true",
+                "output.energy_balance from false to true",
                 "time.end from 1.0 to 2.0"
             ]
         );

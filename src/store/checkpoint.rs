@@ -18,7 +18,7 @@ use crate::couple::oracle::Memory;
 use crate::couple::rest::{CellStrain, RestWatch};
 use crate::dem::cell::Cell;
 use crate::dem::drive::Missed;
-use crate::dem::grains::{GrainRow, Tie};
+use crate::dem::grains::{GrainRow, PenaltySpring};
 use crate::domain::accounts::conservation::Kept;
 use crate::domain::accounts::ledger::Entry;
 use crate::domain::guards::grains::EnergyGuard;
@@ -37,7 +37,7 @@ use crate::store::{soundness, tables};
 pub struct Progress {
     /// Steps done.
     pub step: u64,
-    /// Distance of the plates' faces at the start, m, and packing fraction there.
+    /// Distance of the plates' faces at the start, m, and solid volume fraction there.
     pub height_start: f64,
     pub fraction_start: f64,
     /// Rows of the series and frames written so far, and the step of the last row.
@@ -146,7 +146,7 @@ impl<S: Space> Snapshot<S> {
             to_table("bodies_home", &mut at_home, &mut Body::blank()),
         ];
         tables.extend(tables::of_grains(&mut self.grains, self.memory_words));
-        tables.push(tables::of_ties(&self.grains));
+        tables.push(tables::of_penalty_springs(&self.grains));
         // A run without an account has no table of it.
         if !progress.ledger.is_empty() {
             tables.push(to_table("ledger", &mut progress.ledger, &mut Entry::default()));
@@ -255,7 +255,7 @@ pub fn write<S: Space>(target: Option<Target>, world: &World<S>) -> Result<(), E
     let (grains, memory_words) = (|rows| world.grain_rows(rows), world.law().memory_words());
     transfer::stream(transport, world.assembly.grains.owned, grains, |mut rows| {
         append(&tables::of_grains(&mut rows, memory_words))?;
-        append(&[tables::of_ties(&rows)])
+        append(&[tables::of_penalty_springs(&rows)])
     })?;
     let memory_columns = world.settings.material.memory_columns();
     let points = |rows: Range<usize>| rows.map(|row| world.continuum.points.row(row)).collect();
@@ -305,11 +305,11 @@ fn row_totals<S: Space>(world: &World<S>) -> [(&'static str, usize); 4] {
     };
     let grains = world.assembly.grains.owned;
     let contacts = (0..grains).map(contacts).sum::<usize>();
-    let ties = world.assembly.grains.ties.iter().filter(|tie| **tie != Tie::loose()).count();
-    let mut totals = [grains as i64, contacts as i64, ties as i64, world.continuum.points.len() as i64];
+    let springs = world.assembly.grains.springs.iter().filter(|spring| **spring != PenaltySpring::loose()).count();
+    let mut totals = [grains as i64, contacts as i64, springs as i64, world.continuum.points.len() as i64];
     world.transport.sum(&mut totals);
-    let [grains, contacts, ties, points] = totals.map(|total| total as usize);
-    [("grains", grains), ("contacts", contacts), ("ties", ties), ("points", points)]
+    let [grains, contacts, springs, points] = totals.map(|total| total as usize);
+    [("grains", grains), ("contacts", contacts), ("ties", springs), ("points", points)]
 }
 
 /// A file with all tables, where those of `totals` have their rows to come.

@@ -5,7 +5,7 @@ use crate::base::error::Error;
 use crate::base::ids::GrainId;
 use crate::base::record::{Record, Visitor};
 use crate::base::space::Space;
-use crate::dem::grains::{ContactRow, TieRow, is_body};
+use crate::dem::grains::{ContactRow, PenaltySpringRow, is_body};
 use crate::dem::memories::Carried;
 use crate::store::checkpoint::Snapshot;
 
@@ -61,7 +61,7 @@ pub fn refuse_unsound<S: Space>(snapshot: &mut Snapshot<S>) -> Result<(), Error>
             |(partner, memory): &Carried| ContactRow { lower: grain.cold.id, higher: *partner, memory: *memory };
         let mut contacts: Vec<ContactRow> = grain.contacts.iter().map(touched).collect();
         refuse_no_numbers("contacts", &mut contacts)?;
-        refuse_no_numbers("ties", &mut [TieRow::<S> { grain: grain.cold.id, tie: grain.tie }])?;
+        refuse_no_numbers("ties", &mut [PenaltySpringRow::<S> { grain: grain.cold.id, spring: grain.spring }])?;
     }
     let mut ids: Vec<GrainId> = snapshot.grains.iter().map(|grain| grain.cold.id).collect();
     ids.sort_unstable();

@@ -7,7 +7,7 @@ use crate::base::ids::GrainId;
 use crate::base::numbers::Numbers;
 use crate::base::record::{Cargo, from_table, to_table};
 use crate::base::space::Space;
-use crate::dem::grains::{ContactRow, GrainRow, Tie, TieRow, is_body};
+use crate::dem::grains::{ContactRow, GrainRow, PenaltySpring, PenaltySpringRow, is_body};
 use crate::law::contact::Memory;
 use crate::mpm::points::{MEMORY, PLASTIC_WORK, Point};
 use crate::mpm::stress::MemoryColumns;
@@ -31,19 +31,20 @@ pub fn of_grains<S: Space>(rows: &mut [GrainRow<S>], memory_words: usize) -> [Ta
     [to_table("grains", rows, &mut GrainRow::blank()), to_table("contacts", &mut contacts, &mut blank)]
 }
 
-/// Table `ties` of the same rows: those that are tied.
-pub fn of_ties<S: Space>(rows: &[GrainRow<S>]) -> Table {
-    let tied = rows.iter().filter(|row| row.tie != Tie::loose());
-    let mut ties: Vec<TieRow<S>> = tied.map(|row| TieRow { grain: row.cold.id, tie: row.tie }).collect();
-    to_table("ties", &mut ties, &mut blank_tie())
+/// Table `penalty springs` of the same rows: those that are tied.
+pub fn of_penalty_springs<S: Space>(rows: &[GrainRow<S>]) -> Table {
+    let tied = rows.iter().filter(|row| row.spring != PenaltySpring::loose());
+    let mut springs: Vec<PenaltySpringRow<S>> =
+        tied.map(|row| PenaltySpringRow { grain: row.cold.id, spring: row.spring }).collect();
+    to_table("ties", &mut springs, &mut blank_tie())
 }
 
 fn blank_contact(memory_words: usize) -> ContactRow {
     ContactRow { lower: GrainId(0), higher: GrainId(0), memory: Memory::blank(memory_words) }
 }
 
-fn blank_tie<S: Space>() -> TieRow<S> {
-    TieRow { grain: GrainId(0), tie: Tie::loose() }
+fn blank_tie<S: Space>() -> PenaltySpringRow<S> {
+    PenaltySpringRow { grain: GrainId(0), spring: PenaltySpring::loose() }
 }
 
 /// Table `points` of rows in canonical order, or of a piece of them, with what the law remembers in columns of its own. A law that
@@ -124,8 +125,8 @@ pub fn to_grains<S: Space>(state: &mut State, memory_words: usize) -> Result<Vec
             .map_err(|_| Error::User(format!("table `{table}` names grain {}, which table `grains` lacks", id.0)))
     };
     if state.tables.iter().any(|table| table.name == "ties") {
-        for TieRow { grain, tie } in take(state, "ties", &blank_tie::<S>())? {
-            rows[find(grain, "ties")?].tie = tie;
+        for PenaltySpringRow { grain, spring } in take(state, "ties", &blank_tie::<S>())? {
+            rows[find(grain, "ties")?].spring = spring;
         }
     }
     let find = |id: GrainId| find(id, "contacts");

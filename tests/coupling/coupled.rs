@@ -200,7 +200,7 @@ fn a_known_band_of_pieces_has_the_same_bits_on_any_ranks_and_after_a_restart() {
     let changes = [
         ("distance = \"6 mm\"", known),
         ("grain_steps = 4", "grain_steps = 1"),
-        ("checkpoints_kept = 9", "checkpoints_kept = 9\n        ledger = true"),
+        ("checkpoints_kept = 9", "checkpoints_kept = 9\n        energy_balance = true"),
     ];
     let (_, series) = same(&parse(&replaced(text, &changes)), folder.path(), "pieces of packing in membranes");
     let lines: Vec<Vec<&str>> = series.lines().map(|line| line.split(',').collect()).collect();
@@ -351,7 +351,7 @@ const ELASTIC: &str = "law = \"hencky\"\n        young_modulus = \"20 MPa\"\n   
 fn grains_in_space_are_held_by_faces_and_have_the_same_bits_on_any_ranks_and_after_a_restart() {
     for space in ["solid", "plane"] {
         let folder = tempfile::tempdir().unwrap();
-        let job = parse(&pressed_box(space, "dem", ELASTIC, "ledger = true"));
+        let job = parse(&pressed_box(space, "dem", ELASTIC, "energy_balance = true"));
         let (_, series) = same(&job, folder.path(), &format!("grains in a box, {space}"));
         let lines: Vec<Vec<&str>> = series.lines().map(|line| line.split(',').collect()).collect();
         let last = |name: &str| -> f64 {

@@ -3,7 +3,7 @@
 use scree::base::ids::PointId;
 use scree::base::space::{Plane, Space};
 use scree::base::symmetric::Symmetric;
-use scree::dem::grains::Tie;
+use scree::dem::grains::PenaltySpring;
 use scree::domain::accounts::energy::Energies;
 use scree::domain::accounts::ledger::Accounts;
 use scree::mpm::nodes;
@@ -124,7 +124,7 @@ fn a_step_keeps_the_momentum_of_grains_and_points() {
     assert!(given > 0.05, "the grains gave only {given} of their momentum to the points");
 }
 
-/// Of grains that share nodes with a continuum everything is told apart: what nodes and ties give them, what they store, and what
+/// Of grains that share nodes with a continuum everything is told apart: what nodes and penalty springs give them, what they store, and what
 /// their contacts lose. Also with several of their steps in one of the continuum, and across rebuilds.
 #[test]
 fn the_account_of_grains_closes_with_the_work_of_nodes() {
@@ -186,7 +186,7 @@ fn the_account_of_points_has_the_work_of_grains() {
     assert!(points.lost > 0.0, "the scheme makes {} J", points.lost);
 }
 
-/// At every node of a real step that both sides reach: one velocity, and the momentum of both before. What ties have given
+/// At every node of a real step that both sides reach: one velocity, and the momentum of both before. What penalty springs have given
 /// grains, the continuum has paid.
 #[test]
 fn both_sides_leave_a_node_with_one_velocity() {
@@ -220,7 +220,7 @@ fn both_sides_leave_a_node_with_one_velocity() {
 }
 
 /// Over many orders of magnitude of the two masses, the lighter side taking the heavier one's velocity; where a body holds
-/// the node, both take the body's. What ties give changes none of it.
+/// the node, both take the body's. What penalty springs give changes none of it.
 #[test]
 fn sharing_is_exact_for_any_masses() {
     let mut random = Random(2);
@@ -228,11 +228,11 @@ fn sharing_is_exact_for_any_masses() {
         let magnitude = |random: &mut Random| scree::base::math::exp(20.0 * random.signed());
         let (mass, grain_mass) = (1e-5 * magnitude(&mut random), 1e-5 * magnitude(&mut random));
         let mut velocity = || Vector::new(random.signed(), random.signed());
-        let (points, grains, push, body, tie) = (velocity(), velocity(), velocity(), velocity(), velocity());
+        let (points, grains, push, body, spring) = (velocity(), velocity(), velocity(), velocity(), velocity());
         let force = push * (mass / DT);
         let momentum = points * mass;
         let node: Gathered<Plane> = Gathered::of([mass, momentum[0], momentum[1], force[0], force[1], 0.0, 0.0, 0.0]);
-        let given = tie * grain_mass;
+        let given = spring * grain_mass;
         let of_grains: GrainNode<Plane> = GrainNode::new(grain_mass, &(grains * grain_mass), &given);
         let shared = nodes::step(&node, &of_grains, &Vector::zeros(), DT, |free| free);
         let wanted = (momentum + force * DT + of_grains.momentum() - given) * (1.0 / (mass + grain_mass));
@@ -246,7 +246,7 @@ fn sharing_is_exact_for_any_masses() {
     }
 }
 
-/// A grain that is pulled across a membrane and along it at once: a tie holds it across, and winds up by nothing along it.
+/// A grain that is pulled across a membrane and along it at once: a penalty spring holds it across, and winds up by nothing along it.
 /// Beside points it is held both ways.
 #[test]
 fn a_tie_to_a_membrane_does_not_wind_up_along_it() {
@@ -256,19 +256,19 @@ fn a_tie_to_a_membrane_does_not_wind_up_along_it() {
         let mut node: Gathered<Plane> = Gathered::zero();
         node.bring(3.0, &Vector::zeros(), &Vector::zeros());
         node.bring_along(&dyad::<Plane>(of_membrane, &along), 1.0);
-        let (mut tie, mut velocity, mut way) = (Tie::<Plane>::loose(), Vector::zeros(), Vector::zeros());
+        let (mut spring, mut velocity, mut way) = (PenaltySpring::<Plane>::loose(), Vector::zeros(), Vector::zeros());
         for _ in 0..2000 {
-            velocity += pull + tie.given;
+            velocity += pull + spring.given;
             let still = GrainNode::new(1.0, &Vector::zeros(), &Vector::zeros());
             let change = nodes::step(&node, &still, &Vector::zeros(), DT, |_| Vector::zeros()).grains;
-            tie = nodes::tied(&tie, &(change.share().of(&velocity) - change.shared()), &change.share());
+            spring = nodes::tied(&spring, &(change.share().of(&velocity) - change.shared()), &change.share());
             way += velocity * DT;
         }
-        (tie, velocity, way)
+        (spring, velocity, way)
     };
     let free = pull * 2000.0;
-    let (tie, velocity, way) = after(3.0);
-    assert!(tie.spring.dot(&along).abs() < 1e-12 * pull.norm(), "{tie:?}");
+    let (spring, velocity, way) = after(3.0);
+    assert!(spring.spring.dot(&along).abs() < 1e-12 * pull.norm(), "{spring:?}");
     assert!((velocity.dot(&along) / free.dot(&along) - 1.0).abs() < 1e-12, "{velocity}");
     assert!(velocity.dot(&across).abs() < 1e-9 * free.norm() && way.dot(&across).abs() < 20.0 * pull.norm() * DT);
     let (_, velocity, way) = after(0.0);
@@ -315,7 +315,7 @@ fn a_tie_slackens_among_grains_alone() {
     let mut grains = grain_rows(-9..9, 0.49e-3, |_| 1.0);
     for (number, grain) in grains.iter_mut().enumerate() {
         let push = Vector::new(1e-3 * (number % 7) as f64, 2e-3);
-        grain.tie = Tie { spring: push, given: push };
+        grain.spring = PenaltySpring { spring: push, given: push };
     }
     let points = point_rows(-7..-5, 0.0, |_| 0.5);
     let mut world = coupled_world(&Solo, grains, points);
@@ -326,11 +326,16 @@ fn a_tie_slackens_among_grains_alone() {
     let (now, scale) = (world.holdings().unwrap().momentum, momentum_scale(&world));
     assert!((0..2).all(|axis| (now[axis] - before[axis]).abs() < 1e-13 * scale), "{now:?} from {before:?} of {scale}");
     let far =
-        world.assembly.grains.hot.iter().zip(&world.assembly.grains.ties).filter(|(hot, _)| hot.position[1] > 0.0);
-    assert!(far.clone().count() > 400 && far.clone().all(|(_, tie)| *tie == Tie::loose()));
-    let near =
-        world.assembly.grains.hot.iter().zip(&world.assembly.grains.ties).filter(|(hot, _)| hot.position[1] < -7.6e-3);
-    assert!(near.clone().count() > 40 && near.clone().all(|(_, tie)| *tie != Tie::loose()));
+        world.assembly.grains.hot.iter().zip(&world.assembly.grains.springs).filter(|(hot, _)| hot.position[1] > 0.0);
+    assert!(far.clone().count() > 400 && far.clone().all(|(_, spring)| *spring == PenaltySpring::loose()));
+    let near = world
+        .assembly
+        .grains
+        .hot
+        .iter()
+        .zip(&world.assembly.grains.springs)
+        .filter(|(hot, _)| hot.position[1] < -7.6e-3);
+    assert!(near.clone().count() > 40 && near.clone().all(|(_, spring)| *spring != PenaltySpring::loose()));
 }
 
 /// Continuum above and below a layer of grains with rims of one weight half on either side, all of one velocity: nothing

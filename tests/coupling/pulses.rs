@@ -142,7 +142,7 @@ fn passed(bar: Bar, length: f64) -> [f64; 2] {
 }
 
 /// Less than 2 per cent of a pulse of many cells comes back, from the continuum into grains and out of them; the impedances of the two
-/// differ by a per cent, which alone sends back 4e-5. Short ones do come back: the rim is a cell wide and its ties are stiff.
+/// differ by a per cent, which alone sends back 4e-5. Short ones do come back: the rim is a cell wide and its penalty springs are stiff.
 #[test]
 fn a_pulse_of_many_cells_passes_the_rim() {
     for turned in [false, true] {

@@ -307,7 +307,7 @@ fn a_packing_fraction_of_an_elastic_region() {
     GOOD.refused(
         law(),
         "law = \"hencky\"\ndensity = \"2000 kg/m3\"\nyoung_modulus = \"1 MPa\"\npoisson_ratio = 0.3\n\n[[region]]\nshape = \"box\"\nlower = [3, 1.5]\nupper = [4, 2]\nfraction = 0.8\n",
-        "job.toml:28: region.fraction = 0.8 belongs to law = \"critical_drucker_prager\"; an elastic material has no packing fraction. Remove the line.",
+        "job.toml:28: region.fraction = 0.8 belongs to law = \"critical_drucker_prager\"; an elastic material has no solid volume fraction. Remove the line.",
     );
 }
 
@@ -357,7 +357,7 @@ fn dilation_by_a_factor_and_by_an_angle() {
     GOOD.refused(
         "cohesion = \"1 kPa\"",
         "dilation_angle = \"5 deg\"",
-        "job.toml:28: material.dilation_angle = \"5 deg\" stands beside material.dilation_factor, and each says how flow dilates. Drop dilation_factor for a constant angle of dilation and of friction, or dilation_angle for angles that follow the packing fraction.",
+        "job.toml:28: material.dilation_angle = \"5 deg\" stands beside material.dilation_factor, and each says how flow dilates. Drop dilation_factor for a constant angle of dilation and of friction, or dilation_angle for angles that follow the solid volume fraction.",
     );
 }
 

@@ -73,7 +73,7 @@ fn softening_that_has_no_return() {
     refused_text(
         &GOOD.0.replace("fraction_deficit = 0.01", "fraction_deficit = 0.3"),
         &["continuum.shear_modulus=1 MPa"],
-        "job.toml:25: continuum.dilation_factor = 7 softens more than the shear modulus can bear: flow is divided by G + K eta etabar, which must be positive and is -886000 Pa at a packing fraction of 0.7951. Write a shear_modulus of more than 1886430 Pa, or bring the fraction nearer to fraction_critical, or lower dilation_factor.",
+        "job.toml:25: continuum.dilation_factor = 7 softens more than the shear modulus can bear: flow is divided by G + K eta etabar, which must be positive and is -886000 Pa at a solid volume fraction of 0.7951. Write a shear_modulus of more than 1886430 Pa, or bring the fraction nearer to fraction_critical, or lower dilation_factor.",
     );
 }
 

@@ -73,7 +73,7 @@ fn a_continuum_ends_in_the_same_bits_on_any_ranks() {
 #[test]
 fn a_hybrid_ends_in_the_same_bits_on_any_ranks_and_from_any_checkpoint() {
     through_enrichment(&["time.grain_steps=1"]);
-    let series = through_enrichment(&["time.grain_steps=7", "output.ledger=true"]);
+    let series = through_enrichment(&["time.grain_steps=7", "output.energy_balance=true"]);
     let last = |name: &str| -> f64 {
         let mut lines = series.lines().filter(|line| !line.starts_with('#'));
         let at = lines.next().unwrap().split(',').position(|column| column == name).unwrap();

@@ -220,7 +220,7 @@ fn grains_that_wait_for_bodies_go_as_all_of_them_together() {
         for damping in ["", "[damping]\nlocal = 0.1\nform = \"component\"\nmass = 100.0\n[time]"] {
             let text = among_bodies(dimension, LAWS[0], &file);
             let text = if damping.is_empty() { text } else { replaced(text, &[("[time]", damping)]) };
-            let together = replaced(text.clone(), &[("checkpoints_kept = 9", "ledger = true")]);
+            let together = replaced(text.clone(), &[("checkpoints_kept = 9", "energy_balance = true")]);
             let ends = [text, together].map(|text| {
                 let out = tempfile::tempdir_in(folder.path()).unwrap();
                 let out = out.path().join("run");

@@ -86,7 +86,7 @@ fn job(dimension: usize, scheme: &str) -> String {
         [decomposition]
         cells_per_block = 4
         [output]
-        ledger = true
+        energy_balance = true
         series_interval = 0.6e-3
         frame_interval = 1.0
         checkpoint_interval = {third}

@@ -51,18 +51,18 @@ fn softening_that_has_no_return() {
     refused_text(
         &soft("dilation_factor = 7", "dilation_angle = \"-35 deg\""),
         &[],
-        "job.toml:26: material.dilation_angle = \"-35 deg\" softens more than the shear modulus can bear: flow is divided by G + K eta etabar, which must be positive and is -4740000 Pa at a packing fraction of 0.82. Write a shear_modulus of more than 5735765 Pa, or write a dilation angle nearer to zero.",
+        "job.toml:26: material.dilation_angle = \"-35 deg\" softens more than the shear modulus can bear: flow is divided by G + K eta etabar, which must be positive and is -4740000 Pa at a solid volume fraction of 0.82. Write a shear_modulus of more than 5735765 Pa, or write a dilation angle nearer to zero.",
     );
     refused_text(
         &soft("spin = \"1 rad/s\"", "fraction = 0.77"),
         &[],
-        "job.toml:57: region.fraction = 0.77 softens more than the shear modulus can bear: flow is divided by G + K eta etabar, which must be positive and is -417000 Pa at a packing fraction of 0.77. Write a shear_modulus of more than 1417330 Pa, or bring the fraction nearer to fraction_critical, or lower dilation_factor.",
+        "job.toml:57: region.fraction = 0.77 softens more than the shear modulus can bear: flow is divided by G + K eta etabar, which must be positive and is -417000 Pa at a solid volume fraction of 0.77. Write a shear_modulus of more than 1417330 Pa, or bring the fraction nearer to fraction_critical, or lower dilation_factor.",
     );
     // Neither at the start, where there is next to no friction, nor at the end, where nothing dilates.
     refused_text(
         &soft("spin = \"1 rad/s\"", "fraction = 0.7177"),
         &[],
-        "job.toml:57: region.fraction = 0.7177 softens more than the shear modulus can bear: flow is divided by G + K eta etabar, which must be positive and is -538000 Pa at a packing fraction of 0.7588. Write a shear_modulus of more than 1538462 Pa, or bring the fraction nearer to fraction_critical, or lower dilation_factor.",
+        "job.toml:57: region.fraction = 0.7177 softens more than the shear modulus can bear: flow is divided by G + K eta etabar, which must be positive and is -538000 Pa at a solid volume fraction of 0.7588. Write a shear_modulus of more than 1538462 Pa, or bring the fraction nearer to fraction_critical, or lower dilation_factor.",
     );
     let still = soft("spin = \"1 rad/s\"", "fraction = 0.7177").replace("softening_rate = 5", "softening_rate = 0");
     Job::parse(&still, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));

@@ -43,7 +43,7 @@ pub fn pressed(scheme: &str, step: f64) -> String {
         end = 0.3
         [output]
         series_interval = {step}
-        ledger = true
+        energy_balance = true
         "#
     );
     elastic("pressed", grid, scheme, [2e5, 0.3], &rest)

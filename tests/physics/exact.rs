@@ -310,7 +310,7 @@ fn absorbing_faces_stop_what_is_thin() {
             region([0.55, 0.55, 0.05], [0.75, 0.75, 0.75], [0.1, 0.1, 0.1]),
             region([0.75, 0.1, 0.1], [0.8, 0.5, 0.3], [0.0; 3]),
             faces,
-            "[time]\nsafety = 0.99\nend = 0.4\n[output]\nledger = true\nseries_interval = 1e-2\nframe_interval = 1\ncheckpoint_interval = 1".into(),
+            "[time]\nsafety = 0.99\nend = 0.4\n[output]\nenergy_balance = true\nseries_interval = 1e-2\nframe_interval = 1\ncheckpoint_interval = 1".into(),
         ];
         for flip in ["1.0", "0.9995", "0.99", "0.95", "0.0"] {
             for scheme in schemes() {

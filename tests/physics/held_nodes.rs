@@ -71,7 +71,7 @@ fn a_body_across_a_periodic_face_holds_the_nodes_in_its_image() {
             end = 0.2
             [output]
             series_interval = 0.005
-            ledger = true
+            energy_balance = true
             "#,
             from + 0.1,
             from + 0.3,

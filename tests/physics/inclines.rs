@@ -187,7 +187,7 @@ fn a_sphere_rolls_below_its_friction_limit_and_slides_above_it() {
     every_law::<Solid>();
 }
 
-/// On the level the resistance `eta r m g` takes `dv/dt = -eta g/(1 + I/(m r^2))` from a rolling grain, which comes to rest
+/// On the level the resistance `eta r m g` takes `dv/dt = -eta g/(1 + I/(m r^2))` from a rolling grain, which equilibrates
 /// after `v^2 (1 + I/(m r^2))/(2 eta g)` and stays there.
 fn comes_to_rest<S: Space>() {
     let mut law = elastic();

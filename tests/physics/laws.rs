@@ -252,7 +252,7 @@ fn large_stretch_follows_the_closed_form() {
     stretches::<Solid>();
 }
 
-/// eta, etabar and zeta at a packing fraction: from the angles.
+/// eta, etabar and zeta at a solid volume fraction: from the angles.
 fn cone<S: Space>(law: &CriticalDruckerPrager, fraction: f64) -> [f64; 3] {
     let change = law.dilation_factor * (fraction - law.fraction_critical);
     let (psi, phi) = (math::atan(law.dilation + change), math::atan(law.friction_critical + change));

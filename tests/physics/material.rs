@@ -1,5 +1,5 @@
 //! The continuum's law against closed forms: Hencky elasticity, the return to the cone and to its apex, separation, the
-//! packing fraction's own equation, and objectivity.
+//! solid volume fraction's own equation, and objectivity.
 
 use scree::base::math;
 use scree::base::space::Plane;
@@ -40,7 +40,7 @@ fn invariants(stress: &Tensor) -> [f64; 2] {
     [0.5 * (stress[(0, 0)] + stress[(1, 1)]), (half * half + stress[(0, 1)] * stress[(0, 1)]).sqrt()]
 }
 
-/// eta, etabar and zeta at a packing fraction: sines and cosines of the angles of equation (7).
+/// eta, etabar and zeta at a solid volume fraction: sines and cosines of the angles of equation (7).
 fn cone(law: &CriticalDruckerPrager, fraction: f64) -> [f64; 3] {
     let tan_psi = law.dilation_factor * (fraction - law.fraction_critical);
     let (psi, phi) = (math::atan(tan_psi), math::atan(law.friction_critical + tan_psi));

@@ -13,7 +13,7 @@ fn stopped(mut command: Command) -> (Option<i32>, String) {
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
     let told = lines.find(|line| line.contains("compressing: step ")).expect("it was told before it ended");
-    let wanted = ["us a step", "kinetic over elastic energy ", "(goal 1.0e-", "of the stress, packing fraction "];
+    let wanted = ["us a step", "kinetic over elastic energy ", "(goal 1.0e-", "of the stress, solid volume fraction "];
     assert!(wanted.iter().all(|word| told.contains(word)), "{told}");
     signal(child.id(), "TERM");
     let mut text = String::new();

@@ -1,8 +1,8 @@
-//! Grains that have come to rest far from any band turn back into points (beyond Chen et al. 2021, whose zones are for good).
+//! Grains that have equilibrated far from any band turn back into points (beyond Chen et al. 2021, whose zones are for good).
 //!
 //! Cells of the zone farther than phi_0, its rim and one cell more from every busy cell give their grains up; those beside them become the rim of what
 //! is left. Points that are made stand as they did at the start of a run, so many along a cell; each takes displacement, velocity, stress
-//! and packing fraction from the fields that the grains of the cells around tell ([`crate::couple::patch`]). In each set of cells that
+//! and solid volume fraction from the fields that the grains of the cells around tell ([`crate::couple::patch`]). In each set of cells that
 //! hang together one factor to the masses of all points that take something over, and one rigid correction of their velocities, make
 //! mass and momentum exactly what grains gave up.
 
@@ -104,7 +104,7 @@ struct Ground<'a> {
     grid: &'a CellGrid,
     patches: &'a BTreeMap<u64, Patch>,
     fates: &'a [Fate],
-    /// Points along a cell, the room of each, m3, and the packing fraction at the start.
+    /// Points along a cell, the room of each, m3, and the solid volume fraction at the start.
     parts: u64,
     volume: f64,
     fraction: f64,

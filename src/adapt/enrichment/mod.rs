@@ -34,7 +34,7 @@ use account::Account;
 use choose::{Sight, Stands, border, choose};
 use motion::Motion;
 use residents::Residents;
-use training::{Holders, Trained, train};
+use training::{Confinement, Trained, train};
 
 type Vector = <Plane as Space>::Vector;
 type PlanarHot = PointHot<Plane>;
@@ -156,7 +156,7 @@ impl Plan {
             ..Enriched::default()
         };
         let border = border(&zone.grid, &points, &residents, &chosen);
-        let held = Holders { rim: &chosen.rim, border: &border, residents: &residents, lies, seats: &seats };
+        let held = Confinement { rim: &chosen.rim, border: &border, residents: &residents, lies, seats: &seats };
         let mut all = chosen.grains;
         all.extend(chosen.beside);
         let mut trained = match train(world, (settings, depth), &motion, all, &held, &mut enriched) {
@@ -283,7 +283,7 @@ fn mean_stress<'a>(points: impl Iterator<Item = &'a PlanarPoint>) -> [f64; 3] {
     sum.map(|sum| sum / volume)
 }
 
-/// Packing fraction by which a grain's share of space follows from its own volume where no better is known.
+/// Solid volume fraction by which a grain's share of space follows from its own volume where no better is known.
 const FRACTION_NOMINAL: f64 = 0.84;
 
 /// Mean Love-Weber stress of the free grains, Pa: xx, yy, xy.

@@ -84,7 +84,7 @@ pub(super) struct Maker<'a> {
     /// Points along a cell, and the volume of each, m3.
     pub parts: u64,
     pub volume: f64,
-    /// Packing fraction at the start.
+    /// Solid volume fraction at the start.
     pub fraction: f64,
     /// Ids count places from here.
     pub first: u64,

@@ -31,7 +31,7 @@ pub(super) fn train(
     (training, depth): (&Enrichment, f64),
     motion: &Motion,
     mut grains: Vec<Grain>,
-    held: &Holders<'_>,
+    held: &Confinement<'_>,
     enriched: &mut Enriched,
 ) -> Result<Trained, Error> {
     for grain in grains.iter_mut().filter(|grain| held.is_led(grain.cold.id.0)) {
@@ -131,7 +131,7 @@ fn way_of(body: &Body<Plane>, [from, to]: [f64; 2], now: f64) -> Vector {
 
 /// Who holds grains that are trained, by their ids, rising: the continuum those of the rim, and whatever does so those where the
 /// material ends.
-pub(super) struct Holders<'a> {
+pub(super) struct Confinement<'a> {
     pub rim: &'a [u64],
     pub border: &'a [u64],
     /// Grains beside them that stand already.
@@ -141,7 +141,7 @@ pub(super) struct Holders<'a> {
     pub seats: &'a [Vector],
 }
 
-impl Holders<'_> {
+impl Confinement<'_> {
     fn is_of_rim(&self, id: u64) -> bool {
         self.rim.binary_search(&id).is_ok()
     }
@@ -154,7 +154,7 @@ impl Holders<'_> {
 
 /// Grains at the border are pushed from now on by what their contacts leave open as they stand. A piece that is cut there is under one
 /// stress throughout: they bear as much of it as the specimen does at its start, next to nothing at a free surface.
-fn hold_open(apart: &mut PlanarWorld, held: &Holders<'_>) {
+fn hold_open(apart: &mut PlanarWorld, held: &Confinement<'_>) {
     if held.border.is_empty() {
         return;
     }
@@ -194,7 +194,11 @@ const LOOKS_FOR_ALL: u64 = 2500;
 /// Grains of the rim were moved each by itself, and overlap where the continuum strained much; and where it bears next to nothing, as under a
 /// free surface, a strain of a thousandth that grains and points do not share makes a hundred times its stress. They are let go against
 /// heavy damping, before anything moves that could throw them, for as short a time as it takes.
-fn release(apart: &mut PlanarWorld, held: &Holders<'_>, (depth, stress_points): (f64, [f64; 3])) -> Result<(), Error> {
+fn release(
+    apart: &mut PlanarWorld,
+    held: &Confinement<'_>,
+    (depth, stress_points): (f64, [f64; 3]),
+) -> Result<(), Error> {
     let damping = apart.settings.grains.field.damping;
     let wanted = pressure(&stress_points);
     let is_loaded = wanted > 0.0 && pressure(&grain_stress(apart, depth)?) > PRESSURE_MAX * wanted;
@@ -213,7 +217,7 @@ fn release(apart: &mut PlanarWorld, held: &Holders<'_>, (depth, stress_points): 
 }
 
 /// Some steps in which grains of the rim move as they like, against damping.
-fn let_go(apart: &mut PlanarWorld, held: &Holders<'_>, release: &Release) -> Result<(), Error> {
+fn let_go(apart: &mut PlanarWorld, held: &Confinement<'_>, release: &Release) -> Result<(), Error> {
     let is_of_rim = |cold: &&mut Cold<Plane>| cold.mover == Mover::Script && held.is_of_rim(cold.id.0);
     let mut freed = 0;
     for cold in apart.assembly.grains.cold.iter_mut().filter(is_of_rim) {
@@ -235,7 +239,7 @@ fn pressure([xx, yy, _]: &[f64; 3]) -> f64 {
 }
 
 /// Whether a grain of the rim presses on another, or on a body, far harder than free ones do on each other. Collective.
-fn is_squeezed(apart: &mut PlanarWorld, held: &Holders<'_>) -> Result<bool, Error> {
+fn is_squeezed(apart: &mut PlanarWorld, held: &Confinement<'_>) -> Result<bool, Error> {
     apart.refresh_ghosts();
     let (grains, law) = (&apart.assembly.grains, apart.law());
     let on_bodies = apart.assembly.walls.bearings(law, grains, (&apart.bodies, &apart.assembly.cell), [0.0; 2]);
@@ -265,7 +269,7 @@ type Lead<'a> = Box<dyn Fn(&Cold<Plane>) -> Vector + 'a>;
 
 /// Grains that are led go on with another velocity than before, and so does what drags those of the border along: a grain that comes off
 /// its neighbours there goes with the continuum, and not away.
-fn follow(apart: &mut PlanarWorld, held: &Holders<'_>, [before, now]: [&Lead<'_>; 2]) {
+fn follow(apart: &mut PlanarWorld, held: &Confinement<'_>, [before, now]: [&Lead<'_>; 2]) {
     let (drag, grains) = (PUSHED_DRAG / apart.settings.grains.dt, &mut apart.assembly.grains);
     for (cold, hot) in grains.cold.iter_mut().zip(&grains.hot) {
         match cold.mover {

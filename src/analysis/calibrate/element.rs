@@ -63,7 +63,7 @@ pub struct Row {
     pub strain: f64,
     /// Mean stress of the contacts: xx, xy, yy; Pa, tension positive.
     pub stress: [f64; 3],
-    /// Packing fraction.
+    /// Solid volume fraction.
     pub fraction: f64,
 }
 
@@ -212,7 +212,7 @@ fn steps(sample: &mut Sample<Plane>, count: u64) -> Result<(), Error> {
     Ok(())
 }
 
-/// Stress and packing fraction of now; `solid` is the volume of all grains, m3.
+/// Stress and solid volume fraction of now; `solid` is the volume of all grains, m3.
 fn row(sample: &mut Sample<Plane>, job: &Assembly, solid: f64) -> Row {
     let volume = grain_world::volume(&sample.assembly.cell, job);
     let moment = sample.contact_moment() * (1.0 / volume);

@@ -15,7 +15,7 @@ const SHARE_CRITICAL: f64 = 0.4;
 /// Where the fit starts: the excess of friction at the peak over its critical value, softened within some ten per cent.
 const SOFTENING_START: f64 = 10.0;
 const DILATION_START: f64 = 8.0;
-/// Packing fractions are compared in shares of the fall that a test shows, at least this.
+/// Solid volume fractions are compared in shares of the fall that a test shows, at least this.
 const FALL_LEAST: f64 = 2e-3;
 
 /// Nearer to a bound than this share of its scale a figure is at it.
@@ -74,7 +74,7 @@ pub fn friction(row: &Row) -> f64 {
     -row.stress[1] / row.stress[2]
 }
 
-/// The law on the path of a test, from the test's own packing fraction.
+/// The law on the path of a test, from the test's own solid volume fraction.
 pub fn response(law: &CriticalDruckerPrager, shear: &Shear) -> Option<Response> {
     let strains = shear.rows.iter().map(|row| row.strain);
     let (rows, volumes) = simple_shear(law, shear.stress, shear.rows[0].fraction, strains)?.into_iter().unzip();

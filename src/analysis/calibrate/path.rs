@@ -28,7 +28,7 @@ struct Point<'a> {
 /// Memory, volume and Cauchy stress after an increment.
 type Stepped = (CriticalMemory<Plane>, f64, Tensor);
 
-/// The law's response at rising shear strains, from an isotropic stress (Pa, compression positive) and a packing fraction
+/// The law's response at rising shear strains, from an isotropic stress (Pa, compression positive) and a solid volume fraction
 /// on; none where the law cannot keep the normal stress. `fraction` of a row is the law's own Phi.
 pub fn simple_shear(
     law: &CriticalDruckerPrager,

@@ -60,7 +60,7 @@ pub struct Measured {
     /// Width at half of the largest mean strain.
     pub width_at_half_d50: Option<f64>,
     pub width_at_half_cells: Option<f64>,
-    /// Swelling of the band over the interval, and the packing fraction of its grains at the end.
+    /// Swelling of the band over the interval, and the solid volume fraction of its grains at the end.
     pub volume_strain: Option<f64>,
     pub packing_fraction_end: Option<f64>,
     pub box_98th: Option<Box>,

@@ -14,7 +14,7 @@
 //! and no row moves within a cycle, so that nodes in mid-cycle are no state.
 
 use crate::base::space::{Linear, Space};
-use crate::domain::grid::{Holders, Moment};
+use crate::domain::grid::{BoundaryConditions, Moment};
 use crate::domain::phases::Phase;
 use crate::domain::step::grid::{CHANGES, GRAINS};
 use crate::domain::subdomain::Subdomain;
@@ -142,7 +142,7 @@ impl<S: Space> World<'_, S> {
         let (Subdomain { nodes, layout, .. }, periods) = (&*subdomain, &assembly.cell);
         let Tiles { sums, grain_sums, grain_changes, strides, shared, .. } = tiles;
         let (mosaic, grid) = (&nodes.mosaic, &settings.grid);
-        let holders = Holders { grid, layout, bodies, periods, gravity, moment: Moment::Step };
+        let conditions = BoundaryConditions { grid, layout, bodies, periods, gravity, moment: Moment::Step };
         let per_tile = mosaic.owned_per_tile();
         let wanted = (0..mosaic.tiles).filter(|tile| mosaic.tiers[*tile] == tier && shared[*tile]);
         for number in wanted.flat_map(|tile| tile * per_tile..(tile + 1) * per_tile) {
@@ -157,7 +157,7 @@ impl<S: Space> World<'_, S> {
                 stride.brought = sum.momentum() * (1.0 / sum.mass());
             }
             let dt = (done - stride.taken) as f64 * dt;
-            let hold = |free: S::Vector| holders.on(free, node, (sum, grains), dt, reactions);
+            let hold = |free: S::Vector| conditions.on(free, node, (sum, grains), dt, reactions);
             let Stepped { velocity, grains } = nodes::step(sum, grains, &gravity, dt, hold);
             *change = grains;
             stride.taken = done;

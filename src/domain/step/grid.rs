@@ -9,7 +9,7 @@ use crate::base::lane::Instructions;
 use crate::base::parallel::{Held, over_blocks};
 use crate::base::space::{Linear, Space};
 use crate::dem::grains::Grains;
-use crate::domain::grid::{Grid, Holders, Moment, Reactions};
+use crate::domain::grid::{BoundaryConditions, Grid, Moment, Reactions};
 use crate::domain::phases::Phase;
 use crate::domain::subdomain::Subdomain;
 use crate::domain::world::{GRAIN_WORDS_PLANE, GRAIN_WORDS_SOLID, World};
@@ -192,9 +192,13 @@ impl<S: Space> World<'_, S> {
         let (tile_len, rows) = (self.subdomain.nodes.mosaic.nodes_per_tile, self.subdomain.nodes.mosaic.rows());
         let instructions = self.assembly.contacts.instructions();
         let (frames, coupled, ranges) = (&self.continuum.frames, &self.subdomain.coupled, &self.subdomain.grain_ranges);
-        let Grains { hot, ties, movers, owned, .. } = &mut self.assembly.grains;
-        let held =
-            Held { rows: &mut hot[..*owned], beside: ties, tiles: &mut self.continuum.tiles.grains[..rows], tile_len };
+        let Grains { hot, springs, movers, owned, .. } = &mut self.assembly.grains;
+        let held = Held {
+            rows: &mut hot[..*owned],
+            beside: springs,
+            tiles: &mut self.continuum.tiles.grains[..rows],
+            tile_len,
+        };
         over_blocks(ranges, held, &|block, Held { rows, beside, tiles, .. }| {
             if coupled[block] {
                 tiles.fill(GrainNode::zero());
@@ -304,7 +308,7 @@ impl<S: Space> World<'_, S> {
         let (Subdomain { nodes, layout, .. }, periods) = (&*subdomain, &assembly.cell);
         let (mosaic, Tiles { sums, grain_sums, advanced, grain_changes, strides, shared, .. }) = (&nodes.mosaic, tiles);
         let (per_tile, len, rows) = (mosaic.owned_per_tile(), mosaic.nodes_per_tile, mosaic.rows());
-        let holders = Holders { grid: &settings.grid, layout, bodies, periods, gravity, moment };
+        let conditions = BoundaryConditions { grid: &settings.grid, layout, bodies, periods, gravity, moment };
         let grains_at = |number: usize| if coupled { grain_sums[number] } else { GrainNode::zero() };
         let advance = |node: &OwnedNode, number: usize, reactions: &mut Reactions| {
             let (sum, grains) = (&sums[number], grains_at(number));
@@ -315,7 +319,7 @@ impl<S: Space> World<'_, S> {
             if let Some(stride) = strides.get(number).filter(|stride| stride.taken > 0) {
                 (dt, brought) = (dt - stride.taken as f64 * dt_grains, stride.brought);
             }
-            let hold = |free: S::Vector| holders.on(free, node, (sum, &grains), dt, reactions);
+            let hold = |free: S::Vector| conditions.on(free, node, (sum, &grains), dt, reactions);
             let Stepped { velocity, grains } = nodes::step(sum, &grains, &gravity, if looks { 0.0 } else { dt }, hold);
             (Advanced::new(&velocity, &(velocity - brought)), grains)
         };
@@ -371,8 +375,8 @@ impl<S: Space> World<'_, S> {
         let (len, instructions) = (self.subdomain.nodes.mosaic.nodes_per_tile, self.assembly.contacts.instructions());
         let (frames, coupled, ranges) = (&self.continuum.frames, &self.subdomain.coupled, &self.subdomain.grain_ranges);
         let (tiers, tiles) = (&self.subdomain.nodes.mosaic.tiers, &self.continuum.tiles.grain_changes);
-        let Grains { hot, ties, movers, owned, .. } = &mut self.assembly.grains;
-        let held = Held { rows: &mut hot[..*owned], beside: ties, tiles: &mut [(); 0], tile_len: 0 };
+        let Grains { hot, springs, movers, owned, .. } = &mut self.assembly.grains;
+        let held = Held { rows: &mut hot[..*owned], beside: springs, tiles: &mut [(); 0], tile_len: 0 };
         over_blocks(ranges, held, &|block, Held { rows, beside, .. }| {
             if coupled[block] && tiers[block] == tier {
                 let tile = &tiles[block * len..(block + 1) * len];

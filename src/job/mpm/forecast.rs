@@ -14,10 +14,10 @@ const COST_OF_GRAIN: [f64; 2] = [40e-9, 120e-9];
 const COST_OF_SHARING: f64 = 60e-9;
 /// Of a node and step of a grid that grains share, s.
 const COST_OF_NODE: f64 = 130e-9;
-/// Time that a piece takes to come to rest under a stress, and a specimen that is cut of it, in t_p = d sqrt(rho/p).
+/// Time that a piece takes to equilibrate under a stress, and a specimen that is cut of it, in t_p = d sqrt(rho/p).
 const TIME_OF_PIECE: f64 = 120.0;
 const TIME_OF_SPECIMEN: f64 = 80.0;
-/// How often a specimen with bodies that are seated comes to rest, about.
+/// How often a specimen with bodies that are seated equilibrates, about.
 const SEATINGS: f64 = 3.0;
 
 /// Bytes that one grain takes with its contacts, neighbour list and ghosts.
@@ -32,7 +32,7 @@ pub struct Forecast {
     pub grains: f64,
     /// Share of the material that grains take the place of.
     pub zone: f64,
-    /// Of compressing a packing in a cell and of bringing the specimen to rest, where neither is in the cache yet, s.
+    /// Of compressing a packing in a cell and of equilibrating the specimen, where neither is in the cache yet, s.
     pub piece: f64,
     pub specimen: f64,
     /// Of a grain and of a point in a step of each, s; zero where there are none.
@@ -114,10 +114,10 @@ fn share_of_rim(on: &Mpm) -> f64 {
     on.grains.as_ref().map_or(0.0, |granular| (on.grid.cell / granular.enrichment.distance).min(1.0))
 }
 
-/// Packing fractions of dense grains of nearly one size, in the plane and in space.
+/// Solid volume fractions of dense grains of nearly one size, in the plane and in space.
 pub const FRACTION_OF_PACKING: [f64; 2] = [0.84, 0.62];
 
-/// Packing fraction of the material, of a law that has none that of such grains.
+/// Solid volume fraction of the material, of a law that has none that of such grains.
 pub fn fraction_of_packing(job: &Mpm) -> f64 {
     job.material.law.fraction().unwrap_or(FRACTION_OF_PACKING[job.grid.dimension - 2])
 }
@@ -180,7 +180,7 @@ fn time_of_piece(job: &Job, assembly: &Assembly) -> f64 {
     stresses.iter().map(times).sum::<f64>() * count * COST_IN_PIECE
 }
 
-/// Steps in which a specimen comes to rest that is cut of its packing.
+/// Steps in which a specimen equilibrates that is cut of its packing.
 fn steps_of_specimen(job: &Mpm) -> f64 {
     let Some(granular) = &job.grains else { return 0.0 };
     let times = if job.bodies.iter().any(|body| body.seat > 0.0) { SEATINGS } else { 1.0 };

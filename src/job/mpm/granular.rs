@@ -19,7 +19,7 @@ pub struct Granular {
 /// Where the grains of a hybrid come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// All of the material as grains, which have come to rest between bodies and membranes.
+    /// All of the material as grains, which have equilibrated between bodies and membranes.
     Specimen,
     /// Pieces of packing side by side where a zone is made, and nowhere else.
     Piece,

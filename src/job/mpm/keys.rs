@@ -233,7 +233,7 @@ impl Material {
         } else if form.has("density") {
             form.note(
                 "density",
-                "is that of the packing in a job with grains: grains.density times its packing fraction. Remove the line.",
+                "is that of the packing in a job with grains: grains.density times its solid volume fraction. Remove the line.",
             );
         }
     }
@@ -285,7 +285,7 @@ impl Region {
         waves: Vec::new(),
     };
 
-    /// Where it has no packing fraction of its own, it has that of the material; elastic ones, which have none, count as 1.
+    /// Where it has no solid volume fraction of its own, it has that of the material; elastic ones, which have none, count as 1.
     pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
         let [lower, upper, centre] = [[0.0; 3]; 3];
         let kinds = [
@@ -306,7 +306,7 @@ impl Region {
             }
         });
         let mut fraction = Some(self.fraction).filter(|fraction| *fraction < 1.0);
-        let about = "the packing fraction that its points start with";
+        let about = "the solid volume fraction that its points start with";
         let own = number("fraction", about, RATIO, Range::open(0.0, 1.0), "0.83").follows("that of the material");
         form.number_if_given(&mut fraction, own);
         self.fraction = fraction.unwrap_or(f64::NAN);

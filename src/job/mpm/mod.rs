@@ -76,7 +76,7 @@ pub struct Grid {
 /// What the points are made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
-    /// Density of the material with its pores at the start, kg/m3, whatever the packing fraction.
+    /// Density of the material with its pores at the start, kg/m3, whatever the solid volume fraction.
     pub density: f64,
     pub law: ConstitutiveLaw,
 }
@@ -85,7 +85,7 @@ pub struct Material {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Region {
     pub shape: RegionShape,
-    /// Packing fraction that its points start with. Mass does not follow it.
+    /// Solid volume fraction that its points start with. Mass does not follow it.
     pub fraction: f64,
     /// m/s, rad/s.
     pub velocity: [f64; 3],

@@ -15,9 +15,9 @@ pub(crate) fn margin_in_words(contact: &Contact) -> &'static str {
 
 /// Length of a periodic axis in largest diameters: with less, a grain and its image could share a neighbour.
 pub(super) const PERIOD_IN_DIAMETERS: f64 = 4.0;
-/// Packing fraction that no packing of spheres has; of discs the key's own range says it.
+/// Solid volume fraction that no packing of spheres has; of discs the key's own range says it.
 const FRACTION_MAX_SPHERES: f64 = 0.74;
-/// Spheres thrown one after the other jam at 0.38, discs at 0.547.
+/// Spheres inserted one after the other jam at 0.38, discs at 0.547.
 const FRACTION_START_MAX_SPHERES: f64 = 0.36;
 /// Some records of other programs were made with unstable steps.
 pub const BYPASS: &str = " Only to repeat an unstable run on purpose, write time.allow_unstable = true.";
@@ -140,7 +140,7 @@ fn check_packing(assembly: &Assembly, packed: &Packed, typed: &Typed) -> Result<
     let cell = &assembly.cell;
     if cell.dimension == 3 && packed.fraction_start > FRACTION_START_MAX_SPHERES {
         let message = format!(
-            "is more than spheres can be thrown to without overlap. Write at most {FRACTION_START_MAX_SPHERES}."
+            "is more than spheres can be inserted to without overlap. Write at most {FRACTION_START_MAX_SPHERES}."
         );
         return Err(typed.refusal("packing", "fraction_start", &message));
     }

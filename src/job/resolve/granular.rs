@@ -153,7 +153,7 @@ fn check_loads(job: &Mpm, grains: &Granular, typed: &Typed, top: &Reader<'_>) {
         if grains.method == Method::Dem {
             typed.note_together(table.refusal_of_table("is borne by points, and this job has grains alone. Press by a [[body]] with a servo, or in the plane by a [[membrane]]; or write method = \"hybrid\" or \"mpm\"."));
         } else if grains.reference == Origin::Specimen && load.ramp == 0.0 {
-            typed.note_together(table.refusal_of_table("is all there from the start, and the specimen that grains of a zone are taken from comes to rest without it. Let it rise from zero over a time, its ramp, or write enrichment.reference = \"piece\"."));
+            typed.note_together(table.refusal_of_table("is all there from the start, and the specimen that grains of a zone are taken from equilibrates without it. Let it rise from zero over a time, its ramp, or write enrichment.reference = \"piece\"."));
         }
     }
 }
@@ -282,10 +282,10 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
     if job.ledger && grains.method == Method::Hybrid {
         let life = grains.enrichment.life;
         if life.grows || life.dissolves {
-            typed.note_together(typed.refusal("output", "ledger", LEDGER_OF_LIVING_ZONE));
+            typed.note_together(typed.refusal("output", "energy_balance", LEDGER_OF_LIVING_ZONE));
         }
         if job.grain_steps > 1 {
-            typed.note_together(typed.refusal("output", "ledger", "books what grains and points do to each other step by step, and time.grain_steps takes several steps of grains in one of points. Remove it, or write time.grain_steps = 1."));
+            typed.note_together(typed.refusal("output", "energy_balance", "books what grains and points do to each other step by step, and time.grain_steps takes several steps of grains in one of points. Remove it, or write time.grain_steps = 1."));
         }
     }
     check_loads(job, grains, typed, top);
@@ -312,14 +312,14 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
     if let Some((_, table)) = ramped {
         typed.note_together(table.refusal(
             "ramp",
-            "lets go of grains that have come to rest under the whole pressure before the run. Remove the line.",
+            "lets go of grains that have equilibrated under the whole pressure before the run. Remove the line.",
         ));
     }
     if job.gravity.ramp > 0.0 {
         typed.note_together(typed.refusal(
             "gravity",
             "ramp",
-            "lets go of grains that have come to rest under all of gravity before the run. Remove the line.",
+            "lets go of grains that have equilibrated under all of gravity before the run. Remove the line.",
         ));
     }
     let (edge, least) =

@@ -232,7 +232,7 @@ fn check_region(region: &mut Region, table: &Reader<'_>, grid: &Grid, law: &Cons
     if table.has("fraction") && law.fraction().is_none() {
         return Err(table.refusal(
             "fraction",
-            "belongs to law = \"critical_drucker_prager\"; an elastic material has no packing fraction. Remove the line.",
+            "belongs to law = \"critical_drucker_prager\"; an elastic material has no solid volume fraction. Remove the line.",
         ));
     }
     if region.fraction.is_nan() {

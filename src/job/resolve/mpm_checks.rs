@@ -94,12 +94,12 @@ fn check_critical(job: &Mpm, law: &CriticalConstants, typed: &Typed, top: &Reade
 /// What to do about a fraction from which the return cannot bear softening, at the end of the sentence of [`unbearable`].
 pub const FRACTION_NEARER: &str = "bring the fraction nearer to fraction_critical, or lower dilation_factor";
 
-/// Why plastic flow from a packing fraction on has no end, as the beginning of a sentence, if it has none.
+/// Why plastic flow from a solid volume fraction on has no end, as the beginning of a sentence, if it has none.
 pub fn unbearable(law: &CriticalConstants, axes: usize, fraction: f64) -> Option<String> {
     let (stiffness, at) = law.stiffness_least(axes, fraction);
     (stiffness <= 0.0).then(|| {
         format!(
-            "softens more than the shear modulus can bear: flow is divided by G + K eta etabar, which must be positive and is {} Pa at a packing fraction of {}. Write a shear_modulus of more than {} Pa",
+            "softens more than the shear modulus can bear: flow is divided by G + K eta etabar, which must be positive and is {} Pa at a solid volume fraction of {}. Write a shear_modulus of more than {} Pa",
             significant(stiffness, 3),
             digits((1e4 * at).round() / 1e4),
             digits((law.shear_modulus - stiffness).ceil()),

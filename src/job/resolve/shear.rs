@@ -96,7 +96,7 @@ pub fn scenario(typed: &Typed) -> Result<Scenario, Error> {
     (job.output, job.ledger) = output(&mut shown, duration, job.time.step)?;
     if job.ledger && !method.has_grains() {
         return Err(shown.refusal(
-            "ledger",
+            "energy_balance",
             "keeps the account of grains, and method = \"mpm\" has none. Remove it, or take another method.",
         ));
     }
@@ -222,7 +222,7 @@ fn check_life_in_shear(scenario: &Scenario, typed: &Typed) -> Result<(), Error> 
         return Err(typed.refusal("zone", "grows", "would lay the packing, which lies about the first band, about another one. Write false, or remove packing.height."));
     }
     if scenario.ledger && (life.grows || life.dissolves) {
-        return Err(typed.refusal("output", "ledger", LEDGER_OF_LIVING_ZONE));
+        return Err(typed.refusal("output", "energy_balance", LEDGER_OF_LIVING_ZONE));
     }
     Ok(())
 }

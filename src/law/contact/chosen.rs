@@ -193,7 +193,7 @@ impl Contact {
     }
 
     /// The law while grains are compressed to a packing: with that packing's friction, and without cohesion, which would hold
-    /// them where they were thrown. Whatever touches at the end coheres from the first step of the run on.
+    /// them where they were inserted. Whatever touches at the end coheres from the first step of the run on.
     pub fn while_compressed(self, friction: f64) -> Self {
         self.with_friction(friction).without_cohesion()
     }

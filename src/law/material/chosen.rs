@@ -12,7 +12,7 @@ pub trait Described {
     fn bulk_modulus_in(&self, axes: usize) -> f64;
     /// G, Pa.
     fn shear_modulus(&self) -> f64;
-    /// Packing fraction that points start with, of a law that knows one.
+    /// Solid volume fraction that points start with, of a law that knows one.
     fn fraction(&self) -> Option<f64> {
         None
     }
@@ -94,7 +94,7 @@ impl ConstitutiveLaw {
         self.described().yields()
     }
 
-    /// Packing fraction that points start with, of a law that knows one.
+    /// Solid volume fraction that points start with, of a law that knows one.
     pub fn fraction(&self) -> Option<f64> {
         self.described().fraction()
     }

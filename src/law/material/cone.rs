@@ -4,10 +4,10 @@
 use super::critical_drucker_prager::CriticalConstants;
 use crate::base::math::tan;
 
-/// Points of the way of the packing fraction to its critical value that are looked at.
+/// Points of the way of the solid volume fraction to its critical value that are looked at.
 const LOOKS: u32 = 1000;
 
-/// Friction and dilation at a packing fraction: `q + eta p = zeta c` on the cone.
+/// Friction and dilation at a solid volume fraction: `q + eta p = zeta c` on the cone.
 #[derive(Clone, Copy, Debug)]
 pub struct Cone {
     pub eta: f64,
@@ -16,7 +16,7 @@ pub struct Cone {
 }
 
 impl CriticalConstants {
-    /// Friction and dilation at a packing fraction: tan(phi) and tan(psi).
+    /// Friction and dilation at a solid volume fraction: tan(phi) and tan(psi).
     pub fn tangents(&self, fraction: f64) -> (f64, f64) {
         let surplus = self.dilation_factor * (fraction - self.fraction_critical);
         (tan(self.friction_angle_critical) + surplus, self.dilation_angle.map_or(surplus, tan))
@@ -33,7 +33,7 @@ impl CriticalConstants {
         Cone { eta: sine * of(sine), eta_bar: sine_bar * of(sine_bar), zeta: cosine * of(sine) }
     }
 
-    /// The least of `G + K eta etabar`, which plastic flow is divided by, and the packing fraction that has it, from a
+    /// The least of `G + K eta etabar`, which plastic flow is divided by, and the solid volume fraction that has it, from a
     /// fraction on. Flow takes a loose material to its critical fraction, and neither end of the way need be the worst: at
     /// the one there may be no friction, at the other there is no dilation.
     pub fn stiffness_least(&self, axes: usize, fraction: f64) -> (f64, f64) {

@@ -78,8 +78,8 @@ impl CriticalConstants {
     };
 
     /// The keys of a material of this law.
-    /// Those that a file of a material has: all but the packing fraction of the start. `still`: the dilation angle is constant, so
-    /// that nothing need follow the packing fraction.
+    /// Those that a file of a material has: all but the solid volume fraction of the start. `still`: the dilation angle is constant, so
+    /// that nothing need follow the solid volume fraction.
     pub fn keys_of_flow(&mut self, form: &mut dyn Form, still: bool) {
         if still && form.is_needed() {
             (self.dilation_factor, self.softening_rate) = (0.0, 0.0);
@@ -129,13 +129,19 @@ impl Described for CriticalConstants {
             &mut self.fraction,
             unless(
                 still,
-                number("fraction", "the packing fraction that points start with", RATIO, Range::open(0.0, 1.0), "0.83"),
+                number(
+                    "fraction",
+                    "the solid volume fraction that points start with",
+                    RATIO,
+                    Range::open(0.0, 1.0),
+                    "0.83",
+                ),
             ),
         );
         if still && self.dilation_factor != 0.0 {
             form.note(
                 "dilation_angle",
-                "stands beside material.dilation_factor, and each says how flow dilates. Drop dilation_factor for a constant angle of dilation and of friction, or dilation_angle for angles that follow the packing fraction.",
+                "stands beside material.dilation_factor, and each says how flow dilates. Drop dilation_factor for a constant angle of dilation and of friction, or dilation_angle for angles that follow the solid volume fraction.",
             );
         }
     }
@@ -232,7 +238,7 @@ impl<S: Space> MaterialMemory for CriticalMemory<S> {
     }
 }
 
-/// Friction and dilation at a packing fraction, equation (7).
+/// Friction and dilation at a solid volume fraction, equation (7).
 #[derive(Clone, Copy, Debug)]
 struct Cone<R> {
     eta: R,
@@ -332,7 +338,7 @@ impl CriticalDruckerPrager {
         R::splat(0.5 * self.bulk_modulus) * volume * volume + R::splat(2.0 * self.shear_modulus) * shear * shear
     }
 
-    /// Packing fraction after plastic flow, equation (8).
+    /// Solid volume fraction after plastic flow, equation (8).
     #[inline(always)]
     fn softened<R: Real>(&self, fraction: R, plastic: R) -> R {
         let excess = fraction - R::splat(self.fraction_critical);

@@ -30,7 +30,7 @@ pub struct Hencky {
 pub struct HenckyMemory<S: Space> {
     /// `b - I`.
     pub strain: S::Symmetric,
-    /// Packing fraction without stress.
+    /// Solid volume fraction without stress.
     pub fraction_free: f64,
 }
 

@@ -39,7 +39,7 @@ pub struct LinearMemory<S: Space> {
     pub out_of_plane: f64,
     /// J since the start.
     pub volume_ratio: f64,
-    /// Packing fraction at the start.
+    /// Solid volume fraction at the start.
     pub fraction_start: f64,
 }
 

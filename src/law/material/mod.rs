@@ -122,6 +122,6 @@ fn alone<S: Space, L: MaterialLaw<S>>(
 pub trait MaterialMemory: Record + Numbers + Copy + Default + Send + Sync + Debug + PartialEq + 'static {
     /// Accumulated plastic strain, the integral of |deps_p/dt|.
     fn plastic_strain(&self) -> f64;
-    /// Packing fraction that the law works with.
+    /// Solid volume fraction that the law works with.
     fn fraction(&self) -> f64;
 }

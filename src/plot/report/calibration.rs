@@ -58,7 +58,7 @@ fn lead(calibration: &Calibration, subject: &Subject) -> String {
          M = K + G are slopes of the stress by the volume of the start over the first {} of volume strain, at an inertial number \
          of {INERTIAL_COMPRESSION:e}. Then each is sheared to {} while the stress normal to the shear stays and the width too, \
          at an inertial number of {INERTIAL_SHEAR:e}. The other figures are those with which the continuum\u{2019}s law, driven \
-         along the same path, follows \u{3c4}/\u{3c3} and the packing fraction with the least squares. The grains harden to {} at {} of strain; the law, which is elastic up to its cone, \
+         along the same path, follows \u{3c4}/\u{3c3} and the solid volume fraction with the least squares. The grains harden to {} at {} of strain; the law, which is elastic up to its cone, \
          reaches {} at {}.",
         calibration.specimens.len(),
         calibration.wanted.grains,
@@ -89,7 +89,7 @@ fn caption(name: &str) -> &'static str {
              with the parameters fitted to all packings."
         }
         _ => {
-            "Packing fraction in simple shear. Full: the grains; dashed: \u{3a6} of the law, by its equation (8); dotted: what the \
+            "Solid volume fraction in simple shear. Full: the grains; dashed: \u{3a6} of the law, by its equation (8); dotted: what the \
              dilation of the law makes of the fraction of the start. Dashed and dotted would be one if the law kept mass by itself."
         }
     }
@@ -198,11 +198,11 @@ fn fraction(calibration: &Calibration) -> String {
         curves.push(Curve { places: places.collect(), stroke: dotted });
     }
     let end = 100.0 * calibration.wanted.strain;
-    let charts = [chart_of("", ("shear strain (%)", end), "packing fraction", curves)];
+    let charts = [chart_of("", ("shear strain (%)", end), "solid volume fraction", curves)];
     let mut entries = packing_entries(calibration);
     entries.push(Entry { words: "\u{3a6} of the law".to_string(), stroke: fit_stroke() });
     entries.push(Entry { words: "by its dilation".to_string(), stroke: dotted });
-    draw("fraction", "Packing fraction against shear strain", &charts, &entries)
+    draw("fraction", "Solid volume fraction against shear strain", &charts, &entries)
 }
 
 fn heads(calibration: &Calibration) -> Vec<String> {

@@ -61,7 +61,7 @@ pub const PANELS: [Panel; 5] = [
                 "stress",
                 "volume mean of the stress (of grains in a cell of that of their contacts), normal stresses positive in compression",
             ),
-            of(&["fraction"], "packing fraction", "packing fraction of the cell"),
+            of(&["fraction"], "solid volume fraction", "solid volume fraction of the cell"),
             of(&["contacts_of_a_grain"], "contacts of a grain", "contacts of a grain in the mean"),
             of(&["volume_change"], "change of volume", "change of volume since the first row"),
         ],
@@ -80,7 +80,7 @@ pub const PANELS: [Panel; 5] = [
                 &["change_of_*"],
                 "change since the first row",
                 "potential energy and the sum with those of (a), or the account of energy, since the first row: the work of loads, \
-                 bodies, gravity and the cell, and what has been taken, where the run kept account ([output] ledger)",
+                 bodies, gravity and the cell, and what has been taken, where the run kept account ([output] energy_balance)",
             ),
         ],
     },

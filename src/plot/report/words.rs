@@ -141,7 +141,7 @@ fn at_the_end(run: &Run) -> Result<String, Error> {
     if let (Some(fraction), Some(contacts)) = (last("fraction"), last("contacts_of_a_grain")) {
         let stress = |axis: &&str| significant(-1e-3 * last(&format!("stress_{axis}{axis}")).unwrap_or(f64::NAN), 3);
         return Ok(format!(
-            " At the end the packing fraction is {}, a grain has {} contacts, and the normal stresses of the contacts are {} kPa \
+            " At the end the solid volume fraction is {}, a grain has {} contacts, and the normal stresses of the contacts are {} kPa \
              (compression positive) along {}.",
             significant(fraction, 4),
             significant(contacts, 3),
@@ -194,7 +194,7 @@ const SCENARIO: [(&str, &str, f64, &str); 36] = [
     ("continuum.bulk_modulus", "Bulk modulus K", 1e-6, "MPa"),
     ("continuum.shear_modulus", "Shear modulus G", 1e-6, "MPa"),
     ("continuum.friction_angle_critical", "Critical friction angle", 180.0 / std::f64::consts::PI, "\u{b0}"),
-    ("continuum.fraction_critical", "Critical packing fraction", 1.0, ""),
+    ("continuum.fraction_critical", "Critical solid volume fraction", 1.0, ""),
     ("continuum.dilation_factor", "Dilation factor \u{3c7}", 1.0, ""),
     ("continuum.softening_rate", "Softening rate \u{3be}", 1.0, ""),
     ("continuum.cell", "Grid cell", 1e3, "mm"),

@@ -5,7 +5,7 @@
 //! than I = 1e-3, where a packing is quasi-static, once they do. Fluctuations against the shrinking cell are damped at the
 //! rate 0.2/t_p, which stops grains that drift without contacts, and by local damping of 0.2 for contact laws without
 //! dashpots; neither carries stress once grains are at rest. More of either was slower or looser: 1,000 discs with
-//! Table 1 of Chen et al. (2021) under 400 kPa come to rest within 30,000 steps at packing fractions of 0.843 to 0.845, as damped
+//! Table 1 of Chen et al. (2021) under 400 kPa equilibrate within 30,000 steps at solid volume fractions of 0.843 to 0.845, as damped
 //! compressions with LAMMPS did.
 //!
 //! What is compressed like this jams early. Denser packings come from a gas: grains without friction and dashpots, with
@@ -19,7 +19,7 @@
 
 use scree_partition::Transport;
 
-use super::{GrainWorld, Packing, gathered, thrown};
+use super::{GrainWorld, Packing, gathered, inserted};
 use crate::base::error::Error;
 use crate::base::space::{AXES, Linear, Space};
 use crate::dem::cell::Cell;
@@ -35,9 +35,9 @@ use crate::job::raw::Typed;
 use crate::job::{figures, margin_in_words};
 use crate::mpm::membrane::Membranes;
 use crate::prepare::grain_world;
+use crate::prepare::insert::{normal, random_of};
 use crate::prepare::making::{Leg, Look, Making, Notes};
 use crate::prepare::sheared::on_root;
-use crate::prepare::throw::{normal, random_of};
 use crate::store::checkpoint::{self, Drawn, Progress, Snapshot};
 
 /// Inertial numbers of the shrinking cell: grains that hardly touch, that carry, and of the gas.
@@ -54,17 +54,17 @@ const DAMPING_LOCAL: f64 = 0.2;
 /// Cooling of the first gas, per t_p, and the factor to the next.
 const COOLING: f64 = 0.02;
 const COOLING_FACTOR: f64 = 4.0;
-/// Gases that are tried before a packing fraction is given up.
+/// Gases that are tried before a solid volume fraction is given up.
 const GASES_MAX: u64 = 6;
 /// A gas is cold when kinetic energy is below this share of elastic energy.
 const COLD: f64 = 1e-2;
-/// How exactly a packing fraction is to be met, and each normal stress.
+/// How exactly a solid volume fraction is to be met, and each normal stress.
 const FRACTION_TOLERANCE: f64 = 2e-3;
 const STRESS_TOLERANCE: f64 = 0.01;
 /// Steps between two looks at whether the packing is at rest, and looks in a row that must find it so.
 const LOOK_EVERY: u64 = 200;
 const CALM_LOOKS: u32 = 2;
-/// Steps after which a packing that has not come to rest is given up.
+/// Steps after which a packing that has not equilibrated is given up.
 const STEPS_MAX: u64 = 20_000_000;
 /// Length of the cell in largest diameters, as of any periodic axis.
 const PERIOD_IN_DIAMETERS: f64 = 4.0;
@@ -81,7 +81,7 @@ struct Press<'a> {
     unloaded: Option<f64>,
 }
 
-/// Grains come to rest under more stress than they had, or under less.
+/// Grains equilibrate under more stress than they had, or under less.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Stage {
     Compressing,
@@ -120,10 +120,10 @@ impl Answer {
     }
 }
 
-/// The packing fraction under the stress, while a packing is unloaded from there.
+/// The solid volume fraction under the stress, while a packing is unloaded from there.
 const COMPRESSED: &str = "fraction compressed";
 
-/// Throws and compresses to a stress, to a packing fraction if one is wanted, and unloads to a lower stress likewise.
+/// Trials and compresses to a stress, to a solid volume fraction if one is wanted, and unloads to a lower stress likewise.
 pub fn make<S: Space>(
     job: &Assembly,
     packed: &Packed,
@@ -151,7 +151,7 @@ pub fn make<S: Space>(
             fraction
         }
     };
-    // Gases of slower or faster cooling, until one ends at the packing fraction.
+    // Gases of slower or faster cooling, until one ends at the solid volume fraction.
     let (mut looser, mut denser) = (None, None);
     let mut cooling = COOLING;
     let mut nearest = plain;
@@ -233,7 +233,7 @@ impl Press<'_> {
         self.job.matter.diameter_mean * (self.job.matter.density / self.stress).sqrt()
     }
 
-    /// The packing fraction that an attempt has come to which is over.
+    /// The solid volume fraction that an attempt has come to which is over.
     fn over(&self, making: &mut Making, attempt: u64) -> Option<f64> {
         making.notes().get(&format!("fraction of attempt {attempt}"))
     }
@@ -253,7 +253,7 @@ impl Press<'_> {
         if let Some(cooling) = cooling {
             self.cool(&mut world, cooling, making)?;
         }
-        self.bring_to_rest(&mut world, Stage::Compressing, making)?;
+        self.equilibrate(&mut world, Stage::Compressing, making)?;
         let fraction = match self.unloaded {
             // A state taken up while it was unloaded is no longer the compressed one.
             Some(stress) => {
@@ -262,7 +262,7 @@ impl Press<'_> {
                     None => grain_world::fraction(&world, self.job)?,
                 };
                 making.notes().set(COMPRESSED, fraction);
-                Press { stress, ..*self }.bring_to_rest(&mut world, Stage::Unloading, making)?;
+                Press { stress, ..*self }.equilibrate(&mut world, Stage::Unloading, making)?;
                 making.notes().forget(COMPRESSED);
                 fraction
             }
@@ -289,12 +289,12 @@ impl Press<'_> {
         World::new(settings, grain_world::layout::<S>(self.job)?, transport, progress.step, parts)
     }
 
-    /// Thrown grains in the cell that is to shrink.
+    /// Inserted grains in the cell that is to shrink.
     fn loose<'t, S: Space>(&self, hot: bool, transport: &'t dyn Transport) -> Result<GrainWorld<'t, S>, Error> {
         let share = grain_world::shrinkage::<S>(self.job, self.packed.fraction_start);
         let cell = grain_world::scaled_cell::<S>(self.job, share);
         let made = on_root(transport, || {
-            let mut grains = thrown::<S>(self.job, self.packed, &cell, &[])?;
+            let mut grains = inserted::<S>(self.job, self.packed, &cell, &[])?;
             if hot {
                 self.heat(&mut grains);
             }
@@ -355,7 +355,7 @@ impl Press<'_> {
             let damping = Damping { mass: cooling / self.time(), ..Damping::default() };
             world.settings.grains.field = Field { gravity: S::Vector::zero(), damping };
         };
-        making.bring_to_rest(world, leg, set, |world, notes| {
+        making.equilibrate(world, leg, set, |world, notes| {
             // A gas has no grains that bear, and no rattlers: all of it must be cold.
             let energies = world.energies()?;
             let ratio = energies.kinetic_grains / energies.elastic_grains;
@@ -374,12 +374,7 @@ impl Press<'_> {
     }
 
     /// Compresses or unloads under friction and damping until everything rests under the stress.
-    fn bring_to_rest<S: Space>(
-        &self,
-        world: &mut GrainWorld<S>,
-        stage: Stage,
-        making: &mut Making,
-    ) -> Result<(), Error> {
+    fn equilibrate<S: Space>(&self, world: &mut GrainWorld<S>, stage: Stage, making: &mut Making) -> Result<(), Error> {
         let goal = self.packed.energy_ratio_max;
         let leg = Leg { name: stage.name(), rebuilds: true, look_every: LOOK_EVERY, calm_looks: CALM_LOOKS, goal };
         let set = |world: &mut GrainWorld<S>, notes: &mut Notes| {
@@ -391,7 +386,7 @@ impl Press<'_> {
             let answer = Answer::noted(notes).unwrap_or_else(first);
             world.settings.grains.drive = self.drive(answer.note(notes));
         };
-        making.bring_to_rest(world, leg, set, |world, notes| {
+        making.equilibrate(world, leg, set, |world, notes| {
             let ratio = world.unrest()?;
             let (stresses, carried) = self.stresses(world)?;
             world.settings.grains.drive =
@@ -424,7 +419,7 @@ impl Press<'_> {
     /// How far the packing is.
     fn words<S: Space>(&self, world: &mut GrainWorld<S>) -> Result<String, Error> {
         let (_, stress) = self.stresses(world)?;
-        Ok(format!("{stress:.3} of the stress, packing fraction {:.4}", grain_world::fraction(world, self.job)?))
+        Ok(format!("{stress:.3} of the stress, solid volume fraction {:.4}", grain_world::fraction(world, self.job)?))
     }
 
     fn refuse_endless<S: Space>(&self, world: &GrainWorld<S>, ratio: f64) -> Result<(), Error> {
@@ -432,7 +427,7 @@ impl Press<'_> {
             return Ok(());
         }
         Err(Error::Run(format!(
-            "the packing has not come to rest under {} Pa after {} steps: kinetic/elastic energy {ratio:.1e} (wanted {:.1e}), packing fraction {:.4}; raise packing.energy_ratio_max, or check contact and time.step",
+            "the packing has not equilibrated under {} Pa after {} steps: kinetic/elastic energy {ratio:.1e} (wanted {:.1e}), solid volume fraction {:.4}; raise packing.energy_ratio_max, or check contact and time.step",
             self.stress,
             world.step,
             self.packed.energy_ratio_max,

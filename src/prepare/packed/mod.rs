@@ -1,4 +1,4 @@
-//! Packings of grains in a cell: thrown loosely, compressed or poured, and kept in a file named by everything that shaped
+//! Packings of grains in a cell: inserted loosely, compressed or poured, and kept in a file named by everything that shaped
 //! them.
 
 use std::time::Duration;
@@ -21,9 +21,9 @@ use crate::job::raw::Typed;
 use crate::law::contact::Contact;
 use crate::prepare::cache::{Found, Place};
 use crate::prepare::grain_world::{self, GrainWorld};
+use crate::prepare::insert::{places, radii};
 use crate::prepare::recipe;
 use crate::prepare::sheared::settle;
-use crate::prepare::throw::{places, radii};
 use crate::store::tables;
 
 mod compress;
@@ -125,7 +125,7 @@ pub(super) fn same_cell<S: Space>(
 }
 
 /// Grains at rest at random places of a box, on rank 0 only.
-fn thrown<S: Space>(
+fn inserted<S: Space>(
     job: &Assembly,
     packed: &Packed,
     cell: &Cell<S>,
@@ -137,7 +137,7 @@ fn thrown<S: Space>(
     };
     let places = places(cell, &packed.sizes, job.seed, &radii, outside).map_err(|full| {
         Error::User(format!(
-            "packing.fraction_start = {} is too dense to throw {} grains without overlap: there was no room for grain {}. Discs need 0.45 or less, spheres 0.25, and less where bodies take up room; or take a larger cell.",
+            "packing.fraction_start = {} is too dense to insert {} grains without overlap: there was no room for grain {}. Discs need 0.45 or less, spheres 0.25, and less where bodies take up room; or take a larger cell.",
             packed.fraction_start, packed.count, full.grain
         ))
     })?;

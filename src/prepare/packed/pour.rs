@@ -1,4 +1,4 @@
-//! Grains that fall from where they were thrown, under the job's gravity, onto its bodies, which stand still meanwhile.
+//! Grains that fall from where they were inserted, under the job's gravity, onto its bodies, which stand still meanwhile.
 //!
 //! They rest when their kinetic energy is below `packing.energy_ratio_max` of m g d each in the mean, and the bodies carry
 //! their weight to 1 %. Falling is damped at the rate 0.1 sqrt(g/d), which bounds the speed by 10 sqrt(g d) so that no grain
@@ -6,7 +6,7 @@
 
 use scree_partition::ExactSum;
 
-use super::{GrainWorld, Packing, gathered, thrown};
+use super::{GrainWorld, Packing, gathered, inserted};
 use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::Body;
@@ -31,10 +31,10 @@ const WEIGHT_TOLERANCE: f64 = 0.01;
 /// Steps between two looks at whether the grains are at rest, and looks in a row that must find them so.
 const LOOK_EVERY: u64 = 200;
 const CALM_LOOKS: u32 = 2;
-/// Time after which grains that have not come to rest are given up, in falls through the whole cell.
+/// Time after which grains that have not equilibrated are given up, in falls through the whole cell.
 const FALLS_MAX: f64 = 300.0;
 
-/// Throws the grains into the cell and lets them fall.
+/// Trials the grains into the cell and lets them fall.
 pub fn make<S: Space>(job: &Assembly, packed: &Packed, making: &mut Making) -> Result<Packing<S>, Error> {
     let transport = making.transport();
     let cell = grain_world::cell_of::<S>(job);
@@ -56,7 +56,7 @@ pub fn make<S: Space>(job: &Assembly, packed: &Packed, making: &mut Making) -> R
             (parts, progress.step)
         }
         None => {
-            let grains = on_root(transport, || thrown::<S>(job, packed, &cell, &bodies));
+            let grains = on_root(transport, || inserted::<S>(job, packed, &cell, &bodies));
             let grains = transfer::agree(transport, grains)?.unwrap_or_default();
             (Parts::fresh(grains, Vec::new(), bodies, cell), 0)
         }
@@ -88,13 +88,13 @@ fn settle<S: Space>(
     let fall = (2.0 * height / ((1.0 - DAMPING_LOCAL) * gravity.norm())).sqrt();
     let steps_max = (FALLS_MAX * fall / job.step) as u64;
     let leg = Leg { name: "pouring", rebuilds: false, look_every: LOOK_EVERY, calm_looks: CALM_LOOKS, goal };
-    making.bring_to_rest(world, leg, |_, _| (), |world, _| {
+    making.equilibrate(world, leg, |_, _| (), |world, _| {
         // Whoever still falls bears nothing yet: all grains count.
         let ratio = world.energies()?.kinetic_grains / energy;
         let carried = carried(world)? / weight;
         if world.step > steps_max {
             return Err(Error::Run(format!(
-                "the poured grains have not come to rest after {} steps: the bodies carry {carried:.3} of their weight, and their kinetic energy is {ratio:.1e} of m g d (wanted {goal:.1e}); see whether the bodies hold them from all sides, raise packing.energy_ratio_max, or check contact and time.step",
+                "the poured grains have not equilibrated after {} steps: the bodies carry {carried:.3} of their weight, and their kinetic energy is {ratio:.1e} of m g d (wanted {goal:.1e}); see whether the bodies hold them from all sides, raise packing.energy_ratio_max, or check contact and time.step",
                 world.step,
             )));
         }

@@ -269,7 +269,7 @@ fn packings_that_cannot_be_made_say_so() {
     let found = refusal(DISCS, &["grains.count=12"]);
     assert!(found.starts_with("grains.count makes 12 grains, which fill a cell that is only"), "{found}");
     let found = refusal(POUR, &["packing.fraction_start=0.5", "cell.upper=[\"12 mm\", \"13.3 mm\"]"]);
-    assert!(found.starts_with("packing.fraction_start = 0.5 is too dense to throw 100 grains"), "{found}");
+    assert!(found.starts_with("packing.fraction_start = 0.5 is too dense to insert 100 grains"), "{found}");
     let body = "\n[[body]]\nname = \"post\"\nshape = \"cylinder\"\ncentre = [0, \"8 mm\"]\nradius = \"1 mm\"\n";
     let found = refusal(&format!("{DISCS}{body}"), &[]);
     assert!(found.contains("body `post` stands in it"), "{found}");

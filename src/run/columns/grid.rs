@@ -22,7 +22,7 @@ const VOLUME: usize = 7;
 const STRESS: usize = 8;
 
 /// Mass (kg), volume (m3), centre of mass (m), momentum (N s), and mean Cauchy stress over the volume (Pa): of points as they are, of
-/// grains over their share of space at the packing fraction of the start.
+/// grains over their share of space at the solid volume fraction of the start.
 pub fn means<S: Space>(depth: f64) -> Columns<'static, S> {
     let mut names: Vec<String> = ["mass", "volume"].map(String::from).into();
     names.extend(of_vector::<S>("centre"));

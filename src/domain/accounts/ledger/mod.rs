@@ -20,7 +20,7 @@
 //! with the powers, of contacts in the relative velocities of their sides: bodies: -f.v of whatever they hold, the
 //! reaction of what they touch; gravity: m g.c; cell: -(f.L y + torque.W) of free grains and -F.L h k of contacts across
 //! images, which is the stress times L times the volume; nodes: J.c/dt, J being the impulse of nodes that are shared with a
-//! continuum, and of ties to it, on a grain; viscous: dashpots; slip and levers: [`crate::dem::work`];
+//! continuum, and of penalty springs to it, on a grain; viscous: dashpots; slip and levers: [`crate::dem::work`];
 //! damping: that of [`crate::dem::motion`].
 //!
 //! What does not close is the error of the time step. Springs do work by the trapezoidal rule, which is off by

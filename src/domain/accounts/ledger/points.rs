@@ -324,7 +324,7 @@ impl<S: Space> World<'_, S> {
         nodes.fold(Works::default, booked).reduce(Works::default, Works::merged)
     }
 
-    /// As [`crate::mpm::nodes::step`] and [`crate::domain::grid::Holders`] reckon it: grains and points become one, dashpots act, then
+    /// As [`crate::mpm::nodes::step`] and [`crate::domain::grid::BoundaryConditions`] reckon it: grains and points become one, dashpots act, then
     /// bodies and faces hold, one after the other. Of what acts on both, points have their share of the mass.
     fn work_on_node(
         &self,

@@ -62,7 +62,7 @@ fn thickness(measures: &Measures, bands: &Bands) -> Sheet {
             ("centre above the lower edge", &height),
             ("share of all strain", &|band| band.share_of_strain.map(percent)),
             ("volume strain of it", &|band| band.volume_strain.map(change)),
-            ("packing fraction at the end", &|band| band.packing_fraction_end.map(|share| format!("{share:.3}"))),
+            ("solid volume fraction at the end", &|band| band.packing_fraction_end.map(|share| format!("{share:.3}"))),
             ("width at half of the peak", &|band| band.width_at_half_d50.map(tenths)),
             ("in cells (with the bodies, at half)", &cells),
             ("members inside the zone", &|band| band.inside_zone.map(percent)),

@@ -189,7 +189,9 @@ fn grains_in_a_cell_are_drawn_with_their_curves() {
         let circles = html.split("<svg ").find(|drawing| drawing.contains("mean stress, compression")).unwrap();
         assert_eq!(count(circles, "<circle "), 9);
         assert!(circles.contains("glued to a plate or body"));
-        assert!(html.contains(normal) && html.contains("packing fraction") && html.contains("coloured by mean stress"));
+        assert!(
+            html.contains(normal) && html.contains("solid volume fraction") && html.contains("coloured by mean stress")
+        );
         assert!(bodies.contains(">floor<") && bodies.contains(">lid<"));
         assert!(!html.contains("NaN") && !html.contains("inf "));
     }

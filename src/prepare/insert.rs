@@ -1,4 +1,4 @@
-//! Grains thrown one after the other to random places of a box, each where nothing is yet (random sequential addition).
+//! Grains inserted one after the other to random places of a box, each where nothing is yet (random sequential insertion).
 //!
 //! The random numbers of a grain come from (seed, id) alone, its size first, its places after.
 
@@ -10,9 +10,9 @@ use crate::base::space::Space;
 use crate::dem::cell::Cell;
 use crate::job::assembly::Sizes;
 
-/// Throws per grain before a box counts as full. Thrown one after the other discs jam at a packing fraction of 0.547,
+/// Trials per grain before a box counts as full. Inserted one after the other discs jam at a solid volume fraction of 0.547,
 /// spheres at 0.38.
-const THROWS_MAX: usize = 20_000;
+const TRIALS_MAX: usize = 20_000;
 /// Deviations at which normal sizes are cut.
 const DEVIATIONS_MAX: f64 = 3.0;
 
@@ -63,7 +63,7 @@ pub fn radii(sizes: &Sizes, seed: u64, count: u64) -> Vec<f64> {
     (0..count).map(|id| sizes.draw(&mut random_of(seed, id))).collect()
 }
 
-/// The box has no room for this grain after as many throws as are tried.
+/// The box has no room for this grain after as many trials as are tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NoRoom {
     pub grain: u64,
@@ -83,8 +83,8 @@ pub fn places<S: Space>(
     for (id, radius) in radii.iter().enumerate() {
         let mut random = random_of(seed, id as u64);
         sizes.draw(&mut random);
-        let thrown = (0..THROWS_MAX).map(|_| taken.throw(*radius, &mut random));
-        let mut free = thrown.filter(|place| taken.is_free(place, *radius) && is_open(place, *radius));
+        let inserted = (0..TRIALS_MAX).map(|_| taken.insert(*radius, &mut random));
+        let mut free = inserted.filter(|place| taken.is_free(place, *radius) && is_open(place, *radius));
         let place = free.next().ok_or(NoRoom { grain: id as u64 })?;
         taken.put(place, *radius);
         places.push(place);
@@ -113,7 +113,7 @@ impl<S: Space> Taken<S> {
         Self { corner: cell.corner, lengths, periodic: cell.periodic, counts, bins }
     }
 
-    fn throw(&self, radius: f64, random: &mut ChaCha8Rng) -> S::Vector {
+    fn insert(&self, radius: f64, random: &mut ChaCha8Rng) -> S::Vector {
         let mut place = self.corner;
         for axis in 0..S::DIMENSION {
             let length = self.lengths[axis];
@@ -187,7 +187,7 @@ mod tests {
     }
 
     /// No two overlap across the periods, none leaves a closed side, and a grain's numbers do not hang on the others'.
-    fn thrown<S: Space>(edge: f64, count: u64) {
+    fn inserted<S: Space>(edge: f64, count: u64) {
         let periodic = [true, false, true];
         let sizes = Sizes::Uniform { min: 0.8e-2, max: 1.2e-2 };
         let cell = cell::<S>(edge, periodic);
@@ -216,8 +216,8 @@ mod tests {
 
     #[test]
     fn thrown_grains_do_not_overlap() {
-        thrown::<Plane>(0.2, 200);
-        thrown::<Solid>(0.1, 400);
+        inserted::<Plane>(0.2, 200);
+        inserted::<Solid>(0.1, 400);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use scree_partition::ExactSum;
 
 use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
-use crate::bodies::body::{BODIES_MAX, Body, Burden};
+use crate::bodies::body::{BODIES_MAX, Body, Reaction};
 use crate::dem::grains::Mover;
 use crate::dem::walls::place_beside;
 use crate::domain::phases::Phase;
@@ -48,7 +48,7 @@ impl<S: Space> World<'_, S> {
         let (dt, kick) = (self.dt_of_continuum(), self.kick_share());
         let time = self.time() + 0.5 * dt;
         for (body, slots) in self.bodies.iter_mut().zip(sums.chunks_exact(BODY_SLOTS)) {
-            body.accelerate(&burden(slots, kick), time, dt);
+            body.accelerate(&reaction(slots, kick), time, dt);
         }
         Ok(())
     }
@@ -70,7 +70,7 @@ impl<S: Space> World<'_, S> {
                 add(body as usize, force, self.assembly.grains.torque[row] + S::moment(&arm, &force));
             }
         }
-        self.assembly.walls.burdens(&self.bodies, add);
+        self.assembly.walls.reactions_of(&self.bodies, add);
     }
 
     /// What the nodes of this rank bring along that bodies move with them.
@@ -117,9 +117,9 @@ impl<S: Space> World<'_, S> {
     }
 }
 
-/// The burden of a body from its sums.
-fn burden<S: Space>(slots: &[f64], kick: f64) -> Burden<S> {
-    let mut burden: Burden<S> = Burden {
+/// The reaction of a body from its sums.
+fn reaction<S: Space>(slots: &[f64], kick: f64) -> Reaction<S> {
+    let mut reaction: Reaction<S> = Reaction {
         force: S::Vector::zero(),
         torque: S::Spin::zero(),
         kick,
@@ -127,11 +127,11 @@ fn burden<S: Space>(slots: &[f64], kick: f64) -> Burden<S> {
         node_momentum: S::Vector::zero(),
     };
     for axis in 0..S::DIMENSION {
-        burden.force[axis] = slots[axis];
-        burden.node_momentum[axis] = slots[6 + axis];
+        reaction.force[axis] = slots[axis];
+        reaction.node_momentum[axis] = slots[6 + axis];
     }
     for axis in 0..S::Spin::COMPONENTS {
-        burden.torque[axis] = slots[3 + axis];
+        reaction.torque[axis] = slots[3 + axis];
     }
-    burden
+    reaction
 }
