@@ -21,7 +21,7 @@ FACTOR = 1.5
 
 def row(page, label):
     """The number of a row of the page, whose value is either one number or hours (seconds s)."""
-    found = re.search(rf"^  {re.escape(label)} +(?:[\d.,e-]+ h \()?([\d.,e-]+)", page, re.MULTILINE)
+    found = re.search(rf"^  {re.escape(label)} +(?:[\d.,e-]+ (?:h|min) \()?([\d.,e-]+)", page, re.MULTILINE)
     return float(found.group(1).replace(",", "")) if found else None
 
 

@@ -130,7 +130,9 @@ fn jobs_of_elements_have_one_of_each_kind() {
             assert!(has(&format!("{key} = \"{kind}\"")), "{key} = {kind:?}");
         }
     }
-    for key in ["servo", "path", "ramp", "spin", "fraction", "energy_balance", "stress", "velocity_gradient", "local", "file"] {
+    for key in
+        ["servo", "path", "ramp", "spin", "fraction", "energy_balance", "stress", "velocity_gradient", "local", "file"]
+    {
         assert!(has(&format!("{key} = ")), "{key}");
     }
 }

@@ -9,7 +9,7 @@ use crate::job::stable::HERTZ_OVERLAP;
 use crate::law::contact::Stiffening;
 
 pub fn section(page: &mut Page, slots: &Slots) {
-    let Some(grains) = &slots.grains else { return };
+    let Some(grains) = slots.grains.as_deref().filter(|_| slots.job.moves_grains()) else { return };
     contacts(page, grains);
     if let Some(moduli) = slots.moduli_of_contacts() {
         page.row("K and G of a packing", &megapascals(moduli.bulk, moduli.shear), "affine estimate, an upper bound");

@@ -24,7 +24,7 @@ pub fn section(page: &mut Page, slots: &Slots) {
     for (label, seconds) in [("making the packing", forecast.piece), ("equilibrating the specimen", forecast.specimen)]
     {
         if seconds > 0.0 {
-            page.row(label, &hours(seconds), "on one core, about; none where packing.cache has it");
+            page.row(label, &duration(seconds), "on one core, about; none where packing.cache has it");
         }
     }
     let costs = [(forecast.cost_of_grain, "a grain"), (forecast.cost_of_point, "a point")];
@@ -37,12 +37,16 @@ pub fn section(page: &mut Page, slots: &Slots) {
     let packing = if forecast.piece == 0.0 && is_made { ", without the packing" } else { "" };
     let enriched = if is_hybrid { ", with grains from the start" } else { "" };
     let note = format!("on one core{packing}{enriched}, at {} and step", costs.join(" and "));
-    page.row("time to run", &hours(forecast.steps), &note);
+    page.row("time to run", &duration(forecast.steps), &note);
     frames(page, slots, [forecast.points + forecast.grains, forecast.grains]);
 }
 
-fn hours(seconds: f64) -> String {
-    format!("{} h ({} s)", figures(seconds / 3600.0), figures(seconds))
+fn duration(seconds: f64) -> String {
+    match seconds {
+        short if short < 60.0 => format!("{} s", figures(short)),
+        seconds if seconds < 3600.0 => format!("{} min ({} s)", figures(seconds / 60.0), figures(seconds)),
+        seconds => format!("{} h ({} s)", figures(seconds / 3600.0), figures(seconds)),
+    }
 }
 
 /// What frames and contacts will take on disk, of so many rows and, among them, grains.

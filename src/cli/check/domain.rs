@@ -52,9 +52,9 @@ fn motion(page: &mut Page, assembly: &Assembly) {
         if let Some((servo, stress)) = cell.servo.as_ref().and_then(|servo| Some((servo, servo.stress[axis]?))) {
             page.row(
                 &format!("stress held along {name}"),
-                &format!("{} kPa", figures(1e-3 * stress)),
+                &format!("{} kPa", figures(-1e-3 * stress)),
                 &format!(
-                    "tension positive; {} of what is missing made up every {} steps, at most {} 1/s",
+                    "compression positive; {} of what is missing made up every {} steps, at most {} 1/s",
                     figures(servo.gain),
                     servo.interval,
                     figures(servo.rate_max)

@@ -8,7 +8,7 @@ use crate::job::mpm::forecast::{fraction_of_packing, grains_if_discrete};
 use crate::job::mpm::{Mpm, figures as of_points};
 
 pub fn section(page: &mut Page, slots: &Slots) {
-    let Some(grains) = slots.grains.as_deref() else { return };
+    let Some(grains) = slots.grains.as_deref().filter(|_| slots.job.moves_grains()) else { return };
     page.section("Grains");
     match &slots.continuum {
         Some(on) => in_material(page, slots, on),
