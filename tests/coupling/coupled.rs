@@ -215,6 +215,29 @@ fn a_known_band_of_pieces_has_the_same_bits_on_any_ranks_and_after_a_restart() {
     assert!(last("points_work_grains") + last("work_nodes") < 0.0, "{series}");
 }
 
+/// A continuum that never yields may have grains where the job says so; with them it goes on bearing what membranes press it with.
+#[test]
+fn grains_take_the_place_of_elastic_points_about_a_known_band() {
+    let text = triaxial("hybrid", 1.2e-3);
+    let (head, rest) = text.split_once("law = \"critical_drucker_prager\"").unwrap();
+    let (_, rest) = rest.split_once("[stress]").unwrap();
+    let text = format!("{head}{ELASTIC}\n        [stress]{rest}").replace("        fraction = 0.816\n", "");
+    let refused = scree::job::Job::parse(&text, "job", &[]).unwrap_err().to_string();
+    assert!(refused.contains("looks for plastic flow, and an elastic material has none"), "{refused}");
+    let (from, to) = (text.find("[oracle]").unwrap(), text.find("[grains]").unwrap());
+    let band = "[[band]]\n        from = [\"15 mm\", \"9 mm\"]\n        to = [\"33 mm\", \"21 mm\"]\n        ";
+    let text = format!("{}{band}{}", &text[..from], &text[to..]);
+    let known = "distance = \"4 mm\"\n        reference = \"piece\"\n        at = \"0.5 ms\"";
+    let ran = Ran::of(&replaced(text, &[("distance = \"6 mm\"", known)]));
+    let last = |name: &str| *ran.series(name).last().unwrap();
+    let across = ran.series("stress_xx");
+    let late = &across[across.len() * 2 / 3..];
+    let mean = late.iter().sum::<f64>() / late.len() as f64;
+    println!("{} grains, {} points, {mean:.0} Pa across", last("grains"), last("points"));
+    assert!(last("grains") > 100.0 && last("points") > 50.0);
+    assert!((mean / -100e3 - 1.0).abs() < 0.25, "{mean} Pa across, under 100 kPa");
+}
+
 /// The grains that enter bear what the points bore that they replace, across the band and along it, though membranes that held them are not
 /// in the training: to a half in a specimen of 18 grains, which is border on most sides (jobs/triaxial.toml: 2 to 16 %, VALIDATION.md). Moved
 /// along the continuum's path on all sides they bore four times as much.

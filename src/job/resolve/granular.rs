@@ -239,11 +239,11 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
     if grains.method == Method::Mpm {
         return;
     }
-    if grains.method == Method::Hybrid && job.material.law.critical().is_none() {
+    if grains.method == Method::Hybrid && !job.material.law.yields() && grains.known.is_none() {
         typed.note_together(typed.refusal(
             "material",
             "law",
-            "does not soften as grains do. In a hybrid write \"critical_drucker_prager\".",
+            "never yields, so that no oracle finds a band in it. Write \"critical_drucker_prager\", or say by [[band]] where grains take the place of points.",
         ));
     }
     if job.scheme.shape != ShapeFunction::Quadratic {
