@@ -259,8 +259,14 @@ fn a_time_step_that_waves_outrun() {
 fn a_key_of_another_contact_law() {
     GOOD.refused_among(
         "friction = 0.5",
+        "friction = 0.5\npoisson_ratio = 0.2",
+        "job.toml:19: contact.poisson_ratio = 0.2 belongs to law = \"hertz_mindlin\", and here law is \"linear\", by default. Remove the line, or change law.",
+    );
+    // A part of any law, of which there is a half.
+    GOOD.refused_among(
+        "friction = 0.5",
         "friction = 0.5\nrolling_limit = 0.05",
-        "job.toml:19: contact.rolling_limit = 0.05 belongs to law = \"elastic_rolling\", and here law is \"linear\", by default. Remove the line, or change law.",
+        "job.toml:19: contact.rolling_limit = 0.05 stands alone. Add contact.rolling_stiffness = 1.0, without which there is nothing to limit, or remove it.",
     );
     GOOD.refused_among(
         "friction = 0.5",
