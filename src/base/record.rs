@@ -189,9 +189,8 @@ impl Visitor for FromColumns<'_> {
     }
 }
 
-/// Rows of a table, each starting from `blank`.
-pub fn from_table<R: Record + Clone>(table: &Table, blank: &R) -> Result<Vec<R>, String> {
-    // Columns as long as they say are there, so that so many rows can be.
+/// Refuses a table whose columns are not as long as it says, so that as many rows as it says can be there.
+pub fn refuse_torn(table: &Table) -> Result<(), String> {
     let whole = |column: &Column| table.rows.checked_mul(column.width) == Some(column.values.len());
     if let Some(column) = table.columns.iter().find(|column| !whole(column)) {
         return Err(format!(
@@ -203,9 +202,15 @@ pub fn from_table<R: Record + Clone>(table: &Table, blank: &R) -> Result<Vec<R>,
             column.width
         ));
     }
-    if table.columns.is_empty() && table.rows > 0 {
-        return Err(format!("table `{}` has {} rows and no column", table.name, table.rows));
+    match table.columns.is_empty() && table.rows > 0 {
+        true => Err(format!("table `{}` has {} rows and no column", table.name, table.rows)),
+        false => Ok(()),
     }
+}
+
+/// Rows of a table, each starting from `blank`.
+pub fn from_table<R: Record + Clone>(table: &Table, blank: &R) -> Result<Vec<R>, String> {
+    refuse_torn(table)?;
     let mut rows = Vec::with_capacity(table.rows);
     for row in 0..table.rows {
         let mut record = blank.clone();

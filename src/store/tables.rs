@@ -5,7 +5,7 @@ use scree_io::column::{Column, State, Table, Values};
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
 use crate::base::numbers::Numbers;
-use crate::base::record::{Cargo, from_table, to_table};
+use crate::base::record::{Cargo, from_table, refuse_torn, to_table};
 use crate::base::space::Space;
 use crate::dem::grains::{ContactRow, GrainRow, PenaltySpring, PenaltySpringRow, is_body};
 use crate::law::contact::Memory;
@@ -74,19 +74,26 @@ pub fn to_points<S: Space>(state: &mut State) -> Result<(Vec<Point<S>>, MemoryCo
     let Some(table) = state.tables.iter_mut().find(|table| table.name == "points") else {
         return Err(Error::User("there is no table `points`".to_string()));
     };
-    let (Some(first), Some(last)) = (place_of(table, "affine"), place_of(table, "window")) else {
-        return take(state, "points", &Point::blank()).map(|rows| (rows, MemoryColumns::new()));
+    refuse_torn(table).map_err(Error::User)?;
+    let place = |name: &str| place_of(table, name).filter(|at| table.columns[*at].width > 0);
+    // What is missing here is told as of any other table.
+    let (first, last) = match (place("affine"), place("window")) {
+        (Some(first), Some(last)) if first < last => (first + 1, last),
+        _ => return take(state, "points", &Point::blank()).map(|rows| (rows, MemoryColumns::new())),
     };
-    let mut own: Vec<Column> = table.columns.drain(first + 1..last).collect();
+    let mut own: Vec<Column> = table.columns.drain(first..last).collect();
     // Up to schema 2 it came behind all others.
     let dissipated = own.iter().position(|column| column.name == PLASTIC_WORK).map(|at| own.remove(at));
     let memory: MemoryColumns = own.iter().map(|column| (column.name.clone(), column.width)).collect();
-    let width: usize = memory.iter().map(|(_, width)| width).sum();
-    if width > S::PointMemory::WIDTH || own.iter().any(|column| numbers_of(column).len() != table.rows * column.width) {
+    let width = memory.iter().fold(0, |sum: usize, (_, width)| sum.saturating_add(*width));
+    if width > S::PointMemory::WIDTH {
         return Err(Error::User(format!(
-            "points remember {width} numbers, and {} are the most",
+            "points of the state remember {width} numbers, and {} are the most that a law does",
             S::PointMemory::WIDTH
         )));
+    }
+    if let Some(column) = own.iter().find(|column| !matches!(column.values, Values::F64(_))) {
+        return Err(Error::User(format!("column `{}` of table `points` has another type", column.name)));
     }
     let mut words = vec![0.0; table.rows * S::PointMemory::WIDTH];
     for (row, words) in words.chunks_mut(S::PointMemory::WIDTH).enumerate() {
