@@ -198,7 +198,7 @@ fn contacts_that_cannot_be_are_refused() {
     }
     // Springs are lengths of one law and forces of another.
     let found = refused(&good, "law = \"hertz_mindlin\"\nshear_modulus = 3e8\npoisson_ratio = 0.2");
-    let wanted = ":1: the first line must name the columns lower,higher,memory_hertz_mindlin_0, in any order, which are those of law = \"hertz_mindlin\"; it is `lower,higher,memory_linear_0,time`.";
+    let wanted = ":1: the first line must name the columns lower,higher,memory_hertz_mindlin_0, in any order, which are those of law = \"hertz_mindlin\"; it is `lower,higher,force_normal,force_tangential,memory_linear_0,time`.";
     assert!(found.starts_with(wanted), "{found}");
     fs::remove_file(folder.join("contacts.csv")).unwrap();
     let job = job(folder, &text, &READ).unwrap();
@@ -226,9 +226,10 @@ fn exports_state_their_time() {
     let lines = |name: &str| -> Vec<String> {
         fs::read_to_string(folder.join(name)).unwrap().lines().map(String::from).collect()
     };
-    for (name, header) in
-        [("later.csv", "id,x,y,radius,vx,vy,spin,time"), ("contacts.csv", "lower,higher,memory_linear_0,time")]
-    {
+    for (name, header) in [
+        ("later.csv", "id,x,y,radius,vx,vy,spin,time"),
+        ("contacts.csv", "lower,higher,force_normal,force_tangential,memory_linear_0,time"),
+    ] {
         let lines = lines(name);
         assert_eq!(lines[0], header);
         let times: Vec<f64> = lines[1..].iter().map(|line| line.rsplit_once(',').unwrap().1.parse().unwrap()).collect();
