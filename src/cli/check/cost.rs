@@ -38,6 +38,9 @@ pub fn section(page: &mut Page, slots: &Slots) {
     let enriched = if is_hybrid { ", with grains from the start" } else { "" };
     let note = format!("on one core{packing}{enriched}, at {} and step", costs.join(" and "));
     page.row("time to run", &duration(forecast.steps), &note);
+    // BENCHMARKS.md and VALIDATION.md, "Forecasts".
+    let slower = "with AVX-512; with AVX2 grains took 2 and points 4 times as long, a few hundred grains 3 times, an energy balance 9 times";
+    page.row("", "", slower);
     frames(page, slots, [forecast.points + forecast.grains, forecast.grains]);
 }
 
