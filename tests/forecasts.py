@@ -31,6 +31,8 @@ def measured(job, seconds, folder):
     ended = subprocess.run(command, capture_output=True, text=True)
     if ended.returncode not in (0, 4):
         return None, ended.stderr.strip().splitlines()[-1]
+    if not os.path.exists(f"{folder}/summary.json"):
+        return None, "stopped while its packing was made"
     with open(f"{folder}/summary.json") as file:
         return json.load(file), "whole" if ended.returncode == 0 else "part"
 
