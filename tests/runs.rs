@@ -7,10 +7,11 @@ use std::sync::Arc;
 
 use scree::base::math::ln;
 use scree::base::space::Space;
+use scree::domain::world::World;
 use scree::job::Job;
 use scree::law::material::MaterialLaw;
 use scree::mpm::stress::SharedMaterial;
-use scree::prepare::point_world::{self, PointWorld};
+use scree::prepare::point_world;
 use scree::run::{Options, Outcome, start};
 use scree::store::checkpoint;
 use scree_io::column::{State, Table};
@@ -68,11 +69,7 @@ pub fn list(dimension: usize, values: [f64; 3]) -> String {
 }
 
 /// The world at the start of a job in which nothing but points moves, of a law that need not be the job's.
-pub fn point_world<'t, S: Space>(
-    text: &str,
-    law: impl MaterialLaw<S>,
-    transport: &'t dyn Transport,
-) -> PointWorld<'t, S> {
+pub fn point_world<'t, S: Space>(text: &str, law: impl MaterialLaw<S>, transport: &'t dyn Transport) -> World<'t, S> {
     let Job::Mpm(job) = parse(text) else { panic!("it has no grid") };
     point_world::world(&job, &(Arc::new(law) as SharedMaterial<S>), transport).unwrap()
 }

@@ -1,4 +1,4 @@
-//! Which cells of a zone have equilibrated: those that have sheared by next to nothing while the busiest has sheared by a given strain.
+//! Which cells of a zone have come to rest: those that have sheared by next to nothing while the busiest has sheared by a given strain.
 //! Rate independent, as the oracle's clock is.
 
 /// Strain of a cell of grains since the watch began: xx, yy, xy.

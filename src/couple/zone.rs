@@ -69,7 +69,7 @@ impl ZoneLife {
 pub struct ZoneLife {
     /// Whether it grows where the oracle finds a band beyond it.
     pub grows: bool,
-    /// Whether its grains turn back into points where they have equilibrated.
+    /// Whether its grains turn back into points where they have come to rest.
     pub dissolves: bool,
     /// Shear strain of the cell that shears most over which rest is judged.
     pub rest_strain: f64,

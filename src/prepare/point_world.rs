@@ -25,21 +25,15 @@ use crate::mpm::stress::SharedMaterial;
 use crate::prepare::grain_world::{body_of, vector};
 use crate::store::checkpoint::Drawn;
 
-/// A world of points alone, of a law with its dissipation.
-pub type PointWorld<'t, S> = World<'t, S>;
-
 /// Cells behind the walls, at least: nodes there belong to functions of points beside a wall.
 const RIM: usize = 2;
-
-/// A material point of a continuum.
-pub type PointOf<S> = Point<S>;
 
 /// The world at time zero. Each rank makes some of the points.
 pub fn world<'t, S: Space>(
     job: &Mpm,
     law: &SharedMaterial<S>,
     transport: &'t dyn Transport,
-) -> Result<PointWorld<'t, S>, Error> {
+) -> Result<World<'t, S>, Error> {
     let Drawn { cell, bodies, membranes } = drawn::<S>(job, vertices(job))?;
     let points = points(job, law, transport);
     let mut parts = Parts::fresh(Vec::new(), points, bodies, cell);
@@ -59,7 +53,7 @@ pub fn world_at<'t, S: Space>(
     transport: &'t dyn Transport,
     step: u64,
     parts: Parts<S>,
-) -> Result<PointWorld<'t, S>, Error> {
+) -> Result<World<'t, S>, Error> {
     let settings = settings(job, law.clone(), no_law());
     World::new(settings, layout::<S>(job)?, transport, step, parts)
 }

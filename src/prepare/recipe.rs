@@ -58,7 +58,7 @@ pub fn packed(job: &Assembly, packed: &Packed) -> String {
     named("packed 3", &recipe.to_toml())
 }
 
-/// Of a piece of packing that has been laid side by side and equilibrate between bodies and membranes. Ways that bodies go in the run do
+/// Of a piece of packing that has been laid side by side and has equilibrated between bodies and membranes. Ways that bodies go in the run do
 /// not shape it, but for the first, along which they come up to the grains.
 pub fn specimen(job: &Mpm, granular: &Granular, way_of_seat: impl Fn(&RigidBody) -> Option<[f64; 3]>) -> String {
     let Source::Packed(packed) = &granular.piece.source else { unreachable!("a checked job has its piece made") };

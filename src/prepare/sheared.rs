@@ -243,7 +243,7 @@ pub fn settle<S: Space>(grain: &mut GrainRow<S>) {
     grain.cold.image = [0; 3];
 }
 
-/// A packing under a contact law as a state, with the bodies that its grains have equilibrated at.
+/// A packing under a contact law as a state, with the bodies that its grains rest at.
 pub fn state_of<S: Space>(grains: &mut [GrainRow<S>], contact: &Contact, height: f64, bodies: &mut [Body<S>]) -> State {
     let attributes = [(HEIGHT.to_string(), format!("{height:?}"))].into();
     let mut tables = Vec::from(tables::of_grains(grains, memory_words::<S>(contact)));

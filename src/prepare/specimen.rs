@@ -147,7 +147,7 @@ fn way_of_seat(rigid: &RigidBody) -> Option<[f64; 3]> {
     Some(first.map(|component| component / speed))
 }
 
-/// Grains, bodies and vertices at rest. A body equilibrates on the few grains that stand out most: what lies below where the job
+/// Grains, bodies and vertices at rest. A body comes to rest on the few grains that stand out most: what lies below where the job
 /// has it is filled up with more grains, and everything equilibrated again.
 fn rested<S: Space>(
     (job, granular): (&Mpm, &Granular),
@@ -178,7 +178,7 @@ fn rested<S: Space>(
     }
     let (off, rested) = best.expect("one was made at least");
     if off > SEAT_TOLERANCE * granular.piece.matter.diameter_mean && transport.rank() == 0 {
-        tracing::warn!(off, "warning: a body has equilibrated that far (m) from where the job has it");
+        tracing::warn!(off, "warning: a body rests that far (m) from where the job has it");
     }
     Ok(rested)
 }

@@ -177,7 +177,7 @@ impl<'s, S: Space> Grains<'s, S> {
         }
     }
 
-    /// Where grains begin, bodies and membranes are as these have been equilibrated.
+    /// Where grains begin, bodies and membranes are where these were in equilibrium.
     fn at_start(&self, made: Specimen<S>, transport: &dyn Transport) -> Result<Parts<S>, Error> {
         let Specimen { grains, bodies, vertices, fraction, .. } = made;
         let (job, granular) = (self.job, self.granular);

@@ -82,7 +82,6 @@ pub fn to_points<S: Space>(state: &mut State) -> Result<(Vec<Point<S>>, MemoryCo
         _ => return take(state, "points", &Point::blank()).map(|rows| (rows, MemoryColumns::new())),
     };
     let mut own: Vec<Column> = table.columns.drain(first..last).collect();
-    // Up to schema 2 it came behind all others.
     let dissipated = own.iter().position(|column| column.name == PLASTIC_WORK).map(|at| own.remove(at));
     let memory: MemoryColumns = own.iter().map(|column| (column.name.clone(), column.width)).collect();
     let width = memory.iter().fold(0, |sum: usize, (_, width)| sum.saturating_add(*width));
@@ -101,9 +100,7 @@ pub fn to_points<S: Space>(state: &mut State) -> Result<(Vec<Point<S>>, MemoryCo
         words.iter_mut().zip(values).for_each(|(word, value)| *word = *value);
     }
     let nothing = || Column { name: PLASTIC_WORK.into(), width: 1, values: Values::F64(vec![0.0; table.rows]) };
-    if place_of(table, PLASTIC_WORK).is_none() {
-        table.columns.push(dissipated.unwrap_or_else(nothing));
-    }
+    table.columns.push(dissipated.unwrap_or_else(nothing));
     table.columns.push(Column { name: MEMORY.into(), width: S::PointMemory::WIDTH, values: Values::F64(words) });
     take(state, "points", &Point::blank()).map(|rows| (rows, memory))
 }

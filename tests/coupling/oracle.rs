@@ -8,11 +8,12 @@ use scree::base::ids::PointId;
 use scree::base::math;
 use scree::base::space::Plane;
 use scree::couple::oracle::{Memory, NodeFields, Oracle};
+use scree::domain::world::World;
 use scree::job::{Job, Scenario, derived};
 use scree::mpm::stress::material_of;
 use scree::mpm::track::LOOKS;
 use scree::prepare::plates;
-use scree::prepare::point_world::{self, PointWorld};
+use scree::prepare::point_world;
 use scree_partition::Solo;
 
 use crate::worlds::{PlanarPoint, PlanarWorld, Random, job};
@@ -166,7 +167,7 @@ fn triaxial() -> TriaxialStory {
     let watch = job.oracle.unwrap();
     let mut world = point_world::world::<Plane>(&job, &law, &Solo).unwrap();
     let (mut memory, height) = (Memory::default(), 0.0942);
-    let way = |world: &PointWorld<Plane>| -world.bodies[0].displacement[1];
+    let way = |world: &World<Plane>| -world.bodies[0].displacement[1];
     while !(world.is_due(watch.oracle.every)
         && watch::watch(&mut world, &mut memory, &watch.oracle, watch.diameter).unwrap())
     {
@@ -187,7 +188,7 @@ fn triaxial() -> TriaxialStory {
     };
 
     // The last quarter of the way is what the rate is taken over.
-    let plastic = |world: &PointWorld<Plane>| -> BTreeMap<PointId, f64> {
+    let plastic = |world: &World<Plane>| -> BTreeMap<PointId, f64> {
         world.continuum.points.rows().map(|point| (point.cold.id, law.plastic_strain(&point.hot.memory))).collect()
     };
     let (mut ever, mut before) = (BTreeSet::new(), None);

@@ -207,9 +207,10 @@ fn made(text: &str, transport: &dyn Transport) -> specimen::Specimen<Plane> {
     specimen::specimen::<Plane>((&job, job.grains.as_deref().unwrap()), transport).unwrap()
 }
 
-/// At rest the boundary is not to be told from any other place: by its fraction, by what columns beside it bear across, or by overlaps.
+/// At rest the boundary is some 3 % looser than other places, a miss that VALIDATION.md tells; these bounds keep it from becoming more. What it
+/// bears across is what every section does, and no two grains overlap by more than others.
 #[test]
-fn a_periodic_specimen_is_as_dense_and_bears_as_much_at_its_boundary() {
+fn a_periodic_specimen_is_little_looser_at_its_boundary_and_bears_as_much_across() {
     let (mut fractions, mut stresses) = ([0.0; 2], [0.0; 3]);
     let seeds = [1, 2, 3];
     for seed in seeds {
@@ -435,5 +436,5 @@ fn a_zone_leaves_points_that_bear_a_load_where_they_are() {
     assert_eq!((grains[0], *grains.last().unwrap() > 300.0), (0.0, true), "{grains:?}");
     let kept = &ran.summary["conservation"];
     assert!(kept["momentum"]["error"].as_f64().unwrap() < 1e-12, "{kept}");
-    assert!((late / -100e3 - 1.0).abs() < 0.25, "{pressed:?}");
+    assert!((late / -100e3 - 1.0).abs() < 0.1, "{pressed:?}");
 }

@@ -108,7 +108,7 @@ fn a_body_that_outruns_the_step_is_stopped_with_the_step_it_needs() {
 fn said<S: Space>(
     law: impl MaterialLaw<S> + Copy,
     first: u64,
-    spoil: impl Fn(&mut scree::prepare::point_world::PointOf<S>) + Sync,
+    spoil: impl Fn(&mut scree::mpm::points::Point<S>) + Sync,
 ) -> String {
     let of = |transport: &dyn Transport| -> Result<(), Error> {
         let mut world = point_world::<S>(&block(S::DIMENSION, [0.0; 3], ""), law, transport);

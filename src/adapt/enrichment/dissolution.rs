@@ -1,4 +1,4 @@
-//! Grains that have equilibrated far from any band turn back into points (beyond Chen et al. 2021, whose zones are for good).
+//! Grains that have come to rest far from any band turn back into points (beyond Chen et al. 2021, whose zones are for good).
 //!
 //! Cells of the zone farther than phi_0, its rim and one cell more from every busy cell give their grains up; those beside them become the rim of what
 //! is left. Points that are made stand as they did at the start of a run, so many along a cell; each takes displacement, velocity, stress

@@ -58,15 +58,14 @@ fn step(slots: &Slots) -> Option<String> {
     let of_grains = slots.bounds_of_grains.iter().map(|bound| (bound.step, bound.cause));
     let of_continuum = slots.bounds_of_continuum.iter().map(|bound| (bound.step / cycle, bound.cause));
     let (stable, cause) = of_grains.chain(of_continuum).min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let (share, stable) = (figures(step / stable), (stable, figures(stable)));
-    if step > stable.0 {
-        let stable = stable.1;
+    let [share, longest] = [step / stable, stable].map(figures);
+    if step > stable {
         return Some(format!(
-            "the time step is {share} times the stable one, {stable} s ({cause}), and time.allow_unstable lets it pass."
+            "the time step is {share} times the stable one, {longest} s ({cause}), and time.allow_unstable lets it pass."
         ));
     }
-    (step < STEP_SHARE_MIN * stable.0).then(|| {
-        format!("the time step is {share} of the stable one, {} s. A longer time.step would save time.", stable.1)
+    (step < STEP_SHARE_MIN * stable).then(|| {
+        format!("the time step is {share} of the stable one, {longest} s. A longer time.step would save time.")
     })
 }
 

@@ -52,7 +52,7 @@ impl<S: Space> World<'_, S> {
     }
 
     /// Kinetic energy of the free grains that are part of the packing, J: of those with more contacts that bear force than the space
-    /// has dimensions. Others, rattlers, bear nothing, and fly to and fro between those that do long after these have equilibrated.
+    /// has dimensions. Others, rattlers, bear nothing, and fly to and fro between those that do long after these have come to rest.
     pub fn kinetic_of_bearing(&mut self) -> Result<f64, Error> {
         self.refresh_ghosts();
         let (law, grains, times) = (self.law(), &self.assembly.grains, self.contact_times());

@@ -3,7 +3,7 @@
 use super::adhesion::Adhesive;
 use super::rolling::Rolling;
 use super::{
-    Adhesion, ContactLaw, ElasticRolling, ForAnyLaw, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce,
+    Adhesion, ContactLaw, ElasticRolling, ForAnyLaw, HertzMindlin, LinearCohesive, LinearSpringDashpot,
     RollingResistance, Springs, Stiffening,
 };
 use crate::base::keys::{Form, text, variant};
@@ -15,8 +15,6 @@ pub trait Described {
     fn keys(&mut self, form: &mut dyn Form, mass_mean: f64);
     /// mu.
     fn friction(&mut self) -> &mut f64;
-    /// Which normal forces its dashpot leaves; a law without one never pulls.
-    fn normal_force(&self) -> NormalForce;
     /// Takes what makes grains cohere.
     fn without_cohesion(&mut self) {}
     /// Takes what loses energy beside friction: dashpots, and rolling that slips.
@@ -149,11 +147,6 @@ impl Contact {
     /// What the law says of itself.
     fn told<T>(mut self, of: impl FnOnce(&mut dyn Described) -> T) -> T {
         of(self.force.described())
-    }
-
-    /// Which normal forces its dashpot leaves; a law without one never pulls.
-    pub fn normal_force(&self) -> NormalForce {
-        self.told(|law| law.normal_force())
     }
 
     pub fn stiffening(&self) -> Stiffening {

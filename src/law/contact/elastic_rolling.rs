@@ -16,9 +16,7 @@
 //! bounds: k_n = 2 E r_i, and rolling is resisted as by a grain of the same size.
 
 use super::rolling::cut;
-use super::{
-    Answer, ContactLaw, Described, Force, NormalForce, RollingResistance, Springs, Stiffening, Touch, constants,
-};
+use super::{Answer, ContactLaw, Described, Force, RollingResistance, Springs, Stiffening, Touch, constants};
 use crate::base::keys::{Form, POSITIVE, RATIO, Range, STRESS, choose, number, text};
 use crate::base::lane::Real;
 use crate::base::space::{Lanewise, Space};
@@ -100,11 +98,6 @@ impl Described for ElasticRolling {
 
     fn friction(&mut self) -> &mut f64 {
         &mut self.friction
-    }
-
-    /// There is no dashpot to pull.
-    fn normal_force(&self) -> NormalForce {
-        NormalForce::REPULSIVE
     }
 
     fn without_loss(&mut self) {

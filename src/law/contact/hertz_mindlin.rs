@@ -151,10 +151,6 @@ impl Described for HertzMindlin {
         &mut self.friction
     }
 
-    fn normal_force(&self) -> NormalForce {
-        self.normal_force
-    }
-
     fn without_loss(&mut self) {
         (self.damping_normal, self.damping_tangential, self.damping_ratio) = (0.0, 0.0, 0.0);
     }

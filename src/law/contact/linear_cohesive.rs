@@ -11,7 +11,7 @@
 //! [`super::LinearSpringDashpot`] to the bit.
 
 use super::linear_spring_dashpot::slide;
-use super::{Answer, ContactLaw, Described, Force, LinearSpringDashpot, NormalForce, Springs, Stiffening, Touch};
+use super::{Answer, ContactLaw, Described, Force, LinearSpringDashpot, Springs, Stiffening, Touch};
 use crate::base::keys::{FORCE, Form, NOT_NEGATIVE, number};
 use crate::base::lane::Real;
 use crate::base::space::{Components, Lanewise, Space, Words};
@@ -47,10 +47,6 @@ impl Described for LinearCohesive {
 
     fn friction(&mut self) -> &mut f64 {
         &mut self.linear.friction
-    }
-
-    fn normal_force(&self) -> NormalForce {
-        self.linear.normal_force
     }
 
     fn without_cohesion(&mut self) {

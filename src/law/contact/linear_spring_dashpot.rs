@@ -82,10 +82,6 @@ impl Described for LinearSpringDashpot {
         &mut self.friction
     }
 
-    fn normal_force(&self) -> NormalForce {
-        self.normal_force
-    }
-
     fn without_loss(&mut self) {
         (self.damping_normal, self.damping_tangential) = (0.0, 0.0);
     }
