@@ -63,7 +63,7 @@ pub struct Cold<S: Space> {
     pub script: S::Vector,
 }
 
-/// What penalty springs a grain to the continuum that shares its place: a spring and a dashpot on the way that it slips, as changes of
+/// What holds a grain to the continuum that shares its place: a spring and a dashpot on the way that it slips, as changes of
 /// its velocity in a step, m/s ([`crate::mpm::nodes`]). Both are zero away from the rim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PenaltySpring<S: Space> {

@@ -20,7 +20,7 @@
 //! ```
 //!
 //! With it a grain slips by `a dt^2/(k s)`, some nanometres, and stays there; where it comes among grains alone, its spring
-//! slackens. A membrane, whose mass m is part of m_c, penalty springs grains across itself alone: along it (t) they slide on, or some layers of
+//! slackens. A membrane, whose mass m is part of m_c, holds grains across itself alone: along it (t) they slide on, or some layers of
 //! them would be glued to it by springs that wind up without end. Spring and dashpot are impulses between grains and continuum
 //! at a node, so that momentum is kept, and a node's velocity does not feel them.
 

@@ -31,7 +31,7 @@ pub fn of_grains<S: Space>(rows: &mut [GrainRow<S>], memory_words: usize) -> [Ta
     [to_table("grains", rows, &mut GrainRow::blank()), to_table("contacts", &mut contacts, &mut blank)]
 }
 
-/// Table `penalty springs` of the same rows: those that are tied.
+/// Table `ties` of the same rows: penalty springs of those that have some.
 pub fn of_penalty_springs<S: Space>(rows: &[GrainRow<S>]) -> Table {
     let tied = rows.iter().filter(|row| row.spring != PenaltySpring::loose());
     let mut springs: Vec<PenaltySpringRow<S>> =
