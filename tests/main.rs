@@ -2,6 +2,9 @@
 
 // Laws, schemes and bodies against closed forms, other codes and exact balances.
 
+/// Volume strain averaged as material flows ends the noise of points at rest, is booked, and leaves elastic material alone to the bit.
+#[path = "physics/averaging.rs"]
+mod averaging;
 /// Grains and rigid bodies: balances to round-off, mirrored bounces, held forces, paths, and spins that drive.
 #[path = "physics/bodies.rs"]
 mod bodies;

@@ -9,7 +9,7 @@
 
 /// The layout that [`store`](crate::store) writes, with the tables and columns that the program has in it: whoever changes these
 /// raises it as well.
-pub const SCHEMA_VERSION: u64 = 3;
+pub const SCHEMA_VERSION: u64 = 4;
 
 /// The oldest layout that is still read. Tables and columns that came after it are the reader's to make up.
 pub const SCHEMA_OLDEST: u64 = 2;

@@ -1,18 +1,19 @@
 //! Watching for a shear band: the world's side of Chen et al. (2021), section 3.
 
+use std::mem;
+
 use scree_io::column::{Column, Values};
 use scree_partition::{Reader, Writer};
 
 use crate::adapt::enrichment::cell_grid;
 use crate::base::error::Error;
-use crate::base::parallel::{Held, over_blocks};
 use crate::base::space::Space;
 use crate::couple::oracle::{Memory, NodeFields};
 use crate::dem::walls::place_beside;
+use crate::domain::means::nodal_sums;
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
 use crate::job::mpm::Boundary;
-use crate::mpm::look::for_each_node;
 use crate::mpm::points::{Hot, Past};
 
 /// One look of the oracle (Algorithm 1): true when a persistent band has been found.
@@ -87,40 +88,23 @@ fn node_fields<S: Space>(
     world: &mut World<S>,
     fields: impl Fn(&Hot<S>, &Past<S>) -> [f64; 2] + Sync,
 ) -> Result<NodeFields, Error> {
-    const WORDS: usize = 3;
-    let mosaic = &world.subdomain.nodes.mosaic;
-    let mut rows = vec![[0.0; WORDS]; mosaic.rows() + mosaic.rows_received];
-    let frames = &world.continuum.frames;
-    let pasts = &world.continuum.points.pasts;
-    let shape = world.settings.grid.shape;
-    let (ranges, tile_len) = (&world.subdomain.point_ranges, mosaic.nodes_per_tile);
-    let tiles = &mut rows[..mosaic.rows()];
-    let held = Held { rows: &mut world.continuum.points.hot, beside: &mut [(); 0], tiles, tile_len };
-    over_blocks(ranges, held, &|block, Held { rows, tiles, .. }| {
-        for (row, point) in ranges[block].clone().zip(rows.iter()) {
-            let (fields, mass) = (fields(point, &pasts[row]), point.weight * point.mass);
-            for_each_node(&frames[block], shape, &point.position, |node, value| {
-                let share = mass * value;
-                tiles[node][0] += share;
-                tiles[node][1] += share * fields[0];
-                tiles[node][2] += share * fields[1];
-            });
-        }
-        0.0
+    let pasts = mem::take(&mut world.continuum.points.pasts);
+    let sums = nodal_sums(world, |row, point| {
+        let fields = fields(point, &pasts[row]);
+        [1.0, fields[0], fields[1]]
     });
-    let halo = &world.subdomain.nodes.gathered;
-    halo.pack::<WORDS>(&mut world.subdomain.buffers, |row| rows[row as usize]);
-    halo.exchange::<WORDS>(world.transport, &mut world.subdomain.buffers, &mut || {});
-    halo.unpack::<WORDS>(&world.subdomain.buffers, |row, words| rows[row as usize] = words);
-    let sums = mosaic.sum(&rows, [0.0; WORDS], |sum, row| {
-        for (sum, row) in sum.iter_mut().zip(row) {
-            *sum += row;
-        }
-    });
+    world.continuum.points.pasts = pasts;
 
     let counts = [world.subdomain.layout.cells[0], world.subdomain.layout.cells[1] + 1];
     let mut mine = Writer::new();
-    let looked_at = mosaic.owned.iter().zip(&sums).filter(|(node, sum)| sum[0] > 0.0 && is_free(world, node.place));
+    let looked_at = world
+        .subdomain
+        .nodes
+        .mosaic
+        .owned
+        .iter()
+        .zip(&sums)
+        .filter(|(node, sum)| sum[0] > 0.0 && is_free(world, node.place));
     for (node, sum) in looked_at {
         mine.u64(node.place[1] as u64 * counts[0] as u64 + node.place[0] as u64);
         mine.f64(sum[1] / sum[0]);

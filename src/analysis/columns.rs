@@ -46,7 +46,7 @@ pub struct Description {
 }
 
 /// Names with their words. A star stands for the name of a face, of a body or of what is followed.
-const KNOWN: [(&str, &str, Quantity); 44] = {
+const KNOWN: [(&str, &str, Quantity); 45] = {
     use Quantity::*;
     [
         ("shear_stress", "shear stress", Stress),
@@ -86,6 +86,7 @@ const KNOWN: [(&str, &str, Quantity); 44] = {
         ("change_of_ledger_residual", "not explained", Energy),
         ("change_of_points_work_grains", "work of grains on points", Energy),
         ("change_of_points_dissipated", "dissipated, points", Energy),
+        ("change_of_points_energy_lost_averaging", "lost by averaging of volume strain, points", Energy),
         ("change_of_points_energy_lost_transfer", "lost by the transfer, points", Energy),
         ("x_*_force", "face x_*", Force),
         ("y_*_force", "face y_*", Force),

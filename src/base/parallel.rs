@@ -6,48 +6,76 @@ use std::ops::Range;
 /// Fewer rows are not worth a task of their own.
 const ROWS_PER_TASK: usize = 512;
 
+/// Rows that blocks hold in common and that are dealt to tasks: a slice with one for every row, or with none at all, or several of them.
+pub trait Dealt: Sized + Send {
+    /// The first `rows` and the rest.
+    fn deal(self, rows: usize) -> (Self, Self);
+}
+
+impl<T: Send> Dealt for &mut [T] {
+    fn deal(self, rows: usize) -> (Self, Self) {
+        let none = self.is_empty();
+        self.split_at_mut(if none { 0 } else { rows })
+    }
+}
+
+impl Dealt for () {
+    fn deal(self, _: usize) -> (Self, Self) {
+        ((), ())
+    }
+}
+
+impl<A: Dealt, B: Dealt> Dealt for (A, B) {
+    fn deal(self, rows: usize) -> (Self, Self) {
+        let ((a, a_rest), (b, b_rest)) = (self.0.deal(rows), self.1.deal(rows));
+        ((a, b), (a_rest, b_rest))
+    }
+}
+
+impl<A: Dealt, B: Dealt, C: Dealt> Dealt for (A, B, C) {
+    fn deal(self, rows: usize) -> (Self, Self) {
+        let (a, b, c) = self;
+        let ((a, (b, c)), (a_rest, (b_rest, c_rest))) = (a, (b, c)).deal(rows);
+        ((a, b, c), (a_rest, b_rest, c_rest))
+    }
+}
+
 /// What some blocks that follow on one another hold.
-pub struct Held<'a, A, B, T> {
-    pub rows: &'a mut [A],
-    /// One for every row, or none at all.
-    pub beside: &'a mut [B],
-    /// As many for every block, or none at all.
-    pub tiles: &'a mut [T],
+pub struct Held<R, T> {
+    pub rows: R,
+    /// As many for every block.
+    pub tiles: T,
     pub tile_len: usize,
 }
 
-impl<'a, A, B, T> Held<'a, A, B, T> {
+impl<R: Dealt, T: Dealt> Held<R, T> {
     /// What the first `blocks` hold, with their `rows`, and the rest.
     fn split(self, blocks: usize, rows: usize) -> (Self, Self) {
         let Self { tile_len, .. } = self;
-        let (rows_left, rows_right) = self.rows.split_at_mut(rows);
-        let (beside_left, beside_right) = self.beside.split_at_mut(if self.beside.is_empty() { 0 } else { rows });
-        let (tiles_left, tiles_right) =
-            self.tiles.split_at_mut(if self.tiles.is_empty() { 0 } else { blocks * tile_len });
-        (
-            Self { rows: rows_left, beside: beside_left, tiles: tiles_left, tile_len },
-            Self { rows: rows_right, beside: beside_right, tiles: tiles_right, tile_len },
-        )
+        let (rows, rows_rest) = self.rows.deal(rows);
+        let (tiles, tiles_rest) = self.tiles.deal(blocks * tile_len);
+        (Self { rows, tiles, tile_len }, Self { rows: rows_rest, tiles: tiles_rest, tile_len })
     }
 }
 
 /// Calls `work` for every block with what it holds; `ranges` are the rows of each, one after the other from the first of
 /// `held` on. Returns the largest number that came back, or zero.
-pub fn over_blocks<A: Send, B: Send, T: Send>(
+pub fn over_blocks<R: Dealt, T: Dealt>(
     ranges: &[Range<usize>],
-    held: Held<A, B, T>,
-    work: &(impl Fn(usize, Held<A, B, T>) -> f64 + Sync),
+    held: Held<R, T>,
+    work: &(impl Fn(usize, Held<R, T>) -> f64 + Sync),
 ) -> f64 {
     if ranges.is_empty() { 0.0 } else { halve(0, ranges, held, work) }
 }
 
-fn halve<A: Send, B: Send, T: Send>(
+fn halve<R: Dealt, T: Dealt>(
     first: usize,
     ranges: &[Range<usize>],
-    held: Held<A, B, T>,
-    work: &(impl Fn(usize, Held<A, B, T>) -> f64 + Sync),
+    held: Held<R, T>,
+    work: &(impl Fn(usize, Held<R, T>) -> f64 + Sync),
 ) -> f64 {
-    if ranges.len() == 1 || held.rows.len() <= ROWS_PER_TASK {
+    let rows = ranges[ranges.len() - 1].end - ranges[0].start;
+    if ranges.len() == 1 || rows <= ROWS_PER_TASK {
         let (mut held, mut most) = (held, 0.0);
         for (block, range) in (first..).zip(ranges) {
             let (of_block, rest) = held.split(1, range.len());

@@ -22,6 +22,8 @@ pub struct Grid {
     pub shape: ShapeFunction,
     pub update: StressUpdate,
     pub transfer: Transfer,
+    /// Volume strain is averaged where material flows, see [`crate::mpm::volumetric`].
+    pub averages_volume: bool,
     /// Lower and upper face of each axis.
     pub faces: [[Boundary; 2]; 3],
     /// Impedance of the material along a wave's way and across it, Pa s/m.
@@ -39,6 +41,7 @@ impl Grid {
             shape: ShapeFunction::Quadratic,
             update: StressUpdate::Last,
             transfer: Transfer::Blend { flip },
+            averages_volume: true,
             faces: [[Boundary::Free; 2]; 3],
             impedance: [0.0; 2],
             depth: 1.0,

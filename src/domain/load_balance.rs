@@ -318,7 +318,7 @@ impl<S: Space> World<'_, S> {
         self.subdomain.deal = Deal { ranges, rank: self.transport.rank() };
         self.subdomain.nodes =
             if self.has_grid() { self.subdomain.layout.node_rows(&self.subdomain.deal) } else { Default::default() };
-        self.continuum.tiles = Tiles::lay(&self.subdomain.nodes.mosaic, self.is_coupled());
+        self.continuum.tiles = Tiles::lay(&self.subdomain.nodes.mosaic, self.is_coupled(), self.averages_volume());
         self.continuum.frames = self.subdomain.deal.held().map(|block| self.subdomain.layout.frame(block)).collect();
     }
 

@@ -6,6 +6,7 @@ pub mod guards;
 pub mod instant;
 pub mod layout;
 pub mod load_balance;
+pub mod means;
 pub mod meter;
 pub mod phases;
 pub mod plan;

@@ -82,6 +82,7 @@ impl Scenario {
             scheme: Scheme {
                 transfer: Transfer::Blend { flip: continuum.flip },
                 points_per_cell: continuum.points_per_cell,
+                averages_volume: continuum.averages_volume,
                 ..Scheme::DEFAULT
             },
             material: Material { density: density_bulk(self), law },

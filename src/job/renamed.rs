@@ -1,7 +1,8 @@
-//! Keys that were called otherwise. A job that a person wrote is told of the new name; one that a run keeps is read under it.
+//! Keys that were called otherwise, and keys that have come later. A job that a person wrote is told of the new name; one that a run keeps
+//! is read under it, and does what it did before the key was there.
 
 use super::schema::Kind;
-use super::tree::{Node, Value};
+use super::tree::{Entry, Node, Value};
 
 /// A key under its old name and its new one, in the same table.
 pub struct Renamed {
@@ -46,8 +47,22 @@ impl Renamed {
     }
 }
 
-/// Brings a job that an earlier version has written out under the names of today.
+/// Keys whose default is not what programs did that had no such key, and that.
+const LATER: [(Kind, &str, &str, bool); 2] =
+    [(Kind::Mpm, "scheme", "volume_averaging", false), (Kind::Shear, "continuum", "volume_averaging", false)];
+
+/// Brings a job that an earlier version has written out, with all its keys, to the names and keys of today.
 pub fn translate(root: &mut Node, kind: Kind) {
+    for (_, table, key, value) in LATER.iter().filter(|later| later.0 == kind) {
+        let Some(Entry { place, node, .. }) = root.get_mut(table).filter(|table| table.node.get(key).is_none()) else {
+            continue;
+        };
+        let (place, key) = (*place, (*key).to_string());
+        if let Value::Table(entries) = &mut node.value {
+            let node = Node { value: Value::Flag(*value), place, typed: value.to_string() };
+            entries.push(Entry { key, place, node });
+        }
+    }
     for renamed in RENAMED.iter().filter(|renamed| renamed.kind == kind) {
         let Some(entry) = root.get_mut(renamed.table).and_then(|table| table.node.get_mut(renamed.old)) else {
             continue;

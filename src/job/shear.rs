@@ -17,6 +17,7 @@ use crate::couple::oracle::Oracle;
 use crate::couple::zone::Enrichment;
 use crate::law::contact::Contact;
 use crate::law::material::CriticalConstants;
+use crate::mpm::scheme::volume_averaging;
 
 /// The checked job. All quantities in SI units, angles in radians.
 #[derive(Clone, Debug, PartialEq)]
@@ -143,6 +144,7 @@ impl Scenario {
                 cell: 0.0,
                 points_per_cell: 0,
                 flip: 0.0,
+                averages_volume: true,
                 weak: Vec::new(),
             },
             loading: Loading {
@@ -294,6 +296,8 @@ pub struct Continuum {
     pub points_per_cell: usize,
     /// Share of FLIP in the velocity update, 0 (PIC) to 1 (FLIP).
     pub flip: f64,
+    /// Whether volume strain is averaged over nodes where material flows.
+    pub averages_volume: bool,
     /// Regions that start with another solid volume fraction, so that shear has a place to begin (Chen et al. 2021, 6.1).
     pub weak: Vec<WeakRegion>,
 }
@@ -327,6 +331,7 @@ impl Continuum {
             &mut self.flip,
             number("flip", "the share of FLIP", RATIO, Range::closed(0.0, 1.0), "0.95").or("0.95"),
         );
+        volume_averaging(form, &mut self.averages_volume);
         let weak = key("weak", "regions that start looser", Wants::Text, "[]").optional();
         super::schema::list(
             form,

@@ -4,14 +4,16 @@ use crate::base::lane::{Instructions, Kernel, LANES, Pack, Packed};
 use crate::base::numbers::{Lanes, Numbers};
 use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space, Words};
+use crate::base::symmetric::Symmetric;
 use crate::dem::grains::{Hot as GrainHot, Mover, PenaltySpring};
-use crate::law::material::MaterialLaw;
+use crate::law::material::{Flow, MaterialLaw};
 use crate::mpm::nodes;
 use crate::mpm::points::{Beside, Hot};
 use crate::mpm::scatter::{Basis, TileFrame, eight_of};
 use crate::mpm::scheme::{ShapeFunction, Transfer};
 use crate::mpm::shape::{Stencil, row};
 use crate::mpm::tile::{Advanced, GrainChange, NODE_WORDS};
+use crate::mpm::volumetric::{Volumetric, flowing};
 
 /// What points take from the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,17 +57,21 @@ pub struct Taking {
 /// F <- (1 + L dt) F                                     F <- (1 - L dt)^-1 F where stress is updated first
 /// ```
 ///
+/// and where volume strain is averaged, L with what [`crate::mpm::volumetric`] adds to it.
+///
 /// Returns how far out of the block a point is along an axis, at most, m; infinity where a place is no number.
 pub fn gather_points<S: Space, L: MaterialLaw<S>>(law: &L, taking: Taking, block: Block<S>) -> f64 {
     taking.instructions.run(Gather { law, taking, block })
 }
 
-/// A block's points and the tile that they lie on; `beside` stands empty where the scheme needs nothing of it.
+/// A block's points and the tile that they lie on; `beside` stands empty where the scheme needs nothing of it, and `volumetric` where
+/// volume strain is not averaged.
 pub struct Block<'a, S: Space> {
     pub frame: &'a TileFrame<S>,
     pub tile: &'a [Advanced<S>],
     pub points: &'a mut [Hot<S>],
     pub beside: &'a mut [Beside<S>],
+    pub volumetric: &'a mut [Volumetric],
 }
 
 struct Gather<'a, S: Space, L> {
@@ -154,7 +160,7 @@ impl<S: Space, L: MaterialLaw<S>> Packed for Gather<'_, S, L> {
 
     #[inline(always)]
     fn run<P: Pack>(self) -> f64 {
-        let Self { law, taking, block: Block { frame, tile, points, beside } } = self;
+        let Self { law, taking, block: Block { frame, tile, points, beside, volumetric } } = self;
         let Taking { shape, taken, .. } = taking;
         let affine = taking.transfer == Transfer::Affine && taken.has_motion();
         let mut outside = P::splat(f64::NEG_INFINITY);
@@ -162,6 +168,8 @@ impl<S: Space, L: MaterialLaw<S>> Packed for Gather<'_, S, L> {
         let mut sums = [Sums::<P>::zero(); LANES];
         for (group, points) in points.chunks_mut(LANES).enumerate() {
             let beside = if beside.is_empty() { &mut [] } else { &mut beside[group * LANES..][..points.len()] };
+            let volumetric =
+                if volumetric.is_empty() { &mut [] } else { &mut volumetric[group * LANES..][..points.len()] };
             lanes.load(&eight_of(points), Hot::<S>::WIDTH);
             basis.set::<S, P>(frame, (shape, affine), frame.place(&lanes.words(Hot::<S>::POSITION)));
             let (basis, edge, sums) = (&basis, frame.edge, &mut sums);
@@ -179,7 +187,8 @@ impl<S: Space, L: MaterialLaw<S>> Packed for Gather<'_, S, L> {
                 }
             }
             if taken.has_strain() {
-                strain_points::<S, L, P>(law, &taking, &sums.slope, &mut lanes, beside);
+                let mean = sums.value[Advanced::<S>::VOLUME];
+                strain_points::<S, L, P>(law, &taking, (&sums.slope, mean), &mut lanes, (beside, volumetric));
             }
             outside = farther(outside, outside_of::<S, P>(frame, &lanes));
             lanes.store(points);
@@ -277,9 +286,9 @@ fn take_affine<S: Space, P: Pack>(
 fn strain_points<S: Space, L: MaterialLaw<S>, P: Pack>(
     law: &L,
     taking: &Taking,
-    slope: &[[P; NODE_WORDS]; 3],
+    (slope, mean): (&[[P; NODE_WORDS]; 3], P),
     lanes: &mut Lanes<P>,
-    beside: &[Beside<S>],
+    (beside, volumetric): (&[Beside<S>], &mut [Volumetric]),
 ) {
     let dt = P::splat(taking.dt);
     let mut gradient = S::TensorOf::<P>::zero();
@@ -291,6 +300,14 @@ fn strain_points<S: Space, L: MaterialLaw<S>, P: Pack>(
     if taking.taken == Taken::Strain {
         gradient = before_the_way::<S, P>(&gradient, dt);
     }
+    let averaged = Averaged::of(mean, volumetric);
+    if !volumetric.is_empty() {
+        let rate = averaged.change * P::splat(1.0 / (S::DIMENSION as f64 * taking.dt));
+        for axis in 0..S::DIMENSION {
+            let diagonal = axis * (S::DIMENSION + 1);
+            gradient.set_word(diagonal, gradient.word(diagonal) + rate);
+        }
+    }
     let first = Hot::<S>::DEFORMATION;
     let deformation: S::TensorOf<P> = lanes.words(first);
     let more = product::<S, P>(&gradient, &deformation);
@@ -298,8 +315,15 @@ fn strain_points<S: Space, L: MaterialLaw<S>, P: Pack>(
         lanes.0[first + entry] = deformation.word(entry) + more.word(entry) * dt;
     }
     let memory = Hot::<S>::MEMORY;
+    let before = lanes.words::<S::SymmetricOf<P>>(Hot::<S>::STRESS);
     let (words, work) = lanes.0[memory..].split_at_mut(S::PointMemory::WIDTH);
-    let stress = law.update_lanes(&gradient, taking.dt, &mut words[..L::Memory::WIDTH], &mut work[0]);
+    let words = &mut words[..L::Memory::WIDTH];
+    let flow = if volumetric.is_empty() { None } else { law.flow(words, &before) };
+    let stress = law.update_lanes(&gradient, taking.dt, words, &mut work[0]);
+    if let Some((before_flow, flow)) = flow.zip(law.flow(words, &stress)) {
+        let traces = (before.trace() + stress.trace()) * P::splat(0.5 / S::DIMENSION as f64);
+        averaged.leave(&(before_flow, flow), traces, volumetric);
+    }
     lanes.set_words(Hot::<S>::STRESS, &stress);
     if taking.taken == Taken::StrainThenPlace {
         for axis in 0..S::DIMENSION {
@@ -309,6 +333,39 @@ fn strain_points<S: Space, L: MaterialLaw<S>, P: Pack>(
             }
             let place = &mut lanes.0[Hot::<S>::POSITION + axis];
             *place = *place + P::load(&way);
+        }
+    }
+}
+
+/// How volume strains of eight points are averaged in a step.
+#[derive(Clone, Copy)]
+struct Averaged<P> {
+    /// dtheta.
+    change: P,
+    lost: P,
+}
+
+impl<P: Pack> Averaged<P> {
+    /// With the means of the nodes in reach; nothing where nothing is averaged.
+    #[inline(always)]
+    fn of(mean: P, volumetric: &[Volumetric]) -> Self {
+        let (mut strain, mut flowing, mut lost) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for (lane, point) in volumetric.iter().enumerate() {
+            (strain[lane], flowing[lane], lost[lane]) = (point.strain, point.flowing, point.lost);
+        }
+        Self { change: P::load(&flowing) * (mean - P::load(&strain)), lost: P::load(&lost) }
+    }
+
+    /// Notes what the law made of it, under a mean stress in the middle of the step, Pa.
+    #[inline(always)]
+    fn leave(self, (before, after): &(Flow<P>, Flow<P>), pressure: P, volumetric: &mut [Volumetric]) {
+        let mut rows = [[0.0; LANES]; 3];
+        let lost = self.lost - pressure * self.change;
+        for (row, number) in rows.iter_mut().zip([after.volume, flowing(before, after), lost]) {
+            number.store(row);
+        }
+        for (lane, point) in volumetric.iter_mut().enumerate() {
+            *point = Volumetric { strain: rows[0][lane], flowing: rows[1][lane], lost: rows[2][lane] };
         }
     }
 }

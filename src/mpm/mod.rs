@@ -19,3 +19,4 @@ pub mod shape;
 pub mod share;
 pub mod stress;
 pub mod tile;
+pub mod volumetric;

@@ -8,6 +8,7 @@ use crate::base::space::{Linear, Space, Words};
 use crate::base::symmetric::Symmetric;
 use crate::dem::cell::{Image, visit_image};
 use crate::mpm::track::{Track, Window};
+use crate::mpm::volumetric::Volumetric;
 use crate::numbers;
 
 /// The part of a point that every step reads and writes: numbers alone, so that eight of them go side by side.
@@ -109,6 +110,7 @@ pub struct Point<S: Space> {
     pub cold: Cold<S>,
     /// See [`Beside::affine`].
     pub affine: S::Tensor,
+    pub volumetric: Volumetric,
     pub past: Past<S>,
 }
 
@@ -119,6 +121,7 @@ pub struct Points<S: Space> {
     pub hot: Vec<Hot<S>>,
     pub cold: Vec<Cold<S>>,
     pub beside: Vec<Beside<S>>,
+    pub volumetric: Vec<Volumetric>,
     /// One for every row, or none at all where nothing is remembered: as much memory as the rest.
     pub pasts: Vec<Past<S>>,
     /// Rows that bear a load, with the weighted force on each, N; of the step, not of the state.
@@ -134,6 +137,7 @@ impl<S: Space> Default for Points<S> {
             hot: Vec::new(),
             cold: Vec::new(),
             beside: Vec::new(),
+            volumetric: Vec::new(),
             pasts: Vec::new(),
             loaded: Vec::new(),
             scattered: [false; 2],
@@ -157,7 +161,8 @@ impl<S: Space> Points<S> {
 
     pub fn row(&self, row: usize) -> Point<S> {
         let past = self.pasts.get(row).copied().unwrap_or_default();
-        Point { hot: self.hot[row], cold: self.cold[row], affine: self.beside[row].affine, past }
+        let (affine, volumetric) = (self.beside[row].affine, self.volumetric[row]);
+        Point { hot: self.hot[row], cold: self.cold[row], affine, volumetric, past }
     }
 
     /// From now on every row has a past, for who adds to it.
@@ -179,6 +184,7 @@ impl<S: Space> Points<S> {
         retain(&mut self.hot, &stays);
         retain(&mut self.cold, &stays);
         retain(&mut self.beside, &stays);
+        retain(&mut self.volumetric, &stays);
         retain(&mut self.pasts, &stays);
         self.scattered = [false; 2];
         self.find_loaded();
@@ -193,6 +199,7 @@ impl<S: Space> Points<S> {
         self.cold = moved.ordered(&self.cold, |point| point.cold);
         let arrived = |point: &Point<S>| Beside { affine: point.affine, way: S::Vector::zero() };
         self.beside = moved.ordered(&self.beside, arrived);
+        self.volumetric = moved.ordered(&self.volumetric, |point| point.volumetric);
         self.scattered = [false; 2];
         self.find_loaded();
     }
@@ -238,6 +245,7 @@ impl<S: Space> Point<S> {
             },
             cold: Cold { id, home: position, origin: position, image: [0; 3], loads: 0 },
             affine: S::Tensor::zero(),
+            volumetric: Volumetric::default(),
             past: Past::default(),
         }
     }
@@ -246,10 +254,12 @@ impl<S: Space> Point<S> {
 /// What the memory of a law is called where nobody knows the law, and what comes after it.
 pub const MEMORY: &str = "memory";
 pub const PLASTIC_WORK: &str = "plastic_work";
+/// What averaging of volume strain knows of a point.
+pub const VOLUMETRIC: &str = "volumetric";
 
 impl<S: Space> Record for Point<S> {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
-        let Self { hot, cold, affine, past } = self;
+        let Self { hot, cold, affine, volumetric, past } = self;
         visitor.u64("id", &mut cold.id.0);
         visitor.f64s("position", hot.position.as_mut_slice());
         visitor.f64s("velocity", hot.velocity.as_mut_slice());
@@ -262,6 +272,7 @@ impl<S: Space> Record for Point<S> {
         visitor.f64s("weight", std::slice::from_mut(&mut hot.weight));
         visitor.f64s("stress", hot.stress.as_mut_slice());
         visitor.f64s("deformation", hot.deformation.as_mut_slice());
+        visitor.f64s(VOLUMETRIC, volumetric.numbers_mut());
         visitor.f64s("affine", affine.as_mut_slice());
         visitor.f64s(MEMORY, hot.memory.numbers_mut());
         visitor.f64s(PLASTIC_WORK, std::slice::from_mut(&mut hot.plastic_work));

@@ -10,6 +10,7 @@ use crate::mpm::points::{Beside, Hot};
 use crate::mpm::scheme::ShapeFunction;
 use crate::mpm::shape::{Axis, Cubic, Generalised, LinearHat, Quadratic, Shape, Stencil, row};
 use crate::mpm::tile::{Gathered, GrainNode, NODE_WORDS};
+use crate::mpm::volumetric::{Volumetric, VolumetricNode};
 
 /// One block's tile: where its first node lies, and how a place is measured in it.
 #[derive(Clone, Copy, Debug)]
@@ -183,23 +184,32 @@ pub fn eight_of<T>(rows: &[T]) -> [&T; LANES] {
 }
 
 /// What the block's points bring, weighted, to a tile that has been cleared: `m_i = sum w m N_i`, `p_i = sum w m v N_i`, with
-/// the affine field `p_i = sum w m (v + C (x_i - x)) N_i`, and `f_i = -sum w V0 tau grad N_i`.
+/// the affine field `p_i = sum w m (v + C (x_i - x)) N_i`, and `f_i = -sum w V0 tau grad N_i`; where volume strain is averaged, the sums
+/// of [`crate::mpm::volumetric`] as well.
 pub fn scatter_points<S: Space>(
     frame: &TileFrame<S>,
     (shape, affine, instructions): (ShapeFunction, bool, Instructions),
-    (points, beside): (&[Hot<S>], &[Beside<S>]),
-    tile: &mut [Gathered<S>],
+    points: Scattered<S>,
+    (tile, volumetric): (&mut [Gathered<S>], &mut [VolumetricNode]),
 ) {
-    instructions.run(Scatter { frame, shape, affine, points, beside, tile });
+    instructions.run(Scatter { frame, shape, affine, points, tile, volumetric });
+}
+
+/// The points of a block. What is beside them stands empty where the scheme needs nothing of it.
+#[derive(Clone, Copy)]
+pub struct Scattered<'a, S: Space> {
+    pub points: &'a [Hot<S>],
+    pub beside: &'a [Beside<S>],
+    pub volumetric: &'a [Volumetric],
 }
 
 struct Scatter<'a, S: Space> {
     frame: &'a TileFrame<S>,
     shape: ShapeFunction,
     affine: bool,
-    points: &'a [Hot<S>],
-    beside: &'a [Beside<S>],
+    points: Scattered<'a, S>,
     tile: &'a mut [Gathered<S>],
+    volumetric: &'a mut [VolumetricNode],
 }
 
 impl<S: Space> Packed for Scatter<'_, S> {
@@ -207,7 +217,7 @@ impl<S: Space> Packed for Scatter<'_, S> {
 
     #[inline(always)]
     fn run<P: Pack>(self) {
-        let Self { frame, shape, affine, points, beside, tile } = self;
+        let Self { frame, shape, affine, points: Scattered { points, beside, volumetric }, tile, .. } = self;
         let (mut lanes, mut basis) = (Lanes::<P>::zero(), Basis::zero());
         let mut shares = [Share::<P>::zero(); LANES];
         for (group, points) in points.chunks(LANES).enumerate() {
@@ -223,6 +233,65 @@ impl<S: Space> Packed for Scatter<'_, S> {
                 (ShapeFunction::Cubic, true) => P::enter(Add::<S, P, 4, true> { basis, shares, edge, tile }),
                 (_, false) => P::enter(Add::<S, P, 3, false> { basis, shares, edge, tile }),
                 (_, true) => P::enter(Add::<S, P, 3, true> { basis, shares, edge, tile }),
+            }
+            if volumetric.is_empty() {
+                continue;
+            }
+            let volumetric = &volumetric[group * LANES..][..points.len()];
+            if volumetric.iter().all(|point| point.flowing <= 0.0) {
+                continue;
+            }
+            let shares = volumes(points, volumetric);
+            let (shares, tile, pack) = (&shares[..points.len()], &mut *self.volumetric, std::marker::PhantomData);
+            match shape {
+                ShapeFunction::Cubic => P::enter(AddVolumes::<S, P, 4> { basis, shares, edge, tile, pack }),
+                _ => P::enter(AddVolumes::<S, P, 3> { basis, shares, edge, tile, pack }),
+            }
+        }
+    }
+}
+
+/// `q` and `q theta` of up to eight points.
+#[inline(always)]
+fn volumes<S: Space>(points: &[Hot<S>], volumetric: &[Volumetric]) -> [[f64; 2]; LANES] {
+    let mut shares = [[0.0; 2]; LANES];
+    for ((share, point), volumetric) in shares.iter_mut().zip(points).zip(volumetric) {
+        let flowing = point.weight * point.mass * volumetric.flowing;
+        *share = [flowing, flowing * volumetric.strain];
+    }
+    shares
+}
+
+/// [`VolumetricNode`]s of the nodes in reach of up to eight points.
+struct AddVolumes<'a, S: Space, P, const N: usize> {
+    basis: &'a Basis,
+    shares: &'a [[f64; 2]],
+    edge: usize,
+    tile: &'a mut [VolumetricNode],
+    pack: std::marker::PhantomData<(S, P)>,
+}
+
+impl<S: Space, P: Pack, const N: usize> Kernel<P> for AddVolumes<'_, S, P, N> {
+    type Outcome = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { basis, shares, edge, tile, .. } = self;
+        for (lane, [flowing, volume]) in shares.iter().enumerate() {
+            let along: [f64; N] = std::array::from_fn(|node| basis.values[0][node][lane]);
+            for k in 0..Stencil::<S, P, N>::LAYERS {
+                for j in 0..N {
+                    let mut value = basis.values[1][j][lane];
+                    if S::DIMENSION == 3 {
+                        value *= basis.values[2][k][lane];
+                    }
+                    let (flowing, volume) = (flowing * value, volume * value);
+                    let first = basis.first[lane] + row(edge, j, k);
+                    for (node, along) in tile[first..first + N].iter_mut().zip(&along) {
+                        node.0[0] += flowing * along;
+                        node.0[1] += volume * along;
+                    }
+                }
             }
         }
     }

@@ -1,6 +1,6 @@
 //! How points and nodes exchange what they carry: the choices of a job.
 
-use crate::base::keys::{Form, RATIO, Range, choose, count, number, size, text, variant};
+use crate::base::keys::{Form, RATIO, Range, choose, count, flag, number, size, text, variant};
 
 /// How points and nodes exchange what they carry.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -10,6 +10,8 @@ pub struct Scheme {
     pub transfer: Transfer,
     /// Points per cell and axis at the start.
     pub points_per_cell: usize,
+    /// Whether volume strain is averaged over nodes where material flows, see [`crate::mpm::volumetric`].
+    pub averages_volume: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,6 +86,12 @@ impl ShapeFunction {
     }
 }
 
+/// The key of [`Scheme::averages_volume`].
+pub fn volume_averaging(form: &mut dyn Form, averages: &mut bool) {
+    let about = "whether volume strain is averaged over nodes where material flows, so that stresses of single points are no noise";
+    form.flag(averages, flag("volume_averaging", about, "false").or("true"));
+}
+
 /// Share of FLIP by default.
 const FLIP: &str = "0.99";
 
@@ -93,6 +101,7 @@ impl Scheme {
         update: StressUpdate::Last,
         transfer: Transfer::Blend { flip: 0.99 },
         points_per_cell: 2,
+        averages_volume: true,
     };
 
     /// The keys of `[scheme]`.
@@ -117,6 +126,7 @@ impl Scheme {
         });
         let key = count("points_per_cell", "points per cell and axis", (1, 16), "2").or("2");
         size(form, &mut self.points_per_cell, key);
+        volume_averaging(form, &mut self.averages_volume);
     }
 
     /// Whether a node's own new velocity becomes strain, or the affine field of a point, before points have averaged it: then

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::base::numbers::Numbers;
 use crate::base::record::{Record, Visitor};
-use crate::base::space::Space;
+use crate::base::space::{Space, Words};
 use crate::law::material::{Absent, ConstitutiveLaw, ForAnyMaterial, MaterialLaw, MaterialMemory};
 use crate::mpm::gather::{Block, Taking, gather_points};
 
@@ -26,6 +26,8 @@ pub trait StressModel<S: Space>: Debug + Send + Sync {
     fn fraction(&self, memory: &S::PointMemory) -> f64;
     fn p_wave_modulus(&self) -> f64;
     fn shear_modulus(&self) -> f64;
+    /// Whether it says how points flow, so that their volume strain can be averaged.
+    fn flows(&self) -> bool;
     /// Names and widths of what a memory is, in the order of its words.
     fn memory_columns(&self) -> MemoryColumns;
 }
@@ -67,6 +69,10 @@ impl<S: Space, L: MaterialLaw<S>> StressModel<S> for L {
     }
     fn shear_modulus(&self) -> f64 {
         MaterialLaw::shear_modulus(self)
+    }
+    fn flows(&self) -> bool {
+        let words = S::PointMemory::default();
+        self.flow(&words.numbers()[..L::Memory::WIDTH], &S::SymmetricOf::<f64>::zero()).is_some()
     }
     fn memory_columns(&self) -> MemoryColumns {
         let mut columns = Columns(Vec::new());

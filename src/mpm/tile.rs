@@ -9,6 +9,7 @@ use crate::base::ids::Row;
 use crate::base::space::{Linear, Space};
 use crate::base::zeroed::Zeroed;
 use crate::mpm::share::{Along, Share};
+use crate::mpm::volumetric::VolumetricNode;
 use crate::numbers;
 
 /// Words of a node's row: a line of the cache, changed all in step.
@@ -28,7 +29,8 @@ pub struct Gathered<S: Space>(pub [f64; NODE_WORDS], PhantomData<S>);
 #[repr(C, align(64))]
 pub struct GrainNode<S: Space>(pub [f64; NODE_WORDS], PhantomData<S>);
 
-/// What a node gives back to points: its velocity after the step (m/s) and the change of it, in this order.
+/// What a node gives back to points: its velocity after the step (m/s), the change of it, and the mean volume strain of what flows, in
+/// this order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
 pub struct Advanced<S: Space>(pub [f64; NODE_WORDS], PhantomData<S>);
@@ -227,12 +229,16 @@ impl<S: Space> Advanced<S> {
         Self(words, PhantomData)
     }
 
-    pub fn new(velocity: &S::Vector, change: &S::Vector) -> Self {
+    /// Where the mean volume strain stands among the words.
+    pub const VOLUME: usize = 2 * S::DIMENSION;
+
+    pub fn new(velocity: &S::Vector, change: &S::Vector, volume: f64) -> Self {
         let mut words = [0.0; NODE_WORDS];
         for axis in 0..S::DIMENSION {
             words[axis] = velocity[axis];
             words[S::DIMENSION + axis] = change[axis];
         }
+        words[Self::VOLUME] = volume;
         Self::of(words)
     }
 
@@ -353,6 +359,9 @@ pub struct Tiles<S: Space> {
     pub gathered: Vec<Gathered<S>>,
     pub sums: Vec<Gathered<S>>,
     pub advanced: Vec<Advanced<S>>,
+    /// Laid where volume strain is averaged.
+    pub volumetric: Vec<VolumetricNode>,
+    pub volumetric_sums: Vec<VolumetricNode>,
     /// Of grains, written in tiles that grains may come to alone: a zone is a small part of the domain.
     pub grains: Zeroed<GrainNode<S>>,
     pub grain_sums: Zeroed<GrainNode<S>>,
@@ -369,6 +378,8 @@ impl<S: Space> Default for Tiles<S> {
             gathered: Vec::new(),
             sums: Vec::new(),
             advanced: Vec::new(),
+            volumetric: Vec::new(),
+            volumetric_sums: Vec::new(),
             grains: Zeroed::new(0),
             grain_sums: Zeroed::new(0),
             grain_changes: Zeroed::new(0),
@@ -379,13 +390,16 @@ impl<S: Space> Default for Tiles<S> {
 }
 
 impl<S: Space> Tiles<S> {
-    pub fn lay(mosaic: &Mosaic, coupled: bool) -> Self {
+    pub fn lay(mosaic: &Mosaic, coupled: bool, averages: bool) -> Self {
         let (gathered, advanced) = (mosaic.rows() + mosaic.rows_received, mosaic.rows() + mosaic.rows_spread);
         let of_grains = |rows: usize| if coupled { rows } else { 0 };
+        let of_volume = |rows: usize| vec![VolumetricNode::ZERO; if averages { rows } else { 0 }];
         Self {
             gathered: vec![Gathered::zero(); gathered],
             sums: vec![Gathered::zero(); mosaic.owned.len()],
             advanced: vec![Advanced::zero(); advanced],
+            volumetric: of_volume(gathered),
+            volumetric_sums: of_volume(mosaic.owned.len()),
             grains: Zeroed::new(of_grains(gathered)),
             grain_sums: Zeroed::new(of_grains(mosaic.owned.len())),
             grain_changes: Zeroed::new(of_grains(advanced)),
@@ -411,6 +425,10 @@ impl<S: Space> Tiles<S> {
     pub fn sum(&mut self, mosaic: &Mosaic, tier: Tier) {
         let wanted = |tile: usize| mosaic.tiers[tile] == tier;
         mosaic.sum_into(wanted, &self.gathered, Gathered::zero(), Gathered::add, &mut self.sums);
+        if !self.volumetric.is_empty() {
+            let sums = &mut self.volumetric_sums;
+            mosaic.sum_into(wanted, &self.volumetric, VolumetricNode::ZERO, VolumetricNode::add, sums);
+        }
         if !self.grains.is_empty() {
             self.sum_grains(mosaic, tier);
         }

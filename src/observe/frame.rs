@@ -24,6 +24,7 @@ use crate::base::space::{Linear, Solid, Space};
 use crate::dem::bearing::Bearing;
 use crate::dem::cell::{Cell, Image, visit_image};
 use crate::dem::grains::Mover;
+use crate::domain::means::averaged;
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::law::invariants::{Deformation, StressInvariants};
@@ -60,6 +61,8 @@ struct Row {
     spin: [f64; 3],
     /// Cauchy stress xx, yy, xy and in space zz, yz, xz, Pa; of a grain its Love-Weber mean over its share of space.
     stress: [f64; 6],
+    /// Of points as those around them have it on the mean ([`crate::domain::means`]); of all others their own.
+    stress_averaged: [f64; 6],
     /// Contacts that bear force; none of points.
     coordination: i64,
     /// What [`OBSERVED`] names; of grains what [`OBSERVED_OF_GRAINS`] does, p and q.
@@ -78,6 +81,7 @@ impl Record for Row {
         visitor.f64s("velocity", &mut self.velocity);
         visitor.f64s("spin", &mut self.spin);
         visitor.f64s("stress", &mut self.stress);
+        visitor.f64s("stress_averaged", &mut self.stress_averaged);
         visitor.i64("coordination", &mut self.coordination);
         visitor.f64s("observed", &mut self.observed);
     }
@@ -90,7 +94,7 @@ impl Cargo for Row {
 }
 
 /// Bytes of a row in a file before they are compressed, at most: place, number, offset, and the fields.
-pub const BYTES_PER_ROW: usize = 8 * (3 + 2 + 2 + 2 + 9 + 6 + 1 + OBSERVED.len());
+pub const BYTES_PER_ROW: usize = 8 * (3 + 2 + 2 + 2 + 9 + 12 + 1 + OBSERVED.len());
 
 /// Which of [`OBSERVED`] a frame of grains alone has: strains, rotation, and plastic strain, which is zero.
 const OBSERVED_OF_GRAINS: [usize; 4] = [3, 4, 5, 7];
@@ -130,7 +134,7 @@ pub fn frame<S: Space>(
     world.refresh_ghosts();
     let told = if may_have_points { (0..OBSERVED.len()).collect() } else { OBSERVED_OF_GRAINS.to_vec() };
     let rows = (world.grains_total + world.points_total) as usize + world.continuum.membranes.vertices.len();
-    let mut drawn = Drawing { positions: Vec::new(), fields: fields::<S>(told) };
+    let mut drawn = Drawing { positions: Vec::new(), fields: fields::<S>(told, may_have_points) };
     // Grains and points apart: along the ranks either is in the order of the curve, the two mixed would not be. And one after the
     // other, points in pieces, for rank 0 may not have room for all these rows beside the frame.
     if let Some(mut grains) = transfer::gather(world.transport, grain_rows(world, depth, fraction))? {
@@ -138,8 +142,9 @@ pub fn frame<S: Space>(
         let positions = settle_grains(&mut grains, &world.assembly.cell, !world.settings.grains.drive.is_at_rest());
         drawn.add(&grains, positions);
     }
+    let averaged = if world.points_total > 0 { averaged_stresses(world) } else { Vec::new() };
     let place = |row: &Row| wrapped::<S>(row, &world.assembly.cell).1;
-    let pieces = |rows| point_rows(world, rows, depth);
+    let pieces = |rows| point_rows(world, &averaged, rows, depth);
     transfer::stream(world.transport, world.continuum.points.len(), pieces, |points| {
         drawn.add(&points, points.iter().map(place));
         Ok(())
@@ -202,7 +207,7 @@ impl Field {
 }
 
 /// The fields of a frame, of [`OBSERVED`] those that are `told`.
-fn fields<S: Space>(told: Vec<usize>) -> Vec<Field> {
+fn fields<S: Space>(told: Vec<usize>, may_have_points: bool) -> Vec<Field> {
     let whole = |name, of| Field::Whole(name, Vec::new(), of);
     let numbers = |name, wanted, of| Field::Numbers(name, Vec::new(), of, wanted);
     let stresses = if S::DIMENSION == 2 { 3 } else { 6 };
@@ -217,6 +222,9 @@ fn fields<S: Space>(told: Vec<usize>) -> Vec<Field> {
         numbers("stress", 0..stresses, |row| &row.stress),
         whole("coordination", |row| row.coordination),
     ];
+    if may_have_points {
+        fields.push(numbers("stress_averaged", 0..stresses, |row| &row.stress_averaged));
+    }
     fields.extend(told.into_iter().map(|which| numbers(OBSERVED[which], which..which + 1, |row| &row.observed)));
     fields
 }
@@ -308,6 +316,7 @@ fn grain_rows<S: Space>(world: &World<S>, depth: f64, fraction: f64) -> Vec<Row>
             velocity: spread(&hot.velocity),
             spin: spread_spin(&hot.spin),
             stress: symmetric::<S>(&stress),
+            stress_averaged: symmetric::<S>(&stress),
             coordination,
             observed,
         }
@@ -330,8 +339,21 @@ fn vertex_rows<S: Space>(world: &World<S>) -> Vec<Row> {
     world.continuum.membranes.vertices.iter().enumerate().map(row).collect()
 }
 
-fn point_rows<S: Space>(world: &World<S>, rows: Range<usize>, depth: f64) -> Vec<Row> {
-    let row = |(hot, cold): (&Hot<S>, &Cold<S>)| Row {
+/// Cauchy stress of points as it is, Pa.
+fn cauchy<S: Space>(hot: &Hot<S>) -> [f64; 6] {
+    symmetric::<S>(&(hot.kirchhoff() * (1.0 / hot.volume_ratio())))
+}
+
+/// One, and the mean Cauchy stress of the points around each point, Pa.
+fn averaged_stresses<S: Space>(world: &mut World<S>) -> Vec<[f64; 7]> {
+    averaged(world, |_, hot| {
+        let [xx, yy, xy, zz, yz, xz] = cauchy(hot);
+        [1.0, xx, yy, xy, zz, yz, xz]
+    })
+}
+
+fn point_rows<S: Space>(world: &World<S>, averaged: &[[f64; 7]], rows: Range<usize>, depth: f64) -> Vec<Row> {
+    let row = |((hot, cold), [_, averaged @ ..]): ((&Hot<S>, &Cold<S>), &[f64; 7])| Row {
         kind: Kind::Point as i64,
         id: cold.id.0,
         position: spread(&hot.position),
@@ -346,8 +368,10 @@ fn point_rows<S: Space>(world: &World<S>, rows: Range<usize>, depth: f64) -> Vec
         velocity: spread(&hot.velocity),
         spin: [0.0; 3],
         coordination: 0,
-        stress: symmetric::<S>(&(hot.kirchhoff() * (1.0 / hot.volume_ratio()))),
+        stress: cauchy(hot),
+        stress_averaged: *averaged,
         observed: observed(&*world.settings.material, hot),
     };
-    world.continuum.points.hot[rows.clone()].iter().zip(&world.continuum.points.cold[rows]).map(row).collect()
+    let points = &world.continuum.points;
+    points.hot[rows.clone()].iter().zip(&points.cold[rows.clone()]).zip(&averaged[rows]).map(row).collect()
 }

@@ -140,6 +140,7 @@ pub(crate) fn settings<S: Space>(job: &Mpm, material: SharedMaterial<S>, law: Sh
             shape: job.scheme.shape,
             update: job.scheme.update,
             transfer: job.scheme.transfer,
+            averages_volume: job.scheme.averages_volume,
             faces: job.boundaries,
             impedance,
             depth: if S::DIMENSION == 2 { job.grid.depth } else { 1.0 },

@@ -11,6 +11,7 @@ use crate::job::assembly::{Assembly, Body, Cell, Motion, Packed, PathPoint, Prep
 use crate::job::mpm::{Boundary, Granular, InitialStress, Material, Mpm, Origin, Region, RigidBody};
 use crate::job::{Continuum, Grains, Loading, Method, Output, Packing, Scenario, Time};
 use crate::law::material::{ConstitutiveLaw, Elastic};
+use crate::mpm::scheme::Scheme;
 
 /// Of a packing between plates.
 pub fn sheared(job: &Scenario) -> String {
@@ -31,6 +32,7 @@ pub fn sheared(job: &Scenario) -> String {
             fraction_start: None,
             points_per_cell: 0,
             flip: 0.0,
+            averages_volume: true,
             weak: Vec::new(),
             ..job.continuum
         },
@@ -96,6 +98,7 @@ pub fn specimen(job: &Mpm, granular: &Granular, way_of_seat: impl Fn(&RigidBody)
         oracle: None,
         grains: Some(Box::new(grains)),
         grain_steps: 1,
+        scheme: Scheme { averages_volume: true, ..job.scheme },
         end: 0.0,
         output: Output::default(),
         ledger: false,
@@ -104,9 +107,11 @@ pub fn specimen(job: &Mpm, granular: &Granular, way_of_seat: impl Fn(&RigidBody)
     named("specimen 6", &recipe.to_toml())
 }
 
-/// A key that has another name now stands under the one that it had: what is in caches is found.
+/// A key that has another name now stands under the one that it had, and one that no packing looks at is left out: what is in caches is
+/// found.
 fn named(how: &str, job: &str) -> String {
-    format!("{how}\n{}", job.replace("\nenergy_balance = ", "\nledger = "))
+    let job = job.replace("\nenergy_balance = ", "\nledger = ").replace("\nvolume_averaging = true", "");
+    format!("{how}\n{job}")
 }
 
 /// An assembly whose packing is made and that then does nothing.

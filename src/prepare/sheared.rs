@@ -76,7 +76,7 @@ pub fn settings_for(scenario: &Scenario, contact: &Contact) -> Settings<Plane> {
     Settings {
         grains: Constants::new(scenario.time.step, scenario.decomposition.skin, law_of(contact)),
         grain_steps: 1,
-        grid: Grid::blend(scenario.continuum.flip),
+        grid: Grid { averages_volume: scenario.continuum.averages_volume, ..Grid::blend(scenario.continuum.flip) },
         loads: Vec::new(),
         material: material(scenario),
     }

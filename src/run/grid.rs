@@ -49,7 +49,7 @@ impl<S: Space> Setup for Points<'_, S> {
         let mut columns = vec![clock(), Columns::new(["points"], |core| Ok(vec![core.world.points_total as f64]))];
         columns.push(grid::means(job.grid.depth));
         columns.push(grid::energies_of_points());
-        columns.extend(job.ledger.then(grid::account_of_points));
+        columns.extend(job.ledger.then(|| grid::account_of_points(job.averages_volume())));
         columns.extend(job.oracle.is_some().then(grid::oracle));
         columns.extend([grid::extents(), grid::reactions(job), grid::membranes(job)]);
         columns.extend(job.follow.iter().map(|follow| grid::followed(&follow.name, nearest(job, &follow.place))));
@@ -206,7 +206,7 @@ impl<S: Space> Setup for Grains<'_, S> {
         let may_have_points = self.granular.method != Method::Dem;
         if job.ledger {
             columns.push(columns::account_of_grains(&WORKS));
-            columns.extend(may_have_points.then(grid::account_beside_grains));
+            columns.extend(may_have_points.then(|| grid::account_beside_grains(job.averages_volume())));
         }
         columns.extend([grid::oracle(), grid::extents(), grid::reactions(job), grid::membranes(job)]);
         columns.extend(grid::is_enclosed(job).then(|| grid::enclosed_volume(job.grid.depth)));

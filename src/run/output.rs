@@ -1,5 +1,6 @@
 //! What a run writes into its folder, on rank 0, and what a person reads.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -79,6 +80,16 @@ fn tells_of_the_end(summary: &BTreeMap<String, Value>, step: u64) -> bool {
     tells("outcome", json!("done")) && tells("steps", json!(step))
 }
 
+/// Without what the frames of a file lack: one that an earlier version began has not all fields of today.
+fn fitted<'a>(frame: &'a Frame, file: &FrameFile) -> Cow<'a, Frame> {
+    if frame.fields.iter().all(|field| file.has(&field.name)) {
+        return Cow::Borrowed(frame);
+    }
+    let mut frame = frame.clone();
+    frame.fields.retain(|field| file.has(&field.name));
+    Cow::Owned(frame)
+}
+
 /// Adds a frame to its file, which the first one makes.
 fn add(
     file: &mut Option<FrameFile>,
@@ -89,7 +100,7 @@ fn add(
     let run = Some(folder.id().as_str()).filter(|id| !id.is_empty()).map(|id| (checkpoint::RUN, id));
     let attributes: Vec<(&str, &str)> = run.into_iter().chain([(checkpoint::PROGRAM, program::identity())]).collect();
     let added = match file {
-        Some(file) => file.append(frame),
+        Some(file) => file.append(&fitted(frame, file)),
         None => FrameFile::create(path, &folder.scratch()?, frame, rows, &attributes).map(|made| *file = Some(made)),
     };
     added.map_err(|error| failed(path, &error))

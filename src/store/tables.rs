@@ -9,8 +9,9 @@ use crate::base::record::{Cargo, from_table, refuse_torn, to_table};
 use crate::base::space::Space;
 use crate::dem::grains::{ContactRow, GrainRow, PenaltySpring, PenaltySpringRow, is_body};
 use crate::law::contact::Memory;
-use crate::mpm::points::{MEMORY, PLASTIC_WORK, Point};
+use crate::mpm::points::{MEMORY, PLASTIC_WORK, Point, VOLUMETRIC};
 use crate::mpm::stress::MemoryColumns;
+use crate::mpm::volumetric::Volumetric;
 
 /// Whether a contact stands in the table with grain `id`: with the lower of two ids, and a body's is
 /// above all grains'.
@@ -101,6 +102,15 @@ pub fn to_points<S: Space>(state: &mut State) -> Result<(Vec<Point<S>>, MemoryCo
     }
     let nothing = || Column { name: PLASTIC_WORK.into(), width: 1, values: Values::F64(vec![0.0; table.rows]) };
     table.columns.push(dissipated.unwrap_or_else(nothing));
+    // States that were written before volume strain was averaged begin to average.
+    if place_of(table, VOLUMETRIC).is_none() {
+        let width = Volumetric::WIDTH;
+        table.columns.push(Column {
+            name: VOLUMETRIC.into(),
+            width,
+            values: Values::F64(vec![0.0; table.rows * width]),
+        });
+    }
     table.columns.push(Column { name: MEMORY.into(), width: S::PointMemory::WIDTH, values: Values::F64(words) });
     take(state, "points", &Point::blank()).map(|rows| (rows, memory))
 }

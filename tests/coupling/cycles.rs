@@ -3,6 +3,7 @@
 use scree::base::math::{exp, ln};
 use scree::domain::step::cycle::is_due;
 use scree::job::Job;
+use scree::mpm::scheme::Transfer;
 use scree::run::start;
 use scree_partition::Solo;
 
@@ -41,7 +42,7 @@ fn cycles_give_what_steps_give() {
     let given = |grain_steps: u64, flip: f64| {
         let mut world = shaken(&Solo);
         world.settings.grain_steps = grain_steps;
-        world.settings.grid = scree::domain::grid::Grid::blend(flip);
+        world.settings.grid.transfer = Transfer::Blend { flip };
         while world.step < 400 {
             world.advance().unwrap();
         }

@@ -142,6 +142,11 @@ impl FrameFile {
         FrameFile { part_bytes, ..self }
     }
 
+    /// Whether its frames have a field of that name.
+    pub fn has(&self, field: &str) -> bool {
+        self.layout.shape.fields.iter().any(|has| has.name == field)
+    }
+
     /// Adds a frame and returns once it is safely on disk.
     ///
     /// [`Error::FrameFields`] if the fields are not, in this order, those of the first frame. After any error the files

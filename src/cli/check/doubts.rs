@@ -35,7 +35,7 @@ pub fn doubts(job: &Job) -> Vec<String> {
 fn noise(job: &Mpm) -> Option<String> {
     job.has_noisy_stresses().then(|| {
         format!(
-            "with scheme.points_per_cell = {} the stresses of single points under gravity are noise about the mean of their cell: where material has flowed and come to rest many bear nothing and others several times the overburden. Take points_per_cell = 1, which has far less of it, or means over cells.",
+            "with scheme.points_per_cell = {} the stresses of single points under gravity are noise about the mean of their cell: where material has flowed and come to rest many bear nothing and others several times the overburden. Leave scheme.volume_averaging at true, which ends it, or take points_per_cell = 1.",
             job.scheme.points_per_cell
         )
     })

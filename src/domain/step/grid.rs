@@ -17,17 +17,21 @@ use crate::mpm::continuum::Continuum;
 use crate::mpm::gather::{Block, Taken, Taking, correct_grains};
 use crate::mpm::nodes::{self, Stepped};
 use crate::mpm::points::Points;
-use crate::mpm::scatter::{scatter_grains, scatter_loads, scatter_points};
+use crate::mpm::scatter::{Scattered, scatter_grains, scatter_loads, scatter_points};
 use crate::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 use crate::mpm::shape::DRIFT_MAX;
 use crate::mpm::tile::{Advanced, Gathered, GrainChange, GrainNode, NODE_WORDS, OwnedNode, Tier, Tiles};
+use crate::mpm::volumetric::VolumetricNode;
 
 /// Numbers of a node in a message, in the plane and in space: mass, momentum and force of points, where grains share it with
-/// what membranes have along themselves, and what grains bring; velocity and its change for points, and the changes for grains.
+/// what membranes have along themselves, and what grains bring; velocity and its change for points, and the changes for grains. Where
+/// volume strain is averaged, its sums stand behind what points bring, and its mean behind what they take.
 const GATHERED: [usize; 2] = [5, 7];
 const GATHERED_SHARED: [usize; 2] = [8, 7];
 pub(crate) const GRAINS: [usize; 2] = [5, 7];
 const ADVANCED: [usize; 2] = [4, 6];
+const SUMS_OF_VOLUME: usize = 2;
+const MEAN_OF_VOLUME: usize = 1;
 pub(crate) const CHANGES: [usize; 2] = [8, 7];
 
 impl<S: Space> World<'_, S> {
@@ -40,10 +44,16 @@ impl<S: Space> World<'_, S> {
     pub(crate) fn words(&self) -> [usize; 3] {
         let space = S::DIMENSION - 2;
         let grains = [GRAIN_WORDS_PLANE, GRAIN_WORDS_SOLID][space];
+        let [sums, mean] = if self.averages_volume() { [SUMS_OF_VOLUME, MEAN_OF_VOLUME] } else { [0, 0] };
         match self.is_coupled() {
-            true => [grains, GATHERED_SHARED[space] + GRAINS[space], ADVANCED[space] + CHANGES[space]],
-            false => [grains, GATHERED[space], ADVANCED[space]],
+            true => [grains, GATHERED_SHARED[space] + sums + GRAINS[space], ADVANCED[space] + mean + CHANGES[space]],
+            false => [grains, GATHERED[space] + sums, ADVANCED[space] + mean],
         }
+    }
+
+    /// Whether volume strain is averaged over nodes where material flows.
+    pub(crate) fn averages_volume(&self) -> bool {
+        self.has_points() && self.settings.grid.averages_volume && self.settings.material.flows()
     }
 
     /// Times that points go to the grid and back in a step.
@@ -146,12 +156,16 @@ impl<S: Space> World<'_, S> {
         let how = self.scattering();
         let (frames, tiers) = (&self.continuum.frames, &self.subdomain.nodes.mosaic.tiers);
         let (tile_len, rows) = (self.subdomain.nodes.mosaic.nodes_per_tile, self.subdomain.nodes.mosaic.rows());
-        let Points { hot, beside, .. } = &mut self.continuum.points;
-        let held = Held { rows: hot, beside, tiles: &mut self.continuum.tiles.gathered[..rows], tile_len };
-        over_blocks(&self.subdomain.point_ranges, held, &|block, Held { rows, beside, tiles, .. }| {
+        let averages = self.averages_volume();
+        let (Points { hot, beside, volumetric, .. }, tiles) = (&mut self.continuum.points, &mut self.continuum.tiles);
+        let volumetric = if averages { &mut volumetric[..] } else { &mut [] };
+        let nodes = (&mut tiles.gathered[..rows], if averages { &mut tiles.volumetric[..rows] } else { &mut [] });
+        let held = Held { rows: (&mut hot[..], &mut beside[..], volumetric), tiles: nodes, tile_len };
+        over_blocks(&self.subdomain.point_ranges, held, &|block, Held { rows, tiles, .. }| {
             if tiers[block] == tier {
-                tiles.fill(Gathered::zero());
-                scatter_points(&frames[block], how, (rows, beside), tiles);
+                let (points, beside, volumetric) = (&*rows.0, &*rows.1, &*rows.2);
+                clear(&mut *tiles.0, &mut *tiles.1);
+                scatter_points(&frames[block], how, Scattered { points, beside, volumetric }, tiles);
             }
             0.0
         });
@@ -166,8 +180,7 @@ impl<S: Space> World<'_, S> {
         let (frames, tiers, ranges) =
             (&self.continuum.frames, &self.subdomain.nodes.mosaic.tiers, &self.subdomain.point_ranges);
         let (tile_len, rows) = (self.subdomain.nodes.mosaic.nodes_per_tile, self.subdomain.nodes.mosaic.rows());
-        let held =
-            Held { rows: hot, beside: &mut [(); 0], tiles: &mut self.continuum.tiles.gathered[..rows], tile_len };
+        let held = Held { rows: &mut hot[..], tiles: &mut self.continuum.tiles.gathered[..rows], tile_len };
         over_blocks(ranges, held, &|block, Held { rows, tiles, .. }| {
             if tiers[block] == tier {
                 let of = |end: usize| loaded.partition_point(|(row, _)| (*row as usize) < end);
@@ -194,16 +207,15 @@ impl<S: Space> World<'_, S> {
         let (frames, coupled, ranges) = (&self.continuum.frames, &self.subdomain.coupled, &self.subdomain.grain_ranges);
         let Grains { hot, springs, movers, owned, .. } = &mut self.assembly.grains;
         let held = Held {
-            rows: &mut hot[..*owned],
-            beside: springs,
+            rows: (&mut hot[..*owned], &mut springs[..]),
             tiles: &mut self.continuum.tiles.grains[..rows],
             tile_len,
         };
-        over_blocks(ranges, held, &|block, Held { rows, beside, tiles, .. }| {
+        over_blocks(ranges, held, &|block, Held { rows: (rows, springs), tiles, .. }| {
             if coupled[block] {
                 tiles.fill(GrainNode::zero());
                 let frame = (&frames[block], instructions);
-                scatter_grains(frame, rows, (beside, &movers[ranges[block].clone()]), tiles);
+                scatter_grains(frame, rows, (springs, &movers[ranges[block].clone()]), tiles);
             }
             0.0
         });
@@ -217,11 +229,16 @@ impl<S: Space> World<'_, S> {
             meanwhile(world);
             world.sum_tier(Tier::Inner);
         };
-        match (S::DIMENSION, self.is_coupled()) {
-            (2, false) => self.gather_rows::<{ GATHERED[0] }>(work),
-            (2, true) => self.gather_rows::<{ GATHERED_SHARED[0] + GRAINS[0] }>(work),
-            (_, false) => self.gather_rows::<{ GATHERED[1] }>(work),
-            (_, true) => self.gather_rows::<{ GATHERED_SHARED[1] + GRAINS[1] }>(work),
+        const V: usize = SUMS_OF_VOLUME;
+        match (S::DIMENSION, self.is_coupled(), self.averages_volume()) {
+            (2, false, false) => self.gather_rows::<{ GATHERED[0] }>(work),
+            (2, true, false) => self.gather_rows::<{ GATHERED_SHARED[0] + GRAINS[0] }>(work),
+            (_, false, false) => self.gather_rows::<{ GATHERED[1] }>(work),
+            (_, true, false) => self.gather_rows::<{ GATHERED_SHARED[1] + GRAINS[1] }>(work),
+            (2, false, true) => self.gather_rows::<{ GATHERED[0] + V }>(work),
+            (2, true, true) => self.gather_rows::<{ GATHERED_SHARED[0] + V + GRAINS[0] }>(work),
+            (_, false, true) => self.gather_rows::<{ GATHERED[1] + V }>(work),
+            (_, true, true) => self.gather_rows::<{ GATHERED_SHARED[1] + V + GRAINS[1] }>(work),
         }
         self.sum_tier(Tier::Border);
     }
@@ -229,10 +246,14 @@ impl<S: Space> World<'_, S> {
     /// Rows of tiles to the owners of their nodes: what points bring, and behind it what grains do.
     fn gather_rows<const W: usize>(&mut self, meanwhile: impl FnOnce(&mut Self)) {
         let grains = W - if self.is_coupled() { GRAINS[S::DIMENSION - 2] } else { 0 };
+        let points = grains - if self.averages_volume() { SUMS_OF_VOLUME } else { 0 };
         self.travel(
             |world| &mut world.subdomain.nodes.gathered,
             |world, row| {
                 let mut words = first_words::<W>(&world.continuum.tiles.gathered[row].0);
+                if let Some(volume) = world.continuum.tiles.volumetric.get(row) {
+                    words[points..grains].copy_from_slice(&volume.0);
+                }
                 if let Some(of_grains) = world.continuum.tiles.grains.get(row) {
                     of_grains.write(&mut words[grains..]);
                 }
@@ -240,7 +261,10 @@ impl<S: Space> World<'_, S> {
             },
             meanwhile,
             |world, row, words: [f64; W]| {
-                world.continuum.tiles.gathered[row] = Gathered::of(padded(&words[..grains]));
+                world.continuum.tiles.gathered[row] = Gathered::of(padded(&words[..points]));
+                if let Some(volume) = world.continuum.tiles.volumetric.get_mut(row) {
+                    volume.0.copy_from_slice(&words[points..grains]);
+                }
                 if let Some(of_grains) = world.continuum.tiles.grains.get_mut(row) {
                     *of_grains = GrainNode::read(&words[grains..]);
                 }
@@ -262,11 +286,16 @@ impl<S: Space> World<'_, S> {
             world.fill_margins(Tier::Inner);
             gather(world, Tier::Inner);
         };
-        match (S::DIMENSION, self.is_coupled()) {
-            (2, false) => self.spread_rows::<{ ADVANCED[0] }>(work),
-            (2, true) => self.spread_rows::<{ ADVANCED[0] + CHANGES[0] }>(work),
-            (_, false) => self.spread_rows::<{ ADVANCED[1] }>(work),
-            (_, true) => self.spread_rows::<{ ADVANCED[1] + CHANGES[1] }>(work),
+        const V: usize = MEAN_OF_VOLUME;
+        match (S::DIMENSION, self.is_coupled(), self.averages_volume()) {
+            (2, false, false) => self.spread_rows::<{ ADVANCED[0] }>(work),
+            (2, true, false) => self.spread_rows::<{ ADVANCED[0] + CHANGES[0] }>(work),
+            (_, false, false) => self.spread_rows::<{ ADVANCED[1] }>(work),
+            (_, true, false) => self.spread_rows::<{ ADVANCED[1] + CHANGES[1] }>(work),
+            (2, false, true) => self.spread_rows::<{ ADVANCED[0] + V }>(work),
+            (2, true, true) => self.spread_rows::<{ ADVANCED[0] + V + CHANGES[0] }>(work),
+            (_, false, true) => self.spread_rows::<{ ADVANCED[1] + V }>(work),
+            (_, true, true) => self.spread_rows::<{ ADVANCED[1] + V + CHANGES[1] }>(work),
         }
         self.fill_margins(Tier::Border);
         gather(self, Tier::Border);
@@ -274,7 +303,7 @@ impl<S: Space> World<'_, S> {
 
     /// Rows of nodes to the margins of others' tiles: what points take, and behind it what grains do.
     fn spread_rows<const W: usize>(&mut self, meanwhile: impl FnOnce(&mut Self)) {
-        let changes = ADVANCED[S::DIMENSION - 2];
+        let changes = ADVANCED[S::DIMENSION - 2] + if self.averages_volume() { MEAN_OF_VOLUME } else { 0 };
         self.travel(
             |world| &mut world.subdomain.nodes.advanced,
             |world, row| {
@@ -306,7 +335,8 @@ impl<S: Space> World<'_, S> {
         let (gravity, looks) = (self.gravity_now(), moment == Moment::Look);
         let Self { subdomain, assembly, continuum: Continuum { tiles, .. }, bodies, settings, reactions, .. } = self;
         let (Subdomain { nodes, layout, .. }, periods) = (&*subdomain, &assembly.cell);
-        let (mosaic, Tiles { sums, grain_sums, advanced, grain_changes, strides, shared, .. }) = (&nodes.mosaic, tiles);
+        let Tiles { sums, volumetric_sums, grain_sums, advanced, grain_changes, strides, shared, .. } = tiles;
+        let mosaic = &nodes.mosaic;
         let (per_tile, len, rows) = (mosaic.owned_per_tile(), mosaic.nodes_per_tile, mosaic.rows());
         let conditions = BoundaryConditions { grid: &settings.grid, layout, bodies, periods, gravity, moment };
         let grains_at = |number: usize| if coupled { grain_sums[number] } else { GrainNode::zero() };
@@ -321,7 +351,8 @@ impl<S: Space> World<'_, S> {
             }
             let hold = |free: S::Vector| conditions.on(free, node, (sum, &grains), dt, reactions);
             let Stepped { velocity, grains } = nodes::step(sum, &grains, &gravity, if looks { 0.0 } else { dt }, hold);
-            (Advanced::new(&velocity, &(velocity - brought)), grains)
+            let volume = volumetric_sums.get(number).map_or(0.0, VolumetricNode::mean);
+            (Advanced::new(&velocity, &(velocity - brought), volume), grains)
         };
         // Tiles whose nodes together are worth a task; the nodes of a block have their rows in its own tile.
         let together = mosaic.tiles_per_task();
@@ -376,12 +407,12 @@ impl<S: Space> World<'_, S> {
         let (frames, coupled, ranges) = (&self.continuum.frames, &self.subdomain.coupled, &self.subdomain.grain_ranges);
         let (tiers, tiles) = (&self.subdomain.nodes.mosaic.tiers, &self.continuum.tiles.grain_changes);
         let Grains { hot, springs, movers, owned, .. } = &mut self.assembly.grains;
-        let held = Held { rows: &mut hot[..*owned], beside: springs, tiles: &mut [(); 0], tile_len: 0 };
-        over_blocks(ranges, held, &|block, Held { rows, beside, .. }| {
+        let held = Held { rows: (&mut hot[..*owned], &mut springs[..]), tiles: (), tile_len: 0 };
+        over_blocks(ranges, held, &|block, Held { rows: (rows, springs), .. }| {
             if coupled[block] && tiers[block] == tier {
                 let tile = &tiles[block * len..(block + 1) * len];
                 let frame = (&frames[block], instructions);
-                correct_grains(frame, tile, rows, beside, &movers[ranges[block].clone()]);
+                correct_grains(frame, tile, rows, springs, &movers[ranges[block].clone()]);
             }
             0.0
         });
@@ -396,25 +427,29 @@ impl<S: Space> World<'_, S> {
         let (tile_len, rows) = (self.subdomain.nodes.mosaic.nodes_per_tile, self.subdomain.nodes.mosaic.rows());
         let Grid { shape, transfer, .. } = settings.grid;
         let taking = Taking { shape, transfer, taken, dt, instructions: self.assembly.contacts.instructions() };
-        let (frames, tiers, advanced) =
-            (&self.continuum.frames, &self.subdomain.nodes.mosaic.tiers, &self.continuum.tiles.advanced);
+        let averages = self.averages_volume();
+        let (frames, tiers) = (&self.continuum.frames, &self.subdomain.nodes.mosaic.tiers);
+        let Tiles { advanced, gathered, volumetric: of_volume, .. } = &mut self.continuum.tiles;
         // Affine fields, and ways where places wait for the strain.
         let waits = matches!(taken, Taken::Velocity | Taken::StrainThenPlace);
         // Farther out a point's nodes are not all in the tile; there is a rebuild before it goes to them.
         let reach = DRIFT_MAX * self.subdomain.layout.cell;
-        let Points { hot, beside, scattered, .. } = &mut self.continuum.points;
+        let Points { hot, beside, volumetric, scattered, .. } = &mut self.continuum.points;
         let beside = if waits || transfer == Transfer::Affine { &mut beside[..] } else { &mut [] };
-        let held = Held { rows: hot, beside, tiles: &mut self.continuum.tiles.gathered[..rows], tile_len };
-        let outside = over_blocks(&self.subdomain.point_ranges, held, &|block, Held { rows, beside, tiles, .. }| {
+        let volumetric = if averages { &mut volumetric[..] } else { &mut [] };
+        let nodes = (&mut gathered[..rows], if averages { &mut of_volume[..rows] } else { &mut [] });
+        let held = Held { rows: (&mut hot[..], beside, volumetric), tiles: nodes, tile_len };
+        let outside = over_blocks(&self.subdomain.point_ranges, held, &|block, Held { rows, tiles, .. }| {
             if tiers[block] != tier {
                 return 0.0;
             }
             let (frame, tile) = (&frames[block], &advanced[block * tile_len..(block + 1) * tile_len]);
-            let points = Block { frame, tile, points: &mut *rows, beside: &mut *beside };
-            let outside = settings.material.gather(taking, points);
+            let (points, beside, volumetric) = rows;
+            let taker = Block { frame, tile, points: &mut *points, beside: &mut *beside, volumetric: &mut *volumetric };
+            let outside = settings.material.gather(taking, taker);
             if outside < reach {
-                tiles.fill(Gathered::zero());
-                scatter_points(frame, how, (rows, beside), tiles);
+                clear(&mut *tiles.0, &mut *tiles.1);
+                scatter_points(frame, how, Scattered { points, beside, volumetric }, tiles);
             }
             outside
         });
@@ -424,6 +459,12 @@ impl<S: Space> World<'_, S> {
         }
         self.phases.stop(Phase::Gather, timer);
     }
+}
+
+/// Nothing has been brought to a tile.
+fn clear<S: Space>(tile: &mut [Gathered<S>], volumetric: &mut [VolumetricNode]) {
+    tile.fill(Gathered::zero());
+    volumetric.fill(VolumetricNode::ZERO);
 }
 
 /// The first words of a node's row, or all of them; zero behind.

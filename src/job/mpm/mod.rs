@@ -453,11 +453,17 @@ impl Mpm {
     }
 
     /// Whether stresses of single points are noise about the mean of their cell: of several points in a cell nodes feel the sum
-    /// of the stresses alone, and a material that yields as it moves under its weight keeps the differences that its points come to.
+    /// of the stresses alone, and a material that yields as it moves under its weight keeps the differences that its points come to,
+    /// unless volume strain is averaged.
     pub fn has_noisy_stresses(&self) -> bool {
         let yields = self.material.law.yields();
         let weighs = self.gravity.acceleration != [0.0; 3];
-        self.has_points() && self.scheme.points_per_cell > 1 && yields && weighs
+        self.has_points() && self.scheme.points_per_cell > 1 && !self.scheme.averages_volume && yields && weighs
+    }
+
+    /// Whether volume strain of points is averaged over nodes where they flow.
+    pub fn averages_volume(&self) -> bool {
+        self.has_points() && self.scheme.averages_volume && self.material.law.yields()
     }
 
     /// Time step of the continuum, s.

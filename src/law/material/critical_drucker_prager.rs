@@ -31,7 +31,7 @@
 use std::f64::consts::FRAC_PI_4;
 
 use super::hencky::{isotropic_strain, isotropic_stress, p_wave_modulus};
-use super::{Described, MaterialLaw, MaterialMemory, alone};
+use super::{Described, Flow, MaterialLaw, MaterialMemory, alone};
 use crate::base::keys::{ANGLE, Form, Key, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, number};
 use crate::base::lane::Real;
 use crate::base::math;
@@ -487,6 +487,13 @@ impl<S: Space> MaterialLaw<S> for CriticalDruckerPrager {
         state.to_words(memory);
         *work = *work + dissipated;
         stress
+    }
+
+    #[inline(always)]
+    fn flow<R: Real>(&self, memory: &[R], stress: &S::SymmetricOf<R>) -> Option<Flow<R>> {
+        let State { plastic_strain, gap, .. } = State::<R, S::SymmetricOf<R>>::of_words(memory);
+        let volume = stress.trace() * R::splat(1.0 / (self.bulk_modulus * S::DIMENSION as f64)) + gap;
+        Some(Flow { volume, plastic_strain })
     }
 
     fn stress(&self, memory: &CriticalMemory<S>) -> S::Tensor {

@@ -80,6 +80,12 @@ pub trait MaterialLaw<S: Space>: Debug + Send + Sync + 'static {
         stresses
     }
 
+    /// Of points with these memories under these stresses; nothing of a law that does not flow.
+    #[inline(always)]
+    fn flow<R: Real>(&self, _memory: &[R], _stress: &S::SymmetricOf<R>) -> Option<Flow<R>> {
+        None
+    }
+
     /// Kirchhoff stress of a memory as it is, Pa.
     fn stress(&self, memory: &Self::Memory) -> S::Tensor;
 
@@ -116,6 +122,15 @@ fn alone<S: Space, L: MaterialLaw<S>>(
         symmetric.set_word(word, stress.word(word));
     }
     symmetric.tensor()
+}
+
+/// What a law that flows says of a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Flow<R> {
+    /// Volume strain that the point remembers: that of its mean stress, and what has opened and not closed again.
+    pub volume: R,
+    /// Integral of |deps_p/dt|.
+    pub plastic_strain: R,
 }
 
 /// What every material memory can say of itself; as a [`Record`] it travels and is stored.

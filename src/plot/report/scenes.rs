@@ -196,7 +196,7 @@ fn stress_caption(runs: &[&Run]) -> String {
     };
     if runs.iter().any(is_noisy) {
         words += " With several points in a cell the stresses of single points under gravity, those that are followed too, are noise \
-                  about the mean of their cell: take scheme.points_per_cell = 1, which has far less of it.";
+                  about the mean of their cell: leave scheme.volume_averaging at true, which ends it.";
     }
     words
 }

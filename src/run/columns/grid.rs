@@ -92,23 +92,29 @@ pub fn energies_of_points<'s, S: Space>() -> Columns<'s, S> {
 }
 
 /// Their account ([`crate::domain::accounts::ledger::points`]) at the same evaluation, J.
-pub fn account_of_points<'s, S: Space>() -> Columns<'s, S> {
+pub fn account_of_points<'s, S: Space>(averages: bool) -> Columns<'s, S> {
     let names = ["work_loads", "work_bodies", "work_ramp", "dissipated_holds", "energy_lost", "energy_lost_transfer"];
-    Columns::new(names, |core| {
+    Columns::new(names.into_iter().chain(averages.then_some(LOST_AVERAGING)), move |core| {
         let of = core.world.point_balance()?.unwrap_or_default();
-        Ok(vec![of.work_loads, of.work_bodies, of.work_ramp, of.holds, of.lost, of.transfer])
+        let spent = [of.work_loads, of.work_bodies, of.work_ramp, of.holds, of.lost, of.transfer];
+        Ok(spent.into_iter().chain(averages.then_some(of.averaging)).collect())
     })
 }
 
+/// Of what is lost, the part of averaging of volume strain.
+const LOST_AVERAGING: &str = "energy_lost_averaging";
+
 /// The same of points that grains may stand beside, under names that tell them from those of grains: work = stored + dissipated + lost.
-pub fn account_beside_grains<'s, S: Space>() -> Columns<'s, S> {
+pub fn account_beside_grains<'s, S: Space>(averages: bool) -> Columns<'s, S> {
     let work = ["work_loads", "work_bodies", "work_ramp", "work_grains"].into_iter();
     let spent = ["energy_stored", "dissipated", "dissipated_holds", "energy_lost", "energy_lost_transfer"];
-    Columns::new(work.chain(spent).map(|name| format!("points_{name}")), |core| {
+    let names = work.chain(spent).chain(averages.then_some(LOST_AVERAGING));
+    Columns::new(names.map(|name| format!("points_{name}")), move |core| {
         // None before the first step, nor right after grains have entered.
         let of = core.world.point_balance()?.unwrap_or_default();
         let work = [of.work_loads, of.work_bodies, of.work_ramp, of.work_grains];
-        Ok(work.into_iter().chain([of.stored, of.dissipated, of.holds, of.lost, of.transfer]).collect())
+        let spent = [of.stored, of.dissipated, of.holds, of.lost, of.transfer];
+        Ok(work.into_iter().chain(spent).chain(averages.then_some(of.averaging)).collect())
     })
 }
 

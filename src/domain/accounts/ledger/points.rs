@@ -27,7 +27,7 @@
 //! but for their mass; grains: X.v/dt, which with what these take ([`super`], nodes) is lost where the two are made one; bodies: force.V, the velocity of the body there; ramp: what bears the share of
 //! gravity that is not there yet, for the potential is that in the whole field; holds: force.(V - v), by which friction, dashpots
 //! and sudden stops take energy at faces and bodies. Gravity itself closes exactly. What is `lost` is the scheme's doing, and
-//! negative where it makes energy: the transfer, and the difference between the work of stress on nodes, with the velocities on
+//! negative where it makes energy: the transfer, what averaging of volume strain takes ([`crate::mpm::volumetric`]), and the difference between the work of stress on nodes, with the velocities on
 //! either side of a transfer, and what the law has stored and dissipated, with one of them. The two belong together: where
 //! strain is that of velocities which have been to the points, what the one takes the other gives back in part.
 
@@ -66,8 +66,10 @@ enum Store {
     Elastic,
     Potential,
     Dissipated,
+    /// What averaging of volume strain has taken; the last, for accounts of programs that had none.
+    Averaged,
 }
-const STORES: usize = 4;
+const STORES: usize = 5;
 
 /// Entries of an account.
 pub(super) const ENTRIES: usize = 2 * ITEMS + STORES;
@@ -82,6 +84,8 @@ pub struct PointEnergies {
     pub potential: f64,
     /// By the law, since the start.
     pub dissipated: f64,
+    /// Taken by averaging of volume strain, since the start; no part of the sum.
+    pub averaged: f64,
 }
 
 impl PointEnergies {
@@ -108,6 +112,8 @@ pub struct PointBalance {
     pub lost: f64,
     /// Of this, kinetic energy between points and grid.
     pub transfer: f64,
+    /// And what averaging of volume strain has taken from points.
+    pub averaging: f64,
 }
 
 impl PointBalance {
@@ -211,8 +217,8 @@ impl<S: Space> World<'_, S> {
         let Some(stored) = stored else {
             return Err(Error::Run(format!("step {}: no energies of points have been summed", self.step)));
         };
-        let [kinetic, elastic, potential, dissipated] = self.reduce(stored.clone())?;
-        Ok(PointEnergies { kinetic, elastic, potential, dissipated })
+        let [kinetic, elastic, potential, dissipated, averaged] = self.reduce(stored.clone())?;
+        Ok(PointEnergies { kinetic, elastic, potential, dissipated, averaged })
     }
 
     /// The account at the same evaluation, the same on every rank; none where none is kept, or nothing has been booked. Collective.
@@ -227,9 +233,19 @@ impl<S: Space> World<'_, S> {
         let lost = work - (now.sum() - start.sum()) - holds;
         let dissipated = now.dissipated - start.dissipated;
         let stored = now.sum() - start.sum() - dissipated;
-        let of =
-            PointBalance { work_loads, work_bodies, work_ramp, work_grains, stored, dissipated, holds, lost, transfer };
-        Ok(Some(of))
+        let averaging = now.averaged - start.averaged;
+        Ok(Some(PointBalance {
+            work_loads,
+            work_bodies,
+            work_ramp,
+            work_grains,
+            stored,
+            dissipated,
+            holds,
+            lost,
+            transfer,
+            averaging,
+        }))
     }
 
     /// Whether this step is booked: where an account is kept, or of a continuum alone energies are wanted.
@@ -278,6 +294,7 @@ impl<S: Space> World<'_, S> {
                 let weight = self.settings.grains.field.gravity * (hot.weight * hot.mass);
                 sums.add(Store::Potential as usize, -weight.dot(&place));
                 sums.add(Store::Dissipated as usize, volume * hot.plastic_work);
+                sums.add(Store::Averaged as usize, volume * self.continuum.points.volumetric[row].lost);
             }
             sums
         });
