@@ -1,0 +1,165 @@
+//! What a grain, a point and an output of a job cost on this machine, measured on a small world of the job's own law, space, scheme
+//! and step for as long as a person waits without noticing. Nothing but forecasts depends on it.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use scree_partition::Solo;
+
+use crate::base::error::Error;
+use crate::base::ids::GrainId;
+use crate::base::space::{Linear, Plane, Solid, Space};
+use crate::dem::grains::{GrainRow, Mover};
+use crate::domain::rebuild::Parts;
+use crate::job::assembly::{Assembly, Read, Source};
+use crate::job::mpm::forecast::{Outputs, UnitCosts};
+use crate::job::mpm::{self, Mpm};
+use crate::job::{Job, figures};
+use crate::prepare::grain_world;
+use crate::run::assembly::InSpace;
+use crate::run::experiment::Setup;
+use crate::run::folder::{Folder, Scratch};
+use crate::run::grid::Points;
+use crate::run::trial::{Trial, trial};
+use crate::store::checkpoint::Progress;
+
+/// Wall time of the steps of each small world.
+const TIME: Duration = Duration::from_millis(150);
+/// The most grains and points of one; larger jobs have costs per row like these.
+const GRAINS_MAX: u64 = 4000;
+const POINTS_MAX: f64 = 20_000.0;
+/// Grains along an axis at least, so that none meets itself in the next period.
+const ALONG_MIN: usize = 6;
+/// Overlap of neighbours in a grid of grains, in diameters: they touch, and bear a little.
+const OVERLAP: f64 = 1e-4;
+
+/// Measures what the job's steps and outputs cost here, with the threads of this process.
+pub fn costs(job: &Job) -> Result<UnitCosts, Error> {
+    let scratch = Scratch(folder_near(&Path::new("runs").join(job.name())));
+    let (grains, continuum) = (job.grains(), job.continuum());
+    let mut costs = UnitCosts::assumed(job);
+    let mut outputs = Outputs::default();
+    if let Some(assembly) = grains.filter(|_| job.moves_grains()) {
+        let tried = trial_of_grains(job, &assembly, &scratch.0.join("grains"))?;
+        costs.scale_grains(tried.pass / tried.grains.max(1) as f64);
+        outputs = outputs_of(&tried);
+    }
+    if let Some(continuum) = continuum.filter(|_| job.method().has_points()) {
+        let tried = trial_of_points(&continuum, &scratch.0.join("points"))?;
+        costs.point = tried.pass / tried.points.max(1) as f64;
+        let of_points = outputs_of(&tried);
+        // A hybrid has one file of all rows.
+        outputs = if of_points.rows > outputs.rows { of_points } else { outputs };
+    }
+    costs.outputs = Some(outputs);
+    Ok(costs)
+}
+
+fn outputs_of(tried: &Trial) -> Outputs {
+    let Trial { row, frame, checkpoint, grains, points, .. } = *tried;
+    Outputs { rows: (grains + points) as f64, row, frame, checkpoint }
+}
+
+/// A name for a folder on the file system that a run in `wanted` would write to: among temporary files where these are on it as
+/// well.
+fn folder_near(wanted: &Path) -> PathBuf {
+    static COUNT: AtomicU64 = AtomicU64::new(0);
+    let name = format!("scree-check-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+    let elsewhere = std::env::temp_dir().join(&name);
+    let there = wanted.ancestors().skip(1).find(|folder| folder.is_dir()).unwrap_or(Path::new("."));
+    match (device_of(there), device_of(&std::env::temp_dir())) {
+        (Some(one), Some(other)) if one != other && is_writable(there) => there.join(format!(".{name}")),
+        _ => elsewhere,
+    }
+}
+
+/// The number of a folder's file system, where the system tells.
+fn device_of(folder: &Path) -> Option<u64> {
+    use std::os::unix::fs::MetadataExt;
+    folder.metadata().ok().map(|about| about.dev())
+}
+
+fn is_writable(folder: &Path) -> bool {
+    folder.metadata().is_ok_and(|about| !about.permissions().readonly())
+}
+
+fn trial_of_grains(job: &Job, assembly: &Assembly, folder: &Path) -> Result<Trial, Error> {
+    match assembly.cell.dimension {
+        2 => grains_in::<Plane>(job, assembly, folder),
+        _ => grains_in::<Solid>(job, assembly, folder),
+    }
+}
+
+/// Grains of a small file are those of the job, with its bodies. All others stand in for a packing that is not made yet: they lie in a
+/// grid, each in touch with as many as a grain of a frictional packing is.
+fn grains_in<S: Space>(job: &Job, assembly: &Assembly, folder: &Path) -> Result<Trial, Error> {
+    let mut small = assembly.clone();
+    let is_file = matches!(assembly.source, Source::File(_)) && job.as_assembly().is_some();
+    if is_file && figures::grains(assembly).is_some_and(|count| count <= GRAINS_MAX) {
+        let setup = InSpace::<S>::new(&small);
+        let (world, progress) = setup.begin(&mut None, &Solo)?;
+        return trial(setup.experiment(), world, progress, Folder::claim(folder)?, TIME);
+    }
+    let count = figures::grains(assembly).unwrap_or(GRAINS_MAX).min(GRAINS_MAX) as f64;
+    let root = if S::DIMENSION == 2 { count.sqrt() } else { crate::base::math::cbrt(count) };
+    let along = (root.round() as usize).max(ALONG_MIN);
+    let diameter = assembly.matter.diameter_mean;
+    let spacing = diameter * (1.0 - OVERLAP);
+    for axis in 0..S::DIMENSION {
+        small.cell.lower[axis] = 0.0;
+        small.cell.upper[axis] = along as f64 * spacing;
+        small.cell.periodic[axis] = true;
+    }
+    // Nothing bears them, so nothing pulls at them.
+    (small.gravity, small.bodies) = ([0.0; 3], Vec::new());
+    small.source = Source::File(Read { grains: PathBuf::new(), contacts: None });
+    if job.as_assembly().is_none() {
+        // The cell is that of the packing alone.
+        (small.cell.gradient, small.cell.servo) = ([[0.0; 3]; 3], None);
+        small.output = job.output().clone();
+    }
+    let setup = InSpace::<S>::new(&small);
+    let cell = grain_world::cell_of::<S>(&small);
+    let mass = assembly.matter.density * S::grain_volume(0.5 * diameter, small.cell.depth);
+    let grains = (0..along.pow(S::DIMENSION as u32)).map(|number| {
+        let mut place = S::Vector::zero();
+        let mut rest = number;
+        for axis in 0..S::DIMENSION {
+            place[axis] = (0.5 + (rest % along) as f64) * spacing;
+            rest /= along;
+        }
+        GrainRow::resting(GrainId(number as u64), place, 0.5 * diameter, mass, Mover::Free)
+    });
+    let progress = Progress::default();
+    let world = setup.world_at(&progress, Parts::fresh(grains.collect(), Vec::new(), Vec::new(), cell), &Solo)?;
+    trial(setup.experiment(), world, progress, Folder::claim(folder)?, TIME)
+}
+
+/// The job's own points, or as many of larger cells as are measured soon enough.
+fn trial_of_points(continuum: &Mpm, folder: &Path) -> Result<Trial, Error> {
+    let mut small = continuum.clone();
+    small.grains = None;
+    (small.step, small.grain_steps) = (continuum.step_of_continuum(), 1);
+    let points = mpm::figures::points(continuum) as f64;
+    let share = points / POINTS_MAX;
+    if share > 1.0 {
+        let times = if small.grid.dimension == 2 { share.sqrt() } else { crate::base::math::cbrt(share) }.ceil();
+        let grid = &mut small.grid;
+        grid.cell *= times;
+        for axis in 0..grid.dimension {
+            let cells = grid.cells[axis].div_ceil(times as usize);
+            grid.cells[axis] = if grid.periodic[axis] { cells.next_multiple_of(small.cells_per_block) } else { cells };
+            grid.upper[axis] = grid.lower[axis] + grid.cell * grid.cells[axis] as f64;
+        }
+    }
+    match small.grid.dimension {
+        2 => points_in(&Points::<Plane>::new(&small), folder),
+        _ => points_in(&Points::<Solid>::new(&small), folder),
+    }
+}
+
+fn points_in<S: Space>(setup: &Points<'_, S>, folder: &Path) -> Result<Trial, Error> {
+    let (world, progress) = setup.begin(&mut None, &Solo)?;
+    trial(setup.experiment(), world, progress, Folder::claim(folder)?, TIME)
+}
