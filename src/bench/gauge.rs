@@ -11,8 +11,8 @@ use crate::base::error::Error;
 use crate::base::ids::GrainId;
 use crate::base::space::{Linear, Plane, Solid, Space};
 use crate::dem::grains::{GrainRow, Mover};
-use crate::domain::rebuild::Parts;
-use crate::job::assembly::{Assembly, Read, Source};
+use crate::dem::walls;
+use crate::job::assembly::{Assembly, Packed, Preparation, Read, Source};
 use crate::job::mpm::forecast::{Outputs, UnitCosts};
 use crate::job::mpm::{self, Mpm};
 use crate::job::{Job, figures};
@@ -33,6 +33,8 @@ const POINTS_MAX: f64 = 20_000.0;
 const ALONG_MIN: usize = 6;
 /// Overlap of neighbours in a grid of grains, in diameters: they touch, and bear a little.
 const OVERLAP: f64 = 1e-4;
+/// The same where nothing holds them together but their weight.
+const OVERLAP_POURED: f64 = 1e-6;
 
 /// Measures what the job's steps and outputs cost here, with the threads of this process.
 pub fn costs(job: &Job) -> Result<UnitCosts, Error> {
@@ -91,49 +93,84 @@ fn trial_of_grains(job: &Job, assembly: &Assembly, folder: &Path) -> Result<Tria
     }
 }
 
-/// Grains of a small file are those of the job, with its bodies. All others stand in for a packing that is not made yet: they lie in a
-/// grid, each in touch with as many as a grain of a frictional packing is.
+/// Grains of a small file are those of the job. All others stand in for a packing that is not made yet: they lie in a grid, each in touch
+/// with as many as a grain of a frictional packing is; those that are poured on the job's bodies, those that are compressed in a
+/// cell which they fill.
 fn grains_in<S: Space>(job: &Job, assembly: &Assembly, folder: &Path) -> Result<Trial, Error> {
+    let count = figures::grains(assembly).unwrap_or(u64::MAX);
+    let is_whole = job.as_assembly().is_some() && count <= GRAINS_MAX;
     let mut small = assembly.clone();
-    let is_file = matches!(assembly.source, Source::File(_)) && job.as_assembly().is_some();
-    if is_file && figures::grains(assembly).is_some_and(|count| count <= GRAINS_MAX) {
-        let setup = InSpace::<S>::new(&small);
-        let (world, progress) = setup.begin(&mut None, &Solo)?;
-        return trial(setup.experiment(), world, progress, Folder::claim(folder)?, TIME);
-    }
-    let count = figures::grains(assembly).unwrap_or(GRAINS_MAX).min(GRAINS_MAX) as f64;
-    let root = if S::DIMENSION == 2 { count.sqrt() } else { crate::base::math::cbrt(count) };
-    let along = (root.round() as usize).max(ALONG_MIN);
-    let diameter = assembly.matter.diameter_mean;
-    let spacing = diameter * (1.0 - OVERLAP);
-    for axis in 0..S::DIMENSION {
-        small.cell.lower[axis] = 0.0;
-        small.cell.upper[axis] = along as f64 * spacing;
-        small.cell.periodic[axis] = true;
-    }
-    // Nothing bears them, so nothing pulls at them.
-    (small.gravity, small.bodies) = ([0.0; 3], Vec::new());
-    small.source = Source::File(Read { grains: PathBuf::new(), contacts: None });
+    let grains = match &assembly.source {
+        Source::File(_) if is_whole => {
+            let setup = InSpace::<S>::new(assembly);
+            let (world, progress) = setup.begin(&mut None, &Solo)?;
+            return trial(setup.experiment(), world, progress, Folder::claim(folder)?, TIME);
+        }
+        Source::Packed(Packed { preparation: Preparation::Pour, .. }) if is_whole => poured::<S>(assembly, count),
+        _ => {
+            let count = count.min(GRAINS_MAX) as f64;
+            let root = if S::DIMENSION == 2 { count.sqrt() } else { crate::base::math::cbrt(count) };
+            let along = (root.round() as usize).max(ALONG_MIN);
+            filling::<S>(&mut small, along)
+        }
+    };
     if job.as_assembly().is_none() {
         // The cell is that of the packing alone.
         (small.cell.gradient, small.cell.servo) = ([[0.0; 3]; 3], None);
         small.output = job.output().clone();
     }
+    small.ledger = match job {
+        Job::Shear(job) => job.ledger,
+        Job::Assembly(job) => job.ledger,
+        Job::Mpm(job) => job.ledger,
+    };
+    small.source = Source::File(Read { grains: PathBuf::new(), contacts: None });
     let setup = InSpace::<S>::new(&small);
     let cell = grain_world::cell_of::<S>(&small);
-    let mass = assembly.matter.density * S::grain_volume(0.5 * diameter, small.cell.depth);
-    let grains = (0..along.pow(S::DIMENSION as u32)).map(|number| {
-        let mut place = S::Vector::zero();
-        let mut rest = number;
-        for axis in 0..S::DIMENSION {
-            place[axis] = (0.5 + (rest % along) as f64) * spacing;
-            rest /= along;
-        }
-        GrainRow::resting(GrainId(number as u64), place, 0.5 * diameter, mass, Mover::Free)
+    let grains = grains.into_iter().enumerate().map(|(number, place)| {
+        let radius = 0.5 * small.matter.diameter_mean;
+        let mass = small.matter.density * S::grain_volume(radius, small.cell.depth);
+        GrainRow::resting(GrainId(number as u64), place, radius, mass, Mover::Free)
     });
-    let progress = Progress::default();
-    let world = setup.world_at(&progress, Parts::fresh(grains.collect(), Vec::new(), Vec::new(), cell), &Solo)?;
-    trial(setup.experiment(), world, progress, Folder::claim(folder)?, TIME)
+    let world = grain_world::world_of::<S>(&small, grains.collect(), cell, &Solo)?;
+    trial(setup.experiment(), world, Progress::default(), Folder::claim(folder)?, TIME)
+}
+
+/// Places of a grid of so many along each axis that fills a periodic cell, which the job is given. Nothing bears them, so nothing
+/// pulls at them.
+fn filling<S: Space>(job: &mut Assembly, along: usize) -> Vec<S::Vector> {
+    let spacing = job.matter.diameter_mean * (1.0 - OVERLAP);
+    for axis in 0..S::DIMENSION {
+        job.cell.lower[axis] = 0.0;
+        job.cell.upper[axis] = along as f64 * spacing;
+        job.cell.periodic[axis] = true;
+    }
+    (job.gravity, job.bodies) = ([0.0; 3], Vec::new());
+    (0..along.pow(S::DIMENSION as u32)).map(|number| place::<S>(job, spacing, [along; 3], number)).collect()
+}
+
+/// The lowest places of a grid in the job's cell that its bodies leave.
+fn poured<S: Space>(job: &Assembly, count: u64) -> Vec<S::Vector> {
+    let spacing = job.matter.diameter_mean * (1.0 - OVERLAP_POURED);
+    let along = std::array::from_fn(|axis| ((job.cell.upper[axis] - job.cell.lower[axis]) / spacing).floor() as usize);
+    let (cell, bodies) = (grain_world::cell_of::<S>(job), grain_world::drawn::<S>(job).bodies);
+    let is_open = |place: &S::Vector| {
+        let nearest = |body| walls::nearest::<S>(body, &cell, place);
+        bodies.iter().filter_map(nearest).all(|nearest| nearest.distance >= 0.5 * spacing * (1.0 - OVERLAP_POURED))
+    };
+    let all = along[..S::DIMENSION].iter().product();
+    let places = (0..all).map(|number| place::<S>(job, spacing, along, number));
+    places.filter(is_open).take(count as usize).collect()
+}
+
+/// A place of a grid from the cell's lower corner on, that of the last axis slowest.
+fn place<S: Space>(job: &Assembly, spacing: f64, along: [usize; 3], mut number: usize) -> S::Vector {
+    let mut place = S::Vector::zero();
+    for axis in 0..S::DIMENSION {
+        place[axis] = job.cell.lower[axis] + (0.5 + (number % along[axis]) as f64) * spacing;
+        number /= along[axis];
+    }
+    place
 }
 
 /// The job's own points, or as many of larger cells as are measured soon enough.
