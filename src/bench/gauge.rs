@@ -200,3 +200,24 @@ fn points_in<S: Space>(setup: &Points<'_, S>, folder: &Path) -> Result<Trial, Er
     let (world, progress) = setup.begin(&mut None, &Solo)?;
     trial(setup.experiment(), world, progress, Folder::claim(folder)?, TIME)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A job of each kind is measured, and one whose points are more than a small world has.
+    #[test]
+    fn jobs_of_every_kind_are_measured() {
+        let jobs = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs");
+        for name in
+            ["quickstart", "triaxial", "element/pour", "element/uniaxial", "element/two_discs", "bench/mpm_200k"]
+        {
+            let job = Job::load(&jobs.join(format!("{name}.toml")), &[]).unwrap_or_else(|error| panic!("{error}"));
+            let costs = costs(&job).unwrap_or_else(|error| panic!("{name}: {error}"));
+            let outputs = costs.outputs.expect("outputs are measured");
+            let measured = [costs.grain, costs.point, outputs.rows, outputs.frame, outputs.checkpoint];
+            assert!(measured.iter().all(|cost| *cost > 0.0), "{name}: {costs:?}");
+            assert!(outputs.rows < 2.0 * POINTS_MAX, "{name}: {costs:?}");
+        }
+    }
+}

@@ -11,7 +11,7 @@ use crate::run::output::Outputs;
 use crate::run::{Cadence, Core, Options, Run};
 use crate::store::checkpoint::Progress;
 
-/// Wall times of a world's steps and outputs, s.
+/// Wall times of a world's steps and outputs, s, on cores that nobody else uses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial {
     /// Of a pass of the loop: a step of the continuum, and as many of grains as belong to it.
@@ -67,20 +67,30 @@ pub fn trial<S: Space>(
     Ok(Trial { pass, row: row.max(0.0), frame, checkpoint, grains, points })
 }
 
-/// Wall time of some work, s.
+/// Wall time of some work, s, without what it waited for a core that others had.
 fn timed(work: impl FnOnce() -> Result<(), Error>) -> Result<f64, Error> {
-    let since = Instant::now();
-    work().map(|()| since.elapsed().as_secs_f64())
+    let (since, waited_before) = (Instant::now(), waited());
+    work().map(|()| (since.elapsed().as_secs_f64() - (waited() - waited_before)).max(0.0))
+}
+
+/// Time that this thread has waited for a core so far, s; zero where the system does not tell.
+fn waited() -> f64 {
+    let told = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let nanoseconds = told.split_whitespace().nth(1).and_then(|word| word.parse::<u64>().ok());
+    1e-9 * nanoseconds.unwrap_or(0) as f64
 }
 
 impl<S: Space> Run<'_, '_, S> {
     /// Passes until the time is over, at least one; what one of them took, s.
     fn passes_for(&mut self, time: Duration) -> Result<f64, Error> {
-        let (since, mut passes) = (Instant::now(), 0);
-        while passes == 0 || since.elapsed() < time {
-            self.pass()?;
-            passes += 1;
-        }
-        Ok(since.elapsed().as_secs_f64() / f64::from(passes))
+        let (until, mut passes) = (Instant::now() + time, 0);
+        let took = timed(|| {
+            while passes == 0 || Instant::now() < until {
+                self.pass()?;
+                passes += 1;
+            }
+            Ok(())
+        })?;
+        Ok(took / f64::from(passes))
     }
 }

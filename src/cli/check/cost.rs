@@ -43,7 +43,7 @@ pub fn section(page: &mut Page, slots: &Slots) {
     match &slots.unmeasured {
         None => {
             let threads = counted(rayon::current_num_threads(), "thread");
-            let note = format!("measured on this machine now with {threads}, in a folder that is gone again");
+            let note = format!("measured on this machine now, one rank of {threads} with its cores to itself");
             let share = format!("{} % of it output", figures(100.0 * forecast.outputs / time));
             page.row("", &share, &note);
         }
