@@ -70,10 +70,8 @@ fn folder_near(wanted: &Path) -> PathBuf {
     let name = format!("scree-check-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
     let elsewhere = std::env::temp_dir().join(&name);
     let there = wanted.ancestors().skip(1).find(|folder| folder.is_dir()).unwrap_or(Path::new("."));
-    match (device_of(there), device_of(&std::env::temp_dir())) {
-        (Some(one), Some(other)) if one != other && is_writable(there) => there.join(format!(".{name}")),
-        _ => elsewhere,
-    }
+    let is_same = device_of(there).is_some_and(|device| device_of(&std::env::temp_dir()) == Some(device));
+    if is_same || !is_writable(there) { elsewhere } else { there.join(format!(".{name}")) }
 }
 
 /// The number of a folder's file system, where the system tells.
@@ -117,7 +115,7 @@ fn grains_in<S: Space>(job: &Job, assembly: &Assembly, folder: &Path) -> Result<
     if job.as_assembly().is_none() {
         // The cell is that of the packing alone.
         (small.cell.gradient, small.cell.servo) = ([[0.0; 3]; 3], None);
-        small.output = job.output().clone();
+        small.output = *job.output();
     }
     small.ledger = match job {
         Job::Shear(job) => job.ledger,

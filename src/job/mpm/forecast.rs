@@ -80,7 +80,7 @@ impl UnitCosts {
         let (output, end) = (job.output(), job.end());
         let times = |interval: f64| (end / interval).floor();
         // At the start and at the end one of each, by simulated time, by steps and by the clock.
-        let by_steps = if output.checkpoint_steps > 0 { (job.steps() / output.checkpoint_steps) as f64 } else { 0.0 };
+        let by_steps = job.steps().checked_div(output.checkpoint_steps).unwrap_or(0) as f64;
         let by_clock = (steps / output.checkpoint_wall_interval).floor();
         let checkpoints = 2.0 + times(output.checkpoint_interval) + by_steps + by_clock;
         let frames = 1.0 + times(output.frame_interval);
