@@ -1,5 +1,5 @@
-//! What a grain, a point and an output of a job cost on this machine, measured on a small world of the job's own law, space, scheme
-//! and step for as long as a person waits without noticing. Nothing but forecasts depends on it.
+//! What a grain, a point and an output of a job cost on this machine, measured on a small world of the job's own law,
+//! space, scheme and step for as long as a person waits without noticing. Nothing but forecasts depends on it.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -29,6 +29,11 @@ const TIME: Duration = Duration::from_millis(150);
 /// The most grains and points of one; larger jobs have costs per row like these.
 const GRAINS_MAX: u64 = 4000;
 const POINTS_MAX: f64 = 20_000.0;
+/// The most nodes, and the most blocks of a cell of grains: a vast domain takes memory whatever is in it.
+const NODES_MAX: f64 = 1e6;
+const BLOCKS_MAX: f64 = 1e5;
+/// Places that are looked at for each grain that is poured.
+const PLACES_PER_GRAIN: usize = 100;
 /// Grains along an axis at least, so that none meets itself in the next period.
 const ALONG_MIN: usize = 6;
 /// Overlap of neighbours in a grid of grains, in diameters: they touch, and bear a little.
@@ -63,8 +68,8 @@ fn outputs_of(tried: &Trial) -> Outputs {
     Outputs { rows: (grains + points) as f64, row, frame, checkpoint }
 }
 
-/// A name for a folder on the file system that a run in `wanted` would write to: among temporary files where these are on it as
-/// well.
+/// A name for a folder on the file system that a run in `wanted` would write to: among temporary files where these are on
+/// it as well.
 fn folder_near(wanted: &Path) -> PathBuf {
     static COUNT: AtomicU64 = AtomicU64::new(0);
     let name = format!("scree-check-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
@@ -91,12 +96,13 @@ fn trial_of_grains(job: &Job, assembly: &Assembly, folder: &Path) -> Result<Tria
     }
 }
 
-/// Grains of a small file are those of the job. All others stand in for a packing that is not made yet: they lie in a grid, each in touch
-/// with as many as a grain of a frictional packing is; those that are poured on the job's bodies, those that are compressed in a
-/// cell which they fill.
+/// Grains of a small file are those of the job. All others stand in for a packing that is not made yet: they lie in a
+/// grid, each in touch with as many as a grain of a frictional packing is; those that are poured on the job's bodies,
+/// those that are compressed in a cell which they fill.
 fn grains_in<S: Space>(job: &Job, assembly: &Assembly, folder: &Path) -> Result<Trial, Error> {
     let count = figures::grains(assembly).unwrap_or(u64::MAX);
-    let is_whole = job.as_assembly().is_some() && count <= GRAINS_MAX;
+    let blocks = figures::cell_measure(assembly) / (0..S::DIMENSION).map(|_| assembly.block).product::<f64>();
+    let is_whole = job.as_assembly().is_some() && count <= GRAINS_MAX && blocks <= BLOCKS_MAX;
     let mut small = assembly.clone();
     let grains = match &assembly.source {
         Source::File(_) if is_whole => {
@@ -134,8 +140,8 @@ fn grains_in<S: Space>(job: &Job, assembly: &Assembly, folder: &Path) -> Result<
     trial(setup.experiment(), world, Progress::default(), Folder::claim(folder)?, TIME)
 }
 
-/// Places of a grid of so many along each axis that fills a periodic cell, which the job is given. Nothing bears them, so nothing
-/// pulls at them.
+/// Places of a grid of so many along each axis that fills a periodic cell, which the job is given. Nothing bears them, so
+/// nothing pulls at them.
 fn filling<S: Space>(job: &mut Assembly, along: usize) -> Vec<S::Vector> {
     let spacing = job.matter.diameter_mean * (1.0 - OVERLAP);
     for axis in 0..S::DIMENSION {
@@ -157,7 +163,7 @@ fn poured<S: Space>(job: &Assembly, count: u64) -> Vec<S::Vector> {
         bodies.iter().filter_map(nearest).all(|nearest| nearest.distance >= 0.5 * spacing * (1.0 - OVERLAP_POURED))
     };
     let all = along[..S::DIMENSION].iter().product();
-    let places = (0..all).map(|number| place::<S>(job, spacing, along, number));
+    let places = (0..all).take(PLACES_PER_GRAIN * count as usize).map(|number| place::<S>(job, spacing, along, number));
     places.filter(is_open).take(count as usize).collect()
 }
 
@@ -177,7 +183,7 @@ fn trial_of_points(continuum: &Mpm, folder: &Path) -> Result<Trial, Error> {
     small.grains = None;
     (small.step, small.grain_steps) = (continuum.step_of_continuum(), 1);
     let points = mpm::figures::points(continuum) as f64;
-    let share = points / POINTS_MAX;
+    let share = (points / POINTS_MAX).max(mpm::figures::nodes(continuum) / NODES_MAX);
     if share > 1.0 {
         let times = if small.grid.dimension == 2 { share.sqrt() } else { crate::base::math::cbrt(share) }.ceil();
         let grid = &mut small.grid;

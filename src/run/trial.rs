@@ -1,4 +1,5 @@
-//! What a run takes here and now: some steps of its world, and each kind of output, timed one by one by the loop of a run itself.
+//! What a run takes here and now: some steps of its world, and each kind of output, timed one by one by the loop of a run
+//! itself.
 
 use std::time::{Duration, Instant};
 
@@ -32,7 +33,8 @@ const WARM_UP: u32 = 4;
 const ROWS: u64 = 5;
 const FILES: u32 = 2;
 
-/// Passes for so long, then outputs into the folder, which is the caller's to remove. Nothing comes of them but their times.
+/// Passes for so long, then outputs into the folder, which is the caller's to remove. Nothing comes of them but their
+/// times.
 pub fn trial<S: Space>(
     experiment: Experiment<'_, S>,
     mut world: World<S>,

@@ -5,11 +5,11 @@ use crate::job::assembly::{Assembly, Shape};
 use crate::job::figures::{grain_measure, grains, sizes, stresses_of_packing};
 use crate::job::{Job, Method, derived};
 
-// Chosen on `jobs/triaxial.toml`, one core (VALIDATION.md, "Forecasts"); in space by `scree bench dem --space solid`. What is measured
-// takes the place of a grain's and a point's cost, and what else grains cost keeps its share of a grain's.
+// Chosen on `jobs/triaxial.toml`, one core (VALIDATION.md, "Forecasts"); in space by `scree bench dem --space solid`.
+// What is measured takes the place of a grain's and a point's cost, and what else grains cost keeps its share of a grain's.
 
-/// Wall time of a grain and step, s: in a periodic cell that is compressed, among grains and bodies alone, and what it takes more to
-/// share nodes with points or membranes.
+/// Wall time of a grain and step, s: in a periodic cell that is compressed, among grains and bodies alone, and what it
+/// takes more to share nodes with points or membranes.
 const COST_IN_PIECE: f64 = 80e-9;
 const COST_OF_GRAIN: [f64; 2] = [40e-9, 120e-9];
 const COST_OF_SHARING: f64 = 60e-9;
