@@ -9,6 +9,7 @@ use crate::base::space::Space;
 use crate::domain::world::World;
 
 pub mod dem;
+pub mod gauge;
 pub mod mpm;
 pub mod scaling;
 pub mod widen;

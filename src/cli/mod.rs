@@ -68,7 +68,7 @@ enum Command {
         /// Override one key, for example --set loading.speed="5 cm/s". May be repeated.
         #[arg(long, value_name = "KEY.PATH=VALUE")]
         set: Vec<String>,
-        /// Threads that each rank is going to have, to be told what that means here.
+        /// Threads that each rank is going to have, to be told what that means here and how long it takes.
         #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
         threads: Option<u16>,
         /// Print the job written out instead: SI numbers, every default.
@@ -255,7 +255,10 @@ fn dispatch(command: Command, begun: Instant, transport: &dyn Transport) -> u8 {
         }
         Command::Check { job, set, threads, expand: false } => {
             let placement = Placement::of(transport, threads);
-            on_rank_zero(transport, || Ok(check::command(&job, &set)? + &check::placed(&placement)))
+            on_rank_zero(transport, || {
+                start_threads(placement.threads)?;
+                Ok(check::command(&job, &set)? + &check::placed(&placement))
+            })
         }
         Command::Calibrate(typed) => {
             let placement = Placement::of(transport, typed.threads);

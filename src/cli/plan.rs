@@ -16,6 +16,7 @@ use crate::base::error::Error;
 use crate::base::units::{Dimension, quantity};
 use crate::domain::plan::{Forecast, LoadMap, Network, forecast};
 use crate::job::Method;
+use crate::run::folder::Scratch;
 use crate::run::output::load_file;
 use crate::run::{Options, start};
 
@@ -110,16 +111,6 @@ fn measured(plan: &Plan) -> Result<LoadMap, Error> {
         );
     }
     Ok(map)
-}
-
-/// A folder that does not outlive its use.
-struct Scratch(PathBuf);
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        // What cannot be removed is in the folder for such things.
-        let _ = fs::remove_dir_all(&self.0);
-    }
 }
 
 fn page(plan: &Plan, map: &LoadMap, network: &Network, alone: &Forecast, foreseen: &[Forecast]) -> String {

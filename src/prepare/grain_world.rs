@@ -33,7 +33,17 @@ const CELLS_PER_BLOCK: usize = 4;
 
 /// The world at time zero.
 pub fn world<'t, S: Space>(job: &Assembly, transport: &'t dyn Transport) -> Result<GrainWorld<'t, S>, Error> {
-    let (mut grains, cell) = at_start(job, transport)?;
+    let (grains, cell) = at_start(job, transport)?;
+    world_of(job, grains, cell, transport)
+}
+
+/// The world at time zero of these grains, which lie on rank 0, with those of layers in the hands of these.
+pub fn world_of<'t, S: Space>(
+    job: &Assembly,
+    mut grains: Vec<GrainRow<S>>,
+    cell: Cell<S>,
+    transport: &'t dyn Transport,
+) -> Result<GrainWorld<'t, S>, Error> {
     let glued = if transport.rank() == 0 { glue_layers(job, &mut grains, &cell) } else { Ok(()) };
     transfer::agree(transport, glued)?;
     world_at(job, transport, 0, Parts::fresh(grains, Vec::new(), drawn::<S>(job).bodies, cell))

@@ -361,6 +361,16 @@ impl Folder {
     }
 }
 
+/// A folder that does not outlive its use.
+pub struct Scratch(pub PathBuf);
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // What cannot be removed is in the folder for such things.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
 /// Whether a path is that of a file which the run in its folder writes, or its checkpoints.
 pub fn is_of_a_run(path: &Path) -> bool {
     let (dir, name) = (path.parent().unwrap_or(Path::new("")), path.file_name().and_then(|name| name.to_str()));

@@ -12,6 +12,7 @@ pub mod planar_shear;
 pub mod results;
 pub mod start;
 pub mod summary;
+pub mod trial;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -341,13 +342,8 @@ impl<'t, 's, S: Space> Run<'t, 's, S> {
             self.core.on_root(|outputs| outputs.folder().write_job(&job))?;
         }
         while self.core.world.step < self.steps {
-            self.core.world.wish = self.wish();
-            self.core.world.assembly.forces_wanted = self.row_due(self.core.world.step + self.together());
-            self.core.world.advance()?;
-            self.grain_steps += self.together() * self.core.world.grains_total;
-            self.point_steps += self.core.world.points_total;
-            (self.experiment.watch)(&mut self.core)?;
-            self.observe()?;
+            self.pass()?;
+            self.show();
             match self.core.world.wish_agreed {
                 Wish::Stop if self.core.world.step < self.steps => return self.stopped(),
                 Wish::Save => self.save_unless_saved()?,
@@ -355,6 +351,17 @@ impl<'t, 's, S: Space> Run<'t, 's, S> {
             }
         }
         self.done()
+    }
+
+    /// Steps that are taken at once, with all that is due after them.
+    fn pass(&mut self) -> Result<(), Error> {
+        self.core.world.wish = self.wish();
+        self.core.world.assembly.forces_wanted = self.row_due(self.core.world.step + self.together());
+        self.core.world.advance()?;
+        self.grain_steps += self.together() * self.core.world.grains_total;
+        self.point_steps += self.core.world.points_total;
+        (self.experiment.watch)(&mut self.core)?;
+        self.observe()
     }
 
     /// What this rank wants of the run before its next step. Where all could tell, rank 0 does: clocks and file systems of
@@ -488,13 +495,18 @@ impl<'t, 's, S: Space> Run<'t, 's, S> {
         if self.checkpoint_due(step) || step >= self.steps {
             self.save()?;
         }
+        Ok(())
+    }
+
+    /// How far the run is, for a person.
+    fn show(&mut self) {
+        let step = self.core.world.step;
         if self.is_due(step, SHOW_EVERY) && self.core.outputs.is_some() {
             let words = self.experiment.told(&self.core.world);
             if let Some(outputs) = &mut self.core.outputs {
                 outputs.show(step, || words);
             }
         }
-        Ok(())
     }
 
     fn write_row(&mut self) -> Result<(), Error> {

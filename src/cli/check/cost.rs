@@ -1,5 +1,6 @@
 //! What a run takes: time, memory, disk.
 
+use super::super::cores::counted;
 use super::Slots;
 use super::page::{Page, figures, whole};
 use crate::job::Method;
@@ -24,7 +25,7 @@ pub fn section(page: &mut Page, slots: &Slots) {
     for (label, seconds) in [("making the packing", forecast.piece), ("equilibrating the specimen", forecast.specimen)]
     {
         if seconds > 0.0 {
-            page.row(label, &duration(seconds), "on one core, about; none where packing.cache has it");
+            page.row(label, &duration(seconds), "about; none where packing.cache has it");
         }
     }
     let costs = [(forecast.cost_of_grain, "a grain"), (forecast.cost_of_point, "a point")];
@@ -36,11 +37,18 @@ pub fn section(page: &mut Page, slots: &Slots) {
     let is_made = slots.grains.as_ref().is_some_and(|grains| matches!(grains.source, Source::Packed(_)));
     let packing = if forecast.piece == 0.0 && is_made { ", without the packing" } else { "" };
     let enriched = if is_hybrid { ", with grains from the start" } else { "" };
-    let note = format!("on one core{packing}{enriched}, at {} and step", costs.join(" and "));
-    page.row("time to run", &duration(forecast.steps), &note);
-    // BENCHMARKS.md and VALIDATION.md, "Forecasts".
-    let slower = "with AVX-512; with AVX2 grains took 2 and points 4 times as long, a few hundred grains 3 times, an energy balance 9 times";
-    page.row("", "", slower);
+    let time = forecast.steps + forecast.outputs;
+    let note = format!("about{packing}{enriched}, at {} and step", costs.join(" and "));
+    page.row("time to run", &duration(time), &note);
+    match &slots.unmeasured {
+        None => {
+            let threads = counted(rayon::current_num_threads(), "thread");
+            let note = format!("measured on this machine now, one rank of {threads} with its cores to itself");
+            let share = format!("{} % of it output", figures(100.0 * forecast.outputs / time));
+            page.row("", &share, &note);
+        }
+        Some(why) => page.row("", "", &format!("taken from another machine and without output: {why}")),
+    }
     frames(page, slots, [forecast.points + forecast.grains, forecast.grains]);
 }
 

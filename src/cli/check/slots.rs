@@ -3,8 +3,9 @@
 use std::borrow::Cow;
 
 use crate::base::error::Error;
+use crate::bench::gauge;
 use crate::job::derived::{self, Moduli, moduli_affine};
-use crate::job::mpm::forecast::{Forecast, fraction_of_packing};
+use crate::job::mpm::forecast::{Forecast, UnitCosts, fraction_of_packing};
 use crate::job::mpm::{Granular, Mpm};
 use crate::job::stable::Bound;
 use crate::job::{Assembly, Job, Method, figures};
@@ -19,20 +20,28 @@ pub struct Slots<'j> {
     /// Of the continuum's own step.
     pub bounds_of_continuum: Vec<Bound>,
     pub forecast: Option<Forecast>,
+    /// Why nothing could be measured for it, if so.
+    pub unmeasured: Option<String>,
 }
 
 impl<'j> Slots<'j> {
-    /// Reads the file of grains, if there is one.
+    /// Reads the file of grains, if there is one, and measures what steps and outputs cost here.
     pub fn of(job: &'j Job) -> Result<Self, Error> {
         let grains = job.grains();
         let moving = grains.as_deref().filter(|_| job.moves_grains());
         let bounds_of_grains = moving.map(grain_file::bounds).transpose()?.unwrap_or_default();
+        // A forecast is no reason to refuse a job.
+        let (costs, unmeasured) = match gauge::costs(job) {
+            Ok(costs) => (costs, None),
+            Err(error) => (UnitCosts::assumed(job), Some(error.to_string())),
+        };
         Ok(Self {
             job,
             continuum: job.continuum(),
             bounds_of_grains,
             bounds_of_continuum: job.bounds_of_continuum(),
-            forecast: Forecast::of(job),
+            forecast: Forecast::of(job, &costs),
+            unmeasured,
             grains,
         })
     }

@@ -1,4 +1,4 @@
-//! Figures that follow from a continuum: points, waves, stable steps, cost.
+//! Figures that follow from a continuum: points, waves, stable steps, memory.
 
 use std::ops::Range;
 
@@ -10,8 +10,6 @@ use crate::mpm::shape::margins;
 const BYTES_OF_POINT: [f64; 2] = [600.0, 860.0];
 /// Bytes that one node takes.
 const BYTES_OF_NODE: [f64; 2] = [80.0, 110.0];
-/// Cost of one point over one step on one core, s, in the plane and in space.
-const COST_OF_POINT: [f64; 2] = [50e-9, 140e-9];
 
 /// Index of the plane or of space in the tables above.
 fn space(job: &Mpm) -> usize {
@@ -261,9 +259,4 @@ pub fn nodes(job: &Mpm) -> f64 {
     let edge = job.cells_per_block + margins(job.scheme.shape).iter().sum::<usize>();
     let blocks: f64 = blocks(job).iter().map(|count| *count as f64).product();
     edge.pow(job.grid.dimension as u32) as f64 * blocks
-}
-
-/// Cost of one point over one step on one core, s.
-pub fn cost_of_point(job: &Mpm) -> f64 {
-    COST_OF_POINT[space(job)]
 }

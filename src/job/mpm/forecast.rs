@@ -1,4 +1,4 @@
-//! What a job will take on one core, part by part, before anything of it is done.
+//! What a job will take, part by part, before anything of it is done: its rows times what each of them costs.
 
 use super::{KnownBands, Mpm, Origin, figures};
 use crate::job::assembly::{Assembly, Shape};
@@ -6,14 +6,17 @@ use crate::job::figures::{grain_measure, grains, sizes, stresses_of_packing};
 use crate::job::{Job, Method, derived};
 
 // Chosen on `jobs/triaxial.toml`, one core (VALIDATION.md, "Forecasts"); in space by `scree bench dem --space solid`.
+// What is measured takes the place of a grain's and a point's cost, and what else grains cost keeps its share of a grain's.
 
-/// Wall time of a grain and step, s: in a periodic cell that is compressed, among grains and bodies alone, and what it takes more to
-/// share nodes with points or membranes.
+/// Wall time of a grain and step, s: in a periodic cell that is compressed, among grains and bodies alone, and what it
+/// takes more to share nodes with points or membranes.
 const COST_IN_PIECE: f64 = 80e-9;
 const COST_OF_GRAIN: [f64; 2] = [40e-9, 120e-9];
 const COST_OF_SHARING: f64 = 60e-9;
 /// Of a node and step of a grid that grains share, s.
 const COST_OF_NODE: f64 = 130e-9;
+/// Cost of one point over one step on one core, s, in the plane and in space.
+const COST_OF_POINT: [f64; 2] = [50e-9, 140e-9];
 /// Time that a piece takes to equilibrate under a stress, and a specimen that is cut of it, in t_p = d sqrt(rho/p).
 const TIME_OF_PIECE: f64 = 120.0;
 const TIME_OF_SPECIMEN: f64 = 80.0;
@@ -25,7 +28,68 @@ const BYTES_OF_GRAIN: f64 = 1000.0;
 /// Bytes that the program and its libraries take before there is any material.
 const BYTES_OF_PROGRAM: f64 = 40e6;
 
-/// A job's rows at its costliest time and what it takes on one core.
+/// What rows, nodes and outputs of a job cost, s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnitCosts {
+    /// Of a grain and step, and of one in a cell that is compressed.
+    pub grain: f64,
+    piece: f64,
+    /// What it takes a grain more to share nodes, and what such a node takes.
+    sharing: f64,
+    node: f64,
+    /// Of a point and step of the continuum.
+    pub point: f64,
+    /// None where nothing was measured.
+    pub outputs: Option<Outputs>,
+}
+
+/// What a row of the series, a frame and a checkpoint take, s, of a world of so many grains and points.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outputs {
+    pub rows: f64,
+    pub row: f64,
+    pub frame: f64,
+    pub checkpoint: f64,
+}
+
+impl UnitCosts {
+    /// Those of the machine that the constants were chosen on.
+    pub fn assumed(job: &Job) -> Self {
+        let space = job.dimension() - 2;
+        Self {
+            grain: COST_OF_GRAIN[space],
+            piece: COST_IN_PIECE,
+            sharing: COST_OF_SHARING,
+            node: COST_OF_NODE,
+            point: COST_OF_POINT[space],
+            outputs: None,
+        }
+    }
+
+    /// All that has to do with grains in the measure of what one of them was found to cost.
+    pub fn scale_grains(&mut self, grain: f64) {
+        let share = grain / self.grain;
+        for cost in [&mut self.grain, &mut self.piece, &mut self.sharing, &mut self.node] {
+            *cost *= share;
+        }
+    }
+
+    /// Of all outputs of a run of so many rows whose steps take so long, s.
+    fn of_outputs(&self, job: &Job, rows: f64, steps: f64) -> f64 {
+        let Some(costs) = self.outputs else { return 0.0 };
+        let (output, end) = (job.output(), job.end());
+        let times = |interval: f64| (end / interval).floor();
+        // At the start and at the end one of each, by simulated time, by steps and by the clock.
+        let by_steps = job.steps().checked_div(output.checkpoint_steps).unwrap_or(0) as f64;
+        let by_clock = (steps / output.checkpoint_wall_interval).floor();
+        let checkpoints = 2.0 + times(output.checkpoint_interval) + by_steps + by_clock;
+        let frames = 1.0 + times(output.frame_interval);
+        let each = times(output.series_interval) * costs.row + frames * costs.frame + checkpoints * costs.checkpoint;
+        each * (rows / costs.rows.max(1.0)).max(1.0)
+    }
+}
+
+/// A job's rows at its costliest time and what it takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forecast {
     pub points: f64,
@@ -40,6 +104,8 @@ pub struct Forecast {
     pub cost_of_point: f64,
     /// Of the steps, s; a hybrid is taken as enriched from the start.
     pub steps: f64,
+    /// Of rows, frames and checkpoints, s; zero where they were not measured.
+    pub outputs: f64,
     /// How much longer the steps of grains alone would take (Chen et al. 2021, 6.4.1).
     pub speed_up: f64,
     /// Of all ranks together, bytes.
@@ -48,7 +114,7 @@ pub struct Forecast {
 
 impl Forecast {
     /// None of grains in a file that cannot be counted.
-    pub fn of(job: &Job) -> Option<Self> {
+    pub fn of(job: &Job, costs: &UnitCosts) -> Option<Self> {
         let (method, assembly, on_grid) = (job.method(), job.grains(), job.continuum());
         let continuum = on_grid.as_deref();
         let all = match continuum {
@@ -64,30 +130,31 @@ impl Forecast {
             continuum.filter(|_| method.has_points()).map_or(0.0, |on| figures::points(on) as f64 * (1.0 - zone));
         let cycle = continuum.map_or(1.0, |on| on.grain_steps as f64);
         let is_held = continuum.is_some_and(|on| !on.membranes.is_empty());
-        let cost = COST_OF_GRAIN[job.dimension() - 2];
-        let of_nodes = continuum.map_or(0.0, |on| figures::nodes(on) * COST_OF_NODE);
-        let of_points = continuum.map_or(0.0, |on| points * figures::cost_of_point(on) / cycle);
-        let alone = |cycle: f64| all * cost + if is_held { all * COST_OF_SHARING + of_nodes / cycle } else { 0.0 };
+        let of_nodes = continuum.map_or(0.0, |on| figures::nodes(on) * costs.node);
+        let of_points = points * costs.point / cycle;
+        let alone = |cycle: f64| all * costs.grain + if is_held { all * costs.sharing + of_nodes / cycle } else { 0.0 };
         let each = match method {
             Method::Dem => alone(cycle),
             Method::Mpm => of_points,
             Method::Hybrid => {
                 let shared = if is_held { 1.0 } else { continuum.map_or(0.0, share_of_rim) };
-                zone * (all * (cost + shared * COST_OF_SHARING) + of_nodes / cycle) + of_points
+                zone * (all * (costs.grain + shared * costs.sharing) + of_nodes / cycle) + of_points
             }
         };
         let held = share_held(job, method);
-        let piece = assembly.as_deref().map_or(0.0, |assembly| time_of_piece(job, assembly));
+        let piece = assembly.as_deref().map_or(0.0, |assembly| costs.piece * steps_of_piece(job, assembly));
         let specimen = job.as_mpm().map_or(0.0, |on| held * steps_of_specimen(on) * alone(1.0));
+        let steps = job.steps() as f64 * each;
         Some(Self {
             points,
             grains: zone * all,
             zone,
             piece,
             specimen,
-            cost_of_grain: if zone > 0.0 { cost } else { 0.0 },
-            cost_of_point: continuum.filter(|_| points > 0.0).map_or(0.0, figures::cost_of_point),
-            steps: job.steps() as f64 * each,
+            cost_of_grain: if zone > 0.0 { costs.grain } else { 0.0 },
+            cost_of_point: if points > 0.0 { costs.point } else { 0.0 },
+            steps,
+            outputs: costs.of_outputs(job, zone * all + points, steps),
             speed_up: alone(cycle) / each,
             memory: memory(continuum, points, held.max(zone) * all),
         })
@@ -169,15 +236,16 @@ fn steps_per_time(grains: &Assembly, step: f64, stress: f64) -> f64 {
     grains.matter.diameter_mean * (grains.matter.density / stress).sqrt() / step
 }
 
-/// Wall time of compressing the grains of a cell, s; none of those that are poured, lie in a file or are compressed by plates.
-fn time_of_piece(job: &Job, assembly: &Assembly) -> f64 {
+/// Steps of single grains in which those of a cell are compressed; none of those that are poured, lie in a file or are compressed by
+/// plates.
+fn steps_of_piece(job: &Job, assembly: &Assembly) -> f64 {
     let stresses = stresses_of_packing(assembly);
     if job.as_shear().is_some() || stresses.is_empty() {
         return 0.0;
     }
     let times = |stress: &f64| TIME_OF_PIECE * steps_per_time(assembly, job.step(), *stress);
     let count = grains(assembly).unwrap_or_default() as f64;
-    stresses.iter().map(times).sum::<f64>() * count * COST_IN_PIECE
+    stresses.iter().map(times).sum::<f64>() * count
 }
 
 /// Steps in which a specimen equilibrates that is cut of its packing.
