@@ -55,7 +55,8 @@ fn cycles_give_what_steps_give() {
     };
     let errors = [2, 4, 8].map(far);
     println!("momentum of grains after 400 steps, in cycles against steps: {errors:?}");
-    assert!(errors[0] < 5e-4 && errors[1] < 1e-3 && errors[2] < 1.5e-3, "{errors:?}");
+    // With volume strain averaged, which knows plastic strain by the step, half as much again as without.
+    assert!(errors[0] < 6e-4 && errors[1] < 1.5e-3 && errors[2] < 2.5e-3, "{errors:?}");
     // The more the longer the cycles are, so that it is theirs.
     assert!(errors.is_sorted(), "{errors:?}");
 }

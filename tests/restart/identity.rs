@@ -70,7 +70,7 @@ fn runs_of_former_programs_are_gone_on_with() {
         let summary = fs::read_to_string(here.join("summary.json")).unwrap();
         assert!(summary.contains("\"outcome\": \"done\"") && summary.contains(program::SOURCE), "{summary}");
         let log = fs::read_to_string(here.join("log.jsonl")).unwrap();
-        let resumed = log.lines().find(|line| line.contains("\"event\":\"resumed\"")).unwrap();
+        let resumed = log.lines().rfind(|line| line.contains("\"event\":\"resumed\"")).unwrap();
         assert!(resumed.contains(program::SOURCE), "{resumed}");
         // And once more, by the program that has written it.
         let output = Command::new(SCREE).args(["resume", "run"]).current_dir(folder.path()).output().unwrap();
