@@ -6,7 +6,7 @@ use crate::base::keys::{Form, Key, text};
 use crate::job::document::read;
 use crate::job::raw::{Reader, Typed};
 
-/// What makes the material of planar shear and of `critical_drucker_prager`, and may stand in a file of its own.
+/// What makes the material, and may stand in a file of its own.
 pub const KEYS: [&str; 7] = [
     "bulk_modulus",
     "shear_modulus",
@@ -16,20 +16,6 @@ pub const KEYS: [&str; 7] = [
     "softening_rate",
     "cohesion",
 ];
-/// The same of any law that a continuum on a grid may have by a file.
-pub const KEYS_ON_GRID: [&str; 11] = [
-    KEYS[0],
-    KEYS[1],
-    KEYS[2],
-    KEYS[3],
-    KEYS[4],
-    KEYS[5],
-    KEYS[6],
-    "shear_modulus_degradation",
-    "shear_degradation_strain",
-    "hardening_strain",
-    "phase_transformation_factor",
-];
 const TABLE: &str = "continuum";
 
 /// The key that names such a file.
@@ -38,8 +24,8 @@ pub const fn key(name: &'static str) -> Key {
     text(name, about, "\"calibrated.toml\"").optional()
 }
 
-/// The file that a key of the job's table names, if it does, with no other keys than these.
-pub fn file_of(job: &Reader<'_>, name: &'static str, keys: &[&str]) -> Result<Option<Typed>, Error> {
+/// The file that a key of the job's table names, if it does.
+pub fn file_of(job: &Reader<'_>, name: &'static str) -> Result<Option<Typed>, Error> {
     let mut path = None;
     job.clone().path_if_given(&mut path, key(name));
     let Some(path) = path else { return Ok(None) };
@@ -51,14 +37,14 @@ pub fn file_of(job: &Reader<'_>, name: &'static str, keys: &[&str]) -> Result<Op
         return Err(job.refusal(name, &problem));
     }
     let file = Typed::parse(&read(&path)?, &path.display().to_string(), &[])?;
-    file.note_all_but(TABLE, keys, "a file of a material");
+    file.note_all_but(TABLE, &KEYS, "a file of a material");
     file.stop_if_wrong()?;
     Ok(Some(file))
 }
 
 /// Of a key that stands in both nobody could tell which is meant, unless it was given on the command line.
 pub fn refuse_twice(job: &Reader<'_>, file: &Typed, name: &str) -> Result<(), Error> {
-    for key in KEYS_ON_GRID {
+    for key in KEYS {
         match file.place_of(TABLE, key) {
             Some(place) if job.has(key) && !job.is_set(key) => {
                 let problem = format!(

@@ -46,7 +46,7 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     job.head(&mut top);
     check_name(&top, &job.name);
     let mut material = typed.table("material", true, why);
-    let file = material::file_of(&material, "file", &material::KEYS_ON_GRID)?;
+    let file = material::file_of(&material, "file")?;
     if let Some(file) = &file {
         material::refuse_twice(&material, file, "material.file")?;
         material = material.over(file.table("continuum", true, "a file of a material"));

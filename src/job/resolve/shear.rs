@@ -62,7 +62,7 @@ pub fn scenario(typed: &Typed) -> Result<Scenario, Error> {
     };
     let mass_mean = stable::grain_mass(job.grains.density, 0.5 * diameter, job.specimen.depth, 2);
     job.contact.keys(&mut typed.table("contact", packed, &why_packed), mass_mean);
-    let file = material::file_of(&table, "material", &material::KEYS)?;
+    let file = material::file_of(&table, "material")?;
     continuum(&mut job, &mut table, file.as_ref())?;
     if let Some(file) = &file {
         file.stop_if_wrong()?;

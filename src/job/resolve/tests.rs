@@ -105,6 +105,7 @@ fn slope(sets: &[&str]) -> Result<crate::job::Job, Error> {
     let text = r#"
         name = "slope"
         [grid]
+        space = "plane"
         upper = [4, 2]
         cell = 0.1
         depth = 1
@@ -161,21 +162,4 @@ fn mobilised_friction_is_read_and_held_to_one_return() {
     assert!(steep.contains("stress.k0 = 0.2 makes a stress that friction and cohesion do not bear"), "{steep}");
     let without = refused(&["material.friction_angle_critical=0"]);
     assert!(without.contains("material.friction_angle_critical = 0 is out of range"), "{without}");
-}
-
-/// The file of a material of the repository has the law's constants, and not those of another law.
-#[test]
-fn mobilised_friction_comes_from_a_file() {
-    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/materials/planar_shear_mobilised.toml");
-    let text = format!(
-        "name = \"slope\"\n[grid]\nupper = [4, 2]\ncell = 0.1\n[material]\nlaw = \"mobilised_friction\"\ndensity = 2000\nfraction = 0.843\nfile = \"{file}\"\n[[region]]\nshape = \"box\"\nlower = [0, 0]\nupper = [4, 1]\n[time]\nend = 1\n"
-    );
-    let job = crate::job::Job::parse(&text, "slope.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
-    let law = job.as_mpm().unwrap().material.law;
-    let crate::law::material::ConstitutiveLaw::MobilisedFriction(found) = law else { panic!("{law:?}") };
-    let wanted = crate::law::material::MobilisedConstants::DISCS;
-    assert!((found.friction_angle_critical - wanted.friction_angle_critical).abs() < 1e-5);
-    let found =
-        crate::law::material::MobilisedConstants { friction_angle_critical: wanted.friction_angle_critical, ..found };
-    assert_eq!(found, wanted);
 }

@@ -96,7 +96,7 @@ impl CriticalConstants {
             &mut self.fraction_critical,
             unless(still, number("fraction_critical", "Phi_cs", RATIO, Range::open(0.0, 1.0), "0.815")),
         );
-        let (chi, xi) = ("chi of tan(psi) = chi (Phi - Phi_cs)", "xi of dPhi/dt = -(Phi - Phi_cs) Phi xi |deps_p/dt|");
+        let (chi, xi) = (DILATION_FACTOR, "xi of dPhi/dt = -(Phi - Phi_cs) Phi xi |deps_p/dt|");
         form.number(
             &mut self.dilation_factor,
             unless(still, number("dilation_factor", chi, RATIO, Range::closed(0.0, 100.0), "7")),
@@ -174,6 +174,8 @@ impl Described for CriticalConstants {
     }
 }
 
+/// What `dilation_factor` is, of every law that has it.
+pub(super) const DILATION_FACTOR: &str = "chi of tan(phi) = tan(phi_cs) + chi (Phi - Phi_cs), and of dilation with it";
 /// Phi_cs where nothing looks at it.
 const FRACTION_STILL: f64 = 0.8;
 

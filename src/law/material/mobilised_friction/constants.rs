@@ -6,6 +6,7 @@ use crate::base::keys::{ANGLE, Form, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRES
 use crate::base::space::{Plane, Solid};
 use crate::law::material::chosen::{Described, Objection};
 use crate::law::material::cone::k0_of;
+use crate::law::material::critical_drucker_prager::DILATION_FACTOR;
 
 /// Constants of [`MobilisedFriction`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +36,7 @@ pub struct MobilisedConstants {
 }
 
 /// Solid volume fractions above the critical one that are looked at.
-const LOOKS: u32 = 1000;
+const LOOKS: u32 = 400;
 
 impl MobilisedConstants {
     /// Of Table 1 of Chen et al. (2021): means of simulated simple shear of packings of 2,000 of its grains under 400
@@ -57,25 +58,31 @@ impl MobilisedConstants {
 
     /// m_b and m_d at a solid volume fraction.
     pub fn ratios(&self, axes: usize, fraction: f64) -> [f64; 2] {
-        let law = MobilisedFriction::of(self);
-        match axes {
-            2 => [law.peak::<Plane, f64>(fraction), law.transformation::<Plane, f64>(fraction)],
-            _ => [law.peak::<Solid, f64>(fraction), law.transformation::<Solid, f64>(fraction)],
-        }
+        MobilisedFriction::of(self).ratios(axes, fraction)
     }
 
     /// The least of `G_0 (1 - r) - K m_b m_d`, which the return is unique with, and the solid volume fraction that has
     /// it, from a fraction on. A loose material contracts to its critical fraction, where m_d is smaller; beyond it
     /// contraction under cyclic shear has no other bound than m_d = 0.
     pub fn stiffness_least(&self, axes: usize, fraction: f64) -> (f64, f64) {
+        let law = MobilisedFriction::of(self);
+        let left = self.shear_modulus * (1.0 - self.shear_degradation);
         let of = |fraction: f64| {
-            let [peak, transformation] = self.ratios(axes, fraction);
-            let left = self.shear_modulus * (1.0 - self.shear_degradation);
+            let [peak, transformation] = law.ratios(axes, fraction);
             (left - self.bulk_modulus * peak * transformation, fraction)
         };
         let critical = self.fraction_critical;
         let looks = (0..=LOOKS).map(|look| of(critical + (1.0 - critical) * f64::from(look) / f64::from(LOOKS)));
         looks.fold(of(fraction.min(critical)), |least, other| if other.0 < least.0 { other } else { least })
+    }
+}
+
+impl MobilisedFriction {
+    fn ratios(&self, axes: usize, fraction: f64) -> [f64; 2] {
+        match axes {
+            2 => [self.peak::<Plane, f64>(fraction), self.transformation::<Plane, f64>(fraction)],
+            _ => [self.peak::<Solid, f64>(fraction), self.transformation::<Solid, f64>(fraction)],
+        }
     }
 }
 
@@ -104,8 +111,10 @@ impl Described for MobilisedConstants {
         );
         let about = "the solid volume fraction that points start with";
         form.number(&mut self.fraction, number("fraction", about, RATIO, Range::open(0.0, 1.0), "0.83"));
-        let about = "chi of peak friction, tan(phi) = tan(phi_cs) + chi (Phi - Phi_cs)";
-        form.number(&mut self.dilation_factor, number("dilation_factor", about, RATIO, Range::closed(0.0, 100.0), "7"));
+        form.number(
+            &mut self.dilation_factor,
+            number("dilation_factor", DILATION_FACTOR, RATIO, Range::closed(0.0, 100.0), "7"),
+        );
         let about = "the plastic shear strain that mobilises half of the friction";
         form.number(&mut self.hardening_strain, number("hardening_strain", about, RATIO, POSITIVE, "3e-4"));
         let about = "k_d of sin(phi_d) = sin(phi_cs) - k_d (Phi - Phi_cs), the friction at which contraction turns into dilation";
