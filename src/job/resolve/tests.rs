@@ -149,7 +149,7 @@ fn mobilised_friction_is_read_and_held_to_one_return() {
         Ok(_) => panic!("{sets:?} is taken"),
     };
     let soft = refused(&["material.shear_modulus=\"20 MPa\""]);
-    for part in ["material.shear_modulus = ", "6e6 Pa, must be more than K m_b m_d", "Write more than"] {
+    for part in ["material.shear_modulus = ", "6000000 Pa, must be more than K m_b m_d", "Write more than"] {
         assert!(soft.contains(part), "{soft}");
     }
     // What it asks for is enough.

@@ -39,8 +39,8 @@ pub struct MobilisedConstants {
 const LOOKS: u32 = 400;
 
 impl MobilisedConstants {
-    /// Of Table 1 of Chen et al. (2021): means of simulated simple shear of packings of 2,000 of its grains under 400
-    /// kPa.
+    /// Of the grains of Table 1 of Chen et al. (2021): the mean of simulated simple shear of packings of 2,000 of them
+    /// under 400 kPa, from a solid volume fraction of 0.843, and one reversal at the peak.
     pub const DISCS: Self = Self {
         bulk_modulus: 86.4e6,
         shear_modulus: 55.7e6,
