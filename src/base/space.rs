@@ -225,7 +225,7 @@ pub trait Space: Copy + Clone + Debug + Default + PartialEq + Send + Sync + 'sta
     type Tensor: Linear + Numbers + Mul<Self::Tensor, Output = Self::Tensor> + Mul<Self::Vector, Output = Self::Vector>;
     /// A symmetric tensor: stress, strain.
     type Symmetric: Symmetric<Tensor = Self::Tensor> + Numbers + PartialEq + Default;
-    /// What a material law remembers of a point, at most, in words; a symmetric tensor and three numbers are enough for all.
+    /// What a material law remembers of a point, at most, in words; a symmetric tensor and four numbers are enough for all.
     type PointMemory: Numbers + Debug + Default + PartialEq + Send + Sync;
     /// Angular velocity and torque.
     type Spin: Linear + Numbers;
@@ -296,7 +296,7 @@ impl Space for Plane {
     type Vector = SVector<f64, 2>;
     type Tensor = SMatrix<f64, 2, 2>;
     type Symmetric = PlaneSymmetric;
-    type PointMemory = [f64; 6];
+    type PointMemory = [f64; 7];
     type Spin = SVector<f64, 1>;
     type Spare = [f64; 0];
     type VectorOf<R: Real> = Components<R, 2>;
@@ -410,7 +410,7 @@ impl Space for Solid {
     type Vector = SVector<f64, 3>;
     type Tensor = SMatrix<f64, 3, 3>;
     type Symmetric = SolidSymmetric;
-    type PointMemory = [f64; 9];
+    type PointMemory = [f64; 10];
     type Spin = SVector<f64, 3>;
     type Spare = [f64; 4];
     type VectorOf<R: Real> = Components<R, 3>;

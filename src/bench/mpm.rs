@@ -1,4 +1,4 @@
-//! How long a point-step takes: a periodic block of Drucker-Prager material under pressure, sheared by a wave of velocity so
+//! How long a point-step takes: a periodic block of material with friction under pressure, sheared by a wave of velocity so
 //! that it yields, the whole step with its rebuilds and messages.
 
 use scree_partition::{ExactSum, Transport};
@@ -16,6 +16,8 @@ pub struct Wanted {
     pub points: u64,
     /// In space instead of the plane.
     pub solid: bool,
+    /// The material law: `critical_drucker_prager` or `mobilised_friction`.
+    pub law: String,
     /// Shape functions, stress update and transfer, as a job names them.
     pub shape: String,
     pub update: String,
@@ -46,6 +48,16 @@ pub fn measure(wanted: &Wanted, transport: &dyn Transport) -> Result<Measured, E
     }
 }
 
+/// The keys that the law has alone.
+fn own_keys(law: &str) -> &'static str {
+    match law {
+        "mobilised_friction" => {
+            "shear_modulus_degradation = 0.3\nshear_degradation_strain = 1e-3\nhardening_strain = 3e-4\nphase_transformation_factor = 3"
+        }
+        _ => "softening_rate = 3",
+    }
+}
+
 fn job<S: Space>(wanted: &Wanted) -> Result<Mpm, Error> {
     let edge = match S::DIMENSION {
         2 => (wanted.points as f64).sqrt(),
@@ -73,7 +85,7 @@ fn job<S: Space>(wanted: &Wanted) -> Result<Mpm, Error> {
         transfer = "{transfer}"
         points_per_cell = 2
         [material]
-        law = "critical_drucker_prager"
+        law = "{law}"
         density = "2000 kg/m3"
         bulk_modulus = "20 MPa"
         shear_modulus = "10 MPa"
@@ -81,8 +93,8 @@ fn job<S: Space>(wanted: &Wanted) -> Result<Mpm, Error> {
         fraction = 0.84
         fraction_critical = 0.8
         dilation_factor = 3
-        softening_rate = 3
         cohesion = "1 kPa"
+        {own}
         [[region]]
         shape = "box"
         lower = {zero}
@@ -96,6 +108,8 @@ fn job<S: Space>(wanted: &Wanted) -> Result<Mpm, Error> {
         [decomposition]
         cells_per_block = {block}
         "#,
+        law = wanted.law,
+        own = own_keys(&wanted.law),
         space = S::NAME,
         zero = all("0"),
         upper = all(&length),

@@ -203,7 +203,8 @@ fn what_has_flowed_is_torn_by_its_volume_alone() {
         hot.deformation = (Plane::identity() + shear * 40.0) * hot.deformation;
         let mut flowed = MaterialLaw::<Plane>::start(&sand, &Plane::identity(), 0.6);
         MaterialLaw::<Plane>::update(&sand, &shear, 1.0, &mut flowed);
-        hot.memory.copy_from_slice(flowed.numbers());
+        let words = flowed.numbers();
+        hot.memory[..words.len()].copy_from_slice(words);
     }
     world.refuse_spoilt_points().expect("it flows");
     for hot in &mut world.continuum.points.hot {

@@ -260,7 +260,7 @@ fn words_that_are_no_choice() {
     GOOD.refused(
         "law = \"critical_drucker_prager\"",
         "law = \"mohr_coulomb\"",
-        "job.toml:19: material.law = \"mohr_coulomb\" is no material law: write \"linear_elastic\", \"hencky\" or \"critical_drucker_prager\".",
+        "job.toml:19: material.law = \"mohr_coulomb\" is no material law: write \"linear_elastic\", \"hencky\", \"critical_drucker_prager\" or \"mobilised_friction\".",
     );
 }
 
@@ -274,7 +274,7 @@ fn keys_of_another_law() {
     GOOD.refused_among(
         "law = \"critical_drucker_prager\"",
         "law = \"hencky\"",
-        "job.toml:23: material.friction_angle_critical = \"30 deg\" belongs to law = \"critical_drucker_prager\", and here law is \"hencky\". Remove the line, or change law.",
+        "job.toml:23: material.friction_angle_critical = \"30 deg\" belongs to law = \"critical_drucker_prager\" or \"mobilised_friction\", and here law is \"hencky\". Remove the line, or change law.",
     );
 }
 
@@ -307,7 +307,7 @@ fn a_packing_fraction_of_an_elastic_region() {
     GOOD.refused(
         law(),
         "law = \"hencky\"\ndensity = \"2000 kg/m3\"\nyoung_modulus = \"1 MPa\"\npoisson_ratio = 0.3\n\n[[region]]\nshape = \"box\"\nlower = [3, 1.5]\nupper = [4, 2]\nfraction = 0.8\n",
-        "job.toml:28: region.fraction = 0.8 belongs to law = \"critical_drucker_prager\"; an elastic material has no solid volume fraction. Remove the line.",
+        "job.toml:28: region.fraction = 0.8 belongs to law = \"critical_drucker_prager\" or \"mobilised_friction\"; an elastic material has no solid volume fraction. Remove the line.",
     );
 }
 
@@ -316,7 +316,7 @@ fn no_material() {
     GOOD.refused(
         &format!("[material]\n{}\n", law()),
         "",
-        "job.toml: a continuum needs the table [material] (what the points are made of), and the job has none. Add it with the keys law, young_modulus, poisson_ratio, bulk_modulus, shear_modulus, dilation_angle, friction_angle_critical, fraction_critical, dilation_factor, softening_rate, cohesion, fraction, density, file; jobs/continuum/column_collapse.toml shows one.",
+        "job.toml: a continuum needs the table [material] (what the points are made of), and the job has none. Add it with the keys law, young_modulus, poisson_ratio, bulk_modulus, shear_modulus, dilation_angle, friction_angle_critical, fraction_critical, dilation_factor, softening_rate, cohesion, fraction, shear_modulus_degradation, shear_degradation_strain, hardening_strain, phase_transformation_factor, density, file; jobs/continuum/column_collapse.toml shows one.",
     );
 }
 

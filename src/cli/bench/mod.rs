@@ -37,6 +37,8 @@ pub(super) enum Bench {
         /// Plane strain, or space.
         #[arg(long, default_value = "plane", value_parser = ["plane", "solid"])]
         space: String,
+        #[arg(long, default_value = "critical_drucker_prager", value_parser = ["critical_drucker_prager", "mobilised_friction"])]
+        law: String,
         #[arg(long, default_value = "quadratic", value_parser = ["linear", "generalised", "quadratic", "cubic"])]
         shape: String,
         #[arg(long, default_value = "last", value_parser = ["first", "last", "modified_last"])]
@@ -106,10 +108,11 @@ pub(super) fn command(what: &Bench, transport: &dyn Transport) -> Ending {
             let wanted = dem::Wanted { grains: *grains, solid: space == "solid", stretches };
             dem::measure(&wanted, transport).map(|measured| page_of_grains(&measured, how))
         }
-        Bench::Mpm { points, space, shape, update, transfer, .. } => {
+        Bench::Mpm { points, space, law, shape, update, transfer, .. } => {
             let wanted = mpm::Wanted {
                 points: *points,
                 solid: space == "solid",
+                law: law.clone(),
                 shape: shape.clone(),
                 update: update.clone(),
                 transfer: transfer.clone(),
@@ -172,12 +175,14 @@ fn page_of_grains(measured: &dem::Measured, how: &How) -> String {
 
 fn page_of_points(wanted: &mpm::Wanted, measured: &mpm::Measured, how: &How) -> String {
     let speed = &measured.speed;
-    let scheme = format!("{} functions, stress {}, {}", wanted.shape, wanted.update, wanted.transfer);
+    let law = wanted.law.replace('_', " ");
+    let scheme = format!("{law}, {} functions, stress {}, {}", wanted.shape, wanted.update, wanted.transfer);
     let more = [format!(
         "imbalance of points {:.3}; mean plastic strain {:.4}; {:.0} bytes per point resident",
         speed.imbalance, measured.plastic_strain, speed.bytes_resident_per_row
     )];
     let json = json!({
+        "law": wanted.law,
         "shape": wanted.shape,
         "update": wanted.update,
         "transfer": wanted.transfer,

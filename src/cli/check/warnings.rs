@@ -142,8 +142,9 @@ fn hybrid(slots: &Slots) -> Vec<String> {
         return Vec::new();
     };
     let mut warnings = Vec::new();
-    if let Some(law) = job.material.law.critical() {
-        let [bulk, shear] = [law.bulk_modulus / affine.bulk, law.shear_modulus / affine.shear];
+    let law = &job.material.law;
+    if law.yields() {
+        let [bulk, shear] = [law.bulk_modulus(job.grid.dimension) / affine.bulk, law.shear_modulus() / affine.shear];
         if bulk.max(shear) > MODULUS_EXCESS_MAX {
             warnings.push(format!(
                 "the continuum is stiffer than these contacts can make it: K is {} and G {} times the affine estimate, which is an upper bound. Stress will jump where grains replace points. Take moduli near {}, or stiffer contacts.",

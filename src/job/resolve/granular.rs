@@ -16,6 +16,7 @@ use crate::job::mpm::forecast::FRACTION_OF_PACKING;
 use crate::job::mpm::{BodyContact, Boundary, Face, Granular, Grid, KnownBands, Mpm, Origin, Path, RigidBody};
 use crate::job::raw::{Reader, Typed};
 use crate::job::{Method, stable};
+use crate::law::material::ConstitutiveLaw;
 use crate::mpm::scheme::{ShapeFunction, StressUpdate};
 
 /// Tables and keys that only grains ask for.
@@ -240,11 +241,11 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
         return;
     }
     if grains.method == Method::Hybrid && !job.material.law.yields() && grains.known.is_none() {
-        typed.note_together(typed.refusal(
-            "material",
-            "law",
-            "never yields, so that no oracle finds a band in it. Write \"critical_drucker_prager\", or say by [[band]] where grains take the place of points.",
-        ));
+        let problem = format!(
+            "never yields, so that no oracle finds a band in it. Write {}, or say by [[band]] where grains take the place of points.",
+            ConstitutiveLaw::yielding()
+        );
+        typed.note_together(typed.refusal("material", "law", &problem));
     }
     if job.scheme.shape != ShapeFunction::Quadratic {
         typed.note_together(typed.refusal(

@@ -230,10 +230,11 @@ fn check_lists(job: &mut Mpm, top: &Reader<'_>, typed: &Typed) -> Result<(), Err
 fn check_region(region: &mut Region, table: &Reader<'_>, grid: &Grid, law: &ConstitutiveLaw) -> Result<(), Error> {
     check_region_shape(&region.shape, table, grid)?;
     if table.has("fraction") && law.fraction().is_none() {
-        return Err(table.refusal(
-            "fraction",
-            "belongs to law = \"critical_drucker_prager\"; an elastic material has no solid volume fraction. Remove the line.",
-        ));
+        let problem = format!(
+            "belongs to law = {}; an elastic material has no solid volume fraction. Remove the line.",
+            ConstitutiveLaw::yielding()
+        );
+        return Err(table.refusal("fraction", &problem));
     }
     if region.fraction.is_nan() {
         region.fraction = law.fraction().unwrap_or(1.0);
@@ -351,9 +352,11 @@ fn oracle(typed: &Typed, job: &Mpm) -> Result<Option<Watch>, Error> {
         ));
     }
     if !job.material.law.yields() {
-        return Err(table.refusal_of_table(
-            "looks for plastic flow, and an elastic material has none. Remove it, or take law = \"critical_drucker_prager\".",
-        ));
+        let problem = format!(
+            "looks for plastic flow, and an elastic material has none. Remove it, or take law = {}.",
+            ConstitutiveLaw::yielding()
+        );
+        return Err(table.refusal_of_table(&problem));
     }
     let mut watch = Watch::BLANK;
     if let Some(grains) = &job.grains {

@@ -2,15 +2,15 @@
 
 use super::body::norm;
 use super::limits::refuse_memory_of_grid;
-use super::{digits, digits_below, refuse_unstable, significant};
+use super::refuse_unstable;
+use crate::base::digits::{digits, significant};
 use crate::base::error::Error;
 use crate::base::keys::Form;
-use crate::base::math::{PI, atan};
 use crate::job::assembly::Shape;
 use crate::job::mpm::{InitialStress, LoadKind, Mpm, RigidBody, figures};
 use crate::job::raw::{Reader, Typed};
 use crate::job::stable::governing;
-use crate::law::material::CriticalConstants;
+use crate::law::material::Objection;
 
 /// Points that a job may have.
 const POINTS_MAX: u64 = 100_000_000;
@@ -18,19 +18,16 @@ const POINTS_MAX: u64 = 100_000_000;
 const LOOKS_MAX: f64 = 1e10;
 
 pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
-    let mut flows = true;
-    if let Some(law) = job.material.law.critical() {
-        let checked = check_critical(job, law, typed, top);
-        flows = checked.is_ok();
-        typed.check(checked);
-    }
+    let checked = check_law(job, typed, top);
+    let works = checked.is_ok();
+    typed.check(checked);
     typed.check(check_time(job, typed));
     // What comes after it goes through all points.
     check_points(job, typed, top)?;
-    if let (Some(law), InitialStress::Geostatic { axis, k0, .. }) = (job.material.law.critical(), job.stress)
-        && flows
+    if let InitialStress::Geostatic { axis, k0, .. } = job.stress
+        && works
     {
-        typed.check(check_geostatic(job, law, (axis, k0), typed));
+        typed.check(check_geostatic(job, (axis, k0), typed));
     }
     typed.check(check_stresses(job, typed, top));
     typed.check(check_loads(job, top));
@@ -39,87 +36,33 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
     Ok(())
 }
 
-/// The cone must exist at the start, flow on it must not give back more work than friction takes, and a return to it must
-/// be possible.
-fn check_critical(job: &Mpm, law: &CriticalConstants, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
-    let degrees = |tangent: f64| digits_below(atan(tangent) * 180.0 / PI);
-    if law.friction_angle_critical == 0.0 && law.cohesion == 0.0 {
-        return Err(typed.refusal(
-            "material",
-            "friction_angle_critical",
-            "bears no shear at all, since cohesion is 0 too. Give the material friction or cohesion.",
-        ));
-    }
-    let tables = top.list("region");
-    for (region, table) in job.regions.iter().zip(&tables) {
-        let refused = |problem: &str| match table.has("fraction") {
-            true => table.refusal("fraction", problem),
-            false => typed.refusal("material", "fraction", problem),
-        };
-        let (friction, dilation) = law.tangents(region.fraction);
-        if friction < 0.0 {
-            return Err(refused(&format!(
-                "makes the friction angle negative: tan(phi) = tan(phi_cs) + chi (Phi - Phi_cs) is {}. Write a fraction of at least {}.",
-                digits_below(friction),
-                digits((1e4 * (region.fraction - friction / law.dilation_factor)).ceil() / 1e4)
-            )));
-        }
-        if let Some(problem) = unbearable(law, job.grid.dimension, region.fraction) {
-            return Err(match law.dilation_angle {
-                Some(_) => {
-                    let remedy = "write a dilation angle nearer to zero";
-                    typed.refusal("material", "dilation_angle", &format!("{problem}, or {remedy}."))
-                }
-                None => refused(&format!("{problem}, or {FRACTION_NEARER}.")),
+/// The law must be able to start from the solid volume fraction of every region.
+fn check_law(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
+    for (region, table) in job.regions.iter().zip(&top.list("region")) {
+        if let Some(Objection { key, problem }) = job.material.law.objection(job.grid.dimension, region.fraction) {
+            return Err(match key == "fraction" && table.has(key) {
+                true => table.refusal(key, &problem),
+                false => typed.refusal("material", key, &problem),
             });
         }
-        if dilation <= friction {
-            continue;
-        }
-        return Err(match law.dilation_angle {
-            Some(_) => typed.refusal(
-                "material",
-                "dilation_angle",
-                &format!(
-                    "is more than the friction angle, {} deg, so that flow would give more work than it takes. Write at most that.",
-                    degrees(friction)
-                ),
-            ),
-            None => refused("makes the dilation angle more than the friction angle. Take a lower fraction."),
-        });
     }
     Ok(())
-}
-
-/// What to do about a fraction from which the return cannot bear softening, at the end of the sentence of [`unbearable`].
-pub const FRACTION_NEARER: &str = "bring the fraction nearer to fraction_critical, or lower dilation_factor";
-
-/// Why plastic flow from a solid volume fraction on has no end, as the beginning of a sentence, if it has none.
-pub fn unbearable(law: &CriticalConstants, axes: usize, fraction: f64) -> Option<String> {
-    let (stiffness, at) = law.stiffness_least(axes, fraction);
-    (stiffness <= 0.0).then(|| {
-        format!(
-            "softens more than the shear modulus can bear: flow is divided by G + K eta etabar, which must be positive and is {} Pa at a solid volume fraction of {}. Write a shear_modulus of more than {} Pa",
-            significant(stiffness, 3),
-            digits((1e4 * at).round() / 1e4),
-            digits((law.shear_modulus - stiffness).ceil()),
-        )
-    })
 }
 
 /// The share of a k0 that rounding may take a stress on the cone beyond it.
 const K0_SLACK: f64 = 1e-9;
 
-/// Stress that the cone does not bear at the start would be changed in silence.
-fn check_geostatic(job: &Mpm, law: &CriticalConstants, (axis, k0): (usize, f64), typed: &Typed) -> Result<(), Error> {
-    let axes = job.grid.dimension;
+/// Stress that the law does not bear at the start would be changed in silence.
+fn check_geostatic(job: &Mpm, (axis, k0): (usize, f64), typed: &Typed) -> Result<(), Error> {
+    let (law, axes) = (&job.material.law, job.grid.dimension);
     let (mut least, mut most) = ((0.0, 0.0), (f64::INFINITY, 0.0));
     for (number, region) in job.regions.iter().enumerate() {
         // Cohesion bears the more the less there is above: the deepest point tells of all.
         let span = figures::span(job, number, axis).expect("every region has points");
         let overburden = span.map(|at| job.overburden(at)).into_iter().fold(0.0, f64::max);
-        if overburden > 0.0 {
-            let [lower, upper] = law.cone(axes, region.fraction).k0(axes, overburden, law.cohesion);
+        if overburden > 0.0
+            && let Some([lower, upper]) = law.k0(axes, region.fraction, overburden)
+        {
             least = if lower > least.0 { (lower, overburden) } else { least };
             most = if upper < most.0 { (upper, overburden) } else { most };
         }

@@ -2,7 +2,6 @@
 
 use super::checks::margin_in_words;
 use super::limits::{refuse_faint_packing, refuse_size_of_shear, refuse_speed_of_plates, refuse_squeeze, refuse_steps};
-use super::mpm_checks::{FRACTION_NEARER, unbearable};
 use super::{
     BLOCK_OF_DISCS, SAFETY_DEFAULT, SKIN_DEFAULT, check_name, digits, material, output, refuse_unstable,
     refuse_wide_sizes, significant,
@@ -14,6 +13,7 @@ use crate::job::raw::{Reader, Typed};
 use crate::job::stable::governing;
 use crate::job::{Continuum, Method, Scenario, Specimen, WeakRegion, derived, figures, stable};
 use crate::law::material::CriticalConstants;
+use crate::law::material::cone::FRACTION_NEARER;
 
 /// phi_0 where nothing looks at it, in mean diameters.
 const DISTANCE_ASLEEP: f64 = 22.0;
@@ -248,7 +248,7 @@ fn check_softening(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     let law = CriticalConstants { fraction: derived::fraction_start(scenario), ..continuum.constants() };
     let deficits = continuum.weak.iter().map(|weak| weak.fraction_deficit);
     for fraction in std::iter::once(0.0).chain(deficits).map(|deficit| law.fraction - deficit) {
-        if let Some(problem) = unbearable(&law, 2, fraction) {
+        if let Some(problem) = law.unbearable(2, fraction) {
             let message = format!("{problem}, or {FRACTION_NEARER}.");
             return Err(typed.refusal("continuum", "dilation_factor", &message));
         }

@@ -1,4 +1,4 @@
-//! Numbers in messages, and `[contact]` as it is read.
+//! Numbers in messages, `[contact]` as it is read, and what the law with mobilised friction rules out.
 
 use super::{digits, digits_above, digits_below};
 use crate::base::error::Error;
@@ -98,4 +98,68 @@ fn a_limit_in_a_message_is_within_the_limit() {
     assert_eq!(digits_above(4e-7), "4e-7");
     assert_eq!(digits_above(3.160_231_572_372_892_6e-5), "3.160231573e-5");
     assert_eq!(digits_above(9.999_999_999_4e-6), "1e-5");
+}
+
+/// A slope of the law with mobilised friction, and what its constants rule out.
+fn slope(sets: &[&str]) -> Result<crate::job::Job, Error> {
+    let text = r#"
+        name = "slope"
+        [grid]
+        space = "plane"
+        upper = [4, 2]
+        cell = 0.1
+        depth = 1
+        [material]
+        law = "mobilised_friction"
+        density = 2000
+        bulk_modulus = 86.4e6
+        shear_modulus = 55.7e6
+        shear_modulus_degradation = 0.7
+        shear_degradation_strain = 1e-3
+        friction_angle_critical = 0.27486
+        fraction = 0.843
+        fraction_critical = 0.8165
+        dilation_factor = 7.68
+        hardening_strain = 2.75e-4
+        phase_transformation_factor = 4.86
+        [[region]]
+        shape = "box"
+        lower = [0, 0]
+        upper = [4, 1]
+        [gravity]
+        acceleration = [0, -9.81]
+        [stress]
+        kind = "geostatic"
+        surface = 1
+        k0 = 0.6
+        [time]
+        end = 1
+        "#;
+    let sets: Vec<String> = sets.iter().map(|set| (*set).to_string()).collect();
+    crate::job::Job::parse(text, "slope.toml", &sets)
+}
+
+#[test]
+fn mobilised_friction_is_read_and_held_to_one_return() {
+    let job = slope(&[]).unwrap();
+    let back = crate::job::Job::parse(&job.to_toml(), "slope.toml", &[]).unwrap();
+    assert_eq!(back.as_mpm(), job.as_mpm());
+    let refused = |sets: &[&str]| match slope(sets) {
+        Err(error) => error.to_string(),
+        Ok(_) => panic!("{sets:?} is taken"),
+    };
+    let soft = refused(&["material.shear_modulus=\"20 MPa\""]);
+    for part in ["material.shear_modulus = ", "6000000 Pa, must be more than K m_b m_d", "Write more than"] {
+        assert!(soft.contains(part), "{soft}");
+    }
+    // What it asks for is enough.
+    let (_, least) = soft.split_once("Write more than ").unwrap();
+    let least: f64 = least.split_once(' ').unwrap().0.parse().unwrap();
+    slope(&[&format!("material.shear_modulus={}", least + 1.0)]).unwrap();
+    let worn = refused(&["material.shear_modulus_degradation=0.95"]);
+    assert!(worn.contains("material.shear_modulus = "), "{worn}");
+    let steep = refused(&["stress.k0=0.2"]);
+    assert!(steep.contains("stress.k0 = 0.2 makes a stress that friction and cohesion do not bear"), "{steep}");
+    let without = refused(&["material.friction_angle_critical=0"]);
+    assert!(without.contains("material.friction_angle_critical = 0 is out of range"), "{without}");
 }

@@ -1,7 +1,9 @@
 //! The material law of a job: the list of them.
 
 use super::elastic::Elastic;
-use super::{CriticalConstants, CriticalDruckerPrager, Hencky, LinearElastic, MaterialLaw};
+use super::{
+    CriticalConstants, CriticalDruckerPrager, Hencky, LinearElastic, MaterialLaw, MobilisedConstants, MobilisedFriction,
+};
 use crate::base::keys::{Form, text, variant};
 use crate::base::space::Space;
 
@@ -20,6 +22,24 @@ pub trait Described {
     fn yields(&self) -> bool {
         false
     }
+    /// Why it cannot start from a solid volume fraction, if it cannot.
+    fn objection(&self, _axes: usize, _fraction: f64) -> Option<Objection> {
+        None
+    }
+    /// The least and the largest `k0` of a stress `-overburden` (Pa) along one axis and k0 times it along the others that it
+    /// bears at a solid volume fraction, of a law that does not bear all.
+    fn k0(&self, _axes: usize, _fraction: f64, _overburden: f64) -> Option<[f64; 2]> {
+        None
+    }
+}
+
+/// What is wrong with constants of a law, and the key of `[material]` that is told of it; of `fraction` a region may have its
+/// own.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Objection {
+    pub key: &'static str,
+    /// After the key and its value: what is wrong, and the remedy.
+    pub problem: String,
 }
 
 /// A law with its constants; each law's file beside this one has its equations.
@@ -31,6 +51,8 @@ pub enum ConstitutiveLaw {
     Hencky(Elastic),
     /// Chen et al. (2021), 2.2.
     CriticalDruckerPrager(CriticalConstants),
+    /// With friction that plastic shear mobilises.
+    MobilisedFriction(MobilisedConstants),
 }
 
 /// Work that does not care which law it is done with.
@@ -41,12 +63,13 @@ pub trait ForAnyMaterial<S: Space> {
 
 impl ConstitutiveLaw {
     /// The laws as jobs name them, with constants before any is read.
-    pub const LAWS: [(&'static str, Self); 3] = {
+    pub const LAWS: [(&'static str, Self); 4] = {
         let elastic = Elastic { bulk_modulus: 0.0, shear_modulus: 0.0 };
         [
             ("linear_elastic", Self::LinearElastic(elastic)),
             ("hencky", Self::Hencky(elastic)),
             ("critical_drucker_prager", Self::CriticalDruckerPrager(CriticalConstants::CHEN)),
+            ("mobilised_friction", Self::MobilisedFriction(MobilisedConstants::DISCS)),
         ]
     };
 
@@ -57,6 +80,7 @@ impl ConstitutiveLaw {
             Self::LinearElastic(_) => work.with(LinearElastic { bulk_modulus, shear_modulus }),
             Self::Hencky(_) => work.with(Hencky { bulk_modulus, shear_modulus }),
             Self::CriticalDruckerPrager(law) => work.with(CriticalDruckerPrager::of(law)),
+            Self::MobilisedFriction(law) => work.with(MobilisedFriction::of(law)),
         }
     }
 
@@ -64,6 +88,7 @@ impl ConstitutiveLaw {
         match self {
             Self::LinearElastic(law) | Self::Hencky(law) => law,
             Self::CriticalDruckerPrager(law) => law,
+            Self::MobilisedFriction(law) => law,
         }
     }
 
@@ -71,22 +96,44 @@ impl ConstitutiveLaw {
         match self {
             Self::LinearElastic(law) | Self::Hencky(law) => law,
             Self::CriticalDruckerPrager(law) => law,
+            Self::MobilisedFriction(law) => law,
         }
     }
 
     /// Its keys under `[material]`.
     pub fn keys(&mut self, form: &mut dyn Form) {
-        let about = "the material law: linear_elastic, hencky or critical_drucker_prager";
+        let about = "the material law: linear_elastic, hencky, critical_drucker_prager or mobilised_friction";
         let key = text("law", about, "\"hencky\"");
         variant(form, self, "material law", key, &Self::LAWS, |law, form| law.described_mut().keys(form));
     }
 
-    /// The constants of the critical-state law, where it is that.
+    /// The constants of the critical-state law, where it is that: calibration begins from them.
     pub fn critical(&self) -> Option<&CriticalConstants> {
         match self {
             Self::CriticalDruckerPrager(law) => Some(law),
-            Self::LinearElastic(_) | Self::Hencky(_) => None,
+            Self::LinearElastic(_) | Self::Hencky(_) | Self::MobilisedFriction(_) => None,
         }
+    }
+
+    /// The names of the laws that flow plastically, for a sentence; they are those that know a solid volume fraction.
+    pub fn yielding() -> String {
+        let names = Self::LAWS.iter().filter(|(_, law)| law.yields()).map(|(name, _)| format!("\"{name}\""));
+        names.collect::<Vec<_>>().join(" or ")
+    }
+
+    /// Why the law cannot start from a solid volume fraction, if it cannot.
+    pub fn objection(&self, axes: usize, fraction: f64) -> Option<Objection> {
+        self.described().objection(axes, fraction)
+    }
+
+    /// See [`Described::k0`].
+    pub fn k0(&self, axes: usize, fraction: f64, overburden: f64) -> Option<[f64; 2]> {
+        self.described().k0(axes, fraction, overburden)
+    }
+
+    /// K, Pa, where the mean stress is the mean over that many axes.
+    pub fn bulk_modulus(&self, axes: usize) -> f64 {
+        self.described().bulk_modulus_in(axes)
     }
 
     /// Whether it flows plastically.

@@ -30,7 +30,9 @@
 
 use std::f64::consts::FRAC_PI_4;
 
+use super::chosen::Objection;
 use super::hencky::{isotropic_strain, isotropic_stress, p_wave_modulus};
+use super::measures::{Measures, Parts};
 use super::{Described, Flow, MaterialLaw, MaterialMemory, alone};
 use crate::base::keys::{ANGLE, Form, Key, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, number};
 use crate::base::lane::Real;
@@ -94,7 +96,7 @@ impl CriticalConstants {
             &mut self.fraction_critical,
             unless(still, number("fraction_critical", "Phi_cs", RATIO, Range::open(0.0, 1.0), "0.815")),
         );
-        let (chi, xi) = ("chi of tan(psi) = chi (Phi - Phi_cs)", "xi of dPhi/dt = -(Phi - Phi_cs) Phi xi |deps_p/dt|");
+        let (chi, xi) = (DILATION_FACTOR, "xi of dPhi/dt = -(Phi - Phi_cs) Phi xi |deps_p/dt|");
         form.number(
             &mut self.dilation_factor,
             unless(still, number("dilation_factor", chi, RATIO, Range::closed(0.0, 100.0), "7")),
@@ -162,8 +164,18 @@ impl Described for CriticalConstants {
     fn yields(&self) -> bool {
         true
     }
+
+    fn objection(&self, axes: usize, fraction: f64) -> Option<Objection> {
+        self.objection_to(axes, fraction)
+    }
+
+    fn k0(&self, axes: usize, fraction: f64, overburden: f64) -> Option<[f64; 2]> {
+        Some(self.cone(axes, fraction).k0(axes, overburden, self.cohesion))
+    }
 }
 
+/// What `dilation_factor` is, of every law that has it.
+pub(super) const DILATION_FACTOR: &str = "chi of tan(phi) = tan(phi_cs) + chi (Phi - Phi_cs), and of dilation with it";
 /// Phi_cs where nothing looks at it.
 const FRACTION_STILL: f64 = 0.8;
 
@@ -246,15 +258,6 @@ struct Cone<R> {
     zeta: R,
 }
 
-/// Invariants of an elastic logarithmic strain: all that the return needs.
-#[derive(Clone, Copy, Debug)]
-struct Measures<R> {
-    /// tr(eps).
-    volume: R,
-    /// sqrt(dev(eps):dev(eps)/2) >= 0; in the plane half of the difference of the principal strains.
-    shear: R,
-}
-
 /// What the return makes of a trial strain.
 #[derive(Clone, Copy, Debug)]
 struct Return<R: Real> {
@@ -267,31 +270,6 @@ struct Return<R: Real> {
     opened: R,
     /// tau:deps_p with the returned stress, J/m3.
     work: R,
-}
-
-/// A logarithmic strain, taken apart.
-#[derive(Clone, Copy, Debug)]
-struct Parts<R, T> {
-    measures: Measures<R>,
-    deviator: T,
-}
-
-impl<R: Real, T: Symmetric<R>> Parts<R, T> {
-    #[inline(always)]
-    fn of(strain: &T) -> Self {
-        let deviator = strain.deviator();
-        let measures = Measures { volume: strain.trace(), shear: (R::splat(0.5) * deviator.square()).sqrt() };
-        Self { measures, deviator }
-    }
-
-    /// The strain with other invariants.
-    #[inline(always)]
-    fn after(&self, returned: &Return<R>) -> T {
-        let Measures { volume, shear } = returned.strain;
-        let zero = R::splat(0.0);
-        let scale = R::choose(shear.above(zero), shear / self.measures.shear, zero);
-        self.deviator * scale + T::isotropic(volume / R::splat(T::DIMENSION as f64))
-    }
 }
 
 impl CriticalDruckerPrager {
@@ -413,7 +391,7 @@ impl CriticalDruckerPrager {
         let returned = self.return_to_cone::<S, R>(&self.cone::<S, R>(state.fraction), trial.measures);
         if R::any(returned.flows) {
             let flow = |flowing: R, resting: R| R::choose(returned.flows, flowing, resting);
-            strain = Words::choose(returned.flows, &trial.after(&returned), &strain);
+            strain = Words::choose(returned.flows, &trial.with(returned.strain), &strain);
             work = flow(work + returned.work, work);
             state.gap = flow(state.gap + returned.opened.max(zero), state.gap);
             state.plastic_strain = flow(state.plastic_strain + returned.plastic, state.plastic_strain);
@@ -461,7 +439,7 @@ impl<S: Space> MaterialLaw<S> for CriticalDruckerPrager {
         let strain = isotropic_strain(self.bulk_modulus, self.shear_modulus, &S::Symmetric::of(stress));
         let trial = Parts::of(&strain);
         let returned = self.return_to_cone::<S, f64>(&self.cone::<S, f64>(fraction), trial.measures);
-        let strain = if returned.flows { trial.after(&returned) } else { strain };
+        let strain = if returned.flows { trial.with(returned.strain) } else { strain };
         CriticalMemory { strain: (strain * 2.0).exponential(), fraction, plastic_strain: 0.0, gap: 0.0 }
     }
 

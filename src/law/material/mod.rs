@@ -15,12 +15,15 @@ mod critical_drucker_prager;
 mod elastic;
 mod hencky;
 mod linear_elastic;
+mod measures;
+mod mobilised_friction;
 pub use absent::{Absent, Nothing};
-pub use chosen::{ConstitutiveLaw, Described, ForAnyMaterial};
+pub use chosen::{ConstitutiveLaw, Described, ForAnyMaterial, Objection};
 pub use critical_drucker_prager::{CriticalConstants, CriticalDruckerPrager, CriticalMemory};
 pub use elastic::Elastic;
 pub use hencky::Hencky;
 pub use linear_elastic::LinearElastic;
+pub use mobilised_friction::{MobilisedConstants, MobilisedFriction, MobilisedMemory};
 
 /// A material law with a memory per material point, so that an assembly of grains can be one as well.
 ///
