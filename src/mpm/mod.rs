@@ -7,6 +7,8 @@
 pub mod continuum;
 pub mod track;
 
+pub mod face_rows;
+pub mod faces;
 pub mod gather;
 pub mod load;
 pub mod look;
