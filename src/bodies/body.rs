@@ -59,7 +59,7 @@ pub struct Body<S: Space> {
     /// In the order of time, linear in between, the last kept on; empty: at rest.
     pub path: Vec<Instant<S>>,
     pub servo: Option<Servo<S>>,
-    /// How it holds the nodes of a continuum that lie in it, and whether what moves away is let go; none where it touches
+    /// How it holds the nodes or points of a continuum that it meets, and whether what moves away is let go; none where it touches
     /// grains alone.
     pub grip: Option<(Grip, bool)>,
     /// Whether it meets material points at its own face ([`crate::mpm::faces`]); else it holds the nodes that lie in it.

@@ -23,7 +23,7 @@
 //! those of an interface in the material point method (Huang et al. 2011; Nairn 2013); what is ours is their sum over a column.
 //!
 //! A face acts on nodes within the reach of the functions and a twentieth of a cell. Of faces of two bodies that look at each other the
-//! nearer has a node, of faces that look the same way the one that it is in front of. Where material moves along a face integration may carry
+//! nearer has a node, and so of faces that look the same way. Where material moves along a face integration may carry
 //! a point a little into it: a guard brings it back by at most 0.002 h a step.
 
 use crate::base::space::{Linear, Space};
@@ -40,11 +40,10 @@ pub const SIDES: usize = 6;
 /// Nodes of a column, at most.
 pub const COLUMN_MAX: usize = 5;
 
-/// Lengths in cells: what counts as touching, beyond the reach of functions along and across a face, how far a point may be to count, and
-/// what the guard keeps clear and moves in a step.
+/// Lengths in cells: what counts as touching, what is beside a face beyond the reach of functions, how far a point may be to count, and what
+/// the guard keeps clear and moves in a step.
 const TOUCH: f64 = 0.02;
 const BEYOND: f64 = 0.05;
-const BESIDE: f64 = 0.1;
 const FELT: f64 = 4.5;
 const CLEAR: f64 = 0.06;
 const GUARD_SHARE: f64 = 0.1;
@@ -262,16 +261,14 @@ impl FaceSet {
         Some(front.unwrap_or(inside)).filter(|(_, distance)| distance.is_finite())
     }
 
-    /// How far a node is along an axis beyond the bounds of a face's body, in cells; none where the face does not reach it.
-    fn overhang(&self, face: &Face, place: [i32; 3]) -> Option<f64> {
-        let most = self.lattice.reach() + BESIDE;
-        let mut overhang = 0.0f64;
-        for axis in (0..self.lattice.dimension).filter(|axis| *axis != face.axis()) {
+    /// Whether a grid line across a face meets it. Lines beyond its edges are free, though some of what moves with them is in front of
+    /// it: a column follows the body whatever its area, and a footing would be wider by as much as functions reach.
+    fn is_across(&self, face: &Face, place: [i32; 3]) -> bool {
+        (0..self.lattice.dimension).filter(|axis| *axis != face.axis()).all(|axis| {
             let [lower, upper] = face.bounds[axis];
             let at = self.lattice.image(axis, f64::from(place[axis]), [lower, upper]);
-            overhang = overhang.max(lower - at).max(at - upper);
-        }
-        (overhang < most).then_some(overhang)
+            lower - at <= SPANS && at - upper <= SPANS
+        })
     }
 
     /// How far a node is from a face along its normal, in cells; none out of its reach.
@@ -284,23 +281,21 @@ impl FaceSet {
 
     /// The face on a side that has a node of the domain, by its number.
     pub fn face_at(&self, place: [i32; 3], side: usize) -> Option<usize> {
-        let mut nearest: Option<(f64, f64, usize)> = None;
+        let mut nearest: Option<(f64, usize)> = None;
         for (number, face) in self.faces.iter().enumerate().filter(|(_, face)| face.side == side) {
-            let (Some(offset), Some(overhang)) = (self.offset(face, place), self.overhang(face, place)) else {
-                continue;
-            };
-            if nearest.is_none_or(|other| (overhang, offset.abs()) < (other.0, other.1)) {
-                nearest = Some((overhang, offset.abs(), number));
+            let Some(offset) = self.offset(face, place).filter(|_| self.is_across(face, place)) else { continue };
+            if nearest.is_none_or(|(other, _)| offset.abs() < other) {
+                nearest = Some((offset.abs(), number));
             }
         }
-        let (overhang, distance, number) = nearest?;
+        let (distance, number) = nearest?;
         let this = &self.faces[number];
         let opposite = self.faces.iter().filter(|face| face.side == side ^ 1 && face.body != this.body);
         for other in opposite {
             // Faces back to back have nothing between them.
             let between = sign(side) * (self.lattice_image_of(other, this) - this.at);
-            let (Some(offset), Some(over)) = (self.offset(other, place), self.overhang(other, place)) else { continue };
-            if between >= 0.0 && over <= overhang && offset.abs() < distance {
+            let Some(offset) = self.offset(other, place).filter(|_| self.is_across(other, place)) else { continue };
+            if between >= 0.0 && offset.abs() < distance {
                 return None;
             }
         }
@@ -326,7 +321,7 @@ impl FaceSet {
         let is_anchor = {
             let mut along = anchor;
             along[axis] = first;
-            self.lattice.wrapped(along) == anchor && self.overhang(&face, anchor).is_some()
+            self.lattice.wrapped(along) == anchor && self.is_across(&face, anchor)
         };
         let steps = if is_anchor { -below..below + 2 } else { 0..0 };
         steps.filter_map(move |steps| {
