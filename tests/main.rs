@@ -30,6 +30,9 @@ mod energies;
 /// Continua against exact solutions under every scheme: waves, columns, slides, balances, turns, with orders.
 #[path = "physics/exact.rs"]
 mod exact;
+/// Bodies that meet points at their own face: uniform states, loads over cells, momentum, friction, parting.
+#[path = "physics/faces.rs"]
+mod faces;
 /// A loaded contact that is carried along by a rigid motion keeps its force in the moving frame, under every law.
 #[path = "physics/frames.rs"]
 mod frames;

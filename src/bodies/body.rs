@@ -59,9 +59,11 @@ pub struct Body<S: Space> {
     /// In the order of time, linear in between, the last kept on; empty: at rest.
     pub path: Vec<Instant<S>>,
     pub servo: Option<Servo<S>>,
-    /// How it holds the nodes of a continuum that lie in it, and whether what moves away is let go; none where it touches
+    /// How it holds the nodes or points of a continuum that it meets, and whether what moves away is let go; none where it touches
     /// grains alone.
     pub grip: Option<(Grip, bool)>,
+    /// Whether it meets material points at its own face ([`crate::mpm::faces`]); else it holds the nodes that lie in it.
+    pub meets_points: bool,
     pub displacement: S::Vector,
     pub velocity: S::Vector,
     pub spin: S::Spin,
@@ -110,6 +112,7 @@ impl<S: Space> Body<S> {
             path: Vec::new(),
             servo: None,
             grip: None,
+            meets_points: false,
             displacement: zero,
             velocity: zero,
             spin: S::Spin::zero(),
@@ -238,6 +241,9 @@ impl<S: Space> Body<S> {
     /// Momentum (N s) and mass (kg) of a node that a servo moves with the body: all of a node that it holds rough; else
     /// what its normal has along the servo's direction, without friction. None where it does not hold the node.
     pub fn carried(&self, place: &S::Vector, momentum: &S::Vector, mass: f64) -> Option<(S::Vector, f64)> {
+        if self.meets_points {
+            return None;
+        }
         let ((grip, separates), servo) = (self.grip?, self.servo.as_ref()?);
         let nearest = self.nearest(place).filter(|nearest| nearest.distance <= 0.0)?;
         let opening = (*momentum * (1.0 / mass) - self.velocity_at(place)).dot(&nearest.normal);

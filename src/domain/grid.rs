@@ -13,6 +13,7 @@ use crate::domain::accounts::ledger::Entry;
 use crate::domain::layout::Layout;
 use crate::domain::world::World;
 use crate::job::mpm::Boundary;
+use crate::mpm::face_rows::Met;
 use crate::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 use crate::mpm::tile::{Gathered, GrainNode, OwnedNode};
 
@@ -80,7 +81,7 @@ impl Reactions {
         }
     }
 
-    fn on_body<S: Space>(&mut self, body: usize, impulse: &S::Vector, turn: &S::Spin) {
+    pub(crate) fn on_body<S: Space>(&mut self, body: usize, impulse: &S::Vector, turn: &S::Spin) {
         let first = 3 * FACES + PER_BODY * body;
         for component in 0..S::DIMENSION {
             self.sums.add(first + component, impulse[component]);
@@ -202,11 +203,12 @@ pub(crate) struct BoundaryConditions<'a, S: Space> {
 }
 
 impl<S: Space> BoundaryConditions<'_, S> {
-    /// What becomes of the velocity `free` of a node that points and grains have made, over a time `dt`.
+    /// What becomes of the velocity `free` of a node that points and grains have made, over a time `dt`; bodies that meet points at their
+    /// own face have acted on it already.
     pub fn on(
         &self,
         free: S::Vector,
-        node: &OwnedNode,
+        (node, met): (&OwnedNode, Option<&Met<S>>),
         (points, grains): (&Gathered<S>, &GrainNode<S>),
         dt: f64,
         reactions: &mut Reactions,
@@ -215,21 +217,34 @@ impl<S: Space> BoundaryConditions<'_, S> {
         if let Some(body) = self.bodies.iter().find(|body| body.holds(place[1], self.layout.cell)) {
             return body.velocity;
         }
+        let mut booked = if self.moment == Moment::Look { None } else { Some(reactions) };
+        let mass = points.mass() + grains.mass();
+        let unheld = self.unheld(free, node, (points, grains), dt, booked.as_deref_mut());
+        let unheld = met.map_or(unheld, |met| met.velocities);
+        let held = held_by_bodies(unheld, (self.bodies, self.periods), &place, mass, booked.as_deref_mut());
+        held_by_faces::<S>(held, self.grid, self.layout, node, mass, booked)
+    }
+
+    /// Its velocity before anything holds it, and that which forces would give it ([`Hold::on`]): dashpots have acted.
+    pub fn unheld(
+        &self,
+        free: S::Vector,
+        node: &OwnedNode,
+        (points, grains): (&Gathered<S>, &GrainNode<S>),
+        dt: f64,
+        booked: Option<&mut Reactions>,
+    ) -> [S::Vector; 2] {
         let looks = self.moment == Moment::Look;
-        let mut booked = if looks { None } else { Some(reactions) };
         let mass = points.mass() + grains.mass();
         let forces = if looks { points.force() * (dt / mass) + self.gravity * dt } else { S::Vector::zero() };
         let (brought, at) = (points.momentum() + grains.momentum(), (self.grid, self.layout));
-        let pushed = absorbed_by_faces::<S>(free + forces, &brought, at, node, (mass, dt), booked.as_deref_mut());
-        let velocity = if looks { free } else { pushed };
-        let among = (self.bodies, self.periods);
-        let held = held_by_bodies([velocity, pushed], among, &place, mass, booked.as_deref_mut());
-        held_by_faces::<S>(held, self.grid, self.layout, node, mass, booked)
+        let pushed = absorbed_by_faces::<S>(free + forces, &brought, at, node, (mass, dt), booked);
+        [if looks { free } else { pushed }, pushed]
     }
 }
 
 /// Velocity of a node, and that which forces would give it ([`Hold::on`]), after every body that it or an image of it lies in
-/// has held it, in their order; `mass` is the node's.
+/// has held it, in their order, but for those that meet points at their own face; `mass` is the node's.
 pub(crate) fn held_by_bodies<S: Space>(
     [mut velocity, mut pushed]: [S::Vector; 2],
     (bodies, periods): (&[Body<S>], &Cell<S>),
@@ -238,7 +253,7 @@ pub(crate) fn held_by_bodies<S: Space>(
     mut reactions: Option<&mut Reactions>,
 ) -> [S::Vector; 2] {
     for (number, body) in bodies.iter().enumerate() {
-        let Some((grip, separates)) = body.grip else { continue };
+        let Some((grip, separates)) = body.grip.filter(|_| !body.meets_points) else { continue };
         let place = place_beside(body, periods, place);
         let Some(nearest) = body.nearest(&place).filter(|nearest| nearest.distance <= 0.0) else { continue };
         let hold: Hold<S> = Hold { grip, separates, normal: nearest.normal, velocity: body.velocity_at(&place) };

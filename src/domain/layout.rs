@@ -3,9 +3,10 @@
 
 use std::ops::Range;
 
-use scree_partition::{Curve, Halo, Lattice};
+use scree_partition::{Curve, Halo, Lattice as BlockLattice};
 
 use crate::base::space::{Linear, Plane, Space};
+use crate::mpm::faces::Lattice;
 use crate::mpm::scatter::TileFrame;
 use crate::mpm::scheme::ShapeFunction;
 use crate::mpm::shape::{Axis, DRIFT_MAX, margins};
@@ -143,7 +144,7 @@ impl Layout {
         periodic[D..].fill(false);
         let axes = |values: [usize; 3]| -> [usize; D] { std::array::from_fn(|axis| values[axis]) };
         let wraps: [bool; D] = std::array::from_fn(|axis| periodic[axis]);
-        let lattice = Lattice::<D>::new(axes(cells), cells_per_block, wraps).map_err(|error| error.to_string())?;
+        let lattice = BlockLattice::<D>::new(axes(cells), cells_per_block, wraps).map_err(|error| error.to_string())?;
         let curve = Curve::new(&lattice);
         let padded = |axes: [usize; D], rest: i32| -> [i32; 3] {
             std::array::from_fn(|axis| if axis < D { axes[axis] as i32 } else { rest })
@@ -322,6 +323,24 @@ impl Layout {
             area *= if at_edge && !self.periodic[other] { 0.5 * self.cell } else { self.cell };
         }
         area
+    }
+
+    /// The lattice of nodes for faces of bodies.
+    pub fn lattice(&self) -> Lattice {
+        let extent = |axis: usize| {
+            let [lower, upper] = self.rim[axis].map(|cells| cells as f64);
+            if self.walled { [lower, self.cells[axis] as f64 - upper] } else { [f64::NEG_INFINITY, f64::INFINITY] }
+        };
+        Lattice {
+            corner: self.corner,
+            cell: self.cell,
+            dimension: self.dimension,
+            cells: self.cells.map(|cells| cells as i32),
+            periodic: self.periodic,
+            extent: std::array::from_fn(extent),
+            shape: self.shape,
+            point_half: self.point_half,
+        }
     }
 
     /// Nodes of a tile below its block's own first node.

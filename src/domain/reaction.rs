@@ -11,7 +11,7 @@ use crate::domain::phases::Phase;
 use crate::domain::world::World;
 
 /// Sums over a body: force, torque and momentum of nodes (three components each) and mass of nodes.
-const BODY_SLOTS: usize = 10;
+pub(crate) const BODY_SLOTS: usize = 10;
 
 impl<S: Space> World<'_, S> {
     /// The body that holds a node at height `y`.
@@ -39,6 +39,7 @@ impl<S: Space> World<'_, S> {
             self.add_grains(&mut here);
             if feels_nodes {
                 self.add_nodes(&mut here);
+                self.add_columns(&mut here);
             }
             sums = here.reduce(self.transport).map_err(|error| {
                 Error::Run(format!("step {}: the forces on the bodies are not finite or beyond reason ({error}); the run is unstable: check the time step and the last frames", self.step))

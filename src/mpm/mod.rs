@@ -1,12 +1,14 @@
 //! The continuum engine: explicit material point method.
 //!
 //! One step is scatter (points to tiles), sum of tiles, [`nodes::step`], spread of tiles, gather (tiles to points), in the
-//! order that the job's [`scheme::Scheme`] says. Which nodes another rank sums is not known here: [`tile::Tiles`] has rows for
+//! order that the job's [`scheme::Scheme`] says. Where bodies meet points at their own face, [`faces`] come between sum and nodes. Which nodes another rank sums is not known here: [`tile::Tiles`] has rows for
 //! them.
 
 pub mod continuum;
 pub mod track;
 
+pub mod face_rows;
+pub mod faces;
 pub mod gather;
 pub mod load;
 pub mod look;

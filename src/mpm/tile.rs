@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::base::ids::Row;
 use crate::base::space::{Linear, Space};
 use crate::base::zeroed::Zeroed;
+use crate::mpm::face_rows::FaceRows;
 use crate::mpm::share::{Along, Share};
 use crate::mpm::volumetric::VolumetricNode;
 use crate::numbers;
@@ -346,8 +347,13 @@ impl Mosaic {
         });
     }
 
+    /// Rows that make up an owned node, in the one order of neighbours.
+    pub fn sources_of(&self, number: usize) -> &[Row] {
+        &self.sources[self.source_starts[number] as usize..self.source_starts[number + 1] as usize]
+    }
+
     /// Margin rows of the tiles that are wanted, and the rows that they copy.
-    fn copies_of(&self, wanted: impl Fn(usize) -> bool) -> impl Iterator<Item = &(Row, Row)> {
+    pub fn copies_of(&self, wanted: impl Fn(usize) -> bool) -> impl Iterator<Item = &(Row, Row)> {
         let starts = self.copy_starts.windows(2).enumerate().filter(move |(tile, _)| wanted(*tile));
         starts.flat_map(|(_, starts)| &self.copies[starts[0] as usize..starts[1] as usize])
     }
@@ -370,6 +376,8 @@ pub struct Tiles<S: Space> {
     pub strides: Vec<Stride<S>>,
     /// Tiles that grains may come to: steps of grains pass all others by.
     pub shared: Vec<bool>,
+    /// Of bodies that meet points at their own face.
+    pub faces: FaceRows<S>,
 }
 
 impl<S: Space> Default for Tiles<S> {
@@ -385,6 +393,7 @@ impl<S: Space> Default for Tiles<S> {
             grain_changes: Zeroed::new(0),
             strides: Vec::new(),
             shared: Vec::new(),
+            faces: FaceRows::default(),
         }
     }
 }
@@ -405,6 +414,7 @@ impl<S: Space> Tiles<S> {
             grain_changes: Zeroed::new(of_grains(advanced)),
             strides: vec![Stride::zero(); of_grains(mosaic.owned.len())],
             shared: vec![false; of_grains(mosaic.tiles)],
+            faces: FaceRows::default(),
         }
     }
 

@@ -135,6 +135,8 @@ fn rigid(scheme: &str, is_carried: bool) -> [f64; 4] {
         .replace("velocity = [0, 0]}", "velocity = [0.1, 0.3]}");
     let law = Hencky { bulk_modulus: 1e5, shear_modulus: 1e5 };
     let mut world = point_world::<Plane>(&text, law, &Solo);
+    // It lies around the points, and holds nodes.
+    world.bodies[0].meets_points = false;
     world.bodies[0].grip = is_carried.then_some((Grip::Rough, false));
     world.bodies[0].shape = Shape::Box { lower: [-0.1, -0.1].into(), upper: [0.9, 0.9].into() };
     world.open_accounts(Accounts::POINTS);

@@ -157,7 +157,7 @@ impl<S: Space> World<'_, S> {
                 stride.brought = sum.momentum() * (1.0 / sum.mass());
             }
             let dt = (done - stride.taken) as f64 * dt;
-            let hold = |free: S::Vector| conditions.on(free, node, (sum, grains), dt, reactions);
+            let hold = |free: S::Vector| conditions.on(free, (node, None), (sum, grains), dt, reactions);
             let Stepped { velocity, grains } = nodes::step(sum, grains, &gravity, dt, hold);
             *change = grains;
             stride.taken = done;

@@ -120,6 +120,7 @@ impl<S: Space> World<'_, S> {
         self.push_membranes();
         self.scatter_points(Tier::Border);
         self.sum_tiles(|world| world.scatter_points(Tier::Inner));
+        self.fill_faces();
     }
 
     /// What loads are on their points now. One that grains share its place with bears all of it: they bear none.
@@ -280,6 +281,7 @@ impl<S: Space> World<'_, S> {
 
     /// The equation of motion of nodes; `gather` runs for the tiles of either tier as soon as all their nodes have advanced.
     fn advance_grid(&mut self, moment: Moment, mut gather: impl FnMut(&mut Self, Tier)) {
+        self.meet_faces(moment);
         self.advance_nodes(Tier::Border, moment);
         let work = |world: &mut Self| {
             world.advance_nodes(Tier::Inner, moment);
@@ -335,7 +337,7 @@ impl<S: Space> World<'_, S> {
         let (gravity, looks) = (self.gravity_now(), moment == Moment::Look);
         let Self { subdomain, assembly, continuum: Continuum { tiles, .. }, bodies, settings, reactions, .. } = self;
         let (Subdomain { nodes, layout, .. }, periods) = (&*subdomain, &assembly.cell);
-        let Tiles { sums, volumetric_sums, grain_sums, advanced, grain_changes, strides, shared, .. } = tiles;
+        let Tiles { sums, volumetric_sums, grain_sums, advanced, grain_changes, strides, shared, faces, .. } = tiles;
         let mosaic = &nodes.mosaic;
         let (per_tile, len, rows) = (mosaic.owned_per_tile(), mosaic.nodes_per_tile, mosaic.rows());
         let conditions = BoundaryConditions { grid: &settings.grid, layout, bodies, periods, gravity, moment };
@@ -345,11 +347,12 @@ impl<S: Space> World<'_, S> {
             if sum.mass() <= 0.0 {
                 return (Advanced::zero(), nodes::without_points(&grains));
             }
+            let met = faces.near.get(number / per_tile).filter(|near| **near).map(|_| &faces.met[number]);
             let (mut dt, mut brought) = (dt, sum.momentum() * (1.0 / sum.mass()));
             if let Some(stride) = strides.get(number).filter(|stride| stride.taken > 0) {
                 (dt, brought) = (dt - stride.taken as f64 * dt_grains, stride.brought);
             }
-            let hold = |free: S::Vector| conditions.on(free, node, (sum, &grains), dt, reactions);
+            let hold = |free: S::Vector| conditions.on(free, (node, met), (sum, &grains), dt, reactions);
             let Stepped { velocity, grains } = nodes::step(sum, &grains, &gravity, if looks { 0.0 } else { dt }, hold);
             let volume = volumetric_sums.get(number).map_or(0.0, VolumetricNode::mean);
             (Advanced::new(&velocity, &(velocity - brought), volume), grains)
@@ -429,7 +432,9 @@ impl<S: Space> World<'_, S> {
         let taking = Taking { shape, transfer, taken, dt, instructions: self.assembly.contacts.instructions() };
         let averages = self.averages_volume();
         let (frames, tiers) = (&self.continuum.frames, &self.subdomain.nodes.mosaic.tiers);
-        let Tiles { advanced, gathered, volumetric: of_volume, .. } = &mut self.continuum.tiles;
+        let Tiles { advanced, gathered, volumetric: of_volume, faces, .. } = &mut self.continuum.tiles;
+        let moves = matches!(taken, Taken::All | Taken::Motion | Taken::StrainThenPlace);
+        let (faces, bodies) = (moves.then_some(&*faces), &self.bodies);
         // Affine fields, and ways where places wait for the strain.
         let waits = matches!(taken, Taken::Velocity | Taken::StrainThenPlace);
         // Farther out a point's nodes are not all in the tile; there is a rebuild before it goes to them.
@@ -447,6 +452,11 @@ impl<S: Space> World<'_, S> {
             let (points, beside, volumetric) = rows;
             let taker = Block { frame, tile, points: &mut *points, beside: &mut *beside, volumetric: &mut *volumetric };
             let outside = settings.material.gather(taking, taker);
+            if let Some(set) =
+                faces.filter(|faces| faces.near.get(block) == Some(&true)).and_then(|faces| faces.set.as_ref())
+            {
+                set.guard(bodies, dt, points);
+            }
             if outside < reach {
                 clear(&mut *tiles.0, &mut *tiles.1);
                 scatter_points(frame, how, Scattered { points, beside, volumetric }, tiles);

@@ -1,6 +1,7 @@
 //! The parts of a step that are more than a call.
 
 pub mod cycle;
+pub mod faces;
 pub mod full_step;
 pub mod grid;
 pub mod membranes;

@@ -334,7 +334,7 @@ impl<S: Space> World<'_, S> {
             if sum.mass() > 0.0 {
                 let grains = if coupled { self.continuum.tiles.grain_sums[number] } else { GrainNode::zero() };
                 let advanced = &self.continuum.tiles.advanced[node.row as usize];
-                self.work_on_node(node, (sum, &grains), advanced, &mut works);
+                self.work_on_node((node, number), (sum, &grains), advanced, &mut works);
             }
             works
         };
@@ -345,7 +345,7 @@ impl<S: Space> World<'_, S> {
     /// bodies and faces hold, one after the other. Of what acts on both, points have their share of the mass.
     fn work_on_node(
         &self,
-        node: &OwnedNode,
+        (node, number): (&OwnedNode, usize),
         (sum, grains): (&Gathered<S>, &GrainNode<S>),
         advanced: &Advanced<S>,
         works: &mut Works,
@@ -370,6 +370,23 @@ impl<S: Space> World<'_, S> {
             works.add(Item::Holds, &((free - velocity) * mass), &velocities);
         }
         let place: S::Vector = self.subdomain.layout.node_at(node.place);
+        let faces = &self.continuum.tiles.faces;
+        if let Some(set) =
+            faces.set.as_ref().filter(|_| faces.near[number / self.subdomain.nodes.mosaic.owned_per_tile()])
+        {
+            for (side, impulse) in faces.met[number].impulses.iter().enumerate() {
+                // No face, no impulse.
+                let Some(face) = set.face_at(node.place, side).filter(|_| *impulse != S::Vector::zero()) else {
+                    continue;
+                };
+                let (body, beside) = (set.faces[face].body, set.place_beside::<S>(face, node.place));
+                let (rigid, motion) = (&self.bodies[body], &self.point_ledger.bodies[body]);
+                let with = [rigid.velocity_in(motion, &beside), rigid.velocity_at(&beside)];
+                works.add(Item::Bodies, impulse, &with);
+                works.add(Item::Holds, impulse, &[with[BEHIND] - velocities[BEHIND], with[AHEAD] - velocities[AHEAD]]);
+            }
+            velocity = faces.met[number].velocities[0];
+        }
         for (body, motion) in self.bodies.iter().zip(&self.point_ledger.bodies) {
             let [held, _] =
                 held_by_bodies([velocity; 2], (std::slice::from_ref(body), &self.assembly.cell), &place, both, None);

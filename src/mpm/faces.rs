@@ -1,0 +1,539 @@
+//! Bodies that meet material points at their own face: planes and boxes whose faces lie in line with the grid.
+//!
+//! A body that holds the nodes inside it holds them by whole cells: its load dips wherever it passes one. Here it acts where it is. Points
+//! in front of a face say how much of its area every node near it stands for,
+//!
+//! ```text
+//! w_i = -n . sum_p w_p J_p V_p grad N_i(x_p)          m2; sums to the area that material in front of the face covers
+//! T_i = sum_p N_i(x_p) t_p                            whether points touch: t = 0.6 where d_p - r_p < 0.02 h, else -0.4 where d_p < 2 r_p
+//! ```
+//!
+//! with n from the body into the material, d_p a point's distance, r_p half of its box along n and h the cell: gradients of what is inside
+//! the material cancel (the divergence theorem), and its free side is out of the face's reach or counted by the points in front of it
+//! alone. The nodes of one grid line across the face are a column s. Its material goes with the body on average, not node by node,
+//!
+//! ```text
+//! c = sum w n.(v_i - V(x_i)),   u = sum w (v_i - V(x_i)) - c n,   K = sum w^2/m_i,   A = sum w
+//! lambda = -c/K,   tau = -u/K                         rough; smooth: tau = 0; Coulomb: |tau| <= mu lambda
+//! m_i v_i += w_i (lambda n + tau)                     and the body gets minus that at x_i
+//! ```
+//!
+//! so that momentum and its moment are kept to round-off, and a uniform stress in front of the face stays uniform wherever in a cell the
+//! face is. A face that lets go has no impulse where lambda would pull, or where no point touches (sum T <= 0). Weights of this kind are
+//! those of an interface in the material point method (Huang et al. 2011; Nairn 2013); what is ours is their sum over a column.
+//!
+//! A face acts on nodes within the reach of the functions and a twentieth of a cell. Of faces of two bodies that look at each other the
+//! nearer has a node, and so of faces that look the same way. Where material moves along a face integration may carry
+//! a point a little into it: a guard brings it back by at most 0.002 h a step.
+
+use crate::base::space::{Linear, Space};
+use crate::bodies::body::{Body, Shape as Form};
+use crate::bodies::boundary::Grip;
+use crate::mpm::points::Hot;
+use crate::mpm::scatter::TileFrame;
+use crate::mpm::scheme::ShapeFunction;
+use crate::mpm::shape::{Cubic, DRIFT_MAX, Generalised, LinearHat, Quadratic, Shape, Stencil, row};
+
+/// Sides that faces have: the lower and the upper of each axis.
+pub const SIDES: usize = 6;
+
+/// Nodes of a column, at most.
+pub const COLUMN_MAX: usize = 5;
+
+/// Lengths in cells: what counts as touching, what is beside a face beyond the reach of functions, how far a point may be to count, and what
+/// the guard keeps clear and moves in a step.
+const TOUCH: f64 = 0.02;
+const BEYOND: f64 = 0.05;
+const FELT: f64 = 4.5;
+const CLEAR: f64 = 0.06;
+const GUARD_SHARE: f64 = 0.1;
+const GUARD_MAX: f64 = 0.002;
+
+/// What points that touch a face and those of the row behind say.
+const TOUCHES: f64 = 0.6;
+const IS_NEAR: f64 = -0.4;
+
+/// Areas below this share of their own parts are round-off.
+const ROUND_OFF: f64 = 1e-9;
+
+/// A body that spans the domain to within so many cells has no face there.
+const SPANS: f64 = 1e-6;
+
+/// The lattice of nodes that faces are placed in; lengths in cells from its first node, unless they say m.
+#[derive(Clone, Copy, Debug)]
+pub struct Lattice {
+    /// Place of the first node, m, and the edge of a cell, m.
+    pub corner: [f64; 3],
+    pub cell: f64,
+    pub dimension: usize,
+    pub cells: [i32; 3],
+    pub periodic: [bool; 3],
+    /// Where walls end the domain, along axes that are not periodic.
+    pub extent: [[f64; 2]; 3],
+    pub shape: ShapeFunction,
+    /// Half of a point's edge at the start.
+    pub point_half: f64,
+}
+
+impl Lattice {
+    /// How far functions reach.
+    fn reach(&self) -> f64 {
+        match self.shape {
+            ShapeFunction::Linear => 1.0,
+            ShapeFunction::Generalised => 1.0 + self.point_half,
+            ShapeFunction::Quadratic => 1.5,
+            ShapeFunction::Cubic => 2.0,
+        }
+    }
+
+    /// The whole number of periods to take from a coordinate for its image nearest to the middle between two.
+    fn periods(&self, axis: usize, coordinate: f64, [lower, upper]: [f64; 2]) -> f64 {
+        if !self.periodic[axis] || lower.is_infinite() || upper.is_infinite() {
+            return 0.0;
+        }
+        ((coordinate - 0.5 * (lower + upper)) / f64::from(self.cells[axis])).round()
+    }
+
+    /// A coordinate's image there.
+    fn image(&self, axis: usize, coordinate: f64, between: [f64; 2]) -> f64 {
+        coordinate - f64::from(self.cells[axis]) * self.periods(axis, coordinate, between)
+    }
+
+    /// A node within the domain.
+    pub fn wrapped(&self, mut place: [i32; 3]) -> [i32; 3] {
+        for axis in (0..self.dimension).filter(|axis| self.periodic[*axis]) {
+            place[axis] = place[axis].rem_euclid(self.cells[axis]);
+        }
+        place
+    }
+}
+
+/// Whether a body's faces lie in line with the grid, so that it can meet points there; a plane across a period never can.
+pub fn is_in_line<S: Space>(shape: &Form<S>, periodic: [bool; 3]) -> bool {
+    match shape {
+        Form::Box { .. } => true,
+        Form::Plane { normal, .. } => {
+            (0..S::DIMENSION).any(|axis| normal[axis].abs() == 1.0 && !periodic[axis]) && normal.norm() == 1.0
+        }
+        Form::Plate { .. } | Form::Layer | Form::Cylinder { .. } => false,
+    }
+}
+
+/// A body as the lattice sees it: from `bounds[axis][0]` to `bounds[axis][1]`, infinite where it has no face.
+#[derive(Clone, Copy, Debug)]
+struct Solid {
+    body: usize,
+    bounds: [[f64; 2]; 3],
+}
+
+/// A face: of which body, on which side (2 axis, and one more where it is the upper of the axis), and where across that axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Face {
+    pub body: usize,
+    pub side: usize,
+    at: f64,
+    bounds: [[f64; 2]; 3],
+}
+
+impl Face {
+    pub fn axis(&self) -> usize {
+        self.side / 2
+    }
+
+    /// Unit, from the body into the material.
+    pub fn normal<S: Space>(&self) -> S::Vector {
+        let mut normal = S::Vector::zero();
+        normal[self.axis()] = sign(self.side);
+        normal
+    }
+}
+
+/// Sense of the normal along its axis.
+fn sign(side: usize) -> f64 {
+    if side % 2 == 1 { 1.0 } else { -1.0 }
+}
+
+/// All faces at which bodies meet points now.
+#[derive(Clone, Debug)]
+pub struct FaceSet {
+    lattice: Lattice,
+    solids: Vec<Solid>,
+    pub faces: Vec<Face>,
+}
+
+/// What points in front of faces bring to a node: for each side the area w, m2, then for each side T.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Brought(pub [f64; 2 * SIDES]);
+
+impl Brought {
+    pub const ZERO: Self = Self([0.0; 2 * SIDES]);
+
+    pub fn area(&self, side: usize) -> f64 {
+        self.0[side]
+    }
+
+    pub fn touch(&self, side: usize) -> f64 {
+        self.0[SIDES + side]
+    }
+
+    pub fn add(&mut self, other: &Self) {
+        self.0.iter_mut().zip(&other.0).for_each(|(word, more)| *word += more);
+    }
+}
+
+/// A node of a column as it is before the face acts on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ColumnNode<S: Space> {
+    pub mass: f64,
+    /// w and T of the side under way.
+    pub area: f64,
+    pub touch: f64,
+    /// The velocity that is to be held, and that by which parting is judged, m/s; the same in a step.
+    pub velocities: [S::Vector; 2],
+}
+
+impl<S: Space> ColumnNode<S> {
+    pub fn zero() -> Self {
+        Self { mass: 0.0, area: 0.0, touch: 0.0, velocities: [S::Vector::zero(); 2] }
+    }
+}
+
+/// One of its nodes by its steps from the anchor, and its place beside the body.
+#[derive(Clone, Copy, Debug)]
+pub struct Link<S: Space> {
+    pub steps: i32,
+    pub place: S::Vector,
+}
+
+impl FaceSet {
+    /// Of the bodies that meet points.
+    pub fn new<S: Space>(lattice: Lattice, bodies: &[Body<S>]) -> Self {
+        let met = bodies.iter().enumerate().filter(|(_, body)| body.meets_points);
+        let solids: Vec<Solid> = met.filter_map(|(number, body)| solid(&lattice, number, body)).collect();
+        let mut faces = Vec::new();
+        for solid in &solids {
+            for side in 0..2 * lattice.dimension {
+                let at = solid.bounds[side / 2][side % 2];
+                if at.is_finite() {
+                    faces.push(Face { body: solid.body, side, at, bounds: solid.bounds });
+                }
+            }
+        }
+        Self { lattice, solids, faces }
+    }
+
+    /// Whether anything looks that way.
+    pub fn has_side(&self, side: usize) -> bool {
+        self.faces.iter().any(|face| face.side == side)
+    }
+
+    /// Whether points of a block may be near enough to count, the block's first node and its nodes per axis given.
+    pub fn is_near(&self, first: [i32; 3], nodes: usize) -> bool {
+        let half = 0.5 * nodes as f64;
+        self.solids.iter().any(|solid| {
+            (0..self.lattice.dimension).all(|axis| {
+                let bounds = solid.bounds[axis];
+                let middle = self.lattice.image(axis, f64::from(first[axis]) + half, bounds);
+                let most = half + DRIFT_MAX + FELT;
+                middle + most >= bounds[0] && middle - most <= bounds[1]
+            })
+        })
+    }
+
+    /// In front of which side of a body a place is, and its distance; none beyond an edge.
+    fn in_front<S: Space>(&self, solid: &Solid, position: &S::Vector) -> Option<(usize, f64)> {
+        let (mut front, mut inside) = (None, (0, f64::NEG_INFINITY));
+        for axis in 0..self.lattice.dimension {
+            let [lower, upper] = solid.bounds[axis];
+            let coordinate = (position[axis] - self.lattice.corner[axis]) / self.lattice.cell;
+            let coordinate = self.lattice.image(axis, coordinate, [lower, upper]);
+            for (side, distance) in [(2 * axis, lower - coordinate), (2 * axis + 1, coordinate - upper)] {
+                if distance > 0.0 {
+                    if front.is_some() {
+                        return None;
+                    }
+                    front = Some((side, distance));
+                } else if distance > inside.1 {
+                    inside = (side, distance);
+                }
+            }
+        }
+        Some(front.unwrap_or(inside)).filter(|(_, distance)| distance.is_finite())
+    }
+
+    /// Whether a grid line across a face meets it. Lines beyond its edges are free, though some of what moves with them is in front of
+    /// it: a column follows the body whatever its area, and a footing would be wider by as much as functions reach.
+    fn is_across(&self, face: &Face, place: [i32; 3]) -> bool {
+        (0..self.lattice.dimension).filter(|axis| *axis != face.axis()).all(|axis| {
+            let [lower, upper] = face.bounds[axis];
+            let at = self.lattice.image(axis, f64::from(place[axis]), [lower, upper]);
+            lower - at <= SPANS && at - upper <= SPANS
+        })
+    }
+
+    /// How far a node is from a face along its normal, in cells; none out of its reach.
+    fn offset(&self, face: &Face, place: [i32; 3]) -> Option<f64> {
+        let axis = face.axis();
+        let (at, length) = (f64::from(place[axis]), f64::from(self.lattice.cells[axis]));
+        let periods = if self.lattice.periodic[axis] { ((at - face.at) / length).round() } else { 0.0 };
+        Some(at - length * periods - face.at).filter(|offset| offset.abs() < self.lattice.reach() + BEYOND)
+    }
+
+    /// The face on a side that has a node of the domain, by its number.
+    pub fn face_at(&self, place: [i32; 3], side: usize) -> Option<usize> {
+        let mut nearest: Option<(f64, usize)> = None;
+        for (number, face) in self.faces.iter().enumerate().filter(|(_, face)| face.side == side) {
+            let Some(offset) = self.offset(face, place).filter(|_| self.is_across(face, place)) else { continue };
+            if nearest.is_none_or(|(other, _)| offset.abs() < other) {
+                nearest = Some((offset.abs(), number));
+            }
+        }
+        let (distance, number) = nearest?;
+        let this = &self.faces[number];
+        let opposite = self.faces.iter().filter(|face| face.side == side ^ 1 && face.body != this.body);
+        for other in opposite {
+            // Faces back to back have nothing between them.
+            let between = sign(side) * (self.lattice_image_of(other, this) - this.at);
+            let Some(offset) = self.offset(other, place).filter(|_| self.is_across(other, place)) else { continue };
+            if between >= 0.0 && offset.abs() < distance {
+                return None;
+            }
+        }
+        Some(number)
+    }
+
+    /// Where the image of a face is that is nearest to another across the same axis.
+    fn lattice_image_of(&self, face: &Face, other: &Face) -> f64 {
+        self.lattice.image(face.axis(), face.at, [other.at; 2])
+    }
+
+    /// Steps from the anchor of a column to its lowest node at most: with what lies above it is within a tile.
+    fn below(&self) -> i32 {
+        if self.lattice.shape == ShapeFunction::Cubic { 2 } else { 1 }
+    }
+
+    /// The nodes of the column of a face that has its anchor at a node of the domain; none where there is no such column. Of the nodes that
+    /// a face may reach on a grid line exactly one is the anchor.
+    pub fn column<S: Space>(&self, number: usize, anchor: [i32; 3]) -> impl Iterator<Item = Link<S>> + '_ {
+        let (face, below, axis) = (self.faces[number], self.below(), self.faces[number].axis());
+        let reach = self.lattice.reach() + BEYOND;
+        let first = (face.at + f64::from(below + 1) - reach).floor() as i32;
+        let is_anchor = {
+            let mut along = anchor;
+            along[axis] = first;
+            self.lattice.wrapped(along) == anchor && self.is_across(&face, anchor)
+        };
+        let steps = if is_anchor { -below..below + 2 } else { 0..0 };
+        steps.filter_map(move |steps| {
+            let at = f64::from(first + steps);
+            let mut place = anchor;
+            place[axis] = first + steps;
+            let mut lies = S::Vector::zero();
+            for along in 0..S::DIMENSION {
+                let coordinate = if along == axis {
+                    at
+                } else {
+                    self.lattice.image(along, f64::from(anchor[along]), face.bounds[along])
+                };
+                lies[along] = self.lattice.corner[along] + coordinate * self.lattice.cell;
+            }
+            let has =
+                (at - face.at).abs() < reach && self.face_at(self.lattice.wrapped(place), face.side) == Some(number);
+            has.then_some(Link { steps, place: lies })
+        })
+    }
+
+    /// Where a node of a face is beside its body, m.
+    pub fn place_beside<S: Space>(&self, number: usize, place: [i32; 3]) -> S::Vector {
+        let (face, mut lies) = (&self.faces[number], S::Vector::zero());
+        for along in 0..S::DIMENSION {
+            let bounds = if along == face.axis() { [face.at; 2] } else { face.bounds[along] };
+            let coordinate = self.lattice.image(along, f64::from(place[along]), bounds);
+            lies[along] = self.lattice.corner[along] + coordinate * self.lattice.cell;
+        }
+        lies
+    }
+
+    /// What the points of a block bring to its tile for the faces that they are in front of; the tile has been cleared.
+    pub fn scatter<S: Space>(&self, frame: &TileFrame<S>, points: &[Hot<S>], tile: &mut [Brought]) {
+        for point in points {
+            let sides = self.sides_of(point);
+            if sides.iter().all(Option::is_none) {
+                continue;
+            }
+            match self.lattice.shape {
+                ShapeFunction::Linear => bring::<S, LinearHat, 3>(frame, point, &sides, tile),
+                ShapeFunction::Generalised => bring::<S, Generalised, 3>(frame, point, &sides, tile),
+                ShapeFunction::Quadratic => bring::<S, Quadratic, 3>(frame, point, &sides, tile),
+                ShapeFunction::Cubic => bring::<S, Cubic, 4>(frame, point, &sides, tile),
+            }
+        }
+    }
+
+    /// For each side that a point is in front of and near to, t.
+    fn sides_of<S: Space>(&self, point: &Hot<S>) -> [Option<f64>; SIDES] {
+        let mut sides = [None; SIDES];
+        for solid in &self.solids {
+            let Some((side, distance)) = self.in_front::<S>(solid, &point.position) else { continue };
+            if distance.abs() > FELT {
+                continue;
+            }
+            let stretch = |along: usize| point.deformation[along * S::DIMENSION + side / 2].abs();
+            let half = self.lattice.point_half * (0..S::DIMENSION).map(stretch).sum::<f64>();
+            let touch = match distance {
+                distance if distance - half < TOUCH => TOUCHES,
+                distance if distance < 2.0 * half => IS_NEAR,
+                _ => 0.0,
+            };
+            sides[side] = match sides[side] {
+                Some(other) if other == TOUCHES || (other == IS_NEAR && touch == 0.0) => Some(other),
+                _ => Some(touch),
+            };
+        }
+        sides
+    }
+
+    /// Moves points that have come too near to a face a little away from where it will be after a time `dt`.
+    pub fn guard<S: Space>(&self, bodies: &[Body<S>], dt: f64, points: &mut [Hot<S>]) {
+        for point in points {
+            for solid in &self.solids {
+                let Some((side, distance)) = self.in_front::<S>(solid, &point.position) else { continue };
+                let approach = sign(side) * bodies[solid.body].velocity[side / 2] * dt / self.lattice.cell;
+                let missing = CLEAR - (distance - approach);
+                if missing > 0.0 {
+                    let way = (GUARD_SHARE * missing).min(GUARD_MAX) * self.lattice.cell;
+                    point.position[side / 2] += sign(side) * way;
+                }
+            }
+        }
+    }
+}
+
+/// A body within the lattice; none of a shape without faces in line with it.
+fn solid<S: Space>(lattice: &Lattice, body: usize, of: &Body<S>) -> Option<Solid> {
+    let mut bounds = [[f64::NEG_INFINITY, f64::INFINITY]; 3];
+    let in_cells = |axis: usize, place: f64| (place + of.displacement[axis] - lattice.corner[axis]) / lattice.cell;
+    match of.shape {
+        Form::Box { lower, upper } => {
+            for axis in 0..S::DIMENSION {
+                let [from, to] = [in_cells(axis, lower[axis]), in_cells(axis, upper[axis])];
+                if lattice.periodic[axis] {
+                    if to - from < f64::from(lattice.cells[axis]) - SPANS {
+                        bounds[axis] = [from, to];
+                    }
+                    continue;
+                }
+                let [first, last] = lattice.extent[axis];
+                if from > first + SPANS {
+                    bounds[axis][0] = from;
+                }
+                if to < last - SPANS {
+                    bounds[axis][1] = to;
+                }
+            }
+        }
+        Form::Plane { point, normal } => {
+            let axis = (0..S::DIMENSION).find(|axis| normal[*axis].abs() == 1.0)?;
+            bounds[axis][usize::from(normal[axis] > 0.0)] = in_cells(axis, point[axis]);
+        }
+        Form::Plate { .. } | Form::Layer | Form::Cylinder { .. } => return None,
+    }
+    Some(Solid { body, bounds })
+}
+
+/// What a point brings to every node in reach.
+fn bring<S: Space, F: Shape<N>, const N: usize>(
+    frame: &TileFrame<S>,
+    point: &Hot<S>,
+    sides: &[Option<f64>; SIDES],
+    tile: &mut [Brought],
+) {
+    let stencil = frame.stencil::<F, N>(&point.position);
+    let volume = point.weight * point.volume * point.volume_ratio();
+    let first = stencil.first(frame.edge) as usize;
+    for k in 0..Stencil::<S, f64, N>::LAYERS {
+        for j in 0..N {
+            for i in 0..N {
+                let node = &mut tile[first + row(frame.edge, j, k) + i].0;
+                let at = [i, j, k];
+                let [x, y, z]: [f64; 3] = std::array::from_fn(|axis| stencil.values[axis][at[axis]]);
+                let slope = |axis: usize| stencil.slopes[axis][at[axis]];
+                let slopes = [slope(0) * y * z, x * slope(1) * z, x * y * slope(2)];
+                for (side, touch) in sides.iter().enumerate() {
+                    if let Some(touch) = touch {
+                        node[side] -= sign(side) * volume * slopes[side / 2];
+                        node[SIDES + side] += touch * (x * y * z);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Sums over a column.
+#[derive(Clone, Copy, Debug)]
+pub struct ColumnSums<S: Space> {
+    /// `sum w (v - V)` of the velocities to be held and of those by which parting is judged, m3/s.
+    slips: [S::Vector; 2],
+    /// K, m4/kg.
+    softness: f64,
+    /// A, m2.
+    area: f64,
+    touch: f64,
+    /// Sum of sizes, of which A is what is left.
+    size: f64,
+}
+
+impl<S: Space> ColumnSums<S> {
+    /// Of nodes with the body's velocity at each.
+    pub fn of(nodes: &[(ColumnNode<S>, S::Vector)]) -> Self {
+        let mut sums = Self { slips: [S::Vector::zero(); 2], softness: 0.0, area: 0.0, touch: 0.0, size: 0.0 };
+        for (node, velocity) in nodes {
+            for (slip, own) in sums.slips.iter_mut().zip(&node.velocities) {
+                *slip += (*own - *velocity) * node.area;
+            }
+            sums.softness += node.area * node.area / node.mass;
+            sums.area += node.area;
+            sums.touch += node.touch;
+            sums.size += node.area.abs();
+        }
+        sums
+    }
+
+    /// Whether there is anything for the face to act on.
+    pub fn is_met(&self, normal: &S::Vector, separates: bool) -> bool {
+        let parts = self.slips[1].dot(normal) > 0.0 || self.touch <= 0.0 || self.area <= ROUND_OFF * self.size;
+        self.softness > 0.0 && !(separates && parts)
+    }
+
+    /// `lambda n + tau`, impulse per area (N s/m2), for each of the two velocities.
+    pub fn pressures(&self, normal: &S::Vector, grip: Grip) -> [S::Vector; 2] {
+        self.slips.map(|slip| {
+            let opening = slip.dot(normal);
+            let along = slip - *normal * opening;
+            let stops = -1.0 / self.softness;
+            let rubs = match grip {
+                Grip::Rough => 1.0,
+                Grip::Smooth => 0.0,
+                Grip::Coulomb(friction) => {
+                    let (speed, most) = (along.norm(), friction * (-opening).max(0.0));
+                    if speed > most { most / speed } else { 1.0 }
+                }
+            };
+            (*normal * opening + along * rubs) * stops
+        })
+    }
+
+    /// Momentum (N s) and mass (kg) that a servo along `direction` moves with the body: of all of a rough column, else what its normal has
+    /// along the servo; the slips are of velocities alone.
+    pub fn carried(&self, normal: &S::Vector, grip: Grip, direction: &S::Vector) -> (S::Vector, f64) {
+        let (momentum, mass) = (self.slips[0] * (self.area / self.softness), self.area * self.area / self.softness);
+        match grip {
+            Grip::Rough => (momentum, mass),
+            Grip::Smooth | Grip::Coulomb(_) => {
+                let along = normal.dot(direction);
+                (*direction * (momentum.dot(normal) * along), mass * along * along)
+            }
+        }
+    }
+}
