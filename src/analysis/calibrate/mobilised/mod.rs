@@ -37,6 +37,9 @@ const SCATTER_LEAST: [f64; 2] = [0.005, 5e-4];
 const SCATTER_SINGLE: [f64; 2] = [0.02, 2e-3];
 /// A layer that takes so many times the mean shear is a band.
 pub const BAND: f64 = 2.0;
+/// The third that the fit of loose packings begins with: they mobilise friction within some ten times the strain of dense ones, and
+/// the law has one a, which is that of the dense. What they tell is contraction and the critical state.
+const FIRST_OF_LOOSE: usize = 1;
 /// After a reversal the law is compared until the stress has fallen to this share.
 const SHARE_UNLOADED: f64 = 0.5;
 /// Share of a test, its end, that is taken for the critical state where the fit starts.
@@ -313,7 +316,8 @@ impl Tests<'_> {
         let parts = parts(&curve, KINDS[kind].course);
         // Of a test that turns the way up is one of the tests that do not, and volume on the way back is not the law's.
         let mut counts = [0.0; 3];
-        let used = |part: Option<usize>, row: &Row| part.filter(|_| row.strain <= end);
+        let first = if KINDS[kind].loose { FIRST_OF_LOOSE } else { 0 };
+        let used = |part: Option<usize>, row: &Row| part.filter(|part| row.strain <= end && *part >= first);
         for (part, row) in parts.iter().zip(&curve.rows) {
             used(*part, row).into_iter().for_each(|part| counts[part] += 1.0);
         }

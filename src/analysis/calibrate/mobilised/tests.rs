@@ -143,8 +143,8 @@ fn softening_ends_where_a_band_begins() {
     };
     let specimens = [with(&[1.2, 1.5, 2.5, 3.0]), with(&[1.2, 1.3, 1.4, 2.2]), with(&[1.2, 1.3, 1.4, 1.9])];
     let all: Vec<&Specimen> = specimens.iter().collect();
-    assert_eq!(band(&all, 0, false), Some(0.15));
+    assert!((band(&all, 0, false).unwrap() - 0.15).abs() < 1e-12);
     assert_eq!(band(&all[2..], 0, false), None);
     assert_eq!(band(&all, 2, false), None, "loose packings do not soften");
-    assert_eq!(band(&[&with(&[3.0])], 0, false), Some(0.05), "the first third is fitted always");
+    assert_eq!(band(&[&with(&[3.0])], 0, false), Some(THIRDS[0]), "the first third is fitted always");
 }
