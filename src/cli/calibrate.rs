@@ -11,7 +11,7 @@ use super::cores::Placement;
 use super::start_threads_of;
 use crate::analysis::calibrate::element::Element;
 use crate::analysis::calibrate::fragment::in_unit;
-use crate::analysis::calibrate::{self, Calibration, KEYS, Subject, Wanted, elements};
+use crate::analysis::calibrate::{self, Calibration, KEYS, Subject, Wanted, elements, mobilised};
 use crate::base::error::Error;
 use crate::job::Job;
 use crate::law::material::CriticalDruckerPrager;
@@ -20,20 +20,27 @@ use crate::run::results::{Results, unwritable};
 
 #[derive(Args)]
 pub(super) struct Calibrate {
-    /// A job of planar shear, or one with [grid] and [grains]; a TOML file.
+    /// A job of planar shear, or one with [grid] and [grains]; with --law mobilised_friction any whose grains are discs that
+    /// it makes. A TOML file.
     job: PathBuf,
+    /// The material law: critical_drucker_prager or mobilised_friction.
+    #[arg(long, value_name = "LAW", default_value = "critical_drucker_prager")]
+    law: Fitted,
     /// Folder for the fragment, the page and the data. Default: runs/calibrate_<job name>.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Grains of each packing.
-    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(50..=1_000_000))]
-    grains: u32,
-    /// Random packings, with the job's seed and those after it.
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=1000))]
-    packings: u16,
-    /// Shear strain at the end of the shear tests.
-    #[arg(long, default_value_t = 0.6)]
-    strain: f64,
+    /// Grains of each packing. Default: 2000, of mobilised_friction 400.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(50..=1_000_000))]
+    grains: Option<u32>,
+    /// Random packings, with the job's seed and those after it. Default: 3, of mobilised_friction 12.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    packings: Option<u16>,
+    /// Packings after those that are tested and not fitted, so that the law is shown on them; of mobilised_friction alone.
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1000))]
+    held_back: u16,
+    /// Shear strain at the end of the shear tests. Default: 0.6, of mobilised_friction 0.4.
+    #[arg(long)]
+    strain: Option<f64>,
     /// Override one key of the job, for example --set contact.friction=0.3. May be repeated.
     #[arg(long, value_name = "KEY.PATH=VALUE")]
     set: Vec<String>,
@@ -54,45 +61,115 @@ pub(super) fn command(typed: &Calibrate, placement: &Placement, transport: &dyn 
                 .to_string(),
         ));
     }
-    if !(0.1..=10.0).contains(&typed.strain) {
+    let strain = typed.strain();
+    if !(0.1..=10.0).contains(&strain) {
         return Err(Error::User(format!(
-            "--strain {} is refused: the shear tests must pass their peak, and end. Write 0.1 to 10, for example --strain 0.6.",
-            typed.strain
+            "--strain {strain} is refused: the shear tests must pass their peak, and end. Write 0.1 to 10, for example --strain 0.6."
         )));
     }
-    let subject = Subject::of(&Job::load(&typed.job, &typed.set)?, &typed.job.display().to_string())?;
-    let wanted = Wanted { grains: u64::from(typed.grains), packings: u64::from(typed.packings), strain: typed.strain };
-    let elements = elements(&subject, wanted, subject.piece.seed);
-    // A job that cannot be tested leaves no folder behind.
+    let is_mobilised = typed.law == Fitted::MobilisedFriction;
+    if typed.held_back > 0 && !is_mobilised {
+        return Err(Error::User(
+            "--held-back is of --law mobilised_friction, whose law is shown on packings that it is not fitted to. Add that law, or remove --held-back."
+                .to_string(),
+        ));
+    }
+    let subject = Subject::of(&Job::load(&typed.job, &typed.set)?, &typed.job.display().to_string(), is_mobilised)?;
+    let out = typed.out.clone().unwrap_or_else(|| Path::new("runs").join(format!("calibrate_{}", subject.name)));
+    if is_mobilised { mobilised(typed, &subject, &out, placement) } else { critical(typed, &subject, &out, placement) }
+}
+
+fn critical(typed: &Calibrate, subject: &Subject, out: &Path, placement: &Placement) -> Result<String, Error> {
+    let wanted = Wanted { grains: typed.grains(), packings: typed.packings(), strain: typed.strain() };
+    let mut results = begun(&elements(subject, wanted, subject.piece.seed), out, placement)?;
+    let calibration = calibrate::calibrate(subject, wanted)?;
+    let command = typed.words();
+    results.add(out.join(FRAGMENT), &calibration.fragment(&subject.name, &command));
+    results.add(out.join(DATA), &written(&calibration.to_json(&subject.name, &command)));
+    let page = report::write_calibration(&calibration, (subject, &command), out, results)?;
+    Ok(told(&calibration, subject, out, &page))
+}
+
+fn mobilised(typed: &Calibrate, subject: &Subject, out: &Path, placement: &Placement) -> Result<String, Error> {
+    let held = u64::from(typed.held_back);
+    let wanted = mobilised::Wanted { grains: typed.grains(), packings: typed.packings(), held, strain: typed.strain() };
+    let mut results = begun(&mobilised::elements(subject, wanted, subject.piece.seed), out, placement)?;
+    let calibration = mobilised::calibrate(subject, wanted)?;
+    let command = typed.words();
+    results.add(out.join(FRAGMENT), &calibration.fragment(&subject.name, &command));
+    results.add(out.join(DATA), &written(&calibration.to_json(&subject.name, &command)));
+    let page = report::write_calibration_mobilised(&calibration, (subject, &command), out, results)?;
+    let mut text = calibration.told();
+    subject.other_stress.iter().for_each(|other| writeln!(text, "{other}").expect(STRING));
+    writeln!(
+        text,
+        "The page is {}. In the [material] of a job on a grid, file = \"{}\" takes the place of law and these keys.",
+        page.display(),
+        out.join(FRAGMENT).display()
+    )
+    .expect(STRING);
+    Ok(text)
+}
+
+/// The folder with the tests as jobs; a job that cannot be tested leaves none behind.
+fn begun(elements: &[Element], out: &Path, placement: &Placement) -> Result<Results, Error> {
     let job = |element: &Element| Ok((format!("{}.toml", element.name()), element.job()?.to_toml()));
     let jobs = elements.iter().map(job).collect::<Result<Vec<_>, Error>>()?;
-    let out = typed.out.clone().unwrap_or_else(|| Path::new("runs").join(format!("calibrate_{}", subject.name)));
-    fs::create_dir_all(&out).map_err(|error| unwritable(&out, &error))?;
+    fs::create_dir_all(out).map_err(|error| unwritable(out, &error))?;
     start_threads_of(placement)?;
-
     let mut results = Results::default();
     for (file, job) in &jobs {
         results.add(out.join(file), job);
     }
-    let calibration = calibrate::calibrate(&subject, wanted)?;
-    let command = typed.words();
-    results.add(out.join(FRAGMENT), &calibration.fragment(&subject.name, &command));
-    let json = serde_json::to_string(&calibration.to_json(&subject.name, &command)).expect("numbers are written");
-    results.add(out.join(DATA), &(json + "\n"));
-    let page = report::write_calibration(&calibration, (&subject, &command), &out, results)?;
-    Ok(told(&calibration, &subject, &out, &page))
+    Ok(results)
+}
+
+fn written(value: &serde_json::Value) -> String {
+    serde_json::to_string(value).expect("numbers are written") + "\n"
+}
+
+/// Laws that are fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[value(rename_all = "snake_case")]
+enum Fitted {
+    CriticalDruckerPrager,
+    MobilisedFriction,
 }
 
 impl Calibrate {
+    /// What suits the law: few large packings, or many small ones that tell the start as well for half of the work.
+    fn of_law<T>(&self, critical: T, mobilised: T) -> T {
+        if self.law == Fitted::MobilisedFriction { mobilised } else { critical }
+    }
+
+    fn grains(&self) -> u64 {
+        self.grains.map_or(self.of_law(2000, 400), u64::from)
+    }
+
+    fn packings(&self) -> u64 {
+        self.packings.map_or(self.of_law(3, 12), u64::from)
+    }
+
+    fn strain(&self) -> f64 {
+        self.strain.unwrap_or(self.of_law(0.6, 0.4))
+    }
+
     /// The line that does the same again; folder and threads change nothing.
     fn words(&self) -> String {
+        let law = match self.law {
+            Fitted::CriticalDruckerPrager => "",
+            Fitted::MobilisedFriction => " --law mobilised_friction",
+        };
         let mut words = format!(
-            "scree calibrate {} --grains {} --packings {} --strain {}",
+            "scree calibrate {}{law} --grains {} --packings {} --strain {}",
             self.job.display(),
-            self.grains,
-            self.packings,
-            self.strain
+            self.grains(),
+            self.packings(),
+            self.strain()
         );
+        if self.held_back > 0 {
+            write!(words, " --held-back {}", self.held_back).expect(STRING);
+        }
         for set in &self.set {
             write!(words, " --set '{set}'").expect(STRING);
         }

@@ -6,11 +6,11 @@ use std::process::{Command, Output};
 use scree::analysis::calibrate::element::{ROW_SHEAR, Row};
 use scree::analysis::calibrate::fit::{Fit, Shear, axial, fit, friction, modulus, pressure};
 use scree::analysis::calibrate::path::simple_shear;
-use scree::analysis::calibrate::{Subject, Wanted, elements};
+use scree::analysis::calibrate::{Subject, Wanted, elements, mobilised};
 use scree::base::math;
 use scree::base::space::{Plane, Space};
 use scree::job::{Job, Scenario};
-use scree::law::material::{CriticalDruckerPrager, MaterialLaw};
+use scree::law::material::{ConstitutiveLaw, CriticalDruckerPrager, MaterialLaw};
 
 use crate::mpirun::words;
 use crate::worlds::{Random, material};
@@ -238,7 +238,7 @@ fn jobs_of_other_grains_are_refused() {
 fn grains_of_a_job_on_a_grid_are_tested() {
     let load = |path: &str| {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
-        Subject::of(&Job::load(&path, &[]).unwrap(), "job.toml")
+        Subject::of(&Job::load(&path, &[]).unwrap(), "job.toml", false)
     };
     let subject = load("jobs/triaxial.toml").unwrap();
     assert_eq!((subject.taken_by, subject.stress), (["material", "file"], 100e3));
@@ -253,4 +253,77 @@ fn grains_of_a_job_on_a_grid_are_tested() {
     let told = |path: &str| load(path).unwrap_err().to_string();
     assert!(told("jobs/continuum/column_collapse.toml").contains("has no grains"));
     assert!(told("jobs/element/uniaxial.toml").contains("no continuum to calibrate"));
+}
+
+/// The law with mobilised friction goes the whole way, with the same bits on one thread and on two, and a job on a grid takes what
+/// came; planar shear says that it does not. So few grains tell no parameter.
+#[test]
+fn mobilised_friction_is_calibrated_and_taken_by_a_grid() {
+    let folder = tempfile::tempdir().unwrap();
+    let (first, second) = (folder.path().join("first"), folder.path().join("second"));
+    let cache = folder.path().join("cache");
+    let calibrated = |out: &Path, threads: &str| {
+        let mut more = vec!["--law", "mobilised_friction", "--grains", "120", "--packings", "2", "--held-back", "1"];
+        more.extend(["--strain", "0.12", "--threads", threads]);
+        let output = command(out, &cache, &more);
+        assert!(output.status.success(), "{}", words(&output));
+        String::from_utf8(output.stdout).expect("it is text")
+    };
+    let told = calibrated(&first, "1");
+    calibrated(&second, "2");
+    for name in ["calibrated.toml", "calibration.json", "calibration.html", "reversal.toml", "figures/shear.svg"] {
+        assert_eq!(read(&first.join(name)), read(&second.join(name)), "{name}");
+    }
+    for wanted in ["hardening_strain", "packings held back", "shear, loose, half of the stress", "constant volume"] {
+        assert!(told.contains(wanted), "{wanted}: {told}");
+    }
+    assert!(!read(&first.join("calibration.html")).contains("NaN"));
+    let json: serde_json::Value = serde_json::from_str(&read(&first.join("calibration.json"))).unwrap();
+    let found = |key: &str| json["material"][key]["value"].as_f64().unwrap();
+    assert!((50e6..120e6).contains(&found("bulk_modulus")), "{told}");
+    assert_eq!(json["packings"].as_array().unwrap().len(), 2);
+    assert_eq!(json["packings_held_back"].as_array().unwrap().len(), 1);
+
+    let jobs = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/jobs"));
+    let job = read(&jobs.join("continuum/column_collapse.toml"));
+    let (head, rest) = job.split_once("law = \"critical_drucker_prager\"\n").unwrap();
+    let (_, tail) = rest.split_once("cohesion = 0\n").unwrap();
+    let density = "density = \"2200 kg/m3\"\nfraction = 0.84\n";
+    let file = first.join("job.toml");
+    std::fs::write(&file, format!("{head}file = \"calibrated.toml\"\n{density}{tail}")).unwrap();
+    let loaded = Job::load(&file, &[]).unwrap_or_else(|error| panic!("{error}"));
+    let ConstitutiveLaw::MobilisedFriction(law) = loaded.as_mpm().unwrap().material.law else {
+        panic!("another law was read");
+    };
+    assert!(off(law.hardening_strain, found("hardening_strain")) < 1e-3);
+    assert!(off(law.shear_modulus, found("shear_modulus")) < 1e-3);
+    // The law stands in the file, and in the job no second time.
+    std::fs::write(&file, job.replace("[material]\n", "[material]\nfile = \"calibrated.toml\"\n")).unwrap();
+    let refused = Job::load(&file, &[]).unwrap_err().to_string();
+    assert!(refused.contains("material.law") && refused.contains("stands in"), "{refused}");
+    let set = format!("continuum.material=\"{}\"", first.join("calibrated.toml").display());
+    let refused = Job::load(&jobs.join("planar_shear.toml"), &[set]).unwrap_err().to_string();
+    assert!(refused.contains("critical-state law"), "{refused}");
+}
+
+/// Any job whose grains are discs that it makes is taken with the law; others are told why not, and leave nothing behind.
+#[test]
+fn jobs_of_grains_alone_are_taken_with_mobilised_friction() {
+    let load = |path: &str| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
+        Subject::of(&Job::load(&path, &[]).unwrap(), "job.toml", true)
+    };
+    let subject = load("jobs/element/uniaxial.toml").unwrap();
+    let wanted = mobilised::Wanted { grains: 300, packings: 1, held: 0, strain: 0.4 };
+    for test in mobilised::elements(&subject, wanted, 7) {
+        let job = test.job().unwrap_or_else(|error| panic!("{}: {error}", test.name()));
+        assert_eq!((job.contact, job.seed), (subject.piece.contact, 7), "{}", test.name());
+    }
+    assert!(load("jobs/element/collision_spheres.toml").unwrap_err().to_string().contains("spheres"));
+    assert!(load("jobs/element/two_discs.toml").unwrap_err().to_string().contains("grains.file"));
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let output = command(&out, &folder.path().join("cache"), &["--held-back", "2"]);
+    assert_eq!(output.status.code(), Some(2), "{}", words(&output));
+    assert!(words(&output).contains("--law mobilised_friction") && !out.exists(), "{}", words(&output));
 }

@@ -6,6 +6,7 @@
 
 use super::Subject;
 use super::fit::Shear;
+use super::layers::{Layers, Profile};
 use crate::base::error::Error;
 use crate::base::math::{self, PI};
 use crate::base::space::Plane;
@@ -29,6 +30,13 @@ pub const INERTIAL_SHEAR: f64 = 2.5e-4;
 const STRETCH_MOST: f64 = 10.0;
 /// Kinetic over elastic energy of a packing at rest, at most: small strains must be seen above what still moves.
 const ENERGY_RATIO_MOST: f64 = 1e-5;
+/// Of the course with reversals: of a first small unloading, while friction is mobilised, by how much, and of the reversal, at
+/// the peak of dense packings.
+pub const STRAIN_FIRST: f64 = 0.0025;
+pub const STRAIN_BACK: f64 = 5e-4;
+pub const STRAIN_REVERSAL: f64 = 0.02;
+/// Shear strain at the end of shear at constant volume.
+pub const STRAIN_VOLUME_CONSTANT: f64 = 0.1;
 /// Deepest overlap that is still physics, as a share of the smaller radius.
 const OVERLAP_MAX: f64 = 0.5;
 
@@ -41,6 +49,49 @@ pub enum Test {
     Uniaxial,
     /// Shear along x to this strain; the normal stress along y is kept, the width too.
     Shear { strain: f64 },
+    /// Shear along x by a course; see [`Course`].
+    Sheared { course: Course, strain: f64 },
+}
+
+/// How a packing is sheared where hardening, unloading and volume are looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Course {
+    /// To the end at constant normal stress, with more rows where it begins.
+    Once,
+    /// To [`STRAIN_FIRST`], back a little, to [`STRAIN_REVERSAL`], and back to the same strain the other way.
+    Reversal,
+    /// At constant volume.
+    ConstantVolume,
+}
+
+/// A stretch of a course: shear to a strain, with rows at this spacing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leg {
+    pub to: f64,
+    pub row: f64,
+}
+
+impl Course {
+    /// From no strain on; `strain` is the end of a test that is sheared once.
+    pub fn legs(self, strain: f64) -> Vec<Leg> {
+        let leg = |to, row| Leg { to, row };
+        let rising = |end: f64| {
+            let ends = [(0.01, 1e-4), (0.05, 5e-4), (end, 1e-3)];
+            let mut legs: Vec<Leg> = ends.iter().map(|(to, row)| leg(to.min(end), *row)).collect();
+            legs.dedup_by(|next, last| next.to == last.to);
+            legs
+        };
+        match self {
+            Self::Once => rising(strain),
+            Self::Reversal => vec![
+                leg(STRAIN_FIRST, 1e-4),
+                leg(STRAIN_FIRST - STRAIN_BACK, 2.5e-5),
+                leg(STRAIN_REVERSAL, 1e-4),
+                leg(-STRAIN_REVERSAL, 1e-4),
+            ],
+            Self::ConstantVolume => rising(STRAIN_VOLUME_CONSTANT.min(strain)),
+        }
+    }
 }
 
 /// One test of one packing.
@@ -54,6 +105,17 @@ pub struct Element<'a> {
     pub grains: u64,
     /// Of the packing.
     pub seed: u64,
+    /// What the packing is made under and by.
+    pub packing: Packing,
+}
+
+/// What a packing is made under and by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Packing {
+    /// Of the packing and of the test, Pa.
+    pub stress: f64,
+    /// Friction while it is made, in place of the job's: more of it leaves grains looser.
+    pub friction: Option<f64>,
 }
 
 /// The state of the packing at one time.
@@ -72,28 +134,37 @@ impl Test {
         match self {
             Self::Isotropic => "isotropic",
             Self::Uniaxial => "uniaxial",
-            Self::Shear { .. } => "shear",
+            Self::Shear { .. } | Self::Sheared { course: Course::Once, .. } => "shear",
+            Self::Sheared { course: Course::Reversal, .. } => "reversal",
+            Self::Sheared { course: Course::ConstantVolume, .. } => "constant_volume",
         }
     }
 
     fn inertial(self) -> f64 {
         match self {
             Self::Isotropic | Self::Uniaxial => INERTIAL_COMPRESSION,
-            Self::Shear { .. } => INERTIAL_SHEAR,
+            Self::Shear { .. } | Self::Sheared { .. } => INERTIAL_SHEAR,
         }
     }
 
-    fn strain_end(self) -> f64 {
+    /// Whether the normal stress along y is kept.
+    fn keeps_stress(self) -> bool {
         match self {
-            Self::Isotropic | Self::Uniaxial => STRAIN_VOLUME,
-            Self::Shear { strain } => strain,
+            Self::Isotropic | Self::Uniaxial | Self::Sheared { course: Course::ConstantVolume, .. } => false,
+            Self::Shear { .. } | Self::Sheared { .. } => true,
         }
     }
 
-    fn strain_of_row(self) -> f64 {
+    fn is_sheared(self) -> bool {
+        matches!(self, Self::Shear { .. } | Self::Sheared { .. })
+    }
+
+    /// Of volume strain in a compression, else of shear strain.
+    fn legs(self) -> Vec<Leg> {
         match self {
-            Self::Isotropic | Self::Uniaxial => ROW_VOLUME,
-            Self::Shear { .. } => ROW_SHEAR,
+            Self::Isotropic | Self::Uniaxial => vec![Leg { to: STRAIN_VOLUME, row: ROW_VOLUME }],
+            Self::Shear { strain } => vec![Leg { to: strain, row: ROW_SHEAR }],
+            Self::Sheared { course, strain } => course.legs(strain),
         }
     }
 
@@ -103,7 +174,7 @@ impl Test {
         match self {
             Self::Isotropic => (gradient[0][0], gradient[1][1]) = (-0.5 * rate, -0.5 * rate),
             Self::Uniaxial => gradient[1][1] = -rate,
-            Self::Shear { .. } => gradient[0][1] = rate,
+            Self::Shear { .. } | Self::Sheared { .. } => gradient[0][1] = rate,
         }
         gradient
     }
@@ -113,12 +184,14 @@ impl Element<'_> {
     /// Of the test, and of its file.
     pub fn name(&self) -> String {
         let without = if self.contact == self.subject.piece.contact { "" } else { "_without_cohesion" };
-        format!("{}{without}", self.test.name())
+        let loose = if self.packing.friction.is_some() { "_loose" } else { "" };
+        let share = if self.packing.stress == self.subject.stress { "" } else { "_half_stress" };
+        format!("{}{loose}{share}{without}", self.test.name())
     }
 
     /// Of the packing, and of the shear; Pa.
     pub fn stress(&self) -> f64 {
-        self.subject.stress
+        self.packing.stress
     }
 
     /// Rate of strain, 1/s.
@@ -127,7 +200,7 @@ impl Element<'_> {
         self.test.inertial() / (grains.diameter_mean * (grains.density / self.stress()).sqrt())
     }
 
-    /// The test as a job that `scree run` takes, checked like any other.
+    /// The test as a job that `scree run` takes, checked like any other; of a course that turns its first leg.
     pub fn job(&self) -> Result<Assembly, Error> {
         let text = self.assembly().to_toml();
         let job = Job::parse(&text, &format!("the {} test of this job's grains", self.name()), &[])?;
@@ -136,19 +209,19 @@ impl Element<'_> {
 
     fn assembly(&self) -> Assembly {
         let stress = self.stress();
-        let packed = self.subject.packed(self.grains, self.seed, ENERGY_RATIO_MOST);
+        let packed = self.subject.packed(self.grains, self.seed, self.packing, ENERGY_RATIO_MOST);
         let square = figures::sizes(&packed).map_or(0.0, |sizes| sizes.power_mean(2));
         let side = (self.grains as f64 * (0.25 * PI * square) / derived::FRACTION_DENSE).sqrt();
         let rate = self.rate();
-        let servo = match self.test {
-            Test::Shear { .. } => {
-                let stress = [None, Some(-stress), None];
-                let (gain, interval) = (CellServo::GAIN, CellServo::INTERVAL);
-                Some(CellServo { stress, rate_max: STRETCH_MOST * rate, gain, interval })
-            }
-            Test::Isotropic | Test::Uniaxial => None,
-        };
-        let end = self.test.strain_end() / rate;
+        let servo = self.test.keeps_stress().then(|| {
+            let stress = [None, Some(-stress), None];
+            let (gain, interval) = (CellServo::GAIN, CellServo::INTERVAL);
+            CellServo { stress, rate_max: STRETCH_MOST * rate, gain, interval }
+        });
+        // The last leg of those that go the first one's way.
+        let legs = self.test.legs();
+        let turns = legs.windows(2).position(|pair| pair[1].to < pair[0].to).unwrap_or(legs.len() - 1);
+        let end = legs[turns].to / rate;
         Assembly {
             name: format!("{}_{}_{}", self.subject.name, self.name(), self.seed),
             cell: Cell {
@@ -161,7 +234,7 @@ impl Element<'_> {
             contact: self.contact,
             end,
             output: Output {
-                series_interval: self.test.strain_of_row() / rate,
+                series_interval: legs[turns].row / rate,
                 frame_interval: end,
                 checkpoint_interval: end,
                 ..packed.output
@@ -172,27 +245,40 @@ impl Element<'_> {
 
     /// Does the test; the packing comes from the cache where it is there.
     pub fn measure(&self) -> Result<Vec<Row>, Error> {
+        Ok(self.measure_layers()?.0)
+    }
+
+    /// Does the test, and looks at how layers across the shear share it.
+    pub fn measure_layers(&self) -> Result<(Vec<Row>, Vec<Profile>), Error> {
         let job = &self.job()?;
-        let (test, rate) = (self.test, self.rate());
+        let rate = self.rate();
         let mut sample = grain_world::sample::<Plane>(job)?;
         let solid = grain_world::solid_of(&sample.assembly.grains, job).value(0);
-        let count = (test.strain_end() / test.strain_of_row()).round() as u64;
-        let mut rows: Vec<Row> = Vec::with_capacity(count as usize + 1);
-        for number in 0..=count {
-            let due = (number as f64 * test.strain_of_row() / (rate * job.step)).round() as u64;
-            let missing = due - sample.step;
-            steps(&mut sample, missing)?;
-            sample.refuse_deep_overlaps(OVERLAP_MAX)?;
-            let row = row(&mut sample, job, solid);
-            let strain = match test {
-                Test::Shear { .. } => rate * sample.time(),
-                Test::Isotropic | Test::Uniaxial => {
-                    rows.first().map_or(0.0, |first| math::ln(row.fraction / first.fraction))
-                }
-            };
-            rows.push(Row { strain, ..row });
+        let mut rows = vec![row(&mut sample, job, solid)];
+        let mut layers = self.test.is_sheared().then(|| Layers::of(&sample, job.matter.diameter_mean));
+        let drive = sample.constants.drive.gradient;
+        let (mut way, mut from) = (0.0, 0.0);
+        for Leg { to, row: spacing } in self.test.legs() {
+            let change: f64 = to - from;
+            let (length, sign) = (change.abs(), change.signum());
+            sample.constants.drive.gradient = drive * sign;
+            for number in 1..=(length / spacing).round() as u64 {
+                let along = number as f64 * spacing;
+                let due = ((way + along) / (rate * job.step)).round() as u64;
+                let missing = due - sample.step;
+                steps(&mut sample, missing)?;
+                sample.refuse_deep_overlaps(OVERLAP_MAX)?;
+                let row = row(&mut sample, job, solid);
+                let strain = match self.test.is_sheared() {
+                    true => from + sign * (rate * sample.time() - way),
+                    false => math::ln(row.fraction / rows[0].fraction),
+                };
+                layers.iter_mut().for_each(|layers| layers.look(&sample, strain));
+                rows.push(Row { strain, ..row });
+            }
+            (way, from) = (way + length, to);
         }
-        Ok(rows)
+        Ok((rows, layers.map_or(Vec::new(), |layers| layers.profiles)))
     }
 
     /// Does it as a shear test.

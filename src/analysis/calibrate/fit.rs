@@ -1,8 +1,9 @@
 //! Figures of the continuum's law from what the element tests measured.
 
 use super::element::{ROW_SHEAR, Row, STRAIN_SMALL};
-use super::least_squares::{Parameter, least_squares};
-use super::path::simple_shear;
+use super::least_squares::Parameter;
+use super::model::{Curve, Model, follow};
+use super::path::{Drive, Kept, simple_shear};
 use crate::base::error::Error;
 use crate::base::math;
 use crate::job::MATERIAL_KEYS;
@@ -17,9 +18,6 @@ const SOFTENING_START: f64 = 10.0;
 const DILATION_START: f64 = 8.0;
 /// Solid volume fractions are compared in shares of the fall that a test shows, at least this.
 const FALL_LEAST: f64 = 2e-3;
-
-/// Nearer to a bound than this share of its scale a figure is at it.
-const AT_BOUND: f64 = 1e-3;
 
 /// A law that follows tests, and the keys of its figures that stopped at a bound of the fit: the tests do not tell them.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,42 +84,63 @@ pub fn response(law: &CriticalDruckerPrager, shear: &Shear) -> Option<Response> 
 /// friction and cohesion cannot be told apart under one stress: tan(phi_cs) is given, as the same grains have it without
 /// cohesion, and Phi_cs, chi, xi and c are found.
 pub fn fit(tests: &[&Shear], moduli: [f64; 2], friction_critical: Option<f64>) -> Result<Fit, Error> {
-    let scales: Vec<[f64; 2]> = tests.iter().map(|test| scales(test)).collect();
-    let law = |[fraction, dilation, softening, last]: [f64; 4]| CriticalDruckerPrager {
-        bulk_modulus: moduli[0],
-        shear_modulus: moduli[1],
-        friction_critical: friction_critical.unwrap_or(last),
-        fraction_critical: fraction,
-        dilation_factor: dilation,
-        dilation: 0.0,
-        softening_rate: softening,
-        cohesion: if friction_critical.is_some() { last } else { 0.0 },
+    let curve = |test: &&Shear| {
+        let [ratio, fall] = scales(test);
+        let weight = 1.0 / (test.rows.len() as f64).sqrt();
+        let drive = Drive {
+            stress: test.stress,
+            fraction: test.rows[0].fraction,
+            kept: Kept::NormalStress,
+            increment: ROW_SHEAR,
+        };
+        let weights = vec![[weight / ratio, weight / fall]; test.rows.len()];
+        Curve { drive, rows: test.rows.clone(), weights }
     };
-    let residuals = |at: &[f64; 4]| -> Option<Vec<f64>> {
-        let law = law(*at);
-        let mut residuals = Vec::new();
-        for (test, scales) in tests.iter().zip(&scales) {
-            let response = response(&law, test)?;
-            let weight = 1.0 / (test.rows.len() as f64).sqrt();
-            for (row, model) in test.rows.iter().zip(&response.rows) {
-                residuals.push(weight * (friction(model) - friction(row)) / scales[0]);
-                residuals.push(weight * (model.fraction - row.fraction) / scales[1]);
-            }
-        }
-        Some(residuals)
-    };
-    let parameters = parameters(tests, friction_critical);
-    let found = least_squares(&parameters, residuals).ok_or_else(|| {
+    let curves: Vec<Curve> = tests.iter().map(curve).collect();
+    let model = Critical { moduli, friction_critical, parameters: parameters(tests, friction_critical) };
+    let (found, at_bound) = follow(&model, &curves, None).ok_or_else(|| {
         Error::Run(
             "the continuum's law cannot follow the shear test: it does not keep the normal stress with what the fit starts from. Look at the shear test by `scree run`; more grains or more strain may help."
                 .to_string(),
         )
     })?;
-    let [_, _, friction, fraction, dilation, softening, cohesion] = MATERIAL_KEYS;
-    let keys = [fraction, dilation, softening, if friction_critical.is_some() { cohesion } else { friction }];
-    let is_at_bound = |at: f64, of: &Parameter| (at - of.lower).min(of.upper - at) <= AT_BOUND * of.scale;
-    let at_bound = (0..keys.len()).filter(|&i| is_at_bound(found[i], &parameters[i])).map(|i| keys[i]).collect();
-    Ok(Fit { law: law(found), at_bound })
+    Ok(Fit { law: model.law_of(&found), at_bound })
+}
+
+/// The critical-state law with its moduli, and with tan(phi_cs) where that is given.
+struct Critical {
+    moduli: [f64; 2],
+    friction_critical: Option<f64>,
+    parameters: [Parameter; 4],
+}
+
+impl Critical {
+    fn law_of(&self, &[fraction, dilation, softening, last]: &[f64; 4]) -> CriticalDruckerPrager {
+        CriticalDruckerPrager {
+            bulk_modulus: self.moduli[0],
+            shear_modulus: self.moduli[1],
+            friction_critical: self.friction_critical.unwrap_or(last),
+            fraction_critical: fraction,
+            dilation_factor: dilation,
+            dilation: 0.0,
+            softening_rate: softening,
+            cohesion: if self.friction_critical.is_some() { last } else { 0.0 },
+        }
+    }
+}
+
+impl Model<4> for Critical {
+    type Law = CriticalDruckerPrager;
+
+    fn parameters(&self) -> [(&'static str, Parameter); 4] {
+        let [_, _, friction, fraction, dilation, softening, cohesion] = MATERIAL_KEYS;
+        let keys = [fraction, dilation, softening, if self.friction_critical.is_some() { cohesion } else { friction }];
+        std::array::from_fn(|index| (keys[index], self.parameters[index]))
+    }
+
+    fn law(&self, at: &[f64; 4]) -> Option<CriticalDruckerPrager> {
+        Some(self.law_of(at))
+    }
 }
 
 /// What residuals of tau/sigma_n and of Phi are shares of.

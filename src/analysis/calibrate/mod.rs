@@ -15,13 +15,16 @@ use crate::law::material::CriticalDruckerPrager;
 pub mod element;
 pub mod fit;
 pub mod fragment;
+pub mod layers;
 mod least_squares;
+pub mod mobilised;
+pub mod model;
 pub mod path;
 mod subject;
 
 pub use subject::Subject;
 
-use element::{Element, Row, Test};
+use element::{Element, Packing, Row, Test};
 use fit::{Fit, Quality, Shear, axial, fit, modulus, pressure};
 
 /// What is wanted beside the job.
@@ -103,7 +106,8 @@ pub fn calibrate(subject: &Subject, wanted: Wanted) -> Result<Calibration, Error
 /// The tests of one packing, in the order that they are done in: two compressions, the shear, and where grains cohere the
 /// shear without.
 pub fn elements(subject: &Subject, wanted: Wanted, seed: u64) -> Vec<Element<'_>> {
-    let of = |test, contact| Element { subject, contact, test, grains: wanted.grains, seed };
+    let packing = Packing { stress: subject.stress, friction: None };
+    let of = |test, contact| Element { subject, contact, test, grains: wanted.grains, seed, packing };
     let (contact, shear) = (subject.piece.contact, Test::Shear { strain: wanted.strain });
     let mut elements = vec![of(Test::Isotropic, contact), of(Test::Uniaxial, contact), of(shear, contact)];
     let dry = contact.without_cohesion();

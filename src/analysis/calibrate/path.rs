@@ -1,8 +1,8 @@
-//! The continuum's own law, driven along the path of the shear test: what is fitted is what will run.
+//! A continuum's own law, driven along the path of a shear test: what is fitted is what will run.
 
 use crate::analysis::calibrate::element::{ROW_SHEAR, Row};
 use crate::base::space::{Linear, Plane, Space};
-use crate::law::material::{CriticalDruckerPrager, CriticalMemory, MaterialLaw};
+use crate::law::material::{MaterialLaw, MaterialMemory};
 
 type Tensor = <Plane as Space>::Tensor;
 
@@ -12,63 +12,97 @@ const TOLERANCE: f64 = 1e-9;
 const WIDENINGS: usize = 60;
 const ATTEMPTS: usize = 100;
 
-/// A material point in simple shear under a constant normal stress: L = [[0, g], [0, l]] with l such that the Cauchy stress
-/// along y stays.
-struct Point<'a> {
-    law: &'a CriticalDruckerPrager,
+/// A material point in simple shear: L = [[0, g], [0, l]] with l such that the Cauchy stress along y stays, or with l = 0 at
+/// constant volume.
+struct Point<'a, L: MaterialLaw<Plane>> {
+    law: &'a L,
     /// Pa, compression positive.
     stress: f64,
-    memory: CriticalMemory<Plane>,
+    memory: L::Memory,
     /// det F since the start.
     volume: f64,
     /// Stretch of the last increment over its shear.
     dilation: f64,
 }
 
+/// What is kept while it is sheared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kept {
+    /// The normal stress along y.
+    NormalStress,
+    Volume,
+}
+
+/// The start of a shear, what is kept, and how finely the law is driven.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive {
+    /// Isotropic stress of the start, Pa, compression positive.
+    pub stress: f64,
+    /// Solid volume fraction of the start.
+    pub fraction: f64,
+    pub kept: Kept,
+    /// Largest increment of shear strain.
+    pub increment: f64,
+}
+
 /// Memory, volume and Cauchy stress after an increment.
-type Stepped = (CriticalMemory<Plane>, f64, Tensor);
+type Stepped<M> = (M, f64, Tensor);
 
 /// The law's response at rising shear strains, from an isotropic stress (Pa, compression positive) and a solid volume fraction
 /// on; none where the law cannot keep the normal stress. `fraction` of a row is the law's own Phi.
-pub fn simple_shear(
-    law: &CriticalDruckerPrager,
+pub fn simple_shear<L: MaterialLaw<Plane>>(
+    law: &L,
     stress: f64,
     fraction: f64,
     strains: impl Iterator<Item = f64>,
 ) -> Option<Vec<(Row, f64)>> {
-    let isotropic = Tensor::identity() * -stress;
-    let memory = MaterialLaw::<Plane>::start(law, &isotropic, fraction);
-    let mut point = Point { law, stress, memory, volume: 1.0, dilation: 0.0 };
+    sheared(law, Drive { stress, fraction, kept: Kept::NormalStress, increment: ROW_SHEAR }, strains)
+}
+
+/// The law's response at shear strains that may rise and fall, with the volume over that of the start; none where the law
+/// cannot keep the normal stress.
+pub fn sheared<L: MaterialLaw<Plane>>(
+    law: &L,
+    drive: Drive,
+    strains: impl Iterator<Item = f64>,
+) -> Option<Vec<(Row, f64)>> {
+    let memory = law.start(&(Tensor::identity() * -drive.stress), drive.fraction);
+    let mut point = Point { law, stress: drive.stress, memory, volume: 1.0, dilation: 0.0 };
     let (mut rows, mut strain) = (Vec::new(), 0.0);
-    let mut cauchy = MaterialLaw::<Plane>::stress(law, &point.memory);
+    let mut cauchy = law.stress(&point.memory);
     for wanted in strains {
-        let pieces = ((wanted - strain) / ROW_SHEAR).round().max(1.0);
-        let increment = (wanted - strain) / pieces;
-        if increment > 0.0 {
+        let change: f64 = wanted - strain;
+        // Rows of one spacing differ by rounding.
+        let pieces = (change.abs() / drive.increment - 1e-6).ceil().max(1.0);
+        let increment = change / pieces;
+        if increment != 0.0 {
             for _ in 0..pieces as usize {
-                cauchy = point.shear(increment)?;
+                cauchy = point.shear(increment, drive.kept)?;
             }
         }
         strain = wanted;
         let stress = [cauchy[(0, 0)], 0.5 * (cauchy[(0, 1)] + cauchy[(1, 0)]), cauchy[(1, 1)]];
-        rows.push((Row { strain, stress, fraction: point.memory.fraction }, point.volume));
+        rows.push((Row { strain, stress, fraction: point.memory.fraction() }, point.volume));
     }
     Some(rows)
 }
 
-impl Point<'_> {
-    /// One increment of shear, with the stretch along y that keeps the normal stress.
-    fn shear(&mut self, increment: f64) -> Option<Tensor> {
-        let stretch = self.stretch(increment)?;
+impl<L: MaterialLaw<Plane>> Point<'_, L> {
+    /// One increment of shear, with the stretch along y that keeps the normal stress or the volume.
+    fn shear(&mut self, increment: f64, kept: Kept) -> Option<Tensor> {
+        let stretch = match kept {
+            Kept::NormalStress => self.stretch(increment)?,
+            Kept::Volume => 0.0,
+        };
         let (memory, volume, stress) = self.stepped(increment, stretch);
         (self.memory, self.volume, self.dilation) = (memory, volume, stretch / increment);
         stress.is_finite().then_some(stress)
     }
 
-    fn stepped(&self, increment: f64, stretch: f64) -> Stepped {
+    fn stepped(&self, increment: f64, stretch: f64) -> Stepped<L::Memory> {
         let mut memory = self.memory;
         let gradient = Tensor::new(0.0, increment, 0.0, stretch);
-        let kirchhoff = MaterialLaw::<Plane>::update(self.law, &gradient, 1.0, &mut memory);
+        let kirchhoff = self.law.update(&gradient, 1.0, &mut memory);
         let volume = self.volume * (1.0 + stretch);
         (memory, volume, kirchhoff * (1.0 / volume))
     }
@@ -80,7 +114,7 @@ impl Point<'_> {
         let middle = self.dilation * increment;
         let (mut lower, mut upper) = (middle, middle);
         let mut at = [missing(middle); 2];
-        let mut width = 0.1 * increment;
+        let mut width = 0.1 * increment.abs();
         for _ in 0..WIDENINGS {
             if at[0] > 0.0 {
                 (upper, at[1]) = (lower, at[0]);

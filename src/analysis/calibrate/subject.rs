@@ -1,5 +1,6 @@
 //! Whose grains are tested: what a job of any method that has grains and a continuum says of them.
 
+use super::element::Packing;
 use crate::base::error::Error;
 use crate::job::assembly::{Assembly, Preparation, Source};
 use crate::job::figures::stresses_of_packing;
@@ -26,25 +27,30 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// Refuses a job whose grains are not those that would be tested; `file` is that of the job.
-    pub fn of(job: &Job, file: &str) -> Result<Self, Error> {
-        let (Some(grains), Some(continuum)) = (job.grains(), job.continuum()) else {
+    /// Refuses a job whose grains are not those that would be tested; `file` is that of the job. With `alone` it need not have
+    /// a continuum.
+    pub fn of(job: &Job, file: &str, alone: bool) -> Result<Self, Error> {
+        let continuum = job.continuum();
+        let Some(grains) = job.grains().filter(|_| alone || continuum.is_some()) else {
             return Err(Error::User(match job.grains() {
                 Some(_) => format!(
-                    "{file}: this job has grains alone and no continuum to calibrate. Give a job of planar shear, or one with [grid] and [grains]."
+                    "{file}: this job has grains alone and no continuum to calibrate. Add --law mobilised_friction for a material of its grains, or give a job of planar shear, or one with [grid] and [grains]."
                 ),
                 None => format!(
                     "{file}: this continuum has no grains, so that there is nothing to calibrate it by. Add [grains], [packing], [contact] and method, or give a job of planar shear."
                 ),
             }));
         };
+        if alone {
+            refuse_other_assembly(&grains, file)?;
+        }
         if let Some(scenario) = job.as_shear() {
             refuse_other_grains(scenario, file)?;
         }
         // Of a fraction that only its packing tells it is not asked.
         let now = match job.as_shear() {
             Some(scenario) => scenario.method.has_points().then(|| scenario.continuum.constants()),
-            None => continuum.material.law.critical().copied(),
+            None => continuum.as_ref().and_then(|continuum| continuum.material.law.critical().copied()),
         };
         Ok(Self {
             name: job.name().to_string(),
@@ -58,12 +64,13 @@ impl Subject {
     }
 
     /// The piece with so many grains of that seed, at rest to that share of energy.
-    pub fn packed(&self, grains: u64, seed: u64, energy_ratio_most: f64) -> Assembly {
+    pub fn packed(&self, grains: u64, seed: u64, packing: Packing, energy_ratio_most: f64) -> Assembly {
         let mut piece = Assembly { seed, ..self.piece.clone() };
         if let Source::Packed(packed) = &mut piece.source {
             packed.count = grains;
             packed.energy_ratio_max = packed.energy_ratio_max.min(energy_ratio_most);
-            packed.preparation = Preparation::Compress { stress: self.stress, fraction: None, unloaded: None };
+            packed.preparation = Preparation::Compress { stress: packing.stress, fraction: None, unloaded: None };
+            packed.friction = packing.friction.unwrap_or(packed.friction);
         }
         piece
     }
@@ -79,6 +86,27 @@ fn other_stress(scenario: &Scenario) -> Option<String> {
             significant(loaded, 6)
         )
     })
+}
+
+/// Element tests make packings of discs, by compression.
+fn refuse_other_assembly(grains: &Assembly, file: &str) -> Result<(), Error> {
+    if grains.cell.dimension == 3 {
+        return Err(Error::User(format!(
+            "{file}: these grains are spheres, and the element tests of calibration are of discs in the plane so far. Give a job of discs; `scree run` can test spheres in a [cell] with space = \"solid\"."
+        )));
+    }
+    if let Some(given) = grains.source.file() {
+        return Err(Error::User(format!(
+            "{file}: grains.file = \"{}\" gives the grains, and calibration makes packings of its own by their sizes. Give a job whose [grains] and [packing] make grains like them.",
+            given.display()
+        )));
+    }
+    if stresses_of_packing(grains).is_empty() {
+        return Err(Error::User(format!(
+            "{file}: packing.preparation = \"pour\" has no stress that element tests could be done under. Write preparation = \"compress\" with a stress."
+        )));
+    }
+    Ok(())
 }
 
 /// Refuses a job whose grains are not those that would be tested; `file` is that of the job.

@@ -37,6 +37,15 @@ impl Typed {
         Ok(typed)
     }
 
+    /// Reads a file that is no whole job: of this kind where it has that table.
+    pub fn parse_part(text: &str, file: &str, table: &str, kind: Kind) -> Result<Self, Error> {
+        let (root, other) = Node::parse(text, file, &[])?;
+        let kind = if root.get(table).is_some() { kind } else { other };
+        let typed = Self { kind, root, file: file.to_string(), text: text.to_string(), mistakes: Mistakes::default() };
+        typed.note_unknown();
+        Ok(typed)
+    }
+
     /// Notes a mistake within one key.
     pub(super) fn note(&self, place: Option<Place>, error: Error) {
         self.mistakes.note(place, error);

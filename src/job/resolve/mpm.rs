@@ -49,10 +49,10 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     let file = material::file_of(&material, "file")?;
     if let Some(file) = &file {
         material::refuse_twice(&material, file, "material.file")?;
-        material = material.over(file.table("continuum", true, "a file of a material"));
+        material = material.over(file.table());
     }
     job.material.keys(&mut material, job.grains.is_some());
-    file.as_ref().map_or(Ok(()), Typed::stop_if_wrong)?;
+    file.as_ref().map_or(Ok(()), material::File::stop_if_wrong)?;
     if let Some(grains) = &job.grains {
         // As far as it is known before the packing is made.
         job.material.density = grains.piece.matter.density * fraction_of_packing(&job);

@@ -110,11 +110,12 @@ fn steps_between_looks(window: f64, steps_per_strain: f64) -> u64 {
 }
 
 /// Asleep: moduli of the contact law, and cells that make blocks fit for grains.
-fn continuum(job: &mut Scenario, table: &mut Reader<'_>, file: Option<&Typed>) -> Result<(), Error> {
+fn continuum(job: &mut Scenario, table: &mut Reader<'_>, file: Option<&material::File>) -> Result<(), Error> {
     let mut beneath = table.clone();
     if let Some(file) = file {
+        file.refuse_other_law(table, "material")?;
         material::refuse_twice(table, file, "continuum.material")?;
-        beneath = beneath.over(file.table("continuum", true, "a file of a material"));
+        beneath = beneath.over(file.table());
     }
     let Scenario { continuum, specimen, grains, contact, decomposition, .. } = job;
     continuum.fraction_start = None;

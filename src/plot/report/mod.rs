@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use crate::analysis::calibrate::Calibration;
 use crate::analysis::calibrate::Subject;
+use crate::analysis::calibrate::mobilised::Calibration as CalibrationMobilised;
 use crate::analysis::measures::Measures;
 use crate::analysis::run::Run;
 use crate::base::error::Error;
@@ -17,6 +18,7 @@ use crate::bench::scaling::Scaling;
 use crate::run::results::{Results, unwritable};
 
 mod calibration;
+mod calibration_mobilised;
 mod chart;
 mod colour;
 mod contour;
@@ -145,6 +147,19 @@ pub fn write_calibration(
     let mut sheaf = Sheaf { results, ..Sheaf::of(out.join("calibration.html")) };
     drawings.iter().for_each(|(name, drawing)| sheaf.add_drawing(&format!("{name}.svg"), drawing));
     sheaf.finish(&calibration::page(calibration, subject, command, &drawings), None)
+}
+
+/// The same of the law with mobilised friction.
+pub fn write_calibration_mobilised(
+    calibration: &CalibrationMobilised,
+    (subject, command): (&Subject, &str),
+    out: &Path,
+    results: Results,
+) -> Result<PathBuf, Error> {
+    let drawings = calibration_mobilised::drawings(calibration);
+    let mut sheaf = Sheaf { results, ..Sheaf::of(out.join("calibration.html")) };
+    drawings.iter().for_each(|(name, drawing, _)| sheaf.add_drawing(&format!("{name}.svg"), drawing));
+    sheaf.finish(&calibration_mobilised::page(calibration, subject, command, &drawings), None)
 }
 
 /// A page with all that lies beside it.

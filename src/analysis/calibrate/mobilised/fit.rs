@@ -1,0 +1,102 @@
+//! The law with mobilised friction as a [`Model`]: what element tests tell of it.
+//!
+//! K and G_0 are given. Shear that begins tells a; the shear stress and the volume on, from two solid volume fractions,
+//! phi_cs, Phi_cs, chi and k_d; unloading r and a_G. Of grains that cohere phi_cs is given, as the same grains have it without
+//! cohesion, and c is found.
+
+use crate::analysis::calibrate::element::Row;
+use crate::analysis::calibrate::least_squares::Parameter;
+use crate::analysis::calibrate::model::{Curve, Model, follow};
+use crate::base::math;
+use crate::law::material::{MobilisedConstants, MobilisedFriction};
+
+/// Parameters that are found.
+pub const COUNT: usize = 7;
+/// Where the fit starts: figures of discs.
+const START: MobilisedConstants = MobilisedConstants::DISCS;
+
+/// What is given, and where the fit starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Given {
+    /// K and G_0, Pa.
+    pub moduli: [f64; 2],
+    /// tan(phi_cs) of the same grains without cohesion.
+    pub friction_critical: Option<f64>,
+    /// tan(phi_cs) and Phi_cs as the end of the tests has them.
+    pub critical: [f64; 2],
+    /// Normal stress of the tests, Pa: of cohesion there is not more.
+    pub stress: f64,
+    /// The loosest start, from which on a return to the cone must be unique.
+    pub fraction_loosest: f64,
+}
+
+/// A law that follows tests.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    pub constants: MobilisedConstants,
+    /// The keys of its parameters that stopped at a bound: the tests do not tell them.
+    pub at_bound: Vec<&'static str>,
+    /// As the fit knows them, for another that starts from here.
+    pub at: [f64; COUNT],
+}
+
+impl Given {
+    /// Strains of softening and hardening as their logarithms: they are positive, and known by their order.
+    fn constants(&self, at: &[f64; COUNT]) -> MobilisedConstants {
+        let [share, degradation, last, fraction, dilation, hardening, transformation] = *at;
+        MobilisedConstants {
+            bulk_modulus: self.moduli[0],
+            shear_modulus: self.moduli[1],
+            shear_degradation: share,
+            shear_degradation_strain: math::exp(degradation),
+            friction_angle_critical: math::atan(self.friction_critical.unwrap_or(last)),
+            fraction_critical: fraction,
+            fraction: fraction.max(self.fraction_loosest),
+            dilation_factor: dilation,
+            hardening_strain: math::exp(hardening),
+            phase_transformation_factor: transformation,
+            cohesion: self.friction_critical.map_or(0.0, |_| last * self.stress),
+        }
+    }
+}
+
+impl Model<COUNT> for Given {
+    type Law = MobilisedFriction;
+
+    fn parameters(&self) -> [(&'static str, Parameter); COUNT] {
+        let of = |start, lower, upper, scale| Parameter { start, lower, upper, scale };
+        let strain = |start| of(math::ln(start), math::ln(1e-6), math::ln(0.1), 0.3);
+        let [friction, fraction] = self.critical;
+        let last = match self.friction_critical {
+            Some(_) => ("cohesion", of(0.05, 0.0, 3.0, 0.02)),
+            None => ("friction_angle_critical", of(friction, 0.01, 5.0, 0.03)),
+        };
+        [
+            ("shear_modulus_degradation", of(0.5, 0.0, 0.99, 0.1)),
+            ("shear_degradation_strain", strain(START.shear_degradation_strain)),
+            last,
+            // As far as grains of any size can be packed.
+            ("fraction_critical", of(fraction, fraction - 0.1, fraction + 0.1, 0.005)),
+            ("dilation_factor", of(START.dilation_factor, 0.0, 100.0, 1.0)),
+            ("hardening_strain", strain(START.hardening_strain)),
+            ("phase_transformation_factor", of(START.phase_transformation_factor, 0.0, 100.0, 1.0)),
+        ]
+    }
+
+    fn law(&self, at: &[f64; COUNT]) -> Option<MobilisedFriction> {
+        let constants = self.constants(at);
+        (constants.stiffness_least(2, self.fraction_loosest).0 > 0.0).then(|| MobilisedFriction::of(&constants))
+    }
+
+    /// Mass is kept, elastic volume with it.
+    fn fraction(_: &Row, volume: f64, start: f64) -> f64 {
+        start / volume
+    }
+}
+
+/// The law that follows the curves with the least squares, from another fit's end if there is one; none where the start is no law
+/// that bears the tests.
+pub fn fit(given: &Given, curves: &[Curve], start: Option<&[f64; COUNT]>) -> Option<Fit> {
+    let (at, at_bound) = follow(given, curves, start)?;
+    Some(Fit { constants: given.constants(&at), at_bound, at })
+}

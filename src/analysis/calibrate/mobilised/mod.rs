@@ -1,0 +1,491 @@
+//! Calibration of the law with mobilised friction.
+//!
+//! Packings of the job's grains, under its packing stress and under half of it, dense as the job makes them and loose (made with
+//! the friction of their contacts), are sheared at a constant normal stress; dense ones also to the peak and back, and at
+//! constant volume. K and G_0 are slopes of compressions. The law follows the means over the packings, each third of a test by
+//! the scatter of the packings there. Shear at constant volume is not fitted: it shows the law, as do packings that are held
+//! back.
+
+use rayon::prelude::*;
+
+use super::Subject;
+use super::element::{Course, Element, Packing, Row, Test};
+use super::fit::{axial, modulus, pressure};
+use super::layers::Profile;
+use super::model::Curve;
+use super::path::{Drive, Kept};
+use crate::base::error::Error;
+use crate::base::math;
+use crate::law::contact::Contact;
+
+pub mod fit;
+mod quality;
+#[cfg(test)]
+mod tests;
+mod written;
+
+use fit::{COUNT, Fit, Given, fit};
+pub use quality::{Quality, quality};
+
+/// Ends of the thirds of a test; the last has no other end than the test's.
+pub const THIRDS: [f64; 2] = [0.05, 0.2];
+/// Largest increment of shear strain that the law is driven by.
+const INCREMENT: f64 = 2.5e-4;
+/// Scatter of shear stress over normal stress and of the solid volume fraction is not thought smaller.
+const SCATTER_LEAST: [f64; 2] = [0.005, 5e-4];
+/// What stands for the scatter of a single packing.
+const SCATTER_SINGLE: [f64; 2] = [0.02, 2e-3];
+/// A layer that takes so many times the mean shear is a band.
+pub const BAND: f64 = 2.0;
+/// The third that the fit of loose packings begins with: they mobilise friction within some ten times the strain of dense ones, and
+/// the law has one a, which is that of the dense. What they tell is contraction and the critical state.
+const FIRST_OF_LOOSE: usize = 1;
+/// After a reversal the law is compared until the stress has fallen to this share.
+const SHARE_UNLOADED: f64 = 0.5;
+/// Share of a test, its end, that is taken for the critical state where the fit starts.
+const SHARE_CRITICAL: f64 = 0.3;
+
+/// What is wanted beside the job.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wanted {
+    /// Of each packing.
+    pub grains: u64,
+    /// Packings that are fitted, with the job's seed and those after it.
+    pub packings: u64,
+    /// Packings after those, which the law is shown on.
+    pub held: u64,
+    /// Shear strain at the end of the shear tests.
+    pub strain: f64,
+}
+
+/// A kind of test, of every packing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kind {
+    pub course: Course,
+    /// Under half of the packing stress.
+    pub half: bool,
+    /// Made with the friction of the contacts.
+    pub loose: bool,
+}
+
+/// In the order that they are done in. The first four and the unloading of the fifth are fitted.
+pub const KINDS: [Kind; 6] = {
+    const fn of(course: Course, half: bool, loose: bool) -> Kind {
+        Kind { course, half, loose }
+    }
+    [
+        of(Course::Once, false, false),
+        of(Course::Once, true, false),
+        of(Course::Once, false, true),
+        of(Course::Once, true, true),
+        of(Course::Reversal, false, false),
+        of(Course::ConstantVolume, false, false),
+    ]
+};
+
+impl Kind {
+    /// For a table.
+    pub fn words(&self) -> String {
+        let made = if self.loose { "loose" } else { "dense" };
+        let stress = if self.half { "half of the stress" } else { "packing stress" };
+        match self.course {
+            Course::Once => format!("shear, {made}, {stress}"),
+            Course::Reversal => "reversal".to_string(),
+            Course::ConstantVolume => "constant volume".to_string(),
+        }
+    }
+
+    pub fn is_fitted(&self) -> bool {
+        self.course != Course::ConstantVolume
+    }
+}
+
+/// What one test gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tested {
+    pub rows: Vec<Row>,
+    pub profiles: Vec<Profile>,
+}
+
+/// The tests of the packings of one seed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Specimen {
+    pub seed: u64,
+    pub isotropic: Vec<Row>,
+    pub uniaxial: Vec<Row>,
+    /// Of each of [`KINDS`].
+    pub tests: Vec<Tested>,
+    /// Where grains cohere, the same without cohesion; else none.
+    pub dry: Vec<Tested>,
+}
+
+impl Specimen {
+    /// K and G, Pa, by the first small part of the compressions.
+    pub fn moduli(&self) -> [f64; 2] {
+        let (bulk, p_wave) = (modulus(&self.isotropic, pressure), modulus(&self.uniaxial, axial));
+        [bulk, p_wave - bulk]
+    }
+}
+
+/// A parameter and the half-width of its 95 % confidence interval, if there are several packings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figure {
+    pub key: &'static str,
+    pub symbol: &'static str,
+    pub unit: &'static str,
+    pub value: f64,
+    pub half_width: Option<f64>,
+}
+
+/// All tests, and the law that follows them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Calibration {
+    pub wanted: Wanted,
+    /// Stress of the packings, Pa.
+    pub stress: f64,
+    pub fitted: Vec<Specimen>,
+    pub held: Vec<Specimen>,
+    pub fit: Fit,
+    pub figures: Vec<Figure>,
+    /// Strain of each kind beyond which most packings shear in a band, and nothing is fitted; none where they do not.
+    pub bands: Vec<Option<f64>>,
+    /// Of each kind: mean curves of the packings that are fitted, and how the law follows them.
+    pub shown: Vec<Shown>,
+    /// The same of the packings that are held back.
+    pub shown_held: Vec<Shown>,
+    /// How a law fitted to the packing stress alone follows the tests under half of it.
+    pub half_left_out: Option<Vec<Shown>>,
+}
+
+/// A mean curve, the law on its path, and how far they are apart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shown {
+    pub kind: Kind,
+    pub curve: Curve,
+    /// Standard deviation of the packings in each third, of the shear stress over the normal one; none of a single packing.
+    pub scatter: Option<[f64; 3]>,
+    pub law: Vec<(Row, f64)>,
+    pub quality: Quality,
+}
+
+/// Makes the packings, tests them and fits. Nothing depends on how many threads do it.
+pub fn calibrate(subject: &Subject, wanted: Wanted) -> Result<Calibration, Error> {
+    let seeds: Vec<u64> = (0..wanted.packings + wanted.held).map(|number| subject.piece.seed + number).collect();
+    let mut fitted =
+        seeds.into_par_iter().map(|seed| specimen(subject, wanted, seed)).collect::<Result<Vec<_>, _>>()?;
+    let held = fitted.split_off(wanted.packings as usize);
+    fit_all(wanted, subject.stress, fitted, held)
+}
+
+/// The jobs of one seed that a person may run again, each a file.
+pub fn elements(subject: &Subject, wanted: Wanted, seed: u64) -> Vec<Element<'_>> {
+    let contact = subject.piece.contact;
+    let mut elements = compressions(subject, wanted, seed).to_vec();
+    elements.extend(sheared(subject, wanted, seed, contact));
+    let dry = contact.without_cohesion();
+    if dry != contact {
+        elements.extend(sheared(subject, wanted, seed, dry));
+    }
+    elements
+}
+
+fn compressions(subject: &Subject, wanted: Wanted, seed: u64) -> [Element<'_>; 2] {
+    let packing = Packing { stress: subject.stress, friction: None };
+    let of = |test| Element { subject, contact: subject.piece.contact, test, grains: wanted.grains, seed, packing };
+    [of(Test::Isotropic), of(Test::Uniaxial)]
+}
+
+fn sheared(subject: &Subject, wanted: Wanted, seed: u64, contact: Contact) -> Vec<Element<'_>> {
+    let of = |kind: &Kind| {
+        let stress = if kind.half { 0.5 * subject.stress } else { subject.stress };
+        let packing = Packing { stress, friction: kind.loose.then(|| subject.piece.contact.friction()) };
+        let test = Test::Sheared { course: kind.course, strain: wanted.strain };
+        Element { subject, contact, test, grains: wanted.grains, seed, packing }
+    };
+    KINDS.iter().map(of).collect()
+}
+
+fn specimen(subject: &Subject, wanted: Wanted, seed: u64) -> Result<Specimen, Error> {
+    let [isotropic, uniaxial] = compressions(subject, wanted, seed);
+    let (isotropic, uniaxial) = (isotropic.measure()?, uniaxial.measure()?);
+    let all = |contact| -> Result<Vec<Tested>, Error> {
+        let measure = |element: &Element| {
+            let (rows, profiles) = element.measure_layers()?;
+            Ok(Tested { rows, profiles })
+        };
+        sheared(subject, wanted, seed, contact).iter().map(measure).collect()
+    };
+    let contact = subject.piece.contact;
+    let tests = all(contact)?;
+    let without = contact.without_cohesion();
+    let dry = if without == contact { Vec::new() } else { all(without)? };
+    let specimen = Specimen { seed, isotropic, uniaxial, tests, dry };
+    let [bulk, shear] = specimen.moduli();
+    tracing::info!(
+        "packings of seed {seed} are sheared: fractions {:.4} and {:.4}, K {:.1} MPa, G {:.1} MPa",
+        specimen.tests[0].rows[0].fraction,
+        specimen.tests[2].rows[0].fraction,
+        1e-6 * bulk,
+        1e-6 * shear
+    );
+    Ok(specimen)
+}
+
+/// What is fitted to tests that are there, and shown on those held back.
+pub fn fit_all(wanted: Wanted, stress: f64, fitted: Vec<Specimen>, held: Vec<Specimen>) -> Result<Calibration, Error> {
+    let all: Vec<&Specimen> = fitted.iter().collect();
+    let refused = || {
+        Error::Run(
+            "the law with mobilised friction cannot follow the shear tests: from where the fit starts it does not bear them. Look at shear.toml and shear_loose.toml by `scree run`; more grains, more packings or more strain may help."
+                .to_string(),
+        )
+    };
+    let tests = Tests { stress, all: &all, use_half: true };
+    let found = tests.fit(&all, None).ok_or_else(refused)?;
+    let figures = figures(&tests, &found);
+    let alone = Tests { use_half: false, ..tests };
+    let half_left_out = alone.fit(&all, Some(&found)).map(|fit| {
+        let kinds = KINDS.iter().enumerate().filter(|(_, kind)| kind.half);
+        kinds.filter_map(|(index, _)| shown(&fit, stress, &all, index)).collect()
+    });
+    let bands = (0..KINDS.len()).map(|kind| band(&all, kind, false)).collect();
+    let show = |specimens: &[&Specimen]| -> Vec<Shown> {
+        (0..KINDS.len()).filter_map(|kind| shown(&found, stress, specimens, kind)).collect()
+    };
+    let shown_held = if held.is_empty() { Vec::new() } else { show(&held.iter().collect::<Vec<_>>()) };
+    let shown = show(&all);
+    Ok(Calibration { wanted, stress, fit: found, figures, bands, shown, shown_held, half_left_out, held, fitted })
+}
+
+/// Tests as they are fitted: weights are those of all packings, whichever are left out.
+#[derive(Clone, Copy)]
+struct Tests<'a> {
+    stress: f64,
+    all: &'a [&'a Specimen],
+    use_half: bool,
+}
+
+impl Tests<'_> {
+    /// The law that follows the means over some of the packings.
+    fn fit(&self, some: &[&Specimen], start: Option<&Fit>) -> Option<Fit> {
+        let is_dry = some.first()?.dry.is_empty();
+        let mean = |of: &dyn Fn(&Specimen) -> f64| some.iter().map(|one| of(one)).sum::<f64>() / some.len() as f64;
+        let moduli = [mean(&|one| one.moduli()[0]), mean(&|one| one.moduli()[1])];
+        let from = start.map(|fit| &fit.at);
+        let dry = self.curves(some, !is_dry);
+        let given = Given { friction_critical: None, ..self.given(moduli, &dry) };
+        if is_dry {
+            return fit(&given, &dry, from);
+        }
+        let without = fit(&given, &dry, None)?;
+        let curves = self.curves(some, false);
+        let friction_critical = Some(math::tan(without.constants.friction_angle_critical));
+        let mut fit = fit(&Given { friction_critical, ..self.given(moduli, &curves) }, &curves, from)?;
+        let friction = "friction_angle_critical";
+        fit.at_bound.extend(without.at_bound.contains(&friction).then_some(friction));
+        Some(fit)
+    }
+
+    /// Critical friction and fraction as the ends of the tests have them: half way from loose ones to dense ones.
+    fn given(&self, moduli: [f64; 2], curves: &[Curve]) -> Given {
+        let end = |of: &dyn Fn(&Curve, &Row) -> f64| {
+            let of_curve = |curve: &Curve| {
+                let last = &curve.rows[((1.0 - SHARE_CRITICAL) * curve.rows.len() as f64) as usize..];
+                last.iter().map(|row| of(curve, row)).sum::<f64>() / last.len() as f64
+            };
+            // Of those that go to the end; a reversal does not.
+            let once: Vec<f64> = curves.iter().filter(|curve| goes_once(curve)).map(of_curve).collect();
+            once.iter().sum::<f64>() / once.len() as f64
+        };
+        let sine = end(&|curve, row| curve.ratio(row)).clamp(0.05, 0.9);
+        let critical = [sine / (1.0 - sine * sine).sqrt(), end(&|_, row| row.fraction)];
+        let fraction_loosest = curves.iter().map(|curve| curve.drive.fraction).fold(1.0, f64::min);
+        Given { moduli, friction_critical: None, critical, stress: self.stress, fraction_loosest }
+    }
+
+    /// Of every kind that is fitted.
+    fn curves(&self, some: &[&Specimen], dry: bool) -> Vec<Curve> {
+        let kinds = KINDS.iter().enumerate().filter(|(_, kind)| kind.is_fitted() && (self.use_half || !kind.half));
+        kinds.map(|(index, _)| self.curve(some, index, dry)).collect()
+    }
+
+    fn curve(&self, some: &[&Specimen], kind: usize, dry: bool) -> Curve {
+        let mut curve = mean_curve(self.stress, some, kind, dry);
+        let scatter = scatter(self.all, kind, dry);
+        let end = band(self.all, kind, dry).unwrap_or(f64::INFINITY);
+        let parts = parts(&curve, KINDS[kind].course);
+        // Of a test that turns the way up is one of the tests that do not, and volume on the way back is not the law's.
+        let mut counts = [0.0; 3];
+        let first = if KINDS[kind].loose { FIRST_OF_LOOSE } else { 0 };
+        let used = |part: Option<usize>, row: &Row| part.filter(|part| row.strain <= end && *part >= first);
+        for (part, row) in parts.iter().zip(&curve.rows) {
+            used(*part, row).into_iter().for_each(|part| counts[part] += 1.0);
+        }
+        let is_once = KINDS[kind].course == Course::Once;
+        for ((part, row), weights) in parts.iter().zip(&curve.rows).zip(&mut curve.weights) {
+            if let Some(part) = used(*part, row) {
+                let root = f64::sqrt(counts[part]);
+                *weights = [1.0 / (scatter[part][0] * root), f64::from(is_once) / (scatter[part][1] * root)];
+            }
+        }
+        curve
+    }
+}
+
+fn goes_once(curve: &Curve) -> bool {
+    curve.drive.kept == Kept::NormalStress && curve.rows.windows(2).all(|pair| pair[1].strain > pair[0].strain)
+}
+
+/// Which third each row is of. Of a reversal: the first unloading and that from the peak, as far as both are unloading, are its
+/// first two thirds, the rest is none.
+fn parts(curve: &Curve, course: Course) -> Vec<Option<usize>> {
+    let rows = &curve.rows;
+    if course != Course::Reversal {
+        let third = |row: &Row| Some(THIRDS.iter().filter(|end| row.strain > **end).count());
+        return rows.iter().map(third).collect();
+    }
+    let mut parts = vec![None; rows.len()];
+    let falls = |index: usize| index > 0 && rows[index].strain < rows[index - 1].strain;
+    let (mut part, mut from) = (None, 0.0);
+    for index in 0..rows.len() {
+        if falls(index) && !falls(index - 1) {
+            part = Some(part.map_or(0, |part| part + 1));
+            from = curve.ratio(&rows[index - 1]);
+        }
+        if falls(index) && curve.ratio(&rows[index]) < SHARE_UNLOADED * from {
+            break;
+        }
+        parts[index] = part.filter(|_| falls(index));
+    }
+    parts
+}
+
+fn of_kind(specimen: &Specimen, kind: usize, dry: bool) -> &Tested {
+    if dry { &specimen.dry[kind] } else { &specimen.tests[kind] }
+}
+
+/// The mean over packings, without weights.
+fn mean_curve(stress: f64, specimens: &[&Specimen], kind: usize, dry: bool) -> Curve {
+    let count = specimens.len() as f64;
+    let rows = (0..of_kind(specimens[0], kind, dry).rows.len()).map(|index| {
+        let mean = |of: &dyn Fn(&Row) -> f64| {
+            specimens.iter().map(|specimen| of(&of_kind(specimen, kind, dry).rows[index])).sum::<f64>() / count
+        };
+        Row {
+            strain: mean(&|row| row.strain),
+            stress: std::array::from_fn(|component| mean(&|row| row.stress[component])),
+            fraction: mean(&|row| row.fraction),
+        }
+    });
+    let rows: Vec<Row> = rows.collect();
+    let Kind { course, half, .. } = KINDS[kind];
+    let kept = if course == Course::ConstantVolume { Kept::Volume } else { Kept::NormalStress };
+    let stress = if half { 0.5 * stress } else { stress };
+    let drive = Drive { stress, fraction: rows[0].fraction, kept, increment: INCREMENT };
+    Curve { drive, weights: vec![[0.0; 2]; rows.len()], rows }
+}
+
+/// Standard deviation over the packings of the shear stress over the normal one and of the change of the solid volume fraction, in
+/// each part of a test, at least [`SCATTER_LEAST`].
+fn scatter(specimens: &[&Specimen], kind: usize, dry: bool) -> [[f64; 2]; 3] {
+    if specimens.len() < 2 {
+        return [SCATTER_SINGLE; 3];
+    }
+    let curve = mean_curve(1.0, specimens, kind, dry);
+    let parts = parts(&curve, KINDS[kind].course);
+    let (mut sums, mut counts) = ([[0.0; 2]; 3], [0.0_f64; 3]);
+    for (index, part) in parts.iter().enumerate() {
+        let Some(part) = *part else { continue };
+        let of = |row: &Row, first: &Row| {
+            let stress = match curve.drive.kept {
+                Kept::NormalStress => row.stress[2],
+                Kept::Volume => first.stress[2],
+            };
+            [-row.stress[1] / stress, row.fraction - first.fraction]
+        };
+        let rows = |specimen: &&Specimen| {
+            let rows = &of_kind(specimen, kind, dry).rows;
+            of(&rows[index], &rows[0])
+        };
+        for (column, sum) in sums[part].iter_mut().enumerate() {
+            let mean = specimens.iter().map(|one| rows(one)[column]).sum::<f64>() / specimens.len() as f64;
+            let square = specimens.iter().map(|one| (rows(one)[column] - mean) * (rows(one)[column] - mean));
+            *sum += square.sum::<f64>() / (specimens.len() - 1) as f64;
+        }
+        counts[part] += 1.0;
+    }
+    std::array::from_fn(|part| {
+        std::array::from_fn(|column| (sums[part][column] / counts[part].max(1.0)).sqrt().max(SCATTER_LEAST[column]))
+    })
+}
+
+/// Where the softening of dense packings is a band's: the strain from which on the largest layer shear of half of the packings
+/// exceeds [`BAND`] times the mean; not before the first third ends. Loose packings do not soften.
+fn band(specimens: &[&Specimen], kind: usize, dry: bool) -> Option<f64> {
+    if KINDS[kind].loose || KINDS[kind].course != Course::Once {
+        return None;
+    }
+    let mut before = 0.0;
+    for index in 0..of_kind(specimens[0], kind, dry).profiles.len() {
+        let profile = |specimen: &&Specimen| of_kind(specimen, kind, dry).profiles[index].clone();
+        let banded = specimens.iter().filter(|specimen| profile(specimen).largest() > BAND).count();
+        if 2 * banded >= specimens.len() {
+            return Some(f64::max(before, THIRDS[0]));
+        }
+        before = profile(&specimens[0]).strain;
+    }
+    None
+}
+
+/// The parameters, with intervals by fits that leave out one packing each (the jackknife, Efron 1982).
+fn figures(tests: &Tests<'_>, found: &Fit) -> Vec<Figure> {
+    let count = tests.all.len();
+    let without = |left: usize| {
+        let others: Vec<&Specimen> =
+            tests.all.iter().enumerate().filter(|(index, _)| *index != left).map(|(_, one)| *one).collect();
+        tests.fit(&others, Some(found))
+    };
+    let fits: Vec<Option<Fit>> = if count > 1 { (0..count).into_par_iter().map(without).collect() } else { Vec::new() };
+    let fits: Option<Vec<Fit>> = fits.into_iter().collect();
+    let figure = |(key, symbol, unit, of): &Named| {
+        let half_width = fits.as_ref().filter(|fits| fits.len() > 1).map(|fits| {
+            let values: Vec<f64> = fits.iter().map(of).collect();
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            let square: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
+            student(count - 1) * (square * (count - 1) as f64 / count as f64).sqrt()
+        });
+        Figure { key, symbol, unit, value: of(found), half_width }
+    };
+    NAMED.iter().map(figure).collect()
+}
+
+/// Key, symbol, unit and value of a parameter.
+type Named = (&'static str, &'static str, &'static str, fn(&Fit) -> f64);
+
+const NAMED: [Named; COUNT + 3] = [
+    ("bulk_modulus", "K", "Pa", |fit| fit.constants.bulk_modulus),
+    ("shear_modulus", "G_0", "Pa", |fit| fit.constants.shear_modulus),
+    ("shear_modulus_degradation", "r", "", |fit| fit.constants.shear_degradation),
+    ("shear_degradation_strain", "a_G", "", |fit| fit.constants.shear_degradation_strain),
+    ("friction_angle_critical", "phi_cs", "rad", |fit| fit.constants.friction_angle_critical),
+    ("fraction_critical", "Phi_cs", "", |fit| fit.constants.fraction_critical),
+    ("dilation_factor", "chi", "", |fit| fit.constants.dilation_factor),
+    ("hardening_strain", "a", "", |fit| fit.constants.hardening_strain),
+    ("phase_transformation_factor", "k_d", "", |fit| fit.constants.phase_transformation_factor),
+    ("cohesion", "c", "Pa", |fit| fit.constants.cohesion),
+];
+
+/// Student's t that 95 % lie within, of so many degrees of freedom.
+fn student(freedom: usize) -> f64 {
+    const FEW: [f64; 10] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228];
+    // Within 0.2 % beyond the table.
+    FEW.get(freedom.max(1) - 1).copied().unwrap_or(1.96 + 2.4 / freedom as f64 + 3.0 / (freedom * freedom) as f64)
+}
+
+fn shown(fit: &Fit, stress: f64, specimens: &[&Specimen], index: usize) -> Option<Shown> {
+    let curve = mean_curve(stress, specimens, index, false);
+    let law = curve.response(&crate::law::material::MobilisedFriction::of(&fit.constants))?;
+    let quality = quality(&curve, &law);
+    let scatter = (specimens.len() > 1).then(|| scatter(specimens, index, false).map(|part| part[0]));
+    Some(Shown { kind: KINDS[index], curve, scatter, law, quality })
+}

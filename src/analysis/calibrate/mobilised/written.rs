@@ -1,0 +1,220 @@
+//! What a calibration of the law with mobilised friction leaves behind: a file of a material, all data, and a summary in words.
+
+use std::fmt::Write;
+
+use serde_json::{Value, json};
+
+use super::{BAND, Calibration, Figure, KINDS, Quality, Shown, Specimen, Tested};
+use crate::analysis::calibrate::element::{INERTIAL_COMPRESSION, INERTIAL_SHEAR, Row, STRAIN_SMALL};
+use crate::analysis::calibrate::layers::STRETCH;
+use crate::job::significant;
+
+const STRING: &str = "a string takes every line";
+
+impl Figure {
+    /// A value in the unit that people use, with so many significant digits.
+    pub fn in_unit(&self, value: f64, count: usize) -> String {
+        let (factor, unit) = match self.unit {
+            "Pa" if self.key == "cohesion" => (1e-3, " kPa"),
+            "Pa" => (1e-6, " MPa"),
+            "rad" => (1.0, " rad"),
+            _ => (1.0, ""),
+        };
+        format!("{}{unit}", significant(factor * value, count))
+    }
+
+    /// The half-width of its interval.
+    pub fn interval(&self) -> String {
+        self.half_width.map_or("-".to_string(), |half| self.in_unit(half, 2))
+    }
+}
+
+impl Calibration {
+    /// The file of the material; `command` is what made it, `job` the job's name.
+    pub fn fragment(&self, job: &str, command: &str) -> String {
+        let mut page = String::new();
+        let mut line = |text: &str| writeln!(page, "{text}").expect(STRING);
+        let seeds: Vec<String> = self.fitted.iter().map(|specimen| specimen.seed.to_string()).collect();
+        line(&format!(
+            "# The material of a continuum of the grains of {job}, calibrated by simulated element tests of them:"
+        ));
+        line("#");
+        line(&format!("#     {command}"));
+        line("#");
+        let [stress, half] = [1.0, 0.5].map(|share| significant(1e-3 * share * self.stress, 6));
+        line(&format!("# {} grains in each packing, seeds {}.", self.wanted.grains, seeds.join(", ")));
+        line(&format!(
+            "# K and G_0: isotropic and uniaxial compression under {stress} kPa, inertial number {INERTIAL_COMPRESSION:e}, the first {STRAIN_SMALL:e} of volume strain."
+        ));
+        line(&format!(
+            "# The rest: simple shear of dense and of loose packings under {stress} and {half} kPa to {} %, and from the peak back, inertial",
+            significant(100.0 * self.wanted.strain, 6)
+        ));
+        line(&format!(
+            "# number {INERTIAL_SHEAR:e}; the law follows the means of the packings with the least squares."
+        ));
+        line("# Behind +-: half of the 95 % confidence interval over the packings.");
+        let fractions = [0, 2].map(|kind: usize| significant(self.shown[kind].curve.drive.fraction, 4));
+        line(&format!(
+            "# Solid volume fraction at the start: dense {}, loose {}; a job gives its own as material.fraction.",
+            fractions[0], fractions[1]
+        ));
+        if let Some(end) = self.bands[0] {
+            line(&format!(
+                "# Dense packings shear in a band from {} % of strain on, and nothing of theirs is fitted beyond.",
+                significant(100.0 * end, 3)
+            ));
+        }
+        line("# A job on a grid takes this file by `file = \"...\"` in its [material].");
+        line("");
+        line("[material]");
+        line("law = \"mobilised_friction\"");
+        for figure in &self.figures {
+            let interval = figure
+                .half_width
+                .filter(|half| *half > 0.0)
+                .map_or(String::new(), |_| format!(" +- {}", figure.interval()));
+            line(&format!("# {}{interval}{}", figure.symbol, self.bound(figure)));
+            let value = figure.in_unit(figure.value, 4);
+            let quoted = if figure.unit.is_empty() { value } else { format!("\"{value}\"") };
+            line(&format!("{} = {quoted}", figure.key));
+        }
+        page
+    }
+
+    fn bound(&self, figure: &Figure) -> &'static str {
+        if self.fit.at_bound.contains(&figure.key) { ", at its bound: the tests do not tell it" } else { "" }
+    }
+
+    /// Parameters, and how the law follows the tests, for a terminal.
+    pub fn told(&self) -> String {
+        let mut text = format!("{:<32}{:>16}{:>14}\n", "", "calibrated", "95 %, +-");
+        for figure in &self.figures {
+            let value = figure.in_unit(figure.value, 4);
+            writeln!(text, "{:<32}{value:>16}{:>14}{}", figure.key, figure.interval(), self.bound(figure))
+                .expect(STRING);
+        }
+        for (kind, end) in KINDS.iter().zip(&self.bands) {
+            if let Some(end) = end {
+                writeln!(
+                    text,
+                    "{}: a layer takes {BAND} times the mean shear in half of the packings from {} % of strain on; nothing is fitted beyond",
+                    kind.words(),
+                    significant(100.0 * end, 3)
+                )
+                .expect(STRING);
+            }
+        }
+        let groups = [
+            ("fitted", Some(&self.shown)),
+            ("packings held back", Some(&self.shown_held).filter(|shown| !shown.is_empty())),
+            ("half of the stress, left out of the fit", self.half_left_out.as_ref()),
+        ];
+        let head = ["0-5 %", "5-20 %", "20 %-", "peak, at", "of the law", "volume", "of the law"];
+        for (title, shown) in groups {
+            let Some(shown) = shown else { continue };
+            write!(text, "{title:<40}").expect(STRING);
+            head.iter().for_each(|word| write!(text, "{word:>16}").expect(STRING));
+            text.push('\n');
+            for shown in shown {
+                write!(text, "  {:<38}", shown.kind.words()).expect(STRING);
+                shown.cells().iter().for_each(|cell| write!(text, "{cell:>16}").expect(STRING));
+                text.push('\n');
+            }
+        }
+        text
+    }
+
+    /// Everything that was measured and found.
+    pub fn to_json(&self, job: &str, command: &str) -> Value {
+        let figures = self.figures.iter().map(|figure| {
+            let is_at_bound = self.fit.at_bound.contains(&figure.key);
+            let value = json!({
+                "value": figure.value, "half_width_95": figure.half_width, "unit": figure.unit, "at_bound": is_at_bound,
+            });
+            (figure.key.to_string(), value)
+        });
+        json!({
+            "program": crate::base::program::identity(),
+            "job": job,
+            "command": command,
+            "law": "mobilised_friction",
+            "grains": self.wanted.grains,
+            "stress": self.stress,
+            "inertial_number_compression": INERTIAL_COMPRESSION,
+            "inertial_number_shear": INERTIAL_SHEAR,
+            "material": figures.collect::<serde_json::Map<_, _>>(),
+            "fitted": self.shown.iter().map(Shown::to_json).collect::<Vec<_>>(),
+            "held_back": self.shown_held.iter().map(Shown::to_json).collect::<Vec<_>>(),
+            "half_stress_left_out": self.half_left_out.as_ref().map(|shown| shown.iter().map(Shown::to_json).collect::<Vec<_>>()),
+            "strain_of_bands": self.bands,
+            "strain_of_layer_profile": STRETCH,
+            "packings": self.fitted.iter().map(Specimen::to_json).collect::<Vec<_>>(),
+            "packings_held_back": self.held.iter().map(Specimen::to_json).collect::<Vec<_>>(),
+        })
+    }
+}
+
+impl Shown {
+    /// Differences of the thirds; peak of the grains and of the law with their strains; volume strains at the end.
+    pub fn cells(&self) -> [String; 7] {
+        let Quality { ratio_off, peak, volume_end, .. } = &self.quality;
+        let off = |part: usize| ratio_off[part].map_or("-".to_string(), |off| significant(off, 2));
+        let peak = |of: usize| format!("{}, {} %", significant(peak[of][0], 3), significant(100.0 * peak[of][1], 2));
+        let volume = |of: usize| format!("{} %", significant(100.0 * volume_end[of], 3));
+        [off(0), off(1), off(2), peak(0), peak(1), volume(0), volume(1)]
+    }
+
+    fn to_json(&self) -> Value {
+        let quality = &self.quality;
+        let law: Vec<Row> = self.law.iter().map(|(row, _)| *row).collect();
+        json!({
+            "test": self.kind.words(),
+            "ratio_off_rms_thirds": quality.ratio_off,
+            "ratio_off_largest_first_third": quality.ratio_largest,
+            "ratio_scatter_of_packings_thirds": self.scatter,
+            "pressure_off_rms": quality.pressure_off,
+            "pressure_off_largest": quality.pressure_largest,
+            "peak": { "grains": quality.peak[0], "law": quality.peak[1], "plateau_of_grains": quality.plateau },
+            "volume_strain_end": { "grains": quality.volume_end[0], "law": quality.volume_end[1] },
+            "volume_strain_off_largest": { "first_third": quality.volume_largest[0], "all": quality.volume_largest[1] },
+            "mean": columns(&self.curve.rows),
+            "law": columns(&law),
+            "law_volume": self.law.iter().map(|(_, volume)| *volume).collect::<Vec<f64>>(),
+        })
+    }
+}
+
+impl Specimen {
+    fn to_json(&self) -> Value {
+        let tests = |tests: &[Tested]| -> Vec<Value> {
+            let one = |(kind, tested): (&super::Kind, &Tested)| {
+                json!({
+                    "test": kind.words(),
+                    "rows": columns(&tested.rows),
+                    "layers": tested.profiles.iter().map(|profile| json!([profile.strain, profile.shares])).collect::<Vec<_>>(),
+                })
+            };
+            KINDS.iter().zip(tests).map(one).collect()
+        };
+        json!({
+            "seed": self.seed,
+            "isotropic": columns(&self.isotropic),
+            "uniaxial": columns(&self.uniaxial),
+            "tests": tests(&self.tests),
+            "tests_without_cohesion": tests(&self.dry),
+        })
+    }
+}
+
+/// A series as columns; stresses in Pa, tension positive.
+fn columns(rows: &[Row]) -> Value {
+    let column = |of: fn(&Row) -> f64| rows.iter().map(of).collect::<Vec<f64>>();
+    json!({
+        "strain": column(|row| row.strain),
+        "stress_xx": column(|row| row.stress[0]),
+        "stress_xy": column(|row| row.stress[1]),
+        "stress_yy": column(|row| row.stress[2]),
+        "fraction": column(|row| row.fraction),
+    })
+}
