@@ -108,17 +108,6 @@ impl Lattice {
     }
 }
 
-/// Whether a body's faces lie in line with the grid, so that it can meet points there; a plane across a period never can.
-pub fn is_in_line<S: Space>(shape: &Form<S>, periodic: [bool; 3]) -> bool {
-    match shape {
-        Form::Box { .. } => true,
-        Form::Plane { normal, .. } => {
-            (0..S::DIMENSION).any(|axis| normal[axis].abs() == 1.0 && !periodic[axis]) && normal.norm() == 1.0
-        }
-        Form::Plate { .. } | Form::Layer | Form::Cylinder { .. } => false,
-    }
-}
-
 /// A body as the lattice sees it: from `bounds[axis][0]` to `bounds[axis][1]`, infinite where it has no face.
 #[derive(Clone, Copy, Debug)]
 struct Solid {

@@ -17,7 +17,6 @@ use crate::domain::layout::{Ground, Layout};
 use crate::domain::rebuild::Parts;
 use crate::domain::world::{Settings, World};
 use crate::job::mpm::{self, BodyContact, InitialStress, LoadKind, Mpm, Path};
-use crate::mpm::faces::is_in_line;
 use crate::mpm::load::{Kind, Load};
 use crate::mpm::membrane::{self, Membrane, Membranes, Vertex};
 use crate::mpm::points::Point;
@@ -119,9 +118,7 @@ pub(crate) fn bodies<S: Space>(job: &Mpm) -> Vec<Body<S>> {
             BodyContact::Coulomb { friction } => Grip::Coulomb(friction),
         };
         body.grip = Some((grip, rigid.separates));
-        // Grains and membranes hang on nodes that a body holds or does not.
-        let alone = !job.moves_grains() && job.membranes.is_empty();
-        body.meets_points = alone && is_in_line(&body.shape, job.grid.periodic);
+        body.meets_points = rigid.at_face;
         body
     };
     job.bodies.iter().map(made).collect()

@@ -110,7 +110,10 @@ pub fn specimen(job: &Mpm, granular: &Granular, way_of_seat: impl Fn(&RigidBody)
 /// A key that has another name now stands under the one that it had, and one that no packing looks at is left out: what is in caches is
 /// found.
 fn named(how: &str, job: &str) -> String {
-    let job = job.replace("\nenergy_balance = ", "\nledger = ").replace("\nvolume_averaging = true", "");
+    let job = job
+        .replace("\nenergy_balance = ", "\nledger = ")
+        .replace("\nvolume_averaging = true", "")
+        .replace("\nmeets = \"nodes\"", "");
     format!("{how}\n{job}")
 }
 

@@ -24,12 +24,14 @@ fn column(scheme: &str, contact: &str, plate: &str, rest: &str) -> String {
         lower = [0, 0.2]
         upper = [0.2, 0.8]
         [[body]]
+        meets = "face"
         name = "base"
         shape = "box"
         lower = [0, 0]
         upper = [0.2, 0.2]
         {contact}
         [[body]]
+        meets = "face"
         name = "plate"
         shape = "box"
         lower = [0, 0.8]
@@ -134,6 +136,7 @@ fn thrown(dimension: usize, scheme: &str, contact: &str) -> String {
         upper = {}
         velocity = {}
         [[body]]
+        meets = "face"
         name = "floor"
         shape = "box"
         lower = {}
@@ -141,6 +144,7 @@ fn thrown(dimension: usize, scheme: &str, contact: &str) -> String {
         velocity = {}
         {contact}
         [[body]]
+        meets = "face"
         name = "side"
         shape = "plane"
         point = {}
@@ -235,6 +239,7 @@ fn slid(face: f64, contact: &str, pull: f64, end: f64) -> String {
         lower = [0.2, 0.2]
         upper = [0.6, 0.4]
         [[body]]
+        meets = "face"
         name = "table"
         shape = "box"
         lower = [0, 0]
@@ -283,6 +288,7 @@ fn what_parts_is_let_go_and_met_again() {
             upper = [0.4, 0.3]
             velocity = [0, 1]
             [[body]]
+            meets = "face"
             name = "table"
             shape = "box"
             lower = [0, 0]
@@ -329,6 +335,7 @@ fn columns_rest_on_a_box_wherever_its_face_is() {
             lower = [0, 0.2]
             upper = [0.2, 0.8]
             [[body]]
+            meets = "face"
             name = "table"
             shape = "box"
             lower = [0, 0]
@@ -368,12 +375,14 @@ fn no_point_is_inside_a_body_after_fifteen_per_cent() {
         lower = [-0.15, 0.2]
         upper = [0.15, 0.7]
         [[body]]
+        meets = "face"
         name = "base"
         shape = "box"
         lower = [-0.4, 0]
         upper = [0.4, 0.2]
         contact = "rough"
         [[body]]
+        meets = "face"
         name = "plate"
         shape = "box"
         lower = [-0.4, 0.7]

@@ -25,8 +25,7 @@ fn plateau(job: &str, cell: f64, exact: f64) -> (f64, f64) {
 fn footings_on_seven_cells_bear_nine_tenths_of_prandtl_and_no_more() {
     let (least, most) = plateau("prandtl_cohesive.toml", 1.0 / 7.0, (2.0 + PI) * 10e3 * 0.5);
     println!("cohesive: {least:.4} to {most:.4}");
-    // Of rows a millisecond long.
-    assert!(least > 0.90 && most < 0.97, "{least} to {most}");
+    assert!(least > 0.93 && most < 0.96, "{least} to {most}");
     let phi = 28.1 * PI / 180.0;
     let half = tan(PI / 4.0 + phi / 2.0);
     let (least, most) = plateau("prandtl_surcharge.toml", 2.0 / 7.0, half * half * exp(PI * tan(phi)) * 20e3);

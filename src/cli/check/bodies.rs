@@ -41,7 +41,8 @@ pub fn bodies(page: &mut Page, slots: &Slots) {
                 BodyContact::Smooth => "smooth".to_string(),
                 BodyContact::Coulomb { friction } => format!("friction {}", figures(friction)),
             };
-            format!(", {contact}{}", if job.bodies[number].separates { "" } else { ", never parts" })
+            let parts = if job.bodies[number].separates { "" } else { ", never parts" };
+            format!(", {contact}{parts}{}", if job.bodies[number].at_face { ", met at its face" } else { "" })
         });
         page.row(&body.name, &format!("{shape}{held}"), &motion(body));
     }

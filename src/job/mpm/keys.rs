@@ -444,7 +444,8 @@ impl Membrane {
 }
 
 impl RigidBody {
-    const BLANK: Self = Self { body: Body::BLANK, contact: BodyContact::Rough, separates: true, seat: 0.0 };
+    const BLANK: Self =
+        Self { body: Body::BLANK, contact: BodyContact::Rough, separates: true, at_face: false, seat: 0.0 };
 
     pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
         self.body.keys(form, false);
@@ -460,6 +461,10 @@ impl RigidBody {
             form.number(friction, number("friction", about, RATIO, Range::closed(0.0, 5.0), "0.5"));
         });
         form.flag(&mut self.separates, flag("separates", "whether material may part from it", "true").or("true"));
+        let about =
+            "what it acts on: nodes, those that lie in it, or face, points at its own face wherever in a cell that is";
+        let key = text("meets", about, "\"face\"").or("nodes");
+        choose(form, &mut self.at_face, "way to meet material", key, &[("nodes", false), ("face", true)]);
         let mut seat = Some(self.seat).filter(|seat| *seat > 0.0);
         let about = "the force that presses it along its first way on grains until they rest, before the run";
         form.number_if_given(&mut seat, number("seat", about, FORCE, POSITIVE, "\"60 N\"").optional());

@@ -4,7 +4,7 @@
 //! compression.
 
 use super::Output;
-use super::assembly::Body;
+use super::assembly::{Body, Shape};
 use crate::base::math::{PI, cos, sin};
 use crate::couple::oracle::Oracle;
 use crate::law::material::ConstitutiveLaw;
@@ -300,8 +300,21 @@ pub struct RigidBody {
     pub contact: BodyContact,
     /// Material may part from it; otherwise it is held along the normal in both senses.
     pub separates: bool,
+    /// It meets material points at its own face ([`crate::mpm::faces`]); else it holds the nodes that lie in it.
+    pub at_face: bool,
     /// Force that presses it on grains, along its first way, until they rest, before the run, N; zero: it stays where it is.
     pub seat: f64,
+}
+
+impl RigidBody {
+    /// Whether its faces lie in line with the grid, so that it can meet points there; a plane across a period never can.
+    pub fn is_in_line(&self, periodic: [bool; 3]) -> bool {
+        match &self.body.shape {
+            Shape::Box { .. } => true,
+            Shape::Plane { normal, .. } => (0..3).any(|axis| normal[axis].abs() == 1.0 && !periodic[axis]),
+            Shape::Cylinder { .. } | Shape::Layer { .. } => false,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

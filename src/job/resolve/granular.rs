@@ -118,7 +118,7 @@ pub fn stand_in_for_faces(job: &mut Mpm) {
         point[face.axis] = at[face.axis] + inwards * BEFORE_FACE * job.grid.cell;
         let shape = Shape::Plane { point, normal };
         let body = Body { name: face.name(), shape, motion: Motion { path: Vec::new(), servo: None } };
-        job.bodies.push(RigidBody { body, contact, separates, seat: 0.0 });
+        job.bodies.push(RigidBody { body, contact, separates, at_face: false, seat: 0.0 });
     }
 }
 

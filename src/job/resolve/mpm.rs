@@ -215,6 +215,7 @@ fn check_lists(job: &mut Mpm, top: &Reader<'_>, typed: &Typed) -> Result<(), Err
     }
     typed.check(check_membranes(&mut job.membranes, top, &job.grid));
     check_bodies(job.bodies.iter_mut().map(|body| &mut body.body), top, &domain);
+    typed.check(super::mpm_checks::check_faces(job, top));
     for (number, table) in top.list("follow").iter().enumerate() {
         let Followed { name, place } = &job.follow[number];
         typed.check(body::check_name_of_columns(table, name));

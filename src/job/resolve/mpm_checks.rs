@@ -214,6 +214,21 @@ fn check_bodies(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
     Ok(())
 }
 
+/// Bodies meet points at their own face where that is known how.
+pub(super) fn check_faces(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
+    for (body, table) in job.bodies.iter().zip(&top.list("body")).filter(|(body, _)| body.at_face) {
+        let reason = if job.moves_grains() || !job.membranes.is_empty() {
+            "beside grains and membranes, which hang on the nodes that a body holds"
+        } else if !body.is_in_line(job.grid.periodic) {
+            "of cylinders and of planes that are not across an axis of the grid without periods"
+        } else {
+            continue;
+        };
+        return Err(table.refusal("meets", &format!("is not possible {reason}. Write meets = \"nodes\".")));
+    }
+    Ok(())
+}
+
 fn body_contains(body: &RigidBody, place: &[f64; 3]) -> bool {
     let arm = |from: &[f64; 3]| -> [f64; 3] { std::array::from_fn(|axis| place[axis] - from[axis]) };
     let dot = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
