@@ -94,9 +94,11 @@ impl Model<COUNT> for Given {
     }
 }
 
-/// The law that follows the curves with the least squares, from another fit's end if there is one; none where the start is no law
-/// that bears the tests.
+/// The law that follows the curves with the least squares, from another fit's end if there is one; none where the usual start is no
+/// law that bears the tests.
 pub fn fit(given: &Given, curves: &[Curve], start: Option<&[f64; COUNT]>) -> Option<Fit> {
-    let (at, at_bound) = follow(given, curves, start)?;
+    // Where that end is no law of these tests, from the usual start.
+    let found = start.and_then(|start| follow(given, curves, Some(start)));
+    let (at, at_bound) = found.or_else(|| follow(given, curves, None))?;
     Some(Fit { constants: given.constants(&at), at_bound, at })
 }
