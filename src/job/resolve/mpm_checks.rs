@@ -220,7 +220,7 @@ pub(super) fn check_faces(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
         let reason = if job.moves_grains() || !job.membranes.is_empty() {
             "beside grains and membranes, which hang on the nodes that a body holds"
         } else if !body.is_in_line(job.grid.periodic) {
-            "of cylinders and of planes that are not across an axis of the grid without periods"
+            "for cylinders and for planes that are not across an axis of the grid without periods"
         } else {
             continue;
         };
