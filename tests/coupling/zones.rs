@@ -16,7 +16,8 @@ use crate::enrichment::{sums, up_to_the_band};
 use crate::runs::{Ran, parse, replaced, same};
 use crate::worlds::{PlanarPoint, PlanarWorld, packed_job};
 
-/// A zone too small for its band, which grows along it; and judged so strictly that it gives grains back as well.
+/// A zone too small for its band, which grows along it; and judged so strictly that it gives grains back as well. Its oracle finds the
+/// band where volume strain is not averaged, within a few milliseconds.
 pub fn restless(end: f64) -> String {
     let zone = r#"distance = "4.5 mm"
         [zone]
@@ -26,7 +27,11 @@ pub fn restless(end: f64) -> String {
         rest_strain = 0.02"#;
     replaced(
         triaxial("hybrid", end),
-        &[("recent_strain = 4e-3", "recent_strain = 8e-3"), ("distance = \"6 mm\"", zone)],
+        &[
+            ("recent_strain = 4e-3", "recent_strain = 8e-3"),
+            ("distance = \"6 mm\"", zone),
+            ("[scheme]", "[scheme]\n        volume_averaging = false"),
+        ],
     )
 }
 
