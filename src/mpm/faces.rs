@@ -282,18 +282,13 @@ impl FaceSet {
         let opposite = self.faces.iter().filter(|face| face.side == side ^ 1 && face.body != this.body);
         for other in opposite {
             // Faces back to back have nothing between them.
-            let between = sign(side) * (self.lattice_image_of(other, this) - this.at);
+            let between = sign(side) * (self.lattice.image(other.axis(), other.at, [this.at; 2]) - this.at);
             let Some(offset) = self.offset(other, place).filter(|_| self.is_across(other, place)) else { continue };
             if between >= 0.0 && offset.abs() < distance {
                 return None;
             }
         }
         Some(number)
-    }
-
-    /// Where the image of a face is that is nearest to another across the same axis.
-    fn lattice_image_of(&self, face: &Face, other: &Face) -> f64 {
-        self.lattice.image(face.axis(), face.at, [other.at; 2])
     }
 
     /// Steps from the anchor of a column to its lowest node at most: with what lies above it is within a tile.

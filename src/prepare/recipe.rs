@@ -113,7 +113,7 @@ fn named(how: &str, job: &str) -> String {
     let job = job
         .replace("\nenergy_balance = ", "\nledger = ")
         .replace("\nvolume_averaging = true", "")
-        .replace("\nmeets = \"nodes\"", "");
+        .replace("\ncontact_at = \"nodes\"", "");
     format!("{how}\n{job}")
 }
 

@@ -24,14 +24,14 @@ fn column(scheme: &str, contact: &str, plate: &str, rest: &str) -> String {
         lower = [0, 0.2]
         upper = [0.2, 0.8]
         [[body]]
-        meets = "face"
+        contact_at = "face"
         name = "base"
         shape = "box"
         lower = [0, 0]
         upper = [0.2, 0.2]
         {contact}
         [[body]]
-        meets = "face"
+        contact_at = "face"
         name = "plate"
         shape = "box"
         lower = [0, 0.8]
@@ -136,7 +136,7 @@ fn thrown(dimension: usize, scheme: &str, contact: &str) -> String {
         upper = {}
         velocity = {}
         [[body]]
-        meets = "face"
+        contact_at = "face"
         name = "floor"
         shape = "box"
         lower = {}
@@ -144,7 +144,7 @@ fn thrown(dimension: usize, scheme: &str, contact: &str) -> String {
         velocity = {}
         {contact}
         [[body]]
-        meets = "face"
+        contact_at = "face"
         name = "side"
         shape = "plane"
         point = {}
@@ -239,7 +239,7 @@ fn slid(face: f64, contact: &str, pull: f64, end: f64) -> String {
         lower = [0.2, 0.2]
         upper = [0.6, 0.4]
         [[body]]
-        meets = "face"
+        contact_at = "face"
         name = "table"
         shape = "box"
         lower = [0, 0]
@@ -288,7 +288,7 @@ fn what_parts_is_let_go_and_met_again() {
             upper = [0.4, 0.3]
             velocity = [0, 1]
             [[body]]
-            meets = "face"
+            contact_at = "face"
             name = "table"
             shape = "box"
             lower = [0, 0]
@@ -319,8 +319,8 @@ fn what_parts_is_let_go_and_met_again() {
     }
 }
 
-/// Under gravity every point below the first cell bears what lies above it, to 4 % of the most, on tables at four places within a cell; what
-/// is left are modes of points that have crossed nodes on their way down.
+/// Under gravity every point below the first cell bears what lies above it, to 4 % of the most, on tables at four places within a cell; 3 %
+/// were wanted. With less damping or a shorter ramp it is 17 to 19 % at this time.
 #[test]
 fn columns_rest_on_a_box_wherever_its_face_is() {
     for face in [0.2, 0.1875, 0.175, 0.16] {
@@ -335,7 +335,7 @@ fn columns_rest_on_a_box_wherever_its_face_is() {
             lower = [0, 0.2]
             upper = [0.2, 0.8]
             [[body]]
-            meets = "face"
+            contact_at = "face"
             name = "table"
             shape = "box"
             lower = [0, 0]
@@ -346,7 +346,6 @@ fn columns_rest_on_a_box_wherever_its_face_is() {
             end = 3
             "#
         );
-        // What has come down half a cell rings for long.
         let scheme = QUIET.replace("0.9", "0.5");
         let ran = Ran::of(&elastic("resting", grid, &scheme, [1e6, 0.3], &rest));
         let places = ran.points("position");
@@ -375,14 +374,14 @@ fn no_point_is_inside_a_body_after_fifteen_per_cent() {
         lower = [-0.15, 0.2]
         upper = [0.15, 0.7]
         [[body]]
-        meets = "face"
+        contact_at = "face"
         name = "base"
         shape = "box"
         lower = [-0.4, 0]
         upper = [0.4, 0.2]
         contact = "rough"
         [[body]]
-        meets = "face"
+        contact_at = "face"
         name = "plate"
         shape = "box"
         lower = [-0.4, 0.7]

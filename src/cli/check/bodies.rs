@@ -42,7 +42,7 @@ pub fn bodies(page: &mut Page, slots: &Slots) {
                 BodyContact::Coulomb { friction } => format!("friction {}", figures(friction)),
             };
             let parts = if job.bodies[number].separates { "" } else { ", never parts" };
-            format!(", {contact}{parts}{}", if job.bodies[number].at_face { ", met at its face" } else { "" })
+            format!(", {contact}{parts}{}", if job.bodies[number].at_face { ", contact at its face" } else { "" })
         });
         page.row(&body.name, &format!("{shape}{held}"), &motion(body));
     }

@@ -462,9 +462,9 @@ impl RigidBody {
         });
         form.flag(&mut self.separates, flag("separates", "whether material may part from it", "true").or("true"));
         let about =
-            "what it acts on: nodes, those that lie in it, or face, points at its own face wherever in a cell that is";
-        let key = text("meets", about, "\"face\"").or("nodes");
-        choose(form, &mut self.at_face, "way to meet material", key, &[("nodes", false), ("face", true)]);
+            "where contact is enforced: at the nodes that lie in it, or at its face, wherever in a cell that is";
+        let key = text("contact_at", about, "\"face\"").or("nodes");
+        choose(form, &mut self.at_face, "place of contact", key, &[("nodes", false), ("face", true)]);
         let mut seat = Some(self.seat).filter(|seat| *seat > 0.0);
         let about = "the force that presses it along its first way on grains until they rest, before the run";
         form.number_if_given(&mut seat, number("seat", about, FORCE, POSITIVE, "\"60 N\"").optional());

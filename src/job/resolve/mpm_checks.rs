@@ -224,7 +224,7 @@ pub(super) fn check_faces(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
         } else {
             continue;
         };
-        return Err(table.refusal("meets", &format!("is not possible {reason}. Write meets = \"nodes\".")));
+        return Err(table.refusal("contact_at", &format!("is not possible {reason}. Write contact_at = \"nodes\".")));
     }
     Ok(())
 }
