@@ -129,7 +129,7 @@ fn node_fields<S: Space>(
 fn is_free<S: Space>(world: &World<S>, place: [i32; 3]) -> bool {
     let (cell, y, at) =
         (world.subdomain.layout.cell, world.node_height(place), world.subdomain.layout.node_at::<S::Vector>(place));
-    let near_plate = |away: f64| world.bodies.iter().any(|plate| plate.holds(y + away * cell, cell));
+    let near_plate = |away: f64| world.bodies.iter().any(|plate| plate.is_behind(y + away * cell, cell));
     let near_body = || {
         world.bodies.iter().filter(|body| body.grip.is_some()).any(|body| {
             let place = place_beside(body, &world.assembly.cell, &at);

@@ -139,8 +139,22 @@ impl<S: Space> Body<S> {
         }
     }
 
-    /// Whether a node at height `y` moves with the body: nodes beyond a plate's face, and the one nearest to it.
+    /// How it acts on points at its face, where it meets them there: a plate is rough and lets nothing go.
+    pub fn acts_on_points(&self) -> Option<(Grip, bool)> {
+        match self.shape {
+            _ if !self.meets_points => None,
+            Shape::Plate { .. } => Some((Grip::Rough, false)),
+            _ => self.grip,
+        }
+    }
+
+    /// Whether a node at height `y` moves with the body.
     pub fn holds(&self, y: f64, cell: f64) -> bool {
+        !self.meets_points && self.is_behind(y, cell)
+    }
+
+    /// Whether a node at height `y` is beyond a plate's face, or the one nearest to it.
+    pub fn is_behind(&self, y: f64, cell: f64) -> bool {
         match self.shape {
             Shape::Plate { side: Side::Below, .. } => y <= self.face() + 0.5 * cell,
             Shape::Plate { side: Side::Above, .. } => y >= self.face() - 0.5 * cell,
@@ -241,9 +255,6 @@ impl<S: Space> Body<S> {
     /// Momentum (N s) and mass (kg) of a node that a servo moves with the body: all of a node that it holds rough; else
     /// what its normal has along the servo's direction, without friction. None where it does not hold the node.
     pub fn carried(&self, place: &S::Vector, momentum: &S::Vector, mass: f64) -> Option<(S::Vector, f64)> {
-        if self.meets_points {
-            return None;
-        }
         let ((grip, separates), servo) = (self.grip?, self.servo.as_ref()?);
         let nearest = self.nearest(place).filter(|nearest| nearest.distance <= 0.0)?;
         let opening = (*momentum * (1.0 / mass) - self.velocity_at(place)).dot(&nearest.normal);

@@ -220,8 +220,9 @@ impl<S: Space> BoundaryConditions<'_, S> {
         let mut booked = if self.moment == Moment::Look { None } else { Some(reactions) };
         let mass = points.mass() + grains.mass();
         let unheld = self.unheld(free, node, (points, grains), dt, booked.as_deref_mut());
-        let unheld = met.map_or(unheld, |met| met.velocities);
-        let held = held_by_bodies(unheld, (self.bodies, self.periods), &place, mass, booked.as_deref_mut());
+        let (unheld, is_met) = met.map_or((unheld, false), |met| (met.velocities, true));
+        let of = (self.bodies, self.periods, is_met);
+        let held = held_by_bodies(unheld, of, &place, mass, booked.as_deref_mut());
         held_by_faces::<S>(held, self.grid, self.layout, node, mass, booked)
     }
 
@@ -244,16 +245,16 @@ impl<S: Space> BoundaryConditions<'_, S> {
 }
 
 /// Velocity of a node, and that which forces would give it ([`Hold::on`]), after every body that it or an image of it lies in
-/// has held it, in their order, but for those that meet points at their own face; `mass` is the node's.
+/// has held it, in their order, but for those that have met its material at their own face; `mass` is the node's.
 pub(crate) fn held_by_bodies<S: Space>(
     [mut velocity, mut pushed]: [S::Vector; 2],
-    (bodies, periods): (&[Body<S>], &Cell<S>),
+    (bodies, periods, is_met): (&[Body<S>], &Cell<S>, bool),
     place: &S::Vector,
     mass: f64,
     mut reactions: Option<&mut Reactions>,
 ) -> [S::Vector; 2] {
     for (number, body) in bodies.iter().enumerate() {
-        let Some((grip, separates)) = body.grip.filter(|_| !body.meets_points) else { continue };
+        let Some((grip, separates)) = body.grip.filter(|_| !(is_met && body.meets_points)) else { continue };
         let place = place_beside(body, periods, place);
         let Some(nearest) = body.nearest(&place).filter(|nearest| nearest.distance <= 0.0) else { continue };
         let hold: Hold<S> = Hold { grip, separates, normal: nearest.normal, velocity: body.velocity_at(&place) };

@@ -108,7 +108,8 @@ impl<S: Space> World<'_, S> {
                 continue;
             }
             let place: S::Vector = self.subdomain.layout.node_at(node.place);
-            for (body, held) in self.bodies.iter().enumerate() {
+            let is_met = self.continuum.tiles.faces.met_at(&self.subdomain.nodes.mosaic, number).is_some();
+            for (body, held) in self.bodies.iter().enumerate().filter(|(_, body)| !(is_met && body.meets_points)) {
                 let place = place_beside(held, &self.assembly.cell, &place);
                 if let Some((momentum, mass)) = held.carried(&place, &momentum, mass) {
                     add(body, &momentum, mass);

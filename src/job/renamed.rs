@@ -2,7 +2,7 @@
 //! is read under it, and does what it did before the key was there.
 
 use super::schema::Kind;
-use super::tree::{Entry, Node, Value};
+use super::tree::{Entry, Node, Place, Value};
 
 /// A key under its old name and its new one, in the same table.
 pub struct Renamed {
@@ -48,19 +48,46 @@ impl Renamed {
 }
 
 /// Keys whose default is not what programs did that had no such key, and that.
-const LATER: [(Kind, &str, &str, bool); 2] =
-    [(Kind::Mpm, "scheme", "volume_averaging", false), (Kind::Shear, "continuum", "volume_averaging", false)];
+const LATER: [(Kind, &str, &str, Earlier); 3] = [
+    (Kind::Mpm, "scheme", "volume_averaging", Earlier::Flag(false)),
+    (Kind::Shear, "continuum", "volume_averaging", Earlier::Flag(false)),
+    (Kind::Mpm, "body", "contact_at", Earlier::Text("nodes")),
+];
+
+/// What a program without a key did.
+#[derive(Clone, Copy)]
+enum Earlier {
+    Flag(bool),
+    Text(&'static str),
+}
+
+impl Earlier {
+    fn value(self) -> (Value, String) {
+        match self {
+            Self::Flag(flag) => (Value::Flag(flag), flag.to_string()),
+            Self::Text(text) => (Value::Text(text.to_string()), format!("\"{text}\"")),
+        }
+    }
+
+    /// Stands in a table, or in every table of a list, that does not say.
+    fn stand_in(self, node: &mut Node, (place, key): (Place, &str)) {
+        match &mut node.value {
+            Value::Table(entries) if entries.iter().all(|entry| entry.key != key) => {
+                let (value, typed) = self.value();
+                entries.push(Entry { key: key.to_string(), place, node: Node { value, place, typed } });
+            }
+            Value::List(tables) => tables.iter_mut().for_each(|table| self.stand_in(table, (place, key))),
+            _ => {}
+        }
+    }
+}
 
 /// Brings a job that an earlier version has written out, with all its keys, to the names and keys of today.
 pub fn translate(root: &mut Node, kind: Kind) {
-    for (_, table, key, value) in LATER.iter().filter(|later| later.0 == kind) {
-        let Some(Entry { place, node, .. }) = root.get_mut(table).filter(|table| table.node.get(key).is_none()) else {
-            continue;
-        };
-        let (place, key) = (*place, (*key).to_string());
-        if let Value::Table(entries) = &mut node.value {
-            let node = Node { value: Value::Flag(*value), place, typed: value.to_string() };
-            entries.push(Entry { key, place, node });
+    for (_, table, key, earlier) in LATER.iter().filter(|later| later.0 == kind) {
+        if let Some(Entry { place, node, .. }) = root.get_mut(table) {
+            let place = *place;
+            earlier.stand_in(node, (place, key));
         }
     }
     for renamed in RENAMED.iter().filter(|renamed| renamed.kind == kind) {

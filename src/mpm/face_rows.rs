@@ -9,13 +9,15 @@ use crate::mpm::tile::Mosaic;
 pub struct Met<S: Space> {
     /// See [`ColumnNode::velocities`], as faces have left them so far.
     pub velocities: [S::Vector; 2],
+    /// Of what moves with it, kg; zero without points.
+    pub mass: f64,
     /// What the face on each side gave it in the last step, N s.
     pub impulses: [S::Vector; SIDES],
 }
 
 impl<S: Space> Met<S> {
-    pub fn untouched(velocities: [S::Vector; 2]) -> Self {
-        Self { velocities, impulses: [S::Vector::zero(); SIDES] }
+    pub fn untouched(velocities: [S::Vector; 2], mass: f64) -> Self {
+        Self { velocities, mass, impulses: [S::Vector::zero(); SIDES] }
     }
 }
 
@@ -26,6 +28,8 @@ pub type Impulses<S> = [<S as Space>::Vector; 2];
 #[derive(Clone, Debug)]
 pub struct FaceRows<S: Space> {
     pub set: Option<FaceSet>,
+    /// Sides that material is in front of, in the order in which they act; the same on every rank.
+    pub sides: Vec<usize>,
     /// Tiles of this rank that may have points near faces.
     pub near: Vec<bool>,
     /// By tile row, and of owned nodes.
@@ -42,6 +46,7 @@ impl<S: Space> Default for FaceRows<S> {
     fn default() -> Self {
         Self {
             set: None,
+            sides: Vec::new(),
             near: Vec::new(),
             brought: Vec::new(),
             sums: Vec::new(),
@@ -57,12 +62,13 @@ impl<S: Space> FaceRows<S> {
         let (gathered, spread) = (mosaic.rows() + mosaic.rows_received, mosaic.rows() + mosaic.rows_spread);
         Self {
             set: None,
+            sides: Vec::new(),
             near: vec![false; mosaic.tiles],
             brought: vec![Brought::ZERO; gathered],
             sums: vec![Brought::ZERO; mosaic.owned.len()],
             columns: vec![ColumnNode::zero(); spread],
             impulses: vec![[S::Vector::zero(); 2]; gathered],
-            met: vec![Met::untouched([S::Vector::zero(); 2]); mosaic.owned.len()],
+            met: vec![Met::untouched([S::Vector::zero(); 2], 0.0); mosaic.owned.len()],
         }
     }
 
@@ -96,13 +102,29 @@ impl<S: Space> FaceRows<S> {
         }
     }
 
-    /// What owned nodes show to the columns of a side, their masses given.
-    pub fn show(&mut self, mosaic: &Mosaic, side: usize, mass: impl Fn(usize) -> f64) {
+    /// A node that faces act on, by its number among the owned ones; none away from them, or where no material is in front of one.
+    pub fn met_at(&self, mosaic: &Mosaic, number: usize) -> Option<&Met<S>> {
+        let near = self.near.get(number / mosaic.owned_per_tile()) == Some(&true);
+        (near && self.sums[number].has_area()).then(|| &self.met[number])
+    }
+
+    /// For each side whether any material is in front of it at the nodes that this rank owns: 1 or 0.
+    pub fn is_met(&self, mosaic: &Mosaic) -> [i64; SIDES] {
+        let mut met = [0; SIDES];
         for number in self.owned(mosaic) {
-            let (brought, velocities) = (&self.sums[number], self.met[number].velocities);
+            for (side, met) in met.iter_mut().enumerate() {
+                *met |= i64::from(self.sums[number].area(side) != 0.0);
+            }
+        }
+        met
+    }
+
+    /// What owned nodes show to the columns of a side.
+    pub fn show(&mut self, mosaic: &Mosaic, side: usize) {
+        for number in self.owned(mosaic) {
+            let (brought, Met { velocities, mass, .. }) = (&self.sums[number], self.met[number]);
             let (area, touch) = (brought.area(side), brought.touch(side));
-            self.columns[mosaic.owned[number].row as usize] =
-                ColumnNode { mass: mass(number), area, touch, velocities };
+            self.columns[mosaic.owned[number].row as usize] = ColumnNode { mass, area, touch, velocities };
         }
     }
 
@@ -121,10 +143,10 @@ impl<S: Space> FaceRows<S> {
         }
     }
 
-    /// Nodes take what the columns of a side give them, their masses given.
-    pub fn take(&mut self, mosaic: &Mosaic, side: usize, mass: impl Fn(usize) -> f64) {
+    /// Nodes take what the columns of a side give them.
+    pub fn take(&mut self, mosaic: &Mosaic, side: usize) {
         for number in self.owned(mosaic) {
-            let mass = mass(number);
+            let mass = self.met[number].mass;
             if mass <= 0.0 {
                 continue;
             }

@@ -8,9 +8,12 @@
 //! T_i = sum_p N_i(x_p) t_p                            whether points touch: t = 0.6 where d_p - r_p < 0.02 h, else -0.4 where d_p < 2 r_p
 //! ```
 //!
-//! with n from the body into the material, d_p a point's distance, r_p half of its box along n and h the cell: gradients of what is inside
-//! the material cancel (the divergence theorem), and its free side is out of the face's reach or counted by the points in front of it
-//! alone. The nodes of one grid line across the face are a column s. Its material goes with the body on average, not node by node,
+//! with n from the body into the material, d_p a point's distance, r_p half of its box along n, h the cell, and w_p times the share of the
+//! box that is in front of the face: gradients of what is inside the material cancel (the divergence theorem), and its free side is out of
+//! the face's reach or counted by the points in front of it alone. The nodes of one grid line across the face are a column s; lines less
+//! than a cell within an edge of the face, and those beyond it, belong to the column of the next one, so that what the face covers of
+//! them bears the pressure there, and no line is acted on or let go as a whole where an edge passes it. The material of a column goes with
+//! the body on average, not node by node,
 //!
 //! ```text
 //! c = sum w n.(v_i - V(x_i)),   u = sum w (v_i - V(x_i)) - c n,   K = sum w^2/m_i,   A = sum w
@@ -23,11 +26,12 @@
 //! those of an interface in the material point method (Huang et al. 2011; Nairn 2013); what is ours is their sum over a column.
 //!
 //! A face acts on nodes within the reach of the functions and a twentieth of a cell. Of faces of two bodies that look at each other the
-//! nearer has a node, and so of faces that look the same way. Where material moves along a face integration may carry
+//! nearer has a node, and so of faces that look the same way. Nodes that no point in front of a face reaches, which a membrane alone may
+//! have, are held where they lie in the body, as by bodies without faces. Where material moves along a face integration may carry
 //! a point a little into it: a guard brings it back by at most 0.002 h a step.
 
 use crate::base::space::{Linear, Space};
-use crate::bodies::body::{Body, Shape as Form};
+use crate::bodies::body::{Body, Shape as Form, Side};
 use crate::bodies::boundary::Grip;
 use crate::mpm::points::Hot;
 use crate::mpm::scatter::TileFrame;
@@ -37,8 +41,8 @@ use crate::mpm::shape::{Cubic, DRIFT_MAX, Generalised, LinearHat, Quadratic, Sha
 /// Sides that faces have: the lower and the upper of each axis.
 pub const SIDES: usize = 6;
 
-/// Nodes of a column, at most.
-pub const COLUMN_MAX: usize = 5;
+/// Lines beyond an edge of a face that may belong to the column of the last line within it.
+const BESIDE: i32 = 2;
 
 /// Lengths in cells: what counts as touching, what is beside a face beyond the reach of functions, how far a point may be to count, and what
 /// the guard keeps clear and moves in a step.
@@ -122,9 +126,21 @@ pub struct Face {
     pub side: usize,
     at: f64,
     bounds: [[f64; 2]; 3],
+    /// Across each other axis, the first and the last grid line that have a column of their own: those a cell or more from its edges, or
+    /// one in the middle of a face that is narrower.
+    lines: [[i32; 2]; 3],
 }
 
 impl Face {
+    fn new(solid: &Solid, side: usize, at: f64) -> Self {
+        let lines = solid.bounds.map(|[lower, upper]| {
+            // Infinite bounds end in the least and the largest of integers.
+            let [first, last] = [(lower + 1.0 - SPANS).ceil() as i32, (upper - 1.0 + SPANS).floor() as i32];
+            if first <= last { [first, last] } else { [(0.5 * (lower + upper)).round() as i32; 2] }
+        });
+        Self { body: solid.body, side, at, bounds: solid.bounds, lines }
+    }
+
     pub fn axis(&self) -> usize {
         self.side / 2
     }
@@ -165,6 +181,10 @@ impl Brought {
         self.0[SIDES + side]
     }
 
+    pub fn has_area(&self) -> bool {
+        self.0[..SIDES].iter().any(|area| *area != 0.0)
+    }
+
     pub fn add(&mut self, other: &Self) {
         self.0.iter_mut().zip(&other.0).for_each(|(word, more)| *word += more);
     }
@@ -187,10 +207,10 @@ impl<S: Space> ColumnNode<S> {
     }
 }
 
-/// One of its nodes by its steps from the anchor, and its place beside the body.
+/// One of its nodes by its steps from the anchor along each axis, and its place beside the body.
 #[derive(Clone, Copy, Debug)]
 pub struct Link<S: Space> {
-    pub steps: i32,
+    pub steps: [i32; 3],
     pub place: S::Vector,
 }
 
@@ -204,16 +224,11 @@ impl FaceSet {
             for side in 0..2 * lattice.dimension {
                 let at = solid.bounds[side / 2][side % 2];
                 if at.is_finite() {
-                    faces.push(Face { body: solid.body, side, at, bounds: solid.bounds });
+                    faces.push(Face::new(solid, side, at));
                 }
             }
         }
         Self { lattice, solids, faces }
-    }
-
-    /// Whether anything looks that way.
-    pub fn has_side(&self, side: usize) -> bool {
-        self.faces.iter().any(|face| face.side == side)
     }
 
     /// Whether points of a block may be near enough to count, the block's first node and its nodes per axis given.
@@ -229,35 +244,58 @@ impl FaceSet {
         })
     }
 
-    /// In front of which side of a body a place is, and its distance; none beyond an edge.
-    fn in_front<S: Space>(&self, solid: &Solid, position: &S::Vector) -> Option<(usize, f64)> {
-        let (mut front, mut inside) = (None, (0, f64::NEG_INFINITY));
+    /// The sides of a body that a place is in front of, its distances, and the share of a box about it, given by its half edges, that is so
+    /// too; of a place inside the body the nearest side.
+    fn in_front<S: Space>(
+        &self,
+        solid: &Solid,
+        position: &S::Vector,
+        halves: [f64; 3],
+    ) -> impl Iterator<Item = (usize, f64, f64)> {
+        let (mut outside, mut inside) = ([None; 3], (0, f64::NEG_INFINITY));
+        let mut covered = [1.0; 3];
         for axis in 0..self.lattice.dimension {
             let [lower, upper] = solid.bounds[axis];
             let coordinate = (position[axis] - self.lattice.corner[axis]) / self.lattice.cell;
             let coordinate = self.lattice.image(axis, coordinate, [lower, upper]);
             for (side, distance) in [(2 * axis, lower - coordinate), (2 * axis + 1, coordinate - upper)] {
                 if distance > 0.0 {
-                    if front.is_some() {
-                        return None;
-                    }
-                    front = Some((side, distance));
+                    outside[axis] = Some((side, distance));
                 } else if distance > inside.1 {
                     inside = (side, distance);
                 }
             }
+            let half = halves[axis];
+            let within = (coordinate + half).min(upper) - (coordinate - half).max(lower);
+            covered[axis] = match half {
+                0.0 => f64::from(u8::from(outside[axis].is_none())),
+                half => (within / (2.0 * half)).clamp(0.0, 1.0),
+            };
         }
-        Some(front.unwrap_or(inside)).filter(|(_, distance)| distance.is_finite())
+        let is_outside = outside.iter().any(Option::is_some);
+        let nearest = (!is_outside && inside.1.is_finite()).then_some((inside.0, inside.1, 1.0));
+        let share =
+            move |axis: usize| (0..3).filter(|other| *other != axis).map(|other| covered[other]).product::<f64>();
+        let fronts = (0..3).filter_map(move |axis| outside[axis].map(|(side, distance)| (side, distance, share(axis))));
+        fronts.filter(|(_, _, share)| *share > 0.0).chain(nearest)
     }
 
-    /// Whether a grid line across a face meets it. Lines beyond its edges are free, though some of what moves with them is in front of
-    /// it: a column follows the body whatever its area, and a footing would be wider by as much as functions reach.
-    fn is_across(&self, face: &Face, place: [i32; 3]) -> bool {
-        (0..self.lattice.dimension).filter(|axis| *axis != face.axis()).all(|axis| {
+    /// The line whose column a grid line across a face belongs to, and how far it is beyond the face's edges, in cells; none where the
+    /// face does not reach. Coordinates across the face alone are told.
+    fn line_of(&self, face: &Face, place: [i32; 3]) -> Option<([i32; 3], f64)> {
+        let (mut line, mut beyond) = ([0; 3], 0.0f64);
+        for axis in (0..self.lattice.dimension).filter(|axis| *axis != face.axis()) {
             let [lower, upper] = face.bounds[axis];
             let at = self.lattice.image(axis, f64::from(place[axis]), [lower, upper]);
-            lower - at <= SPANS && at - upper <= SPANS
-        })
+            let excess = (lower - at).max(at - upper);
+            let [first, last] = face.lines[axis];
+            line[axis] = (at.round() as i32).clamp(first, last);
+            if excess > self.lattice.reach() || (at.round() as i32).abs_diff(line[axis]) > BESIDE as u32 {
+                return None;
+            }
+            beyond = beyond.max(excess);
+        }
+        Some((line, beyond))
     }
 
     /// How far a node is from a face along its normal, in cells; none out of its reach.
@@ -268,27 +306,35 @@ impl FaceSet {
         Some(at - length * periods - face.at).filter(|offset| offset.abs() < self.lattice.reach() + BEYOND)
     }
 
-    /// The face on a side that has a node of the domain, by its number.
+    /// The face on a side that has a node of the domain, by its number, and the line whose column that is.
     pub fn face_at(&self, place: [i32; 3], side: usize) -> Option<usize> {
-        let mut nearest: Option<(f64, usize)> = None;
+        self.face_and_line(place, side).map(|(number, _)| number)
+    }
+
+    fn face_and_line(&self, place: [i32; 3], side: usize) -> Option<(usize, [i32; 3])> {
+        let mut nearest: Option<([f64; 2], usize, [i32; 3])> = None;
         for (number, face) in self.faces.iter().enumerate().filter(|(_, face)| face.side == side) {
-            let Some(offset) = self.offset(face, place).filter(|_| self.is_across(face, place)) else { continue };
-            if nearest.is_none_or(|(other, _)| offset.abs() < other) {
-                nearest = Some((offset.abs(), number));
+            let Some(offset) = self.offset(face, place) else { continue };
+            let Some((line, beyond)) = self.line_of(face, place) else { continue };
+            let far = [beyond, offset.abs()];
+            if nearest.is_none_or(|(other, _, _)| far < other) {
+                nearest = Some((far, number, line));
             }
         }
-        let (distance, number) = nearest?;
+        let ([_, distance], number, line) = nearest?;
         let this = &self.faces[number];
         let opposite = self.faces.iter().filter(|face| face.side == side ^ 1 && face.body != this.body);
         for other in opposite {
             // Faces back to back have nothing between them.
             let between = sign(side) * (self.lattice.image(other.axis(), other.at, [this.at; 2]) - this.at);
-            let Some(offset) = self.offset(other, place).filter(|_| self.is_across(other, place)) else { continue };
+            let Some(offset) = self.offset(other, place).filter(|_| self.line_of(other, place).is_some()) else {
+                continue;
+            };
             if between >= 0.0 && offset.abs() < distance {
                 return None;
             }
         }
-        Some(number)
+        Some((number, line))
     }
 
     /// Steps from the anchor of a column to its lowest node at most: with what lies above it is within a tile.
@@ -296,35 +342,67 @@ impl FaceSet {
         if self.lattice.shape == ShapeFunction::Cubic { 2 } else { 1 }
     }
 
-    /// The nodes of the column of a face that has its anchor at a node of the domain; none where there is no such column. Of the nodes that
-    /// a face may reach on a grid line exactly one is the anchor.
-    pub fn column<S: Space>(&self, number: usize, anchor: [i32; 3]) -> impl Iterator<Item = Link<S>> + '_ {
+    /// The line of a face whose column has its anchor on a grid line across the face, if any has: the line itself, but for the first one
+    /// within an edge, of which those beyond must be within a tile too.
+    fn line_of_anchor(&self, face: &Face, anchor: [i32; 3]) -> Option<[i32; 3]> {
+        let mut line = [0; 3];
+        for axis in (0..self.lattice.dimension).filter(|axis| *axis != face.axis()) {
+            let at = self.lattice.image(axis, f64::from(anchor[axis]), face.bounds[axis]).round() as i32;
+            let [first, last] = face.lines[axis];
+            let has_before = self.lattice.periodic[axis] || f64::from(first - 1) >= self.lattice.extent[axis][0];
+            let shifts = face.bounds[axis][0].is_finite() && has_before;
+            line[axis] = if shifts && at <= first { at + 1 } else { at };
+            if !(first..=last).contains(&line[axis]) {
+                return None;
+            }
+        }
+        Some(line)
+    }
+
+    /// The nodes of the column of a face that has its anchor at a node of the domain; none where there is no such column. Every column of a
+    /// face has exactly one anchor.
+    pub fn column<S: Space>(&self, number: usize, anchor: [i32; 3], nodes: &mut Vec<Link<S>>) {
         let (face, below, axis) = (self.faces[number], self.below(), self.faces[number].axis());
         let reach = self.lattice.reach() + BEYOND;
         let first = (face.at + f64::from(below + 1) - reach).floor() as i32;
-        let is_anchor = {
-            let mut along = anchor;
-            along[axis] = first;
-            self.lattice.wrapped(along) == anchor && self.is_across(&face, anchor)
+        let mut along = anchor;
+        along[axis] = first;
+        if self.lattice.wrapped(along) != anchor {
+            return;
+        }
+        let Some(mut line) = self.line_of_anchor(&face, anchor) else { return };
+        let at_edge = |of: usize| (0..2).any(|end| face.bounds[of][end].is_finite() && line[of] == face.lines[of][end]);
+        let steps = |of: usize| if of == axis || at_edge(of) { -below..below + 2 } else { 0..1 };
+        let steps: [_; 3] = std::array::from_fn(steps);
+        // Places of a line are those beside the face.
+        line[axis] = first;
+        let beside = |of: usize| match of {
+            of if of == axis => first,
+            of => self.lattice.image(of, f64::from(anchor[of]), face.bounds[of]).round() as i32,
         };
-        let steps = if is_anchor { -below..below + 2 } else { 0..0 };
-        steps.filter_map(move |steps| {
-            let at = f64::from(first + steps);
-            let mut place = anchor;
-            place[axis] = first + steps;
-            let mut lies = S::Vector::zero();
-            for along in 0..S::DIMENSION {
-                let coordinate = if along == axis {
-                    at
-                } else {
-                    self.lattice.image(along, f64::from(anchor[along]), face.bounds[along])
-                };
-                lies[along] = self.lattice.corner[along] + coordinate * self.lattice.cell;
+        let origin: [i32; 3] = std::array::from_fn(|of| if of < S::DIMENSION { beside(of) } else { 0 });
+        for k in steps[2].clone() {
+            for j in steps[1].clone() {
+                for i in steps[0].clone() {
+                    let steps = [i, j, k];
+                    let place: [i32; 3] = std::array::from_fn(|of| origin[of] + steps[of]);
+                    if (f64::from(place[axis]) - face.at).abs() >= reach {
+                        continue;
+                    }
+                    let Some((has, mut of_line)) = self.face_and_line(self.lattice.wrapped(place), face.side) else {
+                        continue;
+                    };
+                    of_line[axis] = first;
+                    if has == number && of_line == line {
+                        let mut lies = S::Vector::zero();
+                        for along in 0..S::DIMENSION {
+                            lies[along] = self.lattice.corner[along] + f64::from(place[along]) * self.lattice.cell;
+                        }
+                        nodes.push(Link { steps, place: lies });
+                    }
+                }
             }
-            let has =
-                (at - face.at).abs() < reach && self.face_at(self.lattice.wrapped(place), face.side) == Some(number);
-            has.then_some(Link { steps, place: lies })
-        })
+        }
     }
 
     /// Where a node of a face is beside its body, m.
@@ -354,40 +432,48 @@ impl FaceSet {
         }
     }
 
-    /// For each side that a point is in front of and near to, t.
-    fn sides_of<S: Space>(&self, point: &Hot<S>) -> [Option<f64>; SIDES] {
-        let mut sides = [None; SIDES];
+    /// For each side that a point is in front of and near to, the share of its box that is so, and t.
+    fn sides_of<S: Space>(&self, point: &Hot<S>) -> [Option<[f64; 2]>; SIDES] {
+        let mut sides: [Option<[f64; 2]>; SIDES] = [None; SIDES];
+        let mut halves = [0.0; 3];
+        for (axis, half) in halves.iter_mut().enumerate().take(S::DIMENSION) {
+            let stretch = |along: usize| point.deformation[along * S::DIMENSION + axis].abs();
+            *half = self.lattice.point_half * (0..S::DIMENSION).map(stretch).sum::<f64>();
+        }
         for solid in &self.solids {
-            let Some((side, distance)) = self.in_front::<S>(solid, &point.position) else { continue };
-            if distance.abs() > FELT {
-                continue;
+            for (side, distance, share) in self.in_front::<S>(solid, &point.position, halves) {
+                if distance.abs() > FELT {
+                    continue;
+                }
+                let half = halves[side / 2];
+                let touch = match distance {
+                    distance if distance - half < TOUCH => TOUCHES,
+                    distance if distance < 2.0 * half => IS_NEAR,
+                    _ => 0.0,
+                };
+                sides[side] = Some(match sides[side] {
+                    None => [share, touch],
+                    // Bodies side by side share a point; of bodies behind each other the nearer says whether it touches.
+                    Some([other, told]) => {
+                        let touch = if told == TOUCHES || (told == IS_NEAR && touch == 0.0) { told } else { touch };
+                        [(other + share).min(1.0), touch]
+                    }
+                });
             }
-            let stretch = |along: usize| point.deformation[along * S::DIMENSION + side / 2].abs();
-            let half = self.lattice.point_half * (0..S::DIMENSION).map(stretch).sum::<f64>();
-            let touch = match distance {
-                distance if distance - half < TOUCH => TOUCHES,
-                distance if distance < 2.0 * half => IS_NEAR,
-                _ => 0.0,
-            };
-            sides[side] = match sides[side] {
-                Some(other) if other == TOUCHES || (other == IS_NEAR && touch == 0.0) => Some(other),
-                _ => Some(touch),
-            };
         }
         sides
     }
 
-    /// Moves points that have come too near to a face a little away from where it will be after a time `dt`.
-    pub fn guard<S: Space>(&self, bodies: &[Body<S>], dt: f64, points: &mut [Hot<S>]) {
-        for point in points {
-            for solid in &self.solids {
-                let Some((side, distance)) = self.in_front::<S>(solid, &point.position) else { continue };
-                let approach = sign(side) * bodies[solid.body].velocity[side / 2] * dt / self.lattice.cell;
-                let missing = CLEAR - (distance - approach);
-                if missing > 0.0 {
-                    let way = (GUARD_SHARE * missing).min(GUARD_MAX) * self.lattice.cell;
-                    point.position[side / 2] += sign(side) * way;
-                }
+    /// Moves a point or a vertex that has come too near to a face a little away from where it will be after a time `dt`.
+    pub fn guard<S: Space>(&self, bodies: &[Body<S>], dt: f64, position: &mut S::Vector) {
+        for solid in &self.solids {
+            let front = self.in_front::<S>(solid, position, [0.0; 3]).next();
+            let Some((side, distance, _)) = front else { continue };
+            let approach = sign(side) * bodies[solid.body].velocity[side / 2] * dt / self.lattice.cell;
+            let missing = CLEAR - (distance - approach);
+            if missing > 0.0 {
+                let way = (GUARD_SHARE * missing).min(GUARD_MAX) * self.lattice.cell;
+                position[side / 2] += sign(side) * way;
             }
         }
     }
@@ -420,7 +506,8 @@ fn solid<S: Space>(lattice: &Lattice, body: usize, of: &Body<S>) -> Option<Solid
             let axis = (0..S::DIMENSION).find(|axis| normal[*axis].abs() == 1.0)?;
             bounds[axis][usize::from(normal[axis] > 0.0)] = in_cells(axis, point[axis]);
         }
-        Form::Plate { .. } | Form::Layer | Form::Cylinder { .. } => return None,
+        Form::Plate { side, face } => bounds[1][usize::from(side == Side::Below)] = in_cells(1, face),
+        Form::Layer | Form::Cylinder { .. } => return None,
     }
     Some(Solid { body, bounds })
 }
@@ -429,7 +516,7 @@ fn solid<S: Space>(lattice: &Lattice, body: usize, of: &Body<S>) -> Option<Solid
 fn bring<S: Space, F: Shape<N>, const N: usize>(
     frame: &TileFrame<S>,
     point: &Hot<S>,
-    sides: &[Option<f64>; SIDES],
+    sides: &[Option<[f64; 2]>; SIDES],
     tile: &mut [Brought],
 ) {
     let stencil = frame.stencil::<F, N>(&point.position);
@@ -443,10 +530,10 @@ fn bring<S: Space, F: Shape<N>, const N: usize>(
                 let [x, y, z]: [f64; 3] = std::array::from_fn(|axis| stencil.values[axis][at[axis]]);
                 let slope = |axis: usize| stencil.slopes[axis][at[axis]];
                 let slopes = [slope(0) * y * z, x * slope(1) * z, x * y * slope(2)];
-                for (side, touch) in sides.iter().enumerate() {
-                    if let Some(touch) = touch {
-                        node[side] -= sign(side) * volume * slopes[side / 2];
-                        node[SIDES + side] += touch * (x * y * z);
+                for (side, front) in sides.iter().enumerate() {
+                    if let Some([share, touch]) = front {
+                        node[side] -= sign(side) * (share * volume) * slopes[side / 2];
+                        node[SIDES + side] += share * touch * (x * y * z);
                     }
                 }
             }
@@ -470,11 +557,11 @@ pub struct ColumnSums<S: Space> {
 
 impl<S: Space> ColumnSums<S> {
     /// Of nodes with the body's velocity at each.
-    pub fn of(nodes: &[(ColumnNode<S>, S::Vector)]) -> Self {
+    pub fn of(nodes: impl Iterator<Item = (ColumnNode<S>, S::Vector)>) -> Self {
         let mut sums = Self { slips: [S::Vector::zero(); 2], softness: 0.0, area: 0.0, touch: 0.0, size: 0.0 };
         for (node, velocity) in nodes {
             for (slip, own) in sums.slips.iter_mut().zip(&node.velocities) {
-                *slip += (*own - *velocity) * node.area;
+                *slip += (*own - velocity) * node.area;
             }
             sums.softness += node.area * node.area / node.mass;
             sums.area += node.area;

@@ -45,6 +45,16 @@ pub struct Stepped<S: Space> {
     pub grains: GrainChange<S>,
 }
 
+/// The velocity that nothing holds of a node that has mass: (P_c - lambda)/m_c, without what a node that points hardly reach would lose to
+/// round-off, for J goes with the grains' mass.
+pub fn free<S: Space>(node: &Gathered<S>, grains: &GrainNode<S>, gravity: &S::Vector, dt: f64) -> S::Vector {
+    let momentum = node.momentum() + node.force() * dt + *gravity * (node.mass() * dt) - grains.given();
+    match grains.mass() > 0.0 {
+        true => (momentum + grains.momentum()) * (1.0 / (node.mass() + grains.mass())),
+        false => momentum * (1.0 / node.mass()),
+    }
+}
+
 /// The step of a node that has mass. `hold` says what becomes of a velocity where something holds the node; it acts on both
 /// sides.
 pub fn step<S: Space>(
@@ -55,12 +65,10 @@ pub fn step<S: Space>(
     hold: impl FnOnce(S::Vector) -> S::Vector,
 ) -> Stepped<S> {
     let (mass, grain_mass) = (node.mass(), grains.mass());
-    let momentum = node.momentum() + node.force() * dt + *gravity * (mass * dt) - grains.given();
+    let velocity = hold(free(node, grains, gravity, dt));
     if grain_mass <= 0.0 {
-        return Stepped { velocity: hold(momentum * (1.0 / mass)), grains: GrainChange::zero() };
+        return Stepped { velocity, grains: GrainChange::zero() };
     }
-    // (P_c - lambda)/m_c, without what a node that points hardly reach would lose to round-off: J goes with the grains' mass.
-    let velocity = hold((momentum + grains.momentum()) * (1.0 / (mass + grain_mass)));
     let both = mass + grain_mass;
     let share = Share::new(mass / both, node.along().map(|of_membranes| of_membranes / both));
     let change = velocity - grains.momentum() * (1.0 / grain_mass);

@@ -74,7 +74,9 @@ pub fn specimen(job: &Mpm, granular: &Granular, way_of_seat: impl Fn(&RigidBody)
     let body = |rigid: &RigidBody| {
         let way = way_of_seat(rigid).map(|velocity| PathPoint { time: 0.0, velocity, spin: [0.0; 3] });
         let motion = Motion { path: way.into_iter().collect(), servo: rigid.body.motion.servo };
-        RigidBody { body: Body { name: String::new(), motion, ..rigid.body.clone() }, ..rigid.clone() }
+        // Grains meet bodies at their face, whatever points do.
+        let at_face = false;
+        RigidBody { body: Body { name: String::new(), motion, ..rigid.body.clone() }, at_face, ..rigid.clone() }
     };
     // Of the material only its stiffness is looked at.
     let stiffness =

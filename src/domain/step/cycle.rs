@@ -103,6 +103,7 @@ impl<S: Space> World<'_, S> {
         if !self.is_coupled() {
             return;
         }
+        self.meet_faces(Moment::Step);
         match S::DIMENSION {
             2 => self.spread_changes::<{ CHANGES[0] }>(),
             _ => self.spread_changes::<{ CHANGES[1] }>(),
@@ -140,15 +141,18 @@ impl<S: Space> World<'_, S> {
         let (gravity, dt, done) = (self.gravity_now(), self.settings.grains.dt, self.step_of_cycle + 1);
         let Self { subdomain, assembly, continuum: Continuum { tiles, .. }, bodies, settings, reactions, .. } = self;
         let (Subdomain { nodes, layout, .. }, periods) = (&*subdomain, &assembly.cell);
-        let Tiles { sums, grain_sums, grain_changes, strides, shared, .. } = tiles;
+        let Tiles { sums, grain_sums, grain_changes, strides, shared, faces, .. } = tiles;
         let (mosaic, grid) = (&nodes.mosaic, &settings.grid);
         let conditions = BoundaryConditions { grid, layout, bodies, periods, gravity, moment: Moment::Step };
         let per_tile = mosaic.owned_per_tile();
-        let wanted = (0..mosaic.tiles).filter(|tile| mosaic.tiers[*tile] == tier && shared[*tile]);
+        let near = |tile: usize| faces.near.get(tile) == Some(&true);
+        let wanted = (0..mosaic.tiles).filter(|tile| mosaic.tiers[*tile] == tier && (shared[*tile] || near(*tile)));
         for number in wanted.flat_map(|tile| tile * per_tile..(tile + 1) * per_tile) {
             let (node, sum, grains) = (&mosaic.owned[number], &mut sums[number], &grain_sums[number]);
             let change = &mut grain_changes[node.row as usize];
-            if sum.mass() <= 0.0 || grains.mass() <= 0.0 {
+            // Columns of a face go together, whether grains are among their nodes or not.
+            let met = faces.met_at(mosaic, number);
+            if sum.mass() <= 0.0 || (grains.mass() <= 0.0 && met.is_none()) {
                 *change = nodes::without_points(grains);
                 continue;
             }
@@ -157,7 +161,7 @@ impl<S: Space> World<'_, S> {
                 stride.brought = sum.momentum() * (1.0 / sum.mass());
             }
             let dt = (done - stride.taken) as f64 * dt;
-            let hold = |free: S::Vector| conditions.on(free, (node, None), (sum, grains), dt, reactions);
+            let hold = |free: S::Vector| conditions.on(free, (node, met), (sum, grains), dt, reactions);
             let Stepped { velocity, grains } = nodes::step(sum, grains, &gravity, dt, hold);
             *change = grains;
             stride.taken = done;

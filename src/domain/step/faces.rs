@@ -12,7 +12,8 @@ use crate::domain::subdomain::Subdomain;
 use crate::domain::world::World;
 use crate::mpm::continuum::Continuum;
 use crate::mpm::face_rows::{FaceRows, Met};
-use crate::mpm::faces::{Brought, COLUMN_MAX, ColumnNode, ColumnSums, FaceSet, Link, SIDES};
+use crate::mpm::faces::{Brought, ColumnNode, ColumnSums, FaceSet, Link, SIDES};
+use crate::mpm::nodes;
 use crate::mpm::tile::{GrainNode, Mosaic};
 
 /// Numbers of a node in a message, in the plane and in space: areas and touches of all sides; mass, area, touch and both velocities; and
@@ -25,12 +26,6 @@ impl<S: Space> World<'_, S> {
     /// Whether any body meets points at its own face.
     pub(crate) fn meets_faces(&self) -> bool {
         self.has_points() && self.bodies.iter().any(|body| body.meets_points)
-    }
-
-    /// The sides that have a face, in the order in which they act.
-    fn sides(&self) -> Vec<usize> {
-        let set = self.continuum.tiles.faces.set.as_ref();
-        (0..2 * S::DIMENSION).filter(|side| set.is_some_and(|set| set.has_side(*side))).collect()
     }
 
     /// Where faces are now, and what points bring to them.
@@ -66,7 +61,14 @@ impl<S: Space> World<'_, S> {
             _ => self.gather_brought::<{ BROUGHT[1] }>(),
         }
         let timer = self.phases.start();
-        self.continuum.tiles.faces.sum(&self.subdomain.nodes.mosaic);
+        let (mosaic, faces) = (&self.subdomain.nodes.mosaic, &mut self.continuum.tiles.faces);
+        faces.sum(mosaic);
+        let mut met = faces.is_met(mosaic);
+        if self.transport.size() > 1 {
+            self.transport.sum(&mut met);
+        }
+        faces.sides.clear();
+        faces.sides.extend((0..SIDES).filter(|side| met[*side] > 0));
         self.phases.stop(Phase::Nodes, timer);
     }
 
@@ -85,24 +87,33 @@ impl<S: Space> World<'_, S> {
         );
     }
 
-    /// Velocities of nodes near faces before these act.
+    /// Velocities of nodes near faces before these act, and their masses: of grains and points together, as far as they have gone in the cycle.
     fn unmet(&mut self, moment: Moment) {
-        let (dt, gravity) = (self.dt_of_continuum(), self.gravity_now());
+        let (step, cycle) = (self.settings.grains.dt, self.dt_of_continuum());
+        let (gravity, coupled, done) = (self.gravity_now(), self.is_coupled(), self.step_of_cycle + 1);
+        let ends = self.ends_cycle();
         let Self { subdomain, assembly, continuum: Continuum { tiles, .. }, bodies, settings, .. } = self;
         let (Subdomain { nodes, layout, .. }, periods) = (&*subdomain, &assembly.cell);
         let conditions = BoundaryConditions { grid: &settings.grid, layout, bodies, periods, gravity, moment };
         let mosaic = &nodes.mosaic;
-        let acts = if moment == Moment::Look { 0.0 } else { dt };
         for number in tiles.faces.owned(mosaic) {
             let sum = &tiles.sums[number];
-            let velocities = if sum.mass() > 0.0 {
-                let momentum = sum.momentum() + sum.force() * acts + gravity * (sum.mass() * acts);
-                let free = momentum * (1.0 / sum.mass());
-                conditions.unheld(free, &mosaic.owned[number], (sum, &GrainNode::zero()), dt, None)
+            tiles.faces.met[number] = if sum.mass() > 0.0 {
+                let grains = if coupled { tiles.grain_sums[number] } else { GrainNode::zero() };
+                let taken = tiles.strides.get(number).map_or(0, |stride| stride.taken);
+                let (dt, acts) = match moment {
+                    Moment::Look => (cycle, 0.0),
+                    Moment::Step => {
+                        let left = if ends { cycle - taken as f64 * step } else { (done - taken) as f64 * step };
+                        (left, left)
+                    }
+                };
+                let free = nodes::free(sum, &grains, &gravity, acts);
+                let velocities = conditions.unheld(free, &mosaic.owned[number], (sum, &grains), dt, None);
+                Met::untouched(velocities, sum.mass() + grains.mass())
             } else {
-                [S::Vector::zero(); 2]
+                Met::untouched([S::Vector::zero(); 2], 0.0)
             };
-            tiles.faces.met[number] = Met::untouched(velocities);
         }
     }
 
@@ -110,8 +121,7 @@ impl<S: Space> World<'_, S> {
     fn show_nodes(&mut self, side: usize) {
         let timer = self.phases.start();
         let (mosaic, tiles) = (&self.subdomain.nodes.mosaic, &mut self.continuum.tiles);
-        let sums = &tiles.sums;
-        tiles.faces.show(mosaic, side, |number| sums[number].mass());
+        tiles.faces.show(mosaic, side);
         self.phases.stop(Phase::Nodes, timer);
         match S::DIMENSION {
             2 => self.spread_columns::<{ COLUMN[0] }>(),
@@ -146,13 +156,14 @@ impl<S: Space> World<'_, S> {
         );
     }
 
-    /// Bodies act on the nodes before their faces.
+    /// Bodies act on the nodes before their faces, which then have gone as far as the grains; a cycle's last step takes them to its end.
     pub(crate) fn meet_faces(&mut self, moment: Moment) {
         if !self.meets_faces() {
             return;
         }
         self.unmet(moment);
-        for side in self.sides() {
+        for at in 0..self.continuum.tiles.faces.sides.len() {
+            let side = self.continuum.tiles.faces.sides[at];
             self.show_nodes(side);
             self.push_columns(side, moment);
             match S::DIMENSION {
@@ -160,8 +171,7 @@ impl<S: Space> World<'_, S> {
                 _ => self.gather_impulses::<{ IMPULSES[1] }>(),
             }
             let (mosaic, tiles) = (&self.subdomain.nodes.mosaic, &mut self.continuum.tiles);
-            let sums = &tiles.sums;
-            tiles.faces.take(mosaic, side, |number| sums[number].mass());
+            tiles.faces.take(mosaic, side);
         }
     }
 
@@ -177,17 +187,17 @@ impl<S: Space> World<'_, S> {
         for_each_column::<S>(set, near, mosaic, edge, side, |number, links| {
             let (body, normal) = (set.faces[number].body, set.faces[number].normal::<S>());
             let rigid = &bodies[body];
-            let Some((grip, separates)) = rigid.grip else { return };
-            let (nodes, count) = column_of(columns, links, |place| rigid.velocity_at(place));
-            let sums = ColumnSums::of(&nodes[..count]);
+            let Some((grip, separates)) = rigid.acts_on_points() else { return };
+            let sums = ColumnSums::of(nodes_of(columns, links, |place| rigid.velocity_at(place)));
             if !sums.is_met(&normal, separates) {
                 return;
             }
             let pressures = sums.pressures(&normal, grip);
-            for ((link, row), (node, _)) in links.iter().zip(&nodes) {
-                let given = pressures.map(|pressure| pressure * node.area);
+            for (link, row) in links.iter().filter(|(_, row)| columns[*row].mass > 0.0) {
+                let given = pressures.map(|pressure| pressure * columns[*row].area);
                 impulses[*row] = given;
-                if moment == Moment::Step {
+                // What a plate takes is in its own account of the step.
+                if moment == Moment::Step && rigid.grip.is_some() {
                     let arm = link.place - rigid.origin();
                     booked.on_body::<S>(body, &-given[0], &S::moment(&arm, &-given[0]));
                 }
@@ -212,13 +222,14 @@ impl<S: Space> World<'_, S> {
         );
     }
 
-    /// What servos move with their bodies of the material before their faces.
+    /// What plates, and bodies with servos, move with them of the material before their faces.
     pub(crate) fn add_columns<const SLOTS: usize>(&mut self, sums: &mut ExactSum<SLOTS>) {
-        if !self.meets_faces() || !self.bodies.iter().any(|body| body.meets_points && body.servo.is_some()) {
+        if !self.meets_faces() || !self.bodies.iter().any(|body| body.meets_points && body.feels_nodes()) {
             return;
         }
         self.unmet(Moment::Step);
-        for side in self.sides() {
+        for at in 0..self.continuum.tiles.faces.sides.len() {
+            let side = self.continuum.tiles.faces.sides[at];
             self.show_nodes(side);
             let tiles = &self.continuum.tiles;
             let (mosaic, edge) = (&self.subdomain.nodes.mosaic, self.subdomain.layout.tile_edge());
@@ -226,15 +237,17 @@ impl<S: Space> World<'_, S> {
             for_each_column::<S>(set, &tiles.faces.near, mosaic, edge, side, |number, links| {
                 let (body, normal) = (set.faces[number].body, set.faces[number].normal::<S>());
                 let rigid = &self.bodies[body];
-                let (Some((grip, separates)), Some(servo)) = (rigid.grip, &rigid.servo) else { return };
-                let (nodes, count) = column_of(&tiles.faces.columns, links, |place| rigid.velocity_at(place));
-                if !ColumnSums::of(&nodes[..count]).is_met(&normal, separates) {
+                let Some((grip, separates)) = rigid.acts_on_points().filter(|_| rigid.feels_nodes()) else { return };
+                let columns = &tiles.faces.columns;
+                let now = ColumnSums::of(nodes_of(columns, links, |place| rigid.velocity_at(place)));
+                if !now.is_met(&normal, separates) {
                     return;
                 }
                 // The servo's answer is the velocity of the body; what its spin adds is known.
                 let spins = |place: &S::Vector| rigid.velocity_at(place) - rigid.velocity;
-                let (nodes, count) = column_of(&tiles.faces.columns, links, spins);
-                let (momentum, mass) = ColumnSums::of(&nodes[..count]).carried(&normal, grip, &servo.direction);
+                let sums_of = ColumnSums::of(nodes_of(columns, links, spins));
+                let direction = rigid.servo.as_ref().map_or(S::Vector::zero(), |servo| servo.direction);
+                let (momentum, mass) = sums_of.carried(&normal, grip, &direction);
                 for axis in 0..S::DIMENSION {
                     sums.add(BODY_SLOTS * body + 6 + axis, momentum[axis]);
                 }
@@ -253,37 +266,34 @@ fn for_each_column<S: Space>(
     side: usize,
     mut visit: impl FnMut(usize, &[(Link<S>, usize)]),
 ) {
-    let (per_tile, stride) = (mosaic.owned_per_tile(), edge.pow((side / 2) as u32) as i64);
-    let faces: Vec<usize> = (0..set.faces.len()).filter(|number| set.faces[*number].side == side).collect();
-    let mut links = Vec::with_capacity(COLUMN_MAX);
+    let (per_tile, edge) = (mosaic.owned_per_tile(), edge as i64);
+    let (mut nodes, mut links): (Vec<Link<S>>, Vec<(Link<S>, usize)>) = (Vec::new(), Vec::new());
     for tile in (0..mosaic.tiles).filter(|tile| near[*tile]) {
         for anchor in &mosaic.owned[tile * per_tile..(tile + 1) * per_tile] {
-            for number in &faces {
-                links.clear();
-                let row = |link: &Link<S>| (i64::from(anchor.row) + i64::from(link.steps) * stride) as usize;
-                links.extend(set.column::<S>(*number, anchor.place).map(|link| (link, row(&link))));
-                if !links.is_empty() {
-                    visit(*number, &links);
+            for number in (0..set.faces.len()).filter(|number| set.faces[*number].side == side) {
+                nodes.clear();
+                set.column::<S>(number, anchor.place, &mut nodes);
+                if nodes.is_empty() {
+                    continue;
                 }
+                let row = |link: &Link<S>| {
+                    let [x, y, z] = link.steps.map(i64::from);
+                    (i64::from(anchor.row) + (z * edge + y) * edge + x) as usize
+                };
+                links.clear();
+                links.extend(nodes.iter().map(|link| (*link, row(link))));
+                visit(number, &links);
             }
         }
     }
 }
 
-/// A column at most: nodes, and the body's velocity at each.
-type Nodes<S> = [(ColumnNode<S>, <S as Space>::Vector); COLUMN_MAX];
-
 /// The nodes of a column with the body's velocity at each; those without mass bring nothing.
-fn column_of<S: Space>(
+fn nodes_of<S: Space>(
     columns: &[ColumnNode<S>],
     links: &[(Link<S>, usize)],
     velocity: impl Fn(&S::Vector) -> S::Vector,
-) -> (Nodes<S>, usize) {
-    let mut nodes = [(ColumnNode { mass: 1.0, ..ColumnNode::zero() }, S::Vector::zero()); COLUMN_MAX];
-    for ((link, row), node) in links.iter().zip(&mut nodes) {
-        if columns[*row].mass > 0.0 {
-            *node = (columns[*row], velocity(&link.place));
-        }
-    }
-    (nodes, links.len())
+) -> impl Iterator<Item = (ColumnNode<S>, S::Vector)> {
+    let nodes = links.iter().map(move |(link, row)| (columns[*row], velocity(&link.place)));
+    nodes.filter(|(node, _)| node.mass > 0.0)
 }

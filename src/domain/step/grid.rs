@@ -347,7 +347,7 @@ impl<S: Space> World<'_, S> {
             if sum.mass() <= 0.0 {
                 return (Advanced::zero(), nodes::without_points(&grains));
             }
-            let met = faces.near.get(number / per_tile).filter(|near| **near).map(|_| &faces.met[number]);
+            let met = faces.met_at(mosaic, number);
             let (mut dt, mut brought) = (dt, sum.momentum() * (1.0 / sum.mass()));
             if let Some(stride) = strides.get(number).filter(|stride| stride.taken > 0) {
                 (dt, brought) = (dt - stride.taken as f64 * dt_grains, stride.brought);
@@ -455,7 +455,7 @@ impl<S: Space> World<'_, S> {
             if let Some(set) =
                 faces.filter(|faces| faces.near.get(block) == Some(&true)).and_then(|faces| faces.set.as_ref())
             {
-                set.guard(bodies, dt, points);
+                points.iter_mut().for_each(|point| set.guard(bodies, dt, &mut point.position));
             }
             if outside < reach {
                 clear(&mut *tiles.0, &mut *tiles.1);

@@ -4,6 +4,7 @@ use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
+use crate::mpm::continuum::Continuum;
 use crate::mpm::look::for_each_node;
 use crate::mpm::membrane::{Brought, Membranes, Vertex};
 use crate::mpm::scheme::Transfer;
@@ -77,13 +78,18 @@ impl<S: Space> World<'_, S> {
         self.phases.stop(Phase::Bodies, timer);
     }
 
-    /// The way that was kept.
+    /// The way that was kept, but not into bodies that meet points at their face.
     pub(crate) fn move_membranes(&mut self) -> Result<(), Error> {
         if self.continuum.membranes.is_empty() {
             return Ok(());
         }
-        for (vertex, brought) in self.continuum.membranes.vertices.iter_mut().zip(&self.continuum.membranes.brought) {
+        let dt = self.dt_of_continuum();
+        let Continuum { membranes, tiles, .. } = &mut self.continuum;
+        for (vertex, brought) in membranes.vertices.iter_mut().zip(&membranes.brought) {
             vertex.position += brought.way;
+            if let Some(set) = &tiles.faces.set {
+                set.guard(&self.bodies, dt, &mut vertex.position);
+            }
         }
         self.locate_vertices()
     }

@@ -445,7 +445,7 @@ impl Membrane {
 
 impl RigidBody {
     const BLANK: Self =
-        Self { body: Body::BLANK, contact: BodyContact::Rough, separates: true, at_face: false, seat: 0.0 };
+        Self { body: Body::BLANK, contact: BodyContact::Rough, separates: true, at_face: true, seat: 0.0 };
 
     pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
         self.body.keys(form, false);
@@ -463,7 +463,8 @@ impl RigidBody {
         form.flag(&mut self.separates, flag("separates", "whether material may part from it", "true").or("true"));
         let about =
             "where contact is enforced: at the nodes that lie in it, or at its face, wherever in a cell that is";
-        let key = text("contact_at", about, "\"face\"").or("nodes");
+        let key = text("contact_at", about, "\"nodes\"")
+            .follows("face for boxes and planes across an axis of the grid, else nodes");
         choose(form, &mut self.at_face, "place of contact", key, &[("nodes", false), ("face", true)]);
         let mut seat = Some(self.seat).filter(|seat| *seat > 0.0);
         let about = "the force that presses it along its first way on grains until they rest, before the run";

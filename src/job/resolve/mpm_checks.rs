@@ -214,17 +214,20 @@ fn check_bodies(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
     Ok(())
 }
 
-/// Bodies meet points at their own face where that is known how.
-pub(super) fn check_faces(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
-    for (body, table) in job.bodies.iter().zip(&top.list("body")).filter(|(body, _)| body.at_face) {
-        let reason = if job.moves_grains() || !job.membranes.is_empty() {
-            "beside grains and membranes, which hang on the nodes that a body holds"
-        } else if !body.is_in_line(job.grid.periodic) {
-            "for cylinders and for planes that are not across an axis of the grid without periods"
-        } else {
+/// Bodies meet points at their own face where that is known how; by itself the others hold nodes.
+pub(super) fn check_faces(job: &mut Mpm, top: &Reader<'_>) -> Result<(), Error> {
+    let periodic = job.grid.periodic;
+    for (body, table) in job.bodies.iter_mut().zip(&top.list("body")) {
+        if !body.at_face || body.is_in_line(periodic) {
             continue;
-        };
-        return Err(table.refusal("contact_at", &format!("is not possible {reason}. Write contact_at = \"nodes\".")));
+        }
+        if table.has("contact_at") {
+            return Err(table.refusal(
+                "contact_at",
+                "is not possible for cylinders and for planes that are not across an axis of the grid without periods. Write contact_at = \"nodes\".",
+            ));
+        }
+        body.at_face = false;
     }
     Ok(())
 }

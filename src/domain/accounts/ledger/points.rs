@@ -371,10 +371,9 @@ impl<S: Space> World<'_, S> {
         }
         let place: S::Vector = self.subdomain.layout.node_at(node.place);
         let faces = &self.continuum.tiles.faces;
-        if let Some(set) =
-            faces.set.as_ref().filter(|_| faces.near[number / self.subdomain.nodes.mosaic.owned_per_tile()])
-        {
-            for (side, impulse) in faces.met[number].impulses.iter().enumerate() {
+        let met = faces.met_at(&self.subdomain.nodes.mosaic, number);
+        if let (Some(set), Some(met)) = (&faces.set, met) {
+            for (side, impulse) in met.impulses.iter().enumerate() {
                 // No face, no impulse.
                 let Some(face) = set.face_at(node.place, side).filter(|_| *impulse != S::Vector::zero()) else {
                     continue;
@@ -382,14 +381,20 @@ impl<S: Space> World<'_, S> {
                 let (body, beside) = (set.faces[face].body, set.place_beside::<S>(face, node.place));
                 let (rigid, motion) = (&self.bodies[body], &self.point_ledger.bodies[body]);
                 let with = [rigid.velocity_in(motion, &beside), rigid.velocity_at(&beside)];
+                let impulse = &(*impulse * (mass / both));
                 works.add(Item::Bodies, impulse, &with);
                 works.add(Item::Holds, impulse, &[with[BEHIND] - velocities[BEHIND], with[AHEAD] - velocities[AHEAD]]);
             }
-            velocity = faces.met[number].velocities[0];
+            velocity = met.velocities[0];
         }
         for (body, motion) in self.bodies.iter().zip(&self.point_ledger.bodies) {
-            let [held, _] =
-                held_by_bodies([velocity; 2], (std::slice::from_ref(body), &self.assembly.cell), &place, both, None);
+            let [held, _] = held_by_bodies(
+                [velocity; 2],
+                (std::slice::from_ref(body), &self.assembly.cell, met.is_some()),
+                &place,
+                both,
+                None,
+            );
             if held != velocity {
                 let (impulse, beside) = ((held - velocity) * mass, place_beside(body, &self.assembly.cell, &place));
                 let with = [body.velocity_in(motion, &beside), body.velocity_at(&beside)];
