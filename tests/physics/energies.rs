@@ -95,6 +95,7 @@ fn work_goes_where_the_account_says() {
     let blends = ["flip = 1.0", "flip = 0.99", "flip = 0.0"].map(|flip| format!("transfer = \"blend\"\n{flip}"));
     let transfers: Vec<&str> = blends.iter().map(String::as_str).chain([TRANSFERS[1]]).collect();
     let rows = SHAPES[1..].iter().flat_map(|shape| transfers.iter().map(move |transfer| (shape, transfer)));
+    let mut off = Vec::new();
     for ((shape, transfer), known) in rows.zip(LOST) {
         for update in UPDATES {
             let scheme = format!("shape = \"{shape}\"\nupdate = \"{update}\"\n{transfer}");
@@ -110,15 +111,15 @@ fn work_goes_where_the_account_says() {
             );
             let lost = shares.map(|[_, lost, _]| lost);
             let known = known[usize::from(update == "last")];
-            assert!(
-                lost.iter().zip(known).all(|(lost, known)| (lost - known).abs() < 0.3),
-                "{lost:?}, {known:?}: {scheme}"
-            );
+            if lost.iter().zip(known).any(|(lost, known)| (lost - known).abs() >= 0.3) {
+                off.push(format!("{lost:.1?}, known {known:?}: {scheme}"));
+            }
             if *transfer == blends[0] {
                 assert!(lost[1].abs() < 0.7 * lost[0].abs().max(1.0), "{scheme}");
             }
         }
     }
+    assert!(off.is_empty(), "{}", off.join("\n"));
 }
 
 /// Work, and of it shares lost by holds, by the scheme and in transfers, of a block that does not deform: it falls, or it is

@@ -120,6 +120,78 @@ fn the_load_of_a_plate_does_not_dip_from_cell_to_cell() {
     }
 }
 
+/// A plate that comes down over ten cells of a column of 48: its load is that of Hencky's law, and of Hencky's law with a yield strength, with a
+/// ripple of less than 2 % (rms) and no row off by more than 3 %.
+#[test]
+fn the_load_of_a_plate_does_not_dip_over_ten_cells_of_elastic_and_of_plastic_material() {
+    let (bulk, shear, cohesion) = (1e6 / (2.0 * 1.3 * 0.4), 1e6 / 2.6, 2e4);
+    let elastic_law = format!("law = \"hencky\"\nbulk_modulus = {}\nshear_modulus = {shear}", 1e6 / 1.2);
+    let plastic_law = format!(
+        "law = \"critical_drucker_prager\"\nbulk_modulus = {bulk}\nshear_modulus = {shear}\nfriction_angle_critical = 0\ndilation_angle = 0\ncohesion = {cohesion}"
+    );
+    // Kirchhoff stress: M ln(stretch), and K ln(stretch) - c on the yield surface, K being that of the plane.
+    let elastic_load = |strain: f64| -MODULUS * strain;
+    let plastic_load = |strain: f64| -bulk * strain + cohesion;
+    let laws: [(&str, &dyn Fn(f64) -> f64); 2] = [(&elastic_law, &elastic_load), (&plastic_law, &plastic_load)];
+    for (law, exact) in laws {
+        let text = format!(
+            r#"
+            name = "tall"
+            [grid]
+            space = "plane"
+            upper = [0.2, 3.2]
+            cell = 0.05
+            periodic = [true, false]
+            depth = 1
+            [scheme]
+            {QUIET}
+            points_per_cell = 2
+            [material]
+            density = 1000
+            {law}
+            [[region]]
+            shape = "box"
+            lower = [0, 0.2]
+            upper = [0.2, 2.6]
+            [[body]]
+            name = "base"
+            shape = "box"
+            lower = [0, 0]
+            upper = [0.2, 0.2]
+            contact = "smooth"
+            [[body]]
+            name = "plate"
+            shape = "box"
+            lower = [0, 2.6]
+            upper = [0.2, 2.9]
+            contact = "smooth"
+            path = [{{ time = 0, velocity = [0, 0] }}, {{ time = 0.4, velocity = [0, -0.1] }}]
+            [time]
+            safety = 0.4
+            end = 5.3
+            [output]
+            series_interval = 0.02
+            "#
+        );
+        let ran = Ran::of(&text);
+        let (way, force) = (ran.series("plate_displacement_y"), ran.series("plate_force_y"));
+        let ratios: Vec<f64> = way
+            .windows(2)
+            .zip(&force[1..])
+            .filter(|(ends, _)| ends[0] < -0.15)
+            .map(|(ends, force)| {
+                let stretch = 1.0 + 0.5 * (ends[0] + ends[1]) / 2.4;
+                force / (0.2 * exact(ln(stretch)) / stretch)
+            })
+            .collect();
+        assert!(way[way.len() - 1] < -0.5, "it comes less than ten cells: {way:?}");
+        let (least, most) = ratios.iter().fold((f64::MAX, f64::MIN), |(a, b), ratio| (a.min(*ratio), b.max(*ratio)));
+        let rms = (ratios.iter().map(|ratio| (ratio - 1.0) * (ratio - 1.0)).sum::<f64>() / ratios.len() as f64).sqrt();
+        println!("{}: load over exact from {least:.4} to {most:.4}, rms {rms:.4}", law.lines().next().unwrap());
+        assert!(rms < 0.02 && least > 0.97 && most < 1.03, "{law}: {least} to {most}, rms {rms}");
+    }
+}
+
 /// A block thrown into the corner of two boxes, turning; rough, smooth or with friction.
 fn thrown(dimension: usize, scheme: &str, contact: &str) -> String {
     let grid = format!(
