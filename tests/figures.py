@@ -230,29 +230,29 @@ def rest(folder):
     place, moved, stress, averaged, velocity = (
         frames.column(last, name) for name in ("place", "displacement", "stress", "stress_averaged", "velocity")
     )
-    x, y = place[:, 0] - job["grid"]["lower"][0], place[:, 1]
     pressure, around = (-0.5 * (s[:, 0] + s[:, 1]) for s in (stress, averaged))
+    lower, upper = job["grid"]["lower"], job["grid"]["upper"]
 
-    def surface(x, y):
-        columns = (x / cell).astype(int)
-        top = numpy.zeros(columns.max() + 1)
-        numpy.maximum.at(top, columns, y + 0.5 * cell / points)
+    def surface(place):
+        columns = ((place[:, 0] - lower[0]) / cell).astype(int)
+        top = numpy.full(round((upper[0] - lower[0]) / cell), lower[1])
+        numpy.maximum.at(top, columns, place[:, 1] + 0.5 * cell / points)
         return top, top[columns]
 
-    start = place - moved[:, :2] if moved.shape[1] > 1 else place
-    tops, _ = surface(start[:, 0] - job["grid"]["lower"][0], start[:, 1])
-    ground = tops.min() if tops.max() - tops.min() > cell and len(tops) * cell >= job["grid"]["upper"][0] - job["grid"]["lower"][0] else 0
-    depth = surface(x, y)[1] - y
+    start = place - moved
+    tops, _ = surface(start)
+    height = tops.max() - lower[1]
+    depth = surface(place)[1] - place[:, 1]
     deep = (depth > 1) & (depth < 3)
     share = pressure[deep] / (weight * depth[deep])
     noise = math.sqrt(numpy.mean(((pressure - around)[deep] / (weight * depth[deep])) ** 2))
-    above = start[:, 1] > ground
+    above = start[:, 1] > (tops.min() if tops.max() - tops.min() > cell else lower[1])
     before, after = (numpy.quantile(xs[above], 0.99) for xs in (start[:, 0], place[:, 0]))
     print(
-        f"{folder}, {frames.times[last]:.1f} s: largest p {pressure.max() / (weight * (tops.max() - job['grid']['lower'][1])):.2f} of rho g H,"
+        f"{folder}, {frames.times[last]:.1f} s: largest p {pressure.max() / (weight * height):.2f} of rho g H,"
         f" {100 * numpy.mean(pressure < 1):.1f} % bear nothing ({100 * numpy.mean((pressure < 1) & (depth > cell)):.2f} % deeper than a cell),"
         f" 1 to 3 m deep {share.mean():.2f} +- {share.std():.2f}, noise {noise:.2f}; 99 % within {after:.2f} m, {before:.2f} m at the start;"
-        f" moved by {numpy.linalg.norm(moved[:, :2], axis=1).max():.3f} m at most, still by {1e3 * numpy.linalg.norm(velocity[:, :2], axis=1).max():.2g} mm/s"
+        f" moved by {numpy.linalg.norm(moved, axis=1).max():.3f} m at most, at {1e3 * math.sqrt(numpy.mean(velocity**2) * velocity.shape[1]):.2g} mm/s now"
     )
 
 
