@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Figures of VALIDATION.md that are reckoned from series.csv and frames.vtkhdf. Python 3.11 is needed, and for band,
-collapse, outside and sheared h5py, which brings numpy.
+collapse, outside, rest and sheared h5py, which brings numpy.
 
     tests/figures.py biaxial DIR...     peak of sigma_yy/sigma_xx, its strain, the late mean and the void ratio at the end
     tests/figures.py held DIR...        how closely sigma_xx is held from 0.05 % of strain on, and the void ratio from 10 to 15 %
@@ -9,6 +9,7 @@ collapse, outside and sheared h5py, which brings numpy.
     tests/figures.py band DIR...        width of the shear band, in cells and in sections of a cell by its normal
     tests/figures.py collapse DIR...    run-out of a column, and its energies over the potential energy at the start
     tests/figures.py outside DIR...     how far grains lie outside of membranes at the end, along the normals of these
+    tests/figures.py rest DIR...        pressures of points at rest over the weight above them, and how far the material has come
     tests/figures.py sheared DIR...     area that has sheared at 0.24 s on either side of the plate of an indentation
 
 DIR is the folder of a run: of jobs/element/rve_biaxial.toml or rve_ensemble.toml (of held also a record FILE.csv=STRESS by YADE), of jobs/element/bulk.toml, of the job in
@@ -215,6 +216,46 @@ def collapse(folder):
         print(f"  {row['time']:.2f} s: {', '.join(shares)}")
 
 
+def rest(folder):
+    """Of the last frame, of a job with [gravity] in the plane. p is that of the plane, positive in compression; the surface over
+    a point is the top of its column of cells, and the height that of the material at the start. What bears nothing bears less
+    than a pascal. Noise is the root mean square of p less its mean over the nodes around, over the weight above. The material
+    whose way is told began above the ground, the lowest surface of the start."""
+    import numpy
+
+    frames, job = Frames(folder), scenario(folder)
+    cell, points = job["grid"]["cell"], job["scheme"]["points_per_cell"]
+    weight = job["material"]["density"] * -job["gravity"]["acceleration"][1]
+    last = len(frames.times) - 1
+    place, moved, stress, averaged, velocity = (
+        frames.column(last, name) for name in ("place", "displacement", "stress", "stress_averaged", "velocity")
+    )
+    pressure, around = (-0.5 * (s[:, 0] + s[:, 1]) for s in (stress, averaged))
+    lower, upper = job["grid"]["lower"], job["grid"]["upper"]
+
+    def surface(place):
+        columns = ((place[:, 0] - lower[0]) / cell).astype(int)
+        top = numpy.full(round((upper[0] - lower[0]) / cell), lower[1])
+        numpy.maximum.at(top, columns, place[:, 1] + 0.5 * cell / points)
+        return top, top[columns]
+
+    start = place - moved
+    tops, _ = surface(start)
+    height = tops.max() - lower[1]
+    depth = surface(place)[1] - place[:, 1]
+    deep = (depth > 1) & (depth < 3)
+    share = pressure[deep] / (weight * depth[deep])
+    noise = math.sqrt(numpy.mean(((pressure - around)[deep] / (weight * depth[deep])) ** 2))
+    above = start[:, 1] > (tops.min() if tops.max() - tops.min() > cell else lower[1])
+    before, after = (numpy.quantile(xs[above], 0.99) for xs in (start[:, 0], place[:, 0]))
+    print(
+        f"{folder}, {frames.times[last]:.1f} s: largest p {pressure.max() / (weight * height):.2f} of rho g H,"
+        f" {100 * numpy.mean(pressure < 1):.1f} % bear nothing ({100 * numpy.mean((pressure < 1) & (depth > cell)):.2f} % deeper than a cell),"
+        f" 1 to 3 m deep {share.mean():.2f} +- {share.std():.2f}, noise {noise:.2f}; 99 % within {after:.2f} m, {before:.2f} m at the start;"
+        f" moved by {numpy.linalg.norm(moved, axis=1).max():.3f} m at most, at {1e3 * math.sqrt(numpy.mean(velocity**2) * velocity.shape[1]):.2g} mm/s now"
+    )
+
+
 def chains(vertices):
     """Of all membranes one after the other: where the next vertex is farther than twice a segment another chain begins."""
     import numpy
@@ -287,6 +328,7 @@ if __name__ == "__main__":
         "band": band,
         "collapse": collapse,
         "outside": outside,
+        "rest": rest,
         "sheared": sheared,
     }
     if len(sys.argv) < 3 or sys.argv[1] not in commands:

@@ -117,7 +117,7 @@ enum Command {
         #[arg(long, value_name = "TIME", value_parser = stop::time_limit)]
         time_limit: Option<Duration>,
     },
-    /// Go on from the newest good checkpoint of a run, on any number of ranks and threads.
+    /// Restart: go on from the newest good checkpoint of a run, on any number of ranks and threads.
     Resume {
         /// Folder of the run.
         dir: PathBuf,
@@ -150,7 +150,7 @@ enum Command {
         /// Folder of a run (its newest checkpoint), or one checkpoint.
         path: PathBuf,
     },
-    /// Write one HTML page with the curves and pictures of one or more runs.
+    /// Write one HTML page with the curves and pictures of a run, or of several to compare them.
     Report {
         /// Folders of runs.
         #[arg(required = true, value_name = "DIR")]

@@ -97,6 +97,19 @@ pub fn fraction_in_cell(assembly: &Assembly) -> Option<f64> {
     Some(packed.count as f64 * grain_measure(&packed.sizes, assembly.cell.dimension) / cell_measure(assembly))
 }
 
+/// The same of grains of a CSV file, as far as it can be read; the box of a LAMMPS data file is held against the cell anyway.
+pub fn fraction_of_file(assembly: &Assembly) -> Option<f64> {
+    let file = assembly.source.file().filter(|file| file.extension().is_some_and(|extension| extension == "csv"))?;
+    let text = std::fs::read_to_string(file).ok()?;
+    let mut lines = text.lines();
+    let column = lines.next()?.split(',').position(|name| name.trim() == "radius")?;
+    let radius = |line: &str| line.split(',').nth(column).and_then(|radius| radius.trim().parse::<f64>().ok());
+    let flat = assembly.cell.dimension == 2;
+    let solid = |radius: f64| if flat { PI * radius * radius } else { 4.0 / 3.0 * PI * radius * radius * radius };
+    let all: Option<f64> = lines.filter(|line| !line.trim().is_empty()).map(|line| radius(line).map(solid)).sum();
+    all.map(|solid| solid / cell_measure(assembly))
+}
+
 /// Mean area (m2) of discs, mean volume (m3) of spheres.
 pub fn grain_measure(sizes: &Sizes, dimension: usize) -> f64 {
     PI / if dimension == 2 { 4.0 } else { 6.0 } * sizes.power_mean(dimension)

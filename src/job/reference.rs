@@ -92,13 +92,33 @@ fn of_one_key(name: &str) -> Result<String, Error> {
     if !page.is_empty() {
         return Ok(page);
     }
+    let alike = keys_that_mean(key);
+    if !alike.is_empty() {
+        return Ok(format!("A job has no table and no key {name}. These have the word, or mean it:\n\n{alike}"));
+    }
     let keys = Kind::ALL.into_iter().flat_map(Kind::tables_of_all_depths).flat_map(|table| &table.keys);
     let known = names.iter().map(String::as_str).chain(keys.map(|key| key.name));
     let advice = match nearest(key, known) {
         Some(near) => format!("Did you mean {near}?"),
-        None => "scree keys lists the tables.".to_string(),
+        None => {
+            "scree keys lists the tables; docs/howto.md has answers, docs/columns.md what series.csv holds.".to_string()
+        }
     };
     Err(Error::User(format!("A job has no table and no key {name}. {advice}")))
+}
+
+/// A line for each key that has the word in its name or in what it means.
+fn keys_that_mean(word: &str) -> String {
+    let mut lines: Vec<String> = Vec::new();
+    for table in Kind::ALL.into_iter().flat_map(Kind::tables_of_all_depths) {
+        for key in table.keys_that_mean(word) {
+            let line = format!("  {:<32} {}\n", table.path(key.name), key.about);
+            if !lines.contains(&line) {
+                lines.push(line);
+            }
+        }
+    }
+    lines.concat()
 }
 
 /// The keys of a table that are wanted; nothing where it has none of them.
@@ -304,6 +324,12 @@ mod tests {
         assert_eq!(wrong, "A job has no table and no key contcat. Did you mean contact?");
         let wrong = page(Some("contact.fricton")).unwrap_err().to_string();
         assert_eq!(wrong, "A job has no table and no key contact.fricton. Did you mean friction?");
+        let by_symbol = page(Some("mu")).unwrap();
+        assert!(by_symbol.contains("contact.friction                 mu, the Coulomb coefficient\n"), "{by_symbol}");
+        let by_word = page(Some("stiffness")).unwrap();
+        assert!(by_word.contains("contact.stiffness_normal ") && by_word.contains("membrane.stiffness "), "{by_word}");
+        let unknown = page(Some("porosity")).unwrap_err().to_string();
+        assert!(unknown.contains("docs/howto.md"), "{unknown}");
         let contact = page(Some("[contact]")).unwrap();
         assert!(contact.contains("in jobs of planar shear, assemblies of grains, continua on a grid"), "{contact}");
         assert!(contact.contains("with law = \"hertz_mindlin\""), "{contact}");

@@ -285,18 +285,35 @@ fn refuse_unknown_path(set: &str, kind: Kind, parts: &[&str]) -> Result<(), Erro
     if let Some(advice) = kind.belongs_elsewhere(|other| other.leads_to_a_key(parts)) {
         return Err(Error::User(format!("--set {set}: a job has no {typed}. {advice}")));
     }
-    let paths = kind.paths();
-    let same_key = || {
-        let last = parts.last().copied().unwrap_or_default();
-        let suffix = format!(".{last}");
-        paths.iter().find(|path| path.ends_with(&suffix))
-    };
-    let whole = || nearest(&typed, paths.iter().map(String::as_str)).map(str::to_string);
-    let advice = match same_key().cloned().or_else(whole) {
-        Some(path) => format!("Did you mean {path}?"),
-        None => "A path is table.key, for example loading.speed.".to_string(),
-    };
+    let advice = advice_on_path(kind, parts, &typed);
     Err(Error::User(format!("--set {set}: a job has no {typed}. {advice}")))
+}
+
+/// What was meant: in the table that was named a key of nearly this name, or else one that means the word; else the same key of the
+/// table whose name is nearest, or the nearest path.
+fn advice_on_path(kind: Kind, parts: &[&str], typed: &str) -> String {
+    let (key, tables) = parts.split_last().unwrap_or((&"", &[]));
+    let named: Vec<&str> = tables.iter().copied().filter(|part| part.parse::<usize>().is_err()).collect();
+    let named = named.join(".");
+    let table = kind.tables_of_all_depths().into_iter().find(|table| table.name == named && !named.is_empty());
+    let paths = kind.paths();
+    let has_key = |path: &&str| path.strip_suffix(key).is_some_and(|before| before.is_empty() || before.ends_with('.'));
+    let same_key: Vec<&str> = paths.iter().map(String::as_str).filter(has_key).collect();
+    let near_table = nearest(typed, same_key.iter().copied());
+    let near_key = table.and_then(|table| nearest(key, table.keys.iter().map(|known| known.name)));
+    let meant = table.and_then(|table| table.keys_that_mean(key).next());
+    let inside = |key: &str| tables.iter().copied().chain([key]).collect::<Vec<_>>().join(".");
+    match (table, near_key, near_table, same_key.as_slice(), meant) {
+        (_, Some(key), ..) => format!("Did you mean {}?", inside(key)),
+        (_, _, Some(path), ..) => format!("Did you mean {path}?"),
+        (.., Some(key)) => format!("Did you mean {}, {}?", inside(key.name), key.about),
+        (Some(table), .., [], None) => format!("{} has: {}.", table.words(), table.key_list()),
+        (.., [], None) => match nearest(typed, paths.iter().map(String::as_str)) {
+            Some(path) => format!("Did you mean {path}?"),
+            None => "A path is table.key, for example loading.speed.".to_string(),
+        },
+        (.., several, None) => format!("Did you mean {}?", several.join(" or ")),
+    }
 }
 
 fn insert(node: &mut Node, parts: &[&str], value: Node, set: &str) -> Result<(), Error> {

@@ -146,3 +146,70 @@ fn gravity_is_shown_along_one_axis() {
     let checked = told(&scree(folder.path(), &["check", "job.toml"]));
     assert!(checked.contains("Add for example acceleration = [0, \"-9.81 m/s2\"]."), "{checked}");
 }
+
+/// `edge_xx` stands in the page as `edge_ij`, `floor_force_z` as `NAME_force_i`, and so on.
+fn as_in_the_page(column: &str) -> Vec<String> {
+    let is_axes = |end: &str| end.chars().all(|axis| "xyz".contains(axis));
+    let general = |name: &str| match name.rsplit_once('_') {
+        Some((of, end)) if is_axes(end) && end.len() == 1 => format!("{of}_i"),
+        Some((of, end)) if is_axes(end) && end.len() == 2 => format!("{of}_ij"),
+        _ => name.to_string(),
+    };
+    let mut names = vec![column.to_string(), general(column)];
+    if let Some((_, rest)) = column.split_once('_') {
+        names.extend([format!("NAME_{rest}"), format!("NAME_{}", general(rest))]);
+    }
+    names
+}
+
+#[test]
+fn every_column_of_series_is_told() {
+    let page = include_str!("../../docs/columns.md");
+    let folder = tempfile::tempdir().unwrap();
+    let triaxial = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/triaxial.toml");
+    let column = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/continuum/column_collapse.toml");
+    for (job, sets) in [
+        ("element", vec!["time.end=1e-4"]),
+        ("pour", vec!["time.end=1e-4"]),
+        ("dem", vec!["loading.strain_end=1e-4"]),
+        ("hybrid", vec!["loading.strain_end=1e-4"]),
+        (column, vec!["time.end=2e-2"]),
+        (triaxial, vec!["time.end=1e-4", "method=mpm"]),
+    ] {
+        let mut arguments = vec!["run", job, "--out", "run", "--set", "output.energy_balance=true"];
+        if !job.ends_with(".toml") {
+            fs::write(folder.path().join("job.toml"), scree(folder.path(), &["new", job]).stdout).unwrap();
+            arguments[1] = "job.toml";
+        }
+        sets.iter().for_each(|set| arguments.extend(["--set", set]));
+        let ran = scree(folder.path(), &arguments);
+        assert!(ran.status.success(), "{job}: {}", told(&ran));
+        let series = fs::read_to_string(folder.path().join("run/series.csv")).unwrap();
+        for column in series.lines().next().unwrap().split(',') {
+            let stands = as_in_the_page(column).iter().any(|name| page.contains(&format!("`{name}`")));
+            assert!(stands, "docs/columns.md has no {column} of {job}");
+        }
+        fs::remove_dir_all(folder.path().join("run")).unwrap();
+    }
+}
+
+/// What was asked by people who know other programs.
+#[test]
+fn mistakes_are_answered_by_what_was_meant() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("job.toml"), scree(folder.path(), &["new", "element"]).stdout).unwrap();
+    for (set, part) in [
+        ("contct.friction=0.2", "Did you mean contact.friction?"),
+        ("contact.mu=0.2", "Did you mean contact.friction, mu, the Coulomb coefficient?"),
+        ("contact.viscosity=0.2", "[contact] has: law, stiffness_normal,"),
+        ("friction=0.2", "Did you mean packing.friction or contact.friction?"),
+    ] {
+        let checked = scree(folder.path(), &["check", "job.toml", "--set", set]);
+        assert_eq!(checked.status.code(), Some(2));
+        assert!(told(&checked).contains(part), "{set}: {}", told(&checked));
+    }
+    for (word, part) in [("mu", "contact.friction "), ("stiffness", "membrane.stiffness "), ("damping", "[damping]")] {
+        let keys = scree(folder.path(), &["keys", word]);
+        assert!(keys.status.success() && told(&keys).contains(part), "{word}: {}", told(&keys));
+    }
+}

@@ -211,6 +211,16 @@ impl Table {
         }
     }
 
+    /// Keys that have the word in their name or in what they mean: `friction`, "mu, the Coulomb coefficient", of `mu`.
+    pub fn keys_that_mean<'a>(&'a self, word: &'a str) -> impl Iterator<Item = &'a Key> {
+        // Of symbols the case counts: G is not g.
+        let same = move |part: &str| part == word || word.len() > 2 && part.eq_ignore_ascii_case(word);
+        self.keys.iter().filter(move |key| {
+            let of_name = key.name.split('_').chain([key.name]);
+            of_name.chain(key.about.split(|c: char| !c.is_alphanumeric() && c != '_')).any(same)
+        })
+    }
+
     pub fn key_list(&self) -> String {
         let names: Vec<&str> = self.keys.iter().map(|key| key.name).collect();
         names.join(", ")

@@ -2,7 +2,7 @@
 
 use super::Slots;
 use super::page::{Page, figures, whole};
-use crate::job::assembly::{Packed, Source};
+use crate::job::assembly::{Packed, Sizes, Source};
 use crate::job::figures as of;
 use crate::job::mpm::forecast::{fraction_of_packing, grains_if_discrete};
 use crate::job::mpm::{Mpm, figures as of_points};
@@ -17,7 +17,8 @@ pub fn section(page: &mut Page, slots: &Slots) {
             page.row("grains", &count, "");
         }
     }
-    if let Some(fraction) = slots.job.as_assembly().and_then(of::fraction_in_cell) {
+    let fraction = |assembly| of::fraction_in_cell(assembly).or_else(|| of::fraction_of_file(assembly));
+    if let Some(fraction) = slots.job.as_assembly().and_then(fraction) {
         page.row("solid volume fraction", &figures(fraction), "of these grains in the cell as the job gives it");
     }
     let mean = grains.matter.diameter_mean;
@@ -55,7 +56,8 @@ fn made(page: &mut Page, slots: &Slots, packed: &Packed) {
     let axes = slots.job.dimension();
     page.keys(axes, |form| packed.sizes.clone().keys(form));
     let [min, max] = [packed.sizes.min(), packed.sizes.max()].map(|diameter| figures(1e3 * diameter));
-    page.row("diameters", &format!("{min} to {max} mm"), "a normal distribution is cut at three deviations");
+    let cut = if matches!(packed.sizes, Sizes::Normal { .. }) { "cut at three deviations" } else { "" };
+    page.row("diameters", &format!("{min} to {max} mm"), cut);
     page.section("Packing");
     if slots.job.as_mpm().is_some() {
         page.row("grains of a piece", &whole(packed.count as f64), "laid side by side");

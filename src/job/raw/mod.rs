@@ -222,9 +222,10 @@ impl Typed {
         let advice = match (elsewhere, nearest(key, table.keys.iter().map(|known| known.name))) {
             (Some(elsewhere), _) => elsewhere,
             (None, Some(known)) => format!("Did you mean {known}?"),
-            (None, None) => match self.homes(key).as_slice() {
-                [] => format!("Remove the line, or use one of: {}.", table.key_list()),
-                homes => format!("There is one in {}.", homes.join(" and in ")),
+            (None, None) => match (self.homes(key).as_slice(), table.keys_that_mean(key).next()) {
+                ([], Some(meant)) => format!("Did you mean {}, {}?", meant.name, meant.about),
+                ([], None) => format!("Remove the line, or use one of: {}.", table.key_list()),
+                (homes, _) => format!("There is one in {}.", homes.join(" and in ")),
             },
         };
         format!("{} has no key {}. {advice}", table.words(), short(key))
