@@ -99,7 +99,7 @@ impl Job {
     /// What bounds the step of the continuum, of which [`Mpm::step_of_continuum`] is one.
     pub fn bounds_of_continuum(&self) -> Vec<Bound> {
         match self {
-            Self::Shear(scenario) if scenario.method.has_points() => vec![derived::point_bound_alone(scenario)],
+            Self::Shear(scenario) if scenario.method.has_points() => mpm::figures::bounds(&scenario.on_grid()),
             Self::Shear(_) | Self::Assembly(_) => Vec::new(),
             Self::Mpm(job) => mpm::figures::bounds(job),
         }

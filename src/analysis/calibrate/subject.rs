@@ -20,8 +20,6 @@ pub struct Subject {
     pub now: Option<CriticalConstants>,
     /// Where the job shears its grains under another stress.
     pub other_stress: Option<String>,
-    /// How a job takes what is found: its table and key.
-    pub taken_by: [&'static str; 2],
     /// The job, written out.
     pub text: String,
 }
@@ -47,18 +45,13 @@ impl Subject {
         if let Some(scenario) = job.as_shear() {
             refuse_other_grains(scenario, file)?;
         }
-        // Of a fraction that only its packing tells it is not asked.
-        let now = match job.as_shear() {
-            Some(scenario) => scenario.method.has_points().then(|| scenario.continuum.constants()),
-            None => continuum.as_ref().and_then(|continuum| continuum.material.law.critical().copied()),
-        };
+        let now = continuum.filter(|_| job.method().has_points() || job.as_mpm().is_some());
         Ok(Self {
             name: job.name().to_string(),
             stress: *stresses_of_packing(&grains).first().expect("these grains are compressed"),
             piece: Assembly { output: *job.output(), ..grains.into_owned() },
-            now,
+            now: now.and_then(|continuum| continuum.material.law.critical().copied()),
             other_stress: job.as_shear().and_then(other_stress),
-            taken_by: if job.as_shear().is_some() { ["continuum", "material"] } else { ["material", "file"] },
             text: job.to_toml(),
         })
     }
@@ -119,7 +112,7 @@ fn refuse_other_grains(scenario: &Scenario, file: &str) -> Result<(), Error> {
     }
     if !scenario.moves_grains() {
         return Err(Error::User(format!(
-            "{file}: with method = \"mpm\" and continuum.fraction_start this job has no grains at any time, and its [contact] binds nothing. Remove continuum.fraction_start, so that the continuum starts from a packing of these grains; or, if [grains], [contact] and [packing] are those of the material, add --set method=dem."
+            "{file}: with method = \"mpm\" and material.fraction this job has no grains at any time, and its [contact] binds nothing. Remove material.fraction, so that the continuum starts from a packing of these grains; or, if [grains], [contact] and [packing] are those of the material, add --set method=dem."
         )));
     }
     Ok(())

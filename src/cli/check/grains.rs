@@ -42,7 +42,7 @@ pub fn section(page: &mut Page, slots: &Slots) {
 fn in_material(page: &mut Page, slots: &Slots, on: &Mpm) {
     let all = grains_if_discrete(on);
     let fraction = figures(fraction_of_packing(on));
-    let is_told = slots.job.as_shear().is_some_and(|scenario| scenario.continuum.fraction_start.is_none());
+    let is_told = slots.job.as_shear().is_some_and(|scenario| scenario.material.law.fraction().is_none());
     let fraction = if is_told { format!("about {fraction}; the packing will tell") } else { fraction };
     let note = format!("if all of the material were discrete, at a solid volume fraction of {fraction}");
     page.row("grains", &whole(all), &note);

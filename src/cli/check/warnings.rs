@@ -113,11 +113,12 @@ fn endless_fall(slots: &Slots) -> Option<String> {
 }
 
 fn softening(slots: &Slots) -> Option<String> {
-    let continuum = &slots.job.as_shear().filter(|job| job.method.has_points())?.continuum;
-    (continuum.softening_rate < SOFTENING_SHARE_MIN * continuum.dilation_factor).then(|| {
+    let law = slots.material().filter(|job| job.oracle.is_some() || slots.job.as_shear().is_some())?.material.law;
+    let law = law.critical()?;
+    (law.softening_rate < SOFTENING_SHARE_MIN * law.dilation_factor).then(|| {
         format!(
-            "continuum.softening_rate = {} hardly softens the material: keeping mass while it dilates would take a rate near continuum.dilation_factor = {}. The continuum will localise through its weak regions alone.",
-            continuum.softening_rate, continuum.dilation_factor
+            "material.softening_rate = {} hardly softens the material: keeping mass while it dilates would take a rate near material.dilation_factor = {}. The continuum will localise through its weak regions alone.",
+            law.softening_rate, law.dilation_factor
         )
     })
 }
