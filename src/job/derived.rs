@@ -219,12 +219,6 @@ pub fn points(scenario: &Scenario) -> usize {
     cells_x(scenario) * cells_y(scenario) * per_cell
 }
 
-/// Height of the zone of grains around a flat band one cell thick, m.
-pub fn zone_height(scenario: &Scenario) -> f64 {
-    let zone = 2.0 * scenario.enrichment.distance + 2.0 * scenario.continuum.cell;
-    zone.min(scenario.specimen.height)
-}
-
 /// Share of the specimen's grains that are held in memory: those that a hybrid takes grains from may fill its zone alone.
 pub fn share_of_grains(scenario: &Scenario) -> f64 {
     match scenario.method {

@@ -23,6 +23,7 @@ mod slots;
 pub mod stable;
 pub mod templates;
 mod tree;
+pub mod widen;
 mod write;
 
 pub use crate::job::document::Job;

@@ -57,11 +57,11 @@ fn page(job: &Job) -> Result<String, Error> {
         Method::Dem => "grains alone",
         Method::Mpm => "continuum alone",
     };
-    let space = match (job.dimension(), job.as_assembly()) {
-        (2, Some(_)) => "discs in the plane",
-        (2, None) => "plane strain",
-        (_, Some(_)) => "spheres in space",
-        (_, None) => "in space",
+    let space = match (job.dimension(), &slots.continuum) {
+        (2, None) => "discs in the plane",
+        (2, Some(_)) => "plane strain",
+        (_, None) => "spheres in space",
+        (_, Some(_)) => "in space",
     };
     page.line(&format!("{}: method {}, {moving}, {space}", job.name(), job.method().name()));
     SECTIONS.iter().for_each(|section| section(&mut page, &slots));
