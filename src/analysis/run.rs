@@ -13,6 +13,7 @@ use super::drive::Drive;
 use super::snapshot::{Kind, Snapshot};
 use super::strained::Span;
 use crate::base::error::Error;
+use crate::job::Job;
 
 /// The outcome of a run that has not told of one.
 pub const UNDER_WAY: &str = "not told yet: still running, or killed";
@@ -54,7 +55,9 @@ impl Run {
         let [scenario_path, series_path, frames_path] =
             ["scenario.toml", "series.csv", "frames.vtkhdf"].map(|name| directory.join(name));
         let scenario_text = text(&scenario_path)?;
-        let scenario: Table = toml::from_str(&scenario_text)
+        // Under the names of today, where it is a whole job.
+        let job = Job::parse(&scenario_text, &scenario_path.display().to_string(), &[]);
+        let scenario: Table = toml::from_str(&job.map_or_else(|_| scenario_text.clone(), |job| job.to_toml()))
             .map_err(|error| broken(&scenario_path, &format!("is not TOML: {}", error.message()), COPY))?;
         if !["specimen", "grid", "cell"].iter().any(|table| scenario.contains_key(*table)) {
             return Err(broken(&scenario_path, "has no table `specimen`, `grid` or `cell`", COPY));

@@ -102,7 +102,7 @@ fn trial_of_grains(job: &Job, assembly: &Assembly, folder: &Path) -> Result<Tria
 fn grains_in<S: Space>(job: &Job, assembly: &Assembly, folder: &Path) -> Result<Trial, Error> {
     let count = figures::grains(assembly).unwrap_or(u64::MAX);
     let blocks = figures::cell_measure(assembly) / (0..S::DIMENSION).map(|_| assembly.block).product::<f64>();
-    let is_whole = job.as_assembly().is_some() && count <= GRAINS_MAX && blocks <= BLOCKS_MAX;
+    let is_whole = job.continuum().is_none() && count <= GRAINS_MAX && blocks <= BLOCKS_MAX;
     let mut small = assembly.clone();
     let grains = match &assembly.source {
         Source::File(_) if is_whole => {
@@ -118,16 +118,12 @@ fn grains_in<S: Space>(job: &Job, assembly: &Assembly, folder: &Path) -> Result<
             filling::<S>(&mut small, along)
         }
     };
-    if job.as_assembly().is_none() {
+    if job.continuum().is_some() {
         // The cell is that of the packing alone.
         (small.cell.gradient, small.cell.servo) = ([[0.0; 3]; 3], None);
         small.output = *job.output();
     }
-    small.ledger = match job {
-        Job::Shear(job) => job.ledger,
-        Job::Assembly(job) => job.ledger,
-        Job::Mpm(job) => job.ledger,
-    };
+    small.ledger = job.keeps_account();
     small.source = Source::File(Read { grains: PathBuf::new(), contacts: None });
     let setup = InSpace::<S>::new(&small);
     let cell = grain_world::cell_of::<S>(&small);

@@ -12,7 +12,6 @@ pub mod dem;
 pub mod gauge;
 pub mod mpm;
 pub mod scaling;
-pub mod widen;
 
 /// What is timed: stretches of steps, the median of which counts.
 #[derive(Clone, Copy, Debug)]

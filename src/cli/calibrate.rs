@@ -214,10 +214,8 @@ fn told(calibration: &Calibration, subject: &Subject, out: &Path, page: &Path) -
         1e-6 * quality.secant[1]
     ));
     line(format!(
-        "The page is {}. In the job's [{}], {} = \"{}\" takes the place of these keys.",
+        "The page is {}. In the job's [material], file = \"{}\" takes the place of these keys.",
         page.display(),
-        subject.taken_by[0],
-        subject.taken_by[1],
         out.join(FRAGMENT).display()
     ));
     text

@@ -287,11 +287,6 @@ impl Layout {
         TileFrame { corner, cell: self.cell, cell_inverse: 1.0 / self.cell, edge: self.tile_edge(), inside, axes }
     }
 
-    /// The same with so many points along an edge of a cell at the start.
-    pub fn with_points(self, per_cell: usize) -> Self {
-        Self { point_half: 0.5 / per_cell as f64, ..self }
-    }
-
     /// Points along an edge of a cell at the start.
     pub fn points_per_cell(&self) -> usize {
         (0.5 / self.point_half).round() as usize

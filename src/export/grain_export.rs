@@ -55,7 +55,7 @@ pub fn write(state: &State, dir: &Path, file: &Path, wanted: Wanted) -> Result<(
         )));
     }
     let job = job_of(state, dir)?;
-    if job.as_mpm().is_some() && wanted != Wanted::default() {
+    if job.continuum().is_some() && job.plates().is_none() && wanted != Wanted::default() {
         return Err(Error::User(format!(
             "{}: nodes push grains that share them with points, so that full steps of these are known in the next step only. Leave --velocities now and --forces out; contacts.vtkhdf has forces where output.contact_frames = true.",
             dir.display()

@@ -7,19 +7,15 @@ use std::f64::consts::PI;
 
 use super::assembly::{Assembly, Cell, Matter, Packed, Preparation, Sizes, Source};
 use super::figures::{self, grain_measure};
-use super::mpm::{Granular, Grid, InitialStress, Material, Mpm, Region, RegionShape, Watch};
+use super::mpm::{self, Granular, Grid, InitialStress, Material, Mpm, Region, RegionShape, Watch};
 use super::stable::{Bound, HERTZ_OVERLAP, springs_at};
 use super::{BLOCK_OF_DISCS, Method, Scenario};
 use crate::law::contact::{Contact, FLAT, Springs};
-use crate::law::material::{ConstitutiveLaw, CriticalConstants};
-use crate::mpm::scheme::{Scheme, Transfer};
 
 /// Solid volume fraction assumed where only the packing itself will tell (dense discs of this spread: 0.84 to 0.86).
 pub const FRACTION_DENSE: f64 = 0.85;
 /// Contacts of a disc in a dense frictional packing, for the affine estimates.
 pub const COORDINATION_DENSE: f64 = 4.0;
-/// Share of the time a P wave takes through one cell that a step of the continuum may last.
-pub const COURANT_MAX: f64 = 0.5;
 impl Scenario {
     /// Grains of the job's sizes that fill the whole specimen.
     pub fn grains_of_specimen(&self) -> Assembly {
@@ -59,7 +55,7 @@ impl Scenario {
         let (continuum, specimen) = (&self.continuum, &self.specimen);
         let (lower, upper) = ([0.0; 3], [specimen.width, specimen.height, 0.0]);
         let fraction = fraction_start(self);
-        let law = ConstitutiveLaw::CriticalDruckerPrager(CriticalConstants { fraction, ..continuum.constants() });
+        let law = self.material.law.with_fraction(fraction);
         let watch = Watch { diameter: self.grains.diameter_mean, oracle: self.oracle };
         let granular = Granular {
             method: self.method,
@@ -79,12 +75,7 @@ impl Scenario {
                 depth: specimen.depth,
                 ..blank.grid
             },
-            scheme: Scheme {
-                transfer: Transfer::Blend { flip: continuum.flip },
-                points_per_cell: continuum.points_per_cell,
-                averages_volume: continuum.averages_volume,
-                ..Scheme::DEFAULT
-            },
+            scheme: self.scheme,
             material: Material { density: density_bulk(self), law },
             regions: vec![Region { shape: RegionShape::Box { lower, upper }, fraction, ..Region::BLANK }],
             stress: InitialStress::Isotropic { pressure: self.packing.stress },
@@ -105,7 +96,7 @@ impl Scenario {
 
 /// Solid volume fraction that the specimen starts with, as far as it is known before the packing is made.
 pub fn fraction_start(scenario: &Scenario) -> f64 {
-    scenario.continuum.fraction_start.unwrap_or(FRACTION_DENSE)
+    scenario.material.law.fraction().unwrap_or(FRACTION_DENSE)
 }
 
 /// Mass of solid over the volume of solid and void, kg/m3.
@@ -161,10 +152,10 @@ pub fn plate_default(scenario: &Scenario) -> [f64; 2] {
 
 /// Default damping of a plate of that mass, kg, N s/m: a tenth of critical for plate and specimen as one oscillator.
 ///
-/// The specimen is an elastic column of stiffness k = (K + G) width depth / height; a third of its mass moves with the
+/// The specimen is an elastic column of stiffness k = M width depth / height; a third of its mass moves with the
 /// plate, as for a rod held at its far end (Rayleigh). Critical damping is 2 sqrt(k m).
 pub fn plate_damping(scenario: &Scenario, plate_mass: f64) -> f64 {
-    let modulus_p = scenario.continuum.bulk_modulus + scenario.continuum.shear_modulus;
+    let modulus_p = scenario.material.law.modulus_longitudinal(2);
     let stiffness = modulus_p * scenario.specimen.width * scenario.specimen.depth / scenario.specimen.height;
     let mass = plate_mass + specimen_mass(scenario) / 3.0;
     PLATE_DAMPING_RATIO * 2.0 * (stiffness * mass).sqrt()
@@ -224,14 +215,8 @@ pub fn block_edge(scenario: &Scenario) -> f64 {
 
 /// Material points, if the whole specimen is continuum.
 pub fn points(scenario: &Scenario) -> usize {
-    let per_cell = scenario.continuum.points_per_cell * scenario.continuum.points_per_cell;
+    let per_cell = scenario.scheme.points_per_cell * scenario.scheme.points_per_cell;
     cells_x(scenario) * cells_y(scenario) * per_cell
-}
-
-/// Height of the zone of grains around a flat band one cell thick, m.
-pub fn zone_height(scenario: &Scenario) -> f64 {
-    let zone = 2.0 * scenario.enrichment.distance + 2.0 * scenario.continuum.cell;
-    zone.min(scenario.specimen.height)
 }
 
 /// Share of the specimen's grains that are held in memory: those that a hybrid takes grains from may fill its zone alone.
@@ -251,24 +236,6 @@ pub fn speed_up_by(zone: f64, cost_continuum: f64, cost_grains: f64) -> f64 {
 
 // Stable time steps
 
-/// What bounds the step of the continuum: a P wave may cross half a cell.
-pub fn point_bound(scenario: &Scenario) -> Bound {
-    let continuum = &scenario.continuum;
-    let speed = ((continuum.bulk_modulus + continuum.shear_modulus) / density_bulk(scenario)).sqrt();
-    Bound {
-        cause: "P wave through a cell",
-        formula: "0.5 cell/sqrt((K + G)/rho)/grain_steps",
-        remedy: "Beyond it the grid blows up; shorten the step, or take fewer time.grain_steps, larger cells or a softer material.",
-        step: COURANT_MAX * continuum.cell / speed / scenario.time.grain_steps as f64,
-    }
-}
-
-/// The same of its own step, which is several of grains.
-pub fn point_bound_alone(scenario: &Scenario) -> Bound {
-    let bound = point_bound(scenario);
-    Bound { formula: "0.5 cell/sqrt((K + G)/rho)", step: bound.step * scenario.time.grain_steps as f64, ..bound }
-}
-
 /// Every bound that this method is held to.
 pub fn bounds(scenario: &Scenario) -> Vec<Bound> {
     let mut bounds = Vec::new();
@@ -276,7 +243,10 @@ pub fn bounds(scenario: &Scenario) -> Vec<Bound> {
         bounds.extend(figures::bounds(&scenario.grains_of_specimen()));
     }
     if scenario.method.has_points() {
-        bounds.push(point_bound(scenario));
+        let of_points = mpm::figures::bounds(&scenario.on_grid());
+        bounds.extend(
+            of_points.into_iter().map(|bound| Bound { step: bound.step / scenario.time.grain_steps as f64, ..bound }),
+        );
     }
     bounds
 }
@@ -284,7 +254,7 @@ pub fn bounds(scenario: &Scenario) -> Vec<Bound> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::job::mpm::{self, forecast::grains_if_discrete};
+    use crate::job::mpm::forecast::grains_if_discrete;
 
     fn planar_shear(sets: &[&str]) -> Result<Scenario, crate::base::error::Error> {
         let sets: Vec<String> = sets.iter().map(|set| (*set).to_string()).collect();

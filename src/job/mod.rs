@@ -23,13 +23,14 @@ mod slots;
 pub mod stable;
 pub mod templates;
 mod tree;
+pub mod widen;
 mod write;
 
 pub use crate::job::document::Job;
 pub use assembly::Assembly;
 pub use mpm::Mpm;
 pub use output::Output;
-pub(crate) use resolve::{BLOCK_OF_DISCS, BYPASS, MATERIAL_KEYS, digits_below, margin_in_words, significant};
+pub(crate) use resolve::{BLOCK_OF_DISCS, BYPASS, digits_below, margin_in_words, significant};
 pub use shear::{Continuum, Decomposition, Grains, Loading, Packing, Scenario, Specimen, Time, WeakRegion};
 pub(crate) use write::listed;
 

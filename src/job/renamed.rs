@@ -1,5 +1,5 @@
-//! Keys that were called otherwise, and keys that have come later. A job that a person wrote is told of the new name; one that a run keeps
-//! is read under it, and does what it did before the key was there.
+//! Keys that were called otherwise, keys that stood in another table, and keys that have come later. A person is told of a new name, and a
+//! job that a run keeps is read under it; what stood in another table is read from there in any job. Both do what they did before.
 
 use super::schema::Kind;
 use super::tree::{Entry, Node, Place, Value};
@@ -47,10 +47,81 @@ impl Renamed {
     }
 }
 
+/// The table of planar shear that held material and scheme, when there was one law, and where each of its keys stands now.
+const OLD_TABLE: &str = "continuum";
+const MOVED: [(&str, [&str; 2]); 12] = [
+    ("bulk_modulus", ["material", "bulk_modulus"]),
+    ("shear_modulus", ["material", "shear_modulus"]),
+    ("friction_angle_critical", ["material", "friction_angle_critical"]),
+    ("fraction_critical", ["material", "fraction_critical"]),
+    ("dilation_factor", ["material", "dilation_factor"]),
+    ("softening_rate", ["material", "softening_rate"]),
+    ("cohesion", ["material", "cohesion"]),
+    ("fraction_start", ["material", "fraction"]),
+    ("material", ["material", "file"]),
+    ("points_per_cell", ["scheme", "points_per_cell"]),
+    ("flip", ["scheme", "flip"]),
+    ("volume_averaging", ["scheme", "volume_averaging"]),
+];
+/// How many of these make the law, which was this one.
+const OF_LAW: usize = 7;
+const OLD_LAW: &str = "critical_drucker_prager";
+/// The share of FLIP by default, there and then.
+const OLD_FLIP: f64 = 0.95;
+
+/// Where a key that stood in another table stands now.
+pub fn moved(kind: Kind, parts: &[&str]) -> Option<[&'static str; 2]> {
+    let [OLD_TABLE, key] = parts else { return None };
+    MOVED.iter().find(|(old, _)| kind == Kind::Shear && old == key).map(|(_, place)| *place)
+}
+
+/// The names of keys that stood in a table.
+pub fn moved_from(kind: Kind, table: &str) -> impl Iterator<Item = &'static str> {
+    let is_old = kind == Kind::Shear && table == OLD_TABLE;
+    MOVED.iter().filter(move |_| is_old).map(|(old, _)| *old)
+}
+
+/// Puts keys that stood in another table where they stand now, with what they stood for; one that stands there already stays.
+pub fn lower(root: &mut Node, kind: Kind) {
+    let Some(Entry { place, node: Node { value: Value::Table(old), .. }, .. }) = root.get_mut(OLD_TABLE) else {
+        return;
+    };
+    let place = *place;
+    let is_moved = |entry: &mut Entry| moved(kind, &[OLD_TABLE, &entry.key]).is_some();
+    let entries: Vec<Entry> = old.extract_if(.., is_moved).collect();
+    let has = |name: &str| entries.iter().any(|entry| entry.key == name);
+    let has_law = MOVED[..OF_LAW].iter().any(|(name, _)| has(name));
+    let (has_file, has_flip) = (has("material"), has("flip"));
+    let is_job = root.get("method").is_some();
+    let typed = |value: Value, typed: String| Node { value, place, typed };
+    let mut more = Vec::new();
+    if has_law && !has_file {
+        more.push((["material", "law"], typed(Value::Text(OLD_LAW.into()), format!("\"{OLD_LAW}\""))));
+    }
+    // In a file of a material nothing is said of a scheme.
+    if (has_law || has_file) && !has_flip && is_job {
+        more.push((["scheme", "flip"], typed(Value::Float(OLD_FLIP), OLD_FLIP.to_string())));
+    }
+    for ([table, key], node) in more {
+        let _ = root.put(table, Entry { key: key.into(), place, node });
+    }
+    for entry in entries {
+        let [table, key] = moved(kind, &[OLD_TABLE, &entry.key]).expect("it has been found by that");
+        let old = entry.key.clone();
+        if let Err(entry) = root.put(table, Entry { key: key.into(), ..entry }) {
+            let _ = root.put(OLD_TABLE, Entry { key: old, ..entry });
+        }
+    }
+    // Of a file of a material nothing is left of it.
+    if let (Value::Table(tables), false) = (&mut root.value, is_job) {
+        tables.retain(|table| table.key != OLD_TABLE || !table.node.entries().is_empty());
+    }
+}
+
 /// Keys whose default is not what programs did that had no such key, and that.
 const LATER: [(Kind, &str, &str, Earlier); 3] = [
     (Kind::Mpm, "scheme", "volume_averaging", Earlier::Flag(false)),
-    (Kind::Shear, "continuum", "volume_averaging", Earlier::Flag(false)),
+    (Kind::Shear, "scheme", "volume_averaging", Earlier::Flag(false)),
     (Kind::Mpm, "body", "contact_at", Earlier::Text("nodes")),
 ];
 

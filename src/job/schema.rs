@@ -68,7 +68,7 @@ impl Kind {
 
     /// Of something that this kind of job does not have, and the first other kind for which `has` holds does.
     pub fn belongs_elsewhere(self, has: impl Fn(Self) -> bool) -> Option<String> {
-        let owner = Self::ALL.into_iter().find(|kind| *kind != self && has(*kind))?;
+        let owner = [Self::Assembly, Self::Mpm, Self::Shear].into_iter().find(|kind| *kind != self && has(*kind))?;
         let owners = match owner.mark() {
             Some(table) if self == Self::Shear => format!("{}, jobs with a table [{table}]", owner.words().0),
             _ => owner.words().0.to_string(),
@@ -198,9 +198,9 @@ mod tests {
             rest.split("\n## ").next().unwrap_or(rest)
         };
         for (kind, heading) in Kind::ALL.into_iter().zip(headings) {
-            // Tables that are the same for all kinds stand with the first one that has them.
+            // Tables that are the same for several kinds stand with one that has them.
             let text = match kind {
-                Kind::Shear => [section(headings[0]), section(headings[1])].concat(),
+                Kind::Shear => headings.map(section).concat(),
                 _ => [section(headings[0]), section(headings[1]), section(heading)].concat(),
             };
             for table in kind.tables_of_all_depths() {

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::document;
+use super::mpm::Material;
 use super::output::Output;
-use super::resolve::key_of_material;
 use super::schema::section;
 use super::write::Page;
 use super::{Job, Method};
@@ -16,8 +16,8 @@ use crate::base::keys::{
 use crate::couple::oracle::Oracle;
 use crate::couple::zone::Enrichment;
 use crate::law::contact::Contact;
-use crate::law::material::CriticalConstants;
-use crate::mpm::scheme::volume_averaging;
+use crate::law::material::{ConstitutiveLaw, CriticalConstants};
+use crate::mpm::scheme::Scheme;
 
 /// The checked job. All quantities in SI units, angles in radians.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +31,10 @@ pub struct Scenario {
     pub grains: Grains,
     pub contact: Contact,
     pub packing: Packing,
+    /// Of the continuum; its density is that of the grains at the solid volume fraction of the start, as far as that is known before
+    /// the packing is made. The law has none of its own where the packing tells it.
+    pub material: Material,
+    pub scheme: Scheme,
     pub continuum: Continuum,
     pub loading: Loading,
     pub oracle: Oracle,
@@ -63,7 +67,7 @@ impl Scenario {
 
     /// Whether grains are simulated at any time: in the run itself, or to make the packing that a continuum starts from.
     pub fn moves_grains(&self) -> bool {
-        self.method.has_grains() || self.continuum.fraction_start.is_none()
+        self.method.has_grains() || self.material.law.fraction().is_none()
     }
 
     /// The job in SI numbers with nothing left to a default. It parses back to an equal scenario.
@@ -81,6 +85,8 @@ impl Scenario {
         page.section("time", |page| job.time.keys(page));
         page.section("decomposition", |page| job.decomposition.keys(page));
         page.section("output", |page| job.output.keys(page, &mut job.ledger));
+        page.section("scheme", |page| job.scheme.keys(page));
+        page.section("material", |page| job.material.keys(page, true));
         page.section("continuum", |page| job.continuum.keys(page));
         page.text()
     }
@@ -101,10 +107,9 @@ impl Scenario {
             section("grains", "sizes and matter of the grains", |form| job.grains.keys(form)),
             section("contact", "forces between grains", |form| job.contact.keys(form, 0.0)),
             section("packing", "how the packing is made, without cohesion", |form| job.packing.keys(form)),
-            section("continuum", "the continuum and its grid", |form| {
-                form.path_if_given(&mut None, key_of_material("material"));
-                job.continuum.keys(form);
-            }),
+            Scheme::table(),
+            Material::table(),
+            section("continuum", "the grid of the continuum", |form| job.continuum.keys(form)),
             section("loading", "what is done to the specimen", |form| job.loading.keys(form)),
             section("oracle", "shear band detection", |form| job.oracle.keys(form, |_| 0)),
             section("enrichment", "grains for points", |form| job.enrichment.keys(form)),
@@ -132,21 +137,16 @@ impl Scenario {
                 energy_ratio_max: 0.0,
                 cache: PathBuf::new(),
             },
-            continuum: Continuum {
-                bulk_modulus: 0.0,
-                shear_modulus: 0.0,
-                friction_angle_critical: CriticalConstants::CHEN.friction_angle_critical,
-                fraction_critical: CriticalConstants::CHEN.fraction_critical,
-                dilation_factor: CriticalConstants::CHEN.dilation_factor,
-                softening_rate: CriticalConstants::CHEN.softening_rate,
-                cohesion: 0.0,
-                fraction_start: None,
-                cell: 0.0,
-                points_per_cell: 0,
-                flip: 0.0,
-                averages_volume: true,
-                weak: Vec::new(),
+            material: Material {
+                density: 0.0,
+                law: ConstitutiveLaw::CriticalDruckerPrager(CriticalConstants {
+                    bulk_modulus: 0.0,
+                    shear_modulus: 0.0,
+                    ..CriticalConstants::CHEN
+                }),
             },
+            scheme: Scheme::DEFAULT,
+            continuum: Continuum { cell: 0.0, weak: Vec::new() },
             loading: Loading {
                 stress_normal: 0.0,
                 speed: 0.0,
@@ -271,67 +271,18 @@ pub(super) fn rest_and_cache(form: &mut dyn Form, energy_ratio_max: &mut f64, ca
     form.path(cache, text("cache", "the folder of finished packings", "\"cache\"").or("\"cache\""));
 }
 
-/// Critical-state Drucker-Prager continuum on a background grid (Chen et al. 2021, 2.2).
+/// The grid between the plates, and where material starts looser than elsewhere; law and scheme are in tables of their own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Continuum {
-    /// K, Pa.
-    pub bulk_modulus: f64,
-    /// G, Pa.
-    pub shear_modulus: f64,
-    /// phi_cs, rad.
-    pub friction_angle_critical: f64,
-    /// Phi_cs.
-    pub fraction_critical: f64,
-    /// chi of tan(psi) = chi (Phi - Phi_cs).
-    pub dilation_factor: f64,
-    /// xi of dPhi/dt = -(Phi - Phi_cs) Phi xi |deps_p/dt|.
-    pub softening_rate: f64,
-    /// c, Pa.
-    pub cohesion: f64,
-    /// Solid volume fraction the material starts with; none: that of the packing.
-    pub fraction_start: Option<f64>,
     /// Edge of a grid cell, m.
     pub cell: f64,
-    /// Material points per cell and axis.
-    pub points_per_cell: usize,
-    /// Share of FLIP in the velocity update, 0 (PIC) to 1 (FLIP).
-    pub flip: f64,
-    /// Whether volume strain is averaged over nodes where material flows.
-    pub averages_volume: bool,
     /// Regions that start with another solid volume fraction, so that shear has a place to begin (Chen et al. 2021, 6.1).
     pub weak: Vec<WeakRegion>,
 }
 
 impl Continuum {
     pub(super) fn keys(&mut self, form: &mut dyn Form) {
-        let mut law = self.constants();
-        law.keys_of_flow(form, false);
-        self.bulk_modulus = law.bulk_modulus;
-        self.shear_modulus = law.shear_modulus;
-        self.friction_angle_critical = law.friction_angle_critical;
-        self.fraction_critical = law.fraction_critical;
-        self.dilation_factor = law.dilation_factor;
-        self.softening_rate = law.softening_rate;
-        self.cohesion = law.cohesion;
-        let start = number(
-            "fraction_start",
-            "the solid volume fraction at the start",
-            RATIO,
-            Range::closed(0.4, 0.95),
-            "0.855",
-        );
-        form.number_if_given(&mut self.fraction_start, start.optional());
         form.number(&mut self.cell, number("cell", "the edge of a grid cell", LENGTH, POSITIVE, "\"7.5 mm\""));
-        size(
-            form,
-            &mut self.points_per_cell,
-            count("points_per_cell", "material points per cell and axis", (1, 8), "2").or("2"),
-        );
-        form.number(
-            &mut self.flip,
-            number("flip", "the share of FLIP", RATIO, Range::closed(0.0, 1.0), "0.95").or("0.95"),
-        );
-        volume_averaging(form, &mut self.averages_volume);
         let weak = key("weak", "regions that start looser", Wants::Text, "[]").optional();
         super::schema::list(
             form,
@@ -341,23 +292,6 @@ impl Continuum {
             &WeakRegion::BLANK,
             WeakRegion::keys,
         );
-    }
-}
-
-impl Continuum {
-    /// Those of its law, at the critical solid volume fraction where the job has none for the start.
-    pub fn constants(&self) -> CriticalConstants {
-        CriticalConstants {
-            bulk_modulus: self.bulk_modulus,
-            shear_modulus: self.shear_modulus,
-            friction_angle_critical: self.friction_angle_critical,
-            fraction_critical: self.fraction_critical,
-            fraction: self.fraction_start.unwrap_or(self.fraction_critical),
-            dilation_factor: self.dilation_factor,
-            softening_rate: self.softening_rate,
-            cohesion: self.cohesion,
-            dilation_angle: None,
-        }
     }
 }
 

@@ -1,10 +1,13 @@
-//! What jobs of different kinds have in common, so that nobody outside asks for the kind to get at it.
+//! What jobs of all forms are made of, so that nobody outside asks for the form to get at it: grains, a continuum, bodies, plates, what
+//! presses and how fast it goes.
 
 use std::borrow::Cow;
 
 use super::assembly::{Body, Read, Source};
+use super::mpm::Region;
 use super::stable::Bound;
-use super::{Assembly, Job, Method, Mpm, Scenario, derived, figures, mpm};
+use super::{Assembly, Job, Loading, Method, Mpm, Scenario, derived, figures, mpm};
+use crate::base::keys::Form;
 
 impl Job {
     /// The job of planar shear between plates, if it is one.
@@ -96,10 +99,86 @@ impl Job {
         }
     }
 
+    /// The key of a job that says that stress.
+    pub fn key_of_pressure(&self) -> &'static str {
+        match self {
+            Self::Shear(_) => "loading.stress_normal",
+            Self::Assembly(assembly) if assembly.cell.servo.is_some() => "cell.stress_normal",
+            Self::Assembly(_) | Self::Mpm(_) => "packing.stress",
+        }
+    }
+
+    /// Rates that the job strains its grains at, 1/s, and what each is of.
+    pub fn rates(&self) -> Vec<(f64, &'static str)> {
+        match self {
+            Self::Shear(scenario) => vec![
+                (derived::shear_rate_mean(scenario), "the whole height shearing alike"),
+                (derived::shear_rate_band(scenario), "a band of ten diameters taking it all"),
+            ],
+            Self::Assembly(assembly) => Some(figures::rate_max(assembly))
+                .filter(|rate| *rate > 0.0)
+                .map(|rate| (rate, "the largest of the cell"))
+                .into_iter()
+                .collect(),
+            Self::Mpm(_) => Vec::new(),
+        }
+    }
+
+    /// What these are proportional to: its key, value and unit.
+    pub fn speed(&self) -> Option<(&'static str, f64, &'static str)> {
+        match self {
+            Self::Shear(scenario) => Some(("loading.speed", scenario.loading.speed, "m/s")),
+            Self::Assembly(assembly) => Some(("cell.velocity_gradient", figures::rate_max(assembly), "1/s")),
+            Self::Mpm(_) => None,
+        }
+    }
+
+    /// What plates do that the material lies between, in place of faces and bodies that the job names.
+    pub fn plates(&self) -> Option<&Loading> {
+        if let Self::Shear(scenario) = self { Some(&scenario.loading) } else { None }
+    }
+
+    /// Where the job says that material is; between plates it is everywhere.
+    pub fn regions(&self) -> &[Region] {
+        if let Self::Mpm(job) = self { &job.regions } else { &[] }
+    }
+
+    /// Whether the job says what its continuum is made of: between plates one that nothing moves is asleep.
+    pub fn has_material(&self) -> bool {
+        match self {
+            Self::Shear(scenario) => scenario.method.has_points(),
+            Self::Assembly(_) => false,
+            Self::Mpm(_) => true,
+        }
+    }
+
+    /// Whether the solid volume fraction of the start is that of a packing which is not made yet.
+    pub fn is_told_by_packing(&self) -> bool {
+        self.as_shear().is_some_and(|scenario| scenario.material.law.fraction().is_none())
+    }
+
+    /// The keys of `[packing]`, where grains are made.
+    pub fn keys_of_packing(&self, form: &mut dyn Form) {
+        match (self, self.grains().map(|grains| grains.into_owned().source)) {
+            (Self::Shear(scenario), _) => scenario.packing.clone().keys(form),
+            (_, Some(Source::Packed(mut packed))) => packed.keys(form),
+            _ => {}
+        }
+    }
+
+    /// Whether an account of work and energy is kept.
+    pub fn keeps_account(&self) -> bool {
+        match self {
+            Self::Shear(scenario) => scenario.ledger,
+            Self::Assembly(assembly) => assembly.ledger,
+            Self::Mpm(job) => job.ledger,
+        }
+    }
+
     /// What bounds the step of the continuum, of which [`Mpm::step_of_continuum`] is one.
     pub fn bounds_of_continuum(&self) -> Vec<Bound> {
         match self {
-            Self::Shear(scenario) if scenario.method.has_points() => vec![derived::point_bound_alone(scenario)],
+            Self::Shear(scenario) if scenario.method.has_points() => mpm::figures::bounds(&scenario.on_grid()),
             Self::Shear(_) | Self::Assembly(_) => Vec::new(),
             Self::Mpm(job) => mpm::figures::bounds(job),
         }

@@ -4,7 +4,7 @@ use std::ops::Range as Span;
 
 use toml::de::{DeTable, DeValue};
 
-use super::renamed::{Renamed, translate};
+use super::renamed::{Renamed, lower, moved, translate};
 use super::schema::Kind;
 use super::write::RESOLVED;
 use crate::base::error::Error;
@@ -86,6 +86,7 @@ impl Node {
         let has = |table: &str| root.get(table).is_some_and(|entry| matches!(entry.node.value, Value::Table(_)));
         let marked = [Kind::Assembly, Kind::Mpm].into_iter().find(|kind| kind.mark().is_some_and(has));
         let kind = marked.unwrap_or(Kind::Shear);
+        lower(&mut root, kind);
         // In a run's folder the line that names the run stands above.
         if text.lines().take(2).any(|line| line.starts_with(RESOLVED)) {
             translate(&mut root, kind);
@@ -104,6 +105,23 @@ impl Node {
         match &mut self.value {
             Value::Table(entries) => entries.iter_mut().find(|entry| entry.key == key),
             _ => None,
+        }
+    }
+
+    /// Puts an entry into one of its tables, which is made where there is none; gives back one whose key is there already.
+    pub fn put(&mut self, table: &str, entry: Entry) -> Result<(), Entry> {
+        let Value::Table(tables) = &mut self.value else { return Err(entry) };
+        let at = tables.iter().position(|known| known.key == table).unwrap_or_else(|| {
+            let node = Self { value: Value::Table(Vec::new()), place: entry.place, typed: String::new() };
+            tables.push(Entry { key: table.to_string(), place: entry.place, node });
+            tables.len() - 1
+        });
+        match &mut tables[at].node.value {
+            Value::Table(entries) if entries.iter().all(|known| known.key != entry.key) => {
+                entries.push(entry);
+                Ok(())
+            }
+            _ => Err(entry),
         }
     }
 
@@ -235,8 +253,10 @@ fn apply_set(root: &mut Node, kind: Kind, whole: &str) -> Result<(), Error> {
             "--set {set}: there is nothing behind the equals sign. Write for example --set loading.speed=\"5 cm/s\"."
         )));
     }
-    let parts: Vec<&str> = path.split('.').collect();
-    refuse_unknown_path(&set, kind, &parts)?;
+    let typed: Vec<&str> = path.split('.').collect();
+    let moved = moved(kind, &typed);
+    let parts = moved.as_ref().map_or(&typed[..], |place| &place[..]);
+    refuse_unknown_path(&set, kind, parts)?;
     let mut value = match typed_value(text) {
         Some(value) => value,
         None => {
@@ -245,7 +265,7 @@ fn apply_set(root: &mut Node, kind: Kind, whole: &str) -> Result<(), Error> {
         }
     };
     value.mark_as_set();
-    insert(root, &parts, value, &set)
+    insert(root, parts, value, &set)
 }
 
 impl Node {

@@ -1,6 +1,6 @@
 //! How points and nodes exchange what they carry: the choices of a job.
 
-use crate::base::keys::{Form, RATIO, Range, choose, count, flag, number, size, text, variant};
+use crate::base::keys::{Description, Form, RATIO, Range, Table, choose, count, flag, number, size, text, variant};
 
 /// How points and nodes exchange what they carry.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,12 +86,6 @@ impl ShapeFunction {
     }
 }
 
-/// The key of [`Scheme::averages_volume`].
-pub fn volume_averaging(form: &mut dyn Form, averages: &mut bool) {
-    let about = "whether volume strain is averaged over nodes where material flows, so that stresses of single points are no noise";
-    form.flag(averages, flag("volume_averaging", about, "false").or("true"));
-}
-
 /// Share of FLIP by default.
 const FLIP: &str = "0.99";
 
@@ -103,6 +97,12 @@ impl Scheme {
         points_per_cell: 2,
         averages_volume: true,
     };
+
+    /// `[scheme]`.
+    pub fn table() -> Table {
+        let about = "how points and nodes exchange what they carry";
+        Description::of("scheme", about, false, |form| Self::DEFAULT.clone().keys(form))
+    }
 
     /// The keys of `[scheme]`.
     pub fn keys(&mut self, form: &mut dyn Form) {
@@ -126,7 +126,8 @@ impl Scheme {
         });
         let key = count("points_per_cell", "points per cell and axis", (1, 16), "2").or("2");
         size(form, &mut self.points_per_cell, key);
-        volume_averaging(form, &mut self.averages_volume);
+        let about = "whether volume strain is averaged over nodes where material flows, so that stresses of single points are no noise";
+        form.flag(&mut self.averages_volume, flag("volume_averaging", about, "false").or("true"));
     }
 
     /// Whether a node's own new velocity becomes strain, or the affine field of a point, before points have averaged it: then

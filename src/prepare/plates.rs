@@ -10,6 +10,7 @@ use crate::bodies::body::{Body, Instant, Servo, Shape, Side};
 use crate::domain::rebuild::Parts;
 use crate::job::{Method, Scenario, derived};
 use crate::mpm::points::Point;
+use crate::mpm::stress::material_of;
 use crate::prepare::sheared::{self, Packing, PlanarWorld, cell_of, layout_for, settings_of_run};
 
 type Vector = <Plane as Space>::Vector;
@@ -50,7 +51,7 @@ pub struct Start {
 
 /// The packing, or for a continuum alone with a stated solid volume fraction the specimen as it is drawn.
 pub fn prepare(scenario: &Scenario, transport: &dyn Transport) -> Result<Start, Error> {
-    let stated = scenario.continuum.fraction_start;
+    let stated = scenario.material.law.fraction();
     let specimen = &scenario.specimen;
     let mass_at =
         |fraction: f64| scenario.grains.density * fraction * specimen.width * specimen.height * specimen.depth;
@@ -95,14 +96,13 @@ pub fn world<'t>(scenario: &Scenario, transport: &'t dyn Transport, start: Start
 /// rank makes some of the rows.
 fn points(scenario: &Scenario, transport: &dyn Transport, start: &Start) -> Vec<Point<Plane>> {
     let (width, height) = (scenario.specimen.width, start.height);
-    let continuum = &scenario.continuum;
-    let spacing = continuum.cell / continuum.points_per_cell as f64;
+    let spacing = scenario.continuum.cell / scenario.scheme.points_per_cell as f64;
     let columns = (width / spacing).round() as usize;
     let rows = (height / spacing).round() as usize;
     let step = [width / columns as f64, height / rows as f64];
     let volume = step[0] * step[1] * scenario.specimen.depth;
     let mass = start.mass / (columns * rows) as f64;
-    let law = sheared::material(scenario);
+    let law = material_of::<Plane>(&scenario.material.law);
     let mut points = Vec::new();
     for row in (0..rows).filter(|row| row % transport.size() == transport.rank()) {
         for column in 0..columns {

@@ -1,7 +1,6 @@
 //! Packings made ahead: inserted, compressed under low friction, kept in a file named by everything that shaped them.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use scree_io::column::State;
 use scree_io::store;
@@ -11,25 +10,22 @@ use crate::base::error::Error;
 use crate::base::record::{Cargo, to_table};
 use crate::base::space::{Linear, Plane, Space};
 use crate::bodies::body::{Body, Servo, Shape, Side};
-use crate::dem::assembly::Constants;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, PenaltySpring};
 use crate::dem::law::{law_of, memory_words};
-use crate::domain::grid::Grid;
-use crate::domain::layout::Layout;
+use crate::domain::layout::{Ground, Layout, RIM_CELLS};
 use crate::domain::rebuild::{Parts, is_glued};
 use crate::domain::stop::{self, Wish};
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
 use crate::job::{Scenario, derived};
 use crate::law::contact::Contact;
-use crate::law::material::CriticalDruckerPrager;
 use crate::mpm::membrane::Membranes;
-use crate::mpm::stress::SharedMaterial;
+use crate::mpm::stress::material_of;
 use crate::prepare::cache::{Found, Place};
 use crate::prepare::loose::{UPPER, glue_layers, glued_reach, insert};
 use crate::prepare::making::{Leg, Look, Making};
-use crate::prepare::{grain_file, recipe};
+use crate::prepare::{grain_file, point_world, recipe};
 use crate::store::checkpoint::{self, Drawn};
 use crate::store::tables;
 
@@ -66,25 +62,20 @@ pub fn layout_for(scenario: &Scenario, height: f64) -> Result<Layout, Error> {
     let margin = margin_cells(scenario);
     let columns = (scenario.specimen.width / cell).round() as usize;
     let rows = ((height / cell).ceil() as usize + 2 * margin + 2).div_ceil(block) * block;
-    let corner = [0.0, -(margin as f64) * cell];
-    let layout = Layout::plane([columns, rows], block, cell, corner).map_err(Error::User)?;
-    Ok(layout.with_points(scenario.continuum.points_per_cell))
+    let corner = [0.0, -(margin as f64) * cell, 0.0];
+    let ground = Ground {
+        rim: [[RIM_CELLS; 2]; 3],
+        shape: scenario.scheme.shape,
+        point_half: 0.5 / scenario.scheme.points_per_cell as f64,
+        ..Ground::open([columns, rows, 1], block, cell, corner, [true, false, false])
+    };
+    Layout::new::<Plane>(ground).map_err(Error::User)
 }
 
 /// Settings of a world of this job's grains alone, with constants of its own in their law.
 pub fn settings_for(scenario: &Scenario, contact: &Contact) -> Settings<Plane> {
-    Settings {
-        grains: Constants::new(scenario.time.step, scenario.decomposition.skin, law_of(contact)),
-        grain_steps: 1,
-        grid: Grid { averages_volume: scenario.continuum.averages_volume, ..Grid::blend(scenario.continuum.flip) },
-        loads: Vec::new(),
-        material: material(scenario),
-    }
-}
-
-/// The law of this job's points.
-pub fn material(scenario: &Scenario) -> SharedMaterial<Plane> {
-    Arc::new(CriticalDruckerPrager::of(&scenario.continuum.constants()))
+    let settings = point_world::settings(&scenario.on_grid(), material_of(&scenario.material.law), law_of(contact));
+    Settings { grain_steps: 1, ..settings }
 }
 
 /// Settings of the run of this job.

@@ -11,8 +11,8 @@ use crate::domain::accounts::ledger::Accounts;
 use crate::domain::instant::Instant;
 use crate::domain::rebuild::Parts;
 use crate::job::assembly::{Assembly, CellServo, Source};
+use crate::job::figures;
 use crate::job::raw::Typed;
-use crate::job::{Job, figures};
 use crate::mpm::membrane::Vertex;
 use crate::mpm::stress::{SharedMaterial, no_material};
 use crate::prepare::grain_world::{self, GrainWorld};
@@ -65,7 +65,7 @@ impl<S: Space> Setup for InSpace<'_, S> {
         }
         let steps = figures::steps(job.end, job.step);
         Experiment {
-            job: Job::Assembly(job.clone()).to_toml(),
+            job: job.to_toml(),
             output: &job.output,
             steps,
             accounts: Accounts { grains: job.ledger, points: false },

@@ -11,9 +11,9 @@ use crate::domain::accounts::ledger::Accounts;
 use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
 use crate::domain::world::World;
+use crate::job::Method;
 use crate::job::figures::steps;
 use crate::job::mpm::{self, Granular, Mpm, Origin, Watch};
-use crate::job::{Job, Method};
 use crate::mpm::membrane::Vertex;
 use crate::mpm::stress::{SharedMaterial, material_of};
 use crate::mpm::track::Instants;
@@ -102,7 +102,7 @@ impl<S: Space> Setup for Points<'_, S> {
 /// What all jobs on a grid have, with these columns.
 fn of_job<'s, S: Space>(job: &'s Mpm, columns: Vec<Columns<'s, S>>) -> Experiment<'s, S> {
     Experiment {
-        job: Job::Mpm(job.clone()).to_toml(),
+        job: job.to_toml(),
         output: &job.output,
         steps: steps(job.end, job.step),
         accounts: Accounts { grains: false, points: job.ledger },

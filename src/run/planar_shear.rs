@@ -10,7 +10,7 @@ use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
 use crate::job::{Method, Scenario, derived};
 use crate::mpm::membrane::{Membranes, Vertex};
-use crate::mpm::stress::SharedMaterial;
+use crate::mpm::stress::{SharedMaterial, material_of};
 use crate::mpm::track::Instants;
 use crate::prepare::loose::UPPER;
 use crate::prepare::plates;
@@ -62,7 +62,7 @@ impl Setup for Scenario {
     }
 
     fn material(&self) -> SharedMaterial<Plane> {
-        sheared::material(self)
+        material_of(&self.material.law)
     }
 
     fn begin<'t>(

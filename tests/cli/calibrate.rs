@@ -161,20 +161,21 @@ fn a_job_is_calibrated_and_takes_its_fragment() {
     let (head, rest) = job.split_once("bulk_modulus").unwrap();
     let (_, tail) = rest.split_once("softening_rate = 3.0\n").unwrap();
     let file = first.join("job.toml");
-    std::fs::write(&file, format!("{head}material = \"calibrated.toml\"\n{tail}")).unwrap();
+    std::fs::write(&file, format!("{head}file = \"calibrated.toml\"\n{tail}")).unwrap();
     let scenario = Scenario::load(&file, &[]).unwrap_or_else(|error| panic!("{error}"));
+    let law = scenario.material.law.critical().unwrap();
     let json: serde_json::Value = serde_json::from_str(&read(&first.join("calibration.json"))).unwrap();
     let found = |key: &str| json["material"][key]["value"].as_f64().unwrap();
-    assert!(off(scenario.continuum.bulk_modulus, found("bulk_modulus")) < 1e-3);
-    assert!(off(scenario.continuum.dilation_factor, found("dilation_factor")) < 1e-3);
-    assert!(off(scenario.continuum.friction_angle_critical, found("friction_angle_critical")) < 1e-3);
+    assert!(off(law.bulk_modulus, found("bulk_modulus")) < 1e-3);
+    assert!(off(law.dilation_factor, found("dilation_factor")) < 1e-3);
+    assert!(off(law.friction_angle_critical, found("friction_angle_critical")) < 1e-3);
     // Within what any packing of these discs has.
-    assert!((50e6..120e6).contains(&scenario.continuum.bulk_modulus), "{told}");
-    assert!((0.1..0.5).contains(&scenario.continuum.friction_angle_critical), "{told}");
+    assert!((50e6..120e6).contains(&law.bulk_modulus), "{told}");
+    assert!((0.1..0.5).contains(&law.friction_angle_critical), "{told}");
     // What the run keeps has the numbers themselves, and --set overrides the file.
     assert!(!scenario.to_toml().contains("calibrated"));
-    let set = Scenario::load(&file, &["continuum.bulk_modulus=70 MPa".to_string()]).unwrap();
-    assert_eq!(set.continuum.bulk_modulus, 70e6);
+    let set = Scenario::load(&file, &["material.bulk_modulus=70 MPa".to_string()]).unwrap();
+    assert_eq!(set.material.law.bulk_modulus(2), 70e6);
 }
 
 /// Grains that cohere are sheared without cohesion, too, and that test has a file of its own. The job is loaded at half of the
@@ -229,8 +230,8 @@ fn jobs_of_other_grains_are_refused() {
         assert!(!out.exists(), "a folder was left");
     };
     refused(&["--set", "grains.file=grains.csv"], &["jobs/quickstart.toml: grains.file = ", "Calibrate a copy"]);
-    let alone = ["--set", "method=mpm", "--set", "continuum.fraction_start=0.84"];
-    refused(&alone, &["jobs/quickstart.toml: ", "continuum.fraction_start", "--set method=dem"]);
+    let alone = ["--set", "method=mpm", "--set", "material.fraction=0.84"];
+    refused(&alone, &["jobs/quickstart.toml: ", "material.fraction", "--set method=dem"]);
 }
 
 /// Grains beside a continuum on a grid are tested as those of planar shear are; what has no grains, or no continuum, is told so.
@@ -241,7 +242,7 @@ fn grains_of_a_job_on_a_grid_are_tested() {
         Subject::of(&Job::load(&path, &[]).unwrap(), "job.toml", false)
     };
     let subject = load("jobs/triaxial.toml").unwrap();
-    assert_eq!((subject.taken_by, subject.stress), (["material", "file"], 100e3));
+    assert_eq!(subject.stress, 100e3);
     assert!(subject.now.is_some());
     let wanted = Wanted { grains: 300, packings: 1, strain: 0.2 };
     let tests = elements(&subject, wanted, 7);
@@ -301,9 +302,9 @@ fn mobilised_friction_is_calibrated_and_taken_by_a_grid() {
     std::fs::write(&file, job.replace("[material]\n", "[material]\nfile = \"calibrated.toml\"\n")).unwrap();
     let refused = Job::load(&file, &[]).unwrap_err().to_string();
     assert!(refused.contains("material.law") && refused.contains("stands in"), "{refused}");
-    let set = format!("continuum.material=\"{}\"", first.join("calibrated.toml").display());
-    let refused = Job::load(&jobs.join("planar_shear.toml"), &[set]).unwrap_err().to_string();
-    assert!(refused.contains("critical-state law"), "{refused}");
+    let set = format!("material.file=\"{}\"", first.join("calibrated.toml").display());
+    let sheared = Job::load(&jobs.join("planar_shear.toml"), &[set]).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(sheared.continuum().unwrap().material.law.shear_modulus(), law.shear_modulus);
 }
 
 /// Any job whose grains are discs that it makes is taken with the law; others are told why not, and leave nothing behind.

@@ -68,7 +68,7 @@ fn a_hybrid_in_cycles_draws_the_same_curve() {
     let curve = |grain_steps: u64| {
         let scenario = packed_job(&[
             &format!("time.grain_steps={grain_steps}"),
-            &format!("continuum.flip={}", blend(grain_steps)),
+            &format!("scheme.flip={}", blend(grain_steps)),
             "loading.speed=20 cm/s",
             "loading.speed_ramp=0.5 ms",
             "loading.strain_end=0.03",

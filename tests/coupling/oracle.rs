@@ -106,9 +106,9 @@ fn rows_between(lower: f64, upper: f64) -> BTreeSet<u64> {
     (row(lower)..=row(upper)).collect()
 }
 
-const DENSE: &str = "continuum.fraction_start=0.85";
-const LOOSE: &str = "continuum.fraction_start=0.79";
-const CRITICAL: &str = "continuum.fraction_critical=0.815";
+const DENSE: &str = "material.fraction=0.85";
+const LOOSE: &str = "material.fraction=0.79";
+const CRITICAL: &str = "material.fraction_critical=0.815";
 
 /// Chen et al. (2021), figure 5, first row: the weak region between 15 and 21 mm becomes the band, and nothing else is flagged.
 #[test]
@@ -126,7 +126,7 @@ fn an_over_consolidated_specimen_shows_its_band() {
 /// row beside the plates flagged, which slow the flow there.
 #[test]
 fn an_under_consolidated_specimen_keeps_the_oracle_silent() {
-    let even = ["continuum.dilation_factor=7", "continuum.weak.0.fraction_deficit=0"];
+    let even = ["material.dilation_factor=7", "continuum.weak.0.fraction_deficit=0"];
     let story = watched(&[&[LOOSE, CRITICAL, "loading.strain_end=0.1"], &even[..]].concat());
     assert_eq!(story.fired, None);
     // One, two cells below the upper plate, is flagged and let go; without averaging of volume strain there is none.
@@ -141,7 +141,7 @@ fn rate_and_sum_of_strain_call_even_flow_a_band() {
     println!("dense: {:?}, {:?}", dense.by_rate, dense.by_strain);
     assert!(dense.fired.is_some() && dense.by_rate[0] > 0.9 && dense.by_strain[0] > 0.9);
     assert!(dense.by_rate[1] < 0.2 && dense.by_strain[1] < 0.2, "{:?}, {:?}", dense.by_rate, dense.by_strain);
-    let even = ["continuum.dilation_factor=7", "continuum.weak.0.fraction_deficit=0"];
+    let even = ["material.dilation_factor=7", "continuum.weak.0.fraction_deficit=0"];
     let loose = watched(&[&[LOOSE, CRITICAL, "loading.strain_end=0.1"], &even[..]].concat());
     println!("loose: {:?}, {:?}", loose.by_rate, loose.by_strain);
     assert!(loose.fired.is_none() && loose.by_rate[1] > 0.8 && loose.by_strain[1] > 0.8);
@@ -258,8 +258,8 @@ fn a_diagonal_band_in_a_membrane_is_all_that_is_flagged() {
 /// it is like the rest: what is flagged on the way does not persist.
 #[test]
 fn a_weak_region_makes_a_band_in_a_dense_specimen_and_heals_in_a_loose_one() {
-    let weak = [CRITICAL, "continuum.dilation_factor=7", "continuum.weak.0.fraction_deficit=0.002"];
-    let both = [&weak[..], &["continuum.softening_rate=20", "loading.strain_end=0.1"]].concat();
+    let weak = [CRITICAL, "material.dilation_factor=7", "continuum.weak.0.fraction_deficit=0.002"];
+    let both = [&weak[..], &["material.softening_rate=20", "loading.strain_end=0.1"]].concat();
     let dense = watched(&[&[DENSE], &both[..]].concat());
     assert!(dense.fired.is_some());
     let rows: BTreeSet<u64> = dense.flagged.iter().map(|node| node / 4).collect();

@@ -5,6 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use scree::base::space::Plane;
 use scree::job::{Job, Scenario};
+use scree::law::material::ConstitutiveLaw;
 use scree::run::start;
 use scree::store::checkpoint::{self, Snapshot};
 use scree_partition::transport::threads;
@@ -66,6 +67,41 @@ fn a_continuum_ends_in_the_same_bits_on_any_ranks() {
     let scenario = packed_job(&["method=mpm", "loading.strain_end=0.02"]);
     let series = same_on_any_ranks(&scenario, folder.path());
     assert!(populations(&series).iter().all(|[grains, points]| *grains == 0 && *points > 150));
+}
+
+/// A job of planar shear whose material is that of a file of another law, which mobilises its friction by plastic shear.
+fn mobilised(sets: &[&str]) -> Scenario {
+    let text = packed_job(sets).to_toml();
+    let (head, rest) = text.split_once("\n[material]\n").unwrap();
+    let (_, tail) = rest.split_once("\n[continuum]\n").unwrap();
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/materials/planar_shear_mobilised.toml");
+    let text = format!("{head}\n[material]\nfile = \"{file}\"\n\n[continuum]\n{tail}");
+    let scenario = Scenario::parse(&text, "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+    assert!(matches!(scenario.material.law, ConstitutiveLaw::MobilisedFriction(_)));
+    assert_eq!(scenario.material.law.fraction(), None);
+    scenario
+}
+
+/// Planar shear takes any law of the list, and any scheme where points are alone.
+#[test]
+fn planar_shear_of_another_law_ends_in_the_same_bits() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, sets: &[&str]| {
+        let scenario = mobilised(sets);
+        let [one, three] = ["1", "3"].map(|ranks| folder.path().join(format!("{name}-{ranks}")));
+        let wanted = ran(&scenario, 1, &one);
+        assert!(ran(&scenario, 3, &three) == wanted, "{name}: other bits on three ranks");
+        populations(&wanted.1)
+    };
+    let scheme = ["scheme.shape=generalised", "scheme.update=modified_last"];
+    let points = run("mpm", &[&["method=mpm", "loading.strain_end=0.01"], &scheme[..]].concat());
+    assert!(points.iter().all(|[grains, points]| *grains == 0 && *points > 150), "{points:?}");
+    let fast = ["loading.speed=20 cm/s", "loading.speed_ramp=0.5 ms", "loading.strain_end=0.035"];
+    let sets = [&fast[..], &["enrichment.training_speed=4"]].concat();
+    let hybrid = run("hybrid", &sets);
+    let (first, last) = (hybrid[0], hybrid[hybrid.len() - 1]);
+    assert!(first[0] == 0 && last[0] > 100 && last[1] < first[1], "no enrichment: {first:?} to {last:?}");
 }
 
 /// With a step of the continuum for each of grains, and with one for seven, which no interval of an output is a multiple of, and

@@ -12,7 +12,7 @@ fn bears<S: Space>(job: &CriticalConstants, overburden: f64, k0: f64) -> bool {
     let law = material::CriticalDruckerPrager::of(job);
     let mut stress = S::identity() * (-k0 * overburden);
     stress[0] = -overburden;
-    let kept = MaterialLaw::<S>::stress(&law, &law.start(&stress, job.fraction));
+    let kept = MaterialLaw::<S>::stress(&law, &law.start(&stress, job.fraction.unwrap()));
     Linear::norm(&(kept - stress)) < 1e-9 * overburden
 }
 
@@ -25,7 +25,7 @@ fn the_law_bears_what_the_cone_does() {
             shear_modulus: 1e7,
             friction_angle_critical: 0.45,
             fraction_critical: 0.8,
-            fraction,
+            fraction: Some(fraction),
             dilation_factor: 5.0,
             softening_rate: 1.0,
             cohesion,

@@ -99,7 +99,7 @@ pub(super) fn choose(
     // The latter where a zone grows by next to no rim.
     if off.abs() > heaviest || !(0.0..1.0).contains(&selection.point_weight) {
         return Err(Refusal(format!(
-            "the grains of the packing cannot replace the points of the zone: masses differ by {off:e} kg, a grain weighs {heaviest:e} kg; the fraction of the material at the start (continuum.fraction_start of planar shear, material.fraction on a grid) must be near the packing's own, and the zone must lie within the packing (packing.height)"
+            "the grains of the packing cannot replace the points of the zone: masses differ by {off:e} kg, a grain weighs {heaviest:e} kg; the fraction of the material at the start (material.fraction) must be near the packing's own, and the zone must lie within the packing (packing.height)"
         )));
     }
     if grains.is_empty() || rim.is_empty() {

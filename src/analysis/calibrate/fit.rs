@@ -1,12 +1,12 @@
 //! Figures of the continuum's law from what the element tests measured.
 
+use super::NAMES;
 use super::element::{ROW_SHEAR, Row, STRAIN_SMALL};
 use super::least_squares::Parameter;
 use super::model::{Curve, Model, follow};
 use super::path::{Drive, Kept, simple_shear};
 use crate::base::error::Error;
 use crate::base::math;
-use crate::job::MATERIAL_KEYS;
 use crate::law::material::CriticalDruckerPrager;
 
 /// Strain over which the curves of grains are averaged to see their peak.
@@ -133,7 +133,7 @@ impl Model<4> for Critical {
     type Law = CriticalDruckerPrager;
 
     fn parameters(&self) -> [(&'static str, Parameter); 4] {
-        let [_, _, friction, fraction, dilation, softening, cohesion] = MATERIAL_KEYS;
+        let [_, _, friction, fraction, dilation, softening, cohesion] = NAMES;
         let keys = [fraction, dilation, softening, if self.friction_critical.is_some() { cohesion } else { friction }];
         std::array::from_fn(|index| (keys[index], self.parameters[index]))
     }

@@ -1,4 +1,4 @@
-//! What a calibration leaves behind: a fragment that `[continuum] material` of a job names, and all data.
+//! What a calibration leaves behind: a fragment that `[material] file` of a job names, and all data.
 
 use std::fmt::Write;
 
@@ -36,9 +36,10 @@ impl Calibration {
         line(&format!(
             "# stress, inertial number {INERTIAL_SHEAR:e}, followed by the law with the least squares. Behind +-: standard deviation of"
         ));
-        line("# the packings by themselves. A job takes this file by `material = \"...\"` in its [continuum].");
+        line("# the packings by themselves. A job takes this file by `file = \"...\"` in its [material].");
         line("");
-        line("[continuum]");
+        line("[material]");
+        line("law = \"critical_drucker_prager\"");
         for key in &KEYS {
             let (value, spread) = self.figure(key);
             let spread = spread.filter(|spread| *spread > 0.0);

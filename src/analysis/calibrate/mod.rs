@@ -9,7 +9,6 @@ use rayon::prelude::*;
 
 use crate::base::error::Error;
 use crate::base::math;
-use crate::job::MATERIAL_KEYS;
 use crate::law::material::CriticalDruckerPrager;
 
 pub mod element;
@@ -71,11 +70,22 @@ pub struct Key {
     pub table_2: f64,
 }
 
+/// As `[material]` of a job calls them.
+const NAMES: [&str; 7] = [
+    "bulk_modulus",
+    "shear_modulus",
+    "friction_angle_critical",
+    "fraction_critical",
+    "dilation_factor",
+    "softening_rate",
+    "cohesion",
+];
+
 pub const KEYS: [Key; 7] = {
     const fn key([name, symbol, unit]: [&'static str; 3], of: fn(&CriticalDruckerPrager) -> f64, table_2: f64) -> Key {
         Key { name, symbol, unit, of, table_2 }
     }
-    let [bulk, shear, friction, fraction, dilation, softening, cohesion] = MATERIAL_KEYS;
+    let [bulk, shear, friction, fraction, dilation, softening, cohesion] = NAMES;
     [
         key([bulk, "K", "Pa"], |law| law.bulk_modulus, 630e6),
         key([shear, "G", "Pa"], |law| law.shear_modulus, 460e6),
@@ -122,7 +132,7 @@ fn fit_with(dry: &[&Shear], tests: &[&Shear], moduli: [f64; 2]) -> Result<Fit, E
     }
     let without = fit(dry, moduli, None)?;
     let mut fit = fit(tests, moduli, Some(without.law.friction_critical))?;
-    let [_, _, friction, ..] = MATERIAL_KEYS;
+    let [_, _, friction, ..] = NAMES;
     fit.at_bound.extend(without.at_bound.into_iter().filter(|key| *key == friction));
     Ok(fit)
 }

@@ -4,7 +4,7 @@ use super::element::Packing;
 use crate::base::error::Error;
 use crate::job::assembly::{Assembly, Preparation, Source};
 use crate::job::figures::stresses_of_packing;
-use crate::job::{Job, Scenario, significant};
+use crate::job::{Job, significant};
 use crate::law::material::CriticalConstants;
 
 /// The grains of a job and the material that it has for them.
@@ -20,8 +20,6 @@ pub struct Subject {
     pub now: Option<CriticalConstants>,
     /// Where the job shears its grains under another stress.
     pub other_stress: Option<String>,
-    /// How a job takes what is found: its table and key.
-    pub taken_by: [&'static str; 2],
     /// The job, written out.
     pub text: String,
 }
@@ -44,21 +42,15 @@ impl Subject {
         if alone {
             refuse_other_assembly(&grains, file)?;
         }
-        if let Some(scenario) = job.as_shear() {
-            refuse_other_grains(scenario, file)?;
-        }
-        // Of a fraction that only its packing tells it is not asked.
-        let now = match job.as_shear() {
-            Some(scenario) => scenario.method.has_points().then(|| scenario.continuum.constants()),
-            None => continuum.as_ref().and_then(|continuum| continuum.material.law.critical().copied()),
-        };
+        refuse_other_grains(job, &grains, file)?;
+        let now = continuum.filter(|_| job.has_material());
+        let stress = *stresses_of_packing(&grains).first().expect("these grains are compressed");
         Ok(Self {
             name: job.name().to_string(),
-            stress: *stresses_of_packing(&grains).first().expect("these grains are compressed"),
+            other_stress: other_stress(job, stress),
+            stress,
             piece: Assembly { output: *job.output(), ..grains.into_owned() },
-            now,
-            other_stress: job.as_shear().and_then(other_stress),
-            taken_by: if job.as_shear().is_some() { ["continuum", "material"] } else { ["material", "file"] },
+            now: now.and_then(|continuum| continuum.material.law.critical().copied()),
             text: job.to_toml(),
         })
     }
@@ -77,8 +69,8 @@ impl Subject {
 }
 
 /// Where a packing is sheared under another stress than it is made under.
-fn other_stress(scenario: &Scenario) -> Option<String> {
-    let [packed, loaded] = [scenario.packing.stress, scenario.loading.stress_normal].map(|stress| 1e-3 * stress);
+fn other_stress(job: &Job, packed: f64) -> Option<String> {
+    let [packed, loaded] = [packed, job.plates()?.stress_normal].map(|stress| 1e-3 * stress);
     (packed != loaded).then(|| {
         format!(
             "Made and tested under packing.stress = {} kPa, these are not the figures at loading.stress_normal = {} kPa: stiffness and dilation hang on the stress.",
@@ -110,16 +102,16 @@ fn refuse_other_assembly(grains: &Assembly, file: &str) -> Result<(), Error> {
 }
 
 /// Refuses a job whose grains are not those that would be tested; `file` is that of the job.
-fn refuse_other_grains(scenario: &Scenario, file: &str) -> Result<(), Error> {
-    if let Some(given) = &scenario.grains.file {
+fn refuse_other_grains(job: &Job, grains: &Assembly, file: &str) -> Result<(), Error> {
+    if let (Some(given), true) = (grains.source.file(), job.plates().is_some()) {
         return Err(Error::User(format!(
             "{file}: grains.file = \"{}\" gives the packing, and calibration makes packings of its own by grains.diameter_mean, grains.diameter_deviation and [packing]: what it finds would not be of these grains. Calibrate a copy of the job without grains.file whose [packing] makes grains like them.",
             given.display()
         )));
     }
-    if !scenario.moves_grains() {
+    if job.plates().is_some() && !job.moves_grains() {
         return Err(Error::User(format!(
-            "{file}: with method = \"mpm\" and continuum.fraction_start this job has no grains at any time, and its [contact] binds nothing. Remove continuum.fraction_start, so that the continuum starts from a packing of these grains; or, if [grains], [contact] and [packing] are those of the material, add --set method=dem."
+            "{file}: with method = \"mpm\" and material.fraction this job has no grains at any time, and its [contact] binds nothing. Remove material.fraction, so that the continuum starts from a packing of these grains; or, if [grains], [contact] and [packing] are those of the material, add --set method=dem."
         )));
     }
     Ok(())

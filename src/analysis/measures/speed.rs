@@ -166,7 +166,7 @@ fn continuum_alone<'a, 'm>(among: &'m Among<'a>, hybrid: &Member) -> Option<&'m 
 /// Seconds of a core for an element to be advanced once, and what tells it.
 fn element_cost(among: &Among, hybrid: &Member) -> Option<(f64, String)> {
     let own = hybrid.run;
-    let per_side = own.number("continuum.points_per_cell").or_else(|| own.number("scheme.points_per_cell"))?;
+    let per_side = own.number("scheme.points_per_cell")?;
     let (seconds, point_steps, from) = match continuum_alone(among, hybrid) {
         Some(alone) => {
             let times = Times::of(alone.run)?;

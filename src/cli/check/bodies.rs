@@ -6,7 +6,7 @@ use crate::job::assembly::{Body, Shape};
 use crate::job::mpm::BodyContact;
 
 pub fn membranes(page: &mut Page, slots: &Slots) {
-    let Some(job) = slots.job.as_mpm().filter(|job| !job.membranes.is_empty()) else { return };
+    let Some(job) = slots.continuum.as_deref().filter(|job| !job.membranes.is_empty()) else { return };
     page.section("Membranes");
     for membrane in &job.membranes {
         let segments = format!("{} segments of {} mm", membrane.segments(), figures(1e3 * membrane.segment()));
@@ -35,7 +35,7 @@ pub fn bodies(page: &mut Page, slots: &Slots) {
             Shape::Cylinder { .. } => "cylinder",
             Shape::Layer { .. } => "layer of grains",
         };
-        let held = slots.job.as_mpm().map_or_else(String::new, |job| {
+        let held = slots.continuum.as_ref().map_or_else(String::new, |job| {
             let contact = match job.bodies[number].contact {
                 BodyContact::Rough => "rough".to_string(),
                 BodyContact::Smooth => "smooth".to_string(),
@@ -61,7 +61,7 @@ fn motion(body: &Body) -> String {
 
 /// The upper one of two rough plates that shear what is between them.
 pub fn plates(page: &mut Page, slots: &Slots) {
-    let Some(scenario) = slots.job.as_shear() else { return };
+    let Some(loading) = slots.job.plates() else { return };
     page.section("Loading");
-    page.keys(2, |form| scenario.loading.clone().keys(form));
+    page.keys(2, |form| loading.clone().keys(form));
 }

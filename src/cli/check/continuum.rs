@@ -30,7 +30,9 @@ pub fn scheme(page: &mut Page, slots: &Slots) {
 pub fn material(page: &mut Page, slots: &Slots) {
     let Some(job) = slots.material() else { return };
     page.section("Material");
-    page.keys(job.grid.dimension, |form| job.material.law.clone().keys(form));
+    let law = job.material.law;
+    let mut law = if slots.job.is_told_by_packing() { law.with_fraction(None) } else { law };
+    page.keys(job.grid.dimension, |form| law.keys(form));
     page.row("density", &format!("{} kg/m3", figures(job.material.density)), "with pores");
     let (along, across) = of::wave_speeds(job);
     page.row("wave speeds", &format!("{} and {} m/s", figures(along), figures(across)), "along and across");
@@ -41,8 +43,7 @@ pub fn start(page: &mut Page, slots: &Slots) {
     page.section("Material at the start");
     let counts = of::points_of_regions(job);
     let points: u64 = counts.iter().sum();
-    let regions = if slots.job.as_mpm().is_some() { &job.regions[..] } else { &[] };
-    for (region, count) in regions.iter().zip(&counts) {
+    for (region, count) in slots.job.regions().iter().zip(&counts) {
         let shape = match region.shape {
             RegionShape::Box { .. } => "box",
             RegionShape::Ball { .. } if job.grid.dimension == 2 => "disc",

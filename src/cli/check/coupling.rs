@@ -2,8 +2,7 @@
 
 use super::Slots;
 use super::page::{Page, figures, whole};
-use crate::job::derived;
-use crate::job::mpm::Origin;
+use crate::job::mpm::{Origin, figures as of};
 
 pub fn section(page: &mut Page, slots: &Slots) {
     let Some(granular) = slots.coupled() else { return };
@@ -14,8 +13,8 @@ pub fn section(page: &mut Page, slots: &Slots) {
         &format!("{} mm", figures(1e3 * zone.distance)),
         "on either side of flagged nodes, grains alone but for an overlap of one cell",
     );
-    if let Some(scenario) = slots.job.as_shear() {
-        let height = figures(1e3 * derived::zone_height(scenario));
+    if let (Some(on), true) = (&slots.continuum, slots.job.plates().is_some()) {
+        let height = figures(1e3 * of::zone_height(on, granular));
         page.row("height of the zone", &format!("{height} mm"), "around a flat band one cell thick");
     }
     page.row("training", &figures(zone.training), "share of the continuum's motion");

@@ -30,7 +30,7 @@ pub fn section(page: &mut Page, slots: &Slots) {
         let size = format!("{} cells along each edge; no more ranks than blocks", on.cells_per_block);
         page.row("blocks", &times(axes, |axis| whole(blocks[axis] as f64)), &size);
     }
-    if let Some(assembly) = slots.job.as_assembly() {
+    if let Some(assembly) = &slots.grains {
         motion(page, assembly);
     }
     let (gravity, ramp) = slots.gravity();
@@ -66,7 +66,7 @@ fn motion(page: &mut Page, assembly: &Assembly) {
 
 /// What holds nodes at the faces of the grid, and loads on the material there.
 pub fn faces(page: &mut Page, slots: &Slots) {
-    let Some(job) = slots.job.as_mpm() else { return };
+    let Some(job) = slots.continuum.as_deref().filter(|_| slots.job.plates().is_none()) else { return };
     page.section("Boundary conditions at faces (roller where the job says nothing)");
     for face in Face::all(job.grid.dimension) {
         let kind = match job.boundaries[face.axis][usize::from(face.upper)] {

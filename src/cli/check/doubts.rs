@@ -23,10 +23,13 @@ pub fn doubts(job: &Job) -> Vec<String> {
         doubts.extend(gravity("cell.gravity", &grains.gravity, grains.cell.dimension));
         doubts.extend(idle_friction(&grains.contact));
     }
-    if let Some(job) = job.as_mpm() {
-        doubts.extend(density("material.density", job.material.density));
+    if let Some(job) = job.continuum() {
+        // Beside grains it is theirs.
+        doubts.extend(
+            job.grains.is_none().then(|| density("material.density", job.material.density)).into_iter().flatten(),
+        );
         doubts.extend(gravity("gravity.acceleration", &job.gravity.acceleration, job.grid.dimension));
-        doubts.extend(noise(job));
+        doubts.extend(noise(&job));
     }
     doubts
 }

@@ -18,7 +18,8 @@ pub fn section(page: &mut Page, slots: &Slots) {
         }
     }
     let fraction = |assembly| of::fraction_in_cell(assembly).or_else(|| of::fraction_of_file(assembly));
-    if let Some(fraction) = slots.job.as_assembly().and_then(fraction) {
+    let alone = Some(grains).filter(|_| slots.continuum.is_none());
+    if let Some(fraction) = alone.and_then(fraction) {
         page.row("solid volume fraction", &figures(fraction), "of these grains in the cell as the job gives it");
     }
     let mean = grains.matter.diameter_mean;
@@ -43,8 +44,8 @@ pub fn section(page: &mut Page, slots: &Slots) {
 fn in_material(page: &mut Page, slots: &Slots, on: &Mpm) {
     let all = grains_if_discrete(on);
     let fraction = figures(fraction_of_packing(on));
-    let is_told = slots.job.as_shear().is_some_and(|scenario| scenario.continuum.fraction_start.is_none());
-    let fraction = if is_told { format!("about {fraction}; the packing will tell") } else { fraction };
+    let fraction =
+        if slots.job.is_told_by_packing() { format!("about {fraction}; the packing will tell") } else { fraction };
     let note = format!("if all of the material were discrete, at a solid volume fraction of {fraction}");
     page.row("grains", &whole(all), &note);
     let per_cell =
@@ -59,11 +60,8 @@ fn made(page: &mut Page, slots: &Slots, packed: &Packed) {
     let cut = if matches!(packed.sizes, Sizes::Normal { .. }) { "cut at three deviations" } else { "" };
     page.row("diameters", &format!("{min} to {max} mm"), cut);
     page.section("Packing");
-    if slots.job.as_mpm().is_some() {
+    if slots.continuum.is_some() && slots.job.plates().is_none() {
         page.row("grains of a piece", &whole(packed.count as f64), "laid side by side");
     }
-    match slots.job.as_shear() {
-        Some(scenario) => page.keys(axes, |form| scenario.packing.clone().keys(form)),
-        None => page.keys(axes, |form| packed.clone().keys(form)),
-    }
+    page.keys(axes, |form| slots.job.keys_of_packing(form));
 }

@@ -57,11 +57,11 @@ fn page(job: &Job) -> Result<String, Error> {
         Method::Dem => "grains alone",
         Method::Mpm => "continuum alone",
     };
-    let space = match (job.dimension(), job.as_assembly()) {
-        (2, Some(_)) => "discs in the plane",
-        (2, None) => "plane strain",
-        (_, Some(_)) => "spheres in space",
-        (_, None) => "in space",
+    let space = match (job.dimension(), &slots.continuum) {
+        (2, None) => "discs in the plane",
+        (2, Some(_)) => "plane strain",
+        (_, None) => "spheres in space",
+        (_, Some(_)) => "in space",
     };
     page.line(&format!("{}: method {}, {moving}, {space}", job.name(), job.method().name()));
     SECTIONS.iter().for_each(|section| section(&mut page, &slots));
@@ -118,7 +118,7 @@ mod tests {
     /// Table 2's K does not fit Table 1's contacts, and xi = 0.01 does not soften: both are said, neither is refused.
     #[test]
     fn the_papers_tables_are_run_with_their_warnings() {
-        let page = checked("planar_shear.toml", &["continuum.material=materials/chen_table_2.toml"]);
+        let page = checked("planar_shear.toml", &["material.file=materials/chen_table_2.toml"]);
         assert!(page.contains("K is 6.57 and G 6.4 times the affine estimate"), "{page}");
         assert!(page.contains("softening_rate = 0.01 hardly softens"), "{page}");
         assert!(page.contains("governs: tangential springs and dashpots"), "{page}");

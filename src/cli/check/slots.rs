@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use crate::base::error::Error;
 use crate::bench::gauge;
-use crate::job::derived::{self, Moduli, moduli_affine};
+use crate::job::derived::{Moduli, moduli_affine};
 use crate::job::mpm::forecast::{Forecast, UnitCosts, fraction_of_packing};
 use crate::job::mpm::{Granular, Mpm};
 use crate::job::stable::Bound;
@@ -48,8 +48,7 @@ impl<'j> Slots<'j> {
 
     /// The continuum whose material is looked at: between plates a method without points does not.
     pub fn material(&self) -> Option<&Mpm> {
-        let is_read = self.job.method().has_points() || self.job.as_mpm().is_some();
-        self.continuum.as_deref().filter(|_| is_read)
+        self.continuum.as_deref().filter(|_| self.job.has_material())
     }
 
     /// The grains that take the place of points.
@@ -74,30 +73,11 @@ impl<'j> Slots<'j> {
         is_wanted.then(|| moduli_affine(&springs, fraction_of_packing(on), on.grid.depth))
     }
 
-    /// What says the stress that grains are held at or made under.
-    pub fn key_of_pressure(&self) -> &'static str {
-        let is_held = self.grains.as_ref().is_some_and(|grains| grains.cell.servo.is_some());
-        match self.job.as_shear() {
-            Some(_) => "loading.stress_normal",
-            None if is_held => "cell.stress_normal",
-            None => "packing.stress",
-        }
-    }
-
     /// Inertial numbers, with what each one's rate is.
     pub fn inertial_numbers(&self) -> Vec<(f64, &'static str)> {
         let (Some(grains), Some(pressure)) = (self.grains.as_deref(), self.job.pressure()) else { return Vec::new() };
-        let number = |rate| figures::inertial_number(grains, rate, pressure);
-        match self.job.as_shear() {
-            Some(scenario) => vec![
-                (number(derived::shear_rate_mean(scenario)), "the whole height shearing alike"),
-                (number(derived::shear_rate_band(scenario)), "a band of ten diameters taking it all"),
-            ],
-            None => match figures::rate_max(grains) {
-                0.0 => Vec::new(),
-                rate => vec![(number(rate), "the largest of the cell")],
-            },
-        }
+        let number = |(rate, of)| (figures::inertial_number(grains, rate, pressure), of);
+        self.job.rates().into_iter().map(number).collect()
     }
 
     pub fn stiffness_number(&self) -> Option<f64> {

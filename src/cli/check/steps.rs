@@ -7,7 +7,7 @@ use crate::job::stable::governing;
 pub fn loading(page: &mut Page, slots: &Slots) {
     let Some(pressure) = slots.job.pressure() else { return };
     page.section("Rate and stiffness");
-    page.row("stress on the grains", &format!("{} kPa", figures(1e-3 * pressure)), slots.key_of_pressure());
+    page.row("stress on the grains", &format!("{} kPa", figures(1e-3 * pressure)), slots.job.key_of_pressure());
     for (number, rate) in slots.inertial_numbers() {
         page.row("inertial number", &figures(number), &format!("rate d sqrt(rho/p), {rate}"));
     }

@@ -4,7 +4,7 @@ use super::Slots;
 use super::page::{figures, megapascals};
 use crate::job::assembly::Shape;
 use crate::job::figures::{rate_max, stresses_of_packing};
-use crate::job::mpm::{InitialStress, Mpm, RegionShape, figures as of};
+use crate::job::mpm::{InitialStress, Mpm, Region, RegionShape, figures as of};
 use crate::mpm::scheme::ShapeFunction;
 
 /// Above this number grains feel inertia and stress depends on speed (da Cruz et al. 2005).
@@ -42,10 +42,10 @@ pub fn warnings(slots: &Slots) -> Vec<String> {
     warnings.extend(softening(slots));
     warnings.extend(sudden_start(slots));
     warnings.extend(hybrid(slots));
-    if let Some(job) = slots.job.as_mpm() {
+    if let Some(job) = slots.material() {
         warnings.extend(other_stress(job));
         warnings.extend(fast_motion(job));
-        warnings.extend(filled_regions(job));
+        warnings.extend(filled_regions(job, slots.job.regions()));
         warnings.extend(thin_bodies(job));
         warnings.extend(linear_shape(job));
     }
@@ -70,8 +70,8 @@ fn step(slots: &Slots) -> Option<String> {
 }
 
 fn strain_of_step(slots: &Slots) -> Option<String> {
-    let assembly = slots.job.as_assembly()?;
-    let strain = rate_max(assembly) * assembly.step;
+    let assembly = slots.grains.as_deref()?;
+    let strain = rate_max(assembly) * slots.job.step();
     (strain > STRAIN_OF_STEP_MAX).then(|| {
         format!(
             "the cell deforms by {} in one step; above {STRAIN_OF_STEP_MAX} grains cannot follow. Lower cell.velocity_gradient or time.step.",
@@ -82,11 +82,7 @@ fn strain_of_step(slots: &Slots) -> Option<String> {
 
 fn inertia(slots: &Slots) -> Option<String> {
     let (number, whose) = slots.inertial_numbers().pop()?;
-    let (key, rate, unit) = match (slots.job.as_shear(), slots.job.as_assembly()) {
-        (Some(scenario), _) => ("loading.speed", scenario.loading.speed, "m/s"),
-        (None, Some(assembly)) => ("cell.velocity_gradient", rate_max(assembly), "1/s"),
-        (None, None) => return None,
-    };
+    let (key, rate, unit) = slots.job.speed()?;
     (number > INERTIAL_NUMBER_QUASI_STATIC).then(|| {
         format!(
             "the inertial number is {} ({whose}); above {INERTIAL_NUMBER_QUASI_STATIC} stress depends on the rate. Lower {key} to at most {} {unit} for quasi-static deformation.",
@@ -102,34 +98,35 @@ fn soft_contacts(slots: &Slots) -> Option<String> {
     Some(format!(
         "contacts are soft for their load: the stiffness number is {}, so mean overlaps exceed a hundredth of a diameter. Raise contact.{key} or lower {}.",
         figures(number),
-        slots.key_of_pressure()
+        slots.job.key_of_pressure()
     ))
 }
 
 fn endless_fall(slots: &Slots) -> Option<String> {
-    let assembly = slots.job.as_assembly()?;
+    let assembly = slots.grains.as_deref()?;
     (assembly.bodies.is_empty() && assembly.gravity != [0.0; 3])
         .then(|| "there is gravity and no body to rest on, so grains gather speed until the run ends.".to_string())
 }
 
 fn softening(slots: &Slots) -> Option<String> {
-    let continuum = &slots.job.as_shear().filter(|job| job.method.has_points())?.continuum;
-    (continuum.softening_rate < SOFTENING_SHARE_MIN * continuum.dilation_factor).then(|| {
+    slots.job.plates()?;
+    let law = slots.material()?.material.law.critical()?;
+    (law.softening_rate < SOFTENING_SHARE_MIN * law.dilation_factor).then(|| {
         format!(
-            "continuum.softening_rate = {} hardly softens the material: keeping mass while it dilates would take a rate near continuum.dilation_factor = {}. The continuum will localise through its weak regions alone.",
-            continuum.softening_rate, continuum.dilation_factor
+            "material.softening_rate = {} hardly softens the material: keeping mass while it dilates would take a rate near material.dilation_factor = {}. The continuum will localise through its weak regions alone.",
+            law.softening_rate, law.dilation_factor
         )
     })
 }
 
 fn sudden_start(slots: &Slots) -> Option<String> {
-    let scenario = slots.job.as_shear().filter(|job| job.method.has_points())?;
-    let crossing = scenario.specimen.height / of::wave_speeds(slots.continuum.as_deref()?).1;
-    (scenario.loading.speed_ramp < 2.0 * crossing).then(|| {
+    let (loading, job) = (slots.job.plates()?, slots.material()?);
+    let crossing = job.grid.extent(1) / of::wave_speeds(job).1;
+    (loading.speed_ramp < 2.0 * crossing).then(|| {
         format!(
             "a shear wave needs {} s through the specimen, and loading.speed_ramp = {} s is shorter than there and back: the start is a blow. A ramp of {} s would be gentle.",
             figures(crossing),
-            figures(scenario.loading.speed_ramp),
+            figures(loading.speed_ramp),
             figures(10.0 * crossing)
         )
     })
@@ -201,9 +198,9 @@ fn fast_motion(job: &Mpm) -> Option<String> {
     })
 }
 
-fn filled_regions(job: &Mpm) -> Vec<String> {
+fn filled_regions(job: &Mpm, regions: &[Region]) -> Vec<String> {
     let mut warnings = Vec::new();
-    for (number, region) in job.regions.iter().enumerate() {
+    for (number, region) in regions.iter().enumerate() {
         let RegionShape::Box { lower, upper } = &region.shape else { continue };
         let inside = |index: &[usize; 3]| region.shape.contains(&job.place(*index));
         let count = of::indices(of::places_of(job, region)).filter(inside).count();

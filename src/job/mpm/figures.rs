@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Boundary, Load, Membrane, Mpm, Region, RegionShape};
+use super::{Boundary, Granular, Load, Membrane, Mpm, Region, RegionShape};
 use crate::job::stable::{Bound, oscillator_step_max};
 use crate::mpm::shape::margins;
 
@@ -242,6 +242,11 @@ pub fn blocks(job: &Mpm) -> [usize; 3] {
         true => job.grid.cells[axis].div_ceil(job.cells_per_block),
         false => 1,
     })
+}
+
+/// Height of the zone of grains around a flat band one cell thick, m.
+pub fn zone_height(job: &Mpm, granular: &Granular) -> f64 {
+    (2.0 * granular.enrichment.distance + 2.0 * job.grid.cell).min(job.grid.extent(1))
 }
 
 /// Mass of all points, kg.

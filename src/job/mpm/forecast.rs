@@ -201,10 +201,10 @@ pub fn grains_if_discrete(job: &Mpm) -> f64 {
 /// one that is to be found as if it went through the least extent of the material under 45 degrees, on both sides of a body that is
 /// narrower.
 fn zone_share(of: &Job, job: &Mpm) -> f64 {
-    if let Some(scenario) = of.as_shear() {
-        return derived::zone_height(scenario) / scenario.specimen.height;
-    }
     let Some(granular) = &job.grains else { return 0.0 };
+    if of.plates().is_some() {
+        return figures::zone_height(job, granular) / job.grid.extent(1);
+    }
     let boxes: Vec<_> = job.regions.iter().map(|region| figures::bounding_box(&region.shape)).collect();
     let extent = |axis: usize| {
         let lower = boxes.iter().map(|corners| corners.0[axis]).fold(f64::INFINITY, f64::min);
@@ -240,7 +240,7 @@ fn steps_per_time(grains: &Assembly, step: f64, stress: f64) -> f64 {
 /// plates.
 fn steps_of_piece(job: &Job, assembly: &Assembly) -> f64 {
     let stresses = stresses_of_packing(assembly);
-    if job.as_shear().is_some() || stresses.is_empty() {
+    if job.plates().is_some() || stresses.is_empty() {
         return 0.0;
     }
     let times = |stress: &f64| TIME_OF_PIECE * steps_per_time(assembly, job.step(), *stress);

@@ -12,7 +12,7 @@ use crate::base::units::Dimension;
 use crate::couple::oracle::Oracle;
 use crate::couple::zone::Enrichment;
 use crate::job::assembly::{Assembly, Body, Packed, Source, corners, depth, keys_of_grains, space};
-use crate::job::resolve::key_of_material;
+use crate::job::resolve::FILE;
 use crate::job::schema::{list, section};
 use crate::job::shear::{keys_of_step, keys_of_subcycling, plane, skin};
 use crate::job::write::Page;
@@ -152,11 +152,8 @@ impl Mpm {
                 job.lists(form, &mut Vec::new(), &mut Vec::new());
             }),
             section("grid", "the domain of a continuum and its cells", |form| job.grid.keys(form)),
-            section("scheme", "how points and nodes exchange what they carry", |form| job.scheme.keys(form)),
-            section("material", "what the points are made of", |form| {
-                job.material.keys(form, false);
-                form.path_if_given(&mut None, key_of_material("file"));
-            }),
+            Scheme::table(),
+            Material::table(),
             section("stress", "the stress at the start", |form| job.stress.keys(form)),
             section("gravity", "the acceleration of all material", |form| job.gravity.keys(form)),
             section("time", "the time step and the end", |form| job.keys_of_time(form)),
@@ -223,6 +220,15 @@ impl Grid {
 }
 
 impl Material {
+    /// `[material]`.
+    pub(in crate::job) fn table() -> Table {
+        let mut material = Mpm::blank().material;
+        section("material", "what the points are made of", |form| {
+            material.keys(form, false);
+            form.path_if_given(&mut None, FILE);
+        })
+    }
+
     /// Beside grains the density is theirs.
     pub(in crate::job) fn keys(&mut self, form: &mut dyn Form, beside_grains: bool) {
         self.law.keys(form);

@@ -1,7 +1,7 @@
 //! The job as typed: every key known, and readers that take one key at a time. What is wrong is noted, so that a person learns of
 //! all mistakes at once.
 
-use super::renamed::Renamed;
+use super::renamed::{Renamed, moved, moved_from};
 use super::schema::Kind;
 use super::tree::{Entry, Node, Place, Value, short};
 use crate::base::error::Error;
@@ -33,15 +33,6 @@ impl Typed {
         let (root, kind) = Node::parse(text, file, sets)?;
         let (file, text) = (file.to_string(), text.to_string());
         let typed = Self { kind, root, file, text, mistakes: Mistakes::default() };
-        typed.note_unknown();
-        Ok(typed)
-    }
-
-    /// Reads a file that is no whole job: of this kind where it has that table.
-    pub fn parse_part(text: &str, file: &str, table: &str, kind: Kind) -> Result<Self, Error> {
-        let (root, other) = Node::parse(text, file, &[])?;
-        let kind = if root.get(table).is_some() { kind } else { other };
-        let typed = Self { kind, root, file: file.to_string(), text: text.to_string(), mistakes: Mistakes::default() };
         typed.note_unknown();
         Ok(typed)
     }
@@ -144,7 +135,7 @@ impl Typed {
 
     /// Notes everything but these keys of one table, in what is no whole job; `what` names it.
     pub fn note_all_but(&self, table: &str, keys: &[&str], what: &str) {
-        let foreign = |entry: &Entry, shown: String| {
+        let foreign = |entry: &Entry, shown: &str| {
             let message = format!(
                 "{shown} does not belong into {what}, which has one table [{table}] with {}. Move it to the job.",
                 keys.join(", ")
@@ -152,12 +143,13 @@ impl Typed {
             self.note(Some(entry.place), self.told(Some(entry.place), &message));
         };
         for entry in self.root.entries() {
-            if entry.key != table {
-                foreign(entry, short(&entry.key));
-                continue;
+            if entry.node.entries().is_empty() {
+                foreign(entry, &short(&entry.key));
             }
-            for other in entry.node.entries().iter().filter(|inner| !keys.contains(&inner.key.as_str())) {
-                foreign(other, format!("{table}.{}", other.key));
+            for inner in entry.node.entries() {
+                if entry.key != table || !keys.contains(&inner.key.as_str()) {
+                    foreign(inner, &short(&format!("{}.{}", entry.key, inner.key)));
+                }
             }
         }
     }
@@ -217,9 +209,14 @@ impl Typed {
         if let Some(renamed) = Renamed::of(self.kind, &table.name, key) {
             return format!("{} has no key {key}. {}", table.words(), renamed.advice(&entry.node));
         }
+        if let Some([now, name]) = moved(self.kind, &[&table.name, key]) {
+            let place = format!("It is {now}.{name} now, and that is there already. Remove one of the two.");
+            return format!("{} has no key {key}. {place}", table.words());
+        }
         let has = |kind: Kind| kind.table_if_known(&table.name).is_some_and(|twin| twin.key(key).is_some());
         let elsewhere = self.kind.belongs_elsewhere(has);
-        let advice = match (elsewhere, nearest(key, table.keys.iter().map(|known| known.name))) {
+        let known = table.keys.iter().map(|known| known.name).chain(moved_from(self.kind, &table.name));
+        let advice = match (elsewhere, nearest(key, known)) {
             (Some(elsewhere), _) => elsewhere,
             (None, Some(known)) => format!("Did you mean {known}?"),
             (None, None) => match (self.homes(key).as_slice(), table.keys_that_mean(key).next()) {

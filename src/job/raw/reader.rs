@@ -58,6 +58,21 @@ impl<'a> Reader<'a> {
         typed.is_some_and(|value| !matches!(value, Value::Text(text) if names.contains(&text.as_str())))
     }
 
+    /// The word that a key says.
+    pub fn word(&self, key: &str) -> Option<&str> {
+        match &self.find(key)?.1.node.value {
+            Value::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// Notes a key of this table that is missing where the job cannot do without.
+    pub fn note_without(&self, key: &str) {
+        if let (None, Some(known)) = (self.find(key), self.table.key(key)) {
+            self.note_missing(known);
+        }
+    }
+
     /// Whether the table was typed at all.
     pub fn is_typed(&self) -> bool {
         self.node.is_some()

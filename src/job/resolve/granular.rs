@@ -15,6 +15,7 @@ use crate::job::mpm::figures::bounding_box;
 use crate::job::mpm::forecast::FRACTION_OF_PACKING;
 use crate::job::mpm::{BodyContact, Boundary, Face, Granular, Grid, KnownBands, Mpm, Origin, Path, RigidBody};
 use crate::job::raw::{Reader, Typed};
+use crate::job::schema::Kind;
 use crate::job::{Method, stable};
 use crate::law::material::ConstitutiveLaw;
 use crate::mpm::scheme::{ShapeFunction, StressUpdate};
@@ -215,6 +216,31 @@ fn check_periods(job: &Mpm, grains: &Granular, typed: &Typed, top: &Reader<'_>) 
     }
 }
 
+/// What grains that move ask of material and scheme.
+pub fn check_method(job: &Mpm, grains: &Granular, typed: &Typed) {
+    if grains.method == Method::Hybrid && !job.material.law.yields() && grains.known.is_none() {
+        let other =
+            if typed.kind == Kind::Mpm { ", or say by [[band]] where grains take the place of points" } else { "" };
+        let names = ConstitutiveLaw::yielding();
+        let problem = format!("never yields, so that no oracle finds a band in it. Write {names}{other}.");
+        typed.note_together(typed.refusal("material", "law", &problem));
+    }
+    if job.scheme.shape != ShapeFunction::Quadratic {
+        typed.note_together(typed.refusal(
+            "scheme",
+            "shape",
+            "is not that of grains, which share nodes by quadratic splines. Write \"quadratic\".",
+        ));
+    }
+    if job.scheme.update != StressUpdate::Last {
+        typed.note_together(typed.refusal(
+            "scheme",
+            "update",
+            "goes to the nodes twice a step, and grains share them once. In a job with grains write \"last\".",
+        ));
+    }
+}
+
 /// What grains ask of the rest of the job.
 pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
     for (body, table) in job.bodies.iter().zip(&top.list("body")) {
@@ -240,27 +266,7 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
     if grains.method == Method::Mpm {
         return;
     }
-    if grains.method == Method::Hybrid && !job.material.law.yields() && grains.known.is_none() {
-        let problem = format!(
-            "never yields, so that no oracle finds a band in it. Write {}, or say by [[band]] where grains take the place of points.",
-            ConstitutiveLaw::yielding()
-        );
-        typed.note_together(typed.refusal("material", "law", &problem));
-    }
-    if job.scheme.shape != ShapeFunction::Quadratic {
-        typed.note_together(typed.refusal(
-            "scheme",
-            "shape",
-            "is not that of grains, which share nodes by quadratic splines. Write \"quadratic\".",
-        ));
-    }
-    if job.scheme.update != StressUpdate::Last {
-        typed.note_together(typed.refusal(
-            "scheme",
-            "update",
-            "goes to the nodes twice a step, and grains share them once. In a job with grains write \"last\".",
-        ));
-    }
+    check_method(job, grains, typed);
     if let Some(table) = top.list("follow").first() {
         typed.note_together(table.refusal_of_table("follows a point, which grains may replace. Remove it; frames.vtkhdf has every grain and point with its id."));
     }

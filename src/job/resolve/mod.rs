@@ -24,8 +24,7 @@ mod tests;
 pub use assembly::assembly;
 pub use checks::BYPASS;
 pub(crate) use checks::margin_in_words;
-pub use material::KEYS as MATERIAL_KEYS;
-pub(super) use material::key as key_of_material;
+pub(super) use material::FILE;
 pub use mpm::mpm;
 pub use shear::scenario;
 

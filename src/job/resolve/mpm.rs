@@ -3,11 +3,13 @@
 use super::body::{self, AXES, Domain, check_bodies, unit};
 use super::granular::{check as check_granular, granular, place_bands, stand_in_for_faces};
 use super::limits::refuse_steps;
+use super::material::File;
 use super::membrane::check_membranes;
 use super::mpm_checks::{check, simple};
-use super::{SAFETY_DEFAULT, check_name, digits, material, output};
+use super::{SAFETY_DEFAULT, check_name, digits, output};
 use crate::base::error::Error;
 use crate::base::keys::Form;
+use crate::job::derived::FRACTION_DENSE;
 use crate::job::mpm::forecast::fraction_of_packing;
 use crate::job::mpm::{
     Boundary, Face, Followed, Gravity, Grid, InitialStress, LOADS_MAX, Load, Mpm, Region, RegionShape, Watch, figures,
@@ -46,13 +48,19 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     job.head(&mut top);
     check_name(&top, &job.name);
     let mut material = typed.table("material", true, why);
-    let file = material::file_of(&material, "file")?;
+    let file = File::of(&material)?;
     if let Some(file) = &file {
-        material::refuse_twice(&material, file, "material.file")?;
         material = material.over(file.table());
     }
     job.material.keys(&mut material, job.grains.is_some());
-    file.as_ref().map_or(Ok(()), material::File::stop_if_wrong)?;
+    file.as_ref().map_or(Ok(()), File::stop_if_wrong)?;
+    if job.material.law.yields() && job.material.law.fraction().is_none() {
+        let known = job.material.law.fraction_by_default();
+        if known.is_none() {
+            material.note_without("fraction");
+        }
+        job.material.law = job.material.law.with_fraction(known.unwrap_or(FRACTION_DENSE));
+    }
     if let Some(grains) = &job.grains {
         // As far as it is known before the packing is made.
         job.material.density = grains.piece.matter.density * fraction_of_packing(&job);
@@ -135,7 +143,7 @@ fn whole_cells(table: &Reader<'_>, grid: &Grid, axis: usize) -> Result<usize, Er
     ))
 }
 
-fn scheme(table: &mut Reader<'_>) -> Result<Scheme, Error> {
+pub(super) fn scheme(table: &mut Reader<'_>) -> Result<Scheme, Error> {
     let mut scheme = Scheme::DEFAULT;
     scheme.keys(table);
     if scheme.feels_nodes() && scheme.shape.steepness(scheme.points_per_cell).is_infinite() {

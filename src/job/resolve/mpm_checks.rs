@@ -84,7 +84,7 @@ fn check_geostatic(job: &Mpm, (axis, k0): (usize, f64), typed: &Typed) -> Result
     ))
 }
 
-fn check_time(job: &Mpm, typed: &Typed) -> Result<(), Error> {
+pub(super) fn check_time(job: &Mpm, typed: &Typed) -> Result<(), Error> {
     refuse_unstable(typed, job.step, &figures::bounds(job), "")?;
     if job.grain_steps > 1 && job.step_of_continuum() > governing(&figures::bounds(job)).step {
         let most = (governing(&figures::bounds(job)).step / job.step).floor();

@@ -1,19 +1,23 @@
 //! Planar shear. Tables that the method leaves asleep take the values of Chen et al. (2021), so that nothing later is optional.
 
 use super::checks::margin_in_words;
+use super::granular::check_method;
 use super::limits::{refuse_faint_packing, refuse_size_of_shear, refuse_speed_of_plates, refuse_squeeze, refuse_steps};
+use super::material::File;
+use super::mpm::scheme;
+use super::mpm_checks::check_time;
 use super::{
-    BLOCK_OF_DISCS, SAFETY_DEFAULT, SKIN_DEFAULT, check_name, digits, material, output, refuse_unstable,
-    refuse_wide_sizes, significant,
+    BLOCK_OF_DISCS, SAFETY_DEFAULT, SKIN_DEFAULT, check_name, digits, output, refuse_unstable, refuse_wide_sizes,
+    significant,
 };
 use crate::base::error::Error;
 use crate::base::keys::Form;
 use crate::couple::zone::Enrichment;
 use crate::job::raw::{Reader, Typed};
 use crate::job::stable::governing;
-use crate::job::{Continuum, Method, Scenario, Specimen, WeakRegion, derived, figures, stable};
-use crate::law::material::CriticalConstants;
-use crate::law::material::cone::FRACTION_NEARER;
+use crate::job::{Method, Scenario, Specimen, WeakRegion, derived, figures, stable};
+use crate::law::material::{ConstitutiveLaw, CriticalConstants, Objection};
+use crate::mpm::shape::margins;
 
 /// phi_0 where nothing looks at it, in mean diameters.
 const DISTANCE_ASLEEP: f64 = 22.0;
@@ -54,19 +58,19 @@ pub fn scenario(typed: &Typed) -> Result<Scenario, Error> {
     job.packing.stress = job.loading.stress_normal;
     job.packing.keys(&mut typed.table("packing", false, &why));
 
+    job.scheme = scheme(&mut typed.table("scheme", false, &why))?;
+    let made_of = typed.table("material", method.has_points(), &why);
     let mut table = typed.table("continuum", method.has_points(), &why);
-    let packed = method.has_grains() || !table.has("fraction_start");
+    let packed = method.has_grains() || !made_of.has("fraction");
     let why_packed = match method.has_grains() {
         true => why.clone(),
-        false => format!("{why} without continuum.fraction_start makes a packing, which"),
+        false => format!("{why} without material.fraction makes a packing, which"),
     };
     let mass_mean = stable::grain_mass(job.grains.density, 0.5 * diameter, job.specimen.depth, 2);
     job.contact.keys(&mut typed.table("contact", packed, &why_packed), mass_mean);
-    let file = material::file_of(&table, "material")?;
-    continuum(&mut job, &mut table, file.as_ref())?;
-    if let Some(file) = &file {
-        file.stop_if_wrong()?;
-    }
+    let file = File::of(&made_of)?;
+    material(&mut job, made_of, file.as_ref())?;
+    continuum(&mut job, &mut table)?;
     refuse_size_of_shear(&job, typed)?;
     job.loading.plate_mass = derived::plate_default(&job)[0];
     job.loading.keys_of_plate(&mut loading);
@@ -109,28 +113,38 @@ fn steps_between_looks(window: f64, steps_per_strain: f64) -> u64 {
     (window * steps_per_strain / LOOKS_PER_WINDOW).clamp(1.0, 1e9) as u64
 }
 
-/// Asleep: moduli of the contact law, and cells that make blocks fit for grains.
-fn continuum(job: &mut Scenario, table: &mut Reader<'_>, file: Option<&material::File>) -> Result<(), Error> {
-    let mut beneath = table.clone();
+/// Asleep: moduli of the contact law.
+fn material<'a>(job: &mut Scenario, mut table: Reader<'a>, file: Option<&'a File>) -> Result<(), Error> {
     if let Some(file) = file {
-        file.refuse_other_law(table, "material")?;
-        material::refuse_twice(table, file, "continuum.material")?;
-        beneath = beneath.over(file.table());
+        table = table.over(file.table());
     }
-    let Scenario { continuum, specimen, grains, contact, decomposition, .. } = job;
-    continuum.fraction_start = None;
-    let mut start = Continuum { weak: Vec::new(), ..continuum.clone() };
-    start.keys(&mut beneath.clone());
-    let springs = derived::springs_mean(contact, grains.diameter_mean);
-    let fraction = start.fraction_start.unwrap_or(derived::FRACTION_DENSE);
-    let moduli = derived::moduli_affine(&springs, fraction, specimen.depth);
-    (continuum.bulk_modulus, continuum.shear_modulus) = (moduli.bulk, moduli.shear);
+    let mut start = job.material;
+    start.keys(&mut table.clone(), true);
+    let springs = derived::springs_mean(&job.contact, job.grains.diameter_mean);
+    let fraction = start.law.fraction().unwrap_or(derived::FRACTION_DENSE);
+    let moduli = derived::moduli_affine(&springs, fraction, job.specimen.depth);
+    job.material.law = ConstitutiveLaw::CriticalDruckerPrager(CriticalConstants {
+        bulk_modulus: moduli.bulk,
+        shear_modulus: moduli.shear,
+        ..CriticalConstants::CHEN
+    });
+    job.material.keys(&mut table, true);
+    job.material.density = derived::density_bulk(job);
+    file.map_or(Ok(()), File::stop_if_wrong)
+}
+
+/// Asleep: cells that make blocks fit for grains.
+fn continuum(job: &mut Scenario, table: &mut Reader<'_>) -> Result<(), Error> {
+    let Scenario { continuum, specimen, grains, decomposition, material, .. } = job;
     let blocks = (specimen.width / (BLOCK_OF_DISCS * grains.diameter_mean)).floor();
     continuum.cell = specimen.width / (blocks.max(2.0) * decomposition.cells_per_block as f64);
-    continuum.keys(&mut beneath);
+    continuum.keys(table);
     continuum.cell = fitted_cell(table, continuum.cell, specimen.width, decomposition.cells_per_block)?;
     for (weak, table) in continuum.weak.iter().zip(&table.list("weak")) {
         table.one_of_many(check_weak(weak, table, specimen));
+        if !material.law.yields() {
+            table.add(table.refusal("fraction_deficit", "is of no effect: an elastic material does not look at its solid volume fraction. Remove the region, or take another material.law."));
+        }
     }
     Ok(())
 }
@@ -196,10 +210,19 @@ fn check_together(scenario: &Scenario, typed: &Typed) {
         typed.check(check_life(&scenario.enrichment, typed));
         typed.check(check_life_in_shear(scenario, typed));
     }
-    if scenario.method.has_points() {
-        typed.check(check_softening(scenario, typed));
+    let on_grid = scenario.on_grid();
+    if let (true, Some(grains)) = (scenario.method.has_grains(), &on_grid.grains) {
+        check_method(&on_grid, grains, typed);
     }
-    typed.check(refuse_unstable(typed, scenario.time.step, &derived::bounds(scenario), ""));
+    if scenario.moves_grains() {
+        let bounds = figures::bounds(&scenario.grains_of_specimen());
+        typed.check(refuse_unstable(typed, scenario.time.step, &bounds, ""));
+    }
+    if scenario.method.has_points() {
+        typed.check(check_law(scenario, typed));
+        typed.check(check_reach(scenario, typed));
+        typed.check(check_time(&on_grid, typed));
+    }
     typed.check(refuse_speed_of_plates(scenario, typed));
     if scenario.moves_grains() {
         typed.check(check_packing(scenario, typed));
@@ -243,18 +266,36 @@ fn check_packing(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
     }
 }
 
-/// A return to the cone must be possible wherever the specimen starts.
-fn check_softening(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
-    let continuum = &scenario.continuum;
-    let law = CriticalConstants { fraction: derived::fraction_start(scenario), ..continuum.constants() };
-    let deficits = continuum.weak.iter().map(|weak| weak.fraction_deficit);
-    for fraction in std::iter::once(0.0).chain(deficits).map(|deficit| law.fraction - deficit) {
-        if let Some(problem) = law.unbearable(2, fraction) {
-            let message = format!("{problem}, or {FRACTION_NEARER}.");
-            return Err(typed.refusal("continuum", "dilation_factor", &message));
+/// The law must be able to start from the solid volume fractions of the specimen.
+fn check_law(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
+    let (law, start) = (&scenario.material.law, derived::fraction_start(scenario));
+    if let Some(Objection { key, problem }) = law.objection(2, start) {
+        return Err(typed.refusal("material", key, &problem));
+    }
+    let tables = typed.table("continuum", false, "").list("weak");
+    for (weak, table) in scenario.continuum.weak.iter().zip(&tables) {
+        let fraction = start - weak.fraction_deficit;
+        if let Some(Objection { problem, .. }) = law.objection(2, fraction) {
+            let there = digits((1e6 * fraction).round() / 1e6);
+            let problem = format!("leaves a solid volume fraction of {there} there, which {problem}");
+            return Err(table.refusal("fraction_deficit", &problem));
         }
     }
     Ok(())
+}
+
+/// A block and its neighbours hold all nodes that its points reach.
+fn check_reach(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
+    let shape = scenario.scheme.shape;
+    let least = margins(shape).into_iter().fold(0, usize::max);
+    if scenario.decomposition.cells_per_block >= least {
+        return Ok(());
+    }
+    let problem = format!(
+        "is too few for the {least} nodes that scheme.shape = \"{}\" reaches beyond a block. Write {least}.",
+        shape.name()
+    );
+    Err(typed.refusal("decomposition", "cells_per_block", &problem))
 }
 
 fn check_height(scenario: &Scenario, typed: &Typed) -> Result<(), Error> {
@@ -393,8 +434,8 @@ mod tests {
         let text = format!("{HEAD}{continuum}");
         let error = parse(&text, &["method=mpm"]).unwrap_err().to_string();
         assert!(error.contains("needs the table [contact]"), "{error}");
-        let scenario = parse(&text, &["method=mpm", "continuum.fraction_start=0.855"]).unwrap();
-        assert_eq!(scenario.continuum.fraction_start, Some(0.855));
+        let scenario = parse(&text, &["method=mpm", "material.fraction=0.855"]).unwrap();
+        assert_eq!(scenario.material.law.fraction(), Some(0.855));
     }
 
     #[test]

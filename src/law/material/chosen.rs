@@ -4,7 +4,7 @@ use super::elastic::Elastic;
 use super::{
     CriticalConstants, CriticalDruckerPrager, Hencky, LinearElastic, MaterialLaw, MobilisedConstants, MobilisedFriction,
 };
-use crate::base::keys::{Form, text, variant};
+use crate::base::keys::{Form, Key, RATIO, Range, number, text, variant};
 use crate::base::space::Space;
 
 /// What a law says of itself, whatever the space.
@@ -14,8 +14,13 @@ pub trait Described {
     fn bulk_modulus_in(&self, axes: usize) -> f64;
     /// G, Pa.
     fn shear_modulus(&self) -> f64;
-    /// Solid volume fraction that points start with, of a law that knows one.
+    /// Solid volume fraction that points start with, of a law that knows one and has been told.
     fn fraction(&self) -> Option<f64> {
+        None
+    }
+    fn set_fraction(&mut self, _fraction: Option<f64>) {}
+    /// The same where the job does not say and nothing looks at it.
+    fn fraction_by_default(&self) -> Option<f64> {
         None
     }
     /// Whether it flows plastically.
@@ -32,6 +37,11 @@ pub trait Described {
         None
     }
 }
+
+/// The key of [`Described::fraction`], of every law that has it.
+pub(super) const FRACTION: Key =
+    number("fraction", "the solid volume fraction that points start with", RATIO, Range::open(0.0, 1.0), "0.83")
+        .required("unless a packing tells it");
 
 /// What is wrong with constants of a law, and the key of `[material]` that is told of it; of `fraction` a region may have its
 /// own.
@@ -141,9 +151,20 @@ impl ConstitutiveLaw {
         self.described().yields()
     }
 
-    /// Solid volume fraction that points start with, of a law that knows one.
+    /// Solid volume fraction that points start with, of a law that knows one and has been told.
     pub fn fraction(&self) -> Option<f64> {
         self.described().fraction()
+    }
+
+    /// The same where the job does not say and nothing looks at it.
+    pub fn fraction_by_default(&self) -> Option<f64> {
+        self.described().fraction_by_default()
+    }
+
+    /// Of a law that knows a solid volume fraction, with this one at the start, or with one that it has not been told.
+    pub fn with_fraction(mut self, fraction: impl Into<Option<f64>>) -> Self {
+        self.described_mut().set_fraction(fraction.into());
+        self
     }
 
     /// G, Pa.

@@ -19,7 +19,7 @@ pub struct Cone {
 
 /// What to do about a fraction from which the return cannot bear softening, at the end of the sentence of
 /// [`CriticalConstants::unbearable`].
-pub const FRACTION_NEARER: &str = "bring the fraction nearer to fraction_critical, or lower dilation_factor";
+const FRACTION_NEARER: &str = "bring the fraction nearer to fraction_critical, or lower dilation_factor";
 
 impl CriticalConstants {
     /// Friction and dilation at a solid volume fraction: tan(phi) and tan(psi).

@@ -30,7 +30,7 @@
 
 use std::f64::consts::FRAC_PI_4;
 
-use super::chosen::Objection;
+use super::chosen::{FRACTION, Objection};
 use super::hencky::{isotropic_strain, isotropic_stress, p_wave_modulus};
 use super::measures::{Measures, Parts};
 use super::{Described, Flow, MaterialLaw, MaterialMemory, alone};
@@ -53,8 +53,8 @@ pub struct CriticalConstants {
     pub friction_angle_critical: f64,
     /// Phi_cs.
     pub fraction_critical: f64,
-    /// Phi that points start with, unless their region has its own.
-    pub fraction: f64,
+    /// Phi that points start with, unless their region has its own; none where a packing tells it.
+    pub fraction: Option<f64>,
     /// chi of tan(psi) = chi (Phi - Phi_cs), tan(phi) = tan(phi_cs) + chi (Phi - Phi_cs).
     pub dilation_factor: f64,
     /// xi of dPhi/dt = -(Phi - Phi_cs) Phi xi |deps_p/dt|.
@@ -72,17 +72,16 @@ impl CriticalConstants {
         shear_modulus: 460e6,
         friction_angle_critical: 0.27,
         fraction_critical: 0.815,
-        fraction: 0.815,
+        fraction: None,
         dilation_factor: 7.0,
         softening_rate: 0.01,
         cohesion: 0.0,
         dilation_angle: None,
     };
 
-    /// The keys of a material of this law.
-    /// Those that a file of a material has: all but the solid volume fraction of the start. `still`: the dilation angle is constant, so
-    /// that nothing need follow the solid volume fraction.
-    pub fn keys_of_flow(&mut self, form: &mut dyn Form, still: bool) {
+    /// The keys of moduli, friction and flow. `still`: the dilation angle is constant, so that nothing need follow the solid volume
+    /// fraction.
+    fn keys_of_flow(&mut self, form: &mut dyn Form, still: bool) {
         if still && form.is_needed() {
             (self.dilation_factor, self.softening_rate) = (0.0, 0.0);
         }
@@ -124,22 +123,7 @@ impl Described for CriticalConstants {
             self.fraction_critical = FRACTION_STILL;
         }
         self.keys_of_flow(form, still);
-        if !form.has("fraction") && still && form.is_needed() {
-            self.fraction = self.fraction_critical;
-        }
-        form.number(
-            &mut self.fraction,
-            unless(
-                still,
-                number(
-                    "fraction",
-                    "the solid volume fraction that points start with",
-                    RATIO,
-                    Range::open(0.0, 1.0),
-                    "0.83",
-                ),
-            ),
-        );
+        form.number_if_given(&mut self.fraction, unless(still, FRACTION));
         if still && self.dilation_factor != 0.0 {
             form.note(
                 "dilation_angle",
@@ -158,7 +142,15 @@ impl Described for CriticalConstants {
     }
 
     fn fraction(&self) -> Option<f64> {
-        Some(self.fraction)
+        self.fraction
+    }
+
+    fn set_fraction(&mut self, fraction: Option<f64>) {
+        self.fraction = fraction;
+    }
+
+    fn fraction_by_default(&self) -> Option<f64> {
+        self.dilation_angle.map(|_| self.fraction_critical)
     }
 
     fn yields(&self) -> bool {

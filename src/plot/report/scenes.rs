@@ -9,7 +9,7 @@ use crate::analysis::run::Run;
 use crate::analysis::snapshot::{Body, Snapshot};
 use crate::analysis::strained::{Valued, strained};
 use crate::base::error::Error;
-use crate::job::{Job, Mpm};
+use crate::job::Job;
 
 /// Below this share of the compression, tension is left to the lower end of the colours.
 const TENSION_SHARE_MIN: f64 = 0.05;
@@ -192,7 +192,7 @@ fn stress_caption(runs: &[&Run]) -> String {
     // As the job says; one of a former program may not be read any more.
     let is_noisy = |run: &&Run| {
         let job = Job::parse(&run.scenario_text, "scenario.toml", &[]).ok();
-        job.and_then(|job| job.as_mpm().map(Mpm::has_noisy_stresses)).unwrap_or(false)
+        job.and_then(|job| Some(job.continuum()?.has_noisy_stresses())).unwrap_or(false)
     };
     if runs.iter().any(is_noisy) {
         words += " With several points in a cell the stresses of single points under gravity, those that are followed too, are noise \

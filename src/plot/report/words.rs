@@ -179,7 +179,7 @@ fn at_the_end(run: &Run) -> Result<String, Error> {
 }
 
 /// The scenario's main figures: path, name, factor from SI, unit.
-const SCENARIO: [(&str, &str, f64, &str); 36] = [
+const SCENARIO: [(&str, &str, f64, &str); 34] = [
     ("specimen.width", "Width (period)", 1e3, "mm"),
     ("specimen.height", "Height aimed at", 1e3, "mm"),
     ("specimen.depth", "Out-of-plane depth", 1e3, "mm"),
@@ -191,12 +191,6 @@ const SCENARIO: [(&str, &str, f64, &str); 36] = [
     ("contact.damping_normal", "Normal damping \u{3b3}_n", 1.0, "N\u{2009}s/m"),
     ("contact.damping_tangential", "Tangential damping \u{3b3}_t", 1.0, "N\u{2009}s/m"),
     ("contact.friction", "Friction coefficient", 1.0, ""),
-    ("continuum.bulk_modulus", "Bulk modulus K", 1e-6, "MPa"),
-    ("continuum.shear_modulus", "Shear modulus G", 1e-6, "MPa"),
-    ("continuum.friction_angle_critical", "Critical friction angle", 180.0 / std::f64::consts::PI, "\u{b0}"),
-    ("continuum.fraction_critical", "Critical solid volume fraction", 1.0, ""),
-    ("continuum.dilation_factor", "Dilation factor \u{3c7}", 1.0, ""),
-    ("continuum.softening_rate", "Softening rate \u{3be}", 1.0, ""),
     ("continuum.cell", "Grid cell", 1e3, "mm"),
     ("grid.cell", "Grid cell", 1e3, "mm"),
     ("grid.depth", "Out-of-plane depth", 1e3, "mm"),
@@ -204,6 +198,10 @@ const SCENARIO: [(&str, &str, f64, &str); 36] = [
     ("material.bulk_modulus", "Bulk modulus K", 1e-6, "MPa"),
     ("material.shear_modulus", "Shear modulus G", 1e-6, "MPa"),
     ("material.friction_angle_critical", "Critical friction angle", 180.0 / std::f64::consts::PI, "\u{b0}"),
+    ("material.fraction_critical", "Critical solid volume fraction", 1.0, ""),
+    ("material.dilation_factor", "Dilation factor \u{3c7}", 1.0, ""),
+    ("material.softening_rate", "Softening rate \u{3be}", 1.0, ""),
+    ("material.hardening_strain", "Hardening strain a", 1.0, ""),
     ("material.cohesion", "Cohesion", 1e-3, "kPa"),
     ("packing.stress", "Stress of the packing", 1e-3, "kPa"),
     ("loading.stress_normal", "Normal stress", 1e-3, "kPa"),

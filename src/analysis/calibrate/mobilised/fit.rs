@@ -51,7 +51,7 @@ impl Given {
             shear_degradation_strain: math::exp(degradation),
             friction_angle_critical: math::atan(self.friction_critical.unwrap_or(last)),
             fraction_critical: fraction,
-            fraction: fraction.max(self.fraction_loosest),
+            fraction: Some(fraction.max(self.fraction_loosest)),
             dilation_factor: dilation,
             hardening_strain: math::exp(hardening),
             phase_transformation_factor: transformation,

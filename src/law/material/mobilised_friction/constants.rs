@@ -4,7 +4,7 @@ use super::MobilisedFriction;
 use crate::base::digits::{digits, significant};
 use crate::base::keys::{ANGLE, Form, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, number};
 use crate::base::space::{Plane, Solid};
-use crate::law::material::chosen::{Described, Objection};
+use crate::law::material::chosen::{Described, FRACTION, Objection};
 use crate::law::material::cone::k0_of;
 use crate::law::material::critical_drucker_prager::DILATION_FACTOR;
 
@@ -23,8 +23,8 @@ pub struct MobilisedConstants {
     pub friction_angle_critical: f64,
     /// Phi_cs.
     pub fraction_critical: f64,
-    /// Phi that points start with, unless their region has its own.
-    pub fraction: f64,
+    /// Phi that points start with, unless their region has its own; none where a packing tells it.
+    pub fraction: Option<f64>,
     /// chi of tan(phi_b) = tan(phi_cs) + chi (Phi - Phi_cs).
     pub dilation_factor: f64,
     /// a, the plastic shear strain that mobilises half of the friction.
@@ -49,7 +49,7 @@ impl MobilisedConstants {
         // tan(phi_cs) = 0.282
         friction_angle_critical: 0.274_862_337_799_172_9,
         fraction_critical: 0.8165,
-        fraction: 0.843,
+        fraction: Some(0.843),
         dilation_factor: 7.68,
         hardening_strain: 2.75e-4,
         phase_transformation_factor: 4.86,
@@ -109,8 +109,7 @@ impl Described for MobilisedConstants {
             &mut self.fraction_critical,
             number("fraction_critical", "Phi_cs", RATIO, Range::open(0.0, 1.0), "0.815"),
         );
-        let about = "the solid volume fraction that points start with";
-        form.number(&mut self.fraction, number("fraction", about, RATIO, Range::open(0.0, 1.0), "0.83"));
+        form.number_if_given(&mut self.fraction, FRACTION);
         form.number(
             &mut self.dilation_factor,
             number("dilation_factor", DILATION_FACTOR, RATIO, Range::closed(0.0, 100.0), "7"),
@@ -136,7 +135,11 @@ impl Described for MobilisedConstants {
     }
 
     fn fraction(&self) -> Option<f64> {
-        Some(self.fraction)
+        self.fraction
+    }
+
+    fn set_fraction(&mut self, fraction: Option<f64>) {
+        self.fraction = fraction;
     }
 
     fn yields(&self) -> bool {

@@ -57,12 +57,12 @@ impl Random {
                 shear_degradation: self.between(0.0, 0.9),
                 shear_degradation_strain: self.magnitude(-4.0, -2.0),
                 friction_angle_critical: self.between(0.1, 0.6),
-                fraction: 0.8165 + 0.05 * self.signed(),
+                fraction: Some(0.8165 + 0.05 * self.signed()),
                 hardening_strain: self.magnitude(-5.0, -2.0),
                 cohesion: if self.signed() > 0.0 { 0.0 } else { self.magnitude(2.0, 5.0) },
                 ..MobilisedConstants::DISCS
             };
-            if law.objection(axes, law.fraction).is_none() {
+            if law.objection(axes, law.fraction.unwrap()).is_none() {
                 return law;
             }
         }
@@ -99,7 +99,7 @@ fn returns<S: Space>(seed: u64) {
     for _ in 0..20_000 {
         let constants = random.constants(S::DIMENSION);
         let law = MobilisedFriction::of(&constants);
-        let fraction = constants.fraction;
+        let fraction = constants.fraction.unwrap();
         let (sine, surplus) = (law.sine_critical, fraction - law.fraction_critical);
         let angle = math::atan(math::tan(constants.friction_angle_critical) + law.dilation_factor * surplus.max(0.0));
         let scaled = |sine: f64| if S::DIMENSION == 2 { sine } else { 6.0 * sine / (3f64.sqrt() * (3.0 - sine)) };
@@ -181,11 +181,11 @@ fn as_the_old_cone<S: Space>(seed: u64) {
         let constants =
             MobilisedConstants { shear_degradation: 0.0, hardening_strain: 1e-15, ..random.constants(S::DIMENSION) };
         let law = MobilisedFriction::of(&constants);
-        let [peak, turn] = constants.ratios(S::DIMENSION, constants.fraction);
+        let [peak, turn] = constants.ratios(S::DIMENSION, constants.fraction.unwrap());
         let size = random.magnitude(2.0, 6.0);
         let stress = random.tensor::<S>(size) + S::identity() * (2.0 * size * random.signed());
         let increment = random.tensor::<S>(size / law.bulk_modulus);
-        let mut memory: MobilisedMemory<S> = law.start(&stress, constants.fraction);
+        let mut memory: MobilisedMemory<S> = law.start(&stress, constants.fraction.unwrap());
         memory.hardening = 1.0;
         let elastic = memory.strain.pushed(&increment).half_logarithm();
         let pressure = law.attraction - law.bulk_modulus * elastic.trace();
@@ -198,13 +198,14 @@ fn as_the_old_cone<S: Space>(seed: u64) {
             bulk_modulus: law.bulk_modulus,
             shear_modulus: law.shear_modulus,
             friction_critical: tangent(peak),
-            fraction_critical: constants.fraction,
+            fraction_critical: constants.fraction.unwrap(),
             dilation_factor: 0.0,
             dilation: tangent(ratio),
             softening_rate: 0.0,
             cohesion: law.attraction * tangent(peak),
         };
-        let mut other: crate::law::material::CriticalMemory<S> = old.start(&S::Tensor::zero(), constants.fraction);
+        let mut other: crate::law::material::CriticalMemory<S> =
+            old.start(&S::Tensor::zero(), constants.fraction.unwrap());
         other.strain = memory.strain;
         let found = carry::<S>(&law, &mut memory, &increment);
         let wanted = old.update(&increment, 1.0, &mut other);
@@ -346,10 +347,10 @@ fn large_cycles_densify_and_are_bounded() {
 /// first.
 #[test]
 fn triaxial_compression_ends_at_the_critical_angle() {
-    let constants = MobilisedConstants { fraction_critical: 0.60, fraction: 0.63, ..MobilisedConstants::DISCS };
-    assert_eq!(constants.objection(3, constants.fraction), None);
+    let constants = MobilisedConstants { fraction_critical: 0.60, fraction: Some(0.63), ..MobilisedConstants::DISCS };
+    assert_eq!(constants.objection(3, constants.fraction.unwrap()), None);
     let law = MobilisedFriction::of(&constants);
-    let rows = triaxial_compression(&law, 200e3, constants.fraction, 2e-4, 0.8);
+    let rows = triaxial_compression(&law, 200e3, constants.fraction.unwrap(), 2e-4, 0.8);
     let sine = |axial: f64| (axial - 200e3) / (axial + 200e3);
     let best = rows.iter().map(|row| sine(row.ratio)).fold(0.0, f64::max);
     let tangent = law.friction_critical + law.dilation_factor * 0.03;
@@ -368,7 +369,7 @@ fn walks<S: Space>(seed: u64) {
         let constants = random.constants(S::DIMENSION);
         let law = MobilisedFriction::of(&constants);
         let scale = random.magnitude(3.0, 6.0);
-        let mut memory = isotropic::<S>(&law, scale, constants.fraction);
+        let mut memory = isotropic::<S>(&law, scale, constants.fraction.unwrap());
         let solid = |memory: &MobilisedMemory<S>| {
             math::ln(memory.fraction) - memory.strain.half_logarithm().trace() - memory.gap
         };
@@ -550,8 +551,8 @@ fn starts<S: Space>(seed: u64) {
         let size = random.magnitude(3.0, 6.0);
         let tensor = random.tensor::<S>(0.4 * size);
         let stress = (tensor + S::transpose(&tensor)) * 0.5 - S::identity() * size;
-        let memory: MobilisedMemory<S> = law.start(&stress, constants.fraction);
-        let [peak, _] = constants.ratios(S::DIMENSION, constants.fraction);
+        let memory: MobilisedMemory<S> = law.start(&stress, constants.fraction.unwrap());
+        let [peak, _] = constants.ratios(S::DIMENSION, constants.fraction.unwrap());
         let given = StressInvariants::of::<S>(&stress);
         let kept = StressInvariants::of::<S>(&law.stress(&memory));
         close(kept.mean, given.mean, size, 1e-12);
@@ -585,7 +586,7 @@ fn a_stress_of_the_start_is_kept_where_it_is_borne() {
 #[test]
 fn k0_is_what_the_law_bears() {
     for (cohesion, fraction) in [(0.0, 0.843), (0.0, 0.80), (2e3, 0.82)] {
-        let constants = MobilisedConstants { cohesion, fraction, ..MobilisedConstants::DISCS };
+        let constants = MobilisedConstants { cohesion, fraction: Some(fraction), ..MobilisedConstants::DISCS };
         let law = MobilisedFriction::of(&constants);
         let bears = |axes: usize, k0: f64| match axes {
             2 => keeps::<Plane>(&law, k0, fraction),
@@ -636,7 +637,7 @@ fn lanes<S: Space>(seed: u64) {
         let mut gradients = [S::Tensor::zero(); LANES];
         for lane in 0..LANES {
             let stress = random.tensor::<S>(size) - S::identity() * (2.0 * size * random.signed().abs());
-            memories[lane] = law.start(&stress, constants.fraction);
+            memories[lane] = law.start(&stress, constants.fraction.unwrap());
             memories[lane].plastic_strain = random.magnitude(-6.0, -1.0);
             if lane == 2 {
                 memories[lane].gap = random.between(0.0, 1e-3);
