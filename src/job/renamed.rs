@@ -119,10 +119,11 @@ pub fn lower(root: &mut Node, kind: Kind) {
 }
 
 /// Keys whose default is not what programs did that had no such key, and that.
-const LATER: [(Kind, &str, &str, Earlier); 3] = [
+const LATER: [(Kind, &str, &str, Earlier); 4] = [
     (Kind::Mpm, "scheme", "volume_averaging", Earlier::Flag(false)),
     (Kind::Shear, "scheme", "volume_averaging", Earlier::Flag(false)),
     (Kind::Mpm, "body", "contact_at", Earlier::Text("nodes")),
+    (Kind::Shear, "continuum", "contact_at", Earlier::Text("nodes")),
 ];
 
 /// What a program without a key did.

@@ -11,7 +11,7 @@ use super::{Job, Method};
 use crate::base::error::Error;
 use crate::base::keys::{
     DAMPING, DENSITY, Form, Key, LENGTH, MASS, NOT_NEGATIVE, POSITIVE, RATIO, Range, SPEED, STRESS, TIME, Table, Wants,
-    count, key, number, size, text, vector,
+    choose, count, key, number, size, text, vector,
 };
 use crate::couple::oracle::Oracle;
 use crate::couple::zone::Enrichment;
@@ -146,7 +146,7 @@ impl Scenario {
                 }),
             },
             scheme: Scheme::DEFAULT,
-            continuum: Continuum { cell: 0.0, weak: Vec::new() },
+            continuum: Continuum { cell: 0.0, at_face: true, weak: Vec::new() },
             loading: Loading {
                 stress_normal: 0.0,
                 speed: 0.0,
@@ -276,6 +276,8 @@ pub(super) fn rest_and_cache(form: &mut dyn Form, energy_ratio_max: &mut f64, ca
 pub struct Continuum {
     /// Edge of a grid cell, m.
     pub cell: f64,
+    /// Plates meet material points at their own face ([`crate::mpm::faces`]); else they hold the nodes from the one nearest to it on.
+    pub at_face: bool,
     /// Regions that start with another solid volume fraction, so that shear has a place to begin (Chen et al. 2021, 6.1).
     pub weak: Vec<WeakRegion>,
 }
@@ -283,6 +285,10 @@ pub struct Continuum {
 impl Continuum {
     pub(super) fn keys(&mut self, form: &mut dyn Form) {
         form.number(&mut self.cell, number("cell", "the edge of a grid cell", LENGTH, POSITIVE, "\"7.5 mm\""));
+        let about =
+            "where points meet the plates: at the nodes that these hold, or at their face, wherever in a cell that is";
+        let key_of_place = text("contact_at", about, "\"nodes\"").or("face");
+        choose(form, &mut self.at_face, "place of contact", key_of_place, &[("nodes", false), ("face", true)]);
         let weak = key("weak", "regions that start looser", Wants::Text, "[]").optional();
         super::schema::list(
             form,

@@ -21,8 +21,9 @@ const SERVO_SPEED: f64 = 10.0;
 /// Lower plate fixed, upper plate sheared under constant normal stress.
 pub fn bodies(scenario: &Scenario, height: f64) -> Vec<Body<Plane>> {
     let loading = &scenario.loading;
-    let lower = Body::new("lower", Shape::Plate { side: Side::Below, face: 0.0 });
+    let mut lower = Body::new("lower", Shape::Plate { side: Side::Below, face: 0.0 });
     let mut upper = Body::new("upper", Shape::Plate { side: Side::Above, face: height });
+    (lower.meets_points, upper.meets_points) = (scenario.continuum.at_face, scenario.continuum.at_face);
     let instant = |time: f64, speed: f64| Instant { time, velocity: Vector::new(speed, 0.0), spin: Linear::zero() };
     upper.path = match loading.speed_ramp > 0.0 {
         true => vec![instant(0.0, 0.0), instant(loading.speed_ramp, loading.speed)],

@@ -87,11 +87,12 @@ impl<S: Space> World<'_, S> {
         );
     }
 
-    /// Velocities of nodes near faces before these act, and their masses: of grains and points together, as far as they have gone in the cycle.
-    fn unmet(&mut self, moment: Moment) {
+    /// Velocities of nodes near faces before these act, and their masses: of grains and points together, as far as they go now in a cycle, or
+    /// at its beginning over all of it.
+    fn unmet(&mut self, moment: Moment, over_all: bool) {
         let (step, cycle) = (self.settings.grains.dt, self.dt_of_continuum());
         let (gravity, coupled, done) = (self.gravity_now(), self.is_coupled(), self.step_of_cycle + 1);
-        let ends = self.ends_cycle();
+        let ends = over_all || self.ends_cycle();
         let Self { subdomain, assembly, continuum: Continuum { tiles, .. }, bodies, settings, .. } = self;
         let (Subdomain { nodes, layout, .. }, periods) = (&*subdomain, &assembly.cell);
         let conditions = BoundaryConditions { grid: &settings.grid, layout, bodies, periods, gravity, moment };
@@ -161,7 +162,7 @@ impl<S: Space> World<'_, S> {
         if !self.meets_faces() {
             return;
         }
-        self.unmet(moment);
+        self.unmet(moment, false);
         for at in 0..self.continuum.tiles.faces.sides.len() {
             let side = self.continuum.tiles.faces.sides[at];
             self.show_nodes(side);
@@ -227,7 +228,7 @@ impl<S: Space> World<'_, S> {
         if !self.meets_faces() || !self.bodies.iter().any(|body| body.meets_points && body.feels_nodes()) {
             return;
         }
-        self.unmet(Moment::Step);
+        self.unmet(Moment::Step, true);
         for at in 0..self.continuum.tiles.faces.sides.len() {
             let side = self.continuum.tiles.faces.sides[at];
             self.show_nodes(side);
