@@ -200,15 +200,16 @@ fn mistakes_are_answered_by_what_was_meant() {
     fs::write(folder.path().join("job.toml"), scree(folder.path(), &["new", "element"]).stdout).unwrap();
     for (set, part) in [
         ("contct.friction=0.2", "Did you mean contact.friction?"),
-        ("contact.mu=0.2", "Did you mean contact.friction, mu, the Coulomb coefficient?"),
+        ("contact.mu=0.2", "Did you mean contact.friction_angle, the angle whose tangent is mu, in place of friction?"),
         ("contact.viscosity=0.2", "[contact] has: law, stiffness_normal,"),
+        ("contact.density=3", "Did you mean grains.density?"),
         ("friction=0.2", "Did you mean packing.friction or contact.friction?"),
     ] {
         let checked = scree(folder.path(), &["check", "job.toml", "--set", set]);
         assert_eq!(checked.status.code(), Some(2));
         assert!(told(&checked).contains(part), "{set}: {}", told(&checked));
     }
-    for (word, part) in [("mu", "contact.friction "), ("stiffness", "membrane.stiffness "), ("damping", "[damping]")] {
+    for (word, part) in [("mu", "contact.friction "), ("rolling", "contact.rolling_limit "), ("damping", "[damping]")] {
         let keys = scree(folder.path(), &["keys", word]);
         assert!(keys.status.success() && told(&keys).contains(part), "{word}: {}", told(&keys));
     }
