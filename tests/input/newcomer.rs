@@ -171,7 +171,6 @@ fn every_column_of_series_is_told() {
     for (job, sets) in [
         ("element", vec!["time.end=1e-4"]),
         ("pour", vec!["time.end=1e-4"]),
-        ("dem", vec!["loading.strain_end=1e-4"]),
         ("hybrid", vec!["loading.strain_end=1e-4"]),
         (column, vec!["time.end=2e-2"]),
         (triaxial, vec!["time.end=1e-4", "method=mpm"]),
