@@ -326,8 +326,11 @@ mod tests {
         assert_eq!(wrong, "A job has no table and no key contact.fricton. Did you mean friction?");
         let by_symbol = page(Some("mu")).unwrap();
         assert!(by_symbol.contains("contact.friction                 mu, the Coulomb coefficient\n"), "{by_symbol}");
-        let by_word = page(Some("stiffness")).unwrap();
-        assert!(by_word.contains("contact.stiffness_normal ") && by_word.contains("membrane.stiffness "), "{by_word}");
+        let by_word = page(Some("rolling")).unwrap();
+        assert!(
+            by_word.contains("contact.rolling_stiffness ") && by_word.contains("contact.rolling_limit "),
+            "{by_word}"
+        );
         let unknown = page(Some("porosity")).unwrap_err().to_string();
         assert!(unknown.contains("docs/howto.md"), "{unknown}");
         let contact = page(Some("[contact]")).unwrap();

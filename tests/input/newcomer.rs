@@ -171,7 +171,6 @@ fn every_column_of_series_is_told() {
     for (job, sets) in [
         ("element", vec!["time.end=1e-4"]),
         ("pour", vec!["time.end=1e-4"]),
-        ("dem", vec!["loading.strain_end=1e-4"]),
         ("hybrid", vec!["loading.strain_end=1e-4"]),
         (column, vec!["time.end=2e-2"]),
         (triaxial, vec!["time.end=1e-4", "method=mpm"]),
@@ -200,15 +199,16 @@ fn mistakes_are_answered_by_what_was_meant() {
     fs::write(folder.path().join("job.toml"), scree(folder.path(), &["new", "element"]).stdout).unwrap();
     for (set, part) in [
         ("contct.friction=0.2", "Did you mean contact.friction?"),
-        ("contact.mu=0.2", "Did you mean contact.friction, mu, the Coulomb coefficient?"),
+        ("contact.mu=0.2", "Did you mean contact.friction_angle, the angle whose tangent is mu, in place of friction?"),
         ("contact.viscosity=0.2", "[contact] has: law, stiffness_normal,"),
+        ("contact.density=3", "Did you mean grains.density?"),
         ("friction=0.2", "Did you mean packing.friction or contact.friction?"),
     ] {
         let checked = scree(folder.path(), &["check", "job.toml", "--set", set]);
         assert_eq!(checked.status.code(), Some(2));
         assert!(told(&checked).contains(part), "{set}: {}", told(&checked));
     }
-    for (word, part) in [("mu", "contact.friction "), ("stiffness", "membrane.stiffness "), ("damping", "[damping]")] {
+    for (word, part) in [("mu", "contact.friction "), ("rolling", "contact.rolling_limit "), ("damping", "[damping]")] {
         let keys = scree(folder.path(), &["keys", word]);
         assert!(keys.status.success() && told(&keys).contains(part), "{word}: {}", told(&keys));
     }
