@@ -154,7 +154,11 @@ impl Job {
 
     /// Whether the solid volume fraction of the start is that of a packing which is not made yet.
     pub fn is_told_by_packing(&self) -> bool {
-        self.as_shear().is_some_and(|scenario| scenario.material.law.fraction().is_none())
+        match self {
+            Self::Shear(scenario) => scenario.material.law.fraction().is_none(),
+            Self::Assembly(_) => false,
+            Self::Mpm(job) => job.is_told_by_packing(),
+        }
     }
 
     /// The keys of `[packing]`, where grains are made.

@@ -233,7 +233,7 @@ pub(crate) fn points<S: Space>(job: &Mpm, law: &SharedMaterial<S>, transport: &d
             if job.scheme.transfer == Transfer::Affine {
                 point.affine = tensor::<S>(&region.velocity_gradient_at(&place));
             }
-            point.hot.memory = law.start(&stress_at::<S>(job, &place), region.fraction);
+            point.hot.memory = law.start(&stress_at::<S>(job, &place), job.fraction_in(region));
             point.hot.stress = S::Symmetric::of(&law.stress(&point.hot.memory));
             for (load, _) in job.loads.iter().enumerate().filter(|(_, load)| job.bears(load, index)) {
                 point.cold.loads |= 1 << load;

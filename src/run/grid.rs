@@ -186,6 +186,9 @@ impl<'s, S: Space> Grains<'s, S> {
             Method::Hybrid | Method::Mpm => {
                 let mut job = job.clone();
                 job.material.density = granular.piece.matter.density * fraction;
+                if job.is_told_by_packing() {
+                    job.material.law = job.material.law.with_fraction(fraction);
+                }
                 let points = point_world::points(&job, &self.law, transport);
                 (Vec::new(), points, point_world::bodies(&job), point_world::vertices(&job))
             }

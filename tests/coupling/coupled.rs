@@ -1,5 +1,10 @@
 //! Jobs on a grid with grains: triaxial compression in membranes, as grains, and as points that grains replace.
 
+use scree::base::space::Plane;
+use scree::run::start;
+use scree::store::checkpoint::{self, Snapshot};
+use scree_partition::Solo;
+
 use crate::runs::{Ran, done, options, parse, replaced, result, same};
 
 /// A specimen of 18 by 30 mm under 100 kPa, pressed ten times as fast as the paper's.
@@ -119,6 +124,28 @@ pub fn triaxial(method: &str, end: f64) -> String {
         row = end / 40.0,
         third = end / 3.0,
     )
+}
+
+/// Where a job does not say what solid volume fraction its points start with, it is that of the packing of their grains.
+#[test]
+fn the_packing_tells_the_fraction_that_points_start_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |fraction: &str| replaced(triaxial("mpm", 2e-4), &[("        fraction = 0.842\n", fraction)]);
+    let run = |name: &str, text: &str| {
+        let out = folder.path().join(name);
+        let job = parse(text);
+        assert_eq!(parse(&job.to_toml()), job);
+        done(start::start(&job, &options(&out), &Solo));
+        out
+    };
+    let told = run("told", &of(""));
+    let (_, snapshot): (_, Snapshot<Plane>) = checkpoint::latest(&told, 1).unwrap();
+    let fraction = snapshot.progress.fraction_start;
+    assert!((0.8..0.88).contains(&fraction), "{fraction}");
+    let stated = run("stated", &of(&format!("fraction = {fraction:?}\n")));
+    assert_eq!(result(&told), result(&stated));
+    let other = run("other", &of("fraction = 0.9\n"));
+    assert!(result(&told) != result(&other), "nothing looks at it");
 }
 
 /// Membranes hold grains by nodes alone. None leaves, single ones included; nobody gives them mass or momentum beside bodies and pressure;

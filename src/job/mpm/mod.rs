@@ -85,7 +85,7 @@ pub struct Material {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Region {
     pub shape: RegionShape,
-    /// Solid volume fraction that its points start with. Mass does not follow it.
+    /// Solid volume fraction that its points start with; 1 where it has none of its own. Mass does not follow it.
     pub fraction: f64,
     /// m/s, rad/s.
     pub velocity: [f64; 3],
@@ -477,6 +477,17 @@ impl Mpm {
     /// Whether volume strain of points is averaged over nodes where they flow.
     pub fn averages_volume(&self) -> bool {
         self.has_points() && self.scheme.averages_volume && self.material.law.yields()
+    }
+
+    /// Whether the solid volume fraction of the start is that of the grains' packing, which is not made yet.
+    pub fn is_told_by_packing(&self) -> bool {
+        self.grains.is_some() && self.material.law.yields() && self.material.law.fraction().is_none()
+    }
+
+    /// Solid volume fraction that the points of a region start with, as far as it is known; 1 of a law that knows none.
+    pub fn fraction_in(&self, region: &Region) -> f64 {
+        let is_that_of_all = region.fraction == 1.0 && self.material.law.yields();
+        if is_that_of_all { forecast::fraction_of_packing(self) } else { region.fraction }
     }
 
     /// Time step of the continuum, s.

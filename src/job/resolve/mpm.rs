@@ -54,12 +54,14 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     }
     job.material.keys(&mut material, job.grains.is_some());
     file.as_ref().map_or(Ok(()), File::stop_if_wrong)?;
-    if job.material.law.yields() && job.material.law.fraction().is_none() {
-        let known = job.material.law.fraction_by_default();
-        if known.is_none() {
+    let law = &mut job.material.law;
+    if law.yields() && law.fraction().is_none() {
+        *law = law.with_fraction(law.fraction_by_default());
+        // Beside grains their packing tells it.
+        if law.fraction().is_none() && job.grains.is_none() {
             material.note_without("fraction");
+            *law = law.with_fraction(FRACTION_DENSE);
         }
-        job.material.law = job.material.law.with_fraction(known.unwrap_or(FRACTION_DENSE));
     }
     if let Some(grains) = &job.grains {
         // As far as it is known before the packing is made.
@@ -238,7 +240,7 @@ fn check_lists(job: &mut Mpm, top: &Reader<'_>, typed: &Typed) -> Result<(), Err
 
 fn check_region(region: &mut Region, table: &Reader<'_>, grid: &Grid, law: &ConstitutiveLaw) -> Result<(), Error> {
     check_region_shape(&region.shape, table, grid)?;
-    if table.has("fraction") && law.fraction().is_none() {
+    if table.has("fraction") && !law.yields() {
         let problem = format!(
             "belongs to law = {}; an elastic material has no solid volume fraction. Remove the line.",
             ConstitutiveLaw::yielding()

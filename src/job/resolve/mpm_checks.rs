@@ -39,7 +39,9 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
 /// The law must be able to start from the solid volume fraction of every region.
 fn check_law(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
     for (region, table) in job.regions.iter().zip(&top.list("region")) {
-        if let Some(Objection { key, problem }) = job.material.law.objection(job.grid.dimension, region.fraction) {
+        if let Some(Objection { key, problem }) =
+            job.material.law.objection(job.grid.dimension, job.fraction_in(region))
+        {
             return Err(match key == "fraction" && table.has(key) {
                 true => table.refusal(key, &problem),
                 false => typed.refusal("material", key, &problem),
@@ -61,7 +63,7 @@ fn check_geostatic(job: &Mpm, (axis, k0): (usize, f64), typed: &Typed) -> Result
         let span = figures::span(job, number, axis).expect("every region has points");
         let overburden = span.map(|at| job.overburden(at)).into_iter().fold(0.0, f64::max);
         if overburden > 0.0
-            && let Some([lower, upper]) = law.k0(axes, region.fraction, overburden)
+            && let Some([lower, upper]) = law.k0(axes, job.fraction_in(region), overburden)
         {
             least = if lower > least.0 { (lower, overburden) } else { least };
             most = if upper < most.0 { (upper, overburden) } else { most };

@@ -173,7 +173,7 @@ impl<'a> Made<'a> {
         let scenario = format!(
             "name = \"small <{method}>\"\nmethod = \"{method}\"\nseed = {seed}\n[specimen]\nwidth = {WIDTH}\n\
              [grains]\ndiameter_mean = {SPACING}\n[loading]\nstress_normal = 400e3\nspeed = 0.02\n\
-             [continuum]\ncell = {}\npoints_per_cell = 2\n[enrichment]\ntraining = {training}\n[time]\nstep = 1e-4\n\
+             [scheme]\npoints_per_cell = 2\n[continuum]\ncell = {}\n[enrichment]\ntraining = {training}\n[time]\nstep = 1e-4\n\
              grain_steps = {grain_steps}\n",
             2.0 * SPACING
         );
