@@ -20,7 +20,7 @@ pub const KEYS: [&str; 7] = [
 ];
 const TABLE: &str = "continuum";
 /// The same of the law with mobilised friction, in a table of a job on a grid.
-const KEYS_MOBILISED: [&str; 11] = [
+const KEYS_MOBILISED: [&str; 12] = [
     "law",
     "bulk_modulus",
     "shear_modulus",
@@ -30,6 +30,7 @@ const KEYS_MOBILISED: [&str; 11] = [
     "fraction_critical",
     "dilation_factor",
     "hardening_strain",
+    "hardening_fraction_width",
     "phase_transformation_factor",
     "cohesion",
 ];
