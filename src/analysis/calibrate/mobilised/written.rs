@@ -131,10 +131,10 @@ impl Calibration {
             }
         }
         for (title, musts) in musts(self) {
-            writeln!(text, "{title:<76}{:>18}{:>14}", "must", "found").expect(STRING);
+            writeln!(text, "{title:<84}{:>18}{:>14}", "must", "found").expect(STRING);
             for Must { test, words, must, found, is_met } in musts {
                 let mark = if is_met { "" } else { "  missed" };
-                writeln!(text, "  {:<74}{must:>18}{found:>14}{mark}", format!("{test}: {words}")).expect(STRING);
+                writeln!(text, "  {:<82}{must:>18}{found:>14}{mark}", format!("{test}: {words}")).expect(STRING);
             }
         }
         text
