@@ -275,7 +275,18 @@ fn mobilised_friction_is_calibrated_and_taken_by_a_grid() {
     for name in ["calibrated.toml", "calibration.json", "calibration.html", "reversal.toml", "figures/shear.svg"] {
         assert_eq!(read(&first.join(name)), read(&second.join(name)), "{name}");
     }
-    for wanted in ["hardening_strain", "packings held back", "shear, loose, half of the stress", "constant volume"] {
+    for wanted in [
+        "hardening_strain",
+        "hardening_fraction_width",
+        "packings held back",
+        "shear, loose, half of the stress",
+        "constant volume: mean stress, largest off",
+        "shear, dense, a quarter of the stress: sine",
+        "biaxial: volume strain",
+        "small cycles: back from 0.02 % of strain",
+        "reversal: back from the peak by 0.8 % of strain",
+        "Musts: packings held back",
+    ] {
         assert!(told.contains(wanted), "{wanted}: {told}");
     }
     assert!(!read(&first.join("calibration.html")).contains("NaN"));
@@ -297,6 +308,7 @@ fn mobilised_friction_is_calibrated_and_taken_by_a_grid() {
         panic!("another law was read");
     };
     assert!(off(law.hardening_strain, found("hardening_strain")) < 1e-3);
+    assert!(off(law.hardening_fraction_width.unwrap(), found("hardening_fraction_width")) < 1e-3);
     assert!(off(law.shear_modulus, found("shear_modulus")) < 1e-3);
     // The law stands in the file, and in the job no second time.
     std::fs::write(&file, job.replace("[material]\n", "[material]\nfile = \"calibrated.toml\"\n")).unwrap();

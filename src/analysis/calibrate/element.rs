@@ -26,6 +26,8 @@ pub const ROW_SHEAR: f64 = 5e-4;
 /// Inertial numbers.
 pub const INERTIAL_COMPRESSION: f64 = 1e-4;
 pub const INERTIAL_SHEAR: f64 = 2.5e-4;
+/// Of small cycles: a cell of some hundred grains must come to the end of its waves within 1e-4 of strain.
+pub const INERTIAL_CYCLES: f64 = 2.5e-5;
 /// The cell may stretch so many times faster than it shears: no dense packing dilates as fast.
 const STRETCH_MOST: f64 = 10.0;
 /// Kinetic over elastic energy of a packing at rest, at most: small strains must be seen above what still moves.
@@ -35,8 +37,11 @@ const ENERGY_RATIO_MOST: f64 = 1e-5;
 pub const STRAIN_FIRST: f64 = 0.0025;
 pub const STRAIN_BACK: f64 = 5e-4;
 pub const STRAIN_REVERSAL: f64 = 0.02;
-/// Shear strain at the end of shear at constant volume.
+/// Of small cycles: shear strains that are unloaded from, and by how much.
+pub const CYCLES: [[f64; 2]; 3] = [[2e-4, 1e-4], [1e-3, 2e-4], [5e-3, 5e-4]];
+/// Strain at the end of shear at constant volume, and of biaxial compression.
 pub const STRAIN_VOLUME_CONSTANT: f64 = 0.1;
+pub const STRAIN_BIAXIAL: f64 = 0.05;
 /// Deepest overlap that is still physics, as a share of the smaller radius.
 const OVERLAP_MAX: f64 = 0.5;
 
@@ -60,8 +65,12 @@ pub enum Course {
     Once,
     /// To [`STRAIN_FIRST`], back a little, to [`STRAIN_REVERSAL`], and back to the same strain the other way.
     Reversal,
+    /// Through [`CYCLES`], each an unloading: what is left of the first modulus on the way to the peak.
+    Cycles,
     /// At constant volume.
     ConstantVolume,
+    /// No shear: compressed along y while the normal stress along x is kept.
+    Biaxial,
 }
 
 /// A stretch of a course: shear to a strain, with rows at this spacing.
@@ -89,7 +98,12 @@ impl Course {
                 leg(STRAIN_REVERSAL, 1e-4),
                 leg(-STRAIN_REVERSAL, 1e-4),
             ],
+            Self::Cycles => CYCLES
+                .iter()
+                .flat_map(|&[to, back]| [leg(to, 0.05 * to.min(2e-3)), leg(to - back, 0.05 * back)])
+                .collect(),
             Self::ConstantVolume => rising(STRAIN_VOLUME_CONSTANT.min(strain)),
+            Self::Biaxial => rising(STRAIN_BIAXIAL.min(strain)),
         }
     }
 }
@@ -136,27 +150,37 @@ impl Test {
             Self::Uniaxial => "uniaxial",
             Self::Shear { .. } | Self::Sheared { course: Course::Once, .. } => "shear",
             Self::Sheared { course: Course::Reversal, .. } => "reversal",
+            Self::Sheared { course: Course::Cycles, .. } => "small_cycles",
             Self::Sheared { course: Course::ConstantVolume, .. } => "constant_volume",
+            Self::Sheared { course: Course::Biaxial, .. } => "biaxial",
         }
     }
 
     fn inertial(self) -> f64 {
         match self {
             Self::Isotropic | Self::Uniaxial => INERTIAL_COMPRESSION,
+            Self::Sheared { course: Course::Cycles, .. } => INERTIAL_CYCLES,
             Self::Shear { .. } | Self::Sheared { .. } => INERTIAL_SHEAR,
         }
     }
 
-    /// Whether the normal stress along y is kept.
-    fn keeps_stress(self) -> bool {
+    /// The axis whose normal stress is kept, if there is one.
+    fn axis_kept(self) -> Option<usize> {
         match self {
-            Self::Isotropic | Self::Uniaxial | Self::Sheared { course: Course::ConstantVolume, .. } => false,
-            Self::Shear { .. } | Self::Sheared { .. } => true,
+            Self::Isotropic | Self::Uniaxial | Self::Sheared { course: Course::ConstantVolume, .. } => None,
+            Self::Sheared { course: Course::Biaxial, .. } => Some(0),
+            Self::Shear { .. } | Self::Sheared { .. } => Some(1),
         }
     }
 
-    fn is_sheared(self) -> bool {
+    /// Whether strain is time times rate, and not what the volume has become.
+    fn is_led(self) -> bool {
         matches!(self, Self::Shear { .. } | Self::Sheared { .. })
+    }
+
+    /// Along x.
+    fn is_sheared(self) -> bool {
+        self.is_led() && self.axis_kept() != Some(0)
     }
 
     /// Of volume strain in a compression, else of shear strain.
@@ -173,7 +197,7 @@ impl Test {
         let mut gradient = [[0.0; 3]; 3];
         match self {
             Self::Isotropic => (gradient[0][0], gradient[1][1]) = (-0.5 * rate, -0.5 * rate),
-            Self::Uniaxial => gradient[1][1] = -rate,
+            Self::Uniaxial | Self::Sheared { course: Course::Biaxial, .. } => gradient[1][1] = -rate,
             Self::Shear { .. } | Self::Sheared { .. } => gradient[0][1] = rate,
         }
         gradient
@@ -185,7 +209,11 @@ impl Element<'_> {
     pub fn name(&self) -> String {
         let without = if self.contact == self.subject.piece.contact { "" } else { "_without_cohesion" };
         let loose = if self.packing.friction.is_some() { "_loose" } else { "" };
-        let share = if self.packing.stress == self.subject.stress { "" } else { "_half_stress" };
+        let share = match (4.0 * self.packing.stress / self.subject.stress).round() as u32 {
+            4 => "",
+            2 => "_half_stress",
+            _ => "_quarter_stress",
+        };
         format!("{}{loose}{share}{without}", self.test.name())
     }
 
@@ -213,8 +241,8 @@ impl Element<'_> {
         let square = figures::sizes(&packed).map_or(0.0, |sizes| sizes.power_mean(2));
         let side = (self.grains as f64 * (0.25 * PI * square) / derived::FRACTION_DENSE).sqrt();
         let rate = self.rate();
-        let servo = self.test.keeps_stress().then(|| {
-            let stress = [None, Some(-stress), None];
+        let servo = self.test.axis_kept().map(|axis| {
+            let stress = std::array::from_fn(|other| (other == axis).then_some(-stress));
             let (gain, interval) = (CellServo::GAIN, CellServo::INTERVAL);
             CellServo { stress, rate_max: STRETCH_MOST * rate, gain, interval }
         });
@@ -269,7 +297,7 @@ impl Element<'_> {
                 steps(&mut sample, missing)?;
                 sample.refuse_deep_overlaps(OVERLAP_MAX)?;
                 let row = row(&mut sample, job, solid);
-                let strain = match self.test.is_sheared() {
+                let strain = match self.test.is_led() {
                     true => from + sign * (rate * sample.time() - way),
                     false => math::ln(row.fraction / rows[0].fraction),
                 };

@@ -72,6 +72,13 @@ pub fn friction(row: &Row) -> f64 {
     -row.stress[1] / row.stress[2]
 }
 
+/// The sine of the mobilised friction angle, q/P of the Cauchy stress.
+pub fn sine(row: &Row) -> f64 {
+    let [xx, xy, yy] = row.stress;
+    let difference = 0.5 * (xx - yy);
+    (difference * difference + xy * xy).sqrt() / pressure(row)
+}
+
 /// The law on the path of a test, from the test's own solid volume fraction.
 pub fn response(law: &CriticalDruckerPrager, shear: &Shear) -> Option<Response> {
     let strains = shear.rows.iter().map(|row| row.strain);
@@ -94,7 +101,7 @@ pub fn fit(tests: &[&Shear], moduli: [f64; 2], friction_critical: Option<f64>) -
             increment: ROW_SHEAR,
         };
         let weights = vec![[weight / ratio, weight / fall]; test.rows.len()];
-        Curve { drive, rows: test.rows.clone(), weights }
+        Curve { drive, rows: test.rows.clone(), weights, since: vec![None; test.rows.len()] }
     };
     let curves: Vec<Curve> = tests.iter().map(curve).collect();
     let model = Critical { moduli, friction_critical, parameters: parameters(tests, friction_critical) };

@@ -1,7 +1,7 @@
 //! A law as the fit sees it: parameters within bounds that make one. A further law needs a [`Model`] and no more.
 
 use super::element::Row;
-use super::fit::friction;
+use super::fit::{friction, sine};
 use super::least_squares::{Parameter, least_squares};
 use super::path::{Drive, Kept, sheared};
 use crate::base::space::Plane;
@@ -31,6 +31,9 @@ pub struct Curve {
     pub rows: Vec<Row>,
     /// Of each row, for the shear stress over the normal one and for the solid volume fraction.
     pub weights: Vec<[f64; 2]>,
+    /// The row from which on the shear stress of each row is compared: of an unloading the turn, so that it tells of the way back
+    /// and not of the height that it began at.
+    pub since: Vec<Option<usize>>,
 }
 
 impl Curve {
@@ -39,11 +42,13 @@ impl Curve {
         sheared(law, self.drive, self.rows.iter().map(|row| row.strain))
     }
 
-    /// Shear stress over the normal stress, at constant volume over that of the start.
+    /// Shear stress over the normal stress, at constant volume over that of the start; in biaxial compression the sine of the
+    /// mobilised angle.
     pub fn ratio(&self, row: &Row) -> f64 {
         match self.drive.kept {
             Kept::NormalStress => friction(row),
             Kept::Volume => row.stress[1] / self.drive.stress,
+            Kept::LateralStress => sine(row),
         }
     }
 }
@@ -60,9 +65,11 @@ pub fn follow<const N: usize, M: Model<N>>(
         let mut residuals = Vec::new();
         for curve in curves {
             let response = curve.response(&law)?;
-            for ((row, (own, volume)), weights) in curve.rows.iter().zip(&response).zip(&curve.weights) {
+            let off = |index: usize| curve.ratio(&response[index].0) - curve.ratio(&curve.rows[index]);
+            for (index, (row, weights)) in curve.rows.iter().zip(&curve.weights).enumerate() {
+                let (own, volume) = &response[index];
                 let fraction = M::fraction(own, *volume, curve.drive.fraction);
-                residuals.push(weights[0] * (curve.ratio(own) - curve.ratio(row)));
+                residuals.push(weights[0] * (off(index) - curve.since[index].map_or(0.0, off)));
                 residuals.push(weights[1] * (fraction - row.fraction));
             }
         }

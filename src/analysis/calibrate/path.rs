@@ -1,4 +1,4 @@
-//! A continuum's own law, driven along the path of a shear test: what is fitted is what will run.
+//! A continuum's own law, driven along the path of a shear or biaxial test: what is fitted is what will run.
 
 use crate::analysis::calibrate::element::{ROW_SHEAR, Row};
 use crate::base::space::{Linear, Plane, Space};
@@ -13,9 +13,10 @@ const WIDENINGS: usize = 60;
 const ATTEMPTS: usize = 100;
 
 /// A material point in simple shear: L = [[0, g], [0, l]] with l such that the Cauchy stress along y stays, or with l = 0 at
-/// constant volume.
+/// constant volume; or in biaxial compression, L = [[l, 0], [0, -g]] with l such that the Cauchy stress along x stays.
 struct Point<'a, L: MaterialLaw<Plane>> {
     law: &'a L,
+    kept: Kept,
     /// Pa, compression positive.
     stress: f64,
     memory: L::Memory,
@@ -31,6 +32,8 @@ pub enum Kept {
     /// The normal stress along y.
     NormalStress,
     Volume,
+    /// The normal stress along x, in biaxial compression along y.
+    LateralStress,
 }
 
 /// The start of a shear, what is kept, and how finely the law is driven.
@@ -67,7 +70,7 @@ pub fn sheared<L: MaterialLaw<Plane>>(
     strains: impl Iterator<Item = f64>,
 ) -> Option<Vec<(Row, f64)>> {
     let memory = law.start(&(Tensor::identity() * -drive.stress), drive.fraction);
-    let mut point = Point { law, stress: drive.stress, memory, volume: 1.0, dilation: 0.0 };
+    let mut point = Point { law, kept: drive.kept, stress: drive.stress, memory, volume: 1.0, dilation: 0.0 };
     let (mut rows, mut strain) = (Vec::new(), 0.0);
     let mut cauchy = law.stress(&point.memory);
     for wanted in strains {
@@ -77,7 +80,7 @@ pub fn sheared<L: MaterialLaw<Plane>>(
         let increment = change / pieces;
         if increment != 0.0 {
             for _ in 0..pieces as usize {
-                cauchy = point.shear(increment, drive.kept)?;
+                cauchy = point.shear(increment)?;
             }
         }
         strain = wanted;
@@ -88,10 +91,10 @@ pub fn sheared<L: MaterialLaw<Plane>>(
 }
 
 impl<L: MaterialLaw<Plane>> Point<'_, L> {
-    /// One increment of shear, with the stretch along y that keeps the normal stress or the volume.
-    fn shear(&mut self, increment: f64, kept: Kept) -> Option<Tensor> {
-        let stretch = match kept {
-            Kept::NormalStress => self.stretch(increment)?,
+    /// One increment, with the stretch that keeps the normal stress or the volume.
+    fn shear(&mut self, increment: f64) -> Option<Tensor> {
+        let stretch = match self.kept {
+            Kept::NormalStress | Kept::LateralStress => self.stretch(increment)?,
             Kept::Volume => 0.0,
         };
         let (memory, volume, stress) = self.stepped(increment, stretch);
@@ -101,16 +104,20 @@ impl<L: MaterialLaw<Plane>> Point<'_, L> {
 
     fn stepped(&self, increment: f64, stretch: f64) -> Stepped<L::Memory> {
         let mut memory = self.memory;
-        let gradient = Tensor::new(0.0, increment, 0.0, stretch);
+        let (gradient, stretches) = match self.kept {
+            Kept::NormalStress | Kept::Volume => (Tensor::new(0.0, increment, 0.0, stretch), 1.0 + stretch),
+            Kept::LateralStress => (Tensor::new(stretch, 0.0, 0.0, -increment), (1.0 + stretch) * (1.0 - increment)),
+        };
         let kirchhoff = self.law.update(&gradient, 1.0, &mut memory);
-        let volume = self.volume * (1.0 + stretch);
+        let volume = self.volume * stretches;
         (memory, volume, kirchhoff * (1.0 / volume))
     }
 
     /// The root of the missing normal stress by the Illinois form of the false position (Dowell & Jarratt 1971); the stress
-    /// along y rises with the stretch.
+    /// kept rises with the stretch.
     fn stretch(&self, increment: f64) -> Option<f64> {
-        let missing = |stretch: f64| self.stepped(increment, stretch).2[(1, 1)] / self.stress + 1.0;
+        let axis = if self.kept == Kept::LateralStress { 0 } else { 1 };
+        let missing = |stretch: f64| self.stepped(increment, stretch).2[(axis, axis)] / self.stress + 1.0;
         let middle = self.dilation * increment;
         let (mut lower, mut upper) = (middle, middle);
         let mut at = [missing(middle); 2];

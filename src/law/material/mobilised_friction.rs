@@ -11,6 +11,7 @@
 //! tau = K tr(eps) I + 2 G dev(eps)
 //! P = C - tr(tau)/d,  q = sqrt(J2) = 2 G h,  h = sqrt(dev(eps):dev(eps)/2)
 //! q <= m P,  m = m_b kappa,  kappa = g/(a + g)                                                 mobilised friction
+//! a = a_cs (1 - x/sqrt(1 + x^2)),  x = (Phi - Phi_cs)/w                                        strain of hardening
 //! m_b = M(sin(phi_b)),  tan(phi_b) = tan(phi_cs) + chi max(Phi - Phi_cs, 0)                    peak friction
 //! m_d = M(sin(phi_d)),  sin(phi_d) = sin(phi_cs) - k_d (Phi - Phi_cs), within 0 and 2 sin(phi_cs) and 1
 //! D = m - m_d,  dV = D dg,  V = tr(eps_p)                                                      stress-dilatancy
@@ -26,12 +27,16 @@
 //! there because both angles are phi_cs. K of the plane is the plane's, flow has no part across it, and the stress
 //! there is `(K - G) tr(eps)`.
 //!
+//! Loose material mobilises its friction over a longer strain than dense: a is a_cs at Phi_cs, less above it, and up to
+//! twice that below, within some w. Without w it is a_cs at any Phi. An exponential of x would also grow without bound in
+//! loose material, and follows tests of discs less well.
+//!
 //! Cohesion c is an attraction, `C = c cot(phi_cs)`: it shifts P and leaves angles alone. The apex is `q = 0, p = C`,
 //! and in the critical state the cone is `q = M(sin(phi_cs)) (c cot(phi_cs) - p)`, Mohr-Coulomb's. Where the mean
 //! stress pulls (P < C) nothing contracts plastically, and contraction ends where it stops pressing: it would take work
 //! from the stress.
 //!
-//! **Return.** With m_b and D of the start of the step the hardening is exact. Along flow by Delta,
+//! **Return.** With m_b, a and D of the start of the step the hardening is exact. Along flow by Delta,
 //! `q - G_e Delta = m_b (g + Delta)/(a + g + Delta) (P + K D Delta)`, where
 //! `G_e = G + 2 h G_0 r a_G/(a_G + s)^2 (ds/dg)` also has what q loses by the modulus; cleared of the fraction,
 //!
@@ -91,8 +96,10 @@ pub struct MobilisedFriction {
     pub fraction_critical: f64,
     /// chi.
     pub dilation_factor: f64,
-    /// a.
+    /// a_cs.
     pub hardening_strain: f64,
+    /// 1/w; 0 where a is a_cs at any Phi.
+    pub hardening_sharpness: f64,
     /// k_d.
     pub phase_transformation_factor: f64,
     /// C = c cot(phi_cs), Pa.
@@ -188,6 +195,8 @@ struct Trial<R> {
     peak: R,
     /// m_d.
     transformation: R,
+    /// a.
+    hardening_strain: R,
     /// G, Pa.
     shear_modulus: R,
     plastic_strain: R,
@@ -223,6 +232,7 @@ impl MobilisedFriction {
             fraction_critical: law.fraction_critical,
             dilation_factor: law.dilation_factor,
             hardening_strain: law.hardening_strain,
+            hardening_sharpness: law.hardening_fraction_width.map_or(0.0, |width| 1.0 / width),
             phase_transformation_factor: law.phase_transformation_factor,
             attraction: law.cohesion / tangent,
             sine_critical: tangent / (1.0 + tangent * tangent).sqrt(),
@@ -256,6 +266,18 @@ impl MobilisedFriction {
         Self::ratio::<S, R>(sine.max(R::splat(0.0)).min(most))
     }
 
+    /// a; without w it is a_cs to the bit.
+    #[inline(always)]
+    fn hardening_strain_at<R: Real>(&self, fraction: R) -> R {
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let x = (fraction - R::splat(self.fraction_critical)) * R::splat(self.hardening_sharpness);
+        let root = (one + x * x).sqrt();
+        // Whichever form adds two numbers of one sign.
+        let is_dense = x.above(zero);
+        let share = R::choose(is_dense, one, root - x) / (root * R::choose(is_dense, root + x, one));
+        R::splat(self.hardening_strain) * share
+    }
+
     /// G after the plastic strain so far.
     #[inline(always)]
     fn shear_modulus_at<R: Real>(&self, plastic_strain: R) -> R {
@@ -283,7 +305,7 @@ impl MobilisedFriction {
     fn plastic_shear<R: Real>(&self, trial: &Trial<R>, excess: R, dilation: R, norm: R) -> R {
         let (zero, two) = (R::splat(0.0), R::splat(2.0));
         let Trial { peak, hardening, .. } = *trial;
-        let reach = R::splat(self.hardening_strain) + hardening;
+        let reach = trial.hardening_strain + hardening;
         let half = R::splat(self.shear_degradation_strain);
         let beyond = half + R::splat(SQRT_2) * trial.plastic_strain;
         let slope = R::splat(self.shear_modulus * self.shear_degradation) * half / (beyond * beyond) * norm;
@@ -310,7 +332,7 @@ impl MobilisedFriction {
         let Measures { volume, shear } = trial.strain;
         let (bulk, attraction) = (R::splat(self.bulk_modulus), R::splat(self.attraction));
         let pressure = self.pressure(volume);
-        let reach = R::splat(self.hardening_strain) + trial.hardening;
+        let reach = trial.hardening_strain + trial.hardening;
         let excess = two * trial.shear_modulus * shear * reach - trial.peak * trial.hardening * pressure;
         // With g = 0 the cone is the axis of pressures, and nothing that is not sheared exceeds it.
         let flows = R::either(excess.above(zero), zero.above(pressure));
@@ -345,7 +367,7 @@ impl MobilisedFriction {
         }
         returned.shear_modulus = self.shear_modulus_at(returned.plastic_strain);
         let stiffness = two * returned.shear_modulus;
-        let mobilised = trial.peak * returned.hardening / (R::splat(self.hardening_strain) + returned.hardening);
+        let mobilised = trial.peak * returned.hardening / (trial.hardening_strain + returned.hardening);
         let q = (mobilised * pressed).min(stiffness * (shear - R::splat(0.5) * slipped)).max(zero);
         returned.strain = Measures { volume: volume - returned.dilated, shear: q / stiffness };
         let beyond = R::both(flows, zero.above(pressed));
@@ -381,12 +403,12 @@ impl MobilisedFriction {
 
     /// g, or less where the stress has fallen so far that a new loading begins.
     #[inline(always)]
-    fn reset<R: Real>(&self, hardening: R, peak: R, q: R, pressure: R) -> R {
+    fn reset<R: Real>(hardening: R, trial: &Trial<R>, q: R, pressure: R) -> R {
         let zero = R::splat(0.0);
-        let (most, reached) = (peak * pressure, q * R::splat(1.0 / RELOADING_SHARE));
+        let (most, reached) = (trial.peak * pressure, q * R::splat(1.0 / RELOADING_SHARE));
         let left = most - reached;
         let falls = left.above(zero);
-        let bound = R::splat(self.hardening_strain) * reached / R::choose(falls, left, R::splat(1.0));
+        let bound = trial.hardening_strain * reached / R::choose(falls, left, R::splat(1.0));
         // Without pressure there is nothing to be mobilised.
         let kept = R::choose(falls, hardening.min(bound), hardening);
         R::choose(pressure.above(zero), kept, zero)
@@ -423,6 +445,7 @@ impl MobilisedFriction {
             strain: parts.measures,
             peak: self.peak::<S, R>(state.fraction),
             transformation: self.transformation::<S, R>(state.fraction),
+            hardening_strain: self.hardening_strain_at(state.fraction),
             shear_modulus,
             plastic_strain: state.plastic_strain,
             hardening: state.hardening,
@@ -448,7 +471,7 @@ impl MobilisedFriction {
         let shear_modulus = flow(returned.shear_modulus, shear_modulus);
         let volume = flow(returned.strain.volume, parts.measures.volume);
         let q = R::splat(2.0) * shear_modulus * flow(returned.strain.shear, parts.measures.shear);
-        state.hardening = self.reset(state.hardening, trial.peak, q, self.pressure(volume));
+        state.hardening = Self::reset(state.hardening, &trial, q, self.pressure(volume));
         (state, self.stress_of(shear_modulus, &strain), work)
     }
 }
@@ -466,7 +489,7 @@ impl<S: Space> MaterialLaw<S> for MobilisedFriction {
         let most = self.peak::<S, f64>(fraction) * pressure;
         let (strain, hardening) = if pressure > 0.0 {
             let mobilised = (stiffness * shear / most).min(MOBILISED_MOST);
-            let hardening = self.hardening_strain * mobilised / (1.0 - mobilised);
+            let hardening = self.hardening_strain_at(fraction) * mobilised / (1.0 - mobilised);
             let is_borne = stiffness * shear <= MOBILISED_MOST * most;
             let cut = Measures { volume, shear: MOBILISED_MOST * most / stiffness };
             (if is_borne { strain } else { parts.with(cut) }, hardening)

@@ -8,10 +8,11 @@ use super::svg::{INK, Stroke, escape};
 use super::words::Table;
 use crate::analysis::calibrate::Subject;
 use crate::analysis::calibrate::element::{
-    Course, INERTIAL_COMPRESSION, INERTIAL_SHEAR, Row, STRAIN_BACK, STRAIN_FIRST, STRAIN_REVERSAL, STRAIN_SMALL,
+    CYCLES, Course, INERTIAL_COMPRESSION, INERTIAL_SHEAR, Row, STRAIN_BACK, STRAIN_FIRST, STRAIN_REVERSAL, STRAIN_SMALL,
 };
 use crate::analysis::calibrate::fit::pressure;
 use crate::analysis::calibrate::layers::STRETCH;
+use crate::analysis::calibrate::mobilised::musts::{Must, musts};
 use crate::analysis::calibrate::mobilised::{BAND, Calibration, KINDS, Shown, Specimen};
 
 /// Shear strain of the close view, in percent.
@@ -45,14 +46,27 @@ pub fn drawings(calibration: &Calibration) -> Vec<Drawing> {
     ];
     for shown in of_course(calibration, Course::Reversal) {
         let words = format!(
-            "Shear to {}, back by {}, on to {} and back the other way. The law is fitted to the two unloadings alone, the second \
-             until half of the stress is left; what it does not have is the contraction of unloading, and grains that soften before \
-             their stress has turned.",
+            "Shear to {}, back by {}, on to {} and back the other way. The law is fitted to the two unloadings alone, each from its turn \
+             until half of the stress is left. What it does not have: grains soften on the way back long before their stress has turned, \
+             and contract there, because contacts that carried the shear are lost, and those of the other way are made only as it goes \
+             on. The law remembers no direction, is elastic until the stress has turned, and then yields.",
             percent(STRAIN_FIRST),
             percent(STRAIN_BACK),
             percent(STRAIN_REVERSAL)
         );
         drawings.push(("reversal", reversal(shown), words));
+    }
+    for shown in of_course(calibration, Course::Cycles) {
+        let words = "Small cycles on the way to the peak, whose unloadings tell how the shear modulus falls: shear stress over normal \
+             stress. Full: mean over the packings; dashed: the law."
+            .to_string();
+        drawings.push(("small_cycles", small_cycles(shown), words));
+    }
+    for shown in of_course(calibration, Course::Biaxial) {
+        let words = "Biaxial compression, which is not fitted: (a) sine of the mobilised angle, (b) volume strain. Full: mean over the \
+             packings; dashed: the law."
+            .to_string();
+        drawings.push(("biaxial", biaxial(shown), words));
     }
     for shown in of_course(calibration, Course::ConstantVolume) {
         let words = "Shear at constant volume, which is not fitted: (a) shear stress, (b) mean stress. Full: mean over the packings; \
@@ -95,6 +109,10 @@ pub fn page(calibration: &Calibration, subject: &Subject, command: &str, drawing
     ] {
         table(&mut body, title, &HEADS, &followed(shown));
     }
+    for (title, musts) in musts(calibration) {
+        table(&mut body, title, &["must", "found", ""], &bounds(&musts));
+    }
+    table(&mut body, "Unloading", &[""], &unloading(calibration));
     table(
         &mut body,
         "Largest layer shear over the mean, mean and largest of the packings",
@@ -140,12 +158,35 @@ fn followed(shown: &[Shown]) -> Table {
     Table { rows: shown.iter().map(row).collect() }
 }
 
+fn bounds(musts: &[Must]) -> Table {
+    let row = |must: &Must| {
+        let mark = if must.is_met { "" } else { "missed" };
+        (format!("{}: {}", must.test, must.words), vec![must.must.clone(), must.found.clone(), mark.to_string()])
+    };
+    Table { rows: musts.iter().map(row).collect() }
+}
+
+/// A line for each turn, of the packings that are fitted and of those that are not.
+fn unloading(calibration: &Calibration) -> Table {
+    let lines = |shown: &[Shown], mark: &str| -> Vec<(String, Vec<String>)> {
+        let words = shown.iter().flat_map(Shown::unloaded);
+        let row = |words: String| {
+            let (what, told) = words.split_once(" of strain, ").expect("a turn is told at a strain");
+            (format!("{what} of strain{mark}"), vec![told.to_string()])
+        };
+        words.map(row).collect()
+    };
+    let mut rows = lines(&calibration.shown, "");
+    rows.extend(lines(&calibration.shown_held, ", held back"));
+    Table { rows }
+}
+
 fn lead(calibration: &Calibration, subject: &Subject) -> String {
     let mut words = format!(
         "{} packings of {} grains in a periodic cell under {} kPa and as many under half of it, dense ones with the job\u{2019}s packing.friction \
          and loose ones with the friction of their contacts. K and G\u{2080} are slopes of isotropic and uniaxial compression over the first \
          {} of volume strain, at an inertial number of {INERTIAL_COMPRESSION:e}. All are sheared to {} at an inertial number of \
-         {INERTIAL_SHEAR:e} while the normal stress and the width stay; dense ones also to the peak and back. The law, driven along the same \
+         {INERTIAL_SHEAR:e} while the normal stress and the width stay; dense ones also to the peak and back, and ten times more slowly in small cycles. The law, driven along the same \
          paths, follows the means over the packings with the least squares, each third of a test over the scatter of the packings there. \
          Behind the parameters stand 95 % confidence intervals, by fits that leave out one packing each.",
         calibration.fitted.len(),
@@ -303,6 +344,29 @@ fn reversal(shown: &Shown) -> String {
         chart_of("(b)", ends, "volume strain (%)", volumes),
     ];
     draw("reversal", "Shear stress and volume strain under a reversal", &charts, &entries(&all))
+}
+
+fn small_cycles(shown: &Shown) -> String {
+    let all = [shown];
+    let curves = pairs(&all, |shown, row| shown.curve.ratio(row), |shown, (row, _)| shown.curve.ratio(row));
+    let label = "shear stress over normal stress";
+    let charts = [
+        chart_of("(a)", (0.0, end_of(&all)), label, curves.clone()),
+        chart_of("(b)", (0.0, 100.0 * CYCLES[1][0]), label, curves),
+    ];
+    draw("small_cycles", "Shear stress in small cycles", &charts, &entries(&all))
+}
+
+fn biaxial(shown: &Shown) -> String {
+    let all = [shown];
+    let sines = pairs(&all, |shown, row| shown.curve.ratio(row), |shown, (row, _)| shown.curve.ratio(row));
+    let volumes = pairs(&all, |shown, row| 100.0 * dilated(shown, row), |_, (_, volume)| 100.0 * (volume - 1.0));
+    let end = end_of(&all);
+    let charts = [
+        chart_of("(a)", (0.0, end), "sine of the mobilised angle", sines),
+        chart_of("(b)", (0.0, end), "volume strain (%)", volumes),
+    ];
+    draw("biaxial", "Biaxial compression", &charts, &entries(&all))
 }
 
 fn constant_volume(shown: &Shown) -> String {

@@ -1,7 +1,7 @@
 //! The law with mobilised friction as a [`Model`]: what element tests tell of it.
 //!
-//! K and G_0 are given. Shear that begins tells a; the shear stress and the volume on, from two solid volume fractions,
-//! phi_cs, Phi_cs, chi and k_d; unloading r and a_G. Of grains that cohere phi_cs is given, as the same grains have it without
+//! K and G_0 are given. Shear that begins tells a and, from two solid volume fractions, w; the shear stress and the volume on
+//! phi_cs, Phi_cs, chi and k_d; unloading on the way and from the peak r and a_G. Of grains that cohere phi_cs is given, as the same grains have it without
 //! cohesion, and c is found.
 
 use crate::analysis::calibrate::element::Row;
@@ -11,9 +11,16 @@ use crate::base::math;
 use crate::law::material::{MobilisedConstants, MobilisedFriction};
 
 /// Parameters that are found.
-pub const COUNT: usize = 7;
-/// Where the fit starts: figures of discs.
-const START: MobilisedConstants = MobilisedConstants::DISCS;
+pub const COUNT: usize = 8;
+/// Where the fit starts: figures of discs, hardening as their tests from two solid volume fractions have it.
+const START: MobilisedConstants = MobilisedConstants {
+    hardening_strain: 5e-3,
+    hardening_fraction_width: Some(WIDTH_START),
+    ..MobilisedConstants::DISCS
+};
+const WIDTH_START: f64 = 0.01;
+/// At a w of 1 hardening does not hang on Phi any more.
+const WIDTHS: [f64; 2] = [1e-3, 1.0];
 
 /// What is given, and where the fit starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,7 +50,7 @@ pub struct Fit {
 impl Given {
     /// Strains of softening and hardening as their logarithms: they are positive, and known by their order.
     fn constants(&self, at: &[f64; COUNT]) -> MobilisedConstants {
-        let [share, degradation, last, fraction, dilation, hardening, transformation] = *at;
+        let [share, degradation, last, fraction, dilation, hardening, transformation, width] = *at;
         MobilisedConstants {
             bulk_modulus: self.moduli[0],
             shear_modulus: self.moduli[1],
@@ -54,6 +61,7 @@ impl Given {
             fraction: Some(fraction.max(self.fraction_loosest)),
             dilation_factor: dilation,
             hardening_strain: math::exp(hardening),
+            hardening_fraction_width: Some(math::exp(width)),
             phase_transformation_factor: transformation,
             cohesion: self.friction_critical.map_or(0.0, |_| last * self.stress),
         }
@@ -80,6 +88,7 @@ impl Model<COUNT> for Given {
             ("dilation_factor", of(START.dilation_factor, 0.0, 100.0, 1.0)),
             ("hardening_strain", strain(START.hardening_strain)),
             ("phase_transformation_factor", of(START.phase_transformation_factor, 0.0, 100.0, 1.0)),
+            ("hardening_fraction_width", of(math::ln(WIDTH_START), math::ln(WIDTHS[0]), math::ln(WIDTHS[1]), 0.2)),
         ]
     }
 

@@ -1,16 +1,16 @@
 //! Calibration of the law with mobilised friction.
 //!
 //! Packings of the job's grains, under its packing stress and under half of it, dense as the job makes them and loose (made with
-//! the friction of their contacts), are sheared at a constant normal stress; dense ones also to the peak and back, and at
-//! constant volume. K and G_0 are slopes of compressions. The law follows the means over the packings, each third of a test by
-//! the scatter of the packings there. Shear at constant volume is not fitted: it shows the law, as do packings that are held
-//! back.
+//! the friction of their contacts), are sheared at a constant normal stress; dense ones also to the peak and back, and in
+//! small cycles. K and G_0 are slopes of compressions. The law follows the means over the packings, each third of a test by
+//! the scatter of the packings there, and unloading from each turn on. Shear at constant volume and under a quarter of the
+//! stress and biaxial compression are not fitted: they show the law, as do packings that are held back.
 
 use rayon::prelude::*;
 
 use super::Subject;
 use super::element::{Course, Element, Packing, Row, Test};
-use super::fit::{axial, modulus, pressure};
+use super::fit::{axial, modulus, pressure, sine};
 use super::layers::Profile;
 use super::model::Curve;
 use super::path::{Drive, Kept};
@@ -19,12 +19,15 @@ use crate::base::math;
 use crate::law::contact::Contact;
 
 pub mod fit;
+pub mod kinds;
+pub mod musts;
 mod quality;
 #[cfg(test)]
 mod tests;
 mod written;
 
 use fit::{COUNT, Fit, Given, fit};
+pub use kinds::{KINDS, Kind, LOOSE};
 pub use quality::{Quality, quality};
 
 /// Ends of the thirds of a test; the last has no other end than the test's.
@@ -37,9 +40,6 @@ const SCATTER_LEAST: [f64; 2] = [0.005, 5e-4];
 const SCATTER_SINGLE: [f64; 2] = [0.02, 2e-3];
 /// A layer that takes so many times the mean shear is a band.
 pub const BAND: f64 = 2.0;
-/// The third that the fit of loose packings begins with: they mobilise friction within some ten times the strain of dense ones, and
-/// the law has one a, which is that of the dense. What they tell is contraction and the critical state.
-const FIRST_OF_LOOSE: usize = 1;
 /// After a reversal the law is compared until the stress has fallen to this share.
 const SHARE_UNLOADED: f64 = 0.5;
 /// Share of a test, its end, that is taken for the critical state where the fit starts.
@@ -58,48 +58,6 @@ pub struct Wanted {
     pub strain: f64,
 }
 
-/// A kind of test, of every packing.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kind {
-    pub course: Course,
-    /// Under half of the packing stress.
-    pub half: bool,
-    /// Made with the friction of the contacts.
-    pub loose: bool,
-}
-
-/// In the order that they are done in. The first four and the unloading of the fifth are fitted.
-pub const KINDS: [Kind; 6] = {
-    const fn of(course: Course, half: bool, loose: bool) -> Kind {
-        Kind { course, half, loose }
-    }
-    [
-        of(Course::Once, false, false),
-        of(Course::Once, true, false),
-        of(Course::Once, false, true),
-        of(Course::Once, true, true),
-        of(Course::Reversal, false, false),
-        of(Course::ConstantVolume, false, false),
-    ]
-};
-
-impl Kind {
-    /// For a table.
-    pub fn words(&self) -> String {
-        let made = if self.loose { "loose" } else { "dense" };
-        let stress = if self.half { "half of the stress" } else { "packing stress" };
-        match self.course {
-            Course::Once => format!("shear, {made}, {stress}"),
-            Course::Reversal => "reversal".to_string(),
-            Course::ConstantVolume => "constant volume".to_string(),
-        }
-    }
-
-    pub fn is_fitted(&self) -> bool {
-        self.course != Course::ConstantVolume
-    }
-}
-
 /// What one test gave.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tested {
@@ -115,7 +73,7 @@ pub struct Specimen {
     pub uniaxial: Vec<Row>,
     /// Of each of [`KINDS`].
     pub tests: Vec<Tested>,
-    /// Where grains cohere, the same without cohesion; else none.
+    /// Where grains cohere, those that are fitted, without cohesion; else none.
     pub dry: Vec<Tested>,
 }
 
@@ -166,6 +124,16 @@ pub struct Shown {
     pub scatter: Option<[f64; 3]>,
     pub law: Vec<(Row, f64)>,
     pub quality: Quality,
+    pub unloadings: Vec<Unloading>,
+}
+
+/// A turn and the way back from it, while half of the stress is left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unloading {
+    /// Of the turn.
+    pub strain: f64,
+    /// Shear stress over shear strain of the way back, of grains and law, Pa.
+    pub modulus: [f64; 2],
 }
 
 /// Makes the packings, tests them and fits. Nothing depends on how many threads do it.
@@ -184,7 +152,8 @@ pub fn elements(subject: &Subject, wanted: Wanted, seed: u64) -> Vec<Element<'_>
     elements.extend(sheared(subject, wanted, seed, contact));
     let dry = contact.without_cohesion();
     if dry != contact {
-        elements.extend(sheared(subject, wanted, seed, dry));
+        let fitted = sheared(subject, wanted, seed, dry).into_iter().zip(&KINDS).filter(|(_, kind)| kind.fitted);
+        elements.extend(fitted.map(|(element, _)| element));
     }
     elements
 }
@@ -197,9 +166,9 @@ fn compressions(subject: &Subject, wanted: Wanted, seed: u64) -> [Element<'_>; 2
 
 fn sheared(subject: &Subject, wanted: Wanted, seed: u64, contact: Contact) -> Vec<Element<'_>> {
     let of = |kind: &Kind| {
-        let stress = if kind.half { 0.5 * subject.stress } else { subject.stress };
+        let stress = kind.share * subject.stress;
         let packing = Packing { stress, friction: kind.loose.then(|| subject.piece.contact.friction()) };
-        let test = Test::Sheared { course: kind.course, strain: wanted.strain };
+        let test = Test::Sheared { course: kind.course, strain: kind.strain(wanted.strain) };
         Element { subject, contact, test, grains: wanted.grains, seed, packing }
     };
     KINDS.iter().map(of).collect()
@@ -208,23 +177,24 @@ fn sheared(subject: &Subject, wanted: Wanted, seed: u64, contact: Contact) -> Ve
 fn specimen(subject: &Subject, wanted: Wanted, seed: u64) -> Result<Specimen, Error> {
     let [isotropic, uniaxial] = compressions(subject, wanted, seed);
     let (isotropic, uniaxial) = (isotropic.measure()?, uniaxial.measure()?);
-    let all = |contact| -> Result<Vec<Tested>, Error> {
-        let measure = |element: &Element| {
+    let all = |contact, wants: fn(&Kind) -> bool| -> Result<Vec<Tested>, Error> {
+        let measure = |(element, _): (&Element, _)| {
             let (rows, profiles) = element.measure_layers()?;
             Ok(Tested { rows, profiles })
         };
-        sheared(subject, wanted, seed, contact).iter().map(measure).collect()
+        let elements = sheared(subject, wanted, seed, contact);
+        elements.iter().zip(&KINDS).filter(|(_, kind)| wants(kind)).map(measure).collect()
     };
     let contact = subject.piece.contact;
-    let tests = all(contact)?;
+    let tests = all(contact, |_| true)?;
     let without = contact.without_cohesion();
-    let dry = if without == contact { Vec::new() } else { all(without)? };
+    let dry = if without == contact { Vec::new() } else { all(without, |kind| kind.fitted)? };
     let specimen = Specimen { seed, isotropic, uniaxial, tests, dry };
     let [bulk, shear] = specimen.moduli();
     tracing::info!(
         "packings of seed {seed} are sheared: fractions {:.4} and {:.4}, K {:.1} MPa, G {:.1} MPa",
         specimen.tests[0].rows[0].fraction,
-        specimen.tests[2].rows[0].fraction,
+        specimen.tests[LOOSE].rows[0].fraction,
         1e-6 * bulk,
         1e-6 * shear
     );
@@ -245,7 +215,7 @@ pub fn fit_all(wanted: Wanted, stress: f64, fitted: Vec<Specimen>, held: Vec<Spe
     let figures = figures(&tests, &found);
     let alone = Tests { use_half: false, ..tests };
     let half_left_out = alone.fit(&all, Some(&found)).map(|fit| {
-        let kinds = KINDS.iter().enumerate().filter(|(_, kind)| kind.half);
+        let kinds = KINDS.iter().enumerate().filter(|(_, kind)| kind.fitted && kind.share < 1.0);
         kinds.filter_map(|(index, _)| shown(&fit, stress, &all, index)).collect()
     });
     let bands = (0..KINDS.len()).map(|kind| band(&all, kind, false)).collect();
@@ -305,7 +275,7 @@ impl Tests<'_> {
 
     /// Of every kind that is fitted.
     fn curves(&self, some: &[&Specimen], dry: bool) -> Vec<Curve> {
-        let kinds = KINDS.iter().enumerate().filter(|(_, kind)| kind.is_fitted() && (self.use_half || !kind.half));
+        let kinds = KINDS.iter().enumerate().filter(|(_, kind)| kind.fitted && (self.use_half || kind.share == 1.0));
         kinds.map(|(index, _)| self.curve(some, index, dry)).collect()
     }
 
@@ -316,16 +286,15 @@ impl Tests<'_> {
         let parts = parts(&curve, KINDS[kind].course);
         // Of a test that turns the way up is one of the tests that do not, and volume on the way back is not the law's.
         let mut counts = [0.0; 3];
-        let first = if KINDS[kind].loose { FIRST_OF_LOOSE } else { 0 };
-        let used = |part: Option<usize>, row: &Row| part.filter(|part| row.strain <= end && *part >= first);
+        let used = |part: Option<usize>, row: &Row| part.filter(|_| row.strain <= end);
         for (part, row) in parts.iter().zip(&curve.rows) {
             used(*part, row).into_iter().for_each(|part| counts[part] += 1.0);
         }
-        let is_once = KINDS[kind].course == Course::Once;
+        let with_volume = f64::from(!KINDS[kind].unloads());
         for ((part, row), weights) in parts.iter().zip(&curve.rows).zip(&mut curve.weights) {
             if let Some(part) = used(*part, row) {
                 let root = f64::sqrt(counts[part]);
-                *weights = [1.0 / (scatter[part][0] * root), f64::from(is_once) / (scatter[part][1] * root)];
+                *weights = [1.0 / (scatter[part][0] * root), with_volume / (scatter[part][1] * root)];
             }
         }
         curve
@@ -336,28 +305,56 @@ fn goes_once(curve: &Curve) -> bool {
     curve.drive.kept == Kept::NormalStress && curve.rows.windows(2).all(|pair| pair[1].strain > pair[0].strain)
 }
 
-/// Which third each row is of. Of a reversal: the first unloading and that from the peak, as far as both are unloading, are its
-/// first two thirds, the rest is none.
+/// Which third each row is of. Of tests that turn: which unloading, as long as it is one; the rest is none.
 fn parts(curve: &Curve, course: Course) -> Vec<Option<usize>> {
     let rows = &curve.rows;
-    if course != Course::Reversal {
+    if !matches!(course, Course::Reversal | Course::Cycles) {
         let third = |row: &Row| Some(THIRDS.iter().filter(|end| row.strain > **end).count());
         return rows.iter().map(third).collect();
     }
     let mut parts = vec![None; rows.len()];
-    let falls = |index: usize| index > 0 && rows[index].strain < rows[index - 1].strain;
-    let (mut part, mut from) = (None, 0.0);
-    for index in 0..rows.len() {
-        if falls(index) && !falls(index - 1) {
+    let turns = turns(rows);
+    let mut part: Option<usize> = None;
+    for (index, turn) in turns.iter().enumerate() {
+        let Some(turn) = *turn else { continue };
+        if turn + 1 == index {
             part = Some(part.map_or(0, |part| part + 1));
-            from = curve.ratio(&rows[index - 1]);
         }
-        if falls(index) && curve.ratio(&rows[index]) < SHARE_UNLOADED * from {
-            break;
-        }
-        parts[index] = part.filter(|_| falls(index));
+        let is_unloading = curve.ratio(&rows[index]) >= SHARE_UNLOADED * curve.ratio(&rows[turn]);
+        // Once it has ended it does not begin again.
+        let goes_on = turn + 1 == index || parts[index - 1].is_some();
+        parts[index] = part.filter(|_| is_unloading && goes_on);
     }
     parts
+}
+
+/// Of each row on a way back the row that it turned at.
+fn turns(rows: &[Row]) -> Vec<Option<usize>> {
+    let mut turns: Vec<Option<usize>> = vec![None; rows.len()];
+    for index in 1..rows.len() {
+        if rows[index].strain < rows[index - 1].strain {
+            turns[index] = Some(turns[index - 1].unwrap_or(index - 1));
+        }
+    }
+    turns
+}
+
+/// Of each unloading the secant modulus to its last row, of grains and law.
+fn unloadings(curve: &Curve, law: &[(Row, f64)], kind: &Kind) -> Vec<Unloading> {
+    if !kind.unloads() {
+        return Vec::new();
+    }
+    let (parts, turns) = (parts(curve, kind.course), turns(&curve.rows));
+    let is_last =
+        |index: &usize| parts[*index].is_some() && parts.get(index + 1).is_none_or(|next| *next != parts[*index]);
+    let of = |index: usize| {
+        let turn = turns[index].expect("a part of an unloading has turned");
+        let way = curve.rows[turn].strain - curve.rows[index].strain;
+        let modulus = |turned: &Row, now: &Row| (curve.ratio(turned) - curve.ratio(now)) * curve.drive.stress / way;
+        let of_law = modulus(&law[turn].0, &law[index].0);
+        Unloading { strain: curve.rows[turn].strain, modulus: [modulus(&curve.rows[turn], &curve.rows[index]), of_law] }
+    };
+    (0..parts.len()).filter(is_last).map(of).collect()
 }
 
 fn of_kind(specimen: &Specimen, kind: usize, dry: bool) -> &Tested {
@@ -378,15 +375,14 @@ fn mean_curve(stress: f64, specimens: &[&Specimen], kind: usize, dry: bool) -> C
         }
     });
     let rows: Vec<Row> = rows.collect();
-    let Kind { course, half, .. } = KINDS[kind];
-    let kept = if course == Course::ConstantVolume { Kept::Volume } else { Kept::NormalStress };
-    let stress = if half { 0.5 * stress } else { stress };
+    let (stress, kept) = (KINDS[kind].share * stress, KINDS[kind].kept());
     let drive = Drive { stress, fraction: rows[0].fraction, kept, increment: INCREMENT };
-    Curve { drive, weights: vec![[0.0; 2]; rows.len()], rows }
+    let since = if KINDS[kind].unloads() { turns(&rows) } else { vec![None; rows.len()] };
+    Curve { drive, weights: vec![[0.0; 2]; rows.len()], rows, since }
 }
 
-/// Standard deviation over the packings of the shear stress over the normal one and of the change of the solid volume fraction, in
-/// each part of a test, at least [`SCATTER_LEAST`].
+/// Standard deviation over the packings of the shear stress over the normal one, of unloading of its change since the turn, and of
+/// the change of the solid volume fraction, in each part of a test, at least [`SCATTER_LEAST`].
 fn scatter(specimens: &[&Specimen], kind: usize, dry: bool) -> [[f64; 2]; 3] {
     if specimens.len() < 2 {
         return [SCATTER_SINGLE; 3];
@@ -400,12 +396,14 @@ fn scatter(specimens: &[&Specimen], kind: usize, dry: bool) -> [[f64; 2]; 3] {
             let stress = match curve.drive.kept {
                 Kept::NormalStress => row.stress[2],
                 Kept::Volume => first.stress[2],
+                Kept::LateralStress => return [sine(row), row.fraction - first.fraction],
             };
             [-row.stress[1] / stress, row.fraction - first.fraction]
         };
         let rows = |specimen: &&Specimen| {
             let rows = &of_kind(specimen, kind, dry).rows;
-            of(&rows[index], &rows[0])
+            let [ratio, fraction] = of(&rows[index], &rows[0]);
+            [ratio - curve.since[index].map_or(0.0, |turn| of(&rows[turn], &rows[0])[0]), fraction]
         };
         for (column, sum) in sums[part].iter_mut().enumerate() {
             let mean = specimens.iter().map(|one| rows(one)[column]).sum::<f64>() / specimens.len() as f64;
@@ -422,7 +420,7 @@ fn scatter(specimens: &[&Specimen], kind: usize, dry: bool) -> [[f64; 2]; 3] {
 /// Where the softening of dense packings is a band's: the strain from which on the largest layer shear of half of the packings
 /// exceeds [`BAND`] times the mean; not before the first third ends. Loose packings do not soften.
 fn band(specimens: &[&Specimen], kind: usize, dry: bool) -> Option<f64> {
-    if KINDS[kind].loose || KINDS[kind].course != Course::Once {
+    if KINDS[kind].loose || !KINDS[kind].fitted || KINDS[kind].course != Course::Once {
         return None;
     }
     let mut before = 0.0;
@@ -470,7 +468,8 @@ const NAMED: [Named; COUNT + 3] = [
     ("friction_angle_critical", "phi_cs", "rad", |fit| fit.constants.friction_angle_critical),
     ("fraction_critical", "Phi_cs", "", |fit| fit.constants.fraction_critical),
     ("dilation_factor", "chi", "", |fit| fit.constants.dilation_factor),
-    ("hardening_strain", "a", "", |fit| fit.constants.hardening_strain),
+    ("hardening_strain", "a_cs", "", |fit| fit.constants.hardening_strain),
+    ("hardening_fraction_width", "w", "", |fit| fit.constants.hardening_fraction_width.unwrap_or(f64::INFINITY)),
     ("phase_transformation_factor", "k_d", "", |fit| fit.constants.phase_transformation_factor),
     ("cohesion", "c", "Pa", |fit| fit.constants.cohesion),
 ];
@@ -487,5 +486,6 @@ fn shown(fit: &Fit, stress: f64, specimens: &[&Specimen], index: usize) -> Optio
     let law = curve.response(&crate::law::material::MobilisedFriction::of(&fit.constants))?;
     let quality = quality(&curve, &law);
     let scatter = (specimens.len() > 1).then(|| scatter(specimens, index, false).map(|part| part[0]));
-    Some(Shown { kind: KINDS[index], curve, scatter, law, quality })
+    let unloadings = unloadings(&curve, &law, &KINDS[index]);
+    Some(Shown { kind: KINDS[index], curve, scatter, law, quality, unloadings })
 }

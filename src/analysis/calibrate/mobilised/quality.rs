@@ -2,7 +2,7 @@
 
 use super::THIRDS;
 use crate::analysis::calibrate::element::Row;
-use crate::analysis::calibrate::fit::pressure;
+use crate::analysis::calibrate::fit::{pressure, sine};
 use crate::analysis::calibrate::model::Curve;
 use crate::base::math;
 
@@ -10,6 +10,8 @@ use crate::base::math;
 const STRAIN_SMOOTH: f64 = 0.004;
 /// The plateau is where the mean curve is nearer to its peak than this share of it.
 const PLATEAU: f64 = 0.02;
+/// Strain to which tests that are not fitted are held.
+pub const BEGINNING: f64 = 0.03;
 
 /// Differences of the law and a mean curve. Means are over the strain that is gone through.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,8 +19,13 @@ pub struct Quality {
     /// Root mean square of the difference of the shear stress, over the normal stress, in each third of the test; none where
     /// the test does not come to it.
     pub ratio_off: [Option<f64>; 3],
-    /// The largest in the first third.
+    /// The largest in the first third, and in all of the test.
     pub ratio_largest: f64,
+    pub ratio_largest_all: f64,
+    /// The largest difference of the sine of the mobilised friction angle, and of the volume strain, to [`BEGINNING`]; the sines
+    /// are averaged as for the peak.
+    pub sine_largest: f64,
+    pub volume_largest_beginning: f64,
     /// The same of the mean stress over that of the start, over all of the test: what constant volume is about.
     pub pressure_off: f64,
     pub pressure_largest: f64,
@@ -51,7 +58,11 @@ pub fn quality(curve: &Curve, law: &[(Row, f64)]) -> Quality {
         let indices = (0..rows.len()).filter(|index| part.is_none_or(|part| third(*index) == part));
         indices.map(|index| of(index).abs()).fold(0.0, f64::max)
     };
-    let smooth = averaged(curve);
+    let smooth = averaged(rows, |index| curve.ratio(&rows[index]));
+    let begins = |index: &usize| rows[*index].strain <= BEGINNING * (1.0 + 1e-9);
+    let [of_grains, of_model] =
+        [averaged(rows, |index| sine(&rows[index])), averaged(rows, |index| sine(&law[index].0))];
+    let sines = |index: usize| of_model[index][1] - of_grains[index][1];
     let highest = |curve: &[[f64; 2]]| {
         let [strain, most] = curve.iter().fold([0.0; 2], |most, at| if at[1] > most[1] { *at } else { most });
         [most, strain]
@@ -61,6 +72,9 @@ pub fn quality(curve: &Curve, law: &[(Row, f64)]) -> Quality {
     Quality {
         ratio_off: [0, 1, 2].map(|part| mean(&ratios, Some(part))),
         ratio_largest: most(&ratios, Some(0)),
+        ratio_largest_all: most(&ratios, None),
+        sine_largest: (0..rows.len()).filter(begins).map(|index| (sines(index)).abs()).fold(0.0, f64::max),
+        volume_largest_beginning: (0..rows.len()).filter(begins).map(volumes).fold(0.0, f64::max),
         pressure_off: mean(&pressures, None).unwrap_or(0.0),
         pressure_largest: most(&pressures, None),
         peak,
@@ -77,9 +91,9 @@ fn ways(rows: &[Row]) -> Vec<f64> {
     (0..=last).map(|index| 0.5 * (step(index.saturating_sub(1), index) + step(index, (index + 1).min(last)))).collect()
 }
 
-/// Strain and ratio of a mean curve, averaged over a stretch of strain around each row; shorter towards the ends.
-pub fn averaged(curve: &Curve) -> Vec<[f64; 2]> {
-    let (rows, ways) = (&curve.rows, ways(&curve.rows));
+/// Strain and a value of rows, averaged over a stretch of strain around each row; shorter towards the ends.
+pub fn averaged(rows: &[Row], value: impl Fn(usize) -> f64) -> Vec<[f64; 2]> {
+    let ways = ways(rows);
     let around = |index: usize| {
         let strain = rows[index].strain;
         let room = (strain - rows[0].strain).min(rows[rows.len() - 1].strain - strain);
@@ -87,8 +101,8 @@ pub fn averaged(curve: &Curve) -> Vec<[f64; 2]> {
         let near = |other: &usize| (rows[*other].strain - strain).abs() <= reach;
         let (sum, way) = (0..rows.len())
             .filter(near)
-            .fold((0.0, 0.0), |(sum, way), other| (sum + ways[other] * curve.ratio(&rows[other]), way + ways[other]));
-        if way > 0.0 { sum / way } else { curve.ratio(&rows[index]) }
+            .fold((0.0, 0.0), |(sum, way), other| (sum + ways[other] * value(other), way + ways[other]));
+        if way > 0.0 { sum / way } else { value(index) }
     };
     (0..rows.len()).map(|index| [rows[index].strain, around(index)]).collect()
 }

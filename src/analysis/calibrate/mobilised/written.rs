@@ -4,12 +4,17 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use super::{BAND, Calibration, Figure, KINDS, Quality, Shown, Specimen, Tested};
-use crate::analysis::calibrate::element::{INERTIAL_COMPRESSION, INERTIAL_SHEAR, Row, STRAIN_SMALL};
+use super::musts::{Must, musts};
+use super::{BAND, Calibration, Figure, KINDS, Kind, LOOSE, Quality, Shown, Specimen, Tested, Unloading};
+use crate::analysis::calibrate::element::{
+    Course, INERTIAL_COMPRESSION, INERTIAL_CYCLES, INERTIAL_SHEAR, Row, STRAIN_REVERSAL, STRAIN_SMALL,
+};
 use crate::analysis::calibrate::layers::STRETCH;
 use crate::job::significant;
 
 const STRING: &str = "a string takes every line";
+/// How far back from the peak the reversal is told.
+const BACK: [f64; 3] = [0.004, 0.008, 0.018];
 
 impl Figure {
     /// A value in the unit that people use, with so many significant digits.
@@ -47,14 +52,14 @@ impl Calibration {
             "# K and G_0: isotropic and uniaxial compression under {stress} kPa, inertial number {INERTIAL_COMPRESSION:e}, the first {STRAIN_SMALL:e} of volume strain."
         ));
         line(&format!(
-            "# The rest: simple shear of dense and of loose packings under {stress} and {half} kPa to {} %, and from the peak back, inertial",
+            "# The rest: simple shear of dense and of loose packings under {stress} and {half} kPa to {} %, from the peak back, and in small",
             significant(100.0 * self.wanted.strain, 6)
         ));
         line(&format!(
-            "# number {INERTIAL_SHEAR:e}; the law follows the means of the packings with the least squares."
+            "# cycles, inertial numbers {INERTIAL_SHEAR:e} and {INERTIAL_CYCLES:e}; the law follows the means of the packings with the least squares."
         ));
         line("# Behind +-: half of the 95 % confidence interval over the packings.");
-        let fractions = [0, 2].map(|kind: usize| significant(self.shown[kind].curve.drive.fraction, 4));
+        let fractions = [0, LOOSE].map(|kind: usize| significant(self.shown[kind].curve.drive.fraction, 4));
         line(&format!(
             "# Solid volume fraction at the start: dense {}, loose {}; a job gives its own as material.fraction.",
             fractions[0], fractions[1]
@@ -121,6 +126,16 @@ impl Calibration {
                 shown.cells().iter().for_each(|cell| write!(text, "{cell:>16}").expect(STRING));
                 text.push('\n');
             }
+            for shown in shown {
+                shown.unloaded().iter().for_each(|words| writeln!(text, "  {words}").expect(STRING));
+            }
+        }
+        for (title, musts) in musts(self) {
+            writeln!(text, "{title:<84}{:>18}{:>14}", "must", "found").expect(STRING);
+            for Must { test, words, must, found, is_met } in musts {
+                let mark = if is_met { "" } else { "  missed" };
+                writeln!(text, "  {:<82}{must:>18}{found:>14}{mark}", format!("{test}: {words}")).expect(STRING);
+            }
         }
         text
     }
@@ -143,9 +158,16 @@ impl Calibration {
             "stress": self.stress,
             "inertial_number_compression": INERTIAL_COMPRESSION,
             "inertial_number_shear": INERTIAL_SHEAR,
+            "inertial_number_cycles": INERTIAL_CYCLES,
             "material": figures.collect::<serde_json::Map<_, _>>(),
             "fitted": self.shown.iter().map(Shown::to_json).collect::<Vec<_>>(),
             "held_back": self.shown_held.iter().map(Shown::to_json).collect::<Vec<_>>(),
+            "musts": musts(self).iter().map(|(title, musts)| json!({
+                "title": title,
+                "musts": musts.iter().map(|must| json!({
+                    "test": must.test, "what": must.words, "must": must.must, "found": must.found, "met": must.is_met,
+                })).collect::<Vec<_>>(),
+            })).collect::<Vec<_>>(),
             "half_stress_left_out": self.half_left_out.as_ref().map(|shown| shown.iter().map(Shown::to_json).collect::<Vec<_>>()),
             "strain_of_bands": self.bands,
             "strain_of_layer_profile": STRETCH,
@@ -165,6 +187,40 @@ impl Shown {
         [off(0), off(1), off(2), peak(0), peak(1), volume(0), volume(1)]
     }
 
+    /// How unloading goes, a line for each turn; after the peak also where the stress is further back.
+    pub fn unloaded(&self) -> Vec<String> {
+        let turn = |turn: &Unloading| {
+            let [grains, law] = turn.modulus.map(|modulus| significant(1e-6 * modulus, 3));
+            let strain = significant(100.0 * turn.strain, 2);
+            format!(
+                "{}: back from {strain} % of strain, secant shear modulus {grains} MPa, of the law {law} MPa",
+                self.kind.words()
+            )
+        };
+        let mut lines: Vec<String> = self.unloadings.iter().map(turn).collect();
+        if self.kind.course == Course::Reversal {
+            lines.extend(BACK.iter().filter_map(|back| {
+                let index = self.back_by(*back)?;
+                let [grains, law] = [&self.curve.rows[index], &self.law[index].0].map(|row| self.curve.ratio(row));
+                Some(format!(
+                    "{}: back from the peak by {} % of strain, shear stress over normal stress {}, of the law {}",
+                    self.kind.words(),
+                    significant(100.0 * back, 2),
+                    significant(grains, 3),
+                    significant(law, 3)
+                ))
+            }));
+        }
+        lines
+    }
+
+    /// The row where a reversal has gone back from the peak by this strain.
+    fn back_by(&self, back: f64) -> Option<usize> {
+        let strain = |index: usize| self.curve.rows[index].strain;
+        let top = (0..self.curve.rows.len()).max_by(|a, b| strain(*a).total_cmp(&strain(*b)))?;
+        (top..self.curve.rows.len()).find(|index| strain(*index) <= STRAIN_REVERSAL - back + 1e-9)
+    }
+
     fn to_json(&self) -> Value {
         let quality = &self.quality;
         let law: Vec<Row> = self.law.iter().map(|(row, _)| *row).collect();
@@ -173,6 +229,11 @@ impl Shown {
             "ratio_off_rms_thirds": quality.ratio_off,
             "ratio_off_largest_first_third": quality.ratio_largest,
             "ratio_scatter_of_packings_thirds": self.scatter,
+            "ratio_off_largest": quality.ratio_largest_all,
+            "sine_off_largest_to_3_percent": quality.sine_largest,
+            "unloading": self.unloadings.iter().map(|one| json!({
+                "strain": one.strain, "secant_modulus": { "grains": one.modulus[0], "law": one.modulus[1] },
+            })).collect::<Vec<_>>(),
             "pressure_off_rms": quality.pressure_off,
             "pressure_off_largest": quality.pressure_largest,
             "peak": { "grains": quality.peak[0], "law": quality.peak[1], "plateau_of_grains": quality.plateau },
@@ -188,7 +249,7 @@ impl Shown {
 impl Specimen {
     fn to_json(&self) -> Value {
         let tests = |tests: &[Tested]| -> Vec<Value> {
-            let one = |(kind, tested): (&super::Kind, &Tested)| {
+            let one = |(kind, tested): (&Kind, &Tested)| {
                 json!({
                     "test": kind.words(),
                     "rows": columns(&tested.rows),

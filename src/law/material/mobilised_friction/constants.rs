@@ -27,8 +27,10 @@ pub struct MobilisedConstants {
     pub fraction: Option<f64>,
     /// chi of tan(phi_b) = tan(phi_cs) + chi (Phi - Phi_cs).
     pub dilation_factor: f64,
-    /// a, the plastic shear strain that mobilises half of the friction.
+    /// a_cs, the plastic shear strain that mobilises half of the friction, at Phi_cs if there is a w.
     pub hardening_strain: f64,
+    /// w of a = a_cs (1 - x/sqrt(1 + x^2)), x = (Phi - Phi_cs)/w; none: a is a_cs at any Phi.
+    pub hardening_fraction_width: Option<f64>,
     /// k_d of sin(phi_d) = sin(phi_cs) - k_d (Phi - Phi_cs).
     pub phase_transformation_factor: f64,
     /// c, Pa.
@@ -52,6 +54,7 @@ impl MobilisedConstants {
         fraction: Some(0.843),
         dilation_factor: 7.68,
         hardening_strain: 2.75e-4,
+        hardening_fraction_width: None,
         phase_transformation_factor: 4.86,
         cohesion: 0.0,
     };
@@ -114,8 +117,11 @@ impl Described for MobilisedConstants {
             &mut self.dilation_factor,
             number("dilation_factor", DILATION_FACTOR, RATIO, Range::closed(0.0, 100.0), "7"),
         );
-        let about = "the plastic shear strain that mobilises half of the friction";
+        let about = "the plastic shear strain that mobilises half of the friction, with hardening_fraction_width at the critical solid volume fraction";
         form.number(&mut self.hardening_strain, number("hardening_strain", about, RATIO, POSITIVE, "3e-4"));
+        let about = "w of a = a_cs (1 - x/sqrt(1 + x^2)), x = (Phi - Phi_cs)/w, a_cs being hardening_strain: looser material hardens over a longer strain, denser over a shorter one";
+        let width = number("hardening_fraction_width", about, RATIO, Range::closed(1e-4, 100.0), "0.0085");
+        form.number_if_given(&mut self.hardening_fraction_width, width.optional());
         let about = "k_d of sin(phi_d) = sin(phi_cs) - k_d (Phi - Phi_cs), the friction at which contraction turns into dilation";
         form.number(
             &mut self.phase_transformation_factor,

@@ -9,6 +9,7 @@ use crate::law::invariants::StressInvariants;
 use crate::law::material::{CriticalDruckerPrager, Described};
 
 mod element;
+mod loose;
 use element::{constant_volume, simple_shear, triaxial_compression};
 
 struct Random(u64);
@@ -59,6 +60,7 @@ impl Random {
                 friction_angle_critical: self.between(0.1, 0.6),
                 fraction: Some(0.8165 + 0.05 * self.signed()),
                 hardening_strain: self.magnitude(-5.0, -2.0),
+                hardening_fraction_width: if self.signed() > 0.0 { None } else { Some(self.magnitude(-3.0, 0.0)) },
                 cohesion: if self.signed() > 0.0 { 0.0 } else { self.magnitude(2.0, 5.0) },
                 ..MobilisedConstants::DISCS
             };
@@ -92,6 +94,15 @@ fn ratio<S: Space>(law: &MobilisedFriction, memory: &MobilisedMemory<S>) -> f64 
     stress.deviatoric / (law.attraction - stress.mean)
 }
 
+/// a, as it is written.
+fn hardening(constants: &MobilisedConstants, fraction: f64) -> f64 {
+    let share = constants.hardening_fraction_width.map_or(1.0, |width| {
+        let x = (fraction - constants.fraction_critical) / width;
+        1.0 - x / (1.0 + x * x).sqrt()
+    });
+    constants.hardening_strain * share
+}
+
 /// From random states, constants and steps: what has flowed is the root that bisection finds, the stress is on the
 /// mobilised cone, and its shear is what flow leaves of the trial's, to the second order of what G loses.
 fn returns<S: Space>(seed: u64) {
@@ -105,14 +116,23 @@ fn returns<S: Space>(seed: u64) {
         let scaled = |sine: f64| if S::DIMENSION == 2 { sine } else { 6.0 * sine / (3f64.sqrt() * (3.0 - sine)) };
         let peak = scaled(math::sin(angle));
         let turn = scaled((sine - law.phase_transformation_factor * surplus).clamp(0.0, (2.0 * sine).min(1.0)));
-        let (a, g) = (law.hardening_strain, random.magnitude(-7.0, -1.0));
+        let (a, g) = (hardening(&constants, fraction), random.magnitude(-7.0, -1.0));
         let plastic_strain = random.magnitude(-7.0, 0.0);
         let slip = 2f64.sqrt() * plastic_strain;
         let half = law.shear_degradation_strain;
         let shear_modulus = law.shear_modulus * (1.0 - law.shear_degradation * slip / (half + slip));
         let size = random.magnitude(-6.0, -2.0);
         let strain = Measures { volume: size * random.signed(), shear: size * random.between(0.0, 1.0) };
-        let trial = Trial { strain, peak, transformation: turn, shear_modulus, plastic_strain, hardening: g };
+        close(law.hardening_strain_at(fraction), a, a, 1e-9);
+        let trial = Trial {
+            strain,
+            peak,
+            transformation: turn,
+            hardening_strain: a,
+            shear_modulus,
+            plastic_strain,
+            hardening: g,
+        };
         let found = law.return_to_cone::<S, f64>(&trial);
 
         let (q, pressure) = (2.0 * shear_modulus * strain.shear, law.attraction - law.bulk_modulus * strain.volume);
@@ -563,7 +583,7 @@ fn starts<S: Space>(seed: u64) {
         borne += 1;
         let kept: S::Tensor = law.stress(&memory);
         close((kept - stress).norm(), 0.0, size, 1e-11);
-        let kappa = memory.hardening / (law.hardening_strain + memory.hardening);
+        let kappa = memory.hardening / (hardening(&constants, constants.fraction.unwrap()) + memory.hardening);
         close(kappa * peak, given.deviatoric / (law.attraction - given.mean), 1.0, 1e-9);
         let shear = stress - S::identity() * given.mean;
         let plastic = |sign: f64| {
