@@ -175,7 +175,7 @@ fn every_column_of_series_is_told() {
         (column, vec!["time.end=2e-2"]),
         (triaxial, vec!["time.end=1e-4", "method=mpm"]),
     ] {
-        let mut arguments = vec!["run", job, "--out", "run", "--set", "output.energy_balance=true"];
+        let mut arguments = vec!["run", job, "--threads", "1", "--out", "run", "--set", "output.energy_balance=true"];
         if !job.ends_with(".toml") {
             fs::write(folder.path().join("job.toml"), scree(folder.path(), &["new", job]).stdout).unwrap();
             arguments[1] = "job.toml";
