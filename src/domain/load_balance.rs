@@ -222,8 +222,9 @@ impl<S: Space> World<'_, S> {
             costs,
             words: self.words(),
             passes: usize::from(has_grid) * self.passes(),
-            // Whether to rebuild, and what bodies bear.
-            reductions: 1 + usize::from(!self.bodies.is_empty()),
+            faces: self.exchanges_of_faces(),
+            // Whether to rebuild, what bodies bear, and which faces are met.
+            reductions: 1 + usize::from(!self.bodies.is_empty()) + usize::from(self.meets_faces()) * self.passes(),
             rebuilds: self.rebuilds as f64 / steps.max(1) as f64,
             rebuild_cost: rebuild / (self.rebuilds.max(1) as f64 * rows.max(1.0)),
             output,

@@ -250,9 +250,9 @@ fn a_diagonal_band_in_a_membrane_is_all_that_is_flagged() {
     };
     assert!(across(0) > 0.85 * 0.0597 && across(1) > 0.05, "{} by {}", across(0), across(1));
     assert!(story.by_oracle[0] > 0.2 && story.by_oracle[1] < 0.01, "{:?}", story.by_oracle);
-    // 0.03 of what the rate flags are corners, above 0.05 with held nodes.
+    // Of the nodes elsewhere the rate flags 0.03 and the sum 0.04; above 0.05 with plates that hold nodes.
     assert!(story.by_rate[0] > 0.8 && story.by_rate[1] > 0.02, "{:?}", story.by_rate);
-    assert!(story.by_strain[0] > 0.8 && story.by_strain[1] > 0.05, "{:?}", story.by_strain);
+    assert!(story.by_strain[0] > 0.8 && story.by_strain[1] > 0.03, "{:?}", story.by_strain);
 }
 
 /// With one and the same weak region the dense specimen softens into a band there, while in the loose one it hardens until

@@ -82,7 +82,7 @@ fn keys_of_planar_shear() {
     GOOD.refused(
         "name = \"good\"",
         "name = \"good\"\nmethod = \"dem\"",
-        "job.toml:2: the job's top level has no key method. It belongs to jobs of planar shear, and this job is an assembly of grains because it has a table [cell]. Remove one of the two.",
+        "job.toml:2: the job's top level has no key method. It belongs to continua on a grid, and this job is an assembly of grains because it has a table [cell]. Remove one of the two.",
     );
     GOOD.refused_set(
         "decomposition.cells_per_block=2",

@@ -76,6 +76,7 @@ fn uniform() -> LoadMap {
         costs: [20e-9, 0.0, 0.0, 0.0],
         words: [5, 0, 0],
         passes: 0,
+        faces: [0; 2],
         reductions: 1,
         rebuilds: 0.0,
         rebuild_cost: 0.0,

@@ -28,6 +28,22 @@ impl<S: Space> World<'_, S> {
         self.has_points() && self.bodies.iter().any(|body| body.meets_points)
     }
 
+    /// Exchanges of nodes in a step, and the numbers per row of all of them: to faces and back for each side, once more for servos.
+    pub(crate) fn exchanges_of_faces(&self) -> [usize; 2] {
+        if !self.meets_faces() {
+            return [0; 2];
+        }
+        let (axes, passes, sides) = (S::DIMENSION - 2, self.passes(), self.continuum.tiles.faces.sides.len());
+        let shown = passes + usize::from(self.asks_columns());
+        let numbers = passes * (BROUGHT[axes] + sides * IMPULSES[axes]) + shown * sides * COLUMN[axes];
+        [passes * (1 + sides) + shown * sides, numbers]
+    }
+
+    /// Whether any body that meets points at its face moves by what it bears there.
+    fn asks_columns(&self) -> bool {
+        self.meets_faces() && self.bodies.iter().any(|body| body.meets_points && body.feels_nodes())
+    }
+
     /// Where faces are now, and what points bring to them.
     pub(crate) fn fill_faces(&mut self) {
         if !self.meets_faces() {
@@ -225,7 +241,7 @@ impl<S: Space> World<'_, S> {
 
     /// What plates, and bodies with servos, move with them of the material before their faces.
     pub(crate) fn add_columns<const SLOTS: usize>(&mut self, sums: &mut ExactSum<SLOTS>) {
-        if !self.meets_faces() || !self.bodies.iter().any(|body| body.meets_points && body.feels_nodes()) {
+        if !self.asks_columns() {
             return;
         }
         self.unmet(Moment::Step, true);
