@@ -108,7 +108,7 @@ pub fn lower(root: &mut Node, kind: Kind) {
     for entry in entries {
         let [table, key] = moved(kind, &[OLD_TABLE, &entry.key]).expect("it has been found by that");
         let old = entry.key.clone();
-        if let Err(entry) = root.put(table, Entry { key: key.into(), ..entry }) {
+        if let Some(entry) = root.put(table, Entry { key: key.into(), ..entry }) {
             let _ = root.put(OLD_TABLE, Entry { key: old, ..entry });
         }
     }

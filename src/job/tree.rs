@@ -109,8 +109,8 @@ impl Node {
     }
 
     /// Puts an entry into one of its tables, which is made where there is none; gives back one whose key is there already.
-    pub fn put(&mut self, table: &str, entry: Entry) -> Result<(), Entry> {
-        let Value::Table(tables) = &mut self.value else { return Err(entry) };
+    pub fn put(&mut self, table: &str, entry: Entry) -> Option<Entry> {
+        let Value::Table(tables) = &mut self.value else { return Some(entry) };
         let at = tables.iter().position(|known| known.key == table).unwrap_or_else(|| {
             let node = Self { value: Value::Table(Vec::new()), place: entry.place, typed: String::new() };
             tables.push(Entry { key: table.to_string(), place: entry.place, node });
@@ -119,9 +119,9 @@ impl Node {
         match &mut tables[at].node.value {
             Value::Table(entries) if entries.iter().all(|known| known.key != entry.key) => {
                 entries.push(entry);
-                Ok(())
+                None
             }
-            _ => Err(entry),
+            _ => Some(entry),
         }
     }
 

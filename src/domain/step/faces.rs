@@ -284,7 +284,8 @@ fn for_each_column<S: Space>(
     mut visit: impl FnMut(usize, &[(Link<S>, usize)]),
 ) {
     let (per_tile, edge) = (mosaic.owned_per_tile(), edge as i64);
-    let (mut nodes, mut links): (Vec<Link<S>>, Vec<(Link<S>, usize)>) = (Vec::new(), Vec::new());
+    let mut nodes: Vec<Link<S>> = Vec::new();
+    let mut links: Vec<(Link<S>, usize)> = Vec::new();
     for tile in (0..mosaic.tiles).filter(|tile| near[*tile]) {
         for anchor in &mosaic.owned[tile * per_tile..(tile + 1) * per_tile] {
             for number in (0..set.faces.len()).filter(|number| set.faces[*number].side == side) {
