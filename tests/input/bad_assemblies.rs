@@ -86,7 +86,7 @@ fn keys_of_planar_shear() {
     );
     GOOD.refused_set(
         "decomposition.cells_per_block=2",
-        "--set decomposition.cells_per_block=2: a job has no decomposition.cells_per_block. It belongs to jobs of planar shear, and this job is an assembly of grains because it has a table [cell]. Remove one of the two.",
+        "--set decomposition.cells_per_block=2: a job has no decomposition.cells_per_block. It belongs to continua on a grid, and this job is an assembly of grains because it has a table [cell]. Remove one of the two.",
     );
 }
 
