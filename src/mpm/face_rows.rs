@@ -83,6 +83,11 @@ impl<S: Space> FaceRows<S> {
         (self.set, self.near) = (Some(set), near);
     }
 
+    /// Whether a tile of this rank may have points near faces.
+    pub fn is_near(&self, tile: usize) -> bool {
+        self.near.get(tile) == Some(&true)
+    }
+
     /// Tiles near faces, and the nodes that they own.
     fn tiles(&self) -> Vec<usize> {
         (0..self.near.len()).filter(|tile| self.near[*tile]).collect()
@@ -104,12 +109,11 @@ impl<S: Space> FaceRows<S> {
 
     /// A node that faces act on, by its number among the owned ones; none away from them, or where no material is in front of one.
     pub fn met_at(&self, mosaic: &Mosaic, number: usize) -> Option<&Met<S>> {
-        let near = self.near.get(number / mosaic.owned_per_tile()) == Some(&true);
-        (near && self.sums[number].has_area()).then(|| &self.met[number])
+        (self.is_near(number / mosaic.owned_per_tile()) && self.sums[number].has_area()).then(|| &self.met[number])
     }
 
     /// For each side whether any material is in front of it at the nodes that this rank owns: 1 or 0.
-    pub fn is_met(&self, mosaic: &Mosaic) -> [i64; SIDES] {
+    pub fn sides_met(&self, mosaic: &Mosaic) -> [i64; SIDES] {
         let mut met = [0; SIDES];
         for number in self.owned(mosaic) {
             for (side, met) in met.iter_mut().enumerate() {

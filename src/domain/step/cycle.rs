@@ -145,8 +145,8 @@ impl<S: Space> World<'_, S> {
         let (mosaic, grid) = (&nodes.mosaic, &settings.grid);
         let conditions = BoundaryConditions { grid, layout, bodies, periods, gravity, moment: Moment::Step };
         let per_tile = mosaic.owned_per_tile();
-        let near = |tile: usize| faces.near.get(tile) == Some(&true);
-        let wanted = (0..mosaic.tiles).filter(|tile| mosaic.tiers[*tile] == tier && (shared[*tile] || near(*tile)));
+        let wanted =
+            (0..mosaic.tiles).filter(|tile| mosaic.tiers[*tile] == tier && (shared[*tile] || faces.is_near(*tile)));
         for number in wanted.flat_map(|tile| tile * per_tile..(tile + 1) * per_tile) {
             let (node, sum, grains) = (&mosaic.owned[number], &mut sums[number], &grain_sums[number]);
             let change = &mut grain_changes[node.row as usize];

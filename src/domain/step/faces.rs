@@ -79,7 +79,7 @@ impl<S: Space> World<'_, S> {
         let timer = self.phases.start();
         let (mosaic, faces) = (&self.subdomain.nodes.mosaic, &mut self.continuum.tiles.faces);
         faces.sum(mosaic);
-        let mut met = faces.is_met(mosaic);
+        let mut met = faces.sides_met(mosaic);
         if self.transport.size() > 1 {
             self.transport.sum(&mut met);
         }

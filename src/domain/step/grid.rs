@@ -452,9 +452,7 @@ impl<S: Space> World<'_, S> {
             let (points, beside, volumetric) = rows;
             let taker = Block { frame, tile, points: &mut *points, beside: &mut *beside, volumetric: &mut *volumetric };
             let outside = settings.material.gather(taking, taker);
-            if let Some(set) =
-                faces.filter(|faces| faces.near.get(block) == Some(&true)).and_then(|faces| faces.set.as_ref())
-            {
+            if let Some(set) = faces.filter(|faces| faces.is_near(block)).and_then(|faces| faces.set.as_ref()) {
                 points.iter_mut().for_each(|point| set.guard(bodies, dt, &mut point.position));
             }
             if outside < reach {

@@ -19,7 +19,7 @@ const START: MobilisedConstants = MobilisedConstants {
     ..MobilisedConstants::DISCS
 };
 const WIDTH_START: f64 = 0.01;
-/// At a w of 1 hardening does not hang on Phi any more.
+/// At a w of 1 hardening does not depend on Phi any more.
 const WIDTHS: [f64; 2] = [1e-3, 1.0];
 
 /// What is given, and where the fit starts.
