@@ -71,7 +71,7 @@ enum Command {
         /// Threads that each rank is going to have, to be told what that means here and how long it takes.
         #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
         threads: Option<u16>,
-        /// Print the job written out instead: SI numbers, every default.
+        /// Print the job written out instead: SI numbers, every default, and what planar shear means as a job on a grid.
         #[arg(long)]
         expand: bool,
     },
@@ -251,7 +251,7 @@ fn dispatch(command: Command, begun: Instant, transport: &dyn Transport) -> u8 {
         }
         Command::Bench { what } => finish(bench::command(&what, transport), transport),
         Command::Check { job, set, expand: true, .. } => {
-            on_rank_zero(transport, || Ok(Job::load(&job, &set)?.to_toml()))
+            on_rank_zero(transport, || Ok(Job::load(&job, &set)?.expanded()))
         }
         Command::Check { job, set, threads, expand: false } => {
             let placement = Placement::of(transport, threads);

@@ -621,7 +621,7 @@ impl PathPoint {
     }
 
     /// One velocity and spin, which rise from zero over `ramp`, s.
-    fn rising_to(velocity: [f64; 3], spin: [f64; 3], ramp: f64) -> Vec<Self> {
+    pub(super) fn rising_to(velocity: [f64; 3], spin: [f64; 3], ramp: f64) -> Vec<Self> {
         let full = Self { time: ramp, velocity, spin };
         match ramp > 0.0 {
             true => vec![Self::BLANK, full],

@@ -5,9 +5,13 @@
 
 use std::f64::consts::PI;
 
-use super::assembly::{Assembly, Cell, Matter, Packed, Preparation, Sizes, Source};
+use super::assembly::{
+    Assembly, Body, BodyServo, Cell, Matter, Motion, Packed, PathPoint, Preparation, Shape, Sizes, Source,
+};
 use super::figures::{self, grain_measure};
-use super::mpm::{self, Granular, Grid, InitialStress, Material, Mpm, Region, RegionShape, Watch};
+use super::mpm::{
+    self, BodyContact, Boundary, Granular, Grid, InitialStress, Material, Mpm, Region, RegionShape, RigidBody, Watch,
+};
 use super::stable::{Bound, HERTZ_OVERLAP, springs_at};
 use super::{BLOCK_OF_DISCS, Method, Scenario};
 use crate::law::contact::{Contact, FLAT, Springs};
@@ -90,7 +94,63 @@ impl Scenario {
             ..blank
         }
     }
+
+    /// The continuum with its plates as bodies: what planar shear means in the tables of a job on a grid, which runs as one.
+    pub fn lowered(&self) -> Mpm {
+        let (on_grid, loading) = (self.on_grid(), &self.loading);
+        let (cell, per_block) = (on_grid.grid.cell, self.decomposition.cells_per_block);
+        // Two cells that nothing enters beyond the faces, and two to rise by, in whole blocks.
+        let beyond = 4usize.div_ceil(per_block) * per_block;
+        let (mut lower, mut upper) = (on_grid.grid.lower, on_grid.grid.upper);
+        lower[1] = -(beyond as f64) * cell;
+        upper[1] = (on_grid.grid.cells[1] + beyond) as f64 * cell;
+        let plate = |name: &str, height: f64, normal: f64, motion: Motion| RigidBody {
+            body: Body {
+                name: name.into(),
+                shape: Shape::Plane { point: [0.0, height, 0.0], normal: [0.0, normal, 0.0] },
+                motion,
+            },
+            contact: BodyContact::Rough,
+            separates: false,
+            at_face: self.continuum.at_face,
+            seat: 0.0,
+        };
+        let servo = BodyServo {
+            direction: [0.0, 1.0, 0.0],
+            force: loading.stress_normal * self.specimen.width * self.specimen.depth,
+            mass: loading.plate_mass,
+            damping: loading.plate_damping,
+            speed_max: PLATE_SPEED * loading.speed,
+        };
+        let path = PathPoint::rising_to([loading.speed, 0.0, 0.0], [0.0; 3], loading.speed_ramp);
+        let sheared = Motion { path, servo: Some(servo) };
+        let weak = self.continuum.weak.iter().map(|weak| Region {
+            shape: RegionShape::Box {
+                lower: [weak.lower[0], weak.lower[1], 0.0],
+                upper: [weak.upper[0], weak.upper[1], 0.0],
+            },
+            fraction: fraction_start(self) - weak.fraction_deficit,
+            ..Region::BLANK
+        });
+        let cells = [on_grid.grid.cells[0], on_grid.grid.cells[1] + 2 * beyond, 1];
+        Mpm {
+            grid: Grid { lower, upper, cells, ..on_grid.grid },
+            regions: weak.chain(on_grid.regions.clone()).collect(),
+            bodies: vec![
+                plate("lower", 0.0, 1.0, Motion { path: Vec::new(), servo: None }),
+                plate("upper", self.specimen.height, -1.0, sheared),
+            ],
+            boundaries: [[Boundary::Periodic; 2], [Boundary::Free; 2], [Boundary::Free; 2]],
+            grains: None,
+            step: on_grid.step * on_grid.grain_steps as f64,
+            grain_steps: 1,
+            ..on_grid
+        }
+    }
 }
+
+/// Fastest vertical motion of the plate's servo, as a multiple of the shearing speed.
+pub const PLATE_SPEED: f64 = 10.0;
 
 // Material
 

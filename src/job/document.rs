@@ -89,6 +89,22 @@ impl Job {
             Self::Mpm(job) => job.to_toml(),
         }
     }
+
+    /// The same with what planar shear means in the tables of a job on a grid, in comments.
+    pub fn expanded(&self) -> String {
+        let mut text = self.to_toml();
+        if let Some(shear) = self.as_shear().filter(|shear| shear.method.has_points()) {
+            if self.is_told_by_packing() {
+                let assumed = derived::FRACTION_DENSE;
+                text.push_str(&format!("\n# The packing tells the solid volume fraction; it is not made yet, and {assumed} stands for it below."));
+            }
+            text.push_str("\n# The continuum between its plates in the tables of a job on a grid, which runs as one without these marks:\n#\n");
+            text.extend(
+                shear.lowered().to_toml().lines().map(|line| format!("# {line}").trim_end().to_string() + "\n"),
+            );
+        }
+        text
+    }
 }
 
 /// Bytes of the longest job that is read: hundreds of times the longest that is written by hand.

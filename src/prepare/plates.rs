@@ -15,9 +15,6 @@ use crate::prepare::sheared::{self, Packing, PlanarWorld, cell_of, layout_for, s
 
 type Vector = <Plane as Space>::Vector;
 
-/// Fastest vertical motion of the servo, as a multiple of the shearing speed.
-const SERVO_SPEED: f64 = 10.0;
-
 /// Lower plate fixed, upper plate sheared under constant normal stress.
 pub fn bodies(scenario: &Scenario, height: f64) -> Vec<Body<Plane>> {
     let loading = &scenario.loading;
@@ -34,7 +31,7 @@ pub fn bodies(scenario: &Scenario, height: f64) -> Vec<Body<Plane>> {
         force: loading.stress_normal * scenario.specimen.width * scenario.specimen.depth,
         mass: loading.plate_mass,
         damping: loading.plate_damping,
-        speed_max: SERVO_SPEED * loading.speed,
+        speed_max: derived::PLATE_SPEED * loading.speed,
     });
     vec![lower, upper]
 }

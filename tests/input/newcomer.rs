@@ -29,6 +29,39 @@ fn a_hybrid_runs_at_the_first_try() {
     assert!(last > 100.0, "a band was found, and grains took its place: {last}");
 }
 
+/// The tables that planar shear means run as a job on a grid, to its stress and its volume.
+#[test]
+fn planar_shear_is_what_its_expansion_says() {
+    const MARK: &str = "without these marks:\n#\n";
+    let folder = tempfile::tempdir().unwrap();
+    let sets = ["--set", "material.fraction=0.843", "--set", "loading.strain_end=0.02"];
+    fs::write(folder.path().join("preset.toml"), scree(folder.path(), &["new", "mpm"]).stdout).unwrap();
+    let expanded = told(&scree(folder.path(), &[&["check", "--expand", "preset.toml"], &sets[..]].concat()));
+    let (_, lowered) = expanded.split_once(MARK).unwrap_or_else(|| panic!("{expanded}"));
+    let lowered = lowered.lines().map(|line| line.strip_prefix('#').unwrap().trim_start().to_string() + "\n");
+    fs::write(folder.path().join("lowered.toml"), lowered.collect::<String>()).unwrap();
+    let last = |job: &str, more: &[&str], wanted: &[&str]| -> Vec<f64> {
+        let ran = scree(folder.path(), &[&["run", job, "--out", &job.replace(".toml", "")], more].concat());
+        assert!(ran.status.success(), "{}", told(&ran));
+        let series = fs::read_to_string(folder.path().join(job.replace(".toml", "/series.csv"))).unwrap();
+        let names: Vec<&str> = series.lines().next().unwrap().split(',').collect();
+        let row: Vec<f64> = series.lines().last().unwrap().split(',').map(|number| number.parse().unwrap()).collect();
+        wanted.iter().map(|name| row[names.iter().position(|at| at == name).unwrap()]).collect()
+    };
+    let preset = last("preset.toml", &sets, &["shear_stress", "elastic_points"]);
+    let lowered = last("lowered.toml", &[], &["upper_force_x", "elastic"]);
+    let grid: toml::Table = toml::from_str(&fs::read_to_string(folder.path().join("lowered.toml")).unwrap()).unwrap();
+    let grid = grid["grid"].as_table().unwrap();
+    let [width, depth] = ["upper", "depth"].map(|key| {
+        let value = &grid[key];
+        value.as_float().or_else(|| value.as_array()?[0].as_float()).unwrap()
+    });
+    let lowered = [-lowered[0] / (width * depth), lowered[1]];
+    for (of_preset, of_lowered) in preset.iter().zip(lowered) {
+        assert!((of_lowered / of_preset - 1.0).abs() < 2e-3, "{preset:?} {lowered:?}");
+    }
+}
+
 #[test]
 fn the_example_of_the_readme_runs_as_printed() {
     let readme = include_str!("../../README.md");
