@@ -28,7 +28,7 @@
 //! A face acts on nodes within the reach of the functions and a twentieth of a cell. Of faces of two bodies that look at each other the
 //! nearer has a node, and so of faces that look the same way. Nodes that no point in front of a face reaches, which a membrane alone may
 //! have, are held where they lie in the body, as by bodies without faces. Where material moves along a face integration may carry
-//! a point a little into it: a guard brings it back by at most 0.002 h a step.
+//! a point close to it: a guard brings it back by at most 0.002 h a step, and out of a body at once.
 
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::{Body, Shape as Form, Side};
@@ -52,6 +52,8 @@ const FELT: f64 = 4.5;
 const CLEAR: f64 = 0.06;
 const GUARD_SHARE: f64 = 0.1;
 const GUARD_MAX: f64 = 0.002;
+/// More than anything goes in a step, and less than a point may be beyond its tile.
+const OUT_MAX: f64 = 0.05;
 
 /// What points that touch a face and those of the row behind say.
 const TOUCHES: f64 = 0.6;
@@ -464,15 +466,16 @@ impl FaceSet {
         sides
     }
 
-    /// Moves a point or a vertex that has come too near to a face a little away from where it will be after a time `dt`.
+    /// Moves a point or a vertex that has come too near to a face a little away from where that will be after a time `dt`, and one that
+    /// the face would have passed by then to where it will be.
     pub fn guard<S: Space>(&self, bodies: &[Body<S>], dt: f64, position: &mut S::Vector) {
         for solid in &self.solids {
             let front = self.in_front::<S>(solid, position, [0.0; 3]).next();
             let Some((side, distance, _)) = front else { continue };
             let approach = sign(side) * bodies[solid.body].velocity[side / 2] * dt / self.lattice.cell;
-            let missing = CLEAR - (distance - approach);
-            if missing > 0.0 {
-                let way = (GUARD_SHARE * missing).min(GUARD_MAX) * self.lattice.cell;
+            let gap = distance - approach;
+            if gap < CLEAR {
+                let way = (GUARD_SHARE * (CLEAR - gap)).min(GUARD_MAX).max((-gap).min(OUT_MAX)) * self.lattice.cell;
                 position[side / 2] += sign(side) * way;
             }
         }
