@@ -35,4 +35,5 @@ pub mod observe;
 pub mod plot;
 pub mod prepare;
 pub mod run;
+pub mod rve;
 pub mod store;

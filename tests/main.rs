@@ -69,6 +69,9 @@ mod replay;
 /// A face-centred cubic array of spheres under triaxial compression bears 2 (1 + mu)/(1 - mu) of its lateral stress.
 #[path = "physics/rowe.rs"]
 mod rowe;
+/// Representative volume elements go along with F: turns, shear, affine steps, separation, cells that get thin.
+#[path = "physics/rve.rs"]
+mod rve;
 /// A sample of grains that steps by itself, without ranks, is a world of one rank to the bit.
 #[path = "physics/samples.rs"]
 mod samples;

@@ -70,7 +70,7 @@ fn tiles<S: Space>(grains: u64) -> ([usize; 3], u64) {
 
 /// The packing that is tiled: Table 1 of Chen et al. (2021) with the damping that is stable, or spheres of Table I of Liu et al. (2016)
 /// made softer, so that the step is that of a sheared packing and not of quartz.
-fn job<S: Space>(base: u64) -> Result<Assembly, Error> {
+pub(super) fn job<S: Space>(base: u64) -> Result<Assembly, Error> {
     let text = if S::DIMENSION == 2 {
         format!(
             r#"
@@ -135,6 +135,15 @@ fn job<S: Space>(base: u64) -> Result<Assembly, Error> {
     Ok(Job::parse(&text, "bench", &[])?.as_assembly().expect("the text has a [cell]").clone())
 }
 
+/// The sheared world once its start is forgotten.
+pub(super) fn warm<'t, S: Space>(wanted: &Wanted, transport: &'t dyn Transport) -> Result<GrainWorld<'t, S>, Error> {
+    let mut world = world::<S>(wanted, transport)?;
+    for _ in 0..WARM_UP.min(wanted.stretches.steps) {
+        world.advance()?;
+    }
+    Ok(world)
+}
+
 /// The sheared world: periodic along all axes but y, where the outer layers are glued together.
 fn world<'t, S: Space>(wanted: &Wanted, transport: &'t dyn Transport) -> Result<GrainWorld<'t, S>, Error> {
     let (counts, base) = tiles::<S>(wanted.grains);
@@ -187,10 +196,7 @@ fn bodies<S: Space>(job: &Assembly, lengths: &S::Vector) -> Vec<Body<S>> {
 
 fn measured<S: Space>(wanted: &Wanted, law: &'static str, transport: &dyn Transport) -> Result<Measured, Error> {
     let resident = resident_bytes();
-    let mut world = world::<S>(wanted, transport)?;
-    for _ in 0..WARM_UP.min(wanted.stretches.steps) {
-        world.advance()?;
-    }
+    let mut world = warm::<S>(wanted, transport)?;
     world.bodies[UPPER as usize].impulse = S::Vector::zero();
     let speed = Speed::of(&mut world, wanted.stretches, resident, transport)?;
     let impulse = world.bodies[UPPER as usize].impulse;

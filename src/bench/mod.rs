@@ -11,6 +11,7 @@ use crate::domain::world::World;
 pub mod dem;
 pub mod gauge;
 pub mod mpm;
+pub mod rve;
 pub mod scaling;
 
 /// What is timed: stretches of steps, the median of which counts.

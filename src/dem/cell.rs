@@ -112,6 +112,27 @@ impl<S: Space> Cell<S> {
         change
     }
 
+    /// Its edges change at the rate `rate`, m/s, from here on. Returns what the gradient changed by.
+    pub fn set_rate(&mut self, rate: S::Tensor) -> S::Tensor {
+        let before = self.rate * self.inverse;
+        self.rate = rate;
+        self.gradient = rate * self.inverse;
+        self.gradient - before
+    }
+
+    /// Goes on at its rate over `dt`: edges straight, so that a place that moves with them does not accelerate.
+    pub fn go_on(&mut self, dt: f64) {
+        self.edges += self.rate * dt;
+        self.settle();
+        self.gradient = self.rate * self.inverse;
+    }
+
+    /// Edges that it was to have come to, without what steps have rounded.
+    pub fn arrive(&mut self, edges: S::Tensor) {
+        self.edges = edges;
+        self.settle();
+    }
+
     /// Replaces edges that lean far over another by shorter ones that span the same lattice: h_j - m h_i for h_j. Returns
     /// every (i, j, m): an image that lay k_j edges away along j lies m k_j more along i.
     pub fn shorten(&mut self) -> Vec<(usize, usize, i32)> {

@@ -129,7 +129,8 @@ impl<S: Space> Contacts<S> {
         self.outer = Lines::new((self.neighbours.pairs.len() - self.neighbours.within()) * self.row);
         self.tasks = match rayon::current_num_threads() {
             1 => 1,
-            threads => threads * TASKS_PER_THREAD,
+            // No more than there is work for: each has a room.
+            threads => (threads * TASKS_PER_THREAD).min(self.neighbours.segment_ends.len()).max(1),
         };
         self.room = (self.neighbours.segment_most() * self.row).next_multiple_of(LINE);
         self.inner = Lines::default();
@@ -273,7 +274,7 @@ impl<S: Space> Contacts<S> {
     }
 
     /// Force on the first grain of a pair at the last evaluation, weighted, N; zero where the two do not touch.
-    pub(super) fn force_of(&self, pair: usize) -> S::Vector {
+    pub(crate) fn force_of(&self, pair: usize) -> S::Vector {
         let words = self.row_of(pair);
         let mut force = S::Vector::zero();
         for axis in 0..S::DIMENSION {

@@ -2,6 +2,7 @@
 //! are small and there may be many of them, each stepped by one thread; no step allocates but one that makes lists anew.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::base::error::Error;
 use crate::base::parallel::larger;
@@ -17,9 +18,10 @@ use crate::dem::strained::Strained;
 
 /// Where a grain stands among the others, from its shares of the cell's edges: grains of one place stand together in the order of
 /// their ids, and are summed together.
-pub type Order<S> = Box<dyn Fn(&<S as Space>::Vector) -> (usize, u32) + Send + Sync>;
+pub type Order<S> = Arc<dyn Fn(&<S as Space>::Vector) -> (usize, u32) + Send + Sync>;
 
 /// Grains that nothing but their own cell moves.
+#[derive(Clone)]
 pub struct Sample<S: Space> {
     pub assembly: Assembly<S>,
     pub constants: Constants<S>,
@@ -103,7 +105,7 @@ impl<S: Space> Sample<S> {
         moment
     }
 
-    fn rebuild(&mut self, closed: f64) -> Result<(), Error> {
+    pub(crate) fn rebuild(&mut self, closed: f64) -> Result<(), Error> {
         if !closed.is_finite() {
             return Err(Error::Run(format!(
                 "step {}: a grain has gone out of bounds; the sample is unstable: shorten the time step",
@@ -119,7 +121,7 @@ impl<S: Space> Sample<S> {
     }
 
     /// Puts rows in order and makes their lists.
-    fn arrange(
+    pub(crate) fn arrange(
         &mut self,
         memories: &Memories,
         row_of: impl Fn(usize) -> (Hot<S>, Cold<S>, PenaltySpring<S>),

@@ -1,5 +1,7 @@
 //! The world of an assembly at time zero, or at a checkpoint.
 
+use std::sync::Arc;
+
 use scree_partition::{ExactSum, Solo, Transport};
 
 use crate::base::error::Error;
@@ -23,6 +25,7 @@ use crate::job::figures;
 use crate::mpm::membrane::Membranes;
 use crate::mpm::stress::no_material;
 use crate::prepare::grain_file;
+use crate::rve::Rve;
 use crate::store::checkpoint::Drawn;
 
 /// A world of grains alone.
@@ -55,7 +58,14 @@ pub fn sample<S: Space>(job: &Assembly) -> Result<Sample<S>, Error> {
     let layout = layout::<S>(job)?;
     let parts = layout.parts_of_cell(job.skin);
     let order = move |fraction: &S::Vector| layout.place::<S>(fraction, parts).expect("a sample's cell is periodic");
-    Sample::new(&grains, cell, constants(job), Box::new(order))
+    Sample::new(&grains, cell, constants(job), Arc::new(order))
+}
+
+/// The same as a representative volume element, whose grains stand in the order of their ids.
+pub fn volume_element<S: Space>(job: &Assembly) -> Result<Rve<S>, Error> {
+    let (grains, cell) = at_start(job, &Solo)?;
+    let sample = Sample::new(&grains, cell, constants(job), Arc::new(|_: &S::Vector| (0, 0)))?;
+    Ok(Rve::new(sample, depth_of::<S>(job)))
 }
 
 /// Grains on rank 0, and the cell that they start in.

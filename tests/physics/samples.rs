@@ -43,7 +43,8 @@ impl Claim for IsAWorld {
             let layout = world.subdomain.layout.clone();
             let parts = layout.parts_of_cell(few.settings.grains.skin);
             let order = move |fraction: &S::Vector| layout.place::<S>(fraction, parts).unwrap();
-            let mut sample = Sample::new(&few.grains, few.cell, few.settings.grains.clone(), Box::new(order)).unwrap();
+            let mut sample =
+                Sample::new(&few.grains, few.cell, few.settings.grains.clone(), std::sync::Arc::new(order)).unwrap();
             for _ in 0..6 {
                 steps(&mut world, 50);
                 (0..50).for_each(|_| sample.advance().unwrap());

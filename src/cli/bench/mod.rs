@@ -10,7 +10,7 @@ use self::launch::{Launcher, is_launched};
 use super::cores::Placement;
 use super::{Ending, start_threads_of};
 use crate::base::error::Error;
-use crate::bench::{Speed, Stretches, dem, mpm};
+use crate::bench::{Speed, Stretches, dem, mpm, rve};
 use crate::run::Outcome;
 
 mod launch;
@@ -48,6 +48,21 @@ pub(super) enum Bench {
         #[command(flatten)]
         how: How,
     },
+    /// Representative volume elements of a hierarchical coupling: many periodic assemblies of grains, each of which follows a deformation
+    /// gradient; in turns with the packing of `bench dem`. On one rank.
+    Rve {
+        /// RVEs.
+        #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+        elements: u64,
+        /// Grains of each.
+        #[arg(long, default_value_t = 400, value_parser = clap::value_parser!(u64).range(50..=100_000))]
+        grains: u64,
+        /// Discs of Liang & Zhao (2019), Table 1 (plane), or Hertz-Mindlin spheres (solid).
+        #[arg(long, default_value = "plane", value_parser = ["plane", "solid"])]
+        space: String,
+        #[command(flatten)]
+        how: How,
+    },
     /// A job on several numbers of ranks: speed-up, efficiency, time per phase, and that the results are the same.
     Scaling(scaling::Wanted),
 }
@@ -80,7 +95,7 @@ const POINT_STEPS_MIN: u64 = 20;
 
 pub(super) fn command(what: &Bench, transport: &dyn Transport) -> Ending {
     let how = match what {
-        Bench::Dem { how, .. } | Bench::Mpm { how, .. } => how,
+        Bench::Dem { how, .. } | Bench::Mpm { how, .. } | Bench::Rve { how, .. } => how,
         Bench::Scaling(wanted) => return Ending::Agreed(scaling::command(wanted)),
     };
     let (ranks, threads) = (usize::from(how.ranks), usize::from(how.threads));
@@ -119,6 +134,11 @@ pub(super) fn command(what: &Bench, transport: &dyn Transport) -> Ending {
                 stretches: stretches(POINT_WORK / points, POINT_STEPS_MIN),
             };
             mpm::measure(&wanted, transport).map(|measured| page_of_points(&wanted, &measured, how))
+        }
+        Bench::Rve { elements, grains, space, .. } => {
+            let stretches = Stretches { count: STRETCHES, steps: how.steps.unwrap_or(WORK) };
+            let wanted = rve::Wanted { elements: *elements, grains: *grains, solid: space == "solid", stretches };
+            rve::measure(&wanted, transport).map(|measured| page_of_elements(&measured, how))
         }
         Bench::Scaling(_) => unreachable!("it has been returned above"),
     };
@@ -189,6 +209,39 @@ fn page_of_points(wanted: &mpm::Wanted, measured: &mpm::Measured, how: &How) -> 
         "bytes_per_point": speed.bytes_resident_per_row,
     });
     page("point", &scheme, speed, &more, json, how)
+}
+
+fn page_of_elements(measured: &rve::Measured, how: &How) -> String {
+    let told = |stretches: &[f64]| stretches.iter().map(|one| format!("{one:.1}")).collect::<Vec<_>>().join(" ");
+    let mut page = format!(
+        "{} RVEs of {} grains in the {}, {} threads\n{} ns per grain-step, increments of ten steps and all that goes with them\n{} ns per grain-step of the packing of bench dem, in turns\n{:.2} is the median of their ratios\n{:.2} contacts per grain; q/p {:.3}; {:.0} bytes per grain resident\n",
+        measured.elements,
+        measured.grains,
+        measured.space,
+        how.threads,
+        told(&measured.rve),
+        told(&measured.packing),
+        measured.ratio(),
+        measured.contacts_per_grain,
+        measured.stress_ratio,
+        measured.bytes_resident_per_grain,
+    );
+    if how.json {
+        let json = json!({
+            "elements": measured.elements,
+            "grains": measured.grains,
+            "space": measured.space,
+            "threads": how.threads,
+            "ns_per_grain_step": measured.rve,
+            "ns_per_grain_step_of_packing": measured.packing,
+            "ratio": measured.ratio(),
+            "contacts_per_grain": measured.contacts_per_grain,
+            "stress_ratio": measured.stress_ratio,
+            "bytes_resident_per_grain": measured.bytes_resident_per_grain,
+        });
+        page += &format!("{json}\n");
+    }
+    page
 }
 
 /// What every measurement tells about its rows, grains or points, around what only this one does.

@@ -1,0 +1,138 @@
+//! How long a grain-step takes in representative volume elements: many assemblies, each driven by increments of ten steps of their grains, all told, beside the grains of
+//! a large packing ([`super::dem`]) in turns.
+
+use std::time::Instant;
+
+use rayon::prelude::*;
+use scree_partition::Transport;
+
+use super::{Stretches, dem, resident_bytes};
+use crate::base::error::Error;
+use crate::base::space::{Plane, Solid, Space};
+use crate::job::{Assembly, Job};
+use crate::prepare::grain_world;
+use crate::rve::{Drive, Pace, Rve};
+
+/// What is measured.
+#[derive(Clone, Copy, Debug)]
+pub struct Wanted {
+    /// RVEs.
+    pub elements: u64,
+    /// Grains of each.
+    pub grains: u64,
+    /// In space instead of the plane.
+    pub solid: bool,
+    /// Steps are those of grains.
+    pub stretches: Stretches,
+}
+
+/// What came out.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    pub space: &'static str,
+    pub elements: u64,
+    pub grains: u64,
+    /// Wall time of a grain's step, every stretch, ns.
+    pub rve: Vec<f64>,
+    /// The same of the large packing, after each of these.
+    pub packing: Vec<f64>,
+    pub bytes_resident_per_grain: f64,
+    pub contacts_per_grain: f64,
+    /// Deviator over pressure at the end: RVEs that are sheared.
+    pub stress_ratio: f64,
+}
+
+impl Measured {
+    /// The median of how much longer a step takes in RVEs than in the packing, stretch by stretch.
+    pub fn ratio(&self) -> f64 {
+        let mut ratios: Vec<f64> = self.rve.iter().zip(&self.packing).map(|(rve, packing)| rve / packing).collect();
+        ratios.sort_by(f64::total_cmp);
+        ratios[ratios.len() / 2]
+    }
+}
+
+/// Steps of grains in an increment.
+const SUB_STEPS: u64 = 10;
+/// Shear strain of an increment: an inertial number of some 2e-4.
+const INCREMENT: f64 = 4e-5;
+/// Increments before the first stretch.
+const WARM_UP: u64 = 20;
+/// Grains of the packing that is measured beside them.
+const BESIDE: [u64; 2] = [7640, 100_000];
+
+pub fn measure(wanted: &Wanted, transport: &dyn Transport) -> Result<Measured, Error> {
+    match wanted.solid {
+        false => measured::<Plane>(wanted, transport),
+        true => measured::<Solid>(wanted, transport),
+    }
+}
+
+/// Discs of Liang & Zhao (2019), Table 1, or the spheres of [`super::dem`].
+fn job<S: Space>(grains: u64) -> Result<Assembly, Error> {
+    let text = if S::DIMENSION == 2 {
+        let edge = (grains as f64 * 1e-4).sqrt();
+        format!(
+            "name = \"rve\"\n[cell]\nspace = \"plane\"\nupper = [{edge:?}, {edge:?}]\ndepth = \"10 cm\"\n[grains]\ndensity = \"2650 kg/m3\"\ncount = {grains}\ndistribution = \"uniform\"\ndiameter_min = \"6 mm\"\ndiameter_max = \"14 mm\"\n[packing]\npreparation = \"compress\"\nstress = \"100 kPa\"\nenergy_ratio_max = 1e-3\n[contact]\nlaw = \"elastic_rolling\"\nyoung_modulus = \"600 MPa\"\nstiffness_ratio = 0.8\nfriction = 0.545\n[damping]\nlocal = 0.1\nform = \"component\"\n[time]\nend = \"1 s\"\n"
+        )
+    } else {
+        return dem::job::<S>(grains);
+    };
+    Ok(Job::parse(&text, "bench", &[])?.as_assembly().expect("the text has a [cell]").clone())
+}
+
+fn measured<S: Space>(wanted: &Wanted, transport: &dyn Transport) -> Result<Measured, Error> {
+    let template = grain_world::volume_element::<S>(&job::<S>(wanted.grains)?)?;
+    let resident = resident_bytes();
+    let mut elements: Vec<Rve<S>> = (0..wanted.elements).map(|_| template.clone()).collect();
+    let duration = SUB_STEPS as f64 * template.sample().constants.dt;
+    let drive = Drive { pace: Pace::Synchronous, steps_min: SUB_STEPS, relaxation: None };
+    let mut increments = 0u64;
+    let mut ratio = 0.0;
+    let mut go_on = |elements: &mut [Rve<S>], count: u64| -> Result<(), Error> {
+        for _ in 0..count {
+            increments += 1;
+            let gamma = INCREMENT * increments as f64;
+            let each = |(number, rve): (usize, &mut Rve<S>)| {
+                // No two go the same way, as no two points do.
+                let mut deformation = S::identity();
+                deformation[S::DIMENSION] = gamma * (1.0 + 1e-3 * number as f64 / wanted.elements as f64);
+                rve.follow(&deformation, duration, &drive)
+            };
+            let answers: Result<Vec<_>, Error> = elements.par_iter_mut().enumerate().map(each).collect();
+            ratio = answers?.first().map_or(0.0, |answer| answer.deviator_over_pressure());
+        }
+        Ok(())
+    };
+    go_on(&mut elements, WARM_UP)?;
+    let bytes = (resident_bytes() - resident) as f64 / (wanted.elements * wanted.grains) as f64;
+    let per_increment = wanted.elements * wanted.grains * SUB_STEPS;
+    let count = (wanted.stretches.steps / per_increment).max(1);
+    let beside = dem::Wanted {
+        grains: BESIDE[S::DIMENSION - 2],
+        solid: wanted.solid,
+        stretches: Stretches { steps: (wanted.stretches.steps / BESIDE[S::DIMENSION - 2]).max(10), ..wanted.stretches },
+    };
+    let mut world = dem::warm::<S>(&beside, transport)?;
+    let (mut rve, mut packing) = (Vec::new(), Vec::new());
+    for _ in 0..wanted.stretches.count {
+        let begun = Instant::now();
+        go_on(&mut elements, count)?;
+        rve.push(1e9 * begun.elapsed().as_secs_f64() / (count * per_increment) as f64);
+        let begun = Instant::now();
+        for _ in 0..beside.stretches.steps {
+            world.advance()?;
+        }
+        packing.push(1e9 * begun.elapsed().as_secs_f64() / (beside.stretches.steps * world.grains_total) as f64);
+    }
+    let contacts = elements[0].fabric().coordination / 2.0;
+    Ok(Measured {
+        space: S::NAME,
+        elements: wanted.elements,
+        grains: wanted.grains,
+        rve,
+        packing,
+        bytes_resident_per_grain: bytes,
+        contacts_per_grain: contacts,
+        stress_ratio: ratio,
+    })
+}

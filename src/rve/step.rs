@@ -1,0 +1,134 @@
+//! A step of grains in a cell whose edges change at a constant rate. A place that moves with such a cell goes straight on, so that grains which do are pushed by
+//! nothing, and a kick and the drift after it touch a record once. An increment of deformation is
+//!
+//! ```text
+//! the mean field takes up its rate, first drift;   evaluate, kick, drift (n - 1 times);   evaluate with forces kept, kick
+//! ```
+//!
+//! so that the forces of its end are those at its end.
+
+use crate::base::error::Error;
+use crate::base::parallel::larger;
+use crate::base::space::{Linear, Space};
+use crate::dem::cell::Cell;
+use crate::dem::grains::Hot;
+use crate::dem::motion::{Field, damped};
+use crate::dem::sample::Sample;
+use crate::dem::segments::{Finish, Resting, Segments};
+
+/// The kick of a grain, with local damping and others where there are any, and the drift after it.
+struct Glide<'a, S: Space, const DAMPS: bool, const DRIFTS: bool> {
+    field: &'a Field<S>,
+    /// Before the drift.
+    cell: &'a Cell<S>,
+    dt: f64,
+    /// Takes places of the cell at the last rebuild to those after the drift.
+    strain: S::Tensor,
+}
+
+impl<S: Space, const DAMPS: bool, const DRIFTS: bool> Finish<S> for Glide<'_, S, DAMPS, DRIFTS> {
+    #[inline(always)]
+    fn finish(
+        &self,
+        row: usize,
+        hot: &mut Hot<S>,
+        (force, torque): (&S::Vector, &S::Spin),
+        resting: &Resting<S>,
+    ) -> f64 {
+        let mut linear = *force * (1.0 / hot.mass);
+        let mut angular = *torque * (1.0 / S::grain_inertia(hot.mass, hot.radius));
+        if DAMPS {
+            (linear, angular) = damped(hot, (linear, angular), &self.field.damping, self.cell, self.dt);
+        }
+        hot.velocity += linear * self.dt;
+        hot.spin += angular * self.dt;
+        if !DRIFTS {
+            return 0.0;
+        }
+        hot.position += hot.velocity * self.dt;
+        let corner = self.cell.corner;
+        let moved = hot.position - corner - self.strain * (resting.homes[row] - corner);
+        moved.dot(&moved)
+    }
+}
+
+/// Takes the edges of a cell straight by `way`, m, in `count` steps of the sample's time step, to `arrived` of what they come to. Forces of all pairs are
+/// kept at the end.
+pub fn along<S: Space>(
+    sample: &mut Sample<S>,
+    way: S::Tensor,
+    count: u64,
+    arrived: impl Fn(&S::Tensor) -> S::Tensor,
+) -> Result<(), Error> {
+    let dt = sample.constants.dt;
+    let change = sample.assembly.cell.set_rate(way * (1.0 / (count as f64 * dt)));
+    set_out(sample, &change);
+    for number in 1..=count {
+        sample.step += 1;
+        if number == count {
+            let edges = arrived(&sample.assembly.cell.edges);
+            sample.assembly.cell.arrive(edges);
+        }
+        // What is not a number is not below one.
+        let closed = closed(sample);
+        if closed >= 1.0 || closed.is_nan() {
+            sample.rebuild(closed)?;
+        }
+        match number == count {
+            false => evaluate::<S, true>(sample),
+            true => evaluate::<S, false>(sample),
+        }
+    }
+    Ok(())
+}
+
+/// The mean field follows a change of its gradient, and grains drift for the first time.
+fn set_out<S: Space>(sample: &mut Sample<S>, change: &S::Tensor) {
+    let dt = sample.constants.dt;
+    let assembly = &mut sample.assembly;
+    let corner = assembly.cell.corner;
+    assembly.cell.go_on(dt);
+    let strain = assembly.cell_home.deformation_to(&assembly.cell);
+    let spin = S::vorticity(change);
+    let mut square = 0.0;
+    for (hot, home) in assembly.grains.hot.iter_mut().zip(&assembly.grains.homes) {
+        hot.velocity += *change * (hot.position - corner);
+        hot.spin += spin;
+        hot.position += hot.velocity * dt;
+        let moved = hot.position - corner - strain * (*home - corner);
+        square = larger(square, moved.dot(&moved));
+    }
+    assembly.moved = square.sqrt();
+}
+
+/// Forces, kicks, and where steps go on the next drift.
+fn evaluate<S: Space, const DRIFTS: bool>(sample: &mut Sample<S>) {
+    match sample.constants.field.is_plain() {
+        true => pass::<S, false, DRIFTS>(sample),
+        false => pass::<S, true, DRIFTS>(sample),
+    }
+}
+
+fn pass<S: Space, const DAMPS: bool, const DRIFTS: bool>(sample: &mut Sample<S>) {
+    let Sample { assembly, constants, step, .. } = sample;
+    let before = assembly.cell;
+    assembly.contacts.settle_images(&before);
+    assembly.contacts.keep_forces(!DRIFTS);
+    if DRIFTS {
+        assembly.cell.go_on(constants.dt);
+    }
+    let strain = assembly.cell_home.deformation_to(&assembly.cell);
+    let glide = Glide::<S, DAMPS, DRIFTS> { field: &constants.field, cell: &before, dt: constants.dt, strain };
+    let passed = assembly.evaluate_pairs(constants, *step, Segments::Inner, &glide);
+    if DRIFTS {
+        assembly.moved = passed.farthest.sqrt();
+    }
+}
+
+/// How much nearer two that may touch have come since lists were made, as a share of what these reach.
+fn closed<S: Space>(sample: &Sample<S>) -> f64 {
+    let (assembly, skin) = (&sample.assembly, sample.constants.skin);
+    let strain = assembly.cell_home.deformation_to(&assembly.cell);
+    let stretch = (strain - S::identity()).norm();
+    (2.0 * assembly.moved + stretch * (2.0 * assembly.radius_max + skin)) / skin
+}
