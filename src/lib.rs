@@ -5,8 +5,8 @@
 //! * [`base`]: errors, numbers, spaces, vectors of registers, records.
 //! * [`law`]: forces of contacts and stresses of materials, a file each.
 //! * [`bodies`]: rigid bodies, and what holds the nodes that they meet.
-//! * [`dem`], [`mpm`]: grains and the continuum; [`couple`]: grains where the continuum shears itself into a band. Physics: they know neither ranks
-//!   nor the text of jobs.
+//! * [`dem`], [`mpm`]: grains and the continuum; [`rve`]: assemblies of grains that stand for a point of one; [`couple`]: grains where the continuum
+//!   shears itself into a band. Physics: they know neither ranks nor the text of jobs.
 //! * [`job`]: the job, its units, checks and figures.
 //! * [`domain`]: the world in blocks and the step as a table of contents; who holds what, what must be kept, what tells that something is
 //!   wrong. From here up the partition is known.

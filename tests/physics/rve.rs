@@ -1,5 +1,6 @@
 //! Representative volume elements: the assembly of Liang & Zhao (2019), Table 1, made smaller.
 
+use scree::base::math::{cos, sin};
 use scree::base::space::{Linear, Plane, Solid, Space};
 use scree::base::symmetric::Symmetric;
 use scree::job::Job;
@@ -77,7 +78,7 @@ fn follow<S: Space>(rve: &mut Rve<S>, deformation: &S::Tensor) -> Answer<S> {
 }
 
 fn turn(angle: f64) -> Tensor {
-    Tensor::new(angle.cos(), -angle.sin(), angle.sin(), angle.cos())
+    Tensor::new(cos(angle), -sin(angle), sin(angle), cos(angle))
 }
 
 fn shear(gamma: f64) -> Tensor {
