@@ -11,7 +11,7 @@ use crate::base::error::Error;
 use crate::base::space::{Plane, Solid, Space};
 use crate::job::{Assembly, Job};
 use crate::prepare::grain_world;
-use crate::rve::{Drive, Pace, Rve};
+use crate::rve::{Drive, Pace, Rve, Scratch};
 
 /// What is measured.
 #[derive(Clone, Copy, Debug)]
@@ -92,13 +92,14 @@ fn measured<S: Space>(wanted: &Wanted, transport: &dyn Transport) -> Result<Meas
         for _ in 0..count {
             increments += 1;
             let gamma = INCREMENT * increments as f64;
-            let each = |(number, rve): (usize, &mut Rve<S>)| {
+            let each = |scratch: &mut Scratch<S>, (number, rve): (usize, &mut Rve<S>)| {
                 // No two go the same way, as no two points do.
                 let mut deformation = S::identity();
                 deformation[S::DIMENSION] = gamma * (1.0 + 1e-3 * number as f64 / wanted.elements as f64);
-                rve.follow(&deformation, duration, &drive)
+                rve.follow(&deformation, duration, &drive, scratch)
             };
-            let answers: Result<Vec<_>, Error> = elements.par_iter_mut().enumerate().map(each).collect();
+            let answers: Result<Vec<_>, Error> =
+                elements.par_iter_mut().enumerate().map_init(Scratch::default, each).collect();
             ratio = answers?.first().map_or(0.0, |answer| answer.deviator_over_pressure());
         }
         Ok(())
@@ -124,7 +125,8 @@ fn measured<S: Space>(wanted: &Wanted, transport: &dyn Transport) -> Result<Meas
         }
         packing.push(1e9 * begun.elapsed().as_secs_f64() / (beside.stretches.steps * world.grains_total) as f64);
     }
-    let contacts = elements[0].fabric().coordination / 2.0;
+    let deformation = *elements[0].deformation();
+    let (_, fabric) = elements[0].follow_and_look(&deformation, duration, &drive, &mut Scratch::default())?;
     Ok(Measured {
         space: S::NAME,
         elements: wanted.elements,
@@ -132,7 +134,7 @@ fn measured<S: Space>(wanted: &Wanted, transport: &dyn Transport) -> Result<Meas
         rve,
         packing,
         bytes_resident_per_grain: bytes,
-        contacts_per_grain: contacts,
+        contacts_per_grain: 0.5 * fabric.coordination,
         stress_ratio: ratio,
     })
 }

@@ -64,6 +64,13 @@ impl Lines {
     }
 }
 
+/// Room for the forces of pairs, which a pass fills and nothing remembers: what is stepped now and then need not keep its own.
+#[derive(Clone, Debug, Default)]
+pub struct Rooms {
+    outer: Lines,
+    inner: Lines,
+}
+
 impl<S: Space> Contacts<S> {
     pub fn new(cell: &Cell<S>) -> Self {
         Self {
@@ -145,6 +152,21 @@ impl<S: Space> Contacts<S> {
         if self.inner.numbers().len() < count {
             self.inner = Lines::new(count);
         }
+    }
+
+    /// Takes these rooms for its own, and gives its own for them.
+    pub fn swap_rooms(&mut self, rooms: &mut Rooms) {
+        std::mem::swap(&mut self.outer, &mut rooms.outer);
+        std::mem::swap(&mut self.inner, &mut rooms.inner);
+    }
+
+    /// Makes rooms large enough that are not its own.
+    pub fn fit_rooms(&mut self) {
+        let outer = (self.neighbours.pairs.len() - self.neighbours.within()) * self.row;
+        if self.outer.numbers().len() < outer {
+            self.outer = Lines::new(outer);
+        }
+        self.lay_inner();
     }
 
     /// Whether the forces of all pairs can be asked for after the next evaluation.

@@ -204,6 +204,28 @@ impl<S: Space> Grains<S> {
         self.waiting.iter().for_each(|row| self.waits[*row as usize] = true);
     }
 
+    /// Gives up what only a rebuild reads of free grains in the order of their ids, from none on; [`Self::flesh_out`] tells it again.
+    pub fn slim(&mut self) {
+        debug_assert!(self.cold.iter().enumerate().all(|(row, cold)| cold.id.0 == row as u64));
+        (self.cold, self.springs) = (Vec::new(), Vec::new());
+    }
+
+    /// The reverse.
+    pub fn flesh_out(&mut self) {
+        if self.cold.is_empty() {
+            let cold = |(row, home): (usize, &S::Vector)| Cold {
+                id: GrainId(row as u64),
+                mover: Mover::Free,
+                origin: S::Vector::zero(),
+                image: [0; 3],
+                home: *home,
+                script: S::Vector::zero(),
+            };
+            self.cold = self.homes.iter().enumerate().map(cold).collect();
+            self.springs = vec![PenaltySpring::loose(); self.owned];
+        }
+    }
+
     /// Bytes that the arrays hold.
     pub fn bytes(&self) -> usize {
         self.hot.capacity() * size_of::<Hot<S>>()

@@ -35,7 +35,18 @@ pub struct Sample<S: Space> {
 impl<S: Space> Sample<S> {
     /// At step zero, from rows that are at home where they are.
     pub fn new(rows: &[GrainRow<S>], cell: Cell<S>, constants: Constants<S>, order: Order<S>) -> Result<Self, Error> {
+        Self::away([cell, cell], rows, constants, order)
+    }
+
+    /// From rows that have come some way from home, in a cell that was the second when they were there.
+    pub fn away(
+        [cell, cell_home]: [Cell<S>; 2],
+        rows: &[GrainRow<S>],
+        constants: Constants<S>,
+        order: Order<S>,
+    ) -> Result<Self, Error> {
         let mut assembly = Assembly::empty(cell);
+        assembly.cell_home = cell_home;
         assembly.radius_max = rows.iter().map(|row| row.hot.radius).fold(0.0, f64::max);
         let mut sample = Self { assembly, constants, step: 0, order, together: Vec::new() };
         let mut memories = Memories::new(sample.constants.law().memory_words());

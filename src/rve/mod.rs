@@ -4,14 +4,18 @@
 //! * [`drive`]: how the cell gets from one deformation to the next, and in how many steps of its grains.
 //! * [`step`]: a step of grains in a cell whose edges go straight.
 //! * [`measure`]: stress, fabric and the like, summed over contacts in the order of ids.
+//! * [`rest`]: all that an assembly is between two increments, in a few numbers.
 //! * [`volume_element`]: an assembly with its deformation, its loose state and what becomes of a cell that gets too thin.
 
 pub mod drive;
 pub mod measure;
 pub mod renew;
+pub mod rest;
 pub mod step;
 pub mod volume_element;
 
 pub use drive::{Drive, Pace};
 pub use measure::Measured;
+pub use rest::{Resting, Template};
+pub use step::Scratch;
 pub use volume_element::{Event, Rve};

@@ -24,6 +24,7 @@ pub fn thin_axis<S: Space>(sample: &Sample<S>, edges: &S::Tensor) -> Option<usiz
 /// Lays the assembly beside itself along an axis of its cell, whose lattice may get another basis.
 pub fn double<S: Space>(sample: &mut Sample<S>, axis: usize) -> Result<(), Error> {
     let assembly = &mut sample.assembly;
+    assembly.grains.flesh_out();
     assembly.go_home();
     let cell = assembly.cell;
     let mut one = [0; 3];

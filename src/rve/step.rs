@@ -11,10 +11,50 @@ use crate::base::error::Error;
 use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space};
 use crate::dem::cell::Cell;
+use crate::dem::contacts::Rooms;
 use crate::dem::grains::Hot;
 use crate::dem::motion::{Field, damped};
 use crate::dem::sample::Sample;
 use crate::dem::segments::{Finish, Resting, Segments};
+
+/// What a thread lends to the assembly that it steps: forces, which nothing remembers.
+#[derive(Clone, Debug)]
+pub struct Scratch<S: Space> {
+    force: Vec<S::Vector>,
+    torque: Vec<S::Spin>,
+    rooms: Rooms,
+}
+
+impl<S: Space> Default for Scratch<S> {
+    fn default() -> Self {
+        Self { force: Vec::new(), torque: Vec::new(), rooms: Rooms::default() }
+    }
+}
+
+impl<S: Space> Scratch<S> {
+    /// For an assembly that has none of its own.
+    pub(super) fn lend(&mut self, sample: &mut Sample<S>) {
+        self.swap(sample);
+        let Sample { assembly, .. } = sample;
+        let grains = &mut assembly.grains;
+        grains.force.resize(grains.owned, S::Vector::zero());
+        grains.torque.resize(grains.owned, S::Spin::zero());
+        assembly.contacts.fit_rooms();
+    }
+
+    /// And what only a rebuild reads is given up.
+    pub(super) fn take_back(&mut self, sample: &mut Sample<S>) {
+        self.swap(sample);
+        sample.assembly.grains.slim();
+    }
+
+    fn swap(&mut self, sample: &mut Sample<S>) {
+        let Sample { assembly, .. } = sample;
+        std::mem::swap(&mut self.force, &mut assembly.grains.force);
+        std::mem::swap(&mut self.torque, &mut assembly.grains.torque);
+        assembly.contacts.swap_rooms(&mut self.rooms);
+    }
+}
 
 /// The kick of a grain, with local damping and others where there are any, and the drift after it.
 struct Glide<'a, S: Space, const DAMPS: bool, const DRIFTS: bool> {
@@ -72,6 +112,7 @@ pub fn along<S: Space>(
         // What is not a number is not below one.
         let closed = closed(sample);
         if closed >= 1.0 || closed.is_nan() {
+            sample.assembly.grains.flesh_out();
             sample.rebuild(closed)?;
         }
         match number == count {

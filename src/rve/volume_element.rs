@@ -21,7 +21,7 @@ use crate::dem::sample::Sample;
 use crate::rve::drive::{Drive, Grain, size_of};
 use crate::rve::measure::{Fabric, Measured};
 use crate::rve::renew;
-use crate::rve::step::along;
+use crate::rve::step::{Scratch, along};
 
 /// The share of the pressure of the start below which increments take no more steps.
 const PRESSURE_SHARE_MIN: f64 = 0.01;
@@ -41,6 +41,14 @@ pub enum Event {
 #[derive(Clone)]
 pub struct Rve<S: Space> {
     sample: Sample<S>,
+    /// What the space's measure is multiplied with to give m3.
+    depth: f64,
+    state: State<S>,
+}
+
+/// Its deformation, and what it has come through.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State<S: Space> {
     /// Edges at F = I, m.
     edges: S::Tensor,
     /// Volume at F = I and that of its grains, m3.
@@ -91,40 +99,62 @@ impl<S: Space> Rve<S> {
         let mass: f64 = hot.iter().map(|hot| hot.mass).sum();
         let diameter = 2.0 * hot.iter().map(|hot| hot.radius).sum::<f64>() / hot.len() as f64;
         let grain = Grain { diameter, density: mass / solid, dt: sample.constants.dt, pressure_min: 0.0 };
-        let volume = sample.assembly.cell.volume() * depth;
-        let edges = sample.assembly.cell.edges;
-        let identity = S::identity();
-        let (deformation, frame) = (identity, identity);
-        let (pressure, loose) = (f64::INFINITY, None);
-        let mut rve =
-            Self { sample, edges, volume, solid, grain, deformation, frame, pressure, loose, steps: 0, pair_steps: 0 };
+        let state = State {
+            edges: sample.assembly.cell.edges,
+            volume: sample.assembly.cell.volume() * depth,
+            solid,
+            grain,
+            deformation: S::identity(),
+            frame: S::identity(),
+            pressure: f64::INFINITY,
+            loose: None,
+            steps: 0,
+            pair_steps: 0,
+        };
+        let mut rve = Self::of(sample, state, depth);
+        rve.sample.assembly.grains.flesh_out();
         let moment = rve.sample.contact_moment();
-        rve.pressure = rve.pressure_of(&moment);
-        rve.grain.pressure_min = PRESSURE_SHARE_MIN * rve.pressure;
+        rve.sample.assembly.grains.slim();
+        rve.state.pressure = rve.pressure_of(&moment);
+        rve.state.grain.pressure_min = PRESSURE_SHARE_MIN * rve.state.pressure;
         rve
+    }
+
+    /// As it has been; the rooms of its own go.
+    pub(super) fn of(mut sample: Sample<S>, state: State<S>, depth: f64) -> Self {
+        Scratch::default().take_back(&mut sample);
+        Self { sample, depth, state }
     }
 
     /// Volume of now, m3.
     pub fn volume(&self) -> f64 {
-        self.volume * S::determinant(&self.deformation)
+        self.state.volume * S::determinant(&self.state.deformation)
     }
 
     /// Volume of voids over that of grains.
     pub fn void_ratio(&self) -> f64 {
-        self.volume() / self.solid - 1.0
+        self.volume() / self.state.solid - 1.0
     }
 
     /// Mean pressure, Pa.
     pub fn pressure(&self) -> f64 {
-        self.pressure
+        self.state.pressure
     }
 
     pub fn grains(&self) -> usize {
         self.sample.assembly.grains.owned
     }
 
+    pub fn depth(&self) -> f64 {
+        self.depth
+    }
+
+    pub fn state(&self) -> &State<S> {
+        &self.state
+    }
+
     pub fn is_loose(&self) -> bool {
-        self.loose.is_some()
+        self.state.loose.is_some()
     }
 
     /// Its grains and cell, in its own frame.
@@ -132,15 +162,14 @@ impl<S: Space> Rve<S> {
         &self.sample
     }
 
-    /// Q: from its own frame to that of F.
-    pub fn frame(&self) -> &S::Tensor {
-        &self.frame
+    /// F of now.
+    pub fn deformation(&self) -> &S::Tensor {
+        &self.state.deformation
     }
 
-    /// Fabric of the contacts at the end of the last increment, in the frame of F.
-    pub fn fabric(&self) -> Fabric<S> {
-        let fabric = Fabric::of(&self.sample);
-        Fabric { tensor: self.turned(&fabric.tensor), ..fabric }
+    /// Q: from its own frame to that of F.
+    pub fn frame(&self) -> &S::Tensor {
+        &self.state.frame
     }
 
     fn pressure_of(&self, moment: &S::Tensor) -> f64 {
@@ -149,12 +178,12 @@ impl<S: Space> Rve<S> {
 
     /// From its own frame to that of F.
     fn turned(&self, tensor: &S::Tensor) -> S::Tensor {
-        self.frame * *tensor * S::transpose(&self.frame)
+        self.state.frame * *tensor * S::transpose(&self.state.frame)
     }
 
     /// Edges h = Q^T F h_0 of the basis in which the cell's edges are `near`: they differ by whole multiples of each other.
     fn edges_near(&self, near: &S::Tensor) -> S::Tensor {
-        let edges = S::transpose(&self.frame) * self.deformation * self.edges;
+        let edges = S::transpose(&self.state.frame) * self.state.deformation * self.state.edges;
         let Some(inverse) = S::inverse(&edges) else { return edges };
         let mut basis = inverse * *near;
         (0..S::Tensor::COMPONENTS).for_each(|component| basis[component] = basis[component].round());
@@ -162,15 +191,43 @@ impl<S: Space> Rve<S> {
     }
 
     /// Goes along to the deformation gradient `deformation`, an increment that lasts `duration` (s).
-    pub fn follow(&mut self, deformation: &S::Tensor, duration: f64, drive: &Drive) -> Result<Answer<S>, Error> {
-        let before = S::inverse(&self.deformation).unwrap_or_else(S::identity);
+    pub fn follow(
+        &mut self,
+        deformation: &S::Tensor,
+        duration: f64,
+        drive: &Drive,
+        scratch: &mut Scratch<S>,
+    ) -> Result<Answer<S>, Error> {
+        scratch.lend(&mut self.sample);
+        let answer = self.go_along(deformation, duration, drive);
+        scratch.take_back(&mut self.sample);
+        answer
+    }
+
+    /// The same with the fabric of the contacts at its end, in the frame of F.
+    pub fn follow_and_look(
+        &mut self,
+        deformation: &S::Tensor,
+        duration: f64,
+        drive: &Drive,
+        scratch: &mut Scratch<S>,
+    ) -> Result<(Answer<S>, Fabric<S>), Error> {
+        scratch.lend(&mut self.sample);
+        let answer = self.go_along(deformation, duration, drive);
+        let fabric = Fabric::of(&self.sample);
+        scratch.take_back(&mut self.sample);
+        Ok((answer?, Fabric { tensor: self.turned(&fabric.tensor), ..fabric }))
+    }
+
+    fn go_along(&mut self, deformation: &S::Tensor, duration: f64, drive: &Drive) -> Result<Answer<S>, Error> {
+        let before = S::inverse(&self.state.deformation).unwrap_or_else(S::identity);
         let increment = *deformation * before;
         let turn = S::rotation(&increment);
         let stretch = S::transpose(&turn) * increment;
-        self.deformation = *deformation;
-        self.frame = S::rotation(&(turn * self.frame));
+        self.state.deformation = *deformation;
+        self.state.frame = S::rotation(&(turn * self.state.frame));
         let mut events = [None; 2];
-        if let Some((ratio, cell)) = self.loose {
+        if let Some((ratio, cell)) = self.state.loose {
             if S::determinant(deformation) > ratio {
                 return Ok(self.idle(events));
             }
@@ -178,11 +235,11 @@ impl<S: Space> Rve<S> {
             events[0] = Some(Event::Returned);
         } else if let Some(axis) = renew::thin_axis(&self.sample, &self.edges_near(&self.sample.assembly.cell.edges)) {
             renew::double(&mut self.sample, axis)?;
-            (self.volume, self.solid) = (2.0 * self.volume, 2.0 * self.solid);
-            self.edges = self.doubled_edges();
+            (self.state.volume, self.state.solid) = (2.0 * self.state.volume, 2.0 * self.state.solid);
+            self.state.edges = self.doubled_edges();
             events[0] = Some(Event::Renewed { axis });
         }
-        let (count, dt) = drive.steps(size_of::<S>(&stretch), self.pressure, duration, &self.grain);
+        let (count, dt) = drive.steps(size_of::<S>(&stretch), self.state.pressure, duration, &self.state.grain);
         self.sample.constants.dt = dt;
         let now = self.sample.assembly.cell.edges;
         let way = self.edges_near(&now) - now;
@@ -201,26 +258,26 @@ impl<S: Space> Rve<S> {
                 steps += more;
             }
         }
-        self.pressure = self.pressure_of(&measured.moment);
+        self.state.pressure = self.pressure_of(&measured.moment);
         if measured.contacts == 0 && S::determinant(&increment) > 1.0 {
-            self.loose = Some((S::determinant(deformation), self.sample.assembly.cell));
+            self.state.loose = Some((S::determinant(deformation), self.sample.assembly.cell));
             events[1] = Some(Event::Loosened);
         }
-        let moment = self.turned(&measured.moment) * (1.0 / self.volume);
+        let moment = self.turned(&measured.moment) * (1.0 / self.state.volume);
         let skew = (moment - S::transpose(&moment)).norm() * 0.5;
         Ok(Answer { kirchhoff: S::Symmetric::of(&moment), skew, unbalanced, steps, events })
     }
 
     fn step(&mut self, way: S::Tensor, count: u64) -> Result<(), Error> {
-        let edges = S::transpose(&self.frame) * self.deformation * self.edges;
+        let edges = S::transpose(&self.state.frame) * self.state.deformation * self.state.edges;
         let inverse = S::inverse(&edges).unwrap_or_else(S::identity);
         along(&mut self.sample, way, count, |near| {
             let mut basis = inverse * *near;
             (0..S::Tensor::COMPONENTS).for_each(|component| basis[component] = basis[component].round());
             edges * basis
         })?;
-        self.steps += count;
-        self.pair_steps += count * self.sample.assembly.contacts.neighbours.pairs.len() as u64;
+        self.state.steps += count;
+        self.state.pair_steps += count * self.sample.assembly.contacts.neighbours.pairs.len() as u64;
         Ok(())
     }
 
@@ -231,7 +288,7 @@ impl<S: Space> Rve<S> {
 
     /// Lays the grains of a loose cell, which has stayed `cell`, where the present one would have carried them, at rest.
     fn return_to(&mut self, cell: &Cell<S>) {
-        self.loose = None;
+        self.state.loose = None;
         let edges = self.edges_near(&cell.edges);
         let assembly = &mut self.sample.assembly;
         assembly.cell.set_rate(S::Tensor::zero());
@@ -247,7 +304,7 @@ impl<S: Space> Rve<S> {
 
     /// Edges at F = I of a cell that has been laid beside itself: those of its basis of now.
     fn doubled_edges(&self) -> S::Tensor {
-        let back = S::inverse(&(S::transpose(&self.frame) * self.deformation)).unwrap_or_else(S::identity);
+        let back = S::inverse(&(S::transpose(&self.state.frame) * self.state.deformation)).unwrap_or_else(S::identity);
         back * self.sample.assembly.cell.edges
     }
 }

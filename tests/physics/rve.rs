@@ -6,7 +6,7 @@ use scree::base::symmetric::Symmetric;
 use scree::job::Job;
 use scree::prepare::grain_world;
 use scree::rve::volume_element::Answer;
-use scree::rve::{Drive, Event, Pace, Rve};
+use scree::rve::{Drive, Event, Pace, Resting, Rve, Scratch, Template};
 
 type Tensor = <Plane as Space>::Tensor;
 
@@ -74,7 +74,7 @@ fn made<S: Space>(text: &str) -> Rve<S> {
 }
 
 fn follow<S: Space>(rve: &mut Rve<S>, deformation: &S::Tensor) -> Answer<S> {
-    rve.follow(deformation, f64::NAN, &QUASI_STATIC).unwrap()
+    rve.follow(deformation, f64::NAN, &QUASI_STATIC, &mut Scratch::default()).unwrap()
 }
 
 fn turn(angle: f64) -> Tensor {
@@ -156,7 +156,9 @@ fn the_first_step_is_affine() {
     }
     let volume = rve.volume();
     // Grains have some velocity of their own, of which one step makes next to nothing.
-    let found = rve.follow(&(identity * (1.0 - strain)), f64::NAN, &drive).unwrap().kirchhoff.trace() * volume;
+    let found =
+        rve.follow(&(identity * (1.0 - strain)), f64::NAN, &drive, &mut Scratch::default()).unwrap().kirchhoff.trace()
+            * volume;
     assert!((found / wanted - 1.0).abs() < 2e-4, "{found:.6e} {wanted:.6e}");
 }
 
@@ -223,9 +225,10 @@ fn laid_beside_itself_it_bears_the_same() {
     fn holds<S: Space>(text: &str) {
         let mut rve = made::<S>(text);
         let identity = S::identity();
-        rve.follow(&identity, f64::NAN, &QUASI_STATIC).unwrap();
+        follow(&mut rve, &identity);
         for axis in 0..S::DIMENSION {
             let mut sample = rve.sample().clone();
+            sample.assembly.grains.flesh_out();
             let volume = sample.assembly.cell.volume();
             let before = sample.contact_moment() * (1.0 / volume);
             scree::rve::renew::double(&mut sample, axis).unwrap();
@@ -256,13 +259,51 @@ fn spheres_turn_with_their_stress() {
     }
 }
 
+/// Whoever rests and wakes goes on to the same bits: in the middle of a shear, after it was laid beside itself, and where nothing touches.
+#[test]
+fn it_rests_and_wakes_to_the_same_bits() {
+    fn holds<S: Space>(text: &str, path: impl Fn(f64) -> S::Tensor, increments: u32, every: u32) -> Resting<S> {
+        let mut rve = made::<S>(text);
+        let template = Template::of(&rve);
+        let mut woken = rve.clone();
+        for step in 1..=increments {
+            let deformation = path(f64::from(step) / f64::from(increments));
+            let [wanted, found] = [&mut rve, &mut woken].map(|rve| follow(rve, &deformation));
+            assert_eq!(wanted, found, "{} {step}", S::NAME);
+            if step % every == 0 {
+                woken = Rve::wake(&template, &woken.rest()).unwrap();
+            }
+        }
+        assert!(rve.rest() == woken.rest());
+        let rest = rve.rest();
+        println!("{}: {:.0} bytes a grain", S::NAME, rest.bytes() as f64 / rve.grains() as f64);
+        rest
+    }
+    holds::<Plane>(DISCS, |share| shear(0.3 * share), 300, 7);
+    let drawn = |share: f64| Tensor::new(1.0 + 2.8 * share, 0.0, 0.0, 1.0 / (1.0 + 2.8 * share));
+    let thin = holds::<Plane>(DISCS, drawn, 400, 19);
+    assert!(thin.motions.len() > 100 * 7, "it was laid beside itself");
+    let to_and_fro = |share: f64| Tensor::identity() * (1.0 + 0.02 * (1.0 - (2.0 * share - 1.0).abs()));
+    holds::<Plane>(DISCS, to_and_fro, 200, 11);
+    holds::<Solid>(
+        SPHERES,
+        |share| {
+            let mut deformation = Solid::identity();
+            deformation[3] = 0.05 * share;
+            deformation
+        },
+        60,
+        7,
+    );
+}
+
 /// A synchronous drive gives grains the time of the continuum, a quasi-static one what their inertia allows.
 #[test]
 fn steps_follow_the_pace() {
     let mut rve = made::<Plane>(DISCS);
     let dt = rve.sample().constants.dt;
     let synchronous = Drive { pace: Pace::Synchronous, steps_min: 1, relaxation: None };
-    let answer = rve.follow(&shear(1e-5), 7.5 * dt, &synchronous).unwrap();
+    let answer = rve.follow(&shear(1e-5), 7.5 * dt, &synchronous, &mut Scratch::default()).unwrap();
     assert_eq!(answer.steps, 8);
     let slow = follow(&mut rve, &shear(2e-5)).steps;
     let fast = follow(&mut rve, &shear(1e-3)).steps;
@@ -284,7 +325,10 @@ fn peak(seed: u64, inertial_number: f64) -> [f64; 2] {
     for step in 1..=5000 {
         let axial = 1.0 - increment * f64::from(step);
         lateral += rate;
-        let kirchhoff = rve.follow(&Tensor::new(lateral, 0.0, 0.0, axial), f64::NAN, &drive).unwrap().kirchhoff;
+        let kirchhoff = rve
+            .follow(&Tensor::new(lateral, 0.0, 0.0, axial), f64::NAN, &drive, &mut Scratch::default())
+            .unwrap()
+            .kirchhoff;
         let stress = kirchhoff.tensor() * (1.0 / (lateral * axial));
         let missing = stress[(0, 0)] - target;
         // In proportion, and by what has been learnt of the flow.

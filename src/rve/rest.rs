@@ -1,0 +1,125 @@
+//! An RVE between two increments, as it travels and lies on disk: what moves and what contacts remember. Radii, masses and constants are those of a template that all RVEs of
+//! a material share, and lists are made again from where grains were when they were made, so that every later bit is the same.
+
+use std::sync::Arc;
+
+use crate::base::error::Error;
+use crate::base::ids::GrainId;
+use crate::base::space::{Linear, Space};
+use crate::dem::assembly::Constants;
+use crate::dem::cell::Cell;
+use crate::dem::grains::{GrainRow, Mover};
+use crate::dem::sample::Sample;
+use crate::law::contact::Memory;
+use crate::rve::volume_element::{Rve, State};
+
+/// What RVEs of one material have in common.
+#[derive(Clone, Debug)]
+pub struct Template<S: Space> {
+    /// Radius, m, and mass, kg, of its grains by id.
+    pub grains: Arc<[[f64; 2]]>,
+    pub constants: Constants<S>,
+    pub depth: f64,
+}
+
+/// All that an RVE is beside its template.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resting<S: Space> {
+    /// Its deformation and what it has come through.
+    pub state: State<S>,
+    /// Cells of now and of when lists were made.
+    pub cells: [Cell<S>; 2],
+    /// Steps of its grains.
+    pub step: u64,
+    /// Position and velocity, spin, and where the grain was when lists were made, by grain.
+    pub motions: Vec<f64>,
+    /// Grains of contacts that remember something, the lower first, and what they remember.
+    pub contacts: Vec<[u16; 2]>,
+    pub memories: Vec<f64>,
+}
+
+impl<S: Space> Resting<S> {
+    /// Numbers of a grain.
+    const MOTION: usize = 3 * S::DIMENSION + <S::Spin as Linear>::COMPONENTS;
+
+    /// Bytes that its grains and contacts take.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.motions) + size_of_val(&*self.contacts) + size_of_val(&*self.memories)
+    }
+}
+
+impl<S: Space> Template<S> {
+    /// Of an RVE that has not been laid beside itself.
+    pub fn of(rve: &Rve<S>) -> Self {
+        let Sample { assembly, constants, .. } = rve.sample();
+        let grains = assembly.grains.hot.iter().map(|hot| [hot.radius, hot.mass]).collect();
+        Self { grains, constants: constants.clone(), depth: rve.depth() }
+    }
+}
+
+impl<S: Space> Rve<S> {
+    /// What it is now.
+    pub fn rest(&self) -> Resting<S> {
+        let sample = self.sample();
+        let (grains, contacts) = (&sample.assembly.grains, &sample.assembly.contacts);
+        let mut motions = Vec::with_capacity(grains.owned * Resting::<S>::MOTION);
+        for (hot, home) in grains.hot.iter().zip(&grains.homes) {
+            motions.extend((0..S::DIMENSION).map(|axis| hot.position[axis]));
+            motions.extend((0..S::DIMENSION).map(|axis| hot.velocity[axis]));
+            motions.extend((0..S::Spin::COMPONENTS).map(|axis| hot.spin[axis]));
+            motions.extend((0..S::DIMENSION).map(|axis| home[axis]));
+        }
+        let (mut pairs, mut memories) = (Vec::new(), Vec::new());
+        for row in 0..grains.owned {
+            for term in contacts.neighbours.terms_of(row).iter().filter(|term| !term.is_b()) {
+                let memory = contacts.recall(term.pair());
+                if !memory.is_blank() {
+                    pairs.push([row as u16, contacts.neighbours.partner(*term) as u16]);
+                    memories.extend_from_slice(memory.words());
+                }
+            }
+        }
+        Resting {
+            state: self.state().clone(),
+            cells: [sample.assembly.cell, sample.assembly.cell_home],
+            step: sample.step,
+            motions,
+            contacts: pairs,
+            memories,
+        }
+    }
+
+    /// The RVE that was [`Self::rest`]ing.
+    pub fn wake(template: &Template<S>, resting: &Resting<S>) -> Result<Self, Error> {
+        let count = resting.motions.len() / Resting::<S>::MOTION;
+        // What was laid beside itself has twice the grains, which stand together.
+        let copies = count / template.grains.len();
+        let width = template.constants.law().memory_words();
+        let mut rows: Vec<GrainRow<S>> = Vec::with_capacity(count);
+        for (number, motion) in resting.motions.chunks_exact(Resting::<S>::MOTION).enumerate() {
+            let [radius, mass] = template.grains[number / copies];
+            let mut row = GrainRow::<S>::resting(GrainId(number as u64), S::Vector::zero(), radius, mass, Mover::Free);
+            let (vectors, rest) = motion.split_at(2 * S::DIMENSION);
+            let (spin, home) = rest.split_at(S::Spin::COMPONENTS);
+            for axis in 0..S::DIMENSION {
+                row.hot.position[axis] = vectors[axis];
+                row.hot.velocity[axis] = vectors[S::DIMENSION + axis];
+                row.cold.home[axis] = home[axis];
+            }
+            (0..S::Spin::COMPONENTS).for_each(|axis| row.hot.spin[axis] = spin[axis]);
+            rows.push(row);
+        }
+        for (number, [lower, higher]) in resting.contacts.iter().enumerate() {
+            let memory = Memory::of_words(&resting.memories[number * width..(number + 1) * width]);
+            rows[*lower as usize].contacts.push((GrainId(u64::from(*higher)), memory));
+            rows[*higher as usize].contacts.push((GrainId(u64::from(*lower)), memory));
+        }
+        for row in &mut rows {
+            row.contacts.sort_unstable_by_key(|(partner, _)| *partner);
+        }
+        let mut sample =
+            Sample::away(resting.cells, &rows, template.constants.clone(), Arc::new(|_: &S::Vector| (0, 0)))?;
+        sample.step = resting.step;
+        Ok(Self::of(sample, resting.state.clone(), template.depth))
+    }
+}
