@@ -33,6 +33,9 @@ mod exact;
 /// Bodies that meet points at their own face: uniform states, loads over cells, momentum, friction, parting.
 #[path = "physics/faces.rs"]
 mod faces;
+/// The same of round bodies and planes askew to the grid: uniform states, Hertz' contact, slopes, parting, momentum, bits.
+#[path = "physics/faces_askew.rs"]
+mod faces_askew;
 /// A loaded contact that is carried along by a rigid motion keeps its force in the moving frame, under every law.
 #[path = "physics/frames.rs"]
 mod frames;

@@ -31,7 +31,7 @@ pub use halo::{Halo, HaloBuffers, HaloCounts};
 pub use lattice::{Lattice, LatticeError, offsets};
 pub use migrate::exchange_rows;
 pub use parcel::{ParcelError, Reader, Route, Writer};
-pub use reduce::{ExactSum, SumError};
+pub use reduce::{ExactSum, ExactSums, SumError};
 #[cfg(feature = "mpi")]
 pub use transport::Mpi;
 pub use transport::{Solo, Threads, Transport};

@@ -56,26 +56,20 @@ impl<const N: usize> ExactSum<N> {
 
     /// Adds `value` to the sum in `slot`.
     pub fn add(&mut self, slot: usize, value: f64) {
-        match to_quanta(value) {
-            Some(quanta) => {
-                self.quanta[slot] = self.quanta[slot].wrapping_add(quanta);
-                self.reaction(slot, (quanta.unsigned_abs() >> QUANTUM_BITS) as u64 + 1);
-            }
-            None => self.reaction(slot, LOAD_MAX),
-        }
+        add_to(&mut self.quanta[slot], &mut self.load[slot], value);
     }
 
     /// Adds every sum of `other` to its slot here.
     pub fn merge(&mut self, other: &Self) {
         for slot in 0..N {
             self.quanta[slot] = self.quanta[slot].wrapping_add(other.quanta[slot]);
-            self.reaction(slot, other.load[slot]);
+            bear(&mut self.load[slot], other.load[slot]);
         }
     }
 
     /// The sum in `slot`, rounded once to the nearest double; NaN when the slot is spoiled.
     pub fn value(&self, slot: usize) -> f64 {
-        if self.load[slot] < LOAD_MAX { to_f64(self.quanta[slot]) } else { f64::NAN }
+        value_of(self.quanta[slot], self.load[slot])
     }
 
     /// The sums over all ranks, the same bits on each. Collective, one message.
@@ -115,11 +109,67 @@ impl<const N: usize> ExactSum<N> {
     pub fn set_parts(&mut self, slot: usize, (quanta, load): (i128, u64)) {
         (self.quanta[slot], self.load[slot]) = (quanta, load.min(LOAD_MAX));
     }
+}
 
-    /// Capped, so that it can only stay spoiled, and fits the total over ranks.
-    fn reaction(&mut self, slot: usize, magnitude: u64) {
-        self.load[slot] = (self.load[slot] + magnitude).min(LOAD_MAX);
+/// As many sums as there is need for at a time, of the same kind as [`ExactSum`]. Memory is kept from one use to the next.
+#[derive(Clone, Debug, Default)]
+pub struct ExactSums {
+    quanta: Vec<i128>,
+    load: Vec<u64>,
+    parts: Vec<[i64; LIMBS + 1]>,
+}
+
+impl ExactSums {
+    /// That many sums of nothing.
+    pub fn clear(&mut self, count: usize) {
+        self.quanta.clear();
+        self.quanta.resize(count, 0);
+        self.load.clear();
+        self.load.resize(count, 0);
     }
+
+    /// Adds `value` to the sum in `slot`.
+    pub fn add(&mut self, slot: usize, value: f64) {
+        add_to(&mut self.quanta[slot], &mut self.load[slot], value);
+    }
+
+    /// The sum in `slot`, rounded once to the nearest double; NaN when the slot is spoiled.
+    pub fn value(&self, slot: usize) -> f64 {
+        value_of(self.quanta[slot], self.load[slot])
+    }
+
+    /// Makes them sums over all ranks, the same bits on each. Every rank has as many. Collective, one message.
+    pub fn total(&mut self, transport: &dyn Transport) {
+        assert!(transport.size() <= RANKS_MAX, "exact sums hold for at most {RANKS_MAX} ranks");
+        if transport.size() == 1 {
+            return;
+        }
+        self.parts.clear();
+        self.parts.extend(self.quanta.iter().zip(&self.load).map(|(quanta, load)| split(*quanta, *load)));
+        transport.sum(self.parts.as_flattened_mut());
+        for ((quanta, load), parts) in self.quanta.iter_mut().zip(&mut self.load).zip(&self.parts) {
+            (*quanta, *load) = join(*parts);
+        }
+    }
+}
+
+fn add_to(sum: &mut i128, load: &mut u64, value: f64) {
+    match to_quanta(value) {
+        Some(quanta) => {
+            *sum = sum.wrapping_add(quanta);
+            bear(load, (quanta.unsigned_abs() >> QUANTUM_BITS) as u64 + 1);
+        }
+        None => bear(load, LOAD_MAX),
+    }
+}
+
+/// Capped, so that it can only stay spoiled, and fits the total over ranks.
+fn bear(load: &mut u64, magnitude: u64) {
+    *load = (*load + magnitude).min(LOAD_MAX);
+}
+
+fn value_of(quanta: i128, load: u64) -> f64 {
+    if load < LOAD_MAX { to_f64(quanta) } else { f64::NAN }
 }
 
 /// Whole quanta in `value`, cut towards zero; `None` outside the range.
@@ -244,6 +294,25 @@ mod tests {
             let floats: Vec<f64> = values.iter().map(|&value| value as f64).collect();
             prop_assert_eq!(local(&floats), values.iter().sum::<i64>() as f64);
         }
+    }
+
+    /// As many sums as one likes have the bits of those of a fixed number, on any ranks; spoiled ones are NaN on all of them.
+    #[test]
+    fn sums_of_any_number_are_those_of_a_fixed_one() {
+        let values = |rank: usize| [0.1 * (1 + rank) as f64, -1e11 / 3.0, if rank == 1 { f64::NAN } else { 1.0 }];
+        let mut whole = ExactSum::<3>::new();
+        (0..3).for_each(|rank| values(rank).iter().enumerate().for_each(|(slot, value)| whole.add(slot, *value)));
+        let totals = threads::run(3, |ranks| {
+            let mut sums = ExactSums::default();
+            sums.clear(7);
+            sums.add(5, f64::INFINITY);
+            sums.clear(3);
+            values(ranks.rank()).iter().enumerate().for_each(|(slot, value)| sums.add(slot, *value));
+            sums.total(&ranks);
+            [0, 1, 2].map(|slot| sums.value(slot).to_bits())
+        });
+        assert!(whole.value(2).is_nan() && whole.value(0) > 0.0);
+        assert_eq!(totals, [[0, 1, 2].map(|slot| whole.value(slot).to_bits()); 3]);
     }
 
     /// A sum that is stored and gone on with has the bits of one that was never interrupted.

@@ -4,7 +4,7 @@
 use std::ops::Range;
 use std::time::Instant;
 
-use scree_partition::{Halo, ParcelError, Reader, Transport, Writer, cut};
+use scree_partition::{ExactSums, Halo, ParcelError, Reader, Transport, Writer, cut};
 
 use crate::base::error::Error;
 use crate::base::record::{Record, Visitor};
@@ -138,6 +138,7 @@ impl<'t, S: Space> World<'t, S> {
             ledger: None,
             point_ledger: PointLedger::default(),
             reactions: Reactions::default(),
+            column_sums: ExactSums::default(),
         };
         world.locate_vertices()?;
         world.replace(parts.grains, parts.points)?;

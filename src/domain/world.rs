@@ -3,7 +3,7 @@
 
 use std::mem;
 
-use scree_partition::{Halo, Transport};
+use scree_partition::{ExactSums, Halo, Transport};
 
 use crate::base::error::Error;
 use crate::base::numbers::Numbers;
@@ -69,6 +69,8 @@ pub struct World<'t, S: Space> {
     pub point_ledger: PointLedger<S>,
     /// Impulses on what holds nodes.
     pub reactions: Reactions,
+    /// Sums of the columns of faces askew to the grid; made and used within a step.
+    pub(crate) column_sums: ExactSums,
 }
 
 /// Numbers per row in the messages of a step: position, velocity and spin of a grain in the plane and in space.

@@ -1,6 +1,7 @@
 //! Node rows of bodies that meet points at their own face: laid as [`crate::mpm::tile::Tiles`], worked on in the tiles near faces alone.
 
 use crate::base::space::{Linear, Space};
+use crate::mpm::askew::{AskewRows, Outline};
 use crate::mpm::faces::{Brought, ColumnNode, FaceSet, SIDES};
 use crate::mpm::tile::Mosaic;
 
@@ -11,13 +12,15 @@ pub struct Met<S: Space> {
     pub velocities: [S::Vector; 2],
     /// Of what moves with it, kg; zero without points.
     pub mass: f64,
+    /// Time over which forces have acted, s.
+    pub dt: f64,
     /// What the face on each side gave it in the last step, N s.
     pub impulses: [S::Vector; SIDES],
 }
 
 impl<S: Space> Met<S> {
-    pub fn untouched(velocities: [S::Vector; 2], mass: f64) -> Self {
-        Self { velocities, mass, impulses: [S::Vector::zero(); SIDES] }
+    pub fn untouched(velocities: [S::Vector; 2], mass: f64, dt: f64) -> Self {
+        Self { velocities, mass, dt, impulses: [S::Vector::zero(); SIDES] }
     }
 }
 
@@ -40,6 +43,7 @@ pub struct FaceRows<S: Space> {
     pub impulses: Vec<Impulses<S>>,
     /// Of owned nodes.
     pub met: Vec<Met<S>>,
+    pub askew: AskewRows<S>,
 }
 
 impl<S: Space> Default for FaceRows<S> {
@@ -53,6 +57,7 @@ impl<S: Space> Default for FaceRows<S> {
             columns: Vec::new(),
             impulses: Vec::new(),
             met: Vec::new(),
+            askew: AskewRows::default(),
         }
     }
 }
@@ -68,7 +73,8 @@ impl<S: Space> FaceRows<S> {
             sums: vec![Brought::ZERO; mosaic.owned.len()],
             columns: vec![ColumnNode::zero(); spread],
             impulses: vec![[S::Vector::zero(); 2]; gathered],
-            met: vec![Met::untouched([S::Vector::zero(); 2], 0.0); mosaic.owned.len()],
+            met: vec![Met::untouched([S::Vector::zero(); 2], 0.0, 0.0); mosaic.owned.len()],
+            askew: AskewRows::default(),
         }
     }
 
@@ -79,6 +85,13 @@ impl<S: Space> FaceRows<S> {
             self.brought[tile * len..][..len].fill(Brought::ZERO);
             self.columns[tile * len..][..len].fill(ColumnNode::zero());
             self.impulses[tile * len..][..len].fill([S::Vector::zero(); 2]);
+        }
+        if !set.askew.is_empty() {
+            self.askew.brought.resize(mosaic.rows() + mosaic.rows_received, Outline::ZERO);
+            self.askew.sums.resize(mosaic.owned.len(), Outline::ZERO);
+            for tile in (0..mosaic.tiles).filter(|tile| self.near[*tile] || near[*tile]) {
+                self.askew.brought[tile * len..][..len].fill(Outline::ZERO);
+            }
         }
         (self.set, self.near) = (Some(set), near);
     }
@@ -107,9 +120,19 @@ impl<S: Space> FaceRows<S> {
         }
     }
 
+    /// The same of what askew faces ask for.
+    pub fn sum_askew(&mut self, mosaic: &Mosaic) {
+        for number in self.owned(mosaic) {
+            let sum = &mut self.askew.sums[number];
+            *sum = Outline::ZERO;
+            mosaic.sources_of(number).iter().for_each(|source| sum.add(&self.askew.brought[*source as usize]));
+        }
+    }
+
     /// A node that faces act on, by its number among the owned ones; none away from them, or where no material is in front of one.
     pub fn met_at(&self, mosaic: &Mosaic, number: usize) -> Option<&Met<S>> {
-        (self.is_near(number / mosaic.owned_per_tile()) && self.sums[number].has_area()).then(|| &self.met[number])
+        let is_met = || self.sums[number].has_area() || self.askew.sums.get(number).is_some_and(Outline::is_reached);
+        (self.is_near(number / mosaic.owned_per_tile()) && is_met()).then(|| &self.met[number])
     }
 
     /// For each side whether any material is in front of it at the nodes that this rank owns: 1 or 0.

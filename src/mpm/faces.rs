@@ -28,11 +28,13 @@
 //! A face acts on nodes within the reach of the functions and a twentieth of a cell. Of faces of two bodies that look at each other the
 //! nearer has a node, and so of faces that look the same way. Nodes that no point in front of a face reaches, which a membrane alone may
 //! have, are held where they lie in the body, as by bodies without faces. Where material moves along a face integration may carry
-//! a point close to it: a guard brings it back by at most 0.002 h a step, and out of a body at once.
+//! a point close to it: a guard brings it back by at most 0.002 h a step, and out of a body at once. Faces that are round or askew to the
+//! grid act after these: [`crate::mpm::askew`].
 
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::{Body, Shape as Form, Side};
 use crate::bodies::boundary::Grip;
+use crate::mpm::askew;
 use crate::mpm::points::Hot;
 use crate::mpm::scatter::TileFrame;
 use crate::mpm::scheme::ShapeFunction;
@@ -46,8 +48,8 @@ const BESIDE: i32 = 2;
 
 /// Lengths in cells: what counts as touching, what is beside a face beyond the reach of functions, how far a point may be to count, and what
 /// the guard keeps clear and moves in a step.
-const TOUCH: f64 = 0.02;
-const BEYOND: f64 = 0.05;
+pub const TOUCH: f64 = 0.02;
+pub const BEYOND: f64 = 0.05;
 const FELT: f64 = 4.5;
 const CLEAR: f64 = 0.06;
 const GUARD_SHARE: f64 = 0.1;
@@ -56,11 +58,11 @@ const GUARD_MAX: f64 = 0.002;
 const OUT_MAX: f64 = 0.05;
 
 /// What points that touch a face and those of the row behind say.
-const TOUCHES: f64 = 0.6;
-const IS_NEAR: f64 = -0.4;
+pub const TOUCHES: f64 = 0.6;
+pub const IS_NEAR: f64 = -0.4;
 
 /// Areas below this share of their own parts are round-off.
-const ROUND_OFF: f64 = 1e-9;
+pub const ROUND_OFF: f64 = 1e-9;
 
 /// A body that spans the domain to within so many cells has no face there.
 const SPANS: f64 = 1e-6;
@@ -83,7 +85,7 @@ pub struct Lattice {
 
 impl Lattice {
     /// How far functions reach.
-    fn reach(&self) -> f64 {
+    pub fn reach(&self) -> f64 {
         match self.shape {
             ShapeFunction::Linear => 1.0,
             ShapeFunction::Generalised => 1.0 + self.point_half,
@@ -103,6 +105,15 @@ impl Lattice {
     /// A coordinate's image there.
     fn image(&self, axis: usize, coordinate: f64, between: [f64; 2]) -> f64 {
         coordinate - f64::from(self.cells[axis]) * self.periods(axis, coordinate, between)
+    }
+
+    /// The image of a place, m, nearest to another.
+    pub fn image_beside<S: Space>(&self, origin: &S::Vector, mut place: S::Vector) -> S::Vector {
+        for axis in (0..self.dimension).filter(|axis| self.periodic[*axis]) {
+            let length = f64::from(self.cells[axis]) * self.cell;
+            place[axis] -= length * ((place[axis] - origin[axis]) / length).round();
+        }
+        place
     }
 
     /// A node within the domain.
@@ -163,9 +174,11 @@ fn sign(side: usize) -> f64 {
 /// All faces at which bodies meet points now.
 #[derive(Clone, Debug)]
 pub struct FaceSet {
-    lattice: Lattice,
+    pub lattice: Lattice,
     solids: Vec<Solid>,
     pub faces: Vec<Face>,
+    /// Bodies whose faces are round or askew to the grid ([`crate::mpm::askew`]).
+    pub askew: Vec<usize>,
 }
 
 /// What points in front of faces bring to a node: for each side the area w, m2, then for each side T.
@@ -230,20 +243,42 @@ impl FaceSet {
                 }
             }
         }
-        Self { lattice, solids, faces }
+        let is_askew = |(number, body): &(usize, &Body<S>)| {
+            let has_face = matches!(body.shape, Form::Plane { .. } | Form::Cylinder { .. });
+            body.meets_points && has_face && solids.iter().all(|solid| solid.body != *number)
+        };
+        let askew = bodies.iter().enumerate().filter(is_askew).map(|(number, _)| number).collect();
+        Self { lattice, solids, faces, askew }
+    }
+
+    /// Whether any body has faces in line with the grid.
+    pub fn has_in_line(&self) -> bool {
+        !self.solids.is_empty()
     }
 
     /// Whether points of a block may be near enough to count, the block's first node and its nodes per axis given.
-    pub fn is_near(&self, first: [i32; 3], nodes: usize) -> bool {
+    pub fn is_near<S: Space>(&self, bodies: &[Body<S>], first: [i32; 3], nodes: usize) -> bool {
         let half = 0.5 * nodes as f64;
-        self.solids.iter().any(|solid| {
+        let is_near_askew = || {
+            let mut middle = S::Vector::zero();
+            for axis in 0..S::DIMENSION {
+                middle[axis] = self.lattice.corner[axis] + (f64::from(first[axis]) + half) * self.lattice.cell;
+            }
+            let most = (half + DRIFT_MAX) * (S::DIMENSION as f64).sqrt() + askew::felt(&self.lattice);
+            self.askew.iter().any(|body| {
+                let nearest = askew::nearest(&self.lattice, &bodies[*body], middle);
+                nearest.is_some_and(|(_, nearest)| nearest.distance.abs() < most * self.lattice.cell)
+            })
+        };
+        let is_near_solid = self.solids.iter().any(|solid| {
             (0..self.lattice.dimension).all(|axis| {
                 let bounds = solid.bounds[axis];
                 let middle = self.lattice.image(axis, f64::from(first[axis]) + half, bounds);
                 let most = half + DRIFT_MAX + FELT;
                 middle + most >= bounds[0] && middle - most <= bounds[1]
             })
-        })
+        });
+        is_near_solid || is_near_askew()
     }
 
     /// The sides of a body that a place is in front of, its distances, and the share of a box about it, given by its half edges, that is so
@@ -475,14 +510,26 @@ impl FaceSet {
             let approach = sign(side) * bodies[solid.body].velocity[side / 2] * dt / self.lattice.cell;
             let gap = distance - approach;
             if gap < CLEAR {
-                let way = (GUARD_SHARE * (CLEAR - gap)).min(GUARD_MAX).max((-gap).min(OUT_MAX)) * self.lattice.cell;
-                position[side / 2] += sign(side) * way;
+                position[side / 2] += sign(side) * (way_back(gap) * self.lattice.cell);
+            }
+        }
+        for body in &self.askew {
+            let Some((_, nearest)) = askew::nearest(&self.lattice, &bodies[*body], *position) else { continue };
+            let approach = bodies[*body].velocity.dot(&nearest.normal) * dt;
+            let gap = (nearest.distance - approach) / self.lattice.cell;
+            if gap < CLEAR {
+                *position += nearest.normal * (way_back(gap) * self.lattice.cell);
             }
         }
     }
 }
 
-/// A body within the lattice; none of a shape without faces in line with it.
+/// How far the guard moves a point that will be within a gap of a face, or as far behind it; in cells.
+fn way_back(gap: f64) -> f64 {
+    (GUARD_SHARE * (CLEAR - gap)).min(GUARD_MAX).max((-gap).min(OUT_MAX))
+}
+
+/// A body within the lattice; none of one without faces in line with it.
 fn solid<S: Space>(lattice: &Lattice, body: usize, of: &Body<S>) -> Option<Solid> {
     let mut bounds = [[f64::NEG_INFINITY, f64::INFINITY]; 3];
     let in_cells = |axis: usize, place: f64| (place + of.displacement[axis] - lattice.corner[axis]) / lattice.cell;

@@ -7,6 +7,7 @@
 pub mod continuum;
 pub mod track;
 
+pub mod askew;
 pub mod face_rows;
 pub mod faces;
 pub mod gather;

@@ -1,5 +1,6 @@
 //! Bodies that meet points at their own face ([`crate::mpm::faces`]), over all ranks: areas to the owners of nodes, nodes to the owners of
-//! columns, impulses back. Faces of one side act at once, for no node is in two columns of theirs; one side follows on the other.
+//! columns, impulses back. Faces of one side act at once, for no node is in two columns of theirs; one side follows on the other. Those askew
+//! to the grid come last ([`crate::domain::step::askew`]).
 
 use scree_partition::ExactSum;
 
@@ -52,15 +53,29 @@ impl<S: Space> World<'_, S> {
         let timer = self.phases.start();
         let Self { subdomain, continuum, bodies, .. } = self;
         let (Subdomain { nodes, layout, deal, .. }, mosaic) = (&*subdomain, &subdomain.nodes.mosaic);
-        let Continuum { tiles, frames, points, .. } = continuum;
+        let tiles = &mut continuum.tiles;
         let set = FaceSet::new(layout.lattice(), bodies);
         let per_block = layout.cells_per_block;
-        let near = |block: usize| set.is_near(layout.coordinates(block).map(|at| at * per_block as i32), per_block);
+        let near = |block: usize| set.is_near(bodies, layout.coordinates(block).map(|at| at * per_block as i32), per_block);
         let near: Vec<bool> = deal.held().map(near).collect();
         if tiles.faces.near.len() != near.len() {
             tiles.faces = FaceRows::lay(&nodes.mosaic);
         }
+        let has_in_line = set.has_in_line();
         tiles.faces.place(mosaic, set, near);
+        tiles.faces.sides.clear();
+        self.phases.stop(Phase::Scatter, timer);
+        if has_in_line {
+            self.fill_in_line();
+        }
+        self.fill_askew();
+    }
+
+    fn fill_in_line(&mut self) {
+        let timer = self.phases.start();
+        let Self { subdomain, continuum, .. } = self;
+        let mosaic = &subdomain.nodes.mosaic;
+        let Continuum { tiles, frames, points, .. } = continuum;
         let FaceRows { set, near, brought, .. } = &mut tiles.faces;
         let (set, near) = (set.as_ref().expect("it has just been placed"), &*near);
         let brought = &mut brought[..mosaic.rows()];
@@ -83,7 +98,6 @@ impl<S: Space> World<'_, S> {
         if self.transport.size() > 1 {
             self.transport.sum(&mut met);
         }
-        faces.sides.clear();
         faces.sides.extend((0..SIDES).filter(|side| met[*side] > 0));
         self.phases.stop(Phase::Nodes, timer);
     }
@@ -127,9 +141,9 @@ impl<S: Space> World<'_, S> {
                 };
                 let free = nodes::free(sum, &grains, &gravity, acts);
                 let velocities = conditions.unheld(free, &mosaic.owned[number], (sum, &grains), dt, None);
-                Met::untouched(velocities, sum.mass() + grains.mass())
+                Met::untouched(velocities, sum.mass() + grains.mass(), dt)
             } else {
-                Met::untouched([S::Vector::zero(); 2], 0.0)
+                Met::untouched([S::Vector::zero(); 2], 0.0, 0.0)
             };
         }
     }
@@ -190,6 +204,7 @@ impl<S: Space> World<'_, S> {
             let (mosaic, tiles) = (&self.subdomain.nodes.mosaic, &mut self.continuum.tiles);
             tiles.faces.take(mosaic, side);
         }
+        self.meet_askew(moment);
     }
 
     /// Impulses of the columns of a side whose anchors this rank owns, booked where they act.

@@ -1,5 +1,6 @@
 //! The parts of a step that are more than a call.
 
+pub mod askew;
 pub mod cycle;
 pub mod faces;
 pub mod full_step;

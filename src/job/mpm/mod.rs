@@ -307,12 +307,20 @@ pub struct RigidBody {
 }
 
 impl RigidBody {
-    /// Whether its faces lie in line with the grid, so that it can meet points there; a plane across a period never can.
+    /// Whether its faces lie in line with the grid, so that it meets points there by itself.
     pub fn is_in_line(&self, periodic: [bool; 3]) -> bool {
         match &self.body.shape {
             Shape::Box { .. } => true,
             Shape::Plane { normal, .. } => (0..3).any(|axis| normal[axis].abs() == 1.0 && !periodic[axis]),
             Shape::Cylinder { .. } | Shape::Layer { .. } => false,
+        }
+    }
+
+    /// Whether it is a plane across an axis with periods.
+    pub fn crosses(&self, periodic: [bool; 3]) -> bool {
+        match &self.body.shape {
+            Shape::Plane { normal, .. } => (0..3).any(|axis| normal[axis] != 0.0 && periodic[axis]),
+            Shape::Box { .. } | Shape::Cylinder { .. } | Shape::Layer { .. } => false,
         }
     }
 }

@@ -216,20 +216,27 @@ fn check_bodies(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
     Ok(())
 }
 
-/// Bodies meet points at their own face where that is known how; by itself the others hold nodes.
+/// Bodies meet points at their own face where that is known how; by itself those that are round or askew to the grid hold nodes.
 pub(super) fn check_faces(job: &mut Mpm, top: &Reader<'_>) -> Result<(), Error> {
-    let periodic = job.grid.periodic;
+    let (periodic, in_space) = (job.grid.periodic, job.grid.dimension == 3);
     for (body, table) in job.bodies.iter_mut().zip(&top.list("body")) {
         if !body.at_face || body.is_in_line(periodic) {
             continue;
         }
-        if table.has("contact_at") {
-            return Err(table.refusal(
-                "contact_at",
-                "is not possible for cylinders and for planes that are not across an axis of the grid without periods. Write contact_at = \"nodes\".",
-            ));
+        if !table.has("contact_at") {
+            body.at_face = false;
+            continue;
         }
-        body.at_face = false;
+        let why = if body.crosses(periodic) {
+            "is not possible for planes across an axis with periods"
+        } else if in_space {
+            "is not possible in space for cylinders and for planes that are not across an axis of the grid"
+        } else if body.body.motion.servo.is_some() {
+            "is not possible with a servo for cylinders and for planes that are not across an axis of the grid"
+        } else {
+            continue;
+        };
+        return Err(table.refusal("contact_at", &format!("{why}. Write contact_at = \"nodes\".")));
     }
     Ok(())
 }

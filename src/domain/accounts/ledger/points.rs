@@ -385,6 +385,14 @@ impl<S: Space> World<'_, S> {
                 works.add(Item::Bodies, impulse, &with);
                 works.add(Item::Holds, impulse, &[with[BEHIND] - velocities[BEHIND], with[AHEAD] - velocities[AHEAD]]);
             }
+            for (order, given) in faces.askew.given_to(number).filter(|(_, given)| given.impulse != S::Vector::zero()) {
+                let body = set.askew[order];
+                let (rigid, motion) = (&self.bodies[body], &self.point_ledger.bodies[body]);
+                let with = [rigid.velocity_in(motion, &given.place), rigid.velocity_at(&given.place)];
+                let impulse = &(given.impulse * (mass / both));
+                works.add(Item::Bodies, impulse, &with);
+                works.add(Item::Holds, impulse, &[with[BEHIND] - velocities[BEHIND], with[AHEAD] - velocities[AHEAD]]);
+            }
             velocity = met.velocities[0];
         }
         for (body, motion) in self.bodies.iter().zip(&self.point_ledger.bodies) {
