@@ -180,7 +180,8 @@ impl<S: Space> Reached<S> {
 
     /// What its columns give it in a sweep, for the velocity to be held and for that by which parting is judged, N s.
     pub fn taken(&self, columns: &[Column], dt: f64) -> [S::Vector; 2] {
-        let shares = || self.columns.iter().filter(|(_, share)| *share > 0.0).map(|(at, share)| (&columns[*at], *share));
+        let shares =
+            || self.columns.iter().filter(|(_, share)| *share > 0.0).map(|(at, share)| (&columns[*at], *share));
         let full: f64 = shares().map(|(column, share)| share * column.full).sum();
         std::array::from_fn(|which| {
             let (mut pressure, mut rub) = (0.0, [0.0; 3]);
@@ -288,13 +289,7 @@ impl<S: Space> Default for AskewRows<S> {
 
 impl<S: Space> AskewRows<S> {
     /// Looks which nodes faces reach: `owned` with their places, m and in the lattice; `unit` is the face of a cell, m2. Columns are lines still.
-    pub fn reach(
-        &mut self,
-        set: &FaceSet,
-        bodies: &[Body<S>],
-        unit: f64,
-        owned: &[(usize, [i32; 3], S::Vector)],
-    ) {
+    pub fn reach(&mut self, set: &FaceSet, bodies: &[Body<S>], unit: f64, owned: &[(usize, [i32; 3], S::Vector)]) {
         self.reached.clear();
         self.ranges.clear();
         self.lines.clear();
@@ -518,7 +513,8 @@ fn touch_of<S: Space>(set: &FaceSet, bodies: &[Body<S>], point: &Hot<S>) -> Opti
         }
         // Half of the point's box along the normal.
         let edge = |along: usize| {
-            let components = (0..S::DIMENSION).map(|axis| point.deformation[along * S::DIMENSION + axis] * nearest.normal[axis]);
+            let components =
+                (0..S::DIMENSION).map(|axis| point.deformation[along * S::DIMENSION + axis] * nearest.normal[axis]);
             components.sum::<f64>().abs()
         };
         let half = lattice.point_half * (0..S::DIMENSION).map(edge).sum::<f64>();

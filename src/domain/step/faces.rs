@@ -56,7 +56,8 @@ impl<S: Space> World<'_, S> {
         let tiles = &mut continuum.tiles;
         let set = FaceSet::new(layout.lattice(), bodies);
         let per_block = layout.cells_per_block;
-        let near = |block: usize| set.is_near(bodies, layout.coordinates(block).map(|at| at * per_block as i32), per_block);
+        let near =
+            |block: usize| set.is_near(bodies, layout.coordinates(block).map(|at| at * per_block as i32), per_block);
         let near: Vec<bool> = deal.held().map(near).collect();
         if tiles.faces.near.len() != near.len() {
             tiles.faces = FaceRows::lay(&nodes.mosaic);

@@ -315,14 +315,6 @@ impl RigidBody {
             Shape::Cylinder { .. } | Shape::Layer { .. } => false,
         }
     }
-
-    /// Whether it is a plane across an axis with periods.
-    pub fn crosses(&self, periodic: [bool; 3]) -> bool {
-        match &self.body.shape {
-            Shape::Plane { normal, .. } => (0..3).any(|axis| normal[axis] != 0.0 && periodic[axis]),
-            Shape::Box { .. } | Shape::Cylinder { .. } | Shape::Layer { .. } => false,
-        }
-    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

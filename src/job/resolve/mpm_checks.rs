@@ -227,16 +227,14 @@ pub(super) fn check_faces(job: &mut Mpm, top: &Reader<'_>) -> Result<(), Error> 
             body.at_face = false;
             continue;
         }
-        let why = if body.crosses(periodic) {
-            "is not possible for planes across an axis with periods"
-        } else if in_space {
-            "is not possible in space for cylinders and for planes that are not across an axis of the grid"
+        let why = if in_space {
+            "is not possible in space for cylinders and for planes that are not across an axis of the grid. Write contact_at = \"nodes\"."
         } else if body.body.motion.servo.is_some() {
-            "is not possible with a servo for cylinders and for planes that are not across an axis of the grid"
+            "is not possible for cylinders and for planes that are not across an axis of the grid with a servo. Write contact_at = \"nodes\", or a path or velocity in place of the servo."
         } else {
             continue;
         };
-        return Err(table.refusal("contact_at", &format!("{why}. Write contact_at = \"nodes\".")));
+        return Err(table.refusal("contact_at", why));
     }
     Ok(())
 }
