@@ -58,8 +58,8 @@ const GUARD_MAX: f64 = 0.002;
 const OUT_MAX: f64 = 0.05;
 
 /// What points that touch a face and those of the row behind say.
-pub const TOUCHES: f64 = 0.6;
-pub const IS_NEAR: f64 = -0.4;
+const TOUCHES: f64 = 0.6;
+const IS_NEAR: f64 = -0.4;
 
 /// Areas below this share of their own parts are round-off.
 pub const ROUND_OFF: f64 = 1e-9;

@@ -18,6 +18,9 @@ const CELL: f64 = 0.05;
 /// As [`elastic`] has it with 1 MPa and 0.3.
 const LAW: Hencky = Hencky { bulk_modulus: 1e6 / 1.2, shear_modulus: 1e6 / 2.6 };
 
+/// Where [`body_impulse`] has the moment of a body in the plane.
+const MOMENT: usize = 0;
+
 fn turn(vector: Vector, degrees: f64) -> Vector {
     let angle = degrees * std::f64::consts::PI / 180.0;
     let mut turned = Vector::zero();
@@ -62,14 +65,14 @@ fn run(world: &mut World<'_, Plane>, until: f64) {
 }
 
 /// Four smooth planes around a square of material about (1, 1) m under 20 kPa, half an edge away.
-fn container(half: f64, regions: &str, rest: &str) -> String {
-    let planes: String = [("left", [-1, 0]), ("right", [1, 0]), ("below", [0, -1]), ("above", [0, 1])]
+fn container(half: f64, degrees: f64, regions: &str, rest: &str) -> String {
+    let planes: String = [("left", [-1.0, 0.0]), ("right", [1.0, 0.0]), ("below", [0.0, -1.0]), ("above", [0.0, 1.0])]
         .iter()
-        .map(|(name, [x, y])| {
-            let point = [x, y].map(|way| 1.0 + half * f64::from(*way));
+        .map(|(name, way)| {
+            let way = turn(vector(*way), degrees);
+            let (point, normal) = ([0, 1].map(|axis| 1.0 + half * way[axis]), [-way[0], -way[1]]);
             format!(
-                "[[body]]\nname = \"{name}\"\nshape = \"plane\"\npoint = {point:?}\nnormal = [{}, {}]\ncontact = \"smooth\"\n",
-                -x, -y
+                "[[body]]\nname = \"{name}\"\nshape = \"plane\"\npoint = {point:?}\nnormal = {normal:?}\ncontact = \"smooth\"\ncontact_at = \"face\"\n"
             )
         })
         .collect();
@@ -80,9 +83,9 @@ fn container(half: f64, regions: &str, rest: &str) -> String {
     elastic("container", grid, "shape = \"quadratic\"\nupdate = \"last\"\nflip = 0.97", [1e6, 0.3], &rest)
 }
 
-/// How far the stress of points is from 20 kPa all round, at most, of the first group and of the second; over 20 kPa.
-fn off(world: &World<'_, Plane>, group: impl Fn(&Vector) -> Option<usize>) -> [f64; 2] {
-    let mut worst = [0.0f64; 2];
+/// How far the stress of points is from 20 kPa all round, at most, by groups; over 20 kPa.
+fn off<const N: usize>(world: &World<'_, Plane>, group: impl Fn(&Vector) -> Option<usize>) -> [f64; N] {
+    let mut worst = [0.0f64; N];
     for point in &world.continuum.points.hot {
         let (kirchhoff, ratio) = (point.kirchhoff(), point.volume_ratio());
         let parts = [kirchhoff[0] / ratio + 2e4, kirchhoff[3] / ratio + 2e4, kirchhoff[1] / ratio];
@@ -93,32 +96,55 @@ fn off(world: &World<'_, Plane>, group: impl Fn(&Vector) -> Option<usize>) -> [f
     worst
 }
 
-/// Points at planes at any angle keep a uniform stress, after waves have crossed the square eight times; those of a corner are for the record.
+/// Points at planes at any angle keep a uniform stress, after waves have crossed the square eight times: in rows along the faces, and in
+/// those of the grid, ragged beside faces. Sums over rows turned against the grid are no better anywhere in the block. At 45 degrees the ragged
+/// rows lack nearly one along each face: stress is off in corners, which are for the record, and two cells from them still.
 #[test]
 fn a_uniform_state_is_uniform_at_planes_at_any_angle() {
-    let region = "[[region]]\nshape = \"box\"\nlower = [0.7, 0.7]\nupper = [1.3, 1.3]";
-    for (degrees, allowed) in [(0.0, 0.02), (15.0, 0.02), (30.0, 0.02), (45.0, 0.04)] {
-        let mut world = turned(&container(0.3, region, ""), degrees, [0.3 * CELL, 0.17 * CELL]);
+    let mut missed = Vec::new();
+    for (degrees, is_ragged, allowed) in [
+        (0.0, false, 0.02),
+        (15.0, false, 0.02),
+        (30.0, false, 0.055),
+        (45.0, false, 0.02),
+        (15.0, true, 0.01),
+        (30.0, true, 0.01),
+        (45.0, true, 0.035),
+    ] {
+        let corners = [[-0.3, -0.3], [0.3, -0.3], [0.3, 0.3], [-0.3, 0.3]];
+        let drawn = if is_ragged { degrees } else { 0.0 };
+        let vertices = corners.map(|corner| {
+            let arm = turn(vector(corner), drawn);
+            [1.0 + arm[0], 1.0 + arm[1]]
+        });
+        let region = format!("[[region]]\nshape = \"polygon\"\nvertices = {vertices:?}");
+        let (middle, shift) = (vector([1.0 + 0.3 * CELL, 1.0 + 0.17 * CELL]), [0.3 * CELL, 0.17 * CELL]);
+        let mut world = turned(&container(0.3, drawn, &region, ""), degrees - drawn, shift);
         run(&mut world, 0.136);
-        let middle = vector([1.0 + 0.3 * CELL, 1.0 + 0.17 * CELL]);
-        let worst = off(&world, |place| {
+        let worst: [f64; 3] = off(&world, |place| {
             let arm = turn(*place - middle, -degrees);
             let [x, y] = [arm[0], arm[1]].map(|along| (0.3 - along.abs()) / CELL);
             match (x.min(y) < 0.6, x.max(y) < 2.0) {
                 (_, true) => Some(1),
                 (true, false) => Some(0),
-                _ => None,
+                _ => (x.min(y) > 3.0).then_some(2),
             }
         });
-        println!("at {degrees} degrees: off by {:.4} beside the faces, {:.4} in corners", worst[0], worst[1]);
-        assert!(worst[0] < allowed, "at {degrees} degrees: {worst:?}");
+        let rows = if is_ragged { "ragged" } else { "straight" };
+        let [beside, corners, middle] = worst;
+        println!(
+            "at {degrees} degrees, {rows}: off by {beside:.4} beside faces, {corners:.4} in corners, {middle:.4} in the middle"
+        );
+        missed.extend((beside > allowed).then(|| format!("at {degrees} degrees, {rows}: {worst:?}")));
     }
+    assert!(missed.is_empty(), "{missed:?}");
 }
 
-/// The same around a disc; small ones have few nodes across.
+/// The same around a disc, small ones as well.
 #[test]
 fn a_uniform_state_is_uniform_around_a_disc() {
-    for (cells, allowed) in [(4.0, 0.02), (2.0, 0.06)] {
+    let mut missed = Vec::new();
+    for (cells, allowed) in [(4.0, 0.01), (2.0, 0.01)] {
         let radius = cells * CELL;
         let halves: String = [-1.0, 1.0]
             .map(|side| {
@@ -134,16 +160,17 @@ fn a_uniform_state_is_uniform_around_a_disc() {
         let disc = format!(
             "[[body]]\nname = \"disc\"\nshape = \"cylinder\"\ncentre = [1, 1]\nradius = {radius}\ncontact = \"smooth\"\ncontact_at = \"face\""
         );
-        let mut world = turned(&container(0.45, &halves, &disc), 0.0, [0.3 * CELL, 0.17 * CELL]);
+        let mut world = turned(&container(0.45, 0.0, &halves, &disc), 0.0, [0.3 * CELL, 0.17 * CELL]);
         run(&mut world, 0.136);
         let middle = vector([1.0 + 0.3 * CELL, 1.0 + 0.17 * CELL]);
-        let worst = off(&world, |place| {
+        let worst: [f64; 2] = off(&world, |place| {
             let away = ((*place - middle).norm() - radius) / CELL;
             if away < 0.7 { Some(0) } else { (away > 2.0).then_some(1) }
         });
         println!("radius of {cells} cells: off by {:.4} beside it, {:.4} away", worst[0], worst[1]);
-        assert!(worst[0] < allowed, "radius of {cells} cells: {worst:?}");
+        missed.extend((worst[0] > allowed).then(|| format!("radius of {cells} cells: {worst:?}")));
     }
+    assert!(missed.is_empty(), "{missed:?}");
 }
 
 /// A cylinder of 60 cells in radius pressed into a block: half width and pressure in the middle are those of Hertz' line contact to 5 %.
@@ -206,8 +233,8 @@ fn a_cylinder_presses_as_hertz_says() {
         let f = &deformation[row];
         let (pressure, away) = (-stress[row][1] / (f[0] * f[3] - f[1] * f[2]), place[row][0] - 1.51);
         if away.abs() < 1.5 * half {
-            sums[0] += pressure;
-            sums[1] += pressure * away * away;
+            sums[0] += pressure * f[0];
+            sums[1] += pressure * f[0] * away * away;
         }
         if away.abs() < 0.3 * half {
             middle[0] += pressure;
@@ -361,7 +388,59 @@ fn thrown(scheme: &str, contact: &str) -> String {
     elastic("thrown", grid, scheme, [1e5, 0.3], &rest)
 }
 
-/// What points lose bodies get, step by step, to round-off.
+/// A disc pressed into a bed and pulled from it at once: it is felt where it touches, never pulls, and is let go where it touched.
+#[test]
+fn a_disc_pulled_from_a_bed_is_let_go() {
+    let (radius, top) = (0.5, 0.83);
+    let grid = "space = \"plane\"\nupper = [2, 2]\ncell = 0.05\ndepth = 1";
+    let sides: String = [("below", [0.0, 0.23], [0, 1]), ("left", [0.4, 0.0], [1, 0]), ("right", [1.6, 0.0], [-1, 0])]
+        .map(|(name, point, normal)| {
+            format!("[[body]]\nname = \"{name}\"\nshape = \"plane\"\npoint = {point:?}\nnormal = {normal:?}\ncontact = \"smooth\"\n")
+        })
+        .concat();
+    let rest = format!(
+        r#"
+        [[region]]
+        shape = "box"
+        lower = [0.4, 0.23]
+        upper = [1.6, {top}]
+        [[body]]
+        name = "disc"
+        shape = "cylinder"
+        centre = [1.007, {}]
+        radius = {radius}
+        contact = "rough"
+        contact_at = "face"
+        path = [{{ time = 0, velocity = [0, -0.2] }}, {{ time = 0.299, velocity = [0, -0.2] }}, {{ time = 0.301, velocity = [0, 0.2] }}]
+        {sides}
+        [time]
+        safety = 0.3
+        end = 1
+        "#,
+        top + radius + 0.5 * CELL
+    );
+    let text = elastic("bed", grid, "shape = \"quadratic\"\nupdate = \"last\"\nflip = 0.95", [1e6, 0.3], &rest);
+    let mut world = point_world::<Plane>(&text, LAW, &Solo);
+    let (mut first, mut last, mut most, mut least) = (None, 0.0, 0.0f64, 0.0f64);
+    while world.time() < 0.7 {
+        world.advance().unwrap();
+        let reactions: [f64; REACTIONS] = world.take_reactions().unwrap();
+        let force = body_impulse(&reactions, 0).0[1] / world.settings.grains.dt;
+        let height = (world.bodies[0].origin()[1] - radius - top) / CELL;
+        if force != 0.0 {
+            first = first.or(Some(height));
+            last = height;
+        }
+        (most, least) = (most.max(force), least.min(force));
+    }
+    let lifted = (world.bodies[0].origin()[1] - radius - top) / CELL;
+    println!("felt at {first:.3?} cells, let go at {last:.3}, lifted to {lifted:.2}; from {least:.2e} to {most:.2e} N");
+    assert!(first.is_some_and(|height| height.abs() < 0.4) && last.abs() < 0.4 && lifted > 0.8, "{first:?}, {last}");
+    assert!(most > 1e4 && least > -0.01 * most, "from {least} to {most} N");
+}
+
+/// What points lose bodies get, step by step, to round-off; with quadratic functions and affine velocities angular momentum as
+/// well.
 #[test]
 fn what_points_lose_slopes_and_discs_get() {
     let keeps = |scheme: &str, contact: &str| {
@@ -372,19 +451,39 @@ fn what_points_lose_slopes_and_discs_get() {
             hot.fold(Vector::zero(), |sum, point| sum + point.velocity * (point.weight * point.mass))
         };
         let mass: f64 = world.continuum.points.hot.iter().map(|point| point.mass).sum();
+        // About the origin; the affine velocity of a point turns with a fourth of a cell's square in quadratic functions.
+        let turning = |world: &World<'_, Plane>| -> f64 {
+            let points = &world.continuum.points;
+            let spins = points.hot.iter().zip(&points.beside).map(|(point, beside)| {
+                let (x, v) = (point.position, point.velocity);
+                point.weight * point.mass * (x[0] * v[1] - x[1] * v[0] + 0.0025 * (beside.affine[1] - beside.affine[2]))
+            });
+            spins.sum()
+        };
         let (start, mut given, mut sizes, mut worst) = (momentum(&world), Vector::zero(), [0.0f64; 3], 0.0f64);
+        let (turned, mut turns) = (turning(&world), [0.0f64; 2]);
         for _ in 0..30 {
+            let origins: Vec<Vector> = world.bodies.iter().map(|body| body.origin()).collect();
             world.advance().unwrap();
             let reactions: [f64; REACTIONS] = world.take_reactions().unwrap();
             for (body, size) in sizes.iter_mut().enumerate() {
-                let (impulse, _) = body_impulse(&reactions, body);
-                let impulse = vector([impulse[0], impulse[1]]);
+                let (impulse, moment) = body_impulse(&reactions, body);
+                let (impulse, origin) = (vector([impulse[0], impulse[1]]), origins[body]);
                 given += impulse;
+                turns[0] += moment[MOMENT] + origin[0] * impulse[1] - origin[1] * impulse[0];
                 *size += impulse.norm();
             }
+            turns[1] = turns[1].max((turning(&world) + turns[0] - turned).abs() / mass);
             worst = worst.max((momentum(&world) + given - start).norm() / mass);
         }
-        println!("{contact} {}: {worst:.1e} m/s of {:.2?}", scheme.replace('\n', " "), sizes.map(|size| size / mass));
+        let turns_kept = !(scheme.contains("quadratic") && scheme.contains("affine")) || turns[1] < 1e-14;
+        assert!(turns_kept, "{:e} m2/s: {scheme}", turns[1]);
+        println!(
+            "{contact} {}: {worst:.1e} m/s of {:.2?}, {:.1e} m2/s",
+            scheme.replace('\n', " "),
+            sizes.map(|size| size / mass),
+            turns[1]
+        );
         assert!(sizes[0] > 0.05 * mass && sizes[1] > 0.01 * mass, "it hardly met them: {sizes:?} N s: {scheme}");
         assert!(worst < 1e-13, "{worst:e} m/s: {scheme}");
     };

@@ -13,11 +13,11 @@ use crate::mpm::continuum::Continuum;
 use crate::mpm::face_rows::FaceRows;
 
 /// Numbers of a node in a message, in the plane and in space: G, T, Vol and S.
-const OUTLINE: [usize; 2] = [7, 11];
+pub(super) const OUTLINE: [usize; 2] = [7, 11];
 
 impl<S: Space> World<'_, S> {
     /// Bodies that have such faces.
-    fn askew_bodies(&self) -> usize {
+    pub(crate) fn askew_bodies(&self) -> usize {
         self.continuum.tiles.faces.set.as_ref().map_or(0, |set| set.askew.len())
     }
 

@@ -9,6 +9,7 @@ use crate::base::space::{Linear, Space};
 use crate::domain::grid::{BoundaryConditions, Moment, Reactions};
 use crate::domain::phases::Phase;
 use crate::domain::reaction::BODY_SLOTS;
+use crate::domain::step::askew::OUTLINE;
 use crate::domain::subdomain::Subdomain;
 use crate::domain::world::World;
 use crate::mpm::continuum::Continuum;
@@ -34,10 +35,13 @@ impl<S: Space> World<'_, S> {
         if !self.meets_faces() {
             return [0; 2];
         }
-        let (axes, passes, sides) = (S::DIMENSION - 2, self.passes(), self.continuum.tiles.faces.sides.len());
-        let shown = passes + usize::from(self.asks_columns());
-        let numbers = passes * (BROUGHT[axes] + sides * IMPULSES[axes]) + shown * sides * COLUMN[axes];
-        [passes * (1 + sides) + shown * sides, numbers]
+        let faces = &self.continuum.tiles.faces;
+        let (axes, passes, sides) = (S::DIMENSION - 2, self.passes(), faces.sides.len());
+        let in_line = usize::from(faces.set.as_ref().is_none_or(FaceSet::has_in_line));
+        let (askew, shown) = (usize::from(self.askew_bodies() > 0), passes + usize::from(self.asks_columns()));
+        let brought = in_line * BROUGHT[axes] + askew * OUTLINE[axes];
+        let numbers = passes * (brought + sides * IMPULSES[axes]) + shown * sides * COLUMN[axes];
+        [passes * (in_line + askew + sides) + shown * sides, numbers]
     }
 
     /// Whether any body that meets points at its face moves by what it bears there.
