@@ -231,19 +231,12 @@ pub(super) fn check_faces(job: &mut Mpm, top: &Reader<'_>) -> Result<(), Error> 
             "is not possible in space for cylinders and for planes that are not across an axis of the grid. Write contact_at = \"nodes\"."
         } else if body.body.motion.servo.is_some() {
             "is not possible for cylinders and for planes that are not across an axis of the grid with a servo. Write contact_at = \"nodes\", or a path or velocity in place of the servo."
-        } else if crosses_period(body, periodic) {
-            "is not possible for planes that cross an axis of the grid with periods. Write contact_at = \"nodes\"."
         } else {
             continue;
         };
         return Err(table.refusal("contact_at", why));
     }
     Ok(())
-}
-
-/// Whether a plane is not the same in every period.
-fn crosses_period(body: &RigidBody, periodic: [bool; 3]) -> bool {
-    matches!(body.body.shape, Shape::Plane { normal, .. } if (0..3).any(|axis| periodic[axis] && normal[axis] != 0.0))
 }
 
 fn body_contains(body: &RigidBody, place: &[f64; 3]) -> bool {
