@@ -1,4 +1,5 @@
-//! How long a grain-step takes in representative volume elements: many assemblies, each driven by increments of ten steps of their grains, all told, beside the grains of
+//! How long a grain-step takes in representative volume elements: many assemblies, each driven by increments of ten steps of their grains,
+//! all told, beside the grains of
 //! a large packing ([`super::dem`]) in turns.
 
 use std::time::Instant;
@@ -126,7 +127,7 @@ fn measured<S: Space>(wanted: &Wanted, transport: &dyn Transport) -> Result<Meas
         packing.push(1e9 * begun.elapsed().as_secs_f64() / (beside.stretches.steps * world.grains_total) as f64);
     }
     let deformation = *elements[0].deformation();
-    let (_, fabric) = elements[0].follow_and_look(&deformation, duration, &drive, &mut Scratch::default())?;
+    let (_, looked) = elements[0].follow_and_look(&deformation, duration, &drive, &mut Scratch::default())?;
     Ok(Measured {
         space: S::NAME,
         elements: wanted.elements,
@@ -134,7 +135,7 @@ fn measured<S: Space>(wanted: &Wanted, transport: &dyn Transport) -> Result<Meas
         rve,
         packing,
         bytes_resident_per_grain: bytes,
-        contacts_per_grain: 0.5 * fabric.coordination,
+        contacts_per_grain: 0.5 * looked.fabric.coordination,
         stress_ratio: ratio,
     })
 }

@@ -204,14 +204,14 @@ impl<S: Space> Grains<S> {
         self.waiting.iter().for_each(|row| self.waits[*row as usize] = true);
     }
 
-    /// Gives up what only a rebuild reads of free grains in the order of their ids, from none on; [`Self::flesh_out`] tells it again.
-    pub fn slim(&mut self) {
+    /// Gives up what only a rebuild reads of free grains in the order of their ids, from none on; [`Self::restore_cold`] tells it again.
+    pub fn drop_cold(&mut self) {
         debug_assert!(self.cold.iter().enumerate().all(|(row, cold)| cold.id.0 == row as u64));
         (self.cold, self.springs) = (Vec::new(), Vec::new());
     }
 
     /// The reverse.
-    pub fn flesh_out(&mut self) {
+    pub fn restore_cold(&mut self) {
         if self.cold.is_empty() {
             let cold = |(row, home): (usize, &S::Vector)| Cold {
                 id: GrainId(row as u64),

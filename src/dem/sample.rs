@@ -125,6 +125,7 @@ impl<S: Space> Sample<S> {
         }
         self.assembly.go_home();
         self.assembly.cell_home = self.assembly.cell;
+        self.refuse_narrow()?;
         let mut memories = Memories::new(self.constants.law().memory_words());
         (0..self.assembly.grains.owned).for_each(|row| memories.push(self.assembly.carried_by(row)));
         let grains = std::mem::take(&mut self.assembly.grains);

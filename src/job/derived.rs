@@ -132,10 +132,17 @@ impl Scenario {
             fraction: fraction_start(self) - weak.fraction_deficit,
             ..Region::BLANK
         });
+        // An elastic material has no solid volume fraction, and none that is weaker.
+        let yields = self.material.law.yields();
+        let weak = weak.filter(|_| yields);
+        let whole = on_grid.regions.iter().cloned().map(|region| match yields {
+            true => region,
+            false => Region { fraction: 1.0, ..region },
+        });
         let cells = [on_grid.grid.cells[0], on_grid.grid.cells[1] + 2 * beyond, 1];
         Mpm {
             grid: Grid { lower, upper, cells, ..on_grid.grid },
-            regions: weak.chain(on_grid.regions.clone()).collect(),
+            regions: weak.chain(whole).collect(),
             bodies: vec![
                 plate("lower", 0.0, 1.0, Motion { path: Vec::new(), servo: None }),
                 plate("upper", self.specimen.height, -1.0, sheared),

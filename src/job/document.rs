@@ -94,7 +94,7 @@ impl Job {
     pub fn expanded(&self) -> String {
         let mut text = self.to_toml();
         if let Some(shear) = self.as_shear().filter(|shear| shear.method.has_points()) {
-            if self.is_told_by_packing() {
+            if self.is_told_by_packing() && shear.material.law.yields() {
                 let assumed = derived::FRACTION_DENSE;
                 text.push_str(&format!("\n# The packing tells the solid volume fraction; it is not made yet, and {assumed} stands for it below."));
             }

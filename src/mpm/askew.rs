@@ -26,7 +26,8 @@
 //! ```
 //!
 //! with phi from 0 to 1 as a column's area goes from 0.7 to 0.8 of the exact one (the integral of the nodes' functions over what no other
-//! body covers of the face), for ends of the material are no outline of a face; nodes of two faces that are not parallel, and those on walls, have none
+//! body covers of the face), for ends of the material are no outline of a face; nodes of two faces that are not parallel, and those on
+//! walls, have none
 //! of it. On a wall, where the material ends as well, w is told by the other axes, `-sum n_a G_a/sum n_a^2`.
 //!
 //! A column parts where lambda would pull, or where its points do not touch,
@@ -171,8 +172,14 @@ impl<S: Space> Reached<S> {
     }
 
     /// Its parts of every column's sums, before shares: `velocities` of the node, `body` that of the body there, m/s; forces have acted for a
-    /// time `dt`, zero where the outline has been balanced.
-    pub fn shown(&self, velocities: &[S::Vector; 2], body: &S::Vector, mass: f64, dt: f64) -> [f64; PARTS + 9] {
+    /// time `dt`, zero where the outline has been balanced. K is shown over that of the heaviest node, kg: sums have a range.
+    pub fn shown(
+        &self,
+        velocities: &[S::Vector; 2],
+        body: &S::Vector,
+        [mass, heaviest]: [f64; 2],
+        dt: f64,
+    ) -> [f64; PARTS + 9] {
         let mut words = [0.0; PARTS + 9];
         let count = components::<S>();
         for (which, velocity) in velocities.iter().enumerate() {
@@ -183,7 +190,7 @@ impl<S: Space> Reached<S> {
                 words[PARTS + (1 + which) * count + component] = self.area * rub[component];
             }
         }
-        words[2] = self.area * self.area / mass;
+        words[2] = self.area * self.area * (heaviest / mass);
         (words[3], words[4], words[5], words[6]) = (self.area, self.area.abs(), self.touch, self.exact);
         let balance = along::<S>(&self.normal, &self.balance);
         for component in 0..count {
@@ -222,11 +229,17 @@ pub struct Column {
 
 impl Column {
     /// One more sweep with a column's sums; `balances` where the outline is to be balanced.
-    pub fn sweep<S: Space>(&mut self, sums: impl Fn(usize) -> f64, (grip, separates): (Grip, bool), balances: bool) {
+    pub fn sweep<S: Space>(
+        &mut self,
+        sums: impl Fn(usize) -> f64,
+        heaviest: f64,
+        (grip, separates): (Grip, bool),
+        balances: bool,
+    ) {
         let (before, count) = (*self, components::<S>());
-        let softness = sums(2);
+        let softness = sums(2) / heaviest;
         (self.full, self.pressure_change, self.rub_change) = (0.0, [0.0; 2], [[0.0; 3]; 2]);
-        if softness <= 0.0 {
+        if softness <= 0.0 || softness.is_nan() {
             return;
         }
         let asked = |which: usize| before.pressure[which] - sums(which) / softness;
@@ -285,6 +298,8 @@ pub struct AskewRows<S: Space> {
     /// Columns of all bodies, and which those of each are.
     pub columns: Vec<Column>,
     pub column_ranges: Vec<Range<usize>>,
+    /// Mass of the heaviest node in reach of any body, kg; the same on every rank.
+    pub heaviest: f64,
 }
 
 impl<S: Space> Default for AskewRows<S> {
@@ -297,6 +312,7 @@ impl<S: Space> Default for AskewRows<S> {
             lines: Vec::new(),
             columns: Vec::new(),
             column_ranges: Vec::new(),
+            heaviest: 0.0,
         }
     }
 }

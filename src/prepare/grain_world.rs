@@ -5,6 +5,7 @@ use std::sync::Arc;
 use scree_partition::{ExactSum, Solo, Transport};
 
 use crate::base::error::Error;
+use crate::base::ids::GrainId;
 use crate::base::math;
 use crate::base::space::{AXES, Linear, Space};
 use crate::bodies::body::{self, Body};
@@ -61,11 +62,35 @@ pub fn sample<S: Space>(job: &Assembly) -> Result<Sample<S>, Error> {
     Sample::new(&grains, cell, constants(job), Arc::new(order))
 }
 
-/// The same as a representative volume element, whose grains stand in the order of their ids.
+/// The same as a representative volume element, whose grains stand in the order of their ids. It serves free grains in a cell that is
+/// periodic along every axis,
+/// without gravity and bodies.
 pub fn volume_element<S: Space>(job: &Assembly) -> Result<Rve<S>, Error> {
-    let (grains, cell) = at_start(job, &Solo)?;
+    let refused = |what: &str| Err(Error::User(format!("a grain assembly that stands for a material {what}")));
+    if !(0..S::DIMENSION).all(|axis| job.cell.periodic[axis]) {
+        return refused("lies in a cell that is periodic along every axis: write cell.periodic so");
+    }
+    if !job.bodies.is_empty() {
+        return refused("has no bodies in it: remove [[body]]");
+    }
+    if job.gravity != [0.0; 3] {
+        return refused("bears the stress of its point, and no weight: remove cell.gravity");
+    }
+    let (mut grains, cell) = at_start::<S>(job, &Solo)?;
+    number(&mut grains);
     let sample = Sample::new(&grains, cell, constants(job), Arc::new(|_: &S::Vector| (0, 0)))?;
-    Ok(Rve::new(sample, depth_of::<S>(job)))
+    Rve::new(sample, depth_of::<S>(job))
+}
+
+/// Ids from none on, in the order of those that they have, with which contacts keep their sense.
+fn number<S: Space>(grains: &mut [GrainRow<S>]) {
+    grains.sort_unstable_by_key(|grain| grain.cold.id);
+    let ids: Vec<GrainId> = grains.iter().map(|grain| grain.cold.id).collect();
+    let numbered = |id: GrainId| GrainId(ids.binary_search(&id).expect("contacts are of grains that are there") as u64);
+    for grain in grains {
+        grain.cold.id = numbered(grain.cold.id);
+        grain.contacts.iter_mut().for_each(|(partner, _)| *partner = numbered(*partner));
+    }
 }
 
 /// Grains on rank 0, and the cell that they start in.

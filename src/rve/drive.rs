@@ -6,8 +6,10 @@
 //! I = |d eps| d sqrt(rho/p)/(n dt)                    |d eps| = sqrt(2 e:e + (tr d eps)^2/D)
 //! ```
 //!
-//! with e the deviator of the increment, d the mean diameter, rho the density of grains and D the number of axes, stays below a bound, which says n. A bound on strain
-//! alone would depend on the pressure (da Cruz et al. 2005; neither Liang & Zhao 2019 nor Liu et al. 2016 give one). In a synchronous drive grains have the
+//! with e the deviator of the increment, d the mean diameter, rho the density of grains and D the number of axes, stays below a bound,
+//! which says n. A bound on strain
+//! alone would depend on the pressure (da Cruz et al. 2005; neither Liang & Zhao 2019 nor Liu et al. 2016 give one). In a synchronous drive
+//! grains have the
 //! time of the continuum.
 
 use crate::base::space::{Linear, Space};
@@ -60,10 +62,11 @@ impl Drive {
             Pace::QuasiStatic { inertial_number } => {
                 let time = grain.diameter * (grain.density / pressure.max(grain.pressure_min)).sqrt();
                 let count = (strain * time / (inertial_number * grain.dt)).ceil();
-                ((count as u64).max(self.steps_min), grain.dt)
+                ((count as u64).max(self.steps_min).max(1), grain.dt)
             }
             Pace::Synchronous => {
-                let count = ((duration / grain.dt).ceil() as u64).max(self.steps_min);
+                // Rounding makes no step more.
+                let count = ((duration / grain.dt * (1.0 - 1e-9)).ceil() as u64).max(self.steps_min).max(1);
                 (count, duration / count as f64)
             }
         }

@@ -36,13 +36,37 @@ impl<S: Space> Measured<S> {
         sums
     }
 
-    /// I_uf: root mean square of what is out of balance on grains over that of the forces of contacts (Liu et al. 2016, eq. 57); none without contacts.
+    /// I_uf: root mean square of what is out of balance on grains over that of the forces of contacts (Liu et al. 2016, eq. 57); none
+    /// without contacts.
     pub fn unbalanced(&self, sample: &Sample<S>) -> Option<f64> {
         let grains = &sample.assembly.grains;
         let squares: f64 = grains.force.iter().map(|force| force.dot(force)).sum();
         let (nets, forces) = (squares / grains.owned as f64, self.forces / self.contacts as f64);
         (self.contacts > 0).then(|| (nets / forces).sqrt())
     }
+}
+
+/// Sum of k b (x) b over contacts that bear, J, k being the stiffest spring of each: over the volume no less than what the stress along any
+/// direction answers to
+/// a strain along it while grains move with the mean field (the affine stiffness), and so a bound on the P-wave modulus. At the evaluation
+/// just done, whose forces have been kept.
+pub fn affine_stiffness<S: Space>(sample: &Sample<S>) -> S::Tensor {
+    let (law, contacts, grains) = (sample.constants.law(), &sample.assembly.contacts, &sample.assembly.grains);
+    let mut sum = S::Tensor::zero();
+    for row in 0..grains.owned {
+        for term in contacts.neighbours.terms_of(row).iter().filter(|term| !term.is_b()) {
+            if contacts.force_of(term.pair()) == S::Vector::zero() {
+                continue;
+            }
+            let pair = &contacts.neighbours.pairs[term.pair()];
+            let [a, b] = [pair.a, pair.b()].map(|row| &grains.hot[row as usize]);
+            let branch = a.position - b.position + contacts.shift(pair).0;
+            let overlap = a.radius + b.radius - branch.norm();
+            let springs = law.stiffness([a.radius, b.radius], [a.mass, b.mass], overlap);
+            sum += S::outer(&branch, &branch) * springs.stiffest();
+        }
+    }
+    sum
 }
 
 /// Fabric and coordination.
@@ -57,6 +81,11 @@ pub struct Fabric<S: Space> {
 }
 
 impl<S: Space> Fabric<S> {
+    /// Of grains that do not touch.
+    pub fn none() -> Self {
+        Self { tensor: S::Tensor::zero(), coordination: 0.0, mechanical: 0.0 }
+    }
+
     /// At the evaluation just done, whose forces have been kept.
     pub fn of(sample: &Sample<S>) -> Self {
         let (contacts, grains) = (&sample.assembly.contacts, &sample.assembly.grains);
@@ -92,6 +121,9 @@ impl<S: Space> Fabric<S> {
 
     /// sqrt(F_a:F_a/2) of F_a = D (D + 2)/2 (phi - I/D), which is 4 (phi - I/2) in the plane (Liang & Zhao 2019, eq. 42 and 43).
     pub fn anisotropy(&self) -> f64 {
+        if self.coordination == 0.0 {
+            return 0.0;
+        }
         let axes = S::DIMENSION as f64;
         let deviator = self.tensor - S::identity() * (S::trace(&self.tensor) / axes);
         let anisotropic = deviator * (0.5 * axes * (axes + 2.0));

@@ -4,10 +4,12 @@
 //! * [`drive`]: how the cell gets from one deformation to the next, and in how many steps of its grains.
 //! * [`step`]: a step of grains in a cell whose edges go straight.
 //! * [`measure`]: stress, fabric and the like, summed over contacts in the order of ids.
+//! * [`levels`]: one assembly under several stresses.
 //! * [`rest`]: all that an assembly is between two increments, in a few numbers.
 //! * [`volume_element`]: an assembly with its deformation, its loose state and what becomes of a cell that gets too thin.
 
 pub mod drive;
+pub mod levels;
 pub mod measure;
 pub mod renew;
 pub mod rest;

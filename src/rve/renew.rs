@@ -1,4 +1,5 @@
-//! A cell that has become too thin for its contacts is laid beside itself: the same assembly twice as long along that axis, with every contact and its memory. Nothing
+//! A cell that has become too thin for its contacts is replicated: the same assembly twice as long along that axis, with every
+//! contact and its memory. Nothing
 //! jumps; the two halves are alike until rounding tells them apart.
 
 use crate::base::error::Error;
@@ -11,20 +12,33 @@ use crate::dem::sample::Sample;
 /// Half of a cell's height is kept above what contacts reach by this share.
 const SPARE: f64 = 1.1;
 
-/// The axis along which a cell of these edges is about to be too thin.
-pub fn thin_axis<S: Space>(sample: &Sample<S>, edges: &S::Tensor) -> Option<usize> {
+/// Grains of an assembly at most: partners of contacts are kept in 16 bits.
+const GRAINS_MAX: usize = 1 << 16;
+
+/// The axis along which the cell is about to be too thin.
+pub fn thin_axis<S: Space>(sample: &Sample<S>) -> Option<usize> {
     let (assembly, reach) = (&sample.assembly, 2.0 * sample.assembly.radius_max + sample.constants.margin());
     let mut cell = assembly.cell;
-    cell.arrive(*edges);
     // What leans is thinner than it need be.
     cell.shorten();
     (0..S::DIMENSION).find(|axis| 0.5 * cell.height(*axis) < SPARE * reach)
 }
 
-/// Lays the assembly beside itself along an axis of its cell, whose lattice may get another basis.
+/// Refuses more grains than an assembly may have.
+pub fn refuse_many(grains: usize) -> Result<(), Error> {
+    match grains > GRAINS_MAX {
+        true => Err(Error::Run(format!(
+            "a grain assembly has {grains} grains, and {GRAINS_MAX} are the most: it has been drawn out many times its length, or begins with too many"
+        ))),
+        false => Ok(()),
+    }
+}
+
+/// Replicates the assembly along an axis of its cell, whose lattice may get another basis.
 pub fn double<S: Space>(sample: &mut Sample<S>, axis: usize) -> Result<(), Error> {
+    refuse_many(2 * sample.assembly.grains.owned)?;
     let assembly = &mut sample.assembly;
-    assembly.grains.flesh_out();
+    assembly.grains.restore_cold();
     assembly.go_home();
     let cell = assembly.cell;
     let mut one = [0; 3];

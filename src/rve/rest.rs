@@ -1,4 +1,5 @@
-//! An RVE between two increments, as it travels and lies on disk: what moves and what contacts remember. Radii, masses and constants are those of a template that all RVEs of
+//! An RVE between two increments, as it travels and lies on disk: what moves and what contacts remember. Radii, masses and constants are
+//! those of a template that all RVEs of
 //! a material share, and lists are made again from where grains were when they were made, so that every later bit is the same.
 
 use std::sync::Arc;
@@ -49,7 +50,7 @@ impl<S: Space> Resting<S> {
 }
 
 impl<S: Space> Template<S> {
-    /// Of an RVE that has not been laid beside itself.
+    /// Of an RVE that has not been replicated.
     pub fn of(rve: &Rve<S>) -> Self {
         let Sample { assembly, constants, .. } = rve.sample();
         let grains = assembly.grains.hot.iter().map(|hot| [hot.radius, hot.mass]).collect();
@@ -92,7 +93,7 @@ impl<S: Space> Rve<S> {
     /// The RVE that was [`Self::rest`]ing.
     pub fn wake(template: &Template<S>, resting: &Resting<S>) -> Result<Self, Error> {
         let count = resting.motions.len() / Resting::<S>::MOTION;
-        // What was laid beside itself has twice the grains, which stand together.
+        // What was replicated has twice the grains, which stand together.
         let copies = count / template.grains.len();
         let width = template.constants.law().memory_words();
         let mut rows: Vec<GrainRow<S>> = Vec::with_capacity(count);

@@ -1,4 +1,5 @@
-//! A step of grains in a cell whose edges change at a constant rate. A place that moves with such a cell goes straight on, so that grains which do are pushed by
+//! A step of grains in a cell whose edges change at a constant rate. A place that moves with such a cell goes straight on, so that grains
+//! which do are pushed by
 //! nothing, and a kick and the drift after it touch a record once. An increment of deformation is
 //!
 //! ```text
@@ -45,7 +46,7 @@ impl<S: Space> Scratch<S> {
     /// And what only a rebuild reads is given up.
     pub(super) fn take_back(&mut self, sample: &mut Sample<S>) {
         self.swap(sample);
-        sample.assembly.grains.slim();
+        sample.assembly.grains.drop_cold();
     }
 
     fn swap(&mut self, sample: &mut Sample<S>) {
@@ -92,7 +93,8 @@ impl<S: Space, const DAMPS: bool, const DRIFTS: bool> Finish<S> for Glide<'_, S,
     }
 }
 
-/// Takes the edges of a cell straight by `way`, m, in `count` steps of the sample's time step, to `arrived` of what they come to. Forces of all pairs are
+/// Takes the edges of a cell straight by `way`, m, in `count` steps of the sample's time step, to `arrived` of what they come to. Forces of
+/// all pairs are
 /// kept at the end.
 pub fn along<S: Space>(
     sample: &mut Sample<S>,
@@ -112,7 +114,7 @@ pub fn along<S: Space>(
         // What is not a number is not below one.
         let closed = closed(sample);
         if closed >= 1.0 || closed.is_nan() {
-            sample.assembly.grains.flesh_out();
+            sample.assembly.grains.restore_cold();
             sample.rebuild(closed)?;
         }
         match number == count {

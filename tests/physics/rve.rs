@@ -5,6 +5,8 @@ use scree::base::space::{Linear, Plane, Solid, Space};
 use scree::base::symmetric::Symmetric;
 use scree::job::Job;
 use scree::prepare::grain_world;
+use scree::rve::drive::Relaxation;
+use scree::rve::levels::{Path, levels};
 use scree::rve::volume_element::Answer;
 use scree::rve::{Drive, Event, Pace, Resting, Rve, Scratch, Template};
 
@@ -137,32 +139,35 @@ fn shear_by_three_goes_through() {
     assert!((0.2..0.5).contains(&ratio), "mobilised friction {ratio:.3}");
 }
 
-/// Until grains rearrange, an isotropic squeeze brings every contact the force of its overlap: to the closed form over the actual contacts.
+/// Until grains rearrange, an isotropic squeeze changes every contact by what its overlap changes: the change of stress is that of the
+/// closed form over the actual contacts.
 #[test]
 fn the_first_step_is_affine() {
-    let mut rve = made::<Plane>(DISCS);
+    let rve = made::<Plane>(DISCS);
     let identity = <Plane as Space>::identity();
     let drive = Drive { pace: Pace::QuasiStatic { inertial_number: 1e9 }, steps_min: 1, relaxation: None };
-    let strain = 1e-5;
+    let strain = 1e-6;
     let sample = rve.sample();
     let (contacts, grains) = (&sample.assembly.contacts, &sample.assembly.grains);
     let mut wanted = 0.0;
     for (_, pair) in contacts.neighbours.real_pairs() {
         let [a, b] = [pair.a, pair.b()].map(|row| &grains.hot[row as usize]);
-        let branch = (a.position - b.position + contacts.shift(pair).0).norm() * (1.0 - strain);
-        let overlap = (a.radius + b.radius - branch).max(0.0);
+        let branch = (a.position - b.position + contacts.shift(pair).0).norm();
         let stiffness = 600e6 * 2.0 * a.radius * b.radius / (a.radius + b.radius);
-        wanted -= stiffness * overlap * branch;
+        let borne = |branch: f64| stiffness * (a.radius + b.radius - branch).max(0.0) * branch;
+        wanted -= borne(branch * (1.0 - strain)) - borne(branch);
     }
     let volume = rve.volume();
-    // Grains have some velocity of their own, of which one step makes next to nothing.
-    let found =
-        rve.follow(&(identity * (1.0 - strain)), f64::NAN, &drive, &mut Scratch::default()).unwrap().kirchhoff.trace()
-            * volume;
-    assert!((found / wanted - 1.0).abs() < 2e-4, "{found:.6e} {wanted:.6e}");
+    // One step each, so that what velocities of their own make of it is the same in both.
+    let [still, squeezed] = [identity, identity * (1.0 - strain)].map(|deformation| {
+        rve.clone().follow(&deformation, f64::NAN, &drive, &mut Scratch::default()).unwrap().kirchhoff.trace()
+    });
+    let found = (squeezed - still) * volume;
+    println!("change of the trace over the affine one {:.6}", found / wanted);
+    assert!((found / wanted - 1.0).abs() < 1e-3, "{found:.6e} {wanted:.6e}");
 }
 
-/// Contacts that are lost come back where they were lost, and nothing flies on in between.
+/// Grains bear again at the density at which they ceased to, and nothing flies on in between.
 #[test]
 fn what_separates_meets_again_at_its_density() {
     let mut rve = made::<Plane>(DISCS);
@@ -184,26 +189,29 @@ fn what_separates_meets_again_at_its_density() {
     for step in (0..500).rev() {
         let stretch = 1.0 + 1e-4 * f64::from(step);
         let answer = follow(&mut rve, &(identity * stretch));
-        if answer.events.contains(&Some(Event::Returned)) {
+        last = pressure(&answer);
+        if back == 0.0 && last > 0.01 * start {
             back = stretch;
         }
-        last = pressure(&answer);
     }
     println!("lost at {lost:.5}, back at {back:.5}, {start:.4e} Pa before, {last:.4e} Pa after");
-    assert!((back / lost - 1.0).abs() < 2e-3, "lost at {lost}, back at {back}");
-    assert!((last / start - 1.0).abs() < 0.3, "{start:.4e} Pa before, {last:.4e} Pa after");
+    assert!((back / lost - 1.0).abs() < 5e-3, "lost at {lost}, back at {back}");
+    assert!((last / start - 1.0).abs() < 0.12, "{start:.4e} Pa before, {last:.4e} Pa after");
 }
 
-/// A cell that is drawn out is laid beside itself before contacts reach around it; the stress does not feel it.
+/// A cell that is drawn out is replicated before contacts reach around it: the stress does not feel it, and the cell is where F
+/// says, whatever its volume does.
 #[test]
-fn a_thin_cell_is_laid_beside_itself() {
+fn a_thin_cell_is_replicated() {
     let mut rve = made::<Plane>(DISCS);
-    let grains = rve.grains();
+    let (grains, edges) = (rve.grains(), rve.sample().assembly.cell.edges);
     let (mut before, mut renewed, mut jump) = (0.0, 0, 0.0f64);
     let mut change = Vec::new();
     for step in 1..=700 {
         let stretch = 1.0 + 4e-3 * f64::from(step);
-        let answer = follow(&mut rve, &Tensor::new(stretch, 0.0, 0.0, 1.0 / stretch));
+        // It is also squeezed, so that an increment that got lost would be missed.
+        let volume = 1.0 - 2e-5 * f64::from(step);
+        let answer = follow(&mut rve, &Tensor::new(stretch, 0.0, 0.0, volume / stretch));
         let pressure = -0.5 * answer.kirchhoff.trace();
         let changed = (pressure / before - 1.0f64).abs();
         match answer.events[0] {
@@ -211,24 +219,84 @@ fn a_thin_cell_is_laid_beside_itself() {
             _ => change.push(changed),
         }
         before = pressure;
+        let cell = rve.sample().assembly.cell;
+        let wanted = edges.determinant() * volume * f64::from(1 << renewed);
+        assert!((cell.volume() / wanted - 1.0).abs() < 1e-12, "{step}: {} for {wanted}", cell.volume());
+        assert!((rve.volume() / (0.1 * wanted) - 1.0).abs() < 1e-12, "{step}");
     }
     change.sort_by(f64::total_cmp);
     let usual = change[change.len() * 9 / 10];
-    println!("{renewed} times, a jump of {jump:.3}, {usual:.3} in one of ten increments");
+    println!("{renewed} times, a jump of {jump:.4}, {usual:.4} in one of ten increments");
     assert!(renewed >= 1 && rve.grains() == grains << renewed, "{renewed} times");
-    assert!(jump < 2.0 * usual, "a jump of {jump:.3}, {usual:.3} in one of ten increments");
+    assert!(jump < 2.0 * usual, "a jump of {jump:.4}, {usual:.4} in one of ten increments");
 }
 
-/// Both halves of what is laid beside itself bear what the whole did.
+/// What flies apart, is drawn out and turned meanwhile and lands again has its volume, bears what its density makes it bear, and was not
+/// shot apart by overlaps.
 #[test]
-fn laid_beside_itself_it_bears_the_same() {
+fn what_lands_otherwise_than_it_flew_off_comes_to_rest() {
+    let mut rve = made::<Plane>(DISCS);
+    let edges = rve.sample().assembly.cell.edges;
+    let identity = <Plane as Space>::identity();
+    let flight = |share: f64| {
+        let (stretch, swelling) = (1.0 + 1.2 * share, 1.0 + 0.3 * (1.0 - (2.0 * share - 1.0).abs()) - 0.012 * share);
+        turn(2.0 * share) * Tensor::new(stretch, 0.0, 0.0, swelling / stretch)
+    };
+    follow(&mut rve, &identity);
+    let mut pressure = 0.0;
+    for step in 1..=400 {
+        let deformation = flight(f64::from(step) / 400.0);
+        let answer = follow(&mut rve, &deformation);
+        pressure = -0.5 * answer.kirchhoff.trace();
+        assert!(pressure.is_finite() && pressure < 5e6, "{step}: {pressure:.3e} Pa");
+    }
+    assert!(!rve.is_loose(), "it has landed");
+    let volume = rve.sample().assembly.cell.volume() / edges.determinant();
+    let copies = volume.round();
+    assert!((volume / copies / flight(1.0).determinant() - 1.0).abs() < 1e-12 || copies > 1.0, "{volume}");
+    println!("bears {:.1} kPa at a volume of {:.4}", 1e-3 * pressure, flight(1.0).determinant());
+    assert!(pressure > 1e3, "{pressure:.3e} Pa");
+}
+
+/// Nothing that a thread has stepped before shows in what is told of a loose assembly.
+#[test]
+fn a_loose_assembly_shows_no_contacts() {
+    let (mut bearing, mut loose) = (made::<Plane>(DISCS), made::<Plane>(DISCS));
+    let scratch = &mut Scratch::default();
+    for step in 1..=200 {
+        let deformation = <Plane as Space>::identity() * (1.0 + 1e-4 * f64::from(step));
+        loose.follow(&deformation, f64::NAN, &QUASI_STATIC, scratch).unwrap();
+    }
+    bearing.follow(&<Plane as Space>::identity(), f64::NAN, &QUASI_STATIC, scratch).unwrap();
+    let (answer, looked) =
+        loose.follow_and_look(&(<Plane as Space>::identity() * 1.03), f64::NAN, &QUASI_STATIC, scratch).unwrap();
+    assert!(loose.is_loose() && answer.steps == 0);
+    assert_eq!((looked.fabric.coordination, looked.modulus_most(), looked.fabric.anisotropy()), (0.0, 0.0, 0.0));
+}
+
+/// What no assembly can follow is refused before anything has changed.
+#[test]
+fn what_is_turned_inside_out_is_refused() {
+    let mut rve = made::<Plane>(DISCS);
+    let before = rve.rest();
+    for bad in [Tensor::new(-1.0, 0.0, 0.0, 1.0), Tensor::new(0.0, 0.0, 0.0, 1.0), Tensor::new(f64::NAN, 0.0, 0.0, 1.0)]
+    {
+        let refused = rve.follow(&bad, f64::NAN, &QUASI_STATIC, &mut Scratch::default()).unwrap_err().to_string();
+        assert!(refused.contains("turned inside out"), "{refused}");
+    }
+    assert!(rve.rest() == before);
+}
+
+/// Both halves of what is replicated bear what the whole did.
+#[test]
+fn replicated_it_bears_the_same() {
     fn holds<S: Space>(text: &str) {
         let mut rve = made::<S>(text);
         let identity = S::identity();
         follow(&mut rve, &identity);
         for axis in 0..S::DIMENSION {
             let mut sample = rve.sample().clone();
-            sample.assembly.grains.flesh_out();
+            sample.assembly.grains.restore_cold();
             let volume = sample.assembly.cell.volume();
             let before = sample.contact_moment() * (1.0 / volume);
             scree::rve::renew::double(&mut sample, axis).unwrap();
@@ -259,16 +327,27 @@ fn spheres_turn_with_their_stress() {
     }
 }
 
-/// Whoever rests and wakes goes on to the same bits: in the middle of a shear, after it was laid beside itself, and where nothing touches.
+/// Whoever rests and wakes goes on to the same bits: in the middle of a shear, after it was replicated, and where nothing touches.
 #[test]
 fn it_rests_and_wakes_to_the_same_bits() {
     fn holds<S: Space>(text: &str, path: impl Fn(f64) -> S::Tensor, increments: u32, every: u32) -> Resting<S> {
+        goes_on(text, path, [increments, every], &QUASI_STATIC)
+    }
+    fn goes_on<S: Space>(
+        text: &str,
+        path: impl Fn(f64) -> S::Tensor,
+        [increments, every]: [u32; 2],
+        drive: &Drive,
+    ) -> Resting<S> {
         let mut rve = made::<S>(text);
         let template = Template::of(&rve);
         let mut woken = rve.clone();
         for step in 1..=increments {
             let deformation = path(f64::from(step) / f64::from(increments));
-            let [wanted, found] = [&mut rve, &mut woken].map(|rve| follow(rve, &deformation));
+            // Increments of different lengths, in no whole number of steps.
+            let duration = rve.sample().constants.dt * (1.3 + f64::from(step % 3));
+            let [wanted, found] = [&mut rve, &mut woken]
+                .map(|rve| rve.follow(&deformation, duration, drive, &mut Scratch::default()).unwrap());
             assert_eq!(wanted, found, "{} {step}", S::NAME);
             if step % every == 0 {
                 woken = Rve::wake(&template, &woken.rest()).unwrap();
@@ -282,9 +361,16 @@ fn it_rests_and_wakes_to_the_same_bits() {
     holds::<Plane>(DISCS, |share| shear(0.3 * share), 300, 7);
     let drawn = |share: f64| Tensor::new(1.0 + 2.8 * share, 0.0, 0.0, 1.0 / (1.0 + 2.8 * share));
     let thin = holds::<Plane>(DISCS, drawn, 400, 19);
-    assert!(thin.motions.len() > 100 * 7, "it was laid beside itself");
+    assert!(thin.motions.len() > 100 * 7, "it was replicated");
     let to_and_fro = |share: f64| Tensor::identity() * (1.0 + 0.02 * (1.0 - (2.0 * share - 1.0).abs()));
     holds::<Plane>(DISCS, to_and_fro, 200, 11);
+    let synchronous = Drive { pace: Pace::Synchronous, ..QUASI_STATIC };
+    goes_on::<Plane>(DISCS, |share| shear(0.02 * share), [300, 7], &synchronous);
+    let relaxed = Drive { relaxation: Some(Relaxation { unbalanced_max: 0.01, steps_max: 50 }), ..QUASI_STATIC };
+    goes_on::<Plane>(DISCS, |share| shear(0.02 * share), [50, 7], &relaxed);
+    // Several segments of rows, and pairs between them.
+    let many = DISCS.replace("count = 100", "count = 1600").replace("12 cm", "48 cm");
+    holds::<Plane>(&many, |share| shear(0.02 * share), 60, 7);
     holds::<Solid>(
         SPHERES,
         |share| {
@@ -295,6 +381,55 @@ fn it_rests_and_wakes_to_the_same_bits() {
         60,
         7,
     );
+}
+
+/// One path of compression gives every level, each a start of its own.
+#[test]
+fn one_path_gives_all_levels() {
+    let start = made::<Plane>(DISCS);
+    let scratch = &mut Scratch::default();
+    let stresses = [100e3, 150e3, 300e3];
+    let identity = <Plane as Space>::identity();
+    let reached = levels(&start, Path::Isotropic, &stresses, &QUASI_STATIC, scratch).unwrap();
+    let mut before = f64::INFINITY;
+    for (mut rve, wanted) in reached.into_iter().zip(stresses) {
+        assert!(rve.void_ratio() < before && *rve.deformation() == identity);
+        before = rve.void_ratio();
+        let kirchhoff = follow(&mut rve, &identity).kirchhoff;
+        let pressure = -0.5 * kirchhoff.trace();
+        println!("{wanted:.0} Pa: {pressure:.0} Pa, void ratio {before:.4}");
+        assert!((pressure / wanted - 1.0).abs() < 5e-3, "{pressure} of {wanted}");
+    }
+    let mut at_rest = levels(&start, Path::Uniaxial { axis: 1 }, &[300e3], &QUASI_STATIC, scratch).unwrap();
+    let stress = follow(&mut at_rest[0], &identity).kirchhoff.tensor();
+    let ratio = stress[(0, 0)] / stress[(1, 1)];
+    println!("K0 {ratio:.3} after a compression from isotropic");
+    assert!((stress[(1, 1)] / -300e3 - 1.0).abs() < 5e-3 && (0.4..0.95).contains(&ratio), "{stress}");
+}
+
+/// The P-wave modulus of an assembly that is squeezed along an axis stays below the affine bound, and is most of it.
+#[test]
+fn the_affine_stiffness_bounds_the_modulus() {
+    let mut rve = made::<Plane>(DISCS);
+    let identity = <Plane as Space>::identity();
+    let drive = Drive { steps_min: 50, ..QUASI_STATIC };
+    let scratch = &mut Scratch::default();
+    let (start, looked) = rve.follow_and_look(&identity, f64::NAN, &drive, scratch).unwrap();
+    let strain = 1e-5;
+    let mut squeezed = identity;
+    squeezed[(1, 1)] -= strain;
+    let end = rve.follow(&squeezed, f64::NAN, &drive, scratch).unwrap();
+    let modulus = (start.kirchhoff.tensor()[(1, 1)] - end.kirchhoff.tensor()[(1, 1)]) / strain;
+    let bound = looked.modulus_most();
+    println!(
+        "P-wave modulus {:.1} MPa of at most {:.1}; coordination {:.2}, mechanical {:.2}, anisotropy {:.3}",
+        modulus * 1e-6,
+        bound * 1e-6,
+        looked.fabric.coordination,
+        looked.fabric.mechanical,
+        looked.fabric.anisotropy()
+    );
+    assert!((0.2..1.0).contains(&(modulus / bound)), "{modulus:.3e} of {bound:.3e}");
 }
 
 /// A synchronous drive gives grains the time of the continuum, a quasi-static one what their inertia allows.
@@ -310,7 +445,8 @@ fn steps_follow_the_pace() {
     assert!(slow == 2 && fast > 20, "{slow} {fast}");
 }
 
-/// Sine of the mobilised angle of friction at its largest, of biaxial compression to 2.5 % under a lateral stress that is kept, and how far that stress was off at most.
+/// Sine of the mobilised angle of friction at its largest, of biaxial compression to 2.5 % under a lateral stress that is kept, and how far
+/// that stress was off at most.
 fn peak(seed: u64, inertial_number: f64) -> [f64; 2] {
     let text = DISCS
         .replace("count = 100", "count = 400")
@@ -342,7 +478,7 @@ fn peak(seed: u64, inertial_number: f64) -> [f64; 2] {
     [sines.windows(200).map(mean).fold(0.0, f64::max), off]
 }
 
-/// Twice and four times as many steps of grains find the same peak, by a third of the scatter of packings.
+/// Twice and four times as many steps of grains find the same peak, to a seventh of what packings differ by.
 #[test]
 fn more_steps_find_the_same_peak() {
     for seed in 1..=3 {
@@ -352,7 +488,7 @@ fn more_steps_find_the_same_peak() {
             coarse[0], fine[0], finest[0], coarse[1], fine[1], finest[1]
         );
         for other in [fine, finest] {
-            assert!((coarse[0] / other[0] - 1.0).abs() < 0.05, "{coarse:?} {other:?}");
+            assert!((coarse[0] / other[0] - 1.0).abs() < 0.03 && coarse[1] < 0.1, "{coarse:?} {other:?}");
         }
     }
 }

@@ -108,6 +108,11 @@ pub(super) fn command(what: &Bench, transport: &dyn Transport) -> Ending {
             transport.size()
         ))));
     }
+    if let (Bench::Rve { .. }, 2..) = (what, ranks) {
+        return Ending::Agreed(Err(Error::User(
+            "bench rve measures one rank. Leave out --ranks, and see --threads.".into(),
+        )));
+    }
     if let Bench::Dem { grains: ..500, .. } = what {
         return Ending::Agreed(Err(Error::User(
             "fewer than 500 grains cannot be sheared between rough layers. Take --grains 500 or more.".into(),

@@ -15,6 +15,9 @@ use crate::mpm::face_rows::FaceRows;
 /// Numbers of a node in a message, in the plane and in space: G, T, Vol and S.
 pub(super) const OUTLINE: [usize; 2] = [7, 11];
 
+/// Share of the heaviest node's mass below which a node is left out: its 1/m would leave the range of exact sums, and it has next to no momentum.
+const LIGHTEST: f64 = 1e-9;
+
 impl<S: Space> World<'_, S> {
     /// Bodies that have such faces.
     pub(crate) fn askew_bodies(&self) -> usize {
@@ -90,7 +93,11 @@ impl<S: Space> World<'_, S> {
             return;
         }
         let timer = self.phases.start();
-        self.continuum.tiles.faces.askew.begin();
+        let FaceRows { met, askew, .. } = &mut self.continuum.tiles.faces;
+        askew.begin();
+        let mut heaviest = [askew.reached.iter().map(|node| met[node.number].mass).fold(0.0, f64::max)];
+        self.transport.max(&mut heaviest);
+        askew.heaviest = heaviest[0];
         for order in 0..self.askew_bodies() {
             for sweep in 0..SWEEPS {
                 // Outlines are balanced by forces, once.
@@ -108,11 +115,12 @@ impl<S: Space> World<'_, S> {
         let Some(how) = rigid.acts_on_points() else { return };
         let (nodes, columns) = (askew.ranges[order].clone(), askew.column_ranges[order].clone());
         let (parts, first) = (Reached::<S>::parts(), columns.start);
+        let (heaviest, lightest) = (askew.heaviest, LIGHTEST * askew.heaviest);
         column_sums.clear(columns.len() * parts);
-        for node in askew.reached[nodes.clone()].iter().filter(|node| met[node.number].mass > 0.0) {
+        for node in askew.reached[nodes.clone()].iter().filter(|node| met[node.number].mass > lightest) {
             let own = &met[node.number];
             let dt = if balances { own.dt } else { 0.0 };
-            let words = node.shown(&own.velocities, &rigid.velocity_at(&node.place), own.mass, dt);
+            let words = node.shown(&own.velocities, &rigid.velocity_at(&node.place), [own.mass, heaviest], dt);
             for (column, share) in node.columns.iter().filter(|(_, share)| *share > 0.0) {
                 for (part, word) in words.iter().enumerate().take(parts) {
                     column_sums.add((column - first) * parts + part, share * word);
@@ -121,12 +129,12 @@ impl<S: Space> World<'_, S> {
         }
         column_sums.total(*transport);
         for (number, column) in askew.columns[columns].iter_mut().enumerate() {
-            column.sweep::<S>(|part| column_sums.value(number * parts + part), how, balances);
+            column.sweep::<S>(|part| column_sums.value(number * parts + part), heaviest, how, balances);
         }
         let mut booked = Reactions::default();
         for node in askew.reached[nodes].iter_mut() {
             let own = &mut met[node.number];
-            if own.mass <= 0.0 {
+            if own.mass <= lightest {
                 continue;
             }
             let given = node.taken(&askew.columns, if balances { own.dt } else { 0.0 });
