@@ -148,6 +148,15 @@ impl<S: Space> Body<S> {
         }
     }
 
+    /// Whether its faces are round or askew to the grid.
+    pub fn is_askew(&self) -> bool {
+        match self.shape {
+            Shape::Cylinder { .. } => true,
+            Shape::Plane { normal, .. } => (0..S::DIMENSION).all(|axis| normal[axis].abs() != 1.0),
+            Shape::Box { .. } | Shape::Plate { .. } | Shape::Layer => false,
+        }
+    }
+
     /// Whether a node at height `y` moves with the body.
     pub fn holds(&self, y: f64, cell: f64) -> bool {
         !self.meets_points && self.is_behind(y, cell)

@@ -13,7 +13,7 @@ use crate::domain::accounts::ledger::Entry;
 use crate::domain::layout::Layout;
 use crate::domain::world::World;
 use crate::job::mpm::Boundary;
-use crate::mpm::face_rows::Met;
+use crate::mpm::face_rows::{Met, is_met_by};
 use crate::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 use crate::mpm::tile::{Gathered, GrainNode, OwnedNode};
 
@@ -220,8 +220,8 @@ impl<S: Space> BoundaryConditions<'_, S> {
         let mut booked = if self.moment == Moment::Look { None } else { Some(reactions) };
         let mass = points.mass() + grains.mass();
         let unheld = self.unheld(free, node, (points, grains), dt, booked.as_deref_mut());
-        let (unheld, is_met) = met.map_or((unheld, false), |met| (met.velocities, true));
-        let of = (self.bodies, self.periods, is_met);
+        let unheld = met.map_or(unheld, |met| met.velocities);
+        let of = (self.bodies, self.periods, met.map_or([false; 2], |met| met.by));
         let held = held_by_bodies(unheld, of, &place, mass, booked.as_deref_mut());
         held_by_faces::<S>(held, self.grid, self.layout, node, mass, booked)
     }
@@ -248,13 +248,13 @@ impl<S: Space> BoundaryConditions<'_, S> {
 /// has held it, in their order, but for those that have met its material at their own face; `mass` is the node's.
 pub(crate) fn held_by_bodies<S: Space>(
     [mut velocity, mut pushed]: [S::Vector; 2],
-    (bodies, periods, is_met): (&[Body<S>], &Cell<S>, bool),
+    (bodies, periods, met_by): (&[Body<S>], &Cell<S>, [bool; 2]),
     place: &S::Vector,
     mass: f64,
     mut reactions: Option<&mut Reactions>,
 ) -> [S::Vector; 2] {
     for (number, body) in bodies.iter().enumerate() {
-        let Some((grip, separates)) = body.grip.filter(|_| !(is_met && body.meets_points)) else { continue };
+        let Some((grip, separates)) = body.grip.filter(|_| !is_met_by(met_by, body)) else { continue };
         let place = place_beside(body, periods, place);
         let Some(nearest) = body.nearest(&place).filter(|nearest| nearest.distance <= 0.0) else { continue };
         let hold: Hold<S> = Hold { grip, separates, normal: nearest.normal, velocity: body.velocity_at(&place) };

@@ -9,6 +9,7 @@ use crate::dem::grains::Mover;
 use crate::dem::walls::place_beside;
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
+use crate::mpm::face_rows::is_met_by;
 
 /// Sums over a body: force, torque and momentum of nodes (three components each) and mass of nodes.
 pub(crate) const BODY_SLOTS: usize = 10;
@@ -108,8 +109,8 @@ impl<S: Space> World<'_, S> {
                 continue;
             }
             let place: S::Vector = self.subdomain.layout.node_at(node.place);
-            let is_met = self.continuum.tiles.faces.met_at(&self.subdomain.nodes.mosaic, number).is_some();
-            for (body, held) in self.bodies.iter().enumerate().filter(|(_, body)| !(is_met && body.meets_points)) {
+            let met_by = self.continuum.tiles.faces.met_by(&self.subdomain.nodes.mosaic, number);
+            for (body, held) in self.bodies.iter().enumerate().filter(|(_, body)| !is_met_by(met_by, body)) {
                 let place = place_beside(held, &self.assembly.cell, &place);
                 if let Some((momentum, mass)) = held.carried(&place, &momentum, mass) {
                     add(body, &momentum, mass);

@@ -1,6 +1,7 @@
 //! Node rows of bodies that meet points at their own face: laid as [`crate::mpm::tile::Tiles`], worked on in the tiles near faces alone.
 
 use crate::base::space::{Linear, Space};
+use crate::bodies::body::Body;
 use crate::mpm::askew::{AskewRows, Outline};
 use crate::mpm::faces::{Brought, ColumnNode, FaceSet, SIDES};
 use crate::mpm::tile::Mosaic;
@@ -14,14 +15,21 @@ pub struct Met<S: Space> {
     pub mass: f64,
     /// Time over which forces have acted, s.
     pub dt: f64,
+    /// Whether faces in line with the grid act on it, and such as are askew to it.
+    pub by: [bool; 2],
     /// What the face on each side gave it in the last step, N s.
     pub impulses: [S::Vector; SIDES],
 }
 
 impl<S: Space> Met<S> {
     pub fn untouched(velocities: [S::Vector; 2], mass: f64, dt: f64) -> Self {
-        Self { velocities, mass, dt, impulses: [S::Vector::zero(); SIDES] }
+        Self { velocities, mass, dt, by: [false; 2], impulses: [S::Vector::zero(); SIDES] }
     }
+}
+
+/// Whether a body acts at its face on a node that is met so ([`Met::by`]), and does not hold it as well.
+pub fn is_met_by<S: Space>(by: [bool; 2], body: &Body<S>) -> bool {
+    body.meets_points && by[usize::from(body.is_askew())]
 }
 
 /// Impulses for the velocity to be held and for that by which parting is judged, N s.
@@ -131,8 +139,15 @@ impl<S: Space> FaceRows<S> {
 
     /// A node that faces act on, by its number among the owned ones; none away from them, or where no material is in front of one.
     pub fn met_at(&self, mosaic: &Mosaic, number: usize) -> Option<&Met<S>> {
-        let is_met = || self.sums[number].has_area() || self.askew.sums.get(number).is_some_and(Outline::is_reached);
-        (self.is_near(number / mosaic.owned_per_tile()) && is_met()).then(|| &self.met[number])
+        self.met_by(mosaic, number).contains(&true).then(|| &self.met[number])
+    }
+
+    /// See [`Met::by`].
+    pub fn met_by(&self, mosaic: &Mosaic, number: usize) -> [bool; 2] {
+        match self.is_near(number / mosaic.owned_per_tile()) {
+            true => [self.sums[number].has_area(), self.askew.sums.get(number).is_some_and(Outline::is_reached)],
+            false => [false; 2],
+        }
     }
 
     /// For each side whether any material is in front of it at the nodes that this rank owns: 1 or 0.

@@ -146,7 +146,8 @@ impl<S: Space> World<'_, S> {
                 };
                 let free = nodes::free(sum, &grains, &gravity, acts);
                 let velocities = conditions.unheld(free, &mosaic.owned[number], (sum, &grains), dt, None);
-                Met::untouched(velocities, sum.mass() + grains.mass(), dt)
+                let by = tiles.faces.met_by(mosaic, number);
+                Met { by, ..Met::untouched(velocities, sum.mass() + grains.mass(), dt) }
             } else {
                 Met::untouched([S::Vector::zero(); 2], 0.0, 0.0)
             };

@@ -398,7 +398,7 @@ impl<S: Space> World<'_, S> {
         for (body, motion) in self.bodies.iter().zip(&self.point_ledger.bodies) {
             let [held, _] = held_by_bodies(
                 [velocity; 2],
-                (std::slice::from_ref(body), &self.assembly.cell, met.is_some()),
+                (std::slice::from_ref(body), &self.assembly.cell, met.map_or([false; 2], |met| met.by)),
                 &place,
                 both,
                 None,
