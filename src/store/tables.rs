@@ -127,7 +127,7 @@ fn numbers_of(column: &Column) -> &[f64] {
     }
 }
 
-/// Rows of the tables that [`of_grains`] and, where something is tied, [`of_ties`] made, in their order.
+/// Rows of the tables that [`of_grains`] and, where something is tied, [`of_penalty_springs`] made, in their order.
 pub fn to_grains<S: Space>(state: &mut State, memory_words: usize) -> Result<Vec<GrainRow<S>>, Error> {
     let mut rows: Vec<GrainRow<S>> = take(state, "grains", &GrainRow::blank())?;
     let contacts: Vec<ContactRow> = take(state, "contacts", &blank_contact(memory_words))?;
