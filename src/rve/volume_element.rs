@@ -21,7 +21,7 @@ use crate::base::space::{Linear, Space};
 use crate::base::symmetric::Symmetric;
 use crate::dem::cell::Cell;
 use crate::dem::sample::Sample;
-use crate::rve::drive::{Drive, Grain, size_of};
+use crate::rve::drive::{Drive, Grain, Pace, size_of};
 use crate::rve::measure::{Fabric, Measured, affine_stiffness};
 use crate::rve::renew;
 use crate::rve::step::{Scratch, along};
@@ -275,6 +275,11 @@ impl<S: Space> Rve<S> {
         if !deformation.is_finite() || ratio <= 0.0 {
             return Err(Error::Run(format!(
                 "a grain assembly cannot follow a deformation gradient whose determinant is {ratio:.3e}: the material is turned inside out there, and the step of the continuum too long"
+            )));
+        }
+        if drive.pace == Pace::Synchronous && !(duration > 0.0 && duration.is_finite()) {
+            return Err(Error::Run(format!(
+                "a grain assembly that has the time of the continuum cannot follow an increment of {duration:.3e} s"
             )));
         }
         let mut events = [None; 2];

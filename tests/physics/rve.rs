@@ -284,6 +284,12 @@ fn what_is_turned_inside_out_is_refused() {
         let refused = rve.follow(&bad, f64::NAN, &QUASI_STATIC, &mut Scratch::default()).unwrap_err().to_string();
         assert!(refused.contains("turned inside out"), "{refused}");
     }
+    let synchronous = Drive { pace: Pace::Synchronous, ..QUASI_STATIC };
+    for no_time in [0.0, -1.0, f64::NAN] {
+        let identity = <Plane as Space>::identity();
+        let refused = rve.follow(&identity, no_time, &synchronous, &mut Scratch::default()).unwrap_err().to_string();
+        assert!(refused.contains("the time of the continuum"), "{refused}");
+    }
     assert!(rve.rest() == before);
 }
 
