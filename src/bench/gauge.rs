@@ -1,6 +1,7 @@
 //! What a grain, a point and an output of a job cost on this machine, measured on a small world of the job's own law,
 //! space, scheme and step for as long as a person waits without noticing. Nothing but forecasts depends on it.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -44,7 +45,9 @@ const OVERLAP_POURED: f64 = 1e-6;
 /// Measures what the job's steps and outputs cost here, with the threads of this process.
 pub fn costs(job: &Job) -> Result<UnitCosts, Error> {
     let scratch = Scratch(folder_near(&Path::new("runs").join(job.name())));
-    let (grains, continuum) = (job.grains(), job.continuum());
+    // Between plates, without which points of a continuum under pressure would fly apart.
+    let lowered = job.as_shear().map(|shear| Cow::Owned(shear.lowered()));
+    let (grains, continuum) = (job.grains(), lowered.or_else(|| job.continuum()));
     let mut costs = UnitCosts::assumed(job);
     let mut outputs = Outputs::default();
     if let Some(assembly) = grains.filter(|_| job.moves_grains()) {
