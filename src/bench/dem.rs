@@ -14,7 +14,7 @@ use crate::dem::grains::Mover;
 use crate::dem::tile::tile;
 use crate::domain::rebuild::Parts;
 use crate::domain::world::World;
-use crate::job::assembly::Source;
+use crate::job::assembly::{Packed, Source};
 use crate::job::{Assembly, Job};
 use crate::prepare::grain_world::{self, GrainWorld};
 
@@ -135,6 +135,13 @@ pub(super) fn job<S: Space>(base: u64) -> Result<Assembly, Error> {
     Ok(Job::parse(&text, "bench", &[])?.as_assembly().expect("the text has a [cell]").clone())
 }
 
+/// Keeps the packing of a job among temporary files.
+pub(super) fn keep_packing(job: &mut Assembly) -> Packed {
+    let Source::Packed(packed) = &mut job.source else { unreachable!("grains are made") };
+    packed.cache = std::env::temp_dir().join("scree-bench");
+    packed.clone()
+}
+
 /// The sheared world once its start is forgotten.
 pub(super) fn warm<'t, S: Space>(wanted: &Wanted, transport: &'t dyn Transport) -> Result<GrainWorld<'t, S>, Error> {
     let mut world = world::<S>(wanted, transport)?;
@@ -148,9 +155,7 @@ pub(super) fn warm<'t, S: Space>(wanted: &Wanted, transport: &'t dyn Transport) 
 fn world<'t, S: Space>(wanted: &Wanted, transport: &'t dyn Transport) -> Result<GrainWorld<'t, S>, Error> {
     let (counts, base) = tiles::<S>(wanted.grains);
     let mut job = job::<S>(base)?;
-    let Source::Packed(packed) = &mut job.source else { unreachable!("grains are made") };
-    packed.cache = std::env::temp_dir().join("scree-bench");
-    let packed = packed.clone();
+    let packed = keep_packing(&mut job);
     let packing = crate::prepare::packed::make::<S>(&job, &packed, job.output.save_every(), transport)?;
     let edges = packing.cell.edges;
     let mut grains: Vec<GrainRow<S>> = tile(packing.grains, &edges, counts);

@@ -1,6 +1,5 @@
 //! How long a grain-step takes in representative volume elements: many assemblies, each driven by increments of ten steps of their grains,
-//! all told, beside the grains of
-//! a large packing ([`super::dem`]) in turns.
+//! all told, beside the grains of a large packing ([`super::dem`]) in turns.
 
 use std::time::Instant;
 
@@ -68,16 +67,47 @@ pub fn measure(wanted: &Wanted, transport: &dyn Transport) -> Result<Measured, E
     }
 }
 
-/// Discs of Liang & Zhao (2019), Table 1, or the spheres of [`super::dem`].
+/// Discs of Liang & Zhao (2019), Table 1, or the spheres of [`super::dem`], with a packing that is kept where that of `bench dem` is.
 fn job<S: Space>(grains: u64) -> Result<Assembly, Error> {
-    let text = if S::DIMENSION == 2 {
-        let edge = (grains as f64 * 1e-4).sqrt();
-        format!(
-            "name = \"rve\"\n[cell]\nspace = \"plane\"\nupper = [{edge:?}, {edge:?}]\ndepth = \"10 cm\"\n[grains]\ndensity = \"2650 kg/m3\"\ncount = {grains}\ndistribution = \"uniform\"\ndiameter_min = \"6 mm\"\ndiameter_max = \"14 mm\"\n[packing]\npreparation = \"compress\"\nstress = \"100 kPa\"\nenergy_ratio_max = 1e-3\n[contact]\nlaw = \"elastic_rolling\"\nyoung_modulus = \"600 MPa\"\nstiffness_ratio = 0.8\nfriction = 0.545\n[damping]\nlocal = 0.1\nform = \"component\"\n[time]\nend = \"1 s\"\n"
-        )
-    } else {
-        return dem::job::<S>(grains);
+    let mut job = match S::DIMENSION {
+        2 => discs(grains)?,
+        _ => dem::job::<S>(grains)?,
     };
+    dem::keep_packing(&mut job);
+    Ok(job)
+}
+
+fn discs(grains: u64) -> Result<Assembly, Error> {
+    let text = format!(
+        r#"
+        name = "rve"
+        [cell]
+        space = "plane"
+        upper = [{edge:?}, {edge:?}]
+        depth = "10 cm"
+        [grains]
+        density = "2650 kg/m3"
+        count = {grains}
+        distribution = "uniform"
+        diameter_min = "6 mm"
+        diameter_max = "14 mm"
+        [packing]
+        preparation = "compress"
+        stress = "100 kPa"
+        energy_ratio_max = 1e-3
+        [contact]
+        law = "elastic_rolling"
+        young_modulus = "600 MPa"
+        stiffness_ratio = 0.8
+        friction = 0.545
+        [damping]
+        local = 0.1
+        form = "component"
+        [time]
+        end = "1 s"
+        "#,
+        edge = (grains as f64 * 1e-4).sqrt()
+    );
     Ok(Job::parse(&text, "bench", &[])?.as_assembly().expect("the text has a [cell]").clone())
 }
 
@@ -127,7 +157,7 @@ fn measured<S: Space>(wanted: &Wanted, transport: &dyn Transport) -> Result<Meas
         packing.push(1e9 * begun.elapsed().as_secs_f64() / (beside.stretches.steps * world.grains_total) as f64);
     }
     let deformation = *elements[0].deformation();
-    let (_, looked) = elements[0].follow_and_look(&deformation, duration, &drive, &mut Scratch::default())?;
+    let (_, observed) = elements[0].follow_and_observe(&deformation, duration, &drive, &mut Scratch::default())?;
     Ok(Measured {
         space: S::NAME,
         elements: wanted.elements,
@@ -135,7 +165,7 @@ fn measured<S: Space>(wanted: &Wanted, transport: &dyn Transport) -> Result<Meas
         rve,
         packing,
         bytes_resident_per_grain: bytes,
-        contacts_per_grain: 0.5 * looked.fabric.coordination,
+        contacts_per_grain: 0.5 * observed.fabric.coordination,
         stress_ratio: ratio,
     })
 }

@@ -115,15 +115,8 @@ impl Scenario {
             at_face: self.continuum.at_face,
             seat: 0.0,
         };
-        let servo = BodyServo {
-            direction: [0.0, 1.0, 0.0],
-            force: loading.stress_normal * self.specimen.width * self.specimen.depth,
-            mass: loading.plate_mass,
-            damping: loading.plate_damping,
-            speed_max: PLATE_SPEED * loading.speed,
-        };
         let path = PathPoint::rising_to([loading.speed, 0.0, 0.0], [0.0; 3], loading.speed_ramp);
-        let sheared = Motion { path, servo: Some(servo) };
+        let sheared = Motion { path, servo: Some(servo_of_plate(self)) };
         let weak = self.continuum.weak.iter().map(|weak| Region {
             shape: RegionShape::Box {
                 lower: [weak.lower[0], weak.lower[1], 0.0],
@@ -157,7 +150,19 @@ impl Scenario {
 }
 
 /// Fastest vertical motion of the plate's servo, as a multiple of the shearing speed.
-pub const PLATE_SPEED: f64 = 10.0;
+const PLATE_SPEED: f64 = 10.0;
+
+/// What holds the upper plate at the normal stress.
+pub fn servo_of_plate(scenario: &Scenario) -> BodyServo {
+    let (loading, specimen) = (&scenario.loading, &scenario.specimen);
+    BodyServo {
+        direction: [0.0, 1.0, 0.0],
+        force: loading.stress_normal * specimen.width * specimen.depth,
+        mass: loading.plate_mass,
+        damping: loading.plate_damping,
+        speed_max: PLATE_SPEED * loading.speed,
+    }
+}
 
 // Material
 

@@ -185,9 +185,9 @@ impl<S: Space> Reached<S> {
         for (which, velocity) in velocities.iter().enumerate() {
             let slip = *velocity - *body;
             words[which] = self.area * slip.dot(&self.normal);
-            let rub = along::<S>(&self.normal, &slip);
+            let tangential = along::<S>(&self.normal, &slip);
             for component in 0..count {
-                words[PARTS + (1 + which) * count + component] = self.area * rub[component];
+                words[PARTS + (1 + which) * count + component] = self.area * tangential[component];
             }
         }
         words[2] = self.area * self.area * (heaviest / mass);
@@ -205,12 +205,15 @@ impl<S: Space> Reached<S> {
             || self.columns.iter().filter(|(_, share)| *share > 0.0).map(|(at, share)| (&columns[*at], *share));
         let full: f64 = shares().map(|(column, share)| share * column.full).sum();
         std::array::from_fn(|which| {
-            let (mut pressure, mut rub) = (0.0, [0.0; 3]);
+            let (mut pressure, mut tangential) = (0.0, [0.0; 3]);
             for (column, share) in shares() {
                 pressure += share * column.pressure_change[which];
-                rub.iter_mut().zip(&column.rub_change[which]).for_each(|(sum, more)| *sum += share * more);
+                tangential
+                    .iter_mut()
+                    .zip(&column.tangential_change[which])
+                    .for_each(|(sum, more)| *sum += share * more);
             }
-            (self.normal * pressure + embedded::<S>(&self.normal, &rub)) * self.area + self.balance * (full * dt)
+            (self.normal * pressure + embedded::<S>(&self.normal, &tangential)) * self.area + self.balance * (full * dt)
         })
     }
 }
@@ -220,9 +223,9 @@ impl<S: Space> Reached<S> {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Column {
     pressure: [f64; 2],
-    rub: [[f64; 3]; 2],
+    tangential: [[f64; 3]; 2],
     pressure_change: [f64; 2],
-    rub_change: [[f64; 3]; 2],
+    tangential_change: [[f64; 3]; 2],
     /// phi; none after the first sweep.
     full: f64,
 }
@@ -237,28 +240,28 @@ impl Column {
         balances: bool,
     ) {
         let (before, count) = (*self, components::<S>());
-        let softness = sums(2) / heaviest;
-        (self.full, self.pressure_change, self.rub_change) = (0.0, [0.0; 2], [[0.0; 3]; 2]);
-        if softness <= 0.0 || softness.is_nan() {
+        let inverse_mass = sums(2) / heaviest;
+        (self.full, self.pressure_change, self.tangential_change) = (0.0, [0.0; 2], [[0.0; 3]; 2]);
+        if inverse_mass <= 0.0 || inverse_mass.is_nan() {
             return;
         }
-        let asked = |which: usize| before.pressure[which] - sums(which) / softness;
+        let asked = |which: usize| before.pressure[which] - sums(which) / inverse_mass;
         let is_void = sums(5) <= 0.0 || sums(3) <= ROUND_OFF * sums(4);
-        let lets_go = separates && (is_void || asked(1) <= 0.0);
-        if balances && !lets_go {
+        let separates_now = separates && (is_void || asked(1) <= 0.0);
+        if balances && !separates_now {
             let share = sums(3) / sums(6).max(ROUND_OFF);
             self.full = ((share - FULL[0]) / (FULL[1] - FULL[0])).clamp(0.0, 1.0);
         }
         for which in 0..2 {
-            self.pressure[which] = if lets_go { 0.0 } else { asked(which) };
-            let mut rub = [0.0; 3];
-            for (component, rub) in rub.iter_mut().enumerate().take(count) {
+            self.pressure[which] = if separates_now { 0.0 } else { asked(which) };
+            let mut tangential = [0.0; 3];
+            for (component, tangential) in tangential.iter_mut().enumerate().take(count) {
                 let slip = sums(PARTS + (1 + which) * count + component) + self.full * sums(PARTS + component);
-                *rub = before.rub[which][component] - slip / softness;
+                *tangential = before.tangential[which][component] - slip / inverse_mass;
             }
-            let size = rub.iter().map(|rub| rub * rub).sum::<f64>().sqrt();
+            let size = tangential.iter().map(|tangential| tangential * tangential).sum::<f64>().sqrt();
             let kept = match grip {
-                _ if lets_go => 0.0,
+                _ if separates_now => 0.0,
                 Grip::Smooth => 0.0,
                 Grip::Rough => 1.0,
                 Grip::Coulomb(friction) => {
@@ -266,9 +269,10 @@ impl Column {
                     if size > most { most / size } else { 1.0 }
                 }
             };
-            self.rub[which] = rub.map(|rub| kept * rub);
+            self.tangential[which] = tangential.map(|tangential| kept * tangential);
             self.pressure_change[which] = self.pressure[which] - before.pressure[which];
-            self.rub_change[which] = std::array::from_fn(|at| self.rub[which][at] - before.rub[which][at]);
+            self.tangential_change[which] =
+                std::array::from_fn(|at| self.tangential[which][at] - before.tangential[which][at]);
         }
     }
 }
@@ -290,6 +294,8 @@ pub struct AskewRows<S: Space> {
     /// By tile row, and of owned nodes.
     pub brought: Vec<Outline>,
     pub sums: Vec<Outline>,
+    /// Nodes that points near such faces reach, with their places; room that is kept.
+    owned: Vec<(usize, [i32; 3], S::Vector)>,
     /// Nodes in reach, body by body in the order of [`FaceSet::askew`], and which those of each are; in the order of their numbers.
     pub reached: Vec<Reached<S>>,
     pub ranges: Vec<Range<usize>>,
@@ -307,6 +313,7 @@ impl<S: Space> Default for AskewRows<S> {
         Self {
             brought: Vec::new(),
             sums: Vec::new(),
+            owned: Vec::new(),
             reached: Vec::new(),
             ranges: Vec::new(),
             lines: Vec::new(),
@@ -319,14 +326,22 @@ impl<S: Space> Default for AskewRows<S> {
 
 impl<S: Space> AskewRows<S> {
     /// Looks which nodes faces reach: `owned` with their places, m and in the lattice; `unit` is the face of a cell, m2. Columns are lines still.
-    pub fn reach(&mut self, set: &FaceSet, bodies: &[Body<S>], unit: f64, owned: &[(usize, [i32; 3], S::Vector)]) {
+    pub fn reach(
+        &mut self,
+        set: &FaceSet,
+        bodies: &[Body<S>],
+        unit: f64,
+        owned: impl Iterator<Item = (usize, [i32; 3], S::Vector)>,
+    ) {
+        self.owned.clear();
+        self.owned.extend(owned.filter(|(number, ..)| self.sums[*number].is_reached()));
         self.reached.clear();
         self.ranges.clear();
         self.lines.clear();
         self.lines.resize(set.askew.len() * lines_of_body(&set.lattice), 0);
         for (order, body) in set.askew.iter().enumerate() {
             let first = self.reached.len();
-            for node in owned.iter().filter(|(number, ..)| self.sums[*number].is_reached()) {
+            for node in &self.owned {
                 let outline = &self.sums[node.0];
                 if let Some(reached) = reached(set, bodies, (order, *body), *node, outline, unit) {
                     for (line, share) in reached.columns {

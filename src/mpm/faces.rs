@@ -46,11 +46,10 @@ pub const SIDES: usize = 6;
 /// Lines beyond an edge of a face that may belong to the column of the last line within it.
 const BESIDE: i32 = 2;
 
-/// Lengths in cells: what counts as touching, what is beside a face beyond the reach of functions, how far a point may be to count, and what
-/// the guard keeps clear and moves in a step.
+/// Lengths in cells: what counts as touching, what is beside a face beyond the reach of functions, and what the guard keeps clear and moves
+/// in a step.
 pub const TOUCH: f64 = 0.02;
 pub const BEYOND: f64 = 0.05;
-const FELT: f64 = 4.5;
 const CLEAR: f64 = 0.06;
 const GUARD_SHARE: f64 = 0.1;
 const GUARD_MAX: f64 = 0.002;
@@ -92,6 +91,11 @@ impl Lattice {
             ShapeFunction::Quadratic => 1.5,
             ShapeFunction::Cubic => 2.0,
         }
+    }
+
+    /// How far from a face a point may be to bring anything to a node in the face's reach.
+    fn felt(&self) -> f64 {
+        2.0 * (self.reach() + BEYOND)
     }
 
     /// The whole number of periods to take from a coordinate for its image nearest to the middle between two.
@@ -243,10 +247,7 @@ impl FaceSet {
                 }
             }
         }
-        let is_askew = |(number, body): &(usize, &Body<S>)| {
-            let has_face = matches!(body.shape, Form::Plane { .. } | Form::Cylinder { .. });
-            body.meets_points && has_face && solids.iter().all(|solid| solid.body != *number)
-        };
+        let is_askew = |(_, body): &(usize, &Body<S>)| body.meets_points && body.is_askew();
         let askew = bodies.iter().enumerate().filter(is_askew).map(|(number, _)| number).collect();
         Self { lattice, solids, faces, askew }
     }
@@ -274,7 +275,7 @@ impl FaceSet {
             (0..self.lattice.dimension).all(|axis| {
                 let bounds = solid.bounds[axis];
                 let middle = self.lattice.image(axis, f64::from(first[axis]) + half, bounds);
-                let most = half + DRIFT_MAX + FELT;
+                let most = half + DRIFT_MAX + self.lattice.felt();
                 middle + most >= bounds[0] && middle - most <= bounds[1]
             })
         });
@@ -469,9 +470,25 @@ impl FaceSet {
         }
     }
 
+    /// Whether a place is farther than that from a body along an axis, or as deep within it.
+    fn is_far<S: Space>(&self, solid: &Solid, position: &S::Vector, felt: f64) -> bool {
+        let mut deepest = f64::NEG_INFINITY;
+        for axis in 0..S::DIMENSION {
+            let [lower, upper] = solid.bounds[axis];
+            let coordinate = (position[axis] - self.lattice.corner[axis]) / self.lattice.cell;
+            let coordinate = self.lattice.image(axis, coordinate, [lower, upper]);
+            deepest = deepest.max((lower - coordinate).max(coordinate - upper));
+        }
+        deepest.abs() > felt
+    }
+
     /// For each side that a point is in front of and near to, the share of its box that is so, and t.
     fn sides_of<S: Space>(&self, point: &Hot<S>) -> [Option<[f64; 2]>; SIDES] {
         let mut sides: [Option<[f64; 2]>; SIDES] = [None; SIDES];
+        let felt = self.lattice.felt();
+        if self.solids.iter().all(|solid| self.is_far::<S>(solid, &point.position, felt)) {
+            return sides;
+        }
         let mut halves = [0.0; 3];
         for (axis, half) in halves.iter_mut().enumerate().take(S::DIMENSION) {
             let stretch = |along: usize| point.deformation[along * S::DIMENSION + axis].abs();
@@ -479,7 +496,7 @@ impl FaceSet {
         }
         for solid in &self.solids {
             for (side, distance, share) in self.in_front::<S>(solid, &point.position, halves) {
-                if distance.abs() > FELT {
+                if distance.abs() > felt {
                     continue;
                 }
                 let half = halves[side / 2];

@@ -21,7 +21,7 @@ use crate::domain::layout::{Ground, Layout};
 use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
-use crate::job::assembly::{Assembly, Packed, Preparation, Read, Shape, Source, Velocities};
+use crate::job::assembly::{Assembly, BodyServo, Packed, Preparation, Read, Shape, Source, Velocities};
 use crate::job::figures;
 use crate::mpm::membrane::Membranes;
 use crate::mpm::stress::no_material;
@@ -63,8 +63,7 @@ pub fn sample<S: Space>(job: &Assembly) -> Result<Sample<S>, Error> {
 }
 
 /// The same as a representative volume element, whose grains stand in the order of their ids. It serves free grains in a cell that is
-/// periodic along every axis,
-/// without gravity and bodies.
+/// periodic along every axis, without gravity and bodies.
 pub fn volume_element<S: Space>(job: &Assembly) -> Result<Rve<S>, Error> {
     let refused = |what: &str| Err(Error::User(format!("a grain assembly that stands for a material {what}")));
     if !(0..S::DIMENSION).all(|axis| job.cell.periodic[axis]) {
@@ -259,6 +258,16 @@ fn spin<S: Space>(components: &[f64; 3]) -> S::Spin {
     spin
 }
 
+pub(super) fn servo_of<S: Space>(servo: &BodyServo) -> body::Servo<S> {
+    body::Servo {
+        direction: vector::<S>(&servo.direction),
+        force: servo.force,
+        mass: servo.mass,
+        damping: servo.damping,
+        speed_max: servo.speed_max,
+    }
+}
+
 pub(crate) fn body_of<S: Space>(body: &crate::job::assembly::Body) -> Body<S> {
     let shape = match &body.shape {
         Shape::Layer { .. } => body::Shape::Layer,
@@ -275,13 +284,7 @@ pub(crate) fn body_of<S: Space>(body: &crate::job::assembly::Body) -> Body<S> {
         .iter()
         .map(|at| body::Instant { time: at.time, velocity: vector::<S>(&at.velocity), spin: spin::<S>(&at.spin) })
         .collect();
-    made.servo = body.motion.servo.map(|servo| body::Servo {
-        direction: vector::<S>(&servo.direction),
-        force: servo.force,
-        mass: servo.mass,
-        damping: servo.damping,
-        speed_max: servo.speed_max,
-    });
+    made.servo = body.motion.servo.as_ref().map(servo_of);
     made
 }
 

@@ -6,11 +6,12 @@ use crate::base::error::Error;
 use crate::base::ids::PointId;
 use crate::base::space::{Linear, Plane, Space};
 use crate::base::symmetric::Symmetric;
-use crate::bodies::body::{Body, Instant, Servo, Shape, Side};
+use crate::bodies::body::{Body, Instant, Shape, Side};
 use crate::domain::rebuild::Parts;
 use crate::job::{Method, Scenario, derived};
 use crate::mpm::points::Point;
 use crate::mpm::stress::material_of;
+use crate::prepare::grain_world::servo_of;
 use crate::prepare::sheared::{self, Packing, PlanarWorld, cell_of, layout_for, settings_of_run};
 
 type Vector = <Plane as Space>::Vector;
@@ -26,13 +27,7 @@ pub fn bodies(scenario: &Scenario, height: f64) -> Vec<Body<Plane>> {
         true => vec![instant(0.0, 0.0), instant(loading.speed_ramp, loading.speed)],
         false => vec![instant(0.0, loading.speed)],
     };
-    upper.servo = Some(Servo {
-        direction: Vector::new(0.0, 1.0),
-        force: loading.stress_normal * scenario.specimen.width * scenario.specimen.depth,
-        mass: loading.plate_mass,
-        damping: loading.plate_damping,
-        speed_max: derived::PLATE_SPEED * loading.speed,
-    });
+    upper.servo = Some(servo_of(&derived::servo_of_plate(scenario)));
     vec![lower, upper]
 }
 

@@ -1,6 +1,8 @@
 //! What an assembly says of itself, from the forces at the end of an increment, summed over contacts in the order of ids.
 
 use crate::base::space::{Linear, Space};
+use crate::dem::grains::Hot;
+use crate::dem::neighbours::Term;
 use crate::dem::sample::Sample;
 
 /// Sums over the contacts that bear force.
@@ -14,26 +16,36 @@ pub struct Measured<S: Space> {
     pub forces: f64,
 }
 
+/// A contact that bears, of the grain with the lower id.
+struct Bearing<'a, S: Space> {
+    grains: [&'a Hot<S>; 2],
+    force: S::Vector,
+    /// From the centre of the other grain to its own, m.
+    branch: S::Vector,
+}
+
+/// All of them in the order of ids, at the evaluation just done, whose forces have been kept.
+fn bearing<S: Space>(sample: &Sample<S>) -> impl Iterator<Item = Bearing<'_, S>> {
+    let (contacts, grains) = (&sample.assembly.contacts, &sample.assembly.grains);
+    let terms = (0..grains.owned).flat_map(|row| contacts.neighbours.terms_of(row)).filter(|term| !term.is_b());
+    terms.filter_map(|term| {
+        let force = contacts.force_of(term.pair());
+        let pair = &contacts.neighbours.pairs[term.pair()];
+        let [a, b] = [pair.a, pair.b()].map(|row| &grains.hot[row as usize]);
+        let branch = || a.position - b.position + contacts.shift(pair).0;
+        (force != S::Vector::zero()).then(|| Bearing { grains: [a, b], force, branch: branch() })
+    })
+}
+
 impl<S: Space> Measured<S> {
     /// At the evaluation just done, whose forces have been kept.
     pub fn of(sample: &Sample<S>) -> Self {
-        let (contacts, grains) = (&sample.assembly.contacts, &sample.assembly.grains);
-        let mut sums = Self { moment: S::Tensor::zero(), contacts: 0, forces: 0.0 };
-        for row in 0..grains.owned {
-            for term in contacts.neighbours.terms_of(row).iter().filter(|term| !term.is_b()) {
-                let force = contacts.force_of(term.pair());
-                if force == S::Vector::zero() {
-                    continue;
-                }
-                let pair = &contacts.neighbours.pairs[term.pair()];
-                let [a, b] = [pair.a, pair.b()].map(|row| &grains.hot[row as usize]);
-                let branch = a.position - b.position + contacts.shift(pair).0;
-                sums.moment -= S::outer(&force, &branch);
-                sums.contacts += 1;
-                sums.forces += force.dot(&force);
-            }
-        }
-        sums
+        let none = Self { moment: S::Tensor::zero(), contacts: 0, forces: 0.0 };
+        bearing(sample).fold(none, |sums, Bearing { force, branch, .. }| Self {
+            moment: sums.moment - S::outer(&force, &branch),
+            contacts: sums.contacts + 1,
+            forces: sums.forces + force.dot(&force),
+        })
     }
 
     /// I_uf: root mean square of what is out of balance on grains over that of the forces of contacts (Liu et al. 2016, eq. 57); none
@@ -46,27 +58,16 @@ impl<S: Space> Measured<S> {
     }
 }
 
-/// Sum of k b (x) b over contacts that bear, J, k being the stiffest spring of each: over the volume no less than what the stress along any
-/// direction answers to
-/// a strain along it while grains move with the mean field (the affine stiffness), and so a bound on the P-wave modulus. At the evaluation
-/// just done, whose forces have been kept.
+/// Sum of k b (x) b over contacts that bear, J, k being the stiffest spring of each: over the volume no less than what the stress along
+/// any direction answers to a strain along it while grains move with the mean field (the affine stiffness, as [`crate::dem::strained`] has
+/// it along the axes), and so a bound on the P-wave modulus. At the evaluation just done, whose forces have been kept.
 pub fn affine_stiffness<S: Space>(sample: &Sample<S>) -> S::Tensor {
-    let (law, contacts, grains) = (sample.constants.law(), &sample.assembly.contacts, &sample.assembly.grains);
-    let mut sum = S::Tensor::zero();
-    for row in 0..grains.owned {
-        for term in contacts.neighbours.terms_of(row).iter().filter(|term| !term.is_b()) {
-            if contacts.force_of(term.pair()) == S::Vector::zero() {
-                continue;
-            }
-            let pair = &contacts.neighbours.pairs[term.pair()];
-            let [a, b] = [pair.a, pair.b()].map(|row| &grains.hot[row as usize]);
-            let branch = a.position - b.position + contacts.shift(pair).0;
-            let overlap = a.radius + b.radius - branch.norm();
-            let springs = law.stiffness([a.radius, b.radius], [a.mass, b.mass], overlap);
-            sum += S::outer(&branch, &branch) * springs.stiffest();
-        }
-    }
-    sum
+    let law = sample.constants.law();
+    bearing(sample).fold(S::Tensor::zero(), |sum, Bearing { grains: [a, b], branch, .. }| {
+        let overlap = a.radius + b.radius - branch.norm();
+        let springs = law.stiffness([a.radius, b.radius], [a.mass, b.mass], overlap);
+        sum + S::outer(&branch, &branch) * springs.stiffest()
+    })
 }
 
 /// Fabric and coordination.
@@ -76,7 +77,7 @@ pub struct Fabric<S: Space> {
     pub tensor: S::Tensor,
     /// Contacts of a grain on average.
     pub coordination: f64,
-    /// The same of grains that have two or more, of contacts among which those of others do not count: the mechanical one (Thornton 2000).
+    /// The mechanical one (Thornton 2000), (2 C - N_1)/(N - N_0 - N_1): without grains that have none or one.
     pub mechanical: f64,
 }
 
@@ -89,27 +90,17 @@ impl<S: Space> Fabric<S> {
     /// At the evaluation just done, whose forces have been kept.
     pub fn of(sample: &Sample<S>) -> Self {
         let (contacts, grains) = (&sample.assembly.contacts, &sample.assembly.grains);
-        let (mut tensor, mut count) = (S::Tensor::zero(), 0u64);
-        let (mut none, mut one) = (0u64, 0u64);
-        for row in 0..grains.owned {
-            let mut own = 0u64;
-            for term in contacts.neighbours.terms_of(row) {
-                if contacts.force_of(term.pair()) == S::Vector::zero() {
-                    continue;
-                }
-                own += 1;
-                if !term.is_b() {
-                    let pair = &contacts.neighbours.pairs[term.pair()];
-                    let [a, b] = [pair.a, pair.b()].map(|row| &grains.hot[row as usize]);
-                    let branch = a.position - b.position + contacts.shift(pair).0;
-                    let normal = branch * (1.0 / branch.norm());
-                    tensor += S::outer(&normal, &normal);
-                    count += 1;
-                }
-            }
-            none += u64::from(own == 0);
-            one += u64::from(own == 1);
-        }
+        let (tensor, count) =
+            bearing(sample).fold((S::Tensor::zero(), 0u64), |(sum, count), Bearing { branch, .. }| {
+                let normal = branch * (1.0 / branch.norm());
+                (sum + S::outer(&normal, &normal), count + 1)
+            });
+        let bears = |term: &&Term| contacts.force_of(term.pair()) != S::Vector::zero();
+        let with = |wanted: usize| {
+            let own = |row: &usize| contacts.neighbours.terms_of(*row).iter().filter(bears).count();
+            (0..grains.owned).filter(|row| own(row) == wanted).count()
+        };
+        let [none, one] = [0, 1].map(with);
         let owned = grains.owned as f64;
         let share = |part: f64, of: f64| if of > 0.0 { part / of } else { 0.0 };
         Self {

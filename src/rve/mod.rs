@@ -1,5 +1,6 @@
-//! Representative volume elements (RVEs): periodic assemblies of grains, each of which stands for a material point or an element and answers to its
-//! deformation gradient with a stress (Liang & Zhao 2019, section 2.3; Liu et al. 2016, section 2). It does not know what it stands for, nor ranks.
+//! Representative volume elements (RVEs): periodic assemblies of grains, each of which stands for a material point or an element and
+//! answers to its deformation gradient with a stress (Liang & Zhao 2019, section 2.3; Liu et al. 2016, section 2). It does not know what
+//! it stands for, nor ranks.
 //!
 //! * [`drive`]: how the cell gets from one deformation to the next, and in how many steps of its grains.
 //! * [`step`]: a step of grains in a cell whose edges go straight.
@@ -20,4 +21,4 @@ pub use drive::{Drive, Pace};
 pub use measure::Measured;
 pub use rest::{Resting, Template};
 pub use step::Scratch;
-pub use volume_element::{Event, Rve};
+pub use volume_element::{Events, Response, Rve};

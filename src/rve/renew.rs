@@ -1,6 +1,5 @@
-//! A cell that has become too thin for its contacts is replicated: the same assembly twice as long along that axis, with every
-//! contact and its memory. Nothing
-//! jumps; the two halves are alike until rounding tells them apart.
+//! A cell that has become too thin for its contacts is replicated: the same assembly twice as long along that axis, with every contact and
+//! its memory. Nothing jumps; the two halves are alike until rounding tells them apart.
 
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
@@ -45,8 +44,6 @@ pub fn double<S: Space>(sample: &mut Sample<S>, axis: usize) -> Result<(), Error
     one[axis] = 1;
     let (edge, rate) = (cell.shift(one), cell.shift_rate(one));
     let rows: Vec<GrainRow<S>> = (0..assembly.grains.owned).map(|row| assembly.whole_row(row)).collect();
-    let row_of: std::collections::BTreeMap<GrainId, usize> =
-        rows.iter().enumerate().map(|(number, row)| (row.cold.id, number)).collect();
     let mut twice = Vec::with_capacity(2 * rows.len());
     for row in &rows {
         for copy in 0..2 {
@@ -63,7 +60,7 @@ pub fn double<S: Space>(sample: &mut Sample<S>, axis: usize) -> Result<(), Error
                 ..row.cold
             };
             let contacts = row.contacts.iter().map(|(partner, memory)| {
-                let place = rows[row_of[partner]].hot.position;
+                let place = rows[partner.0 as usize].hot.position;
                 let periods = cell.image_towards(&row.hot.position, &place)[axis];
                 let of_partner = (copy - periods).rem_euclid(2);
                 (GrainId(2 * partner.0 + of_partner as u64), *memory)

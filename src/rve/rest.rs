@@ -1,6 +1,6 @@
 //! An RVE between two increments, as it travels and lies on disk: what moves and what contacts remember. Radii, masses and constants are
-//! those of a template that all RVEs of
-//! a material share, and lists are made again from where grains were when they were made, so that every later bit is the same.
+//! those of a template that all RVEs of a material share, and lists are made again from where grains were when they were made, so that
+//! every later bit is the same.
 
 use std::sync::Arc;
 
@@ -12,6 +12,7 @@ use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::sample::Sample;
 use crate::law::contact::Memory;
+use crate::rve::drive::Grain;
 use crate::rve::volume_element::{Rve, State};
 
 /// What RVEs of one material have in common.
@@ -19,7 +20,9 @@ use crate::rve::volume_element::{Rve, State};
 pub struct Template<S: Space> {
     /// Radius, m, and mass, kg, of its grains by id.
     pub grains: Arc<[[f64; 2]]>,
+    pub grain: Grain,
     pub constants: Constants<S>,
+    /// What the space's measure is multiplied with to give m3.
     pub depth: f64,
 }
 
@@ -50,11 +53,19 @@ impl<S: Space> Resting<S> {
 }
 
 impl<S: Space> Template<S> {
-    /// Of an RVE that has not been replicated.
-    pub fn of(rve: &Rve<S>) -> Self {
-        let Sample { assembly, constants, .. } = rve.sample();
-        let grains = assembly.grains.hot.iter().map(|hot| [hot.radius, hot.mass]).collect();
-        Self { grains, constants: constants.clone(), depth: rve.depth() }
+    /// Of an assembly as it was made.
+    pub fn of(sample: &Sample<S>, depth: f64) -> Self {
+        let Sample { assembly, constants, .. } = sample;
+        let hot = &assembly.grains.hot;
+        let solid: f64 = hot.iter().map(|hot| S::grain_volume(hot.radius, depth)).sum();
+        let mass: f64 = hot.iter().map(|hot| hot.mass).sum();
+        let diameter = 2.0 * hot.iter().map(|hot| hot.radius).sum::<f64>() / hot.len() as f64;
+        Self {
+            grains: hot.iter().map(|hot| [hot.radius, hot.mass]).collect(),
+            grain: Grain { diameter, density: mass / solid, dt: constants.dt },
+            constants: constants.clone(),
+            depth,
+        }
     }
 }
 
@@ -121,6 +132,6 @@ impl<S: Space> Rve<S> {
         let mut sample =
             Sample::away(resting.cells, &rows, template.constants.clone(), Arc::new(|_: &S::Vector| (0, 0)))?;
         sample.step = resting.step;
-        Ok(Self::of(sample, resting.state.clone(), template.depth))
+        Ok(Self::of(sample, template.clone(), resting.state.clone()))
     }
 }

@@ -1,6 +1,5 @@
 //! A step of grains in a cell whose edges change at a constant rate. A place that moves with such a cell goes straight on, so that grains
-//! which do are pushed by
-//! nothing, and a kick and the drift after it touch a record once. An increment of deformation is
+//! which do are pushed by nothing, and a kick and the drift after it touch a record once. An increment of deformation is
 //!
 //! ```text
 //! the mean field takes up its rate, first drift;   evaluate, kick, drift (n - 1 times);   evaluate with forces kept, kick
@@ -93,23 +92,19 @@ impl<S: Space, const DAMPS: bool, const DRIFTS: bool> Finish<S> for Glide<'_, S,
     }
 }
 
-/// Takes the edges of a cell straight by `way`, m, in `count` steps of the sample's time step, to `arrived` of what they come to. Forces of
-/// all pairs are
-/// kept at the end.
-pub fn along<S: Space>(
-    sample: &mut Sample<S>,
-    way: S::Tensor,
-    count: u64,
-    arrived: impl Fn(&S::Tensor) -> S::Tensor,
-) -> Result<(), Error> {
-    let dt = sample.constants.dt;
-    let change = sample.assembly.cell.set_rate(way * (1.0 / (count as f64 * dt)));
+/// Takes the edges of a cell straight to `edges`, m, in `count` steps of the sample's time step: whichever basis of that lattice is the
+/// one of the cell. Forces of all pairs are kept at the end.
+pub fn along<S: Space>(sample: &mut Sample<S>, edges: &S::Tensor, count: u64) -> Result<(), Error> {
+    let now = sample.assembly.cell.edges;
+    let way = in_basis_near::<S>(edges, &now)? - now;
+    let change = sample.assembly.cell.set_rate(way * (1.0 / (count as f64 * sample.constants.dt)));
     set_out(sample, &change);
     for number in 1..=count {
         sample.step += 1;
         if number == count {
-            let edges = arrived(&sample.assembly.cell.edges);
-            sample.assembly.cell.arrive(edges);
+            // Without what steps have rounded; lists may have been made in another basis.
+            let arrived = in_basis_near::<S>(edges, &sample.assembly.cell.edges)?;
+            sample.assembly.cell.arrive(arrived);
         }
         // What is not a number is not below one.
         let closed = closed(sample);
@@ -123,6 +118,19 @@ pub fn along<S: Space>(
         }
     }
     Ok(())
+}
+
+/// These edges in the basis in which they are nearest to others: whole multiples of one another, of the same volume.
+fn in_basis_near<S: Space>(edges: &S::Tensor, near: &S::Tensor) -> Result<S::Tensor, Error> {
+    let mut basis = S::inverse(edges).unwrap_or_else(S::Tensor::zero) * *near;
+    (0..S::Tensor::COMPONENTS).for_each(|component| basis[component] = basis[component].round());
+    match S::determinant(&basis).abs() == 1.0 {
+        true => Ok(*edges * basis),
+        false => Err(Error::Run(
+            "the cell of a grain assembly is strained by a half and more in one increment: the step of the continuum is too long"
+                .into(),
+        )),
+    }
 }
 
 /// The mean field follows a change of its gradient, and grains drift for the first time.

@@ -7,23 +7,21 @@
 //! ```
 //!
 //! so that the cell is driven by the whole velocity gradient (the frame has its spin), sees none but stretches, and is left alone by a
-//! rigid turn: stress turns with it
-//! to round-off, and no memory of a contact has to be turned. A frame that turns with R of F = R U itself, as of Liu et al. (2016, box B1),
-//! would lose the spin between R and
-//! the vorticity.
+//! rigid turn: stress turns with it to round-off, and no memory of a contact has to be turned. A frame that turns with R of F = R U
+//! itself, as of Liu et al. (2016, box B1), would lose the spin between R and the vorticity.
 //!
 //! A cell that expands until nothing in it touches is **loose**: its grains are carried along without steps and without stress until the
-//! volume is back at which the last
-//! contact was lost; otherwise they would fly on for ever. Then they start from rest.
+//! volume is back at which the last contact was lost; otherwise they would fly on for ever. Then they start from rest.
 
 use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::base::symmetric::Symmetric;
-use crate::dem::cell::Cell;
+use crate::dem::grains::Hot;
 use crate::dem::sample::Sample;
-use crate::rve::drive::{Drive, Grain, Pace, size_of};
+use crate::rve::drive::{Drive, Pace, size_of};
 use crate::rve::measure::{Fabric, Measured, affine_stiffness};
 use crate::rve::renew;
+use crate::rve::rest::Template;
 use crate::rve::step::{Scratch, along};
 
 /// The share of the pressure of the start below which increments take no more steps.
@@ -34,23 +32,22 @@ const STEPS_BETWEEN_STOPS: u64 = 10;
 const STOPS_MAX: u64 = 500;
 const OVERLAP_AT_REST: f64 = 0.01;
 
-/// Something that a run is told of, though it goes on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Event {
+/// What a run is told of, though it goes on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Events {
     /// Its last contact was lost.
-    Loosened,
+    pub loosened: bool,
     /// It is as dense again as when that happened.
-    Returned,
-    /// It had become too thin along an axis and was replicated.
-    Renewed { axis: usize },
+    pub returned: bool,
+    /// Times that it had become too thin along an axis, and was replicated.
+    pub replicated: u32,
 }
 
 /// A grain assembly that stands for a point.
 #[derive(Clone)]
 pub struct Rve<S: Space> {
     sample: Sample<S>,
-    /// What the space's measure is multiplied with to give m3.
-    depth: f64,
+    template: Template<S>,
     state: State<S>,
 }
 
@@ -59,25 +56,21 @@ pub struct Rve<S: Space> {
 pub struct State<S: Space> {
     /// Edges at F = I, m.
     edges: S::Tensor,
-    /// Volume at F = I and that of its grains, m3.
-    volume: f64,
-    solid: f64,
-    grain: Grain,
     /// F and Q.
     deformation: S::Tensor,
     frame: S::Tensor,
-    /// Mean stress of now, positive in compression, Pa: for the number of steps.
+    /// Mean stress of now, positive in compression, and that which is not thought smaller where steps are counted, Pa.
     pressure: f64,
-    /// Of a loose one det F at which the last contact was lost, and its cell as it was then.
-    loose: Option<(f64, Cell<S>)>,
-    /// Steps of its grains so far, and of pairs in them: what it costs.
-    pub steps: u64,
+    pressure_min: f64,
+    /// Of a loose one det F at which the last contact was lost. Its cell stays as it was then.
+    loose: Option<f64>,
+    /// Steps of pairs so far: what it costs.
     pub pair_steps: u64,
 }
 
 /// What an increment came to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Answer<S: Space> {
+pub struct Response<S: Space> {
     /// Kirchhoff stress J sigma, Pa, tension positive.
     pub kirchhoff: S::Symmetric,
     /// What of it was not symmetric: moments on grains that were out of balance, Pa.
@@ -85,18 +78,18 @@ pub struct Answer<S: Space> {
     /// I_uf; none without contacts.
     pub unbalanced: Option<f64>,
     pub steps: u64,
-    pub events: [Option<Event>; 2],
+    pub events: Events,
 }
 
 /// What an observer asks for beside, in the frame of F.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Looked<S: Space> {
+pub struct Observed<S: Space> {
     pub fabric: Fabric<S>,
     /// Pa ([`affine_stiffness`]).
     pub stiffness: S::Tensor,
 }
 
-impl<S: Space> Looked<S> {
+impl<S: Space> Observed<S> {
     /// A bound on the P-wave modulus along any direction, Pa: the largest sum of a row bounds the largest eigenvalue.
     pub fn modulus_most(&self) -> f64 {
         let row = |row: usize| (0..S::DIMENSION).map(|column| self.stiffness[column * S::DIMENSION + row].abs()).sum();
@@ -104,7 +97,13 @@ impl<S: Space> Looked<S> {
     }
 }
 
-impl<S: Space> Answer<S> {
+impl<S: Space> Response<S> {
+    /// Of one that is loose.
+    fn none() -> Self {
+        let kirchhoff = S::Symmetric::of(&S::Tensor::zero());
+        Self { kirchhoff, skew: 0.0, unbalanced: None, steps: 0, events: Events::default() }
+    }
+
     /// Norm of the deviator over that of the mean stress: q/p in the plane, q = sqrt(s:s/2).
     pub fn deviator_over_pressure(&self) -> f64 {
         let stress = self.kirchhoff.tensor();
@@ -116,68 +115,61 @@ impl<S: Space> Answer<S> {
 
 impl<S: Space> Rve<S> {
     /// Of grains at rest, in the cell as it is at F = I. `depth` is that of the plane, m, one in space; all grains are free, of one
-    /// density, with ids from none on
-    /// in the order of rows.
-    pub fn new(sample: Sample<S>, depth: f64) -> Result<Self, Error> {
-        let grains = &sample.assembly.grains;
-        renew::refuse_many(grains.owned)?;
-        let hot = &grains.hot[..grains.owned];
-        let solid: f64 = hot.iter().map(|hot| S::grain_volume(hot.radius, depth)).sum();
-        let mass: f64 = hot.iter().map(|hot| hot.mass).sum();
-        let diameter = 2.0 * hot.iter().map(|hot| hot.radius).sum::<f64>() / hot.len() as f64;
-        let grain = Grain { diameter, density: mass / solid, dt: sample.constants.dt, pressure_min: 0.0 };
+    /// density, with ids from none on in the order of rows.
+    pub fn new(mut sample: Sample<S>, depth: f64) -> Result<Self, Error> {
+        renew::refuse_many(sample.assembly.grains.owned)?;
+        let moment = sample.contact_moment();
         let state = State {
             edges: sample.assembly.cell.edges,
-            volume: sample.assembly.cell.volume() * depth,
-            solid,
-            grain,
             deformation: S::identity(),
             frame: S::identity(),
-            pressure: f64::INFINITY,
+            pressure: 0.0,
+            pressure_min: 0.0,
             loose: None,
-            steps: 0,
             pair_steps: 0,
         };
-        let mut rve = Self::of(sample, state, depth);
-        rve.sample.assembly.grains.restore_cold();
-        let moment = rve.sample.contact_moment();
-        rve.sample.assembly.grains.drop_cold();
-        rve.state.pressure = rve.pressure_of(&moment);
+        let template = Template::of(&sample, depth);
+        let mut rve = Self::of(sample, template, state);
+        let pressure = rve.pressure_of(&moment);
         // What is not a number is not positive.
-        if rve.state.pressure <= 0.0 || rve.state.pressure.is_nan() {
+        if pressure <= 0.0 || pressure.is_nan() {
             return Err(Error::User(format!(
-                "a grain assembly that stands for a material must be under pressure at the start, and this one bears {:.3e} Pa: prepare it by packing.preparation = \"compress\"",
-                rve.state.pressure
+                "a grain assembly that stands for a material must be under pressure at the start, and this one bears {pressure:.3e} Pa: prepare it by packing.preparation = \"compress\""
             )));
         }
-        rve.state.grain.pressure_min = PRESSURE_SHARE_MIN * rve.state.pressure;
+        (rve.state.pressure, rve.state.pressure_min) = (pressure, PRESSURE_SHARE_MIN * pressure);
         Ok(rve)
     }
 
     /// As it has been; the rooms of its own go.
-    pub(super) fn of(mut sample: Sample<S>, state: State<S>, depth: f64) -> Self {
+    pub(super) fn of(mut sample: Sample<S>, template: Template<S>, state: State<S>) -> Self {
         Scratch::default().take_back(&mut sample);
-        Self { sample, depth, state }
+        Self { sample, template, state }
     }
 
     /// What it is now is where F begins.
     pub(super) fn begin_here(&mut self) {
         // In its own frame, which is that of F from now on: what begins is isotropic, or along the axes that it was compressed along.
         self.state.edges = self.sample.assembly.cell.edges;
-        self.state.volume = self.volume();
         (self.state.deformation, self.state.frame) = (S::identity(), S::identity());
-        self.state.grain.pressure_min = PRESSURE_SHARE_MIN * self.state.pressure;
-        (self.state.steps, self.state.pair_steps) = (0, 0);
+        self.state.pressure_min = PRESSURE_SHARE_MIN * self.state.pressure;
+        self.state.pair_steps = 0;
+    }
+
+    /// Volume at F = I, m3, for which the Kirchhoff stress is.
+    fn volume_start(&self) -> f64 {
+        S::determinant(&self.state.edges) * self.template.depth
     }
 
     /// Volume of now, m3.
     pub fn volume(&self) -> f64 {
-        self.state.volume * S::determinant(&self.state.deformation)
+        self.volume_start() * S::determinant(&self.state.deformation)
     }
 
     /// Volume of voids over that of grains.
     pub fn void_ratio(&self) -> f64 {
-        self.volume() / self.state.solid - 1.0
+        let volume_of = |hot: &Hot<S>| S::grain_volume(hot.radius, self.template.depth);
+        self.volume() / self.sample.assembly.grains.hot.iter().map(volume_of).sum::<f64>() - 1.0
     }
 
     /// Mean pressure, Pa.
@@ -189,8 +181,8 @@ impl<S: Space> Rve<S> {
         self.sample.assembly.grains.owned
     }
 
-    pub fn depth(&self) -> f64 {
-        self.depth
+    pub fn template(&self) -> &Template<S> {
+        &self.template
     }
 
     pub fn state(&self) -> &State<S> {
@@ -230,21 +222,20 @@ impl<S: Space> Rve<S> {
         S::transpose(&self.state.frame) * self.state.deformation
     }
 
-    /// Edges h = Q^T F h_0 of the basis in which the cell's edges are `near`: they differ by whole multiples of each other.
-    fn edges_near(&self, near: &S::Tensor) -> S::Tensor {
-        in_basis_near::<S>(&(self.carried() * self.state.edges), near)
+    /// Edges at F = I in the basis of the cell as it is, which is where F says.
+    fn edges_of_cell(&self) -> S::Tensor {
+        S::inverse(&self.carried()).expect("F and Q can be gone back") * self.sample.assembly.cell.edges
     }
 
     /// Goes along to the deformation gradient `deformation`, an increment that lasts `duration` (s). After an error it is of no use: what
-    /// it was is what
-    /// [`Self::rest`] told before.
+    /// it was is what [`Self::rest`] told before.
     pub fn follow(
         &mut self,
         deformation: &S::Tensor,
         duration: f64,
         drive: &Drive,
         scratch: &mut Scratch<S>,
-    ) -> Result<Answer<S>, Error> {
+    ) -> Result<Response<S>, Error> {
         scratch.lend(&mut self.sample);
         let answer = self.go_along(deformation, duration, drive);
         scratch.take_back(&mut self.sample);
@@ -252,25 +243,25 @@ impl<S: Space> Rve<S> {
     }
 
     /// The same with what an observer asks for at its end.
-    pub fn follow_and_look(
+    pub fn follow_and_observe(
         &mut self,
         deformation: &S::Tensor,
         duration: f64,
         drive: &Drive,
         scratch: &mut Scratch<S>,
-    ) -> Result<(Answer<S>, Looked<S>), Error> {
+    ) -> Result<(Response<S>, Observed<S>), Error> {
         scratch.lend(&mut self.sample);
         let answer = self.go_along(deformation, duration, drive);
         // A loose one has been left alone: the forces at hand are those of another.
         let is_stepped = answer.as_ref().is_ok_and(|answer| answer.steps > 0);
-        let looked = is_stepped.then(|| (Fabric::of(&self.sample), affine_stiffness(&self.sample)));
-        let (fabric, stiffness) = looked.unwrap_or_else(|| (Fabric::none(), S::Tensor::zero()));
+        let observed = is_stepped.then(|| (Fabric::of(&self.sample), affine_stiffness(&self.sample)));
+        let (fabric, stiffness) = observed.unwrap_or_else(|| (Fabric::none(), S::Tensor::zero()));
         scratch.take_back(&mut self.sample);
         let fabric = Fabric { tensor: self.turned(&fabric.tensor), ..fabric };
-        Ok((answer?, Looked { fabric, stiffness: self.turned(&stiffness) * (1.0 / self.volume()) }))
+        Ok((answer?, Observed { fabric, stiffness: self.turned(&stiffness) * (1.0 / self.volume()) }))
     }
 
-    fn go_along(&mut self, deformation: &S::Tensor, duration: f64, drive: &Drive) -> Result<Answer<S>, Error> {
+    fn go_along(&mut self, deformation: &S::Tensor, duration: f64, drive: &Drive) -> Result<Response<S>, Error> {
         let ratio = S::determinant(deformation);
         if !deformation.is_finite() || ratio <= 0.0 {
             return Err(Error::Run(format!(
@@ -282,9 +273,9 @@ impl<S: Space> Rve<S> {
                 "a grain assembly that has the time of the continuum cannot follow an increment of {duration:.3e} s"
             )));
         }
-        let mut events = [None; 2];
+        let mut events = Events::default();
         if self.state.loose.is_none() {
-            events[0] = self.renew_where_thin()?;
+            events.replicated += self.replicate_where_thin()?;
         }
         let before = S::inverse(&self.state.deformation).expect("what has been followed can be gone back");
         let increment = *deformation * before;
@@ -292,18 +283,19 @@ impl<S: Space> Rve<S> {
         let stretch = S::transpose(&turn) * increment;
         self.state.deformation = *deformation;
         self.state.frame = S::rotation(&(turn * self.state.frame));
-        if let Some((lost, cell)) = self.state.loose {
+        if let Some(lost) = self.state.loose {
             if ratio > lost {
-                return Ok(self.idle(events));
+                return Ok(Response { events, ..Response::none() });
             }
-            self.return_from(&cell)?;
-            events[0] = Some(Event::Returned);
+            self.state.loose = None;
+            events.returned = true;
+            events.replicated += self.come_back()?;
         }
-        let (count, dt) = drive.steps(size_of::<S>(&stretch), self.state.pressure, duration, &self.state.grain);
+        let grain = &self.template.grain;
+        let pressure = self.state.pressure.max(self.state.pressure_min);
+        let (count, dt) = drive.steps(size_of::<S>(&stretch), pressure, duration, grain);
         self.sample.constants.dt = dt;
-        let now = self.sample.assembly.cell.edges;
-        let way = self.edges_near(&now) - now;
-        self.step(way, count)?;
+        self.step(count)?;
         let mut measured = Measured::of(&self.sample);
         let mut unbalanced = measured.unbalanced(&self.sample);
         let mut steps = count;
@@ -312,7 +304,7 @@ impl<S: Space> Rve<S> {
                 && steps - count < relaxation.steps_max
             {
                 let more = drive.steps_min.max(1);
-                self.step(S::Tensor::zero(), more)?;
+                self.step(more)?;
                 measured = Measured::of(&self.sample);
                 unbalanced = measured.unbalanced(&self.sample);
                 steps += more;
@@ -320,71 +312,62 @@ impl<S: Space> Rve<S> {
         }
         self.state.pressure = self.pressure_of(&measured.moment);
         if measured.contacts == 0 && S::determinant(&increment) > 1.0 {
-            let cell = self.sample.assembly.cell;
             // The basis of now is that of the return, however far the cell goes meanwhile.
-            let back = S::inverse(&self.carried()).expect("F and Q can be gone back");
-            self.state.edges = back * cell.edges;
-            self.state.loose = Some((ratio, cell));
-            events[1] = Some(Event::Loosened);
+            self.state.edges = self.edges_of_cell();
+            self.state.loose = Some(ratio);
+            events.loosened = true;
         }
-        let moment = self.turned(&measured.moment) * (1.0 / self.state.volume);
+        let moment = self.turned(&measured.moment) * (1.0 / self.volume_start());
         let skew = (moment - S::transpose(&moment)).norm() * 0.5;
-        Ok(Answer { kirchhoff: S::Symmetric::of(&moment), skew, unbalanced, steps, events })
+        Ok(Response { kirchhoff: S::Symmetric::of(&moment), skew, unbalanced, steps, events })
     }
 
-    /// A cell that is too thin for its contacts is replicated.
-    fn renew_where_thin(&mut self) -> Result<Option<Event>, Error> {
-        let Some(axis) = renew::thin_axis(&self.sample) else { return Ok(None) };
-        renew::double(&mut self.sample, axis)?;
-        (self.state.volume, self.state.solid) = (2.0 * self.state.volume, 2.0 * self.state.solid);
-        let back = S::inverse(&self.carried()).expect("F and Q can be gone back");
-        self.state.edges = back * self.sample.assembly.cell.edges;
-        Ok(Some(Event::Renewed { axis }))
+    /// A cell that is too thin for its contacts is replicated until it is not; how often.
+    fn replicate_where_thin(&mut self) -> Result<u32, Error> {
+        let mut times = 0;
+        while let Some(axis) = renew::thin_axis(&self.sample) {
+            renew::double(&mut self.sample, axis)?;
+            self.state.edges = self.edges_of_cell();
+            times += 1;
+        }
+        Ok(times)
     }
 
-    fn step(&mut self, way: S::Tensor, count: u64) -> Result<(), Error> {
+    /// So many steps to where F says that the cell is.
+    fn step(&mut self, count: u64) -> Result<(), Error> {
         let edges = self.carried() * self.state.edges;
-        along(&mut self.sample, way, count, |near| in_basis_near::<S>(&edges, near))?;
-        self.state.steps += count;
+        along(&mut self.sample, &edges, count)?;
         self.state.pair_steps += count * self.sample.assembly.contacts.neighbours.pairs.len() as u64;
         Ok(())
     }
 
-    /// Of a loose one.
-    fn idle(&self, events: [Option<Event>; 2]) -> Answer<S> {
-        Answer { kirchhoff: S::Symmetric::of(&S::Tensor::zero()), skew: 0.0, unbalanced: None, steps: 0, events }
-    }
-
-    /// Lays the grains of a loose cell, which has stayed `cell`, where the present one would have carried them, and lets them come to rest:
-    /// what was carried through a
-    /// shear may overlap.
-    fn return_from(&mut self, cell: &Cell<S>) -> Result<(), Error> {
-        self.state.loose = None;
+    /// Lays the grains of a loose cell, which has stayed as it was, where the present one would have carried them, and lets them come to
+    /// rest: what was carried through a shear may overlap. Returns how often the cell was replicated.
+    fn come_back(&mut self) -> Result<u32, Error> {
         let edges = self.carried() * self.state.edges;
         let assembly = &mut self.sample.assembly;
+        let left = assembly.cell;
         assembly.cell.set_rate(S::Tensor::zero());
         assembly.cell.arrive(edges);
-        let (carried, corner) = (cell.deformation_to(&assembly.cell), assembly.cell.corner);
+        let (carried, corner) = (left.deformation_to(&assembly.cell), assembly.cell.corner);
         for hot in &mut assembly.grains.hot {
             hot.position = corner + carried * (hot.position - corner);
         }
         self.stop_grains();
-        if self.renew_where_thin()?.is_none() {
-            self.sample.assembly.grains.restore_cold();
-            self.sample.rebuild(1.0)?;
-        }
+        let times = self.replicate_where_thin()?;
+        self.sample.assembly.grains.restore_cold();
+        self.sample.rebuild(1.0)?;
         for _ in 0..STOPS_MAX {
-            let grains = &self.sample.assembly.grains;
-            self.sample.assembly.contacts.settle_images(&self.sample.assembly.cell);
-            let deepest = self.sample.assembly.contacts.deepest(grains).map_or(0.0, |(share, _)| share);
+            let assembly = &mut self.sample.assembly;
+            assembly.contacts.settle_images(&assembly.cell);
+            let deepest = assembly.contacts.deepest(&assembly.grains).map_or(0.0, |(share, _)| share);
             if deepest < OVERLAP_AT_REST {
                 break;
             }
-            self.step(S::Tensor::zero(), STEPS_BETWEEN_STOPS)?;
-            self.sample.assembly.grains.restore_cold();
+            self.step(STEPS_BETWEEN_STOPS)?;
             self.stop_grains();
         }
-        Ok(())
+        Ok(times)
     }
 
     fn stop_grains(&mut self) {
@@ -392,12 +375,4 @@ impl<S: Space> Rve<S> {
             (hot.velocity, hot.spin) = (S::Vector::zero(), S::Spin::zero());
         }
     }
-}
-
-/// These edges in the basis in which they are nearest to others: a whole multiple of each for each.
-fn in_basis_near<S: Space>(edges: &S::Tensor, near: &S::Tensor) -> S::Tensor {
-    let mut basis = S::inverse(edges).expect("a cell has a volume") * *near;
-    (0..S::Tensor::COMPONENTS).for_each(|component| basis[component] = basis[component].round());
-    debug_assert!(S::determinant(&basis).abs() == 1.0, "another basis of one lattice has its volume");
-    *edges * basis
 }

@@ -7,8 +7,7 @@ use scree::job::Job;
 use scree::prepare::grain_world;
 use scree::rve::drive::Relaxation;
 use scree::rve::levels::{Path, levels};
-use scree::rve::volume_element::Answer;
-use scree::rve::{Drive, Event, Pace, Resting, Rve, Scratch, Template};
+use scree::rve::{Drive, Pace, Response, Resting, Rve, Scratch};
 
 type Tensor = <Plane as Space>::Tensor;
 
@@ -75,7 +74,7 @@ fn made<S: Space>(text: &str) -> Rve<S> {
     grain_world::volume_element(job.as_assembly().unwrap()).unwrap()
 }
 
-fn follow<S: Space>(rve: &mut Rve<S>, deformation: &S::Tensor) -> Answer<S> {
+fn follow<S: Space>(rve: &mut Rve<S>, deformation: &S::Tensor) -> Response<S> {
     rve.follow(deformation, f64::NAN, &QUASI_STATIC, &mut Scratch::default()).unwrap()
 }
 
@@ -87,7 +86,7 @@ fn shear(gamma: f64) -> Tensor {
     Tensor::new(1.0, gamma, 0.0, 1.0)
 }
 
-/// Whatever turns is not looked at by its grains: the stress turns along, whole turns included.
+/// Whatever turns is not observed at by its grains: the stress turns along, whole turns included.
 #[test]
 fn a_rigid_turn_turns_the_stress() {
     let mut still = made::<Plane>(DISCS);
@@ -172,13 +171,13 @@ fn the_first_step_is_affine() {
 fn what_separates_meets_again_at_its_density() {
     let mut rve = made::<Plane>(DISCS);
     let identity = <Plane as Space>::identity();
-    let pressure = |answer: &Answer<Plane>| -0.5 * answer.kirchhoff.trace();
+    let pressure = |answer: &Response<Plane>| -0.5 * answer.kirchhoff.trace();
     let start = pressure(&follow(&mut rve, &identity));
     let (mut lost, mut back) = (0.0, 0.0);
     for step in 1..=500 {
         let stretch = 1.0 + 1e-4 * f64::from(step);
         let answer = follow(&mut rve, &(identity * stretch));
-        if answer.events.contains(&Some(Event::Loosened)) && lost == 0.0 {
+        if answer.events.loosened && lost == 0.0 {
             lost = stretch;
         }
         let is_carried = answer.steps == 0 && answer.kirchhoff.trace() == 0.0;
@@ -199,8 +198,8 @@ fn what_separates_meets_again_at_its_density() {
     assert!((last / start - 1.0).abs() < 0.12, "{start:.4e} Pa before, {last:.4e} Pa after");
 }
 
-/// A cell that is drawn out is replicated before contacts reach around it: the stress does not feel it, and the cell is where F
-/// says, whatever its volume does.
+/// A cell that is drawn out is replicated before contacts reach around it: the stress does not feel it, and the cell is where F says,
+/// whatever its volume does.
 #[test]
 fn a_thin_cell_is_replicated() {
     let mut rve = made::<Plane>(DISCS);
@@ -214,9 +213,9 @@ fn a_thin_cell_is_replicated() {
         let answer = follow(&mut rve, &Tensor::new(stretch, 0.0, 0.0, volume / stretch));
         let pressure = -0.5 * answer.kirchhoff.trace();
         let changed = (pressure / before - 1.0f64).abs();
-        match answer.events[0] {
-            Some(Event::Renewed { .. }) => (renewed, jump) = (renewed + 1, jump.max(changed)),
-            _ => change.push(changed),
+        match answer.events.replicated {
+            0 => change.push(changed),
+            times => (renewed, jump) = (renewed + times, jump.max(changed)),
         }
         before = pressure;
         let cell = rve.sample().assembly.cell;
@@ -252,8 +251,8 @@ fn what_lands_otherwise_than_it_flew_off_comes_to_rest() {
     }
     assert!(!rve.is_loose(), "it has landed");
     let volume = rve.sample().assembly.cell.volume() / edges.determinant();
-    let copies = volume.round();
-    assert!((volume / copies / flight(1.0).determinant() - 1.0).abs() < 1e-12 || copies > 1.0, "{volume}");
+    let copies = (rve.grains() / 100) as f64;
+    assert!((volume / copies / flight(1.0).determinant() - 1.0).abs() < 1e-12, "{volume}, {copies} copies");
     println!("bears {:.1} kPa at a volume of {:.4}", 1e-3 * pressure, flight(1.0).determinant());
     assert!(pressure > 1e3, "{pressure:.3e} Pa");
 }
@@ -268,10 +267,10 @@ fn a_loose_assembly_shows_no_contacts() {
         loose.follow(&deformation, f64::NAN, &QUASI_STATIC, scratch).unwrap();
     }
     bearing.follow(&<Plane as Space>::identity(), f64::NAN, &QUASI_STATIC, scratch).unwrap();
-    let (answer, looked) =
-        loose.follow_and_look(&(<Plane as Space>::identity() * 1.03), f64::NAN, &QUASI_STATIC, scratch).unwrap();
+    let (answer, observed) =
+        loose.follow_and_observe(&(<Plane as Space>::identity() * 1.03), f64::NAN, &QUASI_STATIC, scratch).unwrap();
     assert!(loose.is_loose() && answer.steps == 0);
-    assert_eq!((looked.fabric.coordination, looked.modulus_most(), looked.fabric.anisotropy()), (0.0, 0.0, 0.0));
+    assert_eq!((observed.fabric.coordination, observed.modulus_most(), observed.fabric.anisotropy()), (0.0, 0.0, 0.0));
 }
 
 /// What no assembly can follow is refused before anything has changed.
@@ -346,7 +345,7 @@ fn it_rests_and_wakes_to_the_same_bits() {
         drive: &Drive,
     ) -> Resting<S> {
         let mut rve = made::<S>(text);
-        let template = Template::of(&rve);
+        let template = rve.template().clone();
         let mut woken = rve.clone();
         for step in 1..=increments {
             let deformation = path(f64::from(step) / f64::from(increments));
@@ -420,20 +419,20 @@ fn the_affine_stiffness_bounds_the_modulus() {
     let identity = <Plane as Space>::identity();
     let drive = Drive { steps_min: 50, ..QUASI_STATIC };
     let scratch = &mut Scratch::default();
-    let (start, looked) = rve.follow_and_look(&identity, f64::NAN, &drive, scratch).unwrap();
+    let (start, observed) = rve.follow_and_observe(&identity, f64::NAN, &drive, scratch).unwrap();
     let strain = 1e-5;
     let mut squeezed = identity;
     squeezed[(1, 1)] -= strain;
     let end = rve.follow(&squeezed, f64::NAN, &drive, scratch).unwrap();
     let modulus = (start.kirchhoff.tensor()[(1, 1)] - end.kirchhoff.tensor()[(1, 1)]) / strain;
-    let bound = looked.modulus_most();
+    let bound = observed.modulus_most();
     println!(
         "P-wave modulus {:.1} MPa of at most {:.1}; coordination {:.2}, mechanical {:.2}, anisotropy {:.3}",
         modulus * 1e-6,
         bound * 1e-6,
-        looked.fabric.coordination,
-        looked.fabric.mechanical,
-        looked.fabric.anisotropy()
+        observed.fabric.coordination,
+        observed.fabric.mechanical,
+        observed.fabric.anisotropy()
     );
     assert!((0.2..1.0).contains(&(modulus / bound)), "{modulus:.3e} of {bound:.3e}");
 }
@@ -451,8 +450,8 @@ fn steps_follow_the_pace() {
     assert!(slow == 2 && fast > 20, "{slow} {fast}");
 }
 
-/// Sine of the mobilised angle of friction at its largest, of biaxial compression to 2.5 % under a lateral stress that is kept, and how far
-/// that stress was off at most.
+/// Sine of the mobilised angle of friction at its largest, of biaxial compression to 2.5 % under a lateral stress that is kept, and how
+/// far that stress was off at most.
 fn peak(seed: u64, inertial_number: f64) -> [f64; 2] {
     let text = DISCS
         .replace("count = 100", "count = 400")

@@ -62,7 +62,7 @@ impl<S: Space> World<'_, S> {
             let at = mosaic.owned[number].place;
             (number, at, layout.node_at::<S::Vector>(at))
         };
-        askew.reach(set, bodies, unit, &numbers.map(place).collect::<Vec<_>>());
+        askew.reach(set, bodies, unit, numbers.map(place));
         if transport.size() > 1 {
             transport.sum(&mut askew.lines);
         }
