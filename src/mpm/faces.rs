@@ -588,6 +588,14 @@ fn bring<S: Space, F: Shape<N>, const N: usize>(
 ) {
     let stencil = frame.stencil::<F, N>(&point.position);
     let volume = point.weight * point.volume * point.volume_ratio();
+    // Of each side that it is in front of.
+    let (mut fronts, mut count) = ([(0, 0.0, 0.0); SIDES], 0);
+    for (side, front) in sides.iter().enumerate() {
+        if let Some([share, touch]) = front {
+            fronts[count] = (side, sign(side) * (share * volume), share * touch);
+            count += 1;
+        }
+    }
     let first = stencil.first(frame.edge) as usize;
     for k in 0..Stencil::<S, f64, N>::LAYERS {
         for j in 0..N {
@@ -597,11 +605,9 @@ fn bring<S: Space, F: Shape<N>, const N: usize>(
                 let [x, y, z]: [f64; 3] = std::array::from_fn(|axis| stencil.values[axis][at[axis]]);
                 let slope = |axis: usize| stencil.slopes[axis][at[axis]];
                 let slopes = [slope(0) * y * z, x * slope(1) * z, x * y * slope(2)];
-                for (side, front) in sides.iter().enumerate() {
-                    if let Some([share, touch]) = front {
-                        node[side] -= sign(side) * (share * volume) * slopes[side / 2];
-                        node[SIDES + side] += share * touch * (x * y * z);
-                    }
+                for (side, area, touch) in &fronts[..count] {
+                    node[*side] -= area * slopes[side / 2];
+                    node[SIDES + side] += touch * (x * y * z);
                 }
             }
         }
