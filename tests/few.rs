@@ -157,6 +157,8 @@ impl<S: Space> Few<S> {
             grid: Grid::blend(0.0),
             loads: Vec::new(),
             material: no_material(),
+            rves: None,
+            nonlocal: None,
         };
         Self { grains: Vec::new(), bodies: Vec::new(), cell, settings }
     }

@@ -90,6 +90,10 @@ mod vortex;
 
 // Grains and continuum together.
 
+/// Material points that carry grain assemblies.
+#[path = "coupling/mpm_dem.rs"]
+mod mpm_dem;
+
 /// A hybrid of planar shear draws the curve that grains alone draw, through an enrichment that loses nothing.
 #[path = "coupling/comparison.rs"]
 mod comparison;

@@ -64,6 +64,8 @@ pub fn settings(dt: f64, contact: LinearSpringDashpot) -> Settings<Plane> {
         grid: Grid::blend(0.95),
         loads: Vec::new(),
         material: Arc::new(material()),
+        rves: None,
+        nonlocal: None,
     }
 }
 

@@ -17,6 +17,7 @@ use crate::job::assembly::{Assembly, Packed, Preparation, Read, Source};
 use crate::job::mpm::forecast::{Outputs, UnitCosts};
 use crate::job::mpm::{self, Mpm};
 use crate::job::{Job, figures};
+use crate::law::material::{ConstitutiveLaw, Elastic, GrainModuli};
 use crate::prepare::grain_world;
 use crate::run::assembly::InSpace;
 use crate::run::experiment::Setup;
@@ -180,6 +181,11 @@ fn place<S: Space>(job: &Assembly, spacing: f64, along: [usize; 3], mut number: 
 fn trial_of_points(continuum: &Mpm, folder: &Path) -> Result<Trial, Error> {
     let mut small = continuum.clone();
     small.grains = None;
+    if let ConstitutiveLaw::Grains(GrainModuli { bulk_modulus, shear_modulus }) = small.material.law {
+        // No packing is made for it: points stand in that are as stiff. In the plane K is that of the plane.
+        let bulk_modulus = if small.grid.dimension == 2 { bulk_modulus - shear_modulus / 3.0 } else { bulk_modulus };
+        small.material.law = ConstitutiveLaw::Hencky(Elastic { bulk_modulus, shear_modulus });
+    }
     (small.step, small.grain_steps) = (continuum.step_of_continuum(), 1);
     let points = mpm::figures::points(continuum) as f64;
     let share = (points / POINTS_MAX).max(mpm::figures::nodes(continuum) / NODES_MAX);

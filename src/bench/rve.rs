@@ -112,7 +112,7 @@ fn discs(grains: u64) -> Result<Assembly, Error> {
 }
 
 fn measured<S: Space>(wanted: &Wanted, transport: &dyn Transport) -> Result<Measured, Error> {
-    let template = grain_world::volume_element::<S>(&job::<S>(wanted.grains)?)?;
+    let template = grain_world::volume_element::<S>(&job::<S>(wanted.grains)?, transport)?;
     let resident = resident_bytes();
     let mut elements: Vec<Rve<S>> = (0..wanted.elements).map(|_| template.clone()).collect();
     let duration = SUB_STEPS as f64 * template.sample().constants.dt;
@@ -156,8 +156,7 @@ fn measured<S: Space>(wanted: &Wanted, transport: &dyn Transport) -> Result<Meas
         }
         packing.push(1e9 * begun.elapsed().as_secs_f64() / (beside.stretches.steps * world.grains_total) as f64);
     }
-    let deformation = *elements[0].deformation();
-    let (_, observed) = elements[0].follow_and_observe(&deformation, duration, &drive, &mut Scratch::default())?;
+    let observed = elements[0].observe(&mut Scratch::default());
     Ok(Measured {
         space: S::NAME,
         elements: wanted.elements,

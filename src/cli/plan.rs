@@ -133,7 +133,10 @@ fn page(plan: &Plan, map: &LoadMap, network: &Network, alone: &Forecast, foresee
         (tiles, "a tile"),
     ];
     let costs = kinds.iter().zip(map.costs).filter(|((rows, _), _)| *rows > 0);
-    let costs: Vec<String> = costs.map(|((_, words), cost)| format!("{:.1} ns {words}", 1e9 * cost)).collect();
+    let mut costs: Vec<String> = costs.map(|((_, words), cost)| format!("{:.1} ns {words}", 1e9 * cost)).collect();
+    if !map.pairs.is_empty() {
+        costs.push(format!("{:.1} ns a step of a pair of grains in an RVE", 1e9 * map.pair_cost));
+    }
     line(format!(
         "measured over {} on {} of {}: {}",
         of(map.steps, "step"),

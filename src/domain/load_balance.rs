@@ -16,7 +16,7 @@ use crate::domain::phases::{Phase, Phases};
 use crate::domain::plan::{LoadMap, neighbours};
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::mpm::points::Cold as PointCold;
+use crate::mpm::points::{Cold as PointCold, Hot};
 use crate::mpm::tile::Tiles;
 
 /// What costs time in a step.
@@ -31,14 +31,21 @@ enum Kind {
     Point,
     /// A tile: the step of its nodes.
     Tile,
+    /// A step of a pair of grains in an RVE; there are many in a step of its point.
+    RvePair,
 }
 
-const KINDS: usize = 4;
+const KINDS: usize = 5;
 /// The phases that each kind's cost shows in.
-const PHASES_OF: [&[Phase]; KINDS] =
-    [&[Phase::Contacts, Phase::Motion], &[Phase::Couple], &[Phase::Scatter, Phase::Gather], &[Phase::Nodes]];
+const PHASES_OF: [&[Phase]; KINDS] = [
+    &[Phase::Contacts, Phase::Motion],
+    &[Phase::Couple],
+    &[Phase::Scatter, Phase::Gather],
+    &[Phase::Nodes],
+    &[Phase::Rves],
+];
 /// Costs that stand in until they have been measured, in the plane and in space, s.
-const COSTS: [[f64; KINDS]; 2] = [[20e-9, 40e-9, 45e-9, 500e-9], [85e-9, 120e-9, 125e-9, 5e-6]];
+const COSTS: [[f64; KINDS]; 2] = [[20e-9, 40e-9, 45e-9, 500e-9, 10e-9], [85e-9, 120e-9, 125e-9, 5e-6, 14e-9]];
 /// Share of a new measurement in what is held of all of them.
 const FRESH: f64 = 0.3;
 /// Load of the busiest rank over the mean above which a better deal is looked for.
@@ -114,6 +121,9 @@ impl LoadBalance {
     }
 }
 
+/// A point with its weight, and steps of pairs in its RVE.
+pub(crate) type Weighed<'a, S> = (&'a PointCold<S>, f64, u64);
+
 /// Load of the busiest of some stretches of the curve.
 fn heaviest(weights: &[u64], ranges: &[Range<usize>]) -> u64 {
     ranges.iter().map(|range| weights[range.clone()].iter().sum()).max().unwrap_or(0)
@@ -139,9 +149,8 @@ impl<S: Space> World<'_, S> {
         if heaviest_now as f64 * ranks as f64 <= IMBALANCE * total[0] as f64 {
             return Ok(false);
         }
-        let points =
-            self.continuum.points.cold.iter().zip(&self.continuum.points.hot).map(|(cold, hot)| (cold, hot.weight));
-        let weights = self.weigh(self.assembly.grains.cold[..self.assembly.grains.owned].iter(), points)?;
+        let weights =
+            self.weigh(self.assembly.grains.cold[..self.assembly.grains.owned].iter(), self.weighed_points())?;
         let best = cut(&weights, ranks);
         let gain = heaviest(&weights, &self.subdomain.deal.ranges).saturating_sub(heaviest(&weights, &best));
         self.load_balance.lost += steps as f64 * gain as f64;
@@ -166,7 +175,7 @@ impl<S: Space> World<'_, S> {
     pub fn load_map(&mut self, steps: u64, threads: usize, output: f64) -> LoadMap {
         let (costs, _) = self.measure_costs();
         let (blocks, offsets) = (self.subdomain.layout.block_count(), neighbours(S::DIMENSION));
-        let [mut grains, mut points, mut coupled] = [0; 3].map(|zero| vec![zero; blocks]);
+        let [mut grains, mut points, mut coupled, mut pairs] = [0i64; 4].map(|zero| vec![zero; blocks]);
         // Of each block: pairs of neighbours, one bit for each, and grains within reach of all of them.
         let mut near = Vec::new();
         let heights: [f64; 3] = std::array::from_fn(|axis| match axis < S::DIMENSION {
@@ -178,6 +187,8 @@ impl<S: Space> World<'_, S> {
             let at = self.subdomain.layout.listed(block);
             points[at] = self.subdomain.point_ranges[number].len() as i64;
             grains[at] = self.subdomain.grain_ranges[number].len() as i64;
+            let rves = self.rves.get(self.subdomain.point_ranges[number].clone()).unwrap_or_default();
+            pairs[at] = rves.iter().map(|carried| carried.cost as i64).sum();
             coupled[at] = if self.is_coupled() && self.subdomain.coupled[number] { grains[at] } else { 0 };
             let mut masks = BTreeMap::new();
             let others = self.others(block, &offsets);
@@ -199,6 +210,12 @@ impl<S: Space> World<'_, S> {
             counts.into_iter().map(|count| count as u32).collect()
         };
         let [grains, coupled, points] = [grains, coupled, points].map(&mut whole);
+        self.transport.sum(&mut pairs);
+        let pairs = if self.settings.rves.is_some() {
+            pairs.into_iter().map(|count| count as u64).collect()
+        } else {
+            Vec::new()
+        };
         let near = self.everyones_near(near);
         let ranks = self.transport.size();
         let mut rebuild = [(1e9 * self.phases.of(Phase::Rebuild)) as i64];
@@ -219,7 +236,9 @@ impl<S: Space> World<'_, S> {
                 false => Vec::new(),
             },
             nodes: self.subdomain.layout.tile_edge().pow(S::DIMENSION as u32),
-            costs,
+            costs: std::array::from_fn(|kind| costs[kind]),
+            pairs,
+            pair_cost: costs[Kind::RvePair as usize],
             words: self.words(),
             passes: usize::from(has_grid) * self.passes(),
             faces: self.exchanges_of_faces(),
@@ -271,27 +290,37 @@ impl<S: Space> World<'_, S> {
         rows[Kind::Coupled as usize] = if self.is_coupled() { coupled as u64 } else { 0 };
         rows[Kind::Point as usize] = self.continuum.points.len() as u64;
         rows[Kind::Tile as usize] = self.subdomain.nodes.mosaic.tiles as u64;
+        rows[Kind::RvePair as usize] = self.rves.iter().map(|carried| carried.cost).sum();
         rows
     }
 
+    /// Points of this rank with what weighs of them.
+    pub(crate) fn weighed_points(&self) -> impl Iterator<Item = Weighed<'_, S>> {
+        let points = &self.continuum.points;
+        let cost = |row: usize| self.rves.get(row).map_or(0, |carried| carried.cost);
+        let of = move |(row, (cold, hot)): (usize, (_, &Hot<S>))| (cold, hot.weight, cost(row));
+        points.cold.iter().zip(&points.hot).enumerate().map(of)
+    }
+
     /// Cost of a step in every block of the domain by what lies there, in whole picoseconds; rows may lie in blocks of other
-    /// ranks. Points come with their weights.
+    /// ranks.
     pub(crate) fn weigh<'a>(
         &self,
         grains: impl Iterator<Item = &'a Cold<S>>,
-        points: impl Iterator<Item = (&'a PointCold<S>, f64)>,
+        points: impl Iterator<Item = Weighed<'a, S>>,
     ) -> Result<Vec<u64>, Error> {
         let blocks = self.subdomain.layout.block_count();
-        // Grains, points, and points of the rim, block by block.
-        let mut counts = vec![0i64; 3 * blocks];
+        // Grains, points, points of the rim, and steps of pairs in RVEs, block by block.
+        let mut counts = vec![0i64; 4 * blocks];
         let count = || -> Result<(), Error> {
             for cold in grains {
                 counts[self.block_of_grain(cold)?.0] += 1;
             }
-            for (cold, weight) in points {
+            for (cold, weight, pairs) in points {
                 let block = self.block_of_point(cold)?.0;
                 counts[blocks + block] += 1;
                 counts[2 * blocks + block] += i64::from(weight < 1.0);
+                counts[3 * blocks + block] += pairs as i64;
             }
             Ok(())
         };
@@ -299,7 +328,8 @@ impl<S: Space> World<'_, S> {
         transfer::agree(self.transport, counted)?;
         self.transport.sum(&mut counts);
         let (grains, rest) = counts.split_at(blocks);
-        let (points, rim) = rest.split_at(blocks);
+        let (points, rest) = rest.split_at(blocks);
+        let (rim, pairs) = rest.split_at(blocks);
         let mut rim = rim.to_vec();
         self.count_vertices(&mut rim);
         let coupled = self.near_rim(&rim);
@@ -310,6 +340,7 @@ impl<S: Space> World<'_, S> {
                 + cost(Kind::Coupled, if coupled[block] { grains[block] } else { 0 })
                 + cost(Kind::Point, points[block])
                 + cost(Kind::Tile, i64::from(self.has_grid()))
+                + cost(Kind::RvePair, pairs[block])
         };
         Ok((0..blocks).map(|block| (UNIT * weight(block)) as u64).collect())
     }
@@ -329,7 +360,7 @@ impl<S: Space> World<'_, S> {
         self.look_at_costs();
         self.refresh_ghosts();
         self.deal_out(cut(weights, self.transport.size()));
-        self.settle(Vec::new(), Vec::new())
+        self.settle(Vec::new(), Vec::new(), Vec::new())
     }
 
     /// Counts rows that leave this rank.

@@ -24,6 +24,8 @@ pub enum Phase {
     Nodes,
     /// Nodes to points, with their law, and what points will bring to nodes next.
     Gather,
+    /// Grains of RVEs.
+    Rves,
     /// Whether a rebuild is due, which all ranks must know.
     Agree,
     Rebuild,
@@ -34,14 +36,14 @@ pub enum Phase {
 }
 
 /// Names for tables, in the order of [`Phase`].
-pub const NAMES: [&str; 13] = [
-    "halo", "scatter", "couple", "contacts", "motion", "bodies", "nodes", "gather", "agree", "rebuild", "balance",
-    "oracle", "output",
+pub const NAMES: [&str; 14] = [
+    "halo", "scatter", "couple", "contacts", "motion", "bodies", "nodes", "gather", "rves", "agree", "rebuild",
+    "balance", "oracle", "output",
 ];
 
 /// Phases in which a rank works by itself: none of them waits for another.
-pub const WORK: [Phase; 6] =
-    [Phase::Scatter, Phase::Couple, Phase::Contacts, Phase::Motion, Phase::Nodes, Phase::Gather];
+pub const WORK: [Phase; 7] =
+    [Phase::Scatter, Phase::Couple, Phase::Contacts, Phase::Motion, Phase::Nodes, Phase::Gather, Phase::Rves];
 
 /// Seconds spent in each phase by this rank. Not state: it never enters a checkpoint or a result.
 #[derive(Clone, Debug, Default)]

@@ -36,6 +36,11 @@ pub struct LoadMap {
     pub nodes: usize,
     /// Time of a step per grain, per grain that shares nodes, per point and per tile, on one rank, s.
     pub costs: [f64; 4],
+    /// Steps of pairs in the RVEs of every block in a step, and the time of one, s; maps of older programs have none.
+    #[serde(default)]
+    pub pairs: Vec<u64>,
+    #[serde(default)]
+    pub pair_cost: f64,
     /// Numbers per row of a message: copies of grains, tiles to nodes, nodes to tiles.
     pub words: [usize; 3],
     /// Times that points go to the grid and back in a step.
@@ -156,7 +161,8 @@ impl<'m> Domain<'m> {
         let tiles = u32::from(!map.shared.is_empty());
         let counts = [map.grains[at], map.coupled[at], map.points[at], tiles];
         let seconds: f64 = counts.iter().zip(map.costs).map(|(count, cost)| f64::from(*count) * cost).sum();
-        (1e12 * seconds) as u64
+        let pairs = map.pairs.get(at).map_or(0.0, |pairs| *pairs as f64 * map.pair_cost);
+        (1e12 * (seconds + pairs)) as u64
     }
 }
 

@@ -1,12 +1,15 @@
 //! Rebuilds: everything goes to the block it lies in, lists are made anew, contact memories move along, and nothing may
 //! be missing afterwards (invariant 4).
 
+use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::Instant;
 
 use scree_partition::{ExactSums, Halo, ParcelError, Reader, Transport, Writer, cut};
 
 use crate::base::error::Error;
+use crate::base::ids::PointId;
 use crate::base::record::{Record, Visitor};
 use crate::base::rows::Moved;
 use crate::base::space::{Linear, Space};
@@ -19,6 +22,7 @@ use crate::domain::accounts::ledger::points::PointLedger;
 use crate::domain::grid::Reactions;
 use crate::domain::layout::{Deal, Layout};
 use crate::domain::load_balance::LoadBalance;
+use crate::domain::nonlocal::Neighbourhood;
 use crate::domain::phases::{Phase, Phases};
 use crate::domain::stop::Wish;
 use crate::domain::subdomain::Subdomain;
@@ -27,11 +31,15 @@ use crate::domain::world::{Settings, World};
 use crate::mpm::continuum::Continuum;
 use crate::mpm::membrane::Membranes;
 use crate::mpm::points::{Cold as PointCold, Point, Points};
+use crate::rve::RveRow;
 
 /// What a world is made of, before it has blocks.
 pub struct Parts<S: Space> {
     pub grains: Vec<GrainRow<S>>,
     pub points: Vec<Point<S>>,
+    /// Of points whose material is grains, and on every rank radii and masses of the grains of their packings.
+    pub rves: Vec<RveRow<S>>,
+    pub packings: Vec<Arc<[[f64; 2]]>>,
     pub bodies: Vec<Body<S>>,
     pub membranes: Membranes<S>,
     pub cell: Cell<S>,
@@ -42,7 +50,16 @@ impl<S: Space> Parts<S> {
     /// Of a world that begins: everything is at home. Without membranes.
     pub fn fresh(grains: Vec<GrainRow<S>>, points: Vec<Point<S>>, bodies: Vec<Body<S>>, cell: Cell<S>) -> Self {
         let home = Home { cell, bodies: bodies.iter().map(|body| body.displacement).collect() };
-        Self { grains, points, bodies, membranes: Membranes::default(), cell, home }
+        Self {
+            grains,
+            points,
+            rves: Vec::new(),
+            packings: Vec::new(),
+            bodies,
+            membranes: Membranes::default(),
+            cell,
+            home,
+        }
     }
 }
 
@@ -94,11 +111,12 @@ type Standing = (Place, u64, u32);
 #[derive(Clone, Copy, Debug)]
 enum Travel {
     Points,
+    Rves,
     Grains,
     Ghosts,
 }
 
-const TRAVELS: u64 = 3;
+const TRAVELS: u64 = 4;
 
 /// Cells between a point or a vertex and a grain that may still share a node: 1.5 cells of spline and half a cell of drift on
 /// either side.
@@ -125,6 +143,8 @@ impl<'t, S: Space> World<'t, S> {
             step_of_cycle: 0,
             assembly,
             continuum: Continuum::empty(parts.membranes),
+            rves: Vec::new(),
+            neighbourhood: Neighbourhood::default(),
             bodies: parts.bodies,
             bodies_home: parts.home.bodies,
             subdomain: Subdomain::empty(layout, deal),
@@ -141,7 +161,7 @@ impl<'t, S: Space> World<'t, S> {
             column_sums: ExactSums::default(),
         };
         world.locate_vertices()?;
-        world.replace(parts.grains, parts.points)?;
+        world.replace_all(parts.grains, parts.points, parts.rves)?;
         // Rows of the start all come from rank 0, which is no migration, nor is it a part of the run.
         world.load_balance.rows_sent = 0;
         world.load_balance.deals = 0;
@@ -151,14 +171,33 @@ impl<'t, S: Space> World<'t, S> {
 
     /// Takes other rows in place of all that there are (every row on one rank), and deals the blocks anew.
     pub fn replace(&mut self, grains: Vec<GrainRow<S>>, points: Vec<Point<S>>) -> Result<(), Error> {
-        // What has been timed belongs to the rows that have been here.
-        self.look_at_costs();
-        self.continuum.points = Points::default();
-        self.replace_grains(grains, points)
+        self.replace_all(grains, points, Vec::new())
     }
 
-    /// The same, but that points which are here stay, beside `fresh_points`. Costs have been looked at.
-    pub fn replace_grains(&mut self, grains: Vec<GrainRow<S>>, fresh_points: Vec<Point<S>>) -> Result<(), Error> {
+    /// The same of a material that is grains.
+    fn replace_all(
+        &mut self,
+        grains: Vec<GrainRow<S>>,
+        points: Vec<Point<S>>,
+        rves: Vec<RveRow<S>>,
+    ) -> Result<(), Error> {
+        // What has been timed belongs to the rows that have been here.
+        self.look_at_costs();
+        (self.continuum.points, self.rves) = (Points::default(), Vec::new());
+        self.replace_rows(grains, points, rves)
+    }
+
+    /// The same, but that points which are here stay. Costs have been looked at.
+    pub fn replace_grains(&mut self, grains: Vec<GrainRow<S>>) -> Result<(), Error> {
+        self.replace_rows(grains, Vec::new(), Vec::new())
+    }
+
+    fn replace_rows(
+        &mut self,
+        grains: Vec<GrainRow<S>>,
+        fresh_points: Vec<Point<S>>,
+        fresh_rves: Vec<RveRow<S>>,
+    ) -> Result<(), Error> {
         let (started, booked) = (self.phases.start(), self.phases.total());
         let mut counts = [grains.len() as i64, (self.continuum.points.len() + fresh_points.len()) as i64];
         self.transport.sum(&mut counts);
@@ -166,16 +205,16 @@ impl<'t, S: Space> World<'t, S> {
         let mut radius_max = [grains.iter().map(|grain| grain.hot.radius).fold(0.0, f64::max)];
         self.transport.max(&mut radius_max);
         self.assembly.radius_max = radius_max[0];
-        let here =
-            self.continuum.points.cold.iter().zip(&self.continuum.points.hot).map(|(cold, hot)| (cold, hot.weight));
-        let weighed = here.chain(fresh_points.iter().map(|point| (&point.cold, point.hot.weight)));
-        let weights = self.weigh(grains.iter().map(|grain| &grain.cold), weighed)?;
+        let costs: BTreeMap<PointId, u64> = fresh_rves.iter().map(|row| (row.point, row.cost)).collect();
+        let cost = |point: &Point<S>| costs.get(&point.cold.id).copied().unwrap_or_default();
+        let fresh = fresh_points.iter().map(|point| (&point.cold, point.hot.weight, cost(point)));
+        let weights = self.weigh(grains.iter().map(|grain| &grain.cold), self.weighed_points().chain(fresh))?;
         let timer = Instant::now();
         self.deal_out(cut(&weights, self.transport.size()));
         self.assembly.grains = Grains::default();
         self.assembly.contacts.clear();
         self.assembly.walls.list.clear();
-        self.settle(grains, fresh_points)?;
+        self.settle(grains, fresh_points, fresh_rves)?;
         self.price_deal(timer);
         self.phases.stop_around(Phase::Balance, started, booked);
         Ok(())
@@ -224,7 +263,7 @@ impl<'t, S: Space> World<'t, S> {
         let dealt = self.deal_if_due()?;
         self.phases.stop(Phase::Balance, timer);
         let settling = self.phases.start();
-        self.settle(Vec::new(), Vec::new())?;
+        self.settle(Vec::new(), Vec::new(), Vec::new())?;
         self.phases.stop(if dealt { Phase::Balance } else { Phase::Rebuild }, settling);
         if dealt {
             self.price_deal(timer);
@@ -234,16 +273,22 @@ impl<'t, S: Space> World<'t, S> {
 
     /// Brings the rows that are here and `fresh` ones to the ranks that own their blocks, in the one order that fixes every
     /// sum, and makes the lists.
-    pub(crate) fn settle(&mut self, fresh: Vec<GrainRow<S>>, fresh_points: Vec<Point<S>>) -> Result<(), Error> {
+    pub(crate) fn settle(
+        &mut self,
+        fresh: Vec<GrainRow<S>>,
+        fresh_points: Vec<Point<S>>,
+        fresh_rves: Vec<RveRow<S>>,
+    ) -> Result<(), Error> {
         self.subdomain.settlings += 1;
-        self.settle_points(fresh_points)?;
+        self.settle_points(fresh_points, fresh_rves)?;
+        self.find_neighbourhood()?;
         self.settle_grains(fresh)?;
         self.check_counts()?;
         self.mark_coupled();
         Ok(())
     }
 
-    fn settle_points(&mut self, fresh: Vec<Point<S>>) -> Result<(), Error> {
+    fn settle_points(&mut self, fresh: Vec<Point<S>>, fresh_rves: Vec<RveRow<S>>) -> Result<(), Error> {
         let places = || -> Result<Vec<Place>, Error> {
             let here = self.continuum.points.cold.iter();
             here.chain(fresh.iter().map(|point| &point.cold)).map(|cold| self.block_of_point(cold)).collect()
@@ -258,9 +303,12 @@ impl<'t, S: Space> World<'t, S> {
             fresh,
         );
         self.count_leaving(&to_ranks);
+        let leaving = self.rves_leaving(&to_ranks, fresh_rves);
+        let leaving = transfer::agree(self.transport, leaving)?;
         let moved = self.join(Travel::Points, (order, held), to_ranks, |point| {
             Ok((self.block_of_point(&point.cold)?, point.cold.id.0))
         })?;
+        self.settle_rves(self.number_of(Travel::Rves), leaving, &moved)?;
         self.continuum.points.take_order(&moved);
         self.subdomain.point_ranges = moved.ranges;
         Ok(())

@@ -101,19 +101,20 @@ pub fn exchange<T: Cargo>(transport: &dyn Transport, number: u64, outgoing: Vec<
 /// Rows that are on their way at a time when they go to rank 0 in pieces: some megabytes.
 pub const PIECE_ROWS: usize = 16 * 1024;
 
-/// Hands all rows of all ranks in rank order to `take` on rank 0, never more than [`PIECE_ROWS`] at a time: `rows` makes
+/// Hands all rows of all ranks in rank order to `take` on rank 0, never more than `together` at a time: `rows` makes
 /// some of the `held` rows that are here when it is their turn. Where `take` fails, all ranks return its error.
 pub fn stream<T: Cargo>(
     transport: &dyn Transport,
+    together: usize,
     held: usize,
     rows: impl Fn(Range<usize>) -> Vec<T>,
     mut take: impl FnMut(Vec<T>) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let sender = transport.rank() as u32;
-    let mut pieces = (0..held).step_by(PIECE_ROWS).zip(0..);
+    let mut pieces = (0..held).step_by(together).zip(0..);
     let next = || {
         let (start, number) = pieces.next()?;
-        let mut piece = rows(start..held.min(start + PIECE_ROWS));
+        let mut piece = rows(start..held.min(start + together));
         Some(pack_for(&mut piece, Route { sender, receiver: 0, number }))
     };
     let mut due = Route::default();

@@ -18,13 +18,16 @@ use crate::domain::accounts::ledger::EnergyLedger;
 use crate::domain::accounts::ledger::points::PointLedger;
 use crate::domain::grid::{Grid, Reactions};
 use crate::domain::load_balance::LoadBalance;
+use crate::domain::nonlocal::Neighbourhood;
 use crate::domain::phases::{Phase, Phases};
 use crate::domain::stop::Wish;
 use crate::domain::subdomain::Subdomain;
 use crate::mpm::continuum::Continuum;
 use crate::mpm::load::Load;
+use crate::mpm::nonlocal::Nonlocal;
 use crate::mpm::shape::DRIFT_MAX;
 use crate::mpm::stress::SharedMaterial;
+use crate::rve::{GrainMaterial, PointRve};
 
 /// Constants of a world that no step changes.
 #[derive(Clone, Debug)]
@@ -36,6 +39,10 @@ pub struct Settings<S: Space> {
     /// Loads that points bear by their number.
     pub loads: Vec<Load<S>>,
     pub material: SharedMaterial<S>,
+    /// Where the material is grains at every point: how they follow it.
+    pub rves: Option<GrainMaterial<S>>,
+    /// How their strain is averaged, where it is.
+    pub nonlocal: Option<Nonlocal>,
 }
 
 /// The world as this rank holds it.
@@ -49,6 +56,9 @@ pub struct World<'t, S: Space> {
     /// Those of this rank, and copies of others that these touch.
     pub assembly: Assembly<S>,
     pub continuum: Continuum<S>,
+    /// Those of points, row by row; none where the material is a law.
+    pub rves: Vec<PointRve<S>>,
+    pub(crate) neighbourhood: Neighbourhood<S>,
     pub bodies: Vec<Body<S>>,
     /// Displacement of each body at the last rebuild, m.
     pub(crate) bodies_home: Vec<S::Vector>,
@@ -130,7 +140,7 @@ impl<S: Space> World<'_, S> {
         self.open_page();
         let (begins, ends) = (self.begins_cycle(), self.ends_cycle());
         if begins {
-            self.strain_first();
+            self.strain_first()?;
         }
         self.evaluate_and_kick::<false>();
         self.book_touches();
@@ -144,7 +154,7 @@ impl<S: Space> World<'_, S> {
         }
         match ends {
             true => {
-                self.step_grid();
+                self.step_grid()?;
                 self.move_membranes()?;
             }
             false => self.share_grid(),

@@ -295,7 +295,7 @@ pub fn points(scenario: &Scenario) -> usize {
 pub fn share_of_grains(scenario: &Scenario) -> f64 {
     match scenario.method {
         Method::Dem => 1.0,
-        Method::Mpm => 0.0,
+        Method::Mpm | Method::MpmDem => 0.0,
         Method::Hybrid => scenario.packing.height.map_or(1.0, |height| height / scenario.specimen.height),
     }
 }

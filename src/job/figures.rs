@@ -3,9 +3,11 @@
 use std::path::Path;
 
 use super::assembly::{Assembly, Packed, Preparation, Shape, Sizes, Source};
+use super::derived::Moduli;
 use super::stable::{self, Bound, GrainScale, HERTZ_OVERLAP, springs_at};
 use crate::base::math::PI;
 use crate::law::contact::{FLAT, Springs, Stiffening};
+use crate::law::material::GrainModuli;
 
 /// Share of sigma^2 that is left of a normal distribution cut at three deviations.
 const VARIANCE_CUT: f64 = 0.973_3;
@@ -180,6 +182,29 @@ pub fn modulus_under(assembly: &Assembly, stress: f64) -> f64 {
     let share = force / (2.0 / 3.0 * springs(HERTZ_OVERLAP) * HERTZ_OVERLAP * radius);
     let root = crate::base::math::cbrt(share);
     springs(HERTZ_OVERLAP * root * root) / thickness
+}
+
+/// Contacts of a sphere in a dense frictional packing.
+const COORDINATION_OF_SPHERES: f64 = 6.0;
+
+/// Moduli of the packing under its stress if every grain moved with the mean field, Pa: in the plane [`super::derived::moduli_affine`], in
+/// space `K = z Phi k_n/(6 pi r)` and `G = z Phi (k_n + 3 k_t/2)/(10 pi r)` (Walton 1987).
+pub fn moduli_affine(assembly: &Assembly, fraction: f64) -> GrainModuli {
+    let stress = stresses_of_packing(assembly).into_iter().fold(0.0, f64::max);
+    let springs = springs_mean(assembly);
+    // Both springs of a Hertz contact stiffen alike.
+    let share = match assembly.contact.stiffening() {
+        Stiffening::WithOverlap => modulus_under(assembly, stress) * thickness(assembly) / springs.normal,
+        _ => 1.0,
+    };
+    let [normal, tangential] = [springs.normal * share, springs.tangential * share];
+    if assembly.cell.dimension == 2 {
+        let springs = Springs { normal, tangential, ..springs };
+        let Moduli { bulk, shear } = super::derived::moduli_affine(&springs, fraction, assembly.cell.depth);
+        return GrainModuli { bulk_modulus: bulk, shear_modulus: shear };
+    }
+    let contacts = COORDINATION_OF_SPHERES * fraction / (PI * 0.5 * assembly.matter.diameter_mean);
+    GrainModuli { bulk_modulus: contacts * normal / 6.0, shear_modulus: contacts * (normal + 1.5 * tangential) / 10.0 }
 }
 
 /// What a grain is thick across the plane of a section, m: the depth of discs, the mean diameter of spheres.

@@ -43,11 +43,13 @@ pub enum Method {
     Dem,
     /// Continuum alone: the mesh-dependent baseline.
     Mpm,
+    /// Continuum whose material is a grain assembly at every point (Liang & Zhao 2019).
+    MpmDem,
 }
 
 impl Method {
-    pub(crate) const NAMES: [(&'static str, Self); 3] =
-        [("hybrid", Self::Hybrid), ("dem", Self::Dem), ("mpm", Self::Mpm)];
+    pub(crate) const NAMES: [(&'static str, Self); 4] =
+        [("hybrid", Self::Hybrid), ("dem", Self::Dem), ("mpm", Self::Mpm), ("mpm_dem", Self::MpmDem)];
 
     fn keys(&mut self, form: &mut dyn Form, about: &'static str) {
         choose(form, self, "method", text("method", about, "\"hybrid\""), &Self::NAMES);
@@ -59,6 +61,7 @@ impl Method {
             Self::Hybrid => "hybrid",
             Self::Dem => "dem",
             Self::Mpm => "mpm",
+            Self::MpmDem => "mpm_dem",
         }
     }
 
@@ -67,6 +70,6 @@ impl Method {
     }
 
     pub fn has_points(self) -> bool {
-        matches!(self, Self::Hybrid | Self::Mpm)
+        matches!(self, Self::Hybrid | Self::Mpm | Self::MpmDem)
     }
 }

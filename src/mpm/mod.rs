@@ -15,6 +15,7 @@ pub mod load;
 pub mod look;
 pub mod membrane;
 pub mod nodes;
+pub mod nonlocal;
 pub mod points;
 pub mod scatter;
 pub mod scheme;

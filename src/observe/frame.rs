@@ -14,6 +14,7 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
 use scree_io::column::{Column, Values};
 use scree_io::frames::{Drawn, Frame};
 
@@ -25,13 +26,14 @@ use crate::dem::bearing::Bearing;
 use crate::dem::cell::{Cell, Image, visit_image};
 use crate::dem::grains::Mover;
 use crate::domain::means::averaged;
-use crate::domain::transfer;
+use crate::domain::transfer::{self, PIECE_ROWS};
 use crate::domain::world::World;
 use crate::law::invariants::{Deformation, StressInvariants};
 use crate::mpm::membrane::Vertex;
 use crate::mpm::points::{Cold, Hot};
 use crate::observe::local_strain::{Place, best_fit_deformations};
-use crate::observe::point::{OBSERVED, observed};
+use crate::observe::point::{OBSERVED, OBSERVED_OF_RVES, observed, observed_of_rve};
+use crate::rve::{PointRve, Scratch};
 
 /// What a row of a frame is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,6 +69,8 @@ struct Row {
     coordination: i64,
     /// What [`OBSERVED`] names; of grains what [`OBSERVED_OF_GRAINS`] does, p and q.
     observed: [f64; OBSERVED.len()],
+    /// What [`OBSERVED_OF_RVES`] names, of points that carry grains.
+    of_rve: [f64; OBSERVED_OF_RVES.len()],
 }
 
 impl Record for Row {
@@ -84,6 +88,7 @@ impl Record for Row {
         visitor.f64s("stress_averaged", &mut self.stress_averaged);
         visitor.i64("coordination", &mut self.coordination);
         visitor.f64s("observed", &mut self.observed);
+        visitor.f64s("of_rve", &mut self.of_rve);
     }
 }
 
@@ -94,7 +99,7 @@ impl Cargo for Row {
 }
 
 /// Bytes of a row in a file before they are compressed, at most: place, number, offset, and the fields.
-pub const BYTES_PER_ROW: usize = 8 * (3 + 2 + 2 + 2 + 9 + 12 + 1 + OBSERVED.len());
+pub const BYTES_PER_ROW: usize = 8 * (3 + 2 + 2 + 2 + 9 + 12 + 1 + OBSERVED.len() + OBSERVED_OF_RVES.len());
 
 /// Which of [`OBSERVED`] a frame of grains alone has: strains, rotation, and plastic strain, which is zero.
 const OBSERVED_OF_GRAINS: [usize; 4] = [3, 4, 5, 7];
@@ -134,7 +139,8 @@ pub fn frame<S: Space>(
     world.refresh_ghosts();
     let told = if may_have_points { (0..OBSERVED.len()).collect() } else { OBSERVED_OF_GRAINS.to_vec() };
     let rows = (world.grains_total + world.points_total) as usize + world.continuum.membranes.vertices.len();
-    let mut drawn = Drawing { positions: Vec::new(), fields: fields::<S>(told, may_have_points) };
+    let has_rves = world.settings.rves.is_some();
+    let mut drawn = Drawing { positions: Vec::new(), fields: fields::<S>(told, may_have_points, has_rves) };
     // Grains and points apart: along the ranks either is in the order of the curve, the two mixed would not be. And one after the
     // other, points in pieces, for rank 0 may not have room for all these rows beside the frame.
     if let Some(mut grains) = transfer::gather(world.transport, grain_rows(world, depth, fraction))? {
@@ -145,7 +151,7 @@ pub fn frame<S: Space>(
     let averaged = if world.points_total > 0 { averaged_stresses(world) } else { Vec::new() };
     let place = |row: &Row| wrapped::<S>(row, &world.assembly.cell).1;
     let pieces = |rows| point_rows(world, &averaged, rows, depth);
-    transfer::stream(world.transport, world.continuum.points.len(), pieces, |points| {
+    transfer::stream(world.transport, PIECE_ROWS, world.continuum.points.len(), pieces, |points| {
         drawn.add(&points, points.iter().map(place));
         Ok(())
     })?;
@@ -207,7 +213,7 @@ impl Field {
 }
 
 /// The fields of a frame, of [`OBSERVED`] those that are `told`.
-fn fields<S: Space>(told: Vec<usize>, may_have_points: bool) -> Vec<Field> {
+fn fields<S: Space>(told: Vec<usize>, may_have_points: bool, has_rves: bool) -> Vec<Field> {
     let whole = |name, of| Field::Whole(name, Vec::new(), of);
     let numbers = |name, wanted, of| Field::Numbers(name, Vec::new(), of, wanted);
     let stresses = if S::DIMENSION == 2 { 3 } else { 6 };
@@ -220,12 +226,19 @@ fn fields<S: Space>(told: Vec<usize>, may_have_points: bool) -> Vec<Field> {
         numbers("velocity", 0..3, |row| &row.velocity),
         numbers("spin", 0..3, |row| &row.spin),
         numbers("stress", 0..stresses, |row| &row.stress),
-        whole("coordination", |row| row.coordination),
     ];
+    // Of RVEs it is a mean.
+    if !has_rves {
+        fields.push(whole("coordination", |row| row.coordination));
+    }
     if may_have_points {
         fields.push(numbers("stress_averaged", 0..stresses, |row| &row.stress_averaged));
     }
     fields.extend(told.into_iter().map(|which| numbers(OBSERVED[which], which..which + 1, |row| &row.observed)));
+    if has_rves {
+        let names = OBSERVED_OF_RVES.iter().enumerate();
+        fields.extend(names.map(|(which, name)| numbers(name, which..which + 1, |row| &row.of_rve)));
+    }
     fields
 }
 
@@ -319,6 +332,7 @@ fn grain_rows<S: Space>(world: &World<S>, depth: f64, fraction: f64) -> Vec<Row>
             stress_averaged: symmetric::<S>(&stress),
             coordination,
             observed,
+            of_rve: Default::default(),
         }
     };
     (0..grains.owned).map(row).collect()
@@ -371,7 +385,15 @@ fn point_rows<S: Space>(world: &World<S>, averaged: &[[f64; 7]], rows: Range<usi
         stress: cauchy(hot),
         stress_averaged: *averaged,
         observed: observed(&*world.settings.material, hot),
+        of_rve: Default::default(),
     };
     let points = &world.continuum.points;
-    points.hot[rows.clone()].iter().zip(&points.cold[rows.clone()]).zip(&averaged[rows]).map(row).collect()
+    let of_points = points.hot[rows.clone()].iter().zip(&points.cold[rows.clone()]).zip(&averaged[rows.clone()]);
+    let mut told: Vec<Row> = of_points.map(row).collect();
+    // Where points carry grains, every one has some.
+    let rves = world.rves.get(rows).unwrap_or_default();
+    let look = |scratch: &mut Scratch<S>, carried: &PointRve<S>| observed_of_rve(&carried.rve, scratch);
+    let of_rves: Vec<_> = rves.par_iter().map_init(Scratch::default, look).collect();
+    told.iter_mut().zip(of_rves).for_each(|(row, of_rve)| row.of_rve = of_rve);
+    told
 }

@@ -4,6 +4,7 @@ use crate::base::space::Space;
 use crate::law::invariants::{Deformation, StressInvariants};
 use crate::mpm::points::Hot;
 use crate::mpm::stress::StressModel;
+use crate::rve::{Rve, Scratch};
 
 /// Names of what [`observed`] returns.
 pub const OBSERVED: [&str; 8] = [
@@ -33,5 +34,33 @@ pub fn observed<S: Space>(law: &dyn StressModel<S>, hot: &Hot<S>) -> [f64; OBSER
         strain.rotation_angle,
         law.fraction(&hot.memory),
         law.plastic_strain(&hot.memory),
+    ]
+}
+
+/// Names of what [`observed_of_rve`] returns.
+pub const OBSERVED_OF_RVES: [&str; 8] = [
+    "void_ratio",
+    "coordination",
+    "mechanical_coordination",
+    "fabric_anisotropy",
+    "fabric_direction",
+    "unbalanced",
+    "grains",
+    "grain_steps",
+];
+
+/// Void ratio, contacts of a grain with and without such grains as have none or one, fabric anisotropy and in the plane the angle
+/// of most contacts from x (rad), I_uf, grains and their steps.
+pub fn observed_of_rve<S: Space>(rve: &Rve<S>, scratch: &mut Scratch<S>) -> [f64; OBSERVED_OF_RVES.len()] {
+    let seen = rve.observe(scratch);
+    [
+        rve.void_ratio(),
+        seen.fabric.coordination,
+        seen.fabric.mechanical,
+        seen.fabric.anisotropy(),
+        seen.fabric.direction(),
+        seen.unbalanced.unwrap_or_default(),
+        rve.grains() as f64,
+        rve.sample().step as f64,
     ]
 }

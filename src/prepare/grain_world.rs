@@ -62,9 +62,9 @@ pub fn sample<S: Space>(job: &Assembly) -> Result<Sample<S>, Error> {
     Sample::new(&grains, cell, constants(job), Arc::new(order))
 }
 
-/// The same as a representative volume element, whose grains stand in the order of their ids. It serves free grains in a cell that is
-/// periodic along every axis, without gravity and bodies.
-pub fn volume_element<S: Space>(job: &Assembly) -> Result<Rve<S>, Error> {
+/// The same as a representative volume element, whose grains stand in the order of their ids; the same on every rank. It serves free
+/// grains in a cell that is periodic along every axis, without gravity and bodies. Collective.
+pub fn volume_element<S: Space>(job: &Assembly, transport: &dyn Transport) -> Result<Rve<S>, Error> {
     let refused = |what: &str| Err(Error::User(format!("a grain assembly that stands for a material {what}")));
     if !(0..S::DIMENSION).all(|axis| job.cell.periodic[axis]) {
         return refused("lies in a cell that is periodic along every axis: write cell.periodic so");
@@ -75,7 +75,8 @@ pub fn volume_element<S: Space>(job: &Assembly) -> Result<Rve<S>, Error> {
     if job.gravity != [0.0; 3] {
         return refused("bears the stress of its point, and no weight: remove cell.gravity");
     }
-    let (mut grains, cell) = at_start::<S>(job, &Solo)?;
+    let (grains, cell) = at_start::<S>(job, transport)?;
+    let mut grains = transfer::broadcast(transport, grains)?;
     number(&mut grains);
     let sample = Sample::new(&grains, cell, constants(job), Arc::new(|_: &S::Vector| (0, 0)))?;
     Rve::new(sample, depth_of::<S>(job))
@@ -212,7 +213,15 @@ pub fn settings_in<S: Space>(job: &Assembly, drive: CellDrive<S>) -> Settings<S>
 
 /// Of grains alone.
 fn settings_of<S: Space>(grains: Constants<S>) -> Settings<S> {
-    Settings { grains, grain_steps: 1, grid: Grid::blend(0.0), loads: Vec::new(), material: no_material() }
+    Settings {
+        grains,
+        grain_steps: 1,
+        grid: Grid::blend(0.0),
+        loads: Vec::new(),
+        material: no_material(),
+        rves: None,
+        nonlocal: None,
+    }
 }
 
 /// What the space's measure is multiplied with to give m3.

@@ -11,6 +11,7 @@ pub mod plates;
 pub mod point_world;
 pub mod recipe;
 pub mod reference;
+pub mod rves;
 pub mod sheared;
 pub mod specimen;
 

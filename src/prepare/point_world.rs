@@ -16,6 +16,7 @@ use crate::domain::grid::Grid;
 use crate::domain::layout::{Ground, Layout};
 use crate::domain::rebuild::Parts;
 use crate::domain::world::{Settings, World};
+use crate::job::Method;
 use crate::job::mpm::{self, BodyContact, InitialStress, LoadKind, Mpm, Path};
 use crate::mpm::load::{Kind, Load};
 use crate::mpm::membrane::{self, Membrane, Membranes, Vertex};
@@ -34,11 +35,14 @@ pub fn world<'t, S: Space>(
     law: &SharedMaterial<S>,
     transport: &'t dyn Transport,
 ) -> Result<World<'t, S>, Error> {
+    world_at(job, law, transport, 0, parts(job, law, transport)?)
+}
+
+/// What it is made of.
+pub fn parts<S: Space>(job: &Mpm, law: &SharedMaterial<S>, transport: &dyn Transport) -> Result<Parts<S>, Error> {
     let Drawn { cell, bodies, membranes } = drawn::<S>(job, vertices(job))?;
     let points = points(job, law, transport);
-    let mut parts = Parts::fresh(Vec::new(), points, bodies, cell);
-    parts.membranes = membranes;
-    world_at(job, law, transport, 0, parts)
+    Ok(Parts { membranes, ..Parts::fresh(Vec::new(), points, bodies, cell) })
 }
 
 /// Cell, bodies and membranes as drawn, these with vertices as they are now.
@@ -127,14 +131,16 @@ pub(crate) fn bodies<S: Space>(job: &Mpm) -> Vec<Body<S>> {
 /// Settings of a job's run by its laws.
 pub(crate) fn settings<S: Space>(job: &Mpm, material: SharedMaterial<S>, law: SharedLaw<S>) -> Settings<S> {
     let density = job.material.density;
+    // Those of RVEs are not in the cells of the grid.
+    let grains = job.grains.as_ref().filter(|grains| grains.method != Method::MpmDem);
     let impedance = [material.p_wave_modulus(), material.shear_modulus()].map(|modulus| (modulus * density).sqrt());
     Settings {
         grains: Constants {
             field: Field { gravity: vector::<S>(&job.gravity.acceleration), damping: Damping::default() },
             // Velocities of points are of the time of their positions, and a grid's step is of one length.
-            first_kick: if job.grains.is_some() { 0.5 } else { 1.0 },
+            first_kick: if grains.is_some() { 0.5 } else { 1.0 },
             // Without grains there are no lists of pairs for the skin to reach into.
-            ..Constants::new(job.step, job.grains.as_ref().map_or(job.grid.cell, |grains| grains.piece.skin), law)
+            ..Constants::new(job.step, grains.map_or(job.grid.cell, |grains| grains.piece.skin), law)
         },
         grain_steps: job.grain_steps,
         grid: Grid {
@@ -149,6 +155,8 @@ pub(crate) fn settings<S: Space>(job: &Mpm, material: SharedMaterial<S>, law: Sh
         },
         loads: job.loads.iter().map(|load| load_of::<S>(job, load)).collect(),
         material,
+        rves: None,
+        nonlocal: None,
     }
 }
 

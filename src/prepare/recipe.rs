@@ -8,7 +8,7 @@ use crate::couple::oracle::Oracle;
 use crate::couple::zone::{Enrichment, ZoneLife};
 use crate::dem::motion::Damping;
 use crate::job::assembly::{Assembly, Body, Cell, Motion, Packed, PathPoint, Preparation, Source, Velocities};
-use crate::job::mpm::{Boundary, Granular, InitialStress, Material, Mpm, Origin, Region, RigidBody};
+use crate::job::mpm::{Boundary, Granular, InitialStress, Material, Mpm, Origin, Region, RigidBody, Rves};
 use crate::job::{Grains, Loading, Method, Output, Packing, Scenario, Time};
 use crate::law::material::{ConstitutiveLaw, Elastic};
 use crate::mpm::scheme::Scheme;
@@ -78,6 +78,7 @@ pub fn specimen(job: &Mpm, granular: &Granular, way_of_seat: impl Fn(&RigidBody)
         piece: Assembly { gravity: [0.0; 3], bodies: Vec::new(), ..piece(&granular.piece, packed) },
         enrichment: NO_ZONE,
         reference: Origin::Specimen,
+        rves: Rves::DEFAULT,
         known: None,
     };
     let recipe = Mpm {

@@ -10,7 +10,7 @@ use crate::dem::law::{SharedLaw, law_of, no_law};
 use crate::domain::accounts::ledger::Accounts;
 use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
-use crate::domain::world::World;
+use crate::domain::world::{Settings, World};
 use crate::job::Method;
 use crate::job::figures::steps;
 use crate::job::mpm::{self, Granular, Mpm, Origin, Watch};
@@ -18,6 +18,7 @@ use crate::mpm::membrane::Vertex;
 use crate::mpm::stress::{SharedMaterial, material_of};
 use crate::mpm::track::Instants;
 use crate::prepare::reference::{Lies, StartState};
+use crate::prepare::rves::{self, Levels};
 use crate::prepare::sheared;
 use crate::prepare::specimen::{self, Specimen};
 use crate::prepare::{packed, point_world};
@@ -29,7 +30,7 @@ use crate::run::folder::Folder;
 use crate::run::planar_shear::TRACKS;
 use crate::store::checkpoint::{Drawn, Progress};
 
-/// A continuum alone, with its space and its law.
+/// A continuum alone, with its space and its law, which may be grains at every point.
 pub struct Points<'s, S: Space> {
     job: &'s Mpm,
     law: SharedMaterial<S>,
@@ -52,7 +53,12 @@ impl<S: Space> Setup for Points<'_, S> {
         columns.extend(job.ledger.then(|| grid::account_of_points(job.averages_volume())));
         columns.extend(job.oracle.is_some().then(grid::oracle));
         columns.extend([grid::extents(), grid::reactions(job), grid::membranes(job)]);
+        columns.extend(job.rves().is_some().then(grid::rves));
         columns.extend(job.follow.iter().map(|follow| grid::followed(&follow.name, nearest(job, &follow.place))));
+        if job.rves().is_some() {
+            let of = |follow: &mpm::Followed| grid::followed_rve(&follow.name, nearest(job, &follow.place));
+            columns.extend(job.follow.iter().map(of));
+        }
         Experiment {
             picture: Picture {
                 depth: job.grid.depth,
@@ -69,8 +75,9 @@ impl<S: Space> Setup for Points<'_, S> {
         }
     }
 
+    /// Of the grains of RVEs, where there are some.
     fn law(&self) -> SharedLaw<S> {
-        no_law()
+        self.job.rves().map_or_else(no_law, |(granular, _)| law_of(&granular.piece.contact))
     }
 
     fn material(&self) -> SharedMaterial<S> {
@@ -82,7 +89,18 @@ impl<S: Space> Setup for Points<'_, S> {
         _: &mut Option<Folder>,
         transport: &'t dyn Transport,
     ) -> Result<(World<'t, S>, Progress), Error> {
-        Ok((point_world::world(self.job, &self.law, transport)?, Progress::default()))
+        let progress = Progress::default();
+        let Some(of_grains) = self.job.rves() else {
+            return Ok((point_world::world(self.job, &self.law, transport)?, progress));
+        };
+        let levels = Levels::of(self.job, of_grains, transport)?;
+        rves::refuse_stiff::<S>(self.job, levels.modulus_most())?;
+        let mut job = self.job.clone();
+        job.material.density = levels.density(of_grains.0);
+        let mut parts = point_world::parts(&job, &self.law, transport)?;
+        parts.rves = levels.give(&job, of_grains, &self.law, &mut parts.points);
+        parts.packings = levels.packings();
+        Ok((self.world_at(&progress, parts, transport)?, progress))
     }
 
     fn drawn(&self, _: &Progress, vertices: Vec<Vertex<S>>) -> Result<Drawn<S>, Error> {
@@ -95,7 +113,13 @@ impl<S: Space> Setup for Points<'_, S> {
         parts: Parts<S>,
         transport: &'t dyn Transport,
     ) -> Result<World<'t, S>, Error> {
-        point_world::world_at(self.job, &self.law, transport, progress.step, parts)
+        let rves = self.job.rves().map(|of_grains| rves::material(of_grains, &parts.packings));
+        let settings = Settings {
+            rves,
+            nonlocal: self.job.nonlocal,
+            ..point_world::settings(self.job, self.law.clone(), Setup::law(self))
+        };
+        World::new(settings, point_world::layout::<S>(self.job)?, transport, progress.step, parts)
     }
 }
 
@@ -183,7 +207,7 @@ impl<'s, S: Space> Grains<'s, S> {
         let (job, granular) = (self.job, self.granular);
         let (grains, points, bodies, vertices) = match granular.method {
             Method::Dem => (grains, Vec::new(), bodies, vertices),
-            Method::Hybrid | Method::Mpm => {
+            Method::Hybrid | Method::Mpm | Method::MpmDem => {
                 let mut job = job.clone();
                 job.material.density = granular.piece.matter.density * fraction;
                 if job.is_told_by_packing() {

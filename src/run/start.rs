@@ -114,7 +114,7 @@ pub fn with_setup_of<R>(job: &Job, work: impl ForAnySetup<R>) -> Result<R, Error
         Job::Shear(job) => work.with(job),
         Job::Assembly(job) if job.cell.dimension == 2 => work.with(&InSpace::<Plane>::new(job)),
         Job::Assembly(job) => work.with(&InSpace::<Solid>::new(job)),
-        Job::Mpm(job) => match (&job.grains, job.grid.dimension) {
+        Job::Mpm(job) => match (job.grains.as_ref().filter(|_| job.rves().is_none()), job.grid.dimension) {
             (None, 2) => work.with(&Points::<Plane>::new(job)),
             (None, _) => work.with(&Points::<Solid>::new(job)),
             (Some(granular), 2) => work.with(&Grains::<Plane>::hybrid(job, granular)),

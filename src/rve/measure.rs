@@ -1,5 +1,6 @@
 //! What an assembly says of itself, from the forces at the end of an increment, summed over contacts in the order of ids.
 
+use crate::base::math;
 use crate::base::space::{Linear, Space};
 use crate::dem::grains::Hot;
 use crate::dem::neighbours::Term;
@@ -107,6 +108,14 @@ impl<S: Space> Fabric<S> {
             tensor: tensor * share(1.0, count as f64),
             coordination: share(2.0 * count as f64, owned),
             mechanical: share(2.0 * count as f64 - one as f64, owned - (none + one) as f64),
+        }
+    }
+
+    /// In the plane the angle from x, -pi/2 to pi/2, about which most contacts point, rad; 0 in space.
+    pub fn direction(&self) -> f64 {
+        match S::DIMENSION {
+            2 => 0.5 * math::atan2(self.tensor[1] + self.tensor[2], self.tensor[0] - self.tensor[3]),
+            _ => 0.0,
         }
     }
 

@@ -7,6 +7,7 @@
 //! * [`measure`]: stress, fabric and the like, summed over contacts in the order of ids.
 //! * [`levels`]: one assembly under several stresses.
 //! * [`rest`]: all that an assembly is between two increments, in a few numbers.
+//! * [`rows`]: RVEs beside the material points that they stand for.
 //! * [`volume_element`]: an assembly with its deformation, its loose state and what becomes of a cell that gets too thin.
 
 pub mod drive;
@@ -14,11 +15,13 @@ pub mod levels;
 pub mod measure;
 pub mod renew;
 pub mod rest;
+pub mod rows;
 pub mod step;
 pub mod volume_element;
 
 pub use drive::{Drive, Pace};
 pub use measure::Measured;
 pub use rest::{Resting, Template};
+pub use rows::{GrainMaterial, PointRve, RveRow};
 pub use step::Scratch;
 pub use volume_element::{Events, Response, Rve};

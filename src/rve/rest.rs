@@ -10,6 +10,7 @@ use crate::base::space::{Linear, Space};
 use crate::dem::assembly::Constants;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
+use crate::dem::neighbours::Term;
 use crate::dem::sample::Sample;
 use crate::law::contact::Memory;
 use crate::rve::drive::Grain;
@@ -44,7 +45,7 @@ pub struct Resting<S: Space> {
 
 impl<S: Space> Resting<S> {
     /// Numbers of a grain.
-    const MOTION: usize = 3 * S::DIMENSION + <S::Spin as Linear>::COMPONENTS;
+    pub const MOTION: usize = 3 * S::DIMENSION + <S::Spin as Linear>::COMPONENTS;
 
     /// Bytes that its grains and contacts take.
     pub fn bytes(&self) -> usize {
@@ -56,20 +57,27 @@ impl<S: Space> Template<S> {
     /// Of an assembly as it was made.
     pub fn of(sample: &Sample<S>, depth: f64) -> Self {
         let Sample { assembly, constants, .. } = sample;
-        let hot = &assembly.grains.hot;
-        let solid: f64 = hot.iter().map(|hot| S::grain_volume(hot.radius, depth)).sum();
-        let mass: f64 = hot.iter().map(|hot| hot.mass).sum();
-        let diameter = 2.0 * hot.iter().map(|hot| hot.radius).sum::<f64>() / hot.len() as f64;
-        Self {
-            grains: hot.iter().map(|hot| [hot.radius, hot.mass]).collect(),
-            grain: Grain { diameter, density: mass / solid, dt: constants.dt },
-            constants: constants.clone(),
-            depth,
-        }
+        let grains = assembly.grains.hot.iter().map(|hot| [hot.radius, hot.mass]).collect();
+        Self::new(grains, constants.clone(), depth)
+    }
+
+    /// Of grains of these radii, m, and masses, kg, by their ids.
+    pub fn new(grains: Arc<[[f64; 2]]>, constants: Constants<S>, depth: f64) -> Self {
+        let solid: f64 = grains.iter().map(|[radius, _]| S::grain_volume(*radius, depth)).sum();
+        let mass: f64 = grains.iter().map(|[_, mass]| mass).sum();
+        let diameter = 2.0 * grains.iter().map(|[radius, _]| radius).sum::<f64>() / grains.len() as f64;
+        Self { grain: Grain { diameter, density: mass / solid, dt: constants.dt }, grains, constants, depth }
     }
 }
 
 impl<S: Space> Rve<S> {
+    /// Contacts that remember something.
+    pub fn remembered(&self) -> usize {
+        let contacts = &self.sample().assembly.contacts;
+        let remember = |term: &&Term| !term.is_b() && !contacts.recall(term.pair()).is_blank();
+        (0..self.grains()).map(|row| contacts.neighbours.terms_of(row).iter().filter(remember).count()).sum()
+    }
+
     /// What it is now.
     pub fn rest(&self) -> Resting<S> {
         let sample = self.sample();

@@ -152,6 +152,11 @@ fn set_out<S: Space>(sample: &mut Sample<S>, change: &S::Tensor) {
     assembly.moved = square.sqrt();
 }
 
+/// Forces of all pairs where grains are, kept, over the time step of the sample.
+pub fn forces<S: Space>(sample: &mut Sample<S>) {
+    evaluate::<S, false>(sample);
+}
+
 /// Forces, kicks, and where steps go on the next drift.
 fn evaluate<S: Space, const DRIFTS: bool>(sample: &mut Sample<S>) {
     match sample.constants.field.is_plain() {

@@ -14,6 +14,7 @@
 //! volume is back at which the last contact was lost; otherwise they would fly on for ever. Then they start from rest.
 
 use crate::base::error::Error;
+use crate::base::record::{Record, Visitor};
 use crate::base::space::{Linear, Space};
 use crate::base::symmetric::Symmetric;
 use crate::dem::grains::Hot;
@@ -22,7 +23,7 @@ use crate::rve::drive::{Drive, Pace, size_of};
 use crate::rve::measure::{Fabric, Measured, affine_stiffness};
 use crate::rve::renew;
 use crate::rve::rest::Template;
-use crate::rve::step::{Scratch, along};
+use crate::rve::step::{Scratch, along, forces};
 
 /// The share of the pressure of the start below which increments take no more steps.
 const PRESSURE_SHARE_MIN: f64 = 0.01;
@@ -68,6 +69,36 @@ pub struct State<S: Space> {
     pub pair_steps: u64,
 }
 
+impl<S: Space> State<S> {
+    /// Before it is read.
+    pub fn blank() -> Self {
+        Self {
+            edges: S::identity(),
+            deformation: S::identity(),
+            frame: S::identity(),
+            pressure: 0.0,
+            pressure_min: 0.0,
+            loose: None,
+            pair_steps: 0,
+        }
+    }
+}
+
+impl<S: Space> Record for State<S> {
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        visitor.f64s("edges_at_start", self.edges.as_mut_slice());
+        visitor.f64s("deformation", self.deformation.as_mut_slice());
+        visitor.f64s("frame", self.frame.as_mut_slice());
+        visitor.f64s("pressure", std::slice::from_mut(&mut self.pressure));
+        visitor.f64s("pressure_min", std::slice::from_mut(&mut self.pressure_min));
+        // No volume ratio is zero.
+        let mut loose = self.loose.unwrap_or_default();
+        visitor.f64s("loose_at", std::slice::from_mut(&mut loose));
+        self.loose = Some(loose).filter(|ratio| *ratio > 0.0);
+        visitor.u64("pair_steps", &mut self.pair_steps);
+    }
+}
+
 /// What an increment came to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Response<S: Space> {
@@ -81,12 +112,16 @@ pub struct Response<S: Space> {
     pub events: Events,
 }
 
-/// What an observer asks for beside, in the frame of F.
+/// What an observer sees of an assembly as it is, in the frame of F.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observed<S: Space> {
+    /// Kirchhoff stress J sigma, Pa, tension positive.
+    pub kirchhoff: S::Symmetric,
     pub fabric: Fabric<S>,
     /// Pa ([`affine_stiffness`]).
     pub stiffness: S::Tensor,
+    /// I_uf; none without contacts.
+    pub unbalanced: Option<f64>,
 }
 
 impl<S: Space> Observed<S> {
@@ -119,15 +154,7 @@ impl<S: Space> Rve<S> {
     pub fn new(mut sample: Sample<S>, depth: f64) -> Result<Self, Error> {
         renew::refuse_many(sample.assembly.grains.owned)?;
         let moment = sample.contact_moment();
-        let state = State {
-            edges: sample.assembly.cell.edges,
-            deformation: S::identity(),
-            frame: S::identity(),
-            pressure: 0.0,
-            pressure_min: 0.0,
-            loose: None,
-            pair_steps: 0,
-        };
+        let state = State { edges: sample.assembly.cell.edges, ..State::blank() };
         let template = Template::of(&sample, depth);
         let mut rve = Self::of(sample, template, state);
         let pressure = rve.pressure_of(&moment);
@@ -242,23 +269,32 @@ impl<S: Space> Rve<S> {
         answer
     }
 
-    /// The same with what an observer asks for at its end.
-    pub fn follow_and_observe(
-        &mut self,
-        deformation: &S::Tensor,
-        duration: f64,
-        drive: &Drive,
-        scratch: &mut Scratch<S>,
-    ) -> Result<(Response<S>, Observed<S>), Error> {
-        scratch.lend(&mut self.sample);
-        let answer = self.go_along(deformation, duration, drive);
-        // A loose one has been left alone: the forces at hand are those of another.
-        let is_stepped = answer.as_ref().is_ok_and(|answer| answer.steps > 0);
-        let observed = is_stepped.then(|| (Fabric::of(&self.sample), affine_stiffness(&self.sample)));
-        let (fabric, stiffness) = observed.unwrap_or_else(|| (Fabric::none(), S::Tensor::zero()));
-        scratch.take_back(&mut self.sample);
-        let fabric = Fabric { tensor: self.turned(&fabric.tensor), ..fabric };
-        Ok((answer?, Observed { fabric, stiffness: self.turned(&stiffness) * (1.0 / self.volume()) }))
+    /// What it is now. A copy of it is looked at, for whose contacts no time passes, and nothing of it changes.
+    pub fn observe(&self, scratch: &mut Scratch<S>) -> Observed<S> {
+        let zero = S::Tensor::zero();
+        if self.is_loose() {
+            let kirchhoff = S::Symmetric::of(&zero);
+            return Observed { kirchhoff, fabric: Fabric::none(), stiffness: zero, unbalanced: None };
+        }
+        let mut sample = self.sample.clone();
+        sample.constants.dt = 0.0;
+        scratch.lend(&mut sample);
+        forces(&mut sample);
+        let measured = Measured::of(&sample);
+        let (unbalanced, fabric) = (measured.unbalanced(&sample), Fabric::of(&sample));
+        let stiffness = self.turned(&affine_stiffness(&sample)) * (1.0 / self.volume());
+        scratch.take_back(&mut sample);
+        Observed {
+            kirchhoff: S::Symmetric::of(&self.kirchhoff_of(&measured)),
+            fabric: Fabric { tensor: self.turned(&fabric.tensor), ..fabric },
+            stiffness,
+            unbalanced,
+        }
+    }
+
+    /// Kirchhoff stress in the frame of F, Pa, as far as it is not symmetric too.
+    fn kirchhoff_of(&self, measured: &Measured<S>) -> S::Tensor {
+        self.turned(&measured.moment) * (1.0 / self.volume_start())
     }
 
     fn go_along(&mut self, deformation: &S::Tensor, duration: f64, drive: &Drive) -> Result<Response<S>, Error> {
@@ -317,7 +353,7 @@ impl<S: Space> Rve<S> {
             self.state.loose = Some(ratio);
             events.loosened = true;
         }
-        let moment = self.turned(&measured.moment) * (1.0 / self.volume_start());
+        let moment = self.kirchhoff_of(&measured);
         let skew = (moment - S::transpose(&moment)).norm() * 0.5;
         Ok(Response { kirchhoff: S::Symmetric::of(&moment), skew, unbalanced, steps, events })
     }

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use scree_io::column::{State, Table};
 use scree_io::digest;
@@ -23,13 +24,14 @@ use crate::domain::accounts::conservation::Kept;
 use crate::domain::accounts::ledger::Entry;
 use crate::domain::guards::grains::EnergyGuard;
 use crate::domain::rebuild::{Home, Parts};
-use crate::domain::transfer;
+use crate::domain::transfer::{self, PIECE_ROWS};
 use crate::domain::world::World;
 use crate::job::Job;
 use crate::mpm::membrane::{Membranes, Vertex};
 use crate::mpm::points::Point;
 use crate::mpm::stress::MemoryColumns;
 use crate::mpm::track::{Instants, LOOKS};
+use crate::rve::{GrainMaterial, RveRow};
 use crate::store::{soundness, tables};
 
 /// What a run remembers beside grains, points, bodies and cell; the same on every rank.
@@ -122,10 +124,14 @@ pub struct Snapshot<S: Space> {
     /// Words of what their contacts remember.
     pub memory_words: usize,
     pub points: Vec<Point<S>>,
+    /// Their RVEs, where the material is grains.
+    pub rves: Vec<RveRow<S>>,
     /// What their law remembers.
     pub memory_columns: MemoryColumns,
     /// Of membranes, all of them.
     pub vertices: Vec<Vertex<S>>,
+    /// Where the material is grains, those of its packings.
+    pub packings: Vec<Arc<[[f64; 2]]>>,
 }
 
 impl<S: Space> Snapshot<S> {
@@ -164,6 +170,10 @@ impl<S: Space> Snapshot<S> {
             tables.push(to_table("membranes", &mut self.vertices, &mut Vertex::blank()));
         }
         tables.push(tables::of_points(&mut self.points, &self.memory_columns));
+        if !self.packings.is_empty() {
+            tables.push(tables::of_packings(&self.packings));
+            tables.extend(tables::of_rves(&mut self.rves, self.memory_words));
+        }
         let attributes =
             [("scenario".to_string(), self.scenario), (PROGRAM.to_string(), program::identity().to_string())];
         State { attributes: attributes.into(), tables }
@@ -173,6 +183,11 @@ impl<S: Space> Snapshot<S> {
     /// the million are there twice one kind at a time.
     pub fn from_state(mut state: State, memory_words: usize) -> Result<Self, Error> {
         let (points, memory_columns) = tables::to_points(&mut state)?;
+        let has_rves = state.tables.iter().any(|table| table.name == "rves");
+        let (packings, rves) = match has_rves {
+            true => (tables::to_packings(&mut state)?, tables::to_rves(&mut state, memory_words)?),
+            false => Default::default(),
+        };
         let grains = tables::to_grains(&mut state, memory_words)?;
         let state = &state;
         let flags: Vec<Flag> = tables::rows(state, "flagged", &Flag::default())?;
@@ -205,6 +220,8 @@ impl<S: Space> Snapshot<S> {
             grains,
             memory_words,
             points,
+            rves,
+            packings,
             memory_columns,
             vertices: match state.tables.iter().any(|table| table.name == "membranes") {
                 true => tables::rows(state, "membranes", &Vertex::blank())?,
@@ -215,6 +232,9 @@ impl<S: Space> Snapshot<S> {
         Ok(snapshot)
     }
 }
+
+/// RVEs that are on their way to rank 0 at a time: some megabytes.
+const RVES_PER_PIECE: usize = 64;
 
 /// Where a state goes, on rank 0.
 pub struct Target {
@@ -236,6 +256,8 @@ pub fn head<S: Space>(world: &World<S>, progress: Progress, scenario: String) ->
         grains: Vec::new(),
         memory_words: world.law().memory_words(),
         points: Vec::new(),
+        rves: Vec::new(),
+        packings: world.settings.rves.as_ref().map_or(Vec::new(), GrainMaterial::packings),
         memory_columns: world.settings.material.memory_columns(),
         vertices: world.continuum.membranes.vertices.clone(),
     }
@@ -253,15 +275,24 @@ pub fn write<S: Space>(target: Option<Target>, world: &World<S>) -> Result<(), E
         pieces.iter().try_for_each(|piece| writer.append(piece)).map_err(not_written)
     };
     let (grains, memory_words) = (|rows| world.grain_rows(rows), world.law().memory_words());
-    transfer::stream(transport, world.assembly.grains.owned, grains, |mut rows| {
+    transfer::stream(transport, PIECE_ROWS, world.assembly.grains.owned, grains, |mut rows| {
         append(&tables::of_grains(&mut rows, memory_words))?;
         append(&[tables::of_penalty_springs(&rows)])
     })?;
     let memory_columns = world.settings.material.memory_columns();
     let points = |rows: Range<usize>| rows.map(|row| world.continuum.points.row(row)).collect();
-    transfer::stream(transport, world.continuum.points.len(), points, |mut rows| {
+    transfer::stream(transport, PIECE_ROWS, world.continuum.points.len(), points, |mut rows| {
         append(&[tables::of_points(&mut rows, &memory_columns)])
     })?;
+    if world.settings.rves.is_some() {
+        transfer::stream(
+            transport,
+            RVES_PER_PIECE,
+            world.rves.len(),
+            |rows| world.rve_rows(rows),
+            |mut rows| append(&tables::of_rves(&mut rows, memory_words)),
+        )?;
+    }
     let finished = writer.map_or(Ok(()), |writer| writer.finish().map_err(not_written));
     transfer::agree(transport, finished)
 }
@@ -280,6 +311,8 @@ pub fn restore<S: Space>(
     draw: impl FnOnce(&Progress, Vec<Vertex<S>>) -> Result<Drawn<S>, Error>,
     transport: &dyn Transport,
 ) -> Result<(Parts<S>, Progress), Error> {
+    let (rves, packings) = snapshot.as_ref().map_or_else(Default::default, |of| (of.rves.clone(), of.packings.clone()));
+    let packings = tables::everywhere(packings, transport)?;
     let (progress, cell, bodies, home, vertices, grains, points) = match snapshot {
         Some(of) => (vec![of.progress], vec![of.cell], of.bodies, vec![of.home], of.vertices, of.grains, of.points),
         None => Default::default(),
@@ -294,11 +327,11 @@ pub fn restore<S: Space>(
     cell.take_motion_of(&moved);
     home.cell.take_motion_of(&saved_home.cell);
     bodies.iter_mut().zip(&saved).for_each(|(body, saved)| body.take_motion_of(saved));
-    Ok((Parts { grains, points, bodies, membranes, cell, home }, progress))
+    Ok((Parts { grains, points, rves, packings, bodies, membranes, cell, home }, progress))
 }
 
 /// Rows over all ranks of the tables that come in pieces.
-fn row_totals<S: Space>(world: &World<S>) -> [(&'static str, usize); 4] {
+fn row_totals<S: Space>(world: &World<S>) -> [(&'static str, usize); 7] {
     let contacts = |row: usize| {
         let id = world.assembly.grains.cold[row].id;
         world.assembly.carried_by(row).filter(|(partner, _)| tables::stands_with(id, *partner)).count()
@@ -306,14 +339,18 @@ fn row_totals<S: Space>(world: &World<S>) -> [(&'static str, usize); 4] {
     let grains = world.assembly.grains.owned;
     let contacts = (0..grains).map(contacts).sum::<usize>();
     let springs = world.assembly.grains.springs.iter().filter(|spring| **spring != PenaltySpring::loose()).count();
-    let mut totals = [grains as i64, contacts as i64, springs as i64, world.continuum.points.len() as i64];
+    let points = world.continuum.points.len();
+    let of_rves = world.rves.iter().map(|carried| [carried.rve.grains(), carried.rve.remembered()]);
+    let [rve_grains, rve_contacts] = of_rves.fold([0; 2], |[a, b], [grains, contacts]| [a + grains, b + contacts]);
+    let counts = [grains, contacts, springs, points, world.rves.len(), rve_grains, rve_contacts];
+    let mut totals = counts.map(|count| count as i64);
     world.transport.sum(&mut totals);
-    let [grains, contacts, springs, points] = totals.map(|total| total as usize);
-    [("grains", grains), ("contacts", contacts), ("ties", springs), ("points", points)]
+    let names = ["grains", "contacts", "ties", "points", tables::RVES, tables::RVE_GRAINS, tables::RVE_CONTACTS];
+    std::array::from_fn(|table| (names[table], totals[table] as usize))
 }
 
 /// A file with all tables, where those of `totals` have their rows to come.
-fn begin(Target { scratch, path, head }: &Target, totals: [(&str, usize); 4]) -> Result<Writer, Error> {
+fn begin(Target { scratch, path, head }: &Target, totals: [(&str, usize); 7]) -> Result<Writer, Error> {
     let mut writer = Writer::create_in(scratch, path, &head.attributes).map_err(not_written)?;
     for table in &head.tables {
         let total = totals.iter().find(|(name, _)| *name == table.name);

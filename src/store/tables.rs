@@ -1,17 +1,23 @@
 //! Rows as tables: what checkpoints and cached packings are made of.
 
+use std::sync::Arc;
+
 use scree_io::column::{Column, State, Table, Values};
+use scree_partition::Transport;
 
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
 use crate::base::numbers::Numbers;
-use crate::base::record::{Cargo, from_table, refuse_torn, to_table};
+use crate::base::record::{Cargo, Record, Visitor, from_table, refuse_torn, to_table};
 use crate::base::space::Space;
 use crate::dem::grains::{ContactRow, GrainRow, PenaltySpring, PenaltySpringRow, is_body};
+use crate::domain::transfer;
 use crate::law::contact::Memory;
 use crate::mpm::points::{MEMORY, PLASTIC_WORK, Point, VOLUMETRIC};
 use crate::mpm::stress::MemoryColumns;
 use crate::mpm::volumetric::Volumetric;
+use crate::rve::rows::{packed, parted};
+use crate::rve::{Resting, RveRow};
 
 /// Whether a contact stands in the table with grain `id`: with the lower of two ids, and a body's is
 /// above all grains'.
@@ -113,6 +119,121 @@ pub fn to_points<S: Space>(state: &mut State) -> Result<(Vec<Point<S>>, MemoryCo
     }
     table.columns.push(Column { name: MEMORY.into(), width: S::PointMemory::WIDTH, values: Values::F64(words) });
     take(state, "points", &Point::blank()).map(|rows| (rows, memory))
+}
+
+/// A grain of a packing that RVEs begin from.
+#[derive(Clone, Debug, Default)]
+struct PackedGrain {
+    packing: u64,
+    radius: f64,
+    mass: f64,
+}
+
+impl Record for PackedGrain {
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        visitor.u64("packing", &mut self.packing);
+        visitor.f64s("radius", std::slice::from_mut(&mut self.radius));
+        visitor.f64s("mass", std::slice::from_mut(&mut self.mass));
+    }
+}
+
+impl Cargo for PackedGrain {
+    fn blank() -> Self {
+        Self::default()
+    }
+}
+
+const RVE_PACKINGS: &str = "rve_packings";
+
+fn rows_of(packings: &[Arc<[[f64; 2]]>]) -> Vec<PackedGrain> {
+    let of = |(packing, grains): (u64, &Arc<[[f64; 2]]>)| {
+        grains.iter().map(|[radius, mass]| PackedGrain { packing, radius: *radius, mass: *mass }).collect::<Vec<_>>()
+    };
+    (0..).zip(packings).flat_map(of).collect()
+}
+
+fn packings_of(rows: &[PackedGrain]) -> Vec<Arc<[[f64; 2]]>> {
+    let together = rows.chunk_by(|a, b| a.packing == b.packing);
+    together.map(|grains| grains.iter().map(|grain| [grain.radius, grain.mass]).collect()).collect()
+}
+
+/// Table of the grains of the packings that RVEs begin from.
+pub fn of_packings(packings: &[Arc<[[f64; 2]]>]) -> Table {
+    to_table(RVE_PACKINGS, &mut rows_of(packings), &mut PackedGrain::default())
+}
+
+pub fn to_packings(state: &mut State) -> Result<Vec<Arc<[[f64; 2]]>>, Error> {
+    take(state, RVE_PACKINGS, &PackedGrain::default()).map(|rows| packings_of(&rows))
+}
+
+/// Those of rank 0, on every rank.
+pub fn everywhere(packings: Vec<Arc<[[f64; 2]]>>, transport: &dyn Transport) -> Result<Vec<Arc<[[f64; 2]]>>, Error> {
+    Ok(packings_of(&transfer::broadcast(transport, rows_of(&packings))?))
+}
+
+/// RVEs of points, and their grains and contacts, one RVE's after another's.
+pub const RVES: &str = "rves";
+pub const RVE_GRAINS: &str = "rve_grains";
+pub const RVE_CONTACTS: &str = "rve_contacts";
+
+/// Tables of RVEs in canonical order, or of a piece of them, under a contact law with so many words of memory.
+pub fn of_rves<S: Space>(rows: &mut [RveRow<S>], memory_words: usize) -> [Table; 3] {
+    let resting = || rows.iter().map(|row| &row.resting);
+    let motions = resting().flat_map(|resting| resting.motions.iter().copied()).collect();
+    let pairs = resting().flat_map(|resting| resting.contacts.iter().map(|pair| packed(*pair))).collect();
+    let memories = resting().flat_map(|resting| resting.memories.iter().copied()).collect();
+    let column = |name: &str, width: usize, values: Values| Column { name: name.into(), width, values };
+    // Position, velocity, spin, and where the grain was when lists were made.
+    let motion = column("motion", Resting::<S>::MOTION, Values::F64(motions));
+    let contacts = vec![column("pair", 1, Values::U64(pairs)), column("memory", memory_words, Values::F64(memories))];
+    let of = |name: &str, columns: Vec<Column>| {
+        let rows = columns.first().map_or(0, |column| column.values.len() / column.width);
+        Table { name: name.into(), rows, columns }
+    };
+    let tables = [of(RVE_GRAINS, vec![motion]), of(RVE_CONTACTS, contacts)];
+    let [grains, contacts] = tables;
+    [to_table(RVES, rows, &mut RveRow::blank()), grains, contacts]
+}
+
+/// Rows of the tables that [`of_rves`] made.
+pub fn to_rves<S: Space>(state: &mut State, memory_words: usize) -> Result<Vec<RveRow<S>>, Error> {
+    let mut rows: Vec<RveRow<S>> = take(state, RVES, &RveRow::blank())?;
+    let find = |name: &str| {
+        let table = state.tables.iter().find(|table| table.name == name);
+        table.ok_or_else(|| Error::User(format!("there is no table `{name}`")))
+    };
+    let (grains, contacts) = (find(RVE_GRAINS)?, find(RVE_CONTACTS)?);
+    let (motion, memory) = (column_of(grains, "motion")?, column_of(contacts, "memory")?);
+    let Values::U64(pairs) = &column_of(contacts, "pair")?.values else {
+        return Err(Error::User(format!("column `pair` of table `{RVE_CONTACTS}` has another type")));
+    };
+    let (mut motions, mut pairs, mut memories) = (numbers_of(motion), &pairs[..], numbers_of(memory));
+    for row in &mut rows {
+        let point = row.point.0;
+        let Resting { motions: of_grains, contacts, memories: of_contacts, .. } = &mut row.resting;
+        if of_contacts.len() != contacts.len() * memory_words {
+            return Err(Error::User(format!(
+                "the contacts of the RVE of point {point} remember other than {memory_words} words; they are of another law"
+            )));
+        }
+        let torn = || Error::User(format!("the RVE of point {point} lacks grains or contacts in its tables"));
+        let (of, rest) = motions.split_at_checked(of_grains.len()).ok_or_else(torn)?;
+        of_grains.copy_from_slice(of);
+        motions = rest;
+        let (of, rest) = memories.split_at_checked(of_contacts.len()).ok_or_else(torn)?;
+        of_contacts.copy_from_slice(of);
+        memories = rest;
+        let (of, rest) = pairs.split_at_checked(contacts.len()).ok_or_else(torn)?;
+        contacts.iter_mut().zip(of).for_each(|(pair, word)| *pair = parted(*word));
+        pairs = rest;
+    }
+    state.tables.retain(|table| ![RVE_GRAINS, RVE_CONTACTS].contains(&table.name.as_str()));
+    Ok(rows)
+}
+
+fn column_of<'t>(table: &'t Table, name: &str) -> Result<&'t Column, Error> {
+    let at = place_of(table, name);
+    at.map(|at| &table.columns[at]).ok_or_else(|| Error::User(format!("table `{}` has no column `{name}`", table.name)))
 }
 
 fn place_of(table: &Table, name: &str) -> Option<usize> {

@@ -74,6 +74,8 @@ fn uniform() -> LoadMap {
         shared: Vec::new(),
         nodes: 0,
         costs: [20e-9, 0.0, 0.0, 0.0],
+        pairs: Vec::new(),
+        pair_cost: 0.0,
         words: [5, 0, 0],
         passes: 0,
         faces: [0; 2],

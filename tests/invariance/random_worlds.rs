@@ -134,6 +134,8 @@ impl Plan {
                 cohesion: 50.0,
                 ..material()
             }),
+            rves: None,
+            nonlocal: None,
         }
     }
 

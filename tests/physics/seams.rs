@@ -238,6 +238,8 @@ impl Setup for DiscsAndFluid {
             grid: Grid::blend(1.0),
             loads: Vec::new(),
             material: self.material(),
+            rves: None,
+            nonlocal: None,
         };
         World::new(settings, Self::layout()?, transport, progress.step, parts)
     }

@@ -132,6 +132,7 @@ fn a_failure_at_any_piece_is_the_outcome_of_all_ranks() {
             let mut pieces = 0;
             transfer::stream(
                 &rank,
+                PIECE_ROWS,
                 PIECE_ROWS + 1,
                 |rows| rows.map(point).collect(),
                 |rows: Vec<PlanarPoint>| {

@@ -205,7 +205,7 @@ impl Plan {
         grains.extend(stayed(world, &zone, touched)?);
         // Until now nobody asked how far bodies had come.
         world.be_home();
-        world.replace_grains(grains, Vec::new())?;
+        world.replace_grains(grains)?;
         enriched.kept = account.close(world, "enrichment")?;
         Ok(enriched)
     }

@@ -19,6 +19,7 @@ mod domain;
 mod doubts;
 mod grains;
 mod page;
+mod rves;
 mod slots;
 mod steps;
 mod warnings;
@@ -26,11 +27,12 @@ mod warnings;
 pub(super) use doubts::doubts;
 
 /// The sections of the page; one is left out where a job has nothing of it.
-const SECTIONS: [fn(&mut Page, &Slots); 14] = [
+const SECTIONS: [fn(&mut Page, &Slots); 15] = [
     domain::section,
     domain::faces,
     grains::section,
     contact::section,
+    rves::section,
     continuum::scheme,
     continuum::material,
     continuum::start,
@@ -56,6 +58,7 @@ fn page(job: &Job) -> Result<String, Error> {
         Method::Hybrid => "continuum with grains where it localises",
         Method::Dem => "grains alone",
         Method::Mpm => "continuum alone",
+        Method::MpmDem => "continuum with a grain assembly at every point",
     };
     let space = match (job.dimension(), &slots.continuum) {
         (2, None) => "discs in the plane",

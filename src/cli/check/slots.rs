@@ -28,7 +28,8 @@ impl<'j> Slots<'j> {
     /// Reads the file of grains, if there is one, and measures what steps and outputs cost here.
     pub fn of(job: &'j Job) -> Result<Self, Error> {
         let grains = job.grains();
-        let moving = grains.as_deref().filter(|_| job.moves_grains());
+        // Those of RVEs have steps of their own.
+        let moving = grains.as_deref().filter(|_| job.moves_grains() && job.method() != Method::MpmDem);
         let bounds_of_grains = moving.map(grain_file::bounds).transpose()?.unwrap_or_default();
         // A forecast is no reason to refuse a job.
         let (costs, unmeasured) = match gauge::costs(job) {

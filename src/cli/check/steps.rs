@@ -27,7 +27,7 @@ pub fn steps(page: &mut Page, slots: &Slots) {
     if slots.bounds_of_continuum.is_empty() {
         return;
     }
-    if let Some(job) = slots.continuum.as_deref().filter(|job| job.grains.is_some()) {
+    if let Some(job) = slots.continuum.as_deref().filter(|job| job.grains.is_some() && job.rves().is_none()) {
         let most = (governing(&slots.bounds_of_continuum).step / job.step).floor().max(1.0);
         let note = format!("time.grain_steps = {}; {most} at most are stable", job.grain_steps);
         page.row("step of the continuum", &format!("{} s", figures(job.step_of_continuum())), &note);

@@ -44,6 +44,7 @@ pub fn warnings(slots: &Slots) -> Vec<String> {
     warnings.extend(hybrid(slots));
     if let Some(job) = slots.material() {
         warnings.extend(other_stress(job));
+        warnings.extend(super::rves::too_large(job));
         warnings.extend(fast_motion(job));
         warnings.extend(filled_regions(job, slots.job.regions()));
         warnings.extend(thin_bodies(job));
@@ -177,6 +178,10 @@ fn hybrid(slots: &Slots) -> Vec<String> {
 
 /// Stresses of the start that are not alike.
 fn other_stress(job: &Mpm) -> Option<String> {
+    // RVEs are compressed from their packing on.
+    if job.rves().is_some() {
+        return None;
+    }
     let stress = stresses_of_packing(&job.grains.as_ref()?.piece).pop()?;
     let InitialStress::Isotropic { pressure } = job.stress else { return None };
     ((pressure / stress - 1.0).abs() > STRESS_OFF).then(|| {
@@ -239,7 +244,8 @@ fn thin_bodies(job: &Mpm) -> Vec<String> {
             Shape::Plane { .. } | Shape::Layer { .. } => continue,
         };
         let wanted = 2.0 * reach(job.scheme.shape) * job.grid.cell;
-        if thickness < wanted {
+        // Rounding makes no body thinner.
+        if thickness < wanted * (1.0 - 1e-9) {
             warnings.push(format!(
                 "body `{}` is {} mm thick. Material reaches nodes beyond its middle, which hold it from the other side: make it {} mm at least, or the cells smaller.",
                 body.body.name,

@@ -5,6 +5,7 @@ use std::mem;
 
 use rayon::prelude::*;
 
+use crate::base::error::Error;
 use crate::base::lane::Instructions;
 use crate::base::parallel::{Held, over_blocks};
 use crate::base::space::{Linear, Space};
@@ -62,10 +63,12 @@ impl<S: Space> World<'_, S> {
     }
 
     /// Before the forces of the step: stresses, where they are updated first.
-    pub(crate) fn strain_first(&mut self) {
+    pub(crate) fn strain_first(&mut self) -> Result<(), Error> {
         if self.has_points() && self.settings.grid.update == StressUpdate::First {
             self.strain_by_points(Taken::Strain);
+            self.follow_by_grains()?;
         }
+        Ok(())
     }
 
     /// The first half of the grid's step: everything that nodes are made of, summed.
@@ -79,9 +82,9 @@ impl<S: Space> World<'_, S> {
     }
 
     /// The second half: nodes advance, and grains and points take from them what they need.
-    pub(crate) fn step_grid(&mut self) {
+    pub(crate) fn step_grid(&mut self) -> Result<(), Error> {
         if !self.has_grid() {
-            return;
+            return Ok(());
         }
         let taken = match self.settings.grid.update {
             StressUpdate::First => Taken::Motion,
@@ -99,8 +102,13 @@ impl<S: Space> World<'_, S> {
             false => self.advance_grid(Moment::Step, |world, tier| world.take_from_grid(tier, taken)),
         }
         self.take_to_membranes();
-        if self.settings.grid.update == StressUpdate::ModifiedLast {
-            self.strain_by_points(Taken::StrainThenPlace);
+        match self.settings.grid.update {
+            StressUpdate::First => Ok(()),
+            StressUpdate::Last => self.follow_by_grains(),
+            StressUpdate::ModifiedLast => {
+                self.strain_by_points(Taken::StrainThenPlace);
+                self.follow_by_grains()
+            }
         }
     }
 

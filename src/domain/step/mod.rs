@@ -6,3 +6,4 @@ pub mod faces;
 pub mod full_step;
 pub mod grid;
 pub mod membranes;
+pub mod rves;

@@ -2,7 +2,10 @@
 
 use std::ops::Range;
 
-use super::{Boundary, Granular, Load, Membrane, Mpm, Region, RegionShape};
+use super::forecast::fraction_of_packing;
+use super::{Boundary, Granular, InitialStress, Load, Membrane, Mpm, Region, RegionShape};
+use crate::base::math::cbrt;
+use crate::job::figures as of_grains;
 use crate::job::stable::{Bound, oscillator_step_max};
 use crate::mpm::shape::margins;
 
@@ -134,6 +137,54 @@ pub fn nearest_point(job: &Mpm, place: &[f64; 3]) -> Option<[usize; 3]> {
         .map(|(index, _)| index)
 }
 
+/// The different pressures that points begin under, ascending, Pa.
+pub fn pressures_at_start(job: &Mpm) -> Vec<f64> {
+    let mut pressures: Vec<f64> = match job.stress {
+        InitialStress::None => Vec::new(),
+        InitialStress::Isotropic { pressure } => vec![pressure],
+        InitialStress::Geostatic { axis, .. } => {
+            let layers = |region: &Region| places_of(job, region)[axis].clone();
+            let mut layers: Vec<usize> = job.regions.iter().flat_map(layers).collect();
+            layers.sort_unstable();
+            layers.dedup();
+            let at = |layer: &usize| {
+                let mut index = [0; 3];
+                index[axis] = *layer;
+                job.overburden(job.place(index)[axis])
+            };
+            let is_there = |layer: &usize| {
+                let mut ranges = job.places().map(|count| 0..count);
+                ranges[axis] = *layer..layer + 1;
+                indices(ranges).any(|index| job.region_at(&job.place(index)).is_some())
+            };
+            layers.iter().filter(|layer| is_there(layer)).map(at).collect()
+        }
+    };
+    pressures.sort_unstable_by(f64::total_cmp);
+    pressures.dedup();
+    pressures
+}
+
+// Grain assemblies at every point
+
+/// Bytes that a grain of an RVE takes with its contacts, and in a checkpoint, in the plane and in space (BENCHMARKS.md).
+const BYTES_IN_RVE: [[f64; 2]; 2] = [[173.0, 105.0], [310.0, 190.0]];
+
+/// Edge of an RVE, about, m.
+pub fn edge_of_rve(job: &Mpm) -> Option<f64> {
+    let (granular, _) = job.rves()?;
+    let sizes = of_grains::sizes(&granular.piece)?;
+    let count = of_grains::grains(&granular.piece)? as f64;
+    let measure = count * of_grains::grain_measure(sizes, job.grid.dimension) / fraction_of_packing(job);
+    Some(if job.grid.dimension == 2 { measure.sqrt() } else { cbrt(measure) })
+}
+
+/// Bytes of all RVEs in memory and in a checkpoint, about.
+pub fn rve_bytes(job: &Mpm) -> [f64; 2] {
+    let grains = job.rves().and_then(|(granular, _)| of_grains::grains(&granular.piece)).unwrap_or_default();
+    BYTES_IN_RVE[space(job)].map(|bytes| bytes * grains as f64 * points(job) as f64)
+}
+
 // Waves and steps
 
 /// Speed of waves along and across their direction at the start, m/s.
@@ -256,7 +307,7 @@ pub fn mass(job: &Mpm, points: u64) -> f64 {
 
 /// An estimate of what all ranks together hold in memory, bytes.
 pub fn memory(job: &Mpm, points: u64) -> f64 {
-    BYTES_OF_POINT[space(job)] * points as f64 + BYTES_OF_NODE[space(job)] * nodes(job)
+    BYTES_OF_POINT[space(job)] * points as f64 + BYTES_OF_NODE[space(job)] * nodes(job) + rve_bytes(job)[0]
 }
 
 /// Nodes of all tiles, with their margins.

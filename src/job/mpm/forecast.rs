@@ -4,6 +4,7 @@ use super::{KnownBands, Mpm, Origin, figures};
 use crate::job::assembly::{Assembly, Shape};
 use crate::job::figures::{grain_measure, grains, sizes, stresses_of_packing};
 use crate::job::{Job, Method, derived};
+use crate::rve::Pace;
 
 // Chosen on `jobs/triaxial.toml`, one core (VALIDATION.md, "Forecasts"); in space by `scree bench dem --space solid`.
 // What is measured takes the place of a grain's and a point's cost, and what else grains cost keeps its share of a grain's.
@@ -136,6 +137,7 @@ impl Forecast {
         let each = match method {
             Method::Dem => alone(cycle),
             Method::Mpm => of_points,
+            Method::MpmDem => of_points + continuum.map_or(0.0, |on| points * grains_of_rve(on) * costs.grain),
             Method::Hybrid => {
                 let shared = if is_held { 1.0 } else { continuum.map_or(0.0, share_of_rim) };
                 zone * (all * (costs.grain + shared * costs.sharing) + of_nodes / cycle) + of_points
@@ -151,7 +153,7 @@ impl Forecast {
             zone,
             piece,
             specimen,
-            cost_of_grain: if zone > 0.0 { costs.grain } else { 0.0 },
+            cost_of_grain: if zone > 0.0 || method == Method::MpmDem { costs.grain } else { 0.0 },
             cost_of_point: if points > 0.0 { costs.point } else { 0.0 },
             steps,
             outputs: costs.of_outputs(job, zone * all + points, steps),
@@ -159,6 +161,16 @@ impl Forecast {
             memory: memory(continuum, points, held.max(zone) * all),
         })
     }
+}
+
+/// Grains of an RVE times their steps in an increment, at least.
+fn grains_of_rve(on: &Mpm) -> f64 {
+    let Some((granular, rves)) = on.rves() else { return 0.0 };
+    let steps = match rves.drive.pace {
+        Pace::QuasiStatic { .. } => rves.drive.steps_min as f64,
+        Pace::Synchronous => (on.step / granular.piece.step).ceil().max(rves.drive.steps_min as f64),
+    };
+    grains(&granular.piece).unwrap_or_default() as f64 * steps
 }
 
 /// Bytes that so many points and grains take on all ranks together.

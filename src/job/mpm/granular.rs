@@ -3,15 +3,18 @@
 use crate::couple::zone::Enrichment;
 use crate::job::Method;
 use crate::job::assembly::Assembly;
+use crate::job::mpm::Rves;
 
 /// The grains of a material: what it is made of from the start, or where a band persists, or what a continuum alone stands for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Granular {
     pub method: Method,
-    /// A periodic piece of packing under the stress of the start; laid side by side it fills the regions.
+    /// A periodic piece of packing under the stress of the start; laid side by side it fills the regions, or stands at every point.
     pub piece: Assembly,
     pub enrichment: Enrichment,
     pub reference: Origin,
+    /// Of [`Method::MpmDem`].
+    pub rves: Rves,
     /// Bands that need no oracle.
     pub known: Option<KnownBands>,
 }

@@ -2,7 +2,7 @@
 
 use super::{
     BodyContact, Boundary, Face, Followed, Granular, Gravity, Grid, InitialStress, KnownBands, Load, LoadKind,
-    Material, Membrane, Mpm, Origin, Path, Region, RegionShape, RigidBody, Watch, Wave,
+    Material, Membrane, Mpm, Origin, Path, Region, RegionShape, RigidBody, Rves, Watch, Wave,
 };
 use crate::base::keys::{
     DAMPING, DENSITY, FORCE, Form, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, SPEED, STIFFNESS, STRESS, TIME, Table,
@@ -19,6 +19,7 @@ use crate::job::write::Page;
 use crate::job::{Method, Output};
 use crate::law::contact::Contact;
 use crate::law::material::ConstitutiveLaw;
+use crate::mpm::nonlocal::Nonlocal;
 use crate::mpm::scheme::Scheme;
 
 impl Mpm {
@@ -36,6 +37,9 @@ impl Mpm {
             page.section("oracle", |page| watch.keys(page, |_| 0));
         }
         page.section("decomposition", |page| job.keys_of_decomposition(page));
+        if let Some(nonlocal) = &mut job.nonlocal {
+            page.section("nonlocal", |page| nonlocal.keys(page));
+        }
         if let Some(granular) = &mut job.grains {
             let piece = &mut granular.piece;
             page.section("grains", |page| keys_of_grains(page, &mut piece.matter, &mut piece.source));
@@ -43,8 +47,16 @@ impl Mpm {
                 page.section("packing", |page| packed.keys(page));
             }
             page.section("contact", |page| piece.contact.keys(page, 0.0));
-            page.section("enrichment", |page| granular.keys_of_enrichment(page));
-            page.section("zone", |page| granular.enrichment.life.keys(page));
+            match granular.method {
+                Method::MpmDem => {
+                    page.section("damping", |page| granular.piece.damping.keys(page));
+                    page.section("rve", |page| granular.rves.keys(page));
+                }
+                Method::Hybrid | Method::Dem | Method::Mpm => {
+                    page.section("enrichment", |page| granular.keys_of_enrichment(page));
+                    page.section("zone", |page| granular.enrichment.life.keys(page));
+                }
+            }
         }
         page.section("output", |page| job.output.keys(page, &mut job.ledger));
         let (mut named, mut parts) = (job.boundaries_named(), job.parts_of_bands());
@@ -59,7 +71,7 @@ impl Mpm {
         );
         let mut blank = form.describes().then(Granular::blank);
         if let Some(grains) = self.grains.as_deref_mut().or(blank.as_mut()) {
-            grains.method.keys(form, "what a job with grains is made of: mpm, dem or hybrid");
+            grains.method.keys(form, "what a job with grains is made of: mpm, dem, hybrid or mpm_dem");
             let seed = count("seed", "the seed of every random number", (0, i64::MAX as u64), "1");
             form.count(&mut grains.piece.seed, seed.or("1"));
         }
@@ -164,6 +176,11 @@ impl Mpm {
             }),
             section("packing", "how a piece of packing is made, which is laid side by side", |form| packed.keys(form)),
             section("contact", "forces between grains", |form| piece.contact.keys(form, 0.0)),
+            section("damping", "damping of grains of RVEs beside that of their contacts", |form| {
+                piece.damping.keys(form)
+            }),
+            section("rve", "grains as the material of points", |form| grains.rves.keys(form)),
+            section("nonlocal", "a mean of strain around every point", |form| Nonlocal::BLANK.clone().keys(form)),
             section("enrichment", "grains for points", |form| grains.keys_of_enrichment(form)),
             section("zone", "what becomes of the grains' zone", |form| grains.enrichment.life.keys(form)),
             section("output", "what is written and when", |form| job.output.keys(form, &mut job.ledger)),
@@ -194,6 +211,7 @@ impl Mpm {
             bodies: Vec::new(),
             follow: Vec::new(),
             oracle: None,
+            nonlocal: None,
             grains: None,
             step: 0.0,
             grain_steps: 1,
@@ -517,6 +535,7 @@ impl Granular {
             piece: Assembly { contact: Contact::ASLEEP, ..Assembly::blank() },
             enrichment: Enrichment::around(0.0),
             reference: Origin::Specimen,
+            rves: Rves::DEFAULT,
             known: None,
         }
     }

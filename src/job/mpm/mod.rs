@@ -3,19 +3,22 @@
 //! Vectors carry three components; in the plane those of z are zero. Tension is positive in stresses, pressure positive in
 //! compression.
 
-use super::Output;
 use super::assembly::{Body, Shape};
+use super::{Method, Output};
 use crate::base::math::{PI, cos, sin};
 use crate::couple::oracle::Oracle;
 use crate::law::material::ConstitutiveLaw;
+use crate::mpm::nonlocal::Nonlocal;
 use crate::mpm::scheme::Scheme;
 
 pub mod figures;
 pub mod forecast;
 mod granular;
 mod keys;
+mod rves;
 
 pub use granular::{Granular, KnownBands, Origin};
+pub use rves::Rves;
 
 /// Loads that a job may have: a point knows its own by the bits of a word.
 pub const LOADS_MAX: usize = u64::BITS as usize;
@@ -41,6 +44,8 @@ pub struct Mpm {
     pub follow: Vec<Followed>,
     /// Looks for a shear band, where one is wanted.
     pub oracle: Option<Watch>,
+    /// How strain is averaged, where it is.
+    pub nonlocal: Option<Nonlocal>,
     /// Grains, where the material may be made of them.
     pub grains: Option<Box<Granular>>,
     /// Time step, s; of grains, where the job has some.
@@ -488,6 +493,12 @@ impl Mpm {
     pub fn fraction_in(&self, region: &Region) -> f64 {
         let is_that_of_all = region.fraction == 1.0 && self.material.law.yields();
         if is_that_of_all { forecast::fraction_of_packing(self) } else { region.fraction }
+    }
+
+    /// Grains at every point, where the material is that.
+    pub fn rves(&self) -> Option<(&Granular, &Rves)> {
+        let granular = self.grains.as_deref()?;
+        (granular.method == Method::MpmDem).then_some((granular, &granular.rves))
     }
 
     /// Time step of the continuum, s.

@@ -5,23 +5,32 @@ use super::body::{AXES, BODIES_MAX, check_inside};
 use super::checks::{PERIOD_IN_DIAMETERS, check_as_piece};
 use super::mpm::domain;
 use super::shear::{LEDGER_OF_LIVING_ZONE, check_life};
-use super::{BLOCK_OF_DISCS, BLOCK_OF_SPHERES, SKIN_DEFAULT, digits};
+use super::{BLOCK_OF_DISCS, BLOCK_OF_SPHERES, SAFETY_DEFAULT, SKIN_DEFAULT, digits};
+use crate::base::digits::significant;
 use crate::base::error::Error;
 use crate::base::keys::Form;
 use crate::base::math;
 use crate::job::assembly::{Assembly, Body, Motion, Packed, Preparation, Shape, Source};
-use crate::job::figures::{diameter_max, fraction_in_cell, margin};
-use crate::job::mpm::figures::bounding_box;
+use crate::job::figures::{bounds, diameter_max, fraction_in_cell, margin, stresses_of_packing};
+use crate::job::mpm::figures::{bounding_box, pressures_at_start};
 use crate::job::mpm::forecast::FRACTION_OF_PACKING;
-use crate::job::mpm::{BodyContact, Boundary, Face, Granular, Grid, KnownBands, Mpm, Origin, Path, RigidBody};
+use crate::job::mpm::{
+    BodyContact, Boundary, Face, Granular, Grid, InitialStress, KnownBands, Mpm, Origin, Path, RigidBody,
+};
 use crate::job::raw::{Reader, Typed};
 use crate::job::schema::Kind;
+use crate::job::stable::governing;
 use crate::job::{Method, stable};
 use crate::law::material::ConstitutiveLaw;
 use crate::mpm::scheme::{ShapeFunction, StressUpdate};
 
 /// Tables and keys that only grains ask for.
-const TABLES: [&str; 4] = ["packing", "contact", "enrichment", "zone"];
+const TABLES: [&str; 6] = ["packing", "contact", "enrichment", "zone", "rve", "damping"];
+/// Those among them that only RVEs ask for, and those that only grains in the place of points do.
+const TABLES_OF_RVES: [&str; 2] = ["rve", "damping"];
+const TABLES_OF_ZONES: [&str; 2] = ["enrichment", "zone"];
+/// Rounding of a stress that is that of the packing.
+const STRESS_SLACK: f64 = 1e-9;
 /// How far a plane that stands in for a face stands before it, in cells.
 const BEFORE_FACE: f64 = 1e-9;
 /// Skin in cells: a grain may come half of it out of its block, and nodes reach a little less than half a cell beyond.
@@ -49,11 +58,26 @@ pub fn granular(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>)
         return Ok(None);
     }
     let mut granular = Granular::blank();
-    granular.method.keys(&mut top.clone(), "what a job with grains is made of: mpm, dem or hybrid");
+    granular.method.keys(&mut top.clone(), "what a job with grains is made of: mpm, dem, hybrid or mpm_dem");
     if granular.method == Method::Hybrid && grid.dimension != 2 {
         return Err(grains.refusal_of_table("take the place of points in plane strain, and this grid is in space. Write grid.space = \"plane\", or method = \"dem\" or \"mpm\"."));
     }
     read_piece(&mut granular.piece, typed, grid);
+    let has_rves = granular.method == Method::MpmDem;
+    let (others, whose) = match has_rves {
+        true => (TABLES_OF_ZONES, "\"hybrid\", where grains take the place of points"),
+        false => (TABLES_OF_RVES, "\"mpm_dem\", where every point has grains of its own"),
+    };
+    for table in others.map(|name| typed.table(name, false, why)).iter().filter(|table| table.is_typed()) {
+        let problem = format!("is for method = {whose}, and this is {:?}. Remove it.", granular.method.name());
+        table.add(table.refusal_of_table(&problem));
+    }
+    if has_rves {
+        granular.piece.damping.keys(&mut typed.table("damping", false, why));
+        granular.rves.keys(&mut typed.table("rve", false, why));
+        granular.piece.step = SAFETY_DEFAULT * governing(&bounds(&granular.piece)).step;
+        return Ok(Some(granular));
+    }
     granular.enrichment.distance = grid.cell;
     granular.keys_of_enrichment(&mut typed.table("enrichment", granular.method == Method::Hybrid, why));
     granular.enrichment.life.keys(&mut typed.table("zone", false, why));
@@ -241,6 +265,48 @@ pub fn check_method(job: &Mpm, grains: &Granular, typed: &Typed) {
     }
 }
 
+/// What RVEs ask of the rest of the job: a stress everywhere at the start, and none below that of their packing.
+fn check_rves(job: &Mpm, grains: &Granular, typed: &Typed) {
+    if job.grain_steps > 1 {
+        typed.note_together(typed.refusal(
+            "time",
+            "grain_steps",
+            "counts steps of grains that share nodes, and those of RVEs follow from [rve]. Remove the line.",
+        ));
+    }
+    let packed = stresses_of_packing(&grains.piece).last().copied().unwrap_or_default();
+    let words = |least: f64| {
+        format!(
+            "is more than the {} kPa that the point under the least stress begins with, and RVEs are compressed from their packing on. Write at most that.",
+            significant(1e-3 * least, 3)
+        )
+    };
+    match job.stress {
+        InitialStress::None => typed.note_together(typed.refusal(
+            "stress",
+            "kind",
+            "is none, and grains of RVEs touch each other under a stress. Write kind = \"isotropic\" or \"geostatic\".",
+        )),
+        InitialStress::Isotropic { pressure } if packed > pressure * (1.0 + STRESS_SLACK) => {
+            typed.note_together(typed.refusal("packing", "stress", &words(pressure)));
+        }
+        InitialStress::Isotropic { .. } => {}
+        InitialStress::Geostatic { k0, .. } => {
+            if k0 != 1.0 {
+                typed.note_together(typed.refusal(
+                    "stress",
+                    "k0",
+                    "is not 1, and RVEs begin under the same stress along all axes. Write 1.",
+                ));
+            }
+            let least = pressures_at_start(job).first().copied().unwrap_or_default();
+            if packed > least * (1.0 + STRESS_SLACK) {
+                typed.note_together(typed.refusal("packing", "stress", &words(least)));
+            }
+        }
+    }
+}
+
 /// What grains ask of the rest of the job.
 pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
     for (body, table) in job.bodies.iter().zip(&top.list("body")) {
@@ -263,8 +329,10 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
     }
     let Some(grains) = &job.grains else { return };
     typed.check(check_as_piece(&grains.piece, typed));
-    if grains.method == Method::Mpm {
-        return;
+    match grains.method {
+        Method::Mpm => return,
+        Method::MpmDem => return check_rves(job, grains, typed),
+        Method::Hybrid | Method::Dem => {}
     }
     check_method(job, grains, typed);
     if let Some(table) = top.list("follow").first() {

@@ -9,7 +9,9 @@ use super::mpm_checks::{check, simple};
 use super::{SAFETY_DEFAULT, check_name, digits, output};
 use crate::base::error::Error;
 use crate::base::keys::Form;
+use crate::job::Method;
 use crate::job::derived::FRACTION_DENSE;
+use crate::job::figures::moduli_affine;
 use crate::job::mpm::forecast::fraction_of_packing;
 use crate::job::mpm::{
     Boundary, Face, Followed, Gravity, Grid, InitialStress, LOADS_MAX, Load, Mpm, Region, RegionShape, Watch, figures,
@@ -18,6 +20,7 @@ use crate::job::mpm::{
 use crate::job::raw::{Reader, Typed};
 use crate::job::stable::governing;
 use crate::law::material::ConstitutiveLaw;
+use crate::mpm::nonlocal::Nonlocal;
 use crate::mpm::scheme::{Scheme, ShapeFunction};
 use crate::mpm::shape::margins;
 
@@ -63,9 +66,14 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
             *law = law.with_fraction(FRACTION_DENSE);
         }
     }
+    typed.check(match_material(&job, &material));
+    job.nonlocal = nonlocal(typed, &job);
     if let Some(grains) = &job.grains {
         // As far as it is known before the packing is made.
         job.material.density = grains.piece.matter.density * fraction_of_packing(&job);
+    }
+    if let Some((granular, _)) = job.rves() {
+        job.material.law = ConstitutiveLaw::Grains(moduli_affine(&granular.piece, fraction_of_packing(&job)));
     }
     let mut gravity = typed.table_if_typed("gravity").with_axes(axes);
     if gravity.is_typed() {
@@ -90,7 +98,11 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     typed.stop_if_wrong()?;
     job.step = step(&mut time, &job)?;
     if let Some(grains) = &mut job.grains {
-        (grains.piece.step, grains.piece.end) = (job.step, job.step);
+        // Grains of RVEs have a step of their own.
+        if grains.method != Method::MpmDem {
+            grains.piece.step = job.step;
+        }
+        grains.piece.end = grains.piece.step;
     }
     refuse_steps(typed, job.end, job.step, "time.end")?;
     let mut shown = typed.table("output", false, why);
@@ -103,6 +115,33 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     check(&job, typed, &top)?;
     check_granular(&job, typed, &top);
     Ok(job)
+}
+
+/// How strain is averaged, if it is.
+fn nonlocal(typed: &Typed, job: &Mpm) -> Option<Nonlocal> {
+    let mut table = typed.table_if_typed("nonlocal");
+    if !table.is_typed() {
+        return None;
+    }
+    if job.rves().is_none() {
+        table.add(table.refusal_of_table(
+            "averages the strain that RVEs follow, and this job has none. Remove it, or write method = \"mpm_dem\".",
+        ));
+        return None;
+    }
+    let mut nonlocal = Nonlocal::BLANK;
+    nonlocal.keys(&mut table);
+    Some(nonlocal)
+}
+
+/// A material that is grains is that of one method, and of no other.
+fn match_material(job: &Mpm, table: &Reader<'_>) -> Result<(), Error> {
+    let is_grains = matches!(job.material.law, ConstitutiveLaw::Grains(_));
+    match (is_grains, job.rves().is_some()) {
+        (true, false) => Err(table.refusal("law", "makes every point an assembly of the job's grains, which is method = \"mpm_dem\" with [grains], [packing] and [contact]. Write these, or another law.")),
+        (false, true) => Err(table.refusal("law", "is a closed form, and method = \"mpm_dem\" has grains at every point. Write law = \"grains\", or another method.")),
+        _ => Ok(()),
+    }
 }
 
 fn grid(mut table: Reader<'_>) -> Result<Grid, Error> {
@@ -420,7 +459,7 @@ fn step(table: &mut Reader<'_>, job: &Mpm) -> Result<f64, Error> {
         return Ok(job.step);
     }
     let mut bounds = figures::bounds(job);
-    if let Some(grains) = &job.grains {
+    if let Some(grains) = job.grains.as_ref().filter(|grains| grains.method != Method::MpmDem) {
         bounds.extend(crate::job::figures::bounds(&grains.piece));
     }
     Ok(Mpm::safety(table).unwrap_or(SAFETY_DEFAULT) * governing(&bounds).step)

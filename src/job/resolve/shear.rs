@@ -42,6 +42,9 @@ pub fn scenario(typed: &Typed) -> Result<Scenario, Error> {
         typed.stop_if_wrong()?;
     }
     let method = job.method;
+    if method == Method::MpmDem {
+        return Err(top.refusal("method", "has grains at every point of a continuum on a grid: add the tables [grid], [material] and [rve] of such a job, or write \"hybrid\", \"dem\" or \"mpm\" for planar shear."));
+    }
     let why = format!("method = \"{}\"", method.name());
 
     job.specimen.keys(&mut typed.table("specimen", true, &why));

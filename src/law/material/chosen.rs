@@ -2,7 +2,8 @@
 
 use super::elastic::Elastic;
 use super::{
-    CriticalConstants, CriticalDruckerPrager, Hencky, LinearElastic, MaterialLaw, MobilisedConstants, MobilisedFriction,
+    CriticalConstants, CriticalDruckerPrager, GrainAssembly, GrainModuli, Hencky, LinearElastic, MaterialLaw,
+    MobilisedConstants, MobilisedFriction,
 };
 use crate::base::keys::{Form, Key, RATIO, Range, number, text, variant};
 use crate::base::space::Space;
@@ -63,6 +64,8 @@ pub enum ConstitutiveLaw {
     CriticalDruckerPrager(CriticalConstants),
     /// With friction that plastic shear mobilises.
     MobilisedFriction(MobilisedConstants),
+    /// A grain assembly at every point (Liang & Zhao 2019).
+    Grains(GrainModuli),
 }
 
 /// Work that does not care which law it is done with.
@@ -73,13 +76,14 @@ pub trait ForAnyMaterial<S: Space> {
 
 impl ConstitutiveLaw {
     /// The laws as jobs name them, with constants before any is read.
-    pub const LAWS: [(&'static str, Self); 4] = {
+    pub const LAWS: [(&'static str, Self); 5] = {
         let elastic = Elastic { bulk_modulus: 0.0, shear_modulus: 0.0 };
         [
             ("linear_elastic", Self::LinearElastic(elastic)),
             ("hencky", Self::Hencky(elastic)),
             ("critical_drucker_prager", Self::CriticalDruckerPrager(CriticalConstants::CHEN)),
             ("mobilised_friction", Self::MobilisedFriction(MobilisedConstants::DISCS)),
+            ("grains", Self::Grains(GrainModuli { bulk_modulus: 0.0, shear_modulus: 0.0 })),
         ]
     };
 
@@ -91,6 +95,7 @@ impl ConstitutiveLaw {
             Self::Hencky(_) => work.with(Hencky { bulk_modulus, shear_modulus }),
             Self::CriticalDruckerPrager(law) => work.with(CriticalDruckerPrager::of(law)),
             Self::MobilisedFriction(law) => work.with(MobilisedFriction::of(law)),
+            Self::Grains(moduli) => work.with(GrainAssembly(*moduli)),
         }
     }
 
@@ -99,6 +104,7 @@ impl ConstitutiveLaw {
             Self::LinearElastic(law) | Self::Hencky(law) => law,
             Self::CriticalDruckerPrager(law) => law,
             Self::MobilisedFriction(law) => law,
+            Self::Grains(moduli) => moduli,
         }
     }
 
@@ -107,12 +113,13 @@ impl ConstitutiveLaw {
             Self::LinearElastic(law) | Self::Hencky(law) => law,
             Self::CriticalDruckerPrager(law) => law,
             Self::MobilisedFriction(law) => law,
+            Self::Grains(moduli) => moduli,
         }
     }
 
     /// Its keys under `[material]`.
     pub fn keys(&mut self, form: &mut dyn Form) {
-        let about = "the material law: linear_elastic, hencky, critical_drucker_prager or mobilised_friction";
+        let about = "the material law: linear_elastic, hencky, critical_drucker_prager, mobilised_friction or grains (with method = \"mpm_dem\")";
         let key = text("law", about, "\"hencky\"");
         variant(form, self, "material law", key, &Self::LAWS, |law, form| law.described_mut().keys(form));
     }
@@ -121,7 +128,7 @@ impl ConstitutiveLaw {
     pub fn critical(&self) -> Option<&CriticalConstants> {
         match self {
             Self::CriticalDruckerPrager(law) => Some(law),
-            Self::LinearElastic(_) | Self::Hencky(_) | Self::MobilisedFriction(_) => None,
+            _ => None,
         }
     }
 

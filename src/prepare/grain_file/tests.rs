@@ -300,6 +300,8 @@ fn state<S: Space>(job: &Assembly, cell: Cell<S>) -> (scree_io::column::State, V
         grains: moved,
         memory_words: 1,
         points: Vec::new(),
+        rves: Vec::new(),
+        packings: Vec::new(),
         memory_columns: Vec::new(),
         vertices: Vec::new(),
     };
@@ -388,6 +390,8 @@ fn a_sheared_cell_is_read_back_leaning() {
         grains: rows.clone(),
         memory_words: 1,
         points: Vec::new(),
+        rves: Vec::new(),
+        packings: Vec::new(),
         memory_columns: Vec::new(),
         vertices: Vec::new(),
     };

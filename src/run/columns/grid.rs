@@ -9,8 +9,9 @@ use crate::dem::grains::Mover;
 use crate::domain::grid::{self, REACTIONS};
 use crate::domain::world::World;
 use crate::job::mpm::{Boundary, Mpm};
-use crate::observe::point::{OBSERVED, observed};
+use crate::observe::point::{OBSERVED, OBSERVED_OF_RVES, observed, observed_of_rve};
 use crate::run::Core;
+use crate::rve::Scratch;
 
 const FACES: [&str; 2] = ["lower", "upper"];
 
@@ -214,10 +215,33 @@ fn follow<S: Space>(world: &World<S>, id: PointId) -> Vec<f64> {
         }
         told[3 * S::DIMENSION..].copy_from_slice(&observed(&*world.settings.material, hot));
     }
-    // One rank has the point, the others add nothing.
+    everywhere(world, &told)
+}
+
+/// What one rank knows, and the others take for zeros, on every rank.
+fn everywhere<S: Space>(world: &World<S>, told: &[f64]) -> Vec<f64> {
     let mut bits: Vec<i64> = told.iter().map(|number| number.to_bits() as i64).collect();
     world.transport.sum(&mut bits);
     bits.into_iter().map(|bits| f64::from_bits(bits as u64)).collect()
+}
+
+/// Of the RVEs of all points: steps of their grains since the start, and those of pairs; RVEs without contacts, and those that have been
+/// replicated; and the largest share of forces that is out of balance, I_uf (Liu et al. 2016, eq. 57).
+pub fn rves<'s, S: Space>() -> Columns<'s, S> {
+    let names = ["rve_steps", "rve_pair_steps", "rve_loose", "rve_replicated", "rve_unbalanced_max"];
+    Columns::new(names, |core| {
+        let of = core.world.rve_totals()?;
+        Ok(vec![of.steps as f64, of.pair_steps as f64, of.loose as f64, of.replicated as f64, of.unbalanced_max])
+    })
+}
+
+/// Of the RVE of a point that is followed.
+pub fn followed_rve<'s, S: Space>(name: &str, id: PointId) -> Columns<'s, S> {
+    Columns::new(OBSERVED_OF_RVES.iter().map(|what| format!("{name}_{what}")), move |core| {
+        let row = core.world.continuum.points.cold.iter().position(|cold| cold.id == id);
+        let told = row.map(|row| observed_of_rve(&core.world.rves[row].rve, &mut Scratch::default()));
+        Ok(everywhere(&core.world, &told.unwrap_or_default()))
+    })
 }
 
 /// Whether membranes joined end to end have an inside: one ring, or lines.

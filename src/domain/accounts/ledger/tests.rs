@@ -64,6 +64,8 @@ fn world<S: Space>(
         grid: Grid::blend(0.0),
         loads: Vec::new(),
         material: no_material(),
+        rves: None,
+        nonlocal: None,
     };
     let mut cells = [1; 3];
     (0..S::DIMENSION).for_each(|axis| cells[axis] = 2 * ((lengths[axis] / 3e-3) as usize).max(1));

@@ -1,0 +1,41 @@
+//! Grain assemblies at every point: how large they are, how they are driven, what they take.
+
+use super::Slots;
+use super::page::{Page, figures, whole};
+use crate::job::mpm::figures::{edge_of_rve, points, rve_bytes};
+use crate::job::stable::governing;
+use crate::job::{figures as of_grains, mpm::Mpm};
+
+pub fn section(page: &mut Page, slots: &Slots) {
+    let Some(job) = slots.continuum.as_deref() else { return };
+    let Some((granular, rves)) = job.rves() else { return };
+    page.section("RVEs");
+    let (count, grains) = (points(job) as f64, of_grains::grains(&granular.piece).unwrap_or_default() as f64);
+    page.row(
+        "grain assemblies",
+        &whole(count),
+        &format!("of {} grains, {} in all", whole(grains), whole(count * grains)),
+    );
+    let edge = edge_of_rve(job).unwrap_or_default();
+    page.row("edge of an RVE", &format!("{} mm", figures(1e3 * edge)), "about; its packing will tell");
+    let note = "above 1 an RVE holds more grains than the material that it stands for";
+    page.row("edge over that of a cell", &figures(edge / job.grid.cell), note);
+    page.keys(job.grid.dimension, |form| rves.clone().keys(form));
+    let bounds = of_grains::bounds(&granular.piece);
+    page.row("step of their grains", &format!("{} s", figures(granular.piece.step)), governing(&bounds).cause);
+    let [memory, checkpoint] = rve_bytes(job).map(|bytes| format!("{} MB", figures(1e-6 * bytes)));
+    page.row("memory", &memory, "of all ranks together, about");
+    page.row("checkpoint", &checkpoint, "about");
+}
+
+/// Where no scale lies between the grains and the cells.
+pub fn too_large(job: &Mpm) -> Option<String> {
+    let edge = edge_of_rve(job)?;
+    (edge > job.grid.cell).then(|| {
+        format!(
+            "an RVE is {} mm wide and a cell {} mm: grains alone would be fewer, and a band of the continuum is thinner than the RVEs in it. Take smaller grains, fewer in an RVE (grains.count), or larger cells.",
+            figures(1e3 * edge),
+            figures(1e3 * job.grid.cell)
+        )
+    })
+}

@@ -1,0 +1,146 @@
+//! The RVEs that a continuum of grains begins with: each point has the assembly of its packing at its stress.
+
+use std::sync::Arc;
+
+use rand_chacha::rand_core::Rng;
+use scree_partition::Transport;
+
+use crate::base::error::Error;
+use crate::base::space::{AXES, Space};
+use crate::domain::transfer;
+use crate::job::assembly::Assembly;
+use crate::job::mpm::figures::{bounds, pressures_at_start};
+use crate::job::mpm::{Granular, InitialStress, Mpm, Rves};
+use crate::job::stable::governing;
+use crate::law::material::MaterialLaw;
+use crate::law::material::{ConstitutiveLaw, GrainAssembly};
+use crate::mpm::points::Point;
+use crate::mpm::stress::SharedMaterial;
+use crate::prepare::grain_world;
+use crate::prepare::insert::random_of;
+use crate::rve::levels::{Path, levels};
+use crate::rve::{GrainMaterial, Rve, RveRow, Scratch, Template};
+
+/// Which stream of random numbers says which packing a point begins from.
+const STREAM_OF_PACKINGS: u64 = 1 << 63;
+
+/// Assemblies of grains at every stress that points begin under.
+pub struct Levels<S: Space> {
+    /// Pa, ascending.
+    pressures: Vec<f64>,
+    /// By packing and pressure.
+    rves: Vec<Vec<Rve<S>>>,
+}
+
+/// Radii and masses of the grains of every packing, by their ids.
+pub type Packings = Vec<Arc<[[f64; 2]]>>;
+
+impl<S: Space> Levels<S> {
+    /// Packings from the cache, or made now and cached, and the path of each through all stresses; the same on every rank. Collective.
+    pub fn of(job: &Mpm, (granular, wanted): (&Granular, &Rves), transport: &dyn Transport) -> Result<Self, Error> {
+        let mut starts = Vec::new();
+        for number in 0..wanted.packings {
+            // The state of a packing in the making is saved as often as that of the run.
+            let piece = Assembly { seed: granular.piece.seed + number, output: job.output, ..granular.piece.clone() };
+            starts.push(grain_world::volume_element::<S>(&piece, transport)?);
+        }
+        // Mass and with it the overburden are those of the packing.
+        let density = density_of(&starts, granular);
+        let job = Mpm { material: crate::job::mpm::Material { density, ..job.material }, ..job.clone() };
+        let pressures = pressures_at_start(&job);
+        let path = |start: &Rve<S>| {
+            levels(start, Path::Isotropic, &pressures, &wanted.drive_of_levels(), &mut Scratch::default())
+        };
+        let rves = transfer::agree(transport, starts.iter().map(path).collect())?;
+        Ok(Self { pressures, rves })
+    }
+
+    pub fn packings(&self) -> Packings {
+        self.rves.iter().filter_map(|levels| levels.first()).map(|rve| rve.template().grains.clone()).collect()
+    }
+
+    /// Density of the material, kg/m3: the mean of its packings at the least stress.
+    pub fn density(&self, granular: &Granular) -> f64 {
+        density_of(self.rves.iter().filter_map(|levels| levels.first()), granular)
+    }
+
+    /// The bound on the P-wave modulus that the stiffest of them has, Pa.
+    pub fn modulus_most(&self) -> f64 {
+        let scratch = &mut Scratch::default();
+        self.rves.iter().flatten().map(|rve| rve.observe(scratch).modulus_most()).fold(0.0, f64::max)
+    }
+
+    /// Gives points the stress of their RVEs, and returns these.
+    pub fn give(
+        &self,
+        job: &Mpm,
+        (granular, wanted): (&Granular, &Rves),
+        law: &SharedMaterial<S>,
+        points: &mut [Point<S>],
+    ) -> Vec<RveRow<S>> {
+        let scratch = &mut Scratch::default();
+        let observed: Vec<Vec<_>> =
+            self.rves.iter().map(|levels| levels.iter().map(|rve| rve.observe(scratch)).collect()).collect();
+        let row = |point: &mut Point<S>| {
+            let packing = packing_of(granular.piece.seed, point.cold.id.0, wanted.packings);
+            let level = self.level_of(job, point);
+            let rve = &self.rves[packing as usize][level];
+            let stress = observed[packing as usize][level].kirchhoff;
+            let fraction = 1.0 / (1.0 + rve.void_ratio());
+            point.hot.memory = law.start(&crate::base::symmetric::Symmetric::tensor(&stress), fraction);
+            point.hot.stress = stress;
+            let pairs = rve.sample().assembly.contacts.neighbours.pairs.len() as u64;
+            let cost = pairs * wanted.drive.steps_min;
+            RveRow { point: point.cold.id, packing, cost, resting: rve.rest() }
+        };
+        points.iter_mut().map(row).collect()
+    }
+
+    fn level_of(&self, job: &Mpm, point: &Point<S>) -> usize {
+        match job.stress {
+            InitialStress::Geostatic { axis, .. } => {
+                let pressure = job.overburden(point.cold.origin[axis]);
+                let next = self.pressures.partition_point(|level| *level < pressure);
+                let nearer = |level: &usize| (self.pressures[*level] - pressure).abs();
+                let around = next.saturating_sub(1)..(next + 1).min(self.pressures.len());
+                around.min_by(|a, b| nearer(a).total_cmp(&nearer(b))).unwrap_or_default()
+            }
+            InitialStress::None | InitialStress::Isotropic { .. } => 0,
+        }
+    }
+}
+
+fn density_of<'r, S: Space>(rves: impl IntoIterator<Item = &'r Rve<S>>, granular: &Granular) -> f64 {
+    let fractions: Vec<f64> = rves.into_iter().map(|rve| 1.0 / (1.0 + rve.void_ratio())).collect();
+    granular.piece.matter.density * fractions.iter().sum::<f64>() / fractions.len() as f64
+}
+
+/// The packing that a point begins from.
+fn packing_of(seed: u64, id: u64, packings: u64) -> u64 {
+    if packings == 1 { 0 } else { random_of(seed, STREAM_OF_PACKINGS | id).next_u64() % packings }
+}
+
+/// What a world of such points needs, of packings as they were made.
+pub fn material<S: Space>((granular, wanted): (&Granular, &Rves), packings: &Packings) -> GrainMaterial<S> {
+    let constants = grain_world::constants::<S>(&granular.piece);
+    let depth = grain_world::depth_of::<S>(&granular.piece);
+    let template = |grains: &Arc<[[f64; 2]]>| Template::new(grains.clone(), constants.clone(), depth);
+    GrainMaterial { drive: wanted.drive, templates: packings.iter().map(template).collect() }
+}
+
+/// Refuses a step of the continuum that is not stable with grains as stiff as they are, which only packings tell.
+pub fn refuse_stiff<S: Space>(job: &Mpm, modulus: f64) -> Result<(), Error> {
+    let ConstitutiveLaw::Grains(moduli) = job.material.law else { return Ok(()) };
+    let assumed = MaterialLaw::<S>::p_wave_modulus(&GrainAssembly(moduli));
+    let bound = governing(&bounds(job)).step * (assumed / modulus).sqrt();
+    match job.step <= bound {
+        true => Ok(()),
+        false => Err(Error::User(format!(
+            "time.step = {:.4e} s is too long for these grains: their contacts are as stiff as a P-wave modulus of {:.4e} Pa if all move with the mean field, which bounds the step by {bound:.4e} s along {}. Write time.step = {:.3e}, or larger cells.",
+            job.step,
+            modulus,
+            AXES[..S::DIMENSION].join(", "),
+            0.5 * bound
+        ))),
+    }
+}

@@ -1,0 +1,126 @@
+//! RVEs as rows beside material points: what a world of points needs of a material that is grains.
+
+use std::sync::Arc;
+
+use crate::base::error::Error;
+use crate::base::ids::PointId;
+use crate::base::record::{Record, Visitor};
+use crate::base::space::{Linear, Space};
+use crate::dem::cell::Cell;
+use crate::rve::drive::Drive;
+use crate::rve::rest::{Resting, Template};
+use crate::rve::volume_element::{Rve, State};
+
+/// Grains as the material of points.
+#[derive(Clone, Debug)]
+pub struct GrainMaterial<S: Space> {
+    pub drive: Drive,
+    /// The packings that RVEs begin from, at all their levels of stress.
+    pub templates: Vec<Template<S>>,
+}
+
+impl<S: Space> GrainMaterial<S> {
+    /// Radii, m, and masses, kg, of the grains of its packings.
+    pub fn packings(&self) -> Vec<Arc<[[f64; 2]]>> {
+        self.templates.iter().map(|template| template.grains.clone()).collect()
+    }
+}
+
+/// The RVE of a point.
+#[derive(Clone)]
+pub struct PointRve<S: Space> {
+    /// Its packing, by its number among the templates.
+    pub packing: u64,
+    pub rve: Rve<S>,
+    /// F of the point when it last followed; that of the RVE is another where strain is nonlocal.
+    pub deformation: S::Tensor,
+    /// Steps of pairs in its last increment: what it costs, about, in the next one.
+    pub cost: u64,
+}
+
+/// The same at rest, as it travels with its point and lies on disk.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RveRow<S: Space> {
+    pub point: PointId,
+    pub packing: u64,
+    pub cost: u64,
+    pub resting: Resting<S>,
+}
+
+impl<S: Space> PointRve<S> {
+    pub fn rest(&self, point: PointId) -> RveRow<S> {
+        RveRow { point, packing: self.packing, cost: self.cost, resting: self.rve.rest() }
+    }
+}
+
+impl<S: Space> RveRow<S> {
+    /// Before it is read.
+    pub fn blank() -> Self {
+        let cell = Cell::cuboid(S::Vector::zero(), S::Vector::zero(), [true; 3]);
+        let resting = Resting {
+            state: State::blank(),
+            cells: [cell; 2],
+            step: 0,
+            motions: Vec::new(),
+            contacts: Vec::new(),
+            memories: Vec::new(),
+        };
+        Self { point: PointId(0), packing: 0, cost: 0, resting }
+    }
+
+    /// Beside a point whose deformation gradient is `deformation`.
+    pub fn wake(&self, material: &GrainMaterial<S>, deformation: S::Tensor) -> Result<PointRve<S>, Error> {
+        let template = material.templates.get(self.packing as usize).ok_or_else(|| {
+            Error::User(format!(
+                "the RVE of point {} is of packing {}, and the job has {}: the state is of another job",
+                self.point.0,
+                self.packing,
+                material.templates.len()
+            ))
+        })?;
+        let mut resting = self.resting.clone();
+        resting.cells.iter_mut().for_each(|cell| {
+            // What follows from its edges has not travelled.
+            let moved = *cell;
+            cell.take_motion_of(&moved);
+        });
+        Ok(PointRve { packing: self.packing, rve: Rve::wake(template, &resting)?, deformation, cost: self.cost })
+    }
+}
+
+impl<S: Space> Record for RveRow<S> {
+    /// All but the rows of grains and contacts, of which it tells how many there are, so that they find room.
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        let Self { point, packing, cost, resting } = self;
+        visitor.u64("point", &mut point.0);
+        visitor.u64("packing", packing);
+        visitor.u64("cost", cost);
+        visitor.u64("step", &mut resting.step);
+        resting.state.visit(visitor);
+        let [cell, home] = &mut resting.cells;
+        visitor.f64s("cell_corner", cell.corner.as_mut_slice());
+        home.corner = cell.corner;
+        cell.visit(visitor);
+        visitor.f64s("home_edges", home.edges.as_mut_slice());
+        visitor.f64s("home_gradient", home.gradient.as_mut_slice());
+        visitor.f64s("home_rate", home.rate.as_mut_slice());
+        visit_count("grain_words", &mut resting.motions, visitor);
+        visit_count("contacts", &mut resting.contacts, visitor);
+        visit_count("contact_words", &mut resting.memories, visitor);
+    }
+}
+
+fn visit_count<T: Clone + Default>(name: &'static str, rows: &mut Vec<T>, visitor: &mut dyn Visitor) {
+    let mut count = rows.len() as u64;
+    visitor.u64(name, &mut count);
+    rows.resize(count as usize, T::default());
+}
+
+/// Both grains of a contact in one number.
+pub fn packed([lower, higher]: [u16; 2]) -> u64 {
+    u64::from(lower) << 16 | u64::from(higher)
+}
+
+pub fn parted(pair: u64) -> [u16; 2] {
+    [(pair >> 16) as u16, pair as u16]
+}

@@ -1,0 +1,172 @@
+//! Material points that carry grain assemblies: the RVE of a point is the one that stands alone, and nothing of ranks, threads, blocks or
+//! restarts shows.
+
+use scree::base::space::{Plane, Space};
+use scree::domain::world::World;
+use scree::job::{Job, Mpm};
+use scree::run::experiment::Setup;
+use scree::run::grid::Points;
+use scree::rve::{Rve, Scratch};
+use scree_partition::Solo;
+
+use crate::runs::{Ran, UPDATES, parse, same};
+
+const GRAINS: &str = r#"
+    [material]
+    law = "grains"
+    [grains]
+    density = "2650 kg/m3"
+    count = 100
+    distribution = "uniform"
+    diameter_min = "6 mm"
+    diameter_max = "14 mm"
+    [packing]
+    preparation = "compress"
+    stress = "100 kPa"
+    friction = 0.1
+    [contact]
+    law = "elastic_rolling"
+    young_modulus = "60 MPa"
+    stiffness_ratio = 0.8
+    friction = 0.545
+    [damping]
+    local = 0.1
+    form = "component"
+"#;
+
+const SPHERES: &str = r#"
+    [material]
+    law = "grains"
+    [grains]
+    density = "2650 kg/m3"
+    count = 100
+    distribution = "uniform"
+    diameter_min = "8 mm"
+    diameter_max = "12 mm"
+    [packing]
+    preparation = "compress"
+    stress = "100 kPa"
+    energy_ratio_max = 1e-2
+    [contact]
+    law = "hertz_mindlin"
+    shear_modulus = "290 MPa"
+    poisson_ratio = 0.15
+    friction = 0.5
+"#;
+
+/// A block between a rough ground and a rough plate that presses it, under a pressure at its sides.
+fn pressed(dimension: usize, scheme: &str, rest: &str) -> String {
+    let (space, grains) = if dimension == 2 { ("plane", GRAINS) } else { ("solid", SPHERES) };
+    let (grid, region, plate) = match dimension {
+        2 => (
+            "upper = [1.2, 0.8]\ndepth = \"10 cm\"",
+            "lower = [0.4, 0]\nupper = [0.8, 0.4]",
+            "lower = [0.1, 0.4]\nupper = [1.1, 0.7]",
+        ),
+        _ => (
+            "upper = [1.2, 0.8, 0.8]",
+            "lower = [0.4, 0, 0.2]\nupper = [0.8, 0.4, 0.6]",
+            "lower = [0.1, 0.4, 0]\nupper = [1.1, 0.7, 0.8]",
+        ),
+    };
+    let cache = std::env::temp_dir().join("scree-test-mpm-dem");
+    let grains = grains.replace("[packing]", &format!("[packing]\n    cache = {:?}", cache.display().to_string()));
+    let sides: String = ["x_lower", "x_upper"]
+        .map(|face| format!("[[load]]\nface = \"{face}\"\nkind = \"pressure\"\npressure = \"100 kPa\"\n"))
+        .concat();
+    format!(
+        r#"
+        name = "pressed"
+        method = "mpm_dem"
+        [grid]
+        space = "{space}"
+        {grid}
+        cell = 0.2
+        [scheme]
+        points_per_cell = 1
+        {scheme}
+        {grains}
+        [stress]
+        kind = "isotropic"
+        pressure = "100 kPa"
+        [[region]]
+        shape = "box"
+        {region}
+        [[boundary]]
+        face = "y_lower"
+        kind = "fixed"
+        {sides}
+        [[body]]
+        name = "plate"
+        shape = "box"
+        {plate}
+        velocity = [{velocity}]
+        ramp = "5 ms"
+        contact = "rough"
+        {rest}
+        "#,
+        velocity = if dimension == 2 { "0.1, -0.4" } else { "0.1, -0.4, 0" }
+    )
+}
+
+const QUIET: &str = "shape = \"generalised\"\nupdate = \"first\"\ntransfer = \"blend\"\nflip = 0.9";
+
+fn job(text: &str) -> Mpm {
+    let Job::Mpm(job) = parse(text) else { panic!("it has no grid") };
+    job
+}
+
+fn begun<S: Space>(job: &Mpm) -> World<'static, S> {
+    Points::<S>::new(job).begin(&mut None, &Solo).unwrap().0
+}
+
+/// The RVE of a point, driven by the deformation gradients that the point had, comes to the same bits by itself.
+#[test]
+fn an_rve_alone_follows_its_point() {
+    for update in UPDATES {
+        let scheme = format!("shape = \"quadratic\"\nupdate = \"{update}\"");
+        let job = job(&pressed(2, &scheme, "[time]\nend = 1\nsafety = 0.3\n[decomposition]\ncells_per_block = 2"));
+        let mut world = begun::<Plane>(&job);
+        let last = world.rves.len() - 1;
+        let id = world.continuum.points.cold[last].id;
+        let mut alone: Rve<Plane> = world.rves[last].rve.clone();
+        let drive = job.grains.as_ref().unwrap().rves.drive;
+        let scratch = &mut Scratch::default();
+        for step in 0..60 {
+            world.advance().unwrap();
+            let row = world.continuum.points.cold.iter().position(|cold| cold.id == id).unwrap();
+            let hot = &world.continuum.points.hot[row];
+            let answer = alone.follow(&hot.deformation, job.step, &drive, scratch).unwrap();
+            assert_eq!(answer.kirchhoff, hot.stress, "{update}, step {step}");
+            assert!(world.rves[row].rve.rest() == alone.rest(), "{update}, step {step}");
+        }
+        assert!((alone.deformation().determinant() - 1.0).abs() > 1e-4, "{update}: {}", alone.deformation());
+    }
+}
+
+/// The same bits on ranks and threads, through restarts, with RVEs of several packings that migrate; in the plane and in space.
+#[test]
+fn rves_end_in_the_same_bits() {
+    for (dimension, update) in [(2, "first"), (2, "last"), (2, "modified_last"), (3, "first")] {
+        let scheme = format!("shape = \"quadratic\"\nupdate = \"{update}\"\ntransfer = \"affine\"");
+        let rest = "[time]\nend = \"20 ms\"\n[decomposition]\ncells_per_block = 2\n[rve]\npackings = 2\n[output]\ncheckpoint_interval = \"10 ms\"\nframe_interval = \"10 ms\"\n[[follow]]\nname = \"corner\"\n";
+        let place = if dimension == 2 { "place = [0.5, 0.3]" } else { "place = [0.5, 0.3, 0.5]" };
+        let folder = tempfile::tempdir().unwrap();
+        same(&parse(&pressed(dimension, &scheme, &format!("{rest}{place}"))), folder.path(), &scheme);
+    }
+}
+
+/// A block whose size is another ends in the same forces of the same grains: sums over points are in an order that blocks do not change.
+#[test]
+fn all_rves_are_told_of() {
+    let rest = "[time]\nend = \"20 ms\"\n[[follow]]\nname = \"corner\"\nplace = [0.5, 0.3]";
+    let ran = Ran::of(&pressed(2, QUIET, rest));
+    let [steps, pairs, loose] =
+        ["rve_steps", "rve_pair_steps", "rve_loose"].map(|name| *ran.series(name).last().unwrap());
+    assert!(steps > 0.0 && pairs > 100.0 * steps && loose == 0.0, "{steps} {pairs} {loose}");
+    let of = |name: &str| *ran.series(&format!("corner_{name}")).last().unwrap();
+    assert!((2.0..4.5).contains(&of("coordination")), "{}", of("coordination"));
+    assert!((0.1..0.3).contains(&of("void_ratio")), "{}", of("void_ratio"));
+    // What the void ratio says, and what the law remembers.
+    assert!((1.0 / (1.0 + of("void_ratio")) / of("fraction") - 1.0).abs() < 1e-12, "{}", of("fraction"));
+}
