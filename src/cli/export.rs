@@ -7,6 +7,7 @@ use crate::base::error::Error;
 use crate::base::units::{Dimension, in_short, quantity};
 use crate::export::grain_dump::{self, Moment};
 use crate::export::grain_export::{self, Wanted};
+use crate::export::rve_export;
 use crate::run::results::refuse_existing;
 use crate::store::checkpoint;
 
@@ -15,6 +16,8 @@ pub(super) struct Files<'a> {
     pub grains: Option<&'a Path>,
     pub contacts: Option<&'a Path>,
     pub dump: Option<&'a Path>,
+    /// A point, and the file of its RVE.
+    pub rve: Option<(&'a str, &'a Path)>,
     /// Whether they may take the place of others.
     pub overwrite: bool,
 }
@@ -26,13 +29,14 @@ pub(super) fn command(
     (at, all): (Option<&str>, bool),
     wanted: Wanted,
 ) -> Result<String, Error> {
-    if files.grains.is_none() && files.contacts.is_none() && files.dump.is_none() {
+    if files.grains.is_none() && files.contacts.is_none() && files.dump.is_none() && files.rve.is_none() {
         return Err(Error::User(
-            "There is no file to write. Give --grains FILE.csv (or FILE.data), --contacts FILE.csv or --lammps-dump FILE.".into(),
+            "There is no file to write. Give --grains FILE.csv (or FILE.data), --contacts FILE.csv, --lammps-dump FILE, or --rve POINT and --rve-frame FILE.vtkhdf.".into(),
         ));
     }
     refuse_no_run(dir)?;
-    for file in [files.grains, files.contacts, files.dump].into_iter().flatten() {
+    let of_rve = files.rve.map(|(_, file)| file);
+    for file in [files.grains, files.contacts, files.dump, of_rve].into_iter().flatten() {
         refuse_existing(file, files.overwrite)?;
     }
     let at = at.map(time).transpose()?;
@@ -40,6 +44,16 @@ pub(super) fn command(
     if let Some(file) = files.dump {
         let moment = if all { Moment::All } else { at.map_or(Moment::Last, Moment::At) };
         told += &grain_dump::write(dir, file, moment)?;
+    }
+    if let Some((point, file)) = files.rve {
+        let (state, time) = checkpoint::state_at(dir, at)?;
+        let beside = rve_export::write(state, dir, point, file)?;
+        told += &format!(
+            "The grains of the RVE of point {point} at {} s are in {}, its force chains in {}\n",
+            in_short(time),
+            file.display(),
+            beside.display()
+        );
     }
     let Files { grains, contacts, .. } = *files;
     if grains.is_none() && contacts.is_none() {

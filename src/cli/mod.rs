@@ -178,6 +178,12 @@ enum Command {
         /// The LAMMPS text dump to write, for OVITO and others: the grains of the run's last frame.
         #[arg(long, value_name = "FILE")]
         lammps_dump: Option<PathBuf>,
+        /// The file of frames to write (.vtkhdf) with the grains of the RVE of the point --rve; its force chains go beside it.
+        #[arg(long, value_name = "FILE", requires = "rve")]
+        rve_frame: Option<PathBuf>,
+        /// A point of method = "mpm_dem": its name in [[follow]], or its id.
+        #[arg(long, value_name = "POINT", requires = "rve_frame")]
+        rve: Option<String>,
         /// Write all frames into the dump.
         #[arg(long, requires = "lammps_dump", conflicts_with = "at")]
         all: bool,
@@ -285,12 +291,25 @@ fn dispatch(command: Command, begun: Instant, transport: &dyn Transport) -> u8 {
                 let page = report::write(&dirs, out.as_deref(), between)?;
                 Ok(format!("The report is {}\n", page.display()))
             }
-            Command::Export { dir, grains, contacts, lammps_dump, all, at, velocities, forces, overwrite } => {
+            Command::Export {
+                dir,
+                grains,
+                contacts,
+                lammps_dump,
+                rve_frame,
+                rve,
+                all,
+                at,
+                velocities,
+                forces,
+                overwrite,
+            } => {
                 let wanted = Wanted { velocities_now: velocities == VELOCITIES[1], forces };
                 let files = export::Files {
                     grains: grains.as_deref(),
                     contacts: contacts.as_deref(),
                     dump: lammps_dump.as_deref(),
+                    rve: rve.as_deref().zip(rve_frame.as_deref()),
                     overwrite,
                 };
                 export::command(&dir, &files, (at.as_deref(), all), wanted)

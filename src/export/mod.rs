@@ -7,6 +7,7 @@ use crate::job::Job;
 
 pub mod grain_dump;
 pub mod grain_export;
+pub mod rve_export;
 
 /// Refuses a run that never has grains.
 fn refuse_points_alone(job: &Job, dir: &Path) -> Result<(), Error> {

@@ -4,5 +4,6 @@ pub mod contact_frame;
 pub mod frame;
 pub mod local_strain;
 pub mod point;
+pub mod rve_frame;
 pub mod space_share;
 pub mod strain;

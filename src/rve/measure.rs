@@ -18,15 +18,17 @@ pub struct Measured<S: Space> {
 }
 
 /// A contact that bears, of the grain with the lower id.
-struct Bearing<'a, S: Space> {
-    grains: [&'a Hot<S>; 2],
-    force: S::Vector,
+pub(super) struct Touching<'a, S: Space> {
+    /// Rows, which are ids.
+    pub rows: [usize; 2],
+    pub grains: [&'a Hot<S>; 2],
+    pub force: S::Vector,
     /// From the centre of the other grain to its own, m.
-    branch: S::Vector,
+    pub branch: S::Vector,
 }
 
 /// All of them in the order of ids, at the evaluation just done, whose forces have been kept.
-fn bearing<S: Space>(sample: &Sample<S>) -> impl Iterator<Item = Bearing<'_, S>> {
+pub(super) fn bearing<S: Space>(sample: &Sample<S>) -> impl Iterator<Item = Touching<'_, S>> {
     let (contacts, grains) = (&sample.assembly.contacts, &sample.assembly.grains);
     let terms = (0..grains.owned).flat_map(|row| contacts.neighbours.terms_of(row)).filter(|term| !term.is_b());
     terms.filter_map(|term| {
@@ -34,7 +36,8 @@ fn bearing<S: Space>(sample: &Sample<S>) -> impl Iterator<Item = Bearing<'_, S>>
         let pair = &contacts.neighbours.pairs[term.pair()];
         let [a, b] = [pair.a, pair.b()].map(|row| &grains.hot[row as usize]);
         let branch = || a.position - b.position + contacts.shift(pair).0;
-        (force != S::Vector::zero()).then(|| Bearing { grains: [a, b], force, branch: branch() })
+        let rows = [pair.a as usize, pair.b() as usize];
+        (force != S::Vector::zero()).then(|| Touching { rows, grains: [a, b], force, branch: branch() })
     })
 }
 
@@ -42,7 +45,7 @@ impl<S: Space> Measured<S> {
     /// At the evaluation just done, whose forces have been kept.
     pub fn of(sample: &Sample<S>) -> Self {
         let none = Self { moment: S::Tensor::zero(), contacts: 0, forces: 0.0 };
-        bearing(sample).fold(none, |sums, Bearing { force, branch, .. }| Self {
+        bearing(sample).fold(none, |sums, Touching { force, branch, .. }| Self {
             moment: sums.moment - S::outer(&force, &branch),
             contacts: sums.contacts + 1,
             forces: sums.forces + force.dot(&force),
@@ -64,7 +67,7 @@ impl<S: Space> Measured<S> {
 /// it along the axes), and so a bound on the P-wave modulus. At the evaluation just done, whose forces have been kept.
 pub fn affine_stiffness<S: Space>(sample: &Sample<S>) -> S::Tensor {
     let law = sample.constants.law();
-    bearing(sample).fold(S::Tensor::zero(), |sum, Bearing { grains: [a, b], branch, .. }| {
+    bearing(sample).fold(S::Tensor::zero(), |sum, Touching { grains: [a, b], branch, .. }| {
         let overlap = a.radius + b.radius - branch.norm();
         let springs = law.stiffness([a.radius, b.radius], [a.mass, b.mass], overlap);
         sum + S::outer(&branch, &branch) * springs.stiffest()
@@ -92,7 +95,7 @@ impl<S: Space> Fabric<S> {
     pub fn of(sample: &Sample<S>) -> Self {
         let (contacts, grains) = (&sample.assembly.contacts, &sample.assembly.grains);
         let (tensor, count) =
-            bearing(sample).fold((S::Tensor::zero(), 0u64), |(sum, count), Bearing { branch, .. }| {
+            bearing(sample).fold((S::Tensor::zero(), 0u64), |(sum, count), Touching { branch, .. }| {
                 let normal = branch * (1.0 / branch.norm());
                 (sum + S::outer(&normal, &normal), count + 1)
             });

@@ -24,4 +24,4 @@ pub use measure::Measured;
 pub use rest::{Resting, Template};
 pub use rows::{GrainMaterial, PointRve, RveRow};
 pub use step::Scratch;
-pub use volume_element::{Events, Response, Rve};
+pub use volume_element::{Bearing, Events, Response, Rve};

@@ -14,13 +14,14 @@
 //! volume is back at which the last contact was lost; otherwise they would fly on for ever. Then they start from rest.
 
 use crate::base::error::Error;
+use crate::base::math;
 use crate::base::record::{Record, Visitor};
 use crate::base::space::{Linear, Space};
 use crate::base::symmetric::Symmetric;
 use crate::dem::grains::Hot;
 use crate::dem::sample::Sample;
 use crate::rve::drive::{Drive, Pace, size_of};
-use crate::rve::measure::{Fabric, Measured, affine_stiffness};
+use crate::rve::measure::{self, Fabric, Measured, Touching, affine_stiffness};
 use crate::rve::renew;
 use crate::rve::rest::Template;
 use crate::rve::step::{Scratch, along, forces};
@@ -124,6 +125,18 @@ pub struct Observed<S: Space> {
     pub unbalanced: Option<f64>,
 }
 
+/// A contact that bears force, in the frame of F.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bearing<S: Space> {
+    /// Ids, the lower first.
+    pub grains: [u32; 2],
+    /// Centre of the first, and of the other or its image, m.
+    pub begin: S::Vector,
+    pub end: S::Vector,
+    /// On the first, N.
+    pub force: S::Vector,
+}
+
 impl<S: Space> Observed<S> {
     /// A bound on the P-wave modulus along any direction, Pa: the largest sum of a row bounds the largest eigenvalue.
     pub fn modulus_most(&self) -> f64 {
@@ -220,6 +233,11 @@ impl<S: Space> Rve<S> {
         self.state.loose.is_some()
     }
 
+    /// Logarithmic volume strain since its last contact was lost, of a loose one.
+    pub fn opened(&self) -> f64 {
+        self.state.loose.map_or(0.0, |lost| math::ln(S::determinant(&self.state.deformation) / lost))
+    }
+
     /// Its grains and cell, in its own frame.
     pub fn sample(&self) -> &Sample<S> {
         &self.sample
@@ -290,6 +308,50 @@ impl<S: Space> Rve<S> {
             stiffness,
             unbalanced,
         }
+    }
+
+    /// Contacts that bear force as it is now. A copy of it is looked at, as in [`Self::observe`].
+    pub fn bearings(&self, scratch: &mut Scratch<S>) -> Vec<Bearing<S>> {
+        if self.is_loose() {
+            return Vec::new();
+        }
+        let mut sample = self.sample.clone();
+        sample.constants.dt = 0.0;
+        scratch.lend(&mut sample);
+        forces(&mut sample);
+        let seen = |touching: Touching<S>| {
+            let begin = self.place_of(&touching.grains[0].position);
+            Bearing {
+                grains: touching.rows.map(|row| row as u32),
+                begin,
+                end: begin - self.state.frame * touching.branch,
+                force: self.state.frame * touching.force,
+            }
+        };
+        let bearings = measure::bearing(&sample).map(seen).collect();
+        scratch.take_back(&mut sample);
+        bearings
+    }
+
+    /// From the corner of the cell in the frame of F, m.
+    fn place_of(&self, position: &S::Vector) -> S::Vector {
+        self.state.frame * (*position - self.sample.assembly.cell.corner)
+    }
+
+    /// Where grains are, from the corner of the cell in the frame of F, inside of it, and their radii, m; by id.
+    pub fn places(&self) -> (Vec<S::Vector>, Vec<f64>) {
+        let cell = &self.sample.assembly.cell;
+        let place = |hot: &Hot<S>| {
+            let mut position = hot.position;
+            cell.wrap(&mut position, &mut S::Vector::zero());
+            (self.place_of(&position), hot.radius)
+        };
+        self.sample.assembly.grains.hot.iter().map(place).unzip()
+    }
+
+    /// Edges of its cell in the frame of F, m.
+    pub fn edges(&self) -> S::Tensor {
+        self.state.frame * self.sample.assembly.cell.edges
     }
 
     /// Kirchhoff stress in the frame of F, Pa, as far as it is not symmetric too.

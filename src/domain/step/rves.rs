@@ -12,15 +12,18 @@ use crate::base::symmetric::Symmetric;
 use crate::domain::phases::Phase;
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::law::material::GrainMemory;
+use crate::law::material::{Followed, GrainMemory};
 use crate::mpm::nonlocal::Places;
 use crate::mpm::points::{Cold, Hot};
+use crate::mpm::stress::StressModel;
+use crate::mpm::volumetric::{STRAIN_FORGOTTEN, Volumetric};
 use crate::rve::{Drive, Events, PointRve, Scratch};
 
 /// A point with its RVE, and the deformation that this is to follow.
 struct Pair<'a, S: Space> {
     id: PointId,
     hot: &'a mut Hot<S>,
+    volumetric: &'a mut Volumetric,
     carried: &'a mut PointRve<S>,
     target: S::Tensor,
 }
@@ -68,15 +71,24 @@ impl<S: Space> World<'_, S> {
     /// another, and their order does not show.
     fn follow_to(&mut self, targets: Vec<S::Tensor>) -> Result<Vec<Told>, Error> {
         let timer = self.phases.start();
-        let duration = self.dt_of_continuum();
-        let drive = self.settings.rves.as_ref().expect("the material is grains").drive;
+        let how = Following {
+            drive: self.settings.rves.as_ref().expect("the material is grains").drive,
+            duration: self.dt_of_continuum(),
+            moduli: moduli_of(&*self.settings.material),
+            averages: self.averages_volume(),
+        };
         let points = &mut self.continuum.points;
-        let rows = points.hot.iter_mut().zip(&points.cold).zip(self.rves.iter_mut().zip(targets));
-        let pair =
-            |((hot, cold), (carried, target)): ((_, &Cold<S>), (_, _))| Pair { id: cold.id, hot, carried, target };
-        let mut pairs: Vec<Pair<S>> = rows.map(pair).collect();
+        let rows = points.hot.iter_mut().zip(&mut points.volumetric).zip(&points.cold);
+        let pair = |(((hot, volumetric), cold), (carried, target)): (((_, _), &Cold<S>), (_, _))| Pair {
+            id: cold.id,
+            hot,
+            volumetric,
+            carried,
+            target,
+        };
+        let mut pairs: Vec<Pair<S>> = rows.zip(self.rves.iter_mut().zip(targets)).map(pair).collect();
         pairs.sort_unstable_by_key(|pair| (Reverse(pair.carried.cost), pair.id.0));
-        let follow = |scratch: &mut Scratch<S>, pair: &mut Pair<S>| follow(pair, &drive, duration, scratch);
+        let follow = |scratch: &mut Scratch<S>, pair: &mut Pair<S>| follow(pair, &how, scratch);
         let told: Result<Vec<Option<Told>>, Error> =
             pairs.par_iter_mut().with_max_len(1).map_init(Scratch::default, follow).collect();
         // What points bring to nodes is that of the stress before.
@@ -86,16 +98,31 @@ impl<S: Space> World<'_, S> {
     }
 }
 
+/// How RVEs follow.
+struct Following {
+    drive: Drive,
+    /// Of the step of the continuum, s.
+    duration: f64,
+    /// K and G of grains that all move with the mean field, Pa.
+    moduli: [f64; 2],
+    /// Whether volume strain is averaged over nodes.
+    averages: bool,
+}
+
+fn moduli_of<S: Space>(material: &dyn StressModel<S>) -> [f64; 2] {
+    let shear = material.shear_modulus();
+    [material.p_wave_modulus() - 2.0 * (1.0 - 1.0 / S::DIMENSION as f64) * shear, shear]
+}
+
 /// The increment of one of them; what a run is told of, if there is something.
 fn follow<S: Space>(
-    Pair { id, hot, carried, target }: &mut Pair<S>,
-    drive: &Drive,
-    duration: f64,
+    Pair { id, hot, volumetric, carried, target }: &mut Pair<S>,
+    how: &Following,
     scratch: &mut Scratch<S>,
 ) -> Result<Option<Told>, Error> {
     let steps = carried.rve.state().pair_steps;
     let place = std::array::from_fn(|axis| if axis < S::DIMENSION { hot.position[axis] } else { 0.0 });
-    let answer = carried.rve.follow(target, duration, drive, scratch).map_err(|error| {
+    let answer = carried.rve.follow(target, how.duration, &how.drive, scratch).map_err(|error| {
         let [x, y, z]: [f64; 3] = place;
         Error::Run(format!("the RVE of point {} at ({x:.4e}, {y:.4e}, {z:.4e}) m: {error}", id.0))
     })?;
@@ -103,7 +130,14 @@ fn follow<S: Space>(
     let words = &mut hot.memory.numbers_mut()[..GrainMemory::<S>::WIDTH];
     let mut memory = GrainMemory::<S>::default();
     memory.numbers_mut().copy_from_slice(words);
-    hot.plastic_work += memory.follow([&carried.deformation, &hot.deformation], answer.kirchhoff);
+    let ([bulk, shear], way) = (how.moduli, [&carried.deformation, &hot.deformation]);
+    let Followed { work, plastic_strain } = memory.follow(way, (answer.kirchhoff, carried.rve.opened()), shear);
+    hot.plastic_work += work;
+    if how.averages {
+        // As laws say it of themselves within the pass that strains points.
+        volumetric.strain = answer.kirchhoff.trace() / (S::DIMENSION as f64 * bulk) + memory.opened;
+        volumetric.flowing = (plastic_strain / STRAIN_FORGOTTEN).min(1.0);
+    }
     words.copy_from_slice(memory.numbers());
     carried.deformation = hot.deformation;
     hot.stress = answer.kirchhoff;

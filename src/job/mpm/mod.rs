@@ -481,7 +481,8 @@ impl Mpm {
 
     /// Whether volume strain of points is averaged over nodes where they flow.
     pub fn averages_volume(&self) -> bool {
-        self.has_points() && self.scheme.averages_volume && self.material.law.yields()
+        let flows = self.material.law.yields() || self.rves().is_some();
+        self.has_points() && self.scheme.averages_volume && flows
     }
 
     /// Whether the solid volume fraction of the start is that of the grains' packing, which is not made yet.

@@ -3,10 +3,11 @@
 
 use super::chosen::Described;
 use super::hencky::p_wave_modulus;
-use super::{MaterialLaw, MaterialMemory};
+use super::{Flow, MaterialLaw, MaterialMemory};
 use crate::base::keys::Form;
+use crate::base::lane::Real;
 use crate::base::record::{Record, Visitor};
-use crate::base::space::Space;
+use crate::base::space::{Space, Words};
 use crate::base::symmetric::Symmetric;
 use crate::numbers;
 
@@ -46,11 +47,13 @@ pub struct GrainMemory<S: Space> {
     pub strain: f64,
     /// Solid volume fraction.
     pub fraction: f64,
+    /// Logarithmic volume strain since the last contact was lost; zero of grains that touch.
+    pub opened: f64,
 }
 
 impl<S: Space> Default for GrainMemory<S> {
     fn default() -> Self {
-        Self { stress: S::Symmetric::default(), strain: 0.0, fraction: 0.0 }
+        Self { stress: S::Symmetric::default(), strain: 0.0, fraction: 0.0, opened: 0.0 }
     }
 }
 
@@ -58,6 +61,7 @@ numbers!(impl[S: Space] GrainMemory[S] {
     stress: S::Symmetric,
     strain: f64,
     fraction: f64,
+    opened: f64,
 });
 
 impl<S: Space> Record for GrainMemory<S> {
@@ -65,6 +69,7 @@ impl<S: Space> Record for GrainMemory<S> {
         visitor.f64s("stress_of_grains", self.stress.as_mut_slice());
         visitor.f64s("strain_of_grains", std::slice::from_mut(&mut self.strain));
         visitor.f64s("fraction_of_grains", std::slice::from_mut(&mut self.fraction));
+        visitor.f64s("opened_of_grains", std::slice::from_mut(&mut self.opened));
     }
 }
 
@@ -78,19 +83,40 @@ impl<S: Space> MaterialMemory for GrainMemory<S> {
     }
 }
 
+/// sqrt(2 e:e) of the deviator e.
+fn deviator_size<S: Space>(tensor: &S::Symmetric) -> f64 {
+    let trace = tensor.trace();
+    (2.0 * (tensor.contract(tensor) - trace * trace / S::DIMENSION as f64).max(0.0)).sqrt()
+}
+
+/// What an increment of a point came to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Followed {
+    /// Work of stress in the middle of it, J per initial volume (m3).
+    pub work: f64,
+    /// Deviatoric strain beyond what the change of stress would take of elastic grains that all move with the mean field: what is not elastic
+    /// of it, at most.
+    pub plastic_strain: f64,
+}
+
 impl<S: Space> GrainMemory<S> {
-    /// Carries it over an increment from one deformation gradient to another, at whose end grains bear `stress` (Pa). Returns the work of
-    /// stress in the middle of it, J per initial volume (m3).
-    pub fn follow(&mut self, [from, to]: [&S::Tensor; 2], stress: S::Symmetric) -> f64 {
+    /// Carries it over an increment from one deformation gradient to another, at whose end grains bear `stress` (Pa), and have `opened` so
+    /// far; `shear_modulus` (Pa) is that of the mean field.
+    pub fn follow(
+        &mut self,
+        [from, to]: [&S::Tensor; 2],
+        (stress, opened): (S::Symmetric, f64),
+        shear_modulus: f64,
+    ) -> Followed {
         let half = S::inverse(&((*from + *to) * 0.5)).expect("grains have followed this increment");
         let strain = S::Symmetric::of(&((*to - *from) * half));
         let work = 0.5 * (self.stress + stress).contract(&strain);
-        let mean = strain.trace() / S::DIMENSION as f64;
-        let square = strain.contract(&strain) - S::DIMENSION as f64 * mean * mean;
-        self.strain += (2.0 * square.max(0.0)).sqrt();
+        let size = deviator_size::<S>(&strain);
+        let elastic = deviator_size::<S>(&(stress - self.stress)) / (2.0 * shear_modulus);
+        self.strain += size;
         self.fraction *= S::determinant(from) / S::determinant(to);
-        self.stress = stress;
-        work
+        (self.stress, self.opened) = (stress, opened);
+        Followed { work, plastic_strain: (size - elastic).max(0.0) }
     }
 }
 
@@ -98,12 +124,21 @@ impl<S: Space> MaterialLaw<S> for GrainAssembly {
     type Memory = GrainMemory<S>;
 
     fn start(&self, stress: &S::Tensor, fraction: f64) -> GrainMemory<S> {
-        GrainMemory { stress: S::Symmetric::of(stress), strain: 0.0, fraction }
+        GrainMemory { stress: S::Symmetric::of(stress), fraction, ..GrainMemory::default() }
     }
 
     /// Grains follow later.
     fn update_counted(&self, _: &S::Tensor, _: f64, memory: &mut GrainMemory<S>, _: &mut f64) -> S::Tensor {
         memory.stress.tensor()
+    }
+
+    /// Volume strain is remembered by the mean stress, as that of a law is: grains that all move with the mean field are the stiffest, so that
+    /// averaging never goes too far. Points flow when their grains have followed.
+    #[inline(always)]
+    fn flow<R: Real>(&self, memory: &[R], stress: &S::SymmetricOf<R>) -> Option<Flow<R>> {
+        let (strain, opened) = (S::Symmetric::COUNT, S::Symmetric::COUNT + 2);
+        let elastic = stress.trace() * R::splat(1.0 / (S::DIMENSION as f64 * self.0.bulk_modulus));
+        Some(Flow { volume: elastic + memory[opened], plastic_strain: memory[strain] })
     }
 
     fn stress(&self, memory: &GrainMemory<S>) -> S::Tensor {

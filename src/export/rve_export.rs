@@ -1,0 +1,72 @@
+//! An RVE of a point for pictures: two files of frames, its grains and its force chains.
+
+use std::path::{Path, PathBuf};
+
+use scree_io::column::State;
+use scree_io::frames::{Frame, FrameFile};
+use scree_partition::Solo;
+
+use crate::base::error::Error;
+use crate::base::ids::PointId;
+use crate::job::Job;
+use crate::job::mpm::figures::nearest_point;
+use crate::observe::rve_frame;
+use crate::run::experiment::Setup;
+use crate::run::folder::Scratch;
+use crate::run::start::{ForAnySetup, with_setup_of, world_of};
+use crate::rve;
+use crate::store::checkpoint::{progress_of, scenario_of};
+
+/// Writes the RVE of a point of a state, which is named as in `[[follow]]` or by its id: its grains to `file`, and its contacts to a file
+/// beside it, whose path is returned.
+pub fn write(state: State, dir: &Path, point: &str, file: &Path) -> Result<PathBuf, Error> {
+    let refused = |what: String| Error::User(format!("{}: {what}", dir.display()));
+    if file.extension().is_none_or(|extension| extension != "vtkhdf") {
+        return Err(Error::User(format!("{}: the name must end in .vtkhdf, which ParaView opens.", file.display())));
+    }
+    let job = Job::parse(&scenario_of(&state)?, &dir.display().to_string(), &[])?;
+    let Some(continuum) = job.as_mpm().filter(|job| job.rves().is_some()) else {
+        return Err(refused("this run has no RVEs; it is of another method than mpm_dem".into()));
+    };
+    let followed = continuum.follow.iter().find(|follow| follow.name == point);
+    let nearest = followed.and_then(|follow| nearest_point(continuum, &follow.place));
+    let id = nearest.map(|index| continuum.number(index)).or_else(|| point.parse().ok()).ok_or_else(|| {
+        let names: Vec<&str> = continuum.follow.iter().map(|follow| follow.name.as_str()).collect();
+        refused(format!(
+            "--rve {point} is neither a point that is followed ({}) nor the id of one; frames.vtkhdf has the ids.",
+            if names.is_empty() { "there is none".to_string() } else { names.join(", ") }
+        ))
+    })?;
+    let time = progress_of(&state)?.step as f64 * job.step();
+    let drawn = with_setup_of(&job, Draw { state, id: PointId(id), time })?;
+    let [grains, contacts] = drawn.ok_or_else(|| refused(format!("there is no point {id}")))?;
+    let beside = file.with_extension("contacts.vtkhdf");
+    let making = Scratch(file.with_extension("making"));
+    std::fs::create_dir_all(&making.0).map_err(|error| refused(error.to_string()))?;
+    for (frame, path) in [(grains, file), (contacts, beside.as_path())] {
+        FrameFile::create(path, &making.0, &frame, frame.rows(), &[]).map_err(not_written)?;
+    }
+    Ok(beside)
+}
+
+fn not_written(error: scree_io::Error) -> Error {
+    Error::Run(error.to_string())
+}
+
+struct Draw {
+    state: State,
+    id: PointId,
+    time: f64,
+}
+
+impl ForAnySetup<Option<[Frame; 2]>> for Draw {
+    fn with<J: Setup>(self, job: &J) -> Result<Option<[Frame; 2]>, Error> {
+        let (world, _) = world_of(job, Some(self.state), &Solo)?;
+        let row = world.continuum.points.cold.iter().position(|cold| cold.id == self.id);
+        let scratch = &mut rve::Scratch::default();
+        Ok(row.map(|row| {
+            let rve = &world.rves[row].rve;
+            [rve_frame::grains(rve, self.time, scratch), rve_frame::contacts(rve, self.time, scratch)]
+        }))
+    }
+}
