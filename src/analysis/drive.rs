@@ -161,8 +161,14 @@ impl Press {
             (None, Some(radius)) if axes == 2 => Some(vec![2.0 * radius; 2]),
             _ => None,
         };
+        let whole = material(run).map(|ends| extents(&ends));
+        // One that covers all of the material presses on that, not on its own breadth.
+        let covers = |own: &Vec<f64>| {
+            whole.as_ref().is_some_and(|whole| (0..axes).all(|other| other == axis || own[other] >= whole[other]))
+        };
+        let own: Option<Vec<f64>> = own.filter(|own| !covers(own));
         let is_plane = own.is_none();
-        let sizes: Option<Vec<f64>> = own.or_else(|| Some(extents(&material(run)?)));
+        let sizes = own.or(whole);
         let depth = if axes == 2 { run.number("grid.depth") } else { Some(1.0) };
         let bearing = |(sizes, depth): (Vec<f64>, f64)| {
             let across = (0..axes).filter(|other| *other != axis).map(|other| sizes[other]);
@@ -256,6 +262,9 @@ mod tests {
         let (area, length, is_plane) = own("lower = [0.1, 0.3]\nupper = [0.15, 0.4]");
         assert!(!is_plane && (length - 0.05).abs() < 1e-15 && (area - 5e-4).abs() < 1e-12);
         assert!((own("centre = [0.1, 0.3]\nradius = 0.01").1 - 0.02).abs() < 1e-15);
+        // A plate that stands out on both sides presses on the material alone.
+        let (area, length, is_plane) = own("lower = [0.0, 0.3]\nupper = [0.4, 0.4]");
+        assert!(is_plane && length == 0.3 && (area - 0.0015).abs() < 1e-12);
         // To the right: what holds it pushes to the left.
         let sideways = press("path = [{time = 0.0, velocity = [0.5, 0.1]}]").unwrap();
         assert_eq!((sideways.axis, sideways.sign), (0, 1.0));

@@ -5,6 +5,7 @@ use super::page::{figures, megapascals};
 use crate::job::assembly::Shape;
 use crate::job::figures::{rate_max, stresses_of_packing};
 use crate::job::mpm::{InitialStress, Mpm, Region, RegionShape, figures as of};
+use crate::mpm::faces::BEYOND;
 use crate::mpm::scheme::ShapeFunction;
 
 /// Above this number grains feel inertia and stress depends on speed (da Cruz et al. 2005).
@@ -48,6 +49,7 @@ pub fn warnings(slots: &Slots) -> Vec<String> {
         warnings.extend(fast_motion(job));
         warnings.extend(filled_regions(job, slots.job.regions()));
         warnings.extend(thin_bodies(job));
+        warnings.extend(thin_material(job));
         warnings.extend(linear_shape(job));
     }
     warnings
@@ -252,6 +254,29 @@ fn thin_bodies(job: &Mpm) -> Vec<String> {
                 figures(1e3 * thickness),
                 figures(1e3 * wanted)
             ));
+        }
+    }
+    warnings
+}
+
+/// A face weighs its nodes by the material in front of it, whose far side must not count among them.
+fn thin_material(job: &Mpm) -> Vec<String> {
+    let felt = (reach(job.scheme.shape) + BEYOND) * job.grid.cell;
+    let mut warnings = Vec::new();
+    for body in job.bodies.iter().filter(|body| body.at_face) {
+        let Shape::Box { lower, upper } = &body.body.shape else { continue };
+        for region in &job.regions {
+            let (from, to) = of::bounding_box(&region.shape);
+            let touches = |axis: &usize| to[*axis] <= lower[*axis] || from[*axis] >= upper[*axis];
+            let thin = |axis: &usize| to[*axis] - from[*axis] < felt;
+            if (0..job.grid.dimension).filter(touches).any(|axis| thin(&axis)) {
+                warnings.push(format!(
+                    "the material before body `{}` is thinner than {} mm, within which its face is felt, and bears nothing of it: make it thicker, take smaller cells, or write contact_at = \"nodes\".",
+                    body.body.name,
+                    figures(1e3 * felt)
+                ));
+                break;
+            }
         }
     }
     warnings
