@@ -35,8 +35,9 @@ pub(super) fn command(
         ));
     }
     refuse_no_run(dir)?;
-    let of_rve = files.rve.map(|(_, file)| file);
-    for file in [files.grains, files.contacts, files.dump, of_rve].into_iter().flatten() {
+    let beside = files.rve.map(|(_, file)| rve_export::beside(file));
+    let of_rve = [files.rve.map(|(_, file)| file), beside.as_deref()];
+    for file in [files.grains, files.contacts, files.dump].into_iter().chain(of_rve).flatten() {
         refuse_existing(file, files.overwrite)?;
     }
     let at = at.map(time).transpose()?;

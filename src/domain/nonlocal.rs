@@ -7,15 +7,18 @@ use crate::base::ids::PointId;
 use crate::base::space::{Linear, Space};
 use crate::domain::world::World;
 use crate::mpm::nonlocal::{Bins, Nonlocal, Places, Seen, Weights};
+use crate::mpm::points::{Cold, Hot};
 
 /// Points around those of this rank.
 pub struct Neighbourhood<S: Space> {
     weights: Weights,
     halo: Halo,
     buffers: HaloBuffers,
-    /// Points of this rank, and behind them copies of others': their volumes, m3, and sums of weights.
-    volumes: Vec<f64>,
+    /// Points of this rank, and behind them copies of others': their volumes at the start, m3, and sums of weights.
+    volumes_start: Vec<f64>,
     sums: Vec<f64>,
+    /// Volumes that weights count over these, of points of this rank.
+    grown: Vec<f64>,
     /// What is averaged, of all of them; made and used within a step.
     tensors: Vec<S::Tensor>,
 }
@@ -26,8 +29,9 @@ impl<S: Space> Default for Neighbourhood<S> {
             weights: Weights::default(),
             halo: Halo::default(),
             buffers: HaloBuffers::default(),
-            volumes: Vec::new(),
+            volumes_start: Vec::new(),
             sums: Vec::new(),
+            grown: Vec::new(),
             tensors: Vec::new(),
         }
     }
@@ -89,11 +93,11 @@ impl<S: Space> World<'_, S> {
             }
         }
         let weights = Weights::of(&how, &seen, owned, &cell);
-        let volumes = seen.iter().map(|point| point.volume).collect();
         let mut around = Neighbourhood {
             sums: Vec::new(),
             tensors: vec![S::Tensor::zero(); seen.len()],
-            volumes,
+            volumes_start: seen.iter().map(|point| point.volume_start).collect(),
+            grown: seen[..owned].iter().map(|point| point.volume / point.volume_start).collect(),
             halo,
             buffers: HaloBuffers::default(),
             weights,
@@ -112,9 +116,12 @@ impl<S: Space> World<'_, S> {
 
     fn points_seen(&self, how: &Nonlocal) -> Vec<Seen<S>> {
         let points = &self.continuum.points;
-        let seen = |(hot, cold): (&crate::mpm::points::Hot<S>, &crate::mpm::points::Cold<S>)| match how.places {
-            Places::Reference => Seen { id: cold.id, place: cold.origin, volume: hot.volume },
-            Places::Current => Seen { id: cold.id, place: hot.position, volume: hot.volume * hot.volume_ratio() },
+        let seen = |(hot, cold): (&Hot<S>, &Cold<S>)| {
+            let (place, volume) = match how.places {
+                Places::Reference => (cold.origin, hot.volume),
+                Places::Current => (hot.position, hot.volume * hot.volume_ratio()),
+            };
+            Seen { id: cold.id, place, volume_start: hot.volume, volume }
         };
         points.hot.iter().zip(&points.cold).map(seen).collect()
     }
@@ -125,6 +132,7 @@ impl<S: Space> World<'_, S> {
         for point in seen {
             mine.u64(point.id.0);
             (0..S::DIMENSION).for_each(|axis| mine.f64(point.place[axis]));
+            mine.f64(point.volume_start);
             mine.f64(point.volume);
         }
         let read = |bytes: Vec<u8>| -> Result<Vec<Seen<S>>, scree_partition::ParcelError> {
@@ -136,7 +144,7 @@ impl<S: Space> World<'_, S> {
                 for axis in 0..S::DIMENSION {
                     place[axis] = reader.f64()?;
                 }
-                seen.push(Seen { id, place, volume: reader.f64()? });
+                seen.push(Seen { id, place, volume_start: reader.f64()?, volume: reader.f64()? });
             }
             Ok(seen)
         };
@@ -160,8 +168,8 @@ impl<S: Space> World<'_, S> {
         let owned = own.len();
         around.tensors[..owned].copy_from_slice(&own);
         around.renew(transport);
-        let Neighbourhood { weights, tensors, volumes, sums, .. } = &*around;
-        let scaled = |other: usize| tensors[other] * (volumes[other] / sums[other]);
-        (0..owned).map(|row| weights.adjoint(row, S::Tensor::zero(), scaled)).collect()
+        let Neighbourhood { weights, tensors, volumes_start, sums, grown, .. } = &*around;
+        let scaled = |other: usize| tensors[other] * (volumes_start[other] / sums[other]);
+        (0..owned).map(|row| weights.adjoint(row, S::Tensor::zero(), scaled) * grown[row]).collect()
     }
 }

@@ -31,7 +31,7 @@ use crate::domain::world::{Settings, World};
 use crate::mpm::continuum::Continuum;
 use crate::mpm::membrane::Membranes;
 use crate::mpm::points::{Cold as PointCold, Point, Points};
-use crate::rve::RveRow;
+use crate::rve::{RveRow, Scratches};
 
 /// What a world is made of, before it has blocks.
 pub struct Parts<S: Space> {
@@ -144,6 +144,8 @@ impl<'t, S: Space> World<'t, S> {
             assembly,
             continuum: Continuum::empty(parts.membranes),
             rves: Vec::new(),
+            scratches: Scratches::default(),
+            rve_events: None,
             neighbourhood: Neighbourhood::default(),
             bodies: parts.bodies,
             bodies_home: parts.home.bodies,

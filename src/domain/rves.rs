@@ -10,6 +10,7 @@ use crate::base::ids::PointId;
 use crate::base::record::Cargo;
 use crate::base::rows::Moved;
 use crate::base::space::Space;
+use crate::domain::step::rves::RveEvent;
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::mpm::points::Point;
@@ -102,6 +103,11 @@ impl<S: Space> World<'_, S> {
         Ok(())
     }
 
+    /// What RVEs have come through since this was last asked, on rank 0; every rank knows whether there is something.
+    pub fn take_rve_events(&mut self) -> Option<Vec<RveEvent>> {
+        self.rve_events.take()
+    }
+
     /// RVEs of some of the points of this rank, at rest.
     pub fn rve_rows(&self, rows: std::ops::Range<usize>) -> Vec<RveRow<S>> {
         rows.map(|row| self.rves[row].rest(self.continuum.points.cold[row].id)).collect()
@@ -113,7 +119,7 @@ impl<S: Space> World<'_, S> {
             let rve = &carried.rve;
             let is_replicated = rve.grains() > rve.template().grains.len();
             let counts = [
-                rve.sample().step as i64,
+                rve.state().steps as i64,
                 rve.state().pair_steps as i64,
                 i64::from(rve.is_loose()),
                 i64::from(is_replicated),

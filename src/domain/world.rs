@@ -20,6 +20,7 @@ use crate::domain::grid::{Grid, Reactions};
 use crate::domain::load_balance::LoadBalance;
 use crate::domain::nonlocal::Neighbourhood;
 use crate::domain::phases::{Phase, Phases};
+use crate::domain::step::rves::RveEvent;
 use crate::domain::stop::Wish;
 use crate::domain::subdomain::Subdomain;
 use crate::mpm::continuum::Continuum;
@@ -27,7 +28,7 @@ use crate::mpm::load::Load;
 use crate::mpm::nonlocal::Nonlocal;
 use crate::mpm::shape::DRIFT_MAX;
 use crate::mpm::stress::SharedMaterial;
-use crate::rve::{GrainMaterial, PointRve};
+use crate::rve::{GrainMaterial, PointRve, Scratches};
 
 /// Constants of a world that no step changes.
 #[derive(Clone, Debug)]
@@ -58,6 +59,10 @@ pub struct World<'t, S: Space> {
     pub continuum: Continuum<S>,
     /// Those of points, row by row; none where the material is a law.
     pub rves: Vec<PointRve<S>>,
+    /// What threads step them with.
+    pub(crate) scratches: Scratches<S>,
+    /// What RVEs have come through since it was last taken: on rank 0, and empty on others that know of it.
+    pub(crate) rve_events: Option<Vec<RveEvent>>,
     pub(crate) neighbourhood: Neighbourhood<S>,
     pub bodies: Vec<Body<S>>,
     /// Displacement of each body at the last rebuild, m.

@@ -40,17 +40,24 @@ pub fn write(state: State, dir: &Path, point: &str, file: &Path) -> Result<PathB
     let time = progress_of(&state)?.step as f64 * job.step();
     let drawn = with_setup_of(&job, Draw { state, id: PointId(id), time })?;
     let [grains, contacts] = drawn.ok_or_else(|| refused(format!("there is no point {id}")))?;
-    let beside = file.with_extension("contacts.vtkhdf");
-    let making = Scratch(file.with_extension("making"));
-    std::fs::create_dir_all(&making.0).map_err(|error| refused(error.to_string()))?;
-    for (frame, path) in [(grains, file), (contacts, beside.as_path())] {
-        FrameFile::create(path, &making.0, &frame, frame.rows(), &[]).map_err(not_written)?;
+    let beside = beside(file);
+    // Both are whole before either takes its name.
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let making = Scratch(folder.join(format!(".scree-rve-{}", std::process::id())));
+    let system = |error: std::io::Error| Error::Run(format!("{}: {error}", file.display()));
+    std::fs::create_dir(&making.0).map_err(system)?;
+    for (frame, name) in [(grains, "grains.vtkhdf"), (contacts, "contacts.vtkhdf")] {
+        let made = FrameFile::create(&making.0.join(name), &making.0, &frame, frame.rows(), &[]);
+        made.map_err(|error| Error::Run(error.to_string()))?;
     }
+    std::fs::rename(making.0.join("grains.vtkhdf"), file).map_err(system)?;
+    std::fs::rename(making.0.join("contacts.vtkhdf"), &beside).map_err(system)?;
     Ok(beside)
 }
 
-fn not_written(error: scree_io::Error) -> Error {
-    Error::Run(error.to_string())
+/// Where the force chains go.
+pub fn beside(file: &Path) -> PathBuf {
+    file.with_extension("contacts.vtkhdf")
 }
 
 struct Draw {

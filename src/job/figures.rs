@@ -187,10 +187,10 @@ pub fn modulus_under(assembly: &Assembly, stress: f64) -> f64 {
 /// Contacts of a sphere in a dense frictional packing.
 const COORDINATION_OF_SPHERES: f64 = 6.0;
 
-/// Moduli of the packing under its stress if every grain moved with the mean field, Pa: in the plane [`super::derived::moduli_affine`], in
+/// Moduli of the packing under a stress (Pa) of at least its own if every grain moved with the mean field, Pa: in the plane [`super::derived::moduli_affine`], in
 /// space `K = z Phi k_n/(6 pi r)` and `G = z Phi (k_n + 3 k_t/2)/(10 pi r)` (Walton 1987).
-pub fn moduli_affine(assembly: &Assembly, fraction: f64) -> GrainModuli {
-    let stress = stresses_of_packing(assembly).into_iter().fold(0.0, f64::max);
+pub fn moduli_affine(assembly: &Assembly, fraction: f64, stress: f64) -> GrainModuli {
+    let stress = stresses_of_packing(assembly).into_iter().fold(stress, f64::max);
     let springs = springs_mean(assembly);
     // Both springs of a Hertz contact stiffen alike.
     let share = match assembly.contact.stiffening() {

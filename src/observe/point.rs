@@ -61,6 +61,6 @@ pub fn observed_of_rve<S: Space>(rve: &Rve<S>, scratch: &mut Scratch<S>) -> [f64
         seen.fabric.direction(),
         seen.unbalanced.unwrap_or_default(),
         rve.grains() as f64,
-        rve.sample().step as f64,
+        rve.state().steps as f64,
     ]
 }

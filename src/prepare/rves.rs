@@ -13,7 +13,7 @@ use crate::job::mpm::figures::{bounds, pressures_at_start};
 use crate::job::mpm::{Granular, InitialStress, Mpm, Rves};
 use crate::job::stable::governing;
 use crate::law::material::MaterialLaw;
-use crate::law::material::{ConstitutiveLaw, GrainAssembly};
+use crate::law::material::{ConstitutiveLaw, GrainAssembly, GrainModuli};
 use crate::mpm::points::Point;
 use crate::mpm::stress::SharedMaterial;
 use crate::prepare::grain_world;
@@ -128,11 +128,19 @@ pub fn material<S: Space>((granular, wanted): (&Granular, &Rves), packings: &Pac
     GrainMaterial { drive: wanted.drive, templates: packings.iter().map(template).collect() }
 }
 
+/// The stable step of the continuum of a job where the P-wave modulus of its grains is this, s.
+fn bound_of_step<S: Space>(job: &Mpm, moduli: GrainModuli, modulus: f64) -> f64 {
+    let share = modulus / MaterialLaw::<S>::p_wave_modulus(&GrainAssembly(moduli));
+    let [bulk_modulus, shear_modulus] = [moduli.bulk_modulus * share, moduli.shear_modulus * share];
+    let mut job = job.clone();
+    job.material.law = ConstitutiveLaw::Grains(GrainModuli { bulk_modulus, shear_modulus });
+    governing(&bounds(&job)).step
+}
+
 /// Refuses a step of the continuum that is not stable with grains as stiff as they are, which only packings tell.
 pub fn refuse_stiff<S: Space>(job: &Mpm, modulus: f64) -> Result<(), Error> {
     let ConstitutiveLaw::Grains(moduli) = job.material.law else { return Ok(()) };
-    let assumed = MaterialLaw::<S>::p_wave_modulus(&GrainAssembly(moduli));
-    let bound = governing(&bounds(job)).step * (assumed / modulus).sqrt();
+    let bound = bound_of_step::<S>(job, moduli, modulus);
     match job.step <= bound {
         true => Ok(()),
         false => Err(Error::User(format!(

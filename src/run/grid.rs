@@ -9,6 +9,7 @@ use crate::base::space::{Plane, Space};
 use crate::dem::law::{SharedLaw, law_of, no_law};
 use crate::domain::accounts::ledger::Accounts;
 use crate::domain::rebuild::Parts;
+use crate::domain::step::rves::RveEvent;
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
 use crate::job::Method;
@@ -67,9 +68,12 @@ impl<S: Space> Setup for Points<'_, S> {
                 flagged: job.oracle.is_some(),
             },
             // The first band that persists is told, and left alone.
-            watch: Box::new(|core| match &job.oracle {
-                Some(Watch { diameter, oracle }) => tell_band(core, oracle, *diameter),
-                None => Ok(()),
+            watch: Box::new(|core| {
+                tell_rve_events(core)?;
+                match &job.oracle {
+                    Some(Watch { diameter, oracle }) => tell_band(core, oracle, *diameter),
+                    None => Ok(()),
+                }
             }),
             ..of_job(job, columns)
         }
@@ -121,6 +125,30 @@ impl<S: Space> Setup for Points<'_, S> {
         };
         World::new(settings, point_world::layout::<S>(self.job)?, transport, progress.step, parts)
     }
+}
+
+/// What RVEs have come through in the steps just done, in `log.jsonl`.
+fn tell_rve_events<S: Space>(core: &mut Core<S>) -> Result<(), Error> {
+    let Some(events) = core.world.take_rve_events() else { return Ok(()) };
+    let step = core.world.step;
+    core.on_root(|outputs| {
+        for RveEvent { point, place, events } in events {
+            let mut tell = |event: &str, more: serde_json::Value| {
+                let place = &place[..S::DIMENSION];
+                outputs.log(event, step, serde_json::json!({ "point": point.0, "place": place, "times": more }))
+            };
+            if events.loosened {
+                tell("rve_loosened", serde_json::json!(1))?;
+            }
+            if events.returned {
+                tell("rve_returned", serde_json::json!(1))?;
+            }
+            if events.replicated > 0 {
+                tell("rve_replicated", serde_json::json!(events.replicated))?;
+            }
+        }
+        Ok(())
+    })
 }
 
 /// What all jobs on a grid have, with these columns.

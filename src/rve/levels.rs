@@ -43,7 +43,9 @@ pub fn levels<S: Space>(
             Path::Uniaxial { axis } => stress[axis * S::DIMENSION + axis],
         })
     };
-    let (mut strain, mut stiffness) = (0.0, None);
+    // Stiffer than it can be along any path, so that the first increment goes too far for none.
+    let bound = S::DIMENSION as f64 * start.observe(scratch).modulus_most();
+    let (mut strain, mut stiffness) = (0.0, Some(bound).filter(|bound| *bound > 0.0));
     let mut deformation = S::identity();
     let mut stress = borne(&mut rve, &deformation, scratch)?;
     let mut reached = Vec::with_capacity(stresses.len());

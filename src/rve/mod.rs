@@ -23,5 +23,5 @@ pub use drive::{Drive, Pace};
 pub use measure::Measured;
 pub use rest::{Resting, Template};
 pub use rows::{GrainMaterial, PointRve, RveRow};
-pub use step::Scratch;
+pub use step::{Scratch, Scratches};
 pub use volume_element::{Bearing, Events, Response, Rve};

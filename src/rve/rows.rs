@@ -95,7 +95,7 @@ impl<S: Space> Record for RveRow<S> {
         visitor.u64("point", &mut point.0);
         visitor.u64("packing", packing);
         visitor.u64("cost", cost);
-        visitor.u64("step", &mut resting.step);
+        visitor.u64("sample_step", &mut resting.step);
         resting.state.visit(visitor);
         let [cell, home] = &mut resting.cells;
         visitor.f64s("cell_corner", cell.corner.as_mut_slice());

@@ -7,6 +7,8 @@
 //!
 //! so that the forces of its end are those at its end.
 
+use std::sync::{Mutex, PoisonError};
+
 use crate::base::error::Error;
 use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space};
@@ -53,6 +55,27 @@ impl<S: Space> Scratch<S> {
         std::mem::swap(&mut self.force, &mut assembly.grains.force);
         std::mem::swap(&mut self.torque, &mut assembly.grains.torque);
         assembly.contacts.swap_rooms(&mut self.rooms);
+    }
+}
+
+/// Scratches that threads take turns with, kept from step to step.
+#[derive(Debug)]
+pub struct Scratches<S: Space>(Mutex<Vec<Scratch<S>>>);
+
+impl<S: Space> Default for Scratches<S> {
+    fn default() -> Self {
+        Self(Mutex::new(Vec::new()))
+    }
+}
+
+impl<S: Space> Scratches<S> {
+    /// Lends one to some work.
+    pub fn with<R>(&self, work: impl FnOnce(&mut Scratch<S>) -> R) -> R {
+        let free = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut scratch = free().pop().unwrap_or_default();
+        let outcome = work(&mut scratch);
+        free().push(scratch);
+        outcome
     }
 }
 

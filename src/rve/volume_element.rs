@@ -66,7 +66,8 @@ pub struct State<S: Space> {
     pressure_min: f64,
     /// Of a loose one det F at which the last contact was lost. Its cell stays as it was then.
     loose: Option<f64>,
-    /// Steps of pairs so far: what it costs.
+    /// Steps so far, and those of pairs: what it costs.
+    pub steps: u64,
     pub pair_steps: u64,
 }
 
@@ -80,6 +81,7 @@ impl<S: Space> State<S> {
             pressure: 0.0,
             pressure_min: 0.0,
             loose: None,
+            steps: 0,
             pair_steps: 0,
         }
     }
@@ -96,6 +98,7 @@ impl<S: Space> Record for State<S> {
         let mut loose = self.loose.unwrap_or_default();
         visitor.f64s("loose_at", std::slice::from_mut(&mut loose));
         self.loose = Some(loose).filter(|ratio| *ratio > 0.0);
+        visitor.u64("steps", &mut self.steps);
         visitor.u64("pair_steps", &mut self.pair_steps);
     }
 }
@@ -193,7 +196,7 @@ impl<S: Space> Rve<S> {
         self.state.edges = self.sample.assembly.cell.edges;
         (self.state.deformation, self.state.frame) = (S::identity(), S::identity());
         self.state.pressure_min = PRESSURE_SHARE_MIN * self.state.pressure;
-        self.state.pair_steps = 0;
+        (self.state.steps, self.state.pair_steps) = (0, 0);
     }
 
     /// Volume at F = I, m3, for which the Kirchhoff stress is.
@@ -387,6 +390,8 @@ impl<S: Space> Rve<S> {
             }
             self.state.loose = None;
             events.returned = true;
+            // Whatever the increments were in which it was left alone.
+            self.sample.constants.dt = self.template.grain.dt;
             events.replicated += self.come_back()?;
         }
         let grain = &self.template.grain;
@@ -435,6 +440,7 @@ impl<S: Space> Rve<S> {
     fn step(&mut self, count: u64) -> Result<(), Error> {
         let edges = self.carried() * self.state.edges;
         along(&mut self.sample, &edges, count)?;
+        self.state.steps += count;
         self.state.pair_steps += count * self.sample.assembly.contacts.neighbours.pairs.len() as u64;
         Ok(())
     }

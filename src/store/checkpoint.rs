@@ -311,12 +311,14 @@ pub fn restore<S: Space>(
     draw: impl FnOnce(&Progress, Vec<Vertex<S>>) -> Result<Drawn<S>, Error>,
     transport: &dyn Transport,
 ) -> Result<(Parts<S>, Progress), Error> {
-    let (rves, packings) = snapshot.as_ref().map_or_else(Default::default, |of| (of.rves.clone(), of.packings.clone()));
-    let packings = tables::everywhere(packings, transport)?;
-    let (progress, cell, bodies, home, vertices, grains, points) = match snapshot {
-        Some(of) => (vec![of.progress], vec![of.cell], of.bodies, vec![of.home], of.vertices, of.grains, of.points),
+    let (packings, progress, cell, bodies, home, vertices, (grains, points, rves)) = match snapshot {
+        Some(of) => {
+            let rows = (of.grains, of.points, of.rves);
+            (of.packings, vec![of.progress], vec![of.cell], of.bodies, vec![of.home], of.vertices, rows)
+        }
         None => Default::default(),
     };
+    let packings = tables::everywhere(packings, transport)?;
     let progress = transfer::broadcast(transport, progress)?.remove(0);
     let moved = transfer::broadcast(transport, cell)?.remove(0);
     let saved = transfer::broadcast(transport, bodies)?;

@@ -7,6 +7,7 @@ use crate::base::record::{Record, Visitor};
 use crate::base::space::Space;
 use crate::dem::grains::{ContactRow, PenaltySpringRow, is_body};
 use crate::dem::memories::Carried;
+use crate::rve::Resting;
 use crate::store::checkpoint::Snapshot;
 
 /// Steps that the twelve digits of a checkpoint's name count.
@@ -63,11 +64,44 @@ pub fn refuse_unsound<S: Space>(snapshot: &mut Snapshot<S>) -> Result<(), Error>
         refuse_no_numbers("contacts", &mut contacts)?;
         refuse_no_numbers("ties", &mut [PenaltySpringRow::<S> { grain: grain.cold.id, spring: grain.spring }])?;
     }
+    refuse_unsound_rves(snapshot)?;
     let mut ids: Vec<GrainId> = snapshot.grains.iter().map(|grain| grain.cold.id).collect();
     ids.sort_unstable();
     match ids.windows(2).find(|pair| pair[0] == pair[1]) {
         Some(pair) => bad("grains", 0, &format!("id = {} stands twice", pair[0].0)),
         None => Ok(()),
+    }
+}
+
+/// Every point has one, of the grains of its packing or whole copies of them, whose contacts are among them.
+fn refuse_unsound_rves<S: Space>(snapshot: &mut Snapshot<S>) -> Result<(), Error> {
+    if snapshot.packings.is_empty() {
+        return Ok(());
+    }
+    refuse_no_numbers("rves", &mut snapshot.rves)?;
+    for (row, of) in snapshot.rves.iter().enumerate() {
+        let Resting { motions, contacts, memories, .. } = &of.resting;
+        let Some(packing) = snapshot.packings.get(of.packing as usize) else {
+            return bad("rves", row, &format!("packing = {}, and there are {}", of.packing, snapshot.packings.len()));
+        };
+        let grains = motions.len() / Resting::<S>::MOTION;
+        if grains == 0 || !motions.len().is_multiple_of(Resting::<S>::MOTION) || !grains.is_multiple_of(packing.len()) {
+            return bad("rves", row, &format!("it has {grains} grains, and its packing {}", packing.len()));
+        }
+        if contacts.iter().any(|[lower, higher]| lower >= higher || usize::from(*higher) >= grains) {
+            return bad("rves", row, "a contact is not of two of its grains, the lower first");
+        }
+        if motions.iter().chain(memories).any(|number| number.is_nan()) {
+            return bad("rves", row, "a grain or a contact has what is not a number");
+        }
+    }
+    let mut points: Vec<u64> = snapshot.points.iter().map(|point| point.cold.id.0).collect();
+    let mut carried: Vec<u64> = snapshot.rves.iter().map(|row| row.point.0).collect();
+    points.sort_unstable();
+    carried.sort_unstable();
+    match points == carried {
+        true => Ok(()),
+        false => bad("rves", 0, "they are not those of the points"),
     }
 }
 

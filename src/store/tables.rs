@@ -197,6 +197,7 @@ pub fn of_rves<S: Space>(rows: &mut [RveRow<S>], memory_words: usize) -> [Table;
 
 /// Rows of the tables that [`of_rves`] made.
 pub fn to_rves<S: Space>(state: &mut State, memory_words: usize) -> Result<Vec<RveRow<S>>, Error> {
+    refuse_torn_rves(state)?;
     let mut rows: Vec<RveRow<S>> = take(state, RVES, &RveRow::blank())?;
     let find = |name: &str| {
         let table = state.tables.iter().find(|table| table.name == name);
@@ -229,6 +230,31 @@ pub fn to_rves<S: Space>(state: &mut State, memory_words: usize) -> Result<Vec<R
     }
     state.tables.retain(|table| ![RVE_GRAINS, RVE_CONTACTS].contains(&table.name.as_str()));
     Ok(rows)
+}
+
+/// Rows tell how much of the other tables is theirs: what is not there is found out before room is made for it.
+fn refuse_torn_rves(state: &State) -> Result<(), Error> {
+    let of = |name: &str| state.tables.iter().find(|table| table.name == name);
+    let Some(rows) = of(RVES) else { return Err(Error::User(format!("there is no table `{RVES}`"))) };
+    let tables = [
+        ("grain_words", RVE_GRAINS, "motion"),
+        ("contacts", RVE_CONTACTS, "pair"),
+        ("contact_words", RVE_CONTACTS, "memory"),
+    ];
+    for (count, name, column) in tables {
+        let Values::U64(counts) = &column_of(rows, count)?.values else {
+            return Err(Error::User(format!("column `{count}` of table `{RVES}` has another type")));
+        };
+        let wanted = counts.iter().fold(0u64, |sum, count| sum.saturating_add(*count));
+        let table = of(name).ok_or_else(|| Error::User(format!("there is no table `{name}`")))?;
+        let there = column_of(table, column)?.values.len() as u64;
+        if wanted != there {
+            return Err(Error::User(format!(
+                "table `{RVES}` has {wanted} of column `{column}` of table `{name}`, which has {there}"
+            )));
+        }
+    }
+    Ok(())
 }
 
 fn column_of<'t>(table: &'t Table, name: &str) -> Result<&'t Column, Error> {

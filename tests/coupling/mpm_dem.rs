@@ -151,7 +151,7 @@ fn an_rve_alone_follows_its_point() {
 /// The same bits on ranks and threads, through restarts, with RVEs of several packings; in the plane and in space, and with a mean strain.
 #[test]
 fn rves_end_in_the_same_bits() {
-    let reference = "[nonlocal]\nradius = 0.45\nadjoint = true\n";
+    let reference = "[nonlocal]\nradius = 0.45\n";
     let current = "[nonlocal]\nradius = 0.45\nplaces = \"current\"\n";
     let cases = [(2, "first", ""), (2, "last", reference), (2, "modified_last", current), (3, "first", "")];
     for (dimension, update, nonlocal) in cases {

@@ -531,3 +531,30 @@ fn more_steps_find_the_same_peak() {
         }
     }
 }
+
+/// One that has the time of the continuum, lost its contacts, rested meanwhile and comes back ends in the bits of one that did not rest:
+/// how long its steps were before is forgotten.
+#[test]
+fn a_synchronous_assembly_comes_back_to_the_same_bits() {
+    let drive = Drive { pace: Pace::Synchronous, steps_min: 1, relaxation: None };
+    let scratch = &mut Scratch::default();
+    let mut rve = made::<Plane>(DISCS);
+    let duration = 7.3 * rve.template().grain.dt;
+    let mut opened = 1.0;
+    while !rve.is_loose() {
+        opened += 1e-4;
+        let deformation = <Plane as Space>::identity() * opened;
+        rve.follow(&deformation, duration, &drive, scratch).unwrap();
+    }
+    let mut woken = Rve::<Plane>::wake(rve.template(), &rve.rest()).unwrap();
+    // Sheared while loose, so that grains overlap where they come back.
+    for step in 1..=60 {
+        let squeezed = opened - 2e-4 * f64::from(step);
+        let deformation = shear(5e-3 * f64::from(step)) * squeezed;
+        let [one, other] =
+            [&mut rve, &mut woken].map(|rve| rve.follow(&deformation, duration, &drive, scratch).unwrap());
+        assert_eq!(one, other, "{step}");
+        assert!(rve.rest() == woken.rest(), "{step}");
+    }
+    assert!(!rve.is_loose());
+}

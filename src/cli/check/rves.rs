@@ -21,6 +21,11 @@ pub fn section(page: &mut Page, slots: &Slots) {
     let note = "above 1 an RVE holds more grains than the material that it stands for";
     page.row("edge over that of a cell", &figures(edge / job.grid.cell), note);
     page.keys(job.grid.dimension, |form| rves.clone().keys(form));
+    if let Some(mut nonlocal) = job.nonlocal {
+        page.keys(job.grid.dimension, |form| nonlocal.keys(form));
+        let share = nonlocal.radius / job.spacing();
+        page.row("radius over the distance of points", &figures(share), "below 1 a point has its own strain alone");
+    }
     let bounds = of_grains::bounds(&granular.piece);
     page.row("step of their grains", &format!("{} s", figures(granular.piece.step)), governing(&bounds).cause);
     let [memory, checkpoint] = rve_bytes(job).map(|bytes| format!("{} MB", figures(1e-6 * bytes)));
@@ -37,5 +42,13 @@ pub fn too_large(job: &Mpm) -> Option<String> {
             figures(1e3 * edge),
             figures(1e3 * job.grid.cell)
         )
+    })
+}
+
+/// Stress of a mean strain that is not averaged back.
+pub fn without_adjoint(job: &Mpm) -> Option<String> {
+    job.nonlocal.filter(|nonlocal| !nonlocal.adjoint).map(|_| {
+        "nonlocal.adjoint = false leaves deformation finer than nonlocal.radius without resistance, and points drift apart. Write true."
+            .to_string()
     })
 }

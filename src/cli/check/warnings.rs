@@ -46,6 +46,7 @@ pub fn warnings(slots: &Slots) -> Vec<String> {
     if let Some(job) = slots.material() {
         warnings.extend(other_stress(job));
         warnings.extend(super::rves::too_large(job));
+        warnings.extend(super::rves::without_adjoint(job));
         warnings.extend(fast_motion(job));
         warnings.extend(filled_regions(job, slots.job.regions()));
         warnings.extend(thin_bodies(job));

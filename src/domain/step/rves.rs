@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::base::error::Error;
 use crate::base::ids::PointId;
 use crate::base::numbers::Numbers;
+use crate::base::record::{Cargo, Record, Visitor};
 use crate::base::space::Space;
 use crate::base::symmetric::Symmetric;
 use crate::domain::phases::Phase;
@@ -19,6 +20,36 @@ use crate::mpm::stress::StressModel;
 use crate::mpm::volumetric::{STRAIN_FORGOTTEN, Volumetric};
 use crate::rve::{Drive, Events, PointRve, Scratch};
 
+/// What an RVE has come through, though the run goes on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RveEvent {
+    pub point: PointId,
+    /// Of the point, m.
+    pub place: [f64; 3],
+    pub events: Events,
+}
+
+impl Record for RveEvent {
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        let Self { point, place, events } = self;
+        visitor.u64("point", &mut point.0);
+        visitor.f64s("place", place);
+        let mut flags = [u8::from(events.loosened), u8::from(events.returned)];
+        visitor.u8("loosened", &mut flags[0]);
+        visitor.u8("returned", &mut flags[1]);
+        [events.loosened, events.returned] = flags.map(|flag| flag > 0);
+        let mut replicated = u64::from(events.replicated);
+        visitor.u64("replicated", &mut replicated);
+        events.replicated = replicated as u32;
+    }
+}
+
+impl Cargo for RveEvent {
+    fn blank() -> Self {
+        Self::default()
+    }
+}
+
 /// A point with its RVE, and the deformation that this is to follow.
 struct Pair<'a, S: Space> {
     id: PointId,
@@ -28,17 +59,20 @@ struct Pair<'a, S: Space> {
     target: S::Tensor,
 }
 
+/// A point whose RVE could not follow, and why.
+type Failed = (PointId, Error);
+
 impl<S: Space> World<'_, S> {
     /// Every RVE to the deformation of its point, or of the material around it, whose stress is its own from then on. Collective.
     pub(crate) fn follow_by_grains(&mut self) -> Result<(), Error> {
         if self.settings.rves.is_none() {
             return Ok(());
         }
+        self.refuse_inside_out()?;
         let targets = self.targets_of_rves()?;
         let told = self.follow_to(targets);
-        for told in transfer::agree(self.transport, told)? {
-            told.tell(self.step);
-        }
+        let told = self.first_failure(told)?;
+        self.gather_events(told)?;
         if self.settings.nonlocal.is_some_and(|nonlocal| nonlocal.adjoint) {
             let own = self.continuum.points.hot.iter().map(Hot::kirchhoff).collect();
             let averaged = self.averaged_back(own);
@@ -47,6 +81,47 @@ impl<S: Space> World<'_, S> {
             }
         }
         Ok(())
+    }
+
+    /// Of failures on any ranks that of the point with the lowest id, whatever the ranks are.
+    fn first_failure<T>(&self, outcome: Result<T, Failed>) -> Result<T, Error> {
+        let mine = outcome.as_ref().err().map_or(i64::MAX, |(id, _)| id.0 as i64);
+        let mut first = [-mine];
+        self.transport.max_integer(&mut first);
+        let outcome = match outcome {
+            Ok(told) => Ok(Some(told)),
+            Err((_, error)) if -first[0] == mine => Err(error),
+            Err(_) => Ok(None),
+        };
+        Ok(transfer::agree(self.transport, outcome)?.expect("a failure is the first one, or another rank's is"))
+    }
+
+    /// What all RVEs have come through in this step goes to rank 0, by point.
+    fn gather_events(&mut self, told: Vec<RveEvent>) -> Result<(), Error> {
+        let mut count = [told.len() as i64];
+        self.transport.sum(&mut count);
+        if count[0] > 0 {
+            let mut all = transfer::gather(self.transport, told)?.unwrap_or_default();
+            all.sort_unstable_by_key(|event| event.point);
+            self.rve_events.get_or_insert_default().extend(all);
+        }
+        Ok(())
+    }
+
+    /// A mean over points hides one that is turned inside out.
+    fn refuse_inside_out(&self) -> Result<(), Error> {
+        let points = &self.continuum.points;
+        let bad = |(hot, _): &(&Hot<S>, &Cold<S>)| !matches!(hot.volume_ratio(), ratio if ratio > 0.0);
+        let worst = points.hot.iter().zip(&points.cold).filter(bad).min_by_key(|(_, cold)| cold.id);
+        let outcome = worst.map_or(Ok(()), |(hot, cold)| {
+            let ratio = hot.volume_ratio();
+            let words = format!(
+                "{}: det F = {ratio:.3e}, the material is turned inside out there; take a shorter time.step or larger cells, and go on from an earlier checkpoint",
+                of_point(cold.id, &place_of(hot))
+            );
+            Err((cold.id, Error::Run(words)))
+        });
+        self.first_failure(outcome)
     }
 
     /// F of each point, or where strain is nonlocal that of its RVE after the mean increment of the points around it.
@@ -69,7 +144,7 @@ impl<S: Space> World<'_, S> {
 
     /// What the run is told of, though it goes on. The costliest go first, so that no thread waits long for another; no RVE knows of
     /// another, and their order does not show.
-    fn follow_to(&mut self, targets: Vec<S::Tensor>) -> Result<Vec<Told>, Error> {
+    fn follow_to(&mut self, targets: Vec<S::Tensor>) -> Result<Vec<RveEvent>, Failed> {
         let timer = self.phases.start();
         let how = Following {
             drive: self.settings.rves.as_ref().expect("the material is grains").drive,
@@ -77,7 +152,7 @@ impl<S: Space> World<'_, S> {
             moduli: moduli_of(&*self.settings.material),
             averages: self.averages_volume(),
         };
-        let points = &mut self.continuum.points;
+        let (points, scratches) = (&mut self.continuum.points, &self.scratches);
         let rows = points.hot.iter_mut().zip(&mut points.volumetric).zip(&points.cold);
         let pair = |(((hot, volumetric), cold), (carried, target)): (((_, _), &Cold<S>), (_, _))| Pair {
             id: cold.id,
@@ -88,14 +163,25 @@ impl<S: Space> World<'_, S> {
         };
         let mut pairs: Vec<Pair<S>> = rows.zip(self.rves.iter_mut().zip(targets)).map(pair).collect();
         pairs.sort_unstable_by_key(|pair| (Reverse(pair.carried.cost), pair.id.0));
-        let follow = |scratch: &mut Scratch<S>, pair: &mut Pair<S>| follow(pair, &how, scratch);
-        let told: Result<Vec<Option<Told>>, Error> =
-            pairs.par_iter_mut().with_max_len(1).map_init(Scratch::default, follow).collect();
+        let follow = |pair: &mut Pair<S>| scratches.with(|scratch| follow(pair, &how, scratch));
+        let told: Vec<Result<Option<RveEvent>, Failed>> = pairs.par_iter_mut().with_max_len(1).map(follow).collect();
         // What points bring to nodes is that of the stress before.
         points.scattered = [false; 2];
         self.phases.stop(Phase::Rves, timer);
-        Ok(told?.into_iter().flatten().collect())
+        let (told, failed): (Vec<_>, Vec<_>) = told.into_iter().partition(Result::is_ok);
+        match failed.into_iter().filter_map(Result::err).min_by_key(|(id, _)| *id) {
+            Some(first) => Err(first),
+            None => Ok(told.into_iter().filter_map(Result::ok).flatten().collect()),
+        }
     }
+}
+
+fn place_of<S: Space>(hot: &Hot<S>) -> [f64; 3] {
+    std::array::from_fn(|axis| if axis < S::DIMENSION { hot.position[axis] } else { 0.0 })
+}
+
+fn of_point(id: PointId, [x, y, z]: &[f64; 3]) -> String {
+    format!("the RVE of point {} at ({x:.4e}, {y:.4e}, {z:.4e}) m", id.0)
 }
 
 /// How RVEs follow.
@@ -119,19 +205,17 @@ fn follow<S: Space>(
     Pair { id, hot, volumetric, carried, target }: &mut Pair<S>,
     how: &Following,
     scratch: &mut Scratch<S>,
-) -> Result<Option<Told>, Error> {
-    let steps = carried.rve.state().pair_steps;
-    let place = std::array::from_fn(|axis| if axis < S::DIMENSION { hot.position[axis] } else { 0.0 });
-    let answer = carried.rve.follow(target, how.duration, &how.drive, scratch).map_err(|error| {
-        let [x, y, z]: [f64; 3] = place;
-        Error::Run(format!("the RVE of point {} at ({x:.4e}, {y:.4e}, {z:.4e}) m: {error}", id.0))
-    })?;
+) -> Result<Option<RveEvent>, Failed> {
+    let (before, steps) = (*carried.rve.deformation(), carried.rve.state().pair_steps);
+    let place = place_of(hot);
+    let answer = carried.rve.follow(target, how.duration, &how.drive, scratch);
+    let answer = answer.map_err(|error| (*id, Error::Run(format!("{}: {error}", of_point(*id, &place)))))?;
     carried.cost = carried.rve.state().pair_steps - steps;
     let words = &mut hot.memory.numbers_mut()[..GrainMemory::<S>::WIDTH];
     let mut memory = GrainMemory::<S>::default();
     memory.numbers_mut().copy_from_slice(words);
-    let ([bulk, shear], way) = (how.moduli, [&carried.deformation, &hot.deformation]);
-    let Followed { work, plastic_strain } = memory.follow(way, (answer.kirchhoff, carried.rve.opened()), shear);
+    let ([bulk, shear], ways) = (how.moduli, [[&before, &*target], [&carried.deformation, &hot.deformation]]);
+    let Followed { work, plastic_strain } = memory.follow(ways, (answer.kirchhoff, carried.rve.opened()), shear);
     hot.plastic_work += work;
     if how.averages {
         // As laws say it of themselves within the pass that strains points.
@@ -142,28 +226,5 @@ fn follow<S: Space>(
     carried.deformation = hot.deformation;
     hot.stress = answer.kirchhoff;
     let is_told = answer.events != Events::default();
-    Ok(is_told.then_some(Told { point: *id, place, events: answer.events }))
-}
-
-/// What an RVE has come through, though the run goes on.
-struct Told {
-    point: PointId,
-    place: [f64; 3],
-    events: Events,
-}
-
-impl Told {
-    fn tell(&self, step: u64) {
-        let Self { point, place: [x, y, z], events } = self;
-        let at = format!("step {step}: the RVE of point {} at ({x:.4e}, {y:.4e}, {z:.4e}) m", point.0);
-        if events.loosened {
-            tracing::info!("{at} has lost its last contact and bears nothing until it is as dense again");
-        }
-        if events.returned {
-            tracing::info!("{at} is as dense again as when it lost its last contact");
-        }
-        if events.replicated > 0 {
-            tracing::info!("{at} had become too thin for its contacts and was replicated, {} times", events.replicated);
-        }
-    }
+    Ok(is_told.then_some(RveEvent { point: *id, place, events: answer.events }))
 }

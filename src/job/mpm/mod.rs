@@ -474,7 +474,7 @@ impl Mpm {
     /// of the stresses alone, and a material that yields as it moves under its weight keeps the differences that its points come to,
     /// unless volume strain is averaged.
     pub fn has_noisy_stresses(&self) -> bool {
-        let yields = self.material.law.yields();
+        let yields = self.material.law.yields() || self.rves().is_some();
         let weighs = self.gravity.acceleration != [0.0; 3];
         self.has_points() && self.scheme.points_per_cell > 1 && !self.scheme.averages_volume && yields && weighs
     }
@@ -482,7 +482,7 @@ impl Mpm {
     /// Whether volume strain of points is averaged over nodes where they flow.
     pub fn averages_volume(&self) -> bool {
         let flows = self.material.law.yields() || self.rves().is_some();
-        self.has_points() && self.scheme.averages_volume && flows
+        self.has_points() && self.scheme.averages_volume && flows && self.nonlocal.is_none()
     }
 
     /// Whether the solid volume fraction of the start is that of the grains' packing, which is not made yet.

@@ -72,9 +72,6 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
         // As far as it is known before the packing is made.
         job.material.density = grains.piece.matter.density * fraction_of_packing(&job);
     }
-    if let Some((granular, _)) = job.rves() {
-        job.material.law = ConstitutiveLaw::Grains(moduli_affine(&granular.piece, fraction_of_packing(&job)));
-    }
     let mut gravity = typed.table_if_typed("gravity").with_axes(axes);
     if gravity.is_typed() {
         job.gravity.keys(&mut gravity);
@@ -96,6 +93,10 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     job.keys_of_decomposition(&mut cut);
     job.cells_per_block = cells_per_block(&cut, job.cells_per_block, &job.grid, job.scheme.shape)?;
     typed.stop_if_wrong()?;
+    if let Some((granular, _)) = job.rves() {
+        let stress = figures::pressures_at_start(&job).last().copied().unwrap_or_default();
+        job.material.law = ConstitutiveLaw::Grains(moduli_affine(&granular.piece, fraction_of_packing(&job), stress));
+    }
     job.step = step(&mut time, &job)?;
     if let Some(grains) = &mut job.grains {
         // Grains of RVEs have a step of their own.
@@ -279,6 +280,10 @@ fn check_lists(job: &mut Mpm, top: &Reader<'_>, typed: &Typed) -> Result<(), Err
 
 fn check_region(region: &mut Region, table: &Reader<'_>, grid: &Grid, law: &ConstitutiveLaw) -> Result<(), Error> {
     check_region_shape(&region.shape, table, grid)?;
+    if table.has("fraction") && matches!(law, ConstitutiveLaw::Grains(_)) {
+        return Err(table
+            .refusal("fraction", "is that of the packing, where every point has grains of its own. Remove the line."));
+    }
     if table.has("fraction") && !law.yields() {
         let problem = format!(
             "belongs to law = {}; an elastic material has no solid volume fraction. Remove the line.",

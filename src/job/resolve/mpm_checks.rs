@@ -88,7 +88,8 @@ fn check_geostatic(job: &Mpm, (axis, k0): (usize, f64), typed: &Typed) -> Result
 
 pub(super) fn check_time(job: &Mpm, typed: &Typed) -> Result<(), Error> {
     refuse_unstable(typed, job.step, &figures::bounds(job), "")?;
-    if job.grain_steps > 1 && job.step_of_continuum() > governing(&figures::bounds(job)).step {
+    // Of RVEs it is refused as such.
+    if job.grain_steps > 1 && job.rves().is_none() && job.step_of_continuum() > governing(&figures::bounds(job)).step {
         let most = (governing(&figures::bounds(job)).step / job.step).floor();
         let message = format!(
             "makes steps of the continuum that are not stable. Write at most {most}, or take larger cells or a softer material."

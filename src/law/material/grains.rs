@@ -83,6 +83,12 @@ impl<S: Space> MaterialMemory for GrainMemory<S> {
     }
 }
 
+/// Strain of an increment, against its middle.
+fn increment_of<S: Space>([from, to]: [&S::Tensor; 2]) -> S::Symmetric {
+    let middle = S::inverse(&((*from + *to) * 0.5)).expect("grains have followed this increment");
+    S::Symmetric::of(&((*to - *from) * middle))
+}
+
 /// sqrt(2 e:e) of the deviator e.
 fn deviator_size<S: Space>(tensor: &S::Symmetric) -> f64 {
     let trace = tensor.trace();
@@ -100,23 +106,21 @@ pub struct Followed {
 }
 
 impl<S: Space> GrainMemory<S> {
-    /// Carries it over an increment from one deformation gradient to another, at whose end grains bear `stress` (Pa), and have `opened` so
-    /// far; `shear_modulus` (Pa) is that of the mean field.
+    /// Carries it over an increment from one deformation gradient to another, of the grains and of the point, which are two where strain is
+    /// nonlocal. At its end grains bear `stress` (Pa), and have `opened` so far; `shear_modulus` (Pa) is that of the mean field.
     pub fn follow(
         &mut self,
-        [from, to]: [&S::Tensor; 2],
+        [of_grains, of_point @ [from, to]]: [[&S::Tensor; 2]; 2],
         (stress, opened): (S::Symmetric, f64),
         shear_modulus: f64,
     ) -> Followed {
-        let half = S::inverse(&((*from + *to) * 0.5)).expect("grains have followed this increment");
-        let strain = S::Symmetric::of(&((*to - *from) * half));
+        let strain = increment_of::<S>(of_grains);
         let work = 0.5 * (self.stress + stress).contract(&strain);
-        let size = deviator_size::<S>(&strain);
         let elastic = deviator_size::<S>(&(stress - self.stress)) / (2.0 * shear_modulus);
-        self.strain += size;
+        self.strain += deviator_size::<S>(&increment_of::<S>(of_point));
         self.fraction *= S::determinant(from) / S::determinant(to);
         (self.stress, self.opened) = (stress, opened);
-        Followed { work, plastic_strain: (size - elastic).max(0.0) }
+        Followed { work, plastic_strain: (deviator_size::<S>(&strain) - elastic).max(0.0) }
     }
 }
 
