@@ -28,6 +28,8 @@ pub struct RveTotals {
     pub replicated: u64,
     /// The largest I_uf.
     pub unbalanced_max: f64,
+    /// The stiffest bound on a P-wave modulus, Pa.
+    pub modulus_max: f64,
 }
 
 impl<S: Space> Cargo for RveRow<S> {
@@ -124,18 +126,20 @@ impl<S: Space> World<'_, S> {
                 i64::from(rve.is_loose()),
                 i64::from(is_replicated),
             ];
-            (counts, rve.observe(scratch).unbalanced.unwrap_or_default())
+            let seen = rve.observe(scratch);
+            (counts, [seen.unbalanced.unwrap_or_default(), seen.modulus_most()])
         };
-        let rows: Vec<([i64; 4], f64)> = self.rves.par_iter().map_init(Scratch::default, of).collect();
+        let rows: Vec<([i64; 4], [f64; 2])> = self.rves.par_iter().map_init(Scratch::default, of).collect();
         let mut counts = [0; 4];
-        let mut most = [0.0];
-        for (row, unbalanced) in rows {
+        let mut most = [0.0; 2];
+        for (row, sizes) in rows {
             counts.iter_mut().zip(row).for_each(|(sum, count)| *sum += count);
-            most[0] = f64::max(most[0], unbalanced);
+            most.iter_mut().zip(sizes).for_each(|(most, size)| *most = f64::max(*most, size));
         }
         self.transport.sum(&mut counts);
         self.transport.max(&mut most);
         let [steps, pair_steps, loose, replicated] = counts.map(|count| count as u64);
-        Ok(RveTotals { steps, pair_steps, loose, replicated, unbalanced_max: most[0] })
+        let [unbalanced_max, modulus_max] = most;
+        Ok(RveTotals { steps, pair_steps, loose, replicated, unbalanced_max, modulus_max })
     }
 }

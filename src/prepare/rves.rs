@@ -7,6 +7,7 @@ use scree_partition::Transport;
 
 use crate::base::error::Error;
 use crate::base::space::{AXES, Space};
+use crate::base::symmetric::Symmetric;
 use crate::domain::transfer;
 use crate::job::assembly::Assembly;
 use crate::job::mpm::figures::{bounds, pressures_at_start};
@@ -21,6 +22,8 @@ use crate::prepare::insert::random_of;
 use crate::rve::levels::{Path, levels};
 use crate::rve::{GrainMaterial, Rve, RveRow, Scratch, Template};
 
+/// How far the k0 of the job and that of its RVEs may be apart before it is worth a word.
+const K0_OFF: f64 = 0.1;
 /// Which stream of random numbers says which packing a point begins from.
 const STREAM_OF_PACKINGS: u64 = 1 << 63;
 
@@ -48,11 +51,36 @@ impl<S: Space> Levels<S> {
         let density = density_of(&starts, granular);
         let job = Mpm { material: crate::job::mpm::Material { density, ..job.material }, ..job.clone() };
         let pressures = pressures_at_start(&job);
-        let path = |start: &Rve<S>| {
-            levels(start, Path::Isotropic, &pressures, &wanted.drive_of_levels(), &mut Scratch::default())
+        let way = match job.stress {
+            InitialStress::Geostatic { axis, k0, .. } if k0 < 1.0 => Path::Uniaxial { axis },
+            _ => Path::Isotropic,
         };
+        let path = |start: &Rve<S>| levels(start, way, &pressures, &wanted.drive_of_levels(), &mut Scratch::default());
         let rves = transfer::agree(transport, starts.iter().map(path).collect())?;
-        Ok(Self { pressures, rves })
+        let levels = Self { pressures, rves };
+        if transport.rank() == 0 {
+            levels.tell_k0(&job);
+        }
+        Ok(levels)
+    }
+
+    /// What share of the stress along gravity RVEs bear across it, where that is theirs to say.
+    fn tell_k0(&self, job: &Mpm) {
+        let InitialStress::Geostatic { axis, k0, .. } = job.stress else { return };
+        let across = usize::from(axis == 0);
+        let scratch = &mut Scratch::default();
+        let share = |rve: &Rve<S>, scratch: &mut Scratch<S>| {
+            let stress = rve.observe(scratch).kirchhoff.tensor();
+            stress[across * (S::DIMENSION + 1)] / stress[axis * (S::DIMENSION + 1)]
+        };
+        let shares: Vec<f64> = self.rves.iter().flatten().map(|rve| share(rve, scratch)).collect();
+        let [least, most] = [f64::min, f64::max].map(|pick| shares.iter().copied().fold(shares[0], pick));
+        match shares.iter().all(|share| (share - k0).abs() < K0_OFF) {
+            true => tracing::info!("RVEs begin with a k0 of {least:.3} to {most:.3}"),
+            false => tracing::warn!(
+                "warning: RVEs begin with a k0 of {least:.3} to {most:.3}, and stress.k0 = {k0}: it is their grains that say it"
+            ),
+        }
     }
 
     pub fn packings(&self) -> Packings {
@@ -87,7 +115,7 @@ impl<S: Space> Levels<S> {
             let rve = &self.rves[packing as usize][level];
             let stress = observed[packing as usize][level].kirchhoff;
             let fraction = 1.0 / (1.0 + rve.void_ratio());
-            point.hot.memory = law.start(&crate::base::symmetric::Symmetric::tensor(&stress), fraction);
+            point.hot.memory = law.start(&stress.tensor(), fraction);
             point.hot.stress = stress;
             let pairs = rve.sample().assembly.contacts.neighbours.pairs.len() as u64;
             let cost = pairs * wanted.drive.steps_min;
@@ -128,8 +156,9 @@ pub fn material<S: Space>((granular, wanted): (&Granular, &Rves), packings: &Pac
     GrainMaterial { drive: wanted.drive, templates: packings.iter().map(template).collect() }
 }
 
-/// The stable step of the continuum of a job where the P-wave modulus of its grains is this, s.
-fn bound_of_step<S: Space>(job: &Mpm, moduli: GrainModuli, modulus: f64) -> f64 {
+/// The stable step of the continuum of a job where the P-wave modulus of its grains is this (Pa), s; without end of one without grains.
+pub fn stable_step<S: Space>(job: &Mpm, modulus: f64) -> f64 {
+    let ConstitutiveLaw::Grains(moduli) = job.material.law else { return f64::INFINITY };
     let share = modulus / MaterialLaw::<S>::p_wave_modulus(&GrainAssembly(moduli));
     let [bulk_modulus, shear_modulus] = [moduli.bulk_modulus * share, moduli.shear_modulus * share];
     let mut job = job.clone();
@@ -139,8 +168,7 @@ fn bound_of_step<S: Space>(job: &Mpm, moduli: GrainModuli, modulus: f64) -> f64 
 
 /// Refuses a step of the continuum that is not stable with grains as stiff as they are, which only packings tell.
 pub fn refuse_stiff<S: Space>(job: &Mpm, modulus: f64) -> Result<(), Error> {
-    let ConstitutiveLaw::Grains(moduli) = job.material.law else { return Ok(()) };
-    let bound = bound_of_step::<S>(job, moduli, modulus);
+    let bound = stable_step::<S>(job, modulus);
     match job.step <= bound {
         true => Ok(()),
         false => Err(Error::User(format!(

@@ -54,7 +54,7 @@ impl<S: Space> Setup for Points<'_, S> {
         columns.extend(job.ledger.then(|| grid::account_of_points(job.averages_volume())));
         columns.extend(job.oracle.is_some().then(grid::oracle));
         columns.extend([grid::extents(), grid::reactions(job), grid::membranes(job)]);
-        columns.extend(job.rves().is_some().then(grid::rves));
+        columns.extend(job.rves().is_some().then(|| grid::rves(job)));
         columns.extend(job.follow.iter().map(|follow| grid::followed(&follow.name, nearest(job, &follow.place))));
         if job.rves().is_some() {
             let of = |follow: &mpm::Followed| grid::followed_rve(&follow.name, nearest(job, &follow.place));

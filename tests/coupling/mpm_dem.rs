@@ -43,7 +43,7 @@ const SPHERES: &str = r#"
     law = "grains"
     [grains]
     density = "2650 kg/m3"
-    count = 100
+    count = 200
     distribution = "uniform"
     diameter_min = "8 mm"
     diameter_max = "12 mm"

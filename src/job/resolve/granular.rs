@@ -292,11 +292,11 @@ fn check_rves(job: &Mpm, grains: &Granular, typed: &Typed) {
         }
         InitialStress::Isotropic { .. } => {}
         InitialStress::Geostatic { k0, .. } => {
-            if k0 != 1.0 {
+            if k0 > 1.0 {
                 typed.note_together(typed.refusal(
                     "stress",
                     "k0",
-                    "is not 1, and RVEs begin under the same stress along all axes. Write 1.",
+                    "is more than 1, and RVEs are compressed along all axes alike (1) or along gravity alone (less, and their grains say how much they bear across). Write at most 1.",
                 ));
             }
             let least = pressures_at_start(job).first().copied().unwrap_or_default();

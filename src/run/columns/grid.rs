@@ -10,6 +10,7 @@ use crate::domain::grid::{self, REACTIONS};
 use crate::domain::world::World;
 use crate::job::mpm::{Boundary, Mpm};
 use crate::observe::point::{OBSERVED, OBSERVED_OF_RVES, observed, observed_of_rve};
+use crate::prepare::rves::stable_step;
 use crate::run::Core;
 use crate::rve::Scratch;
 
@@ -226,12 +227,25 @@ fn everywhere<S: Space>(world: &World<S>, told: &[f64]) -> Vec<f64> {
 }
 
 /// Of the RVEs of all points: steps of their grains since the start, and those of pairs; RVEs without contacts, and those that have been
-/// replicated; and the largest share of forces that is out of balance, I_uf (Liu et al. 2016, eq. 57).
-pub fn rves<'s, S: Space>() -> Columns<'s, S> {
-    let names = ["rve_steps", "rve_pair_steps", "rve_loose", "rve_replicated", "rve_unbalanced_max"];
-    Columns::new(names, |core| {
+/// replicated; the largest share of forces that is out of balance, I_uf (Liu et al. 2016, eq. 57); and the stiffest of them, the P-wave modulus
+/// if all grains moved with the mean field, Pa, which says whether the step of the continuum is still stable.
+pub fn rves<S: Space>(job: &Mpm) -> Columns<'_, S> {
+    let names = ["rve_steps", "rve_pair_steps", "rve_loose", "rve_replicated", "rve_unbalanced_max", "rve_modulus_max"];
+    let mut is_told = false;
+    Columns::new(names, move |core| {
         let of = core.world.rve_totals()?;
-        Ok(vec![of.steps as f64, of.pair_steps as f64, of.loose as f64, of.replicated as f64, of.unbalanced_max])
+        let bound = stable_step::<S>(job, of.modulus_max);
+        if job.step > bound && !is_told && core.world.transport.rank() == 0 {
+            is_told = true;
+            tracing::warn!(
+                "warning: step {}: grains have become as stiff as {:.3e} Pa, all moving with the mean field, which bounds the step of the continuum by {bound:.3e} s, and time.step = {:.3e} s; if energy grows, begin anew with a shorter one",
+                core.world.step,
+                of.modulus_max,
+                job.step
+            );
+        }
+        let counts = [of.steps, of.pair_steps, of.loose, of.replicated].map(|count| count as f64);
+        Ok(counts.into_iter().chain([of.unbalanced_max, of.modulus_max]).collect())
     })
 }
 
