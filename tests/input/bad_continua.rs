@@ -260,7 +260,7 @@ fn words_that_are_no_choice() {
     GOOD.refused(
         "law = \"critical_drucker_prager\"",
         "law = \"mohr_coulomb\"",
-        "job.toml:19: material.law = \"mohr_coulomb\" is no material law: write \"linear_elastic\", \"hencky\", \"critical_drucker_prager\" or \"mobilised_friction\".",
+        "job.toml:19: material.law = \"mohr_coulomb\" is no material law: write \"linear_elastic\", \"hencky\", \"critical_drucker_prager\", \"mobilised_friction\" or \"grains\".",
     );
 }
 

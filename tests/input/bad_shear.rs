@@ -236,7 +236,7 @@ fn a_method_that_does_not_exist() {
     GOOD.refused(
         "\"hybrid\"",
         "\"fem\"",
-        "job.toml:2: method = \"fem\" is no method: write \"hybrid\", \"dem\" or \"mpm\".",
+        "job.toml:2: method = \"fem\" is no method: write \"hybrid\", \"dem\", \"mpm\" or \"mpm_dem\".",
     );
 }
 

@@ -132,6 +132,9 @@ fn material<'a>(job: &mut Scenario, mut table: Reader<'a>, file: Option<&'a File
         ..CriticalConstants::CHEN
     });
     job.material.keys(&mut table, true);
+    if matches!(job.material.law, ConstitutiveLaw::Grains(_)) {
+        table.add(table.refusal("law", "makes every point a grain assembly, which is method = \"mpm_dem\" in a job with a table [grid]. Write another law."));
+    }
     job.material.density = derived::density_bulk(job);
     file.map_or(Ok(()), File::stop_if_wrong)
 }
