@@ -48,7 +48,7 @@ def main(run, *elements):
         chains = LineCollection(ends.reshape(-1, 2, 3)[:, :, :2], linewidths=width, colors="tab:red", alpha=0.8)
         axis.add_collection(chains)
         axis.autoscale()
-        axis.set(aspect="equal", xticks=[], yticks=[], title=f"point {path.split('/')[-1].split('.')[0]}")
+        axis.set(aspect="equal", xticks=[], yticks=[], title=path.split('/')[-1].split('.')[0])
     figure.savefig("jobs/pictures/mpm_dem.png", dpi=110)
 
 

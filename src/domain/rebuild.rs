@@ -30,7 +30,8 @@ use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
 use crate::mpm::continuum::Continuum;
 use crate::mpm::membrane::Membranes;
-use crate::mpm::points::{Cold as PointCold, Point, Points};
+use crate::mpm::points::{Cold as PointCold, Hot as PointHot, Point, Points};
+use crate::mpm::shape::DRIFT_MAX;
 use crate::rve::{RveRow, Scratches};
 
 /// What a world is made of, before it has blocks.
@@ -164,11 +165,35 @@ impl<'t, S: Space> World<'t, S> {
         };
         world.locate_vertices()?;
         world.replace_all(parts.grains, parts.points, parts.rves)?;
+        // In blocks of another size than those of its state a point may be far from the block of its home.
+        if world.has_strayed_points() {
+            world.rebuild()?;
+        }
         // Rows of the start all come from rank 0, which is no migration, nor is it a part of the run.
         world.load_balance.rows_sent = 0;
         world.load_balance.deals = 0;
         world.phases = Phases::default();
         Ok(world)
+    }
+
+    /// Whether a point is farther out of its block than steps let it come. Collective.
+    fn has_strayed_points(&self) -> bool {
+        let outside = |(block, range): (usize, &Range<usize>)| {
+            let frame = &self.continuum.frames[block];
+            let of = |hot: &PointHot<S>| {
+                let away = |axis: usize| {
+                    let ([lower, upper], at) =
+                        (frame.inside[axis], (hot.position[axis] - frame.corner[axis]) / frame.cell);
+                    (lower - at).max(at - upper)
+                };
+                (0..S::DIMENSION).map(away).fold(f64::NEG_INFINITY, f64::max)
+            };
+            self.continuum.points.hot[range.clone()].iter().map(of).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let here = self.subdomain.point_ranges.iter().enumerate().map(outside).fold(f64::NEG_INFINITY, f64::max);
+        let mut most = [here];
+        self.transport.max(&mut most);
+        most[0] > DRIFT_MAX
     }
 
     /// Takes other rows in place of all that there are (every row on one rank), and deals the blocks anew.

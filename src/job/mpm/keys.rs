@@ -100,8 +100,8 @@ impl Mpm {
 
     pub(in crate::job) fn keys_of_decomposition(&mut self, form: &mut dyn Form) {
         let about = "the edge of a block in cells";
-        let cells =
-            count("cells_per_block", about, (2, 64), "8").follows("8 in the plane, 4 in space, or what fits periods");
+        let cells = count("cells_per_block", about, (2, 64), "8")
+            .follows("8 in the plane, 4 in space, the least there may be with RVEs, or what fits periods");
         size(form, &mut self.cells_per_block, cells);
         let mut blank = form.describes().then(Granular::blank);
         if let Some(grains) = self.grains.as_deref_mut().or(blank.as_mut()) {

@@ -21,7 +21,7 @@ use crate::job::raw::{Reader, Typed};
 use crate::job::stable::governing;
 use crate::law::material::ConstitutiveLaw;
 use crate::mpm::nonlocal::Nonlocal;
-use crate::mpm::scheme::{Scheme, ShapeFunction};
+use crate::mpm::scheme::Scheme;
 use crate::mpm::shape::margins;
 
 /// Steps of the continuum between two looks of the oracle.
@@ -91,7 +91,7 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     job.oracle = oracle(typed, &job)?;
     job.cells_per_block = 0;
     job.keys_of_decomposition(&mut cut);
-    job.cells_per_block = cells_per_block(&cut, job.cells_per_block, &job.grid, job.scheme.shape)?;
+    job.cells_per_block = cells_per_block(&cut, job.cells_per_block, &job)?;
     typed.stop_if_wrong()?;
     if let Some((granular, _)) = job.rves() {
         let stress = figures::pressures_at_start(&job).last().copied().unwrap_or_default();
@@ -423,10 +423,16 @@ fn oracle(typed: &Typed, job: &Mpm) -> Result<Option<Watch>, Error> {
 
 /// As large as wanted, as long as blocks fill every periodic axis; larger where none of those does.
 /// `typed` is 0 where the job does not say.
-fn cells_per_block(table: &Reader<'_>, typed: usize, grid: &Grid, shape: ShapeFunction) -> Result<usize, Error> {
+fn cells_per_block(table: &Reader<'_>, typed: usize, job: &Mpm) -> Result<usize, Error> {
+    let (grid, shape) = (&job.grid, job.scheme.shape);
     let least = margins(shape).into_iter().fold(0, usize::max);
     let fits = |count: usize| (0..3).all(|axis| !grid.periodic[axis] || grid.cells[axis].is_multiple_of(count));
-    let wanted = if grid.dimension == 2 { BLOCK_OF_PLANE } else { BLOCK_OF_SOLID };
+    let wanted = match (job.rves(), grid.dimension) {
+        // What points cost is in their grains and differs from one to another: small blocks are dealt evenly.
+        (Some(_), _) => least,
+        (None, 2) => BLOCK_OF_PLANE,
+        (None, _) => BLOCK_OF_SOLID,
+    };
     let best = (least..=wanted).rev().chain(wanted + 1..=BLOCK_OF_PLANE).find(|count| fits(*count));
     let advice = match best {
         Some(best) => format!("Write {best}."),
