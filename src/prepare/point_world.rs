@@ -113,6 +113,12 @@ pub(crate) fn cell<S: Space>(layout: &Layout) -> Cell<S> {
     Cell::cuboid(corner, lengths, layout.periodic)
 }
 
+/// The same in the cell of this layout: a grid's does not deform, and one of blocks of another size is another.
+pub(crate) fn laid_out<S: Space>(mut parts: Parts<S>, layout: &Layout) -> Parts<S> {
+    (parts.cell, parts.home.cell) = (cell(layout), cell(layout));
+    parts
+}
+
 pub(crate) fn bodies<S: Space>(job: &Mpm) -> Vec<Body<S>> {
     let made = |rigid: &mpm::RigidBody| {
         let mut body = body_of::<S>(&rigid.body);

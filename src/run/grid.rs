@@ -118,12 +118,14 @@ impl<S: Space> Setup for Points<'_, S> {
         transport: &'t dyn Transport,
     ) -> Result<World<'t, S>, Error> {
         let rves = self.job.rves().map(|of_grains| rves::material(of_grains, &parts.packings));
+        let layout = point_world::layout::<S>(self.job)?;
         let settings = Settings {
             rves,
             nonlocal: self.job.nonlocal,
             ..point_world::settings(self.job, self.law.clone(), Setup::law(self))
         };
-        World::new(settings, point_world::layout::<S>(self.job)?, transport, progress.step, parts)
+        let parts = point_world::laid_out(parts, &layout);
+        World::new(settings, layout, transport, progress.step, parts)
     }
 }
 
@@ -325,6 +327,7 @@ impl<S: Space> Setup for Grains<'_, S> {
         let (job, granular) = (self.job, self.granular);
         let settings = point_world::settings(job, self.law.clone(), law_of(&granular.piece.contact));
         let layout = point_world::layout::<S>(job)?;
+        let parts = point_world::laid_out(parts, &layout);
         let mut world = World::new(settings, layout, transport, progress.step, parts)?;
         world.assembly.walls.laws = specimen::laws_of_bodies(job, granular);
         Ok(world)

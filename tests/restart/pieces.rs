@@ -8,8 +8,10 @@ use scree::base::ids::{GrainId, PointId};
 use scree::base::space::Plane;
 use scree::domain::transfer::{self, PIECE_ROWS};
 use scree::law::contact::Memory;
+use scree::run::start::{self, Continuation};
 use scree::store::checkpoint::{self, Progress, Snapshot, Target};
 
+use crate::runs::{done, elastic, options, parse};
 use crate::worlds::PlanarPoint;
 use scree_io::{digest, store};
 use scree_partition::transport::threads;
@@ -146,4 +148,19 @@ fn a_failure_at_any_piece_is_the_outcome_of_all_ranks() {
             assert!(matches!(&outcome, Err(Error::Run(words)) if *words == format!("piece {last} is refused")));
         }
     }
+}
+
+/// A branch in blocks of another size than those of its state, where a point may be far from the block of its home.
+#[test]
+fn a_branch_goes_on_in_blocks_of_another_size() {
+    let rest = "[[region]]\nshape = \"box\"\nlower = [0.2, 0.4]\nupper = [0.6, 0.8]\nvelocity = [2, 0.1]\n[time]\nend = \"0.3 s\"\n[decomposition]\ncells_per_block = 16\n[output]\nframe_interval = \"0.05 s\"\n";
+    let grid = "space = \"plane\"\nupper = [1.6, 1.2]\ncell = 0.1";
+    let text = elastic("strays", grid, "shape = \"generalised\"\ntransfer = \"affine\"", [1e5, 0.3], rest);
+    let folder = tempfile::tempdir().unwrap();
+    let (trunk, branch) = (folder.path().join("trunk"), folder.path().join("branch"));
+    done(start::start(&parse(&text), &options(&trunk), &Solo));
+    let sets = ["decomposition.cells_per_block=2", "time.end=0.35"].map(String::from);
+    let continuation = Continuation { sets: &sets, branch: Some(&branch) };
+    done(start::resume(&trunk, continuation, &options(&branch), &Solo));
+    assert!(checkpoint::state_at(&branch, Some(0.35)).is_ok());
 }
