@@ -7,7 +7,6 @@ use scree::dem::assembly::Constants;
 use scree::dem::cell::Cell;
 use scree::dem::grains::{GrainRow, Hot, Mover};
 use scree::dem::law::law_of;
-use scree::domain::grid::Grid;
 use scree::domain::layout::{Ground, Layout};
 use scree::domain::rebuild::Parts;
 use scree::domain::world::{Settings, World};
@@ -15,7 +14,6 @@ use scree::law::contact::{
     Adhesion, Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce,
     RollingResistance, Sliding, TangentialForce,
 };
-use scree::mpm::stress::no_material;
 use scree::prepare::grain_world;
 use scree_partition::{Solo, Transport};
 
@@ -151,15 +149,7 @@ impl<S: Space> Few<S> {
     /// No grains yet, in an open cube of `edge` m about the origin.
     pub fn new(contact: impl Into<Contact>, dt: f64, edge: f64) -> Self {
         let cell = Cell::cuboid(vector::<S>([-0.5 * edge; 3]), vector::<S>([edge; 3]), [false; 3]);
-        let settings = Settings {
-            grains: Constants::new(dt, 0.02 * edge, law_of(&contact.into())),
-            grain_steps: 1,
-            grid: Grid::blend(0.0),
-            loads: Vec::new(),
-            material: no_material(),
-            rves: None,
-            nonlocal: None,
-        };
+        let settings = Settings::of_grains(Constants::new(dt, 0.02 * edge, law_of(&contact.into())));
         Self { grains: Vec::new(), bodies: Vec::new(), cell, settings }
     }
 

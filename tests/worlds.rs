@@ -59,13 +59,9 @@ pub fn grain(id: u64, position: [f64; 2], radius: f64, mass: f64) -> Grain {
 
 pub fn settings(dt: f64, contact: LinearSpringDashpot) -> Settings<Plane> {
     Settings {
-        grains: Constants::new(dt, 2e-4, law_of(&contact.into())),
-        grain_steps: 1,
         grid: Grid::blend(0.95),
-        loads: Vec::new(),
         material: Arc::new(material()),
-        rves: None,
-        nonlocal: None,
+        ..Settings::of_grains(Constants::new(dt, 2e-4, law_of(&contact.into())))
     }
 }
 

@@ -42,11 +42,6 @@ const PLANE: usize = 4;
 const SOLID: usize = 9;
 
 impl<S: Space> Neighbourhood<S> {
-    /// Points around a point, itself included, on the mean.
-    pub fn neighbours_mean(&self) -> f64 {
-        self.weights.neighbours_mean()
-    }
-
     /// Gives copies what their originals have.
     fn renew(&mut self, transport: &dyn scree_partition::Transport) {
         match S::DIMENSION {

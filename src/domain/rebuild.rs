@@ -3,7 +3,6 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::Arc;
 use std::time::Instant;
 
 use scree_partition::{ExactSums, Halo, ParcelError, Reader, Transport, Writer, cut};
@@ -32,7 +31,7 @@ use crate::mpm::continuum::Continuum;
 use crate::mpm::membrane::Membranes;
 use crate::mpm::points::{Cold as PointCold, Hot as PointHot, Point, Points};
 use crate::mpm::shape::DRIFT_MAX;
-use crate::rve::{RveRow, Scratches};
+use crate::rve::{Packings, RveRow, Scratches};
 
 /// What a world is made of, before it has blocks.
 pub struct Parts<S: Space> {
@@ -40,7 +39,7 @@ pub struct Parts<S: Space> {
     pub points: Vec<Point<S>>,
     /// Of points whose material is grains, and on every rank radii and masses of the grains of their packings.
     pub rves: Vec<RveRow<S>>,
-    pub packings: Vec<Arc<[[f64; 2]]>>,
+    pub packings: Packings,
     pub bodies: Vec<Body<S>>,
     pub membranes: Membranes<S>,
     pub cell: Cell<S>,

@@ -54,16 +54,15 @@ impl<S: Space> Cargo for RveRow<S> {
     }
 }
 
-/// RVEs that leave their rank with points, and those that come to it.
-pub(crate) struct Leaving<S: Space> {
-    to_ranks: Vec<Vec<RveRow<S>>>,
-}
-
 impl<S: Space> World<'_, S> {
     /// What leaves with points that do, these in the order of ranks, and of `fresh` ones what stays as well.
-    pub(crate) fn rves_leaving(&self, points: &[Vec<Point<S>>], fresh: Vec<RveRow<S>>) -> Result<Leaving<S>, Error> {
+    pub(crate) fn rves_leaving(
+        &self,
+        points: &[Vec<Point<S>>],
+        fresh: Vec<RveRow<S>>,
+    ) -> Result<Vec<Vec<RveRow<S>>>, Error> {
         if self.settings.rves.is_none() {
-            return Ok(Leaving { to_ranks: Vec::new() });
+            return Ok(Vec::new());
         }
         let here: BTreeMap<PointId, usize> =
             self.continuum.points.cold.iter().enumerate().map(|(row, cold)| (cold.id, row)).collect();
@@ -75,18 +74,17 @@ impl<S: Space> World<'_, S> {
             }),
         };
         let row_of = |points: &Vec<Point<S>>| points.iter().map(|point| of(point.cold.id)).collect();
-        Ok(Leaving { to_ranks: points.iter().map(row_of).collect::<Result<_, Error>>()? })
+        points.iter().map(row_of).collect()
     }
 
     /// Puts RVEs in the order of their points, `moved`; those that have arrived wake. Collective.
     pub(crate) fn settle_rves(
         &mut self,
         number: u64,
-        leaving: Leaving<S>,
+        mut leaving: Vec<Vec<RveRow<S>>>,
         moved: &Moved<Point<S>>,
     ) -> Result<(), Error> {
         let Some(material) = &self.settings.rves else { return Ok(()) };
-        let mut leaving = leaving.to_ranks;
         // What stays on its rank is not packed.
         let mut come = std::mem::take(&mut leaving[self.transport.rank()]);
         come.extend(transfer::exchange(self.transport, number, leaving)?.into_iter().flatten());

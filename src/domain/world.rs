@@ -27,7 +27,7 @@ use crate::mpm::continuum::Continuum;
 use crate::mpm::load::Load;
 use crate::mpm::nonlocal::Nonlocal;
 use crate::mpm::shape::DRIFT_MAX;
-use crate::mpm::stress::SharedMaterial;
+use crate::mpm::stress::{SharedMaterial, no_material};
 use crate::rve::{GrainMaterial, PointRve, Scratches};
 
 /// Constants of a world that no step changes.
@@ -44,6 +44,21 @@ pub struct Settings<S: Space> {
     pub rves: Option<GrainMaterial<S>>,
     /// How their strain is averaged, where it is.
     pub nonlocal: Option<Nonlocal>,
+}
+
+impl<S: Space> Settings<S> {
+    /// Of grains alone.
+    pub fn of_grains(grains: Constants<S>) -> Self {
+        Self {
+            grains,
+            grain_steps: 1,
+            grid: Grid::blend(0.0),
+            loads: Vec::new(),
+            material: no_material(),
+            rves: None,
+            nonlocal: None,
+        }
+    }
 }
 
 /// The world as this rank holds it.

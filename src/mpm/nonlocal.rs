@@ -141,11 +141,6 @@ impl Weights {
     fn around(&self, point: usize) -> impl Iterator<Item = &(Row, f64, f64)> {
         self.neighbours[self.firsts[point]..self.firsts[point + 1]].iter()
     }
-
-    /// Points around one, itself included, on the mean.
-    pub fn neighbours_mean(&self) -> f64 {
-        self.neighbours.len() as f64 / self.sums.len().max(1) as f64
-    }
 }
 
 /// Points sorted into boxes a little wider than the radius, so that rounding puts no neighbour two boxes away.

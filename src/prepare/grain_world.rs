@@ -16,7 +16,6 @@ use crate::dem::grains::{GrainRow, Grains, Mover};
 use crate::dem::law::law_of;
 use crate::dem::motion::Field;
 use crate::dem::sample::Sample;
-use crate::domain::grid::Grid;
 use crate::domain::layout::{Ground, Layout};
 use crate::domain::rebuild::Parts;
 use crate::domain::transfer;
@@ -24,7 +23,6 @@ use crate::domain::world::{Settings, World};
 use crate::job::assembly::{Assembly, BodyServo, Packed, Preparation, Read, Shape, Source, Velocities};
 use crate::job::figures;
 use crate::mpm::membrane::Membranes;
-use crate::mpm::stress::no_material;
 use crate::prepare::grain_file;
 use crate::rve::Rve;
 use crate::store::checkpoint::Drawn;
@@ -124,7 +122,7 @@ pub fn world_at<'t, S: Space>(
     step: u64,
     parts: Parts<S>,
 ) -> Result<GrainWorld<'t, S>, Error> {
-    World::new(settings_of(constants(job)), layout::<S>(job)?, transport, step, parts)
+    World::new(Settings::of_grains(constants(job)), layout::<S>(job)?, transport, step, parts)
 }
 
 /// The cell as drawn.
@@ -208,20 +206,7 @@ fn constants_in<S: Space>(job: &Assembly, drive: CellDrive<S>) -> Constants<S> {
 
 /// Settings of a world of this job whose cell is driven otherwise, and whose grains start from velocities of time zero.
 pub fn settings_in<S: Space>(job: &Assembly, drive: CellDrive<S>) -> Settings<S> {
-    settings_of(constants_in(job, drive))
-}
-
-/// Of grains alone.
-fn settings_of<S: Space>(grains: Constants<S>) -> Settings<S> {
-    Settings {
-        grains,
-        grain_steps: 1,
-        grid: Grid::blend(0.0),
-        loads: Vec::new(),
-        material: no_material(),
-        rves: None,
-        nonlocal: None,
-    }
+    Settings::of_grains(constants_in(job, drive))
 }
 
 /// What the space's measure is multiplied with to give m3.

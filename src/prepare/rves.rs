@@ -20,7 +20,7 @@ use crate::mpm::stress::SharedMaterial;
 use crate::prepare::grain_world;
 use crate::prepare::insert::random_of;
 use crate::rve::levels::{Path, levels};
-use crate::rve::{GrainMaterial, Rve, RveRow, Scratch, Template};
+use crate::rve::{GrainMaterial, Packings, Rve, RveRow, Scratch, Template};
 
 /// How far the k0 of the job and that of its RVEs may be apart before it is worth a word.
 const K0_OFF: f64 = 0.1;
@@ -34,9 +34,6 @@ pub struct Levels<S: Space> {
     /// By packing and pressure.
     rves: Vec<Vec<Rve<S>>>,
 }
-
-/// Radii and masses of the grains of every packing, by their ids.
-pub type Packings = Vec<Arc<[[f64; 2]]>>;
 
 impl<S: Space> Levels<S> {
     /// Packings from the cache, or made now and cached, and the path of each through all stresses; the same on every rank. Collective.

@@ -135,18 +135,14 @@ fn tell_rve_events<S: Space>(core: &mut Core<S>) -> Result<(), Error> {
     let step = core.world.step;
     core.on_root(|outputs| {
         for RveEvent { point, place, events } in events {
-            let mut tell = |event: &str, more: serde_json::Value| {
+            let counts = [
+                ("rve_loosened", u32::from(events.loosened)),
+                ("rve_returned", u32::from(events.returned)),
+                ("rve_replicated", events.replicated),
+            ];
+            for (event, times) in counts.into_iter().filter(|(_, times)| *times > 0) {
                 let place = &place[..S::DIMENSION];
-                outputs.log(event, step, serde_json::json!({ "point": point.0, "place": place, "times": more }))
-            };
-            if events.loosened {
-                tell("rve_loosened", serde_json::json!(1))?;
-            }
-            if events.returned {
-                tell("rve_returned", serde_json::json!(1))?;
-            }
-            if events.replicated > 0 {
-                tell("rve_replicated", serde_json::json!(events.replicated))?;
+                outputs.log(event, step, serde_json::json!({ "point": point.0, "place": place, "times": times }))?;
             }
         }
         Ok(())

@@ -11,6 +11,9 @@ use crate::rve::drive::Drive;
 use crate::rve::rest::{Resting, Template};
 use crate::rve::volume_element::{Rve, State};
 
+/// Radius, m, and mass, kg, of the grains of every packing, by their ids.
+pub type Packings = Vec<Arc<[[f64; 2]]>>;
+
 /// Grains as the material of points.
 #[derive(Clone, Debug)]
 pub struct GrainMaterial<S: Space> {
@@ -21,7 +24,7 @@ pub struct GrainMaterial<S: Space> {
 
 impl<S: Space> GrainMaterial<S> {
     /// Radii, m, and masses, kg, of the grains of its packings.
-    pub fn packings(&self) -> Vec<Arc<[[f64; 2]]>> {
+    pub fn packings(&self) -> Packings {
         self.templates.iter().map(|template| template.grains.clone()).collect()
     }
 }

@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use scree_io::column::{State, Table};
 use scree_io::digest;
@@ -31,7 +30,7 @@ use crate::mpm::membrane::{Membranes, Vertex};
 use crate::mpm::points::Point;
 use crate::mpm::stress::MemoryColumns;
 use crate::mpm::track::{Instants, LOOKS};
-use crate::rve::{GrainMaterial, RveRow};
+use crate::rve::{GrainMaterial, Packings, RveRow};
 use crate::store::{soundness, tables};
 
 /// What a run remembers beside grains, points, bodies and cell; the same on every rank.
@@ -131,7 +130,7 @@ pub struct Snapshot<S: Space> {
     /// Of membranes, all of them.
     pub vertices: Vec<Vertex<S>>,
     /// Where the material is grains, those of its packings.
-    pub packings: Vec<Arc<[[f64; 2]]>>,
+    pub packings: Packings,
 }
 
 impl<S: Space> Snapshot<S> {

@@ -17,7 +17,7 @@ use crate::mpm::points::{MEMORY, PLASTIC_WORK, Point, VOLUMETRIC};
 use crate::mpm::stress::MemoryColumns;
 use crate::mpm::volumetric::Volumetric;
 use crate::rve::rows::{packed, parted};
-use crate::rve::{Resting, RveRow};
+use crate::rve::{Packings, Resting, RveRow};
 
 /// Whether a contact stands in the table with grain `id`: with the lower of two ids, and a body's is
 /// above all grains'.
@@ -152,7 +152,7 @@ fn rows_of(packings: &[Arc<[[f64; 2]]>]) -> Vec<PackedGrain> {
     (0..).zip(packings).flat_map(of).collect()
 }
 
-fn packings_of(rows: &[PackedGrain]) -> Vec<Arc<[[f64; 2]]>> {
+fn packings_of(rows: &[PackedGrain]) -> Packings {
     let together = rows.chunk_by(|a, b| a.packing == b.packing);
     together.map(|grains| grains.iter().map(|grain| [grain.radius, grain.mass]).collect()).collect()
 }
@@ -162,12 +162,12 @@ pub fn of_packings(packings: &[Arc<[[f64; 2]]>]) -> Table {
     to_table(RVE_PACKINGS, &mut rows_of(packings), &mut PackedGrain::default())
 }
 
-pub fn to_packings(state: &mut State) -> Result<Vec<Arc<[[f64; 2]]>>, Error> {
+pub fn to_packings(state: &mut State) -> Result<Packings, Error> {
     take(state, RVE_PACKINGS, &PackedGrain::default()).map(|rows| packings_of(&rows))
 }
 
 /// Those of rank 0, on every rank.
-pub fn everywhere(packings: Vec<Arc<[[f64; 2]]>>, transport: &dyn Transport) -> Result<Vec<Arc<[[f64; 2]]>>, Error> {
+pub fn everywhere(packings: Packings, transport: &dyn Transport) -> Result<Packings, Error> {
     Ok(packings_of(&transfer::broadcast(transport, rows_of(&packings))?))
 }
 

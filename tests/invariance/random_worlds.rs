@@ -124,18 +124,14 @@ impl Plan {
             normal_force: NormalForce::TENSILE,
         };
         Settings {
-            grains: Constants::new(STEP, 0.15, law_of(&contact.into())),
-            grain_steps: 1,
             grid: Grid { shape: self.shape, update: self.update, transfer: self.transfer, ..Grid::blend(0.9) },
-            loads: Vec::new(),
             material: std::sync::Arc::new(CriticalDruckerPrager {
                 bulk_modulus: 1e4,
                 shear_modulus: 5e3,
                 cohesion: 50.0,
                 ..material()
             }),
-            rves: None,
-            nonlocal: None,
+            ..Settings::of_grains(Constants::new(STEP, 0.15, law_of(&contact.into())))
         }
     }
 

@@ -233,13 +233,9 @@ impl Setup for DiscsAndFluid {
         transport: &'t dyn Transport,
     ) -> Result<World<'t, Plane>, Error> {
         let settings = Settings {
-            grains: Constants::new(STEP, 0.1 * RADIUS, self.law()),
-            grain_steps: 1,
             grid: Grid::blend(1.0),
-            loads: Vec::new(),
             material: self.material(),
-            rves: None,
-            nonlocal: None,
+            ..Settings::of_grains(Constants::new(STEP, 0.1 * RADIUS, self.law()))
         };
         World::new(settings, Self::layout()?, transport, progress.step, parts)
     }

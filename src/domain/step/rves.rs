@@ -68,7 +68,6 @@ impl<S: Space> World<'_, S> {
         if self.settings.rves.is_none() {
             return Ok(());
         }
-        self.refuse_inside_out()?;
         let targets = self.targets_of_rves()?;
         let told = self.follow_to(targets);
         let told = self.first_failure(told)?;
@@ -129,6 +128,7 @@ impl<S: Space> World<'_, S> {
         let Some(nonlocal) = self.settings.nonlocal else {
             return Ok(self.continuum.points.hot.iter().map(|hot| hot.deformation).collect());
         };
+        self.refuse_inside_out()?;
         if nonlocal.places == Places::Current {
             self.find_neighbourhood()?;
         }

@@ -12,7 +12,6 @@ use crate::dem::drive::CellDrive;
 use crate::dem::grains::{GrainRow, Mover};
 use crate::dem::law::law_of;
 use crate::dem::motion::{Damping, DampingForm};
-use crate::domain::grid::Grid;
 use crate::domain::layout::{Ground, Layout};
 use crate::domain::rebuild::Parts;
 use crate::domain::world::Settings;
@@ -20,7 +19,6 @@ use crate::law::contact::{
     Adhesion, Contact, ElasticRolling, HertzMindlin, LinearCohesive, LinearSpringDashpot, NormalForce,
     RollingResistance, Sliding, TangentialForce,
 };
-use crate::mpm::stress::no_material;
 
 const DENSITY: f64 = 2650.0;
 const DEPTH: f64 = 0.01;
@@ -58,15 +56,7 @@ fn world<S: Space>(
     grains: Vec<GrainRow<S>>,
     bodies: Vec<Body<S>>,
 ) -> World<'_, S> {
-    let settings = Settings {
-        grains: Constants::new(dt, 2e-4, law_of(&law.into())),
-        grain_steps: 1,
-        grid: Grid::blend(0.0),
-        loads: Vec::new(),
-        material: no_material(),
-        rves: None,
-        nonlocal: None,
-    };
+    let settings = Settings::of_grains(Constants::new(dt, 2e-4, law_of(&law.into())));
     let mut cells = [1; 3];
     (0..S::DIMENSION).for_each(|axis| cells[axis] = 2 * ((lengths[axis] / 3e-3) as usize).max(1));
     let ground = Ground::open(cells, 2, 1.5e-3, [0.0; 3], periodic);
