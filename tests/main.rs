@@ -81,6 +81,9 @@ mod samples;
 /// A contact law, a material law and a method are added in one file of a test, by what the library makes public.
 #[path = "physics/seams.rs"]
 mod seams;
+/// Loads on the surface of the material: in balance with its own stress wherever in a cell that is, and all there.
+#[path = "physics/surface_loads.rs"]
+mod surface_loads;
 /// Two grains: the damped oscillator's closed form, linear and angular momentum, and LAMMPS' record of two collisions.
 #[path = "physics/two_grains.rs"]
 mod two_grains;

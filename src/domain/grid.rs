@@ -147,7 +147,8 @@ impl<S: Space> World<'_, S> {
         // All ranks have all membranes.
         let of_membranes = if self.transport.rank() == 0 { &self.continuum.membranes.brought[..] } else { &[] };
         let of_membranes = of_membranes.iter().map(|brought| &brought.force);
-        for push in self.continuum.points.loaded.iter().map(|(_, push)| push).chain(of_membranes) {
+        let on_surface = self.continuum.tiles.surface.forces.iter().filter(|force| **force != S::Vector::zero());
+        for push in self.continuum.points.loaded.iter().map(|(_, push)| push).chain(of_membranes).chain(on_surface) {
             for axis in 0..S::DIMENSION {
                 self.reactions.sums.add(LOADS + axis, push[axis] * dt);
             }

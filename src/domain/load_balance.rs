@@ -241,7 +241,7 @@ impl<S: Space> World<'_, S> {
             pair_cost: costs[Kind::RvePair as usize],
             words: self.words(),
             passes: usize::from(has_grid) * self.passes(),
-            faces: self.exchanges_of_faces(),
+            beside: self.exchanges_beside(),
             // Whether to rebuild, what bodies bear, and which faces are met.
             reductions: 1 + usize::from(!self.bodies.is_empty()) + usize::from(self.meets_faces()) * self.passes(),
             rebuilds: self.rebuilds as f64 / steps.max(1) as f64,

@@ -45,9 +45,9 @@ pub struct LoadMap {
     pub words: [usize; 3],
     /// Times that points go to the grid and back in a step.
     pub passes: usize,
-    /// Exchanges of nodes with faces of bodies in a step, beside these, and the numbers per row of all of them.
+    /// Exchanges of nodes with faces of bodies and with loads on the surface in a step, beside these, and the numbers per row of all of them.
     #[serde(default)]
-    pub faces: [usize; 2],
+    pub beside: [usize; 2],
     /// Reductions over all ranks in a step.
     pub reductions: usize,
     /// Rebuilds in a step, and their time per row, s.
@@ -268,11 +268,11 @@ fn sent(domain: &Domain, owners: &[u32], rank: usize, range: &std::ops::Range<us
         }
     }
     let [grains, gathered, advanced] = map.words.map(|words| 8 * words as u64);
-    let (passes, [exchanges, at_faces]) = (map.passes as u64, map.faces.map(|number| number as u64));
+    let (passes, [exchanges, beside]) = (map.passes as u64, map.beside.map(|number| number as u64));
     // What a tile brings to a neighbour's nodes comes back as those nodes, row for row.
     Traffic {
         messages: count(&mut grain_peers) + (2 * passes + exchanges) * count(&mut node_peers),
-        bytes: grain_rows * grains + node_rows * (passes * (gathered + advanced) + 8 * at_faces),
+        bytes: grain_rows * grains + node_rows * (passes * (gathered + advanced) + 8 * beside),
     }
 }
 

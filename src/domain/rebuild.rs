@@ -311,6 +311,7 @@ impl<'t, S: Space> World<'t, S> {
         self.settle_grains(fresh)?;
         self.check_counts()?;
         self.mark_coupled();
+        self.mark_surface();
         Ok(())
     }
 

@@ -119,10 +119,11 @@ pub fn lower(root: &mut Node, kind: Kind) {
 }
 
 /// Keys whose default is not what programs did that had no such key, and that.
-const LATER: [(Kind, &str, &str, Earlier); 4] = [
+const LATER: [(Kind, &str, &str, Earlier); 5] = [
     (Kind::Mpm, "scheme", "volume_averaging", Earlier::Flag(false)),
     (Kind::Shear, "scheme", "volume_averaging", Earlier::Flag(false)),
     (Kind::Mpm, "body", "contact_at", Earlier::Text("nodes")),
+    (Kind::Mpm, "load", "acts_at", Earlier::Text("points")),
     (Kind::Shear, "continuum", "contact_at", Earlier::Text("nodes")),
 ];
 

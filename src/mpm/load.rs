@@ -1,6 +1,26 @@
-//! Loads on the surface of the material, borne by the points behind it.
+//! Loads on the surface of the material: what each of its points bears. Where that acts is for the load to say, at the point or on the
+//! surface ([`crate::mpm::surface`]).
 
 use crate::base::space::{Linear, Space};
+
+/// Loads that a job may have: a point knows its own by the bits of a word, and by those behind them the sides on which the material ends
+/// with it.
+pub const LOADS_MAX: usize = 58;
+
+/// The bit of a point of the surface on a side.
+pub fn of_side(axis: usize, upper: bool) -> u64 {
+    1 << (LOADS_MAX + 2 * axis + usize::from(upper))
+}
+
+/// The loads that a word tells of.
+pub fn loads_in(word: u64) -> impl Iterator<Item = usize> {
+    let mut left = word & ((1 << LOADS_MAX) - 1);
+    std::iter::from_fn(move || {
+        let next = (left != 0).then(|| left.trailing_zeros() as usize)?;
+        left &= left - 1;
+        Some(next)
+    })
+}
 
 /// What each of its points bears.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -10,6 +30,8 @@ pub struct Load<S: Space> {
     pub kind: Kind<S>,
     /// It rises linearly from zero over this time, s.
     pub ramp: f64,
+    /// Whether it acts on the surface, or at the points.
+    pub on_surface: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,19 +43,26 @@ pub enum Kind<S: Space> {
 }
 
 impl<S: Space> Load<S> {
+    /// The axis across which it acts.
+    pub fn axis(&self) -> usize {
+        (0..S::DIMENSION).find(|axis| self.area[*axis] != 0.0).expect("a load has an area")
+    }
+
     /// Force on a point with deformation gradient `deformation` at `time`, N. The area turns and grows with the surface:
     /// `n a = J F^-T N A` (Nanson).
     pub fn on(&self, deformation: &S::Tensor, time: f64) -> S::Vector {
         let share = if time < self.ramp { time / self.ramp } else { 1.0 };
         match self.kind {
             Kind::Traction(traction) => traction * (share * self.area.norm()),
-            Kind::Pressure(pressure) => {
-                let inverse = S::inverse(deformation).unwrap_or_else(S::identity);
-                let area = S::transpose(&inverse) * self.area * S::determinant(deformation);
-                area * (-share * pressure)
-            }
+            Kind::Pressure(pressure) => area_now::<S>(deformation, &self.area) * (-share * pressure),
         }
     }
+}
+
+/// `n a = J F^-T N A` (Nanson), m2.
+pub fn area_now<S: Space>(deformation: &S::Tensor, area: &S::Vector) -> S::Vector {
+    let inverse = S::inverse(deformation).unwrap_or_else(S::identity);
+    S::transpose(&inverse) * *area * S::determinant(deformation)
 }
 
 #[cfg(test)]
@@ -46,7 +75,7 @@ mod tests {
 
     #[test]
     fn pressure_follows_the_surface_and_traction_does_not() {
-        let load = |kind| Load::<Plane> { area: Vector::new(0.0, 2.0), kind, ramp: 4.0 };
+        let load = |kind| Load::<Plane> { area: Vector::new(0.0, 2.0), kind, ramp: 4.0, on_surface: false };
         // A quarter turn with the surface stretched to three times its length.
         let turned = Tensor::new(0.0, -1.0, 3.0, 0.0);
         let pressed = load(Kind::Pressure(5.0)).on(&turned, 9.0);

@@ -1,7 +1,8 @@
 //! The continuum engine: explicit material point method.
 //!
 //! One step is scatter (points to tiles), sum of tiles, [`nodes::step`], spread of tiles, gather (tiles to points), in the
-//! order that the job's [`scheme::Scheme`] says. Where bodies meet points at their own face, [`faces`] come between sum and nodes. Which nodes another rank sums is not known here: [`tile::Tiles`] has rows for
+//! order that the job's [`scheme::Scheme`] says. Where bodies meet points at their own face, [`faces`] come between sum and nodes; loads on
+//! the [`surface`] are there before them. Which nodes another rank sums is not known here: [`tile::Tiles`] has rows for
 //! them.
 
 pub mod continuum;
@@ -22,5 +23,6 @@ pub mod scheme;
 pub mod shape;
 pub mod share;
 pub mod stress;
+pub mod surface;
 pub mod tile;
 pub mod volumetric;

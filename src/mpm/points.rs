@@ -7,6 +7,7 @@ use crate::base::rows::Moved;
 use crate::base::space::{Linear, Space, Words};
 use crate::base::symmetric::Symmetric;
 use crate::dem::cell::{Image, visit_image};
+use crate::mpm::load::loads_in;
 use crate::mpm::track::{Track, Window};
 use crate::mpm::volumetric::Volumetric;
 use crate::numbers;
@@ -84,7 +85,7 @@ pub struct Cold<S: Space> {
     pub origin: S::Vector,
     /// Periods crossed since then.
     pub image: Image,
-    /// Loads that it bears: bit n is the job's n-th.
+    /// Loads that it bears: bit n is the job's n-th; behind them the sides on which the material ends with it ([`crate::mpm::load`]).
     pub loads: u64,
 }
 
@@ -124,7 +125,7 @@ pub struct Points<S: Space> {
     pub volumetric: Vec<Volumetric>,
     /// One for every row, or none at all where nothing is remembered: as much memory as the rest.
     pub pasts: Vec<Past<S>>,
-    /// Rows that bear a load, with the weighted force on each, N; of the step, not of the state.
+    /// Rows that bear a load, with the force of those that act at points, N; of the step, not of the state.
     pub loaded: Vec<(Row, S::Vector)>,
     /// Whether what the points bring to nodes lies on their tiles as they are now, by the tier of the tile. Whoever changes
     /// [`Self::hot`] between steps says here that it does not.
@@ -205,7 +206,8 @@ impl<S: Space> Points<S> {
     }
 
     fn find_loaded(&mut self) {
-        let bears = |(row, cold): (usize, &Cold<S>)| (cold.loads != 0).then_some((row as Row, S::Vector::zero()));
+        let bears =
+            |(row, cold): (usize, &Cold<S>)| loads_in(cold.loads).next().map(|_| (row as Row, S::Vector::zero()));
         self.loaded = self.cold.iter().enumerate().filter_map(bears).collect();
     }
 }

@@ -10,6 +10,7 @@ use crate::base::space::{Linear, Space};
 use crate::base::zeroed::Zeroed;
 use crate::mpm::face_rows::FaceRows;
 use crate::mpm::share::{Along, Share};
+use crate::mpm::surface::SurfaceRows;
 use crate::mpm::volumetric::VolumetricNode;
 use crate::numbers;
 
@@ -378,6 +379,8 @@ pub struct Tiles<S: Space> {
     pub shared: Vec<bool>,
     /// Of bodies that meet points at their own face.
     pub faces: FaceRows<S>,
+    /// Of loads on the surface.
+    pub surface: SurfaceRows<S>,
 }
 
 impl<S: Space> Default for Tiles<S> {
@@ -394,6 +397,7 @@ impl<S: Space> Default for Tiles<S> {
             strides: Vec::new(),
             shared: Vec::new(),
             faces: FaceRows::default(),
+            surface: SurfaceRows::default(),
         }
     }
 }
@@ -415,6 +419,7 @@ impl<S: Space> Tiles<S> {
             strides: vec![Stride::zero(); of_grains(mosaic.owned.len())],
             shared: vec![false; of_grains(mosaic.tiles)],
             faces: FaceRows::default(),
+            surface: SurfaceRows::default(),
         }
     }
 

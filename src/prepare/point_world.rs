@@ -18,7 +18,7 @@ use crate::domain::rebuild::Parts;
 use crate::domain::world::{Settings, World};
 use crate::job::Method;
 use crate::job::mpm::{self, BodyContact, InitialStress, LoadKind, Mpm, Path};
-use crate::mpm::load::{Kind, Load};
+use crate::mpm::load::{Kind, LOADS_MAX, Load, of_side};
 use crate::mpm::membrane::{self, Membrane, Membranes, Vertex};
 use crate::mpm::points::Point;
 use crate::mpm::scheme::Transfer;
@@ -174,7 +174,7 @@ fn load_of<S: Space>(job: &Mpm, load: &mpm::Load) -> Load<S> {
         LoadKind::Traction(traction) => Kind::Traction(vector::<S>(&traction)),
         LoadKind::Pressure(pressure) => Kind::Pressure(pressure),
     };
-    Load { area, kind, ramp: load.ramp }
+    Load { area, kind, ramp: load.ramp, on_surface: load.on_surface }
 }
 
 /// What the membranes of a job are made of.
@@ -230,7 +230,10 @@ pub(crate) fn points<S: Space>(job: &Mpm, law: &SharedMaterial<S>, transport: &d
     let places = job.places();
     let volume = job.point_volume();
     let mass = volume * job.material.density;
-    assert!(job.loads.len() <= mpm::LOADS_MAX, "a checked job has no more loads than a word has bits");
+    assert!(job.loads.len() <= LOADS_MAX, "a checked job has no more loads than a word has bits");
+    let mut axes: Vec<usize> = job.loads.iter().filter(|load| load.on_surface).map(|load| load.face.axis).collect();
+    axes.sort_unstable();
+    axes.dedup();
     let mut points = Vec::new();
     let layers = (0..places[2]).flat_map(|z| (0..places[1]).map(move |y| [y, z]));
     for (number, [y, z]) in layers.enumerate() {
@@ -251,6 +254,11 @@ pub(crate) fn points<S: Space>(job: &Mpm, law: &SharedMaterial<S>, transport: &d
             point.hot.stress = S::Symmetric::of(&law.stress(&point.hot.memory));
             for (load, _) in job.loads.iter().enumerate().filter(|(_, load)| job.bears(load, index)) {
                 point.cold.loads |= 1 << load;
+            }
+            for face in axes.iter().flat_map(|axis| [false, true].map(|upper| mpm::Face { axis: *axis, upper })) {
+                if !job.has_point_beyond(index, face) {
+                    point.cold.loads |= of_side(face.axis, face.upper);
+                }
             }
             points.push(point);
         }

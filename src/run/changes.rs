@@ -9,6 +9,8 @@ const FREE_TABLE: &str = "output.";
 const BOUND: [&str; 2] = ["output.contact_frames", "output.energy_balance"];
 /// Keys that the packing in a run's folder was made by, and how it lies: it goes along with every branch.
 const KEPT: [&str; 2] = ["packing.height", "enrichment.reference"];
+/// And the end of those whose points know from the start.
+const KEPT_END: &str = ".acts_at";
 
 /// A key that two jobs do not share.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,7 +31,7 @@ impl Change {
 
     /// Whether not even a branch may have it.
     pub fn is_kept(&self) -> bool {
-        KEPT.contains(&self.key.as_str())
+        KEPT.contains(&self.key.as_str()) || self.key.ends_with(KEPT_END)
     }
 
     /// Whether it asks for the paths of points, which a state with grains in it has kept only if its zone has been to grow.
@@ -102,6 +104,8 @@ mod tests {
         assert!(between(old, old).is_empty());
         let kept = between("[packing]\nheight = 0.1\n", "[packing]\nheight = 0.2\nstress = 1.0\n");
         assert_eq!(kept.iter().map(Change::is_kept).collect::<Vec<bool>>(), [true, false]);
+        let loads = between("[[load]]\nacts_at = \"points\"\n", "[[load]]\nacts_at = \"surface\"\n");
+        assert!(loads[0].is_kept(), "{loads:?}");
         let lives = between("[zone]\ngrows = false\n", "[zone]\ngrows = true\ndissolves = true\n");
         assert_eq!(lives.iter().map(Change::asks_for_paths).collect::<Vec<bool>>(), [false, true]);
     }

@@ -2,7 +2,7 @@
 //! becomes there.
 
 use crate::base::error::Error;
-use crate::base::space::Space;
+use crate::base::space::{Linear, Space};
 use crate::base::symmetric::Symmetric;
 use crate::rve::drive::Drive;
 use crate::rve::step::Scratch;
@@ -11,7 +11,7 @@ use crate::rve::volume_element::Rve;
 /// How an assembly is brought to a stress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Path {
-    /// All axes alike; the stress is the mean one.
+    /// All axes alike, and in the end a little along each and across them, until the stress is the same along all.
     Isotropic,
     /// Along one axis, the others kept (K0); the stress is that along it.
     Uniaxial { axis: usize },
@@ -25,6 +25,54 @@ const SHARE: f64 = 0.8;
 const TOLERANCE: f64 = 1e-3;
 /// Increments in which a level must be reached: strains of a fifth.
 const INCREMENTS_MAX: u64 = 20_000;
+/// Increments by which what is not isotropic is evened out, at most: loose grains rearrange for ever.
+const EVENING_MAX: u64 = 400;
+
+/// An assembly on its way.
+struct Walk<'a, S: Space> {
+    rve: Rve<S>,
+    deformation: S::Tensor,
+    /// Cauchy, compression positive, Pa.
+    stress: S::Tensor,
+    drive: &'a Drive,
+    scratch: &'a mut Scratch<S>,
+}
+
+impl<S: Space> Walk<'_, S> {
+    /// A strain more, compression positive.
+    fn strain(&mut self, more: &S::Tensor) -> Result<(), Error> {
+        self.deformation = (S::identity() - *more) * self.deformation;
+        let kirchhoff = self.rve.follow(&self.deformation, f64::NAN, self.drive, self.scratch)?.kirchhoff;
+        self.stress = kirchhoff.tensor() * (-1.0 / S::determinant(&self.deformation));
+        Ok(())
+    }
+
+    /// Along the path, Pa.
+    fn borne(&self, path: Path) -> f64 {
+        match path {
+            Path::Isotropic => S::trace(&self.stress) / S::DIMENSION as f64,
+            Path::Uniaxial { axis } => self.stress[axis * (S::DIMENSION + 1)],
+        }
+    }
+
+    /// Until no component of the stress is farther than the tolerance from that of a pressure.
+    fn even_out(&mut self, pressure: f64, modulus: f64) -> Result<(), Error> {
+        for _ in 0..EVENING_MAX {
+            let missing = S::identity() * pressure - self.stress;
+            let mut more = missing * (SHARE / modulus);
+            let mut worst = 0.0_f64;
+            for component in 0..S::Tensor::COMPONENTS {
+                worst = worst.max(missing[component].abs());
+                more[component] = more[component].clamp(-INCREMENT, INCREMENT);
+            }
+            if worst <= TOLERANCE * pressure {
+                break;
+            }
+            self.strain(&more)?;
+        }
+        Ok(())
+    }
+}
 
 /// One assembly for each of these stresses, Pa, ascending and none below that of the start; F = I in each.
 pub fn levels<S: Space>(
@@ -34,51 +82,46 @@ pub fn levels<S: Space>(
     drive: &Drive,
     scratch: &mut Scratch<S>,
 ) -> Result<Vec<Rve<S>>, Error> {
-    let mut rve = start.clone();
-    let borne = |rve: &mut Rve<S>, deformation: &S::Tensor, scratch: &mut Scratch<S>| -> Result<f64, Error> {
-        let kirchhoff = rve.follow(deformation, f64::NAN, drive, scratch)?.kirchhoff;
-        let stress = kirchhoff.tensor() * (-1.0 / S::determinant(deformation));
-        Ok(match path {
-            Path::Isotropic => S::trace(&stress) / S::DIMENSION as f64,
-            Path::Uniaxial { axis } => stress[axis * S::DIMENSION + axis],
-        })
-    };
     // Stiffer than it can be along any path, so that the first increment goes too far for none.
     let bound = S::DIMENSION as f64 * start.observe(scratch).modulus_most();
-    let (mut strain, mut stiffness) = (0.0, Some(bound).filter(|bound| *bound > 0.0));
-    let mut deformation = S::identity();
-    let mut stress = borne(&mut rve, &deformation, scratch)?;
+    let mut stiffness = Some(bound).filter(|bound| *bound > 0.0);
+    let mut walk = Walk { rve: start.clone(), deformation: S::identity(), stress: S::Tensor::zero(), drive, scratch };
+    walk.strain(&S::Tensor::zero())?;
     let mut reached = Vec::with_capacity(stresses.len());
     for wanted in stresses {
         let mut increments = 0;
-        while stress < (1.0 - TOLERANCE) * wanted {
-            let by_stiffness = stiffness.map_or(INCREMENT, |stiffness| SHARE * (wanted - stress) / stiffness);
+        while walk.borne(path) < (1.0 - TOLERANCE) * wanted {
+            let before = walk.borne(path);
+            let by_stiffness = stiffness.map_or(INCREMENT, |stiffness| SHARE * (wanted - before) / stiffness);
             let increment = by_stiffness.clamp(0.01 * INCREMENT, INCREMENT);
-            strain += increment;
-            deformation = compressed::<S>(path, strain);
-            let before = std::mem::replace(&mut stress, borne(&mut rve, &deformation, scratch)?);
+            walk.strain(&compression::<S>(path, increment))?;
+            let stress = walk.borne(path);
             // One that rearranges may bear less for a moment.
             stiffness = Some((stress - before) / increment).filter(|stiffness| *stiffness > 0.0).or(stiffness);
             increments += 1;
             if increments > INCREMENTS_MAX {
                 return Err(Error::Run(format!(
-                    "a grain assembly bears {stress:.4e} Pa after a compression by {strain:.3}, and {wanted:.4e} Pa are wanted of it: its contacts are too soft, or its packing too loose"
+                    "a grain assembly bears {stress:.4e} Pa after a compression to {:.4} of its volume, and {wanted:.4e} Pa are wanted of it: its contacts are too soft, or its packing too loose",
+                    S::determinant(&walk.deformation)
                 )));
             }
         }
-        let mut level = rve.clone();
+        if path == Path::Isotropic && bound > 0.0 {
+            walk.even_out(*wanted, bound)?;
+        }
+        let mut level = walk.rve.clone();
         level.begin_here();
         reached.push(level);
     }
     Ok(reached)
 }
 
-fn compressed<S: Space>(path: Path, strain: f64) -> S::Tensor {
-    let mut deformation = S::identity();
+fn compression<S: Space>(path: Path, strain: f64) -> S::Tensor {
+    let mut more = S::Tensor::zero();
     for along in 0..S::DIMENSION {
         if path == Path::Isotropic || path == (Path::Uniaxial { axis: along }) {
-            deformation[along * S::DIMENSION + along] = 1.0 - strain;
+            more[along * (S::DIMENSION + 1)] = strain;
         }
     }
-    deformation
+    more
 }

@@ -665,10 +665,10 @@ fn more_loads_than_a_point_can_tell_apart() {
         let load = "\n[[load]]\nface = \"y_upper\"\nkind = \"pressure\"\npressure = \"1 kPa\"\n";
         GOOD.0.to_string() + &load.repeat(more)
     };
-    Job::parse(&with(63), "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+    Job::parse(&with(57), "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
     refused_text(
-        &with(64),
+        &with(58),
         &[],
-        "job.toml:403: [[load]] is one of 65, and at most 64 are allowed. Join loads that are alike in one window, or remove some.",
+        "job.toml:373: [[load]] is one of 59, and at most 58 are allowed. Join loads that are alike in one window, or remove some.",
     );
 }

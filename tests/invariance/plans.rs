@@ -78,7 +78,7 @@ fn uniform() -> LoadMap {
         pair_cost: 0.0,
         words: [5, 0, 0],
         passes: 0,
-        faces: [0; 2],
+        beside: [0; 2],
         reductions: 1,
         rebuilds: 0.0,
         rebuild_cost: 0.0,

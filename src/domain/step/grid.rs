@@ -16,6 +16,7 @@ use crate::domain::subdomain::Subdomain;
 use crate::domain::world::{GRAIN_WORDS_PLANE, GRAIN_WORDS_SOLID, World};
 use crate::mpm::continuum::Continuum;
 use crate::mpm::gather::{Block, Taken, Taking, correct_grains};
+use crate::mpm::load::loads_in;
 use crate::mpm::nodes::{self, Stepped};
 use crate::mpm::points::Points;
 use crate::mpm::scatter::{Scattered, scatter_grains, scatter_loads, scatter_points};
@@ -130,24 +131,21 @@ impl<S: Space> World<'_, S> {
         self.push_membranes();
         self.scatter_points(Tier::Border);
         self.sum_tiles(|world| world.scatter_points(Tier::Inner));
+        self.fill_loads();
         self.fill_faces();
     }
 
-    /// What loads are on their points now. One that grains share its place with bears all of it: they bear none.
+    /// What loads that act at points are on them now. One that grains share its place with bears all of it: they bear none.
     fn push_loaded(&mut self) {
+        if !self.has_loads_at_points() {
+            return;
+        }
         let time = self.time() + 0.5 * self.dt_of_continuum();
         let (points, loads) = (&mut self.continuum.points, &self.settings.loads);
         for (row, push) in &mut points.loaded {
-            let (hot, mut borne) = (&points.hot[*row as usize], points.cold[*row as usize].loads);
-            if borne == 0 {
-                // What someone else put on it.
-                continue;
-            }
-            *push = S::Vector::zero();
-            while borne != 0 {
-                *push += loads[borne.trailing_zeros() as usize].on(&hot.deformation, time);
-                borne &= borne - 1;
-            }
+            let (deformation, word) = (&points.hot[*row as usize].deformation, points.cold[*row as usize].loads);
+            let borne = loads_in(word).map(|load| &loads[load]).filter(|load| !load.on_surface);
+            *push = borne.fold(S::Vector::zero(), |sum, load| sum + load.on(deformation, time));
         }
     }
 
@@ -184,7 +182,7 @@ impl<S: Space> World<'_, S> {
 
     fn scatter_loads(&mut self, tier: Tier) {
         let Points { hot, loaded, .. } = &mut self.continuum.points;
-        if loaded.is_empty() {
+        if loaded.is_empty() || self.settings.loads.iter().all(|load| load.on_surface) {
             return;
         }
         let shape = self.settings.grid.shape;

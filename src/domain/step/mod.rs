@@ -5,5 +5,6 @@ pub mod cycle;
 pub mod faces;
 pub mod full_step;
 pub mod grid;
+pub mod loads;
 pub mod membranes;
 pub mod rves;

@@ -393,6 +393,7 @@ impl Load {
         upper: [f64::NAN; 3],
         kind: LoadKind::Pressure(0.0),
         ramp: 0.0,
+        on_surface: true,
     };
 
     pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
@@ -413,6 +414,9 @@ impl Load {
         });
         let about = "the time over which it rises from zero";
         form.number(&mut self.ramp, number("ramp", about, TIME, NOT_NEGATIVE, "\"0.1 s\"").or("0.0"));
+        let about = "where it acts: on the surface, wherever in a cell that is, or at the points behind it";
+        let key = text("acts_at", about, "\"points\"").follows("surface; points in a hybrid");
+        choose(form, &mut self.on_surface, "place of a load", key, &[("points", false), ("surface", true)]);
     }
 }
 

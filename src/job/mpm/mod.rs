@@ -20,9 +20,6 @@ mod rves;
 pub use granular::{Granular, KnownBands, Origin};
 pub use rves::Rves;
 
-/// Loads that a job may have: a point knows its own by the bits of a word.
-pub const LOADS_MAX: usize = u64::BITS as usize;
-
 /// The checked job of a continuum.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mpm {
@@ -199,6 +196,8 @@ pub struct Load {
     pub kind: LoadKind,
     /// It rises linearly from zero over this time, s.
     pub ramp: f64,
+    /// Whether it acts on the surface, wherever in a cell that is, or at the points behind it.
+    pub on_surface: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -565,7 +564,7 @@ impl Mpm {
     }
 
     /// Whether there is a point one spacing beyond that of an index, across the periods.
-    fn has_point_beyond(&self, mut index: [usize; 3], face: Face) -> bool {
+    pub fn has_point_beyond(&self, mut index: [usize; 3], face: Face) -> bool {
         let (axis, count) = (face.axis, self.places()[face.axis]);
         let at_end = index[axis] == if face.upper { count - 1 } else { 0 };
         if at_end && !self.grid.periodic[axis] {

@@ -14,12 +14,13 @@ use crate::job::derived::FRACTION_DENSE;
 use crate::job::figures::moduli_affine;
 use crate::job::mpm::forecast::fraction_of_packing;
 use crate::job::mpm::{
-    Boundary, Face, Followed, Gravity, Grid, InitialStress, LOADS_MAX, Load, Mpm, Region, RegionShape, Watch, figures,
+    Boundary, Face, Followed, Gravity, Grid, InitialStress, Load, Mpm, Region, RegionShape, Watch, figures,
     polygon_area,
 };
 use crate::job::raw::{Reader, Typed};
 use crate::job::stable::governing;
 use crate::law::material::ConstitutiveLaw;
+use crate::mpm::load::LOADS_MAX;
 use crate::mpm::nonlocal::Nonlocal;
 use crate::mpm::scheme::Scheme;
 use crate::mpm::shape::margins;
@@ -266,6 +267,7 @@ fn check_lists(job: &mut Mpm, top: &Reader<'_>, typed: &Typed) -> Result<(), Err
     typed.check(check_membranes(&mut job.membranes, top, &job.grid));
     check_bodies(job.bodies.iter_mut().map(|body| &mut body.body), top, &domain);
     typed.check(super::mpm_checks::check_faces(job, top));
+    typed.check(super::mpm_checks::check_places_of_loads(job, top));
     for (number, table) in top.list("follow").iter().enumerate() {
         let Followed { name, place } = &job.follow[number];
         typed.check(body::check_name_of_columns(table, name));

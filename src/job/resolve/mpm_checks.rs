@@ -6,6 +6,7 @@ use super::refuse_unstable;
 use crate::base::digits::{digits, significant};
 use crate::base::error::Error;
 use crate::base::keys::Form;
+use crate::job::Method;
 use crate::job::assembly::Shape;
 use crate::job::mpm::{InitialStress, LoadKind, Mpm, RigidBody, figures};
 use crate::job::raw::{Reader, Typed};
@@ -236,6 +237,21 @@ pub(super) fn check_faces(job: &mut Mpm, top: &Reader<'_>) -> Result<(), Error> 
             continue;
         };
         return Err(table.refusal("contact_at", why));
+    }
+    Ok(())
+}
+
+/// Loads act on the surface; in a hybrid, whose points stop where grains are, at points.
+pub(super) fn check_places_of_loads(job: &mut Mpm, top: &Reader<'_>) -> Result<(), Error> {
+    let is_hybrid = job.grains.as_ref().is_some_and(|grains| grains.method == Method::Hybrid);
+    for (load, table) in job.loads.iter_mut().zip(&top.list("load")).filter(|(load, _)| load.on_surface && is_hybrid) {
+        if table.has("acts_at") {
+            return Err(table.refusal(
+                "acts_at",
+                "is not possible in a hybrid, whose points stop where grains are. Write acts_at = \"points\".",
+            ));
+        }
+        load.on_surface = false;
     }
     Ok(())
 }

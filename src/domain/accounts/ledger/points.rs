@@ -23,7 +23,7 @@
 //! X = m_c V - (P_c + f dt + m_c g dt)      V: velocity of points and grains together before anything holds the node
 //! ```
 //!
-//! with the powers: loads: push.v at their points, and force.v of membranes at their vertices, which are no part of the account
+//! with the powers: loads: push.v at their points, force.v at nodes of those on the surface, and force.v of membranes at their vertices, which are no part of the account
 //! but for their mass; grains: X.v/dt, which with what these take ([`super`], nodes) is lost where the two are made one; bodies: force.V, the velocity of the body there; ramp: what bears the share of
 //! gravity that is not there yet, for the potential is that in the whole field; holds: force.(V - v), by which friction, dashpots
 //! and sudden stops take energy at faces and bodies. Gravity itself closes exactly. What is `lost` is the scheme's doing, and
@@ -353,6 +353,11 @@ impl<S: Space> World<'_, S> {
         let (mass, dt, gravity) = (sum.mass(), self.dt_of_continuum(), self.gravity_now());
         let velocities = [sum.momentum() * (1.0 / mass), advanced.velocity()];
         works.add(Item::Nodes, &((velocities[AHEAD] - velocities[BEHIND]) * mass), &velocities);
+        if let Some(force) =
+            self.continuum.tiles.surface.forces.get(number).filter(|force| **force != S::Vector::zero())
+        {
+            works.add(Item::Loads, &(*force * dt), &velocities);
+        }
         let missing = gravity - self.settings.grains.field.gravity;
         if missing != S::Vector::zero() {
             works.add(Item::Ramp, &(missing * (mass * dt)), &velocities);
@@ -419,6 +424,9 @@ impl<S: Space> World<'_, S> {
 
     fn works_of_loads(&self) -> Works {
         let mut works = Works::default();
+        if !self.has_loads_at_points() {
+            return works;
+        }
         let (len, shape) = (self.subdomain.nodes.mosaic.nodes_per_tile, self.settings.grid.shape);
         let mut loaded = self.continuum.points.loaded.iter().peekable();
         for (block, range) in self.subdomain.point_ranges.iter().enumerate() {

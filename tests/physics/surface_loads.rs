@@ -1,0 +1,97 @@
+//! Loads on the surface of the material, wherever in a cell that is.
+
+use crate::runs::{Ran, list, schemes};
+
+/// A block with nothing around it, from `lower` to `upper` along every axis in cells of 0.1 m.
+fn block(dimension: usize, scheme: &str, [lower, upper]: [f64; 2], loads: &str) -> String {
+    format!(
+        r#"
+        name = "block"
+        [grid]
+        space = "{}"
+        upper = {}
+        cell = 0.1
+        [scheme]
+        {scheme}
+        [material]
+        law = "hencky"
+        density = 1000
+        young_modulus = 1e5
+        poisson_ratio = 0.3
+        [[region]]
+        shape = "box"
+        lower = {}
+        upper = {}
+        {loads}
+        [time]
+        step = 1e-3
+        end = 0.05
+        "#,
+        if dimension == 2 { "plane" } else { "solid" },
+        list(dimension, [1.0; 3]),
+        list(dimension, [lower; 3]),
+        list(dimension, [upper; 3]),
+    )
+}
+
+/// A pressure of 1 kPa on all sides, and material that has its stress.
+fn on_all_sides(dimension: usize, at: &str) -> String {
+    let faces = ["x_lower", "x_upper", "y_lower", "y_upper", "z_lower", "z_upper"];
+    let load =
+        |face: &str| format!("[[load]]\nface = \"{face}\"\nkind = \"pressure\"\npressure = 1000\nacts_at = \"{at}\"\n");
+    let stress = "[stress]\nkind = \"isotropic\"\npressure = 1000\n";
+    faces[..2 * dimension].iter().map(|face| load(face)).chain([stress.to_string()]).collect()
+}
+
+/// The largest departure of any point's stress from -1 kPa, over 1 kPa, and of its velocity, m/s.
+fn departure(ran: &Ran, dimension: usize) -> [f64; 2] {
+    let mut most = [0.0f64; 2];
+    for stress in ran.points("stress") {
+        for (at, component) in stress.iter().enumerate() {
+            let wanted = if at < dimension { -1000.0 } else { 0.0 };
+            most[0] = most[0].max((component - wanted).abs() / 1000.0);
+        }
+    }
+    let speeds = ran.points("velocity").into_iter().flatten();
+    most[1] = speeds.fold(0.0, |most, component| most.max(component.abs()));
+    most
+}
+
+/// A pressure all around holds material that has its stress at rest, under every scheme and wherever in a cell its sides are; loads at
+/// points do not.
+#[test]
+fn a_pressure_holds_its_own_stress() {
+    // Of whole cells, within cells, of a single cell, and of a single row of points.
+    for sides in [[0.3, 0.7], [0.35, 0.75], [0.35, 0.6], [0.4, 0.5], [0.35, 0.45], [0.45, 0.5]] {
+        for dimension in [2, 3] {
+            if dimension == 3 && sides != [0.35, 0.45] {
+                continue;
+            }
+            for scheme in schemes() {
+                let ran = Ran::of(&block(dimension, &scheme, sides, &on_all_sides(dimension, "surface")));
+                let [stress, velocity] = departure(&ran, dimension);
+                assert!(
+                    stress < 1e-12 && velocity < 1e-13,
+                    "{dimension}D {sides:?} {scheme}: {stress:.1e} {velocity:.1e}"
+                );
+            }
+        }
+    }
+    let at_points = Ran::of(&block(2, "shape = \"quadratic\"", [0.35, 0.75], &on_all_sides(2, "points")));
+    assert!(departure(&at_points, 2)[0] > 0.05);
+}
+
+/// A load that ends within a side is all there, and so is one on a side of which a corner is under another load.
+#[test]
+fn a_load_is_neither_more_nor_less_than_its_area() {
+    let more = "[[load]]\nface = \"y_upper\"\nkind = \"traction\"\ntraction = [300, -500]\nlower = [0.5, 0]\nacts_at = \"surface\"\n[output]\nseries_interval = 1e-3\n[[load]]\nface = \"x_upper\"\nkind = \"traction\"\ntraction = [200, 0]\nacts_at = \"surface\"\n";
+    for scheme in schemes() {
+        let ran = Ran::of(&block(2, &scheme, [0.35, 0.75], more));
+        let (times, x, y) = (ran.series("time"), ran.series("momentum_x"), ran.series("momentum_y"));
+        let first = times.iter().position(|time| *time > 0.0).unwrap();
+        // Depth 0.01 m; of 0.4 m a length of 0.25 m is loaded.
+        let [along, down] = [300.0 * 0.25 + 200.0 * 0.4, -500.0 * 0.25].map(|force| force * 0.01 * times[first]);
+        let [x, y] = [x[first] / along, y[first] / down];
+        assert!((x - 1.0).abs() < 1e-12 && (y - 1.0).abs() < 1e-12, "{scheme}: {x} {y} at {}", times[first]);
+    }
+}
