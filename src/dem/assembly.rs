@@ -107,6 +107,19 @@ impl<S: Space> Assembly<S> {
         }
     }
 
+    /// Gives up what only a rebuild reads, where all grains are free and stand in the order of their ids, from none on, as their pairs
+    /// do; [`Self::restore_cold`] tells it again.
+    pub fn drop_cold(&mut self) {
+        self.grains.drop_cold();
+        self.contacts.neighbours.drop_terms();
+    }
+
+    /// The reverse.
+    pub fn restore_cold(&mut self) {
+        self.grains.restore_cold();
+        self.contacts.neighbours.restore_terms(&self.grains);
+    }
+
     /// An owned row with the memories of its contacts.
     pub fn whole_row(&self, row: usize) -> GrainRow<S> {
         let Grains { hot, cold, springs, .. } = &self.grains;

@@ -117,7 +117,10 @@ impl<S: Space> Contacts<S> {
         self.neighbours.build(grains, cell, margin);
         (self.words, self.row) = (law.memory_words(), law.row_words());
         self.memory = vec![0.0; self.neighbours.pairs.len() * self.words];
-        self.lay_forces();
+        match self.neighbours.in_order {
+            true => self.fit_rooms(),
+            false => self.lay_forces(),
+        }
         for row in 0..grains.owned {
             // Both run in the order of partner ids: memories are moved along, not searched for.
             let mut memories = carried(row).peekable();
@@ -211,7 +214,7 @@ impl<S: Space> Contacts<S> {
 
     /// Forces of a pair, of the last evaluation; they must have been kept.
     fn row_of(&self, pair: usize) -> &[f64] {
-        debug_assert!(self.keeps);
+        debug_assert!(self.keeps || self.neighbours.in_order);
         let within = self.neighbours.within();
         match pair < within {
             true => row_of::<S>(self.inner.numbers(), pair, self.row),
@@ -252,6 +255,25 @@ impl<S: Space> Contacts<S> {
         let memory = &mut self.memory[pairs.start * self.words..pairs.end * self.words];
         let forces = &mut self.outer.numbers_mut()[(pairs.start - within) * self.row..(pairs.end - within) * self.row];
         pair_pass(law, &pass, &self.neighbours.pairs[pairs], memory, forces);
+    }
+
+    /// All pairs of a list in order, on this thread, and what they give to grains. Memories advance by the first of these times, s.
+    pub fn pass_in_order(&mut self, law: &dyn Law<S>, grains: &mut Grains<S>, [advance, dt]: [f64; 2]) {
+        let Grains { hot, force, torque, .. } = grains;
+        let pass = Pass { hot, first: 0, shifts: Some(&self.shifts), advance, dt, instructions: self.instructions };
+        let Neighbours { pairs, .. } = &self.neighbours;
+        let forces = &mut self.outer.numbers_mut()[..pairs.len() * self.row];
+        law.evaluate(&pass, pairs, &mut self.memory, forces);
+        force.fill(S::Vector::zero());
+        torque.fill(S::Spin::zero());
+        for (index, pair) in self.neighbours.pairs_in_order().iter().enumerate() {
+            let given = row_of::<S>(forces, index, self.row);
+            for (row, is_b) in [(pair.a as usize, false), (pair.b() as usize, true)] {
+                let (pushed, turned) = side_of_row::<S>(given, is_b);
+                force[row] += pushed;
+                torque[row] += turned;
+            }
+        }
     }
 
     /// The pairs of every segment, and what follows for its grains: those that need no copies, or the others. Pairs that

@@ -63,6 +63,13 @@ pub struct Neighbours {
     /// Terms of row i are `terms[starts[i]..starts[i + 1]]`.
     pub starts: Vec<u32>,
     pub terms: Vec<Term>,
+    /// Whether all pairs are one part, in the order of the ids of both of their grains; rows stand in that order too and are all owned.
+    /// Who adds the forces of pairs up in this order adds for each grain in that of its terms, and needs none of these.
+    pub in_order: bool,
+    /// Of such a list the pairs without the copies that fill it up, and those that segments of the same rows would list with theirs,
+    /// which a step has always been said to cost.
+    pub listed: usize,
+    pub counted: usize,
 }
 
 /// Rows of a segment: what its pairs, forces and grains take fits a second-level cache. A constant, so that nothing
@@ -190,6 +197,11 @@ impl Neighbours {
         if !grains.cold.is_empty() {
             let radius_max = grains.hot.iter().map(|hot| hot.radius).fold(0.0, f64::max);
             let bins = Bins::new(grains, cell, 2.0 * radius_max + margin);
+            if self.in_order {
+                self.list_in_order(|row, listed| list_row(grains, cell, &bins, margin, row, listed), grains.owned);
+                self.list_terms(grains);
+                return;
+            }
             for segment in 0..segments {
                 for row in segment * SEGMENT..((segment + 1) * SEGMENT).min(grains.owned) {
                     list_row(grains, cell, &bins, margin, row, &mut listed);
@@ -211,6 +223,53 @@ impl Neighbours {
         self.pairs.extend(listed.border);
         self.pairs.shrink_to_fit();
         self.list_terms(grains);
+    }
+
+    /// Lists pairs in the order of ids; `list` lists those of a row with higher ones.
+    fn list_in_order(&mut self, list: impl Fn(usize, &mut Listed), rows: usize) {
+        let mut listed = Listed::default();
+        self.pairs.clear();
+        (self.listed, self.counted) = (0, 0);
+        let mut apart = 0;
+        for segment in 0..rows.div_ceil(SEGMENT) {
+            let mut together = 0;
+            for row in segment * SEGMENT..((segment + 1) * SEGMENT).min(rows) {
+                let start = self.pairs.len();
+                list(row, &mut listed);
+                together += listed.within.len();
+                apart += listed.across.len();
+                self.pairs.append(&mut listed.within);
+                self.pairs.append(&mut listed.across);
+                self.pairs[start..].sort_unstable_by_key(|pair| pair.b());
+            }
+            self.counted += usize::next_multiple_of(together, LANES);
+        }
+        debug_assert!(listed.border.is_empty() && self.pairs.is_sorted_by_key(|pair| [pair.a, pair.b()]));
+        self.counted += usize::next_multiple_of(apart, LANES);
+        self.listed = self.pairs.len();
+        fill(&mut self.pairs);
+        self.border = self.pairs.len();
+        self.pairs.shrink_to_fit();
+    }
+
+    /// Gives up what a list in order needs at rebuilds alone; [`Self::restore_terms`] tells it again.
+    pub fn drop_terms(&mut self) {
+        debug_assert!(self.in_order);
+        (self.starts, self.terms, self.on_border) = (Vec::new(), Vec::new(), Vec::new());
+    }
+
+    /// The reverse.
+    pub fn restore_terms<S: Space>(&mut self, grains: &Grains<S>) {
+        if self.starts.is_empty() {
+            self.list_terms(grains);
+        }
+    }
+
+    /// The pairs of a list in order, each once.
+    #[inline(always)]
+    pub fn pairs_in_order(&self) -> &[Pair] {
+        debug_assert!(self.in_order);
+        &self.pairs[..self.listed]
     }
 
     /// Pairs within segments.

@@ -14,10 +14,9 @@ use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space};
 use crate::dem::cell::Cell;
 use crate::dem::contacts::Rooms;
-use crate::dem::grains::Hot;
+use crate::dem::grains::{Grains, Hot};
 use crate::dem::motion::{Field, damped};
 use crate::dem::sample::Sample;
-use crate::dem::segments::{Finish, Resting, Segments};
 
 /// What a thread lends to the assembly that it steps: forces, which nothing remembers.
 #[derive(Clone, Debug)]
@@ -47,7 +46,7 @@ impl<S: Space> Scratch<S> {
     /// And what only a rebuild reads is given up.
     pub(super) fn take_back(&mut self, sample: &mut Sample<S>) {
         self.swap(sample);
-        sample.assembly.grains.drop_cold();
+        sample.assembly.drop_cold();
     }
 
     fn swap(&mut self, sample: &mut Sample<S>) {
@@ -89,15 +88,10 @@ struct Glide<'a, S: Space, const DAMPS: bool, const DRIFTS: bool> {
     strain: S::Tensor,
 }
 
-impl<S: Space, const DAMPS: bool, const DRIFTS: bool> Finish<S> for Glide<'_, S, DAMPS, DRIFTS> {
+impl<S: Space, const DAMPS: bool, const DRIFTS: bool> Glide<'_, S, DAMPS, DRIFTS> {
+    /// The square of the way from home against the mean field, m2.
     #[inline(always)]
-    fn finish(
-        &self,
-        row: usize,
-        hot: &mut Hot<S>,
-        (force, torque): (&S::Vector, &S::Spin),
-        resting: &Resting<S>,
-    ) -> f64 {
+    fn finish(&self, hot: &mut Hot<S>, home: &S::Vector, (force, torque): (&S::Vector, &S::Spin)) -> f64 {
         let mut linear = *force * (1.0 / hot.mass);
         let mut angular = *torque * (1.0 / S::grain_inertia(hot.mass, hot.radius));
         if DAMPS {
@@ -110,7 +104,7 @@ impl<S: Space, const DAMPS: bool, const DRIFTS: bool> Finish<S> for Glide<'_, S,
         }
         hot.position += hot.velocity * self.dt;
         let corner = self.cell.corner;
-        let moved = hot.position - corner - self.strain * (resting.homes[row] - corner);
+        let moved = hot.position - corner - self.strain * (*home - corner);
         moved.dot(&moved)
     }
 }
@@ -132,7 +126,7 @@ pub fn along<S: Space>(sample: &mut Sample<S>, edges: &S::Tensor, count: u64) ->
         // What is not a number is not below one.
         let closed = closed(sample);
         if closed >= 1.0 || closed.is_nan() {
-            sample.assembly.grains.restore_cold();
+            sample.assembly.restore_cold();
             sample.rebuild(closed)?;
         }
         match number == count {
@@ -192,15 +186,19 @@ fn pass<S: Space, const DAMPS: bool, const DRIFTS: bool>(sample: &mut Sample<S>)
     let Sample { assembly, constants, step, .. } = sample;
     let before = assembly.cell;
     assembly.contacts.settle_images(&before);
-    assembly.contacts.keep_forces(!DRIFTS);
+    assembly.contacts.pass_in_order(constants.law(), &mut assembly.grains, constants.contact_times(*step));
     if DRIFTS {
         assembly.cell.go_on(constants.dt);
     }
     let strain = assembly.cell_home.deformation_to(&assembly.cell);
     let glide = Glide::<S, DAMPS, DRIFTS> { field: &constants.field, cell: &before, dt: constants.dt, strain };
-    let passed = assembly.evaluate_pairs(constants, *step, Segments::Inner, &glide);
+    let Grains { hot, homes, force, torque, .. } = &mut assembly.grains;
+    let mut farthest = 0.0;
+    for ((hot, home), given) in hot.iter_mut().zip(homes.iter()).zip(force.iter().zip(torque.iter())) {
+        farthest = larger(farthest, glide.finish(hot, home, given));
+    }
     if DRIFTS {
-        assembly.moved = passed.farthest.sqrt();
+        assembly.moved = farthest.sqrt();
     }
 }
 

@@ -334,7 +334,7 @@ fn replicated_it_bears_the_same() {
         follow(&mut rve, &identity);
         for axis in 0..S::DIMENSION {
             let mut sample = rve.sample().clone();
-            sample.assembly.grains.restore_cold();
+            sample.assembly.restore_cold();
             let volume = sample.assembly.cell.volume();
             let before = sample.contact_moment() * (1.0 / volume);
             scree::rve::renew::double(&mut sample, axis).unwrap();
