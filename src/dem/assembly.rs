@@ -145,6 +145,7 @@ impl<S: Space> Assembly<S> {
         which: Segments,
         finish: &impl Finish<S>,
     ) -> Passed {
+        debug_assert!(!self.contacts.neighbours.in_order, "a list in order has a pass of its own");
         let (law, times) = (of.law(), of.contact_times(step));
         self.contacts.pair_pass(law, &self.grains, which, times);
         self.contacts.segment_pass(law, &mut self.grains, which, times, finish)

@@ -64,11 +64,12 @@ impl Lines {
     }
 }
 
-/// Room for the forces of pairs, which a pass fills and nothing remembers: what is stepped now and then need not keep its own.
+/// Room for the forces of pairs and the images of now, which a pass fills and nothing remembers: what is stepped now and then need not keep its own.
 #[derive(Clone, Debug, Default)]
-pub struct Rooms {
+pub struct Rooms<S: Space> {
     outer: Lines,
     inner: Lines,
+    shifts: Shifts<S>,
 }
 
 impl<S: Space> Contacts<S> {
@@ -158,7 +159,8 @@ impl<S: Space> Contacts<S> {
     }
 
     /// Takes these rooms for its own, and gives its own for them.
-    pub fn swap_rooms(&mut self, rooms: &mut Rooms) {
+    pub fn swap_rooms(&mut self, rooms: &mut Rooms<S>) {
+        std::mem::swap(&mut self.shifts, &mut rooms.shifts);
         std::mem::swap(&mut self.outer, &mut rooms.outer);
         std::mem::swap(&mut self.inner, &mut rooms.inner);
     }
@@ -214,7 +216,7 @@ impl<S: Space> Contacts<S> {
 
     /// Forces of a pair, of the last evaluation; they must have been kept.
     fn row_of(&self, pair: usize) -> &[f64] {
-        debug_assert!(self.keeps || self.neighbours.in_order);
+        debug_assert!(self.keeps);
         let within = self.neighbours.within();
         match pair < within {
             true => row_of::<S>(self.inner.numbers(), pair, self.row),
@@ -223,8 +225,8 @@ impl<S: Space> Contacts<S> {
     }
 
     /// What the images of a pair add to the separation of its grains (m) and to their relative velocity (m/s).
-    pub fn shift(&self, pair: &Pair) -> &(S::Vector, S::Vector) {
-        &self.shifts.0[pair.image().0 as usize]
+    pub fn shift(&self, pair: &Pair) -> (S::Vector, S::Vector) {
+        self.shifts.at(pair.image())
     }
 
     /// Memories of the touching contacts of an owned row, in the order of partner ids.
@@ -238,7 +240,7 @@ impl<S: Space> Contacts<S> {
 
     /// The images of now, before the passes of a step.
     pub fn settle_images(&mut self, cell: &Cell<S>) {
-        self.shifts = Shifts::of(cell);
+        self.shifts.settle(cell);
     }
 
     /// Pair pass over the part of the list that no segment holds alone: pairs of owned rows, which segments without copies share, or
@@ -317,6 +319,12 @@ impl<S: Space> Contacts<S> {
         passed.within(begun.elapsed().as_secs_f64())
     }
 
+    /// The pairs of a list in order with the force that each gave to its first grain at the last evaluation, N.
+    pub fn forces_in_order(&self) -> impl Iterator<Item = (&Pair, S::Vector)> {
+        let rows = self.outer.numbers().chunks_exact(self.row);
+        self.neighbours.pairs_in_order().iter().zip(rows).map(|(pair, row)| (pair, side_of_row::<S>(row, false).0))
+    }
+
     /// Force on the first grain of a pair at the last evaluation, weighted, N; zero where the two do not touch.
     pub(crate) fn force_of(&self, pair: usize) -> S::Vector {
         let words = self.row_of(pair);
@@ -336,9 +344,9 @@ impl<S: Space> Contacts<S> {
     /// as the coming evaluation sees them.
     pub fn touch_after(&self, grains: &Grains<S>, pair: &Pair, times: [f64; 2]) -> Touch<S, f64> {
         let (a, b) = (&grains.hot[pair.a as usize], &grains.hot[pair.b() as usize]);
-        let (shift, rate) = &self.shifts.0[pair.image().0 as usize];
-        let separation = lanes(&(a.position - b.position + *shift));
-        let relative = lanes(&(a.velocity - b.velocity + *rate));
+        let (shift, rate) = self.shift(pair);
+        let separation = lanes(&(a.position - b.position + shift));
+        let relative = lanes(&(a.velocity - b.velocity + rate));
         touch(&Side::scalar(a), &Side::scalar(b), separation, relative, times)
     }
 

@@ -9,6 +9,7 @@ use crate::dem::grains::{Cold, Grains, Mover};
 /// A pair that may touch: `a` has the lower id. Separation is `x_a - x_b + shift(image)`, the image a small integer that
 /// is the same on every rank, so that the bits are the same too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)]
 pub struct Pair {
     pub a: Row,
     /// Row of `b` below, the image's code in the upper five bits.
@@ -30,6 +31,11 @@ impl Pair {
     #[inline(always)]
     pub fn image(self) -> ImageCode {
         ImageCode((self.b_and_image >> (32 - IMAGE_BITS)) as u8)
+    }
+    /// The image's code, found from all 64 bits, as lanes are of.
+    #[inline(always)]
+    pub fn code(self) -> u64 {
+        (u64::from(self.a) | u64::from(self.b_and_image) << 32) >> (64 - IMAGE_BITS)
     }
 }
 
@@ -451,5 +457,30 @@ mod tests {
             all.filter(|[a, b]| near(&places[*a], &places[*b])).map(|pair| pair.map(|row| row as Row)).collect();
         assert!(wanted.len() > 100, "{} pairs", wanted.len());
         assert_eq!(found, wanted);
+
+        // In order each grain meets its pairs in the order of its terms, and those of lower ids come as terms do, row after row.
+        let mut in_order = Neighbours { in_order: true, ..Neighbours::default() };
+        in_order.build(&grains, &cell, 0.1);
+        let pairs = in_order.pairs_in_order();
+        assert_eq!(pairs.iter().map(|pair| [pair.a, pair.b()]).collect::<Vec<_>>(), wanted);
+        assert!(pairs.iter().any(|pair| pair.image() != ImageCode::NONE));
+        assert!(pairs.iter().all(|pair| pair.code() == u64::from(pair.image().0)));
+        assert_eq!(in_order.counted, neighbours.pairs.len());
+        let mut met = vec![Vec::new(); grains.owned];
+        for (index, pair) in (0..).zip(pairs) {
+            met[pair.a as usize].push(Term(index << 1));
+            met[pair.b() as usize].push(Term(index << 1 | 1));
+        }
+        assert!((0..grains.owned).all(|row| in_order.terms_of(row) == met[row]));
+        let terms = (0..grains.owned).flat_map(|row| in_order.terms_of(row));
+        let lower = terms.filter(|term| !term.is_b()).map(|term| term.pair());
+        assert!(lower.eq(0..pairs.len()));
+        let partners = |lists: &Neighbours, row: usize| -> Vec<Row> {
+            lists.terms_of(row).iter().map(|term| lists.partner(*term)).collect()
+        };
+        assert!((0..grains.owned).all(|row| partners(&in_order, row) == partners(&neighbours, row)));
+        in_order.drop_terms();
+        in_order.restore_terms(&grains);
+        assert!((0..grains.owned).all(|row| in_order.terms_of(row) == met[row]));
     }
 }

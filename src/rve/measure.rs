@@ -29,8 +29,7 @@ pub(super) struct Touching<'a, S: Space> {
 /// All of them in the order of ids, at the evaluation just done, whose forces have been kept.
 pub(super) fn bearing<S: Space>(sample: &Sample<S>) -> impl Iterator<Item = Touching<'_, S>> {
     let (contacts, grains) = (&sample.assembly.contacts, &sample.assembly.grains);
-    contacts.neighbours.pairs_in_order().iter().enumerate().filter_map(|(index, pair)| {
-        let force = contacts.force_of(index);
+    contacts.forces_in_order().filter_map(|(pair, force)| {
         let [a, b] = [pair.a, pair.b()].map(|row| &grains.hot[row as usize]);
         let branch = || a.position - b.position + contacts.shift(pair).0;
         let rows = [pair.a as usize, pair.b() as usize];
@@ -41,12 +40,16 @@ pub(super) fn bearing<S: Space>(sample: &Sample<S>) -> impl Iterator<Item = Touc
 impl<S: Space> Measured<S> {
     /// At the evaluation just done, whose forces have been kept.
     pub fn of(sample: &Sample<S>) -> Self {
-        let none = Self { moment: S::Tensor::zero(), contacts: 0, forces: 0.0 };
-        bearing(sample).fold(none, |sums, Touching { force, branch, .. }| Self {
-            moment: sums.moment - S::outer(&force, &branch),
-            contacts: sums.contacts + 1,
-            forces: sums.forces + force.dot(&force),
-        })
+        let (contacts, hot) = (&sample.assembly.contacts, &sample.assembly.grains.hot);
+        let mut sums = Self { moment: S::Tensor::zero(), contacts: 0, forces: 0.0 };
+        // Pairs that bear nothing add nothing: which do is not to be foreseen, and asked in every increment.
+        for (pair, force) in contacts.forces_in_order() {
+            let branch = hot[pair.a as usize].position - hot[pair.b() as usize].position + contacts.shift(pair).0;
+            sums.moment -= S::outer(&force, &branch);
+            sums.contacts += u64::from(force != S::Vector::zero());
+            sums.forces += force.dot(&force);
+        }
+        sums
     }
 
     /// I_uf: root mean square of what is out of balance on grains over that of the forces of contacts (Liu et al. 2016, eq. 57); none
