@@ -47,13 +47,13 @@ impl<S: Space, const DRIFTS: bool> Packed for Gliding<'_, S, DRIFTS> {
     fn run<P: Pack>(self) -> f64 {
         let Grains { hot, homes, force, torque, .. } = self.grains;
         let zero = P::splat(0.0);
-        // What is not a number is the largest of none, and shows in its difference from itself.
+        // What is not a number is the largest of none, but stays so where it is multiplied by nothing.
         let (mut most, mut odd) = (zero, zero);
         let all = hot.chunks_mut(LANES).zip(homes.chunks(LANES)).zip(force.chunks(LANES).zip(torque.chunks(LANES)));
         for ((hot, homes), (force, torque)) in all {
             let square = eight::<S, P, DRIFTS>(&self.glide, hot, homes, (force, torque));
             most = P::max(square, most);
-            odd = odd + (square - square);
+            odd = odd + square * zero;
         }
         (most + odd).numbers().into_iter().fold(0.0, larger)
     }
@@ -121,15 +121,18 @@ fn splat<V: Linear, C: Words<P>, P: Pack>(vector: &V) -> C {
 /// One to a lane, the last in those that lack.
 #[inline(always)]
 fn columns<V: Linear, C: Words<P>, P: Pack>(vectors: &[V]) -> C {
-    let mut components = C::zero();
-    if let Some(whole) = vectors.first_chunk::<LANES>() {
-        for axis in 0..C::COUNT {
-            components.set_word(axis, P::load(&std::array::from_fn(|lane| whole[lane][axis])));
-        }
-        return components;
+    // Eight that lie side by side are found without a look at how many there are.
+    match vectors.first_chunk::<LANES>() {
+        Some(whole) => gathered(|lane, axis| whole[lane][axis]),
+        None => gathered(|lane, axis| vectors[lane.min(vectors.len() - 1)][axis]),
     }
+}
+
+#[inline(always)]
+fn gathered<C: Words<P>, P: Pack>(entry: impl Fn(usize, usize) -> f64) -> C {
+    let mut components = C::zero();
     for axis in 0..C::COUNT {
-        components.set_word(axis, P::load(&std::array::from_fn(|lane| vectors[lane.min(vectors.len() - 1)][axis])));
+        components.set_word(axis, P::load(&std::array::from_fn(|lane| entry(lane, axis))));
     }
     components
 }
