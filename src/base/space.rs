@@ -283,7 +283,7 @@ pub trait Space: Copy + Clone + Debug + Default + PartialEq + Send + Sync + 'sta
     /// Volume of a grain, m3 (of a disc: with its out-of-plane depth).
     fn grain_volume(radius: f64, depth: f64) -> f64;
     /// Moment of inertia of a uniform grain, kg m2.
-    fn grain_inertia(mass: f64, radius: f64) -> f64;
+    fn grain_inertia<R: Real>(mass: R, radius: R) -> R;
 }
 
 /// Two dimensions with an out-of-plane depth; grains are discs.
@@ -389,8 +389,9 @@ impl Space for Plane {
     fn grain_volume(radius: f64, depth: f64) -> f64 {
         PI * radius * radius * depth
     }
-    fn grain_inertia(mass: f64, radius: f64) -> f64 {
-        0.5 * mass * radius * radius
+    #[inline(always)]
+    fn grain_inertia<R: Real>(mass: R, radius: R) -> R {
+        R::splat(0.5) * mass * radius * radius
     }
 }
 
@@ -528,7 +529,8 @@ impl Space for Solid {
     fn grain_volume(radius: f64, _depth: f64) -> f64 {
         4.0 / 3.0 * PI * radius * radius * radius
     }
-    fn grain_inertia(mass: f64, radius: f64) -> f64 {
-        0.4 * mass * radius * radius
+    #[inline(always)]
+    fn grain_inertia<R: Real>(mass: R, radius: R) -> R {
+        R::splat(0.4) * mass * radius * radius
     }
 }

@@ -1,5 +1,5 @@
-//! How long a grain-step takes in representative volume elements: many assemblies, each driven by increments of ten steps of their grains,
-//! all told, beside the grains of a large packing ([`super::dem`]) in turns.
+//! How long a grain-step takes in representative volume elements: many assemblies, each driven by increments of a few steps of their
+//! grains, all told, beside the grains of a large packing ([`super::dem`]) in turns.
 
 use std::time::Instant;
 
@@ -22,6 +22,8 @@ pub struct Wanted {
     pub grains: u64,
     /// In space instead of the plane.
     pub solid: bool,
+    /// Steps of grains in an increment.
+    pub sub_steps: u64,
     /// Steps are those of grains.
     pub stretches: Stretches,
 }
@@ -51,12 +53,10 @@ impl Measured {
     }
 }
 
-/// Steps of grains in an increment.
-const SUB_STEPS: u64 = 10;
-/// Shear strain of an increment: an inertial number of some 2e-4.
-const INCREMENT: f64 = 4e-5;
-/// Increments before the first stretch.
-const WARM_UP: u64 = 20;
+/// Shear strain of a step: an inertial number of some 2e-4.
+const STRAIN: f64 = 4e-6;
+/// Steps before the first stretch.
+const WARM_UP: u64 = 200;
 /// Grains of the packing that is measured beside them.
 const BESIDE: [u64; 2] = [7640, 100_000];
 
@@ -115,14 +115,14 @@ fn measured<S: Space>(wanted: &Wanted, transport: &dyn Transport) -> Result<Meas
     let template = grain_world::volume_element::<S>(&job::<S>(wanted.grains)?, transport)?;
     let resident = resident_bytes();
     let mut elements: Vec<Rve<S>> = (0..wanted.elements).map(|_| template.clone()).collect();
-    let duration = SUB_STEPS as f64 * template.sample().constants.dt;
-    let drive = Drive { pace: Pace::Synchronous, steps_min: SUB_STEPS, relaxation: None };
+    let duration = wanted.sub_steps as f64 * template.sample().constants.dt;
+    let drive = Drive { pace: Pace::Synchronous, steps_min: wanted.sub_steps, relaxation: None };
     let mut increments = 0u64;
     let mut ratio = 0.0;
     let mut go_on = |elements: &mut [Rve<S>], count: u64| -> Result<(), Error> {
         for _ in 0..count {
             increments += 1;
-            let gamma = INCREMENT * increments as f64;
+            let gamma = STRAIN * (increments * wanted.sub_steps) as f64;
             let each = |scratch: &mut Scratch<S>, (number, rve): (usize, &mut Rve<S>)| {
                 // No two go the same way, as no two points do.
                 let mut deformation = S::identity();
@@ -135,9 +135,9 @@ fn measured<S: Space>(wanted: &Wanted, transport: &dyn Transport) -> Result<Meas
         }
         Ok(())
     };
-    go_on(&mut elements, WARM_UP)?;
+    go_on(&mut elements, WARM_UP.div_ceil(wanted.sub_steps))?;
     let bytes = (resident_bytes() - resident) as f64 / (wanted.elements * wanted.grains) as f64;
-    let per_increment = wanted.elements * wanted.grains * SUB_STEPS;
+    let per_increment = wanted.elements * wanted.grains * wanted.sub_steps;
     let count = (wanted.stretches.steps / per_increment).max(1);
     let beside = dem::Wanted {
         grains: BESIDE[S::DIMENSION - 2],

@@ -107,6 +107,19 @@ impl<S: Space> Assembly<S> {
         }
     }
 
+    /// Gives up what only a rebuild reads, where all grains are free and stand in the order of their ids, from none on, as their pairs
+    /// do; [`Self::restore_cold`] tells it again.
+    pub fn drop_cold(&mut self) {
+        self.grains.drop_cold();
+        self.contacts.neighbours.drop_terms();
+    }
+
+    /// The reverse.
+    pub fn restore_cold(&mut self) {
+        self.grains.restore_cold();
+        self.contacts.neighbours.restore_terms(&self.grains);
+    }
+
     /// An owned row with the memories of its contacts.
     pub fn whole_row(&self, row: usize) -> GrainRow<S> {
         let Grains { hot, cold, springs, .. } = &self.grains;
@@ -132,6 +145,7 @@ impl<S: Space> Assembly<S> {
         which: Segments,
         finish: &impl Finish<S>,
     ) -> Passed {
+        debug_assert!(!self.contacts.neighbours.in_order, "a list in order has a pass of its own");
         let (law, times) = (of.law(), of.contact_times(step));
         self.contacts.pair_pass(law, &self.grains, which, times);
         self.contacts.segment_pass(law, &mut self.grains, which, times, finish)

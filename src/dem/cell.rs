@@ -1,7 +1,10 @@
 //! The cell that grains live in: a parallelepiped, periodic along some of its edges, that may deform.
 
+use std::marker::PhantomData;
+
+use crate::base::lane::{LANES, Pack, TABLE, Table};
 use crate::base::record::{Record, Visitor};
-use crate::base::space::{Linear, Space};
+use crate::base::space::{Linear, Space, Words};
 
 /// How far an edge may lean along another, as a share of it, before a shorter one takes its place. Beyond a half there is
 /// one; a little more, so that a cell sheared back and forth does not turn at every rebuild.
@@ -236,16 +239,55 @@ impl ImageCode {
     }
 }
 
-/// Shift and its rate for every code, as the kernel adds them to separation and relative velocity.
-#[derive(Clone, Debug)]
-pub struct Shifts<S: Space>(pub [(S::Vector, S::Vector); ImageCode::COUNT]);
+/// Shift and its rate for every code, as the kernel adds them to separation and relative velocity: component by component a table over
+/// codes, those of the shift first.
+#[derive(Clone, Debug, Default)]
+pub struct Shifts<S: Space> {
+    tables: Vec<Table>,
+    space: PhantomData<S>,
+}
 
 impl<S: Space> Shifts<S> {
     pub fn of(cell: &Cell<S>) -> Self {
-        Self(std::array::from_fn(|code| {
-            let image = ImageCode(code as u8).image();
-            (cell.shift(image), cell.rate * whole::<S>(image))
-        }))
+        let mut shifts = Self::default();
+        shifts.settle(cell);
+        shifts
+    }
+
+    /// Those of a cell as it is now.
+    pub fn settle(&mut self, cell: &Cell<S>) {
+        self.tables.resize(2 * S::DIMENSION, [0.0; TABLE]);
+        let (shifts, rates) = self.tables.split_at_mut(S::DIMENSION);
+        for code in 0..3usize.pow(S::DIMENSION as u32) {
+            let image = whole::<S>(ImageCode(code as u8).image());
+            let (shift, rate) = (cell.edges * image, cell.rate * image);
+            for axis in 0..S::DIMENSION {
+                (shifts[axis][code], rates[axis][code]) = (shift[axis], rate[axis]);
+            }
+        }
+    }
+
+    /// Of one code.
+    #[inline]
+    pub fn at(&self, code: ImageCode) -> (S::Vector, S::Vector) {
+        let (mut shift, mut rate) = (S::Vector::zero(), S::Vector::zero());
+        for axis in 0..S::DIMENSION {
+            shift[axis] = self.tables[axis][usize::from(code.0) % TABLE];
+            rate[axis] = self.tables[S::DIMENSION + axis][usize::from(code.0) % TABLE];
+        }
+        (shift, rate)
+    }
+
+    /// Of eight codes.
+    #[inline(always)]
+    pub fn picked<P: Pack>(&self, codes: &[u64; LANES]) -> (S::VectorOf<P>, S::VectorOf<P>) {
+        let tables = &self.tables[..2 * S::DIMENSION];
+        let (mut shift, mut rate) = (S::VectorOf::<P>::zero(), S::VectorOf::<P>::zero());
+        for axis in 0..S::DIMENSION {
+            shift.set_word(axis, P::picked(&tables[axis], codes));
+            rate.set_word(axis, P::picked(&tables[S::DIMENSION + axis], codes));
+        }
+        (shift, rate)
     }
 }
 

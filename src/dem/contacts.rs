@@ -64,11 +64,12 @@ impl Lines {
     }
 }
 
-/// Room for the forces of pairs, which a pass fills and nothing remembers: what is stepped now and then need not keep its own.
+/// Room for the forces of pairs and the images of now, which a pass fills and nothing remembers: what is stepped now and then need not keep its own.
 #[derive(Clone, Debug, Default)]
-pub struct Rooms {
+pub struct Rooms<S: Space> {
     outer: Lines,
     inner: Lines,
+    shifts: Shifts<S>,
 }
 
 impl<S: Space> Contacts<S> {
@@ -117,7 +118,10 @@ impl<S: Space> Contacts<S> {
         self.neighbours.build(grains, cell, margin);
         (self.words, self.row) = (law.memory_words(), law.row_words());
         self.memory = vec![0.0; self.neighbours.pairs.len() * self.words];
-        self.lay_forces();
+        match self.neighbours.in_order {
+            true => self.fit_rooms(),
+            false => self.lay_forces(),
+        }
         for row in 0..grains.owned {
             // Both run in the order of partner ids: memories are moved along, not searched for.
             let mut memories = carried(row).peekable();
@@ -155,7 +159,8 @@ impl<S: Space> Contacts<S> {
     }
 
     /// Takes these rooms for its own, and gives its own for them.
-    pub fn swap_rooms(&mut self, rooms: &mut Rooms) {
+    pub fn swap_rooms(&mut self, rooms: &mut Rooms<S>) {
+        std::mem::swap(&mut self.shifts, &mut rooms.shifts);
         std::mem::swap(&mut self.outer, &mut rooms.outer);
         std::mem::swap(&mut self.inner, &mut rooms.inner);
     }
@@ -220,8 +225,8 @@ impl<S: Space> Contacts<S> {
     }
 
     /// What the images of a pair add to the separation of its grains (m) and to their relative velocity (m/s).
-    pub fn shift(&self, pair: &Pair) -> &(S::Vector, S::Vector) {
-        &self.shifts.0[pair.image().0 as usize]
+    pub fn shift(&self, pair: &Pair) -> (S::Vector, S::Vector) {
+        self.shifts.at(pair.image())
     }
 
     /// Memories of the touching contacts of an owned row, in the order of partner ids.
@@ -235,7 +240,7 @@ impl<S: Space> Contacts<S> {
 
     /// The images of now, before the passes of a step.
     pub fn settle_images(&mut self, cell: &Cell<S>) {
-        self.shifts = Shifts::of(cell);
+        self.shifts.settle(cell);
     }
 
     /// Pair pass over the part of the list that no segment holds alone: pairs of owned rows, which segments without copies share, or
@@ -252,6 +257,25 @@ impl<S: Space> Contacts<S> {
         let memory = &mut self.memory[pairs.start * self.words..pairs.end * self.words];
         let forces = &mut self.outer.numbers_mut()[(pairs.start - within) * self.row..(pairs.end - within) * self.row];
         pair_pass(law, &pass, &self.neighbours.pairs[pairs], memory, forces);
+    }
+
+    /// All pairs of a list in order, on this thread, and what they give to grains. Memories advance by the first of these times, s.
+    pub fn pass_in_order(&mut self, law: &dyn Law<S>, grains: &mut Grains<S>, [advance, dt]: [f64; 2]) {
+        let Grains { hot, force, torque, .. } = grains;
+        let pass = Pass { hot, first: 0, shifts: Some(&self.shifts), advance, dt, instructions: self.instructions };
+        let Neighbours { pairs, .. } = &self.neighbours;
+        let forces = &mut self.outer.numbers_mut()[..pairs.len() * self.row];
+        law.evaluate(&pass, pairs, &mut self.memory, forces);
+        force.fill(S::Vector::zero());
+        torque.fill(S::Spin::zero());
+        for (index, pair) in self.neighbours.pairs_in_order().iter().enumerate() {
+            let given = row_of::<S>(forces, index, self.row);
+            for (row, is_b) in [(pair.a as usize, false), (pair.b() as usize, true)] {
+                let (pushed, turned) = side_of_row::<S>(given, is_b);
+                force[row] += pushed;
+                torque[row] += turned;
+            }
+        }
     }
 
     /// The pairs of every segment, and what follows for its grains: those that need no copies, or the others. Pairs that
@@ -295,6 +319,12 @@ impl<S: Space> Contacts<S> {
         passed.within(begun.elapsed().as_secs_f64())
     }
 
+    /// The pairs of a list in order with the force that each gave to its first grain at the last evaluation, N.
+    pub fn forces_in_order(&self) -> impl Iterator<Item = (&Pair, S::Vector)> {
+        let rows = self.outer.numbers().chunks_exact(self.row);
+        self.neighbours.pairs_in_order().iter().zip(rows).map(|(pair, row)| (pair, side_of_row::<S>(row, false).0))
+    }
+
     /// Force on the first grain of a pair at the last evaluation, weighted, N; zero where the two do not touch.
     pub(crate) fn force_of(&self, pair: usize) -> S::Vector {
         let words = self.row_of(pair);
@@ -314,9 +344,9 @@ impl<S: Space> Contacts<S> {
     /// as the coming evaluation sees them.
     pub fn touch_after(&self, grains: &Grains<S>, pair: &Pair, times: [f64; 2]) -> Touch<S, f64> {
         let (a, b) = (&grains.hot[pair.a as usize], &grains.hot[pair.b() as usize]);
-        let (shift, rate) = &self.shifts.0[pair.image().0 as usize];
-        let separation = lanes(&(a.position - b.position + *shift));
-        let relative = lanes(&(a.velocity - b.velocity + *rate));
+        let (shift, rate) = self.shift(pair);
+        let separation = lanes(&(a.position - b.position + shift));
+        let relative = lanes(&(a.velocity - b.velocity + rate));
         touch(&Side::scalar(a), &Side::scalar(b), separation, relative, times)
     }
 

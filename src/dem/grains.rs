@@ -208,6 +208,8 @@ impl<S: Space> Grains<S> {
     pub fn drop_cold(&mut self) {
         debug_assert!(self.cold.iter().enumerate().all(|(row, cold)| cold.id.0 == row as u64));
         (self.cold, self.springs) = (Vec::new(), Vec::new());
+        // Nobody asks who moves grains that are all free.
+        (self.movers, self.waits) = (Vec::new(), Vec::new());
     }
 
     /// The reverse.
@@ -223,6 +225,7 @@ impl<S: Space> Grains<S> {
             };
             self.cold = self.homes.iter().enumerate().map(cold).collect();
             self.springs = vec![PenaltySpring::loose(); self.owned];
+            (self.movers, self.waits) = (vec![Mover::Free; self.owned], vec![false; self.owned]);
         }
     }
 

@@ -7,7 +7,7 @@ use crate::base::ids::Row;
 use crate::base::lane::{Instructions, LANES, Pack, Packed, Real};
 use crate::base::numbers::Numbers;
 use crate::base::space::{Lanewise, Linear, Space, Words};
-use crate::dem::cell::{ImageCode, Shifts};
+use crate::dem::cell::Shifts;
 use crate::dem::grains::Hot;
 use crate::dem::law::Law;
 use crate::dem::neighbours::Pair;
@@ -136,8 +136,10 @@ fn packs<S: Space, C: ContactLaw<S>, P: Pack, const ACROSS: bool>(packs: Packs<S
 /// The records of one side of a pack.
 #[inline(always)]
 fn read<S: Space, P: Pack>(pass: &Pass<S>, pairs: &[Pair; LANES], side: impl Fn(Pair) -> Row) -> Side<S, P> {
-    let record = |lane: usize| &pass.hot[(side(pairs[lane]) - pass.first) as usize];
-    let rows: [&[f64]; LANES] = std::array::from_fn(|lane| record(lane).numbers());
+    let mut rows: [&[f64]; LANES] = [&[]; LANES];
+    for (row, pair) in rows.iter_mut().zip(pairs) {
+        *row = pass.hot[(side(*pair) - pass.first) as usize].numbers();
+    }
     let low = P::records(&rows, 0);
     let high = if Hot::<S>::WIDTH > LANES { P::records(&rows, LANES) } else { low };
     Side::of(|word| if word < LANES { low[word] } else { high[word - LANES] })
@@ -145,13 +147,7 @@ fn read<S: Space, P: Pack>(pass: &Pass<S>, pairs: &[Pair; LANES], side: impl Fn(
 
 #[inline(always)]
 fn shifts<S: Space, P: Pack>(shifts: &Shifts<S>, pairs: &[Pair; LANES]) -> (S::VectorOf<P>, S::VectorOf<P>) {
-    let mut both = (S::VectorOf::<P>::zero(), S::VectorOf::<P>::zero());
-    for axis in 0..S::DIMENSION {
-        let at = |lane: usize| &shifts.0[pairs[lane].image().0 as usize % ImageCode::COUNT];
-        both.0.set_word(axis, P::load(&std::array::from_fn(|lane| at(lane).0[axis])));
-        both.1.set_word(axis, P::load(&std::array::from_fn(|lane| at(lane).1[axis])));
-    }
-    both
+    shifts.picked(&std::array::from_fn(|lane| pairs[lane].code()))
 }
 
 /// From `[word][lane]` to `[pair][word]`.

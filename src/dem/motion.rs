@@ -4,12 +4,13 @@
 use rayon::prelude::*;
 
 use crate::base::keys::{Form, NOT_NEGATIVE, RATIO, Range, choose, number, text};
+use crate::base::lane::Real;
 use crate::base::parallel::larger;
-use crate::base::space::{Linear, Space};
+use crate::base::space::{Lanewise, Linear, Space};
 use crate::base::units::Dimension;
 use crate::bodies::body::Body;
 use crate::dem::cell::Cell;
-use crate::dem::grains::{Grains, Hot, Mover};
+use crate::dem::grains::{Grains, Hot, Mover, lanes, vector};
 use crate::dem::segments::{Finish, Resting};
 
 /// Damping of grains against the mean field of the cell, beside that of their contacts.
@@ -159,46 +160,53 @@ fn follow<S: Space>(hot: &mut Hot<S>, body: &Body<S>) {
 #[inline]
 pub fn damped<S: Space>(
     hot: &Hot<S>,
-    (mut linear, mut angular): (S::Vector, S::Spin),
+    (linear, angular): (S::Vector, S::Spin),
     damping: &Damping,
     cell: &Cell<S>,
     dt: f64,
 ) -> (S::Vector, S::Spin) {
     // The mean field at the middle of the step, when the velocity is known.
     let fluctuation = hot.velocity - cell.gradient * (hot.position - cell.corner);
-    let spin = hot.spin;
-    match damping.form {
-        DampingForm::Component => {
-            oppose_by_component(&mut linear, &fluctuation, damping.local, dt);
-            oppose_by_component(&mut angular, &spin, damping.local, dt);
-        }
-        DampingForm::Vector => {
-            oppose_by_vector(&mut linear, &fluctuation, damping.local);
-            oppose_by_vector(&mut angular, &spin, damping.local);
-        }
+    let linear: S::VectorOf<f64> = damping.opposed(lanes(&linear), &lanes(&fluctuation), dt);
+    let angular: S::SpinOf<f64> = damping.opposed(lanes(&angular), &lanes(&hot.spin), dt);
+    (vector(&linear), vector(&angular))
+}
+
+impl Damping {
+    /// Acceleration with damping of what moves with that velocity against the mean field, from that without it, in a kick over `dt`.
+    #[inline(always)]
+    pub fn opposed<R: Real, V: Lanewise<R>>(&self, acceleration: V, velocity: &V, dt: f64) -> V {
+        let share = R::splat(self.local);
+        let opposed = match self.form {
+            DampingForm::Component => oppose_by_component(acceleration, velocity, share, R::splat(0.5 * dt)),
+            DampingForm::Vector => oppose_by_vector(acceleration, velocity, share),
+        };
+        opposed - *velocity * R::splat(self.mass)
     }
-    linear -= fluctuation * damping.mass;
-    angular -= spin * damping.mass;
-    (linear, angular)
 }
 
 /// Each component of acceleration scaled by 1 - damping sign(a (u + dt a/2)): less where it adds to the motion, more where
 /// it takes from it (Cundall 1987, by components).
-fn oppose_by_component<V: Linear>(acceleration: &mut V, velocity: &V, share: f64, dt: f64) {
-    for axis in 0..V::COMPONENTS {
-        let a = acceleration[axis];
-        let power = a * (velocity[axis] + 0.5 * dt * a);
-        let sign = f64::from(i8::from(power > 0.0) - i8::from(power < 0.0));
-        acceleration[axis] = a * (1.0 - share * sign);
+#[inline(always)]
+fn oppose_by_component<R: Real, V: Lanewise<R>>(acceleration: V, velocity: &V, share: R, dt_half: R) -> V {
+    let (zero, one) = (R::splat(0.0), R::splat(1.0));
+    let mut opposed = acceleration;
+    for axis in 0..V::COUNT {
+        let a = acceleration.word(axis);
+        let power = a * (velocity.word(axis) + dt_half * a);
+        let sign = R::choose(power.above(zero), one, zero) - R::choose(zero.above(power), one, zero);
+        opposed.set_word(axis, a * (one - share * sign));
     }
+    opposed
 }
 
 /// f_damp = -alpha |f| v/|v| (Liang & Zhao 2019, eq. 29).
-fn oppose_by_vector<V: Linear>(acceleration: &mut V, velocity: &V, share: f64) {
-    let speed = velocity.norm();
-    if speed > 0.0 {
-        *acceleration -= *velocity * (share * acceleration.norm() / speed);
-    }
+#[inline(always)]
+fn oppose_by_vector<R: Real, V: Lanewise<R>>(acceleration: V, velocity: &V, share: R) -> V {
+    // The root even of one square, which may be too small to be told from nothing.
+    let [speed, size] = [velocity, &acceleration].map(|vector| vector.dot(vector).sqrt());
+    let opposed = acceleration - *velocity * (share * size / speed);
+    V::choose(speed.above(R::splat(0.0)), &opposed, &acceleration)
 }
 
 /// `v += dL x`: the mean field follows a change of the cell's velocity gradient at once, and every spin its vorticity.

@@ -9,6 +9,7 @@ use crate::dem::grains::{Cold, Grains, Mover};
 /// A pair that may touch: `a` has the lower id. Separation is `x_a - x_b + shift(image)`, the image a small integer that
 /// is the same on every rank, so that the bits are the same too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)]
 pub struct Pair {
     pub a: Row,
     /// Row of `b` below, the image's code in the upper five bits.
@@ -30,6 +31,11 @@ impl Pair {
     #[inline(always)]
     pub fn image(self) -> ImageCode {
         ImageCode((self.b_and_image >> (32 - IMAGE_BITS)) as u8)
+    }
+    /// The image's code, found from all 64 bits, as lanes are of.
+    #[inline(always)]
+    pub fn code(self) -> u64 {
+        (u64::from(self.a) | u64::from(self.b_and_image) << 32) >> (64 - IMAGE_BITS)
     }
 }
 
@@ -63,6 +69,13 @@ pub struct Neighbours {
     /// Terms of row i are `terms[starts[i]..starts[i + 1]]`.
     pub starts: Vec<u32>,
     pub terms: Vec<Term>,
+    /// Whether all pairs are one part, in the order of the ids of both of their grains; rows stand in that order too and are all owned.
+    /// Who adds the forces of pairs up in this order adds for each grain in that of its terms, and needs none of these.
+    pub in_order: bool,
+    /// Of such a list the pairs without the copies that fill it up, and those that segments of the same rows would list with theirs,
+    /// which a step has always been said to cost.
+    pub listed: usize,
+    pub counted: usize,
 }
 
 /// Rows of a segment: what its pairs, forces and grains take fits a second-level cache. A constant, so that nothing
@@ -190,6 +203,11 @@ impl Neighbours {
         if !grains.cold.is_empty() {
             let radius_max = grains.hot.iter().map(|hot| hot.radius).fold(0.0, f64::max);
             let bins = Bins::new(grains, cell, 2.0 * radius_max + margin);
+            if self.in_order {
+                self.list_in_order(|row, listed| list_row(grains, cell, &bins, margin, row, listed), grains.owned);
+                self.list_terms(grains);
+                return;
+            }
             for segment in 0..segments {
                 for row in segment * SEGMENT..((segment + 1) * SEGMENT).min(grains.owned) {
                     list_row(grains, cell, &bins, margin, row, &mut listed);
@@ -211,6 +229,53 @@ impl Neighbours {
         self.pairs.extend(listed.border);
         self.pairs.shrink_to_fit();
         self.list_terms(grains);
+    }
+
+    /// Lists pairs in the order of ids; `list` lists those of a row with higher ones.
+    fn list_in_order(&mut self, list: impl Fn(usize, &mut Listed), rows: usize) {
+        let mut listed = Listed::default();
+        self.pairs.clear();
+        (self.listed, self.counted) = (0, 0);
+        let mut apart = 0;
+        for segment in 0..rows.div_ceil(SEGMENT) {
+            let mut together = 0;
+            for row in segment * SEGMENT..((segment + 1) * SEGMENT).min(rows) {
+                let start = self.pairs.len();
+                list(row, &mut listed);
+                together += listed.within.len();
+                apart += listed.across.len();
+                self.pairs.append(&mut listed.within);
+                self.pairs.append(&mut listed.across);
+                self.pairs[start..].sort_unstable_by_key(|pair| pair.b());
+            }
+            self.counted += usize::next_multiple_of(together, LANES);
+        }
+        debug_assert!(listed.border.is_empty() && self.pairs.is_sorted_by_key(|pair| [pair.a, pair.b()]));
+        self.counted += usize::next_multiple_of(apart, LANES);
+        self.listed = self.pairs.len();
+        fill(&mut self.pairs);
+        self.border = self.pairs.len();
+        self.pairs.shrink_to_fit();
+    }
+
+    /// Gives up what a list in order needs at rebuilds alone; [`Self::restore_terms`] tells it again.
+    pub fn drop_terms(&mut self) {
+        debug_assert!(self.in_order);
+        (self.starts, self.terms, self.on_border) = (Vec::new(), Vec::new(), Vec::new());
+    }
+
+    /// The reverse.
+    pub fn restore_terms<S: Space>(&mut self, grains: &Grains<S>) {
+        if self.starts.is_empty() {
+            self.list_terms(grains);
+        }
+    }
+
+    /// The pairs of a list in order, each once.
+    #[inline(always)]
+    pub fn pairs_in_order(&self) -> &[Pair] {
+        debug_assert!(self.in_order);
+        &self.pairs[..self.listed]
     }
 
     /// Pairs within segments.
@@ -392,5 +457,30 @@ mod tests {
             all.filter(|[a, b]| near(&places[*a], &places[*b])).map(|pair| pair.map(|row| row as Row)).collect();
         assert!(wanted.len() > 100, "{} pairs", wanted.len());
         assert_eq!(found, wanted);
+
+        // In order each grain meets its pairs in the order of its terms, and those of lower ids come as terms do, row after row.
+        let mut in_order = Neighbours { in_order: true, ..Neighbours::default() };
+        in_order.build(&grains, &cell, 0.1);
+        let pairs = in_order.pairs_in_order();
+        assert_eq!(pairs.iter().map(|pair| [pair.a, pair.b()]).collect::<Vec<_>>(), wanted);
+        assert!(pairs.iter().any(|pair| pair.image() != ImageCode::NONE));
+        assert!(pairs.iter().all(|pair| pair.code() == u64::from(pair.image().0)));
+        assert_eq!(in_order.counted, neighbours.pairs.len());
+        let mut met = vec![Vec::new(); grains.owned];
+        for (index, pair) in (0..).zip(pairs) {
+            met[pair.a as usize].push(Term(index << 1));
+            met[pair.b() as usize].push(Term(index << 1 | 1));
+        }
+        assert!((0..grains.owned).all(|row| in_order.terms_of(row) == met[row]));
+        let terms = (0..grains.owned).flat_map(|row| in_order.terms_of(row));
+        let lower = terms.filter(|term| !term.is_b()).map(|term| term.pair());
+        assert!(lower.eq(0..pairs.len()));
+        let partners = |lists: &Neighbours, row: usize| -> Vec<Row> {
+            lists.terms_of(row).iter().map(|term| lists.partner(*term)).collect()
+        };
+        assert!((0..grains.owned).all(|row| partners(&in_order, row) == partners(&neighbours, row)));
+        in_order.drop_terms();
+        in_order.restore_terms(&grains);
+        assert!((0..grains.owned).all(|row| in_order.terms_of(row) == met[row]));
     }
 }

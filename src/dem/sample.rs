@@ -35,17 +35,24 @@ pub struct Sample<S: Space> {
 impl<S: Space> Sample<S> {
     /// At step zero, from rows that are at home where they are.
     pub fn new(rows: &[GrainRow<S>], cell: Cell<S>, constants: Constants<S>, order: Order<S>) -> Result<Self, Error> {
-        Self::away([cell, cell], rows, constants, order)
+        Self::of(Assembly::empty(cell), cell, rows, constants, order)
     }
 
-    /// From rows that have come some way from home, in a cell that was the second when they were there.
-    pub fn away(
-        [cell, cell_home]: [Cell<S>; 2],
+    /// Of free grains which all stand together, and whose pairs are listed in the order of ids too: from rows that have come some way from
+    /// home, in a cell that was the second when they were there.
+    pub fn in_order(cells: [Cell<S>; 2], rows: &[GrainRow<S>], constants: Constants<S>) -> Result<Self, Error> {
+        let mut assembly = Assembly::empty(cells[0]);
+        assembly.contacts.neighbours.in_order = true;
+        Self::of(assembly, cells[1], rows, constants, Arc::new(|_: &S::Vector| (0, 0)))
+    }
+
+    fn of(
+        mut assembly: Assembly<S>,
+        cell_home: Cell<S>,
         rows: &[GrainRow<S>],
         constants: Constants<S>,
         order: Order<S>,
     ) -> Result<Self, Error> {
-        let mut assembly = Assembly::empty(cell);
         assembly.cell_home = cell_home;
         assembly.radius_max = rows.iter().map(|row| row.hot.radius).fold(0.0, f64::max);
         let mut sample = Self { assembly, constants, step: 0, order, together: Vec::new() };

@@ -76,7 +76,7 @@ pub fn volume_element<S: Space>(job: &Assembly, transport: &dyn Transport) -> Re
     let (grains, cell) = at_start::<S>(job, transport)?;
     let mut grains = transfer::broadcast(transport, grains)?;
     number(&mut grains);
-    let sample = Sample::new(&grains, cell, constants(job), Arc::new(|_: &S::Vector| (0, 0)))?;
+    let sample = Sample::in_order([cell, cell], &grains, constants(job))?;
     Rve::new(sample, depth_of::<S>(job))
 }
 

@@ -3,7 +3,6 @@
 use crate::base::math;
 use crate::base::space::{Linear, Space};
 use crate::dem::grains::Hot;
-use crate::dem::neighbours::Term;
 use crate::dem::sample::Sample;
 
 /// Sums over the contacts that bear force.
@@ -30,10 +29,7 @@ pub(super) struct Touching<'a, S: Space> {
 /// All of them in the order of ids, at the evaluation just done, whose forces have been kept.
 pub(super) fn bearing<S: Space>(sample: &Sample<S>) -> impl Iterator<Item = Touching<'_, S>> {
     let (contacts, grains) = (&sample.assembly.contacts, &sample.assembly.grains);
-    let terms = (0..grains.owned).flat_map(|row| contacts.neighbours.terms_of(row)).filter(|term| !term.is_b());
-    terms.filter_map(|term| {
-        let force = contacts.force_of(term.pair());
-        let pair = &contacts.neighbours.pairs[term.pair()];
+    contacts.forces_in_order().filter_map(|(pair, force)| {
         let [a, b] = [pair.a, pair.b()].map(|row| &grains.hot[row as usize]);
         let branch = || a.position - b.position + contacts.shift(pair).0;
         let rows = [pair.a as usize, pair.b() as usize];
@@ -44,12 +40,16 @@ pub(super) fn bearing<S: Space>(sample: &Sample<S>) -> impl Iterator<Item = Touc
 impl<S: Space> Measured<S> {
     /// At the evaluation just done, whose forces have been kept.
     pub fn of(sample: &Sample<S>) -> Self {
-        let none = Self { moment: S::Tensor::zero(), contacts: 0, forces: 0.0 };
-        bearing(sample).fold(none, |sums, Touching { force, branch, .. }| Self {
-            moment: sums.moment - S::outer(&force, &branch),
-            contacts: sums.contacts + 1,
-            forces: sums.forces + force.dot(&force),
-        })
+        let (contacts, hot) = (&sample.assembly.contacts, &sample.assembly.grains.hot);
+        let mut sums = Self { moment: S::Tensor::zero(), contacts: 0, forces: 0.0 };
+        // Pairs that bear nothing add nothing: which do is not to be foreseen, and asked in every increment.
+        for (pair, force) in contacts.forces_in_order() {
+            let branch = hot[pair.a as usize].position - hot[pair.b() as usize].position + contacts.shift(pair).0;
+            sums.moment -= S::outer(&force, &branch);
+            sums.contacts += u64::from(force != S::Vector::zero());
+            sums.forces += force.dot(&force);
+        }
+        sums
     }
 
     /// I_uf: root mean square of what is out of balance on grains over that of the forces of contacts (Liu et al. 2016, eq. 57); none
@@ -93,19 +93,15 @@ impl<S: Space> Fabric<S> {
 
     /// At the evaluation just done, whose forces have been kept.
     pub fn of(sample: &Sample<S>) -> Self {
-        let (contacts, grains) = (&sample.assembly.contacts, &sample.assembly.grains);
+        let mut own = vec![0u32; sample.assembly.grains.owned];
         let (tensor, count) =
-            bearing(sample).fold((S::Tensor::zero(), 0u64), |(sum, count), Touching { branch, .. }| {
+            bearing(sample).fold((S::Tensor::zero(), 0u64), |(sum, count), Touching { rows, branch, .. }| {
+                rows.iter().for_each(|row| own[*row] += 1);
                 let normal = branch * (1.0 / branch.norm());
                 (sum + S::outer(&normal, &normal), count + 1)
             });
-        let bears = |term: &&Term| contacts.force_of(term.pair()) != S::Vector::zero();
-        let with = |wanted: usize| {
-            let own = |row: &usize| contacts.neighbours.terms_of(*row).iter().filter(bears).count();
-            (0..grains.owned).filter(|row| own(row) == wanted).count()
-        };
-        let [none, one] = [0, 1].map(with);
-        let owned = grains.owned as f64;
+        let [none, one] = [0, 1].map(|wanted| own.iter().filter(|own| **own == wanted).count());
+        let owned = own.len() as f64;
         let share = |part: f64, of: f64| if of > 0.0 { part / of } else { 0.0 };
         Self {
             tensor: tensor * share(1.0, count as f64),

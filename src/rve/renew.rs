@@ -37,7 +37,7 @@ pub fn refuse_many(grains: usize) -> Result<(), Error> {
 pub fn double<S: Space>(sample: &mut Sample<S>, axis: usize) -> Result<(), Error> {
     refuse_many(2 * sample.assembly.grains.owned)?;
     let assembly = &mut sample.assembly;
-    assembly.grains.restore_cold();
+    assembly.restore_cold();
     assembly.go_home();
     let cell = assembly.cell;
     let mut one = [0; 3];

@@ -10,7 +10,6 @@ use crate::base::space::{Linear, Space};
 use crate::dem::assembly::Constants;
 use crate::dem::cell::Cell;
 use crate::dem::grains::{GrainRow, Mover};
-use crate::dem::neighbours::Term;
 use crate::dem::sample::Sample;
 use crate::law::contact::Memory;
 use crate::rve::drive::Grain;
@@ -74,8 +73,8 @@ impl<S: Space> Rve<S> {
     /// Contacts that remember something.
     pub fn remembered(&self) -> usize {
         let contacts = &self.sample().assembly.contacts;
-        let remember = |term: &&Term| !term.is_b() && !contacts.recall(term.pair()).is_blank();
-        (0..self.grains()).map(|row| contacts.neighbours.terms_of(row).iter().filter(remember).count()).sum()
+        let pairs = 0..contacts.neighbours.pairs_in_order().len();
+        pairs.filter(|pair| !contacts.recall(*pair).is_blank()).count()
     }
 
     /// What it is now.
@@ -90,13 +89,11 @@ impl<S: Space> Rve<S> {
             motions.extend((0..S::DIMENSION).map(|axis| home[axis]));
         }
         let (mut pairs, mut memories) = (Vec::new(), Vec::new());
-        for row in 0..grains.owned {
-            for term in contacts.neighbours.terms_of(row).iter().filter(|term| !term.is_b()) {
-                let memory = contacts.recall(term.pair());
-                if !memory.is_blank() {
-                    pairs.push([row as u16, contacts.neighbours.partner(*term) as u16]);
-                    memories.extend_from_slice(memory.words());
-                }
+        for (index, pair) in contacts.neighbours.pairs_in_order().iter().enumerate() {
+            let memory = contacts.recall(index);
+            if !memory.is_blank() {
+                pairs.push([pair.a, pair.b()].map(|row| row as u16));
+                memories.extend_from_slice(memory.words());
             }
         }
         Resting {
@@ -137,8 +134,7 @@ impl<S: Space> Rve<S> {
         for row in &mut rows {
             row.contacts.sort_unstable_by_key(|(partner, _)| *partner);
         }
-        let mut sample =
-            Sample::away(resting.cells, &rows, template.constants.clone(), Arc::new(|_: &S::Vector| (0, 0)))?;
+        let mut sample = Sample::in_order(resting.cells, &rows, template.constants.clone())?;
         sample.step = resting.step;
         Ok(Self::of(sample, template.clone(), resting.state.clone()))
     }

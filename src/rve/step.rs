@@ -10,21 +10,17 @@
 use std::sync::{Mutex, PoisonError};
 
 use crate::base::error::Error;
-use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space};
-use crate::dem::cell::Cell;
 use crate::dem::contacts::Rooms;
-use crate::dem::grains::Hot;
-use crate::dem::motion::{Field, damped};
 use crate::dem::sample::Sample;
-use crate::dem::segments::{Finish, Resting, Segments};
+use crate::rve::glide::{Glide, Push};
 
 /// What a thread lends to the assembly that it steps: forces, which nothing remembers.
 #[derive(Clone, Debug)]
 pub struct Scratch<S: Space> {
     force: Vec<S::Vector>,
     torque: Vec<S::Spin>,
-    rooms: Rooms,
+    rooms: Rooms<S>,
 }
 
 impl<S: Space> Default for Scratch<S> {
@@ -47,7 +43,7 @@ impl<S: Space> Scratch<S> {
     /// And what only a rebuild reads is given up.
     pub(super) fn take_back(&mut self, sample: &mut Sample<S>) {
         self.swap(sample);
-        sample.assembly.grains.drop_cold();
+        sample.assembly.drop_cold();
     }
 
     fn swap(&mut self, sample: &mut Sample<S>) {
@@ -79,42 +75,6 @@ impl<S: Space> Scratches<S> {
     }
 }
 
-/// The kick of a grain, with local damping and others where there are any, and the drift after it.
-struct Glide<'a, S: Space, const DAMPS: bool, const DRIFTS: bool> {
-    field: &'a Field<S>,
-    /// Before the drift.
-    cell: &'a Cell<S>,
-    dt: f64,
-    /// Takes places of the cell at the last rebuild to those after the drift.
-    strain: S::Tensor,
-}
-
-impl<S: Space, const DAMPS: bool, const DRIFTS: bool> Finish<S> for Glide<'_, S, DAMPS, DRIFTS> {
-    #[inline(always)]
-    fn finish(
-        &self,
-        row: usize,
-        hot: &mut Hot<S>,
-        (force, torque): (&S::Vector, &S::Spin),
-        resting: &Resting<S>,
-    ) -> f64 {
-        let mut linear = *force * (1.0 / hot.mass);
-        let mut angular = *torque * (1.0 / S::grain_inertia(hot.mass, hot.radius));
-        if DAMPS {
-            (linear, angular) = damped(hot, (linear, angular), &self.field.damping, self.cell, self.dt);
-        }
-        hot.velocity += linear * self.dt;
-        hot.spin += angular * self.dt;
-        if !DRIFTS {
-            return 0.0;
-        }
-        hot.position += hot.velocity * self.dt;
-        let corner = self.cell.corner;
-        let moved = hot.position - corner - self.strain * (resting.homes[row] - corner);
-        moved.dot(&moved)
-    }
-}
-
 /// Takes the edges of a cell straight to `edges`, m, in `count` steps of the sample's time step: whichever basis of that lattice is the
 /// one of the cell. Forces of all pairs are kept at the end.
 pub fn along<S: Space>(sample: &mut Sample<S>, edges: &S::Tensor, count: u64) -> Result<(), Error> {
@@ -132,7 +92,7 @@ pub fn along<S: Space>(sample: &mut Sample<S>, edges: &S::Tensor, count: u64) ->
         // What is not a number is not below one.
         let closed = closed(sample);
         if closed >= 1.0 || closed.is_nan() {
-            sample.assembly.grains.restore_cold();
+            sample.assembly.restore_cold();
             sample.rebuild(closed)?;
         }
         match number == count {
@@ -160,19 +120,11 @@ fn in_basis_near<S: Space>(edges: &S::Tensor, near: &S::Tensor) -> Result<S::Ten
 fn set_out<S: Space>(sample: &mut Sample<S>, change: &S::Tensor) {
     let dt = sample.constants.dt;
     let assembly = &mut sample.assembly;
-    let corner = assembly.cell.corner;
+    let before = assembly.cell;
     assembly.cell.go_on(dt);
     let strain = assembly.cell_home.deformation_to(&assembly.cell);
-    let spin = S::vorticity(change);
-    let mut square = 0.0;
-    for (hot, home) in assembly.grains.hot.iter_mut().zip(&assembly.grains.homes) {
-        hot.velocity += *change * (hot.position - corner);
-        hot.spin += spin;
-        hot.position += hot.velocity * dt;
-        let moved = hot.position - corner - strain * (*home - corner);
-        square = larger(square, moved.dot(&moved));
-    }
-    assembly.moved = square.sqrt();
+    let glide = Glide { push: Push::Field(change), cell: &before, dt, strain };
+    assembly.moved = glide.run::<true>(&mut assembly.grains, assembly.contacts.instructions());
 }
 
 /// Forces of all pairs where grains are, kept, over the time step of the sample.
@@ -182,25 +134,19 @@ pub fn forces<S: Space>(sample: &mut Sample<S>) {
 
 /// Forces, kicks, and where steps go on the next drift.
 fn evaluate<S: Space, const DRIFTS: bool>(sample: &mut Sample<S>) {
-    match sample.constants.field.is_plain() {
-        true => pass::<S, false, DRIFTS>(sample),
-        false => pass::<S, true, DRIFTS>(sample),
-    }
-}
-
-fn pass<S: Space, const DAMPS: bool, const DRIFTS: bool>(sample: &mut Sample<S>) {
     let Sample { assembly, constants, step, .. } = sample;
-    let before = assembly.cell;
+    let (before, dt) = (assembly.cell, constants.dt);
     assembly.contacts.settle_images(&before);
-    assembly.contacts.keep_forces(!DRIFTS);
+    assembly.contacts.pass_in_order(constants.law(), &mut assembly.grains, constants.contact_times(*step));
     if DRIFTS {
-        assembly.cell.go_on(constants.dt);
+        assembly.cell.go_on(dt);
     }
     let strain = assembly.cell_home.deformation_to(&assembly.cell);
-    let glide = Glide::<S, DAMPS, DRIFTS> { field: &constants.field, cell: &before, dt: constants.dt, strain };
-    let passed = assembly.evaluate_pairs(constants, *step, Segments::Inner, &glide);
+    let damping = Some(&constants.field.damping).filter(|_| !constants.field.is_plain());
+    let glide = Glide { push: Push::Forces(damping), cell: &before, dt, strain };
+    let moved = glide.run::<DRIFTS>(&mut assembly.grains, assembly.contacts.instructions());
     if DRIFTS {
-        assembly.moved = passed.farthest.sqrt();
+        assembly.moved = moved;
     }
 }
 

@@ -441,7 +441,7 @@ impl<S: Space> Rve<S> {
         let edges = self.carried() * self.state.edges;
         along(&mut self.sample, &edges, count)?;
         self.state.steps += count;
-        self.state.pair_steps += count * self.sample.assembly.contacts.neighbours.pairs.len() as u64;
+        self.state.pair_steps += count * self.sample.assembly.contacts.neighbours.counted as u64;
         Ok(())
     }
 
@@ -459,7 +459,7 @@ impl<S: Space> Rve<S> {
         }
         self.stop_grains();
         let times = self.replicate_where_thin()?;
-        self.sample.assembly.grains.restore_cold();
+        self.sample.assembly.restore_cold();
         self.sample.rebuild(1.0)?;
         for _ in 0..STOPS_MAX {
             let assembly = &mut self.sample.assembly;

@@ -19,6 +19,10 @@ use x86::{Avx2, Avx512};
 /// Lanes of a [`Pack`].
 pub const LANES: usize = 8;
 
+/// Numbers that [`Pack::picked`] picks from.
+pub type Table = [f64; TABLE];
+pub const TABLE: usize = 32;
+
 /// Work that is done with whatever registers the processor has.
 pub trait Packed {
     type Outcome;
@@ -90,6 +94,12 @@ pub trait Pack: Real<Numbers = [f64; LANES]> {
     fn enter<K: Kernel<Self>>(kernel: K) -> K::Outcome;
     /// Rows for columns: result `w` holds lane `w` of every row.
     fn transposed(rows: [Self; LANES]) -> [Self; LANES];
+
+    /// Of a table's numbers those at eight places, which count modulo its length.
+    #[inline(always)]
+    fn picked(table: &Table, places: &[u64; LANES]) -> Self {
+        Self::load(&std::array::from_fn(|lane| table[places[lane] as usize % TABLE]))
+    }
 
     /// Eight words of each of eight records, word by word: result `w` holds word `first + w` of every record.
     #[inline(always)]

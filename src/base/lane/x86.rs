@@ -6,7 +6,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::{Kernel, LANES, Pack, Real};
+use super::{Kernel, LANES, Pack, Real, Table};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Avx512(__m512d);
@@ -164,6 +164,11 @@ impl Pack for Avx512 {
         // SAFETY: the enclosing kernel has AVX-512 F and DQ.
         unsafe { _mm512_storeu_pd(to.as_mut_ptr(), self.0) }
     }
+    #[inline(always)]
+    fn picked(table: &Table, places: &[u64; LANES]) -> Self {
+        // SAFETY: the enclosing kernel has AVX-512 F and DQ.
+        Self(unsafe { picked(table, places) })
+    }
     /// Neighbours within 128 bits, then across.
     #[inline(always)]
     fn transposed(rows: [Self; LANES]) -> [Self; LANES] {
@@ -188,6 +193,19 @@ impl Pack for Avx512 {
             let [w1, w3, w5, w7] = quarters(high);
             [w0, w1, w2, w3, w4, w5, w6, w7]
         }
+    }
+}
+
+/// The quarters of a table in registers, two and two of which a place is looked up in at once.
+#[inline(always)]
+unsafe fn picked(table: &Table, places: &[u64; LANES]) -> __m512d {
+    // SAFETY: the caller has AVX-512 F and DQ, and the table four times eight numbers.
+    unsafe {
+        let places = _mm512_loadu_si512(places.as_ptr().cast());
+        let quarter = |number: usize| _mm512_loadu_pd(table.as_ptr().add(number * LANES));
+        let low = _mm512_permutex2var_pd(quarter(0), places, quarter(1));
+        let high = _mm512_permutex2var_pd(quarter(2), places, quarter(3));
+        _mm512_mask_blend_pd(_mm512_test_epi64_mask(places, _mm512_set1_epi64(16)), low, high)
     }
 }
 

@@ -60,6 +60,9 @@ pub(super) enum Bench {
         /// Discs of Liang & Zhao (2019), Table 1 (plane), or Hertz-Mindlin spheres (solid).
         #[arg(long, default_value = "plane", value_parser = ["plane", "solid"])]
         space: String,
+        /// Steps of grains in an increment of deformation.
+        #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=1000))]
+        sub_steps: u64,
         #[command(flatten)]
         how: How,
     },
@@ -140,10 +143,11 @@ pub(super) fn command(what: &Bench, transport: &dyn Transport) -> Ending {
             };
             mpm::measure(&wanted, transport).map(|measured| page_of_points(&wanted, &measured, how))
         }
-        Bench::Rve { elements, grains, space, .. } => {
+        Bench::Rve { elements, grains, space, sub_steps, .. } => {
             let stretches = Stretches { count: STRETCHES, steps: how.steps.unwrap_or(WORK) };
-            let wanted = rve::Wanted { elements: *elements, grains: *grains, solid: space == "solid", stretches };
-            rve::measure(&wanted, transport).map(|measured| page_of_elements(&measured, how))
+            let (solid, sub_steps) = (space == "solid", *sub_steps);
+            let wanted = rve::Wanted { elements: *elements, grains: *grains, solid, sub_steps, stretches };
+            rve::measure(&wanted, transport).map(|measured| page_of_elements(&wanted, &measured, how))
         }
         Bench::Scaling(_) => unreachable!("it has been returned above"),
     };
@@ -216,15 +220,16 @@ fn page_of_points(wanted: &mpm::Wanted, measured: &mpm::Measured, how: &How) -> 
     page("point", &scheme, speed, &more, json, how)
 }
 
-fn page_of_elements(measured: &rve::Measured, how: &How) -> String {
+fn page_of_elements(wanted: &rve::Wanted, measured: &rve::Measured, how: &How) -> String {
     let told = |stretches: &[f64]| stretches.iter().map(|one| format!("{one:.1}")).collect::<Vec<_>>().join(" ");
     let mut page = format!(
-        "{} RVEs of {} grains in the {}, {} threads\n{} ns per grain-step, increments of ten steps and all that goes with them\n{} ns per grain-step of the packing of bench dem, in turns\n{:.2} is the median of their ratios\n{:.2} contacts per grain; q/p {:.3}; {:.0} bytes per grain resident\n",
+        "{} RVEs of {} grains in the {}, {} threads\n{} ns per grain-step, increments of {} steps and all that goes with them\n{} ns per grain-step of the packing of bench dem, in turns\n{:.2} is the median of their ratios\n{:.2} contacts per grain; q/p {:.3}; {:.0} bytes per grain resident\n",
         measured.elements,
         measured.grains,
         measured.space,
         how.threads,
         told(&measured.rve),
+        wanted.sub_steps,
         told(&measured.packing),
         measured.ratio(),
         measured.contacts_per_grain,

@@ -178,8 +178,8 @@ impl<S: Space> Step<'_, S> {
         let (row_a, row_b) = (pair.a as usize, pair.b() as usize);
         let (a, b) = (self.before(row_a), self.before(row_b));
         let (shift, rate) = self.contacts.shift(&pair);
-        let separation = a.position - b.position + *shift;
-        let relative = a.velocity - b.velocity + *rate;
+        let separation = a.position - b.position + shift;
+        let relative = a.velocity - b.velocity + rate;
         let now = of_sides::<S>([&a, &b], (separation, relative), [self.passed, self.dt]);
         let memory = self.contacts.recall(term.pair());
         let given = self.contacts.given(term.pair());
@@ -196,7 +196,7 @@ impl<S: Space> Step<'_, S> {
         }
         let arm = a.radius - 0.5 * now.overlap;
         let Some(parted) = Parted::of(self.law, &now, &memory, &given, [weight, arm]) else { return };
-        let rates = [*rate, self.shifts_after.0[pair.image().0 as usize].1];
+        let rates = [rate, self.shifts_after.at(pair.image()).1];
         for drift in [BEHIND, AHEAD] {
             let mut still = a;
             (still.velocity, still.spin) = (S::Vector::zero(), S::Spin::zero());

@@ -1,0 +1,155 @@
+//! How grains move in a cell whose edges go straight, eight at a time: their kick, and the drift after it.
+
+use crate::base::lane::{Instructions, LANES, Pack, Packed};
+use crate::base::numbers::{Lanes, Numbers};
+use crate::base::parallel::larger;
+use crate::base::space::{Lanewise, Linear, Space, Words};
+use crate::dem::cell::Cell;
+use crate::dem::grains::{Grains, Hot};
+use crate::dem::motion::Damping;
+
+/// What moves the velocities of grains, and what all of them share.
+#[derive(Clone, Copy)]
+pub struct Glide<'a, S: Space> {
+    pub push: Push<'a, S>,
+    /// Before the drift.
+    pub cell: &'a Cell<S>,
+    pub dt: f64,
+    /// Takes places of the cell at the last rebuild to those after the drift.
+    pub strain: S::Tensor,
+}
+
+#[derive(Clone, Copy)]
+pub enum Push<'a, S: Space> {
+    /// The mean field takes up a change of its gradient, 1/s.
+    Field(&'a S::Tensor),
+    /// Forces, with local damping and others where there are any.
+    Forces(Option<&'a Damping>),
+}
+
+impl<S: Space> Glide<'_, S> {
+    /// Moves all grains, and returns the longest way from home against the mean field, m. Without `DRIFTS` they stay where they are.
+    pub fn run<const DRIFTS: bool>(self, grains: &mut Grains<S>, instructions: Instructions) -> f64 {
+        instructions.run(Gliding::<S, DRIFTS> { glide: self, grains }).sqrt()
+    }
+}
+
+/// With the grains.
+struct Gliding<'a, S: Space, const DRIFTS: bool> {
+    glide: Glide<'a, S>,
+    grains: &'a mut Grains<S>,
+}
+
+impl<S: Space, const DRIFTS: bool> Packed for Gliding<'_, S, DRIFTS> {
+    type Outcome = f64;
+
+    #[inline(always)]
+    fn run<P: Pack>(self) -> f64 {
+        let Grains { hot, homes, force, torque, .. } = self.grains;
+        let zero = P::splat(0.0);
+        // What is not a number is the largest of none, but stays so where it is multiplied by nothing.
+        let (mut most, mut odd) = (zero, zero);
+        let all = hot.chunks_mut(LANES).zip(homes.chunks(LANES)).zip(force.chunks(LANES).zip(torque.chunks(LANES)));
+        for ((hot, homes), (force, torque)) in all {
+            let square = eight::<S, P, DRIFTS>(&self.glide, hot, homes, (force, torque));
+            most = P::max(square, most);
+            odd = odd + square * zero;
+        }
+        (most + odd).numbers().into_iter().fold(0.0, larger)
+    }
+}
+
+/// As many grains as there are, at most eight, of which the last stands for those that lack. The squares of their ways, m2.
+#[inline(always)]
+fn eight<S: Space, P: Pack, const DRIFTS: bool>(
+    glide: &Glide<S>,
+    hot: &mut [Hot<S>],
+    homes: &[S::Vector],
+    (force, torque): (&[S::Vector], &[S::Spin]),
+) -> P {
+    let last = hot.len() - 1;
+    let (at_velocity, at_spin) = (S::DIMENSION, 2 * S::DIMENSION);
+    let at_radius = at_spin + <S::SpinOf<P> as Words<P>>::COUNT;
+    let mut record = Lanes::<P>::zero();
+    record.load(&std::array::from_fn(|lane| &hot[lane.min(last)]), Hot::<S>::WIDTH);
+    let position: S::VectorOf<P> = record.words(0);
+    let (velocity, spin): (S::VectorOf<P>, S::SpinOf<P>) = (record.words(at_velocity), record.words(at_spin));
+    let (radius, mass) = (record.0[at_radius], record.0[at_radius + 2]);
+    let (corner, dt) = (splat::<_, S::VectorOf<P>, P>(&glide.cell.corner), P::splat(glide.dt));
+    let (velocity, spin) = match glide.push {
+        Push::Field(change) => {
+            let turned: S::SpinOf<P> = splat(&S::vorticity(change));
+            (velocity + times::<S, P>(change, &(position - corner)), spin + turned)
+        }
+        Push::Forces(damping) => {
+            let one = P::splat(1.0);
+            let mut linear = columns::<_, S::VectorOf<P>, P>(force) * (one / mass);
+            let mut angular = columns::<_, S::SpinOf<P>, P>(torque) * (one / S::grain_inertia(mass, radius));
+            if let Some(damping) = damping {
+                // The mean field at the middle of the step, when the velocity is known.
+                let fluctuation = velocity - times::<S, P>(&glide.cell.gradient, &(position - corner));
+                linear = damping.opposed(linear, &fluctuation, glide.dt);
+                angular = damping.opposed(angular, &spin, glide.dt);
+            }
+            (velocity + linear * dt, spin + angular * dt)
+        }
+    };
+    record.set_words(at_velocity, &velocity);
+    record.set_words(at_spin, &spin);
+    let mut square = P::splat(0.0);
+    if DRIFTS {
+        let position = position + velocity * dt;
+        record.set_words(0, &position);
+        let homes: S::VectorOf<P> = columns(homes);
+        let moved = position - corner - times::<S, P>(&glide.strain, &(homes - corner));
+        square = moved.dot(&moved);
+    }
+    record.store(hot);
+    square
+}
+
+/// The same in every lane.
+#[inline(always)]
+fn splat<V: Linear, C: Words<P>, P: Pack>(vector: &V) -> C {
+    let mut components = C::zero();
+    for axis in 0..C::COUNT {
+        components.set_word(axis, P::splat(vector[axis]));
+    }
+    components
+}
+
+/// One to a lane, the last in those that lack.
+#[inline(always)]
+fn columns<V: Linear, C: Words<P>, P: Pack>(vectors: &[V]) -> C {
+    // Eight that lie side by side are found without a look at how many there are.
+    match vectors.first_chunk::<LANES>() {
+        Some(whole) => gathered(|lane, axis| whole[lane][axis]),
+        None => gathered(|lane, axis| vectors[lane.min(vectors.len() - 1)][axis]),
+    }
+}
+
+#[inline(always)]
+fn gathered<C: Words<P>, P: Pack>(entry: impl Fn(usize, usize) -> f64) -> C {
+    let mut components = C::zero();
+    for axis in 0..C::COUNT {
+        components.set_word(axis, P::load(&std::array::from_fn(|lane| entry(lane, axis))));
+    }
+    components
+}
+
+/// A tensor times a vector, column by column.
+#[inline(always)]
+fn times<S: Space, P: Pack>(tensor: &S::Tensor, vector: &S::VectorOf<P>) -> S::VectorOf<P> {
+    let column = |column: usize| {
+        let mut entries = S::VectorOf::<P>::zero();
+        for row in 0..S::DIMENSION {
+            entries.set_word(row, P::splat(tensor[column * S::DIMENSION + row]) * vector.word(column));
+        }
+        entries
+    };
+    let mut sum = column(0);
+    for next in 1..S::DIMENSION {
+        sum = sum + column(next);
+    }
+    sum
+}
