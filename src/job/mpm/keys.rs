@@ -415,7 +415,7 @@ impl Load {
         let about = "the time over which it rises from zero";
         form.number(&mut self.ramp, number("ramp", about, TIME, NOT_NEGATIVE, "\"0.1 s\"").or("0.0"));
         let about = "where it acts: on the surface, wherever in a cell that is, or at the points behind it";
-        let key = text("acts_at", about, "\"points\"").follows("surface; points in a hybrid");
+        let key = text("acts_at", about, "\"points\"").follows("surface; points of a traction and in a hybrid");
         choose(form, &mut self.on_surface, "place of a load", key, &[("points", false), ("surface", true)]);
     }
 }

@@ -241,15 +241,22 @@ pub(super) fn check_faces(job: &mut Mpm, top: &Reader<'_>) -> Result<(), Error> 
     Ok(())
 }
 
-/// Loads act on the surface; in a hybrid, whose points stop where grains are, at points.
+/// Pressures act on the surface; in a hybrid, whose points stop where grains are, at points, and so do tractions, which belong to the area
+/// that a point had: where a band comes out of a side it is no measure of the area that there is.
 pub(super) fn check_places_of_loads(job: &mut Mpm, top: &Reader<'_>) -> Result<(), Error> {
     let is_hybrid = job.grains.as_ref().is_some_and(|grains| grains.method == Method::Hybrid);
-    for (load, table) in job.loads.iter_mut().zip(&top.list("load")).filter(|(load, _)| load.on_surface && is_hybrid) {
+    for (load, table) in job.loads.iter_mut().zip(&top.list("load")).filter(|(load, _)| load.on_surface) {
+        let why = match (load.kind, is_hybrid) {
+            (LoadKind::Traction(_), _) => {
+                "is for a pressure: a traction is dead and belongs to its points. Write kind = \"pressure\", or acts_at = \"points\"."
+            }
+            (LoadKind::Pressure(_), true) => {
+                "is not possible in a hybrid, whose points stop where grains are. Write acts_at = \"points\"."
+            }
+            (LoadKind::Pressure(_), false) => continue,
+        };
         if table.has("acts_at") {
-            return Err(table.refusal(
-                "acts_at",
-                "is not possible in a hybrid, whose points stop where grains are. Write acts_at = \"points\".",
-            ));
+            return Err(table.refusal("acts_at", why));
         }
         load.on_surface = false;
     }
