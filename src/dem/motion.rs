@@ -203,7 +203,7 @@ fn oppose_by_component<R: Real, V: Lanewise<R>>(acceleration: V, velocity: &V, s
 /// f_damp = -alpha |f| v/|v| (Liang & Zhao 2019, eq. 29).
 #[inline(always)]
 fn oppose_by_vector<R: Real, V: Lanewise<R>>(acceleration: V, velocity: &V, share: R) -> V {
-    // The root even of one square, which may be too small to be told from nothing.
+    // sqrt(v.v) also of a single component, so that one whose square underflows counts as at rest here as it does in lanes.
     let [speed, size] = [velocity, &acceleration].map(|vector| vector.dot(vector).sqrt());
     let opposed = acceleration - *velocity * (share * size / speed);
     V::choose(speed.above(R::splat(0.0)), &opposed, &acceleration)

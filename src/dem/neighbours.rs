@@ -72,8 +72,8 @@ pub struct Neighbours {
     /// Whether all pairs are one part, in the order of the ids of both of their grains; rows stand in that order too and are all owned.
     /// Who adds the forces of pairs up in this order adds for each grain in that of its terms, and needs none of these.
     pub in_order: bool,
-    /// Of such a list the pairs without the copies that fill it up, and those that segments of the same rows would list with theirs,
-    /// which a step has always been said to cost.
+    /// Of such a list the pairs without the copies that fill it up, and those that segments of the same rows would list with theirs: by
+    /// these a step is costed, as in states of before.
     pub listed: usize,
     pub counted: usize,
 }

@@ -14,6 +14,7 @@ use crate::dem::grains::Cold;
 use crate::domain::layout::Deal;
 use crate::domain::phases::{Phase, Phases};
 use crate::domain::plan::{LoadMap, neighbours};
+use crate::domain::rebuild::COUPLED_CELLS;
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::mpm::points::{Cold as PointCold, Hot};
@@ -332,7 +333,7 @@ impl<S: Space> World<'_, S> {
         let (rim, pairs) = rest.split_at(blocks);
         let mut rim = rim.to_vec();
         self.count_vertices(&mut rim);
-        let coupled = self.near_rim(&rim);
+        let coupled = self.within(COUPLED_CELLS, &rim);
         let costs = self.load_balance.costs(S::DIMENSION);
         let cost = |kind: Kind, rows: i64| costs[kind as usize] * rows as f64;
         let weight = |block: usize| {

@@ -120,7 +120,7 @@ const TRAVELS: u64 = 4;
 
 /// Cells between a point or a vertex and a grain that may still share a node: 1.5 cells of spline and half a cell of drift on
 /// either side.
-const COUPLED_CELLS: usize = 4;
+pub(crate) const COUPLED_CELLS: usize = 4;
 
 impl<'t, S: Space> World<'t, S> {
     /// A world at `step` from parts that the ranks hold in any split (every row on one rank). Homes are taken as they
@@ -311,7 +311,7 @@ impl<'t, S: Space> World<'t, S> {
         self.settle_grains(fresh)?;
         self.check_counts()?;
         self.mark_coupled();
-        self.mark_surface();
+        self.mark_loads();
         Ok(())
     }
 
@@ -627,7 +627,7 @@ impl<'t, S: Space> World<'t, S> {
         self.transport.sum(&mut counts);
         let (rim, grains) = counts.split_at_mut(blocks);
         self.count_vertices(rim);
-        let near = self.near_rim(rim);
+        let near = self.within(COUPLED_CELLS, rim);
         let coupled: Vec<bool> = near.iter().zip(&*grains).map(|(near, grains)| *near && *grains > 0).collect();
         // Grains of a block bring to nodes of the blocks around it.
         let shared = self.with_blocks_around(&coupled)[self.subdomain.deal.held()].to_vec();
@@ -648,13 +648,13 @@ impl<'t, S: Space> World<'t, S> {
         }
     }
 
-    /// Blocks of the whole domain within reach of those that have points of the rim.
-    pub(crate) fn near_rim(&self, rim: &[i64]) -> Vec<bool> {
-        let mut near: Vec<bool> = rim.iter().map(|points| *points > 0).collect();
+    /// Blocks of the whole domain within so many cells of those in which something is counted.
+    pub(crate) fn within(&self, cells: usize, counts: &[i64]) -> Vec<bool> {
+        let mut near: Vec<bool> = counts.iter().map(|count| *count > 0).collect();
         if !near.contains(&true) {
             return near;
         }
-        for _ in 0..COUPLED_CELLS.div_ceil(self.subdomain.layout.cells_per_block) {
+        for _ in 0..cells.div_ceil(self.subdomain.layout.cells_per_block) {
             near = self.with_blocks_around(&near);
         }
         near

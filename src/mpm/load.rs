@@ -1,5 +1,4 @@
-//! Loads on the surface of the material: what each of its points bears. Where that acts is for the load to say, at the point or on the
-//! surface ([`crate::mpm::surface`]).
+//! Loads on the material: what they are for each point that bears one. They act there, or on the surface ([`crate::mpm::surface`]).
 
 use crate::base::space::{Linear, Space};
 

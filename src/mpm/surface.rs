@@ -13,9 +13,8 @@
 //!
 //! Under a pressure P that is `-P (a_i . n) n`, and material with the stress -P is in balance at every node to round-off, whatever its
 //! points, functions and strains are. A_i has all points of that side, so that a load which ends somewhere on it ends there. Where both
-//! sides of an axis reach a node, as in material of less than three cells, each has its share of it: `A_i . A_i` is then that of both.
-//!
-//! Faces across one axis at a time: what a body bears on another face, or a plate there, has no part in it.
+//! sides of an axis reach a node, as in material of less than three cells, it is of the side that a_i points out of. Sides of one axis at a
+//! time: what a body bears on another side, or a plate there, has no part in it.
 
 use crate::base::space::{Linear, Space};
 use crate::mpm::points::Hot;
@@ -59,11 +58,12 @@ impl<S: Space> SurfaceNode<S> {
 
     /// f of the loads on both sides, N.
     pub fn force(&self) -> S::Vector {
-        let whole: f64 = self.sides.iter().map(|side| side.area.dot(&side.area)).sum();
+        let [lower, upper] = self.sides.map(|side| side.area.dot(&side.area) > 0.0);
         let mut force = S::Vector::zero();
-        if whole > 0.0 {
-            for side in &self.sides {
-                force += side.load * (self.outward.dot(&side.area) / whole);
+        for side in &self.sides {
+            let (square, along) = (side.area.dot(&side.area), self.outward.dot(&side.area));
+            if square > 0.0 && (along > 0.0 || !(lower && upper)) {
+                force += side.load * (along / square);
             }
         }
         force

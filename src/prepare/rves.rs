@@ -6,7 +6,7 @@ use rand_chacha::rand_core::Rng;
 use scree_partition::Transport;
 
 use crate::base::error::Error;
-use crate::base::space::{AXES, Space};
+use crate::base::space::{AXES, Linear, Space};
 use crate::base::symmetric::Symmetric;
 use crate::domain::transfer;
 use crate::job::assembly::Assembly;
@@ -24,6 +24,8 @@ use crate::rve::{GrainMaterial, Packings, Rve, RveRow, Scratch, Template};
 
 /// How far the k0 of the job and that of its RVEs may be apart before it is worth a word.
 const K0_OFF: f64 = 0.1;
+/// How far their stress may be from a pressure, over it, before that is.
+const UNEVEN: f64 = 0.02;
 /// Which stream of random numbers says which packing a point begins from.
 const STREAM_OF_PACKINGS: u64 = 1 << 63;
 
@@ -57,6 +59,7 @@ impl<S: Space> Levels<S> {
         let levels = Self { pressures, rves };
         if transport.rank() == 0 {
             levels.tell_k0(&job);
+            levels.tell_uneven(way);
         }
         Ok(levels)
     }
@@ -77,6 +80,24 @@ impl<S: Space> Levels<S> {
             false => tracing::warn!(
                 "warning: RVEs begin with a k0 of {least:.3} to {most:.3}, and stress.k0 = {k0}: it is their grains that say it"
             ),
+        }
+    }
+
+    /// Loose grains may rearrange for ever before they bear the same along all axes.
+    fn tell_uneven(&self, way: Path) {
+        if way != Path::Isotropic {
+            return;
+        }
+        let scratch = &mut Scratch::default();
+        let mut worst = 0.0_f64;
+        for rve in self.rves.iter().flatten() {
+            let stress = rve.observe(scratch).kirchhoff.tensor();
+            let mean = S::trace(&stress) / S::DIMENSION as f64;
+            let off = stress - S::identity() * mean;
+            (0..S::Tensor::COMPONENTS).for_each(|at| worst = worst.max((off[at] / mean).abs()));
+        }
+        if worst > UNEVEN {
+            tracing::warn!("warning: RVEs begin with stresses that differ from a pressure by {worst:.3} of it at most");
         }
     }
 

@@ -9,8 +9,8 @@ const FREE_TABLE: &str = "output.";
 const BOUND: [&str; 2] = ["output.contact_frames", "output.energy_balance"];
 /// Keys that the packing in a run's folder was made by, and how it lies: it goes along with every branch.
 const KEPT: [&str; 2] = ["packing.height", "enrichment.reference"];
-/// And the end of those whose points know from the start.
-const KEPT_END: &str = ".acts_at";
+/// And of loads, which points know from the start.
+const KEPT_OF_LOADS: [&str; 4] = [".face", ".lower", ".upper", ".acts_at"];
 
 /// A key that two jobs do not share.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +31,19 @@ impl Change {
 
     /// Whether not even a branch may have it.
     pub fn is_kept(&self) -> bool {
-        KEPT.contains(&self.key.as_str()) || self.key.ends_with(KEPT_END)
+        KEPT.contains(&self.key.as_str()) || self.is_of_kept_load()
+    }
+
+    fn is_of_kept_load(&self) -> bool {
+        self.key.starts_with("load[") && KEPT_OF_LOADS.iter().any(|end| self.key.ends_with(end))
+    }
+
+    /// Why it is kept.
+    pub fn why_kept(&self) -> &'static str {
+        match self.is_of_kept_load() {
+            true => "points know from the start of a run which loads they bear, and where",
+            false => "the grains of a zone are those of the packing that the run began with",
+        }
     }
 
     /// Whether it asks for the paths of points, which a state with grains in it has kept only if its zone has been to grow.

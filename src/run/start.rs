@@ -257,8 +257,9 @@ fn continued_job(dir: &Path, state: &State, continuation: Continuation) -> Resul
     let changes = changes::between(&began, &job);
     if let Some(kept) = changes.iter().find(|change| change.is_kept()) {
         return Err(Error::User(format!(
-            "{shown}: {} is not possible: the grains of a zone are those of the packing that the run began with, also in a branch. Start a new run by `scree run`.",
-            kept.words()
+            "{shown}: {} is not possible: {}, also in a branch. Start a new run by `scree run`.",
+            kept.words(),
+            kept.why_kept()
         )));
     }
     let paths = changes.iter().find(|change| progress.enriched_step > 0 && change.asks_for_paths());

@@ -2,6 +2,7 @@
 //! becomes there.
 
 use crate::base::error::Error;
+use crate::base::parallel::larger;
 use crate::base::space::{Linear, Space};
 use crate::base::symmetric::Symmetric;
 use crate::rve::drive::Drive;
@@ -29,7 +30,7 @@ const INCREMENTS_MAX: u64 = 20_000;
 const EVENING_MAX: u64 = 400;
 
 /// An assembly on its way.
-struct Walk<'a, S: Space> {
+struct Compression<'a, S: Space> {
     rve: Rve<S>,
     deformation: S::Tensor,
     /// Cauchy, compression positive, Pa.
@@ -38,7 +39,7 @@ struct Walk<'a, S: Space> {
     scratch: &'a mut Scratch<S>,
 }
 
-impl<S: Space> Walk<'_, S> {
+impl<S: Space> Compression<'_, S> {
     /// A strain more, compression positive.
     fn strain(&mut self, more: &S::Tensor) -> Result<(), Error> {
         self.deformation = (S::identity() - *more) * self.deformation;
@@ -56,13 +57,14 @@ impl<S: Space> Walk<'_, S> {
     }
 
     /// Until no component of the stress is farther than the tolerance from that of a pressure.
-    fn even_out(&mut self, pressure: f64, modulus: f64) -> Result<(), Error> {
+    fn even_out(&mut self, pressure: f64) -> Result<(), Error> {
+        let modulus = S::DIMENSION as f64 * self.rve.observe(self.scratch).modulus_most();
         for _ in 0..EVENING_MAX {
             let missing = S::identity() * pressure - self.stress;
             let mut more = missing * (SHARE / modulus);
             let mut worst = 0.0_f64;
             for component in 0..S::Tensor::COMPONENTS {
-                worst = worst.max(missing[component].abs());
+                worst = larger(worst, missing[component].abs());
                 more[component] = more[component].clamp(-INCREMENT, INCREMENT);
             }
             if worst <= TOLERANCE * pressure {
@@ -85,31 +87,32 @@ pub fn levels<S: Space>(
     // Stiffer than it can be along any path, so that the first increment goes too far for none.
     let bound = S::DIMENSION as f64 * start.observe(scratch).modulus_most();
     let mut stiffness = Some(bound).filter(|bound| *bound > 0.0);
-    let mut walk = Walk { rve: start.clone(), deformation: S::identity(), stress: S::Tensor::zero(), drive, scratch };
-    walk.strain(&S::Tensor::zero())?;
+    let mut state =
+        Compression { rve: start.clone(), deformation: S::identity(), stress: S::Tensor::zero(), drive, scratch };
+    state.strain(&S::Tensor::zero())?;
     let mut reached = Vec::with_capacity(stresses.len());
     for wanted in stresses {
         let mut increments = 0;
-        while walk.borne(path) < (1.0 - TOLERANCE) * wanted {
-            let before = walk.borne(path);
+        while state.borne(path) < (1.0 - TOLERANCE) * wanted {
+            let before = state.borne(path);
             let by_stiffness = stiffness.map_or(INCREMENT, |stiffness| SHARE * (wanted - before) / stiffness);
             let increment = by_stiffness.clamp(0.01 * INCREMENT, INCREMENT);
-            walk.strain(&compression::<S>(path, increment))?;
-            let stress = walk.borne(path);
+            state.strain(&compression::<S>(path, increment))?;
+            let stress = state.borne(path);
             // One that rearranges may bear less for a moment.
             stiffness = Some((stress - before) / increment).filter(|stiffness| *stiffness > 0.0).or(stiffness);
             increments += 1;
             if increments > INCREMENTS_MAX {
                 return Err(Error::Run(format!(
                     "a grain assembly bears {stress:.4e} Pa after a compression to {:.4} of its volume, and {wanted:.4e} Pa are wanted of it: its contacts are too soft, or its packing too loose",
-                    S::determinant(&walk.deformation)
+                    S::determinant(&state.deformation)
                 )));
             }
         }
         if path == Path::Isotropic && bound > 0.0 {
-            walk.even_out(*wanted, bound)?;
+            state.even_out(*wanted)?;
         }
-        let mut level = walk.rve.clone();
+        let mut level = state.rve.clone();
         level.begin_here();
         reached.push(level);
     }

@@ -4,7 +4,7 @@
 //!
 //! * [`drive`]: how the cell gets from one deformation to the next, and in how many steps of its grains.
 //! * [`step`]: a step of grains in a cell whose edges go straight.
-//! * [`glide`]: how it moves them.
+//! * [`kick_drift`]: how it moves them.
 //! * [`measure`]: stress, fabric and the like, summed over contacts in the order of ids.
 //! * [`levels`]: one assembly under several stresses.
 //! * [`rest`]: all that an assembly is between two increments, in a few numbers.
@@ -12,7 +12,7 @@
 //! * [`volume_element`]: an assembly with its deformation, its loose state and what becomes of a cell that gets too thin.
 
 pub mod drive;
-pub mod glide;
+pub mod kick_drift;
 pub mod levels;
 pub mod measure;
 pub mod renew;

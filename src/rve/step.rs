@@ -13,7 +13,7 @@ use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::dem::contacts::Rooms;
 use crate::dem::sample::Sample;
-use crate::rve::glide::{Glide, Push};
+use crate::rve::kick_drift::{KickDrift, Push};
 
 /// What a thread lends to the assembly that it steps: forces, which nothing remembers.
 #[derive(Clone, Debug)]
@@ -123,8 +123,8 @@ fn set_out<S: Space>(sample: &mut Sample<S>, change: &S::Tensor) {
     let before = assembly.cell;
     assembly.cell.go_on(dt);
     let strain = assembly.cell_home.deformation_to(&assembly.cell);
-    let glide = Glide { push: Push::Field(change), cell: &before, dt, strain };
-    assembly.moved = glide.run::<true>(&mut assembly.grains, assembly.contacts.instructions());
+    let kick_drift = KickDrift { push: Push::MeanField(change), cell: &before, dt, strain };
+    assembly.moved = kick_drift.run::<true>(&mut assembly.grains, assembly.contacts.instructions());
 }
 
 /// Forces of all pairs where grains are, kept, over the time step of the sample.
@@ -143,8 +143,8 @@ fn evaluate<S: Space, const DRIFTS: bool>(sample: &mut Sample<S>) {
     }
     let strain = assembly.cell_home.deformation_to(&assembly.cell);
     let damping = Some(&constants.field.damping).filter(|_| !constants.field.is_plain());
-    let glide = Glide { push: Push::Forces(damping), cell: &before, dt, strain };
-    let moved = glide.run::<DRIFTS>(&mut assembly.grains, assembly.contacts.instructions());
+    let kick_drift = KickDrift { push: Push::Forces(damping), cell: &before, dt, strain };
+    let moved = kick_drift.run::<DRIFTS>(&mut assembly.grains, assembly.contacts.instructions());
     if DRIFTS {
         assembly.moved = moved;
     }

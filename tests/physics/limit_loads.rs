@@ -28,14 +28,14 @@ fn plateau(job: &str, cell: f64, [job_half, half]: [f64; 2], exact: f64) -> (f64
 }
 
 /// The load comes to Prandtl's and stays there, wherever in a cell the footing's edge is: the grid does not lock, and no line of nodes is let go
-/// or acted on as a whole where the edge passes it.
+/// or acted on as a whole where the edge passes it. Both are from above, by the lines that the edge covers in part.
 #[test]
 fn footings_on_seven_cells_bear_prandtl_s_load_wherever_their_edge_is() {
     let phi = 28.1 * PI / 180.0;
     let half = tan(PI / 4.0 + phi / 2.0);
     let jobs = [
         ("prandtl_cohesive.toml", 0.5, (2.0 + PI) * 10e3, 0.01, 1.09),
-        ("prandtl_surcharge.toml", 1.0, half * half * exp(PI * tan(phi)) * 20e3, 0.07, 1.15),
+        ("prandtl_surcharge.toml", 1.0, half * half * exp(PI * tan(phi)) * 20e3, 0.07, 1.18),
     ];
     for (job, own, exact, swing, bound) in jobs {
         let cell = 2.0 * own / 7.0;

@@ -81,6 +81,37 @@ fn a_pressure_holds_its_own_stress() {
     assert!(departure(&at_points, 2)[0] > 0.05);
 }
 
+/// The same of a block that is thrown across cells and blocks, away from walls.
+#[test]
+fn a_pressure_goes_with_its_surface() {
+    for scheme in schemes() {
+        let moves = "velocity = [2.0, -1.5]\n[decomposition]\ncells_per_block = 3\n";
+        let text = block(2, &scheme, [0.35, 0.65], &(moves.to_string() + &on_all_sides(2, "surface")));
+        let ran = Ran::of(&text);
+        let strays = ran.points("velocity").into_iter().map(|v| (v[0] - 2.0).abs().max((v[1] + 1.5).abs()));
+        let stray = strays.fold(0.0, f64::max);
+        assert!(stray < 1e-11, "{scheme}: {stray:.1e}");
+    }
+}
+
+/// A pressure on one side of material of three cells is all there, and of two and one cells as far as both sides do not share nodes.
+#[test]
+fn thin_material_bears_what_its_nodes_tell_apart() {
+    let load = "[[load]]\nface = \"y_upper\"\nkind = \"pressure\"\npressure = 500\n[output]\nseries_interval = 1e-3\n";
+    for (cells, most) in [(3, 1e-12), (2, 0.16), (1, 0.32)] {
+        for scheme in schemes() {
+            let width = 0.1 * f64::from(cells);
+            let ran = Ran::of(&block(2, &scheme, [0.4, 0.4 + width], load));
+            let (times, down) = (ran.series("time"), ran.series("momentum_y"));
+            let first = times.iter().position(|time| *time > 0.0).unwrap();
+            let share = down[first] / (-500.0 * width * 0.01 * times[first]);
+            let is_hat = ["linear", "generalised"].iter().any(|shape| scheme.contains(shape));
+            let most = if is_hat { 1e-12 } else { most };
+            assert!(share < 1.0 + 1e-12 && 1.0 - share < most, "{cells} cells, {scheme}: {share}");
+        }
+    }
+}
+
 /// A pressure that ends within a side is all there, and so is one on a side of which a corner is under another.
 #[test]
 fn a_load_is_neither_more_nor_less_than_its_area() {

@@ -11,6 +11,7 @@ use crate::couple::zone::{CellGrid, Enrichment, Label, Zone};
 use crate::dem::grains::{Hot, Mover};
 use crate::domain::transfer;
 use crate::domain::world::World;
+use crate::mpm::load::loads_in;
 use crate::mpm::points::{Hot as PointHot, Point};
 use crate::mpm::track::Instants;
 use crate::prepare::reference::{Lies, Reference};
@@ -125,7 +126,8 @@ impl Plan {
         let mut points = transfer::gather_everywhere(world.transport, points)?;
         points.sort_unstable_by_key(|point| point.cold.id);
         // Points bear loads, and grains do not: they share the cells of those that do.
-        let loaded = points.iter().filter(|point| point.cold.loads != 0).map(|point| point.hot.position);
+        let loaded =
+            points.iter().filter(|point| loads_in(point.cold.loads).next().is_some()).map(|point| point.hot.position);
         loaded.for_each(|place| zone.share(place[0], place[1]));
         let (zone_of, points_of) = (&zone, &points);
         let of = |wanted: Label| points_of.iter().filter(move |point| becomes(zone_of, &point.hot) == wanted);

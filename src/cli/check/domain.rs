@@ -90,7 +90,8 @@ pub fn faces(page: &mut Page, slots: &Slots) {
             LoadKind::Pressure(pressure) => (figures(*pressure), "pressure that follows the surface"),
         };
         let area = figures(points as f64 * job.point_area());
-        let note = format!("{kind} on {} points, {area} m2", whole(points as f64));
+        let at = if load.on_surface { "on the surface of" } else { "at" };
+        let note = format!("{kind}, {at} {} points, {area} m2", whole(points as f64));
         page.row(&load.face.name(), &format!("{value} Pa"), &note);
     }
 }

@@ -4,7 +4,7 @@ use super::Slots;
 use super::page::{figures, megapascals};
 use crate::job::assembly::Shape;
 use crate::job::figures::{rate_max, stresses_of_packing};
-use crate::job::mpm::{InitialStress, Mpm, Region, RegionShape, figures as of};
+use crate::job::mpm::{InitialStress, Load, Mpm, Region, RegionShape, figures as of};
 use crate::mpm::faces::BEYOND;
 use crate::mpm::scheme::ShapeFunction;
 
@@ -51,6 +51,7 @@ pub fn warnings(slots: &Slots) -> Vec<String> {
         warnings.extend(filled_regions(job, slots.job.regions()));
         warnings.extend(thin_bodies(job));
         warnings.extend(thin_material(job));
+        warnings.extend(thin_under_load(job));
         warnings.extend(linear_shape(job));
     }
     warnings
@@ -281,6 +282,25 @@ fn thin_material(job: &Mpm) -> Vec<String> {
         }
     }
     warnings
+}
+
+/// A pressure weighs its nodes by the material behind it, whose far side must not count among them.
+fn thin_under_load(job: &Mpm) -> Vec<String> {
+    let cells = match job.scheme.shape {
+        ShapeFunction::Linear | ShapeFunction::Generalised => 1.0,
+        ShapeFunction::Quadratic | ShapeFunction::Cubic => 3.0,
+    };
+    let rows = (cells * job.grid.cell / job.spacing()).round() as usize;
+    let on_surface = job.loads.iter().filter(|load| load.on_surface);
+    let thin = on_surface.filter(|load| of::rows_behind(job, load, rows) < rows);
+    let words = |load: &Load| {
+        format!(
+            "the material under the pressure on {} is thinner than {} mm, so that its far side shares nodes with it, and not all of the pressure is there: make it thicker, take smaller cells, or write acts_at = \"points\".",
+            load.face.name(),
+            figures(1e3 * rows as f64 * job.spacing())
+        )
+    };
+    thin.map(words).collect()
 }
 
 fn linear_shape(job: &Mpm) -> Option<String> {

@@ -137,13 +137,14 @@ impl<S: Space> World<'_, S> {
 
     /// What loads that act at points are on them now. One that grains share its place with bears all of it: they bear none.
     fn push_loaded(&mut self) {
-        if !self.has_loads_at_points() {
-            return;
-        }
         let time = self.time() + 0.5 * self.dt_of_continuum();
         let (points, loads) = (&mut self.continuum.points, &self.settings.loads);
         for (row, push) in &mut points.loaded {
             let (deformation, word) = (&points.hot[*row as usize].deformation, points.cold[*row as usize].loads);
+            if loads_in(word).next().is_none() {
+                // What someone else put on it.
+                continue;
+            }
             let borne = loads_in(word).map(|load| &loads[load]).filter(|load| !load.on_surface);
             *push = borne.fold(S::Vector::zero(), |sum, load| sum + load.on(deformation, time));
         }
@@ -182,7 +183,7 @@ impl<S: Space> World<'_, S> {
 
     fn scatter_loads(&mut self, tier: Tier) {
         let Points { hot, loaded, .. } = &mut self.continuum.points;
-        if loaded.is_empty() || self.settings.loads.iter().all(|load| load.on_surface) {
+        if loaded.is_empty() {
             return;
         }
         let shape = self.settings.grid.shape;

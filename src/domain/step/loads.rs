@@ -5,6 +5,7 @@ use crate::base::space::{Linear, Space};
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
 use crate::mpm::load::{Load, area_now, loads_in, of_side};
+use crate::mpm::shape::DRIFT_MAX;
 use crate::mpm::surface::{Side, SurfaceNode, SurfaceRows, scatter};
 
 /// Numbers of a node in a message, in the plane and in space: a, and A and q of both sides.
@@ -17,11 +18,6 @@ impl<S: Space> World<'_, S> {
         (0..S::DIMENSION).filter(|axis| loads.iter().any(|load| load.on_surface && load.axis() == *axis))
     }
 
-    /// Whether any load acts at points.
-    pub(crate) fn has_loads_at_points(&self) -> bool {
-        self.settings.loads.iter().any(|load| !load.on_surface)
-    }
-
     /// Exchanges of nodes with faces and loads in a step, and the numbers per row of all of them.
     pub(crate) fn exchanges_beside(&self) -> [usize; 2] {
         let exchanges = if self.has_points() { self.passes() * self.axes_of_loads().count() } else { 0 };
@@ -29,19 +25,24 @@ impl<S: Space> World<'_, S> {
         [of_faces + exchanges, numbers + exchanges * SURFACE[S::DIMENSION - 2]]
     }
 
-    /// Tiles near the surface: their points, or those of blocks around, reach a node that a point of it reaches. Collective.
-    pub(crate) fn mark_surface(&mut self) {
-        if !self.has_points() || self.axes_of_loads().next().is_none() {
+    /// Points that loads act at, and tiles near the surface: their points, or those of blocks around, reach a node that a point of the surface
+    /// reaches. Collective.
+    pub(crate) fn mark_loads(&mut self) {
+        let has_surface = self.has_points() && self.axes_of_loads().next().is_some();
+        let (points, loads) = (&mut self.continuum.points, &self.settings.loads);
+        let cold = &points.cold;
+        points.loaded.retain(|(row, _)| loads_in(cold[*row as usize].loads).any(|load| !loads[load].on_surface));
+        if !has_surface {
             self.continuum.tiles.surface = SurfaceRows::default();
             return;
         }
         let mut counts = vec![0i64; self.subdomain.layout.block_count()];
-        let cold = &self.continuum.points.cold;
+        let reach = 2.0 * (self.subdomain.layout.lattice().reach() + DRIFT_MAX);
         for (block, range) in self.subdomain.deal.held().zip(&self.subdomain.point_ranges) {
-            counts[block] = i64::from(cold[range.clone()].iter().any(|cold| cold.loads != 0));
+            counts[block] = i64::from(cold[range.clone()].iter().any(|cold| cold.loads >= of_side(0, false)));
         }
         self.transport.sum(&mut counts);
-        let near = self.near_rim(&counts)[self.subdomain.deal.held()].to_vec();
+        let near = self.within(reach.ceil() as usize, &counts)[self.subdomain.deal.held()].to_vec();
         let surface = &mut self.continuum.tiles.surface;
         if surface.near != near || surface.forces.len() != self.subdomain.nodes.mosaic.owned.len() {
             *surface = SurfaceRows::lay(&self.subdomain.nodes.mosaic, near);

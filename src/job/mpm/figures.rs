@@ -81,7 +81,11 @@ pub fn points_max(job: &Mpm) -> f64 {
 
 /// Points that bear a load.
 pub fn points_loaded(job: &Mpm, load: &Load) -> u64 {
-    let whole = |region: &Region| {
+    indices_loaded(job, load).count() as u64
+}
+
+fn indices_loaded(job: &Mpm, load: &Load) -> impl Iterator<Item = [usize; 3]> {
+    let within = |region: &Region| {
         let ranges = places_of(job, region);
         std::array::from_fn(|axis| {
             if axis >= job.grid.dimension {
@@ -93,12 +97,25 @@ pub fn points_loaded(job: &Mpm, load: &Load) -> u64 {
             ranges[axis].start.max(first)..ranges[axis].end.min(last.saturating_add(1))
         })
     };
-    let mut count = 0;
-    for (number, region) in job.regions.iter().enumerate() {
-        let bears = |index: &[usize; 3]| job.region_at(&job.place(*index)) == Some(number) && job.bears(load, *index);
-        count += indices(whole(region)).filter(bears).count() as u64;
-    }
-    count
+    job.regions.iter().enumerate().flat_map(move |(number, region)| {
+        let bears =
+            move |index: &[usize; 3]| job.region_at(&job.place(*index)) == Some(number) && job.bears(load, *index);
+        indices(within(region)).filter(bears)
+    })
+}
+
+/// The fewest rows of points behind the surface that a load acts on, the surface's own among them, and no more than `most`.
+pub fn rows_behind(job: &Mpm, load: &Load, most: usize) -> usize {
+    let behind = crate::job::mpm::Face { axis: load.face.axis, upper: !load.face.upper };
+    let count = |mut index: [usize; 3]| {
+        let mut rows = 1;
+        while rows < most && job.has_point_beyond(index, behind) {
+            index = job.beyond(index, behind);
+            rows += 1;
+        }
+        rows
+    };
+    indices_loaded(job, load).map(count).min().unwrap_or(most)
 }
 
 /// Lowest and highest coordinate along an axis that the points of a region have, m.

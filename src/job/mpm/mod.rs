@@ -564,14 +564,17 @@ impl Mpm {
     }
 
     /// Whether there is a point one spacing beyond that of an index, across the periods.
-    pub fn has_point_beyond(&self, mut index: [usize; 3], face: Face) -> bool {
+    pub fn has_point_beyond(&self, index: [usize; 3], face: Face) -> bool {
         let (axis, count) = (face.axis, self.places()[face.axis]);
         let at_end = index[axis] == if face.upper { count - 1 } else { 0 };
-        if at_end && !self.grid.periodic[axis] {
-            return false;
-        }
+        (!at_end || self.grid.periodic[axis]) && self.region_at(&self.place(self.beyond(index, face))).is_some()
+    }
+
+    /// The index of the place one spacing beyond that of another, across the periods.
+    pub fn beyond(&self, mut index: [usize; 3], face: Face) -> [usize; 3] {
+        let (axis, count) = (face.axis, self.places()[face.axis]);
         index[axis] = if face.upper { (index[axis] + 1) % count } else { (index[axis] + count - 1) % count };
-        self.region_at(&self.place(index)).is_some()
+        index
     }
 
     /// Area that a point bears at the start, m2.

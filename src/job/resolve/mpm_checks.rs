@@ -241,8 +241,8 @@ pub(super) fn check_faces(job: &mut Mpm, top: &Reader<'_>) -> Result<(), Error> 
     Ok(())
 }
 
-/// Pressures act on the surface; in a hybrid, whose points stop where grains are, at points, and so do tractions, which belong to the area
-/// that a point had: where a band comes out of a side it is no measure of the area that there is.
+/// Pressures act on the surface; in a hybrid, whose points stop where grains are, they act at points. So do tractions: they belong to the area
+/// that each point had at the start, which is no measure of the surface where a band comes out of it.
 pub(super) fn check_places_of_loads(job: &mut Mpm, top: &Reader<'_>) -> Result<(), Error> {
     let is_hybrid = job.grains.as_ref().is_some_and(|grains| grains.method == Method::Hybrid);
     for (load, table) in job.loads.iter_mut().zip(&top.list("load")).filter(|(load, _)| load.on_surface) {

@@ -424,9 +424,6 @@ impl<S: Space> World<'_, S> {
 
     fn works_of_loads(&self) -> Works {
         let mut works = Works::default();
-        if !self.has_loads_at_points() {
-            return works;
-        }
         let (len, shape) = (self.subdomain.nodes.mosaic.nodes_per_tile, self.settings.grid.shape);
         let mut loaded = self.continuum.points.loaded.iter().peekable();
         for (block, range) in self.subdomain.point_ranges.iter().enumerate() {

@@ -10,7 +10,7 @@ use crate::dem::motion::Damping;
 
 /// What moves the velocities of grains, and what all of them share.
 #[derive(Clone, Copy)]
-pub struct Glide<'a, S: Space> {
+pub struct KickDrift<'a, S: Space> {
     pub push: Push<'a, S>,
     /// Before the drift.
     pub cell: &'a Cell<S>,
@@ -22,36 +22,36 @@ pub struct Glide<'a, S: Space> {
 #[derive(Clone, Copy)]
 pub enum Push<'a, S: Space> {
     /// The mean field takes up a change of its gradient, 1/s.
-    Field(&'a S::Tensor),
+    MeanField(&'a S::Tensor),
     /// Forces, with local damping and others where there are any.
     Forces(Option<&'a Damping>),
 }
 
-impl<S: Space> Glide<'_, S> {
+impl<S: Space> KickDrift<'_, S> {
     /// Moves all grains, and returns the longest way from home against the mean field, m. Without `DRIFTS` they stay where they are.
     pub fn run<const DRIFTS: bool>(self, grains: &mut Grains<S>, instructions: Instructions) -> f64 {
-        instructions.run(Gliding::<S, DRIFTS> { glide: self, grains }).sqrt()
+        instructions.run(OfGrains::<S, DRIFTS> { kick_drift: self, grains }).sqrt()
     }
 }
 
 /// With the grains.
-struct Gliding<'a, S: Space, const DRIFTS: bool> {
-    glide: Glide<'a, S>,
+struct OfGrains<'a, S: Space, const DRIFTS: bool> {
+    kick_drift: KickDrift<'a, S>,
     grains: &'a mut Grains<S>,
 }
 
-impl<S: Space, const DRIFTS: bool> Packed for Gliding<'_, S, DRIFTS> {
+impl<S: Space, const DRIFTS: bool> Packed for OfGrains<'_, S, DRIFTS> {
     type Outcome = f64;
 
     #[inline(always)]
     fn run<P: Pack>(self) -> f64 {
         let Grains { hot, homes, force, torque, .. } = self.grains;
         let zero = P::splat(0.0);
-        // What is not a number is the largest of none, but stays so where it is multiplied by nothing.
+        // A maximum drops what is not a number; a sum of it times zero keeps it.
         let (mut most, mut odd) = (zero, zero);
         let all = hot.chunks_mut(LANES).zip(homes.chunks(LANES)).zip(force.chunks(LANES).zip(torque.chunks(LANES)));
         for ((hot, homes), (force, torque)) in all {
-            let square = eight::<S, P, DRIFTS>(&self.glide, hot, homes, (force, torque));
+            let square = eight::<S, P, DRIFTS>(&self.kick_drift, hot, homes, (force, torque));
             most = P::max(square, most);
             odd = odd + square * zero;
         }
@@ -62,7 +62,7 @@ impl<S: Space, const DRIFTS: bool> Packed for Gliding<'_, S, DRIFTS> {
 /// As many grains as there are, at most eight, of which the last stands for those that lack. The squares of their ways, m2.
 #[inline(always)]
 fn eight<S: Space, P: Pack, const DRIFTS: bool>(
-    glide: &Glide<S>,
+    kick_drift: &KickDrift<S>,
     hot: &mut [Hot<S>],
     homes: &[S::Vector],
     (force, torque): (&[S::Vector], &[S::Spin]),
@@ -75,9 +75,9 @@ fn eight<S: Space, P: Pack, const DRIFTS: bool>(
     let position: S::VectorOf<P> = record.words(0);
     let (velocity, spin): (S::VectorOf<P>, S::SpinOf<P>) = (record.words(at_velocity), record.words(at_spin));
     let (radius, mass) = (record.0[at_radius], record.0[at_radius + 2]);
-    let (corner, dt) = (splat::<_, S::VectorOf<P>, P>(&glide.cell.corner), P::splat(glide.dt));
-    let (velocity, spin) = match glide.push {
-        Push::Field(change) => {
+    let (corner, dt) = (splat::<_, S::VectorOf<P>, P>(&kick_drift.cell.corner), P::splat(kick_drift.dt));
+    let (velocity, spin) = match kick_drift.push {
+        Push::MeanField(change) => {
             let turned: S::SpinOf<P> = splat(&S::vorticity(change));
             (velocity + times::<S, P>(change, &(position - corner)), spin + turned)
         }
@@ -87,9 +87,9 @@ fn eight<S: Space, P: Pack, const DRIFTS: bool>(
             let mut angular = columns::<_, S::SpinOf<P>, P>(torque) * (one / S::grain_inertia(mass, radius));
             if let Some(damping) = damping {
                 // The mean field at the middle of the step, when the velocity is known.
-                let fluctuation = velocity - times::<S, P>(&glide.cell.gradient, &(position - corner));
-                linear = damping.opposed(linear, &fluctuation, glide.dt);
-                angular = damping.opposed(angular, &spin, glide.dt);
+                let fluctuation = velocity - times::<S, P>(&kick_drift.cell.gradient, &(position - corner));
+                linear = damping.opposed(linear, &fluctuation, kick_drift.dt);
+                angular = damping.opposed(angular, &spin, kick_drift.dt);
             }
             (velocity + linear * dt, spin + angular * dt)
         }
@@ -101,7 +101,7 @@ fn eight<S: Space, P: Pack, const DRIFTS: bool>(
         let position = position + velocity * dt;
         record.set_words(0, &position);
         let homes: S::VectorOf<P> = columns(homes);
-        let moved = position - corner - times::<S, P>(&glide.strain, &(homes - corner));
+        let moved = position - corner - times::<S, P>(&kick_drift.strain, &(homes - corner));
         square = moved.dot(&moved);
     }
     record.store(hot);
