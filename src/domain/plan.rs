@@ -46,7 +46,7 @@ pub struct LoadMap {
     /// Times that points go to the grid and back in a step.
     pub passes: usize,
     /// Exchanges of nodes with faces of bodies and with loads on the surface in a step, beside these, and the numbers per row of all of them.
-    #[serde(default)]
+    #[serde(default, alias = "faces")]
     pub beside: [usize; 2],
     /// Reductions over all ranks in a step.
     pub reductions: usize,

@@ -52,7 +52,7 @@ use crate::mpm::faces::{BEYOND, FaceSet, Lattice, ROUND_OFF, TOUCH};
 use crate::mpm::points::Hot;
 use crate::mpm::scatter::TileFrame;
 use crate::mpm::scheme::ShapeFunction;
-use crate::mpm::shape::{Cubic, Generalised, LinearHat, Quadratic, Shape, Stencil, row};
+use crate::mpm::shape::{Cubic, Generalised, LinearHat, Quadratic, Shape};
 
 /// Times that columns act one on the other.
 pub const SWEEPS: usize = 2;
@@ -597,28 +597,18 @@ fn bring<S: Space, F: Shape<N>, const N: usize>(
     touch: f64,
     tile: &mut [Outline],
 ) {
-    let stencil = frame.stencil::<F, N>(&point.position);
-    let first = stencil.first(frame.edge) as usize;
     let initial = point.weight * point.volume;
     let (volume, kirchhoff) = (initial * point.volume_ratio(), point.kirchhoff());
-    for k in 0..Stencil::<S, f64, N>::LAYERS {
-        for j in 0..N {
-            for i in 0..N {
-                let node = &mut tile[first + row(frame.edge, j, k) + i].0;
-                let at = [i, j, k];
-                let [x, y, z]: [f64; 3] = std::array::from_fn(|axis| stencil.values[axis][at[axis]]);
-                let slope = |axis: usize| stencil.slopes[axis][at[axis]];
-                let (slopes, value) = ([slope(0) * y * z, x * slope(1) * z, x * y * slope(2)], x * y * z);
-                for axis in 0..S::DIMENSION {
-                    node[GRADIENT + axis] += volume * slopes[axis];
-                    for other in 0..=axis {
-                        let stress = kirchhoff[axis * S::DIMENSION + other];
-                        node[LOAD + axis * (axis + 1) / 2 + other] += initial * value * stress;
-                    }
-                }
-                node[TOUCHED] += touch * value;
-                node[VOLUME] += volume * value;
+    frame.stencil::<F, N>(&point.position).for_each_gradient(frame.edge, |node, value, gradient| {
+        let node = &mut tile[node].0;
+        for axis in 0..S::DIMENSION {
+            node[GRADIENT + axis] += volume * gradient[axis];
+            for other in 0..=axis {
+                let stress = kirchhoff[axis * S::DIMENSION + other];
+                node[LOAD + axis * (axis + 1) / 2 + other] += initial * value * stress;
             }
         }
-    }
+        node[TOUCHED] += touch * value;
+        node[VOLUME] += volume * value;
+    });
 }

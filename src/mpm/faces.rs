@@ -38,7 +38,7 @@ use crate::mpm::askew;
 use crate::mpm::points::Hot;
 use crate::mpm::scatter::TileFrame;
 use crate::mpm::scheme::ShapeFunction;
-use crate::mpm::shape::{Cubic, DRIFT_MAX, Generalised, LinearHat, Quadratic, Shape, Stencil, row};
+use crate::mpm::shape::{Cubic, DRIFT_MAX, Generalised, LinearHat, Quadratic, Shape};
 
 /// Sides that faces have: the lower and the upper of each axis.
 pub const SIDES: usize = 6;
@@ -596,22 +596,13 @@ fn bring<S: Space, F: Shape<N>, const N: usize>(
             count += 1;
         }
     }
-    let first = stencil.first(frame.edge) as usize;
-    for k in 0..Stencil::<S, f64, N>::LAYERS {
-        for j in 0..N {
-            for i in 0..N {
-                let node = &mut tile[first + row(frame.edge, j, k) + i].0;
-                let at = [i, j, k];
-                let [x, y, z]: [f64; 3] = std::array::from_fn(|axis| stencil.values[axis][at[axis]]);
-                let slope = |axis: usize| stencil.slopes[axis][at[axis]];
-                let slopes = [slope(0) * y * z, x * slope(1) * z, x * y * slope(2)];
-                for (side, area, touch) in &fronts[..count] {
-                    node[*side] -= area * slopes[side / 2];
-                    node[SIDES + side] += touch * (x * y * z);
-                }
-            }
+    stencil.for_each_gradient(frame.edge, |node, value, gradient| {
+        let node = &mut tile[node].0;
+        for (side, area, touch) in &fronts[..count] {
+            node[*side] -= area * gradient[side / 2];
+            node[SIDES + side] += touch * value;
         }
-    }
+    });
 }
 
 /// Sums over a column.

@@ -7,7 +7,6 @@ use crate::base::rows::Moved;
 use crate::base::space::{Linear, Space, Words};
 use crate::base::symmetric::Symmetric;
 use crate::dem::cell::{Image, visit_image};
-use crate::mpm::load::loads_in;
 use crate::mpm::track::{Track, Window};
 use crate::mpm::volumetric::Volumetric;
 use crate::numbers;
@@ -125,7 +124,7 @@ pub struct Points<S: Space> {
     pub volumetric: Vec<Volumetric>,
     /// One for every row, or none at all where nothing is remembered: as much memory as the rest.
     pub pasts: Vec<Past<S>>,
-    /// Rows that bear a load, with the force of those that act at points, N; of the step, not of the state.
+    /// Rows that loads act at, with their force, N; of the step, not of the state.
     pub loaded: Vec<(Row, S::Vector)>,
     /// Whether what the points bring to nodes lies on their tiles as they are now, by the tier of the tile. Whoever changes
     /// [`Self::hot`] between steps says here that it does not.
@@ -188,7 +187,7 @@ impl<S: Space> Points<S> {
         retain(&mut self.volumetric, &stays);
         retain(&mut self.pasts, &stays);
         self.scattered = [false; 2];
-        self.find_loaded();
+        self.loaded.clear();
     }
 
     /// Takes the rows of a rebuild in place of its own.
@@ -202,13 +201,7 @@ impl<S: Space> Points<S> {
         self.beside = moved.ordered(&self.beside, arrived);
         self.volumetric = moved.ordered(&self.volumetric, |point| point.volumetric);
         self.scattered = [false; 2];
-        self.find_loaded();
-    }
-
-    fn find_loaded(&mut self) {
-        let bears =
-            |(row, cold): (usize, &Cold<S>)| loads_in(cold.loads).next().map(|_| (row as Row, S::Vector::zero()));
-        self.loaded = self.cold.iter().enumerate().filter_map(bears).collect();
+        self.loaded.clear();
     }
 }
 

@@ -252,6 +252,23 @@ impl<S: Space, const N: usize> Stencil<S, f64, N> {
             }
         }
     }
+
+    /// Calls `visit(node, N, grad N)` for every node in reach, in lexical order; slopes per m.
+    #[inline(always)]
+    pub fn for_each_gradient(&self, edge: usize, mut visit: impl FnMut(usize, f64, [f64; 3])) {
+        let first = self.first(edge) as usize;
+        for k in 0..Self::LAYERS {
+            for j in 0..N {
+                for i in 0..N {
+                    let at = [i, j, k];
+                    let [x, y, z]: [f64; 3] = std::array::from_fn(|axis| self.values[axis][at[axis]]);
+                    let slope = |axis: usize| self.slopes[axis][at[axis]];
+                    let gradient = [slope(0) * y * z, x * slope(1) * z, x * y * slope(2)];
+                    visit(first + row(edge, j, k) + i, x * y * z, gradient);
+                }
+            }
+        }
+    }
 }
 
 #[cfg(test)]

@@ -20,8 +20,8 @@ use crate::base::space::{Linear, Space};
 use crate::mpm::points::Hot;
 use crate::mpm::scatter::TileFrame;
 use crate::mpm::scheme::ShapeFunction;
-use crate::mpm::shape::{Cubic, Generalised, LinearHat, Quadratic, Shape, Stencil, row};
-use crate::mpm::tile::Mosaic;
+use crate::mpm::shape::{Cubic, Generalised, LinearHat, Quadratic, Shape};
+use crate::mpm::tile::{Gathered, Mosaic};
 
 /// The lower and the upper side of an axis.
 pub const SIDES: usize = 2;
@@ -120,18 +120,25 @@ impl<S: Space> SurfaceRows<S> {
         }
     }
 
-    /// Owned nodes of the tiles near the surface.
-    pub fn owned<'a>(&'a self, mosaic: &Mosaic) -> impl Iterator<Item = usize> + use<'a, S> {
-        let per_tile = mosaic.owned_per_tile();
-        let near = (0..self.near.len()).filter(|tile| self.near[*tile]);
-        near.flat_map(move |tile| tile * per_tile..(tile + 1) * per_tile)
+    /// No load has acted on owned nodes yet.
+    pub fn clear(&mut self) {
+        self.forces.fill(S::Vector::zero());
     }
 
-    /// What owned nodes have of the axis under way, in the one order of neighbours.
-    pub fn sum_at(&self, mosaic: &Mosaic, number: usize) -> SurfaceNode<S> {
-        let mut sum = SurfaceNode::zero();
-        mosaic.sources_of(number).iter().for_each(|source| sum.add(&self.brought[*source as usize]));
-        sum
+    /// Owned nodes take the force of the axis under way from what tiles have, in the one order of neighbours.
+    pub fn push(&mut self, mosaic: &Mosaic, nodes: &mut [Gathered<S>]) {
+        let per_tile = mosaic.owned_per_tile();
+        for tile in (0..self.near.len()).filter(|tile| self.near[*tile]) {
+            let owned = tile * per_tile..(tile + 1) * per_tile;
+            let both = self.forces[owned.clone()].iter_mut().zip(&mut nodes[owned.clone()]);
+            for (number, (total, node)) in owned.zip(both) {
+                let mut sum = SurfaceNode::zero();
+                mosaic.sources_of(number).iter().for_each(|source| sum.add(&self.brought[*source as usize]));
+                let force = sum.force();
+                *total += force;
+                node.add_force(&force);
+            }
+        }
     }
 }
 
@@ -161,27 +168,17 @@ fn bring<S: Space, F: Shape<N>, const N: usize>(
     sides: &[Option<Side<S>>; SIDES],
     tile: &mut [SurfaceNode<S>],
 ) {
-    let stencil = frame.stencil::<F, N>(&point.position);
     let volume = point.weight * point.volume * point.volume_ratio();
-    let first = stencil.first(frame.edge) as usize;
-    for k in 0..Stencil::<S, f64, N>::LAYERS {
-        for j in 0..N {
-            for i in 0..N {
-                let node = &mut tile[first + row(frame.edge, j, k) + i];
-                let at = [i, j, k];
-                let [x, y, z]: [f64; 3] = std::array::from_fn(|axis| stencil.values[axis][at[axis]]);
-                let slope = |axis: usize| stencil.slopes[axis][at[axis]];
-                let slopes = [slope(0) * y * z, x * slope(1) * z, x * y * slope(2)];
-                for (axis, slope) in slopes.iter().enumerate().take(S::DIMENSION) {
-                    node.outward[axis] += volume * slope;
-                }
-                for (of, side) in node.sides.iter_mut().zip(sides) {
-                    if let Some(Side { area, load }) = side {
-                        of.area += *area * (x * y * z);
-                        of.load += *load * (x * y * z);
-                    }
-                }
+    frame.stencil::<F, N>(&point.position).for_each_gradient(frame.edge, |node, value, gradient| {
+        let node = &mut tile[node];
+        for (axis, slope) in gradient.iter().enumerate().take(S::DIMENSION) {
+            node.outward[axis] += volume * slope;
+        }
+        for (of, side) in node.sides.iter_mut().zip(sides) {
+            if let Some(Side { area, load }) = side {
+                of.area += *area * value;
+                of.load += *load * value;
             }
         }
-    }
+    });
 }

@@ -47,7 +47,7 @@ fn full(dimension: usize, scheme: &str, periodic: bool, velocity: [f64; 3]) -> S
 }
 
 /// The largest departure of any point's stress from -1 kPa, over 1 kPa, and of its velocity, m/s.
-fn departure(ran: &Ran, dimension: usize, velocity: [f64; 3]) -> [f64; 2] {
+pub fn departure(ran: &Ran, dimension: usize, velocity: [f64; 3]) -> [f64; 2] {
     let mut most = [0.0f64; 2];
     for stress in ran.points("stress") {
         for (at, component) in stress.iter().enumerate() {

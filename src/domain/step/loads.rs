@@ -1,26 +1,30 @@
 //! Loads on the surface ([`crate::mpm::surface`]), over all ranks: what points bring to nodes goes to the owners of these, axis by axis.
 
+use crate::base::ids::Row;
 use crate::base::parallel::{Held, over_blocks};
 use crate::base::space::{Linear, Space};
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
 use crate::mpm::load::{Load, area_now, loads_in, of_side};
+use crate::mpm::points::Cold;
 use crate::mpm::shape::DRIFT_MAX;
 use crate::mpm::surface::{Side, SurfaceNode, SurfaceRows, scatter};
+use crate::mpm::tile::Tiles;
 
 /// Numbers of a node in a message, in the plane and in space: a, and A and q of both sides.
 const SURFACE: [usize; 2] = [10, 15];
 
 impl<S: Space> World<'_, S> {
-    /// Axes across which loads act on the surface.
-    fn axes_of_loads(&self) -> impl Iterator<Item = usize> + use<'_, S> {
+    /// Whether loads act on the surface across each axis.
+    fn acts_across(&self) -> [bool; 3] {
         let loads = &self.settings.loads;
-        (0..S::DIMENSION).filter(|axis| loads.iter().any(|load| load.on_surface && load.axis() == *axis))
+        std::array::from_fn(|axis| loads.iter().any(|load| load.on_surface && load.axis() == axis))
     }
 
     /// Exchanges of nodes with faces and loads in a step, and the numbers per row of all of them.
     pub(crate) fn exchanges_beside(&self) -> [usize; 2] {
-        let exchanges = if self.has_points() { self.passes() * self.axes_of_loads().count() } else { 0 };
+        let axes = self.acts_across().into_iter().filter(|acts| *acts).count();
+        let exchanges = if self.has_points() { self.passes() * axes } else { 0 };
         let [of_faces, numbers] = self.exchanges_of_faces();
         [of_faces + exchanges, numbers + exchanges * SURFACE[S::DIMENSION - 2]]
     }
@@ -28,10 +32,11 @@ impl<S: Space> World<'_, S> {
     /// Points that loads act at, and tiles near the surface: their points, or those of blocks around, reach a node that a point of the surface
     /// reaches. Collective.
     pub(crate) fn mark_loads(&mut self) {
-        let has_surface = self.has_points() && self.axes_of_loads().next().is_some();
+        let has_surface = self.has_points() && self.acts_across().contains(&true);
         let (points, loads) = (&mut self.continuum.points, &self.settings.loads);
-        let cold = &points.cold;
-        points.loaded.retain(|(row, _)| loads_in(cold[*row as usize].loads).any(|load| !loads[load].on_surface));
+        let acts = |cold: &Cold<S>| loads_in(cold.loads).any(|load| !loads[load].on_surface);
+        let rows = points.cold.iter().enumerate().filter(|(_, cold)| acts(cold));
+        points.loaded = rows.map(|(row, _)| (row as Row, S::Vector::zero())).collect();
         if !has_surface {
             self.continuum.tiles.surface = SurfaceRows::default();
             return;
@@ -39,7 +44,8 @@ impl<S: Space> World<'_, S> {
         let mut counts = vec![0i64; self.subdomain.layout.block_count()];
         let reach = 2.0 * (self.subdomain.layout.lattice().reach() + DRIFT_MAX);
         for (block, range) in self.subdomain.deal.held().zip(&self.subdomain.point_ranges) {
-            counts[block] = i64::from(cold[range.clone()].iter().any(|cold| cold.loads >= of_side(0, false)));
+            let cold = &self.continuum.points.cold[range.clone()];
+            counts[block] = i64::from(cold.iter().any(|cold| cold.loads >= of_side(0, false)));
         }
         self.transport.sum(&mut counts);
         let near = self.within(reach.ceil() as usize, &counts)[self.subdomain.deal.held()].to_vec();
@@ -54,16 +60,18 @@ impl<S: Space> World<'_, S> {
         if self.continuum.tiles.surface.near.is_empty() {
             return;
         }
-        self.continuum.tiles.surface.forces.fill(S::Vector::zero());
-        for axis in 0..S::DIMENSION {
-            if self.axes_of_loads().any(|other| other == axis) {
-                self.scatter_surface(axis);
-                match S::DIMENSION {
-                    2 => self.gather_surface::<{ SURFACE[0] }>(),
-                    _ => self.gather_surface::<{ SURFACE[1] }>(),
-                }
-                self.sum_surface();
+        self.continuum.tiles.surface.clear();
+        let acts = self.acts_across();
+        for axis in (0..S::DIMENSION).filter(|axis| acts[*axis]) {
+            self.scatter_surface(axis);
+            match S::DIMENSION {
+                2 => self.gather_surface::<{ SURFACE[0] }>(),
+                _ => self.gather_surface::<{ SURFACE[1] }>(),
             }
+            let timer = self.phases.start();
+            let Tiles { surface, sums, .. } = &mut self.continuum.tiles;
+            surface.push(&self.subdomain.nodes.mosaic, sums);
+            self.phases.stop(Phase::Nodes, timer);
         }
     }
 
@@ -109,17 +117,5 @@ impl<S: Space> World<'_, S> {
                 world.continuum.tiles.surface.brought[row] = SurfaceNode::of(&words);
             },
         );
-    }
-
-    fn sum_surface(&mut self) {
-        let timer = self.phases.start();
-        let (mosaic, tiles) = (&self.subdomain.nodes.mosaic, &mut self.continuum.tiles);
-        let owned: Vec<usize> = tiles.surface.owned(mosaic).collect();
-        for number in owned {
-            let force = tiles.surface.sum_at(mosaic, number).force();
-            tiles.surface.forces[number] += force;
-            tiles.sums[number].add_force(&force);
-        }
-        self.phases.stop(Phase::Nodes, timer);
     }
 }
