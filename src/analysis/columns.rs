@@ -46,7 +46,7 @@ pub struct Description {
 }
 
 /// Names with their words. A star stands for the name of a face, of a body or of what is followed.
-const KNOWN: [(&str, &str, Quantity); 45] = {
+const KNOWN: [(&str, &str, Quantity); 55] = {
     use Quantity::*;
     [
         ("shear_stress", "shear stress", Stress),
@@ -94,6 +94,16 @@ const KNOWN: [(&str, &str, Quantity); 45] = {
         ("*_force", "*", Force),
         ("*_moved", "*", Length),
         ("*_p", "*", Stress),
+        ("*_q", "*", Stress),
+        ("*_deviatoric_strain", "*", Number),
+        ("*_void_ratio", "*", Number),
+        ("*_fabric_anisotropy", "*", Number),
+        ("*_mechanical_coordination", "*", Number),
+        ("*_grains_turned", "grains of *", Number),
+        ("*_turned", "*", Number),
+        ("rve_loose", "without contacts", Number),
+        ("rve_replicated", "replicated", Number),
+        ("rve_unbalanced_max", "the largest I_uf", Number),
     ]
 };
 const NOISY: [&str; 2] = ["shear_stress", "normal_stress"];
@@ -139,6 +149,7 @@ fn alone(name: &str) -> Option<String> {
 /// Columns with those that follow from them: lengths of vectors, changes since the first row, ratios.
 pub fn with_derived(mut columns: Vec<Column>) -> Vec<Column> {
     let of = |name: &str| columns.iter().find(|column| column.name == name).map(|column| column.values.as_slice());
+    let has = |name: &str| of(name).is_some();
     let mut derived = Vec::new();
     let mut add = |name: &str, values: Vec<f64>| derived.push(Column { name: name.to_owned(), values });
     if let Some((contacts, grains)) = of("contacts").zip(of("grains")) {
@@ -161,6 +172,12 @@ pub fn with_derived(mut columns: Vec<Column>) -> Vec<Column> {
         }
         if let Some(followed) = name.strip_suffix("_place") {
             add(&format!("{followed}_moved"), lengths(&vector(&format!("{followed}_displacement"))));
+            for (of_what, turned) in [("rotation", "turned"), ("grain_rotation", "grains_turned")] {
+                let angles = of(&format!("{followed}_{of_what}")).filter(|_| has(&format!("{followed}_void_ratio")));
+                if let Some(angles) = angles {
+                    add(&format!("{followed}_{turned}"), angles.iter().map(|angle| angle.to_degrees()).collect());
+                }
+            }
         }
     }
     if let [Some(potential), Some(kinetic), Some(elastic), Some(dissipated)] =

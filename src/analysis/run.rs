@@ -171,6 +171,11 @@ impl Run {
         !self.column("grains").is_empty()
     }
 
+    /// Whether its material is grains at every point.
+    pub fn has_rves(&self) -> bool {
+        self.is("mpm_dem")
+    }
+
     /// 2 or 3.
     pub fn dimension(&self) -> usize {
         let is_solid =

@@ -49,6 +49,9 @@ pub struct Body {
     /// neighbours.
     pub plastic: f64,
     pub deviatoric: f64,
+    /// Rotation of F = R U, rad, and void ratio of the RVE; zero where the frame has none.
+    pub rotation: f64,
+    pub void_ratio: f64,
 }
 
 impl Body {
@@ -154,6 +157,8 @@ impl Snapshot {
                 pressure: -trace / dimension as f64,
                 plastic: strain("plastic_strain", row),
                 deviatoric: strain("deviatoric_strain", row),
+                rotation: strain("rotation", row),
+                void_ratio: strain("void_ratio", row),
             });
         }
         snapshot.bodies.sort_by_key(Body::key);

@@ -10,6 +10,10 @@ pub trait Visitor {
     fn u64(&mut self, name: &'static str, value: &mut u64);
     fn i64(&mut self, name: &'static str, value: &mut i64);
     fn u8(&mut self, name: &'static str, value: &mut u8);
+    /// What tables of former programs lack: of those it stays as it is.
+    fn later_f64s(&mut self, name: &'static str, values: &mut [f64]) {
+        self.f64s(name, values);
+    }
 }
 
 /// A row of named fields. The same fields in the same order for every row of a kind.
@@ -185,6 +189,11 @@ impl Visitor for FromColumns<'_> {
             Some(Values::U8(column)) => *value = column[self.row],
             Some(_) => self.other_type(name),
             None => {}
+        }
+    }
+    fn later_f64s(&mut self, name: &'static str, values: &mut [f64]) {
+        if self.table.columns.iter().any(|column| column.name == name) {
+            self.f64s(name, values);
         }
     }
 }

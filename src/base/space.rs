@@ -257,6 +257,25 @@ pub trait Space: Copy + Clone + Debug + Default + PartialEq + Send + Sync + 'sta
     fn outer(a: &Self::Vector, b: &Self::Vector) -> Self::Tensor;
     /// Half of the rotation of a velocity gradient: the spin of its rigid part.
     fn vorticity(gradient: &Self::Tensor) -> Self::Spin;
+    /// Axis times angle of a rotation, rad.
+    fn rotation_vector(rotation: &Self::Tensor) -> Self::Spin {
+        let along = Self::vorticity(rotation);
+        match along.norm() {
+            0.0 => Self::Spin::zero(),
+            sine => along * (Self::angle(rotation).abs() / sine),
+        }
+    }
+    /// A spin in another frame, which `rotation` leads to.
+    fn turned_spin(rotation: &Self::Tensor, spin: &Self::Spin) -> Self::Spin {
+        let mut skew = Self::Tensor::zero();
+        for column in 0..Self::DIMENSION {
+            let mut axis = Self::Vector::zero();
+            axis[column] = 1.0;
+            let moved = Self::cross(spin, &axis);
+            (0..Self::DIMENSION).for_each(|row| skew[column * Self::DIMENSION + row] = moved[row]);
+        }
+        Self::vorticity(&(*rotation * skew * Self::transpose(rotation)))
+    }
     /// `spin x arm`.
     fn cross(spin: &Self::Spin, arm: &Self::Vector) -> Self::Vector;
     /// `arm x force`.

@@ -119,11 +119,12 @@ pub fn lower(root: &mut Node, kind: Kind) {
 }
 
 /// Keys whose default is not what programs did that had no such key, and that.
-const LATER: [(Kind, &str, &str, Earlier); 5] = [
+const LATER: [(Kind, &str, &str, Earlier); 6] = [
     (Kind::Mpm, "scheme", "volume_averaging", Earlier::Flag(false)),
     (Kind::Shear, "scheme", "volume_averaging", Earlier::Flag(false)),
     (Kind::Mpm, "body", "contact_at", Earlier::Text("nodes")),
     (Kind::Mpm, "load", "acts_at", Earlier::Text("points")),
+    (Kind::Mpm, "follow", "frames", Earlier::Flag(false)),
     (Kind::Shear, "continuum", "contact_at", Earlier::Text("nodes")),
 ];
 

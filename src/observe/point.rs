@@ -38,19 +38,21 @@ pub fn observed<S: Space>(law: &dyn StressModel<S>, hot: &Hot<S>) -> [f64; OBSER
 }
 
 /// Names of what [`observed_of_rve`] returns.
-pub const OBSERVED_OF_RVES: [&str; 8] = [
+pub const OBSERVED_OF_RVES: [&str; 9] = [
     "void_ratio",
     "coordination",
     "mechanical_coordination",
     "fabric_anisotropy",
     "fabric_direction",
+    "grain_rotation",
     "unbalanced",
     "grains",
     "grain_steps",
 ];
 
 /// Void ratio, contacts of a grain with and without such grains as have none or one, fabric anisotropy and in the plane the angle
-/// of most contacts from x (rad), I_uf, grains and their steps.
+/// of most contacts from x (rad), by how much grains have turned in the mean (rad; `rotation` is that of the point), I_uf, grains and
+/// their steps.
 pub fn observed_of_rve<S: Space>(rve: &Rve<S>, scratch: &mut Scratch<S>) -> [f64; OBSERVED_OF_RVES.len()] {
     let seen = rve.observe(scratch);
     [
@@ -59,6 +61,7 @@ pub fn observed_of_rve<S: Space>(rve: &Rve<S>, scratch: &mut Scratch<S>) -> [f64
         seen.fabric.mechanical,
         seen.fabric.anisotropy(),
         seen.fabric.direction(),
+        rve.grain_rotation(),
         seen.unbalanced.unwrap_or_default(),
         rve.grains() as f64,
         rve.state().steps as f64,

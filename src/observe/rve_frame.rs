@@ -7,9 +7,13 @@
 use scree_io::column::{Column, Values};
 use scree_io::frames::{Drawn, Frame};
 
+use crate::base::error::Error;
+use crate::base::ids::PointId;
 use crate::base::space::{Linear, Space};
+use crate::domain::transfer;
+use crate::domain::world::World;
 use crate::observe::frame::spread;
-use crate::rve::{Bearing, Rve, Scratch};
+use crate::rve::{Bearing, Rve, RveRow, Scratch};
 
 fn whole(name: &str, values: Vec<i64>) -> Column {
     Column { name: name.into(), width: 1, values: Values::I64(values) }
@@ -34,6 +38,26 @@ pub fn grains<S: Space>(rve: &Rve<S>, time: f64, scratch: &mut Scratch<S>) -> Fr
         fields: vec![whole("id", ids), numbers("radius", 1, radii), whole("coordination", coordination)],
         whole: vec![numbers("cell_edges", 9, edges(rve))],
     }
+}
+
+/// Grains and contacts of the RVEs of points as they are, in the order of the points; on rank 0, and none on others. Collective.
+pub fn of_points<S: Space>(world: &World<S>, points: &[PointId]) -> Result<Option<Vec<Frame>>, Error> {
+    let Some(material) = world.settings.rves.as_ref().filter(|_| !points.is_empty()) else {
+        return Ok(None);
+    };
+    let cold = &world.continuum.points.cold;
+    let own = cold.iter().zip(&world.rves).filter(|(cold, _)| points.contains(&cold.id));
+    let own: Vec<RveRow<S>> = own.map(|(cold, carried)| carried.rest(cold.id)).collect();
+    let Some(rows) = transfer::gather(world.transport, own)? else { return Ok(None) };
+    let (time, scratch) = (world.time(), &mut Scratch::default());
+    let mut frames = Vec::with_capacity(2 * points.len());
+    for point in points {
+        let found = rows.iter().find(|row| row.point == *point);
+        let row = found.ok_or_else(|| Error::Run(format!("point {}, which is followed, is not there", point.0)))?;
+        let rve = row.wake(material, S::identity())?.rve;
+        frames.extend([grains(&rve, time, scratch), contacts(&rve, time, scratch)]);
+    }
+    Ok(Some(frames))
 }
 
 /// Contacts that bear force.

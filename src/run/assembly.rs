@@ -71,6 +71,7 @@ impl<S: Space> Setup for InSpace<'_, S> {
             accounts: Accounts { grains: job.ledger, points: false },
             allows_unstable: job.allow_unstable,
             picture: Picture { depth: job.cell.depth, may_have_grains: true, may_have_points: false, flagged: false },
+            drawn_rves: Vec::new(),
             columns,
             watch: Box::new(move |core| match &job.cell.servo {
                 Some(servo) if core.world.step.is_multiple_of(BEARING_EVERY) || core.world.step >= steps => {

@@ -4,6 +4,7 @@
 use scree_partition::Transport;
 
 use crate::base::error::Error;
+use crate::base::ids::PointId;
 use crate::base::space::Space;
 use crate::dem::law::SharedLaw;
 use crate::domain::accounts::ledger::Accounts;
@@ -14,7 +15,8 @@ use crate::mpm::membrane::Vertex;
 use crate::mpm::stress::SharedMaterial;
 use crate::run::Core;
 use crate::run::columns::Columns;
-use crate::run::folder::Folder;
+use crate::run::folder::{CONTACTS_OF, Folder, GRAINS_OF};
+use crate::run::output::Reel;
 use crate::store::checkpoint::{Drawn, Progress};
 
 /// A kind of job: how its world comes about. All ranks call these together.
@@ -64,6 +66,8 @@ pub struct Experiment<'s, S: Space> {
     /// An unstable step was allowed, so that energy which grows is told and stops nothing.
     pub allows_unstable: bool,
     pub picture: Picture,
+    /// Points whose RVEs are drawn with every frame, by the names of their files.
+    pub drawn_rves: Vec<(String, PointId)>,
     /// Those of `series.csv`, in their order.
     pub columns: Vec<Columns<'s, S>>,
     pub watch: Watch<'s, S>,
@@ -72,6 +76,17 @@ pub struct Experiment<'s, S: Space> {
 }
 
 impl<S: Space> Experiment<'_, S> {
+    /// The files of frames that it writes, each with a frame at every time that there is one.
+    pub fn reels(&self) -> Vec<Reel> {
+        let of = |name: String, is_of_contacts| Reel::of(name, is_of_contacts);
+        let mut reels = vec![of("frames".into(), false)];
+        reels.extend(self.output.contact_frames.then(|| of("contacts".into(), true)));
+        for (name, _) in &self.drawn_rves {
+            reels.extend([of(format!("{GRAINS_OF}{name}"), false), of(format!("{CONTACTS_OF}{name}"), true)]);
+        }
+        reels
+    }
+
     /// Names of the columns of `series.csv`.
     pub fn header(&self) -> Vec<String> {
         self.columns.iter().flat_map(|columns| columns.names.clone()).collect()

@@ -39,6 +39,9 @@ pub const SUMMARY: &str = "summary.json";
 const OURS: [&str; 7] = [PACKING, SERIES, LOG, SUMMARY, LOAD, SCENARIO, STOP];
 /// Frames come in parts, `frames.vtkhdf`, `frames.2.vtkhdf` and so on.
 const FRAMES: [&str; 2] = ["frames", "contacts"];
+/// Files of frames of the RVE of a point that is followed, its name behind.
+pub const GRAINS_OF: &str = "grains_of_";
+pub const CONTACTS_OF: &str = "contacts_of_";
 /// Names that files in the making had in programs before this one, beside the files themselves.
 const FORMER_ENDINGS: [&str; 2] = [".partial", ".tmp"];
 /// What the first line of a scenario begins with.
@@ -390,10 +393,11 @@ fn is_ours(name: &str) -> bool {
 
 fn is_frames(name: &str) -> bool {
     let Some(stem) = name.strip_suffix(".vtkhdf") else { return false };
-    FRAMES.iter().filter_map(|frames| stem.strip_prefix(frames)).any(|part| {
-        part.is_empty()
-            || part.strip_prefix('.').is_some_and(|number| number.parse::<u32>().is_ok_and(|number| number > 1))
-    })
+    let (first, part) = stem.split_once('.').map_or((stem, None), |(first, part)| (first, Some(part)));
+    let is_of_rve =
+        [GRAINS_OF, CONTACTS_OF].iter().any(|of| first.strip_prefix(of).is_some_and(|name| !name.is_empty()));
+    let is_part = part.is_none_or(|number| number.parse::<u32>().is_ok_and(|number| number > 1));
+    (FRAMES.contains(&first) || is_of_rve) && is_part
 }
 
 /// A run writes where its folder is and nowhere else: a link in the place of one of its files would lead it to somebody's file.

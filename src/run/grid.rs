@@ -60,7 +60,9 @@ impl<S: Space> Setup for Points<'_, S> {
             let of = |follow: &mpm::Followed| grid::followed_rve(&follow.name, nearest(job, &follow.place));
             columns.extend(job.follow.iter().map(of));
         }
+        let drawn = job.follow.iter().filter(|follow| follow.frames);
         Experiment {
+            drawn_rves: drawn.map(|follow| (follow.name.clone(), nearest(job, &follow.place))).collect(),
             picture: Picture {
                 depth: job.grid.depth,
                 may_have_grains: false,
@@ -158,6 +160,7 @@ fn of_job<'s, S: Space>(job: &'s Mpm, columns: Vec<Columns<'s, S>>) -> Experimen
         accounts: Accounts { grains: false, points: job.ledger },
         allows_unstable: false,
         picture: Picture { depth: job.grid.depth, may_have_grains: false, may_have_points: false, flagged: false },
+        drawn_rves: Vec::new(),
         columns,
         watch: Box::new(|_| Ok(())),
         strain: None,

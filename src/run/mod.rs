@@ -18,6 +18,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use scree_io::frames::Frame;
 use scree_io::store;
 use scree_partition::{Reader, Writer};
 use serde_json::json;
@@ -27,6 +28,7 @@ use self::experiment::{Experiment, Picture};
 use self::folder::{Folder, stop_file};
 use crate::adapt::watch;
 use crate::base::error::Error;
+use crate::base::ids::PointId;
 use crate::base::program::{self, host};
 use crate::base::record::{Cargo, FromParcel, Record, ToParcel};
 use crate::base::space::Space;
@@ -41,6 +43,7 @@ use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::observe::contact_frame::contact_frame;
 use crate::observe::frame::frame;
+use crate::observe::rve_frame;
 use crate::run::output::Outputs;
 use crate::run::summary::Stretch;
 use crate::store::checkpoint::{self, Progress};
@@ -137,8 +140,9 @@ pub struct Core<'t, S: Space> {
     /// Accounts that are kept.
     pub accounts: Accounts,
     picture: Picture,
-    /// Whether contacts are written with every frame.
+    /// Whether contacts are written with every frame, and of which points the grains of their RVEs.
     contact_frames: bool,
+    drawn_rves: Vec<PointId>,
 }
 
 impl<'t, S: Space> Core<'t, S> {
@@ -153,7 +157,8 @@ impl<'t, S: Space> Core<'t, S> {
         }
         let Experiment { accounts, picture, output, .. } = *experiment;
         let contact_frames = output.contact_frames;
-        Self { world, progress, options: options.clone(), outputs, accounts, picture, contact_frames }
+        let drawn_rves = experiment.drawn_rves.iter().map(|(_, point)| *point).collect();
+        Self { world, progress, options: options.clone(), outputs, accounts, picture, contact_frames, drawn_rves }
     }
 
     /// What only rank 0 does, with an outcome that all ranks share.
@@ -162,7 +167,7 @@ impl<'t, S: Space> Core<'t, S> {
         transfer::agree(self.world.transport, outcome)
     }
 
-    /// Writes a frame, and where they are wanted the contacts of the same time.
+    /// Writes a frame, and where they are wanted contacts and RVEs at the same time.
     pub fn write_frame(&mut self) -> Result<(), Error> {
         let Picture { depth, may_have_points, flagged, .. } = self.picture;
         let mut made = frame(&mut self.world, depth, self.progress.fraction_start, may_have_points)?;
@@ -170,11 +175,10 @@ impl<'t, S: Space> Core<'t, S> {
             frame.fields.push(watch::flagged_rows(&self.world, &self.progress.oracle, &frame.positions));
         }
         let contacts = if self.contact_frames { contact_frame(&mut self.world)? } else { None };
+        let of_rves = rve_frame::of_points(&self.world, &self.drawn_rves)?;
+        let frames: Vec<Frame> = made.into_iter().chain(contacts).chain(of_rves.into_iter().flatten()).collect();
         self.progress.frames += 1;
-        self.on_root(|outputs| {
-            made.map_or(Ok(()), |frame| outputs.frame(&frame))?;
-            contacts.map_or(Ok(()), |contacts| outputs.contacts(&contacts))
-        })
+        self.on_root(|outputs| outputs.frames(&frames))
     }
 }
 

@@ -27,11 +27,8 @@ pub struct Outputs {
     series: Series,
     /// Of the columns that the run has, those that its series has: one of a former program may lack some.
     columns: Vec<usize>,
-    frames: Option<FrameFile>,
-    /// As many as there are frames, where contacts are written.
-    contacts: Option<FrameFile>,
-    /// The most rows that a frame has had.
-    rows: usize,
+    /// As many frames in each.
+    reels: Vec<Reel>,
     log: Log,
     /// Figures for `summary.json`.
     summary: BTreeMap<String, Value>,
@@ -44,12 +41,43 @@ pub struct Outputs {
 pub fn load_file(dir: &Path) -> PathBuf {
     dir.join(LOAD)
 }
-fn frames_file(dir: &Path) -> PathBuf {
-    dir.join("frames.vtkhdf")
+/// A file of frames, which the first one makes.
+pub struct Reel {
+    name: String,
+    /// Of what is drawn in the reel before it.
+    is_of_contacts: bool,
+    file: Option<FrameFile>,
+    /// The most rows that frames are known to have had.
+    rows: usize,
 }
-fn contacts_file(dir: &Path) -> PathBuf {
-    dir.join("contacts.vtkhdf")
+
+impl Reel {
+    /// The file `name.vtkhdf` in the folder of a run.
+    pub fn of(name: String, is_of_contacts: bool) -> Self {
+        Self { name, is_of_contacts, file: None, rows: 0 }
+    }
+
+    fn path(&self, dir: &Path) -> PathBuf {
+        dir.join(format!("{}.vtkhdf", self.name))
+    }
+
+    /// Adds a frame.
+    fn add(&mut self, folder: &Folder, frame: &Frame) -> Result<(), Error> {
+        let run = Some(folder.id().as_str()).filter(|id| !id.is_empty()).map(|id| (checkpoint::RUN, id));
+        let attributes: Vec<(&str, &str)> =
+            run.into_iter().chain([(checkpoint::PROGRAM, program::identity())]).collect();
+        let path = self.path(folder.dir());
+        let added = match &mut self.file {
+            Some(file) => file.append(&fitted(frame, file)),
+            None => {
+                let made = FrameFile::create(&path, &folder.scratch()?, frame, self.rows, &attributes);
+                made.map(|made| self.file = Some(made))
+            }
+        };
+        added.map_err(|error| failed(&path, &error))
+    }
 }
+
 fn failed(path: &Path, error: &dyn std::fmt::Display) -> Error {
     Error::Run(format!("{}: {error}; the run has stopped", path.display()))
 }
@@ -90,22 +118,6 @@ fn fitted<'a>(frame: &'a Frame, file: &FrameFile) -> Cow<'a, Frame> {
     Cow::Owned(frame)
 }
 
-/// Adds a frame to its file, which the first one makes.
-fn add(
-    file: &mut Option<FrameFile>,
-    (folder, path): (&Folder, &Path),
-    frame: &Frame,
-    rows: usize,
-) -> Result<(), Error> {
-    let run = Some(folder.id().as_str()).filter(|id| !id.is_empty()).map(|id| (checkpoint::RUN, id));
-    let attributes: Vec<(&str, &str)> = run.into_iter().chain([(checkpoint::PROGRAM, program::identity())]).collect();
-    let added = match file {
-        Some(file) => file.append(&fitted(frame, file)),
-        None => FrameFile::create(path, &folder.scratch()?, frame, rows, &attributes).map(|made| *file = Some(made)),
-    };
-    added.map_err(|error| failed(path, &error))
-}
-
 /// A log that somebody has put in the place of the run's own is not cut.
 fn refuse_other_log(log: &Log, folder: &Folder) -> Result<(), Error> {
     match log.run() {
@@ -125,7 +137,8 @@ impl Outputs {
         let header = experiment.header();
         let names: Vec<&str> = header.iter().map(String::as_str).collect();
         let series = Series::create(&path, &names).map_err(|error| failed(&path, &error))?;
-        Ok(Self::new(folder, log, (series, (0..header.len()).collect()), (step, experiment.steps)))
+        let columns = (0..header.len()).collect();
+        Ok(Self::new(folder, log, (series, columns), (step, experiment.steps), experiment.reels()))
     }
 
     /// Cuts log, series and frames back to what `progress` had written, once all of them are seen to hold that. Those of a branch
@@ -151,10 +164,9 @@ impl Outputs {
             return Ok(None);
         }
         let frames_wanted = progress.frames as usize;
-        let mut paths = vec![frames_file(dir)];
-        paths.extend(experiment.output.contact_frames.then(|| contacts_file(dir)));
-        for path in &paths {
-            frames::refuse_fewer(path, frames_wanted).map_err(|error| failed(path, &error))?;
+        let mut reels = experiment.reels();
+        for path in reels.iter().map(|reel| reel.path(dir)) {
+            frames::refuse_fewer(&path, frames_wanted).map_err(|error| failed(&path, &error))?;
         }
         let mut log = Log::open(dir)?;
         refuse_other_log(&log, &folder)?;
@@ -162,20 +174,25 @@ impl Outputs {
         log.cut_after(progress.step)?;
         let series = Series::resume(&path, &names, rows, digest).map_err(other)?;
         let scratch = folder.scratch()?;
-        let cut = |path: &PathBuf| {
-            FrameFile::open_and_cut(path, &scratch, frames_wanted).map_err(|error| failed(path, &error))
-        };
-        let mut files = paths.iter().map(cut);
-        let (frames, contacts) = (files.next().transpose()?, files.next().transpose()?);
-        drop(files);
-        let outputs = Self::new(folder, log, (series, columns), (progress.step, experiment.steps));
-        Ok(Some(Self { frames, contacts, summary, ..outputs }))
+        for reel in &mut reels {
+            let path = reel.path(dir);
+            let cut = FrameFile::open_and_cut(&path, &scratch, frames_wanted);
+            reel.file = Some(cut.map_err(|error| failed(&path, &error))?);
+        }
+        let outputs = Self::new(folder, log, (series, columns), (progress.step, experiment.steps), reels);
+        Ok(Some(Self { summary, ..outputs }))
     }
 
-    fn new(folder: Folder, log: Log, (series, columns): (Series, Vec<usize>), (step, steps): (u64, u64)) -> Self {
+    fn new(
+        folder: Folder,
+        log: Log,
+        (series, columns): (Series, Vec<usize>),
+        (step, steps): (u64, u64),
+        reels: Vec<Reel>,
+    ) -> Self {
         let (summary, meter) = (BTreeMap::new(), Meter::known());
         let began = (step, Instant::now(), steps);
-        Self { folder, series, columns, frames: None, contacts: None, rows: 0, log, summary, meter, began }
+        Self { folder, series, columns, reels, log, summary, meter, began }
     }
 
     pub fn folder(&self) -> &Folder {
@@ -204,16 +221,17 @@ impl Outputs {
         Ok(self.series.digest())
     }
 
-    pub fn frame(&mut self, frame: &Frame) -> Result<(), Error> {
-        self.rows = self.rows.max(frame.rows());
-        let path = frames_file(self.folder.dir());
-        add(&mut self.frames, (&self.folder, &path), frame, self.rows)
-    }
-
-    pub fn contacts(&mut self, contacts: &Frame) -> Result<(), Error> {
-        // At first grains may not touch; once they do, each has about four or six neighbours, which a contact is of two.
-        let path = contacts_file(self.folder.dir());
-        add(&mut self.contacts, (&self.folder, &path), contacts, 3 * self.rows)
+    /// A frame for every reel, in the order of [`Experiment::reels`].
+    pub fn frames(&mut self, frames: &[Frame]) -> Result<(), Error> {
+        let mut drawn = 0;
+        for (reel, frame) in self.reels.iter_mut().zip(frames) {
+            // At first grains may not touch; once they do, each has about four or six neighbours, which a contact is of two.
+            let likely = if reel.is_of_contacts { 3 * drawn } else { frame.rows() };
+            reel.rows = reel.rows.max(likely);
+            drawn = reel.rows;
+            reel.add(&self.folder, frame)?;
+        }
+        Ok(())
     }
 
     /// One line in `log.jsonl`.

@@ -51,6 +51,7 @@ impl Setup for Scenario {
                 may_have_points: self.method != Method::Dem,
                 flagged: false,
             },
+            drawn_rves: Vec::new(),
             columns,
             watch: Box::new(|core| watch(self, core)),
             strain: Some(Box::new(|world| strain(self, world))),

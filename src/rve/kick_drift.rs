@@ -27,10 +27,19 @@ pub enum Push<'a, S: Space> {
     Forces(Option<&'a Damping>),
 }
 
+/// What a drift came to.
+#[derive(Clone, Copy, Debug)]
+pub struct Moved<S: Space> {
+    /// The longest way from home against the mean field, m.
+    pub way: f64,
+    /// Sum of the spins of all grains, rad/s.
+    pub spins: S::Spin,
+}
+
 impl<S: Space> KickDrift<'_, S> {
-    /// Moves all grains, and returns the longest way from home against the mean field, m. Without `DRIFTS` they stay where they are.
-    pub fn run<const DRIFTS: bool>(self, grains: &mut Grains<S>, instructions: Instructions) -> f64 {
-        instructions.run(OfGrains::<S, DRIFTS> { kick_drift: self, grains }).sqrt()
+    /// Moves all grains. Without `DRIFTS` they stay where they are.
+    pub fn run<const DRIFTS: bool>(self, grains: &mut Grains<S>, instructions: Instructions) -> Moved<S> {
+        instructions.run(OfGrains::<S, DRIFTS> { kick_drift: self, grains })
     }
 }
 
@@ -41,32 +50,40 @@ struct OfGrains<'a, S: Space, const DRIFTS: bool> {
 }
 
 impl<S: Space, const DRIFTS: bool> Packed for OfGrains<'_, S, DRIFTS> {
-    type Outcome = f64;
+    type Outcome = Moved<S>;
 
     #[inline(always)]
-    fn run<P: Pack>(self) -> f64 {
+    fn run<P: Pack>(self) -> Moved<S> {
         let Grains { hot, homes, force, torque, .. } = self.grains;
         let zero = P::splat(0.0);
         // A maximum drops what is not a number; a sum of it times zero keeps it.
         let (mut most, mut odd) = (zero, zero);
+        let mut sum: S::SpinOf<P> = Words::<P>::zero();
         let all = hot.chunks_mut(LANES).zip(homes.chunks(LANES)).zip(force.chunks(LANES).zip(torque.chunks(LANES)));
         for ((hot, homes), (force, torque)) in all {
-            let square = eight::<S, P, DRIFTS>(&self.kick_drift, hot, homes, (force, torque));
+            let (square, spin) = eight::<S, P, DRIFTS>(&self.kick_drift, hot, homes, (force, torque));
             most = P::max(square, most);
             odd = odd + square * zero;
+            sum = sum + spin;
         }
-        (most + odd).numbers().into_iter().fold(0.0, larger)
+        let mut spins = S::Spin::zero();
+        for axis in 0..S::Spin::COMPONENTS {
+            // Lane by lane, in this order.
+            spins[axis] = sum.word(axis).numbers().into_iter().sum();
+        }
+        Moved { way: (most + odd).numbers().into_iter().fold(0.0, larger).sqrt(), spins }
     }
 }
 
-/// As many grains as there are, at most eight, of which the last stands for those that lack. The squares of their ways, m2.
+/// As many grains as there are, at most eight, of which the last stands for those that lack. The squares of their ways, m2, and their
+/// spins, none for those that lack.
 #[inline(always)]
 fn eight<S: Space, P: Pack, const DRIFTS: bool>(
     kick_drift: &KickDrift<S>,
     hot: &mut [Hot<S>],
     homes: &[S::Vector],
     (force, torque): (&[S::Vector], &[S::Spin]),
-) -> P {
+) -> (P, S::SpinOf<P>) {
     let last = hot.len() - 1;
     let (at_velocity, at_spin) = (S::DIMENSION, 2 * S::DIMENSION);
     let at_radius = at_spin + <S::SpinOf<P> as Words<P>>::COUNT;
@@ -105,7 +122,8 @@ fn eight<S: Space, P: Pack, const DRIFTS: bool>(
         square = moved.dot(&moved);
     }
     record.store(hot);
-    square
+    let there = P::load(&std::array::from_fn(|lane| f64::from(u8::from(lane <= last))));
+    (square, spin * there)
 }
 
 /// The same in every lane.

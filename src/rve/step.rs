@@ -76,12 +76,12 @@ impl<S: Space> Scratches<S> {
 }
 
 /// Takes the edges of a cell straight to `edges`, m, in `count` steps of the sample's time step: whichever basis of that lattice is the
-/// one of the cell. Forces of all pairs are kept at the end.
-pub fn along<S: Space>(sample: &mut Sample<S>, edges: &S::Tensor, count: u64) -> Result<(), Error> {
+/// one of the cell. Forces of all pairs are kept at the end. Returns by how much grains have turned in the mean, rad.
+pub fn along<S: Space>(sample: &mut Sample<S>, edges: &S::Tensor, count: u64) -> Result<S::Spin, Error> {
     let now = sample.assembly.cell.edges;
     let way = in_basis_near::<S>(edges, &now)? - now;
     let change = sample.assembly.cell.set_rate(way * (1.0 / (count as f64 * sample.constants.dt)));
-    set_out(sample, &change);
+    let mut spins = set_out(sample, &change);
     for number in 1..=count {
         sample.step += 1;
         if number == count {
@@ -96,11 +96,11 @@ pub fn along<S: Space>(sample: &mut Sample<S>, edges: &S::Tensor, count: u64) ->
             sample.rebuild(closed)?;
         }
         match number == count {
-            false => evaluate::<S, true>(sample),
-            true => evaluate::<S, false>(sample),
+            false => spins += evaluate::<S, true>(sample),
+            true => _ = evaluate::<S, false>(sample),
         }
     }
-    Ok(())
+    Ok(spins * (sample.constants.dt / sample.assembly.grains.owned as f64))
 }
 
 /// These edges in the basis in which they are nearest to others: whole multiples of one another, of the same volume.
@@ -116,15 +116,17 @@ fn in_basis_near<S: Space>(edges: &S::Tensor, near: &S::Tensor) -> Result<S::Ten
     }
 }
 
-/// The mean field follows a change of its gradient, and grains drift for the first time.
-fn set_out<S: Space>(sample: &mut Sample<S>, change: &S::Tensor) {
+/// The mean field follows a change of its gradient, and grains drift for the first time. The sum of their spins, rad/s.
+fn set_out<S: Space>(sample: &mut Sample<S>, change: &S::Tensor) -> S::Spin {
     let dt = sample.constants.dt;
     let assembly = &mut sample.assembly;
     let before = assembly.cell;
     assembly.cell.go_on(dt);
     let strain = assembly.cell_home.deformation_to(&assembly.cell);
     let kick_drift = KickDrift { push: Push::MeanField(change), cell: &before, dt, strain };
-    assembly.moved = kick_drift.run::<true>(&mut assembly.grains, assembly.contacts.instructions());
+    let moved = kick_drift.run::<true>(&mut assembly.grains, assembly.contacts.instructions());
+    assembly.moved = moved.way;
+    moved.spins
 }
 
 /// Forces of all pairs where grains are, kept, over the time step of the sample.
@@ -132,8 +134,8 @@ pub fn forces<S: Space>(sample: &mut Sample<S>) {
     evaluate::<S, false>(sample);
 }
 
-/// Forces, kicks, and where steps go on the next drift.
-fn evaluate<S: Space, const DRIFTS: bool>(sample: &mut Sample<S>) {
+/// Forces, kicks, and where steps go on the next drift. The sum of spins after the kick, rad/s.
+fn evaluate<S: Space, const DRIFTS: bool>(sample: &mut Sample<S>) -> S::Spin {
     let Sample { assembly, constants, step, .. } = sample;
     let (before, dt) = (assembly.cell, constants.dt);
     assembly.contacts.settle_images(&before);
@@ -146,8 +148,9 @@ fn evaluate<S: Space, const DRIFTS: bool>(sample: &mut Sample<S>) {
     let kick_drift = KickDrift { push: Push::Forces(damping), cell: &before, dt, strain };
     let moved = kick_drift.run::<DRIFTS>(&mut assembly.grains, assembly.contacts.instructions());
     if DRIFTS {
-        assembly.moved = moved;
+        assembly.moved = moved.way;
     }
+    moved.spins
 }
 
 /// How much nearer two that may touch have come since lists were made, as a share of what these reach.

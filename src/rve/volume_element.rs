@@ -66,6 +66,8 @@ pub struct State<S: Space> {
     pressure_min: f64,
     /// Of a loose one det F at which the last contact was lost. Its cell stays as it was then.
     loose: Option<f64>,
+    /// By how much its grains have turned in the mean, rad: the sum of the increments, which about a fixed axis is an angle.
+    rotation: S::Spin,
     /// Steps so far, and those of pairs: what it costs.
     pub steps: u64,
     pub pair_steps: u64,
@@ -81,6 +83,7 @@ impl<S: Space> State<S> {
             pressure: 0.0,
             pressure_min: 0.0,
             loose: None,
+            rotation: S::Spin::zero(),
             steps: 0,
             pair_steps: 0,
         }
@@ -98,6 +101,7 @@ impl<S: Space> Record for State<S> {
         let mut loose = self.loose.unwrap_or_default();
         visitor.f64s("loose_at", std::slice::from_mut(&mut loose));
         self.loose = Some(loose).filter(|ratio| *ratio > 0.0);
+        visitor.later_f64s("grain_rotation", self.rotation.as_mut_slice());
         visitor.u64("steps", &mut self.steps);
         visitor.u64("pair_steps", &mut self.pair_steps);
     }
@@ -196,6 +200,7 @@ impl<S: Space> Rve<S> {
         self.state.edges = self.sample.assembly.cell.edges;
         (self.state.deformation, self.state.frame) = (S::identity(), S::identity());
         self.state.pressure_min = PRESSURE_SHARE_MIN * self.state.pressure;
+        self.state.rotation = S::Spin::zero();
         (self.state.steps, self.state.pair_steps) = (0, 0);
     }
 
@@ -234,6 +239,14 @@ impl<S: Space> Rve<S> {
 
     pub fn is_loose(&self) -> bool {
         self.state.loose.is_some()
+    }
+
+    /// By how much its grains have turned in the mean since the start, rad: in the plane counterclockwise, in space about axes that add up.
+    pub fn grain_rotation(&self) -> f64 {
+        match S::DIMENSION {
+            2 => self.state.rotation[0],
+            _ => self.state.rotation.norm(),
+        }
     }
 
     /// Logarithmic volume strain since its last contact was lost, of a loose one.
@@ -384,6 +397,8 @@ impl<S: Space> Rve<S> {
         let stretch = S::transpose(&turn) * increment;
         self.state.deformation = *deformation;
         self.state.frame = S::rotation(&(turn * self.state.frame));
+        // Grains turn with the frame, of a loose cell with nothing else.
+        self.state.rotation += S::rotation_vector(&turn);
         if let Some(lost) = self.state.loose {
             if ratio > lost {
                 return Ok(Response { events, ..Response::none() });
@@ -439,7 +454,8 @@ impl<S: Space> Rve<S> {
     /// So many steps to where F says that the cell is.
     fn step(&mut self, count: u64) -> Result<(), Error> {
         let edges = self.carried() * self.state.edges;
-        along(&mut self.sample, &edges, count)?;
+        let turned = along(&mut self.sample, &edges, count)?;
+        self.state.rotation += S::turned_spin(&self.state.frame, &turned);
         self.state.steps += count;
         self.state.pair_steps += count * self.sample.assembly.contacts.neighbours.counted as u64;
         Ok(())

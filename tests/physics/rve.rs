@@ -123,6 +123,83 @@ fn a_spin_laid_over_a_path_turns_its_stress() {
     assert!(last > 0.0, "the frames differ");
 }
 
+/// A rigid turn turns grains by its angle, whole turns included, and simple shear by about half of it: in the mean grains have the spin
+/// of the material.
+#[test]
+fn grains_turn_with_the_material() {
+    let mut still = made::<Plane>(DISCS);
+    let mut turned = still.clone();
+    for step in 1..=72 {
+        let angle = std::f64::consts::TAU * f64::from(step) / 72.0;
+        follow(&mut still, &Tensor::identity());
+        follow(&mut turned, &turn(angle));
+        let off = turned.grain_rotation() - still.grain_rotation() - angle;
+        assert!(off.abs() < 1e-11, "{step}: {off:.1e}");
+    }
+    let mut sheared = made::<Plane>(DISCS);
+    for step in 1..=300 {
+        follow(&mut sheared, &shear(1e-3 * f64::from(step)));
+    }
+    let of_material = -0.5 * 0.3;
+    let ratio = sheared.grain_rotation() / of_material;
+    println!("after a shear of 0.3 grains have turned by {ratio:.3} of what the material has");
+    assert!((0.8..1.2).contains(&ratio), "{ratio:.3}");
+    let mut oblique = made::<Solid>(SPHERES);
+    let axis = <Solid as Space>::Vector::new(1.0, 2.0, -2.0) / 3.0;
+    let turn = |angle: f64| nalgebra::Rotation3::from_scaled_axis(axis * angle).into_inner();
+    let mut plain = oblique.clone();
+    for step in 1..=12 {
+        follow(&mut oblique, &turn(0.25 * f64::from(step)));
+        follow(&mut plain, &<Solid as Space>::Tensor::identity());
+    }
+    let off = oblique.grain_rotation() - 3.0;
+    assert!(off.abs() < 1e-9 + plain.grain_rotation(), "{off:.1e}");
+}
+
+/// Hill-Mandel: what the stress does on a velocity gradient in the volume of an RVE is what contacts across its periodic borders do on the
+/// velocities of its images, less what is out of balance on grains does on the mean field.
+fn power_off<S: Space>(rve: &Rve<S>, gradient: &S::Tensor) -> f64 {
+    let scratch = &mut Scratch::default();
+    let seen = rve.observe(scratch);
+    let volume_start = rve.volume() / S::determinant(rve.deformation());
+    let of_stress = volume_start * seen.kirchhoff.tensor().dot(gradient);
+    let (places, _) = rve.places();
+    let (mut across, mut nets) = (0.0, vec![S::Vector::zero(); places.len()]);
+    for bearing in rve.bearings(scratch) {
+        let [a, b] = bearing.grains.map(|grain| grain as usize);
+        // The image of either that this contact is with: as far from the grain in the cell as whole periods are.
+        let shift = (bearing.end - places[b]) - (bearing.begin - places[a]);
+        across += bearing.force.dot(&(*gradient * shift));
+        nets[a] += bearing.force;
+        nets[b] -= bearing.force;
+    }
+    let out_of_balance: f64 = nets.iter().zip(&places).map(|(net, place)| net.dot(&(*gradient * *place))).sum();
+    (of_stress - (across - out_of_balance)).abs() / (volume_start * seen.kirchhoff.tensor().norm() * gradient.norm())
+}
+
+#[test]
+fn work_of_the_stress_is_that_at_the_borders_of_the_cell() {
+    let mut most = 0.0f64;
+    let mut discs = made::<Plane>(DISCS);
+    for step in 1..=300 {
+        let strain = 2e-3 * f64::from(step);
+        let deformation = turn(0.5 * strain) * Tensor::new(1.0 - 0.2 * strain, strain, 0.0, 1.0 + 0.1 * strain);
+        follow(&mut discs, &deformation);
+        // Of a gradient without a spin: moments on grains out of balance make the stress skew, and its symmetric part is what points have.
+        most = most.max(power_off(&discs, &Tensor::new(-0.3, 0.8, 0.8, 0.5)));
+    }
+    let mut spheres = made::<Solid>(SPHERES);
+    for step in 1..=20 {
+        let mut deformation = <Solid as Space>::Tensor::identity();
+        (deformation[(0, 1)], deformation[(2, 2)]) = (1e-3 * f64::from(step), 1.0 - 1e-3 * f64::from(step));
+        follow(&mut spheres, &deformation);
+        let gradient = <Solid as Space>::Tensor::new(0.1, 0.4, 0.0, 0.4, -0.7, 0.2, 0.0, 0.2, 0.3);
+        most = most.max(power_off(&spheres, &gradient));
+    }
+    println!("power of the stress against that at the borders: {most:.1e}");
+    assert!(most < 1e-10, "{most:.1e}");
+}
+
 /// Simple shear by three turns the lattice several times; the cell is where F says, and the stress is that of friction.
 #[test]
 fn shear_by_three_goes_through() {

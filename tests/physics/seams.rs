@@ -199,6 +199,7 @@ impl Setup for DiscsAndFluid {
             accounts: Accounts::GRAINS,
             allows_unstable: false,
             picture: Picture { depth: 1.0, may_have_grains: true, may_have_points: true, flagged: false },
+            drawn_rves: Vec::new(),
             columns: vec![clock, approach, columns::counts(), columns::energies()],
             watch: Box::new(|_| Ok(())),
             strain: None,

@@ -149,7 +149,8 @@ impl Mpm {
         let follow =
             of("follow", "points with columns of their own in the series", "[{name = \"tip\", place = [0, 0]}]");
         let about = "a point with columns of its own in the series";
-        list(form, &mut self.follow, follow, about, &Followed::BLANK, Followed::keys);
+        let blank = Followed { frames: self.rves().is_some(), ..Followed::BLANK };
+        list(form, &mut self.follow, follow, about, &blank, Followed::keys);
     }
 
     /// The tables of a job, with all their keys.
@@ -523,12 +524,15 @@ fn keys_of_band([from, to]: &mut [[f64; 2]; 2], form: &mut dyn Form) {
 }
 
 impl Followed {
-    const BLANK: Self = Self { name: String::new(), place: [0.0; 3] };
+    const BLANK: Self = Self { name: String::new(), place: [0.0; 3], frames: false };
 
     pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
         form.text(&mut self.name, text("name", "the point's name", "\"tip\""));
         let about = "the place that it is nearest to at the start";
         form.vector(&mut self.place, vector("place", about, LENGTH, "\"1 m\""));
+        let about = "writes the grains of its RVE and their contacts with every frame";
+        let key = flag("frames", about, "true");
+        form.flag(&mut self.frames, key.follows("true where it has an RVE"));
     }
 }
 

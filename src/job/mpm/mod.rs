@@ -337,6 +337,8 @@ pub struct Followed {
     pub name: String,
     /// m.
     pub place: [f64; 3],
+    /// Whether its RVE is drawn with every frame.
+    pub frames: bool,
 }
 
 impl Face {

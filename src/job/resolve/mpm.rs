@@ -269,13 +269,20 @@ fn check_lists(job: &mut Mpm, top: &Reader<'_>, typed: &Typed) -> Result<(), Err
     typed.check(super::mpm_checks::check_faces(job, top));
     typed.check(super::mpm_checks::check_places_of_loads(job, top));
     for (number, table) in top.list("follow").iter().enumerate() {
-        let Followed { name, place } = &job.follow[number];
+        let Followed { name, place, frames } = &job.follow[number];
         typed.check(body::check_name_of_columns(table, name));
         let bodies = job.bodies.iter().map(|body| &body.body.name);
         if bodies.chain(job.follow[..number].iter().map(|point| &point.name)).any(|other| other == name) {
             table.add(table.refusal("name", "names another point or body already. Give each a name of its own."));
         }
         typed.check(body::check_inside(table, "place", place, &domain));
+        if *frames && job.rves().is_none() {
+            table.add(table.refusal("frames", "draws the grains of an RVE, and this job has none. Remove the line."));
+        } else if *frames && name.contains('.') {
+            let why =
+                "is also that of files, whose parts have numbers behind a \".\". Write it without, or frames = false.";
+            table.add(table.refusal("name", why));
+        }
     }
     Ok(())
 }

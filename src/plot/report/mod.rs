@@ -22,6 +22,7 @@ mod calibration_mobilised;
 mod chart;
 mod colour;
 mod contour;
+mod followed;
 mod numbers;
 mod page;
 mod panels;
@@ -78,6 +79,7 @@ pub fn write(dirs: &[PathBuf], out: Option<&Path>, between: Option<[f64; 2]>) ->
         };
         let coloured: Vec<_> = set.iter().map(|&index| (&runs[index], colour(index))).collect();
         figures.extend(panels::figures(&coloured, &number));
+        figures.extend(followed::figures(&own, &number)?);
     }
     let paragraph = |(index, run): (usize, &Run)| words::paragraph(run, measures.as_ref(), index);
     let paragraphs = runs.iter().enumerate().map(paragraph).collect::<Result<Vec<_>, _>>()?;

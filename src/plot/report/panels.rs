@@ -34,6 +34,8 @@ struct Spec {
 /// Charts side by side.
 pub struct Panel {
     name: &'static str,
+    /// Runs that have no such column have none of its charts.
+    needs: &'static str,
     charts: &'static [Spec],
 }
 
@@ -41,9 +43,10 @@ const fn of(columns: &'static [&'static str], label: &'static str, words: &'stat
     Spec { columns, label, words, is_logarithmic: false }
 }
 
-pub const PANELS: [Panel; 5] = [
+pub const PANELS: [Panel; 7] = [
     Panel {
         name: "volume",
+        needs: "*",
         charts: &[
             of(&["volume_strain"], "volume strain", "volume strain of the whole, positive in dilation"),
             of(
@@ -55,6 +58,7 @@ pub const PANELS: [Panel; 5] = [
     },
     Panel {
         name: "stress",
+        needs: "*",
         charts: &[
             of(
                 &["stress_xx", "stress_yy", "stress_zz", "stress_xy"],
@@ -68,6 +72,7 @@ pub const PANELS: [Panel; 5] = [
     },
     Panel {
         name: "energies",
+        needs: "*",
         charts: &[
             Spec {
                 columns: &["elastic*", "kinetic*", "dissipated"],
@@ -86,6 +91,7 @@ pub const PANELS: [Panel; 5] = [
     },
     Panel {
         name: "reactions",
+        needs: "*",
         charts: &[of(
             &["*_force"],
             "force",
@@ -94,10 +100,43 @@ pub const PANELS: [Panel; 5] = [
     },
     Panel {
         name: "followed",
+        needs: "*",
         charts: &[
             of(&["*_moved"], "displacement", "magnitude of the displacement of points that are followed"),
             of(&["*_p"], "mean stress", "their mean stress, compression positive"),
             of(&["*_plastic_strain"], "plastic strain", "their plastic strain"),
+        ],
+    },
+    Panel {
+        name: "followed_rves",
+        needs: "*_void_ratio",
+        charts: &[
+            of(&["*_deviatoric_strain"], "deviatoric strain", "deviatoric strain of the points that are followed"),
+            of(&["*_q"], "deviatoric stress q", "their deviatoric stress, q = sqrt(s:s/2) in the plane"),
+            of(&["*_void_ratio"], "void ratio", "void ratio of their RVEs"),
+            of(
+                &["*_fabric_anisotropy"],
+                "fabric anisotropy",
+                "fabric anisotropy, sqrt(F_a:F_a/2) of F_a = 4 (phi \u{2212} I/2)",
+            ),
+            of(
+                &["*_grains_turned", "*_turned"],
+                "rotation (degrees)",
+                "rotation of the point, of F = R U, and of its grains in the mean",
+            ),
+            of(
+                &["*_mechanical_coordination"],
+                "mechanical coordination",
+                "contacts of a grain without grains that have none or one",
+            ),
+        ],
+    },
+    Panel {
+        name: "rves",
+        needs: "rve_steps",
+        charts: &[
+            of(&["rve_loose", "rve_replicated"], "RVEs", "RVEs without contacts, and replicated ones"),
+            of(&["rve_unbalanced_max"], "I_uf", "the largest share of forces out of balance, I_uf, of all RVEs"),
         ],
     },
 ];
@@ -167,6 +206,10 @@ pub fn figures(runs: &Runs, number: &str) -> Vec<Drawn> {
 }
 
 fn figure(panel: &Panel, runs: &Runs, number: &str) -> Option<Drawn> {
+    let has = |(run, _): &(&Run, &str)| run.columns.iter().any(|column| is_meant(&column.name, panel.needs));
+    if !runs.iter().any(has) {
+        return None;
+    }
     let (mut charts, mut words): (Vec<Chart>, Vec<&str>) = (Vec::new(), Vec::new());
     for spec in panel.charts {
         let lines = lines(spec, runs);
@@ -202,10 +245,15 @@ fn figure(panel: &Panel, runs: &Runs, number: &str) -> Option<Drawn> {
     if let Some(first) = caption.get(..1).map(str::to_uppercase) {
         caption.replace_range(..1, &first);
     }
-    let columns = charts.len().min(if charts.len() == 3 { 3 } else { 2 });
+    let columns = columns_of(charts.len());
     let name = format!("{}{number}", panel.name);
     let drawing = draw(&name, &format!("Curves of {}", panel.name), &[], &charts, columns);
     (!charts.is_empty()).then_some(Drawn { name, drawing, caption })
+}
+
+/// Charts of a panel stand in so many columns.
+fn columns_of(charts: usize) -> usize {
+    if charts.is_multiple_of(3) { 3 } else { charts.min(2) }
 }
 
 fn lines<'a>(spec: &Spec, runs: &Runs<'a>) -> Vec<Line<'a>> {

@@ -9,6 +9,7 @@ use crate::analysis::run::Run;
 use crate::analysis::snapshot::{Body, Snapshot};
 use crate::analysis::strained::{Valued, strained};
 use crate::base::error::Error;
+use crate::base::math;
 use crate::job::Job;
 
 /// Below this share of the compression, tension is left to the lower end of the colours.
@@ -77,6 +78,7 @@ enum Strain {
 impl Strain {
     fn of(run: &Run) -> Self {
         match (run.span, run.has_grains()) {
+            (_, false) if run.has_rves() => Self::Deviatoric,
             (_, false) => Self::Plastic,
             (Some(_), true) => Self::Fitted,
             (None, true) => Self::Deviatoric,
@@ -113,10 +115,56 @@ impl Strain {
     }
 }
 
+/// What else is drawn of points that carry grains (Liang & Zhao 2019, figures 9, 14, 15 and 22).
+struct Shade {
+    name: &'static str,
+    words: &'static str,
+    /// In the caption.
+    told: &'static str,
+    unit: f64,
+    value: fn(&Body) -> f64,
+    /// Colours go from zero, to as far on either side of it, or as values do.
+    ends: fn([f64; 2]) -> [f64; 2],
+}
+
+const OF_RVES: [Shade; 3] = [
+    Shade {
+        name: "displacement",
+        words: "displacement (m)",
+        told: "displacement since the start",
+        unit: 1.0,
+        value: |body| {
+            (body.displacement[0] * body.displacement[0] + body.displacement[1] * body.displacement[1]).sqrt()
+        },
+        ends: |[_, most]| [0.0, round_end(most)],
+    },
+    Shade {
+        name: "void_ratio",
+        words: "void ratio",
+        told: "void ratio of the RVE",
+        unit: 1.0,
+        value: |body| body.void_ratio,
+        ends: |[least, most]| [least, most.max(least + 1e-3)],
+    },
+    Shade {
+        name: "rotation",
+        words: "rotation (degrees)",
+        told: "rotation of F = R U since the start, positive counterclockwise",
+        unit: math::PI / 180.0,
+        value: |body| body.rotation,
+        ends: |[least, most]| {
+            let most = math::PI / 180.0 * round_end(most.max(-least) * 180.0 / math::PI);
+            [-most, most]
+        },
+    },
+];
+
 /// The pictures of runs that stand against the same.
 pub fn figures(runs: &[&Run], number: &str) -> Result<Vec<Drawn>, Error> {
     let timing = Timing::of(runs);
     let (mut by_strain, mut by_stress) = (Vec::new(), Vec::new());
+    let shades = OF_RVES.iter().filter(|_| runs.iter().all(|run| run.has_rves()));
+    let mut shaded: Vec<(&Shade, Vec<Picture>)> = shades.map(|shade| (shade, Vec::new())).collect();
     let strain = Strain::of(runs[0]);
     let mut columns = 2;
     for run in runs {
@@ -127,7 +175,12 @@ pub fn figures(runs: &[&Run], number: &str) -> Result<Vec<Drawn>, Error> {
             let titles = [format!("({}) {title}", ["a", "b", "c"][column.min(2)]), place(run, frame)];
             let head = if runs.len() > 1 && column == 0 { run.label() } else { String::new() };
             let stressed = snapshot.bodies.iter().map(|&body| Valued { body, value: body.pressure }).collect();
-            for (pictures, bodies) in [(&mut by_strain, strain.coloured(run, &snapshot)), (&mut by_stress, stressed)] {
+            let shades = shaded.iter_mut().map(|(shade, pictures)| {
+                let valued = |&body: &Body| Valued { body, value: (shade.value)(&body) };
+                (pictures, snapshot.bodies.iter().map(valued).collect())
+            });
+            let both = [(&mut by_strain, strain.coloured(run, &snapshot)), (&mut by_stress, stressed)];
+            for (pictures, bodies) in both.into_iter().chain(shades) {
                 let picture = Picture::of(run, &snapshot, bodies, titles.clone());
                 pictures.push(Picture { head: head.clone(), ..picture });
             }
@@ -153,6 +206,14 @@ pub fn figures(runs: &[&Run], number: &str) -> Result<Vec<Drawn>, Error> {
         let ends = [if is_tensile { -end } else { 0.0 }, end];
         let colours = Colours { ends, unit: 1e3, words: "mean stress, compression positive (kPa)" };
         add("mean_stress", &by_stress, &colours, stress_caption(runs));
+    }
+    for (Shade { name, words, told, unit, ends, .. }, pictures) in &shaded {
+        // At the start nothing has moved, and voids are as they were made.
+        let bodies = || pictures.iter().flat_map(|picture| &picture.bodies);
+        if bodies().any(|row| row.value != 0.0) {
+            let colours = Colours { ends: ends(nearly_all(bodies())), unit: *unit, words };
+            add(name, pictures, &colours, format!("{} Colour: {told}.", shown(runs)));
+        }
     }
     Ok(figures)
 }

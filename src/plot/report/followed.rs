@@ -1,0 +1,238 @@
+//! Points that are followed: where they go, and the force chains of their RVEs (Liang & Zhao 2019, figures 11, 18, 23 and 28).
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use scree_io::column::Values;
+use scree_io::frames::{self, Frame as Drawn3};
+
+use super::chart::{Axis, Chart, Curve, Entry, draw, pair};
+use super::numbers::{significant, time};
+use super::svg::{Anchor, Frame, Letters, Stroke, Svg, number};
+use super::{Drawn, WIDTH, colour};
+use crate::analysis::curve::mean;
+use crate::analysis::run::{Run, torn_frames, unreadable};
+use crate::base::error::Error;
+use crate::run::folder::{CONTACTS_OF, GRAINS_OF};
+
+const MARGIN: f64 = 22.0;
+const GAP: f64 = 18.0;
+const TITLES: f64 = 46.0;
+const COLUMNS_MAX: usize = 4;
+/// Width of the line of a contact whose force is the mean one, and of the strongest, pixels.
+const LINE: f64 = 0.9;
+const LINE_MAX: f64 = 7.0;
+const CHAIN: &str = "#8b1a1a";
+const WEAK: &str = "#d9a79c";
+const GRAIN: &str = "#e6e2d8";
+
+/// The figures of runs that follow points.
+pub fn figures(runs: &[&Run], number: &str) -> Result<Vec<Drawn>, Error> {
+    let mut figures: Vec<Drawn> = paths(runs, number).into_iter().collect();
+    let mut chains = Vec::new();
+    for run in runs {
+        for name in names(run, "_void_ratio") {
+            chains.extend(Chains::read(run, &name, runs.len() > 1)?);
+        }
+    }
+    if !chains.is_empty() {
+        figures.push(chains_of(&chains, number));
+    }
+    Ok(figures)
+}
+
+/// Points that have a column of this ending.
+fn names(run: &Run, ending: &str) -> Vec<String> {
+    run.columns.iter().filter_map(|column| column.name.strip_suffix(ending)).map(str::to_owned).collect()
+}
+
+/// Where points have gone, seen along y in space.
+fn paths(runs: &[&Run], suffix: &str) -> Option<Drawn> {
+    let (mut curves, mut entries) = (Vec::new(), Vec::new());
+    for run in runs {
+        let up = ["y", "z"][run.dimension() - 2];
+        for name in names(run, "_place_x") {
+            let of = |axis: &str| run.column(&format!("{name}_place_{axis}"));
+            let places: Vec<[f64; 2]> = of("x").iter().zip(of(up)).map(|(x, y)| [*x, *y]).collect();
+            let stroke = Stroke::new(colour::line(curves.len()), 1.6).dash(colour::DASHES[curves.len() / 6 % 6]);
+            entries
+                .push(Entry { words: if runs.len() > 1 { format!("{}: {name}", run.label()) } else { name }, stroke });
+            curves.push(Curve { places, stroke });
+        }
+    }
+    let all = || curves.iter().flat_map(|curve: &Curve| &curve.places).copied();
+    let has_moved = curves.iter().any(|curve| curve.places.iter().any(|place| *place != curve.places[0]));
+    if !has_moved {
+        return None;
+    }
+    let chart = Chart {
+        x: Axis::around("x (m)", all().map(|place| place[0])),
+        y: Axis::around(if runs[0].dimension() == 3 { "z (m)" } else { "y (m)" }, all().map(|place| place[1])),
+        curves,
+        ..Chart::default()
+    };
+    let name = format!("paths{suffix}");
+    let drawing = draw(&name, "Paths of points", &entries, &[chart], 1);
+    Some(Drawn {
+        name,
+        drawing,
+        caption: "Where points that are followed have gone; the axes have scales of their own.".into(),
+    })
+}
+
+/// The RVE of a point at the last frame.
+struct Chains {
+    titles: [String; 2],
+    /// Corners of the cell then, and at the first frame, from the middle, m.
+    cells: [[[f64; 2]; 4]; 2],
+    /// Places from the middle of the cell and radii, m.
+    grains: Vec<([f64; 2], f64)>,
+    /// Ends from the middle of the cell, m, and normal force, N.
+    lines: Vec<([[f64; 2]; 2], f64)>,
+}
+
+impl Chains {
+    /// None where the run has not written it.
+    fn read(run: &Run, name: &str, is_labelled: bool) -> Result<Option<Self>, Error> {
+        let [grains, contacts] = [GRAINS_OF, CONTACTS_OF].map(|of| run.directory.join(format!("{of}{name}.vtkhdf")));
+        if !grains.exists() || !contacts.exists() {
+            return Ok(None);
+        }
+        let times = frames::times(&grains).map_err(unreadable)?;
+        let Some(last) = times.len().checked_sub(1) else { return Ok(None) };
+        let up = run.dimension() - 1;
+        let [first, now] = [0, last].map(|frame| frames::read_frame(&grains, frame).map_err(unreadable));
+        let (first, now) = (first?, now?);
+        let lines = frames::read_frame(&contacts, last).map_err(unreadable)?;
+        let edges = |frame: &Drawn3| reals(&frame.whole, "cell_edges", 9, &grains);
+        let (before, edges) = (edges(&first)?, edges(&now)?);
+        // Half of the sum of the edges is the middle.
+        let middle = [0, up].map(|axis| 0.5 * (0..3).map(|edge| edges[3 * edge + axis]).sum::<f64>());
+        let place = |position: &[f64; 3]| [position[0] - middle[0], position[up] - middle[1]];
+        let radii = reals(&now.fields, "radius", now.positions.len(), &grains)?;
+        let forces = reals(&lines.fields, "force_normal", lines.positions.len() / 2, &contacts)?;
+        let row = run.row_at(now.time);
+        let told = |what: &str, unit: f64| {
+            let value = run.column(&format!("{name}_{what}")).get(row).copied().unwrap_or(f64::NAN);
+            significant(value / unit, 3)
+        };
+        let head = if is_labelled { format!("{}: {name}", run.label()) } else { name.to_owned() };
+        let of = format!("{}, q {} kPa, e {}", time(now.time), told("q", 1e3), told("void_ratio", 1.0));
+        Ok(Some(Self {
+            titles: [head, of],
+            cells: [edges, before].map(|edges| corners(&edges, up)),
+            grains: now.positions.iter().map(place).zip(radii).collect(),
+            lines: lines.positions.chunks_exact(2).map(|ends| [place(&ends[0]), place(&ends[1])]).zip(forces).collect(),
+        }))
+    }
+
+    /// How far it reaches from its middle, m.
+    fn reach(&self) -> [f64; 2] {
+        let corners = self.cells.iter().flatten().copied();
+        let grains =
+            self.grains.iter().flat_map(|(place, radius)| [1.0, -1.0].map(|side| place.map(|at| at + side * radius)));
+        corners.chain(grains).fold([0.0; 2], |far, place| [0, 1].map(|axis| f64::max(far[axis], place[axis].abs())))
+    }
+}
+
+fn reals(columns: &[scree_io::Column], name: &str, count: usize, path: &PathBuf) -> Result<Vec<f64>, Error> {
+    let found = columns.iter().find(|column| column.name == name).map(|column| &column.values);
+    match found {
+        Some(Values::F64(values)) if values.len() == count => Ok(values.clone()),
+        _ => Err(torn_frames(path, &format!("there is no field `{name}` of {count} numbers"))),
+    }
+}
+
+/// Of the face of a cell that is seen, about its middle.
+fn corners(edges: &[f64], up: usize) -> [[f64; 2]; 4] {
+    let edge = |which: usize| [edges[3 * which], edges[3 * which + up]];
+    let (a, b) = (edge(0), edge(up));
+    [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]
+        .map(|[of_a, of_b]| [0, 1].map(|axis| of_a * a[axis] + of_b * b[axis]))
+}
+
+/// All on one scale.
+fn chains_of(chains: &[Chains], suffix: &str) -> Drawn {
+    let columns = chains.len().min(COLUMNS_MAX);
+    let far = |axis: usize| chains.iter().map(|chains| chains.reach()[axis]).fold(0.0, f64::max);
+    let room = (WIDTH - 2.0 * MARGIN - (columns - 1) as f64 * GAP) / columns as f64;
+    let scale = (room / (2.0 * far(0))).min(360.0 / (2.0 * far(1)));
+    let row = TITLES + 2.0 * far(1) * scale + GAP;
+    let name = format!("force_chains{suffix}");
+    let mut svg = Svg::new(&name, WIDTH, chains.len().div_ceil(columns) as f64 * row);
+    for (index, chains) in chains.iter().enumerate() {
+        let (across, down) = (index % columns, index / columns);
+        let left = MARGIN + across as f64 * (room + GAP);
+        let top = down as f64 * row + TITLES;
+        svg.text([left, top - 26.0], &chains.titles[0], Letters::new(13.0, Anchor::Start).bold());
+        svg.text([left, top - 10.0], &chains.titles[1], Letters::new(12.0, Anchor::Start));
+        let frame = Frame { left, top, width: room, height: row - TITLES - GAP };
+        chains.draw(&mut svg, frame, scale);
+    }
+    let caption = "RVEs of points that are followed, at the last frame: lines are contacts, as wide as their normal force over the \
+                   mean of their RVE, dark above it; the cell now, and dashed at the start. Lines that leave the cell lead to images."
+        .to_owned();
+    Drawn { drawing: svg.finish("Force chains of RVEs"), name, caption }
+}
+
+impl Chains {
+    fn draw(&self, svg: &mut Svg, frame: Frame, scale: f64) {
+        let middle = [frame.left + 0.5 * frame.width, frame.top + 0.5 * frame.height];
+        let place = |[x, y]: [f64; 2]| [middle[0] + x * scale, middle[1] - y * scale];
+        let mut grains = format!("<g fill=\"{GRAIN}\" stroke=\"#b5b0a4\" stroke-width=\"0.4\">");
+        for (centre, radius) in &self.grains {
+            let [x, y] = place(*centre).map(number);
+            let _ = write!(grains, "<circle cx=\"{x}\" cy=\"{y}\" r=\"{}\"/>", number(radius * scale));
+        }
+        svg.raw(&(grains + "</g>\n"));
+        let forces: Vec<f64> = self.lines.iter().map(|(_, force)| force.abs()).collect();
+        let mean = if forces.is_empty() { 1.0 } else { mean(&forces) };
+        // The weak ones first, so that chains lie over them.
+        for is_strong in [false, true] {
+            let mut lines = format!("<g stroke=\"{}\" stroke-linecap=\"round\">", if is_strong { CHAIN } else { WEAK });
+            for (ends, force) in self.lines.iter().filter(|(_, force)| (force.abs() > mean) == is_strong) {
+                let [[x1, y1], [x2, y2]] = ends.map(|end| place(end).map(number));
+                let width = number((LINE * force.abs() / mean).clamp(0.15, LINE_MAX));
+                let _ =
+                    write!(lines, "<line x1=\"{x1}\" y1=\"{y1}\" x2=\"{x2}\" y2=\"{y2}\" stroke-width=\"{width}\"/>");
+            }
+            svg.raw(&(lines + "</g>\n"));
+        }
+        let dashed = [Stroke::new("#222222", 1.2), Stroke::new("#222222", 1.0).dash("5 4")];
+        for (corners, stroke) in self.cells.iter().zip(dashed) {
+            let mut path = String::new();
+            for (number, corner) in corners.iter().enumerate() {
+                let _ = write!(path, "{}{}", if number == 0 { "M" } else { "L" }, pair(place(*corner)));
+            }
+            svg.path(&(path + "Z"), stroke);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::curve::range;
+
+    #[test]
+    fn a_cell_stands_about_its_middle() {
+        let leaning = [2.0, 0.0, 0.0, 1.0, 4.0, 0.0, 0.0, 0.0, 0.0];
+        let corners = corners(&leaning, 1);
+        assert_eq!(corners, [[-1.5, -2.0], [0.5, -2.0], [1.5, 2.0], [-0.5, 2.0]]);
+        let [low, high] = range(corners.iter().map(|corner| corner[0])).unwrap();
+        assert_eq!(low, -high);
+    }
+
+    #[test]
+    fn points_that_stay_have_no_path() {
+        let mut run = Run::made("method = \"mpm\"");
+        let column = |name: &str, values: [f64; 2]| crate::analysis::columns::Column {
+            name: name.into(),
+            values: values.to_vec(),
+        };
+        run.columns = vec![column("tip_place_x", [1.0, 1.0]), column("tip_place_y", [2.0, 2.0])];
+        assert!(paths(&[&run], "").is_none());
+        run.columns[1].values[1] = 3.0;
+        assert!(paths(&[&run], "_2").unwrap().drawing.contains(">tip<"));
+    }
+}
