@@ -41,13 +41,17 @@ pub fn averaged<S: Space, const W: usize>(
     world: &mut World<S>,
     fields: impl Fn(usize, &Hot<S>) -> [f64; W] + Sync,
 ) -> Vec<[f64; W]> {
-    let sums = nodal_sums(world, fields);
+    let mut means = nodal_sums(world, fields);
+    means.iter_mut().filter(|sum| sum[0] > 0.0).for_each(|sum| *sum = sum.map(|word| word / sum[0]));
+    at_points(world, &means)
+}
+
+/// `sum_i N_i(x_p) f_i` of values at the nodes that this rank owns. In the order of the rows. Collective.
+pub fn at_points<S: Space, const W: usize>(world: &mut World<S>, values: &[[f64; W]]) -> Vec<[f64; W]> {
     let (nodes, shape) = (&world.subdomain.nodes, world.settings.grid.shape);
     let mosaic = &nodes.mosaic;
     let mut rows = vec![[0.0; W]; mosaic.rows() + mosaic.rows_spread];
-    for (node, sum) in mosaic.owned.iter().zip(&sums).filter(|(_, sum)| sum[0] > 0.0) {
-        rows[node.row as usize] = sum.map(|word| word / sum[0]);
-    }
+    mosaic.owned.iter().zip(values).for_each(|(node, value)| rows[node.row as usize] = *value);
     nodes.advanced.pack::<W>(&mut world.subdomain.buffers, |row| rows[row as usize]);
     nodes.advanced.exchange::<W>(world.transport, &mut world.subdomain.buffers, &mut || {});
     nodes.advanced.unpack::<W>(&world.subdomain.buffers, |row, words| rows[row as usize] = words);

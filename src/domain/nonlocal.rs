@@ -11,7 +11,7 @@ use crate::mpm::points::{Cold, Hot};
 
 /// Points around those of this rank.
 pub struct Neighbourhood<S: Space> {
-    weights: Weights,
+    pub(super) weights: Weights,
     halo: Halo,
     buffers: HaloBuffers,
     /// Points of this rank, and behind them copies of others': their volumes at the start, m3, and sums of weights.

@@ -2,13 +2,16 @@
 
 use crate::base::space::{Linear, Space};
 
-/// Loads that a job may have: a point knows its own by the bits of a word, and by those behind them the sides on which the material ends
-/// with it.
-pub const LOADS_MAX: usize = 58;
+/// Loads that a job may have: a point knows its own by the bits of a word, and by those behind them whether it has come off the material,
+/// and the sides on which that ends with it.
+pub const LOADS_MAX: usize = 57;
+
+/// The bit of a point that has come off: loads on the surface are none of its.
+pub const LOOSE: u64 = 1 << LOADS_MAX;
 
 /// The bit of a point of the surface on a side.
 pub fn of_side(axis: usize, upper: bool) -> u64 {
-    1 << (LOADS_MAX + 2 * axis + usize::from(upper))
+    1 << (LOADS_MAX + 1 + 2 * axis + usize::from(upper))
 }
 
 /// The loads that a word tells of.
@@ -71,6 +74,14 @@ mod tests {
 
     type Vector = <Plane as Space>::Vector;
     type Tensor = <Plane as Space>::Tensor;
+
+    #[test]
+    fn bits_of_a_word_are_apart() {
+        let sides = (0..3).flat_map(|axis| [false, true].map(|upper| of_side(axis, upper)));
+        let bits: Vec<u64> = (0..LOADS_MAX).map(|load| 1 << load).chain([LOOSE]).chain(sides).collect();
+        assert_eq!(bits.iter().fold(0, |all, bit| all | bit), u64::MAX);
+        assert_eq!((bits.len(), loads_in(u64::MAX).count()), (64, LOADS_MAX));
+    }
 
     #[test]
     fn pressure_follows_the_surface_and_traction_does_not() {

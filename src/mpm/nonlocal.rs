@@ -14,13 +14,21 @@
 //!
 //! with V here those of the start, for which Kirchhoff stress is. Sums over points are in the order of their ids. Points near a border have their mean over what there is of material.
 //!
+//! Liu et al. compute what is around an element on the fly, of the present step where an element has had its turn and of the step before
+//! where it has not, which depends on the order of elements. All of the present step is `lag` = 0; all but the point itself of the step
+//! before, which needs no exchange between strain and stress, `lag` = 1:
+//!
+//! ```text
+//! <G>_p = w_pp G_p(n) + sum_(q != p) w_pq G_q(n - 1)
+//! ```
+//!
 //! Without the adjoint, which Liu et al. leave out, deformation finer than R is answered by stresses that do not resist it: a specimen in
 //! biaxial compression blows up within 0.2 % of strain (VALIDATION.md).
 
 use std::ops::{Add, Mul};
 
 use crate::base::ids::{PointId, Row};
-use crate::base::keys::{Form, LENGTH, POSITIVE, choose, flag, number, text};
+use crate::base::keys::{Form, LENGTH, POSITIVE, choose, count, flag, number, text};
 use crate::base::space::{Linear, Space};
 use crate::dem::cell::Cell;
 
@@ -32,6 +40,8 @@ pub struct Nonlocal {
     pub places: Places,
     /// Whether stress is averaged by the adjoint.
     pub adjoint: bool,
+    /// Increments that neighbours count with: their own of now, or that of the step before.
+    pub lag: u64,
 }
 
 /// Which places distances are between.
@@ -44,7 +54,7 @@ pub enum Places {
 }
 
 impl Nonlocal {
-    pub const BLANK: Self = Self { radius: 0.0, places: Places::Reference, adjoint: true };
+    pub const BLANK: Self = Self { radius: 0.0, places: Places::Reference, adjoint: true, lag: 0 };
 
     /// The keys of `[nonlocal]`.
     pub fn keys(&mut self, form: &mut dyn Form) {
@@ -61,6 +71,8 @@ impl Nonlocal {
         );
         let about = "whether stress is averaged by the adjoint, so that its power is that of the averaged strain";
         form.flag(&mut self.adjoint, flag("adjoint", about, "false").or("true"));
+        let about = "steps by which the strain of neighbours is older than that of the point";
+        form.count(&mut self.lag, count("lag", about, (0, 1), "1").or("0"));
     }
 
     /// k at a distance, m.
@@ -127,6 +139,12 @@ impl Weights {
     {
         let sum = self.around(point).fold(zero, |sum, (row, weight, _)| sum + of(*row as usize) * *weight);
         sum * (1.0 / self.sums[point])
+    }
+
+    /// w_pp: what a point has in its own mean.
+    pub fn own(&self, point: usize) -> f64 {
+        let own = self.around(point).find(|(row, ..)| *row as usize == point);
+        own.map_or(0.0, |(_, weight, _)| weight / self.sums[point])
     }
 
     /// The adjoint of the mean, of V tau/sum of every row, V being that of the start; times V of now over that of the start where weights
@@ -243,6 +261,16 @@ mod tests {
         {
             let mean = weights.mean(row, 0.0, |other| seen[other].place.x - 2.0 * seen[other].place.y);
             assert!((mean - point.place.x + 2.0 * point.place.y).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_point_has_its_share_in_its_own_mean() {
+        let seen = points(10);
+        let weights = Weights::of(&HOW, &seen, 100, &cell(false));
+        for row in 0..100 {
+            let of_own = weights.mean(row, 0.0, |other| f64::from(u8::from(other == row)));
+            assert!((weights.own(row) - of_own).abs() < 1e-15 && of_own > 0.1, "{row}");
         }
     }
 

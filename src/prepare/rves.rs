@@ -137,7 +137,7 @@ impl<S: Space> Levels<S> {
             point.hot.stress = stress;
             let pairs = rve.sample().assembly.contacts.neighbours.pairs.len() as u64;
             let cost = pairs * wanted.drive.steps_min;
-            RveRow { point: point.cold.id, packing, cost, resting: rve.rest() }
+            RveRow { point: point.cold.id, packing, cost, increment: S::Tensor::zero(), resting: rve.rest() }
         };
         points.iter_mut().map(row).collect()
     }

@@ -37,6 +37,8 @@ pub struct PointRve<S: Space> {
     pub rve: Rve<S>,
     /// F of the point when it last followed; that of the RVE is another where strain is nonlocal.
     pub deformation: S::Tensor,
+    /// F(n) F(n-1)^-1 - 1 of the point then, which neighbours may count with in the next step; of a local strain it is not kept.
+    pub increment: S::Tensor,
     /// Steps of pairs in its last increment: what it costs, about, in the next one.
     pub cost: u64,
 }
@@ -47,12 +49,14 @@ pub struct RveRow<S: Space> {
     pub point: PointId,
     pub packing: u64,
     pub cost: u64,
+    pub increment: S::Tensor,
     pub resting: Resting<S>,
 }
 
 impl<S: Space> PointRve<S> {
     pub fn rest(&self, point: PointId) -> RveRow<S> {
-        RveRow { point, packing: self.packing, cost: self.cost, resting: self.rve.rest() }
+        let Self { packing, cost, increment, .. } = *self;
+        RveRow { point, packing, cost, increment, resting: self.rve.rest() }
     }
 }
 
@@ -68,7 +72,7 @@ impl<S: Space> RveRow<S> {
             contacts: Vec::new(),
             memories: Vec::new(),
         };
-        Self { point: PointId(0), packing: 0, cost: 0, resting }
+        Self { point: PointId(0), packing: 0, cost: 0, increment: S::Tensor::zero(), resting }
     }
 
     /// Beside a point whose deformation gradient is `deformation`.
@@ -87,17 +91,19 @@ impl<S: Space> RveRow<S> {
             let moved = *cell;
             cell.take_motion_of(&moved);
         });
-        Ok(PointRve { packing: self.packing, rve: Rve::wake(template, &resting)?, deformation, cost: self.cost })
+        let Self { packing, cost, increment, .. } = *self;
+        Ok(PointRve { packing, rve: Rve::wake(template, &resting)?, deformation, increment, cost })
     }
 }
 
 impl<S: Space> Record for RveRow<S> {
     /// All but the rows of grains and contacts, of which it tells how many there are, so that they find room.
     fn visit(&mut self, visitor: &mut dyn Visitor) {
-        let Self { point, packing, cost, resting } = self;
+        let Self { point, packing, cost, increment, resting } = self;
         visitor.u64("point", &mut point.0);
         visitor.u64("packing", packing);
         visitor.u64("cost", cost);
+        visitor.later_f64s("increment", increment.as_mut_slice());
         visitor.u64("sample_step", &mut resting.step);
         resting.state.visit(visitor);
         let [cell, home] = &mut resting.cells;

@@ -665,10 +665,10 @@ fn more_loads_than_a_point_can_tell_apart() {
         let load = "\n[[load]]\nface = \"y_upper\"\nkind = \"pressure\"\npressure = \"1 kPa\"\n";
         GOOD.0.to_string() + &load.repeat(more)
     };
-    Job::parse(&with(57), "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
+    Job::parse(&with(56), "job.toml", &[]).unwrap_or_else(|error| panic!("{error}"));
     refused_text(
-        &with(58),
+        &with(57),
         &[],
-        "job.toml:373: [[load]] is one of 59, and at most 58 are allowed. Join loads that are alike in one window, or remove some.",
+        "job.toml:368: [[load]] is one of 58, and at most 57 are allowed. Join loads that are alike in one window, or remove some.",
     );
 }

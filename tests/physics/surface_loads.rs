@@ -2,9 +2,10 @@
 
 use scree::job::Job;
 use scree::job::mpm::figures;
+use scree::mpm::load::LOOSE;
 
 use crate::patches::departure;
-use crate::runs::{Ran, elastic, list, parse, schemes};
+use crate::runs::{Ran, elastic, list, parse, same, schemes};
 
 /// A block with nothing around it, from `lower` to `upper` along every axis in cells of 0.1 m.
 fn block(dimension: usize, scheme: &str, [lower, upper]: [f64; 2], rest: &str) -> String {
@@ -97,4 +98,32 @@ fn a_load_is_neither_more_nor_less_than_its_area() {
         let [x, y] = [x[first] / along, y[first] / down];
         assert!((x - 1.0).abs() < 1e-12 && (y - 1.0).abs() < 1e-12, "{scheme}: {x} {y} at {}", times[first]);
     }
+}
+
+/// A point that has come off the material is pressed by nothing: what presses across one axis would crush it. It is a point of the
+/// material again once it is back, on any ranks.
+#[test]
+fn what_has_come_off_bears_no_pressure() {
+    let load = |face: &str| format!("[[load]]\nface = \"{face}\"\nkind = \"pressure\"\npressure = 1000\n");
+    let single = |velocity: &str| {
+        format!("[[region]]\nshape = \"box\"\nlower = [0.8, 0.45]\nupper = [0.85, 0.5]\nvelocity = {velocity}\n")
+    };
+    let text = |velocity: &str| {
+        block(2, "shape = \"generalised\"", [0.3, 0.6], &(single(velocity) + &load("x_lower") + &load("x_upper")))
+            .replace("end = 0.05", "end = 0.2")
+    };
+    let ran = Ran::of(&text("[0, 0]"));
+    let (places, deformations) = (ran.points("position"), ran.points("deformation"));
+    let lone = places.iter().position(|place| place[0] > 0.7).expect("it is there");
+    let off = (places[lone][0] - 0.825).abs() + (places[lone][1] - 0.475).abs();
+    assert!(off < 1e-15, "nothing moves it: {off:.1e}");
+    assert_eq!(deformations[lone], [1.0, 0.0, 0.0, 1.0], "or strains it");
+    let borne = |deformation: &Vec<f64>| deformation[0] < 0.999;
+    assert!(deformations.iter().filter(|deformation| borne(deformation)).count() > 30, "the block is pressed");
+    // Thrown at the block it has arrived by then, and bears what the side of it does.
+    let ran = Ran::of(&text("[-2, 0]"));
+    let loads = ran.wholes_of("points", "loads");
+    assert!(loads.iter().all(|word| word & LOOSE == 0), "{loads:?}");
+    let folder = tempfile::tempdir().unwrap();
+    same(&parse(&text("[-2, 0]")), folder.path(), "a point that comes back");
 }

@@ -3,13 +3,20 @@
 use crate::base::ids::Row;
 use crate::base::parallel::{Held, over_blocks};
 use crate::base::space::{Linear, Space};
+use crate::domain::means::{at_points, nodal_sums};
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
-use crate::mpm::load::{Load, area_now, loads_in, of_side};
-use crate::mpm::points::Cold;
+use crate::mpm::load::{LOOSE, Load, area_now, loads_in, of_side};
+use crate::mpm::look::for_each_node;
+use crate::mpm::points::{Cold, Hot};
 use crate::mpm::shape::DRIFT_MAX;
 use crate::mpm::surface::{Side, SurfaceNode, SurfaceRows, scatter};
 use crate::mpm::tile::Tiles;
+
+/// Steps between two looks at which points have come off: by their number, so that a run that was taken up looks at the same ones.
+const LOOK_EVERY: u64 = 64;
+/// A point has come off once the material of others is less, where its own is, than this share of that.
+const LOOSE_BELOW: f64 = 0.25;
 
 /// Numbers of a node in a message, in the plane and in space: a, and A and q of both sides.
 const SURFACE: [usize; 2] = [10, 15];
@@ -60,6 +67,10 @@ impl<S: Space> World<'_, S> {
         if self.continuum.tiles.surface.near.is_empty() {
             return;
         }
+        // What is a single point from the start is whole.
+        if self.step.is_multiple_of(LOOK_EVERY) && self.points_total > 1 {
+            self.mark_loose();
+        }
         self.continuum.tiles.surface.clear();
         let acts = self.acts_across();
         for axis in (0..S::DIMENSION).filter(|axis| acts[*axis]) {
@@ -72,6 +83,29 @@ impl<S: Space> World<'_, S> {
             let Tiles { surface, sums, .. } = &mut self.continuum.tiles;
             surface.push(&self.subdomain.nodes.mosaic, sums);
             self.phases.stop(Phase::Nodes, timer);
+        }
+    }
+
+    /// Finds points of the surface that have come off the material. Nothing is left of the surface that they were of, and what presses
+    /// across one axis would crush them, for nothing holds them across the others. Collective.
+    fn mark_loose(&mut self) {
+        let volume = |hot: &Hot<S>| hot.volume * hot.volume_ratio();
+        let filled = nodal_sums(self, |_, hot| [volume(hot) / (hot.weight * hot.mass)]);
+        let filled = at_points(self, &filled);
+        let shape = self.settings.grid.shape;
+        let points = &mut self.continuum.points;
+        for (block, range) in self.subdomain.point_ranges.iter().enumerate() {
+            for row in range.clone() {
+                let (hot, cold) = (&points.hot[row], &mut points.cold[row]);
+                if cold.loads < of_side(0, false) {
+                    continue;
+                }
+                let mut square = 0.0;
+                for_each_node(&self.continuum.frames[block], shape, &hot.position, |_, value| square += value * value);
+                let own = square * volume(hot);
+                let is_loose = filled[row][0] - own < LOOSE_BELOW * own;
+                cold.loads = if is_loose { cold.loads | LOOSE } else { cold.loads & !LOOSE };
+            }
         }
     }
 
@@ -92,7 +126,7 @@ impl<S: Space> World<'_, S> {
                 let (points, cold) = (&*rows, &cold[ranges[block].clone()]);
                 let side = |row: usize, upper: bool| {
                     let (deformation, word) = (&points[row].deformation, cold[row].loads);
-                    (word & of_side(axis, upper) != 0).then(|| {
+                    (word & of_side(axis, upper) != 0 && word & LOOSE == 0).then(|| {
                         let mut area = S::Vector::zero();
                         area[axis] = if upper { edge } else { -edge };
                         let here = |load: &&Load<S>| across(load) && (load.area[axis] > 0.0) == upper;

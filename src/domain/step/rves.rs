@@ -136,10 +136,24 @@ impl<S: Space> World<'_, S> {
             let before = S::inverse(&carried.deformation).expect("what has been followed can be gone back");
             hot.deformation * before - S::identity()
         };
-        let own = self.continuum.points.hot.iter().zip(&self.rves).map(increment).collect();
-        let averaged = self.averaged_around(own);
+        let own: Vec<S::Tensor> = self.continuum.points.hot.iter().zip(&self.rves).map(increment).collect();
+        let averaged = match nonlocal.lag {
+            0 => self.averaged_around(own),
+            _ => self.averaged_with_lag(own),
+        };
         let target = |(mean, carried): (&S::Tensor, &PointRve<S>)| (S::identity() + *mean) * *carried.rve.deformation();
         Ok(averaged.iter().zip(&self.rves).map(target).collect())
+    }
+
+    /// Means of the increments of the step before, but for the point's own.
+    fn averaged_with_lag(&mut self, own: Vec<S::Tensor>) -> Vec<S::Tensor> {
+        let before: Vec<S::Tensor> = self.rves.iter().map(|carried| carried.increment).collect();
+        let mut averaged = self.averaged_around(before);
+        for (row, (mean, carried)) in averaged.iter_mut().zip(&mut self.rves).enumerate() {
+            *mean += (own[row] - carried.increment) * self.neighbourhood.weights.own(row);
+            carried.increment = own[row];
+        }
+        averaged
     }
 
     /// What the run is told of, though it goes on. The costliest go first, so that no thread waits long for another; no RVE knows of

@@ -9,6 +9,8 @@ pub struct Rves {
     pub drive: Drive,
     /// Different packings that points begin from; which has which is drawn by its id.
     pub packings: u64,
+    /// Time step of their grains over the stable one.
+    pub safety: f64,
 }
 
 /// Inertial number below which flow is quasi-static (da Cruz et al. 2005).
@@ -20,6 +22,7 @@ impl Rves {
     pub const DEFAULT: Self = Self {
         drive: Drive { pace: Pace::QuasiStatic { inertial_number: INERTIAL_NUMBER }, steps_min: 2, relaxation: None },
         packings: 1,
+        safety: 0.5,
     };
 
     /// The drive by which RVEs come to the stresses of the start: that has no time of the continuum.
@@ -29,7 +32,7 @@ impl Rves {
 
     /// The keys of `[rve]`.
     pub fn keys(&mut self, form: &mut dyn Form) {
-        let Self { drive, packings } = self;
+        let Self { drive, packings, safety } = self;
         let about = "the time that grains have for an increment: quasi_static, as much as keeps their inertial number small, or synchronous, that of the continuum";
         let key = text("drive", about, "\"quasi_static\"").or("quasi_static");
         let kinds = [
@@ -48,6 +51,8 @@ impl Rves {
             &mut drive.steps_min,
             count("steps_min", "steps of grains in an increment, at least", (1, 10_000), "2").or("2"),
         );
+        let about = "the time step of their grains over the stable one";
+        form.number(safety, number("safety", about, RATIO, Range::above(0.0, 1.0), "0.8").or("0.5"));
         let mut unbalanced = drive.relaxation.map(|relaxation| relaxation.unbalanced_max);
         let about = "the unbalanced force, as a share of that of contacts, above which grains take more steps at rest after an increment";
         let key = number("unbalanced_max", about, RATIO, Range::open(0.0, 1.0), "0.01");
