@@ -97,6 +97,10 @@ mod vortex;
 #[path = "coupling/mpm_dem.rs"]
 mod mpm_dem;
 
+/// The experiments of Liang & Zhao (2019), made small.
+#[path = "coupling/mpm_dem_jobs.rs"]
+mod mpm_dem_jobs;
+
 /// A hybrid of planar shear draws the curve that grains alone draw, through an enrichment that loses nothing.
 #[path = "coupling/comparison.rs"]
 mod comparison;

@@ -139,11 +139,14 @@ pub struct Ran {
 
 impl Ran {
     pub fn of(text: &str) -> Self {
+        Self::of_job(&parse(text))
+    }
+
+    pub fn of_job(job: &Job) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let out: PathBuf = folder.path().join("run");
-        let job = parse(text);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        pool.install(|| done(start::start(&job, &options(&out), &Solo)));
+        pool.install(|| done(start::start(job, &options(&out), &Solo)));
         let series = std::fs::read_to_string(out.join("series.csv")).unwrap();
         let mut lines = series.lines().filter(|line| !line.starts_with('#'));
         let names = lines.next().unwrap().split(',').map(String::from).collect();
