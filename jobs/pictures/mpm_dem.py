@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
-"""Draws jobs/pictures/mpm_dem.png: where a specimen of RVEs has sheared, and the force chains of two of its points.
+"""Draws jobs/pictures/mpm_dem.png: where material of RVEs has sheared, and the force chains of points that are followed.
 
-    scree export RUN --rve NAME --rve-frame NAME.vtkhdf      for both points
-    jobs/pictures/mpm_dem.py RUN NAME.vtkhdf NAME.vtkhdf
+    jobs/pictures/mpm_dem.py RUN NAME NAME
 
 Python with h5py, numpy and matplotlib."""
 
@@ -18,38 +17,47 @@ from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.patches import Circle
 
 
-def frame(path, last=True):
+def last(path):
+    """Places of the last frame, and what it has of them; of lines the ends, and what there is of each."""
     with h5py.File(path) as file:
         group = file["VTKHDF"]
-        step = -1 if last else 0
-        start, rows = group["Steps/PointOffsets"][step], group["NumberOfPoints"][step]
-        points = group["Points"][start : start + rows]
-        data = {name: values[:] for name, values in group["PointData"].items()} if "PointData" in group else {}
-        lines = {name: values[:] for name, values in group["CellData"].items()} if "CellData" in group else {}
-        return points, {name: values[start : start + rows] for name, values in data.items()}, lines
+        start, count = group["Steps/PointOffsets"][-1], group["NumberOfPoints"][-1]
+        of_points = group.get("PointData", {})
+        data = {name: values[start : start + count] for name, values in of_points.items()}
+        of_lines = group.get("CellData", {})
+        lines = {name: values[start // 2 : (start + count) // 2] for name, values in of_lines.items()}
+        whole = {name: values[-1] for name, values in group.get("FieldData", {}).items()}
+        return group["Points"][start : start + count], {**data, **lines}, whole, group["Steps/Values"][-1]
 
 
-def main(run, *elements):
-    figure, axes = plot.subplots(1, 1 + len(elements), figsize=(4 + 4 * len(elements), 5.2), layout="constrained")
-    points, data, _ = frame(f"{run}/frames.vtkhdf")
-    strain = data["plastic_strain"]
-    drawn = axes[0].scatter(
-        points[:, 0], points[:, 1], c=strain, s=14, cmap="magma", vmax=numpy.percentile(strain, 99)
+def main(run, *names):
+    places, points, _, time = last(f"{run}/frames.vtkhdf")
+    # As wide as it is high against the RVEs, which are square.
+    share = numpy.ptp(places[:, 0]) / numpy.ptp(places[:, 1])
+    figure, axes = plot.subplots(
+        1, 1 + len(names), figsize=(3.6 * (share + len(names)), 4.4), width_ratios=[share] + [1] * len(names), layout="constrained"
     )
-    figure.colorbar(drawn, ax=axes[0], label="accumulated deviatoric strain", shrink=0.8)
-    axes[0].set(aspect="equal", xlabel="x, m", ylabel="y, m", title="a grain assembly at every point")
-    for axis, path in zip(axes[1:], elements):
-        places, grains, _ = frame(path)
+    strain = points["deviatoric_strain"]
+    size = (260 * numpy.sqrt(numpy.ptp(places[:, 0]) * numpy.ptp(places[:, 1]) / len(places)) / numpy.ptp(places[:, 1])) ** 2
+    drawn = axes[0].scatter(
+        places[:, 0], places[:, 1], c=strain, s=1.1 * size, marker="s", linewidths=0, cmap="magma", vmin=0, vmax=numpy.percentile(strain, 99)
+    )
+    figure.colorbar(drawn, ax=axes[0], label="deviatoric strain", shrink=0.8)
+    axes[0].set(aspect="equal", xlabel="x, m", ylabel="y, m", title=f"a grain assembly at every point, {time:.1f} s")
+    for axis, name in zip(axes[1:], names):
+        places, grains, whole, _ = last(f"{run}/grains_of_{name}.vtkhdf")
         discs = [Circle(place[:2], radius) for place, radius in zip(places, grains["radius"])]
         axis.add_collection(PatchCollection(discs, facecolor="0.92", edgecolor="0.8", linewidth=0.3))
-        ends, _, lines = frame(path.replace(".vtkhdf", ".contacts.vtkhdf"))
+        ends, lines, _, _ = last(f"{run}/contacts_of_{name}.vtkhdf")
         force = lines["force_normal"]
-        width = 5 * force / numpy.percentile(force, 99)
-        chains = LineCollection(ends.reshape(-1, 2, 3)[:, :, :2], linewidths=width, colors="tab:red", alpha=0.8)
-        axis.add_collection(chains)
+        chains = ends.reshape(-1, 2, 3)[:, :, :2]
+        axis.add_collection(LineCollection(chains, linewidths=numpy.minimum(1.1 * force / force.mean(), 8), colors="tab:red", alpha=0.8))
+        a, b = whole["cell_edges"].reshape(3, 3)[:2, :2]
+        corners = numpy.array([0 * a, a, a + b, b, 0 * a])
+        axis.plot(*corners.T, color="0.2", linewidth=1)
         axis.autoscale()
-        axis.set(aspect="equal", xticks=[], yticks=[], title=path.split('/')[-1].split('.')[0])
-    figure.savefig("jobs/pictures/mpm_dem.png", dpi=110)
+        axis.set(aspect="equal", xticks=[], yticks=[], title=name)
+    figure.savefig("jobs/pictures/mpm_dem.png", dpi=100)
 
 
 main(*sys.argv[1:])

@@ -117,7 +117,7 @@ impl<S: Space> World<'_, S> {
     pub fn rve_totals(&self) -> Result<RveTotals, Error> {
         let of = |scratch: &mut Scratch<S>, carried: &PointRve<S>| {
             let rve = &carried.rve;
-            let is_replicated = rve.grains() > rve.template().grains.len();
+            let is_replicated = rve.grains() > rve.template().packing.grains.len();
             let counts = [
                 rve.state().steps as i64,
                 rve.state().pair_steps as i64,

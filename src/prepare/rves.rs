@@ -1,7 +1,5 @@
 //! The RVEs that a continuum of grains begins with: each point has the assembly of its packing at its stress.
 
-use std::sync::Arc;
-
 use rand_chacha::rand_core::Rng;
 use scree_partition::Transport;
 
@@ -20,7 +18,7 @@ use crate::mpm::stress::SharedMaterial;
 use crate::prepare::grain_world;
 use crate::prepare::insert::random_of;
 use crate::rve::levels::{Path, levels};
-use crate::rve::{GrainMaterial, Packings, Rve, RveRow, Scratch, Template};
+use crate::rve::{GrainMaterial, Packing, Packings, Rve, RveRow, Scratch, Template};
 
 /// How far the k0 of the job and that of its RVEs may be apart before it is worth a word.
 const K0_OFF: f64 = 0.1;
@@ -102,7 +100,7 @@ impl<S: Space> Levels<S> {
     }
 
     pub fn packings(&self) -> Packings {
-        self.rves.iter().filter_map(|levels| levels.first()).map(|rve| rve.template().grains.clone()).collect()
+        self.rves.iter().filter_map(|levels| levels.first()).map(|rve| rve.template().packing.clone()).collect()
     }
 
     /// Density of the material, kg/m3: the mean of its packings at the least stress.
@@ -170,7 +168,7 @@ fn packing_of(seed: u64, id: u64, packings: u64) -> u64 {
 pub fn material<S: Space>((granular, wanted): (&Granular, &Rves), packings: &Packings) -> GrainMaterial<S> {
     let constants = grain_world::constants::<S>(&granular.piece);
     let depth = grain_world::depth_of::<S>(&granular.piece);
-    let template = |grains: &Arc<[[f64; 2]]>| Template::new(grains.clone(), constants.clone(), depth);
+    let template = |packing: &Packing| Template::new(packing.clone(), constants.clone(), depth);
     GrainMaterial { drive: wanted.drive, templates: packings.iter().map(template).collect() }
 }
 

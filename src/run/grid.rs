@@ -136,7 +136,7 @@ fn tell_rve_events<S: Space>(core: &mut Core<S>) -> Result<(), Error> {
     let Some(events) = core.world.take_rve_events() else { return Ok(()) };
     let step = core.world.step;
     core.on_root(|outputs| {
-        for RveEvent { point, place, events } in events {
+        for RveEvent { point, place, events, jump } in events {
             let counts = [
                 ("rve_loosened", u32::from(events.loosened)),
                 ("rve_returned", u32::from(events.returned)),
@@ -145,6 +145,11 @@ fn tell_rve_events<S: Space>(core: &mut Core<S>) -> Result<(), Error> {
             for (event, times) in counts.into_iter().filter(|(_, times)| *times > 0) {
                 let place = &place[..S::DIMENSION];
                 outputs.log(event, step, serde_json::json!({ "point": point.0, "place": place, "times": times }))?;
+            }
+            if events.renewed {
+                let told =
+                    serde_json::json!({ "point": point.0, "place": &place[..S::DIMENSION], "stress_jump": jump });
+                outputs.log("rve_renewed", step, told)?;
             }
         }
         Ok(())

@@ -30,16 +30,23 @@ const INCREMENTS_MAX: u64 = 20_000;
 const EVENING_MAX: u64 = 400;
 
 /// An assembly on its way.
-struct Compression<'a, S: Space> {
-    rve: Rve<S>,
+pub(super) struct Compression<'a, S: Space> {
+    pub rve: Rve<S>,
     deformation: S::Tensor,
     /// Cauchy, compression positive, Pa.
-    stress: S::Tensor,
+    pub stress: S::Tensor,
     drive: &'a Drive,
     scratch: &'a mut Scratch<S>,
 }
 
-impl<S: Space> Compression<'_, S> {
+impl<'a, S: Space> Compression<'a, S> {
+    /// Of one that is where its F is I.
+    pub fn of(rve: Rve<S>, drive: &'a Drive, scratch: &'a mut Scratch<S>) -> Result<Self, Error> {
+        let mut state = Self { rve, deformation: S::identity(), stress: S::Tensor::zero(), drive, scratch };
+        state.strain(&S::Tensor::zero())?;
+        Ok(state)
+    }
+
     /// A strain more, compression positive.
     fn strain(&mut self, more: &S::Tensor) -> Result<(), Error> {
         self.deformation = (S::identity() - *more) * self.deformation;
@@ -56,18 +63,19 @@ impl<S: Space> Compression<'_, S> {
         }
     }
 
-    /// Until no component of the stress is farther than the tolerance from that of a pressure.
-    fn even_out(&mut self, pressure: f64) -> Result<(), Error> {
+    /// Until no component of the stress is farther than a tolerance, as a share of its mean, from the stress that is wanted.
+    pub fn come_to(&mut self, wanted: &S::Tensor, tolerance: f64, increments_max: u64) -> Result<(), Error> {
+        let pressure = S::trace(wanted) / S::DIMENSION as f64;
         let modulus = S::DIMENSION as f64 * self.rve.observe(self.scratch).modulus_most();
-        for _ in 0..EVENING_MAX {
-            let missing = S::identity() * pressure - self.stress;
+        for _ in 0..increments_max {
+            let missing = *wanted - self.stress;
             let mut more = missing * (SHARE / modulus);
             let mut worst = 0.0_f64;
             for component in 0..S::Tensor::COMPONENTS {
                 worst = larger(worst, missing[component].abs());
                 more[component] = more[component].clamp(-INCREMENT, INCREMENT);
             }
-            if worst <= TOLERANCE * pressure {
+            if worst <= tolerance * pressure {
                 break;
             }
             self.strain(&more)?;
@@ -87,9 +95,7 @@ pub fn levels<S: Space>(
     // Stiffer than it can be along any path, so that the first increment goes too far for none.
     let bound = S::DIMENSION as f64 * start.observe(scratch).modulus_most();
     let mut stiffness = Some(bound).filter(|bound| *bound > 0.0);
-    let mut state =
-        Compression { rve: start.clone(), deformation: S::identity(), stress: S::Tensor::zero(), drive, scratch };
-    state.strain(&S::Tensor::zero())?;
+    let mut state = Compression::of(start.clone(), drive, scratch)?;
     let mut reached = Vec::with_capacity(stresses.len());
     for wanted in stresses {
         let mut increments = 0;
@@ -110,7 +116,7 @@ pub fn levels<S: Space>(
             }
         }
         if path == Path::Isotropic && bound > 0.0 {
-            state.even_out(*wanted)?;
+            state.come_to(&(S::identity() * *wanted), TOLERANCE, EVENING_MAX)?;
         }
         let mut level = state.rve.clone();
         level.begin_here();

@@ -23,7 +23,7 @@ pub mod volume_element;
 
 pub use drive::{Drive, Pace};
 pub use measure::Measured;
-pub use rest::{Resting, Template};
+pub use rest::{Packing, Resting, Template};
 pub use rows::{GrainMaterial, Packings, PointRve, RveRow};
 pub use step::{Scratch, Scratches};
 pub use volume_element::{Bearing, Events, Response, Rve};

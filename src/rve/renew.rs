@@ -1,18 +1,72 @@
 //! A cell that has become too thin for its contacts is replicated: the same assembly twice as long along that axis, with every contact and
 //! its memory. Nothing jumps; the two halves are alike until rounding tells them apart.
+//!
+//! One that has been drawn out to so many copies is renewed: its packing, as it was made, is brought to the same stress by a servo and stands in
+//! its place. Its stress jumps by what the servo leaves, and grains have forgotten what made them lie as they did but for that stress.
 
 use crate::base::error::Error;
 use crate::base::ids::GrainId;
-use crate::base::space::Space;
-use crate::dem::grains::{Cold, GrainRow};
+use crate::base::space::{Linear, Space};
+use crate::base::symmetric::Symmetric;
+use crate::dem::grains::{Cold, GrainRow, Mover};
 use crate::dem::memories::Memories;
 use crate::dem::sample::Sample;
+use crate::rve::drive::{Drive, Pace};
+use crate::rve::levels::Compression;
+use crate::rve::step::Scratch;
+use crate::rve::volume_element::Rve;
 
 /// Half of a cell's height is kept above what contacts reach by this share.
 const SPARE: f64 = 1.1;
 
+/// Copies of a packing that an assembly may be of.
+const COPIES_MAX: usize = 16;
+/// How near a renewed assembly comes to the stress that it is to have, and in how many increments at most: what is beyond its strength it does
+/// not reach.
+const TOLERANCE: f64 = 0.01;
+const INCREMENTS_MAX: u64 = 6000;
+/// The inertial number of its training.
+const INERTIAL_NUMBER: f64 = 5e-4;
+
 /// Grains of an assembly at most: partners of contacts are kept in 16 bits.
 const GRAINS_MAX: usize = 1 << 16;
+
+/// Whether an assembly is of more copies of its packing than it may be.
+pub fn is_drawn_out<S: Space>(rve: &Rve<S>) -> bool {
+    rve.grains() > COPIES_MAX * rve.template().packing.grains.len()
+}
+
+/// The packing of an assembly under the stress that this bears, where its F is, and by how much its stress is another, as a share of that.
+/// None where it is not known how the packing lay.
+pub fn renewed<S: Space>(
+    old: &Rve<S>,
+    drive: &Drive,
+    scratch: &mut Scratch<S>,
+) -> Result<Option<(Rve<S>, f64)>, Error> {
+    let template = old.template();
+    let Some(laid) = &template.packing.laid else { return Ok(None) };
+    let cell = laid.cell::<S>();
+    let rows: Vec<GrainRow<S>> = (0..)
+        .zip(template.packing.grains.iter().zip(&laid.places))
+        .map(|(id, ([radius, mass], place))| {
+            let mut position = S::Vector::zero();
+            (0..S::DIMENSION).for_each(|axis| position[axis] = place[axis]);
+            let mut row = GrainRow::resting(GrainId(id), position, *radius, *mass, Mover::Free);
+            row.cold.home = position;
+            row
+        })
+        .collect();
+    let sample = Sample::in_order([cell; 2], &rows, template.constants.clone())?;
+    let wanted = old.observe(scratch).kirchhoff.tensor() * (-1.0 / S::determinant(old.deformation()));
+    let pace = Pace::QuasiStatic { inertial_number: INERTIAL_NUMBER };
+    let drive = Drive { pace, relaxation: None, ..*drive };
+    let mut training = Compression::of(Rve::laid(sample, template.clone()), &drive, scratch)?;
+    training.come_to(&wanted, TOLERANCE, INCREMENTS_MAX)?;
+    let jump = (training.stress - wanted).norm() / wanted.norm();
+    let mut rve = training.rve;
+    rve.stand_in_for(old);
+    Ok(Some((rve, jump)))
+}
 
 /// The axis along which the cell is about to be too thin.
 pub fn thin_axis<S: Space>(sample: &Sample<S>) -> Option<usize> {

@@ -15,11 +15,54 @@ use crate::law::contact::Memory;
 use crate::rve::drive::Grain;
 use crate::rve::volume_element::{Rve, State};
 
+/// A packing that RVEs begin from.
+#[derive(Clone, Debug)]
+pub struct Packing {
+    /// Radius, m, and mass, kg, of its grains by id.
+    pub grains: Arc<[[f64; 2]]>,
+    /// How they lie as it was made; former programs did not keep it.
+    pub laid: Option<Arc<Arrangement>>,
+}
+
+/// Grains in their cell, in the plane with zeros.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Arrangement {
+    /// From the corner of the cell, m.
+    pub places: Vec<[f64; 3]>,
+    /// One after the other, m.
+    pub edges: [f64; 9],
+}
+
+impl Arrangement {
+    fn of<S: Space>(sample: &Sample<S>) -> Self {
+        let cell = &sample.assembly.cell;
+        let place = |position: S::Vector| {
+            let place = position - cell.corner;
+            std::array::from_fn(|axis| if axis < S::DIMENSION { place[axis] } else { 0.0 })
+        };
+        let mut edges = [0.0; 9];
+        for component in 0..S::Tensor::COMPONENTS {
+            edges[3 * (component / S::DIMENSION) + component % S::DIMENSION] = cell.edges[component];
+        }
+        Self { places: sample.assembly.grains.hot.iter().map(|hot| place(hot.position)).collect(), edges }
+    }
+
+    /// Its cell.
+    pub fn cell<S: Space>(&self) -> Cell<S> {
+        let mut cell = Cell::cuboid(S::Vector::zero(), S::Vector::zero(), [true; 3]);
+        let mut edges = S::Tensor::zero();
+        for component in 0..S::Tensor::COMPONENTS {
+            edges[component] = self.edges[3 * (component / S::DIMENSION) + component % S::DIMENSION];
+        }
+        cell.arrive(edges);
+        cell
+    }
+}
+
 /// What RVEs of one material have in common.
 #[derive(Clone, Debug)]
 pub struct Template<S: Space> {
-    /// Radius, m, and mass, kg, of its grains by id.
-    pub grains: Arc<[[f64; 2]]>,
+    pub packing: Packing,
     pub grain: Grain,
     pub constants: Constants<S>,
     /// What the space's measure is multiplied with to give m3.
@@ -57,15 +100,16 @@ impl<S: Space> Template<S> {
     pub fn of(sample: &Sample<S>, depth: f64) -> Self {
         let Sample { assembly, constants, .. } = sample;
         let grains = assembly.grains.hot.iter().map(|hot| [hot.radius, hot.mass]).collect();
-        Self::new(grains, constants.clone(), depth)
+        Self::new(Packing { grains, laid: Some(Arc::new(Arrangement::of(sample))) }, constants.clone(), depth)
     }
 
-    /// Of grains of these radii, m, and masses, kg, by their ids.
-    pub fn new(grains: Arc<[[f64; 2]]>, constants: Constants<S>, depth: f64) -> Self {
+    /// Of a packing.
+    pub fn new(packing: Packing, constants: Constants<S>, depth: f64) -> Self {
+        let grains = &packing.grains;
         let solid: f64 = grains.iter().map(|[radius, _]| S::grain_volume(*radius, depth)).sum();
         let mass: f64 = grains.iter().map(|[_, mass]| mass).sum();
         let diameter = 2.0 * grains.iter().map(|[radius, _]| radius).sum::<f64>() / grains.len() as f64;
-        Self { grain: Grain { diameter, density: mass / solid, dt: constants.dt }, grains, constants, depth }
+        Self { grain: Grain { diameter, density: mass / solid, dt: constants.dt }, packing, constants, depth }
     }
 }
 
@@ -110,11 +154,12 @@ impl<S: Space> Rve<S> {
     pub fn wake(template: &Template<S>, resting: &Resting<S>) -> Result<Self, Error> {
         let count = resting.motions.len() / Resting::<S>::MOTION;
         // What was replicated has twice the grains, which stand together.
-        let copies = count / template.grains.len();
+        let grains = &template.packing.grains;
+        let copies = count / grains.len();
         let width = template.constants.law().memory_words();
         let mut rows: Vec<GrainRow<S>> = Vec::with_capacity(count);
         for (number, motion) in resting.motions.chunks_exact(Resting::<S>::MOTION).enumerate() {
-            let [radius, mass] = template.grains[number / copies];
+            let [radius, mass] = grains[number / copies];
             let mut row = GrainRow::<S>::resting(GrainId(number as u64), S::Vector::zero(), radius, mass, Mover::Free);
             let (vectors, rest) = motion.split_at(2 * S::DIMENSION);
             let (spin, home) = rest.split_at(S::Spin::COMPONENTS);

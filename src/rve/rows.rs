@@ -1,18 +1,16 @@
 //! RVEs as rows beside material points: what a world of points needs of a material that is grains.
 
-use std::sync::Arc;
-
 use crate::base::error::Error;
 use crate::base::ids::PointId;
 use crate::base::record::{Record, Visitor};
 use crate::base::space::{Linear, Space};
 use crate::dem::cell::Cell;
 use crate::rve::drive::Drive;
-use crate::rve::rest::{Resting, Template};
+use crate::rve::rest::{Packing, Resting, Template};
 use crate::rve::volume_element::{Rve, State};
 
-/// Radius, m, and mass, kg, of the grains of every packing, by their ids.
-pub type Packings = Vec<Arc<[[f64; 2]]>>;
+/// Those that RVEs begin from.
+pub type Packings = Vec<Packing>;
 
 /// Grains as the material of points.
 #[derive(Clone, Debug)]
@@ -23,9 +21,9 @@ pub struct GrainMaterial<S: Space> {
 }
 
 impl<S: Space> GrainMaterial<S> {
-    /// Radii, m, and masses, kg, of the grains of its packings.
+    /// The packings themselves.
     pub fn packings(&self) -> Packings {
-        self.templates.iter().map(|template| template.grains.clone()).collect()
+        self.templates.iter().map(|template| template.packing.clone()).collect()
     }
 }
 

@@ -43,6 +43,8 @@ pub struct Events {
     pub returned: bool,
     /// Times that it had become too thin along an axis, and was replicated.
     pub replicated: u32,
+    /// It was drawn out too far, and its packing has taken its place.
+    pub renewed: bool,
 }
 
 /// A grain assembly that stands for a point.
@@ -192,6 +194,22 @@ impl<S: Space> Rve<S> {
     pub(super) fn of(mut sample: Sample<S>, template: Template<S>, state: State<S>) -> Self {
         Scratch::default().take_back(&mut sample);
         Self { sample, template, state }
+    }
+
+    /// Of grains that are laid anew, without a memory of contacts and before any of its forces is known.
+    pub(super) fn laid(sample: Sample<S>, template: Template<S>) -> Self {
+        let state = State { edges: sample.assembly.cell.edges, ..State::blank() };
+        Self::of(sample, template, state)
+    }
+
+    /// What it is now is where the F of another is, whose place it takes.
+    pub(super) fn stand_in_for(&mut self, other: &Self) {
+        self.state.deformation = other.state.deformation;
+        self.state.edges = self.edges_of_cell();
+        self.state.rotation = other.state.rotation;
+        self.state.pressure_min = other.state.pressure_min;
+        self.state.steps += other.state.steps;
+        self.state.pair_steps += other.state.pair_steps;
     }
 
     /// What it is now is where F begins.

@@ -85,8 +85,11 @@ fn refuse_unsound_rves<S: Space>(snapshot: &mut Snapshot<S>) -> Result<(), Error
             return bad("rves", row, &format!("packing = {}, and there are {}", of.packing, snapshot.packings.len()));
         };
         let grains = motions.len() / Resting::<S>::MOTION;
-        if grains == 0 || !motions.len().is_multiple_of(Resting::<S>::MOTION) || !grains.is_multiple_of(packing.len()) {
-            return bad("rves", row, &format!("it has {grains} grains, and its packing {}", packing.len()));
+        if grains == 0
+            || !motions.len().is_multiple_of(Resting::<S>::MOTION)
+            || !grains.is_multiple_of(packing.grains.len())
+        {
+            return bad("rves", row, &format!("it has {grains} grains, and its packing {}", packing.grains.len()));
         }
         if contacts.iter().any(|[lower, higher]| lower >= higher || usize::from(*higher) >= grains) {
             return bad("rves", row, "a contact is not of two of its grains, the lower first");

@@ -16,8 +16,9 @@ use crate::law::contact::Memory;
 use crate::mpm::points::{MEMORY, PLASTIC_WORK, Point, VOLUMETRIC};
 use crate::mpm::stress::MemoryColumns;
 use crate::mpm::volumetric::Volumetric;
+use crate::rve::rest::Arrangement;
 use crate::rve::rows::{packed, parted};
-use crate::rve::{Packings, Resting, RveRow};
+use crate::rve::{Packing, Packings, Resting, RveRow};
 
 /// Whether a contact stands in the table with grain `id`: with the lower of two ids, and a body's is
 /// above all grains'.
@@ -127,6 +128,9 @@ struct PackedGrain {
     packing: u64,
     radius: f64,
     mass: f64,
+    /// As it was laid, m, and the edges of the cell; zeros where a former program kept none.
+    place: [f64; 3],
+    edges: [f64; 9],
 }
 
 impl Record for PackedGrain {
@@ -134,6 +138,8 @@ impl Record for PackedGrain {
         visitor.u64("packing", &mut self.packing);
         visitor.f64s("radius", std::slice::from_mut(&mut self.radius));
         visitor.f64s("mass", std::slice::from_mut(&mut self.mass));
+        visitor.later_f64s("place", &mut self.place);
+        visitor.later_f64s("cell_edges", &mut self.edges);
     }
 }
 
@@ -145,20 +151,35 @@ impl Cargo for PackedGrain {
 
 const RVE_PACKINGS: &str = "rve_packings";
 
-fn rows_of(packings: &[Arc<[[f64; 2]]>]) -> Vec<PackedGrain> {
-    let of = |(packing, grains): (u64, &Arc<[[f64; 2]]>)| {
-        grains.iter().map(|[radius, mass]| PackedGrain { packing, radius: *radius, mass: *mass }).collect::<Vec<_>>()
+fn rows_of(packings: &[Packing]) -> Vec<PackedGrain> {
+    let of = |(number, packing): (u64, &Packing)| {
+        let laid = packing.laid.as_deref();
+        let row = |(grain, [radius, mass]): (usize, &[f64; 2])| PackedGrain {
+            packing: number,
+            radius: *radius,
+            mass: *mass,
+            place: laid.map_or([0.0; 3], |laid| laid.places[grain]),
+            edges: laid.map_or([0.0; 9], |laid| laid.edges),
+        };
+        packing.grains.iter().enumerate().map(row).collect::<Vec<_>>()
     };
     (0..).zip(packings).flat_map(of).collect()
 }
 
 fn packings_of(rows: &[PackedGrain]) -> Packings {
     let together = rows.chunk_by(|a, b| a.packing == b.packing);
-    together.map(|grains| grains.iter().map(|grain| [grain.radius, grain.mass]).collect()).collect()
+    let packing = |grains: &[PackedGrain]| {
+        let laid = Arrangement { places: grains.iter().map(|grain| grain.place).collect(), edges: grains[0].edges };
+        Packing {
+            grains: grains.iter().map(|grain| [grain.radius, grain.mass]).collect(),
+            laid: (laid.edges != [0.0; 9]).then(|| Arc::new(laid)),
+        }
+    };
+    together.map(packing).collect()
 }
 
 /// Table of the grains of the packings that RVEs begin from.
-pub fn of_packings(packings: &[Arc<[[f64; 2]]>]) -> Table {
+pub fn of_packings(packings: &[Packing]) -> Table {
     to_table(RVE_PACKINGS, &mut rows_of(packings), &mut PackedGrain::default())
 }
 

@@ -7,6 +7,7 @@ use scree::job::Job;
 use scree::prepare::grain_world;
 use scree::rve::drive::Relaxation;
 use scree::rve::levels::{Path, levels};
+use scree::rve::renew::{is_drawn_out, renewed};
 use scree::rve::{Drive, Pace, Response, Resting, Rve, Scratch};
 use scree_partition::Solo;
 
@@ -198,6 +199,52 @@ fn work_of_the_stress_is_that_at_the_borders_of_the_cell() {
     }
     println!("power of the stress against that at the borders: {most:.1e}");
     assert!(most < 1e-10, "{most:.1e}");
+}
+
+/// One that has been drawn out to more copies of its packing than it may be of is renewed: its packing bears the same stress where its F is,
+/// and goes on from there; rested and woken to the same bits.
+#[test]
+fn what_is_drawn_out_too_far_is_renewed() {
+    let mut rve = made::<Plane>(DISCS);
+    let mut deformation = Tensor::identity();
+    let mut increments = 0;
+    while !is_drawn_out(&rve) {
+        // At a volume that grains keep to by a servo of their own.
+        let pressure = rve.pressure();
+        let swelling = 2e-4 * (pressure / 100e3 - 1.0).clamp(-1.0, 1.0);
+        deformation = Tensor::new(1.01 + swelling, 0.0, 0.0, 1.0 / 1.01 + swelling) * deformation;
+        follow(&mut rve, &deformation);
+        increments += 1;
+        assert!(increments < 2000 && rve.grains() <= 3200, "{} grains", rve.grains());
+    }
+    let scratch = &mut Scratch::default();
+    let (fresh, jump) = renewed(&rve, &QUASI_STATIC, scratch).unwrap().expect("the packing is known");
+    let [before, after] = [&rve, &fresh].map(|rve| rve.observe(&mut Scratch::default()).kirchhoff.tensor());
+    let off = (after - before).norm() / before.norm();
+    println!(
+        "after {increments} increments, drawn out {:.1} times: {} grains and {:.0} kPa, {} grains after with a jump of {jump:.3}",
+        deformation[(0, 0)],
+        rve.grains(),
+        1e-3 * rve.pressure(),
+        fresh.grains()
+    );
+    assert_eq!((fresh.grains(), fresh.deformation()), (100, &deformation));
+    assert!(jump < 0.05 && (off - jump).abs() < 0.01, "{jump} {off}");
+    assert!(fresh.state().steps > rve.state().steps);
+    let (resting, mut woken) = (fresh.rest(), Rve::wake(fresh.template(), &fresh.rest()).unwrap());
+    let mut fresh = fresh;
+    assert!(woken.rest() == resting);
+    for step in 1..=20 {
+        let next = shear(1e-3 * f64::from(step)) * deformation;
+        let [one, other] = [&mut fresh, &mut woken].map(|rve| follow(rve, &next));
+        assert_eq!(one, other, "{step}");
+        assert!((fresh.volume() / (fresh.sample().assembly.cell.volume() * 0.1) - 1.0).abs() < 1e-12);
+    }
+    // What former programs have written does not say how the packing lay: such a run goes on as it did.
+    let mut template = rve.template().clone();
+    template.packing.laid = None;
+    let old = Rve::wake(&template, &rve.rest()).unwrap();
+    assert!(renewed(&old, &QUASI_STATIC, scratch).unwrap().is_none());
 }
 
 /// Simple shear by three turns the lattice several times; the cell is where F says, and the stress is that of friction.

@@ -18,6 +18,7 @@ use crate::mpm::nonlocal::Places;
 use crate::mpm::points::{Cold, Hot};
 use crate::mpm::stress::StressModel;
 use crate::mpm::volumetric::{STRAIN_FORGOTTEN, Volumetric};
+use crate::rve::renew::{is_drawn_out, renewed};
 use crate::rve::{Drive, Events, PointRve, Scratch};
 
 /// What an RVE has come through, though the run goes on.
@@ -27,17 +28,21 @@ pub struct RveEvent {
     /// Of the point, m.
     pub place: [f64; 3],
     pub events: Events,
+    /// Of the stress of one that was renewed, as a share of it.
+    pub jump: f64,
 }
 
 impl Record for RveEvent {
     fn visit(&mut self, visitor: &mut dyn Visitor) {
-        let Self { point, place, events } = self;
+        let Self { point, place, events, jump } = self;
         visitor.u64("point", &mut point.0);
         visitor.f64s("place", place);
-        let mut flags = [u8::from(events.loosened), u8::from(events.returned)];
+        visitor.f64s("jump", std::slice::from_mut(jump));
+        let mut flags = [events.loosened, events.returned, events.renewed].map(u8::from);
         visitor.u8("loosened", &mut flags[0]);
         visitor.u8("returned", &mut flags[1]);
-        [events.loosened, events.returned] = flags.map(|flag| flag > 0);
+        visitor.u8("renewed", &mut flags[2]);
+        [events.loosened, events.returned, events.renewed] = flags.map(|flag| flag > 0);
         let mut replicated = u64::from(events.replicated);
         visitor.u64("replicated", &mut replicated);
         events.replicated = replicated as u32;
@@ -239,6 +244,14 @@ fn follow<S: Space>(
     words.copy_from_slice(memory.numbers());
     carried.deformation = hot.deformation;
     hot.stress = answer.kirchhoff;
-    let is_told = answer.events != Events::default();
-    Ok(is_told.then_some(RveEvent { point: *id, place, events: answer.events }))
+    let (mut events, mut jump) = (answer.events, 0.0);
+    if is_drawn_out(&carried.rve) {
+        let fresh = renewed(&carried.rve, &how.drive, scratch);
+        let fresh = fresh.map_err(|error| (*id, Error::Run(format!("{}: {error}", of_point(*id, &place)))))?;
+        if let Some((rve, by)) = fresh {
+            (carried.rve, jump, events.renewed) = (rve, by, true);
+        }
+    }
+    let is_told = events != Events::default();
+    Ok(is_told.then_some(RveEvent { point: *id, place, events, jump }))
 }
