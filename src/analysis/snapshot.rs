@@ -37,6 +37,8 @@ pub struct Body {
     pub depth: f64,
     /// m, not wrapped, since the body's origin.
     pub displacement: [f64; 2],
+    /// How far that is, with what is not seen, m.
+    pub moved: f64,
     /// m; of a point: of the disc or sphere of equal size.
     pub radius: f64,
     /// Below one in the rim.
@@ -151,6 +153,7 @@ impl Snapshot {
                 position: [if period > 0.0 { place[0].rem_euclid(period) } else { place[0] }, place[up]],
                 depth: if dimension == 3 { place[1] } else { 0.0 },
                 displacement: [displacements[3 * row], displacements[3 * row + up]],
+                moved: displacements[3 * row..3 * (row + 1)].iter().map(|along| along * along).sum::<f64>().sqrt(),
                 radius: radii[row],
                 weight: weights[row],
                 shear_stress: stress[2],

@@ -1,4 +1,5 @@
-//! Means over the points around a node, and of those over the nodes around a point; for what looks at a world, not for its step.
+//! Means over the points around a node, and of those over the nodes around a point; for what looks at a world, and every so many
+//! steps for loads on its surface.
 //!
 //! ```text
 //! f_i = sum_p w_p m_p N_i(x_p) f_p / sum_p w_p m_p N_i(x_p),   f(x_p) = sum_i N_i(x_p) f_i

@@ -7,7 +7,7 @@ use crate::base::space::{Linear, Space};
 pub const LOADS_MAX: usize = 57;
 
 /// The bit of a point that has come off: loads on the surface are none of its.
-pub const LOOSE: u64 = 1 << LOADS_MAX;
+pub const DETACHED: u64 = 1 << LOADS_MAX;
 
 /// The bit of a point of the surface on a side.
 pub fn of_side(axis: usize, upper: bool) -> u64 {
@@ -78,7 +78,7 @@ mod tests {
     #[test]
     fn bits_of_a_word_are_apart() {
         let sides = (0..3).flat_map(|axis| [false, true].map(|upper| of_side(axis, upper)));
-        let bits: Vec<u64> = (0..LOADS_MAX).map(|load| 1 << load).chain([LOOSE]).chain(sides).collect();
+        let bits: Vec<u64> = (0..LOADS_MAX).map(|load| 1 << load).chain([DETACHED]).chain(sides).collect();
         assert_eq!(bits.iter().fold(0, |all, bit| all | bit), u64::MAX);
         assert_eq!((bits.len(), loads_in(u64::MAX).count()), (64, LOADS_MAX));
     }

@@ -42,7 +42,7 @@ impl<S: Space> Levels<S> {
         for number in 0..wanted.packings {
             // The state of a packing in the making is saved as often as that of the run.
             let piece = Assembly { seed: granular.piece.seed + number, output: job.output, ..granular.piece.clone() };
-            starts.push(grain_world::volume_element::<S>(&piece, transport)?);
+            starts.push(grain_world::volume_element::<S>(&piece, transport)?.with_step(granular.step_of_rves()));
         }
         // Mass and with it the overburden are those of the packing.
         let density = density_of(&starts, granular);
@@ -166,7 +166,8 @@ fn packing_of(seed: u64, id: u64, packings: u64) -> u64 {
 
 /// What a world of such points needs, of packings as they were made.
 pub fn material<S: Space>((granular, wanted): (&Granular, &Rves), packings: &Packings) -> GrainMaterial<S> {
-    let constants = grain_world::constants::<S>(&granular.piece);
+    let mut constants = grain_world::constants::<S>(&granular.piece);
+    constants.dt = granular.step_of_rves();
     let depth = grain_world::depth_of::<S>(&granular.piece);
     let template = |packing: &Packing| Template::new(packing.clone(), constants.clone(), depth);
     GrainMaterial { drive: wanted.drive, templates: packings.iter().map(template).collect() }

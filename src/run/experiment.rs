@@ -16,7 +16,7 @@ use crate::mpm::stress::SharedMaterial;
 use crate::run::Core;
 use crate::run::columns::Columns;
 use crate::run::folder::{CONTACTS_OF, Folder, GRAINS_OF};
-use crate::run::output::Reel;
+use crate::run::output::FrameSeries;
 use crate::store::checkpoint::{Drawn, Progress};
 
 /// A kind of job: how its world comes about. All ranks call these together.
@@ -77,14 +77,14 @@ pub struct Experiment<'s, S: Space> {
 
 impl<S: Space> Experiment<'_, S> {
     /// The files of frames that it writes, each with a frame at every time that there is one.
-    pub fn reels(&self) -> Vec<Reel> {
-        let of = |name: String, is_of_contacts| Reel::of(name, is_of_contacts);
-        let mut reels = vec![of("frames".into(), false)];
-        reels.extend(self.output.contact_frames.then(|| of("contacts".into(), true)));
+    pub fn frame_series(&self) -> Vec<FrameSeries> {
+        let of = |name: String, is_of_contacts| FrameSeries::of(name, is_of_contacts);
+        let mut frame_series = vec![of("frames".into(), false)];
+        frame_series.extend(self.output.contact_frames.then(|| of("contacts".into(), true)));
         for (name, _) in &self.drawn_rves {
-            reels.extend([of(format!("{GRAINS_OF}{name}"), false), of(format!("{CONTACTS_OF}{name}"), true)]);
+            frame_series.extend([of(format!("{GRAINS_OF}{name}"), false), of(format!("{CONTACTS_OF}{name}"), true)]);
         }
-        reels
+        frame_series
     }
 
     /// Names of the columns of `series.csv`.

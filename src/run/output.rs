@@ -28,7 +28,7 @@ pub struct Outputs {
     /// Of the columns that the run has, those that its series has: one of a former program may lack some.
     columns: Vec<usize>,
     /// As many frames in each.
-    reels: Vec<Reel>,
+    frame_series: Vec<FrameSeries>,
     log: Log,
     /// Figures for `summary.json`.
     summary: BTreeMap<String, Value>,
@@ -42,16 +42,16 @@ pub fn load_file(dir: &Path) -> PathBuf {
     dir.join(LOAD)
 }
 /// A file of frames, which the first one makes.
-pub struct Reel {
+pub struct FrameSeries {
     name: String,
-    /// Of what is drawn in the reel before it.
+    /// Of what is drawn in the series before it.
     is_of_contacts: bool,
     file: Option<FrameFile>,
     /// The most rows that frames are known to have had.
     rows: usize,
 }
 
-impl Reel {
+impl FrameSeries {
     /// The file `name.vtkhdf` in the folder of a run.
     pub fn of(name: String, is_of_contacts: bool) -> Self {
         Self { name, is_of_contacts, file: None, rows: 0 }
@@ -138,7 +138,7 @@ impl Outputs {
         let names: Vec<&str> = header.iter().map(String::as_str).collect();
         let series = Series::create(&path, &names).map_err(|error| failed(&path, &error))?;
         let columns = (0..header.len()).collect();
-        Ok(Self::new(folder, log, (series, columns), (step, experiment.steps), experiment.reels()))
+        Ok(Self::new(folder, log, (series, columns), (step, experiment.steps), experiment.frame_series()))
     }
 
     /// Cuts log, series and frames back to what `progress` had written, once all of them are seen to hold that. Those of a branch
@@ -164,8 +164,8 @@ impl Outputs {
             return Ok(None);
         }
         let frames_wanted = progress.frames as usize;
-        let mut reels = experiment.reels();
-        for path in reels.iter().map(|reel| reel.path(dir)) {
+        let mut frame_series = experiment.frame_series();
+        for path in frame_series.iter().map(|one| one.path(dir)) {
             frames::refuse_fewer(&path, frames_wanted).map_err(|error| failed(&path, &error))?;
         }
         let mut log = Log::open(dir)?;
@@ -174,12 +174,12 @@ impl Outputs {
         log.cut_after(progress.step)?;
         let series = Series::resume(&path, &names, rows, digest).map_err(other)?;
         let scratch = folder.scratch()?;
-        for reel in &mut reels {
-            let path = reel.path(dir);
+        for one in &mut frame_series {
+            let path = one.path(dir);
             let cut = FrameFile::open_and_cut(&path, &scratch, frames_wanted);
-            reel.file = Some(cut.map_err(|error| failed(&path, &error))?);
+            one.file = Some(cut.map_err(|error| failed(&path, &error))?);
         }
-        let outputs = Self::new(folder, log, (series, columns), (progress.step, experiment.steps), reels);
+        let outputs = Self::new(folder, log, (series, columns), (progress.step, experiment.steps), frame_series);
         Ok(Some(Self { summary, ..outputs }))
     }
 
@@ -188,11 +188,11 @@ impl Outputs {
         log: Log,
         (series, columns): (Series, Vec<usize>),
         (step, steps): (u64, u64),
-        reels: Vec<Reel>,
+        frame_series: Vec<FrameSeries>,
     ) -> Self {
         let (summary, meter) = (BTreeMap::new(), Meter::known());
         let began = (step, Instant::now(), steps);
-        Self { folder, series, columns, reels, log, summary, meter, began }
+        Self { folder, series, columns, frame_series, log, summary, meter, began }
     }
 
     pub fn folder(&self) -> &Folder {
@@ -221,15 +221,15 @@ impl Outputs {
         Ok(self.series.digest())
     }
 
-    /// A frame for every reel, in the order of [`Experiment::reels`].
+    /// A frame for every series of frames, in the order of [`Experiment::frame_series`].
     pub fn frames(&mut self, frames: &[Frame]) -> Result<(), Error> {
         let mut drawn = 0;
-        for (reel, frame) in self.reels.iter_mut().zip(frames) {
+        for (one, frame) in self.frame_series.iter_mut().zip(frames) {
             // At first grains may not touch; once they do, each has about four or six neighbours, which a contact is of two.
-            let likely = if reel.is_of_contacts { 3 * drawn } else { frame.rows() };
-            reel.rows = reel.rows.max(likely);
-            drawn = reel.rows;
-            reel.add(&self.folder, frame)?;
+            let likely = if one.is_of_contacts { 3 * drawn } else { frame.rows() };
+            one.rows = one.rows.max(likely);
+            drawn = one.rows;
+            one.add(&self.folder, frame)?;
         }
         Ok(())
     }

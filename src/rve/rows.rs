@@ -35,7 +35,7 @@ pub struct PointRve<S: Space> {
     pub rve: Rve<S>,
     /// F of the point when it last followed; that of the RVE is another where strain is nonlocal.
     pub deformation: S::Tensor,
-    /// F(n) F(n-1)^-1 - 1 of the point then, which neighbours may count with in the next step; of a local strain it is not kept.
+    /// F(n) F(n-1)^-1 - 1 of the point then, which neighbours count with in the next step where strain has a lag of one; else it is not kept.
     pub increment: S::Tensor,
     /// Steps of pairs in its last increment: what it costs, about, in the next one.
     pub cost: u64,

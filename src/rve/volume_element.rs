@@ -202,6 +202,15 @@ impl<S: Space> Rve<S> {
         Self::of(sample, template, state)
     }
 
+    /// With another time step of its grains, s.
+    pub fn with_step(mut self, dt: f64) -> Self {
+        for constants in [&mut self.template.constants, &mut self.sample.constants] {
+            constants.dt = dt;
+        }
+        self.template.grain.dt = dt;
+        self
+    }
+
     /// What it is now is where the F of another is, whose place it takes.
     pub(super) fn stand_in_for(&mut self, other: &Self) {
         self.state.deformation = other.state.deformation;

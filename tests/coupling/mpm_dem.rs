@@ -193,10 +193,17 @@ fn an_element_is_its_rve() {
 fn rves_end_in_the_same_bits() {
     let reference = "[nonlocal]\nradius = 0.45\n";
     let current = "[nonlocal]\nradius = 0.45\nplaces = \"current\"\n";
-    let cases = [(2, "first", ""), (2, "last", reference), (2, "modified_last", current), (3, "first", "")];
+    let lagging = "[nonlocal]\nradius = 0.45\nlag = 1\n";
+    let cases = [
+        (2, "first", ""),
+        (2, "last", reference),
+        (2, "modified_last", current),
+        (2, "first", lagging),
+        (3, "first", ""),
+    ];
     for (dimension, update, nonlocal) in cases {
         let scheme = format!("shape = \"quadratic\"\nupdate = \"{update}\"\ntransfer = \"affine\"");
-        let rest = "[time]\nend = \"25 ms\"\n[decomposition]\ncells_per_block = 2\n[rve]\npackings = 2\n[output]\ncheckpoint_interval = \"10 ms\"\nframe_interval = \"10 ms\"\n[[follow]]\nname = \"corner\"\n";
+        let rest = "[time]\nend = \"25 ms\"\n[decomposition]\ncells_per_block = 2\n[rve]\npackings = 2\nsafety = 0.8\n[output]\ncheckpoint_interval = \"10 ms\"\nframe_interval = \"10 ms\"\n[[follow]]\nname = \"corner\"\n";
         let place = if dimension == 2 { "place = [0.5, 0.3]" } else { "place = [0.5, 0.3, 0.5]" };
         let folder = tempfile::tempdir().unwrap();
         let text = pressed(dimension, &scheme, &format!("{nonlocal}{rest}{place}"));

@@ -2,7 +2,7 @@
 
 use scree::job::Job;
 use scree::job::mpm::figures;
-use scree::mpm::load::LOOSE;
+use scree::mpm::load::DETACHED;
 
 use crate::patches::departure;
 use crate::runs::{Ran, elastic, list, parse, same, schemes};
@@ -123,7 +123,7 @@ fn what_has_come_off_bears_no_pressure() {
     // Thrown at the block it has arrived by then, and bears what the side of it does.
     let ran = Ran::of(&text("[-2, 0]"));
     let loads = ran.wholes_of("points", "loads");
-    assert!(loads.iter().all(|word| word & LOOSE == 0), "{loads:?}");
+    assert!(loads.iter().all(|word| word & DETACHED == 0), "{loads:?}");
     let folder = tempfile::tempdir().unwrap();
     same(&parse(&text("[-2, 0]")), folder.path(), "a point that comes back");
 }

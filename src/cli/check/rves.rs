@@ -27,7 +27,7 @@ pub fn section(page: &mut Page, slots: &Slots) {
         page.row("radius over the distance of points", &figures(share), "below 1 a point has its own strain alone");
     }
     let bounds = of_grains::bounds(&granular.piece);
-    page.row("step of their grains", &format!("{} s", figures(granular.piece.step)), governing(&bounds).cause);
+    page.row("step of their grains", &format!("{} s", figures(granular.step_of_rves())), governing(&bounds).cause);
     let [memory, checkpoint] = rve_bytes(job).map(|bytes| format!("{} MB", figures(1e-6 * bytes)));
     page.row("memory", &memory, "of all ranks together, about");
     page.row("checkpoint", &checkpoint, "about");

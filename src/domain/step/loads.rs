@@ -6,7 +6,7 @@ use crate::base::space::{Linear, Space};
 use crate::domain::means::{at_points, nodal_sums};
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
-use crate::mpm::load::{LOOSE, Load, area_now, loads_in, of_side};
+use crate::mpm::load::{DETACHED, Load, area_now, loads_in, of_side};
 use crate::mpm::look::for_each_node;
 use crate::mpm::points::{Cold, Hot};
 use crate::mpm::shape::DRIFT_MAX;
@@ -15,8 +15,10 @@ use crate::mpm::tile::Tiles;
 
 /// Steps between two looks at which points have come off: by their number, so that a run that was taken up looks at the same ones.
 const LOOK_EVERY: u64 = 64;
-/// A point has come off once the material of others is less, where its own is, than this share of that.
-const LOOSE_BELOW: f64 = 0.25;
+/// A single point has come off once the material of others is less, where its own is, than the first share of that, and is back from the
+/// second on. What comes off in a clump has others beside it, and is not seen.
+const DETACHED_BELOW: f64 = 0.25;
+const BACK_FROM: f64 = 0.5;
 
 /// Numbers of a node in a message, in the plane and in space: a, and A and q of both sides.
 const SURFACE: [usize; 2] = [10, 15];
@@ -69,7 +71,7 @@ impl<S: Space> World<'_, S> {
         }
         // What is a single point from the start is whole.
         if self.step.is_multiple_of(LOOK_EVERY) && self.points_total > 1 {
-            self.mark_loose();
+            self.mark_detached();
         }
         self.continuum.tiles.surface.clear();
         let acts = self.acts_across();
@@ -86,9 +88,9 @@ impl<S: Space> World<'_, S> {
         }
     }
 
-    /// Finds points of the surface that have come off the material. Nothing is left of the surface that they were of, and what presses
+    /// Finds single points of the surface that have come off the material. Nothing is left of the surface that they were of, and what presses
     /// across one axis would crush them, for nothing holds them across the others. Collective.
-    fn mark_loose(&mut self) {
+    fn mark_detached(&mut self) {
         let volume = |hot: &Hot<S>| hot.volume * hot.volume_ratio();
         let filled = nodal_sums(self, |_, hot| [volume(hot) / (hot.weight * hot.mass)]);
         let filled = at_points(self, &filled);
@@ -103,8 +105,9 @@ impl<S: Space> World<'_, S> {
                 let mut square = 0.0;
                 for_each_node(&self.continuum.frames[block], shape, &hot.position, |_, value| square += value * value);
                 let own = square * volume(hot);
-                let is_loose = filled[row][0] - own < LOOSE_BELOW * own;
-                cold.loads = if is_loose { cold.loads | LOOSE } else { cold.loads & !LOOSE };
+                let share = if cold.loads & DETACHED == 0 { DETACHED_BELOW } else { BACK_FROM };
+                let is_detached = filled[row][0] - own < share * own;
+                cold.loads = if is_detached { cold.loads | DETACHED } else { cold.loads & !DETACHED };
             }
         }
     }
@@ -126,7 +129,7 @@ impl<S: Space> World<'_, S> {
                 let (points, cold) = (&*rows, &cold[ranges[block].clone()]);
                 let side = |row: usize, upper: bool| {
                     let (deformation, word) = (&points[row].deformation, cold[row].loads);
-                    (word & of_side(axis, upper) != 0 && word & LOOSE == 0).then(|| {
+                    (word & of_side(axis, upper) != 0 && word & DETACHED == 0).then(|| {
                         let mut area = S::Vector::zero();
                         area[axis] = if upper { edge } else { -edge };
                         let here = |load: &&Load<S>| across(load) && (load.area[axis] > 0.0) == upper;

@@ -168,7 +168,7 @@ fn grains_of_rve(on: &Mpm) -> f64 {
     let Some((granular, rves)) = on.rves() else { return 0.0 };
     let steps = match rves.drive.pace {
         Pace::QuasiStatic { .. } => rves.drive.steps_min as f64,
-        Pace::Synchronous => (on.step / granular.piece.step).ceil().max(rves.drive.steps_min as f64),
+        Pace::Synchronous => (on.step / granular.step_of_rves()).ceil().max(rves.drive.steps_min as f64),
     };
     grains(&granular.piece).unwrap_or_default() as f64 * steps
 }

@@ -12,9 +12,11 @@ use crate::base::units::Dimension;
 use crate::couple::oracle::Oracle;
 use crate::couple::zone::Enrichment;
 use crate::job::assembly::{Assembly, Body, Packed, Source, corners, depth, keys_of_grains, space};
+use crate::job::figures::bounds;
 use crate::job::resolve::FILE;
 use crate::job::schema::{list, section};
 use crate::job::shear::{keys_of_step, keys_of_subcycling, plane, skin};
+use crate::job::stable::governing;
 use crate::job::write::Page;
 use crate::job::{Method, Output};
 use crate::law::contact::Contact;
@@ -537,6 +539,11 @@ impl Followed {
 }
 
 impl Granular {
+    /// Time step of the grains of RVEs, s.
+    pub fn step_of_rves(&self) -> f64 {
+        self.rves.safety * governing(&bounds(&self.piece)).step
+    }
+
     pub(in crate::job) fn blank() -> Self {
         Self {
             method: Method::Hybrid,

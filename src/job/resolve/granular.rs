@@ -5,7 +5,7 @@ use super::body::{AXES, BODIES_MAX, check_inside};
 use super::checks::{PERIOD_IN_DIAMETERS, check_as_piece};
 use super::mpm::domain;
 use super::shear::{LEDGER_OF_LIVING_ZONE, check_life};
-use super::{BLOCK_OF_DISCS, BLOCK_OF_SPHERES, SKIN_DEFAULT, digits};
+use super::{BLOCK_OF_DISCS, BLOCK_OF_SPHERES, SAFETY_DEFAULT, SKIN_DEFAULT, digits};
 use crate::base::digits::significant;
 use crate::base::error::Error;
 use crate::base::keys::Form;
@@ -75,7 +75,8 @@ pub fn granular(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>)
     if has_rves {
         granular.piece.damping.keys(&mut typed.table("damping", false, why));
         granular.rves.keys(&mut typed.table("rve", false, why));
-        granular.piece.step = granular.rves.safety * governing(&bounds(&granular.piece)).step;
+        // That of its packing; RVEs have one of their own.
+        granular.piece.step = SAFETY_DEFAULT * governing(&bounds(&granular.piece)).step;
         return Ok(Some(granular));
     }
     granular.enrichment.distance = grid.cell;

@@ -19,6 +19,8 @@ const MARGIN: f64 = 22.0;
 const GAP: f64 = 18.0;
 const TITLES: f64 = 46.0;
 const COLUMNS_MAX: usize = 4;
+/// Grains of an RVE up to which they are drawn, and all of its contacts.
+const SINGLE_MAX: usize = 3_000;
 /// Width of the line of a contact whose force is the mean one, and of the strongest, pixels.
 const LINE: f64 = 0.9;
 const LINE_MAX: f64 = 7.0;
@@ -98,8 +100,10 @@ impl Chains {
         if !grains.exists() || !contacts.exists() {
             return Ok(None);
         }
-        let times = frames::times(&grains).map_err(unreadable)?;
-        let Some(last) = times.len().checked_sub(1) else { return Ok(None) };
+        // What has been killed may have drawn the grains of one frame more.
+        let counts = [&grains, &contacts].map(|path| Ok(frames::times(path).map_err(unreadable)?.len()));
+        let [of_grains, of_contacts]: [Result<usize, Error>; 2] = counts;
+        let Some(last) = of_grains?.min(of_contacts?).checked_sub(1) else { return Ok(None) };
         let up = run.dimension() - 1;
         let [first, now] = [0, last].map(|frame| frames::read_frame(&grains, frame).map_err(unreadable));
         let (first, now) = (first?, now?);
@@ -170,7 +174,7 @@ fn chains_of(chains: &[Chains], suffix: &str) -> Drawn {
         chains.draw(&mut svg, frame, scale);
     }
     let caption = "RVEs of points that are followed, at the last frame: lines are contacts, as wide as their normal force over the \
-                   mean of their RVE, dark above it; the cell now, and dashed at the start. Lines that leave the cell lead to images."
+                   mean of their RVE, dark above it; the cell now, and dashed at the start. Lines that leave the cell lead to images. Of more than 3,000 grains the strong contacts alone."
         .to_owned();
     Drawn { drawing: svg.finish("Force chains of RVEs"), name, caption }
 }
@@ -179,8 +183,10 @@ impl Chains {
     fn draw(&self, svg: &mut Svg, frame: Frame, scale: f64) {
         let middle = [frame.left + 0.5 * frame.width, frame.top + 0.5 * frame.height];
         let place = |[x, y]: [f64; 2]| [middle[0] + x * scale, middle[1] - y * scale];
+        // Of an RVE that has been replicated many times the chains alone.
+        let is_drawn_whole = self.grains.len() <= SINGLE_MAX;
         let mut grains = format!("<g fill=\"{GRAIN}\" stroke=\"#b5b0a4\" stroke-width=\"0.4\">");
-        for (centre, radius) in &self.grains {
+        for (centre, radius) in self.grains.iter().filter(|_| is_drawn_whole) {
             let [x, y] = place(*centre).map(number);
             let _ = write!(grains, "<circle cx=\"{x}\" cy=\"{y}\" r=\"{}\"/>", number(radius * scale));
         }
@@ -188,7 +194,7 @@ impl Chains {
         let forces: Vec<f64> = self.lines.iter().map(|(_, force)| force.abs()).collect();
         let mean = if forces.is_empty() { 1.0 } else { mean(&forces) };
         // The weak ones first, so that chains lie over them.
-        for is_strong in [false, true] {
+        for is_strong in [false, true].into_iter().filter(|is_strong| *is_strong || is_drawn_whole) {
             let mut lines = format!("<g stroke=\"{}\" stroke-linecap=\"round\">", if is_strong { CHAIN } else { WEAK });
             for (ends, force) in self.lines.iter().filter(|(_, force)| (force.abs() > mean) == is_strong) {
                 let [[x1, y1], [x2, y2]] = ends.map(|end| place(end).map(number));

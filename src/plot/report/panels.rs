@@ -266,7 +266,10 @@ fn lines<'a>(spec: &Spec, runs: &Runs<'a>) -> Vec<Line<'a>> {
                     names.push(&column.name);
                     names.len() - 1
                 });
-                lines.push(Line { run, number, description: describe(&column.name), column });
+                // What another pattern has meant already stands there once.
+                if !lines.iter().any(|line: &Line| line.run == run && line.number == number) {
+                    lines.push(Line { run, number, description: describe(&column.name), column });
+                }
             }
         }
     }

@@ -123,7 +123,7 @@ struct Shade {
     told: &'static str,
     unit: f64,
     value: fn(&Body) -> f64,
-    /// Colours go from zero, to as far on either side of it, or as values do.
+    /// Colours go from zero, to as far on either side of it where values do, or as values do.
     ends: fn([f64; 2]) -> [f64; 2],
 }
 
@@ -133,9 +133,7 @@ const OF_RVES: [Shade; 3] = [
         words: "displacement (m)",
         told: "displacement since the start",
         unit: 1.0,
-        value: |body| {
-            (body.displacement[0] * body.displacement[0] + body.displacement[1] * body.displacement[1]).sqrt()
-        },
+        value: |body| body.moved,
         ends: |[_, most]| [0.0, round_end(most)],
     },
     Shade {
@@ -149,12 +147,12 @@ const OF_RVES: [Shade; 3] = [
     Shade {
         name: "rotation",
         words: "rotation (degrees)",
-        told: "rotation of F = R U since the start, positive counterclockwise",
+        told: "rotation of F = R U since the start, in the plane positive counterclockwise",
         unit: math::PI / 180.0,
         value: |body| body.rotation,
         ends: |[least, most]| {
             let most = math::PI / 180.0 * round_end(most.max(-least) * 180.0 / math::PI);
-            [-most, most]
+            [if least < 0.0 { -most } else { 0.0 }, most]
         },
     },
 ];
