@@ -6,6 +6,7 @@ collapse, outside, rest and sheared h5py, which brings numpy.
     tests/figures.py held DIR...        how closely sigma_xx is held from 0.05 % of strain on, and the void ratio from 10 to 15 %
     tests/figures.py slope DIR...       slope of the mean stress, or of stress_yy, against strain: first tenth, and all
     tests/figures.py footing DIR...     load on a strip footing over Prandtl's, mean of the second half of the settlement
+    tests/figures.py bearing DIR...     load on a footing over the surcharge at settlements over its half width, and its first maximum
     tests/figures.py band DIR...        width of the shear band, in cells and in sections of a cell by its normal
     tests/figures.py collapse DIR...    run-out of a column, and its energies over the potential energy at the start
     tests/figures.py outside DIR...     how far grains lie outside of membranes at the end, along the normals of these
@@ -13,7 +14,7 @@ collapse, outside, rest and sheared h5py, which brings numpy.
     tests/figures.py sheared DIR...     area that has sheared at 0.24 s on either side of the plate of an indentation
 
 DIR is the folder of a run: of jobs/element/rve_biaxial.toml or rve_ensemble.toml (of held also a record FILE.csv=STRESS by YADE), of jobs/element/bulk.toml, of the job in
-jobs/continuum, of jobs/triaxial.toml, or of jobs/indentation.toml and far_field.toml. Strains are logarithmic, from the edges
+jobs/continuum, of jobs/triaxial.toml, of jobs/indentation.toml and far_field.toml, or of the footings in jobs/mpm_dem. Strains are logarithmic, from the edges
 of the cell; of a biaxial test from time zero, of a slope from the first row.
 """
 
@@ -116,6 +117,26 @@ def footing(folder):
         f" ({mean(load for settled, load in points if settled >= 0.9 * last):.3f} in the last tenth)"
         f" of {exact:.0f} N, settlement {1e3 * last:.1f} mm"
     )
+
+
+def bearing(folder):
+    """Of jobs/mpm_dem/footing_*.toml: N = F/(q B depth), means over a tenth of a second, which is 1 cm of settlement; the slope is that of
+    lines of least squares through a tenth of B."""
+    job = scenario(folder)
+    body, load = job["body"][0], job["load"][0]["pressure"]
+    half = body["upper"][0] - job["grid"]["lower"][0]
+    over = load * half * job["grid"]["depth"]
+    rows = series(folder)
+    points = [(-row["footing_displacement_y"] / half, row["footing_force_y"] / over) for row in rows]
+    near = lambda at, width: [point for point in points if abs(point[0] - at) <= width / 2]
+    last = points[-1][0]
+    places = [at for at in (0.05, 0.1, 0.2, 0.3, 0.5, 0.75, 1, 1.25, 1.5) if at <= last + 0.01]
+    told = [f"{at:g}: {mean(n for _, n in near(min(at, last), 0.01)):.2f}" for at in places]
+    slopes = [(at / 100, fit(near(at / 100, 0.1))) for at in range(10, int(100 * last) - 5, 2)]
+    flat = next((at for at, slope in slopes if slope <= 0), None)
+    peak = max((mean(n for _, n in near(at / 100, 0.05)), at / 100) for at in range(5, int(100 * last)))
+    ultimate = f"flat from d/B {flat:.2f} at {mean(n for _, n in near(flat, 0.05)):.2f}" if flat else "rising to the end"
+    print(f"{folder}: N at d/B {', '.join(told)}; {ultimate}; most {peak[0]:.2f} at {peak[1]:.2f}")
 
 
 class Frames:
@@ -325,6 +346,7 @@ if __name__ == "__main__":
         "held": held,
         "slope": slope,
         "footing": footing,
+        "bearing": bearing,
         "band": band,
         "collapse": collapse,
         "outside": outside,
