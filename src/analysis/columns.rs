@@ -1,6 +1,8 @@
 //! What the columns of a series are: words, what they count, and in which unit they are shown. Everything that is drawn of a series
 //! is chosen from this list, whatever job wrote it.
 
+use crate::base::math;
+
 /// A column of a series, in SI units.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Column {
@@ -175,7 +177,7 @@ pub fn with_derived(mut columns: Vec<Column>) -> Vec<Column> {
             for (of_what, turned) in [("rotation", "turned"), ("grain_rotation", "grains_turned")] {
                 let angles = of(&format!("{followed}_{of_what}")).filter(|_| has(&format!("{followed}_void_ratio")));
                 if let Some(angles) = angles {
-                    add(&format!("{followed}_{turned}"), angles.iter().map(|angle| angle.to_degrees()).collect());
+                    add(&format!("{followed}_{turned}"), unwound(angles).map(f64::to_degrees).collect());
                 }
             }
         }
@@ -209,6 +211,20 @@ fn lengths(components: &[&[f64]]) -> Vec<f64> {
     (0..rows).map(|row| components.iter().map(|of| of[row] * of[row]).sum::<f64>().sqrt()).collect()
 }
 
+/// rad.
+const TURN: f64 = 2.0 * math::PI;
+
+/// Angles that are told within a turn, rad, with the whole turns that they have come through: rows are less than half a turn apart.
+fn unwound(angles: &[f64]) -> impl Iterator<Item = f64> {
+    let mut before = angles.first().copied().unwrap_or_default();
+    let mut turns = 0.0;
+    angles.iter().map(move |angle| {
+        turns -= ((angle - before) / TURN).round();
+        before = *angle;
+        angle + turns * TURN
+    })
+}
+
 /// Since the first row.
 fn change(values: &[f64]) -> Vec<f64> {
     values.iter().map(|value| value - values[0]).collect()
@@ -233,6 +249,14 @@ mod tests {
         assert_eq!(describe("energy_lost_transfer").quantity, Quantity::Number);
         assert_eq!(told("change_of_points_work_loads"), "work of loads, points");
         assert_eq!(told("change_of_points_work_grains"), "work of grains on points");
+    }
+
+    #[test]
+    fn angles_go_on_beyond_a_turn() {
+        let wound: Vec<f64> =
+            (0..20).map(|row| 0.9 * f64::from(row)).map(|angle: f64| angle - TURN * (angle / TURN).round()).collect();
+        let back: Vec<f64> = unwound(&wound).collect();
+        assert!(back.iter().enumerate().all(|(row, angle)| (angle - 0.9 * row as f64).abs() < 1e-12), "{back:?}");
     }
 
     #[test]

@@ -2,9 +2,10 @@
 
 use super::Slots;
 use super::page::{Page, figures, whole};
-use crate::job::mpm::figures::{edge_of_rve, points, rve_bytes};
+use crate::job::mpm::figures::{edge_of_rve, points, pressures_at_start, rve_bytes};
 use crate::job::stable::governing;
 use crate::job::{figures as of_grains, mpm::Mpm};
+use crate::rve::Pace;
 
 pub fn section(page: &mut Page, slots: &Slots) {
     let Some(job) = slots.continuum.as_deref() else { return };
@@ -28,9 +29,27 @@ pub fn section(page: &mut Page, slots: &Slots) {
     }
     let bounds = of_grains::bounds(&granular.piece);
     page.row("step of their grains", &format!("{} s", figures(granular.step_of_rves())), governing(&bounds).cause);
+    if let Some([least, most]) = rates_of_least_steps(job) {
+        let note = "strain faster than this, at the least and the largest pressure of the start, takes more steps an increment, and the run longer";
+        page.row("rate of steps_min", &format!("{} to {} 1/s", figures(least), figures(most)), note);
+    }
     let [memory, checkpoint] = rve_bytes(job).map(|bytes| format!("{} MB", figures(1e-6 * bytes)));
     page.row("memory", &memory, "of all ranks together, about");
     page.row("checkpoint", &checkpoint, "about");
+}
+
+/// Rates of strain, 1/s, up to which increments of a quasi-static drive have their least number of steps, under the least and the largest
+/// pressure of the start.
+fn rates_of_least_steps(job: &Mpm) -> Option<[f64; 2]> {
+    let (granular, rves) = job.rves()?;
+    let Pace::QuasiStatic { inertial_number } = rves.drive.pace else { return None };
+    let pressures = pressures_at_start(job);
+    let matter = &granular.piece.matter;
+    let rate = |pressure: &f64| {
+        let time = matter.diameter_mean * (matter.density / pressure).sqrt();
+        rves.drive.steps_min as f64 * inertial_number * granular.step_of_rves() / (time * job.step)
+    };
+    Some([rate(pressures.first()?), rate(pressures.last()?)])
 }
 
 /// Where no scale lies between the grains and the cells.
