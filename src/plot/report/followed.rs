@@ -1,7 +1,7 @@
 //! Points that are followed: where they go, and the force chains of their RVEs (Liang & Zhao 2019, figures 11, 18, 23 and 28).
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::Path;
 
 use scree_io::column::Values;
 use scree_io::frames::{self, Frame as Drawn3};
@@ -139,7 +139,7 @@ impl Chains {
     }
 }
 
-fn reals(columns: &[scree_io::Column], name: &str, count: usize, path: &PathBuf) -> Result<Vec<f64>, Error> {
+fn reals(columns: &[scree_io::Column], name: &str, count: usize, path: &Path) -> Result<Vec<f64>, Error> {
     let found = columns.iter().find(|column| column.name == name).map(|column| &column.values);
     match found {
         Some(Values::F64(values)) if values.len() == count => Ok(values.clone()),
