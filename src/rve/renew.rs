@@ -31,9 +31,9 @@ const INERTIAL_NUMBER: f64 = 5e-4;
 /// Grains of an assembly at most: partners of contacts are kept in 16 bits.
 const GRAINS_MAX: usize = 1 << 16;
 
-/// Whether an assembly is of more copies of its packing than it may be.
+/// Whether an assembly is of more copies of its packing than it may be. A loose one has no stress to train another to, and waits until it has.
 pub fn is_drawn_out<S: Space>(rve: &Rve<S>) -> bool {
-    rve.grains() > COPIES_MAX * rve.template().packing.grains.len()
+    !rve.is_loose() && rve.grains() > COPIES_MAX * rve.template().packing.grains.len()
 }
 
 /// The packing of an assembly under the stress that this bears, where its F is, and by how much its stress is another, as a share of that.

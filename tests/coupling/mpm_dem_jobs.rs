@@ -33,7 +33,7 @@ fn the_biaxial_specimen_has_a_peak() {
     let [stress, strain] = [peak / 0.1, -100.0 * way[row] / 2.0];
     let late = load[load.len() - 9..].iter().sum::<f64>() / 9.0;
     println!("biaxial: {:.0} kPa at {strain:.2} %, {:.2} of it at the end", 1e-3 * stress, late / peak);
-    assert!((2.2e5..4.5e5).contains(&stress) && (1.0..2.3).contains(&strain), "{stress:.0} Pa at {strain:.2} %");
+    assert!((3.4e5..4.1e5).contains(&stress) && (1.5..2.1).contains(&strain), "{stress:.0} Pa at {strain:.2} %");
     assert!(late < 0.95 * peak, "{late:.0} of {peak:.0} N");
     assert_eq!(ran.series("rve_loose").last(), Some(&0.0));
 }
@@ -46,8 +46,7 @@ fn a_footing_bears_more_than_its_surcharge() {
     let over = peak / (20e3 * 0.1);
     let settled = -ran.series("footing_displacement_y")[row];
     println!("footing: {over:.1} times the surcharge at {settled:.3} m");
-    assert!((10.0..45.0).contains(&over), "{over:.1}");
-    assert!(ran.series("rve_steps").last() > Some(&0.0) && ran.points("position").len() == 384);
+    assert!((27.0..35.0).contains(&over) && (0.12..0.17).contains(&settled), "{over:.1} at {settled:.3} m");
 }
 
 /// A pipe that is pushed into its bed is held up by it, and RVEs that open beside it end nothing.
@@ -56,7 +55,7 @@ fn a_pipe_is_held_up() {
     let ran = small("pipe.toml", include_str!("../../jobs/mpm_dem/pipe.toml"));
     let (peak, _) = peak(&ran.series("pipe_force_y"));
     println!("pipe: {:.0} kN/m at most", 1e-3 * peak / 0.1);
-    assert!((1.5e5..6e5).contains(&(peak / 0.1)), "{peak:.0} N");
+    assert!((3.4e5..4.5e5).contains(&(peak / 0.1)), "{peak:.0} N");
 }
 
 /// A column falls: grains have the time of the continuum, and a tenth of its energy is in motion.
@@ -67,6 +66,6 @@ fn a_column_falls() {
     let (kinetic, times) = (ran.series("kinetic"), ran.series("time"));
     let (most, row) = peak(&kinetic);
     println!("column: kinetic energy {:.3} of the potential at {:.2} s", most / start, times[row]);
-    assert!((0.05..0.13).contains(&(most / start)) && (0.3..0.6).contains(&times[row]), "{most} at {}", times[row]);
+    assert!((0.078..0.095).contains(&(most / start)) && (0.35..0.48).contains(&times[row]), "{most} at {}", times[row]);
     assert!(ran.series("potential").last().unwrap() / start < 0.75);
 }
