@@ -151,7 +151,6 @@ fn alone(name: &str) -> Option<String> {
 /// Columns with those that follow from them: lengths of vectors, changes since the first row, ratios.
 pub fn with_derived(mut columns: Vec<Column>) -> Vec<Column> {
     let of = |name: &str| columns.iter().find(|column| column.name == name).map(|column| column.values.as_slice());
-    let has = |name: &str| of(name).is_some();
     let mut derived = Vec::new();
     let mut add = |name: &str, values: Vec<f64>| derived.push(Column { name: name.to_owned(), values });
     if let Some((contacts, grains)) = of("contacts").zip(of("grains")) {
@@ -175,8 +174,7 @@ pub fn with_derived(mut columns: Vec<Column>) -> Vec<Column> {
         if let Some(followed) = name.strip_suffix("_place") {
             add(&format!("{followed}_moved"), lengths(&vector(&format!("{followed}_displacement"))));
             for (of_what, turned) in [("rotation", "turned"), ("grain_rotation", "grains_turned")] {
-                let angles = of(&format!("{followed}_{of_what}")).filter(|_| has(&format!("{followed}_void_ratio")));
-                if let Some(angles) = angles {
+                if let Some(angles) = of(&format!("{followed}_{of_what}")) {
                     add(&format!("{followed}_{turned}"), unwound(angles).map(f64::to_degrees).collect());
                 }
             }

@@ -4,10 +4,11 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use scree_io::column::Values;
-use scree_io::frames::{self, Frame as Drawn3};
+use scree_io::frames::{self, Frame as FileFrame};
 
 use super::chart::{Axis, Chart, Curve, Entry, draw, pair};
 use super::numbers::{significant, time};
+use super::pictures::{GAP, MARGIN, TITLES};
 use super::svg::{Anchor, Frame, Letters, Stroke, Svg, number};
 use super::{Drawn, WIDTH, colour};
 use crate::analysis::curve::mean;
@@ -15,10 +16,9 @@ use crate::analysis::run::{Run, torn_frames, unreadable};
 use crate::base::error::Error;
 use crate::run::folder::{CONTACTS_OF, GRAINS_OF};
 
-const MARGIN: f64 = 22.0;
-const GAP: f64 = 18.0;
-const TITLES: f64 = 46.0;
 const COLUMNS_MAX: usize = 4;
+/// Largest height of an RVE, pixels.
+const HEIGHT_MAX: f64 = 360.0;
 /// Grains of an RVE up to which they are drawn, and all of its contacts.
 const SINGLE_MAX: usize = 3_000;
 /// Width of the line of a contact whose force is the mean one, and of the strongest, pixels.
@@ -108,7 +108,7 @@ impl Chains {
         let [first, now] = [0, last].map(|frame| frames::read_frame(&grains, frame).map_err(unreadable));
         let (first, now) = (first?, now?);
         let lines = frames::read_frame(&contacts, last).map_err(unreadable)?;
-        let edges = |frame: &Drawn3| reals(&frame.whole, "cell_edges", 9, &grains);
+        let edges = |frame: &FileFrame| reals(&frame.whole, "cell_edges", 9, &grains);
         let (before, edges) = (edges(&first)?, edges(&now)?);
         // Half of the sum of the edges is the middle.
         let middle = [0, up].map(|axis| 0.5 * (0..3).map(|edge| edges[3 * edge + axis]).sum::<f64>());
@@ -160,7 +160,7 @@ fn chains_of(chains: &[Chains], suffix: &str) -> Drawn {
     let columns = chains.len().min(COLUMNS_MAX);
     let far = |axis: usize| chains.iter().map(|chains| chains.reach()[axis]).fold(0.0, f64::max);
     let room = (WIDTH - 2.0 * MARGIN - (columns - 1) as f64 * GAP) / columns as f64;
-    let scale = (room / (2.0 * far(0))).min(360.0 / (2.0 * far(1)));
+    let scale = (room / (2.0 * far(0))).min(HEIGHT_MAX / (2.0 * far(1)));
     let row = TITLES + 2.0 * far(1) * scale + GAP;
     let name = format!("force_chains{suffix}");
     let mut svg = Svg::new(&name, WIDTH, chains.len().div_ceil(columns) as f64 * row);

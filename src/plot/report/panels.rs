@@ -34,8 +34,6 @@ struct Spec {
 /// Charts side by side.
 pub struct Panel {
     name: &'static str,
-    /// Runs that have no such column have none of its charts.
-    needs: &'static str,
     charts: &'static [Spec],
 }
 
@@ -46,7 +44,6 @@ const fn of(columns: &'static [&'static str], label: &'static str, words: &'stat
 pub const PANELS: [Panel; 7] = [
     Panel {
         name: "volume",
-        needs: "*",
         charts: &[
             of(&["volume_strain"], "volume strain", "volume strain of the whole, positive in dilation"),
             of(
@@ -58,7 +55,6 @@ pub const PANELS: [Panel; 7] = [
     },
     Panel {
         name: "stress",
-        needs: "*",
         charts: &[
             of(
                 &["stress_xx", "stress_yy", "stress_zz", "stress_xy"],
@@ -72,7 +68,6 @@ pub const PANELS: [Panel; 7] = [
     },
     Panel {
         name: "energies",
-        needs: "*",
         charts: &[
             Spec {
                 columns: &["elastic*", "kinetic*", "dissipated"],
@@ -91,7 +86,6 @@ pub const PANELS: [Panel; 7] = [
     },
     Panel {
         name: "reactions",
-        needs: "*",
         charts: &[of(
             &["*_force"],
             "force",
@@ -100,7 +94,6 @@ pub const PANELS: [Panel; 7] = [
     },
     Panel {
         name: "followed",
-        needs: "*",
         charts: &[
             of(&["*_moved"], "displacement", "magnitude of the displacement of points that are followed"),
             of(&["*_p"], "mean stress", "their mean stress, compression positive"),
@@ -108,8 +101,7 @@ pub const PANELS: [Panel; 7] = [
         ],
     },
     Panel {
-        name: "followed_rves",
-        needs: "*_void_ratio",
+        name: "followed_state",
         charts: &[
             of(&["*_deviatoric_strain"], "deviatoric strain", "deviatoric strain of the points that are followed"),
             of(&["*_q"], "deviatoric stress q", "their deviatoric stress, q = sqrt(s:s/2) in the plane"),
@@ -133,7 +125,6 @@ pub const PANELS: [Panel; 7] = [
     },
     Panel {
         name: "rves",
-        needs: "rve_steps",
         charts: &[
             of(&["rve_loose", "rve_replicated"], "RVEs", "RVEs without contacts, and replicated ones"),
             of(&["rve_unbalanced_max"], "I_uf", "the largest share of forces out of balance, I_uf, of all RVEs"),
@@ -206,10 +197,6 @@ pub fn figures(runs: &Runs, number: &str) -> Vec<Drawn> {
 }
 
 fn figure(panel: &Panel, runs: &Runs, number: &str) -> Option<Drawn> {
-    let has = |(run, _): &(&Run, &str)| run.columns.iter().any(|column| is_meant(&column.name, panel.needs));
-    if !runs.iter().any(has) {
-        return None;
-    }
     let (mut charts, mut words): (Vec<Chart>, Vec<&str>) = (Vec::new(), Vec::new());
     for spec in panel.charts {
         let lines = lines(spec, runs);

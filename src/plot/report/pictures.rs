@@ -13,11 +13,11 @@ use crate::analysis::run::{Run, as_number, numbers};
 use crate::analysis::snapshot::{Kind, Snapshot};
 use crate::analysis::strained::{Span, Valued, free};
 
-const MARGIN: f64 = 22.0;
+pub const MARGIN: f64 = 22.0;
 /// Room beside a picture, and where a band has its measure there.
-const GAP: f64 = 26.0;
+pub const GAP: f64 = 26.0;
 const BESIDE: f64 = 74.0;
-const TITLES: f64 = 46.0;
+pub const TITLES: f64 = 46.0;
 const HEAD: f64 = 22.0;
 /// Largest heights of a picture, side by side and below each other, and from which width over height on they stand so.
 const HEIGHT_MAX: [f64; 2] = [440.0, 260.0];

@@ -267,8 +267,8 @@ fn continua_are_drawn_with_their_curves() {
     let folder = tempfile::tempdir().unwrap();
     for (space, words) in [("plane", "in plane strain"), ("solid", "in space")] {
         let html = continuum(folder.path(), space, 2, false);
-        // Plastic strain, mean stress, energies, stresses, reactions, the followed point and its path.
-        assert_eq!((count(&html, "<svg "), count(&html, "<figcaption>")), (7, 7));
+        // Plastic strain, mean stress, energies, stresses, reactions, the followed point, its state and its path.
+        assert_eq!((count(&html, "<svg "), count(&html, "<figcaption>")), (8, 8));
         assert!(html.contains(&format!("points {words} (critical drucker prager); the run is of 5")), "{html}");
         for name in ["plastic strain", "mean stress, compression positive", ">wall<", ">corner<", "dissipated"] {
             assert!(html.contains(name), "{name}");
