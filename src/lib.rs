@@ -5,7 +5,7 @@
 //! * [`base`]: errors, numbers, spaces, vectors of registers, records.
 //! * [`law`]: forces of contacts and stresses of materials, a file each.
 //! * [`bodies`]: rigid bodies, and what holds the nodes that they meet.
-//! * [`dem`], [`mpm`]: grains and the continuum; [`rve`]: assemblies of grains that stand for a point of one; [`couple`]: grains where the continuum
+//! * [`dem`], [`mpm`], [`fem`]: grains, and the continuum of points and of elements; [`rve`]: assemblies of grains that stand for a point of one; [`couple`]: grains where the continuum
 //!   shears itself into a band. Physics: they know neither ranks nor the text of jobs.
 //! * [`job`]: the job, its units, checks and figures.
 //! * [`domain`]: the world in blocks and the step as a table of contents; who holds what, what must be kept, what tells that something is
@@ -28,6 +28,7 @@ pub mod couple;
 pub mod dem;
 pub mod domain;
 pub mod export;
+pub mod fem;
 pub mod job;
 pub mod law;
 pub mod mpm;

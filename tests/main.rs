@@ -21,6 +21,9 @@ mod clusters;
 /// Collisions and pull-off under every law: restitution, Hertz' duration and depth, cohesion, to closed forms.
 #[path = "physics/collisions.rs"]
 mod collisions;
+/// Continua of elements: states at rest, waves, bending, turns, sides on plates, accounts, the same bits.
+#[path = "physics/elements.rs"]
+mod elements;
 /// Nodes with next to no mass put no energy into a body under any scheme that is accepted; the others are refused.
 #[path = "physics/empty_nodes.rs"]
 mod empty_nodes;
@@ -93,6 +96,9 @@ mod vortex;
 
 // Grains and continuum together.
 
+/// Elements that carry grain assemblies: their RVEs are those that stand alone, a weak row, and the same bits.
+#[path = "coupling/fem_dem.rs"]
+mod fem_dem;
 /// Material points that carry grain assemblies.
 #[path = "coupling/mpm_dem.rs"]
 mod mpm_dem;

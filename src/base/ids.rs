@@ -8,5 +8,9 @@ pub struct GrainId(pub u64);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct PointId(pub u64);
 
+/// Names a node of a mesh for the whole run: the vertex of the mesh that it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct NodeId(pub u64);
+
 /// Where a grain or point stands in the arrays of this rank until the next rebuild.
 pub type Row = u32;

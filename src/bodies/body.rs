@@ -1,6 +1,7 @@
 //! Rigid bodies among the material: what they are, what moves them, and what the material does to them. The same on every
 //! rank.
 
+use crate::base::math::{PI, cos, sin};
 use crate::base::record::{Record, Visitor};
 use crate::base::space::{Linear, Space};
 use crate::bodies::boundary::Grip;
@@ -58,12 +59,16 @@ pub struct Body<S: Space> {
     pub shape: Shape<S>,
     /// In the order of time, linear in between, the last kept on; empty: at rest.
     pub path: Vec<Instant<S>>,
+    /// Amplitude (m) and frequency (1/s) of a sine that is added to the way along the path.
+    pub oscillation: Option<(S::Vector, f64)>,
     pub servo: Option<Servo<S>>,
     /// How it holds the nodes or points of a continuum that it meets, and whether what moves away is let go; none where it touches
     /// grains alone.
     pub grip: Option<(Grip, bool)>,
     /// Whether it meets material points at its own face ([`crate::mpm::faces`]); else it holds the nodes that lie in it.
     pub meets_points: bool,
+    /// The side of a mesh that is fastened to it, whatever its place; in the sense of its grip.
+    pub side: Option<MeshSide>,
     pub displacement: S::Vector,
     pub velocity: S::Vector,
     pub spin: S::Spin,
@@ -75,6 +80,20 @@ pub struct Body<S: Space> {
     pub impulse_whole: S::Vector,
     /// Work that the body has done on the material since the start, J.
     pub work: f64,
+}
+
+/// A side of a mesh at the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MeshSide {
+    pub axis: usize,
+    pub upper: bool,
+}
+
+impl MeshSide {
+    /// Whether a node is on it that knows its sides by bit 2 axis + upper.
+    pub fn has(self, sides: u8) -> bool {
+        sides & (1 << (2 * self.axis + usize::from(self.upper))) != 0
+    }
 }
 
 /// What the material does to a body within a step.
@@ -110,9 +129,11 @@ impl<S: Space> Body<S> {
             name: name.to_string(),
             shape,
             path: Vec::new(),
+            oscillation: None,
             servo: None,
             grip: None,
             meets_points: false,
+            side: None,
             displacement: zero,
             velocity: zero,
             spin: S::Spin::zero(),
@@ -240,7 +261,7 @@ impl<S: Space> Body<S> {
     /// a light plate on a heavy continuum is stable.
     pub fn accelerate(&mut self, reaction: &Reaction<S>, time: f64, dt: f64) {
         let (before, spin_before) = (self.velocity, self.spin);
-        let instant = self.path_at(time);
+        let instant = self.led_at(time);
         self.velocity = instant.velocity;
         self.spin = instant.spin;
         if let Some(servo) = &self.servo {
@@ -292,7 +313,20 @@ impl<S: Space> Body<S> {
         let leg = |ends: &[f64]| {
             (self.path_at(ends[0]).velocity + self.path_at(ends[1]).velocity) * (0.5 * (ends[1] - ends[0]))
         };
-        ends.windows(2).fold(S::Vector::zero(), |sum, ends| sum + leg(ends))
+        let swung = self.oscillation.map_or(S::Vector::zero(), |(amplitude, frequency)| {
+            amplitude * (sin(2.0 * PI * frequency * to) - sin(2.0 * PI * frequency * from))
+        });
+        ends.windows(2).fold(swung, |sum, ends| sum + leg(ends))
+    }
+
+    /// What moves it at a time, but for a servo.
+    fn led_at(&self, time: f64) -> Instant<S> {
+        let mut instant = self.path_at(time);
+        if let Some((amplitude, frequency)) = self.oscillation {
+            let rate = 2.0 * PI * frequency;
+            instant.velocity += amplitude * (rate * cos(rate * time));
+        }
+        instant
     }
 
     fn path_at(&self, time: f64) -> Instant<S> {

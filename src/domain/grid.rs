@@ -75,9 +75,16 @@ impl Reactions {
         self
     }
 
-    fn on_face<S: Space>(&mut self, axis: usize, upper: bool, impulse: &S::Vector) {
+    pub(crate) fn on_face<S: Space>(&mut self, axis: usize, upper: bool, impulse: &S::Vector) {
         for component in 0..S::DIMENSION {
             self.sums.add(3 * (2 * axis + usize::from(upper)) + component, impulse[component]);
+        }
+    }
+
+    /// What a load gives to the material, N s.
+    pub(crate) fn of_load<S: Space>(&mut self, impulse: &S::Vector) {
+        for axis in 0..S::DIMENSION {
+            self.sums.add(LOADS + axis, impulse[axis]);
         }
     }
 
@@ -123,7 +130,7 @@ pub fn body_impulse(reactions: &[f64; REACTIONS], body: usize) -> ([f64; 3], [f6
 impl<S: Space> World<'_, S> {
     /// The same as they are stored, and left where they are; the same on every rank. Collective.
     pub fn reaction_entries(&self) -> Result<Vec<Entry>, Error> {
-        if !self.has_grid() && self.bodies.iter().all(|body| body.grip.is_none()) {
+        if !self.has_grid() && !self.has_elements() && self.bodies.iter().all(|body| body.grip.is_none()) {
             return Ok(Vec::new());
         }
         Ok(Entry::all_of(&self.total(self.reactions.sums.clone())?).collect())
@@ -149,9 +156,7 @@ impl<S: Space> World<'_, S> {
         let of_membranes = of_membranes.iter().map(|brought| &brought.force);
         let on_surface = self.continuum.tiles.surface.forces.iter().filter(|force| **force != S::Vector::zero());
         for push in self.continuum.points.loaded.iter().map(|(_, push)| push).chain(of_membranes).chain(on_surface) {
-            for axis in 0..S::DIMENSION {
-                self.reactions.sums.add(LOADS + axis, push[axis] * dt);
-            }
+            self.reactions.of_load::<S>(&(*push * dt));
         }
     }
 

@@ -1,6 +1,7 @@
 //! The world in blocks: who holds what, the step, the accounts and the guards. It alone calls the partition.
 
 pub mod accounts;
+pub mod elements;
 pub mod grid;
 pub mod guards;
 pub mod instant;

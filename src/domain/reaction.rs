@@ -33,12 +33,15 @@ impl<S: Space> World<'_, S> {
 
     fn accelerate<const SLOTS: usize>(&mut self) -> Result<(), Error> {
         // The same on every rank, for what all of them know alone decides it.
-        let feels_nodes = self.has_grid() && self.bodies.iter().any(Body::feels_nodes);
+        let has_nodes = self.has_grid() || self.has_elements();
+        let feels_nodes = has_nodes && self.bodies.iter().any(Body::feels_nodes);
         let mut sums = [0.0; SLOTS];
         if self.has_grains() || feels_nodes {
             let mut here = ExactSum::<SLOTS>::new();
             self.add_grains(&mut here);
-            if feels_nodes {
+            if feels_nodes && self.has_elements() {
+                self.add_nodes_of_elements(&mut here);
+            } else if feels_nodes {
                 self.add_nodes(&mut here);
                 self.add_columns(&mut here);
             }

@@ -27,6 +27,8 @@ use crate::domain::stop::Wish;
 use crate::domain::subdomain::Subdomain;
 use crate::domain::transfer;
 use crate::domain::world::{Settings, World};
+use crate::fem::elements::Elements;
+use crate::fem::node::Node;
 use crate::mpm::continuum::Continuum;
 use crate::mpm::membrane::Membranes;
 use crate::mpm::points::{Cold as PointCold, Hot as PointHot, Point, Points};
@@ -40,6 +42,8 @@ pub struct Parts<S: Space> {
     /// Of points whose material is grains, and on every rank radii and masses of the grains of their packings.
     pub rves: Vec<RveRow<S>>,
     pub packings: Packings,
+    /// Of elements, all on rank 0.
+    pub nodes: Vec<Node<S>>,
     pub bodies: Vec<Body<S>>,
     pub membranes: Membranes<S>,
     pub cell: Cell<S>,
@@ -55,6 +59,7 @@ impl<S: Space> Parts<S> {
             points,
             rves: Vec::new(),
             packings: Vec::new(),
+            nodes: Vec::new(),
             bodies,
             membranes: Membranes::default(),
             cell,
@@ -112,11 +117,12 @@ type Standing = (Place, u64, u32);
 enum Travel {
     Points,
     Rves,
+    Nodes,
     Grains,
     Ghosts,
 }
 
-const TRAVELS: u64 = 4;
+const TRAVELS: u64 = 5;
 
 /// Cells between a point or a vertex and a grain that may still share a node: 1.5 cells of spline and half a cell of drift on
 /// either side.
@@ -143,6 +149,9 @@ impl<'t, S: Space> World<'t, S> {
             step_of_cycle: 0,
             assembly,
             continuum: Continuum::empty(parts.membranes),
+            // To whom they belong is found when rows settle.
+            elements: Elements { owned: vec![true; parts.nodes.len()], nodes: parts.nodes, ..Elements::default() },
+            rates: Vec::new(),
             rves: Vec::new(),
             scratches: Scratches::default(),
             rve_events: None,
@@ -165,7 +174,7 @@ impl<'t, S: Space> World<'t, S> {
         world.locate_vertices()?;
         world.replace_all(parts.grains, parts.points, parts.rves)?;
         // In blocks of another size than those of its state a point may be far from the block of its home.
-        if world.has_strayed_points() {
+        if world.has_grid() && world.has_strayed_points() {
             world.rebuild()?;
         }
         // Rows of the start all come from rank 0, which is no migration, nor is it a part of the run.
@@ -284,7 +293,7 @@ impl<'t, S: Space> World<'t, S> {
     }
 
     /// Sends rows where they belong now, dealing blocks anew if that is due.
-    fn settle_anew(&mut self) -> Result<(), Error> {
+    pub(crate) fn settle_anew(&mut self) -> Result<(), Error> {
         let timer = self.phases.start();
         let dealt = self.deal_if_due()?;
         self.phases.stop(Phase::Balance, timer);
@@ -307,6 +316,7 @@ impl<'t, S: Space> World<'t, S> {
     ) -> Result<(), Error> {
         self.subdomain.settlings += 1;
         self.settle_points(fresh_points, fresh_rves)?;
+        self.settle_elements(self.number_of(Travel::Nodes))?;
         self.find_neighbourhood()?;
         self.settle_grains(fresh)?;
         self.check_counts()?;

@@ -18,6 +18,8 @@ pub struct Subdomain {
     pub nodes: NodeRows,
     /// Copies of other ranks' grains.
     pub ghosts: Halo,
+    /// Forces on corners of elements whose nodes other ranks have as well.
+    pub corners: Halo,
     pub(crate) buffers: HaloBuffers,
     /// Messages of steps that this rank has sent.
     pub sent: HaloCounts,
@@ -36,6 +38,7 @@ impl Subdomain {
             coupled: Vec::new(),
             nodes: NodeRows::default(),
             ghosts: Halo::default(),
+            corners: Halo::default(),
             buffers: HaloBuffers::default(),
             sent: HaloCounts::default(),
             settlings: 0,

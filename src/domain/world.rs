@@ -16,6 +16,7 @@ use crate::dem::motion::{Damped, Falling, Moves};
 use crate::dem::segments::{Finish, Segments, Wait};
 use crate::domain::accounts::ledger::EnergyLedger;
 use crate::domain::accounts::ledger::points::PointLedger;
+use crate::domain::elements::Meshed;
 use crate::domain::grid::{Grid, Reactions};
 use crate::domain::load_balance::LoadBalance;
 use crate::domain::nonlocal::Neighbourhood;
@@ -23,6 +24,7 @@ use crate::domain::phases::{Phase, Phases};
 use crate::domain::step::rves::RveEvent;
 use crate::domain::stop::Wish;
 use crate::domain::subdomain::Subdomain;
+use crate::fem::elements::Elements;
 use crate::mpm::continuum::Continuum;
 use crate::mpm::load::Load;
 use crate::mpm::nonlocal::Nonlocal;
@@ -44,6 +46,8 @@ pub struct Settings<S: Space> {
     pub rves: Option<GrainMaterial<S>>,
     /// How their strain is averaged, where it is.
     pub nonlocal: Option<Nonlocal>,
+    /// Where the continuum is one of elements: its mesh.
+    pub meshed: Option<Meshed<S>>,
 }
 
 impl<S: Space> Settings<S> {
@@ -57,6 +61,7 @@ impl<S: Space> Settings<S> {
             material: no_material(),
             rves: None,
             nonlocal: None,
+            meshed: None,
         }
     }
 }
@@ -72,6 +77,10 @@ pub struct World<'t, S: Space> {
     /// Those of this rank, and copies of others that these touch.
     pub assembly: Assembly<S>,
     pub continuum: Continuum<S>,
+    /// Those of points, row by row, and their nodes; none where nodes are those of a grid.
+    pub elements: Elements<S>,
+    /// Velocity gradients that laws are told of elements, 1/s; made and used within a step.
+    pub(crate) rates: Vec<S::Tensor>,
     /// Those of points, row by row; none where the material is a law.
     pub rves: Vec<PointRve<S>>,
     /// What threads step them with.
@@ -130,7 +139,11 @@ impl<S: Space> World<'_, S> {
 
     /// The step itself: afterwards every row still lies where it lay, and forces are those of its start.
     pub(crate) fn take_step(&mut self) -> Result<(), Error> {
-        if self.is_plain() { self.step_of_grains_alone() } else { self.step_of_all() }
+        match self.is_plain() {
+            _ if self.has_elements() => self.step_of_elements(),
+            true => self.step_of_grains_alone(),
+            false => self.step_of_all(),
+        }
     }
 
     /// Whether nothing stands between the kick of a grain and its drift: no grid, no cell that deforms, no account of energy.
@@ -189,9 +202,9 @@ impl<S: Space> World<'_, S> {
         self.points_total > 0
     }
 
-    /// Whether anything goes to nodes of its own: points, or the vertices of membranes.
+    /// Whether anything goes to nodes of a grid: points without elements, or the vertices of membranes.
     pub(crate) fn has_grid(&self) -> bool {
-        self.has_points() || !self.continuum.membranes.is_empty()
+        (self.has_points() && !self.has_elements()) || !self.continuum.membranes.is_empty()
     }
 
     pub(crate) fn has_grains(&self) -> bool {
@@ -374,6 +387,9 @@ impl<S: Space> World<'_, S> {
             return Err(Error::Run(format!(
                 "step {step}: a grain went farther within {together} steps than lists of contacts reach, so that one may have been missed; take fewer than `time.grain_steps = {together}`"
             )));
+        }
+        if self.has_elements() {
+            return self.deal_elements_if_due();
         }
         if larger(grains + reach, points) < 1.0 {
             return Ok(());

@@ -12,6 +12,7 @@ use crate::base::keys::{
     DAMPING, DENSITY, FORCE, Form, Key, LENGTH, MASS, NOT_NEGATIVE, POSITIVE, RATIO, Range, SPEED, STRESS, TIME, Table,
     Wants, choose, count, flag, key, number, text, variant, vector,
 };
+use crate::base::math::PI;
 use crate::base::units::Dimension;
 use crate::dem::motion::Damping;
 use crate::law::contact::Contact;
@@ -487,7 +488,7 @@ impl Body {
     pub(super) const BLANK: Self = Self {
         name: String::new(),
         shape: Shape::Box { lower: [0.0; 3], upper: [0.0; 3] },
-        motion: Motion { path: Vec::new(), servo: None },
+        motion: Motion { path: Vec::new(), oscillation: None, servo: None },
     };
 
     /// The key of a job that has bodies.
@@ -571,6 +572,8 @@ pub(super) fn corners(form: &mut dyn Form, lower: &mut [f64; 3], upper: &mut [f6
 pub struct Motion {
     /// Velocity (m/s) and spin (rad/s) at given times (s), linear in between, the last kept on; empty: at rest.
     pub path: Vec<PathPoint>,
+    /// Added to it.
+    pub oscillation: Option<Oscillation>,
     pub servo: Option<BodyServo>,
 }
 
@@ -595,12 +598,47 @@ impl Motion {
         let about = "velocity and spin at given times, linear in between, the last kept on; in place of velocity, spin and ramp";
         let path = key("path", about, Wants::Text, "[{time = 0, velocity = [0, 0]}]").optional();
         list(form, &mut self.path, path, "velocity and spin at a time", &PathPoint::BLANK, PathPoint::keys);
+        let oscillation = key(
+            "oscillation",
+            "a sine that is added to its way",
+            Wants::Text,
+            "{amplitude = [\"0.1 mm\", 0], frequency = \"10e3 1/s\"}",
+        );
+        let mut sine = self.oscillation.unwrap_or(Oscillation::BLANK);
+        let about = "amplitude sin(2 pi frequency t), added to the way of a body";
+        let swings = form.table(self.oscillation.is_some(), oscillation.optional(), about, &mut |form| sine.keys(form));
+        self.oscillation = swings.then_some(sine);
         let example = "{direction = [0, 1], force = \"5 N\", mass = \"10 g\", speed_max = \"1 cm/s\"}";
         let servo = key("servo", "the force or stress that the body is held at", Wants::Text, example).optional();
         let mut held = self.servo.unwrap_or(BodyServo::BLANK);
         let about = "the force or stress that a body is held at";
         let is_held = form.table(self.servo.is_some(), servo, about, &mut |form| held.keys(form));
         self.servo = is_held.then_some(held);
+    }
+}
+
+/// `amplitude sin(2 pi frequency t)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Oscillation {
+    /// m.
+    pub amplitude: [f64; 3],
+    /// 1/s.
+    pub frequency: f64,
+}
+
+impl Oscillation {
+    const BLANK: Self = Self { amplitude: [0.0; 3], frequency: 0.0 };
+
+    fn keys(&mut self, form: &mut dyn Form) {
+        form.vector(&mut self.amplitude, vector("amplitude", "the farthest that it goes", LENGTH, "\"0.1 mm\""));
+        let about = "how often it goes there and back";
+        form.number(&mut self.frequency, number("frequency", about, Dimension::RATE, POSITIVE, "\"10e3 1/s\""));
+    }
+
+    /// The fastest that it is, m/s.
+    pub fn speed(&self) -> f64 {
+        let square: f64 = self.amplitude.iter().map(|component| component * component).sum();
+        2.0 * PI * self.frequency * square.sqrt()
     }
 }
 

@@ -113,10 +113,11 @@ impl Scenario {
             contact: BodyContact::Rough,
             separates: false,
             at_face: self.continuum.at_face,
+            side: None,
             seat: 0.0,
         };
         let path = PathPoint::rising_to([loading.speed, 0.0, 0.0], [0.0; 3], loading.speed_ramp);
-        let sheared = Motion { path, servo: Some(servo_of_plate(self)) };
+        let sheared = Motion { path, oscillation: None, servo: Some(servo_of_plate(self)) };
         let weak = self.continuum.weak.iter().map(|weak| Region {
             shape: RegionShape::Box {
                 lower: [weak.lower[0], weak.lower[1], 0.0],
@@ -137,7 +138,7 @@ impl Scenario {
             grid: Grid { lower, upper, cells, ..on_grid.grid },
             regions: weak.chain(whole).collect(),
             bodies: vec![
-                plate("lower", 0.0, 1.0, Motion { path: Vec::new(), servo: None }),
+                plate("lower", 0.0, 1.0, Motion { path: Vec::new(), oscillation: None, servo: None }),
                 plate("upper", self.specimen.height, -1.0, sheared),
             ],
             boundaries: [[Boundary::Periodic; 2], [Boundary::Free; 2], [Boundary::Free; 2]],
@@ -295,7 +296,7 @@ pub fn points(scenario: &Scenario) -> usize {
 pub fn share_of_grains(scenario: &Scenario) -> f64 {
     match scenario.method {
         Method::Dem => 1.0,
-        Method::Mpm | Method::MpmDem => 0.0,
+        Method::Mpm | Method::MpmDem | Method::Fem | Method::FemDem => 0.0,
         Method::Hybrid => scenario.packing.height.map_or(1.0, |height| height / scenario.specimen.height),
     }
 }

@@ -45,11 +45,21 @@ pub enum Method {
     Mpm,
     /// Continuum whose material is a grain assembly at every point (Liang & Zhao 2019).
     MpmDem,
+    /// Continuum of elements alone.
+    Fem,
+    /// Elements with a grain assembly each (Liu et al. 2016).
+    FemDem,
 }
 
 impl Method {
-    pub(crate) const NAMES: [(&'static str, Self); 4] =
-        [("hybrid", Self::Hybrid), ("dem", Self::Dem), ("mpm", Self::Mpm), ("mpm_dem", Self::MpmDem)];
+    pub(crate) const NAMES: [(&'static str, Self); 6] = [
+        ("hybrid", Self::Hybrid),
+        ("dem", Self::Dem),
+        ("mpm", Self::Mpm),
+        ("mpm_dem", Self::MpmDem),
+        ("fem", Self::Fem),
+        ("fem_dem", Self::FemDem),
+    ];
 
     fn keys(&mut self, form: &mut dyn Form, about: &'static str) {
         choose(form, self, "method", text("method", about, "\"hybrid\""), &Self::NAMES);
@@ -62,6 +72,8 @@ impl Method {
             Self::Dem => "dem",
             Self::Mpm => "mpm",
             Self::MpmDem => "mpm_dem",
+            Self::Fem => "fem",
+            Self::FemDem => "fem_dem",
         }
     }
 
@@ -70,6 +82,11 @@ impl Method {
     }
 
     pub fn has_points(self) -> bool {
-        matches!(self, Self::Hybrid | Self::Mpm | Self::MpmDem)
+        !matches!(self, Self::Dem)
+    }
+
+    /// Whether the material is a grain assembly at every point.
+    pub fn has_rves(self) -> bool {
+        matches!(self, Self::MpmDem | Self::FemDem)
     }
 }

@@ -27,14 +27,14 @@ pub(super) fn list<T: Clone>(
     });
 }
 
-/// The kinds of jobs: a table `[cell]` makes an assembly, a table `[grid]` a continuum.
+/// The kinds of jobs: a table `[cell]` makes an assembly, a table `[grid]` or `[mesh]` a continuum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Planar shear of a specimen between plates: grains, continuum, or both.
     Shear,
     /// Grains in a cell.
     Assembly,
-    /// A continuum of material points on a grid.
+    /// A continuum of material points on a grid, or of elements.
     Mpm,
 }
 
@@ -48,13 +48,18 @@ impl Kind {
         &TABLES[self as usize]
     }
 
-    /// The table that makes a job one of this kind; without any it is of planar shear.
-    pub fn mark(self) -> Option<&'static str> {
+    /// Tables that make a job one of this kind; without any it is of planar shear.
+    pub fn marks(self) -> &'static [&'static str] {
         match self {
-            Self::Shear => None,
-            Self::Assembly => Some("cell"),
-            Self::Mpm => Some("grid"),
+            Self::Shear => &[],
+            Self::Assembly => &["cell"],
+            Self::Mpm => &["grid", "mesh"],
         }
+    }
+
+    /// The first of them.
+    pub fn mark(self) -> Option<&'static str> {
+        self.marks().first().copied()
     }
 
     /// What jobs of this kind are called, with an article for one.

@@ -30,7 +30,11 @@ impl Job {
         match self {
             Self::Shear(scenario) => scenario.method,
             Self::Assembly(_) => Method::Dem,
-            Self::Mpm(job) => job.grains.as_ref().map_or(Method::Mpm, |granular| granular.method),
+            Self::Mpm(job) => match (&job.grains, job.mesh) {
+                (Some(granular), _) => granular.method,
+                (None, Some(_)) => Method::Fem,
+                (None, None) => Method::Mpm,
+            },
         }
     }
 

@@ -84,7 +84,7 @@ impl Node {
         };
         // The file alone decides, so that no override can turn a job into one of the other kind.
         let has = |table: &str| root.get(table).is_some_and(|entry| matches!(entry.node.value, Value::Table(_)));
-        let marked = [Kind::Assembly, Kind::Mpm].into_iter().find(|kind| kind.mark().is_some_and(has));
+        let marked = [Kind::Assembly, Kind::Mpm].into_iter().find(|kind| kind.marks().iter().any(|mark| has(mark)));
         let kind = marked.unwrap_or(Kind::Shear);
         lower(&mut root, kind);
         // In a run's folder the line that names the run stands above.

@@ -358,12 +358,16 @@ fn cauchy<S: Space>(hot: &Hot<S>) -> [f64; 6] {
     symmetric::<S>(&(hot.kirchhoff() * (1.0 / hot.volume_ratio())))
 }
 
-/// One, and the mean Cauchy stress of the points around each point, Pa.
+/// One, and the mean Cauchy stress of the points around each point, Pa; of elements their own.
 fn averaged_stresses<S: Space>(world: &mut World<S>) -> Vec<[f64; 7]> {
-    averaged(world, |_, hot| {
+    let own = |hot: &Hot<S>| {
         let [xx, yy, xy, zz, yz, xz] = cauchy(hot);
         [1.0, xx, yy, xy, zz, yz, xz]
-    })
+    };
+    match world.has_grid() {
+        true => averaged(world, |_, hot| own(hot)),
+        false => world.continuum.points.hot.iter().map(own).collect(),
+    }
 }
 
 fn point_rows<S: Space>(world: &World<S>, averaged: &[[f64; 7]], rows: Range<usize>, depth: f64) -> Vec<Row> {

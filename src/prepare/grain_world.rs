@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use rand_chacha::rand_core::Rng;
 use scree_partition::{ExactSum, Solo, Transport};
 
 use crate::base::error::Error;
@@ -24,12 +25,15 @@ use crate::job::assembly::{Assembly, BodyServo, Packed, Preparation, Read, Shape
 use crate::job::figures;
 use crate::mpm::membrane::Membranes;
 use crate::prepare::grain_file;
+use crate::prepare::insert::random_of;
 use crate::rve::Rve;
 use crate::store::checkpoint::Drawn;
 
 /// A world of grains alone.
 pub type GrainWorld<'t, S> = World<'t, S>;
 
+/// Which stream of random numbers says which grains are taken out of a packing.
+const STREAM_OF_REMOVED: u64 = 1 << 62;
 /// Grid cells per block and axis: grains of a block stand in the order of its cells, for the sake of the caches.
 const CELLS_PER_BLOCK: usize = 4;
 
@@ -75,6 +79,26 @@ pub fn volume_element<S: Space>(job: &Assembly, transport: &dyn Transport) -> Re
     }
     let (grains, cell) = at_start::<S>(job, transport)?;
     let mut grains = transfer::broadcast(transport, grains)?;
+    number(&mut grains);
+    let sample = Sample::in_order([cell, cell], &grains, constants(job))?;
+    Rve::new(sample, depth_of::<S>(job))
+}
+
+/// The same without some of its grains, drawn by seed and id: what is left bears less than the packing did.
+pub fn weakened<S: Space>(job: &Assembly, removed: u64, transport: &dyn Transport) -> Result<Rve<S>, Error> {
+    let (grains, cell) = at_start::<S>(job, transport)?;
+    let mut grains = transfer::broadcast(transport, grains)?;
+    number(&mut grains);
+    let mut drawn: Vec<(u64, GrainId)> = grains
+        .iter()
+        .map(|grain| (random_of(job.seed, STREAM_OF_REMOVED | grain.cold.id.0).next_u64(), grain.cold.id))
+        .collect();
+    drawn.sort_unstable();
+    let mut gone: Vec<GrainId> = drawn.iter().take(removed as usize).map(|(_, id)| *id).collect();
+    gone.sort_unstable();
+    let is_gone = |id: &GrainId| gone.binary_search(id).is_ok();
+    grains.retain(|grain| !is_gone(&grain.cold.id));
+    grains.iter_mut().for_each(|grain| grain.contacts.retain(|(partner, _)| !is_gone(partner)));
     number(&mut grains);
     let sample = Sample::in_order([cell, cell], &grains, constants(job))?;
     Rve::new(sample, depth_of::<S>(job))
@@ -278,6 +302,7 @@ pub(crate) fn body_of<S: Space>(body: &crate::job::assembly::Body) -> Body<S> {
         .iter()
         .map(|at| body::Instant { time: at.time, velocity: vector::<S>(&at.velocity), spin: spin::<S>(&at.spin) })
         .collect();
+    made.oscillation = body.motion.oscillation.map(|sine| (vector::<S>(&sine.amplitude), sine.frequency));
     made.servo = body.motion.servo.as_ref().map(servo_of);
     made
 }

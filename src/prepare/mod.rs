@@ -17,3 +17,4 @@ pub mod specimen;
 
 pub mod cache;
 pub mod making;
+pub mod mesh_world;

@@ -6,17 +6,16 @@ use crate::base::error::Error;
 use crate::base::ids::PointId;
 use crate::base::space::{Linear, Space};
 use crate::base::symmetric::Symmetric;
-use crate::bodies::body::Body;
+use crate::bodies::body::{Body, MeshSide};
 use crate::bodies::boundary::Grip;
 use crate::dem::assembly::Constants;
 use crate::dem::cell::Cell;
 use crate::dem::law::{SharedLaw, no_law};
-use crate::dem::motion::{Damping, Field};
+use crate::dem::motion::{Damping, DampingForm, Field};
 use crate::domain::grid::Grid;
 use crate::domain::layout::{Ground, Layout};
 use crate::domain::rebuild::Parts;
 use crate::domain::world::{Settings, World};
-use crate::job::Method;
 use crate::job::mpm::{self, BodyContact, InitialStress, LoadKind, Mpm, Path};
 use crate::mpm::load::{Kind, LOADS_MAX, Load, of_side};
 use crate::mpm::membrane::{self, Membrane, Membranes, Vertex};
@@ -24,6 +23,7 @@ use crate::mpm::points::Point;
 use crate::mpm::scheme::Transfer;
 use crate::mpm::stress::SharedMaterial;
 use crate::prepare::grain_world::{body_of, vector};
+use crate::prepare::mesh_world;
 use crate::store::checkpoint::Drawn;
 
 /// Cells behind the walls, at least: nodes there belong to functions of points beside a wall.
@@ -42,12 +42,14 @@ pub fn world<'t, S: Space>(
 pub fn parts<S: Space>(job: &Mpm, law: &SharedMaterial<S>, transport: &dyn Transport) -> Result<Parts<S>, Error> {
     let Drawn { cell, bodies, membranes } = drawn::<S>(job, vertices(job))?;
     let points = points(job, law, transport);
-    Ok(Parts { membranes, ..Parts::fresh(Vec::new(), points, bodies, cell) })
+    let meshed = job.mesh.as_ref().filter(|_| transport.rank() == 0).map(|how| mesh_world::meshed::<S>(job, how));
+    let nodes = meshed.map_or(Vec::new(), |meshed| mesh_world::nodes(job, &meshed));
+    Ok(Parts { membranes, nodes, ..Parts::fresh(Vec::new(), points, bodies, cell) })
 }
 
 /// Cell, bodies and membranes as drawn, these with vertices as they are now.
 pub(crate) fn drawn<S: Space>(job: &Mpm, vertices: Vec<Vertex<S>>) -> Result<Drawn<S>, Error> {
-    Ok(Drawn { cell: cell::<S>(&layout::<S>(job)?), bodies: bodies(job), membranes: hung(job, vertices)? })
+    Ok(Drawn { cell: cell::<S>(job, &layout::<S>(job)?), bodies: bodies(job), membranes: hung(job, vertices)? })
 }
 
 /// The world at a step.
@@ -78,6 +80,9 @@ pub(crate) fn hung<S: Space>(job: &Mpm, vertices: Vec<Vertex<S>>) -> Result<Memb
 
 /// Whole blocks around the domain between its walls.
 pub fn layout<S: Space>(job: &Mpm) -> Result<Layout, Error> {
+    if job.mesh.is_some() {
+        return mesh_world::layout::<S>(job).map_err(Error::User);
+    }
     let per_block = job.cells_per_block;
     let (mut cells, mut rim, mut corner) = ([1; 3], [[0; 2]; 3], [0.0; 3]);
     for axis in 0..S::DIMENSION {
@@ -104,18 +109,18 @@ pub fn layout<S: Space>(job: &Mpm) -> Result<Layout, Error> {
     Layout::new::<S>(ground).map_err(Error::User)
 }
 
-pub(crate) fn cell<S: Space>(layout: &Layout) -> Cell<S> {
+pub(crate) fn cell<S: Space>(job: &Mpm, layout: &Layout) -> Cell<S> {
     let (mut corner, mut lengths) = (S::Vector::zero(), S::Vector::zero());
     for axis in 0..S::DIMENSION {
         corner[axis] = layout.corner[axis];
-        lengths[axis] = layout.cells[axis] as f64 * layout.cell;
+        lengths[axis] = layout.cells[axis] as f64 * job.edge(axis);
     }
     Cell::cuboid(corner, lengths, layout.periodic)
 }
 
 /// The same in the cell of this layout: a grid's does not deform, and one of blocks of another size is another.
-pub(crate) fn laid_out<S: Space>(mut parts: Parts<S>, layout: &Layout) -> Parts<S> {
-    (parts.cell, parts.home.cell) = (cell(layout), cell(layout));
+pub(crate) fn laid_out<S: Space>(mut parts: Parts<S>, job: &Mpm, layout: &Layout) -> Parts<S> {
+    (parts.cell, parts.home.cell) = (cell(job, layout), cell(job, layout));
     parts
 }
 
@@ -129,6 +134,7 @@ pub(crate) fn bodies<S: Space>(job: &Mpm) -> Vec<Body<S>> {
         };
         body.grip = Some((grip, rigid.separates));
         body.meets_points = rigid.at_face;
+        body.side = rigid.side.map(|face| MeshSide { axis: face.axis, upper: face.upper });
         body
     };
     job.bodies.iter().map(made).collect()
@@ -138,11 +144,14 @@ pub(crate) fn bodies<S: Space>(job: &Mpm) -> Vec<Body<S>> {
 pub(crate) fn settings<S: Space>(job: &Mpm, material: SharedMaterial<S>, law: SharedLaw<S>) -> Settings<S> {
     let density = job.material.density;
     // Those of RVEs are not in the cells of the grid.
-    let grains = job.grains.as_ref().filter(|grains| grains.method != Method::MpmDem);
+    let grains = job.grains.as_ref().filter(|grains| !grains.method.has_rves());
+    // Of nodes of elements; points have none.
+    let local = job.mesh.map_or(0.0, |mesh| mesh.damping);
+    let damping = Damping { local, form: DampingForm::Component, ..Damping::default() };
     let impedance = [material.p_wave_modulus(), material.shear_modulus()].map(|modulus| (modulus * density).sqrt());
     Settings {
         grains: Constants {
-            field: Field { gravity: vector::<S>(&job.gravity.acceleration), damping: Damping::default() },
+            field: Field { gravity: vector::<S>(&job.gravity.acceleration), damping },
             // Velocities of points are of the time of their positions, and a grid's step is of one length.
             first_kick: if grains.is_some() { 0.5 } else { 1.0 },
             // Without grains there are no lists of pairs for the skin to reach into.
@@ -163,6 +172,7 @@ pub(crate) fn settings<S: Space>(job: &Mpm, material: SharedMaterial<S>, law: Sh
         material,
         rves: None,
         nonlocal: None,
+        meshed: job.mesh.as_ref().map(|how| mesh_world::meshed(job, how)),
     }
 }
 

@@ -65,7 +65,7 @@ pub fn specimen(job: &Mpm, granular: &Granular, way_of_seat: impl Fn(&RigidBody)
     };
     let body = |rigid: &RigidBody| {
         let way = way_of_seat(rigid).map(|velocity| PathPoint { time: 0.0, velocity, spin: [0.0; 3] });
-        let motion = Motion { path: way.into_iter().collect(), servo: rigid.body.motion.servo };
+        let motion = Motion { path: way.into_iter().collect(), oscillation: None, servo: rigid.body.motion.servo };
         // Grains meet bodies at their face, whatever points do.
         let at_face = false;
         RigidBody { body: Body { name: String::new(), motion, ..rigid.body.clone() }, at_face, ..rigid.clone() }
@@ -128,7 +128,7 @@ fn piece(job: &Assembly, packed: &Packed) -> Assembly {
     }
 }
 
-const AT_REST: Motion = Motion { path: Vec::new(), servo: None };
+const AT_REST: Motion = Motion { path: Vec::new(), oscillation: None, servo: None };
 const NO_ORACLE: Oracle =
     Oracle { laplacian: 0.0, recent_strain: 0.0, window: 0.0, persistence: 0.0, tolerance: 0.0, every: 0 };
 const NO_ZONE: Enrichment = Enrichment {

@@ -31,21 +31,38 @@ const STREAM_OF_PACKINGS: u64 = 1 << 63;
 pub struct Levels<S: Space> {
     /// Pa, ascending.
     pressures: Vec<f64>,
-    /// By packing and pressure.
+    /// Numbers of grains that regions have taken out of theirs, none first, and then ascending.
+    removed: Vec<u64>,
+    /// By packing and pressure: all packings whole, then again without as many grains as each of these says.
     rves: Vec<Vec<Rve<S>>>,
+}
+
+/// Numbers of grains that regions take out of their packings, none first.
+fn removed_of(job: &Mpm) -> Vec<u64> {
+    let mut removed: Vec<u64> = job.regions.iter().map(|region| region.grains_removed).chain([0]).collect();
+    removed.sort_unstable();
+    removed.dedup();
+    removed
 }
 
 impl<S: Space> Levels<S> {
     /// Packings from the cache, or made now and cached, and the path of each through all stresses; the same on every rank. Collective.
     pub fn of(job: &Mpm, (granular, wanted): (&Granular, &Rves), transport: &dyn Transport) -> Result<Self, Error> {
-        let mut starts = Vec::new();
-        for number in 0..wanted.packings {
-            // The state of a packing in the making is saved as often as that of the run.
-            let piece = Assembly { seed: granular.piece.seed + number, output: job.output, ..granular.piece.clone() };
-            starts.push(grain_world::volume_element::<S>(&piece, transport)?.with_step(granular.step_of_rves()));
+        let (mut starts, removed) = (Vec::new(), removed_of(job));
+        for taken in &removed {
+            for number in 0..wanted.packings {
+                // The state of a packing in the making is saved as often as that of the run.
+                let piece =
+                    Assembly { seed: granular.piece.seed + number, output: job.output, ..granular.piece.clone() };
+                let start = match taken {
+                    0 => grain_world::volume_element::<S>(&piece, transport)?,
+                    taken => grain_world::weakened::<S>(&piece, *taken, transport)?,
+                };
+                starts.push(start.with_step(granular.step_of_rves()));
+            }
         }
         // Mass and with it the overburden are those of the packing.
-        let density = density_of(&starts, granular);
+        let density = density_of(&starts[..wanted.packings as usize], granular);
         let job = Mpm { material: crate::job::mpm::Material { density, ..job.material }, ..job.clone() };
         let pressures = pressures_at_start(&job);
         let way = match job.stress {
@@ -54,7 +71,7 @@ impl<S: Space> Levels<S> {
         };
         let path = |start: &Rve<S>| levels(start, way, &pressures, &wanted.drive_of_levels(), &mut Scratch::default());
         let rves = transfer::agree(transport, starts.iter().map(path).collect())?;
-        let levels = Self { pressures, rves };
+        let levels = Self { pressures, removed, rves };
         if transport.rank() == 0 {
             levels.tell_k0(&job);
             levels.tell_uneven(way);
@@ -105,7 +122,8 @@ impl<S: Space> Levels<S> {
 
     /// Density of the material, kg/m3: the mean of its packings at the least stress.
     pub fn density(&self, granular: &Granular) -> f64 {
-        density_of(self.rves.iter().filter_map(|levels| levels.first()), granular)
+        let whole = self.rves.len() / self.removed.len();
+        density_of(self.rves[..whole].iter().filter_map(|levels| levels.first()), granular)
     }
 
     /// The bound on the P-wave modulus that the stiffest of them has, Pa.
@@ -126,7 +144,8 @@ impl<S: Space> Levels<S> {
         let observed: Vec<Vec<_>> =
             self.rves.iter().map(|levels| levels.iter().map(|rve| rve.observe(scratch)).collect()).collect();
         let row = |point: &mut Point<S>| {
-            let packing = packing_of(granular.piece.seed, point.cold.id.0, wanted.packings);
+            let packing = packing_of(granular.piece.seed, point.cold.id.0, wanted.packings)
+                + wanted.packings * self.weakness_of(job, point);
             let level = self.level_of(job, point);
             let rve = &self.rves[packing as usize][level];
             let stress = observed[packing as usize][level].kirchhoff;
@@ -138,6 +157,13 @@ impl<S: Space> Levels<S> {
             RveRow { point: point.cold.id, packing, cost, increment: S::Tensor::zero(), resting: rve.rest() }
         };
         points.iter_mut().map(row).collect()
+    }
+
+    /// Which of the numbers of grains that are taken out is that of the region of a point.
+    fn weakness_of(&self, job: &Mpm, point: &Point<S>) -> u64 {
+        let place = std::array::from_fn(|axis| if axis < S::DIMENSION { point.cold.origin[axis] } else { 0.0 });
+        let region = job.region_at(&place).map_or(0, |region| job.regions[region].grains_removed);
+        self.removed.iter().position(|removed| *removed == region).unwrap_or_default() as u64
     }
 
     fn level_of(&self, job: &Mpm, point: &Point<S>) -> usize {

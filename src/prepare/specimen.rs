@@ -198,7 +198,7 @@ fn over<S: Space>(making: &Making, attempt: u64, contact: &Contact) -> Result<Op
 /// Copies of the piece over all regions, and of these the grains whose centres lie in one, or in what bodies that are `raised` by so
 /// much (m) leave free, and that touch no body. Across the periods of the grid they are joined.
 fn cut<S: Space>(job: &Mpm, piece: &packed::Packing<S>, raised: &[S::Vector]) -> Result<Vec<GrainRow<S>>, Error> {
-    let cell = point_world::cell::<S>(&point_world::layout::<S>(job)?);
+    let cell = point_world::cell::<S>(job, &point_world::layout::<S>(job)?);
     let mut bodies = point_world::bodies::<S>(job);
     bodies.iter_mut().zip(raised).for_each(|(body, raised)| body.displacement = *raised);
     let is_inside = |place: &S::Vector| job.region_at(&components::<S>(place)).is_some();

@@ -51,6 +51,7 @@ impl<S: Space> Setup for Points<'_, S> {
         let mut columns = vec![clock(), Columns::new(["points"], |core| Ok(vec![core.world.points_total as f64]))];
         columns.push(grid::means(job.grid.depth));
         columns.push(grid::energies_of_points());
+        columns.extend(job.mesh.is_some().then(grid::hourglass));
         columns.extend(job.ledger.then(|| grid::account_of_points(job.averages_volume())));
         columns.extend(job.oracle.is_some().then(grid::oracle));
         columns.extend([grid::extents(), grid::reactions(job), grid::membranes(job)]);
@@ -126,7 +127,7 @@ impl<S: Space> Setup for Points<'_, S> {
             nonlocal: self.job.nonlocal,
             ..point_world::settings(self.job, self.law.clone(), Setup::law(self))
         };
-        let parts = point_world::laid_out(parts, &layout);
+        let parts = point_world::laid_out(parts, self.job, &layout);
         World::new(settings, layout, transport, progress.step, parts)
     }
 }
@@ -241,7 +242,7 @@ impl<'s, S: Space> Grains<'s, S> {
         let (job, granular) = (self.job, self.granular);
         let (grains, points, bodies, vertices) = match granular.method {
             Method::Dem => (grains, Vec::new(), bodies, vertices),
-            Method::Hybrid | Method::Mpm | Method::MpmDem => {
+            Method::Hybrid | Method::Mpm | Method::MpmDem | Method::Fem | Method::FemDem => {
                 let mut job = job.clone();
                 job.material.density = granular.piece.matter.density * fraction;
                 if job.is_told_by_packing() {
@@ -251,7 +252,7 @@ impl<'s, S: Space> Grains<'s, S> {
                 (Vec::new(), points, point_world::bodies(&job), point_world::vertices(&job))
             }
         };
-        let cell = point_world::cell::<S>(&point_world::layout::<S>(job)?);
+        let cell = point_world::cell::<S>(job, &point_world::layout::<S>(job)?);
         let mut parts = Parts::fresh(grains, points, bodies, cell);
         parts.membranes = point_world::hung(job, vertices)?;
         Ok(parts)
@@ -331,7 +332,7 @@ impl<S: Space> Setup for Grains<'_, S> {
         let (job, granular) = (self.job, self.granular);
         let settings = point_world::settings(job, self.law.clone(), law_of(&granular.piece.contact));
         let layout = point_world::layout::<S>(job)?;
-        let parts = point_world::laid_out(parts, &layout);
+        let parts = point_world::laid_out(parts, job, &layout);
         let mut world = World::new(settings, layout, transport, progress.step, parts)?;
         world.assembly.walls.laws = specimen::laws_of_bodies(job, granular);
         Ok(world)

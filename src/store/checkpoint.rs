@@ -25,6 +25,7 @@ use crate::domain::guards::grains::EnergyGuard;
 use crate::domain::rebuild::{Home, Parts};
 use crate::domain::transfer::{self, PIECE_ROWS};
 use crate::domain::world::World;
+use crate::fem::node::Node;
 use crate::job::Job;
 use crate::mpm::membrane::{Membranes, Vertex};
 use crate::mpm::points::Point;
@@ -125,6 +126,8 @@ pub struct Snapshot<S: Space> {
     pub points: Vec<Point<S>>,
     /// Their RVEs, where the material is grains.
     pub rves: Vec<RveRow<S>>,
+    /// Of a mesh, where there is one.
+    pub nodes: Option<Vec<Node<S>>>,
     /// What their law remembers.
     pub memory_columns: MemoryColumns,
     /// Of membranes, all of them.
@@ -175,6 +178,9 @@ impl<S: Space> Snapshot<S> {
         }
         let attributes =
             [("scenario".to_string(), self.scenario), (PROGRAM.to_string(), program::identity().to_string())];
+        if let Some(nodes) = &mut self.nodes {
+            tables.push(to_table(tables::NODES, nodes, &mut Node::blank()));
+        }
         State { attributes: attributes.into(), tables }
     }
 
@@ -187,6 +193,8 @@ impl<S: Space> Snapshot<S> {
             true => (tables::to_packings(&mut state)?, tables::to_rves(&mut state, memory_words)?),
             false => Default::default(),
         };
+        let has_nodes = state.tables.iter().any(|table| table.name == tables::NODES);
+        let nodes = has_nodes.then(|| tables::take(&mut state, tables::NODES, &Node::blank())).transpose()?;
         let grains = tables::to_grains(&mut state, memory_words)?;
         let state = &state;
         let flags: Vec<Flag> = tables::rows(state, "flagged", &Flag::default())?;
@@ -220,6 +228,7 @@ impl<S: Space> Snapshot<S> {
             memory_words,
             points,
             rves,
+            nodes,
             packings,
             memory_columns,
             vertices: match state.tables.iter().any(|table| table.name == "membranes") {
@@ -256,6 +265,7 @@ pub fn head<S: Space>(world: &World<S>, progress: Progress, scenario: String) ->
         memory_words: world.law().memory_words(),
         points: Vec::new(),
         rves: Vec::new(),
+        nodes: world.settings.meshed.as_ref().map(|_| Vec::new()),
         packings: world.settings.rves.as_ref().map_or(Vec::new(), GrainMaterial::packings),
         memory_columns: world.settings.material.memory_columns(),
         vertices: world.continuum.membranes.vertices.clone(),
@@ -292,6 +302,16 @@ pub fn write<S: Space>(target: Option<Target>, world: &World<S>) -> Result<(), E
             |mut rows| append(&tables::of_rves(&mut rows, memory_words)),
         )?;
     }
+    if world.settings.meshed.is_some() {
+        let nodes = world.owned_nodes();
+        transfer::stream(
+            transport,
+            PIECE_ROWS,
+            nodes.len(),
+            |rows| nodes[rows].to_vec(),
+            |mut rows| append(&[to_table(tables::NODES, &mut rows, &mut Node::blank())]),
+        )?;
+    }
     let finished = writer.map_or(Ok(()), |writer| writer.finish().map_err(not_written));
     transfer::agree(transport, finished)
 }
@@ -310,9 +330,9 @@ pub fn restore<S: Space>(
     draw: impl FnOnce(&Progress, Vec<Vertex<S>>) -> Result<Drawn<S>, Error>,
     transport: &dyn Transport,
 ) -> Result<(Parts<S>, Progress), Error> {
-    let (packings, progress, cell, bodies, home, vertices, (grains, points, rves)) = match snapshot {
+    let (packings, progress, cell, bodies, home, vertices, (grains, points, rves, nodes)) = match snapshot {
         Some(of) => {
-            let rows = (of.grains, of.points, of.rves);
+            let rows = (of.grains, of.points, of.rves, of.nodes.unwrap_or_default());
             (of.packings, vec![of.progress], vec![of.cell], of.bodies, vec![of.home], of.vertices, rows)
         }
         None => Default::default(),
@@ -328,11 +348,11 @@ pub fn restore<S: Space>(
     cell.take_motion_of(&moved);
     home.cell.take_motion_of(&saved_home.cell);
     bodies.iter_mut().zip(&saved).for_each(|(body, saved)| body.take_motion_of(saved));
-    Ok((Parts { grains, points, rves, packings, bodies, membranes, cell, home }, progress))
+    Ok((Parts { grains, points, rves, packings, nodes, bodies, membranes, cell, home }, progress))
 }
 
 /// Rows over all ranks of the tables that come in pieces.
-fn row_totals<S: Space>(world: &World<S>) -> [(&'static str, usize); 7] {
+fn row_totals<S: Space>(world: &World<S>) -> [(&'static str, usize); 8] {
     let contacts = |row: usize| {
         let id = world.assembly.grains.cold[row].id;
         world.assembly.carried_by(row).filter(|(partner, _)| tables::stands_with(id, *partner)).count()
@@ -343,15 +363,18 @@ fn row_totals<S: Space>(world: &World<S>) -> [(&'static str, usize); 7] {
     let points = world.continuum.points.len();
     let of_rves = world.rves.iter().map(|carried| [carried.rve.grains(), carried.rve.remembered()]);
     let [rve_grains, rve_contacts] = of_rves.fold([0; 2], |[a, b], [grains, contacts]| [a + grains, b + contacts]);
-    let counts = [grains, contacts, springs, points, world.rves.len(), rve_grains, rve_contacts];
+    let nodes = world.elements.owned.iter().filter(|owned| **owned).count();
+    let counts = [grains, contacts, springs, points, world.rves.len(), rve_grains, rve_contacts, nodes];
     let mut totals = counts.map(|count| count as i64);
     world.transport.sum(&mut totals);
-    let names = ["grains", "contacts", "ties", "points", tables::RVES, tables::RVE_GRAINS, tables::RVE_CONTACTS];
+    let of_rves = [tables::RVES, tables::RVE_GRAINS, tables::RVE_CONTACTS];
+    let [rves, rve_grains, rve_contacts] = of_rves;
+    let names = ["grains", "contacts", "ties", "points", rves, rve_grains, rve_contacts, tables::NODES];
     std::array::from_fn(|table| (names[table], totals[table] as usize))
 }
 
 /// A file with all tables, where those of `totals` have their rows to come.
-fn begin(Target { scratch, path, head }: &Target, totals: [(&str, usize); 7]) -> Result<Writer, Error> {
+fn begin(Target { scratch, path, head }: &Target, totals: [(&str, usize); 8]) -> Result<Writer, Error> {
     let mut writer = Writer::create_in(scratch, path, &head.attributes).map_err(not_written)?;
     for table in &head.tables {
         let total = totals.iter().find(|(name, _)| *name == table.name);

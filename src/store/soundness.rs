@@ -47,6 +47,7 @@ pub fn refuse_unsound<S: Space>(snapshot: &mut Snapshot<S>) -> Result<(), Error>
     refuse_no_numbers("grains", &mut snapshot.grains)?;
     refuse_no_numbers("points", &mut snapshot.points)?;
     refuse_no_numbers("membranes", &mut snapshot.vertices)?;
+    refuse_no_numbers("nodes", snapshot.nodes.as_deref_mut().unwrap_or_default())?;
     for (row, grain) in snapshot.grains.iter().enumerate() {
         let (radius, mass) = (grain.hot.radius, grain.hot.mass);
         if !(radius > 0.0 && radius.is_finite() && mass > 0.0 && mass.is_finite()) {

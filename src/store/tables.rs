@@ -192,6 +192,9 @@ pub fn everywhere(packings: Packings, transport: &dyn Transport) -> Result<Packi
     Ok(packings_of(&transfer::broadcast(transport, rows_of(&packings))?))
 }
 
+/// Nodes of a mesh.
+pub const NODES: &str = "nodes";
+
 /// RVEs of points, and their grains and contacts, one RVE's after another's.
 pub const RVES: &str = "rves";
 pub const RVE_GRAINS: &str = "rve_grains";

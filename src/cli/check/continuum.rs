@@ -7,6 +7,13 @@ use crate::mpm::scheme::{ShapeFunction, StressUpdate, Transfer};
 
 pub fn scheme(page: &mut Page, slots: &Slots) {
     let Some(job) = slots.material() else { return };
+    if let Some(mut mesh) = job.mesh {
+        page.section("Elements");
+        let kind = if job.grid.dimension == 2 { "quadrilaterals of 4 nodes" } else { "hexahedra of 8 nodes" };
+        page.row("elements", kind, "one point of quadrature, mean gradients of the start (Flanagan & Belytschko 1981)");
+        page.keys(job.grid.dimension, |form| mesh.keys_of_elements(form));
+        return;
+    }
     page.section("Scheme");
     let shape = match job.scheme.shape {
         ShapeFunction::Linear => "linear",
@@ -55,8 +62,11 @@ pub fn start(page: &mut Page, slots: &Slots) {
     }
     if slots.material().is_some() {
         let per_cell = job.scheme.points_per_cell.pow(job.grid.dimension as u32);
-        let note = format!("{} mm apart, {per_cell} in a cell", figures(1e3 * job.spacing()));
-        page.row("material points", &whole(points as f64), &note);
+        let (what, note) = match job.mesh {
+            Some(_) => ("elements", "with a material point each".to_string()),
+            None => ("material points", format!("{} mm apart, {per_cell} in a cell", figures(1e3 * job.spacing()))),
+        };
+        page.row(what, &whole(points as f64), &note);
     }
     page.row("mass", &format!("{} kg", figures(of::mass(job, points))), "");
     page.keys(job.grid.dimension, |form| job.stress.clone().keys(form));

@@ -38,7 +38,7 @@ pub fn section(page: &mut Page, slots: &Slots) {
     let packing = if forecast.piece == 0.0 && is_made { ", without the packing" } else { "" };
     let enriched = if is_hybrid { ", with grains from the start" } else { "" };
     let time = forecast.steps + forecast.outputs;
-    let least = if job.method() == Method::MpmDem { ", and more as RVEs strain faster" } else { "" };
+    let least = if job.method().has_rves() { ", and more as RVEs strain faster" } else { "" };
     let note = format!("about{packing}{enriched}{least}, at {} and step", costs.join(" and "));
     page.row("time to run", &duration(time), &note);
     match &slots.unmeasured {

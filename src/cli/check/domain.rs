@@ -25,8 +25,12 @@ pub fn section(page: &mut Page, slots: &Slots) {
     }
     if let Some(on) = &slots.continuum {
         let (cells, blocks) = (on.grid.cells, of::blocks(on));
-        let size = format!("{} mm each", figures(1e3 * on.grid.cell));
-        page.row("cells", &times(axes, |axis| whole(cells[axis] as f64)), &size);
+        let (what, edges) = match on.mesh {
+            Some(_) => ("elements", times(axes, |axis| figures(1e3 * on.edge(axis)))),
+            None => ("cells", figures(1e3 * on.grid.cell)),
+        };
+        let size = format!("{edges} mm each");
+        page.row(what, &times(axes, |axis| whole(cells[axis] as f64)), &size);
         let size = format!("{} cells along each edge; no more ranks than blocks", on.cells_per_block);
         page.row("blocks", &times(axes, |axis| whole(blocks[axis] as f64)), &size);
     }

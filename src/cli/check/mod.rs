@@ -59,6 +59,8 @@ fn page(job: &Job) -> Result<String, Error> {
         Method::Dem => "grains alone",
         Method::Mpm => "continuum alone",
         Method::MpmDem => "continuum with a grain assembly at every point",
+        Method::Fem => "continuum of elements alone",
+        Method::FemDem => "elements with a grain assembly each",
     };
     let space = match (job.dimension(), &slots.continuum) {
         (2, None) => "discs in the plane",

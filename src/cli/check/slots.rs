@@ -29,7 +29,7 @@ impl<'j> Slots<'j> {
     pub fn of(job: &'j Job) -> Result<Self, Error> {
         let grains = job.grains();
         // Those of RVEs have steps of their own.
-        let moving = grains.as_deref().filter(|_| job.moves_grains() && job.method() != Method::MpmDem);
+        let moving = grains.as_deref().filter(|_| job.moves_grains() && !job.method().has_rves());
         let bounds_of_grains = moving.map(grain_file::bounds).transpose()?.unwrap_or_default();
         // A forecast is no reason to refuse a job.
         let (costs, unmeasured) = match gauge::costs(job) {

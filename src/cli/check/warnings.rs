@@ -49,10 +49,12 @@ pub fn warnings(slots: &Slots) -> Vec<String> {
         warnings.extend(super::rves::without_adjoint(job));
         warnings.extend(fast_motion(job));
         warnings.extend(filled_regions(job, slots.job.regions()));
-        warnings.extend(thin_bodies(job));
-        warnings.extend(thin_material(job));
-        warnings.extend(thin_under_load(job));
-        warnings.extend(linear_shape(job));
+        if job.mesh.is_none() {
+            warnings.extend(thin_bodies(job));
+            warnings.extend(thin_material(job));
+            warnings.extend(thin_under_load(job));
+            warnings.extend(linear_shape(job));
+        }
     }
     warnings
 }

@@ -27,7 +27,7 @@ const IMPULSES: [usize; 2] = [4, 6];
 impl<S: Space> World<'_, S> {
     /// Whether any body meets points at its own face.
     pub(crate) fn meets_faces(&self) -> bool {
-        self.has_points() && self.bodies.iter().any(|body| body.meets_points)
+        self.has_grid() && self.has_points() && self.bodies.iter().any(|body| body.meets_points)
     }
 
     /// Exchanges of nodes in a step, and the numbers per row of all of them: to faces and back for each side, once more for servos.

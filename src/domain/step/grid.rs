@@ -57,7 +57,11 @@ impl<S: Space> World<'_, S> {
     pub(crate) fn averages_volume(&self) -> bool {
         // Where strain is nonlocal, a mean of stress comes back as one: volume strain of points themselves has no part in it, and would drift.
         let is_local = self.settings.nonlocal.is_none();
-        is_local && self.has_points() && self.settings.grid.averages_volume && self.settings.material.flows()
+        is_local
+            && self.has_points()
+            && !self.has_elements()
+            && self.settings.grid.averages_volume
+            && self.settings.material.flows()
     }
 
     /// Times that points go to the grid and back in a step.

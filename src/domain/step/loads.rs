@@ -33,7 +33,7 @@ impl<S: Space> World<'_, S> {
     /// Exchanges of nodes with faces and loads in a step, and the numbers per row of all of them.
     pub(crate) fn exchanges_beside(&self) -> [usize; 2] {
         let axes = self.acts_across().into_iter().filter(|acts| *acts).count();
-        let exchanges = if self.has_points() { self.passes() * axes } else { 0 };
+        let exchanges = if self.has_grid() { self.passes() * axes } else { 0 };
         let [of_faces, numbers] = self.exchanges_of_faces();
         [of_faces + exchanges, numbers + exchanges * SURFACE[S::DIMENSION - 2]]
     }
@@ -41,7 +41,7 @@ impl<S: Space> World<'_, S> {
     /// Points that loads act at, and tiles near the surface: their points, or those of blocks around, reach a node that a point of the surface
     /// reaches. Collective.
     pub(crate) fn mark_loads(&mut self) {
-        let has_surface = self.has_points() && self.acts_across().contains(&true);
+        let has_surface = self.has_grid() && self.acts_across().contains(&true);
         let (points, loads) = (&mut self.continuum.points, &self.settings.loads);
         let acts = |cold: &Cold<S>| loads_in(cold.loads).any(|load| !loads[load].on_surface);
         let rows = points.cold.iter().enumerate().filter(|(_, cold)| acts(cold));

@@ -2,6 +2,7 @@
 
 pub mod askew;
 pub mod cycle;
+pub mod elements;
 pub mod faces;
 pub mod full_step;
 pub mod grid;

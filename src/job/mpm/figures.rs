@@ -24,11 +24,12 @@ fn space(job: &Mpm) -> usize {
 /// Ranges of places, along each axis, that can lie in a region.
 pub fn places_of(job: &Mpm, region: &Region) -> [Range<usize>; 3] {
     let (lower, upper) = bounding_box(&region.shape);
-    let (places, spacing) = (job.places(), job.spacing());
+    let places = job.places();
     std::array::from_fn(|axis| {
         if axis >= job.grid.dimension {
             return 0..1;
         }
+        let spacing = job.spacing_along(axis);
         // One to each side, for rounding; the shape itself decides.
         let first = ((lower[axis] - job.grid.lower[axis]) / spacing).floor() - 1.0;
         let last = ((upper[axis] - job.grid.lower[axis]) / spacing).ceil() + 1.0;
@@ -91,7 +92,7 @@ fn indices_loaded(job: &Mpm, load: &Load) -> impl Iterator<Item = [usize; 3]> {
             if axis >= job.grid.dimension {
                 return 0..1;
             }
-            let at = |corner: f64| (corner - job.grid.lower[axis]) / job.spacing();
+            let at = |corner: f64| (corner - job.grid.lower[axis]) / job.spacing_along(axis);
             let first = (at(load.lower[axis]) - 1.0).max(0.0) as usize;
             let last = (at(load.upper[axis]) + 1.0).max(0.0) as usize;
             ranges[axis].start.max(first)..ranges[axis].end.min(last.saturating_add(1))
@@ -135,11 +136,12 @@ pub fn span(job: &Mpm, number: usize, axis: usize) -> Option<[f64; 2]> {
 pub fn nearest_point(job: &Mpm, place: &[f64; 3]) -> Option<[usize; 3]> {
     let reach = 2 * job.scheme.points_per_cell + 1;
     let places = job.places();
+    let longest = (0..job.grid.dimension).map(|axis| job.edge(axis)).fold(0.0, f64::max);
     let around: [Range<usize>; 3] = std::array::from_fn(|axis| {
         if axis >= job.grid.dimension {
             return 0..1;
         }
-        let at = ((place[axis] - job.grid.lower[axis]) / job.spacing()).max(0.0) as usize;
+        let at = ((place[axis] - job.grid.lower[axis]) / job.spacing_along(axis)).max(0.0) as usize;
         at.saturating_sub(reach)..(at + reach + 1).min(places[axis])
     });
     indices(around)
@@ -149,7 +151,7 @@ pub fn nearest_point(job: &Mpm, place: &[f64; 3]) -> Option<[usize; 3]> {
             let away = |axis: usize| (at[axis] - place[axis]) * (at[axis] - place[axis]);
             (index, (0..job.grid.dimension).map(away).sum::<f64>())
         })
-        .filter(|(_, square)| square.sqrt() <= 2.0 * job.grid.cell)
+        .filter(|(_, square)| square.sqrt() <= 2.0 * longest)
         .min_by(|(_, one), (_, other)| one.total_cmp(other))
         .map(|(index, _)| index)
 }
@@ -233,7 +235,9 @@ pub fn speed_max(job: &Mpm) -> f64 {
             _ => 0.0,
         };
         let path = motion.path.iter().map(|point| norm(&point.velocity) + norm(&point.spin) * radius);
-        path.fold(0.0, f64::max) + motion.servo.as_ref().map_or(0.0, |servo| servo.speed_max)
+        path.fold(0.0, f64::max)
+            + motion.oscillation.map_or(0.0, |sine| sine.speed())
+            + motion.servo.as_ref().map_or(0.0, |servo| servo.speed_max)
     });
     of_regions.chain(of_bodies).fold(0.0, f64::max)
 }
@@ -260,6 +264,15 @@ fn step_of_free_nodes(job: &Mpm) -> f64 {
 /// faces act on what a node had ([`crate::bodies::boundary::absorbed`]): half a cell of material must have what they take, or they
 /// are cut short and waves come back.
 pub fn bounds(job: &Mpm) -> Vec<Bound> {
+    if job.mesh.is_some() {
+        let stiffest = job.element_stiffest();
+        return vec![Bound {
+            cause: "waves through an element",
+            formula: "2/w, w^2 = 4 c^2 sum 1/h^2 over the edges h of an element, c^2 = M/density",
+            remedy: "Beyond it the mesh blows up; shorten the step, or take larger elements or a softer material.",
+            step: 2.0 / (wave_speeds(job).0 * stiffest.sqrt()),
+        }];
+    }
     let (speed, cell) = (wave_speeds(job).0, job.grid.cell);
     let mut bounds = vec![Bound {
         cause: "waves and motion through a cell",

@@ -136,8 +136,10 @@ impl Forecast {
         let alone = |cycle: f64| all * costs.grain + if is_held { all * costs.sharing + of_nodes / cycle } else { 0.0 };
         let each = match method {
             Method::Dem => alone(cycle),
-            Method::Mpm => of_points,
-            Method::MpmDem => of_points + continuum.map_or(0.0, |on| points * grains_of_rve(on) * costs.grain),
+            Method::Mpm | Method::Fem => of_points,
+            Method::MpmDem | Method::FemDem => {
+                of_points + continuum.map_or(0.0, |on| points * grains_of_rve(on) * costs.grain)
+            }
             Method::Hybrid => {
                 let shared = if is_held { 1.0 } else { continuum.map_or(0.0, share_of_rim) };
                 zone * (all * (costs.grain + shared * costs.sharing) + of_nodes / cycle) + of_points
@@ -153,7 +155,7 @@ impl Forecast {
             zone,
             piece,
             specimen,
-            cost_of_grain: if zone > 0.0 || method == Method::MpmDem { costs.grain } else { 0.0 },
+            cost_of_grain: if zone > 0.0 || method.has_rves() { costs.grain } else { 0.0 },
             cost_of_point: if points > 0.0 { costs.point } else { 0.0 },
             steps,
             outputs: costs.of_outputs(job, zone * all + points, steps),

@@ -13,7 +13,7 @@ pub struct Granular {
     pub piece: Assembly,
     pub enrichment: Enrichment,
     pub reference: Origin,
-    /// Of [`Method::MpmDem`].
+    /// Where the material is a grain assembly at every point.
     pub rves: Rves,
     /// Bands that need no oracle.
     pub known: Option<KnownBands>,

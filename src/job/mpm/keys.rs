@@ -2,7 +2,7 @@
 
 use super::{
     BodyContact, Boundary, Face, Followed, Granular, Gravity, Grid, InitialStress, KnownBands, Load, LoadKind,
-    Material, Membrane, Mpm, Origin, Path, Region, RegionShape, RigidBody, Rves, Watch, Wave,
+    Material, Membrane, Mesh, Mpm, Origin, Path, Region, RegionShape, RigidBody, Rves, Watch, Wave,
 };
 use crate::base::keys::{
     DAMPING, DENSITY, FORCE, Form, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, SPEED, STIFFNESS, STRESS, TIME, Table,
@@ -29,8 +29,13 @@ impl Mpm {
     pub fn to_toml(&self) -> String {
         let (mut job, mut page) = (self.clone(), Page::new(self.grid.dimension));
         job.head(&mut page);
-        page.section("grid", |page| job.grid.keys(page));
-        page.section("scheme", |page| job.scheme.keys(page));
+        match &mut job.mesh {
+            Some(mesh) => page.section("mesh", |page| mesh.keys(&mut job.grid, page)),
+            None => {
+                page.section("grid", |page| job.grid.keys(page));
+                page.section("scheme", |page| job.scheme.keys(page));
+            }
+        }
         page.section("material", |page| job.material.keys(page, job.grains.is_some()));
         page.section("stress", |page| job.stress.keys(page));
         page.section("gravity", |page| job.gravity.keys(page));
@@ -50,11 +55,11 @@ impl Mpm {
             }
             page.section("contact", |page| piece.contact.keys(page, 0.0));
             match granular.method {
-                Method::MpmDem => {
+                Method::MpmDem | Method::FemDem => {
                     page.section("damping", |page| granular.piece.damping.keys(page));
                     page.section("rve", |page| granular.rves.keys(page));
                 }
-                Method::Hybrid | Method::Dem | Method::Mpm => {
+                Method::Hybrid | Method::Dem | Method::Mpm | Method::Fem => {
                     page.section("enrichment", |page| granular.keys_of_enrichment(page));
                     page.section("zone", |page| granular.enrichment.life.keys(page));
                 }
@@ -73,7 +78,7 @@ impl Mpm {
         );
         let mut blank = form.describes().then(Granular::blank);
         if let Some(grains) = self.grains.as_deref_mut().or(blank.as_mut()) {
-            grains.method.keys(form, "what a job with grains is made of: mpm, dem, hybrid or mpm_dem");
+            grains.method.keys(form, "what a job with grains is made of: mpm, dem, hybrid, mpm_dem or fem_dem");
             let seed = count("seed", "the seed of every random number", (0, i64::MAX as u64), "1");
             form.count(&mut grains.piece.seed, seed.or("1"));
         }
@@ -102,7 +107,7 @@ impl Mpm {
 
     pub(in crate::job) fn keys_of_decomposition(&mut self, form: &mut dyn Form) {
         let about = "the edge of a block in cells";
-        let cells = count("cells_per_block", about, (2, 64), "8")
+        let cells = count("cells_per_block", about, (1, 64), "8")
             .follows("8 in the plane, 4 in space, the least there may be with RVEs, or what fits periods");
         size(form, &mut self.cells_per_block, cells);
         let mut blank = form.describes().then(Granular::blank);
@@ -167,6 +172,9 @@ impl Mpm {
                 job.lists(form, &mut Vec::new(), &mut Vec::new());
             }),
             section("grid", "the domain of a continuum and its cells", |form| job.grid.keys(form)),
+            section("mesh", "a continuum of elements, in place of a grid", |form| {
+                Mesh::BLANK.clone().keys(&mut Self::blank().grid, form)
+            }),
             Scheme::table(),
             Material::table(),
             section("stress", "the stress at the start", |form| job.stress.keys(form)),
@@ -203,6 +211,7 @@ impl Mpm {
                 periodic: [false; 3],
                 depth: 1.0,
             },
+            mesh: None,
             scheme: Scheme::DEFAULT,
             material: Material { density: 0.0, law: ConstitutiveLaw::LAWS[0].1 },
             regions: Vec::new(),
@@ -310,6 +319,7 @@ impl Region {
         velocity: [0.0; 3],
         spin: [0.0; 3],
         waves: Vec::new(),
+        grains_removed: 0,
     };
 
     /// Where it has no solid volume fraction of its own, it has that of the material; elastic ones, which have none, count as 1.
@@ -343,6 +353,10 @@ impl Region {
         );
         let about = "the angular velocity about its centre at the start";
         form.spin(&mut self.spin, key("spin", about, Wants::Spin, "\"3 rad/s\"").follows("none"));
+        let about = "grains taken out of the packing of its RVEs, which is brought back to the stress of the start: a weak place";
+        if form.has("grains_removed") || form.describes() || self.grains_removed > 0 {
+            form.count(&mut self.grains_removed, count("grains_removed", about, (1, 65_536), "25").optional());
+        }
         let example = "[{direction = [1, 0], length = \"2 m\", amplitude = [\"1 mm/s\", 0]}]";
         let wave = key("wave", "sines added to its velocity at the start", Wants::Text, example).optional();
         list(form, &mut self.waves, wave, "a sine of the velocity at the start", &Wave::BLANK, Wave::keys);
@@ -361,12 +375,13 @@ impl Wave {
     }
 }
 
+const NAMES_OF_FACES: [&str; 6] = ["x_lower", "x_upper", "y_lower", "y_upper", "z_lower", "z_upper"];
+
 /// Which face, of those that a domain has.
 fn keys_of_face(face: &mut Face, form: &mut dyn Form, about: &'static str, example: &'static str) {
-    const NAMES: [&str; 6] = ["x_lower", "x_upper", "y_lower", "y_upper", "z_lower", "z_upper"];
     // In the plane those of z are unknown; a page and a schema are for space too.
     let axes = if form.describes() { 3 } else { form.axes() };
-    let faces: Vec<(&'static str, Face)> = NAMES.into_iter().zip(Face::all(axes)).collect();
+    let faces: Vec<(&'static str, Face)> = NAMES_OF_FACES.into_iter().zip(Face::all(axes)).collect();
     choose(form, face, "face", text("face", about, example), &faces);
 }
 
@@ -476,7 +491,7 @@ impl Membrane {
 
 impl RigidBody {
     const BLANK: Self =
-        Self { body: Body::BLANK, contact: BodyContact::Rough, separates: true, at_face: true, seat: 0.0 };
+        Self { body: Body::BLANK, contact: BodyContact::Rough, separates: true, at_face: true, side: None, seat: 0.0 };
 
     pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
         self.body.keys(form, false);
@@ -497,11 +512,26 @@ impl RigidBody {
         let key = text("contact_at", about, "\"nodes\"")
             .follows("face for boxes and planes across an axis of the grid, else nodes");
         choose(form, &mut self.at_face, "place of contact", key, &[("nodes", false), ("face", true)]);
+        self.keys_of_side(form);
         let mut seat = Some(self.seat).filter(|seat| *seat > 0.0);
         let about = "the force that presses it along its first way on grains until they rest, before the run";
         form.number_if_given(&mut seat, number("seat", about, FORCE, POSITIVE, "\"60 N\"").optional());
         self.seat = seat.unwrap_or_default();
         self.body.motion.keys(form);
+    }
+}
+
+impl RigidBody {
+    fn keys_of_side(&mut self, form: &mut dyn Form) {
+        if !form.has("side") && self.side.is_none() && !form.describes() {
+            return;
+        }
+        let about = "the side of the mesh that is fastened to it, as contact says: rough along all axes, smooth across the side alone";
+        let axes = if form.describes() { 3 } else { form.axes() };
+        let faces: Vec<(&'static str, Face)> = NAMES_OF_FACES.into_iter().zip(Face::all(axes)).collect();
+        let mut face = self.side.unwrap_or(faces[0].1);
+        choose(form, &mut face, "face", text("side", about, "\"y_upper\"").optional(), &faces);
+        self.side = Some(face);
     }
 }
 

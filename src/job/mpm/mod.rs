@@ -3,8 +3,8 @@
 //! Vectors carry three components; in the plane those of z are zero. Tension is positive in stresses, pressure positive in
 //! compression.
 
+use super::Output;
 use super::assembly::{Body, Shape};
-use super::{Method, Output};
 use crate::base::math::{PI, cos, sin};
 use crate::couple::oracle::Oracle;
 use crate::law::material::ConstitutiveLaw;
@@ -15,9 +15,11 @@ pub mod figures;
 pub mod forecast;
 mod granular;
 mod keys;
+mod mesh;
 mod rves;
 
 pub use granular::{Granular, KnownBands, Origin};
+pub use mesh::Mesh;
 pub use rves::Rves;
 
 /// The checked job of a continuum.
@@ -25,7 +27,10 @@ pub use rves::Rves;
 pub struct Mpm {
     /// Job name; the default run directory is `runs/<name>`.
     pub name: String,
+    /// The domain; of elements the box that they fill.
     pub grid: Grid,
+    /// Where the continuum is one of elements.
+    pub mesh: Option<Mesh>,
     pub scheme: Scheme,
     pub material: Material,
     /// Where material is at the start; of regions that overlap the first one in the job has the point.
@@ -95,6 +100,8 @@ pub struct Region {
     pub spin: [f64; 3],
     /// Added to the velocity.
     pub waves: Vec<Wave>,
+    /// Grains taken out of the packing that its RVEs begin from.
+    pub grains_removed: u64,
 }
 
 /// A place on the lower or left border of a box belongs to it, one on the upper or right border does not.
@@ -306,6 +313,8 @@ pub struct RigidBody {
     pub separates: bool,
     /// It meets material points at its own face ([`crate::mpm::faces`]); else it holds the nodes that lie in it.
     pub at_face: bool,
+    /// The side of the mesh that is fastened to it.
+    pub side: Option<Face>,
     /// Force that presses it on grains, along its first way, until they rest, before the run, N; zero: it stays where it is.
     pub seat: f64,
 }
@@ -500,7 +509,7 @@ impl Mpm {
     /// Grains at every point, where the material is that.
     pub fn rves(&self) -> Option<(&Granular, &Rves)> {
         let granular = self.grains.as_deref()?;
-        (granular.method == Method::MpmDem).then_some((granular, &granular.rves))
+        granular.method.has_rves().then_some((granular, &granular.rves))
     }
 
     /// Time step of the continuum, s.
@@ -511,6 +520,11 @@ impl Mpm {
     /// Distance of neighbouring points at the start, m.
     pub fn spacing(&self) -> f64 {
         self.grid.cell / self.scheme.points_per_cell as f64
+    }
+
+    /// The same along an axis: elements have edges of their own along each.
+    pub fn spacing_along(&self, axis: usize) -> f64 {
+        self.edge(axis) / self.scheme.points_per_cell as f64
     }
 
     /// Places of the start along each axis: points may be in the middle of each; 1 beyond the grid's axes.
@@ -525,7 +539,7 @@ impl Mpm {
     pub fn place(&self, index: [usize; 3]) -> [f64; 3] {
         let per_cell = self.scheme.points_per_cell as f64;
         std::array::from_fn(|axis| match axis < self.grid.dimension {
-            true => self.grid.lower[axis] + self.grid.cell * ((index[axis] as f64 + 0.5) / per_cell),
+            true => self.grid.lower[axis] + self.edge(axis) * ((index[axis] as f64 + 0.5) / per_cell),
             false => 0.0,
         })
     }
@@ -553,6 +567,7 @@ impl Mpm {
     pub fn point_volume(&self) -> f64 {
         let spacing = self.spacing();
         match self.grid.dimension {
+            _ if self.mesh.is_some() => self.element_volume(),
             2 => spacing * spacing * self.grid.depth,
             _ => spacing * spacing * spacing,
         }

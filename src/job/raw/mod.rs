@@ -231,7 +231,7 @@ impl Typed {
     fn unknown_at_top(&self, entry: &Entry) -> String {
         let key = &entry.key;
         let tables = self.kind.tables().iter().map(|table| table.name.as_str()).filter(|name| !name.is_empty());
-        let marks = ["cell", "grid"].into_iter().filter(|_| self.kind == Kind::Shear);
+        let marks = ["cell", "grid", "mesh"].into_iter().filter(|_| self.kind == Kind::Shear);
         let names = tables.clone().chain(marks);
         let elsewhere = self.kind.belongs_elsewhere(|kind| match entry.node.value {
             Value::Table(_) => kind.table_if_known(key).is_some(),

@@ -58,12 +58,16 @@ pub fn granular(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>)
         return Ok(None);
     }
     let mut granular = Granular::blank();
-    granular.method.keys(&mut top.clone(), "what a job with grains is made of: mpm, dem, hybrid or mpm_dem");
+    granular.method.keys(&mut top.clone(), "what a job with grains is made of: mpm, dem, hybrid, mpm_dem or fem_dem");
     if granular.method == Method::Hybrid && grid.dimension != 2 {
         return Err(grains.refusal_of_table("take the place of points in plane strain, and this grid is in space. Write grid.space = \"plane\", or method = \"dem\" or \"mpm\"."));
     }
     read_piece(&mut granular.piece, typed, grid);
-    let has_rves = granular.method == Method::MpmDem;
+    let is_meshed = typed.table("mesh", false, why).is_typed();
+    if let Some(other) = super::mesh::other_method(granular.method, is_meshed) {
+        top.add(top.refusal("method", other));
+    }
+    let has_rves = granular.method.has_rves();
     let (others, whose) = match has_rves {
         true => (TABLES_OF_ZONES, "\"hybrid\", where grains take the place of points"),
         false => (TABLES_OF_RVES, "\"mpm_dem\", where every point has grains of its own"),
@@ -143,8 +147,9 @@ pub fn stand_in_for_faces(job: &mut Mpm) {
         // Nodes on the face are behind the plane, whatever rounding says.
         point[face.axis] = at[face.axis] + inwards * BEFORE_FACE * job.grid.cell;
         let shape = Shape::Plane { point, normal };
-        let body = Body { name: face.name(), shape, motion: Motion { path: Vec::new(), servo: None } };
-        job.bodies.push(RigidBody { body, contact, separates, at_face: false, seat: 0.0 });
+        let body =
+            Body { name: face.name(), shape, motion: Motion { path: Vec::new(), oscillation: None, servo: None } };
+        job.bodies.push(RigidBody { body, contact, separates, at_face: false, side: None, seat: 0.0 });
     }
 }
 
@@ -331,8 +336,8 @@ pub fn check(job: &Mpm, typed: &Typed, top: &Reader<'_>) {
     let Some(grains) = &job.grains else { return };
     typed.check(check_as_piece(&grains.piece, typed));
     match grains.method {
-        Method::Mpm => return,
-        Method::MpmDem => return check_rves(job, grains, typed),
+        Method::Mpm | Method::Fem => return,
+        Method::MpmDem | Method::FemDem => return check_rves(job, grains, typed),
         Method::Hybrid | Method::Dem => {}
     }
     check_method(job, grains, typed);

@@ -155,7 +155,8 @@ pub fn refuse_speeds(job: &Assembly, typed: &Typed) -> Result<(), Error> {
 
 /// The same of a body among grains; `table` is the one it was typed in.
 pub fn refuse_speed_of_body(body: &Body, table: &Reader<'_>, step: f64, diameter: f64) -> Result<(), Error> {
-    let path = body.motion.path.iter().map(|point| norm(point.velocity)).fold(0.0, f64::max);
+    let path = body.motion.path.iter().map(|point| norm(point.velocity)).fold(0.0, f64::max)
+        + body.motion.oscillation.map_or(0.0, |sine| sine.speed());
     let servo = body.motion.servo.as_ref().map_or(0.0, |servo| servo.speed_max);
     let (key, speed) = match (path >= servo, table.has("path")) {
         (true, true) => ("path", path),

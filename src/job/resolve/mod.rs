@@ -15,6 +15,7 @@ mod granular;
 mod limits;
 mod material;
 mod membrane;
+mod mesh;
 mod mpm;
 mod mpm_checks;
 mod shear;

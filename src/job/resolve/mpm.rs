@@ -9,12 +9,11 @@ use super::mpm_checks::{check, simple};
 use super::{SAFETY_DEFAULT, check_name, digits, output};
 use crate::base::error::Error;
 use crate::base::keys::Form;
-use crate::job::Method;
 use crate::job::derived::FRACTION_DENSE;
 use crate::job::figures::moduli_affine;
 use crate::job::mpm::forecast::fraction_of_packing;
 use crate::job::mpm::{
-    Boundary, Face, Followed, Gravity, Grid, InitialStress, Load, Mpm, Region, RegionShape, Watch, figures,
+    Boundary, Face, Followed, Gravity, Grid, InitialStress, Load, Mesh, Mpm, Region, RegionShape, Watch, figures,
     polygon_area,
 };
 use crate::job::raw::{Reader, Typed};
@@ -42,12 +41,15 @@ const NODES_THROWN: &str = "goes with transfer = \"blend\" and update = \"modifi
 pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     let why = "a continuum";
     let mut job = Mpm::blank();
-    job.grid = grid(typed.table("grid", true, why))?;
+    (job.grid, job.mesh) = domain_of(typed, why)?;
     let axes = job.grid.dimension;
     let mut top = typed.table("", true, why).with_axes(axes);
     let mut time = typed.table("time", true, why);
     let mut cut = typed.table("decomposition", false, why);
-    job.scheme = scheme(&mut typed.table("scheme", false, why))?;
+    job.scheme = match job.mesh {
+        Some(_) => super::mesh::scheme(typed),
+        None => scheme(&mut typed.table("scheme", false, why))?,
+    };
     job.grains = granular(typed, &top, &job.grid, &time)?.map(Box::new);
     job.head(&mut top);
     check_name(&top, &job.name);
@@ -86,7 +88,9 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
         place_bands(grains, parts, &top, typed);
     }
     place_boundaries(&mut job, &named, &top);
+    super::mesh::fill_domain(&mut job, &top);
     check_lists(&mut job, &top, typed)?;
+    super::mesh::check(&mut job, typed, &top);
     stand_in_for_faces(&mut job);
     job.keys_of_time(&mut time);
     job.oracle = oracle(typed, &job)?;
@@ -101,7 +105,7 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     job.step = step(&mut time, &job)?;
     if let Some(grains) = &mut job.grains {
         // Grains of RVEs have a step of their own.
-        if grains.method != Method::MpmDem {
+        if !grains.method.has_rves() {
             grains.piece.step = job.step;
         }
         grains.piece.end = grains.piece.step;
@@ -143,6 +147,17 @@ fn match_material(job: &Mpm, table: &Reader<'_>) -> Result<(), Error> {
         (true, false) => Err(table.refusal("law", "makes every point an assembly of the job's grains, which is method = \"mpm_dem\" with [grains], [packing] and [contact]. Write these, or another law.")),
         (false, true) => Err(table.refusal("law", "is a closed form, and method = \"mpm_dem\" has grains at every point. Write law = \"grains\", or another method.")),
         _ => Ok(()),
+    }
+}
+
+/// The domain, and where its cells are elements how.
+fn domain_of(typed: &Typed, why: &str) -> Result<(Grid, Option<Mesh>), Error> {
+    let meshed = typed.table("mesh", false, why);
+    let on_grid = typed.table("grid", !meshed.is_typed(), why);
+    match (meshed.is_typed(), on_grid.is_typed()) {
+        (true, true) => Err(on_grid.refusal_of_table("stands beside [mesh], and each is the domain of the continuum. Remove one of the two: points are on a grid, elements in a mesh.")),
+        (true, false) => super::mesh::mesh(meshed).map(|(grid, mesh)| (grid, Some(mesh))),
+        (false, _) => grid(on_grid).map(|grid| (grid, None)),
     }
 }
 
@@ -300,6 +315,11 @@ fn check_region(region: &mut Region, table: &Reader<'_>, grid: &Grid, law: &Cons
         );
         return Err(table.refusal("fraction", &problem));
     }
+    if table.has("grains_removed") && !matches!(law, ConstitutiveLaw::Grains(_)) {
+        return Err(
+            table.refusal("grains_removed", "takes grains out of RVEs, and this job has none. Remove the line.")
+        );
+    }
     if region.fraction.is_nan() {
         region.fraction = law.fraction().unwrap_or(1.0);
     }
@@ -434,7 +454,8 @@ fn oracle(typed: &Typed, job: &Mpm) -> Result<Option<Watch>, Error> {
 /// `typed` is 0 where the job does not say.
 fn cells_per_block(table: &Reader<'_>, typed: usize, job: &Mpm) -> Result<usize, Error> {
     let (grid, shape) = (&job.grid, job.scheme.shape);
-    let least = margins(shape).into_iter().fold(0, usize::max);
+    // Elements have no tiles.
+    let least = if job.mesh.is_some() { 1 } else { margins(shape).into_iter().fold(0, usize::max) };
     let fits = |count: usize| (0..3).all(|axis| !grid.periodic[axis] || grid.cells[axis].is_multiple_of(count));
     let wanted = match (job.rves(), grid.dimension) {
         // What points cost is in their grains and differs from one to another: small blocks are dealt evenly.
@@ -479,7 +500,7 @@ fn step(table: &mut Reader<'_>, job: &Mpm) -> Result<f64, Error> {
         return Ok(job.step);
     }
     let mut bounds = figures::bounds(job);
-    if let Some(grains) = job.grains.as_ref().filter(|grains| grains.method != Method::MpmDem) {
+    if let Some(grains) = job.grains.as_ref().filter(|grains| !grains.method.has_rves()) {
         bounds.extend(crate::job::figures::bounds(&grains.piece));
     }
     Ok(Mpm::safety(table).unwrap_or(SAFETY_DEFAULT) * governing(&bounds).step)

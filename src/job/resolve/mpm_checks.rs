@@ -244,6 +244,9 @@ pub(super) fn check_faces(job: &mut Mpm, top: &Reader<'_>) -> Result<(), Error> 
 /// Pressures act on the surface; in a hybrid, whose points stop where grains are, they act at points. So do tractions: they belong to the area
 /// that each point had at the start, which is no measure of the surface where a band comes out of it.
 pub(super) fn check_places_of_loads(job: &mut Mpm, top: &Reader<'_>) -> Result<(), Error> {
+    if job.mesh.is_some() {
+        return Ok(());
+    }
     let is_hybrid = job.grains.as_ref().is_some_and(|grains| grains.method == Method::Hybrid);
     for (load, table) in job.loads.iter_mut().zip(&top.list("load")).filter(|(load, _)| load.on_surface) {
         let why = match (load.kind, is_hybrid) {

@@ -42,7 +42,7 @@ pub fn scenario(typed: &Typed) -> Result<Scenario, Error> {
         typed.stop_if_wrong()?;
     }
     let method = job.method;
-    if method == Method::MpmDem {
+    if method.has_rves() {
         return Err(top.refusal("method", "has grains at every point of a continuum on a grid: add the tables [grid], [material] and [rve] of such a job, or write \"hybrid\", \"dem\" or \"mpm\" for planar shear."));
     }
     let why = format!("method = \"{}\"", method.name());

@@ -40,6 +40,7 @@ use crate::domain::phases::Phase;
 use crate::domain::world::World;
 use crate::law::contact::Memory;
 
+mod elements;
 pub mod points;
 mod step;
 #[cfg(test)]

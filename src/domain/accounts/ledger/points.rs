@@ -48,7 +48,7 @@ use crate::mpm::tile::{Advanced, Gathered, GrainNode, OwnedNode};
 
 /// What is booked, by slot.
 #[derive(Clone, Copy)]
-enum Item {
+pub(super) enum Item {
     /// Of everything that acts on nodes.
     Nodes,
     Loads,
@@ -61,7 +61,7 @@ const ITEMS: usize = 6;
 
 /// What points have.
 #[derive(Clone, Copy)]
-enum Store {
+pub(super) enum Store {
     Kinetic,
     Elastic,
     Potential,
@@ -69,7 +69,13 @@ enum Store {
     /// What averaging of volume strain has taken; the last, for accounts of programs that had none.
     Averaged,
 }
-const STORES: usize = 5;
+
+impl Store {
+    /// Elements average nothing: what their hourglass modes have stands in the same place.
+    #[allow(non_upper_case_globals, reason = "the name of a variant")]
+    pub(super) const Hourglass: Self = Self::Averaged;
+}
+pub(super) const STORES: usize = 5;
 
 /// Entries of an account.
 pub(super) const ENTRIES: usize = 2 * ITEMS + STORES;
@@ -84,7 +90,7 @@ pub struct PointEnergies {
     pub potential: f64,
     /// By the law, since the start.
     pub dissipated: f64,
-    /// Taken by averaging of volume strain, since the start; no part of the sum.
+    /// Taken by averaging of volume strain, since the start; of elements that of hourglass modes, a part of the elastic. No part of the sum.
     pub averaged: f64,
 }
 
@@ -129,7 +135,7 @@ pub struct PointLedger<S: Space> {
     stored: Option<ExactSum<STORES>>,
     account: Option<Account>,
     /// Velocity (m/s) and spin (rad/s) of bodies over the drift behind.
-    bodies: Vec<(S::Vector, S::Spin)>,
+    pub(super) bodies: Vec<(S::Vector, S::Spin)>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -143,16 +149,16 @@ struct Account {
 }
 
 /// The drifts on either side of an evaluation.
-const BEHIND: usize = 0;
-const AHEAD: usize = 1;
+pub(super) const BEHIND: usize = 0;
+pub(super) const AHEAD: usize = 1;
 
 /// Work over both drifts, J.
 #[derive(Clone, Debug, Default)]
-struct Works([ExactSum<ITEMS>; 2]);
+pub(super) struct Works([ExactSum<ITEMS>; 2]);
 
 impl Works {
     /// Books an impulse (N s) that acts while something moves with `velocities` (m/s) behind and ahead.
-    fn add<V: Linear>(&mut self, item: Item, impulse: &V, velocities: &[V; 2]) {
+    pub(super) fn add<V: Linear>(&mut self, item: Item, impulse: &V, velocities: &[V; 2]) {
         for (work, velocity) in self.0.iter_mut().zip(velocities) {
             work.add(item as usize, 0.5 * impulse.dot(velocity));
         }
@@ -257,12 +263,17 @@ impl<S: Space> World<'_, S> {
     /// Between the step of the nodes and that of the points: books the work of the one, and energies of the other where they
     /// are wanted.
     pub(crate) fn book_points(&mut self) {
-        let opens = self.point_ledger.account.as_ref().is_some_and(|account| account.start.is_none());
         let timer = self.phases.start();
-        let Works([behind, ahead]) =
-            self.works_on_nodes().merged(self.works_of_loads()).merged(self.works_of_membranes());
+        let works = self.works_on_nodes().merged(self.works_of_loads()).merged(self.works_of_membranes());
+        self.book(works, Self::stored);
+        self.phases.stop(Phase::Output, timer);
+    }
+
+    /// Books works, and where they are wanted the energies that are stored.
+    pub(super) fn book(&mut self, Works([behind, ahead]): Works, stored: impl FnOnce(&Self) -> ExactSum<STORES>) {
+        let opens = self.point_ledger.account.as_ref().is_some_and(|account| account.start.is_none());
         self.point_ledger.stored = (self.assembly.forces_wanted || opens).then(|| {
-            let mut stored = self.stored();
+            let mut stored = stored(self);
             let mut kicks = ExactSum::<STORES>::new();
             kicks.set_parts(Store::Kinetic as usize, behind.parts(Item::Nodes as usize));
             stored.merge(&kicks);
@@ -278,7 +289,6 @@ impl<S: Space> World<'_, S> {
             }
             account.ahead = ahead;
         }
-        self.phases.stop(Phase::Output, timer);
     }
 
     /// What the points of this rank have, kinetic energy at the velocities that they have.

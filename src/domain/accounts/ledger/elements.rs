@@ -1,0 +1,86 @@
+//! What a step of elements books, by the rules of [`super::points`]: every force works half over the drift ahead and half over the one behind.
+//! Kinetic energy is that of nodes; what hourglass modes have stands with the elastic energy, and by itself beside it.
+
+use scree_partition::ExactSum;
+
+use super::points::{AHEAD, BEHIND, Item, STORES, Store, Works};
+use crate::base::space::{Linear, Space};
+use crate::domain::phases::Phase;
+use crate::domain::world::World;
+use crate::fem::elements::{Held, Holder};
+
+impl<S: Space> World<'_, S> {
+    /// Between the kick of nodes and their drift: books the work of the one, and energies where they are wanted.
+    pub(crate) fn book_elements(&mut self) {
+        if !self.books_points() {
+            return;
+        }
+        let timer = self.phases.start();
+        let works = self.works_on_elements();
+        self.book(works, |world| world.stored_in_elements());
+        self.phases.stop(Phase::Output, timer);
+    }
+
+    /// What elements and nodes of this rank have, kinetic energy at the velocities of before.
+    fn stored_in_elements(&self) -> ExactSum<STORES> {
+        let (mut sums, elements) = (ExactSum::new(), &self.elements);
+        for (row, node) in elements.nodes.iter().enumerate().filter(|(row, _)| elements.owned[*row]) {
+            let (mass, velocity) = (elements.masses[row], &elements.before[row]);
+            sums.add(Store::Kinetic as usize, 0.5 * mass * velocity.dot(velocity));
+            let meshed = self.settings.meshed.as_ref().expect("nodes are those of a mesh");
+            let place = meshed.mesh.place(node.id) + node.displacement;
+            sums.add(Store::Potential as usize, -self.settings.grains.field.gravity.dot(&place) * mass);
+        }
+        for (hot, hourglass) in self.continuum.points.hot.iter().zip(&elements.hourglass) {
+            let elastic = hot.volume * self.settings.material.elastic_energy(&hot.memory);
+            sums.add(Store::Elastic as usize, elastic + *hourglass);
+            sums.add(Store::Dissipated as usize, hot.volume * hot.plastic_work);
+            sums.add(Store::Hourglass as usize, *hourglass);
+        }
+        sums
+    }
+
+    fn works_on_elements(&self) -> Works {
+        let (mut works, elements) = (Works::default(), &self.elements);
+        let (dt, missing) = (self.dt_of_continuum(), self.gravity_now() - self.settings.grains.field.gravity);
+        let velocities = |node: usize| [elements.before[node], elements.nodes[node].velocity];
+        for node in (0..elements.nodes.len()).filter(|node| elements.owned[*node]) {
+            let (mass, velocities) = (elements.masses[node], velocities(node));
+            works.add(Item::Nodes, &((velocities[AHEAD] - velocities[BEHIND]) * mass), &velocities);
+            if missing != S::Vector::zero() {
+                works.add(Item::Ramp, &(missing * (mass * dt)), &velocities);
+            }
+            let damped = self.damped(node);
+            if damped != S::Vector::zero() {
+                works.add(Item::Holds, &damped, &velocities);
+            }
+        }
+        for push in &elements.pushes {
+            works.add(Item::Loads, &(push.force * dt), &velocities(push.node as usize));
+        }
+        for Held { node, by, impulse, place } in &elements.held {
+            let velocities = velocities(*node as usize);
+            let with = match by {
+                Holder::Face { .. } => [S::Vector::zero(); 2],
+                Holder::Body(body) => {
+                    let (rigid, motion) = (&self.bodies[*body], &self.point_ledger.bodies[*body]);
+                    [rigid.velocity_in(motion, place), rigid.velocity_at(place)]
+                }
+            };
+            works.add(Item::Bodies, impulse, &with);
+            works.add(Item::Holds, impulse, &[with[BEHIND] - velocities[BEHIND], with[AHEAD] - velocities[AHEAD]]);
+        }
+        works
+    }
+
+    /// What damping took from a node in this step, N s.
+    fn damped(&self, node: usize) -> S::Vector {
+        let (elements, field) = (&self.elements, &self.settings.grains.field);
+        if field.is_plain() {
+            return S::Vector::zero();
+        }
+        let (motion, mass) = (self.free_motion(), elements.masses[node]);
+        let plain = elements.before[node] + (elements.forces[node] * (1.0 / mass) + motion.gravity) * motion.dt;
+        (plain - motion.velocity(&elements.before[node], &elements.forces[node], mass)) * mass
+    }
+}

@@ -1,0 +1,235 @@
+//! A mesh over ranks. Elements go with the points that they have, to the block of their place at the start. A node is wherever an element
+//! around it is: every such rank sums the same forces in the same order and takes the same step, so that only forces on corners travel.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use scree_partition::Halo;
+
+use crate::base::error::Error;
+use crate::base::ids::NodeId;
+use crate::base::lane::LANES;
+use crate::base::space::{Linear, Space};
+use crate::domain::transfer;
+use crate::domain::world::World;
+use crate::fem::element::{CORNERS_MAX, Element, corners};
+use crate::fem::elements::{ElementRow, Elements, LoadedSide, Octet};
+use crate::fem::hourglass::Modes;
+use crate::fem::mesh::Mesh;
+use crate::fem::node::Node;
+
+/// What a world of elements is laid from; no step changes it, and it is the same on every rank.
+#[derive(Clone, Debug)]
+pub struct Meshed<S: Space> {
+    pub mesh: Arc<Mesh<S>>,
+    /// Sides that bear loads.
+    pub loaded: Arc<Vec<LoadedSide>>,
+    /// Where the domain ends, lower and upper of each axis, m.
+    pub walls: [[f64; 2]; 3],
+    /// Share of the stiffness of hourglass control.
+    pub hourglass: f64,
+}
+
+/// An element at the start.
+type Shape = (Element<f64>, Modes<f64>);
+
+/// How far a vertex may be from a side of the domain and still lie on it, as a share of its extent.
+const SIDE_SLACK: f64 = 1e-9;
+
+impl<S: Space> Meshed<S> {
+    /// Sides of the domain that a place of the start is on: bit 2 axis + upper.
+    fn sides_at(&self, place: &S::Vector) -> u8 {
+        let mut sides = 0;
+        for axis in 0..S::DIMENSION {
+            let [lower, upper] = self.walls[axis];
+            for (bit, wall) in [lower, upper].into_iter().enumerate() {
+                if (place[axis] - wall).abs() <= SIDE_SLACK * (upper - lower) {
+                    sides |= 1 << (2 * axis + bit);
+                }
+            }
+        }
+        sides
+    }
+}
+
+impl<S: Space> World<'_, S> {
+    pub(crate) fn has_elements(&self) -> bool {
+        self.settings.meshed.is_some()
+    }
+
+    /// Nodes that this rank answers for, in the order of blocks and ids: along the ranks the same on any number of them.
+    pub fn owned_nodes(&self) -> Vec<Node<S>> {
+        let Some(meshed) = &self.settings.meshed else { return Vec::new() };
+        let elements = &self.elements;
+        let of = |(node, _): (&Node<S>, &bool)| {
+            let (first, _) = meshed.mesh.around(node.id)[0];
+            (self.block_of_element(&meshed.mesh, first as usize), *node)
+        };
+        let owned = elements.nodes.iter().zip(&elements.owned).filter(|(_, owned)| **owned);
+        let mut nodes: Vec<(usize, Node<S>)> = owned.map(of).collect();
+        nodes.sort_unstable_by_key(|(block, node)| (*block, node.id));
+        nodes.into_iter().map(|(_, node)| node).collect()
+    }
+
+    fn block_of_element(&self, mesh: &Mesh<S>, element: usize) -> usize {
+        let fraction = self.assembly.cell_home.fraction(&mesh.middle_of(element));
+        self.subdomain.layout.place::<S>(&fraction, 1).expect("a mesh lies inside of its domain").0
+    }
+
+    /// Brings nodes to the ranks that have elements around them, once points have settled, and lays everything that a step goes through. Of a world
+    /// that begins every node is on one rank. Collective.
+    pub(crate) fn settle_elements(&mut self, number: u64) -> Result<(), Error> {
+        let Some(meshed) = self.settings.meshed.clone() else { return Ok(()) };
+        let mesh = &*meshed.mesh;
+        let owners: Vec<u32> = (0..mesh.elements.len())
+            .map(|element| self.subdomain.deal.owner(self.block_of_element(mesh, element)) as u32)
+            .collect();
+        let nodes = self.send_nodes(number, mesh, &owners)?;
+        let mut laid = Elements { nodes, ..Elements::default() };
+        let row_of: BTreeMap<NodeId, u32> = (0..).zip(&laid.nodes).map(|(row, node)| (node.id, row)).collect();
+        let mut here = vec![u32::MAX; mesh.elements.len()];
+        let mut lay = || -> Result<Vec<(ElementRow<S>, Shape)>, Error> {
+            let each = self.continuum.points.cold.iter().enumerate().map(|(row, cold)| {
+                let element = mesh.element_of(cold.id).expect("every point of a mesh has an element");
+                here[element] = row as u32;
+                self.row_of_element(mesh, element, &row_of)
+            });
+            each.collect()
+        };
+        let (rows, shapes): (Vec<_>, Vec<_>) = transfer::agree(self.transport, lay())?.into_iter().unzip();
+        let octets = rows.chunks(LANES).zip(shapes.chunks(LANES));
+        laid.octets = octets.map(|(rows, shapes)| Octet::of(rows, shapes)).collect();
+        laid.inverses = vec![S::Tensor::zero(); rows.len()];
+        laid.rows = rows;
+        let local = |(element, side, load): (u32, _, usize)| {
+            (here[element as usize] != u32::MAX).then(|| LoadedSide { element: here[element as usize], side, load })
+        };
+        laid.loaded = meshed.loaded.iter().filter_map(|of| local((of.element, of.side, of.load))).collect();
+        laid.loaded.sort_unstable_by_key(|of| (of.element, of.side, of.load));
+        self.lay_nodes(&mut laid, &meshed, &owners, &here);
+        laid.hourglass = vec![0.0; laid.rows.len()];
+        self.elements = laid;
+        self.check_nodes(mesh)
+    }
+
+    /// Every node is somewhere, once. Collective.
+    fn check_nodes(&self, mesh: &Mesh<S>) -> Result<(), Error> {
+        let mut count = [self.elements.owned.iter().filter(|owned| **owned).count() as i64];
+        self.transport.sum(&mut count);
+        let wanted = mesh.nodes().count();
+        match count[0] == wanted as i64 {
+            true => Ok(()),
+            false => Err(Error::Run(format!(
+                "step {}: {wanted} nodes are wanted, and {} are there; some were lost, which must not happen: please report this",
+                self.step, count[0]
+            ))),
+        }
+    }
+
+    /// Density of the material with its pores at the start, kg/m3: that of all points but for rounding, of which it is the most. Collective.
+    fn density_of_points(&self) -> f64 {
+        let mut density = [self.continuum.points.hot.iter().map(|hot| hot.mass / hot.volume).fold(0.0, f64::max)];
+        self.transport.max(&mut density);
+        density[0]
+    }
+
+    fn row_of_element(
+        &self,
+        mesh: &Mesh<S>,
+        element: usize,
+        row_of: &BTreeMap<NodeId, u32>,
+    ) -> Result<(ElementRow<S>, Shape), Error> {
+        let (places, depth) = (mesh.places_of(element), self.settings.grid.depth);
+        let shape = Element::of::<S>(&places, depth).ok_or_else(|| {
+            Error::User(format!(
+                "element {} is turned inside out at the start: a corner of it lies on the wrong side",
+                mesh.points[element].0
+            ))
+        })?;
+        let mut nodes = [0; CORNERS_MAX];
+        for (corner, node) in nodes.iter_mut().enumerate().take(corners::<S>()) {
+            let id = mesh.node(element, corner);
+            *node = *row_of.get(&id).ok_or_else(|| {
+                Error::Run(format!(
+                    "node {} of element {} is missing: the state is of another mesh",
+                    id.0, mesh.points[element].0
+                ))
+            })?;
+        }
+        Ok((ElementRow { nodes, places }, (shape, Modes::of::<S>(&shape, &places, depth))))
+    }
+
+    /// Sends the nodes that this rank has answered for; returns those of its elements of now, in the order of their ids.
+    fn send_nodes(&mut self, number: u64, mesh: &Mesh<S>, owners: &[u32]) -> Result<Vec<Node<S>>, Error> {
+        let mut to_ranks: Vec<Vec<Node<S>>> = vec![Vec::new(); self.transport.size()];
+        let elements = std::mem::take(&mut self.elements);
+        for (node, _) in elements.nodes.iter().zip(&elements.owned).filter(|(_, owned)| **owned) {
+            let mut ranks: Vec<u32> =
+                mesh.around(node.id).iter().map(|(element, _)| owners[*element as usize]).collect();
+            ranks.sort_unstable();
+            ranks.dedup();
+            ranks.into_iter().for_each(|rank| to_ranks[rank as usize].push(*node));
+        }
+        let mut nodes = std::mem::take(&mut to_ranks[self.transport.rank()]);
+        nodes.extend(transfer::exchange(self.transport, number, to_ranks)?.into_iter().flatten());
+        nodes.sort_unstable_by_key(|node| node.id);
+        Ok(nodes)
+    }
+
+    /// Masses and sides of nodes, and where the forces on their corners are found: here, or in what other ranks send.
+    fn lay_nodes(&mut self, laid: &mut Elements<S>, meshed: &Meshed<S>, owners: &[u32], here: &[u32]) {
+        let (mesh, rank) = (&*meshed.mesh, self.transport.rank() as u32);
+        let own = laid.rows.len() * CORNERS_MAX;
+        let mut sends: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        let mut wanted: BTreeMap<u32, u32> = BTreeMap::new();
+        for node in &laid.nodes {
+            let around = mesh.around(node.id);
+            let others = around.iter().map(|(element, _)| owners[*element as usize]).filter(|owner| *owner != rank);
+            let mut peers: Vec<u32> = others.collect();
+            peers.iter().for_each(|peer| *wanted.entry(*peer).or_default() += 1);
+            peers.sort_unstable();
+            peers.dedup();
+            for (element, corner) in around.iter().filter(|(element, _)| owners[*element as usize] == rank) {
+                let slot = here[*element as usize] * CORNERS_MAX as u32 + u32::from(*corner);
+                peers.iter().for_each(|peer| sends.entry(*peer).or_default().push(slot));
+            }
+        }
+        let mut next = own as u32;
+        let mut firsts_of: BTreeMap<u32, u32> = BTreeMap::new();
+        let mut halo = Halo::default();
+        for (peer, count) in wanted {
+            halo.receives.push((peer as usize, next..next + count));
+            firsts_of.insert(peer, next);
+            next += count;
+        }
+        halo.sends = sends.into_iter().map(|(peer, slots)| (peer as usize, slots)).collect();
+        laid.corner_forces = vec![S::Vector::zero(); next as usize];
+        laid.firsts.push(0);
+        let (corners, density) = (corners::<S>() as f64, self.density_of_points());
+        for node in &laid.nodes {
+            let mut mass = 0.0;
+            for (element, corner) in mesh.around(node.id) {
+                let owner = owners[*element as usize];
+                let term = match owner == rank {
+                    true => here[*element as usize] * CORNERS_MAX as u32 + u32::from(*corner),
+                    false => {
+                        let slot =
+                            firsts_of.get_mut(&owner).expect("whoever has an element at a node here sends its forces");
+                        *slot += 1;
+                        *slot - 1
+                    }
+                };
+                laid.terms.push(term);
+                let shape = Element::of::<S>(&mesh.places_of(*element as usize), self.settings.grid.depth);
+                mass += shape.map_or(0.0, |shape| shape.volume) * density / corners;
+            }
+            laid.firsts.push(laid.terms.len() as u32);
+            laid.masses.push(mass);
+            laid.sides.push(meshed.sides_at(&mesh.place(node.id)));
+            laid.owned.push(owners[mesh.around(node.id)[0].0 as usize] == rank);
+        }
+        laid.forces = vec![S::Vector::zero(); laid.nodes.len()];
+        laid.before = laid.forces.clone();
+        self.subdomain.corners = halo;
+    }
+}

@@ -1,0 +1,395 @@
+//! The elements and nodes of a rank: what a step does with them, row by row. An element stands beside the material point that it has.
+
+use rayon::prelude::*;
+
+use crate::base::lane::{Instructions, LANES, Pack, Packed};
+use crate::base::numbers::{Lanes, Numbers};
+use crate::base::space::{Linear, Space, Words};
+use crate::base::symmetric::Symmetric;
+use crate::fem::element::{AXES_MAX, AtCorners, CORNERS_MAX, Element, corners, matrix_of, product, tensor_of, widened};
+use crate::fem::hourglass::{Hourglass, MODES_MAX, Modes};
+use crate::fem::node::Node;
+use crate::fem::side::{FACE_CORNERS, Side};
+use crate::mpm::load::{Kind, Load};
+use crate::mpm::points::Hot;
+use crate::mpm::scatter::eight_of;
+
+/// Fewer rows are not worth a task of their own.
+const ROWS_PER_TASK: usize = 256;
+/// Octets that a task takes.
+const OCTETS_PER_TASK: usize = 32;
+
+/// An element with the rows of its nodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ElementRow<S: Space> {
+    pub nodes: [u32; CORNERS_MAX],
+    /// Places of its corners at the start, m: of those across a period not that of the node.
+    pub places: [S::Vector; CORNERS_MAX],
+}
+
+/// Eight elements side by side, number by number; where there are fewer, the last is there several times.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Octet {
+    volume: [f64; LANES],
+    gradients: AtCorners<[f64; LANES]>,
+    gammas: [[[f64; LANES]; CORNERS_MAX]; MODES_MAX],
+    frame: [[[f64; LANES]; AXES_MAX]; AXES_MAX],
+    edges: [[f64; LANES]; AXES_MAX],
+    /// Of the corners at the start, m.
+    middle: [[f64; LANES]; AXES_MAX],
+}
+
+impl Octet {
+    pub fn of<S: Space>(rows: &[ElementRow<S>], shapes: &[(Element<f64>, Modes<f64>)]) -> Self {
+        let shapes = eight_of(shapes);
+        let middles = eight_of(rows).map(|row| {
+            let sum = row.places[..corners::<S>()].iter().fold(S::Vector::zero(), |sum, place| sum + *place);
+            widened(&(sum * (1.0 / corners::<S>() as f64)))
+        });
+        use std::array::from_fn;
+        Self {
+            volume: shapes.map(|(element, _)| element.volume),
+            gradients: from_fn(|corner| from_fn(|axis| shapes.map(|(element, _)| element.gradients[corner][axis]))),
+            gammas: from_fn(|mode| from_fn(|corner| shapes.map(|(_, modes)| modes.gammas[mode][corner]))),
+            frame: from_fn(|row| from_fn(|column| shapes.map(|(_, modes)| modes.frame[row][column]))),
+            edges: from_fn(|axis| shapes.map(|(_, modes)| modes.edges[axis])),
+            middle: from_fn(|axis| middles.map(|middle| middle[axis])),
+        }
+    }
+
+    #[inline(always)]
+    fn element<S: Space, P: Pack>(&self) -> Element<P> {
+        let mut gradients = [[P::splat(0.0); AXES_MAX]; CORNERS_MAX];
+        for corner in 0..corners::<S>() {
+            for axis in 0..S::DIMENSION {
+                gradients[corner][axis] = P::load(&self.gradients[corner][axis]);
+            }
+        }
+        Element { volume: P::load(&self.volume), gradients }
+    }
+
+    #[inline(always)]
+    fn modes<S: Space, P: Pack>(&self) -> Modes<P> {
+        let zero = P::splat(0.0);
+        let mut modes = Modes {
+            gammas: [[zero; CORNERS_MAX]; MODES_MAX],
+            frame: [[zero; AXES_MAX]; AXES_MAX],
+            edges: [zero; AXES_MAX],
+        };
+        for mode in 0..crate::fem::hourglass::modes::<S>() {
+            for corner in 0..corners::<S>() {
+                modes.gammas[mode][corner] = P::load(&self.gammas[mode][corner]);
+            }
+        }
+        for row in 0..AXES_MAX {
+            for column in 0..AXES_MAX {
+                modes.frame[row][column] = P::load(&self.frame[row][column]);
+            }
+            modes.edges[row] = P::load(&self.edges[row]);
+        }
+        modes
+    }
+}
+
+/// A side of an element that bears a load of the job.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoadedSide {
+    pub element: u32,
+    pub side: Side,
+    pub load: usize,
+}
+
+/// What a load puts on a node, N.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Push<S: Space> {
+    pub node: u32,
+    pub force: S::Vector,
+}
+
+/// What holds a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Holder {
+    /// The domain, where it ends.
+    Face { axis: usize, upper: bool },
+    /// A rigid body, by its number.
+    Body(usize),
+}
+
+/// What it took from a node to hold it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Held<S: Space> {
+    pub node: u32,
+    pub by: Holder,
+    /// On the material, N s.
+    pub impulse: S::Vector,
+    /// Where it acts, beside the image of the body that does it, m.
+    pub place: S::Vector,
+}
+
+/// Elements in the order of points, and the nodes that they have.
+#[derive(Clone, Debug)]
+pub struct Elements<S: Space> {
+    pub rows: Vec<ElementRow<S>>,
+    pub octets: Vec<Octet>,
+    /// In the order of their ids.
+    pub nodes: Vec<Node<S>>,
+    /// kg.
+    pub masses: Vec<f64>,
+    /// Sides of the domain that a node is on at the start: bit 2 axis + upper.
+    pub sides: Vec<u8>,
+    /// Which of them this rank answers for where each is to be counted once.
+    pub owned: Vec<bool>,
+    pub loaded: Vec<LoadedSide>,
+    /// Forces on corners, N: of each element here the first of its [`CORNERS_MAX`] places, and behind them those of other ranks' elements.
+    pub corner_forces: Vec<S::Vector>,
+    /// Which of these are at each node, in the order of elements: from one of the firsts to the next.
+    pub firsts: Vec<u32>,
+    pub terms: Vec<u32>,
+    /// Of the step, not of the state: forces on nodes, N; velocities before, m/s; what loads put on nodes, and what holds those that this rank
+    /// answers for; and `sum Q q/2` of elements, J.
+    pub forces: Vec<S::Vector>,
+    pub before: Vec<S::Vector>,
+    pub pushes: Vec<Push<S>>,
+    pub held: Vec<Held<S>>,
+    pub hourglass: Vec<f64>,
+    /// Inverses of F of elements, where forces were filled.
+    pub inverses: Vec<S::Tensor>,
+}
+
+impl<S: Space> Default for Elements<S> {
+    fn default() -> Self {
+        Self {
+            rows: Vec::new(),
+            octets: Vec::new(),
+            nodes: Vec::new(),
+            masses: Vec::new(),
+            sides: Vec::new(),
+            owned: Vec::new(),
+            loaded: Vec::new(),
+            corner_forces: Vec::new(),
+            firsts: Vec::new(),
+            terms: Vec::new(),
+            forces: Vec::new(),
+            before: Vec::new(),
+            pushes: Vec::new(),
+            held: Vec::new(),
+            hourglass: Vec::new(),
+            inverses: Vec::new(),
+        }
+    }
+}
+
+impl<S: Space> ElementRow<S> {
+    fn displacements(&self, nodes: &[Node<S>]) -> [S::Vector; CORNERS_MAX] {
+        self.nodes.map(|node| nodes[node as usize].displacement)
+    }
+}
+
+impl<S: Space> Elements<S> {
+    /// Forces of stresses and hourglass modes on corners, at the places of now.
+    pub fn fill_corners(&mut self, points: &[Hot<S>], (how, instructions): (&Hourglass, Instructions)) {
+        let Self { rows, octets, nodes, corner_forces, hourglass, inverses, .. } = self;
+        let together = LANES * OCTETS_PER_TASK;
+        let forces = corner_forces[..rows.len() * CORNERS_MAX].par_chunks_mut(CORNERS_MAX * together);
+        let of_rows =
+            rows.par_chunks(together).zip(octets.par_chunks(OCTETS_PER_TASK)).zip(points.par_chunks(together));
+        let outcomes = forces.zip(hourglass.par_chunks_mut(together)).zip(inverses.par_chunks_mut(together));
+        of_rows.zip(outcomes).for_each(|(((rows, octets), points), ((forces, hourglass), inverses))| {
+            instructions.run(Fill { how, rows, octets, points, nodes, forces, hourglass, inverses });
+        });
+    }
+
+    /// Loads on sides as they are at a time: a pressure on the area of now, a traction on that of the start.
+    pub fn push_loaded(&mut self, loads: &[Load<S>], time: f64, depth: f64) {
+        let Self { rows, nodes, loaded, corner_forces, pushes, .. } = self;
+        pushes.clear();
+        for LoadedSide { element, side, load } in loaded.iter() {
+            let (row, load) = (&rows[*element as usize], &loads[*load]);
+            let share = if time < load.ramp { time / load.ramp } else { 1.0 };
+            let moved = row.displacements(nodes);
+            let places = match load.kind {
+                Kind::Pressure(_) => std::array::from_fn(|corner| row.places[corner] + moved[corner]),
+                Kind::Traction(_) => row.places,
+            };
+            let areas = side.areas::<S>(&places, depth);
+            for (corner, area) in side.corners::<S>().iter().zip(&areas[..FACE_CORNERS[S::DIMENSION - 2]]) {
+                let force = match load.kind {
+                    Kind::Pressure(pressure) => *area * (-share * pressure),
+                    Kind::Traction(traction) => traction * (share * area.norm()),
+                };
+                corner_forces[*element as usize * CORNERS_MAX + corner] += force;
+                pushes.push(Push { node: row.nodes[*corner], force });
+            }
+        }
+    }
+
+    /// Forces on nodes, each the sum over the elements around it in their order.
+    pub fn sum_corners(&mut self) {
+        let Self { corner_forces, firsts, terms, forces, .. } = self;
+        forces.par_iter_mut().enumerate().with_min_len(ROWS_PER_TASK).for_each(|(node, force)| {
+            let around = &terms[firsts[node] as usize..firsts[node + 1] as usize];
+            *force = around.iter().fold(S::Vector::zero(), |sum, term| sum + corner_forces[*term as usize]);
+        });
+    }
+
+    /// Nodes drift with their velocities, and points with the elements that they are of: place, velocity, and F. `rates` are what laws are told,
+    /// `(F' F^-1 - 1)/dt` from the old to the new one, 1/s; forces have been filled at the old one.
+    pub fn drift(
+        &mut self,
+        points: &mut [Hot<S>],
+        rates: &mut Vec<S::Tensor>,
+        (dt, instructions): (f64, Instructions),
+    ) {
+        let Self { rows, octets, nodes, inverses, .. } = self;
+        nodes.par_iter_mut().with_min_len(ROWS_PER_TASK).for_each(|node| node.displacement += node.velocity * dt);
+        rates.resize(rows.len(), S::Tensor::zero());
+        let (nodes, together) = (&*nodes, LANES * OCTETS_PER_TASK);
+        let of_rows =
+            rows.par_chunks(together).zip(octets.par_chunks(OCTETS_PER_TASK)).zip(inverses.par_chunks(together));
+        let outcomes = points.par_chunks_mut(together).zip(rates.par_chunks_mut(together));
+        of_rows.zip(outcomes).for_each(|(((rows, octets), inverses), (points, rates))| {
+            instructions.run(Follow { dt, rows, octets, nodes, inverses, points, rates });
+        });
+    }
+}
+
+/// What the nodes of eight elements have, corner by corner.
+#[inline(always)]
+fn at_corners<S: Space, P: Pack>(
+    rows: &[&ElementRow<S>; LANES],
+    nodes: &[Node<S>],
+    of: impl Fn(&Node<S>) -> &S::Vector,
+) -> AtCorners<P> {
+    let mut found = [[P::splat(0.0); AXES_MAX]; CORNERS_MAX];
+    for (corner, found) in found.iter_mut().enumerate().take(corners::<S>()) {
+        let at = rows.map(|row| of(&nodes[row.nodes[corner] as usize]));
+        for (axis, found) in found.iter_mut().enumerate().take(S::DIMENSION) {
+            *found = P::load(&at.map(|vector| vector[axis]));
+        }
+    }
+    found
+}
+
+/// Stress of eight points, and F, with the numbers before them.
+#[inline(always)]
+fn tensor_in<S: Space, P: Pack>(tensors: &[&S::Tensor; LANES]) -> S::TensorOf<P> {
+    let mut found = S::TensorOf::<P>::zero();
+    for entry in 0..S::Tensor::COMPONENTS {
+        found.set_word(entry, P::load(&tensors.map(|tensor| tensor[entry])));
+    }
+    found
+}
+
+#[inline(always)]
+fn tensors_out<S: Space, P: Pack>(lanes: &S::TensorOf<P>, tensors: &mut [S::Tensor]) {
+    for entry in 0..S::Tensor::COMPONENTS {
+        for (tensor, number) in tensors.iter_mut().zip(lanes.word(entry).numbers()) {
+            tensor[entry] = number;
+        }
+    }
+}
+
+struct Fill<'a, S: Space> {
+    how: &'a Hourglass,
+    rows: &'a [ElementRow<S>],
+    octets: &'a [Octet],
+    points: &'a [Hot<S>],
+    nodes: &'a [Node<S>],
+    forces: &'a mut [S::Vector],
+    hourglass: &'a mut [f64],
+    inverses: &'a mut [S::Tensor],
+}
+
+impl<S: Space> Packed for Fill<'_, S> {
+    type Outcome = ();
+
+    #[inline(always)]
+    fn run<P: Pack>(self) {
+        let Self { how, rows, octets, points, nodes, forces, hourglass, inverses } = self;
+        let mut lanes = Lanes::<P>::zero();
+        for (number, octet) in octets.iter().enumerate() {
+            let first = number * LANES;
+            let held = first..(first + LANES).min(rows.len());
+            let moved = at_corners::<S, P>(&eight_of(&rows[held.clone()]), nodes, |node| &node.displacement);
+            lanes.load(&eight_of(&points[held.clone()]), Hot::<S>::DEFORMATION + S::Tensor::COMPONENTS);
+            let stress = lanes.words::<S::SymmetricOf<P>>(Hot::<S>::STRESS).tensor();
+            // One that is inside out is found by the guard.
+            let inverse = S::inverse_of::<P>(&lanes.words(Hot::<S>::DEFORMATION));
+            tensors_out::<S, P>(&inverse, &mut inverses[held.clone()]);
+            let (inverse, stress) = (matrix_of::<S, P>(&inverse), matrix_of::<S, P>(&stress));
+            let element = octet.element::<S, P>();
+            let inner = element.forces::<S>(&stress, &inverse);
+            let resistance = octet.modes::<S, P>().resist::<S>(how, &moved, (&inverse, &stress, element.volume));
+            for (to, energy) in hourglass[held.clone()].iter_mut().zip(resistance.energy.numbers()) {
+                *to = energy;
+            }
+            let forces = &mut forces[CORNERS_MAX * held.start..CORNERS_MAX * held.end];
+            for corner in 0..corners::<S>() {
+                for axis in 0..S::DIMENSION {
+                    let force = (inner[corner][axis] + resistance.forces[corner][axis]).numbers();
+                    for (of_element, force) in forces.chunks_exact_mut(CORNERS_MAX).zip(force) {
+                        of_element[corner][axis] = force;
+                    }
+                }
+            }
+        }
+    }
+}
+
+struct Follow<'a, S: Space> {
+    dt: f64,
+    rows: &'a [ElementRow<S>],
+    octets: &'a [Octet],
+    nodes: &'a [Node<S>],
+    inverses: &'a [S::Tensor],
+    points: &'a mut [Hot<S>],
+    rates: &'a mut [S::Tensor],
+}
+
+impl<S: Space> Packed for Follow<'_, S> {
+    type Outcome = ();
+
+    #[inline(always)]
+    fn run<P: Pack>(self) {
+        let Self { dt, rows, octets, nodes, inverses, points, rates } = self;
+        let (per_step, share) = (P::splat(1.0 / dt), P::splat(1.0 / corners::<S>() as f64));
+        for (number, octet) in octets.iter().enumerate() {
+            let first = number * LANES;
+            let held = first..(first + LANES).min(rows.len());
+            let rows = eight_of(&rows[held.clone()]);
+            let moved = at_corners::<S, P>(&rows, nodes, |node| &node.displacement);
+            let speeds = at_corners::<S, P>(&rows, nodes, |node| &node.velocity);
+            let deformation = octet.element::<S, P>().deformation::<S>(&moved);
+            let before = matrix_of::<S, P>(&tensor_in::<S, P>(&eight_of(&inverses[held.clone()])));
+            let mut rate = product::<S, P>(&deformation, &before);
+            for (axis, row) in rate.iter_mut().enumerate() {
+                row[axis] = row[axis] - P::splat(1.0);
+                row.iter_mut().for_each(|entry| *entry = *entry * per_step);
+            }
+            tensors_out::<S, P>(&tensor_of::<S, P>(&rate), &mut rates[held.clone()]);
+            let points = &mut points[held];
+            let deformation = tensor_of::<S, P>(&deformation);
+            for entry in 0..S::Tensor::COMPONENTS {
+                store(points, Hot::<S>::DEFORMATION + entry, deformation.word(entry));
+            }
+            for axis in 0..S::DIMENSION {
+                let (mut place, mut speed) = (moved[0][axis], speeds[0][axis]);
+                for corner in 1..corners::<S>() {
+                    place = place + moved[corner][axis];
+                    speed = speed + speeds[corner][axis];
+                }
+                // Means of the corners, so that mass times velocity is the same over points and over nodes.
+                store(points, Hot::<S>::POSITION + axis, P::load(&octet.middle[axis]) + place * share);
+                store(points, Hot::<S>::VELOCITY + axis, speed * share);
+            }
+        }
+    }
+}
+
+/// One number of each record.
+#[inline(always)]
+fn store<S: Space, P: Pack>(points: &mut [Hot<S>], at: usize, lanes: P) {
+    for (point, number) in points.iter_mut().zip(lanes.numbers()) {
+        point.numbers_mut()[at] = number;
+    }
+}

@@ -1,0 +1,285 @@
+//! Hourglass control by assumed strains (Belytschko & Bindeman 1993; in the plane Belytschko & Bindeman 1991): what displacements of the
+//! corners have beyond a linear field is given the stiffness that bending and torsion of the element would have.
+//!
+//! ```text
+//! gamma_a = (h_a - sum_i (h.X_i) B_ai)/n              h: eta zeta, zeta xi, xi eta, xi eta zeta; in the plane xi eta
+//! q_m = R0^T F^-1 sum_a gamma_am u_a                  nothing of a linear field or a turn of the element
+//! Q_ii = mu ((H_jj + H_kk) q_ii + H_ij q_jj + H_ik q_kk)                              torsion
+//! Q_ij = E/(1 - nu^2) (H_ii q_ij + nu H_ij q_ji)      Q_i4 = E H_ii q_i4/3            bending
+//! f_a = -F^-T R0 sum_m Q_m gamma_am
+//! ```
+//!
+//! with H_ii = 4 a_j a_k/(3 a_i) and H_ij = 4 a_k/3 of a box with edges a, R0 the frame of the element at the start, and i, j, k three different axes.
+//! A box of an elastic material bends as a beam does, with one element over its height. There is no memory: what a step begins with is in the displacements.
+//!
+//! A material that yields holds no more than its strength in bending either: where hourglass stresses are more than the stress in the element
+//! itself, they are cut down to it.
+
+use crate::base::lane::Real;
+use crate::base::space::{Linear, Space};
+use crate::fem::element::{
+    AXES_MAX, AtCorners, CORNERS_MAX, Element, Matrix, NATURAL, applied, corners, product, transposed,
+};
+
+/// Hourglass modes of an element in space.
+pub const MODES_MAX: usize = 4;
+
+/// Hourglass modes of an element of this space.
+pub const fn modes<S: Space>() -> usize {
+    if S::DIMENSION == 2 { 1 } else { MODES_MAX }
+}
+
+/// How it acts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hourglass {
+    /// G and M of the material, Pa.
+    pub shear_modulus: f64,
+    pub p_wave_modulus: f64,
+    /// Share of that stiffness.
+    pub coefficient: f64,
+    /// Whether the stress in the element bounds it.
+    pub yields: bool,
+}
+
+/// Of an element at the start, or of several in step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Modes<R> {
+    /// gamma of each mode and corner.
+    pub gammas: [[R; CORNERS_MAX]; MODES_MAX],
+    /// R0.
+    pub frame: Matrix<R>,
+    /// Edges along its axes, m; in the plane the third is the depth.
+    pub edges: [R; AXES_MAX],
+}
+
+/// What it does to an element.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resistance<R> {
+    /// N.
+    pub forces: AtCorners<R>,
+    /// `sum Q q/2`, J.
+    pub energy: R,
+}
+
+/// h of a mode at a corner.
+fn mode_at<S: Space>(mode: usize, corner: usize) -> f64 {
+    let [xi, eta, zeta] = NATURAL[corner];
+    match (S::DIMENSION, mode) {
+        (2, _) | (_, 2) => xi * eta,
+        (_, 0) => eta * zeta,
+        (_, 1) => zeta * xi,
+        _ => xi * eta * zeta,
+    }
+}
+
+impl Modes<f64> {
+    pub fn of<S: Space>(element: &Element<f64>, places: &[S::Vector; CORNERS_MAX], depth: f64) -> Self {
+        let count = corners::<S>();
+        let mut gammas = [[0.0; CORNERS_MAX]; MODES_MAX];
+        for (mode, gammas) in gammas.iter_mut().enumerate().take(modes::<S>()) {
+            let mut linear = S::Vector::zero();
+            (0..count).for_each(|corner| linear += places[corner] * mode_at::<S>(mode, corner));
+            for (corner, gamma) in gammas.iter_mut().enumerate().take(count) {
+                let along = |axis: usize| linear[axis] * element.gradients[corner][axis];
+                let beside: f64 = (0..S::DIMENSION).map(along).sum();
+                *gamma = (mode_at::<S>(mode, corner) - beside) / count as f64;
+            }
+        }
+        let mut jacobian = S::Tensor::zero();
+        for (place, natural) in places.iter().zip(NATURAL).take(count) {
+            let mut along = S::Vector::zero();
+            (0..S::DIMENSION).for_each(|axis| along[axis] = natural[axis]);
+            jacobian += S::outer(place, &along);
+        }
+        let frame = S::rotation(&jacobian);
+        let inside = S::transpose(&frame) * jacobian;
+        let edge = |axis: usize| match axis < S::DIMENSION {
+            true => inside[axis * (S::DIMENSION + 1)] * (2.0 / count as f64),
+            false => depth,
+        };
+        let mut rows = [[0.0; AXES_MAX]; AXES_MAX];
+        for (i, row) in rows.iter_mut().enumerate().take(S::DIMENSION) {
+            (0..S::DIMENSION).for_each(|j| row[j] = frame[j * S::DIMENSION + i]);
+        }
+        Self { gammas, frame: rows, edges: [edge(0), edge(1), edge(2)] }
+    }
+}
+
+impl<R: Real> Modes<R> {
+    /// Of an element whose corners have moved, with the inverse of its F, its Kirchhoff stress and its volume.
+    #[inline(always)]
+    pub fn resist<S: Space>(
+        &self,
+        how: &Hourglass,
+        displacements: &AtCorners<R>,
+        (inverse, stress, volume): (&Matrix<R>, &Matrix<R>, R),
+    ) -> Resistance<R> {
+        let zero = R::splat(0.0);
+        let into = product::<S, R>(&transposed::<S, R>(&self.frame), inverse);
+        let mut amplitudes = [[zero; AXES_MAX]; MODES_MAX];
+        for (amplitude, gammas) in amplitudes.iter_mut().zip(&self.gammas).take(modes::<S>()) {
+            let mut sum = [zero; AXES_MAX];
+            for (displacement, gamma) in displacements.iter().zip(gammas).take(corners::<S>()) {
+                for axis in 0..S::DIMENSION {
+                    sum[axis] = sum[axis] + displacement[axis] * *gamma;
+                }
+            }
+            *amplitude = applied::<S, R>(&into, &sum);
+        }
+        let mut generalised = self.stiffness::<S>(how, &amplitudes);
+        let mut energy = zero;
+        for (force, amplitude) in generalised.iter().zip(&amplitudes).take(modes::<S>()) {
+            for axis in 0..S::DIMENSION {
+                energy = energy + force[axis] * amplitude[axis];
+            }
+        }
+        energy = energy * R::splat(0.5);
+        if how.yields {
+            // Of a stress s the energy is s:s/(4 mu) at most.
+            let mut square = zero;
+            for row in stress.iter().take(S::DIMENSION) {
+                for entry in row.iter().take(S::DIMENSION) {
+                    square = square + *entry * *entry;
+                }
+            }
+            let bound = square * volume * R::splat(0.25 / how.shear_modulus);
+            let above = energy.above(bound);
+            let share = R::choose(above, (bound / R::choose(above, energy, R::splat(1.0))).sqrt(), R::splat(1.0));
+            generalised.iter_mut().flatten().for_each(|force| *force = *force * share);
+            energy = energy * share;
+        }
+        let back = transposed::<S, R>(&into);
+        let mut forces = [[zero; AXES_MAX]; CORNERS_MAX];
+        for (force, gammas) in generalised.iter().zip(&self.gammas).take(modes::<S>()) {
+            let pushed = applied::<S, R>(&back, force);
+            for corner in 0..corners::<S>() {
+                for axis in 0..S::DIMENSION {
+                    forces[corner][axis] = forces[corner][axis] - pushed[axis] * gammas[corner];
+                }
+            }
+        }
+        Resistance { forces, energy }
+    }
+
+    /// Q of q.
+    #[inline(always)]
+    fn stiffness<S: Space>(&self, how: &Hourglass, q: &[[R; AXES_MAX]; MODES_MAX]) -> [[R; AXES_MAX]; MODES_MAX] {
+        let shear = how.shear_modulus * how.coefficient;
+        let lambda = (how.p_wave_modulus - 2.0 * how.shear_modulus) * how.coefficient;
+        let number = R::splat;
+        let plate = number(4.0 * shear * (lambda + shear) / (lambda + 2.0 * shear));
+        let across = number(2.0 * shear * lambda / (lambda + 2.0 * shear));
+        let third = number(shear * (3.0 * lambda + 2.0 * shear) / (lambda + shear) / 3.0);
+        let shear = number(shear);
+        let (edges, part) = (&self.edges, number(4.0 / 3.0));
+        let own = |i: usize| edges[(i + 1) % 3] * edges[(i + 2) % 3] / edges[i] * part;
+        let own = [own(0), own(1), own(2)];
+        let mut forces = [[number(0.0); AXES_MAX]; MODES_MAX];
+        if S::DIMENSION == 2 {
+            for axis in 0..S::DIMENSION {
+                forces[0][axis] = plate * own[axis] * q[0][axis];
+            }
+            return forces;
+        }
+        for i in 0..3 {
+            let others = [(i + 1) % 3, (i + 2) % 3];
+            let beside = |j: usize| edges[3 - i - j] * part;
+            let [j, k] = others;
+            forces[i][i] = shear * ((own[j] + own[k]) * q[i][i] + beside(j) * q[j][j] + beside(k) * q[k][k]);
+            for j in others {
+                forces[j][i] = plate * own[i] * q[j][i] + across * beside(j) * q[i][j];
+            }
+            forces[3][i] = third * own[i] * q[3][i];
+        }
+        forces
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::space::{Plane, Solid};
+    use crate::fem::element::tests::distorted;
+    use crate::fem::element::{matrix_of, tensor_of, widened};
+
+    const HOW: Hourglass = Hourglass { shear_modulus: 3.0, p_wave_modulus: 10.0, coefficient: 1.0, yields: false };
+
+    fn resist<S: Space>(places: &[S::Vector; CORNERS_MAX], moved: &[S::Vector; CORNERS_MAX]) -> Resistance<f64> {
+        let element = Element::of::<S>(places, 0.5).unwrap();
+        let moved = moved.map(|moved| widened(&moved));
+        let deformation = tensor_of::<S, f64>(&element.deformation::<S>(&moved));
+        let inverse = matrix_of::<S, f64>(&S::inverse_of::<f64>(&deformation));
+        let modes = Modes::of::<S>(&element, places, 0.5);
+        modes.resist::<S>(&HOW, &moved, (&inverse, &[[0.0; 3]; 3], element.volume))
+    }
+
+    fn linear_fields<S: Space>() {
+        let places = distorted::<S>();
+        let mut gradient = S::Tensor::zero();
+        (0..S::Tensor::COMPONENTS).for_each(|at| gradient[at] = 0.1 * ((5 * at) % 7) as f64);
+        let found = resist::<S>(&places, &places.map(|place| gradient * place));
+        assert!(found.forces.iter().all(|force| force.iter().all(|part| part.abs() < 1e-12)), "{:?}", found.forces);
+    }
+
+    #[test]
+    fn a_linear_field_meets_no_resistance() {
+        linear_fields::<Plane>();
+        linear_fields::<Solid>();
+    }
+
+    /// Every motion of the corners but rigid and linear ones is resisted: twelve in space, two in the plane.
+    fn modes_are_stiff<S: Space>(count: usize) {
+        let places = distorted::<S>();
+        let mut energies = 0;
+        for mode in 0..modes::<S>() {
+            for axis in 0..S::DIMENSION {
+                let moved = std::array::from_fn(|corner| {
+                    let mut moved = S::Vector::zero();
+                    moved[axis] = 1e-4 * mode_at::<S>(mode, corner);
+                    moved
+                });
+                energies += usize::from(resist::<S>(&places, &moved).energy > 1e-9);
+            }
+        }
+        assert_eq!(energies, count);
+    }
+
+    #[test]
+    fn no_hourglass_mode_is_free() {
+        modes_are_stiff::<Plane>(2);
+        modes_are_stiff::<Solid>(12);
+    }
+
+    /// Pure bending of a box, u_x = k x y: the energy is that of a plate, E/(1 - nu^2) k^2 I/2 per length.
+    #[test]
+    fn a_box_bends_as_a_plate_does() {
+        let (edges, curvature) = ([2.0, 3.0, 4.0], 1e-5);
+        let places: [<Solid as Space>::Vector; CORNERS_MAX] =
+            std::array::from_fn(|corner| std::array::from_fn(|axis| 0.5 * edges[axis] * NATURAL[corner][axis]).into());
+        let moved = places.map(|place| [curvature * place[0] * place[1], 0.0, 0.0].into());
+        let found = resist::<Solid>(&places, &moved);
+        let lambda = HOW.p_wave_modulus - 2.0 * HOW.shear_modulus;
+        let plate = 4.0 * HOW.shear_modulus * (lambda + HOW.shear_modulus) / (lambda + 2.0 * HOW.shear_modulus);
+        let inertia = edges[2] * edges[1] * edges[1] * edges[1] / 12.0;
+        let wanted = 0.5 * plate * curvature * curvature * inertia * edges[0];
+        assert!((found.energy / wanted - 1.0).abs() < 1e-9, "{} {wanted}", found.energy);
+    }
+
+    /// A turn of the whole element changes no energy, and forces turn with it.
+    #[test]
+    fn a_turned_element_resists_as_before() {
+        let places = distorted::<Solid>();
+        let bent = std::array::from_fn(|corner| {
+            [0.01 * mode_at::<Solid>(1, corner), 0.02 * mode_at::<Solid>(2, corner), 0.0].into()
+        });
+        let turn = nalgebra::Rotation3::from_euler_angles(0.3, -1.1, 2.0).into_inner();
+        let turned = std::array::from_fn(|corner| turn * (places[corner] + bent[corner]) - places[corner]);
+        let (before, after) = (resist::<Solid>(&places, &bent), resist::<Solid>(&places, &turned));
+        assert!((after.energy / before.energy - 1.0).abs() < 1e-10);
+        for (force, found) in before.forces.iter().zip(&after.forces) {
+            let (force, found): (<Solid as Space>::Vector, <Solid as Space>::Vector) =
+                ((*force).into(), (*found).into());
+            assert!((turn * force - found).norm() < 1e-10 * force.norm().max(1e-3));
+        }
+    }
+}

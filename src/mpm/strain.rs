@@ -1,0 +1,46 @@
+//! Stress of points whose strain is known, whoever knows it.
+
+use crate::base::lane::{Instructions, LANES, Pack, Packed};
+use crate::base::numbers::{Lanes, Numbers};
+use crate::base::space::{Linear, Space, Words};
+use crate::law::material::MaterialLaw;
+use crate::mpm::points::Hot;
+use crate::mpm::scatter::eight_of;
+
+/// Stress and memory of points after a step with these velocity gradients, 1/s; their F is that of the end of it already.
+pub(super) fn strain_rows<S: Space, L: MaterialLaw<S>>(
+    law: &L,
+    (rates, dt, instructions): (&[S::Tensor], f64, Instructions),
+    points: &mut [Hot<S>],
+) {
+    instructions.run(Strain { law, rates, dt, points });
+}
+
+struct Strain<'a, S: Space, L> {
+    law: &'a L,
+    rates: &'a [S::Tensor],
+    dt: f64,
+    points: &'a mut [Hot<S>],
+}
+
+impl<S: Space, L: MaterialLaw<S>> Packed for Strain<'_, S, L> {
+    type Outcome = ();
+
+    #[inline(always)]
+    fn run<P: Pack>(self) {
+        let Self { law, rates, dt, points } = self;
+        let (memory, mut lanes) = (Hot::<S>::MEMORY, Lanes::<P>::zero());
+        for (points, rates) in points.chunks_mut(LANES).zip(rates.chunks(LANES)) {
+            lanes.load(&eight_of(points), Hot::<S>::WIDTH);
+            let rates = eight_of(rates);
+            let mut gradient = S::TensorOf::<P>::zero();
+            for entry in 0..S::Tensor::COMPONENTS {
+                gradient.set_word(entry, P::load(&rates.map(|rate| rate[entry])));
+            }
+            let (words, work) = lanes.0[memory..].split_at_mut(S::PointMemory::WIDTH);
+            let stress = law.update_lanes(&gradient, dt, &mut words[..L::Memory::WIDTH], &mut work[0]);
+            lanes.set_words(Hot::<S>::STRESS, &stress);
+            lanes.store(points);
+        }
+    }
+}

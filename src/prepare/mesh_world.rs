@@ -1,0 +1,90 @@
+//! The mesh of a job of elements, and what of a world follows from it.
+
+use std::sync::Arc;
+
+use crate::base::ids::PointId;
+use crate::base::space::{Linear, Space};
+use crate::domain::elements::Meshed;
+use crate::domain::layout::{Ground, Layout};
+use crate::fem::elements::LoadedSide;
+use crate::fem::mesh::{Lattice, Mesh};
+use crate::fem::node::Node;
+use crate::fem::side::{FACE_CORNERS, Side};
+use crate::job::mpm::figures::indices;
+use crate::job::mpm::{self, Mpm};
+use crate::mpm::scheme::ShapeFunction;
+use crate::prepare::grain_world::vector;
+
+/// Whole blocks of elements, whatever their edges are: places are shares of the domain.
+pub fn layout<S: Space>(job: &Mpm) -> Result<Layout, String> {
+    let per_block = job.cells_per_block;
+    let whole = |axis: usize| if axis < S::DIMENSION { job.grid.cells[axis].next_multiple_of(per_block) } else { 1 };
+    let ground = Ground {
+        shape: ShapeFunction::Linear,
+        point_half: 0.5,
+        ..Ground::open([whole(0), whole(1), whole(2)], per_block, job.grid.cell, job.grid.lower, job.grid.periodic)
+    };
+    Layout::new::<S>(ground)
+}
+
+/// The mesh of a job, and what bears its loads.
+pub fn meshed<S: Space>(job: &Mpm, how: &mpm::Mesh) -> Meshed<S> {
+    let lattice = Lattice {
+        lower: job.grid.lower,
+        edges: [0, 1, 2].map(|axis| job.edge(axis)),
+        cells: job.grid.cells,
+        periodic: job.grid.periodic,
+    };
+    let places = job.places().map(|count| 0..count);
+    let is_there = |index: &[usize; 3]| job.region_at(&job.place(*index)).is_some();
+    let wanted = indices(places).filter(is_there).map(|index| (PointId(job.number(index)), index));
+    let mesh = Mesh::of_lattice(&lattice, wanted);
+    let loaded = loaded(job, &mesh);
+    Meshed {
+        mesh: Arc::new(mesh),
+        loaded: Arc::new(loaded),
+        walls: [0, 1, 2].map(|axis| [job.grid.lower[axis], job.grid.upper[axis]]),
+        hourglass: how.hourglass,
+    }
+}
+
+/// Sides with nothing beyond them that look the way of a load and whose element has its middle in the window.
+fn loaded<S: Space>(job: &Mpm, mesh: &Mesh<S>) -> Vec<LoadedSide> {
+    let mut loaded = Vec::new();
+    if job.loads.is_empty() {
+        return loaded;
+    }
+    for (element, side) in mesh.bare_faces() {
+        let middle = mesh.middle_of(element as usize);
+        for (load, of) in job.loads.iter().enumerate() {
+            let inside = (0..S::DIMENSION).all(|axis| (of.lower[axis]..=of.upper[axis]).contains(&middle[axis]));
+            if inside && looks_along(mesh, (element, side), of.face) {
+                loaded.push(LoadedSide { element, side, load });
+            }
+        }
+    }
+    loaded
+}
+
+/// Whether a side looks along the normal of a face more than along any other axis.
+fn looks_along<S: Space>(mesh: &Mesh<S>, (element, side): (u32, Side), face: mpm::Face) -> bool {
+    let areas = side.areas::<S>(&mesh.places_of(element as usize), 1.0);
+    let area = areas[..FACE_CORNERS[S::DIMENSION - 2]].iter().fold(S::Vector::zero(), |sum, area| sum + *area);
+    let along = if face.upper { area[face.axis] } else { -area[face.axis] };
+    (0..S::DIMENSION).all(|axis| axis == face.axis || area[axis].abs() < along)
+}
+
+/// Nodes at the start, which have the velocity of the region of the first element around them.
+pub fn nodes<S: Space>(job: &Mpm, meshed: &Meshed<S>) -> Vec<Node<S>> {
+    let mesh = &meshed.mesh;
+    let node = |id| {
+        let place = mesh.place(id);
+        let widened =
+            |place: S::Vector| std::array::from_fn(|axis| if axis < S::DIMENSION { place[axis] } else { 0.0 });
+        let middle = mesh.middle_of(mesh.around(id)[0].0 as usize);
+        let region = job.region_at(&widened(middle)).expect("elements are in regions");
+        let velocity = vector::<S>(&job.regions[region].velocity_at(&widened(place)));
+        Node { id, displacement: S::Vector::zero(), velocity }
+    };
+    mesh.nodes().map(node).collect()
+}
