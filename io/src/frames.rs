@@ -1,4 +1,4 @@
-//! Frames for ParaView: points or lines with fields over time, in VTKHDF files (transient `PolyData`, version 2.0).
+//! Frames for ParaView: points, lines or quadrilaterals with fields over time, in VTKHDF files (transient `PolyData`, version 2.0).
 //!
 //! Frames are added while the run goes on, and their files are whole at every moment. HDF5 changes a file in many places
 //! at once, and a full disk or a kill in between would lose every frame in it; so there are two files of the same frames,
@@ -36,9 +36,9 @@ pub const PART_BYTES: u64 = 512 << 20;
 pub struct Frame {
     pub time: f64,
     pub drawn: Drawn,
-    /// In space; a plane's third coordinate is 0. One per point, and of every line where it begins and where it ends.
+    /// In space; a plane's third coordinate is 0. One per point, of every line where it begins and where it ends, and of quadrilaterals four.
     pub positions: Vec<[f64; 3]>,
-    /// One row per point or line, of `f64` or `i64`. ParaView takes width 1 as a scalar, 3 as a vector, 9 as a tensor.
+    /// One row per point, line or quadrilateral, of `f64` or `i64`. ParaView takes width 1 as a scalar, 3 as a vector, 9 as a tensor.
     pub fields: Vec<Column>,
     /// Of the frame as a whole: one row each, of `f64`.
     pub whole: Vec<Column>,
@@ -49,6 +49,8 @@ pub struct Frame {
 pub enum Drawn {
     Points,
     Lines,
+    /// Of four corners each, one after the other around it.
+    Quadrilaterals,
 }
 
 impl Drawn {
@@ -57,12 +59,13 @@ impl Drawn {
         match self {
             Self::Points => 1,
             Self::Lines => 2,
+            Self::Quadrilaterals => 4,
         }
     }
 }
 
 impl Frame {
-    /// Points or lines.
+    /// Points, lines or quadrilaterals.
     pub fn rows(&self) -> usize {
         self.positions.len() / self.drawn.positions()
     }

@@ -59,8 +59,8 @@ impl Run {
         let job = Job::parse(&scenario_text, &scenario_path.display().to_string(), &[]);
         let scenario: Table = toml::from_str(&job.map_or_else(|_| scenario_text.clone(), |job| job.to_toml()))
             .map_err(|error| broken(&scenario_path, &format!("is not TOML: {}", error.message()), COPY))?;
-        if !["specimen", "grid", "cell"].iter().any(|table| scenario.contains_key(*table)) {
-            return Err(broken(&scenario_path, "has no table `specimen`, `grid` or `cell`", COPY));
+        if !["specimen", "grid", "mesh", "cell"].iter().any(|table| scenario.contains_key(*table)) {
+            return Err(broken(&scenario_path, "has no table `specimen`, `grid`, `mesh` or `cell`", COPY));
         }
         present(&series_path)?;
         let (header, rows) = series::read(&series_path).map_err(unreadable)?;
@@ -109,9 +109,10 @@ impl Run {
         Ok(run)
     }
 
-    /// A value of the scenario by its dotted path.
+    /// A value of the scenario by its dotted path. The domain of elements, which fill it, goes by the name of a grid's too.
     pub fn value(&self, path: &str) -> Option<&toml::Value> {
-        lookup(&self.scenario, path)
+        let of_elements = || lookup(&self.scenario, &format!("mesh.{}", path.strip_prefix("grid.")?));
+        lookup(&self.scenario, path).or_else(of_elements)
     }
 
     /// A number of the scenario.
@@ -173,7 +174,7 @@ impl Run {
 
     /// Whether its material is grains at every point.
     pub fn has_rves(&self) -> bool {
-        self.is("mpm_dem")
+        self.is("mpm_dem") || self.is("fem_dem")
     }
 
     /// 2 or 3.
@@ -195,8 +196,15 @@ impl Run {
 
     /// Edge of a cell of the grid, m, where points are.
     pub fn cell_edge(&self) -> Option<f64> {
-        let edge = self.number("continuum.cell").or_else(|| self.number("grid.cell"));
+        let edge = self.number("continuum.cell").or_else(|| self.number("grid.cell")).or_else(|| self.element_edge());
         edge.filter(|_| !self.is("dem"))
+    }
+
+    /// The shortest edge of an element, m.
+    fn element_edge(&self) -> Option<f64> {
+        let [lower, upper, elements] = ["mesh.lower", "mesh.upper", "mesh.elements"].map(|path| self.numbers(path));
+        let edges = lower.iter().zip(&upper).zip(&elements).map(|((lower, upper), count)| (upper - lower) / count);
+        edges.reduce(f64::min)
     }
 
     /// What lengths are told in, m: mean diameters, or cells where there are no grains.

@@ -17,12 +17,15 @@ use crate::fem::elements::{ElementRow, Elements, LoadedSide, Octet};
 use crate::fem::hourglass::Modes;
 use crate::fem::mesh::Mesh;
 use crate::fem::node::Node;
+use crate::fem::side::Side;
 
 /// What a world of elements is laid from; no step changes it, and it is the same on every rank.
 #[derive(Clone, Debug)]
 pub struct Meshed<S: Space> {
     pub mesh: Arc<Mesh<S>>,
-    /// Sides that bear loads.
+    /// Sides that belong to one element alone.
+    pub bare: Arc<Vec<(u32, Side)>>,
+    /// Those that bear loads.
     pub loaded: Arc<Vec<LoadedSide>>,
     /// Where the domain ends, lower and upper of each axis, m.
     pub walls: [[f64; 2]; 3],
@@ -37,6 +40,21 @@ type Shape = (Element<f64>, Modes<f64>);
 const SIDE_SLACK: f64 = 1e-9;
 
 impl<S: Space> Meshed<S> {
+    /// Sides of elements that can be seen: those that belong to one alone, and those at the ends of the domain, beyond which a period begins.
+    pub fn sides_seen(&self) -> Vec<(u32, Side)> {
+        let mesh = &self.mesh;
+        let elements = 0..mesh.elements.len() as u32;
+        let sides = elements.flat_map(|element| Side::all(S::DIMENSION).map(move |side| (element, side)));
+        let ends = sides.filter(|(element, side)| {
+            let corners = side.corners::<S>().iter().map(|corner| mesh.elements[*element as usize][*corner] as usize);
+            corners.fold(u8::MAX, |all, vertex| all & self.sides_at(&mesh.vertices[vertex])) != 0
+        });
+        let mut seen: Vec<(u32, Side)> = self.bare.iter().copied().chain(ends).collect();
+        seen.sort_unstable();
+        seen.dedup();
+        seen
+    }
+
     /// Sides of the domain that a place of the start is on: bit 2 axis + upper.
     fn sides_at(&self, place: &S::Vector) -> u8 {
         let mut sides = 0;

@@ -26,7 +26,7 @@ pub fn write(state: State, dir: &Path, point: &str, file: &Path) -> Result<PathB
     }
     let job = Job::parse(&scenario_of(&state)?, &dir.display().to_string(), &[])?;
     let Some(continuum) = job.as_mpm().filter(|job| job.rves().is_some()) else {
-        return Err(refused("this run has no RVEs; it is of another method than mpm_dem".into()));
+        return Err(refused("this run has no RVEs; it is of another method than mpm_dem and fem_dem".into()));
     };
     let followed = continuum.follow.iter().find(|follow| follow.name == point);
     let nearest = followed.and_then(|follow| nearest_point(continuum, &follow.place));

@@ -65,6 +65,9 @@ fn assembly(job: &Assembly, times: usize) -> Result<Vec<String>, String> {
 fn continuum(job: &Mpm, times: f64) -> Result<Vec<String>, String> {
     let grid = &job.grid;
     let (axes, span) = (grid.dimension, [grid.lower[0], grid.upper[0]]);
+    if job.mesh.is_some() {
+        return Err("it is a mesh, whose elements are counted".to_string());
+    }
     if let Some(body) = job.bodies.first() {
         return Err(format!("body `{}` stands in it", body.body.name));
     }

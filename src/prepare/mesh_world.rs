@@ -39,9 +39,11 @@ pub fn meshed<S: Space>(job: &Mpm, how: &mpm::Mesh) -> Meshed<S> {
     let is_there = |index: &[usize; 3]| job.region_at(&job.place(*index)).is_some();
     let wanted = indices(places).filter(is_there).map(|index| (PointId(job.number(index)), index));
     let mesh = Mesh::of_lattice(&lattice, wanted);
-    let loaded = loaded(job, &mesh);
+    let bare = mesh.bare_faces();
+    let loaded = loaded(job, &mesh, &bare);
     Meshed {
         mesh: Arc::new(mesh),
+        bare: Arc::new(bare),
         loaded: Arc::new(loaded),
         walls: [0, 1, 2].map(|axis| [job.grid.lower[axis], job.grid.upper[axis]]),
         hourglass: how.hourglass,
@@ -49,12 +51,9 @@ pub fn meshed<S: Space>(job: &Mpm, how: &mpm::Mesh) -> Meshed<S> {
 }
 
 /// Sides with nothing beyond them that look the way of a load and whose element has its middle in the window.
-fn loaded<S: Space>(job: &Mpm, mesh: &Mesh<S>) -> Vec<LoadedSide> {
+fn loaded<S: Space>(job: &Mpm, mesh: &Mesh<S>, bare: &[(u32, Side)]) -> Vec<LoadedSide> {
     let mut loaded = Vec::new();
-    if job.loads.is_empty() {
-        return loaded;
-    }
-    for (element, side) in mesh.bare_faces() {
+    for (element, side) in bare.iter().copied() {
         let middle = mesh.middle_of(element as usize);
         for (load, of) in job.loads.iter().enumerate() {
             let inside = (0..S::DIMENSION).all(|axis| (of.lower[axis]..=of.upper[axis]).contains(&middle[axis]));

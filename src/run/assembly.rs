@@ -70,7 +70,13 @@ impl<S: Space> Setup for InSpace<'_, S> {
             steps,
             accounts: Accounts { grains: job.ledger, points: false },
             allows_unstable: job.allow_unstable,
-            picture: Picture { depth: job.cell.depth, may_have_grains: true, may_have_points: false, flagged: false },
+            picture: Picture {
+                depth: job.cell.depth,
+                may_have_grains: true,
+                may_have_points: false,
+                has_elements: false,
+                flagged: false,
+            },
             drawn_rves: Vec::new(),
             columns,
             watch: Box::new(move |core| match &job.cell.servo {

@@ -80,6 +80,7 @@ impl<S: Space> Experiment<'_, S> {
     pub fn frame_series(&self) -> Vec<FrameSeries> {
         let of = |name: String, is_of_contacts| FrameSeries::of(name, is_of_contacts);
         let mut frame_series = vec![of("frames".into(), false)];
+        frame_series.extend(self.picture.has_elements.then(|| of("elements".into(), false)));
         frame_series.extend(self.output.contact_frames.then(|| of("contacts".into(), true)));
         for (name, _) in &self.drawn_rves {
             frame_series.extend([of(format!("{GRAINS_OF}{name}"), false), of(format!("{CONTACTS_OF}{name}"), true)]);
@@ -114,6 +115,8 @@ pub struct Picture {
     pub depth: f64,
     pub may_have_grains: bool,
     pub may_have_points: bool,
+    /// Points are those of elements, which are drawn as well.
+    pub has_elements: bool,
     /// Points near the nodes that the oracle has flagged are marked.
     pub flagged: bool,
 }

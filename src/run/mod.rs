@@ -42,6 +42,7 @@ use crate::domain::stop::{self, Wish};
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::observe::contact_frame::contact_frame;
+use crate::observe::element_frame::element_frame;
 use crate::observe::frame::frame;
 use crate::observe::rve_frame;
 use crate::run::output::Outputs;
@@ -174,9 +175,11 @@ impl<'t, S: Space> Core<'t, S> {
         if let (Some(frame), true) = (&mut made, flagged) {
             frame.fields.push(watch::flagged_rows(&self.world, &self.progress.oracle, &frame.positions));
         }
+        let elements = element_frame(&self.world, made.as_ref())?;
         let contacts = if self.contact_frames { contact_frame(&mut self.world)? } else { None };
         let of_rves = rve_frame::of_points(&self.world, &self.drawn_rves)?;
-        let frames: Vec<Frame> = made.into_iter().chain(contacts).chain(of_rves.into_iter().flatten()).collect();
+        let frames: Vec<Frame> =
+            made.into_iter().chain(elements).chain(contacts).chain(of_rves.into_iter().flatten()).collect();
         self.progress.frames += 1;
         self.on_root(|outputs| outputs.frames(&frames))
     }

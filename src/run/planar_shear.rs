@@ -49,6 +49,7 @@ impl Setup for Scenario {
                 depth: self.specimen.depth,
                 may_have_grains: true,
                 may_have_points: self.method != Method::Dem,
+                has_elements: false,
                 flagged: false,
             },
             drawn_rves: Vec::new(),

@@ -142,6 +142,9 @@ fn a_side_fastened_to_a_plate_bears_what_its_servo_keeps() {
             (plate / 10.0 - 1.0).abs() < 1e-3 && (ground / -10.0 - 1.0).abs() < 1e-3,
             "{contact}: {plate} {ground}"
         );
+        // Damping is no load on what is held.
+        let borne = *ran.series("stress_yy").last().unwrap() * 0.01;
+        assert!((borne / -10.0 - 1.0).abs() < 0.01, "{contact}: {borne}");
         let across = *ran.series("plate_force_x").last().unwrap();
         assert!(across.abs() < 1e-6, "{contact}: {across}");
     }

@@ -17,12 +17,14 @@ use crate::column::{Kind, Values};
 use crate::h5;
 
 pub(super) const ROOT: &str = "VTKHDF";
-/// The kinds of cells that the format asks for. Points are vertices; the last two are empty.
+/// The kinds of cells that the format asks for. Points are vertices, quadrilaterals polygons; the last is empty.
 const CELLS: [&str; 4] = ["Vertices", "Lines", "Polygons", "Strips"];
 pub(super) const STEPS: &str = "Steps";
 pub(super) const STEP_COUNT: &str = "NSteps";
 /// Rows of a chunk at which frames begin. Files of before this was kept have no such attribute of [`STEPS`].
 pub(super) const CHUNK_ROWS: &str = "ChunkRows";
+/// Positions of a row. Files of before quadrilaterals have no such attribute of [`STEPS`].
+pub(super) const CORNERS: &str = "Corners";
 pub(super) const WHOLE: &str = "FieldData";
 /// Where each frame begins, in rows; where a field of points or lines does.
 const ROW_OFFSETS: &str = "Steps/RowOffsets";
@@ -39,6 +41,7 @@ impl Drawn {
         match self {
             Self::Points => 0,
             Self::Lines => 1,
+            Self::Quadrilaterals => 2,
         }
     }
 
@@ -46,7 +49,7 @@ impl Drawn {
     pub(super) fn data(self) -> &'static str {
         match self {
             Self::Points => "PointData",
-            Self::Lines => "CellData",
+            Self::Lines | Self::Quadrilaterals => "CellData",
         }
     }
 }
@@ -92,6 +95,7 @@ impl Layout {
         }
         let steps = root.group(STEPS)?;
         steps.new_attr::<i64>().create(STEP_COUNT)?.write_scalar(&0_i64)?;
+        steps.new_attr::<i64>().create(CORNERS)?.write_scalar(&(shape.drawn.positions() as i64))?;
         steps.new_attr::<i64>().create(CHUNK_ROWS)?.write_scalar(&(*chunk_rows as i64))?;
         for (name, width) in self.step_numbers().into_iter().chain(self.step_zeros()) {
             grow_by_step::<i64>(&root, &name, width)?;

@@ -122,9 +122,14 @@ impl Index {
         let steps = root.group(layout::STEPS)?;
         let frames = layout::step_count(&steps)?;
         let times = layout::get(&steps.dataset("Values")?, 0, frames)?;
-        let drawn = match root.link_exists(Drawn::Lines.data()) {
-            true => Drawn::Lines,
-            false => Drawn::Points,
+        let corners = match steps.attr_names()?.iter().any(|name| name == layout::CORNERS) {
+            true => Some(steps.attr(layout::CORNERS)?.read_scalar::<i64>()?),
+            false => None,
+        };
+        let drawn = match (root.link_exists(Drawn::Lines.data()), corners) {
+            (true, Some(4)) => Drawn::Quadrilaterals,
+            (true, _) => Drawn::Lines,
+            (false, _) => Drawn::Points,
         };
         let rows_in = |dataset: Dataset| -> hdf5::Result<Vec<usize>> {
             let points: Vec<i64> = layout::get(&dataset, 0, frames)?;

@@ -64,6 +64,7 @@ impl fmt::Display for Shape {
         match self.drawn {
             Drawn::Points => Ok(()),
             Drawn::Lines => write!(to, "; of lines"),
+            Drawn::Quadrilaterals => write!(to, "; of quadrilaterals"),
         }
     }
 }

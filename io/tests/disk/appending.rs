@@ -73,7 +73,7 @@ fn the_thousandth_frame_costs_what_the_first_does() {
 /// Were it lost, the next frame would go into a copy, and cost what all frames do that were before it.
 #[test]
 fn the_second_file_is_kept_and_one_frame_behind() {
-    for drawn in [Drawn::Points, Drawn::Lines] {
+    for drawn in [Drawn::Points, Drawn::Lines, Drawn::Quadrilaterals] {
         let (_guard, folder) = sample::folder();
         let path = folder.join("frames.vtkhdf");
         let scratch = sample::scratch(&path);

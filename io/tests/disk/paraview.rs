@@ -34,8 +34,9 @@ for step in range(reader.GetNumberOfSteps()):
         print(name, *map(repr, vtk_to_numpy(data.GetFieldData().GetArray(name)).ravel().tolist()))
     if data.GetNumberOfPoints() == 0:
         continue
-    lines = data.GetNumberOfLines() > 0
-    cells, fields = (data.GetLines(), data.GetCellData()) if lines else (data.GetVerts(), data.GetPointData())
+    cells, fields = data.GetVerts(), data.GetPointData()
+    if data.GetNumberOfVerts() == 0:
+        cells, fields = data.GetLines() if data.GetNumberOfLines() > 0 else data.GetPolys(), data.GetCellData()
     print("ids", *vtk_to_numpy(cells.GetConnectivityArray()))
     print("offsets", *vtk_to_numpy(cells.GetOffsetsArray()))
     print("positions", *map(repr, vtk_to_numpy(data.GetPoints().GetData()).ravel().tolist()))
@@ -75,8 +76,9 @@ fn expected(frames: &[Frame]) -> String {
     let mut text = format!("steps {}\n", frames.len());
     for frame in frames {
         let (points, rows, per_row) = (frame.positions.len(), frame.rows(), frame.drawn.positions());
-        let [vertices, lines] = if frame.drawn == Drawn::Lines { [0, rows] } else { [rows, 0] };
-        writeln!(text, "time {:?} points {points} {vertices} {lines} 0", frame.time).unwrap();
+        let [vertices, lines, polygons] = [Drawn::Points, Drawn::Lines, Drawn::Quadrilaterals]
+            .map(|drawn| if frame.drawn == drawn { rows } else { 0 });
+        writeln!(text, "time {:?} points {points} {vertices} {lines} {polygons}", frame.time).unwrap();
         // How many numbers they have, VTK tells only from 9.4 on.
         frame.whole.iter().for_each(|column| writeln!(text, "{}{}", column.name, numbers(column)).unwrap());
         if points == 0 {
@@ -117,7 +119,7 @@ pub fn assert_same(found: &str, frames: &[Frame]) {
 
 #[test]
 fn reads_every_step_of_a_file_written_at_once_and_of_one_cut_and_continued() {
-    for drawn in [Drawn::Points, Drawn::Lines] {
+    for drawn in [Drawn::Points, Drawn::Lines, Drawn::Quadrilaterals] {
         let (_guard, folder) = sample::folder();
         let frames: Vec<Frame> = (0..9).map(|number| sample::frame_of(drawn, number)).collect();
         let path = folder.join("frames.vtkhdf");

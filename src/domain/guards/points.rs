@@ -74,7 +74,8 @@ impl<S: Space> World<'_, S> {
         };
         let spoilt = |hot: &Hot<S>| {
             let [ratio, share] = deformation_of(&*self.settings.material, hot, reach_in_edges(hot));
-            (ratio <= VOLUME_MIN || share > 1.0).then_some([ratio, share])
+            // Elements share their nodes however far they are stretched.
+            (ratio <= VOLUME_MIN || (share > 1.0 && !self.has_elements())).then_some([ratio, share])
         };
         self.refuse_lowest(spoilt, |[ratio, share]| match ratio <= VOLUME_MIN {
             true => format!(

@@ -48,9 +48,18 @@ pub(crate) struct FreeMotion<S: Space> {
 }
 
 impl<S: Space> FreeMotion<S> {
-    /// Velocity of a node after a step, before anything holds it, m/s.
+    fn acceleration(&self, force: &S::Vector, mass: f64) -> S::Vector {
+        *force * (1.0 / mass) + self.gravity
+    }
+
+    /// Velocity of a node after a step, before damping and before anything holds it, m/s.
     pub fn velocity(&self, before: &S::Vector, force: &S::Vector, mass: f64) -> S::Vector {
-        let acceleration = *force * (1.0 / mass) + self.gravity;
+        *before + self.acceleration(force, mass) * self.dt
+    }
+
+    /// The same of one that nothing holds. What holds a node bears all of the force on it: local damping of that would be a load.
+    fn damped(&self, before: &S::Vector, force: &S::Vector, mass: f64) -> S::Vector {
+        let acceleration = self.acceleration(force, mass);
         let opposed: S::VectorOf<f64> = self.damping.opposed(lanes(&acceleration), &lanes(before), self.dt);
         *before + vector::<S::Vector, _>(&opposed) * self.dt
     }
@@ -161,15 +170,19 @@ impl<S: Space> World<'_, S> {
         let step = |(row, (node, before)): (usize, (&mut Node<S>, &mut S::Vector))| {
             *before = node.velocity;
             let mass = masses[row];
-            let free = motion.velocity(&node.velocity, &forces[row], mass);
+            let free = motion.velocity(before, &forces[row], mass);
             let at = At { place: meshed.mesh.place(node.id) + node.displacement, sides: sides[row], mass };
-            let mut taken = Vec::new();
+            let (mut taken, mut is_held) = (Vec::new(), false);
             let mut keep = |by, impulse, place| {
+                is_held = true;
                 if owned[row] {
                     taken.push(Held { node: row as u32, by, impulse, place });
                 }
             };
             node.velocity = conditions.hold(free, &at, &mut keep);
+            if !is_held {
+                node.velocity = motion.damped(before, &forces[row], mass);
+            }
             taken
         };
         let rows = nodes.par_iter_mut().zip(before).enumerate().with_min_len(NODES_PER_TASK);
@@ -268,24 +281,23 @@ impl<S: Space> Conditions<'_, S> {
             };
             let hold = Hold::<S> { grip, separates, normal, velocity: body.velocity_at(&place) };
             let after = hold.on(&velocity, &velocity);
-            if after != velocity {
+            if after != velocity || !separates {
                 keep(Holder::Body(number), (after - velocity) * at.mass, place);
             }
             velocity = after;
         }
         for axis in 0..S::DIMENSION {
             for upper in [false, true] {
-                let after = self.held_by_face(velocity, at, (axis, upper));
-                if after != velocity {
-                    keep(Holder::Face { axis, upper }, (after - velocity) * at.mass, at.place);
-                }
+                let Some(after) = self.held_by_face(velocity, at, (axis, upper)) else { continue };
+                keep(Holder::Face { axis, upper }, (after - velocity) * at.mass, at.place);
                 velocity = after;
             }
         }
         velocity
     }
 
-    fn held_by_face(&self, velocity: S::Vector, at: &At<S>, (axis, upper): (usize, bool)) -> S::Vector {
+    /// None where it does not hold the node.
+    fn held_by_face(&self, velocity: S::Vector, at: &At<S>, (axis, upper): (usize, bool)) -> Option<S::Vector> {
         let is_on = at.sides & (1 << (2 * axis + usize::from(upper))) != 0;
         let wall = self.walls[axis][usize::from(upper)];
         let is_behind = if upper { at.place[axis] >= wall } else { at.place[axis] <= wall };
@@ -296,12 +308,13 @@ impl<S: Space> Conditions<'_, S> {
             velocity: S::Vector::zero(),
         };
         match self.faces[axis][usize::from(upper)] {
-            Boundary::Fixed if is_on => S::Vector::zero(),
-            Boundary::Roller if is_on => hold(Grip::Smooth, false).on(&velocity, &velocity),
+            Boundary::Fixed if is_on => Some(S::Vector::zero()),
+            Boundary::Roller if is_on => Some(hold(Grip::Smooth, false).on(&velocity, &velocity)),
             Boundary::Friction { coefficient } if is_behind => {
-                hold(Grip::Coulomb(coefficient), true).on(&velocity, &velocity)
+                let after = hold(Grip::Coulomb(coefficient), true).on(&velocity, &velocity);
+                (after != velocity).then_some(after)
             }
-            _ => velocity,
+            _ => None,
         }
     }
 }

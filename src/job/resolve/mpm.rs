@@ -131,7 +131,7 @@ fn nonlocal(typed: &Typed, job: &Mpm) -> Option<Nonlocal> {
     }
     if job.rves().is_none() {
         table.add(table.refusal_of_table(
-            "averages the strain that RVEs follow, and this job has none. Remove it, or write method = \"mpm_dem\".",
+            "averages the strain that RVEs follow, and this job has none. Remove it, or write method = \"mpm_dem\" (of elements \"fem_dem\").",
         ));
         return None;
     }
@@ -144,8 +144,8 @@ fn nonlocal(typed: &Typed, job: &Mpm) -> Option<Nonlocal> {
 fn match_material(job: &Mpm, table: &Reader<'_>) -> Result<(), Error> {
     let is_grains = matches!(job.material.law, ConstitutiveLaw::Grains(_));
     match (is_grains, job.rves().is_some()) {
-        (true, false) => Err(table.refusal("law", "makes every point an assembly of the job's grains, which is method = \"mpm_dem\" with [grains], [packing] and [contact]. Write these, or another law.")),
-        (false, true) => Err(table.refusal("law", "is a closed form, and method = \"mpm_dem\" has grains at every point. Write law = \"grains\", or another method.")),
+        (true, false) => Err(table.refusal("law", "makes every point an assembly of the job's grains, which is method = \"mpm_dem\" (of elements \"fem_dem\") with [grains], [packing] and [contact]. Write these, or another law.")),
+        (false, true) => Err(table.refusal("law", "is a closed form, and this method has grains at every point. Write law = \"grains\", or another method.")),
         _ => Ok(()),
     }
 }

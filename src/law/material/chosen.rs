@@ -119,7 +119,7 @@ impl ConstitutiveLaw {
 
     /// Its keys under `[material]`.
     pub fn keys(&mut self, form: &mut dyn Form) {
-        let about = "the material law: linear_elastic, hencky, critical_drucker_prager, mobilised_friction or grains (with method = \"mpm_dem\")";
+        let about = "the material law: linear_elastic, hencky, critical_drucker_prager, mobilised_friction or grains (with method = \"mpm_dem\" or \"fem_dem\")";
         let key = text("law", about, "\"hencky\"");
         variant(form, self, "material law", key, &Self::LAWS, |law, form| law.described_mut().keys(form));
     }

@@ -1,6 +1,8 @@
 //! What a step of elements books, by the rules of [`super::points`]: every force works half over the drift ahead and half over the one behind.
 //! Kinetic energy is that of nodes; what hourglass modes have stands with the elastic energy, and by itself beside it.
 
+use std::collections::BTreeSet;
+
 use scree_partition::ExactSum;
 
 use super::points::{AHEAD, BEHIND, Item, STORES, Store, Works};
@@ -43,6 +45,8 @@ impl<S: Space> World<'_, S> {
     fn works_on_elements(&self) -> Works {
         let (mut works, elements) = (Works::default(), &self.elements);
         let (dt, missing) = (self.dt_of_continuum(), self.gravity_now() - self.settings.grains.field.gravity);
+        let (motion, is_damped) = (self.free_motion(), !self.settings.grains.field.is_plain());
+        let held: BTreeSet<u32> = elements.held.iter().map(|held| held.node).collect();
         let velocities = |node: usize| [elements.before[node], elements.nodes[node].velocity];
         for node in (0..elements.nodes.len()).filter(|node| elements.owned[*node]) {
             let (mass, velocities) = (elements.masses[node], velocities(node));
@@ -50,9 +54,9 @@ impl<S: Space> World<'_, S> {
             if missing != S::Vector::zero() {
                 works.add(Item::Ramp, &(missing * (mass * dt)), &velocities);
             }
-            let damped = self.damped(node);
-            if damped != S::Vector::zero() {
-                works.add(Item::Holds, &damped, &velocities);
+            if is_damped && !held.contains(&(node as u32)) {
+                let free = motion.velocity(&velocities[BEHIND], &elements.forces[node], mass);
+                works.add(Item::Holds, &((free - velocities[AHEAD]) * mass), &velocities);
             }
         }
         for push in &elements.pushes {
@@ -71,16 +75,5 @@ impl<S: Space> World<'_, S> {
             works.add(Item::Holds, impulse, &[with[BEHIND] - velocities[BEHIND], with[AHEAD] - velocities[AHEAD]]);
         }
         works
-    }
-
-    /// What damping took from a node in this step, N s.
-    fn damped(&self, node: usize) -> S::Vector {
-        let (elements, field) = (&self.elements, &self.settings.grains.field);
-        if field.is_plain() {
-            return S::Vector::zero();
-        }
-        let (motion, mass) = (self.free_motion(), elements.masses[node]);
-        let plain = elements.before[node] + (elements.forces[node] * (1.0 / mass) + motion.gravity) * motion.dt;
-        (plain - motion.velocity(&elements.before[node], &elements.forces[node], mass)) * mass
     }
 }
