@@ -135,6 +135,8 @@ struct Press {
     /// What bears its force, m2, the length that its way is a strain of, m, and whether that is the material's; nothing where
     /// neither is known.
     bearing: Option<(f64, f64, bool)>,
+    /// It is a side of a mesh that goes along itself.
+    shears: bool,
 }
 
 impl Press {
@@ -169,17 +171,20 @@ impl Press {
         let own: Option<Vec<f64>> = own.filter(|own| !covers(own));
         let is_plane = own.is_none();
         let sizes = own.or(whole);
+        let side = body.get("side").and_then(Value::as_str).unwrap_or_default();
+        let normal = AXES.iter().position(|name| side.starts_with(name)).unwrap_or(axis);
         let depth = if axes == 2 { run.number("grid.depth") } else { Some(1.0) };
         let bearing = |(sizes, depth): (Vec<f64>, f64)| {
-            let across = (0..axes).filter(|other| *other != axis).map(|other| sizes[other]);
+            let across = (0..axes).filter(|other| *other != normal).map(|other| sizes[other]);
             let area = across.clone().product::<f64>() * depth;
-            (area, if is_plane { sizes[axis] } else { across.fold(f64::INFINITY, f64::min) }, is_plane)
+            (area, if is_plane { sizes[normal] } else { across.fold(f64::INFINITY, f64::min) }, is_plane)
         };
         Some(Self {
             name: body.get("name").and_then(Value::as_str)?.to_owned(),
             axis,
             sign: fastest[axis].signum(),
             bearing: sizes.zip(depth).map(bearing),
+            shears: normal != axis,
         })
     }
 
@@ -203,7 +208,12 @@ impl Press {
             return Ok(Drive { measure: Measure::Length, words, values: way.collect(), ..Drive::default() });
         };
         let stress = self.column(run, "force")?.iter().map(|force| -self.sign * force / area).collect();
-        let words = if is_plane { "axial strain" } else { "displacement over breadth" };
+        let words = match (self.shears, is_plane) {
+            (true, _) => "shear strain",
+            (false, true) => "axial strain",
+            (false, false) => "displacement over breadth",
+        };
+        let what = if self.shears { "shear stress" } else { "stress" };
         let over = if is_plane {
             ["the breadth of the material at the start", "the height of the material"]
         } else {
@@ -213,7 +223,7 @@ impl Press {
             how: format!("force on {name} over {}, against its way over {}", over[0], over[1]),
             body: Some(name.clone()),
             metres: Some(length),
-            ..Drive::strain(words, way.map(|way| way / length).collect(), (&format!("stress on {name}"), stress))
+            ..Drive::strain(words, way.map(|way| way / length).collect(), (&format!("{what} on {name}"), stress))
         })
     }
 }

@@ -184,6 +184,15 @@ impl Run {
         if is_solid("grid") || is_solid("cell") { 3 } else { 2 }
     }
 
+    /// The axis that pictures have upright, beside x: the last one, but for bodies of elements that are thinnest along it.
+    pub fn up(&self) -> usize {
+        let last = self.dimension() - 1;
+        let [lower, upper] = ["mesh.lower", "mesh.upper"].map(|path| self.numbers(path));
+        let extent = |axis: usize| Some(upper.get(axis)? - lower.get(axis)?);
+        let is_thin = last == 2 && matches!([0, 1, 2].map(extent), [Some(x), Some(y), Some(z)] if z < x && z < y);
+        if is_thin { 1 } else { last }
+    }
+
     /// In x of a specimen whose sides are joined, m; zero elsewhere.
     pub fn period(&self) -> f64 {
         self.number("specimen.width").unwrap_or(0.0)
@@ -271,7 +280,7 @@ impl Run {
     }
 
     pub fn snapshot(&self, frame: usize) -> Result<Snapshot, Error> {
-        Snapshot::read(&self.directory.join("frames.vtkhdf"), frame, self.dimension(), self.period())
+        Snapshot::read(&self.directory.join("frames.vtkhdf"), frame, (self.dimension(), self.up()), self.period())
     }
 
     /// Once there, they stay.

@@ -98,8 +98,8 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// Reads one frame; where the `period` (m) is positive, x is brought into it.
-    pub fn read(path: &Path, index: usize, dimension: usize, period: f64) -> Result<Self, Error> {
+    /// Reads one frame; where the `period` (m) is positive, x is brought into it. Of the axes `up` is drawn upright.
+    pub fn read(path: &Path, index: usize, (dimension, up): (usize, usize), period: f64) -> Result<Self, Error> {
         let torn = |what: &str| torn_frames(path, &format!("frame {index}: {what}"));
         let frame = frames::read_frame(path, index).map_err(unreadable)?;
         let rows = frame.positions.len();
@@ -128,7 +128,6 @@ impl Snapshot {
         let (kinds, ids) = (integers("kind")?, integers("id")?);
         let (radii, weights, displacements) = (reals("radius", 1)?, reals("weight", 1)?, reals("displacement", 3)?);
         let stresses = reals("stress", tensor)?;
-        let up = dimension - 1;
         let mut snapshot = Self { time: frame.time, bodies: Vec::with_capacity(rows), vertices: Vec::new() };
         for (row, place) in frame.positions.iter().enumerate() {
             let kind = match kinds[row] {
@@ -151,7 +150,7 @@ impl Snapshot {
                 kind,
                 id: ids[row],
                 position: [if period > 0.0 { place[0].rem_euclid(period) } else { place[0] }, place[up]],
-                depth: if dimension == 3 { place[1] } else { 0.0 },
+                depth: if dimension == 3 { place[3 - up] } else { 0.0 },
                 displacement: [displacements[3 * row], displacements[3 * row + up]],
                 moved: displacements[3 * row..3 * (row + 1)].iter().map(|along| along * along).sum::<f64>().sqrt(),
                 radius: radii[row],

@@ -11,6 +11,7 @@ use crate::base::keys::{Form, choose, text};
 pub mod assembly;
 pub mod derived;
 pub mod figures;
+mod motion;
 pub mod mpm;
 mod output;
 pub mod raw;

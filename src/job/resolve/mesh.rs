@@ -4,7 +4,7 @@ use super::digits;
 use crate::base::error::Error;
 use crate::base::keys::Form;
 use crate::job::Method;
-use crate::job::mpm::{Boundary, Grid, Mesh, Mpm, Region, RegionShape};
+use crate::job::mpm::{Boundary, Face, Grid, Mesh, Mpm, Region, RegionShape};
 use crate::job::raw::{Reader, Typed};
 use crate::mpm::scheme::{Scheme, ShapeFunction, Transfer};
 
@@ -72,7 +72,7 @@ pub fn fill_domain(job: &mut Mpm, top: &Reader<'_>) {
 }
 
 /// What is of points alone.
-pub fn check(job: &mut Mpm, typed: &Typed, top: &Reader<'_>) {
+pub fn check(job: &mut Mpm, named: &[(Face, Boundary)], typed: &Typed, top: &Reader<'_>) {
     for (body, table) in job.bodies.iter_mut().zip(&top.list("body")) {
         match (job.mesh, body.side) {
             (None, Some(_)) => {
@@ -106,10 +106,12 @@ pub fn check(job: &mut Mpm, typed: &Typed, top: &Reader<'_>) {
     if oracle.is_typed() {
         oracle.add(oracle.refusal_of_table("looks at points on a grid, and this job has elements. Remove it."));
     }
-    for (number, table) in top.list("boundary").iter().enumerate() {
-        let is_absorbing = job.boundaries.iter().flatten().any(|boundary| *boundary == Boundary::Absorbing);
-        if is_absorbing && number == 0 {
-            table.add(table.refusal_of_table("or another [[boundary]] is absorbing, and meshes have no such sides. Write fixed, roller, friction or free."));
+    for ((_, kind), table) in named.iter().zip(&top.list("boundary")) {
+        if *kind == Boundary::Absorbing {
+            table.add(table.refusal(
+                "kind",
+                "is for grids: sides of a mesh do not absorb. Write fixed, roller, friction or free.",
+            ));
         }
     }
 }

@@ -90,7 +90,7 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     place_boundaries(&mut job, &named, &top);
     super::mesh::fill_domain(&mut job, &top);
     check_lists(&mut job, &top, typed)?;
-    super::mesh::check(&mut job, typed, &top);
+    super::mesh::check(&mut job, &named, typed, &top);
     stand_in_for_faces(&mut job);
     job.keys_of_time(&mut time);
     job.oracle = oracle(typed, &job)?;

@@ -14,6 +14,7 @@ use super::{Drawn, WIDTH, colour};
 use crate::analysis::curve::mean;
 use crate::analysis::run::{Run, torn_frames, unreadable};
 use crate::base::error::Error;
+use crate::base::space::AXES;
 use crate::run::folder::{CONTACTS_OF, GRAINS_OF};
 
 const COLUMNS_MAX: usize = 4;
@@ -48,11 +49,11 @@ fn names(run: &Run, ending: &str) -> Vec<String> {
     run.columns.iter().filter_map(|column| column.name.strip_suffix(ending)).map(str::to_owned).collect()
 }
 
-/// Where points have gone, seen along y in space.
+/// Where points have gone, seen along an axis in space.
 fn paths(runs: &[&Run], suffix: &str) -> Option<Drawn> {
     let (mut curves, mut entries) = (Vec::new(), Vec::new());
     for run in runs {
-        let up = ["y", "z"][run.dimension() - 2];
+        let up = AXES[run.up()];
         for name in names(run, "_place_x") {
             let of = |axis: &str| run.column(&format!("{name}_place_{axis}"));
             let places: Vec<[f64; 2]> = of("x").iter().zip(of(up)).map(|(x, y)| [*x, *y]).collect();
@@ -104,7 +105,7 @@ impl Chains {
         let counts = [&grains, &contacts].map(|path| Ok(frames::times(path).map_err(unreadable)?.len()));
         let [of_grains, of_contacts]: [Result<usize, Error>; 2] = counts;
         let Some(last) = of_grains?.min(of_contacts?).checked_sub(1) else { return Ok(None) };
-        let up = run.dimension() - 1;
+        let up = run.up();
         let [first, now] = [0, last].map(|frame| frames::read_frame(&grains, frame).map_err(unreadable));
         let (first, now) = (first?, now?);
         let lines = frames::read_frame(&contacts, last).map_err(unreadable)?;

@@ -167,7 +167,7 @@ impl View {
 fn cell(run: &Run, time: f64) -> Option<[[f64; 2]; 4]> {
     run.scenario.get("cell")?;
     let axes = ["x", "y", "z"];
-    let (row, up) = (run.row_at(time), run.dimension() - 1);
+    let (row, up) = (run.row_at(time), run.up());
     let lower = run.numbers("cell.lower");
     let corner = [0, up].map(|axis| lower.get(axis).copied().unwrap_or(0.0));
     let entry =
@@ -353,7 +353,7 @@ impl Panel<'_> {
     fn outlines(&self, svg: &mut Svg) {
         let (run, time) = (self.picture.run, self.picture.time);
         let thin = Stroke::new(INK, 1.0).dash("4 3");
-        let up = run.dimension() - 1;
+        let up = run.up();
         let [lower, upper] = ["grid.lower", "grid.upper"].map(|path| run.numbers(path));
         let grid =
             (lower.len() > up && upper.len() > up).then(|| corners([lower[0], lower[up]], [upper[0], upper[up]]));

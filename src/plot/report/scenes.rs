@@ -10,6 +10,7 @@ use crate::analysis::snapshot::{Body, Snapshot};
 use crate::analysis::strained::{Valued, strained};
 use crate::base::error::Error;
 use crate::base::math;
+use crate::base::space::AXES;
 use crate::job::Job;
 
 /// Below this share of the compression, tension is left to the lower end of the colours.
@@ -228,8 +229,8 @@ fn round_end(value: f64) -> f64 {
 fn shown(runs: &[&Run]) -> String {
     let mut words =
         "The material at the moments given, grains in their true size, points as squares of their size".to_owned();
-    if runs.iter().any(|run| run.dimension() == 3) {
-        words += ", seen along y";
+    if let Some(run) = runs.iter().find(|run| run.dimension() == 3) {
+        words += &format!(", seen along {}", AXES[3 - run.up()]);
     }
     if runs.iter().any(|run| run.period() > 0.0) {
         words += ", periodic in the horizontal direction";
