@@ -196,7 +196,7 @@ pub fn material<S: Space>((granular, wanted): (&Granular, &Rves), packings: &Pac
     constants.dt = granular.step_of_rves();
     let depth = grain_world::depth_of::<S>(&granular.piece);
     let template = |packing: &Packing| Template::new(packing.clone(), constants.clone(), depth);
-    GrainMaterial { drive: wanted.drive, templates: packings.iter().map(template).collect() }
+    GrainMaterial { drive: wanted.drive, frame: wanted.frame, templates: packings.iter().map(template).collect() }
 }
 
 /// The stable step of the continuum of a job where the P-wave modulus of its grains is this (Pa), s; without end of one without grains.

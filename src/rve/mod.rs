@@ -21,7 +21,7 @@ pub mod rows;
 pub mod step;
 pub mod volume_element;
 
-pub use drive::{Drive, Pace};
+pub use drive::{Drive, Frame, Pace};
 pub use measure::Measured;
 pub use rest::{Packing, Resting, Template};
 pub use rows::{GrainMaterial, Packings, PointRve, RveRow};

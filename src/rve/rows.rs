@@ -5,7 +5,7 @@ use crate::base::ids::PointId;
 use crate::base::record::{Record, Visitor};
 use crate::base::space::{Linear, Space};
 use crate::dem::cell::Cell;
-use crate::rve::drive::Drive;
+use crate::rve::drive::{Drive, Frame};
 use crate::rve::rest::{Packing, Resting, Template};
 use crate::rve::volume_element::{Rve, State};
 
@@ -16,6 +16,7 @@ pub type Packings = Vec<Packing>;
 #[derive(Clone, Debug)]
 pub struct GrainMaterial<S: Space> {
     pub drive: Drive,
+    pub frame: Frame,
     /// The packings that RVEs begin from, at all their levels of stress.
     pub templates: Vec<Template<S>>,
 }

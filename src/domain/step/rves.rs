@@ -19,7 +19,7 @@ use crate::mpm::points::{Cold, Hot};
 use crate::mpm::stress::StressModel;
 use crate::mpm::volumetric::{STRAIN_FORGOTTEN, Volumetric};
 use crate::rve::renew::{is_drawn_out, renewed};
-use crate::rve::{Drive, Events, PointRve, Scratch};
+use crate::rve::{Drive, Events, Frame, PointRve, Scratch};
 
 /// What an RVE has come through, though the run goes on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -130,11 +130,12 @@ impl<S: Space> World<'_, S> {
 
     /// F of each point, or where strain is nonlocal that of its RVE after the mean increment of the points around it.
     fn targets_of_rves(&mut self) -> Result<Vec<S::Tensor>, Error> {
-        let Some(nonlocal) = self.settings.nonlocal else {
+        let frame = self.settings.rves.as_ref().map_or(Frame::Full, |material| material.frame);
+        if self.settings.nonlocal.is_none() && frame == Frame::Full {
             return Ok(self.continuum.points.hot.iter().map(|hot| hot.deformation).collect());
-        };
+        }
         self.refuse_inside_out()?;
-        if nonlocal.places == Places::Current {
+        if self.settings.nonlocal.is_some_and(|nonlocal| nonlocal.places == Places::Current) {
             self.find_neighbourhood()?;
         }
         let increment = |(hot, carried): (&Hot<S>, &PointRve<S>)| {
@@ -142,12 +143,15 @@ impl<S: Space> World<'_, S> {
             hot.deformation * before - S::identity()
         };
         let own: Vec<S::Tensor> = self.continuum.points.hot.iter().zip(&self.rves).map(increment).collect();
-        let averaged = match nonlocal.lag {
-            0 => self.averaged_around(own),
-            _ => self.averaged_with_lag(own),
+        let averaged = match self.settings.nonlocal.map(|nonlocal| nonlocal.lag) {
+            None => own,
+            Some(0) => self.averaged_around(own),
+            Some(_) => self.averaged_with_lag(own),
         };
-        let target = |(mean, carried): (&S::Tensor, &PointRve<S>)| (S::identity() + *mean) * *carried.rve.deformation();
-        Ok(averaged.iter().zip(&self.rves).map(target).collect())
+        let target = |(mean, (hot, carried)): (&S::Tensor, (&Hot<S>, &PointRve<S>))| {
+            frame.target::<S>(mean, [&carried.deformation, &hot.deformation], carried.rve.deformation())
+        };
+        Ok(averaged.iter().zip(self.continuum.points.hot.iter().zip(&self.rves)).map(target).collect())
     }
 
     /// Means of the increments of the step before, but for the point's own.
@@ -165,8 +169,10 @@ impl<S: Space> World<'_, S> {
     /// another, and their order does not show.
     fn follow_to(&mut self, targets: Vec<S::Tensor>) -> Result<Vec<RveEvent>, Failed> {
         let timer = self.phases.start();
+        let material = self.settings.rves.as_ref().expect("the material is grains");
         let how = Following {
-            drive: self.settings.rves.as_ref().expect("the material is grains").drive,
+            drive: material.drive,
+            frame: material.frame,
             duration: self.dt_of_continuum(),
             moduli: moduli_of(&*self.settings.material),
             averages: self.averages_volume(),
@@ -206,6 +212,7 @@ fn of_point(id: PointId, [x, y, z]: &[f64; 3]) -> String {
 /// How RVEs follow.
 struct Following {
     drive: Drive,
+    frame: Frame,
     /// Of the step of the continuum, s.
     duration: f64,
     /// K and G of grains that all move with the mean field, Pa.
@@ -243,7 +250,7 @@ fn follow<S: Space>(
     }
     words.copy_from_slice(memory.numbers());
     carried.deformation = hot.deformation;
-    hot.stress = answer.kirchhoff;
+    hot.stress = how.frame.stress::<S>(answer.kirchhoff, &hot.deformation);
     let (mut events, mut jump) = (answer.events, 0.0);
     if is_drawn_out(&carried.rve) {
         let fresh = renewed(&carried.rve, &how.drive, scratch);

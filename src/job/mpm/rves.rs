@@ -1,12 +1,13 @@
 //! `[rve]`: grains as the material of points ([`crate::rve`]).
 
-use crate::base::keys::{Form, RATIO, Range, count, number, text, variant};
-use crate::rve::drive::{Drive, Pace, Relaxation};
+use crate::base::keys::{Form, RATIO, Range, choose, count, number, text, variant};
+use crate::rve::drive::{Drive, Frame, Pace, Relaxation};
 
 /// How RVEs are made and driven.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rves {
     pub drive: Drive,
+    pub frame: Frame,
     /// Different packings that points begin from; which has which is drawn by its id.
     pub packings: u64,
     /// Time step of their grains over the stable one.
@@ -21,6 +22,7 @@ const RELAXATION_STEPS: u64 = 1000;
 impl Rves {
     pub const DEFAULT: Self = Self {
         drive: Drive { pace: Pace::QuasiStatic { inertial_number: INERTIAL_NUMBER }, steps_min: 2, relaxation: None },
+        frame: Frame::Full,
         packings: 1,
         safety: 0.5,
     };
@@ -32,7 +34,7 @@ impl Rves {
 
     /// The keys of `[rve]`.
     pub fn keys(&mut self, form: &mut dyn Form) {
-        let Self { drive, packings, safety } = self;
+        let Self { drive, frame, packings, safety } = self;
         let about = "the time that grains have for an increment: quasi_static, as much as keeps their inertial number small, or synchronous, that of the continuum";
         let key = text("drive", about, "\"quasi_static\"").or("quasi_static");
         let kinds = [
@@ -47,6 +49,9 @@ impl Rves {
                 number("inertial_number", about, RATIO, Range::above(0.0, 0.1), "5e-4").or("5e-4"),
             );
         });
+        let about = "what drives an RVE: full, all of the deformation, or of elements corotational, its rate in a frame that turns with R of F = R U (Liu et al. 2016, box B1)";
+        let key = text("frame", about, "\"full\"").or("full");
+        choose(form, frame, "frame", key, &Frame::NAMES);
         form.count(
             &mut drive.steps_min,
             count("steps_min", "steps of grains in an increment, at least", (1, 10_000), "2").or("2"),

@@ -7,6 +7,7 @@ use crate::job::Method;
 use crate::job::mpm::{Boundary, Face, Grid, Mesh, Mpm, Region, RegionShape};
 use crate::job::raw::{Reader, Typed};
 use crate::mpm::scheme::{Scheme, ShapeFunction, Transfer};
+use crate::rve::Frame;
 
 /// Elements that a job may have along an axis.
 const ELEMENTS_MAX: f64 = 1e6;
@@ -86,6 +87,10 @@ pub fn check(job: &mut Mpm, named: &[(Face, Boundary)], typed: &Typed, top: &Rea
         }
     }
     if job.mesh.is_none() {
+        if job.rves().is_some_and(|(_, rves)| rves.frame == Frame::Corotational) {
+            let problem = "is of elements alone: points on a grid hand their RVEs all of the deformation. Write \"full\", or remove the line.";
+            typed.note_together(typed.refusal("rve", "frame", problem));
+        }
         return;
     }
     for (load, table) in job.loads.iter_mut().zip(&top.list("load")) {
