@@ -31,6 +31,8 @@ pub struct Meshed<S: Space> {
     pub walls: [[f64; 2]; 3],
     /// Share of the stiffness of hourglass control.
     pub hourglass: f64,
+    /// Bound of all frequencies over those of waves: w^2 <= c^2 times this, 1/m2.
+    pub stiffest: f64,
 }
 
 /// An element at the start.
@@ -247,7 +249,7 @@ impl<S: Space> World<'_, S> {
             laid.owned.push(owners[mesh.around(node.id)[0].0 as usize] == rank);
         }
         laid.forces = vec![S::Vector::zero(); laid.nodes.len()];
-        laid.before = laid.forces.clone();
+        (laid.before, laid.damped) = (laid.forces.clone(), laid.forces.clone());
         self.subdomain.corners = halo;
     }
 }

@@ -145,10 +145,11 @@ pub struct Elements<S: Space> {
     /// Which of these are at each node, in the order of elements: from one of the firsts to the next.
     pub firsts: Vec<u32>,
     pub terms: Vec<u32>,
-    /// Of the step, not of the state: forces on nodes, N; velocities before, m/s; what loads put on nodes, and what holds those that this rank
+    /// Of the step, not of the state: forces on nodes, N; velocities before, m/s; what damping took, N s; what loads put on nodes, and what holds those that this rank
     /// answers for; and `sum Q q/2` of elements, J.
     pub forces: Vec<S::Vector>,
     pub before: Vec<S::Vector>,
+    pub damped: Vec<S::Vector>,
     pub pushes: Vec<Push<S>>,
     pub held: Vec<Held<S>>,
     pub hourglass: Vec<f64>,
@@ -171,6 +172,7 @@ impl<S: Space> Default for Elements<S> {
             terms: Vec::new(),
             forces: Vec::new(),
             before: Vec::new(),
+            damped: Vec::new(),
             pushes: Vec::new(),
             held: Vec::new(),
             hourglass: Vec::new(),
@@ -319,7 +321,7 @@ impl<S: Space> Packed for Fill<'_, S> {
             let (inverse, stress) = (matrix_of::<S, P>(&inverse), matrix_of::<S, P>(&stress));
             let element = octet.element::<S, P>();
             let inner = element.forces::<S>(&stress, &inverse);
-            let resistance = octet.modes::<S, P>().resist::<S>(how, &moved, (&inverse, &stress, element.volume));
+            let resistance = octet.modes::<S, P>().resist::<S>(how, &element, &moved, (&inverse, &stress));
             for (to, energy) in hourglass[held.clone()].iter_mut().zip(resistance.energy.numbers()) {
                 *to = energy;
             }

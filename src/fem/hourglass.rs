@@ -6,20 +6,24 @@
 //! q_m = R0^T F^-1 sum_a gamma_am u_a                  nothing of a linear field or a turn of the element
 //! Q_ii = mu ((H_jj + H_kk) q_ii + H_ij q_jj + H_ik q_kk)                              torsion
 //! Q_ij = E/(1 - nu^2) (H_ii q_ij + nu H_ij q_ji)      Q_i4 = E H_ii q_i4/3            bending
-//! f_a = -F^-T R0 sum_m Q_m gamma_am
+//! f_a = -F^-T R0 sum_m Q_m (gamma_am - B_a.R0 q_m)
 //! ```
 //!
 //! with H_ii = 4 a_j a_k/(3 a_i) and H_ij = 4 a_k/3 of a box with edges a, R0 the frame of the element at the start, and i, j, k three different axes.
+//! What is in brackets is gamma of the shape as it is: forces are the gradient of `sum Q q/2`, and neither push nor turn the element as a whole.
 //! A box of an elastic material bends as a beam does, with one element over its height. There is no memory: what a step begins with is in the displacements.
 //!
 //! A material that yields holds no more than its strength in bending either: where hourglass stresses are more than the stress in the element
-//! itself, they are cut down to it.
+//! itself, and more than those of a strain of 1e-5, they are cut down to that. What is cut counts as lost.
 
 use crate::base::lane::Real;
 use crate::base::space::{Linear, Space};
 use crate::fem::element::{
     AXES_MAX, AtCorners, CORNERS_MAX, Element, Matrix, NATURAL, applied, corners, product, transposed,
 };
+
+/// Strain of hourglass modes up to which they are elastic whatever the stress in an element is: without any they would be free.
+const STRAIN_FREE: f64 = 1e-5;
 
 /// Hourglass modes of an element in space.
 pub const MODES_MAX: usize = 4;
@@ -106,13 +110,14 @@ impl Modes<f64> {
 }
 
 impl<R: Real> Modes<R> {
-    /// Of an element whose corners have moved, with the inverse of its F, its Kirchhoff stress and its volume.
+    /// Of an element whose corners have moved, with the inverse of its F and its Kirchhoff stress.
     #[inline(always)]
     pub fn resist<S: Space>(
         &self,
         how: &Hourglass,
+        element: &Element<R>,
         displacements: &AtCorners<R>,
-        (inverse, stress, volume): (&Matrix<R>, &Matrix<R>, R),
+        (inverse, stress): (&Matrix<R>, &Matrix<R>),
     ) -> Resistance<R> {
         let zero = R::splat(0.0);
         let into = product::<S, R>(&transposed::<S, R>(&self.frame), inverse);
@@ -135,14 +140,15 @@ impl<R: Real> Modes<R> {
         }
         energy = energy * R::splat(0.5);
         if how.yields {
-            // Of a stress s the energy is s:s/(4 mu) at most.
+            // Of a stress s the energy is s:s/(4 mu), of a strain e mu e^2.
             let mut square = zero;
             for row in stress.iter().take(S::DIMENSION) {
                 for entry in row.iter().take(S::DIMENSION) {
                     square = square + *entry * *entry;
                 }
             }
-            let bound = square * volume * R::splat(0.25 / how.shear_modulus);
+            let least = how.shear_modulus * STRAIN_FREE * STRAIN_FREE;
+            let bound = (square * R::splat(0.25 / how.shear_modulus) + R::splat(least)) * element.volume;
             let above = energy.above(bound);
             let share = R::choose(above, (bound / R::choose(above, energy, R::splat(1.0))).sqrt(), R::splat(1.0));
             generalised.iter_mut().flatten().for_each(|force| *force = *force * share);
@@ -150,11 +156,17 @@ impl<R: Real> Modes<R> {
         }
         let back = transposed::<S, R>(&into);
         let mut forces = [[zero; AXES_MAX]; CORNERS_MAX];
-        for (force, gammas) in generalised.iter().zip(&self.gammas).take(modes::<S>()) {
+        let modes = generalised.iter().zip(&amplitudes).zip(&self.gammas).take(modes::<S>());
+        for ((force, amplitude), gammas) in modes {
             let pushed = applied::<S, R>(&back, force);
+            let turned = applied::<S, R>(&self.frame, amplitude);
             for corner in 0..corners::<S>() {
+                let mut gamma = gammas[corner];
                 for axis in 0..S::DIMENSION {
-                    forces[corner][axis] = forces[corner][axis] - pushed[axis] * gammas[corner];
+                    gamma = gamma - element.gradients[corner][axis] * turned[axis];
+                }
+                for axis in 0..S::DIMENSION {
+                    forces[corner][axis] = forces[corner][axis] - pushed[axis] * gamma;
                 }
             }
         }
@@ -210,7 +222,7 @@ mod tests {
         let deformation = tensor_of::<S, f64>(&element.deformation::<S>(&moved));
         let inverse = matrix_of::<S, f64>(&S::inverse_of::<f64>(&deformation));
         let modes = Modes::of::<S>(&element, places, 0.5);
-        modes.resist::<S>(&HOW, &moved, (&inverse, &[[0.0; 3]; 3], element.volume))
+        modes.resist::<S>(&HOW, &element, &moved, (&inverse, &[[0.0; 3]; 3]))
     }
 
     fn linear_fields<S: Space>() {
@@ -263,6 +275,34 @@ mod tests {
         let inertia = edges[2] * edges[1] * edges[1] * edges[1] / 12.0;
         let wanted = 0.5 * plate * curvature * curvature * inertia * edges[0];
         assert!((found.energy / wanted - 1.0).abs() < 1e-9, "{} {wanted}", found.energy);
+    }
+
+    /// Forces are the gradient of the energy, and have no resultant and no moment about any place.
+    #[test]
+    fn forces_are_the_gradient_of_their_energy() {
+        let places = distorted::<Solid>();
+        let moved: [<Solid as Space>::Vector; CORNERS_MAX] = std::array::from_fn(|corner| {
+            std::array::from_fn(|axis| 0.2 * (((5 * corner + 3 * axis) % 7) as f64 - 3.0) / 3.0).into()
+        });
+        let found = resist::<Solid>(&places, &moved);
+        for corner in 0..CORNERS_MAX {
+            for axis in 0..3 {
+                let energy = |way: f64| {
+                    let mut moved = moved;
+                    moved[corner][axis] += way;
+                    resist::<Solid>(&places, &moved).energy
+                };
+                let slope = (energy(1e-5) - energy(-1e-5)) / 2e-5;
+                assert!((slope + found.forces[corner][axis]).abs() < 1e-7, "{corner} {axis}: {slope}");
+            }
+        }
+        let (mut sum, mut turn) = (<Solid as Space>::Vector::zero(), <Solid as Space>::Vector::zero());
+        for (corner, force) in found.forces.iter().enumerate() {
+            let force: <Solid as Space>::Vector = (*force).into();
+            sum += force;
+            turn += (places[corner] + moved[corner]).cross(&force);
+        }
+        assert!(sum.norm() < 1e-12 && turn.norm() < 1e-12, "{sum} {turn}");
     }
 
     /// A turn of the whole element changes no energy, and forces turn with it.

@@ -131,25 +131,48 @@ impl<S: Space> Mesh<S> {
         sum * (1.0 / corners::<S>() as f64)
     }
 
-    /// Faces that belong to one element alone.
+    /// Faces that belong to one element alone: no other has the same vertices, nor lies against it across a period.
     pub fn bare_faces(&self) -> Vec<(u32, Side)> {
-        let mut faces: Vec<([u64; 4], u32, Side)> = Vec::new();
-        for element in 0..self.elements.len() {
-            for side in Side::all(S::DIMENSION) {
-                let mut nodes = [u64::MAX; 4];
-                for (node, corner) in nodes.iter_mut().zip(side.corners::<S>()) {
-                    *node = self.node(element, *corner).0;
-                }
-                nodes[..FACE_CORNERS[S::DIMENSION - 2]].sort_unstable();
-                faces.push((nodes, element as u32, side));
+        let elements = 0..self.elements.len() as u32;
+        let all = elements.flat_map(|element| Side::all(S::DIMENSION).map(move |side| (element, side)));
+        let alone = unmatched(all.collect(), |(element, side)| {
+            let vertex = |corner: usize| u64::from(self.elements[*element as usize][corner]);
+            (sorted::<S>(*side, vertex), 0)
+        });
+        // A lower side and an upper one of the same axis, which are the same nodes.
+        let mut bare = Vec::new();
+        let of = |(element, side): &(u32, Side)| {
+            (sorted::<S>(*side, |corner| self.node(*element as usize, corner).0), side.axis)
+        };
+        let mut keyed: Vec<_> = alone.iter().map(|face| (of(face), *face)).collect();
+        keyed.sort_unstable();
+        for same in keyed.chunk_by(|a, b| a.0 == b.0) {
+            let uppers = same.iter().filter(|(_, (_, side))| side.upper).count();
+            if 2 * uppers != same.len() {
+                bare.extend(same.iter().map(|(_, face)| *face));
             }
         }
-        faces.sort_unstable();
-        let alone = faces.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 1);
-        let mut bare: Vec<(u32, Side)> = alone.map(|same| (same[0].1, same[0].2)).collect();
         bare.sort_unstable();
         bare
     }
+}
+
+/// What the corners of a side have, ascending.
+fn sorted<S: Space>(side: Side, of: impl Fn(usize) -> u64) -> [u64; 4] {
+    let mut found = [u64::MAX; 4];
+    for (found, corner) in found.iter_mut().zip(side.corners::<S>()) {
+        *found = of(*corner);
+    }
+    found[..FACE_CORNERS[S::DIMENSION - 2]].sort_unstable();
+    found
+}
+
+/// Those of which no other has the same key.
+fn unmatched<T: Copy + Ord, K: Ord>(faces: Vec<T>, key: impl Fn(&T) -> K) -> Vec<T> {
+    let mut keyed: Vec<(K, T)> = faces.into_iter().map(|face| (key(&face), face)).collect();
+    keyed.sort_unstable();
+    let alone = keyed.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 1);
+    alone.map(|same| same[0].1).collect()
 }
 
 #[cfg(test)]
@@ -186,8 +209,12 @@ mod tests {
         assert_eq!(mesh.nodes().count(), 4 * 4);
         assert_eq!(mesh.bare_faces().len(), 2 * 4);
         assert!(mesh.nodes().all(|node| [2, 4].contains(&mesh.around(node).len())));
-        // A single element across a period is its own neighbour.
-        let mesh = box_of::<Plane>([1, 1, 1], [true, false, false]);
-        assert_eq!((mesh.nodes().count(), mesh.bare_faces().len()), (2, 2));
+        // A single element across a period is its own neighbour, and two are each other's on both sides.
+        for count in [1, 2] {
+            let mesh = box_of::<Plane>([count, 1, 1], [true, false, false]);
+            assert_eq!((mesh.nodes().count(), mesh.bare_faces().len()), (2 * count, 2 * count));
+            let mesh = box_of::<Solid>([count, 2, 2], [true, false, true]);
+            assert_eq!(mesh.bare_faces().len(), 4 * count);
+        }
     }
 }

@@ -6,12 +6,14 @@ use crate::base::ids::PointId;
 use crate::base::space::{Linear, Space};
 use crate::domain::elements::Meshed;
 use crate::domain::layout::{Ground, Layout};
+use crate::fem::element::{Element, corners};
 use crate::fem::elements::LoadedSide;
 use crate::fem::mesh::{Lattice, Mesh};
 use crate::fem::node::Node;
 use crate::fem::side::{FACE_CORNERS, Side};
 use crate::job::mpm::figures::indices;
 use crate::job::mpm::{self, Mpm};
+use crate::mpm::points::Point;
 use crate::mpm::scheme::ShapeFunction;
 use crate::prepare::grain_world::vector;
 
@@ -47,6 +49,7 @@ pub fn meshed<S: Space>(job: &Mpm, how: &mpm::Mesh) -> Meshed<S> {
         loaded: Arc::new(loaded),
         walls: [0, 1, 2].map(|axis| [job.grid.lower[axis], job.grid.upper[axis]]),
         hourglass: how.hourglass,
+        stiffest: job.element_stiffest(),
     }
 }
 
@@ -73,17 +76,35 @@ fn looks_along<S: Space>(mesh: &Mesh<S>, (element, side): (u32, Side), face: mpm
     (0..S::DIMENSION).all(|axis| axis == face.axis || area[axis].abs() < along)
 }
 
-/// Nodes at the start, which have the velocity of the region of the first element around them.
+/// Nodes at the start. Each has the mean of the velocities that the regions of the elements around it have at its place, by the mass that it has of each.
 pub fn nodes<S: Space>(job: &Mpm, meshed: &Meshed<S>) -> Vec<Node<S>> {
     let mesh = &meshed.mesh;
     let node = |id| {
         let place = mesh.place(id);
         let widened =
             |place: S::Vector| std::array::from_fn(|axis| if axis < S::DIMENSION { place[axis] } else { 0.0 });
-        let middle = mesh.middle_of(mesh.around(id)[0].0 as usize);
-        let region = job.region_at(&widened(middle)).expect("elements are in regions");
-        let velocity = vector::<S>(&job.regions[region].velocity_at(&widened(place)));
-        Node { id, displacement: S::Vector::zero(), velocity }
+        let (mut momentum, mut mass) = (S::Vector::zero(), 0.0);
+        for (element, _) in mesh.around(id) {
+            let region = job.region_at(&widened(mesh.middle_of(*element as usize))).expect("elements are in regions");
+            let share = Element::of::<S>(&mesh.places_of(*element as usize), 1.0).map_or(0.0, |shape| shape.volume);
+            momentum += vector::<S>(&job.regions[region].velocity_at(&widened(place))) * share;
+            mass += share;
+        }
+        Node { id, displacement: S::Vector::zero(), velocity: momentum * (1.0 / mass) }
     };
     mesh.nodes().map(node).collect()
+}
+
+/// Points at the start have the mean velocity of the corners of their elements.
+pub fn move_points<S: Space>(meshed: &Meshed<S>, nodes: &[Node<S>], points: &mut [Point<S>]) {
+    let mesh = &meshed.mesh;
+    for point in points {
+        let element = mesh.element_of(point.cold.id).expect("every point of a mesh has an element");
+        let velocity = |corner: usize| {
+            let id = mesh.node(element, corner);
+            nodes[nodes.binary_search_by_key(&id, |node| node.id).expect("corners are nodes")].velocity
+        };
+        let sum = (0..corners::<S>()).fold(S::Vector::zero(), |sum, corner| sum + velocity(corner));
+        point.hot.velocity = sum * (1.0 / corners::<S>() as f64);
+    }
 }

@@ -41,9 +41,15 @@ pub fn world<'t, S: Space>(
 /// What it is made of.
 pub fn parts<S: Space>(job: &Mpm, law: &SharedMaterial<S>, transport: &dyn Transport) -> Result<Parts<S>, Error> {
     let Drawn { cell, bodies, membranes } = drawn::<S>(job, vertices(job))?;
-    let points = points(job, law, transport);
-    let meshed = job.mesh.as_ref().filter(|_| transport.rank() == 0).map(|how| mesh_world::meshed::<S>(job, how));
-    let nodes = meshed.map_or(Vec::new(), |meshed| mesh_world::nodes(job, &meshed));
+    let mut points = points(job, law, transport);
+    let mut nodes = Vec::new();
+    if let Some(how) = &job.mesh {
+        let meshed = mesh_world::meshed::<S>(job, how);
+        nodes = mesh_world::nodes(job, &meshed);
+        mesh_world::move_points(&meshed, &nodes, &mut points);
+        // Rank 0 has them all.
+        nodes.retain(|_| transport.rank() == 0);
+    }
     Ok(Parts { membranes, nodes, ..Parts::fresh(Vec::new(), points, bodies, cell) })
 }
 
@@ -152,8 +158,8 @@ pub(crate) fn settings<S: Space>(job: &Mpm, material: SharedMaterial<S>, law: Sh
     Settings {
         grains: Constants {
             field: Field { gravity: vector::<S>(&job.gravity.acceleration), damping },
-            // Velocities of points are of the time of their positions, and a grid's step is of one length.
-            first_kick: if grains.is_some() { 0.5 } else { 1.0 },
+            // Velocities of points are of the time of their positions, and a grid's step is of one length; those of nodes of elements are half a step behind.
+            first_kick: if grains.is_some() || job.mesh.is_some() { 0.5 } else { 1.0 },
             // Without grains there are no lists of pairs for the skin to reach into.
             ..Constants::new(job.step, grains.map_or(job.grid.cell, |grains| grains.piece.skin), law)
         },

@@ -101,7 +101,7 @@ fn a_body_that_is_no_list() {
     refused_text(
         &format!("{}[body]\nname = \"lid\"\n", &GOOD.0[..head]),
         &[],
-        "job.toml:33: body is a table, but a list of tables is wanted. Write [[body]] on a line of its own, and name, shape, point, normal, lower, upper, centre, radius, axis, velocity, spin, ramp, path, servo below.",
+        "job.toml:33: body is a table, but a list of tables is wanted. Write [[body]] on a line of its own, and name, shape, point, normal, lower, upper, centre, radius, axis, velocity, spin, ramp, path, oscillation, servo below.",
     );
 }
 

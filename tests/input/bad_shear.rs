@@ -235,8 +235,8 @@ fn degrees_that_are_read_as_radians() {
 fn a_method_that_does_not_exist() {
     GOOD.refused(
         "\"hybrid\"",
-        "\"fem\"",
-        "job.toml:2: method = \"fem\" is no method: write \"hybrid\", \"dem\", \"mpm\" or \"mpm_dem\".",
+        "\"bem\"",
+        "job.toml:2: method = \"bem\" is no method: write \"hybrid\", \"dem\", \"mpm\", \"mpm_dem\", \"fem\" or \"fem_dem\".",
     );
 }
 

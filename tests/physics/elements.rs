@@ -126,6 +126,52 @@ fn a_spinning_block_keeps_what_it_has() {
     assert!(momentum("momentum_x").abs() < 1e-12 && momentum("momentum_y").abs() < 1e-12);
 }
 
+/// Steps are of second order: a body that falls freely is where it should be, with the momentum that it should have, and what two halves bring
+/// along is kept.
+#[test]
+fn the_first_step_is_half_a_kick() {
+    let rest = |gravity: f64| {
+        format!(
+            "{}[[region]]\nshape = \"box\"\nlower = [0, 0]\nupper = [0.5, 1]\nvelocity = [0, 1]\n[[region]]\nshape = \"box\"\nlower = [0.5, 0]\nupper = [1, 1]\nvelocity = [0, -1]\n\
+             [gravity]\nacceleration = [0.0, {gravity:?}]\n[time]\nend = 0.1\n[output]\nenergy_balance = true\n",
+            free(2, &[])
+        )
+    };
+    let ran = Ran::of(&elastic(2, [1.0, 1.0, 0.0], [4, 4, 1], &rest(-9.81)));
+    let (time, centre) = (ran.series("time"), ran.series("centre_y"));
+    let last = time.len() - 1;
+    // The first row is that of the first step.
+    let fallen = centre[last] - 0.5;
+    assert!((fallen / (-0.5 * 9.81 * time[last] * time[last]) - 1.0).abs() < 1e-10, "{fallen}");
+    let error = ran.summary["conservation"]["momentum"]["error"].as_f64().unwrap();
+    assert!(error < 1e-12, "{error}");
+}
+
+/// Where nodes are on rollers, damping acts along these.
+#[test]
+fn damping_acts_along_rollers() {
+    let rest = "local_damping = 0.5\n[[boundary]]\nface = \"y_upper\"\nkind = \"free\"\n[gravity]\nacceleration = [0.0, -9.81, 0.0]\n[time]\nend = 2\n";
+    let ran = Ran::of(&elastic(3, [1.0, 1.0, 0.25], [4, 4, 1], rest));
+    let kinetic = ran.series("kinetic");
+    let largest = kinetic.iter().copied().fold(0.0, f64::max);
+    assert!(kinetic.last().unwrap() / largest < 1e-6, "{kinetic:?}");
+}
+
+/// A pressure acts on sides that two elements have across a period.
+#[test]
+fn loads_act_beside_short_periods() {
+    for count in [1, 2, 3] {
+        let rest = format!(
+            "periodic = [true, false]\n[[boundary]]\nface = \"y_upper\"\nkind = \"free\"\n[[load]]\nface = \"y_upper\"\nkind = \"pressure\"\npressure = 1000\n\
+             [stress]\nkind = \"isotropic\"\npressure = 1000\n[time]\nend = 0.05\n"
+        );
+        let ran = Ran::of(&elastic(2, [1.0, 1.0, 0.0], [count, 3, 1], &rest));
+        for velocity in ran.rows_of("nodes", "velocity") {
+            assert!(velocity.iter().all(|component| component.abs() < 1e-13), "{count}: {velocity:?}");
+        }
+    }
+}
+
 /// A plate that is fastened to a side and keeps a force by a servo presses the material by that force; what it takes is what the ground gives.
 #[test]
 fn a_side_fastened_to_a_plate_bears_what_its_servo_keeps() {
@@ -150,7 +196,7 @@ fn a_side_fastened_to_a_plate_bears_what_its_servo_keeps() {
     }
 }
 
-/// The account of energy closes but for a share of what hourglass modes have, whose frame turns with the element and is none that energy is the integral of.
+/// What the account of energy does not close by falls with the square of the step.
 #[test]
 fn the_account_of_energy_closes() {
     let lost = |safety: f64| {
@@ -165,7 +211,7 @@ fn the_account_of_energy_closes() {
     };
     let errors = [0.8, 0.4, 0.2].map(lost);
     println!("energy lost: {errors:?}");
-    assert!(errors.iter().all(|error| *error < 1e-4) && errors.is_sorted_by(|a, b| a > b), "{errors:?}");
+    assert!(errors[0] < 1e-3 && errors[1] < 0.35 * errors[0] && errors[2] < 0.35 * errors[1], "{errors:?}");
 }
 
 /// The same bits on ranks and threads, through restarts; in the plane and in space, of laws that flow, across periods.

@@ -24,8 +24,8 @@ pub fn section(page: &mut Page, slots: &Slots) {
     page.keys(job.grid.dimension, |form| rves.clone().keys(form));
     if let Some(mut nonlocal) = job.nonlocal {
         page.keys(job.grid.dimension, |form| nonlocal.keys(form));
-        let share = nonlocal.radius / job.spacing();
-        page.row("radius over the distance of points", &figures(share), "below 1 a point has its own strain alone");
+        let share = nonlocal.radius / distance_of_points(job);
+        page.row("radius over the distance of points", &figures(share), "up to 1 a point has its own strain alone");
     }
     let bounds = of_grains::bounds(&granular.piece);
     page.row("step of their grains", &format!("{} s", figures(granular.step_of_rves())), governing(&bounds).cause);
@@ -36,6 +36,24 @@ pub fn section(page: &mut Page, slots: &Slots) {
     let [memory, checkpoint] = rve_bytes(job).map(|bytes| format!("{} MB", figures(1e-6 * bytes)));
     page.row("memory", &memory, "of all ranks together, about");
     page.row("checkpoint", &checkpoint, "about");
+}
+
+/// The shortest distance of two points at the start, m: along an axis with a single element there is none.
+fn distance_of_points(job: &Mpm) -> f64 {
+    let others = (0..job.grid.dimension).filter(|axis| job.places()[*axis] > 1);
+    others.map(|axis| job.spacing_along(axis)).reduce(f64::min).unwrap_or_else(|| job.spacing())
+}
+
+/// A mean over a point alone.
+pub fn alone_in_its_mean(job: &Mpm) -> Option<String> {
+    let (nonlocal, distance) = (job.nonlocal?, distance_of_points(job));
+    (nonlocal.radius <= distance).then(|| {
+        format!(
+            "nonlocal.radius is {} mm, and points are {} mm apart: each has its own strain alone, as without [nonlocal]. Write a larger radius, or take smaller cells or elements.",
+            figures(1e3 * nonlocal.radius),
+            figures(1e3 * distance)
+        )
+    })
 }
 
 /// Rates of strain, 1/s, up to which increments of a quasi-static drive have their least number of steps, under the least and the largest

@@ -47,6 +47,7 @@ pub fn warnings(slots: &Slots) -> Vec<String> {
         warnings.extend(other_stress(job));
         warnings.extend(super::rves::too_large(job));
         warnings.extend(super::rves::without_adjoint(job));
+        warnings.extend(super::rves::alone_in_its_mean(job));
         warnings.extend(fast_motion(job));
         warnings.extend(filled_regions(job, slots.job.regions()));
         if job.mesh.is_none() {
@@ -223,7 +224,10 @@ fn filled_regions(job: &Mpm, regions: &[Region]) -> Vec<String> {
                 "the points of region {} fill {} of its box: its edges do not lie midway between places of points, which are {} mm apart.",
                 number + 1,
                 figures(filled),
-                figures(1e3 * job.spacing())
+                match job.mesh {
+                    Some(_) => super::page::times(job.grid.dimension, |axis| figures(1e3 * job.spacing_along(axis))),
+                    None => figures(1e3 * job.spacing()),
+                }
             ));
         }
     }

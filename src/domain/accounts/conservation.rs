@@ -296,10 +296,14 @@ impl<S: Space> World<'_, S> {
             return (step as f64 - 1.0 + self.settings.grains.first_kick) * self.settings.grains.dt;
         }
         let (dt, ramp) = (self.dt_of_continuum(), self.settings.grid.gravity_ramp);
+        // What is missing of the first step, which begins with a part of a kick.
+        let missing =
+            (1.0 - self.settings.grains.first_kick) * dt * if 0.5 * dt < ramp { 0.5 * dt / ramp } else { 1.0 };
+        let missing = if self.has_elements() { missing } else { 0.0 };
         let steps = (step / self.settings.grain_steps) as f64;
         // Steps whose middle is before the end of the ramp have the share of their middle.
         let rising = (ramp / dt - 0.5).ceil().clamp(0.0, steps);
         let risen = if rising > 0.0 { 0.5 * (rising * dt) * (rising * dt) / ramp } else { 0.0 };
-        risen + (steps - rising) * dt
+        risen + (steps - rising) * dt - missing
     }
 }

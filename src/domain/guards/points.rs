@@ -92,7 +92,12 @@ impl<S: Space> World<'_, S> {
     fn refuse_fast_points(&self) -> Result<(), Error> {
         let modulus = self.settings.material.p_wave_modulus();
         let wave_of = |hot: &Hot<S>| ((modulus + hot.kirchhoff().norm()) * hot.volume / hot.mass).sqrt();
-        let step_of = |hot: &Hot<S>| step_through(self.subdomain.layout.cell, wave_of(hot), hot.velocity.norm());
+        // Elements go along with their material: waves alone cross them.
+        let stiffest = self.settings.meshed.as_ref().map(|meshed| meshed.stiffest.sqrt());
+        let step_of = |hot: &Hot<S>| match stiffest {
+            Some(stiffest) => 2.0 / (wave_of(hot) * stiffest),
+            None => step_through(self.subdomain.layout.cell, wave_of(hot), hot.velocity.norm()),
+        };
         let mut tightest =
             [self.continuum.points.hot.iter().map(step_of).fold(f64::INFINITY, f64::min)].map(|step| -step);
         self.transport.max(&mut tightest);
@@ -101,12 +106,16 @@ impl<S: Space> World<'_, S> {
             return Ok(());
         }
         let spoilt = |hot: &Hot<S>| (step_of(hot) <= wanted).then(|| [hot.velocity.norm(), wave_of(hot)]);
-        self.refuse_lowest(spoilt, |[speed, wave]| {
-            format!(
+        self.refuse_lowest(spoilt, |[speed, wave]| match stiffest {
+            Some(_) => format!(
+                "has waves of {wave:.3e} m/s under its stress, for which a step of {:.6e} s is not stable in its elements: a `time.step` of at most {wanted:.3e} s is needed now, or larger elements; run the job again with a shorter step",
+                self.dt_of_continuum()
+            ),
+            None => format!(
                 "moves at {speed:.3e} m/s among waves of {wave:.3e} m/s and with them crosses more than a cell of {:.3e} m in a step of {:.6e} s: a `time.step` of at most {wanted:.3e} s is needed now, or larger cells; run the job again with a shorter step",
                 self.subdomain.layout.cell,
                 self.dt_of_continuum()
-            )
+            ),
         })
     }
 

@@ -44,6 +44,7 @@ struct At<S: Space> {
 pub(crate) struct FreeMotion<S: Space> {
     damping: Damping,
     pub gravity: S::Vector,
+    /// Half a step in the very first one, before which velocities are those of time zero.
     pub dt: f64,
 }
 
@@ -57,7 +58,7 @@ impl<S: Space> FreeMotion<S> {
         *before + self.acceleration(force, mass) * self.dt
     }
 
-    /// The same of one that nothing holds. What holds a node bears all of the force on it: local damping of that would be a load.
+    /// The same with damping.
     fn damped(&self, before: &S::Vector, force: &S::Vector, mass: f64) -> S::Vector {
         let acceleration = self.acceleration(force, mass);
         let opposed: S::VectorOf<f64> = self.damping.opposed(lanes(&acceleration), &lanes(before), self.dt);
@@ -151,7 +152,7 @@ impl<S: Space> World<'_, S> {
     /// How the nodes of elements move by themselves.
     pub(crate) fn free_motion(&self) -> FreeMotion<S> {
         let damping = self.settings.grains.field.damping;
-        FreeMotion { damping, gravity: self.gravity_now(), dt: self.dt_of_continuum() }
+        FreeMotion { damping, gravity: self.gravity_now(), dt: self.kick_share() * self.dt_of_continuum() }
     }
 
     /// Velocities of nodes half a step after their places, and what it took to hold them.
@@ -166,26 +167,28 @@ impl<S: Space> World<'_, S> {
             faces: &self.settings.grid.faces,
             walls: &meshed.walls,
         };
-        let Elements { nodes, before, forces, masses, sides, owned, held, .. } = &mut elements;
-        let step = |(row, (node, before)): (usize, (&mut Node<S>, &mut S::Vector))| {
+        let Elements { nodes, before, damped, forces, masses, sides, owned, held, .. } = &mut elements;
+        let is_damped = !self.settings.grains.field.is_plain();
+        let step = |(row, ((node, before), damped)): (usize, ((&mut Node<S>, &mut S::Vector), &mut S::Vector))| {
             *before = node.velocity;
             let mass = masses[row];
-            let free = motion.velocity(before, &forces[row], mass);
             let at = At { place: meshed.mesh.place(node.id) + node.displacement, sides: sides[row], mass };
-            let (mut taken, mut is_held) = (Vec::new(), false);
+            let mut taken = Vec::new();
             let mut keep = |by, impulse, place| {
-                is_held = true;
                 if owned[row] {
                     taken.push(Held { node: row as u32, by, impulse, place });
                 }
             };
-            node.velocity = conditions.hold(free, &at, &mut keep);
-            if !is_held {
-                node.velocity = motion.damped(before, &forces[row], mass);
-            }
+            // What holds a node bears all of the force on it, of which damping is no part: it acts along what is left free.
+            let undamped = conditions.hold(motion.velocity(before, &forces[row], mass), &at, &mut keep);
+            node.velocity = match is_damped {
+                true => conditions.hold(motion.damped(before, &forces[row], mass), &at, &mut |_, _, _| ()),
+                false => undamped,
+            };
+            *damped = (undamped - node.velocity) * mass;
             taken
         };
-        let rows = nodes.par_iter_mut().zip(before).enumerate().with_min_len(NODES_PER_TASK);
+        let rows = nodes.par_iter_mut().zip(before).zip(damped).enumerate().with_min_len(NODES_PER_TASK);
         *held = rows.flat_map_iter(step).collect();
         self.elements = elements;
         self.book_holds(motion.dt);

@@ -70,6 +70,7 @@ pub fn granular(typed: &Typed, top: &Reader<'_>, grid: &Grid, time: &Reader<'_>)
     let has_rves = granular.method.has_rves();
     let (others, whose) = match has_rves {
         true => (TABLES_OF_ZONES, "\"hybrid\", where grains take the place of points"),
+        false if is_meshed => (TABLES_OF_RVES, "\"fem_dem\", where every element has grains of its own"),
         false => (TABLES_OF_RVES, "\"mpm_dem\", where every point has grains of its own"),
     };
     for table in others.map(|name| typed.table(name, false, why)).iter().filter(|table| table.is_typed()) {

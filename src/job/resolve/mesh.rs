@@ -4,7 +4,8 @@ use super::digits;
 use crate::base::error::Error;
 use crate::base::keys::Form;
 use crate::job::Method;
-use crate::job::mpm::{Boundary, Face, Grid, Mesh, Mpm, Region, RegionShape};
+use crate::job::assembly::Source;
+use crate::job::mpm::{BodyContact, Boundary, Face, Grid, Mesh, Mpm, Region, RegionShape, RigidBody};
 use crate::job::raw::{Reader, Typed};
 use crate::mpm::scheme::{Scheme, ShapeFunction, Transfer};
 use crate::rve::Frame;
@@ -72,6 +73,60 @@ pub fn fill_domain(job: &mut Mpm, top: &Reader<'_>) {
     }
 }
 
+/// A side that is fastened to a body is held by that alone.
+fn free_fastened_sides(job: &mut Mpm, named: &[(Face, Boundary)], top: &Reader<'_>) {
+    for face in job.bodies.iter().filter_map(|body| body.side) {
+        let boundary = &mut job.boundaries[face.axis][usize::from(face.upper)];
+        let typed = named
+            .iter()
+            .zip(&top.list("boundary"))
+            .find(|((other, _), _)| *other == face)
+            .map(|(_, table)| table.clone());
+        match typed.filter(|_| *boundary != Boundary::Free) {
+            Some(table) => table.add(table.refusal(
+                "face",
+                "is a side that a [[body]] is fastened to, which alone says how it moves. Write kind = \"free\", or remove this [[boundary]].",
+            )),
+            None => *boundary = Boundary::Free,
+        }
+    }
+}
+
+/// A packing without half of its grains bears nothing.
+fn check_removed(job: &Mpm, top: &Reader<'_>) {
+    let Some(Source::Packed(packed)) = job.grains.as_ref().map(|grains| &grains.piece.source) else { return };
+    for (region, table) in job.regions.iter().zip(&top.list("region")) {
+        if 2 * region.grains_removed > packed.count as u64 {
+            let problem = format!(
+                "is more than half of the {} grains of the packing, and what is left bears nothing. Write less.",
+                packed.count
+            );
+            table.add(table.refusal("grains_removed", &problem));
+        }
+    }
+}
+
+/// What bodies of a mesh do not ask for.
+fn check_fastened(body: &RigidBody, is_fastened: bool, table: &Reader<'_>) {
+    if table.has("contact_at") && body.at_face {
+        table.add(
+            table.refusal("contact_at", "is for points on a grid: bodies hold the nodes of elements. Remove the line."),
+        );
+    }
+    if is_fastened && table.has("separates") && body.separates {
+        table.add(table.refusal(
+            "separates",
+            "is for what a body touches, and a side that is fastened to it does not part. Remove the line.",
+        ));
+    }
+    if is_fastened && matches!(body.contact, BodyContact::Coulomb { .. }) {
+        table.add(table.refusal(
+            "contact",
+            "rubs, and a side that is fastened to a body moves with it. Write \"rough\" or \"smooth\".",
+        ));
+    }
+}
+
 /// What is of points alone.
 pub fn check(job: &mut Mpm, named: &[(Face, Boundary)], typed: &Typed, top: &Reader<'_>) {
     for (body, table) in job.bodies.iter_mut().zip(&top.list("body")) {
@@ -82,10 +137,16 @@ pub fn check(job: &mut Mpm, named: &[(Face, Boundary)], typed: &Typed, top: &Rea
             (Some(_), Some(face)) if job.grid.periodic[face.axis] => {
                 table.add(table.refusal("side", "is no side: the mesh is periodic there. Take another."));
             }
-            (Some(_), _) => body.at_face = false,
+            (Some(_), side) => {
+                check_fastened(body, side.is_some(), table);
+                body.at_face = false;
+                body.separates &= side.is_none();
+            }
             (None, None) => {}
         }
     }
+    free_fastened_sides(job, named, top);
+    check_removed(job, top);
     if job.mesh.is_none() {
         if job.rves().is_some_and(|(_, rves)| rves.frame == Frame::Corotational) {
             let problem = "is of elements alone: points on a grid hand their RVEs all of the deformation. Write \"full\", or remove the line.";

@@ -109,11 +109,22 @@ pub(super) fn check_time(job: &Mpm, typed: &Typed) -> Result<(), Error> {
 /// Every region has points, and all together no more than a machine can hold.
 fn check_points(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error> {
     let too_many = |count: String| {
-        let message = format!(
-            "makes {count} points with scheme.points_per_cell = {}, and at most {POINTS_MAX} are allowed. Take larger cells, or fewer points in each.",
-            job.scheme.points_per_cell
-        );
-        Err(typed.refusal("grid", "cell", &message))
+        let (table, key, message) = match job.mesh {
+            Some(_) => (
+                "mesh",
+                "elements",
+                format!("makes {count} of them, and at most {POINTS_MAX} are allowed. Take fewer."),
+            ),
+            None => (
+                "grid",
+                "cell",
+                format!(
+                    "makes {count} points with scheme.points_per_cell = {}, and at most {POINTS_MAX} are allowed. Take larger cells, or fewer points in each.",
+                    job.scheme.points_per_cell
+                ),
+            ),
+        };
+        Err(typed.refusal(table, key, &message))
     };
     // The outline of a ball in space holds twice the ball.
     let most = figures::points_max(job);
@@ -125,7 +136,8 @@ fn check_points(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error>
             "makes up to {most:.1e} points, and each is looked for in {} regions, which takes too long. Take larger cells, fewer points in each, or fewer regions.",
             job.regions.len()
         );
-        return Err(typed.refusal("grid", "cell", &message));
+        let (table, key) = if job.mesh.is_some() { ("mesh", "elements") } else { ("grid", "cell") };
+        return Err(typed.refusal(table, key, &message));
     }
     let counts = figures::points_of_regions(job);
     for (count, table) in counts.iter().zip(&top.list("region")) {
@@ -134,7 +146,7 @@ fn check_points(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Error>
                 "shape",
                 &format!(
                     "has no point: points stand {} m apart, in the middle of their share of a cell, and none is in this region that is not in one before it. Make it larger, or the cells smaller.",
-                    digits(job.spacing())
+                    (0..job.grid.dimension).map(|axis| digits(job.spacing_along(axis))).reduce(|a, b| if a == b { a } else { format!("{a} and {b}") }).unwrap_or_default()
                 ),
             ));
         }

@@ -42,8 +42,17 @@ pub fn scenario(typed: &Typed) -> Result<Scenario, Error> {
         typed.stop_if_wrong()?;
     }
     let method = job.method;
-    if method.has_rves() {
-        return Err(top.refusal("method", "has grains at every point of a continuum on a grid: add the tables [grid], [material] and [rve] of such a job, or write \"hybrid\", \"dem\" or \"mpm\" for planar shear."));
+    let of_another_job = match method {
+        Method::MpmDem => Some(
+            "has grains at every point of a continuum on a grid: add the tables [grid], [material] and [rve] of such a job, or write \"hybrid\", \"dem\" or \"mpm\" for planar shear.",
+        ),
+        Method::Fem | Method::FemDem => Some(
+            "is of elements: add the tables [mesh] and [material] of such a job, or write \"hybrid\", \"dem\" or \"mpm\" for planar shear.",
+        ),
+        Method::Hybrid | Method::Dem | Method::Mpm => None,
+    };
+    if let Some(why) = of_another_job {
+        return Err(top.refusal("method", why));
     }
     let why = format!("method = \"{}\"", method.name());
 

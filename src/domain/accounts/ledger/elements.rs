@@ -1,8 +1,6 @@
 //! What a step of elements books, by the rules of [`super::points`]: every force works half over the drift ahead and half over the one behind.
 //! Kinetic energy is that of nodes; what hourglass modes have stands with the elastic energy, and by itself beside it.
 
-use std::collections::BTreeSet;
-
 use scree_partition::ExactSum;
 
 use super::points::{AHEAD, BEHIND, Item, STORES, Store, Works};
@@ -27,8 +25,8 @@ impl<S: Space> World<'_, S> {
     fn stored_in_elements(&self) -> ExactSum<STORES> {
         let (mut sums, elements) = (ExactSum::new(), &self.elements);
         for (row, node) in elements.nodes.iter().enumerate().filter(|(row, _)| elements.owned[*row]) {
-            let (mass, velocity) = (elements.masses[row], &elements.before[row]);
-            sums.add(Store::Kinetic as usize, 0.5 * mass * velocity.dot(velocity));
+            let (mass, velocity) = (elements.masses[row], self.behind(row));
+            sums.add(Store::Kinetic as usize, 0.5 * mass * velocity.dot(&velocity));
             let meshed = self.settings.meshed.as_ref().expect("nodes are those of a mesh");
             let place = meshed.mesh.place(node.id) + node.displacement;
             sums.add(Store::Potential as usize, -self.settings.grains.field.gravity.dot(&place) * mass);
@@ -42,28 +40,34 @@ impl<S: Space> World<'_, S> {
         sums
     }
 
+    /// Velocity of a node half a step behind its place, m/s; that of the very first step follows from the one ahead.
+    fn behind(&self, node: usize) -> S::Vector {
+        let (before, after) = (self.elements.before[node], self.elements.nodes[node].velocity);
+        match self.kick_share() {
+            1.0 => before,
+            share => after - (after - before) * (1.0 / share),
+        }
+    }
+
     fn works_on_elements(&self) -> Works {
         let (mut works, elements) = (Works::default(), &self.elements);
         let (dt, missing) = (self.dt_of_continuum(), self.gravity_now() - self.settings.grains.field.gravity);
-        let (motion, is_damped) = (self.free_motion(), !self.settings.grains.field.is_plain());
-        let held: BTreeSet<u32> = elements.held.iter().map(|held| held.node).collect();
-        let velocities = |node: usize| [elements.before[node], elements.nodes[node].velocity];
+        // Impulses of the first step are those of a part of it.
+        let whole = 1.0 / self.kick_share();
+        let velocities = |node: usize| [self.behind(node), elements.nodes[node].velocity];
         for node in (0..elements.nodes.len()).filter(|node| elements.owned[*node]) {
             let (mass, velocities) = (elements.masses[node], velocities(node));
             works.add(Item::Nodes, &((velocities[AHEAD] - velocities[BEHIND]) * mass), &velocities);
             if missing != S::Vector::zero() {
                 works.add(Item::Ramp, &(missing * (mass * dt)), &velocities);
             }
-            if is_damped && !held.contains(&(node as u32)) {
-                let free = motion.velocity(&velocities[BEHIND], &elements.forces[node], mass);
-                works.add(Item::Holds, &((free - velocities[AHEAD]) * mass), &velocities);
-            }
+            works.add(Item::Holds, &(elements.damped[node] * whole), &velocities);
         }
         for push in &elements.pushes {
             works.add(Item::Loads, &(push.force * dt), &velocities(push.node as usize));
         }
         for Held { node, by, impulse, place } in &elements.held {
-            let velocities = velocities(*node as usize);
+            let (impulse, velocities) = (*impulse * whole, velocities(*node as usize));
             let with = match by {
                 Holder::Face { .. } => [S::Vector::zero(); 2],
                 Holder::Body(body) => {
@@ -71,8 +75,8 @@ impl<S: Space> World<'_, S> {
                     [rigid.velocity_in(motion, place), rigid.velocity_at(place)]
                 }
             };
-            works.add(Item::Bodies, impulse, &with);
-            works.add(Item::Holds, impulse, &[with[BEHIND] - velocities[BEHIND], with[AHEAD] - velocities[AHEAD]]);
+            works.add(Item::Bodies, &impulse, &with);
+            works.add(Item::Holds, &impulse, &[with[BEHIND] - velocities[BEHIND], with[AHEAD] - velocities[AHEAD]]);
         }
         works
     }
