@@ -108,7 +108,7 @@ impl<S: Space> World<'_, S> {
         let mut laid = Elements { nodes, ..Elements::default() };
         let row_of: BTreeMap<NodeId, u32> = (0..).zip(&laid.nodes).map(|(row, node)| (node.id, row)).collect();
         let mut here = vec![u32::MAX; mesh.elements.len()];
-        let mut lay = || -> Result<Vec<(ElementRow<S>, Shape)>, Error> {
+        let mut lay = || -> Result<Vec<(ElementRow, Shape)>, Error> {
             let each = self.continuum.points.cold.iter().enumerate().map(|(row, cold)| {
                 let element = mesh.element_of(cold.id).expect("every point of a mesh has an element");
                 here[element] = row as u32;
@@ -117,8 +117,10 @@ impl<S: Space> World<'_, S> {
             each.collect()
         };
         let (rows, shapes): (Vec<_>, Vec<_>) = transfer::agree(self.transport, lay())?.into_iter().unzip();
-        let octets = rows.chunks(LANES).zip(shapes.chunks(LANES));
-        laid.octets = octets.map(|(rows, shapes)| Octet::of(rows, shapes)).collect();
+        let elements = self.continuum.points.cold.iter().map(|cold| mesh.element_of(cold.id));
+        laid.places = elements.flatten().map(|element| mesh.places_of(element)).collect();
+        let octets = laid.places.chunks(LANES).zip(shapes.chunks(LANES));
+        laid.octets = octets.map(|(places, shapes)| Octet::of::<S>(places, shapes)).collect();
         laid.inverses = vec![S::Tensor::zero(); rows.len()];
         laid.rows = rows;
         let local = |(element, side, load): (u32, _, usize)| {
@@ -158,7 +160,7 @@ impl<S: Space> World<'_, S> {
         mesh: &Mesh<S>,
         element: usize,
         row_of: &BTreeMap<NodeId, u32>,
-    ) -> Result<(ElementRow<S>, Shape), Error> {
+    ) -> Result<(ElementRow, Shape), Error> {
         let (places, depth) = (mesh.places_of(element), self.settings.grid.depth);
         let shape = Element::of::<S>(&places, depth).ok_or_else(|| {
             Error::User(format!(
@@ -176,7 +178,7 @@ impl<S: Space> World<'_, S> {
                 ))
             })?;
         }
-        Ok((ElementRow { nodes, places }, (shape, Modes::of::<S>(&shape, &places, depth))))
+        Ok((ElementRow { nodes }, (shape, Modes::of::<S>(&shape, &places, depth))))
     }
 
     /// Sends the nodes that this rank has answered for; returns those of its elements of now, in the order of their ids.

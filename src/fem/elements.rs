@@ -19,13 +19,14 @@ const ROWS_PER_TASK: usize = 256;
 /// Octets that a task takes.
 const OCTETS_PER_TASK: usize = 32;
 
-/// An element with the rows of its nodes.
+/// The rows of the nodes of an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ElementRow<S: Space> {
+pub struct ElementRow {
     pub nodes: [u32; CORNERS_MAX],
-    /// Places of its corners at the start, m: of those across a period not that of the node.
-    pub places: [S::Vector; CORNERS_MAX],
 }
+
+/// Places of the corners of an element at the start, m: of those across a period not that of the node.
+pub type Places<S> = [<S as Space>::Vector; CORNERS_MAX];
 
 /// Eight elements side by side, number by number; where there are fewer, the last is there several times.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,10 +41,10 @@ pub struct Octet {
 }
 
 impl Octet {
-    pub fn of<S: Space>(rows: &[ElementRow<S>], shapes: &[(Element<f64>, Modes<f64>)]) -> Self {
+    pub fn of<S: Space>(places: &[Places<S>], shapes: &[(Element<f64>, Modes<f64>)]) -> Self {
         let shapes = eight_of(shapes);
-        let middles = eight_of(rows).map(|row| {
-            let sum = row.places[..corners::<S>()].iter().fold(S::Vector::zero(), |sum, place| sum + *place);
+        let middles = eight_of(places).map(|places| {
+            let sum = places[..corners::<S>()].iter().fold(S::Vector::zero(), |sum, place| sum + *place);
             widened(&(sum * (1.0 / corners::<S>() as f64)))
         });
         use std::array::from_fn;
@@ -129,7 +130,9 @@ pub struct Held<S: Space> {
 /// Elements in the order of points, and the nodes that they have.
 #[derive(Clone, Debug)]
 pub struct Elements<S: Space> {
-    pub rows: Vec<ElementRow<S>>,
+    pub rows: Vec<ElementRow>,
+    /// What only loads look at.
+    pub places: Vec<Places<S>>,
     pub octets: Vec<Octet>,
     /// In the order of their ids.
     pub nodes: Vec<Node<S>>,
@@ -161,6 +164,7 @@ impl<S: Space> Default for Elements<S> {
     fn default() -> Self {
         Self {
             rows: Vec::new(),
+            places: Vec::new(),
             octets: Vec::new(),
             nodes: Vec::new(),
             masses: Vec::new(),
@@ -181,8 +185,8 @@ impl<S: Space> Default for Elements<S> {
     }
 }
 
-impl<S: Space> ElementRow<S> {
-    fn displacements(&self, nodes: &[Node<S>]) -> [S::Vector; CORNERS_MAX] {
+impl ElementRow {
+    fn displacements<S: Space>(&self, nodes: &[Node<S>]) -> Places<S> {
         self.nodes.map(|node| nodes[node as usize].displacement)
     }
 }
@@ -203,15 +207,15 @@ impl<S: Space> Elements<S> {
 
     /// Loads on sides as they are at a time: a pressure on the area of now, a traction on that of the start.
     pub fn push_loaded(&mut self, loads: &[Load<S>], time: f64, depth: f64) {
-        let Self { rows, nodes, loaded, corner_forces, pushes, .. } = self;
+        let Self { rows, places, nodes, loaded, corner_forces, pushes, .. } = self;
         pushes.clear();
         for LoadedSide { element, side, load } in loaded.iter() {
-            let (row, load) = (&rows[*element as usize], &loads[*load]);
+            let (row, begun, load) = (&rows[*element as usize], &places[*element as usize], &loads[*load]);
             let share = if time < load.ramp { time / load.ramp } else { 1.0 };
             let moved = row.displacements(nodes);
             let places = match load.kind {
-                Kind::Pressure(_) => std::array::from_fn(|corner| row.places[corner] + moved[corner]),
-                Kind::Traction(_) => row.places,
+                Kind::Pressure(_) => std::array::from_fn(|corner| begun[corner] + moved[corner]),
+                Kind::Traction(_) => *begun,
             };
             let areas = side.areas::<S>(&places, depth);
             for (corner, area) in side.corners::<S>().iter().zip(&areas[..FACE_CORNERS[S::DIMENSION - 2]]) {
@@ -234,23 +238,25 @@ impl<S: Space> Elements<S> {
         });
     }
 
-    /// Nodes drift with their velocities, and points with the elements that they are of: place, velocity, and F. `rates` are what laws are told,
-    /// `(F' F^-1 - 1)/dt` from the old to the new one, 1/s; forces have been filled at the old one.
+    /// Nodes drift with their velocities, and points with the elements that they are of: place, velocity, and F. `strained` is told of points, one stretch of
+    /// them after another, with what laws are told, `(F' F^-1 - 1)/dt` from the old to the new F, 1/s; forces have been filled at the old one.
     pub fn drift(
         &mut self,
         points: &mut [Hot<S>],
         rates: &mut Vec<S::Tensor>,
         (dt, instructions): (f64, Instructions),
+        strained: impl Fn(&[S::Tensor], &mut [Hot<S>]) + Sync,
     ) {
         let Self { rows, octets, nodes, inverses, .. } = self;
         nodes.par_iter_mut().with_min_len(ROWS_PER_TASK).for_each(|node| node.displacement += node.velocity * dt);
         rates.resize(rows.len(), S::Tensor::zero());
         let (nodes, together) = (&*nodes, LANES * OCTETS_PER_TASK);
-        let of_rows =
-            rows.par_chunks(together).zip(octets.par_chunks(OCTETS_PER_TASK)).zip(inverses.par_chunks(together));
+        let of_rows = rows.par_chunks(together).zip(octets.par_chunks(OCTETS_PER_TASK));
+        let of_rows = of_rows.zip(inverses.par_chunks(together));
         let outcomes = points.par_chunks_mut(together).zip(rates.par_chunks_mut(together));
         of_rows.zip(outcomes).for_each(|(((rows, octets), inverses), (points, rates))| {
             instructions.run(Follow { dt, rows, octets, nodes, inverses, points, rates });
+            strained(rates, points);
         });
     }
 }
@@ -258,7 +264,7 @@ impl<S: Space> Elements<S> {
 /// What the nodes of eight elements have, corner by corner.
 #[inline(always)]
 fn at_corners<S: Space, P: Pack>(
-    rows: &[&ElementRow<S>; LANES],
+    rows: &[&ElementRow; LANES],
     nodes: &[Node<S>],
     of: impl Fn(&Node<S>) -> &S::Vector,
 ) -> AtCorners<P> {
@@ -293,7 +299,7 @@ fn tensors_out<S: Space, P: Pack>(lanes: &S::TensorOf<P>, tensors: &mut [S::Tens
 
 struct Fill<'a, S: Space> {
     how: &'a Hourglass,
-    rows: &'a [ElementRow<S>],
+    rows: &'a [ElementRow],
     octets: &'a [Octet],
     points: &'a [Hot<S>],
     nodes: &'a [Node<S>],
@@ -340,7 +346,7 @@ impl<S: Space> Packed for Fill<'_, S> {
 
 struct Follow<'a, S: Space> {
     dt: f64,
-    rows: &'a [ElementRow<S>],
+    rows: &'a [ElementRow],
     octets: &'a [Octet],
     nodes: &'a [Node<S>],
     inverses: &'a [S::Tensor],

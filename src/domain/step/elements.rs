@@ -216,12 +216,13 @@ impl<S: Space> World<'_, S> {
         let dt = self.dt_of_continuum();
         let points = &mut self.continuum.points.hot;
         let instructions = self.assembly.contacts.instructions();
-        self.elements.drift(points, &mut self.rates, (dt, instructions));
-        if self.settings.rves.is_none() {
-            let (material, rates) = (&self.settings.material, &self.rates);
-            let chunks = points.par_chunks_mut(POINTS_PER_TASK).zip(rates.par_chunks(POINTS_PER_TASK));
-            chunks.for_each(|(points, rates)| material.strain((rates, dt, instructions), points));
-        }
+        let (material, has_rves) = (&self.settings.material, self.settings.rves.is_some());
+        self.elements.drift(points, &mut self.rates, (dt, instructions), |rates, points| {
+            // RVEs follow by themselves.
+            if !has_rves {
+                material.strain((rates, dt, instructions), points);
+            }
+        });
         self.phases.stop(Phase::Gather, timer);
     }
 
@@ -232,9 +233,6 @@ impl<S: Space> World<'_, S> {
         self.phases.stop(Phase::Motion, timer);
     }
 }
-
-/// A constant, so that nothing depends on the number of threads; whole lanes.
-const POINTS_PER_TASK: usize = 512;
 
 /// Inwards from a side of the domain.
 fn inwards<S: Space>(axis: usize, upper: bool) -> S::Vector {
