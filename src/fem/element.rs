@@ -83,9 +83,9 @@ pub(super) fn applied<S: Space, R: Real>(a: &Matrix<R>, v: &[R; AXES_MAX]) -> [R
 #[inline(always)]
 pub(super) fn transposed<S: Space, R: Real>(a: &Matrix<R>) -> Matrix<R> {
     let mut found = *a;
-    for i in 0..S::DIMENSION {
-        for j in 0..S::DIMENSION {
-            found[i][j] = a[j][i];
+    for (i, row) in found.iter_mut().enumerate().take(S::DIMENSION) {
+        for (entry, other) in row.iter_mut().zip(a).take(S::DIMENSION) {
+            *entry = other[i];
         }
     }
     found
@@ -95,9 +95,9 @@ pub(super) fn transposed<S: Space, R: Real>(a: &Matrix<R>) -> Matrix<R> {
 #[inline(always)]
 pub fn matrix_of<S: Space, R: Real>(tensor: &S::TensorOf<R>) -> Matrix<R> {
     let mut found = [[R::splat(0.0); AXES_MAX]; AXES_MAX];
-    for i in 0..S::DIMENSION {
-        for j in 0..S::DIMENSION {
-            found[i][j] = tensor.word(j * S::DIMENSION + i);
+    for (i, row) in found.iter_mut().enumerate().take(S::DIMENSION) {
+        for (j, entry) in row.iter_mut().enumerate().take(S::DIMENSION) {
+            *entry = tensor.word(j * S::DIMENSION + i);
         }
     }
     found
@@ -106,9 +106,9 @@ pub fn matrix_of<S: Space, R: Real>(tensor: &S::TensorOf<R>) -> Matrix<R> {
 #[inline(always)]
 pub fn tensor_of<S: Space, R: Real>(matrix: &Matrix<R>) -> S::TensorOf<R> {
     let mut found = S::TensorOf::<R>::zero();
-    for i in 0..S::DIMENSION {
-        for j in 0..S::DIMENSION {
-            found.set_word(j * S::DIMENSION + i, matrix[i][j]);
+    for (i, row) in matrix.iter().enumerate().take(S::DIMENSION) {
+        for (j, entry) in row.iter().enumerate().take(S::DIMENSION) {
+            found.set_word(j * S::DIMENSION + i, *entry);
         }
     }
     found
@@ -149,9 +149,9 @@ impl<R: Real> Element<R> {
         let mut deformation = [[R::splat(0.0); AXES_MAX]; AXES_MAX];
         for (axis, row) in deformation.iter_mut().enumerate().take(S::DIMENSION) {
             row[axis] = R::splat(1.0);
-            for corner in 0..corners::<S>() {
-                for along in 0..S::DIMENSION {
-                    row[along] = row[along] + displacements[corner][axis] * self.gradients[corner][along];
+            for (displacement, gradient) in displacements.iter().zip(&self.gradients).take(corners::<S>()) {
+                for (entry, slope) in row.iter_mut().zip(gradient).take(S::DIMENSION) {
+                    *entry = *entry + displacement[axis] * *slope;
                 }
             }
         }
@@ -165,8 +165,8 @@ impl<R: Real> Element<R> {
         let minus = -self.volume;
         pushed.iter_mut().flatten().for_each(|entry| *entry = *entry * minus);
         let mut forces = [[R::splat(0.0); AXES_MAX]; CORNERS_MAX];
-        for corner in 0..corners::<S>() {
-            forces[corner] = applied::<S, R>(&pushed, &self.gradients[corner]);
+        for (force, gradient) in forces.iter_mut().zip(&self.gradients).take(corners::<S>()) {
+            *force = applied::<S, R>(&pushed, gradient);
         }
         forces
     }

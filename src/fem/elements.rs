@@ -61,9 +61,9 @@ impl Octet {
     #[inline(always)]
     fn element<S: Space, P: Pack>(&self) -> Element<P> {
         let mut gradients = [[P::splat(0.0); AXES_MAX]; CORNERS_MAX];
-        for corner in 0..corners::<S>() {
-            for axis in 0..S::DIMENSION {
-                gradients[corner][axis] = P::load(&self.gradients[corner][axis]);
+        for (gradient, stored) in gradients.iter_mut().zip(&self.gradients).take(corners::<S>()) {
+            for (entry, lanes) in gradient.iter_mut().zip(stored).take(S::DIMENSION) {
+                *entry = P::load(lanes);
             }
         }
         Element { volume: P::load(&self.volume), gradients }

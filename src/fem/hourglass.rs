@@ -162,11 +162,11 @@ impl<R: Real> Modes<R> {
             let turned = applied::<S, R>(&self.frame, amplitude);
             for corner in 0..corners::<S>() {
                 let mut gamma = gammas[corner];
-                for axis in 0..S::DIMENSION {
-                    gamma = gamma - element.gradients[corner][axis] * turned[axis];
+                for (slope, along) in element.gradients[corner].iter().zip(&turned).take(S::DIMENSION) {
+                    gamma = gamma - *slope * *along;
                 }
-                for axis in 0..S::DIMENSION {
-                    forces[corner][axis] = forces[corner][axis] - pushed[axis] * gamma;
+                for (force, push) in forces[corner].iter_mut().zip(&pushed).take(S::DIMENSION) {
+                    *force = *force - *push * gamma;
                 }
             }
         }

@@ -161,11 +161,9 @@ fn damping_acts_along_rollers() {
 #[test]
 fn loads_act_beside_short_periods() {
     for count in [1, 2, 3] {
-        let rest = format!(
-            "periodic = [true, false]\n[[boundary]]\nface = \"y_upper\"\nkind = \"free\"\n[[load]]\nface = \"y_upper\"\nkind = \"pressure\"\npressure = 1000\n\
-             [stress]\nkind = \"isotropic\"\npressure = 1000\n[time]\nend = 0.05\n"
-        );
-        let ran = Ran::of(&elastic(2, [1.0, 1.0, 0.0], [count, 3, 1], &rest));
+        let rest = "periodic = [true, false]\n[[boundary]]\nface = \"y_upper\"\nkind = \"free\"\n[[load]]\nface = \"y_upper\"\nkind = \"pressure\"\npressure = 1000\n\
+             [stress]\nkind = \"isotropic\"\npressure = 1000\n[time]\nend = 0.05\n";
+        let ran = Ran::of(&elastic(2, [1.0, 1.0, 0.0], [count, 3, 1], rest));
         for velocity in ran.rows_of("nodes", "velocity") {
             assert!(velocity.iter().all(|component| component.abs() < 1e-13), "{count}: {velocity:?}");
         }

@@ -169,7 +169,7 @@ impl<S: Space> World<'_, S> {
         };
         let Elements { nodes, before, damped, forces, masses, sides, owned, held, .. } = &mut elements;
         let is_damped = !self.settings.grains.field.is_plain();
-        let step = |(row, ((node, before), damped)): (usize, ((&mut Node<S>, &mut S::Vector), &mut S::Vector))| {
+        let step = |row: usize, node: &mut Node<S>, before: &mut S::Vector, damped: &mut S::Vector| {
             *before = node.velocity;
             let mass = masses[row];
             let at = At { place: meshed.mesh.place(node.id) + node.displacement, sides: sides[row], mass };
@@ -189,7 +189,7 @@ impl<S: Space> World<'_, S> {
             taken
         };
         let rows = nodes.par_iter_mut().zip(before).zip(damped).enumerate().with_min_len(NODES_PER_TASK);
-        *held = rows.flat_map_iter(step).collect();
+        *held = rows.flat_map_iter(|(row, ((node, before), damped))| step(row, node, before, damped)).collect();
         self.elements = elements;
         self.book_holds(motion.dt);
         self.phases.stop(Phase::Nodes, timer);

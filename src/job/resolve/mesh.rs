@@ -96,7 +96,7 @@ fn free_fastened_sides(job: &mut Mpm, named: &[(Face, Boundary)], top: &Reader<'
 fn check_removed(job: &Mpm, top: &Reader<'_>) {
     let Some(Source::Packed(packed)) = job.grains.as_ref().map(|grains| &grains.piece.source) else { return };
     for (region, table) in job.regions.iter().zip(&top.list("region")) {
-        if 2 * region.grains_removed > packed.count as u64 {
+        if 2 * region.grains_removed > packed.count {
             let problem = format!(
                 "is more than half of the {} grains of the packing, and what is left bears nothing. Write less.",
                 packed.count
