@@ -494,19 +494,14 @@ impl<R: Real> Symmetric<R> for SolidSymmetric<R> {
     fn pushed(&self, increment: &Self::Tensor) -> Self {
         let ([xx, yy, zz, xy, xz, yz], h) = (self.0, increment);
         // A = h (I + c); c + A + A^T + A h^T.
-        let row = |r: usize| {
-            let (x, y, z) = (h[r], h[r + 3], h[r + 6]);
-            [x + (x * xx + y * xy + z * xz), y + (x * xy + y * yy + z * yz), z + (x * xz + y * yz + z * zz)]
-        };
-        let (a, b, c) = (row(0), row(1), row(2));
-        let times = |row: &[R; 3], r: usize| row[0] * h[r] + row[1] * h[r + 3] + row[2] * h[r + 6];
+        let (a, b, c) = (deformed(h, self, 0), deformed(h, self, 1), deformed(h, self, 2));
         Self([
-            xx + (R::splat(2.0) * a[0] + times(&a, 0)),
-            yy + (R::splat(2.0) * b[1] + times(&b, 1)),
-            zz + (R::splat(2.0) * c[2] + times(&c, 2)),
-            xy + (a[1] + b[0] + times(&a, 1)),
-            xz + (a[2] + c[0] + times(&a, 2)),
-            yz + (b[2] + c[1] + times(&b, 2)),
+            xx + (R::splat(2.0) * a[0] + along(&a, h, 0)),
+            yy + (R::splat(2.0) * b[1] + along(&b, h, 1)),
+            zz + (R::splat(2.0) * c[2] + along(&c, h, 2)),
+            xy + (a[1] + b[0] + along(&a, h, 1)),
+            xz + (a[2] + c[0] + along(&a, h, 2)),
+            yz + (b[2] + c[1] + along(&b, h, 2)),
         ])
     }
     #[inline(always)]
@@ -515,4 +510,20 @@ impl<R: Real> Symmetric<R> for SolidSymmetric<R> {
         let (a, b, c) = (R::splat(1.0) + xx, R::splat(1.0) + yy, R::splat(1.0) + zz);
         a * (b * c - yz * yz) + xy * (xz * yz - xy * c) + xz * (xy * yz - xz * b)
     }
+}
+
+// Functions, not closures: a closure may be compiled apart, for the plainest processor, and each operation on lanes in it becomes a call.
+
+/// Row r of h (I + c).
+#[inline(always)]
+fn deformed<R: Real>(h: &SMatrix<R, 3, 3>, c: &SolidSymmetric<R>, r: usize) -> [R; 3] {
+    let [xx, yy, zz, xy, xz, yz] = c.0;
+    let (x, y, z) = (h[r], h[r + 3], h[r + 6]);
+    [x + (x * xx + y * xy + z * xz), y + (x * xy + y * yy + z * yz), z + (x * xz + y * yz + z * zz)]
+}
+
+/// This row times row r of h.
+#[inline(always)]
+fn along<R: Real>(row: &[R; 3], h: &SMatrix<R, 3, 3>, r: usize) -> R {
+    row[0] * h[r] + row[1] * h[r + 3] + row[2] * h[r + 6]
 }

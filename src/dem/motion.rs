@@ -204,7 +204,7 @@ fn oppose_by_component<R: Real, V: Lanewise<R>>(acceleration: V, velocity: &V, s
 #[inline(always)]
 fn oppose_by_vector<R: Real, V: Lanewise<R>>(acceleration: V, velocity: &V, share: R) -> V {
     // sqrt(v.v) also of a single component, so that one whose square underflows counts as at rest here as it does in lanes.
-    let [speed, size] = [velocity, &acceleration].map(|vector| vector.dot(vector).sqrt());
+    let (speed, size) = (velocity.dot(velocity).sqrt(), acceleration.dot(&acceleration).sqrt());
     let opposed = acceleration - *velocity * (share * size / speed);
     V::choose(speed.above(R::splat(0.0)), &opposed, &acceleration)
 }
