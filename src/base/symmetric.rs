@@ -389,11 +389,7 @@ impl<R: Real> Symmetric<R> for PlaneSymmetric<R> {
     fn pushed(&self, increment: &Self::Tensor) -> Self {
         let ([xx, yy, xy], h) = (self.0, increment);
         // A = h (I + c); c + A + A^T + A h^T.
-        let row = |r: usize| {
-            let (x, y) = (h[r], h[r + 2]);
-            [x + (x * xx + y * xy), y + (x * xy + y * yy)]
-        };
-        let (a, b) = (row(0), row(1));
+        let (a, b) = (deformed_in_plane(h, self, 0), deformed_in_plane(h, self, 1));
         Self([
             xx + (R::splat(2.0) * a[0] + (a[0] * h[0] + a[1] * h[2])),
             yy + (R::splat(2.0) * b[1] + (b[0] * h[1] + b[1] * h[3])),
@@ -513,6 +509,14 @@ impl<R: Real> Symmetric<R> for SolidSymmetric<R> {
 }
 
 // Functions, not closures: a closure may be compiled apart, for the plainest processor, and each operation on lanes in it becomes a call.
+
+/// Row r of h (I + c), in the plane.
+#[inline(always)]
+fn deformed_in_plane<R: Real>(h: &SMatrix<R, 2, 2>, c: &PlaneSymmetric<R>, r: usize) -> [R; 2] {
+    let [xx, yy, xy] = c.0;
+    let (x, y) = (h[r], h[r + 2]);
+    [x + (x * xx + y * xy), y + (x * xy + y * yy)]
+}
 
 /// Row r of h (I + c).
 #[inline(always)]

@@ -90,9 +90,14 @@ pub struct MeshSide {
 }
 
 impl MeshSide {
-    /// Whether a node is on it that knows its sides by bit 2 axis + upper.
+    /// By which nodes know their sides.
+    pub fn bit(self) -> u8 {
+        1 << (2 * self.axis + usize::from(self.upper))
+    }
+
+    /// Whether a node is on it that knows its sides by these bits.
     pub fn has(self, sides: u8) -> bool {
-        sides & (1 << (2 * self.axis + usize::from(self.upper))) != 0
+        sides & self.bit() != 0
     }
 }
 

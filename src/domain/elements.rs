@@ -10,10 +10,11 @@ use crate::base::error::Error;
 use crate::base::ids::NodeId;
 use crate::base::lane::LANES;
 use crate::base::space::{Linear, Space};
+use crate::bodies::body::MeshSide;
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::fem::element::{CORNERS_MAX, Element, corners};
-use crate::fem::elements::{ElementRow, Elements, LoadedSide, Octet};
+use crate::fem::elements::{ElementRow, Elements, Loaded, LoadedSide, Octet};
 use crate::fem::hourglass::Modes;
 use crate::fem::mesh::Mesh;
 use crate::fem::node::Node;
@@ -23,6 +24,8 @@ use crate::fem::side::Side;
 #[derive(Clone, Debug)]
 pub struct Meshed<S: Space> {
     pub mesh: Arc<Mesh<S>>,
+    /// Of each element at the start, m3; of the plane with its depth.
+    pub volumes: Arc<Vec<f64>>,
     /// Sides that belong to one element alone.
     pub bare: Arc<Vec<(u32, Side)>>,
     /// Those that bear loads.
@@ -64,7 +67,7 @@ impl<S: Space> Meshed<S> {
             let [lower, upper] = self.walls[axis];
             for (bit, wall) in [lower, upper].into_iter().enumerate() {
                 if (place[axis] - wall).abs() <= SIDE_SLACK * (upper - lower) {
-                    sides |= 1 << (2 * axis + bit);
+                    sides |= MeshSide { axis, upper: bit == 1 }.bit();
                 }
             }
         }
@@ -108,26 +111,23 @@ impl<S: Space> World<'_, S> {
         let mut laid = Elements { nodes, ..Elements::default() };
         let row_of: BTreeMap<NodeId, u32> = (0..).zip(&laid.nodes).map(|(row, node)| (node.id, row)).collect();
         let mut here = vec![u32::MAX; mesh.elements.len()];
-        let mut lay = || -> Result<Vec<(ElementRow, Shape)>, Error> {
-            let each = self.continuum.points.cold.iter().enumerate().map(|(row, cold)| {
-                let element = mesh.element_of(cold.id).expect("every point of a mesh has an element");
-                here[element] = row as u32;
-                self.row_of_element(mesh, element, &row_of)
-            });
-            each.collect()
-        };
-        let (rows, shapes): (Vec<_>, Vec<_>) = transfer::agree(self.transport, lay())?.into_iter().unzip();
-        let elements = self.continuum.points.cold.iter().map(|cold| mesh.element_of(cold.id));
-        laid.places = elements.flatten().map(|element| mesh.places_of(element)).collect();
-        let octets = laid.places.chunks(LANES).zip(shapes.chunks(LANES));
-        laid.octets = octets.map(|(places, shapes)| Octet::of::<S>(places, shapes)).collect();
+        let element_of = |id| mesh.element_of(id).expect("every point of a mesh has an element");
+        let elements: Vec<usize> = self.continuum.points.cold.iter().map(|cold| element_of(cold.id)).collect();
+        elements.iter().zip(0..).for_each(|(element, row)| here[*element] = row);
+        let lay = elements.iter().map(|element| self.row_of_element(mesh, *element, &row_of)).collect();
+        let laid_rows: Vec<(ElementRow, Shape)> = transfer::agree(self.transport, lay)?;
+        let (rows, shapes): (Vec<_>, Vec<_>) = laid_rows.into_iter().unzip();
+        let middles: Vec<S::Vector> = elements.iter().map(|element| mesh.middle_of(*element)).collect();
+        let octets = middles.chunks(LANES).zip(shapes.chunks(LANES));
+        laid.octets = octets.map(|(middles, shapes)| Octet::of::<S>(middles, shapes)).collect();
         laid.inverses = vec![S::Tensor::zero(); rows.len()];
         laid.rows = rows;
-        let local = |(element, side, load): (u32, _, usize)| {
-            (here[element as usize] != u32::MAX).then(|| LoadedSide { element: here[element as usize], side, load })
+        let local = |of: &LoadedSide| {
+            let (row, places) = (here[of.element as usize], mesh.places_of(of.element as usize));
+            (row != u32::MAX).then_some(Loaded { row, side: of.side, load: of.load, places })
         };
-        laid.loaded = meshed.loaded.iter().filter_map(|of| local((of.element, of.side, of.load))).collect();
-        laid.loaded.sort_unstable_by_key(|of| (of.element, of.side, of.load));
+        laid.loaded = meshed.loaded.iter().filter_map(local).collect();
+        laid.loaded.sort_unstable_by_key(|of| (of.row, of.side, of.load));
         self.lay_nodes(&mut laid, &meshed, &owners, &here);
         laid.hourglass = vec![0.0; laid.rows.len()];
         self.elements = laid;
@@ -242,8 +242,7 @@ impl<S: Space> World<'_, S> {
                     }
                 };
                 laid.terms.push(term);
-                let shape = Element::of::<S>(&mesh.places_of(*element as usize), self.settings.grid.depth);
-                mass += shape.map_or(0.0, |shape| shape.volume) * density / corners;
+                mass += meshed.volumes[*element as usize] * density / corners;
             }
             laid.firsts.push(laid.terms.len() as u32);
             laid.masses.push(mass);

@@ -12,7 +12,7 @@ use crate::fem::node::Node;
 use crate::fem::side::{FACE_CORNERS, Side};
 use crate::mpm::load::{Kind, Load};
 use crate::mpm::points::Hot;
-use crate::mpm::scatter::eight_of;
+use crate::mpm::scatter::{eight_of, side_by_side};
 
 /// Fewer rows are not worth a task of their own.
 const ROWS_PER_TASK: usize = 256;
@@ -41,12 +41,8 @@ pub struct Octet {
 }
 
 impl Octet {
-    pub fn of<S: Space>(places: &[Places<S>], shapes: &[(Element<f64>, Modes<f64>)]) -> Self {
-        let shapes = eight_of(shapes);
-        let middles = eight_of(places).map(|places| {
-            let sum = places[..corners::<S>()].iter().fold(S::Vector::zero(), |sum, place| sum + *place);
-            widened(&(sum * (1.0 / corners::<S>() as f64)))
-        });
+    pub fn of<S: Space>(middles: &[S::Vector], shapes: &[(Element<f64>, Modes<f64>)]) -> Self {
+        let (shapes, middles) = (eight_of(shapes), eight_of(middles).map(widened));
         use std::array::from_fn;
         Self {
             volume: shapes.map(|(element, _)| element.volume),
@@ -92,12 +88,21 @@ impl Octet {
     }
 }
 
-/// A side of an element that bears a load of the job.
+/// A side of an element of the mesh that bears a load of the job.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadedSide {
     pub element: u32,
     pub side: Side,
     pub load: usize,
+}
+
+/// The same of an element here, by its row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Loaded<S: Space> {
+    pub row: u32,
+    pub side: Side,
+    pub load: usize,
+    pub places: Places<S>,
 }
 
 /// What a load puts on a node, N.
@@ -131,8 +136,6 @@ pub struct Held<S: Space> {
 #[derive(Clone, Debug)]
 pub struct Elements<S: Space> {
     pub rows: Vec<ElementRow>,
-    /// What only loads look at.
-    pub places: Vec<Places<S>>,
     pub octets: Vec<Octet>,
     /// In the order of their ids.
     pub nodes: Vec<Node<S>>,
@@ -142,7 +145,7 @@ pub struct Elements<S: Space> {
     pub sides: Vec<u8>,
     /// Which of them this rank answers for where each is to be counted once.
     pub owned: Vec<bool>,
-    pub loaded: Vec<LoadedSide>,
+    pub loaded: Vec<Loaded<S>>,
     /// Forces on corners, N: of each element here the first of its [`CORNERS_MAX`] places, and behind them those of other ranks' elements.
     pub corner_forces: Vec<S::Vector>,
     /// Which of these are at each node, in the order of elements: from one of the firsts to the next.
@@ -164,7 +167,6 @@ impl<S: Space> Default for Elements<S> {
     fn default() -> Self {
         Self {
             rows: Vec::new(),
-            places: Vec::new(),
             octets: Vec::new(),
             nodes: Vec::new(),
             masses: Vec::new(),
@@ -207,10 +209,10 @@ impl<S: Space> Elements<S> {
 
     /// Loads on sides as they are at a time: a pressure on the area of now, a traction on that of the start.
     pub fn push_loaded(&mut self, loads: &[Load<S>], time: f64, depth: f64) {
-        let Self { rows, places, nodes, loaded, corner_forces, pushes, .. } = self;
+        let Self { rows, nodes, loaded, corner_forces, pushes, .. } = self;
         pushes.clear();
-        for LoadedSide { element, side, load } in loaded.iter() {
-            let (row, begun, load) = (&rows[*element as usize], &places[*element as usize], &loads[*load]);
+        for Loaded { row: number, side, load, places: begun } in loaded.iter() {
+            let (row, load) = (&rows[*number as usize], &loads[*load]);
             let share = if time < load.ramp { time / load.ramp } else { 1.0 };
             let moved = row.displacements(nodes);
             let places = match load.kind {
@@ -223,7 +225,7 @@ impl<S: Space> Elements<S> {
                     Kind::Pressure(pressure) => *area * (-share * pressure),
                     Kind::Traction(traction) => traction * (share * area.norm()),
                 };
-                corner_forces[*element as usize * CORNERS_MAX + corner] += force;
+                corner_forces[*number as usize * CORNERS_MAX + corner] += force;
                 pushes.push(Push { node: row.nodes[*corner], force });
             }
         }
@@ -274,16 +276,6 @@ fn at_corners<S: Space, P: Pack>(
         for (axis, found) in found.iter_mut().enumerate().take(S::DIMENSION) {
             *found = P::load(&at.map(|vector| vector[axis]));
         }
-    }
-    found
-}
-
-/// Stress of eight points, and F, with the numbers before them.
-#[inline(always)]
-fn tensor_in<S: Space, P: Pack>(tensors: &[&S::Tensor; LANES]) -> S::TensorOf<P> {
-    let mut found = S::TensorOf::<P>::zero();
-    for entry in 0..S::Tensor::COMPONENTS {
-        found.set_word(entry, P::load(&tensors.map(|tensor| tensor[entry])));
     }
     found
 }
@@ -368,7 +360,7 @@ impl<S: Space> Packed for Follow<'_, S> {
             let moved = at_corners::<S, P>(&rows, nodes, |node| &node.displacement);
             let speeds = at_corners::<S, P>(&rows, nodes, |node| &node.velocity);
             let deformation = octet.element::<S, P>().deformation::<S>(&moved);
-            let before = matrix_of::<S, P>(&tensor_in::<S, P>(&eight_of(&inverses[held.clone()])));
+            let before = matrix_of::<S, P>(&side_by_side::<S, P>(&eight_of(&inverses[held.clone()])));
             let mut rate = product::<S, P>(&deformation, &before);
             for (axis, row) in rate.iter_mut().enumerate() {
                 row[axis] = row[axis] - P::splat(1.0);

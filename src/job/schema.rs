@@ -57,9 +57,10 @@ impl Kind {
         }
     }
 
-    /// The first of them.
-    pub fn mark(self) -> Option<&'static str> {
-        self.marks().first().copied()
+    /// The same in words, none where there are none.
+    fn mark(self) -> Option<String> {
+        let marks: Vec<String> = self.marks().iter().map(|mark| format!("[{mark}]")).collect();
+        (!marks.is_empty()).then(|| marks.join(" or "))
     }
 
     /// What jobs of this kind are called, with an article for one.
@@ -67,7 +68,7 @@ impl Kind {
         match self {
             Self::Shear => ("jobs of planar shear", "a job of planar shear"),
             Self::Assembly => ("assemblies of grains", "an assembly of grains"),
-            Self::Mpm => ("continua on a grid", "a continuum on a grid"),
+            Self::Mpm => ("continua", "a continuum"),
         }
     }
 
@@ -75,12 +76,12 @@ impl Kind {
     pub fn belongs_elsewhere(self, has: impl Fn(Self) -> bool) -> Option<String> {
         let owner = [Self::Assembly, Self::Mpm, Self::Shear].into_iter().find(|kind| *kind != self && has(*kind))?;
         let owners = match owner.mark() {
-            Some(table) if self == Self::Shear => format!("{}, jobs with a table [{table}]", owner.words().0),
+            Some(table) if self == Self::Shear => format!("{}, jobs with a table {table}", owner.words().0),
             _ => owner.words().0.to_string(),
         };
         Some(match self.mark() {
             Some(mark) => format!(
-                "It belongs to {owners}, and this job is {} because it has a table [{mark}]. Remove one of the two.",
+                "It belongs to {owners}, and this job is {} because it has a table {mark}. Remove one of the two.",
                 self.words().1
             ),
             None => format!("It belongs to {owners}, and this job has none."),

@@ -60,7 +60,7 @@ impl Scenario {
                 "{file}: this job is an assembly of grains, because it has a table [cell], and a job of planar shear is wanted here."
             ))),
             Job::Mpm(_) => Err(Error::User(format!(
-                "{file}: this job is a continuum on a grid, because it has a table [grid], and a job of planar shear is wanted here."
+                "{file}: this job is a continuum, because it has a table [grid] or [mesh], and a job of planar shear is wanted here."
             ))),
         }
     }

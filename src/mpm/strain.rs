@@ -2,10 +2,10 @@
 
 use crate::base::lane::{Instructions, LANES, Pack, Packed};
 use crate::base::numbers::{Lanes, Numbers};
-use crate::base::space::{Linear, Space, Words};
+use crate::base::space::Space;
 use crate::law::material::MaterialLaw;
 use crate::mpm::points::Hot;
-use crate::mpm::scatter::eight_of;
+use crate::mpm::scatter::{eight_of, side_by_side};
 
 /// Stress and memory of points after a step with these velocity gradients, 1/s; their F is that of the end of it already.
 pub(super) fn strain_rows<S: Space, L: MaterialLaw<S>>(
@@ -32,11 +32,7 @@ impl<S: Space, L: MaterialLaw<S>> Packed for Strain<'_, S, L> {
         let (memory, mut lanes) = (Hot::<S>::MEMORY, Lanes::<P>::zero());
         for (points, rates) in points.chunks_mut(LANES).zip(rates.chunks(LANES)) {
             lanes.load(&eight_of(points), Hot::<S>::WIDTH);
-            let rates = eight_of(rates);
-            let mut gradient = S::TensorOf::<P>::zero();
-            for entry in 0..S::Tensor::COMPONENTS {
-                gradient.set_word(entry, P::load(&rates.map(|rate| rate[entry])));
-            }
+            let gradient = side_by_side::<S, P>(&eight_of(rates));
             let (words, work) = lanes.0[memory..].split_at_mut(S::PointMemory::WIDTH);
             let stress = law.update_lanes(&gradient, dt, &mut words[..L::Memory::WIDTH], &mut work[0]);
             lanes.set_words(Hot::<S>::STRESS, &stress);

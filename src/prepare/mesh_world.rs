@@ -6,7 +6,7 @@ use crate::base::ids::PointId;
 use crate::base::space::{Linear, Space};
 use crate::domain::elements::Meshed;
 use crate::domain::layout::{Ground, Layout};
-use crate::fem::element::{Element, corners};
+use crate::fem::element::{Element, corners, widened};
 use crate::fem::elements::LoadedSide;
 use crate::fem::mesh::{Lattice, Mesh};
 use crate::fem::node::Node;
@@ -42,9 +42,13 @@ pub fn meshed<S: Space>(job: &Mpm, how: &mpm::Mesh) -> Meshed<S> {
     let wanted = indices(places).filter(is_there).map(|index| (PointId(job.number(index)), index));
     let mesh = Mesh::of_lattice(&lattice, wanted);
     let bare = mesh.bare_faces();
+    // One that is turned inside out is refused where it is laid.
+    let volume = |element| Element::of::<S>(&mesh.places_of(element), job.grid.depth).map_or(0.0, |shape| shape.volume);
+    let volumes = (0..mesh.elements.len()).map(volume).collect();
     let loaded = loaded(job, &mesh, &bare);
     Meshed {
         mesh: Arc::new(mesh),
+        volumes: Arc::new(volumes),
         bare: Arc::new(bare),
         loaded: Arc::new(loaded),
         walls: [0, 1, 2].map(|axis| [job.grid.lower[axis], job.grid.upper[axis]]),
@@ -81,13 +85,11 @@ pub fn nodes<S: Space>(job: &Mpm, meshed: &Meshed<S>) -> Vec<Node<S>> {
     let mesh = &meshed.mesh;
     let node = |id| {
         let place = mesh.place(id);
-        let widened =
-            |place: S::Vector| std::array::from_fn(|axis| if axis < S::DIMENSION { place[axis] } else { 0.0 });
         let (mut momentum, mut mass) = (S::Vector::zero(), 0.0);
         for (element, _) in mesh.around(id) {
-            let region = job.region_at(&widened(mesh.middle_of(*element as usize))).expect("elements are in regions");
-            let share = Element::of::<S>(&mesh.places_of(*element as usize), 1.0).map_or(0.0, |shape| shape.volume);
-            momentum += vector::<S>(&job.regions[region].velocity_at(&widened(place))) * share;
+            let region = job.region_at(&widened(&mesh.middle_of(*element as usize))).expect("elements are in regions");
+            let share = meshed.volumes[*element as usize];
+            momentum += vector::<S>(&job.regions[region].velocity_at(&widened(&place))) * share;
             mass += share;
         }
         Node { id, displacement: S::Vector::zero(), velocity: momentum * (1.0 / mass) }

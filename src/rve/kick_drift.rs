@@ -158,16 +158,19 @@ fn gathered<C: Words<P>, P: Pack>(entry: impl Fn(usize, usize) -> f64) -> C {
 /// A tensor times a vector, column by column.
 #[inline(always)]
 fn times<S: Space, P: Pack>(tensor: &S::Tensor, vector: &S::VectorOf<P>) -> S::VectorOf<P> {
-    let column = |column: usize| {
-        let mut entries = S::VectorOf::<P>::zero();
-        for row in 0..S::DIMENSION {
-            entries.set_word(row, P::splat(tensor[column * S::DIMENSION + row]) * vector.word(column));
-        }
-        entries
-    };
-    let mut sum = column(0);
-    for next in 1..S::DIMENSION {
-        sum = sum + column(next);
+    let mut sum = scaled_column::<S, P>(tensor, 0, vector.word(0));
+    for column in 1..S::DIMENSION {
+        sum = sum + scaled_column::<S, P>(tensor, column, vector.word(column));
     }
     sum
+}
+
+/// A function, not a closure, which would be compiled apart for a processor without lanes.
+#[inline(always)]
+fn scaled_column<S: Space, P: Pack>(tensor: &S::Tensor, column: usize, by: P) -> S::VectorOf<P> {
+    let mut entries = S::VectorOf::<P>::zero();
+    for row in 0..S::DIMENSION {
+        entries.set_word(row, P::splat(tensor[column * S::DIMENSION + row]) * by);
+    }
+    entries
 }

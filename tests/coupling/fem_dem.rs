@@ -77,8 +77,8 @@ fn an_element_is_its_rve() {
         off = off.max((across / PRESSURE - 1.0).abs());
     }
     println!("an element to 0.1 and 0.5 %: off its RVE by {worst:?}, lateral stress by {off:.1e}");
-    // Beyond, grains rearrange, and two servos of the same RVE differ by as much.
-    assert!(worst[0] < 5e-3 && worst[1] < 0.05 && off < 5e-3, "{worst:?} {off}");
+    // Beyond, grains rearrange, and what the two servos do differently in between is not small any more.
+    assert!(worst[0] < 2e-3 && worst[1] < 0.05 && off < 5e-3, "{worst:?} {off}");
 }
 
 /// The same bits on ranks and threads, through restarts, with a weak row and a nonlocal strain.

@@ -82,11 +82,11 @@ fn keys_of_planar_shear() {
     GOOD.refused(
         "name = \"good\"",
         "name = \"good\"\nmethod = \"dem\"",
-        "job.toml:2: the job's top level has no key method. It belongs to continua on a grid, and this job is an assembly of grains because it has a table [cell]. Remove one of the two.",
+        "job.toml:2: the job's top level has no key method. It belongs to continua, and this job is an assembly of grains because it has a table [cell]. Remove one of the two.",
     );
     GOOD.refused_set(
         "decomposition.cells_per_block=2",
-        "--set decomposition.cells_per_block=2: a job has no decomposition.cells_per_block. It belongs to continua on a grid, and this job is an assembly of grains because it has a table [cell]. Remove one of the two.",
+        "--set decomposition.cells_per_block=2: a job has no decomposition.cells_per_block. It belongs to continua, and this job is an assembly of grains because it has a table [cell]. Remove one of the two.",
     );
 }
 

@@ -112,7 +112,7 @@ fn a_continuum_where_planar_shear_is_wanted() {
     let error = Scenario::parse(GOOD.0, "job.toml", &[]).expect_err("it has a grid");
     assert_eq!(
         error.to_string(),
-        "job.toml: this job is a continuum on a grid, because it has a table [grid], and a job of planar shear is wanted here."
+        "job.toml: this job is a continuum, because it has a table [grid] or [mesh], and a job of planar shear is wanted here."
     );
 }
 
@@ -121,12 +121,12 @@ fn tables_and_keys_of_other_jobs() {
     GOOD.refused_among(
         "[gravity]\n",
         "[specimen]\nwidth = 1\n\n[gravity]\n",
-        "job.toml:35: there is no table [specimen]. It belongs to jobs of planar shear, and this job is a continuum on a grid because it has a table [grid]. Remove one of the two.",
+        "job.toml:35: there is no table [specimen]. It belongs to jobs of planar shear, and this job is a continuum because it has a table [grid] or [mesh]. Remove one of the two.",
     );
     GOOD.refused_among(
         "[gravity]\n",
         "[cell]\nspace = \"plane\"\n\n[gravity]\n",
-        "job.toml:3: there is no table [grid]. It belongs to continua on a grid, and this job is an assembly of grains because it has a table [cell]. Remove one of the two.",
+        "job.toml:3: there is no table [grid]. It belongs to continua, and this job is an assembly of grains because it has a table [cell]. Remove one of the two.",
     );
     GOOD.refused_among(
         "name = \"good\"",

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
-use crate::bodies::body::Body;
+use crate::bodies::body::{Body, MeshSide};
 use crate::bodies::boundary::{Grip, Hold};
 use crate::dem::cell::Cell;
 use crate::dem::grains::{lanes, vector};
@@ -299,7 +299,7 @@ impl<S: Space> Conditions<'_, S> {
 
     /// None where it does not hold the node.
     fn held_by_face(&self, velocity: S::Vector, at: &At<S>, (axis, upper): (usize, bool)) -> Option<S::Vector> {
-        let is_on = at.sides & (1 << (2 * axis + usize::from(upper))) != 0;
+        let is_on = MeshSide { axis, upper }.has(at.sides);
         let wall = self.walls[axis][usize::from(upper)];
         let is_behind = if upper { at.place[axis] >= wall } else { at.place[axis] <= wall };
         let hold = |grip, separates| Hold::<S> {

@@ -105,7 +105,7 @@ pub fn account_of_points<'s, S: Space>(averages: bool) -> Columns<'s, S> {
 
 /// Energy of hourglass modes of elements, a part of the elastic energy, at the same evaluation, J.
 pub fn hourglass<'s, S: Space>() -> Columns<'s, S> {
-    Columns::new(["hourglass"], |core| Ok(vec![core.world.point_energies()?.averaged]))
+    Columns::new(["hourglass"], |core| Ok(vec![core.world.point_energies()?.beside]))
 }
 
 /// Of what is lost, the part of averaging of volume strain.

@@ -35,7 +35,7 @@ impl<S: Space> World<'_, S> {
             let elastic = hot.volume * self.settings.material.elastic_energy(&hot.memory);
             sums.add(Store::Elastic as usize, elastic + *hourglass);
             sums.add(Store::Dissipated as usize, hot.volume * hot.plastic_work);
-            sums.add(Store::Hourglass as usize, *hourglass);
+            sums.add(Store::Beside as usize, *hourglass);
         }
         sums
     }

@@ -66,15 +66,10 @@ pub(super) enum Store {
     Elastic,
     Potential,
     Dissipated,
-    /// What averaging of volume strain has taken; the last, for accounts of programs that had none.
-    Averaged,
+    /// What averaging of volume strain has taken, of elements what hourglass modes have: no part of the sum. The last, for accounts of programs that had none.
+    Beside,
 }
 
-impl Store {
-    /// Elements average nothing: what their hourglass modes have stands in the same place.
-    #[allow(non_upper_case_globals, reason = "the name of a variant")]
-    pub(super) const Hourglass: Self = Self::Averaged;
-}
 pub(super) const STORES: usize = 5;
 
 /// Entries of an account.
@@ -91,7 +86,7 @@ pub struct PointEnergies {
     /// By the law, since the start.
     pub dissipated: f64,
     /// Taken by averaging of volume strain, since the start; of elements that of hourglass modes, a part of the elastic. No part of the sum.
-    pub averaged: f64,
+    pub beside: f64,
 }
 
 impl PointEnergies {
@@ -223,8 +218,8 @@ impl<S: Space> World<'_, S> {
         let Some(stored) = stored else {
             return Err(Error::Run(format!("step {}: no energies of points have been summed", self.step)));
         };
-        let [kinetic, elastic, potential, dissipated, averaged] = self.reduce(stored.clone())?;
-        Ok(PointEnergies { kinetic, elastic, potential, dissipated, averaged })
+        let [kinetic, elastic, potential, dissipated, beside] = self.reduce(stored.clone())?;
+        Ok(PointEnergies { kinetic, elastic, potential, dissipated, beside })
     }
 
     /// The account at the same evaluation, the same on every rank; none where none is kept, or nothing has been booked. Collective.
@@ -239,7 +234,7 @@ impl<S: Space> World<'_, S> {
         let lost = work - (now.sum() - start.sum()) - holds;
         let dissipated = now.dissipated - start.dissipated;
         let stored = now.sum() - start.sum() - dissipated;
-        let averaging = now.averaged - start.averaged;
+        let averaging = now.beside - start.beside;
         Ok(Some(PointBalance {
             work_loads,
             work_bodies,
@@ -304,7 +299,7 @@ impl<S: Space> World<'_, S> {
                 let weight = self.settings.grains.field.gravity * (hot.weight * hot.mass);
                 sums.add(Store::Potential as usize, -weight.dot(&place));
                 sums.add(Store::Dissipated as usize, volume * hot.plastic_work);
-                sums.add(Store::Averaged as usize, volume * self.continuum.points.volumetric[row].lost);
+                sums.add(Store::Beside as usize, volume * self.continuum.points.volumetric[row].lost);
             }
             sums
         });
