@@ -66,6 +66,9 @@ mod material;
 /// Membranes bear their hoop tension and press on what they hold, keep momentum, and have the same bits on any ranks.
 #[path = "physics/membranes.rs"]
 mod membranes;
+/// Meshes of files: distorted patches, order of convergence, Cook's membrane, physical groups, the same bits without the file.
+#[path = "physics/meshes.rs"]
+mod meshes;
 /// Uniform stress stays uniform under every scheme, between walls too, and a linear velocity has one gradient.
 #[path = "physics/patches.rs"]
 mod patches;

@@ -99,6 +99,10 @@ pub enum Error {
     /// A line of a series that is not a row of numbers.
     #[error("{path}, line {line}: \"{found}\" is not {expected}; mend or remove the line")]
     SeriesRow { path: PathBuf, line: usize, found: String, expected: String },
+
+    /// A mesh that cannot be read, or is of elements that this program has not.
+    #[error("{path}, line {line}: {what}")]
+    Mesh { path: PathBuf, line: usize, what: String },
 }
 
 impl Error {

@@ -5,6 +5,7 @@
 //! | [`store`] | a [`State`] in one HDF5 file, checked when read | yes |
 //! | [`frames`] | points or lines with fields, a frame per time, for ParaView | no |
 //! | [`series`] | rows of numbers in a CSV file | no |
+//! | [`gmsh`] | a mesh that Gmsh has made, read only | |
 //! | [`digest()`] | 64 hex digits that stand for a [`State`] | |
 //!
 //! Everything here is written by one process; gathering is the caller's task. The HDF5 library must be 1.10.7 or newer
@@ -14,6 +15,7 @@ pub mod column;
 pub mod digest;
 pub mod error;
 pub mod frames;
+pub mod gmsh;
 mod h5;
 pub mod schema;
 pub mod series;

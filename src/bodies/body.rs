@@ -67,7 +67,7 @@ pub struct Body<S: Space> {
     pub grip: Option<(Grip, bool)>,
     /// Whether it meets material points at its own face ([`crate::mpm::faces`]); else it holds the nodes that lie in it.
     pub meets_points: bool,
-    /// The side of a mesh that is fastened to it, whatever its place; in the sense of its grip.
+    /// The part of a mesh's surface that is fastened to it, whatever its place; in the sense of its grip.
     pub side: Option<MeshSide>,
     pub displacement: S::Vector,
     pub velocity: S::Vector,
@@ -82,22 +82,27 @@ pub struct Body<S: Space> {
     pub work: f64,
 }
 
-/// A side of a mesh at the start.
+/// A part of the surface of a mesh at the start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MeshSide {
-    pub axis: usize,
-    pub upper: bool,
+pub enum MeshSide {
+    /// A face of the box around it.
+    Face { axis: usize, upper: bool },
+    /// Sides of elements in physical groups of its file, a bit for each.
+    Groups(u32),
 }
 
 impl MeshSide {
-    /// By which nodes know their sides.
-    pub fn bit(self) -> u8 {
-        1 << (2 * self.axis + usize::from(self.upper))
+    /// Bits by which nodes know what they are on: six of faces, and behind them those of groups.
+    pub fn bits(self) -> u64 {
+        match self {
+            Self::Face { axis, upper } => 1 << (2 * axis + usize::from(upper)),
+            Self::Groups(groups) => u64::from(groups) << 6,
+        }
     }
 
     /// Whether a node is on it that knows its sides by these bits.
-    pub fn has(self, sides: u8) -> bool {
-        sides & self.bit() != 0
+    pub fn has(self, sides: u64) -> bool {
+        sides & self.bits() != 0
     }
 }
 

@@ -26,6 +26,8 @@ pub struct Meshed<S: Space> {
     pub mesh: Arc<Mesh<S>>,
     /// Of each element at the start, m3; of the plane with its depth.
     pub volumes: Arc<Vec<f64>>,
+    /// Groups of the file that the sides at each vertex are in; nothing of a box.
+    pub groups: Arc<Vec<u32>>,
     /// Sides that belong to one element alone.
     pub bare: Arc<Vec<(u32, Side)>>,
     /// Those that bear loads.
@@ -52,7 +54,7 @@ impl<S: Space> Meshed<S> {
         let sides = elements.flat_map(|element| Side::all(S::DIMENSION).map(move |side| (element, side)));
         let ends = sides.filter(|(element, side)| {
             let corners = side.corners::<S>().iter().map(|corner| mesh.elements[*element as usize][*corner] as usize);
-            corners.fold(u8::MAX, |all, vertex| all & self.sides_at(&mesh.vertices[vertex])) != 0
+            corners.fold(u64::MAX, |all, vertex| all & self.faces_at(&mesh.vertices[vertex])) != 0
         });
         let mut seen: Vec<(u32, Side)> = self.bare.iter().copied().chain(ends).collect();
         seen.sort_unstable();
@@ -60,14 +62,20 @@ impl<S: Space> Meshed<S> {
         seen
     }
 
-    /// Sides of the domain that a place of the start is on: bit 2 axis + upper.
-    fn sides_at(&self, place: &S::Vector) -> u8 {
+    /// What of the surface a node is on at the start.
+    fn sides_of(&self, node: NodeId) -> u64 {
+        let groups = self.groups.get(node.0 as usize).copied().unwrap_or_default();
+        self.faces_at(&self.mesh.place(node)) | MeshSide::Groups(groups).bits()
+    }
+
+    /// Faces of the domain that a place of the start is on.
+    fn faces_at(&self, place: &S::Vector) -> u64 {
         let mut sides = 0;
         for axis in 0..S::DIMENSION {
             let [lower, upper] = self.walls[axis];
             for (bit, wall) in [lower, upper].into_iter().enumerate() {
                 if (place[axis] - wall).abs() <= SIDE_SLACK * (upper - lower) {
-                    sides |= MeshSide { axis, upper: bit == 1 }.bit();
+                    sides |= MeshSide::Face { axis, upper: bit == 1 }.bits();
                 }
             }
         }
@@ -246,7 +254,7 @@ impl<S: Space> World<'_, S> {
             }
             laid.firsts.push(laid.terms.len() as u32);
             laid.masses.push(mass);
-            laid.sides.push(meshed.sides_at(&mesh.place(node.id)));
+            laid.sides.push(meshed.sides_of(node.id));
             laid.owned.push(owners[mesh.around(node.id)[0].0 as usize] == rank);
         }
         laid.forces = vec![S::Vector::zero(); laid.nodes.len()];

@@ -24,6 +24,7 @@ use crate::observe::contact_frame;
 use crate::prepare::grain_file::csv::{FORCES, TIME, header, header_of_contacts};
 use crate::prepare::grain_file::is_lammps;
 use crate::run::experiment::Setup;
+use crate::run::folder::scenario_file;
 use crate::run::results;
 use crate::run::start::{ForAnySetup, with_setup_of, world_of};
 use crate::store::checkpoint::{progress_of, scenario_of};
@@ -145,7 +146,7 @@ impl ForAnySetup<Forces> for ForcesOf<'_> {
 
 /// The job of a state that may have grains.
 fn job_of(state: &State, dir: &Path) -> Result<Job, Error> {
-    let job = Job::parse(&scenario_of(state)?, &dir.display().to_string(), &[])?;
+    let job = Job::parse(&scenario_of(state)?, &scenario_file(dir).display().to_string(), &[])?;
     refuse_points_alone(&job, dir)?;
     Ok(job)
 }

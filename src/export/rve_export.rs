@@ -12,7 +12,7 @@ use crate::job::Job;
 use crate::job::mpm::figures::nearest_point;
 use crate::observe::rve_frame;
 use crate::run::experiment::Setup;
-use crate::run::folder::Scratch;
+use crate::run::folder::{Scratch, scenario_file};
 use crate::run::start::{ForAnySetup, with_setup_of, world_of};
 use crate::rve;
 use crate::store::checkpoint::{progress_of, scenario_of};
@@ -24,7 +24,7 @@ pub fn write(state: State, dir: &Path, point: &str, file: &Path) -> Result<PathB
     if file.extension().is_none_or(|extension| extension != "vtkhdf") {
         return Err(Error::User(format!("{}: the name must end in .vtkhdf, which ParaView opens.", file.display())));
     }
-    let job = Job::parse(&scenario_of(&state)?, &dir.display().to_string(), &[])?;
+    let job = Job::parse(&scenario_of(&state)?, &scenario_file(dir).display().to_string(), &[])?;
     let Some(continuum) = job.as_mpm().filter(|job| job.rves().is_some()) else {
         return Err(refused("this run has no RVEs; it is of another method than mpm_dem and fem_dem".into()));
     };

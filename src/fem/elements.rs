@@ -141,8 +141,8 @@ pub struct Elements<S: Space> {
     pub nodes: Vec<Node<S>>,
     /// kg.
     pub masses: Vec<f64>,
-    /// Sides of the domain that a node is on at the start: bit 2 axis + upper.
-    pub sides: Vec<u8>,
+    /// What of the surface a node is on at the start, by the bits of [`crate::bodies::body::MeshSide`].
+    pub sides: Vec<u64>,
     /// Which of them this rank answers for where each is to be counted once.
     pub owned: Vec<bool>,
     pub loaded: Vec<Loaded<S>>,

@@ -107,6 +107,19 @@ impl Modes<f64> {
         }
         Self { gammas, frame: rows, edges: [edge(0), edge(1), edge(2)] }
     }
+
+    /// What the frequencies of an element are bounded by: w^2 <= c^2 times this, 1/m2, for the mass of an n-th at each of its n corners. Of its linear
+    /// modes `n sum B.B` (Flanagan & Belytschko 1981), of a box `4 sum 1/h^2`; of its hourglass modes, each with what it shares with another, less but in a
+    /// shape that is far from a box.
+    pub fn stiffest<S: Space>(&self, element: &Element<f64>) -> f64 {
+        let count = corners::<S>();
+        let linear: f64 = element.gradients.iter().flatten().map(|slope| slope * slope).sum();
+        let square = |gammas: &[f64; CORNERS_MAX]| gammas.iter().map(|gamma| gamma * gamma).sum::<f64>();
+        let gamma = self.gammas.iter().map(square).fold(0.0, f64::max);
+        let [a, b, c] = self.edges;
+        let own = (b * c / a).max(c * a / b).max(if S::DIMENSION == 2 { 0.0 } else { a * b / c });
+        count as f64 * linear.max(2.0 * 4.0 / 3.0 * own * gamma / element.volume)
+    }
 }
 
 impl<R: Real> Modes<R> {

@@ -137,12 +137,12 @@ impl<S: Space> Mesh<S> {
         let all = elements.flat_map(|element| Side::all(S::DIMENSION).map(move |side| (element, side)));
         let alone = unmatched(all.collect(), |(element, side)| {
             let vertex = |corner: usize| u64::from(self.elements[*element as usize][corner]);
-            (sorted::<S>(*side, vertex), 0)
+            (key_of_side::<S>(*side, vertex), 0)
         });
         // A lower side and an upper one of the same axis, which are the same nodes.
         let mut bare = Vec::new();
         let of = |(element, side): &(u32, Side)| {
-            (sorted::<S>(*side, |corner| self.node(*element as usize, corner).0), side.axis)
+            (key_of_side::<S>(*side, |corner| self.node(*element as usize, corner).0), side.axis)
         };
         let mut keyed: Vec<_> = alone.iter().map(|face| (of(face), *face)).collect();
         keyed.sort_unstable();
@@ -157,8 +157,8 @@ impl<S: Space> Mesh<S> {
     }
 }
 
-/// What the corners of a side have, ascending.
-fn sorted<S: Space>(side: Side, of: impl Fn(usize) -> u64) -> [u64; 4] {
+/// What the corners of a side have, ascending: alike of sides with the same corners.
+pub fn key_of_side<S: Space>(side: Side, of: impl Fn(usize) -> u64) -> [u64; 4] {
     let mut found = [u64::MAX; 4];
     for (found, corner) in found.iter_mut().zip(side.corners::<S>()) {
         *found = of(*corner);

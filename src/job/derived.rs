@@ -114,6 +114,7 @@ impl Scenario {
             separates: false,
             at_face: self.continuum.at_face,
             side: None,
+            group: None,
             seat: 0.0,
         };
         let path = PathPoint::rising_to([loading.speed, 0.0, 0.0], [0.0; 3], loading.speed_ramp);

@@ -30,7 +30,7 @@ impl Job {
         match self {
             Self::Shear(scenario) => scenario.method,
             Self::Assembly(_) => Method::Dem,
-            Self::Mpm(job) => match (&job.grains, job.mesh) {
+            Self::Mpm(job) => match (&job.grains, &job.mesh) {
                 (Some(granular), _) => granular.method,
                 (None, Some(_)) => Method::Fem,
                 (None, None) => Method::Mpm,
@@ -66,6 +66,11 @@ impl Job {
             Self::Assembly(_) => None,
             Self::Mpm(job) => Some(Cow::Borrowed(job)),
         }
+    }
+
+    /// The mesh that the job reads.
+    pub fn mesh_file(&self) -> Option<&mpm::MeshFile> {
+        self.as_mpm()?.mesh.as_ref()?.file.as_ref()
     }
 
     /// The rigid bodies that the job names.

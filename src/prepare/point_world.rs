@@ -140,7 +140,9 @@ pub(crate) fn bodies<S: Space>(job: &Mpm) -> Vec<Body<S>> {
         };
         body.grip = Some((grip, rigid.separates));
         body.meets_points = rigid.at_face;
-        body.side = rigid.side.map(|face| MeshSide { axis: face.axis, upper: face.upper });
+        let face = |face: mpm::Face| MeshSide::Face { axis: face.axis, upper: face.upper };
+        let bits = |name: &String| MeshSide::Groups(job.drawn().map_or(0, |drawn| drawn.bits_of(name)));
+        body.side = rigid.side.map(face).or(rigid.group.as_ref().map(bits));
         body
     };
     job.bodies.iter().map(made).collect()
@@ -152,7 +154,7 @@ pub(crate) fn settings<S: Space>(job: &Mpm, material: SharedMaterial<S>, law: Sh
     // Those of RVEs are not in the cells of the grid.
     let grains = job.grains.as_ref().filter(|grains| !grains.method.has_rves());
     // Of nodes of elements; points have none.
-    let local = job.mesh.map_or(0.0, |mesh| mesh.damping);
+    let local = job.mesh.as_ref().map_or(0.0, |mesh| mesh.damping);
     let damping = Damping { local, form: DampingForm::Component, ..Damping::default() };
     let impedance = [material.p_wave_modulus(), material.shear_modulus()].map(|modulus| (modulus * density).sqrt());
     Settings {
@@ -244,8 +246,6 @@ fn widened([x, y]: [f64; 2]) -> [f64; 3] {
 /// Points in the regions, in the middle of their places; ids count places.
 pub(crate) fn points<S: Space>(job: &Mpm, law: &SharedMaterial<S>, transport: &dyn Transport) -> Vec<Point<S>> {
     let places = job.places();
-    let volume = job.point_volume();
-    let mass = volume * job.material.density;
     assert!(job.loads.len() <= LOADS_MAX, "a checked job has no more loads than a word has bits");
     let mut axes: Vec<usize> = job.loads.iter().filter(|load| load.on_surface).map(|load| load.face.axis).collect();
     axes.sort_unstable();
@@ -258,8 +258,9 @@ pub(crate) fn points<S: Space>(job: &Mpm, law: &SharedMaterial<S>, transport: &d
         }
         for x in 0..places[0] {
             let index = [x, y, z];
-            let place = job.place(index);
-            let Some(region) = job.region_at(&place).map(|region| &job.regions[region]) else { continue };
+            let Some(region) = job.region_of(index).map(|region| &job.regions[region]) else { continue };
+            let (place, volume) = (job.place(index), job.volume_at(index));
+            let mass = volume * job.material.density;
             let id = PointId(job.number(index));
             let mut point = Point::<S>::resting(id, vector::<S>(&place), mass, volume);
             point.hot.velocity = vector::<S>(&region.velocity_at(&place));
@@ -268,6 +269,11 @@ pub(crate) fn points<S: Space>(job: &Mpm, law: &SharedMaterial<S>, transport: &d
             }
             point.hot.memory = law.start(&stress_at::<S>(job, &place), job.fraction_in(region));
             point.hot.stress = S::Symmetric::of(&law.stress(&point.hot.memory));
+            // Sides of elements know their loads by themselves.
+            if job.mesh.is_some() {
+                points.push(point);
+                continue;
+            }
             for (load, _) in job.loads.iter().enumerate().filter(|(_, load)| job.bears(load, index)) {
                 point.cold.loads |= 1 << load;
             }

@@ -161,8 +161,7 @@ impl<S: Space> Levels<S> {
 
     /// Which of the numbers of grains that are taken out is that of the region of a point.
     fn weakness_of(&self, job: &Mpm, point: &Point<S>) -> u64 {
-        let place = std::array::from_fn(|axis| if axis < S::DIMENSION { point.cold.origin[axis] } else { 0.0 });
-        let region = job.region_at(&place).map_or(0, |region| job.regions[region].grains_removed);
+        let region = job.region_of(job.index(point.cold.id.0)).map_or(0, |region| job.regions[region].grains_removed);
         self.removed.iter().position(|removed| *removed == region).unwrap_or_default() as u64
     }
 

@@ -4,6 +4,7 @@
 //! RUN/run.lock        whose run it is and who writes it; held from before the packing to the end of the process
 //! RUN/run.tmp/        files in the making, nowhere else: what a killed run has left there is nobody's
 //! RUN/scenario.toml   the job; its first line names the run
+//! RUN/mesh.msh        the mesh of a job that reads one
 //! RUN/...             what a run writes, by the names of [`OURS`] and of frames
 //! ```
 //!
@@ -22,6 +23,7 @@ use sha2::{Digest, Sha256};
 
 use crate::base::error::Error;
 use crate::base::program::{self, host, now};
+use crate::job::mpm::MESH_COPY;
 
 const LOCK: &str = "run.lock";
 const SCRATCH: &str = "run.tmp";
@@ -36,7 +38,7 @@ pub const LOAD: &str = "load.json";
 /// Figures of a run.
 pub const SUMMARY: &str = "summary.json";
 /// Files of a run beside its lock and its frames.
-const OURS: [&str; 7] = [PACKING, SERIES, LOG, SUMMARY, LOAD, SCENARIO, STOP];
+const OURS: [&str; 8] = [PACKING, SERIES, LOG, SUMMARY, LOAD, SCENARIO, STOP, MESH_COPY];
 /// Frames come in parts, `frames.vtkhdf`, `frames.2.vtkhdf` and so on.
 const FRAMES: [&str; 2] = ["frames", "contacts"];
 /// Files of frames of the RVE of a point that is followed, its name behind.
@@ -286,7 +288,16 @@ impl Folder {
 
     /// The same from another run.
     pub fn copy_packing(&self, from: &Path) -> Result<(), Error> {
-        let (path, aside) = (packing_file(&self.dir), self.scratch()?.join(PACKING));
+        self.copy(from, PACKING)
+    }
+
+    /// Keeps the mesh of its job, so that the run goes on whatever becomes of the file.
+    pub fn copy_mesh(&self, from: &Path) -> Result<(), Error> {
+        self.copy(from, MESH_COPY)
+    }
+
+    fn copy(&self, from: &Path, name: &str) -> Result<(), Error> {
+        let (path, aside) = (self.dir.join(name), self.scratch()?.join(name));
         let copied = fs::copy(from, &aside).and_then(|_| fs::rename(&aside, &path));
         copied.map_err(|error| failed(&path, &error))
     }
@@ -324,15 +335,19 @@ impl Folder {
                 remove(&path)?;
             }
         }
-        let scenario = scenario_file(&self.dir);
-        self.files()?.iter().filter(|path| **path != scenario).try_for_each(|path| remove(path))
+        let job = self.files_of_job();
+        self.files()?.iter().filter(|path| !job.contains(path)).try_for_each(|path| remove(path))
     }
 
     /// The same with its job, which goes last: whoever ends in between leaves a run that can be begun again.
     fn clear(&self) -> Result<(), Error> {
         self.clear_outputs()?;
-        let scenario = scenario_file(&self.dir);
-        if scenario.exists() { remove(&scenario) } else { Ok(()) }
+        self.files_of_job().iter().filter(|path| path.exists()).try_for_each(|path| remove(path))
+    }
+
+    /// What a run is begun from, the job last.
+    fn files_of_job(&self) -> [PathBuf; 2] {
+        [mesh_file(&self.dir), scenario_file(&self.dir)]
     }
 
     /// Leaves the folder as if there had been no run: one that was made for it goes, unless something else has come into it.
@@ -479,4 +494,9 @@ pub fn stop_file(dir: &Path) -> PathBuf {
 /// The packing that grains of a zone are taken from.
 pub fn packing_file(dir: &Path) -> PathBuf {
     dir.join(PACKING)
+}
+
+/// The mesh that a run keeps of its job.
+pub fn mesh_file(dir: &Path) -> PathBuf {
+    dir.join(MESH_COPY)
 }

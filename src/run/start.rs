@@ -11,11 +11,12 @@ use crate::base::program;
 use crate::base::space::{Plane, Solid};
 use crate::domain::{stop, transfer};
 use crate::job::Job;
+use crate::job::mpm::MeshFile;
 use crate::mpm::stress::MemoryColumns;
 use crate::prepare::sheared::on_root;
 use crate::run::assembly::InSpace;
 use crate::run::experiment::{Setup, WorldOf};
-use crate::run::folder::{self, Folder, packing_file, scenario_file};
+use crate::run::folder::{self, Folder, mesh_file, packing_file, scenario_file};
 use crate::run::grid::{Grains, Points};
 use crate::run::{self, Beginning, Options, Outcome, changes};
 use crate::store::checkpoint::{self, Progress, Snapshot};
@@ -24,21 +25,27 @@ use crate::store::checkpoint::{self, Progress, Snapshot};
 /// nobody else begins there meanwhile.
 pub fn start(job: &Job, options: &Options, transport: &dyn Transport) -> Result<Outcome, Error> {
     stop::listen()?;
-    let folder = claim(&job.to_toml(), options, transport)?;
+    let folder = claim(&job.to_toml(), job.mesh_file(), options, transport)?;
     with_setup_of(job, Start { folder, options, transport })
 }
 
 /// The same of a setup that no job file describes.
 pub fn start_setup(setup: &impl Setup, options: &Options, transport: &dyn Transport) -> Result<Outcome, Error> {
     stop::listen()?;
-    let folder = claim(&setup.experiment().job, options, transport)?;
+    let folder = claim(&setup.experiment().job, None, options, transport)?;
     Start { folder, options, transport }.with(setup)
 }
 
-/// A folder for a run of the resolved job, on rank 0.
-fn claim(job: &str, options: &Options, transport: &dyn Transport) -> Result<Option<Folder>, Error> {
+/// A folder for a run of the resolved job and of the mesh that it reads, on rank 0.
+fn claim(
+    job: &str,
+    mesh: Option<&MeshFile>,
+    options: &Options,
+    transport: &dyn Transport,
+) -> Result<Option<Folder>, Error> {
     let claimed = on_root(transport, || {
         let folder = Folder::claim(&options.out)?;
+        mesh.map_or(Ok(()), |mesh| folder.copy_mesh(&mesh.read_from))?;
         folder.write_job(job)?;
         Ok(folder)
     });
@@ -237,6 +244,10 @@ fn branched(dir: &Path, new: &Path) -> Result<Folder, Error> {
     let packing = packing_file(dir);
     if packing.exists() {
         folder.copy_packing(&packing)?;
+    }
+    let mesh = mesh_file(dir);
+    if mesh.exists() {
+        folder.copy_mesh(&mesh)?;
     }
     Ok(folder)
 }

@@ -25,11 +25,11 @@ pub fn section(page: &mut Page, slots: &Slots) {
     }
     if let Some(on) = &slots.continuum {
         let (cells, blocks) = (on.grid.cells, of::blocks(on));
-        let (what, edges) = match on.mesh {
-            Some(_) => ("elements", times(axes, |axis| figures(1e3 * on.edge(axis)))),
-            None => ("cells", figures(1e3 * on.grid.cell)),
+        let (what, size) = match (&on.mesh, on.drawn()) {
+            (Some(_), Some(_)) => ("cells of blocks", "about as large as an element".to_string()),
+            (Some(_), None) => ("elements", format!("{} mm each", times(axes, |axis| figures(1e3 * on.edge(axis))))),
+            (None, _) => ("cells", format!("{} mm each", figures(1e3 * on.grid.cell))),
         };
-        let size = format!("{edges} mm each");
         page.row(what, &times(axes, |axis| whole(cells[axis] as f64)), &size);
         let size = format!("{} cells along each edge; no more ranks than blocks", on.cells_per_block);
         page.row("blocks", &times(axes, |axis| whole(blocks[axis] as f64)), &size);
@@ -87,15 +87,18 @@ pub fn faces(page: &mut Page, slots: &Slots) {
         return;
     }
     page.section("Loads");
-    for load in &job.loads {
-        let points = of::points_loaded(job, load);
+    for (load, (count, area)) in job.loads.iter().zip(of::bearing(job)) {
         let (value, kind) = match &load.kind {
             LoadKind::Traction(traction) => (components(&traction[..job.grid.dimension]), "dead traction"),
             LoadKind::Pressure(pressure) => (figures(*pressure), "pressure that follows the surface"),
         };
-        let area = figures(points as f64 * job.point_area());
-        let at = if load.on_surface { "on the surface of" } else { "at" };
-        let note = format!("{kind}, {at} {} points, {area} m2", whole(points as f64));
-        page.row(&load.face.name(), &format!("{value} Pa"), &note);
+        let what = match (&job.mesh, load.on_surface) {
+            (Some(_), _) => "on sides of elements:",
+            (None, true) => "on the surface of points:",
+            (None, false) => "at points:",
+        };
+        let note = format!("{kind}, {what} {}, {} m2", whole(count as f64), figures(area));
+        let place = load.group.clone().unwrap_or_else(|| load.face.name());
+        page.row(&place, &format!("{value} Pa"), &note);
     }
 }

@@ -214,6 +214,10 @@ fn filled_regions(job: &Mpm, regions: &[Region]) -> Vec<String> {
     let mut warnings = Vec::new();
     for (number, region) in regions.iter().enumerate() {
         let RegionShape::Box { lower, upper } = &region.shape else { continue };
+        // Elements of a file have any edges.
+        if job.drawn().is_some() {
+            continue;
+        }
         let inside = |index: &[usize; 3]| region.shape.contains(&job.place(*index));
         let count = of::indices(of::places_of(job, region)).filter(inside).count();
         let depth = if job.grid.dimension == 2 { job.grid.depth } else { 1.0 };
@@ -224,7 +228,7 @@ fn filled_regions(job: &Mpm, regions: &[Region]) -> Vec<String> {
                 "the points of region {} fill {} of its box: its edges do not lie midway between places of points, which are {} mm apart.",
                 number + 1,
                 figures(filled),
-                match job.mesh {
+                match &job.mesh {
                     Some(_) => super::page::times(job.grid.dimension, |axis| figures(1e3 * job.spacing_along(axis))),
                     None => figures(1e3 * job.spacing()),
                 }

@@ -36,7 +36,7 @@ struct Conditions<'a, S: Space> {
 struct At<S: Space> {
     /// Where it is, m.
     place: S::Vector,
-    sides: u8,
+    sides: u64,
     mass: f64,
 }
 
@@ -241,10 +241,18 @@ fn inwards<S: Space>(axis: usize, upper: bool) -> S::Vector {
     normal
 }
 
+/// From what is fastened to a body into the material: of a face of the domain by its axis, of a group as the body's own face lies.
+fn into_material<S: Space>(body: &Body<S>, side: MeshSide, place: &S::Vector) -> S::Vector {
+    match side {
+        MeshSide::Face { axis, upper } => inwards::<S>(axis, upper),
+        MeshSide::Groups(_) => body.nearest(place).map_or(S::Vector::zero(), |nearest| nearest.normal),
+    }
+}
+
 /// Momentum (N s) and mass (kg) of a node that a servo moves with the body, see [`Body::carried`].
 fn carried<S: Space>(
     body: &Body<S>,
-    (sides, place): (u8, &S::Vector),
+    (sides, place): (u64, &S::Vector),
     momentum: &S::Vector,
     mass: f64,
 ) -> Option<(S::Vector, f64)> {
@@ -256,7 +264,7 @@ fn carried<S: Space>(
     Some(match grip {
         Grip::Rough => (*momentum, mass),
         Grip::Smooth | Grip::Coulomb(_) => {
-            let (normal, along) = (inwards::<S>(side.axis, side.upper), servo.direction);
+            let (normal, along) = (into_material(body, side, place), servo.direction);
             let along_normal = normal.dot(&along);
             (along * (momentum.dot(&normal) * along_normal), mass * along_normal * along_normal)
         }
@@ -273,7 +281,7 @@ impl<S: Space> Conditions<'_, S> {
             let place = place_beside(body, self.periods, &at.place);
             let (normal, separates) = match body.side {
                 // What is fastened stays, whatever rounding says of its place.
-                Some(side) if side.has(at.sides) => (inwards::<S>(side.axis, side.upper), false),
+                Some(side) if side.has(at.sides) => (into_material(body, side, &place), false),
                 Some(_) => continue,
                 None => match body.nearest(&place).filter(|nearest| nearest.distance <= 0.0) {
                     Some(nearest) => (nearest.normal, separates),
@@ -299,7 +307,7 @@ impl<S: Space> Conditions<'_, S> {
 
     /// None where it does not hold the node.
     fn held_by_face(&self, velocity: S::Vector, at: &At<S>, (axis, upper): (usize, bool)) -> Option<S::Vector> {
-        let is_on = MeshSide { axis, upper }.has(at.sides);
+        let is_on = MeshSide::Face { axis, upper }.has(at.sides);
         let wall = self.walls[axis][usize::from(upper)];
         let is_behind = if upper { at.place[axis] >= wall } else { at.place[axis] <= wall };
         let hold = |grip, separates| Hold::<S> {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::forecast::fraction_of_packing;
-use super::{Boundary, Granular, InitialStress, Load, Membrane, Mpm, Region, RegionShape};
+use super::{Boundary, Granular, InitialStress, Load, Membrane, Mpm, Region, RegionShape, surface};
 use crate::base::math::cbrt;
 use crate::job::figures as of_grains;
 use crate::job::stable::{Bound, oscillator_step_max};
@@ -25,6 +25,9 @@ fn space(job: &Mpm) -> usize {
 pub fn places_of(job: &Mpm, region: &Region) -> [Range<usize>; 3] {
     let (lower, upper) = bounding_box(&region.shape);
     let places = job.places();
+    if job.drawn().is_some() {
+        return places.map(|count| 0..count);
+    }
     std::array::from_fn(|axis| {
         if axis >= job.grid.dimension {
             return 0..1;
@@ -41,7 +44,7 @@ pub fn places_of(job: &Mpm, region: &Region) -> [Range<usize>; 3] {
 /// Corners of the box around a region, m.
 pub fn bounding_box(shape: &RegionShape) -> ([f64; 3], [f64; 3]) {
     match shape {
-        RegionShape::Box { lower, upper } => (*lower, *upper),
+        RegionShape::Box { lower, upper } | RegionShape::Group { lower, upper, .. } => (*lower, *upper),
         RegionShape::Ball { centre, radius } => (centre.map(|x| x - radius), centre.map(|x| x + radius)),
         RegionShape::Polygon { vertices } => {
             let extreme = |axis: usize, pick: fn(f64, f64) -> f64| {
@@ -68,7 +71,7 @@ pub fn points(job: &Mpm) -> u64 {
 /// Points of every region.
 pub fn points_of_regions(job: &Mpm) -> Vec<u64> {
     let count = |(number, region): (usize, &Region)| {
-        let inside = |index: &[usize; 3]| job.region_at(&job.place(*index)) == Some(number);
+        let inside = |index: &[usize; 3]| job.region_of(*index) == Some(number);
         indices(places_of(job, region)).filter(inside).count() as u64
     };
     job.regions.iter().enumerate().map(count).collect()
@@ -80,9 +83,16 @@ pub fn points_max(job: &Mpm) -> f64 {
     job.regions.iter().map(of).sum()
 }
 
-/// Points that bear a load.
-pub fn points_loaded(job: &Mpm, load: &Load) -> u64 {
-    indices_loaded(job, load).count() as u64
+/// Points, or sides of elements, that bear each load, and their area at the start, m2.
+pub fn bearing(job: &Mpm) -> Vec<(usize, f64)> {
+    let of_points = |load: &Load| {
+        let count = indices_loaded(job, load).count();
+        (count, count as f64 * job.point_area())
+    };
+    match job.mesh {
+        Some(_) => surface::bearing(job),
+        None => job.loads.iter().map(of_points).collect(),
+    }
 }
 
 fn indices_loaded(job: &Mpm, load: &Load) -> impl Iterator<Item = [usize; 3]> {
@@ -99,8 +109,7 @@ fn indices_loaded(job: &Mpm, load: &Load) -> impl Iterator<Item = [usize; 3]> {
         })
     };
     job.regions.iter().enumerate().flat_map(move |(number, region)| {
-        let bears =
-            move |index: &[usize; 3]| job.region_at(&job.place(*index)) == Some(number) && job.bears(load, *index);
+        let bears = move |index: &[usize; 3]| job.region_of(*index) == Some(number) && job.bears(load, *index);
         indices(within(region)).filter(bears)
     })
 }
@@ -121,15 +130,10 @@ pub fn rows_behind(job: &Mpm, load: &Load, most: usize) -> usize {
 
 /// Lowest and highest coordinate along an axis that the points of a region have, m.
 pub fn span(job: &Mpm, number: usize, axis: usize) -> Option<[f64; 2]> {
-    let ranges = places_of(job, &job.regions[number]);
-    let layer = |at: usize| {
-        let mut layer = ranges.clone();
-        layer[axis] = at..at + 1;
-        indices(layer).map(|index| job.place(index)).find(|place| job.region_at(place) == Some(number))
-    };
-    let lowest = ranges[axis].clone().find_map(layer)?;
-    let highest = ranges[axis].clone().rev().find_map(layer)?;
-    Some([lowest[axis], highest[axis]])
+    let indices = indices(places_of(job, &job.regions[number])).filter(|index| job.region_of(*index) == Some(number));
+    let mut along = indices.map(|index| job.place(index)[axis]);
+    let first = along.next()?;
+    Some(along.fold([first; 2], |[lowest, highest], at| [lowest.min(at), highest.max(at)]))
 }
 
 /// Index of the point of the start that is nearest to a place, if it is within two cells; of several the one of lowest id.
@@ -138,15 +142,15 @@ pub fn nearest_point(job: &Mpm, place: &[f64; 3]) -> Option<[usize; 3]> {
     let places = job.places();
     let longest = (0..job.grid.dimension).map(|axis| job.edge(axis)).fold(0.0, f64::max);
     let around: [Range<usize>; 3] = std::array::from_fn(|axis| {
-        if axis >= job.grid.dimension {
-            return 0..1;
+        if axis >= job.grid.dimension || job.drawn().is_some() {
+            return 0..places[axis];
         }
         let at = ((place[axis] - job.grid.lower[axis]) / job.spacing_along(axis)).max(0.0) as usize;
         at.saturating_sub(reach)..(at + reach + 1).min(places[axis])
     });
     indices(around)
+        .filter(|index| job.region_of(*index).is_some())
         .map(|index| (index, job.place(index)))
-        .filter(|(_, at)| job.region_at(at).is_some())
         .map(|(index, at)| {
             let away = |axis: usize| (at[axis] - place[axis]) * (at[axis] - place[axis]);
             (index, (0..job.grid.dimension).map(away).sum::<f64>())
@@ -161,6 +165,10 @@ pub fn pressures_at_start(job: &Mpm) -> Vec<f64> {
     let mut pressures: Vec<f64> = match job.stress {
         InitialStress::None => Vec::new(),
         InitialStress::Isotropic { pressure } => vec![pressure],
+        InitialStress::Geostatic { axis, .. } if job.drawn().is_some() => {
+            let all = indices(job.places().map(|count| 0..count)).filter(|index| job.region_of(*index).is_some());
+            all.map(|index| job.overburden(job.place(index)[axis])).collect()
+        }
         InitialStress::Geostatic { axis, .. } => {
             let layers = |region: &Region| places_of(job, region)[axis].clone();
             let mut layers: Vec<usize> = job.regions.iter().flat_map(layers).collect();
@@ -174,7 +182,7 @@ pub fn pressures_at_start(job: &Mpm) -> Vec<f64> {
             let is_there = |layer: &usize| {
                 let mut ranges = job.places().map(|count| 0..count);
                 ranges[axis] = *layer..layer + 1;
-                indices(ranges).any(|index| job.region_at(&job.place(index)).is_some())
+                indices(ranges).any(|index| job.region_of(index).is_some())
             };
             layers.iter().filter(|layer| is_there(layer)).map(at).collect()
         }
@@ -268,7 +276,7 @@ pub fn bounds(job: &Mpm) -> Vec<Bound> {
         let stiffest = job.element_stiffest();
         return vec![Bound {
             cause: "waves through an element",
-            formula: "2/w, w^2 = 4 c^2 sum 1/h^2 over the edges h of an element, c^2 = M/density",
+            formula: "2/w, w^2 = 4 c^2 sum 1/h^2 over the edges h of an element (of n corners of any shape n c^2 sum B.B, B its mean gradients), c^2 = M/density",
             remedy: "Beyond it the mesh blows up; shorten the step, or take larger elements or a softer material.",
             step: 2.0 / (wave_speeds(job).0 * stiffest.sqrt()),
         }];

@@ -5,8 +5,8 @@ use super::{
     Material, Membrane, Mesh, Mpm, Origin, Path, Region, RegionShape, RigidBody, Rves, Watch, Wave,
 };
 use crate::base::keys::{
-    DAMPING, DENSITY, FORCE, Form, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, SPEED, STIFFNESS, STRESS, TIME, Table,
-    Wants, choose, count, flag, key, number, size, text, variant, vector,
+    DAMPING, DENSITY, FORCE, Form, Key, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, SPEED, STIFFNESS, STRESS, TIME,
+    Table, Wants, choose, count, flag, key, number, size, text, variant, vector,
 };
 use crate::base::units::Dimension;
 use crate::couple::oracle::Oracle;
@@ -329,8 +329,9 @@ impl Region {
             ("box", RegionShape::Box { lower, upper }),
             ("ball", RegionShape::Ball { centre, radius: 0.0 }),
             ("polygon", RegionShape::Polygon { vertices: Vec::new() }),
+            ("group", RegionShape::Group { name: String::new(), bits: 0, lower, upper }),
         ];
-        let key_of_shape = text("shape", "box, ball or polygon", "\"box\"");
+        let key_of_shape = text("shape", "box, ball, polygon or group", "\"box\"");
         variant(form, &mut self.shape, "shape", key_of_shape, &kinds, |shape, form| match shape {
             RegionShape::Box { lower, upper } => corners(form, lower, upper),
             RegionShape::Ball { centre, radius } => {
@@ -340,6 +341,9 @@ impl Region {
             RegionShape::Polygon { vertices } => {
                 let about = "the corners of a polygon in the plane";
                 form.polygon(vertices, key("vertices", about, Wants::Polygon, "[[0, 0], [\"2 m\", 0], [0, \"1 m\"]]"));
+            }
+            RegionShape::Group { name, .. } => {
+                form.text(name, text("group", "a physical group of elements of mesh.file", "\"weak row\""));
             }
         });
         let mut fraction = Some(self.fraction).filter(|fraction| *fraction < 1.0);
@@ -377,17 +381,28 @@ impl Wave {
 
 const NAMES_OF_FACES: [&str; 6] = ["x_lower", "x_upper", "y_lower", "y_upper", "z_lower", "z_upper"];
 
-/// Which face, of those that a domain has.
-fn keys_of_face(face: &mut Face, form: &mut dyn Form, about: &'static str, example: &'static str) {
+/// One of the faces that a domain has.
+fn choose_face(face: &mut Face, form: &mut dyn Form, key: Key) {
     // In the plane those of z are unknown; a page and a schema are for space too.
     let axes = if form.describes() { 3 } else { form.axes() };
     let faces: Vec<(&'static str, Face)> = NAMES_OF_FACES.into_iter().zip(Face::all(axes)).collect();
-    choose(form, face, "face", text("face", about, example), &faces);
+    choose(form, face, "face", key, &faces);
+}
+
+/// A physical group, in place of a face.
+fn keys_of_group(group: &mut Option<String>, form: &mut dyn Form, about: &'static str) {
+    if !form.has("group") && group.is_none() && !form.describes() {
+        return;
+    }
+    if form.has("group") && form.has("face") {
+        form.note("face", "stands beside a group, and each says what bears the load. Keep one of them.");
+    }
+    form.text(group.get_or_insert_default(), text("group", about, "\"slope\"").optional());
 }
 
 impl Boundary {
     pub(in crate::job) fn keys((face, boundary): &mut (Face, Self), form: &mut dyn Form) {
-        keys_of_face(face, form, "which face: x_lower, x_upper and so on", "\"y_lower\"");
+        choose_face(face, form, text("face", "which face: x_lower, x_upper and so on", "\"y_lower\""));
         let kinds = [
             ("fixed", Self::Fixed),
             ("roller", Self::Roller),
@@ -407,6 +422,7 @@ impl Boundary {
 impl Load {
     const BLANK: Self = Self {
         face: Face { axis: 0, upper: false },
+        group: None,
         lower: [f64::NAN; 3],
         upper: [f64::NAN; 3],
         kind: LoadKind::Pressure(0.0),
@@ -415,7 +431,12 @@ impl Load {
     };
 
     pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
-        keys_of_face(&mut self.face, form, "which side of the material: x_lower, x_upper and so on", "\"y_upper\"");
+        let about = "a physical group of sides of mesh.file that bears it, in place of face";
+        keys_of_group(&mut self.group, form, about);
+        if self.group.is_none() || form.describes() {
+            let about = "which side of the material: x_lower, x_upper and so on";
+            choose_face(&mut self.face, form, text("face", about, "\"y_upper\"").required("unless group is given"));
+        }
         let window = |name, about| vector(name, about, LENGTH, "\"1 m\"").follows("that of the grid");
         form.vector(&mut self.lower, window("lower", "the lower corner of what is loaded"));
         form.vector(&mut self.upper, window("upper", "the upper corner of what is loaded"));
@@ -490,8 +511,15 @@ impl Membrane {
 }
 
 impl RigidBody {
-    const BLANK: Self =
-        Self { body: Body::BLANK, contact: BodyContact::Rough, separates: true, at_face: true, side: None, seat: 0.0 };
+    const BLANK: Self = Self {
+        body: Body::BLANK,
+        contact: BodyContact::Rough,
+        separates: true,
+        at_face: true,
+        side: None,
+        group: None,
+        seat: 0.0,
+    };
 
     pub(in crate::job) fn keys(&mut self, form: &mut dyn Form) {
         self.body.keys(form, false);
@@ -522,16 +550,18 @@ impl RigidBody {
 }
 
 impl RigidBody {
+    /// What of a mesh is fastened to it.
     fn keys_of_side(&mut self, form: &mut dyn Form) {
-        if !form.has("side") && self.side.is_none() && !form.describes() {
-            return;
+        if form.has("side") || self.side.is_some() || form.describes() {
+            let about = "the side of the mesh that is fastened to it, as contact says: rough along all axes, smooth across the side alone";
+            let face = self.side.get_or_insert(Face { axis: 0, upper: false });
+            choose_face(face, form, text("side", about, "\"y_upper\"").optional());
         }
-        let about = "the side of the mesh that is fastened to it, as contact says: rough along all axes, smooth across the side alone";
-        let axes = if form.describes() { 3 } else { form.axes() };
-        let faces: Vec<(&'static str, Face)> = NAMES_OF_FACES.into_iter().zip(Face::all(axes)).collect();
-        let mut face = self.side.unwrap_or(faces[0].1);
-        choose(form, &mut face, "face", text("side", about, "\"y_upper\"").optional(), &faces);
-        self.side = Some(face);
+        if form.has("side") && form.has("group") {
+            form.note("side", "stands beside a group, and each says what is fastened to the body. Keep one of them.");
+        }
+        let about = "a physical group of sides of mesh.file that is fastened to it, in place of side";
+        keys_of_group(&mut self.group, form, about);
     }
 }
 

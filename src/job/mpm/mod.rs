@@ -16,10 +16,13 @@ pub mod forecast;
 mod granular;
 mod keys;
 mod mesh;
+mod mesh_file;
 mod rves;
+pub mod surface;
 
 pub use granular::{Granular, KnownBands, Origin};
 pub use mesh::Mesh;
+pub use mesh_file::{COPY as MESH_COPY, Drawn, MeshFile};
 pub use rves::Rves;
 
 /// The checked job of a continuum.
@@ -120,6 +123,13 @@ pub enum RegionShape {
     Polygon {
         vertices: Vec<[f64; 2]>,
     },
+    /// Elements of a physical group of the mesh's file, by the bits of its name, and the box around their middles, m.
+    Group {
+        name: String,
+        bits: u32,
+        lower: [f64; 3],
+        upper: [f64; 3],
+    },
 }
 
 /// `amplitude sin(2 pi direction.(x - origin)/length)` of the velocity at the start.
@@ -194,9 +204,11 @@ pub struct Face {
 ///
 /// A point bears it where at the start no point is one spacing beyond it across `face`, and its place lies in the window. It
 /// bears the area of its side of that face (spacing, times spacing or depth).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Load {
     pub face: Face,
+    /// The physical group of sides of the mesh's file that bears it, in place of a face.
+    pub group: Option<String>,
     /// Corners of the window, m.
     pub lower: [f64; 3],
     pub upper: [f64; 3],
@@ -313,8 +325,9 @@ pub struct RigidBody {
     pub separates: bool,
     /// It meets material points at its own face ([`crate::mpm::faces`]); else it holds the nodes that lie in it.
     pub at_face: bool,
-    /// The side of the mesh that is fastened to it.
+    /// The side of the mesh that is fastened to it, or the physical group of sides of its file.
     pub side: Option<Face>,
+    pub group: Option<String>,
     /// Force that presses it on grains, along its first way, until they rest, before the run, N; zero: it stays where it is.
     pub seat: f64,
 }
@@ -371,8 +384,10 @@ impl Grid {
 }
 
 impl RegionShape {
+    /// Whether a place lies in it; of a group none does by itself.
     pub fn contains(&self, place: &[f64; 3]) -> bool {
         match self {
+            Self::Group { .. } => false,
             Self::Box { lower, upper } => (0..3).all(|axis| {
                 // In the plane both corners are at z = 0.
                 lower[axis] == upper[axis] || (lower[axis]..upper[axis]).contains(&place[axis])
@@ -388,7 +403,9 @@ impl RegionShape {
     /// Centre of the box or ball, centroid of the polygon, m.
     pub fn centre(&self) -> [f64; 3] {
         match self {
-            Self::Box { lower, upper } => std::array::from_fn(|axis| 0.5 * (lower[axis] + upper[axis])),
+            Self::Box { lower, upper } | Self::Group { lower, upper, .. } => {
+                std::array::from_fn(|axis| 0.5 * (lower[axis] + upper[axis]))
+            }
             Self::Ball { centre, .. } => *centre,
             Self::Polygon { vertices } => polygon_centre(vertices),
         }
@@ -527,8 +544,11 @@ impl Mpm {
         self.edge(axis) / self.scheme.points_per_cell as f64
     }
 
-    /// Places of the start along each axis: points may be in the middle of each; 1 beyond the grid's axes.
+    /// Places of the start along each axis: points may be in the middle of each; 1 beyond the grid's axes. Elements of a file are in a row.
     pub fn places(&self) -> [usize; 3] {
+        if let Some(drawn) = self.drawn() {
+            return [drawn.elements.len(), 1, 1];
+        }
         std::array::from_fn(|axis| match axis < self.grid.dimension {
             true => self.grid.cells[axis] * self.scheme.points_per_cell,
             false => 1,
@@ -537,6 +557,9 @@ impl Mpm {
 
     /// The place with that index along each axis, m.
     pub fn place(&self, index: [usize; 3]) -> [f64; 3] {
+        if let Some(drawn) = self.drawn() {
+            return drawn.middles[index[0]];
+        }
         let per_cell = self.scheme.points_per_cell as f64;
         std::array::from_fn(|axis| match axis < self.grid.dimension {
             true => self.grid.lower[axis] + self.edge(axis) * ((index[axis] as f64 + 0.5) / per_cell),
@@ -548,6 +571,12 @@ impl Mpm {
     pub fn number(&self, [x, y, z]: [usize; 3]) -> u64 {
         let places = self.places();
         ((z * places[1] + y) * places[0] + x) as u64
+    }
+
+    /// The index of the place that is called so.
+    pub fn index(&self, number: u64) -> [usize; 3] {
+        let (places, number) = (self.places(), number as usize);
+        [number % places[0], number / places[0] % places[1], number / places[0] / places[1]]
     }
 
     /// Pressure along gravity of a geostatic stress at a coordinate along its axis, Pa; of other stresses zero.
@@ -563,11 +592,28 @@ impl Mpm {
         self.regions.iter().position(|region| region.shape.contains(place))
     }
 
-    /// Volume of a point at the start, m3.
+    /// The region that has the point at an index, if there is one.
+    pub fn region_of(&self, index: [usize; 3]) -> Option<usize> {
+        let (place, groups) = (self.place(index), self.drawn().map_or(0, |drawn| drawn.groups[index[0]]));
+        self.regions.iter().position(|region| match &region.shape {
+            RegionShape::Group { bits, .. } => groups & bits != 0,
+            shape => shape.contains(&place),
+        })
+    }
+
+    /// Volume of the point at an index at the start, m3.
+    pub fn volume_at(&self, index: [usize; 3]) -> f64 {
+        if self.mesh.is_some() { self.element_volume(index) } else { self.point_volume() }
+    }
+
+    /// Volume of a point at the start, m3; of elements of a file the mean.
     pub fn point_volume(&self) -> f64 {
+        if let Some(drawn) = self.drawn() {
+            return drawn.volumes.iter().sum::<f64>() / drawn.volumes.len() as f64;
+        }
         let spacing = self.spacing();
         match self.grid.dimension {
-            _ if self.mesh.is_some() => self.element_volume(),
+            _ if self.mesh.is_some() => self.element_volume([0; 3]),
             2 => spacing * spacing * self.grid.depth,
             _ => spacing * spacing * spacing,
         }
@@ -577,14 +623,14 @@ impl Mpm {
     pub fn bears(&self, load: &Load, index: [usize; 3]) -> bool {
         let place = self.place(index);
         let inside = (0..self.grid.dimension).all(|axis| (load.lower[axis]..=load.upper[axis]).contains(&place[axis]));
-        inside && self.region_at(&place).is_some() && !self.has_point_beyond(index, load.face)
+        inside && self.region_of(index).is_some() && !self.has_point_beyond(index, load.face)
     }
 
     /// Whether there is a point one spacing beyond that of an index, across the periods.
     pub fn has_point_beyond(&self, index: [usize; 3], face: Face) -> bool {
         let (axis, count) = (face.axis, self.places()[face.axis]);
         let at_end = index[axis] == if face.upper { count - 1 } else { 0 };
-        (!at_end || self.grid.periodic[axis]) && self.region_at(&self.place(self.beyond(index, face))).is_some()
+        (!at_end || self.grid.periodic[axis]) && self.region_of(self.beyond(index, face)).is_some()
     }
 
     /// The index of the place one spacing beyond that of another, across the periods.

@@ -47,6 +47,11 @@ impl<'a> Reader<'a> {
         self
     }
 
+    /// The folder of the job, from which relative paths start.
+    pub fn folder(&self) -> PathBuf {
+        folder_of(&self.typed.file)
+    }
+
     /// Whether the key was given on the command line.
     pub fn is_set(&self, key: &str) -> bool {
         self.find(key).is_some_and(|(_, entry)| entry.place == Place::Set)

@@ -150,7 +150,7 @@ pub fn stand_in_for_faces(job: &mut Mpm) {
         let shape = Shape::Plane { point, normal };
         let body =
             Body { name: face.name(), shape, motion: Motion { path: Vec::new(), oscillation: None, servo: None } };
-        job.bodies.push(RigidBody { body, contact, separates, at_face: false, side: None, seat: 0.0 });
+        job.bodies.push(RigidBody { body, contact, separates, at_face: false, side: None, group: None, seat: 0.0 });
     }
 }
 

@@ -3,8 +3,9 @@
 use super::digits;
 use crate::base::error::Error;
 use crate::base::keys::Form;
+use crate::base::units::nearest;
 use crate::job::Method;
-use crate::job::assembly::Source;
+use crate::job::assembly::{Shape, Source};
 use crate::job::mpm::{BodyContact, Boundary, Face, Grid, Mesh, Mpm, Region, RegionShape, RigidBody};
 use crate::job::raw::{Reader, Typed};
 use crate::mpm::scheme::{Scheme, ShapeFunction, Transfer};
@@ -17,6 +18,13 @@ const ELEMENTS_MAX: f64 = 1e6;
 pub fn mesh(mut table: Reader<'_>) -> Result<(Grid, Mesh), Error> {
     let (mut grid, mut mesh) = (Mpm::blank().grid, Mesh::BLANK);
     mesh.keys(&mut grid, &mut table);
+    if let Some(file) = &mut mesh.file {
+        if let Err(problem) = file.read(&table.folder(), &grid) {
+            return Err(table.refusal("file", &problem));
+        }
+        file.place(&mut grid);
+        return Ok((grid, mesh));
+    }
     if (0..grid.dimension).any(|axis| grid.upper[axis] <= grid.lower[axis]) {
         return Err(table.refusal("upper", "encloses nothing: it must be more than lower along every axis."));
     }
@@ -73,6 +81,62 @@ pub fn fill_domain(job: &mut Mpm, top: &Reader<'_>) {
     }
 }
 
+/// A group that the job names, by the bits of its name.
+fn bits_of_group(job: &Mpm, name: &str, of_sides: bool, table: &Reader<'_>) -> Result<u32, Error> {
+    let Some(drawn) = job.drawn() else {
+        let problem = "is a physical group of a mesh that was read from a file, and this job has none. Write mesh.file, or remove the line.";
+        return Err(table.refusal("group", problem));
+    };
+    let known = drawn.names_of(of_sides);
+    if known.contains(&name) {
+        return Ok(drawn.bits_of(name));
+    }
+    let what = if of_sides { "sides" } else { "elements" };
+    let advice = match (nearest(name, known.iter().copied()), known.is_empty()) {
+        (Some(near), _) => format!("Did you mean \"{near}\"?"),
+        (None, true) => format!(
+            "It has none: give it some in Gmsh, as Physical Curve or Physical Surface{}.",
+            if of_sides { "" } else { " or Physical Volume" }
+        ),
+        (None, false) => format!("It has {}.", known.join(", ")),
+    };
+    Err(table.refusal("group", &format!("is no physical group of {what} of mesh.file. {advice}")))
+}
+
+/// Finds the groups that regions, loads and bodies name.
+pub fn place_groups(job: &mut Mpm, top: &Reader<'_>) {
+    let mut regions = std::mem::take(&mut job.regions);
+    for (region, table) in regions.iter_mut().zip(&top.list("region")) {
+        let RegionShape::Group { name, bits, lower, upper } = &mut region.shape else { continue };
+        let found = match bits_of_group(job, name, false, table) {
+            Ok(found) => found,
+            Err(error) => {
+                table.add(error);
+                continue;
+            }
+        };
+        let drawn = job.drawn().expect("a group is one of a file");
+        let inside = drawn.middles.iter().zip(&drawn.groups).filter(|(_, groups)| *groups & found != 0);
+        let middles: Vec<&[f64; 3]> = inside.map(|(middle, _)| middle).collect();
+        let extreme = |axis: usize, pick: fn(f64, f64) -> f64| {
+            middles.iter().map(|middle| middle[axis]).reduce(pick).expect("a group has elements")
+        };
+        (*bits, *lower, *upper) = (
+            found,
+            std::array::from_fn(|axis| extreme(axis, f64::min)),
+            std::array::from_fn(|axis| extreme(axis, f64::max)),
+        );
+    }
+    job.regions = regions;
+    let named = |group: &Option<String>, table: &Reader<'_>| {
+        if let Some(Err(error)) = group.as_ref().map(|name| bits_of_group(job, name, true, table)) {
+            table.add(error);
+        }
+    };
+    job.loads.iter().zip(&top.list("load")).for_each(|(load, table)| named(&load.group, table));
+    job.bodies.iter().zip(&top.list("body")).for_each(|(body, table)| named(&body.group, table));
+}
+
 /// A side that is fastened to a body is held by that alone.
 fn free_fastened_sides(job: &mut Mpm, named: &[(Face, Boundary)], top: &Reader<'_>) {
     for face in job.bodies.iter().filter_map(|body| body.side) {
@@ -119,6 +183,12 @@ fn check_fastened(body: &RigidBody, is_fastened: bool, table: &Reader<'_>) {
             "is for what a body touches, and a side that is fastened to it does not part. Remove the line.",
         ));
     }
+    if body.group.is_some() && body.contact == BodyContact::Smooth && !matches!(body.body.shape, Shape::Plane { .. }) {
+        table.add(table.refusal(
+            "contact",
+            "holds a group across the body's own face, which only that of a plane is the same everywhere. Write shape = \"plane\", or contact = \"rough\".",
+        ));
+    }
     if is_fastened && matches!(body.contact, BodyContact::Coulomb { .. }) {
         table.add(table.refusal(
             "contact",
@@ -130,7 +200,7 @@ fn check_fastened(body: &RigidBody, is_fastened: bool, table: &Reader<'_>) {
 /// What is of points alone.
 pub fn check(job: &mut Mpm, named: &[(Face, Boundary)], typed: &Typed, top: &Reader<'_>) {
     for (body, table) in job.bodies.iter_mut().zip(&top.list("body")) {
-        match (job.mesh, body.side) {
+        match (&job.mesh, body.side) {
             (None, Some(_)) => {
                 table.add(table.refusal("side", "is a side of a mesh, and this job has none. Remove the line."));
             }
@@ -138,9 +208,10 @@ pub fn check(job: &mut Mpm, named: &[(Face, Boundary)], typed: &Typed, top: &Rea
                 table.add(table.refusal("side", "is no side: the mesh is periodic there. Take another."));
             }
             (Some(_), side) => {
-                check_fastened(body, side.is_some(), table);
+                let is_fastened = side.is_some() || body.group.is_some();
+                check_fastened(body, is_fastened, table);
                 body.at_face = false;
-                body.separates &= side.is_none();
+                body.separates &= !is_fastened;
             }
             (None, None) => {}
         }

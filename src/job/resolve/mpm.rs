@@ -89,6 +89,7 @@ pub fn mpm(typed: &Typed) -> Result<Mpm, Error> {
     }
     place_boundaries(&mut job, &named, &top);
     super::mesh::fill_domain(&mut job, &top);
+    super::mesh::place_groups(&mut job, &top);
     check_lists(&mut job, &top, typed)?;
     super::mesh::check(&mut job, &named, typed, &top);
     stand_in_for_faces(&mut job);
@@ -352,6 +353,8 @@ fn check_region_shape(shape: &RegionShape, table: &Reader<'_>, grid: &Grid) -> R
             }
         }
         RegionShape::Polygon { vertices } => check_polygon(vertices, table, grid),
+        // It has been found in the file.
+        RegionShape::Group { .. } => Ok(()),
     }
 }
 

@@ -197,12 +197,14 @@ fn check_stresses(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Erro
 }
 
 fn check_loads(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
-    for (load, table) in job.loads.iter().zip(&top.list("load")) {
-        if figures::points_loaded(job, load) == 0 {
-            return Err(table.refusal(
-                "face",
-                "meets no surface: no point within the window of the load is bare on that side. Move lower and upper, or take another face.",
-            ));
+    for ((load, table), (bearing, _)) in job.loads.iter().zip(&top.list("load")).zip(figures::bearing(job)) {
+        if bearing == 0 {
+            let what = if job.mesh.is_some() { "side of an element" } else { "point" };
+            let (key, problem) = match load.group {
+                Some(_) => ("group", "is of sides between elements, and a load acts on those that are bare, whose element has its middle in the window of the load. Take another group.".to_string()),
+                None => ("face", format!("meets no surface: no {what} within the window of the load is bare on that side. Move lower and upper, or take another face.")),
+            };
+            return Err(table.refusal(key, &problem));
         }
     }
     Ok(())
@@ -211,12 +213,12 @@ fn check_loads(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
 /// Bodies touch the material at the start, at most.
 fn check_bodies(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
     for (body, table) in job.bodies.iter().zip(&top.list("body")) {
-        let inside = |place: &[f64; 3]| job.region_at(place).is_some() && body_contains(body, place);
+        let inside = |index: &[usize; 3]| job.region_of(*index).is_some() && body_contains(body, &job.place(*index));
         let count: usize = job
             .regions
             .iter()
             .map(|region| figures::indices(figures::places_of(job, region)))
-            .map(|indices| indices.filter(|index| inside(&job.place(*index))).count())
+            .map(|indices| indices.filter(inside).count())
             .sum();
         if count > 0 {
             return Err(table.refusal(
