@@ -4,7 +4,7 @@ collapse, outside, rest and sheared h5py, which brings numpy.
 
     tests/figures.py biaxial DIR...     peak of sigma_yy/sigma_xx, its strain, the late mean and the void ratio at the end
     tests/figures.py held DIR...        how closely sigma_xx is held from 0.05 % of strain on, and the void ratio from 10 to 15 %
-    tests/figures.py slope DIR...       slope of the mean stress, or of stress_yy, against strain: first tenth, and all
+    tests/figures.py slope DIR...       slope of the mean stress, of stress_yy or of stress_xy against strain: first tenth, and all
     tests/figures.py footing DIR...     load on a strip footing over Prandtl's, mean of the second half of the settlement
     tests/figures.py bearing DIR...     load on a footing over the surcharge at settlements over its half width, and its first maximum
     tests/figures.py band DIR...        width of the shear band, in cells and in sections of a cell by its normal
@@ -13,7 +13,7 @@ collapse, outside, rest and sheared h5py, which brings numpy.
     tests/figures.py rest DIR...        pressures of points at rest over the weight above them, and how far the material has come
     tests/figures.py sheared DIR...     area that has sheared at 0.24 s on either side of the plate of an indentation
 
-DIR is the folder of a run: of jobs/element/rve_biaxial.toml or rve_ensemble.toml (of held also a record FILE.csv=STRESS by YADE), of jobs/element/bulk.toml, of the job in
+DIR is the folder of a run: of jobs/element/rve_biaxial.toml or rve_ensemble.toml (of held also a record FILE.csv=STRESS by YADE), of jobs/element/bulk.toml or bulk_spheres.toml, of the job in
 jobs/continuum, of jobs/triaxial.toml, of jobs/indentation.toml and far_field.toml, or of the footings in jobs/mpm_dem. Strains are logarithmic, from the edges
 of the cell; of a biaxial test from time zero, of a slope from the first row.
 """
@@ -79,17 +79,22 @@ def fit(points):
 
 
 def slope(folder):
-    """K where both edges shrink, M where y alone does."""
+    """K where all edges shrink, M where one alone does, G where none does and the cell is sheared."""
     rows = series(folder)
-    shrinks = [abs(rows[-1][f"edge_{i}{i}"] / rows[0][f"edge_{i}{i}"] - 1) > 1e-9 for i in "xy"]
-    if shrinks == [True, True]:
+    axes = [i for i in "xyz" if f"edge_{i}{i}" in rows[0]]
+    shrinks = [i for i in axes if abs(rows[-1][f"edge_{i}{i}"] / rows[0][f"edge_{i}{i}"] - 1) > 1e-9]
+    if len(shrinks) == len(axes):
         name = "K"
-        stress = lambda row: -(row["stress_xx"] + row["stress_yy"]) / 2
-        strain = lambda row: -math.log(row["edge_xx"] * row["edge_yy"])
-    else:
-        name, axis = ("M", "yy") if shrinks[1] else ("M", "xx")
+        stress = lambda row: -sum(row[f"stress_{i}{i}"] for i in axes) / len(axes)
+        strain = lambda row: -sum(math.log(row[f"edge_{i}{i}"]) for i in axes)
+    elif shrinks:
+        name, axis = "M", shrinks[0] * 2
         stress = lambda row: -row[f"stress_{axis}"]
         strain = lambda row: -math.log(row[f"edge_{axis}"])
+    else:
+        name = "G"
+        stress = lambda row: row["stress_xy"]
+        strain = lambda row: row["edge_xy"] / row["edge_yy"]
     start = strain(rows[0])
     points = [(strain(row) - start, stress(row)) for row in rows]
     whole = points[-1][0]

@@ -13,8 +13,15 @@
 //! What is in brackets is gamma of the shape as it is: forces are the gradient of `sum Q q/2`, and neither push nor turn the element as a whole.
 //! A box of an elastic material bends as a beam does, with one element over its height. There is no memory: what a step begins with is in the displacements.
 //!
-//! A material that yields holds no more than its strength in bending either: where hourglass stresses are more than the stress in the element
-//! itself, and more than those of a strain of 1e-5, they are cut down to that. What is cut counts as lost.
+//! A material that yields has the stiffness of now, that of a hyperbola through what the element itself bears at its strain (Kondner 1963; Duncan & Chang 1970),
+//!
+//! ```text
+//! r = (|s|/(2 mu |e|))^2        s: deviatoric Kirchhoff stress, e: deviatoric part of (1 - b^-1)/2, |x|^2 = x:x
+//! ```
+//!
+//! no more than all of it and no less than a hundredth: with that of the start an element that flows would go on to resist bending as if it were elastic, and
+//! a coarse specimen of grain assemblies bore 20 % too much. Nor does it hold more than its strength: where hourglass stresses are more than the stress in the
+//! element itself, and more than those of a strain of 1e-5, they are cut down to that. What is cut counts as lost.
 
 use crate::base::lane::Real;
 use crate::base::space::{Linear, Space};
@@ -24,6 +31,9 @@ use crate::fem::element::{
 
 /// Strain of hourglass modes up to which they are elastic whatever the stress in an element is: without any they would be free.
 const STRAIN_FREE: f64 = 1e-5;
+
+/// Share of its stiffness that a material keeps however far it yields.
+const STIFFNESS_LEAST: f64 = 0.01;
 
 /// Hourglass modes of an element in space.
 pub const MODES_MAX: usize = 4;
@@ -74,6 +84,42 @@ fn mode_at<S: Space>(mode: usize, corner: usize) -> f64 {
         (_, 1) => zeta * xi,
         _ => xi * eta * zeta,
     }
+}
+
+impl Hourglass {
+    /// r, of an element with this inverse of F and this Kirchhoff stress.
+    #[inline(always)]
+    fn stiffness_left<S: Space, R: Real>(&self, inverse: &Matrix<R>, stress: &Matrix<R>) -> R {
+        let twice = R::splat(2.0 * self.shear_modulus);
+        let finger = product::<S, R>(&transposed::<S, R>(inverse), inverse);
+        // |dev b^-1| is twice |e|.
+        let elastic = deviator_square::<S, R>(&finger).sqrt() * R::splat(self.shear_modulus);
+        let borne = deviator_square::<S, R>(stress).sqrt();
+        let least = twice * R::splat(STRAIN_FREE);
+        let secant = (borne + least) / (elastic + least);
+        let share = secant * secant;
+        let share = R::choose(share.above(R::splat(1.0)), R::splat(1.0), share);
+        let least = R::splat(STIFFNESS_LEAST);
+        R::choose(least.above(share), least, share)
+    }
+}
+
+/// x:x of the deviatoric part of a symmetric tensor, along the axes of the space.
+#[inline(always)]
+fn deviator_square<S: Space, R: Real>(tensor: &Matrix<R>) -> R {
+    let mut trace = tensor[0][0];
+    for axis in 1..S::DIMENSION {
+        trace = trace + tensor[axis][axis];
+    }
+    let mean = trace * R::splat(1.0 / S::DIMENSION as f64);
+    let mut square = R::splat(0.0);
+    for (axis, row) in tensor.iter().enumerate().take(S::DIMENSION) {
+        for (other, entry) in row.iter().enumerate().take(S::DIMENSION) {
+            let part = if axis == other { *entry - mean } else { *entry };
+            square = square + part * part;
+        }
+    }
+    square
 }
 
 impl Modes<f64> {
@@ -153,6 +199,9 @@ impl<R: Real> Modes<R> {
         }
         energy = energy * R::splat(0.5);
         if how.yields {
+            let share = how.stiffness_left::<S, R>(inverse, stress);
+            generalised.iter_mut().flatten().for_each(|force| *force = *force * share);
+            energy = energy * share;
             // Of a stress s the energy is s:s/(4 mu), of a strain e mu e^2.
             let mut square = zero;
             for row in stress.iter().take(S::DIMENSION) {
@@ -316,6 +365,25 @@ mod tests {
             turn += (places[corner] + moved[corner]).cross(&force);
         }
         assert!(sum.norm() < 1e-12 && turn.norm() < 1e-12, "{sum} {turn}");
+    }
+
+    /// An element that has yielded resists by the square of its secant stiffness, an elastic one by all of it, and no one by less than a hundredth.
+    #[test]
+    fn what_yields_resists_less() {
+        let how = Hourglass { yields: true, ..HOW };
+        let identity: Matrix<f64> = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+        assert_eq!(how.stiffness_left::<Solid, f64>(&identity, &[[0.0; 3]; 3]), 1.0);
+        let strain = 0.01;
+        let mut inverse = identity;
+        inverse[0][1] = -2.0 * strain;
+        let stressed = |share: f64| {
+            let mut stress = identity.map(|row| row.map(|entry| -7.0 * entry));
+            (stress[0][1], stress[1][0]) = (2.0 * 3.0 * strain * share, 2.0 * 3.0 * strain * share);
+            how.stiffness_left::<Solid, f64>(&inverse, &stress)
+        };
+        for (share, wanted) in [(1.0, 1.0), (2.0, 1.0), (0.5, 0.25), (0.3, 0.09), (0.01, 0.01)] {
+            assert!((stressed(share) / wanted - 1.0).abs() < 0.01, "{share}: {}", stressed(share));
+        }
     }
 
     /// A turn of the whole element changes no energy, and forces turn with it.

@@ -113,7 +113,7 @@ impl Weights {
         for point in &seen[..owned] {
             found.clear();
             bins.for_each_near(seen, cell, point, |row, distance| found.push((seen[row].id, row as Row, distance)));
-            found.sort_unstable_by_key(|(id, ..)| *id);
+            found.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.2.total_cmp(&b.2)));
             let mut sum = 0.0;
             for (_, row, distance) in &found {
                 let kernel = how.kernel(*distance);
@@ -141,10 +141,10 @@ impl Weights {
         sum * (1.0 / self.sums[point])
     }
 
-    /// w_pp: what a point has in its own mean.
+    /// w_pp: what a point and its images have in its own mean.
     pub fn own(&self, point: usize) -> f64 {
-        let own = self.around(point).find(|(row, ..)| *row as usize == point);
-        own.map_or(0.0, |(_, weight, _)| weight / self.sums[point])
+        let own = self.around(point).filter(|(row, ..)| *row as usize == point);
+        own.map(|(_, weight, _)| weight).sum::<f64>() / self.sums[point]
     }
 
     /// The adjoint of the mean, of V tau/sum of every row, V being that of the start; times V of now over that of the start where weights
@@ -165,6 +165,8 @@ impl Weights {
 pub struct Bins {
     radius: f64,
     edge: f64,
+    /// How far apart places are at most along each axis, m.
+    spread: [f64; 3],
     /// Box and row, sorted.
     rows: Vec<([i64; 3], usize)>,
 }
@@ -175,11 +177,18 @@ impl Bins {
         let mut rows: Vec<([i64; 3], usize)> =
             seen.iter().enumerate().map(|(row, point)| (box_of::<S>(&point.place, edge), row)).collect();
         rows.sort_unstable();
-        Self { radius, edge, rows }
+        let along = |axis: usize, pick: fn(f64, f64) -> f64| {
+            seen.iter().map(|point| point.place[axis]).reduce(pick).unwrap_or_default()
+        };
+        let spread = |axis: usize| match axis < S::DIMENSION {
+            true => along(axis, f64::max) - along(axis, f64::min),
+            false => 0.0,
+        };
+        Self { radius, edge, spread: [spread(0), spread(1), spread(2)], rows }
     }
 
-    /// All points within the radius of one, across periods of a cell, each once at the least distance, m, which is the same to the bit from
-    /// either of two.
+    /// All points within the radius of one, with those of their images across periods of a cell that are: each with its distance, m, which is
+    /// the same to the bit from either of two.
     pub fn for_each_near<S: Space>(
         &self,
         seen: &[Seen<S>],
@@ -187,8 +196,15 @@ impl Bins {
         point: &Seen<S>,
         mut found: impl FnMut(usize, f64),
     ) {
-        let mut near: Vec<(usize, f64)> = Vec::new();
-        let shifts = |axis: usize| if axis < S::DIMENSION && cell.periodic[axis] { -1..=1 } else { 0..=0 };
+        // Periods may be shorter than the radius, and places many periods apart by now.
+        let shifts = |axis: usize| {
+            let period = |axis: usize| cell.shift(std::array::from_fn(|other| i32::from(other == axis)))[axis];
+            let most = match axis < S::DIMENSION && cell.periodic[axis] {
+                true => (self.reach(seen, point, axis) / period(axis)).floor() as i32,
+                false => 0,
+            };
+            -most..=most
+        };
         for z in shifts(2) {
             for y in shifts(1) {
                 for x in shifts(0) {
@@ -196,15 +212,18 @@ impl Bins {
                     self.for_each_box::<S>(&(point.place + shift), |row| {
                         let distance = ((seen[row].place - point.place) - shift).norm();
                         if distance < self.radius {
-                            near.push((row, distance));
+                            found(row, distance);
                         }
                     });
                 }
             }
         }
-        near.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        near.dedup_by_key(|(row, _)| *row);
-        near.into_iter().for_each(|(row, distance)| found(row, distance));
+    }
+
+    /// How far an image within the radius of a point may have to be shifted along an axis, m.
+    fn reach<S: Space>(&self, seen: &[Seen<S>], point: &Seen<S>, axis: usize) -> f64 {
+        let apart = seen.first().map_or(0.0, |first| (first.place[axis] - point.place[axis]).abs());
+        self.radius + self.spread[axis] + apart
     }
 
     fn for_each_box<S: Space>(&self, place: &S::Vector, mut found: impl FnMut(usize)) {
@@ -304,6 +323,70 @@ mod tests {
             (0..100).map(|row| seen[row].volume_start * stress(row) * weights.mean(row, 0.0, strain)).sum();
         let back = |row: usize| weights.adjoint(row, 0.0, scaled) * seen[row].volume / seen[row].volume_start;
         let local: f64 = (0..100).map(|row| seen[row].volume_start * back(row) * strain(row)).sum();
+        assert!((nonlocal / local - 1.0).abs() < 1e-12, "{nonlocal} {local}");
+    }
+
+    /// Where a period is shorter than the radius, a mean is that of several periods laid side by side, and the adjoint keeps power.
+    #[test]
+    fn images_count_each() {
+        let how = Nonlocal { radius: 0.42, ..HOW };
+        let place = |id: usize| Vector::new((id % 2) as f64 + 0.5, (id / 2) as f64 + 0.5) * 0.1;
+        let of = |id: usize, place: Vector| Seen {
+            id: PointId(id as u64),
+            place,
+            volume_start: 1.0,
+            volume: 1.0 + 0.1 * (id % 2) as f64,
+        };
+        let short: Vec<Seen<Plane>> = (0..20).map(|id| of(id, place(id))).collect();
+        let narrow = Cell::cuboid(Vector::zeros(), Vector::new(0.2, 1.0), [true, false, false]);
+        let weights = Weights::of(&how, &short, 20, &narrow);
+        let long: Vec<Seen<Plane>> = (0..10)
+            .flat_map(|copy| (0..20).map(move |id| (copy, id)))
+            .map(|(copy, id)| of(20 * copy + id, place(id) + Vector::new(0.2 * copy as f64, 0.0)))
+            .collect();
+        let wide = Weights::of(&how, &long, 200, &cell(false));
+        for row in 0..20 {
+            let field = |row: usize| ((row % 20 * 37) % 11) as f64 - 5.0;
+            let (found, wanted) = (weights.mean(row, 0.0, field), wide.mean(100 + row, 0.0, field));
+            assert!((found - wanted).abs() < 1e-12, "{row}: {found} {wanted}");
+            let of_own = weights.mean(row, 0.0, |other| f64::from(u8::from(other == row)));
+            assert!((weights.own(row) - of_own).abs() < 1e-15);
+        }
+        let (strain, stress) = (|row: usize| (row as f64).sqrt(), |row: usize| ((row * 53) % 13) as f64 - 6.0);
+        let nonlocal: f64 = (0..20).map(|row| stress(row) * weights.mean(row, 0.0, strain)).sum();
+        let scaled = |row: usize| stress(row) / weights.sums()[row];
+        let local: f64 = (0..20).map(|row| weights.adjoint(row, 0.0, scaled) * short[row].volume * strain(row)).sum();
+        assert!((nonlocal / local - 1.0).abs() < 1e-12, "{nonlocal} {local}");
+        // Places that have gone on by periods are the same points.
+        let mut gone = short.clone();
+        gone.iter_mut().step_by(3).for_each(|point| point.place.x += 0.6);
+        let after = Weights::of(&how, &gone, 20, &narrow);
+        assert!((0..20).all(|row| (after.sums()[row] / weights.sums()[row] - 1.0).abs() < 1e-12));
+    }
+
+    /// Means over a graded mesh: constants are kept, and the adjoint keeps power, whatever volumes are.
+    #[test]
+    fn graded_meshes_keep_constants_and_power() {
+        let mut seen = Vec::new();
+        let mut edge = 0.02;
+        let mut at = 0.0;
+        for column in 0..12_u64 {
+            for row in 0..10_u64 {
+                let volume = edge * 0.1;
+                let place = Vector::new(at + 0.5 * edge, 0.1 * (row as f64 + 0.5));
+                seen.push(Seen { id: PointId(10 * column + row), place, volume_start: volume, volume });
+            }
+            at += edge;
+            edge *= 1.3;
+        }
+        let weights = Weights::of(&HOW, &seen, seen.len(), &cell(false));
+        assert!((0..seen.len()).all(|point| (weights.mean(point, 0.0, |_| 3.0) - 3.0).abs() < 1e-14));
+        let (strain, stress) = (|row: usize| ((row * 37) % 11) as f64, |row: usize| ((row * 53) % 13) as f64 - 6.0);
+        let scaled = |row: usize| stress(row) * seen[row].volume_start / weights.sums()[row];
+        let nonlocal: f64 =
+            (0..seen.len()).map(|row| seen[row].volume_start * stress(row) * weights.mean(row, 0.0, strain)).sum();
+        let local: f64 =
+            (0..seen.len()).map(|row| seen[row].volume_start * weights.adjoint(row, 0.0, scaled) * strain(row)).sum();
         assert!((nonlocal / local - 1.0).abs() < 1e-12, "{nonlocal} {local}");
     }
 

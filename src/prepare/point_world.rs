@@ -150,7 +150,8 @@ pub(crate) fn bodies<S: Space>(job: &Mpm) -> Vec<Body<S>> {
 
 /// Settings of a job's run by its laws.
 pub(crate) fn settings<S: Space>(job: &Mpm, material: SharedMaterial<S>, law: SharedLaw<S>) -> Settings<S> {
-    let density = job.material.density;
+    let density = job.inertial_density();
+    let gravity = vector::<S>(&job.gravity.acceleration.map(|component| component / job.mass_scaling()));
     // Those of RVEs are not in the cells of the grid.
     let grains = job.grains.as_ref().filter(|grains| !grains.method.has_rves());
     // Of nodes of elements; points have none.
@@ -159,7 +160,7 @@ pub(crate) fn settings<S: Space>(job: &Mpm, material: SharedMaterial<S>, law: Sh
     let impedance = [material.p_wave_modulus(), material.shear_modulus()].map(|modulus| (modulus * density).sqrt());
     Settings {
         grains: Constants {
-            field: Field { gravity: vector::<S>(&job.gravity.acceleration), damping },
+            field: Field { gravity, damping },
             // Velocities of points are of the time of their positions, and a grid's step is of one length; those of nodes of elements are half a step behind.
             first_kick: if grains.is_some() || job.mesh.is_some() { 0.5 } else { 1.0 },
             // Without grains there are no lists of pairs for the skin to reach into.
@@ -260,7 +261,7 @@ pub(crate) fn points<S: Space>(job: &Mpm, law: &SharedMaterial<S>, transport: &d
             let index = [x, y, z];
             let Some(region) = job.region_of(index).map(|region| &job.regions[region]) else { continue };
             let (place, volume) = (job.place(index), job.volume_at(index));
-            let mass = volume * job.material.density;
+            let mass = volume * job.inertial_density();
             let id = PointId(job.number(index));
             let mut point = Point::<S>::resting(id, vector::<S>(&place), mass, volume);
             point.hot.velocity = vector::<S>(&region.velocity_at(&place));

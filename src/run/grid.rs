@@ -52,6 +52,7 @@ impl<S: Space> Setup for Points<'_, S> {
         columns.push(grid::means(job.grid.depth));
         columns.push(grid::energies_of_points());
         columns.extend(job.mesh.is_some().then(grid::hourglass));
+        columns.extend(job.mesh.is_some().then(grid::unbalanced));
         columns.extend(job.ledger.then(|| grid::account_of_points(job.averages_volume())));
         columns.extend(job.oracle.is_some().then(grid::oracle));
         columns.extend([grid::extents(), grid::reactions(job), grid::membranes(job)]);

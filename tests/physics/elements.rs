@@ -157,6 +157,40 @@ fn damping_acts_along_rollers() {
     assert!(kinetic.last().unwrap() / largest < 1e-6, "{kinetic:?}");
 }
 
+/// Slow loading comes to the same state with a hundred times the inertia in a tenth of the steps, and nodes are in balance there.
+#[test]
+fn mass_scaling_changes_no_state_of_rest() {
+    let rest = |scaling: f64| {
+        format!(
+            "local_damping = 0.6\nmass_scaling = {scaling:?}\n[[boundary]]\nface = \"y_lower\"\nkind = \"fixed\"\n{}\
+             [[load]]\nface = \"x_upper\"\nkind = \"traction\"\ntraction = [0, -200]\nramp = {}\n\
+             [gravity]\nacceleration = [0.0, -9.81]\n[time]\nend = {}\nsafety = 0.9\n",
+            free(2, &["y_lower"]),
+            0.2 * scaling.sqrt(),
+            4.0 * scaling.sqrt()
+        )
+    };
+    let ran = [1.0, 100.0].map(|scaling| Ran::of(&elastic(2, [0.5, 1.0, 0.0], [4, 8, 1], &rest(scaling))));
+    let [own, scaled] =
+        ran.each_ref().map(|ran| displacement_at(ran, ([4, 8, 1], [0.125, 0.125, 1.0]), [0.5, 1.0, 0.0]));
+    let off = own.iter().zip(&scaled).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / own[1].abs();
+    let [steps, fewer] = ran.each_ref().map(|ran| *ran.series("step").last().unwrap());
+    let last = |ran: &Ran, name: &str| *ran.series(name).last().unwrap();
+    println!(
+        "mass scaling: {own:?}, off by {off:.1e}, {steps} and {fewer} steps, I_uf {:.1e}",
+        last(&ran[1], "nodes_unbalanced")
+    );
+    assert!(off < 1e-6 && (steps / fewer - 1.0).abs() < 0.01, "{off} {steps} {fewer}");
+    assert!((last(&ran[1], "mass") / last(&ran[0], "mass") - 100.0).abs() < 1e-9);
+    for ran in &ran {
+        let unbalanced = ran.series("nodes_unbalanced");
+        assert!(last(ran, "nodes_unbalanced") < 1e-6 && unbalanced.iter().any(|share| *share > 1e-2), "{unbalanced:?}");
+        let weight = 0.5 * 0.01 * 1000.0 * 9.81;
+        let borne = -last(ran, "y_lower_force_y");
+        assert!((borne / (weight + 200.0 * 0.01) - 1.0).abs() < 1e-6, "{borne} {weight}");
+    }
+}
+
 /// A pressure acts on sides that two elements have across a period.
 #[test]
 fn loads_act_beside_short_periods() {

@@ -218,7 +218,8 @@ pub fn rve_bytes(job: &Mpm) -> [f64; 2] {
 pub fn wave_speeds(job: &Mpm) -> (f64, f64) {
     let law = &job.material.law;
     let along = law.modulus_longitudinal(job.grid.dimension);
-    ((along / job.material.density).sqrt(), (law.shear_modulus() / job.material.density).sqrt())
+    let density = job.inertial_density();
+    ((along / density).sqrt(), (law.shear_modulus() / density).sqrt())
 }
 
 fn norm(vector: &[f64; 3]) -> f64 {

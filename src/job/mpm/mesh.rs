@@ -16,10 +16,13 @@ pub struct Mesh {
     pub hourglass: f64,
     /// Local damping of nodes.
     pub damping: f64,
+    /// Inertia of the material over its mass.
+    pub mass_scaling: f64,
 }
 
 impl Mesh {
-    pub(in crate::job) const BLANK: Self = Self { elements: [1.0; 3], file: None, hourglass: 1.0, damping: 0.0 };
+    pub(in crate::job) const BLANK: Self =
+        Self { elements: [1.0; 3], file: None, hourglass: 1.0, damping: 0.0, mass_scaling: 1.0 };
 
     pub(in crate::job) fn keys(&mut self, grid: &mut Grid, form: &mut dyn Form) {
         space(form, &mut grid.dimension, "plane for plane strain, solid for three dimensions");
@@ -79,6 +82,11 @@ impl Mesh {
         let about =
             "local damping, a share of the force on a node that acts against its motion, component by component";
         form.number(&mut self.damping, number("local_damping", about, RATIO, Range::below(0.0, 1.0), "0.1").or("0.0"));
+        let about = "inertia of the material over its mass, for slow loading: steps are longer by its root, and weight stays what it is";
+        form.number(
+            &mut self.mass_scaling,
+            number("mass_scaling", about, RATIO, Range::closed(1.0, 1e6), "100").or("1.0"),
+        );
     }
 }
 

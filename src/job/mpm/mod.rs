@@ -579,6 +579,16 @@ impl Mpm {
         [number % places[0], number / places[0] % places[1], number / places[0] / places[1]]
     }
 
+    /// How much more inertia the material has than mass.
+    pub fn mass_scaling(&self) -> f64 {
+        self.mesh.as_ref().map_or(1.0, |mesh| mesh.mass_scaling)
+    }
+
+    /// The density that resists acceleration, kg/m3.
+    pub fn inertial_density(&self) -> f64 {
+        self.material.density * self.mass_scaling()
+    }
+
     /// Pressure along gravity of a geostatic stress at a coordinate along its axis, Pa; of other stresses zero.
     pub fn overburden(&self, at: f64) -> f64 {
         let InitialStress::Geostatic { up, surface, surcharge, .. } = self.stress else { return 0.0 };

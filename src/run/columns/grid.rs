@@ -108,6 +108,11 @@ pub fn hourglass<'s, S: Space>() -> Columns<'s, S> {
     Columns::new(["hourglass"], |core| Ok(vec![core.world.point_energies()?.beside]))
 }
 
+/// Share of the forces of elements that is not in balance at nodes, I_uf, at the same evaluation.
+pub fn unbalanced<'s, S: Space>() -> Columns<'s, S> {
+    Columns::new(["nodes_unbalanced"], |core| Ok(vec![core.world.unbalanced_of_nodes()?]))
+}
+
 /// Of what is lost, the part of averaging of volume strain.
 const LOST_AVERAGING: &str = "energy_lost_averaging";
 

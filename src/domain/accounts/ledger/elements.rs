@@ -3,10 +3,12 @@
 
 use scree_partition::ExactSum;
 
-use super::points::{AHEAD, BEHIND, Item, STORES, Store, Works};
+use super::points::{AHEAD, BEHIND, FORCES, Item, STORES, Store, Works};
+use crate::base::error::Error;
 use crate::base::space::{Linear, Space};
 use crate::domain::phases::Phase;
 use crate::domain::world::World;
+use crate::fem::element::{CORNERS_MAX, corners};
 use crate::fem::elements::{Held, Holder};
 
 impl<S: Space> World<'_, S> {
@@ -18,7 +20,34 @@ impl<S: Space> World<'_, S> {
         let timer = self.phases.start();
         let works = self.works_on_elements();
         self.book(works, |world| world.stored_in_elements());
+        self.point_ledger.forces = Some(self.forces_of_nodes());
         self.phases.stop(Phase::Output, timer);
+    }
+
+    /// Share of the forces of elements that is not in balance at nodes, after Liu et al. (2016), eq. 57:
+    /// `I_uf = sqrt(mean f^2 over nodes / mean f^2 over the corners of elements)`, at the last evaluation. Collective.
+    pub fn unbalanced_of_nodes(&self) -> Result<f64, Error> {
+        let [nodes, unbalanced, corners, borne] = self.reduce(self.point_ledger.forces.clone().unwrap_or_default())?;
+        Ok(if borne > 0.0 { ((unbalanced / nodes) / (borne / corners)).sqrt() } else { 0.0 })
+    }
+
+    /// What moves nodes, without damping, once bodies and faces have held them; and what elements put on their corners.
+    fn forces_of_nodes(&self) -> ExactSum<FORCES> {
+        let (mut sums, elements) = (ExactSum::new(), &self.elements);
+        let per_step = 1.0 / self.free_motion().dt;
+        for row in (0..elements.nodes.len()).filter(|row| elements.owned[*row]) {
+            let gained = (elements.nodes[row].velocity - elements.before[row]) * elements.masses[row];
+            let force = (gained + elements.damped[row]) * per_step;
+            sums.add(0, 1.0);
+            sums.add(1, force.dot(&force));
+        }
+        for forces in elements.corner_forces[..elements.rows.len() * CORNERS_MAX].chunks_exact(CORNERS_MAX) {
+            for force in &forces[..corners::<S>()] {
+                sums.add(2, 1.0);
+                sums.add(3, force.dot(force));
+            }
+        }
+        sums
     }
 
     /// What elements and nodes of this rank have, kinetic energy at the velocities of before.

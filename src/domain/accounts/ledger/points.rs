@@ -123,11 +123,16 @@ impl PointBalance {
     }
 }
 
+/// Nodes and their unbalanced forces squared (N2), corners of elements and their forces squared.
+pub(super) const FORCES: usize = 4;
+
 /// The energies of a continuum as this rank keeps them; sums of ranks are exact.
 #[derive(Clone, Debug)]
 pub struct PointLedger<S: Space> {
     /// At the last evaluation at which they were wanted.
     stored: Option<ExactSum<STORES>>,
+    /// Of elements, at the same evaluation.
+    pub(super) forces: Option<ExactSum<FORCES>>,
     account: Option<Account>,
     /// Velocity (m/s) and spin (rad/s) of bodies over the drift behind.
     pub(super) bodies: Vec<(S::Vector, S::Spin)>,
@@ -167,7 +172,7 @@ impl Works {
 
 impl<S: Space> Default for PointLedger<S> {
     fn default() -> Self {
-        Self { stored: None, account: None, bodies: Vec::new() }
+        Self { stored: None, forces: None, account: None, bodies: Vec::new() }
     }
 }
 
