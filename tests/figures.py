@@ -8,6 +8,7 @@ collapse, outside, rest and sheared h5py, which brings numpy.
     tests/figures.py footing DIR...     load on a strip footing over Prandtl's, mean of the second half of the settlement
     tests/figures.py bearing DIR...     load on a footing over the surcharge at settlements over its half width, and its first maximum
     tests/figures.py band DIR...        width of the shear band, in cells and in sections of a cell by its normal
+    tests/figures.py elements DIR...    width of the shear band of elements in plane strain compression, and the curve
     tests/figures.py collapse DIR...    run-out of a column, and its energies over the potential energy at the start
     tests/figures.py outside DIR...     how far grains lie outside of membranes at the end, along the normals of these
     tests/figures.py rest DIR...        pressures of points at rest over the weight above them, and how far the material has come
@@ -199,6 +200,42 @@ def band(folder):
     )
 
 
+def sheared_elements(folder, strain=0.042, strip=8e-3):
+    """Of elements in plane strain compression: width of the band in which deviatoric strain grows over the last fifth of the way to a strain, in metres, by one
+    measure for all meshes: two thirds of the even strain with the same sum and sum of squares, within one strip and a half of its line."""
+    import numpy
+
+    frames, job, rows = Frames(folder), scenario(folder), series(folder)
+    upper, counts = job["mesh"]["upper"], job["mesh"]["elements"]
+    depth = upper[2] if len(upper) > 2 else job["mesh"]["depth"]
+    reached = {row["time"]: -row["top_displacement_y"] / upper[1] for row in rows}
+    at = lambda wanted: min(range(len(frames.times)), key=lambda frame: abs(numpy.interp(frames.times[frame], list(reached), list(reached.values())) - wanted))
+    first, last = at(0.8 * strain), at(strain)
+    gain = frames.column(last, "deviatoric_strain") - frames.column(first, "deviatoric_strain")
+    place = frames.column(last, "place")[:, :2]
+    area = upper[0] * upper[1] / (counts[0] * counts[1])
+    held = 0.0
+    for degrees in (*range(35, 71), *range(-70, -34)):
+        angle = math.radians(degrees)
+        trial = place @ numpy.array([-math.sin(angle), math.cos(angle)])
+        for offset in numpy.arange(trial.min(), trial.max(), strip / 16):
+            inside = abs(trial - offset) < strip / 2
+            # Strips that leave through the ends are shorter.
+            length = upper[0] / abs(math.cos(angle))
+            if gain[inside].sum() * area / (strip * length) > held:
+                held, found, across = gain[inside].sum() * area / (strip * length), degrees, trial - offset
+    near = abs(across) < 1.5 * strip
+    even = area * gain[near].sum() ** 2 / (gain[near] ** 2).sum()
+    width = 2 / 3 * even / (upper[0] / abs(math.cos(math.radians(found))))
+    stress = [row["top_force_y"] / (upper[0] * depth) for row in rows]
+    strains = list(reached.values())
+    level = lambda wanted: 1e-3 * float(numpy.mean([s for s, e in zip(stress, strains) if abs(e - wanted) < 0.0025]))
+    print(
+        f"{folder}: width {1e3 * width:.1f} mm at {found} degrees between strains of {100 * strain * 0.8:.1f} and {100 * strain:.1f} %; peak {1e-3 * max(stress):.0f} kPa at {100 * strains[stress.index(max(stress))]:.2f} %, "
+        + ", ".join(f"{level(e):.0f} at {100 * e:.0f} %" for e in (0.01, 0.02, 0.03, 0.04) if e <= strains[-1] + 0.001)
+    )
+
+
 def deposit(place, link):
     """Indices of the largest set of points that hang together, each within `link` of another."""
     cells, waiting, largest = {}, set(range(len(place))), []
@@ -353,6 +390,7 @@ if __name__ == "__main__":
         "footing": footing,
         "bearing": bearing,
         "band": band,
+        "elements": sheared_elements,
         "collapse": collapse,
         "outside": outside,
         "rest": rest,

@@ -139,11 +139,11 @@ impl Reading {
                 _ if !is_known => {
                     return Err("this is no mesh of Gmsh: it does not begin with $MeshFormat".into());
                 }
-                "$PhysicalNames" => self.names(lines)?,
-                "$Entities" => self.entities(lines)?,
-                "$Nodes" => self.nodes(lines)?,
-                "$Elements" => self.elements(lines)?,
-                // Sections of other kinds, and ends of those that were read.
+                "$PhysicalNames" => self.names(lines).and_then(|()| end(lines, "$EndPhysicalNames"))?,
+                "$Entities" => self.entities(lines).and_then(|()| end(lines, "$EndEntities"))?,
+                "$Nodes" => self.nodes(lines).and_then(|()| end(lines, "$EndNodes"))?,
+                "$Elements" => self.elements(lines).and_then(|()| end(lines, "$EndElements"))?,
+                // Sections of other kinds.
                 _ => {}
             }
         }
@@ -180,7 +180,7 @@ impl Reading {
                 let groups: usize = words.number("a count of groups")?;
                 let groups: Result<Vec<i64>, String> = (0..groups).map(|_| words.number("a group")).collect();
                 // The sign is that of its orientation.
-                self.entities.insert((axes, number), groups?.into_iter().map(i64::abs).collect());
+                self.entities.insert((axes, number), groups?.into_iter().map(i64::wrapping_abs).collect());
             }
         }
         Ok(())
@@ -239,7 +239,7 @@ impl Reading {
                 found.push(Element { axes, number, entity, corners: corners?, line: lines.line });
             }
         }
-        self.elements = Some(found);
+        self.elements.get_or_insert_default().extend(found);
         Ok(())
     }
 
@@ -258,6 +258,12 @@ impl Reading {
     }
 
     fn put_together(self, elements: Vec<Element>, lines: &mut Lines<'_>) -> Result<Mesh, String> {
+        if !elements.iter().any(|of| of.axes == self.axes) {
+            return Err(format!(
+                "there is no cell with {} axes; where there are physical groups, Gmsh saves what is in one of them alone: put the material into one",
+                self.axes
+            ));
+        }
         let mut used: Vec<u64> =
             elements.iter().filter(|of| of.axes == self.axes).flat_map(|of| of.corners.clone()).collect();
         used.sort_unstable();
@@ -266,6 +272,9 @@ impl Reading {
         let mut groups: BTreeMap<(usize, i64), u32> = BTreeMap::new();
         for element in &elements {
             lines.line = element.line;
+            if let Some(lost) = element.corners.iter().find(|number| !self.places.contains_key(number)) {
+                return Err(format!("node {lost} is a corner of element {} and has no place", element.number));
+            }
             let corner = |number: &u64| {
                 used.binary_search(number)
                     .map(|at| at as u32)
@@ -292,22 +301,25 @@ impl Reading {
                 mesh.sides.push(Side { number: element.number, corners: all, groups: bits });
             }
         }
-        if mesh.cells.is_empty() {
-            return Err(format!(
-                "there is no cell with {} axes; where there are physical groups, Gmsh saves what is in one of them alone: put the material into one",
-                self.axes
-            ));
-        }
         for number in &used {
-            let place =
-                self.places.get(number).ok_or(format!("node {number} is a corner of an element and has no place"))?;
-            mesh.vertices.push(*place);
+            mesh.vertices.push(self.places[number]);
         }
         mesh.groups = vec![String::new(); groups.len()];
         for ((axes, number), bit) in groups {
             mesh.groups[bit as usize] = self.names.get(&(axes, number)).cloned().unwrap_or_else(|| number.to_string());
         }
         Ok(mesh)
+    }
+}
+
+/// The line that a section ends with: what is there in its place has not been counted.
+fn end(lines: &mut Lines<'_>, wanted: &str) -> Result<(), String> {
+    match lines.next() {
+        Some(line) if line == wanted => Ok(()),
+        Some(line) => Err(format!(
+            "here is `{line}` where {wanted} has to be: there is more than the section says; save the mesh again"
+        )),
+        None => Err(format!("the file ends before {wanted}; copy or save it again")),
     }
 }
 
@@ -357,11 +369,13 @@ mod tests {
             ("4.1 0 8", "2.2 0 8", "a.msh, line 2: this is MSH 2.2"),
             ("4.1 0 8", "4.1 1 8", "line 2: this is no text"),
             ("2 1 3 2\n", "2 1 2 2\n", "line 37: here are triangles (kind 2), and cells have to be quadrilaterals"),
-            ("11 5 4 90 6", "11 5 4 91 6", "node 91 is a corner of an element and has no place"),
+            ("11 5 4 90 6", "11 5 4 91 6", "node 91 is a corner of element 11 and has no place"),
             ("2 3 9", "2 3 8", "line 36: element 2 is a side at node 8, which no cell has"),
-            ("0 1 0\n2 1 0 4", "0 x 0\n2 1 0 4", "line 23: `x` is not a coordinate"),
+            ("0 1 0\n2 1 0 4", "0 x 0\n2 1 0 4", "line 20: `x` is not a coordinate"),
             ("11 5 4 90 6\n$EndElements\n", "", "the file ends in the middle of a section"),
-            ("2 1 3 2\n", "2 1 3 0\n", "there is no cell with 2 axes"),
+            ("11 5 4 90 6\n$EndElements\n", "11 5 4 90 6\n", "the file ends before $EndElements"),
+            ("2 1 3 2\n", "2 1 3 1\n", "here is `11 5 4 90 6` where $EndElements has to be"),
+            ("2 1 3 2\n10 9 5 6 3\n11 5 4 90 6\n", "2 1 3 0\n", "there is no cell with 2 axes"),
         ] {
             let found = of(&TWO.replace(from, to), 2).unwrap_err();
             assert!(found.contains(wanted), "{from}: {found}");

@@ -19,7 +19,8 @@
 //! r = (|s|/(2 mu |e|))^2        s: deviatoric Kirchhoff stress, e: deviatoric part of (1 - b^-1)/2, |x|^2 = x:x
 //! ```
 //!
-//! no more than all of it and no less than a hundredth: with that of the start an element that flows would go on to resist bending as if it were elastic, and
+//! no more than all of it and no less than a hundredth; it counts from a start without deviatoric stress, and an element whose stress has come back through
+//! zero is left with the hundredth. With that of the start an element that flows would go on to resist bending as if it were elastic, and
 //! a coarse specimen of grain assemblies bore 20 % too much. Nor does it hold more than its strength: where hourglass stresses are more than the stress in the
 //! element itself, and more than those of a strain of 1e-5, they are cut down to that. What is cut counts as lost.
 
@@ -156,7 +157,7 @@ impl Modes<f64> {
 
     /// What the frequencies of an element are bounded by: w^2 <= c^2 times this, 1/m2, for the mass of an n-th at each of its n corners. Of its linear
     /// modes `n sum B.B` (Flanagan & Belytschko 1981), of a box `4 sum 1/h^2`; of its hourglass modes, each with what it shares with another, less but in a
-    /// shape that is far from a box.
+    /// shape that is far from a box, at the whole stiffness of their control.
     pub fn stiffest<S: Space>(&self, element: &Element<f64>) -> f64 {
         let count = corners::<S>();
         let linear: f64 = element.gradients.iter().flatten().map(|slope| slope * slope).sum();

@@ -9,6 +9,8 @@ const FREE_TABLE: &str = "output.";
 const BOUND: [&str; 2] = ["output.contact_frames", "output.energy_balance"];
 /// Keys that the packing in a run's folder was made by, and how it lies: it goes along with every branch.
 const KEPT: [&str; 2] = ["packing.height", "enrichment.reference"];
+/// And the mesh and inertia that elements have from the start.
+const KEPT_OF_MESH: [&str; 4] = ["mesh.file", "mesh.sha256", "mesh.unit", "mesh.mass_scaling"];
 /// And of loads, which points know from the start.
 const KEPT_OF_LOADS: [&str; 4] = [".face", ".lower", ".upper", ".acts_at"];
 
@@ -31,7 +33,11 @@ impl Change {
 
     /// Whether not even a branch may have it.
     pub fn is_kept(&self) -> bool {
-        KEPT.contains(&self.key.as_str()) || self.is_of_kept_load()
+        KEPT.contains(&self.key.as_str()) || self.is_of_kept_mesh() || self.is_of_kept_load()
+    }
+
+    fn is_of_kept_mesh(&self) -> bool {
+        KEPT_OF_MESH.contains(&self.key.as_str())
     }
 
     fn is_of_kept_load(&self) -> bool {
@@ -40,9 +46,10 @@ impl Change {
 
     /// Why it is kept.
     pub fn why_kept(&self) -> &'static str {
-        match self.is_of_kept_load() {
-            true => "points know from the start of a run which loads they bear, and where",
-            false => "the grains of a zone are those of the packing that the run began with",
+        match (self.is_of_kept_load(), self.is_of_kept_mesh()) {
+            (true, _) => "points know from the start of a run which loads they bear, and where",
+            (_, true) => "elements have their volumes and their inertia from the start of a run",
+            _ => "the grains of a zone are those of the packing that the run began with",
         }
     }
 

@@ -340,6 +340,41 @@ fn groups_are_held_as_their_bodies_say() {
     assert!(slid > 1e-3, "{slid}");
 }
 
+/// What is fastened to a body has no boundary, though the job says nothing of the face that it is on.
+#[test]
+fn a_group_that_is_fastened_has_no_boundary() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = distorted(2, [1.0, 1.0, 0.0], [3, 3, 1]);
+    let path = mesh.write(folder.path());
+    let rest = "[[body]]\nname = \"plate\"\nshape = \"plane\"\npoint = [0, 1]\nnormal = [0, -1]\ngroup = \"y1\"\ncontact = \"rough\"\nvelocity = [0, -0.01]\n\
+                [time]\nend = 0.1\n";
+    let ran = Ran::of(&job(&path, 2, [1e6, 0.3], rest));
+    let time = *ran.series("time").last().unwrap();
+    for (place, moved) in nodes_in_order(&mesh).iter().zip(displacements(&ran)).filter(|(place, _)| place[1] == 1.0) {
+        assert!(moved[0] == 0.0 && (moved[1] / (-0.01 * time) - 1.0).abs() < 1e-12, "{place:?} {moved:?}");
+    }
+}
+
+/// A copy stands in for the mesh of its own job alone: not for one that is not there, and not for one that is asked for anew.
+#[test]
+fn a_copy_is_taken_for_its_own_mesh_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("mesh.msh"), distorted(2, [1.0, 1.0, 0.0], [3, 3, 1]).text()).unwrap();
+    let other = folder.path().join("other");
+    std::fs::create_dir(&other).unwrap();
+    let other = distorted(2, [1.0, 1.0, 0.0], [5, 5, 1]).write(&other);
+    let file = folder.path().join("scenario.toml").display().to_string();
+    let text = job(&folder.path().join("gone.msh"), 2, [1e6, 0.3], "[time]\nend = 0.1\n");
+    let error = Job::parse(&text, &file, &[]).unwrap_err().to_string();
+    assert!(error.contains("names no file that can be read"), "{error}");
+    let own = Job::parse(&text.replace("gone.msh", "mesh.msh"), &file, &[]).unwrap();
+    let resolved = own.to_toml().replace("mesh.msh", "gone.msh");
+    let count = |job: &Job| job.as_mpm().unwrap().drawn().unwrap().elements.len();
+    assert_eq!(count(&Job::parse(&resolved, &file, &[]).unwrap()), 9);
+    let set = format!("mesh.file={}", other.display());
+    assert_eq!(count(&Job::parse(&resolved, &file, &[set]).unwrap()), 25);
+}
+
 /// A run keeps its mesh: it goes on to the same bits where the file is gone, and where it is another by now.
 #[test]
 fn a_run_goes_on_without_the_file_of_its_mesh() {

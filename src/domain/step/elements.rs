@@ -276,6 +276,9 @@ impl<S: Space> Conditions<'_, S> {
     /// each by how much.
     fn hold(&self, free: S::Vector, at: &At<S>, keep: &mut impl FnMut(Holder, S::Vector, S::Vector)) -> S::Vector {
         let mut velocity = free;
+        // A group that is fastened to a body is held by that alone, as a side is.
+        let is_fastened = self.bodies.iter().filter(|body| body.grip.is_some()).filter_map(|body| body.side);
+        let is_fastened = is_fastened.into_iter().any(|side| matches!(side, MeshSide::Groups(_)) && side.has(at.sides));
         for (number, body) in self.bodies.iter().enumerate() {
             let Some((grip, separates)) = body.grip else { continue };
             let place = place_beside(body, self.periods, &at.place);
@@ -295,7 +298,7 @@ impl<S: Space> Conditions<'_, S> {
             }
             velocity = after;
         }
-        for axis in 0..S::DIMENSION {
+        for axis in (0..S::DIMENSION).filter(|_| !is_fastened) {
             for upper in [false, true] {
                 let Some(after) = self.held_by_face(velocity, at, (axis, upper)) else { continue };
                 keep(Holder::Face { axis, upper }, (after - velocity) * at.mass, at.place);

@@ -341,6 +341,10 @@ pub fn zone_height(job: &Mpm, granular: &Granular) -> f64 {
 
 /// Mass of all points, kg.
 pub fn mass(job: &Mpm, points: u64) -> f64 {
+    if job.drawn().is_some() {
+        let all = indices(job.places().map(|count| 0..count)).filter(|index| job.region_of(*index).is_some());
+        return all.map(|index| job.volume_at(index)).sum::<f64>() * job.material.density;
+    }
     points as f64 * job.point_volume() * job.material.density
 }
 

@@ -78,7 +78,7 @@ impl Mesh {
     pub fn keys_of_elements(&mut self, form: &mut dyn Form) {
         let about =
             "the stiffness of hourglass control, a share of that of an elastic element (Belytschko & Bindeman 1993)";
-        form.number(&mut self.hourglass, number("hourglass", about, RATIO, POSITIVE, "1.0").or("1.0"));
+        form.number(&mut self.hourglass, number("hourglass", about, RATIO, Range::above(0.0, 1.0), "1.0").or("1.0"));
         let about =
             "local damping, a share of the force on a node that acts against its motion, component by component";
         form.number(&mut self.damping, number("local_damping", about, RATIO, Range::below(0.0, 1.0), "0.1").or("0.0"));

@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 use super::{Grid, Mpm};
 use crate::base::math::cbrt;
 use crate::base::space::{Linear, Plane, Solid, Space};
-use crate::fem::element::{Element, corners};
+use crate::fem::element::{Element, corners as corners_of};
 use crate::fem::hourglass::Modes;
 use crate::fem::mesh::{Corners, key_of_side};
 use crate::fem::side::Side;
@@ -68,7 +68,10 @@ impl MeshFile {
     /// # Errors
     /// What is wrong with it, for an operator.
     pub fn read(&mut self, folder: &Path, grid: &Grid) -> Result<(), String> {
-        let candidates = [self.path.clone(), folder.join(COPY), folder.join("..").join(COPY)];
+        let copies = [folder.join(COPY), folder.join("..").join(COPY)];
+        // Without a digest nothing tells a copy from the mesh of somebody else.
+        let copies = copies.into_iter().filter(|_| !self.digest.is_empty());
+        let candidates: Vec<PathBuf> = std::iter::once(self.path.clone()).chain(copies).collect();
         let read = |path: &Path| std::fs::read(path).ok().map(|bytes| (digest_of(&bytes), bytes));
         let is_it = |digest: &String| self.digest.is_empty() || *digest == self.digest;
         let found = candidates.iter().find_map(|path| {
@@ -144,7 +147,7 @@ impl Drawn {
             });
             let Some((corners, places, element)) = laid else {
                 return Err(format!(
-                    "element {} is turned inside out at a corner; its angles have to be below 180 degrees everywhere",
+                    "element {} is turned inside out: none of its angles may be 180 degrees or more",
                     cell.number
                 ));
             };
@@ -167,6 +170,14 @@ impl Drawn {
             .flat_map(|element| Side::all(S::DIMENSION).map(move |side| of(element, side)))
             .collect();
         known.sort_unstable();
+        let mut alike: Vec<[u32; 8]> = self.elements.clone();
+        alike.iter_mut().for_each(|corners| corners[..corners_of::<S>()].sort_unstable());
+        alike.sort_unstable();
+        if alike.windows(2).any(|pair| pair[0] == pair[1]) || known.windows(3).any(|three| three[0] == three[2]) {
+            return Err(
+                "two of its elements lie in each other: they have the same corners, or three have the same side".into(),
+            );
+        }
         for side in sides {
             let mut key = side.corners.map(u64::from);
             let count = 2 * (S::DIMENSION - 1);
@@ -199,7 +210,7 @@ impl Drawn {
 }
 
 fn middle<S: Space>(places: &[S::Vector]) -> [f64; 3] {
-    let count = corners::<S>();
+    let count = corners_of::<S>();
     let sum = |axis: usize| places[..count].iter().map(|place| place[axis]).sum::<f64>();
     std::array::from_fn(|axis| if axis < S::DIMENSION { sum(axis) / count as f64 } else { 0.0 })
 }

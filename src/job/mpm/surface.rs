@@ -74,6 +74,23 @@ fn looks_along<S: Space>(mesh: &Mesh<S>, of: (u32, Side), face: Face) -> bool {
     (0..S::DIMENSION).all(|axis| axis == face.axis || area[axis].abs() < along)
 }
 
+/// Whether any element that has material has a side in these groups.
+pub fn has_group(job: &Mpm, bits: u32) -> bool {
+    match job.grid.dimension {
+        2 => has_group_in::<Plane>(job, bits),
+        _ => has_group_in::<Solid>(job, bits),
+    }
+}
+
+fn has_group_in<S: Space>(job: &Mpm, bits: u32) -> bool {
+    let Some(drawn) = job.drawn() else { return false };
+    let mut elements = drawn.elements.iter().enumerate().filter(|(at, _)| job.region_of([*at, 0, 0]).is_some());
+    elements.any(|(_, of)| {
+        let groups = |side| drawn.sides.get(&key_of_side::<S>(side, |corner| u64::from(of[corner])));
+        Side::all(S::DIMENSION).filter_map(groups).any(|groups| groups & bits != 0)
+    })
+}
+
 /// Sides that bear each load, and their area, m2.
 pub fn bearing(job: &Mpm) -> Vec<(usize, f64)> {
     match job.grid.dimension {

@@ -6,6 +6,7 @@ use crate::base::keys::Form;
 use crate::base::units::nearest;
 use crate::job::Method;
 use crate::job::assembly::{Shape, Source};
+use crate::job::mpm::surface;
 use crate::job::mpm::{BodyContact, Boundary, Face, Grid, Mesh, Mpm, Region, RegionShape, RigidBody};
 use crate::job::raw::{Reader, Typed};
 use crate::mpm::scheme::{Scheme, ShapeFunction, Transfer};
@@ -19,6 +20,10 @@ pub fn mesh(mut table: Reader<'_>) -> Result<(Grid, Mesh), Error> {
     let (mut grid, mut mesh) = (Mpm::blank().grid, Mesh::BLANK);
     mesh.keys(&mut grid, &mut table);
     if let Some(file) = &mut mesh.file {
+        // Another file is another mesh, whatever the job was resolved with.
+        if table.is_set("file") && !table.is_set("sha256") {
+            file.digest.clear();
+        }
         if let Err(problem) = file.read(&table.folder(), &grid) {
             return Err(table.refusal("file", &problem));
         }
@@ -134,7 +139,17 @@ pub fn place_groups(job: &mut Mpm, top: &Reader<'_>) {
         }
     };
     job.loads.iter().zip(&top.list("load")).for_each(|(load, table)| named(&load.group, table));
-    job.bodies.iter().zip(&top.list("body")).for_each(|(body, table)| named(&body.group, table));
+    for (body, table) in job.bodies.iter().zip(&top.list("body")) {
+        named(&body.group, table);
+        let bits = body.group.as_ref().zip(job.drawn()).map_or(0, |(name, drawn)| drawn.bits_of(name));
+        let is_placed = !job.regions.iter().any(|region| matches!(region.shape, RegionShape::Group { bits: 0, .. }));
+        if bits != 0 && is_placed && !surface::has_group(job, bits) {
+            table.add(table.refusal(
+                "group",
+                "is of elements that no [[region]] gives material, so that nothing is fastened. Take another group, or give them material.",
+            ));
+        }
+    }
 }
 
 /// A side that is fastened to a body is held by that alone.

@@ -185,7 +185,7 @@ fn check_stresses(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Erro
             return Err(table.refusal("pressure", &words()));
         }
     }
-    let fall = norm(job.gravity.acceleration) * job.step_of_continuum() * job.step_of_continuum();
+    let fall = norm(job.gravity.acceleration) / job.mass_scaling() * job.step_of_continuum() * job.step_of_continuum();
     if fall > 0.5 * job.grid.cell {
         let message = format!(
             "moves material by {} m in its first step, further than half a cell. Lower it, or take a shorter time.step.",
@@ -197,6 +197,9 @@ fn check_stresses(job: &Mpm, typed: &Typed, top: &Reader<'_>) -> Result<(), Erro
 }
 
 fn check_loads(job: &Mpm, top: &Reader<'_>) -> Result<(), Error> {
+    if job.loads.is_empty() {
+        return Ok(());
+    }
     for ((load, table), (bearing, _)) in job.loads.iter().zip(&top.list("load")).zip(figures::bearing(job)) {
         if bearing == 0 {
             let what = if job.mesh.is_some() { "side of an element" } else { "point" };
