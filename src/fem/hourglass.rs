@@ -109,8 +109,8 @@ impl Hourglass {
 #[inline(always)]
 fn deviator_square<S: Space, R: Real>(tensor: &Matrix<R>) -> R {
     let mut trace = tensor[0][0];
-    for axis in 1..S::DIMENSION {
-        trace = trace + tensor[axis][axis];
+    for (axis, row) in tensor.iter().enumerate().take(S::DIMENSION).skip(1) {
+        trace = trace + row[axis];
     }
     let mean = trace * R::splat(1.0 / S::DIMENSION as f64);
     let mut square = R::splat(0.0);

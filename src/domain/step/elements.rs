@@ -21,6 +21,8 @@ use scree_partition::ExactSum;
 
 /// Steps between two looks at who should have which elements.
 const DEAL_EVERY: u64 = 256;
+/// Cosine of the angle up to which a face of a body looks the way of one of the domain.
+const ALONG: f64 = 0.99;
 /// Fewer nodes are not worth a task of their own.
 const NODES_PER_TASK: usize = 1024;
 
@@ -276,9 +278,6 @@ impl<S: Space> Conditions<'_, S> {
     /// each by how much.
     fn hold(&self, free: S::Vector, at: &At<S>, keep: &mut impl FnMut(Holder, S::Vector, S::Vector)) -> S::Vector {
         let mut velocity = free;
-        // A group that is fastened to a body is held by that alone, as a side is.
-        let is_fastened = self.bodies.iter().filter(|body| body.grip.is_some()).filter_map(|body| body.side);
-        let is_fastened = is_fastened.into_iter().any(|side| matches!(side, MeshSide::Groups(_)) && side.has(at.sides));
         for (number, body) in self.bodies.iter().enumerate() {
             let Some((grip, separates)) = body.grip else { continue };
             let place = place_beside(body, self.periods, &at.place);
@@ -298,14 +297,29 @@ impl<S: Space> Conditions<'_, S> {
             }
             velocity = after;
         }
-        for axis in (0..S::DIMENSION).filter(|_| !is_fastened) {
+        for axis in 0..S::DIMENSION {
             for upper in [false, true] {
+                if self.is_fastened_across(at, (axis, upper)) {
+                    continue;
+                }
                 let Some(after) = self.held_by_face(velocity, at, (axis, upper)) else { continue };
                 keep(Holder::Face { axis, upper }, (after - velocity) * at.mass, at.place);
                 velocity = after;
             }
         }
         velocity
+    }
+
+    /// Whether a node is in a group that is fastened to a body whose own face looks the way of a face of the domain: it is held by that alone, as a side is.
+    fn is_fastened_across(&self, at: &At<S>, (axis, upper): (usize, bool)) -> bool {
+        let is_along = |body: &Body<S>, side| {
+            into_material(body, side, &place_beside(body, self.periods, &at.place)).dot(&inwards::<S>(axis, upper))
+                > ALONG
+        };
+        let fastened =
+            self.bodies.iter().filter(|body| body.grip.is_some()).filter_map(|body| Some((body, body.side?)));
+        let of_group = |(_, side): &(&Body<S>, MeshSide)| matches!(side, MeshSide::Groups(_)) && side.has(at.sides);
+        fastened.filter(of_group).any(|(body, side)| is_along(body, side))
     }
 
     /// None where it does not hold the node.

@@ -62,13 +62,13 @@ impl MeshFile {
         }
     }
 
-    /// Reads it. Where it is not what its digest says, or is gone, the copy does that a run keeps beside its job: in `folder`, or above it, as seen from
+    /// Reads it. Where it is not what its digest says, or is gone, the copy does that a run keeps beside its job: in `folder`, or one or two above it, as seen from
     /// a checkpoint.
     ///
     /// # Errors
     /// What is wrong with it, for an operator.
     pub fn read(&mut self, folder: &Path, grid: &Grid) -> Result<(), String> {
-        let copies = [folder.join(COPY), folder.join("..").join(COPY)];
+        let copies = [folder.join(COPY), folder.join("..").join(COPY), folder.join("../..").join(COPY)];
         // Without a digest nothing tells a copy from the mesh of somebody else.
         let copies = copies.into_iter().filter(|_| !self.digest.is_empty());
         let candidates: Vec<PathBuf> = std::iter::once(self.path.clone()).chain(copies).collect();
