@@ -370,7 +370,7 @@ mod tests {
             ("4.1 0 8", "4.1 1 8", "line 2: this is no text"),
             ("2 1 3 2\n", "2 1 2 2\n", "line 37: here are triangles (kind 2), and cells have to be quadrilaterals"),
             ("11 5 4 90 6", "11 5 4 91 6", "node 91 is a corner of element 11 and has no place"),
-            ("2 3 9", "2 3 8", "line 36: element 2 is a side at node 8, which no cell has"),
+            ("2 3 9", "2 3 8", "line 36: node 8 is a corner of element 2 and has no place"),
             ("0 1 0\n2 1 0 4", "0 x 0\n2 1 0 4", "line 20: `x` is not a coordinate"),
             ("11 5 4 90 6\n$EndElements\n", "", "the file ends in the middle of a section"),
             ("11 5 4 90 6\n$EndElements\n", "11 5 4 90 6\n", "the file ends before $EndElements"),
