@@ -164,6 +164,21 @@ class Frames:
         return column[rows][wanted][numpy.argsort(self.root["PointData/id"][rows][wanted], kind="stable")]
 
 
+def line_of_band(place, gain, strip, steps, least, length=lambda angle: 1.0):
+    """Angle of the line, and distances from it: of all strips of that width and at least so many degrees the one that holds most, over its length."""
+    import numpy
+
+    held, found = 0.0, None
+    for degrees in (*range(least, 71), *range(-70, 1 - least)):
+        angle = math.radians(degrees)
+        trial = place @ numpy.array([-math.sin(angle), math.cos(angle)])
+        for offset in numpy.arange(trial.min(), trial.max(), strip / steps):
+            inside = gain[abs(trial - offset) < strip / 2].sum() / length(angle)
+            if inside > held:
+                held, found = inside, (angle, trial - offset)
+    return found
+
+
 def band(folder):
     """Of the last fifth of the run, in the middle half of the specimen; of the stronger band where two cross."""
     import numpy
@@ -177,15 +192,8 @@ def band(folder):
     left, right = start.min(), start.max()
     middle = abs(start - (left + right) / 2) < (right - left) / 4
     place, gain = place[middle], gain[middle]
-    # The line of the band: of all strips one cell wide the one that holds most of it.
-    held = 0.0
-    for degrees in (*range(20, 71), *range(-70, -19)):
-        angle = math.radians(degrees)
-        trial = place @ numpy.array([-math.sin(angle), math.cos(angle)])
-        for offset in numpy.arange(trial.min(), trial.max(), cell / 8):
-            strip = abs(trial - offset) < cell / 2
-            if gain[strip].sum() > held:
-                held, along, across = gain[strip].sum(), (math.cos(angle), math.sin(angle)), trial - offset
+    angle, across = line_of_band(place, gain, cell, 8, 20)
+    along = (math.cos(angle), math.sin(angle))
     near = abs(across) < 3 * cell
     even = (cell / points_per_cell) ** 2 * gain[near].sum() ** 2 / (gain[near] ** 2).sum()
     # Of a triangular and of a Gaussian profile the width at half of the height is two thirds of that of even strain.
@@ -214,24 +222,16 @@ def sheared_elements(folder, strain=0.042, strip=8e-3):
     gain = frames.column(last, "deviatoric_strain") - frames.column(first, "deviatoric_strain")
     place = frames.column(last, "place")[:, :2]
     area = upper[0] * upper[1] / (counts[0] * counts[1])
-    held = 0.0
-    for degrees in (*range(35, 71), *range(-70, -34)):
-        angle = math.radians(degrees)
-        trial = place @ numpy.array([-math.sin(angle), math.cos(angle)])
-        for offset in numpy.arange(trial.min(), trial.max(), strip / 16):
-            inside = abs(trial - offset) < strip / 2
-            # Strips that leave through the ends are shorter.
-            length = upper[0] / abs(math.cos(angle))
-            if gain[inside].sum() * area / (strip * length) > held:
-                held, found, across = gain[inside].sum() * area / (strip * length), degrees, trial - offset
+    # Strips that leave through the ends are shorter.
+    angle, across = line_of_band(place, gain, strip, 16, 35, lambda angle: upper[0] / math.cos(angle))
     near = abs(across) < 1.5 * strip
     even = area * gain[near].sum() ** 2 / (gain[near] ** 2).sum()
-    width = 2 / 3 * even / (upper[0] / abs(math.cos(math.radians(found))))
+    width = 2 / 3 * even / (upper[0] / math.cos(angle))
     stress = [row["top_force_y"] / (upper[0] * depth) for row in rows]
     strains = list(reached.values())
     level = lambda wanted: 1e-3 * float(numpy.mean([s for s, e in zip(stress, strains) if abs(e - wanted) < 0.0025]))
     print(
-        f"{folder}: width {1e3 * width:.1f} mm at {found} degrees between strains of {100 * strain * 0.8:.1f} and {100 * strain:.1f} %; peak {1e-3 * max(stress):.0f} kPa at {100 * strains[stress.index(max(stress))]:.2f} %, "
+        f"{folder}: width {1e3 * width:.1f} mm at {math.degrees(angle):.0f} degrees between strains of {100 * strain * 0.8:.1f} and {100 * strain:.1f} %; peak {1e-3 * max(stress):.0f} kPa at {100 * strains[stress.index(max(stress))]:.2f} %, "
         + ", ".join(f"{level(e):.0f} at {100 * e:.0f} %" for e in (0.01, 0.02, 0.03, 0.04) if e <= strains[-1] + 0.001)
     )
 

@@ -92,12 +92,17 @@ pub enum MeshSide {
 }
 
 impl MeshSide {
-    /// Bits by which nodes know what they are on: six of faces, and behind them those of groups.
+    /// Bits by which nodes know what they are on: six of faces, behind them those of groups, and then six of faces that they have given up.
     pub fn bits(self) -> u64 {
         match self {
             Self::Face { axis, upper } => 1 << (2 * axis + usize::from(upper)),
             Self::Groups(groups) => u64::from(groups) << 6,
         }
+    }
+
+    /// The bit of a face that a node has given up, since a body that it is fastened to holds it there.
+    pub fn given_up(axis: usize, upper: bool) -> u64 {
+        Self::Face { axis, upper }.bits() << 38
     }
 
     /// Whether a node is on it that knows its sides by these bits.

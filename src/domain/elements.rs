@@ -11,6 +11,8 @@ use crate::base::ids::NodeId;
 use crate::base::lane::LANES;
 use crate::base::space::{Linear, Space};
 use crate::bodies::body::MeshSide;
+use crate::bodies::boundary::Grip;
+use crate::domain::step::elements::{into_material, inwards};
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::fem::element::{CORNERS_MAX, Element, corners};
@@ -42,6 +44,9 @@ pub struct Meshed<S: Space> {
 
 /// An element at the start.
 type Shape = (Element<f64>, Modes<f64>);
+
+/// Cosine of the angle up to which a plane looks the way of a face of the domain.
+const ALONG: f64 = 0.99;
 
 /// How far a vertex may be from a side of the domain and still lie on it, as a share of its extent.
 const SIDE_SLACK: f64 = 1e-9;
@@ -189,6 +194,24 @@ impl<S: Space> World<'_, S> {
         Ok((ElementRow { nodes }, (shape, Modes::of::<S>(&shape, &places, depth))))
     }
 
+    /// Faces of the domain that do not hold a node in a group, since the body does that it is fastened to: a rough one holds it along all axes, and a smooth
+    /// one, which is a plane, where it looks the way of the face.
+    fn faces_given_up(&self, sides: u64) -> u64 {
+        let mut given_up = 0;
+        for body in &self.bodies {
+            let (Some((grip, _)), Some(side @ MeshSide::Groups(_))) = (body.grip, body.side) else { continue };
+            for (axis, upper) in
+                (0..S::DIMENSION).flat_map(|axis| [(axis, false), (axis, true)]).filter(|_| side.has(sides))
+            {
+                let looks_along = || into_material(body, side, &body.origin()).dot(&inwards::<S>(axis, upper)) > ALONG;
+                if grip == Grip::Rough || looks_along() {
+                    given_up |= MeshSide::given_up(axis, upper);
+                }
+            }
+        }
+        given_up
+    }
+
     /// Sends the nodes that this rank has answered for; returns those of its elements of now, in the order of their ids.
     fn send_nodes(&mut self, number: u64, mesh: &Mesh<S>, owners: &[u32]) -> Result<Vec<Node<S>>, Error> {
         let mut to_ranks: Vec<Vec<Node<S>>> = vec![Vec::new(); self.transport.size()];
@@ -254,7 +277,8 @@ impl<S: Space> World<'_, S> {
             }
             laid.firsts.push(laid.terms.len() as u32);
             laid.masses.push(mass);
-            laid.sides.push(meshed.sides_of(node.id));
+            let sides = meshed.sides_of(node.id);
+            laid.sides.push(sides | self.faces_given_up(sides));
             laid.owned.push(owners[mesh.around(node.id)[0].0 as usize] == rank);
         }
         laid.forces = vec![S::Vector::zero(); laid.nodes.len()];

@@ -4,7 +4,7 @@
 //! RUN/run.lock        whose run it is and who writes it; held from before the packing to the end of the process
 //! RUN/run.tmp/        files in the making, nowhere else: what a killed run has left there is nobody's
 //! RUN/scenario.toml   the job; its first line names the run
-//! RUN/mesh.msh        the mesh of a job that reads one
+//! RUN/run.msh         the mesh of a job that reads one
 //! RUN/...             what a run writes, by the names of [`OURS`] and of frames
 //! ```
 //!

@@ -157,7 +157,7 @@ fn damping_acts_along_rollers() {
     assert!(kinetic.last().unwrap() / largest < 1e-6, "{kinetic:?}");
 }
 
-/// Slow loading comes to the same state with a hundred times the inertia in a tenth of the steps, and nodes are in balance there.
+/// Slow loading comes to the same state with a hundred times the inertia, in as many steps for ten times the time, and nodes are in balance there.
 #[test]
 fn mass_scaling_changes_no_state_of_rest() {
     let rest = |scaling: f64| {

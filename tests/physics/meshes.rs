@@ -359,7 +359,7 @@ fn a_group_that_is_fastened_has_no_boundary() {
 #[test]
 fn a_copy_is_taken_for_its_own_mesh_alone() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("mesh.msh"), distorted(2, [1.0, 1.0, 0.0], [3, 3, 1]).text()).unwrap();
+    std::fs::write(folder.path().join("run.msh"), distorted(2, [1.0, 1.0, 0.0], [3, 3, 1]).text()).unwrap();
     let other = folder.path().join("other");
     std::fs::create_dir(&other).unwrap();
     let other = distorted(2, [1.0, 1.0, 0.0], [5, 5, 1]).write(&other);
@@ -367,8 +367,8 @@ fn a_copy_is_taken_for_its_own_mesh_alone() {
     let text = job(&folder.path().join("gone.msh"), 2, [1e6, 0.3], "[time]\nend = 0.1\n");
     let error = Job::parse(&text, &file, &[]).unwrap_err().to_string();
     assert!(error.contains("names no file that can be read"), "{error}");
-    let own = Job::parse(&text.replace("gone.msh", "mesh.msh"), &file, &[]).unwrap();
-    let resolved = own.to_toml().replace("mesh.msh", "gone.msh");
+    let own = Job::parse(&text.replace("gone.msh", "run.msh"), &file, &[]).unwrap();
+    let resolved = own.to_toml().replace("run.msh", "gone.msh");
     let count = |job: &Job| job.as_mpm().unwrap().drawn().unwrap().elements.len();
     assert_eq!(count(&Job::parse(&resolved, &file, &[]).unwrap()), 9);
     let set = format!("mesh.file={}", other.display());

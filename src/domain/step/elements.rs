@@ -21,8 +21,6 @@ use scree_partition::ExactSum;
 
 /// Steps between two looks at who should have which elements.
 const DEAL_EVERY: u64 = 256;
-/// Cosine of the angle up to which a face of a body looks the way of one of the domain.
-const ALONG: f64 = 0.99;
 /// Fewer nodes are not worth a task of their own.
 const NODES_PER_TASK: usize = 1024;
 
@@ -237,14 +235,14 @@ impl<S: Space> World<'_, S> {
 }
 
 /// Inwards from a side of the domain.
-fn inwards<S: Space>(axis: usize, upper: bool) -> S::Vector {
+pub(crate) fn inwards<S: Space>(axis: usize, upper: bool) -> S::Vector {
     let mut normal = S::Vector::zero();
     normal[axis] = if upper { -1.0 } else { 1.0 };
     normal
 }
 
 /// From what is fastened to a body into the material: of a face of the domain by its axis, of a group as the body's own face lies.
-fn into_material<S: Space>(body: &Body<S>, side: MeshSide, place: &S::Vector) -> S::Vector {
+pub(crate) fn into_material<S: Space>(body: &Body<S>, side: MeshSide, place: &S::Vector) -> S::Vector {
     match side {
         MeshSide::Face { axis, upper } => inwards::<S>(axis, upper),
         MeshSide::Groups(_) => body.nearest(place).map_or(S::Vector::zero(), |nearest| nearest.normal),
@@ -299,9 +297,6 @@ impl<S: Space> Conditions<'_, S> {
         }
         for axis in 0..S::DIMENSION {
             for upper in [false, true] {
-                if self.is_fastened_across(at, (axis, upper)) {
-                    continue;
-                }
                 let Some(after) = self.held_by_face(velocity, at, (axis, upper)) else { continue };
                 keep(Holder::Face { axis, upper }, (after - velocity) * at.mass, at.place);
                 velocity = after;
@@ -310,20 +305,11 @@ impl<S: Space> Conditions<'_, S> {
         velocity
     }
 
-    /// Whether a node is in a group that is fastened to a body whose own face looks the way of a face of the domain: it is held by that alone, as a side is.
-    fn is_fastened_across(&self, at: &At<S>, (axis, upper): (usize, bool)) -> bool {
-        let is_along = |body: &Body<S>, side| {
-            into_material(body, side, &place_beside(body, self.periods, &at.place)).dot(&inwards::<S>(axis, upper))
-                > ALONG
-        };
-        let fastened =
-            self.bodies.iter().filter(|body| body.grip.is_some()).filter_map(|body| Some((body, body.side?)));
-        let of_group = |(_, side): &(&Body<S>, MeshSide)| matches!(side, MeshSide::Groups(_)) && side.has(at.sides);
-        fastened.filter(of_group).any(|(body, side)| is_along(body, side))
-    }
-
     /// None where it does not hold the node.
     fn held_by_face(&self, velocity: S::Vector, at: &At<S>, (axis, upper): (usize, bool)) -> Option<S::Vector> {
+        if at.sides & MeshSide::given_up(axis, upper) != 0 {
+            return None;
+        }
         let is_on = MeshSide::Face { axis, upper }.has(at.sides);
         let wall = self.walls[axis][usize::from(upper)];
         let is_behind = if upper { at.place[axis] >= wall } else { at.place[axis] <= wall };

@@ -16,7 +16,7 @@ use crate::fem::mesh::{Corners, key_of_side};
 use crate::fem::side::Side;
 
 /// What a run calls its own copy of the file.
-pub const COPY: &str = "mesh.msh";
+pub const COPY: &str = "run.msh";
 
 /// Elements of a file.
 #[derive(Clone, Debug, PartialEq)]

@@ -20,12 +20,12 @@ impl<S: Space> World<'_, S> {
         let timer = self.phases.start();
         let works = self.works_on_elements();
         self.book(works, |world| world.stored_in_elements());
-        self.point_ledger.forces = Some(self.forces_of_nodes());
+        self.point_ledger.forces = self.assembly.forces_wanted.then(|| self.forces_of_nodes());
         self.phases.stop(Phase::Output, timer);
     }
 
     /// Share of the forces of elements that is not in balance at nodes, after Liu et al. (2016), eq. 57:
-    /// `I_uf = sqrt(mean f^2 over nodes / mean f^2 over the corners of elements)`, at the last evaluation. Collective.
+    /// `I_uf = sqrt(mean f^2 over nodes / mean f^2 over the corners of elements)`, loads counted with the corners that they act on, at the last evaluation. Collective.
     pub fn unbalanced_of_nodes(&self) -> Result<f64, Error> {
         let [nodes, unbalanced, corners, borne] = self.reduce(self.point_ledger.forces.clone().unwrap_or_default())?;
         Ok(if borne > 0.0 { ((unbalanced / nodes) / (borne / corners)).sqrt() } else { 0.0 })

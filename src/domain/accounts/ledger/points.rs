@@ -131,7 +131,7 @@ pub(super) const FORCES: usize = 4;
 pub struct PointLedger<S: Space> {
     /// At the last evaluation at which they were wanted.
     stored: Option<ExactSum<STORES>>,
-    /// Of elements, at the same evaluation.
+    /// Of elements, where they are wanted.
     pub(super) forces: Option<ExactSum<FORCES>>,
     account: Option<Account>,
     /// Velocity (m/s) and spin (rad/s) of bodies over the drift behind.
