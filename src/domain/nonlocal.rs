@@ -14,11 +14,6 @@ pub struct Neighbourhood<S: Space> {
     pub(super) weights: Weights,
     halo: Halo,
     buffers: HaloBuffers,
-    /// Points of this rank, and behind them copies of others': their volumes at the start, m3, and sums of weights.
-    volumes_start: Vec<f64>,
-    sums: Vec<f64>,
-    /// Volumes that weights count over these, of points of this rank.
-    grown: Vec<f64>,
     /// What is averaged, of all of them; made and used within a step.
     tensors: Vec<S::Tensor>,
 }
@@ -29,9 +24,6 @@ impl<S: Space> Default for Neighbourhood<S> {
             weights: Weights::default(),
             halo: Halo::default(),
             buffers: HaloBuffers::default(),
-            volumes_start: Vec::new(),
-            sums: Vec::new(),
-            grown: Vec::new(),
             tensors: Vec::new(),
         }
     }
@@ -87,36 +79,29 @@ impl<S: Space> World<'_, S> {
                 halo.receives.push((peer, first as u32..seen.len() as u32));
             }
         }
-        let weights = Weights::of(&how, &seen, owned, &cell);
-        let mut around = Neighbourhood {
-            sums: Vec::new(),
+        let transport = self.transport;
+        let largest = |mine: f64| {
+            let mut all = [mine];
+            transport.max(&mut all);
+            all[0]
+        };
+        self.neighbourhood = Neighbourhood {
+            weights: Weights::of(&how, (&seen, owned), &cell, largest),
             tensors: vec![S::Tensor::zero(); seen.len()],
-            volumes_start: seen.iter().map(|point| point.volume_start).collect(),
-            grown: seen[..owned].iter().map(|point| point.volume / point.volume_start).collect(),
             halo,
             buffers: HaloBuffers::default(),
-            weights,
         };
-        // Sums of copies are those that their own ranks have.
-        around
-            .tensors
-            .iter_mut()
-            .zip(around.weights.sums())
-            .for_each(|(tensor, sum): (&mut S::Tensor, &f64)| tensor[0] = *sum);
-        around.renew(self.transport);
-        around.sums = around.tensors.iter().map(|tensor: &S::Tensor| tensor[0]).collect();
-        self.neighbourhood = around;
         Ok(())
     }
 
     fn points_seen(&self, how: &Nonlocal) -> Vec<Seen<S>> {
         let points = &self.continuum.points;
         let seen = |(hot, cold): (&Hot<S>, &Cold<S>)| {
-            let (place, volume) = match how.places {
-                Places::Reference => (cold.origin, hot.volume),
-                Places::Current => (hot.position, hot.volume * hot.volume_ratio()),
+            let place = match how.places {
+                Places::Reference => cold.origin,
+                Places::Current => hot.position,
             };
-            Seen { id: cold.id, place, volume_start: hot.volume, volume }
+            Seen { id: cold.id, place, volume: hot.volume }
         };
         points.hot.iter().zip(&points.cold).map(seen).collect()
     }
@@ -127,7 +112,6 @@ impl<S: Space> World<'_, S> {
         for point in seen {
             mine.u64(point.id.0);
             (0..S::DIMENSION).for_each(|axis| mine.f64(point.place[axis]));
-            mine.f64(point.volume_start);
             mine.f64(point.volume);
         }
         let read = |bytes: Vec<u8>| -> Result<Vec<Seen<S>>, scree_partition::ParcelError> {
@@ -139,7 +123,7 @@ impl<S: Space> World<'_, S> {
                 for axis in 0..S::DIMENSION {
                     place[axis] = reader.f64()?;
                 }
-                seen.push(Seen { id, place, volume_start: reader.f64()?, volume: reader.f64()? });
+                seen.push(Seen { id, place, volume: reader.f64()? });
             }
             Ok(seen)
         };
@@ -154,17 +138,6 @@ impl<S: Space> World<'_, S> {
         around.tensors[..owned].copy_from_slice(&own);
         around.renew(transport);
         let (weights, tensors) = (&around.weights, &around.tensors);
-        (0..owned).map(|row| weights.mean(row, S::Tensor::zero(), |other| tensors[other])).collect()
-    }
-
-    /// The adjoint of that, of stresses. Collective.
-    pub(crate) fn averaged_back(&mut self, own: Vec<S::Tensor>) -> Vec<S::Tensor> {
-        let (transport, around) = (self.transport, &mut self.neighbourhood);
-        let owned = own.len();
-        around.tensors[..owned].copy_from_slice(&own);
-        around.renew(transport);
-        let Neighbourhood { weights, tensors, volumes_start, sums, grown, .. } = &*around;
-        let scaled = |other: usize| tensors[other] * (volumes_start[other] / sums[other]);
-        (0..owned).map(|row| weights.adjoint(row, S::Tensor::zero(), scaled) * grown[row]).collect()
+        (0..owned).map(|row| weights.mean(row, |other| tensors[other])).collect()
     }
 }

@@ -82,22 +82,6 @@ pub fn too_large(job: &Mpm) -> Option<String> {
     })
 }
 
-/// Radii over the distance of elements up to which strains of single ones have stayed smooth.
-const RADII_MAX: f64 = 3.0;
-
-/// What is finer than the radius changes no mean: the finer the elements, the more of it there can be.
-pub fn finer_than_its_mean(job: &Mpm) -> Option<String> {
-    let (nonlocal, distance) = (job.nonlocal?, distance_of_points(job));
-    let share = nonlocal.radius / distance;
-    (job.mesh.is_some() && share > RADII_MAX).then(|| {
-        format!(
-            "nonlocal.radius is {} elements: deformation finer than it changes no mean and meets no resistance, so that beyond about {} elements strains of single ones become noise. Take larger elements, or a smaller radius.",
-            figures(share),
-            figures(RADII_MAX)
-        )
-    })
-}
-
 /// Stress of a mean strain that is not averaged back.
 pub fn without_adjoint(job: &Mpm) -> Option<String> {
     job.nonlocal.filter(|nonlocal| !nonlocal.adjoint).map(|_| {

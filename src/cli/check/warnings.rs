@@ -48,7 +48,6 @@ pub fn warnings(slots: &Slots) -> Vec<String> {
         warnings.extend(super::rves::too_large(job));
         warnings.extend(super::rves::without_adjoint(job));
         warnings.extend(super::rves::alone_in_its_mean(job));
-        warnings.extend(super::rves::finer_than_its_mean(job));
         warnings.extend(fast_motion(job));
         warnings.extend(filled_regions(job, slots.job.regions()));
         if job.mesh.is_none() {

@@ -13,7 +13,7 @@ use crate::base::symmetric::Symmetric;
 use crate::domain::phases::Phase;
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::law::material::{Followed, GrainMemory};
+use crate::law::material::{Followed, GrainMemory, increment_of};
 use crate::mpm::nonlocal::Places;
 use crate::mpm::points::{Cold, Hot};
 use crate::mpm::stress::StressModel;
@@ -64,6 +64,21 @@ struct Pair<'a, S: Space> {
     target: S::Tensor,
 }
 
+/// A point beside the mean around it: the deformation gradients of both, as RVEs see them, and the stress that it bears for it, Pa.
+struct Beside<S: Space> {
+    own: S::Tensor,
+    mean: S::Tensor,
+    stress: S::Symmetric,
+}
+
+impl<S: Space> Beside<S> {
+    /// Work of the stress on what the point goes through beside the mean, J per initial volume (m3).
+    fn work((from, to): (&Self, &Self)) -> f64 {
+        let strain = increment_of::<S>([&from.own, &to.own]) - increment_of::<S>([&from.mean, &to.mean]);
+        0.5 * (from.stress + to.stress).contract(&strain)
+    }
+}
+
 /// A point whose RVE could not follow, and why.
 type Failed = (PointId, Error);
 
@@ -74,17 +89,45 @@ impl<S: Space> World<'_, S> {
             return Ok(());
         }
         let targets = self.targets_of_rves()?;
+        let before = self.beside_means();
         let told = self.follow_to(targets);
         let told = self.first_failure(told)?;
         self.gather_events(told)?;
         if self.settings.nonlocal.is_some_and(|nonlocal| nonlocal.adjoint) {
-            let own = self.continuum.points.hot.iter().map(Hot::kirchhoff).collect();
-            let averaged = self.averaged_back(own);
-            for (hot, stress) in self.continuum.points.hot.iter_mut().zip(&averaged) {
-                hot.stress = S::Symmetric::of(stress);
-            }
+            self.average_stress(&before);
         }
         Ok(())
+    }
+
+    /// What each point has gone through beside the mean around it, and bears for it; none where strain is local.
+    fn beside_means(&self) -> Vec<Beside<S>> {
+        let Some(how) = self.settings.nonlocal.filter(|nonlocal| nonlocal.adjoint) else { return Vec::new() };
+        let frame = self.settings.rves.as_ref().map_or(Frame::Full, |material| material.frame);
+        let [_, shear] = moduli_of(&*self.settings.material);
+        let beside = |(hot, carried): (&Hot<S>, &PointRve<S>)| {
+            let [own, mean] = [frame.seen::<S>(&carried.deformation), *carried.rve.deformation()];
+            let stress = memory_of(hot).stress;
+            Beside { own, mean, stress: how.overlay_stress::<S>([&own, &mean], &stress, shear) }
+        };
+        self.continuum.points.hot.iter().zip(&self.rves).map(beside).collect()
+    }
+
+    /// Stress of points from that of the means around them and from what they bear beside these, of which `before` is what it was before
+    /// the increment. Collective.
+    fn average_stress(&mut self, before: &[Beside<S>]) {
+        let frame = self.settings.rves.as_ref().map_or(Frame::Full, |material| material.frame);
+        let after = self.beside_means();
+        let hot = &mut self.continuum.points.hot;
+        let overlay: Vec<S::Symmetric> =
+            hot.iter().zip(&after).map(|(hot, beside)| frame.stress::<S>(beside.stress, &hot.deformation)).collect();
+        for (hot, ways) in hot.iter_mut().zip(before.iter().zip(&after)) {
+            hot.plastic_work += Beside::work(ways);
+        }
+        let own = hot.iter().zip(&overlay).map(|(hot, overlay)| (hot.stress - *overlay).tensor()).collect();
+        let averaged = self.averaged_around(own);
+        for (hot, (stress, overlay)) in self.continuum.points.hot.iter_mut().zip(averaged.iter().zip(&overlay)) {
+            hot.stress = S::Symmetric::of(stress) + *overlay;
+        }
     }
 
     /// Of failures on any ranks that of the point with the lowest id, whatever the ranks are.
@@ -221,6 +264,12 @@ struct Following {
     averages: bool,
 }
 
+fn memory_of<S: Space>(hot: &Hot<S>) -> GrainMemory<S> {
+    let mut memory = GrainMemory::<S>::default();
+    memory.numbers_mut().copy_from_slice(&hot.memory.numbers()[..GrainMemory::<S>::WIDTH]);
+    memory
+}
+
 fn moduli_of<S: Space>(material: &dyn StressModel<S>) -> [f64; 2] {
     let shear = material.shear_modulus();
     [material.p_wave_modulus() - 2.0 * (1.0 - 1.0 / S::DIMENSION as f64) * shear, shear]
@@ -237,9 +286,7 @@ fn follow<S: Space>(
     let answer = carried.rve.follow(target, how.duration, &how.drive, scratch);
     let answer = answer.map_err(|error| (*id, Error::Run(format!("{}: {error}", of_point(*id, &place)))))?;
     carried.cost = carried.rve.state().pair_steps - steps;
-    let words = &mut hot.memory.numbers_mut()[..GrainMemory::<S>::WIDTH];
-    let mut memory = GrainMemory::<S>::default();
-    memory.numbers_mut().copy_from_slice(words);
+    let mut memory = memory_of(hot);
     let ([bulk, shear], ways) = (how.moduli, [[&before, &*target], [&carried.deformation, &hot.deformation]]);
     let Followed { work, plastic_strain } = memory.follow(ways, (answer.kirchhoff, carried.rve.opened()), shear);
     hot.plastic_work += work;
@@ -248,7 +295,7 @@ fn follow<S: Space>(
         volumetric.strain = answer.kirchhoff.trace() / (S::DIMENSION as f64 * bulk) + memory.opened;
         volumetric.flowing = (plastic_strain / STRAIN_FORGOTTEN).min(1.0);
     }
-    words.copy_from_slice(memory.numbers());
+    hot.memory.numbers_mut()[..GrainMemory::<S>::WIDTH].copy_from_slice(memory.numbers());
     carried.deformation = hot.deformation;
     hot.stress = how.frame.stress::<S>(answer.kirchhoff, &hot.deformation);
     let (mut events, mut jump) = (answer.events, 0.0);

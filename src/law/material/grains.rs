@@ -84,7 +84,7 @@ impl<S: Space> MaterialMemory for GrainMemory<S> {
 }
 
 /// Strain of an increment, against its middle.
-fn increment_of<S: Space>([from, to]: [&S::Tensor; 2]) -> S::Symmetric {
+pub fn increment_of<S: Space>([from, to]: [&S::Tensor; 2]) -> S::Symmetric {
     let middle = S::inverse(&((*from + *to) * 0.5)).expect("grains have followed this increment");
     S::Symmetric::of(&((*to - *from) * middle))
 }

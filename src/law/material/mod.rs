@@ -22,7 +22,7 @@ pub use absent::{Absent, Nothing};
 pub use chosen::{ConstitutiveLaw, Described, ForAnyMaterial, Objection};
 pub use critical_drucker_prager::{CriticalConstants, CriticalDruckerPrager, CriticalMemory};
 pub use elastic::Elastic;
-pub use grains::{Followed, GrainAssembly, GrainMemory, GrainModuli};
+pub use grains::{Followed, GrainAssembly, GrainMemory, GrainModuli, increment_of};
 pub use hencky::Hencky;
 pub use linear_elastic::LinearElastic;
 pub use mobilised_friction::{MobilisedConstants, MobilisedFriction, MobilisedMemory};
