@@ -108,7 +108,13 @@ impl<P: Pack> Lanes<P> {
     /// All numbers to as many records as there are, at most eight.
     #[inline(always)]
     pub fn store<T: Numbers>(&self, rows: &mut [T]) {
-        for group in 0..T::WIDTH.div_ceil(LANES) {
+        self.store_first(rows, T::WIDTH);
+    }
+
+    /// The first `count` of them, and what of others is in the same groups of eight: they have been loaded.
+    #[inline(always)]
+    pub fn store_first<T: Numbers>(&self, rows: &mut [T], count: usize) {
+        for group in 0..count.div_ceil(LANES) {
             let first = Self::first::<T>(group);
             let mut words = [P::splat(0.0); LANES];
             words.copy_from_slice(&self.0[first..first + LANES]);

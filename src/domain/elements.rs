@@ -16,7 +16,7 @@ use crate::domain::step::elements::{into_material, inwards};
 use crate::domain::transfer;
 use crate::domain::world::World;
 use crate::fem::element::{CORNERS_MAX, Element, corners};
-use crate::fem::elements::{ElementRow, Elements, Loaded, LoadedSide, Octet};
+use crate::fem::elements::{ElementRow, Elements, Loaded, LoadedSide};
 use crate::fem::hourglass::Modes;
 use crate::fem::mesh::Mesh;
 use crate::fem::node::Node;
@@ -43,7 +43,7 @@ pub struct Meshed<S: Space> {
 }
 
 /// An element at the start.
-type Shape = (Element<f64>, Modes<f64>);
+type Shape = (Element, Modes);
 
 /// Cosine of the angle up to which a plane looks the way of a face of the domain.
 const ALONG: f64 = 0.99;
@@ -131,9 +131,9 @@ impl<S: Space> World<'_, S> {
         let laid_rows: Vec<(ElementRow, Shape)> = transfer::agree(self.transport, lay)?;
         let (rows, shapes): (Vec<_>, Vec<_>) = laid_rows.into_iter().unzip();
         let middles: Vec<S::Vector> = elements.iter().map(|element| mesh.middle_of(*element)).collect();
-        let octets = middles.chunks(LANES).zip(shapes.chunks(LANES));
-        laid.octets = octets.map(|(middles, shapes)| Octet::of::<S>(middles, shapes)).collect();
-        laid.inverses = vec![S::Tensor::zero(); rows.len()];
+        for (middles, shapes) in middles.chunks(LANES).zip(shapes.chunks(LANES)) {
+            laid.add_octet(middles, shapes);
+        }
         laid.rows = rows;
         let local = |of: &LoadedSide| {
             let (row, places) = (here[of.element as usize], mesh.places_of(of.element as usize));
@@ -174,7 +174,7 @@ impl<S: Space> World<'_, S> {
         element: usize,
         row_of: &BTreeMap<NodeId, u32>,
     ) -> Result<(ElementRow, Shape), Error> {
-        let (places, depth) = (mesh.places_of(element), self.settings.grid.depth);
+        let (places, depth) = (mesh.shape_of(element), self.settings.grid.depth);
         let shape = Element::of::<S>(&places, depth).ok_or_else(|| {
             Error::User(format!(
                 "element {} is turned inside out at the start: a corner of it lies on the wrong side",

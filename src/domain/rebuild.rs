@@ -151,7 +151,6 @@ impl<'t, S: Space> World<'t, S> {
             continuum: Continuum::empty(parts.membranes),
             // To whom they belong is found when rows settle.
             elements: Elements { owned: vec![true; parts.nodes.len()], nodes: parts.nodes, ..Elements::default() },
-            rates: Vec::new(),
             rves: Vec::new(),
             scratches: Scratches::default(),
             rve_events: None,

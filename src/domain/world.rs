@@ -79,8 +79,6 @@ pub struct World<'t, S: Space> {
     pub continuum: Continuum<S>,
     /// Those of points, row by row, and their nodes; none where nodes are those of a grid.
     pub elements: Elements<S>,
-    /// Velocity gradients that laws are told of elements, 1/s; made and used within a step.
-    pub(crate) rates: Vec<S::Tensor>,
     /// Those of points, row by row; none where the material is a law.
     pub rves: Vec<PointRve<S>>,
     /// What threads step them with.

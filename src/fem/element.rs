@@ -41,13 +41,30 @@ pub type AtCorners<R> = [[R; AXES_MAX]; CORNERS_MAX];
 /// A tensor of them, row by row.
 pub type Matrix<R> = [[R; AXES_MAX]; AXES_MAX];
 
-/// What an element is at the start, or several in step.
+/// What an element is at the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Element<R> {
+pub struct Element {
     /// m3; of the plane with its depth.
-    pub volume: R,
+    pub volume: f64,
     /// B of each corner, 1/m.
-    pub gradients: AtCorners<R>,
+    pub gradients: AtCorners<f64>,
+}
+
+/// The same of one, or of several in step: each number where it is wanted, so that none is brought anywhere before.
+pub trait Gradients<R> {
+    /// m3; of the plane with its depth.
+    fn volume(&self) -> R;
+    /// B of a corner along an axis, 1/m.
+    fn gradient(&self, corner: usize, axis: usize) -> R;
+}
+
+impl Gradients<f64> for Element {
+    fn volume(&self) -> f64 {
+        self.volume
+    }
+    fn gradient(&self, corner: usize, axis: usize) -> f64 {
+        self.gradients[corner][axis]
+    }
 }
 
 /// `a b`.
@@ -119,7 +136,7 @@ pub fn widened<V: Linear>(vector: &V) -> [f64; AXES_MAX] {
     std::array::from_fn(|axis| if axis < V::COMPONENTS { vector[axis] } else { 0.0 })
 }
 
-impl Element<f64> {
+impl Element {
     /// Of corners at these places, m; none where it is turned inside out somewhere. Two points of quadrature along each axis are exact.
     pub fn of<S: Space>(places: &[S::Vector; CORNERS_MAX], depth: f64) -> Option<Self> {
         let count = corners::<S>();
@@ -142,34 +159,35 @@ impl Element<f64> {
     }
 }
 
-impl<R: Real> Element<R> {
-    /// F.
-    #[inline(always)]
-    pub fn deformation<S: Space>(&self, displacements: &AtCorners<R>) -> Matrix<R> {
-        let mut deformation = [[R::splat(0.0); AXES_MAX]; AXES_MAX];
-        for (axis, row) in deformation.iter_mut().enumerate().take(S::DIMENSION) {
-            row[axis] = R::splat(1.0);
-            for (displacement, gradient) in displacements.iter().zip(&self.gradients).take(corners::<S>()) {
-                for (entry, slope) in row.iter_mut().zip(gradient).take(S::DIMENSION) {
-                    *entry = *entry + displacement[axis] * *slope;
-                }
+/// F.
+#[inline(always)]
+pub fn deformation<S: Space, R: Real>(shape: &impl Gradients<R>, displacements: &AtCorners<R>) -> Matrix<R> {
+    let mut deformation = [[R::splat(0.0); AXES_MAX]; AXES_MAX];
+    for (axis, row) in deformation.iter_mut().enumerate().take(S::DIMENSION) {
+        row[axis] = R::splat(1.0);
+        for (corner, displacement) in displacements.iter().enumerate().take(corners::<S>()) {
+            for (along, entry) in row.iter_mut().enumerate().take(S::DIMENSION) {
+                *entry = *entry + displacement[axis] * shape.gradient(corner, along);
             }
         }
-        deformation
     }
+    deformation
+}
 
-    /// Forces on the corners of a Kirchhoff stress in an element with this inverse of F, N.
-    #[inline(always)]
-    pub fn forces<S: Space>(&self, stress: &Matrix<R>, inverse: &Matrix<R>) -> AtCorners<R> {
-        let mut pushed = product::<S, R>(stress, &transposed::<S, R>(inverse));
-        let minus = -self.volume;
-        pushed.iter_mut().flatten().for_each(|entry| *entry = *entry * minus);
-        let mut forces = [[R::splat(0.0); AXES_MAX]; CORNERS_MAX];
-        for (force, gradient) in forces.iter_mut().zip(&self.gradients).take(corners::<S>()) {
-            *force = applied::<S, R>(&pushed, gradient);
-        }
-        forces
-    }
+/// `-V tau F^-T`, of which B of a corner is to make the force on it, N m: of a Kirchhoff stress and the inverse of F.
+#[inline(always)]
+pub fn pushed<S: Space, R: Real>(shape: &impl Gradients<R>, stress: &Matrix<R>, inverse: &Matrix<R>) -> Matrix<R> {
+    let mut pushed = product::<S, R>(stress, &transposed::<S, R>(inverse));
+    let minus = -shape.volume();
+    pushed.iter_mut().flatten().for_each(|entry| *entry = *entry * minus);
+    pushed
+}
+
+/// The force on a corner of that, N.
+#[inline(always)]
+pub fn force<S: Space, R: Real>(shape: &impl Gradients<R>, pushed: &Matrix<R>, corner: usize) -> [R; AXES_MAX] {
+    let slopes = [shape.gradient(corner, 0), shape.gradient(corner, 1), shape.gradient(corner, 2)];
+    applied::<S, R>(pushed, &slopes)
 }
 
 /// Slopes of the shape functions over natural coordinates.
@@ -215,7 +233,7 @@ pub(crate) mod tests {
         let mut wanted = S::identity();
         (0..S::Tensor::COMPONENTS).for_each(|at| wanted[at] += 0.1 * ((5 * at) % 7) as f64);
         let moved = places.map(|place| widened(&(wanted * place - place)));
-        let found: S::TensorOf<f64> = tensor_of::<S, f64>(&element.deformation::<S>(&moved));
+        let found: S::TensorOf<f64> = tensor_of::<S, f64>(&deformation::<S, f64>(&element, &moved));
         assert!((0..S::Tensor::COMPONENTS).all(|at| (found.word(at) - wanted[at]).abs() < 1e-13));
         // A uniform stress is in balance with what presses on the sides.
         let mut stress = S::identity() * -3.0;
@@ -227,7 +245,9 @@ pub(crate) mod tests {
                 })
             })
         };
-        let mut sums = element.forces::<S>(&matrix(&stress), &matrix(&S::identity())).map(|force| {
+        let pushed = pushed::<S, f64>(&element, &matrix(&stress), &matrix(&S::identity()));
+        let mut sums: [S::Vector; CORNERS_MAX] = std::array::from_fn(|corner| {
+            let force = force::<S, f64>(&element, &pushed, corner);
             let mut sum = S::Vector::zero();
             (0..S::DIMENSION).for_each(|axis| sum[axis] = force[axis]);
             sum

@@ -3,21 +3,27 @@
 use rayon::prelude::*;
 
 use crate::base::lane::{Instructions, LANES, Pack, Packed};
-use crate::base::numbers::{Lanes, Numbers};
-use crate::base::space::{Linear, Space, Words};
+use crate::base::numbers::Lanes;
+use crate::base::space::{Linear, Space};
 use crate::base::symmetric::Symmetric;
-use crate::fem::element::{AXES_MAX, AtCorners, CORNERS_MAX, Element, corners, matrix_of, product, tensor_of, widened};
-use crate::fem::hourglass::{Hourglass, MODES_MAX, Modes};
+use crate::fem::element::{
+    AXES_MAX, AtCorners, CORNERS_MAX, Element, Gradients, corners, deformation, force, matrix_of, product, pushed,
+    tensor_of, widened,
+};
+use crate::fem::hourglass::{Hourglass, MODES_MAX, Modes, Resistance, Shape};
 use crate::fem::node::Node;
 use crate::fem::side::{FACE_CORNERS, Side};
 use crate::mpm::load::{Kind, Load};
 use crate::mpm::points::Hot;
-use crate::mpm::scatter::{eight_of, side_by_side};
+use crate::mpm::scatter::eight_of;
+use crate::mpm::strain::Rates;
 
 /// Fewer rows are not worth a task of their own.
 const ROWS_PER_TASK: usize = 256;
-/// Octets that a task takes.
-const OCTETS_PER_TASK: usize = 32;
+/// Octets that a task takes: what a step reads and writes of them stays near the core.
+const OCTETS_PER_TASK: usize = 8;
+/// Elements of them.
+const TOGETHER: usize = LANES * OCTETS_PER_TASK;
 
 /// The rows of the nodes of an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,21 +34,28 @@ pub struct ElementRow {
 /// Places of the corners of an element at the start, m: of those across a period not that of the node.
 pub type Places<S> = [<S as Space>::Vector; CORNERS_MAX];
 
-/// Eight elements side by side, number by number; where there are fewer, the last is there several times.
+/// Eight elements side by side; where there are fewer, the last is there several times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Octet {
+    /// Of them all, by its number.
+    shape: u32,
+    /// Of the corners at the start, m.
+    middle: [[f64; LANES]; AXES_MAX],
+}
+
+/// The shapes of eight elements side by side, number by number.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shapes {
     volume: [f64; LANES],
     gradients: AtCorners<[f64; LANES]>,
     gammas: [[[f64; LANES]; CORNERS_MAX]; MODES_MAX],
     frame: [[[f64; LANES]; AXES_MAX]; AXES_MAX],
     edges: [[f64; LANES]; AXES_MAX],
-    /// Of the corners at the start, m.
-    middle: [[f64; LANES]; AXES_MAX],
 }
 
-impl Octet {
-    pub fn of<S: Space>(middles: &[S::Vector], shapes: &[(Element<f64>, Modes<f64>)]) -> Self {
-        let (shapes, middles) = (eight_of(shapes), eight_of(middles).map(widened));
+impl Shapes {
+    fn of(shapes: &[(Element, Modes)]) -> Self {
+        let shapes = eight_of(shapes);
         use std::array::from_fn;
         Self {
             volume: shapes.map(|(element, _)| element.volume),
@@ -50,41 +63,33 @@ impl Octet {
             gammas: from_fn(|mode| from_fn(|corner| shapes.map(|(_, modes)| modes.gammas[mode][corner]))),
             frame: from_fn(|row| from_fn(|column| shapes.map(|(_, modes)| modes.frame[row][column]))),
             edges: from_fn(|axis| shapes.map(|(_, modes)| modes.edges[axis])),
-            middle: from_fn(|axis| middles.map(|middle| middle[axis])),
         }
     }
+}
 
+impl<P: Pack> Gradients<P> for Shapes {
     #[inline(always)]
-    fn element<S: Space, P: Pack>(&self) -> Element<P> {
-        let mut gradients = [[P::splat(0.0); AXES_MAX]; CORNERS_MAX];
-        for (gradient, stored) in gradients.iter_mut().zip(&self.gradients).take(corners::<S>()) {
-            for (entry, lanes) in gradient.iter_mut().zip(stored).take(S::DIMENSION) {
-                *entry = P::load(lanes);
-            }
-        }
-        Element { volume: P::load(&self.volume), gradients }
+    fn volume(&self) -> P {
+        P::load(&self.volume)
     }
-
     #[inline(always)]
-    fn modes<S: Space, P: Pack>(&self) -> Modes<P> {
-        let zero = P::splat(0.0);
-        let mut modes = Modes {
-            gammas: [[zero; CORNERS_MAX]; MODES_MAX],
-            frame: [[zero; AXES_MAX]; AXES_MAX],
-            edges: [zero; AXES_MAX],
-        };
-        for mode in 0..crate::fem::hourglass::modes::<S>() {
-            for corner in 0..corners::<S>() {
-                modes.gammas[mode][corner] = P::load(&self.gammas[mode][corner]);
-            }
-        }
-        for row in 0..AXES_MAX {
-            for column in 0..AXES_MAX {
-                modes.frame[row][column] = P::load(&self.frame[row][column]);
-            }
-            modes.edges[row] = P::load(&self.edges[row]);
-        }
-        modes
+    fn gradient(&self, corner: usize, axis: usize) -> P {
+        P::load(&self.gradients[corner][axis])
+    }
+}
+
+impl<P: Pack> Shape<P> for Shapes {
+    #[inline(always)]
+    fn gamma(&self, mode: usize, corner: usize) -> P {
+        P::load(&self.gammas[mode][corner])
+    }
+    #[inline(always)]
+    fn frame(&self, row: usize, column: usize) -> P {
+        P::load(&self.frame[row][column])
+    }
+    #[inline(always)]
+    fn edge(&self, axis: usize) -> P {
+        P::load(&self.edges[axis])
     }
 }
 
@@ -137,6 +142,8 @@ pub struct Held<S: Space> {
 pub struct Elements<S: Space> {
     pub rows: Vec<ElementRow>,
     pub octets: Vec<Octet>,
+    /// Octets whose elements are alike, as those of a box are, have one of them together.
+    pub shapes: Vec<Shapes>,
     /// In the order of their ids.
     pub nodes: Vec<Node<S>>,
     /// kg.
@@ -159,8 +166,8 @@ pub struct Elements<S: Space> {
     pub pushes: Vec<Push<S>>,
     pub held: Vec<Held<S>>,
     pub hourglass: Vec<f64>,
-    /// Inverses of F of elements, where forces were filled.
-    pub inverses: Vec<S::Tensor>,
+    /// Whether the forces on corners are those of the places of now: what follows a step has filled them already.
+    pub filled: bool,
 }
 
 impl<S: Space> Default for Elements<S> {
@@ -168,6 +175,7 @@ impl<S: Space> Default for Elements<S> {
         Self {
             rows: Vec::new(),
             octets: Vec::new(),
+            shapes: Vec::new(),
             nodes: Vec::new(),
             masses: Vec::new(),
             sides: Vec::new(),
@@ -182,7 +190,7 @@ impl<S: Space> Default for Elements<S> {
             pushes: Vec::new(),
             held: Vec::new(),
             hourglass: Vec::new(),
-            inverses: Vec::new(),
+            filled: false,
         }
     }
 }
@@ -194,16 +202,29 @@ impl ElementRow {
 }
 
 impl<S: Space> Elements<S> {
-    /// Forces of stresses and hourglass modes on corners, at the places of now.
+    /// Eight elements or, at the end, fewer: their middles at the start, and what they are.
+    pub fn add_octet(&mut self, middles: &[S::Vector], shapes: &[(Element, Modes)]) {
+        let shapes = Shapes::of(shapes);
+        if self.shapes.last() != Some(&shapes) {
+            self.shapes.push(shapes);
+        }
+        let middles = eight_of(middles).map(widened);
+        let middle = std::array::from_fn(|axis| middles.map(|middle| middle[axis]));
+        self.octets.push(Octet { shape: self.shapes.len() as u32 - 1, middle });
+    }
+
+    /// Forces of stresses and hourglass modes on corners, at the places of now, unless they are there.
     pub fn fill_corners(&mut self, points: &[Hot<S>], (how, instructions): (&Hourglass, Instructions)) {
-        let Self { rows, octets, nodes, corner_forces, hourglass, inverses, .. } = self;
-        let together = LANES * OCTETS_PER_TASK;
-        let forces = corner_forces[..rows.len() * CORNERS_MAX].par_chunks_mut(CORNERS_MAX * together);
+        if std::mem::take(&mut self.filled) {
+            return;
+        }
+        let Self { rows, octets, shapes, nodes, corner_forces, hourglass, .. } = self;
+        let forces = corner_forces[..rows.len() * CORNERS_MAX].par_chunks_mut(CORNERS_MAX * TOGETHER);
         let of_rows =
-            rows.par_chunks(together).zip(octets.par_chunks(OCTETS_PER_TASK)).zip(points.par_chunks(together));
-        let outcomes = forces.zip(hourglass.par_chunks_mut(together)).zip(inverses.par_chunks_mut(together));
-        of_rows.zip(outcomes).for_each(|(((rows, octets), points), ((forces, hourglass), inverses))| {
-            instructions.run(Fill { how, rows, octets, points, nodes, forces, hourglass, inverses });
+            rows.par_chunks(TOGETHER).zip(octets.par_chunks(OCTETS_PER_TASK)).zip(points.par_chunks(TOGETHER));
+        let outcomes = forces.zip(hourglass.par_chunks_mut(TOGETHER));
+        of_rows.zip(outcomes).for_each(|(((rows, octets), points), (forces, hourglass))| {
+            instructions.run(Fill { how, rows, octets, shapes, points, nodes, forces, hourglass });
         });
     }
 
@@ -241,25 +262,32 @@ impl<S: Space> Elements<S> {
     }
 
     /// Nodes drift with their velocities, and points with the elements that they are of: place, velocity, and F. `strained` is told of points, one stretch of
-    /// them after another, with what laws are told, `(F' F^-1 - 1)/dt` from the old to the new F, 1/s; forces have been filled at the old one.
+    /// them after another, with what laws are told, `(F' F^-1 - 1)/dt` from the old to the new F, 1/s; forces have been filled at the old one. With an
+    /// hourglass control the new ones are filled where the stresses have just been made; without, stresses are not known yet.
     pub fn drift(
         &mut self,
         points: &mut [Hot<S>],
-        rates: &mut Vec<S::Tensor>,
         (dt, instructions): (f64, Instructions),
-        strained: impl Fn(&[S::Tensor], &mut [Hot<S>]) + Sync,
+        strained: impl Fn(&[Rates], &mut [Hot<S>]) + Sync,
+        then: Option<&Hourglass>,
     ) {
-        let Self { rows, octets, nodes, inverses, .. } = self;
+        let Self { rows, octets, shapes, nodes, corner_forces, hourglass, .. } = self;
         nodes.par_iter_mut().with_min_len(ROWS_PER_TASK).for_each(|node| node.displacement += node.velocity * dt);
-        rates.resize(rows.len(), S::Tensor::zero());
-        let (nodes, together) = (&*nodes, LANES * OCTETS_PER_TASK);
-        let of_rows = rows.par_chunks(together).zip(octets.par_chunks(OCTETS_PER_TASK));
-        let of_rows = of_rows.zip(inverses.par_chunks(together));
-        let outcomes = points.par_chunks_mut(together).zip(rates.par_chunks_mut(together));
-        of_rows.zip(outcomes).for_each(|(((rows, octets), inverses), (points, rates))| {
-            instructions.run(Follow { dt, rows, octets, nodes, inverses, points, rates });
+        let (nodes, shapes) = (&*nodes, &shapes[..]);
+        let forces = corner_forces[..rows.len() * CORNERS_MAX].par_chunks_mut(CORNERS_MAX * TOGETHER);
+        let of_rows = rows.par_chunks(TOGETHER).zip(octets.par_chunks(OCTETS_PER_TASK));
+        let of_rows = of_rows.zip(points.par_chunks_mut(TOGETHER));
+        let outcomes = forces.zip(hourglass.par_chunks_mut(TOGETHER));
+        of_rows.zip(outcomes).for_each(|(((rows, octets), points), (forces, hourglass))| {
+            let mut rates = [Rates::default(); OCTETS_PER_TASK];
+            let rates = &mut rates[..octets.len()];
+            instructions.run(Follow { dt, rows, octets, shapes, nodes, points, rates });
             strained(rates, points);
+            if let Some(how) = then {
+                instructions.run(Fill { how, rows, octets, shapes, points, nodes, forces, hourglass });
+            }
         });
+        self.filled = then.is_some();
     }
 }
 
@@ -272,32 +300,29 @@ fn at_corners<S: Space, P: Pack>(
 ) -> AtCorners<P> {
     let mut found = [[P::splat(0.0); AXES_MAX]; CORNERS_MAX];
     for (corner, found) in found.iter_mut().enumerate().take(corners::<S>()) {
-        let at = rows.map(|row| of(&nodes[row.nodes[corner] as usize]));
-        for (axis, found) in found.iter_mut().enumerate().take(S::DIMENSION) {
-            *found = P::load(&at.map(|vector| vector[axis]));
+        let mut lanes = [[0.0; LANES]; AXES_MAX];
+        for (lane, row) in rows.iter().enumerate() {
+            let vector = of(&nodes[row.nodes[corner] as usize]);
+            for (axis, lanes) in lanes.iter_mut().enumerate().take(S::DIMENSION) {
+                lanes[lane] = vector[axis];
+            }
+        }
+        for (found, lanes) in found.iter_mut().zip(&lanes).take(S::DIMENSION) {
+            *found = P::load(lanes);
         }
     }
     found
-}
-
-#[inline(always)]
-fn tensors_out<S: Space, P: Pack>(lanes: &S::TensorOf<P>, tensors: &mut [S::Tensor]) {
-    for entry in 0..S::Tensor::COMPONENTS {
-        for (tensor, number) in tensors.iter_mut().zip(lanes.word(entry).numbers()) {
-            tensor[entry] = number;
-        }
-    }
 }
 
 struct Fill<'a, S: Space> {
     how: &'a Hourglass,
     rows: &'a [ElementRow],
     octets: &'a [Octet],
+    shapes: &'a [Shapes],
     points: &'a [Hot<S>],
     nodes: &'a [Node<S>],
     forces: &'a mut [S::Vector],
     hourglass: &'a mut [f64],
-    inverses: &'a mut [S::Tensor],
 }
 
 impl<S: Space> Packed for Fill<'_, S> {
@@ -305,8 +330,9 @@ impl<S: Space> Packed for Fill<'_, S> {
 
     #[inline(always)]
     fn run<P: Pack>(self) {
-        let Self { how, rows, octets, points, nodes, forces, hourglass, inverses } = self;
-        let mut lanes = Lanes::<P>::zero();
+        let Self { how, rows, octets, shapes, points, nodes, forces, hourglass } = self;
+        let (forces, _) = forces.as_chunks_mut::<CORNERS_MAX>();
+        let (mut lanes, mut out) = (Lanes::<P>::zero(), Lanes::<P>::zero());
         for (number, octet) in octets.iter().enumerate() {
             let first = number * LANES;
             let held = first..(first + LANES).min(rows.len());
@@ -315,23 +341,18 @@ impl<S: Space> Packed for Fill<'_, S> {
             let stress = lanes.words::<S::SymmetricOf<P>>(Hot::<S>::STRESS).tensor();
             // One that is inside out is found by the guard.
             let inverse = S::inverse_of::<P>(&lanes.words(Hot::<S>::DEFORMATION));
-            tensors_out::<S, P>(&inverse, &mut inverses[held.clone()]);
             let (inverse, stress) = (matrix_of::<S, P>(&inverse), matrix_of::<S, P>(&stress));
-            let element = octet.element::<S, P>();
-            let inner = element.forces::<S>(&stress, &inverse);
-            let resistance = octet.modes::<S, P>().resist::<S>(how, &element, &moved, (&inverse, &stress));
+            let shape = &shapes[octet.shape as usize];
+            let pushed = pushed::<S, P>(shape, &stress, &inverse);
+            let resistance = Resistance::of::<S>(shape, how, &moved, (&inverse, &stress));
             for (to, energy) in hourglass[held.clone()].iter_mut().zip(resistance.energy.numbers()) {
                 *to = energy;
             }
-            let forces = &mut forces[CORNERS_MAX * held.start..CORNERS_MAX * held.end];
             for corner in 0..corners::<S>() {
-                for axis in 0..S::DIMENSION {
-                    let force = (inner[corner][axis] + resistance.forces[corner][axis]).numbers();
-                    for (of_element, force) in forces.chunks_exact_mut(CORNERS_MAX).zip(force) {
-                        of_element[corner][axis] = force;
-                    }
-                }
+                let force = resistance.beside::<S>(shape, corner, force::<S, P>(shape, &pushed, corner));
+                out.0[corner * S::DIMENSION..][..S::DIMENSION].copy_from_slice(&force[..S::DIMENSION]);
             }
+            out.store(&mut forces[held]);
         }
     }
 }
@@ -340,10 +361,10 @@ struct Follow<'a, S: Space> {
     dt: f64,
     rows: &'a [ElementRow],
     octets: &'a [Octet],
+    shapes: &'a [Shapes],
     nodes: &'a [Node<S>],
-    inverses: &'a [S::Tensor],
     points: &'a mut [Hot<S>],
-    rates: &'a mut [S::Tensor],
+    rates: &'a mut [Rates],
 }
 
 impl<S: Space> Packed for Follow<'_, S> {
@@ -351,27 +372,26 @@ impl<S: Space> Packed for Follow<'_, S> {
 
     #[inline(always)]
     fn run<P: Pack>(self) {
-        let Self { dt, rows, octets, nodes, inverses, points, rates } = self;
+        let Self { dt, rows, octets, shapes, nodes, points, rates } = self;
         let (per_step, share) = (P::splat(1.0 / dt), P::splat(1.0 / corners::<S>() as f64));
-        for (number, octet) in octets.iter().enumerate() {
+        let (mut lanes, kinematics) = (Lanes::<P>::zero(), Hot::<S>::DEFORMATION + S::Tensor::COMPONENTS);
+        for ((number, octet), rates) in octets.iter().enumerate().zip(rates) {
             let first = number * LANES;
             let held = first..(first + LANES).min(rows.len());
             let rows = eight_of(&rows[held.clone()]);
             let moved = at_corners::<S, P>(&rows, nodes, |node| &node.displacement);
             let speeds = at_corners::<S, P>(&rows, nodes, |node| &node.velocity);
-            let deformation = octet.element::<S, P>().deformation::<S>(&moved);
-            let before = matrix_of::<S, P>(&side_by_side::<S, P>(&eight_of(&inverses[held.clone()])));
-            let mut rate = product::<S, P>(&deformation, &before);
+            let points = &mut points[held];
+            lanes.load(&eight_of(points), kinematics);
+            let before = S::inverse_of::<P>(&lanes.words(Hot::<S>::DEFORMATION));
+            let deformation = deformation::<S, P>(&shapes[octet.shape as usize], &moved);
+            let mut rate = product::<S, P>(&deformation, &matrix_of::<S, P>(&before));
             for (axis, row) in rate.iter_mut().enumerate() {
                 row[axis] = row[axis] - P::splat(1.0);
                 row.iter_mut().for_each(|entry| *entry = *entry * per_step);
             }
-            tensors_out::<S, P>(&tensor_of::<S, P>(&rate), &mut rates[held.clone()]);
-            let points = &mut points[held];
-            let deformation = tensor_of::<S, P>(&deformation);
-            for entry in 0..S::Tensor::COMPONENTS {
-                store(points, Hot::<S>::DEFORMATION + entry, deformation.word(entry));
-            }
+            rates.keep::<S, P>(&tensor_of::<S, P>(&rate));
+            lanes.set_words(Hot::<S>::DEFORMATION, &tensor_of::<S, P>(&deformation));
             for axis in 0..S::DIMENSION {
                 let (mut place, mut speed) = (moved[0][axis], speeds[0][axis]);
                 for corner in 1..corners::<S>() {
@@ -379,17 +399,10 @@ impl<S: Space> Packed for Follow<'_, S> {
                     speed = speed + speeds[corner][axis];
                 }
                 // Means of the corners, so that mass times velocity is the same over points and over nodes.
-                store(points, Hot::<S>::POSITION + axis, P::load(&octet.middle[axis]) + place * share);
-                store(points, Hot::<S>::VELOCITY + axis, speed * share);
+                lanes.0[Hot::<S>::POSITION + axis] = P::load(&octet.middle[axis]) + place * share;
+                lanes.0[Hot::<S>::VELOCITY + axis] = speed * share;
             }
+            lanes.store_first(points, kinematics);
         }
-    }
-}
-
-/// One number of each record.
-#[inline(always)]
-fn store<S: Space, P: Pack>(points: &mut [Hot<S>], at: usize, lanes: P) {
-    for (point, number) in points.iter_mut().zip(lanes.numbers()) {
-        point.numbers_mut()[at] = number;
     }
 }

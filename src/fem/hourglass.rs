@@ -27,7 +27,7 @@
 use crate::base::lane::Real;
 use crate::base::space::{Linear, Space};
 use crate::fem::element::{
-    AXES_MAX, AtCorners, CORNERS_MAX, Element, Matrix, NATURAL, applied, corners, product, transposed,
+    AXES_MAX, AtCorners, CORNERS_MAX, Element, Gradients, Matrix, NATURAL, applied, corners, product, transposed,
 };
 
 /// Strain of hourglass modes up to which they are elastic whatever the stress in an element is: without any they would be free.
@@ -56,22 +56,53 @@ pub struct Hourglass {
     pub yields: bool,
 }
 
-/// Of an element at the start, or of several in step.
+/// Of an element at the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Modes<R> {
+pub struct Modes {
     /// gamma of each mode and corner.
-    pub gammas: [[R; CORNERS_MAX]; MODES_MAX],
+    pub gammas: [[f64; CORNERS_MAX]; MODES_MAX],
     /// R0.
-    pub frame: Matrix<R>,
+    pub frame: Matrix<f64>,
     /// Edges along its axes, m; in the plane the third is the depth.
-    pub edges: [R; AXES_MAX],
+    pub edges: [f64; AXES_MAX],
+}
+
+/// The same of one, or of several in step.
+pub trait Shape<R>: Gradients<R> {
+    fn gamma(&self, mode: usize, corner: usize) -> R;
+    /// R0, row and column.
+    fn frame(&self, row: usize, column: usize) -> R;
+    /// m.
+    fn edge(&self, axis: usize) -> R;
+}
+
+impl Gradients<f64> for (Element, Modes) {
+    fn volume(&self) -> f64 {
+        self.0.volume
+    }
+    fn gradient(&self, corner: usize, axis: usize) -> f64 {
+        self.0.gradient(corner, axis)
+    }
+}
+
+impl Shape<f64> for (Element, Modes) {
+    fn gamma(&self, mode: usize, corner: usize) -> f64 {
+        self.1.gammas[mode][corner]
+    }
+    fn frame(&self, row: usize, column: usize) -> f64 {
+        self.1.frame[row][column]
+    }
+    fn edge(&self, axis: usize) -> f64 {
+        self.1.edges[axis]
+    }
 }
 
 /// What it does to an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resistance<R> {
-    /// N.
-    pub forces: AtCorners<R>,
+    /// `F^-T R0 Q` and `R0 q` of each mode, N and m.
+    pushes: [[R; AXES_MAX]; MODES_MAX],
+    turns: [[R; AXES_MAX]; MODES_MAX],
     /// `sum Q q/2`, J.
     pub energy: R,
 }
@@ -123,8 +154,8 @@ fn deviator_square<S: Space, R: Real>(tensor: &Matrix<R>) -> R {
     square
 }
 
-impl Modes<f64> {
-    pub fn of<S: Space>(element: &Element<f64>, places: &[S::Vector; CORNERS_MAX], depth: f64) -> Self {
+impl Modes {
+    pub fn of<S: Space>(element: &Element, places: &[S::Vector; CORNERS_MAX], depth: f64) -> Self {
         let count = corners::<S>();
         let mut gammas = [[0.0; CORNERS_MAX]; MODES_MAX];
         for (mode, gammas) in gammas.iter_mut().enumerate().take(modes::<S>()) {
@@ -158,7 +189,7 @@ impl Modes<f64> {
     /// What the frequencies of an element are bounded by: w^2 <= c^2 times this, 1/m2, for the mass of an n-th at each of its n corners. Of its linear
     /// modes `n sum B.B` (Flanagan & Belytschko 1981), of a box `4 sum 1/h^2`; of its hourglass modes, each with what it shares with another, less but in a
     /// shape that is far from a box, at the whole stiffness of their control.
-    pub fn stiffest<S: Space>(&self, element: &Element<f64>) -> f64 {
+    pub fn stiffest<S: Space>(&self, element: &Element) -> f64 {
         let count = corners::<S>();
         let linear: f64 = element.gradients.iter().flatten().map(|slope| slope * slope).sum();
         let square = |gammas: &[f64; CORNERS_MAX]| gammas.iter().map(|gamma| gamma * gamma).sum::<f64>();
@@ -169,29 +200,35 @@ impl Modes<f64> {
     }
 }
 
-impl<R: Real> Modes<R> {
+impl<R: Real> Resistance<R> {
     /// Of an element whose corners have moved, with the inverse of its F and its Kirchhoff stress.
     #[inline(always)]
-    pub fn resist<S: Space>(
-        &self,
+    pub fn of<S: Space>(
+        shape: &impl Shape<R>,
         how: &Hourglass,
-        element: &Element<R>,
         displacements: &AtCorners<R>,
         (inverse, stress): (&Matrix<R>, &Matrix<R>),
-    ) -> Resistance<R> {
+    ) -> Self {
         let zero = R::splat(0.0);
-        let into = product::<S, R>(&transposed::<S, R>(&self.frame), inverse);
+        let mut frame = [[zero; AXES_MAX]; AXES_MAX];
+        for (row, entries) in frame.iter_mut().enumerate().take(S::DIMENSION) {
+            for (column, entry) in entries.iter_mut().enumerate().take(S::DIMENSION) {
+                *entry = shape.frame(row, column);
+            }
+        }
+        let into = product::<S, R>(&transposed::<S, R>(&frame), inverse);
         let mut amplitudes = [[zero; AXES_MAX]; MODES_MAX];
-        for (amplitude, gammas) in amplitudes.iter_mut().zip(&self.gammas).take(modes::<S>()) {
+        for (mode, amplitude) in amplitudes.iter_mut().enumerate().take(modes::<S>()) {
             let mut sum = [zero; AXES_MAX];
-            for (displacement, gamma) in displacements.iter().zip(gammas).take(corners::<S>()) {
+            for (corner, displacement) in displacements.iter().enumerate().take(corners::<S>()) {
+                let gamma = shape.gamma(mode, corner);
                 for axis in 0..S::DIMENSION {
-                    sum[axis] = sum[axis] + displacement[axis] * *gamma;
+                    sum[axis] = sum[axis] + displacement[axis] * gamma;
                 }
             }
             *amplitude = applied::<S, R>(&into, &sum);
         }
-        let mut generalised = self.stiffness::<S>(how, &amplitudes);
+        let mut generalised = how.generalised::<S, R>(shape, &amplitudes);
         let mut energy = zero;
         for (force, amplitude) in generalised.iter().zip(&amplitudes).take(modes::<S>()) {
             for axis in 0..S::DIMENSION {
@@ -200,8 +237,7 @@ impl<R: Real> Modes<R> {
         }
         energy = energy * R::splat(0.5);
         if how.yields {
-            let share = how.stiffness_left::<S, R>(inverse, stress);
-            generalised.iter_mut().flatten().for_each(|force| *force = *force * share);
+            let mut share = how.stiffness_left::<S, R>(inverse, stress);
             energy = energy * share;
             // Of a stress s the energy is s:s/(4 mu), of a strain e mu e^2.
             let mut square = zero;
@@ -211,42 +247,55 @@ impl<R: Real> Modes<R> {
                 }
             }
             let least = how.shear_modulus * STRAIN_FREE * STRAIN_FREE;
-            let bound = (square * R::splat(0.25 / how.shear_modulus) + R::splat(least)) * element.volume;
+            let bound = (square * R::splat(0.25 / how.shear_modulus) + R::splat(least)) * shape.volume();
             let above = energy.above(bound);
-            let share = R::choose(above, (bound / R::choose(above, energy, R::splat(1.0))).sqrt(), R::splat(1.0));
+            let cut = R::choose(above, (bound / R::choose(above, energy, R::splat(1.0))).sqrt(), R::splat(1.0));
+            share = share * cut;
             generalised.iter_mut().flatten().for_each(|force| *force = *force * share);
-            energy = energy * share;
+            energy = energy * cut;
         }
         let back = transposed::<S, R>(&into);
-        let mut forces = [[zero; AXES_MAX]; CORNERS_MAX];
-        let modes = generalised.iter().zip(&amplitudes).zip(&self.gammas).take(modes::<S>());
-        for ((force, amplitude), gammas) in modes {
-            let pushed = applied::<S, R>(&back, force);
-            let turned = applied::<S, R>(&self.frame, amplitude);
-            for corner in 0..corners::<S>() {
-                let mut gamma = gammas[corner];
-                for (slope, along) in element.gradients[corner].iter().zip(&turned).take(S::DIMENSION) {
-                    gamma = gamma - *slope * *along;
-                }
-                for (force, push) in forces[corner].iter_mut().zip(&pushed).take(S::DIMENSION) {
-                    *force = *force - *push * gamma;
-                }
-            }
+        let mut resistance = Self { pushes: amplitudes, turns: amplitudes, energy };
+        for mode in 0..modes::<S>() {
+            resistance.pushes[mode] = applied::<S, R>(&back, &generalised[mode]);
+            resistance.turns[mode] = applied::<S, R>(&frame, &amplitudes[mode]);
         }
-        Resistance { forces, energy }
+        resistance
     }
 
+    /// The force on a corner beside one that is there, N.
+    #[inline(always)]
+    pub fn beside<S: Space>(&self, shape: &impl Shape<R>, corner: usize, force: [R; AXES_MAX]) -> [R; AXES_MAX] {
+        let mut force = force;
+        for mode in 0..modes::<S>() {
+            let mut gamma = shape.gamma(mode, corner);
+            for (axis, along) in self.turns[mode].iter().enumerate().take(S::DIMENSION) {
+                gamma = gamma - shape.gradient(corner, axis) * *along;
+            }
+            for (force, push) in force.iter_mut().zip(&self.pushes[mode]).take(S::DIMENSION) {
+                *force = *force - *push * gamma;
+            }
+        }
+        force
+    }
+}
+
+impl Hourglass {
     /// Q of q.
     #[inline(always)]
-    fn stiffness<S: Space>(&self, how: &Hourglass, q: &[[R; AXES_MAX]; MODES_MAX]) -> [[R; AXES_MAX]; MODES_MAX] {
-        let shear = how.shear_modulus * how.coefficient;
-        let lambda = (how.p_wave_modulus - 2.0 * how.shear_modulus) * how.coefficient;
+    fn generalised<S: Space, R: Real>(
+        &self,
+        shape: &impl Shape<R>,
+        q: &[[R; AXES_MAX]; MODES_MAX],
+    ) -> [[R; AXES_MAX]; MODES_MAX] {
+        let shear = self.shear_modulus * self.coefficient;
+        let lambda = (self.p_wave_modulus - 2.0 * self.shear_modulus) * self.coefficient;
         let number = R::splat;
         let plate = number(4.0 * shear * (lambda + shear) / (lambda + 2.0 * shear));
         let across = number(2.0 * shear * lambda / (lambda + 2.0 * shear));
         let third = number(shear * (3.0 * lambda + 2.0 * shear) / (lambda + shear) / 3.0);
         let shear = number(shear);
-        let (edges, part) = (&self.edges, number(4.0 / 3.0));
+        let (edges, part) = ([shape.edge(0), shape.edge(1), shape.edge(2)], number(4.0 / 3.0));
         let own = |i: usize| edges[(i + 1) % 3] * edges[(i + 2) % 3] / edges[i] * part;
         let own = [own(0), own(1), own(2)];
         let mut forces = [[number(0.0); AXES_MAX]; MODES_MAX];
@@ -275,17 +324,27 @@ mod tests {
     use super::*;
     use crate::base::space::{Plane, Solid};
     use crate::fem::element::tests::distorted;
-    use crate::fem::element::{matrix_of, tensor_of, widened};
+    use crate::fem::element::{deformation, matrix_of, tensor_of, widened};
 
     const HOW: Hourglass = Hourglass { shear_modulus: 3.0, p_wave_modulus: 10.0, coefficient: 1.0, yields: false };
 
-    fn resist<S: Space>(places: &[S::Vector; CORNERS_MAX], moved: &[S::Vector; CORNERS_MAX]) -> Resistance<f64> {
+    struct Found {
+        forces: AtCorners<f64>,
+        energy: f64,
+    }
+
+    fn resist<S: Space>(places: &[S::Vector; CORNERS_MAX], moved: &[S::Vector; CORNERS_MAX]) -> Found {
         let element = Element::of::<S>(places, 0.5).unwrap();
         let moved = moved.map(|moved| widened(&moved));
-        let deformation = tensor_of::<S, f64>(&element.deformation::<S>(&moved));
+        let deformation = tensor_of::<S, f64>(&deformation::<S, f64>(&element, &moved));
         let inverse = matrix_of::<S, f64>(&S::inverse_of::<f64>(&deformation));
-        let modes = Modes::of::<S>(&element, places, 0.5);
-        modes.resist::<S>(&HOW, &element, &moved, (&inverse, &[[0.0; 3]; 3]))
+        let shape = (element, Modes::of::<S>(&element, places, 0.5));
+        let found = Resistance::of::<S>(&shape, &HOW, &moved, (&inverse, &[[0.0; 3]; 3]));
+        let forces = std::array::from_fn(|corner| match corner < corners::<S>() {
+            true => found.beside::<S>(&shape, corner, [0.0; 3]),
+            false => [0.0; 3],
+        });
+        Found { forces, energy: found.energy }
     }
 
     fn linear_fields<S: Space>() {

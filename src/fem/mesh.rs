@@ -22,6 +22,8 @@ pub struct Mesh<S: Space> {
     /// Elements at each vertex that is a node, with the corner that it is of them: from one of these to the next.
     firsts: Vec<u32>,
     at_nodes: Vec<(u32, u8)>,
+    /// Edges of the elements of a box, which are all alike, m.
+    alike: Option<[f64; 3]>,
 }
 
 /// A box of cells along the axes.
@@ -66,7 +68,7 @@ impl<S: Space> Mesh<S> {
         };
         let of = |index: [usize; 3]| std::array::from_fn(|at| if at < corners::<S>() { corner(index, at) } else { 0 });
         let (points, elements) = wanted.map(|(point, index)| (point, of(index))).unzip();
-        Self::new(vertices, node_of, elements, points)
+        Self { alike: Some(lattice.edges), ..Self::new(vertices, node_of, elements, points) }
     }
 
     pub fn new(vertices: Vec<S::Vector>, node_of: Vec<NodeId>, elements: Vec<Corners>, points: Vec<PointId>) -> Self {
@@ -89,7 +91,7 @@ impl<S: Space> Mesh<S> {
             at_nodes[*slot as usize] = (number as u32, corner as u8);
             *slot += 1;
         }
-        Self { vertices, node_of, elements, points, firsts, at_nodes }
+        Self { vertices, node_of, elements, points, firsts, at_nodes, alike: None }
     }
 
     pub fn node(&self, element: usize, corner: usize) -> NodeId {
@@ -122,6 +124,16 @@ impl<S: Space> Mesh<S> {
     /// Places of the corners of an element at the start, m.
     pub fn places_of(&self, element: usize) -> [S::Vector; CORNERS_MAX] {
         std::array::from_fn(|corner| self.vertices[self.elements[element][corner] as usize])
+    }
+
+    /// The same, but for those of a box about its middle: to the last bit the same of all of them, as their places are not.
+    pub fn shape_of(&self, element: usize) -> [S::Vector; CORNERS_MAX] {
+        let Some(edges) = self.alike else { return self.places_of(element) };
+        NATURAL.map(|natural| {
+            let mut place = S::Vector::zero();
+            (0..S::DIMENSION).for_each(|axis| place[axis] = 0.5 * edges[axis] * natural[axis]);
+            place
+        })
     }
 
     /// The middle of an element at the start, m.

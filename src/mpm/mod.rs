@@ -22,7 +22,7 @@ pub mod scatter;
 pub mod scheme;
 pub mod shape;
 pub mod share;
-mod strain;
+pub mod strain;
 pub mod stress;
 pub mod surface;
 pub mod tile;

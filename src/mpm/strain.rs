@@ -2,15 +2,37 @@
 
 use crate::base::lane::{Instructions, LANES, Pack, Packed};
 use crate::base::numbers::{Lanes, Numbers};
-use crate::base::space::Space;
+use crate::base::space::{Linear, Space, Words};
 use crate::law::material::MaterialLaw;
 use crate::mpm::points::Hot;
-use crate::mpm::scatter::{eight_of, side_by_side};
+use crate::mpm::scatter::eight_of;
+
+/// Velocity gradients of eight points, entry by entry, 1/s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rates([[f64; LANES]; 9]);
+
+impl Rates {
+    #[inline(always)]
+    pub fn keep<S: Space, P: Pack>(&mut self, gradient: &S::TensorOf<P>) {
+        for (entry, lanes) in self.0.iter_mut().enumerate().take(S::Tensor::COMPONENTS) {
+            gradient.word(entry).store(lanes);
+        }
+    }
+
+    #[inline(always)]
+    fn gradient<S: Space, P: Pack>(&self) -> S::TensorOf<P> {
+        let mut gradient = S::TensorOf::<P>::zero();
+        for (entry, lanes) in self.0.iter().enumerate().take(S::Tensor::COMPONENTS) {
+            gradient.set_word(entry, P::load(lanes));
+        }
+        gradient
+    }
+}
 
 /// Stress and memory of points after a step with these velocity gradients, 1/s; their F is that of the end of it already.
 pub(super) fn strain_rows<S: Space, L: MaterialLaw<S>>(
     law: &L,
-    (rates, dt, instructions): (&[S::Tensor], f64, Instructions),
+    (rates, dt, instructions): (&[Rates], f64, Instructions),
     points: &mut [Hot<S>],
 ) {
     instructions.run(Strain { law, rates, dt, points });
@@ -18,7 +40,7 @@ pub(super) fn strain_rows<S: Space, L: MaterialLaw<S>>(
 
 struct Strain<'a, S: Space, L> {
     law: &'a L,
-    rates: &'a [S::Tensor],
+    rates: &'a [Rates],
     dt: f64,
     points: &'a mut [Hot<S>],
 }
@@ -30,9 +52,9 @@ impl<S: Space, L: MaterialLaw<S>> Packed for Strain<'_, S, L> {
     fn run<P: Pack>(self) {
         let Self { law, rates, dt, points } = self;
         let (memory, mut lanes) = (Hot::<S>::MEMORY, Lanes::<P>::zero());
-        for (points, rates) in points.chunks_mut(LANES).zip(rates.chunks(LANES)) {
+        for (points, rates) in points.chunks_mut(LANES).zip(rates) {
             lanes.load(&eight_of(points), Hot::<S>::WIDTH);
-            let gradient = side_by_side::<S, P>(&eight_of(rates));
+            let gradient = rates.gradient::<S, P>();
             let (words, work) = lanes.0[memory..].split_at_mut(S::PointMemory::WIDTH);
             let stress = law.update_lanes(&gradient, dt, &mut words[..L::Memory::WIDTH], &mut work[0]);
             lanes.set_words(Hot::<S>::STRESS, &stress);

@@ -11,14 +11,14 @@ use crate::base::space::{Space, Words};
 use crate::law::material::{Absent, ConstitutiveLaw, ForAnyMaterial, MaterialLaw, MaterialMemory};
 use crate::mpm::gather::{Block, Taking, gather_points};
 use crate::mpm::points::Hot;
-use crate::mpm::strain::strain_rows;
+use crate::mpm::strain::{Rates, strain_rows};
 
 /// [`MaterialLaw`] with memories in words; every material law is one of these.
 pub trait StressModel<S: Space>: Debug + Send + Sync {
     /// Velocity, place and stress of the points of a block, on this thread; see [`gather_points`].
     fn gather(&self, taking: Taking, block: Block<S>) -> f64;
-    /// Stress and memory of points after a step of so many seconds with these velocity gradients, 1/s; where they are and what their F is is known.
-    fn strain(&self, step: (&[S::Tensor], f64, Instructions), points: &mut [Hot<S>]);
+    /// Stress and memory of points after a step of so many seconds with these velocity gradients, eight by eight, 1/s; where they are and what their F is is known.
+    fn strain(&self, step: (&[Rates], f64, Instructions), points: &mut [Hot<S>]);
     /// Memory of a point under a Kirchhoff stress, Pa, at a solid volume fraction.
     fn start(&self, stress: &S::Tensor, fraction: f64) -> S::PointMemory;
     /// Kirchhoff stress of a memory as it is, Pa.
@@ -47,7 +47,7 @@ impl<S: Space, L: MaterialLaw<S>> StressModel<S> for L {
     fn gather(&self, taking: Taking, block: Block<S>) -> f64 {
         gather_points(self, taking, block)
     }
-    fn strain(&self, step: (&[S::Tensor], f64, Instructions), points: &mut [Hot<S>]) {
+    fn strain(&self, step: (&[Rates], f64, Instructions), points: &mut [Hot<S>]) {
         strain_rows(self, step, points);
     }
     fn start(&self, stress: &S::Tensor, fraction: f64) -> S::PointMemory {

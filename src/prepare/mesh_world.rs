@@ -30,7 +30,7 @@ pub fn meshed<S: Space>(job: &Mpm, how: &mpm::Mesh) -> Meshed<S> {
     let mesh = surface::mesh::<S>(job);
     let bare = mesh.bare_faces();
     // One that is turned inside out is refused where it is laid.
-    let volume = |element| Element::of::<S>(&mesh.places_of(element), job.grid.depth).map_or(0.0, |shape| shape.volume);
+    let volume = |element| Element::of::<S>(&mesh.shape_of(element), job.grid.depth).map_or(0.0, |shape| shape.volume);
     let volumes = (0..mesh.elements.len()).map(volume).collect();
     let loaded = surface::loaded(job, &mesh, &bare);
     Meshed {

@@ -17,6 +17,8 @@ use crate::fem::elements::{Elements, Held, Holder};
 use crate::fem::hourglass::Hourglass;
 use crate::fem::node::Node;
 use crate::job::mpm::Boundary;
+use crate::mpm::points::Hot;
+use crate::mpm::strain::Rates;
 use scree_partition::ExactSum;
 
 /// Steps between two looks at who should have which elements.
@@ -169,11 +171,12 @@ impl<S: Space> World<'_, S> {
         };
         let Elements { nodes, before, damped, forces, masses, sides, owned, held, .. } = &mut elements;
         let is_damped = !self.settings.grains.field.is_plain();
-        let step = |row: usize, node: &mut Node<S>, before: &mut S::Vector, damped: &mut S::Vector| {
+        let is_open = conditions.is_open_inside();
+        let is_free = |row: usize| is_open && sides[row] == 0;
+        let hold = |taken: &mut Vec<Held<S>>, row: usize, node: &mut Node<S>, [before, damped]: [&mut S::Vector; 2]| {
             *before = node.velocity;
             let mass = masses[row];
             let at = At { place: meshed.mesh.place(node.id) + node.displacement, sides: sides[row], mass };
-            let mut taken = Vec::new();
             let mut keep = |by, impulse, place| {
                 if owned[row] {
                     taken.push(Held { node: row as u32, by, impulse, place });
@@ -186,10 +189,27 @@ impl<S: Space> World<'_, S> {
                 false => undamped,
             };
             *damped = (undamped - node.velocity) * mass;
-            taken
         };
+        let rows = nodes.par_iter_mut().zip(&mut *before).zip(&mut *damped).enumerate();
+        rows.with_min_len(NODES_PER_TASK).for_each(|(row, ((node, before), damped))| {
+            if is_free(row) {
+                let mass = masses[row];
+                *before = node.velocity;
+                let free = motion.velocity(before, &forces[row], mass);
+                node.velocity = if is_damped { motion.damped(before, &forces[row], mass) } else { free };
+                *damped = (free - node.velocity) * mass;
+            }
+        });
         let rows = nodes.par_iter_mut().zip(before).zip(damped).enumerate().with_min_len(NODES_PER_TASK);
-        *held = rows.flat_map_iter(|(row, ((node, before), damped))| step(row, node, before, damped)).collect();
+        let rows = rows.filter(|(row, _)| !is_free(*row));
+        let taken = rows.fold(Vec::new, |mut taken, (row, ((node, before), damped))| {
+            hold(&mut taken, row, node, [before, damped]);
+            taken
+        });
+        *held = taken.reduce(Vec::new, |mut all, more| {
+            all.extend(more);
+            all
+        });
         self.elements = elements;
         self.book_holds(motion.dt);
         self.phases.stop(Phase::Nodes, timer);
@@ -214,15 +234,17 @@ impl<S: Space> World<'_, S> {
     fn strain_elements(&mut self) {
         let timer = self.phases.start();
         let dt = self.dt_of_continuum();
+        let how = self.hourglass();
         let points = &mut self.continuum.points.hot;
         let instructions = self.assembly.contacts.instructions();
         let (material, has_rves) = (&self.settings.material, self.settings.rves.is_some());
-        self.elements.drift(points, &mut self.rates, (dt, instructions), |rates, points| {
+        let strained = |rates: &[Rates], points: &mut [Hot<S>]| {
             // RVEs follow by themselves.
             if !has_rves {
                 material.strain((rates, dt, instructions), points);
             }
-        });
+        };
+        self.elements.drift(points, (dt, instructions), strained, (!has_rves).then_some(&how));
         self.phases.stop(Phase::Gather, timer);
     }
 
@@ -272,6 +294,13 @@ fn carried<S: Space>(
 }
 
 impl<S: Space> Conditions<'_, S> {
+    /// Whether nodes on no side are free, since nothing holds what comes into it.
+    fn is_open_inside(&self) -> bool {
+        let comes_in = |face: &Boundary| matches!(face, Boundary::Friction { .. });
+        !self.bodies.iter().any(|body| body.grip.is_some() && body.side.is_none())
+            && !self.faces.iter().flatten().any(comes_in)
+    }
+
     /// The velocity of a node that forces would give `free`, after every body and every face of the domain that it is on has held it; `keep` is told of
     /// each by how much.
     fn hold(&self, free: S::Vector, at: &At<S>, keep: &mut impl FnMut(Holder, S::Vector, S::Vector)) -> S::Vector {
