@@ -208,26 +208,35 @@ def band(folder):
     )
 
 
-def sheared_elements(folder, strain=0.042, strip=8e-3):
-    """Of elements in plane strain compression: width of the band in which deviatoric strain grows over the last fifth of the way to a strain, in metres, by one
-    measure for all meshes: two thirds of the even strain with the same sum and sum of squares, within one strip and a half of its line."""
+def sheared_elements(folder, strain=0.042):
+    """Of elements or points in plane strain compression: width of the band in which deviatoric strain grows over the last fifth of the way to a strain, in
+    metres, by one measure for all meshes: two thirds of the even strain with the same sum and sum of squares, within one strip and a half of its line, strips
+    being a fifth of the specimen wide."""
     import numpy
 
     frames, job, rows = Frames(folder), scenario(folder), series(folder)
-    upper, counts = job["mesh"]["upper"], job["mesh"]["elements"]
-    depth = upper[2] if len(upper) > 2 else job["mesh"]["depth"]
-    reached = {row["time"]: -row["top_displacement_y"] / upper[1] for row in rows}
+    start = frames.column(0, "place")[:, :2]
+    if "mesh" in job:
+        upper = [end - begin for begin, end in zip(job["mesh"].get("lower", [0, 0, 0]), job["mesh"]["upper"])]
+        depth = job["mesh"]["depth"] if job["mesh"]["space"] == "plane" else upper[2]
+        sheared = "deviatoric_strain"
+    else:
+        spacing = job["grid"]["cell"] / job["scheme"]["points_per_cell"]
+        upper, depth, sheared = start.max(axis=0) - start.min(axis=0) + spacing, job["grid"]["depth"], "plastic_strain"
+    body = next(body["name"] for body in job["body"] if "path" in body)
+    strip = upper[0] / 5
+    reached = {row["time"]: -row[f"{body}_displacement_y"] / upper[1] for row in rows}
     at = lambda wanted: min(range(len(frames.times)), key=lambda frame: abs(numpy.interp(frames.times[frame], list(reached), list(reached.values())) - wanted))
     first, last = at(0.8 * strain), at(strain)
-    gain = frames.column(last, "deviatoric_strain") - frames.column(first, "deviatoric_strain")
+    gain = frames.column(last, sheared) - frames.column(first, sheared)
     place = frames.column(last, "place")[:, :2]
-    area = upper[0] * upper[1] / (counts[0] * counts[1])
+    area = upper[0] * upper[1] / len(start)
     # Strips that leave through the ends are shorter.
     angle, across = line_of_band(place, gain, strip, 16, 35, lambda angle: upper[0] / math.cos(angle))
     near = abs(across) < 1.5 * strip
     even = area * gain[near].sum() ** 2 / (gain[near] ** 2).sum()
     width = 2 / 3 * even / (upper[0] / math.cos(angle))
-    stress = [row["top_force_y"] / (upper[0] * depth) for row in rows]
+    stress = [row[f"{body}_force_y"] / (upper[0] * depth) for row in rows]
     strains = list(reached.values())
     level = lambda wanted: 1e-3 * float(numpy.mean([s for s, e in zip(stress, strains) if abs(e - wanted) < 0.0025]))
     print(

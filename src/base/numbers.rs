@@ -93,7 +93,6 @@ impl<P: Pack> Lanes<P> {
     /// Takes the first `count` numbers of eight records, and what of their others comes along.
     #[inline(always)]
     pub fn load<T: Numbers>(&mut self, rows: &[&T; LANES], count: usize) {
-        const { assert!(T::WIDTH >= LANES && T::WIDTH <= NUMBERS_MAX) };
         let mut records: [&[f64]; LANES] = [&[]; LANES];
         for (record, row) in records.iter_mut().zip(rows) {
             *record = row.numbers();
@@ -111,7 +110,7 @@ impl<P: Pack> Lanes<P> {
         self.store_first(rows, T::WIDTH);
     }
 
-    /// The first `count` of them, and what of others is in the same groups of eight: they have been loaded.
+    /// The first `count` of them, and others that are in the same groups of eight, which have to be what they are in the records.
     #[inline(always)]
     pub fn store_first<T: Numbers>(&self, rows: &mut [T], count: usize) {
         for group in 0..count.div_ceil(LANES) {
@@ -127,6 +126,7 @@ impl<P: Pack> Lanes<P> {
     /// Groups of eight; the last one overlaps the one before where the record does not end with it.
     #[inline(always)]
     const fn first<T: Numbers>(group: usize) -> usize {
+        const { assert!(T::WIDTH >= LANES && T::WIDTH <= NUMBERS_MAX) };
         let (first, last) = (group * LANES, T::WIDTH - LANES);
         if first < last { first } else { last }
     }

@@ -79,18 +79,20 @@ impl<S: Space> World<'_, S> {
                 halo.receives.push((peer, first as u32..seen.len() as u32));
             }
         }
-        let transport = self.transport;
-        let largest = |mine: f64| {
-            let mut all = [mine];
-            transport.max(&mut all);
-            all[0]
-        };
-        self.neighbourhood = Neighbourhood {
-            weights: Weights::of(&how, (&seen, owned), &cell, largest),
+        let mut around = Neighbourhood {
+            weights: Weights::default(),
             tensors: vec![S::Tensor::zero(); seen.len()],
             halo,
             buffers: HaloBuffers::default(),
         };
+        let transport = self.transport;
+        let everyones = |mine: &[f64]| {
+            around.tensors.iter_mut().zip(mine).for_each(|(tensor, sum): (&mut S::Tensor, _)| tensor[0] = *sum);
+            around.renew(transport);
+            around.tensors.iter().map(|tensor: &S::Tensor| tensor[0]).collect()
+        };
+        around.weights = Weights::of(&how, (&seen, owned), &cell, everyones);
+        self.neighbourhood = around;
         Ok(())
     }
 

@@ -50,7 +50,7 @@ pub struct Element {
     pub gradients: AtCorners<f64>,
 }
 
-/// The same of one, or of several in step: each number where it is wanted, so that none is brought anywhere before.
+/// The same of one element, or of several in step. Each number is read where it is used: arrays of all of them would go to memory and back.
 pub trait Gradients<R> {
     /// m3; of the plane with its depth.
     fn volume(&self) -> R;
@@ -174,7 +174,7 @@ pub fn deformation<S: Space, R: Real>(shape: &impl Gradients<R>, displacements: 
     deformation
 }
 
-/// `-V tau F^-T`, of which B of a corner is to make the force on it, N m: of a Kirchhoff stress and the inverse of F.
+/// `-V tau F^-T`, which times B of a corner is the force on it, N m; of a Kirchhoff stress and the inverse of F.
 #[inline(always)]
 pub fn pushed<S: Space, R: Real>(shape: &impl Gradients<R>, stress: &Matrix<R>, inverse: &Matrix<R>) -> Matrix<R> {
     let mut pushed = product::<S, R>(stress, &transposed::<S, R>(inverse));

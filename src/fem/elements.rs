@@ -22,8 +22,7 @@ use crate::mpm::strain::Rates;
 const ROWS_PER_TASK: usize = 256;
 /// Octets that a task takes: what a step reads and writes of them stays near the core.
 const OCTETS_PER_TASK: usize = 8;
-/// Elements of them.
-const TOGETHER: usize = LANES * OCTETS_PER_TASK;
+const ELEMENTS_PER_TASK: usize = LANES * OCTETS_PER_TASK;
 
 /// The rows of the nodes of an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +36,7 @@ pub type Places<S> = [<S as Space>::Vector; CORNERS_MAX];
 /// Eight elements side by side; where there are fewer, the last is there several times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Octet {
-    /// Of them all, by its number.
+    /// Index into [`Elements::shapes`].
     shape: u32,
     /// Of the corners at the start, m.
     middle: [[f64; LANES]; AXES_MAX],
@@ -166,7 +165,8 @@ pub struct Elements<S: Space> {
     pub pushes: Vec<Push<S>>,
     pub held: Vec<Held<S>>,
     pub hourglass: Vec<f64>,
-    /// Whether the forces on corners are those of the places of now: what follows a step has filled them already.
+    /// Whether forces on corners and hourglass energies are those of the places and stresses of now. Whoever changes these between a drift and the next fill says
+    /// here that they are not.
     pub filled: bool,
 }
 
@@ -219,10 +219,12 @@ impl<S: Space> Elements<S> {
             return;
         }
         let Self { rows, octets, shapes, nodes, corner_forces, hourglass, .. } = self;
-        let forces = corner_forces[..rows.len() * CORNERS_MAX].par_chunks_mut(CORNERS_MAX * TOGETHER);
-        let of_rows =
-            rows.par_chunks(TOGETHER).zip(octets.par_chunks(OCTETS_PER_TASK)).zip(points.par_chunks(TOGETHER));
-        let outcomes = forces.zip(hourglass.par_chunks_mut(TOGETHER));
+        let forces = corner_forces[..rows.len() * CORNERS_MAX].par_chunks_mut(CORNERS_MAX * ELEMENTS_PER_TASK);
+        let of_rows = rows
+            .par_chunks(ELEMENTS_PER_TASK)
+            .zip(octets.par_chunks(OCTETS_PER_TASK))
+            .zip(points.par_chunks(ELEMENTS_PER_TASK));
+        let outcomes = forces.zip(hourglass.par_chunks_mut(ELEMENTS_PER_TASK));
         of_rows.zip(outcomes).for_each(|(((rows, octets), points), (forces, hourglass))| {
             instructions.run(Fill { how, rows, octets, shapes, points, nodes, forces, hourglass });
         });
@@ -262,8 +264,8 @@ impl<S: Space> Elements<S> {
     }
 
     /// Nodes drift with their velocities, and points with the elements that they are of: place, velocity, and F. `strained` is told of points, one stretch of
-    /// them after another, with what laws are told, `(F' F^-1 - 1)/dt` from the old to the new F, 1/s; forces have been filled at the old one. With an
-    /// hourglass control the new ones are filled where the stresses have just been made; without, stresses are not known yet.
+    /// them after another, with what laws are told, `(F' F^-1 - 1)/dt` from the old to the new F, 1/s. Where stresses are known right after it, the hourglass
+    /// control is given in `then`, and forces on corners are filled while all of the stretch is at hand.
     pub fn drift(
         &mut self,
         points: &mut [Hot<S>],
@@ -274,10 +276,10 @@ impl<S: Space> Elements<S> {
         let Self { rows, octets, shapes, nodes, corner_forces, hourglass, .. } = self;
         nodes.par_iter_mut().with_min_len(ROWS_PER_TASK).for_each(|node| node.displacement += node.velocity * dt);
         let (nodes, shapes) = (&*nodes, &shapes[..]);
-        let forces = corner_forces[..rows.len() * CORNERS_MAX].par_chunks_mut(CORNERS_MAX * TOGETHER);
-        let of_rows = rows.par_chunks(TOGETHER).zip(octets.par_chunks(OCTETS_PER_TASK));
-        let of_rows = of_rows.zip(points.par_chunks_mut(TOGETHER));
-        let outcomes = forces.zip(hourglass.par_chunks_mut(TOGETHER));
+        let forces = corner_forces[..rows.len() * CORNERS_MAX].par_chunks_mut(CORNERS_MAX * ELEMENTS_PER_TASK);
+        let of_rows = rows.par_chunks(ELEMENTS_PER_TASK).zip(octets.par_chunks(OCTETS_PER_TASK));
+        let of_rows = of_rows.zip(points.par_chunks_mut(ELEMENTS_PER_TASK));
+        let outcomes = forces.zip(hourglass.par_chunks_mut(ELEMENTS_PER_TASK));
         of_rows.zip(outcomes).for_each(|(((rows, octets), points), (forces, hourglass))| {
             let mut rates = [Rates::default(); OCTETS_PER_TASK];
             let rates = &mut rates[..octets.len()];

@@ -255,7 +255,8 @@ impl<R: Real> Resistance<R> {
             energy = energy * cut;
         }
         let back = transposed::<S, R>(&into);
-        let mut resistance = Self { pushes: amplitudes, turns: amplitudes, energy };
+        let mut resistance =
+            Self { pushes: [[zero; AXES_MAX]; MODES_MAX], turns: [[zero; AXES_MAX]; MODES_MAX], energy };
         for mode in 0..modes::<S>() {
             resistance.pushes[mode] = applied::<S, R>(&back, &generalised[mode]);
             resistance.turns[mode] = applied::<S, R>(&frame, &amplitudes[mode]);

@@ -3,7 +3,7 @@
 use crate::base::ids::Row;
 use crate::base::lane::{Instructions, Kernel, LANES, Pack, Packed, Real};
 use crate::base::numbers::Lanes;
-use crate::base::space::{Linear, Space, Words};
+use crate::base::space::{Space, Words};
 use crate::base::symmetric::Symmetric;
 use crate::dem::grains::{Hot as GrainHot, Mover, PenaltySpring};
 use crate::mpm::points::{Beside, Hot};
@@ -181,16 +181,6 @@ impl<S: Space, P: Pack, F: Shape<N>, const N: usize> Kernel<P> for SetBasis<'_, 
 #[inline(always)]
 pub fn eight_of<T>(rows: &[T]) -> [&T; LANES] {
     std::array::from_fn(|lane| &rows[lane.min(rows.len() - 1)])
-}
-
-/// Eight tensors in lanes.
-#[inline(always)]
-pub fn side_by_side<S: Space, P: Pack>(tensors: &[&S::Tensor; LANES]) -> S::TensorOf<P> {
-    let mut found = S::TensorOf::<P>::zero();
-    for entry in 0..S::Tensor::COMPONENTS {
-        found.set_word(entry, P::load(&tensors.map(|tensor| tensor[entry])));
-    }
-    found
 }
 
 /// What the block's points bring, weighted, to a tile that has been cleared: `m_i = sum w m N_i`, `p_i = sum w m v N_i`, with

@@ -12,6 +12,15 @@ use crate::mpm::scatter::eight_of;
 pub struct Rates([[f64; LANES]; 9]);
 
 impl Rates {
+    /// Of increments F' F^-1 - 1 of at most eight points, over their time; where there are fewer, of the last several times.
+    pub fn of<S: Space>(increments: &[S::Tensor], per_step: f64) -> Self {
+        let mut rates = Self::default();
+        for (entry, lanes) in rates.0.iter_mut().enumerate().take(S::Tensor::COMPONENTS) {
+            *lanes = eight_of(increments).map(|increment| increment[entry] * per_step);
+        }
+        rates
+    }
+
     #[inline(always)]
     pub fn keep<S: Space, P: Pack>(&mut self, gradient: &S::TensorOf<P>) {
         for (entry, lanes) in self.0.iter_mut().enumerate().take(S::Tensor::COMPONENTS) {

@@ -180,7 +180,7 @@ pub(crate) fn settings<S: Space>(job: &Mpm, material: SharedMaterial<S>, law: Sh
         loads: job.loads.iter().map(|load| load_of::<S>(job, load)).collect(),
         material,
         rves: None,
-        nonlocal: None,
+        nonlocal: job.nonlocal,
         meshed: job.mesh.as_ref().map(|how| mesh_world::meshed(job, how)),
     }
 }

@@ -124,11 +124,7 @@ impl<S: Space> Setup for Points<'_, S> {
     ) -> Result<World<'t, S>, Error> {
         let rves = self.job.rves().map(|of_grains| rves::material(of_grains, &parts.packings));
         let layout = point_world::layout::<S>(self.job)?;
-        let settings = Settings {
-            rves,
-            nonlocal: self.job.nonlocal,
-            ..point_world::settings(self.job, self.law.clone(), Setup::law(self))
-        };
+        let settings = Settings { rves, ..point_world::settings(self.job, self.law.clone(), Setup::law(self)) };
         let parts = point_world::laid_out(parts, self.job, &layout);
         World::new(settings, layout, transport, progress.step, parts)
     }

@@ -52,14 +52,6 @@ impl Frame {
         }
     }
 
-    /// A deformation gradient as a cell is to follow it.
-    pub fn seen<S: Space>(self, deformation: &S::Tensor) -> S::Tensor {
-        match self {
-            Self::Full => *deformation,
-            Self::Corotational => S::transpose(&S::rotation(deformation)) * *deformation,
-        }
-    }
-
     /// The stress of a point at `deformation` from that of its cell.
     pub fn stress<S: Space>(self, of_cell: S::Symmetric, deformation: &S::Tensor) -> S::Symmetric {
         match self {

@@ -1,4 +1,4 @@
-//! The jobs of `jobs/mpm_dem/`, made small as their heads say: they run, and come to what RVEs of a hundred discs on coarse grids have found.
+//! The jobs of `jobs/mpm_dem/` and `jobs/methods/`, made small as their heads say: they run, and come to what RVEs of a hundred discs on coarse grids have found.
 //! Figures of the jobs as they are stand in VALIDATION.md.
 
 use scree::job::Job;
@@ -36,6 +36,27 @@ fn the_biaxial_specimen_has_a_peak() {
     assert!((3.4e5..4.1e5).contains(&stress) && (1.5..2.1).contains(&strain), "{stress:.0} Pa at {strain:.2} %");
     assert!(late < 0.95 * peak, "{late:.0} of {peak:.0} N");
     assert_eq!(ran.series("rve_loose").last(), Some(&0.0));
+}
+
+/// The same specimen of elements whose strain is nonlocal peaks where it does, and its account of energy closes, with the work of the overlay.
+#[test]
+fn a_nonlocal_specimen_of_elements_has_a_peak() {
+    let ran = small("biaxial_fem_dem.toml", include_str!("../../jobs/methods/biaxial_fem_dem.toml"));
+    let load = ran.series("plate_force_y");
+    let (peak, row) = peak(&load);
+    let [stress, strain] = [peak / 0.1, -100.0 * ran.series("plate_displacement_y")[row] / 2.0];
+    let late = load[load.len() - 9..].iter().sum::<f64>() / 9.0;
+    let [lost, by_plate, by_loads] =
+        ["energy_lost", "work_bodies", "work_loads"].map(|column| *ran.series(column).last().unwrap());
+    println!(
+        "nonlocal elements: {:.0} kPa at {strain:.2} %, {:.2} of it at the end, {:.1e} of the work lost",
+        1e-3 * stress,
+        late / peak,
+        lost / (by_plate + by_loads)
+    );
+    assert!((3.4e5..4.1e5).contains(&stress) && (1.5..2.1).contains(&strain), "{stress:.0} Pa at {strain:.2} %");
+    assert!(late < 0.85 * peak, "{late:.0} of {peak:.0} N");
+    assert!((lost / (by_plate + by_loads)).abs() < 0.015, "{lost} of {by_plate} and {by_loads} J");
 }
 
 /// A footing bears many times the surcharge beside it.

@@ -27,12 +27,13 @@ mod warnings;
 pub(super) use doubts::doubts;
 
 /// The sections of the page; one is left out where a job has nothing of it.
-const SECTIONS: [fn(&mut Page, &Slots); 15] = [
+const SECTIONS: [fn(&mut Page, &Slots); 16] = [
     domain::section,
     domain::faces,
     grains::section,
     contact::section,
     rves::section,
+    rves::nonlocal_section,
     continuum::scheme,
     continuum::material,
     continuum::start,

@@ -22,11 +22,6 @@ pub fn section(page: &mut Page, slots: &Slots) {
     let note = "above 1 an RVE holds more grains than the material that it stands for";
     page.row("edge over that of a cell", &figures(edge / job.grid.cell), note);
     page.keys(job.grid.dimension, |form| rves.clone().keys(form));
-    if let Some(mut nonlocal) = job.nonlocal {
-        page.keys(job.grid.dimension, |form| nonlocal.keys(form));
-        let share = nonlocal.radius / distance_of_points(job);
-        page.row("radius over the distance of points", &figures(share), "up to 1 a point has its own strain alone");
-    }
     let bounds = of_grains::bounds(&granular.piece);
     page.row("step of their grains", &format!("{} s", figures(granular.step_of_rves())), governing(&bounds).cause);
     if let Some([least, most]) = rates_of_least_steps(job) {
@@ -36,6 +31,16 @@ pub fn section(page: &mut Page, slots: &Slots) {
     let [memory, checkpoint] = rve_bytes(job).map(|bytes| format!("{} MB", figures(1e-6 * bytes)));
     page.row("memory", &memory, "of all ranks together, about");
     page.row("checkpoint", &checkpoint, "about");
+}
+
+/// How strain is averaged, if it is.
+pub fn nonlocal_section(page: &mut Page, slots: &Slots) {
+    let Some(job) = slots.continuum.as_deref() else { return };
+    let Some(mut nonlocal) = job.nonlocal else { return };
+    page.section("Nonlocal strain");
+    page.keys(job.grid.dimension, |form| nonlocal.keys(form));
+    let share = nonlocal.radius / distance_of_points(job);
+    page.row("radius over the distance of points", &figures(share), "up to 1 a point has its own strain alone");
 }
 
 /// The shortest distance of two points at the start, m: along an axis with a single element there is none.

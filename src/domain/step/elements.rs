@@ -76,7 +76,10 @@ impl<S: Space> World<'_, S> {
         self.accelerate_bodies()?;
         self.advance_elements();
         self.book_elements();
-        self.strain_elements();
+        match self.has_nonlocal_law() {
+            true => self.strain_by_means()?,
+            false => self.drift_elements(),
+        }
         self.follow_by_grains()?;
         self.drift_bodies();
         Ok(())
@@ -171,8 +174,8 @@ impl<S: Space> World<'_, S> {
         };
         let Elements { nodes, before, damped, forces, masses, sides, owned, held, .. } = &mut elements;
         let is_damped = !self.settings.grains.field.is_plain();
-        let is_open = conditions.is_open_inside();
-        let is_free = |row: usize| is_open && sides[row] == 0;
+        let inner_free = conditions.inner_nodes_are_free();
+        let is_free = |row: usize| inner_free && sides[row] == 0;
         let hold = |taken: &mut Vec<Held<S>>, row: usize, node: &mut Node<S>, [before, damped]: [&mut S::Vector; 2]| {
             *before = node.velocity;
             let mass = masses[row];
@@ -230,21 +233,21 @@ impl<S: Space> World<'_, S> {
         elements.pushes.iter().for_each(|push| reactions.of_load::<S>(&(push.force * dt)));
     }
 
-    /// Nodes drift, and the material follows.
-    fn strain_elements(&mut self) {
+    /// Nodes drift, and the material follows where its law answers to the strain of each element by itself.
+    pub(super) fn drift_elements(&mut self) {
         let timer = self.phases.start();
         let dt = self.dt_of_continuum();
         let how = self.hourglass();
         let points = &mut self.continuum.points.hot;
         let instructions = self.assembly.contacts.instructions();
-        let (material, has_rves) = (&self.settings.material, self.settings.rves.is_some());
+        let (material, settings) = (&self.settings.material, &self.settings);
+        let is_local = settings.rves.is_none() && settings.nonlocal.is_none();
         let strained = |rates: &[Rates], points: &mut [Hot<S>]| {
-            // RVEs follow by themselves.
-            if !has_rves {
+            if is_local {
                 material.strain((rates, dt, instructions), points);
             }
         };
-        self.elements.drift(points, (dt, instructions), strained, (!has_rves).then_some(&how));
+        self.elements.drift(points, (dt, instructions), strained, is_local.then_some(&how));
         self.phases.stop(Phase::Gather, timer);
     }
 
@@ -294,8 +297,8 @@ fn carried<S: Space>(
 }
 
 impl<S: Space> Conditions<'_, S> {
-    /// Whether nodes on no side are free, since nothing holds what comes into it.
-    fn is_open_inside(&self) -> bool {
+    /// Whether nodes on no side are free: no body and no face with friction holds what comes into it.
+    fn inner_nodes_are_free(&self) -> bool {
         let comes_in = |face: &Boundary| matches!(face, Boundary::Friction { .. });
         !self.bodies.iter().any(|body| body.grip.is_some() && body.side.is_none())
             && !self.faces.iter().flatten().any(comes_in)

@@ -55,7 +55,7 @@ impl<S: Space> World<'_, S> {
 
     /// Whether volume strain is averaged over nodes where material flows.
     pub(crate) fn averages_volume(&self) -> bool {
-        // Where strain is nonlocal, a mean of stress comes back as one: volume strain of points themselves has no part in it, and would drift.
+        // Where strain is nonlocal, a mean of stress comes back as one, and volume strain of points themselves would drift.
         let is_local = self.settings.nonlocal.is_none();
         is_local
             && self.has_points()

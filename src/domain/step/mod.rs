@@ -8,4 +8,5 @@ pub mod full_step;
 pub mod grid;
 pub mod loads;
 pub mod membranes;
+pub mod nonlocal;
 pub mod rves;

@@ -11,10 +11,10 @@ use crate::base::record::{Cargo, Record, Visitor};
 use crate::base::space::Space;
 use crate::base::symmetric::Symmetric;
 use crate::domain::phases::Phase;
+use crate::domain::step::nonlocal::Increments;
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::law::material::{Followed, GrainMemory, increment_of};
-use crate::mpm::nonlocal::Places;
+use crate::law::material::{Followed, GrainMemory};
 use crate::mpm::points::{Cold, Hot};
 use crate::mpm::stress::StressModel;
 use crate::mpm::volumetric::{STRAIN_FORGOTTEN, Volumetric};
@@ -64,21 +64,6 @@ struct Pair<'a, S: Space> {
     target: S::Tensor,
 }
 
-/// A point beside the mean around it: the deformation gradients of both, as RVEs see them, and the stress that it bears for it, Pa.
-struct Beside<S: Space> {
-    own: S::Tensor,
-    mean: S::Tensor,
-    stress: S::Symmetric,
-}
-
-impl<S: Space> Beside<S> {
-    /// Work of the stress on what the point goes through beside the mean, J per initial volume (m3).
-    fn work((from, to): (&Self, &Self)) -> f64 {
-        let strain = increment_of::<S>([&from.own, &to.own]) - increment_of::<S>([&from.mean, &to.mean]);
-        0.5 * (from.stress + to.stress).contract(&strain)
-    }
-}
-
 /// A point whose RVE could not follow, and why.
 type Failed = (PointId, Error);
 
@@ -88,50 +73,16 @@ impl<S: Space> World<'_, S> {
         if self.settings.rves.is_none() {
             return Ok(());
         }
-        let targets = self.targets_of_rves()?;
-        let before = self.beside_means();
+        let before = self.overlay()?;
+        let (targets, gone) = self.targets_of_rves()?;
         let told = self.follow_to(targets);
         let told = self.first_failure(told)?;
         self.gather_events(told)?;
-        if self.settings.nonlocal.is_some_and(|nonlocal| nonlocal.adjoint) {
-            self.average_stress(&before);
-        }
-        Ok(())
-    }
-
-    /// What each point has gone through beside the mean around it, and bears for it; none where strain is local.
-    fn beside_means(&self) -> Vec<Beside<S>> {
-        let Some(how) = self.settings.nonlocal.filter(|nonlocal| nonlocal.adjoint) else { return Vec::new() };
-        let frame = self.settings.rves.as_ref().map_or(Frame::Full, |material| material.frame);
-        let [_, shear] = moduli_of(&*self.settings.material);
-        let beside = |(hot, carried): (&Hot<S>, &PointRve<S>)| {
-            let [own, mean] = [frame.seen::<S>(&carried.deformation), *carried.rve.deformation()];
-            let stress = memory_of(hot).stress;
-            Beside { own, mean, stress: how.overlay_stress::<S>([&own, &mean], &stress, shear) }
-        };
-        self.continuum.points.hot.iter().zip(&self.rves).map(beside).collect()
-    }
-
-    /// Stress of points from that of the means around them and from what they bear beside these, of which `before` is what it was before
-    /// the increment. Collective.
-    fn average_stress(&mut self, before: &[Beside<S>]) {
-        let frame = self.settings.rves.as_ref().map_or(Frame::Full, |material| material.frame);
-        let after = self.beside_means();
-        let hot = &mut self.continuum.points.hot;
-        let overlay: Vec<S::Symmetric> =
-            hot.iter().zip(&after).map(|(hot, beside)| frame.stress::<S>(beside.stress, &hot.deformation)).collect();
-        for (hot, ways) in hot.iter_mut().zip(before.iter().zip(&after)) {
-            hot.plastic_work += Beside::work(ways);
-        }
-        let own = hot.iter().zip(&overlay).map(|(hot, overlay)| (hot.stress - *overlay).tensor()).collect();
-        let averaged = self.averaged_around(own);
-        for (hot, (stress, overlay)) in self.continuum.points.hot.iter_mut().zip(averaged.iter().zip(&overlay)) {
-            hot.stress = S::Symmetric::of(stress) + *overlay;
-        }
+        self.average_stress(&before, &gone)
     }
 
     /// Of failures on any ranks that of the point with the lowest id, whatever the ranks are.
-    fn first_failure<T>(&self, outcome: Result<T, Failed>) -> Result<T, Error> {
+    pub(super) fn first_failure<T>(&self, outcome: Result<T, Failed>) -> Result<T, Error> {
         let mine = outcome.as_ref().err().map_or(i64::MAX, |(id, _)| id.0 as i64);
         let mut first = [-mine];
         self.transport.max_integer(&mut first);
@@ -155,8 +106,8 @@ impl<S: Space> World<'_, S> {
         Ok(())
     }
 
-    /// A mean over points hides one that is turned inside out.
-    fn refuse_inside_out(&self) -> Result<(), Error> {
+    /// A mean over points hides one that is turned inside out. Collective.
+    pub(super) fn refuse_inside_out(&self) -> Result<(), Error> {
         let points = &self.continuum.points;
         let bad = |(hot, _): &(&Hot<S>, &Cold<S>)| !matches!(hot.volume_ratio(), ratio if ratio > 0.0);
         let worst = points.hot.iter().zip(&points.cold).filter(bad).min_by_key(|(_, cold)| cold.id);
@@ -171,34 +122,35 @@ impl<S: Space> World<'_, S> {
         self.first_failure(outcome)
     }
 
-    /// F of each point, or where strain is nonlocal that of its RVE after the mean increment of the points around it.
-    fn targets_of_rves(&mut self) -> Result<Vec<S::Tensor>, Error> {
+    /// F of each point, or where strain is nonlocal that of its RVE after the mean increment of the points around it; and what they go through, where it is asked
+    /// for. Collective.
+    fn targets_of_rves(&mut self) -> Result<(Vec<S::Tensor>, Increments<S>), Error> {
         let frame = self.settings.rves.as_ref().map_or(Frame::Full, |material| material.frame);
         if self.settings.nonlocal.is_none() && frame == Frame::Full {
-            return Ok(self.continuum.points.hot.iter().map(|hot| hot.deformation).collect());
+            let targets = self.continuum.points.hot.iter().map(|hot| hot.deformation).collect();
+            return Ok((targets, Increments { own: Vec::new(), mean: Vec::new() }));
         }
         self.refuse_inside_out()?;
-        if self.settings.nonlocal.is_some_and(|nonlocal| nonlocal.places == Places::Current) {
-            self.find_neighbourhood()?;
-        }
+        self.find_neighbourhood_of_now()?;
         let increment = |(hot, carried): (&Hot<S>, &PointRve<S>)| {
             let before = S::inverse(&carried.deformation).expect("what has been followed can be gone back");
             hot.deformation * before - S::identity()
         };
         let own: Vec<S::Tensor> = self.continuum.points.hot.iter().zip(&self.rves).map(increment).collect();
-        let averaged = match self.settings.nonlocal.map(|nonlocal| nonlocal.lag) {
-            None => own,
-            Some(0) => self.averaged_around(own),
-            Some(_) => self.averaged_with_lag(own),
+        let mean = match self.settings.nonlocal.map(|nonlocal| nonlocal.lag) {
+            None => own.clone(),
+            Some(0) => self.averaged_around(own.clone()),
+            Some(_) => self.averaged_with_lag(&own),
         };
         let target = |(mean, (hot, carried)): (&S::Tensor, (&Hot<S>, &PointRve<S>))| {
             frame.target::<S>(mean, [&carried.deformation, &hot.deformation], carried.rve.deformation())
         };
-        Ok(averaged.iter().zip(self.continuum.points.hot.iter().zip(&self.rves)).map(target).collect())
+        let targets = mean.iter().zip(self.continuum.points.hot.iter().zip(&self.rves)).map(target).collect();
+        Ok((targets, Increments { own, mean }))
     }
 
     /// Means of the increments of the step before, but for the point's own.
-    fn averaged_with_lag(&mut self, own: Vec<S::Tensor>) -> Vec<S::Tensor> {
+    fn averaged_with_lag(&mut self, own: &[S::Tensor]) -> Vec<S::Tensor> {
         let before: Vec<S::Tensor> = self.rves.iter().map(|carried| carried.increment).collect();
         let mut averaged = self.averaged_around(before);
         for (row, (mean, carried)) in averaged.iter_mut().zip(&mut self.rves).enumerate() {
@@ -244,12 +196,12 @@ impl<S: Space> World<'_, S> {
     }
 }
 
-fn place_of<S: Space>(hot: &Hot<S>) -> [f64; 3] {
+pub(super) fn place_of<S: Space>(hot: &Hot<S>) -> [f64; 3] {
     std::array::from_fn(|axis| if axis < S::DIMENSION { hot.position[axis] } else { 0.0 })
 }
 
-fn of_point(id: PointId, [x, y, z]: &[f64; 3]) -> String {
-    format!("the RVE of point {} at ({x:.4e}, {y:.4e}, {z:.4e}) m", id.0)
+pub(super) fn of_point(id: PointId, [x, y, z]: &[f64; 3]) -> String {
+    format!("point {} at ({x:.4e}, {y:.4e}, {z:.4e}) m", id.0)
 }
 
 /// How RVEs follow.
@@ -262,12 +214,6 @@ struct Following {
     moduli: [f64; 2],
     /// Whether volume strain is averaged over nodes.
     averages: bool,
-}
-
-fn memory_of<S: Space>(hot: &Hot<S>) -> GrainMemory<S> {
-    let mut memory = GrainMemory::<S>::default();
-    memory.numbers_mut().copy_from_slice(&hot.memory.numbers()[..GrainMemory::<S>::WIDTH]);
-    memory
 }
 
 fn moduli_of<S: Space>(material: &dyn StressModel<S>) -> [f64; 2] {
@@ -284,9 +230,11 @@ fn follow<S: Space>(
     let (before, steps) = (*carried.rve.deformation(), carried.rve.state().pair_steps);
     let place = place_of(hot);
     let answer = carried.rve.follow(target, how.duration, &how.drive, scratch);
-    let answer = answer.map_err(|error| (*id, Error::Run(format!("{}: {error}", of_point(*id, &place)))))?;
+    let answer = answer.map_err(|error| (*id, Error::Run(format!("the RVE of {}: {error}", of_point(*id, &place)))))?;
     carried.cost = carried.rve.state().pair_steps - steps;
-    let mut memory = memory_of(hot);
+    let words = &mut hot.memory.numbers_mut()[..GrainMemory::<S>::WIDTH];
+    let mut memory = GrainMemory::<S>::default();
+    memory.numbers_mut().copy_from_slice(words);
     let ([bulk, shear], ways) = (how.moduli, [[&before, &*target], [&carried.deformation, &hot.deformation]]);
     let Followed { work, plastic_strain } = memory.follow(ways, (answer.kirchhoff, carried.rve.opened()), shear);
     hot.plastic_work += work;
@@ -295,13 +243,14 @@ fn follow<S: Space>(
         volumetric.strain = answer.kirchhoff.trace() / (S::DIMENSION as f64 * bulk) + memory.opened;
         volumetric.flowing = (plastic_strain / STRAIN_FORGOTTEN).min(1.0);
     }
-    hot.memory.numbers_mut()[..GrainMemory::<S>::WIDTH].copy_from_slice(memory.numbers());
+    words.copy_from_slice(memory.numbers());
     carried.deformation = hot.deformation;
     hot.stress = how.frame.stress::<S>(answer.kirchhoff, &hot.deformation);
     let (mut events, mut jump) = (answer.events, 0.0);
     if is_drawn_out(&carried.rve) {
         let fresh = renewed(&carried.rve, &how.drive, scratch);
-        let fresh = fresh.map_err(|error| (*id, Error::Run(format!("{}: {error}", of_point(*id, &place)))))?;
+        let fresh =
+            fresh.map_err(|error| (*id, Error::Run(format!("the RVE of {}: {error}", of_point(*id, &place)))))?;
         if let Some((rve, by)) = fresh {
             (carried.rve, jump, events.renewed) = (rve, by, true);
         }

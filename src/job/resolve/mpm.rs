@@ -130,14 +130,20 @@ fn nonlocal(typed: &Typed, job: &Mpm) -> Option<Nonlocal> {
     if !table.is_typed() {
         return None;
     }
-    if job.rves().is_none() {
+    if job.rves().is_none() && job.mesh.is_none() {
         table.add(table.refusal_of_table(
-            "averages the strain that RVEs follow, and this job has none. Remove it, or write method = \"mpm_dem\" (of elements \"fem_dem\").",
+            "averages the strain that RVEs or elements answer to, and this job has neither. Remove it, or write method = \"mpm_dem\", or [mesh] in place of [grid].",
         ));
         return None;
     }
     let mut nonlocal = Nonlocal::BLANK;
     nonlocal.keys(&mut table);
+    if job.rves().is_none() && nonlocal.lag > 0 {
+        table.add(table.refusal(
+            "lag",
+            "is refused: it is of RVEs, which keep the increment of the step before, and laws do not. Write lag = 0, or leave it out.",
+        ));
+    }
     Some(nonlocal)
 }
 

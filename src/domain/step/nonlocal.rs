@@ -1,0 +1,140 @@
+//! Stress of points whose strain is nonlocal: what they answer to is a mean around them, and so is their stress, but for what they bear for deviating from it
+//! ([`crate::mpm::nonlocal`]).
+
+use rayon::prelude::*;
+
+use crate::base::error::Error;
+use crate::base::lane::LANES;
+use crate::base::space::Space;
+use crate::base::symmetric::Symmetric;
+use crate::domain::phases::Phase;
+use crate::domain::step::rves::{of_point, place_of};
+use crate::domain::world::World;
+use crate::law::material::increment_of;
+use crate::mpm::nonlocal::Places;
+use crate::mpm::points::{Cold, Hot};
+use crate::mpm::strain::Rates;
+use crate::rve::Frame;
+
+/// Octets whose laws are followed in one task.
+const OCTETS_PER_TASK: usize = 8;
+
+/// What points go through in a step, F(n+1) F(n)^-1 - 1 of each, and its mean around each.
+pub(super) struct Increments<S: Space> {
+    pub own: Vec<S::Tensor>,
+    pub mean: Vec<S::Tensor>,
+}
+
+impl<S: Space> Increments<S> {
+    /// Strain of a point beyond that of the mean around it.
+    fn deviation(&self, row: usize) -> S::Symmetric {
+        let strain = |more: &S::Tensor| increment_of::<S>([&S::identity(), &(S::identity() + *more)]);
+        strain(&self.own[row]) - strain(&self.mean[row])
+    }
+}
+
+impl<S: Space> World<'_, S> {
+    /// Whether laws answer to a mean strain; RVEs see to it by themselves.
+    pub(super) fn has_nonlocal_law(&self) -> bool {
+        self.has_elements() && self.settings.nonlocal.is_some() && self.settings.rves.is_none()
+    }
+
+    /// The points around each of where they are now, if these are asked for. Collective.
+    pub(super) fn find_neighbourhood_of_now(&mut self) -> Result<(), Error> {
+        match self.settings.nonlocal.is_some_and(|nonlocal| nonlocal.places == Places::Current) {
+            true => self.find_neighbourhood(),
+            false => Ok(()),
+        }
+    }
+
+    /// Nodes drift, and laws answer to the mean of what elements go through. Collective.
+    pub(super) fn strain_by_means(&mut self) -> Result<(), Error> {
+        let before = self.overlay()?;
+        let from: Vec<S::Tensor> = self.continuum.points.hot.iter().map(|hot| hot.deformation).collect();
+        self.drift_elements();
+        self.refuse_inside_out()?;
+        self.find_neighbourhood_of_now()?;
+        let increment = |(hot, from): (&Hot<S>, &S::Tensor)| {
+            let back = S::inverse(from).expect("what has been followed can be gone back");
+            hot.deformation * back - S::identity()
+        };
+        let own: Vec<S::Tensor> = self.continuum.points.hot.iter().zip(&from).map(increment).collect();
+        let mean = self.averaged_around(own.clone());
+        self.follow_by_laws(&mean);
+        self.average_stress(&before, &Increments { own, mean })
+    }
+
+    fn follow_by_laws(&mut self, increments: &[S::Tensor]) {
+        let timer = self.phases.start();
+        let dt = self.dt_of_continuum();
+        let (material, instructions) = (&self.settings.material, self.assembly.contacts.instructions());
+        let together = LANES * OCTETS_PER_TASK;
+        let points = self.continuum.points.hot.par_chunks_mut(together);
+        points.zip(increments.par_chunks(together)).for_each(|(points, increments)| {
+            let rates: Vec<Rates> =
+                increments.chunks(LANES).map(|increments| Rates::of::<S>(increments, 1.0 / dt)).collect();
+            material.strain((&rates, dt, instructions), points);
+        });
+        self.phases.stop(Phase::Gather, timer);
+    }
+
+    /// What each point bears for its deviation from the mean around it, Pa; nothing where stress is not averaged. The mean has no memory of its own but that of
+    /// an RVE which goes through all of it. Collective.
+    pub(super) fn overlay(&mut self) -> Result<Vec<S::Symmetric>, Error> {
+        let Some(how) = self.settings.nonlocal.filter(|nonlocal| nonlocal.adjoint) else { return Ok(Vec::new()) };
+        let [own, mean]: [Vec<S::Tensor>; 2] = match &self.settings.rves {
+            Some(material) if material.frame == Frame::Full => {
+                let own = self.rves.iter().map(|carried| carried.deformation);
+                [own.collect(), self.rves.iter().map(|carried| *carried.rve.deformation()).collect()]
+            }
+            Some(_) => {
+                let own: Vec<S::Tensor> = self.rves.iter().map(|carried| carried.deformation).collect();
+                [own.clone(), self.averaged_around(own)]
+            }
+            None => {
+                let own: Vec<S::Tensor> = self.continuum.points.hot.iter().map(|hot| hot.deformation).collect();
+                [own.clone(), self.averaged_around(own)]
+            }
+        };
+        let (material, points) = (&self.settings.material, &self.continuum.points);
+        let borne = |(row, (hot, cold)): (usize, (&Hot<S>, &Cold<S>))| {
+            let stress = S::Symmetric::of(&material.stress(&hot.memory));
+            let overlay = how.overlay_stress::<S>([&own[row], &mean[row]], &stress, material.shear_modulus());
+            overlay.ok_or_else(|| {
+                let words = format!(
+                    "{}: the mean of F around it has no inverse, for material within nonlocal.radius turns in too many ways; begin anew with a smaller one",
+                    of_point(cold.id, &place_of(hot))
+                );
+                (cold.id, Error::Run(words))
+            })
+        };
+        let rows = points.hot.iter().zip(&points.cold).enumerate();
+        let mut failed = None;
+        let mut all = Vec::with_capacity(points.hot.len());
+        for outcome in rows.map(borne) {
+            match outcome {
+                Ok(stress) => all.push(stress),
+                Err(failure) => failed = failed.into_iter().chain([failure]).min_by_key(|(id, _)| *id),
+            }
+        }
+        self.first_failure(failed.map_or(Ok(all), Err))
+    }
+
+    /// Stress of points from that of the means around them and from what they bear for deviations, which was `before` the increment. Collective.
+    pub(super) fn average_stress(&mut self, before: &[S::Symmetric], gone: &Increments<S>) -> Result<(), Error> {
+        if !self.settings.nonlocal.is_some_and(|nonlocal| nonlocal.adjoint) {
+            return Ok(());
+        }
+        let after = self.overlay()?;
+        let hot = &mut self.continuum.points.hot;
+        for (row, hot) in hot.iter_mut().enumerate() {
+            hot.plastic_work += 0.5 * (before[row] + after[row]).contract(&gone.deviation(row));
+        }
+        let own = hot.iter().zip(&after).map(|(hot, overlay)| (hot.stress - *overlay).tensor()).collect();
+        let averaged = self.averaged_around(own);
+        for (hot, (stress, overlay)) in self.continuum.points.hot.iter_mut().zip(averaged.iter().zip(&after)) {
+            hot.stress = S::Symmetric::of(stress) + *overlay;
+        }
+        Ok(())
+    }
+}
