@@ -9,6 +9,7 @@ collapse, outside, rest and sheared h5py, which brings numpy.
     tests/figures.py bearing DIR...     load on a footing over the surcharge at settlements over its half width, and its first maximum
     tests/figures.py band DIR...        width of the shear band, in cells and in sections of a cell by its normal
     tests/figures.py elements DIR...    width of the shear band of elements in plane strain compression, and the curve
+    tests/figures.py bins DIR...        the same of a specimen of grains, points or elements, by one measure for all of them
     tests/figures.py collapse DIR...    run-out of a column, and its energies over the potential energy at the start
     tests/figures.py outside DIR...     how far grains lie outside of membranes at the end, along the normals of these
     tests/figures.py rest DIR...        pressures of points at rest over the weight above them, and how far the material has come
@@ -222,7 +223,7 @@ def sheared_elements(folder, strain=0.042):
         sheared = "deviatoric_strain"
     else:
         spacing = job["grid"]["cell"] / job["scheme"]["points_per_cell"]
-        upper, depth, sheared = start.max(axis=0) - start.min(axis=0) + spacing, job["grid"]["depth"], "plastic_strain"
+        upper, depth, sheared = start.max(axis=0) - start.min(axis=0) + spacing, job["grid"]["depth"], "deviatoric_strain"
     body = next(body["name"] for body in job["body"] if "path" in body)
     strip = upper[0] / 5
     reached = {row["time"]: -row[f"{body}_displacement_y"] / upper[1] for row in rows}
@@ -242,6 +243,57 @@ def sheared_elements(folder, strain=0.042):
     print(
         f"{folder}: width {1e3 * width:.1f} mm at {math.degrees(angle):.0f} degrees between strains of {100 * strain * 0.8:.1f} and {100 * strain:.1f} %; peak {1e-3 * max(stress):.0f} kPa at {100 * strains[stress.index(max(stress))]:.2f} %, "
         + ", ".join(f"{level(e):.0f} at {100 * e:.0f} %" for e in (0.01, 0.02, 0.03, 0.04) if e <= strains[-1] + 0.001)
+    )
+
+
+def sheared_bins(folder, strain=0.042, edge=0.05):
+    """Of a specimen of any method in plane strain compression: the same width of its band, of deviatoric strain averaged in square bins, grains and points by
+    the area that they stand for, so that a method of thousands of grains is measured as one of hundreds of elements; in metres."""
+    import numpy
+
+    frames, job, rows = Frames(folder), scenario(folder), series(folder)
+    body = next(body["name"] for body in job["body"] if "path" in body)
+    height = next(body["point"][1] if "point" in body else body["lower"][1] for body in job["body"] if "path" in body)
+    reached = {row["time"]: -row[f"{body}_displacement_y"] / height for row in rows}
+    at = lambda wanted: min(range(len(frames.times)), key=lambda frame: abs(numpy.interp(frames.times[frame], list(reached), list(reached.values())) - wanted))
+    first, last = at(0.8 * strain), at(strain)
+
+    def shears(frame):
+        columns = [numpy.concatenate([frames.column(frame, name, kind) for kind in (0, 1)]) for name in ("id", "deviatoric_strain", "radius")]
+        places = numpy.concatenate([frames.column(frame, "place", kind)[:, :2] for kind in (0, 1)])
+        kinds = numpy.concatenate([numpy.full(len(frames.column(frame, "id", kind)), kind) for kind in (0, 1)])
+        return kinds, *columns, places
+
+    kinds, ids, after, radius, place = shears(last)
+    kinds_before, ids_before, before, _, _ = shears(first)
+    known = {(kind, number): value for kind, number, value in zip(kinds_before, ids_before, before)}
+    kept = numpy.array([(kind, number) in known for kind, number in zip(kinds, ids)])
+    gain = after[kept] - numpy.array([known[key] for key in zip(kinds[kept], ids[kept])])
+    place, kinds, radius = place[kept], kinds[kept], radius[kept]
+    # Points share what grains leave of the specimen.
+    area = numpy.where(kinds == 1, math.pi * radius**2 / 0.84, 0.0)
+    width = numpy.percentile(place[:, 0], 99.5) - numpy.percentile(place[:, 0], 0.5)
+    points = (kinds == 0).sum()
+    area[kinds == 0] = max(width * (place[:, 1].max() - place[:, 1].min()) - area.sum(), 0.0) / max(points, 1)
+    counts = numpy.ceil(place.max(axis=0) / edge).astype(int) + 1
+    where = numpy.floor(place / edge).astype(int).clip(0) @ (1, counts[0])
+    held = numpy.bincount(where, area, counts.prod())
+    mean = numpy.bincount(where, area * gain, counts.prod()) / held.clip(1e-30)
+    centre = (numpy.array([(x, y) for y in range(counts[1]) for x in range(counts[0])]) + 0.5) * edge
+    # A bin that no row is in has the strain of the nearest one, where that reaches so far.
+    for number in numpy.flatnonzero(held == 0):
+        way = ((place - centre[number]) ** 2).sum(axis=1)
+        nearest = way.argmin()
+        if way[nearest] < 0.55 * area[nearest]:
+            held[number], mean[number] = edge**2, gain[nearest]
+    full = held > 0.2 * numpy.median(held[held > 0])
+    centre, mean = centre[full], mean[full]
+    angle, across = line_of_band(centre, mean, width / 5, 16, 35, lambda angle: width / math.cos(angle))
+    near = abs(across) < 0.3 * width
+    even = edge**2 * mean[near].sum() ** 2 / (mean[near] ** 2).sum()
+    print(
+        f"{folder}: {1e3 * 2 / 3 * even / (width / math.cos(angle)):.0f} mm at {abs(math.degrees(angle)):.0f} degrees, with {100 * mean[near].sum() / mean.sum():.0f} % of all"
+        f" deviatoric strain between axial strains of {100 * 0.8 * strain:.1f} and {100 * strain:.1f} %"
     )
 
 
@@ -400,6 +452,7 @@ if __name__ == "__main__":
         "bearing": bearing,
         "band": band,
         "elements": sheared_elements,
+        "bins": sheared_bins,
         "collapse": collapse,
         "outside": outside,
         "rest": rest,

@@ -74,7 +74,7 @@ pub enum Places {
 }
 
 impl Nonlocal {
-    pub const BLANK: Self = Self { radius: 0.0, places: Places::Reference, adjoint: true, overlay: 0.2, lag: 0 };
+    pub const BLANK: Self = Self { radius: 0.0, places: Places::Reference, adjoint: true, overlay: 0.5, lag: 0 };
 
     /// The keys of `[nonlocal]`.
     pub fn keys(&mut self, form: &mut dyn Form) {
@@ -92,7 +92,7 @@ impl Nonlocal {
         let about = "whether stress is averaged by the same operator, which is self-adjoint, so that its power is that of the averaged strain";
         form.flag(&mut self.adjoint, flag("adjoint", about, "false").or("true"));
         let about = "share of its secant shear modulus with which material resists deviations from the mean strain, where stress is averaged; with 0 nothing resists what is finer than the radius";
-        form.number(&mut self.overlay, number("overlay", about, RATIO, Range::closed(0.0, 1.0), "0.1").or("0.2"));
+        form.number(&mut self.overlay, number("overlay", about, RATIO, Range::closed(0.0, 1.0), "0.2").or("0.5"));
         let about = "steps by which the strain of neighbours is older than that of the point";
         form.count(&mut self.lag, count("lag", about, (0, 1), "1").or("0"));
     }
@@ -441,10 +441,10 @@ mod tests {
         assert_eq!(overlay(own, Tensor::zeros()), None);
         let found = overlay(own, mean).unwrap();
         // |s|/|e| at a shear of 0.1 is 1.5 over half of it, to the second order.
-        let wanted = 0.2 * (1.5 / 0.05) * 0.5e-4;
+        let wanted = HOW.overlay * (1.5 / 0.05) * 0.5e-4;
         assert!((found.tensor()[(0, 1)] / wanted - 1.0).abs() < 0.01, "{found:?} {wanted}");
         let elastic = overlay(shear(1e-6), shear(0.0)).unwrap();
-        assert!((elastic.tensor()[(0, 1)] / (0.2 * modulus * 1e-6) - 1.0).abs() < 1e-5);
+        assert!((elastic.tensor()[(0, 1)] / (HOW.overlay * modulus * 1e-6) - 1.0).abs() < 1e-5);
     }
 
     /// Runs a layer of `elements` that is sheared by 4 %, 1 m high, of a toy material that softens by 30 % after its peak and is weaker by 2 % in its middle.
