@@ -16,6 +16,8 @@ pub struct Neighbourhood<S: Space> {
     buffers: HaloBuffers,
     /// What is averaged, of all of them; made and used within a step.
     tensors: Vec<S::Tensor>,
+    /// What points bore for their deviations at the end of the last step, Pa; none where it has not been reckoned since rows were laid.
+    pub(super) overlay: Option<Vec<S::Symmetric>>,
 }
 
 impl<S: Space> Default for Neighbourhood<S> {
@@ -25,6 +27,7 @@ impl<S: Space> Default for Neighbourhood<S> {
             halo: Halo::default(),
             buffers: HaloBuffers::default(),
             tensors: Vec::new(),
+            overlay: None,
         }
     }
 }
@@ -84,6 +87,7 @@ impl<S: Space> World<'_, S> {
             tensors: vec![S::Tensor::zero(); seen.len()],
             halo,
             buffers: HaloBuffers::default(),
+            overlay: None,
         };
         let transport = self.transport;
         let everyones = |mine: &[f64]| {

@@ -502,19 +502,21 @@ mod tests {
         [work, sums[0] * sums[0] / sums[1] * height]
     }
 
-    /// `../../VALIDATION.md`: energy and width within 2 % over three meshes; local ones follow the mesh.
+    /// `../../VALIDATION.md`: energy and width within 2 % over three meshes; local ones follow the mesh. All meshes do the work of the residual strength, which
+    /// would hide the rest: the energy of softening is what they do beyond it.
     #[test]
     fn softening_bar_has_a_width_of_its_own() {
         let how = Nonlocal { radius: 0.2, ..HOW };
-        let found = [20, 40, 80].map(|elements| softening_bar(elements, Some(&how)));
-        println!("nonlocal: work and width of 20, 40, 80 elements {found:.5?}");
+        let beyond = |[work, width]: [f64; 2]| [work - 0.7 * 0.04, width];
+        let found = [20, 40, 80].map(|elements| beyond(softening_bar(elements, Some(&how))));
+        println!("nonlocal: energy of softening and width of 20, 40, 80 elements {found:.5?}");
         let spread = |which: usize| {
             let of = found.map(|of| of[which]);
             of.iter().copied().fold(0.0, f64::max) / of.iter().copied().fold(f64::INFINITY, f64::min) - 1.0
         };
         assert!(spread(0) < 0.02 && spread(1) < 0.02, "{found:?}");
-        let local = [20, 40].map(|elements| softening_bar(elements, None));
+        let local = [20, 40].map(|elements| beyond(softening_bar(elements, None)));
         println!("local: {local:.5?}");
-        assert!(local[0][1] > 1.5 * local[1][1], "{local:?}");
+        assert!(local[0][1] > 1.5 * local[1][1] && (local[0][0] / local[1][0] - 1.0).abs() > 0.1, "{local:?}");
     }
 }

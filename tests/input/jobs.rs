@@ -53,8 +53,26 @@ fn large_jobs() -> Vec<PathBuf> {
     jobs
 }
 
+/// One problem by several methods.
+fn jobs_of_one_problem() -> Vec<PathBuf> {
+    let jobs = jobs_in(&folder().join("methods"));
+    assert!(jobs.len() >= 2, "{jobs:?}");
+    jobs
+}
+
 fn all_jobs() -> Vec<PathBuf> {
-    [jobs_of_methods(), jobs_of_elements(), jobs_of_continua(), jobs_of_benches(), large_jobs()].concat()
+    [jobs_of_methods(), jobs_of_elements(), jobs_of_continua(), jobs_of_benches(), large_jobs(), jobs_of_one_problem()]
+        .concat()
+}
+
+/// The specimen of the five methods is a hybrid, and by one override grains alone or the continuum that is calibrated to them.
+#[test]
+fn the_one_problem_is_a_hybrid_and_its_twins() {
+    let path = folder().join("methods/biaxial.toml");
+    for method in ["hybrid", "dem", "mpm"] {
+        let job = Job::load(&path, &[format!("method={method}")]).unwrap_or_else(|error| panic!("{error}"));
+        assert!(job.to_toml().contains(&format!("method = \"{method}\"")), "{method}");
+    }
 }
 
 #[test]

@@ -49,7 +49,7 @@ impl<S: Space> World<'_, S> {
 
     /// Nodes drift, and laws answer to the mean of what elements go through. Collective.
     pub(super) fn strain_by_means(&mut self) -> Result<(), Error> {
-        let before = self.overlay()?;
+        let before = self.overlay_before()?;
         let from: Vec<S::Tensor> = self.continuum.points.hot.iter().map(|hot| hot.deformation).collect();
         self.drift_elements();
         self.refuse_inside_out()?;
@@ -78,23 +78,27 @@ impl<S: Space> World<'_, S> {
         self.phases.stop(Phase::Gather, timer);
     }
 
+    /// The overlay before an increment: that of the end of the last one, where it has been kept. Collective.
+    pub(super) fn overlay_before(&mut self) -> Result<Vec<S::Symmetric>, Error> {
+        match self.neighbourhood.overlay.take() {
+            Some(kept) => Ok(kept),
+            None => self.overlay(),
+        }
+    }
+
     /// What each point bears for its deviation from the mean around it, Pa; nothing where stress is not averaged. The mean has no memory of its own but that of
     /// an RVE which goes through all of it. Collective.
-    pub(super) fn overlay(&mut self) -> Result<Vec<S::Symmetric>, Error> {
+    fn overlay(&mut self) -> Result<Vec<S::Symmetric>, Error> {
         let Some(how) = self.settings.nonlocal.filter(|nonlocal| nonlocal.adjoint) else { return Ok(Vec::new()) };
-        let [own, mean]: [Vec<S::Tensor>; 2] = match &self.settings.rves {
+        let own: Vec<S::Tensor> = match &self.settings.rves {
+            Some(_) => self.rves.iter().map(|carried| carried.deformation).collect(),
+            None => self.continuum.points.hot.iter().map(|hot| hot.deformation).collect(),
+        };
+        let mean = match &self.settings.rves {
             Some(material) if material.frame == Frame::Full => {
-                let own = self.rves.iter().map(|carried| carried.deformation);
-                [own.collect(), self.rves.iter().map(|carried| *carried.rve.deformation()).collect()]
+                self.rves.iter().map(|carried| *carried.rve.deformation()).collect()
             }
-            Some(_) => {
-                let own: Vec<S::Tensor> = self.rves.iter().map(|carried| carried.deformation).collect();
-                [own.clone(), self.averaged_around(own)]
-            }
-            None => {
-                let own: Vec<S::Tensor> = self.continuum.points.hot.iter().map(|hot| hot.deformation).collect();
-                [own.clone(), self.averaged_around(own)]
-            }
+            _ => self.averaged_around(own.clone()),
         };
         let (material, points) = (&self.settings.material, &self.continuum.points);
         let borne = |(row, (hot, cold)): (usize, (&Hot<S>, &Cold<S>))| {
@@ -135,6 +139,7 @@ impl<S: Space> World<'_, S> {
         for (hot, (stress, overlay)) in self.continuum.points.hot.iter_mut().zip(averaged.iter().zip(&after)) {
             hot.stress = S::Symmetric::of(stress) + *overlay;
         }
+        self.neighbourhood.overlay = Some(after);
         Ok(())
     }
 }

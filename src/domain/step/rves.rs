@@ -73,7 +73,7 @@ impl<S: Space> World<'_, S> {
         if self.settings.rves.is_none() {
             return Ok(());
         }
-        let before = self.overlay()?;
+        let before = self.overlay_before()?;
         let (targets, gone) = self.targets_of_rves()?;
         let told = self.follow_to(targets);
         let told = self.first_failure(told)?;
