@@ -11,7 +11,8 @@ use super::cores::Placement;
 use super::start_threads_of;
 use crate::analysis::calibrate::element::Element;
 use crate::analysis::calibrate::fragment::in_unit;
-use crate::analysis::calibrate::{self, Calibration, KEYS, Subject, Wanted, elements, mobilised};
+use crate::analysis::calibrate::mobilised::{self, DATA, Earlier};
+use crate::analysis::calibrate::{self, Calibration, KEYS, Subject, Wanted, elements};
 use crate::base::error::Error;
 use crate::job::Job;
 use crate::law::material::CriticalDruckerPrager;
@@ -38,6 +39,10 @@ pub(super) struct Calibrate {
     /// Packings after those that are tested and not fitted, so that the law is shown on them; of mobilised_friction alone.
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1000))]
     held_back: u16,
+    /// The folder of an earlier calibration of this job, whose tests are fitted again instead of being done anew; of
+    /// mobilised_friction alone.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["grains", "packings", "held_back"])]
+    tests: Option<PathBuf>,
     /// Shear strain at the end of the shear tests. Default: 0.6, of mobilised_friction 0.4.
     #[arg(long)]
     strain: Option<f64>,
@@ -51,7 +56,6 @@ pub(super) struct Calibrate {
 
 /// Files of a calibration.
 const FRAGMENT: &str = "calibrated.toml";
-const DATA: &str = "calibration.json";
 const STRING: &str = "a string takes every line";
 
 pub(super) fn command(typed: &Calibrate, placement: &Placement, transport: &dyn Transport) -> Result<String, Error> {
@@ -74,6 +78,12 @@ pub(super) fn command(typed: &Calibrate, placement: &Placement, transport: &dyn 
                 .to_string(),
         ));
     }
+    if typed.tests.is_some() && !is_mobilised {
+        return Err(Error::User(
+            "--tests is of --law mobilised_friction, whose calibration leaves all that was measured. Add that law, or remove --tests."
+                .to_string(),
+        ));
+    }
     let subject = Subject::of(&Job::load(&typed.job, &typed.set)?, &typed.job.display().to_string(), is_mobilised)?;
     let out = typed.out.clone().unwrap_or_else(|| Path::new("runs").join(format!("calibrate_{}", subject.name)));
     if is_mobilised { mobilised(typed, &subject, &out, placement) } else { critical(typed, &subject, &out, placement) }
@@ -83,7 +93,7 @@ fn critical(typed: &Calibrate, subject: &Subject, out: &Path, placement: &Placem
     let wanted = Wanted { grains: typed.grains(), packings: typed.packings(), strain: typed.strain() };
     let mut results = begun(&elements(subject, wanted, subject.piece.seed), out, placement)?;
     let calibration = calibrate::calibrate(subject, wanted)?;
-    let command = typed.words();
+    let command = typed.words([wanted.grains, wanted.packings, 0]);
     results.add(out.join(FRAGMENT), &calibration.fragment(&subject.name, &command));
     results.add(out.join(DATA), &written(&calibration.to_json(&subject.name, &command)));
     let page = report::write_calibration(&calibration, (subject, &command), out, results)?;
@@ -91,11 +101,16 @@ fn critical(typed: &Calibrate, subject: &Subject, out: &Path, placement: &Placem
 }
 
 fn mobilised(typed: &Calibrate, subject: &Subject, out: &Path, placement: &Placement) -> Result<String, Error> {
+    let earlier = typed.tests.as_ref().map(|folder| Earlier::of(folder, subject, typed.strain())).transpose()?;
     let held = u64::from(typed.held_back);
-    let wanted = mobilised::Wanted { grains: typed.grains(), packings: typed.packings(), held, strain: typed.strain() };
+    let typed_of = mobilised::Wanted { grains: typed.grains(), packings: typed.packings(), held, strain: typed.strain() };
+    let wanted = earlier.as_ref().map_or(typed_of, |earlier| earlier.wanted);
     let mut results = begun(&mobilised::elements(subject, wanted, subject.piece.seed), out, placement)?;
-    let calibration = mobilised::calibrate(subject, wanted)?;
-    let command = typed.words();
+    let calibration = match earlier {
+        Some(Earlier { fitted, held, .. }) => mobilised::fit_all(wanted, subject.stress, fitted, held)?,
+        None => mobilised::calibrate(subject, wanted)?,
+    };
+    let command = typed.words([wanted.grains, wanted.packings, wanted.held]);
     results.add(out.join(FRAGMENT), &calibration.fragment(&subject.name, &command));
     results.add(out.join(DATA), &written(&calibration.to_json(&subject.name, &command)));
     let page = report::write_calibration_mobilised(&calibration, (subject, &command), out, results)?;
@@ -154,21 +169,20 @@ impl Calibrate {
         self.strain.unwrap_or(self.of_law(0.6, 0.4))
     }
 
-    /// The line that does the same again; folder and threads change nothing.
-    fn words(&self) -> String {
+    /// The line that does the same again, tests as well, of so many grains, packings and packings held back; folders and
+    /// threads change nothing.
+    fn words(&self, [grains, packings, held]: [u64; 3]) -> String {
         let law = match self.law {
             Fitted::CriticalDruckerPrager => "",
             Fitted::MobilisedFriction => " --law mobilised_friction",
         };
         let mut words = format!(
-            "scree calibrate {}{law} --grains {} --packings {} --strain {}",
+            "scree calibrate {}{law} --grains {grains} --packings {packings} --strain {}",
             self.job.display(),
-            self.grains(),
-            self.packings(),
             self.strain()
         );
-        if self.held_back > 0 {
-            write!(words, " --held-back {}", self.held_back).expect(STRING);
+        if held > 0 {
+            write!(words, " --held-back {held}").expect(STRING);
         }
         for set in &self.set {
             write!(words, " --set '{set}'").expect(STRING);

@@ -289,6 +289,30 @@ fn mobilised_friction_is_calibrated_and_taken_by_a_grid() {
     ] {
         assert!(told.contains(wanted), "{wanted}: {told}");
     }
+    // Its tests are fitted again to the same files, and those of other grains are not taken for these.
+    let third = folder.path().join("third");
+    let tests = first.display().to_string();
+    let again = ["--law", "mobilised_friction", "--strain", "0.12", "--tests", tests.as_str()];
+    let output = command(&third, &cache, &again);
+    assert!(output.status.success(), "{}", words(&output));
+    for name in ["calibrated.toml", "calibration.json", "calibration.html"] {
+        assert_eq!(read(&first.join(name)), read(&third.join(name)), "{name}");
+    }
+    let refused = |more: &[&str], wanted: &str| {
+        let output = command(&folder.path().join("none"), &cache, &[&again[..], more].concat());
+        let told = words(&output);
+        assert!(output.status.code() == Some(2) && told.contains(wanted), "{wanted}: {told}");
+        assert!(!folder.path().join("none").exists(), "a folder was left");
+    };
+    refused(&["--set", "contact.friction=0.3"], "is the test of other grains: it has `friction = ");
+    refused(&["--set", "seed=9"], "is the test of other grains: it has `name = ");
+    refused(&["--packings", "3"], "--packings");
+    let broken = folder.path().join("broken");
+    std::fs::create_dir(&broken).unwrap();
+    std::fs::write(broken.join("calibration.json"), "{\"grains\": 120}").unwrap();
+    let there = broken.display().to_string();
+    let output = command(&folder.path().join("none"), &cache, &["--law", "mobilised_friction", "--tests", &there]);
+    assert!(words(&output).contains("calibration.json: is not what this version of scree writes"), "{}", words(&output));
     assert!(!read(&first.join("calibration.html")).contains("NaN"));
     let json: serde_json::Value = serde_json::from_str(&read(&first.join("calibration.json"))).unwrap();
     let found = |key: &str| json["material"][key]["value"].as_f64().unwrap();

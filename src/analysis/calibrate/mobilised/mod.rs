@@ -22,6 +22,7 @@ pub mod fit;
 pub mod kinds;
 pub mod musts;
 mod quality;
+mod read;
 #[cfg(test)]
 mod tests;
 mod written;
@@ -29,6 +30,7 @@ mod written;
 use fit::{COUNT, Fit, Given, fit};
 pub use kinds::{KINDS, Kind, LOOSE};
 pub use quality::{Quality, quality};
+pub use read::{DATA, Earlier};
 
 /// Ends of the thirds of a test; the last has no other end than the test's.
 pub const THIRDS: [f64; 2] = [0.05, 0.2];

@@ -1,0 +1,158 @@
+//! Tests of an earlier calibration, so that a law is fitted again without the grains.
+//!
+//! Its folder has the tests as jobs beside the data. Where these are not what the job at hand would test, to the letter, the
+//! data are of other grains and refused.
+
+use std::fs;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use super::{KINDS, Specimen, Tested, Wanted, elements};
+use crate::analysis::calibrate::Subject;
+use crate::analysis::calibrate::element::Row;
+use crate::analysis::calibrate::layers::Profile;
+use crate::base::error::Error;
+
+/// The file of a calibration that has everything that was measured.
+pub const DATA: &str = "calibration.json";
+
+/// What an earlier calibration measured.
+pub struct Earlier {
+    pub wanted: Wanted,
+    pub fitted: Vec<Specimen>,
+    pub held: Vec<Specimen>,
+}
+
+/// As [`super::Calibration::to_json`] writes it.
+#[derive(Deserialize)]
+struct Data {
+    grains: u64,
+    packings: Vec<Packing>,
+    packings_held_back: Vec<Packing>,
+}
+
+#[derive(Deserialize)]
+struct Packing {
+    seed: u64,
+    isotropic: Columns,
+    uniaxial: Columns,
+    tests: Vec<Test>,
+    tests_without_cohesion: Vec<Test>,
+}
+
+#[derive(Deserialize)]
+struct Test {
+    test: String,
+    rows: Columns,
+    /// Strain of a profile, and the share of each layer.
+    layers: Vec<(f64, Vec<f64>)>,
+}
+
+/// Stresses in Pa, tension positive.
+#[derive(Deserialize)]
+struct Columns {
+    strain: Vec<f64>,
+    stress_xx: Vec<f64>,
+    stress_xy: Vec<f64>,
+    stress_yy: Vec<f64>,
+    fraction: Vec<f64>,
+}
+
+impl Earlier {
+    /// Of the folder of a calibration of these grains, sheared to this strain.
+    pub fn of(folder: &Path, subject: &Subject, strain: f64) -> Result<Self, Error> {
+        let refused = |file: &str, problem: &str| {
+            Error::User(format!(
+                "{}: {problem} --tests takes the folder of a calibration with --law mobilised_friction of the same job; leave it out to do the tests anew.",
+                folder.join(file).display()
+            ))
+        };
+        let read = |file: &str| {
+            fs::read_to_string(folder.join(file)).map_err(|error| refused(file, &format!("cannot be read: {error}.")))
+        };
+        let data: Data = serde_json::from_str(&read(DATA)?)
+            .map_err(|error| refused(DATA, &format!("is not what this version of scree writes: {error}.")))?;
+        let wanted = Wanted {
+            grains: data.grains,
+            packings: data.packings.len() as u64,
+            held: data.packings_held_back.len() as u64,
+            strain,
+        };
+        for element in elements(subject, wanted, subject.piece.seed) {
+            let file = format!("{}.toml", element.name());
+            if let Some(unlike) = first_unlike(&read(&file)?, &element.job()?.to_toml()) {
+                return Err(refused(&file, &format!("is the test of other grains: {unlike}.")));
+            }
+        }
+        let of = |packings: Vec<Packing>| packings.into_iter().map(Packing::specimen).collect::<Option<Vec<_>>>();
+        let specimens = of(data.packings).filter(|fitted| !fitted.is_empty()).zip(of(data.packings_held_back));
+        let (fitted, held) = specimens.ok_or_else(|| refused(DATA, "lacks a test, or rows of one."))?;
+        let seeds = fitted.iter().chain(&held).map(|specimen| specimen.seed);
+        if !seeds.eq(subject.piece.seed..subject.piece.seed + wanted.packings + wanted.held) {
+            return Err(refused(DATA, "has packings of other seeds."));
+        }
+        Ok(Self { wanted, fitted, held })
+    }
+}
+
+/// The first line in which two jobs differ, but for comments and the place that packings are kept at.
+fn first_unlike(then: &str, now: &str) -> Option<String> {
+    let tells = |line: &&str| !line.starts_with('#') && !line.starts_with("cache = ");
+    let (mut then, mut now) = (then.lines().filter(tells), now.lines().filter(tells));
+    loop {
+        match (then.next(), now.next()) {
+            (None, None) => return None,
+            (a, b) if a == b => {}
+            (a, b) => return Some(format!("it has `{}`, this job `{}`", a.unwrap_or(""), b.unwrap_or(""))),
+        }
+    }
+}
+
+impl Packing {
+    /// None where a test is missing.
+    fn specimen(self) -> Option<Specimen> {
+        let dry = if self.tests_without_cohesion.is_empty() {
+            Vec::new()
+        } else {
+            tested(self.tests_without_cohesion, KINDS.iter().filter(|kind| kind.fitted).count())?
+        };
+        Some(Specimen {
+            seed: self.seed,
+            isotropic: self.isotropic.rows()?,
+            uniaxial: self.uniaxial.rows()?,
+            tests: tested(self.tests, KINDS.len())?,
+            dry,
+        })
+    }
+}
+
+/// The first so many of [`KINDS`].
+fn tested(tests: Vec<Test>, count: usize) -> Option<Vec<Tested>> {
+    let is_of = |(test, kind): (&Test, &super::Kind)| test.test == kind.words();
+    if tests.len() != count || !tests.iter().zip(&KINDS).all(is_of) {
+        return None;
+    }
+    let of = |test: Test| {
+        let profiles = test.layers.into_iter().map(|(strain, shares)| Profile { strain, shares }).collect();
+        Some(Tested { rows: test.rows.rows()?, profiles })
+    };
+    tests.into_iter().map(of).collect()
+}
+
+impl Columns {
+    /// None where columns are of different lengths, or empty.
+    fn rows(&self) -> Option<Vec<Row>> {
+        let count = self.strain.len();
+        let others = [&self.stress_xx, &self.stress_xy, &self.stress_yy, &self.fraction];
+        if count == 0 || others.iter().any(|column| column.len() != count) {
+            return None;
+        }
+        let row = |index: usize| Row {
+            strain: self.strain[index],
+            stress: [self.stress_xx[index], self.stress_xy[index], self.stress_yy[index]],
+            fraction: self.fraction[index],
+        };
+        Some((0..count).map(row).collect())
+    }
+}
