@@ -103,7 +103,8 @@ fn critical(typed: &Calibrate, subject: &Subject, out: &Path, placement: &Placem
 fn mobilised(typed: &Calibrate, subject: &Subject, out: &Path, placement: &Placement) -> Result<String, Error> {
     let earlier = typed.tests.as_ref().map(|folder| Earlier::of(folder, subject, typed.strain())).transpose()?;
     let held = u64::from(typed.held_back);
-    let typed_of = mobilised::Wanted { grains: typed.grains(), packings: typed.packings(), held, strain: typed.strain() };
+    let typed_of =
+        mobilised::Wanted { grains: typed.grains(), packings: typed.packings(), held, strain: typed.strain() };
     let wanted = earlier.as_ref().map_or(typed_of, |earlier| earlier.wanted);
     let mut results = begun(&mobilised::elements(subject, wanted, subject.piece.seed), out, placement)?;
     let calibration = match earlier {

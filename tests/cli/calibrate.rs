@@ -312,7 +312,11 @@ fn mobilised_friction_is_calibrated_and_taken_by_a_grid() {
     std::fs::write(broken.join("calibration.json"), "{\"grains\": 120}").unwrap();
     let there = broken.display().to_string();
     let output = command(&folder.path().join("none"), &cache, &["--law", "mobilised_friction", "--tests", &there]);
-    assert!(words(&output).contains("calibration.json: is not what this version of scree writes"), "{}", words(&output));
+    assert!(
+        words(&output).contains("calibration.json: is not what this version of scree writes"),
+        "{}",
+        words(&output)
+    );
     assert!(!read(&first.join("calibration.html")).contains("NaN"));
     let json: serde_json::Value = serde_json::from_str(&read(&first.join("calibration.json"))).unwrap();
     let found = |key: &str| json["material"][key]["value"].as_f64().unwrap();

@@ -173,11 +173,12 @@ fn a_uniform_state_is_uniform_around_a_disc() {
     assert!(missed.is_empty(), "{missed:?}");
 }
 
-/// A cylinder of 60 cells in radius pressed into a block: half width and pressure in the middle are those of Hertz' line contact to 5 %.
+/// A cylinder of 90 cells in radius pressed 0.5 of a cell into a block and held there: half width, pressure in the middle and what
+/// the row of points beside it bears in all are those of Hertz' line contact to 3 %.
 #[test]
 fn a_cylinder_presses_as_hertz_says() {
-    let (radius, wide, high) = (3.0, 3.0, 1.5);
-    let grid = "space = \"plane\"\nlower = [-0.2, 0]\nupper = [3.2, 5]\ncell = 0.05\ndepth = 1";
+    let (radius, wide, high, cell) = (3.0, 3.0, 1.5, 1.0 / 30.0);
+    let grid = format!("space = \"plane\"\nlower = [-0.2, 0]\nupper = [3.2, 5]\ncell = {cell}\ndepth = 1");
     let rest = format!(
         r#"
         [[region]]
@@ -209,10 +210,15 @@ fn a_cylinder_presses_as_hertz_says() {
         radius = {radius}
         contact = "smooth"
         contact_at = "face"
-        velocity = [0, -0.05]
+        path = [
+            {{ time = 0, velocity = [0, 0] }},
+            {{ time = 0.1, velocity = [0, -0.05] }},
+            {{ time = 0.7, velocity = [0, -0.05] }},
+            {{ time = 0.8, velocity = [0, 0] }},
+        ]
         [time]
-        safety = 0.4
-        end = 0.8
+        safety = 0.8
+        end = 1.1
         [output]
         series_interval = 0.02
         "#,
@@ -220,16 +226,16 @@ fn a_cylinder_presses_as_hertz_says() {
         0.2 + high + radius
     );
     let ran =
-        Ran::of(&elastic("hertz", grid, "shape = \"quadratic\"\nupdate = \"last\"\nflip = 0.95", [1e6, 0.3], &rest));
+        Ran::of(&elastic("hertz", &grid, "shape = \"quadratic\"\nupdate = \"last\"\nflip = 0.95", [1e6, 0.3], &rest));
     let force = ran.series("pipe_force_y");
-    let load = force[force.len() - 5..].iter().sum::<f64>() / 5.0;
+    let load = force[force.len() - 10..].iter().sum::<f64>() / 10.0;
     let modulus = 1e6 / (1.0 - 0.09);
     let half = (4.0 * load * radius / (std::f64::consts::PI * modulus)).sqrt();
     let most = 2.0 * load / (std::f64::consts::PI * half);
     let (stress, deformation) = (ran.points("stress"), ran.points("deformation"));
     let (place, origin) = (ran.points("position"), ran.points("origin"));
     let (mut sums, mut middle) = ([0.0; 2], [0.0; 2]);
-    for row in (0..place.len()).filter(|row| origin[*row][1] > 0.2 + high - 0.5 * CELL) {
+    for row in (0..place.len()).filter(|row| origin[*row][1] > 0.2 + high - 0.5 * cell) {
         let f = &deformation[row];
         let (pressure, away) = (-stress[row][1] / (f[0] * f[3] - f[1] * f[2]), place[row][0] - 1.51);
         if away.abs() < 1.5 * half {
@@ -241,18 +247,16 @@ fn a_cylinder_presses_as_hertz_says() {
             middle[1] += most * (1.0 - (away / half) * (away / half)).sqrt();
         }
     }
-    let found = [(4.0 * sums[1] / sums[0]).sqrt() / half, middle[0] / middle[1], sums[0] * 0.5 * CELL / load];
+    let found = [(4.0 * sums[1] / sums[0]).sqrt() / half, middle[0] / middle[1], sums[0] * 0.5 * cell / load];
     println!(
         "half width of {:.2} cells: found over Hertz' {:.4}, pressure in the middle {:.4}, load by the points {:.4}",
-        half / CELL,
+        half / cell,
         found[0],
         found[1],
         found[2]
     );
-    assert!(half > 6.0 * CELL, "{half} m");
-    assert!(found[..2].iter().all(|found| (found - 1.0).abs() < 0.05), "{found:?}");
-    // What the row of points beside the face bears in all is more than the load.
-    assert!((found[2] - 1.0).abs() < 0.15, "{found:?}");
+    assert!(half > 9.0 * cell, "{half} m");
+    assert!(found.iter().all(|found| (found - 1.0).abs() < 0.03), "{found:?}");
 }
 
 /// A block of 8 by 4 cells on a plane, in the plane's frame; its normal is y.
