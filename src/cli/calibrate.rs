@@ -21,8 +21,8 @@ use crate::run::results::{Results, unwritable};
 
 #[derive(Args)]
 pub(super) struct Calibrate {
-    /// A job of planar shear, or one with [grid] and [grains]; with --law mobilised_friction any whose grains are discs that
-    /// it makes. A TOML file.
+    /// A job of planar shear, or one with [grid] and [grains]; with --law mobilised_friction any that makes its
+    /// grains. A TOML file.
     job: PathBuf,
     /// The material law: critical_drucker_prager or mobilised_friction.
     #[arg(long, value_name = "LAW", default_value = "critical_drucker_prager")]

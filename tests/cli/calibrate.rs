@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 
 use scree::analysis::calibrate::element::{ROW_SHEAR, Row};
 use scree::analysis::calibrate::fit::{Fit, Shear, axial, fit, friction, modulus, pressure};
-use scree::analysis::calibrate::path::simple_shear;
+use scree::analysis::calibrate::path::{Drive, sheared};
 use scree::analysis::calibrate::{Subject, Wanted, elements, mobilised};
 use scree::base::math;
 use scree::base::space::{Plane, Space};
@@ -20,8 +20,8 @@ type Tensor = <Plane as Space>::Tensor;
 /// A shear test to 60 % that the law itself makes.
 fn made(law: &CriticalDruckerPrager, stress: f64, fraction: f64) -> Shear {
     let strains = (0..=1200).map(|row| f64::from(row) * ROW_SHEAR);
-    let rows = simple_shear(law, stress, fraction, strains).expect("the law bears it");
-    Shear { stress, rows: rows.into_iter().map(|(row, _)| row).collect() }
+    let rows = sheared(law, Drive::shear(2, stress, fraction), strains).expect("the law bears it");
+    Shear { axes: 2, stress, rows: rows.into_iter().map(|(row, _)| row).collect() }
 }
 
 fn off(found: f64, wanted: f64) -> f64 {
@@ -107,7 +107,7 @@ fn moduli_are_slopes_of_the_stress_by_the_volume_of_the_start() {
                 MaterialLaw::<Plane>::update(&law, &gradient, 1.0, &mut memory);
             }
             let stress = MaterialLaw::<Plane>::stress(&law, &memory) * math::exp(strain);
-            Row { strain, stress: [stress[(0, 0)], 0.0, stress[(1, 1)]], fraction: 0.84 * math::exp(strain) }
+            Row::of::<Plane>(strain, &stress, 0.84 * math::exp(strain))
         };
         (0..=20).map(row).collect()
     };
@@ -360,7 +360,11 @@ fn jobs_of_grains_alone_are_taken_with_mobilised_friction() {
         let job = test.job().unwrap_or_else(|error| panic!("{}: {error}", test.name()));
         assert_eq!((job.contact, job.seed), (subject.piece.contact, 7), "{}", test.name());
     }
-    assert!(load("jobs/element/collision_spheres.toml").unwrap_err().to_string().contains("spheres"));
+    let spheres = load("jobs/element/bulk_spheres.toml").unwrap();
+    for test in mobilised::elements(&spheres, wanted, 7) {
+        let job = test.job().unwrap_or_else(|error| panic!("{}: {error}", test.name()));
+        assert_eq!((job.contact, job.cell.dimension, job.cell.periodic), (spheres.piece.contact, 3, [true; 3]));
+    }
     assert!(load("jobs/element/two_discs.toml").unwrap_err().to_string().contains("grains.file"));
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");

@@ -8,8 +8,8 @@ use super::Subject;
 use super::fit::Shear;
 use super::layers::{Layers, Profile};
 use crate::base::error::Error;
-use crate::base::math::{self, PI};
-use crate::base::space::Plane;
+use crate::base::math;
+use crate::base::space::{Plane, Solid, Space};
 use crate::dem::sample::Sample;
 use crate::domain::stop::{self, Wish};
 use crate::job::assembly::{Assembly, Cell, CellServo};
@@ -42,17 +42,19 @@ pub const CYCLES: [[f64; 2]; 3] = [[2e-4, 1e-4], [1e-3, 2e-4], [5e-3, 5e-4]];
 /// Strain at the end of shear at constant volume, and of biaxial compression.
 pub const STRAIN_VOLUME_CONSTANT: f64 = 0.1;
 pub const STRAIN_BIAXIAL: f64 = 0.05;
+/// Solid volume fraction that a packing of spheres starts from; it comes to rest at its own.
+const FRACTION_DENSE_SPHERES: f64 = 0.6;
 /// Deepest overlap that is still physics, as a share of the smaller radius.
 const OVERLAP_MAX: f64 = 0.5;
 
 /// What is done to the packing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Test {
-    /// Both edges shrink alike.
+    /// All edges shrink alike.
     Isotropic,
-    /// The height shrinks, the width does not.
+    /// The height shrinks, nothing else does.
     Uniaxial,
-    /// Shear along x to this strain; the normal stress along y is kept, the width too.
+    /// Shear along x to this strain; the normal stress along y is kept, the other edges too.
     Shear { strain: f64 },
     /// Shear along x by a course; see [`Course`].
     Sheared { course: Course, strain: f64 },
@@ -69,7 +71,7 @@ pub enum Course {
     Cycles,
     /// At constant volume.
     ConstantVolume,
-    /// No shear: compressed along y while the normal stress along x is kept.
+    /// No shear: compressed along y while the normal stress along x is kept; in space plane strain, the edge along z is kept.
     Biaxial,
 }
 
@@ -139,8 +141,19 @@ pub struct Row {
     pub strain: f64,
     /// Mean stress of the contacts: xx, xy, yy; Pa, tension positive.
     pub stress: [f64; 3],
+    /// Mean of its normal stresses, of two in the plane and of three in space; Pa, compression positive.
+    pub pressure: f64,
     /// Solid volume fraction.
     pub fraction: f64,
+}
+
+impl Row {
+    /// `stress` in Pa, tension positive.
+    pub fn of<S: Space>(strain: f64, stress: &S::Tensor, fraction: f64) -> Self {
+        let axes = S::DIMENSION;
+        let [xx, yx, xy, yy] = [0, 1, axes, axes + 1].map(|component| stress[component]);
+        Self { strain, stress: [xx, 0.5 * (xy + yx), yy], pressure: -S::trace(stress) / axes as f64, fraction }
+    }
 }
 
 impl Test {
@@ -193,10 +206,10 @@ impl Test {
     }
 
     /// Velocity gradient at a rate of strain, 1/s.
-    fn gradient(self, rate: f64) -> [[f64; 3]; 3] {
+    fn gradient(self, rate: f64, axes: usize) -> [[f64; 3]; 3] {
         let mut gradient = [[0.0; 3]; 3];
         match self {
-            Self::Isotropic => (gradient[0][0], gradient[1][1]) = (-0.5 * rate, -0.5 * rate),
+            Self::Isotropic => (0..axes).for_each(|axis| gradient[axis][axis] = -rate / axes as f64),
             Self::Uniaxial | Self::Sheared { course: Course::Biaxial, .. } => gradient[1][1] = -rate,
             Self::Shear { .. } | Self::Sheared { .. } => gradient[0][1] = rate,
         }
@@ -238,8 +251,12 @@ impl Element<'_> {
     fn assembly(&self) -> Assembly {
         let stress = self.stress();
         let packed = self.subject.packed(self.grains, self.seed, self.packing, ENERGY_RATIO_MOST);
-        let square = figures::sizes(&packed).map_or(0.0, |sizes| sizes.power_mean(2));
-        let side = (self.grains as f64 * (0.25 * PI * square) / derived::FRACTION_DENSE).sqrt();
+        let axes = self.subject.axes();
+        let solid = figures::sizes(&packed).map_or(0.0, |sizes| self.grains as f64 * figures::grain_measure(sizes, axes));
+        let (side, height) = match axes {
+            2 => ((solid / derived::FRACTION_DENSE).sqrt(), 0.0),
+            _ => [(solid / FRACTION_DENSE_SPHERES).cbrt(); 2].into(),
+        };
         let rate = self.rate();
         let servo = self.test.axis_kept().map(|axis| {
             let stress = std::array::from_fn(|other| (other == axis).then_some(-stress));
@@ -253,9 +270,9 @@ impl Element<'_> {
         Assembly {
             name: format!("{}_{}_{}", self.subject.name, self.name(), self.seed),
             cell: Cell {
-                upper: [side, side, 0.0],
-                periodic: [true, true, false],
-                gradient: self.test.gradient(rate),
+                upper: [side, side, height],
+                periodic: [true, true, axes == 3],
+                gradient: self.test.gradient(rate, axes),
                 servo,
                 ..packed.cell.clone()
             },
@@ -278,9 +295,16 @@ impl Element<'_> {
 
     /// Does the test, and looks at how layers across the shear share it.
     pub fn measure_layers(&self) -> Result<(Vec<Row>, Vec<Profile>), Error> {
+        match self.subject.axes() {
+            2 => self.measured::<Plane>(),
+            _ => self.measured::<Solid>(),
+        }
+    }
+
+    fn measured<S: Space>(&self) -> Result<(Vec<Row>, Vec<Profile>), Error> {
         let job = &self.job()?;
         let rate = self.rate();
-        let mut sample = grain_world::sample::<Plane>(job)?;
+        let mut sample = grain_world::sample::<S>(job)?;
         let solid = grain_world::solid_of(&sample.assembly.grains, job).value(0);
         let mut rows = vec![row(&mut sample, job, solid)];
         let mut layers = self.test.is_sheared().then(|| Layers::of(&sample, job.matter.diameter_mean));
@@ -311,12 +335,12 @@ impl Element<'_> {
 
     /// Does it as a shear test.
     pub fn shear(&self) -> Result<Shear, Error> {
-        Ok(Shear { stress: self.stress(), rows: self.measure()? })
+        Ok(Shear { axes: self.subject.axes(), stress: self.stress(), rows: self.measure()? })
     }
 }
 
 /// So many steps, unless a stop is asked for.
-fn steps(sample: &mut Sample<Plane>, count: u64) -> Result<(), Error> {
+fn steps<S: Space>(sample: &mut Sample<S>, count: u64) -> Result<(), Error> {
     for _ in 0..count {
         sample.advance()?;
         if stop::wish() == Wish::Stop {
@@ -327,9 +351,7 @@ fn steps(sample: &mut Sample<Plane>, count: u64) -> Result<(), Error> {
 }
 
 /// Stress and solid volume fraction of now; `solid` is the volume of all grains, m3.
-fn row(sample: &mut Sample<Plane>, job: &Assembly, solid: f64) -> Row {
+fn row<S: Space>(sample: &mut Sample<S>, job: &Assembly, solid: f64) -> Row {
     let volume = grain_world::volume(&sample.assembly.cell, job);
-    let moment = sample.contact_moment() * (1.0 / volume);
-    let shear = 0.5 * (moment[(0, 1)] + moment[(1, 0)]);
-    Row { strain: 0.0, stress: [moment[(0, 0)], shear, moment[(1, 1)]], fraction: solid / volume }
+    Row::of::<S>(0.0, &(sample.contact_moment() * (1.0 / volume)), solid / volume)
 }

@@ -4,7 +4,7 @@ use super::NAMES;
 use super::element::{ROW_SHEAR, Row, STRAIN_SMALL};
 use super::least_squares::Parameter;
 use super::model::{Curve, Model, follow};
-use super::path::{Drive, Kept, simple_shear};
+use super::path::{Drive, sheared};
 use crate::base::error::Error;
 use crate::base::math;
 use crate::law::material::CriticalDruckerPrager;
@@ -29,9 +29,18 @@ pub struct Fit {
 /// A shear test of grains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shear {
+    /// 2 of discs, 3 of spheres.
+    pub axes: usize,
     /// Normal stress kept, Pa, compression positive.
     pub stress: f64,
     pub rows: Vec<Row>,
+}
+
+impl Shear {
+    /// The path of the law.
+    pub fn drive(&self) -> Drive {
+        Drive::shear(self.axes, self.stress, self.rows[0].fraction)
+    }
 }
 
 /// The law's response on the path of a shear test.
@@ -43,7 +52,7 @@ pub struct Response {
 
 /// Mean of the normal stresses of a row, and the normal stress along y; Pa, compression positive.
 pub fn pressure(row: &Row) -> f64 {
-    -0.5 * (row.stress[0] + row.stress[2])
+    row.pressure
 }
 
 pub fn axial(row: &Row) -> f64 {
@@ -72,17 +81,23 @@ pub fn friction(row: &Row) -> f64 {
     -row.stress[1] / row.stress[2]
 }
 
-/// The sine of the mobilised friction angle, q/P of the Cauchy stress.
+/// K and G, Pa, of an isotropic and of a uniaxial compression by their first small part: M = K + G in the plane, K + 4 G/3 in space.
+pub fn moduli(axes: usize, isotropic: &[Row], uniaxial: &[Row]) -> [f64; 2] {
+    let (bulk, p_wave) = (modulus(isotropic, pressure), modulus(uniaxial, axial));
+    [bulk, (p_wave - bulk) * axes as f64 / (2.0 * (axes as f64 - 1.0))]
+}
+
+/// The sine of the mobilised friction angle in the plane of the shear.
 pub fn sine(row: &Row) -> f64 {
     let [xx, xy, yy] = row.stress;
     let difference = 0.5 * (xx - yy);
-    (difference * difference + xy * xy).sqrt() / pressure(row)
+    (difference * difference + xy * xy).sqrt() / (-0.5 * (xx + yy))
 }
 
 /// The law on the path of a test, from the test's own solid volume fraction.
 pub fn response(law: &CriticalDruckerPrager, shear: &Shear) -> Option<Response> {
     let strains = shear.rows.iter().map(|row| row.strain);
-    let (rows, volumes) = simple_shear(law, shear.stress, shear.rows[0].fraction, strains)?.into_iter().unzip();
+    let (rows, volumes) = sheared(law, shear.drive(), strains)?.into_iter().unzip();
     Some(Response { rows, volumes })
 }
 
@@ -94,14 +109,8 @@ pub fn fit(tests: &[&Shear], moduli: [f64; 2], friction_critical: Option<f64>) -
     let curve = |test: &&Shear| {
         let [ratio, fall] = scales(test);
         let weight = 1.0 / (test.rows.len() as f64).sqrt();
-        let drive = Drive {
-            stress: test.stress,
-            fraction: test.rows[0].fraction,
-            kept: Kept::NormalStress,
-            increment: ROW_SHEAR,
-        };
         let weights = vec![[weight / ratio, weight / fall]; test.rows.len()];
-        Curve { drive, rows: test.rows.clone(), weights, since: vec![None; test.rows.len()] }
+        Curve { drive: test.drive(), rows: test.rows.clone(), weights, since: vec![None; test.rows.len()] }
     };
     let curves: Vec<Curve> = tests.iter().map(curve).collect();
     let model = Critical { moduli, friction_critical, parameters: parameters(tests, friction_critical) };

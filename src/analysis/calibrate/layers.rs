@@ -4,10 +4,8 @@
 //! difference of its mean between two layers, over their distance, is what the shear between them has beyond the mean. In a
 //! cell that is periodic across the layers the last borders on the first.
 
-use crate::base::space::{Plane, Space};
+use crate::base::space::{Linear, Space};
 use crate::dem::sample::Sample;
-
-type Vector = <Plane as Space>::Vector;
 
 /// Thickness of a layer in mean diameters, and the fewest layers of a cell.
 const THICKNESS: f64 = 4.0;
@@ -29,30 +27,30 @@ impl Profile {
 }
 
 /// Grains are told apart by their ids, since rows are put in order anew.
-pub struct Layers {
+pub struct Layers<S: Space> {
     count: usize,
     /// Strain at the last look, and where the stretch began.
     strain: f64,
     began: f64,
-    grains: Vec<Followed>,
+    grains: Vec<Followed<S>>,
     pub profiles: Vec<Profile>,
 }
 
 #[derive(Clone, Copy)]
-struct Followed {
-    position: Vector,
+struct Followed<S: Space> {
+    position: S::Vector,
     /// Along the shear beyond the cell's field since the stretch began, m.
     drift: f64,
     layer: usize,
 }
 
-impl Layers {
-    pub fn of(sample: &Sample<Plane>, diameter_mean: f64) -> Self {
+impl<S: Space> Layers<S> {
+    pub fn of(sample: &Sample<S>, diameter_mean: f64) -> Self {
         let count = (sample.assembly.cell.height(1) / (THICKNESS * diameter_mean)).round() as usize;
         let count = count.max(COUNT_LEAST);
         let grains = &sample.assembly.grains;
         let number = grains.cold[..grains.owned].iter().map(|cold| cold.id.0 as usize + 1).max().unwrap_or(0);
-        let nowhere = Followed { position: Vector::zeros(), drift: 0.0, layer: 0 };
+        let nowhere = Followed { position: S::Vector::zero(), drift: 0.0, layer: 0 };
         let mut layers = Self { count, strain: 0.0, began: 0.0, grains: vec![nowhere; number], profiles: Vec::new() };
         for (hot, cold) in grains.hot[..grains.owned].iter().zip(&grains.cold) {
             layers.grains[cold.id.0 as usize].position = hot.position;
@@ -62,7 +60,7 @@ impl Layers {
     }
 
     /// The coming stretch begins: every grain is of the layer that it is in.
-    fn begin(&mut self, sample: &Sample<Plane>) {
+    fn begin(&mut self, sample: &Sample<S>) {
         let (cell, grains) = (&sample.assembly.cell, &sample.assembly.grains);
         for (hot, cold) in grains.hot[..grains.owned].iter().zip(&grains.cold) {
             let share = cell.fraction(&hot.position)[1];
@@ -74,7 +72,7 @@ impl Layers {
     }
 
     /// At a row of the test. Between two rows grains move by less than half of the cell.
-    pub fn look(&mut self, sample: &Sample<Plane>, strain: f64) {
+    pub fn look(&mut self, sample: &Sample<S>, strain: f64) {
         let (cell, grains) = (&sample.assembly.cell, &sample.assembly.grains);
         let sheared = strain - self.strain;
         for (hot, cold) in grains.hot[..grains.owned].iter().zip(&grains.cold) {

@@ -24,7 +24,7 @@ mod subject;
 pub use subject::Subject;
 
 use element::{Element, Packing, Row, Test};
-use fit::{Fit, Quality, Shear, axial, fit, modulus, pressure};
+use fit::{Fit, Quality, Shear, fit, moduli};
 
 /// What is wanted beside the job.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -141,14 +141,13 @@ fn specimen(subject: &Subject, wanted: Wanted, seed: u64) -> Result<Specimen, Er
     let elements = elements(subject, wanted, seed);
     let [isotropic, uniaxial, shear, without @ ..] = elements.as_slice() else { unreachable!("three tests at least") };
     let (isotropic, uniaxial) = (isotropic.measure()?, uniaxial.measure()?);
-    let (bulk, p_wave) = (modulus(&isotropic, pressure), modulus(&uniaxial, axial));
+    let moduli = moduli(subject.axes(), &isotropic, &uniaxial);
     tracing::info!(
-        "packing of seed {seed}: fraction {:.4}, K {:.1} MPa, M {:.1} MPa; now it is sheared",
+        "packing of seed {seed}: fraction {:.4}, K {:.1} MPa, G {:.1} MPa; now it is sheared",
         isotropic[0].fraction,
-        1e-6 * bulk,
-        1e-6 * p_wave
+        1e-6 * moduli[0],
+        1e-6 * moduli[1]
     );
-    let moduli = [bulk, p_wave - bulk];
     let shear = shear.shear()?;
     let dry = without.first().map(Element::shear).transpose()?;
     let fit = fit_with(&dry.iter().collect::<Vec<_>>(), &[&shear], moduli)?;

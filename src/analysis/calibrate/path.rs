@@ -1,10 +1,8 @@
 //! A continuum's own law, driven along the path of a shear or biaxial test: what is fitted is what will run.
 
 use crate::analysis::calibrate::element::{ROW_SHEAR, Row};
-use crate::base::space::{Linear, Plane, Space};
+use crate::base::space::{Linear, Plane, Solid, Space};
 use crate::law::material::{MaterialLaw, MaterialMemory};
-
-type Tensor = <Plane as Space>::Tensor;
 
 /// How exactly the normal stress is kept, as a share of it.
 const TOLERANCE: f64 = 1e-9;
@@ -12,9 +10,14 @@ const TOLERANCE: f64 = 1e-9;
 const WIDENINGS: usize = 60;
 const ATTEMPTS: usize = 100;
 
+/// A law of the plane and of space.
+pub trait LawOfBoth: MaterialLaw<Plane> + MaterialLaw<Solid> {}
+impl<L: MaterialLaw<Plane> + MaterialLaw<Solid>> LawOfBoth for L {}
+
 /// A material point in simple shear: L = [[0, g], [0, l]] with l such that the Cauchy stress along y stays, or with l = 0 at
-/// constant volume; or in biaxial compression, L = [[l, 0], [0, -g]] with l such that the Cauchy stress along x stays.
-struct Point<'a, L: MaterialLaw<Plane>> {
+/// constant volume; or in biaxial compression, L = [[l, 0], [0, -g]] with l such that the Cauchy stress along x stays. In space
+/// nothing moves along z.
+struct Point<'a, S: Space, L: MaterialLaw<S>> {
     law: &'a L,
     kept: Kept,
     /// Pa, compression positive.
@@ -39,6 +42,8 @@ pub enum Kept {
 /// The start of a shear, what is kept, and how finely the law is driven.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drive {
+    /// 2: in the plane; 3: in space.
+    pub axes: usize,
     /// Isotropic stress of the start, Pa, compression positive.
     pub stress: f64,
     /// Solid volume fraction of the start.
@@ -49,27 +54,30 @@ pub struct Drive {
 }
 
 /// Memory, volume and Cauchy stress after an increment.
-type Stepped<M> = (M, f64, Tensor);
+type Stepped<S, M> = (M, f64, <S as Space>::Tensor);
 
-/// The law's response at rising shear strains, from an isotropic stress (Pa, compression positive) and a solid volume fraction
-/// on; none where the law cannot keep the normal stress. `fraction` of a row is the law's own Phi.
-pub fn simple_shear<L: MaterialLaw<Plane>>(
-    law: &L,
-    stress: f64,
-    fraction: f64,
-    strains: impl Iterator<Item = f64>,
-) -> Option<Vec<(Row, f64)>> {
-    sheared(law, Drive { stress, fraction, kept: Kept::NormalStress, increment: ROW_SHEAR }, strains)
+impl Drive {
+    /// Simple shear at a constant normal stress (Pa, compression positive), from a solid volume fraction on.
+    pub fn shear(axes: usize, stress: f64, fraction: f64) -> Self {
+        Self { axes, stress, fraction, kept: Kept::NormalStress, increment: ROW_SHEAR }
+    }
 }
 
 /// The law's response at shear strains that may rise and fall, with the volume over that of the start; none where the law
-/// cannot keep the normal stress.
-pub fn sheared<L: MaterialLaw<Plane>>(
+/// cannot keep the normal stress. `fraction` of a row is the law's own Phi.
+pub fn sheared<L: LawOfBoth>(law: &L, drive: Drive, strains: impl Iterator<Item = f64>) -> Option<Vec<(Row, f64)>> {
+    match drive.axes {
+        2 => sheared_in::<Plane, L>(law, drive, strains),
+        _ => sheared_in::<Solid, L>(law, drive, strains),
+    }
+}
+
+fn sheared_in<S: Space, L: MaterialLaw<S>>(
     law: &L,
     drive: Drive,
     strains: impl Iterator<Item = f64>,
 ) -> Option<Vec<(Row, f64)>> {
-    let memory = law.start(&(Tensor::identity() * -drive.stress), drive.fraction);
+    let memory = law.start(&(S::identity() * -drive.stress), drive.fraction);
     let mut point = Point { law, kept: drive.kept, stress: drive.stress, memory, volume: 1.0, dilation: 0.0 };
     let (mut rows, mut strain) = (Vec::new(), 0.0);
     let mut cauchy = law.stress(&point.memory);
@@ -84,15 +92,14 @@ pub fn sheared<L: MaterialLaw<Plane>>(
             }
         }
         strain = wanted;
-        let stress = [cauchy[(0, 0)], 0.5 * (cauchy[(0, 1)] + cauchy[(1, 0)]), cauchy[(1, 1)]];
-        rows.push((Row { strain, stress, fraction: point.memory.fraction() }, point.volume));
+        rows.push((Row::of::<S>(strain, &cauchy, point.memory.fraction()), point.volume));
     }
     Some(rows)
 }
 
-impl<L: MaterialLaw<Plane>> Point<'_, L> {
+impl<S: Space, L: MaterialLaw<S>> Point<'_, S, L> {
     /// One increment, with the stretch that keeps the normal stress or the volume.
-    fn shear(&mut self, increment: f64) -> Option<Tensor> {
+    fn shear(&mut self, increment: f64) -> Option<S::Tensor> {
         let stretch = match self.kept {
             Kept::NormalStress | Kept::LateralStress => self.stretch(increment)?,
             Kept::Volume => 0.0,
@@ -102,11 +109,20 @@ impl<L: MaterialLaw<Plane>> Point<'_, L> {
         stress.is_finite().then_some(stress)
     }
 
-    fn stepped(&self, increment: f64, stretch: f64) -> Stepped<L::Memory> {
+    fn stepped(&self, increment: f64, stretch: f64) -> Stepped<S, L::Memory> {
         let mut memory = self.memory;
-        let (gradient, stretches) = match self.kept {
-            Kept::NormalStress | Kept::Volume => (Tensor::new(0.0, increment, 0.0, stretch), 1.0 + stretch),
-            Kept::LateralStress => (Tensor::new(stretch, 0.0, 0.0, -increment), (1.0 + stretch) * (1.0 - increment)),
+        let mut gradient = S::Tensor::zero();
+        // Column by column.
+        let [xx, xy, yy] = [0, S::DIMENSION, S::DIMENSION + 1];
+        let stretches = match self.kept {
+            Kept::NormalStress | Kept::Volume => {
+                (gradient[xy], gradient[yy]) = (increment, stretch);
+                1.0 + stretch
+            }
+            Kept::LateralStress => {
+                (gradient[xx], gradient[yy]) = (stretch, -increment);
+                (1.0 + stretch) * (1.0 - increment)
+            }
         };
         let kirchhoff = self.law.update(&gradient, 1.0, &mut memory);
         let volume = self.volume * stretches;
@@ -116,8 +132,8 @@ impl<L: MaterialLaw<Plane>> Point<'_, L> {
     /// The root of the missing normal stress by the Illinois form of the false position (Dowell & Jarratt 1971); the stress
     /// kept rises with the stretch.
     fn stretch(&self, increment: f64) -> Option<f64> {
-        let axis = if self.kept == Kept::LateralStress { 0 } else { 1 };
-        let missing = |stretch: f64| self.stepped(increment, stretch).2[(axis, axis)] / self.stress + 1.0;
+        let kept = if self.kept == Kept::LateralStress { 0 } else { S::DIMENSION + 1 };
+        let missing = |stretch: f64| self.stepped(increment, stretch).2[kept] / self.stress + 1.0;
         let middle = self.dilation * increment;
         let (mut lower, mut upper) = (middle, middle);
         let mut at = [missing(middle); 2];

@@ -25,6 +25,11 @@ pub struct Subject {
 }
 
 impl Subject {
+    /// 2 of discs, 3 of spheres.
+    pub fn axes(&self) -> usize {
+        self.piece.cell.dimension
+    }
+
     /// Refuses a job whose grains are not those that would be tested; `file` is that of the job. With `alone` it need not have
     /// a continuum.
     pub fn of(job: &Job, file: &str, alone: bool) -> Result<Self, Error> {
@@ -80,13 +85,8 @@ fn other_stress(job: &Job, packed: f64) -> Option<String> {
     })
 }
 
-/// Element tests make packings of discs, by compression.
+/// Element tests make packings of their own, by compression.
 fn refuse_other_assembly(grains: &Assembly, file: &str) -> Result<(), Error> {
-    if grains.cell.dimension == 3 {
-        return Err(Error::User(format!(
-            "{file}: these grains are spheres, and the element tests of calibration are of discs in the plane so far. Give a job of discs; `scree run` can test spheres in a [cell] with space = \"solid\"."
-        )));
-    }
     if let Some(given) = grains.source.file() {
         return Err(Error::User(format!(
             "{file}: grains.file = \"{}\" gives the grains, and calibration makes packings of its own by their sizes. Give a job whose [grains] and [packing] make grains like them.",

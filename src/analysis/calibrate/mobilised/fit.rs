@@ -25,6 +25,8 @@ const WIDTHS: [f64; 2] = [1e-3, 1.0];
 /// What is given, and where the fit starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Given {
+    /// 2 of discs, 3 of spheres.
+    pub axes: usize,
     /// K and G_0, Pa.
     pub moduli: [f64; 2],
     /// tan(phi_cs) of the same grains without cohesion.
@@ -94,7 +96,7 @@ impl Model<COUNT> for Given {
 
     fn law(&self, at: &[f64; COUNT]) -> Option<MobilisedFriction> {
         let constants = self.constants(at);
-        (constants.stiffness_least(2, self.fraction_loosest).0 > 0.0).then(|| MobilisedFriction::of(&constants))
+        (constants.stiffness_least(self.axes, self.fraction_loosest).0 > 0.0).then(|| MobilisedFriction::of(&constants))
     }
 
     /// Mass is kept, elastic volume with it.

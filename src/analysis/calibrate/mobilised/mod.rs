@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::Subject;
 use super::element::{Course, Element, Packing, Row, Test};
-use super::fit::{axial, modulus, pressure, sine};
+use super::fit::{moduli, sine};
 use super::layers::Profile;
 use super::model::Curve;
 use super::path::{Drive, Kept};
@@ -70,6 +70,8 @@ pub struct Tested {
 /// The tests of the packings of one seed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Specimen {
+    /// 2 of discs, 3 of spheres.
+    pub axes: usize,
     pub seed: u64,
     pub isotropic: Vec<Row>,
     pub uniaxial: Vec<Row>,
@@ -82,8 +84,7 @@ pub struct Specimen {
 impl Specimen {
     /// K and G, Pa, by the first small part of the compressions.
     pub fn moduli(&self) -> [f64; 2] {
-        let (bulk, p_wave) = (modulus(&self.isotropic, pressure), modulus(&self.uniaxial, axial));
-        [bulk, p_wave - bulk]
+        moduli(self.axes, &self.isotropic, &self.uniaxial)
     }
 }
 
@@ -191,7 +192,7 @@ fn specimen(subject: &Subject, wanted: Wanted, seed: u64) -> Result<Specimen, Er
     let tests = all(contact, |_| true)?;
     let without = contact.without_cohesion();
     let dry = if without == contact { Vec::new() } else { all(without, |kind| kind.fitted)? };
-    let specimen = Specimen { seed, isotropic, uniaxial, tests, dry };
+    let specimen = Specimen { axes: subject.axes(), seed, isotropic, uniaxial, tests, dry };
     let [bulk, shear] = specimen.moduli();
     tracing::info!(
         "packings of seed {seed} are sheared: fractions {:.4} and {:.4}, K {:.1} MPa, G {:.1} MPa",
@@ -272,7 +273,7 @@ impl Tests<'_> {
         let sine = end(&|curve, row| curve.ratio(row)).clamp(0.05, 0.9);
         let critical = [sine / (1.0 - sine * sine).sqrt(), end(&|_, row| row.fraction)];
         let fraction_loosest = curves.iter().map(|curve| curve.drive.fraction).fold(1.0, f64::min);
-        Given { moduli, friction_critical: None, critical, stress: self.stress, fraction_loosest }
+        Given { axes: self.all[0].axes, moduli, friction_critical: None, critical, stress: self.stress, fraction_loosest }
     }
 
     /// Of every kind that is fitted.
@@ -373,12 +374,13 @@ fn mean_curve(stress: f64, specimens: &[&Specimen], kind: usize, dry: bool) -> C
         Row {
             strain: mean(&|row| row.strain),
             stress: std::array::from_fn(|component| mean(&|row| row.stress[component])),
+            pressure: mean(&|row| row.pressure),
             fraction: mean(&|row| row.fraction),
         }
     });
     let rows: Vec<Row> = rows.collect();
     let (stress, kept) = (KINDS[kind].share * stress, KINDS[kind].kept());
-    let drive = Drive { stress, fraction: rows[0].fraction, kept, increment: INCREMENT };
+    let drive = Drive { axes: specimens[0].axes, stress, fraction: rows[0].fraction, kept, increment: INCREMENT };
     let since = if KINDS[kind].unloads() { turns(&rows) } else { vec![None; rows.len()] };
     Curve { drive, weights: vec![[0.0; 2]; rows.len()], rows, since }
 }

@@ -56,6 +56,7 @@ struct Columns {
     stress_xx: Vec<f64>,
     stress_xy: Vec<f64>,
     stress_yy: Vec<f64>,
+    pressure: Vec<f64>,
     fraction: Vec<f64>,
 }
 
@@ -85,7 +86,7 @@ impl Earlier {
                 return Err(refused(&file, &format!("is the test of other grains: {unlike}.")));
             }
         }
-        let of = |packings: Vec<Packing>| packings.into_iter().map(Packing::specimen).collect::<Option<Vec<_>>>();
+        let of = |packings: Vec<Packing>| packings.into_iter().map(|packing| packing.specimen(subject.axes())).collect::<Option<Vec<_>>>();
         let specimens = of(data.packings).filter(|fitted| !fitted.is_empty()).zip(of(data.packings_held_back));
         let (fitted, held) = specimens.ok_or_else(|| refused(DATA, "lacks a test, or rows of one."))?;
         let seeds = fitted.iter().chain(&held).map(|specimen| specimen.seed);
@@ -111,13 +112,14 @@ fn first_unlike(then: &str, now: &str) -> Option<String> {
 
 impl Packing {
     /// None where a test is missing.
-    fn specimen(self) -> Option<Specimen> {
+    fn specimen(self, axes: usize) -> Option<Specimen> {
         let dry = if self.tests_without_cohesion.is_empty() {
             Vec::new()
         } else {
             tested(self.tests_without_cohesion, KINDS.iter().filter(|kind| kind.fitted).count())?
         };
         Some(Specimen {
+            axes,
             seed: self.seed,
             isotropic: self.isotropic.rows()?,
             uniaxial: self.uniaxial.rows()?,
@@ -144,13 +146,14 @@ impl Columns {
     /// None where columns are of different lengths, or empty.
     fn rows(&self) -> Option<Vec<Row>> {
         let count = self.strain.len();
-        let others = [&self.stress_xx, &self.stress_xy, &self.stress_yy, &self.fraction];
+        let others = [&self.stress_xx, &self.stress_xy, &self.stress_yy, &self.pressure, &self.fraction];
         if count == 0 || others.iter().any(|column| column.len() != count) {
             return None;
         }
         let row = |index: usize| Row {
             strain: self.strain[index],
             stress: [self.stress_xx[index], self.stress_xy[index], self.stress_yy[index]],
+            pressure: self.pressure[index],
             fraction: self.fraction[index],
         };
         Some((0..count).map(row).collect())

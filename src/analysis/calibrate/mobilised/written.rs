@@ -276,6 +276,7 @@ fn columns(rows: &[Row]) -> Value {
         "stress_xx": column(|row| row.stress[0]),
         "stress_xy": column(|row| row.stress[1]),
         "stress_yy": column(|row| row.stress[2]),
+        "pressure": column(|row| row.pressure),
         "fraction": column(|row| row.fraction),
     })
 }
