@@ -11,7 +11,7 @@ use super::cores::Placement;
 use super::start_threads_of;
 use crate::analysis::calibrate::element::Element;
 use crate::analysis::calibrate::fragment::in_unit;
-use crate::analysis::calibrate::mobilised::{self, DATA, Earlier};
+use crate::analysis::calibrate::mobilised::{self, DATA, Tests};
 use crate::analysis::calibrate::{self, Calibration, KEYS, Subject, Wanted, elements};
 use crate::base::error::Error;
 use crate::job::Job;
@@ -101,17 +101,25 @@ fn critical(typed: &Calibrate, subject: &Subject, out: &Path, placement: &Placem
 }
 
 fn mobilised(typed: &Calibrate, subject: &Subject, out: &Path, placement: &Placement) -> Result<String, Error> {
-    let earlier = typed.tests.as_ref().map(|folder| Earlier::of(folder, subject, typed.strain())).transpose()?;
+    let earlier = typed.tests.as_ref().map(|folder| Tests::of(folder, subject, typed.strain())).transpose()?;
     let held = u64::from(typed.held_back);
     let typed_of =
         mobilised::Wanted { grains: typed.grains(), packings: typed.packings(), held, strain: typed.strain() };
     let wanted = earlier.as_ref().map_or(typed_of, |earlier| earlier.wanted);
     let mut results = begun(&mobilised::elements(subject, wanted, subject.piece.seed), out, placement)?;
-    let calibration = match earlier {
-        Some(Earlier { fitted, held, .. }) => mobilised::fit_all(wanted, subject.stress, fitted, held)?,
-        None => mobilised::calibrate(subject, wanted)?,
-    };
     let command = typed.words([wanted.grains, wanted.packings, wanted.held]);
+    let tests = match earlier {
+        Some(tests) => tests,
+        None => {
+            let tests = mobilised::test(subject, wanted)?;
+            // They took hours, and no law may follow them.
+            let mut measured = results.clone();
+            measured.add(out.join(DATA), &written(&tests.to_json(&subject.name, &command)));
+            measured.write(false)?;
+            tests
+        }
+    };
+    let calibration = mobilised::fit_all(tests, subject.stress)?;
     results.add(out.join(FRAGMENT), &calibration.fragment(&subject.name, &command));
     results.add(out.join(DATA), &written(&calibration.to_json(&subject.name, &command)));
     let page = report::write_calibration_mobilised(&calibration, (subject, &command), out, results)?;

@@ -14,7 +14,7 @@ const MARK: &str = "written by scree";
 const MARKS_OF_DATA: [&str; 2] = ["\"program\": \"scree ", "\"program\":\"scree "];
 
 /// Files that are written together.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Results {
     files: Vec<(PathBuf, String)>,
 }

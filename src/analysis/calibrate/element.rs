@@ -252,7 +252,8 @@ impl Element<'_> {
         let stress = self.stress();
         let packed = self.subject.packed(self.grains, self.seed, self.packing, ENERGY_RATIO_MOST);
         let axes = self.subject.axes();
-        let solid = figures::sizes(&packed).map_or(0.0, |sizes| self.grains as f64 * figures::grain_measure(sizes, axes));
+        let solid =
+            figures::sizes(&packed).map_or(0.0, |sizes| self.grains as f64 * figures::grain_measure(sizes, axes));
         let (side, height) = match axes {
             2 => ((solid / derived::FRACTION_DENSE).sqrt(), 0.0),
             _ => [(solid / FRACTION_DENSE_SPHERES).cbrt(); 2].into(),

@@ -19,6 +19,8 @@ const START: MobilisedConstants = MobilisedConstants {
     ..MobilisedConstants::DISCS
 };
 const WIDTH_START: f64 = 0.01;
+/// r, the first that makes a law.
+const SHARES_START: [f64; 4] = [0.5, 0.3, 0.1, 0.0];
 /// At a w of 1 hardening does not depend on Phi any more.
 const WIDTHS: [f64; 2] = [1e-3, 1.0];
 
@@ -81,17 +83,22 @@ impl Model<COUNT> for Given {
             Some(_) => ("cohesion", of(0.05, 0.0, 3.0, 0.02)),
             None => ("friction_angle_critical", of(friction, 0.01, 5.0, 0.03)),
         };
-        [
-            ("shear_modulus_degradation", of(0.5, 0.0, 0.99, 0.1)),
-            ("shear_degradation_strain", strain(START.shear_degradation_strain)),
-            last,
-            // As far as grains of any size can be packed.
-            ("fraction_critical", of(fraction, fraction - 0.1, fraction + 0.1, 0.005)),
-            ("dilation_factor", of(START.dilation_factor, 0.0, 100.0, 1.0)),
-            ("hardening_strain", strain(START.hardening_strain)),
-            ("phase_transformation_factor", of(START.phase_transformation_factor, 0.0, 100.0, 1.0)),
-            ("hardening_fraction_width", of(math::ln(WIDTH_START), math::ln(WIDTHS[0]), math::ln(WIDTHS[1]), 0.2)),
-        ]
+        let parameters = |share| {
+            [
+                ("shear_modulus_degradation", of(share, 0.0, 0.99, 0.1)),
+                ("shear_degradation_strain", strain(START.shear_degradation_strain)),
+                last,
+                // As far as grains of any size can be packed.
+                ("fraction_critical", of(fraction, fraction - 0.1, fraction + 0.1, 0.005)),
+                ("dilation_factor", of(START.dilation_factor, 0.0, 100.0, 1.0)),
+                ("hardening_strain", strain(START.hardening_strain)),
+                ("phase_transformation_factor", of(START.phase_transformation_factor, 0.0, 100.0, 1.0)),
+                ("hardening_fraction_width", of(math::ln(WIDTH_START), math::ln(WIDTHS[0]), math::ln(WIDTHS[1]), 0.2)),
+            ]
+        };
+        // Loose material that contracts much needs a stiffness that is not lost.
+        let is_law = |share: &&f64| self.law(&parameters(**share).map(|(_, parameter)| parameter.start)).is_some();
+        parameters(*SHARES_START.iter().find(is_law).unwrap_or(&SHARES_START[0]))
     }
 
     fn law(&self, at: &[f64; COUNT]) -> Option<MobilisedFriction> {

@@ -30,7 +30,7 @@ mod written;
 use fit::{COUNT, Fit, Given, fit};
 pub use kinds::{KINDS, Kind, LOOSE};
 pub use quality::{Quality, quality};
-pub use read::{DATA, Earlier};
+pub use read::DATA;
 
 /// Ends of the thirds of a test; the last has no other end than the test's.
 pub const THIRDS: [f64; 2] = [0.05, 0.2];
@@ -139,13 +139,21 @@ pub struct Unloading {
     pub modulus: [f64; 2],
 }
 
-/// Makes the packings, tests them and fits. Nothing depends on how many threads do it.
-pub fn calibrate(subject: &Subject, wanted: Wanted) -> Result<Calibration, Error> {
+/// Packings that are fitted, and those that are held back.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tests {
+    pub wanted: Wanted,
+    pub fitted: Vec<Specimen>,
+    pub held: Vec<Specimen>,
+}
+
+/// Makes the packings and tests them. Nothing depends on how many threads do it.
+pub fn test(subject: &Subject, wanted: Wanted) -> Result<Tests, Error> {
     let seeds: Vec<u64> = (0..wanted.packings + wanted.held).map(|number| subject.piece.seed + number).collect();
     let mut fitted =
         seeds.into_par_iter().map(|seed| specimen(subject, wanted, seed)).collect::<Result<Vec<_>, _>>()?;
     let held = fitted.split_off(wanted.packings as usize);
-    fit_all(wanted, subject.stress, fitted, held)
+    Ok(Tests { wanted, fitted, held })
 }
 
 /// The jobs of one seed that a person may run again, each a file.
@@ -204,19 +212,20 @@ fn specimen(subject: &Subject, wanted: Wanted, seed: u64) -> Result<Specimen, Er
     Ok(specimen)
 }
 
-/// What is fitted to tests that are there, and shown on those held back.
-pub fn fit_all(wanted: Wanted, stress: f64, fitted: Vec<Specimen>, held: Vec<Specimen>) -> Result<Calibration, Error> {
+/// What is fitted to tests that are there, and shown on those held back; `stress` is that of the packings, Pa.
+pub fn fit_all(tests: Tests, stress: f64) -> Result<Calibration, Error> {
+    let Tests { wanted, fitted, held } = tests;
     let all: Vec<&Specimen> = fitted.iter().collect();
     let refused = || {
         Error::Run(
-            "the law with mobilised friction cannot follow the shear tests: from where the fit starts it does not bear them. Look at shear.toml and shear_loose.toml by `scree run`; more grains, more packings or more strain may help."
+            "the law with mobilised friction cannot follow the shear tests: from where the fit starts it does not bear them. Look at shear.toml and shear_loose.toml by `scree run`; more grains, more packings or more strain may help. The tests are kept: --tests with this folder fits them again."
                 .to_string(),
         )
     };
-    let tests = Tests { stress, all: &all, use_half: true };
+    let tests = Weighed { stress, all: &all, use_half: true };
     let found = tests.fit(&all, None).ok_or_else(refused)?;
     let figures = figures(&tests, &found);
-    let alone = Tests { use_half: false, ..tests };
+    let alone = Weighed { use_half: false, ..tests };
     let half_left_out = alone.fit(&all, Some(&found)).map(|fit| {
         let kinds = KINDS.iter().enumerate().filter(|(_, kind)| kind.fitted && kind.share < 1.0);
         kinds.filter_map(|(index, _)| shown(&fit, stress, &all, index)).collect()
@@ -232,13 +241,13 @@ pub fn fit_all(wanted: Wanted, stress: f64, fitted: Vec<Specimen>, held: Vec<Spe
 
 /// Tests as they are fitted: weights are those of all packings, whichever are left out.
 #[derive(Clone, Copy)]
-struct Tests<'a> {
+struct Weighed<'a> {
     stress: f64,
     all: &'a [&'a Specimen],
     use_half: bool,
 }
 
-impl Tests<'_> {
+impl Weighed<'_> {
     /// The law that follows the means over some of the packings.
     fn fit(&self, some: &[&Specimen], start: Option<&Fit>) -> Option<Fit> {
         let is_dry = some.first()?.dry.is_empty();
@@ -273,7 +282,14 @@ impl Tests<'_> {
         let sine = end(&|curve, row| curve.ratio(row)).clamp(0.05, 0.9);
         let critical = [sine / (1.0 - sine * sine).sqrt(), end(&|_, row| row.fraction)];
         let fraction_loosest = curves.iter().map(|curve| curve.drive.fraction).fold(1.0, f64::min);
-        Given { axes: self.all[0].axes, moduli, friction_critical: None, critical, stress: self.stress, fraction_loosest }
+        Given {
+            axes: self.all[0].axes,
+            moduli,
+            friction_critical: None,
+            critical,
+            stress: self.stress,
+            fraction_loosest,
+        }
     }
 
     /// Of every kind that is fitted.
@@ -440,7 +456,7 @@ fn band(specimens: &[&Specimen], kind: usize, dry: bool) -> Option<f64> {
 }
 
 /// The parameters, with intervals by fits that leave out one packing each (the jackknife, Efron 1982).
-fn figures(tests: &Tests<'_>, found: &Fit) -> Vec<Figure> {
+fn figures(tests: &Weighed<'_>, found: &Fit) -> Vec<Figure> {
     let count = tests.all.len();
     let without = |left: usize| {
         let others: Vec<&Specimen> =

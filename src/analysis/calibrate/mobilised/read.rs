@@ -8,7 +8,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::{KINDS, Specimen, Tested, Wanted, elements};
+use super::{KINDS, Specimen, Tested, Tests, Wanted, elements};
 use crate::analysis::calibrate::Subject;
 use crate::analysis::calibrate::element::Row;
 use crate::analysis::calibrate::layers::Profile;
@@ -17,14 +17,7 @@ use crate::base::error::Error;
 /// The file of a calibration that has everything that was measured.
 pub const DATA: &str = "calibration.json";
 
-/// What an earlier calibration measured.
-pub struct Earlier {
-    pub wanted: Wanted,
-    pub fitted: Vec<Specimen>,
-    pub held: Vec<Specimen>,
-}
-
-/// As [`super::Calibration::to_json`] writes it.
+/// As [`Tests::to_json`] writes it.
 #[derive(Deserialize)]
 struct Data {
     grains: u64,
@@ -60,7 +53,7 @@ struct Columns {
     fraction: Vec<f64>,
 }
 
-impl Earlier {
+impl Tests {
     /// Of the folder of a calibration of these grains, sheared to this strain.
     pub fn of(folder: &Path, subject: &Subject, strain: f64) -> Result<Self, Error> {
         let refused = |file: &str, problem: &str| {
@@ -86,7 +79,9 @@ impl Earlier {
                 return Err(refused(&file, &format!("is the test of other grains: {unlike}.")));
             }
         }
-        let of = |packings: Vec<Packing>| packings.into_iter().map(|packing| packing.specimen(subject.axes())).collect::<Option<Vec<_>>>();
+        let of = |packings: Vec<Packing>| {
+            packings.into_iter().map(|packing| packing.specimen(subject.axes())).collect::<Option<Vec<_>>>()
+        };
         let specimens = of(data.packings).filter(|fitted| !fitted.is_empty()).zip(of(data.packings_held_back));
         let (fitted, held) = specimens.ok_or_else(|| refused(DATA, "lacks a test, or rows of one."))?;
         let seeds = fitted.iter().chain(&held).map(|specimen| specimen.seed);

@@ -34,12 +34,7 @@ fn specimen(constants: &MobilisedConstants, dry: Option<&MobilisedConstants>, no
     specimen_in(2, constants, dry, noise)
 }
 
-fn specimen_in(
-    axes: usize,
-    constants: &MobilisedConstants,
-    dry: Option<&MobilisedConstants>,
-    noise: f64,
-) -> Specimen {
+fn specimen_in(axes: usize, constants: &MobilisedConstants, dry: Option<&MobilisedConstants>, noise: f64) -> Specimen {
     let tested = |constants: &MobilisedConstants, kind: &Kind| {
         let law = MobilisedFriction::of(constants);
         let mut strains = vec![0.0];
@@ -75,6 +70,10 @@ fn specimen_in(
     }
 }
 
+fn of(fitted: Vec<Specimen>) -> Tests {
+    Tests { wanted: WANTED, fitted, held: Vec::new() }
+}
+
 const WANTED: Wanted = Wanted { grains: 400, packings: 2, held: 0, strain: 0.4 };
 
 fn off(found: f64, wanted: f64) -> f64 {
@@ -96,7 +95,7 @@ fn the_fit_finds_the_law_of_spheres_that_made_the_data() {
 fn finds_the_law(axes: usize) {
     let wanted = law();
     let specimens = vec![specimen_in(axes, &wanted, None, 0.04), specimen_in(axes, &wanted, None, -0.03)];
-    let found = fit_all(WANTED, 400e3, specimens, Vec::new()).unwrap();
+    let found = fit_all(of(specimens), 400e3).unwrap();
     println!("{}", found.told());
     assert_eq!(found.fit.at_bound, [""; 0]);
     let constants = &found.fit.constants;
@@ -141,7 +140,7 @@ fn finds_the_law(axes: usize) {
 fn cohesion_is_found_beyond_the_friction_of_dry_grains() {
     let dry = law();
     let wanted = MobilisedConstants { cohesion: 18e3, ..dry };
-    let found = fit_all(WANTED, 400e3, vec![specimen(&wanted, Some(&dry), 0.0); 2], Vec::new()).unwrap();
+    let found = fit_all(of(vec![specimen(&wanted, Some(&dry), 0.0); 2]), 400e3).unwrap();
     println!("{}", found.told());
     let constants = found.fit.constants;
     assert!(off(constants.cohesion, wanted.cohesion) < 0.02, "{constants:?}");
@@ -154,7 +153,7 @@ fn intervals_are_those_of_the_packings() {
     let wanted = law();
     let looser = MobilisedConstants { fraction_critical: 0.814, ..wanted };
     let specimens = vec![specimen(&wanted, None, 0.0), specimen(&looser, None, 0.0), specimen(&wanted, None, 0.0)];
-    let found = fit_all(WANTED, 400e3, specimens, Vec::new()).unwrap();
+    let found = fit_all(of(specimens), 400e3).unwrap();
     let figure = |key: &str| *found.figures.iter().find(|figure| figure.key == key).unwrap();
     let fraction = figure("fraction_critical");
     // Three values of mean 0.8127, and Student's t of two degrees of freedom over sqrt(3).

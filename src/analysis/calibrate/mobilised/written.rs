@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use super::musts::{Must, musts};
-use super::{BAND, Calibration, Figure, KINDS, Kind, LOOSE, Quality, Shown, Specimen, Tested, Unloading};
+use super::{BAND, Calibration, Figure, KINDS, Kind, LOOSE, Quality, Shown, Specimen, Tested, Tests, Unloading};
 use crate::analysis::calibrate::element::{
     Course, INERTIAL_COMPRESSION, INERTIAL_CYCLES, INERTIAL_SHEAR, Row, STRAIN_REVERSAL, STRAIN_SMALL,
 };
@@ -69,6 +69,9 @@ impl Calibration {
                 "# Dense packings shear in a band from {} % of strain on, and nothing of theirs is fitted beyond.",
                 significant(100.0 * end, 3)
             ));
+        }
+        if self.fitted[0].axes == 3 {
+            line("# These grains are spheres: K is that of space, and the material one for jobs in space.");
         }
         line("# A job on a grid takes this file by `file = \"...\"` in its [material].");
         line("");
@@ -171,10 +174,28 @@ impl Calibration {
             "half_stress_left_out": self.half_left_out.as_ref().map(|shown| shown.iter().map(Shown::to_json).collect::<Vec<_>>()),
             "strain_of_bands": self.bands,
             "strain_of_layer_profile": STRETCH,
-            "packings": self.fitted.iter().map(Specimen::to_json).collect::<Vec<_>>(),
-            "packings_held_back": self.held.iter().map(Specimen::to_json).collect::<Vec<_>>(),
+            "packings": of_packings(&self.fitted),
+            "packings_held_back": of_packings(&self.held),
         })
     }
+}
+
+impl Tests {
+    /// What was measured, before anything is fitted to it.
+    pub fn to_json(&self, job: &str, command: &str) -> Value {
+        json!({
+            "program": crate::base::program::identity(),
+            "job": job,
+            "command": command,
+            "grains": self.wanted.grains,
+            "packings": of_packings(&self.fitted),
+            "packings_held_back": of_packings(&self.held),
+        })
+    }
+}
+
+fn of_packings(packings: &[Specimen]) -> Value {
+    packings.iter().map(Specimen::to_json).collect()
 }
 
 impl Shown {
