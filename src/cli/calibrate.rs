@@ -17,7 +17,7 @@ use crate::base::error::Error;
 use crate::job::Job;
 use crate::law::material::CriticalDruckerPrager;
 use crate::plot::report;
-use crate::run::results::{Results, unwritable};
+use crate::run::results::{Results, refuse_other, unwritable};
 
 #[derive(Args)]
 pub(super) struct Calibrate {
@@ -40,8 +40,8 @@ pub(super) struct Calibrate {
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1000))]
     held_back: u16,
     /// The folder of an earlier calibration of this job, whose tests are fitted again instead of being done anew; of
-    /// mobilised_friction alone.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["grains", "packings", "held_back"])]
+    /// mobilised_friction alone. Default of --out: this folder.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["grains", "packings", "held_back", "strain"])]
     tests: Option<PathBuf>,
     /// Shear strain at the end of the shear tests. Default: 0.6, of mobilised_friction 0.4.
     #[arg(long)]
@@ -80,20 +80,22 @@ pub(super) fn command(typed: &Calibrate, placement: &Placement, transport: &dyn 
     }
     if typed.tests.is_some() && !is_mobilised {
         return Err(Error::User(
-            "--tests is of --law mobilised_friction, whose calibration leaves all that was measured. Add that law, or remove --tests."
+            "--tests is of --law mobilised_friction, whose calibration keeps its tests. Add that law, or remove --tests."
                 .to_string(),
         ));
     }
     let subject = Subject::of(&Job::load(&typed.job, &typed.set)?, &typed.job.display().to_string(), is_mobilised)?;
-    let out = typed.out.clone().unwrap_or_else(|| Path::new("runs").join(format!("calibrate_{}", subject.name)));
+    let own = || Path::new("runs").join(format!("calibrate_{}", subject.name));
+    let out = typed.out.clone().or_else(|| typed.tests.clone()).unwrap_or_else(own);
     if is_mobilised { mobilised(typed, &subject, &out, placement) } else { critical(typed, &subject, &out, placement) }
 }
 
 fn critical(typed: &Calibrate, subject: &Subject, out: &Path, placement: &Placement) -> Result<String, Error> {
     let wanted = Wanted { grains: typed.grains(), packings: typed.packings(), strain: typed.strain() };
-    let mut results = begun(&elements(subject, wanted, subject.piece.seed), out, placement)?;
+    begin(&elements(subject, wanted, subject.piece.seed), out, placement)?;
     let calibration = calibrate::calibrate(subject, wanted)?;
-    let command = typed.words([wanted.grains, wanted.packings, 0]);
+    let command = typed.words([wanted.grains, wanted.packings, 0], wanted.strain);
+    let mut results = Results::default();
     results.add(out.join(FRAGMENT), &calibration.fragment(&subject.name, &command));
     results.add(out.join(DATA), &written(&calibration.to_json(&subject.name, &command)));
     let page = report::write_calibration(&calibration, (subject, &command), out, results)?;
@@ -101,33 +103,34 @@ fn critical(typed: &Calibrate, subject: &Subject, out: &Path, placement: &Placem
 }
 
 fn mobilised(typed: &Calibrate, subject: &Subject, out: &Path, placement: &Placement) -> Result<String, Error> {
-    let earlier = typed.tests.as_ref().map(|folder| Tests::of(folder, subject, typed.strain())).transpose()?;
+    let earlier = typed.tests.as_ref().map(|folder| Tests::of(folder, subject)).transpose()?;
     let held = u64::from(typed.held_back);
-    let typed_of =
-        mobilised::Wanted { grains: typed.grains(), packings: typed.packings(), held, strain: typed.strain() };
-    let wanted = earlier.as_ref().map_or(typed_of, |earlier| earlier.wanted);
-    let mut results = begun(&mobilised::elements(subject, wanted, subject.piece.seed), out, placement)?;
-    let command = typed.words([wanted.grains, wanted.packings, wanted.held]);
-    let tests = match earlier {
-        Some(tests) => tests,
+    let asked = mobilised::Wanted { grains: typed.grains(), packings: typed.packings(), held, strain: typed.strain() };
+    let wanted = earlier.as_ref().map_or(asked, |earlier| earlier.wanted);
+    begin(&mobilised::elements(subject, wanted, subject.piece.seed), out, placement)?;
+    let command = typed.words([wanted.grains, wanted.packings, wanted.held], wanted.strain);
+    let (tests, kept) = match earlier {
+        Some(tests) => (tests, String::new()),
         None => {
             let tests = mobilised::test(subject, wanted)?;
-            // They took hours, and no law may follow them.
-            let mut measured = results.clone();
-            measured.add(out.join(DATA), &written(&tests.to_json(&subject.name, &command)));
-            measured.write(false)?;
-            tests
+            keep(&tests, (&subject.name, &command), out)?;
+            (tests, format!(" The tests are kept: --tests {} fits them again.", out.display()))
         }
     };
-    let calibration = mobilised::fit_all(tests, subject.stress)?;
+    let calibration = mobilised::fit_all(tests, subject.stress).map_err(|error| match error {
+        Error::Run(words) => Error::Run(words + &kept),
+        other => other,
+    })?;
+    let mut results = Results::default();
     results.add(out.join(FRAGMENT), &calibration.fragment(&subject.name, &command));
     results.add(out.join(DATA), &written(&calibration.to_json(&subject.name, &command)));
     let page = report::write_calibration_mobilised(&calibration, (subject, &command), out, results)?;
     let mut text = calibration.told();
     subject.other_stress.iter().for_each(|other| writeln!(text, "{other}").expect(STRING));
+    let space = if subject.axes() == 3 { " in space" } else { "" };
     writeln!(
         text,
-        "The page is {}. In the [material] of a job on a grid, file = \"{}\" takes the place of law and these keys.",
+        "The page is {}. In the [material] of a job on a grid{space}, file = \"{}\" takes the place of law and these keys.",
         page.display(),
         out.join(FRAGMENT).display()
     )
@@ -135,21 +138,38 @@ fn mobilised(typed: &Calibrate, subject: &Subject, out: &Path, placement: &Place
     Ok(text)
 }
 
-/// The folder with the tests as jobs; a job that cannot be tested leaves none behind.
-fn begun(elements: &[Element], out: &Path, placement: &Placement) -> Result<Results, Error> {
+/// Tests took hours, and perhaps no law follows them: they are written before one is fitted, and what was fitted to others goes.
+fn keep(tests: &Tests, (job, command): (&str, &str), out: &Path) -> Result<(), Error> {
+    let fitted = out.join(FRAGMENT);
+    if fitted.is_file() {
+        fs::remove_file(&fitted).map_err(|error| unwritable(&fitted, &error))?;
+    }
+    let mut results = Results::default();
+    results.add(out.join(DATA), &written(&tests.to_json(job, command)));
+    results.write(false)
+}
+
+/// Makes the folder with the tests as jobs; a job that cannot be tested leaves none behind, and what may not be written over is told
+/// before anything is tested.
+fn begin(elements: &[Element], out: &Path, placement: &Placement) -> Result<(), Error> {
     let job = |element: &Element| Ok((format!("{}.toml", element.name()), element.job()?.to_toml()));
     let jobs = elements.iter().map(job).collect::<Result<Vec<_>, Error>>()?;
     fs::create_dir_all(out).map_err(|error| unwritable(out, &error))?;
     start_threads_of(placement)?;
+    [FRAGMENT, DATA, report::CALIBRATION].iter().try_for_each(|file| refuse_other(&out.join(file)))?;
     let mut results = Results::default();
     for (file, job) in &jobs {
         results.add(out.join(file), job);
     }
-    Ok(results)
+    results.write(false)
 }
 
+/// As text, the program first: a file is known by its beginning as one that may be written again.
 fn written(value: &serde_json::Value) -> String {
-    serde_json::to_string(value).expect("numbers are written") + "\n"
+    let mut value = value.clone();
+    let program = value.as_object_mut().and_then(|map| map.remove("program")).expect("data name the program");
+    let rest = serde_json::to_string(&value).expect("numbers are written");
+    format!("{{\"program\":{program},{}\n", &rest[1..])
 }
 
 /// Laws that are fitted.
@@ -178,17 +198,16 @@ impl Calibrate {
         self.strain.unwrap_or(self.of_law(0.6, 0.4))
     }
 
-    /// The line that does the same again, tests as well, of so many grains, packings and packings held back; folders and
-    /// threads change nothing.
-    fn words(&self, [grains, packings, held]: [u64; 3]) -> String {
+    /// The line that does the same again, tests as well, of so many grains, packings and packings held back to that strain; folders
+    /// and threads change nothing.
+    fn words(&self, [grains, packings, held]: [u64; 3], strain: f64) -> String {
         let law = match self.law {
             Fitted::CriticalDruckerPrager => "",
             Fitted::MobilisedFriction => " --law mobilised_friction",
         };
         let mut words = format!(
-            "scree calibrate {}{law} --grains {grains} --packings {packings} --strain {}",
-            self.job.display(),
-            self.strain()
+            "scree calibrate {}{law} --grains {grains} --packings {packings} --strain {strain}",
+            self.job.display()
         );
         if held > 0 {
             write!(words, " --held-back {held}").expect(STRING);

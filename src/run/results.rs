@@ -14,7 +14,7 @@ const MARK: &str = "written by scree";
 const MARKS_OF_DATA: [&str; 2] = ["\"program\": \"scree ", "\"program\":\"scree "];
 
 /// Files that are written together.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Results {
     files: Vec<(PathBuf, String)>,
 }
@@ -28,17 +28,21 @@ impl Results {
     /// Writes all of them, each as a whole. Those of the program's own `place`, where nobody else puts files of these names, are
     /// not looked at before.
     pub fn write(self, is_own_place: bool) -> Result<(), Error> {
-        for (path, _) in self.files.iter().filter(|_| !is_own_place) {
-            refuse_file_of_a_run(path)?;
-            if path.symlink_metadata().is_ok() && !is_ours(path) {
-                return Err(Error::User(format!(
-                    "{} is there already and was not written by scree, so it is not replaced. Give another place with --out, or move it away.",
-                    path.display()
-                )));
-            }
-        }
+        self.files.iter().filter(|_| !is_own_place).try_for_each(|(path, _)| refuse_other(path))?;
         self.files.iter().try_for_each(|(path, text)| replace(path, text.as_bytes()))
     }
+}
+
+/// What is there and was not written by the program, of a command that will write it.
+pub fn refuse_other(path: &Path) -> Result<(), Error> {
+    refuse_file_of_a_run(path)?;
+    if path.symlink_metadata().is_err() || is_ours(path) {
+        return Ok(());
+    }
+    Err(Error::User(format!(
+        "{} is there already and was not written by scree, so it is not replaced. Give another place with --out, or move it away.",
+        path.display()
+    )))
 }
 
 /// A new file, or with `overwrite` one that takes the place of another; never one of a run's own.

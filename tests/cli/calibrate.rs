@@ -292,7 +292,7 @@ fn mobilised_friction_is_calibrated_and_taken_by_a_grid() {
     // Its tests are fitted again to the same files, and those of other grains are not taken for these.
     let third = folder.path().join("third");
     let tests = first.display().to_string();
-    let again = ["--law", "mobilised_friction", "--strain", "0.12", "--tests", tests.as_str()];
+    let again = ["--law", "mobilised_friction", "--tests", tests.as_str()];
     let output = command(&third, &cache, &again);
     assert!(output.status.success(), "{}", words(&output));
     for name in ["calibrated.toml", "calibration.json", "calibration.html"] {
@@ -304,9 +304,10 @@ fn mobilised_friction_is_calibrated_and_taken_by_a_grid() {
         assert!(output.status.code() == Some(2) && told.contains(wanted), "{wanted}: {told}");
         assert!(!folder.path().join("none").exists(), "a folder was left");
     };
-    refused(&["--set", "contact.friction=0.3"], "is the test of other grains: it has `friction = ");
-    refused(&["--set", "seed=9"], "is the test of other grains: it has `name = ");
+    refused(&["--set", "contact.friction=0.3"], "is another test: it has `friction = ");
+    refused(&["--set", "seed=9"], "is another test: it has `seed = ");
     refused(&["--packings", "3"], "--packings");
+    refused(&["--strain", "0.2"], "--strain");
     let broken = folder.path().join("broken");
     std::fs::create_dir(&broken).unwrap();
     std::fs::write(broken.join("calibration.json"), "{\"grains\": 120}").unwrap();
@@ -347,7 +348,7 @@ fn mobilised_friction_is_calibrated_and_taken_by_a_grid() {
     assert_eq!(sheared.continuum().unwrap().material.law.shear_modulus(), law.shear_modulus);
 }
 
-/// Any job whose grains are discs that it makes is taken with the law; others are told why not, and leave nothing behind.
+/// Any job that makes its grains is taken with the law; others are told why not, and leave nothing behind.
 #[test]
 fn jobs_of_grains_alone_are_taken_with_mobilised_friction() {
     let load = |path: &str| {

@@ -42,7 +42,7 @@ pub const CYCLES: [[f64; 2]; 3] = [[2e-4, 1e-4], [1e-3, 2e-4], [5e-3, 5e-4]];
 /// Strain at the end of shear at constant volume, and of biaxial compression.
 pub const STRAIN_VOLUME_CONSTANT: f64 = 0.1;
 pub const STRAIN_BIAXIAL: f64 = 0.05;
-/// Solid volume fraction that a packing of spheres starts from; it comes to rest at its own.
+/// Solid volume fraction of spheres by which the cell is drawn; grains are put into a larger one, and come to rest at their own.
 const FRACTION_DENSE_SPHERES: f64 = 0.6;
 /// Deepest overlap that is still physics, as a share of the smaller radius.
 const OVERLAP_MAX: f64 = 0.5;

@@ -7,9 +7,11 @@
 use crate::base::space::{Linear, Space};
 use crate::dem::sample::Sample;
 
-/// Thickness of a layer in mean diameters, and the fewest layers of a cell.
+/// Thickness of a layer in mean diameters, the fewest layers of a cell, and how thin they may be for that: thinner ones tell single
+/// grains apart, and no bands.
 const THICKNESS: f64 = 4.0;
 const COUNT_LEAST: usize = 4;
+const THICKNESS_LEAST: f64 = 2.5;
 /// Shear strain over which layers are compared.
 pub const STRETCH: f64 = 0.05;
 
@@ -28,6 +30,7 @@ impl Profile {
 
 /// Grains are told apart by their ids, since rows are put in order anew.
 pub struct Layers<S: Space> {
+    /// None in a cell too low to have some.
     count: usize,
     /// Strain at the last look, and where the stretch began.
     strain: f64,
@@ -46,8 +49,9 @@ struct Followed<S: Space> {
 
 impl<S: Space> Layers<S> {
     pub fn of(sample: &Sample<S>, diameter_mean: f64) -> Self {
-        let count = (sample.assembly.cell.height(1) / (THICKNESS * diameter_mean)).round() as usize;
-        let count = count.max(COUNT_LEAST);
+        let height = sample.assembly.cell.height(1) / diameter_mean;
+        let count = ((height / THICKNESS).round() as usize).max(COUNT_LEAST);
+        let count = if height < THICKNESS_LEAST * count as f64 { 0 } else { count };
         let grains = &sample.assembly.grains;
         let number = grains.cold[..grains.owned].iter().map(|cold| cold.id.0 as usize + 1).max().unwrap_or(0);
         let nowhere = Followed { position: S::Vector::zero(), drift: 0.0, layer: 0 };
@@ -66,13 +70,16 @@ impl<S: Space> Layers<S> {
             let share = cell.fraction(&hot.position)[1];
             let layer = ((share - share.floor()) * self.count as f64) as usize;
             let grain = &mut self.grains[cold.id.0 as usize];
-            (grain.drift, grain.layer) = (0.0, layer.min(self.count - 1));
+            (grain.drift, grain.layer) = (0.0, layer.min(self.count.saturating_sub(1)));
         }
         self.began = self.strain;
     }
 
     /// At a row of the test. Between two rows grains move by less than half of the cell.
     pub fn look(&mut self, sample: &Sample<S>, strain: f64) {
+        if self.count == 0 {
+            return;
+        }
         let (cell, grains) = (&sample.assembly.cell, &sample.assembly.grains);
         let sheared = strain - self.strain;
         for (hot, cold) in grains.hot[..grains.owned].iter().zip(&grains.cold) {

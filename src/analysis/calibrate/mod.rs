@@ -1,7 +1,7 @@
 //! `scree calibrate`: the material parameters of the continuum from simulated element tests of a job's own grains (Chen et al. 2021, 2.2).
 //!
 //! Packings of these grains in a periodic cell are compressed isotropically, which gives K, and uniaxially, which gives
-//! M = K + G, and sheared at a constant normal stress. The law that follows the shear tests with the least squares has the
+//! M = K + G (of spheres K + 4 G/3), and sheared at a constant normal stress. The law that follows the shear tests with the least squares has the
 //! other figures: it is the program's own law, driven along the same path ([`path`]). Where the grains cohere, the same
 //! packings are sheared without cohesion as well: their phi_cs is kept, and c is what the others bear beyond it.
 

@@ -3,14 +3,14 @@
 use super::element::Row;
 use super::fit::{friction, sine};
 use super::least_squares::{Parameter, least_squares};
-use super::path::{Drive, Kept, LawOfBoth, sheared};
+use super::path::{Drive, Kept, LawOfAnySpace, sheared};
 
 /// Nearer to a bound than this share of its scale a figure is at it.
 const AT_BOUND: f64 = 1e-3;
 
 /// A law with `N` parameters that tests tell.
 pub trait Model<const N: usize> {
-    type Law: LawOfBoth;
+    type Law: LawOfAnySpace;
     /// The keys of its parameters, where they start, and their bounds.
     fn parameters(&self) -> [(&'static str, Parameter); N];
     /// None where they make no law that can run.
@@ -36,7 +36,7 @@ pub struct Curve {
 
 impl Curve {
     /// The law's rows at the strains of this one, and its volumes over that of the start.
-    pub fn response<L: LawOfBoth>(&self, law: &L) -> Option<Vec<(Row, f64)>> {
+    pub fn response<L: LawOfAnySpace>(&self, law: &L) -> Option<Vec<(Row, f64)>> {
         sheared(law, self.drive, self.rows.iter().map(|row| row.strain))
     }
 

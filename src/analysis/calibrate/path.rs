@@ -10,9 +10,9 @@ const TOLERANCE: f64 = 1e-9;
 const WIDENINGS: usize = 60;
 const ATTEMPTS: usize = 100;
 
-/// A law of the plane and of space.
-pub trait LawOfBoth: MaterialLaw<Plane> + MaterialLaw<Solid> {}
-impl<L: MaterialLaw<Plane> + MaterialLaw<Solid>> LawOfBoth for L {}
+/// A law in the plane and in space.
+pub trait LawOfAnySpace: MaterialLaw<Plane> + MaterialLaw<Solid> {}
+impl<L: MaterialLaw<Plane> + MaterialLaw<Solid>> LawOfAnySpace for L {}
 
 /// A material point in simple shear: L = [[0, g], [0, l]] with l such that the Cauchy stress along y stays, or with l = 0 at
 /// constant volume; or in biaxial compression, L = [[l, 0], [0, -g]] with l such that the Cauchy stress along x stays. In space
@@ -65,7 +65,7 @@ impl Drive {
 
 /// The law's response at shear strains that may rise and fall, with the volume over that of the start; none where the law
 /// cannot keep the normal stress. `fraction` of a row is the law's own Phi.
-pub fn sheared<L: LawOfBoth>(law: &L, drive: Drive, strains: impl Iterator<Item = f64>) -> Option<Vec<(Row, f64)>> {
+pub fn sheared<L: LawOfAnySpace>(law: &L, drive: Drive, strains: impl Iterator<Item = f64>) -> Option<Vec<(Row, f64)>> {
     match drive.axes {
         2 => sheared_in::<Plane, L>(law, drive, strains),
         _ => sheared_in::<Solid, L>(law, drive, strains),

@@ -46,6 +46,10 @@ impl Subject {
         };
         if alone {
             refuse_other_assembly(&grains, file)?;
+        } else if grains.cell.dimension == 3 {
+            return Err(Error::User(format!(
+                "{file}: these grains are spheres, which critical_drucker_prager is not fitted to. Add --law mobilised_friction."
+            )));
         }
         refuse_other_grains(job, &grains, file)?;
         let now = continuum.filter(|_| job.has_material());

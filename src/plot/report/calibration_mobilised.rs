@@ -186,7 +186,7 @@ fn lead(calibration: &Calibration, subject: &Subject) -> String {
         "{} packings of {} grains in a periodic cell under {} kPa and as many under half of it, dense ones with the job\u{2019}s packing.friction \
          and loose ones with the friction of their contacts. K and G\u{2080} are slopes of isotropic and uniaxial compression over the first \
          {} of volume strain, at an inertial number of {INERTIAL_COMPRESSION:e}. All are sheared to {} at an inertial number of \
-         {INERTIAL_SHEAR:e} while the normal stress and the width stay; dense ones also to the peak and back, and ten times more slowly in small cycles. The law, driven along the same \
+         {INERTIAL_SHEAR:e} while the normal stress and the other edges of the cell stay{}; dense ones also to the peak and back, and ten times more slowly in small cycles. The law, driven along the same \
          paths, follows the means over the packings with the least squares, each third of a test over the scatter of the packings there. \
          Behind the parameters stand 95 % confidence intervals, by fits that leave out one packing each.",
         calibration.fitted.len(),
@@ -194,6 +194,7 @@ fn lead(calibration: &Calibration, subject: &Subject) -> String {
         significant(1e-3 * calibration.stress, 4),
         percent(STRAIN_SMALL),
         percent(calibration.wanted.strain),
+        if subject.axes() == 3 { " (spheres, in plane strain)" } else { "" },
     );
     for (kind, end) in KINDS.iter().zip(&calibration.bands) {
         if let Some(end) = end {

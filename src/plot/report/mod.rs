@@ -137,7 +137,10 @@ pub fn write_scaling(scaling: &Scaling, out: &Path) -> Result<PathBuf, Error> {
     sheaf.finish(&scaling::page(scaling, &drawings), None)
 }
 
-/// Writes `calibration.html` with what `scree calibrate` found into a folder with other `results`, its drawings to `figures/`
+/// The page of a calibration.
+pub const CALIBRATION: &str = "calibration.html";
+
+/// Writes [`CALIBRATION`] with what `scree calibrate` found into a folder with other `results`, its drawings to `figures/`
 /// beside it; returns where the page is.
 pub fn write_calibration(
     calibration: &Calibration,
@@ -146,7 +149,7 @@ pub fn write_calibration(
     results: Results,
 ) -> Result<PathBuf, Error> {
     let drawings = calibration::drawings(calibration);
-    let mut sheaf = Sheaf { results, ..Sheaf::of(out.join("calibration.html")) };
+    let mut sheaf = Sheaf { results, ..Sheaf::of(out.join(CALIBRATION)) };
     drawings.iter().for_each(|(name, drawing)| sheaf.add_drawing(&format!("{name}.svg"), drawing));
     sheaf.finish(&calibration::page(calibration, subject, command, &drawings), None)
 }
@@ -159,7 +162,7 @@ pub fn write_calibration_mobilised(
     results: Results,
 ) -> Result<PathBuf, Error> {
     let drawings = calibration_mobilised::drawings(calibration);
-    let mut sheaf = Sheaf { results, ..Sheaf::of(out.join("calibration.html")) };
+    let mut sheaf = Sheaf { results, ..Sheaf::of(out.join(CALIBRATION)) };
     drawings.iter().for_each(|(name, drawing, _)| sheaf.add_drawing(&format!("{name}.svg"), drawing));
     sheaf.finish(&calibration_mobilised::page(calibration, subject, command, &drawings), None)
 }

@@ -19,7 +19,7 @@ const START: MobilisedConstants = MobilisedConstants {
     ..MobilisedConstants::DISCS
 };
 const WIDTH_START: f64 = 0.01;
-/// r, the first that makes a law.
+/// r that the fit starts from: the first of these that makes a law.
 const SHARES_START: [f64; 4] = [0.5, 0.3, 0.1, 0.0];
 /// At a w of 1 hardening does not depend on Phi any more.
 const WIDTHS: [f64; 2] = [1e-3, 1.0];

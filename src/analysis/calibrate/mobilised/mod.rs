@@ -218,14 +218,14 @@ pub fn fit_all(tests: Tests, stress: f64) -> Result<Calibration, Error> {
     let all: Vec<&Specimen> = fitted.iter().collect();
     let refused = || {
         Error::Run(
-            "the law with mobilised friction cannot follow the shear tests: from where the fit starts it does not bear them. Look at shear.toml and shear_loose.toml by `scree run`; more grains, more packings or more strain may help. The tests are kept: --tests with this folder fits them again."
+            "the law with mobilised friction cannot follow the shear tests: from where the fit starts it does not bear them. Look at shear.toml and shear_loose.toml by `scree run`; more grains, more packings or more strain may help."
                 .to_string(),
         )
     };
-    let tests = Weighed { stress, all: &all, use_half: true };
-    let found = tests.fit(&all, None).ok_or_else(refused)?;
-    let figures = figures(&tests, &found);
-    let alone = Weighed { use_half: false, ..tests };
+    let weighed = Weighed { stress, all: &all, use_half: true };
+    let found = weighed.fit(&all, None).ok_or_else(refused)?;
+    let figures = figures(&weighed, &found);
+    let alone = Weighed { use_half: false, ..weighed };
     let half_left_out = alone.fit(&all, Some(&found)).map(|fit| {
         let kinds = KINDS.iter().enumerate().filter(|(_, kind)| kind.fitted && kind.share < 1.0);
         kinds.filter_map(|(index, _)| shown(&fit, stress, &all, index)).collect()
@@ -444,7 +444,9 @@ fn band(specimens: &[&Specimen], kind: usize, dry: bool) -> Option<f64> {
         return None;
     }
     let mut before = 0.0;
-    for index in 0..of_kind(specimens[0], kind, dry).profiles.len() {
+    // A cell that is too low for layers has none.
+    let profiles = specimens.iter().map(|specimen| of_kind(specimen, kind, dry).profiles.len()).min().unwrap_or(0);
+    for index in 0..profiles {
         let profile = |specimen: &&Specimen| of_kind(specimen, kind, dry).profiles[index].clone();
         let banded = specimens.iter().filter(|specimen| profile(specimen).largest() > BAND).count();
         if 2 * banded >= specimens.len() {

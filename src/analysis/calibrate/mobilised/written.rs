@@ -71,7 +71,9 @@ impl Calibration {
             ));
         }
         if self.fitted[0].axes == 3 {
-            line("# These grains are spheres: K is that of space, and the material one for jobs in space.");
+            line(
+                "# Of spheres, sheared in plane strain. K is that of p = tr(tau)/3: a material for jobs with space = \"solid\".",
+            );
         }
         line("# A job on a grid takes this file by `file = \"...\"` in its [material].");
         line("");
@@ -158,6 +160,7 @@ impl Calibration {
             "command": command,
             "law": "mobilised_friction",
             "grains": self.wanted.grains,
+            "strain": self.wanted.strain,
             "stress": self.stress,
             "inertial_number_compression": INERTIAL_COMPRESSION,
             "inertial_number_shear": INERTIAL_SHEAR,
@@ -188,6 +191,7 @@ impl Tests {
             "job": job,
             "command": command,
             "grains": self.wanted.grains,
+            "strain": self.wanted.strain,
             "packings": of_packings(&self.fitted),
             "packings_held_back": of_packings(&self.held),
         })
