@@ -4,11 +4,11 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use scree::analysis::calibrate::element::{ROW_SHEAR, Row};
-use scree::analysis::calibrate::fit::{Fit, Shear, axial, fit, friction, modulus, pressure};
-use scree::analysis::calibrate::path::{Drive, sheared};
+use scree::analysis::calibrate::fit::{Fit, Shear, axial, fit, friction, moduli, modulus, pressure};
+use scree::analysis::calibrate::path::{Drive, Kept, sheared};
 use scree::analysis::calibrate::{Subject, Wanted, elements, mobilised};
 use scree::base::math;
-use scree::base::space::{Plane, Space};
+use scree::base::space::{Plane, Solid, Space};
 use scree::job::{Job, Scenario};
 use scree::law::material::{ConstitutiveLaw, CriticalDruckerPrager, MaterialLaw};
 
@@ -372,4 +372,75 @@ fn jobs_of_grains_alone_are_taken_with_mobilised_friction() {
     let output = command(&out, &folder.path().join("cache"), &["--held-back", "2"]);
     assert_eq!(output.status.code(), Some(2), "{}", words(&output));
     assert!(words(&output).contains("--law mobilised_friction") && !out.exists(), "{}", words(&output));
+}
+
+/// Spheres in a cell: K and G as their compressions have them in space, the pressure of a row that of three stresses.
+#[test]
+fn spheres_are_compressed_in_space() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!(
+        r#"
+        name = "spheres"
+        [cell]
+        space = "solid"
+        upper = ["7 mm", "7 mm", "7 mm"]
+        [grains]
+        density = "2500 kg/m3"
+        count = 300
+        distribution = "uniform"
+        diameter_min = "0.9 mm"
+        diameter_max = "1.1 mm"
+        [packing]
+        preparation = "compress"
+        stress = "1 MPa"
+        energy_ratio_max = 1e-3
+        cache = {:?}
+        [contact]
+        law = "linear"
+        stiffness_normal = "1000 kN/m"
+        stiffness_tangential = "500 kN/m"
+        restitution = 0.3
+        friction = 0.5
+        [time]
+        step = "0.1 us"
+        end = "1 ms"
+        "#,
+        folder.path()
+    );
+    let subject = Subject::of(&Job::parse(&text, "spheres", &[]).unwrap(), "spheres", true).unwrap();
+    let wanted = mobilised::Wanted { grains: 300, packings: 1, held: 0, strain: 0.1 };
+    let tests = mobilised::elements(&subject, wanted, 1);
+    let [isotropic, uniaxial] = [0, 1].map(|test: usize| tests[test].measure().unwrap());
+    let [bulk, shear] = moduli(3, &isotropic, &uniaxial);
+    println!("K {:.1} MPa, G {:.1} MPa", 1e-6 * bulk, 1e-6 * shear);
+    let first = &uniaxial[0];
+    // At rest under the stress all three are it; pressed along y alone that one is the largest, and the third counts.
+    assert!(off(first.pressure, 1e6) < 0.02 && off(-first.stress[2], 1e6) < 0.02, "{first:?}");
+    let last = uniaxial.last().unwrap();
+    assert!(-last.stress[2] > last.pressure && last.pressure > 1.2 * first.pressure, "{last:?}");
+    // Walton (1987) for equal forces at Z contacts: affine, an upper bound that packings come near.
+    let contacts = 6.0;
+    let affine = contacts * isotropic[0].fraction * 1e6 / (3.0 * std::f64::consts::PI * 1e-3);
+    assert!((0.7..1.05).contains(&(bulk / affine)), "K {bulk} for {affine}");
+    assert!((0.3..1.2).contains(&(shear / bulk)), "G {shear} for K {bulk}");
+}
+
+/// By hand, in space: plane strain compression along y with the stress along x kept, of an elastic material.
+#[test]
+fn an_elastic_point_in_space_is_compressed_in_plane_strain() {
+    let (bulk, shear) = (30e6, 20e6);
+    let law = CriticalDruckerPrager { bulk_modulus: bulk, shear_modulus: shear, cohesion: 1e9, ..material() };
+    let drive = Drive { kept: Kept::LateralStress, ..Drive::shear(3, 1e5, 0.6) };
+    let rows = sheared(&law, drive, [0.0, 1e-4].into_iter()).unwrap();
+    let (last, _) = rows[1];
+    // sigma_x = lambda (ex + ey) + 2 G ex stays, with lambda = K - 2 G/3.
+    let lambda = bulk - 2.0 * shear / 3.0;
+    let [y, x] = [-1e-4, 1e-4 * lambda / (lambda + 2.0 * shear)];
+    let change = [lambda * (x + y) + 2.0 * shear * x, lambda * (x + y) + 2.0 * shear * y, lambda * (x + y)];
+    assert!(off(last.stress[0], -1e5) < 1e-8, "{last:?}");
+    assert!(off(last.stress[2] + 1e5, change[1]) < 1e-2, "{last:?}, {change:?}");
+    assert!(off(last.pressure - 1e5, -(change[0] + change[1] + change[2]) / 3.0) < 1e-2, "{last:?}, {change:?}");
+    let nine = <Solid as Space>::Tensor::from_fn(|row, column| -((3 * row + column) as f64));
+    let row = Row::of::<Solid>(0.1, &nine, 0.6);
+    assert_eq!((row.stress, row.pressure), ([0.0, -2.0, -4.0], 4.0));
 }

@@ -64,6 +64,11 @@ const STRESS_TOLERANCE: f64 = 0.01;
 /// Steps between two looks at whether the packing is at rest, and looks in a row that must find it so.
 const LOOK_EVERY: u64 = 200;
 const CALM_LOOKS: u32 = 2;
+/// Steps after which the cell answers half as fast, and again after each of so many more, down to a share of 2^-10: grains that bounce
+/// shake the servo, and the cell that follows shakes them; most packings rest long before.
+const PATIENCE: u64 = 1_000_000;
+const PATIENCE_MORE: u64 = 200_000;
+const HALVINGS_MAX: u64 = 10;
 /// Steps after which a packing that has not equilibrated is given up.
 const STEPS_MAX: u64 = 20_000_000;
 /// Length of the cell in largest diameters, as of any periodic axis.
@@ -227,6 +232,12 @@ fn complaint_of_narrow<S: Space>(job: &Assembly, packed: &Packed) -> Option<Comp
     Some(Complaint { table: "grains", key: "count", message })
 }
 
+/// How fast the cell answers after so many steps, as a share: a power of two, so that packings which rest before keep their bits.
+fn share_of_answer(step: u64) -> f64 {
+    let halvings = step.checked_sub(PATIENCE).map_or(0, |late| 1 + late / PATIENCE_MORE).min(HALVINGS_MAX);
+    1.0 / (1_u64 << halvings) as f64
+}
+
 impl Press<'_> {
     /// t_p, s.
     fn time(&self) -> f64 {
@@ -382,7 +393,7 @@ impl Press<'_> {
             let damping =
                 Damping { local: DAMPING_LOCAL, form: DampingForm::Component, mass: DAMPING_MASS / self.time() };
             world.settings.grains.field = Field { gravity: S::Vector::zero(), damping };
-            let first = || self.answer_of_grains(&world.assembly.cell, stage == Stage::Unloading);
+            let first = || self.answer_of_grains(&world.assembly.cell, stage == Stage::Unloading, world.step);
             let answer = Answer::noted(notes).unwrap_or_else(first);
             world.settings.grains.drive = self.drive(answer.note(notes));
         };
@@ -390,19 +401,21 @@ impl Press<'_> {
             let ratio = world.unrest()?;
             let (stresses, carried) = self.stresses(world)?;
             world.settings.grains.drive =
-                self.drive(self.answer_of_grains(&world.assembly.cell, carried >= CARRIES).note(notes));
+                self.drive(self.answer_of_grains(&world.assembly.cell, carried >= CARRIES, world.step).note(notes));
             let at_stress = stresses.iter().all(|stress| (stress - 1.0).abs() < STRESS_TOLERANCE);
             self.refuse_endless(world, ratio)?;
             Ok(Look { rests: at_stress && ratio < goal, ratio, words: self.words(world)? })
         })
     }
 
-    /// How the cell answers with grains that are loose or that carry.
-    fn answer_of_grains<S: Space>(&self, cell: &Cell<S>, carries: bool) -> Answer {
-        match carries {
+    /// How the cell answers with grains that are loose or that carry, after so many steps.
+    fn answer_of_grains<S: Space>(&self, cell: &Cell<S>, carries: bool, step: u64) -> Answer {
+        let Answer { viscosity, rate_max } = match carries {
             true => self.answer(cell, CARRYING, figures::modulus_under(self.job, self.stress)),
             false => self.answer(cell, LOOSE, self.stress),
-        }
+        };
+        let share = share_of_answer(step);
+        Answer { viscosity: viscosity / share, rate_max: rate_max * share }
     }
 
     /// Normal stresses of the contacts as shares of the wanted stress (one along axes that there are not), and their mean.

@@ -211,6 +211,49 @@ fn spheres_are_compressed_to_a_stress() {
 }
 
 /// Compressed by a hundred times what is wanted, and let come to that: as dense as it was but for what is elastic.
+/// Grains that bounce shake the servo, and the cell that follows shakes them: 400 discs under 25 kPa kept their gas for as long as
+/// anybody waited.
+#[test]
+#[ignore = "a million steps"]
+fn grains_that_the_servo_shakes_come_to_rest() {
+    let text = r#"
+name = "shaken"
+seed = 1
+[cell]
+space = "plane"
+upper = ["19.26 mm", "19.26 mm"]
+periodic = [true, true]
+[grains]
+density = "2530 kg/m3"
+count = 400
+diameter_mean = "1 mm"
+diameter_deviation = "0.08 mm"
+[packing]
+preparation = "compress"
+stress = "25 kPa"
+friction = 0.01
+energy_ratio_max = 1e-5
+[contact]
+stiffness_normal = 1772093.8
+stiffness_tangential = 886046.9
+damping_normal = "3.5 N s/m"
+damping_tangential = "3.5 N s/m"
+friction = 0.5
+[time]
+step = "0.4 us"
+end = "1 ms"
+"#;
+    let folder = tempfile::tempdir().unwrap();
+    made::<Plane>(&job(text, &[], folder.path()), &Solo).expect("it rests");
+}
+
+/// It answers as ever for a million steps, then half as fast, down to a bound, and no packing that rests before changes a bit.
+#[test]
+fn a_cell_that_does_not_settle_answers_more_slowly() {
+    let shares = [0, 999_999, 1_000_000, 1_199_999, 1_200_000, 3_000_000, u64::MAX].map(share_of_answer);
+    assert_eq!(shares, [1.0, 1.0, 0.5, 0.5, 0.25, 2f64.powi(-10), 2f64.powi(-10)]);
+}
+
 #[test]
 fn a_packing_is_unloaded_to_a_lower_stress() {
     let folder = tempfile::tempdir().unwrap();
