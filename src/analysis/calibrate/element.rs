@@ -256,7 +256,7 @@ impl Element<'_> {
             figures::sizes(&packed).map_or(0.0, |sizes| self.grains as f64 * figures::grain_measure(sizes, axes));
         let (side, height) = match axes {
             2 => ((solid / derived::FRACTION_DENSE).sqrt(), 0.0),
-            _ => [(solid / FRACTION_DENSE_SPHERES).cbrt(); 2].into(),
+            _ => [math::cbrt(solid / FRACTION_DENSE_SPHERES); 2].into(),
         };
         let rate = self.rate();
         let servo = self.test.axis_kept().map(|axis| {

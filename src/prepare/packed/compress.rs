@@ -233,7 +233,7 @@ fn complaint_of_narrow<S: Space>(job: &Assembly, packed: &Packed) -> Option<Comp
 }
 
 /// How fast the cell answers after so many steps, as a share: a power of two, so that packings which rest before keep their bits.
-fn share_of_answer(step: u64) -> f64 {
+pub(super) fn share_of_answer(step: u64) -> f64 {
     let halvings = step.checked_sub(PATIENCE).map_or(0, |late| 1 + late / PATIENCE_MORE).min(HALVINGS_MAX);
     1.0 / (1_u64 << halvings) as f64
 }

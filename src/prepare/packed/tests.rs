@@ -250,7 +250,7 @@ end = "1 ms"
 /// It answers as ever for a million steps, then half as fast, down to a bound, and no packing that rests before changes a bit.
 #[test]
 fn a_cell_that_does_not_settle_answers_more_slowly() {
-    let shares = [0, 999_999, 1_000_000, 1_199_999, 1_200_000, 3_000_000, u64::MAX].map(share_of_answer);
+    let shares = [0, 999_999, 1_000_000, 1_199_999, 1_200_000, 3_000_000, u64::MAX].map(compress::share_of_answer);
     assert_eq!(shares, [1.0, 1.0, 0.5, 0.5, 0.25, 2f64.powi(-10), 2f64.powi(-10)]);
 }
 
