@@ -64,7 +64,7 @@ const STRESS_TOLERANCE: f64 = 0.01;
 /// Steps between two looks at whether the packing is at rest, and looks in a row that must find it so.
 const LOOK_EVERY: u64 = 200;
 const CALM_LOOKS: u32 = 2;
-/// Steps after which the cell answers half as fast, and again after each of so many more, down to a share of 2^-10: grains that bounce
+/// Steps after which the cell of loose grains answers half as fast, and again after each of so many more, down to a share of 2^-10: grains that bounce
 /// shake the servo, and the cell that follows shakes them; most packings rest long before.
 const PATIENCE: u64 = 1_000_000;
 const PATIENCE_MORE: u64 = 200_000;
@@ -232,8 +232,8 @@ fn complaint_of_narrow<S: Space>(job: &Assembly, packed: &Packed) -> Option<Comp
     Some(Complaint { table: "grains", key: "count", message })
 }
 
-/// How fast the cell answers after so many steps, as a share: a power of two, so that packings which rest before keep their bits.
-pub(super) fn share_of_answer(step: u64) -> f64 {
+/// How fast the cell of loose grains answers after so many steps, as a share: a power of two, so that packings which rest before keep their bits.
+pub(super) fn share_of_loose(step: u64) -> f64 {
     let halvings = step.checked_sub(PATIENCE).map_or(0, |late| 1 + late / PATIENCE_MORE).min(HALVINGS_MAX);
     1.0 / (1_u64 << halvings) as f64
 }
@@ -410,11 +410,11 @@ impl Press<'_> {
 
     /// How the cell answers with grains that are loose or that carry, after so many steps.
     fn answer_of_grains<S: Space>(&self, cell: &Cell<S>, carries: bool, step: u64) -> Answer {
-        let Answer { viscosity, rate_max } = match carries {
-            true => self.answer(cell, CARRYING, figures::modulus_under(self.job, self.stress)),
-            false => self.answer(cell, LOOSE, self.stress),
-        };
-        let share = share_of_answer(step);
+        if carries {
+            return self.answer(cell, CARRYING, figures::modulus_under(self.job, self.stress));
+        }
+        let Answer { viscosity, rate_max } = self.answer(cell, LOOSE, self.stress);
+        let share = share_of_loose(step);
         Answer { viscosity: viscosity / share, rate_max: rate_max * share }
     }
 
