@@ -271,6 +271,7 @@ impl Element<'_> {
         Assembly {
             name: format!("{}_{}_{}", self.subject.name, self.name(), self.seed),
             cell: Cell {
+                lower: [0.0; 3],
                 upper: [side, side, height],
                 periodic: [true, true, axes == 3],
                 gradient: self.test.gradient(rate, axes),
@@ -278,6 +279,9 @@ impl Element<'_> {
                 ..packed.cell.clone()
             },
             contact: self.contact,
+            // A cell by itself, whatever the job has around its grains.
+            gravity: [0.0; 3],
+            bodies: Vec::new(),
             end,
             output: Output {
                 series_interval: legs[turns].row / rate,
