@@ -97,7 +97,7 @@ fn critical(typed: &Calibrate, subject: &Subject, out: &Path, placement: &Placem
     let command = typed.words([wanted.grains, wanted.packings, 0], wanted.strain);
     let mut results = Results::default();
     results.add(out.join(FRAGMENT), &calibration.fragment(&subject.name, &command));
-    results.add(out.join(DATA), &written(&calibration.to_json(&subject.name, &command)));
+    results.add(out.join(DATA), &written(calibration.to_json(&subject.name, &command)));
     let page = report::write_calibration(&calibration, (subject, &command), out, results)?;
     Ok(told(&calibration, subject, out, &page))
 }
@@ -113,8 +113,8 @@ fn mobilised(typed: &Calibrate, subject: &Subject, out: &Path, placement: &Place
         Some(tests) => (tests, String::new()),
         None => {
             let tests = mobilised::test(subject, wanted)?;
-            keep(&tests, (&subject.name, &command), out)?;
-            (tests, format!(" The tests are kept: --tests {} fits them again.", out.display()))
+            let kept = keep(&tests, (&subject.name, &command), out)?;
+            (tests, kept)
         }
     };
     let calibration = mobilised::fit_all(tests, subject.stress).map_err(|error| match error {
@@ -123,7 +123,7 @@ fn mobilised(typed: &Calibrate, subject: &Subject, out: &Path, placement: &Place
     })?;
     let mut results = Results::default();
     results.add(out.join(FRAGMENT), &calibration.fragment(&subject.name, &command));
-    results.add(out.join(DATA), &written(&calibration.to_json(&subject.name, &command)));
+    results.add(out.join(DATA), &written(calibration.to_json(&subject.name, &command)));
     let page = report::write_calibration_mobilised(&calibration, (subject, &command), out, results)?;
     let mut text = calibration.told();
     subject.other_stress.iter().for_each(|other| writeln!(text, "{other}").expect(STRING));
@@ -138,15 +138,17 @@ fn mobilised(typed: &Calibrate, subject: &Subject, out: &Path, placement: &Place
     Ok(text)
 }
 
-/// Tests took hours, and perhaps no law follows them: they are written before one is fitted, and what was fitted to others goes.
-fn keep(tests: &Tests, (job, command): (&str, &str), out: &Path) -> Result<(), Error> {
-    let fitted = out.join(FRAGMENT);
-    if fitted.is_file() {
-        fs::remove_file(&fitted).map_err(|error| unwritable(&fitted, &error))?;
-    }
+/// Tests took hours, and perhaps no law follows them: they are written before one is fitted. What to say if none does.
+fn keep(tests: &Tests, (job, command): (&str, &str), out: &Path) -> Result<String, Error> {
     let mut results = Results::default();
-    results.add(out.join(DATA), &written(&tests.to_json(job, command)));
-    results.write(false)
+    results.add(out.join(DATA), &written(tests.to_json(job, command)));
+    results.write(false)?;
+    let (fitted, kept) =
+        (out.join(FRAGMENT), format!(" The tests are kept: --tests {} fits them again.", out.display()));
+    match fitted.is_file() {
+        true => Ok(format!("{kept} {} is of an earlier calibration.", fitted.display())),
+        false => Ok(kept),
+    }
 }
 
 /// Makes the folder with the tests as jobs; a job that cannot be tested leaves none behind, and what may not be written over is told
@@ -165,8 +167,7 @@ fn begin(elements: &[Element], out: &Path, placement: &Placement) -> Result<(), 
 }
 
 /// As text, the program first: a file is known by its beginning as one that may be written again.
-fn written(value: &serde_json::Value) -> String {
-    let mut value = value.clone();
+fn written(mut value: serde_json::Value) -> String {
     let program = value.as_object_mut().and_then(|map| map.remove("program")).expect("data name the program");
     let rest = serde_json::to_string(&value).expect("numbers are written");
     format!("{{\"program\":{program},{}\n", &rest[1..])

@@ -254,9 +254,9 @@ impl Element<'_> {
         let axes = self.subject.axes();
         let solid =
             figures::sizes(&packed).map_or(0.0, |sizes| self.grains as f64 * figures::grain_measure(sizes, axes));
-        let (side, height) = match axes {
-            2 => ((solid / derived::FRACTION_DENSE).sqrt(), 0.0),
-            _ => [math::cbrt(solid / FRACTION_DENSE_SPHERES); 2].into(),
+        let side = match axes {
+            2 => (solid / derived::FRACTION_DENSE).sqrt(),
+            _ => math::cbrt(solid / FRACTION_DENSE_SPHERES),
         };
         let rate = self.rate();
         let servo = self.test.axis_kept().map(|axis| {
@@ -272,7 +272,7 @@ impl Element<'_> {
             name: format!("{}_{}_{}", self.subject.name, self.name(), self.seed),
             cell: Cell {
                 lower: [0.0; 3],
-                upper: [side, side, height],
+                upper: [side, side, if axes == 3 { side } else { 0.0 }],
                 periodic: [true, true, axes == 3],
                 gradient: self.test.gradient(rate, axes),
                 servo,

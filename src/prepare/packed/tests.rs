@@ -214,7 +214,6 @@ fn spheres_are_compressed_to_a_stress() {
 /// Grains that bounce shake the servo, and the cell that follows shakes them: 400 discs under 25 kPa kept their gas for as long as
 /// anybody waited.
 #[test]
-#[ignore = "a million steps"]
 fn grains_that_the_servo_shakes_come_to_rest() {
     let text = r#"
 name = "shaken"
