@@ -10,13 +10,14 @@ collapse, outside, rest and sheared h5py, which brings numpy.
     tests/figures.py band DIR...        width of the shear band, in cells and in sections of a cell by its normal
     tests/figures.py elements DIR...    width of the shear band of elements in plane strain compression, and the curve
     tests/figures.py bins DIR...        the same of a specimen of grains, points or elements, by one measure for all of them
+    tests/figures.py layers DIR...      simple shear between a bottom and a top: stresses over the pressure, where it shears, and the void ratio over the height
     tests/figures.py collapse DIR...    run-out of a column, and its energies over the potential energy at the start
     tests/figures.py outside DIR...     how far grains lie outside of membranes at the end, along the normals of these
     tests/figures.py rest DIR...        pressures of points at rest over the weight above them, and how far the material has come
     tests/figures.py sheared DIR...     area that has sheared at 0.24 s on either side of the plate of an indentation
 
 DIR is the folder of a run: of jobs/element/rve_biaxial.toml or rve_ensemble.toml (of held also a record FILE.csv=STRESS by YADE), of jobs/element/bulk.toml or bulk_spheres.toml, of the job in
-jobs/continuum, of jobs/triaxial.toml, of jobs/indentation.toml and far_field.toml, or of the footings in jobs/mpm_dem. Strains are logarithmic, from the edges
+jobs/continuum, of jobs/triaxial.toml, of jobs/indentation.toml and far_field.toml, of the footings in jobs/mpm_dem, or of jobs/fem_dem/simple_shear.toml and dns_simple_shear.toml. Strains are logarithmic, from the edges
 of the cell; of a biaxial test from time zero, of a slope from the first row.
 """
 
@@ -297,6 +298,79 @@ def sheared_bins(folder, strain=0.042, edge=0.05):
     )
 
 
+def layers(folder, rows_of_height=12, between=(0.8, 1.0), last=0.12):
+    """Simple shear of elements, or of grains between two glued layers. Stresses are those on the bottom over the pressure; the shear band is the even layer whose
+    shear has the same sum and sum of squares, over the last fifth of the way to the end or to 12 % of strain, in metres: of rows as high as the elements
+    of jobs/fem_dem/simple_shear.toml, and of grains in layers a fourth of that, too. Void ratios are of such rows at that strain."""
+    import numpy
+
+    job, rows = scenario(folder), series(folder)
+    top = next(body for body in job["body"] if "path" in body)
+    if "mesh" in job:
+        import h5py
+
+        low, high = job["mesh"].get("lower", [0, 0, 0])[1], job["mesh"]["upper"][1]
+        area = job["mesh"]["upper"][0] * job["mesh"]["upper"][2]
+        base, pressure, finer = "y_lower", job["stress"]["pressure"], [1]
+        root = h5py.File(f"{folder}/elements.vtkhdf")["VTKHDF"]
+        times = root["Steps/Values"][:]
+
+        def frame(which):
+            first, count = root["Steps/PointOffsets"][which], root["NumberOfPoints"][which]
+            return root["Points"][first : first + count]
+
+        start = frame(0)
+        moved = lambda which: (start[:, 1], frame(which)[:, 0] - start[:, 0])
+        cells = lambda which: slice(*(root["Steps/CellDataOffsets/void_ratio"][which] + numpy.array([0, len(start) // 4])))
+        middle = start.reshape(-1, 4, 3).mean(axis=1)[:, 1]
+        voids = lambda which, edges: [root["CellData/void_ratio"][cells(which)][(middle > a) & (middle < b)].mean() for a, b in zip(edges, edges[1:])]
+    else:
+        base = next(body["name"] for body in job["body"] if body is not top)
+        low, high = next(body["upper"][1] for body in job["body"] if body is not top), top["lower"][1]
+        area, pressure, finer = rows[0]["edge_xx"] * rows[0]["edge_zz"], job["packing"]["stress"], [1, 4]
+        frames = Frames(folder)
+        times = frames.times
+        of = lambda which, name: numpy.concatenate([frames.column(which, name, kind) for kind in numpy.unique(frames.root["PointData/kind"][:1000000])])
+        heights = of(0, "place")[:, 1]
+        moved = lambda which: (heights, of(which, "displacement")[:, 0])
+
+        def voids(which, edges):
+            # As high as the grains that were between two heights have come to be.
+            radius, now = of(which, "radius"), of(which, "place")[:, 1]
+            risen = numpy.interp(edges, *zip(*[(heights[near].mean(), now[near].mean()) for near in (abs(heights - edge) < 1e-3 for edge in edges)]))
+            solid = [(4 / 3 * math.pi * radius[(now >= a) & (now < b)] ** 3).sum() for a, b in zip(risen, risen[1:])]
+            return [area * (b - a) / inside - 1 for a, b, inside in zip(risen, risen[1:], solid)]
+
+    height = high - low
+    strains = [row[f"{top['name']}_displacement_x"] / height for row in rows]
+    at = numpy.interp(times, [row["time"] for row in rows], strains)
+    shear = [abs(row[f"{base}_force_x"]) / area / pressure for row in rows]
+    level = lambda wanted: float(numpy.mean([s for s, e in zip(shear, strains) if abs(e - wanted) < 0.001 + 0.05 * wanted]))
+    wanted = [e for e in (0.005, 0.01, 0.015, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.1, 0.12, 0.15, 0.2) if e <= strains[-1]]
+    # Of rows of the series ten at a time.
+    calm = [float(numpy.mean(shear[max(0, number - 4) : number + 6])) for number in range(len(shear))]
+    peak = max(range(len(calm)), key=lambda number: calm[number])
+    print(f"{folder}: shear stress over {pressure / 1e3:.0f} kPa, {calm[peak]:.3f} at most at {100 * strains[peak]:.2f} %; " + ", ".join(f"{level(e):.3f} at {100 * e:g} %" for e in wanted))
+    end = min(last, at[-1])
+    first, final = [int(abs(at - share * end).argmin()) for share in between]
+    for parts in finer:
+        count = rows_of_height * parts
+        edges = numpy.linspace(low, high, count + 1)
+        gain = numpy.subtract(moved(final)[1], moved(first)[1])
+        ys = moved(0)[0]
+        around = height / rows_of_height / 8
+        profile = numpy.array([gain[abs(ys - edge) < around].mean() for edge in edges])
+        sheared = numpy.diff(profile) * count / height
+        even = height / count * sheared.sum() ** 2 / (sheared**2).sum()
+        most = int(sheared.argmax())
+        print(
+            f"  from {100 * at[first]:.2f} to {100 * at[final]:.2f} % in {count} rows of {1e3 * height / count:.1f} mm: band of {1e3 * even:.1f} mm, most in row {most + 1}"
+            f" ({1e3 * (edges[most] - low):.0f} to {1e3 * (edges[most + 1] - low):.0f} mm), shares of rows " + " ".join(f"{share:.2f}" for share in sheared / sheared.sum())
+        )
+    edges = numpy.linspace(low, high, rows_of_height + 1)
+    print(f"  void ratio at {100 * at[final]:.2f} %: " + " ".join(f"{void:.3f}" for void in voids(final, edges)))
+
+
 def deposit(place, link):
     """Indices of the largest set of points that hang together, each within `link` of another."""
     cells, waiting, largest = {}, set(range(len(place))), []
@@ -453,6 +527,7 @@ if __name__ == "__main__":
         "band": band,
         "elements": sheared_elements,
         "bins": sheared_bins,
+        "layers": layers,
         "collapse": collapse,
         "outside": outside,
         "rest": rest,

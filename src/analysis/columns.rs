@@ -48,7 +48,7 @@ pub struct Description {
 }
 
 /// Names with their words. A star stands for the name of a face, of a body or of what is followed.
-const KNOWN: [(&str, &str, Quantity); 55] = {
+const KNOWN: [(&str, &str, Quantity); 57] = {
     use Quantity::*;
     [
         ("shear_stress", "shear stress", Stress),
@@ -98,8 +98,10 @@ const KNOWN: [(&str, &str, Quantity); 55] = {
         ("*_p", "*", Stress),
         ("*_q", "*", Stress),
         ("*_deviatoric_strain", "*", Number),
+        ("rve_void_ratio", "all RVEs", Number),
         ("*_void_ratio", "*", Number),
         ("*_fabric_anisotropy", "*", Number),
+        ("rve_mechanical_coordination", "all RVEs", Number),
         ("*_mechanical_coordination", "*", Number),
         ("*_grains_turned", "grains of *", Number),
         ("*_turned", "*", Number),

@@ -146,6 +146,7 @@ fn filling<S: Space>(job: &mut Assembly, along: usize) -> Vec<S::Vector> {
     let spacing = job.matter.diameter_mean * (1.0 - OVERLAP);
     for axis in 0..S::DIMENSION {
         job.cell.lower[axis] = 0.0;
+        job.cell.copies[axis] = 1;
         job.cell.upper[axis] = along as f64 * spacing;
         job.cell.periodic[axis] = true;
     }

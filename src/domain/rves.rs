@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use scree_partition::{ParcelError, Reader, Writer};
+use scree_partition::{ExactSum, ParcelError, Reader, Writer};
 
 use crate::base::error::Error;
 use crate::base::ids::PointId;
@@ -13,7 +13,7 @@ use crate::base::space::Space;
 use crate::domain::step::rves::RveEvent;
 use crate::domain::transfer;
 use crate::domain::world::World;
-use crate::mpm::points::Point;
+use crate::mpm::points::{Hot, Point};
 use crate::rve::rows::{packed, parted};
 use crate::rve::{PointRve, Resting, RveRow, Scratch};
 
@@ -30,6 +30,10 @@ pub struct RveTotals {
     pub unbalanced_max: f64,
     /// The stiffest bound on a P-wave modulus, Pa.
     pub modulus_max: f64,
+    /// Void ratio of all together, and contacts of a grain with and without such grains as have none or one: means by the solid that points stand for.
+    pub void_ratio: f64,
+    pub coordination: f64,
+    pub mechanical_coordination: f64,
 }
 
 impl<S: Space> Cargo for RveRow<S> {
@@ -115,7 +119,7 @@ impl<S: Space> World<'_, S> {
 
     /// Of all ranks together.
     pub fn rve_totals(&self) -> Result<RveTotals, Error> {
-        let of = |scratch: &mut Scratch<S>, carried: &PointRve<S>| {
+        let of = |scratch: &mut Scratch<S>, (carried, hot): (&PointRve<S>, &Hot<S>)| {
             let rve = &carried.rve;
             let is_replicated = rve.grains() > rve.template().packing.grains.len();
             let counts = [
@@ -125,19 +129,37 @@ impl<S: Space> World<'_, S> {
                 i64::from(is_replicated),
             ];
             let seen = rve.observe(scratch);
-            (counts, [seen.unbalanced.unwrap_or_default(), seen.modulus_most()])
+            let solid = hot.mass;
+            let means = [rve.void_ratio(), seen.fabric.coordination, seen.fabric.mechanical, 1.0].map(|of| of * solid);
+            (counts, [seen.unbalanced.unwrap_or_default(), seen.modulus_most()], means)
         };
-        let rows: Vec<([i64; 4], [f64; 2])> = self.rves.par_iter().map_init(Scratch::default, of).collect();
+        let points = self.continuum.points.hot.par_iter();
+        let rows: Vec<([i64; 4], [f64; 2], [f64; 4])> =
+            self.rves.par_iter().zip(points).map_init(Scratch::default, of).collect();
         let mut counts = [0; 4];
         let mut most = [0.0; 2];
-        for (row, sizes) in rows {
+        let mut sums = ExactSum::<4>::new();
+        for (row, sizes, means) in rows {
             counts.iter_mut().zip(row).for_each(|(sum, count)| *sum += count);
             most.iter_mut().zip(sizes).for_each(|(most, size)| *most = f64::max(*most, size));
+            (0..).zip(means).for_each(|(slot, of)| sums.add(slot, of));
         }
         self.transport.sum(&mut counts);
         self.transport.max(&mut most);
         let [steps, pair_steps, loose, replicated] = counts.map(|count| count as u64);
         let [unbalanced_max, modulus_max] = most;
-        Ok(RveTotals { steps, pair_steps, loose, replicated, unbalanced_max, modulus_max })
+        let [voids, contacts, mechanical, solid] = self.reduce(sums)?;
+        let [void_ratio, coordination, mechanical_coordination] = [voids, contacts, mechanical].map(|sum| sum / solid);
+        Ok(RveTotals {
+            steps,
+            pair_steps,
+            loose,
+            replicated,
+            unbalanced_max,
+            modulus_max,
+            void_ratio,
+            coordination,
+            mechanical_coordination,
+        })
     }
 }

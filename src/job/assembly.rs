@@ -2,12 +2,16 @@
 //!
 //! Vectors and tensors carry three components; in the plane those of z are zero, and z is not periodic.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
+use super::figures;
 pub use super::motion::{BodyServo, Motion, Oscillation, PathPoint};
 use super::output::Output;
+use super::resolve::SAFETY_DEFAULT;
 use super::schema::{list, section};
 use super::shear::{keys_of_step, rest_and_cache, skin};
+use super::stable::governing;
 use super::write::Page;
 use crate::base::keys::{
     DENSITY, Form, Key, LENGTH, NOT_NEGATIVE, POSITIVE, RATIO, Range, STRESS, TIME, Table, Wants, choose, count, flag,
@@ -121,6 +125,19 @@ impl Assembly {
         ]
     }
 
+    /// The job of one copy of its packing, which is compressed in a cell with all periods, by the step that it would have by itself: other jobs have the
+    /// same piece.
+    pub fn of_one_copy(&self) -> Cow<'_, Self> {
+        if self.cell.copies_of_packing() == 1 {
+            return Cow::Borrowed(self);
+        }
+        let periodic = std::array::from_fn(|axis| axis < self.cell.dimension);
+        let cell = Cell { copies: [1; 3], periodic, ..self.cell.clone() };
+        let free = Self { cell, bodies: Vec::new(), ..self.clone() };
+        let step = SAFETY_DEFAULT * governing(&figures::bounds(&free)).step;
+        Cow::Owned(Self { bodies: self.bodies.clone(), step, ..free })
+    }
+
     /// What a job is before it is read.
     pub(crate) fn blank() -> Self {
         Self {
@@ -130,6 +147,7 @@ impl Assembly {
                 dimension: 2,
                 lower: [0.0; 3],
                 upper: [0.0; 3],
+                copies: [1; 3],
                 periodic: [false; 3],
                 depth: 1.0,
                 gradient: [[0.0; 3]; 3],
@@ -158,9 +176,11 @@ impl Assembly {
 pub struct Cell {
     /// 2 or 3.
     pub dimension: usize,
-    /// m.
+    /// Corners of one copy of the packing, m.
     pub lower: [f64; 3],
     pub upper: [f64; 3],
+    /// Copies of the packing side by side along each axis; 1 beyond the cell's axes.
+    pub copies: [u64; 3],
     /// Along an axis that is not periodic the cell only bounds where grains may go; walls are bodies.
     pub periodic: [bool; 3],
     /// Out-of-plane depth in two dimensions, m; 1 in three, where nothing looks at it.
@@ -190,10 +210,39 @@ pub(super) fn depth(form: &mut dyn Form, depth: &mut f64, whose: &str) {
 }
 
 impl Cell {
+    /// Copies of the packing in it.
+    pub fn copies_of_packing(&self) -> u64 {
+        self.copies.iter().product()
+    }
+
+    /// The upper corner of all copies, m; of one alone, that corner.
+    pub fn end(&self) -> [f64; 3] {
+        let more = |axis: usize| (self.copies[axis] - 1) as f64 * (self.upper[axis] - self.lower[axis]);
+        std::array::from_fn(|axis| self.upper[axis] + more(axis))
+    }
+
+    /// Written where there are more than one.
+    fn keys_of_copies(&mut self, form: &mut dyn Form) {
+        let about =
+            "copies of the packing side by side along each axis, of which lower, upper and grains.count are one's";
+        let mut copies = (self.copies_of_packing() > 1).then(|| self.copies.map(|count| count as f64));
+        form.vector_if_given(&mut copies, vector("copies", about, RATIO, "2").optional());
+        let Some(copies) = copies.filter(|_| form.is_needed()) else { return };
+        for (axis, count) in copies.into_iter().enumerate().take(self.dimension) {
+            if count.round() != count || !(1.0..=COPIES_MAX).contains(&count) {
+                let problem =
+                    format!("has {count}, and a whole number from 1 to {COPIES_MAX:e} is wanted along every axis.");
+                return form.note("copies", &problem);
+            }
+            self.copies[axis] = count as u64;
+        }
+    }
+
     fn keys(&mut self, form: &mut dyn Form) {
         space(form, &mut self.dimension, "plane for discs, solid for spheres");
         form.vector(&mut self.lower, vector("lower", "the lower corner", LENGTH, "\"0 cm\"").follows("the origin"));
         form.vector(&mut self.upper, vector("upper", "the upper corner", LENGTH, "\"9 cm\""));
+        self.keys_of_copies(form);
         if form.is_needed() {
             self.periodic = std::array::from_fn(|axis| axis < self.dimension);
         }
@@ -204,6 +253,9 @@ impl Cell {
         CellServo::keys(&mut self.servo, form);
     }
 }
+
+/// Copies of a packing along an axis at most.
+const COPIES_MAX: f64 = 1e4;
 
 /// Axes whose rate of stretch is set so that the normal stress reaches a target.
 #[derive(Clone, Debug, PartialEq)]

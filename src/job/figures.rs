@@ -87,8 +87,8 @@ pub fn grain(assembly: &Assembly, diameter: f64) -> GrainScale {
 
 /// Area (m2) or volume (m3) of the cell as the job gives it.
 pub fn cell_measure(assembly: &Assembly) -> f64 {
-    let cell = &assembly.cell;
-    (0..cell.dimension).map(|axis| cell.upper[axis] - cell.lower[axis]).product()
+    let (cell, end) = (&assembly.cell, assembly.cell.end());
+    (0..cell.dimension).map(|axis| end[axis] - cell.lower[axis]).product()
 }
 
 /// Share of the cell as the job gives it that the grains to be made fill.
@@ -96,7 +96,9 @@ pub fn fraction_in_cell(assembly: &Assembly) -> Option<f64> {
     let Source::Packed(packed) = &assembly.source else {
         return None;
     };
-    Some(packed.count as f64 * grain_measure(&packed.sizes, assembly.cell.dimension) / cell_measure(assembly))
+    let cell = &assembly.cell;
+    let of_copy: f64 = (0..cell.dimension).map(|axis| cell.upper[axis] - cell.lower[axis]).product();
+    Some(packed.count as f64 * grain_measure(&packed.sizes, cell.dimension) / of_copy)
 }
 
 /// The same of grains of a CSV file, as far as it can be read; the box of a LAMMPS data file is held against the cell anyway.
@@ -120,7 +122,7 @@ pub fn grain_measure(sizes: &Sizes, dimension: usize) -> f64 {
 /// Number of grains, as far as it is known: from the job, or from a look at the file.
 pub fn grains(assembly: &Assembly) -> Option<u64> {
     match &assembly.source {
-        Source::Packed(packed) => Some(packed.count),
+        Source::Packed(packed) => Some(packed.count.saturating_mul(assembly.cell.copies_of_packing())),
         Source::File(read) => grains_in_file(&read.grains),
     }
 }
@@ -283,7 +285,7 @@ pub fn bounds_with(assembly: &Assembly, diameters: &Diameters) -> Vec<Bound> {
 /// of each where the body is itself a layer of grains.
 fn contacts_along(assembly: &Assembly, shape: &Shape, direction: &[f64; 3]) -> f64 {
     let cell = &assembly.cell;
-    let length = |axis: usize| cell.upper[axis] - cell.lower[axis];
+    let length = |axis: usize| cell.end()[axis] - cell.lower[axis];
     let extent = |axis: usize| match shape {
         Shape::Plane { .. } => length(axis),
         Shape::Box { lower, upper } | Shape::Layer { lower, upper } => upper[axis] - lower[axis],

@@ -127,8 +127,8 @@ fn at_start<S: Space>(job: &Assembly, transport: &dyn Transport) -> Result<(Vec<
             Ok((grains, super::packed::same_cell(job, cell, transport)?))
         }
         Source::Packed(packed) => {
-            let packing = super::packed::make::<S>(job, packed, job.output.save_every(), transport)?;
-            Ok((packing.grains, packing.cell))
+            let packing = super::packed::make::<S>(&job.of_one_copy(), packed, job.output.save_every(), transport)?;
+            Ok(packing.repeated(job.cell.copies, job.cell.periodic))
         }
     }
 }
@@ -170,7 +170,7 @@ pub(super) fn shrinkage<S: Space>(job: &Assembly, fraction: f64) -> f64 {
 
 /// The cell as drawn with its lengths changed by a share.
 pub(super) fn scaled_cell<S: Space>(job: &Assembly, share: f64) -> Cell<S> {
-    let (lower, upper) = (vector::<S>(&job.cell.lower), vector::<S>(&job.cell.upper));
+    let (lower, upper) = (vector::<S>(&job.cell.lower), vector::<S>(&job.cell.end()));
     Cell::cuboid(lower, (upper - lower) * share, job.cell.periodic)
 }
 

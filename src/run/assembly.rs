@@ -42,8 +42,8 @@ type GrainCore<'t, S> = Core<'t, S>;
 pub fn refuse_bad(job: &Assembly, typed: &Typed) -> Result<(), Error> {
     match (&job.source, job.cell.dimension) {
         (Source::File(read), _) => grain_file::refuse_bad(job, read),
-        (Source::Packed(packed), 2) => packed::refuse_bad::<Plane>(job, packed, typed),
-        (Source::Packed(packed), _) => packed::refuse_bad::<Solid>(job, packed, typed),
+        (Source::Packed(packed), 2) => packed::refuse_bad::<Plane>(&job.of_one_copy(), packed, typed),
+        (Source::Packed(packed), _) => packed::refuse_bad::<Solid>(&job.of_one_copy(), packed, typed),
     }
 }
 

@@ -58,7 +58,7 @@ impl Subject {
             name: job.name().to_string(),
             other_stress: other_stress(job, stress),
             stress,
-            piece: Assembly { output: *job.output(), ..grains.into_owned() },
+            piece: Assembly { output: *job.output(), ..grains.of_one_copy().into_owned() },
             now: now.and_then(|continuum| continuum.material.law.critical().copied()),
             text: job.to_toml(),
         })

@@ -11,7 +11,7 @@ pub fn section(page: &mut Page, slots: &Slots) {
     let axes = slots.job.dimension();
     let (lower, upper, periodic, depth) = match (&slots.continuum, &slots.grains) {
         (Some(on), _) => (on.grid.lower, on.grid.upper, on.grid.periodic, on.grid.depth),
-        (None, Some(grains)) => (grains.cell.lower, grains.cell.upper, grains.cell.periodic, grains.cell.depth),
+        (None, Some(grains)) => (grains.cell.lower, grains.cell.end(), grains.cell.periodic, grains.cell.depth),
         (None, None) => unreachable!("a job has grains or a continuum"),
     };
     let periods: Vec<&str> = (0..axes).filter(|axis| periodic[*axis]).map(|axis| AXES[axis]).collect();

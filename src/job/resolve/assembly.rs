@@ -45,7 +45,7 @@ pub fn assembly(typed: &Typed) -> Result<Assembly, Error> {
         name: "cell",
         dimension: job.cell.dimension,
         lower: job.cell.lower,
-        upper: job.cell.upper,
+        upper: job.cell.end(),
         periodic: job.cell.periodic,
         coheres: job.contact.coheres(),
     };

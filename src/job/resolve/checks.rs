@@ -17,6 +17,8 @@ pub(crate) fn margin_in_words(contact: &Contact) -> &'static str {
 pub(super) const PERIOD_IN_DIAMETERS: f64 = 4.0;
 /// Solid volume fraction that no packing of spheres has; of discs the key's own range says it.
 const FRACTION_MAX_SPHERES: f64 = 0.74;
+/// Grains of all copies of a packing at most, as of one.
+const GRAINS_MAX: u64 = 100_000_000;
 /// Spheres inserted one after the other jam at 0.38, discs at 0.547.
 const FRACTION_START_MAX_SPHERES: f64 = 0.36;
 /// Some records of other programs were made with unstable steps.
@@ -27,8 +29,9 @@ pub fn check(assembly: &Assembly, typed: &Typed) {
     typed.check(check_cell(assembly, typed));
     typed.check(limits::refuse_size_of_cell(assembly, typed));
     typed.check(limits::refuse_speeds(assembly, typed));
+    typed.check(check_copies(assembly, typed));
     if let Source::Packed(packed) = &assembly.source {
-        typed.check(check_packing(assembly, packed, typed));
+        typed.check(check_packing(&assembly.of_one_copy(), packed, typed));
     }
     typed.check(check_time(assembly, typed));
     typed.check(check_stress(assembly, typed));
@@ -108,7 +111,7 @@ fn check_cell(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
     let margin = margin_in_words(&assembly.contact);
     let known = matches!(assembly.source, Source::Packed(_));
     for axis in (0..cell.dimension).filter(|axis| known && cell.periodic[*axis]) {
-        let length = cell.upper[axis] - cell.lower[axis];
+        let length = cell.end()[axis] - cell.lower[axis];
         if length < reach {
             return Err(typed.refusal(
                 "cell",
@@ -136,6 +139,22 @@ fn check_cell(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
     ))
 }
 
+/// Only what is compressed in a cell with all periods fits to itself.
+fn check_copies(assembly: &Assembly, typed: &Typed) -> Result<(), Error> {
+    if assembly.cell.copies_of_packing() == 1 {
+        return Ok(());
+    }
+    if figures::grains(assembly).is_some_and(|grains| grains > GRAINS_MAX) {
+        let problem = format!("make more than {} grains of grains.count. Take fewer.", GRAINS_MAX as f64);
+        return Err(typed.refusal("cell", "copies", &problem));
+    }
+    if matches!(&assembly.source, Source::Packed(Packed { preparation: Preparation::Compress { .. }, .. })) {
+        return Ok(());
+    }
+    let problem = "are of a packing that is compressed in a periodic cell. Write packing.preparation = \"compress\", or remove the line.";
+    Err(typed.refusal("cell", "copies", problem))
+}
+
 fn check_packing(assembly: &Assembly, packed: &Packed, typed: &Typed) -> Result<(), Error> {
     let cell = &assembly.cell;
     if cell.dimension == 3 && packed.fraction_start > FRACTION_START_MAX_SPHERES {
@@ -151,7 +170,7 @@ fn check_packing(assembly: &Assembly, packed: &Packed, typed: &Typed) -> Result<
                     "packing",
                     "preparation",
                     &format!(
-                        "compresses a cell that is periodic along every axis, and {} is not. Set cell.periodic to true there, or write \"pour\".",
+                        "compresses a cell that is periodic along every axis, and {} is not. Set cell.periodic to true there, write \"pour\", or lay cell.copies side by side, whose ends may be open.",
                         AXES[axis]
                     ),
                 ));

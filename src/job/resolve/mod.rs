@@ -33,7 +33,7 @@ pub use shear::scenario;
 pub const BLOCK_OF_DISCS: f64 = 12.0;
 pub const BLOCK_OF_SPHERES: f64 = 6.0;
 /// The step over the stable one where a job does not say.
-const SAFETY_DEFAULT: f64 = 0.5;
+pub(in crate::job) const SAFETY_DEFAULT: f64 = 0.5;
 /// Skin of the neighbour list in mean diameters.
 const SKIN_DEFAULT: f64 = 0.1;
 

@@ -119,6 +119,9 @@ pub fn page(calibration: &Calibration, subject: &Subject, command: &str, drawing
         &["", ""],
         &layers(calibration),
     );
+    let collapsed = calibration.collapses().into_iter();
+    let rows = collapsed.map(|one| (KINDS[one.kind].words(), vec![one.words()])).collect();
+    table(&mut body, "Tests that lost the stress which they keep, as packings collapsed", &[""], &Table { rows });
     body += &format!(
         "<h2>How this was made</h2>\n<p>By {} with <code>{}</code>. <code>calibrated.toml</code> has the material as \
          a job takes it, <code>calibration.json</code> every number, the other TOML files the tests of the first packings for \

@@ -105,7 +105,7 @@ pub const PANELS: [Panel; 7] = [
         charts: &[
             of(&["*_deviatoric_strain"], "deviatoric strain", "deviatoric strain of the points that are followed"),
             of(&["*_q"], "deviatoric stress q", "their deviatoric stress, q = sqrt(s:s/2) in the plane"),
-            of(&["*_void_ratio"], "void ratio", "void ratio of their RVEs"),
+            of(&["*_void_ratio"], "void ratio", "void ratio of their RVEs, and of all RVEs together"),
             of(
                 &["*_fabric_anisotropy"],
                 "fabric anisotropy",
@@ -119,7 +119,7 @@ pub const PANELS: [Panel; 7] = [
             of(
                 &["*_mechanical_coordination"],
                 "mechanical coordination",
-                "contacts of a grain without grains that have none or one",
+                "contacts of a grain without grains that have none or one, of theirs and of all RVEs",
             ),
         ],
     },

@@ -299,6 +299,117 @@ fn the_modulus_of_hertz_contacts_goes_by_their_load() {
     assert!((modulus * 1e-3 / stiffness - 1.0).abs() < 1e-9, "{} {stiffness}", modulus * 1e-3);
 }
 
+/// Copies bear what one does, on the way too; each contact has its memory.
+fn copies_are_alike<S: Space>(text: &str, copies: &str, count: usize) {
+    let folder = tempfile::tempdir().unwrap();
+    let driven = match S::DIMENSION {
+        2 => "cell.velocity_gradient=[[0, \"20 1/s\"], [0, 0]]",
+        _ => "cell.velocity_gradient=[[0, \"20 1/s\", 0], [0, 0, 0], [0, 0, 0]]",
+    };
+    // By the step that a job has by itself, as one copy is packed.
+    let text = text.lines().filter(|line| !line.starts_with("step = ")).collect::<Vec<_>>().join("\n");
+    let one = job(&text, &[driven], folder.path());
+    let all = job(&text, &[driven, &format!("cell.copies={copies}")], folder.path());
+    assert_eq!(figures::grains(&all), Some(count as u64 * figures::grains(&one).unwrap()));
+    let [mut one_world, mut world] = [&one, &all].map(|job| grain_world::world::<S>(job, &Solo).unwrap());
+    let stress = |world: &mut GrainWorld<S>, job: &Assembly| {
+        let moment = world.contact_moment().unwrap();
+        let volume = grain_world::volume(&world.assembly.cell, job);
+        (0..S::Tensor::COMPONENTS).map(|at| moment[at] / volume).collect::<Vec<f64>>()
+    };
+    for (steps, tolerance) in [(0, 1e-12), (200, 1e-9)] {
+        for _ in 0..steps {
+            one_world.advance().unwrap();
+            world.advance().unwrap();
+        }
+        let (of_one, of_all) = (stress(&mut one_world, &one), stress(&mut world, &all));
+        let scale = of_one.iter().fold(0.0, |most, value| f64::max(most, value.abs()));
+        let off = of_one.iter().zip(&of_all).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < tolerance * scale, "{steps} steps: {of_one:?}, {of_all:?}");
+    }
+    let packing = made::<S>(&one, &Solo).unwrap();
+    let contacts = |rows: &[GrainRow<S>]| rows.iter().map(|row| row.contacts.len()).sum::<usize>();
+    let (single, edges) = (contacts(&packing.grains), packing.cell.edges);
+    let (rows, cell) = packing.repeated(all.cell.copies, [true; 3]);
+    assert_eq!((rows.len(), contacts(&rows)), (count * figures::grains(&one).unwrap() as usize, count * single));
+    assert!(rows.iter().enumerate().all(|(at, row)| row.cold.id == GrainId(at as u64)));
+    assert_eq!(cell.edges[0], edges[0] * all.cell.copies[0] as f64);
+    // Across an open end nothing touches: less by the contacts that one packing has through that face.
+    let [packing, again] = [(); 2].map(|()| made::<S>(&one, &Solo).unwrap());
+    let crossing = |row: &GrainRow<S>| {
+        let image = |partner: GrainId| {
+            let place = again.grains[partner.0 as usize].hot.position;
+            again.cell.image_towards(&row.hot.position, &place)[1]
+        };
+        row.contacts.iter().filter(|(partner, _)| image(*partner) != 0).count()
+    };
+    let across: usize = again.grains.iter().map(crossing).sum();
+    let faces = count / all.cell.copies[1] as usize;
+    let (rows, _) = packing.repeated(all.cell.copies, [true, false, true]);
+    assert!(across > 8);
+    assert_eq!(contacts(&rows), count * single - faces * across);
+}
+
+#[test]
+fn copies_of_discs_side_by_side_are_alike() {
+    copies_are_alike::<Plane>(DISCS, "[3, 2]", 6);
+}
+
+#[test]
+fn copies_of_spheres_side_by_side_are_alike() {
+    copies_are_alike::<Solid>(SPHERES, "[2, 2, 1]", 4);
+}
+
+/// The open ends of copies are held by layers of their grains.
+#[test]
+fn layers_hold_copies_with_open_ends() {
+    let folder = tempfile::tempdir().unwrap();
+    let layers = r#"
+[[body]]
+name = "lower"
+shape = "layer"
+lower = ["-2 mm", "3 mm"]
+upper = ["14 mm", "5 mm"]
+[[body]]
+name = "upper"
+shape = "layer"
+lower = ["-2 mm", "24.7 mm"]
+upper = ["14 mm", "27 mm"]
+servo = { direction = [0, 1], stress = "1 MPa", area = "1.58 cm2", mass = "20 g", damping = "100 N s/m", speed_max = "10 cm/s" }
+"#;
+    let sets = ["cell.copies=[1, 2]", "cell.periodic=[true, false]"];
+    let job = job(&format!("{DISCS}{layers}"), &sets, folder.path());
+    let mut world = grain_world::world::<Plane>(&job, &Solo).unwrap();
+    let edge = world.assembly.cell.edges[0];
+    let mut before = Vec::new();
+    for steps in [3000, 1000] {
+        before = world.bodies.iter().map(|body| body.impulse_whole[1]).collect();
+        for _ in 0..steps {
+            world.advance().unwrap();
+        }
+    }
+    let wanted = 1e6 * edge * 0.01 * 1000.0 * job.step;
+    let borne = world.bodies.iter().zip(&before).map(|(body, before)| (body.impulse_whole[1] - before) / wanted);
+    let borne: Vec<f64> = borne.collect();
+    assert!(borne.iter().all(|share: &f64| (share.abs() - 1.0).abs() < 0.1), "{borne:?}");
+    let one = grain_world::world::<Plane>(&Assembly { bodies: Vec::new(), ..job.of_one_copy().into_owned() }, &Solo);
+    assert!((one.unwrap().assembly.cell.edges[0] / edge - 1.0).abs() < 1e-15);
+}
+
+/// What the direct simulation of simple shear begins with are the grains that every element has.
+#[test]
+fn a_direct_simulation_has_the_packing_of_the_elements() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/fem_dem/");
+    let load = |name: &str| Job::load(format!("{folder}{name}.toml").as_ref(), &[]).unwrap();
+    let recipe = |job: &Assembly| {
+        let Source::Packed(packed) = &job.source else { panic!("it makes its grains") };
+        recipe::packed(&job.of_one_copy(), packed)
+    };
+    let jobs = (load("simple_shear"), load("dns_simple_shear"));
+    let (Job::Mpm(meshed), Job::Assembly(alone)) = jobs else { panic!("one has elements, the other a cell") };
+    assert_eq!(recipe(&alone), recipe(&meshed.grains.unwrap().piece));
+}
+
 #[test]
 fn packings_that_cannot_be_made_say_so() {
     let folder = tempfile::tempdir().unwrap();

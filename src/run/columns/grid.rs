@@ -238,9 +238,20 @@ fn everywhere<S: Space>(world: &World<S>, told: &[f64]) -> Vec<f64> {
 
 /// Of the RVEs of all points: steps of their grains since the start, and those of pairs; RVEs without contacts, and those that have been
 /// replicated; the largest share of forces that is out of balance, I_uf (Liu et al. 2016, eq. 57); and the stiffest of them, the P-wave modulus
-/// if all grains moved with the mean field, Pa, which says whether the step of the continuum is still stable.
+/// if all grains moved with the mean field, Pa, which says whether the step of the continuum is still stable; the void ratio of all together, and contacts
+/// of a grain with and without such grains as have none or one (Liu et al. 2016, figures 12 and 13).
 pub fn rves<S: Space>(job: &Mpm) -> Columns<'_, S> {
-    let names = ["rve_steps", "rve_pair_steps", "rve_loose", "rve_replicated", "rve_unbalanced_max", "rve_modulus_max"];
+    let names = [
+        "rve_steps",
+        "rve_pair_steps",
+        "rve_loose",
+        "rve_replicated",
+        "rve_unbalanced_max",
+        "rve_modulus_max",
+        "rve_void_ratio",
+        "rve_coordination",
+        "rve_mechanical_coordination",
+    ];
     let mut is_told = false;
     Columns::new(names, move |core| {
         let of = core.world.rve_totals()?;
@@ -255,7 +266,8 @@ pub fn rves<S: Space>(job: &Mpm) -> Columns<'_, S> {
             );
         }
         let counts = [of.steps, of.pair_steps, of.loose, of.replicated].map(|count| count as f64);
-        Ok(counts.into_iter().chain([of.unbalanced_max, of.modulus_max]).collect())
+        let seen = [of.unbalanced_max, of.modulus_max, of.void_ratio, of.coordination, of.mechanical_coordination];
+        Ok(counts.into_iter().chain(seen).collect())
     })
 }
 

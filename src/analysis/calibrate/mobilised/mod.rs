@@ -18,6 +18,7 @@ use crate::base::error::Error;
 use crate::base::math;
 use crate::law::contact::Contact;
 
+mod collapse;
 pub mod fit;
 pub mod kinds;
 pub mod musts;

@@ -184,3 +184,20 @@ fn softening_ends_where_a_band_begins() {
     assert_eq!(band(&all, 2, false), None, "loose packings do not soften");
     assert_eq!(band(&[&with(&[3.0])], 0, false), Some(THIRDS[0]), "the first third is fitted always");
 }
+
+/// A row of a test that has lost its stress is told, with the packing that it is of.
+#[test]
+fn a_packing_that_lost_its_stress_is_told() {
+    let law = law();
+    let mut packings = vec![specimen(&law, None, 0.0), specimen(&law, None, 0.0)];
+    packings[1].seed = 2;
+    let row = &mut packings[1].tests[LOOSE].rows[7];
+    row.stress = row.stress.map(|stress| 0.44 * stress);
+    let strain = row.strain;
+    let calibration = fit_all(of(packings), 400e3).unwrap();
+    let [only] = calibration.collapses()[..] else { panic!("one has") };
+    assert_eq!((only.seed, only.kind, only.strain), (2, LOOSE, strain));
+    assert!((only.share - 0.44).abs() < 1e-6, "{}", only.share);
+    let told = format!("shear, loose, packing stress: {}", only.words());
+    assert!(calibration.told().contains(&told) && told.contains("seed 2 collapsed: 44 %"), "{told}");
+}

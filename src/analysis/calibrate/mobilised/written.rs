@@ -115,6 +115,9 @@ impl Calibration {
                 .expect(STRING);
             }
         }
+        for collapse in self.collapses() {
+            writeln!(text, "{}: {}", KINDS[collapse.kind].words(), collapse.words()).expect(STRING);
+        }
         let groups = [
             ("fitted", Some(&self.shown)),
             ("packings held back", Some(&self.shown_held).filter(|shown| !shown.is_empty())),
@@ -175,6 +178,9 @@ impl Calibration {
                 })).collect::<Vec<_>>(),
             })).collect::<Vec<_>>(),
             "half_stress_left_out": self.half_left_out.as_ref().map(|shown| shown.iter().map(Shown::to_json).collect::<Vec<_>>()),
+            "collapses": self.collapses().iter().map(|one| json!({
+                "test": KINDS[one.kind].words(), "seed": one.seed, "share_of_stress": one.share, "strain": one.strain,
+            })).collect::<Vec<_>>(),
             "strain_of_bands": self.bands,
             "strain_of_layer_profile": STRETCH,
             "packings": of_packings(&self.fitted),
