@@ -135,8 +135,26 @@ struct Press {
     /// What bears its force, m2, the length that its way is a strain of, m, and whether that is the material's; nothing where
     /// neither is known.
     bearing: Option<(f64, f64, bool)>,
-    /// It is a side of a mesh that goes along itself.
+    /// It is a side of a mesh that goes along itself, or a layer that goes along another.
     shears: bool,
+}
+
+/// Layers of glued grains that face each other: the axis across them, how far they are apart, m, and the area of the cell between them, m2.
+fn facing(body: &Table, run: &Run) -> Option<(usize, f64, f64)> {
+    let axes = run.dimension();
+    let is_layer = |body: &Table| body.get("shape").and_then(Value::as_str) == Some("layer");
+    let ends = |body: &Table| [numbers(body.get("lower")), numbers(body.get("upper"))];
+    let others = run.tables("body").filter(|other| is_layer(other) && other.get("name") != body.get("name"));
+    let [lower, upper] = ends(body);
+    let apart = others.filter(|_| is_layer(body)).map(ends).find_map(|[other_lower, other_upper]| {
+        let gap = |axis: usize| f64::max(lower[axis] - other_upper[axis], other_lower[axis] - upper[axis]);
+        (0..axes).map(|axis| (axis, gap(axis))).find(|(_, gap)| *gap > 0.0)
+    });
+    let (normal, gap) = apart?;
+    let edge = |axis: usize| run.column(&format!("edge_{0}{0}", AXES[axis])).first().copied();
+    let across: Option<f64> = (0..axes).filter(|axis| *axis != normal).map(edge).product();
+    let depth = if axes == 2 { run.number("cell.depth") } else { Some(1.0) };
+    Some((normal, gap, across? * depth?))
 }
 
 impl Press {
@@ -171,6 +189,15 @@ impl Press {
         let own: Option<Vec<f64>> = own.filter(|own| !covers(own));
         let is_plane = own.is_none();
         let sizes = own.or(whole);
+        if let Some((normal, gap, area)) = facing(body, run) {
+            return Some(Self {
+                name: body.get("name").and_then(Value::as_str)?.to_owned(),
+                axis,
+                sign: fastest[axis].signum(),
+                bearing: Some((area, gap, true)),
+                shears: normal != axis,
+            });
+        }
         let side = body.get("side").and_then(Value::as_str).unwrap_or_default();
         let normal = AXES.iter().position(|name| side.starts_with(name)).unwrap_or(axis);
         let depth = if axes == 2 { run.number("grid.depth") } else { Some(1.0) };
@@ -300,6 +327,37 @@ mod tests {
         assert!((pressed.values[1] - 0.5 - math::ln(2.0)).abs() < 1e-12, "{pressed:?}");
         assert_eq!(pressed.stress.unwrap().values, [50.0, 60.0]);
         assert_eq!(of("[[0.0, 0.0], [0.0, 0.0]]").measure, Measure::Time);
+    }
+
+    /// As the sides of a mesh do, whose curves theirs are held against.
+    #[test]
+    fn layers_that_face_each_other_shear_what_is_between() {
+        let layer = |name: &str, from: f64, to: f64, path: &str| {
+            format!(
+                "[[body]]\nname = \"{name}\"\nshape = \"layer\"\nlower = [0.0, {from}]\nupper = [0.2, {to}]\n{path}\n"
+            )
+        };
+        let of = |velocity: &str| {
+            let path = format!("path = [{{time = 0.0, velocity = {velocity}}}]");
+            let bodies = layer("low", 0.0, 0.1, "") + &layer("top", 0.5, 0.6, &path);
+            let columns = [
+                ("time", [1.0, 2.0]),
+                ("edge_xx", [0.2, 0.2]),
+                ("edge_yy", [0.6, 0.6]),
+                ("top_displacement_x", [0.1, 0.2]),
+                ("top_force_x", [-30.0, -60.0]),
+                ("top_displacement_y", [-0.02, -0.04]),
+                ("top_force_y", [3.0, 6.0]),
+            ];
+            Drive::of(&run(&format!("[cell]\nspace = \"plane\"\ndepth = 0.01\n{bodies}"), &columns)).unwrap()
+        };
+        let off = |found: &[f64], wanted: [f64; 2]| found.iter().zip(wanted).any(|(a, b)| (a / b - 1.0).abs() > 1e-12);
+        let sheared = of("[0.1, 0.0]");
+        assert_eq!((sheared.words.as_str(), sheared.metres), ("shear strain", Some(0.4)));
+        assert!(!off(&sheared.values, [0.25, 0.5]) && !off(&sheared.stress.unwrap().values, [15e3, 30e3]));
+        let pressed = of("[0.0, -0.1]");
+        assert_eq!(pressed.words, "axial strain");
+        assert!(!off(&pressed.values, [0.05, 0.1]) && !off(&pressed.stress.unwrap().values, [1500.0, 3000.0]));
     }
 
     #[test]

@@ -184,12 +184,16 @@ impl Run {
         if is_solid("grid") || is_solid("cell") { 3 } else { 2 }
     }
 
-    /// The axis that pictures have upright, beside x: the last one, but for bodies of elements that are thinnest along it.
+    /// The axis that pictures have upright, beside x: the last one, but for elements, and for domains without gravity, that are thinnest along it.
     pub fn up(&self) -> usize {
         let last = self.dimension() - 1;
-        let [lower, upper] = ["mesh.lower", "mesh.upper"].map(|path| self.numbers(path));
-        let extent = |axis: usize| Some(upper.get(axis)? - lower.get(axis)?);
-        let is_thin = last == 2 && matches!([0, 1, 2].map(extent), [Some(x), Some(y), Some(z)] if z < x && z < y);
+        let table = ["mesh", "grid", "cell"].into_iter().find(|table| self.scenario.contains_key(*table));
+        let weighs =
+            ["gravity.acceleration", "cell.gravity"].iter().any(|path| self.numbers(path).iter().any(|g| *g != 0.0));
+        let Some(table) = table.filter(|table| last == 2 && (*table == "mesh" || !weighs)) else { return last };
+        let [lower, upper, copies] = ["lower", "upper", "copies"].map(|key| self.numbers(&format!("{table}.{key}")));
+        let extent = |axis: usize| Some((upper.get(axis)? - lower.get(axis)?) * copies.get(axis).unwrap_or(&1.0));
+        let is_thin = matches!([0, 1, 2].map(extent), [Some(x), Some(y), Some(z)] if z < x && z < y);
         if is_thin { 1 } else { last }
     }
 

@@ -215,6 +215,12 @@ impl Cell {
         self.copies.iter().product()
     }
 
+    /// What is left free beyond copies at either end of an axis without a period, m: they may dilate there, and what holds them may move.
+    pub fn room(&self, axis: usize) -> f64 {
+        let is_open = self.copies_of_packing() > 1 && !self.periodic[axis];
+        if is_open { ROOM * (self.end()[axis] - self.lower[axis]) } else { 0.0 }
+    }
+
     /// The upper corner of all copies, m; of one alone, that corner.
     pub fn end(&self) -> [f64; 3] {
         let more = |axis: usize| (self.copies[axis] - 1) as f64 * (self.upper[axis] - self.lower[axis]);
@@ -254,6 +260,8 @@ impl Cell {
     }
 }
 
+/// Room beyond copies, as a share of their length.
+const ROOM: f64 = 0.25;
 /// Copies of a packing along an axis at most.
 const COPIES_MAX: f64 = 1e4;
 

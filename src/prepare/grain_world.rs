@@ -128,7 +128,7 @@ fn at_start<S: Space>(job: &Assembly, transport: &dyn Transport) -> Result<(Vec<
         }
         Source::Packed(packed) => {
             let packing = super::packed::make::<S>(&job.of_one_copy(), packed, job.output.save_every(), transport)?;
-            Ok(packing.repeated(job.cell.copies, job.cell.periodic))
+            Ok(packing.repeated(&job.cell))
         }
     }
 }
@@ -171,7 +171,8 @@ pub(super) fn shrinkage<S: Space>(job: &Assembly, fraction: f64) -> f64 {
 /// The cell as drawn with its lengths changed by a share.
 pub(super) fn scaled_cell<S: Space>(job: &Assembly, share: f64) -> Cell<S> {
     let (lower, upper) = (vector::<S>(&job.cell.lower), vector::<S>(&job.cell.end()));
-    Cell::cuboid(lower, (upper - lower) * share, job.cell.periodic)
+    let room = vector::<S>(&std::array::from_fn(|axis| job.cell.room(axis)));
+    Cell::cuboid(lower - room, (upper - lower) * share + room * 2.0, job.cell.periodic)
 }
 
 /// The cell as drawn, or the smallest that grains which are compressed in it could fill.
@@ -238,9 +239,11 @@ pub(super) fn depth_of<S: Space>(job: &Assembly) -> f64 {
     if S::DIMENSION == 2 { job.cell.depth } else { 1.0 }
 }
 
-/// Volume of the cell, m3.
+/// Volume of the cell without the room at the open ends of copies, m3.
 pub fn volume<S: Space>(cell: &Cell<S>, job: &Assembly) -> f64 {
-    cell.volume() * depth_of::<S>(job)
+    let filled = |axis: usize| 1.0 - 2.0 * job.cell.room(axis) / cell.height(axis);
+    let open = (0..S::DIMENSION).filter(|axis| job.cell.room(*axis) > 0.0);
+    cell.volume() * depth_of::<S>(job) * open.map(filled).product::<f64>()
 }
 
 /// Volume of all grains, m3.

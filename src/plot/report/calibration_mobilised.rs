@@ -2,6 +2,7 @@
 
 use super::chart::{self, Axis, Chart, Curve, Entry};
 use super::colour;
+use super::mohr;
 use super::numbers::{percent, significant};
 use super::page::{figure, table, whole};
 use super::svg::{INK, Stroke, escape};
@@ -68,6 +69,8 @@ pub fn drawings(calibration: &Calibration) -> Vec<Drawing> {
             .to_string();
         drawings.push(("biaxial", biaxial(shown), words));
     }
+    let (drawing, words) = mohr::drawing(&calibration.shown, calibration.fit.constants.cohesion > 0.0);
+    drawings.push(("mohr", drawing, words));
     for shown in of_course(calibration, Course::ConstantVolume) {
         let words = "Shear at constant volume, which is not fitted: (a) shear stress, (b) mean stress. Full: mean over the packings; \
              dashed: the law."

@@ -323,6 +323,11 @@ pub fn draw(name: &str, description: &str, shared: &[Entry], charts: &[Chart], c
     svg.finish(description)
 }
 
+/// Of the frame of a chart among so many side by side.
+pub fn height_over_width(columns: usize) -> f64 {
+    HEIGHT / (WIDTH / columns as f64 - MARGIN_LEFT - GAP_RIGHT)
+}
+
 /// A place as `x y`, for paths.
 pub fn pair(place: [f64; 2]) -> String {
     format!("{} {}", number(place[0]), number(place[1]))

@@ -23,11 +23,13 @@ mod chart;
 mod colour;
 mod contour;
 mod followed;
+mod mohr;
 mod numbers;
 mod page;
 mod panels;
 mod parts;
 mod pictures;
+mod profiles;
 mod scaling;
 mod scenes;
 mod svg;
@@ -79,6 +81,7 @@ pub fn write(dirs: &[PathBuf], out: Option<&Path>, between: Option<[f64; 2]>) ->
         };
         let coloured: Vec<_> = set.iter().map(|&index| (&runs[index], colour(index))).collect();
         figures.extend(panels::figures(&coloured, &number));
+        figures.extend(profiles::figures(&coloured, &number)?);
         figures.extend(followed::figures(&own, &number)?);
     }
     let paragraph = |(index, run): (usize, &Run)| words::paragraph(run, measures.as_ref(), index);

@@ -17,7 +17,7 @@ use crate::dem::law::memory_words;
 use crate::dem::memories::Carried;
 use crate::dem::walls;
 use crate::domain::transfer;
-use crate::job::assembly::{Assembly, Packed, Preparation};
+use crate::job::assembly::{self, Assembly, Packed, Preparation};
 use crate::job::raw::Typed;
 use crate::law::contact::Contact;
 use crate::prepare::cache::{Found, Place};
@@ -41,19 +41,21 @@ pub struct Packing<S: Space> {
 }
 
 impl<S: Space> Packing<S> {
-    /// Copies side by side in the cell that they fill, so many along each axis, with every contact and what it remembers; those that would lie across
-    /// an end without a period are gone.
-    pub fn repeated(self, copies: [u64; 3], periodic: [bool; 3]) -> (Vec<GrainRow<S>>, Cell<S>) {
+    /// The copies that a cell has side by side, and that cell, with every contact and what it remembers; those that would lie across an end without a
+    /// period are gone.
+    pub fn repeated(self, of: &assembly::Cell) -> (Vec<GrainRow<S>>, Cell<S>) {
         let Self { grains, cell: one } = self;
+        let (copies, periodic, total) = (of.copies, of.periodic, of.copies_of_packing());
         let mut cell = one;
         cell.periodic = periodic;
-        let total: u64 = copies.iter().product();
         if total == 1 {
             return (grains, cell);
         }
         let mut edges = cell.edges;
         for axis in 0..S::DIMENSION {
             (0..S::DIMENSION).for_each(|row| edges[axis * S::DIMENSION + row] *= copies[axis] as f64);
+            edges[axis * S::DIMENSION + axis] += 2.0 * of.room(axis);
+            cell.corner[axis] -= of.room(axis);
         }
         cell.arrive(edges);
         // Ids keep their order, and with it the sense of what contacts remember.

@@ -330,7 +330,7 @@ fn copies_are_alike<S: Space>(text: &str, copies: &str, count: usize) {
     let packing = made::<S>(&one, &Solo).unwrap();
     let contacts = |rows: &[GrainRow<S>]| rows.iter().map(|row| row.contacts.len()).sum::<usize>();
     let (single, edges) = (contacts(&packing.grains), packing.cell.edges);
-    let (rows, cell) = packing.repeated(all.cell.copies, [true; 3]);
+    let (rows, cell) = packing.repeated(&all.cell);
     assert_eq!((rows.len(), contacts(&rows)), (count * figures::grains(&one).unwrap() as usize, count * single));
     assert!(rows.iter().enumerate().all(|(at, row)| row.cold.id == GrainId(at as u64)));
     assert_eq!(cell.edges[0], edges[0] * all.cell.copies[0] as f64);
@@ -345,7 +345,10 @@ fn copies_are_alike<S: Space>(text: &str, copies: &str, count: usize) {
     };
     let across: usize = again.grains.iter().map(crossing).sum();
     let faces = count / all.cell.copies[1] as usize;
-    let (rows, _) = packing.repeated(all.cell.copies, [true, false, true]);
+    let open = crate::job::assembly::Cell { periodic: [true, false, true], ..all.cell.clone() };
+    let (rows, with_room) = packing.repeated(&open);
+    let beyond = 2.0 * open.room(1) + cell.edges[S::DIMENSION + 1] - with_room.edges[S::DIMENSION + 1];
+    assert!(open.room(1) > 0.0 && beyond.abs() < 1e-12, "{beyond}");
     assert!(across > 8);
     assert_eq!(contacts(&rows), count * single - faces * across);
 }
@@ -391,6 +394,9 @@ servo = { direction = [0, 1], stress = "1 MPa", area = "1.58 cm2", mass = "20 g"
     let wanted = 1e6 * edge * 0.01 * 1000.0 * job.step;
     let borne = world.bodies.iter().zip(&before).map(|(body, before)| (body.impulse_whole[1] - before) / wanted);
     let borne: Vec<f64> = borne.collect();
+    // There is room to dilate into.
+    let top = world.assembly.cell.corner[1] + world.assembly.cell.edges[3];
+    assert!(world.bodies[1].displacement[1].abs() > 0.0 && top > 28e-3, "{top}");
     assert!(borne.iter().all(|share: &f64| (share.abs() - 1.0).abs() < 0.1), "{borne:?}");
     let one = grain_world::world::<Plane>(&Assembly { bodies: Vec::new(), ..job.of_one_copy().into_owned() }, &Solo);
     assert!((one.unwrap().assembly.cell.edges[0] / edge - 1.0).abs() < 1e-15);
