@@ -32,6 +32,11 @@ impl StressInvariants {
     }
 }
 
+/// eps = ln(F F^T)/2 of a gradient with a positive determinant; others have no logarithm.
+pub fn logarithmic_strain<S: Space>(gradient: &S::Tensor) -> S::Symmetric {
+    S::Symmetric::isotropic(0.0).pushed(&(*gradient - S::identity())).half_logarithm()
+}
+
 /// What a deformation gradient amounts to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deformation {
@@ -46,7 +51,7 @@ pub struct Deformation {
 impl Deformation {
     /// Of a gradient with a positive determinant; others have no logarithm.
     pub fn of<S: Space>(gradient: &S::Tensor) -> Self {
-        let strain = S::Symmetric::isotropic(0.0).pushed(&(*gradient - S::identity())).half_logarithm();
+        let strain = logarithmic_strain::<S>(gradient);
         Self {
             volumetric: strain.trace(),
             deviatoric: (2.0 * strain.deviator().square()).sqrt(),

@@ -271,9 +271,18 @@ fn an_rve_is_exported_as_grains_and_force_chains() {
     let series = std::fs::read_to_string(out.join("series.csv")).unwrap();
     let rows: Vec<Vec<&str>> =
         series.lines().filter(|line| !line.starts_with('#')).map(|line| line.split(',').collect()).collect();
-    let at = rows[0].iter().position(|name| *name == "corner_p").unwrap();
-    let pressure: f64 = rows.last().unwrap()[at].parse().unwrap();
+    let told = |name: &str| -> f64 {
+        let at = rows[0].iter().position(|column| *column == format!("corner_{name}")).unwrap();
+        rows.last().unwrap()[at].parse().unwrap()
+    };
+    let pressure = told("p");
     let found = 0.5 * (moment(0, 0) + moment(1, 1)) / volume;
     assert!((found / pressure - 1.0).abs() < 1e-9, "{found} {pressure}");
+    for (name, [i, j]) in [("stress_xx", [0, 0]), ("stress_xy", [0, 1]), ("stress_yy", [1, 1])] {
+        let found = 0.5 * (moment(i, j) + moment(j, i)) / volume;
+        assert!((found - told(name)).abs() < 1e-9 * pressure.abs(), "{name}: {found} {}", told(name));
+    }
+    let volumetric = told("strain_xx") + told("strain_yy");
+    assert!((volumetric - told("volumetric_strain")).abs() < 1e-12 && told("strain_xy") != 0.0, "{volumetric}");
     assert!(rve_export::write(state, &out, "nobody", &folder.path().join("other.vtkhdf")).is_err());
 }

@@ -11,7 +11,7 @@ use super::numbers::{significant, time};
 use super::pictures::{GAP, MARGIN, TITLES};
 use super::svg::{Anchor, Frame, Letters, Stroke, Svg, number};
 use super::{Drawn, WIDTH, colour};
-use crate::analysis::curve::mean;
+use crate::analysis::curve::{mean, range};
 use crate::analysis::run::{Run, torn_frames, unreadable};
 use crate::base::error::Error;
 use crate::base::space::AXES;
@@ -31,7 +31,7 @@ const GRAIN: &str = "#e6e2d8";
 
 /// The figures of runs that follow points.
 pub fn figures(runs: &[&Run], number: &str) -> Result<Vec<Drawn>, Error> {
-    let mut figures: Vec<Drawn> = paths(runs, number).into_iter().collect();
+    let mut figures: Vec<Drawn> = paths(runs, number).into_iter().chain(loops(runs, number)).collect();
     let mut chains = Vec::new();
     for run in runs {
         for name in names(run, "_void_ratio") {
@@ -81,6 +81,65 @@ fn paths(runs: &[&Run], suffix: &str) -> Option<Drawn> {
         drawing,
         caption: "Where points that are followed have gone; the axes have scales of their own.".into(),
     })
+}
+
+/// Stress against strain of points that carry grains (Liu et al. 2016, figure 8): of all shear components the one that strains most, and of all normal
+/// ones.
+fn loops(runs: &[&Run], suffix: &str) -> Option<Drawn> {
+    let axes = &AXES[..runs[0].dimension()];
+    let is_shear = |component: &str| component[..1] != component[1..];
+    let components: Vec<String> =
+        axes.iter().enumerate().flat_map(|(row, i)| axes[row..].iter().map(move |j| [*i, *j].concat())).collect();
+    let points: Vec<(&Run, String)> =
+        runs.iter().flat_map(|run| names(run, "_strain_xx").into_iter().map(|name| (*run, name))).collect();
+    let points: Vec<&(&Run, String)> =
+        points.iter().filter(|(run, name)| !run.column(&format!("{name}_void_ratio")).is_empty()).collect();
+    let reach = |component: &str| {
+        let of = |(run, name): &&(&Run, String)| {
+            range(run.column(&format!("{name}_strain_{component}")).iter().copied())
+                .map_or(0.0, |[low, high]| high - low)
+        };
+        points.iter().map(of).fold(0.0, f64::max)
+    };
+    let most = |shear: bool| {
+        let of = components.iter().filter(|component| is_shear(component) == shear);
+        of.max_by(|a, b| reach(a).total_cmp(&reach(b))).filter(|component| reach(component) > 0.0)
+    };
+    let (mut charts, mut entries) = (Vec::new(), Vec::new());
+    for (component, is_shear) in [(most(true), true), (most(false), false)] {
+        let Some(component) = component else { continue };
+        // Engineering shear strain; compression positive.
+        let [of_strain, of_stress] = if is_shear { [2.0, 1.0] } else { [-1.0, -1.0] };
+        let mut curves = Vec::new();
+        for (number, (run, name)) in points.iter().enumerate() {
+            let of = |what: &str| run.column(&format!("{name}_{what}_{component}"));
+            let pair = |(strain, stress): (&f64, &f64)| [100.0 * of_strain * strain, 1e-3 * of_stress * stress];
+            let stroke = Stroke::new(colour::line(number), 1.4).dash(colour::DASHES[number / 6 % 6]);
+            curves.push(Curve { places: of("strain").iter().zip(of("stress")).map(pair).collect(), stroke });
+            if charts.is_empty() {
+                let words = if runs.len() > 1 { format!("{}: {name}", run.label()) } else { name.clone() };
+                entries.push(Entry { words, stroke });
+            }
+        }
+        let all =
+            |at: usize| curves.iter().flat_map(move |curve: &Curve| curve.places.iter().map(move |place| place[at]));
+        let [x, y] =
+            if is_shear { ["shear strain", "shear stress"] } else { ["compressive strain", "compressive stress"] };
+        charts.push(Chart {
+            title: format!("({}) {component}", if charts.is_empty() { "a" } else { "b" }),
+            x: Axis::around(&format!("{x} {component} (%)"), all(0)),
+            y: Axis::around(&format!("{y} {component} (kPa)"), all(1)),
+            curves,
+            ..Chart::default()
+        });
+    }
+    if charts.is_empty() {
+        return None;
+    }
+    let name = format!("stress_strain{suffix}");
+    let drawing = draw(&name, "Stress against strain of followed points", &entries, &charts, charts.len());
+    let caption = "Stress against logarithmic strain of the RVEs of points that are followed: the shear and the normal component that strain most;                    shear strain is the engineering one, compression positive.";
+    Some(Drawn { name, drawing, caption: caption.into() })
 }
 
 /// The RVE of a point at the last frame.
@@ -219,7 +278,6 @@ impl Chains {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::curve::range;
 
     #[test]
     fn a_cell_stands_about_its_middle() {
@@ -228,6 +286,24 @@ mod tests {
         assert_eq!(corners, [[-1.5, -2.0], [0.5, -2.0], [1.5, 2.0], [-0.5, 2.0]]);
         let [low, high] = range(corners.iter().map(|corner| corner[0])).unwrap();
         assert_eq!(low, -high);
+    }
+
+    /// A shear along y that grows with x is drawn by its engineering strain, and what no point strains by is left out.
+    #[test]
+    fn stress_is_drawn_against_the_strain_that_is_largest() {
+        let column = |name: &str, values: [f64; 2]| crate::analysis::columns::Column {
+            name: name.into(),
+            values: values.to_vec(),
+        };
+        let mut run = Run::made("method = \"fem_dem\"\n[mesh]\nspace = \"plane\"");
+        let quiet = ["tip_strain_xx", "tip_strain_yy", "tip_stress_xx", "tip_stress_yy"];
+        run.columns = quiet.map(|name| column(name, [0.0; 2])).to_vec();
+        run.columns.extend([column("tip_strain_xy", [0.0, 0.01]), column("tip_stress_xy", [0.0, 5e4])]);
+        assert!(loops(&[&run], "").is_none(), "a point without grains is not drawn");
+        run.columns.push(column("tip_void_ratio", [0.5; 2]));
+        let drawn = loops(&[&run], "_2").unwrap();
+        assert_eq!(drawn.name, "stress_strain_2");
+        assert!(drawn.drawing.contains("shear strain xy (%)") && !drawn.drawing.contains("compressive"));
     }
 
     #[test]

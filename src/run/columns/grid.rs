@@ -2,13 +2,15 @@
 
 use scree_partition::ExactSum;
 
-use super::{Columns, of_body, of_tensor, of_vector, row_of_tensor};
+use super::{Columns, of_body, of_symmetric, of_tensor, of_vector, row_of_symmetric, row_of_tensor};
 use crate::base::ids::PointId;
 use crate::base::space::{AXES, Linear, Space};
+use crate::base::symmetric::Symmetric;
 use crate::dem::grains::Mover;
 use crate::domain::grid::{self, REACTIONS};
 use crate::domain::world::World;
 use crate::job::mpm::{Boundary, Mpm};
+use crate::law::invariants::logarithmic_strain;
 use crate::observe::point::{OBSERVED, OBSERVED_OF_RVES, observed, observed_of_rve};
 use crate::prepare::rves::stable_step;
 use crate::run::Core;
@@ -205,17 +207,19 @@ pub fn enclosed_volume<'s, S: Space>(depth: f64) -> Columns<'s, S> {
     Columns::new(["enclosed_volume"], move |core| Ok(vec![core.world.continuum.membranes.enclosed() * depth]))
 }
 
-/// A point that is followed through time: place, displacement (m), velocity (m/s), and what [`OBSERVED`] names.
+/// A point that is followed through time: place, displacement (m), velocity (m/s), what [`OBSERVED`] names, Cauchy stress (Pa) and logarithmic strain.
 pub fn followed<'s, S: Space>(name: &str, id: PointId) -> Columns<'s, S> {
     let of = |what: &str| of_vector::<S>(&format!("{name}_{what}"));
     let mut names: Vec<String> = ["place", "displacement", "velocity"].into_iter().flat_map(of).collect();
     names.extend(OBSERVED.iter().map(|what| format!("{name}_{what}")));
+    names.extend(["stress", "strain"].iter().flat_map(|what| of_symmetric::<S>(&format!("{name}_{what}"))));
     Columns::new(names, move |core| Ok(follow(&core.world, id)))
 }
 
 /// What is told of a point wherever it is; the same on every rank.
 fn follow<S: Space>(world: &World<S>, id: PointId) -> Vec<f64> {
-    let mut told = vec![0.0; 3 * S::DIMENSION + OBSERVED.len()];
+    let tensor = S::DIMENSION * (S::DIMENSION + 1) / 2;
+    let mut told = vec![0.0; 3 * S::DIMENSION + OBSERVED.len() + 2 * tensor];
     if let Some(row) = world.continuum.points.cold.iter().position(|cold| cold.id == id) {
         let (hot, cold) = (&world.continuum.points.hot[row], &world.continuum.points.cold[row]);
         let place = hot.position + world.assembly.cell.shift(cold.image);
@@ -224,7 +228,11 @@ fn follow<S: Space>(world: &World<S>, id: PointId) -> Vec<f64> {
             told[S::DIMENSION + axis] = place[axis] - cold.origin[axis];
             told[2 * S::DIMENSION + axis] = hot.velocity[axis];
         }
-        told[3 * S::DIMENSION..].copy_from_slice(&observed(&*world.settings.material, hot));
+        let stress = hot.kirchhoff() * (1.0 / hot.volume_ratio());
+        let strain = logarithmic_strain::<S>(&hot.deformation).tensor();
+        let rest = observed(&*world.settings.material, hot).to_vec();
+        let rest = [rest, row_of_symmetric::<S>(&stress), row_of_symmetric::<S>(&strain)].concat();
+        told[3 * S::DIMENSION..].copy_from_slice(&rest);
     }
     everywhere(world, &told)
 }

@@ -44,6 +44,18 @@ pub fn of_tensor<S: Space>(name: &str) -> Vec<String> {
     axes.iter().flat_map(|i| axes.iter().map(move |j| format!("{name}_{i}{j}"))).collect()
 }
 
+/// Components of a symmetric tensor, row by row from the diagonal on.
+pub fn of_symmetric<S: Space>(name: &str) -> Vec<String> {
+    let axes = &AXES[..S::DIMENSION];
+    let of_row = |(row, i): (usize, &&str)| axes[row..].iter().map(|j| format!("{name}_{i}{j}")).collect::<Vec<_>>();
+    axes.iter().enumerate().flat_map(of_row).collect()
+}
+
+/// Those of a tensor, which is symmetric.
+pub fn row_of_symmetric<S: Space>(tensor: &S::Tensor) -> Vec<f64> {
+    (0..S::DIMENSION).flat_map(|i| (i..S::DIMENSION).map(move |j| tensor[j * S::DIMENSION + i])).collect()
+}
+
 /// A tensor that lies column by column, row by row.
 pub fn row_of_tensor<S: Space>(tensor: impl Fn(usize) -> f64) -> Vec<f64> {
     let axes = 0..S::DIMENSION;
